@@ -1,0 +1,35 @@
+# One INTERFACE target carries every flag that this project's own code is compiled with.
+option(HYSTCAN_WERROR "Treat warnings as errors" OFF)
+set(HYSTCAN_SANITIZE "" CACHE STRING "Sanitizers to build with, e.g. address,undefined or thread")
+
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release)
+endif()
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+find_program(CCACHE ccache)
+if(CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
+endif()
+
+add_library(hystcan_flags INTERFACE)
+target_compile_features(hystcan_flags INTERFACE cxx_std_20)
+target_include_directories(hystcan_flags INTERFACE ${PROJECT_SOURCE_DIR})
+target_compile_options(hystcan_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
+  -Wnon-virtual-dtor -Wold-style-cast -Woverloaded-virtual -fno-math-errno
+  $<$<BOOL:${HYSTCAN_WERROR}>:-Werror>)
+# GCC 12 sees overlapping copies in std::string's operator+ where there are none (GCC bug 105651).
+if(CMAKE_CXX_COMPILER_ID STREQUAL GNU AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
+  target_compile_options(hystcan_flags INTERFACE -Wno-restrict)
+endif()
+
+if(HYSTCAN_SANITIZE)
+  add_compile_options(-fsanitize=${HYSTCAN_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  add_link_options(-fsanitize=${HYSTCAN_SANITIZE})
+endif()
+
+# add_room(NAME SOURCES... ): the static library hystcan_NAME of one room.
+function(add_room name)
+  add_library(hystcan_${name} STATIC ${ARGN})
+  target_link_libraries(hystcan_${name} PUBLIC hystcan_flags)
+endfunction()

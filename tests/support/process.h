@@ -1,0 +1,82 @@
+// A program run by a test as a user would run it.
+#pragma once
+
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/support/shipped.h"
+
+namespace hystcan::support {
+
+/// Standard output and error go to files that can be read while it runs. Killed when it goes out of scope.
+class Process {
+ public:
+  explicit Process(const std::vector<std::string>& command) {
+    std::string name = (std::filesystem::path(testing::TempDir()) / "process-XXXXXX").string();
+    folder_ = mkdtemp(name.data());
+    child_ = fork();
+    if (child_ != 0) return;
+    std::vector<char*> arguments;
+    for (const std::string& argument : command) arguments.push_back(const_cast<char*>(argument.c_str()));
+    arguments.push_back(nullptr);
+    if (freopen((folder_ / "out").c_str(), "w", stdout) == nullptr) _exit(126);
+    if (freopen((folder_ / "err").c_str(), "w", stderr) == nullptr) _exit(126);
+    execvp(arguments[0], arguments.data());
+    _exit(127);
+  }
+  ~Process() {
+    if (!status_) {
+      send(SIGKILL);
+      wait();
+    }
+    std::filesystem::remove_all(folder_);
+  }
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+
+  void send(int signal) const { kill(child_, signal); }
+
+  /// Exit status, or 128 + the signal that ended it.
+  int wait() {
+    if (!status_) {
+      int raw = 0;
+      waitpid(child_, &raw, 0);
+      status_ = WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw);
+    }
+    return *status_;
+  }
+  bool running() {
+    int raw = 0;
+    if (!status_ && waitpid(child_, &raw, WNOHANG) == child_)
+      status_ = WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw);
+    return !status_;
+  }
+  std::string out() const { return read_file(folder_ / "out"); }
+  std::string err() const { return read_file(folder_ / "err"); }
+
+  /// Waits until standard error has `text` in it, or the program has ended, or the time is up.
+  bool says(const std::string& text, std::chrono::seconds limit = std::chrono::seconds(30)) {
+    const auto deadline = std::chrono::steady_clock::now() + limit;
+    while (err().find(text) == std::string::npos) {
+      if (!running() || std::chrono::steady_clock::now() > deadline)
+        return err().find(text) != std::string::npos;
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    return true;
+  }
+
+ private:
+  std::filesystem::path folder_;
+  pid_t child_;
+  std::optional<int> status_;
+};
+
+}  // namespace hystcan::support

@@ -1,0 +1,46 @@
+// The shipped configuration in a scratch folder, for tests that damage it.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+namespace hystcan::support {
+
+inline std::string read_file(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+class ShippedCopy {
+ public:
+  ShippedCopy() {
+    std::string name = (std::filesystem::path(testing::TempDir()) / "hystcan-XXXXXX").string();
+    folder_ = mkdtemp(name.data());
+    std::filesystem::copy(HYSTCAN_SOURCE_DIR "/config", folder_);
+  }
+  ~ShippedCopy() { std::filesystem::remove_all(folder_); }
+  ShippedCopy(const ShippedCopy&) = delete;
+  ShippedCopy& operator=(const ShippedCopy&) = delete;
+
+  std::filesystem::path operator/(const char* name) const { return folder_ / name; }
+
+  /// Replaces the first `what` in the file by `with`; what is not there is a mistake in the test.
+  void edit(const char* name, const std::string& what, const std::string& with) const {
+    std::string text = read_file(folder_ / name);
+    const auto at = text.find(what);
+    ASSERT_NE(at, std::string::npos) << what << " is not in " << name;
+    text.replace(at, what.size(), with);
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+  }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+}  // namespace hystcan::support
