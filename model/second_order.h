@@ -1,0 +1,38 @@
+// A second-order mode, discretised exactly.
+//
+//   x'' + 2 zeta omega x' + omega^2 x = omega^2 u(t),    omega = 2 pi f
+//
+// Exact for an input that is linear in time between the two ends of a step (first-order hold); a constant
+// input is the special case.  Any damping ratio zeta >= 0.  With the sensitivities b of the exact step and
+// the gain of 1 at rest written into it (a held input equal to the position is an equilibrium to the bit,
+// however short the step):
+//
+//   x[n+1] = x[n] + b_xv x'[n] + b_x0 (u[n] - x[n]) + b_x1 (u[n+1] - x[n])
+//   x'[n+1] =       b_vv x'[n] + b_v0 (u[n] - x[n]) + b_v1 (u[n+1] - x[n])
+#pragma once
+
+namespace hystcan::model {
+
+struct SecondOrder {
+  struct Config {
+    double natural_frequency_Hz = 100.0;  ///< f > 0
+    double damping_ratio = 0.1;           ///< zeta >= 0
+  };
+  struct State {
+    double position = 0.0;  ///< output units
+    double velocity = 0.0;  ///< output units per second
+  };
+  /// The step of a fixed length, its coefficients computed once.
+  class Step {
+   public:
+    /// Throws std::invalid_argument where a parameter is not finite or out of range, or dt_s <= 0.
+    Step(const Config& config, double dt_s);
+    State operator()(const State& state, double input_before, double input_after) const;
+
+   private:
+    double position_from_velocity_, position_from_before_, position_from_after_;
+    double velocity_from_velocity_, velocity_from_before_, velocity_from_after_;
+  };
+};
+
+}  // namespace hystcan::model

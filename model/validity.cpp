@@ -1,0 +1,217 @@
+#include "model/validity.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace hystcan::model {
+namespace {
+
+constexpr std::size_t steps = 200;
+constexpr double lowest_k_span = -300.0;  // e^{-k span} and its inverse stay far from overflow
+
+template <typename... Parts>
+[[noreturn]] void refuse(const Parts&... parts) {
+  std::ostringstream text;
+  text.precision(6);
+  (text << ... << parts);
+  throw std::invalid_argument(text.str());
+}
+
+struct Units {
+  std::string input, slope;
+  explicit Units(const HysteresisParameters& p)
+      : input(p.input_unit), slope(p.output_unit + "/" + p.input_unit) {}
+};
+
+void check_ranges(const HysteresisParameters& p) {
+  const Interval a = p.ascending.domain(), d = p.descending.domain();
+  if (a.lo != d.lo || a.hi != d.hi)
+    refuse("ascending curve on [", a.lo, ", ", a.hi, "], descending curve on [", d.lo, ", ", d.hi,
+           "], expected the same interval");
+  if (p.symmetry == Symmetry::even && a.lo < 0.0)
+    refuse("interval starts at ", a.lo, " ", p.input_unit, ", expected 0 or more where symmetry is even");
+  const auto check_k = [&](const char* name, double k) {
+    if (!std::isfinite(k) || k * a.span() < lowest_k_span)
+      refuse(name, " = ", k, " 1/", p.input_unit, ", expected a number of at least ",
+             lowest_k_span / a.span());
+  };
+  check_k("k_ascending", p.k_ascending);
+  check_k("k_descending", p.k_descending);
+}
+
+// A slope of zero at single points is an increasing curve still (a butterfly is flat at the origin).
+void check_increasing(const ReferenceCurve& curve, const char* name, const Units& units) {
+  constexpr std::size_t points = 2000;
+  const Interval& range = curve.domain();
+  const auto at = [&](std::size_t i) {
+    return i == points ? range.hi : range.lo + range.span() * static_cast<double>(i) / points;
+  };
+  const double mean = (curve.value(range.hi) - curve.value(range.lo)) / range.span();
+  if (!(mean > 0.0))
+    refuse(name, " curve goes from ", curve.value(range.lo), " to ", curve.value(range.hi), " between ",
+           range.lo, " and ", range.hi, " ", units.input, " (mean slope ", mean, " ", units.slope,
+           "), expected an increasing curve");
+  for (std::size_t i = 0; i <= points; ++i) {
+    const double tolerance = 1e-10 * mean;
+    if (curve.slope(at(i)) >= -tolerance && (i == 0 || curve.value(at(i)) > curve.value(at(i - 1)))) continue;
+    double lowest = curve.slope(at(i));
+    std::size_t last = i;
+    while (last < points && curve.slope(at(last + 1)) < -tolerance)
+      lowest = std::min(lowest, curve.slope(at(++last)));
+    refuse(name, " curve decreases between ", at(i), " and ", at(std::max(last, std::min(points, i + 1))),
+           " ", units.input, " (slope ", lowest, " ", units.slope, "), expected an increasing curve");
+  }
+}
+
+void check_meeting(const HysteresisParameters& p) {
+  const Interval& range = p.ascending.domain();
+  const double tolerance = 1e-9 * (p.ascending.value(range.hi) - p.ascending.value(range.lo));
+  const double gap = p.descending.value(range.hi) - p.ascending.value(range.hi);
+  if (std::abs(gap) > tolerance)
+    refuse("descending curve lies ", gap, " ", p.output_unit, " above the ascending curve at ", range.hi, " ",
+           p.input_unit, ", expected them to meet there to ", tolerance);
+  if (p.descending.value(range.lo) >= p.ascending.value(range.hi))
+    refuse("descending curve starts at ", p.descending.value(range.lo), " ", p.output_unit,
+           ", expected less than the ", p.ascending.value(range.hi), " of the upper threshold");
+  const auto below = [&](double v) { return p.descending.value(v) - p.ascending.value(v) < -tolerance; };
+  for (std::size_t i = 0; i <= 10 * steps; ++i) {
+    const double v = range.lo + range.span() * static_cast<double>(i) / (10.0 * steps);
+    if (below(v))
+      refuse("descending curve lies ", p.ascending.value(v) - p.descending.value(v), " ", p.output_unit,
+             " below the ascending curve at ", v, " ", p.input_unit,
+             ", expected it above (clockwise loops?)");
+  }
+}
+
+// One direction on a grid that counts from the threshold where the scan starts, outputs rising along it.
+struct Grid {
+  std::vector<double> value, slope;
+  std::vector<double> phi, decay, growth;  // of i steps: phi, e^{-k d}, e^{k d}
+};
+
+// Seen from U_0 with both axes turned round, falling is rising: one scan serves both thresholds.
+Grid grid_of(const ReferenceCurve& curve, double k, Direction seen) {
+  Grid grid;
+  const Interval& range = curve.domain();
+  const double sign = seen == Direction::ascending ? 1.0 : -1.0;
+  for (std::size_t i = 0; i <= steps; ++i) {
+    const double d = range.span() * static_cast<double>(i) / steps;
+    const double v = seen == Direction::ascending ? range.lo + d : range.hi - d;
+    grid.value.push_back(sign * curve.value(v));
+    grid.slope.push_back(curve.slope(v));
+    grid.phi.push_back(std::abs(k) * range.span() > 1e-17 ? -std::expm1(-k * d) / k : d);
+    grid.decay.push_back(std::exp(-k * d));
+    grid.growth.push_back(std::exp(k * d));
+  }
+  return grid;
+}
+
+// Slopes of the branches from the start of the grid (rising), of those falling from it and of those rising
+// again.
+class Scan {
+ public:
+  Scan(const HysteresisParameters& p, Direction rising_way)
+      : p_(p),
+        way_(rising_way),
+        rise_(grid_of(curve(true), k(true), rising_way)),
+        fall_(grid_of(curve(false), k(false), rising_way)) {
+    const double span = p.ascending.domain().span();
+    tolerance_ = 1e-9 *
+                 (p.ascending.value(p.ascending.domain().hi) - p.descending.value(p.ascending.domain().lo)) /
+                 span;
+  }
+
+  void run() const {
+    const double gap = fall_.value[0] - rise_.value[0];
+    const double first = gap / rise_.phi[steps];
+    check_along(true, 0, steps, first);
+    std::vector<double> outer(steps + 1), falling(steps + 1, 0.0), distance(steps + 1, 0.0);
+    for (std::size_t i = 0; i <= steps; ++i) outer[i] = rise_.value[i] + gap - first * rise_.phi[i];
+    for (std::size_t u = 1; u <= steps; ++u) {
+      distance[u] = fall_.value[u] - outer[u];
+      falling[u] = distance[u] / fall_.phi[u];
+      check_along(false, u, 0, falling[u]);
+    }
+    for (std::size_t l = 1; l < steps; ++l) {
+      double limit = room(l, 0);
+      for (std::size_t u = l + 1; u <= steps; ++u) {
+        limit = std::min(limit, room(u, u - l));
+        const double output = fall_.value[l] - distance[u] + falling[u] * fall_.phi[u - l];
+        const double coefficient = first * rise_.decay[l] + (output - outer[l]) / rise_.phi[u - l];
+        if (!(coefficient <= limit)) check_along(true, l, u, coefficient);
+      }
+    }
+  }
+
+ private:
+  // The largest coefficient that a branch may start with to be increasing still at grid point i, `travelled`
+  // steps on.
+  double room(std::size_t i, std::size_t travelled) const {
+    return std::max(rise_.slope[i] + tolerance_, 0.0) * rise_.growth[travelled];
+  }
+
+  // As seen from this scan's threshold, rising may be falling in truth.
+  Direction truly(bool rising) const { return rising ? way_ : opposite_of(way_); }
+  static Direction opposite_of(Direction d) {
+    return d == Direction::ascending ? Direction::descending : Direction::ascending;
+  }
+  const ReferenceCurve& curve(bool rising) const {
+    return truly(rising) == Direction::ascending ? p_.ascending : p_.descending;
+  }
+  double k(bool rising) const {
+    return truly(rising) == Direction::ascending ? p_.k_ascending : p_.k_descending;
+  }
+  double input(std::size_t i) const {
+    const Interval& range = p_.ascending.domain();
+    const double d = range.span() * static_cast<double>(i) / steps;
+    return way_ == Direction::ascending ? range.lo + d : range.hi - d;
+  }
+
+  void check_along(bool rising, std::size_t from, std::size_t to, double coefficient) const {
+    const Grid& grid = rising ? rise_ : fall_;
+    const std::size_t length = rising ? to - from : from - to;
+    double lowest = 0.0;
+    std::size_t first = 0, last = 0;
+    for (std::size_t j = 0; j <= length; ++j) {
+      const double slope = grid.slope[rising ? from + j : from - j] - coefficient * grid.decay[j];
+      if (slope >= -tolerance_) continue;
+      if (lowest == 0.0) first = j;
+      last = j;
+      lowest = std::min(lowest, slope);
+    }
+    if (lowest == 0.0) return;
+    const auto place = [&](std::size_t j) { return input(rising ? from + j : from - j); };
+    const Units units(p_);
+    const bool up = truly(rising) == Direction::ascending;
+    refuse(up ? "ascending" : "descending", " branch from ", input(from), " towards ", input(to), " ",
+           units.input, " goes the wrong way between ", std::min(place(first), place(last)), " and ",
+           std::max(place(first), place(last)), " ", units.input, " (slope ", lowest, " ", units.slope,
+           "), expected an increasing branch: ", up ? "k_ascending" : "k_descending", " = ", k(rising), " 1/",
+           units.input,
+           k(rising) > 0.0 ? " is too large" : " or the curves' width at their ends is the cause");
+  }
+
+  const HysteresisParameters& p_;
+  Direction way_;
+  Grid rise_, fall_;
+  double tolerance_ = 0.0;
+};
+
+}  // namespace
+
+void check_validity(const HysteresisParameters& parameters) {
+  check_ranges(parameters);
+  const Units units(parameters);
+  check_increasing(parameters.ascending, "ascending", units);
+  check_increasing(parameters.descending, "descending", units);
+  check_meeting(parameters);
+  Scan(parameters, Direction::ascending).run();
+  Scan(parameters, Direction::descending).run();
+}
+
+}  // namespace hystcan::model

@@ -1,0 +1,149 @@
+// Models for the tests: three fixed ones, and random ones.
+#pragma once
+
+#include <rapidcheck.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <stdexcept>
+#include <vector>
+
+#include "model/hysteresis.h"
+
+namespace hystcan::model {
+
+/// f_A = 0.2 v, f_D = 1.5 + 0.185 v on [0, 100]; both k the same.
+inline HysteresisParameters linear_model(double k = 0.05) {
+  const Interval range{0.0, 100.0};
+  return {"V",
+          "um",
+          ReferenceCurve(Basis::power, {0.0, 0.2}, range),
+          ReferenceCurve(Basis::power, {1.5, 0.185}, range),
+          k,
+          k,
+          Symmetry::none};
+}
+
+/// Third order on 0..100 V, 30 um, loops of 12 % of the stroke, as of a piezo stage.
+inline HysteresisParameters piezo_model() {
+  const Interval range{0.0, 100.0};
+  return {"V",
+          "um",
+          ReferenceCurve(Basis::power, {0.0, 0.25, 4e-4, 1e-6}, range),
+          ReferenceCurve(Basis::power, {0.8, 0.372, -8e-4}, range),
+          0.05,
+          0.04,
+          Symmetry::none};
+}
+
+/// Tenth order on 0..3 A, folded: x(v) = x(-v).
+inline HysteresisParameters galfenol_model() {
+  const Interval range{0.0, 3.0};
+  std::vector<double> ascending{0.0, 4.0, 14.0, -6.0, 0.9, 0.01, -0.004, 0.0002, 1e-5, -2e-6, 1e-7};
+  const ReferenceCurve curve(Basis::power, ascending, range);
+  std::vector<double> descending = ascending;
+  // + 1.2 (1 - t) (0.2 + t), t = v / 3 A
+  descending[0] += 0.24;
+  descending[1] += 1.2 * 0.8 / 3.0;
+  descending[2] -= 1.2 / 9.0;
+  return {"A", "um", curve, ReferenceCurve(Basis::power, descending, range), 1.0, 1.2, Symmetry::even};
+}
+
+/// Chebyshev coefficients of a polynomial of t = (v - lo) / span, by interpolation at Chebyshev's points.
+inline std::vector<double> chebyshev_of(const std::function<long double(long double)>& f, int order) {
+  const int n = order + 1;
+  std::vector<double> c;
+  for (int j = 0; j < n; ++j) {
+    long double sum = 0;
+    for (int i = 0; i < n; ++i) {
+      const long double angle = std::numbers::pi_v<long double> * (i + 0.5L) / n;
+      sum += f((std::cos(angle) + 1) / 2) * std::cos(j * angle);
+    }
+    c.push_back(static_cast<double>(sum * (j == 0 ? 1 : 2) / n));
+  }
+  return c;
+}
+
+inline rc::Gen<double> number(double lo, double hi) {
+  return rc::gen::map(rc::gen::inRange(0, 1'000'001), [=](int i) { return lo + (hi - lo) * i / 1e6; });
+}
+
+/// Increasing curves of order 1 to 12 that meet at the top: f_A = x0 + A sum a_i (p_i(t)), p_i = t^i or 1 -
+/// (1 - t)^i, f_D = f_A + a share of what f_A keeps its slope for, as wide as 25 % of the stroke.
+struct RandomModel {
+  static HysteresisParameters draw() {
+    const int order = *rc::gen::inRange(1, 13);
+    const auto weights =
+        *rc::gen::container<std::vector<double>>(static_cast<std::size_t>(order), number(0.0, 1.0));
+    const auto bent_down =
+        *rc::gen::container<std::vector<bool>>(static_cast<std::size_t>(order), rc::gen::arbitrary<bool>());
+    const double lo = *rc::gen::element(0.0, -1.0, 2.5, -50.0);
+    const double span = *rc::gen::element(1.0, 3.0, 100.0, 1500.0);
+    const double size = *rc::gen::element(1.0, 30.0, 1e-3);
+    const double width = *rc::gen::element(0.0, 0.02, 0.12, 0.25);
+    const double foot = *number(0.0, 0.5);
+    const auto rising = [=](long double t) {
+      long double sum = t, norm = 1;
+      for (int i = 1; i <= order; ++i) {
+        const auto w = static_cast<long double>(weights[static_cast<std::size_t>(i - 1)]);
+        sum += w * (bent_down[static_cast<std::size_t>(i - 1)] ? 1 - std::pow(1 - t, i) : std::pow(t, i));
+        norm += w;
+      }
+      return size * sum / norm;
+    };
+    const double share = 1.0 / (order + 1.0);  // rising' >= size * share everywhere
+    const auto falling = [=](long double t) {
+      return rising(t) + size * share * width * 2 * (1 - t) * (order == 1 ? 0.5L : foot + t);
+    };
+    const Interval range{lo, lo + span};
+    HysteresisParameters p{"V",
+                           "um",
+                           ReferenceCurve(Basis::chebyshev, chebyshev_of(rising, order), range),
+                           ReferenceCurve(Basis::chebyshev, chebyshev_of(falling, std::max(order, 2)), range),
+                           *rc::gen::element(0.0, 1e-12, -1e-9, 0.3, -0.5, 2.0, -3.0, 8.0, 30.0) / span,
+                           *rc::gen::element(0.0, -1e-12, 1e-9, 0.2, -0.4, 3.0, -2.0, 5.0, 50.0) / span,
+                           Symmetry::none};
+    return within_validity(p);
+  }
+
+  static HysteresisParameters within_validity(HysteresisParameters p) {
+    for (int i = 0; i < 20; ++i) {
+      try {
+        return Hysteresis(p).parameters();
+      } catch (const std::invalid_argument&) {
+        p.k_ascending *= 0.3;
+        p.k_descending *= 0.3;
+      }
+    }
+    throw std::logic_error("no valid k for a random model");
+  }
+};
+
+/// Inputs that wander: nearby steps, big jumps, repeats, and exact returns to inputs met before.
+inline std::vector<double> random_walk(const Interval& range, int length) {
+  std::vector<double> walk{range.lo + range.span() * *number(0.01, 0.99)};
+  for (int i = 1; i < length; ++i) {
+    const int kind = *rc::gen::inRange(0, 10);
+    double next = range.lo + range.span() * *number(0.0005, 0.9995);
+    if (kind < 5) next = walk.back() + 0.1 * (next - walk.back());
+    if (kind == 5) next = walk[static_cast<std::size_t>(*rc::gen::inRange(0, i))];
+    if (kind == 6) next = walk.back();
+    if (kind == 7 && *rc::gen::inRange(0, 6) == 0) next = *rc::gen::element(range.lo, range.hi);
+    walk.push_back(std::clamp(next, range.lo, range.hi));
+  }
+  return walk;
+}
+
+/// 0.5 +- shrinking swings: `turns` nested turning points.
+inline std::vector<double> nested_swings(const Interval& range, int turns) {
+  std::vector<double> walk;
+  for (int i = 0; i < turns; ++i) {
+    const double half = 0.49 * (1.0 - static_cast<double>(i) / turns);
+    walk.push_back(range.lo + range.span() * (0.5 + (i % 2 == 0 ? half : -half)));
+  }
+  return walk;
+}
+
+}  // namespace hystcan::model

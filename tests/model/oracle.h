@@ -1,0 +1,114 @@
+// The model as the paper writes it, in long double and without a thought for speed.
+//
+// What is remembered is the whole input history. At every evaluation the turning points still alive are
+// picked from it (outermost extremes first, later hits wiping out earlier ones), their outputs computed from
+// the outermost inwards, and every curve f_{n+1} from f_n by the printed quotient (eqs. 1 to 4; the
+// descending ones as mirror images).
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "model/hysteresis.h"
+
+namespace hystcan::model {
+
+class Oracle {
+ public:
+  enum class Start { virgin, lower, upper };
+
+  Oracle(const HysteresisParameters& parameters, Start start, double input)
+      : p_(parameters), start_(start), history_{input} {}
+
+  long double advance(double input) {
+    if (input != history_.back()) history_.push_back(input);
+    return output();
+  }
+
+  long double output() const {
+    const std::vector<Point> points = remembered();
+    return branch(points, points.size() - 1, history_.back());
+  }
+
+  /// Turning points alive, b_0's start included.
+  std::size_t depth() const { return remembered().size(); }
+
+ private:
+  struct Point {
+    long double v = 0, x = 0;
+    long double distance = 0;  // x_n - f_n(v_n), of the branch that starts here
+  };
+
+  static long double series(const ReferenceCurve& curve, long double v) {
+    const long double lo = curve.domain().lo, hi = curve.domain().hi;
+    const long double s = (2 * v - lo - hi) / (hi - lo);
+    long double before = 1, now = s, sum = 0;
+    for (const double c : curve.chebyshev_coefficients()) {
+      sum += c * before;
+      const long double next = 2 * s * now - before;
+      before = now;
+      now = next;
+    }
+    return sum;
+  }
+
+  static long double quotient(long double s, long double whole, long double k) {
+    return k == 0 ? s / whole : std::expm1(k * s) / std::expm1(k * whole);
+  }
+
+  bool rising(std::size_t j) const { return (j % 2 == 0) == bottom_rises_; }
+
+  // f_j: from points[j], targeting points[j - 1] (or the opposite threshold).
+  long double branch(const std::vector<Point>& points, std::size_t j, long double v) const {
+    const Interval range = p_.ascending.domain();
+    const long double target = j > 0 ? points[j - 1].v : (rising(j) ? range.hi : range.lo);
+    const long double k = rising(j) ? p_.k_ascending : p_.k_descending;
+    return below(points, j, v) +
+           points[j].distance * quotient(std::abs(target - v), std::abs(target - points[j].v), k);
+  }
+
+  long double below(const std::vector<Point>& points, std::size_t j, long double v) const {
+    return j >= 2 ? branch(points, j - 2, v) : series(rising(j) ? p_.ascending : p_.descending, v);
+  }
+
+  void remember(std::vector<Point>& points, long double v, long double x) const {
+    points.push_back({v, x, x - below(points, points.size(), v)});
+  }
+
+  std::vector<Point> remembered() const {
+    const Interval range = p_.ascending.domain();
+    std::size_t from = 0;
+    bool virgin = start_ == Start::virgin;
+    bottom_rises_ = start_ != Start::upper;
+    for (std::size_t i = 1; i < history_.size(); ++i) {
+      if (history_[i] != range.lo && history_[i] != range.hi) continue;
+      from = i;
+      virgin = false;
+      bottom_rises_ = history_[i] == range.lo;
+    }
+    std::vector<Point> points;
+    if (bottom_rises_)
+      remember(points, range.lo, series(virgin ? p_.ascending : p_.descending, range.lo));
+    else
+      remember(points, range.hi, series(p_.ascending, range.hi));
+
+    bool largest = bottom_rises_;
+    while (true) {
+      std::size_t extreme = from;
+      for (std::size_t i = from; i < history_.size(); ++i)
+        if (largest ? history_[i] >= history_[extreme] : history_[i] <= history_[extreme]) extreme = i;
+      if (extreme + 1 == history_.size()) return points;
+      remember(points, history_[extreme], branch(points, points.size() - 1, history_[extreme]));
+      from = extreme;
+      largest = !largest;
+    }
+  }
+
+  HysteresisParameters p_;
+  Start start_;
+  std::vector<double> history_;
+  mutable bool bottom_rises_ = true;
+};
+
+}  // namespace hystcan::model

@@ -1,0 +1,80 @@
+#include "model/reference_curve.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <vector>
+
+namespace hystcan::model {
+namespace {
+
+TEST(ReferenceCurve, OfPowersIsThePolynomial) {
+  const ReferenceCurve curve(Basis::power, {1.0, -2.0, 3.0}, {-1.0, 3.0});
+  for (const double v : {-1.0, -0.3, 0.0, 1.0, 2.75, 3.0}) {
+    EXPECT_NEAR(curve.value(v), 1.0 - 2.0 * v + 3.0 * v * v, 1e-14);
+    EXPECT_NEAR(curve.slope(v), -2.0 + 6.0 * v, 1e-14);
+    EXPECT_NEAR(curve.curvature(v), 6.0, 1e-14);
+  }
+  EXPECT_EQ(curve.order(), 2);
+}
+
+TEST(ReferenceCurve, InTheChebyshevBasisIsTakenAsGiven) {
+  // T_0, T_1, T_3 = 4 s^3 - 3 s on [0, 4], s = (v - 2) / 2.
+  const ReferenceCurve curve(Basis::chebyshev, {1.0, 2.0, 0.0, 0.5}, {0.0, 4.0});
+  EXPECT_EQ(curve.chebyshev_coefficients(), (std::vector<double>{1.0, 2.0, 0.0, 0.5}));
+  EXPECT_DOUBLE_EQ(curve.value(0.0), 1.0 - 2.0 - 0.5);
+  EXPECT_DOUBLE_EQ(curve.value(4.0), 1.0 + 2.0 + 0.5);
+  EXPECT_DOUBLE_EQ(curve.value(3.0), 1.0 + 1.0 + 0.5 * (4.0 * 0.125 - 1.5));
+  EXPECT_DOUBLE_EQ(curve.slope(3.0), (2.0 + 0.5 * (12.0 * 0.25 - 3.0)) / 2.0);
+  EXPECT_DOUBLE_EQ(curve.curvature(3.0), 0.5 * 24.0 * 0.5 / 4.0);
+}
+
+TEST(ReferenceCurve, OfOrderTenOverAHundredVoltsIsRightToTheRoundingOfItsData) {
+  std::vector<double> power{0.5};
+  for (int j = 1; j <= 10; ++j) power.push_back((j % 2 == 0 ? -1.0 : 1.0) * std::pow(100.0, -j) * (3.0 + j));
+  const ReferenceCurve curve(Basis::power, power, {0.0, 100.0});
+  double scale = 0.0;  // of the rounding of a Chebyshev series
+  for (const double c : curve.chebyshev_coefficients()) scale += std::abs(c);
+  for (int i = 0; i <= 1000; ++i) {
+    const long double v = 0.1L * i;
+    long double exact = 0;
+    for (std::size_t j = power.size(); j-- > 0;) exact = exact * v + power[j];
+    EXPECT_NEAR(curve.value(static_cast<double>(v)), static_cast<double>(exact),
+                scale * 8 * std::numeric_limits<double>::epsilon());
+  }
+}
+
+TEST(ReferenceCurve, SlopeAndCurvatureAreTheDerivativesOfTheValue) {
+  const ReferenceCurve curve(Basis::chebyshev, {3.0, 2.0, -0.5, 0.25, 0.1, -0.05, 0.02, 0.01, -0.005},
+                             {-2.0, 5.0});
+  constexpr double h = 1e-4;
+  for (const double v : {-1.9, 0.0, 1.3, 4.8}) {
+    EXPECT_NEAR(curve.slope(v), (curve.value(v + h) - curve.value(v - h)) / (2 * h), 1e-6);
+    EXPECT_NEAR(curve.curvature(v), (curve.slope(v + h) - curve.slope(v - h)) / (2 * h), 1e-6);
+  }
+}
+
+TEST(ReferenceCurve, OfOrderZeroIsAConstant) {
+  const ReferenceCurve curve(Basis::power, {7.0}, {0.0, 1.0});
+  EXPECT_EQ(curve.value(0.3), 7.0);
+  EXPECT_EQ(curve.slope(0.3), 0.0);
+  EXPECT_EQ(curve.curvature(0.3), 0.0);
+}
+
+TEST(ReferenceCurve, RefusesWhatIsNotACurve) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto make = [](std::vector<double> c, Interval range) { ReferenceCurve(Basis::power, c, range); };
+  EXPECT_THROW(make({}, {0.0, 1.0}), std::invalid_argument);
+  EXPECT_THROW(make(std::vector<double>(34, 1.0), {0.0, 1.0}), std::invalid_argument);
+  EXPECT_NO_THROW(make(std::vector<double>(33, 1.0), {0.0, 1.0}));
+  EXPECT_THROW(make({0.0, nan}, {0.0, 1.0}), std::invalid_argument);
+  EXPECT_THROW(make({0.0, 1.0}, {1.0, 1.0}), std::invalid_argument);
+  EXPECT_THROW(make({0.0, 1.0}, {2.0, 1.0}), std::invalid_argument);
+  EXPECT_THROW(make({0.0, 1.0}, {nan, 1.0}), std::invalid_argument);
+  EXPECT_THROW(make({0.0, 1e300, 1e300}, {0.0, 1e300}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace hystcan::model

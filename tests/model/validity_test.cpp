@@ -1,0 +1,137 @@
+#include "model/validity.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "tests/model/models.h"
+
+namespace hystcan::model {
+namespace {
+
+std::string complaint(const HysteresisParameters& parameters) {
+  try {
+    check_validity(parameters);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
+ReferenceCurve curve(std::vector<double> power, Interval range = {0.0, 100.0}) {
+  return ReferenceCurve(Basis::power, power, range);
+}
+
+TEST(Validity, AcceptsThePiezoAndTheGalfenolModel) {
+  EXPECT_EQ(complaint(piezo_model()), "");
+  EXPECT_EQ(complaint(galfenol_model()), "");
+  EXPECT_EQ(complaint(linear_model(0.0)), "");
+  EXPECT_EQ(complaint(linear_model(-0.05)), "");
+}
+
+TEST(Validity, NamesTheCurveAndTheIntervalThatDecreases) {
+  HysteresisParameters parameters = piezo_model();
+  // slope 0.3 - 0.042 v + 0.00126 v^2 < 0 between 10.37 and 22.97 V
+  parameters.ascending = curve({0.0, 0.3, -0.021, 0.00042});
+  parameters.descending = curve({1.0, 2.39});
+  const std::string text = complaint(parameters);
+  EXPECT_EQ(text,
+            "ascending curve decreases between 10.4 and 22.95 V (slope -0.0499996 um/V), expected an "
+            "increasing curve");
+}
+
+TEST(Validity, RefusesCurvesThatFallCrossOrDoNotMeet) {
+  HysteresisParameters parameters = piezo_model();
+  parameters.ascending = curve({30.0, -0.3});
+  EXPECT_NE(complaint(parameters).find("ascending curve goes from 30 to 0"), std::string::npos);
+  parameters = piezo_model();
+  std::swap(parameters.ascending, parameters.descending);
+  EXPECT_NE(complaint(parameters).find("below the ascending curve at"), std::string::npos);
+  parameters = piezo_model();
+  parameters.descending = curve({0.8, 0.372, -7.9e-4});
+  EXPECT_NE(complaint(parameters).find("expected them to meet"), std::string::npos);
+  parameters.descending = curve({0.8, 0.372, -8e-4}, {0.0, 99.0});
+  EXPECT_NE(complaint(parameters).find("expected the same interval"), std::string::npos);
+  parameters = linear_model();
+  parameters.descending = curve({20.0, 0.0});
+  EXPECT_NE(complaint(parameters), "");
+}
+
+TEST(Validity, RefusesAKThatIsNoNumberOrFarBelowZero) {
+  for (const double k :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), -3.01}) {
+    HysteresisParameters parameters = piezo_model();
+    parameters.k_descending = k;
+    EXPECT_NE(complaint(parameters).find("k_descending"), std::string::npos) << k;
+  }
+}
+
+TEST(Validity, RefusesANegativeRangeOfAnEvenModel) {
+  HysteresisParameters parameters = linear_model();
+  parameters.ascending = curve({0.0, 0.2}, {-100.0, 100.0});
+  parameters.descending = curve({0.0, 0.2}, {-100.0, 100.0});
+  EXPECT_EQ(complaint(parameters), "");
+  parameters.symmetry = Symmetry::even;
+  EXPECT_NE(complaint(parameters).find("symmetry"), std::string::npos);
+}
+
+// For straight lines of gap 1.5 (1 - v / 100) um and slope 0.185 um/V: falling from near the top of the
+// branch out of L_0 a k this large is too steep; the limit found must separate models that are flagged while
+// moving from those never.
+TEST(Validity, LimitSeparatesIncreasingLoopsFromOthers) {
+  double valid = 0.05, refused = 5.0;
+  while (refused - valid > 1e-4) {
+    const double k = 0.5 * (valid + refused);
+    (complaint(linear_model(k)).empty() ? valid : refused) = k;
+  }
+  EXPECT_NE(complaint(linear_model(refused)).find("branch from"), std::string::npos);
+  EXPECT_NE(complaint(linear_model(refused)).find("is too large"), std::string::npos);
+
+  const Hysteresis model(linear_model(valid));
+  for (int high = 5; high < 100; high += 5) {
+    for (int low = 1; low < high; low += 3) {
+      HysteresisState state = model.at_lower_threshold();
+      EXPECT_TRUE(model.advance(state, high).increasing);
+      EXPECT_TRUE(model.advance(state, low).increasing) << high << " to " << low;
+      EXPECT_TRUE(model.advance(state, low + 0.5 * (high - low)).increasing);
+    }
+  }
+}
+
+// The same for branches, by looking: 2001 points along many of them, none lower than the one before.
+TEST(Validity, AcceptedModelsIncreaseAlongTheirBranches) {
+  for (HysteresisParameters parameters : {piezo_model(), galfenol_model(), linear_model()}) {
+    while (complaint(parameters).empty()) parameters.k_ascending *= 1.01, parameters.k_descending *= 1.01;
+    parameters.k_ascending /= 1.01, parameters.k_descending /= 1.01;
+    const Hysteresis model(parameters);
+    const Interval range = model.input_range();
+    for (int i = 1; i < 20; ++i) {
+      HysteresisState state = model.at_lower_threshold();
+      const double high = range.lo + range.span() * i / 20.0;
+      model.advance(state, high);
+      double before = state.output;
+      for (int j = 1; j < 2000; ++j) {
+        const double x = model.forward(state, high + (range.lo - high) * j / 2000.0).value;
+        EXPECT_LT(x, before);
+        before = x;
+      }
+    }
+  }
+}
+
+TEST(Validity, RefusedModelsAreWorthRefusing) {
+  HysteresisParameters parameters = piezo_model();
+  parameters.k_descending = 0.5;
+  const std::string text = complaint(parameters);
+  EXPECT_EQ(text.find("descending branch from "), 0u) << text;
+  EXPECT_NE(text.find("k_descending = 0.5 1/V is too large"), std::string::npos) << text;
+  parameters = piezo_model();
+  parameters.k_ascending = 0.5;
+  EXPECT_EQ(complaint(parameters).find("ascending branch from "), 0u) << complaint(parameters);
+}
+
+}  // namespace
+}  // namespace hystcan::model
