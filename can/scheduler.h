@@ -1,0 +1,29 @@
+// Time, for code that must run the same in real and in virtual time.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+
+namespace hystcan::can {
+
+using Duration = std::chrono::nanoseconds;
+using Time = std::chrono::time_point<std::chrono::steady_clock, Duration>;
+
+/// A one-shot alarm. Arming it allocates nothing; a second arming replaces the first.
+class Timer {
+ public:
+  virtual ~Timer() = default;  ///< cancels
+  virtual void expire_at(Time deadline) = 0;
+  virtual void cancel() = 0;
+};
+
+/// One thread's clock and alarms: Asio in real time, an event queue in virtual time.
+class Scheduler {
+ public:
+  virtual ~Scheduler() = default;
+  virtual Time now() const = 0;
+  virtual std::unique_ptr<Timer> make_timer(std::function<void()> on_expiry) = 0;
+};
+
+}  // namespace hystcan::can

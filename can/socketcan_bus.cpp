@@ -1,0 +1,167 @@
+#include "can/socketcan_bus.h"
+
+#include <utility>
+
+#include <boost/asio/basic_waitable_timer.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/basic_stream_descriptor.hpp>
+#include <cerrno>
+
+#include "can/bus_state.h"
+#include "can/interface.h"
+#include "can/raw_socket.h"
+
+namespace hystcan::can {
+namespace {
+
+namespace asio = boost::asio;
+using boost::system::error_code;
+using Executor = asio::io_context::executor_type;
+using SteadyTimer = asio::basic_waitable_timer<std::chrono::steady_clock,
+                                               asio::wait_traits<std::chrono::steady_clock>, Executor>;
+
+constexpr std::chrono::milliseconds retry_period{50};
+
+bool interface_is_gone(int error) { return error == ENETDOWN || error == ENODEV || error == ENXIO; }
+
+}  // namespace
+
+class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
+ public:
+  Impl(asio::io_context& context, std::string interface, std::span<const Filter> filters)
+      : interface_(std::move(interface)),
+        filters_(filters.begin(), filters.end()),
+        socket_(context),
+        retry_timer_(context) {
+    open();
+  }
+
+  void wait() {
+    socket_.async_wait(asio::posix::descriptor_base::wait_read,
+                       [self = shared_from_this()](error_code error) {
+                         if (!error && !self->closed_) self->receive();
+                       });
+  }
+
+  bool send(const Frame& frame) {
+    const int error = socket_.is_open() ? write_frame(socket_.native_handle(), frame) : ENETDOWN;
+    if (error == 0) {
+      ++counters_.sent;
+      return true;
+    }
+    ++counters_.send_refused;
+    if (socket_.is_open() && interface_is_gone(error) && !retrying_) retry_after(Duration::zero());
+    return false;
+  }
+
+  void close() {
+    closed_ = true;
+    error_code ignored;
+    retry_timer_.cancel(ignored);
+    socket_.close(ignored);
+  }
+
+  FrameHandler on_frame;
+  StateHandler on_state;
+
+  BusState state() const { return state_; }
+  const BusCounters& counters() const { return counters_; }
+
+ private:
+  void open() {
+    socket_.assign(open_raw_socket(interface_, filters_));
+    if (const auto found = query_interface(interface_)) state_when_up_ = found->bus_state;
+    if (state_ != BusState::down) state_ = state_when_up_;
+  }
+
+  void receive() {
+    int count = 0;
+    do {
+      count = batch_.read(socket_.native_handle());
+      if (count < 0 && errno != EAGAIN && errno != EINTR) {
+        lose_interface();
+        return;
+      }
+      for (int i = 0; i < count; ++i) {
+        take(batch_.frame(static_cast<std::size_t>(i)), batch_.received(static_cast<std::size_t>(i)));
+        if (closed_) return;
+      }
+    } while (count == static_cast<int>(ReceiveBatch::capacity));
+    wait();
+  }
+
+  void take(const Frame& frame, Time received) {
+    counters_.receive_lost = lost_before_ + batch_.lost();
+    if (frame.kind == FrameKind::error) {
+      ++counters_.error_frames;
+      if (const auto told = state_told_by(frame)) enter(*told);
+      return;
+    }
+    ++counters_.received;
+    if (on_frame) on_frame(frame, received);
+  }
+
+  void lose_interface() {
+    lost_before_ = counters_.receive_lost;
+    error_code ignored;
+    socket_.close(ignored);
+    retry_after(retry_period);
+    enter(BusState::down);
+  }
+
+  void retry_after(Duration delay) {
+    retrying_ = true;
+    retry_timer_.expires_after(delay);
+    retry_timer_.async_wait([self = shared_from_this()](error_code error) {
+      if (!error && !self->closed_) self->retry();
+    });
+  }
+
+  void retry() {
+    retrying_ = false;
+    if (socket_.is_open()) {  // it was send() that met the dead interface
+      lose_interface();
+      return;
+    }
+    try {
+      open();
+    } catch (const InterfaceError&) {
+      retry_after(retry_period);
+      return;
+    }
+    wait();
+    enter(state_when_up_);
+  }
+
+  void enter(BusState state) {
+    if (std::exchange(state_, state) != state && on_state) on_state(state);
+  }
+
+  std::string interface_;
+  std::vector<Filter> filters_;
+  asio::posix::basic_stream_descriptor<Executor> socket_;
+  SteadyTimer retry_timer_;
+  ReceiveBatch batch_;
+  BusState state_ = BusState::active;
+  BusState state_when_up_ = BusState::active;
+  BusCounters counters_;
+  std::uint64_t lost_before_ = 0;  ///< on earlier sockets
+  bool retrying_ = false;
+  bool closed_ = false;
+};
+
+SocketCanBus::SocketCanBus(asio::io_context& context, const std::string& interface,
+                           std::span<const Filter> filters)
+    : impl_(std::make_shared<Impl>(context, interface, filters)) {
+  impl_->wait();
+}
+
+SocketCanBus::~SocketCanBus() { impl_->close(); }
+
+bool SocketCanBus::send(const Frame& frame) { return impl_->send(frame); }
+void SocketCanBus::on_frame(FrameHandler handler) { impl_->on_frame = std::move(handler); }
+void SocketCanBus::on_state(StateHandler handler) { impl_->on_state = std::move(handler); }
+BusState SocketCanBus::state() const { return impl_->state(); }
+const BusCounters& SocketCanBus::counters() const { return impl_->counters(); }
+
+}  // namespace hystcan::can

@@ -1,0 +1,62 @@
+// SocketCAN on Boost.Asio: a real interface, in real time.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "can/bus.h"
+
+namespace boost::asio {
+class io_context;
+}
+
+namespace hystcan::can {
+
+/// The interface can't be used: absent, down, not a CAN device, no permission. what() names it and the cure.
+class InterfaceError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Filters are set before bind; error frames are on, become the bus state, and don't reach the frame handler;
+/// send() never blocks; ENOBUFS, EAGAIN and ENETDOWN are counted and survived. Where the interface goes down
+/// or vanishes the state is `down` until it is back, which is looked for every 50 ms. Own frames reach the
+/// host's other sockets and not this one. Arrival times are the kernel's stamps.
+class SocketCanBus final : public Bus {
+ public:
+  /// Throws InterfaceError.
+  SocketCanBus(boost::asio::io_context& context, const std::string& interface,
+               std::span<const Filter> filters);
+  ~SocketCanBus() override;
+
+  bool send(const Frame& frame) override;
+  void on_frame(FrameHandler handler) override;
+  void on_state(StateHandler handler) override;
+  BusState state() const override;
+  const BusCounters& counters() const override;
+
+ private:
+  class Impl;
+  std::shared_ptr<Impl> impl_;  ///< shared with the operations under way
+};
+
+/// True where the interface is a virtual one (vcan, vxcan): nothing real hangs on it. Throws InterfaceError
+/// where absent.
+bool is_virtual_interface(const std::string& interface);
+
+/// The scheduler of an io_context: steady clock, absolute deadlines.
+class AsioScheduler final : public Scheduler {
+ public:
+  explicit AsioScheduler(boost::asio::io_context& context) : context_(context) {}
+  Time now() const override;
+  std::unique_ptr<Timer> make_timer(std::function<void()> on_expiry) override;
+
+ private:
+  boost::asio::io_context& context_;
+};
+
+}  // namespace hystcan::can

@@ -1,0 +1,10 @@
+// Counts what the program allocates: this program's operator new is replaced.
+#pragma once
+
+#include <cstdint>
+
+namespace hystcan::can {
+
+std::uint64_t allocations_so_far();
+
+}  // namespace hystcan::can

@@ -1,0 +1,51 @@
+// Any bytes: parse_dbc either refuses them with a place, or gives a database whose every signal can be used.
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "can/codec.h"
+#include "can/dbc.h"
+
+namespace {
+
+using namespace hystcan::can;
+
+void demand(bool claim) {
+  if (!claim) std::abort();
+}
+
+void use(const Signal& signal, std::size_t message_bytes) {
+  const SignalCodec codec(signal);
+  std::vector<std::uint8_t> payload(message_bytes, 0xA5);
+  const std::vector<std::uint8_t> before = payload;
+
+  codec.pack_raw(codec.unpack_raw(payload), payload);
+  demand(payload == before);
+  const double physical = codec.unpack(payload);
+  const bool packed = codec.pack(physical, payload);
+  demand(packed || payload == before);
+  demand(codec.pack(codec.minimum(), payload) || codec.minimum() > codec.maximum() || signal.length > 32 ||
+         signal.value_type != ValueType::integer || signal.offset != 0.0);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string text(data, data + size);
+  try {
+    const Database database = parse_dbc(text, "fuzz.dbc");
+    for (const Message& message : database.messages) {
+      demand(database.find(message.name) == &message);
+      for (const Signal& signal : message.signals) use(signal, message.length);
+    }
+  } catch (const DbcError& error) {
+    const std::string_view what = error.what();
+    demand(what.starts_with("fuzz.dbc:"));
+    demand(what.find(": found ") != std::string_view::npos &&
+           what.find(", expected ") != std::string_view::npos);
+  }
+  return 0;
+}
