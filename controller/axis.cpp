@@ -1,0 +1,210 @@
+#include "controller/axis.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace hystcan::controller {
+namespace {
+
+/// The amplifier reports its state at once; longer than this and it has not obeyed.
+constexpr double enable_timeout_s = 0.5;
+
+struct CauseText {
+  std::string_view name;
+  std::string_view remedy;
+};
+
+constexpr std::array<CauseText, 13> cause_texts{{
+    {"none", ""},
+    {"interface down", "bring the CAN interface up and start the controller again"},
+    {"bus-off", "check wiring, termination and bit rate, then start the controller again"},
+    {"sample missing", "check the sensor node and the bus load"},
+    {"sensor status", "the sensor reports a bad sample: check the sensor"},
+    {"position implausible",
+     "the position is outside position_min_um..position_max_um: check sensor and stage"},
+    {"sensor silent", "no heartbeat from the sensor node: check its supply and cable"},
+    {"amplifier silent", "no heartbeat from the amplifier node: check its supply and cable"},
+    {"node restarted", "a node booted up while in use: check its supply"},
+    {"amplifier fault",
+     "the amplifier has tripped: find out why, then start the controller with --clear-faults"},
+    {"amplifier not enabled", "the amplifier does not obey Enable: check its interlocks"},
+    {"following error", "the stage does not follow: check load and model, or raise following_error_um"},
+    {"command not sendable",
+     "the drive does not fit the Setpoint signal: check the DBC against drive_min and drive_max"},
+}};
+
+}  // namespace
+
+std::string_view to_string(AxisState state) {
+  static constexpr std::array<std::string_view, 6> names{"offline", "waiting",  "initialising",
+                                                         "ready",   "tracking", "faulted"};
+  return names[static_cast<std::size_t>(state)];
+}
+
+std::string_view to_string(Cause cause) { return cause_texts[static_cast<std::size_t>(cause)].name; }
+std::string_view remedy(Cause cause) { return cause_texts[static_cast<std::size_t>(cause)].remedy; }
+
+Axis::Axis(const AxisConfig& config)
+    : config_(config),
+      law_(config.law),
+      trajectory_(config.setpoint, config.repeat),
+      lost_samples_(config.missing_samples),
+      drive_(config.gate.safe_drive) {}
+
+void Axis::start(bool clear_amplifier_fault) {
+  state_ = AxisState::waiting;
+  clear_amplifier_fault_ = clear_amplifier_fault;
+}
+
+void Axis::trip(Cause cause, double time_s) {
+  if (state_ == AxisState::faulted) return;
+  state_ = AxisState::faulted;
+  fault_ = {cause, time_s};
+}
+
+AxisCommand Axis::step(const AxisInput& input) {
+  report_.sample_missing = !input.position_um.has_value();
+  if (input.position_um) report_.position_um = *input.position_um;
+  report_.limits = limit::none;
+
+  if (const Cause cause = find_cause(input); cause != Cause::none) trip(cause, input.time_s);
+  const AxisCommand command = decide(input);
+  enabled_for_s_ = command.enable ? enabled_for_s_ + input.dt_s : 0.0;
+
+  report_.state = state_;
+  report_.cause = fault_.cause;
+  report_.drive = command.drive;
+  return command;
+}
+
+/// Everything that must not be while the axis is driven, the most telling cause first.
+Cause Axis::find_cause(const AxisInput& input) {
+  if (!is_driving()) return Cause::none;
+  const NodeHealth& health = input.health;
+  if (!health.interface_up) return Cause::interface_down;
+  if (!health.bus_on) return Cause::bus_off;
+  if (health.restarted) return Cause::node_restarted;
+  if (health.amplifier_fault) return Cause::amplifier_fault;
+  if (!health.sensor_alive || !health.sensor_operational) return Cause::sensor_silent;
+  if (!health.amplifier_alive || !health.amplifier_operational) return Cause::amplifier_silent;
+  if (enabled_for_s_ > enable_timeout_s && !health.amplifier_enabled) return Cause::amplifier_not_enabled;
+  if (!input.position_um) {
+    lost_samples_.lose();
+    return lost_samples_.overflows() ? Cause::sample_missing : Cause::none;
+  }
+  lost_samples_.leak();
+  if (!input.sensor_status_good) return Cause::sensor_status;
+  // Written so that NaN is implausible too.
+  if (!(*input.position_um >= config_.position_min_um && *input.position_um <= config_.position_max_um))
+    return Cause::position_implausible;
+  return Cause::none;
+}
+
+AxisCommand Axis::decide(const AxisInput& input) {
+  if (stopping_ && state_ != AxisState::faulted) return park(input);
+  switch (state_) {
+    case AxisState::waiting:
+      return wait(input);
+    case AxisState::initialising:
+      return initialise(input);
+    case AxisState::ready:
+      return hold_ready(input);
+    case AxisState::tracking:
+      return track(input);
+    case AxisState::offline:
+    case AxisState::faulted:
+      break;
+  }
+  return safe();
+}
+
+AxisCommand Axis::wait(const AxisInput& input) {
+  const NodeHealth& health = input.health;
+  AxisCommand command = safe();
+  if (health.amplifier_fault) {
+    if (!clear_amplifier_fault_) trip(Cause::amplifier_fault, input.time_s);
+    command.clear_fault = clear_amplifier_fault_;
+  } else if (health.sensor_operational && health.amplifier_operational && health.amplifier_ready &&
+             input.position_um) {
+    clear_amplifier_fault_ = false;
+    lost_samples_.empty();
+    drive_ = health.amplifier_output;
+    threshold_ = 0;
+    dwelt_s_ = 0.0;
+    state_ = AxisState::initialising;
+  }
+  return command;
+}
+
+AxisCommand Axis::initialise(const AxisInput& input) {
+  const model::Interval& range = law_.inverted().input_range();
+  if (ramp_towards(threshold_ == 0 ? range.hi : range.lo, input.dt_s)) {
+    dwelt_s_ += input.dt_s;
+    if (dwelt_s_ >= config_.wipe_dwell_s) {
+      dwelt_s_ = 0.0;
+      if (threshold_++ == 1) state_ = AxisState::ready;
+    }
+  }
+  return {.drive = drive_, .enable = true};
+}
+
+AxisCommand Axis::hold_ready(const AxisInput& input) {
+  if (!input.begin_tracking || !input.position_um) return {.drive = drive_, .enable = true};
+  state_ = AxisState::tracking;
+  tracking_since_s_ = input.time_s;
+  badly_following_ = 0;
+  trajectory_.start_from(*input.position_um);
+  law_.restart_at_lower_threshold(*input.position_um, *input.position_um);
+  return track(input);
+}
+
+AxisCommand Axis::track(const AxisInput& input) {
+  const double t_s = input.time_s - tracking_since_s_;
+  report_.point = trajectory_.at(t_s);
+  report_.reference_um = report_.point.value_um;
+  if (input.position_um && follows_badly(report_.reference_um - *input.position_um)) {
+    trip(Cause::following_error, input.time_s);
+    return safe();
+  }
+  const ControlLaw::Demand demand =
+      law_.propose({.reference_um = report_.reference_um,
+                    .previewed_um = trajectory_.at(t_s + config_.delays.preview_s(input.cycle_s)).value_um,
+                    .position_um = input.position_um,
+                    .dt_s = input.dt_s});
+  const Gate::Passed passed = Gate::step(config_.gate, drive_, demand.drive, input.dt_s);
+  law_.commit(passed.drive);
+  drive_ = passed.drive;
+  report_.demand_um = demand.position_um;
+  report_.limits = demand.limits | passed.limits;
+  return {.drive = drive_, .enable = true};
+}
+
+AxisCommand Axis::park(const AxisInput& input) {
+  if (!is_driving() || ramp_towards(config_.gate.safe_drive, input.dt_s)) {
+    state_ = AxisState::offline;
+    return safe();
+  }
+  state_ = AxisState::ready;
+  return {.drive = drive_, .enable = true};
+}
+
+AxisCommand Axis::safe() const { return {.drive = config_.gate.safe_drive}; }
+
+bool Axis::ramp_towards(double target, double dt_s) {
+  const double reach = config_.wipe_slew_per_s * dt_s;
+  const double wanted = std::clamp(target, drive_ - reach, drive_ + reach);
+  drive_ = Gate::step(config_.gate, drive_, wanted, dt_s).drive;
+  return drive_ == std::clamp(target, config_.gate.drive_min, config_.gate.drive_max);
+}
+
+bool Axis::is_driving() const {
+  return state_ == AxisState::initialising || state_ == AxisState::ready || state_ == AxisState::tracking;
+}
+
+bool Axis::follows_badly(double error_um) {
+  badly_following_ = std::abs(error_um) > config_.following_error_um ? badly_following_ + 1 : 0;
+  return badly_following_ >= config_.following_error_cycles;
+}
+
+}  // namespace hystcan::controller

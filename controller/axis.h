@@ -1,0 +1,175 @@
+// One axis: supervisor, control law and gate. Pure: told the time and what was heard, answers with a command.
+//
+//   offline -> waiting -> initialising -> ready -> tracking      and `faulted` from anywhere
+//
+//   waiting       until both nodes are operational and the amplifier reports itself ready
+//   initialising  drives up to the upper threshold and down to the lower one: whatever the actuator
+//   remembered from
+//                 before is wiped out, and the model's memory is true
+//   ready         holds the lower threshold until every axis is ready
+//   tracking      the control law
+//   faulted       latched with cause and time; the command is the safe one from the same step on
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "controller/gate.h"
+#include "controller/law.h"
+#include "controller/setpoint.h"
+
+namespace hystcan::controller {
+
+enum class AxisState : std::uint8_t { offline, waiting, initialising, ready, tracking, faulted };
+std::string_view to_string(AxisState state);
+
+enum class Cause : std::uint8_t {
+  none,
+  interface_down,
+  bus_off,
+  sample_missing,
+  sensor_status,
+  position_implausible,
+  sensor_silent,
+  amplifier_silent,
+  node_restarted,
+  amplifier_fault,
+  amplifier_not_enabled,
+  following_error,
+  command_not_sendable,
+};
+std::string_view to_string(Cause cause);
+/// What the engineer can do about it, in one sentence.
+std::string_view remedy(Cause cause);
+
+struct Fault {
+  Cause cause = Cause::none;
+  double time_s = 0.0;  ///< since the controller's start
+};
+
+/// Fills by one for every lost sample, leaks by a tenth for every good one: single losses are bridged, a run
+/// trips.
+class LeakyBucket {
+ public:
+  explicit LeakyBucket(unsigned capacity) : capacity_(10 * capacity) {}
+  void lose() { level_ += 10; }
+  void leak() { level_ -= level_ > 0 ? 1 : 0; }
+  void empty() { level_ = 0; }
+  bool overflows() const { return level_ > capacity_; }
+
+ private:
+  unsigned capacity_;
+  unsigned level_ = 0;
+};
+
+struct AxisConfig {
+  std::string name;
+  ControlLaw::Config law;
+  Gate::Config gate;
+  Delays delays;
+  std::vector<Segment> setpoint;
+  bool repeat = false;
+  double wipe_slew_per_s =
+      100.0;  ///< drive units per second, towards the thresholds and, at the end, the safe drive
+  double wipe_dwell_s = 0.1;     ///< rest at each threshold
+  double position_min_um = 0.0;  ///< outside: implausible, a broken sensor or stage
+  double position_max_um = 0.0;
+  double following_error_um = 0.0;      ///< trips where exceeded ...
+  unsigned following_error_cycles = 1;  ///< ... for as many cycles in a row
+  unsigned missing_samples = 3;         ///< bridged in a row; one more trips
+};
+
+/// What is known of the axis's two nodes when a cycle is decided.
+struct NodeHealth {
+  bool interface_up = true;
+  bool bus_on = true;         ///< not bus-off
+  bool sensor_alive = false;  ///< heartbeat heard in time
+  bool sensor_operational = false;
+  bool amplifier_alive = false;
+  bool amplifier_operational = false;
+  bool restarted = false;          ///< a node booted up since the last cycle
+  bool amplifier_ready = false;    ///< last status: ready or enabled
+  bool amplifier_enabled = false;  ///< last status: enabled
+  bool amplifier_fault = false;    ///< last status: fault
+  double amplifier_output = 0.0;   ///< last status, drive units
+};
+
+struct AxisInput {
+  double time_s = 0.0;                ///< of this cycle's SYNC, since the controller's start
+  double dt_s = 0.0;                  ///< since the last cycle's SYNC
+  double cycle_s = 0.0;               ///< the nominal period
+  std::optional<double> position_um;  ///< empty: no sample came
+  bool sensor_status_good = true;
+  bool begin_tracking = false;  ///< every axis is ready
+  NodeHealth health;
+};
+
+struct AxisCommand {
+  double drive = 0.0;
+  bool enable = false;
+  bool clear_fault = false;
+};
+
+/// Everything about one cycle of one axis that is worth keeping.
+struct AxisReport {
+  AxisState state = AxisState::offline;
+  Cause cause = Cause::none;
+  double reference_um = 0.0;
+  double position_um = 0.0;  ///< the last one measured
+  double demand_um = 0.0;    ///< what the inverse was asked for
+  double drive = 0.0;        ///< what left the gate
+  std::uint8_t limits = limit::none;
+  bool sample_missing = false;
+  Trajectory::Point point;
+};
+
+class Axis {
+ public:
+  explicit Axis(const AxisConfig& config);
+
+  void start(bool clear_amplifier_fault);
+  /// Ramps to the safe drive, then switches off: offline when done.
+  void stop() { stopping_ = true; }
+  void trip(Cause cause, double time_s);
+
+  /// Exactly once per cycle.
+  AxisCommand step(const AxisInput& input);
+
+  AxisState state() const { return state_; }
+  const Fault& fault() const { return fault_; }
+  const AxisReport& report() const { return report_; }
+  const AxisConfig& config() const { return config_; }
+
+ private:
+  Cause find_cause(const AxisInput& input);
+  AxisCommand decide(const AxisInput& input);
+  AxisCommand wait(const AxisInput& input);
+  AxisCommand initialise(const AxisInput& input);
+  AxisCommand hold_ready(const AxisInput& input);
+  AxisCommand track(const AxisInput& input);
+  AxisCommand park(const AxisInput& input);
+  AxisCommand safe() const;
+  bool ramp_towards(double target, double dt_s);
+  bool is_driving() const;
+  bool follows_badly(double error_um);
+
+  AxisConfig config_;
+  ControlLaw law_;
+  Trajectory trajectory_;
+  LeakyBucket lost_samples_;
+  AxisState state_ = AxisState::offline;
+  Fault fault_;
+  AxisReport report_;
+  bool stopping_ = false;
+  bool clear_amplifier_fault_ = false;
+  double drive_ = 0.0;
+  int threshold_ = 0;  ///< while initialising: 0 on the way to the upper, 1 to the lower
+  double dwelt_s_ = 0.0;
+  double enabled_for_s_ = 0.0;
+  double tracking_since_s_ = 0.0;
+  unsigned badly_following_ = 0;
+};
+
+}  // namespace hystcan::controller

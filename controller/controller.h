@@ -1,0 +1,116 @@
+// The controller as a node on the bus: makes the SYNC, hears samples, sends commands; one Axis for each axis.
+//
+//   SYNC(n) -> SensorSample(n) -> Axis::step -> AmpCommand(n)
+//
+// A sample is answered as it arrives. One that has not come by the next SYNC is bridged then, and counted.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "can/bus.h"
+#include "can/dbc.h"
+#include "can/node.h"
+#include "can/protocol.h"
+#include "controller/axis.h"
+#include "controller/record.h"
+
+namespace hystcan::controller {
+
+struct WiredAxisConfig {
+  can::AxisWire wire;
+  AxisConfig axis;
+};
+
+struct Config {
+  double rate_Hz = 1000.0;
+  std::uint8_t node = 127;  ///< of the controller's own heartbeat
+  can::Duration heartbeat_period{std::chrono::milliseconds(100)};
+  can::Duration heartbeat_timeout{std::chrono::milliseconds(300)};  ///< of the other nodes
+  std::vector<WiredAxisConfig> axes;
+};
+
+struct CycleCounters {
+  std::uint64_t cycles = 0;
+  std::uint64_t overruns = 0;  ///< SYNC deadlines that had passed before we got there, and were left out
+  std::uint64_t missing_samples = 0;  ///< cycles of an axis in use without a sample in time
+  std::uint64_t late_samples = 0;     ///< samples that came after their cycle
+};
+
+class Controller {
+ public:
+  using RecordHandler = std::function<void(const CycleRecord& record)>;
+
+  /// Throws std::invalid_argument where the database lacks a message or a model is not valid.
+  Controller(const Config& config, const can::Database& database, can::Scheduler& scheduler,
+             const can::Attach& attach, RecordHandler on_record);
+
+  void start(bool clear_amplifier_faults = false);
+  /// Every axis ramps to its safe drive and switches off; stopped() when all have.
+  void request_stop();
+  bool stopped() const;
+  /// Sends every amplifier the safe command at once. For the way out.
+  void send_safe_commands();
+
+  std::size_t axis_count() const { return axes_.size(); }
+  const Axis& axis(std::size_t i) const { return axes_[i]->axis; }
+  const can::Checker& sample_checker(std::size_t i) const { return axes_[i]->decode_sample.checker(); }
+  const CycleCounters& counters() const { return counters_; }
+  const can::Bus& bus() const { return *bus_; }
+
+ private:
+  struct WiredAxis {
+    WiredAxis(const WiredAxisConfig& config, const Config& common, const can::Database& database);
+    can::AxisWire wire;
+    Axis axis;
+    can::Decoder<can::SensorSample> decode_sample;
+    can::Decoder<can::AmpStatus> decode_status;
+    can::Encoder<can::AmpCommand> encode_command;
+    can::HeartbeatMonitor sensor_heartbeat;
+    can::HeartbeatMonitor amplifier_heartbeat;
+    can::AmpStatus status;
+    unsigned boot_ups_seen = 0;
+    bool answered = true;  ///< this cycle's step has been taken
+  };
+
+  void tick();
+  void close_cycle();
+  void wake_nodes();
+  void handle(const can::Frame& frame);
+  void on_sample(std::size_t index, const can::Frame& frame);
+  void on_status(std::size_t index, const can::Frame& frame);
+  void on_sensor_heartbeat(std::size_t index, const can::Frame& frame);
+  void on_amplifier_heartbeat(std::size_t index, const can::Frame& frame);
+  void step(std::size_t index, const can::SensorSample* sample, can::Time heard);
+  void send_command(WiredAxis& wired, const AxisCommand& command);
+  NodeHealth health(WiredAxis& wired) const;
+
+  /// What to do with a standard identifier: filled once, looked up per frame.
+  struct Route {
+    void (Controller::*handler)(std::size_t index, const can::Frame& frame) = nullptr;
+    std::size_t index = 0;
+  };
+  static constexpr std::size_t standard_ids = 0x800;
+
+  Config config_;
+  can::Scheduler& scheduler_;
+  RecordHandler on_record_;
+  std::vector<std::unique_ptr<WiredAxis>> axes_;
+  std::unique_ptr<can::Bus> bus_;
+  std::vector<Route> routes_{standard_ids};
+  std::unique_ptr<can::Timer> sync_timer_;
+  can::Duration period_;
+  can::Time started_{};
+  can::Time deadline_{};
+  can::Time sync_sent_{};
+  can::Time next_heartbeat_{};
+  double dt_s_ = 0.0;
+  std::uint8_t sync_counter_ = 0;
+  bool begin_tracking_ = false;
+  CycleCounters counters_;
+};
+
+}  // namespace hystcan::controller

@@ -1,0 +1,90 @@
+#include "controller/telemetry.h"
+
+#include <fmt/format.h>
+#include <pthread.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <iterator>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+namespace hystcan::controller {
+namespace {
+
+/// Whatever priority the process was started with, this thread takes what the control thread leaves.
+void yield_to_the_control_thread() {
+  const sched_param ordinary{.sched_priority = 0};
+  pthread_setschedparam(pthread_self(), SCHED_OTHER, &ordinary);
+  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 10);
+}
+
+}  // namespace
+
+TelemetryThread::TelemetryThread(Consumer consume)
+    : consume_(std::move(consume)), thread_([this] { run(); }) {}
+
+TelemetryThread::~TelemetryThread() {
+  ending_ = true;
+  thread_.join();
+}
+
+void TelemetryThread::push(const CycleRecord& record) {
+  if (!ring_.push(record)) dropped_.fetch_add(1, std::memory_order_relaxed);
+}
+
+void TelemetryThread::run() {
+  yield_to_the_control_thread();
+  while (true) {
+    const bool last_round = ending_;
+    ring_.consume_all(consume_);
+    if (last_round) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+}
+
+CsvLog::CsvLog(const std::filesystem::path& file, std::vector<std::string> axis_names)
+    : path_(file), axis_names_(std::move(axis_names)), file_(std::fopen(file.c_str(), "w")) {
+  if (file_ == nullptr)
+    throw std::runtime_error(
+        fmt::format("{}: cannot be written: {}", file.string(), std::generic_category().message(errno)));
+  std::fputs(
+      "# drive and amplifier_output in the axis's drive unit; error = reference - position\n"
+      "cycle,time_s,axis,state,fault,segment,reference_um,position_um,error_um,demand_um,drive,amplifier_"
+      "output,limits,"
+      "sample_missing,turnaround_us\n",
+      file_);
+}
+
+CsvLog::~CsvLog() { close(); }
+
+void CsvLog::write(const CycleRecord& record) {
+  if (file_ == nullptr || error_ != 0) return;
+  const AxisReport& report = record.report;
+  const bool tracking = report.state == AxisState::tracking;
+  fmt::memory_buffer line;
+  fmt::format_to(std::back_inserter(line), "{},{:.9f},{},{},{},", record.cycle, record.time_s,
+                 axis_names_[record.axis], to_string(report.state), to_string(report.cause));
+  if (tracking)
+    fmt::format_to(std::back_inserter(line), "{},{:.6f},{:.6f},{:.6f},{:.6f},", report.point.segment,
+                   report.reference_um, report.position_um, report.reference_um - report.position_um,
+                   report.demand_um);
+  else
+    fmt::format_to(std::back_inserter(line), ",,{:.6f},,,", report.position_um);
+  fmt::format_to(std::back_inserter(line), "{:.6f},{:.6f},{},{},{:.3f}\n", report.drive,
+                 record.amplifier_output, limits_to_string(report.limits), report.sample_missing ? 1 : 0,
+                 std::chrono::duration<double, std::micro>(record.turnaround).count());
+  if (std::fwrite(line.data(), 1, line.size(), file_) != line.size()) error_ = errno;
+}
+
+std::string CsvLog::close() {
+  if (file_ != nullptr && std::fclose(std::exchange(file_, nullptr)) != 0 && error_ == 0) error_ = errno;
+  if (error_ == 0) return {};
+  return fmt::format("{}: cannot be written: {}; later rows are lost", path_.string(),
+                     std::generic_category().message(error_));
+}
+
+}  // namespace hystcan::controller

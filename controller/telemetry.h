@@ -1,0 +1,61 @@
+// The way from the control thread to everything slow: a lock-free ring, emptied by a thread of its own.
+#pragma once
+
+#include <atomic>
+#include <boost/lockfree/spsc_queue.hpp>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "controller/record.h"
+
+namespace hystcan::controller {
+
+/// Hands records to `consume` on another thread. push() neither waits nor allocates; where the ring is full
+/// the record is dropped and counted.
+class TelemetryThread {
+ public:
+  using Consumer = std::function<void(const CycleRecord&)>;
+
+  explicit TelemetryThread(Consumer consume);
+  ~TelemetryThread();  ///< consumes what is left, then ends the thread
+
+  void push(const CycleRecord& record);
+  std::uint64_t dropped() const { return dropped_.load(std::memory_order_relaxed); }
+
+ private:
+  void run();
+
+  static constexpr std::size_t capacity = 16384;
+  boost::lockfree::spsc_queue<CycleRecord, boost::lockfree::capacity<capacity>> ring_;
+  Consumer consume_;
+  std::atomic<std::uint64_t> dropped_{0};
+  std::atomic<bool> ending_{false};
+  std::thread thread_;
+};
+
+/// Writes records as CSV. A disk that fills loses rows, not the run: error() says so.
+class CsvLog {
+ public:
+  /// Throws std::runtime_error where the file can't be created.
+  CsvLog(const std::filesystem::path& file, std::vector<std::string> axis_names);
+  ~CsvLog();
+  CsvLog(const CsvLog&) = delete;
+  CsvLog& operator=(const CsvLog&) = delete;
+
+  void write(const CycleRecord& record);
+  /// Everything is on its way to the disk. Empty where all went well, else the reason.
+  std::string close();
+
+ private:
+  std::filesystem::path path_;
+  std::vector<std::string> axis_names_;
+  std::FILE* file_;
+  int error_ = 0;
+};
+
+}  // namespace hystcan::controller

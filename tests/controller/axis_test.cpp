@@ -1,0 +1,218 @@
+#include "controller/axis.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <limits>
+
+#include "tests/support/piezo.h"
+
+namespace hystcan::controller {
+namespace {
+
+constexpr double cycle_s = 1e-3;
+
+/// An axis with an obedient actuator behind it: the model itself, without dynamics.
+class Stage {
+ public:
+  explicit Stage(AxisConfig config = support::piezo_axis())
+      : axis(config), actuator_(config.law.model), memory_(actuator_.virgin(0.0)) {}
+
+  AxisCommand cycle(const std::function<void(AxisInput&)>& disturb = {}) {
+    time_s += cycle_s;
+    AxisInput input{.time_s = time_s,
+                    .dt_s = cycle_s,
+                    .cycle_s = cycle_s,
+                    .position_um = memory_.output,
+                    .begin_tracking = axis.state() == AxisState::ready,
+                    .health = {.sensor_alive = true,
+                               .sensor_operational = true,
+                               .amplifier_alive = true,
+                               .amplifier_operational = true,
+                               .amplifier_ready = true,
+                               .amplifier_enabled = command.enable,
+                               .amplifier_output = memory_.input}};
+    if (disturb) disturb(input);
+    command = axis.step(input);
+    highest_drive = std::max(highest_drive, command.drive);
+    actuator_.advance(memory_, command.enable ? command.drive : 0.0);
+    return command;
+  }
+  bool reaches(AxisState state, int within_cycles = 2000) {
+    for (int i = 0; i < within_cycles && axis.state() != state; ++i) cycle();
+    return axis.state() == state;
+  }
+  bool tracks() {
+    axis.start(false);
+    return reaches(AxisState::tracking);
+  }
+
+  Axis axis;
+  AxisCommand command;
+  double time_s = 0.0;
+  double highest_drive = 0.0;
+
+ private:
+  model::Hysteresis actuator_;
+  model::HysteresisState memory_;
+};
+
+TEST(Axis, DrivesNothingBeforeItIsStarted) {
+  Stage stage;
+  EXPECT_FALSE(stage.cycle().enable);
+  EXPECT_EQ(stage.axis.state(), AxisState::offline);
+}
+
+TEST(Axis, WaitsUntilBothNodesAreOperational) {
+  for (const auto& missing : std::vector<std::function<void(AxisInput&)>>{
+           [](AxisInput& in) { in.health.sensor_operational = false; },
+           [](AxisInput& in) { in.health.amplifier_operational = false; },
+           [](AxisInput& in) { in.health.amplifier_ready = false; },
+           [](AxisInput& in) { in.position_um.reset(); }}) {
+    Stage stage;
+    stage.axis.start(false);
+    for (int i = 0; i < 100; ++i) EXPECT_FALSE(stage.cycle(missing).enable);
+    EXPECT_EQ(stage.axis.state(), AxisState::waiting);
+  }
+}
+
+TEST(Axis, StartUpGoesToBothThresholdsSoThatThePastIsWipedOut) {
+  Stage stage;
+  stage.axis.start(false);
+  ASSERT_TRUE(stage.reaches(AxisState::ready));
+  EXPECT_EQ(stage.highest_drive, 100.0);
+  EXPECT_EQ(stage.command.drive, 0.0);
+}
+
+TEST(Axis, TracksToTheInversesPrecisionOnceThePastIsWipedOut) {
+  Stage stage;
+  ASSERT_TRUE(stage.tracks());
+  for (int i = 0; i < 500; ++i) stage.cycle();
+  EXPECT_NEAR(stage.axis.report().position_um, 15.0, 1e-9);
+  EXPECT_EQ(stage.axis.report().limits, limit::none);
+}
+
+struct FaultCase {
+  const char* name;
+  Cause cause;
+  std::function<void(AxisInput&)> disturb;
+  int cycles;  ///< until the axis is faulted
+};
+
+class EveryFault : public testing::TestWithParam<FaultCase> {};
+
+TEST_P(EveryFault, LeadsToTheSafeCommandInTheDecidingCycleAndLatches) {
+  const FaultCase& fault = GetParam();
+  Stage stage;
+  ASSERT_TRUE(stage.tracks());
+  for (int i = 0; i < 100; ++i) stage.cycle();
+  for (int i = 1; i < fault.cycles; ++i) {
+    EXPECT_TRUE(stage.cycle(fault.disturb).enable) << "cycle " << i << " is still bridged";
+  }
+  const AxisCommand deciding = stage.cycle(fault.disturb);
+  EXPECT_FALSE(deciding.enable);
+  EXPECT_EQ(deciding.drive, 0.0);
+  EXPECT_EQ(stage.axis.state(), AxisState::faulted);
+  EXPECT_EQ(stage.axis.fault().cause, fault.cause);
+  EXPECT_DOUBLE_EQ(stage.axis.fault().time_s, stage.time_s);
+  EXPECT_FALSE(remedy(fault.cause).empty());
+
+  for (int i = 0; i < 100; ++i) EXPECT_FALSE(stage.cycle().enable) << "all is well again, but faults latch";
+  EXPECT_EQ(stage.axis.fault().cause, fault.cause);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Axis, EveryFault,
+    testing::Values(
+        FaultCase{"SampleMissing", Cause::sample_missing, [](AxisInput& in) { in.position_um.reset(); }, 4},
+        FaultCase{"SensorStatus", Cause::sensor_status, [](AxisInput& in) { in.sensor_status_good = false; },
+                  1},
+        FaultCase{"PositionOutOfRange", Cause::position_implausible,
+                  [](AxisInput& in) { in.position_um = 40.0; }, 1},
+        FaultCase{"PositionNotANumber", Cause::position_implausible,
+                  [](AxisInput& in) { in.position_um = std::numeric_limits<double>::quiet_NaN(); }, 1},
+        FaultCase{"SensorSilent", Cause::sensor_silent, [](AxisInput& in) { in.health.sensor_alive = false; },
+                  1},
+        FaultCase{"AmplifierSilent", Cause::amplifier_silent,
+                  [](AxisInput& in) { in.health.amplifier_alive = false; }, 1},
+        FaultCase{"NodeRestarted", Cause::node_restarted, [](AxisInput& in) { in.health.restarted = true; },
+                  1},
+        FaultCase{"AmplifierFault", Cause::amplifier_fault,
+                  [](AxisInput& in) { in.health.amplifier_fault = true; }, 1},
+        FaultCase{"InterfaceDown", Cause::interface_down,
+                  [](AxisInput& in) { in.health.interface_up = false; }, 1},
+        FaultCase{"BusOff", Cause::bus_off, [](AxisInput& in) { in.health.bus_on = false; }, 1},
+        FaultCase{"FollowingError", Cause::following_error, [](AxisInput& in) { in.position_um = 25.0; }, 3}),
+    [](const auto& test) { return test.param.name; });
+
+TEST(Axis, TripsWhereTheAmplifierNeverBecomesEnabled) {
+  Stage stage;
+  stage.axis.start(false);
+  for (int i = 0; i < 1000; ++i) stage.cycle([](AxisInput& in) { in.health.amplifier_enabled = false; });
+  EXPECT_EQ(stage.axis.fault().cause, Cause::amplifier_not_enabled);
+}
+
+TEST(Axis, BridgesSingleLossesForEverButNotHalfOfAllSamples) {
+  Stage seldom;
+  ASSERT_TRUE(seldom.tracks());
+  for (int i = 0; i < 10'000; ++i)
+    seldom.cycle([&](AxisInput& in) {
+      if (i % 11 == 0) in.position_um.reset();
+    });
+  EXPECT_EQ(seldom.axis.state(), AxisState::tracking);
+
+  Stage half;
+  ASSERT_TRUE(half.tracks());
+  for (int i = 0; i < 100; ++i)
+    half.cycle([&](AxisInput& in) {
+      if (i % 2 == 0) in.position_um.reset();
+    });
+  EXPECT_EQ(half.axis.fault().cause, Cause::sample_missing);
+}
+
+TEST(Axis, RefusesAFaultedAmplifierUnlessToldToClearIt) {
+  const auto faulted = [](AxisInput& in) {
+    in.health.amplifier_fault = true;
+    in.health.amplifier_ready = false;
+  };
+  Stage strict;
+  strict.axis.start(false);
+  strict.cycle(faulted);
+  EXPECT_EQ(strict.axis.fault().cause, Cause::amplifier_fault);
+
+  Stage clearing;
+  clearing.axis.start(true);
+  const AxisCommand command = clearing.cycle(faulted);
+  EXPECT_TRUE(command.clear_fault);
+  EXPECT_FALSE(command.enable);
+  EXPECT_TRUE(clearing.reaches(AxisState::tracking));
+  EXPECT_FALSE(clearing.command.clear_fault) << "asked once, not for ever";
+}
+
+TEST(Axis, StopRampsDownWithinTheSlewLimitAndThenSwitchesOff) {
+  Stage stage;
+  ASSERT_TRUE(stage.tracks());
+  for (int i = 0; i < 200; ++i) stage.cycle();
+  double before = stage.command.drive;
+  ASSERT_GT(before, 30.0);
+  stage.axis.stop();
+  while (stage.axis.state() != AxisState::offline) {
+    const AxisCommand command = stage.cycle();
+    ASSERT_GE(command.drive, before - 1000.0 * cycle_s * (1 + 1e-12));
+    before = command.drive;
+  }
+  EXPECT_EQ(stage.command.drive, 0.0);
+  EXPECT_FALSE(stage.command.enable);
+}
+
+TEST(Axis, StopWhileWaitingNeedsNoRamp) {
+  Stage stage;
+  stage.axis.start(false);
+  stage.axis.stop();
+  EXPECT_FALSE(stage.cycle().enable);
+  EXPECT_EQ(stage.axis.state(), AxisState::offline);
+}
+
+}  // namespace
+}  // namespace hystcan::controller

@@ -1,0 +1,130 @@
+#include "controller/law.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "model/simplified.h"
+#include "tests/support/piezo.h"
+
+namespace hystcan::controller {
+namespace {
+
+constexpr double dt_s = 1e-3;
+
+ControlLaw law(Structure structure, Pi::Config pi = {.kp = 0.0, .ki_per_s = 100.0}) {
+  ControlLaw result({.structure = structure, .model = support::piezo_model(), .pi = pi});
+  result.restart_at_lower_threshold(1.5, 1.5);
+  return result;
+}
+
+/// One cycle in which whatever is wanted is applied.
+double step(ControlLaw& law, double reference_um, double previewed_um, std::optional<double> position_um) {
+  const ControlLaw::Demand demand = law.propose(
+      {.reference_um = reference_um, .previewed_um = previewed_um, .position_um = position_um, .dt_s = dt_s});
+  law.commit(demand.drive);
+  return demand.drive;
+}
+
+TEST(ControlLaw, InverseDrivesTheModelToThePreviewedReference) {
+  ControlLaw feed_forward = law(Structure::inverse);
+  const model::Hysteresis actuator(support::piezo_model());
+  model::HysteresisState state = actuator.at_lower_threshold();
+  for (const double wanted_um : {5.0, 20.0, 8.0, 17.0, 9.0, 25.0, 3.0}) {
+    actuator.advance(state, step(feed_forward, 0.0, wanted_um, std::nullopt));
+    EXPECT_NEAR(state.output, wanted_um, 1e-10);
+  }
+}
+
+TEST(ControlLaw, AverageInvertsTheMeanOfTheTwoCurvesWhateverTheHistory) {
+  ControlLaw feed_forward = law(Structure::average);
+  const model::HysteresisParameters model = support::piezo_model();
+  for (const double wanted_um : {5.0, 20.0, 8.0, 17.0}) {
+    const double drive = step(feed_forward, 0.0, wanted_um, std::nullopt);
+    EXPECT_NEAR(0.5 * (model.ascending.value(drive) + model.descending.value(drive)), wanted_um, 1e-10);
+  }
+}
+
+TEST(ControlLaw, PiAloneIsBumplessFromTheMeasuredPosition) {
+  ControlLaw pi = law(Structure::pi);
+  pi.restart_at_lower_threshold(12.0, 12.0);
+  const ControlLaw::Demand demand =
+      pi.propose({.reference_um = 12.0, .previewed_um = 99.0, .position_um = 12.0, .dt_s = dt_s});
+  EXPECT_DOUBLE_EQ(demand.position_um, 12.0) << "no feed-forward, no error: stay";
+}
+
+TEST(ControlLaw, IntegralActsInDisplacementUnits) {
+  ControlLaw both = law(Structure::inverse_pi);
+  both.restart_at_lower_threshold(10.0, 10.0);
+  step(both, 10.0, 10.0, 9.0);
+  const ControlLaw::Demand second =
+      both.propose({.reference_um = 10.0, .previewed_um = 10.0, .position_um = 9.0, .dt_s = dt_s});
+  EXPECT_NEAR(second.position_um, 10.0 + 2 * 100.0 * 1.0 * dt_s, 1e-12);  // two cycles of ki e dt
+}
+
+TEST(ControlLaw, BridgesALostSampleWithTheLastErrorWithoutIntegrating) {
+  ControlLaw both = law(Structure::inverse_pi, {.kp = 0.5, .ki_per_s = 100.0});
+  both.restart_at_lower_threshold(10.0, 10.0);
+  step(both, 10.0, 10.0, 9.0);
+  const ControlLaw::Demand bridged =
+      both.propose({.reference_um = 10.0, .previewed_um = 10.0, .position_um = std::nullopt, .dt_s = dt_s});
+  EXPECT_NEAR(bridged.position_um, 10.0 + 0.5 * 1.0 + 100.0 * 1.0 * dt_s, 1e-12);
+}
+
+// Each limiter in turn holds the drive while the error asks for more; when the error turns, the demand must
+// answer at once instead of working off what piled up.
+TEST(ControlLaw, DoesNotWindUpWhileTheGateHoldsTheDriveBack) {
+  ControlLaw both = law(Structure::inverse_pi);
+  for (int i = 0; i < 1000; ++i) {
+    both.propose({.reference_um = 10.0, .previewed_um = 10.0, .position_um = 5.0, .dt_s = dt_s});
+    both.commit(20.0);  // a gate that lets nothing beyond 20 V through
+  }
+  const ControlLaw::Demand after =
+      both.propose({.reference_um = 10.0, .previewed_um = 10.0, .position_um = 10.5, .dt_s = dt_s});
+  EXPECT_LT(after.position_um, 10.0) << "a second of 5 um error would be 500 um of integral";
+}
+
+TEST(ControlLaw, DoesNotWindUpAtTheModelsThreshold) {
+  ControlLaw both = law(Structure::inverse_pi);
+  std::uint8_t limits = limit::none;
+  for (int i = 0; i < 1000; ++i) {
+    const ControlLaw::Demand demand =
+        both.propose({.reference_um = 40.0, .previewed_um = 40.0, .position_um = 29.0, .dt_s = dt_s});
+    both.commit(demand.drive);
+    limits = demand.limits;
+  }
+  EXPECT_EQ(limits, limit::model) << "40 um are out of the model's reach, and it says so";
+  const ControlLaw::Demand after =
+      both.propose({.reference_um = 20.0, .previewed_um = 20.0, .position_um = 29.0, .dt_s = dt_s});
+  EXPECT_LT(after.drive, 90.0);
+}
+
+TEST(ControlLaw, MemoryFollowsTheDriveThatWasAppliedNotTheOneThatWasWanted) {
+  ControlLaw feed_forward = law(Structure::inverse);
+  feed_forward.propose(
+      {.reference_um = 0.0, .previewed_um = 20.0, .position_um = std::nullopt, .dt_s = dt_s});
+  feed_forward.commit(30.0);
+  const model::Hysteresis actuator(support::piezo_model());
+  model::HysteresisState state = actuator.at_lower_threshold();
+  actuator.advance(state, 30.0);
+  EXPECT_DOUBLE_EQ(feed_forward.predicted_um(), state.output);
+}
+
+TEST(Delays, AddUpToThePreview) {
+  const Delays delays{.command_delay = std::chrono::milliseconds(1),
+                      .amplifier_bandwidth_Hz = 1000.0,
+                      .resonance_Hz = 500.0,
+                      .damping_ratio = 0.05};
+  // 1 ms until the command acts, 0.5 ms held, 1 / (2 pi 1000 Hz), 2 * 0.05 / (2 pi 500 Hz)
+  EXPECT_NEAR(delays.preview_s(1e-3), 1e-3 + 0.5e-3 + 0.15915494e-3 + 0.03183099e-3, 1e-10);
+}
+
+TEST(Structure, NamesAreReadBack) {
+  for (const Structure structure : all_structures)
+    EXPECT_EQ(parse_structure(to_string(structure)), structure);
+  EXPECT_EQ(parse_structure("pid"), std::nullopt);
+}
+
+}  // namespace
+}  // namespace hystcan::controller

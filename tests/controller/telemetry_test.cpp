@@ -1,0 +1,88 @@
+#include "controller/telemetry.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <latch>
+#include <sstream>
+
+namespace hystcan::controller {
+namespace {
+
+std::filesystem::path scratch(const char* name) { return std::filesystem::path(testing::TempDir()) / name; }
+
+CycleRecord numbered(std::uint64_t cycle) {
+  CycleRecord record;
+  record.cycle = cycle;
+  return record;
+}
+
+TEST(TelemetryThread, HandsOverEveryRecordInOrder) {
+  std::vector<std::uint64_t> seen;
+  std::uint64_t dropped = 0;
+  {
+    TelemetryThread telemetry([&](const CycleRecord& record) { seen.push_back(record.cycle); });
+    for (std::uint64_t i = 0; i < 10'000; ++i) telemetry.push(numbered(i));
+    dropped = telemetry.dropped();
+  }
+  ASSERT_EQ(dropped, 0u);
+  ASSERT_EQ(seen.size(), 10'000u);
+  for (std::uint64_t i = 0; i < seen.size(); ++i) ASSERT_EQ(seen[i], i);
+}
+
+TEST(TelemetryThread, DropsAndCountsWhereTheConsumerIsStuck) {
+  std::latch release(1);
+  std::size_t consumed = 0;
+  constexpr std::size_t pushed = 100'000;  // more than the ring holds
+  std::uint64_t dropped = 0;
+  {
+    TelemetryThread telemetry([&](const CycleRecord&) {
+      release.wait();
+      ++consumed;
+    });
+    for (std::size_t i = 0; i < pushed; ++i) telemetry.push(numbered(i));
+    dropped = telemetry.dropped();
+    release.count_down();
+  }
+  EXPECT_GT(dropped, 0u);
+  EXPECT_EQ(consumed + dropped, pushed);
+}
+
+TEST(CsvLog, WritesARowForEachRecord) {
+  const auto file = scratch("hystcan_csv_log.csv");
+  {
+    CsvLog log(file, {"x", "y"});
+    CycleRecord record = numbered(7);
+    record.time_s = 0.007;
+    record.axis = 1;
+    record.report.state = AxisState::tracking;
+    record.report.reference_um = 3.0;
+    record.report.position_um = 2.5;
+    record.report.demand_um = 3.25;
+    record.report.drive = 10.0;
+    record.turnaround = std::chrono::microseconds(12);
+    log.write(record);
+    EXPECT_EQ(log.close(), "");
+  }
+  std::ifstream stream(file);
+  std::stringstream text;
+  text << stream.rdbuf();
+  EXPECT_NE(text.str().find(
+                "\n7,0.007000000,y,tracking,none,0,3.000000,2.500000,0.500000,3.250000,10.000000,0.000000,,0,"
+                "12.000\n"),
+            std::string::npos)
+      << text.str();
+}
+
+TEST(CsvLog, SaysSoWhereTheDiskIsFull) {
+  CsvLog log("/dev/full", {"x"});
+  for (int i = 0; i < 10'000; ++i) log.write({});
+  EXPECT_NE(log.close().find("No space left on device"), std::string::npos);
+}
+
+TEST(CsvLog, RefusesAPlaceItCannotWriteTo) {
+  EXPECT_THROW(CsvLog("/nonexistent/folder/x.csv", {"x"}), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace hystcan::controller
