@@ -1,0 +1,239 @@
+// The twin's two nodes as a bus sees them: every claim is made from frames alone.
+#include <gtest/gtest.h>
+
+#include <map>
+#include <optional>
+
+#include "can/protocol.h"
+#include "can/sim_bus.h"
+#include "tests/support/piezo.h"
+#include "twin/twin.h"
+
+namespace hystcan::twin {
+namespace {
+
+using can::AmpState;
+using std::chrono::milliseconds;
+
+Config one_axis() {
+  Config config{.seed = 1, .heartbeat_period = milliseconds(100), .axes = {}};
+  config.axes.push_back({.wire = {.name = "x", .message_prefix = "X", .amplifier_node = 1, .sensor_node = 2},
+                         .plant = {.hysteresis = support::piezo_model(),
+                                   .mode = {.natural_frequency_Hz = 500.0, .damping_ratio = 0.05},
+                                   .amplifier = {.drive_min = -20,
+                                                 .drive_max = 120,
+                                                 .slew_per_s = 93e3,
+                                                 .bandwidth_Hz = 1500,
+                                                 .safe_drive = 0}},
+                         .sensor = {},
+                         .command_timeout = milliseconds(20)});
+  return config;
+}
+
+/// A bus with the twin on it, and a tester that keeps what it hears.
+class TwinOnBus : public testing::Test {
+ protected:
+  TwinOnBus() {
+    tester_->on_frame([this](const can::Frame& frame, can::Time) {
+      ++heard_[frame.id];
+      if (frame.id == 0x181)
+        if (const auto decoded = decode_status_(frame)) status_ = *decoded;
+      if (frame.id == 0x182)
+        if (const auto decoded = decode_sample_(frame)) sample_ = *decoded;
+      if (frame.id == 0x701) amplifier_heartbeats_.push_back(frame.data[0]);
+      if (frame.id == 0x081) emergencies_.push_back(can::parse_emergency(frame)->code);
+    });
+    twin_.start();
+  }
+
+  void start_nodes() {
+    tester_->send(can::nmt_frame({can::NmtCommand::start, 0}));
+    run(milliseconds(1));
+  }
+  void run(can::Duration duration) { clock_.run_until(clock_.now() + duration); }
+  void sync() { tester_->send(can::sync_frame(counter_ = can::next_sync_counter(counter_))); }
+  void command(double setpoint, bool enable, bool clear_fault = false) {
+    tester_->send(*encode_command_(
+        {.setpoint = setpoint, .enable = enable, .clear_fault = clear_fault, .sync_counter = counter_}));
+  }
+  /// SYNC and command, once a millisecond.
+  void drive(double setpoint, int cycles) {
+    for (int i = 0; i < cycles; ++i) {
+      sync();
+      command(setpoint, true);
+      run(milliseconds(1));
+    }
+  }
+  double output() {
+    run(milliseconds(5));
+    Plant& plant = twin_.axes().front()->plant;
+    plant.advance_to(clock_.now());
+    return plant.drive();
+  }
+
+  can::VirtualClock clock_;
+  can::SimBus bus_{clock_, 1'000'000};
+  can::Database database_ = can::load_dbc(HYSTCAN_SOURCE_DIR "/config/hystcan.dbc");
+  std::unique_ptr<can::Bus> tester_ = bus_.attach();
+  can::Encoder<can::AmpCommand> encode_command_{*database_.find("XAmpCommand")};
+  can::Decoder<can::AmpStatus> decode_status_{*database_.find("XAmpStatus")};
+  can::Decoder<can::SensorSample> decode_sample_{*database_.find("XSensorSample")};
+  Twin twin_{one_axis(), database_, clock_, [this](auto) { return bus_.attach(); }};
+  std::map<std::uint32_t, int> heard_;
+  std::vector<int> amplifier_heartbeats_;
+  std::vector<int> emergencies_;
+  std::optional<can::AmpStatus> status_;
+  std::optional<can::SensorSample> sample_;
+  std::uint8_t counter_ = 0;
+};
+
+TEST_F(TwinOnBus, AnnouncesItselfAndBeatsPreOperationalUntilStarted) {
+  run(milliseconds(250));
+  EXPECT_EQ(amplifier_heartbeats_, (std::vector<int>{0x00, 0x7F, 0x7F}));
+  EXPECT_EQ(heard_[0x702], 3);
+  start_nodes();
+  run(milliseconds(100));
+  EXPECT_EQ(amplifier_heartbeats_.back(), 0x05);
+}
+
+TEST_F(TwinOnBus, AnswersEverySyncWithOneSampleOnceStarted) {
+  sync();
+  run(milliseconds(1));
+  EXPECT_EQ(heard_[0x182], 0) << "pre-operational";
+  start_nodes();
+  for (int i = 0; i < 250; ++i) {  // past the counter's turn at 240
+    sync();
+    run(milliseconds(1));
+    ASSERT_TRUE(sample_);
+    ASSERT_EQ(sample_->sync_counter, counter_);
+  }
+  EXPECT_EQ(heard_[0x182], 250);
+}
+
+TEST_F(TwinOnBus, ReportsStatusAtEveryTenthSyncAndAtEveryChange) {
+  start_nodes();
+  const int at_start = heard_[0x181];
+  EXPECT_EQ(status_->state, AmpState::ready);
+  drive(10.0, 1);
+  EXPECT_EQ(heard_[0x181], at_start + 1) << "enabled is a change";
+  EXPECT_EQ(status_->state, AmpState::enabled);
+  drive(10.0, 20);
+  EXPECT_EQ(heard_[0x181], at_start + 3);
+}
+
+TEST_F(TwinOnBus, TakesASetpointOverAtTheNextSync) {
+  start_nodes();
+  sync();
+  command(50.0, true);
+  run(milliseconds(2));
+  EXPECT_EQ(output(), 0.0);
+  sync();
+  EXPECT_NEAR(output(), 50.0, 1e-3);
+}
+
+TEST_F(TwinOnBus, DropsToTheSafeValueAndLatchesWhereCommandsStop) {
+  start_nodes();
+  drive(50.0, 20);
+  run(milliseconds(19));
+  EXPECT_EQ(status_->state, AmpState::enabled);
+  run(milliseconds(2));
+  EXPECT_EQ(status_->state, AmpState::fault);
+  EXPECT_EQ(status_->fault, can::amp_fault::command_timeout);
+  EXPECT_EQ(emergencies_, std::vector<int>{0x8130});
+  EXPECT_NEAR(output(), 0.0, 1e-3);
+
+  drive(50.0, 20);
+  EXPECT_EQ(status_->state, AmpState::fault) << "latched: commands alone do not bring it back";
+  EXPECT_NEAR(output(), 0.0, 1e-3);
+}
+
+TEST_F(TwinOnBus, ForgetsAFaultOnlyWhenToldTo) {
+  start_nodes();
+  drive(50.0, 5);
+  run(milliseconds(50));
+  sync();
+  command(0.0, false, true);
+  run(milliseconds(1));
+  EXPECT_EQ(status_->state, AmpState::ready);
+  EXPECT_EQ(status_->fault, 0);
+  EXPECT_EQ(emergencies_, (std::vector<int>{0x8130, 0x0000}));
+  drive(50.0, 20);
+  EXPECT_EQ(status_->state, AmpState::enabled);
+}
+
+TEST_F(TwinOnBus, TripsOnASetpointBeyondItsRange) {
+  start_nodes();
+  drive(50.0, 5);
+  sync();
+  command(121.0, true);
+  run(milliseconds(1));
+  EXPECT_EQ(status_->state, AmpState::fault);
+  EXPECT_EQ(status_->fault, can::amp_fault::setpoint_out_of_range);
+}
+
+TEST_F(TwinOnBus, IgnoresCommandsOlderThanOneSync) {
+  start_nodes();
+  drive(10.0, 5);
+  const std::uint8_t old = counter_;
+  sync();
+  run(milliseconds(1));
+  sync();
+  run(milliseconds(1));
+  tester_->send(*encode_command_({.setpoint = 90.0, .enable = true, .sync_counter = old}));
+  run(milliseconds(1));
+  sync();
+  run(milliseconds(1));
+  EXPECT_NEAR(output(), 10.0, 1e-3);
+  EXPECT_EQ(twin_.axes().front()->amplifier.stale_commands(), 1u);
+}
+
+TEST_F(TwinOnBus, CountsDamagedCommandsByCauseAndObeysNone) {
+  start_nodes();
+  sync();
+  can::Frame damaged = *encode_command_({.setpoint = 90.0, .enable = true, .sync_counter = counter_});
+  damaged.data[0] ^= 0x10;
+  tester_->send(damaged);
+  can::Frame extended = *encode_command_({.setpoint = 90.0, .enable = true, .sync_counter = counter_});
+  extended.extended = true;
+  tester_->send(extended);
+  can::Frame shorter = *encode_command_({.setpoint = 90.0, .enable = true, .sync_counter = counter_});
+  shorter.length = 7;
+  tester_->send(shorter);
+  run(milliseconds(5));
+  const can::Checker& checker = twin_.axes().front()->amplifier.checker();
+  EXPECT_EQ(checker.rejected(can::Rejection::wrong_crc), 1u);
+  EXPECT_EQ(checker.rejected(can::Rejection::extended_id), 1u);
+  EXPECT_EQ(checker.rejected(can::Rejection::wrong_length), 1u);
+  EXPECT_EQ(status_->state, AmpState::ready);
+}
+
+TEST_F(TwinOnBus, IsSafeWhereNmtStopsIt) {
+  start_nodes();
+  drive(50.0, 20);
+  tester_->send(can::nmt_frame({can::NmtCommand::stop, 1}));
+  run(milliseconds(1));
+  EXPECT_EQ(status_->state, AmpState::off);
+  EXPECT_NEAR(output(), 0.0, 1e-3);
+}
+
+TEST_F(TwinOnBus, BootsUpAgainAfterAReset) {
+  start_nodes();
+  drive(50.0, 20);
+  amplifier_heartbeats_.clear();
+  tester_->send(can::nmt_frame({can::NmtCommand::reset_node, 0}));
+  run(milliseconds(1));
+  EXPECT_EQ(amplifier_heartbeats_, std::vector<int>{0x00});
+  EXPECT_NEAR(output(), 0.0, 1e-3);
+}
+
+TEST_F(TwinOnBus, ShutDownLeavesTheOutputAtTheSafeValueAndSaysSo) {
+  start_nodes();
+  drive(50.0, 20);
+  twin_.shut_down();
+  run(milliseconds(1));
+  EXPECT_EQ(status_->state, AmpState::off);
+  EXPECT_NEAR(status_->output, 0.0, 1e-6);
+}
+
+}  // namespace
+}  // namespace hystcan::twin

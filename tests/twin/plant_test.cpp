@@ -1,0 +1,90 @@
+#include "twin/plant.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "tests/support/piezo.h"
+
+namespace hystcan::twin {
+namespace {
+
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+
+Plant::Config config() {
+  return {.hysteresis = support::piezo_model(),
+          .mode = {.natural_frequency_Hz = 500.0, .damping_ratio = 0.05},
+          .amplifier = {
+              .drive_min = -20, .drive_max = 120, .slew_per_s = 93e3, .bandwidth_Hz = 1500, .safe_drive = 0}};
+}
+
+TEST(Plant, RestsWhereItStarts) {
+  Plant plant(config(), can::Time{});
+  plant.advance_to(can::Time{} + milliseconds(100));
+  EXPECT_EQ(plant.position_um(), 0.0);
+  EXPECT_EQ(plant.drive(), 0.0);
+}
+
+TEST(Plant, SettlesOnTheHysteresisCurve) {
+  Plant plant(config(), can::Time{});
+  plant.set_target(50.0);
+  plant.advance_to(can::Time{} + std::chrono::seconds(1));
+  EXPECT_NEAR(plant.position_um(), support::piezo_model().ascending.value(50.0), 1e-9);
+}
+
+TEST(Plant, RemembersItsTurningPoints) {
+  Plant plant(config(), can::Time{});
+  can::Time now{};
+  const auto settle_at = [&](double drive) {
+    plant.set_target(drive);
+    plant.advance_to(now += milliseconds(500));
+    return plant.position_um();
+  };
+  settle_at(20.0);
+  const double going_up = settle_at(50.0);
+  settle_at(80.0);
+  const double coming_down = settle_at(50.0);
+  EXPECT_GT(coming_down - going_up, 1.0) << "um of hysteresis";
+}
+
+TEST(Plant, LimitsItsTargetToTheAmplifiersRange) {
+  Plant plant(config(), can::Time{});
+  plant.set_target(1e6);
+  plant.advance_to(can::Time{} + std::chrono::seconds(1));
+  EXPECT_NEAR(plant.drive(), 120.0, 1e-9);
+}
+
+// Sub-steps count from the last look, so looking shifts them: what that may change is the hysteresis's
+// curvature within a sub-step, two nanometres here where the target jumps by up to 12 V.
+TEST(Plant, MovesTheSameHoweverOftenItIsLookedAt) {
+  std::mt19937 random(1);
+  std::uniform_int_distribution<int> pause(1, 300);
+  Plant watched(config(), can::Time{});
+  Plant left_alone(config(), can::Time{});
+  can::Time now{};
+  for (int cycle = 0; cycle < 200; ++cycle) {
+    const double target = 50.0 + 40.0 * std::sin(0.3 * cycle);
+    watched.set_target(target);
+    left_alone.set_target(target);
+    const can::Time end = now + milliseconds(1);
+    while ((now += microseconds(pause(random))) < end) watched.advance_to(now);
+    now = end;
+    watched.advance_to(end);
+    left_alone.advance_to(end);
+    ASSERT_NEAR(watched.position_um(), left_alone.position_um(), 2e-3) << "cycle " << cycle;
+  }
+}
+
+TEST(Plant, IgnoresATimeThatHasPassed) {
+  Plant plant(config(), can::Time{});
+  plant.set_target(50.0);
+  plant.advance_to(can::Time{} + milliseconds(2));
+  const double before = plant.position_um();
+  plant.advance_to(can::Time{} + milliseconds(1));
+  EXPECT_EQ(plant.position_um(), before);
+}
+
+}  // namespace
+}  // namespace hystcan::twin

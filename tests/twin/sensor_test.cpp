@@ -1,0 +1,46 @@
+#include "twin/sensor.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace hystcan::twin {
+namespace {
+
+TEST(Sensor, QuantisesToItsResolution) {
+  Sensor sensor({.noise_um_rms = 0.0, .resolution_um = 0.25}, 1);
+  EXPECT_EQ(sensor.measure(1.10), 1.0);
+  EXPECT_EQ(sensor.measure(-1.20), -1.25);
+}
+
+TEST(Sensor, WithoutNoiseAndResolutionMeasuresThePositionItself) {
+  Sensor sensor({}, 1);
+  EXPECT_EQ(sensor.measure(1.23456789), 1.23456789);
+}
+
+TEST(Sensor, NoiseHasTheStatedSpreadAndNoBias) {
+  Sensor sensor({.noise_um_rms = 0.01}, 42);
+  constexpr int samples = 100'000;
+  double sum = 0.0;
+  double squares = 0.0;
+  for (int i = 0; i < samples; ++i) {
+    const double noise = sensor.measure(5.0) - 5.0;
+    sum += noise;
+    squares += noise * noise;
+  }
+  // Five standard errors: 0.01 / sqrt(1e5) of the mean, 0.01 / sqrt(2e5) of the spread.
+  EXPECT_NEAR(sum / samples, 0.0, 5 * 0.01 / std::sqrt(samples));
+  EXPECT_NEAR(std::sqrt(squares / samples), 0.01, 5 * 0.01 / std::sqrt(2.0 * samples));
+}
+
+TEST(Sensor, TheSameSeedGivesTheSameNoise) {
+  Sensor a({.noise_um_rms = 0.01}, 7);
+  Sensor b({.noise_um_rms = 0.01}, 7);
+  Sensor other({.noise_um_rms = 0.01}, 8);
+  const double first = a.measure(0.0);
+  EXPECT_EQ(first, b.measure(0.0));
+  EXPECT_NE(first, other.measure(0.0));
+}
+
+}  // namespace
+}  // namespace hystcan::twin

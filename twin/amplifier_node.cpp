@@ -1,0 +1,116 @@
+#include "twin/amplifier_node.h"
+
+#include <array>
+#include <utility>
+
+namespace hystcan::twin {
+namespace {
+
+// CiA 301, table of emergency error codes.
+constexpr std::uint16_t emergency_error_reset = 0x0000;
+constexpr std::uint16_t emergency_heartbeat = 0x8130;
+constexpr std::uint16_t emergency_data_set = 0x6300;
+
+}  // namespace
+
+AmplifierNode::AmplifierNode(const Config& config, const can::Database& database, can::Scheduler& scheduler,
+                             std::unique_ptr<can::Bus> bus, Plant& plant)
+    : config_(config),
+      scheduler_(scheduler),
+      bus_(std::move(bus)),
+      plant_(plant),
+      nmt_(*bus_, scheduler, config.wire.amplifier_node, config.heartbeat_period,
+           [this](can::NmtState state) { on_nmt(state); }),
+      decode_command_(can::find_message<can::AmpCommand>(database, config.wire)),
+      encode_status_(can::find_message<can::AmpStatus>(database, config.wire)),
+      watchdog_(scheduler.make_timer([this] { check_watchdog(); })) {
+  bus_->on_frame([this](const can::Frame& frame, can::Time received) { handle(frame, received); });
+}
+
+void AmplifierNode::shut_down() {
+  enter(can::AmpState::off);
+  plant_.advance_to(scheduler_.now() + std::chrono::seconds(1));
+  send_status();
+}
+
+void AmplifierNode::handle(const can::Frame& frame, can::Time received) {
+  if (frame.id == decode_command_.id()) {
+    if (const auto command = decode_command_(frame)) on_command(*command);
+  } else if (frame.id == can::sync_id) {
+    if (const auto counter = can::parse_sync(frame)) on_sync(*counter, received);
+  } else {
+    nmt_.handle(frame);
+  }
+}
+
+void AmplifierNode::on_sync(std::uint8_t counter, can::Time received) {
+  last_sync_ = counter;
+  if (state_ == can::AmpState::enabled) {
+    plant_.advance_to(received);
+    plant_.set_target(setpoint_);
+  }
+  if (nmt_.state() == can::NmtState::operational && ++syncs_since_status_ >= config_.status_every)
+    send_status();
+}
+
+void AmplifierNode::on_command(const can::AmpCommand& command) {
+  if (nmt_.state() != can::NmtState::operational) return;
+  const int age = (last_sync_ - command.sync_counter + can::sync_counter_max) % can::sync_counter_max;
+  if (age > 1) {
+    ++stale_commands_;
+    return;
+  }
+  if (command.clear_fault && state_ == can::AmpState::fault) {
+    fault_ = 0;
+    bus_->send(can::emergency_frame(config_.wire.amplifier_node, {.code = emergency_error_reset}));
+    enter(can::AmpState::ready);
+  }
+  if (state_ == can::AmpState::fault) return;
+  if (!command.enable) return enter(can::AmpState::ready);
+  if (command.setpoint < config_.drive_min || command.setpoint > config_.drive_max)
+    return trip(can::amp_fault::setpoint_out_of_range, emergency_data_set);
+  setpoint_ = command.setpoint;
+  command_deadline_ = scheduler_.now() + config_.command_timeout;
+  if (state_ != can::AmpState::enabled) {
+    watchdog_->expire_at(command_deadline_);
+    enter(can::AmpState::enabled);
+  }
+}
+
+void AmplifierNode::on_nmt(can::NmtState state) {
+  if (state != can::NmtState::operational) return enter(can::AmpState::off);
+  decode_command_.restart();
+  enter(fault_ == 0 ? can::AmpState::ready : can::AmpState::fault);
+}
+
+void AmplifierNode::check_watchdog() {
+  if (state_ != can::AmpState::enabled) return;
+  if (scheduler_.now() < command_deadline_) return watchdog_->expire_at(command_deadline_);
+  trip(can::amp_fault::command_timeout, emergency_heartbeat);
+}
+
+void AmplifierNode::trip(std::uint8_t fault, std::uint16_t emergency_code) {
+  fault_ |= fault;
+  bus_->send(
+      can::emergency_frame(config_.wire.amplifier_node, {.code = emergency_code, .error_register = 0x01}));
+  enter(can::AmpState::fault);
+}
+
+void AmplifierNode::enter(can::AmpState state) {
+  if (state != can::AmpState::enabled) {
+    plant_.advance_to(scheduler_.now());
+    plant_.set_target(config_.safe_drive);
+  }
+  if (state == state_) return;
+  state_ = state;
+  send_status();
+}
+
+void AmplifierNode::send_status() {
+  syncs_since_status_ = 0;
+  plant_.advance_to(scheduler_.now());
+  if (const auto frame = encode_status_({.output = plant_.drive(), .state = state_, .fault = fault_}))
+    bus_->send(*frame);
+}
+
+}  // namespace hystcan::twin

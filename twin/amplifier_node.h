@@ -1,0 +1,68 @@
+// The amplifier as a node on the bus: obeys NMT and AmpCommand, watches for silence, reports.
+#pragma once
+
+#include <memory>
+
+#include "can/bus.h"
+#include "can/node.h"
+#include "can/protocol.h"
+#include "twin/plant.h"
+
+namespace hystcan::twin {
+
+/// A setpoint takes effect at the next SYNC (a synchronous PDO, CiA 301): the delay is one cycle, whatever
+/// the bus does. Drives its plant only while operational, enabled and commanded. Commands that stop for
+/// `command_timeout` trip it: the output goes to the safe value and the fault stays until a command clears
+/// it.
+class AmplifierNode {
+ public:
+  struct Config {
+    can::AxisWire wire;
+    double drive_min = 0.0;  ///< setpoints outside trip the amplifier
+    double drive_max = 100.0;
+    double safe_drive = 0.0;
+    can::Duration command_timeout{};
+    can::Duration heartbeat_period{};
+    unsigned status_every = 10;  ///< SYNCs per AmpStatus
+  };
+
+  AmplifierNode(const Config& config, const can::Database& database, can::Scheduler& scheduler,
+                std::unique_ptr<can::Bus> bus, Plant& plant);
+
+  void start() { nmt_.start(); }
+  /// Switches off: the output goes to the safe value, and one last status says so.
+  void shut_down();
+
+  can::AmpState state() const { return state_; }
+  std::uint8_t fault() const { return fault_; }
+  std::uint64_t stale_commands() const { return stale_commands_; }
+  const can::Checker& checker() const { return decode_command_.checker(); }
+
+ private:
+  void handle(const can::Frame& frame, can::Time received);
+  void on_sync(std::uint8_t counter, can::Time received);
+  void on_command(const can::AmpCommand& command);
+  void on_nmt(can::NmtState state);
+  void check_watchdog();
+  void trip(std::uint8_t fault, std::uint16_t emergency_code);
+  void enter(can::AmpState state);
+  void send_status();
+
+  Config config_;
+  can::Scheduler& scheduler_;
+  std::unique_ptr<can::Bus> bus_;
+  Plant& plant_;
+  can::NmtSlave nmt_;
+  can::Decoder<can::AmpCommand> decode_command_;
+  can::Encoder<can::AmpStatus> encode_status_;
+  std::unique_ptr<can::Timer> watchdog_;
+  can::Time command_deadline_{};
+  can::AmpState state_ = can::AmpState::off;
+  std::uint8_t fault_ = 0;
+  double setpoint_ = 0.0;  ///< taken over at the next SYNC
+  std::uint8_t last_sync_ = 0;
+  unsigned syncs_since_status_ = 0;
+  std::uint64_t stale_commands_ = 0;
+};
+
+}  // namespace hystcan::twin

@@ -1,0 +1,56 @@
+#include "twin/twin.h"
+
+#include <array>
+
+namespace hystcan::twin {
+namespace {
+
+AmplifierNode::Config amplifier_config(const AxisConfig& axis, const Config& common) {
+  const Amplifier::Config& amplifier = axis.plant.amplifier;
+  return {.wire = axis.wire,
+          .drive_min = amplifier.drive_min,
+          .drive_max = amplifier.drive_max,
+          .safe_drive = amplifier.safe_drive,
+          .command_timeout = axis.command_timeout,
+          .heartbeat_period = common.heartbeat_period,
+          .status_every = axis.status_every};
+}
+
+std::unique_ptr<can::Bus> attach_amplifier(const can::AxisWire& wire, const can::Attach& attach) {
+  return attach(std::array{can::Filter{can::nmt_id}, can::Filter{can::sync_id},
+                           can::Filter{can::receive_pdo_base + wire.amplifier_node}});
+}
+
+std::unique_ptr<can::Bus> attach_sensor(const can::Attach& attach) {
+  return attach(std::array{can::Filter{can::nmt_id}, can::Filter{can::sync_id}});
+}
+
+}  // namespace
+
+Twin::Axis::Axis(const AxisConfig& config, const Config& common, const can::Database& database,
+                 can::Scheduler& scheduler, const can::Attach& attach)
+    : name(config.wire.name),
+      plant(config.plant, scheduler.now()),
+      amplifier(amplifier_config(config, common), database, scheduler, attach_amplifier(config.wire, attach),
+                plant),
+      sensor({.wire = config.wire, .heartbeat_period = common.heartbeat_period}, database, scheduler,
+             attach_sensor(attach), plant, Sensor(config.sensor, common.seed + config.wire.sensor_node)) {}
+
+Twin::Twin(const Config& config, const can::Database& database, can::Scheduler& scheduler,
+           const can::Attach& attach) {
+  for (const AxisConfig& axis : config.axes)
+    axes_.push_back(std::make_unique<Axis>(axis, config, database, scheduler, attach));
+}
+
+void Twin::start() {
+  for (const auto& axis : axes_) {
+    axis->amplifier.start();
+    axis->sensor.start();
+  }
+}
+
+void Twin::shut_down() {
+  for (const auto& axis : axes_) axis->amplifier.shut_down();
+}
+
+}  // namespace hystcan::twin

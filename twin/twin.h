@@ -1,0 +1,56 @@
+// The simulation twin: for each axis a plant, and the two nodes that stand before it on the bus.
+//
+// It knows only the wire. The nodes have a connection each, as the real ones would.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "can/bus.h"
+#include "can/dbc.h"
+#include "twin/amplifier_node.h"
+#include "twin/plant.h"
+#include "twin/sensor_node.h"
+
+namespace hystcan::twin {
+
+struct AxisConfig {
+  can::AxisWire wire;
+  Plant::Config plant;
+  Sensor::Config sensor;
+  can::Duration command_timeout{};
+  unsigned status_every = 10;
+};
+
+struct Config {
+  std::uint64_t seed = 1;
+  can::Duration heartbeat_period{};
+  std::vector<AxisConfig> axes;
+};
+
+class Twin {
+ public:
+  /// Throws std::invalid_argument where the database lacks a message or a parameter is out of range.
+  Twin(const Config& config, const can::Database& database, can::Scheduler& scheduler,
+       const can::Attach& attach);
+
+  void start();
+  /// Switches every amplifier off; their outputs end at the safe value.
+  void shut_down();
+
+  struct Axis {
+    Axis(const AxisConfig& config, const Config& common, const can::Database& database,
+         can::Scheduler& scheduler, const can::Attach& attach);
+    std::string name;
+    Plant plant;
+    AmplifierNode amplifier;
+    SensorNode sensor;
+  };
+  const std::vector<std::unique_ptr<Axis>>& axes() const { return axes_; }
+
+ private:
+  std::vector<std::unique_ptr<Axis>> axes_;
+};
+
+}  // namespace hystcan::twin
