@@ -1,0 +1,170 @@
+#include "config/check.h"
+
+#include <fmt/format.h>
+
+#include <map>
+
+#include "can/protocol.h"
+
+namespace hystcan::config {
+namespace {
+
+/// The checks of one axis, at `path` ("axis[0]").
+class AxisCheck {
+ public:
+  AxisCheck(const Document& document, const Config& config, std::size_t index)
+      : document_(document),
+        config_(config),
+        axis_(config.axes[index]),
+        path_(fmt::format("axis[{}]", index)),
+        unit_(axis_.drive_unit) {}
+
+  void run() const {
+    check_message<can::AmpCommand>(can::receive_pdo_base + axis_.wire.amplifier_node);
+    check_message<can::AmpStatus>(can::transmit_pdo_base + axis_.wire.amplifier_node);
+    check_message<can::SensorSample>(can::transmit_pdo_base + axis_.wire.sensor_node);
+    check_unit("AmpCommand", "Setpoint", unit_);
+    check_unit("AmpStatus", "Output", unit_);
+    check_unit("SensorSample", "Position", "um");
+    check_model("control.model", axis_.control.law.model);
+    check_model("twin.model", axis_.twin.plant.hysteresis);
+    check_drive_range("control", axis_.control.gate.drive_min, axis_.control.gate.drive_max,
+                      axis_.control.gate.safe_drive, axis_.control.law.model);
+    const twin::Amplifier::Config& amplifier = axis_.twin.plant.amplifier;
+    check_drive_range("twin", amplifier.drive_min, amplifier.drive_max, amplifier.safe_drive,
+                      axis_.twin.plant.hysteresis);
+    check_representable();
+    check_setpoint();
+  }
+
+ private:
+  template <class... Args>
+  [[noreturn]] void fail(const std::string& key, fmt::format_string<Args...> format, Args&&... args) const {
+    document_.fail_at(path_ + "." + key, fmt::format(format, std::forward<Args>(args)...));
+  }
+
+  template <class Payload>
+  void check_message(std::uint32_t id) const {
+    try {
+      const can::Message& message = can::find_message<Payload>(config_.database, axis_.wire);
+      const can::Layout<Payload> layout(message);
+      if (message.id != id || message.extended)
+        fail("name", "message {} has identifier 0x{:X} in {}, expected 0x{:X} from the node ids",
+             message.name, message.id, config_.bus.dbc.string(), id);
+    } catch (const std::invalid_argument& error) {
+      document_.fail_at("bus.dbc", fmt::format("{} in {}, expected one for axis {}", error.what(),
+                                               config_.bus.dbc.string(), axis_.wire.name));
+    }
+  }
+
+  const can::Signal& signal(const char* message, const char* name) const {
+    return *config_.database.find(axis_.wire.message_prefix + message)->find(name);
+  }
+
+  void check_unit(const char* message, const char* name, const std::string& expected) const {
+    if (signal(message, name).unit != expected)
+      fail("drive_unit", "signal {} of {}{} is in \"{}\" in {}, expected \"{}\"", name,
+           axis_.wire.message_prefix, message, signal(message, name).unit, config_.bus.dbc.string(),
+           expected);
+  }
+
+  void check_model(const char* key, const model::HysteresisParameters& model) const {
+    if (model.input_unit != unit_)
+      fail(key, "the model's input_unit is \"{}\", expected \"{}\" as drive_unit", model.input_unit, unit_);
+    if (model.output_unit != "um")
+      fail(key, "the model's output_unit is \"{}\", expected \"um\"", model.output_unit);
+  }
+
+  void check_drive_range(const std::string& section, double min, double max, double safe,
+                         const model::HysteresisParameters& model) const {
+    const auto key = [&](const char* what) { return fmt::format("{}.{}_{}", section, what, unit_); };
+    const model::Interval& thresholds = model.ascending.domain();
+    if (!(min < max)) fail(key("drive_max"), "drive_max is {}, expected more than drive_min, {}", max, min);
+    if (safe < min || safe > max)
+      fail(key("safe_drive"), "safe_drive is {}, expected within {} and {}", safe, min, max);
+    if (min > thresholds.lo)
+      fail(key("drive_min"),
+           "drive_min is {}, expected at most {}: the model's lower threshold must be reached", min,
+           thresholds.lo);
+    if (max < thresholds.hi)
+      fail(key("drive_max"),
+           "drive_max is {}, expected at least {}: the model's upper threshold must be reached", max,
+           thresholds.hi);
+  }
+
+  void check_representable() const {
+    const can::SignalCodec setpoint(signal("AmpCommand", "Setpoint"));
+    const controller::Gate::Config& gate = axis_.control.gate;
+    if (gate.drive_min < setpoint.minimum() || gate.drive_max > setpoint.maximum())
+      fail("control.drive_max_" + unit_,
+           "the drive range {}..{} does not fit signal Setpoint, expected within {}..{}", gate.drive_min,
+           gate.drive_max, setpoint.minimum(), setpoint.maximum());
+  }
+
+  void check_setpoint() const {
+    const controller::AxisConfig& control = axis_.control;
+    if (!(control.position_min_um < control.position_max_um))
+      fail("control.position_max_um", "position_max_um is {}, expected more than position_min_um, {}",
+           control.position_max_um, control.position_min_um);
+    for (std::size_t i = 0; i < control.setpoint.size(); ++i) {
+      for (const double value : extremes_um(control.setpoint[i].shape))
+        if (value < control.position_min_um || value > control.position_max_um)
+          fail(fmt::format("control.setpoint[{}]", i),
+               "the setpoint goes to {} um, expected within {} and {} um", value, control.position_min_um,
+               control.position_max_um);
+    }
+  }
+
+  static std::vector<double> extremes_um(const controller::Shape& shape) {
+    struct {
+      std::vector<double> operator()(const controller::Hold& s) const { return {s.level_um}; }
+      std::vector<double> operator()(const controller::Ramp& s) const { return {s.from_um, s.to_um}; }
+      std::vector<double> operator()(const controller::Triangle& s) const { return {s.low_um, s.high_um}; }
+      std::vector<double> operator()(const controller::Sine& s) const { return {s.low_um, s.high_um}; }
+      std::vector<double> operator()(const controller::Staircase& s) const { return s.levels_um; }
+    } extremes;
+    return std::visit(extremes, shape);
+  }
+
+  const Document& document_;
+  const Config& config_;
+  const AxisConfig& axis_;
+  std::string path_;
+  std::string unit_;
+};
+
+void check_nodes(const Document& document, const Config& config) {
+  std::map<unsigned, std::string> taken{{config.controller.node, "controller.node"}};
+  const auto take = [&](unsigned node, const std::string& path) {
+    if (const auto [before, is_new] = taken.emplace(node, path); !is_new)
+      document.fail_at(
+          path, fmt::format("node {} is taken by {}, expected a node id of its own", node, before->second));
+  };
+  for (std::size_t i = 0; i < config.axes.size(); ++i) {
+    take(config.axes[i].wire.amplifier_node, fmt::format("axis[{}].amplifier_node", i));
+    take(config.axes[i].wire.sensor_node, fmt::format("axis[{}].sensor_node", i));
+  }
+}
+
+void check_names(const Document& document, const Config& config) {
+  std::map<std::string, std::size_t> names;
+  for (std::size_t i = 0; i < config.axes.size(); ++i)
+    if (!names.emplace(config.axes[i].wire.name, i).second)
+      document.fail_at(
+          fmt::format("axis[{}].name", i),
+          fmt::format("the name {} is taken, expected one of its own", config.axes[i].wire.name));
+}
+
+}  // namespace
+
+void check_agreement(const Document& document, const Config& config) {
+  check_names(document, config);
+  check_nodes(document, config);
+  if (config.controller.heartbeat_timeout <= config.twin.heartbeat_period)
+    document.fail_at(
+        "controller.heartbeat_timeout_ms",
+        "heartbeat_timeout_ms is not longer than the nodes' heartbeat_ms, expected at least twice as long");
+  for (std::size_t i = 0; i < config.axes.size(); ++i) AxisCheck(document, config, i).run();
+}
+
+}  // namespace hystcan::config

@@ -1,0 +1,12 @@
+// What no single key shows: whether the parts of a configuration agree with each other.
+#pragma once
+
+#include "config/config.h"
+#include "config/document.h"
+
+namespace hystcan::config {
+
+/// Node ids, DBC, units, ranges, delays. Throws Error at the key that is in the way.
+void check_agreement(const Document& document, const Config& config);
+
+}  // namespace hystcan::config

@@ -1,0 +1,151 @@
+#include "config/document.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <utility>
+
+namespace hystcan::config {
+namespace {
+
+std::string place(const std::filesystem::path& file, const toml::source_position& position) {
+  return fmt::format("{}:{}:{}", file.string(), position.line, position.column);
+}
+
+std::string join_choices(std::initializer_list<std::string_view> choices) {
+  return fmt::format("\"{}\"", fmt::join(choices, "\", \""));
+}
+
+}  // namespace
+
+Document::Document(std::filesystem::path file) : file_(std::move(file)) {
+  std::ifstream stream(file_, std::ios::binary);
+  std::ostringstream text;
+  if (!stream || !(text << stream.rdbuf()))
+    throw Error(fmt::format("{}: cannot be read, expected a TOML file", file_.string()));
+  try {
+    root_ = toml::parse(text.str());
+  } catch (const toml::parse_error& error) {
+    throw Error(
+        fmt::format("{}: {}, expected TOML", place(file_, error.source().begin), error.description()));
+  }
+}
+
+std::filesystem::path Document::resolve(const std::filesystem::path& path) const {
+  return file_.parent_path() / path;
+}
+
+void Document::fail(const toml::source_region& where, const std::string& what) const {
+  const toml::source_position position = where.begin ? where.begin : toml::source_position{1, 1};
+  throw Error(fmt::format("{}: {}", place(file_, position), what));
+}
+
+void Document::fail_at(std::string_view path, const std::string& what) const {
+  while (true) {
+    if (const auto node = root_.at_path(path)) fail(node.node()->source(), what);
+    const auto cut = path.find_last_of(".[");
+    if (cut == std::string_view::npos) fail(root_.source(), what);
+    path = path.substr(0, cut);
+  }
+}
+
+std::string Range::describe() const {
+  if (std::isinf(lo) && std::isinf(hi)) return "a finite number";
+  const char* above = lo_excluded ? ">" : ">=";
+  if (std::isinf(hi)) return fmt::format("a number {} {}", above, lo);
+  if (std::isinf(lo)) return fmt::format("a number <= {}", hi);
+  return fmt::format("a number {} {} and <= {}", above, lo, hi);
+}
+
+double nanoseconds_per_unit(std::string_view key) {
+  if (key.ends_with("_us")) return 1e3;
+  if (key.ends_with("_ms")) return 1e6;
+  return 1e9;
+}
+
+void Reader::choice(std::string_view key, std::string& value,
+                    std::initializer_list<std::string_view> choices) {
+  required(key, value);
+  if (std::ranges::find(choices, value) == choices.end())
+    document_.fail(table_.get(key)->source(),
+                   fmt::format("{} is \"{}\", expected one of {}", key, value, join_choices(choices)));
+}
+
+void Reader::finish() const {
+  for (const auto& [key, node] : table_)
+    if (!known_.contains(key.str()))
+      document_.fail(key.source(),
+                     fmt::format("unknown key {}, expected one of {}", key.str(), fmt::join(known_, ", ")));
+}
+
+bool Reader::read_bool(const toml::node& node, std::string_view key) const {
+  const auto value = node.value_exact<bool>();
+  if (!value) wrong_type(node, key, "true or false");
+  return *value;
+}
+
+std::int64_t Reader::read_integer(const toml::node& node, std::string_view key, Range range,
+                                  double type_max) const {
+  range.lo = std::max(range.lo, 0.0);
+  range.hi = std::min(range.hi, type_max);
+  const auto value = node.value_exact<std::int64_t>();
+  if (!value) wrong_type(node, key, "a whole number");
+  if (!range.contains(static_cast<double>(*value)))
+    document_.fail(node.source(), fmt::format("{} is {}, expected {}", key, *value, range.describe()));
+  return *value;
+}
+
+double Reader::read_number(const toml::node& node, std::string_view key, Range range) const {
+  if (!node.is_number()) wrong_type(node, key, range.describe());
+  const double value = *node.value<double>();
+  if (!std::isfinite(value) || !range.contains(value))
+    document_.fail(node.source(), fmt::format("{} is {}, expected {}", key, value, range.describe()));
+  return value;
+}
+
+std::vector<double> Reader::read_numbers(const toml::node& node, std::string_view key, Range range) const {
+  const toml::array* array = node.as_array();
+  if (array == nullptr || array->empty()) wrong_type(node, key, "an array of numbers");
+  std::vector<double> values;
+  for (const toml::node& element : *array) values.push_back(read_number(element, key, range));
+  return values;
+}
+
+std::string Reader::read_string(const toml::node& node, std::string_view key) const {
+  const auto value = node.value_exact<std::string>();
+  if (!value) wrong_type(node, key, "a string");
+  return *value;
+}
+
+void Reader::missing(std::string_view key) const {
+  document_.fail(table_.source(), fmt::format("missing key {}, expected in {}", key,
+                                              path_.empty() ? "the file" : "[" + path_ + "]"));
+}
+
+void Reader::wrong_type(const toml::node& node, std::string_view key, const std::string& expected) const {
+  std::ostringstream type;
+  type << node.type();
+  document_.fail(node.source(), fmt::format("{} is of type {}, expected {}", key, type.str(), expected));
+}
+
+std::string Reader::join(std::string_view key) const {
+  return path_.empty() ? std::string(key) : path_ + "." + std::string(key);
+}
+
+void Writer::line(std::string_view key, const std::string& value) {
+  const std::string path = path_.empty() ? std::string(key) : path_ + "." + std::string(key);
+  const bool given = static_cast<bool>(document_.root().at_path(path));
+  text_ += fmt::format("{} = {}{}\n", key, value, given ? "" : "  # default");
+}
+
+std::string Writer::number(double value) { return fmt::format("{}", value); }
+
+std::string Writer::numbers(const std::vector<double>& values) {
+  return fmt::format("[{}]", fmt::join(values, ", "));
+}
+
+}  // namespace hystcan::config

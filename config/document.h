@@ -1,0 +1,221 @@
+// A TOML file, and the visitors that carry values between its tables and our structs.
+//
+// Each struct has one `visit` (config/schema.h) that names its keys, ranges and defaults; a Reader passed
+// through it fills the struct, a Writer shows it.  Unknown keys, missing keys, wrong types and values out of
+// range are errors at their line and column.  A key of a duration carries its unit in its name: _s, _ms or
+// _us.
+#pragma once
+
+#include <toml++/toml.h>
+#include <cmath>
+#include <filesystem>
+#include <initializer_list>
+#include <limits>
+#include <set>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "can/scheduler.h"
+#include "config/config.h"
+
+namespace hystcan::config {
+
+class Document {
+ public:
+  explicit Document(std::filesystem::path file);
+
+  const toml::table& root() const { return root_; }
+  const std::filesystem::path& file() const { return file_; }
+  /// A path in the file is relative to the file's own folder.
+  std::filesystem::path resolve(const std::filesystem::path& path) const;
+
+  [[noreturn]] void fail(const toml::source_region& where, const std::string& what) const;
+  /// At the key with this path ("axis[1].amplifier_node"), or at the nearest table above it.
+  [[noreturn]] void fail_at(std::string_view path, const std::string& what) const;
+
+ private:
+  std::filesystem::path file_;
+  toml::table root_;
+};
+
+/// What a number may be.
+struct Range {
+  double lo = -std::numeric_limits<double>::infinity();
+  double hi = std::numeric_limits<double>::infinity();
+  bool lo_excluded = false;
+
+  bool contains(double value) const { return (lo_excluded ? value > lo : value >= lo) && value <= hi; }
+  std::string describe() const;
+};
+inline constexpr Range any{};
+inline constexpr Range positive{.lo = 0.0, .lo_excluded = true};
+inline constexpr Range not_negative{.lo = 0.0};
+
+double nanoseconds_per_unit(std::string_view key);
+
+template <class T>
+struct IsVector : std::false_type {};
+template <class T>
+struct IsVector<std::vector<T>> : std::true_type {};
+
+/// Fills structs from one table.
+class Reader {
+ public:
+  Reader(const Document& document, const toml::table& table, std::string path)
+      : document_(document), table_(table), path_(std::move(path)) {}
+
+  template <class T>
+  void required(std::string_view key, T& value, Range range = any) {
+    const toml::node* node = table_.get(key);
+    known_.emplace(key);
+    if (node == nullptr) missing(key);
+    read(*node, key, value, range);
+  }
+  template <class T>
+  void optional(std::string_view key, T& value, Range range = any) {
+    known_.emplace(key);
+    if (const toml::node* node = table_.get(key)) read(*node, key, value, range);
+  }
+  void choice(std::string_view key, std::string& value, std::initializer_list<std::string_view> choices);
+
+  /// A sub-table of its own struct: `visit(reader, value)`.
+  template <class T, class Visit>
+  void table(std::string_view key, T& value, Visit visit) {
+    known_.emplace(key);
+    const toml::node* node = table_.get(key);
+    if (node == nullptr) missing(key);
+    read_table(*node, join(key), value, visit);
+  }
+  /// An array of tables, at least one.
+  template <class T, class Visit>
+  void list(std::string_view key, std::vector<T>& values, Visit visit) {
+    known_.emplace(key);
+    const toml::node* node = table_.get(key);
+    if (node == nullptr) missing(key);
+    const toml::array* array = node->as_array();
+    if (array == nullptr || array->empty())
+      wrong_type(*node, key, "an array of tables, [[" + join(key) + "]]");
+    values.clear();
+    for (std::size_t i = 0; i < array->size(); ++i)
+      read_table(*array->get(i), join(key) + "[" + std::to_string(i) + "]", values.emplace_back(), visit);
+  }
+  /// A choice between alternatives, made by their name.
+  template <class Make>
+  void alternative(const std::string& name, Make make) {
+    make(name);
+  }
+
+  void finish() const;  ///< any key not asked for is an error
+
+ private:
+  template <class T, class Visit>
+  void read_table(const toml::node& node, const std::string& path, T& value, Visit visit) {
+    const toml::table* sub = node.as_table();
+    if (sub == nullptr) wrong_type(node, path, "a table");
+    Reader reader(document_, *sub, path);
+    visit(reader, value);
+    reader.finish();
+  }
+
+  template <class T>
+  void read(const toml::node& node, std::string_view key, T& value, Range range) {
+    if constexpr (std::is_same_v<T, bool>) {
+      value = read_bool(node, key);
+    } else if constexpr (std::is_integral_v<T>) {
+      value =
+          static_cast<T>(read_integer(node, key, range, static_cast<double>(std::numeric_limits<T>::max())));
+    } else if constexpr (std::is_floating_point_v<T>) {
+      value = read_number(node, key, range);
+    } else if constexpr (std::is_same_v<T, can::Duration>) {
+      value = can::Duration(std::llround(read_number(node, key, range) * nanoseconds_per_unit(key)));
+    } else if constexpr (IsVector<T>::value) {
+      value = read_numbers(node, key, range);
+    } else {
+      value = read_string(node, key);
+    }
+  }
+
+  bool read_bool(const toml::node& node, std::string_view key) const;
+  std::int64_t read_integer(const toml::node& node, std::string_view key, Range range, double type_max) const;
+  double read_number(const toml::node& node, std::string_view key, Range range) const;
+  std::vector<double> read_numbers(const toml::node& node, std::string_view key, Range range) const;
+  std::string read_string(const toml::node& node, std::string_view key) const;
+
+  [[noreturn]] void missing(std::string_view key) const;
+  [[noreturn]] void wrong_type(const toml::node& node, std::string_view key,
+                               const std::string& expected) const;
+  std::string join(std::string_view key) const;
+
+  const Document& document_;
+  const toml::table& table_;
+  std::string path_;
+  std::set<std::string, std::less<>> known_;
+};
+
+/// Shows structs as TOML.
+class Writer {
+ public:
+  explicit Writer(const Document& document) : document_(document) {}
+
+  template <class T>
+  void required(std::string_view key, const T& value, Range = any) {
+    write(key, value);
+  }
+  template <class T>
+  void optional(std::string_view key, const T& value, Range = any) {
+    write(key, value);
+  }
+  void choice(std::string_view key, const std::string& value, std::initializer_list<std::string_view>) {
+    write(key, value);
+  }
+  template <class T, class Visit>
+  void table(std::string_view key, T& value, Visit visit) {
+    enter(key, "[", "]", "", [&](Writer& writer) { visit(writer, value); });
+  }
+  template <class T, class Visit>
+  void list(std::string_view key, std::vector<T>& values, Visit visit) {
+    for (std::size_t i = 0; i < values.size(); ++i)
+      enter(key, "[[", "]]", "[" + std::to_string(i) + "]",
+            [&](Writer& writer) { visit(writer, values[i]); });
+  }
+  template <class Make>
+  void alternative(const std::string&, Make) {}
+
+  const std::string& text() const { return text_; }
+
+ private:
+  template <class T>
+  void write(std::string_view key, const T& value) {
+    if constexpr (std::is_same_v<T, bool>)
+      line(key, value ? "true" : "false");
+    else if constexpr (std::is_same_v<T, can::Duration>)
+      line(key, number(static_cast<double>(value.count()) / nanoseconds_per_unit(key)));
+    else if constexpr (std::is_arithmetic_v<T>)
+      line(key, number(static_cast<double>(value)));
+    else if constexpr (IsVector<T>::value)
+      line(key, numbers(value));
+    else
+      line(key, '"' + std::filesystem::path(value).string() + '"');
+  }
+  template <class Body>
+  void enter(std::string_view key, const char* open, const char* close, const std::string& index, Body body) {
+    Writer inner(document_);
+    inner.header_ = header_.empty() ? std::string(key) : header_ + "." + std::string(key);
+    inner.path_ = (path_.empty() ? std::string(key) : path_ + "." + std::string(key)) + index;
+    inner.text_ = "\n" + std::string(open) + inner.header_ + close + "\n";
+    body(inner);
+    text_ += inner.text_;
+  }
+  void line(std::string_view key, const std::string& value);
+  static std::string number(double value);
+  static std::string numbers(const std::vector<double>& values);
+
+  const Document& document_;
+  std::string header_;  ///< as TOML writes the table's name
+  std::string path_;    ///< the same with indices
+  std::string text_;
+};
+
+}  // namespace hystcan::config

@@ -1,0 +1,48 @@
+#include "config/check.h"
+#include "config/schema.h"
+
+namespace hystcan::config {
+namespace {
+
+Config read(const Document& document) {
+  Config config;
+  config.file = document.file();
+  config.twin.heartbeat_period = std::chrono::milliseconds(100);
+  Reader reader(document, document.root(), "");
+  visit(reader, config);
+  reader.finish();
+  return config;
+}
+
+/// An axis's parts know what they share, and the models they name.
+void complete(const Document& document, AxisConfig& axis) {
+  axis.control.name = axis.wire.name;
+  axis.control.law.model = load_model(document.resolve(axis.control_model));
+  axis.twin.wire = axis.wire;
+  axis.twin.plant.hysteresis = load_model(document.resolve(axis.twin_model));
+}
+
+}  // namespace
+
+Config load(const std::filesystem::path& file) {
+  const Document document(file);
+  Config config = read(document);
+  config.database = can::load_dbc(document.resolve(config.bus.dbc));
+  for (AxisConfig& axis : config.axes) {
+    complete(document, axis);
+    config.controller.axes.push_back({.wire = axis.wire, .axis = axis.control});
+    config.twin.axes.push_back(axis.twin);
+  }
+  check_agreement(document, config);
+  return config;
+}
+
+std::string echo(const std::filesystem::path& file) {
+  const Document document(file);
+  Config config = read(document);
+  Writer writer(document);
+  visit(writer, config);
+  return writer.text();
+}
+
+}  // namespace hystcan::config

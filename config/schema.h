@@ -1,0 +1,182 @@
+// The keys of the config and model files: one `visit` for each struct, for reading and for showing alike.
+#pragma once
+
+#include "config/document.h"
+
+namespace hystcan::config {
+
+/// [hysteresis] of a model file, as it stands there.
+struct ModelFile {
+  std::string kind;
+  std::string input_unit;
+  std::string output_unit;
+  double input_min = 0.0;
+  double input_max = 0.0;
+  std::string basis;
+  std::vector<double> ascending;
+  std::vector<double> descending;
+  double k_ascending = 0.0;
+  double k_descending = 0.0;
+  std::string symmetry = "none";
+};
+
+template <class V>
+void visit(V& v, ModelFile& m) {
+  v.choice("kind", m.kind, {"recursive-memory"});
+  v.required("input_unit", m.input_unit);
+  v.required("output_unit", m.output_unit);
+  v.required("input_min", m.input_min);
+  v.required("input_max", m.input_max);
+  v.choice("basis", m.basis, {"power", "chebyshev"});
+  v.required("ascending", m.ascending);
+  v.required("descending", m.descending);
+  v.required("k_ascending", m.k_ascending);
+  v.required("k_descending", m.k_descending);
+  v.choice("symmetry", m.symmetry, {"none", "even"});
+}
+
+template <class V>
+void visit(V& v, BusConfig& bus) {
+  v.required("interface", bus.interface);
+  v.required("bitrate_bit_per_s", bus.bitrate_bit_per_s, {.lo = 10'000, .hi = 1'000'000});
+  v.required("dbc", bus.dbc);
+}
+
+template <class V>
+void visit(V& v, controller::Config& c) {
+  v.required("rate_Hz", c.rate_Hz, {.lo = 1.0, .hi = 10'000.0});
+  v.optional("node", c.node, {.lo = 1, .hi = 127});
+  v.optional("heartbeat_ms", c.heartbeat_period, positive);
+  v.optional("heartbeat_timeout_ms", c.heartbeat_timeout, positive);
+}
+
+template <class V>
+void visit(V& v, twin::Config& t) {
+  v.optional("seed", t.seed);
+  v.required("heartbeat_ms", t.heartbeat_period, positive);
+}
+
+template <class V>
+void visit(V& v, controller::Hold& s) {
+  v.required("level_um", s.level_um);
+  v.required("duration_s", s.duration_s, positive);
+}
+template <class V>
+void visit(V& v, controller::Ramp& s) {
+  v.required("from_um", s.from_um);
+  v.required("to_um", s.to_um);
+  v.required("duration_s", s.duration_s, positive);
+}
+template <class V, class Periodic>
+void visit_periodic(V& v, Periodic& s) {
+  v.required("low_um", s.low_um);
+  v.required("high_um", s.high_um);
+  v.required("frequency_Hz", s.frequency_Hz, positive);
+  v.required("cycles", s.cycles, positive);
+}
+template <class V>
+void visit(V& v, controller::Triangle& s) {
+  visit_periodic(v, s);
+}
+template <class V>
+void visit(V& v, controller::Sine& s) {
+  visit_periodic(v, s);
+}
+template <class V>
+void visit(V& v, controller::Staircase& s) {
+  v.required("levels_um", s.levels_um);
+  v.optional("rise_s", s.rise_s, not_negative);
+  v.required("dwell_s", s.dwell_s, positive);
+}
+
+template <class V>
+void visit(V& v, controller::Segment& segment) {
+  std::string kind = to_string(segment.shape);
+  v.choice("kind", kind, {"hold", "ramp", "triangle", "sine", "staircase"});
+  v.alternative(kind, [&](const std::string& name) {
+    if (name == "hold") segment.shape = controller::Hold{};
+    if (name == "ramp") segment.shape = controller::Ramp{};
+    if (name == "triangle") segment.shape = controller::Triangle{};
+    if (name == "sine") segment.shape = controller::Sine{};
+    if (name == "staircase") segment.shape = controller::Staircase{};
+  });
+  v.optional("transition_s", segment.transition_s, positive);
+  std::visit([&](auto& shape) { visit(v, shape); }, segment.shape);
+}
+
+template <class V>
+void visit(V& v, controller::Delays& d) {
+  v.required("command_delay_us", d.command_delay, not_negative);
+  v.required("amplifier_bandwidth_Hz", d.amplifier_bandwidth_Hz, positive);
+  v.required("resonance_Hz", d.resonance_Hz, positive);
+  v.required("damping_ratio", d.damping_ratio, not_negative);
+}
+
+/// [axis.control]. `unit`: the drive's, which its keys carry.
+template <class V>
+void visit_control(V& v, AxisConfig& axis) {
+  const std::string& unit = axis.drive_unit;
+  controller::AxisConfig& c = axis.control;
+  std::string structure(to_string(c.law.structure));
+  v.required("model", axis.control_model);
+  v.choice("structure", structure, {"average", "inverse", "pi", "average+pi", "inverse+pi"});
+  c.law.structure = *controller::parse_structure(structure);
+  v.required("kp", c.law.pi.kp, not_negative);
+  v.required("ki_per_s", c.law.pi.ki_per_s, not_negative);
+  v.required("drive_min_" + unit, c.gate.drive_min);
+  v.required("drive_max_" + unit, c.gate.drive_max);
+  v.required("safe_drive_" + unit, c.gate.safe_drive);
+  v.required("slew_" + unit + "_per_s", c.gate.slew_per_s, positive);
+  v.required("wipe_slew_" + unit + "_per_s", c.wipe_slew_per_s, positive);
+  v.optional("wipe_dwell_s", c.wipe_dwell_s, not_negative);
+  v.required("position_min_um", c.position_min_um);
+  v.required("position_max_um", c.position_max_um);
+  v.required("following_error_um", c.following_error_um, positive);
+  v.optional("following_error_cycles", c.following_error_cycles, {.lo = 1});
+  v.optional("missing_samples", c.missing_samples, {.lo = 0, .hi = 1000});
+  v.optional("repeat", c.repeat);
+  v.table("delays", c.delays, [](V& sub, auto& value) { visit(sub, value); });
+  v.list("setpoint", c.setpoint, [](V& sub, auto& value) { visit(sub, value); });
+}
+
+/// [axis.twin]: what is physically there.
+template <class V>
+void visit_twin(V& v, AxisConfig& axis) {
+  const std::string& unit = axis.drive_unit;
+  twin::AxisConfig& t = axis.twin;
+  v.required("model", axis.twin_model);
+  v.required("resonance_Hz", t.plant.mode.natural_frequency_Hz, positive);
+  v.required("damping_ratio", t.plant.mode.damping_ratio, not_negative);
+  v.required("drive_min_" + unit, t.plant.amplifier.drive_min);
+  v.required("drive_max_" + unit, t.plant.amplifier.drive_max);
+  v.required("safe_drive_" + unit, t.plant.amplifier.safe_drive);
+  v.required("slew_" + unit + "_per_s", t.plant.amplifier.slew_per_s, positive);
+  v.required("bandwidth_Hz", t.plant.amplifier.bandwidth_Hz, positive);
+  v.required("command_timeout_ms", t.command_timeout, positive);
+  v.optional("status_every", t.status_every, {.lo = 1, .hi = 1000});
+  v.required("noise_um_rms", t.sensor.noise_um_rms, not_negative);
+  v.required("resolution_um", t.sensor.resolution_um, not_negative);
+  v.optional("substep_us", t.plant.substep, {.lo = 1.0, .hi = 1000.0});
+}
+
+template <class V>
+void visit(V& v, AxisConfig& axis) {
+  v.required("name", axis.wire.name);
+  v.required("message_prefix", axis.wire.message_prefix);
+  v.required("drive_unit", axis.drive_unit);
+  v.required("amplifier_node", axis.wire.amplifier_node, {.lo = 1, .hi = 127});
+  v.required("sensor_node", axis.wire.sensor_node, {.lo = 1, .hi = 127});
+  v.table("control", axis, [](V& sub, AxisConfig& value) { visit_control(sub, value); });
+  v.table("twin", axis, [](V& sub, AxisConfig& value) { visit_twin(sub, value); });
+}
+
+template <class V>
+void visit(V& v, Config& config) {
+  const auto plain = [](V& sub, auto& value) { visit(sub, value); };
+  v.table("bus", config.bus, plain);
+  v.table("controller", config.controller, plain);
+  v.table("twin", config.twin, plain);
+  v.list("axis", config.axes, plain);
+}
+
+}  // namespace hystcan::config

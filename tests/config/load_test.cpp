@@ -1,0 +1,143 @@
+#include <gtest/gtest.h>
+
+#include "config/config.h"
+#include "tests/support/shipped.h"
+
+namespace hystcan::config {
+namespace {
+
+TEST(Shipped, ConfigurationsAreSound) {
+  for (const char* name : {"piezo.toml", "galfenol.toml"})
+    EXPECT_NO_THROW(load(std::string(HYSTCAN_SOURCE_DIR "/config/") + name)) << name;
+}
+
+TEST(Shipped, PiezoStageHasTwoAxesAsDocumented) {
+  const Config config = load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
+  ASSERT_EQ(config.controller.axes.size(), 2u);
+  EXPECT_EQ(config.controller.rate_Hz, 1000.0);
+  EXPECT_EQ(config.axes[1].wire.amplifier_node, 3);
+  EXPECT_EQ(config.axes[0].twin.command_timeout, std::chrono::milliseconds(20));
+  EXPECT_EQ(config.axes[0].control.delays.command_delay, std::chrono::milliseconds(1));
+  EXPECT_EQ(config.axes[0].control.law.structure, controller::Structure::inverse_pi);
+  EXPECT_EQ(to_string(config.axes[0].control.setpoint[1].shape), "staircase");
+}
+
+struct BadInput {
+  const char* name;
+  const char* file;
+  const char* what;
+  const char* with;
+  const char* message;  ///< must be in the error, which must begin with the file's place
+};
+
+class EveryMistake : public testing::TestWithParam<BadInput> {};
+
+TEST_P(EveryMistake, IsAnErrorOfOneLineWithPlaceAndExpectation) {
+  const BadInput& bad = GetParam();
+  const support::ShippedCopy shipped;
+  shipped.edit(bad.file, bad.what, bad.with);
+  try {
+    load(shipped / "piezo.toml");
+    FAIL() << "accepted";
+  } catch (const std::runtime_error& error) {
+    const std::string text = error.what();
+    EXPECT_NE(text.find(bad.message), std::string::npos) << text;
+    EXPECT_NE(text.find("expected"), std::string::npos) << text;
+    EXPECT_EQ(text.find('\n'), std::string::npos) << text;
+    const std::string place = (shipped / "").string();
+    ASSERT_TRUE(text.starts_with(place)) << text;
+    int line = 0;
+    int column = 0;
+    EXPECT_EQ(std::sscanf(text.c_str() + text.find(':', place.size()), ":%d:%d: ", &line, &column), 2)
+        << text;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Config, EveryMistake,
+    testing::Values(
+        BadInput{"UnknownKey", "piezo.toml", "rate_Hz = 1000.0", "rate_Hz = 1000.0\nrate = 3",
+                 "unknown key rate"},
+        BadInput{"UnknownTable", "piezo.toml", "[bus]", "[buss]\nx = 1\n[bus]", "unknown key buss"},
+        BadInput{"MissingKey", "piezo.toml", "ki_per_s           = 120.0", "", "missing key ki_per_s"},
+        BadInput{"MissingTable", "piezo.toml", "[twin]", "[twin_]", "missing key twin"},
+        BadInput{"WrongType", "piezo.toml", "rate_Hz = 1000.0", "rate_Hz = \"fast\"",
+                 "rate_Hz is of type string"},
+        BadInput{"FractionForAWholeNumber", "piezo.toml", "amplifier_node = 1", "amplifier_node = 1.5",
+                 "expected a whole number"},
+        BadInput{"NotANumber", "piezo.toml", "kp                 = 0.05", "kp = nan", "kp is nan"},
+        BadInput{"Infinite", "piezo.toml", "slew_V_per_s       = 20_000.0", "slew_V_per_s = inf",
+                 "slew_V_per_s is inf"},
+        BadInput{"NegativeRate", "piezo.toml", "rate_Hz = 1000.0", "rate_Hz = -1000.0", "rate_Hz is -1000"},
+        BadInput{"NotToml", "piezo.toml", "[controller]", "[controller", "expected TOML"},
+        BadInput{"UnknownStructure", "piezo.toml", "\"inverse+pi\"", "\"pid\"", "structure is \"pid\""},
+        BadInput{"UnknownSetpoint", "piezo.toml", "\"triangle\"", "\"zigzag\"", "kind is \"zigzag\""},
+        BadInput{"UnitOfAnotherDrive", "piezo.toml", "drive_max_V        = 100.0", "drive_max_A = 100.0",
+                 "missing key drive_max_V"},
+        BadInput{"TwoNodesWithOneId", "piezo.toml", "sensor_node    = 2", "sensor_node    = 1",
+                 "node 1 is taken by axis[0].amplifier_node"},
+        BadInput{"TheControllersNodeId", "piezo.toml", "rate_Hz = 1000.0", "rate_Hz = 1000.0\nnode = 3",
+                 "node 3 is taken by controller.node"},
+        BadInput{"TwoAxesWithOneName", "piezo.toml", "name           = \"y\"", "name = \"x\"",
+                 "the name x is taken"},
+        BadInput{"NodeIdAgainstTheDbc", "piezo.toml", "amplifier_node = 1", "amplifier_node = 5",
+                 "message XAmpCommand has identifier 0x201"},
+        BadInput{"NoSuchMessages", "piezo.toml", "message_prefix = \"X\"", "message_prefix = \"Q\"",
+                 "no message QAmpCommand"},
+        BadInput{"SignalMissingInTheDbc", "hystcan.dbc", "SG_ Setpoint", "SG_ Setpunkt",
+                 "has no signal Setpoint"},
+        BadInput{"UnitsAgainstTheDbc", "piezo.toml", "dbc               = \"hystcan.dbc\"",
+                 "dbc = \"galfenol.dbc\"", "is in \"A\""},
+        BadInput{"DriveShortOfTheThreshold", "piezo.toml", "drive_max_V        = 100.0", "drive_max_V = 90.0",
+                 "the model's upper threshold must be reached"},
+        BadInput{"DriveBeyondTheSignal", "piezo.toml", "drive_max_V        = 100.0", "drive_max_V = 1e5",
+                 "does not fit signal Setpoint"},
+        BadInput{"SafeDriveOutOfRange", "piezo.toml", "safe_drive_V       = 0.0", "safe_drive_V = -5.0",
+                 "safe_drive is -5"},
+        BadInput{"SetpointOutOfRange", "piezo.toml", "high_um      = 27.0", "high_um = 45.0",
+                 "the setpoint goes to 45"},
+        BadInput{"HeartbeatTimeoutTooShort", "piezo.toml", "rate_Hz = 1000.0",
+                 "rate_Hz = 1000.0\nheartbeat_timeout_ms = 50.0", "heartbeat_timeout_ms is not longer"},
+        BadInput{"ModelNotMonotone", "piezo.model.toml", "[0, 0.222,", "[0, -0.222,", "expected"},
+        BadInput{"ModelConvergesTooFast", "piezo.model.toml", "k_ascending  = 0.035", "k_ascending  = 5.0",
+                 "k_ascending"},
+        BadInput{"ModelThresholdsSwapped", "piezo.model.toml", "input_max    = 100.0", "input_max = -1.0",
+                 "input_max is -1"},
+        BadInput{"ModelOfAnotherKind", "piezo.model.toml", "\"recursive-memory\"", "\"preisach\"",
+                 "kind is \"preisach\""},
+        BadInput{"ModelInAnotherUnit", "piezo.model.toml", "\"V\"", "\"A\"", "input_unit is \"A\""},
+        BadInput{"CoefficientNotANumber", "piezo.model.toml", "[0, 0.222,", "[0, \"a\",",
+                 "ascending is of type string"}),
+    [](const auto& test) { return test.param.name; });
+
+TEST(Load, NamesAModelFileThatIsNotThere) {
+  const support::ShippedCopy shipped;
+  std::filesystem::remove(shipped / "piezo.model.toml");
+  try {
+    load(shipped / "piezo.toml");
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("piezo.model.toml: cannot be read"), std::string::npos)
+        << error.what();
+  }
+}
+
+TEST(Load, NamesAConfigurationThatIsNotThere) { EXPECT_THROW(load("/nonexistent/x.toml"), Error); }
+
+TEST(Echo, ShowsWhatIsInForceAndMarksDefaults) {
+  const std::string text = echo(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
+  EXPECT_NE(text.find("rate_Hz = 1000\n"), std::string::npos);
+  EXPECT_NE(text.find("node = 127  # default"), std::string::npos);
+  EXPECT_NE(text.find("substep_us = 50  # default"), std::string::npos);
+  EXPECT_NE(text.find("[[axis.control.setpoint]]"), std::string::npos);
+}
+
+TEST(Echo, IsAConfigurationItself) {
+  const support::ShippedCopy shipped;
+  const std::string once = echo(shipped / "piezo.toml");
+  std::ofstream(shipped / "echoed.toml") << once;
+  EXPECT_NO_THROW(load(shipped / "echoed.toml"));
+}
+
+}  // namespace
+}  // namespace hystcan::config
