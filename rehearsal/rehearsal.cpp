@@ -1,0 +1,87 @@
+#include "rehearsal/rehearsal.h"
+
+#include <algorithm>
+#include <limits>
+#include <span>
+#include <utility>
+
+namespace hystcan::rehearsal {
+namespace {
+
+using controller::AxisState;
+
+/// Longer than any start-up; a rehearsal that has not begun tracking by then never will.
+constexpr double start_up_limit_s = 60.0;
+
+double seconds(can::Duration duration) { return std::chrono::duration<double>(duration).count(); }
+
+double longest_reference_s(const controller::Config& config) {
+  double longest = 0.0;
+  for (const auto& axis : config.axes)
+    longest = std::max(longest, controller::Trajectory(axis.axis.setpoint, false).length_s());
+  return longest;
+}
+
+}  // namespace
+
+Rehearsal::Rehearsal(const Setup& setup, controller::Controller::RecordHandler on_record)
+    : bus_(clock_, setup.bitrate_bit_per_s),
+      attach_([this](std::span<const can::Filter>) { return bus_.attach(); }),
+      twin_(std::make_unique<twin::Twin>(setup.twin, setup.database, clock_, attach_)),
+      controller_(setup.controller, setup.database, clock_, attach_, std::move(on_record)) {}
+
+void Rehearsal::start() {
+  twin_->start();
+  controller_.start();
+}
+
+void Rehearsal::run_for(can::Duration duration) { clock_.run_until(clock_.now() + duration); }
+
+Outcome run_once(const Setup& setup, double settle_s,
+                 const controller::Controller::RecordHandler& on_record) {
+  Setup once = setup;
+  std::vector<controller::TrackingStatistics> statistics;
+  for (auto& axis : once.controller.axes) {
+    axis.axis.repeat = false;
+    statistics.emplace_back(axis.axis.setpoint.size(), settle_s);
+  }
+  Rehearsal rehearsal(once, [&](const controller::CycleRecord& record) {
+    statistics[record.axis].add(record.report);
+    on_record(record);
+  });
+  rehearsal.start();
+
+  const controller::Controller& loop = rehearsal.controller();
+  const auto any_is = [&](AxisState state) {
+    for (std::size_t i = 0; i < loop.axis_count(); ++i)
+      if (loop.axis(i).state() == state) return true;
+    return false;
+  };
+  const double deadline_s = start_up_limit_s + longest_reference_s(once.controller);
+  const auto all_finished = [&] {
+    for (std::size_t i = 0; i < loop.axis_count(); ++i)
+      if (!loop.axis(i).report().point.finished) return false;
+    return true;
+  };
+  while (!any_is(AxisState::faulted) && !all_finished() &&
+         seconds(rehearsal.clock().now().time_since_epoch()) < deadline_s)
+    rehearsal.run_for(std::chrono::milliseconds(10));
+
+  Outcome outcome{.axes = {},
+                  .virtual_s = seconds(rehearsal.clock().now().time_since_epoch()),
+                  .bus_load = rehearsal.bus().load(),
+                  .counters = loop.counters()};
+  for (std::size_t i = 0; i < loop.axis_count(); ++i)
+    outcome.axes.push_back(controller::outcome_of(loop.axis(i), std::move(statistics[i])));
+  return outcome;
+}
+
+Setup with_structure(Setup setup, controller::Structure structure) {
+  for (auto& axis : setup.controller.axes) {
+    axis.axis.law.structure = structure;
+    axis.axis.following_error_um = std::numeric_limits<double>::infinity();
+  }
+  return setup;
+}
+
+}  // namespace hystcan::rehearsal
