@@ -1,0 +1,29 @@
+// The subcommands: each parses its arguments, wires the rooms together, and runs.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <stdexcept>
+
+namespace hystcan::app {
+
+/// Exit status, a contract: 0 done, 1 failed while running, 2 bad usage, config, model or data.
+enum ExitStatus : int { done = 0, failed = 1, bad_input = 2 };
+
+/// Failed while running; what() is the reason, in one line.
+class RunError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Adds one subcommand to `cli`; `run` is called once if the user chose it, and its result is the exit
+/// status.
+using AddCommand = void (*)(CLI::App& cli, int& status);
+
+void add_check(CLI::App& cli, int& status);
+void add_controller(CLI::App& cli, int& status);
+void add_demo(CLI::App& cli, int& status);
+void add_simulate(CLI::App& cli, int& status);
+void add_twin(CLI::App& cli, int& status);
+
+}  // namespace hystcan::app

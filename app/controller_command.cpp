@@ -1,0 +1,188 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/commands.h"
+#include "app/live.h"
+#include "app/report.h"
+#include "config/config.h"
+#include "controller/controller.h"
+#include "controller/statistics.h"
+#include "controller/telemetry.h"
+
+namespace hystcan::app {
+namespace {
+
+using controller::AxisState;
+
+struct Options {
+  std::filesystem::path config;
+  std::string interface;
+  std::filesystem::path csv;
+  double duration_s = 0.0;
+  bool once = false;
+  bool clear_faults = false;
+  bool json = false;
+};
+
+/// Everything that is done with a record, on the telemetry thread: log what changes, count, write.
+class Recorder {
+ public:
+  Recorder(const config::Config& config, const std::filesystem::path& csv) : states_(config.axes.size()) {
+    for (const config::AxisConfig& axis : config.axes) {
+      names_.push_back(axis.wire.name);
+      statistics_.emplace_back(axis.control.setpoint.size(), settle_s);
+    }
+    if (!csv.empty()) csv_.emplace(csv, names_);
+  }
+
+  void consume(const controller::CycleRecord& record) {
+    const controller::AxisReport& report = record.report;
+    if (states_[record.axis] != report.state) {
+      states_[record.axis] = report.state;
+      if (report.state == AxisState::faulted)
+        spdlog::error("{}: faulted at {:.3f} s: {}; {}", names_[record.axis], record.time_s,
+                      to_string(report.cause), remedy(report.cause));
+      else
+        spdlog::info("{}: {}", names_[record.axis], to_string(report.state));
+    }
+    statistics_[record.axis].add(report);
+    if (csv_) csv_->write(record);
+  }
+
+  std::string close_csv() { return csv_ ? csv_->close() : std::string(); }
+  const controller::TrackingStatistics& statistics(std::size_t axis) const { return statistics_[axis]; }
+
+ private:
+  std::vector<std::string> names_;
+  std::vector<AxisState> states_;
+  std::vector<controller::TrackingStatistics> statistics_;
+  std::optional<controller::CsvLog> csv_;
+};
+
+bool all_axes(const controller::Controller& controller, auto predicate) {
+  for (std::size_t i = 0; i < controller.axis_count(); ++i)
+    if (!predicate(controller.axis(i))) return false;
+  return true;
+}
+
+/// Every axis is at the end of its reference, faulted, or waiting in vain for one that is.
+bool nothing_left_to_do(const controller::Controller& controller) {
+  const bool one_faulted =
+      !all_axes(controller, [](const controller::Axis& axis) { return axis.state() != AxisState::faulted; });
+  return all_axes(controller, [&](const controller::Axis& axis) {
+    return axis.report().point.finished || axis.state() == AxisState::faulted ||
+           (one_faulted && axis.state() != AxisState::tracking);
+  });
+}
+
+/// Runs the controller until it is told to stop, or is done with what it was asked for.
+void run_live(LiveLoop& loop, controller::Controller& controller, const Options& options) {
+  constexpr auto poll_period = std::chrono::milliseconds(20);
+  const can::Time start = loop.scheduler().now();
+  bool stopping = false;
+  const auto stop = [&] {
+    stopping = true;
+    controller.request_stop();
+  };
+  std::unique_ptr<can::Timer> poll;
+  poll = loop.scheduler().make_timer([&] {
+    const can::Time now = loop.scheduler().now();
+    if (stopping && controller.stopped()) return loop.stop();
+    const bool time_is_up =
+        options.duration_s > 0.0 && now - start > std::chrono::duration<double>(options.duration_s);
+    const bool finished = options.once && nothing_left_to_do(controller);
+    if (!stopping && (time_is_up || finished)) stop();
+    poll->expire_at(now + poll_period);
+  });
+  controller.start(options.clear_faults);
+  poll->expire_at(start + poll_period);
+  try {
+    loop.run([&] {
+      if (stopping) return loop.stop();  // a second Ctrl-C does not wait for the ramp
+      stop();
+    });
+  } catch (...) {
+    controller.send_safe_commands();
+    throw;
+  }
+  controller.send_safe_commands();
+}
+
+int report(const controller::Controller& controller, const Recorder& recorder, const Options& options,
+           std::uint64_t dropped_records) {
+  std::vector<controller::AxisOutcome> outcomes;
+  for (std::size_t i = 0; i < controller.axis_count(); ++i)
+    outcomes.push_back(controller::outcome_of(controller.axis(i), recorder.statistics(i)));
+  const controller::CycleCounters& counters = controller.counters();
+  if (options.json) {
+    nlohmann::json axes = nlohmann::json::array();
+    for (const auto& outcome : outcomes) axes.push_back(to_json(outcome));
+    fmt::print("{}\n", nlohmann::json{{"cycles", counters.cycles},
+                                      {"missed_cycles", counters.overruns},
+                                      {"missing_samples", counters.missing_samples},
+                                      {"late_samples", counters.late_samples},
+                                      {"dropped_records", dropped_records},
+                                      {"axes", axes}}
+                           .dump(2));
+  } else {
+    fmt::print("{} cycles, {} missed, {} samples missing, {} late\n", counters.cycles, counters.overruns,
+               counters.missing_samples, counters.late_samples);
+    for (const auto& outcome : outcomes) fmt::print("{}\n", describe(outcome));
+  }
+  for (const auto& outcome : outcomes)
+    if (outcome.fault.cause != controller::Cause::none)
+      throw RunError(fmt::format("axis {} faulted at {:.3f} s: {}; {}", outcome.name, outcome.fault.time_s,
+                                 to_string(outcome.fault.cause), remedy(outcome.fault.cause)));
+  return done;
+}
+
+int run_controller(const Options& options) {
+  config::Config config = config::load(options.config);
+  if (!options.interface.empty()) config.bus.interface = options.interface;
+  if (options.once)
+    for (auto& axis : config.controller.axes) axis.axis.repeat = false;
+
+  LiveLoop loop(config.bus.interface);
+  Recorder recorder(config, options.csv);
+  auto telemetry = std::make_unique<controller::TelemetryThread>(
+      [&](const controller::CycleRecord& record) { recorder.consume(record); });
+  controller::Controller controller(config.controller, config.database, loop.scheduler(), loop.attach(),
+                                    [&](const controller::CycleRecord& record) { telemetry->push(record); });
+  spdlog::info("{} axes at {} Hz on {}; Ctrl-C ramps down and stops", config.axes.size(),
+               config.controller.rate_Hz, config.bus.interface);
+  run_live(loop, controller, options);
+
+  const std::uint64_t dropped = telemetry->dropped();
+  telemetry.reset();
+  const std::string lost = recorder.close_csv();
+  const int status = report(controller, recorder, options, dropped);
+  if (!lost.empty()) throw RunError(lost);
+  return status;
+}
+
+}  // namespace
+
+void add_controller(CLI::App& cli, int& status) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = cli.add_subcommand("controller", "Control the axes on the bus");
+  command->add_option("CONFIG", options->config, "configuration (TOML)")->required();
+  command->add_option("--interface", options->interface, "CAN interface instead of the configured one");
+  command->add_option("--duration", options->duration_s, "stop after this many seconds")
+      ->check(CLI::PositiveNumber);
+  command->add_flag("--once", options->once, "stop after one pass of the reference");
+  command->add_flag("--clear-faults", options->clear_faults,
+                    "clear a fault the amplifier has latched, then start");
+  command->add_option("--csv", options->csv, "write every cycle to this file");
+  command->add_flag("--json", options->json, "print the result as JSON");
+  command->callback([options, &status] { status = run_controller(*options); });
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,51 @@
+// What the two processes on a real bus share: an event loop that ends on SIGINT and SIGTERM.
+#pragma once
+
+#include <utility>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "can/socketcan_bus.h"
+
+namespace hystcan::app {
+
+class LiveLoop {
+ public:
+  explicit LiveLoop(std::string interface) : interface_(std::move(interface)) {}
+
+  can::Scheduler& scheduler() { return scheduler_; }
+  can::Attach attach() {
+    return [this](std::span<const can::Filter> filters) -> std::unique_ptr<can::Bus> {
+      return std::make_unique<can::SocketCanBus>(context_, interface_, filters);
+    };
+  }
+
+  /// Runs until stop(). `on_signal`: at every SIGINT or SIGTERM.
+  void run(std::function<void()> on_signal) {
+    on_signal_ = std::move(on_signal);
+    await_signal();
+    context_.run();
+  }
+  void stop() { context_.stop(); }
+
+ private:
+  void await_signal() {
+    signals_.async_wait([this](const boost::system::error_code& error, int) {
+      if (error) return;
+      on_signal_();
+      await_signal();
+    });
+  }
+
+  boost::asio::io_context context_{1};
+  boost::asio::signal_set signals_{context_, SIGINT, SIGTERM};
+  can::AsioScheduler scheduler_{context_};
+  std::string interface_;
+  std::function<void()> on_signal_;
+};
+
+}  // namespace hystcan::app

@@ -1,0 +1,52 @@
+#include <fmt/format.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include "app/commands.h"
+#include "can/dbc.h"
+#include "can/socketcan_bus.h"
+#include "config/config.h"
+
+namespace {
+
+using namespace hystcan;
+
+int complain(const std::exception& error, int status) {
+  fmt::print(stderr, "hystcan: {}\n", error.what());
+  return status;
+}
+
+int run(int argc, char** argv) {
+  CLI::App cli("Controller for smart-material actuators on a CAN bus, with a simulation twin");
+  cli.name("hystcan");
+  cli.set_version_flag("--version", HYSTCAN_VERSION);
+  cli.require_subcommand(1);
+  cli.footer("Exit status: 0 done, 1 failed while running, 2 bad usage, config, model or data.");
+  int status = app::done;
+  for (const app::AddCommand add :
+       {app::add_demo, app::add_controller, app::add_twin, app::add_simulate, app::add_check})
+    add(cli, status);
+  try {
+    cli.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return cli.exit(error) == 0 ? app::done : app::bad_input;
+  }
+  return status;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    spdlog::set_default_logger(spdlog::stderr_color_mt("hystcan"));
+    return run(argc, argv);
+  } catch (const config::Error& error) {
+    return complain(error, app::bad_input);
+  } catch (const can::DbcError& error) {
+    return complain(error, app::bad_input);
+  } catch (const std::invalid_argument& error) {
+    return complain(error, app::bad_input);
+  } catch (const std::exception& error) {  // InterfaceError, RunError, a full disk
+    return complain(error, app::failed);
+  }
+}

@@ -1,0 +1,39 @@
+#include "app/report.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+namespace hystcan::app {
+namespace {
+
+nlohmann::json error_to_json(const controller::ErrorStatistics& error, double stroke_um) {
+  return {{"samples", error.samples},
+          {"rms_um", error.rms_um()},
+          {"max_um", error.max_um},
+          {"rms_percent", 100.0 * error.rms_um() / stroke_um},
+          {"max_percent", 100.0 * error.max_um / stroke_um}};
+}
+
+}  // namespace
+
+nlohmann::json to_json(const controller::AxisOutcome& outcome) {
+  nlohmann::json json = error_to_json(outcome.statistics.total(), outcome.stroke_um);
+  json["name"] = outcome.name;
+  json["stroke_um"] = outcome.stroke_um;
+  json["state"] = to_string(outcome.state);
+  json["fault"] = to_string(outcome.fault.cause);
+  json["segments"] = nlohmann::json::array();
+  for (const auto& segment : outcome.statistics.segments())
+    json["segments"].push_back(error_to_json(segment, outcome.stroke_um));
+  return json;
+}
+
+std::string describe(const controller::AxisOutcome& outcome) {
+  const controller::ErrorStatistics total = outcome.statistics.total();
+  return fmt::format("{}: error RMS {:.4f} um ({:.3f} % of {:g} um), max {:.4f} um over {} samples; {}",
+                     outcome.name, total.rms_um(), 100.0 * total.rms_um() / outcome.stroke_um,
+                     outcome.stroke_um, total.max_um, total.samples, to_string(outcome.state));
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,17 @@
+// How tracking results are shown.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "controller/statistics.h"
+
+namespace hystcan::app {
+
+/// Errors of the first 0.1 s of each segment of the reference are not counted.
+inline constexpr double settle_s = 0.1;
+
+nlohmann::json to_json(const controller::AxisOutcome& outcome);
+std::string describe(const controller::AxisOutcome& outcome);
+
+}  // namespace hystcan::app
