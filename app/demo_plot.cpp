@@ -41,6 +41,7 @@ do for [terminal in "svg png"] {{
        'inverse+pi.csv' using (of(column('reference_um'))):(column('position_um')) with lines \
          lc rgb '#0060ad' title 'inverse+pi'
 
+  set key above
   set title 'Tracking'
   set xlabel 'time [s]'
   set xrange [{from}:{to}]

@@ -160,10 +160,10 @@ void check_names(const Document& document, const Config& config) {
 void check_agreement(const Document& document, const Config& config) {
   check_names(document, config);
   check_nodes(document, config);
-  if (config.controller.heartbeat_timeout <= config.twin.heartbeat_period)
-    document.fail_at(
-        "controller.heartbeat_timeout_ms",
-        "heartbeat_timeout_ms is not longer than the nodes' heartbeat_ms, expected at least twice as long");
+  if (config.controller.heartbeat_timeout < 2 * config.twin.heartbeat_period)
+    document.fail_at("controller.heartbeat_timeout_ms",
+                     "heartbeat_timeout_ms is shorter than two of the nodes' heartbeat_ms, expected at least "
+                     "twice as long");
   for (std::size_t i = 0; i < config.axes.size(); ++i) AxisCheck(document, config, i).run();
 }
 

@@ -70,6 +70,7 @@ double nanoseconds_per_unit(std::string_view key) {
 void Reader::choice(std::string_view key, std::string& value,
                     std::initializer_list<std::string_view> choices) {
   required(key, value);
+  if (!table_.contains(key)) return;
   if (std::ranges::find(choices, value) == choices.end())
     document_.fail(table_.get(key)->source(),
                    fmt::format("{} is \"{}\", expected one of {}", key, value, join_choices(choices)));
@@ -80,6 +81,9 @@ void Reader::finish() const {
     if (!known_.contains(key.str()))
       document_.fail(key.source(),
                      fmt::format("unknown key {}, expected one of {}", key.str(), fmt::join(known_, ", ")));
+  if (!missing_.empty())
+    document_.fail(table_.source(), fmt::format("missing key {}, expected in {}", missing_,
+                                                path_.empty() ? "the file" : "[" + path_ + "]"));
 }
 
 bool Reader::read_bool(const toml::node& node, std::string_view key) const {
@@ -121,9 +125,11 @@ std::string Reader::read_string(const toml::node& node, std::string_view key) co
   return *value;
 }
 
-void Reader::missing(std::string_view key) const {
-  document_.fail(table_.source(), fmt::format("missing key {}, expected in {}", key,
-                                              path_.empty() ? "the file" : "[" + path_ + "]"));
+const toml::node* Reader::look_up(std::string_view key) {
+  known_.emplace(key);
+  const toml::node* node = table_.get(key);
+  if (node == nullptr && missing_.empty()) missing_ = key;
+  return node;
 }
 
 void Reader::wrong_type(const toml::node& node, std::string_view key, const std::string& expected) const {

@@ -68,10 +68,7 @@ class Reader {
 
   template <class T>
   void required(std::string_view key, T& value, Range range = any) {
-    const toml::node* node = table_.get(key);
-    known_.emplace(key);
-    if (node == nullptr) missing(key);
-    read(*node, key, value, range);
+    if (const toml::node* node = look_up(key)) read(*node, key, value, range);
   }
   template <class T>
   void optional(std::string_view key, T& value, Range range = any) {
@@ -83,17 +80,15 @@ class Reader {
   /// A sub-table of its own struct: `visit(reader, value)`.
   template <class T, class Visit>
   void table(std::string_view key, T& value, Visit visit) {
-    known_.emplace(key);
-    const toml::node* node = table_.get(key);
-    if (node == nullptr) missing(key);
+    const toml::node* node = look_up(key);
+    if (!missing_.empty()) return;  // what is missing may be what the sub-table's keys depend on
     read_table(*node, join(key), value, visit);
   }
   /// An array of tables, at least one.
   template <class T, class Visit>
   void list(std::string_view key, std::vector<T>& values, Visit visit) {
-    known_.emplace(key);
-    const toml::node* node = table_.get(key);
-    if (node == nullptr) missing(key);
+    const toml::node* node = look_up(key);
+    if (!missing_.empty()) return;
     const toml::array* array = node->as_array();
     if (array == nullptr || array->empty())
       wrong_type(*node, key, "an array of tables, [[" + join(key) + "]]");
@@ -107,7 +102,9 @@ class Reader {
     make(name);
   }
 
-  void finish() const;  ///< any key not asked for is an error
+  /// Any key not asked for is an error; so is a required one that was not there. In this order, because a
+  /// misspelt key is both.
+  void finish() const;
 
  private:
   template <class T, class Visit>
@@ -143,7 +140,8 @@ class Reader {
   std::vector<double> read_numbers(const toml::node& node, std::string_view key, Range range) const;
   std::string read_string(const toml::node& node, std::string_view key) const;
 
-  [[noreturn]] void missing(std::string_view key) const;
+  /// The required key's node; where it is absent, null, and finish() will complain.
+  const toml::node* look_up(std::string_view key);
   [[noreturn]] void wrong_type(const toml::node& node, std::string_view key,
                                const std::string& expected) const;
   std::string join(std::string_view key) const;
@@ -152,6 +150,7 @@ class Reader {
   const toml::table& table_;
   std::string path_;
   std::set<std::string, std::less<>> known_;
+  std::string missing_;  ///< the first required key that is absent
 };
 
 /// Shows structs as TOML.

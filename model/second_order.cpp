@@ -5,38 +5,47 @@
 #include <numbers>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace hystcan::model {
 namespace {
 
 using Matrix = Eigen::Matrix<long double, 4, 4>;
 
-// In tau = omega t the augmented state (x, dx/dtau, u, du/dtau) obeys one constant matrix, for every damping
-// alike.
-Matrix generator(double damping_ratio) {
-  Matrix m = Matrix::Zero();
-  m(0, 1) = 1;
-  m(1, 0) = -1;
-  m(1, 1) = -2 * static_cast<long double>(damping_ratio);
-  m(1, 2) = 1;
-  m(2, 3) = 1;
-  return m;
-}
+// In tau = omega t, from rest: the response h to an impulse, its derivative, its integral s (to a step) and
+// the integral of that, r (to a ramp). Taylor series of h'' + 2 zeta h' + h = 0, h(0) = 0, h'(0) = 1, for tau
+// < 1: every one is relatively accurate however short the step, where a closed form in sines would lose the
+// input's share (of order tau^2) in a difference of nearly equal numbers.
+struct Responses {
+  long double h = 0, h_slope = 0, s = 0, r = 0;
 
-// Taylor series of a scaled-down step, squared up again. Every entry is relatively accurate for small steps,
-// where a closed form in sines would lose the input's share (of order tau^2) in a difference of nearly equal
-// numbers.
-Matrix exponential(const Matrix& m, long double tau) {
-  const long double norm = m.cwiseAbs().rowwise().sum().maxCoeff() * tau;
-  const int halvings = norm > 0.5L ? std::ilogb(norm) + 2 : 0;
-  const Matrix scaled = m * std::ldexp(tau, -halvings);
-  Matrix term = Matrix::Identity(), sum = Matrix::Identity();
-  for (int j = 1; j <= 24; ++j) {
-    term = (term * scaled / static_cast<long double>(j)).eval();
-    sum += term;
+  Responses(long double damping_ratio, long double tau) {
+    long double before = 0;  // terms j - 1 and j of h's series
+    long double term = tau;
+    for (int j = 1; std::abs(term) + std::abs(before) > 1e-22L * tau; ++j) {
+      h += term;
+      h_slope += j * term / tau;
+      s += term * tau / (j + 1);
+      r += term * tau * tau / ((j + 1) * (j + 2));
+      const long double next = -(2 * damping_ratio * j * tau * term + tau * tau * before) / (j * (j + 1));
+      before = std::exchange(term, next);
+    }
   }
-  for (int i = 0; i < halvings; ++i) sum = (sum * sum).eval();
-  return sum;
+};
+
+// What the augmented state (x, dx/dtau, u, du/dtau) becomes after tau: a short enough step, squared up again.
+Matrix transition(double damping_ratio, long double tau) {
+  const long double rate = tau * (2 + 2 * damping_ratio);
+  const int halvings = rate > 0.5L ? std::ilogb(rate) + 2 : 0;
+  const long double shorter = std::ldexp(tau, -halvings);
+  const Responses from_rest(damping_ratio, shorter);
+  Matrix step;
+  step << 1 - from_rest.s, from_rest.h, from_rest.s, from_rest.r,  //
+      -from_rest.h, from_rest.h_slope, from_rest.h, from_rest.s,   //
+      0, 0, 1, shorter,                                            //
+      0, 0, 0, 1;
+  for (int i = 0; i < halvings; ++i) step = (step * step).eval();
+  return step;
 }
 
 void check(const SecondOrder::Config& config, double dt_s) {
@@ -60,7 +69,7 @@ SecondOrder::Step::Step(const Config& config, double dt_s) {
     throw std::invalid_argument("step of " + std::to_string(dt_s) + " s at " +
                                 std::to_string(config.natural_frequency_Hz) +
                                 " Hz, expected less than a million time constants");
-  const Matrix step = exponential(generator(config.damping_ratio), tau);
+  const Matrix step = transition(config.damping_ratio, tau);
   const auto from_after = [&](int row) { return step(row, 3) / tau; };
   const auto from_before = [&](int row) { return step(row, 2) - step(row, 3) / tau; };
   position_from_velocity_ = static_cast<double>(step(0, 1) / omega);

@@ -1,0 +1,76 @@
+// The whole closed loop in virtual time: frames encoded and decoded both ways, the simulated bus in between.
+//
+//   bench_loop        prints axis-cycles per second beside the budget, and beside the model alone in the same run
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <string>
+
+#include "config/config.h"
+#include "model/hysteresis.h"
+#include "rehearsal/rehearsal.h"
+
+namespace {
+
+using namespace hystcan;
+using Clock = std::chrono::steady_clock;
+
+constexpr int repetitions = 7;
+constexpr double budget_per_s = 500'000.0;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// The best of some repetitions: what the machine can do when it is left alone.
+template <class Run>
+double best_of(Run run) {
+  double best = 0.0;
+  for (int i = 0; i < repetitions; ++i) best = std::max(best, run());
+  return best;
+}
+
+double loop_cycles_per_s(const rehearsal::Setup& setup) {
+  rehearsal::Rehearsal loop(setup, [](const controller::CycleRecord&) {});
+  loop.start();
+  loop.run_for(std::chrono::seconds(2));  // tracking by now
+  const auto cycles_before = loop.controller().counters().cycles;
+  const auto start = Clock::now();
+  loop.run_for(std::chrono::seconds(10));
+  const double elapsed_s = seconds_since(start);
+  return static_cast<double>((loop.controller().counters().cycles - cycles_before) * setup.controller.axes.size()) /
+         elapsed_s;
+}
+
+/// The baseline: what the mathematics of a cycle cost without frames and bus: one inverse and its advance for the
+/// controller, one advance for the plant.
+double model_cycles_per_s(const rehearsal::Setup& setup) {
+  const model::Hysteresis model(setup.controller.axes.front().axis.law.model);
+  model::HysteresisState controller = model.at_lower_threshold();
+  model::HysteresisState plant = model.at_lower_threshold();
+  const controller::Shape triangle =
+      controller::Triangle{.low_um = 3.0, .high_um = 27.0, .frequency_Hz = 10.0, .cycles = 1e6};
+  constexpr int cycles = 200'000;
+  const auto start = Clock::now();
+  for (int i = 0; i < cycles; ++i) {
+    const double drive = model.inverse(controller, value_um(triangle, 1e-3 * i)).value;
+    model.advance(controller, drive);
+    model.advance(plant, drive);
+  }
+  return cycles / seconds_since(start);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::string file = argc > 1 ? argv[1] : HYSTCAN_SOURCE_DIR "/config/piezo.toml";
+  const config::Config config = config::load(file);
+  const rehearsal::Setup setup{.controller = config.controller,
+                               .twin = config.twin,
+                               .database = config.database,
+                               .bitrate_bit_per_s = config.bus.bitrate_bit_per_s};
+  const double loop = best_of([&] { return loop_cycles_per_s(setup); });
+  const double model = best_of([&] { return model_cycles_per_s(setup); });
+  std::printf("whole loop in virtual time, %zu axes: %.0f axis-cycles/s, %.0f ns each; budget %.0f: %s\n",
+              config.axes.size(), loop, 1e9 / loop, budget_per_s, loop >= budget_per_s ? "met" : "missed");
+  std::printf("model alone (inverse, two advances):  %.0f cycles/s, %.0f ns each; the loop costs %.1f times that\n",
+              model, 1e9 / model, model / loop);
+}
