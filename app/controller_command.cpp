@@ -38,6 +38,8 @@ class Recorder {
   Recorder(const config::Config& config, const std::filesystem::path& csv) : states_(config.axes.size()) {
     for (const config::AxisConfig& axis : config.axes) {
       names_.push_back(axis.wire.name);
+      nodes_.push_back(fmt::format("amplifier node {} and sensor node {}", axis.wire.amplifier_node,
+                                   axis.wire.sensor_node));
       statistics_.emplace_back(axis.control.setpoint.size(), settle_s);
     }
     if (!csv.empty()) csv_.emplace(csv, names_);
@@ -50,6 +52,8 @@ class Recorder {
       if (report.state == AxisState::faulted)
         spdlog::error("{}: faulted at {:.3f} s: {}; {}", names_[record.axis], record.time_s,
                       to_string(report.cause), remedy(report.cause));
+      else if (report.state == AxisState::waiting)
+        spdlog::info("{}: waiting for {}", names_[record.axis], nodes_[record.axis]);
       else
         spdlog::info("{}: {}", names_[record.axis], to_string(report.state));
     }
@@ -62,6 +66,7 @@ class Recorder {
 
  private:
   std::vector<std::string> names_;
+  std::vector<std::string> nodes_;
   std::vector<AxisState> states_;
   std::vector<controller::TrackingStatistics> statistics_;
   std::optional<controller::CsvLog> csv_;

@@ -141,7 +141,7 @@ Interface require_interface(const std::string& name) {
 }  // namespace
 
 Interface require_can_interface(const std::string& name) {
-  const Interface interface = require_interface(name);
+  Interface interface = require_interface(name);
   if (!interface.is_can) throw InterfaceError("interface " + name + " is not a CAN interface");
   if (!interface.up) {
     const bool real = interface.kind == "can" || (interface.kind.empty() && !name.starts_with("vcan"));

@@ -10,6 +10,8 @@ namespace hystcan::can {
 using Duration = std::chrono::nanoseconds;
 using Time = std::chrono::time_point<std::chrono::steady_clock, Duration>;
 
+inline double seconds(Duration duration) { return std::chrono::duration<double>(duration).count(); }
+
 /// A one-shot alarm. Arming it allocates nothing; a second arming replaces the first.
 class Timer {
  public:

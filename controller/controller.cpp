@@ -10,8 +10,6 @@ namespace {
 /// From start() to the first SYNC: what is set up once in the event loop and its threads is set up by then.
 constexpr auto warm_up = std::chrono::milliseconds(20);
 
-double seconds(can::Duration duration) { return std::chrono::duration<double>(duration).count(); }
-
 }  // namespace
 
 Controller::WiredAxis::WiredAxis(const WiredAxisConfig& config, const Config& common,
@@ -80,7 +78,7 @@ void Controller::tick() {
   });
 
   const can::Time now = scheduler_.now();
-  dt_s_ = seconds(now - sync_sent_);
+  dt_s_ = can::seconds(now - sync_sent_);
   sync_sent_ = now;
   sync_counter_ = can::next_sync_counter(sync_counter_);
   bus_->send(can::sync_frame(sync_counter_));
@@ -145,26 +143,26 @@ void Controller::on_status(std::size_t index, const can::Frame& frame) {
 
 void Controller::on_sensor_heartbeat(std::size_t index, const can::Frame& frame) {
   WiredAxis& wired = *axes_[index];
-  const auto state = can::parse_heartbeat(frame);
-  if (!state) return;
-  wired.sensor_heartbeat.heard(*state, scheduler_.now());
-  if (*state == can::NmtState::boot_up) wired.decode_sample.restart();
+  if (tells_boot_up(frame, wired.sensor_heartbeat)) wired.decode_sample.restart();
 }
 
 void Controller::on_amplifier_heartbeat(std::size_t index, const can::Frame& frame) {
   WiredAxis& wired = *axes_[index];
+  if (tells_boot_up(frame, wired.amplifier_heartbeat)) wired.decode_status.restart();
+}
+
+bool Controller::tells_boot_up(const can::Frame& frame, can::HeartbeatMonitor& monitor) const {
   const auto state = can::parse_heartbeat(frame);
-  if (!state) return;
-  wired.amplifier_heartbeat.heard(*state, scheduler_.now());
-  if (*state == can::NmtState::boot_up) wired.decode_status.restart();
+  if (state) monitor.heard(*state, scheduler_.now());
+  return state == can::NmtState::boot_up;
 }
 
 void Controller::step(std::size_t index, const can::SensorSample* sample, can::Time heard) {
   WiredAxis& wired = *axes_[index];
   wired.answered = true;
-  AxisInput input{.time_s = seconds(sync_sent_ - started_),
+  AxisInput input{.time_s = can::seconds(sync_sent_ - started_),
                   .dt_s = dt_s_,
-                  .cycle_s = seconds(period_),
+                  .cycle_s = can::seconds(period_),
                   .position_um = std::nullopt,
                   .begin_tracking = begin_tracking_,
                   .health = health(wired)};
@@ -189,7 +187,7 @@ void Controller::send_command(WiredAxis& wired, const AxisCommand& command) {
   if (frame)
     bus_->send(*frame);
   else  // the amplifier's watchdog acts on the silence
-    wired.axis.trip(Cause::command_not_sendable, seconds(sync_sent_ - started_));
+    wired.axis.trip(Cause::command_not_sendable, can::seconds(sync_sent_ - started_));
 }
 
 NodeHealth Controller::health(WiredAxis& wired) const {

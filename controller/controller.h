@@ -84,6 +84,7 @@ class Controller {
   void on_status(std::size_t index, const can::Frame& frame);
   void on_sensor_heartbeat(std::size_t index, const can::Frame& frame);
   void on_amplifier_heartbeat(std::size_t index, const can::Frame& frame);
+  bool tells_boot_up(const can::Frame& frame, can::HeartbeatMonitor& monitor) const;
   void step(std::size_t index, const can::SensorSample* sample, can::Time heard);
   void send_command(WiredAxis& wired, const AxisCommand& command);
   NodeHealth health(WiredAxis& wired) const;

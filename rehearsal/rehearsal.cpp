@@ -13,8 +13,6 @@ using controller::AxisState;
 /// Longer than any start-up; a rehearsal that has not begun tracking by then never will.
 constexpr double start_up_limit_s = 60.0;
 
-double seconds(can::Duration duration) { return std::chrono::duration<double>(duration).count(); }
-
 double longest_reference_s(const controller::Config& config) {
   double longest = 0.0;
   for (const auto& axis : config.axes)
@@ -64,11 +62,11 @@ Outcome run_once(const Setup& setup, double settle_s,
     return true;
   };
   while (!any_is(AxisState::faulted) && !all_finished() &&
-         seconds(rehearsal.clock().now().time_since_epoch()) < deadline_s)
+         can::seconds(rehearsal.clock().now().time_since_epoch()) < deadline_s)
     rehearsal.run_for(std::chrono::milliseconds(10));
 
   Outcome outcome{.axes = {},
-                  .virtual_s = seconds(rehearsal.clock().now().time_since_epoch()),
+                  .virtual_s = can::seconds(rehearsal.clock().now().time_since_epoch()),
                   .bus_load = rehearsal.bus().load(),
                   .counters = loop.counters()};
   for (std::size_t i = 0; i < loop.axis_count(); ++i)

@@ -3,14 +3,8 @@
 #include <algorithm>
 
 namespace hystcan::twin {
-namespace {
-
-double seconds(can::Duration duration) { return std::chrono::duration<double>(duration).count(); }
-
-}  // namespace
-
 Plant::Step::Step(const Config& config, can::Duration length)
-    : amplifier(config.amplifier, seconds(length)), mode(config.mode, seconds(length)) {}
+    : amplifier(config.amplifier, can::seconds(length)), mode(config.mode, can::seconds(length)) {}
 
 Plant::Plant(const Config& config, can::Time start)
     : config_(config),

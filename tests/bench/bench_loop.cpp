@@ -1,6 +1,7 @@
 // The whole closed loop in virtual time: frames encoded and decoded both ways, the simulated bus in between.
 //
-//   bench_loop        prints axis-cycles per second beside the budget, and beside the model alone in the same run
+//   bench_loop        prints axis-cycles per second beside the budget, and beside the model alone in the same
+//   run
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -18,7 +19,9 @@ using Clock = std::chrono::steady_clock;
 constexpr int repetitions = 7;
 constexpr double budget_per_s = 500'000.0;
 
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 /// The best of some repetitions: what the machine can do when it is left alone.
 template <class Run>
@@ -36,12 +39,13 @@ double loop_cycles_per_s(const rehearsal::Setup& setup) {
   const auto start = Clock::now();
   loop.run_for(std::chrono::seconds(10));
   const double elapsed_s = seconds_since(start);
-  return static_cast<double>((loop.controller().counters().cycles - cycles_before) * setup.controller.axes.size()) /
+  return static_cast<double>((loop.controller().counters().cycles - cycles_before) *
+                             setup.controller.axes.size()) /
          elapsed_s;
 }
 
-/// The baseline: what the mathematics of a cycle cost without frames and bus: one inverse and its advance for the
-/// controller, one advance for the plant.
+/// The baseline: what the mathematics of a cycle cost without frames and bus: one inverse and its advance for
+/// the controller, one advance for the plant.
 double model_cycles_per_s(const rehearsal::Setup& setup) {
   const model::Hysteresis model(setup.controller.axes.front().axis.law.model);
   model::HysteresisState controller = model.at_lower_threshold();
@@ -71,6 +75,7 @@ int main(int argc, char** argv) {
   const double model = best_of([&] { return model_cycles_per_s(setup); });
   std::printf("whole loop in virtual time, %zu axes: %.0f axis-cycles/s, %.0f ns each; budget %.0f: %s\n",
               config.axes.size(), loop, 1e9 / loop, budget_per_s, loop >= budget_per_s ? "met" : "missed");
-  std::printf("model alone (inverse, two advances):  %.0f cycles/s, %.0f ns each; the loop costs %.1f times that\n",
-              model, 1e9 / model, model / loop);
+  std::printf(
+      "model alone (inverse, two advances):  %.0f cycles/s, %.0f ns each; the loop costs %.1f times that\n",
+      model, 1e9 / model, model / loop);
 }

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "tests/can/count_allocations.h"
+#include "tests/support/count_allocations.h"
 
 namespace hystcan::can {
 namespace {
@@ -263,9 +263,9 @@ TEST(SimBusSteadyState, AllocatesNothing) {
   a->send(frame_of(0x201));
   clock.run_until(at(10ms));
   const std::uint64_t frames_before = frames;
-  const std::uint64_t before = allocations_so_far();
+  const std::uint64_t before = support::allocations_so_far();
   clock.run_until(at(1s));
-  EXPECT_EQ(allocations_so_far() - before, 0U);
+  EXPECT_EQ(support::allocations_so_far() - before, 0U);
   EXPECT_GT(frames - frames_before, 5000U);
 }
 

@@ -10,6 +10,7 @@
 
 #include "config/config.h"
 #include "rehearsal/rehearsal.h"
+#include "tests/support/count_allocations.h"
 
 namespace hystcan {
 namespace {
@@ -108,6 +109,14 @@ TEST_F(Tracking, FaultsWithCauseWithinMillisecondsWhereTheTwinDies) {
   EXPECT_EQ(state(0), AxisState::faulted);
   EXPECT_EQ(cause(0), Cause::sample_missing);
   EXPECT_EQ(state(1), AxisState::faulted);
+}
+
+TEST_F(Tracking, AllocatesNothing) {
+  ASSERT_EQ(state(0), AxisState::tracking);
+  const std::uint64_t before = support::allocations_so_far();
+  rehearsal_.run_for(std::chrono::seconds(1));
+  const std::uint64_t after = support::allocations_so_far();
+  EXPECT_EQ(after, before) << "controller, twin and simulated bus, a thousand cycles of two axes";
 }
 
 TEST_F(Tracking, StopsAtTheSafeValue) {

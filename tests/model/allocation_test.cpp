@@ -1,38 +1,25 @@
 // A program of its own: its operator new counts.
 #include <gtest/gtest.h>
 
-#include <cstddef>
-#include <cstdlib>
-#include <new>
+#include <cstdint>
 
 #include "tests/model/models.h"
-
-namespace {
-std::size_t allocations = 0;
-}
-
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* p = std::malloc(size == 0 ? 1 : size)) return p;
-  throw std::bad_alloc();
-}
-void operator delete(void* p) noexcept { std::free(p); }
-void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+#include "tests/support/count_allocations.h"
 
 namespace hystcan::model {
 namespace {
 
 TEST(Allocation, IsCounted) {
-  const std::size_t before = allocations;
+  const std::uint64_t before = support::allocations_so_far();
   const HysteresisState state = Hysteresis(piezo_model()).virgin(0.0);
-  EXPECT_GT(allocations, before);
+  EXPECT_GT(support::allocations_so_far(), before);
 }
 
 TEST(Allocation, NeverHappensInForwardInverseOrAdvance) {
   const Hysteresis model(piezo_model());
   HysteresisState state = HysteresisState(model.virgin(0.0, 8));
   const auto walk = nested_swings(model.input_range(), 40);
-  const std::size_t before = allocations;
+  const std::uint64_t before = support::allocations_so_far();
   double sum = 0.0;
   for (const double v : walk) {
     sum += model.forward(state, v).value + model.forward(state, 100.0 - v).value;
@@ -40,7 +27,7 @@ TEST(Allocation, NeverHappensInForwardInverseOrAdvance) {
     sum += model.advance(state, v).value;
   }
   for (const double v : {0.0, 100.0, 30.0, 200.0, -5.0}) sum += model.advance(state, v).value;
-  const std::size_t after = allocations;
+  const std::uint64_t after = support::allocations_so_far();
   EXPECT_EQ(after, before);
   EXPECT_GT(sum, 0.0);
 }

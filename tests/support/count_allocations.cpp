@@ -1,4 +1,4 @@
-#include "tests/can/count_allocations.h"
+#include "tests/support/count_allocations.h"
 
 #include <atomic>
 #include <cstdlib>
@@ -16,8 +16,8 @@ void* operator new(std::size_t size) {
 void operator delete(void* memory) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
-namespace hystcan::can {
+namespace hystcan::support {
 
 std::uint64_t allocations_so_far() { return allocations; }
 
-}  // namespace hystcan::can
+}  // namespace hystcan::support

@@ -3,8 +3,8 @@
 
 #include <cstdint>
 
-namespace hystcan::can {
+namespace hystcan::support {
 
 std::uint64_t allocations_so_far();
 
-}  // namespace hystcan::can
+}  // namespace hystcan::support
