@@ -181,7 +181,13 @@ void add_controller(CLI::App& cli, int& status) {
   command->add_option("CONFIG", options->config, "configuration (TOML)")->required();
   command->add_option("--interface", options->interface, "CAN interface instead of the configured one");
   command->add_option("--duration", options->duration_s, "stop after this many seconds")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Validator(
+          [](const std::string& text) {
+            double value = 0.0;
+            const bool sound = CLI::detail::lexical_cast(text, value) && value > 0.0 && value < 1e9;
+            return sound ? std::string() : text + ", expected seconds > 0 and < 1e9";
+          },
+          "SECONDS"));
   command->add_flag("--once", options->once, "stop after one pass of the reference");
   command->add_flag("--clear-faults", options->clear_faults,
                     "clear a fault the amplifier has latched, then start");

@@ -1,10 +1,11 @@
-// What the two processes on a real bus share: an event loop that ends on SIGINT and SIGTERM.
+// What the two processes on a real bus share: an event loop that a signal ends in good order.
 #pragma once
 
 #include <utility>
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
+#include <csignal>
 #include <functional>
 #include <memory>
 #include <string>
@@ -15,7 +16,10 @@ namespace hystcan::app {
 
 class LiveLoop {
  public:
-  explicit LiveLoop(std::string interface) : interface_(std::move(interface)) {}
+  /// A closed pipe behind standard output is no reason to drop a stage.
+  explicit LiveLoop(std::string interface) : interface_(std::move(interface)) {
+    std::signal(SIGPIPE, SIG_IGN);
+  }
 
   can::Scheduler& scheduler() { return scheduler_; }
   can::Attach attach() {
@@ -24,9 +28,10 @@ class LiveLoop {
     };
   }
 
-  /// Runs until stop(). `on_signal`: at every SIGINT or SIGTERM.
+  /// Runs until stop(). `on_signal`: at every Ctrl-C, SIGTERM, Ctrl-\\ and hang-up of the terminal.
   void run(std::function<void()> on_signal) {
     on_signal_ = std::move(on_signal);
+    for (const int signal : {SIGINT, SIGTERM, SIGQUIT, SIGHUP}) signals_.add(signal);
     await_signal();
     context_.run();
   }
@@ -42,7 +47,7 @@ class LiveLoop {
   }
 
   boost::asio::io_context context_{1};
-  boost::asio::signal_set signals_{context_, SIGINT, SIGTERM};
+  boost::asio::signal_set signals_{context_};
   can::AsioScheduler scheduler_{context_};
   std::string interface_;
   std::function<void()> on_signal_;

@@ -129,9 +129,11 @@ std::optional<Interface> query_interface(const std::string& name) {
 
 namespace {
 
-/// Throws InterfaceError where it is absent.
+/// Throws InterfaceError where it is absent or not a CAN interface.
 Interface require_interface(const std::string& name) {
-  if (const auto interface = query_interface(name)) return *interface;
+  const auto interface = query_interface(name);
+  if (interface && interface->is_can) return *interface;
+  if (interface) throw InterfaceError("interface " + name + " is not a CAN interface");
   throw InterfaceError("interface " + name + " does not exist; " +
                        (name.starts_with("vcan") ? "create it with: ip link add dev " + name +
                                                        " type vcan && ip link set " + name + " up"
@@ -142,7 +144,6 @@ Interface require_interface(const std::string& name) {
 
 Interface require_can_interface(const std::string& name) {
   Interface interface = require_interface(name);
-  if (!interface.is_can) throw InterfaceError("interface " + name + " is not a CAN interface");
   if (!interface.up) {
     const bool real = interface.kind == "can" || (interface.kind.empty() && !name.starts_with("vcan"));
     throw InterfaceError("interface " + name + " is down; bring it up with: ip link set " + name + " up" +

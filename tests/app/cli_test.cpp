@@ -44,6 +44,13 @@ TEST_F(Cli, AnUnknownOptionIsBadUsage) {
   EXPECT_EQ(program.wait(), bad_input);
 }
 
+TEST_F(Cli, ADurationMustBeATime) {
+  for (const char* duration : {"0", "-1", "nan", "inf", "1e300", "soon"}) {
+    Process program({HYSTCAN_PROGRAM, "controller", path("piezo.toml"), "--duration", duration});
+    EXPECT_EQ(program.wait(), bad_input) << duration;
+  }
+}
+
 TEST_F(Cli, CheckShowsWhatIsInForce) {
   Process program({HYSTCAN_PROGRAM, "check", path("piezo.toml")});
   EXPECT_EQ(program.wait(), done) << program.err();
@@ -65,6 +72,12 @@ TEST_F(Cli, AnInterfaceThatDoesNotExistFailsAtRunTime) {
     EXPECT_EQ(program.wait(), failed) << command;
     EXPECT_EQ(std::ranges::count(program.err(), '\n'), 1) << program.err();
   }
+}
+
+TEST_F(Cli, AnInterfaceThatIsNotCanIsSaidToBeNone) {
+  Process program({HYSTCAN_PROGRAM, "twin", path("piezo.toml"), "--interface", "lo"});
+  EXPECT_EQ(program.wait(), failed);
+  EXPECT_NE(program.err().find("lo is not a CAN interface"), std::string::npos) << program.err();
 }
 
 TEST_F(Cli, DemoPrintsFiveColumnsAndWritesPictureAndCsv) {

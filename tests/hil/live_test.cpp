@@ -108,10 +108,15 @@ TEST_P(Live, BothAxesTrackOnceAndEverythingOnTheWireIsAsDocumented) {
       << "one sample a SYNC once the node is started";
 }
 
-TEST_P(Live, ControlCOnTheControllerRampsDownAndLeavesTheAmplifierAtItsSafeValue) {
+class Signalled : public Live {
+ protected:
+  void stops_well_on(int signal);
+};
+
+void Signalled::stops_well_on(int signal) {
   bench.start_controller();
   ASSERT_TRUE(bench.tracks()) << bench.controller->err();
-  bench.controller->send(SIGINT);
+  bench.controller->send(signal);
   EXPECT_EQ(bench.controller->wait(), 0) << bench.controller->err();
   std::this_thread::sleep_for(milliseconds(100));
   const json log = bench.decoded();
@@ -120,6 +125,11 @@ TEST_P(Live, ControlCOnTheControllerRampsDownAndLeavesTheAmplifierAtItsSafeValue
   EXPECT_EQ(log.at("last_status").at("state"), ready_state);
   EXPECT_TRUE(log.at("first_fault").is_null());
 }
+
+TEST_P(Signalled, ControlCOnTheControllerRampsDownAndLeavesTheAmplifierAtItsSafeValue) {
+  stops_well_on(SIGINT);
+}
+TEST_P(Signalled, SoDoesATerminalThatHangsUp) { stops_well_on(SIGHUP); }
 
 TEST_P(Live, ControlCOnTheTwinLeavesTheAmplifierAtItsSafeValue) {
   bench.start_controller();
@@ -168,6 +178,10 @@ TEST_P(Live, KillingTheControllerTripsTheAmplifierToItsSafeValueAndOnlyClearFaul
 
 INSTANTIATE_TEST_SUITE_P(Vcan, Live, testing::Values(Wire{"vcan0", "vcan0"}),
                          [](const auto&) { return "vcan0"; });
+INSTANTIATE_TEST_SUITE_P(Vcan, Signalled, testing::Values(Wire{"vcan0", "vcan0"}),
+                         [](const auto&) { return "vcan0"; });
+INSTANTIATE_TEST_SUITE_P(Kvaser, Signalled, testing::Values(Wire{"can0", "can1"}),
+                         [](const auto&) { return "can0"; });
 INSTANTIATE_TEST_SUITE_P(Kvaser, Live, testing::Values(Wire{"can0", "can1"}),
                          [](const auto&) { return "can0"; });
 
