@@ -146,6 +146,9 @@ int report(const controller::Controller& controller, const Recorder& recorder, c
     if (outcome.fault.cause != controller::Cause::none)
       throw RunError(fmt::format("axis {} faulted at {:.3f} s: {}; {}", outcome.name, outcome.fault.time_s,
                                  to_string(outcome.fault.cause), remedy(outcome.fault.cause)));
+  for (std::size_t i = 0; options.once && i < controller.axis_count(); ++i)
+    if (!controller.axis(i).report().point.finished)
+      throw RunError(fmt::format("axis {} was stopped before the end of its reference", outcomes[i].name));
   return done;
 }
 
@@ -155,12 +158,18 @@ int run_controller(const Options& options) {
   if (options.once)
     for (auto& axis : config.controller.axes) axis.axis.repeat = false;
 
+  if (std::error_code ignored; std::filesystem::equivalent(options.csv, options.config, ignored))
+    throw config::Error(
+        fmt::format("{}: is the configuration, expected another file for --csv", options.csv.string()));
+
   LiveLoop loop(config.bus.interface);
-  Recorder recorder(config, options.csv);
-  auto telemetry = std::make_unique<controller::TelemetryThread>(
-      [&](const controller::CycleRecord& record) { recorder.consume(record); });
+  std::unique_ptr<controller::TelemetryThread> telemetry;
   controller::Controller controller(config.controller, config.database, loop.scheduler(), loop.attach(),
                                     [&](const controller::CycleRecord& record) { telemetry->push(record); });
+  Recorder recorder(
+      config, options.csv);  // only now, with the bus open: a run that never was leaves the last one's CSV
+  telemetry = std::make_unique<controller::TelemetryThread>(
+      [&](const controller::CycleRecord& record) { recorder.consume(record); });
   spdlog::info("{} axes at {} Hz on {}; Ctrl-C ramps down and stops", config.axes.size(),
                config.controller.rate_Hz, config.bus.interface);
   run_live(loop, controller, options);

@@ -33,8 +33,7 @@ struct Column {
 std::filesystem::path shipped_config() {
   const auto program = std::filesystem::read_symlink("/proc/self/exe").parent_path();
   for (const auto& folder : {program / "../../config", program / "../share/hystcan"})
-    if (const auto file = (folder / "piezo.toml").lexically_normal(); std::filesystem::exists(file))
-      return file;
+    if (auto file = (folder / "piezo.toml").lexically_normal(); std::filesystem::exists(file)) return file;
   return "config/piezo.toml";
 }
 
@@ -51,10 +50,14 @@ std::vector<Column> run_columns(const config::Config& config, const std::filesys
     columns.push_back({structure, rehearsal::run_once(with_structure(setup, structure), settle_s,
                                                       [&](const auto& record) { csv.write(record); })});
     if (const std::string lost = csv.close(); !lost.empty()) throw RunError(lost);
-    for (const auto& axis : columns.back().outcome.axes)
+    for (const auto& axis : columns.back().outcome.axes) {
       if (axis.fault.cause != controller::Cause::none)
         throw RunError(fmt::format("{}: axis {} faulted at {:.3f} s: {}; {}", to_string(structure), axis.name,
                                    axis.fault.time_s, to_string(axis.fault.cause), remedy(axis.fault.cause)));
+      if (axis.statistics.total().samples == 0)
+        throw RunError(fmt::format("{}: axis {} did not come to track its reference: {}",
+                                   to_string(structure), axis.name, to_string(axis.state)));
+    }
   }
   return columns;
 }

@@ -27,7 +27,8 @@ do for [terminal in "svg png"] {{
   if (terminal eq 'png') {{ set terminal pngcairo size 1200,900 enhanced; set output 'demo.png' }}
   set multiplot layout 2,2 title '{title}'
   set grid
-  set key top left
+  set key default
+  set key inside top left
 
   set title 'The actuator: hysteresis'
   set xlabel 'drive [{unit}]'

@@ -31,9 +31,10 @@ nlohmann::json to_json(const controller::AxisOutcome& outcome) {
 
 std::string describe(const controller::AxisOutcome& outcome) {
   const controller::ErrorStatistics total = outcome.statistics.total();
-  return fmt::format("{}: error RMS {:.4f} um ({:.3f} % of {:g} um), max {:.4f} um over {} samples; {}",
+  if (total.samples == 0) return outcome.name + ": no sample of a settled reference; no error to tell";
+  return fmt::format("{}: error RMS {:.4f} um ({:.3f} % of {:g} um), max {:.4f} um over {} samples",
                      outcome.name, total.rms_um(), 100.0 * total.rms_um() / outcome.stroke_um,
-                     outcome.stroke_um, total.max_um, total.samples, to_string(outcome.state));
+                     outcome.stroke_um, total.max_um, total.samples);
 }
 
 }  // namespace hystcan::app

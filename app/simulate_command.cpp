@@ -22,17 +22,22 @@ struct Options {
   bool inverse = false;
 };
 
-/// A file that is complete or not there: written beside its place, moved there by commit().
+/// A file that is complete or not there: written beside its place, moved there by commit(). What is there and
+/// is no ordinary file (a device, a pipe, a link) is written to as it is.
 class OutputFile {
  public:
-  explicit OutputFile(std::filesystem::path path)
-      : path_(std::move(path)), partial_(path_.string() + ".part"), file_(std::fopen(partial_.c_str(), "w")) {
+  explicit OutputFile(std::filesystem::path path) : path_(std::move(path)) {
+    const auto status = std::filesystem::symlink_status(path_);
+    replaces_ = !std::filesystem::exists(status) || std::filesystem::is_regular_file(status);
+    written_ = path_;
+    if (replaces_) written_ += ".part";
+    file_ = std::fopen(written_.c_str(), "w");
     if (file_ == nullptr) fail();
   }
   ~OutputFile() {
     if (file_ == nullptr) return;
     std::fclose(file_);
-    std::remove(partial_.c_str());
+    if (replaces_) std::remove(written_.c_str());
   }
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
@@ -42,7 +47,7 @@ class OutputFile {
   }
   void commit() {
     if (std::fclose(std::exchange(file_, nullptr)) != 0) fail();
-    std::filesystem::rename(partial_, path_);
+    if (replaces_) std::filesystem::rename(written_, path_);
   }
 
  private:
@@ -53,11 +58,21 @@ class OutputFile {
   }
 
   std::filesystem::path path_;
-  std::filesystem::path partial_;
-  std::FILE* file_;
+  std::filesystem::path written_;
+  bool replaces_ = true;
+  std::FILE* file_ = nullptr;
 };
 
+/// An output that is one of the inputs would be lost while it is read.
+void refuse_to_overwrite(const std::filesystem::path& output, const std::filesystem::path& input) {
+  std::error_code ignored;
+  if (std::filesystem::equivalent(output, input, ignored))
+    throw config::Error(fmt::format("{}: is read too, expected another file as output", output.string()));
+}
+
 int simulate(const Options& options) {
+  refuse_to_overwrite(options.output, options.model);
+  refuse_to_overwrite(options.output, options.input);
   const model::Hysteresis hysteresis(config::load_model(options.model));
   model::Simulation simulation(hysteresis);
   const bool timed = config::CsvReader::has_column(options.input, "time_s");
@@ -74,6 +89,9 @@ int simulate(const Options& options) {
     const auto row = options.inverse ? simulation.follow_output(given[0]) : simulation.follow_input(given[0]);
     out.write(fmt::format("{:.17g},{:.17g},{:.17g}\n", time_s, row.input, row.output));
   }
+  if (tally.rows == 0)
+    throw config::Error(
+        fmt::format("{}: has a header only, expected at least one row", options.input.string()));
   out.commit();
   fmt::print(stderr, "{}: {} rows, {} of them limited to the thresholds {} and {} {}\n",
              options.output.string(), tally.rows, tally.saturated, hysteresis.input_range().lo,

@@ -1,9 +1,14 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <array>
+#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "app/commands.h"
 #include "app/live.h"
@@ -17,6 +22,40 @@ struct Options {
   std::filesystem::path config;
   std::string interface;
   bool force_interface = false;
+};
+
+std::string_view to_string(can::AmpState state) {
+  static constexpr std::array<std::string_view, 4> names{"off", "ready", "enabled", "tripped"};
+  return names[static_cast<std::size_t>(state)];
+}
+
+/// Says what becomes of the amplifiers.
+class Watch {
+ public:
+  Watch(const twin::Twin& twin, can::Scheduler& scheduler)
+      : twin_(twin),
+        scheduler_(scheduler),
+        seen_(twin.axes().size()),
+        timer_(scheduler.make_timer([this] { look(); })) {
+    look();
+  }
+
+ private:
+  void look() {
+    for (std::size_t i = 0; i < seen_.size(); ++i) {
+      const twin::AmplifierNode& amplifier = twin_.axes()[i]->amplifier;
+      if (std::exchange(seen_[i], amplifier.state()) == amplifier.state()) continue;
+      const bool silence = (amplifier.fault() & can::amp_fault::command_timeout) != 0;
+      spdlog::info("{}: amplifier {}{}", twin_.axes()[i]->name, to_string(amplifier.state()),
+                   silence ? ": commands have stopped, output at its safe value" : "");
+    }
+    timer_->expire_at(scheduler_.now() + std::chrono::milliseconds(50));
+  }
+
+  const twin::Twin& twin_;
+  can::Scheduler& scheduler_;
+  std::vector<can::AmpState> seen_;
+  std::unique_ptr<can::Timer> timer_;
 };
 
 int run_twin(const Options& options) {
@@ -33,6 +72,7 @@ int run_twin(const Options& options) {
   for (const twin::AxisConfig& axis : config.twin.axes)
     spdlog::info("{}: amplifier node {}, sensor node {} on {}", axis.wire.name, axis.wire.amplifier_node,
                  axis.wire.sensor_node, interface);
+  const Watch watch(twin, loop.scheduler());
   loop.run([&] {
     twin.shut_down();
     for (const auto& axis : twin.axes())

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "can/protocol.h"
@@ -48,12 +50,34 @@ class AxisCheck {
     try {
       const can::Message& message = can::find_message<Payload>(config_.database, axis_.wire);
       const can::Layout<Payload> layout(message);
+      check_no_overlap(message, Payload::fields());
       if (message.id != id || message.extended)
         fail("name", "message {} has identifier 0x{:X} in {}, expected 0x{:X} from the node ids",
              message.name, message.id, config_.bus.dbc.string(), id);
     } catch (const std::invalid_argument& error) {
       document_.fail_at("bus.dbc", fmt::format("{} in {}, expected one for axis {}", error.what(),
                                                config_.bus.dbc.string(), axis_.wire.name));
+    }
+  }
+
+  /// Two of a message's own signals in one bit would change each other; the CRC must be the last byte, which
+  /// it covers.
+  template <class Fields>
+  void check_no_overlap(const can::Message& message, const Fields& fields) const {
+    std::vector<std::string> names{"Counter", "Crc"};
+    std::apply([&](const auto&... field) { (names.emplace_back(field.first), ...); }, fields);
+    std::vector<std::uint8_t> taken(message.length);
+    for (const std::string& name : names) {
+      std::vector<std::uint8_t> bits(message.length);
+      can::SignalCodec(*message.find(name)).pack_raw(-1, bits);
+      for (std::size_t i = 0; i < bits.size(); ++i) {
+        if ((taken[i] & bits[i]) != 0)
+          throw std::invalid_argument("signal " + name + " of message " + message.name + " overlaps another");
+        taken[i] = static_cast<std::uint8_t>(taken[i] | bits[i]);
+      }
+      if (name == "Crc" &&
+          (bits.back() != 0xFF || std::count(bits.begin(), bits.end(), 0) + 1 != message.length))
+        throw std::invalid_argument("signal Crc of message " + message.name + " is not its last byte");
     }
   }
 
@@ -106,6 +130,11 @@ class AxisCheck {
     if (!(control.position_min_um < control.position_max_um))
       fail("control.position_max_um", "position_max_um is {}, expected more than position_min_um, {}",
            control.position_max_um, control.position_min_um);
+    const std::int64_t cycle_us = std::llround(1e6 / config_.controller.rate_Hz);
+    if (control.delays.command_delay != std::chrono::microseconds(cycle_us))
+      fail("control.delays.command_delay_us",
+           "command_delay_us is {}, expected {}, one cycle: a setpoint takes effect at the next SYNC",
+           static_cast<double>(control.delays.command_delay.count()) * 1e-3, cycle_us);
     for (std::size_t i = 0; i < control.setpoint.size(); ++i) {
       for (const double value : extremes_um(control.setpoint[i].shape))
         if (value < control.position_min_um || value > control.position_max_um)
@@ -148,6 +177,10 @@ void check_nodes(const Document& document, const Config& config) {
 
 void check_names(const Document& document, const Config& config) {
   std::map<std::string, std::size_t> names;
+  for (std::size_t i = 0; i < config.axes.size(); ++i)
+    if (config.axes[i].wire.name.find_first_of(",\"\n\r'") != std::string::npos)
+      document.fail_at(fmt::format("axis[{}].name", i),
+                       "the name has a comma, quote or line end, expected a plain word");
   for (std::size_t i = 0; i < config.axes.size(); ++i)
     if (!names.emplace(config.axes[i].wire.name, i).second)
       document.fail_at(

@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <fstream>
 #include <iterator>
 #include <sstream>
+#include <system_error>
 #include <utility>
 
 namespace hystcan::config {
@@ -24,11 +26,16 @@ std::string join_choices(std::initializer_list<std::string_view> choices) {
 
 Document::Document(std::filesystem::path file) : file_(std::move(file)) {
   std::ifstream stream(file_, std::ios::binary);
-  std::ostringstream text;
-  if (!stream || !(text << stream.rdbuf()))
-    throw Error(fmt::format("{}: cannot be read, expected a TOML file", file_.string()));
+  std::string text;
+  if (std::filesystem::is_directory(file_)) errno = EISDIR;
+  if (stream && !std::filesystem::is_directory(file_)) {
+    text.assign(std::istreambuf_iterator<char>(stream), {});
+  } else {
+    throw Error(fmt::format("{}: cannot be read: {}, expected a TOML file", file_.string(),
+                            std::generic_category().message(errno)));
+  }
   try {
-    root_ = toml::parse(text.str());
+    root_ = toml::parse(text);
   } catch (const toml::parse_error& error) {
     throw Error(
         fmt::format("{}: {}, expected TOML", place(file_, error.source().begin), error.description()));
@@ -122,6 +129,7 @@ std::vector<double> Reader::read_numbers(const toml::node& node, std::string_vie
 std::string Reader::read_string(const toml::node& node, std::string_view key) const {
   const auto value = node.value_exact<std::string>();
   if (!value) wrong_type(node, key, "a string");
+  if (value->empty()) document_.fail(node.source(), fmt::format("{} is empty, expected text", key));
   return *value;
 }
 

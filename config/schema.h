@@ -72,7 +72,7 @@ void visit_periodic(V& v, Periodic& s) {
   v.required("low_um", s.low_um);
   v.required("high_um", s.high_um);
   v.required("frequency_Hz", s.frequency_Hz, positive);
-  v.required("cycles", s.cycles, positive);
+  v.required("cycles", s.cycles, {.lo = 0.0, .hi = 1e6, .lo_excluded = true});
 }
 template <class V>
 void visit(V& v, controller::Triangle& s) {

@@ -7,6 +7,9 @@
 namespace hystcan::controller {
 namespace {
 
+/// A SYNC so many cycles after the last one is a stall: the reference has run on, the ramps would jump.
+constexpr double stalled_cycles = 10.0;
+
 /// The amplifier reports its state at once; longer than this and it has not obeyed.
 constexpr double enable_timeout_s = 0.5;
 
@@ -15,10 +18,12 @@ struct CauseText {
   std::string_view remedy;
 };
 
-constexpr std::array<CauseText, 13> cause_texts{{
+constexpr std::array<CauseText, 14> cause_texts{{
     {"none", ""},
     {"interface down", "bring the CAN interface up and start the controller again"},
     {"bus-off", "check wiring, termination and bit rate, then start the controller again"},
+    {"cycle overrun",
+     "the computer was kept from its work: give the controller a real-time class, chrt --fifo 50"},
     {"sample missing", "check the sensor node and the bus load"},
     {"sensor status", "the sensor reports a bad sample: check the sensor"},
     {"position implausible",
@@ -84,6 +89,7 @@ Cause Axis::find_cause(const AxisInput& input) {
   const NodeHealth& health = input.health;
   if (!health.interface_up) return Cause::interface_down;
   if (!health.bus_on) return Cause::bus_off;
+  if (input.dt_s > stalled_cycles * input.cycle_s) return Cause::cycle_overrun;
   if (health.restarted) return Cause::node_restarted;
   if (health.amplifier_fault) return Cause::amplifier_fault;
   if (!health.sensor_alive || !health.sensor_operational) return Cause::sensor_silent;
@@ -154,8 +160,7 @@ AxisCommand Axis::hold_ready(const AxisInput& input) {
   state_ = AxisState::tracking;
   tracking_since_s_ = input.time_s;
   badly_following_ = 0;
-  trajectory_.start_from(*input.position_um);
-  law_.restart_at_lower_threshold(*input.position_um, *input.position_um);
+  trajectory_.start_from(law_.restart_at_lower_threshold(*input.position_um));
   return track(input);
 }
 

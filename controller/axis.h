@@ -29,6 +29,7 @@ enum class Cause : std::uint8_t {
   none,
   interface_down,
   bus_off,
+  cycle_overrun,
   sample_missing,
   sensor_status,
   position_implausible,

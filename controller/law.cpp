@@ -53,10 +53,12 @@ ControlLaw::ControlLaw(const Config& config)
       inverted_(what_to_invert(config)),
       memory_(inverted_.at_lower_threshold()) {}
 
-void ControlLaw::restart_at_lower_threshold(double reference_um, double position_um) {
+double ControlLaw::restart_at_lower_threshold(double position_um) {
   inverted_.advance(memory_, inverted_.input_range().lo);
   error_um_ = 0.0;
-  pi_.integral_um = feeds_back_ ? position_um - (feeds_forward_ ? reference_um : 0.0) : 0.0;
+  const double reference_um = feeds_back_ ? position_um : memory_.output;
+  pi_.integral_um = feeds_back_ ? memory_.output - (feeds_forward_ ? reference_um : 0.0) : 0.0;
+  return reference_um;
 }
 
 ControlLaw::Demand ControlLaw::propose(const Input& input) {

@@ -78,9 +78,10 @@ class ControlLaw {
   /// Throws std::invalid_argument where the model is not a valid one.
   explicit ControlLaw(const Config& config);
 
-  /// All memory has been wiped out by driving to the lower threshold. Bumpless: the first demand at the
-  /// measured position with the reference there too is that position.
-  void restart_at_lower_threshold(double reference_um, double position_um);
+  /// All memory has been wiped out by driving to the lower threshold. Bumpless in the drive: what offset
+  /// there is between sensor and model goes into the integral. Returns the reference to start from: the
+  /// measured position, or without feedback the model's.
+  double restart_at_lower_threshold(double position_um);
 
   Demand propose(const Input& input);
   /// Told what left the gate: the memory moves with the drive actually applied; the integral is kept from

@@ -151,6 +151,46 @@ TEST_F(Cli, SimulateSaysWhereTheDiskIsFullOrTheFolderMissing) {
       << program.err();
 }
 
+TEST_F(Cli, SimulateNeverOverwritesWhatItReads) {
+  write("in.csv", "input\n1\n");
+  for (const char* output : {"in.csv", "piezo.model.toml"}) {
+    const std::string before = read(output);
+    Process program({HYSTCAN_PROGRAM, "simulate", path("piezo.model.toml"), "--input", path("in.csv"),
+                     "--output", path(output)});
+    EXPECT_EQ(program.wait(), bad_input) << output;
+    EXPECT_EQ(read(output), before);
+  }
+}
+
+TEST_F(Cli, SimulateWritesToADeviceAsItIs) {
+  std::filesystem::create_symlink("/dev/full", shipped / "full.csv");
+  write("in.csv", "input\n1\n");
+  Process program({HYSTCAN_PROGRAM, "simulate", path("piezo.model.toml"), "--input", path("in.csv"),
+                   "--output", path("full.csv")});
+  EXPECT_EQ(program.wait(), failed);
+  EXPECT_NE(program.err().find("No space left on device"), std::string::npos) << program.err();
+  EXPECT_TRUE(std::filesystem::is_symlink(shipped / "full.csv"));
+}
+
+TEST_F(Cli, ControllerLeavesFilesAloneUntilTheBusIsOpen) {
+  const std::string before = read("piezo.toml");
+  Process onto_itself({HYSTCAN_PROGRAM, "controller", path("piezo.toml"), "--csv", path("piezo.toml")});
+  EXPECT_EQ(onto_itself.wait(), bad_input);
+  EXPECT_EQ(read("piezo.toml"), before);
+  write("run.csv", "precious");
+  Process no_bus(
+      {HYSTCAN_PROGRAM, "controller", path("piezo.toml"), "--interface", "nocan7", "--csv", path("run.csv")});
+  EXPECT_EQ(no_bus.wait(), failed);
+  EXPECT_EQ(read("run.csv"), "precious");
+}
+
+TEST_F(Cli, DemoFailsWhereAnAxisNeverTracks) {
+  shipped.edit("piezo.toml", "wipe_slew_V_per_s  = 500.0 ", "wipe_slew_V_per_s  = 1e-3 ");
+  Process program({HYSTCAN_PROGRAM, "demo", "--config", path("piezo.toml"), "--output", path("out")});
+  EXPECT_EQ(program.wait(), failed);
+  EXPECT_NE(program.err().find("axis x did not come to track"), std::string::npos) << program.err();
+}
+
 TEST_F(Cli, SimulateRefusesAModelThatCannotBeInverted) {
   shipped.edit("piezo.model.toml", "k_ascending  = 0.035", "k_ascending  = 1.0");
   write("in.csv", "input\n1\n");

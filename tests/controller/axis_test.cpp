@@ -143,6 +143,7 @@ INSTANTIATE_TEST_SUITE_P(
         FaultCase{"InterfaceDown", Cause::interface_down,
                   [](AxisInput& in) { in.health.interface_up = false; }, 1},
         FaultCase{"BusOff", Cause::bus_off, [](AxisInput& in) { in.health.bus_on = false; }, 1},
+        FaultCase{"CycleOverrun", Cause::cycle_overrun, [](AxisInput& in) { in.dt_s = 0.011; }, 1},
         FaultCase{"FollowingError", Cause::following_error, [](AxisInput& in) { in.position_um = 25.0; }, 3}),
     [](const auto& test) { return test.param.name; });
 

@@ -15,7 +15,7 @@ constexpr double dt_s = 1e-3;
 
 ControlLaw law(Structure structure, Pi::Config pi = {.kp = 0.0, .ki_per_s = 100.0}) {
   ControlLaw result({.structure = structure, .model = support::piezo_model(), .pi = pi});
-  result.restart_at_lower_threshold(1.5, 1.5);
+  result.restart_at_lower_threshold(1.5);
   return result;
 }
 
@@ -46,17 +46,22 @@ TEST(ControlLaw, AverageInvertsTheMeanOfTheTwoCurvesWhateverTheHistory) {
   }
 }
 
-TEST(ControlLaw, PiAloneIsBumplessFromTheMeasuredPosition) {
-  ControlLaw pi = law(Structure::pi);
-  pi.restart_at_lower_threshold(12.0, 12.0);
-  const ControlLaw::Demand demand =
-      pi.propose({.reference_um = 12.0, .previewed_um = 99.0, .position_um = 12.0, .dt_s = dt_s});
-  EXPECT_DOUBLE_EQ(demand.position_um, 12.0) << "no feed-forward, no error: stay";
+TEST(ControlLaw, RestartsWithoutABumpInTheDriveWhateverTheSensorsOffset) {
+  for (const Structure structure : all_structures) {
+    ControlLaw restarted = law(structure);
+    step(restarted, 12.0, 12.0, 11.0);
+    const double measured_um = 4.5;  // the model says 1.5 um at the lower threshold
+    const double reference_um = restarted.restart_at_lower_threshold(measured_um);
+    const ControlLaw::Demand first = restarted.propose({.reference_um = reference_um,
+                                                        .previewed_um = reference_um,
+                                                        .position_um = measured_um,
+                                                        .dt_s = dt_s});
+    EXPECT_NEAR(first.drive, 0.0, 1e-9) << to_string(structure);
+  }
 }
 
 TEST(ControlLaw, IntegralActsInDisplacementUnits) {
-  ControlLaw both = law(Structure::inverse_pi);
-  both.restart_at_lower_threshold(10.0, 10.0);
+  ControlLaw both = law(Structure::inverse_pi);  // starts with sensor and model agreeing, so with no integral
   step(both, 10.0, 10.0, 9.0);
   const ControlLaw::Demand second =
       both.propose({.reference_um = 10.0, .previewed_um = 10.0, .position_um = 9.0, .dt_s = dt_s});
@@ -65,7 +70,6 @@ TEST(ControlLaw, IntegralActsInDisplacementUnits) {
 
 TEST(ControlLaw, BridgesALostSampleWithTheLastErrorWithoutIntegrating) {
   ControlLaw both = law(Structure::inverse_pi, {.kp = 0.5, .ki_per_s = 100.0});
-  both.restart_at_lower_threshold(10.0, 10.0);
   step(both, 10.0, 10.0, 9.0);
   const ControlLaw::Demand bridged =
       both.propose({.reference_um = 10.0, .previewed_um = 10.0, .position_um = std::nullopt, .dt_s = dt_s});
