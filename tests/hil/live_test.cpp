@@ -247,7 +247,8 @@ TEST(Icount, TheAmplifierIsSafeWithinItsTimeoutAfterTheControllerIsKilled) {
   std::printf("command_timeout 20 ms: the amplifier reports its trip %.3f ms after the last command\n",
               1e3 * (safe_s - last_command_s));
   EXPECT_GT(safe_s - last_command_s, 0.018);
-  EXPECT_LT(safe_s - last_command_s, 0.022) << "command_timeout_ms = 20, and a cycle of doubt on either side";
+  EXPECT_LT(safe_s - last_command_s, 0.025)
+      << "command_timeout_ms = 20, and what burying a process takes the one core";
 }
 
 }  // namespace
