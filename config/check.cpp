@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "can/protocol.h"
 
@@ -176,16 +177,15 @@ void check_nodes(const Document& document, const Config& config) {
 }
 
 void check_names(const Document& document, const Config& config) {
-  std::map<std::string, std::size_t> names;
-  for (std::size_t i = 0; i < config.axes.size(); ++i)
-    if (config.axes[i].wire.name.find_first_of(",\"\n\r'") != std::string::npos)
-      document.fail_at(fmt::format("axis[{}].name", i),
-                       "the name has a comma, quote or line end, expected a plain word");
-  for (std::size_t i = 0; i < config.axes.size(); ++i)
-    if (!names.emplace(config.axes[i].wire.name, i).second)
-      document.fail_at(
-          fmt::format("axis[{}].name", i),
-          fmt::format("the name {} is taken, expected one of its own", config.axes[i].wire.name));
+  std::set<std::string> taken;
+  for (std::size_t i = 0; i < config.axes.size(); ++i) {
+    const std::string& name = config.axes[i].wire.name;
+    const std::string path = fmt::format("axis[{}].name", i);
+    if (name.find_first_of(",\"\n\r'") != std::string::npos)
+      document.fail_at(path, "the name has a comma, quote or line end, expected a plain word");
+    if (!taken.insert(name).second)
+      document.fail_at(path, fmt::format("the name {} is taken, expected one of its own", name));
+  }
 }
 
 }  // namespace

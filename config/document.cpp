@@ -26,14 +26,12 @@ std::string join_choices(std::initializer_list<std::string_view> choices) {
 
 Document::Document(std::filesystem::path file) : file_(std::move(file)) {
   std::ifstream stream(file_, std::ios::binary);
-  std::string text;
-  if (std::filesystem::is_directory(file_)) errno = EISDIR;
-  if (stream && !std::filesystem::is_directory(file_)) {
-    text.assign(std::istreambuf_iterator<char>(stream), {});
-  } else {
+  const int open_error = stream ? 0 : errno;
+  const int unreadable = std::filesystem::is_directory(file_) ? EISDIR : open_error;
+  if (unreadable != 0)
     throw Error(fmt::format("{}: cannot be read: {}, expected a TOML file", file_.string(),
-                            std::generic_category().message(errno)));
-  }
+                            std::generic_category().message(unreadable)));
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
   try {
     root_ = toml::parse(text);
   } catch (const toml::parse_error& error) {
