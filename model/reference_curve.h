@@ -1,6 +1,7 @@
 // Reference curves: the increasing polynomials f_0^A and f_0^D that shape every hysteresis loop.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 namespace hystcan::model {
@@ -16,10 +17,46 @@ struct Interval {
 
 enum class Basis { power, chebyshev };
 
+/// A function at one input: its value and its first two derivatives.
+struct Jet {
+  double value = 0.0;
+  double slope = 0.0;
+  double curvature = 0.0;
+};
+
+/// A Chebyshev series on s in [-1, 1], evaluated as a polynomial in s, four terms at a time, where that costs
+/// less than four bits of accuracy: where the sum of the |coefficients| of s^j is at most 16 times that of
+/// the T_j. Otherwise by Clenshaw's recurrence, which is as well conditioned at order 20 as at order 1, and
+/// slower.
+class ChebyshevSeries {
+ public:
+  explicit ChebyshevSeries(std::vector<double> coefficients);
+
+  double operator()(double s) const { return powers_.empty() ? clenshaw(s) : in_powers(s); }
+  const std::vector<double>& coefficients() const { return chebyshev_; }
+  const std::vector<double>& powers() const { return powers_; }  ///< of s^0, s^1, ...; empty, or 4 n of them
+  ChebyshevSeries derivative(double ds_dv) const;
+
+ private:
+  double in_powers(double s) const {
+    const double q = s * s, qq = q * q;
+    const double* a = powers_.data() + powers_.size() - 4;
+    double sum = (a[0] + a[1] * s) + q * (a[2] + a[3] * s);
+    while (a != powers_.data()) {
+      a -= 4;
+      sum = ((a[0] + a[1] * s) + q * (a[2] + a[3] * s)) + qq * sum;
+    }
+    return sum;
+  }
+  double clenshaw(double s) const;
+
+  std::vector<double> chebyshev_;
+  std::vector<double> powers_;
+};
+
 /// f(v) = sum c_j T_j(s),  s = (2 v - lo - hi) / (hi - lo),  T_j the Chebyshev polynomials of the first kind.
 ///
-/// Whatever basis the coefficients come in, the curve is kept and evaluated in the Chebyshev basis of its
-/// interval, where order 20 is as well conditioned as order 1.
+/// Whatever basis the coefficients come in, the curve is kept in the Chebyshev basis of its interval.
 class ReferenceCurve {
  public:
   /// Zero on [0, 1]: a place to be filled. No Hysteresis accepts it.
@@ -30,22 +67,33 @@ class ReferenceCurve {
   /// < hi.
   ReferenceCurve(Basis basis, const std::vector<double>& coefficients, Interval domain);
 
-  double value(double v) const;
-  double slope(double v) const;      ///< df/dv
-  double curvature(double v) const;  ///< d2f/dv2
+  double value(double v) const { return value_(ds_dv_ * (v - centre_)); }
+  double slope(double v) const { return slope_(ds_dv_ * (v - centre_)); }          ///< df/dv
+  double curvature(double v) const { return curvature_(ds_dv_ * (v - centre_)); }  ///< d2f/dv2
+  Jet jet(double v) const {
+    if (blocks_.empty()) return {value(v), slope(v), curvature(v)};
+    const double s = ds_dv_ * (v - centre_), q = s * s, qq = q * q;
+    const auto block = [&](const double* a) { return (a[0] + a[1] * s) + q * (a[2] + a[3] * s); };
+    Jet sum;
+    for (const double* a = blocks_.data() + blocks_.size(); a != blocks_.data();) {
+      a -= 12;
+      sum.value = block(a) + qq * sum.value;
+      sum.slope = block(a + 4) + qq * sum.slope;
+      sum.curvature = block(a + 8) + qq * sum.curvature;
+    }
+    return sum;
+  }
 
   const Interval& domain() const { return domain_; }
-  int order() const { return static_cast<int>(chebyshev_.size()) - 1; }
-  const std::vector<double>& chebyshev_coefficients() const { return chebyshev_; }
+  int order() const { return static_cast<int>(chebyshev_coefficients().size()) - 1; }
+  const std::vector<double>& chebyshev_coefficients() const { return value_.coefficients(); }
 
  private:
   Interval domain_;
-  double centre_ = 0.0;  // s = ds_dv (v - centre)
-  double ds_dv_ = 1.0;
-  std::vector<double> chebyshev_;
-  std::vector<double> value_pairs_;  // Chebyshev coefficients of f, df/dv and d2f/dv2, an even number of them
-  std::vector<double> slope_pairs_;
-  std::vector<double> curvature_pairs_;
+  double centre_;  // s = ds_dv (v - centre)
+  double ds_dv_;
+  ChebyshevSeries value_, slope_, curvature_;  // each by v
+  std::vector<double> blocks_;  // their powers of s, by fours: value, slope, curvature; value, ...
 };
 
 }  // namespace hystcan::model

@@ -7,6 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "model/refusal.h"
+
 namespace hystcan::model {
 namespace {
 
@@ -49,14 +51,11 @@ Matrix transition(double damping_ratio, long double tau) {
 }
 
 void check(const SecondOrder::Config& config, double dt_s) {
-  const auto refuse = [](const char* what, double value, const char* expected) {
-    throw std::invalid_argument(std::string(what) + " = " + std::to_string(value) + ", expected " + expected);
-  };
   if (!std::isfinite(config.natural_frequency_Hz) || config.natural_frequency_Hz <= 0)
-    refuse("natural_frequency_Hz", config.natural_frequency_Hz, "a positive number");
+    refuse("natural_frequency_Hz = ", config.natural_frequency_Hz, ", expected a positive number");
   if (!std::isfinite(config.damping_ratio) || config.damping_ratio < 0)
-    refuse("damping_ratio", config.damping_ratio, "a number, zero or more");
-  if (!std::isfinite(dt_s) || dt_s <= 0) refuse("dt_s", dt_s, "a positive number");
+    refuse("damping_ratio = ", config.damping_ratio, ", expected a number, zero or more");
+  if (!std::isfinite(dt_s) || dt_s <= 0) refuse("dt_s = ", dt_s, ", expected a positive number");
 }
 
 }  // namespace
@@ -66,9 +65,8 @@ SecondOrder::Step::Step(const Config& config, double dt_s) {
   const long double omega = 2 * std::numbers::pi_v<long double> * config.natural_frequency_Hz;
   const long double tau = omega * dt_s;
   if (tau * (1 + 2 * config.damping_ratio) > 1e6L)
-    throw std::invalid_argument("step of " + std::to_string(dt_s) + " s at " +
-                                std::to_string(config.natural_frequency_Hz) +
-                                " Hz, expected less than a million time constants");
+    refuse("step of ", dt_s, " s at ", config.natural_frequency_Hz,
+           " Hz, expected less than a million time constants");
   const Matrix step = transition(config.damping_ratio, tau);
   const auto from_after = [&](int row) { return step(row, 3) / tau; };
   const auto from_before = [&](int row) { return step(row, 2) - step(row, 3) / tau; };

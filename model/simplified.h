@@ -4,7 +4,7 @@
 // lies on the one curve and nothing needs to be remembered.
 #pragma once
 
-#include "model/hysteresis.h"
+#include "model/hysteresis_parameters.h"
 
 namespace hystcan::model {
 

@@ -3,37 +3,57 @@
 #pragma once
 
 #include <cstddef>
+#include <utility>
 
-#include "model/hysteresis.h"
+#include "model/hysteresis_operator.h"
 
 namespace hystcan::model {
 
-/// Starts virgin at the lower threshold, so that the first row lies on f_0^A.
+struct Row {
+  double input = 0.0;   ///< as given to follow_input(); what the inverse found from follow_output()
+  double output = 0.0;  ///< what the model gives at that input
+};
+
+struct Tally {
+  std::size_t rows = 0;
+  std::size_t saturated = 0;       ///< beyond what can be reached, taken at the edge
+  std::size_t not_increasing = 0;  ///< on a branch that is not increasing
+};
+
+template <HysteresisOperator Model>
 class Simulation {
  public:
-  struct Row {
-    double input = 0.0;   ///< as given to follow_input(); what the inverse found from follow_output()
-    double output = 0.0;  ///< what the model gives at that input
-  };
-  struct Tally {
-    std::size_t rows = 0;
-    std::size_t saturated = 0;       ///< beyond the thresholds, taken at the threshold
-    std::size_t not_increasing = 0;  ///< on a branch that is not increasing
-  };
+  using State = typename Model::State;
 
-  explicit Simulation(const Hysteresis& model, std::size_t capacity = 4096);
+  /// `drive_sign`: of the inputs that follow_output() finds; -1 makes sense where symmetry is even.
+  Simulation(Model model, State start, double drive_sign = 1.0)
+      : model_(std::move(model)), state_(std::move(start)), drive_sign_(drive_sign) {}
 
-  Row follow_input(double input);
-  Row follow_output(double output);
+  Row follow_input(double input) {
+    count(model_.advance(state_, input));
+    return {input, state_.output};
+  }
+  Row follow_output(double output) {
+    const Prediction drive = model_.inverse(state_, output);
+    model_.advance(state_, drive.value);
+    count(drive);
+    return {drive_sign_ * state_.input, state_.output};
+  }
 
   const Tally& tally() const { return tally_; }
-  const HysteresisState& state() const { return state_; }
+  const Model& model() const { return model_; }
+  const State& state() const { return state_; }
 
  private:
-  void count(const Prediction& step);
+  void count(const Prediction& step) {
+    ++tally_.rows;
+    if (step.saturated) ++tally_.saturated;
+    if (!step.increasing) ++tally_.not_increasing;
+  }
 
-  Hysteresis model_;
-  HysteresisState state_;
+  Model model_;
+  State state_;
+  double drive_sign_;
   Tally tally_;
 };
 

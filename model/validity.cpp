@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -13,6 +14,7 @@ namespace {
 
 constexpr std::size_t steps = 200;
 constexpr double lowest_k_span = -300.0;  // e^{-k span} and its inverse stay far from overflow
+constexpr double highest_k_span = 1e5;
 
 template <typename... Parts>
 [[noreturn]] void refuse(const Parts&... parts) {
@@ -44,7 +46,8 @@ void check_ranges(const HysteresisParameters& p) {
   check_k("k_descending", p.k_descending);
 }
 
-// A slope of zero at single points is an increasing curve still (a butterfly is flat at the origin).
+// A slope of zero at a point is an increasing curve still, even where rounding hides the rise around it (a
+// butterfly is flat at the origin); over a twentieth of the range it is not.
 void check_increasing(const ReferenceCurve& curve, const char* name, const Units& units) {
   constexpr std::size_t points = 2000;
   const Interval& range = curve.domain();
@@ -56,9 +59,11 @@ void check_increasing(const ReferenceCurve& curve, const char* name, const Units
     refuse(name, " curve goes from ", curve.value(range.lo), " to ", curve.value(range.hi), " between ",
            range.lo, " and ", range.hi, " ", units.input, " (mean slope ", mean, " ", units.slope,
            "), expected an increasing curve");
+  constexpr std::size_t flat = points / 20;
   for (std::size_t i = 0; i <= points; ++i) {
     const double tolerance = 1e-10 * mean;
-    if (curve.slope(at(i)) >= -tolerance && (i == 0 || curve.value(at(i)) > curve.value(at(i - 1)))) continue;
+    const bool rises = i < flat || curve.value(at(i)) > curve.value(at(i - flat));
+    if (curve.slope(at(i)) >= -tolerance && rises) continue;
     double lowest = curve.slope(at(i));
     std::size_t last = i;
     while (last < points && curve.slope(at(last + 1)) < -tolerance)
@@ -126,16 +131,17 @@ class Scan {
                  span;
   }
 
-  void run() const {
+  /// The first branch found that goes the wrong way.
+  std::optional<DecreasingBranch> run() const {
     const double gap = fall_.value[0] - rise_.value[0];
     const double first = gap / rise_.phi[steps];
-    check_along(true, 0, steps, first);
+    if (const auto found = look_along(true, 0, steps, first)) return found;
     std::vector<double> outer(steps + 1), falling(steps + 1, 0.0), distance(steps + 1, 0.0);
     for (std::size_t i = 0; i <= steps; ++i) outer[i] = rise_.value[i] + gap - first * rise_.phi[i];
     for (std::size_t u = 1; u <= steps; ++u) {
       distance[u] = fall_.value[u] - outer[u];
       falling[u] = distance[u] / fall_.phi[u];
-      check_along(false, u, 0, falling[u]);
+      if (const auto found = look_along(false, u, 0, falling[u])) return found;
     }
     for (std::size_t l = 1; l < steps; ++l) {
       double limit = room(l, 0);
@@ -143,9 +149,11 @@ class Scan {
         limit = std::min(limit, room(u, u - l));
         const double output = fall_.value[l] - distance[u] + falling[u] * fall_.phi[u - l];
         const double coefficient = first * rise_.decay[l] + (output - outer[l]) / rise_.phi[u - l];
-        if (!(coefficient <= limit)) check_along(true, l, u, coefficient);
+        if (coefficient <= limit) continue;
+        if (const auto found = look_along(true, l, u, coefficient)) return found;
       }
     }
+    return std::nullopt;
   }
 
  private:
@@ -156,10 +164,7 @@ class Scan {
   }
 
   // As seen from this scan's threshold, rising may be falling in truth.
-  Direction truly(bool rising) const { return rising ? way_ : opposite_of(way_); }
-  static Direction opposite_of(Direction d) {
-    return d == Direction::ascending ? Direction::descending : Direction::ascending;
-  }
+  Direction truly(bool rising) const { return rising ? way_ : opposite(way_); }
   const ReferenceCurve& curve(bool rising) const {
     return truly(rising) == Direction::ascending ? p_.ascending : p_.descending;
   }
@@ -172,7 +177,8 @@ class Scan {
     return way_ == Direction::ascending ? range.lo + d : range.hi - d;
   }
 
-  void check_along(bool rising, std::size_t from, std::size_t to, double coefficient) const {
+  std::optional<DecreasingBranch> look_along(bool rising, std::size_t from, std::size_t to,
+                                             double coefficient) const {
     const Grid& grid = rising ? rise_ : fall_;
     const std::size_t length = rising ? to - from : from - to;
     double lowest = 0.0;
@@ -184,16 +190,13 @@ class Scan {
       last = j;
       lowest = std::min(lowest, slope);
     }
-    if (lowest == 0.0) return;
+    if (lowest == 0.0) return std::nullopt;
     const auto place = [&](std::size_t j) { return input(rising ? from + j : from - j); };
-    const Units units(p_);
-    const bool up = truly(rising) == Direction::ascending;
-    refuse(up ? "ascending" : "descending", " branch from ", input(from), " towards ", input(to), " ",
-           units.input, " goes the wrong way between ", std::min(place(first), place(last)), " and ",
-           std::max(place(first), place(last)), " ", units.input, " (slope ", lowest, " ", units.slope,
-           "), expected an increasing branch: ", up ? "k_ascending" : "k_descending", " = ", k(rising), " 1/",
-           units.input,
-           k(rising) > 0.0 ? " is too large" : " or the curves' width at their ends is the cause");
+    return DecreasingBranch{truly(rising),
+                            input(from),
+                            input(to),
+                            {std::min(place(first), place(last)), std::max(place(first), place(last))},
+                            lowest};
   }
 
   const HysteresisParameters& p_;
@@ -202,16 +205,95 @@ class Scan {
   double tolerance_ = 0.0;
 };
 
+HysteresisParameters with_k(HysteresisParameters parameters, Direction direction, double k) {
+  (direction == Direction::ascending ? parameters.k_ascending : parameters.k_descending) = k;
+  return parameters;
+}
+
+HysteresisParameters with_both_k_times(HysteresisParameters parameters, double factor) {
+  parameters.k_ascending *= factor;
+  parameters.k_descending *= factor;
+  return parameters;
+}
+
+// The last number that passes on the way from `good`, which passes, to `bad`: a little before it, so that it
+// passes still when written with six digits.
+template <class Make>
+double last_good(Make make, double good, double bad) {
+  if (!find_decreasing_branch(make(bad))) return bad;
+  const double near_enough = 1e-9 * std::abs(bad - good);
+  while (std::abs(bad - good) > near_enough) {
+    const double middle = good + (bad - good) / 2.0;
+    (find_decreasing_branch(make(middle)) ? bad : good) = middle;
+  }
+  return good - std::copysign(1e-5 * std::abs(good), bad - good);
+}
+
+// What k would do, the curves as they are.
+std::string remedy(const HysteresisParameters& parameters, Direction direction) {
+  const bool up = direction == Direction::ascending;
+  const double k = up ? parameters.k_ascending : parameters.k_descending;
+  std::ostringstream text;
+  text.precision(6);
+  text << (up ? "k_ascending" : "k_descending") << " = " << k << " 1/" << parameters.input_unit;
+  const auto allowed = allowed_k(parameters, direction);
+  const auto scaled = [&](double factor) { return with_both_k_times(parameters, factor); };
+  if (allowed && k > allowed->hi)
+    text << " is too large, at most " << allowed->hi << " will do";
+  else if (allowed && k < allowed->lo)
+    text << " is too small, at least " << allowed->lo << " will do";
+  else if (!find_decreasing_branch(scaled(0.0)) && k > 0.0) {
+    const HysteresisParameters good = scaled(last_good(scaled, 0.0, 1.0));
+    text << " is too large together with " << (up ? "k_descending" : "k_ascending") << ", "
+         << good.k_ascending << " ascending and " << good.k_descending << " descending will do";
+  } else
+    text << " is not the cause, but the curves' width at that place";
+  return text.str();
+}
+
 }  // namespace
 
-void check_validity(const HysteresisParameters& parameters) {
+void check_curves(const HysteresisParameters& parameters) {
   check_ranges(parameters);
   const Units units(parameters);
   check_increasing(parameters.ascending, "ascending", units);
   check_increasing(parameters.descending, "descending", units);
   check_meeting(parameters);
-  Scan(parameters, Direction::ascending).run();
-  Scan(parameters, Direction::descending).run();
+}
+
+std::optional<DecreasingBranch> find_decreasing_branch(const HysteresisParameters& parameters) {
+  if (const auto found = Scan(parameters, Direction::ascending).run()) return found;
+  return Scan(parameters, Direction::descending).run();
+}
+
+std::optional<Interval> allowed_k(const HysteresisParameters& parameters, Direction direction) {
+  const double span = parameters.ascending.domain().span();
+  const double k = direction == Direction::ascending ? parameters.k_ascending : parameters.k_descending;
+  double inside = k;
+  if (find_decreasing_branch(parameters)) inside = 0.0;
+  if (find_decreasing_branch(with_k(parameters, direction, inside))) return std::nullopt;
+  const auto with = [&](double other) { return with_k(parameters, direction, other); };
+  return Interval{last_good(with, inside, lowest_k_span / span),
+                  last_good(with, inside, highest_k_span / span)};
+}
+
+void check_branches(const HysteresisParameters& parameters) {
+  const auto found = find_decreasing_branch(parameters);
+  if (!found) return;
+  const Units units(parameters);
+  std::ostringstream where;
+  where.precision(6);
+  if (found->wrong.lo == found->wrong.hi)
+    where << "at " << found->wrong.lo;
+  else
+    where << "between " << found->wrong.lo << " and " << found->wrong.hi;
+  std::ostringstream text;
+  text.precision(6);
+  text << (found->direction == Direction::ascending ? "ascending" : "descending") << " branch from "
+       << found->start << " towards " << found->target << " " << units.input << " goes the wrong way "
+       << where.str() << " " << units.input << " (slope " << found->slope << " " << units.slope
+       << "), expected an increasing branch: " << remedy(parameters, found->direction);
+  throw BranchError(found->direction, text.str());
 }
 
 }  // namespace hystcan::model

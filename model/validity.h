@@ -3,7 +3,7 @@
 // Every branch is f(v) = f_0(v) + c - S phi(d) and increasing where sigma S e^{-k d} < f_0'(v): a large k
 // makes a reversal so steep in S that the branch first goes the wrong way (paper, text under Fig. 6).  How
 // large k may be follows from the width of the loop against the slope of the curves: about k * width < f_0'
-// for wide loops.
+// for wide loops.  docs/theory.md has the proof.
 //
 // Scanned, on a grid of 200 steps over the input range, each branch over its whole length:
 //   the branches from L_0 and from U_0;
@@ -14,13 +14,44 @@
 // run time.
 #pragma once
 
-#include "model/hysteresis.h"
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "model/hysteresis_parameters.h"
 
 namespace hystcan::model {
 
-/// Throws std::invalid_argument naming what is wrong, where, and what was expected: intervals that differ or
-/// a k that is not finite or below -300 per input range; a curve that decreases; curves that cross or do not
-/// meet at the upper threshold (to 1e-9 of the output span); a branch that decreases.
-void check_validity(const HysteresisParameters& parameters);
+/// Throws std::invalid_argument naming what is wrong, where, and what was expected: intervals that differ, a
+/// k that is not finite or below -300 per input range; a curve that decreases; curves that cross or do not
+/// meet at the upper threshold (to 1e-9 of the output span).
+void check_curves(const HysteresisParameters& parameters);
+
+struct DecreasingBranch {
+  Direction direction = Direction::ascending;
+  double start = 0.0;   ///< input where it starts
+  double target = 0.0;  ///< input of its target
+  Interval wrong;       ///< inputs where it goes the wrong way
+  double slope = 0.0;   ///< the lowest found there, output units per input unit
+};
+
+/// The first scanned branch that is not increasing. The curves have been checked.
+std::optional<DecreasingBranch> find_decreasing_branch(const HysteresisParameters& parameters);
+
+/// A branch that is not increasing: what() names it, the interval, and what k would do.
+class BranchError : public std::invalid_argument {
+ public:
+  BranchError(Direction of, const std::string& what) : std::invalid_argument(what), direction(of) {}
+  Direction direction;
+};
+
+/// Throws BranchError where one is found.
+void check_branches(const HysteresisParameters& parameters);
+
+/// The k of this direction that keep every scanned branch increasing, the other k as it is: within -300 and
+/// 1e5 per input range. Its ends are 1e-5 within the limits, so that they will do when written with six
+/// digits. Around the k in use or, where that won't do, around 0; none where that won't do either. A tenth of
+/// a second at most.
+std::optional<Interval> allowed_k(const HysteresisParameters& parameters, Direction direction);
 
 }  // namespace hystcan::model

@@ -4,9 +4,12 @@
 
 #include <cmath>
 #include <limits>
+#include <random>
 #include <stdexcept>
 #include <vector>
 
+#include "model/linear_mapping.h"
+#include "model/simplified.h"
 #include "tests/model/models.h"
 #include "tests/model/oracle.h"
 
@@ -115,11 +118,11 @@ TEST(Hysteresis, AnInputThatIsNoNumberLeavesTheMemoryUntouched) {
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
                            -std::numeric_limits<double>::infinity()}) {
     EXPECT_TRUE(std::isnan(model.forward(state, bad).value));
-    EXPECT_TRUE(model.forward(state, bad).saturated);
+    EXPECT_FALSE(model.forward(state, bad).finite);
     EXPECT_TRUE(std::isnan(model.inverse(state, bad).value));
-    EXPECT_TRUE(model.inverse(state, bad).saturated);
+    EXPECT_FALSE(model.inverse(state, bad).finite);
     EXPECT_EQ(model.advance(state, bad).value, present);
-    EXPECT_TRUE(model.advance(state, bad).saturated);
+    EXPECT_FALSE(model.advance(state, bad).finite);
     EXPECT_EQ(state.input, 50.0);
     EXPECT_EQ(state.output, present);
     EXPECT_EQ(state.depth(), 3u);
@@ -165,6 +168,17 @@ TEST(Hysteresis, WithoutLoopWidthHasNoMemory) {
 }
 
 // A loop a few ulps wide: its two sides differ by less than the rounding of the outputs.
+TEST(AverageModel, IsTheMeanOfTheTwoCurvesWhateverTheHistory) {
+  const HysteresisParameters p = piezo_model();
+  const Hysteresis model(average(p));
+  HysteresisState state = model.virgin(0.0);
+  for (const double v : {80.0, 20.0, 60.0, 0.0, 100.0, 33.0}) {
+    EXPECT_NEAR(model.advance(state, v).value, 0.5 * (p.ascending.value(v) + p.descending.value(v)), 1e-13);
+    EXPECT_NEAR(model.inverse(state, 0.5 * (p.ascending.value(50.0) + p.descending.value(50.0))).value, 50.0,
+                1e-12);
+  }
+}
+
 TEST(Hysteresis, TinyLoopsStayIncreasing) {
   const Hysteresis model(piezo_model());
   for (const double size : {1e-3, 1e-6, 1e-9, 1e-11, 1e-12, 1e-13}) {
@@ -188,6 +202,66 @@ TEST(Hysteresis, LoopsOfSingleUlpsStayIncreasing) {
       EXPECT_TRUE(model.advance(state, input).increasing) << "at " << v;
     EXPECT_LT(std::abs(state.branches.back().coefficient), 0.5) << "at " << v;
   }
+}
+
+// A controller that holds a point steps by ulps, to and fro, for a weekend.
+template <class Model>
+void stays_finite_in_steps_of_ulps(const Model& model) {
+  HysteresisState state = model.at_lower_threshold();
+  std::mt19937_64 random(7);
+  for (double v = 0.001; v < 99.0; v *= 1.01) {
+    model.advance(state, v);
+    for (int i = 0; i < 40; ++i) {
+      double next = state.input;
+      for (auto ulps = random() % 4; ulps > 0; --ulps)
+        next = std::nextafter(next, random() % 2 ? 100.0 : 0.0);
+      const double before = state.output;
+      const double reached = model.advance(state, next).value;
+      ASSERT_NEAR(reached, before, 1e-13) << "at " << v;
+      const double wanted = reached + 1e-3;
+      ASSERT_NEAR(model.forward(state, model.inverse(state, wanted).value).value, wanted, 1e-12)
+          << "at " << v;
+    }
+  }
+}
+
+TEST(Hysteresis, StaysFiniteAndInvertibleInStepsOfUlps) {
+  stays_finite_in_steps_of_ulps(Hysteresis(piezo_model()));
+}
+
+TEST(LinearMapping, StaysFiniteAndInvertibleInStepsOfUlps) {
+  stays_finite_in_steps_of_ulps(LinearMapping(piezo_model()));
+}
+
+TEST(Hysteresis, StaysFiniteInDenormalStepsFromTheVirginState) {
+  const Hysteresis model(piezo_model());
+  HysteresisState state = model.virgin(0.0);
+  for (const double v : {1e-300, 5e-301, 5e-324, 0.0, 1e-310, 1e-12})
+    EXPECT_TRUE(std::isfinite(model.advance(state, v).value)) << v;
+}
+
+// f_A' = 0.05 + 0.1 (v - 5)^2 on [0, 10], 0.9 um wide at the foot and less so upwards: the branch from L_0
+// dips between its ends alone, at 4.4 to 5.6 V.
+TEST(Hysteresis, FlagsABranchThatDipsBetweenItsEnds) {
+  const Interval range{0.0, 10.0};
+  const Hysteresis model = Hysteresis::beyond_limit(
+      {"V", "um", ReferenceCurve(Basis::power, {0, 2.55, -0.5, 0.1 / 3}, range),
+       ReferenceCurve(Basis::power, {0.9, 2.19, -0.446, 0.1 / 3 - 0.0036, 9e-5}, range), 0.0, 0.0,
+       Symmetry::none});
+  HysteresisState state = model.at_lower_threshold();
+  EXPECT_LT(model.forward(state, 5.5).value, model.forward(state, 4.5).value);
+  EXPECT_FALSE(model.advance(state, 1.0).increasing);
+}
+
+TEST(Inverse, BelowThePresentOutputOnTheVirginCurveStaysWhereItIs) {
+  const Hysteresis model(linear_model());  // L_0 = (0 V, 1.5 um)
+  HysteresisState state = model.virgin(4.0);
+  const Prediction drive = model.inverse(state, 0.3);
+  EXPECT_TRUE(drive.saturated);
+  EXPECT_EQ(drive.value, 4.0);
+  EXPECT_EQ(model.reachable(state).lo, state.output);
+  const Interval reach = model.reachable(state, {0.0, 5.0});
+  EXPECT_LE(reach.lo, reach.hi);
 }
 
 // The virgin curve does not pass through L_0, so that the loop between them is wide however short it is.

@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <numbers>
+#include <random>
 #include <stdexcept>
 #include <vector>
 
@@ -70,11 +72,27 @@ inline rc::Gen<double> number(double lo, double hi) {
   return rc::gen::map(rc::gen::inRange(0, 1'000'001), [=](int i) { return lo + (hi - lo) * i / 1e6; });
 }
 
-/// Increasing curves of order 1 to 12 that meet at the top: f_A = x0 + A sum a_i (p_i(t)), p_i = t^i or 1 -
+/// Increasing curves of order 1 to 24 that meet at the top: f_A = x0 + A sum a_i (p_i(t)), p_i = t^i or 1 -
 /// (1 - t)^i, f_D = f_A + a share of what f_A keeps its slope for, as wide as 25 % of the stroke.
 struct RandomModel {
-  static HysteresisParameters draw() {
-    const int order = *rc::gen::inRange(1, 13);
+  static HysteresisParameters draw() { return within_validity(draw_unchecked()); }
+
+  /// k from nothing to far beyond the limit, of either sign.
+  static HysteresisParameters draw_beyond_limit() {
+    HysteresisParameters p = draw_unchecked();
+    const auto any_k = [&] {
+      const double k =
+          *rc::gen::element(0.0, 1e-300, 1e-17, 1e-12, 1e-6, 0.01, 1.0, 7.0, 60.0, 900.0, 1e4, 1e5);
+      const bool negative = *rc::gen::arbitrary<bool>();
+      return (negative ? -std::min(k, 300.0) : k) / p.ascending.domain().span();
+    };
+    p.k_ascending = any_k();
+    p.k_descending = any_k();
+    return p;
+  }
+
+  static HysteresisParameters draw_unchecked() {
+    const int order = *rc::gen::inRange(1, 25);
     const auto weights =
         *rc::gen::container<std::vector<double>>(static_cast<std::size_t>(order), number(0.0, 1.0));
     const auto bent_down =
@@ -98,14 +116,13 @@ struct RandomModel {
       return rising(t) + size * share * width * 2 * (1 - t) * (order == 1 ? 0.5L : foot + t);
     };
     const Interval range{lo, lo + span};
-    HysteresisParameters p{"V",
-                           "um",
-                           ReferenceCurve(Basis::chebyshev, chebyshev_of(rising, order), range),
-                           ReferenceCurve(Basis::chebyshev, chebyshev_of(falling, std::max(order, 2)), range),
-                           *rc::gen::element(0.0, 1e-12, -1e-9, 0.3, -0.5, 2.0, -3.0, 8.0, 30.0) / span,
-                           *rc::gen::element(0.0, -1e-12, 1e-9, 0.2, -0.4, 3.0, -2.0, 5.0, 50.0) / span,
-                           Symmetry::none};
-    return within_validity(p);
+    return {"V",
+            "um",
+            ReferenceCurve(Basis::chebyshev, chebyshev_of(rising, order), range),
+            ReferenceCurve(Basis::chebyshev, chebyshev_of(falling, std::max(order, 2)), range),
+            *rc::gen::element(0.0, 1e-12, -1e-9, 0.3, -0.5, 2.0, -3.0, 8.0, 30.0) / span,
+            *rc::gen::element(0.0, -1e-12, 1e-9, 0.2, -0.4, 3.0, -2.0, 5.0, 50.0) / span,
+            Symmetry::none};
   }
 
   static HysteresisParameters within_validity(HysteresisParameters p) {
@@ -131,6 +148,26 @@ inline std::vector<double> random_walk(const Interval& range, int length) {
     if (kind == 5) next = walk[static_cast<std::size_t>(*rc::gen::inRange(0, i))];
     if (kind == 6) next = walk.back();
     if (kind == 7 && *rc::gen::inRange(0, 6) == 0) next = *rc::gen::element(range.lo, range.hi);
+    walk.push_back(std::clamp(next, range.lo, range.hi));
+  }
+  return walk;
+}
+
+/// The same by the hundred thousand, from a generator of its own: rapidcheck keeps every number that it
+/// draws. Half the steps go back into the loop that is open, so that loops nest.
+inline std::vector<double> long_walk(const Interval& range, int length, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> share(0.0, 1.0);
+  std::vector<double> walk{range.lo + range.span() * share(random)};
+  for (int i = 1; i < length; ++i) {
+    const double kind = share(random), there = range.lo + range.span() * share(random);
+    const double now = walk.back(), before = walk[static_cast<std::size_t>(std::max(0, i - 2))];
+    double next = now + 0.9 * share(random) * (before - now);
+    if (kind < 0.40) next = now + 0.02 * (there - now);
+    if (kind < 0.06) next = walk[random() % walk.size()];
+    if (kind < 0.04) next = now;
+    if (kind < 0.02) next = there;
+    if (kind < 0.0005) next = kind < 0.00025 ? range.lo : range.hi;
     walk.push_back(std::clamp(next, range.lo, range.hi));
   }
   return walk;

@@ -22,8 +22,13 @@ class Oracle {
       : p_(parameters), start_(start), history_{input} {}
 
   long double advance(double input) {
-    if (input != history_.back()) history_.push_back(input);
+    drive(input);
     return output();
+  }
+
+  /// As advance(), without a look at the output: that takes the whole history every time.
+  void drive(double input) {
+    if (input != history_.back()) history_.push_back(input);
   }
 
   long double output() const {
@@ -54,7 +59,9 @@ class Oracle {
   }
 
   static long double quotient(long double s, long double whole, long double k) {
-    return k == 0 ? s / whole : std::expm1(k * s) / std::expm1(k * whole);
+    if (k <= 0) return k == 0 ? s / whole : std::expm1(k * s) / std::expm1(k * whole);
+    // The same times e^{-k whole} above and below, where the printed form overflows.
+    return std::exp(k * (s - whole)) * std::expm1(-k * s) / std::expm1(-k * whole);
   }
 
   bool rising(std::size_t j) const { return (j % 2 == 0) == bottom_rises_; }

@@ -56,6 +56,38 @@ TEST(ReferenceCurve, SlopeAndCurvatureAreTheDerivativesOfTheValue) {
   }
 }
 
+// Powers of s would lose seven digits of T_20; the bound on their sum tells, and the recurrence is used.
+TEST(ReferenceCurve, OfOrderTwentyAndMoreIsRightToRounding) {
+  for (const int order : {20, 25, 32}) {
+    std::vector<double> last(static_cast<std::size_t>(order + 1), 0.0);
+    last.back() = 1.0;
+    const ReferenceCurve curve(Basis::chebyshev, last, {-1.0, 1.0});
+    for (int i = 0; i <= 1000; ++i) {
+      const double s = -1.0 + 0.002 * i;
+      // The angle's rounding counts order-fold, more so at the ends.
+      const double exact = static_cast<double>(std::cos(order * std::acos(static_cast<long double>(s))));
+      EXPECT_NEAR(curve.value(s), exact, 2e-14 * order) << s;
+    }
+    EXPECT_NEAR(curve.slope(1.0), order * order, 1e-10);
+    const Jet end = curve.jet(1.0);
+    EXPECT_EQ(end.value, curve.value(1.0));
+    EXPECT_EQ(end.slope, curve.slope(1.0));
+    EXPECT_EQ(end.curvature, curve.curvature(1.0));
+  }
+}
+
+TEST(ReferenceCurve, JetIsValueSlopeAndCurvature) {
+  for (const std::vector<double>& c :
+       {std::vector<double>{1.0}, {1.0, 2.0, 0.1}, {0.0, 3.0, 0.3, 0.1, -0.05}}) {
+    const ReferenceCurve curve(Basis::chebyshev, c, {-2.0, 5.0});
+    for (const double v : {-2.0, 0.3, 5.0}) {
+      EXPECT_DOUBLE_EQ(curve.jet(v).value, curve.value(v));
+      EXPECT_DOUBLE_EQ(curve.jet(v).slope, curve.slope(v));
+      EXPECT_DOUBLE_EQ(curve.jet(v).curvature, curve.curvature(v));
+    }
+  }
+}
+
 TEST(ReferenceCurve, OfOrderZeroIsAConstant) {
   const ReferenceCurve curve(Basis::power, {7.0}, {0.0, 1.0});
   EXPECT_EQ(curve.value(0.3), 7.0);

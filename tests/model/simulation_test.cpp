@@ -11,7 +11,7 @@ namespace {
 
 TEST(Simulation, StartsOnTheAscendingReferenceCurve) {
   const Hysteresis model(piezo_model());
-  Simulation forward(model), inverse(model);
+  Simulation forward(model, model.virgin(0.0)), inverse(model, model.virgin(0.0));
   const double x = model.parameters().ascending.value(37.0);
   EXPECT_EQ(forward.follow_input(37.0).output, x);
   EXPECT_NEAR(inverse.follow_output(x).input, 37.0, 1e-12);
@@ -19,11 +19,11 @@ TEST(Simulation, StartsOnTheAscendingReferenceCurve) {
 
 TEST(Simulation, OfTheOutputsReturnsTheInputs) {
   const Hysteresis model(piezo_model());
-  Simulation forward(model), inverse(model);
+  Simulation forward(model, model.virgin(0.0)), inverse(model, model.virgin(0.0));
   for (const double v : {60.0, 20.0, 45.0, 30.0, 80.0, 10.0, 90.0}) {
-    const Simulation::Row row = forward.follow_input(v);
+    const Row row = forward.follow_input(v);
     EXPECT_EQ(row.input, v);
-    const Simulation::Row back = inverse.follow_output(row.output);
+    const Row back = inverse.follow_output(row.output);
     EXPECT_NEAR(back.input, v, 1e-11);
     EXPECT_NEAR(back.output, row.output, 1e-13);
   }
@@ -33,7 +33,7 @@ TEST(Simulation, OfTheOutputsReturnsTheInputs) {
 
 TEST(Simulation, CountsWhatWasLimited) {
   const Hysteresis model(linear_model());
-  Simulation run(model);
+  Simulation run(model, model.virgin(0.0));
   run.follow_input(5.0);
   run.follow_input(3.0);  // falls towards L_0, which lies higher: the virgin curve's flaw
   EXPECT_EQ(run.tally().not_increasing, 1u);

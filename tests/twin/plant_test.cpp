@@ -23,7 +23,7 @@ Plant::Config config() {
 TEST(Plant, RestsWhereItStarts) {
   Plant plant(config(), can::Time{});
   plant.advance_to(can::Time{} + milliseconds(100));
-  EXPECT_EQ(plant.position_um(), 0.0);
+  EXPECT_NEAR(plant.position_um(), 0.0, 1e-14);
   EXPECT_EQ(plant.drive(), 0.0);
 }
 

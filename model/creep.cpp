@@ -1,0 +1,72 @@
+#include "model/creep.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <string>
+
+#include "model/refusal.h"
+
+namespace hystcan::model {
+namespace {
+
+void check(const Creep::Operator& one, const std::string& name) {
+  if (!std::isfinite(one.weight)) refuse(name, ".weight = ", one.weight, ", expected a finite number");
+  if (!std::isfinite(one.rate_per_s) || one.rate_per_s <= 0)
+    refuse(name, ".rate_per_s = ", one.rate_per_s, ", expected a positive number");
+  if (!std::isfinite(one.threshold) || one.threshold < 0)
+    refuse(name, ".threshold = ", one.threshold, ", expected a number, zero or more");
+}
+
+void check(const Creep::Config& config, double dt_s) {
+  for (std::size_t i = 0; i < config.operators.size(); ++i)
+    check(config.operators[i], text_of("creep operator[", i, "]"));
+  if (!std::isfinite(dt_s) || dt_s <= 0) refuse("dt_s = ", dt_s, ", expected a positive number");
+}
+
+// How far the input pulls beyond the dead zone.
+double pull(double distance, double threshold) {
+  return std::max(distance - threshold, std::min(distance + threshold, 0.0));
+}
+
+}  // namespace
+
+Creep::State Creep::settled(const Config& config, double input) {
+  return {std::vector<double>(config.operators.size(), input)};
+}
+
+Creep::Step::Step(const Config& config, double dt_s) {
+  check(config, dt_s);
+  for (const Operator& one : config.operators)
+    coefficients_.push_back({one.weight, -std::expm1(-one.rate_per_s * dt_s), one.threshold});
+}
+
+double Creep::Step::operator()(State& state, double input) const {
+  if (!std::isfinite(input)) return output(state);
+  for (std::size_t i = 0; i < coefficients_.size(); ++i)
+    state.values[i] += coefficients_[i].share * pull(input - state.values[i], coefficients_[i].threshold);
+  return output(state);
+}
+
+double Creep::Step::output(const State& state) const {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < coefficients_.size(); ++i) sum += coefficients_[i].weight * state.values[i];
+  return sum;
+}
+
+Creep::Config logarithmic_creep(double per_decade, double from_s, double to_s) {
+  constexpr double spacing = 0.5;  // decades
+  if (!std::isfinite(per_decade)) refuse("creep per_decade = ", per_decade, ", expected a finite number");
+  if (!std::isfinite(from_s) || from_s <= 0)
+    refuse("creep from_s = ", from_s, ", expected a positive number");
+  if (!std::isfinite(to_s) || to_s <= from_s)
+    refuse("creep to_s = ", to_s, ", expected more than from_s = ", from_s);
+  const double decades = std::log10(to_s) - std::log10(from_s);
+  const int last = static_cast<int>(std::ceil((decades + 2.0) / spacing - 1e-9));
+  Creep::Config config;
+  for (int i = -1; i <= last; ++i)
+    config.operators.push_back({per_decade * spacing, std::pow(10.0, -spacing * i) / from_s, 0.0});
+  return config;
+}
+
+}  // namespace hystcan::model

@@ -1,0 +1,35 @@
+// A number that tells one model's parameters from another's, so that a memory is never restored into a model
+// that it does not belong to.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+namespace hystcan::model {
+
+/// FNV-1a, 64 bit, over the bytes of what is added: the same on every machine and in every build.
+class Fingerprint {
+ public:
+  void add(std::string_view text) {
+    for (const char c : text) add_byte(static_cast<unsigned char>(c));
+    add_byte(0);
+  }
+  void add(double number) {
+    const auto bits = std::bit_cast<std::uint64_t>(number);
+    for (int shift = 0; shift < 64; shift += 8) add_byte((bits >> shift) & 0xff);
+  }
+  void add(std::span<const double> numbers) {
+    add(static_cast<double>(numbers.size()));
+    for (const double number : numbers) add(number);
+  }
+  std::uint64_t value() const { return hash_; }
+
+ private:
+  void add_byte(std::uint64_t byte) { hash_ = (hash_ ^ byte) * 0x100000001b3u; }
+
+  std::uint64_t hash_ = 0xcbf29ce484222325u;
+};
+
+}  // namespace hystcan::model

@@ -1,0 +1,41 @@
+// What every model of hysteresis here can do, whatever it remembers and however it computes: one interface
+// for simulation, comparison and benchmarks.
+//
+// A model holds parameters, checked once; everything remembered is in the State that is passed in. forward()
+// and inverse() only look, advance() moves the memory. None of the three allocates.
+#pragma once
+
+#include <concepts>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "model/reference_curve.h"
+
+namespace hystcan::model {
+
+/// Being limited is not an error but a reason, told beside the value.
+struct Prediction {
+  double value = 0.0;      ///< output of forward() and advance(), input of inverse()
+  bool saturated = false;  ///< the request lay outside what can be reached, and was taken at its edge
+  bool increasing = true;  ///< false: the branch in use is not increasing, its inverse is not to be trusted
+  bool finite = true;      ///< false: the request was not a finite number; no memory was changed
+};
+
+template <class M>
+concept HysteresisOperator = requires(const M& model, const typename M::State& state,
+                                      typename M::State& moved, double number, std::span<char> text) {
+  { model.kind() } -> std::convertible_to<std::string_view>;      // as in a model file
+  { model.fingerprint() } -> std::same_as<std::uint64_t>;         // of all parameters
+  { model.input_range() } -> std::convertible_to<Interval>;       // thresholds, input units
+  { model.virgin(number) } -> std::same_as<typename M::State>;    // nothing remembered yet, at this input
+  { model.reachable(state) } -> std::same_as<Interval>;           // outputs within reach from here
+  { model.forward(state, number) } -> std::same_as<Prediction>;   // the output that this input would give
+  { model.inverse(state, number) } -> std::same_as<Prediction>;   // the input that would give this output
+  { model.advance(moved, number) } -> std::same_as<Prediction>;   // applies this input
+  { model.save(state, text) } -> std::same_as<std::string_view>;  // memory as TOML; empty: text too small
+  { moved.input } -> std::same_as<double&>;
+  { moved.output } -> std::same_as<double&>;
+};
+
+}  // namespace hystcan::model

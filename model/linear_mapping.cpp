@@ -1,0 +1,69 @@
+#include "model/linear_mapping.h"
+
+#include <cmath>
+#include <utility>
+
+#include "model/memory_model_impl.h"
+#include "model/validity.h"
+
+namespace hystcan::model {
+
+AffineMap::AffineMap(HysteresisParameters parameters) : parameters_(std::move(parameters)) {
+  parameters_.k_ascending = parameters_.k_descending = 0.0;
+  check_curves(parameters_);
+}
+
+std::uint64_t AffineMap::fingerprint() const {
+  Fingerprint sum;
+  sum.add(kind());
+  add_curves(sum, parameters_);
+  return sum.value();
+}
+
+const ReferenceCurve& AffineMap::curve(Direction direction) const {
+  return direction == Direction::ascending ? parameters_.ascending : parameters_.descending;
+}
+
+Branch AffineMap::joined(Point start, Point target, Direction direction) const {
+  const double start_value = curve(direction).value(start.input);
+  const double rise = curve(direction).value(target.input) - start_value;
+  const bool rises = sign(direction) * rise > 0.0;  // not in a loop as small as rounding
+  const double b = rises ? (target.output - start.output) / rise : 0.0;
+  return {start.input, start.output, start.output - b * start_value, b, b > 0.0};
+}
+
+Branch AffineMap::threshold_branch(Direction direction) const {
+  const Interval& range = input_range();
+  const Point low{range.lo, parameters_.descending.value(range.lo)};
+  const Point high{range.hi, parameters_.ascending.value(range.hi)};
+  return direction == Direction::ascending ? joined(low, high, direction) : joined(high, low, direction);
+}
+
+Branch AffineMap::virgin_branch() const {
+  return {input_range().lo, parameters_.descending.value(input_range().lo), 0.0, 1.0, true};
+}
+
+Branch AffineMap::reversed(const HysteresisState& state) const {
+  const Branch& travelled = state.branches.back();
+  return joined({state.input, state.output}, {travelled.start_input, travelled.start_output},
+                opposite(state.direction()));
+}
+
+double AffineMap::value(const Branch& branch, Direction direction, double input) const {
+  return branch.offset + branch.coefficient * curve(direction).value(input);
+}
+
+Jet AffineMap::jet(const Branch& branch, Direction direction, double input) const {
+  const Jet reference = curve(direction).jet(input);
+  return {branch.offset + branch.coefficient * reference.value, branch.coefficient * reference.slope,
+          branch.coefficient * reference.curvature};
+}
+
+double AffineMap::halley_tolerance() const { return 1e-7 * input_range().span(); }
+
+LinearMapping::LinearMapping(HysteresisParameters parameters)
+    : MemoryModel(AffineMap(std::move(parameters))) {}
+
+template class MemoryModel<AffineMap>;
+
+}  // namespace hystcan::model

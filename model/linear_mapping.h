@@ -1,0 +1,55 @@
+// The linear mapping model of the papers before the recursive one (Bashash, Jalili 2006, 2008): the same
+// memory, but every branch is the affine image of its reference curve that joins its start to its target.
+//
+//   f(v) = x_s + b [f_0(v) - f_0(v_s)],      b = (x_target - x_s) / (f_0(v_target) - f_0(v_s))
+//
+// f_0: the reference curve of the branch's direction.  Both ends are met, what lies between is not held
+// within the surrounding loop: the inner branches of a strongly bent curve cross the outer ones, which is why
+// the recursive model was made.  Here to be compared with.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "model/hysteresis_parameters.h"
+#include "model/memory_model.h"
+
+namespace hystcan::model {
+
+/// The law of a branch: Branch::coefficient is b, Branch::offset is x_s - b f_0(v_s).
+class AffineMap {
+ public:
+  explicit AffineMap(HysteresisParameters parameters);
+
+  const HysteresisParameters& parameters() const { return parameters_; }
+  std::string_view kind() const { return "linear-mapping"; }
+  std::uint64_t fingerprint() const;
+  const Interval& input_range() const { return parameters_.ascending.domain(); }
+  Symmetry symmetry() const { return parameters_.symmetry; }
+
+  Branch threshold_branch(Direction direction) const;
+  Branch virgin_branch() const;
+  Branch reversed(const HysteresisState& state) const;
+  double value(const Branch& branch, Direction direction, double input) const;
+  Jet jet(const Branch& branch, Direction direction, double input) const;
+  double halley_tolerance() const;
+
+ private:
+  const ReferenceCurve& curve(Direction direction) const;
+  Branch joined(Point start, Point target, Direction direction) const;
+
+  HysteresisParameters parameters_;
+};
+
+class LinearMapping : public MemoryModel<AffineMap> {
+ public:
+  /// Only the reference curves, the units and the symmetry matter; k plays no part. Throws
+  /// std::invalid_argument where the curves won't do (model/validity.h).
+  explicit LinearMapping(HysteresisParameters parameters);
+
+  const HysteresisParameters& parameters() const { return law().parameters(); }
+};
+
+extern template class MemoryModel<AffineMap>;
+
+}  // namespace hystcan::model

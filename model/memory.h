@@ -1,0 +1,97 @@
+// What an actuator remembers: its turning points, and the branches that were broken at them.
+//
+// Branches b_0, b_1, ... alternate in direction; the last one is being travelled.  b_0 starts at a threshold
+// point and targets the opposite one; b_j targets the start of b_{j-1} and has b_{j-2} below, the branch of
+// its own direction that was broken at the target.  Reaching the target of b_m pops b_m and b_{m-1} (wiping
+// out): the path continues on b_{m-2} (curve alignment).  At a threshold a single branch remains, which
+// starts there.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+namespace hystcan::model {
+
+enum class Symmetry { none, even };  ///< even: x(v) = x(-v), the butterfly of magnetostriction
+
+enum class Direction : int { ascending = 1, descending = -1 };
+
+constexpr double sign(Direction direction) { return direction == Direction::ascending ? 1.0 : -1.0; }
+
+constexpr Direction opposite(Direction direction) {
+  return direction == Direction::ascending ? Direction::descending : Direction::ascending;
+}
+
+/// One remembered branch: the turning point where it started, and the two numbers that shape it; what they
+/// mean is the model's own affair.
+struct Branch {
+  double start_input = 0.0;
+  double start_output = 0.0;
+  double offset = 0.0;
+  double coefficient = 0.0;
+  bool increasing = true;  ///< where the model checked it: at its start, and if need be at its target
+};
+
+/// A stack that never allocates once made, nor do its copies lose capacity.
+class BranchStack {
+ public:
+  explicit BranchStack(std::size_t capacity = 0) : slots_(capacity) {}
+
+  std::size_t size() const { return size_; }
+  std::size_t capacity() const { return slots_.size(); }
+  bool full() const { return size_ == slots_.size(); }
+  const Branch& operator[](std::size_t i) const { return slots_[i]; }
+  const Branch& back() const { return slots_[size_ - 1]; }
+  const Branch* begin() const { return slots_.data(); }
+  const Branch* end() const { return slots_.data() + size_; }
+  void push(const Branch& branch) { slots_[size_++] = branch; }  ///< not where full()
+  void keep(std::size_t count) { size_ = count; }                ///< pops until `count` are left
+
+ private:
+  std::vector<Branch> slots_;
+  std::size_t size_ = 0;
+};
+
+/// Where b_0 starts. At `virgin`, b_0 is the ascending reference curve f_0^A itself: its start L_0 is not on
+/// it, but is what every falling branch targets.
+enum class Origin { virgin, lower_threshold, upper_threshold };
+
+/// All that the actuator remembers.
+///
+/// Memory full: a reversal makes no new branch, the innermost branch is travelled backwards instead, and left
+/// through its start into the branch that was broken there: the new turning point is merged with the
+/// innermost one. The path stays continuous and increasing; what is lost is the loop that would have opened
+/// inside the innermost one. `merged` counts the steps taken so.
+struct HysteresisState {
+  BranchStack branches;  ///< capacity fixed at construction, never exceeded
+  Origin origin = Origin::virgin;
+  double input = 0.0;  ///< |v| where symmetry is even
+  double output = 0.0;
+  std::size_t merged = 0;
+
+  std::size_t depth() const { return branches.size(); }
+  Direction direction() const { return direction(depth() - 1); }
+  Direction direction(std::size_t index) const {
+    return (index % 2 == 0) == (origin != Origin::upper_threshold) ? Direction::ascending
+                                                                   : Direction::descending;
+  }
+};
+
+struct Point {
+  double input = 0.0;
+  double output = 0.0;
+};
+
+/// A memory as a list of turning points, outermost first, the threshold where it began left out: what a file
+/// holds. Each turning point lies strictly between the two before it (at first, between the thresholds).
+struct TurningPoints {
+  Origin origin = Origin::virgin;
+  std::vector<double> inputs;   ///< of the turning points
+  std::vector<double> outputs;  ///< as they were reached; or empty, and the model computes them
+  double input = 0.0;           ///< at present, between the last turning point and its target
+  std::optional<double> output;
+  std::size_t merged = 0;
+};
+
+}  // namespace hystcan::model

@@ -1,0 +1,302 @@
+// The bodies of MemoryModel: for the source files that instantiate it, and no others.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "model/memory_model.h"
+#include "model/memory_text.h"
+#include "model/refusal.h"
+
+namespace hystcan::model {
+
+/// A stretch of path on one branch, with what becomes of the memory when it is taken.
+template <BranchLaw Law>
+struct MemoryModel<Law>::Segment {
+  Branch branch;
+  Direction direction = Direction::ascending;  // of the branch
+  Point begin;                                 // of the branch, at or before the goal
+  double end_input = 0.0;                      // of a point of the branch beyond the goal
+  std::size_t kept = 0;  // branches that stay, the one travelled included unless it is new
+  bool is_new = false;
+  bool backwards = false;          // memory full
+  const Branch* passed = nullptr;  // whose start was the last turning point reached
+};
+
+template <BranchLaw Law>
+MemoryModel<Law>::MemoryModel(Law law)
+    : law_(std::move(law)),
+      lower_(law_.threshold_branch(Direction::ascending)),
+      upper_(law_.threshold_branch(Direction::descending)) {
+  output_rounding_ = 2e-16 * std::max(std::abs(upper_.start_output), std::abs(lower_.start_output));
+  least_slope_ = 0.1 * (upper_.start_output - lower_.start_output) / input_range().span();
+}
+
+template <BranchLaw Law>
+Interval MemoryModel<Law>::reachable(const State& state) const {
+  return {std::min(state.output, lower_.start_output), upper_.start_output};
+}
+
+template <BranchLaw Law>
+Interval MemoryModel<Law>::reachable(const State& state, Interval inputs) const {
+  const auto [lo, hi] = std::minmax({forward(state, inputs.lo).value, forward(state, inputs.hi).value});
+  return {lo, hi};
+}
+
+template <BranchLaw Law>
+HysteresisState MemoryModel<Law>::virgin(double input, std::size_t capacity) const {
+  if (symmetry() == Symmetry::even) input = std::abs(input);
+  if (!input_range().contains(input))
+    refuse("initial input ", input, ", expected ", input_range().lo, " to ", input_range().hi);
+  if (input == input_range().hi) return at_upper_threshold(capacity);
+  State state = from(Origin::virgin, capacity);
+  state.input = input;
+  state.output = law_.value(state.branches.back(), Direction::ascending, input);
+  return state;
+}
+
+template <BranchLaw Law>
+HysteresisState MemoryModel<Law>::at_lower_threshold(std::size_t capacity) const {
+  return from(Origin::lower_threshold, capacity);
+}
+
+template <BranchLaw Law>
+HysteresisState MemoryModel<Law>::at_upper_threshold(std::size_t capacity) const {
+  return from(Origin::upper_threshold, capacity);
+}
+
+template <BranchLaw Law>
+HysteresisState MemoryModel<Law>::from(Origin origin, std::size_t capacity) const {
+  if (capacity < 4) refuse("memory for ", capacity, " branches, expected at least 4");
+  const Branch branch = origin == Origin::virgin            ? law_.virgin_branch()
+                        : origin == Origin::lower_threshold ? lower_
+                                                            : upper_;
+  State state{BranchStack(capacity), origin, branch.start_input, branch.start_output, 0};
+  if (origin == Origin::virgin) state.output = law_.value(branch, Direction::ascending, branch.start_input);
+  state.branches.push(branch);
+  return state;
+}
+
+// Where b_index goes to, as the branch that starts there.
+template <BranchLaw Law>
+const Branch& MemoryModel<Law>::target(const State& state, std::size_t index) const {
+  if (index > 0) return state.branches[index - 1];
+  return state.direction(0) == Direction::ascending ? upper_ : lower_;
+}
+
+// On along the branch travelled, to an input strictly before its target.
+template <BranchLaw Law>
+void MemoryModel<Law>::go_to(State& state, std::size_t index, const char* what, double input) const {
+  const double before = state.input, end = target(state, state.depth() - 1).start_input;
+  if (!(std::min(before, end) < input && input < std::max(before, end)))
+    throw MemoryError(
+        index, text_of(what, " is ", input, ", expected it strictly between the two before it, ", before,
+                       " and ", end));
+  state.input = input;
+  state.output = law_.value(state.branches.back(), state.direction(), input);
+}
+
+// An output that was saved, where it is this model's.
+template <BranchLaw Law>
+void MemoryModel<Law>::take_over(State& state, std::size_t index, double output) const {
+  const double tolerance = 1e-9 * (upper_.start_output - lower_.start_output);
+  if (!(std::abs(output - state.output) <= tolerance))
+    throw MemoryError(index, text_of("output ", output, " at input ", state.input, ", expected ",
+                                     state.output, ": another model's memory?"));
+  state.output = output;
+}
+
+template <BranchLaw Law>
+HysteresisState MemoryModel<Law>::remembering(const TurningPoints& points, std::size_t capacity) const {
+  State state = from(points.origin, capacity);
+  const std::size_t count = points.inputs.size();
+  const auto folded = [&](double input) { return symmetry() == Symmetry::even ? std::abs(input) : input; };
+  if (!points.outputs.empty() && points.outputs.size() != count)
+    throw MemoryError(count, text_of(points.outputs.size(), " outputs of ", count,
+                                     " turning points, expected as many or none"));
+  for (std::size_t i = 0; i < count; ++i) {
+    go_to(state, i, "turning point", folded(points.inputs[i]));
+    if (!points.outputs.empty()) take_over(state, i, points.outputs[i]);
+    if (state.branches.full())
+      throw MemoryError(i, text_of("more than ", i, " turning points, expected no more for a memory of ",
+                                   capacity, " branches"));
+    state.branches.push(law_.reversed(state));
+  }
+  if (folded(points.input) != state.input) go_to(state, count, "input", folded(points.input));
+  if (points.output) take_over(state, count, *points.output);
+  state.merged = points.merged;
+  return state;
+}
+
+// The one search through the memory, by input (forward) or by output (inverse): turning points are ordered in
+// both. `to` lies strictly between the thresholds and differs from `from`.
+template <BranchLaw Law>
+template <double Branch::*axis>
+typename MemoryModel<Law>::Segment MemoryModel<Law>::locate(const State& state, double from,
+                                                            double to) const {
+  const BranchStack& branches = state.branches;
+  const std::size_t top = branches.size() - 1;
+  const Direction way = to > from ? Direction::ascending : Direction::descending;
+  const auto reached = [&](const Branch& target) { return sign(way) * (to - target.*axis) >= 0.0; };
+
+  Segment segment;
+  segment.begin = {state.input, state.output};
+  segment.kept = top + 1;
+  const bool turned = way != state.direction();
+  if (turned && (top == 0 || !reached(branches[top]))) {
+    segment.end_input = branches[top].start_input;
+    segment.is_new = !branches.full();
+    segment.backwards = branches.full();
+    segment.branch = segment.is_new ? law_.reversed(state) : branches[top];
+    segment.direction = segment.is_new ? way : opposite(way);
+    return segment;
+  }
+  std::size_t j = turned ? top - 1 : top;
+  while (j >= 2 && reached(branches[j - 1])) j -= 2;
+  if (j < top) {
+    segment.passed = &branches[j + 1];
+    segment.begin = {segment.passed->start_input, segment.passed->start_output};
+  }
+  segment.end_input = target(state, j).start_input;
+  segment.kept = j + 1;
+  segment.branch = branches[j];
+  segment.direction = way;
+  return segment;
+}
+
+// Still between the present point and the target of the branch being travelled, by input or by output: most
+// steps.
+template <BranchLaw Law>
+template <double Branch::*axis>
+bool MemoryModel<Law>::stays_on_branch(const State& state, double from, double to) const {
+  const double end = target(state, state.depth() - 1).*axis;
+  return state.direction() == Direction::ascending ? from < to && to < end : end < to && to < from;
+}
+
+template <BranchLaw Law>
+Prediction MemoryModel<Law>::on_branch(const State& state, double input) const {
+  const Branch& branch = state.branches.back();
+  return {law_.value(branch, state.direction(), input), false, branch.increasing, true};
+}
+
+template <BranchLaw Law>
+Prediction MemoryModel<Law>::forward(const State& state, double input) const {
+  if (symmetry() == Symmetry::even) input = std::abs(input);
+  if (stays_on_branch<&Branch::start_input>(state, state.input, input)) return on_branch(state, input);
+  if (!std::isfinite(input)) return {std::numeric_limits<double>::quiet_NaN(), false, true, false};
+  const double v = std::clamp(input, lower_.start_input, upper_.start_input);
+  const bool saturated = v != input;
+  if (v == state.input) return {state.output, saturated, state.branches.back().increasing, true};
+  if (v == lower_.start_input) return {lower_.start_output, saturated, lower_.increasing, true};
+  if (v == upper_.start_input) return {upper_.start_output, saturated, upper_.increasing, true};
+  const Segment segment = locate<&Branch::start_input>(state, state.input, v);
+  return {follow(segment, v), saturated, segment.branch.increasing, true};
+}
+
+template <BranchLaw Law>
+Prediction MemoryModel<Law>::advance(State& state, double input) const {
+  if (symmetry() == Symmetry::even) input = std::abs(input);
+  if (stays_on_branch<&Branch::start_input>(state, state.input, input)) {
+    const Prediction step = on_branch(state, input);
+    state.input = input;
+    state.output = step.value;
+    return step;
+  }
+  if (!std::isfinite(input)) return {state.output, false, state.branches.back().increasing, false};
+  const double v = std::clamp(input, lower_.start_input, upper_.start_input);
+  if (v != state.input && (v == lower_.start_input || v == upper_.start_input)) {
+    const bool low = v == lower_.start_input;
+    state.origin = low ? Origin::lower_threshold : Origin::upper_threshold;
+    state.branches.keep(0);
+    state.branches.push(low ? lower_ : upper_);
+    state.output = state.branches.back().start_output;
+  } else if (v != state.input) {
+    const Segment segment = locate<&Branch::start_input>(state, state.input, v);
+    state.output = follow(segment, v);
+    state.branches.keep(segment.kept);
+    if (segment.is_new) state.branches.push(segment.branch);
+    if (segment.backwards) ++state.merged;
+  }
+  state.input = v;
+  return {state.output, v != input, state.branches.back().increasing, true};
+}
+
+template <BranchLaw Law>
+double MemoryModel<Law>::follow(const Segment& segment, double input) const {
+  if (segment.passed && segment.passed->start_input == input) return segment.passed->start_output;
+  return law_.value(segment.branch, segment.direction, input);
+}
+
+template <BranchLaw Law>
+Prediction MemoryModel<Law>::inverse(const State& state, double output) const {
+  if (stays_on_branch<&Branch::start_output>(state, state.output, output)) {
+    const Branch& branch = state.branches.back();
+    const double end = target(state, state.depth() - 1).start_input;
+    const double input = solve(branch, state.direction(), {state.input, state.output}, end, output);
+    return {input, false, branch.increasing, true};
+  }
+  if (!std::isfinite(output)) return {std::numeric_limits<double>::quiet_NaN(), false, true, false};
+  if (output == state.output) return {state.input, false, state.branches.back().increasing, true};
+  if (output > state.output && output >= upper_.start_output)
+    return {upper_.start_input, output > upper_.start_output, upper_.increasing, true};
+  if (output < state.output && state.output < lower_.start_output)  // on the virgin curve: nothing is lower
+    return {state.input, true, state.branches.back().increasing, true};
+  if (output < state.output && output <= lower_.start_output)
+    return {lower_.start_input, output < lower_.start_output, lower_.increasing, true};
+  const Segment segment = locate<&Branch::start_output>(state, state.output, output);
+  const bool at_turning_point = segment.passed && segment.passed->start_output == output;
+  const double input =
+      at_turning_point ? segment.passed->start_input
+                       : solve(segment.branch, segment.direction, segment.begin, segment.end_input, output);
+  return {input, false, segment.branch.increasing, true};
+}
+
+// Halley's method from the nearest known point, kept inside a bracket that every step narrows.
+template <BranchLaw Law>
+double MemoryModel<Law>::solve(const Branch& branch, Direction direction, Point begin, double end,
+                               double output) const {
+  double lo = std::min(begin.input, end), hi = std::max(begin.input, end);
+  double v = begin.input;
+  Jet here = law_.jet(branch, direction, v);
+  double residual = begin.output - output;
+  double previous_step = hi - lo;
+  for (int i = 0; i < 100 && hi - lo > 0.0 && std::abs(residual) > output_rounding_; ++i) {
+    (residual < 0.0 ? lo : hi) = v;
+    // v - 2 r f' / (2 f'^2 - r f''), where the bend is mild; else Newton's v - r / f'.
+    const double square = here.slope * here.slope, bent = 2.0 * square - residual * here.curvature;
+    const bool mild = bent > square && bent < 4.0 * square;
+    const double step = residual * (mild ? 2.0 * here.slope / bent : 1.0 / here.slope);
+    double next = v - step;
+    if (std::abs(step) < law_.halley_tolerance() && here.slope > least_slope_)
+      return std::clamp(next, lo, hi);
+    const bool wild = !(here.slope > 0.0) || (i > 2 && std::abs(step) > 0.5 * previous_step);
+    if (wild || !(next > lo && next < hi)) {
+      const bool try_end = !wild && i < 2;
+      next = try_end ? (next <= lo ? lo : hi) : lo + (hi - lo) / 2.0;
+      if (next == v) next = lo + (hi - lo) / 2.0;
+      if (!try_end && (next == lo || next == hi)) break;
+    }
+    previous_step = std::abs(next - v);
+    v = next;
+    here = law_.jet(branch, direction, v);
+    residual = here.value - output;
+  }
+  return v;
+}
+
+template <BranchLaw Law>
+std::string_view MemoryModel<Law>::save(const State& state, std::span<char> buffer) const {
+  MemoryText text(buffer, kind(), fingerprint());
+  constexpr std::string_view origins[] = {"virgin", "lower-threshold", "upper-threshold"};
+  const std::span<const Branch> turned(state.branches.begin() + 1, state.branches.end());
+  text.line("origin", origins[static_cast<std::size_t>(state.origin)]);
+  text.list("turning_inputs", turned, [](const Branch& branch) { return branch.start_input; });
+  text.list("turning_outputs", turned, [](const Branch& branch) { return branch.start_output; });
+  text.line("input", state.input);
+  text.line("output", state.output);
+  text.line("merged", state.merged);
+  return text.text();
+}
+
+}  // namespace hystcan::model

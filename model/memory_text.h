@@ -1,0 +1,97 @@
+// Writes a [memory] table (TOML) into a fixed buffer, without allocating. Numbers have as many digits as
+// bring back the same bits.
+//
+//   [memory]
+//   kind   = "recursive-memory"
+//   model  = "8f3b52c1d07e9a64"        fingerprint of the parameters
+//   inputs = [80, 20.5]
+#pragma once
+
+#include <algorithm>
+#include <charconv>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <span>
+#include <string_view>
+#include <system_error>
+
+namespace hystcan::model {
+
+class MemoryText {
+ public:
+  /// The room that one number takes at most, its comma included; the rest takes less than 400 characters.
+  static constexpr std::size_t number_size = 26;
+
+  MemoryText(std::span<char> buffer, std::string_view kind, std::uint64_t fingerprint) : buffer_(buffer) {
+    append("[memory]\nkind = \"");
+    append(kind);
+    append("\"\nmodel = \"");
+    for (int shift = 60; shift >= 0; shift -= 4)
+      append(std::string_view("0123456789abcdef").substr((fingerprint >> shift) & 0xf, 1));
+    append("\"\n");
+  }
+
+  void line(std::string_view key, std::string_view text) {
+    begin(key);
+    append("\"");
+    append(text);
+    append("\"\n");
+  }
+  void line(std::string_view key, double number) {
+    begin(key);
+    append_number(number);
+    append("\n");
+  }
+  void line(std::string_view key, std::size_t count) {
+    char digits[20];
+    const auto [end, error] = std::to_chars(std::begin(digits), std::end(digits), count);
+    begin(key);
+    append(std::string_view(digits, static_cast<std::size_t>(end - digits)));
+    append("\n");
+  }
+  /// `of(element)` is the number to write.
+  template <class Range, class Of>
+  void list(std::string_view key, const Range& range, Of of) {
+    begin(key);
+    append("[");
+    const char* separator = "";
+    for (const auto& element : range) {
+      append(separator);
+      append_number(of(element));
+      separator = ", ";
+    }
+    append("]\n");
+  }
+
+  /// What was written; empty where the buffer was too small.
+  std::string_view text() const {
+    return fits_ ? std::string_view(buffer_.data(), size_) : std::string_view();
+  }
+
+ private:
+  void begin(std::string_view key) {
+    append(key);
+    append(" = ");
+  }
+  void append(std::string_view text) {
+    fits_ = fits_ && text.size() <= buffer_.size() - size_;
+    if (!fits_) return;
+    std::ranges::copy(text, buffer_.begin() + static_cast<std::ptrdiff_t>(size_));
+    size_ += text.size();
+  }
+  void append_number(double number) {
+    char digits[32];
+    const auto [end, error] = std::to_chars(std::begin(digits), std::end(digits), number);
+    fits_ = fits_ && error == std::errc();
+    const std::string_view text(digits, static_cast<std::size_t>(end - digits));
+    append(text);
+    if (text.find_first_of(".en") == std::string_view::npos) append(".0");  // TOML tells 1.0 from 1
+  }
+
+  std::span<char> buffer_;
+  std::size_t size_ = 0;
+  bool fits_ = true;
+};
+
+}  // namespace hystcan::model

@@ -1,0 +1,110 @@
+// Prandtl-Ishlinskii model: a weighted sum of play operators, with its analytic inverse. A baseline to
+// compare with: loops are symmetrical, congruent and independent of where in the range they lie.
+//
+// Input v in [v_lo, v_hi], output x; thresholds 0 < r_1 < ... < r_m in input units; w_0 (`gain`) and weights
+// w_i in output units per input unit:
+//
+//   x = x_0 + w_0 v + sum_{i=1..m} w_i y_i
+//   y_i[n] = max(v[n] - r_i, min(v[n] + r_i, y_i[n-1]))                  play of threshold r_i
+//   W_i = w_0 + ... + w_i > 0,  i = 0..m                                 so that x increases with v
+//
+// Inverse.  Plays are nested: with y_0 = v and r_0 = 0, y_i is the play of threshold r_i - r_{i-1} of
+// y_{i-1}, so that |y_i - y_{i-1}| <= r_i - r_{i-1}.  As v rises, the plays therefore join in the order of i,
+// the i-th at v = y_i + r_i, when every earlier one is moving at y_j = v - r_j; from there on x has slope
+// W_i.  (Falling: the same with -r.)  Written in x, the i-th joins at
+//
+//   x - x_0 = y'_i + r'_i,     y'_i = W_i y_i + sum_{j>i} w_j y_j,     r'_i = sum_{j<i} w_j (r_i - r_j)
+//
+// y'_i moves only where play i does, at its edges, and so is itself a play of x - x_0, of threshold r'_i. The
+// slope of v there becomes 1 / W_i: the inverse is again a Prandtl-Ishlinskii model,
+//
+//   v = w'_0 (x - x_0) + sum_i w'_i y'_i
+//   w'_0 = 1 / w_0,     w'_i = 1 / W_i - 1 / W_{i-1} = -w_i / (W_i W_{i-1})
+//
+// inverse() evaluates it from the present (v, x) outwards, joint by joint: the products w'_i y'_i, which
+// are large and cancel where a W_i is small, never appear, and a small move passes few joints.
+//
+// P. Krejci, K. Kuhnen, "Inverse control of systems with hysteresis and creep", IEE Proc. Control Theory
+// Appl. 148(3), 2001.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "model/hysteresis_operator.h"
+#include "model/reference_curve.h"
+
+namespace hystcan::model {
+
+/// What is identified and kept in a model file.
+struct PrandtlIshlinskiiParameters {
+  std::string input_unit;
+  std::string output_unit;
+  Interval input_range;            ///< [v_lo, v_hi]
+  double offset = 0.0;             ///< x_0, output units
+  double gain = 1.0;               ///< w_0 > 0
+  std::vector<double> thresholds;  ///< r_1, ..., r_m; may be empty
+  std::vector<double> weights;     ///< w_1, ..., w_m; negative ones too, while every W_i > 0
+};
+
+/// All that the actuator remembers. The output is always a function of the input and the plays.
+struct PlayState {
+  double input = 0.0;
+  double output = 0.0;
+  std::vector<double> plays;  ///< y_1, ..., y_m
+};
+
+/// The model: parameters, checked once. All memory is in the PlayState that is passed in, one of this model's
+/// own making.
+///
+/// forward() and inverse() only look; advance() moves the memory. None of them allocates; each costs O(m).
+/// Inputs outside input_range() and outputs outside reachable() are taken at the edge, flagged saturated.
+/// A non-finite argument to forward() or inverse() gives a NaN value; to advance(), no change and the present
+/// output; flagged not finite, and not saturated.
+class PrandtlIshlinskii {
+ public:
+  using State = PlayState;
+
+  /// Throws std::invalid_argument, naming the index, where a number is not finite, the range is not lo < hi,
+  /// the thresholds do not increase from zero or do not match the weights, or a W_i is not positive beyond
+  /// rounding: more than 1e-12 (w_0 + |w_1| + ... + |w_i|).
+  explicit PrandtlIshlinskii(PrandtlIshlinskiiParameters parameters);
+
+  const PrandtlIshlinskiiParameters& parameters() const { return parameters_; }
+  const Interval& input_range() const { return parameters_.input_range; }
+  static std::string_view kind() { return "prandtl-ishlinskii"; }
+  std::uint64_t fingerprint() const { return fingerprint_; }
+
+  /// Every play centred: y_i = input. Throws std::invalid_argument where `input` lies outside the range.
+  State virgin(double input) const;
+  /// The state that was saved. Throws std::invalid_argument, naming the index, where it cannot be one of this
+  /// model's: another number of plays, a number that is not finite, an input outside the range, or
+  /// |y_i - y_{i-1}| > r_i - r_{i-1} beyond rounding, and with it |y_i - input| > r_i.
+  State restore(double input, std::span<const double> plays) const;
+
+  /// Outputs within reach of the input range.
+  Interval reachable(const State& state) const;
+  /// Output that `input` would give.
+  Prediction forward(const State& state, double input) const;
+  /// Input that would give `output`: forward(state, inverse(state, x).value).value = x.
+  Prediction inverse(const State& state, double output) const;
+  /// Applies `input`.
+  Prediction advance(State& state, double input) const;
+
+  /// A [memory] table of kind "prandtl-ishlinskii": input, output, plays. Empty where `text` is too small.
+  std::string_view save(const State& state, std::span<char> text) const;
+
+ private:
+  double taken(double input) const;
+  double output_at(const State& state, double input) const;
+  double input_at(const State& state, double output) const;
+
+  PrandtlIshlinskiiParameters parameters_;
+  std::vector<double> slopes_;  // W_0, ..., W_m
+  std::uint64_t fingerprint_ = 0;
+};
+
+}  // namespace hystcan::model

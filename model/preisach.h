@@ -1,0 +1,83 @@
+// The Preisach model on a grid, by its Everett function: the classical model, to compare with.
+//
+//   x = x_lo + gain (v - v_lo) + sum_ij w_ij relay_ij[v],     relay in {0, 1}
+//
+// The plane of switching inputs (up at alpha, down at beta <= alpha) is cut into N (N + 1) / 2 cells of equal
+// side h = span / N.  The weight w_ij of row i (alpha) and column j <= i (beta) is spread evenly over its
+// cell, a triangle on the diagonal, so that the output is continuous.  With
+//
+//   E(alpha, beta) = weight of the relays with  beta <= their beta <= their alpha <= alpha
+//
+// a branch that starts at (v_s, x_s) is  x_s + gain (v - v_s) + E(v, v_s)  rising and
+// x_s - gain (v_s - v) - E(v_s, v)  falling: loops between the same inputs are congruent (Mayergoyz 1986).
+// Memory, wiping out and alignment are those of every memory-based model.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "model/memory_model.h"
+
+namespace hystcan::model {
+
+struct PreisachParameters {
+  std::string input_unit;
+  std::string output_unit;
+  Interval input_range;
+  double offset = 0.0;          ///< x_lo: output with all relays off, at v_lo
+  double gain = 0.0;            ///< reversible part, output units per input unit, >= 0
+  std::vector<double> weights;  ///< w_00, w_10, w_11, w_20, ...: N (N + 1) / 2 of them, output units, >= 0
+};
+
+/// The law of a branch; Branch::offset and Branch::coefficient are not used.
+class EverettLaw {
+ public:
+  explicit EverettLaw(PreisachParameters parameters);
+
+  const PreisachParameters& parameters() const { return parameters_; }
+  std::string_view kind() const { return "preisach"; }
+  std::uint64_t fingerprint() const;
+  const Interval& input_range() const { return parameters_.input_range; }
+  Symmetry symmetry() const { return Symmetry::none; }
+
+  Branch threshold_branch(Direction direction) const;
+  Branch virgin_branch() const { return threshold_branch(Direction::ascending); }
+  Branch reversed(const HysteresisState& state) const;
+  double value(const Branch& branch, Direction direction, double input) const;
+  Jet jet(const Branch& branch, Direction direction, double input) const;
+  double halley_tolerance() const { return 0.0; }  // the slope has kinks where cells meet
+
+ private:
+  struct Cell {
+    std::size_t index = 0;  // of the row or column
+    double fraction = 0.0;  // of the way through it
+  };
+  Cell cell(double input) const;
+  double below(std::size_t rows, std::size_t columns) const { return below_[rows * (levels_ + 1) + columns]; }
+  double on_diagonal(std::size_t i) const { return below(i + 1, i + 1) - below(i + 1, i); }
+  double whole(Cell v) const;                   // weight of alpha <= v
+  double left_of(Cell alpha, Cell beta) const;  // weight of alpha' <= alpha, beta' <= beta
+  double everett(double alpha, double beta) const {
+    return whole(cell(alpha)) - left_of(cell(alpha), cell(beta));
+  }
+  double slope(const Branch& branch, Direction direction, double input) const;
+
+  PreisachParameters parameters_;
+  std::size_t levels_ = 0;
+  std::vector<double> below_;  // weight of the first rows and columns, (levels + 1) squared
+};
+
+class Preisach : public MemoryModel<EverettLaw> {
+ public:
+  /// Throws std::invalid_argument where the range is not lo < hi, a number is not finite or negative, the
+  /// number of weights is not N (N + 1) / 2, or the output would not rise from threshold to threshold.
+  explicit Preisach(PreisachParameters parameters) : MemoryModel(EverettLaw(std::move(parameters))) {}
+
+  const PreisachParameters& parameters() const { return law().parameters(); }
+};
+
+extern template class MemoryModel<EverettLaw>;
+
+}  // namespace hystcan::model

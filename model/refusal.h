@@ -1,0 +1,33 @@
+// What a model says where it is given something it can't use.
+#pragma once
+
+#include <charconv>
+#include <iterator>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+
+namespace hystcan::model {
+
+/// Words and numbers in one text, each number with as many digits as it needs.
+template <class... Parts>
+std::string text_of(const Parts&... parts) {
+  std::string text;
+  const auto add = [&text](const auto& part) {
+    if constexpr (std::is_arithmetic_v<std::remove_cvref_t<decltype(part)>>) {
+      char digits[32];
+      text.append(digits, std::to_chars(std::begin(digits), std::end(digits), part).ptr);
+    } else {
+      text += part;
+    }
+  };
+  (add(parts), ...);
+  return text;
+}
+
+template <class... Parts>
+[[noreturn]] void refuse(const Parts&... parts) {
+  throw std::invalid_argument(text_of(parts...));
+}
+
+}  // namespace hystcan::model

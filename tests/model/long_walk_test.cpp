@@ -1,0 +1,103 @@
+// What the model promises, over walks as long as a weekend's: 100 000 steps, a million setpoints.
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "model/hysteresis.h"
+#include "model/validity.h"
+#include "tests/model/models.h"
+#include "tests/model/oracle.h"
+
+namespace hystcan::model {
+namespace {
+
+TEST(LongWalk, OfAHundredThousandStepsAgreesWithThePaper) {
+  std::size_t deepest = 0;
+  EXPECT_TRUE(rc::check("the output at five hundred places, against the whole history before it", [&] {
+    const Hysteresis model(RandomModel::draw());
+    const auto walk = long_walk(model.input_range(), 100'000, *rc::gen::arbitrary<std::uint32_t>());
+    HysteresisState state = model.virgin(walk[0], 1000);
+    Oracle oracle(model.parameters(), Oracle::Start::virgin, walk[0]);
+    for (std::size_t i = 1; i < walk.size(); ++i) {
+      const double reached = model.advance(state, walk[i]).value;
+      oracle.drive(walk[i]);
+      deepest = std::max(deepest, state.depth());
+      if (i % 200 == 0)
+        RC_ASSERT(std::abs(reached - static_cast<double>(oracle.output())) <=
+                  1e-13 * model.output_range().span());
+    }
+    RC_ASSERT(state.merged == 0u);
+  }));
+  EXPECT_GT(deepest, 15u);
+}
+
+TEST(LongWalk, WithAnyKFromNothingToAHundredThousandPerSpanAgreesWithThePaper) {
+  EXPECT_TRUE(rc::check("beyond the limit, too: the equations hold where a branch goes the wrong way", [] {
+    const Hysteresis model = Hysteresis::beyond_limit(RandomModel::draw_beyond_limit());
+    const auto walk = long_walk(model.input_range(), 150, *rc::gen::arbitrary<std::uint32_t>());
+    HysteresisState state = model.at_lower_threshold();
+    Oracle oracle(model.parameters(), Oracle::Start::lower, state.input);
+    for (const double v : walk)
+      RC_ASSERT(std::abs(model.advance(state, v).value - static_cast<double>(oracle.advance(v))) <=
+                1e-13 * model.output_range().span());
+  }));
+}
+
+TEST(LongWalk, OfAMillionSetpointsIsInvertedWithTheMemoryOfTheInputsThatCameOut) {
+  int setpoints = 0, doubtful = 0;
+  EXPECT_TRUE(rc::check("round trip within 1e-13 of span", [&] {
+    const Hysteresis model(RandomModel::draw());
+    const Interval reach = model.output_range();
+    HysteresisState inverted = model.at_lower_threshold(1000), driven = inverted;
+    for (const double x : long_walk(reach, 10'000, *rc::gen::arbitrary<std::uint32_t>())) {
+      const Prediction drive = model.inverse(inverted, x);
+      const Prediction reached = model.advance(inverted, drive.value);
+      model.advance(driven, drive.value);
+      ++setpoints;
+      RC_ASSERT(!drive.saturated);
+      if (drive.increasing)
+        RC_ASSERT(std::abs(reached.value - x) <= 1e-13 * reach.span());
+      else
+        ++doubtful;
+      RC_ASSERT(inverted.output == driven.output && inverted.depth() == driven.depth());
+    }
+    RC_ASSERT(std::ranges::equal(inverted.branches, driven.branches, {}, &Branch::coefficient,
+                                 &Branch::coefficient));
+  }));
+  EXPECT_GE(setpoints, 1'000'000);
+  EXPECT_LE(doubtful, setpoints / 1000);
+}
+
+// The scan looks two reversals deep on a grid of 200; loops nest deeper, between its points. At the very
+// limit that leaves slopes of some 1e-5 of the mean below zero, in one step of ten thousand.
+TEST(LongWalk, AtTheLimitOfKNoBranchIsWorseThanTheGridOfTheScanAllows) {
+  int steps = 0, flagged = 0;
+  EXPECT_TRUE(rc::check("slopes at every reversal", [&] {
+    HysteresisParameters p = RandomModel::draw();
+    const double span = p.ascending.domain().span();
+    for (const Direction way : {Direction::ascending, Direction::descending}) {
+      const auto allowed = allowed_k(p, way);
+      RC_ASSERT(allowed.has_value());
+      (way == Direction::ascending ? p.k_ascending : p.k_descending) = std::min(allowed->hi, 200.0 / span);
+    }
+    const Hysteresis model(p);
+    const double mean_slope = model.output_range().span() / span;
+    HysteresisState state = model.at_lower_threshold();
+    for (const double v : long_walk(model.input_range(), 2000, *rc::gen::arbitrary<std::uint32_t>())) {
+      ++steps;
+      if (model.advance(state, v).increasing) continue;
+      ++flagged;
+      const Branch& branch = state.branches.back();
+      const bool up = state.direction() == Direction::ascending;
+      const double slope = (up ? p.ascending : p.descending).slope(branch.start_input) -
+                           sign(state.direction()) * branch.coefficient;
+      RC_ASSERT(slope > -2e-4 * mean_slope);
+    }
+  }));
+  EXPECT_LT(flagged, steps / 1000);
+}
+
+}  // namespace
+}  // namespace hystcan::model
