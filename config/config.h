@@ -5,23 +5,32 @@
 // docs/configuration.md lists the keys.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "can/dbc.h"
 #include "controller/controller.h"
-#include "model/hysteresis.h"
 #include "twin/twin.h"
 
 namespace hystcan::config {
 
-/// What the user wrote can't be used. what() is `FILE:LINE:COLUMN: what, expected what`.
+/// What the user wrote can't be used. what() is `FILE:LINE:COLUMN: what, expected what`, in one line whatever
+/// is quoted in it.
 class Error : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit Error(std::string what) : std::runtime_error(in_one_line(std::move(what))) {}
+
+ private:
+  static std::string in_one_line(std::string text) {
+    std::ranges::replace_if(
+        text, [](unsigned char c) { return c < 0x20; }, ' ');
+    return text;
+  }
 };
 
 struct BusConfig {
@@ -54,8 +63,5 @@ Config load(const std::filesystem::path& file);
 /// The configuration in force, as TOML, each value that the file leaves out marked as a default. Throws
 /// Error.
 std::string echo(const std::filesystem::path& file);
-
-/// Reads a model file ([hysteresis], see docs/configuration.md) and checks the model. Throws Error.
-model::HysteresisParameters load_model(const std::filesystem::path& file);
 
 }  // namespace hystcan::config

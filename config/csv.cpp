@@ -33,35 +33,49 @@ CsvReader::CsvReader(std::filesystem::path file, std::vector<std::string> column
   if (!stream_ || std::filesystem::is_directory(file_))
     throw Error(fmt::format("{}: cannot be read, expected a CSV file", file_.string()));
   if (!next_line()) fail(0, "no header row, expected column names");
+  header_.assign(fields_.begin(), fields_.end());
+  for (std::size_t i = 0; i < header_.size(); ++i)
+    if (look_up(header_[i]) != i)
+      fail(static_cast<std::size_t>(fields_[i].data() - line_.data()),
+           fmt::format("column {} is there twice, expected each name once", header_[i]));
   for (const std::string& name : wanted_) {
-    const auto found = std::ranges::find(fields_, name);
-    if (found == fields_.end())
-      fail(0, fmt::format("no column {}, expected it among {}", name, fmt::join(fields_, ", ")));
-    where_.push_back(static_cast<std::size_t>(found - fields_.begin()));
+    where_.push_back(look_up(name));
+    if (where_.back() == header_.size())
+      fail(0, fmt::format("no column {}, expected it among {}", name, fmt::join(header_, ", ")));
   }
-  width_ = fields_.size();
+}
+
+/// Where the header has it; past its end where it has not.
+std::size_t CsvReader::look_up(const std::string& column) const {
+  return static_cast<std::size_t>(std::ranges::find(header_, column) - header_.begin());
+}
+
+bool CsvReader::also(const std::string& column) {
+  const std::size_t where = look_up(column);
+  if (where == header_.size()) return false;
+  wanted_.push_back(column);
+  where_.push_back(where);
+  return true;
 }
 
 bool CsvReader::next(std::vector<double>& row) {
   if (!next_line()) return false;
-  if (fields_.size() != width_)
-    fail(0, fmt::format("the row has {} fields, expected {} as in the header", fields_.size(), width_));
+  if (fields_.size() != header_.size())
+    fail(0,
+         fmt::format("the row has {} fields, expected {} as in the header", fields_.size(), header_.size()));
   row.resize(wanted_.size());
   for (std::size_t i = 0; i < wanted_.size(); ++i) row[i] = number(where_[i], wanted_[i]);
   return true;
-}
-
-bool CsvReader::has_column(const std::filesystem::path& file, std::string_view column) {
-  CsvReader reader(file, {});
-  return std::ranges::find(reader.fields_, column) != reader.fields_.end();
 }
 
 /// The next line that says something, split into fields.
 bool CsvReader::next_line() {
   while (std::getline(stream_, line_)) {
     ++line_number_;
+    bytes_read_ += line_.size() + 1;
     if (line_.ends_with('\r')) line_.pop_back();
-    if (trim(line_).empty() || line_.starts_with('#')) continue;
+    if (line_number_ == 1 && line_.starts_with("\xEF\xBB\xBF")) line_.replace(0, 3, "   ");  // Excel's mark
+    if (trim(line_).empty() || trim(line_).starts_with('#')) continue;
     split(line_, fields_);
     return true;
   }
@@ -74,7 +88,8 @@ double CsvReader::number(std::size_t column, const std::string& name) const {
   const auto start = static_cast<std::size_t>(text.data() - line_.data());
   if (text.empty()) fail(start, fmt::format("{} is empty, expected a number", name));
   double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const char* digits = text.data() + (text.size() > 1 && text[0] == '+' && text[1] != '-' ? 1 : 0);
+  const auto [end, error] = std::from_chars(digits, text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
     fail(start, fmt::format("{} is \"{}\", expected a finite number", name, text));
   return value;

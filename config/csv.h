@@ -2,6 +2,7 @@
 // memory.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -16,18 +17,21 @@ namespace hystcan::config {
 /// accepted.
 class CsvReader {
  public:
-  /// Throws Error where the file can't be read or lacks a column.
+  /// Throws Error where the file can't be read, lacks a column, or has a name twice.
   CsvReader(std::filesystem::path file, std::vector<std::string> columns);
+
+  /// Asks for one column more, where the file has it: says whether.
+  bool also(const std::string& column);
 
   /// False at the end of the file. Throws Error at a hole, a row of the wrong length, or what is not a finite
   /// number.
   bool next(std::vector<double>& row);
 
-  /// True where the file has this column.
-  static bool has_column(const std::filesystem::path& file, std::string_view column);
+  std::uint64_t bytes_read() const { return bytes_read_; }
 
  private:
   bool next_line();
+  std::size_t look_up(const std::string& column) const;
   double number(std::size_t column, const std::string& name) const;
   [[noreturn]] void fail(std::size_t column_start, const std::string& what) const;
 
@@ -35,10 +39,11 @@ class CsvReader {
   std::ifstream stream_;
   std::vector<std::string> wanted_;
   std::vector<std::size_t> where_;  ///< index in the file of each wanted column
-  std::size_t width_ = 0;
+  std::vector<std::string> header_;
   std::string line_;
   std::vector<std::string_view> fields_;
   std::size_t line_number_ = 0;
+  std::uint64_t bytes_read_ = 0;
 };
 
 }  // namespace hystcan::config

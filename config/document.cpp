@@ -81,6 +81,15 @@ void Reader::choice(std::string_view key, std::string& value,
                    fmt::format("{} is \"{}\", expected one of {}", key, value, join_choices(choices)));
 }
 
+void Reader::numbers(std::string_view key, std::vector<double>& values) {
+  known_.emplace(key);
+  const toml::node* node = table_.get(key);
+  if (node != nullptr && node->is_array() && node->as_array()->empty())
+    values.clear();
+  else if (node != nullptr)
+    values = read_numbers(*node, key, any);
+}
+
 void Reader::finish() const {
   for (const auto& [key, node] : table_)
     if (!known_.contains(key.str()))
@@ -118,7 +127,9 @@ double Reader::read_number(const toml::node& node, std::string_view key, Range r
 
 std::vector<double> Reader::read_numbers(const toml::node& node, std::string_view key, Range range) const {
   const toml::array* array = node.as_array();
-  if (array == nullptr || array->empty()) wrong_type(node, key, "an array of numbers");
+  if (array == nullptr) wrong_type(node, key, "an array of numbers");
+  if (array->empty())
+    document_.fail(node.source(), fmt::format("{} is empty, expected at least one number", key));
   std::vector<double> values;
   for (const toml::node& element : *array) values.push_back(read_number(element, key, range));
   return values;

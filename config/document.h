@@ -76,6 +76,8 @@ class Reader {
     if (const toml::node* node = table_.get(key)) read(*node, key, value, range);
   }
   void choice(std::string_view key, std::string& value, std::initializer_list<std::string_view> choices);
+  /// Optional, and may be empty.
+  void numbers(std::string_view key, std::vector<double>& values);
 
   /// A sub-table of its own struct: `visit(reader, value)`.
   template <class T, class Visit>

@@ -1,4 +1,5 @@
 #include "config/check.h"
+#include "config/model_file.h"
 #include "config/schema.h"
 
 namespace hystcan::config {

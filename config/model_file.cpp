@@ -1,48 +1,101 @@
+#include "config/model_file.h"
+
 #include <fmt/format.h>
 
 #include "config/schema.h"
+#include "model/simplified.h"
+#include "model/validity.h"
 
 namespace hystcan::config {
+namespace {
 
-model::HysteresisParameters load_model(const std::filesystem::path& file) {
-  const Document document(file);
+ModelFile read(const Document& document) {
   ModelFile raw;
   Reader reader(document, document.root(), "");
   reader.table("hysteresis", raw, [](Reader& sub, ModelFile& value) { visit(sub, value); });
   reader.finish();
-
-  const auto basis = raw.basis == "power" ? model::Basis::power : model::Basis::chebyshev;
-  const model::Interval range{raw.input_min, raw.input_max};
-  if (!(range.lo < range.hi))
-    document.fail_at(
-        "hysteresis.input_max",
-        fmt::format("input_max is {}, expected more than input_min, which is {}", range.hi, range.lo));
-  if (raw.symmetry == "even" && range.lo < 0.0)
+  if (!(raw.input_min < raw.input_max))
+    document.fail_at("hysteresis.input_max",
+                     fmt::format("input_max is {}, expected more than input_min, which is {}", raw.input_max,
+                                 raw.input_min));
+  if (raw.symmetry == "even" && raw.input_min < 0.0)
     document.fail_at("hysteresis.input_min",
                      fmt::format("input_min is {}, expected >= 0 with symmetry \"even\": "
                                  "the model is folded to |input|",
-                                 range.lo));
-  const auto curve = [&](const char* key, const std::vector<double>& coefficients) {
-    try {
-      return model::ReferenceCurve(basis, coefficients, range);
-    } catch (const std::invalid_argument& error) {
-      document.fail_at(std::string("hysteresis.") + key, error.what());
-    }
-  };
-  model::HysteresisParameters parameters{
-      .input_unit = raw.input_unit,
-      .output_unit = raw.output_unit,
-      .ascending = curve("ascending", raw.ascending),
-      .descending = curve("descending", raw.descending),
-      .k_ascending = raw.k_ascending,
-      .k_descending = raw.k_descending,
-      .symmetry = raw.symmetry == "even" ? model::Symmetry::even : model::Symmetry::none};
+                                 raw.input_min));
+  return raw;
+}
+
+/// What `make` refuses is an error of the key, or of the table.
+template <class Make>
+auto made(const Document& document, const std::string& key, Make make) {
   try {
-    model::Hysteresis checked(parameters);
+    return make();
+  } catch (const model::BranchError& error) {
+    const bool up = error.direction == model::Direction::ascending;
+    document.fail_at(up ? "hysteresis.k_ascending" : "hysteresis.k_descending", error.what());
   } catch (const std::invalid_argument& error) {
-    document.fail_at("hysteresis", error.what());
+    document.fail_at(key, error.what());
   }
-  return parameters;
+}
+
+model::HysteresisParameters parameters(const Document& document, const ModelFile& raw) {
+  const auto curve = [&](const char* key, const std::vector<double>& coefficients) {
+    const auto basis = raw.basis == "power" ? model::Basis::power : model::Basis::chebyshev;
+    return made(document, std::string("hysteresis.") + key, [&] {
+      return model::ReferenceCurve(basis, coefficients, {raw.input_min, raw.input_max});
+    });
+  };
+  return {.input_unit = raw.input_unit,
+          .output_unit = raw.output_unit,
+          .ascending = curve("ascending", raw.ascending),
+          .descending = curve("descending", raw.descending),
+          .k_ascending = raw.k_ascending,
+          .k_descending = raw.k_descending,
+          .symmetry = raw.symmetry == "even" ? model::Symmetry::even : model::Symmetry::none};
+}
+
+AnyModel any_model(const Document& document, const ModelFile& raw) {
+  const model::Interval range{raw.input_min, raw.input_max};
+  if (raw.kind == "prandtl-ishlinskii")
+    return model::PrandtlIshlinskii(
+        {raw.input_unit, raw.output_unit, range, raw.offset, raw.gain, raw.thresholds, raw.weights});
+  if (raw.kind == "preisach")
+    return model::Preisach({raw.input_unit, raw.output_unit, range, raw.offset, raw.gain, raw.weights});
+  const model::HysteresisParameters given = parameters(document, raw);
+  if (raw.kind == "linear-mapping") return model::LinearMapping(given);
+  return model::Hysteresis(raw.kind == "average" ? model::average(given) : given);
+}
+
+// Asked for first, because the keys depend on it.
+model::HysteresisParameters recursive_memory(const Document& document) {
+  const auto kind = document.root().at_path("hysteresis.kind").value<std::string>();
+  if (kind && *kind != "recursive-memory")
+    document.fail_at("hysteresis.kind",
+                     fmt::format("kind is \"{}\", expected \"recursive-memory\" here", *kind));
+  return parameters(document, read(document));
+}
+
+}  // namespace
+
+bool is_model_file(const std::filesystem::path& file) { return Document(file).root().contains("hysteresis"); }
+
+AnyModel load_any_model(const std::filesystem::path& file) {
+  const Document document(file);
+  const ModelFile raw = read(document);
+  return made(document, "hysteresis", [&] { return any_model(document, raw); });
+}
+
+model::HysteresisParameters load_model(const std::filesystem::path& file) {
+  const Document document(file);
+  const model::HysteresisParameters given = recursive_memory(document);
+  return made(document, "hysteresis", [&] { return model::Hysteresis(given).parameters(); });
+}
+
+model::Hysteresis load_model_beyond_limit(const std::filesystem::path& file) {
+  const Document document(file);
+  const model::HysteresisParameters given = recursive_memory(document);
+  return made(document, "hysteresis", [&] { return model::Hysteresis::beyond_limit(given); });
 }
 
 }  // namespace hystcan::config

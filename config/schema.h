@@ -5,7 +5,7 @@
 
 namespace hystcan::config {
 
-/// [hysteresis] of a model file, as it stands there.
+/// [hysteresis] of a model file, as it stands there. Which keys there are depends on the kind.
 struct ModelFile {
   std::string kind;
   std::string input_unit;
@@ -18,21 +18,64 @@ struct ModelFile {
   double k_ascending = 0.0;
   double k_descending = 0.0;
   std::string symmetry = "none";
+  double offset = 0.0;
+  double gain = 0.0;
+  std::vector<double> thresholds;
+  std::vector<double> weights;
 };
 
 template <class V>
 void visit(V& v, ModelFile& m) {
-  v.choice("kind", m.kind, {"recursive-memory"});
+  v.choice("kind", m.kind,
+           {"recursive-memory", "average", "linear-mapping", "prandtl-ishlinskii", "preisach"});
   v.required("input_unit", m.input_unit);
   v.required("output_unit", m.output_unit);
   v.required("input_min", m.input_min);
   v.required("input_max", m.input_max);
+  if (m.kind == "prandtl-ishlinskii" || m.kind == "preisach") {
+    v.required("offset", m.offset);
+    v.required("gain", m.gain);
+    if (m.kind == "prandtl-ishlinskii") v.required("thresholds", m.thresholds);
+    v.required("weights", m.weights);
+    return;
+  }
   v.choice("basis", m.basis, {"power", "chebyshev"});
   v.required("ascending", m.ascending);
   v.required("descending", m.descending);
-  v.required("k_ascending", m.k_ascending);
-  v.required("k_descending", m.k_descending);
+  if (m.kind == "recursive-memory") {
+    v.required("k_ascending", m.k_ascending);
+    v.required("k_descending", m.k_descending);
+  }
   v.choice("symmetry", m.symmetry, {"none", "even"});
+}
+
+/// [memory] of a memory file, as it stands there.
+struct MemoryFile {
+  std::string kind;
+  std::string model;
+  std::string origin;
+  std::vector<double> turning_inputs;
+  std::vector<double> turning_outputs;
+  double input = 0.0;
+  double output = 0.0;
+  std::uint64_t merged = 0;
+  std::vector<double> plays;
+};
+
+template <class V>
+void visit(V& v, MemoryFile& m) {
+  v.choice("kind", m.kind, {"recursive-memory", "linear-mapping", "prandtl-ishlinskii", "preisach"});
+  v.optional("model", m.model);
+  v.required("input", m.input);
+  v.optional("output", m.output);
+  if (m.kind == "prandtl-ishlinskii") {
+    v.required("plays", m.plays);
+    return;
+  }
+  v.choice("origin", m.origin, {"virgin", "lower-threshold", "upper-threshold"});
+  v.numbers("turning_inputs", m.turning_inputs);
+  v.numbers("turning_outputs", m.turning_outputs);
+  v.optional("merged", m.merged);
 }
 
 template <class V>

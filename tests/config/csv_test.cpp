@@ -45,6 +45,16 @@ TEST_F(Csv, AcceptsWindowsLineEndsCommentsBlankLinesAndAMissingLastNewline) {
   EXPECT_EQ(all("time_s,input\r\n0,1.5\r\n\r\n# pause\r\n1,-2e-3"), (std::vector<double>{1.5, -0.002}));
 }
 
+TEST_F(Csv, AcceptsWhatSpreadsheetsWrite) {
+  EXPECT_EQ(all("\xEF\xBB\xBFinput,time_s\n+1.5,0\n  # pause\n-2,1\n"), (std::vector<double>{1.5, -2.0}));
+  EXPECT_EQ(refusal("input\n+-1\n"), ":2:1: input is \"+-1\", expected a finite number");
+}
+
+TEST_F(Csv, RefusesAColumnThatIsThereTwice) {
+  EXPECT_EQ(refusal("input,output,input\n1,2,3\n"),
+            ":1:14: column input is there twice, expected each name once");
+}
+
 TEST_F(Csv, RefusesAHoleAtItsPlace) {
   EXPECT_EQ(refusal("time_s,input\n0,1\n1,\n"), ":3:3: input is empty, expected a number");
 }

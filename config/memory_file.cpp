@@ -1,0 +1,85 @@
+#include <fmt/format.h>
+
+#include <map>
+#include <optional>
+
+#include "config/model_file.h"
+#include "config/schema.h"
+
+namespace hystcan::config {
+namespace {
+
+template <class Model>
+MemoryFile read(const Document& document, const Model& model) {
+  MemoryFile raw;
+  Reader reader(document, document.root(), "");
+  reader.table("memory", raw, [](Reader& sub, MemoryFile& value) { visit(sub, value); });
+  reader.finish();
+  if (raw.kind != model.kind())
+    document.fail_at("memory.kind",
+                     fmt::format("kind is \"{}\", expected \"{}\" as of the model", raw.kind, model.kind()));
+  const std::string fingerprint = fmt::format("{:016x}", model.fingerprint());
+  if (!raw.model.empty() && raw.model != fingerprint)
+    document.fail_at(
+        "memory.model",
+        fmt::format("model is \"{}\", expected \"{}\": the memory of another model", raw.model, fingerprint));
+  return raw;
+}
+
+model::TurningPoints turning_points(const Document& document, const MemoryFile& raw) {
+  static const std::map<std::string, model::Origin> origins{
+      {"virgin", model::Origin::virgin},
+      {"lower-threshold", model::Origin::lower_threshold},
+      {"upper-threshold", model::Origin::upper_threshold}};
+  const bool has_output = static_cast<bool>(document.root().at_path("memory.output"));
+  return {.origin = origins.at(raw.origin),
+          .inputs = raw.turning_inputs,
+          .outputs = raw.turning_outputs,
+          .input = raw.input,
+          .output = has_output ? std::optional(raw.output) : std::nullopt,
+          .merged = raw.merged};
+}
+
+template <class Law>
+model::HysteresisState load(const std::filesystem::path& file, const model::MemoryModel<Law>& model,
+                            std::size_t capacity) {
+  const Document document(file);
+  const MemoryFile raw = read(document, model);
+  try {
+    return model.remembering(turning_points(document, raw), capacity);
+  } catch (const model::MemoryError& error) {
+    const bool present = error.index >= raw.turning_inputs.size();
+    document.fail_at(present ? "memory.input" : fmt::format("memory.turning_inputs[{}]", error.index),
+                     error.what());
+  }
+}
+
+}  // namespace
+
+model::HysteresisState load_memory(const std::filesystem::path& file, const model::Hysteresis& model,
+                                   std::size_t capacity) {
+  return load(file, model, capacity);
+}
+
+model::HysteresisState load_memory(const std::filesystem::path& file, const model::LinearMapping& model,
+                                   std::size_t capacity) {
+  return load(file, model, capacity);
+}
+
+model::HysteresisState load_memory(const std::filesystem::path& file, const model::Preisach& model,
+                                   std::size_t capacity) {
+  return load(file, model, capacity);
+}
+
+model::PlayState load_memory(const std::filesystem::path& file, const model::PrandtlIshlinskii& model,
+                             std::size_t) {
+  const Document document(file);
+  const MemoryFile raw = read(document, model);
+  try {
+    return model.restore(raw.input, raw.plays);
+  } catch (const std::invalid_argument& error) {
+    document.fail_at("memory.plays", error.what());
+  }
+}
+
+}  // namespace hystcan::config

@@ -1,0 +1,40 @@
+// Model files ([hysteresis]) and memory files ([memory]): docs/configuration.md lists the keys.
+#pragma once
+
+#include <filesystem>
+#include <variant>
+
+#include "model/hysteresis.h"
+#include "model/linear_mapping.h"
+#include "model/prandtl_ishlinskii.h"
+#include "model/preisach.h"
+
+namespace hystcan::config {
+
+/// A model of any kind. The average model is a recursive-memory one whose curves coincide.
+using AnyModel =
+    std::variant<model::Hysteresis, model::LinearMapping, model::PrandtlIshlinskii, model::Preisach>;
+
+/// True where the file is TOML and has the table of a model. Throws Error where it is no TOML.
+bool is_model_file(const std::filesystem::path& file);
+
+/// Reads and checks a model. Throws Error.
+AnyModel load_any_model(const std::filesystem::path& file);
+
+/// The same where only the recursive-memory model will do.
+model::HysteresisParameters load_model(const std::filesystem::path& file);
+
+/// The same without the check that every branch increases (model::Hysteresis::beyond_limit).
+model::Hysteresis load_model_beyond_limit(const std::filesystem::path& file);
+
+/// Reads a memory that belongs to `model`: one that was saved, or one written by hand. Throws Error.
+model::HysteresisState load_memory(const std::filesystem::path& file, const model::Hysteresis& model,
+                                   std::size_t capacity);
+model::HysteresisState load_memory(const std::filesystem::path& file, const model::LinearMapping& model,
+                                   std::size_t capacity);
+model::HysteresisState load_memory(const std::filesystem::path& file, const model::Preisach& model,
+                                   std::size_t capacity);
+model::PlayState load_memory(const std::filesystem::path& file, const model::PrandtlIshlinskii& model,
+                             std::size_t capacity);
+
+}  // namespace hystcan::config
