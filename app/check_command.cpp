@@ -3,9 +3,13 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <tuple>
+#include <variant>
 
 #include "app/commands.h"
 #include "config/config.h"
+#include "config/model_file.h"
+#include "model/validity.h"
 
 namespace hystcan::app {
 namespace {
@@ -14,9 +18,38 @@ struct Options {
   std::filesystem::path config;
 };
 
+/// How far each k is from where a branch would go the wrong way.
+void show_limits(const std::string& of, const model::HysteresisParameters& p) {
+  using Limit = std::tuple<const char*, model::Direction, double, const char*>;
+  for (const auto& [name, way, k, other] :
+       {Limit{"k_ascending", model::Direction::ascending, p.k_ascending, "k_descending"},
+        Limit{"k_descending", model::Direction::descending, p.k_descending, "k_ascending"}}) {
+    const auto allowed = model::allowed_k(p, way);
+    fmt::print("# {}: {} = {} 1/{}; with {} as it is, {:.6g} to {:.6g} will do\n", of, name, k, p.input_unit,
+               other, allowed->lo, allowed->hi);
+  }
+}
+
+/// A model file by itself.
+int check_model(const std::filesystem::path& file) {
+  const config::AnyModel model = config::load_any_model(file);
+  std::visit(
+      [&](const auto& m) {
+        const auto reach = m.reachable(m.virgin(m.input_range().lo));
+        fmt::print("# {}: kind {}, {} to {} {} reach {:.6g} to {:.6g} {}\n", file.string(), m.kind(),
+                   m.input_range().lo, m.input_range().hi, m.parameters().input_unit, reach.lo, reach.hi,
+                   m.parameters().output_unit);
+      },
+      model);
+  if (const auto* recursive = std::get_if<model::Hysteresis>(&model))
+    show_limits(file.string(), recursive->parameters());
+  return done;
+}
+
 /// Nothing is moved and no interface is opened: a configuration is read, checked, and shown with what follows
 /// from it.
 int check(const Options& options) {
+  if (config::is_model_file(options.config)) return check_model(options.config);
   const config::Config config = config::load(options.config);
   fmt::print("# {}, as in force\n{}\n", options.config.string(), config::echo(options.config));
   const double cycle_s = 1.0 / config.controller.rate_Hz;
@@ -26,6 +59,8 @@ int check(const Options& options) {
     fmt::print("# axis {}: {} to {} {} reach {:.4g} to {:.4g} um; the reference is previewed by {:.4g} ms\n",
                axis.wire.name, hysteresis.input_range().lo, hysteresis.input_range().hi, axis.drive_unit,
                reach.lo, reach.hi, 1e3 * axis.control.delays.preview_s(cycle_s));
+    show_limits("axis " + axis.wire.name, axis.control.law.model);
+    show_limits("axis " + axis.wire.name + ", twin", axis.twin.plant.hysteresis);
   }
   fmt::print("# {} messages in {}; node ids, identifiers, units and ranges agree\n",
              config.database.messages.size(), config.bus.dbc.string());
@@ -37,7 +72,7 @@ int check(const Options& options) {
 void add_check(CLI::App& cli, int& status) {
   auto options = std::make_shared<Options>();
   CLI::App* command = cli.add_subcommand("check", "Read and check a configuration; show what is in force");
-  command->add_option("CONFIG", options->config, "configuration (TOML)")->required();
+  command->add_option("CONFIG", options->config, "configuration, or model file (TOML)")->required();
   command->callback([options, &status] { status = check(*options); });
 }
 

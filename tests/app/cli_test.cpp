@@ -3,29 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "tests/support/process.h"
-#include "tests/support/shipped.h"
+#include "tests/app/cli.h"
 
 namespace hystcan {
 namespace {
-
-using support::Process;
-
-constexpr int done = 0;
-constexpr int failed = 1;
-constexpr int bad_input = 2;
-
-class Cli : public testing::Test {
- protected:
-  std::string path(const char* name) const { return (shipped / name).string(); }
-  void write(const char* name, const std::string& text) const { std::ofstream(shipped / name) << text; }
-  std::string read(const char* name) const { return support::read_file(shipped / name); }
-
-  support::ShippedCopy shipped;
-};
 
 TEST_F(Cli, WithoutASubcommandIsBadUsage) {
   Process program({HYSTCAN_PROGRAM});
@@ -56,6 +39,26 @@ TEST_F(Cli, CheckShowsWhatIsInForce) {
   EXPECT_EQ(program.wait(), done) << program.err();
   EXPECT_NE(program.out().find("heartbeat_timeout_ms = 300  # default"), std::string::npos);
   EXPECT_NE(program.out().find("previewed by"), std::string::npos);
+  EXPECT_NE(program.out().find("# axis y: k_descending = "), std::string::npos) << program.out();
+}
+
+TEST_F(Cli, CheckShowsHowFarKMayGoAndTheseValuesAreAccepted) {
+  Process program({HYSTCAN_PROGRAM, "check", path("piezo.model.toml")});
+  EXPECT_EQ(program.wait(), done) << program.err();
+  const std::string line = program.out().substr(program.out().find("k_ascending = "));
+  double lo = 0.0, hi = 0.0;
+  ASSERT_EQ(std::sscanf(line.c_str(),
+                        "k_ascending = 0.035 1/V; with k_descending as it is, %lf to %lf will do", &lo, &hi),
+            2)
+      << line;
+  for (const double end : {lo, hi}) {
+    char text[64];
+    std::snprintf(text, sizeof text, "k_ascending  = %.6g", end);
+    const support::ShippedCopy copy;
+    copy.edit("piezo.model.toml", "k_ascending  = 0.035", text);
+    Process again({HYSTCAN_PROGRAM, "check", (copy / "piezo.model.toml").string()});
+    EXPECT_EQ(again.wait(), done) << again.err();
+  }
 }
 
 TEST_F(Cli, CheckRefusesAMistakeWithItsPlaceInOneLine) {
@@ -100,78 +103,6 @@ TEST_F(Cli, DemoRunsTheGalfenolStageToo) {
   EXPECT_NE(program.out().find("inverse+pi"), std::string::npos);
 }
 
-TEST_F(Cli, SimulateThereAndBackAgainIsTheIdentity) {
-  std::string text = "time_s,input\n";
-  for (int i = 0; i < 500; ++i)
-    text += std::to_string(i * 1e-3) + "," +
-            std::to_string(50 + 49 * std::sin(0.05 * i) * std::cos(0.002 * i)) + "\n";
-  write("in.csv", text);
-  Process forward({HYSTCAN_PROGRAM, "simulate", path("piezo.model.toml"), "--input", path("in.csv"),
-                   "--output", path("there.csv")});
-  ASSERT_EQ(forward.wait(), done) << forward.err();
-  Process inverse({HYSTCAN_PROGRAM, "simulate", path("piezo.model.toml"), "--input", path("there.csv"),
-                   "--output", path("back.csv"), "--inverse"});
-  ASSERT_EQ(inverse.wait(), done) << inverse.err();
-
-  std::istringstream there(read("there.csv"));
-  std::istringstream back(read("back.csv"));
-  std::string a;
-  std::string b;
-  int rows = -1;
-  while (std::getline(there, a) && std::getline(back, b)) {
-    if (++rows == 0) continue;
-    double ta, va, xa, tb, vb, xb;
-    ASSERT_EQ(std::sscanf(a.c_str(), "%lf,%lf,%lf", &ta, &va, &xa), 3) << a;
-    ASSERT_EQ(std::sscanf(b.c_str(), "%lf,%lf,%lf", &tb, &vb, &xb), 3) << b;
-    EXPECT_EQ(ta, tb);
-    EXPECT_NEAR(va, vb, 1e-9);
-    EXPECT_NEAR(xa, xb, 1e-11);
-  }
-  EXPECT_EQ(rows, 500);
-}
-
-TEST_F(Cli, SimulateRefusesACsvWithAHoleAndLeavesTheOldOutputAlone) {
-  write("in.csv", "time_s,input\n0,1\n1,\n");
-  write("out.csv", "precious");
-  Process program({HYSTCAN_PROGRAM, "simulate", path("piezo.model.toml"), "--input", path("in.csv"),
-                   "--output", path("out.csv")});
-  EXPECT_EQ(program.wait(), bad_input);
-  EXPECT_NE(program.err().find("in.csv:3:3: input is empty, expected a number"), std::string::npos)
-      << program.err();
-  EXPECT_EQ(read("out.csv"), "precious");
-  EXPECT_FALSE(std::filesystem::exists(shipped / "out.csv.part"));
-}
-
-TEST_F(Cli, SimulateSaysWhereTheDiskIsFullOrTheFolderMissing) {
-  write("in.csv", "time_s,input\n0,1\n");
-  Process program({HYSTCAN_PROGRAM, "simulate", path("piezo.model.toml"), "--input", path("in.csv"),
-                   "--output", path("no/such/folder.csv")});
-  EXPECT_EQ(program.wait(), failed);
-  EXPECT_NE(program.err().find("cannot be written: No such file or directory"), std::string::npos)
-      << program.err();
-}
-
-TEST_F(Cli, SimulateNeverOverwritesWhatItReads) {
-  write("in.csv", "input\n1\n");
-  for (const char* output : {"in.csv", "piezo.model.toml"}) {
-    const std::string before = read(output);
-    Process program({HYSTCAN_PROGRAM, "simulate", path("piezo.model.toml"), "--input", path("in.csv"),
-                     "--output", path(output)});
-    EXPECT_EQ(program.wait(), bad_input) << output;
-    EXPECT_EQ(read(output), before);
-  }
-}
-
-TEST_F(Cli, SimulateWritesToADeviceAsItIs) {
-  std::filesystem::create_symlink("/dev/full", shipped / "full.csv");
-  write("in.csv", "input\n1\n");
-  Process program({HYSTCAN_PROGRAM, "simulate", path("piezo.model.toml"), "--input", path("in.csv"),
-                   "--output", path("full.csv")});
-  EXPECT_EQ(program.wait(), failed);
-  EXPECT_NE(program.err().find("No space left on device"), std::string::npos) << program.err();
-  EXPECT_TRUE(std::filesystem::is_symlink(shipped / "full.csv"));
-}
-
 TEST_F(Cli, ControllerLeavesFilesAloneUntilTheBusIsOpen) {
   const std::string before = read("piezo.toml");
   Process onto_itself({HYSTCAN_PROGRAM, "controller", path("piezo.toml"), "--csv", path("piezo.toml")});
@@ -189,15 +120,6 @@ TEST_F(Cli, DemoFailsWhereAnAxisNeverTracks) {
   Process program({HYSTCAN_PROGRAM, "demo", "--config", path("piezo.toml"), "--output", path("out")});
   EXPECT_EQ(program.wait(), failed);
   EXPECT_NE(program.err().find("axis x did not come to track"), std::string::npos) << program.err();
-}
-
-TEST_F(Cli, SimulateRefusesAModelThatCannotBeInverted) {
-  shipped.edit("piezo.model.toml", "k_ascending  = 0.035", "k_ascending  = 1.0");
-  write("in.csv", "input\n1\n");
-  Process program({HYSTCAN_PROGRAM, "simulate", path("piezo.model.toml"), "--input", path("in.csv"),
-                   "--output", path("out.csv")});
-  EXPECT_EQ(program.wait(), bad_input);
-  EXPECT_NE(program.err().find("k_ascending"), std::string::npos) << program.err();
 }
 
 }  // namespace

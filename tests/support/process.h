@@ -2,6 +2,7 @@
 #pragma once
 
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -48,7 +49,7 @@ class Process {
   int wait() {
     if (!status_) {
       int raw = 0;
-      waitpid(child_, &raw, 0);
+      wait4(child_, &raw, 0, &usage_);
       status_ = WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw);
     }
     return *status_;
@@ -59,6 +60,8 @@ class Process {
       status_ = WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw);
     return !status_;
   }
+  /// After wait().
+  long peak_resident_kB() const { return usage_.ru_maxrss; }
   std::string out() const { return read_file(folder_ / "out"); }
   std::string err() const { return read_file(folder_ / "err"); }
 
@@ -77,6 +80,7 @@ class Process {
   std::filesystem::path folder_;
   pid_t child_;
   std::optional<int> status_;
+  rusage usage_{};
 };
 
 }  // namespace hystcan::support
