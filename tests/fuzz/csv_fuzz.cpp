@@ -1,0 +1,23 @@
+// Any bytes: CsvReader either refuses them with a place, or gives rows of finite numbers.
+#include <cmath>
+#include <vector>
+
+#include "config/csv.h"
+#include "tests/fuzz/refusal.h"
+
+using namespace hystcan;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const fuzz::File file(data, size);
+  fuzz::read_or_refuse(file, [&] {
+    config::CsvReader reader(file.path(), {"input"});
+    const std::size_t width = reader.also("time_s") ? 2 : 1;
+    std::vector<double> row;
+    while (reader.next(row)) {
+      fuzz::demand(row.size() == width);
+      for (const double number : row) fuzz::demand(std::isfinite(number));
+    }
+    fuzz::demand(reader.bytes_read() <= size + 1);
+  });
+  return 0;
+}
