@@ -263,7 +263,8 @@ TEST_F(Simulate, NeedsNoMoreMemoryForAMillionRowsAndShowsHowFarItIs) {
   ASSERT_EQ(many.wait(), done) << many.err();
   EXPECT_EQ(many.err().find('%'), std::string::npos) << "a bar where there is no terminal";
   EXPECT_NE(many.err().find("1000000 rows"), std::string::npos) << many.err();
-  EXPECT_LT(many.peak_resident_kB(), few.peak_resident_kB() + 1000);
+  // One number kept of each row would be 8000 kB.
+  EXPECT_LT(many.peak_resident_kB(), few.peak_resident_kB() + 4000);
 
   std::string on_terminal;
   for (const auto& word : command("piezo.model.toml", "many.csv", "again.csv")) on_terminal += word + " ";
