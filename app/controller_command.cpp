@@ -11,6 +11,7 @@
 
 #include "app/commands.h"
 #include "app/live.h"
+#include "app/output_file.h"
 #include "app/report.h"
 #include "config/config.h"
 #include "controller/controller.h"
@@ -158,9 +159,7 @@ int run_controller(const Options& options) {
   if (options.once)
     for (auto& axis : config.controller.axes) axis.axis.repeat = false;
 
-  if (std::error_code ignored; std::filesystem::equivalent(options.csv, options.config, ignored))
-    throw config::Error(
-        fmt::format("{}: is the configuration, expected another file for --csv", options.csv.string()));
+  refuse_to_overwrite(options.csv, options.config);
 
   LiveLoop loop(config.bus.interface);
   std::unique_ptr<controller::TelemetryThread> telemetry;

@@ -40,9 +40,11 @@ model::TurningPoints turning_points(const Document& document, const MemoryFile& 
           .merged = raw.merged};
 }
 
+}  // namespace
+
 template <class Law>
-model::HysteresisState load(const std::filesystem::path& file, const model::MemoryModel<Law>& model,
-                            std::size_t capacity) {
+model::HysteresisState load_memory(const std::filesystem::path& file, const model::MemoryModel<Law>& model,
+                                   std::size_t capacity) {
   const Document document(file);
   const MemoryFile raw = read(document, model);
   try {
@@ -54,22 +56,13 @@ model::HysteresisState load(const std::filesystem::path& file, const model::Memo
   }
 }
 
-}  // namespace
-
-model::HysteresisState load_memory(const std::filesystem::path& file, const model::Hysteresis& model,
-                                   std::size_t capacity) {
-  return load(file, model, capacity);
-}
-
-model::HysteresisState load_memory(const std::filesystem::path& file, const model::LinearMapping& model,
-                                   std::size_t capacity) {
-  return load(file, model, capacity);
-}
-
-model::HysteresisState load_memory(const std::filesystem::path& file, const model::Preisach& model,
-                                   std::size_t capacity) {
-  return load(file, model, capacity);
-}
+template model::HysteresisState load_memory(const std::filesystem::path&,
+                                            const model::MemoryModel<model::ExponentialConvergence>&,
+                                            std::size_t);
+template model::HysteresisState load_memory(const std::filesystem::path&,
+                                            const model::MemoryModel<model::AffineMap>&, std::size_t);
+template model::HysteresisState load_memory(const std::filesystem::path&,
+                                            const model::MemoryModel<model::EverettLaw>&, std::size_t);
 
 model::PlayState load_memory(const std::filesystem::path& file, const model::PrandtlIshlinskii& model,
                              std::size_t) {

@@ -28,11 +28,8 @@ model::HysteresisParameters load_model(const std::filesystem::path& file);
 model::Hysteresis load_model_beyond_limit(const std::filesystem::path& file);
 
 /// Reads a memory that belongs to `model`: one that was saved, or one written by hand. Throws Error.
-model::HysteresisState load_memory(const std::filesystem::path& file, const model::Hysteresis& model,
-                                   std::size_t capacity);
-model::HysteresisState load_memory(const std::filesystem::path& file, const model::LinearMapping& model,
-                                   std::size_t capacity);
-model::HysteresisState load_memory(const std::filesystem::path& file, const model::Preisach& model,
+template <class Law>
+model::HysteresisState load_memory(const std::filesystem::path& file, const model::MemoryModel<Law>& model,
                                    std::size_t capacity);
 model::PlayState load_memory(const std::filesystem::path& file, const model::PrandtlIshlinskii& model,
                              std::size_t capacity);

@@ -24,7 +24,7 @@ ExponentialConvergence::ExponentialConvergence(HysteresisParameters parameters)
   ascending_ = convergence(Direction::ascending);
   descending_ = convergence(Direction::descending);
   const Interval& range = input_range();
-  const double reach = parameters_.ascending.value(range.hi) - parameters_.descending.value(range.lo);
+  const double reach = parameters_.upper_point().output - parameters_.lower_point().output;
   const double steepest_k = std::max(std::abs(parameters_.k_ascending), std::abs(parameters_.k_descending));
   slope_tolerance_ = 1e-9 * reach / range.span();
   halley_tolerance_ =
@@ -41,12 +41,13 @@ std::uint64_t ExponentialConvergence::fingerprint() const {
 }
 
 ExponentialConvergence::Convergence ExponentialConvergence::convergence(Direction direction) const {
-  const double k = direction == Direction::ascending ? parameters_.k_ascending : parameters_.k_descending;
+  const double k = parameters_.k(direction);
   Convergence pace;
   const double k_span = std::abs(k) * input_range().span();
   if (k_span > 1e-17) pace = {k, 1.0 / k, true, k_span > 1.0, {}};
   const auto bend = [&](double v) {
-    return sign(direction) * curve(direction).curvature(v) + k * curve(direction).slope(v);
+    return sign(direction) * parameters_.curve(direction).curvature(v) +
+           k * parameters_.curve(direction).slope(v);
   };
   constexpr int points = 400;
   const bool up = direction == Direction::ascending;
@@ -66,17 +67,14 @@ ExponentialConvergence::Convergence ExponentialConvergence::convergence(Directio
   return pace;
 }
 
-inline const ReferenceCurve& ExponentialConvergence::curve(Direction direction) const {
-  return direction == Direction::ascending ? parameters_.ascending : parameters_.descending;
-}
-
 inline const ExponentialConvergence::Convergence& ExponentialConvergence::pace(Direction direction) const {
   return direction == Direction::ascending ? ascending_ : descending_;
 }
 
 inline double ExponentialConvergence::value(const Branch& branch, Direction direction, double input) const {
   const double d = std::abs(input - branch.start_input);
-  return curve(direction).value(input) + (branch.offset - branch.coefficient * pace(direction).phi(d));
+  return parameters_.curve(direction).value(input) +
+         (branch.offset - branch.coefficient * pace(direction).phi(d));
 }
 
 inline Jet ExponentialConvergence::jet(const Branch& branch, Direction direction, double input) const {
@@ -85,14 +83,15 @@ inline Jet ExponentialConvergence::jet(const Branch& branch, Direction direction
   const double decay = convergence.decay(d);
   const double phi = convergence.steep ? (1.0 - decay) * convergence.reciprocal : convergence.phi(d);
   const double fading = branch.coefficient * decay;
-  const Jet reference = curve(direction).jet(input);
+  const Jet reference = parameters_.curve(direction).jet(input);
   return {reference.value + (branch.offset - branch.coefficient * phi),
           reference.slope - sign(direction) * fading, reference.curvature + convergence.k * fading};
 }
 
 inline double ExponentialConvergence::slope(const Branch& branch, Direction direction, double input) const {
   const double d = std::abs(input - branch.start_input);
-  return curve(direction).slope(input) - sign(direction) * branch.coefficient * pace(direction).decay(d);
+  return parameters_.curve(direction).slope(input) -
+         sign(direction) * branch.coefficient * pace(direction).decay(d);
 }
 
 // e^{k d} f_0' is lowest at the start, where sigma f_0'' + k f_0' turns from negative to positive, or at the
@@ -108,18 +107,19 @@ bool ExponentialConvergence::is_increasing(const Branch& branch, Direction direc
 }
 
 Branch ExponentialConvergence::threshold_branch(Direction direction) const {
-  const Interval& range = input_range();
-  const bool up = direction == Direction::ascending;
-  const double start = up ? range.lo : range.hi, target = up ? range.hi : range.lo;
-  const double output = curve(opposite(direction)).value(start);
-  Branch branch{start, output, output - curve(direction).value(start), 0.0, true};
-  branch.coefficient = branch.offset / pace(direction).phi(range.span());
-  branch.increasing = is_increasing(branch, direction, target);
+  const Point low = parameters_.lower_point(), high = parameters_.upper_point();
+  const auto [start, target] =
+      direction == Direction::ascending ? std::pair(low, high) : std::pair(high, low);
+  const double offset = start.output - parameters_.curve(direction).value(start.input);
+  Branch branch{start.input, start.output, offset, 0.0, true};
+  branch.coefficient = branch.offset / pace(direction).phi(input_range().span());
+  branch.increasing = is_increasing(branch, direction, target.input);
   return branch;
 }
 
 Branch ExponentialConvergence::virgin_branch() const {
-  return {input_range().lo, parameters_.descending.value(input_range().lo), 0.0, 0.0, true};
+  const Point low = parameters_.lower_point();
+  return {low.input, low.output, 0.0, 0.0, true};
 }
 
 // [x_s - f_below(v_s)] / phi(|v_target - v_s|) of a reversal at the present point.
@@ -151,7 +151,8 @@ Branch ExponentialConvergence::reversed(const HysteresisState& state) const {
   const std::size_t top = state.depth() - 1;
   const Direction way = opposite(state.direction());
   const double target = state.branches[top].start_input;
-  Branch branch{state.input, state.output, state.output - curve(way).value(state.input), 0.0, true};
+  Branch branch{state.input, state.output, state.output - parameters_.curve(way).value(state.input), 0.0,
+                true};
   if (top > 0) {
     const Branch& below = state.branches[top - 1];
     branch.coefficient = below.coefficient * pace(way).decay(std::abs(state.input - below.start_input));

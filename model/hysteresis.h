@@ -44,7 +44,7 @@ class ExponentialConvergence {
   const HysteresisParameters& parameters() const { return parameters_; }
   std::string_view kind() const { return "recursive-memory"; }
   std::uint64_t fingerprint() const;
-  const Interval& input_range() const { return parameters_.ascending.domain(); }
+  const Interval& input_range() const { return parameters_.input_range(); }
   Symmetry symmetry() const { return parameters_.symmetry; }
 
   Branch threshold_branch(Direction direction) const;
@@ -68,7 +68,6 @@ class ExponentialConvergence {
   };
 
   Convergence convergence(Direction direction) const;
-  const ReferenceCurve& curve(Direction direction) const;
   const Convergence& pace(Direction direction) const;
   double slope(const Branch& branch, Direction direction, double input) const;
   bool is_increasing(const Branch& branch, Direction direction, double target) const;

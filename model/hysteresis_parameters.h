@@ -18,6 +18,16 @@ struct HysteresisParameters {
   double k_ascending = 0.0;
   double k_descending = 0.0;
   Symmetry symmetry = Symmetry::none;
+
+  const Interval& input_range() const { return ascending.domain(); }
+  const ReferenceCurve& curve(Direction direction) const {
+    return direction == Direction::ascending ? ascending : descending;
+  }
+  double k(Direction direction) const {
+    return direction == Direction::ascending ? k_ascending : k_descending;
+  }
+  Point lower_point() const { return {input_range().lo, descending.value(input_range().lo)}; }  ///< L_0
+  Point upper_point() const { return {input_range().hi, ascending.value(input_range().hi)}; }   ///< U_0
 };
 
 /// Adds all but the two k.

@@ -20,27 +20,23 @@ std::uint64_t AffineMap::fingerprint() const {
   return sum.value();
 }
 
-const ReferenceCurve& AffineMap::curve(Direction direction) const {
-  return direction == Direction::ascending ? parameters_.ascending : parameters_.descending;
-}
-
 Branch AffineMap::joined(Point start, Point target, Direction direction) const {
-  const double start_value = curve(direction).value(start.input);
-  const double rise = curve(direction).value(target.input) - start_value;
+  const ReferenceCurve& reference = parameters_.curve(direction);
+  const double start_value = reference.value(start.input);
+  const double rise = reference.value(target.input) - start_value;
   const bool rises = sign(direction) * rise > 0.0;  // not in a loop as small as rounding
   const double b = rises ? (target.output - start.output) / rise : 0.0;
   return {start.input, start.output, start.output - b * start_value, b, b > 0.0};
 }
 
 Branch AffineMap::threshold_branch(Direction direction) const {
-  const Interval& range = input_range();
-  const Point low{range.lo, parameters_.descending.value(range.lo)};
-  const Point high{range.hi, parameters_.ascending.value(range.hi)};
+  const Point low = parameters_.lower_point(), high = parameters_.upper_point();
   return direction == Direction::ascending ? joined(low, high, direction) : joined(high, low, direction);
 }
 
 Branch AffineMap::virgin_branch() const {
-  return {input_range().lo, parameters_.descending.value(input_range().lo), 0.0, 1.0, true};
+  const Point low = parameters_.lower_point();
+  return {low.input, low.output, 0.0, 1.0, true};
 }
 
 Branch AffineMap::reversed(const HysteresisState& state) const {
@@ -50,11 +46,11 @@ Branch AffineMap::reversed(const HysteresisState& state) const {
 }
 
 double AffineMap::value(const Branch& branch, Direction direction, double input) const {
-  return branch.offset + branch.coefficient * curve(direction).value(input);
+  return branch.offset + branch.coefficient * parameters_.curve(direction).value(input);
 }
 
 Jet AffineMap::jet(const Branch& branch, Direction direction, double input) const {
-  const Jet reference = curve(direction).jet(input);
+  const Jet reference = parameters_.curve(direction).jet(input);
   return {branch.offset + branch.coefficient * reference.value, branch.coefficient * reference.slope,
           branch.coefficient * reference.curvature};
 }

@@ -24,7 +24,7 @@ class AffineMap {
   const HysteresisParameters& parameters() const { return parameters_; }
   std::string_view kind() const { return "linear-mapping"; }
   std::uint64_t fingerprint() const;
-  const Interval& input_range() const { return parameters_.ascending.domain(); }
+  const Interval& input_range() const { return parameters_.input_range(); }
   Symmetry symmetry() const { return parameters_.symmetry; }
 
   Branch threshold_branch(Direction direction) const;
@@ -35,7 +35,6 @@ class AffineMap {
   double halley_tolerance() const;
 
  private:
-  const ReferenceCurve& curve(Direction direction) const;
   Branch joined(Point start, Point target, Direction direction) const;
 
   HysteresisParameters parameters_;

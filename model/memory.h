@@ -30,7 +30,7 @@ struct Branch {
   double start_output = 0.0;
   double offset = 0.0;
   double coefficient = 0.0;
-  bool increasing = true;  ///< where the model checked it: at its start, and if need be at its target
+  bool increasing = true;  ///< as far as the model's law can tell
 };
 
 /// A stack that never allocates once made, nor do its copies lose capacity.

@@ -6,6 +6,7 @@
 // branch, reaching a target pops two.
 #pragma once
 
+#include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -98,6 +99,7 @@ class MemoryModel {
  private:
   struct Segment;
 
+  double folded(double input) const { return symmetry() == Symmetry::even ? std::abs(input) : input; }
   State from(Origin origin, std::size_t capacity) const;
   const Branch& target(const State& state, std::size_t index) const;
   void go_to(State& state, std::size_t index, const char* what, double input) const;

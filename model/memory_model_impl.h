@@ -46,7 +46,7 @@ Interval MemoryModel<Law>::reachable(const State& state, Interval inputs) const 
 
 template <BranchLaw Law>
 HysteresisState MemoryModel<Law>::virgin(double input, std::size_t capacity) const {
-  if (symmetry() == Symmetry::even) input = std::abs(input);
+  input = folded(input);
   if (!input_range().contains(input))
     refuse("initial input ", input, ", expected ", input_range().lo, " to ", input_range().hi);
   if (input == input_range().hi) return at_upper_threshold(capacity);
@@ -111,7 +111,6 @@ template <BranchLaw Law>
 HysteresisState MemoryModel<Law>::remembering(const TurningPoints& points, std::size_t capacity) const {
   State state = from(points.origin, capacity);
   const std::size_t count = points.inputs.size();
-  const auto folded = [&](double input) { return symmetry() == Symmetry::even ? std::abs(input) : input; };
   if (!points.outputs.empty() && points.outputs.size() != count)
     throw MemoryError(count, text_of(points.outputs.size(), " outputs of ", count,
                                      " turning points, expected as many or none"));
@@ -182,7 +181,7 @@ Prediction MemoryModel<Law>::on_branch(const State& state, double input) const {
 
 template <BranchLaw Law>
 Prediction MemoryModel<Law>::forward(const State& state, double input) const {
-  if (symmetry() == Symmetry::even) input = std::abs(input);
+  input = folded(input);
   if (stays_on_branch<&Branch::start_input>(state, state.input, input)) return on_branch(state, input);
   if (!std::isfinite(input)) return {std::numeric_limits<double>::quiet_NaN(), false, true, false};
   const double v = std::clamp(input, lower_.start_input, upper_.start_input);
@@ -196,7 +195,7 @@ Prediction MemoryModel<Law>::forward(const State& state, double input) const {
 
 template <BranchLaw Law>
 Prediction MemoryModel<Law>::advance(State& state, double input) const {
-  if (symmetry() == Symmetry::even) input = std::abs(input);
+  input = folded(input);
   if (stays_on_branch<&Branch::start_input>(state, state.input, input)) {
     const Prediction step = on_branch(state, input);
     state.input = input;

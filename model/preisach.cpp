@@ -87,6 +87,11 @@ double EverettLaw::left_of(Cell alpha, Cell beta) const {
          p * ((1.0 - q) * below(i + 1, j) + q * below(i + 1, j + 1)) + q * (1.0 - q) * on_diagonal(j);
 }
 
+double EverettLaw::everett(double alpha, double beta) const {
+  const Cell a = cell(alpha);
+  return whole(a) - left_of(a, cell(beta));
+}
+
 Branch EverettLaw::threshold_branch(Direction direction) const {
   const Interval& range = input_range();
   if (direction == Direction::ascending) return {range.lo, parameters_.offset, 0.0, 0.0, true};

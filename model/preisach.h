@@ -59,9 +59,7 @@ class EverettLaw {
   double on_diagonal(std::size_t i) const { return below(i + 1, i + 1) - below(i + 1, i); }
   double whole(Cell v) const;                   // weight of alpha <= v
   double left_of(Cell alpha, Cell beta) const;  // weight of alpha' <= alpha, beta' <= beta
-  double everett(double alpha, double beta) const {
-    return whole(cell(alpha)) - left_of(cell(alpha), cell(beta));
-  }
+  double everett(double alpha, double beta) const;
   double slope(const Branch& branch, Direction direction, double input) const;
 
   PreisachParameters parameters_;

@@ -28,9 +28,7 @@ HysteresisParameters average(const HysteresisParameters& parameters) {
 }
 
 HysteresisParameters straight_line(const HysteresisParameters& parameters) {
-  const Interval& domain = parameters.ascending.domain();
-  const double low = parameters.descending.value(domain.lo);
-  const double high = parameters.ascending.value(domain.hi);
+  const double low = parameters.lower_point().output, high = parameters.upper_point().output;
   return on_one_curve(parameters, {0.5 * (low + high), 0.5 * (high - low)});
 }
 

@@ -16,12 +16,22 @@ constexpr std::size_t steps = 200;
 constexpr double lowest_k_span = -300.0;  // e^{-k span} and its inverse stay far from overflow
 constexpr double highest_k_span = 1e5;
 
+// Numbers with six digits, for people.
 template <typename... Parts>
-[[noreturn]] void refuse(const Parts&... parts) {
+std::string in_words(const Parts&... parts) {
   std::ostringstream text;
   text.precision(6);
   (text << ... << parts);
-  throw std::invalid_argument(text.str());
+  return text.str();
+}
+
+template <typename... Parts>
+[[noreturn]] void refuse(const Parts&... parts) {
+  throw std::invalid_argument(in_words(parts...));
+}
+
+const char* name_of_k(Direction direction) {
+  return direction == Direction::ascending ? "k_ascending" : "k_descending";
 }
 
 struct Units {
@@ -123,8 +133,8 @@ class Scan {
   Scan(const HysteresisParameters& p, Direction rising_way)
       : p_(p),
         way_(rising_way),
-        rise_(grid_of(curve(true), k(true), rising_way)),
-        fall_(grid_of(curve(false), k(false), rising_way)) {
+        rise_(grid_of(p.curve(truly(true)), p.k(truly(true)), rising_way)),
+        fall_(grid_of(p.curve(truly(false)), p.k(truly(false)), rising_way)) {
     const double span = p.ascending.domain().span();
     tolerance_ = 1e-9 *
                  (p.ascending.value(p.ascending.domain().hi) - p.descending.value(p.ascending.domain().lo)) /
@@ -165,12 +175,6 @@ class Scan {
 
   // As seen from this scan's threshold, rising may be falling in truth.
   Direction truly(bool rising) const { return rising ? way_ : opposite(way_); }
-  const ReferenceCurve& curve(bool rising) const {
-    return truly(rising) == Direction::ascending ? p_.ascending : p_.descending;
-  }
-  double k(bool rising) const {
-    return truly(rising) == Direction::ascending ? p_.k_ascending : p_.k_descending;
-  }
   double input(std::size_t i) const {
     const Interval& range = p_.ascending.domain();
     const double d = range.span() * static_cast<double>(i) / steps;
@@ -231,24 +235,18 @@ double last_good(Make make, double good, double bad) {
 
 // What k would do, the curves as they are.
 std::string remedy(const HysteresisParameters& parameters, Direction direction) {
-  const bool up = direction == Direction::ascending;
-  const double k = up ? parameters.k_ascending : parameters.k_descending;
-  std::ostringstream text;
-  text.precision(6);
-  text << (up ? "k_ascending" : "k_descending") << " = " << k << " 1/" << parameters.input_unit;
+  const double k = parameters.k(direction);
+  const std::string in_use = in_words(name_of_k(direction), " = ", k, " 1/", parameters.input_unit);
   const auto allowed = allowed_k(parameters, direction);
+  if (allowed && k > allowed->hi) return in_words(in_use, " is too large, at most ", allowed->hi, " will do");
+  if (allowed && k < allowed->lo)
+    return in_words(in_use, " is too small, at least ", allowed->lo, " will do");
   const auto scaled = [&](double factor) { return with_both_k_times(parameters, factor); };
-  if (allowed && k > allowed->hi)
-    text << " is too large, at most " << allowed->hi << " will do";
-  else if (allowed && k < allowed->lo)
-    text << " is too small, at least " << allowed->lo << " will do";
-  else if (!find_decreasing_branch(scaled(0.0)) && k > 0.0) {
-    const HysteresisParameters good = scaled(last_good(scaled, 0.0, 1.0));
-    text << " is too large together with " << (up ? "k_descending" : "k_ascending") << ", "
-         << good.k_ascending << " ascending and " << good.k_descending << " descending will do";
-  } else
-    text << " is not the cause, but the curves' width at that place";
-  return text.str();
+  if (k <= 0.0 || find_decreasing_branch(scaled(0.0)))
+    return in_words(in_use, " is not the cause, but the curves' width at that place");
+  const HysteresisParameters good = scaled(last_good(scaled, 0.0, 1.0));
+  return in_words(in_use, " is too large together with ", name_of_k(opposite(direction)), ", ",
+                  good.k_ascending, " ascending and ", good.k_descending, " descending will do");
 }
 
 }  // namespace
@@ -268,10 +266,11 @@ std::optional<DecreasingBranch> find_decreasing_branch(const HysteresisParameter
 
 std::optional<Interval> allowed_k(const HysteresisParameters& parameters, Direction direction) {
   const double span = parameters.ascending.domain().span();
-  const double k = direction == Direction::ascending ? parameters.k_ascending : parameters.k_descending;
-  double inside = k;
-  if (find_decreasing_branch(parameters)) inside = 0.0;
-  if (find_decreasing_branch(with_k(parameters, direction, inside))) return std::nullopt;
+  double inside = parameters.k(direction);
+  if (find_decreasing_branch(parameters)) {
+    inside = 0.0;
+    if (find_decreasing_branch(with_k(parameters, direction, inside))) return std::nullopt;
+  }
   const auto with = [&](double other) { return with_k(parameters, direction, other); };
   return Interval{last_good(with, inside, lowest_k_span / span),
                   last_good(with, inside, highest_k_span / span)};
@@ -281,19 +280,14 @@ void check_branches(const HysteresisParameters& parameters) {
   const auto found = find_decreasing_branch(parameters);
   if (!found) return;
   const Units units(parameters);
-  std::ostringstream where;
-  where.precision(6);
-  if (found->wrong.lo == found->wrong.hi)
-    where << "at " << found->wrong.lo;
-  else
-    where << "between " << found->wrong.lo << " and " << found->wrong.hi;
-  std::ostringstream text;
-  text.precision(6);
-  text << (found->direction == Direction::ascending ? "ascending" : "descending") << " branch from "
-       << found->start << " towards " << found->target << " " << units.input << " goes the wrong way "
-       << where.str() << " " << units.input << " (slope " << found->slope << " " << units.slope
-       << "), expected an increasing branch: " << remedy(parameters, found->direction);
-  throw BranchError(found->direction, text.str());
+  const auto& [lo, hi] = found->wrong;
+  const std::string where = lo == hi ? in_words("at ", lo) : in_words("between ", lo, " and ", hi);
+  throw BranchError(
+      found->direction,
+      in_words(found->direction == Direction::ascending ? "ascending" : "descending", " branch from ",
+               found->start, " towards ", found->target, " ", units.input, " goes the wrong way ", where, " ",
+               units.input, " (slope ", found->slope, " ", units.slope,
+               "), expected an increasing branch: ", remedy(parameters, found->direction)));
 }
 
 }  // namespace hystcan::model

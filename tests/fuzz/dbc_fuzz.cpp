@@ -1,21 +1,18 @@
 // Any bytes: parse_dbc either refuses them with a place, or gives a database whose every signal can be used.
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "can/codec.h"
 #include "can/dbc.h"
+#include "tests/fuzz/demand.h"
 
 namespace {
 
 using namespace hystcan::can;
-
-void demand(bool claim) {
-  if (!claim) std::abort();
-}
+using hystcan::fuzz::demand;
 
 void use(const Signal& signal, std::size_t message_bytes) {
   const SignalCodec codec(signal);

@@ -5,19 +5,15 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
 #include <string_view>
 
 #include "config/config.h"
+#include "tests/fuzz/demand.h"
 
 namespace hystcan::fuzz {
-
-inline void demand(bool claim) {
-  if (!claim) std::abort();
-}
 
 /// The bytes as a file of their own, removed again.
 class File {
