@@ -16,14 +16,25 @@ std::string_view trim(std::string_view text) {
   return text.substr(first, text.find_last_not_of(" \t") - first + 1);
 }
 
-void split(std::string_view line, std::vector<std::string_view>& fields) {
+void split(std::string_view line, char separator, std::vector<std::string_view>& fields) {
   fields.clear();
   while (true) {
-    const auto comma = line.find(',');
-    fields.push_back(trim(line.substr(0, comma)));
-    if (comma == std::string_view::npos) return;
-    line.remove_prefix(comma + 1);
+    const auto end = line.find(separator);
+    fields.push_back(trim(line.substr(0, end)));
+    if (end == std::string_view::npos) return;
+    line.remove_prefix(end + 1);
   }
+}
+
+// "# NAME = TEXT", quotes around TEXT allowed.
+std::string_view named_in_comment(std::string_view line, std::string_view name) {
+  line = trim(line.substr(std::min(line.size(), line.find('#') + 1)));
+  if (!line.starts_with(name)) return {};
+  line = trim(line.substr(name.size()));
+  if (!line.starts_with('=')) return {};
+  line = trim(line.substr(1));
+  if (line.size() >= 2 && line.front() == '"' && line.back() == '"') line = line.substr(1, line.size() - 2);
+  return line;
 }
 
 }  // namespace
@@ -33,6 +44,12 @@ CsvReader::CsvReader(std::filesystem::path file, std::vector<std::string> column
   if (!stream_ || std::filesystem::is_directory(file_))
     throw Error(fmt::format("{}: cannot be read, expected a CSV file", file_.string()));
   if (!next_line()) fail(0, "no header row, expected column names");
+  for (const char separator : {';', '\t'}) {
+    if (line_.find(',') != std::string::npos || line_.find(separator) == std::string::npos) continue;
+    separator_ = separator;
+    split(line_, separator_, fields_);
+    break;
+  }
   header_.assign(fields_.begin(), fields_.end());
   for (std::size_t i = 0; i < header_.size(); ++i)
     if (look_up(header_[i]) != i)
@@ -58,11 +75,21 @@ bool CsvReader::also(const std::string& column) {
   return true;
 }
 
+std::string CsvReader::comment(std::string_view name) const {
+  for (const std::string& line : comments_)
+    if (const std::string_view text = named_in_comment(line, name); !text.empty()) return std::string(text);
+  return {};
+}
+
 bool CsvReader::next(std::vector<double>& row) {
   if (!next_line()) return false;
-  if (fields_.size() != header_.size())
-    fail(0,
-         fmt::format("the row has {} fields, expected {} as in the header", fields_.size(), header_.size()));
+  if (fields_.size() != header_.size()) {
+    const bool cut = ends_in_mid_line() && fields_.size() < header_.size();
+    const bool commas = separator_ == ',' && fields_.size() == 2 * header_.size();
+    fail(0, fmt::format("the row has {} fields{}, expected {} as in the header{}", fields_.size(),
+                        cut ? " and then the file ends" : "", header_.size(),
+                        commas ? ": decimal commas are read where semicolons stand between the fields" : ""));
+  }
   row.resize(wanted_.size());
   for (std::size_t i = 0; i < wanted_.size(); ++i) row[i] = number(where_[i], wanted_[i]);
   return true;
@@ -75,8 +102,9 @@ bool CsvReader::next_line() {
     bytes_read_ += line_.size() + 1;
     if (line_.ends_with('\r')) line_.pop_back();
     if (line_number_ == 1 && line_.starts_with("\xEF\xBB\xBF")) line_.replace(0, 3, "   ");  // Excel's mark
+    if (trim(line_).starts_with('#') && header_.empty()) comments_.push_back(line_);
     if (trim(line_).empty() || trim(line_).starts_with('#')) continue;
-    split(line_, fields_);
+    split(line_, separator_, fields_);
     return true;
   }
   if (stream_.bad()) throw Error(fmt::format("{}:{}: cannot be read further", file_.string(), line_number_));
@@ -87,10 +115,18 @@ double CsvReader::number(std::size_t column, const std::string& name) const {
   const std::string_view text = fields_[column];
   const auto start = static_cast<std::size_t>(text.data() - line_.data());
   if (text.empty()) fail(start, fmt::format("{} is empty, expected a number", name));
+  std::string with_point;
+  std::string_view digits = text;
+  if (separator_ != ',' && text.find(',') != std::string_view::npos) {
+    with_point = text;
+    std::ranges::replace(with_point, ',', '.');
+    digits = with_point;
+  }
+  if (digits.size() > 1 && digits[0] == '+' && digits[1] != '-') digits.remove_prefix(1);
   double value = 0.0;
-  const char* digits = text.data() + (text.size() > 1 && text[0] == '+' && text[1] != '-' ? 1 : 0);
-  const auto [end, error] = std::from_chars(digits, text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
+  const char* last = digits.data() + digits.size();
+  const auto [end, error] = std::from_chars(digits.data(), last, value);
+  if (error != std::errc() || end != last || !std::isfinite(value))
     fail(start, fmt::format("{} is \"{}\", expected a finite number", name, text));
   return value;
 }

@@ -1,5 +1,6 @@
 // Measured or commanded records as CSV: a header row, commas, `#` lines ignored; read row by row in constant
-// memory.
+// memory. Where the header has semicolons or tabs and no comma, these separate the fields, and a decimal
+// comma is read as a point.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +28,14 @@ class CsvReader {
   /// number.
   bool next(std::vector<double>& row);
 
+  /// What a line `# NAME = TEXT` before the header says; empty where there is none.
+  std::string comment(std::string_view name) const;
+
+  /// The line read last was the file's last, and no line end follows: it may have been cut.
+  bool ends_in_mid_line() const { return stream_.eof(); }
+
   std::uint64_t bytes_read() const { return bytes_read_; }
+  std::size_t line_number() const { return line_number_; }
 
  private:
   bool next_line();
@@ -40,6 +48,8 @@ class CsvReader {
   std::vector<std::string> wanted_;
   std::vector<std::size_t> where_;  ///< index in the file of each wanted column
   std::vector<std::string> header_;
+  std::vector<std::string> comments_;  ///< before the header
+  char separator_ = ',';
   std::string line_;
   std::vector<std::string_view> fields_;
   std::size_t line_number_ = 0;

@@ -50,6 +50,33 @@ TEST_F(Csv, AcceptsWhatSpreadsheetsWrite) {
   EXPECT_EQ(refusal("input\n+-1\n"), ":2:1: input is \"+-1\", expected a finite number");
 }
 
+TEST_F(Csv, ReadsDecimalCommasBetweenSemicolonsOrTabs) {
+  EXPECT_EQ(all("time_s;input\r\n0,5;1,25\r\n1;-2\r\n"), (std::vector<double>{1.25, -2.0}));
+  EXPECT_EQ(all("time_s\tinput\n0.5\t1,25e-3\n"), (std::vector<double>{1.25e-3}));
+  EXPECT_EQ(refusal("time_s,input\n0,5,1,25\n"),
+            ":2:1: the row has 4 fields, expected 2 as in the header: decimal commas are read where semicolons "
+            "stand between the fields");
+  EXPECT_EQ(refusal("input;x\n1,2,3;0\n"), ":2:1: input is \"1,2,3\", expected a finite number");
+}
+
+TEST_F(Csv, TellsWhatACommentBeforeTheHeaderNames) {
+  const CsvReader csv = reader("# input_unit = \"V\"\n#output_unit=um\ninput\n# input_unit = A\n1\n");
+  EXPECT_EQ(csv.comment("input_unit"), "V");
+  EXPECT_EQ(csv.comment("output_unit"), "um");
+  EXPECT_EQ(csv.comment("licence"), "");
+}
+
+TEST_F(Csv, TellsThatTheFileEndsInMidLine) {
+  EXPECT_EQ(refusal("time_s,input\n0,1\n1"),
+            ":3:1: the row has 1 fields and then the file ends, expected 2 as in the header");
+  CsvReader csv = reader("input\n1\n2.71");
+  std::vector<double> row;
+  ASSERT_TRUE(csv.next(row));
+  EXPECT_FALSE(csv.ends_in_mid_line());
+  ASSERT_TRUE(csv.next(row));
+  EXPECT_TRUE(csv.ends_in_mid_line());
+}
+
 TEST_F(Csv, RefusesAColumnThatIsThereTwice) {
   EXPECT_EQ(refusal("input,output,input\n1,2,3\n"),
             ":1:14: column input is there twice, expected each name once");
