@@ -7,6 +7,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace hystcan::model {
@@ -141,29 +142,35 @@ class Scan {
                  span;
   }
 
-  /// The first branch found that goes the wrong way.
-  std::optional<DecreasingBranch> run() const {
+  /// Calls `found` with branches that go the wrong way until it says to stop: from the threshold, falling
+  /// from each grid point, and of those rising again from each grid point the one farthest beyond its limit.
+  template <class Found>
+  void run(Found found) const {
     const double gap = fall_.value[0] - rise_.value[0];
     const double first = gap / rise_.phi[steps];
-    if (const auto found = look_along(true, 0, steps, first)) return found;
+    if (const auto branch = look_along(true, 0, steps, first); branch && found(*branch)) return;
     std::vector<double> outer(steps + 1), falling(steps + 1, 0.0), distance(steps + 1, 0.0);
     for (std::size_t i = 0; i <= steps; ++i) outer[i] = rise_.value[i] + gap - first * rise_.phi[i];
     for (std::size_t u = 1; u <= steps; ++u) {
       distance[u] = fall_.value[u] - outer[u];
       falling[u] = distance[u] / fall_.phi[u];
-      if (const auto found = look_along(false, u, 0, falling[u])) return found;
+      if (const auto branch = look_along(false, u, 0, falling[u]); branch && found(*branch)) return;
     }
     for (std::size_t l = 1; l < steps; ++l) {
-      double limit = room(l, 0);
+      double limit = room(l, 0), farthest = 0.0, steepest = 0.0;
+      std::size_t target = 0;
       for (std::size_t u = l + 1; u <= steps; ++u) {
         limit = std::min(limit, room(u, u - l));
         const double output = fall_.value[l] - distance[u] + falling[u] * fall_.phi[u - l];
         const double coefficient = first * rise_.decay[l] + (output - outer[l]) / rise_.phi[u - l];
-        if (coefficient <= limit) continue;
-        if (const auto found = look_along(true, l, u, coefficient)) return found;
+        if (coefficient - limit <= farthest) continue;
+        farthest = coefficient - limit;
+        steepest = coefficient;
+        target = u;
       }
+      if (target == 0) continue;
+      if (const auto branch = look_along(true, l, target, steepest); branch && found(*branch)) return;
     }
-    return std::nullopt;
   }
 
  private:
@@ -186,21 +193,21 @@ class Scan {
     const Grid& grid = rising ? rise_ : fall_;
     const std::size_t length = rising ? to - from : from - to;
     double lowest = 0.0;
-    std::size_t first = 0, last = 0;
+    std::size_t first = 0, last = 0, lowest_at = 0;
     for (std::size_t j = 0; j <= length; ++j) {
       const double slope = grid.slope[rising ? from + j : from - j] - coefficient * grid.decay[j];
       if (slope >= -tolerance_) continue;
       if (lowest == 0.0) first = j;
       last = j;
+      if (slope < lowest) lowest_at = j;
       lowest = std::min(lowest, slope);
     }
     if (lowest == 0.0) return std::nullopt;
     const auto place = [&](std::size_t j) { return input(rising ? from + j : from - j); };
-    return DecreasingBranch{truly(rising),
-                            input(from),
-                            input(to),
-                            {std::min(place(first), place(last)), std::max(place(first), place(last))},
-                            lowest};
+    return DecreasingBranch{
+        truly(rising), input(from),
+        input(to),     {std::min(place(first), place(last)), std::max(place(first), place(last))},
+        lowest,        place(lowest_at)};
   }
 
   const HysteresisParameters& p_;
@@ -260,8 +267,33 @@ void check_curves(const HysteresisParameters& parameters) {
 }
 
 std::optional<DecreasingBranch> find_decreasing_branch(const HysteresisParameters& parameters) {
-  if (const auto found = Scan(parameters, Direction::ascending).run()) return found;
-  return Scan(parameters, Direction::descending).run();
+  std::optional<DecreasingBranch> found;
+  const auto take = [&](const DecreasingBranch& branch) {
+    found = branch;
+    return true;
+  };
+  Scan(parameters, Direction::ascending).run(take);
+  if (!found) Scan(parameters, Direction::descending).run(take);
+  return found;
+}
+
+std::vector<DecreasingBranch> find_decreasing_branches(const HysteresisParameters& parameters) {
+  constexpr double blocks = 10.0;
+  std::vector<DecreasingBranch> worst;
+  const Interval& range = parameters.input_range();
+  const auto block = [&](const DecreasingBranch& branch) {
+    return std::pair(branch.direction, std::floor(blocks * (branch.start - range.lo) / range.span()));
+  };
+  const auto gather = [&](const DecreasingBranch& branch) {
+    if (worst.empty() || block(worst.back()) != block(branch))
+      worst.push_back(branch);
+    else if (branch.slope < worst.back().slope)
+      worst.back() = branch;
+    return false;
+  };
+  Scan(parameters, Direction::ascending).run(gather);
+  Scan(parameters, Direction::descending).run(gather);
+  return worst;
 }
 
 std::optional<Interval> allowed_k(const HysteresisParameters& parameters, Direction direction) {

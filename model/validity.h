@@ -17,6 +17,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "model/hysteresis_parameters.h"
 
@@ -33,10 +34,14 @@ struct DecreasingBranch {
   double target = 0.0;  ///< input of its target
   Interval wrong;       ///< inputs where it goes the wrong way
   double slope = 0.0;   ///< the lowest found there, output units per input unit
+  double input = 0.0;   ///< where that is
 };
 
 /// The first scanned branch that is not increasing. The curves have been checked.
 std::optional<DecreasingBranch> find_decreasing_branch(const HysteresisParameters& parameters);
+
+/// The worst of them in every tenth of the range and direction: some forty at most.
+std::vector<DecreasingBranch> find_decreasing_branches(const HysteresisParameters& parameters);
 
 /// A branch that is not increasing: what() names it, the interval, and what k would do.
 class BranchError : public std::invalid_argument {

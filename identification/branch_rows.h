@@ -1,0 +1,61 @@
+// Outputs and slopes along a path as rows of theta, the unknown reference curves; k being given.
+//
+// theta = (a_0 ... a_n, q_1 ... q_n), with s = (2 v - v_lo - v_hi) / (v_hi - v_lo):
+//
+//   f_0^A(v) = sum a_i T_i(s),     f_0^D(v) = f_0^A(v) + sum q_i (1 - T_i(s))
+//
+// so that the curves meet at the upper threshold whatever theta. On each branch of a path
+//
+//   x = f_0(v) + c - S phi(|v - v_s|)
+//
+// with c and S linear in theta (model/hysteresis.h): two rows for each branch, made at its reversal.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "identification/path.h"
+#include "model/hysteresis_parameters.h"
+
+namespace hystcan::identification {
+
+/// k of both directions, 1 / input unit.
+struct Pace {
+  double k_ascending = 0.0;
+  double k_descending = 0.0;
+
+  double k(model::Direction direction) const {
+    return direction == model::Direction::ascending ? k_ascending : k_descending;
+  }
+};
+
+class BranchRows {
+ public:
+  BranchRows(const Path& path, model::Interval thresholds, Eigen::Index order, const Pace& pace);
+
+  auto offset(std::size_t branch) const { return offset_.col(static_cast<Eigen::Index>(branch)); }  // c
+  auto convergence(std::size_t branch) const {
+    return convergence_.col(static_cast<Eigen::Index>(branch));
+  }  // S
+  /// dx/dv at `input` of a branch of that path.
+  Eigen::VectorXd slope(const PathBranch& shape, std::size_t branch, double input) const;
+
+ private:
+  model::Interval thresholds_;
+  Eigen::Index order_;
+  Pace pace_;
+  Eigen::MatrixXd offset_, convergence_;  // a column for each branch
+};
+
+/// T_0 ... T_n at `input`.
+void chebyshev_row(model::Interval thresholds, double input, Eigen::Ref<Eigen::VectorXd> row);
+/// T_0' ... T_n', by the input.
+void chebyshev_slope_row(model::Interval thresholds, double input, Eigen::Ref<Eigen::VectorXd> row);
+
+/// A reference curve as a row of theta, from the row of its T or its T'. `one`: 1, and 0 for slopes.
+Eigen::VectorXd curve_row(model::Direction direction, const Eigen::VectorXd& basis, double one);
+
+/// The two curves of theta.
+model::HysteresisParameters parameters_of(const Eigen::VectorXd& theta, model::Interval thresholds,
+                                          const Pace& pace);
+
+}  // namespace hystcan::identification

@@ -1,0 +1,228 @@
+#include "identification/characterisation.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "identification/branch_rows.h"
+#include "identification/excerpt.h"
+#include "identification/path.h"
+#include "identification/prediction.h"
+#include "model/refusal.h"
+
+namespace hystcan::identification {
+namespace {
+
+using model::refuse;
+
+model::Interval range_of(const std::vector<double>& values) {
+  const auto [low, high] = std::ranges::minmax_element(values);
+  return {*low, *high};
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+// White noise of standard deviation s has second differences of s sqrt(6); 0.6745: median |x| of a normal x.
+double noise_of(const std::vector<double>& output) {
+  std::vector<double> bends;
+  for (std::size_t i = 2; i < output.size(); ++i)
+    bends.push_back(std::abs(output[i] - 2.0 * output[i - 1] + output[i - 2]));
+  return bends.empty() ? 0.0 : median(std::move(bends)) / 0.6745 / std::sqrt(6.0);
+}
+
+struct HalfCycle {
+  std::size_t begin = 0, end = 0;  // samples
+  double from = 0.0, to = 0.0;     // input
+};
+
+std::vector<HalfCycle> half_cycles(const Record& record, double swing) {
+  std::vector<HalfCycle> halves;
+  std::size_t begin = 0, i = 0;
+  for (const TurningPoint& point : turning_points(record, swing)) {
+    while (i < record.size() && record.time_s[i] < point.time_s) ++i;
+    halves.push_back({begin, i + 1, record.input[begin], record.input[i]});
+    begin = i;
+  }
+  halves.push_back({begin, record.size(), record.input[begin], record.input.back()});
+  return halves;
+}
+
+// Output at `input` within one half cycle, interpolated; none where it does not get there.
+std::optional<double> output_at(const Record& record, const HalfCycle& half, double input) {
+  const double way = half.to > half.from ? 1.0 : -1.0;
+  const auto first = record.input.begin() + static_cast<std::ptrdiff_t>(half.begin);
+  const auto last = record.input.begin() + static_cast<std::ptrdiff_t>(half.end);
+  const auto beyond = std::find_if(first, last, [&](double v) { return way * (v - input) >= 0.0; });
+  if (beyond == last || beyond == first) return std::nullopt;
+  const auto i = static_cast<std::size_t>(beyond - record.input.begin());
+  const double step = record.input[i] - record.input[i - 1];
+  return record.output[i - 1] +
+         (record.output[i] - record.output[i - 1]) * (input - record.input[i - 1]) / step;
+}
+
+// A half cycle against the latest one before between the same ends, whose own predecessor was the same, too.
+std::optional<double> repeatability_of(const Record& record, const std::vector<HalfCycle>& halves,
+                                       double near) {
+  double square = 0.0, count = 0.0;
+  const auto alike = [&](const HalfCycle& a, const HalfCycle& b) {
+    return std::abs(a.from - b.from) < near && std::abs(a.to - b.to) < near;
+  };
+  for (std::size_t j = 3; j + 1 < halves.size(); ++j) {
+    const HalfCycle &now = halves[j], &before = halves[j - 2];
+    if (!alike(now, before) || !alike(halves[j - 1], halves[j - 3])) continue;
+    for (int i = 1; i < 20; ++i) {
+      const double input = now.from + (now.to - now.from) * i / 20.0;
+      const auto a = output_at(record, now, input), b = output_at(record, before, input);
+      if (!a || !b) continue;
+      square += (*a - *b) * (*a - *b);
+      count += 1.0;
+    }
+  }
+  if (count < 10.0) return std::nullopt;
+  return std::sqrt(square / count);
+}
+
+double rate_spread_of(const Record& record, const std::vector<HalfCycle>& halves, double least) {
+  std::vector<double> speeds;
+  for (const HalfCycle& half : halves)
+    if (std::abs(half.to - half.from) > least && half.end > half.begin + 1)
+      speeds.push_back(std::abs(half.to - half.from) /
+                       (record.time_s[half.end - 1] - record.time_s[half.begin]));
+  if (speeds.size() < 2) return 1.0;
+  const auto [slow, fast] = std::ranges::minmax_element(speeds);
+  return *fast / *slow;
+}
+
+double slope_of(const std::vector<double>& x, const std::vector<double>& y) {
+  const double count = static_cast<double>(x.size());
+  const double mean_x = std::reduce(x.begin(), x.end()) / count,
+               mean_y = std::reduce(y.begin(), y.end()) / count;
+  double xy = 0.0, xx = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    xy += (x[i] - mean_x) * (y[i] - mean_y);
+    xx += (x[i] - mean_x) * (x[i] - mean_x);
+  }
+  return xx > 0.0 ? xy / xx : 0.0;
+}
+
+// Mean of the output on rising minus on falling samples, each against the mean curve: negative where the
+// output lags.
+double lead(const Record& record) {
+  const model::Interval range = range_of(record.input);
+  constexpr std::size_t bins = 40;
+  struct Sums {
+    double up = 0.0, ups = 0.0, down = 0.0, downs = 0.0;
+  };
+  std::vector<Sums> sums(bins);
+  for (std::size_t i = 1; i < record.size(); ++i) {
+    const double t = (record.input[i] - range.lo) / range.span();
+    Sums& bin = sums[std::min(bins - 1, static_cast<std::size_t>(t * bins))];
+    if (record.input[i] > record.input[i - 1]) {
+      bin.up += record.output[i];
+      bin.ups += 1.0;
+    } else if (record.input[i] < record.input[i - 1]) {
+      bin.down += record.output[i];
+      bin.downs += 1.0;
+    }
+  }
+  double lead = 0.0, count = 0.0;
+  for (const Sums& bin : sums)
+    if (bin.ups > 0.0 && bin.downs > 0.0) {
+      lead += bin.up / bin.ups - bin.down / bin.downs;
+      count += 1.0;
+    }
+  return count > 0.0 ? lead / count : 0.0;
+}
+
+}  // namespace
+
+Characterisation characterise(const Record& record, model::Interval observed) {
+  Characterisation is;
+  is.samples = record.size();
+  is.duration_s = record.time_s.back() - record.time_s.front();
+  is.sample_time_s = is.duration_s / static_cast<double>(record.size() - 1);
+  for (std::size_t i = 1; i < record.size(); ++i)
+    if (std::abs(record.time_s[i] - record.time_s[i - 1] - is.sample_time_s) > 0.01 * is.sample_time_s)
+      is.uniform = false;
+  const auto halves = half_cycles(record, 0.02 * observed.span());
+  is.cycles = (halves.size() + 1) / 2;
+  is.noise = noise_of(record.output);
+  is.repeatability = repeatability_of(record, halves, 0.005 * observed.span());
+  is.rate_spread = rate_spread_of(record, halves, 0.1 * observed.span());
+  const Path path = trace(observed, model::Origin::lower_threshold, {}, record.input);
+  std::size_t minor = 0;
+  for (const Run& run : path.runs)
+    if (path.branches[run.branch].parent != PathBranch::none) minor += run.end - run.begin;
+  is.minor_fraction = static_cast<double>(minor) / static_cast<double>(record.size());
+  return is;
+}
+
+Trends trends(const Record& record, const std::vector<double>& residual) {
+  Trends found;
+  const double duration = record.time_s.back() - record.time_s.front();
+  found.drift = slope_of(record.time_s, residual) * duration;
+  constexpr std::size_t blocks = 8;  // what the slope would be without each eighth of the record
+  if (record.size() >= 10 * blocks) {
+    std::vector<double> slopes;
+    for (std::size_t b = 0; b < blocks; ++b) {
+      std::vector<double> t, r;
+      for (std::size_t i = 0; i < record.size(); ++i)
+        if (i * blocks / record.size() != b) {
+          t.push_back(record.time_s[i]);
+          r.push_back(residual[i]);
+        }
+      slopes.push_back(slope_of(t, r) * duration);
+    }
+    const double mean = std::reduce(slopes.begin(), slopes.end()) / blocks;
+    for (const double slope : slopes) found.drift_error += (slope - mean) * (slope - mean);
+    found.drift_error = std::sqrt(found.drift_error * (blocks - 1.0) / blocks);  // the jackknife's
+  }
+  std::vector<double> rate(record.size(), 0.0);
+  for (std::size_t i = 1; i < record.size(); ++i)
+    rate[i] = (record.input[i] - record.input[i - 1]) / (record.time_s[i] - record.time_s[i - 1]);
+  found.rate = slope_of(rate, residual) * span_of(rate);
+  return found;
+}
+
+model::Symmetry symmetry_of(const Record& record) {
+  const model::Interval range = range_of(record.input);
+  if (!(range.lo < 0.0 && range.hi > 0.0) || std::abs(range.lo + range.hi) > 0.2 * range.span())
+    return model::Symmetry::none;
+  constexpr Eigen::Index order = 9;
+  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(order + 1, order + 1);
+  Eigen::VectorXd g = Eigen::VectorXd::Zero(order + 1), T(order + 1);
+  const double reach = std::max(-range.lo, range.hi);
+  for (std::size_t i = 0; i < record.size(); ++i) {
+    chebyshev_row({-reach, reach}, record.input[i], T);
+    H += T * T.transpose();
+    g += T * record.output[i];
+  }
+  const Eigen::VectorXd c = H.ldlt().solve(g);
+  double even = 0.0, odd = 0.0;
+  for (Eigen::Index i = 1; i <= order; ++i) (i % 2 == 0 ? even : odd) += c[i] * c[i];
+  return odd < 0.01 * even ? model::Symmetry::even : model::Symmetry::none;
+}
+
+void refuse_hopeless(const Record& record, model::Symmetry symmetry) {
+  if (record.size() < least_samples) refuse(record.size(), " samples, expected at least ", least_samples);
+  const Record seen = symmetry == model::Symmetry::even ? folded(record) : record;
+  const model::Interval inputs = range_of(seen.input), outputs = range_of(seen.output);
+  const auto constant = [](model::Interval range) {
+    return range.span() <= 1e-12 * std::max(std::abs(range.lo), std::abs(range.hi));
+  };
+  if (constant(inputs)) refuse("the input is constant at ", inputs.lo, ", expected one that moves");
+  if (constant(outputs))
+    refuse("the output is constant at ", outputs.lo, ", expected one that follows the input");
+  if (slope_of(seen.input, seen.output) < 0.0)
+    refuse("the output falls where the input rises, expected it to rise: give its negative");
+  if (lead(seen) > 0.02 * outputs.span())
+    refuse("the output leads the input: its loops run clockwise, ", lead(seen),
+           " wide in the mean; expected it to lag: are input and output interchanged?");
+}
+
+}  // namespace hystcan::identification

@@ -1,0 +1,67 @@
+#include "identification/excerpt.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hystcan::identification {
+
+std::vector<TurningPoint> turning_points(const Record& record, double least_swing) {
+  std::vector<TurningPoint> points;
+  if (record.size() == 0) return points;
+  std::size_t low = 0, high = 0;  // extremes since the last turning point
+  int way = 0;
+  for (std::size_t i = 1; i < record.size(); ++i) {
+    const double v = record.input[i];
+    if (v < record.input[low]) low = i;
+    if (v > record.input[high]) high = i;
+    if (way <= 0 && v - record.input[low] > least_swing) {
+      if (way < 0) points.push_back({record.time_s[low], record.input[low]});
+      way = 1;
+      high = low = i;
+    } else if (way >= 0 && record.input[high] - v > least_swing) {
+      if (way > 0) points.push_back({record.time_s[high], record.input[high]});
+      way = -1;
+      high = low = i;
+    }
+  }
+  return points;
+}
+
+Record folded(const Record& record) {
+  Record folded = record;
+  for (double& v : folded.input) v = std::abs(v);
+  return folded;
+}
+
+Excerpt::Excerpt(const Record& record, std::vector<int> fold, std::size_t samples, double least_swing)
+    : time_s_(record.time_s),
+      input_(record.input),
+      output_(record.output),
+      fold_(std::move(fold)),
+      stride_(std::max<std::size_t>(1, (record.size() + samples - 1) / samples)),
+      turning_points_(turning_points(record, least_swing)) {
+  if (fold_.empty()) fold_.assign(record.size(), 0);
+}
+
+Excerpt::Sequence Excerpt::delayed_by(double delay_s) const {
+  Sequence sequence;
+  std::size_t next = 0, before = 0;
+  for (std::size_t i = 0; i < input_.size(); i += stride_) {
+    const double t = time_s_[i] - delay_s;
+    for (; next < turning_points_.size() && turning_points_[next].time_s < t; ++next) {
+      sequence.input.push_back(turning_points_[next].input);
+      sequence.output.push_back(0.0);
+      sequence.fold.push_back(Regression::left_out);
+    }
+    while (before + 1 < input_.size() && time_s_[before + 1] <= t) ++before;
+    double v = input_[before];
+    if (t > time_s_[before] && before + 1 < input_.size())
+      v += (input_[before + 1] - v) * (t - time_s_[before]) / (time_s_[before + 1] - time_s_[before]);
+    sequence.input.push_back(v);
+    sequence.output.push_back(output_[i]);
+    sequence.fold.push_back(fold_[i]);
+  }
+  return sequence;
+}
+
+}  // namespace hystcan::identification

@@ -1,0 +1,245 @@
+#include "identification/identify.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "identification/excerpt.h"
+#include "model/refusal.h"
+
+namespace hystcan::identification {
+namespace {
+
+using model::refuse;
+
+constexpr double unexplained = 0.5;                // of the output's standard deviation: no model at all
+constexpr std::size_t most_turning_points = 2000;  // that the search follows; smaller swings are noise
+
+model::Interval span_over(const std::vector<Record>& records, const std::vector<double> Record::*column) {
+  model::Interval range{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  for (const Record& record : records) {
+    const auto [low, high] = std::ranges::minmax_element(record.*column);
+    range.lo = std::min(range.lo, *low);
+    range.hi = std::max(range.hi, *high);
+  }
+  return range;
+}
+
+std::size_t samples_of(const std::vector<Record>& records) {
+  std::size_t samples = 0;
+  for (const Record& record : records) samples += record.size();
+  return samples;
+}
+
+double deviation(const std::vector<Record>& records) {
+  double sum = 0.0, square = 0.0;
+  for (const Record& record : records)
+    for (const double x : record.output) sum += x;
+  const auto count = static_cast<double>(samples_of(records));
+  for (const Record& record : records)
+    for (const double x : record.output) square += (x - sum / count) * (x - sum / count);
+  return std::sqrt(square / count);
+}
+
+// Swings that are smaller are left to the samples that are kept.
+double least_swing(const Record& record, double span) {
+  double swing = 1e-5 * span;
+  while (turning_points(record, swing).size() > most_turning_points) swing *= 2.0;
+  return swing;
+}
+
+// A butterfly that never comes to zero is folded there all the same.
+model::Interval thresholds_observed(const std::vector<Record>& records, model::Symmetry symmetry) {
+  model::Interval range = span_over(records, &Record::input);
+  if (symmetry == model::Symmetry::even) range.lo = 0.0;
+  return range;
+}
+
+Problem whole(const Problem& excerpt, const std::vector<Record>& records) {
+  Problem problem = excerpt;
+  problem.folds = 1;
+  problem.excerpts.clear();
+  for (const Record& record : records)
+    problem.excerpts.emplace_back(record, std::vector<int>{}, record.size(), 0.0);
+  return problem;
+}
+
+// With all samples the best curves may be a hair's breadth from valid: k is lowered until they are.
+Fitted fit_to_all(SeparableFit& fit, Trial& trial) {
+  Fitted fitted = fit.fit(trial);
+  for (double factor = 1.0; !fitted.valid && factor > 0.01; factor *= 0.95) {
+    trial.k_span_ascending *= 0.95;
+    trial.k_span_descending *= 0.95;
+    fitted = fit.fit(trial);
+  }
+  return fitted;
+}
+
+class Identification {
+ public:
+  Identification(const std::vector<Record>& records, const IdentifyOptions& options) : options_(options) {
+    if (records.empty()) refuse("no record, expected at least one");
+    symmetry_ = options.symmetry.value_or(symmetry_of(records.front()));
+    for (const Record& record : records) {
+      refuse_hopeless(record, symmetry_);
+      records_.push_back(symmetry_ == model::Symmetry::even ? folded(record) : record);
+    }
+  }
+
+  Identified run() {
+    set_up();
+    result_.search = search(problem_, first_inputs(), search_options());
+    if (result_.search.rms > unexplained * deviation(records_))
+      refuse("the best model misses the output by ", result_.search.rms, " RMS of ", deviation(records_),
+             ", its own standard deviation: it does not follow the input");
+    fit_all();
+    result_.pace_ascending = pace_range(&Trial::k_span_ascending);
+    result_.pace_descending = pace_range(&Trial::k_span_descending);
+    result_.stopped = !options_.go_on();
+    return result_;
+  }
+
+ private:
+  void set_up() {
+    problem_.symmetry = symmetry_;
+    problem_.observed = thresholds_observed(records_, symmetry_);
+    problem_.output_span = span_over(records_, &Record::output).span();
+    result_.folds = deal_into_folds(records_, problem_.observed);
+    problem_.folds = result_.folds.count;
+    const std::size_t samples = samples_of(records_);
+    for (std::size_t i = 0; i < records_.size(); ++i) {
+      const Record& record = records_[i];
+      const std::size_t share = std::max<std::size_t>(50, options_.search_samples * record.size() / samples);
+      problem_.excerpts.emplace_back(record, result_.folds.of[i], share,
+                                     least_swing(record, problem_.observed.span()));
+      result_.records.push_back(characterise(record, problem_.observed));
+    }
+    result_.observed = problem_.observed;
+    result_.output_span = problem_.output_span;
+  }
+
+  std::vector<double> first_inputs() const {
+    std::vector<double> first;
+    for (const Record& record : records_) first.push_back(record.input.front());
+    return first;
+  }
+
+  SearchOptions search_options() const {
+    const auto samples = static_cast<int>(std::min<std::size_t>(samples_of(records_), 10000));
+    SearchOptions search;
+    search.highest_order = std::clamp((samples / 3 - 3) / 2, 1, highest_order);
+    if (options_.order && *options_.order > search.highest_order)
+      refuse("order ", *options_.order, " from ", samples, " samples, expected at most ",
+             search.highest_order);
+    search.order = options_.order;
+    search.observed_thresholds = options_.observed_thresholds;
+    search.go_on = options_.go_on;
+    // A delay can be told from a loop's width only where a half cycle has samples enough.
+    const Characterisation& first = result_.records.front();
+    if (static_cast<double>(first.samples) > 100.0 * static_cast<double>(first.cycles))
+      search.sample_time_s = first.sample_time_s;
+    return search;
+  }
+
+  void fit_all() {
+    const Problem all = whole(problem_, records_);
+    SeparableFit fit(all, result_.search.order);
+    Trial& trial = result_.search.trial;
+    const Fitted fitted = fit_to_all(fit, trial);
+    result_.parameters = fitted.parameters;
+    result_.parameters.input_unit = records_.front().input_unit;
+    result_.parameters.output_unit = records_.front().output_unit;
+    if (!fitted.valid)
+      refuse(
+          "no model with an inverse fits: its branches do not all increase whatever k; is the record one of "
+          "hysteresis?");
+    result_.delay_s = trial.delay_s;
+    result_.memories = trial.memories;
+    result_.held_out_rms = result_.search.held_out;
+    const model::Hysteresis model(result_.parameters);
+    double square = 0.0;
+    for (std::size_t i = 0; i < records_.size(); ++i) {
+      const auto predicted = predict(model, records_[i], result_.delay_s, result_.memories[i]);
+      const Misses misses = Misses::of(predicted, records_[i].output);
+      result_.misses.push_back(misses);
+      result_.overall.max = std::max(result_.overall.max, misses.max);
+      square += misses.rms * misses.rms * static_cast<double>(records_[i].size());
+    }
+    result_.overall.rms = std::sqrt(square / static_cast<double>(samples_of(records_)));
+  }
+
+  // Outwards from the best k in steps of a fifth of a decade.
+  PaceRange pace_range(double Trial::*k) const {
+    SeparableFit fit(problem_, result_.search.order);
+    Trial trial = result_.search.trial;
+    const double best = trial.*k, enough = 1.05 * fit.fit(trial).rms;
+    const auto will_do = [&](double value) {
+      trial.*k = value;
+      const Fitted fitted = fit.fit(trial);
+      return fitted.valid && fitted.rms <= enough;
+    };
+    const double scale = std::max(std::abs(best), 0.03);
+    double lo = best, hi = best;
+    for (double step = 0.05; step < 100.0 && will_do(best - step * scale); step *= 1.5)
+      lo = best - step * scale;
+    for (double step = 0.05; step < 100.0 && will_do(best + step * scale); step *= 1.5)
+      hi = best + step * scale;
+    const double span = result_.parameters.input_range().span();
+    return {lo / span, hi / span, lo * hi > 0.0 && std::max(lo / hi, hi / lo) < 10.0};
+  }
+
+  const IdentifyOptions& options_;
+  model::Symmetry symmetry_ = model::Symmetry::none;
+  std::vector<Record> records_;  // folded
+  Problem problem_;
+  Identified result_;
+};
+
+}  // namespace
+
+std::size_t Identified::parameter_count() const {
+  const Trial& trial = search.trial;
+  const auto curves = static_cast<std::size_t>(2 * search.order + 1);
+  return curves + 2 + (trial.below > 0.0 ? 1 : 0) + (trial.above > 0.0 ? 1 : 0) + (delay_s > 0.0 ? 1 : 0);
+}
+
+Identified identify(const std::vector<Record>& records, const IdentifyOptions& options) {
+  return Identification(records, options).run();
+}
+
+Landscape landscape(const std::vector<Record>& records, const Identified& identified, int points) {
+  std::vector<Record> seen;
+  for (const Record& record : records)
+    seen.push_back(identified.parameters.symmetry == model::Symmetry::even ? folded(record) : record);
+  Problem problem;
+  problem.observed = identified.observed;
+  problem.symmetry = identified.parameters.symmetry;
+  problem.output_span = identified.output_span;
+  for (const Record& record : seen)
+    problem.excerpts.emplace_back(record, std::vector<int>{}, 1000,
+                                  least_swing(record, problem.observed.span()));
+  SeparableFit fit(problem, identified.search.order);
+  const double span = identified.parameters.input_range().span();
+  const auto grid = [&](double best) {
+    const double middle = std::asinh(best * span);
+    std::vector<double> values;
+    for (int i = 0; i < points; ++i)
+      values.push_back(std::sinh(middle + 2.0 * (2.0 * i / (points - 1.0) - 1.0)) / span);
+    return values;
+  };
+  Landscape map;
+  map.k_ascending = grid(identified.parameters.k_ascending);
+  map.k_descending = grid(identified.parameters.k_descending);
+  Trial trial = identified.search.trial;
+  for (const double descending : map.k_descending) {
+    map.rms.emplace_back();
+    for (const double ascending : map.k_ascending) {
+      trial.k_span_ascending = ascending * span;
+      trial.k_span_descending = descending * span;
+      map.rms.back().push_back(fit.fit(trial).rms);
+    }
+  }
+  return map;
+}
+
+}  // namespace hystcan::identification

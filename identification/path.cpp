@@ -1,0 +1,108 @@
+#include "identification/path.h"
+
+#include "model/memory_model.h"
+#include "model/memory_model_impl.h"
+
+namespace hystcan::identification {
+namespace {
+
+// Output = input: all that is left of a hysteresis model then is its memory.
+class InputLaw {
+ public:
+  explicit InputLaw(model::Interval range) : range_(range) {}
+  static std::string_view kind() { return "path"; }
+  static std::uint64_t fingerprint() { return 0; }
+  const model::Interval& input_range() const { return range_; }
+  static model::Symmetry symmetry() { return model::Symmetry::none; }
+  model::Branch threshold_branch(model::Direction direction) const {
+    return from(direction == model::Direction::ascending ? range_.lo : range_.hi);
+  }
+  model::Branch virgin_branch() const { return from(range_.lo); }
+  static model::Branch reversed(const model::HysteresisState& state) { return from(state.input); }
+  static double value(const model::Branch&, model::Direction, double v) { return v; }
+  static model::Jet jet(const model::Branch&, model::Direction, double v) { return {v, 1.0, 0.0}; }
+  static double halley_tolerance() { return 0.0; }
+
+ private:
+  static model::Branch from(double v) { return {v, v, 0.0, 0.0, true}; }
+  model::Interval range_;
+};
+
+// Follows the stack of branches from outside and gives each branch a number of its own.
+class Tracer {
+ public:
+  Tracer(model::Interval thresholds, model::Origin origin)
+      : memory_(InputLaw(thresholds)),
+        state_(origin == model::Origin::virgin            ? memory_.virgin(thresholds.lo, capacity)
+               : origin == model::Origin::lower_threshold ? memory_.at_lower_threshold(capacity)
+                                                          : memory_.at_upper_threshold(capacity)) {
+    begin_at_threshold();
+  }
+
+  void advance(double input) {
+    const std::size_t depth = state_.depth();
+    const double before = state_.input;
+    memory_.advance(state_, input);
+    if (state_.input != before && is_at_threshold())
+      begin_at_threshold();
+    else if (state_.depth() > depth)
+      begin_reversed();
+    else
+      numbers_.resize(state_.depth());
+  }
+
+  std::size_t branch() const { return numbers_.back(); }
+  std::vector<PathBranch> take() { return std::move(branches_); }
+
+ private:
+  static constexpr std::size_t capacity = 4096;
+
+  bool is_at_threshold() const {
+    return state_.depth() == 1 && state_.input == state_.branches.back().start_input;
+  }
+  void begin_at_threshold() {
+    const model::Interval& range = memory_.input_range();
+    const bool up = state_.direction() == model::Direction::ascending;
+    PathBranch branch;
+    branch.direction = state_.direction();
+    branch.start = up ? range.lo : range.hi;
+    branch.target = up ? range.hi : range.lo;
+    branch.virgin = state_.origin == model::Origin::virgin;
+    numbers_.assign(1, branches_.size());
+    branches_.push_back(branch);
+  }
+  void begin_reversed() {
+    PathBranch branch;
+    branch.direction = state_.direction();
+    branch.start = state_.branches.back().start_input;
+    branch.target = branches_[numbers_.back()].start;
+    branch.parent = numbers_.back();
+    if (numbers_.size() > 1) branch.below = numbers_[numbers_.size() - 2];
+    numbers_.push_back(branches_.size());
+    branches_.push_back(branch);
+  }
+
+  model::MemoryModel<InputLaw> memory_;
+  model::HysteresisState state_;
+  std::vector<std::size_t> numbers_;  // of the branches remembered
+  std::vector<PathBranch> branches_;
+};
+
+}  // namespace
+
+Path trace(model::Interval thresholds, model::Origin origin, std::span<const double> prehistory,
+           std::span<const double> inputs) {
+  Tracer tracer(thresholds, origin);
+  for (const double input : prehistory) tracer.advance(input);
+  Path path;
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    tracer.advance(inputs[i]);
+    if (path.runs.empty() || path.runs.back().branch != tracer.branch())
+      path.runs.push_back({tracer.branch(), i, i});
+    path.runs.back().end = i + 1;
+  }
+  path.branches = tracer.take();
+  return path;
+}
+
+}  // namespace hystcan::identification

@@ -1,0 +1,48 @@
+#include "identification/prediction.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "identification/excerpt.h"
+
+namespace hystcan::identification {
+
+Misses Misses::of(const std::vector<double>& predicted, const std::vector<double>& measured,
+                  std::size_t begin) {
+  Misses misses;
+  for (std::size_t i = begin; i < measured.size(); ++i) {
+    const double miss = predicted[i] - measured[i];
+    misses.rms += miss * miss;
+    misses.max = std::max(misses.max, std::abs(miss));
+  }
+  if (measured.size() > begin)
+    misses.rms = std::sqrt(misses.rms / static_cast<double>(measured.size() - begin));
+  return misses;
+}
+
+double span_of(const std::vector<double>& values) {
+  const auto [low, high] = std::ranges::minmax_element(values);
+  return *high - *low;
+}
+
+std::vector<double> predict(const model::Hysteresis& model, const Record& record, double delay_s,
+                            model::HysteresisState& state) {
+  const Excerpt::Sequence sequence = Excerpt(record, {}, record.size(), 0.0).delayed_by(delay_s);
+  std::vector<double> predicted;
+  predicted.reserve(record.size());
+  for (std::size_t i = 0; i < sequence.input.size(); ++i) {
+    const double output = model.advance(state, sequence.input[i]).value;
+    if (sequence.fold[i] != Regression::left_out) predicted.push_back(output);
+  }
+  return predicted;
+}
+
+std::vector<double> predict(const model::Hysteresis& model, const Record& record, double delay_s,
+                            const InitialMemory& memory) {
+  const double first =
+      model.symmetry() == model::Symmetry::even ? std::abs(record.input.front()) : record.input.front();
+  model::HysteresisState state = state_of(model, memory, first);
+  return predict(model, record, delay_s, state);
+}
+
+}  // namespace hystcan::identification

@@ -1,0 +1,256 @@
+#include "identification/search.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "identification/nelder_mead.h"
+
+namespace hystcan::identification {
+namespace {
+
+constexpr int first_order = 5;
+constexpr double worth_it = 0.97;         // of the error before: what is taken in must lower it so far
+constexpr double worth_held_out = 0.985;  // of the held-out error
+constexpr double content = 1.3;           // times the least held-out error of all orders is low enough
+constexpr double widest_k_span = 200.0;
+
+// A number of the trial that the simplex moves, on a scale where steps of one make sense.
+struct Unknown {
+  std::string what;
+  double start = 0.0;
+  double step = 0.5;
+  std::function<void(Trial&, double)> set;
+};
+
+using Kind = InitialMemory::Kind;
+
+class Searcher {
+ public:
+  Searcher(const Problem& problem, const std::vector<double>& first_inputs, const SearchOptions& options)
+      : problem_(problem), first_inputs_(first_inputs), options_(options) {
+    unknowns_.push_back({"k_ascending", std::asinh(1.0), 0.7,
+                         [](Trial& trial, double x) { trial.k_span_ascending = std::sinh(x); }});
+    unknowns_.push_back({"k_descending", std::asinh(1.0), 0.7,
+                         [](Trial& trial, double x) { trial.k_span_descending = std::sinh(x); }});
+  }
+
+  Found run() {
+    use_order(options_.order.value_or(std::min(first_order, options_.highest_order)));
+    choose_memories();
+    choose_k();
+    refine(150);
+    take_in_what_helps();
+    if (!options_.order) choose_order();
+    refine(300);
+    refine(150);
+    Found found = found_;
+    found.trial = best_;
+    found.order = order_;
+    const Fitted fitted = fit_->fit(best_);
+    found.rms = fitted.rms;
+    found.valid = fitted.valid;
+    found.held_out = fit_->held_out(best_);
+    return found;
+  }
+
+ private:
+  void use_order(int order) {
+    order_ = order;
+    fit_.emplace(problem_, order);
+  }
+
+  double cost(const Trial& trial) {
+    if (trial.below < 0.0 || trial.above < 0.0 || trial.below > 3.0 || trial.above > 3.0 ||
+        trial.delay_s < 0.0 ||
+        std::max(std::abs(trial.k_span_ascending), std::abs(trial.k_span_descending)) > widest_k_span)
+      return std::numeric_limits<double>::infinity();
+    const Fitted fitted = fit_->fit(trial);
+    if (fitted.valid) return fitted.rms;
+    return fitted.rms * (1.01 + 2.0 * fitted.wrong) + 1e-4 * problem_.output_span * (1.0 + fitted.wrong);
+  }
+
+  // Which past fits best, each record by itself, roughly.
+  void choose_memories() {
+    best_.memories.assign(first_inputs_.size(), {Kind::from_lower, 0.0});
+    for (std::size_t i = 0; i < first_inputs_.size(); ++i) {
+      double least = std::numeric_limits<double>::infinity();
+      InitialMemory chosen;
+      for (const Kind kind : {Kind::from_lower, Kind::virgin, Kind::from_upper, Kind::nested}) {
+        const bool mid_range =
+            first_inputs_[i] > problem_.observed.lo && first_inputs_[i] < problem_.observed.hi;
+        if (!mid_range && (kind == Kind::from_upper || kind == Kind::nested)) continue;
+        Trial trial = best_;
+        trial.memories[i] = {kind, 0.0};
+        for (const double k : {0.3, 2.0, 6.0}) {
+          trial.k_span_ascending = trial.k_span_descending = k;
+          if (const double c = cost(trial); c < least * (kind == Kind::from_lower ? 1.0 : worth_it)) {
+            least = c;
+            chosen = trial.memories[i];
+          }
+        }
+      }
+      best_.memories[i] = chosen;
+    }
+    for (std::size_t i = 0; i < first_inputs_.size(); ++i)
+      if (best_.memories[i].kind == Kind::nested) unknowns_.push_back(bias_of(i, 0.0));
+  }
+
+  void choose_k() {
+    double least = std::numeric_limits<double>::infinity();
+    for (const double ascending : {-1.0, 0.3, 1.0, 3.0, 10.0, 30.0})
+      for (const double descending : {-1.0, 0.3, 1.0, 3.0, 10.0, 30.0}) {
+        Trial trial = best_;
+        trial.k_span_ascending = ascending;
+        trial.k_span_descending = descending;
+        if (const double c = cost(trial); c < least) {
+          least = c;
+          unknowns_[0].start = std::asinh(ascending);
+          unknowns_[1].start = std::asinh(descending);
+        }
+      }
+    best_ = at(unknowns_, starts(unknowns_));
+    best_cost_ = cost(best_);
+  }
+
+  static Eigen::VectorXd starts(const std::vector<Unknown>& unknowns) {
+    Eigen::VectorXd start(static_cast<Eigen::Index>(unknowns.size()));
+    for (std::size_t i = 0; i < unknowns.size(); ++i) start[static_cast<Eigen::Index>(i)] = unknowns[i].start;
+    return start;
+  }
+  Trial at(const std::vector<Unknown>& unknowns, const Eigen::VectorXd& x) const {
+    Trial trial = best_;
+    for (std::size_t i = 0; i < unknowns.size(); ++i) unknowns[i].set(trial, x[static_cast<Eigen::Index>(i)]);
+    return trial;
+  }
+
+  // Moves all unknowns; those that end somewhere better start there next time.
+  double descend(std::vector<Unknown>& unknowns, int evaluations) {
+    Eigen::VectorXd step(static_cast<Eigen::Index>(unknowns.size()));
+    for (std::size_t i = 0; i < unknowns.size(); ++i) step[static_cast<Eigen::Index>(i)] = unknowns[i].step;
+    const Minimum found = minimise([&](const Eigen::VectorXd& x) { return cost(at(unknowns, x)); },
+                                   starts(unknowns), step, 1e-4, evaluations, options_.go_on);
+    for (std::size_t i = 0; i < unknowns.size(); ++i) {
+      unknowns[i].start = found.at[static_cast<Eigen::Index>(i)];
+      unknowns[i].step *= 0.5;
+    }
+    return found.value;
+  }
+
+  void refine(int evaluations) {
+    std::vector<Unknown> moved = unknowns_;
+    const double c = descend(moved, evaluations);
+    if (!(c <= best_cost_)) return;
+    for (std::size_t i = 0; i < moved.size(); ++i) unknowns_[i].start = moved[i].start;
+    best_ = at(unknowns_, starts(unknowns_));
+    best_cost_ = c;
+  }
+
+  static Unknown bias_of(std::size_t record, double start) {
+    return {"initial memory", start, 0.7, [record](Trial& trial, double x) {
+              trial.memories[record] = {Kind::nested, std::clamp(x, -6.0, 6.0)};
+            }};
+  }
+
+  std::vector<Unknown> candidates() const {
+    std::vector<Unknown> candidates;
+    const auto is_used = [&](const std::string& what) {
+      return std::ranges::any_of(unknowns_, [&](const Unknown& unknown) { return unknown.what == what; });
+    };
+    for (std::size_t i = 0; i < best_.memories.size(); ++i) {
+      const Kind kind = best_.memories[i].kind;
+      if (kind != Kind::nested)
+        candidates.push_back(bias_of(i, kind == Kind::from_lower   ? 1.0
+                                        : kind == Kind::from_upper ? -1.0
+                                                                   : 0.0));
+    }
+    const bool extends = !options_.observed_thresholds;
+    if (extends && !is_used("lower threshold") && problem_.symmetry == model::Symmetry::none)
+      candidates.push_back(
+          {"lower threshold", std::log(0.1), 0.7, [](Trial& trial, double x) { trial.below = std::exp(x); }});
+    if (extends && !is_used("upper threshold"))
+      candidates.push_back({"upper threshold", std::log(0.05), 0.7,
+                            [](Trial& trial, double x) { trial.above = std::exp(x); }});
+    if (!is_used("delay") && options_.sample_time_s > 0.0)
+      candidates.push_back({"delay", 1.0, 1.0, [dt = options_.sample_time_s](Trial& trial, double x) {
+                              trial.delay_s = x * dt;
+                            }});
+    return candidates;
+  }
+
+  // The best of what is left, again and again, until nothing is worth it.
+  void take_in_what_helps() {
+    while (options_.go_on()) {
+      std::optional<std::vector<Unknown>> chosen;
+      double least = worth_it * best_cost_;
+      for (const Unknown& candidate : candidates()) {
+        std::vector<Unknown> unknowns = unknowns_;
+        for (Unknown& known : unknowns) known.step = 0.2;
+        unknowns.push_back(candidate);
+        const double c = descend(unknowns, 25 + 15 * static_cast<int>(unknowns.size()));
+        if (c < least) {
+          least = c;
+          chosen = unknowns;
+        }
+      }
+      if (!chosen || !take_in(*chosen, least)) return;
+    }
+  }
+
+  bool take_in(const std::vector<Unknown>& unknowns, double c) {
+    const Trial trial = at(unknowns, starts(unknowns));
+    Step step{unknowns.back().what, fit_->fit(best_).rms, fit_->fit(trial).rms, fit_->held_out(best_),
+              fit_->held_out(trial)};
+    if (step.held_out_before && *step.held_out_after > worth_held_out * *step.held_out_before) return false;
+    found_.steps.push_back(std::move(step));
+    unknowns_ = unknowns;
+    for (Unknown& unknown : unknowns_) unknown.step = 0.3;
+    best_ = trial;
+    best_cost_ = c;
+    refine(150);
+    return true;
+  }
+
+  // The lowest order near the best, by held-out samples where there are folds.
+  void choose_order() {
+    const auto score = [](const OrderScore& order) {
+      return order.held_out.value_or(order.rms * (1.0 + 0.02 * order.order));
+    };
+    double least = std::numeric_limits<double>::infinity();
+    int worse = 0;  // orders in a row that were no better
+    for (const int order : {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 18, 20}) {
+      if (order > options_.highest_order || !options_.go_on()) break;
+      use_order(order);
+      const Fitted fitted = fit_->fit(best_);
+      found_.orders.push_back({order, fitted.rms, fit_->held_out(best_)});
+      const double now = score(found_.orders.back());
+      worse = now < 0.98 * least ? 0 : worse + 1;
+      least = std::min(least, now);
+      if (worse == 3) break;
+    }
+    const auto chosen = std::ranges::find_if(
+        found_.orders, [&](const OrderScore& order) { return score(order) <= content * least; });
+    use_order(chosen == found_.orders.end() ? first_order : chosen->order);
+    best_cost_ = cost(best_);
+    for (Unknown& unknown : unknowns_) unknown.step = 0.3;
+  }
+
+  const Problem& problem_;
+  const std::vector<double>& first_inputs_;
+  const SearchOptions& options_;
+  std::vector<Unknown> unknowns_;
+  std::optional<SeparableFit> fit_;
+  int order_ = first_order;
+  Trial best_;
+  double best_cost_ = std::numeric_limits<double>::infinity();
+  Found found_;
+};
+
+}  // namespace
+
+Found search(const Problem& problem, const std::vector<double>& first_inputs, const SearchOptions& options) {
+  return Searcher(problem, first_inputs, options).run();
+}
+
+}  // namespace hystcan::identification

@@ -1,0 +1,186 @@
+#include "identification/valid_curves.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numbers>
+#include <stdexcept>
+
+#include "identification/least_squares.h"
+
+namespace hystcan::identification {
+namespace {
+
+using model::Direction;
+
+constexpr model::Interval unit{0.0, 1.0};
+constexpr Eigen::Index points = 401;
+constexpr Eigen::Index kinds = 3;         // slope rising, slope falling, gap
+constexpr double least_slope = 2e-3;      // of the mean slope: flatter curves magnify noise when inverted
+constexpr double least_branch = 1e-3;     // slope of a branch, of the mean slope
+constexpr std::ptrdiff_t most_cuts = 60;  // kept for the next problem
+constexpr int most_rounds = 15;
+// Draws what the samples say nothing of to zero, the higher orders more; far below what they do say.
+constexpr double ridge = 1e-11;
+
+// (1 - T_i(s)) / (1 - s), and its limit i^2 at s = 1.
+Eigen::VectorXd gap_shapes(Eigen::Index order, double t) {
+  Eigen::VectorXd shapes(order + 1);
+  chebyshev_row(unit, t, shapes);
+  for (Eigen::Index i = 0; i <= order; ++i)
+    shapes[i] = t < 1.0 - 1e-9 ? (1.0 - shapes[i]) / (2.0 - 2.0 * t) : static_cast<double>(i * i);
+  return shapes.tail(order);
+}
+
+Eigen::LLT<Eigen::MatrixXd> decomposed(const NormalEquations& system) {
+  Eigen::MatrixXd H = system.H;
+  const Eigen::Index order = (H.rows() - 1) / 2;
+  for (Eigen::Index i = 0; i < H.rows(); ++i) {
+    const auto j = static_cast<double>(i <= order ? i : i - order);
+    H(i, i) += ridge * (1.0 + j * j) * system.H(0, 0);
+  }
+  return Eigen::LLT<Eigen::MatrixXd>(H);
+}
+
+// Least squares within rows theta >= bounds, by the triangle of H = R'R, R theta = R'^-1 g.
+class WithinRows {
+ public:
+  explicit WithinRows(const NormalEquations& system) : triangle_(system.g.size()) {
+    const auto cholesky = decomposed(system);
+    const Eigen::MatrixXd R = cholesky.matrixU();
+    const Eigen::VectorXd right = cholesky.matrixL().solve(system.g);
+    for (Eigen::Index i = 0; i < R.rows(); ++i) triangle_.add(R.row(i).transpose(), right[i]);
+    theta_ = cholesky.solve(system.g);
+  }
+  const Eigen::VectorXd& theta() const { return theta_; }
+  void solve(const std::vector<Eigen::VectorXd>& rows, const std::vector<double>& bounds) {
+    Eigen::MatrixXd G(static_cast<Eigen::Index>(rows.size()), theta_.size());
+    for (std::size_t i = 0; i < rows.size(); ++i) G.row(static_cast<Eigen::Index>(i)) = rows[i].transpose();
+    const Eigen::Map<const Eigen::VectorXd> h(bounds.data(), static_cast<Eigen::Index>(bounds.size()));
+    theta_ = triangle_.solve_with_inequalities(G, h).x;
+  }
+
+ private:
+  LeastSquares triangle_;
+  Eigen::VectorXd theta_;
+};
+
+}  // namespace
+
+ValidCurves::ValidCurves(int order)
+    : order_(order), curves_(Eigen::MatrixXd::Zero(kinds * points, 2 * order + 1)) {
+  Eigen::VectorXd slopes(order_ + 1);
+  for (Eigen::Index j = 0; j < points; ++j) {
+    const double t = 0.5 - 0.5 * std::cos(std::numbers::pi * static_cast<double>(j) / (points - 1));
+    chebyshev_slope_row(unit, t, slopes);
+    curves_.row(j) = curve_row(Direction::ascending, slopes, 0.0);
+    curves_.row(points + j) = curve_row(Direction::descending, slopes, 0.0);
+    curves_.row(2 * points + j).tail(order) = gap_shapes(order_, t);
+  }
+}
+
+// The worst row of every stretch that is broken.
+bool ValidCurves::add_broken_curve_rows(const Eigen::VectorXd& theta, double bound,
+                                        std::vector<Eigen::VectorXd>& rows) const {
+  const Eigen::VectorXd excess = (curves_ * theta).array() - bound;
+  const std::size_t before = rows.size();
+  for (Eigen::Index kind = 0; kind < kinds; ++kind) {
+    Eigen::Index worst = -1;
+    for (Eigen::Index row = kind * points; row < (kind + 1) * points; ++row) {
+      const bool broken = excess[row] < -0.1 * bound;
+      if (broken && (worst < 0 || excess[row] < excess[worst])) worst = row;
+      if ((!broken || row + 1 == (kind + 1) * points) && worst >= 0) {
+        rows.emplace_back(curves_.row(worst).transpose());
+        worst = -1;
+      }
+    }
+  }
+  return rows.size() > before;
+}
+
+void ValidCurves::add_cuts(const std::vector<model::DecreasingBranch>& branches, model::Interval thresholds) {
+  const auto in_spans = [&](double v) { return (v - thresholds.lo) / thresholds.span(); };
+  for (const model::DecreasingBranch& branch : branches)
+    cuts_.push_back(
+        {branch.direction, in_spans(branch.start), in_spans(branch.target), in_spans(branch.input)});
+}
+
+// The branch is reached from the threshold where model/validity.h begins its scan.
+Eigen::VectorXd ValidCurves::row_of(const Cut& cut, model::Interval thresholds, const Pace& pace) const {
+  const auto input = [&](double spans) { return thresholds.lo + spans * thresholds.span(); };
+  const bool up = cut.direction == Direction::ascending;
+  const bool to_threshold = cut.target <= 0.0 || cut.target >= 1.0;
+  const bool from_threshold = up ? cut.start <= 0.0 : cut.start >= 1.0;
+  std::vector<double> way;
+  if (!to_threshold) way.push_back(input(cut.target));
+  if (!from_threshold) way.push_back(input(cut.start));
+  way.push_back(input(0.5 * (cut.start + cut.target)));
+  const bool begins_low = from_threshold ? up : to_threshold ? !up : up;
+  const Path path = trace(
+      thresholds, begins_low ? model::Origin::lower_threshold : model::Origin::upper_threshold, {}, way);
+  const std::size_t last = path.runs.back().branch;
+  return BranchRows(path, thresholds, order_, pace).slope(path.branches[last], last, input(cut.input));
+}
+
+// The steepest slope the wrong way of a curve or a branch, in mean slopes.
+double ValidCurves::wrong(const Eigen::VectorXd& theta, model::Interval thresholds, const Pace& pace,
+                          double mean_slope) {
+  const double lowest = (curves_ * theta).minCoeff();
+  if (lowest < 0.0) return -lowest / (mean_slope * thresholds.span());
+  const auto decreasing = model::find_decreasing_branches(parameters_of(theta, thresholds, pace));
+  add_cuts(decreasing, thresholds);
+  double wrong = 0.0;
+  for (const auto& branch : decreasing) wrong = std::max(wrong, -branch.slope / mean_slope);
+  return wrong;
+}
+
+// Slopes are linear in theta, and on a straight line without a loop all are its own: mixed with as much of
+// one as they are wrong, they are right.
+void ValidCurves::mix_with_line(Eigen::VectorXd& theta, double wrong, const NormalEquations& system,
+                                double least_rise) const {
+  Eigen::VectorXd line = Eigen::VectorXd::Zero(theta.size());
+  line.head(2) = system.H.topLeftCorner(2, 2).ldlt().solve(system.g.head(2));
+  line[1] = std::max(line[1], 0.5 * least_rise);
+  const double share = std::min(1.0, 1.2 * wrong / (0.5 + wrong) + 1e-9);
+  theta += share * (line - theta);
+}
+
+ValidCurves::Solution ValidCurves::solve(const NormalEquations& system, model::Interval thresholds,
+                                         const Pace& pace, double output_span, double input_span) {
+  WithinRows least_squares(system);
+  const double mean_slope = output_span / input_span;
+  const double bound = least_slope * mean_slope * thresholds.span();
+  if (std::ssize(cuts_) > most_cuts) cuts_.erase(cuts_.begin(), cuts_.end() - most_cuts);
+  std::vector<Eigen::VectorXd> curve_rows;
+  std::size_t cuts_used = 0;
+  Solution solution;
+  for (int round = 0; round < most_rounds; ++round) {
+    solution.theta = least_squares.theta();
+    if (!add_broken_curve_rows(solution.theta, bound, curve_rows)) {
+      solution.wrong = wrong(solution.theta, thresholds, pace, mean_slope);
+      if (solution.wrong == 0.0) break;
+      cuts_used = cuts_.size();
+    }
+    std::vector<Eigen::VectorXd> rows = curve_rows;
+    std::vector<double> bounds(rows.size(), bound);
+    for (std::size_t i = 0; i < cuts_used; ++i) {
+      rows.push_back(row_of(cuts_[i], thresholds, pace));
+      bounds.push_back(least_branch * mean_slope);
+    }
+    try {
+      least_squares.solve(rows, bounds);
+    } catch (const std::invalid_argument&) {  // nothing is within, to rounding
+      break;
+    }
+  }
+  for (int round = 0; round < most_rounds; ++round) {
+    solution.wrong = wrong(solution.theta, thresholds, pace, mean_slope);
+    solution.valid = solution.wrong == 0.0;
+    if (solution.valid) break;
+    mix_with_line(solution.theta, solution.wrong, system, mean_slope * thresholds.span());
+  }
+  return solution;
+}
+
+}  // namespace hystcan::identification
