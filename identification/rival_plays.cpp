@@ -1,5 +1,6 @@
 // Prandtl-Ishlinskii models fitted: weights alone, then weights and initial plays together.
 #include <Eigen/Core>
+#include <limits>
 #include <span>
 #include <utility>
 
@@ -36,13 +37,14 @@ PrandtlIshlinskii operator_of(std::vector<double> thresholds, const model::Inter
   return PrandtlIshlinskii({"", "", range, 0.0, 1.0, std::move(thresholds), std::move(weights)});
 }
 
-WeightedOperators fit_plays(const Samples& samples, const std::vector<double>& thresholds) {
+WeightedOperators fit_plays(const Samples& samples, const std::vector<double>& thresholds,
+                            const std::vector<History>& histories) {
   const model::Interval range = widened_range(samples);
   const auto column = [&](std::size_t j, const History& history) {
     return run(operator_of({thresholds[j]}, range), history, samples.input,
                [](const PlayState& state) { return state.plays.front(); });
   };
-  return fit_weights(samples, histories(samples, range), thresholds.size(), column);
+  return fit_weights(samples, histories, thresholds.size(), column);
 }
 
 // The unknowns x_0, w_0, ..., w_m, y_1[0], ..., y_m[0], the last at the first sample.
@@ -136,7 +138,8 @@ class FreeStart {
 
 Rival fit_prandtl_ishlinskii(const Samples& samples, std::size_t plays) {
   check(samples);
-  WeightedOperators fit = fit_plays(samples, evenly_spaced(samples, plays));
+  WeightedOperators fit =
+      fit_plays(samples, evenly_spaced(samples, plays), histories(samples, widened_range(samples)));
   return {model::text_of("Prandtl-Ishlinskii, ", plays, " plays"), plays + 2, std::move(fit.prediction)};
 }
 
@@ -144,9 +147,15 @@ Rival fit_prandtl_ishlinskii_free_start(const Samples& samples, std::size_t play
   check(samples);
   const std::vector<double> thresholds = evenly_spaced(samples, plays);
   const FreeStart model(samples, thresholds);
-  const NonlinearFit fit = improve(model.problem(), model.start(fit_plays(samples, thresholds)), 20);
+  const NonlinearProblem problem = model.problem();
+  NonlinearFit best{{}, std::numeric_limits<double>::infinity()};
+  for (const History& history : histories(samples, widened_range(samples))) {
+    const VectorXd start = model.start(fit_plays(samples, thresholds, {history}));
+    const NonlinearFit fit = improve(problem, start, 40);
+    if (fit.cost < best.cost) best = fit;
+  }
   return {model::text_of("Prandtl-Ishlinskii, ", plays, " plays, free start"), 2 * plays + 2,
-          model.predicted(fit.x)};
+          model.predicted(best.x)};
 }
 
 }  // namespace hystcan::identification

@@ -36,7 +36,6 @@ TEST(MeasuredPiezoStage, PlaysWithAnAssumedStartMissByAboutOnePercent) {
   RecordProperty("rms_percent_plays", std::to_string(plays));
   RecordProperty("rms_percent_plays_free_start", std::to_string(free_start));
   RecordProperty("rms_percent_preisach", std::to_string(relays));
-  std::printf("%g %g %g %g\n", average, plays, free_start, relays);
   EXPECT_NEAR(plays, 0.9, 0.2);
   EXPECT_GT(average, 2.0 * plays);
   EXPECT_LT(free_start, plays);
