@@ -2,8 +2,11 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <span>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
 #include "identification/levenberg.h"
 #include "identification/rival_samples.h"

@@ -1,8 +1,10 @@
 // Prandtl-Ishlinskii models fitted: weights alone, then weights and initial plays together.
 #include <Eigen/Core>
+#include <algorithm>
 #include <limits>
-#include <span>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include "identification/levenberg.h"
 #include "identification/rival_samples.h"

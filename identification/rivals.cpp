@@ -1,6 +1,7 @@
 #include "identification/rivals.h"
 
 #include <Eigen/Core>
+#include <utility>
 
 #include "identification/least_squares.h"
 #include "identification/rival_samples.h"

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <limits>
+#include <span>
 
 #include "identification/least_squares.h"
 

@@ -117,6 +117,16 @@ TEST(LinearMappingFit, FindsItsOwnCurvesFromOthersNearby) {
   }
 }
 
+TEST(LinearMappingFit, FoldsTheInputWhereTheModelIsEven) {
+  model::HysteresisParameters even = curves(0.0), start = curves(0.02);
+  even.symmetry = start.symmetry = model::Symmetry::even;
+  const model::LinearMapping truth(even);
+  Case made(truth, truth.at_lower_threshold());
+  for (std::size_t n = 1; n < made.input.size(); ++n)
+    if (n % 2 == 0) made.input[n] = -made.input[n];
+  EXPECT_LT(made.worst(fit_linear_mapping(made.samples(), start)), 1e-12);  // rounding
+}
+
 TEST(LinearMappingFit, StaysValidWhereTheRecordAsksForCurvesThatCross) {
   Case made = case_of_plays();
   for (std::size_t n = 0; n < made.input.size(); ++n) made.output[n] = 2.0 * made.input[n] - made.output[n];
