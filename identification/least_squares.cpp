@@ -74,11 +74,12 @@ Inequalities active(const Inequalities& all, const VectorXd& dual) {
   return some;
 }
 
-// min |z|, G z >= h.  Scaled by the distance of the farthest inequality alone, so that |z| is of order one.
-VectorXd least_distance(const Inequalities& all) {
+// min |z|, G z >= h.  Scaled by the distance of the farthest inequality alone, so that |z| is of order one;
+// nothing is to be done where that is rounding.
+VectorXd least_distance(const Inequalities& all, double rounding) {
   const Index n = all.g.cols();
   const double farthest = all.h.size() == 0 ? 0.0 : all.h.maxCoeff();
-  if (farthest <= 0.0) return VectorXd::Zero(n);
+  if (farthest <= rounding) return VectorXd::Zero(n);
   MatrixXd dual(n + 1, all.g.rows());
   dual << all.g.transpose(), all.h.transpose() / farthest;
   const VectorXd unit = VectorXd::Unit(n + 1, n);
@@ -147,7 +148,7 @@ Fit LeastSquares::solve_with_inequalities(const MatrixXd& g, const VectorXd& h) 
   const auto upper = t.r.triangularView<Eigen::Upper>();
   const MatrixXd in_z = upper.solve<Eigen::OnTheRight>(g);  // G R^-1
   const VectorXd limits = h - in_z * t.right;
-  const VectorXd z = least_distance(normalised(in_z, limits));
+  const VectorXd z = least_distance(normalised(in_z, limits), 1e-15 * t.right.norm());
   const VectorXd x = upper.solve(z + t.right);
   return {x, whole.residual(x)};
 }
