@@ -45,6 +45,8 @@ Excitation::Config excitation(const Options& options, const controller::Gate::Co
   const double high = options.high.value_or(gate.drive_max);
   if (!(low < high))
     throw config::Error(fmt::format("--low is {}, expected less than --high, {}", low, high));
+  if (options.period_s && !(*options.period_s > 0.0))
+    throw config::Error(fmt::format("--period is {}, expected seconds > 0", *options.period_s));
   const double centre = low + (high - low) / 2.0;
   const double amplitude = options.amplitude.value_or(0.05 * (high - low));
   if (options.signal == "step")
