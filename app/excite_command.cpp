@@ -84,6 +84,7 @@ config::Config only(config::Config config, const Options& options) {
     throw config::Error(
         fmt::format("{}: no axis {}, expected one of its names", config.file.string(), options.axis));
   chosen->control.excitation = excitation(options, chosen->control.gate, config.controller.rate_Hz);
+  refuse_beyond(chosen->control.gate, Excitation(*chosen->control.excitation));
   config.axes = {config::AxisConfig(*chosen)};
   config.controller.axes = {{.wire = config.axes[0].wire, .axis = config.axes[0].control}};
   if (!options.interface.empty()) config.bus.interface = options.interface;
@@ -212,8 +213,6 @@ int run_excite(const Options& options) {
   const config::Config loaded = config::load(options.config);
   refuse_to_overwrite_inputs(options, loaded);
   const config::Config config = only(loaded, options);
-  controller::Axis(
-      config.axes[0].control);  // refuses what goes beyond the gate before a file or a bus is opened
   Recorder recorder(options, config);
   const controller::Axis axis =
       options.rehearse ? rehearse(config, recorder) : run_on_the_bus(config, options, recorder);
