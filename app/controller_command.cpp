@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -11,6 +10,7 @@
 
 #include "app/commands.h"
 #include "app/live.h"
+#include "app/live_run.h"
 #include "app/output_file.h"
 #include "app/report.h"
 #include "config/config.h"
@@ -36,29 +36,18 @@ struct Options {
 /// Everything that is done with a record, on the telemetry thread: log what changes, count, write.
 class Recorder {
  public:
-  Recorder(const config::Config& config, const std::filesystem::path& csv) : states_(config.axes.size()) {
+  Recorder(const config::Config& config, const std::filesystem::path& csv) : log_(config) {
+    std::vector<std::string> names;
     for (const config::AxisConfig& axis : config.axes) {
-      names_.push_back(axis.wire.name);
-      nodes_.push_back(fmt::format("amplifier node {} and sensor node {}", axis.wire.amplifier_node,
-                                   axis.wire.sensor_node));
+      names.push_back(axis.wire.name);
       statistics_.emplace_back(axis.control.setpoint.size(), settle_s);
     }
-    if (!csv.empty()) csv_.emplace(csv, names_);
+    if (!csv.empty()) csv_.emplace(csv, names);
   }
 
   void consume(const controller::CycleRecord& record) {
-    const controller::AxisReport& report = record.report;
-    if (states_[record.axis] != report.state) {
-      states_[record.axis] = report.state;
-      if (report.state == AxisState::faulted)
-        spdlog::error("{}: faulted at {:.3f} s: {}; {}", names_[record.axis], record.time_s,
-                      to_string(report.cause), remedy(report.cause));
-      else if (report.state == AxisState::waiting)
-        spdlog::info("{}: waiting for {}", names_[record.axis], nodes_[record.axis]);
-      else
-        spdlog::info("{}: {}", names_[record.axis], to_string(report.state));
-    }
-    statistics_[record.axis].add(report);
+    log_.add(record);
+    statistics_[record.axis].add(record.report);
     if (csv_) csv_->write(record);
   }
 
@@ -66,9 +55,7 @@ class Recorder {
   const controller::TrackingStatistics& statistics(std::size_t axis) const { return statistics_[axis]; }
 
  private:
-  std::vector<std::string> names_;
-  std::vector<std::string> nodes_;
-  std::vector<AxisState> states_;
+  StateLog log_;
   std::vector<controller::TrackingStatistics> statistics_;
   std::optional<controller::CsvLog> csv_;
 };
@@ -87,39 +74,6 @@ bool nothing_left_to_do(const controller::Controller& controller) {
     return axis.report().point.finished || axis.state() == AxisState::faulted ||
            (one_faulted && axis.state() != AxisState::tracking);
   });
-}
-
-/// Runs the controller until it is told to stop, or is done with what it was asked for.
-void run_live(LiveLoop& loop, controller::Controller& controller, const Options& options) {
-  constexpr auto poll_period = std::chrono::milliseconds(20);
-  const can::Time start = loop.scheduler().now();
-  bool stopping = false;
-  const auto stop = [&] {
-    stopping = true;
-    controller.request_stop();
-  };
-  std::unique_ptr<can::Timer> poll;
-  poll = loop.scheduler().make_timer([&] {
-    const can::Time now = loop.scheduler().now();
-    if (stopping && controller.stopped()) return loop.stop();
-    const bool time_is_up =
-        options.duration_s > 0.0 && now - start > std::chrono::duration<double>(options.duration_s);
-    const bool finished = options.once && nothing_left_to_do(controller);
-    if (!stopping && (time_is_up || finished)) stop();
-    poll->expire_at(now + poll_period);
-  });
-  controller.start(options.clear_faults);
-  poll->expire_at(start + poll_period);
-  try {
-    loop.run([&] {
-      if (stopping) return loop.stop();  // a second Ctrl-C does not wait for the ramp
-      stop();
-    });
-  } catch (...) {
-    controller.send_safe_commands();
-    throw;
-  }
-  controller.send_safe_commands();
 }
 
 int report(const controller::Controller& controller, const Recorder& recorder, const Options& options,
@@ -144,9 +98,7 @@ int report(const controller::Controller& controller, const Recorder& recorder, c
     for (const auto& outcome : outcomes) fmt::print("{}\n", describe(outcome));
   }
   for (const auto& outcome : outcomes)
-    if (outcome.fault.cause != controller::Cause::none)
-      throw RunError(fmt::format("axis {} faulted at {:.3f} s: {}; {}", outcome.name, outcome.fault.time_s,
-                                 to_string(outcome.fault.cause), remedy(outcome.fault.cause)));
+    if (outcome.fault.cause != controller::Cause::none) throw RunError(describe(outcome.name, outcome.fault));
   for (std::size_t i = 0; options.once && i < controller.axis_count(); ++i)
     if (!controller.axis(i).report().point.finished)
       throw RunError(fmt::format("axis {} was stopped before the end of its reference", outcomes[i].name));
@@ -171,7 +123,10 @@ int run_controller(const Options& options) {
       [&](const controller::CycleRecord& record) { recorder.consume(record); });
   spdlog::info("{} axes at {} Hz on {}; Ctrl-C ramps down and stops", config.axes.size(),
                config.controller.rate_Hz, config.bus.interface);
-  run_live(loop, controller, options);
+  run_live(loop, controller, options.clear_faults, [&](double run_s) {
+    return (options.duration_s > 0.0 && run_s > options.duration_s) ||
+           (options.once && nothing_left_to_do(controller));
+  });
 
   const std::uint64_t dropped = telemetry->dropped();
   telemetry.reset();

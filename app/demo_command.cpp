@@ -52,8 +52,7 @@ std::vector<Column> run_columns(const config::Config& config, const std::filesys
     if (const std::string lost = csv.close(); !lost.empty()) throw RunError(lost);
     for (const auto& axis : columns.back().outcome.axes) {
       if (axis.fault.cause != controller::Cause::none)
-        throw RunError(fmt::format("{}: axis {} faulted at {:.3f} s: {}; {}", to_string(structure), axis.name,
-                                   axis.fault.time_s, to_string(axis.fault.cause), remedy(axis.fault.cause)));
+        throw RunError(fmt::format("{}: {}", to_string(structure), describe(axis.name, axis.fault)));
       if (axis.statistics.total().samples == 0)
         throw RunError(fmt::format("{}: axis {} did not come to track its reference: {}",
                                    to_string(structure), axis.name, to_string(axis.state)));

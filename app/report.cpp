@@ -37,4 +37,9 @@ std::string describe(const controller::AxisOutcome& outcome) {
                      outcome.stroke_um, total.max_um, total.samples);
 }
 
+std::string describe(const std::string& axis, const controller::Fault& fault) {
+  return fmt::format("axis {} faulted at {:.3f} s: {}; {}", axis, fault.time_s, to_string(fault.cause),
+                     remedy(fault.cause));
+}
+
 }  // namespace hystcan::app

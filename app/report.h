@@ -13,5 +13,6 @@ inline constexpr double settle_s = 0.1;
 
 nlohmann::json to_json(const controller::AxisOutcome& outcome);
 std::string describe(const controller::AxisOutcome& outcome);
+std::string describe(const std::string& axis, const controller::Fault& fault);
 
 }  // namespace hystcan::app

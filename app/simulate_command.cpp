@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <csignal>
 #include <filesystem>
 #include <iterator>
 #include <memory>
@@ -14,6 +13,7 @@
 #include "app/commands.h"
 #include "app/output_file.h"
 #include "app/progress.h"
+#include "app/stop_signal.h"
 #include "config/csv.h"
 #include "config/model_file.h"
 #include "model/simulation.h"
@@ -33,14 +33,6 @@ struct Options {
   bool negative_drive = false;
   bool beyond_limit = false;
 };
-
-/// So that what was written so far is removed.
-volatile std::sig_atomic_t stopped = 0;
-
-void stop_at_a_signal() {
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP})
-    if (std::signal(signal, [](int) { stopped = 1; }) == SIG_IGN) std::signal(signal, SIG_IGN);  // nohup
-}
 
 config::AnyModel load(const Options& options) {
   if (options.beyond_limit) return config::load_model_beyond_limit(options.model);
@@ -85,7 +77,7 @@ void run(const Options& options, model::Simulation<Model>& simulation, OutputFil
     fmt::format_to(std::back_inserter(line), "{:.17g},{:.17g},{:.17g}\n", time_s, row.input, row.output);
     out.write({line.data(), line.size()});
     progress.at(reader.bytes_read(), rows);
-    if (stopped != 0) throw RunError(fmt::format("stopped in row {}; nothing is written", rows + 1));
+    if (stop_signalled != 0) throw RunError(fmt::format("stopped in row {}; nothing is written", rows + 1));
   }
   if (simulation.tally().rows == 0)
     throw config::Error(

@@ -39,6 +39,16 @@ constexpr std::array<CauseText, 14> cause_texts{{
      "the drive does not fit the Setpoint signal: check the DBC against drive_min and drive_max"},
 }};
 
+Loop make_loop(const AxisConfig& config) {
+  if (config.excitation) return OpenLoop(*config.excitation, config.gate);
+  return ClosedLoop({.law = config.law,
+                     .delays = config.delays,
+                     .setpoint = config.setpoint,
+                     .repeat = config.repeat,
+                     .following_error_um = config.following_error_um,
+                     .following_error_cycles = config.following_error_cycles});
+}
+
 }  // namespace
 
 std::string_view to_string(AxisState state) {
@@ -52,8 +62,8 @@ std::string_view remedy(Cause cause) { return cause_texts[static_cast<std::size_
 
 Axis::Axis(const AxisConfig& config)
     : config_(config),
-      law_(config.law),
-      trajectory_(config.setpoint, config.repeat),
+      loop_(make_loop(config)),
+      ramp_in_(std::visit([](const auto& loop) { return loop.ramp_in(); }, loop_)),
       lost_samples_(config.missing_samples),
       drive_(config.gate.safe_drive) {}
 
@@ -136,7 +146,7 @@ AxisCommand Axis::wait(const AxisInput& input) {
     clear_amplifier_fault_ = false;
     lost_samples_.empty();
     drive_ = health.amplifier_output;
-    threshold_ = 0;
+    ramp_ = 0;
     dwelt_s_ = 0.0;
     state_ = AxisState::initialising;
   }
@@ -144,12 +154,11 @@ AxisCommand Axis::wait(const AxisInput& input) {
 }
 
 AxisCommand Axis::initialise(const AxisInput& input) {
-  const model::Interval& range = law_.inverted().input_range();
-  if (ramp_towards(threshold_ == 0 ? range.hi : range.lo, input.dt_s)) {
+  if (ramp_towards(ramp_in_[ramp_], input.dt_s)) {
     dwelt_s_ += input.dt_s;
     if (dwelt_s_ >= config_.wipe_dwell_s) {
       dwelt_s_ = 0.0;
-      if (threshold_++ == 1) state_ = AxisState::ready;
+      if (++ramp_ == ramp_in_.size()) state_ = AxisState::ready;
     }
   }
   return {.drive = drive_, .enable = true};
@@ -159,29 +168,27 @@ AxisCommand Axis::hold_ready(const AxisInput& input) {
   if (!input.begin_tracking || !input.position_um) return {.drive = drive_, .enable = true};
   state_ = AxisState::tracking;
   tracking_since_s_ = input.time_s;
-  badly_following_ = 0;
-  trajectory_.start_from(law_.restart_at_lower_threshold(*input.position_um));
+  std::visit([&](auto& loop) { loop.begin(*input.position_um); }, loop_);
   return track(input);
 }
 
 AxisCommand Axis::track(const AxisInput& input) {
-  const double t_s = input.time_s - tracking_since_s_;
-  report_.point = trajectory_.at(t_s);
-  report_.reference_um = report_.point.value_um;
-  if (input.position_um && follows_badly(report_.reference_um - *input.position_um)) {
+  const LoopInput now{.t_s = input.time_s - tracking_since_s_,
+                      .dt_s = input.dt_s,
+                      .cycle_s = input.cycle_s,
+                      .position_um = input.position_um};
+  const Proposal proposal = std::visit([&](auto& loop) { return loop.propose(now); }, loop_);
+  report_.point = proposal.point;
+  report_.reference_um = proposal.reference_um;
+  if (!proposal.follows) {
     trip(Cause::following_error, input.time_s);
     return safe();
   }
-  const ControlLaw::Demand demand =
-      law_.propose({.reference_um = report_.reference_um,
-                    .previewed_um = trajectory_.at(t_s + config_.delays.preview_s(input.cycle_s)).value_um,
-                    .position_um = input.position_um,
-                    .dt_s = input.dt_s});
-  const Gate::Passed passed = Gate::step(config_.gate, drive_, demand.drive, input.dt_s);
-  law_.commit(passed.drive);
+  const Gate::Passed passed = Gate::step(config_.gate, drive_, proposal.drive, input.dt_s);
+  std::visit([&](auto& loop) { loop.commit(passed.drive); }, loop_);
   drive_ = passed.drive;
-  report_.demand_um = demand.position_um;
-  report_.limits = demand.limits | passed.limits;
+  report_.demand_um = proposal.demand_um;
+  report_.limits = proposal.limits | passed.limits;
   return {.drive = drive_, .enable = true};
 }
 
@@ -205,11 +212,6 @@ bool Axis::ramp_towards(double target, double dt_s) {
 
 bool Axis::is_driving() const {
   return state_ == AxisState::initialising || state_ == AxisState::ready || state_ == AxisState::tracking;
-}
-
-bool Axis::follows_badly(double error_um) {
-  badly_following_ = std::abs(error_um) > config_.following_error_um ? badly_following_ + 1 : 0;
-  return badly_following_ >= config_.following_error_cycles;
 }
 
 }  // namespace hystcan::controller

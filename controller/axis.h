@@ -1,13 +1,13 @@
-// One axis: supervisor, control law and gate. Pure: told the time and what was heard, answers with a command.
+// One axis: supervisor, loop and gate. Pure: told the time and what was heard, answers with a command.
 //
 //   offline -> waiting -> initialising -> ready -> tracking      and `faulted` from anywhere
 //
 //   waiting       until both nodes are operational and the amplifier reports itself ready
-//   initialising  drives up to the upper threshold and down to the lower one: whatever the actuator
-//   remembered from
-//                 before is wiped out, and the model's memory is true
-//   ready         holds the lower threshold until every axis is ready
-//   tracking      the control law
+//   initialising  ramps to where tracking begins. Closed loop: up to the upper threshold and down to the
+//                 lower one, so that what the actuator remembered is wiped out and the model's memory is
+//                 true. Open loop: straight to the first drive of the excitation
+//   ready         holds that drive until every axis is ready
+//   tracking      the closed loop follows its reference, or the open loop its excitation
 //   faulted       latched with cause and time; the command is the safe one from the same step on
 #pragma once
 
@@ -15,9 +15,12 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "controller/excitation.h"
 #include "controller/gate.h"
 #include "controller/law.h"
+#include "controller/loop.h"
 #include "controller/setpoint.h"
 
 namespace hystcan::controller {
@@ -77,9 +80,10 @@ struct AxisConfig {
   double wipe_dwell_s = 0.1;     ///< rest at each threshold
   double position_min_um = 0.0;  ///< outside: implausible, a broken sensor or stage
   double position_max_um = 0.0;
-  double following_error_um = 0.0;      ///< trips where exceeded ...
-  unsigned following_error_cycles = 1;  ///< ... for as many cycles in a row
-  unsigned missing_samples = 3;         ///< bridged in a row; one more trips
+  double following_error_um = 0.0;                 ///< trips where exceeded ...
+  unsigned following_error_cycles = 1;             ///< ... for as many cycles in a row
+  unsigned missing_samples = 3;                    ///< bridged in a row; one more trips
+  std::optional<Excitation::Config> excitation{};  ///< open loop: in the place of law and setpoint
 };
 
 /// What is known of the axis's two nodes when a cycle is decided.
@@ -117,10 +121,10 @@ struct AxisCommand {
 struct AxisReport {
   AxisState state = AxisState::offline;
   Cause cause = Cause::none;
-  double reference_um = 0.0;
-  double position_um = 0.0;  ///< the last one measured
-  double demand_um = 0.0;    ///< what the inverse was asked for
-  double drive = 0.0;        ///< what left the gate
+  double reference_um = 0.0;  ///< NaN in open loop, demand_um too
+  double position_um = 0.0;   ///< the last one measured
+  double demand_um = 0.0;     ///< what the inverse was asked for
+  double drive = 0.0;         ///< what left the gate
   std::uint8_t limits = limit::none;
   bool sample_missing = false;
   Trajectory::Point point;
@@ -128,6 +132,7 @@ struct AxisReport {
 
 class Axis {
  public:
+  /// Throws std::invalid_argument where the model is not a valid one, or the excitation goes beyond the gate.
   explicit Axis(const AxisConfig& config);
 
   void start(bool clear_amplifier_fault);
@@ -154,11 +159,10 @@ class Axis {
   AxisCommand safe() const;
   bool ramp_towards(double target, double dt_s);
   bool is_driving() const;
-  bool follows_badly(double error_um);
 
   AxisConfig config_;
-  ControlLaw law_;
-  Trajectory trajectory_;
+  Loop loop_;
+  std::vector<double> ramp_in_;  ///< drives to rest at while initialising, in this order
   LeakyBucket lost_samples_;
   AxisState state_ = AxisState::offline;
   Fault fault_;
@@ -166,11 +170,10 @@ class Axis {
   bool stopping_ = false;
   bool clear_amplifier_fault_ = false;
   double drive_ = 0.0;
-  int threshold_ = 0;  ///< while initialising: 0 on the way to the upper, 1 to the lower
+  std::size_t ramp_ = 0;  ///< while initialising: on the way to this one
   double dwelt_s_ = 0.0;
   double enabled_for_s_ = 0.0;
   double tracking_since_s_ = 0.0;
-  unsigned badly_following_ = 0;
 };
 
 }  // namespace hystcan::controller

@@ -18,7 +18,7 @@ TEST_F(Cli, WithoutASubcommandIsBadUsage) {
 TEST_F(Cli, HelpNamesEverySubcommand) {
   Process program({HYSTCAN_PROGRAM, "--help"});
   EXPECT_EQ(program.wait(), done);
-  for (const char* name : {"demo", "controller", "twin", "simulate", "check"})
+  for (const char* name : {"demo", "controller", "twin", "excite", "simulate", "check"})
     EXPECT_NE(program.out().find(name), std::string::npos) << name;
 }
 

@@ -6,6 +6,7 @@
 //   0.95      12.4    2.50         0.205
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 
 #include "config/config.h"
@@ -117,6 +118,23 @@ TEST_F(Tracking, AllocatesNothing) {
   rehearsal_.run_for(std::chrono::seconds(1));
   const std::uint64_t after = support::allocations_so_far();
   EXPECT_EQ(after, before) << "controller, twin and simulated bus, a thousand cycles of two axes";
+}
+
+TEST(OpenLoop, AllocatesNothingAndKeepsToTheExcitationsDrives) {
+  rehearsal::Setup setup = shipped("piezo.toml");
+  setup.controller.axes.resize(1);
+  setup.controller.axes[0].axis.excitation = controller::Excitation::Hysteresis{.low = 10.0, .high = 70.0};
+  double highest = 0.0;
+  rehearsal::Rehearsal rehearsal(setup, [&](const auto& r) { highest = std::max(highest, r.report.drive); });
+  rehearsal.start();
+  rehearsal.run_for(std::chrono::seconds(2));
+  ASSERT_EQ(rehearsal.controller().axis(0).state(), AxisState::tracking);
+  const std::uint64_t before = support::allocations_so_far();
+  rehearsal.run_for(std::chrono::seconds(2));
+  EXPECT_EQ(support::allocations_so_far(), before);
+  EXPECT_EQ(highest, 70.0);
+  EXPECT_EQ(rehearsal.twin().axes()[1]->amplifier.state(), can::AmpState::off)
+      << "the other axis is left alone";
 }
 
 TEST_F(Tracking, StopsAtTheSafeValue) {

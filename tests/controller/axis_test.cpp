@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <limits>
+#include <stdexcept>
 
 #include "tests/support/piezo.h"
 
@@ -12,6 +14,12 @@ namespace hystcan::controller {
 namespace {
 
 constexpr double cycle_s = 1e-3;
+
+AxisConfig excited_piezo(const Excitation::Config& excitation) {
+  AxisConfig config = support::piezo_axis();
+  config.excitation = excitation;
+  return config;
+}
 
 /// An axis with an obedient actuator behind it: the model itself, without dynamics.
 class Stage {
@@ -100,11 +108,7 @@ struct FaultCase {
   int cycles;  ///< until the axis is faulted
 };
 
-class EveryFault : public testing::TestWithParam<FaultCase> {};
-
-TEST_P(EveryFault, LeadsToTheSafeCommandInTheDecidingCycleAndLatches) {
-  const FaultCase& fault = GetParam();
-  Stage stage;
+void expect_the_safe_command_in_the_deciding_cycle_and_ever_after(Stage stage, const FaultCase& fault) {
   ASSERT_TRUE(stage.tracks());
   for (int i = 0; i < 100; ++i) stage.cycle();
   for (int i = 1; i < fault.cycles; ++i) {
@@ -120,6 +124,21 @@ TEST_P(EveryFault, LeadsToTheSafeCommandInTheDecidingCycleAndLatches) {
 
   for (int i = 0; i < 100; ++i) EXPECT_FALSE(stage.cycle().enable) << "all is well again, but faults latch";
   EXPECT_EQ(stage.axis.fault().cause, fault.cause);
+}
+
+class EveryFault : public testing::TestWithParam<FaultCase> {};
+
+TEST_P(EveryFault, LeadsToTheSafeCommandInTheDecidingCycleAndLatches) {
+  expect_the_safe_command_in_the_deciding_cycle_and_ever_after(Stage(), GetParam());
+}
+
+TEST_P(EveryFault, DoesSoInOpenLoopTooButForTheFollowingError) {
+  Stage stage(excited_piezo(Excitation::Hysteresis{.low = 10.0, .high = 90.0}));
+  if (GetParam().cause != Cause::following_error)
+    return expect_the_safe_command_in_the_deciding_cycle_and_ever_after(stage, GetParam());
+  ASSERT_TRUE(stage.tracks());
+  for (int i = 0; i < 100; ++i) stage.cycle(GetParam().disturb);
+  EXPECT_EQ(stage.axis.state(), AxisState::tracking) << "there is no reference to lose";
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -213,6 +232,83 @@ TEST(Axis, StopWhileWaitingNeedsNoRamp) {
   stage.axis.stop();
   EXPECT_FALSE(stage.cycle().enable);
   EXPECT_EQ(stage.axis.state(), AxisState::offline);
+}
+
+TEST(AxisInOpenLoop, RampsStraightToTheFirstDriveAndNotToTheModelsThresholds) {
+  Stage stage(excited_piezo(Excitation::Hysteresis{.low = 20.0, .high = 60.0}));
+  stage.axis.start(false);
+  double before = 0.0;
+  while (stage.axis.state() != AxisState::tracking) {
+    stage.cycle();
+    ASSERT_LE(stage.command.drive, before + 1000.0 * cycle_s * (1 + 1e-12)) << "wipe_slew_per_s";
+    before = stage.command.drive;
+  }
+  EXPECT_EQ(stage.highest_drive, 20.0);
+}
+
+TEST(AxisInOpenLoop, AppliesTheExcitationWhateverThePosition) {
+  const Excitation::Chirp chirp{.centre = 40.0, .amplitude = 10.0, .to_Hz = 100.0, .duration_s = 1.0};
+  Stage stage(excited_piezo(chirp));
+  ASSERT_TRUE(stage.tracks());
+  const Excitation excitation(chirp);
+  const double begun_s = stage.time_s;
+  while (!stage.axis.report().point.finished) {
+    const double position_um = stage.time_s > begun_s + 0.5 ? 30.0 : 0.0;
+    stage.cycle([&](AxisInput& in) { in.position_um = position_um; });
+    ASSERT_EQ(stage.command.drive, excitation.at(stage.time_s - begun_s));
+  }
+  EXPECT_EQ(stage.axis.state(), AxisState::tracking) << "holds the last drive until it is stopped";
+  EXPECT_NEAR(stage.time_s - begun_s, 1.0, 1.5 * cycle_s);
+}
+
+TEST(AxisInOpenLoop, BridgesALostSampleWithoutAHalt) {
+  Stage stage(excited_piezo(Excitation::Hysteresis{.slew_per_s = 100.0, .rest_s = 0.0}));
+  ASSERT_TRUE(stage.tracks());
+  for (int i = 0; i < 100; ++i) stage.cycle();
+  const double before = stage.command.drive;
+  stage.cycle([](AxisInput& in) { in.position_um.reset(); });
+  EXPECT_TRUE(stage.axis.report().sample_missing);
+  EXPECT_NEAR(stage.command.drive, before + 100.0 * cycle_s, 1e-9);
+}
+
+TEST(AxisInOpenLoop, IsHeldToTheGatesSlewWhereAStepIsSteeper) {
+  AxisConfig config = excited_piezo(Excitation::Steps{.centre = 50.0, .amplitude = 20.0, .period_s = 0.2});
+  config.gate.slew_per_s = 1000.0;
+  Stage stage(config);
+  ASSERT_TRUE(stage.tracks());
+  std::uint8_t limits = limit::none;
+  for (double before = stage.command.drive; !stage.axis.report().point.finished;
+       before = stage.command.drive) {
+    stage.cycle();
+    ASSERT_LE(std::abs(stage.command.drive - before), 1000.0 * cycle_s * (1 + 1e-12));
+    limits |= stage.axis.report().limits;
+  }
+  EXPECT_EQ(limits, limit::slew);
+}
+
+TEST(AxisInOpenLoop, RefusesAnExcitationThatTheGateWouldNotLetPass) {
+  for (const Excitation::Config& excitation :
+       {Excitation::Config(Excitation::Hysteresis{.low = -1.0, .high = 100.0}),
+        Excitation::Config(Excitation::Hysteresis{.low = 0.0, .high = 101.0}),
+        Excitation::Config(Excitation::Hysteresis{.slew_per_s = 20'001.0}),
+        Excitation::Config(Excitation::Steps{.centre = 98.0, .amplitude = 5.0}),
+        Excitation::Config(Excitation::Chirp{.centre = 2.0, .amplitude = 5.0}),
+        Excitation::Config(Excitation::Chirp{.amplitude = 10.0, .to_Hz = 400.0})})
+    EXPECT_THROW(Axis(excited_piezo(excitation)), std::invalid_argument);
+}
+
+TEST(AxisInOpenLoop, StopRampsDownInTheMiddleOfTheExcitation) {
+  Stage stage(excited_piezo(Excitation::Hysteresis{.slew_per_s = 200.0}));
+  ASSERT_TRUE(stage.tracks());
+  for (int i = 0; i < 300; ++i) stage.cycle();
+  double before = stage.command.drive;
+  ASSERT_GT(before, 30.0);
+  stage.axis.stop();
+  while (stage.axis.state() != AxisState::offline) {
+    ASSERT_GE(stage.cycle().drive, before - 1000.0 * cycle_s * (1 + 1e-12));
+    before = stage.command.drive;
+  }
+  EXPECT_EQ(stage.command.drive, 0.0);
 }
 
 }  // namespace

@@ -58,6 +58,7 @@ def main(log):
         if name == "XAmpCommand":
             commands.append({"time_s": time_s, "setpoint": value * 1e-6, "enable": byte4 & 1})
     print(json.dumps({"seen": seen, "wrong": wrong, "last_command": commands[-1] if commands else None,
+                      "drive_range": [f(c["setpoint"] for c in commands) for f in (min, max)] if commands else None,
                       "last_enabled_command": next((c for c in reversed(commands) if c["enable"]), None),
                       "last_status": statuses[-1] if statuses else None,
                       "first_fault": next((s for s in statuses if s["state"] == 3), None)}))

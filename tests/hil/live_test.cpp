@@ -5,78 +5,23 @@
 //   Icount.*       claims about time, made only where time is the number of instructions executed
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
 
 #include "config/config.h"
 #include "rehearsal/rehearsal.h"
-#include "tests/support/process.h"
+#include "tests/hil/bench.h"
 
 namespace hystcan {
 namespace {
 
-using nlohmann::json;
-using std::chrono::milliseconds;
-using support::Process;
-
-const std::string config_file = HYSTCAN_SOURCE_DIR "/config/piezo.toml";
-
-struct Wire {
-  const char* controller_side;
-  const char* twin_side;
-};
-void PrintTo(const Wire& wire, std::ostream* out) { *out << wire.controller_side; }
-
-/// Under a real-time scheduling class where we may, as on a bench.
-std::vector<std::string> first_come_first_served(std::vector<std::string> command) {
-  if (geteuid() == 0) command.insert(command.begin(), {"chrt", "--fifo", "50"});
-  return command;
-}
-
-/// A twin, a controller and a log of what passes between them.
-class Bench {
- public:
-  explicit Bench(Wire wire) : wire_(wire) {
-    log_ = (std::filesystem::path(testing::TempDir()) / "hil.log").string();
-    // -L prints the log format with the kernel's timestamps; the shell only opens the file.
-    candump = std::make_unique<Process>(std::vector<std::string>{
-        "sh", "-c", std::string("exec candump -L ") + wire.controller_side + " >" + log_});
-    std::this_thread::sleep_for(milliseconds(200));
-    twin = std::make_unique<Process>(std::vector<std::string>{
-        HYSTCAN_PROGRAM, "twin", config_file, "--interface", wire.twin_side, "--force-interface"});
-    EXPECT_TRUE(twin->says("y: amplifier node")) << twin->err();
-  }
-
-  void start_controller(std::vector<std::string> options = {}) {
-    std::vector<std::string> command{HYSTCAN_PROGRAM, "controller", config_file, "--interface",
-                                     wire_.controller_side};
-    command.insert(command.end(), options.begin(), options.end());
-    controller = std::make_unique<Process>(first_come_first_served(command));
-  }
-  [[nodiscard]] bool tracks() { return controller->says("x: tracking") && controller->says("y: tracking"); }
-
-  /// What an independent reader makes of the log so far.
-  json decoded() {
-    std::this_thread::sleep_for(milliseconds(100));
-    candump.reset();
-    Process reader({"/usr/bin/python3", HYSTCAN_SOURCE_DIR "/tests/hil/decode.py", log_});
-    EXPECT_EQ(reader.wait(), 0) << reader.err();
-    return json::parse(reader.out());
-  }
-
-  std::unique_ptr<Process> candump;
-  std::unique_ptr<Process> twin;
-  std::unique_ptr<Process> controller;
-
- private:
-  Wire wire_;
-  std::string log_;
-};
+using hil::Bench;
+using hil::config_file;
+using hil::json;
+using hil::milliseconds;
+using hil::Process;
+using hil::Wire;
 
 class Live : public testing::TestWithParam<Wire> {
  protected:

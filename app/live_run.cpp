@@ -1,0 +1,64 @@
+#include "app/live_run.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+#include <memory>
+
+namespace hystcan::app {
+
+using controller::AxisState;
+
+StateLog::StateLog(const config::Config& config) : states_(config.axes.size()) {
+  for (const config::AxisConfig& axis : config.axes) {
+    names_.push_back(axis.wire.name);
+    nodes_.push_back(
+        fmt::format("amplifier node {} and sensor node {}", axis.wire.amplifier_node, axis.wire.sensor_node));
+  }
+}
+
+void StateLog::add(const controller::CycleRecord& record) {
+  const controller::AxisReport& report = record.report;
+  if (states_[record.axis] == report.state) return;
+  states_[record.axis] = report.state;
+  if (report.state == AxisState::faulted)
+    spdlog::error("{}: faulted at {:.3f} s: {}; {}", names_[record.axis], record.time_s,
+                  to_string(report.cause), remedy(report.cause));
+  else if (report.state == AxisState::waiting)
+    spdlog::info("{}: waiting for {}", names_[record.axis], nodes_[record.axis]);
+  else
+    spdlog::info("{}: {}", names_[record.axis], to_string(report.state));
+}
+
+void run_live(LiveLoop& loop, controller::Controller& controller, bool clear_faults,
+              const std::function<bool(double run_s)>& is_done) {
+  constexpr auto poll_period = std::chrono::milliseconds(20);
+  const can::Time start = loop.scheduler().now();
+  bool stopping = false;
+  const auto stop = [&] {
+    stopping = true;
+    controller.request_stop();
+  };
+  std::unique_ptr<can::Timer> poll;
+  poll = loop.scheduler().make_timer([&] {
+    const can::Time now = loop.scheduler().now();
+    if (stopping && controller.stopped()) return loop.stop();
+    if (!stopping && is_done(can::seconds(now - start))) stop();
+    poll->expire_at(now + poll_period);
+  });
+  controller.start(clear_faults);
+  poll->expire_at(start + poll_period);
+  try {
+    loop.run([&] {
+      if (stopping) return loop.stop();
+      stop();
+    });
+  } catch (...) {
+    controller.send_safe_commands();
+    throw;
+  }
+  controller.send_safe_commands();
+}
+
+}  // namespace hystcan::app

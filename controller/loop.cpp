@@ -1,0 +1,56 @@
+#include "controller/loop.h"
+
+#include <cmath>
+#include <limits>
+
+namespace hystcan::controller {
+
+ClosedLoop::ClosedLoop(const Config& config)
+    : config_(config), law_(config.law), trajectory_(config.setpoint, config.repeat) {}
+
+std::vector<double> ClosedLoop::ramp_in() const {
+  const model::Interval& thresholds = law_.inverted().input_range();
+  return {thresholds.hi, thresholds.lo};
+}
+
+void ClosedLoop::begin(double position_um) {
+  badly_following_ = 0;
+  trajectory_.start_from(law_.restart_at_lower_threshold(position_um));
+}
+
+Proposal ClosedLoop::propose(const LoopInput& input) {
+  Proposal proposal{.point = trajectory_.at(input.t_s)};
+  proposal.reference_um = proposal.point.value_um;
+  proposal.follows = !input.position_um || follows(proposal.reference_um - *input.position_um);
+  if (!proposal.follows) return proposal;
+  const double previewed_s = input.t_s + config_.delays.preview_s(input.cycle_s);
+  const ControlLaw::Demand demand = law_.propose({.reference_um = proposal.reference_um,
+                                                  .previewed_um = trajectory_.at(previewed_s).value_um,
+                                                  .position_um = input.position_um,
+                                                  .dt_s = input.dt_s});
+  proposal.drive = demand.drive;
+  proposal.demand_um = demand.position_um;
+  proposal.limits = demand.limits;
+  return proposal;
+}
+
+bool ClosedLoop::follows(double error_um) {
+  badly_following_ = std::abs(error_um) > config_.following_error_um ? badly_following_ + 1 : 0;
+  return badly_following_ < config_.following_error_cycles;
+}
+
+OpenLoop::OpenLoop(const Excitation::Config& config, const Gate::Config& gate) : excitation_(config) {
+  refuse_beyond(gate, excitation_);
+}
+
+Proposal OpenLoop::propose(const LoopInput& input) const {
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  Proposal proposal;
+  proposal.drive = excitation_.at(input.t_s);
+  proposal.reference_um = proposal.demand_um = none;
+  proposal.point.shape_time_s = input.t_s;
+  proposal.point.finished = input.t_s >= excitation_.length_s();
+  return proposal;
+}
+
+}  // namespace hystcan::controller

@@ -1,0 +1,84 @@
+// What an axis does with its drive while it tracks: one of two, behind the same supervision and the same
+// gate.
+//
+//   ClosedLoop   follows a reference: Trajectory, ControlLaw, following error
+//   OpenLoop     follows a drive, an Excitation; knows no model and no reference
+//
+// Both: ramp_in() tells the drives to visit before, begin() is called where tracking begins, then
+// propose() -> gate -> commit() in every cycle.
+#pragma once
+
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "controller/excitation.h"
+#include "controller/gate.h"
+#include "controller/law.h"
+#include "controller/setpoint.h"
+
+namespace hystcan::controller {
+
+struct LoopInput {
+  double t_s = 0.0;  ///< since tracking began
+  double dt_s = 0.0;
+  double cycle_s = 0.0;
+  std::optional<double> position_um;
+};
+
+struct Proposal {
+  bool follows = true;  ///< false: the stage has lost its reference, nothing else of this counts
+  double drive = 0.0;   ///< wanted, before the gate
+  double reference_um = 0.0;
+  double demand_um = 0.0;
+  std::uint8_t limits = limit::none;
+  Trajectory::Point point;
+};
+
+class ClosedLoop {
+ public:
+  struct Config {
+    ControlLaw::Config law;
+    Delays delays;
+    std::vector<Segment> setpoint;
+    bool repeat = false;
+    double following_error_um = 0.0;
+    unsigned following_error_cycles = 1;
+  };
+
+  /// Throws std::invalid_argument where the model is not a valid one.
+  explicit ClosedLoop(const Config& config);
+
+  /// Up to the upper threshold and down to the lower one: whatever the actuator remembered is wiped out.
+  std::vector<double> ramp_in() const;
+  void begin(double position_um);
+  Proposal propose(const LoopInput& input);
+  void commit(double applied_drive) { law_.commit(applied_drive); }
+
+ private:
+  bool follows(double error_um);
+
+  Config config_;
+  ControlLaw law_;
+  Trajectory trajectory_;
+  unsigned badly_following_ = 0;
+};
+
+class OpenLoop {
+ public:
+  /// Throws std::invalid_argument where `gate` would not let the excitation pass as it is.
+  OpenLoop(const Excitation::Config& config, const Gate::Config& gate);
+
+  /// Straight to where the excitation begins.
+  std::vector<double> ramp_in() const { return {excitation_.at(0.0)}; }
+  void begin(double /*position_um*/) {}
+  Proposal propose(const LoopInput& input) const;
+  void commit(double /*applied_drive*/) {}
+
+ private:
+  Excitation excitation_;
+};
+
+using Loop = std::variant<ClosedLoop, OpenLoop>;
+
+}  // namespace hystcan::controller

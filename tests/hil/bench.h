@@ -1,0 +1,79 @@
+// A twin and a controller on real SocketCAN, and a log of what passes between them.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/support/process.h"
+
+namespace hystcan::hil {
+
+using nlohmann::json;
+using std::chrono::milliseconds;
+using support::Process;
+
+inline const std::string config_file = HYSTCAN_SOURCE_DIR "/config/piezo.toml";
+
+struct Wire {
+  const char* controller_side;
+  const char* twin_side;
+};
+inline void PrintTo(const Wire& wire, std::ostream* out) { *out << wire.controller_side; }
+
+/// Under a real-time scheduling class where we may, as on a bench.
+inline std::vector<std::string> first_come_first_served(std::vector<std::string> command) {
+  if (geteuid() == 0) command.insert(command.begin(), {"chrt", "--fifo", "50"});
+  return command;
+}
+
+/// A twin, a controller and a log of what passes between them.
+class Bench {
+ public:
+  explicit Bench(Wire wire) : wire_(wire) {
+    log_ = (std::filesystem::path(testing::TempDir()) / "hil.log").string();
+    // -L prints the log format with the kernel's timestamps; the shell only opens the file.
+    candump = std::make_unique<Process>(std::vector<std::string>{
+        "sh", "-c", std::string("exec candump -L ") + wire.controller_side + " >" + log_});
+    std::this_thread::sleep_for(milliseconds(200));
+    twin = std::make_unique<Process>(std::vector<std::string>{
+        HYSTCAN_PROGRAM, "twin", config_file, "--interface", wire.twin_side, "--force-interface"});
+    EXPECT_TRUE(twin->says("y: amplifier node")) << twin->err();
+  }
+
+  void start_controller(const std::vector<std::string>& options = {}) { start("controller", options); }
+  /// A command of the controller's side: it becomes `controller`.
+  void start(const char* subcommand, const std::vector<std::string>& options) {
+    std::vector<std::string> command{HYSTCAN_PROGRAM, subcommand, config_file, "--interface",
+                                     wire_.controller_side};
+    command.insert(command.end(), options.begin(), options.end());
+    controller = std::make_unique<Process>(first_come_first_served(command));
+  }
+  [[nodiscard]] bool tracks() { return controller->says("x: tracking") && controller->says("y: tracking"); }
+
+  /// What an independent reader makes of the log so far.
+  json decoded() {
+    std::this_thread::sleep_for(milliseconds(100));
+    candump.reset();
+    Process reader({"/usr/bin/python3", HYSTCAN_SOURCE_DIR "/tests/hil/decode.py", log_});
+    EXPECT_EQ(reader.wait(), 0) << reader.err();
+    return json::parse(reader.out());
+  }
+
+  std::unique_ptr<Process> candump;
+  std::unique_ptr<Process> twin;
+  std::unique_ptr<Process> controller;
+
+ private:
+  Wire wire_;
+  std::string log_;
+};
+
+}  // namespace hystcan::hil
