@@ -55,12 +55,16 @@ model::Interval thresholds_observed(const std::vector<Record>& records, model::S
   return range;
 }
 
-Problem whole(const Problem& excerpt, const std::vector<Record>& records) {
+// All samples in one fold, unseen ones left out.
+Problem whole(const Problem& excerpt, const std::vector<Record>& records, const Folds& folds) {
   Problem problem = excerpt;
   problem.folds = 1;
   problem.excerpts.clear();
-  for (const Record& record : records)
-    problem.excerpts.emplace_back(record, std::vector<int>{}, record.size(), 0.0);
+  for (std::size_t r = 0; r < records.size(); ++r) {
+    std::vector<int> fold = folds.of[r];
+    for (int& part : fold) part = std::min(part, 0);
+    problem.excerpts.emplace_back(records[r], std::move(fold), records[r].size(), 0.0);
+  }
   return problem;
 }
 
@@ -105,6 +109,9 @@ class Identification {
     problem_.observed = thresholds_observed(records_, symmetry_);
     problem_.output_span = span_over(records_, &Record::output).span();
     result_.folds = deal_into_folds(records_, problem_.observed);
+    for (std::size_t r = 0; r < options_.unseen.size(); ++r)
+      for (std::size_t i = 0; i < records_[r].size(); ++i)
+        if (options_.unseen[r][i]) result_.folds.of[r][i] = Regression::left_out;
     problem_.folds = result_.folds.count;
     const std::size_t samples = samples_of(records_);
     for (std::size_t i = 0; i < records_.size(); ++i) {
@@ -142,7 +149,7 @@ class Identification {
   }
 
   void fit_all() {
-    const Problem all = whole(problem_, records_);
+    const Problem all = whole(problem_, records_, result_.folds);
     SeparableFit fit(all, result_.search.order);
     Trial& trial = result_.search.trial;
     const Fitted fitted = fit_to_all(fit, trial);

@@ -20,6 +20,9 @@ struct IdentifyOptions {
   bool observed_thresholds = false;         ///< thresholds at the ends of the observed input range
   std::size_t search_samples = 3000;        ///< that the search looks at; the last fit looks at all
   std::function<bool()> go_on;              ///< false: stop with the best so far
+  /// Per record, of each sample: true, and the fit does not see its output; its input is travelled all the
+  /// same. Empty: all are seen.
+  std::vector<std::vector<bool>> unseen;
 };
 
 /// Where one k lies as well as anywhere: RMS within 5 % of the best. 1 / input unit.
@@ -36,7 +39,7 @@ struct Identified {
   Found search;
   Folds folds;
   std::vector<Characterisation> records;
-  std::vector<Misses> misses;  ///< of each record, all its samples
+  std::vector<Misses> misses;  ///< of each record, all its samples, unseen ones too
   Misses overall;
   std::optional<double> held_out_rms;
   double output_span = 0.0;  ///< of all records together
