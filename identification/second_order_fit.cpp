@@ -1,0 +1,324 @@
+#include "identification/second_order_fit.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include "identification/held_mode.h"
+#include "identification/sampled_record.h"
+#include "model/refusal.h"
+
+namespace hystcan::identification {
+namespace {
+
+using model::refuse;
+
+// log(f / Hz), log zeta, d / T.
+using Point = Eigen::Vector3d;
+constexpr int linear_count = 5;
+using Columns = Eigen::Matrix<double, Eigen::Dynamic, linear_count>;
+using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, 3>;
+enum Linear { offset, drift, gain, free_position, free_velocity };
+
+struct Box {
+  Point lo, hi;
+  Point clamped(const Point& point) const { return point.cwiseMax(lo).cwiseMin(hi); }
+};
+
+Box searched(const SampledRecord& record) {
+  return {{std::log(0.3 / record.duration_s()), std::log(1e-4), -1.0},
+          {std::log(largest_frequency_cycles / record.cycle_s), std::log(5.0), largest_delay_cycles}};
+}
+
+HeldMode mode_at(const SampledRecord& record, const Point& point) {
+  return {{std::exp(point[0]), std::exp(point[1])}, point[2] * record.cycle_s, record.cycle_s};
+}
+
+double drive_at(const SampledRecord& record, Eigen::Index row) {
+  return record.drive[std::clamp<Eigen::Index>(row, 0, record.rows() - 1)];
+}
+
+/// The mode from rest, x[n] of every row.
+Eigen::VectorXd driven(const SampledRecord& record, const HeldMode& mode) {
+  Eigen::VectorXd position(record.rows());
+  Eigen::Vector2d state = Eigen::Vector2d::Zero();
+  const Eigen::Index late = mode.whole_cycles();
+  for (Eigen::Index n = 0; n < record.rows(); ++n) {
+    position[n] = state[0];
+    state = mode.step(state, drive_at(record, n - late - 1), drive_at(record, n - late));
+  }
+  return position;
+}
+
+template <class Column>
+void decay_freely(Column column, const HeldMode& mode, Eigen::Vector2d state) {
+  for (double& position : column) {
+    position = state[0];
+    state = mode.step(state, 0.0, 0.0);
+  }
+}
+
+Columns columns_at(const SampledRecord& record, const Point& point) {
+  const HeldMode mode = mode_at(record, point);
+  Columns columns(record.rows(), linear_count);
+  columns.col(offset).setOnes();
+  columns.col(drift) = record.time;
+  columns.col(gain) = driven(record, mode);
+  decay_freely(columns.col(free_position), mode, {1.0, 0.0});
+  decay_freely(columns.col(free_velocity), mode, {0.0, 2.0 * std::numbers::pi * std::exp(point[0])});
+  return columns;
+}
+
+struct Projection {
+  Columns columns;
+  Eigen::Matrix<double, linear_count, 1> coefficients;
+  Eigen::VectorXd residual;  ///< output minus fitted
+};
+
+Projection project(const SampledRecord& record, const Point& point) {
+  Projection p{columns_at(record, point), {}, {}};
+  p.coefficients = p.columns.colPivHouseholderQr().solve(record.output);
+  p.residual = record.output - p.columns * p.coefficients;
+  return p;
+}
+
+/// Derivatives of the residual by central differences: the error is of order 1e-10.
+Jacobian residual_slope(const SampledRecord& record, const Point& point) {
+  constexpr double h = 1e-5;
+  Jacobian slope(record.rows(), 3);
+  for (int i = 0; i < 3; ++i) {
+    const Point shift = h * Point::Unit(i);
+    slope.col(i) =
+        (project(record, point + shift).residual - project(record, point - shift).residual) / (2.0 * h);
+  }
+  return slope;
+}
+
+struct Minimum {
+  Point point;
+  double sum_of_squares;
+};
+
+Minimum descend(const SampledRecord& record, const Box& box, const Point& start) {
+  Minimum best{start, project(record, start).residual.squaredNorm()};
+  double damping = 1e-3;
+  for (int iteration = 0; iteration < 60 && damping < 1e12; ++iteration) {
+    const Jacobian slope = residual_slope(record, best.point);
+    const Eigen::Matrix3d curvature = slope.transpose() * slope;
+    const Point downhill = -slope.transpose() * project(record, best.point).residual;
+    double moved = 0.0;
+    for (; damping < 1e12; damping *= 10.0) {
+      Eigen::Matrix3d damped = curvature;
+      damped.diagonal() *= 1.0 + damping;
+      damped.diagonal().array() += 1e-300;
+      const Point next = box.clamped(best.point + damped.ldlt().solve(downhill).cwiseMax(-0.5).cwiseMin(0.5));
+      const double sum = project(record, next).residual.squaredNorm();
+      if (!(sum < best.sum_of_squares)) continue;
+      moved = (next - best.point).cwiseAbs().maxCoeff();
+      best = {next, sum};
+      damping = std::max(damping / 30.0, 1e-12);
+      break;
+    }
+    if (moved < 1e-11) break;
+  }
+  return best;
+}
+
+// The grid's modes start from rest, and of the linear part only offset and drift are taken out beside the
+// gain: a product of vectors for each place instead of a decomposition.
+std::vector<Minimum> grid(const SampledRecord& record, const Box& box) {
+  constexpr double frequency_ratio = 1.15;
+  std::vector<Minimum> places;
+  const Eigen::VectorXd output = without_line(record.time, record.output);
+  for (double log_f = box.lo[0]; log_f < box.hi[0]; log_f += std::log(frequency_ratio))
+    for (const double zeta : {0.03, 0.2, 0.9})
+      for (double delay = box.lo[2]; delay <= box.hi[2]; delay += 0.5) {
+        const Point point{log_f, std::log(zeta), delay};
+        const Eigen::VectorXd x = without_line(record.time, driven(record, mode_at(record, point)));
+        const double along = x.dot(output);
+        places.push_back({point, output.squaredNorm() - along * along / std::max(x.squaredNorm(), 1e-300)});
+      }
+  std::ranges::sort(places, {}, &Minimum::sum_of_squares);
+  return places;
+}
+
+/// The best few places that lie apart.
+std::vector<Point> starts(const SampledRecord& record, const Box& box) {
+  constexpr std::size_t most = 6;
+  std::vector<Point> chosen;
+  for (const Minimum& place : grid(record, box)) {
+    const auto near = [&](const Point& other) {
+      const Point apart = (place.point - other).cwiseAbs();
+      return apart[0] < 0.3 && apart[2] < 1.1;
+    };
+    if (std::ranges::none_of(chosen, near)) chosen.push_back(place.point);
+    if (chosen.size() == most) break;
+  }
+  return chosen;
+}
+
+// The mirror image in half the sampling rate has the same decay per second, zeta omega, and almost the same
+// samples with another delay: the best of these.
+Point mirrored(const SampledRecord& record, const Box& box, const Point& point) {
+  const double f = std::exp(point[0]);
+  const double image = std::max(1.0 / record.cycle_s - f, std::exp(box.lo[0]));
+  Minimum best{point, std::numeric_limits<double>::infinity()};
+  for (double delay = box.lo[2]; delay <= box.hi[2]; delay += 0.2) {
+    const Point there = box.clamped({std::log(image), point[1] + std::log(f / image), delay});
+    const double sum = project(record, there).residual.squaredNorm();
+    if (sum < best.sum_of_squares) best = {there, sum};
+  }
+  return best.point;
+}
+
+/// Best first.
+std::vector<Minimum> minima(const SampledRecord& record, const Box& box) {
+  std::vector<Minimum> found;
+  for (const Point& start : starts(record, box)) found.push_back(descend(record, box, start));
+  std::ranges::sort(found, {}, &Minimum::sum_of_squares);
+  found.push_back(descend(record, box, mirrored(record, box, found.front().point)));
+  std::ranges::sort(found, {}, &Minimum::sum_of_squares);
+  return found;
+}
+
+using Sensitivity = Eigen::Matrix<double, Eigen::Dynamic, 3 + linear_count>;
+using Covariance = Eigen::Matrix<double, 3 + linear_count, 3 + linear_count>;
+
+// Of what the drive does: a free decay follows any line in the noise, and would show a frequency where the
+// drive shows none.
+Sensitivity sensitivity_at(const SampledRecord& record, const Point& point, const Projection& at) {
+  constexpr double h = 1e-5;
+  const double slope = at.coefficients[gain];
+  Sensitivity sensitivity(record.rows(), 3 + linear_count);
+  for (int i = 0; i < 3; ++i) {
+    const Point shift = h * Point::Unit(i);
+    sensitivity.col(i) =
+        slope / (2.0 * h) *
+        (driven(record, mode_at(record, point + shift)) - driven(record, mode_at(record, point - shift)));
+  }
+  sensitivity.rightCols<linear_count>() = at.columns;
+  return sensitivity;
+}
+
+/// sum_l w_l sum_n g_n g_{n+l}' of the header.
+Covariance scatter(const Sensitivity& scores) {
+  const Eigen::Index rows = scores.rows();
+  const auto reach = static_cast<Eigen::Index>(std::sqrt(static_cast<double>(rows)));
+  Covariance sum = scores.transpose() * scores;
+  for (Eigen::Index lag = 1; lag <= reach; ++lag) {
+    const double weight = 1.0 - static_cast<double>(lag) / static_cast<double>(reach + 1);
+    const Covariance lagged = scores.topRows(rows - lag).transpose() * scores.bottomRows(rows - lag);
+    sum += weight * (lagged + lagged.transpose());
+  }
+  return sum;
+}
+
+struct Confidence {
+  Covariance covariance;
+  double variance = 0.0;  ///< s^2, times what correlation of the residuals adds
+};
+
+Confidence confidence_at(const SampledRecord& record, const Point& point, const Projection& at) {
+  const Sensitivity sensitivity = sensitivity_at(record, point, at);
+  const Eigen::RowVectorXd scale = sensitivity.colwise().norm().cwiseMax(1e-300);
+  const Sensitivity scaled = sensitivity.array().rowwise() / scale.array();
+  const Covariance inverse = (scaled.transpose() * scaled).completeOrthogonalDecomposition().pseudoInverse();
+  const double freedom = static_cast<double>(record.rows() - 3 - linear_count);
+  const double variance = at.residual.squaredNorm() / freedom;
+  const Sensitivity scores = scaled.array().colwise() * at.residual.array();
+  const Covariance plain = variance * inverse;
+  const Covariance correlated = inverse * scatter(scores) * inverse;
+  const auto widened = (correlated.diagonal().array() / plain.diagonal().array().max(1e-300)).max(1.0).eval();
+  Covariance covariance = plain;
+  for (int i = 0; i < 3 + linear_count; ++i)
+    for (int j = 0; j < 3 + linear_count; ++j)
+      covariance(i, j) *= std::sqrt(widened[i] * widened[j]) / (scale[i] * scale[j]);
+  return {covariance, variance * widened.head<3>().maxCoeff()};
+}
+
+constexpr double two_sided_95 = 1.96;
+
+struct LogInterval {
+  double lo, hi;
+};
+
+/// Of one of (log f, log zeta, d / T): about the best minimum, and over those that are as good.
+LogInterval interval_of(int which, const std::vector<Minimum>& found, const Confidence& confidence) {
+  const double reach = two_sided_95 * std::sqrt(confidence.covariance(which, which));
+  LogInterval interval{found.front().point[which] - reach, found.front().point[which] + reach};
+  const double as_good = found.front().sum_of_squares + two_sided_95 * two_sided_95 * confidence.variance;
+  for (const Minimum& other : found) {
+    if (other.sum_of_squares > as_good) continue;
+    interval.lo = std::min(interval.lo, other.point[which]);
+    interval.hi = std::max(interval.hi, other.point[which]);
+  }
+  return interval;
+}
+
+Estimate exponential(double log_value, double standard_error, const LogInterval& interval) {
+  const double value = std::exp(log_value);
+  return {value, value * standard_error, std::exp(interval.lo), std::exp(interval.hi)};
+}
+
+Estimate scaled(double scale, double value, double standard_error, const LogInterval& interval) {
+  return {scale * value, std::abs(scale) * standard_error, scale * interval.lo, scale * interval.hi};
+}
+
+// At low frequency the mode is a pure lag 2 zeta / omega, and only its sum with the delay shows.
+double lag_s(const SecondOrderFit& fit) {
+  return fit.delay_s.value + fit.damping_ratio.value / (std::numbers::pi * fit.natural_frequency_Hz.value);
+}
+
+void refuse_what_is_not_told(const SecondOrderFit& fit, const Point& point, const Box& box) {
+  if (fit.explained < 0.5)
+    refuse("a second-order mode explains ", std::round(100.0 * fit.explained),
+           " % of the output, expected at least 50: a larger step or chirp, or the right columns");
+  if (point[2] >= box.hi[2])
+    refuse("delay is more than ", largest_delay_cycles, " cycles of ", fit.cycle_s, " s, expected less");
+  const Estimate& f = fit.natural_frequency_Hz;
+  const bool at_the_edge = point[0] >= box.hi[0] - 1e-6 || point[1] >= box.hi[1] - 1e-6;
+  if (at_the_edge || !(f.hi < 1.5 * f.lo))
+    refuse("natural frequency is anywhere from ", f.lo, " to ", f.hi, " Hz, expected a record that shows it:",
+           " drive with more near the resonance, or sample faster; only a lag of ", lag_s(fit),
+           " s in all can be told");
+  if (!(fit.damping_ratio.hi < 5.0 * fit.damping_ratio.lo))
+    refuse("damping ratio is anywhere from ", fit.damping_ratio.lo, " to ", fit.damping_ratio.hi,
+           ", expected a record that shows it: drive longer or with more near ", f.value, " Hz");
+  if (fit.delay_s.hi < 0.0)
+    refuse("delay is ", fit.delay_s.value,
+           " s, expected zero or more:", " the input of a row is the drive in force from that row's time on");
+}
+
+}  // namespace
+
+SecondOrderFit fit_second_order(const Record& record) {
+  const SampledRecord s = sampled(record);
+  const Box box = searched(s);
+  const std::vector<Minimum> found = minima(s, box);
+  const Point& point = found.front().point;
+  const Projection at = project(s, point);
+  const Confidence confidence = confidence_at(s, point, at);
+  const auto error_of = [&](int which) { return std::sqrt(confidence.covariance(which, which)); };
+  const auto interval = [&](int which) { return interval_of(which, found, confidence); };
+
+  const double rows = static_cast<double>(s.rows());
+  const double slope = at.coefficients[gain], slope_error = error_of(3 + gain);
+  const double reach = two_sided_95 * slope_error;
+  SecondOrderFit fit;
+  fit.natural_frequency_Hz = exponential(point[0], error_of(0), interval(0));
+  fit.damping_ratio = exponential(point[1], error_of(1), interval(1));
+  fit.delay_s = scaled(s.cycle_s, point[2], error_of(2), interval(2));
+  fit.gain = scaled(s.output_scale / s.drive_scale, slope, slope_error, {slope - reach, slope + reach});
+  fit.drift_per_s = at.coefficients[drift] * s.output_scale * 2.0 / s.duration_s();
+  fit.residual_rms = s.output_scale * std::sqrt(at.residual.squaredNorm() / rows);
+  fit.explained = 1.0 - at.residual.squaredNorm() / rows;
+  fit.cycle_s = s.cycle_s;
+  fit.rows = record.size();
+  refuse_what_is_not_told(fit, point, box);
+  return fit;
+}
+
+}  // namespace hystcan::identification
