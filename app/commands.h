@@ -23,6 +23,7 @@ using AddCommand = void (*)(CLI::App& cli, int& status);
 void add_check(CLI::App& cli, int& status);
 void add_controller(CLI::App& cli, int& status);
 void add_demo(CLI::App& cli, int& status);
+void add_dynamics(CLI::App& cli, int& status);
 void add_simulate(CLI::App& cli, int& status);
 void add_twin(CLI::App& cli, int& status);
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <string>
 #include <vector>
 
 #include "identification/held_mode.h"
@@ -272,23 +273,34 @@ double lag_s(const SecondOrderFit& fit) {
   return fit.delay_s.value + fit.damping_ratio.value / (std::numbers::pi * fit.natural_frequency_Hz.value);
 }
 
+double in_three_digits(double value) {
+  if (value == 0.0 || !std::isfinite(value)) return value;
+  const double unit = std::pow(10.0, std::floor(std::log10(std::abs(value))) - 2.0);
+  return unit < 1.0 ? std::round(value / unit) / std::round(1.0 / unit) : std::round(value / unit) * unit;
+}
+
+std::string range_of(const Estimate& estimate) {
+  return model::text_of(in_three_digits(estimate.lo), " to ", in_three_digits(estimate.hi));
+}
+
+bool is_told(const Estimate& estimate, double largest_ratio) {
+  return estimate.hi < largest_ratio * estimate.lo;  // false for what is not a number
+}
+
 void refuse_what_is_not_told(const SecondOrderFit& fit, const Point& point, const Box& box) {
   if (fit.explained < 0.5)
     refuse("a second-order mode explains ", std::round(100.0 * fit.explained),
            " % of the output, expected at least 50: a larger step or chirp, or the right columns");
   if (point[2] >= box.hi[2])
     refuse("delay is more than ", largest_delay_cycles, " cycles of ", fit.cycle_s, " s, expected less");
-  const Estimate& f = fit.natural_frequency_Hz;
   const bool at_the_edge = point[0] >= box.hi[0] - 1e-6 || point[1] >= box.hi[1] - 1e-6;
-  if (at_the_edge || !(f.hi < 1.5 * f.lo))
-    refuse("natural frequency is anywhere from ", f.lo, " to ", f.hi, " Hz, expected a record that shows it:",
-           " drive with more near the resonance, or sample faster; only a lag of ", lag_s(fit),
-           " s in all can be told");
-  if (!(fit.damping_ratio.hi < 5.0 * fit.damping_ratio.lo))
-    refuse("damping ratio is anywhere from ", fit.damping_ratio.lo, " to ", fit.damping_ratio.hi,
-           ", expected a record that shows it: drive longer or with more near ", f.value, " Hz");
+  if (at_the_edge || !is_told(fit.natural_frequency_Hz, 1.5) || !is_told(fit.damping_ratio, 5.0))
+    refuse("natural frequency is anywhere from ", range_of(fit.natural_frequency_Hz),
+           " Hz and damping ratio from ", range_of(fit.damping_ratio),
+           ", expected a record that shows them: drive more near the resonance, longer, or sample faster;",
+           " only a lag of ", in_three_digits(lag_s(fit)), " s in all can be told");
   if (fit.delay_s.hi < 0.0)
-    refuse("delay is ", fit.delay_s.value,
+    refuse("delay is ", in_three_digits(fit.delay_s.value),
            " s, expected zero or more:", " the input of a row is the drive in force from that row's time on");
 }
 
