@@ -19,10 +19,9 @@ using model::refuse;
 
 // log(f / Hz), log zeta, d / T.
 using Point = Eigen::Vector3d;
-constexpr int linear_count = 5;
-using Columns = Eigen::Matrix<double, Eigen::Dynamic, linear_count>;
 using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, 3>;
-enum Linear { offset, drift, gain, free_position, free_velocity };
+// The linear part: these, and from `gain` on a column for each input.
+enum Linear : Eigen::Index { offset, drift, free_position, free_velocity, gain };
 
 struct Box {
   Point lo, hi;
@@ -38,20 +37,22 @@ HeldMode mode_at(const SampledRecord& record, const Point& point) {
   return {{std::exp(point[0]), std::exp(point[1])}, point[2] * record.cycle_s, record.cycle_s};
 }
 
-double drive_at(const SampledRecord& record, Eigen::Index row) {
-  return record.drive[std::clamp<Eigen::Index>(row, 0, record.rows() - 1)];
-}
-
-/// The mode from rest, x[n] of every row.
-Eigen::VectorXd driven(const SampledRecord& record, const HeldMode& mode) {
-  Eigen::VectorXd position(record.rows());
-  Eigen::Vector2d state = Eigen::Vector2d::Zero();
-  const Eigen::Index late = mode.whole_cycles();
-  for (Eigen::Index n = 0; n < record.rows(); ++n) {
-    position[n] = state[0];
-    state = mode.step(state, drive_at(record, n - late - 1), drive_at(record, n - late));
+/// The mode's x[n] of every row fitted, of each of the first `count` inputs, in equilibrium with what came
+/// before.
+Eigen::MatrixXd driven(const SampledRecord& record, const HeldMode& mode, Eigen::Index count) {
+  Eigen::MatrixXd positions(record.rows(), count);
+  for (Eigen::Index input = 0; input < count; ++input) {
+    const auto at = [&](Eigen::Index n) {
+      const Eigen::Index row = record.first + n - mode.whole_cycles();
+      return record.inputs(std::clamp<Eigen::Index>(row, 0, record.inputs.rows() - 1), input);
+    };
+    Eigen::Vector2d state(at(-1), 0.0);
+    for (Eigen::Index n = 0; n < record.rows(); ++n) {
+      positions(n, input) = state[0];
+      state = mode.step(state, at(n - 1), at(n));
+    }
   }
-  return position;
+  return positions;
 }
 
 template <class Column>
@@ -62,20 +63,20 @@ void decay_freely(Column column, const HeldMode& mode, Eigen::Vector2d state) {
   }
 }
 
-Columns columns_at(const SampledRecord& record, const Point& point) {
+Eigen::MatrixXd columns_at(const SampledRecord& record, const Point& point) {
   const HeldMode mode = mode_at(record, point);
-  Columns columns(record.rows(), linear_count);
+  Eigen::MatrixXd columns(record.rows(), gain + record.inputs.cols());
   columns.col(offset).setOnes();
   columns.col(drift) = record.time;
-  columns.col(gain) = driven(record, mode);
   decay_freely(columns.col(free_position), mode, {1.0, 0.0});
   decay_freely(columns.col(free_velocity), mode, {0.0, 2.0 * std::numbers::pi * std::exp(point[0])});
+  columns.rightCols(record.inputs.cols()) = driven(record, mode, record.inputs.cols());
   return columns;
 }
 
 struct Projection {
-  Columns columns;
-  Eigen::Matrix<double, linear_count, 1> coefficients;
+  Eigen::MatrixXd columns;
+  Eigen::VectorXd coefficients;
   Eigen::VectorXd residual;  ///< output minus fitted
 };
 
@@ -128,8 +129,8 @@ Minimum descend(const SampledRecord& record, const Box& box, const Point& start)
   return best;
 }
 
-// The grid's modes start from rest, and of the linear part only offset and drift are taken out beside the
-// gain: a product of vectors for each place instead of a decomposition.
+// The grid's modes start in equilibrium, and of the linear part only offset and drift are taken out beside
+// the gain: a product of vectors for each place instead of a decomposition.
 std::vector<Minimum> grid(const SampledRecord& record, const Box& box) {
   constexpr double frequency_ratio = 1.15;
   std::vector<Minimum> places;
@@ -138,7 +139,7 @@ std::vector<Minimum> grid(const SampledRecord& record, const Box& box) {
     for (const double zeta : {0.03, 0.2, 0.9})
       for (double delay = box.lo[2]; delay <= box.hi[2]; delay += 0.5) {
         const Point point{log_f, std::log(zeta), delay};
-        const Eigen::VectorXd x = without_line(record.time, driven(record, mode_at(record, point)));
+        const Eigen::VectorXd x = without_line(record.time, driven(record, mode_at(record, point), 1));
         const double along = x.dot(output);
         places.push_back({point, output.squaredNorm() - along * along / std::max(x.squaredNorm(), 1e-300)});
       }
@@ -185,59 +186,55 @@ std::vector<Minimum> minima(const SampledRecord& record, const Box& box) {
   return found;
 }
 
-using Sensitivity = Eigen::Matrix<double, Eigen::Dynamic, 3 + linear_count>;
-using Covariance = Eigen::Matrix<double, 3 + linear_count, 3 + linear_count>;
-
 // Of what the drive does: a free decay follows any line in the noise, and would show a frequency where the
 // drive shows none.
-Sensitivity sensitivity_at(const SampledRecord& record, const Point& point, const Projection& at) {
+Eigen::MatrixXd sensitivity_at(const SampledRecord& record, const Point& point, const Projection& at) {
   constexpr double h = 1e-5;
-  const double slope = at.coefficients[gain];
-  Sensitivity sensitivity(record.rows(), 3 + linear_count);
+  const Eigen::Index inputs = record.inputs.cols();
+  const auto answer = [&](const Point& there) -> Eigen::VectorXd {
+    return driven(record, mode_at(record, there), inputs) * at.coefficients.tail(inputs);
+  };
+  Eigen::MatrixXd sensitivity(record.rows(), 3 + at.columns.cols());
   for (int i = 0; i < 3; ++i) {
     const Point shift = h * Point::Unit(i);
-    sensitivity.col(i) =
-        slope / (2.0 * h) *
-        (driven(record, mode_at(record, point + shift)) - driven(record, mode_at(record, point - shift)));
+    sensitivity.col(i) = (answer(point + shift) - answer(point - shift)) / (2.0 * h);
   }
-  sensitivity.rightCols<linear_count>() = at.columns;
+  sensitivity.rightCols(at.columns.cols()) = at.columns;
   return sensitivity;
 }
 
 /// sum_l w_l sum_n g_n g_{n+l}' of the header.
-Covariance scatter(const Sensitivity& scores) {
+Eigen::MatrixXd scatter(const Eigen::MatrixXd& scores) {
   const Eigen::Index rows = scores.rows();
   const auto reach = static_cast<Eigen::Index>(std::sqrt(static_cast<double>(rows)));
-  Covariance sum = scores.transpose() * scores;
+  Eigen::MatrixXd sum = scores.transpose() * scores;
   for (Eigen::Index lag = 1; lag <= reach; ++lag) {
     const double weight = 1.0 - static_cast<double>(lag) / static_cast<double>(reach + 1);
-    const Covariance lagged = scores.topRows(rows - lag).transpose() * scores.bottomRows(rows - lag);
+    const Eigen::MatrixXd lagged = scores.topRows(rows - lag).transpose() * scores.bottomRows(rows - lag);
     sum += weight * (lagged + lagged.transpose());
   }
   return sum;
 }
 
 struct Confidence {
-  Covariance covariance;
-  double variance = 0.0;  ///< s^2, times what correlation of the residuals adds
+  Eigen::VectorXd standard_error;  ///< of log f, log zeta, d / T, and the linear part
+  double variance = 0.0;           ///< s^2, times what correlation of the residuals adds
 };
 
 Confidence confidence_at(const SampledRecord& record, const Point& point, const Projection& at) {
-  const Sensitivity sensitivity = sensitivity_at(record, point, at);
+  const Eigen::MatrixXd sensitivity = sensitivity_at(record, point, at);
   const Eigen::RowVectorXd scale = sensitivity.colwise().norm().cwiseMax(1e-300);
-  const Sensitivity scaled = sensitivity.array().rowwise() / scale.array();
-  const Covariance inverse = (scaled.transpose() * scaled).completeOrthogonalDecomposition().pseudoInverse();
-  const double freedom = static_cast<double>(record.rows() - 3 - linear_count);
+  const Eigen::MatrixXd scaled = sensitivity.array().rowwise() / scale.array();
+  const Eigen::MatrixXd inverse =
+      (scaled.transpose() * scaled).completeOrthogonalDecomposition().pseudoInverse();
+  const double freedom = static_cast<double>(record.rows() - sensitivity.cols());
   const double variance = at.residual.squaredNorm() / freedom;
-  const Sensitivity scores = scaled.array().colwise() * at.residual.array();
-  const Covariance plain = variance * inverse;
-  const Covariance correlated = inverse * scatter(scores) * inverse;
-  const auto widened = (correlated.diagonal().array() / plain.diagonal().array().max(1e-300)).max(1.0).eval();
-  Covariance covariance = plain;
-  for (int i = 0; i < 3 + linear_count; ++i)
-    for (int j = 0; j < 3 + linear_count; ++j)
-      covariance(i, j) *= std::sqrt(widened[i] * widened[j]) / (scale[i] * scale[j]);
-  return {covariance, variance * widened.head<3>().maxCoeff()};
+  const Eigen::MatrixXd scores = scaled.array().colwise() * at.residual.array();
+  const Eigen::ArrayXd plain = variance * inverse.diagonal().array();
+  const Eigen::ArrayXd correlated = (inverse * scatter(scores) * inverse).diagonal().array();
+  const double widened = (correlated / plain.max(1e-300)).head<3>().maxCoeff();
+  return {(plain.max(correlated).sqrt() / scale.transpose().array()).matrix(),
+          variance * std::max(widened, 1.0)};
 }
 
 constexpr double two_sided_95 = 1.96;
@@ -248,7 +245,7 @@ struct LogInterval {
 
 /// Of one of (log f, log zeta, d / T): about the best minimum, and over those that are as good.
 LogInterval interval_of(int which, const std::vector<Minimum>& found, const Confidence& confidence) {
-  const double reach = two_sided_95 * std::sqrt(confidence.covariance(which, which));
+  const double reach = two_sided_95 * confidence.standard_error[which];
   LogInterval interval{found.front().point[which] - reach, found.front().point[which] + reach};
   const double as_good = found.front().sum_of_squares + two_sided_95 * two_sided_95 * confidence.variance;
   for (const Minimum& other : found) {
@@ -313,16 +310,16 @@ SecondOrderFit fit_second_order(const Record& record) {
   const Point& point = found.front().point;
   const Projection at = project(s, point);
   const Confidence confidence = confidence_at(s, point, at);
-  const auto error_of = [&](int which) { return std::sqrt(confidence.covariance(which, which)); };
+  const Eigen::VectorXd& error = confidence.standard_error;
   const auto interval = [&](int which) { return interval_of(which, found, confidence); };
 
   const double rows = static_cast<double>(s.rows());
-  const double slope = at.coefficients[gain], slope_error = error_of(3 + gain);
+  const double slope = at.coefficients[gain], slope_error = error[3 + gain];
   const double reach = two_sided_95 * slope_error;
   SecondOrderFit fit;
-  fit.natural_frequency_Hz = exponential(point[0], error_of(0), interval(0));
-  fit.damping_ratio = exponential(point[1], error_of(1), interval(1));
-  fit.delay_s = scaled(s.cycle_s, point[2], error_of(2), interval(2));
+  fit.natural_frequency_Hz = exponential(point[0], error[0], interval(0));
+  fit.damping_ratio = exponential(point[1], error[1], interval(1));
+  fit.delay_s = scaled(s.cycle_s, point[2], error[2], interval(2));
   fit.gain = scaled(s.output_scale / s.drive_scale, slope, slope_error, {slope - reach, slope + reach});
   fit.drift_per_s = at.coefficients[drift] * s.output_scale * 2.0 / s.duration_s();
   fit.residual_rms = s.output_scale * std::sqrt(at.residual.squaredNorm() / rows);

@@ -5,14 +5,15 @@
 //
 // The drive u[n] of a row is the one in force from that row's time until the next row's (held); before the
 // first row it had been the first row's for at least d.  The discretisation is exact, fractional delays
-// included (identification/held_mode.h), so that f may lie near or above half the sampling rate.  The small
-// signal's hysteresis is a gain (that of a minor loop, in general not the slope of the big loop) and a slow
-// drift; a first-order lag of the amplifier is not told apart and shows as delay, 1 / (2 pi bandwidth).
+// included (identification/held_mode.h), so that f may lie near or above half the sampling rate.  The gain is
+// that of a minor loop from end to end, in general not the slope of the big loop; the loop's width enters as
+// further inputs of the same mode (identification/sampled_record.h), linear as the gain.  A first-order lag
+// of the amplifier is not told apart and shows as delay, 1 / (2 pi bandwidth).
 //
-// Method.  For given (f, zeta, d) the output is linear in offset, drift, gain and the state at the first row
-// (two free decays: the record need not begin at rest), which are solved for (variable projection: Golub and
-// Pereyra 1973).  (log f, log zeta, d / T) are found by Levenberg-Marquardt, from the best places of a grid
-// and from the mirror image 1/T - f, which samples tell apart from f only by the delay.
+// Method.  For given (f, zeta, d) the output is linear in offset, drift, gain, loop and the state at the
+// first row (two free decays: the record need not begin at rest), which are solved for (variable projection:
+// Golub and Pereyra 1973).  (log f, log zeta, d / T) are found by Levenberg-Marquardt, from the best places
+// of a grid and from the mirror image 1/T - f, which samples tell apart from f only by the delay.
 //
 // Confidence.  With J the derivatives of the fitted output, r the residuals and g_n = J_n r_n,
 //
@@ -46,7 +47,7 @@ struct SecondOrderFit {
   double residual_rms = 0.0;  ///< output units
   double explained = 0.0;     ///< part of the output's variance about a straight line, 0 to 1
   double cycle_s = 0.0;       ///< T
-  std::size_t rows = 0;
+  std::size_t rows = 0;       ///< of the record
 
   model::SecondOrder::Config mode() const { return {natural_frequency_Hz.value, damping_ratio.value}; }
 };
