@@ -163,26 +163,41 @@ std::vector<Point> starts(const SampledRecord& record, const Box& box) {
 }
 
 // The mirror image in half the sampling rate has the same decay per second, zeta omega, and almost the same
-// samples with another delay: the best of these.
-Point mirrored(const SampledRecord& record, const Box& box, const Point& point) {
+// samples with another delay; near half the sampling rate so has the mode itself.
+std::vector<Point> likenesses(const SampledRecord& record, const Box& box, const Point& point) {
+  constexpr double reach = 1.5, spacing = 0.1;  // cycles
   const double f = std::exp(point[0]);
   const double image = std::max(1.0 / record.cycle_s - f, std::exp(box.lo[0]));
-  Minimum best{point, std::numeric_limits<double>::infinity()};
-  for (double delay = box.lo[2]; delay <= box.hi[2]; delay += 0.2) {
-    const Point there = box.clamped({std::log(image), point[1] + std::log(f / image), delay});
-    const double sum = project(record, there).residual.squaredNorm();
-    if (sum < best.sum_of_squares) best = {there, sum};
+  std::vector<Point> found;
+  for (const double frequency_Hz : {f, image}) {
+    double sum = std::numeric_limits<double>::infinity();
+    bool falling = false;
+    Point before = point;
+    for (double delay = point[2] - reach; delay <= point[2] + reach; delay += spacing) {
+      const Point there = box.clamped({std::log(frequency_Hz), point[1] + std::log(f / frequency_Hz), delay});
+      const double next = project(record, there).residual.squaredNorm();
+      if (falling && next > sum) found.push_back(before);
+      falling = next < sum;
+      sum = next;
+      before = there;
+    }
   }
-  return best.point;
+  return found;
 }
 
 /// Best first.
 std::vector<Minimum> minima(const SampledRecord& record, const Box& box) {
+  constexpr int most_rounds = 3;
   std::vector<Minimum> found;
   for (const Point& start : starts(record, box)) found.push_back(descend(record, box, start));
   std::ranges::sort(found, {}, &Minimum::sum_of_squares);
-  found.push_back(descend(record, box, mirrored(record, box, found.front().point)));
-  std::ranges::sort(found, {}, &Minimum::sum_of_squares);
+  for (int round = 0; round < most_rounds; ++round) {
+    const double best = found.front().sum_of_squares;
+    for (const Point& start : likenesses(record, box, found.front().point))
+      found.push_back(descend(record, box, start));
+    std::ranges::sort(found, {}, &Minimum::sum_of_squares);
+    if (found.front().sum_of_squares > 0.99 * best) break;
+  }
   return found;
 }
 
