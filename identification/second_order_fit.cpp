@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "identification/held_mode.h"
@@ -76,25 +77,29 @@ Eigen::MatrixXd columns_at(const SampledRecord& record, const Point& point) {
 
 struct Projection {
   Eigen::MatrixXd columns;
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> decomposed;
   Eigen::VectorXd coefficients;
   Eigen::VectorXd residual;  ///< output minus fitted
 };
 
 Projection project(const SampledRecord& record, const Point& point) {
-  Projection p{columns_at(record, point), {}, {}};
-  p.coefficients = p.columns.colPivHouseholderQr().solve(record.output);
+  Projection p{columns_at(record, point), {}, {}, {}};
+  p.decomposed.compute(p.columns);
+  p.coefficients = p.decomposed.solve(record.output);
   p.residual = record.output - p.columns * p.coefficients;
   return p;
 }
 
-/// Derivatives of the residual by central differences: the error is of order 1e-10.
-Jacobian residual_slope(const SampledRecord& record, const Point& point) {
+/// Derivatives of the residual but for the coefficients' own (Kaufman 1975); of the columns by central
+/// differences: the error is of order 1e-10.
+Jacobian residual_slope(const SampledRecord& record, const Point& point, const Projection& at) {
   constexpr double h = 1e-5;
   Jacobian slope(record.rows(), 3);
   for (int i = 0; i < 3; ++i) {
     const Point shift = h * Point::Unit(i);
-    slope.col(i) =
-        (project(record, point + shift).residual - project(record, point - shift).residual) / (2.0 * h);
+    const Eigen::VectorXd moved =
+        (columns_at(record, point + shift) - columns_at(record, point - shift)) * at.coefficients / (2.0 * h);
+    slope.col(i) = at.columns * at.decomposed.solve(moved) - moved;
   }
   return slope;
 }
@@ -104,27 +109,30 @@ struct Minimum {
   double sum_of_squares;
 };
 
-Minimum descend(const SampledRecord& record, const Box& box, const Point& start) {
-  Minimum best{start, project(record, start).residual.squaredNorm()};
+/// Until no step is longer than `resolution`.
+Minimum descend(const SampledRecord& record, const Box& box, const Point& start, double resolution) {
+  Projection at = project(record, start);
+  Minimum best{start, at.residual.squaredNorm()};
   double damping = 1e-3;
-  for (int iteration = 0; iteration < 60 && damping < 1e12; ++iteration) {
-    const Jacobian slope = residual_slope(record, best.point);
+  for (int iteration = 0; iteration < 60; ++iteration) {
+    const Jacobian slope = residual_slope(record, best.point, at);
     const Eigen::Matrix3d curvature = slope.transpose() * slope;
-    const Point downhill = -slope.transpose() * project(record, best.point).residual;
+    const Point downhill = -slope.transpose() * at.residual;
     double moved = 0.0;
-    for (; damping < 1e12; damping *= 10.0) {
+    for (; damping < 1e9; damping *= 10.0) {
       Eigen::Matrix3d damped = curvature;
-      damped.diagonal() *= 1.0 + damping;
-      damped.diagonal().array() += 1e-300;
+      damped.diagonal() = damped.diagonal() * (1.0 + damping) + Point::Constant(1e-300);
       const Point next = box.clamped(best.point + damped.ldlt().solve(downhill).cwiseMax(-0.5).cwiseMin(0.5));
-      const double sum = project(record, next).residual.squaredNorm();
+      Projection there = project(record, next);
+      const double sum = there.residual.squaredNorm();
       if (!(sum < best.sum_of_squares)) continue;
       moved = (next - best.point).cwiseAbs().maxCoeff();
       best = {next, sum};
+      at = std::move(there);
       damping = std::max(damping / 30.0, 1e-12);
       break;
     }
-    if (moved < 1e-11) break;
+    if (moved < resolution) break;
   }
   return best;
 }
@@ -188,16 +196,18 @@ std::vector<Point> likenesses(const SampledRecord& record, const Box& box, const
 /// Best first.
 std::vector<Minimum> minima(const SampledRecord& record, const Box& box) {
   constexpr int most_rounds = 3;
+  constexpr double coarse = 1e-3, fine = 1e-11;
   std::vector<Minimum> found;
-  for (const Point& start : starts(record, box)) found.push_back(descend(record, box, start));
+  for (const Point& start : starts(record, box)) found.push_back(descend(record, box, start, coarse));
   std::ranges::sort(found, {}, &Minimum::sum_of_squares);
   for (int round = 0; round < most_rounds; ++round) {
     const double best = found.front().sum_of_squares;
     for (const Point& start : likenesses(record, box, found.front().point))
-      found.push_back(descend(record, box, start));
+      found.push_back(descend(record, box, start, coarse));
     std::ranges::sort(found, {}, &Minimum::sum_of_squares);
     if (found.front().sum_of_squares > 0.99 * best) break;
   }
+  found.front() = descend(record, box, found.front().point, fine);
   return found;
 }
 
@@ -254,35 +264,32 @@ Confidence confidence_at(const SampledRecord& record, const Point& point, const 
 
 constexpr double two_sided_95 = 1.96;
 
-struct LogInterval {
+struct Interval {
   double lo, hi;
 };
 
 /// Of one of (log f, log zeta, d / T): about the best minimum, and over those that are as good.
-LogInterval interval_of(int which, const std::vector<Minimum>& found, const Confidence& confidence) {
+Interval interval_of(int which, const Box& box, const std::vector<Minimum>& found,
+                     const Confidence& confidence) {
   const double reach = two_sided_95 * confidence.standard_error[which];
-  LogInterval interval{found.front().point[which] - reach, found.front().point[which] + reach};
+  Interval interval{found.front().point[which] - reach, found.front().point[which] + reach};
   const double as_good = found.front().sum_of_squares + two_sided_95 * two_sided_95 * confidence.variance;
   for (const Minimum& other : found) {
     if (other.sum_of_squares > as_good) continue;
     interval.lo = std::min(interval.lo, other.point[which]);
     interval.hi = std::max(interval.hi, other.point[which]);
   }
-  return interval;
+  // What is not told at all is told to be somewhere in the box that was searched.
+  return {std::max(interval.lo, box.lo[which]), std::min(interval.hi, box.hi[which])};
 }
 
-Estimate exponential(double log_value, double standard_error, const LogInterval& interval) {
+Estimate exponential(double log_value, double standard_error, const Interval& interval) {
   const double value = std::exp(log_value);
   return {value, value * standard_error, std::exp(interval.lo), std::exp(interval.hi)};
 }
 
-Estimate scaled(double scale, double value, double standard_error, const LogInterval& interval) {
+Estimate scaled(double scale, double value, double standard_error, const Interval& interval) {
   return {scale * value, std::abs(scale) * standard_error, scale * interval.lo, scale * interval.hi};
-}
-
-// At low frequency the mode is a pure lag 2 zeta / omega, and only its sum with the delay shows.
-double lag_s(const SecondOrderFit& fit) {
-  return fit.delay_s.value + fit.damping_ratio.value / (std::numbers::pi * fit.natural_frequency_Hz.value);
 }
 
 double in_three_digits(double value) {
@@ -310,7 +317,7 @@ void refuse_what_is_not_told(const SecondOrderFit& fit, const Point& point, cons
     refuse("natural frequency is anywhere from ", range_of(fit.natural_frequency_Hz),
            " Hz and damping ratio from ", range_of(fit.damping_ratio),
            ", expected a record that shows them: drive more near the resonance, longer, or sample faster;",
-           " only a lag of ", in_three_digits(lag_s(fit)), " s in all can be told");
+           " this one tells no more than a lag");
   if (fit.delay_s.hi < 0.0)
     refuse("delay is ", in_three_digits(fit.delay_s.value),
            " s, expected zero or more:", " the input of a row is the drive in force from that row's time on");
@@ -326,7 +333,7 @@ SecondOrderFit fit_second_order(const Record& record) {
   const Projection at = project(s, point);
   const Confidence confidence = confidence_at(s, point, at);
   const Eigen::VectorXd& error = confidence.standard_error;
-  const auto interval = [&](int which) { return interval_of(which, found, confidence); };
+  const auto interval = [&](int which) { return interval_of(which, box, found, confidence); };
 
   const double rows = static_cast<double>(s.rows());
   const double slope = at.coefficients[gain], slope_error = error[3 + gain];

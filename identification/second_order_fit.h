@@ -57,8 +57,8 @@ inline constexpr int largest_delay_cycles = 10;
 inline constexpr double largest_frequency_cycles = 0.95;
 
 /// Throws std::invalid_argument, with the reason, where the record does not tell: too short, sampled unevenly
-/// (beyond 1 %), constant drive, another cause of the output, nothing near the resonance (then it says what
-/// lag can be told), a frequency beyond what the sampling shows.
+/// (beyond 1 %), constant drive, another cause of the output, nothing near the resonance, a frequency beyond
+/// what the sampling shows.
 SecondOrderFit fit_second_order(const Record& record);
 
 }  // namespace hystcan::identification

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <deque>
 #include <numbers>
 #include <random>
@@ -113,17 +112,20 @@ TEST(SuggestedGains, StayStableWhateverTheDelayMakesOfTheResonancesPhase) {
     EXPECT_TRUE(SampledLoop(mode, 0.5e-5 * percent, 1e-3).margins(gains).stable) << percent;
 }
 
-TEST(SuggestedGains, OfTheShippedPiezoStage) {
+// The shipped gains, found by hand, are stable with a wide gain margin, but only because the delay turns the
+// resonance, which lies at half the sampling rate, the right way: |L| is above 1 there. The rule does not
+// rely on that, and gives less.
+TEST(SuggestedGains, AreMoreCautiousThanThoseOfTheShippedPiezoStage) {
   const SampledLoop loop({500.0, 0.05}, 0.106e-3, 1e-3);
-  const PiGains gains = loop.suggest();
-  const Margins shipped = loop.margins({0.05, 120.0}), suggested = loop.margins(gains);
+  const Margins shipped = loop.margins({0.05, 120.0});
   EXPECT_TRUE(shipped.stable);
-  for (double f = 400; f <= 700; f += 10) { const Margins m = SampledLoop({f, 0.05}, 0.106e-3, 1e-3).margins({0.05, 120.0}); std::printf("%g: %d %g %g;", f, m.stable, m.gain_margin, m.peak_beyond_180); }
-  std::printf("shipped: PM %g GM %g peak %g Ms %g fc %g bw %g\n", shipped.phase_margin_deg, shipped.gain_margin, shipped.peak_beyond_180,
-              shipped.peak_sensitivity, shipped.crossover_Hz, shipped.bandwidth_Hz);
-  std::printf("kp %g ki %g: PM %g GM %g peak %g Ms %g fc %g bw %g\n", gains.kp, gains.ki_per_s,
-              suggested.phase_margin_deg, suggested.gain_margin, suggested.peak_beyond_180, suggested.peak_sensitivity,
-              suggested.crossover_Hz, suggested.bandwidth_Hz);
+  EXPECT_NEAR(shipped.phase_margin_deg, 85.5, 0.1);
+  EXPECT_NEAR(shipped.gain_margin, 5.54, 0.02);
+  EXPECT_NEAR(shipped.peak_beyond_180, 1.32, 0.01);
+  const PiGains gains = loop.suggest();
+  EXPECT_EQ(gains.kp, 0.0);
+  EXPECT_NEAR(gains.ki_per_s, 83.4, 0.2);
+  EXPECT_NEAR(loop.margins(gains).peak_beyond_180, 0.5, 0.005);
 }
 
 TEST(SuggestedGains, AskForARuleAndGainsThatAreSome) {

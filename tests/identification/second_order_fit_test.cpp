@@ -200,10 +200,13 @@ TEST(SecondOrderFit, RefusesWhatCannotTell) {
   EXPECT_NE(refusal(noise).find("explains"), std::string::npos) << refusal(noise);
 }
 
-TEST(SecondOrderFit, TellsOnlyALagWhereNothingIsNearTheResonance) {
-  const Truth truth{480.0, 0.5, 2.0e-3};  // 2 zeta / omega = 0.33 ms
-  const std::string slow = refusal(with_noise(measured(truth, chirp(0.5, 8.0, 2000), 2000), 0.01, 3));
-  EXPECT_NE(slow.find("only a lag of 0.002"), std::string::npos) << slow;
+// Up to 8 Hz the mode is a lag of 2 zeta / omega + d, which many modes have.
+TEST(SecondOrderFit, TellsNoModeWhereNothingIsNearTheResonance) {
+  const Record slow = measured({480.0, 0.5, 2.0e-3}, chirp(0.5, 8.0, 2000), 2000);
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    const std::string reason = refusal(with_noise(slow, 0.01, seed));
+    EXPECT_NE(reason.find("no more than a lag"), std::string::npos) << reason;
+  }
 }
 
 TEST(SecondOrderFit, RefusesADriveThatIsLate) {
