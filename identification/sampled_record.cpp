@@ -74,7 +74,7 @@ Eigen::VectorXd without_line(const Eigen::VectorXd& time, const Eigen::VectorXd&
   return about_mean - time * (time.dot(about_mean) / time.squaredNorm());
 }
 
-SampledRecord sampled(const Record& record) {
+SampledRecord sampled(const Record& record, Eigen::Index longest_delay_cycles) {
   if (record.size() < fewest_rows)
     refuse("record of ", record.size(), " rows, expected at least ", fewest_rows);
   SampledRecord s;
@@ -84,8 +84,8 @@ SampledRecord sampled(const Record& record) {
   if (s.drive_scale == 0.0) refuse("input is constant, expected a step or a chirp");
   drive /= s.drive_scale;
   s.inputs = drive;
-  const Eigen::Index wiped = both_ends_by(drive, 0);
-  if (both_ends_by(drive, wiped + 1) + fewest_fitted < drive.size()) {
+  const Eigen::Index wiped = both_ends_by(drive, 0) + longest_delay_cycles + 1;
+  if (both_ends_by(drive, wiped) + fewest_fitted < drive.size()) {
     s.first = wiped;
     if (!is_of_two_levels(drive.tail(drive.size() - wiped))) s.inputs = with_loops(drive);
   }

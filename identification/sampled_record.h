@@ -32,7 +32,8 @@ struct SampledRecord {
 };
 
 /// Throws std::invalid_argument where rows are too few, their times uneven beyond 1 %, or a column constant.
-SampledRecord sampled(const Record& record);
+/// The fit begins when what came before both ends, `longest_delay_cycles` late, has passed.
+SampledRecord sampled(const Record& record, Eigen::Index longest_delay_cycles);
 
 /// What is left of `values` beside a straight line.
 Eigen::VectorXd without_line(const Eigen::VectorXd& time, const Eigen::VectorXd& values);

@@ -178,6 +178,7 @@ std::vector<Point> likenesses(const SampledRecord& record, const Box& box, const
   const double image = std::max(1.0 / record.cycle_s - f, std::exp(box.lo[0]));
   std::vector<Point> found;
   for (const double frequency_Hz : {f, image}) {
+    if (std::log(frequency_Hz) > box.hi[0]) continue;
     double sum = std::numeric_limits<double>::infinity();
     bool falling = false;
     Point before = point;
@@ -196,7 +197,7 @@ std::vector<Point> likenesses(const SampledRecord& record, const Box& box, const
 /// Best first.
 std::vector<Minimum> minima(const SampledRecord& record, const Box& box) {
   constexpr int most_rounds = 3;
-  constexpr double coarse = 1e-3, fine = 1e-11;
+  constexpr double coarse = 1e-6, fine = 1e-11;
   std::vector<Minimum> found;
   for (const Point& start : starts(record, box)) found.push_back(descend(record, box, start, coarse));
   std::ranges::sort(found, {}, &Minimum::sum_of_squares);
@@ -326,7 +327,7 @@ void refuse_what_is_not_told(const SecondOrderFit& fit, const Point& point, cons
 }  // namespace
 
 SecondOrderFit fit_second_order(const Record& record) {
-  const SampledRecord s = sampled(record);
+  const SampledRecord s = sampled(record, largest_delay_cycles);
   const Box box = searched(s);
   const std::vector<Minimum> found = minima(s, box);
   const Point& point = found.front().point;

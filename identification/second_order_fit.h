@@ -54,7 +54,7 @@ struct SecondOrderFit {
 
 /// Delays from -1 to this many cycles are searched, and frequencies up to this part of the sampling rate.
 inline constexpr int largest_delay_cycles = 10;
-inline constexpr double largest_frequency_cycles = 0.95;
+inline constexpr double largest_frequency_cycles = 0.65;
 
 /// Throws std::invalid_argument, with the reason, where the record does not tell: too short, sampled unevenly
 /// (beyond 1 %), constant drive, another cause of the output, nothing near the resonance, a frequency beyond

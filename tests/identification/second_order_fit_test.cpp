@@ -157,6 +157,28 @@ TEST(SecondOrderFit, WidensItsIntervalsForCorrelatedResiduals) {
   EXPECT_GE(gain, 32);
 }
 
+// Play operators before the mode, as an actuator's hysteresis is: the first move is not the loop's, and what
+// comes after it is exact for two levels.
+TEST(SecondOrderFit, IsExactForAStepTrainBehindHysteresis) {
+  const Truth truth{210.0, 0.06, 0.35e-3};
+  const Drive drive = step_train(60);
+  std::vector<double> plays{48.0, 48.0};
+  const Drive hysteresis = [&](int n) {
+    plays[0] = std::clamp(plays[0], drive(n) - 0.3, drive(n) + 0.3);
+    plays[1] = std::clamp(plays[1], drive(n) - 1.5, drive(n) + 1.5);
+    return 0.4 * drive(n) + 0.3 * plays[0] + 0.3 * plays[1];
+  };
+  std::vector<double> moved;
+  for (int n = 0; n < 600; ++n) moved.push_back(hysteresis(n));
+  const Drive reached = [&](int n) { return moved[static_cast<std::size_t>(n)]; };
+  Record record = measured(truth, reached, 600);
+  for (int n = 0; n < 600; ++n) record.input[static_cast<std::size_t>(n)] = drive(n);
+  const SecondOrderFit fit = fit_second_order(record);
+  EXPECT_NEAR(fit.natural_frequency_Hz.value, truth.frequency_Hz, 1e-4);
+  EXPECT_NEAR(fit.damping_ratio.value, truth.damping_ratio, 1e-6);
+  EXPECT_NEAR(fit.delay_s.value, truth.delay_s, 1e-9);
+}
+
 // 1 / (2 pi 1500 Hz) = 0.106 ms. A lag is not quite a delay: its corner is three times the resonance.
 TEST(SecondOrderFit, SeesAnAmplifiersLagAsDelay) {
   const int fine = 50, rows = 600;
