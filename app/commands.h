@@ -23,8 +23,11 @@ using AddCommand = void (*)(CLI::App& cli, int& status);
 void add_check(CLI::App& cli, int& status);
 void add_controller(CLI::App& cli, int& status);
 void add_demo(CLI::App& cli, int& status);
+void add_dynamics(CLI::App& cli, int& status);
 void add_excite(CLI::App& cli, int& status);
+void add_identify(CLI::App& cli, int& status);
 void add_simulate(CLI::App& cli, int& status);
 void add_twin(CLI::App& cli, int& status);
+void add_validate(CLI::App& cli, int& status);
 
 }  // namespace hystcan::app

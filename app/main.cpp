@@ -23,8 +23,9 @@ int run(int argc, char** argv) {
   cli.require_subcommand(1);
   cli.footer("Exit status: 0 done, 1 failed while running, 2 bad usage, config, model or data.");
   int status = app::done;
-  for (const app::AddCommand add : {app::add_demo, app::add_controller, app::add_twin, app::add_excite,
-                                    app::add_simulate, app::add_check})
+  for (const app::AddCommand add :
+       {app::add_demo, app::add_controller, app::add_twin, app::add_excite, app::add_identify,
+        app::add_validate, app::add_dynamics, app::add_simulate, app::add_check})
     add(cli, status);
   try {
     cli.parse(argc, argv);

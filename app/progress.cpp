@@ -9,9 +9,10 @@
 
 namespace hystcan::app {
 
-Progress::Progress(std::string what, std::uint64_t total)
+Progress::Progress(std::string what, std::uint64_t total, std::string unit)
     : what_(std::move(what)),
       total_(total),
+      unit_(std::move(unit)),
       shown_(isatty(STDERR_FILENO) == 1),
       start_(Clock::now()),
       last_(start_) {}
@@ -25,7 +26,9 @@ void Progress::draw(std::uint64_t done, std::uint64_t rows) {
   if (now - last_ < std::chrono::milliseconds(100)) return;
   last_ = now;
   const double elapsed_s = std::chrono::duration<double>(now - start_).count();
-  const std::string counted = fmt::format("{:.3g} million rows", static_cast<double>(rows) * 1e-6);
+  const std::string counted = rows < 1'000'000
+                                  ? fmt::format("{} {}", rows, unit_)
+                                  : fmt::format("{:.3g} million {}", static_cast<double>(rows) * 1e-6, unit_);
   if (total_ == 0) {
     fmt::print(stderr, "\r{}: {}, {:.0f} s\033[K", what_, counted, elapsed_s);
     return;

@@ -1,6 +1,7 @@
 #include "config/model_file.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "config/schema.h"
 #include "model/simplified.h"
@@ -13,6 +14,9 @@ ModelFile read(const Document& document) {
   ModelFile raw;
   Reader reader(document, document.root(), "");
   reader.table("hysteresis", raw, [](Reader& sub, ModelFile& value) { visit(sub, value); });
+  if (document.root().contains("identification"))
+    reader.table("identification", raw.identified_from,
+                 [](Reader& sub, IdentifiedFrom& value) { visit(sub, value); });
   reader.finish();
   if (!(raw.input_min < raw.input_max))
     document.fail_at("hysteresis.input_max",
@@ -90,6 +94,32 @@ model::HysteresisParameters load_model(const std::filesystem::path& file) {
   const Document document(file);
   const model::HysteresisParameters given = recursive_memory(document);
   return made(document, "hysteresis", [&] { return model::Hysteresis(given).parameters(); });
+}
+
+std::string model_text(const model::HysteresisParameters& parameters, const IdentifiedFrom& from) {
+  const auto numbers = [](const std::vector<double>& values) {
+    return fmt::format("[{:.17g}]", fmt::join(values, ", "));
+  };
+  const model::Interval& range = parameters.input_range();
+  std::string text = fmt::format(
+      "[hysteresis]\nkind         = \"recursive-memory\"\ninput_unit   = \"{}\"\noutput_unit  = \"{}\"\n"
+      "input_min    = {:.17g}\ninput_max    = {:.17g}\nbasis        = \"chebyshev\"\n",
+      parameters.input_unit, parameters.output_unit, range.lo, range.hi);
+  text += fmt::format(
+      "ascending    = {}\ndescending   = {}\nk_ascending  = {:.17g}\nk_descending = {:.17g}\n"
+      "symmetry     = \"{}\"\n",
+      numbers(parameters.ascending.chebyshev_coefficients()),
+      numbers(parameters.descending.chebyshev_coefficients()), parameters.k_ascending,
+      parameters.k_descending, parameters.symmetry == model::Symmetry::even ? "even" : "none");
+  text += fmt::format(
+      "\n[identification]\nsamples      = {}\ndelay_s      = {:.17g}  # of the output behind the input\n"
+      "rms_percent  = {:.4g}  # of the record's output span\nmax_percent  = {:.4g}\n",
+      from.samples, from.delay_s, from.rms_percent, from.max_percent);
+  return text;
+}
+
+IdentifiedFrom load_identified_from(const std::filesystem::path& file) {
+  return read(Document(file)).identified_from;
 }
 
 model::Hysteresis load_model_beyond_limit(const std::filesystem::path& file) {

@@ -27,6 +27,20 @@ model::HysteresisParameters load_model(const std::filesystem::path& file);
 /// The same without the check that every branch increases (model::Hysteresis::beyond_limit).
 model::Hysteresis load_model_beyond_limit(const std::filesystem::path& file);
 
+/// [identification] of a model file, optional: how well the model fits the record that it comes from.
+struct IdentifiedFrom {
+  std::size_t samples = 0;
+  double delay_s = 0.0;      ///< of the output behind the input
+  double rms_percent = 0.0;  ///< of the record's output span
+  double max_percent = 0.0;
+};
+
+/// A model file. Read back, it gives the same parameters to the bit.
+std::string model_text(const model::HysteresisParameters& parameters, const IdentifiedFrom& from);
+
+/// Zeros where the file has none. Throws Error.
+IdentifiedFrom load_identified_from(const std::filesystem::path& file);
+
 /// Reads a memory that belongs to `model`: one that was saved, or one written by hand. Throws Error.
 template <class Law>
 model::HysteresisState load_memory(const std::filesystem::path& file, const model::MemoryModel<Law>& model,

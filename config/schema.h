@@ -7,6 +7,7 @@ namespace hystcan::config {
 
 /// [hysteresis] of a model file, as it stands there. Which keys there are depends on the kind.
 struct ModelFile {
+  IdentifiedFrom identified_from;
   std::string kind;
   std::string input_unit;
   std::string output_unit;
@@ -47,6 +48,14 @@ void visit(V& v, ModelFile& m) {
     v.required("k_descending", m.k_descending);
   }
   v.choice("symmetry", m.symmetry, {"none", "even"});
+}
+
+template <class V>
+void visit(V& v, IdentifiedFrom& from) {
+  v.required("samples", from.samples, {.lo = 1.0});
+  v.required("delay_s", from.delay_s, not_negative);
+  v.required("rms_percent", from.rms_percent, not_negative);
+  v.required("max_percent", from.max_percent, not_negative);
 }
 
 /// [memory] of a memory file, as it stands there.

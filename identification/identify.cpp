@@ -207,7 +207,8 @@ class Identification {
 std::size_t Identified::parameter_count() const {
   const Trial& trial = search.trial;
   const auto curves = static_cast<std::size_t>(2 * search.order + 1);
-  return curves + 2 + (trial.below > 0.0 ? 1 : 0) + (trial.above > 0.0 ? 1 : 0) + (delay_s > 0.0 ? 1 : 0);
+  return curves + (search.one_k ? 1 : 2) + (trial.below > 0.0 ? 1 : 0) + (trial.above > 0.0 ? 1 : 0) +
+         (delay_s > 0.0 ? 1 : 0);
 }
 
 Identified identify(const std::vector<Record>& records, const IdentifyOptions& options) {

@@ -13,6 +13,7 @@ namespace {
 constexpr int first_order = 5;
 constexpr double worth_it = 0.97;         // of the error before: what is taken in must lower it so far
 constexpr double worth_held_out = 0.985;  // of the held-out error
+constexpr double as_good = 1.05;          // of the error before: what is left out may raise it so far
 constexpr double content = 1.3;           // times the least held-out error of all orders is low enough
 constexpr double widest_k_span = 200.0;
 
@@ -45,6 +46,7 @@ class Searcher {
     if (!options_.order) choose_order();
     refine(300);
     refine(150);
+    try_one_k();
     Found found = found_;
     found.trial = best_;
     found.order = order_;
@@ -234,6 +236,25 @@ class Searcher {
     use_order(chosen == found_.orders.end() ? first_order : chosen->order);
     best_cost_ = cost(best_);
     for (Unknown& unknown : unknowns_) unknown.step = 0.3;
+  }
+
+  // Few records turn often enough in both directions to tell one k from the other; what this one can't tell
+  // is better taken to be the same.
+  void try_one_k() {
+    std::vector<Unknown> unknowns(unknowns_.begin() + 1, unknowns_.end());
+    unknowns[0] = {"k", unknowns_[1].start, 0.2, [](Trial& trial, double x) {
+                     trial.k_span_ascending = trial.k_span_descending = std::sinh(x);
+                   }};
+    for (Unknown& unknown : unknowns) unknown.step = 0.2;
+    double c = descend(unknowns, 100);
+    c = std::min(c, descend(unknowns, 100));
+    const Trial trial = at(unknowns, starts(unknowns));
+    const auto with = fit_->held_out(best_), without = fit_->held_out(trial);
+    if (c > as_good * best_cost_ || (with && *without > as_good * *with)) return;
+    unknowns_ = unknowns;
+    best_ = trial;
+    best_cost_ = c;
+    found_.one_k = true;
   }
 
   const Problem& problem_;

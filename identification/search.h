@@ -39,6 +39,7 @@ struct Found {
   double rms = 0.0;
   std::optional<double> held_out;
   bool valid = false;
+  bool one_k = false;  ///< the record can't tell k_ascending from k_descending: they are the same
   std::vector<Step> steps;
   std::vector<OrderScore> orders;
 };

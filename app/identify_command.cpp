@@ -1,0 +1,179 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/commands.h"
+#include "app/identification_findings.h"
+#include "app/output_file.h"
+#include "app/progress.h"
+#include "app/record_input.h"
+#include "app/stop_signal.h"
+#include "config/config.h"
+#include "config/model_file.h"
+#include "identification/identify.h"
+
+namespace hystcan::app {
+namespace {
+
+using identification::Identified;
+using identification::Record;
+
+struct Options {
+  std::vector<std::filesystem::path> data;
+  std::filesystem::path output;
+  std::filesystem::path initial_memory;
+  RecordInput input;
+  std::string order = "auto";
+  std::string symmetry = "auto";
+  std::string thresholds = "auto";
+  bool json = false;
+};
+
+identification::IdentifyOptions asked_for(const Options& options, Progress& progress) {
+  identification::IdentifyOptions asked;
+  if (options.order != "auto") asked.order = std::stoi(options.order);
+  if (options.symmetry != "auto")
+    asked.symmetry = options.symmetry == "even" ? model::Symmetry::even : model::Symmetry::none;
+  asked.observed_thresholds = options.thresholds == "observed";
+  asked.go_on = [&progress, tries = std::uint64_t{0}]() mutable {
+    progress.at_once(++tries);
+    return stop_signalled == 0;
+  };
+  return asked;
+}
+
+Identified identify(const Options& options, const std::vector<Record>& records) {
+  Progress progress("identifying", 0, "trials");
+  try {
+    return identification::identify(records, asked_for(options, progress));
+  } catch (const std::invalid_argument& error) {
+    std::string names;
+    for (const auto& file : options.data) names += (names.empty() ? "" : ", ") + file.string();
+    throw config::Error(fmt::format("{}: {}", names, error.what()));
+  }
+}
+
+std::string model_text(const Identified& identified, const std::vector<std::string>& said) {
+  const double percent = 100.0 / identified.output_span;
+  std::size_t samples = 0;
+  for (const auto& record : identified.records) samples += record.samples;
+  std::string text = "# Identified by hystcan identify.\n";
+  for (const std::string& finding : said) text += "# - " + finding + "\n";
+  return text + config::model_text(identified.parameters,
+                                   {samples, identified.delay_s, identified.overall.rms * percent,
+                                    identified.overall.max * percent});
+}
+
+void save_memory(const Options& options, const Record& record, const Identified& identified) {
+  const model::Hysteresis model(identified.parameters);
+  const auto state = state_of(model, identified.memories.front(), record.input.front());
+  std::vector<char> buffer(model::Hysteresis::saved_size());
+  OutputFile out(options.initial_memory);
+  out.write(model.save(state, buffer));
+  out.commit();
+}
+
+nlohmann::json to_json(const Identified& identified, const std::vector<std::string>& said) {
+  const double percent = 100.0 / identified.output_span;
+  const auto optional = [&](const std::optional<double>& value) {
+    return value ? nlohmann::json(*value * percent) : nlohmann::json();
+  };
+  nlohmann::json records = nlohmann::json::array();
+  for (std::size_t i = 0; i < identified.records.size(); ++i)
+    records.push_back({{"samples", identified.records[i].samples},
+                       {"cycles", identified.records[i].cycles},
+                       {"minor_fraction", identified.records[i].minor_fraction},
+                       {"noise_percent", identified.records[i].noise * percent},
+                       {"repeatability_percent", optional(identified.records[i].repeatability)},
+                       {"rms_percent", identified.misses[i].rms * percent},
+                       {"max_percent", identified.misses[i].max * percent}});
+  const auto range = [](const identification::PaceRange& k) { return nlohmann::json{k.lo, k.hi}; };
+  const model::Interval& thresholds = identified.parameters.input_range();
+  return {{"order", identified.search.order},
+          {"parameters", identified.parameter_count()},
+          {"k_ascending", identified.parameters.k_ascending},
+          {"k_descending", identified.parameters.k_descending},
+          {"k_ascending_range", range(identified.pace_ascending)},
+          {"k_descending_range", range(identified.pace_descending)},
+          {"input_min", thresholds.lo},
+          {"input_max", thresholds.hi},
+          {"delay_s", identified.delay_s},
+          {"output_span", identified.output_span},
+          {"rms_percent", identified.overall.rms * percent},
+          {"max_percent", identified.overall.max * percent},
+          {"held_out_rms_percent", optional(identified.held_out_rms)},
+          {"stopped", identified.stopped},
+          {"records", records},
+          {"findings", said}};
+}
+
+int run_identify(const Options& options) {
+  for (const auto& file : options.data)
+    for (const auto& output : {options.output, options.initial_memory}) refuse_to_overwrite(output, file);
+  if (!options.initial_memory.empty()) refuse_to_share(options.output, options.initial_memory);
+  const std::vector<Record> records = load_records(options.data, options.input);
+  stop_at_a_signal();
+  const Identified identified = identify(options, records);
+  const std::vector<std::string> said = findings(records, identified);
+  OutputFile out(options.output);
+  out.write(model_text(identified, said));
+  out.commit();
+  if (!options.initial_memory.empty()) save_memory(options, records.front(), identified);
+  const double percent = 100.0 / identified.output_span;
+  if (options.json) {
+    fmt::print("{}\n", to_json(identified, said).dump(2));
+  } else {
+    for (const std::string& finding : said) fmt::print("- {}\n", finding);
+    fmt::print(
+        "{}: order {}, {} parameters, misses the output by {:.3g} % RMS, {:.3g} % at most{}, of its span "
+        "{:.5g} {}\n",
+        options.output.string(), identified.search.order, identified.parameter_count(),
+        identified.overall.rms * percent, identified.overall.max * percent,
+        identified.held_out_rms ? fmt::format(" ({:.3g} % RMS held out)", *identified.held_out_rms * percent)
+                                : "",
+        identified.output_span, identified.parameters.output_unit);
+  }
+  return done;
+}
+
+CLI::Validator order_or_auto() {
+  return {[](const std::string& text) {
+            int order = 0;
+            const bool sound =
+                text == "auto" || (CLI::detail::lexical_cast(text, order) && order >= 1 && order <= 32);
+            return sound ? std::string() : text + ", expected auto or 1 to 32";
+          },
+          "ORDER"};
+}
+
+}  // namespace
+
+void add_identify(CLI::App& cli, int& status) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = cli.add_subcommand("identify", "From a measured record to a model file");
+  command->add_option("DATA", options->data, "CSV with time_s,input,output; several: one model for all")
+      ->required();
+  command->add_option("--output", options->output, "model file to write (TOML)")->required();
+  command->add_option("--order", options->order, "of the reference curves, or auto: by hold-out")
+      ->check(order_or_auto());
+  command->add_option("--symmetry", options->symmetry, "even: x(v) = x(-v)")
+      ->check(CLI::IsMember({"auto", "none", "even"}));
+  command
+      ->add_option("--thresholds", options->thresholds,
+                   "observed: at the ends of the inputs seen, as a controller needs")
+      ->check(CLI::IsMember({"auto", "observed"}));
+  command->add_option("--initial-memory", options->initial_memory,
+                      "write the memory that the (first) record begins with, for simulate --memory");
+  add_record_options(*command, options->input);
+  command->add_flag("--json", options->json, "print the result as JSON");
+  command->callback([options, &status] { status = run_identify(*options); });
+}
+
+}  // namespace hystcan::app

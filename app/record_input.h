@@ -1,0 +1,27 @@
+// Measured records as the commands that identify from them take them: files, a stretch of time, units.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "identification/record.h"
+
+namespace hystcan::app {
+
+struct RecordInput {
+  std::optional<double> from_s, to_s;
+  std::string input_unit, output_unit;
+};
+
+/// --from, --to, --input-unit, --output-unit.
+void add_record_options(CLI::App& command, RecordInput& input);
+
+/// Units are the option's, else the record's own; V and um, and said so, where neither tells. Throws
+/// config::Error, naming the file, where nothing is left of it, or units differ from file to file.
+std::vector<identification::Record> load_records(const std::vector<std::filesystem::path>& files,
+                                                 const RecordInput& input);
+
+}  // namespace hystcan::app

@@ -1,0 +1,79 @@
+#include "identification/memory_estimate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "identification/prediction.h"
+
+namespace hystcan::identification {
+namespace {
+
+constexpr double widest_bias = 5.0;
+
+class Estimator {
+ public:
+  Estimator(const model::Hysteresis& model, Record beginning, double delay_s, bool with_offset)
+      : model_(model), beginning_(std::move(beginning)), delay_s_(delay_s), with_offset_(with_offset) {}
+
+  MemoryEstimate tried(const InitialMemory& memory) const {
+    const std::vector<double> predicted = predict(model_, beginning_, delay_s_, memory);
+    MemoryEstimate estimate{memory, 0.0, 0.0};
+    const auto count = static_cast<double>(predicted.size());
+    if (with_offset_)
+      for (std::size_t i = 0; i < predicted.size(); ++i)
+        estimate.offset += (beginning_.output[i] - predicted[i]) / count;
+    for (std::size_t i = 0; i < predicted.size(); ++i) {
+      const double miss = beginning_.output[i] - predicted[i] - estimate.offset;
+      estimate.rms += miss * miss / count;
+    }
+    estimate.rms = std::sqrt(estimate.rms);
+    return estimate;
+  }
+
+  // A grid, then a golden section around its best.
+  MemoryEstimate best_bias() const {
+    using Kind = InitialMemory::Kind;
+    constexpr double step = 0.5;
+    MemoryEstimate best{{}, 0.0, std::numeric_limits<double>::infinity()};
+    for (double bias = -widest_bias; bias <= widest_bias; bias += step)
+      if (const auto now = tried({Kind::nested, bias}); now.rms < best.rms) best = now;
+    double lo = best.memory.bias - step, hi = best.memory.bias + step;
+    const double golden = 0.5 * (std::sqrt(5.0) - 1.0);
+    while (hi - lo > 1e-4) {
+      const auto left = tried({Kind::nested, hi - golden * (hi - lo)});
+      const auto right = tried({Kind::nested, lo + golden * (hi - lo)});
+      for (const auto& now : {left, right})
+        if (now.rms < best.rms) best = now;
+      (left.rms < right.rms ? hi : lo) = left.rms < right.rms ? right.memory.bias : left.memory.bias;
+    }
+    return best;
+  }
+
+ private:
+  const model::Hysteresis& model_;
+  Record beginning_;
+  double delay_s_;
+  bool with_offset_;
+};
+
+Record beginning_of(const Record& record, std::size_t samples) {
+  Record beginning = record;
+  for (auto* column : {&beginning.time_s, &beginning.input, &beginning.output}) column->resize(samples);
+  return beginning;
+}
+
+}  // namespace
+
+MemoryEstimate estimate_memory(const model::Hysteresis& model, const Record& record, double delay_s,
+                               std::size_t samples, bool with_offset) {
+  const Estimator estimator(model, beginning_of(record, std::min(samples, record.size())), delay_s,
+                            with_offset);
+  MemoryEstimate best = estimator.best_bias();
+  using Kind = InitialMemory::Kind;
+  for (const Kind kind : {Kind::virgin, Kind::from_lower, Kind::from_upper})
+    if (const auto now = estimator.tried({kind, 0.0}); now.rms <= best.rms) best = now;
+  return best;
+}
+
+}  // namespace hystcan::identification
