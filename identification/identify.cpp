@@ -150,7 +150,7 @@ class Identification {
 
   void fit_all() {
     const Problem all = whole(problem_, records_, result_.folds);
-    SeparableFit fit(all, result_.search.order);
+    SeparableFit fit(all, result_.search.order, SeparableFit::Scan::fine);
     Trial& trial = result_.search.trial;
     const Fitted fitted = fit_to_all(fit, trial);
     result_.parameters = fitted.parameters;
@@ -177,7 +177,7 @@ class Identification {
 
   // Outwards from the best k in steps of a fifth of a decade.
   PaceRange pace_range(double Trial::*k) const {
-    SeparableFit fit(problem_, result_.search.order);
+    SeparableFit fit(problem_, result_.search.order, SeparableFit::Scan::coarse);
     Trial trial = result_.search.trial;
     const double best = trial.*k, enough = 1.05 * fit.fit(trial).rms;
     const auto will_do = [&](double value) {
@@ -226,7 +226,7 @@ Landscape landscape(const std::vector<Record>& records, const Identified& identi
   for (const Record& record : seen)
     problem.excerpts.emplace_back(record, std::vector<int>{}, 1000,
                                   least_swing(record, problem.observed.span()));
-  SeparableFit fit(problem, identified.search.order);
+  SeparableFit fit(problem, identified.search.order, SeparableFit::Scan::coarse);
   const double span = identified.parameters.input_range().span();
   const auto grid = [&](double best) {
     const double middle = std::asinh(best * span);

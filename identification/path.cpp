@@ -1,5 +1,8 @@
 #include "identification/path.h"
 
+#include <algorithm>
+#include <utility>
+
 #include "model/memory_model.h"
 #include "model/memory_model_impl.h"
 
@@ -31,11 +34,9 @@ class InputLaw {
 // Follows the stack of branches from outside and gives each branch a number of its own.
 class Tracer {
  public:
-  Tracer(model::Interval thresholds, model::Origin origin)
-      : memory_(InputLaw(thresholds)),
-        state_(origin == model::Origin::virgin            ? memory_.virgin(thresholds.lo, capacity)
-               : origin == model::Origin::lower_threshold ? memory_.at_lower_threshold(capacity)
-                                                          : memory_.at_upper_threshold(capacity)) {
+  /// `inputs`: how many there will be.
+  Tracer(model::Interval thresholds, model::Origin origin, std::size_t inputs)
+      : memory_(InputLaw(thresholds)), state_(start(origin, std::min(inputs + 4, most_branches))) {
     begin_at_threshold();
   }
 
@@ -55,8 +56,13 @@ class Tracer {
   std::vector<PathBranch> take() { return std::move(branches_); }
 
  private:
-  static constexpr std::size_t capacity = 4096;
+  static constexpr std::size_t most_branches = 4096;
 
+  model::HysteresisState start(model::Origin origin, std::size_t capacity) const {
+    if (origin == model::Origin::virgin) return memory_.virgin(memory_.input_range().lo, capacity);
+    return origin == model::Origin::lower_threshold ? memory_.at_lower_threshold(capacity)
+                                                    : memory_.at_upper_threshold(capacity);
+  }
   bool is_at_threshold() const {
     return state_.depth() == 1 && state_.input == state_.branches.back().start_input;
   }
@@ -92,7 +98,7 @@ class Tracer {
 
 Path trace(model::Interval thresholds, model::Origin origin, std::span<const double> prehistory,
            std::span<const double> inputs) {
-  Tracer tracer(thresholds, origin);
+  Tracer tracer(thresholds, origin, prehistory.size() + inputs.size());
   for (const double input : prehistory) tracer.advance(input);
   Path path;
   for (std::size_t i = 0; i < inputs.size(); ++i) {

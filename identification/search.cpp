@@ -60,7 +60,7 @@ class Searcher {
  private:
   void use_order(int order) {
     order_ = order;
-    fit_.emplace(problem_, order);
+    fit_.emplace(problem_, order, SeparableFit::Scan::coarse);
   }
 
   double cost(const Trial& trial) {

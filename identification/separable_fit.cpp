@@ -24,8 +24,8 @@ model::Interval Problem::thresholds(const Trial& trial) const {
   return {observed.lo - trial.below * span, observed.hi + trial.above * span};
 }
 
-SeparableFit::SeparableFit(const Problem& problem, int order)
-    : problem_(problem), order_(order), curves_(order) {}
+SeparableFit::SeparableFit(const Problem& problem, int order, Scan scan)
+    : problem_(problem), order_(order), curves_(order, static_cast<std::size_t>(scan)) {}
 
 void SeparableFit::prepare(const Trial& trial) {
   if (prepared_ && same_path(*prepared_, trial)) return;

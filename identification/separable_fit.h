@@ -44,7 +44,9 @@ struct Fitted {
 
 class SeparableFit {
  public:
-  SeparableFit(const Problem& problem, int order);
+  /// How closely the branches are looked at; what is kept is to be looked at as closely as when loaded.
+  enum class Scan : std::size_t { coarse = 50, fine = 200 };
+  SeparableFit(const Problem& problem, int order, Scan scan);
 
   /// The best curves that make an invertible model (valid_curves.h) at the trial's k.
   Fitted fit(const Trial& trial);

@@ -68,8 +68,8 @@ class WithinRows {
 
 }  // namespace
 
-ValidCurves::ValidCurves(int order)
-    : order_(order), curves_(Eigen::MatrixXd::Zero(kinds * points, 2 * order + 1)) {
+ValidCurves::ValidCurves(int order, std::size_t scan_steps)
+    : order_(order), scan_steps_(scan_steps), curves_(Eigen::MatrixXd::Zero(kinds * points, 2 * order + 1)) {
   Eigen::VectorXd slopes(order_ + 1);
   for (Eigen::Index j = 0; j < points; ++j) {
     const double t = 0.5 - 0.5 * std::cos(std::numbers::pi * static_cast<double>(j) / (points - 1));
@@ -100,7 +100,10 @@ bool ValidCurves::add_broken_curve_rows(const Eigen::VectorXd& theta, double bou
 }
 
 void ValidCurves::add_cuts(const std::vector<model::DecreasingBranch>& branches, model::Interval thresholds) {
-  const auto in_spans = [&](double v) { return (v - thresholds.lo) / thresholds.span(); };
+  const auto in_spans = [&](double v) {  // the thresholds themselves exactly
+    const double t = (v - thresholds.lo) / thresholds.span();
+    return t < 1e-9 ? 0.0 : t > 1.0 - 1e-9 ? 1.0 : t;
+  };
   for (const model::DecreasingBranch& branch : branches)
     cuts_.push_back(
         {branch.direction, in_spans(branch.start), in_spans(branch.target), in_spans(branch.input)});
@@ -108,7 +111,9 @@ void ValidCurves::add_cuts(const std::vector<model::DecreasingBranch>& branches,
 
 // The branch is reached from the threshold where model/validity.h begins its scan.
 Eigen::VectorXd ValidCurves::row_of(const Cut& cut, model::Interval thresholds, const Pace& pace) const {
-  const auto input = [&](double spans) { return thresholds.lo + spans * thresholds.span(); };
+  const auto input = [&](double spans) {
+    return spans == 1.0 ? thresholds.hi : thresholds.lo + spans * thresholds.span();
+  };
   const bool up = cut.direction == Direction::ascending;
   const bool to_threshold = cut.target <= 0.0 || cut.target >= 1.0;
   const bool from_threshold = up ? cut.start <= 0.0 : cut.start >= 1.0;
@@ -128,7 +133,8 @@ double ValidCurves::wrong(const Eigen::VectorXd& theta, model::Interval threshol
                           double mean_slope) {
   const double lowest = (curves_ * theta).minCoeff();
   if (lowest < 0.0) return -lowest / (mean_slope * thresholds.span());
-  const auto decreasing = model::find_decreasing_branches(parameters_of(theta, thresholds, pace));
+  const auto decreasing =
+      model::find_decreasing_branches(parameters_of(theta, thresholds, pace), scan_steps_);
   add_cuts(decreasing, thresholds);
   double wrong = 0.0;
   for (const auto& branch : decreasing) wrong = std::max(wrong, -branch.slope / mean_slope);

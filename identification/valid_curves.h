@@ -17,7 +17,8 @@ namespace hystcan::identification {
 
 class ValidCurves {
  public:
-  explicit ValidCurves(int order);
+  /// `scan_steps`: of the grid that branches are looked for on (model/validity.h).
+  ValidCurves(int order, std::size_t scan_steps);
 
   struct Solution {
     Eigen::VectorXd theta;
@@ -43,6 +44,7 @@ class ValidCurves {
   Eigen::VectorXd row_of(const Cut& cut, model::Interval thresholds, const Pace& pace) const;
 
   Eigen::Index order_;
+  std::size_t scan_steps_;
   Eigen::MatrixXd curves_;  // rows: slope of both curves and the gap between them, on a grid, span 1
   std::vector<Cut> cuts_;   // met so far: what was broken once is likely to be broken again
 };

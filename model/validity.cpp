@@ -13,7 +13,7 @@
 namespace hystcan::model {
 namespace {
 
-constexpr std::size_t steps = 200;
+constexpr std::size_t fine = 200;         // steps
 constexpr double lowest_k_span = -300.0;  // e^{-k span} and its inverse stay far from overflow
 constexpr double highest_k_span = 1e5;
 
@@ -95,8 +95,8 @@ void check_meeting(const HysteresisParameters& p) {
     refuse("descending curve starts at ", p.descending.value(range.lo), " ", p.output_unit,
            ", expected less than the ", p.ascending.value(range.hi), " of the upper threshold");
   const auto below = [&](double v) { return p.descending.value(v) - p.ascending.value(v) < -tolerance; };
-  for (std::size_t i = 0; i <= 10 * steps; ++i) {
-    const double v = range.lo + range.span() * static_cast<double>(i) / (10.0 * steps);
+  for (std::size_t i = 0; i <= 10 * fine; ++i) {
+    const double v = range.lo + range.span() * static_cast<double>(i) / (10.0 * fine);
     if (below(v))
       refuse("descending curve lies ", p.ascending.value(v) - p.descending.value(v), " ", p.output_unit,
              " below the ascending curve at ", v, " ", p.input_unit,
@@ -111,12 +111,12 @@ struct Grid {
 };
 
 // Seen from U_0 with both axes turned round, falling is rising: one scan serves both thresholds.
-Grid grid_of(const ReferenceCurve& curve, double k, Direction seen) {
+Grid grid_of(const ReferenceCurve& curve, double k, Direction seen, std::size_t steps) {
   Grid grid;
   const Interval& range = curve.domain();
   const double sign = seen == Direction::ascending ? 1.0 : -1.0;
   for (std::size_t i = 0; i <= steps; ++i) {
-    const double d = range.span() * static_cast<double>(i) / steps;
+    const double d = range.span() * static_cast<double>(i) / static_cast<double>(steps);
     const double v = seen == Direction::ascending ? range.lo + d : range.hi - d;
     grid.value.push_back(sign * curve.value(v));
     grid.slope.push_back(curve.slope(v));
@@ -131,11 +131,12 @@ Grid grid_of(const ReferenceCurve& curve, double k, Direction seen) {
 // again.
 class Scan {
  public:
-  Scan(const HysteresisParameters& p, Direction rising_way)
+  Scan(const HysteresisParameters& p, Direction rising_way, std::size_t steps)
       : p_(p),
         way_(rising_way),
-        rise_(grid_of(p.curve(truly(true)), p.k(truly(true)), rising_way)),
-        fall_(grid_of(p.curve(truly(false)), p.k(truly(false)), rising_way)) {
+        steps_(steps),
+        rise_(grid_of(p.curve(truly(true)), p.k(truly(true)), rising_way, steps)),
+        fall_(grid_of(p.curve(truly(false)), p.k(truly(false)), rising_way, steps)) {
     const double span = p.ascending.domain().span();
     tolerance_ = 1e-9 *
                  (p.ascending.value(p.ascending.domain().hi) - p.descending.value(p.ascending.domain().lo)) /
@@ -147,19 +148,19 @@ class Scan {
   template <class Found>
   void run(Found found) const {
     const double gap = fall_.value[0] - rise_.value[0];
-    const double first = gap / rise_.phi[steps];
-    if (const auto branch = look_along(true, 0, steps, first); branch && found(*branch)) return;
-    std::vector<double> outer(steps + 1), falling(steps + 1, 0.0), distance(steps + 1, 0.0);
-    for (std::size_t i = 0; i <= steps; ++i) outer[i] = rise_.value[i] + gap - first * rise_.phi[i];
-    for (std::size_t u = 1; u <= steps; ++u) {
+    const double first = gap / rise_.phi[steps_];
+    if (const auto branch = look_along(true, 0, steps_, first); branch && found(*branch)) return;
+    std::vector<double> outer(steps_ + 1), falling(steps_ + 1, 0.0), distance(steps_ + 1, 0.0);
+    for (std::size_t i = 0; i <= steps_; ++i) outer[i] = rise_.value[i] + gap - first * rise_.phi[i];
+    for (std::size_t u = 1; u <= steps_; ++u) {
       distance[u] = fall_.value[u] - outer[u];
       falling[u] = distance[u] / fall_.phi[u];
       if (const auto branch = look_along(false, u, 0, falling[u]); branch && found(*branch)) return;
     }
-    for (std::size_t l = 1; l < steps; ++l) {
+    for (std::size_t l = 1; l < steps_; ++l) {
       double limit = room(l, 0), farthest = 0.0, steepest = 0.0;
       std::size_t target = 0;
-      for (std::size_t u = l + 1; u <= steps; ++u) {
+      for (std::size_t u = l + 1; u <= steps_; ++u) {
         limit = std::min(limit, room(u, u - l));
         const double output = fall_.value[l] - distance[u] + falling[u] * fall_.phi[u - l];
         const double coefficient = first * rise_.decay[l] + (output - outer[l]) / rise_.phi[u - l];
@@ -184,7 +185,7 @@ class Scan {
   Direction truly(bool rising) const { return rising ? way_ : opposite(way_); }
   double input(std::size_t i) const {
     const Interval& range = p_.ascending.domain();
-    const double d = range.span() * static_cast<double>(i) / steps;
+    const double d = range.span() * static_cast<double>(i) / static_cast<double>(steps_);
     return way_ == Direction::ascending ? range.lo + d : range.hi - d;
   }
 
@@ -212,6 +213,7 @@ class Scan {
 
   const HysteresisParameters& p_;
   Direction way_;
+  std::size_t steps_;
   Grid rise_, fall_;
   double tolerance_ = 0.0;
 };
@@ -272,12 +274,13 @@ std::optional<DecreasingBranch> find_decreasing_branch(const HysteresisParameter
     found = branch;
     return true;
   };
-  Scan(parameters, Direction::ascending).run(take);
-  if (!found) Scan(parameters, Direction::descending).run(take);
+  Scan(parameters, Direction::ascending, fine).run(take);
+  if (!found) Scan(parameters, Direction::descending, fine).run(take);
   return found;
 }
 
-std::vector<DecreasingBranch> find_decreasing_branches(const HysteresisParameters& parameters) {
+std::vector<DecreasingBranch> find_decreasing_branches(const HysteresisParameters& parameters,
+                                                       std::size_t steps) {
   constexpr double blocks = 10.0;
   std::vector<DecreasingBranch> worst;
   const Interval& range = parameters.input_range();
@@ -291,8 +294,8 @@ std::vector<DecreasingBranch> find_decreasing_branches(const HysteresisParameter
       worst.back() = branch;
     return false;
   };
-  Scan(parameters, Direction::ascending).run(gather);
-  Scan(parameters, Direction::descending).run(gather);
+  Scan(parameters, Direction::ascending, steps).run(gather);
+  Scan(parameters, Direction::descending, steps).run(gather);
   return worst;
 }
 

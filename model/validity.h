@@ -14,6 +14,7 @@
 // run time.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -40,8 +41,10 @@ struct DecreasingBranch {
 /// The first scanned branch that is not increasing. The curves have been checked.
 std::optional<DecreasingBranch> find_decreasing_branch(const HysteresisParameters& parameters);
 
-/// The worst of them in every tenth of the range and direction: some forty at most.
-std::vector<DecreasingBranch> find_decreasing_branches(const HysteresisParameters& parameters);
+/// The worst of them in every tenth of the range and direction: some forty at most. `steps`: of the grid;
+/// the cost goes with its square.
+std::vector<DecreasingBranch> find_decreasing_branches(const HysteresisParameters& parameters,
+                                                       std::size_t steps);
 
 /// A branch that is not increasing: what() names it, the interval, and what k would do.
 class BranchError : public std::invalid_argument {
