@@ -50,8 +50,9 @@ class Bench {
 
   void start_controller(const std::vector<std::string>& options = {}) { start("controller", options); }
   /// A command of the controller's side: it becomes `controller`.
-  void start(const char* subcommand, const std::vector<std::string>& options) {
-    std::vector<std::string> command{HYSTCAN_PROGRAM, subcommand, config_file, "--interface",
+  void start(const char* subcommand, const std::vector<std::string>& options,
+             const std::string& config = config_file) {
+    std::vector<std::string> command{HYSTCAN_PROGRAM, subcommand, config, "--interface",
                                      wire_.controller_side};
     command.insert(command.end(), options.begin(), options.end());
     controller = std::make_unique<Process>(first_come_first_served(command));
