@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "app/identification_numbers.h"
 #include "app/identification_plots.h"
 
 namespace hystcan::app {
@@ -59,6 +60,10 @@ std::string escaped(std::string_view text) {
         safe += c;
     }
   return safe;
+}
+
+std::string with_unit(const std::string& number, const std::string& unit) {
+  return unit.empty() ? number : number + " " + unit;
 }
 
 std::string number_cell(const std::string& text, bool best = false) {
@@ -138,9 +143,10 @@ std::string hold_out_of(const Comparison& comparison) {
 
 std::string comparison_of(const IdentificationReport& report, const Comparison& comparison) {
   std::string part = "<h2>Comparison</h2>\n";
-  part += fmt::format(
-      "<p>Errors in percent of the output's span, {:.4g} {}; the least of each column is marked.</p>\n",
-      comparison.output_span, escaped(report.identified.parameters.output_unit));
+  const std::string& unit = report.identified.parameters.output_unit;
+  part +=
+      fmt::format("<p>Errors in percent of the output's span, {}; the least of each column is marked.</p>\n",
+                  escaped(with_unit(fmt::format("{:.4g}", comparison.output_span), unit)));
   part += table_of(comparison);
   part += fmt::format("<p>{}</p>\n", escaped(hold_out_of(comparison)));
   for (const std::string& refused : comparison.refused)
@@ -184,9 +190,11 @@ std::string model_of(const Identified& identified) {
   };
   row("symmetry", p.symmetry == model::Symmetry::even ? "even: x(v) = x(-v)" : "none");
   row("order of the reference curves", fmt::format("{}", identified.search.order));
-  row("thresholds", fmt::format("{:.6g} to {:.6g} {}", p.input_range().lo, p.input_range().hi, p.input_unit));
-  row("inputs observed",
-      fmt::format("{:.6g} to {:.6g} {}", identified.observed.lo, identified.observed.hi, p.input_unit));
+  const auto interval = [&](model::Interval range) {
+    return with_unit(fmt::format("{:.6g} to {:.6g}", range.lo, range.hi), p.input_unit);
+  };
+  row("thresholds", interval(p.input_range()));
+  row("inputs observed", interval(identified.observed));
   row("k ascending", pace_text(p.k_ascending, identified.pace_ascending, identified));
   row("k descending", pace_text(p.k_descending, identified.pace_descending, identified));
   row("delay", fmt::format("{:.4g} s", identified.delay_s));
@@ -200,6 +208,10 @@ std::string model_of(const Identified& identified) {
   for (std::size_t j = 0; j < std::max(up.size(), down.size()); ++j)
     part += fmt::format("<tr><td>{}</td>{}{}</tr>\n", j, term(up, j), term(down, j));
   return part + "</table>\n";
+}
+
+std::string record_name(const IdentificationReport& report, std::size_t i) {
+  return report.records.size() == 1 ? report.names[i] : fmt::format("{}: {}", i + 1, report.names[i]);
 }
 
 std::string records_of(const IdentificationReport& report) {
@@ -221,7 +233,7 @@ std::string records_of(const IdentificationReport& report) {
   }
   part += "</table>\n<p class=\"note\">In percent of the output's span. Initial memory: ";
   for (std::size_t i = 0; i < report.records.size(); ++i)
-    part += fmt::format("{}{}: {}", i == 0 ? "" : "; ", escaped(report.names[i]),
+    part += fmt::format("{}{}, {}", i == 0 ? "" : "; ", escaped(record_name(report, i)),
                         memory_text(identified.memories[i]));
   return part + ".</p>\n";
 }

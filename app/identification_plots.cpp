@@ -7,29 +7,26 @@
 #include <limits>
 
 #include "app/gnuplot.h"
-#include "app/output_file.h"
-#include "identification/excerpt.h"
 
 namespace hystcan::app {
 namespace {
 
-using identification::Comparison;
 using identification::Identified;
 using identification::Landscape;
-using identification::Record;
 
-constexpr const char* loops_script = R"(set key top left
-set xlabel input_label
+constexpr const char* loops_script = R"(set xlabel input_label
 set ylabel output_label
 plot for [k = 1:records] 'record.csv' using (of(k, 'input')):(of(k, 'output')) with lines lw 4 lc rgb '#f4b183' \
        title (k == 1 ? 'measured' : ''), \
-     for [k = 1:records] 'record.csv' using (of(k, 'input')):(of(k, 'predicted')) with lines lw 1 lc rgb '#0060ad' \
+     for [k = 1:records] 'record.csv' using (of(k, 'input')):(of(k, 'predicted')) with lines lw 1.5 lc rgb '#0060ad' \
        title (k == 1 ? 'model' : '')
 )";
 
 constexpr const char* residual_time_script = R"(set xlabel 'time [s]'
-set ylabel 'measured - model [% of output span]'
+set ylabel 'measured - model [% of span]'
 set xzeroaxis lt 1 lw 1.5 lc rgb '#404040'
+set autoscale xfix
+set lmargin at screen 0.12
 set multiplot layout records,1
 do for [k = 1:records] {
   if (records > 1) { set title sprintf('record %d', k) }
@@ -39,43 +36,52 @@ unset multiplot
 )";
 
 constexpr const char* residual_input_script = R"(set xlabel input_label
-set ylabel 'measured - model [% of output span]'
+set ylabel 'measured - model [% of span]'
 set xzeroaxis lt 1 lw 1.5 lc rgb '#404040'
-set key top left
-# the way that the input goes, at rest the way it went last
+stats 'record.csv' using (column('residual')) nooutput
+size = STATS_records > 2000 ? 0.25 : 0.6
+# the way that the input goes; at rest, the way it went last
 before = way = NaN
 way_of(v) = (way = (v > before ? 1 : v < before ? -1 : way), before = v, way)
 plot 'record.csv' using (way_of(column('input')) > 0 ? column('input') : NaN):(100 * column('residual') / span) \
-       with points pt 7 ps 0.25 lc rgb '#c05020' title 'rising', \
+       with points pt 7 ps size lc rgb '#c05020' notitle, \
      'record.csv' using (way_of(column('input')) < 0 ? column('input') : NaN):(100 * column('residual') / span) \
-       with points pt 7 ps 0.25 lc rgb '#0060ad' title 'falling'
+       with points pt 7 ps size lc rgb '#0060ad' notitle, \
+     NaN with points pt 7 lc rgb '#c05020' title 'rising', \
+     NaN with points pt 7 lc rgb '#0060ad' title 'falling'
 )";
 
-constexpr const char* curves_script = R"(set key top left
-set lmargin at screen 0.13
+constexpr const char* curves_script = R"(set lmargin at screen 0.13
 set arrow 1 from first observed_lo, graph 0 to first observed_lo, graph 1 nohead dt 3 lw 1.5 lc rgb '#404040'
 set arrow 2 from first observed_hi, graph 0 to first observed_hi, graph 1 nohead dt 3 lw 1.5 lc rgb '#404040'
 set xrange [thresholds_lo:thresholds_hi]
 set xlabel input_label
 set multiplot layout 2,1
+# extrapolated curves may leave far behind what was measured: cut off half a span beyond it
+stats 'record.csv' using (column('output')) nooutput
+set yrange [STATS_min - 0.5 * span < * : * < STATS_max + 0.5 * span]
 set ylabel output_label
 plot for [k = 1:records] 'record.csv' using (of(k, 'input')):(of(k, 'output')) with lines lw 1 lc rgb '#d0d0d0' \
        title (k == 1 ? 'measured' : ''), \
      'curves.csv' using (column('input')):(column('ascending')) with lines lw 2 lc rgb '#c05020' title 'ascending', \
-     '' using (column('input')):(column('descending')) with lines lw 2 lc rgb '#0060ad' title 'descending', \
+     'curves.csv' using (column('input')):(column('descending')) with lines lw 2 lc rgb '#0060ad' title 'descending', \
      NaN with lines dt 3 lw 1.5 lc rgb '#404040' title 'ends of the inputs observed'
-set ylabel 'descending - ascending [% of output span]'
 set yrange [0:*]
+set ylabel 'distance [% of span]'
 plot 'curves.csv' using (column('input')):(100 * (column('descending') - column('ascending')) / span) \
-       with lines lw 2 lc rgb '#404040' title 'distance of the curves'
+       with lines lw 2 lc rgb '#404040' title 'descending - ascending'
 unset multiplot
 )";
 
 constexpr const char* landscape_script = R"(set view map
-set key outside top center horizontal
+set title 'lines: 1.05 and 1.5 times the least; cross: the model'
+set lmargin at screen 0.1
+set rmargin at screen 0.83
+set tmargin at screen 0.93
+set bmargin at screen 0.12
 set xlabel 'k ascending, times the span of the thresholds'
 set ylabel 'k descending, times the span of the thresholds'
-set cblabel 'RMS [% of output span]; dearer ones in the last colour'
+set cblabel (cut ? 'RMS [% of output span], cut off at the last colour' : 'RMS [% of output span]') offset 1
 set palette defined (0 '#440154', 1 '#3b528b', 2 '#21918c', 3 '#5ec962', 4 '#fde725')
 do for [axis in 'x y'] {
   eval 'set '.axis.'tics ()'
@@ -86,14 +92,15 @@ do for [axis in 'x y'] {
 set xrange [x_lo:x_hi]
 set yrange [y_lo:y_hi]
 set cbrange [100 * least / span : 100 * top / span]
+set pm3d interpolate 4,4
 set contour base
 set cntrparam levels discrete 105 * least / span, 150 * least / span
 set cntrlabel onecolor
 set label 1 '' at first x_best, first y_best, first 0 point pt 2 ps 1.5 lw 3 lc rgb 'white' front
 splot 'landscape.csv' using (place(column('k_ascending'))):(place(column('k_descending'))):(100 * column('rms') / span) \
         with pm3d nocontour notitle, \
-      '' using (place(column('k_ascending'))):(place(column('k_descending'))):(100 * column('rms') / span) \
-        with lines nosurface lw 2 lc rgb 'white' title 'lines: 1.05 and 1.5 times the least; cross: the model'
+      'landscape.csv' using (place(column('k_ascending'))):(place(column('k_descending'))):(100 * column('rms') / span) \
+        with lines nosurface lw 2 lc rgb 'white' notitle
 )";
 
 std::string labelled(const std::string& what, const std::string& unit) {
@@ -108,7 +115,8 @@ std::string preamble(const std::string& name, int height, std::size_t records, c
   return fmt::format("# gnuplot {0}.gp: draws {0}.svg\n", name) +
          fmt::format("set terminal svg size 1000,{} noenhanced font 'sans,16' background 'white'\n", height) +
          fmt::format("set output '{}.svg'\n", name) +
-         "set datafile separator ','\nset datafile missing NaN\nset grid lc rgb '#c0c0c0'\n" +
+         "set datafile separator ','\nset datafile missing NaN\nset grid lc rgb '#c0c0c0'\nset key outside "
+         "top center horizontal\n" +
          fmt::format("records = {}\ninput_label = {}\noutput_label = {}\n", records,
                      labelled("input", p.input_unit), labelled("output", p.output_unit)) +
          setting("span", identified.output_span) + setting("thresholds_lo", p.input_range().lo) +
@@ -128,84 +136,11 @@ std::string of_landscape(const Landscape& map, const Identified& identified) {
     }
   const auto place = [&](double k) { return std::asinh(k * span); };
   return "place(k) = asinh(k * (thresholds_hi - thresholds_lo))\n" + setting("least", least) +
-         setting("top", std::min(most, 4.0 * least)) + setting("x_lo", place(map.k_ascending.front())) +
-         setting("x_hi", place(map.k_ascending.back())) + setting("y_lo", place(map.k_descending.front())) +
-         setting("y_hi", place(map.k_descending.back())) +
+         setting("top", std::min(most, 4.0 * least)) + setting("cut", most > 4.0 * least ? 1.0 : 0.0) +
+         setting("x_lo", place(map.k_ascending.front())) + setting("x_hi", place(map.k_ascending.back())) +
+         setting("y_lo", place(map.k_descending.front())) + setting("y_hi", place(map.k_descending.back())) +
          setting("x_best", place(identified.parameters.k_ascending)) +
          setting("y_best", place(identified.parameters.k_descending));
-}
-
-std::string unit_lines(const Identified& identified) {
-  std::string lines;
-  const auto add = [&](const char* key, const std::string& unit) {
-    if (!unit.empty()) lines += fmt::format("# {} = {}\n", key, unit);
-  };
-  add("input_unit", identified.parameters.input_unit);
-  add("output_unit", identified.parameters.output_unit);
-  return lines;
-}
-
-void write_file(const std::filesystem::path& path, const std::string& text) {
-  OutputFile file(path);
-  file.write(text);
-  file.commit();
-}
-
-std::string record_rows(const std::vector<Record>& records, const Identified& identified) {
-  const model::Hysteresis hysteresis(identified.parameters);
-  const bool even = identified.parameters.symmetry == model::Symmetry::even;
-  const std::size_t stride = samples_per_row(records);
-  std::string rows = unit_lines(identified) + "time_s,input,output,predicted,residual,record\n";
-  for (std::size_t r = 0; r < records.size(); ++r) {
-    const Record& record = records[r];
-    const auto predicted = identification::predict(hysteresis, even ? folded(record) : record,
-                                                   identified.delay_s, identified.memories[r]);
-    const auto miss = [&](std::size_t i) { return std::abs(record.output[i] - predicted[i]); };
-    for (std::size_t begin = 0; begin < record.size(); begin += stride) {
-      std::size_t i = begin;
-      for (std::size_t j = begin; j < std::min(begin + stride, record.size()); ++j)
-        if (miss(j) > miss(i)) i = j;
-      rows += fmt::format("{:.12g},{:.9g},{:.9g},{:.9g},{:.6g},{}\n", record.time_s[i], record.input[i],
-                          record.output[i], predicted[i], record.output[i] - predicted[i], r + 1);
-    }
-  }
-  return rows;
-}
-
-std::string curve_rows(const Identified& identified) {
-  constexpr int points = 400;
-  const model::HysteresisParameters& p = identified.parameters;
-  std::string rows = unit_lines(identified) + "input,ascending,descending\n";
-  for (int i = 0; i <= points; ++i) {
-    const double v = p.input_range().lo + p.input_range().span() * i / points;
-    rows += fmt::format("{:.9g},{:.9g},{:.9g}\n", v, p.ascending.value(v), p.descending.value(v));
-  }
-  return rows;
-}
-
-// An empty line between the rows of the map, as gnuplot wants it.
-std::string landscape_rows(const Landscape& map, const Identified& identified) {
-  std::string rows = unit_lines(identified) + "k_ascending,k_descending,rms\n";
-  for (std::size_t i = 0; i < map.k_descending.size(); ++i) {
-    for (std::size_t j = 0; j < map.k_ascending.size(); ++j)
-      rows += fmt::format("{:.9g},{:.9g},{:.6g}\n", map.k_ascending[j], map.k_descending[i], map.rms[i][j]);
-    if (i + 1 < map.k_descending.size()) rows += "\n";
-  }
-  return rows;
-}
-
-std::string comparison_rows(const Comparison& comparison) {
-  std::string rows =
-      "model,parameters,fit_rms_percent,fit_max_percent,held_out_rms_percent,held_out_max_percent\n";
-  const auto percent = [&](double error) { return 100.0 * error / comparison.output_span; };
-  for (const auto& row : comparison.rows) {
-    rows += fmt::format("\"{}\",{},{:.6g},{:.6g},", row.name, row.parameters, percent(row.fit.rms),
-                        percent(row.fit.max));
-    rows += row.held_out
-                ? fmt::format("{:.6g},{:.6g}\n", percent(row.held_out->rms), percent(row.held_out->max))
-                : ",\n";
-  }
-  return rows;
 }
 
 }  // namespace
@@ -233,21 +168,6 @@ const std::vector<Picture>& pictures() {
   return all;
 }
 
-std::size_t samples_per_row(const std::vector<Record>& records) {
-  std::size_t samples = 0;
-  for (const Record& record : records) samples += record.size();
-  return std::max<std::size_t>(1, (samples + most_plotted - 1) / most_plotted);
-}
-
-void write_numbers(const std::filesystem::path& directory, const std::vector<Record>& records,
-                   const Identified& identified, const Comparison& comparison,
-                   const std::optional<Landscape>& landscape) {
-  write_file(directory / "record.csv", record_rows(records, identified));
-  write_file(directory / "curves.csv", curve_rows(identified));
-  write_file(directory / "comparison.csv", comparison_rows(comparison));
-  if (landscape) write_file(directory / "landscape.csv", landscape_rows(*landscape, identified));
-}
-
 std::string draw_pictures(const std::filesystem::path& directory, std::size_t records,
                           const Identified& identified, const std::optional<Landscape>& landscape) {
   std::string undrawn;
@@ -257,7 +177,7 @@ std::string draw_pictures(const std::filesystem::path& directory, std::size_t re
     if (undrawn.empty()) undrawn = why;
   };
   draw("loops", 700, loops_script);
-  draw("residual_time", static_cast<int>(std::max<std::size_t>(400, 300 * records)), residual_time_script);
+  draw("residual_time", static_cast<int>(std::max<std::size_t>(400, 340 * records)), residual_time_script);
   draw("residual_input", 500, residual_input_script);
   draw("curves", 900, curves_script);
   if (landscape) draw("landscape", 750, of_landscape(*landscape, identified) + landscape_script);

@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "app/commands.h"
+#include "app/identification_numbers.h"
 #include "app/identification_page.h"
 #include "app/identification_plots.h"
 #include "app/output_file.h"
