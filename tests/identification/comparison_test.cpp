@@ -152,7 +152,7 @@ TEST(Comparison, RivalsTravelToTheNextRecordsMemory) {
   model::PlayState start = truth.virgin(0.0);
   for (const double v : {100.0, 0.0}) truth.advance(start, v);
   const std::vector<Record> two{answered(travelled({0, 100, 20, 90, 30, 60}), truth, start),
-                                answered(travelled({0, 70, 10, 100, 40}), truth, start)};
+                                answered(travelled({40, 70, 10, 100, 30}), truth, start)};
   const Identified found = identify(two, order_3());
   ASSERT_EQ(found.memories[1].kind, InitialMemory::Kind::from_lower);
   const Comparison made = compare(two, found, [] { return true; });
