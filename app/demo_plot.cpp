@@ -1,12 +1,8 @@
 #include "app/demo_plot.h"
 
 #include <fmt/format.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <cerrno>
-#include <fstream>
-#include <system_error>
+#include "app/gnuplot.h"
 
 namespace hystcan::app {
 namespace {
@@ -62,31 +58,14 @@ do for [terminal in "svg png"] {{
 }}
 )";
 
-std::string run_gnuplot(const std::filesystem::path& directory) {
-  const pid_t child = fork();
-  if (child < 0) return std::generic_category().message(errno);
-  if (child == 0) {
-    if (chdir(directory.c_str()) == 0) execlp("gnuplot", "gnuplot", "demo.gp", nullptr);
-    _exit(127);
-  }
-  int status = 0;
-  waitpid(child, &status, 0);
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return {};
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 127) return "gnuplot is not installed";
-  return "gnuplot failed";
-}
-
 }  // namespace
 
 std::string draw(const DemoPlot& plot) {
-  const std::filesystem::path script = plot.directory / "demo.gp";
-  std::ofstream file(script);
-  file << fmt::format(script_template, fmt::arg("axis", plot.axis), fmt::arg("stroke", plot.stroke_um),
-                      fmt::arg("title", plot.title), fmt::arg("unit", plot.drive_unit),
-                      fmt::arg("from", plot.from_s), fmt::arg("to", plot.to_s));
-  file.close();
-  if (!file) return fmt::format("{} cannot be written", script.string());
-  return run_gnuplot(plot.directory);
+  return draw_with_gnuplot(
+      plot.directory, "demo.gp",
+      fmt::format(script_template, fmt::arg("axis", plot.axis), fmt::arg("stroke", plot.stroke_um),
+                  fmt::arg("title", plot.title), fmt::arg("unit", plot.drive_unit),
+                  fmt::arg("from", plot.from_s), fmt::arg("to", plot.to_s)));
 }
 
 }  // namespace hystcan::app

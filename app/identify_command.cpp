@@ -11,6 +11,7 @@
 
 #include "app/commands.h"
 #include "app/identification_findings.h"
+#include "app/identification_report.h"
 #include "app/output_file.h"
 #include "app/progress.h"
 #include "app/record_input.h"
@@ -29,6 +30,7 @@ struct Options {
   std::vector<std::filesystem::path> data;
   std::filesystem::path output;
   std::filesystem::path initial_memory;
+  std::filesystem::path report;
   RecordInput input;
   std::string order = "auto";
   std::string symmetry = "auto";
@@ -114,6 +116,17 @@ nlohmann::json to_json(const Identified& identified, const std::vector<std::stri
           {"findings", said}};
 }
 
+void report(const Options& options, const std::vector<Record>& records, const Identified& identified,
+            const std::vector<std::string>& said) {
+  std::vector<std::string> names;
+  for (const auto& file : options.data) names.push_back(file.filename().string());
+  Progress progress("comparing models", 0, "trials");
+  write_report(options.report, {records, names, identified, said}, [&, tries = std::uint64_t{0}]() mutable {
+    progress.at_once(++tries);
+    return stop_signalled == 0;
+  });
+}
+
 int run_identify(const Options& options) {
   for (const auto& file : options.data)
     for (const auto& output : {options.output, options.initial_memory}) refuse_to_overwrite(output, file);
@@ -126,6 +139,7 @@ int run_identify(const Options& options) {
   out.write(model_text(identified, said));
   out.commit();
   if (!options.initial_memory.empty()) save_memory(options, records.front(), identified);
+  if (!options.report.empty()) report(options, records, identified, said);
   const double percent = 100.0 / identified.output_span;
   if (options.json) {
     fmt::print("{}\n", to_json(identified, said).dump(2));
@@ -171,6 +185,9 @@ void add_identify(CLI::App& cli, int& status) {
       ->check(CLI::IsMember({"auto", "observed"}));
   command->add_option("--initial-memory", options->initial_memory,
                       "write the memory that the (first) record begins with, for simulate --memory");
+  command->add_option(
+      "--report", options->report,
+      "folder for report.html: loops, residuals, curves, and the comparison with other models");
   add_record_options(*command, options->input);
   command->add_flag("--json", options->json, "print the result as JSON");
   command->callback([options, &status] { status = run_identify(*options); });

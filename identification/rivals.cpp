@@ -59,13 +59,26 @@ Rival fit_preisach(const Samples& samples, std::size_t levels) {
   return {text_of("Preisach, ", levels, " levels"), cells + 2, std::move(fit.prediction)};
 }
 
+const std::vector<FitRival>& every_rival() {
+  using Parameters = model::HysteresisParameters;
+  static const std::vector<FitRival> rivals{
+      [](const Samples& samples, const Parameters& identified) {
+        return fit_average(samples, static_cast<std::size_t>(identified.ascending.order()));
+      },
+      fit_linear_mapping,
+      [](const Samples& samples, const Parameters&) { return fit_prandtl_ishlinskii(samples, 9); },
+      [](const Samples& samples, const Parameters&) { return fit_prandtl_ishlinskii(samples, 30); },
+      [](const Samples& samples, const Parameters&) {
+        return fit_prandtl_ishlinskii_free_start(samples, 30);
+      },
+      [](const Samples& samples, const Parameters&) { return fit_preisach(samples, 20); }};
+  return rivals;
+}
+
 std::vector<Rival> fit_rivals(const Samples& samples, const model::HysteresisParameters& identified) {
-  return {fit_average(samples, static_cast<std::size_t>(identified.ascending.order())),
-          fit_linear_mapping(samples, identified),
-          fit_prandtl_ishlinskii(samples, 9),
-          fit_prandtl_ishlinskii(samples, 30),
-          fit_prandtl_ishlinskii_free_start(samples, 30),
-          fit_preisach(samples, 20)};
+  std::vector<Rival> fitted;
+  for (const FitRival& fit : every_rival()) fitted.push_back(fit(samples, identified));
+  return fitted;
 }
 
 }  // namespace hystcan::identification

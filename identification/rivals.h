@@ -18,6 +18,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -61,8 +62,12 @@ Rival fit_prandtl_ishlinskii_free_start(const Samples& samples, std::size_t play
 /// At least one level; the range is widened to hold every input.
 Rival fit_preisach(const Samples& samples, std::size_t levels);
 
+/// One of them, its size fixed but for what it takes from the identified model.
+using FitRival = std::function<Rival(const Samples&, const model::HysteresisParameters& identified)>;
+
 /// The table of a report: average of the order of the ascending curve, linear mapping, Prandtl-Ishlinskii of
 /// 9 and 30 plays and of 30 with a free start, Preisach of 20 levels.
+const std::vector<FitRival>& every_rival();
 std::vector<Rival> fit_rivals(const Samples& samples, const model::HysteresisParameters& identified);
 
 }  // namespace hystcan::identification

@@ -84,6 +84,7 @@ std::optional<double> SeparableFit::held_out(const Trial& trial) {
     square += folds[i].residual_square(solve(rest, trial).theta);
     samples += folds[i].samples;
   }
+  if (samples == 0.0) return std::nullopt;
   return std::sqrt(square / samples);
 }
 

@@ -52,7 +52,7 @@ class SeparableFit {
   Fitted fit(const Trial& trial);
 
   /// Root mean square of what the samples of each fold but fold 0 are missed by, fitted without that fold.
-  /// None where there is no other.
+  /// None where the others hold no sample.
   std::optional<double> held_out(const Trial& trial);
 
  private:
