@@ -121,16 +121,31 @@ void report(const Options& options, const std::vector<Record>& records, const Id
   std::vector<std::string> names;
   for (const auto& file : options.data) names.push_back(file.filename().string());
   Progress progress("comparing models", 0, "trials");
-  write_report(options.report, {records, names, identified, said}, [&, tries = std::uint64_t{0}]() mutable {
-    progress.at_once(++tries);
-    return stop_signalled == 0;
-  });
+  const WrittenReport written = write_report(options.report, {records, names, identified, said},
+                                             [&, tries = std::uint64_t{0}]() mutable {
+                                               progress.at_once(++tries);
+                                               return stop_signalled == 0;
+                                             });
+  if (!written.undrawn.empty())
+    fmt::print(stderr, "hystcan: {}: {}\n", options.report.string(), written.undrawn);
 }
 
-int run_identify(const Options& options) {
+// Before anything takes long.
+void check_outputs(const Options& options) {
   for (const auto& file : options.data)
     for (const auto& output : {options.output, options.initial_memory}) refuse_to_overwrite(output, file);
   if (!options.initial_memory.empty()) refuse_to_share(options.output, options.initial_memory);
+  if (options.report.empty()) return;
+  make_report_folder(options.report);
+  for (const std::string& name : report_files()) {
+    for (const auto& file : options.data) refuse_to_overwrite(options.report / name, file);
+    refuse_to_share(options.report / name, options.output);
+    if (!options.initial_memory.empty()) refuse_to_share(options.report / name, options.initial_memory);
+  }
+}
+
+int run_identify(const Options& options) {
+  check_outputs(options);
   const std::vector<Record> records = load_records(options.data, options.input);
   stop_at_a_signal();
   const Identified identified = identify(options, records);

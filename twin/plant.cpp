@@ -1,6 +1,7 @@
 #include "twin/plant.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace hystcan::twin {
 Plant::Step::Step(const Config& config, can::Duration length)
@@ -16,7 +17,12 @@ Plant::Plant(const Config& config, can::Time start)
       mode_{memory_.output, 0.0} {}
 
 void Plant::advance_to(can::Time time) {
-  for (; time - now_ >= config_.substep; now_ += config_.substep) take(substep_);
+  for (; time - now_ >= config_.substep; now_ += config_.substep) {
+    const double drive = amplifier_.output;
+    take(substep_);
+    if (amplifier_.output == drive && has_settled())
+      now_ += (time - now_) / config_.substep * config_.substep - config_.substep;
+  }
   if (time <= now_) return;
   take(Step(config_, time - now_));
   now_ = time;
@@ -24,6 +30,15 @@ void Plant::advance_to(can::Time time) {
 
 void Plant::set_target(double drive) {
   amplifier_.target = std::clamp(drive, config_.amplifier.drive_min, config_.amplifier.drive_max);
+}
+
+// From here on only rounding would move it: it is put at rest.
+bool Plant::has_settled() {
+  constexpr double nothing_um = 1e-12;
+  const double speed_um = mode_.velocity / config_.mode.natural_frequency_Hz;
+  if (std::abs(mode_.position - memory_.output) > nothing_um || std::abs(speed_um) > nothing_um) return false;
+  mode_ = {memory_.output, 0.0};
+  return true;
 }
 
 void Plant::take(const Step& step) {

@@ -5,6 +5,7 @@
 //
 // Amplifier and mode are integrated exactly; x_h is taken as linear in time within a sub-step. Sub-steps
 // count from where the plant was last looked at or commanded, so that no turning point is ever stepped over.
+// What has come to rest is not stepped on.
 #pragma once
 
 #include "can/scheduler.h"
@@ -43,6 +44,7 @@ class Plant {
     model::SecondOrder::Step mode;
   };
   void take(const Step& step);
+  bool has_settled();
 
   Config config_;
   model::Hysteresis hysteresis_;

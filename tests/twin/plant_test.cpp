@@ -27,6 +27,17 @@ TEST(Plant, RestsWhereItStarts) {
   EXPECT_EQ(plant.drive(), 0.0);
 }
 
+// A twin that has waited over a weekend answers the first SYNC in time: 5e9 sub-steps would take minutes.
+TEST(Plant, CostsNothingWhileItRests) {
+  Plant plant(config(), can::Time{});
+  plant.advance_to(can::Time{} + std::chrono::hours(72));
+  plant.set_target(50.0);
+  plant.advance_to(can::Time{} + std::chrono::hours(72) + std::chrono::seconds(2));
+  const double settled = plant.position_um();
+  plant.advance_to(can::Time{} + std::chrono::hours(144));
+  EXPECT_NEAR(plant.position_um(), settled, 1e-12);
+}
+
 TEST(Plant, SettlesOnTheHysteresisCurve) {
   Plant plant(config(), can::Time{});
   plant.set_target(50.0);
