@@ -82,6 +82,7 @@ Fitted fit_to_all(SeparableFit& fit, Trial& trial) {
 class Identification {
  public:
   Identification(const std::vector<Record>& records, const IdentifyOptions& options) : options_(options) {
+    if (!options_.go_on) options_.go_on = [] { return true; };
     if (records.empty()) refuse("no record, expected at least one");
     symmetry_ = options.symmetry.value_or(symmetry_of(records.front()));
     for (const Record& record : records) {
@@ -195,7 +196,7 @@ class Identification {
     return {lo / span, hi / span, lo * hi > 0.0 && std::max(lo / hi, hi / lo) < 10.0};
   }
 
-  const IdentifyOptions& options_;
+  IdentifyOptions options_;
   model::Symmetry symmetry_ = model::Symmetry::none;
   std::vector<Record> records_;  // folded
   Problem problem_;
