@@ -42,7 +42,7 @@ struct Identified {
   std::vector<Misses> misses;  ///< of each record, all its samples, unseen ones too
   Misses overall;
   std::optional<double> held_out_rms;
-  double output_span = 0.0;  ///< of all records together
+  double output_span = 0.0;  ///< of all records together, of the samples seen
   model::Interval observed;
   PaceRange pace_ascending, pace_descending;
   bool stopped = false;  ///< by go_on: the best so far
