@@ -175,9 +175,10 @@ int run_identify(const Options& options) {
 CLI::Validator order_or_auto() {
   return {[](const std::string& text) {
             int order = 0;
-            const bool sound =
-                text == "auto" || (CLI::detail::lexical_cast(text, order) && order >= 1 && order <= 32);
-            return sound ? std::string() : text + ", expected auto or 1 to 32";
+            const bool sound = text == "auto" || (CLI::detail::lexical_cast(text, order) && order >= 1 &&
+                                                  order <= identification::highest_order);
+            return sound ? std::string()
+                         : fmt::format("{}, expected auto or 1 to {}", text, identification::highest_order);
           },
           "ORDER"};
 }

@@ -190,6 +190,7 @@ Trends trends(const Record& record, const std::vector<double>& residual) {
 }
 
 model::Symmetry symmetry_of(const Record& record) {
+  if (record.size() == 0) return model::Symmetry::none;
   const model::Interval range = range_of(record.input);
   if (!(range.lo < 0.0 && range.hi > 0.0) || std::abs(range.lo + range.hi) > 0.2 * range.span())
     return model::Symmetry::none;

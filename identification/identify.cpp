@@ -41,6 +41,20 @@ double deviation(const std::vector<Record>& records) {
   return std::sqrt(square / count);
 }
 
+// What may be judged by its output.
+Record without(const Record& record, const std::vector<bool>& unseen) {
+  if (unseen.size() != record.size())
+    refuse("seen or not is told of ", unseen.size(), " samples, expected ", record.size());
+  Record seen{record.input_unit, record.output_unit, {}, {}, {}};
+  for (std::size_t i = 0; i < record.size(); ++i) {
+    if (unseen[i]) continue;
+    seen.time_s.push_back(record.time_s[i]);
+    seen.input.push_back(record.input[i]);
+    seen.output.push_back(record.output[i]);
+  }
+  return seen;
+}
+
 // Swings that are smaller are left to the samples that are kept.
 double least_swing(const Record& record, double span) {
   double swing = 1e-5 * span;
@@ -82,19 +96,23 @@ Fitted fit_to_all(SeparableFit& fit, Trial& trial) {
 class Identification {
  public:
   Identification(const std::vector<Record>& records, const IdentifyOptions& options) : options_(options) {
+    if (!options_.go_on) options_.go_on = [] { return true; };
     if (records.empty()) refuse("no record, expected at least one");
-    symmetry_ = options.symmetry.value_or(symmetry_of(records.front()));
-    for (const Record& record : records) {
-      refuse_hopeless(record, symmetry_);
+    if (!options.unseen.empty() && options.unseen.size() != records.size())
+      refuse("seen or not is told of ", options.unseen.size(), " records, expected ", records.size());
+    for (std::size_t r = 0; r < records.size(); ++r)
+      seen_.push_back(options.unseen.empty() ? records[r] : without(records[r], options.unseen[r]));
+    symmetry_ = options.symmetry.value_or(symmetry_of(seen_.front()));
+    for (const Record& record : seen_) refuse_hopeless(record, symmetry_);
+    for (const Record& record : records)
       records_.push_back(symmetry_ == model::Symmetry::even ? folded(record) : record);
-    }
   }
 
   Identified run() {
     set_up();
     result_.search = search(problem_, first_inputs(), search_options());
-    if (result_.search.rms > unexplained * deviation(records_))
-      refuse("the best model misses the output by ", result_.search.rms, " RMS of ", deviation(records_),
+    if (result_.search.rms > unexplained * deviation(seen_))
+      refuse("the best model misses the output by ", result_.search.rms, " RMS of ", deviation(seen_),
              ", its own standard deviation: it does not follow the input");
     fit_all();
     result_.pace_ascending = pace_range(&Trial::k_span_ascending);
@@ -107,7 +125,7 @@ class Identification {
   void set_up() {
     problem_.symmetry = symmetry_;
     problem_.observed = thresholds_observed(records_, symmetry_);
-    problem_.output_span = span_over(records_, &Record::output).span();
+    problem_.output_span = span_over(seen_, &Record::output).span();
     result_.folds = deal_into_folds(records_, problem_.observed);
     for (std::size_t r = 0; r < options_.unseen.size(); ++r)
       for (std::size_t i = 0; i < records_[r].size(); ++i)
@@ -135,6 +153,7 @@ class Identification {
     const auto samples = static_cast<int>(std::min<std::size_t>(samples_of(records_), 10000));
     SearchOptions search;
     search.highest_order = std::clamp((samples / 3 - 3) / 2, 1, highest_order);
+    if (options_.order && *options_.order < 1) refuse("order ", *options_.order, ", expected at least 1");
     if (options_.order && *options_.order > search.highest_order)
       refuse("order ", *options_.order, " from ", samples, " samples, expected at most ",
              search.highest_order);
@@ -195,8 +214,9 @@ class Identification {
     return {lo / span, hi / span, lo * hi > 0.0 && std::max(lo / hi, hi / lo) < 10.0};
   }
 
-  const IdentifyOptions& options_;
+  IdentifyOptions options_;
   model::Symmetry symmetry_ = model::Symmetry::none;
+  std::vector<Record> seen_;     // without the samples that are not to be seen
   std::vector<Record> records_;  // folded
   Problem problem_;
   Identified result_;

@@ -19,7 +19,7 @@ struct IdentifyOptions {
   std::optional<model::Symmetry> symmetry;  ///< none: even where the record is
   bool observed_thresholds = false;         ///< thresholds at the ends of the observed input range
   std::size_t search_samples = 3000;        ///< that the search looks at; the last fit looks at all
-  std::function<bool()> go_on;              ///< false: stop with the best so far
+  std::function<bool()> go_on;              ///< false: stop with the best so far; none: never
   /// Per record, of each sample: true, and the fit does not see its output; its input is travelled all the
   /// same. Empty: all are seen.
   std::vector<std::vector<bool>> unseen;
@@ -42,7 +42,7 @@ struct Identified {
   std::vector<Misses> misses;  ///< of each record, all its samples, unseen ones too
   Misses overall;
   std::optional<double> held_out_rms;
-  double output_span = 0.0;  ///< of all records together
+  double output_span = 0.0;  ///< of all records together, of the samples seen
   model::Interval observed;
   PaceRange pace_ascending, pace_descending;
   bool stopped = false;  ///< by go_on: the best so far

@@ -37,7 +37,8 @@ std::vector<double> prehistory(const InitialMemory& memory, model::Interval thre
 
 model::HysteresisState state_of(const model::Hysteresis& model, const InitialMemory& memory, double first) {
   const model::Interval& range = model.input_range();
-  const double start = std::clamp(first, range.lo, range.hi);
+  const double travelled = model.symmetry() == model::Symmetry::even ? std::abs(first) : first;
+  const double start = std::clamp(travelled, range.lo, range.hi);
   if (memory.kind == InitialMemory::Kind::virgin) return model.virgin(start);
   model::HysteresisState state = memory.kind == InitialMemory::Kind::from_upper ? model.at_upper_threshold()
                                                                                 : model.at_lower_threshold();

@@ -141,6 +141,13 @@ double ValidCurves::wrong(const Eigen::VectorXd& theta, model::Interval threshol
   return wrong;
 }
 
+// Curves that cross are drawn apart by a gap 1 - T_1, whose row in curves_ is 1: mixing with a line, which has
+// no gap, would never do it.
+void ValidCurves::draw_apart(Eigen::VectorXd& theta, double bound) const {
+  const double gap = (curves_.bottomRows(points) * theta).minCoeff();
+  if (gap < 0.0) theta[order_ + 1] += bound - gap;
+}
+
 // Slopes are linear in theta, and on a straight line without a loop all are its own: mixed with as much of
 // one as they are wrong, they are right.
 void ValidCurves::mix_with_line(Eigen::VectorXd& theta, double wrong, const NormalEquations& system,
@@ -180,6 +187,7 @@ ValidCurves::Solution ValidCurves::solve(const NormalEquations& system, model::I
       break;
     }
   }
+  draw_apart(solution.theta, bound);
   for (int round = 0; round < most_rounds; ++round) {
     solution.wrong = wrong(solution.theta, thresholds, pace, mean_slope);
     solution.valid = solution.wrong == 0.0;

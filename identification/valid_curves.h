@@ -36,6 +36,7 @@ class ValidCurves {
   };
 
   double wrong(const Eigen::VectorXd& theta, model::Interval thresholds, const Pace& pace, double mean_slope);
+  void draw_apart(Eigen::VectorXd& theta, double bound) const;
   void mix_with_line(Eigen::VectorXd& theta, double wrong, const NormalEquations& system,
                      double least_rise) const;
   bool add_broken_curve_rows(const Eigen::VectorXd& theta, double bound,

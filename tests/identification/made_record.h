@@ -1,0 +1,73 @@
+// Records made from a model that is known, for tests of what is identified from them.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include "identification/record.h"
+#include "model/hysteresis.h"
+
+namespace hystcan::identification {
+
+/// Straight from point to point in steps of at most `step`, every point met exactly.
+inline std::vector<double> travelled(const std::vector<double>& points, double step) {
+  std::vector<double> inputs{points.front()};
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    const double from = points[i - 1], way = points[i] - from;
+    const int steps = std::max(1, static_cast<int>(std::ceil(std::abs(way) / step)));
+    for (int j = 1; j < steps; ++j) inputs.push_back(from + way * j / steps);
+    inputs.push_back(points[i]);
+  }
+  return inputs;
+}
+
+/// Two major loops, six nested loops, six first-order reversal curves, in parts of the range; from the lower
+/// threshold.
+inline std::vector<double> loops_and_reversal_curves() {
+  std::vector<double> points{0.0, 1.0, 0.0, 1.0, 0.0, 0.95, 0.1, 0.85, 0.2, 0.75, 0.3, 0.65, 0.4, 0.55, 1.0};
+  for (const double reversal : {0.85, 0.7, 0.55, 0.4, 0.25, 0.1}) {
+    points.push_back(reversal);
+    points.push_back(1.0);
+  }
+  points.push_back(0.0);
+  return points;
+}
+
+inline std::vector<double> in_range(std::vector<double> parts, model::Interval range) {
+  for (double& part : parts) part = range.lo + part * range.span();
+  return parts;
+}
+
+/// 1 kHz, from `state` on.
+template <class Model>
+Record record_of(const Model& truth, typename Model::State state, std::vector<double> inputs) {
+  Record record{"V", "um", {}, std::move(inputs), {}};
+  for (std::size_t i = 0; i < record.input.size(); ++i) {
+    record.time_s.push_back(1e-3 * static_cast<double>(i));
+    record.output.push_back(truth.advance(state, record.input[i]).value);
+  }
+  return record;
+}
+
+/// From the lower threshold: loops_and_reversal_curves(), `steps` to the range.
+template <class Model>
+Record record_of(const Model& truth, double steps) {
+  const model::Interval range = truth.input_range();
+  return record_of(truth, truth.at_lower_threshold(),
+                   travelled(in_range(loops_and_reversal_curves(), range), range.span() / steps));
+}
+
+/// White, of standard deviation `deviation`, output units.
+inline Record with_noise(Record record, double deviation, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> noise(0.0, deviation);
+  for (double& x : record.output) x += noise(random);
+  return record;
+}
+
+}  // namespace hystcan::identification

@@ -1,0 +1,117 @@
+#include "identification/regression.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <vector>
+
+#include "tests/identification/rows.h"
+#include "tests/model/models.h"
+
+namespace hystcan::identification {
+namespace {
+
+constexpr model::Interval range{-2.0, 3.0};
+constexpr int order = 6;
+constexpr Pace pace{0.8, -0.3};
+
+struct Case {
+  std::vector<double> input = model::long_walk(range, 400, 3);
+  std::vector<double> output;
+  std::vector<int> fold;
+  Path path = trace(range, model::Origin::upper_threshold, {}, input);
+
+  explicit Case(std::uint64_t seed) {
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> any;
+    for (std::size_t i = 0; i < input.size(); ++i) {
+      output.push_back(any(random));
+      fold.push_back(static_cast<int>(random() % 4) - 1);  // Regression::left_out, 0, 1, 2
+    }
+  }
+  std::vector<NormalEquations> summed(const Pace& at) const {
+    const Regression regression(path, range, order, input, output, fold, 3);
+    std::vector<NormalEquations> folds(3, NormalEquations(regression.unknowns()));
+    regression.add(at, folds);
+    return folds;
+  }
+  NormalEquations explicitly(int part, const Pace& at) const {
+    NormalEquations sum(2 * order + 1);
+    const Rows rows(path, range, order, at);
+    for (std::size_t i = 0; i < input.size(); ++i) {
+      if (fold[i] != part) continue;
+      const Eigen::VectorXd row = rows.at(i, input[i]);
+      sum.H += row * row.transpose();
+      sum.g += output[i] * row;
+      sum.square += output[i] * output[i];
+      sum.samples += 1.0;
+    }
+    return sum;
+  }
+};
+
+void expect_same(const NormalEquations& a, const NormalEquations& b) {
+  EXPECT_LE((a.H - b.H).norm(), 1e-11 * b.H.norm());  // rounding of some hundred samples
+  EXPECT_LE((a.g - b.g).norm(), 1e-11 * b.H.norm());
+  EXPECT_NEAR(a.square, b.square, 1e-11 * b.square);
+  EXPECT_EQ(a.samples, b.samples);
+}
+
+TEST(Regression, SumsTheRowsOfItsSamples) {
+  const Case made(1);
+  for (const Pace& at : {pace, Pace{0.0, 0.0}, Pace{10.0, 40.0}, Pace{-1.5, 2.0}}) {
+    const std::vector<NormalEquations> folds = made.summed(at);
+    for (int part = 0; part < 3; ++part)
+      expect_same(folds[static_cast<std::size_t>(part)], made.explicitly(part, at));
+  }
+}
+
+TEST(Regression, FoldsAddUpToTheWhole) {
+  const Case made(2);
+  Case whole = made;
+  for (int& part : whole.fold) part = std::min(part, 0);
+  NormalEquations sum(2 * order + 1);
+  for (const NormalEquations& fold : made.summed(pace)) sum += fold;
+  expect_same(sum, whole.summed(pace)[0]);
+  sum -= made.summed(pace)[2];
+  NormalEquations without = made.explicitly(0, pace);
+  expect_same(sum, without += made.explicitly(1, pace));
+}
+
+TEST(Regression, DoesNotSeeASampleThatIsLeftOut) {
+  const Case made(3);
+  Case spoilt = made;
+  for (std::size_t i = 0; i < spoilt.output.size(); ++i)
+    if (spoilt.fold[i] == Regression::left_out) spoilt.output[i] = 1e9;
+  const auto a = made.summed(pace), b = spoilt.summed(pace);
+  for (std::size_t part = 0; part < 3; ++part) {
+    EXPECT_EQ(a[part].H, b[part].H);
+    EXPECT_EQ(a[part].g, b[part].g);
+    EXPECT_EQ(a[part].square, b[part].square);
+  }
+}
+
+TEST(Regression, AddsToWhatAnotherRecordGave) {
+  const Case made(4);
+  const Regression regression(made.path, range, order, made.input, made.output, made.fold, 3);
+  std::vector<NormalEquations> twice = made.summed(pace);
+  regression.add(pace, twice);
+  NormalEquations once = made.summed(pace)[1];
+  expect_same(twice[1], once += made.summed(pace)[1]);
+}
+
+TEST(NormalEquations, TellTheSumOfSquaresOfAnyTheta) {
+  const Case made(5);
+  const NormalEquations system = made.summed(pace)[0];
+  const Rows rows(made.path, range, order, pace);
+  const Eigen::VectorXd theta = Eigen::VectorXd::LinSpaced(2 * order + 1, -1.0, 2.0);
+  double square = 0.0;
+  for (std::size_t i = 0; i < made.input.size(); ++i)
+    if (made.fold[i] == 0) square += std::pow(rows.at(i, made.input[i]).dot(theta) - made.output[i], 2);
+  EXPECT_NEAR(system.residual_square(theta), square, 1e-10 * square);
+}
+
+}  // namespace
+}  // namespace hystcan::identification
