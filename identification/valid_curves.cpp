@@ -141,8 +141,8 @@ double ValidCurves::wrong(const Eigen::VectorXd& theta, model::Interval threshol
   return wrong;
 }
 
-// Curves that cross are drawn apart by a gap 1 - T_1, whose row in curves_ is 1: mixing with a line, which has
-// no gap, would never do it.
+// Curves that cross are drawn apart by a gap 1 - T_1, whose row in curves_ is 1: mixing with a line, which
+// has no gap, would never do it.
 void ValidCurves::draw_apart(Eigen::VectorXd& theta, double bound) const {
   const double gap = (curves_.bottomRows(points) * theta).minCoeff();
   if (gap < 0.0) theta[order_ + 1] += bound - gap;

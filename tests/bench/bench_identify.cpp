@@ -97,6 +97,7 @@ int main() {
   time_it("order chosen", record, std::nullopt);
   time_it("order 10", record, 10);
   std::printf(
-      "memory beside the record's own: %zu samples %.1f MB, %zu samples %.1f MB, %.2f times; linear (4.4): %s\n",
+      "memory beside the record's own: %zu samples %.1f MB, %zu samples %.1f MB, %.2f times; linear (4.4): "
+      "%s\n",
       samples, small, 4 * samples, large, large / small, large <= 4.4 * small ? "met" : "missed");
 }
