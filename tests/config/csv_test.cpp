@@ -53,9 +53,10 @@ TEST_F(Csv, AcceptsWhatSpreadsheetsWrite) {
 TEST_F(Csv, ReadsDecimalCommasBetweenSemicolonsOrTabs) {
   EXPECT_EQ(all("time_s;input\r\n0,5;1,25\r\n1;-2\r\n"), (std::vector<double>{1.25, -2.0}));
   EXPECT_EQ(all("time_s\tinput\n0.5\t1,25e-3\n"), (std::vector<double>{1.25e-3}));
-  EXPECT_EQ(refusal("time_s,input\n0,5,1,25\n"),
-            ":2:1: the row has 4 fields, expected 2 as in the header: decimal commas are read where semicolons "
-            "stand between the fields");
+  EXPECT_EQ(
+      refusal("time_s,input\n0,5,1,25\n"),
+      ":2:1: the row has 4 fields, expected 2 as in the header: decimal commas are read where semicolons "
+      "stand between the fields");
   EXPECT_EQ(refusal("input;x\n1,2,3;0\n"), ":2:1: input is \"1,2,3\", expected a finite number");
 }
 
