@@ -119,8 +119,7 @@ class Findings {
 
   void tell_k() {
     if (identified_.search.one_k)
-      say("the record can't tell k of rising branches from that of falling ones: they are taken to be the "
-          "same");
+      say("one k serves rising and falling branches: two would fit no better");
     const auto tell = [&](const char* name, double k, const PaceRange& range) {
       if (range.is_fixed)
         say("{} = {:.4g} 1/{}; {:.3g} to {:.3g} would do as well (within 5 % of the error)", name, k, unit(),

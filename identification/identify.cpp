@@ -112,8 +112,9 @@ class Identification {
     set_up();
     result_.search = search(problem_, first_inputs(), search_options());
     if (result_.search.rms > unexplained * deviation(seen_))
-      refuse("the best model misses the output by ", result_.search.rms, " RMS of ", deviation(seen_),
-             ", its own standard deviation: it does not follow the input");
+      refuse("the best model misses the output by ",
+             std::round(100.0 * result_.search.rms / deviation(seen_)),
+             " % of its standard deviation: it does not follow the input");
     fit_all();
     result_.pace_ascending = pace_range(&Trial::k_span_ascending);
     result_.pace_descending = pace_range(&Trial::k_span_descending);
