@@ -118,8 +118,7 @@ class Findings {
   }
 
   void tell_k() {
-    if (identified_.search.one_k)
-      say("one k serves rising and falling branches: two would fit no better");
+    if (identified_.search.one_k) say("one k serves rising and falling branches: two would fit no better");
     const auto tell = [&](const char* name, double k, const PaceRange& range) {
       if (range.is_fixed)
         say("{} = {:.4g} 1/{}; {:.3g} to {:.3g} would do as well (within 5 % of the error)", name, k, unit(),
