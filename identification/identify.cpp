@@ -85,7 +85,7 @@ Problem whole(const Problem& excerpt, const std::vector<Record>& records, const 
 // With all samples the best curves may be a hair's breadth from valid: k is lowered until they are.
 Fitted fit_to_all(SeparableFit& fit, Trial& trial) {
   Fitted fitted = fit.fit(trial);
-  for (double factor = 1.0; !fitted.valid && factor > 0.01; factor *= 0.95) {
+  for (int tries = 0; !fitted.valid && tries < 90; ++tries) {
     trial.k_span_ascending *= 0.95;
     trial.k_span_descending *= 0.95;
     fitted = fit.fit(trial);
@@ -206,11 +206,12 @@ class Identification {
       return fitted.valid && fitted.rms <= enough;
     };
     const double scale = std::max(std::abs(best), 0.03);
-    double lo = best, hi = best;
-    for (double step = 0.05; step < 100.0 && will_do(best - step * scale); step *= 1.5)
-      lo = best - step * scale;
-    for (double step = 0.05; step < 100.0 && will_do(best + step * scale); step *= 1.5)
-      hi = best + step * scale;
+    const auto farthest = [&](double way) {
+      double last = best, step = 0.05 * scale;
+      for (int i = 0; i < 19 && will_do(best + way * step); ++i, step *= 1.5) last = best + way * step;
+      return last;
+    };
+    const double lo = farthest(-1.0), hi = farthest(1.0);
     const double span = result_.parameters.input_range().span();
     return {lo / span, hi / span, lo * hi > 0.0 && std::max(lo / hi, hi / lo) < 10.0};
   }
@@ -227,7 +228,7 @@ class Identification {
 
 std::size_t Identified::parameter_count() const {
   const Trial& trial = search.trial;
-  const auto curves = static_cast<std::size_t>(2 * search.order + 1);
+  const auto curves = 2 * static_cast<std::size_t>(search.order) + 1;
   return curves + (search.one_k ? 1 : 2) + (trial.below > 0.0 ? 1 : 0) + (trial.above > 0.0 ? 1 : 0) +
          (delay_s > 0.0 ? 1 : 0);
 }
@@ -238,6 +239,7 @@ Identified identify(const std::vector<Record>& records, const IdentifyOptions& o
 
 Landscape landscape(const std::vector<Record>& records, const Identified& identified, int points) {
   std::vector<Record> seen;
+  seen.reserve(records.size());
   for (const Record& record : records)
     seen.push_back(identified.parameters.symmetry == model::Symmetry::even ? folded(record) : record);
   Problem problem;
@@ -252,6 +254,7 @@ Landscape landscape(const std::vector<Record>& records, const Identified& identi
   const auto grid = [&](double best) {
     const double middle = std::asinh(best * span);
     std::vector<double> values;
+    values.reserve(static_cast<std::size_t>(points));
     for (int i = 0; i < points; ++i)
       values.push_back(std::sinh(middle + 2.0 * (2.0 * i / (points - 1.0) - 1.0)) / span);
     return values;

@@ -9,7 +9,8 @@
 namespace hystcan::identification {
 namespace {
 
-constexpr double widest_bias = 5.0;
+constexpr double step = 0.5;     // of the bias, on the grid
+constexpr int widest_bias = 10;  // in steps
 
 class Estimator {
  public:
@@ -34,10 +35,9 @@ class Estimator {
   // A grid, then a golden section around its best.
   MemoryEstimate best_bias() const {
     using Kind = InitialMemory::Kind;
-    constexpr double step = 0.5;
     MemoryEstimate best{{}, 0.0, std::numeric_limits<double>::infinity()};
-    for (double bias = -widest_bias; bias <= widest_bias; bias += step)
-      if (const auto now = tried({Kind::nested, bias}); now.rms < best.rms) best = now;
+    for (int i = -widest_bias; i <= widest_bias; ++i)
+      if (const auto now = tried({Kind::nested, i * step}); now.rms < best.rms) best = now;
     double lo = best.memory.bias - step, hi = best.memory.bias + step;
     const double golden = 0.5 * (std::sqrt(5.0) - 1.0);
     while (hi - lo > 1e-4) {

@@ -119,13 +119,16 @@ Minimum descend(const SampledRecord& record, const Box& box, const Point& start,
     const Eigen::Matrix3d curvature = slope.transpose() * slope;
     const Point downhill = -slope.transpose() * at.residual;
     double moved = 0.0;
-    for (; damping < 1e9; damping *= 10.0) {
+    while (damping < 1e9) {
       Eigen::Matrix3d damped = curvature;
       damped.diagonal() = damped.diagonal() * (1.0 + damping) + Point::Constant(1e-300);
       const Point next = box.clamped(best.point + damped.ldlt().solve(downhill).cwiseMax(-0.5).cwiseMin(0.5));
       Projection there = project(record, next);
       const double sum = there.residual.squaredNorm();
-      if (!(sum < best.sum_of_squares)) continue;
+      if (!(sum < best.sum_of_squares)) {
+        damping *= 10.0;
+        continue;
+      }
       moved = (next - best.point).cwiseAbs().maxCoeff();
       best = {next, sum};
       at = std::move(there);
@@ -137,15 +140,23 @@ Minimum descend(const SampledRecord& record, const Box& box, const Point& start,
   return best;
 }
 
+/// lo, lo + step, ... up to hi.
+std::vector<double> steps(double lo, double hi, double step) {
+  std::vector<double> values(static_cast<std::size_t>(std::max(0.0, std::floor((hi - lo) / step + 1e-9))) +
+                             1);
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = lo + static_cast<double>(i) * step;
+  return values;
+}
+
 // The grid's modes start in equilibrium, and of the linear part only offset and drift are taken out beside
 // the gain: a product of vectors for each place instead of a decomposition.
 std::vector<Minimum> grid(const SampledRecord& record, const Box& box) {
   constexpr double frequency_ratio = 1.15;
   std::vector<Minimum> places;
   const Eigen::VectorXd output = without_line(record.time, record.output);
-  for (double log_f = box.lo[0]; log_f < box.hi[0]; log_f += std::log(frequency_ratio))
+  for (const double log_f : steps(box.lo[0], box.hi[0], std::log(frequency_ratio)))
     for (const double zeta : {0.03, 0.2, 0.9})
-      for (double delay = box.lo[2]; delay <= box.hi[2]; delay += 0.5) {
+      for (const double delay : steps(box.lo[2], box.hi[2], 0.5)) {
         const Point point{log_f, std::log(zeta), delay};
         const Eigen::VectorXd x = without_line(record.time, driven(record, mode_at(record, point), 1));
         const double along = x.dot(output);
@@ -182,7 +193,7 @@ std::vector<Point> likenesses(const SampledRecord& record, const Box& box, const
     double sum = std::numeric_limits<double>::infinity();
     bool falling = false;
     Point before = point;
-    for (double delay = point[2] - reach; delay <= point[2] + reach; delay += spacing) {
+    for (const double delay : steps(point[2] - reach, point[2] + reach, spacing)) {
       const Point there = box.clamped({std::log(frequency_Hz), point[1] + std::log(f / frequency_Hz), delay});
       const double next = project(record, there).residual.squaredNorm();
       if (falling && next > sum) found.push_back(before);
