@@ -1,7 +1,7 @@
 // What the two processes on a real bus share: an event loop that a signal ends in good order.
 #pragma once
 
-#include <utility>
+#include <sys/prctl.h>
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "can/socketcan_bus.h"
 
@@ -16,9 +17,12 @@ namespace hystcan::app {
 
 class LiveLoop {
  public:
-  /// A closed pipe behind standard output is no reason to drop a stage.
+  /// A closed pipe behind standard output is no reason to drop a stage. Nor is a huge page: a kernel that
+  /// zeroes pages as it hands them out (init_on_alloc) zeroes 2 MB in one go, some cycles on a slow core, and
+  /// where it is not preemptible keeps the control thread out that long, whichever thread asked.
   explicit LiveLoop(std::string interface) : interface_(std::move(interface)) {
     std::signal(SIGPIPE, SIG_IGN);
+    prctl(PR_SET_THP_DISABLE, 1, 0, 0, 0);
   }
 
   can::Scheduler& scheduler() { return scheduler_; }
