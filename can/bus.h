@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -17,12 +18,30 @@ enum class BusState : std::uint8_t { active, warning, passive, bus_off, down };
 
 std::string_view to_string(BusState state);
 
+/// Transmit and receive error counter of the CAN controller (ISO 11898-1): warning from 96, passive from 128,
+/// bus-off where the transmit counter passes 255.
+struct ErrorCounters {
+  std::uint16_t transmit = 0;
+  std::uint16_t receive = 0;
+
+  friend bool operator==(const ErrorCounters&, const ErrorCounters&) = default;
+};
+
 struct BusCounters {
   std::uint64_t sent = 0;
   std::uint64_t received = 0;
   std::uint64_t send_refused = 0;  ///< queue full (ENOBUFS, EAGAIN) or interface down: the frame is dropped
-  std::uint64_t error_frames = 0;  ///< error frames received from the controller
   std::uint64_t receive_lost = 0;  ///< frames the kernel dropped before we read them (SO_RXQ_OVFL)
+  std::uint64_t error_frames = 0;  ///< error frames from the controller; those below by what they tell
+  std::uint64_t warnings = 0;      ///< changes to error-warning, passive, bus-off; restarts after it
+  std::uint64_t passives = 0;
+  std::uint64_t bus_offs = 0;
+  std::uint64_t restarts = 0;
+  std::uint64_t not_acknowledged = 0;
+  std::uint64_t arbitration_lost = 0;
+  std::uint64_t protocol_errors = 0;       ///< bit, stuff, form, CRC: the wire said something else
+  std::uint64_t controller_overflows = 0;  ///< the adapter's own queues
+  std::uint64_t transceiver_errors = 0;
 };
 
 /// Receive exactly this identifier, as a data frame or as what pretends to be one: extended, remote and FD
@@ -47,6 +66,8 @@ class Bus {
   virtual void on_frame(FrameHandler handler) = 0;
   virtual void on_state(StateHandler handler) = 0;
   virtual BusState state() const = 0;
+  /// As last told; empty where the bus has told none (a virtual interface never does).
+  virtual std::optional<ErrorCounters> error_counters() const { return std::nullopt; }
   virtual const BusCounters& counters() const = 0;
 };
 

@@ -1,0 +1,28 @@
+// What a frame says by the DBC: every signal that it carries, with unit and name.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "can/dbc.h"
+#include "can/frame.h"
+
+namespace hystcan::can {
+
+struct DecodedSignal {
+  const Signal* signal = nullptr;  ///< of the message decoded with
+  std::int64_t raw = 0;            ///< the bits; those of a float signal as they stand
+  double physical = 0.0;
+  std::string_view name;  ///< of the raw value (VAL_), empty where it has none
+};
+
+/// The message of this frame by identifier and its type. Null where the database has none.
+const Message* message_of(const Database& database, const Frame& frame);
+
+/// The signals present, multiplexing resolved (also extended, SG_MUL_VAL_), in the DBC's order. A signal that
+/// the payload is too short for is left out; so is everything of a remote or error frame.
+std::vector<DecodedSignal> decode_signals(const Message& message, const Frame& frame);
+
+}  // namespace hystcan::can
