@@ -121,10 +121,10 @@ class Findings {
     if (identified_.search.one_k) say("one k serves rising and falling branches: two would fit no better");
     const auto tell = [&](const char* name, double k, const PaceRange& range) {
       if (range.is_fixed)
-        say("{} = {:.4g} 1/{}; {:.3g} to {:.3g} would do as well (within 5 % of the error)", name, k, unit(),
+        say("{} = {:.5g} 1/{}; {:.5g} to {:.5g} would do as well (within 5 % of the error)", name, k, unit(),
             range.lo, range.hi);
       else
-        say("{} = {:.4g} 1/{}, but the record hardly fixes it: {:.3g} to {:.3g} would do as well; minor "
+        say("{} = {:.5g} 1/{}, but the record hardly fixes it: {:.3g} to {:.3g} would do as well; minor "
             "loops that turn "
             "inside the range would fix it",
             name, k, unit(), range.lo, range.hi);
@@ -137,11 +137,11 @@ class Findings {
     const model::Interval& range = identified_.parameters.input_range();
     if (range.lo == identified_.observed.lo && range.hi == identified_.observed.hi) return;
     say("thresholds {:.5g} and {:.5g} {} lie beyond the inputs seen, {:.5g} to {:.5g}: outside those the "
-        "curves are "
-        "extrapolated. A controller can reach its thresholds only if the drive may go there; else identify "
-        "with "
-        "--thresholds observed",
-        range.lo, range.hi, unit(), identified_.observed.lo, identified_.observed.hi);
+        "curves are extrapolated, to {:.5g} and {:.5g} {}. A controller can reach its thresholds only if the "
+        "drive may go there; else identify with --thresholds observed",
+        range.lo, range.hi, unit(), identified_.observed.lo, identified_.observed.hi,
+        identified_.parameters.ascending.value(range.lo), identified_.parameters.ascending.value(range.hi),
+        records_.front().output_unit);
   }
 
   const std::vector<Record>& records_;

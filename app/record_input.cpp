@@ -12,6 +12,9 @@ namespace {
 
 using identification::Record;
 
+constexpr const char* input_option = "--input-unit";
+constexpr const char* output_option = "--output-unit";
+
 void keep_stretch(Record& record, const RecordInput& input) {
   const auto first = std::ranges::lower_bound(record.time_s, input.from_s.value_or(record.time_s.front()));
   const auto last = std::ranges::upper_bound(record.time_s, input.to_s.value_or(record.time_s.back()));
@@ -24,6 +27,9 @@ void keep_stretch(Record& record, const RecordInput& input) {
 
 void settle(std::string& unit, const std::string& asked, const char* assumed, const char* option,
             const std::string& file) {
+  if (!asked.empty() && !unit.empty() && asked != unit)
+    throw config::Error(fmt::format("{}: it says {} = \"{}\", expected \"{}\"", file,
+                                    option == input_option ? "input_unit" : "output_unit", unit, asked));
   if (!asked.empty()) unit = asked;
   if (unit.empty()) {
     unit = assumed;
@@ -41,8 +47,8 @@ Record load(const std::filesystem::path& file, const RecordInput& input) {
   if (record.size() == 0)
     throw config::Error(fmt::format("{}: no rows{}, expected a record", file.string(),
                                     input.from_s || input.to_s ? " between --from and --to" : ""));
-  settle(record.input_unit, input.input_unit, "V", "--input-unit", file.string());
-  settle(record.output_unit, input.output_unit, "um", "--output-unit", file.string());
+  settle(record.input_unit, input.input_unit, "V", input_option, file.string());
+  settle(record.output_unit, input.output_unit, "um", output_option, file.string());
   return record;
 }
 
@@ -51,8 +57,8 @@ Record load(const std::filesystem::path& file, const RecordInput& input) {
 void add_record_options(CLI::App& command, RecordInput& input) {
   command.add_option("--from", input.from_s, "leave out what was before this time_s");
   command.add_option("--to", input.to_s, "leave out what came after this time_s");
-  command.add_option("--input-unit", input.input_unit, "of the input, where the record does not tell: V, A");
-  command.add_option("--output-unit", input.output_unit, "of the output: um");
+  command.add_option(input_option, input.input_unit, "of the input, where the record does not tell: V, A");
+  command.add_option(output_option, input.output_unit, "of the output, where the record does not tell: um");
 }
 
 std::vector<Record> load_records(const std::vector<std::filesystem::path>& files, const RecordInput& input) {

@@ -19,8 +19,9 @@ struct RecordInput {
 /// --from, --to, --input-unit, --output-unit.
 void add_record_options(CLI::App& command, RecordInput& input);
 
-/// Units are the option's, else the record's own; V and um, and said so, where neither tells. Throws
-/// config::Error, naming the file, where nothing is left of it, or units differ from file to file.
+/// Units are the record's own, else the option's; V and um, and said so, where neither tells. Throws
+/// config::Error, naming the file, where nothing is left of it, where record and option differ, or the units
+/// of one file from another's.
 std::vector<identification::Record> load_records(const std::vector<std::filesystem::path>& files,
                                                  const RecordInput& input);
 

@@ -58,11 +58,22 @@ typename Model::State start(const Options& options, const Model& model) {
   return options.memory.empty() ? at_rest(model) : config::load_memory(options.memory, model, capacity);
 }
 
+/// Where the record tells its unit (`# input_unit = "V"`).
+void refuse_other_unit(const Options& options, const config::CsvReader& reader, const auto& model) {
+  const char* name = options.inverse ? "output_unit" : "input_unit";
+  const std::string unit = reader.comment(name);
+  const std::string& expected = options.inverse ? model.output_unit : model.input_unit;
+  if (!unit.empty() && unit != expected)
+    throw config::Error(fmt::format("{}: it says {} = \"{}\", expected \"{}\", the model's",
+                                    options.input.string(), name, unit, expected));
+}
+
 /// Row by row, in constant memory.
 template <class Model>
 void run(const Options& options, model::Simulation<Model>& simulation, OutputFile& out) {
   config::CsvReader reader(options.input, {options.inverse ? "output" : "input"});
   const bool timed = reader.also("time_s");
+  refuse_other_unit(options, reader, simulation.model().parameters());
   std::error_code unknown;
   const auto size = std::filesystem::file_size(options.input, unknown);
   Progress progress("simulating", unknown ? 0 : size);

@@ -108,16 +108,18 @@ void report(const Options& options, const Record& record, const Outcome& outcome
                    .dump(2));
     return;
   }
-  fmt::print("{}: predicted with {:.3g} % RMS, {:.3g} % at most, of its output span {:.5g}\n",
-             options.data.string(), outcome.all.rms * percent, outcome.all.max * percent,
-             outcome.output_span);
+  const Misses& judged = rest ? outcome.rest : outcome.all;
+  fmt::print("{}: predicted with {:.3g} % RMS, {:.3g} % at most, of its output span {:.5g} {}\n",
+             options.data.string(), judged.rms * percent, judged.max * percent, outcome.output_span,
+             record.output_unit);
   if (options.memory.empty())
-    fmt::print("initial memory{} estimated from {} of {} samples; offset {:+.4g}, delay {:.3g} s\n",
+    fmt::print("initial memory{} estimated from {} of {} samples{}; offset {:+.4g} {}, delay {:.3g} s\n",
                options.no_offset ? "" : " and offset", outcome.estimated_from, record.size(),
-               outcome.start.offset, outcome.delay_s);
+               rest ? ", which are not judged" : "", outcome.start.offset, record.output_unit,
+               outcome.delay_s);
   if (rest)
-    fmt::print("after these: {:.3g} % RMS, {:.3g} % at most\n", outcome.rest.rms * percent,
-               outcome.rest.max * percent);
+    fmt::print("with these: {:.3g} % RMS, {:.3g} % at most\n", outcome.all.rms * percent,
+               outcome.all.max * percent);
   if (outcome.outside > 0)
     fmt::print(stderr, "{} samples lie beyond the model's thresholds and were taken at them\n",
                outcome.outside);

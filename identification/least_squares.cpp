@@ -146,7 +146,7 @@ Fit LeastSquares::solve_with_inequalities(const MatrixXd& g, const VectorXd& h) 
     t = drawn.triangle();
   }
   const auto upper = t.r.triangularView<Eigen::Upper>();
-  const MatrixXd in_z = upper.solve<Eigen::OnTheRight>(g);  // G R^-1
+  const MatrixXd in_z = g.rows() == 0 ? g : MatrixXd(upper.solve<Eigen::OnTheRight>(g));  // G R^-1
   const VectorXd limits = h - in_z * t.right;
   const VectorXd z = least_distance(normalised(in_z, limits), 1e-15 * t.right.norm());
   const VectorXd x = upper.solve(z + t.right);

@@ -15,12 +15,12 @@ namespace {
 using model::Direction;
 
 constexpr model::Interval unit{0.0, 1.0};
-constexpr Eigen::Index points = 401;
-constexpr Eigen::Index kinds = 3;         // slope rising, slope falling, gap
-constexpr double least_slope = 2e-3;      // of the mean slope: flatter curves magnify noise when inverted
-constexpr double least_branch = 1e-3;     // slope of a branch, of the mean slope
-constexpr std::ptrdiff_t most_cuts = 60;  // kept for the next problem
-constexpr int most_rounds = 15;
+constexpr Eigen::Index points_per_step = 8;  // curves are looked at more finely than branches
+constexpr Eigen::Index kinds = 3;            // slope rising, slope falling, gap
+constexpr double least_slope = 2e-3;         // of the mean slope: flatter curves magnify noise when inverted
+constexpr double least_branch = 1e-3;        // slope of a branch, of the mean slope
+constexpr std::ptrdiff_t most_cuts = 60;     // kept for the next problem
+constexpr int most_rounds = 60;
 // Draws what the samples say nothing of to zero, the higher orders more; far below what they do say.
 constexpr double ridge = 1e-11;
 
@@ -69,14 +69,18 @@ class WithinRows {
 }  // namespace
 
 ValidCurves::ValidCurves(int order, std::size_t scan_steps)
-    : order_(order), scan_steps_(scan_steps), curves_(Eigen::MatrixXd::Zero(kinds * points, 2 * order + 1)) {
+    : order_(order),
+      scan_steps_(scan_steps),
+      points_(points_per_step * static_cast<Eigen::Index>(scan_steps) + 1),
+      curves_(Eigen::MatrixXd::Zero(kinds * points_, 2 * order + 1)) {
   Eigen::VectorXd slopes(order_ + 1);
-  for (Eigen::Index j = 0; j < points; ++j) {
-    const double t = 0.5 - 0.5 * std::cos(std::numbers::pi * static_cast<double>(j) / (points - 1));
+  for (Eigen::Index j = 0; j < points_; ++j) {
+    const double t =
+        0.5 - 0.5 * std::cos(std::numbers::pi * static_cast<double>(j) / static_cast<double>(points_ - 1));
     chebyshev_slope_row(unit, t, slopes);
     curves_.row(j) = curve_row(Direction::ascending, slopes, 0.0);
-    curves_.row(points + j) = curve_row(Direction::descending, slopes, 0.0);
-    curves_.row(2 * points + j).tail(order) = gap_shapes(order_, t);
+    curves_.row(points_ + j) = curve_row(Direction::descending, slopes, 0.0);
+    curves_.row(2 * points_ + j).tail(order) = gap_shapes(order_, t);
   }
 }
 
@@ -87,10 +91,10 @@ bool ValidCurves::add_broken_curve_rows(const Eigen::VectorXd& theta, double bou
   const std::size_t before = rows.size();
   for (Eigen::Index kind = 0; kind < kinds; ++kind) {
     Eigen::Index worst = -1;
-    for (Eigen::Index row = kind * points; row < (kind + 1) * points; ++row) {
+    for (Eigen::Index row = kind * points_; row < (kind + 1) * points_; ++row) {
       const bool broken = excess[row] < -0.1 * bound;
       if (broken && (worst < 0 || excess[row] < excess[worst])) worst = row;
-      if ((!broken || row + 1 == (kind + 1) * points) && worst >= 0) {
+      if ((!broken || row + 1 == (kind + 1) * points_) && worst >= 0) {
         rows.emplace_back(curves_.row(worst).transpose());
         worst = -1;
       }
@@ -144,7 +148,7 @@ double ValidCurves::wrong(const Eigen::VectorXd& theta, model::Interval threshol
 // Curves that cross are drawn apart by a gap 1 - T_1, whose row in curves_ is 1: mixing with a line, which
 // has no gap, would never do it.
 void ValidCurves::draw_apart(Eigen::VectorXd& theta, double bound) const {
-  const double gap = (curves_.bottomRows(points) * theta).minCoeff();
+  const double gap = (curves_.bottomRows(points_) * theta).minCoeff();
   if (gap < 0.0) theta[order_ + 1] += bound - gap;
 }
 

@@ -46,6 +46,7 @@ class ValidCurves {
 
   Eigen::Index order_;
   std::size_t scan_steps_;
+  Eigen::Index points_;     // of the grid that curves are looked at on
   Eigen::MatrixXd curves_;  // rows: slope of both curves and the gap between them, on a grid, span 1
   std::vector<Cut> cuts_;   // met so far: what was broken once is likely to be broken again
 };

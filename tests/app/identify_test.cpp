@@ -237,6 +237,12 @@ TEST_F(Identify, RefusesRecordsOfDifferentUnits) {
                  "A.csv: A to um, expected V to um as in");
 }
 
+TEST_F(Identify, RefusesARecordThatSaysOtherwiseThanTheCommandLine) {
+  write_record("A.csv", piezo_record(10.0), "# input_unit = A\n");
+  expect_refused(run({path("A.csv"), "--output", path("found.toml"), "--input-unit", "V"}),
+                 "A.csv: it says input_unit = \"A\", expected \"V\"");
+}
+
 TEST_F(Identify, NamesTheRecordThatNothingCanBeIdentifiedFrom) {
   Record record = piezo_record(10.0);
   std::ranges::fill(record.output, 5.0);

@@ -110,6 +110,14 @@ TEST_F(Simulate, RefusesACsvWithAHoleAndLeavesTheOldOutputAlone) {
   EXPECT_FALSE(std::filesystem::exists(shipped / "out.csv.part"));
 }
 
+TEST_F(Simulate, RefusesARecordInAnotherUnitThanTheModels) {
+  write("in.csv", "# input_unit = \"A\"\ntime_s,input\n0,1\n");
+  Process program = run("piezo.model.toml", "in.csv", "out.csv");
+  EXPECT_EQ(program.wait(), bad_input);
+  EXPECT_NE(program.err().find("in.csv: it says input_unit = \"A\", expected \"V\""), std::string::npos)
+      << program.err();
+}
+
 TEST_F(Simulate, SaysWhereTheDiskIsFullOrTheFolderMissing) {
   write("in.csv", "time_s,input\n0,1\n");
   Process program = run("piezo.model.toml", "in.csv", "no/such/folder.csv");

@@ -125,6 +125,16 @@ TEST_F(PiezoStage, RisingAmplitudesAreFittedToAQuarterPercent) {
   EXPECT_LE(ours.max, 0.9);
 }
 
+// Curves of a higher order hold those of a lower one: what they cannot fit better they fit as well, also
+// where many branches are at the edge of going the wrong way.
+TEST_F(PiezoStage, MoreOrdersFitNoWorse) {
+  if (!load({"piezo_stage_rising_20hz"})) GTEST_SKIP() << no_record();
+  IdentifyOptions options;
+  options.order = 16;
+  const double auto_rms = identify(records, {}).overall.rms;
+  EXPECT_LT(identify(records, options).overall.rms, auto_rms) << "16, beside what auto takes";
+}
+
 TEST_F(PiezoStage, RisingAmplitudesArePredictedFromEverySecondCycle) {
   if (!load({"piezo_stage_rising_20hz"})) GTEST_SKIP() << no_record();
   const Record& record = records[0];
