@@ -65,6 +65,7 @@ class Parser {
     if (is_section(word.text) || looks_like_section(word.text)) {
       in_message_ = false;
       if (!is_section(word.text)) note(word, "section " + std::string(word.text) + " is unknown: skipped");
+      cursor_.take_word();
       if (!cursor_.take_until_semicolon()) need_semicolon();
       return true;
     }

@@ -77,7 +77,7 @@ TEST(DbcAttributes, MayBeOddButSayNothingTwice) {
   EXPECT_EQ(*attribute(database, {}, "E"), AttributeValue("b")) << "by number";
   EXPECT_EQ(database.messages[0].attributes.at("Unknown"), AttributeValue(std::int64_t{5}));
   EXPECT_EQ(database.warnings,
-            (std::vector<std::string>{"lab.dbc:4:16: attribute 'E' has no item 7",
+            (std::vector<std::string>{"lab.dbc:4:15: attribute 'E' has no item 7",
                                       "lab.dbc:5:6: attribute 'Unknown' is not defined",
                                       "lab.dbc:6:14: a default of attribute 'Other', which is not defined",
                                       "lab.dbc:7:13: there is no message 9"}));

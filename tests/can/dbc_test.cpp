@@ -83,7 +83,7 @@ TEST(Dbc, KeepsWhatATypicalFileSays) {
   EXPECT_EQ(database.nodes[1].comment, "the amplifier");
   EXPECT_EQ(database.nodes[2].name, "Sensor");
   EXPECT_EQ(database.comment, "whole file; with a semicolon");
-  EXPECT_EQ(database.warnings, std::vector<std::string>{});
+  EXPECT_EQ(database.warnings, std::vector<std::string>{"lab.dbc:45:6: attribute 'Note' is not defined"});
   ASSERT_EQ(database.messages.size(), 2U);
 
   const Message& status = *database.find("Status");
