@@ -64,6 +64,7 @@ int check(const Options& options) {
   }
   fmt::print("# {} messages in {}; node ids, identifiers, units and ranges agree\n",
              config.database.messages.size(), config.bus.dbc.string());
+  for (const std::string& warning : config.database.warnings) fmt::print("# warning: {}\n", warning);
   return done;
 }
 

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <stdexcept>
+#include <string>
 
 namespace hystcan::can {
 namespace {
@@ -45,18 +47,22 @@ SignalCodec::SignalCodec(const Signal& signal)
   }
 }
 
-SignalCodec::Placement SignalCodec::place(const Signal& signal) {
-  const unsigned start = signal.start_bit;
+void SignalCodec::check(const Signal& signal) {
   const unsigned length = signal.length;
-  assert(length >= 1 && length <= 64);
-  if (signal.byte_order == ByteOrder::little_endian) {
-    return {static_cast<std::uint8_t>(start / 8), static_cast<std::uint8_t>((start + length - 1) / 8),
-            static_cast<std::uint8_t>(start % 8)};
-  }
-  const unsigned most_significant = 8 * (start / 8) + 7 - start % 8;  // counted along the wire
-  const unsigned least_significant = most_significant + length - 1;
-  return {static_cast<std::uint8_t>(most_significant / 8), static_cast<std::uint8_t>(least_significant / 8),
-          static_cast<std::uint8_t>(7 - least_significant % 8)};
+  const bool fits = signal.value_type == ValueType::integer   ? length >= 1 && length <= 64
+                    : signal.value_type == ValueType::float32 ? length == 32
+                                                              : length == 64;
+  if (fits) return;
+  throw std::invalid_argument("signal " + signal.name + " has " + std::to_string(length) +
+                              " bits, expected 1 to 64, of an IEEE 754 number 32 or 64");
+}
+
+SignalCodec::Placement SignalCodec::place(const Signal& signal) {
+  check(signal);
+  const bool little = signal.byte_order == ByteOrder::little_endian;
+  const std::uint32_t first = little ? signal.start_bit : signal.start_bit ^ 7U;  // counted along the wire
+  const std::uint32_t last = first + signal.length - 1;
+  return {first / 8, last / 8, static_cast<std::uint8_t>(little ? first % 8 : 7 - last % 8)};
 }
 
 void SignalCodec::set_integer_range(const Signal& signal) {
@@ -75,6 +81,7 @@ void SignalCodec::set_integer_range(const Signal& signal) {
   const double slack = 1e-6 * std::abs(scale_) + ulps * std::abs(offset_);
   accepted_from_ = minimum_ - slack - ulps * std::abs(minimum_);
   accepted_to_ = maximum_ + slack + ulps * std::abs(maximum_);
+  if (scale_ == 0.0) accepted_from_ = std::numeric_limits<double>::infinity();
 }
 
 void SignalCodec::set_float_range(const Signal& signal) {
@@ -87,14 +94,14 @@ void SignalCodec::set_float_range(const Signal& signal) {
     minimum_ = signal.minimum;
     maximum_ = signal.maximum;
   }
-  accepted_from_ = minimum_;
+  accepted_from_ = scale_ == 0.0 ? std::numeric_limits<double>::infinity() : minimum_;
   accepted_to_ = maximum_;
 }
 
 std::uint64_t SignalCodec::load(std::span<const std::uint8_t> payload) const {
   const auto [first, last, shift] = placement_;
   assert(payload.size() > last);
-  if (payload.size() >= window_bytes && last - first < static_cast<int>(window_bytes)) {
+  if (payload.size() >= window_bytes && last - first < window_bytes) {
     const std::size_t base = std::min<std::size_t>(first, payload.size() - window_bytes);
     const std::size_t before =
         byte_order_ == ByteOrder::little_endian ? first - base : base + window_bytes - 1 - last;
@@ -102,7 +109,7 @@ std::uint64_t SignalCodec::load(std::span<const std::uint8_t> payload) const {
   }
   const bool little = byte_order_ == ByteOrder::little_endian;
   std::uint64_t bits = payload[little ? first : last] >> shift;
-  for (unsigned step = 1; step <= static_cast<unsigned>(last - first); ++step) {
+  for (unsigned step = 1; step <= last - first; ++step) {
     bits |= std::uint64_t{payload[little ? first + step : last - step]} << (8 * step - shift);
   }
   return bits & low_bits(length_);
@@ -113,7 +120,7 @@ void SignalCodec::store(std::uint64_t bits, std::span<std::uint8_t> payload) con
   assert(payload.size() > last);
   const std::uint64_t mask = low_bits(length_);
   bits &= mask;
-  if (payload.size() >= window_bytes && last - first < static_cast<int>(window_bytes)) {
+  if (payload.size() >= window_bytes && last - first < window_bytes) {
     const std::size_t base = std::min<std::size_t>(first, payload.size() - window_bytes);
     const std::size_t before =
         byte_order_ == ByteOrder::little_endian ? first - base : base + window_bytes - 1 - last;
@@ -123,7 +130,7 @@ void SignalCodec::store(std::uint64_t bits, std::span<std::uint8_t> payload) con
     return;
   }
   const bool little = byte_order_ == ByteOrder::little_endian;
-  for (unsigned step = 0; step <= static_cast<unsigned>(last - first); ++step) {
+  for (unsigned step = 0; step <= last - first; ++step) {
     std::uint8_t& byte = payload[little ? first + step : last - step];
     const std::uint64_t field = step == 0 ? bits << shift : bits >> (8 * step - shift);
     const std::uint64_t hole = step == 0 ? mask << shift : mask >> (8 * step - shift);

@@ -11,9 +11,11 @@ namespace hystcan::can {
 /// Raw and physical access to one signal of a message:  physical = raw * scale + offset.
 class SignalCodec {
  public:
+  /// Throws std::invalid_argument where the signal does not have 1..64 bits, or those that its value type
+  /// needs.
   explicit SignalCodec(const Signal& signal);
 
-  /// The payload must be at least as long as the message the signal belongs to.
+  /// The payload must hold the signal: bytes_needed(signal).
   std::int64_t unpack_raw(std::span<const std::uint8_t> payload) const;
   double unpack(std::span<const std::uint8_t> payload) const;
 
@@ -22,7 +24,8 @@ class SignalCodec {
 
   /// Rounds to the nearest raw value. False, and the payload untouched, where `physical` is not finite,
   /// outside the stated physical range (by more than a millionth of the resolution, so that what unpack()
-  /// gives can be packed again), or not representable in the signal's bits: a value never wraps.
+  /// gives can be packed again), or not representable in the signal's bits, which with a scale of 0 nothing
+  /// is: a value never wraps.
   [[nodiscard]] bool pack(double physical, std::span<std::uint8_t> payload) const;
 
   double minimum() const { return minimum_; }  ///< physical range that pack() accepts
@@ -31,11 +34,12 @@ class SignalCodec {
 
  private:
   struct Placement {
-    std::uint8_t first_byte;
-    std::uint8_t last_byte;
+    std::uint32_t first_byte;
+    std::uint32_t last_byte;
     std::uint8_t shift;  ///< of the signal's least significant bit within the byte that holds it
   };
 
+  static void check(const Signal& signal);
   static Placement place(const Signal& signal);
   void set_integer_range(const Signal& signal);
   void set_float_range(const Signal& signal);

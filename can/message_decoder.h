@@ -18,11 +18,13 @@ struct DecodedSignal {
   std::string_view name;  ///< of the raw value (VAL_), empty where it has none
 };
 
-/// The message of this frame by identifier and its type. Null where the database has none.
+/// The message of this frame by identifier and its type, data or remote, whatever its length. Null where the
+/// database has none, and for error frames.
 const Message* message_of(const Database& database, const Frame& frame);
 
-/// The signals present, multiplexing resolved (also extended, SG_MUL_VAL_), in the DBC's order. A signal that
-/// the payload is too short for is left out; so is everything of a remote or error frame.
+/// The signals present, multiplexing resolved (also extended, SG_MUL_VAL_), in the DBC's order. Left out are
+/// a signal that the payload is too short for, and what hangs on it as a switch; signals without 1..64 bits;
+/// everything of a remote or error frame. A switch is compared by its bits, never negative.
 std::vector<DecodedSignal> decode_signals(const Message& message, const Frame& frame);
 
 }  // namespace hystcan::can

@@ -125,7 +125,7 @@ class Layout {
   explicit Layout(const Message& message)
       : id_(message.id),
         extended_(message.extended),
-        length_(message.length),
+        length_(static_cast<std::uint8_t>(message.length)),
         protection_{codec(message, "Counter"), codec(message, "Crc")} {
     for_each_field([&](const char* signal, auto) { codecs_.push_back(codec(message, signal)); });
   }
@@ -166,8 +166,11 @@ class Layout {
     std::apply([&](const auto&... field) { (visit(field.first, field.second), ...); }, Payload::fields());
   }
   static SignalCodec codec(const Message& message, const char* signal) {
-    if (const Signal* found = message.find(signal)) return SignalCodec(*found);
-    throw std::invalid_argument("message " + message.name + " has no signal " + signal);
+    const Signal* const found = message.find(signal);
+    if (found == nullptr) throw std::invalid_argument("message " + message.name + " has no signal " + signal);
+    if (message.length > Frame{}.data.size() || bytes_needed(*found) > message.length)
+      throw std::invalid_argument("signal " + found->name + " lies outside message " + message.name);
+    return SignalCodec(*found);
   }
 
   std::uint32_t id_;

@@ -7,6 +7,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 #include <vector>
 
 namespace hystcan::can {
@@ -236,6 +237,51 @@ TEST(SignalCodec, ReadsAnUnsigned64BitValueAsPositive) {
   const SignalCodec codec(signal_at(0, 64, ByteOrder::little_endian, false));
   const Payload payload(8, 0xFF);
   EXPECT_EQ(codec.unpack(payload), 18446744073709551616.0);
+}
+
+TEST(SignalCodec, HandlesEveryLengthAtEveryBitOfAnFdFrame) {
+  for (const auto order : {ByteOrder::little_endian, ByteOrder::big_endian}) {
+    for (unsigned length = 1; length <= 64; ++length) {
+      for (unsigned at = 0; at + length <= 512; ++at) {
+        const unsigned start = order == ByteOrder::little_endian ? at : at ^ 7U;
+        const Signal signal = signal_at(start, length, order, at % 2 == 0);
+        Payload payload(64);
+        for (std::size_t i = 0; i < 64; ++i) payload[i] = static_cast<std::uint8_t>(0x9D * (i + 3) + length);
+        const SignalCodec codec(signal);
+        ASSERT_EQ(codec.unpack_raw(payload), oracle_unpack(signal, payload)) << length << " at " << start;
+        const Payload expected = oracle_pack(signal, 0x5A3C96F1E87B2D04, payload);
+        codec.pack_raw(0x5A3C96F1E87B2D04, payload);
+        ASSERT_EQ(payload, expected) << length << " at " << start;
+      }
+    }
+  }
+}
+
+TEST(SignalCodec, ReadsUnsigned64BitValuesAbove2To63AndPacksThem) {
+  const SignalCodec codec(signal_at(0, 64, ByteOrder::little_endian, false));
+  Payload payload(8);
+  payload[7] = 0x80;
+  EXPECT_EQ(codec.unpack(payload), 9223372036854775808.0);
+  payload.assign(8, 0);
+  ASSERT_TRUE(codec.pack(13835058055282163712.0, payload)) << "2^63 + 2^62";
+  EXPECT_EQ(payload, (Payload{0, 0, 0, 0, 0, 0, 0, 0xC0}));
+}
+
+TEST(SignalCodec, NeverPacksWithAScaleOfZero) {
+  Signal signal = signal_at(0, 8, ByteOrder::little_endian, false);
+  signal.scale = 0.0;
+  signal.offset = 5.0;
+  Payload payload(8, 0xA5);
+  EXPECT_EQ(SignalCodec(signal).unpack(payload), 5.0);
+  EXPECT_FALSE(SignalCodec(signal).pack(5.0, payload));
+}
+
+TEST(SignalCodec, TakesNoSignalThatHasNotTheBits) {
+  EXPECT_THROW(SignalCodec(signal_at(0, 0, ByteOrder::little_endian, false)), std::invalid_argument);
+  EXPECT_THROW(SignalCodec(signal_at(0, 65, ByteOrder::big_endian, false)), std::invalid_argument);
+  Signal half = signal_at(0, 16, ByteOrder::little_endian, true);
+  half.value_type = ValueType::float32;
+  EXPECT_THROW(SignalCodec{half}, std::invalid_argument);
 }
 
 }  // namespace

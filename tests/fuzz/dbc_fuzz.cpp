@@ -1,4 +1,5 @@
 // Any bytes: parse_dbc either refuses them with a place, or gives a database whose every signal can be used.
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -14,9 +15,10 @@ namespace {
 using namespace hystcan::can;
 using hystcan::fuzz::demand;
 
-void use(const Signal& signal, std::size_t message_bytes) {
+void use(const Signal& signal) {
+  if (signal.length < 1 || signal.length > 64) return;  // kept, and not decoded
   const SignalCodec codec(signal);
-  std::vector<std::uint8_t> payload(message_bytes, 0xA5);
+  std::vector<std::uint8_t> payload(bytes_needed(signal), 0xA5);
   const std::vector<std::uint8_t> before = payload;
 
   codec.pack_raw(codec.unpack_raw(payload), payload);
@@ -25,7 +27,8 @@ void use(const Signal& signal, std::size_t message_bytes) {
   const bool packed = codec.pack(physical, payload);
   demand(packed || payload == before);
   demand(codec.pack(codec.minimum(), payload) || codec.minimum() > codec.maximum() || signal.length > 32 ||
-         signal.value_type != ValueType::integer || signal.offset != 0.0);
+         signal.value_type != ValueType::integer || signal.offset != 0.0 || signal.scale == 0.0 ||
+         !std::isfinite(codec.minimum()));
 }
 
 }  // namespace
@@ -35,9 +38,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   try {
     const Database database = parse_dbc(text, "fuzz.dbc");
     for (const Message& message : database.messages) {
-      demand(database.find(message.name) == &message);
-      for (const Signal& signal : message.signals) use(signal, message.length);
+      demand(database.find(message.name) != nullptr);
+      for (const Signal& signal : message.signals) use(signal);
     }
+    for (const std::string& warning : database.warnings) demand(warning.starts_with("fuzz.dbc:"));
   } catch (const DbcError& error) {
     const std::string_view what = error.what();
     demand(what.starts_with("fuzz.dbc:"));
