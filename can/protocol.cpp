@@ -49,4 +49,9 @@ std::optional<Emergency> parse_emergency(const Frame& frame) {
   return Emergency{static_cast<std::uint16_t>(frame.data[0] | frame.data[1] << 8), frame.data[2]};
 }
 
+const Message& find_message(const Database& database, const MessageMap& map) {
+  if (const Message* found = database.find(map.message)) return *found;
+  throw std::invalid_argument("no message " + map.message);
+}
+
 }  // namespace hystcan::can

@@ -10,17 +10,34 @@ namespace {
 /// From start() to the first SYNC: what is set up once in the event loop and its threads is set up by then.
 constexpr auto warm_up = std::chrono::milliseconds(20);
 
+/// Of an amplifier that does not report: it rests at its safe value, and obeys.
+can::AmpStatus what_is_not_told(const AxisConfig& axis, const std::optional<can::MessageMap>& status) {
+  can::AmpStatus believed;
+  if (!status || !status->carries("output")) believed.output = axis.gate.safe_drive;
+  if (!status || !status->carries("state")) believed.state = can::AmpState::enabled;
+  return believed;
+}
+
 }  // namespace
 
 Controller::WiredAxis::WiredAxis(const WiredAxisConfig& config, const Config& common,
                                  const can::Database& database)
     : wire(config.wire),
       axis(config.axis),
-      decode_sample(can::find_message<can::SensorSample>(database, wire)),
-      decode_status(can::find_message<can::AmpStatus>(database, wire)),
-      encode_command(can::find_message<can::AmpCommand>(database, wire)),
+      decode_sample(*can::find_layout<can::SensorSample>(database, wire)),
+      encode_command(*can::find_layout<can::AmpCommand>(database, wire)),
+      samples_name_their_sync(can::message_map<can::SensorSample>(wire)->carries("sync_counter")),
+      flags_tell_fault(false),
       sensor_heartbeat(common.heartbeat_timeout),
-      amplifier_heartbeat(common.heartbeat_timeout) {}
+      amplifier_heartbeat(common.heartbeat_timeout) {
+  const auto map = can::message_map<can::AmpStatus>(wire);
+  const can::AmpStatus believed = what_is_not_told(config.axis, map);
+  if (auto layout = can::find_layout<can::AmpStatus>(database, wire, believed))
+    decode_status.emplace(std::move(*layout));
+  else
+    status = believed;
+  flags_tell_fault = map && (!map->carries("state") || map->states.fault.empty());
+}
 
 Controller::Controller(const Config& config, const can::Database& database, can::Scheduler& scheduler,
                        const can::Attach& attach, RecordHandler on_record)
@@ -29,21 +46,41 @@ Controller::Controller(const Config& config, const can::Database& database, can:
       on_record_(std::move(on_record)),
       sync_timer_(scheduler.make_timer([this] { tick(); })),
       period_(std::llround(1e9 / config.rate_Hz)) {
+  axes_.reserve(config.axes.size());
+  for (const WiredAxisConfig& axis : config.axes)
+    axes_.push_back(std::make_unique<WiredAxis>(axis, config, database));
+  lay_routes();
   std::vector<can::Filter> filters;
-  const auto route = [&](std::uint32_t id, decltype(Route::handler) handler) {
-    filters.push_back({.id = id});
-    routes_.at(id) = {handler, axes_.size()};
-  };
-  for (const WiredAxisConfig& axis : config.axes) {
-    auto wired = std::make_unique<WiredAxis>(axis, config, database);
-    route(wired->decode_sample.id(), &Controller::on_sample);
-    route(wired->decode_status.id(), &Controller::on_status);
-    route(can::heartbeat_base + axis.wire.sensor_node, &Controller::on_sensor_heartbeat);
-    route(can::heartbeat_base + axis.wire.amplifier_node, &Controller::on_amplifier_heartbeat);
-    axes_.push_back(std::move(wired));
-  }
+  filters.reserve(routes_.size());
+  for (const Route& route : routes_) filters.push_back({.id = route.id, .extended = route.extended});
   bus_ = attach(filters);
   bus_->on_frame([this](const can::Frame& frame, can::Time) { handle(frame); });
+}
+
+void Controller::lay_routes() {
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    const WiredAxis& wired = *axes_[i];
+    const auto route = [&](std::uint32_t id, bool extended, decltype(Route::handler) handler) {
+      routes_.push_back({.id = id, .extended = extended, .handler = handler, .index = i});
+    };
+    route(wired.decode_sample.id(), wired.decode_sample.extended(), &Controller::on_sample);
+    if (wired.decode_status)
+      route(wired.decode_status->id(), wired.decode_status->extended(), &Controller::on_status);
+    route(can::heartbeat_base + wired.wire.sensor_node, false, &Controller::on_sensor_heartbeat);
+    route(can::heartbeat_base + wired.wire.amplifier_node, false, &Controller::on_amplifier_heartbeat);
+  }
+  std::ranges::sort(routes_, {}, &Route::key);
+}
+
+/// A frame of the other identifier type in the place of a message goes to that message, which rejects and
+/// counts it.
+const Controller::Route* Controller::find_route(const can::Frame& frame) const {
+  for (const bool extended : {frame.extended, !frame.extended}) {
+    const auto key = std::pair(frame.id, extended);
+    const auto found = std::ranges::lower_bound(routes_, key, {}, &Route::key);
+    if (found != routes_.end() && found->key() == key) return &*found;
+  }
+  return nullptr;
 }
 
 void Controller::start(bool clear_amplifier_faults) {
@@ -121,16 +158,15 @@ void Controller::wake_nodes() {
 }
 
 void Controller::handle(const can::Frame& frame) {
-  if (frame.id >= standard_ids) return;
-  const Route& route = routes_[frame.id];
-  if (route.handler != nullptr) (this->*route.handler)(route.index, frame);
+  if (const Route* route = find_route(frame)) (this->*route->handler)(route->index, frame);
 }
 
 void Controller::on_sample(std::size_t index, const can::Frame& frame) {
   WiredAxis& wired = *axes_[index];
   const auto sample = wired.decode_sample(frame);
   if (!sample) return;
-  if (sample->sync_counter != sync_counter_ || wired.answered) {
+  const bool of_another_cycle = wired.samples_name_their_sync && sample->sync_counter != sync_counter_;
+  if (of_another_cycle || wired.answered) {
     ++counters_.late_samples;
     return;
   }
@@ -138,7 +174,11 @@ void Controller::on_sample(std::size_t index, const can::Frame& frame) {
 }
 
 void Controller::on_status(std::size_t index, const can::Frame& frame) {
-  if (const auto status = axes_[index]->decode_status(frame)) axes_[index]->status = *status;
+  WiredAxis& wired = *axes_[index];
+  const auto status = (*wired.decode_status)(frame);
+  if (!status) return;
+  wired.status = *status;
+  if (wired.flags_tell_fault && status->fault != 0) wired.status.state = can::AmpState::fault;
 }
 
 void Controller::on_sensor_heartbeat(std::size_t index, const can::Frame& frame) {
@@ -148,7 +188,7 @@ void Controller::on_sensor_heartbeat(std::size_t index, const can::Frame& frame)
 
 void Controller::on_amplifier_heartbeat(std::size_t index, const can::Frame& frame) {
   WiredAxis& wired = *axes_[index];
-  if (tells_boot_up(frame, wired.amplifier_heartbeat)) wired.decode_status.restart();
+  if (tells_boot_up(frame, wired.amplifier_heartbeat) && wired.decode_status) wired.decode_status->restart();
 }
 
 bool Controller::tells_boot_up(const can::Frame& frame, can::HeartbeatMonitor& monitor) const {

@@ -9,6 +9,8 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "can/bus.h"
@@ -67,8 +69,10 @@ class Controller {
     can::AxisWire wire;
     Axis axis;
     can::Decoder<can::SensorSample> decode_sample;
-    can::Decoder<can::AmpStatus> decode_status;
+    std::optional<can::Decoder<can::AmpStatus>> decode_status;  ///< empty: the amplifier tells nothing
     can::Encoder<can::AmpCommand> encode_command;
+    bool samples_name_their_sync;  ///< else a sample counts for the cycle it arrives in
+    bool flags_tell_fault;         ///< the state alone does not
     can::HeartbeatMonitor sensor_heartbeat;
     can::HeartbeatMonitor amplifier_heartbeat;
     can::AmpStatus status;
@@ -89,19 +93,24 @@ class Controller {
   void send_command(WiredAxis& wired, const AxisCommand& command);
   NodeHealth health(WiredAxis& wired) const;
 
-  /// What to do with a standard identifier: filled once, looked up per frame.
+  /// What to do with an identifier: filled and sorted once, looked up per frame.
   struct Route {
+    std::uint32_t id = 0;
+    bool extended = false;
     void (Controller::*handler)(std::size_t index, const can::Frame& frame) = nullptr;
     std::size_t index = 0;
+
+    auto key() const { return std::pair(id, extended); }
   };
-  static constexpr std::size_t standard_ids = 0x800;
+  void lay_routes();
+  const Route* find_route(const can::Frame& frame) const;
 
   Config config_;
   can::Scheduler& scheduler_;
   RecordHandler on_record_;
   std::vector<std::unique_ptr<WiredAxis>> axes_;
   std::unique_ptr<can::Bus> bus_;
-  std::vector<Route> routes_{standard_ids};
+  std::vector<Route> routes_;
   std::unique_ptr<can::Timer> sync_timer_;
   can::Duration period_;
   can::Time started_{};

@@ -10,7 +10,7 @@ SensorNode::SensorNode(const Config& config, const can::Database& database, can:
       plant_(plant),
       sensor_(sensor),
       nmt_(*bus_, scheduler, config.wire.sensor_node, config.heartbeat_period, [](can::NmtState) {}),
-      encode_sample_(can::find_message<can::SensorSample>(database, config.wire)) {
+      encode_sample_(*can::find_layout<can::SensorSample>(database, config.wire)) {
   bus_->on_frame([this](const can::Frame& frame, can::Time received) { handle(frame, received); });
 }
 
