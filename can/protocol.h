@@ -7,16 +7,19 @@
 // docs/protocol.md has the table and one annotated frame.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <tuple>
 #include <type_traits>
+#include <vector>
 
 #include "can/dbc.h"
 #include "can/frame.h"
 #include "can/layout.h"
+#include "can/sdo.h"
 
 namespace hystcan::can {
 
@@ -48,6 +51,7 @@ struct Nmt {
 struct Emergency {
   std::uint16_t code = 0;
   std::uint8_t error_register = 0;
+  std::array<std::uint8_t, 5> manufacturer{};
 };
 
 Frame nmt_frame(Nmt nmt);
@@ -122,6 +126,8 @@ struct AxisWire {
   std::uint8_t amplifier_node = 0;
   std::uint8_t sensor_node = 0;
   std::string drive_unit{};  ///< what setpoint and output are converted to; empty: taken as they are
+  std::vector<SdoWrite> amplifier_setup{};  ///< written before the node is started
+  std::vector<SdoWrite> sensor_setup{};
   std::optional<AxisFrames> frames{};  ///< the lab's own; without them the standard ones
 };
 

@@ -33,12 +33,24 @@ class AxisCheck {
     check_drive_range("twin", amplifier.drive_min, amplifier.drive_max, amplifier.safe_drive,
                       axis_.twin.plant.hysteresis);
     check_setpoint();
+    check_setup("amplifier_setup", axis_.wire.amplifier_setup);
+    check_setup("sensor_setup", axis_.wire.sensor_setup);
   }
 
  private:
   template <class... Args>
   [[noreturn]] void fail(const std::string& key, fmt::format_string<Args...> format, Args&&... args) const {
     document_.fail_at(path_ + "." + key, fmt::format(format, std::forward<Args>(args)...));
+  }
+
+  void check_setup(const char* list, const std::vector<can::SdoWrite>& writes) const {
+    for (std::size_t i = 0; i < writes.size(); ++i) {
+      const auto [value, bytes] = writes[i].content;
+      const std::uint64_t largest = (std::uint64_t{1} << 8U * bytes) - 1;
+      if (value > largest)
+        fail(fmt::format("{}[{}].value", list, i), "value is {}, expected at most {} in {} bytes", value,
+             largest, bytes);
+    }
   }
 
   void check_model(const char* key, const model::HysteresisParameters& model) const {

@@ -111,6 +111,12 @@ class Reader {
     for (std::size_t i = 0; i < array->size(); ++i)
       read_table(*array->get(i), join(key) + "[" + std::to_string(i) + "]", values.emplace_back(), visit);
   }
+  /// An array of tables that may be left out.
+  template <class T, class Visit>
+  void optional_list(std::string_view key, std::vector<T>& values, Visit visit) {
+    known_.emplace(key);
+    if (table_.contains(key)) list(key, values, visit);
+  }
   /// A choice between alternatives, made by their name.
   template <class Make>
   void alternative(const std::string& name, Make make) {
@@ -201,6 +207,10 @@ class Writer {
     for (std::size_t i = 0; i < values.size(); ++i)
       enter(key, "[[", "]]", "[" + std::to_string(i) + "]",
             [&](Writer& writer) { visit(writer, values[i]); });
+  }
+  template <class T, class Visit>
+  void optional_list(std::string_view key, std::vector<T>& values, Visit visit) {
+    list(key, values, visit);
   }
   template <class Make>
   void alternative(const std::string&, Make) {}

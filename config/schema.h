@@ -220,6 +220,15 @@ void visit_frames(V& v, can::AxisFrames& frames) {
   v.table("sample", frames.sample, [](V& sub, auto& map) { visit_frame<can::SensorSample>(sub, map); });
 }
 
+/// [[axis.amplifier_setup]], [[axis.sensor_setup]]: an object written by SDO before the node is started.
+template <class V>
+void visit(V& v, can::SdoWrite& write) {
+  v.required("index", write.object.index, {.lo = 1});
+  v.required("subindex", write.object.subindex);
+  v.required("value", write.content.value);
+  v.required("bytes", write.content.bytes, {.lo = 1, .hi = 4});
+}
+
 template <class V>
 void visit(V& v, AxisConfig& axis) {
   v.required("name", axis.wire.name);
@@ -227,6 +236,9 @@ void visit(V& v, AxisConfig& axis) {
   v.required("drive_unit", axis.drive_unit);
   v.required("amplifier_node", axis.wire.amplifier_node, {.lo = 1, .hi = 127});
   v.required("sensor_node", axis.wire.sensor_node, {.lo = 1, .hi = 127});
+  const auto plain = [](V& sub, auto& value) { visit(sub, value); };
+  v.optional_list("amplifier_setup", axis.wire.amplifier_setup, plain);
+  v.optional_list("sensor_setup", axis.wire.sensor_setup, plain);
   v.optional_table("frames", axis.wire.frames, [](V& sub, auto& value) { visit_frames(sub, value); });
   v.table("control", axis, [](V& sub, AxisConfig& value) { visit_control(sub, value); });
   v.table("twin", axis, [](V& sub, AxisConfig& value) { visit_twin(sub, value); });

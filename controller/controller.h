@@ -15,9 +15,9 @@
 
 #include "can/bus.h"
 #include "can/dbc.h"
-#include "can/node.h"
 #include "can/protocol.h"
 #include "controller/axis.h"
+#include "controller/peer.h"
 #include "controller/record.h"
 
 namespace hystcan::controller {
@@ -73,8 +73,8 @@ class Controller {
     can::Encoder<can::AmpCommand> encode_command;
     bool samples_name_their_sync;  ///< else a sample counts for the cycle it arrives in
     bool flags_tell_fault;         ///< the state alone does not
-    can::HeartbeatMonitor sensor_heartbeat;
-    can::HeartbeatMonitor amplifier_heartbeat;
+    Peer sensor;
+    Peer amplifier;
     can::AmpStatus status;
     unsigned boot_ups_seen = 0;
     bool answered = true;  ///< this cycle's step has been taken
@@ -82,13 +82,26 @@ class Controller {
 
   void tick();
   void close_cycle();
+  void set_up_nodes();
   void wake_nodes();
+  void wake(const Peer& peer);
   void handle(const can::Frame& frame);
   void on_sample(std::size_t index, const can::Frame& frame);
   void on_status(std::size_t index, const can::Frame& frame);
   void on_sensor_heartbeat(std::size_t index, const can::Frame& frame);
   void on_amplifier_heartbeat(std::size_t index, const can::Frame& frame);
-  bool tells_boot_up(const can::Frame& frame, can::HeartbeatMonitor& monitor) const;
+  template <Peer WiredAxis::*peer>
+  void on_emergency(std::size_t index, const can::Frame& frame) {
+    (axes_[index].get()->*peer).hear_emergency(frame);
+  }
+  template <Peer WiredAxis::*peer>
+  void on_sdo(std::size_t index, const can::Frame& frame) {
+    (axes_[index].get()->*peer).hear_sdo(frame);
+  }
+  template <Peer WiredAxis::*peer>
+  void lay_peer_routes(std::size_t index, void (Controller::*on_heartbeat)(std::size_t, const can::Frame&));
+  void lay_route(std::uint32_t id, bool extended, void (Controller::*handler)(std::size_t, const can::Frame&),
+                 std::size_t index);
   void step(std::size_t index, const can::SensorSample* sample, can::Time heard);
   void send_command(WiredAxis& wired, const AxisCommand& command);
   NodeHealth health(WiredAxis& wired) const;

@@ -21,10 +21,12 @@ AmplifierNode::AmplifierNode(const Config& config, const can::Database& database
       decode_command_(*can::find_layout<can::AmpCommand>(database, config.wire, {.enable = true})),
       bus_(attach(
           std::array{can::Filter{can::nmt_id}, can::Filter{can::sync_id},
+                     can::Filter{can::sdo_request_base + config.wire.amplifier_node},
                      can::Filter{.id = decode_command_.id(), .extended = decode_command_.extended()}})),
       plant_(plant),
       nmt_(*bus_, scheduler, config.wire.amplifier_node, config.heartbeat_period,
            [this](can::NmtState state) { on_nmt(state); }),
+      sdo_(config.wire.amplifier_node),
       commands_name_their_sync_(can::message_map<can::AmpCommand>(config.wire)->carries("sync_counter")),
       watchdog_(scheduler.make_timer([this] { check_watchdog(); })) {
   if (auto layout = can::find_layout<can::AmpStatus>(database, config.wire))
@@ -43,8 +45,10 @@ void AmplifierNode::handle(const can::Frame& frame, can::Time received) {
     if (const auto command = decode_command_(frame)) on_command(*command);
   } else if (frame.id == can::sync_id) {
     if (const auto counter = can::parse_sync(frame)) on_sync(*counter, received);
-  } else {
+  } else if (frame.id == can::nmt_id) {
     nmt_.handle(frame);
+  } else if (nmt_.state() != can::NmtState::stopped) {
+    if (const auto response = sdo_.answer(frame)) bus_->send(*response);
   }
 }
 

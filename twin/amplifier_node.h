@@ -37,6 +37,7 @@ class AmplifierNode {
   can::AmpState state() const { return state_; }
   std::uint8_t fault() const { return fault_; }
   std::uint64_t stale_commands() const { return stale_commands_; }
+  const can::SdoServer& objects() const { return sdo_; }
   const can::Checker& checker() const { return decode_command_.checker(); }
 
  private:
@@ -55,6 +56,7 @@ class AmplifierNode {
   std::unique_ptr<can::Bus> bus_;
   Plant& plant_;
   can::NmtSlave nmt_;
+  can::SdoServer sdo_;
   bool commands_name_their_sync_;                              ///< else none is ever stale
   std::optional<can::Encoder<can::AmpStatus>> encode_status_;  ///< empty: it reports nothing
   std::unique_ptr<can::Timer> watchdog_;

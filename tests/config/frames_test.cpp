@@ -106,6 +106,29 @@ TEST(StandardFrames, LackNothing) {
   EXPECT_TRUE(fd_messages(config.axes[0].wire, config.database).empty());
 }
 
+TEST(SetUp, IsReadAndItsValueMustFit) {
+  const support::ShippedCopy shipped;
+  const char* setup = "\n[[axis.amplifier_setup]]\nindex = 0x2001\nsubindex = 1\nvalue = 255\nbytes = 1\n";
+  shipped.edit("piezo.toml", "sensor_node    = 2\n", std::string("sensor_node    = 2\n") + setup);
+  const Config config = load(shipped / "piezo.toml");
+  for (const can::AxisWire& wire : {config.controller.axes[0].wire, config.twin.axes[0].wire}) {
+    ASSERT_EQ(wire.amplifier_setup.size(), 1u);
+    EXPECT_EQ(wire.amplifier_setup[0].object, (can::SdoObject{.index = 0x2001, .subindex = 1}));
+    EXPECT_EQ(wire.amplifier_setup[0].content, (can::SdoValue{.value = 255, .bytes = 1}));
+    EXPECT_TRUE(wire.sensor_setup.empty());
+  }
+  EXPECT_NE(echo(shipped / "piezo.toml").find("[[axis.amplifier_setup]]\nindex = 8193\n"), std::string::npos);
+  shipped.edit("piezo.toml", "value = 255", "value = 256");
+  try {
+    load(shipped / "piezo.toml");
+    FAIL() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("value is 256, expected at most 255 in 1 bytes"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
 TEST(LabFrames, WithoutAPrefixTheStandardFramesCannotBeFound) {
   const support::ShippedCopy shipped;
   shipped.edit("piezo.toml", "message_prefix = \"X\"", "");
