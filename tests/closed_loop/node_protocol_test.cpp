@@ -141,7 +141,7 @@ TEST(Heartbeat, IsNotSentByAControllerWhoseLoopHangs) {
   const auto listener = bus.attach();
   listener->on_frame([&](const can::Frame& frame, can::Time) { heartbeats += frame.id == 0x77F ? 1 : 0; });
   controller.start();
-  clock.run_until(clock.now() + std::chrono::seconds(1));
+  clock.run_until(clock.now() + milliseconds(1050));  // between two heartbeats: none is on the wire
   const int while_running = heartbeats;
   EXPECT_GE(while_running, 9) << "one at start, then every 100 ms";
   scheduler.hangs = true;
