@@ -8,6 +8,7 @@
 
 #include "app/commands.h"
 #include "config/config.h"
+#include "config/frames.h"
 #include "config/model_file.h"
 #include "model/validity.h"
 
@@ -59,6 +60,11 @@ int check(const Options& options) {
     fmt::print("# axis {}: {} to {} {} reach {:.4g} to {:.4g} um; the reference is previewed by {:.4g} ms\n",
                axis.wire.name, hysteresis.input_range().lo, hysteresis.input_range().hi, axis.drive_unit,
                reach.lo, reach.hi, 1e3 * axis.control.delays.preview_s(cycle_s));
+    for (const std::string& loss : config::losses(axis.wire))
+      fmt::print("# axis {}: {}\n", axis.wire.name, loss);
+    for (const std::string& name : config::fd_messages(axis.wire, config.database))
+      fmt::print("# axis {}: {} is longer than 8 bytes: sent as CAN FD, the interface must be one for FD\n",
+                 axis.wire.name, name);
     show_limits("axis " + axis.wire.name, axis.control.law.model);
     show_limits("axis " + axis.wire.name + ", twin", axis.twin.plant.hysteresis);
   }

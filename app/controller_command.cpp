@@ -51,6 +51,7 @@ class Recorder {
     if (csv_) csv_->write(record);
   }
 
+  const std::vector<std::string>& events() const { return log_.events(); }
   std::string close_csv() { return csv_ ? csv_->close() : std::string(); }
   const controller::TrackingStatistics& statistics(std::size_t axis) const { return statistics_[axis]; }
 
@@ -90,11 +91,13 @@ int report(const controller::Controller& controller, const Recorder& recorder, c
                                       {"missing_samples", counters.missing_samples},
                                       {"late_samples", counters.late_samples},
                                       {"dropped_records", dropped_records},
+                                      {"events", recorder.events()},
                                       {"axes", axes}}
                            .dump(2));
   } else {
     fmt::print("{} cycles, {} missed, {} samples missing, {} late\n", counters.cycles, counters.overruns,
                counters.missing_samples, counters.late_samples);
+    for (const std::string& event : recorder.events()) fmt::print("{}\n", event);
     for (const auto& outcome : outcomes) fmt::print("{}\n", describe(outcome));
   }
   for (const auto& outcome : outcomes)

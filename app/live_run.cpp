@@ -19,6 +19,7 @@ StateLog::StateLog(const config::Config& config) : states_(config.axes.size()) {
 }
 
 void StateLog::add(const controller::CycleRecord& record) {
+  if (record.event) add_event(record);
   const controller::AxisReport& report = record.report;
   if (states_[record.axis] == report.state) return;
   states_[record.axis] = report.state;
@@ -29,6 +30,14 @@ void StateLog::add(const controller::CycleRecord& record) {
     spdlog::info("{}: waiting for {}", names_[record.axis], nodes_[record.axis]);
   else
     spdlog::info("{}: {}", names_[record.axis], to_string(report.state));
+}
+
+void StateLog::add_event(const controller::CycleRecord& record) {
+  constexpr std::size_t kept = 100;
+  const std::string text =
+      fmt::format("{}: at {:.3f} s {}", names_[record.axis], record.time_s, describe(*record.event));
+  spdlog::warn("{}", text);
+  if (events_.size() < kept) events_.push_back(text);
 }
 
 void run_live(LiveLoop& loop, controller::Controller& controller, bool clear_faults,

@@ -17,11 +17,16 @@ class StateLog {
  public:
   explicit StateLog(const config::Config& config);
   void add(const controller::CycleRecord& record);
+  /// What the nodes said by emergency, and why one could not be set up: the first hundred.
+  const std::vector<std::string>& events() const { return events_; }
 
  private:
+  void add_event(const controller::CycleRecord& record);
+
   std::vector<std::string> names_;
   std::vector<std::string> nodes_;
   std::vector<controller::AxisState> states_;
+  std::vector<std::string> events_;
 };
 
 /// Runs the controller until `is_done`, asked every 20 ms and told the seconds since start, or until a

@@ -1,42 +1,58 @@
 #include "can/integrity.h"
 
+#include <algorithm>
+#include <boost/crc.hpp>
+
 namespace hystcan::can {
 namespace {
 
-constexpr std::uint8_t polynomial = 0x1D;
-constexpr std::uint8_t initial = 0xFF;
-constexpr std::uint8_t final_xor = 0xFF;
+using J1850 = boost::crc_optimal<8, 0x1D, 0xFF, 0xFF, false, false>;
+using H2F = boost::crc_optimal<8, 0x2F, 0xFF, 0xFF, false, false>;
 
-constexpr std::array<std::uint8_t, 256> make_table() {
-  std::array<std::uint8_t, 256> table{};
-  for (unsigned byte = 0; byte < 256; ++byte) {
-    unsigned remainder = byte;
-    for (int bit = 0; bit < 8; ++bit) {
-      remainder = (remainder & 0x80U) != 0 ? (remainder << 1U) ^ polynomial : remainder << 1U;
-    }
-    table[byte] = static_cast<std::uint8_t>(remainder);
-  }
-  return table;
+template <class Crc>
+std::uint8_t crc_of_bytes(std::span<const std::uint8_t> bytes) {
+  Crc crc;
+  crc.process_bytes(bytes.data(), bytes.size());
+  return crc.checksum();
 }
 
-constexpr std::array<std::uint8_t, 256> table = make_table();
-
-std::uint8_t extend_crc(std::uint8_t crc, std::span<const std::uint8_t> bytes) {
-  for (const std::uint8_t byte : bytes) crc = table[crc ^ byte];
-  return crc;
+/// Data id, then everything but the byte at `place`.
+template <class Crc>
+std::uint8_t crc_of_frame(std::span<const std::uint8_t> id, std::span<const std::uint8_t> payload,
+                          std::size_t place) {
+  Crc crc;
+  crc.process_bytes(id.data(), id.size());
+  crc.process_bytes(payload.data(), place);
+  crc.process_bytes(payload.data() + place + 1, payload.size() - place - 1);
+  return crc.checksum();
 }
 
-std::uint8_t crc_of(const Frame& frame) {
-  const std::array<std::uint8_t, 2> id = {static_cast<std::uint8_t>(frame.id),
-                                          static_cast<std::uint8_t>(frame.id >> 8U)};
-  const auto covered = frame.payload().first(frame.length - std::size_t{1});
-  return extend_crc(extend_crc(initial, id), covered) ^ final_xor;
+std::size_t place_of(const SignalCodec& crc) {
+  std::array<std::uint8_t, 64> marked{};
+  crc.pack_raw(-1, marked);
+  return static_cast<std::size_t>(std::ranges::find(marked, std::uint8_t{0xFF}) - marked.begin());
 }
 
 }  // namespace
 
-std::uint8_t crc8_j1850(std::span<const std::uint8_t> bytes) {
-  return extend_crc(initial, bytes) ^ final_xor;
+std::uint8_t crc8_j1850(std::span<const std::uint8_t> bytes) { return crc_of_bytes<J1850>(bytes); }
+std::uint8_t crc8_8h2f(std::span<const std::uint8_t> bytes) { return crc_of_bytes<H2F>(bytes); }
+
+CrcRule::CrcRule(const Protection& protection)
+    : place_(protection.crc ? place_of(*protection.crc) : 0),
+      polynomial_(protection.polynomial),
+      data_id_(protection.data_id) {}
+
+std::uint8_t CrcRule::operator()(const Frame& frame) const {
+  const bool is_number = data_id_.kind == DataId::Kind::number;
+  const std::uint32_t id = is_number ? data_id_.number : frame.id;
+  const std::array<std::uint8_t, 4> bytes = {
+      static_cast<std::uint8_t>(id), static_cast<std::uint8_t>(id >> 8U),
+      static_cast<std::uint8_t>(id >> 16U), static_cast<std::uint8_t>(id >> 24U)};
+  std::span<const std::uint8_t> covered(bytes.data(), !is_number && frame.extended ? 4 : 2);
+  if (data_id_.kind == DataId::Kind::none) covered = {};
+  return polynomial_ == Crc8::sae_j1850 ? crc_of_frame<J1850>(covered, frame.payload(), place_)
+                                        : crc_of_frame<H2F>(covered, frame.payload(), place_);
 }
 
 std::string_view to_string(Rejection rejection) {
@@ -56,29 +72,46 @@ std::string_view to_string(Rejection rejection) {
 }
 
 void Sealer::seal(Frame& frame) {
-  protection_.counter.pack_raw(counter_, frame.payload());
-  ++counter_;
-  protection_.crc.pack_raw(crc_of(frame), frame.payload());
+  if (protection_.counter) protection_.counter->pack_raw(counter_++, frame.payload());
+  if (protection_.crc) protection_.crc->pack_raw(crc_of_(frame), frame.payload());
 }
 
-Checker::Checker(Protection protection, std::uint8_t length, bool extended)
-    : protection_(protection), length_(length), extended_(extended) {}
+std::uint8_t wire_length(std::uint8_t message_length) {
+  if (message_length <= 8) return message_length;
+  constexpr std::array<std::uint8_t, 7> fd_lengths{12, 16, 20, 24, 32, 48, 64};
+  return *std::ranges::lower_bound(fd_lengths, std::min<std::uint8_t>(message_length, 64));
+}
+
+Checker::Checker(const Protection& protection, std::uint8_t length, bool extended)
+    : protection_(protection),
+      crc_of_(protection),
+      length_(wire_length(length)),
+      kind_(wire_kind(length)),
+      extended_(extended) {}
 
 std::optional<Rejection> Checker::check(const Frame& frame) {
   const auto reject = [this](Rejection cause) {
     ++rejected_[static_cast<std::size_t>(cause)];
     return cause;
   };
-  if (frame.kind != FrameKind::data) return reject(Rejection::wrong_kind);
+  if (frame.kind != kind_) return reject(Rejection::wrong_kind);
   if (frame.extended != extended_) return reject(Rejection::extended_id);
   if (frame.length != length_) return reject(Rejection::wrong_length);
-  const auto stated_crc = static_cast<std::uint8_t>(protection_.crc.unpack_raw(frame.payload()));
-  if (stated_crc != crc_of(frame)) return reject(Rejection::wrong_crc);
-  const std::int64_t counter = protection_.counter.unpack_raw(frame.payload());
-  if (last_counter_ == counter) return reject(Rejection::repeated_counter);
-  last_counter_ = counter;
+  if (protection_.crc) {
+    const auto stated = static_cast<std::uint8_t>(protection_.crc->unpack_raw(frame.payload()));
+    if (stated != crc_of_(frame)) return reject(Rejection::wrong_crc);
+  }
+  if (repeats(frame)) return reject(Rejection::repeated_counter);
   ++accepted_;
   return std::nullopt;
+}
+
+bool Checker::repeats(const Frame& frame) {
+  if (!protection_.counter) return false;
+  const std::int64_t counter = protection_.counter->unpack_raw(frame.payload());
+  if (last_counter_ == counter) return true;
+  last_counter_ = counter;
+  return false;
 }
 
 }  // namespace hystcan::can

@@ -1,7 +1,14 @@
-// End-to-end protection of a message: a 4-bit sequence counter and a CRC over identifier and payload.
+// End-to-end protection of a message: a sequence counter, and an 8-bit CRC over a data id and the payload.
 //
-//   Crc = CRC-8/SAE-J1850 (poly 0x1D, init 0xFF, xorout 0xFF) over
-//         identifier low byte, identifier high byte, payload bytes 0..6
+//   Crc = CRC-8 over  data id, payload bytes without the CRC's own
+//
+// | polynomial | poly | init | xorout | check value of "123456789" |
+// |---|---|---|---|---|
+// | SAE J1850 | 0x1D | 0xFF | 0xFF | 0x4B |
+// | 8H2F, AUTOSAR | 0x2F | 0xFF | 0xFF | 0xDF |
+//
+// The data id: the identifier, low byte first (two bytes of a standard one, four of an extended one); or a
+// number of two bytes, low byte first; or none. The counter runs through all values of its signal.
 #pragma once
 
 #include <array>
@@ -14,23 +21,49 @@
 
 namespace hystcan::can {
 
-std::uint8_t crc8_j1850(std::span<const std::uint8_t> bytes);
+enum class Crc8 : std::uint8_t { sae_j1850, autosar_8h2f };
 
-/// Where counter and CRC lie in a message. The CRC covers every payload byte but the last, which it is.
+std::uint8_t crc8_j1850(std::span<const std::uint8_t> bytes);
+std::uint8_t crc8_8h2f(std::span<const std::uint8_t> bytes);
+
+/// What the CRC covers before the payload.
+struct DataId {
+  enum class Kind : std::uint8_t { identifier, number, none };
+  Kind kind = Kind::identifier;
+  std::uint16_t number = 0;
+};
+
+/// Where counter and CRC lie in a message; either may be missing. The CRC is a whole byte, wherever it
+/// stands.
 struct Protection {
-  SignalCodec counter;
-  SignalCodec crc;
+  std::optional<SignalCodec> counter{};
+  std::optional<SignalCodec> crc{};
+  Crc8 polynomial = Crc8::sae_j1850;
+  DataId data_id{};
+};
+
+/// The CRC of a frame, its place found once.
+class CrcRule {
+ public:
+  explicit CrcRule(const Protection& protection);
+  std::uint8_t operator()(const Frame& frame) const;
+
+ private:
+  std::size_t place_ = 0;  ///< of the CRC's byte
+  Crc8 polynomial_;
+  DataId data_id_;
 };
 
 /// Sender's side: stamps the next counter value and the CRC.
 class Sealer {
  public:
-  explicit Sealer(Protection protection) : protection_(protection) {}
+  explicit Sealer(const Protection& protection) : protection_(protection), crc_of_(protection) {}
   void seal(Frame& frame);
 
  private:
   Protection protection_;
-  std::uint8_t counter_ = 0;
+  CrcRule crc_of_;
+  std::int64_t counter_ = 0;
 };
 
 /// Why a frame in the place of a message was not taken for it.
@@ -39,11 +72,20 @@ inline constexpr std::size_t rejection_count = 5;
 
 std::string_view to_string(Rejection rejection);
 
+/// Payload bytes on the wire of a message of so many: 0..8 as they are; beyond, the next length that FD has
+/// (12, 16, 20, 24, 32, 48, 64).
+std::uint8_t wire_length(std::uint8_t message_length);
+
+/// What a message of this length is sent as.
+constexpr FrameKind wire_kind(std::size_t message_length) {
+  return message_length > 8 ? FrameKind::fd : FrameKind::data;
+}
+
 /// Receiver's side: accepts a frame or says why not. Each cause has its own count.
 class Checker {
  public:
-  /// `extended`: whether the message itself uses a 29-bit identifier.
-  Checker(Protection protection, std::uint8_t length, bool extended);
+  /// `length`: the message's. `extended`: whether the message itself uses a 29-bit identifier.
+  Checker(const Protection& protection, std::uint8_t length, bool extended);
 
   /// Empty: the frame is sound. The checks run in the order of `Rejection`; the first that fails is counted.
   std::optional<Rejection> check(const Frame& frame);
@@ -56,8 +98,12 @@ class Checker {
   void restart() { last_counter_.reset(); }
 
  private:
+  bool repeats(const Frame& frame);
+
   Protection protection_;
+  CrcRule crc_of_;
   std::uint8_t length_;
+  FrameKind kind_;
   bool extended_;
   std::optional<std::int64_t> last_counter_;
   std::array<std::uint64_t, rejection_count> rejected_{};

@@ -1,5 +1,7 @@
 #include "can/protocol.h"
 
+#include <algorithm>
+
 namespace hystcan::can {
 namespace {
 
@@ -24,9 +26,11 @@ Frame heartbeat_frame(std::uint8_t node, NmtState state) {
 }
 
 Frame emergency_frame(std::uint8_t node, Emergency emergency) {
-  return make_frame(emergency_base + node, {static_cast<std::uint8_t>(emergency.code & 0xFF),
-                                            static_cast<std::uint8_t>(emergency.code >> 8),
-                                            emergency.error_register, 0, 0, 0, 0, 0});
+  Frame frame = make_frame(emergency_base + node, {static_cast<std::uint8_t>(emergency.code & 0xFF),
+                                                   static_cast<std::uint8_t>(emergency.code >> 8),
+                                                   emergency.error_register, 0, 0, 0, 0, 0});
+  std::ranges::copy(emergency.manufacturer, frame.data.begin() + 3);
+  return frame;
 }
 
 std::optional<Nmt> parse_nmt(const Frame& frame) {
@@ -46,7 +50,15 @@ std::optional<NmtState> parse_heartbeat(const Frame& frame) {
 
 std::optional<Emergency> parse_emergency(const Frame& frame) {
   if (!is_classical(frame, 8)) return std::nullopt;
-  return Emergency{static_cast<std::uint16_t>(frame.data[0] | frame.data[1] << 8), frame.data[2]};
+  Emergency emergency{.code = static_cast<std::uint16_t>(frame.data[0] | frame.data[1] << 8),
+                      .error_register = frame.data[2]};
+  std::copy_n(frame.data.begin() + 3, emergency.manufacturer.size(), emergency.manufacturer.begin());
+  return emergency;
+}
+
+const Message& find_message(const Database& database, const MessageMap& map) {
+  if (const Message* found = database.find(map.message)) return *found;
+  throw std::invalid_argument("no message " + map.message);
 }
 
 }  // namespace hystcan::can

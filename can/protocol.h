@@ -1,5 +1,5 @@
-// What the nodes say to each other: CANopen's own messages (CiA 301), and the axis messages whose layout the
-// DBC gives.
+// What the nodes say to each other: CANopen's own messages (CiA 301), and the axis messages, whose layout the
+// DBC gives and whose names the configuration may.
 //
 //   Nmt 0x000 · Sync 0x080 · emergency 0x080+node · AmpStatus, SensorSample 0x180+node · AmpCommand
 //   0x200+node · heartbeat 0x700+node
@@ -7,19 +7,19 @@
 // docs/protocol.md has the table and one annotated frame.
 #pragma once
 
-#include <concepts>
+#include <array>
 #include <cstdint>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <tuple>
+#include <type_traits>
 #include <vector>
 
-#include "can/codec.h"
 #include "can/dbc.h"
 #include "can/frame.h"
-#include "can/integrity.h"
+#include "can/layout.h"
+#include "can/sdo.h"
 
 namespace hystcan::can {
 
@@ -39,6 +39,8 @@ inline constexpr std::uint32_t sync_id = 0x080;
 inline constexpr std::uint32_t emergency_base = 0x080;
 inline constexpr std::uint32_t transmit_pdo_base = 0x180;  ///< AmpStatus, SensorSample
 inline constexpr std::uint32_t receive_pdo_base = 0x200;   ///< AmpCommand
+inline constexpr std::uint32_t sdo_response_base = 0x580;  ///< server to client
+inline constexpr std::uint32_t sdo_request_base = 0x600;   ///< client to server
 inline constexpr std::uint32_t heartbeat_base = 0x700;
 inline constexpr std::uint8_t sync_counter_max = 240;  ///< the SYNC counter runs 1..240
 
@@ -49,6 +51,7 @@ struct Nmt {
 struct Emergency {
   std::uint16_t code = 0;
   std::uint8_t error_register = 0;
+  std::array<std::uint8_t, 5> manufacturer{};
 };
 
 Frame nmt_frame(Nmt nmt);
@@ -70,8 +73,6 @@ constexpr std::uint8_t next_sync_counter(std::uint8_t counter) {
 // ---- axis messages
 // ----------------------------------------------------------------------------------------------
 
-enum class AmpState : std::uint8_t { off = 0, ready = 1, enabled = 2, fault = 3 };
-
 /// Bits of AmpStatus.Fault.
 namespace amp_fault {
 inline constexpr std::uint8_t command_timeout = 0x01;
@@ -86,9 +87,10 @@ struct AmpCommand {
   std::uint8_t sync_counter = 0;  ///< of the SYNC whose sample this answers
 
   static constexpr auto fields() {
-    return std::tuple{std::pair{"Setpoint", &AmpCommand::setpoint}, std::pair{"Enable", &AmpCommand::enable},
-                      std::pair{"ClearFault", &AmpCommand::clear_fault},
-                      std::pair{"SyncCounter", &AmpCommand::sync_counter}};
+    return std::tuple{Field{"setpoint", "Setpoint", &AmpCommand::setpoint, Quantity::drive},
+                      Field{"enable", "Enable", &AmpCommand::enable},
+                      Field{"clear_fault", "ClearFault", &AmpCommand::clear_fault},
+                      Field{"sync_counter", "SyncCounter", &AmpCommand::sync_counter}};
   }
 };
 
@@ -99,8 +101,8 @@ struct AmpStatus {
   std::uint8_t fault = 0;  ///< amp_fault bits
 
   static constexpr auto fields() {
-    return std::tuple{std::pair{"Output", &AmpStatus::output}, std::pair{"State", &AmpStatus::state},
-                      std::pair{"Fault", &AmpStatus::fault}};
+    return std::tuple{Field{"output", "Output", &AmpStatus::output, Quantity::drive},
+                      Field{"state", "State", &AmpStatus::state}, Field{"fault", "Fault", &AmpStatus::fault}};
   }
 };
 
@@ -111,113 +113,10 @@ struct SensorSample {
   std::uint8_t status = 0;        ///< 0: good
 
   static constexpr auto fields() {
-    return std::tuple{std::pair{"Position", &SensorSample::position_um},
-                      std::pair{"SyncCounter", &SensorSample::sync_counter},
-                      std::pair{"Status", &SensorSample::status}};
+    return std::tuple{Field{"position", "Position", &SensorSample::position_um, Quantity::position},
+                      Field{"sync_counter", "SyncCounter", &SensorSample::sync_counter},
+                      Field{"status", "Status", &SensorSample::status}};
   }
-};
-
-/// The signals of one message, found by name in the DBC and compiled.
-template <class Payload>
-class Layout {
- public:
-  /// Throws std::invalid_argument where the message lacks a signal.
-  explicit Layout(const Message& message)
-      : id_(message.id),
-        extended_(message.extended),
-        length_(static_cast<std::uint8_t>(message.length)),
-        protection_{codec(message, "Counter"), codec(message, "Crc")} {
-    for_each_field([&](const char* signal, auto) { codecs_.push_back(codec(message, signal)); });
-  }
-
-  std::uint32_t id() const { return id_; }
-  bool extended() const { return extended_; }
-  std::uint8_t length() const { return length_; }
-  const Protection& protection() const { return protection_; }
-
-  /// Empty where a value can't be represented: it never wraps.
-  std::optional<Frame> encode(const Payload& payload) const {
-    Frame frame{.id = id_, .extended = extended_, .length = length_};
-    std::size_t i = 0;
-    bool fits = true;
-    for_each_field([&](const char*, auto member) {
-      fits = codecs_[i++].pack(static_cast<double>(payload.*member), frame.payload()) && fits;
-    });
-    if (!fits) return std::nullopt;
-    return frame;
-  }
-
-  Payload decode(const Frame& frame) const {
-    Payload payload;
-    std::size_t i = 0;
-    for_each_field([&](const char*, auto member) {
-      using Value = std::remove_reference_t<decltype(payload.*member)>;
-      if constexpr (std::floating_point<Value>)
-        payload.*member = codecs_[i++].unpack(frame.payload());
-      else
-        payload.*member = static_cast<Value>(codecs_[i++].unpack_raw(frame.payload()));
-    });
-    return payload;
-  }
-
- private:
-  template <class Visit>
-  static void for_each_field(Visit visit) {
-    std::apply([&](const auto&... field) { (visit(field.first, field.second), ...); }, Payload::fields());
-  }
-  static SignalCodec codec(const Message& message, const char* signal) {
-    const Signal* const found = message.find(signal);
-    if (found == nullptr) throw std::invalid_argument("message " + message.name + " has no signal " + signal);
-    if (message.length > Frame{}.data.size() || bytes_needed(*found) > message.length)
-      throw std::invalid_argument("signal " + found->name + " lies outside message " + message.name);
-    return SignalCodec(*found);
-  }
-
-  std::uint32_t id_;
-  bool extended_;
-  std::uint8_t length_;
-  Protection protection_;
-  std::vector<SignalCodec> codecs_;
-};
-
-/// Sender of one message: encodes, counts, seals.
-template <class Payload>
-class Encoder {
- public:
-  explicit Encoder(const Message& message) : layout_(message), sealer_(layout_.protection()) {}
-
-  /// Empty where a value can't be represented.
-  std::optional<Frame> operator()(const Payload& payload) {
-    auto frame = layout_.encode(payload);
-    if (frame) sealer_.seal(*frame);
-    return frame;
-  }
-  std::uint32_t id() const { return layout_.id(); }
-
- private:
-  Layout<Payload> layout_;
-  Sealer sealer_;
-};
-
-/// Receiver of one message: checks, counts what it rejects, decodes.
-template <class Payload>
-class Decoder {
- public:
-  explicit Decoder(const Message& message)
-      : layout_(message), checker_(layout_.protection(), layout_.length(), layout_.extended()) {}
-
-  /// Empty where the frame is rejected; checker() says how often and why.
-  std::optional<Payload> operator()(const Frame& frame) {
-    if (checker_.check(frame)) return std::nullopt;
-    return layout_.decode(frame);
-  }
-  std::uint32_t id() const { return layout_.id(); }
-  const Checker& checker() const { return checker_; }
-  void restart() { checker_.restart(); }
-
- private:
-  Layout<Payload> layout_;
-  Checker checker_;
 };
 
 /// Names and nodes of one axis on the wire.
@@ -226,14 +125,33 @@ struct AxisWire {
   std::string message_prefix;  ///< "X": messages XAmpCommand, XAmpStatus, XSensorSample
   std::uint8_t amplifier_node = 0;
   std::uint8_t sensor_node = 0;
+  std::string drive_unit{};  ///< what setpoint and output are converted to; empty: taken as they are
+  std::vector<SdoWrite> amplifier_setup{};  ///< written before the node is started
+  std::vector<SdoWrite> sensor_setup{};
+  std::optional<AxisFrames> frames{};  ///< the lab's own; without them the standard ones
 };
 
-/// The message of role `Payload` for this axis. Throws std::invalid_argument where the database lacks it.
+/// The names of the message of role `Payload` for this axis. Null: this axis has none.
 template <class Payload>
-const Message& find_message(const Database& database, const AxisWire& axis) {
-  const std::string name = axis.message_prefix + std::string(Payload::name);
-  if (const Message* found = database.find(name)) return *found;
-  throw std::invalid_argument("no message " + name);
+std::optional<MessageMap> message_map(const AxisWire& axis) {
+  if (!axis.frames) return standard_map<Payload>(axis.message_prefix);
+  if constexpr (std::is_same_v<Payload, AmpCommand>) return axis.frames->command;
+  if constexpr (std::is_same_v<Payload, AmpStatus>) return axis.frames->status;
+  if constexpr (std::is_same_v<Payload, SensorSample>) return axis.frames->sample;
+}
+
+/// Throws std::invalid_argument where the database lacks it.
+const Message& find_message(const Database& database, const MessageMap& map);
+
+/// The message of role `Payload` for this axis, compiled; a role that it does not carry reads as `absent`.
+/// Empty where the axis has no such message. Throws std::invalid_argument where the database lacks what is
+/// named.
+template <class Payload>
+std::optional<Layout<Payload>> find_layout(const Database& database, const AxisWire& axis,
+                                           const Payload& absent = {}) {
+  const auto map = message_map<Payload>(axis);
+  if (!map) return std::nullopt;
+  return Layout<Payload>(find_message(database, *map), *map, axis.drive_unit, absent);
 }
 
 }  // namespace hystcan::can

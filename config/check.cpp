@@ -7,7 +7,7 @@
 #include <map>
 #include <set>
 
-#include "can/protocol.h"
+#include "config/check_frames.h"
 
 namespace hystcan::config {
 namespace {
@@ -18,17 +18,13 @@ class AxisCheck {
   AxisCheck(const Document& document, const Config& config, std::size_t index)
       : document_(document),
         config_(config),
+        index_(index),
         axis_(config.axes[index]),
         path_(fmt::format("axis[{}]", index)),
         unit_(axis_.drive_unit) {}
 
   void run() const {
-    check_message<can::AmpCommand>(can::receive_pdo_base + axis_.wire.amplifier_node);
-    check_message<can::AmpStatus>(can::transmit_pdo_base + axis_.wire.amplifier_node);
-    check_message<can::SensorSample>(can::transmit_pdo_base + axis_.wire.sensor_node);
-    check_unit("AmpCommand", "Setpoint", unit_);
-    check_unit("AmpStatus", "Output", unit_);
-    check_unit("SensorSample", "Position", "um");
+    check_frames(document_, config_, index_);
     check_model("control.model", axis_.control.law.model);
     check_model("twin.model", axis_.twin.plant.hysteresis);
     check_drive_range("control", axis_.control.gate.drive_min, axis_.control.gate.drive_max,
@@ -36,8 +32,9 @@ class AxisCheck {
     const twin::Amplifier::Config& amplifier = axis_.twin.plant.amplifier;
     check_drive_range("twin", amplifier.drive_min, amplifier.drive_max, amplifier.safe_drive,
                       axis_.twin.plant.hysteresis);
-    check_representable();
     check_setpoint();
+    check_setup("amplifier_setup", axis_.wire.amplifier_setup);
+    check_setup("sensor_setup", axis_.wire.sensor_setup);
   }
 
  private:
@@ -46,51 +43,14 @@ class AxisCheck {
     document_.fail_at(path_ + "." + key, fmt::format(format, std::forward<Args>(args)...));
   }
 
-  template <class Payload>
-  void check_message(std::uint32_t id) const {
-    try {
-      const can::Message& message = can::find_message<Payload>(config_.database, axis_.wire);
-      const can::Layout<Payload> layout(message);
-      check_no_overlap(message, Payload::fields());
-      if (message.id != id || message.extended)
-        fail("name", "message {} has identifier 0x{:X} in {}, expected 0x{:X} from the node ids",
-             message.name, message.id, config_.bus.dbc.string(), id);
-    } catch (const std::invalid_argument& error) {
-      document_.fail_at("bus.dbc", fmt::format("{} in {}, expected one for axis {}", error.what(),
-                                               config_.bus.dbc.string(), axis_.wire.name));
+  void check_setup(const char* list, const std::vector<can::SdoWrite>& writes) const {
+    for (std::size_t i = 0; i < writes.size(); ++i) {
+      const auto [value, bytes] = writes[i].content;
+      const std::uint64_t largest = (std::uint64_t{1} << 8U * bytes) - 1;
+      if (value > largest)
+        fail(fmt::format("{}[{}].value", list, i), "value is {}, expected at most {} in {} bytes", value,
+             largest, bytes);
     }
-  }
-
-  /// Two of a message's own signals in one bit would change each other; the CRC must be the last byte, which
-  /// it covers.
-  template <class Fields>
-  void check_no_overlap(const can::Message& message, const Fields& fields) const {
-    std::vector<std::string> names{"Counter", "Crc"};
-    std::apply([&](const auto&... field) { (names.emplace_back(field.first), ...); }, fields);
-    std::vector<std::uint8_t> taken(message.length);
-    for (const std::string& name : names) {
-      std::vector<std::uint8_t> bits(message.length);
-      can::SignalCodec(*message.find(name)).pack_raw(-1, bits);
-      for (std::size_t i = 0; i < bits.size(); ++i) {
-        if ((taken[i] & bits[i]) != 0)
-          throw std::invalid_argument("signal " + name + " of message " + message.name + " overlaps another");
-        taken[i] = static_cast<std::uint8_t>(taken[i] | bits[i]);
-      }
-      if (name == "Crc" &&
-          (bits.back() != 0xFF || std::count(bits.begin(), bits.end(), 0) + 1 != message.length))
-        throw std::invalid_argument("signal Crc of message " + message.name + " is not its last byte");
-    }
-  }
-
-  const can::Signal& signal(const char* message, const char* name) const {
-    return *config_.database.find(axis_.wire.message_prefix + message)->find(name);
-  }
-
-  void check_unit(const char* message, const char* name, const std::string& expected) const {
-    if (signal(message, name).unit != expected)
-      fail("drive_unit", "signal {} of {}{} is in \"{}\" in {}, expected \"{}\"", name,
-           axis_.wire.message_prefix, message, signal(message, name).unit, config_.bus.dbc.string(),
-           expected);
   }
 
   void check_model(const char* key, const model::HysteresisParameters& model) const {
@@ -115,15 +75,6 @@ class AxisCheck {
       fail(key("drive_max"),
            "drive_max is {}, expected at least {}: the model's upper threshold must be reached", max,
            thresholds.hi);
-  }
-
-  void check_representable() const {
-    const can::SignalCodec setpoint(signal("AmpCommand", "Setpoint"));
-    const controller::Gate::Config& gate = axis_.control.gate;
-    if (gate.drive_min < setpoint.minimum() || gate.drive_max > setpoint.maximum())
-      fail("control.drive_max_" + unit_,
-           "the drive range {}..{} does not fit signal Setpoint, expected within {}..{}", gate.drive_min,
-           gate.drive_max, setpoint.minimum(), setpoint.maximum());
   }
 
   void check_setpoint() const {
@@ -158,6 +109,7 @@ class AxisCheck {
 
   const Document& document_;
   const Config& config_;
+  std::size_t index_;
   const AxisConfig& axis_;
   std::string path_;
   std::string unit_;
@@ -198,6 +150,7 @@ void check_agreement(const Document& document, const Config& config) {
                      "heartbeat_timeout_ms is shorter than two of the nodes' heartbeat_ms, expected at least "
                      "twice as long");
   for (std::size_t i = 0; i < config.axes.size(); ++i) AxisCheck(document, config, i).run();
+  check_identifiers(document, config);
 }
 
 }  // namespace hystcan::config

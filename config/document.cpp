@@ -90,6 +90,21 @@ void Reader::numbers(std::string_view key, std::vector<double>& values) {
     values = read_numbers(*node, key, any);
 }
 
+void Reader::whole_numbers(std::string_view key, std::vector<std::int64_t>& values) {
+  known_.emplace(key);
+  const toml::node* node = table_.get(key);
+  if (node == nullptr) return;
+  const toml::array* array = node->as_array();
+  if (array == nullptr) wrong_type(*node, key, "an array of whole numbers");
+  values.clear();
+  values.reserve(array->size());
+  for (const toml::node& element : *array) {
+    const auto value = element.value_exact<std::int64_t>();
+    if (!value) wrong_type(element, key, "a whole number");
+    values.push_back(*value);
+  }
+}
+
 void Reader::finish() const {
   for (const auto& [key, node] : table_)
     if (!known_.contains(key.str()))
@@ -163,6 +178,10 @@ void Writer::line(std::string_view key, const std::string& value) {
   const std::string path = path_.empty() ? std::string(key) : path_ + "." + std::string(key);
   const bool given = static_cast<bool>(document_.root().at_path(path));
   text_ += fmt::format("{} = {}{}\n", key, value, given ? "" : "  # default");
+}
+
+void Writer::whole_numbers(std::string_view key, const std::vector<std::int64_t>& values) {
+  line(key, fmt::format("[{}]", fmt::join(values, ", ")));
 }
 
 std::string Writer::number(double value) { return fmt::format("{}", value); }

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <initializer_list>
 #include <limits>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -79,6 +80,18 @@ class Reader {
   /// Optional, and may be empty.
   void numbers(std::string_view key, std::vector<double>& values);
 
+  /// Optional, and may be empty.
+  void whole_numbers(std::string_view key, std::vector<std::int64_t>& values);
+  /// A name that may be left out: empty then.
+  void name(std::string_view key, std::string& value) { optional(key, value); }
+
+  /// A sub-table that may be left out.
+  template <class T, class Visit>
+  void optional_table(std::string_view key, std::optional<T>& value, Visit visit) {
+    known_.emplace(key);
+    const toml::node* node = table_.get(key);
+    if (node != nullptr && missing_.empty()) read_table(*node, join(key), value.emplace(), visit);
+  }
   /// A sub-table of its own struct: `visit(reader, value)`.
   template <class T, class Visit>
   void table(std::string_view key, T& value, Visit visit) {
@@ -97,6 +110,12 @@ class Reader {
     values.clear();
     for (std::size_t i = 0; i < array->size(); ++i)
       read_table(*array->get(i), join(key) + "[" + std::to_string(i) + "]", values.emplace_back(), visit);
+  }
+  /// An array of tables that may be left out.
+  template <class T, class Visit>
+  void optional_list(std::string_view key, std::vector<T>& values, Visit visit) {
+    known_.emplace(key);
+    if (table_.contains(key)) list(key, values, visit);
   }
   /// A choice between alternatives, made by their name.
   template <class Make>
@@ -171,15 +190,27 @@ class Writer {
   void choice(std::string_view key, const std::string& value, std::initializer_list<std::string_view>) {
     write(key, value);
   }
+  void whole_numbers(std::string_view key, const std::vector<std::int64_t>& values);
+  void name(std::string_view key, const std::string& value) {
+    if (!value.empty()) write(key, value);
+  }
   template <class T, class Visit>
   void table(std::string_view key, T& value, Visit visit) {
     enter(key, "[", "]", "", [&](Writer& writer) { visit(writer, value); });
+  }
+  template <class T, class Visit>
+  void optional_table(std::string_view key, std::optional<T>& value, Visit visit) {
+    if (value) table(key, *value, visit);
   }
   template <class T, class Visit>
   void list(std::string_view key, std::vector<T>& values, Visit visit) {
     for (std::size_t i = 0; i < values.size(); ++i)
       enter(key, "[[", "]]", "[" + std::to_string(i) + "]",
             [&](Writer& writer) { visit(writer, values[i]); });
+  }
+  template <class T, class Visit>
+  void optional_list(std::string_view key, std::vector<T>& values, Visit visit) {
+    list(key, values, visit);
   }
   template <class Make>
   void alternative(const std::string&, Make) {}

@@ -18,6 +18,7 @@ Config read(const Document& document) {
 /// An axis's parts know what they share, and the models they name.
 void complete(const Document& document, AxisConfig& axis) {
   axis.control.name = axis.wire.name;
+  axis.wire.drive_unit = axis.drive_unit;
   axis.control.law.model = load_model(document.resolve(axis.control_model));
   axis.twin.wire = axis.wire;
   axis.twin.plant.hysteresis = load_model(document.resolve(axis.twin_model));

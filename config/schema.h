@@ -2,6 +2,7 @@
 #pragma once
 
 #include "config/document.h"
+#include "config/frames.h"
 
 namespace hystcan::config {
 
@@ -211,13 +212,34 @@ void visit_twin(V& v, AxisConfig& axis) {
   v.optional("substep_us", t.plant.substep, {.lo = 1.0, .hi = 1000.0});
 }
 
+/// [axis.frames.command], [axis.frames.status], [axis.frames.sample]: a lab's own frames (config/frames.h).
+template <class V>
+void visit_frames(V& v, can::AxisFrames& frames) {
+  v.table("command", frames.command, [](V& sub, auto& map) { visit_frame<can::AmpCommand>(sub, map); });
+  v.optional_table("status", frames.status, [](V& sub, auto& map) { visit_frame<can::AmpStatus>(sub, map); });
+  v.table("sample", frames.sample, [](V& sub, auto& map) { visit_frame<can::SensorSample>(sub, map); });
+}
+
+/// [[axis.amplifier_setup]], [[axis.sensor_setup]]: an object written by SDO before the node is started.
+template <class V>
+void visit(V& v, can::SdoWrite& write) {
+  v.required("index", write.object.index, {.lo = 1});
+  v.required("subindex", write.object.subindex);
+  v.required("value", write.content.value);
+  v.required("bytes", write.content.bytes, {.lo = 1, .hi = 4});
+}
+
 template <class V>
 void visit(V& v, AxisConfig& axis) {
   v.required("name", axis.wire.name);
-  v.required("message_prefix", axis.wire.message_prefix);
+  v.name("message_prefix", axis.wire.message_prefix);
   v.required("drive_unit", axis.drive_unit);
   v.required("amplifier_node", axis.wire.amplifier_node, {.lo = 1, .hi = 127});
   v.required("sensor_node", axis.wire.sensor_node, {.lo = 1, .hi = 127});
+  const auto plain = [](V& sub, auto& value) { visit(sub, value); };
+  v.optional_list("amplifier_setup", axis.wire.amplifier_setup, plain);
+  v.optional_list("sensor_setup", axis.wire.sensor_setup, plain);
+  v.optional_table("frames", axis.wire.frames, [](V& sub, auto& value) { visit_frames(sub, value); });
   v.table("control", axis, [](V& sub, AxisConfig& value) { visit_control(sub, value); });
   v.table("twin", axis, [](V& sub, AxisConfig& value) { visit_twin(sub, value); });
 }

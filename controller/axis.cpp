@@ -18,7 +18,7 @@ struct CauseText {
   std::string_view remedy;
 };
 
-constexpr std::array<CauseText, 14> cause_texts{{
+constexpr std::array<CauseText, 15> cause_texts{{
     {"none", ""},
     {"interface down", "bring the CAN interface up and start the controller again"},
     {"bus-off", "check wiring, termination and bit rate, then start the controller again"},
@@ -31,6 +31,8 @@ constexpr std::array<CauseText, 14> cause_texts{{
     {"sensor silent", "no heartbeat from the sensor node: check its supply and cable"},
     {"amplifier silent", "no heartbeat from the amplifier node: check its supply and cable"},
     {"node restarted", "a node booted up while in use: check its supply"},
+    {"node not set up",
+     "a node refused or did not keep an object of its setup: see the log, check index and value"},
     {"amplifier fault",
      "the amplifier has tripped: find out why, then start the controller with --clear-faults"},
     {"amplifier not enabled", "the amplifier does not obey Enable: check its interlocks"},

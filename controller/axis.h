@@ -39,6 +39,7 @@ enum class Cause : std::uint8_t {
   sensor_silent,
   amplifier_silent,
   node_restarted,
+  node_not_set_up,
   amplifier_fault,
   amplifier_not_enabled,
   following_error,

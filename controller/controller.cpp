@@ -10,17 +10,34 @@ namespace {
 /// From start() to the first SYNC: what is set up once in the event loop and its threads is set up by then.
 constexpr auto warm_up = std::chrono::milliseconds(20);
 
+/// Of an amplifier that does not report: it rests at its safe value, and obeys.
+can::AmpStatus what_is_not_told(const AxisConfig& axis, const std::optional<can::MessageMap>& status) {
+  can::AmpStatus believed;
+  if (!status || !status->carries("output")) believed.output = axis.gate.safe_drive;
+  if (!status || !status->carries("state")) believed.state = can::AmpState::enabled;
+  return believed;
+}
+
 }  // namespace
 
 Controller::WiredAxis::WiredAxis(const WiredAxisConfig& config, const Config& common,
                                  const can::Database& database)
     : wire(config.wire),
       axis(config.axis),
-      decode_sample(can::find_message<can::SensorSample>(database, wire)),
-      decode_status(can::find_message<can::AmpStatus>(database, wire)),
-      encode_command(can::find_message<can::AmpCommand>(database, wire)),
-      sensor_heartbeat(common.heartbeat_timeout),
-      amplifier_heartbeat(common.heartbeat_timeout) {}
+      decode_sample(*can::find_layout<can::SensorSample>(database, wire)),
+      encode_command(*can::find_layout<can::AmpCommand>(database, wire)),
+      samples_name_their_sync(can::message_map<can::SensorSample>(wire)->carries("sync_counter")),
+      flags_tell_fault(false),
+      sensor(wire.sensor_node, common.heartbeat_timeout, wire.sensor_setup),
+      amplifier(wire.amplifier_node, common.heartbeat_timeout, wire.amplifier_setup) {
+  const auto map = can::message_map<can::AmpStatus>(wire);
+  const can::AmpStatus believed = what_is_not_told(config.axis, map);
+  if (auto layout = can::find_layout<can::AmpStatus>(database, wire, believed))
+    decode_status.emplace(std::move(*layout));
+  else
+    status = believed;
+  flags_tell_fault = map && (!map->carries("state") || map->states.fault.empty());
+}
 
 Controller::Controller(const Config& config, const can::Database& database, can::Scheduler& scheduler,
                        const can::Attach& attach, RecordHandler on_record)
@@ -29,21 +46,51 @@ Controller::Controller(const Config& config, const can::Database& database, can:
       on_record_(std::move(on_record)),
       sync_timer_(scheduler.make_timer([this] { tick(); })),
       period_(std::llround(1e9 / config.rate_Hz)) {
+  axes_.reserve(config.axes.size());
+  for (const WiredAxisConfig& axis : config.axes)
+    axes_.push_back(std::make_unique<WiredAxis>(axis, config, database));
+  lay_routes();
   std::vector<can::Filter> filters;
-  const auto route = [&](std::uint32_t id, decltype(Route::handler) handler) {
-    filters.push_back({.id = id});
-    routes_.at(id) = {handler, axes_.size()};
-  };
-  for (const WiredAxisConfig& axis : config.axes) {
-    auto wired = std::make_unique<WiredAxis>(axis, config, database);
-    route(wired->decode_sample.id(), &Controller::on_sample);
-    route(wired->decode_status.id(), &Controller::on_status);
-    route(can::heartbeat_base + axis.wire.sensor_node, &Controller::on_sensor_heartbeat);
-    route(can::heartbeat_base + axis.wire.amplifier_node, &Controller::on_amplifier_heartbeat);
-    axes_.push_back(std::move(wired));
-  }
+  filters.reserve(routes_.size());
+  for (const Route& route : routes_) filters.push_back({.id = route.id, .extended = route.extended});
   bus_ = attach(filters);
   bus_->on_frame([this](const can::Frame& frame, can::Time) { handle(frame); });
+}
+
+void Controller::lay_route(std::uint32_t id, bool extended, decltype(Route::handler) handler,
+                           std::size_t index) {
+  routes_.push_back({.id = id, .extended = extended, .handler = handler, .index = index});
+}
+
+template <Peer Controller::WiredAxis::*peer>
+void Controller::lay_peer_routes(std::size_t index, decltype(Route::handler) on_heartbeat) {
+  const std::uint32_t node = (axes_[index].get()->*peer).node();
+  lay_route(can::heartbeat_base + node, false, on_heartbeat, index);
+  lay_route(can::emergency_base + node, false, &Controller::on_emergency<peer>, index);
+  lay_route(can::sdo_response_base + node, false, &Controller::on_sdo<peer>, index);
+}
+
+void Controller::lay_routes() {
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    const WiredAxis& wired = *axes_[i];
+    lay_route(wired.decode_sample.id(), wired.decode_sample.extended(), &Controller::on_sample, i);
+    if (wired.decode_status)
+      lay_route(wired.decode_status->id(), wired.decode_status->extended(), &Controller::on_status, i);
+    lay_peer_routes<&WiredAxis::sensor>(i, &Controller::on_sensor_heartbeat);
+    lay_peer_routes<&WiredAxis::amplifier>(i, &Controller::on_amplifier_heartbeat);
+  }
+  std::ranges::sort(routes_, {}, &Route::key);
+}
+
+/// A frame of the other identifier type in the place of a message goes to that message, which rejects and
+/// counts it.
+const Controller::Route* Controller::find_route(const can::Frame& frame) const {
+  for (const bool extended : {frame.extended, !frame.extended}) {
+    const auto key = std::pair(frame.id, extended);
+    const auto found = std::ranges::lower_bound(routes_, key, {}, &Route::key);
+    if (found != routes_.end() && found->key() == key) return &*found;
+  }
+  return nullptr;
 }
 
 void Controller::start(bool clear_amplifier_faults) {
@@ -84,6 +131,7 @@ void Controller::tick() {
   bus_->send(can::sync_frame(sync_counter_));
   ++counters_.cycles;
   for (const auto& wired : axes_) wired->answered = false;
+  set_up_nodes();
 
   if (now >= next_heartbeat_) {
     next_heartbeat_ = now + config_.heartbeat_period;
@@ -108,29 +156,45 @@ void Controller::close_cycle() {
   }
 }
 
-/// Nodes that wait in pre-operational are started.
-void Controller::wake_nodes() {
-  const can::Time now = scheduler_.now();
+/// One SDO request a cycle and node at most; a node that cannot be set up is a fault of its axis.
+void Controller::set_up_nodes() {
   for (const auto& wired : axes_) {
     if (wired->axis.state() != AxisState::waiting) continue;
-    if (wired->sensor_heartbeat.state(now) != can::NmtState::operational)
-      bus_->send(can::nmt_frame({can::NmtCommand::start, wired->wire.sensor_node}));
-    if (wired->amplifier_heartbeat.state(now) != can::NmtState::operational)
-      bus_->send(can::nmt_frame({can::NmtCommand::start, wired->wire.amplifier_node}));
+    for (Peer* peer : {&wired->sensor, &wired->amplifier}) {
+      if (const auto request = peer->poll_setup(scheduler_.now())) bus_->send(*request);
+      if (peer->setup_has_failed())
+        wired->axis.trip(Cause::node_not_set_up, can::seconds(sync_sent_ - started_));
+    }
   }
 }
 
+/// Nodes that wait in pre-operational are started once they are set up.
+void Controller::wake_nodes() {
+  for (const auto& wired : axes_) {
+    if (wired->axis.state() != AxisState::waiting) continue;
+    wake(wired->sensor);
+    wake(wired->amplifier);
+  }
+}
+
+void Controller::wake(const Peer& peer) {
+  const auto state = peer.state(scheduler_.now());
+  if (peer.is_set_up() && state != can::NmtState::operational)
+    bus_->send(can::nmt_frame({can::NmtCommand::start, peer.node()}));
+  else if (!peer.is_set_up() && state == can::NmtState::stopped)
+    bus_->send(can::nmt_frame({can::NmtCommand::enter_pre_operational, peer.node()}));
+}
+
 void Controller::handle(const can::Frame& frame) {
-  if (frame.id >= standard_ids) return;
-  const Route& route = routes_[frame.id];
-  if (route.handler != nullptr) (this->*route.handler)(route.index, frame);
+  if (const Route* route = find_route(frame)) (this->*route->handler)(route->index, frame);
 }
 
 void Controller::on_sample(std::size_t index, const can::Frame& frame) {
   WiredAxis& wired = *axes_[index];
   const auto sample = wired.decode_sample(frame);
   if (!sample) return;
-  if (sample->sync_counter != sync_counter_ || wired.answered) {
+  const bool of_another_cycle = wired.samples_name_their_sync && sample->sync_counter != sync_counter_;
+  if (of_another_cycle || wired.answered) {
     ++counters_.late_samples;
     return;
   }
@@ -138,23 +202,22 @@ void Controller::on_sample(std::size_t index, const can::Frame& frame) {
 }
 
 void Controller::on_status(std::size_t index, const can::Frame& frame) {
-  if (const auto status = axes_[index]->decode_status(frame)) axes_[index]->status = *status;
+  WiredAxis& wired = *axes_[index];
+  const auto status = (*wired.decode_status)(frame);
+  if (!status) return;
+  wired.status = *status;
+  if (wired.flags_tell_fault && status->fault != 0) wired.status.state = can::AmpState::fault;
 }
 
 void Controller::on_sensor_heartbeat(std::size_t index, const can::Frame& frame) {
   WiredAxis& wired = *axes_[index];
-  if (tells_boot_up(frame, wired.sensor_heartbeat)) wired.decode_sample.restart();
+  if (wired.sensor.hear_heartbeat(frame, scheduler_.now())) wired.decode_sample.restart();
 }
 
 void Controller::on_amplifier_heartbeat(std::size_t index, const can::Frame& frame) {
   WiredAxis& wired = *axes_[index];
-  if (tells_boot_up(frame, wired.amplifier_heartbeat)) wired.decode_status.restart();
-}
-
-bool Controller::tells_boot_up(const can::Frame& frame, can::HeartbeatMonitor& monitor) const {
-  const auto state = can::parse_heartbeat(frame);
-  if (state) monitor.heard(*state, scheduler_.now());
-  return state == can::NmtState::boot_up;
+  const bool booted = wired.amplifier.hear_heartbeat(frame, scheduler_.now());
+  if (booted && wired.decode_status) wired.decode_status->restart();
 }
 
 void Controller::step(std::size_t index, const can::SensorSample* sample, can::Time heard) {
@@ -171,12 +234,15 @@ void Controller::step(std::size_t index, const can::SensorSample* sample, can::T
     input.sensor_status_good = sample->status == 0;
   }
   send_command(wired, wired.axis.step(input));
+  auto event = wired.amplifier.take_event();
+  if (!event) event = wired.sensor.take_event();
   on_record_({.cycle = counters_.cycles,
               .time_s = input.time_s,
               .axis = index,
               .report = wired.axis.report(),
               .amplifier_output = wired.status.output,
-              .turnaround = scheduler_.now() - heard});
+              .turnaround = scheduler_.now() - heard,
+              .event = event});
 }
 
 void Controller::send_command(WiredAxis& wired, const AxisCommand& command) {
@@ -192,16 +258,14 @@ void Controller::send_command(WiredAxis& wired, const AxisCommand& command) {
 
 NodeHealth Controller::health(WiredAxis& wired) const {
   const can::Time now = scheduler_.now();
-  const auto sensor = wired.sensor_heartbeat.state(now);
-  const auto amplifier = wired.amplifier_heartbeat.state(now);
-  const unsigned boot_ups = wired.sensor_heartbeat.boot_ups() + wired.amplifier_heartbeat.boot_ups();
+  const unsigned boot_ups = wired.sensor.boot_ups() + wired.amplifier.boot_ups();
   const bool restarted = std::exchange(wired.boot_ups_seen, boot_ups) != boot_ups;
   return {.interface_up = bus_->state() != can::BusState::down,
           .bus_on = bus_->state() != can::BusState::bus_off,
-          .sensor_alive = sensor.has_value(),
-          .sensor_operational = sensor == can::NmtState::operational,
-          .amplifier_alive = amplifier.has_value(),
-          .amplifier_operational = amplifier == can::NmtState::operational,
+          .sensor_alive = wired.sensor.state(now).has_value(),
+          .sensor_operational = wired.sensor.is_operational(now),
+          .amplifier_alive = wired.amplifier.state(now).has_value(),
+          .amplifier_operational = wired.amplifier.is_operational(now),
           .restarted = restarted,
           .amplifier_ready =
               wired.status.state == can::AmpState::ready || wired.status.state == can::AmpState::enabled,

@@ -9,13 +9,15 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "can/bus.h"
 #include "can/dbc.h"
-#include "can/node.h"
 #include "can/protocol.h"
 #include "controller/axis.h"
+#include "controller/peer.h"
 #include "controller/record.h"
 
 namespace hystcan::controller {
@@ -67,10 +69,12 @@ class Controller {
     can::AxisWire wire;
     Axis axis;
     can::Decoder<can::SensorSample> decode_sample;
-    can::Decoder<can::AmpStatus> decode_status;
+    std::optional<can::Decoder<can::AmpStatus>> decode_status;  ///< empty: the amplifier tells nothing
     can::Encoder<can::AmpCommand> encode_command;
-    can::HeartbeatMonitor sensor_heartbeat;
-    can::HeartbeatMonitor amplifier_heartbeat;
+    bool samples_name_their_sync;  ///< else a sample counts for the cycle it arrives in
+    bool flags_tell_fault;         ///< the state alone does not
+    Peer sensor;
+    Peer amplifier;
     can::AmpStatus status;
     unsigned boot_ups_seen = 0;
     bool answered = true;  ///< this cycle's step has been taken
@@ -78,30 +82,48 @@ class Controller {
 
   void tick();
   void close_cycle();
+  void set_up_nodes();
   void wake_nodes();
+  void wake(const Peer& peer);
   void handle(const can::Frame& frame);
   void on_sample(std::size_t index, const can::Frame& frame);
   void on_status(std::size_t index, const can::Frame& frame);
   void on_sensor_heartbeat(std::size_t index, const can::Frame& frame);
   void on_amplifier_heartbeat(std::size_t index, const can::Frame& frame);
-  bool tells_boot_up(const can::Frame& frame, can::HeartbeatMonitor& monitor) const;
+  template <Peer WiredAxis::*peer>
+  void on_emergency(std::size_t index, const can::Frame& frame) {
+    (axes_[index].get()->*peer).hear_emergency(frame);
+  }
+  template <Peer WiredAxis::*peer>
+  void on_sdo(std::size_t index, const can::Frame& frame) {
+    (axes_[index].get()->*peer).hear_sdo(frame);
+  }
+  template <Peer WiredAxis::*peer>
+  void lay_peer_routes(std::size_t index, void (Controller::*on_heartbeat)(std::size_t, const can::Frame&));
+  void lay_route(std::uint32_t id, bool extended, void (Controller::*handler)(std::size_t, const can::Frame&),
+                 std::size_t index);
   void step(std::size_t index, const can::SensorSample* sample, can::Time heard);
   void send_command(WiredAxis& wired, const AxisCommand& command);
   NodeHealth health(WiredAxis& wired) const;
 
-  /// What to do with a standard identifier: filled once, looked up per frame.
+  /// What to do with an identifier: filled and sorted once, looked up per frame.
   struct Route {
+    std::uint32_t id = 0;
+    bool extended = false;
     void (Controller::*handler)(std::size_t index, const can::Frame& frame) = nullptr;
     std::size_t index = 0;
+
+    auto key() const { return std::pair(id, extended); }
   };
-  static constexpr std::size_t standard_ids = 0x800;
+  void lay_routes();
+  const Route* find_route(const can::Frame& frame) const;
 
   Config config_;
   can::Scheduler& scheduler_;
   RecordHandler on_record_;
   std::vector<std::unique_ptr<WiredAxis>> axes_;
   std::unique_ptr<can::Bus> bus_;
-  std::vector<Route> routes_{standard_ids};
+  std::vector<Route> routes_;
   std::unique_ptr<can::Timer> sync_timer_;
   can::Duration period_;
   can::Time started_{};

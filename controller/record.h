@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <type_traits>
 
 #include "can/scheduler.h"
 #include "controller/axis.h"
+#include "controller/peer.h"
 
 namespace hystcan::controller {
 
@@ -16,6 +18,7 @@ struct CycleRecord {
   AxisReport report;
   double amplifier_output = 0.0;  ///< last status heard, drive units
   can::Duration turnaround{};     ///< sample heard to command sent
+  std::optional<NodeEvent> event{};
 };
 static_assert(std::is_trivially_copyable_v<CycleRecord>, "records cross threads by plain copying");
 

@@ -14,16 +14,23 @@ constexpr std::uint16_t emergency_data_set = 0x6300;
 }  // namespace
 
 AmplifierNode::AmplifierNode(const Config& config, const can::Database& database, can::Scheduler& scheduler,
-                             std::unique_ptr<can::Bus> bus, Plant& plant)
+                             const can::Attach& attach, Plant& plant)
     : config_(config),
       scheduler_(scheduler),
-      bus_(std::move(bus)),
+      // Where there is no Enable, a command is enough.
+      decode_command_(*can::find_layout<can::AmpCommand>(database, config.wire, {.enable = true})),
+      bus_(attach(
+          std::array{can::Filter{can::nmt_id}, can::Filter{can::sync_id},
+                     can::Filter{can::sdo_request_base + config.wire.amplifier_node},
+                     can::Filter{.id = decode_command_.id(), .extended = decode_command_.extended()}})),
       plant_(plant),
       nmt_(*bus_, scheduler, config.wire.amplifier_node, config.heartbeat_period,
            [this](can::NmtState state) { on_nmt(state); }),
-      decode_command_(can::find_message<can::AmpCommand>(database, config.wire)),
-      encode_status_(can::find_message<can::AmpStatus>(database, config.wire)),
+      sdo_(config.wire.amplifier_node),
+      commands_name_their_sync_(can::message_map<can::AmpCommand>(config.wire)->carries("sync_counter")),
       watchdog_(scheduler.make_timer([this] { check_watchdog(); })) {
+  if (auto layout = can::find_layout<can::AmpStatus>(database, config.wire))
+    encode_status_.emplace(std::move(*layout));
   bus_->on_frame([this](const can::Frame& frame, can::Time received) { handle(frame, received); });
 }
 
@@ -38,8 +45,10 @@ void AmplifierNode::handle(const can::Frame& frame, can::Time received) {
     if (const auto command = decode_command_(frame)) on_command(*command);
   } else if (frame.id == can::sync_id) {
     if (const auto counter = can::parse_sync(frame)) on_sync(*counter, received);
-  } else {
+  } else if (frame.id == can::nmt_id) {
     nmt_.handle(frame);
+  } else if (nmt_.state() != can::NmtState::stopped) {
+    if (const auto response = sdo_.answer(frame)) bus_->send(*response);
   }
 }
 
@@ -56,7 +65,7 @@ void AmplifierNode::on_sync(std::uint8_t counter, can::Time received) {
 void AmplifierNode::on_command(const can::AmpCommand& command) {
   if (nmt_.state() != can::NmtState::operational) return;
   const int age = (last_sync_ - command.sync_counter + can::sync_counter_max) % can::sync_counter_max;
-  if (age > 1) {
+  if (commands_name_their_sync_ && age > 1) {
     ++stale_commands_;
     return;
   }
@@ -109,7 +118,8 @@ void AmplifierNode::enter(can::AmpState state) {
 void AmplifierNode::send_status() {
   syncs_since_status_ = 0;
   plant_.advance_to(scheduler_.now());
-  if (const auto frame = encode_status_({.output = plant_.drive(), .state = state_, .fault = fault_}))
+  if (!encode_status_) return;
+  if (const auto frame = (*encode_status_)({.output = plant_.drive(), .state = state_, .fault = fault_}))
     bus_->send(*frame);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "can/bus.h"
 #include "can/node.h"
@@ -27,7 +28,7 @@ class AmplifierNode {
   };
 
   AmplifierNode(const Config& config, const can::Database& database, can::Scheduler& scheduler,
-                std::unique_ptr<can::Bus> bus, Plant& plant);
+                const can::Attach& attach, Plant& plant);
 
   void start() { nmt_.start(); }
   /// Switches off: the output goes to the safe value, and one last status says so.
@@ -36,6 +37,7 @@ class AmplifierNode {
   can::AmpState state() const { return state_; }
   std::uint8_t fault() const { return fault_; }
   std::uint64_t stale_commands() const { return stale_commands_; }
+  const can::SdoServer& objects() const { return sdo_; }
   const can::Checker& checker() const { return decode_command_.checker(); }
 
  private:
@@ -50,11 +52,13 @@ class AmplifierNode {
 
   Config config_;
   can::Scheduler& scheduler_;
+  can::Decoder<can::AmpCommand> decode_command_;
   std::unique_ptr<can::Bus> bus_;
   Plant& plant_;
   can::NmtSlave nmt_;
-  can::Decoder<can::AmpCommand> decode_command_;
-  can::Encoder<can::AmpStatus> encode_status_;
+  can::SdoServer sdo_;
+  bool commands_name_their_sync_;                              ///< else none is ever stale
+  std::optional<can::Encoder<can::AmpStatus>> encode_status_;  ///< empty: it reports nothing
   std::unique_ptr<can::Timer> watchdog_;
   can::Time command_deadline_{};
   can::AmpState state_ = can::AmpState::off;

@@ -10,7 +10,8 @@ SensorNode::SensorNode(const Config& config, const can::Database& database, can:
       plant_(plant),
       sensor_(sensor),
       nmt_(*bus_, scheduler, config.wire.sensor_node, config.heartbeat_period, [](can::NmtState) {}),
-      encode_sample_(can::find_message<can::SensorSample>(database, config.wire)) {
+      sdo_(config.wire.sensor_node),
+      encode_sample_(*can::find_layout<can::SensorSample>(database, config.wire)) {
   bus_->on_frame([this](const can::Frame& frame, can::Time received) { handle(frame, received); });
 }
 
@@ -18,8 +19,10 @@ void SensorNode::handle(const can::Frame& frame, can::Time received) {
   if (frame.id == can::sync_id) {
     const auto counter = can::parse_sync(frame);
     if (counter && nmt_.state() == can::NmtState::operational) sample(*counter, received);
-  } else {
+  } else if (frame.id == can::nmt_id) {
     nmt_.handle(frame);
+  } else if (nmt_.state() != can::NmtState::stopped) {
+    if (const auto response = sdo_.answer(frame)) bus_->send(*response);
   }
 }
 

@@ -31,6 +31,7 @@ class SensorNode {
   Plant& plant_;
   Sensor sensor_;
   can::NmtSlave nmt_;
+  can::SdoServer sdo_;
   can::Encoder<can::SensorSample> encode_sample_;
 };
 

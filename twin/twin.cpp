@@ -16,13 +16,9 @@ AmplifierNode::Config amplifier_config(const AxisConfig& axis, const Config& com
           .status_every = axis.status_every};
 }
 
-std::unique_ptr<can::Bus> attach_amplifier(const can::AxisWire& wire, const can::Attach& attach) {
+std::unique_ptr<can::Bus> attach_sensor(const can::AxisWire& wire, const can::Attach& attach) {
   return attach(std::array{can::Filter{can::nmt_id}, can::Filter{can::sync_id},
-                           can::Filter{can::receive_pdo_base + wire.amplifier_node}});
-}
-
-std::unique_ptr<can::Bus> attach_sensor(const can::Attach& attach) {
-  return attach(std::array{can::Filter{can::nmt_id}, can::Filter{can::sync_id}});
+                           can::Filter{can::sdo_request_base + wire.sensor_node}});
 }
 
 }  // namespace
@@ -31,10 +27,10 @@ Twin::Axis::Axis(const AxisConfig& config, const Config& common, const can::Data
                  can::Scheduler& scheduler, const can::Attach& attach)
     : name(config.wire.name),
       plant(config.plant, scheduler.now()),
-      amplifier(amplifier_config(config, common), database, scheduler, attach_amplifier(config.wire, attach),
-                plant),
+      amplifier(amplifier_config(config, common), database, scheduler, attach, plant),
       sensor({.wire = config.wire, .heartbeat_period = common.heartbeat_period}, database, scheduler,
-             attach_sensor(attach), plant, Sensor(config.sensor, common.seed + config.wire.sensor_node)) {}
+             attach_sensor(config.wire, attach), plant,
+             Sensor(config.sensor, common.seed + config.wire.sensor_node)) {}
 
 Twin::Twin(const Config& config, const can::Database& database, can::Scheduler& scheduler,
            const can::Attach& attach) {

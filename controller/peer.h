@@ -1,0 +1,69 @@
+// What the controller knows of one other node: its heartbeat, its emergencies, and whether it has been set
+// up.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "can/node.h"
+#include "can/protocol.h"
+#include "can/sdo.h"
+
+namespace hystcan::controller {
+
+/// Something a node said that belongs in the log.
+struct NodeEvent {
+  enum class Kind : std::uint8_t { emergency, not_set_up };
+  Kind kind = Kind::emergency;
+  std::uint8_t node = 0;
+  can::Emergency emergency{};
+  can::SdoFailure failure{};
+};
+static_assert(std::is_trivially_copyable_v<std::optional<NodeEvent>>, "events cross threads in a record");
+
+/// "node 1: emergency 0x8130: life guard or heartbeat error (error register 0x01)".
+std::string describe(const NodeEvent& event);
+
+/// A node is set up before it is started, and again after each boot-up: it may have lost what it was told.
+class Peer {
+ public:
+  Peer(std::uint8_t node, can::Duration heartbeat_timeout, const std::vector<can::SdoWrite>& setup);
+
+  /// True: the node has booted up.
+  bool hear_heartbeat(const can::Frame& frame, can::Time now);
+  void hear_emergency(const can::Frame& frame);
+  void hear_sdo(const can::Frame& frame) { setup_.handle(frame); }
+
+  std::uint8_t node() const { return node_; }
+  /// Empty: never heard, or silent for too long.
+  std::optional<can::NmtState> state(can::Time now) const { return heartbeat_.state(now); }
+  /// Operational, with everything written that was to be.
+  bool is_operational(can::Time now) const {
+    return setup_.is_done() && state(now) == can::NmtState::operational;
+  }
+  bool is_set_up() const { return setup_.is_done(); }
+  unsigned boot_ups() const { return heartbeat_.boot_ups(); }
+
+  /// The next request of the set-up, once the node is there to hear it.
+  std::optional<can::Frame> poll_setup(can::Time now);
+  bool setup_has_failed() const { return setup_.has_failed(); }
+
+  /// The oldest event not yet taken. More than four in a cycle are lost but for the last.
+  std::optional<NodeEvent> take_event();
+
+ private:
+  void note(const NodeEvent& event);
+
+  std::uint8_t node_;
+  can::HeartbeatMonitor heartbeat_;
+  can::SdoSetup setup_;
+  bool failure_told_ = false;
+  std::array<NodeEvent, 4> events_{};
+  std::size_t event_count_ = 0;
+};
+
+}  // namespace hystcan::controller

@@ -1,0 +1,153 @@
+// What is CANopen's: set-up by SDO before the start, emergencies in the record, a heartbeat that only a
+// running loop has.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include <functional>
+#include <vector>
+
+#include "config/config.h"
+#include "rehearsal/rehearsal.h"
+
+namespace hystcan {
+namespace {
+
+using controller::AxisState;
+using controller::Cause;
+using std::chrono::milliseconds;
+
+constexpr can::SdoObject current_limit{.index = 0x2001, .subindex = 1};
+
+rehearsal::Setup one_axis() {
+  const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
+  rehearsal::Setup setup{.controller = config.controller,
+                         .twin = config.twin,
+                         .database = config.database,
+                         .bitrate_bit_per_s = config.bus.bitrate_bit_per_s};
+  setup.controller.axes.resize(1);
+  setup.twin.axes.resize(1);
+  return setup;
+}
+
+/// A rehearsal that keeps frames and events.
+class Bench {
+ public:
+  explicit Bench(const rehearsal::Setup& setup)
+      : rehearsal(setup, [this](const controller::CycleRecord& record) {
+          if (record.event) events.push_back(describe(*record.event));
+        }) {
+    tester->on_frame([this](const can::Frame& frame, can::Time) { frames.push_back(frame); });
+    rehearsal.start();
+  }
+  const controller::Axis& axis() { return rehearsal.controller().axis(0); }
+  std::ptrdiff_t first(std::uint32_t id, std::uint8_t byte, std::size_t place) const {
+    return std::ranges::find_if(
+               frames, [&](const can::Frame& frame) { return frame.id == id && frame.data[place] == byte; }) -
+           frames.begin();
+  }
+
+  std::vector<std::string> events;
+  std::vector<can::Frame> frames;
+  rehearsal::Rehearsal rehearsal;
+  std::unique_ptr<can::Bus> tester = rehearsal.attach()({});
+};
+
+TEST(SetUp, IsWrittenReadBackAndThenTheNodeIsStarted) {
+  rehearsal::Setup setup = one_axis();
+  setup.controller.axes[0].wire.amplifier_setup = {
+      {.object = current_limit, .content = {.value = 140, .bytes = 2}},
+      {.object = {.index = 0x2002, .subindex = 0}, .content = {.value = 1, .bytes = 1}}};
+  Bench bench(setup);
+  bench.rehearsal.run_for(std::chrono::seconds(2));
+  EXPECT_EQ(bench.axis().state(), AxisState::tracking);
+  EXPECT_EQ(bench.rehearsal.twin().axes()[0]->amplifier.objects().object(current_limit)->value, 140u);
+  const auto last_read = bench.first(0x581, 0x4F, 0);
+  const auto start = bench.first(0x000, 0x01, 1);
+  EXPECT_LT(last_read, start) << "node 1 is started when its last object has been read back";
+  EXPECT_TRUE(bench.events.empty());
+}
+
+TEST(SetUp, ThatTheNodeRefusesIsAFaultWithTheAbortInWords) {
+  rehearsal::Setup setup = one_axis();
+  setup.controller.axes[0].wire.amplifier_setup = {
+      {.object = {.index = 0x6000, .subindex = 2}, .content = {.value = 1, .bytes = 1}}};
+  Bench bench(setup);
+  bench.rehearsal.run_for(std::chrono::seconds(1));
+  EXPECT_EQ(bench.axis().state(), AxisState::faulted);
+  EXPECT_EQ(bench.axis().fault().cause, Cause::node_not_set_up);
+  ASSERT_EQ(bench.events.size(), 1u);
+  EXPECT_EQ(
+      bench.events[0],
+      "node 1: not set up: object 0x6000:02: refused by the node with 0x06020000: object does not exist in "
+      "the object dictionary");
+  EXPECT_EQ(bench.first(0x000, 0x01, 1), std::ssize(bench.frames)) << "the node was never started";
+}
+
+TEST(SetUp, IsDoneAgainWhereTheNodeRestartsWhileWaiting) {
+  rehearsal::Setup setup = one_axis();
+  setup.controller.axes[0].wire.sensor_setup = {
+      {.object = current_limit, .content = {.value = 7, .bytes = 1}}};
+  Bench bench(setup);
+  bench.rehearsal.run_for(milliseconds(110));
+  bench.tester->send(can::nmt_frame({can::NmtCommand::reset_node, 2}));
+  bench.rehearsal.run_for(std::chrono::seconds(2));
+  EXPECT_EQ(std::ranges::count_if(bench.frames, [](const can::Frame& f) { return f.id == 0x602; }), 4)
+      << "a write and a read, twice";
+  EXPECT_EQ(bench.axis().state(), AxisState::tracking);
+}
+
+TEST(Emergencies, AreRecordedInWordsAndChangeNothing) {
+  Bench bench(one_axis());
+  bench.rehearsal.run_for(std::chrono::seconds(2));
+  ASSERT_EQ(bench.axis().state(), AxisState::tracking);
+  bench.tester->send(
+      can::emergency_frame(1, {.code = 0x2310, .error_register = 0x03, .manufacturer = {0xAB, 0, 0, 0, 1}}));
+  bench.tester->send(can::emergency_frame(2, {.code = 0x4200, .error_register = 0x08}));
+  bench.tester->send(can::emergency_frame(3, {.code = 0x1000}));
+  bench.rehearsal.run_for(milliseconds(5));
+  EXPECT_EQ(bench.events,
+            (std::vector<std::string>{"node 1: emergency 0x2310: current, device output side (error register "
+                                      "0x03, manufacturer AB 00 00 00 01)",
+                                      "node 2: emergency 0x4200: device temperature (error register 0x08)"}))
+      << "node 3 is none of this axis";
+  EXPECT_EQ(bench.axis().state(), AxisState::tracking);
+}
+
+/// A scheduler whose alarms stop going off: a control loop that hangs.
+class HangingScheduler final : public can::Scheduler {
+ public:
+  explicit HangingScheduler(can::Scheduler& inner) : inner_(inner) {}
+  can::Time now() const override { return inner_.now(); }
+  std::unique_ptr<can::Timer> make_timer(std::function<void()> on_expiry) override {
+    return inner_.make_timer([this, on_expiry = std::move(on_expiry)] {
+      if (!hangs) on_expiry();
+    });
+  }
+  bool hangs = false;
+
+ private:
+  can::Scheduler& inner_;
+};
+
+TEST(Heartbeat, IsNotSentByAControllerWhoseLoopHangs) {
+  const rehearsal::Setup setup = one_axis();
+  can::VirtualClock clock;
+  can::SimBus bus(clock, 1'000'000);
+  const can::Attach attach = [&](auto) { return bus.attach(); };
+  HangingScheduler scheduler(clock);
+  controller::Controller controller(setup.controller, setup.database, scheduler, attach, [](const auto&) {});
+  int heartbeats = 0;
+  const auto listener = bus.attach();
+  listener->on_frame([&](const can::Frame& frame, can::Time) { heartbeats += frame.id == 0x77F ? 1 : 0; });
+  controller.start();
+  clock.run_until(clock.now() + milliseconds(1050));  // between two heartbeats: none is on the wire
+  const int while_running = heartbeats;
+  EXPECT_GE(while_running, 9) << "one at start, then every 100 ms";
+  scheduler.hangs = true;
+  clock.run_until(clock.now() + std::chrono::seconds(1));
+  EXPECT_EQ(heartbeats, while_running);
+}
+
+}  // namespace
+}  // namespace hystcan
