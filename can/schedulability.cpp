@@ -13,10 +13,8 @@ constexpr Duration endless = std::chrono::hours(1);
 
 std::int64_t divide_up(std::int64_t value, std::int64_t by) { return (value + by - 1) / by; }
 
-/// Identifier and its type as one number: the lower wins arbitration.
-std::uint64_t priority(const PeriodicFrame& frame) {
-  if (!frame.extended) return std::uint64_t{frame.id} << 20U;
-  return std::uint64_t{frame.id >> 18U} << 20U | std::uint64_t{1} << 19U | (frame.id & 0x3FFFFU);
+Duration bits_last(std::int64_t count, std::int64_t bitrate_bit_per_s) {
+  return Duration{divide_up(count * 1'000'000'000, bitrate_bit_per_s)};
 }
 
 void check(std::span<const PeriodicFrame> frames) {
@@ -28,7 +26,9 @@ void check(std::span<const PeriodicFrame> frames) {
     if (frame.id > (frame.extended ? 0x1FFF'FFFFU : 0x7FFU)) refuse("identifier too long for its type");
     if (frame.period <= Duration::zero()) refuse("period expected to be above 0");
     if (frame.jitter < Duration::zero()) refuse("jitter expected not to be negative");
-    const auto same = [&](const PeriodicFrame& other) { return priority(other) == priority(frame); };
+    const auto same = [&](const PeriodicFrame& other) {
+      return arbitration_order(other) == arbitration_order(frame);
+    };
     if (std::ranges::count_if(frames, same) > 1) refuse("another frame has its identifier");
   }
 }
@@ -39,10 +39,8 @@ class Analysis {
            std::optional<Duration> error_interval)
       : frames_(frames), bitrate_(bitrate_bit_per_s), error_interval_(error_interval) {}
 
-  Duration bits(std::int64_t count) const { return Duration{divide_up(count * 1'000'000'000, bitrate_)}; }
-  Duration transmission(const PeriodicFrame& frame) const {
-    return bits(worst_frame_bits(frame.bytes, frame.extended));
-  }
+  Duration bits(std::int64_t count) const { return bits_last(count, bitrate_); }
+  Duration transmission(const PeriodicFrame& frame) const { return worst_transmission(frame, bitrate_); }
   double load_of(const PeriodicFrame& frame) const {
     return seconds(transmission(frame)) / seconds(frame.period);
   }
@@ -84,7 +82,7 @@ class Analysis {
     for (const PeriodicFrame& other : frames_) {
       if (&other == own_) continue;
       const Duration cost = transmission(other);
-      if (priority(other) > priority(*own_)) {
+      if (arbitration_order(other) > arbitration_order(*own_)) {
         blocking = std::max(blocking, cost);
         continue;
       }
@@ -129,7 +127,7 @@ class Analysis {
   };
 
   std::span<const PeriodicFrame> frames_;
-  std::int64_t bitrate_;
+  std::uint32_t bitrate_;
   std::optional<Duration> error_interval_;
   const PeriodicFrame* own_ = nullptr;
   Duration cost_{};
@@ -147,6 +145,15 @@ bool Schedule::schedulable() const {
 unsigned worst_frame_bits(unsigned bytes, bool extended) {
   const unsigned stuffed = (extended ? 54 : 34) + 8 * bytes;
   return stuffed + 13 + (stuffed - 1) / 4;
+}
+
+std::uint64_t arbitration_order(const PeriodicFrame& frame) {
+  if (!frame.extended) return std::uint64_t{frame.id} << 20U;
+  return std::uint64_t{frame.id >> 18U} << 20U | std::uint64_t{1} << 19U | (frame.id & 0x3FFFFU);
+}
+
+Duration worst_transmission(const PeriodicFrame& frame, std::uint32_t bitrate_bit_per_s) {
+  return bits_last(worst_frame_bits(frame.bytes, frame.extended), bitrate_bit_per_s);
 }
 
 Schedule analyse(std::span<const PeriodicFrame> frames, std::uint32_t bitrate_bit_per_s,

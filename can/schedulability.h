@@ -57,6 +57,12 @@ struct Schedule {
 /// Bits of the longest frame of so many bytes, interframe space included: 135 for 8 bytes, 160 extended.
 unsigned worst_frame_bits(unsigned bytes, bool extended);
 
+/// Identifier and its type as one number: of two frames the one with the lower wins arbitration.
+std::uint64_t arbitration_order(const PeriodicFrame& frame);
+
+/// C. `bitrate_bit_per_s` above 0.
+Duration worst_transmission(const PeriodicFrame& frame, std::uint32_t bitrate_bit_per_s);
+
 /// `error_interval`: least time between two errors on the bus; empty: no errors. Throws
 /// std::invalid_argument: bit rate 0, more than 8 bytes, a period not above 0, a negative jitter, an
 /// identifier that two share, an error interval not above 0.

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "can/protocol.h"
+#include "config/bus_plan.h"
 
 namespace hystcan::config {
 namespace {
@@ -198,6 +199,7 @@ void check_agreement(const Document& document, const Config& config) {
                      "heartbeat_timeout_ms is shorter than two of the nodes' heartbeat_ms, expected at least "
                      "twice as long");
   for (std::size_t i = 0; i < config.axes.size(); ++i) AxisCheck(document, config, i).run();
+  check_bus(document, config);
 }
 
 }  // namespace hystcan::config
