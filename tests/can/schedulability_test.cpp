@@ -270,7 +270,7 @@ TEST(SchedulabilityBound, IsAlmostReachedFromTheCriticalInstant) {
     sum += seconds(seen) / seconds(*bound.response);
     ++sets;
   }
-  EXPECT_GT(sum / sets, 0.9) << "0.92 when it was written";
+  EXPECT_GT(sum / sets, 0.9) << "0.92 at this seed";
   EXPECT_GT(least, 0.7) << "0.72: without those bits one more frame may go first, or not";
 }
 
