@@ -2,11 +2,13 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <tuple>
 #include <variant>
 
 #include "app/commands.h"
+#include "config/bus_plan.h"
 #include "config/config.h"
 #include "config/frames.h"
 #include "config/model_file.h"
@@ -47,6 +49,30 @@ int check_model(const std::filesystem::path& file) {
   return done;
 }
 
+std::string in_us(const std::optional<can::Duration>& duration) {
+  return duration ? fmt::format("{:.0f}", 1e6 * can::seconds(*duration)) : "unbounded";
+}
+
+void show_frame(const config::PlannedFrame& planned) {
+  fmt::print("# {:<22} 0x{:03X} {:>9} {:>6} {:>9} {:>8}{}\n", planned.frame.name, planned.frame.id,
+             in_us(planned.frame.period), can::worst_frame_bits(planned.frame.bytes, planned.frame.extended),
+             in_us(planned.response), in_us(planned.deadline), planned.in_time() ? "" : "  late");
+}
+
+/// Worst-case response times; of SYNC, samples and commands from the start of the cycle.
+void show_bus(const config::Config& config) {
+  const config::BusPlan plan = config::plan_bus(config);
+  fmt::print("# the bus at {} bit/s, every stuff bit counted; times in us:\n", config.bus.bitrate_bit_per_s);
+  fmt::print("# {:<22} {:>5} {:>9} {:>6} {:>9} {:>8}\n", "frame", "id", "period", "bits", "response",
+             "deadline");
+  for (const config::PlannedFrame& planned : plan.frames) show_frame(planned);
+  fmt::print("# emergencies, where an axis stops:\n");
+  for (const config::PlannedFrame& planned : plan.emergencies) show_frame(planned);
+  fmt::print(
+      "# bus load {:.1f} %; the last command begins at most {} us after its SYNC, the cycle is {} us\n",
+      1e2 * plan.load, in_us(plan.last_command), in_us(plan.cycle));
+}
+
 /// Nothing is moved and no interface is opened: a configuration is read, checked, and shown with what follows
 /// from it.
 int check(const Options& options) {
@@ -68,6 +94,7 @@ int check(const Options& options) {
     show_limits("axis " + axis.wire.name, axis.control.law.model);
     show_limits("axis " + axis.wire.name + ", twin", axis.twin.plant.hysteresis);
   }
+  show_bus(config);
   fmt::print("# {} messages in {}; node ids, identifiers, units and ranges agree\n",
              config.database.messages.size(), config.bus.dbc.string());
   for (const std::string& warning : config.database.warnings) fmt::print("# warning: {}\n", warning);

@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "config/bus_plan.h"
 #include "config/check_frames.h"
 
 namespace hystcan::config {
@@ -151,6 +152,7 @@ void check_agreement(const Document& document, const Config& config) {
                      "twice as long");
   for (std::size_t i = 0; i < config.axes.size(); ++i) AxisCheck(document, config, i).run();
   check_identifiers(document, config);
+  check_bus(document, config);
 }
 
 }  // namespace hystcan::config

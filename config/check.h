@@ -6,7 +6,7 @@
 
 namespace hystcan::config {
 
-/// Node ids, DBC, units, ranges, delays. Throws Error at the key that is in the way.
+/// Node ids, DBC, units, ranges, delays, the time on the bus. Throws Error at the key that is in the way.
 void check_agreement(const Document& document, const Config& config);
 
 }  // namespace hystcan::config

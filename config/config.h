@@ -37,6 +37,8 @@ struct BusConfig {
   std::string interface = "vcan0";
   std::uint32_t bitrate_bit_per_s = 1'000'000;
   std::filesystem::path dbc;
+  /// From hearing a SYNC to queueing the sample, and from hearing that to queueing the command, together.
+  can::Duration turnaround{std::chrono::microseconds(50)};
 };
 
 struct AxisConfig {

@@ -93,6 +93,7 @@ void visit(V& v, BusConfig& bus) {
   v.required("interface", bus.interface);
   v.required("bitrate_bit_per_s", bus.bitrate_bit_per_s, {.lo = 10'000, .hi = 1'000'000});
   v.required("dbc", bus.dbc);
+  v.optional("turnaround_us", bus.turnaround, not_negative);
 }
 
 template <class V>

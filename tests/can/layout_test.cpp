@@ -95,40 +95,24 @@ TEST(Layout, RoundTripsWhateverTheDbcSays) {
         *rc::gen::inRange<std::uint16_t>(2, static_cast<std::uint16_t>(message_length - 4));
     const auto integrity =
         *rc::gen::elementOf(std::vector{Integrity::none, Integrity::counter, Integrity::counter_crc});
-    const Message message{
-        .id = 0x18FF0000,
-        .extended = true,
-        .name = "M",
-        .length = message_length,
-        .sender = {},
-        .comment = {},
-        .signals = {{.name = "Set",
-                     .start_bit = static_cast<std::uint16_t>(8 * first_byte + (big ? 7 : 0)),
-                     .length = length,
-                     .byte_order = big ? ByteOrder::big_endian : ByteOrder::little_endian,
-                     .is_signed = true,
-                     .scale = scale,
-                     .unit = unit,
-                     .comment = {},
-                     .receivers = {},
-                     .values = {},
-                     .multiplexing = {}},
-                    {.name = "Crc",
-                     .start_bit = 0,
-                     .length = 8,
-                     .unit = {},
-                     .comment = {},
-                     .receivers = {},
-                     .values = {},
-                     .multiplexing = {}},
-                    {.name = "Cnt",
-                     .start_bit = 8,
-                     .length = 6,
-                     .unit = {},
-                     .comment = {},
-                     .receivers = {},
-                     .values = {},
-                     .multiplexing = {}}}};
+    const auto signal = [](const char* name, std::size_t start_bit, std::uint16_t bits) {
+      Signal made;
+      made.name = name;
+      made.start_bit = static_cast<std::uint32_t>(start_bit);
+      made.length = bits;
+      return made;
+    };
+    Signal set = signal("Set", 8U * first_byte + (big ? 7 : 0), length);
+    set.byte_order = big ? ByteOrder::big_endian : ByteOrder::little_endian;
+    set.is_signed = true;
+    set.scale = scale;
+    set.unit = unit;
+    Message message;
+    message.id = 0x18FF0000;
+    message.extended = true;
+    message.name = "M";
+    message.length = message_length;
+    message.signals = {set, signal("Crc", 0, 8), signal("Cnt", 8, 6)};
     const MessageMap map{.message = "M",
                          .signals = {{"setpoint", "Set"}},
                          .integrity = integrity,

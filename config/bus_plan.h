@@ -1,0 +1,59 @@
+// What a configuration puts on the bus, and whether every command makes its cycle. docs/theory.md,
+// section 12.
+//
+//   SYNC(n) -> SensorSample(n) -> AmpCommand(n)      within the cycle T, per axis
+//
+// A SYNC at 0 that finds nothing of the cycle before; the q-th command after it, q = 0, 1, ..., begins by
+//
+//   w(q) = (q + 1) (C_sync + C_sample + turnaround) + q C_command + L(q)
+//          + sum over the frames before the command: ceil((w(q) + tau_bit) / T_k) C_k
+//   L(q) = the 3 (q + 1) longest of the frames after the command that may come by w(q)
+//
+// because at every instant the chain's own frame passes, or its node is at work, or a frame of higher
+// priority passes, or one of lower priority that had begun: one before each of SYNC, sample and command. q
+// counts on while any command may end after the next SYNC, which then meets it. The command makes its cycle
+// where it has begun by then, w(q) <= (q + 1) T: what has begun is through before that SYNC.
+//
+// Assumed: no errors; of one node's frames the most urgent goes first; no emergencies, NMT or status changes,
+// which come where an axis stops.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "can/schedulability.h"
+#include "config/config.h"
+#include "config/document.h"
+
+namespace hystcan::config {
+
+/// A frame on the bus, with what the table of `hystcan check` says of it.
+struct PlannedFrame {
+  can::PeriodicFrame frame;
+  can::Duration transmission{};
+  /// Worst case, up to the end of the interframe space: of SYNC, samples and commands from the start of the
+  /// cycle, of the others from when they are queued. Empty: without bound.
+  std::optional<can::Duration> response;
+  can::Duration deadline{};
+
+  bool in_time() const { return response && *response <= deadline; }
+};
+
+struct BusPlan {
+  std::vector<PlannedFrame> frames;       ///< by priority, emergencies left out
+  std::vector<PlannedFrame> emergencies;  ///< beside all others
+  double load = 0.0;                      ///< of `frames`, every stuff bit counted
+  can::Duration cycle{};
+  std::optional<can::Duration> last_command;  ///< the latest beginning of a command in its cycle
+
+  bool commands_in_time() const { return last_command && *last_command <= cycle; }
+};
+
+/// Throws std::invalid_argument where the database lacks a message or two frames share an identifier.
+BusPlan plan_bus(const Config& config);
+
+/// Throws Error at the rate where a command cannot make its cycle.
+void check_bus(const Document& document, const Config& config);
+
+}  // namespace hystcan::config
