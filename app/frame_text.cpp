@@ -139,7 +139,8 @@ const std::string& FrameText::operator()(const LoggedFrame& logged) {
   const bool error = logged.frame.kind == FrameKind::error;
   if (error) {
     const auto drops = can::drops_told_by(logged.frame);
-    drops ? lost_ += *drops : ++error_frames_;
+    lost_ += drops.value_or(0);
+    if (!drops) ++error_frames_;
   } else {
     ++frames_;
   }

@@ -6,9 +6,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "app/bus_source.h"
 #include "app/commands.h"
@@ -108,7 +110,7 @@ int run_monitor(const Options& options) {
   std::optional<Screen> screen;
   if (!options.json && !options.once && ::isatty(STDOUT_FILENO) == 1) screen.emplace();
 
-  const auto add = [&](const can::LoggedFrame& logged) { traffic.add(logged); };
+  const can::Tap::Handler add = [&](const can::LoggedFrame& logged) { traffic.add(logged); };
   const auto period =
       std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options.period_s));
   auto began = Clock::now();
@@ -121,7 +123,10 @@ int run_monitor(const Options& options) {
     traffic.end_period(now - began);
     began = now;
     const BusLine bus = bus_line(source.interface, tap, traffic, at_start);
-    screen ? screen->show(monitor_lines(bus, traffic)) : show_plainly(bus, traffic, options.json, first);
+    if (screen)
+      screen->show(monitor_lines(bus, traffic));
+    else
+      show_plainly(bus, traffic, options.json, first);
     first = false;
     if (options.once) break;
   }

@@ -73,6 +73,7 @@ std::vector<std::string> monitor_lines(const BusLine& bus, const Traffic& traffi
   std::vector<std::string> lines{
       top, fmt::format("{:<{}} {:>8} {:>9} {:>9} {:>9} {:>8}  {}", "message", width, "id", "count", "rate/Hz",
                        "jitter/ms", "age/ms", "signals")};
+  lines.reserve(lines.size() + traffic.messages().size());
   for (const auto& [key, of_message] : traffic.messages()) lines.push_back(row(key, of_message, bus, width));
   return lines;
 }

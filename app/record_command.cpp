@@ -109,7 +109,7 @@ int run_record(const Options& options) {
 
   Summary summary;
   Watch watch(source.interface);
-  const auto record = [&](const can::LoggedFrame& logged) {
+  const can::Tap::Handler record = [&](const can::LoggedFrame& logged) {
     log.add(can::candump_line(logged));
     summary.add(logged);
     if (text) print((*text)(logged));

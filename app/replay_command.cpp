@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -38,6 +39,8 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds tolerated_lateness{1};
 constexpr std::chrono::milliseconds longest_sleep{100};  // then a signal is looked for
 constexpr std::chrono::microseconds retry_after{200};    // a full queue: about the time of two frames
+
+constexpr std::uint64_t waits_until_said = 5000;
 
 struct Options {
   std::filesystem::path log;
@@ -102,6 +105,9 @@ class Outlets {
         throw RunError(fmt::format("{}: {} cannot be sent: {}", interface,
                                    can::candump_frame(logged.frame, logged.fd_flags), std::strerror(error)));
       if (stop_signalled != 0) return waits;
+      if (waits == waits_until_said)
+        spdlog::warn("{}: its queue has been full for {} s: is anybody there to acknowledge?", interface,
+                     waits_until_said * retry_after / std::chrono::seconds{1});
       const timespec pause{0, std::chrono::nanoseconds(retry_after).count()};
       ::clock_nanosleep(CLOCK_MONOTONIC, 0, &pause, nullptr);
     }
@@ -194,12 +200,12 @@ class Replay {
 };
 
 int run_replay(const Options& options) {
-  stop_at_a_signal();
   Replay replay(options);
-  if (options.log == "-") {
+  if (options.log == "-") {  // a signal ends the wait for a line as it ends any filter
     if (options.loop != 1) throw config::Error("--loop: standard input can be read once, expected a file");
     replay.pass(std::cin, "standard input", Clock::now());
   } else {
+    stop_at_a_signal();
     std::ifstream whole = open_can_log(options.log);
     replay.prepare(whole);
     Time start = Clock::now();

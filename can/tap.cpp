@@ -61,12 +61,15 @@ void Tap::listen(std::chrono::milliseconds at_most, const Handler& handler) {
   }
   pollfd waiting{socket_, POLLIN, 0};
   if (::poll(&waiting, 1, static_cast<int>(at_most.count())) <= 0) return;
+  if (take(handler) >= 0 || errno == EAGAIN || errno == EINTR) return;
+  up_ = false;
+  while (take(handler) > 0) continue;  // what was there before the interface went
+  finish(handler);
+}
+
+int Tap::take(const Handler& handler) {
   const int count = batch_->read(socket_);
-  if (count < 0) {
-    up_ = errno == EAGAIN || errno == EINTR;
-    return;
-  }
-  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(std::max(count, 0)); ++i) {
     LoggedFrame logged;
     logged.time = std::chrono::duration_cast<std::chrono::microseconds>(batch_->stamped(i));
     logged.interface = interface_;
@@ -75,6 +78,7 @@ void Tap::listen(std::chrono::milliseconds at_most, const Handler& handler) {
     tell_lost(batch_->lost(), logged.time, handler);
     handler(logged);
   }
+  return count;
 }
 
 void Tap::finish(const Handler& handler) { tell_lost(drops_of(socket_), time_of_day(), handler); }

@@ -35,6 +35,8 @@ class Tap {
   std::uint64_t lost() const { return lost_; }
 
  private:
+  /// One batch. Returns its size; -1 as ReceiveBatch::read().
+  int take(const Handler& handler);
   void reopen();
   void tell_lost(std::uint32_t lost_of_socket, std::chrono::microseconds time, const Handler& handler);
 
