@@ -219,7 +219,7 @@ TEST_F(BusTools, RecordDecodesByTheConfigurationAndDecodeReadsCandumpThroughAPip
 
 TEST_F(BusTools, MonitorCountsRatesAndRejectionsByCause) {
   Process monitor(
-      {HYSTCAN_PROGRAM, "monitor", config_file, "--interface", "vcan0", "--once", "--json", "--period", "2"});
+      {HYSTCAN_PROGRAM, "monitor", config_file, "--interface", "vcan0", "--once", "--json", "--period", "4"});
   settle();
   settle();
   for (const char* frame :
@@ -241,7 +241,7 @@ TEST_F(BusTools, MonitorCountsRatesAndRejectionsByCause) {
     EXPECT_EQ(command.at("rejected").at(cause), 1) << cause;
   EXPECT_DOUBLE_EQ(command.at("signals").at("Setpoint").at("value"), 12345678 * 1e-6);
   EXPECT_TRUE(table.at("messages")[1].at("message").is_null());
-  EXPECT_NEAR(table.at("rate_Hz"), 3.5, 0.5) << "7 frames in 2 s, or a little more";
+  EXPECT_NEAR(table.at("rate_Hz"), 1.75, 0.1) << "7 frames in 4 s, or a little more";
 }
 
 TEST_F(BusTools, MonitorPrintsPlainTextWhereThereIsNoTerminal) {
@@ -280,7 +280,6 @@ TEST_F(KvaserBusTools, ReplayRefusesARealInterfaceUnlessForcedAndLosesNothingInA
   std::vector<std::string> sent = frames_of(log);
   for (std::string& frame : sent) frame[3] = '1';
   EXPECT_EQ(frames_of(read("record.log")), sent) << replay.err();
-  EXPECT_NE(replay.err().find("full queue"), std::string::npos) << replay.err();
 }
 
 }  // namespace
