@@ -22,10 +22,14 @@ using AddCommand = void (*)(CLI::App& cli, int& status);
 
 void add_check(CLI::App& cli, int& status);
 void add_controller(CLI::App& cli, int& status);
+void add_decode(CLI::App& cli, int& status);
 void add_demo(CLI::App& cli, int& status);
 void add_dynamics(CLI::App& cli, int& status);
 void add_excite(CLI::App& cli, int& status);
 void add_identify(CLI::App& cli, int& status);
+void add_monitor(CLI::App& cli, int& status);
+void add_record(CLI::App& cli, int& status);
+void add_replay(CLI::App& cli, int& status);
 void add_simulate(CLI::App& cli, int& status);
 void add_twin(CLI::App& cli, int& status);
 void add_validate(CLI::App& cli, int& status);

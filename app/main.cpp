@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include "app/commands.h"
+#include "can/candump.h"
 #include "can/dbc.h"
 #include "can/socketcan_bus.h"
 #include "config/config.h"
@@ -25,7 +26,8 @@ int run(int argc, char** argv) {
   int status = app::done;
   for (const app::AddCommand add :
        {app::add_demo, app::add_controller, app::add_twin, app::add_excite, app::add_identify,
-        app::add_validate, app::add_dynamics, app::add_simulate, app::add_check})
+        app::add_validate, app::add_dynamics, app::add_simulate, app::add_check, app::add_record,
+        app::add_replay, app::add_monitor, app::add_decode})
     add(cli, status);
   try {
     cli.parse(argc, argv);
@@ -44,6 +46,8 @@ int main(int argc, char** argv) {
   } catch (const config::Error& error) {
     return complain(error, app::bad_input);
   } catch (const can::DbcError& error) {
+    return complain(error, app::bad_input);
+  } catch (const can::CandumpError& error) {
     return complain(error, app::bad_input);
   } catch (const std::invalid_argument& error) {
     return complain(error, app::bad_input);

@@ -98,7 +98,7 @@ int open_raw_socket(const std::string& interface, std::span<const Filter> filter
   return socket.release();
 }
 
-int write_frame(int socket, const Frame& frame) {
+int write_frame(int socket, const Frame& frame, std::uint8_t fd_flags) {
   const bool fd = frame.kind == FrameKind::fd;
   const bool remote = frame.kind == FrameKind::remote;
   if (frame.kind == FrameKind::error || frame.length > (fd ? CANFD_MAX_DLEN : CAN_MAX_DLEN)) return EINVAL;
@@ -106,6 +106,7 @@ int write_frame(int socket, const Frame& frame) {
   canfd_frame raw{};
   raw.can_id = frame.id | (frame.extended ? CAN_EFF_FLAG : 0U) | (remote ? CAN_RTR_FLAG : 0U);
   raw.len = frame.length;
+  if (fd) raw.flags = fd_flags;
   if (!remote) std::copy_n(frame.data.begin(), frame.length, raw.data);
   return ::write(socket, &raw, fd ? CANFD_MTU : CAN_MTU) < 0 ? errno : 0;
 }
@@ -131,6 +132,7 @@ int ReceiveBatch::read(int socket) {
 
 void ReceiveBatch::read_control(std::size_t index, Time steady_now, Duration realtime) {
   received_[index] = steady_now;
+  stamped_[index] = realtime;
   msghdr& header = headers_[index].msg_hdr;
   for (cmsghdr* item = CMSG_FIRSTHDR(&header); item != nullptr; item = CMSG_NXTHDR(&header, item)) {
     if (item->cmsg_level != SOL_SOCKET) continue;
@@ -138,7 +140,8 @@ void ReceiveBatch::read_control(std::size_t index, Time steady_now, Duration rea
     if (item->cmsg_type == SCM_TIMESTAMPNS) {
       timespec stamp{};
       std::memcpy(&stamp, CMSG_DATA(item), sizeof stamp);
-      const Duration age = realtime - (std::chrono::seconds{stamp.tv_sec} + Duration{stamp.tv_nsec});
+      stamped_[index] = std::chrono::seconds{stamp.tv_sec} + Duration{stamp.tv_nsec};
+      const Duration age = realtime - stamped_[index];
       if (age >= Duration::zero() && age < oldest_credible_stamp) received_[index] = steady_now - age;
     }
   }

@@ -19,8 +19,8 @@ namespace hystcan::can {
 /// stamps are on. The caller closes it. Throws InterfaceError.
 int open_raw_socket(const std::string& interface, std::span<const Filter> filters);
 
-/// Zero, or the errno with which the kernel refused the frame.
-int write_frame(int socket, const Frame& frame);
+/// Zero, or the errno with which the kernel refused the frame. `fd_flags`: of an FD frame (CANFD_BRS, ...).
+int write_frame(int socket, const Frame& frame, std::uint8_t fd_flags = 0);
 
 /// Room for the frames of one system call.
 class ReceiveBatch {
@@ -38,6 +38,9 @@ class ReceiveBatch {
   /// When the frame arrived by the kernel's stamp, as steady time; the time of reading where that makes no
   /// sense.
   Time received(std::size_t index) const { return received_[index]; }
+  /// The same as time of day, since 1970-01-01 UTC: the kernel's stamp as it stands.
+  Duration stamped(std::size_t index) const { return stamped_[index]; }
+  std::uint8_t fd_flags(std::size_t index) const { return frames_[index].flags; }
   /// Frames the kernel has dropped on this socket since it was opened.
   std::uint32_t lost() const { return lost_; }
 
@@ -54,6 +57,7 @@ class ReceiveBatch {
   };
   std::array<Control, capacity> control_{};
   std::array<Time, capacity> received_{};
+  std::array<Duration, capacity> stamped_{};
   std::uint32_t lost_ = 0;
 };
 

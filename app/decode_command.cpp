@@ -1,0 +1,69 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <string>
+
+#include "app/bus_source.h"
+#include "app/can_log.h"
+#include "app/commands.h"
+#include "app/frame_text.h"
+#include "can/candump.h"
+
+namespace hystcan::app {
+namespace {
+
+struct Options {
+  std::filesystem::path log;
+  std::filesystem::path dbc;
+  bool csv = false;
+  bool json = false;
+};
+
+/// Frames that come one by one, as from `candump -L can0 |`, are shown as they come.
+void decode(std::istream& stream, const std::string& name, const Options& options, bool at_once,
+            FrameText& text) {
+  can::CandumpReader reader(stream, name);
+  if (options.csv) print(csv_header);
+  while (const auto logged = reader.next()) {
+    print(text(*logged));
+    if (at_once) flush_output();
+  }
+  flush_output();
+  const std::uint64_t lost = text.lost() + reader.dropped();
+  fmt::print(stderr, "{}: {} frames, {} of them no message of {}; {} error frames", name, text.frames(),
+             text.unknown(), options.dbc.string(), text.error_frames());
+  if (lost > 0) fmt::print(stderr, "; {} frames were lost by the recorder", lost);
+  fmt::print(stderr, "\n");
+}
+
+int run_decode(const Options& options) {
+  const can::Database database = can::load_dbc(options.dbc);
+  FrameText text(database, options.csv    ? FrameFormat::csv
+                           : options.json ? FrameFormat::json
+                                          : FrameFormat::text);
+  if (options.log == "-") {
+    decode(std::cin, "standard input", options, true, text);
+    return done;
+  }
+  std::ifstream stream = open_can_log(options.log);
+  decode(stream, options.log.string(), options, false, text);
+  return done;
+}
+
+}  // namespace
+
+void add_decode(CLI::App& cli, int& status) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = cli.add_subcommand("decode", "Show what a log of candump or record says, by a DBC");
+  command->add_option("LOG", options->log, "log as `candump -L` writes it; - is standard input")->required();
+  command->add_option("--dbc", options->dbc, "CAN database (DBC)")->required();
+  CLI::Option* csv = command->add_flag("--csv", options->csv,
+                                       "a row for each signal: time_s,message,signal,raw,value,unit,name");
+  command->add_flag("--json", options->json, "a JSON object in one line for each frame")->excludes(csv);
+  command->callback([options, &status] { status = run_decode(*options); });
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,286 @@
+// record, replay, monitor and decode beside can-utils, each against the other.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/hil/bench.h"
+#include "tests/support/shipped.h"
+
+namespace hystcan {
+namespace {
+
+using hil::config_file;
+using hil::json;
+using hil::milliseconds;
+using hil::Process;
+
+const std::string dbc_file = HYSTCAN_SOURCE_DIR "/config/hystcan.dbc";
+
+// One frame of every kind; no two follow so closely that their order could be in doubt.
+const char* const log_of_candump =
+    "(1000000000.000000) vcan0 123#1122\n"
+    "(1000000000.010000) vcan0 12345678#\n"
+    "(1000000000.020000) vcan0 123#R\n"
+    "(1000000000.030000) vcan0 123#R5\n"
+    "(1000000000.040000) vcan0 123##5112233445566778899AABBCC\n"
+    "(1000000000.050000) vcan0 20000004#0008000000006000\n"
+    "(1000000000.120000) vcan0 201#4E61BC00010703D9\n";
+
+class BusTools : public testing::Test {
+ protected:
+  BusTools() {
+    std::string name = (std::filesystem::path(testing::TempDir()) / "tools-XXXXXX").string();
+    folder_ = mkdtemp(name.data());
+  }
+  ~BusTools() override { std::filesystem::remove_all(folder_); }
+
+  std::string path(const char* name) const { return (folder_ / name).string(); }
+  std::string read(const char* name) const { return support::read_file(folder_ / name); }
+  void write(const char* name, const std::string& text) const { std::ofstream(folder_ / name) << text; }
+
+  static int shell(const std::string& command) {
+    const int status = std::system(command.c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+  Process candump(const char* name, const char* interface = "vcan0") const {
+    return Process(
+        {"sh", "-c", std::string("exec candump -L ") + interface + ",0:0,#FFFFFFFF >" + path(name)});
+  }
+  Process record(std::vector<std::string> options, const char* interface = "vcan0") const {
+    std::vector<std::string> command{HYSTCAN_PROGRAM, "record", "--interface", interface};
+    command.insert(command.end(), options.begin(), options.end());
+    return Process(command);
+  }
+  static void settle() { std::this_thread::sleep_for(milliseconds(300)); }
+
+  /// Lines without their times.
+  static std::vector<std::string> frames_of(const std::string& log) {
+    std::vector<std::string> frames;
+    std::istringstream lines(log);
+    for (std::string line; std::getline(lines, line);) frames.push_back(line.substr(line.find(' ') + 1));
+    return frames;
+  }
+  static std::vector<std::string> without_error_frames(std::vector<std::string> frames) {
+    std::erase_if(frames, [](const std::string& frame) { return frame.find(" 2000") != std::string::npos; });
+    return frames;
+  }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(BusTools, RecordWritesWhatCandumpWritesByteForByte) {
+  Process beside = candump("candump.log");
+  Process recorder = record({"--output", path("record.log")});
+  ASSERT_TRUE(recorder.says("recording vcan0"));
+  settle();
+  write("in.log", log_of_candump);
+  ASSERT_EQ(shell("canplayer -I " + path("in.log")), 0);
+  settle();
+  recorder.send(SIGINT);
+  EXPECT_EQ(recorder.wait(), 0) << recorder.err();
+  EXPECT_EQ(read("record.log"), read("candump.log"));
+  EXPECT_EQ(frames_of(read("record.log")).size(), 7U);
+  EXPECT_NE(recorder.err().find("6 frames of vcan0 in 0.1"), std::string::npos) << recorder.err();
+  EXPECT_NE(recorder.err().find("1 error frames\n  transmit errors: warning: 1\n0 frames lost"),
+            std::string::npos)
+      << recorder.err();
+}
+
+TEST_F(BusTools, CanplayerReplaysWhatRecordRecorded) {
+  write("in.log", log_of_candump);
+  {
+    Process recorder = record({"--output", path("record.log")});
+    ASSERT_TRUE(recorder.says("recording vcan0"));
+    settle();
+    ASSERT_EQ(shell("canplayer -I " + path("in.log")), 0);
+    settle();
+    recorder.send(SIGTERM);
+    EXPECT_EQ(recorder.wait(), 0) << recorder.err();
+  }
+  Process beside = candump("again.log");
+  settle();
+  ASSERT_EQ(shell("canplayer -I " + path("record.log")), 0);
+  settle();
+  EXPECT_EQ(frames_of(read("again.log")), frames_of(read("in.log")));
+}
+
+TEST_F(BusTools, ReplaySendsWhatCandumpRecordedButErrorFramesNeverEarly) {
+  write("in.log", log_of_candump);
+  Process beside = candump("again.log");
+  settle();
+  Process replay({HYSTCAN_PROGRAM, "replay", path("in.log")});
+  EXPECT_EQ(replay.wait(), 0) << replay.err();
+  settle();
+  const std::string log = read("again.log");
+  EXPECT_EQ(frames_of(log), without_error_frames(frames_of(read("in.log"))));
+  EXPECT_NE(replay.err().find("6 frames sent, 1 error frames are not for sending"), std::string::npos)
+      << replay.err();
+  const double first_s = std::stod(log.substr(1));
+  const double last_s = std::stod(log.substr(log.rfind('(') + 1));
+  EXPECT_GT(last_s - first_s, 0.110) << "0.120 in the log; the first frame may be some milliseconds late";
+}
+
+TEST_F(BusTools, ReplayFiltersRepeatsAndTakesAnotherInterface) {
+  std::string log = log_of_candump;
+  for (auto at = log.find("vcan0"); at != std::string::npos; at = log.find("vcan0", at))
+    log.replace(at, 5, "can7");
+  write("in.log", log);
+  Process elsewhere({HYSTCAN_PROGRAM, "replay", path("in.log")});
+  EXPECT_EQ(elsewhere.wait(), 1) << "there is no can7";
+  Process beside = candump("again.log");
+  settle();
+  Process replay({HYSTCAN_PROGRAM, "replay", path("in.log"), "--interface", "vcan0", "--loop", "2", "--speed",
+                  "10", "--filter", "12345678", "201"});
+  EXPECT_EQ(replay.wait(), 0) << replay.err();
+  settle();
+  const std::vector<std::string> pass{"vcan0 12345678#", "vcan0 201#4E61BC00010703D9"};
+  std::vector<std::string> twice = pass;
+  twice.insert(twice.end(), pass.begin(), pass.end());
+  EXPECT_EQ(frames_of(read("again.log")), twice);
+  EXPECT_NE(replay.err().find("8 left out by --filter"), std::string::npos) << replay.err();
+}
+
+TEST_F(BusTools, RecordRefusesToOverwriteUnlessTold) {
+  write("here.log", "precious\n");
+  Process refused = record({"--output", path("here.log"), "--duration", "0.1"});
+  EXPECT_EQ(refused.wait(), 2);
+  EXPECT_NE(refused.err().find("--overwrite"), std::string::npos) << refused.err();
+  EXPECT_EQ(read("here.log"), "precious\n");
+  Process told = record({"--output", path("here.log"), "--duration", "0.1", "--overwrite"});
+  EXPECT_EQ(told.wait(), 0) << told.err();
+  EXPECT_EQ(read("here.log"), "");
+}
+
+TEST_F(BusTools, AFullDiskIsSaidAndWhatIsWrittenStaysInWholeLines) {
+  // A file may not pass 4096 bytes (8 blocks of 512): the same refusal as a full disk, with another errno.
+  Process recorder({"sh", "-c",
+                    "trap '' XFSZ; ulimit -f 8; exec " HYSTCAN_PROGRAM " record --interface vcan0 --output " +
+                        path("full.log")});
+  ASSERT_TRUE(recorder.says("recording vcan0"));
+  settle();
+  ASSERT_EQ(shell("cangen vcan0 -g 1 -n 200 -I 123 -L 8 -D 1122334455667788"), 0);
+  EXPECT_EQ(recorder.wait(), 1);
+  EXPECT_NE(recorder.err().find("cannot be written"), std::string::npos) << recorder.err();
+  const std::string log = read("full.log");
+  EXPECT_GT(log.size(), 4000U);
+  EXPECT_TRUE(log.ends_with("#1122334455667788\n")) << log.substr(log.size() - 60);
+}
+
+TEST_F(BusTools, FramesThatTheKernelDropsAreCountedToTheLast) {
+  Process recorder = record({"--output", path("record.log")});
+  ASSERT_TRUE(recorder.says("recording vcan0"));
+  settle();
+  recorder.send(SIGSTOP);
+  constexpr int sent = 60'000;
+  ASSERT_EQ(shell("cangen vcan0 -g 0 -n 60000 -I 123 -L 8"), 0);
+  recorder.send(SIGCONT);
+  settle();
+  ASSERT_EQ(shell("cansend vcan0 124#"), 0);
+  settle();
+  recorder.send(SIGINT);
+  EXPECT_EQ(recorder.wait(), 0);
+  Process decode({HYSTCAN_PROGRAM, "decode", path("record.log"), "--dbc", dbc_file, "--json"});
+  EXPECT_EQ(decode.wait(), 0) << decode.err();
+  long lost = 0, got = 0;
+  std::istringstream lines(decode.out());
+  for (std::string line; std::getline(lines, line);) {
+    const json frame = json::parse(line);
+    frame.contains("lost") ? lost += frame.at("lost").get<long>() : ++got;
+  }
+  EXPECT_GT(lost, 0);
+  EXPECT_EQ(got + lost, sent + 1) << recorder.err();
+  EXPECT_NE(recorder.err().find(std::to_string(lost) + " frames lost"), std::string::npos) << recorder.err();
+}
+
+TEST_F(BusTools, RecordDecodesByTheConfigurationAndDecodeReadsCandumpThroughAPipe) {
+  Process recorder({HYSTCAN_PROGRAM, "record", config_file, "--interface", "vcan0", "--decode", "--output",
+                    path("record.log")});
+  Process pipe({"sh", "-c", "candump -L -n 1 vcan0 | " HYSTCAN_PROGRAM " decode - --dbc " + dbc_file});
+  ASSERT_TRUE(recorder.says("recording vcan0"));
+  settle();
+  ASSERT_EQ(shell("cansend vcan0 201#4E61BC00010703D9"), 0);
+  EXPECT_EQ(pipe.wait(), 0) << pipe.err();
+  settle();
+  recorder.send(SIGINT);
+  EXPECT_EQ(recorder.wait(), 0) << recorder.err();
+  EXPECT_NE(recorder.out().find("vcan0 XAmpCommand Setpoint=12.345678 V, Enable=1"), std::string::npos)
+      << recorder.out();
+  EXPECT_EQ(pipe.out(), recorder.out());
+}
+
+TEST_F(BusTools, MonitorCountsRatesAndRejectionsByCause) {
+  Process monitor(
+      {HYSTCAN_PROGRAM, "monitor", config_file, "--interface", "vcan0", "--once", "--json", "--period", "4"});
+  settle();
+  settle();
+  for (const char* frame :
+       {"201#4E61BC00010703D9", "201#4E61BC00010703D9", "201#4E61BC00010703DA", "201#4E61BC", "201#R",
+        "00000201#4E61BC00010703D9", "345#AB", "20000004#0030000000008800"})
+    ASSERT_EQ(shell(std::string("cansend vcan0 ") + frame), 0);
+  EXPECT_EQ(monitor.wait(), 0) << monitor.err();
+  const json table = json::parse(monitor.out());
+  EXPECT_EQ(table.at("frames"), 7);
+  EXPECT_EQ(table.at("error_frames"), 1);
+  EXPECT_EQ(table.at("state"), "passive");
+  EXPECT_EQ(table.at("error_counters").at("transmit"), 0x88);
+  ASSERT_EQ(table.at("messages").size(), 2U);
+  const json& command = table.at("messages")[0];
+  EXPECT_EQ(command.at("message"), "XAmpCommand");
+  EXPECT_EQ(command.at("count"), 6);
+  for (const char* cause :
+       {"repeated counter", "wrong CRC", "wrong length", "not a data frame", "wrong identifier type"})
+    EXPECT_EQ(command.at("rejected").at(cause), 1) << cause;
+  EXPECT_DOUBLE_EQ(command.at("signals").at("Setpoint").at("value"), 12345678 * 1e-6);
+  EXPECT_TRUE(table.at("messages")[1].at("message").is_null());
+  EXPECT_NEAR(table.at("rate_Hz"), 1.75, 0.1) << "7 frames in 4 s, or a little more";
+}
+
+TEST_F(BusTools, MonitorPrintsPlainTextWhereThereIsNoTerminal) {
+  Process monitor({HYSTCAN_PROGRAM, "monitor", "--dbc", dbc_file, "--interface", "vcan0", "--period", "0.5"});
+  settle();
+  ASSERT_EQ(shell("cansend vcan0 201#4E61BC00010703D9"), 0);
+  std::this_thread::sleep_for(milliseconds(1500));
+  monitor.send(SIGINT);
+  EXPECT_EQ(monitor.wait(), 0) << monitor.err();
+  EXPECT_NE(monitor.out().find("vcan0: active"), std::string::npos) << monitor.out();
+  EXPECT_NE(monitor.out().find("Setpoint=12.345678 V"), std::string::npos) << monitor.out();
+  EXPECT_EQ(monitor.out().find('\x1b'), std::string::npos);
+}
+
+class KvaserBusTools : public BusTools {};
+
+TEST_F(KvaserBusTools, ReplayRefusesARealInterfaceUnlessForcedAndLosesNothingInAFullQueue) {
+  std::string log;
+  for (int i = 0; i < 500; ++i) {
+    const std::string byte{"0123456789ABCDEF"[i / 16 % 16], "0123456789ABCDEF"[i % 16]};
+    log += "(1000000000.000000) can0 123#00112233445566" + byte + "\n";
+  }
+  write("in.log", log);
+  Process refused({HYSTCAN_PROGRAM, "replay", path("in.log")});
+  EXPECT_EQ(refused.wait(), 1);
+  EXPECT_NE(refused.err().find("--force-interface"), std::string::npos) << refused.err();
+
+  Process recorder = record({"--output", path("record.log")}, "can1");
+  ASSERT_TRUE(recorder.says("recording can1"));
+  settle();
+  Process replay({HYSTCAN_PROGRAM, "replay", path("in.log"), "--force-interface"});
+  EXPECT_EQ(replay.wait(), 0) << replay.err();
+  settle();
+  recorder.send(SIGINT);
+  EXPECT_EQ(recorder.wait(), 0) << recorder.err();
+  std::vector<std::string> sent = frames_of(log);
+  for (std::string& frame : sent) frame[3] = '1';
+  EXPECT_EQ(frames_of(read("record.log")), sent) << replay.err();
+}
+
+}  // namespace
+}  // namespace hystcan
