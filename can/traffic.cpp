@@ -14,8 +14,9 @@ constexpr std::uint8_t classical_bytes = 8;
 bool is_protected(const Message& message) {
   const Signal* counter = message.find("Counter");
   const Signal* crc = message.find("Crc");
-  return counter != nullptr && crc != nullptr && message.length >= 2 && counter->length <= 8 &&
-         crc->length == 8 && crc->start_bit == 8U * (message.length - 1U) &&
+  return counter != nullptr && crc != nullptr && message.length >= 2 &&
+         message.length <= Frame{}.data.size() && bytes_needed(*counter) <= message.length &&
+         counter->length <= 8 && crc->length == 8 && crc->start_bit == 8U * (message.length - 1U) &&
          crc->byte_order == ByteOrder::little_endian;
 }
 
@@ -27,7 +28,7 @@ Traffic::Traffic(const Database& database) : database_(database) {
     known_.emplace(key, &message);
     if (!is_protected(message)) continue;
     const Protection protection{SignalCodec(*message.find("Counter")), SignalCodec(*message.find("Crc"))};
-    checkers_.emplace(key, Checker(protection, message.length, message.extended));
+    checkers_.emplace(key, Checker(protection, static_cast<std::uint8_t>(message.length), message.extended));
   }
 }
 

@@ -37,11 +37,14 @@ TEST(WorstFrameBits, AreReachedByNoFrameAndAlmostReachedByOne) {
 
 TEST(WorstFrameBits, HoldForFdFrames) {
   std::mt19937 random(1);
-  for (const std::uint8_t length : {12, 16, 20, 64}) {
+  for (const unsigned length : {12U, 16U, 20U, 64U}) {
     for (const bool extended : {false, true}) {
       unsigned longest = 0;
       for (int i = 0; i < 2000; ++i) {
-        Frame frame{.id = random() & 0x7FFU, .extended = extended, .kind = FrameKind::fd, .length = length};
+        Frame frame{.id = static_cast<std::uint32_t>(random() & 0x7FFU),
+                    .extended = extended,
+                    .kind = FrameKind::fd,
+                    .length = static_cast<std::uint8_t>(length)};
         for (std::uint8_t& byte : frame.payload())
           byte = i % 2 == 0 ? 0x00 : static_cast<std::uint8_t>(random());
         longest = std::max(longest, frame_bits(frame));
@@ -150,7 +153,7 @@ TEST(Schedulability, RefusesWhatIsNoMessageSet) {
   };
   refused([](PeriodicFrame& f) { f.period = 0ms; });
   refused([](PeriodicFrame& f) { f.jitter = -1ms; });
-  refused([](PeriodicFrame& f) { f.bytes = 9; });
+  refused([](PeriodicFrame& f) { f.bytes = 65; });
   refused([](PeriodicFrame& f) { f.id = 0x800; });
   refused([](PeriodicFrame& f) { f.id = 1; });
   EXPECT_THROW(analyse(papers_table(), 0), std::invalid_argument);
