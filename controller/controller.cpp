@@ -44,6 +44,7 @@ Controller::Controller(const Config& config, const can::Database& database, can:
   }
   bus_ = attach(filters);
   bus_->on_frame([this](const can::Frame& frame, can::Time) { handle(frame); });
+  bus_->on_state([this](can::BusState state) { on_bus_state(state); });
 }
 
 void Controller::start(bool clear_amplifier_faults) {
@@ -126,6 +127,18 @@ void Controller::handle(const can::Frame& frame) {
   if (route.handler != nullptr) (this->*route.handler)(route.index, frame);
 }
 
+void Controller::on_bus_state(can::BusState state) {
+  if (state != can::BusState::bus_off && state != can::BusState::down) return;
+  for (const auto& wired : axes_) {
+    wired->bus_off_seen |= state == can::BusState::bus_off;
+    wired->sensor_heartbeat.forget();
+    wired->amplifier_heartbeat.forget();
+    wired->decode_sample.restart();
+    wired->decode_status.restart();
+    wired->status = {};
+  }
+}
+
 void Controller::on_sample(std::size_t index, const can::Frame& frame) {
   WiredAxis& wired = *axes_[index];
   const auto sample = wired.decode_sample(frame);
@@ -196,8 +209,9 @@ NodeHealth Controller::health(WiredAxis& wired) const {
   const auto amplifier = wired.amplifier_heartbeat.state(now);
   const unsigned boot_ups = wired.sensor_heartbeat.boot_ups() + wired.amplifier_heartbeat.boot_ups();
   const bool restarted = std::exchange(wired.boot_ups_seen, boot_ups) != boot_ups;
+  const bool was_off = std::exchange(wired.bus_off_seen, false);
   return {.interface_up = bus_->state() != can::BusState::down,
-          .bus_on = bus_->state() != can::BusState::bus_off,
+          .bus_on = bus_->state() != can::BusState::bus_off && !was_off,
           .sensor_alive = sensor.has_value(),
           .sensor_operational = sensor == can::NmtState::operational,
           .amplifier_alive = amplifier.has_value(),
