@@ -12,7 +12,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
-#include <optional>
 #include <thread>
 
 #include "tests/hil/bench.h"
@@ -69,15 +68,15 @@ class BareEcho {
 /// Turnarounds in us, ascending: each command after the last sample before it.
 std::vector<double> turnarounds(const std::string& log) {
   std::vector<double> result;
-  std::optional<double> sampled_s;
+  double sampled_s = 0.0;  // 0: answered
   std::ifstream file(log);
   for (std::string line; std::getline(file, line);) {
     const double time_s = std::strtod(line.c_str() + 1, nullptr);
     const std::string frame = line.substr(line.rfind(' ') + 1);
     if (frame.starts_with("182#")) sampled_s = time_s;
-    if (!frame.starts_with("201#") || !sampled_s) continue;
-    result.push_back(1e6 * (time_s - *sampled_s));
-    sampled_s.reset();
+    if (!frame.starts_with("201#") || sampled_s == 0.0) continue;
+    result.push_back(1e6 * (time_s - sampled_s));
+    sampled_s = 0.0;
   }
   std::ranges::sort(result);
   return result;
