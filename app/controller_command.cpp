@@ -36,7 +36,8 @@ struct Options {
 /// Everything that is done with a record, on the telemetry thread: log what changes, count, write.
 class Recorder {
  public:
-  Recorder(const config::Config& config, const std::filesystem::path& csv) : log_(config) {
+  Recorder(const config::Config& config, const std::filesystem::path& csv)
+      : log_(config), bus_log_(config.bus.interface, bus_log_sink()) {
     std::vector<std::string> names;
     for (const config::AxisConfig& axis : config.axes) {
       names.push_back(axis.wire.name);
@@ -47,16 +48,20 @@ class Recorder {
 
   void consume(const controller::CycleRecord& record) {
     log_.add(record);
+    bus_log_.write();
     statistics_[record.axis].add(record.report);
     if (csv_) csv_->write(record);
   }
 
   const std::vector<std::string>& events() const { return log_.events(); }
+  /// Sampled on the control thread; what is left of it is written when the telemetry thread has ended.
+  controller::BusLog& bus_log() { return bus_log_; }
   std::string close_csv() { return csv_ ? csv_->close() : std::string(); }
   const controller::TrackingStatistics& statistics(std::size_t axis) const { return statistics_[axis]; }
 
  private:
   StateLog log_;
+  controller::BusLog bus_log_;
   std::vector<controller::TrackingStatistics> statistics_;
   std::optional<controller::CsvLog> csv_;
 };
@@ -83,21 +88,27 @@ int report(const controller::Controller& controller, const Recorder& recorder, c
   for (std::size_t i = 0; i < controller.axis_count(); ++i)
     outcomes.push_back(controller::outcome_of(controller.axis(i), recorder.statistics(i)));
   const controller::CycleCounters& counters = controller.counters();
+  const controller::BusReport bus = controller::report_of(controller.bus(), 0.0);
   if (options.json) {
     nlohmann::json axes = nlohmann::json::array();
-    for (const auto& outcome : outcomes) axes.push_back(to_json(outcome));
+    for (std::size_t i = 0; i < outcomes.size(); ++i) {
+      axes.push_back(to_json(outcomes[i]));
+      axes.back()["rejected_samples"] = to_json(controller.sample_checker(i));
+    }
     fmt::print("{}\n", nlohmann::json{{"cycles", counters.cycles},
                                       {"missed_cycles", counters.overruns},
                                       {"missing_samples", counters.missing_samples},
                                       {"late_samples", counters.late_samples},
                                       {"dropped_records", dropped_records},
                                       {"events", recorder.events()},
+                                      {"bus", to_json(bus)},
                                       {"axes", axes}}
                            .dump(2));
   } else {
     fmt::print("{} cycles, {} missed, {} samples missing, {} late\n", counters.cycles, counters.overruns,
                counters.missing_samples, counters.late_samples);
     for (const std::string& event : recorder.events()) fmt::print("{}\n", event);
+    fmt::print("{}\n", describe(bus));
     for (const auto& outcome : outcomes) fmt::print("{}\n", describe(outcome));
   }
   for (const auto& outcome : outcomes)
@@ -120,19 +131,21 @@ int run_controller(const Options& options) {
   std::unique_ptr<controller::TelemetryThread> telemetry;
   controller::Controller controller(config.controller, config.database, loop.scheduler(), loop.attach(),
                                     [&](const controller::CycleRecord& record) { telemetry->push(record); });
+  look_at_interface(config, config.bus.interface);
   Recorder recorder(
       config, options.csv);  // only now, with the bus open: a run that never was leaves the last one's CSV
   telemetry = std::make_unique<controller::TelemetryThread>(
       [&](const controller::CycleRecord& record) { recorder.consume(record); });
   spdlog::info("{} axes at {} Hz on {}; Ctrl-C ramps down and stops", config.axes.size(),
                config.controller.rate_Hz, config.bus.interface);
-  run_live(loop, controller, options.clear_faults, [&](double run_s) {
+  run_live(loop, controller, recorder.bus_log(), options.clear_faults, [&](double run_s) {
     return (options.duration_s > 0.0 && run_s > options.duration_s) ||
            (options.once && nothing_left_to_do(controller));
   });
 
   const std::uint64_t dropped = telemetry->dropped();
   telemetry.reset();
+  recorder.bus_log().write();
   const std::string lost = recorder.close_csv();
   const int status = report(controller, recorder, options, dropped);
   if (!lost.empty()) throw RunError(lost);

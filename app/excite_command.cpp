@@ -193,19 +193,24 @@ controller::Axis rehearse(const config::Config& config, Recorder& recorder) {
 controller::Axis run_on_the_bus(const config::Config& config, const Options& options, Recorder& recorder) {
   LiveLoop loop(config.bus.interface);
   StateLog log(config);
+  controller::BusLog bus_log(config.bus.interface, bus_log_sink());
   std::unique_ptr<controller::TelemetryThread> telemetry;
   controller::Controller controller(config.controller, config.database, loop.scheduler(), loop.attach(),
                                     [&](const controller::CycleRecord& record) { telemetry->push(record); });
+  look_at_interface(config, config.bus.interface);
   telemetry = std::make_unique<controller::TelemetryThread>([&](const controller::CycleRecord& record) {
     log.add(record);
+    bus_log.write();
     recorder.add(record);
   });
   spdlog::info("{} excitation of axis {}, {:.3g} s at {} Hz on {}; Ctrl-C ramps down and stops",
                options.signal, config.axes[0].wire.name,
                Excitation(*config.axes[0].control.excitation).length_s(), config.controller.rate_Hz,
                config.bus.interface);
-  run_live(loop, controller, options.clear_faults, [&](double) { return has_ended(controller.axis(0)); });
+  run_live(loop, controller, bus_log, options.clear_faults,
+           [&](double) { return has_ended(controller.axis(0)); });
   telemetry.reset();
+  bus_log.write();
   return controller.axis(0);
 }
 

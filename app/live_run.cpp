@@ -6,6 +6,8 @@
 #include <chrono>
 #include <memory>
 
+#include "can/interface.h"
+
 namespace hystcan::app {
 
 using controller::AxisState;
@@ -40,8 +42,26 @@ void StateLog::add_event(const controller::CycleRecord& record) {
   if (events_.size() < kept) events_.push_back(text);
 }
 
-void run_live(LiveLoop& loop, controller::Controller& controller, bool clear_faults,
-              const std::function<bool(double run_s)>& is_done) {
+void look_at_interface(const config::Config& config, const std::string& interface) {
+  const can::Interface found = can::require_can_interface(interface);
+  can::require_able_to_send(interface, found);
+  spdlog::info(can::describe(interface, found));
+  for (const std::string& doubt : can::find_doubts(interface, found, config.bus.bitrate_bit_per_s))
+    spdlog::warn(doubt);
+}
+
+controller::BusLog::Sink bus_log_sink() {
+  return [](controller::BusLog::Level level, const std::string& line) {
+    using Level = controller::BusLog::Level;
+    spdlog::log(level == Level::error     ? spdlog::level::err
+                : level == Level::warning ? spdlog::level::warn
+                                          : spdlog::level::info,
+                line);
+  };
+}
+
+void run_live(LiveLoop& loop, controller::Controller& controller, controller::BusLog& bus_log,
+              bool clear_faults, const std::function<bool(double run_s)>& is_done) {
   constexpr auto poll_period = std::chrono::milliseconds(20);
   const can::Time start = loop.scheduler().now();
   bool stopping = false;
@@ -52,6 +72,7 @@ void run_live(LiveLoop& loop, controller::Controller& controller, bool clear_fau
   std::unique_ptr<can::Timer> poll;
   poll = loop.scheduler().make_timer([&] {
     const can::Time now = loop.scheduler().now();
+    bus_log.sample(controller.bus(), can::seconds(now - start));
     if (stopping && controller.stopped()) return loop.stop();
     if (!stopping && is_done(can::seconds(now - start))) stop();
     poll->expire_at(now + poll_period);

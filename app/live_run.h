@@ -8,6 +8,7 @@
 
 #include "app/live.h"
 #include "config/config.h"
+#include "controller/bus_log.h"
 #include "controller/controller.h"
 
 namespace hystcan::app {
@@ -29,10 +30,17 @@ class StateLog {
   std::vector<std::string> events_;
 };
 
+/// Whether the interface is fit for a node that sends, and a line on the log that says what it is set to;
+/// warnings where that is doubtful. Throws InterfaceError where it is not.
+void look_at_interface(const config::Config& config, const std::string& interface);
+
+/// Puts the lines of a BusLog on ours.
+controller::BusLog::Sink bus_log_sink();
+
 /// Runs the controller until `is_done`, asked every 20 ms and told the seconds since start, or until a
 /// signal; then every axis ramps to its safe drive and switches off. A second signal does not wait for the
 /// ramp. The safe command goes out on every way out, an exception's too.
-void run_live(LiveLoop& loop, controller::Controller& controller, bool clear_faults,
-              const std::function<bool(double run_s)>& is_done);
+void run_live(LiveLoop& loop, controller::Controller& controller, controller::BusLog& bus_log,
+              bool clear_faults, const std::function<bool(double run_s)>& is_done);
 
 }  // namespace hystcan::app

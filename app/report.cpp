@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <string>
 
 namespace hystcan::app {
 namespace {
@@ -26,6 +28,30 @@ nlohmann::json to_json(const controller::AxisOutcome& outcome) {
   json["segments"] = nlohmann::json::array();
   for (const auto& segment : outcome.statistics.segments())
     json["segments"].push_back(error_to_json(segment, outcome.stroke_um));
+  return json;
+}
+
+nlohmann::json to_json(const controller::BusReport& report) {
+  nlohmann::json json{{"state", to_string(report.state)},
+                      {"sent", report.counters.sent},
+                      {"received", report.counters.received},
+                      {"error_counters", nullptr}};
+  for (const controller::BusTrouble& trouble : controller::bus_troubles())
+    json[std::string(trouble.key)] = report.counters.*trouble.count;
+  if (report.error_counters)
+    json["error_counters"] = {{"transmit", report.error_counters->transmit},
+                              {"receive", report.error_counters->receive}};
+  return json;
+}
+
+nlohmann::json to_json(const can::Checker& checker) {
+  nlohmann::json json;
+  for (std::size_t i = 0; i < can::rejection_count; ++i) {
+    const auto cause = static_cast<can::Rejection>(i);
+    std::string key(to_string(cause));
+    std::ranges::replace(key, ' ', '_');
+    json[key] = checker.rejected(cause);
+  }
   return json;
 }
 

@@ -4,6 +4,8 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "can/integrity.h"
+#include "controller/bus_log.h"
 #include "controller/statistics.h"
 
 namespace hystcan::app {
@@ -12,6 +14,9 @@ namespace hystcan::app {
 inline constexpr double settle_s = 0.1;
 
 nlohmann::json to_json(const controller::AxisOutcome& outcome);
+nlohmann::json to_json(const controller::BusReport& report);
+/// Frames in the place of a message that were not taken for it, by cause.
+nlohmann::json to_json(const can::Checker& checker);
 std::string describe(const controller::AxisOutcome& outcome);
 std::string describe(const std::string& axis, const controller::Fault& fault);
 

@@ -12,6 +12,7 @@
 
 #include "app/commands.h"
 #include "app/live.h"
+#include "app/live_run.h"
 #include "config/config.h"
 #include "twin/twin.h"
 
@@ -68,6 +69,7 @@ int run_twin(const Options& options) {
                     interface));
   LiveLoop loop(interface);
   twin::Twin twin(config.twin, config.database, loop.scheduler(), loop.attach());
+  look_at_interface(config, interface);
   twin.start();
   for (const twin::AxisConfig& axis : config.twin.axes)
     spdlog::info("{}: amplifier node {}, sensor node {} on {}", axis.wire.name, axis.wire.amplifier_node,

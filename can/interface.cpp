@@ -1,80 +1,22 @@
 #include "can/interface.h"
 
-#include <linux/can/netlink.h>
 #include <linux/if.h>
-#include <linux/if_arp.h>
 #include <linux/netlink.h>
 #include <linux/rtnetlink.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <algorithm>
+#include <fmt/format.h>
+
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <span>
-#include <string_view>
-#include <vector>
 
+#include "can/link_message.h"
 #include "can/socketcan_bus.h"
 
 namespace hystcan::can {
 namespace {
-
-using Bytes = std::span<const std::byte>;
-
-template <class Value>
-Value read_as(Bytes bytes) {
-  Value value{};
-  std::memcpy(&value, bytes.data(), std::min(sizeof value, bytes.size()));
-  return value;
-}
-
-constexpr std::size_t aligned(std::size_t size) {
-  return (size + NLMSG_ALIGNTO - 1) & ~(NLMSG_ALIGNTO - std::size_t{1});
-}
-
-template <class Visit>
-void for_each_attribute(Bytes attributes, Visit visit) {
-  while (attributes.size() >= sizeof(rtattr)) {
-    const auto header = read_as<rtattr>(attributes);
-    if (header.rta_len < sizeof(rtattr) || header.rta_len > attributes.size()) return;
-    visit(header.rta_type & NLA_TYPE_MASK,
-          attributes.subspan(sizeof(rtattr), header.rta_len - sizeof(rtattr)));
-    attributes = attributes.subspan(std::min(aligned(header.rta_len), attributes.size()));
-  }
-}
-
-std::string text_of(Bytes bytes) {
-  std::string text(bytes.size(), '\0');
-  std::memcpy(text.data(), bytes.data(), bytes.size());
-  return text.substr(0, text.find('\0'));
-}
-
-BusState state_of(std::uint32_t can_state) {
-  switch (can_state) {
-    case CAN_STATE_ERROR_WARNING:
-      return BusState::warning;
-    case CAN_STATE_ERROR_PASSIVE:
-      return BusState::passive;
-    case CAN_STATE_BUS_OFF:
-      return BusState::bus_off;
-    default:
-      return BusState::active;
-  }
-}
-
-void read_link_info(Bytes info, Interface& interface) {
-  Bytes data;
-  for_each_attribute(info, [&](int type, Bytes value) {
-    if (type == IFLA_INFO_KIND) interface.kind = text_of(value);
-    if (type == IFLA_INFO_DATA) data = value;
-  });
-  if (interface.kind != "can") return;
-  for_each_attribute(data, [&](int type, Bytes value) {
-    if (type == IFLA_CAN_STATE) interface.bus_state = state_of(read_as<std::uint32_t>(value));
-  });
-}
 
 [[noreturn]] void fail(const std::string& name, const char* what) {
   throw InterfaceError("interface " + name + ": " + what + ": " + std::strerror(errno));
@@ -111,20 +53,7 @@ std::vector<std::byte> ask_for_link(const std::string& name) {
 
 std::optional<Interface> query_interface(const std::string& name) {
   if (name.empty() || name.size() >= IFNAMSIZ) return std::nullopt;
-  const std::vector<std::byte> reply = ask_for_link(name);
-  constexpr std::size_t message_at = aligned(sizeof(nlmsghdr));
-  constexpr std::size_t attributes_at = message_at + aligned(sizeof(ifinfomsg));
-  if (reply.size() < attributes_at || read_as<nlmsghdr>(reply).nlmsg_type != RTM_NEWLINK) return std::nullopt;
-
-  const auto message = read_as<ifinfomsg>(Bytes(reply).subspan(message_at));
-  Interface interface;
-  interface.index = message.ifi_index;
-  interface.up = (message.ifi_flags & IFF_UP) != 0;
-  interface.is_can = message.ifi_type == ARPHRD_CAN;
-  for_each_attribute(Bytes(reply).subspan(attributes_at), [&](int type, Bytes value) {
-    if (type == IFLA_LINKINFO) read_link_info(value, interface);
-  });
-  return interface;
+  return parse_link_message(ask_for_link(name));
 }
 
 namespace {
@@ -155,6 +84,50 @@ Interface require_can_interface(const std::string& name) {
 bool is_virtual_interface(const std::string& name) {
   const Interface interface = require_interface(name);
   return interface.kind == "vcan" || interface.kind == "vxcan";
+}
+
+void require_able_to_send(const std::string& name, const Interface& interface) {
+  if (!interface.listen_only) return;
+  throw InterfaceError("interface " + name + " is listen-only; take it down and set: ip link set " + name +
+                       " type can listen-only off");
+}
+
+std::string describe(const std::string& name, const Interface& interface) {
+  std::string text = name + ": ";
+  if (interface.bitrate_bit_per_s)
+    text += fmt::format("{:g} kbit/s, sample point {:g} %, ", *interface.bitrate_bit_per_s / 1000.0,
+                        100.0 * interface.sample_point.value_or(0.0));
+  else
+    text += fmt::format("{}, no bit rate, ", interface.kind.empty() ? "CAN" : interface.kind);
+  if (interface.restart_ms) text += fmt::format("restart-ms {}, ", *interface.restart_ms);
+  if (interface.one_shot) text += "one-shot, ";
+  if (interface.loopback) text += "loopback, ";
+  if (interface.listen_only) text += "listen-only, ";
+  if (interface.fd) text += "FD, ";
+  if (interface.bus_state && *interface.bus_state != BusState::active)
+    text += fmt::format("{}, ", to_string(*interface.bus_state));
+  return text + fmt::format("qdisc {}, {} frames",
+                            interface.queue_discipline.empty() ? "none" : interface.queue_discipline,
+                            interface.transmit_queue_frames);
+}
+
+std::vector<std::string> find_doubts(const std::string& name, const Interface& interface,
+                                     double bitrate_bit_per_s) {
+  std::vector<std::string> doubts;
+  const auto real_bit_per_s = interface.bitrate_bit_per_s;
+  if (real_bit_per_s && *real_bit_per_s != bitrate_bit_per_s)
+    doubts.push_back(fmt::format("{} runs at {:g} bit/s, expected {:g} by the configuration", name,
+                                 static_cast<double>(*real_bit_per_s), bitrate_bit_per_s));
+  if (interface.restart_ms == 0U)
+    doubts.push_back(
+        fmt::format("{} has restart-ms 0: bus-off lasts until someone runs ip link set {} type "
+                    "can restart",
+                    name, name));
+  if (interface.loopback)
+    doubts.push_back(fmt::format("{} is in loopback mode: nothing reaches the wire", name));
+  if (interface.one_shot)
+    doubts.push_back(fmt::format("{} is in one-shot mode: a frame that loses arbitration is lost", name));
+  return doubts;
 }
 
 }  // namespace hystcan::can

@@ -43,6 +43,8 @@ class HeartbeatMonitor {
   explicit HeartbeatMonitor(Duration timeout) : timeout_(timeout) {}
 
   void heard(NmtState state, Time now);
+  /// What was heard no longer counts: the node must beat again.
+  void forget() { state_.reset(); }
   /// Empty: never heard, or silent for longer than the timeout.
   std::optional<NmtState> state(Time now) const;
   /// Boot-up messages heard: a change means that the node has restarted.

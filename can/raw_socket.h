@@ -1,4 +1,9 @@
 // A CAN_RAW socket: opened with our options, read in batches, written to without waiting.
+//
+// Arrival times are the kernel's software stamps, taken in the adapter's receive interrupt on the clock that
+// all interfaces share. An adapter's own stamps (SO_TIMESTAMPING, raw hardware) are not used: they count on a
+// free-running crystal of the adapter which the kernel does not relate to ours; an estimate of the offset
+// would err by 100 us in a second at 100 ppm, more than the interrupt's latency that it would take away.
 #pragma once
 
 #include <linux/can.h>
@@ -43,6 +48,8 @@ class ReceiveBatch {
   std::uint8_t fd_flags(std::size_t index) const { return frames_[index].flags; }
   /// Frames the kernel has dropped on this socket since it was opened.
   std::uint32_t lost() const { return lost_; }
+  /// The next read is from a socket just opened.
+  void restart() { lost_ = 0; }
 
  private:
   static constexpr std::size_t control_bytes = 64;

@@ -7,7 +7,7 @@
 #include <boost/asio/posix/basic_stream_descriptor.hpp>
 #include <cerrno>
 
-#include "can/bus_state.h"
+#include "can/error_frame.h"
 #include "can/interface.h"
 #include "can/raw_socket.h"
 
@@ -32,15 +32,14 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
       : interface_(std::move(interface)),
         filters_(filters.begin(), filters.end()),
         socket_(context),
-        retry_timer_(context) {
+        retry_timer_(context),
+        restart_timer_(context) {
     open();
   }
 
-  void wait() {
-    socket_.async_wait(asio::posix::descriptor_base::wait_read,
-                       [self = shared_from_this()](error_code error) {
-                         if (!error && !self->closed_) self->receive();
-                       });
+  void start() {
+    if (state_ == BusState::bus_off) ask_later_whether_restarted();
+    wait();
   }
 
   bool send(const Frame& frame) {
@@ -58,6 +57,7 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
     closed_ = true;
     error_code ignored;
     retry_timer_.cancel(ignored);
+    restart_timer_.cancel(ignored);
     socket_.close(ignored);
   }
 
@@ -65,13 +65,24 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
   StateHandler on_state;
 
   BusState state() const { return state_; }
+  std::optional<ErrorCounters> error_counters() const { return error_counters_; }
   const BusCounters& counters() const { return counters_; }
 
  private:
   void open() {
     socket_.assign(open_raw_socket(interface_, filters_));
-    if (const auto found = query_interface(interface_)) state_when_up_ = found->bus_state;
+    batch_.restart();
+    const auto found = query_interface(interface_);
+    state_when_up_ = found ? found->bus_state.value_or(BusState::active) : BusState::active;
+    error_counters_ = found ? found->error_counters : std::nullopt;
     if (state_ != BusState::down) state_ = state_when_up_;
+  }
+
+  void wait() {
+    socket_.async_wait(asio::posix::descriptor_base::wait_read,
+                       [self = shared_from_this()](error_code error) {
+                         if (!error && !self->closed_) self->receive();
+                       });
   }
 
   void receive() {
@@ -93,12 +104,17 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
   void take(const Frame& frame, Time received) {
     counters_.receive_lost = lost_before_ + batch_.lost();
     if (frame.kind == FrameKind::error) {
-      ++counters_.error_frames;
-      if (const auto told = state_told_by(frame)) enter(*told);
+      take_error(interpret(frame));
       return;
     }
     ++counters_.received;
     if (on_frame) on_frame(frame, received);
+  }
+
+  void take_error(const ErrorReport& report) {
+    count(report, counters_);
+    if (report.error_counters) error_counters_ = report.error_counters;
+    if (report.state) enter(*report.state);
   }
 
   void lose_interface() {
@@ -134,16 +150,38 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
   }
 
   void enter(BusState state) {
-    if (std::exchange(state_, state) != state && on_state) on_state(state);
+    if (std::exchange(state_, state) == state) return;
+    count_entry(state, counters_);
+    if (state == BusState::bus_off) ask_later_whether_restarted();
+    if (on_state) on_state(state);
+  }
+
+  void ask_later_whether_restarted() {
+    restart_timer_.expires_after(retry_period);
+    restart_timer_.async_wait([self = shared_from_this()](error_code error) {
+      if (!error && !self->closed_ && self->state_ == BusState::bus_off) self->ask_whether_restarted();
+    });
+  }
+
+  /// A virtual interface states none: there only an error frame ends bus-off, or the interface's going down.
+  void ask_whether_restarted() {
+    const auto found = query_interface(interface_);
+    if (found && found->up && found->bus_state && *found->bus_state != BusState::bus_off) {
+      enter(*found->bus_state);
+    } else {
+      ask_later_whether_restarted();
+    }
   }
 
   std::string interface_;
   std::vector<Filter> filters_;
   asio::posix::basic_stream_descriptor<Executor> socket_;
-  SteadyTimer retry_timer_;
+  SteadyTimer retry_timer_;    ///< to find the interface again
+  SteadyTimer restart_timer_;  ///< to ask, in bus-off, whether it has ended
   ReceiveBatch batch_;
   BusState state_ = BusState::active;
   BusState state_when_up_ = BusState::active;
+  std::optional<ErrorCounters> error_counters_;
   BusCounters counters_;
   std::uint64_t lost_before_ = 0;  ///< on earlier sockets
   bool retrying_ = false;
@@ -153,7 +191,7 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
 SocketCanBus::SocketCanBus(asio::io_context& context, const std::string& interface,
                            std::span<const Filter> filters)
     : impl_(std::make_shared<Impl>(context, interface, filters)) {
-  impl_->wait();
+  impl_->start();
 }
 
 SocketCanBus::~SocketCanBus() { impl_->close(); }
@@ -162,6 +200,7 @@ bool SocketCanBus::send(const Frame& frame) { return impl_->send(frame); }
 void SocketCanBus::on_frame(FrameHandler handler) { impl_->on_frame = std::move(handler); }
 void SocketCanBus::on_state(StateHandler handler) { impl_->on_state = std::move(handler); }
 BusState SocketCanBus::state() const { return impl_->state(); }
+std::optional<ErrorCounters> SocketCanBus::error_counters() const { return impl_->error_counters(); }
 const BusCounters& SocketCanBus::counters() const { return impl_->counters(); }
 
 }  // namespace hystcan::can

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -22,10 +23,12 @@ class InterfaceError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Filters are set before bind; error frames are on, become the bus state, and don't reach the frame handler;
-/// send() never blocks; ENOBUFS, EAGAIN and ENETDOWN are counted and survived. Where the interface goes down
-/// or vanishes the state is `down` until it is back, which is looked for every 50 ms. Own frames reach the
-/// host's other sockets and not this one. Arrival times are the kernel's stamps.
+/// Filters are set before bind; error frames are on, become state and counters, and don't reach the frame
+/// handler; send() never blocks, and what the kernel refuses (ENOBUFS, EAGAIN, ENETDOWN) is dropped and
+/// counted: the next cycle has a newer command. Where the interface goes down or vanishes the state is `down`
+/// until one of its name is up, which is looked for every 50 ms; filters are set again. In bus-off the driver
+/// is asked for its state every 50 ms, for the error frame that tells of the restart may be lost. Own frames
+/// reach the host's other sockets and not this one. Arrival times are the kernel's stamps.
 class SocketCanBus final : public Bus {
  public:
   /// Throws InterfaceError.
@@ -37,6 +40,7 @@ class SocketCanBus final : public Bus {
   void on_frame(FrameHandler handler) override;
   void on_state(StateHandler handler) override;
   BusState state() const override;
+  std::optional<ErrorCounters> error_counters() const override;
   const BusCounters& counters() const override;
 
  private:

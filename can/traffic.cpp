@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "can/bus_state.h"
+#include "can/error_frame.h"
 
 namespace hystcan::can {
 namespace {
@@ -77,7 +77,7 @@ std::optional<Rejection> Traffic::check(const Key& key, const Message* message, 
 void Traffic::add_error(const Frame& frame) {
   if (drops_told_by(frame)) return;
   ++error_frames_;
-  if (const auto state = state_told_by(frame)) state_ = state;
+  if (const auto state = interpret(frame).state) state_ = state;
   const bool told = (frame.id & CAN_ERR_CNT) != 0 || frame.data[6] != 0 || frame.data[7] != 0;
   if (told) error_counters_ = ErrorCounters{frame.data[6], frame.data[7]};
 }

@@ -55,6 +55,7 @@ Controller::Controller(const Config& config, const can::Database& database, can:
   for (const Route& route : routes_) filters.push_back({.id = route.id, .extended = route.extended});
   bus_ = attach(filters);
   bus_->on_frame([this](const can::Frame& frame, can::Time) { handle(frame); });
+  bus_->on_state([this](can::BusState state) { on_bus_state(state); });
 }
 
 void Controller::lay_route(std::uint32_t id, bool extended, decltype(Route::handler) handler,
@@ -189,6 +190,18 @@ void Controller::handle(const can::Frame& frame) {
   if (const Route* route = find_route(frame)) (this->*route->handler)(route->index, frame);
 }
 
+void Controller::on_bus_state(can::BusState state) {
+  if (state != can::BusState::bus_off && state != can::BusState::down) return;
+  for (const auto& wired : axes_) {
+    wired->bus_off_seen |= state == can::BusState::bus_off;
+    wired->sensor.forget();
+    wired->amplifier.forget();
+    wired->decode_sample.restart();
+    if (wired->decode_status) wired->decode_status->restart();
+    wired->status = {};
+  }
+}
+
 void Controller::on_sample(std::size_t index, const can::Frame& frame) {
   WiredAxis& wired = *axes_[index];
   const auto sample = wired.decode_sample(frame);
@@ -260,8 +273,9 @@ NodeHealth Controller::health(WiredAxis& wired) const {
   const can::Time now = scheduler_.now();
   const unsigned boot_ups = wired.sensor.boot_ups() + wired.amplifier.boot_ups();
   const bool restarted = std::exchange(wired.boot_ups_seen, boot_ups) != boot_ups;
+  const bool was_off = std::exchange(wired.bus_off_seen, false);
   return {.interface_up = bus_->state() != can::BusState::down,
-          .bus_on = bus_->state() != can::BusState::bus_off,
+          .bus_on = bus_->state() != can::BusState::bus_off && !was_off,
           .sensor_alive = wired.sensor.state(now).has_value(),
           .sensor_operational = wired.sensor.is_operational(now),
           .amplifier_alive = wired.amplifier.state(now).has_value(),

@@ -3,6 +3,8 @@
 //   SYNC(n) -> SensorSample(n) -> Axis::step -> AmpCommand(n)
 //
 // A sample is answered as it arrives. One that has not come by the next SYNC is bridged then, and counted.
+// Bus-off, or the loss of the interface, faults every driven axis with the next step, and what was known of
+// the nodes is forgotten: whoever is to be armed again must be heard again first.
 #pragma once
 
 #include <array>
@@ -77,7 +79,8 @@ class Controller {
     Peer amplifier;
     can::AmpStatus status;
     unsigned boot_ups_seen = 0;
-    bool answered = true;  ///< this cycle's step has been taken
+    bool bus_off_seen = false;  ///< since the last step, however short it was
+    bool answered = true;       ///< this cycle's step has been taken
   };
 
   void tick();
@@ -86,6 +89,7 @@ class Controller {
   void wake_nodes();
   void wake(const Peer& peer);
   void handle(const can::Frame& frame);
+  void on_bus_state(can::BusState state);
   void on_sample(std::size_t index, const can::Frame& frame);
   void on_status(std::size_t index, const can::Frame& frame);
   void on_sensor_heartbeat(std::size_t index, const can::Frame& frame);

@@ -38,6 +38,12 @@ void Peer::hear_emergency(const can::Frame& frame) {
     note({.kind = NodeEvent::Kind::emergency, .node = node_, .emergency = *emergency});
 }
 
+void Peer::forget() {
+  heartbeat_.forget();
+  setup_.restart();
+  failure_told_ = false;
+}
+
 std::optional<can::Frame> Peer::poll_setup(can::Time now) {
   const auto is = state(now);
   if (!is || *is == can::NmtState::stopped) return std::nullopt;  // a stopped node answers no SDO

@@ -48,6 +48,9 @@ class Peer {
   bool is_set_up() const { return setup_.is_done(); }
   unsigned boot_ups() const { return heartbeat_.boot_ups(); }
 
+  /// The bus was gone: what was heard, and what was set up, may no longer be so.
+  void forget();
+
   /// The next request of the set-up, once the node is there to hear it.
   std::optional<can::Frame> poll_setup(can::Time now);
   bool setup_has_failed() const { return setup_.has_failed(); }

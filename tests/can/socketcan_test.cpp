@@ -11,6 +11,7 @@
 
 #include <boost/asio/io_context.hpp>
 #include <chrono>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -20,6 +21,9 @@
 #include <thread>
 #include <vector>
 
+#include <fmt/format.h>
+
+#include "can/dbc.h"
 #include "can/interface.h"
 
 namespace hystcan::can {
@@ -290,6 +294,95 @@ TEST_F(SocketCanInterface, MayVanishAndComeBackUnderItsName) {
   EXPECT_EQ(heard[0].data[0], 0x22);
 }
 
+// Error frames as canerrsim of can-utils forms them: CAN_ERR_FLAG and the class in the identifier, eight
+// bytes.
+TEST_F(SocketCanInterface, TellsStateAndErrorCountersFromErrorFrames) {
+  const auto bus = open("vcan9", {{0x181}});
+  EXPECT_EQ(bus->error_counters(), std::nullopt);
+  ASSERT_TRUE(shell("cansend vcan9 20000204#0008000000006003"));
+  run_until([&] { return bus->state() == BusState::warning; });
+  EXPECT_EQ(bus->error_counters(), (ErrorCounters{.transmit = 96, .receive = 3}));
+  ASSERT_TRUE(shell("cansend vcan9 20000204#0020000000008803"));
+  run_until([&] { return bus->state() == BusState::passive; });
+  EXPECT_EQ(bus->error_counters(), (ErrorCounters{.transmit = 136, .receive = 3}));
+  ASSERT_TRUE(shell("cansend vcan9 20000040#0000000000000000"));
+  run_until([&] { return bus->state() == BusState::bus_off; });
+  context.run_for(200ms);
+  context.restart();
+  EXPECT_EQ(bus->state(), BusState::bus_off) << "vcan states none, so only the restart ends it";
+  ASSERT_TRUE(shell("cansend vcan9 20000100#0000000000000000"));
+  run_until([&] { return bus->state() == BusState::active; });
+  EXPECT_EQ(states, (std::vector{BusState::warning, BusState::passive, BusState::bus_off, BusState::active}));
+  EXPECT_EQ(bus->counters().warnings, 1U);
+  EXPECT_EQ(bus->counters().passives, 1U);
+  EXPECT_EQ(bus->counters().bus_offs, 1U);
+  EXPECT_EQ(bus->counters().restarts, 1U);
+  EXPECT_EQ(bus->counters().error_frames, 4U);
+  EXPECT_TRUE(heard.empty()) << "error frames are not for the frame handler";
+}
+
+TEST_F(SocketCanInterface, CountsWhatErrorFramesTellOfTheWire) {
+  const auto bus = open("vcan9", {{0x181}});
+  for (const char* frame :
+       {"20000020#0000000000000000", "20000002#0500000000000000", "20000088#0000040800000000",
+        "20000004#0001000000000000", "20000010#0000000004000000"}) {
+    ASSERT_TRUE(shell(std::string("cansend vcan9 ") + frame)) << frame;
+  }
+  run_until([&] { return bus->counters().error_frames >= 5; });
+  EXPECT_EQ(bus->counters().not_acknowledged, 1U);
+  EXPECT_EQ(bus->counters().arbitration_lost, 1U);
+  EXPECT_EQ(bus->counters().protocol_errors, 1U);
+  EXPECT_EQ(bus->counters().controller_overflows, 1U);
+  EXPECT_EQ(bus->counters().transceiver_errors, 1U);
+  EXPECT_EQ(bus->state(), BusState::active);
+}
+
+TEST_F(SocketCanInterface, EndsBusOffByGoingDownAndUp) {
+  const auto bus = open("vcan9", {});
+  ASSERT_TRUE(shell("cansend vcan9 20000040#0000000000000000"));
+  run_until([&] { return bus->state() == BusState::bus_off; });
+  ASSERT_TRUE(shell("ip link set vcan9 down"));
+  run_until([&] { return bus->state() == BusState::down; });
+  ASSERT_TRUE(shell("ip link set vcan9 up"));
+  run_until([&] { return bus->state() == BusState::active; });
+}
+
+TEST_F(SocketCanInterface, CountsLostFramesOnceAlthoughItWasOpenedAnew) {
+  const auto bus = open("vcan9", {{0x181}});
+  ASSERT_TRUE(shell("cangen vcan9 -g 0 -I 181 -L 8 -n 3000"));
+  run_until([&] { return heard.size() >= 100; });
+  context.poll();
+  context.restart();
+  ASSERT_TRUE(shell("cansend vcan9 181#FF"));
+  run_until([&] { return bus->counters().receive_lost > 0; });
+  const std::uint64_t lost = bus->counters().receive_lost;
+  ASSERT_TRUE(shell("ip link set vcan9 down"));
+  run_until([&] { return bus->state() == BusState::down; });
+  ASSERT_TRUE(shell("ip link set vcan9 up"));
+  run_until([&] { return bus->state() == BusState::active; });
+  const std::size_t kept = heard.size();
+  ASSERT_TRUE(shell("cansend vcan9 181#FE"));
+  run_until([&] { return heard.size() > kept; });
+  EXPECT_EQ(bus->counters().receive_lost, lost);
+}
+
+TEST_F(SocketCanInterface, SetsItsFiltersAgainWhereTheInterfaceIsANewOne) {
+  const auto bus = open("vcan9", {{0x181}});
+  const int index = query_interface("vcan9")->index;
+  ASSERT_TRUE(shell("ip link del vcan9"));
+  run_until([&] { return bus->state() == BusState::down; });
+  EXPECT_FALSE(bus->send({.id = 0x201, .length = 8})) << "there is nothing to send on";
+  ASSERT_TRUE(shell("ip link add dev vcan9 type vcan && ip link set vcan9 up"));
+  run_until([&] { return bus->state() == BusState::active; });
+  EXPECT_NE(query_interface("vcan9")->index, index) << "as after unplugging and plugging a USB adapter";
+  ASSERT_TRUE(shell("cansend vcan9 180#01 && cansend vcan9 182#02 && cansend vcan9 181#03"));
+  run_until([&] { return !heard.empty(); });
+  context.poll();
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_EQ(heard[0].data[0], 3);
+  EXPECT_TRUE(bus->send({.id = 0x201, .length = 8}));
+}
+
 TEST_F(SocketCanInterface, IsRefusedWithItsCureWhereItIsDownOrAbsent) {
   ASSERT_TRUE(shell("ip link set vcan9 down"));
   EXPECT_EQ(refusal("vcan9"), "interface vcan9 is down; bring it up with: ip link set vcan9 up");
@@ -304,6 +397,46 @@ TEST_F(SocketCanInterface, IsKnownForAVirtualOne) {
   EXPECT_TRUE(is_virtual_interface("vcan9"));
 }
 
+// python-can as an independent peer: every message of the shipped DBC there, and back with its payload
+// inverted.
+TEST_F(SocketCanInterface, ExchangesEveryMessageOfTheDbcWithPythonCan) {
+  const Database database = load_dbc(HYSTCAN_SOURCE_DIR "/config/hystcan.dbc");
+  std::vector<Filter> filters;
+  std::vector<Frame> sent;
+  std::string expected = "ready\n";
+  for (const Message& message : database.messages) {
+    Frame frame{.id = message.id, .extended = message.extended, .length = message.length};
+    std::string line = fmt::format("{:0{}X}#", message.id, message.extended ? 8 : 3);
+    for (std::uint8_t i = 0; i < message.length; ++i) {
+      frame.data[i] = static_cast<std::uint8_t>(16 * sent.size() + i);
+      line += fmt::format("{:02X}", frame.data[i]);
+    }
+    filters.push_back({.id = message.id, .extended = message.extended});
+    sent.push_back(frame);
+    expected += line + "\n";
+  }
+  const auto bus = open("vcan9", filters);
+  const std::string output = std::filesystem::temp_directory_path() / "python-peer";
+  std::thread peer([&] {
+    shell("/usr/bin/python3 " HYSTCAN_SOURCE_DIR "/tests/can/python_peer.py vcan9 " +
+          std::to_string(sent.size()) + " > " + output);
+  });
+  const Time give_up = std::chrono::steady_clock::now() + 60s;
+  while (content_of(output).empty() && std::chrono::steady_clock::now() < give_up)
+    std::this_thread::sleep_for(10ms);
+  for (const Frame& frame : sent) EXPECT_TRUE(bus->send(frame));
+  run_until([&] { return heard.size() >= sent.size(); });
+  peer.join();
+  EXPECT_EQ(content_of(output), expected) << "what python-can received";
+  ASSERT_EQ(heard.size(), sent.size());
+  for (std::size_t i = 0; i < sent.size(); ++i) {
+    Frame inverted = sent[i];
+    for (std::uint8_t byte = 0; byte < inverted.length; ++byte)
+      inverted.data[byte] = static_cast<std::uint8_t>(255 - inverted.data[byte]);
+    EXPECT_EQ(heard[i], inverted) << database.messages[i].name;
+  }
+}
+
 // The guest's SJA1000 controllers, where it has them: real ones to the driver, on a wire of their own.
 struct SocketCanController : testing::Test {
   void SetUp() override {
@@ -316,6 +449,50 @@ struct SocketCanController : testing::Test {
 };
 
 TEST_F(SocketCanController, IsNotVirtual) { EXPECT_FALSE(is_virtual_interface("can0")); }
+
+TEST_F(SocketCanController, IsDescribedAsIpLinkHasSetItUp) {
+  const auto found = query_interface("can0");
+  EXPECT_EQ(found->kind, "can");
+  EXPECT_EQ(found->bus_state, BusState::active);
+  EXPECT_EQ(found->bitrate_bit_per_s, 1'000'000U);
+  EXPECT_EQ(found->restart_ms, 100U);
+  EXPECT_GT(found->transmit_queue_frames, 0U);
+  EXPECT_FALSE(found->queue_discipline.empty());
+  EXPECT_TRUE(found->driver_statistics.has_value());
+  EXPECT_TRUE(find_doubts("can0", *found, 1e6).empty());
+  EXPECT_EQ(find_doubts("can0", *found, 500e3).size(), 1U);
+  std::printf("%s\n", describe("can0", *found).c_str());
+}
+
+TEST_F(SocketCanController, ThatOnlyListensMayNotBeUsedByANodeThatSends) {
+  ASSERT_TRUE(shell("ip link set can1 down && ip link set can1 up type can listen-only on"));
+  const Interface found = require_can_interface("can1");
+  EXPECT_TRUE(found.listen_only);
+  EXPECT_THROW(require_able_to_send("can1", found), InterfaceError);
+  ASSERT_TRUE(shell("ip link set can1 down && ip link set can1 up type can listen-only off"));
+  EXPECT_NO_THROW(require_able_to_send("can1", require_can_interface("can1")));
+}
+
+// On a wire that takes its time the queue fills: ENOBUFS or EAGAIN. The emulated cards send at once, refusing
+// none.
+TEST_F(SocketCanController, SendsOfABurstWhatItAcceptedAndNeverWhatItRefused) {
+  SocketCanBus sender(context, "can0", {});
+  SocketCanBus receiver(context, "can1", std::vector<Filter>{{0x201}});
+  std::vector<Frame> heard;
+  receiver.on_frame([&](const Frame& frame, Time) { heard.push_back(frame); });
+  std::uint8_t accepted = 0;
+  for (std::uint8_t i = 0; i < 200; ++i) {
+    accepted =
+        static_cast<std::uint8_t>(accepted + (sender.send({.id = 0x201, .length = 1, .data = {i}}) ? 1 : 0));
+  }
+  std::printf("a burst of 200 at once: %d accepted, %d refused\n", accepted, 200 - accepted);
+  EXPECT_EQ(sender.counters().send_refused, 200U - accepted);
+  run_until(context, [&] { return heard.size() >= accepted; });
+  EXPECT_TRUE(sender.send({.id = 0x201, .length = 1, .data = {0xFF}}));
+  run_until(context, [&] { return heard.size() > accepted; });
+  EXPECT_EQ(heard.back().data[0], 0xFF);
+  EXPECT_EQ(heard.size(), accepted + 1U) << "what was refused never comes";
+}
 
 TEST_F(SocketCanController, CarriesFramesToTheOtherOne) {
   SocketCanBus sender(context, "can0", {});

@@ -1,0 +1,21 @@
+#!/usr/bin/python3
+"""python_peer.py INTERFACE COUNT: an independent peer. Waits for COUNT frames, then sends each of them back with its
+payload inverted, one by one; prints what it received as IDENTIFIER#PAYLOAD."""
+import sys
+
+import can
+
+bus = can.Bus(interface="socketcan", channel=sys.argv[1])
+print("ready", flush=True)
+received = []
+while len(received) < int(sys.argv[2]):
+    message = bus.recv(timeout=20)
+    if message is None:
+        sys.exit("nothing heard for 20 s")
+    received.append(message)
+for message in received:
+    digits = 8 if message.is_extended_id else 3
+    print(f"{message.arbitration_id:0{digits}X}#{message.data.hex().upper()}")
+    bus.send(can.Message(arbitration_id=message.arbitration_id, is_extended_id=message.is_extended_id,
+                         data=bytes(255 - byte for byte in message.data)))
+bus.shutdown()

@@ -1,0 +1,162 @@
+// What the controller does when its bus goes off or away: disarm at once, hear every node anew, arm only when
+// told. The whole loop in virtual time; the controller's connection has a state that the test sets.
+#include <gtest/gtest.h>
+
+#include <optional>
+
+#include "config/config.h"
+#include "rehearsal/rehearsal.h"
+
+namespace hystcan {
+namespace {
+
+using can::BusState;
+using controller::AxisState;
+using controller::Cause;
+using std::chrono::milliseconds;
+
+/// A connection that can be put off the bus, as a CAN controller is: it neither sends nor hears then.
+class Connection final : public can::Bus {
+ public:
+  explicit Connection(std::unique_ptr<can::Bus> inner) : inner_(std::move(inner)) {}
+
+  void enter(BusState state) {
+    state_ = state;
+    if (on_state_) on_state_(state);
+  }
+  int nmt_frames() const { return nmt_frames_; }
+
+  bool send(const can::Frame& frame) override {
+    if (!on()) return false;
+    nmt_frames_ += frame.id == can::nmt_id ? 1 : 0;
+    return inner_->send(frame);
+  }
+  void on_frame(FrameHandler handler) override {
+    inner_->on_frame([this, handler](const can::Frame& frame, can::Time received) {
+      if (on()) handler(frame, received);
+    });
+  }
+  void on_state(StateHandler handler) override { on_state_ = std::move(handler); }
+  BusState state() const override { return state_; }
+  const can::BusCounters& counters() const override { return inner_->counters(); }
+
+ private:
+  bool on() const { return state_ != BusState::bus_off && state_ != BusState::down; }
+
+  std::unique_ptr<can::Bus> inner_;
+  StateHandler on_state_;
+  BusState state_ = BusState::active;
+  int nmt_frames_ = 0;
+};
+
+struct OffTheBus : testing::Test {
+  OffTheBus() {
+    twin.start();
+    switch_on(false);
+  }
+
+  void switch_on(bool clear_faults) {
+    controller.emplace(
+        config.controller, config.database, clock,
+        [this](std::span<const can::Filter>) {
+          auto opened = std::make_unique<Connection>(bus.attach());
+          connection = opened.get();
+          return opened;
+        },
+        [](const auto&) {});
+    controller->start(clear_faults);
+  }
+  void run_for(can::Duration duration) { clock.run_until(clock.now() + duration); }
+  bool tracks() {
+    for (int i = 0; i < 6000 && controller->axis(0).state() != AxisState::tracking; ++i)
+      run_for(milliseconds(1));
+    return all_are(AxisState::tracking);
+  }
+  bool all_are(AxisState state) const {
+    return controller->axis(0).state() == state && controller->axis(1).state() == state;
+  }
+  bool amplifiers_are_off() const {
+    return twin.axes()[0]->amplifier.state() != can::AmpState::enabled &&
+           twin.axes()[1]->amplifier.state() != can::AmpState::enabled;
+  }
+
+  const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
+  can::VirtualClock clock;
+  can::SimBus bus{clock, 1'000'000};
+  twin::Twin twin{config.twin, config.database, clock, [this](auto) { return bus.attach(); }};
+  Connection* connection = nullptr;
+  std::optional<controller::Controller> controller;
+};
+
+TEST_F(OffTheBus, EveryAxisIsFaultedWithinACycleAndStaysSoAfterTheRestart) {
+  ASSERT_TRUE(tracks());
+  connection->enter(BusState::bus_off);
+  run_for(milliseconds(2));
+  EXPECT_TRUE(all_are(AxisState::faulted));
+  EXPECT_EQ(controller->axis(0).fault().cause, Cause::bus_off);
+  EXPECT_EQ(controller->axis(1).fault().cause, Cause::bus_off);
+  run_for(milliseconds(100));
+  connection->enter(BusState::active);
+  run_for(milliseconds(1000));
+  EXPECT_TRUE(all_are(AxisState::faulted)) << "a restart of the bus arms nothing";
+  EXPECT_TRUE(amplifiers_are_off());
+}
+
+TEST_F(OffTheBus, ForLessThanACycleIsBusOffAllTheSame) {
+  ASSERT_TRUE(tracks());
+  connection->enter(BusState::bus_off);
+  connection->enter(BusState::active);
+  run_for(milliseconds(3));
+  EXPECT_TRUE(all_are(AxisState::faulted));
+  EXPECT_EQ(controller->axis(0).fault().cause, Cause::bus_off);
+  EXPECT_TRUE(amplifiers_are_off()) << "the safe command goes out as soon as the bus carries it";
+}
+
+TEST_F(OffTheBus, TheInterfaceDownIsAFaultOfItsOwn) {
+  ASSERT_TRUE(tracks());
+  connection->enter(BusState::down);
+  run_for(milliseconds(2));
+  EXPECT_EQ(controller->axis(0).fault().cause, Cause::interface_down);
+  connection->enter(BusState::active);
+  run_for(milliseconds(1000));
+  EXPECT_TRUE(all_are(AxisState::faulted));
+}
+
+TEST_F(OffTheBus, WarningAndPassiveAreNoReasonToStop) {
+  ASSERT_TRUE(tracks());
+  connection->enter(BusState::warning);
+  connection->enter(BusState::passive);
+  run_for(milliseconds(50));
+  EXPECT_TRUE(all_are(AxisState::tracking));
+}
+
+TEST_F(OffTheBus, OnlyAControllerStartedAnewWithLeaveToClearFaultsTracksAgain) {
+  ASSERT_TRUE(tracks());
+  connection->enter(BusState::bus_off);
+  run_for(milliseconds(100));
+  controller.reset();
+  switch_on(false);
+  run_for(milliseconds(1000));
+  EXPECT_EQ(controller->axis(0).fault().cause, Cause::amplifier_fault)
+      << "the amplifier's watchdog has tripped in the silence";
+  controller.reset();
+  switch_on(true);
+  EXPECT_TRUE(tracks());
+}
+
+TEST_F(OffTheBus, WhileItWaitsANodeMustBeHeardAnewAndIsStartedAnew) {
+  run_for(milliseconds(130));  // the nodes have been started once, and have not yet beaten operational twice
+  ASSERT_NE(controller->axis(0).state(), AxisState::faulted);
+  const int before = connection->nmt_frames();
+  ASSERT_EQ(controller->axis(0).state(), AxisState::waiting);
+  connection->enter(BusState::bus_off);
+  run_for(milliseconds(50));
+  connection->enter(BusState::active);
+  run_for(milliseconds(1));
+  EXPECT_EQ(controller->axis(0).state(), AxisState::waiting) << "what was heard before bus-off is forgotten";
+  EXPECT_TRUE(tracks()) << "nothing was armed, so nothing has to be cleared";
+  EXPECT_GT(connection->nmt_frames(), before);
+}
+
+}  // namespace
+}  // namespace hystcan

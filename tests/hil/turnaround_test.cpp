@@ -1,0 +1,152 @@
+// From the sample on the wire to its command on the wire, by the kernel's stamps in one candump log: of the
+// controller, and of a bare program that only receives and sends (docs/latency.md).
+#include <gtest/gtest.h>
+#include <linux/can.h>
+#include <linux/can/raw.h>
+#include <net/if.h>
+#include <sched.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <thread>
+
+#include "tests/hil/bench.h"
+
+namespace hystcan {
+namespace {
+
+using hil::Bench;
+using hil::milliseconds;
+using hil::Process;
+
+constexpr canid_t sample_id = 0x182;
+constexpr canid_t command_id = 0x201;
+
+int raw_socket(canid_t only) {
+  const int socket = ::socket(PF_CAN, SOCK_RAW, CAN_RAW);
+  const can_filter filter{only, CAN_SFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG};
+  ::setsockopt(socket, SOL_CAN_RAW, CAN_RAW_FILTER, &filter, sizeof filter);
+  sockaddr_can address{};
+  address.can_family = AF_CAN;
+  address.can_ifindex = static_cast<int>(if_nametoindex("vcan0"));
+  EXPECT_EQ(::bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  return socket;
+}
+
+/// Receive, send, nothing else, under the controller's own scheduling class. Killed when out of scope.
+class BareEcho {
+ public:
+  BareEcho() : child_(fork()) {
+    if (child_ == 0) run();
+  }
+  ~BareEcho() {
+    kill(child_, SIGKILL);
+    waitpid(child_, nullptr, 0);
+  }
+  BareEcho(const BareEcho&) = delete;
+  BareEcho& operator=(const BareEcho&) = delete;
+
+ private:
+  [[noreturn]] static void run() {
+    const sched_param fifo{.sched_priority = 50};
+    sched_setscheduler(0, SCHED_FIFO, &fifo);
+    const int socket = raw_socket(sample_id);
+    can_frame frame{};
+    while (::read(socket, &frame, sizeof frame) > 0) {
+      frame.can_id = command_id;
+      if (::write(socket, &frame, sizeof frame) < 0) break;
+    }
+    _exit(1);
+  }
+  pid_t child_;
+};
+
+/// Turnarounds in us, ascending: each command after the last sample before it.
+std::vector<double> turnarounds(const std::string& log) {
+  std::vector<double> result;
+  double sampled_s = 0.0;  // 0: answered
+  std::ifstream file(log);
+  for (std::string line; std::getline(file, line);) {
+    const double time_s = std::strtod(line.c_str() + 1, nullptr);
+    const std::string frame = line.substr(line.rfind(' ') + 1);
+    if (frame.starts_with("182#")) sampled_s = time_s;
+    if (!frame.starts_with("201#") || sampled_s == 0.0) continue;
+    result.push_back(1e6 * (time_s - sampled_s));
+    sampled_s = 0.0;
+  }
+  std::ranges::sort(result);
+  return result;
+}
+
+double quantile(const std::vector<double>& ascending, double q) {
+  return ascending.at(static_cast<std::size_t>(q * static_cast<double>(ascending.size() - 1)));
+}
+
+void print(const char* who, const std::vector<double>& us) {
+  std::printf("%-10s %6zu turnarounds: p50 %6.1f us, p99 %6.1f us, p99.9 %6.1f us, max %6.1f us\n", who,
+              us.size(), quantile(us, 0.5), quantile(us, 0.99), quantile(us, 0.999), us.back());
+  constexpr double bin_us = 5.0;
+  for (std::size_t i = 0; i < us.size();) {
+    const double top = bin_us * (std::floor(us[i] / bin_us) + 1.0);
+    const std::size_t first = i;
+    while (i < us.size() && us[i] < top) ++i;
+    std::printf("    %5.0f..%-5.0f us %6zu\n", top - bin_us, top, i - first);
+  }
+}
+
+std::string log_of(const char* name) { return (std::filesystem::path(testing::TempDir()) / name).string(); }
+
+std::vector<double> of_bare_echo(int samples) {
+  const std::string log = log_of("echo.log");
+  {
+    const Process candump({"sh", "-c", "exec candump -L vcan0,182:7FF,201:7FF >" + log});
+    const BareEcho echo;
+    std::this_thread::sleep_for(milliseconds(300));
+    const int socket = raw_socket(0x7FF);
+    can_frame sample{};
+    sample.can_id = sample_id;
+    sample.can_dlc = 8;
+    auto next = std::chrono::steady_clock::now();
+    for (int i = 0; i < samples; ++i) {
+      std::this_thread::sleep_until(next += milliseconds(1));
+      EXPECT_GT(::write(socket, &sample, sizeof sample), 0);
+    }
+    ::close(socket);
+    std::this_thread::sleep_for(milliseconds(100));
+  }
+  return turnarounds(log);
+}
+
+std::vector<double> of_controller() {
+  const std::string log = log_of("turnaround.log");
+  {
+    Bench bench({"vcan0", "vcan0"});
+    const Process candump({"sh", "-c", "exec candump -L vcan0,182:7FF,201:7FF >" + log});
+    bench.start_controller();
+    EXPECT_TRUE(bench.tracks()) << bench.controller->err();
+    std::this_thread::sleep_for(std::chrono::seconds(5));
+    bench.controller->send(SIGTERM);
+    EXPECT_EQ(bench.controller->wait(), 0) << bench.controller->err();
+  }
+  return turnarounds(log);
+}
+
+// A budget, not a timed test: what is asserted is that both answered; the ratio is printed with its verdict.
+TEST(Icount, TheTurnaroundIsMeasuredBesideABareEcho) {
+  const std::vector<double> echo = of_bare_echo(5000);
+  const std::vector<double> controller = of_controller();
+  ASSERT_GT(echo.size(), 4900U);
+  ASSERT_GT(controller.size(), 5000U);
+  print("echo", echo);
+  print("controller", controller);
+  const double ratio = quantile(controller, 0.999) / quantile(echo, 0.999);
+  std::printf("turnaround p99.9: controller / bare echo = %.2f, budget 1.5: %s\n", ratio,
+              ratio <= 1.5 ? "met" : "MISSED");
+}
+
+}  // namespace
+}  // namespace hystcan
