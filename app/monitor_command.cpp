@@ -104,7 +104,8 @@ int run_monitor(const Options& options) {
   const BusSource source = find_bus(options.bus);
   const can::Database nothing;
   can::Traffic traffic(source.database ? *source.database : nothing);
-  const can::BusState at_start = can::require_can_interface(source.interface).bus_state;
+  const can::BusState at_start =
+      can::require_can_interface(source.interface).bus_state.value_or(can::BusState::active);
   can::Tap tap(source.interface);
   stop_at_a_signal();
   std::optional<Screen> screen;

@@ -405,7 +405,8 @@ TEST_F(SocketCanInterface, ExchangesEveryMessageOfTheDbcWithPythonCan) {
   std::vector<Frame> sent;
   std::string expected = "ready\n";
   for (const Message& message : database.messages) {
-    Frame frame{.id = message.id, .extended = message.extended, .length = message.length};
+    Frame frame{
+        .id = message.id, .extended = message.extended, .length = static_cast<std::uint8_t>(message.length)};
     std::string line = fmt::format("{:0{}X}#", message.id, message.extended ? 8 : 3);
     for (std::uint8_t i = 0; i < message.length; ++i) {
       frame.data[i] = static_cast<std::uint8_t>(16 * sent.size() + i);
