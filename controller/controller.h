@@ -76,7 +76,7 @@ class Controller {
     can::AmpStatus status;
     unsigned boot_ups_seen = 0;
     bool bus_off_seen = false;  ///< since the last step, however short it was
-    bool answered = true;  ///< this cycle's step has been taken
+    bool answered = true;       ///< this cycle's step has been taken
   };
 
   void tick();
