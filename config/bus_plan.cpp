@@ -123,7 +123,7 @@ class Chain {
     Duration begin = own;
     while (begin <= limit) {
       const Duration window = begin + bit_;
-      const Duration next = own + blocking(window, (q + 1) * stages_) + interference(window);
+      const Duration next = own + blocking(window, std::int64_t{q + 1} * stages_) + interference(window);
       if (next == begin) return begin + last_;
       begin = next;
     }
