@@ -1,5 +1,7 @@
 #include "can/candump.h"
 
+#include <fmt/format.h>
+
 #include <linux/can.h>
 #include <linux/can/error.h>
 
@@ -222,8 +224,8 @@ std::optional<LoggedFrame> CandumpReader::next() {
     auto size = static_cast<std::size_t>(stream_.gcount());
     if (stream_.eof() && size == 0) return std::nullopt;
     const auto refuse = [&](std::size_t at, const std::string& found, const std::string& expected) {
-      throw CandumpError(name_ + ':' + std::to_string(line_) + ':' + std::to_string(at + 1) + ": found " +
-                         found + ", expected " + expected);
+      throw CandumpError(
+          fmt::format("{}:{}:{}: found {}, expected {}", name_, line_, at + 1, found, expected));
     };
     if (stream_.bad()) throw CandumpError(name_ + ": cannot be read");
     if (stream_.fail()) refuse(size, "a longer line", "at most " + std::to_string(size) + " characters");
