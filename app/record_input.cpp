@@ -12,8 +12,14 @@ namespace {
 
 using identification::Record;
 
-constexpr const char* input_option = "--input-unit";
-constexpr const char* output_option = "--output-unit";
+/// What a record, and what the command line calls a unit; what it is where neither tells.
+struct UnitOf {
+  const char* name;
+  const char* option;
+  const char* assumed;
+};
+constexpr UnitOf input_unit{"input_unit", "--input-unit", "V"};
+constexpr UnitOf output_unit{"output_unit", "--output-unit", "um"};
 
 void keep_stretch(Record& record, const RecordInput& input) {
   const auto first = std::ranges::lower_bound(record.time_s, input.from_s.value_or(record.time_s.front()));
@@ -25,15 +31,15 @@ void keep_stretch(Record& record, const RecordInput& input) {
   }
 }
 
-void settle(std::string& unit, const std::string& asked, const char* assumed, const char* option,
-            const std::string& file) {
-  if (!asked.empty() && !unit.empty() && asked != unit)
-    throw config::Error(fmt::format("{}: it says {} = \"{}\", expected \"{}\"", file,
-                                    option == input_option ? "input_unit" : "output_unit", unit, asked));
-  if (!asked.empty()) unit = asked;
+void settle(std::string& unit, const std::string& asked, const UnitOf& of,
+            const std::filesystem::path& file) {
+  if (!asked.empty()) {
+    refuse_other_unit(file, of.name, unit, asked);
+    unit = asked;
+  }
   if (unit.empty()) {
-    unit = assumed;
-    fmt::print(stderr, "hystcan: {}: {} is not told, {} assumed\n", file, option, assumed);
+    unit = of.assumed;
+    fmt::print(stderr, "hystcan: {}: {} is not told, {} assumed\n", file.string(), of.option, of.assumed);
   }
 }
 
@@ -47,18 +53,27 @@ Record load(const std::filesystem::path& file, const RecordInput& input) {
   if (record.size() == 0)
     throw config::Error(fmt::format("{}: no rows{}, expected a record", file.string(),
                                     input.from_s || input.to_s ? " between --from and --to" : ""));
-  settle(record.input_unit, input.input_unit, "V", input_option, file.string());
-  settle(record.output_unit, input.output_unit, "um", output_option, file.string());
+  settle(record.input_unit, input.input_unit, input_unit, file);
+  settle(record.output_unit, input.output_unit, output_unit, file);
   return record;
 }
 
 }  // namespace
 
+void refuse_other_unit(const std::filesystem::path& file, const char* name, const std::string& told,
+                       const std::string& expected, const char* whose) {
+  if (!told.empty() && told != expected)
+    throw config::Error(fmt::format("{}: it says {} = \"{}\", expected \"{}\"{}", file.string(), name, told,
+                                    expected, whose));
+}
+
 void add_record_options(CLI::App& command, RecordInput& input) {
   command.add_option("--from", input.from_s, "leave out what was before this time_s");
   command.add_option("--to", input.to_s, "leave out what came after this time_s");
-  command.add_option(input_option, input.input_unit, "of the input, where the record does not tell: V, A");
-  command.add_option(output_option, input.output_unit, "of the output, where the record does not tell: um");
+  command.add_option(input_unit.option, input.input_unit,
+                     "of the input, where the record does not tell: V, A");
+  command.add_option(output_unit.option, input.output_unit,
+                     "of the output, where the record does not tell: um");
 }
 
 std::vector<Record> load_records(const std::vector<std::filesystem::path>& files, const RecordInput& input) {

@@ -16,6 +16,11 @@ struct RecordInput {
   std::string input_unit, output_unit;
 };
 
+/// Throws config::Error where the file tells (`# input_unit = "V"`, empty: it does not) another unit than
+/// `expected`. `whose`: ends the sentence.
+void refuse_other_unit(const std::filesystem::path& file, const char* name, const std::string& told,
+                       const std::string& expected, const char* whose = "");
+
 /// --from, --to, --input-unit, --output-unit.
 void add_record_options(CLI::App& command, RecordInput& input);
 

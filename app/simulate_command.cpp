@@ -13,6 +13,7 @@
 #include "app/commands.h"
 #include "app/output_file.h"
 #include "app/progress.h"
+#include "app/record_input.h"
 #include "app/stop_signal.h"
 #include "config/csv.h"
 #include "config/model_file.h"
@@ -58,22 +59,15 @@ typename Model::State start(const Options& options, const Model& model) {
   return options.memory.empty() ? at_rest(model) : config::load_memory(options.memory, model, capacity);
 }
 
-/// Where the record tells its unit (`# input_unit = "V"`).
-void refuse_other_unit(const Options& options, const config::CsvReader& reader, const auto& model) {
-  const char* name = options.inverse ? "output_unit" : "input_unit";
-  const std::string unit = reader.comment(name);
-  const std::string& expected = options.inverse ? model.output_unit : model.input_unit;
-  if (!unit.empty() && unit != expected)
-    throw config::Error(fmt::format("{}: it says {} = \"{}\", expected \"{}\", the model's",
-                                    options.input.string(), name, unit, expected));
-}
-
 /// Row by row, in constant memory.
 template <class Model>
 void run(const Options& options, model::Simulation<Model>& simulation, OutputFile& out) {
   config::CsvReader reader(options.input, {options.inverse ? "output" : "input"});
   const bool timed = reader.also("time_s");
-  refuse_other_unit(options, reader, simulation.model().parameters());
+  const auto& parameters = simulation.model().parameters();
+  const char* unit = options.inverse ? "output_unit" : "input_unit";
+  refuse_other_unit(options.input, unit, reader.comment(unit),
+                    options.inverse ? parameters.output_unit : parameters.input_unit, ", the model's");
   std::error_code unknown;
   const auto size = std::filesystem::file_size(options.input, unknown);
   Progress progress("simulating", unknown ? 0 : size);
