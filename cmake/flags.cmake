@@ -1,6 +1,7 @@
 # One INTERFACE target carries every flag that this project's own code is compiled with.
 option(HYSTCAN_WERROR "Treat warnings as errors" OFF)
 set(HYSTCAN_SANITIZE "" CACHE STRING "Sanitizers to build with, e.g. address,undefined or thread")
+option(HYSTCAN_FUZZ "Build the fuzz targets with libFuzzer, and the rooms for it (needs clang)" OFF)
 
 if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release)
@@ -31,8 +32,18 @@ if(HYSTCAN_SANITIZE)
   endif()
 endif()
 
+# For the command line and most tests: under a sanitizer they take longer to optimise than to run.
+macro(leave_unoptimised_under_sanitizers)
+  if(HYSTCAN_SANITIZE)
+    add_compile_options(-O0)
+  endif()
+endmacro()
+
 # add_room(NAME SOURCES... ): the static library hystcan_NAME of one room.
 function(add_room name)
   add_library(hystcan_${name} STATIC ${ARGN})
   target_link_libraries(hystcan_${name} PUBLIC hystcan_flags)
+  if(HYSTCAN_FUZZ)
+    target_compile_options(hystcan_${name} PRIVATE -fsanitize=fuzzer-no-link)
+  endif()
 endfunction()

@@ -164,7 +164,7 @@ TEST(Schedulability, RefusesWhatIsNoMessageSet) {
 class Sender {
  public:
   Sender(VirtualClock& clock, SimBus& wire, const PeriodicFrame& frame, Duration phase, std::uint64_t seed)
-      : clock_(clock), bus_(wire.attach()), set_(frame), due_(Time{phase}), random_(seed) {
+      : bus_(wire.attach()), set_(frame), due_(Time{phase}), random_(seed) {
     timer_ = clock.make_timer([this] {
       Frame sent{.id = set_.id, .extended = set_.extended, .length = static_cast<std::uint8_t>(set_.bytes)};
       sent.data.fill(fill);
@@ -190,7 +190,6 @@ class Sender {
     timer_->expire_at(due_ + Duration{random() % 2 == 0 ? late : 0});
   }
 
-  VirtualClock& clock_;
   std::unique_ptr<SimNode> bus_;
   PeriodicFrame set_;
   Time due_;

@@ -48,14 +48,14 @@ void comes_back_to_the_bit(const Model& model, std::size_t capacity) {
 
 TEST(SavedMemory, ComesBackToTheBit) {
   EXPECT_TRUE(rc::check("recursive-memory", [] {
-    comes_back_to_the_bit(Hysteresis(RandomModel::draw()), *rc::gen::element(4, 5, 256));
+    comes_back_to_the_bit(Hysteresis(RandomModel::draw()), *rc::gen::element<std::size_t>(4, 5, 256));
   }));
   EXPECT_TRUE(rc::check("linear-mapping", [] {
-    comes_back_to_the_bit(LinearMapping(RandomModel::draw()), *rc::gen::element(4, 256));
+    comes_back_to_the_bit(LinearMapping(RandomModel::draw()), *rc::gen::element<std::size_t>(4, 256));
   }));
   EXPECT_TRUE(rc::check("preisach", [] {
     comes_back_to_the_bit(Preisach({"V", "um", {-1.0, 4.0}, 0.5, 0.1, {1.0, 0.0, 0.3, 0.2, 0.7, 2.0}}),
-                          *rc::gen::element(4, 256));
+                          *rc::gen::element<std::size_t>(4, 256));
   }));
   EXPECT_TRUE(rc::check("an even model", [] { comes_back_to_the_bit(Hysteresis(galfenol_model()), 256); }));
 }
