@@ -46,7 +46,7 @@ class Line {
 
   LoggedFrame parse() {
     LoggedFrame logged;
-    expect('(', "'(' and the time of a frame");
+    expect('(', "'(' and the time of a frame, as `candump -L` writes it");
     logged.time = time();
     expect(')', "')' after the time");
     blanks("a blank after the time");

@@ -177,6 +177,8 @@ class Parser {
     line.maximum = cursor_.need_number("the maximum" + of + ", a number");
     cursor_.need(']', "']' after the range" + of);
     line.unit = cursor_.need_quoted("the unit" + of + " in quotes");
+    if (line.unit.text.find_first_of("\r\n") != std::string_view::npos)
+      throw Mistake{line.unit.text.data() - 1, "a text over several lines", "the unit" + of + " in one line"};
     receivers(line.receivers);
     document_.messages.back().signals.push_back(std::move(line));
   }

@@ -124,17 +124,29 @@ class FrameCheck {
     const can::SignalCodec codec(signal);
     if (field.quantity != can::Quantity::number) check_unit(field, signal);
     const std::string_view role = field.role;
-    if (role == "sync_counter" && (codec.minimum() > 1 || codec.maximum() < can::sync_counter_max))
-      fail(field.role,
-           fmt::format("signal {} of message {} holds {} to {}", signal.name, message_->name, codec.minimum(),
-                       codec.maximum()),
-           fmt::format("1 to {}, the counter of the SYNC", can::sync_counter_max));
-    if ((role == "enable" || role == "clear_fault") && (codec.minimum() > 0 || codec.maximum() < 1))
-      fail(field.role,
-           fmt::format("signal {} of message {} holds {} to {}", signal.name, message_->name, codec.minimum(),
-                       codec.maximum()),
-           "0 and 1");
+    if (role == "sync_counter" && !holds_integers(codec, 1, can::sync_counter_max))
+      fail_at_integers(field.role, signal, codec,
+                       fmt::format("1 to {}, the counter of the SYNC", can::sync_counter_max));
+    if ((role == "enable" || role == "clear_fault") && !holds_integers(codec, 0, 1))
+      fail_at_integers(field.role, signal, codec, "0 and 1");
     if (role == "setpoint") check_drive_range(signal, codec);
+    if (role == "position") check_position_range(signal, codec);
+  }
+
+  /// Each comes back as it went: neither out of range nor between two steps of the signal.
+  static bool holds_integers(const can::SignalCodec& codec, int low, int high) {
+    std::array<std::uint8_t, 64> payload{};
+    for (int value = low; value <= high; ++value)
+      if (!codec.pack(value, payload) || std::abs(codec.unpack(payload) - value) > 1e-6) return false;
+    return true;
+  }
+
+  [[noreturn]] void fail_at_integers(const std::string& key, const can::Signal& signal,
+                                     const can::SignalCodec& codec, const std::string& expected) const {
+    fail(key,
+         fmt::format("signal {} of message {} holds {} to {} in steps of {}", signal.name, message_->name,
+                     codec.minimum(), codec.maximum(), codec.resolution()),
+         expected);
   }
 
   template <class Member>
@@ -157,6 +169,18 @@ class FrameCheck {
     document_.fail_at(fmt::format("{}.control.drive_max_{}", path_, axis_.drive_unit),
                       fmt::format("the drive range {}..{} does not fit signal {}, expected within {}..{}",
                                   gate.drive_min, gate.drive_max, signal.name, low, high));
+  }
+
+  /// Where the sensor could not say that the stage left its range, nothing would trip there.
+  void check_position_range(const can::Signal& signal, const can::SignalCodec& codec) const {
+    const can::DecimalStep step = *can::decimal_step(signal.unit, "um");
+    const double low = step.to_ours(codec.minimum());
+    const double high = step.to_ours(codec.maximum());
+    const controller::AxisConfig& control = axis_.control;
+    if (control.position_min_um >= low && control.position_max_um <= high) return;
+    document_.fail_at(path_ + ".control.position_max_um",
+                      fmt::format("the positions {}..{} um do not fit signal {}, expected within {}..{} um",
+                                  control.position_min_um, control.position_max_um, signal.name, low, high));
   }
 
   void check_states() const {

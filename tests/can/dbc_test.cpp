@@ -169,6 +169,9 @@ TEST(DbcError, NamesThePlaceWhatStandsThereAndWhatShould) {
             "signal Position");
   EXPECT_EQ(refusal(message(" SG_ Position : 0|32@1- (nan,0) [0|0] \"um\" A")),
             "lab.dbc:2:26: found 'nan', expected a scale of signal Position that a double can hold");
+  EXPECT_EQ(
+      refusal(message(" SG_ Position : 0|32@1- (1,0) [0|0] \"um A\n SG_ B : 32|8@1+ (1,0) [0|0] \"V\" A")),
+      "lab.dbc:2:37: found a text over several lines, expected the unit of signal Position in one line");
   EXPECT_EQ(refusal("BO_ 385 Status 8 Amp\n"),
             "lab.dbc:1:16: found '8', expected ':' after the name of message Status");
   EXPECT_EQ(refusal("VERSION \"\"\n\nBO 385 Status: 8 Amp\n"),

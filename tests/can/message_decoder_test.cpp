@@ -53,6 +53,16 @@ TEST(DecodeSignals, GivesRawPhysicalAndName) {
   EXPECT_EQ(signals[1].name, "fault");
 }
 
+TEST(DecodeSignals, GivesTheBitsOfAFloatAsTheyStand) {
+  const Database database =
+      parse_dbc("BO_ 1 A: 8 X\n SG_ F : 0|32@1- (1,0) [0|0] \"\" X\nSIG_VALTYPE_ 1 F : 1;\n", "lab.dbc");
+  const Frame frame = frame_of(1, {0, 0, 0x80, 0xBF, 0, 0, 0, 0});
+  const auto signals = decode_signals(*message_of(database, frame), frame);
+  ASSERT_EQ(signals.size(), 1U);
+  EXPECT_EQ(signals[0].raw, 0xBF800000);
+  EXPECT_EQ(signals[0].physical, -1.0);
+}
+
 TEST(DecodeSignals, LeavesOutWhatThePayloadIsTooShortFor) {
   const Database database = parse_dbc(
       "BO_ 1 A: 1785 X\n SG_ P : 0|8@1+ (1,0) [0|0] \"\" X\n SG_ Q : 56|9@1+ (1,0) [0|0] \"\" X\n"

@@ -71,6 +71,13 @@ INSTANTIATE_TEST_SUITE_P(
                   "enable       = ", "signal On of message AmpSet overlaps another"},
         BadFrames{"SyncCounterTooSmall", file, "clear_fault  = \"Rst\"", "sync_counter = \"Rst\"",
                   "sync_counter = ", "signal Rst of message AmpSet holds 0 to 1"},
+        BadFrames{"EnableInStepsOfTwo", "lab_amplifier.dbc", "SG_ On : 12|1@1+ (1,0) [0|1]",
+                  "SG_ On : 12|1@1+ (2,0) [0|2]", "enable       = ",
+                  "signal On of message AmpSet holds 0 to 2 in steps of 2 in lab_amplifier.dbc, "
+                  "expected 0 and 1"},
+        BadFrames{"PositionsBeyondTheSignal", "lab_amplifier.dbc", "SG_ Pos : 7|24@0- (0.1,0)",
+                  "SG_ Pos : 7|16@0- (1,0)", "position_max_um    = 34.0",
+                  "the positions -3..34 um do not fit signal Pos, expected within -32.768..32.767 um"},
         BadFrames{"StateThatDoesNotFit", file, "state_fault   = [64, 65]", "state_fault   = [64, 256]",
                   "state_fault   =", "256 does not fit signal St"},
         BadFrames{"NoValueForReady", file, "state_ready   = [16]", "state_ready   = []", "state_ready",

@@ -96,6 +96,8 @@ INSTANTIATE_TEST_SUITE_P(
         BadInput{"EmptyInterface", "piezo.toml", "\"vcan0\"", "\"\"", "interface is empty"},
         BadInput{"DelayOfAnotherRate", "piezo.toml", "rate_Hz = 1000.0", "rate_Hz = 2000.0",
                  "command_delay_us is 1000, expected 500"},
+        BadInput{"DelayOffByMoreThanItsRounding", "piezo.toml", "command_delay_us       = 1000.0",
+                 "command_delay_us = 1000.6", "command_delay_us is 1000.6, expected 1000"},
         BadInput{"NameWithAComma", "piezo.toml", "\"x\"", "\"a,b\"", "the name has a comma"},
         BadInput{"UnitsAgainstTheDbc", "piezo.toml", "dbc               = \"hystcan.dbc\"",
                  "dbc = \"galfenol.dbc\"", "is in \"A\""},
