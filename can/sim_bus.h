@@ -13,6 +13,10 @@
 
 namespace hystcan::can {
 
+namespace sim {
+class Wire;
+}
+
 /// Discrete-event scheduler: events at the same instant run in the order in which they were armed.
 class VirtualClock final : public Scheduler {
  public:
@@ -50,6 +54,10 @@ inline constexpr unsigned suspend_bits = 8;  ///< an error-passive node's pause 
 inline constexpr unsigned recovery_sequences = 128;
 inline constexpr unsigned recovery_sequence_bits = 11;
 
+/// In which order a node's frames leave it: as they were sent, as from the queue of a SocketCAN interface; or
+/// the most urgent first, as from a CAN controller with several transmit buffers.
+enum class TransmitOrder : std::uint8_t { as_sent, by_priority };
+
 /// What goes wrong at one node, each a probability 0..1. Whatever destroys a frame for one error-active node
 /// destroys it for all, and it is sent again. An error-passive receiver that alone sees an error misses the
 /// frame.
@@ -76,9 +84,8 @@ class SimNode : public Bus {
 };
 
 /// The wire. Idle: the attached node with the lowest pending identifier wins, as the bits decide: standard
-/// beats extended of the same base, data beats remote. Frames sent at the same instant arbitrate; one node's
-/// frames leave in the order in which they were sent. The frame reaches every other node when its last bit
-/// has passed.
+/// beats extended of the same base, data beats remote. Frames sent at the same instant arbitrate. The frame
+/// reaches every other node when its last bit has passed.
 ///
 /// A frame that meets an error ends there: an error frame of 14 to 20 bits and the interframe space follow,
 /// and it arbitrates again. So does one that nobody acknowledges because there is no other node. At bus-off a
@@ -86,8 +93,9 @@ class SimNode : public Bus {
 /// sender see differently; two nodes that send one identifier at one instant (the one attached first wins).
 class SimBus {
  public:
-  /// Queue of one node's controller; a frame sent into a full queue is refused, as ENOBUFS would.
-  static constexpr std::size_t transmit_queue_length = 8;
+  /// Of one node, as a SocketCAN interface has it where nobody sets txqueuelen; a frame sent into a full
+  /// queue is refused, as ENOBUFS would.
+  static constexpr std::size_t transmit_queue_length = 10;
 
   /// Throws std::invalid_argument: bit rate 0, a probability not within 0..1.
   SimBus(VirtualClock& clock, std::uint32_t bitrate_bit_per_s, const SimBusConfig& config = {});
@@ -95,7 +103,7 @@ class SimBus {
 
   /// A node's connection. Destroying it detaches the node: it neither sends nor receives from then on; what
   /// it has queued is lost, a frame already on the wire is not.
-  std::unique_ptr<SimNode> attach();
+  std::unique_ptr<SimNode> attach(TransmitOrder order = TransmitOrder::as_sent);
 
   /// From the next frame on. Throws std::invalid_argument.
   void set_bit_error(double probability);
@@ -105,8 +113,7 @@ class SimBus {
 
  private:
   class Port;
-  struct Wire;
-  std::shared_ptr<Wire> wire_;
+  std::shared_ptr<sim::Wire> wire_;
 };
 
 }  // namespace hystcan::can

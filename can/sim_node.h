@@ -1,5 +1,5 @@
-// One node of the simulated bus: its queue, its fault confinement, its way back from bus-off. Internal to
-// can/sim_bus.cpp.
+// One node of the simulated bus: its queue, its fault confinement, its way back from bus-off. Internal to the
+// simulated bus.
 #pragma once
 
 #include <array>
@@ -39,6 +39,9 @@ inline bool can_be_sent(const Frame& frame) {
 enum class Recovery : std::uint8_t { none, waiting, counting };
 
 struct Node {
+  explicit Node(TransmitOrder its_order) : order(its_order) {}
+
+  const TransmitOrder order;
   Bus::FrameHandler on_frame;
   Bus::StateHandler on_state;
   BusCounters counters;
@@ -62,37 +65,52 @@ struct Node {
 
   bool listens() const { return attached && !off; }
 
+  /// False: refused.
   bool push(const Frame& frame) {
     if (off || queued == queue.size() || !can_be_sent(frame)) return false;
-    queue[(oldest + queued) % queue.size()] = frame;
-    ++queued;
-    if (queued == 1 && !sends_again) key = arbitration_key(frame);
+    std::size_t place = queued++;
+    if (order == TransmitOrder::by_priority) {
+      for (; place > 0 && arbitration_key(frame) < arbitration_key(at(place - 1)); --place)
+        at(place) = at(place - 1);
+    }
+    at(place) = frame;
+    if (place == 0) choose();
     return true;
   }
 
   const Frame& pop() {
-    if (sends_again) {
+    if (returned_is_next()) {
       sends_again = false;
-      key = queued == 0 ? never : arbitration_key(queue[oldest]);
+      choose();
       return returned;
     }
-    const Frame& frame = queue[oldest];
+    const Frame& frame = at(0);
     oldest = (oldest + 1) % queue.size();
     --queued;
-    key = queued == 0 ? never : arbitration_key(queue[oldest]);
+    choose();
     return frame;
   }
 
   void give_back(const Frame& frame) {
     returned = frame;
     sends_again = true;
-    key = arbitration_key(frame);
+    choose();
   }
 
   void forget_frames() {
     queued = 0;
     sends_again = false;
     key = never;
+  }
+
+ private:
+  Frame& at(std::size_t place) { return queue[(oldest + place) % queue.size()]; }
+  bool returned_is_next() {
+    return sends_again && (order == TransmitOrder::as_sent || queued == 0 ||
+                           arbitration_key(returned) <= arbitration_key(at(0)));
+  }
+  void choose() {
+    key = returned_is_next() ? arbitration_key(returned) : queued == 0 ? never : arbitration_key(at(0));
   }
 };
 

@@ -3,19 +3,8 @@
 //
 //   SYNC(n) -> SensorSample(n) -> AmpCommand(n)      within the cycle T, per axis
 //
-// A SYNC at 0 that finds nothing of the cycle before; the q-th command after it, q = 0, 1, ..., begins by
-//
-//   w(q) = (q + 1) (C_sync + C_sample + turnaround) + q C_command + L(q)
-//          + sum over the frames before the command: ceil((w(q) + tau_bit) / T_k) C_k
-//   L(q) = the 3 (q + 1) longest of the frames after the command that may come by w(q)
-//
-// because at every instant the chain's own frame passes, or its node is at work, or a frame of higher
-// priority passes, or one of lower priority that had begun: one before each of SYNC, sample and command. q
-// counts on while any command may end after the next SYNC, which then meets it. The command makes its cycle
-// where it has begun by then, w(q) <= (q + 1) T: what has begun is through before that SYNC.
-//
-// Assumed: no errors; of one node's frames the most urgent goes first; no emergencies, NMT or status changes,
-// which come where an axis stops.
+// A command makes its cycle where it has begun by the next SYNC: what has begun is through before that SYNC.
+// config/chain.h bounds when, and says what is assumed; can/schedulability.h has the other frames.
 #pragma once
 
 #include <optional>

@@ -10,6 +10,9 @@ namespace {
 /// From start() to the first SYNC: what is set up once in the event loop and its threads is set up by then.
 constexpr auto warm_up = std::chrono::milliseconds(20);
 
+/// Its nodes take part in every cycle: a sample is to come, and the command that answers it.
+bool is_in_use(AxisState state) { return state > AxisState::waiting && state != AxisState::faulted; }
+
 /// Of an amplifier that does not report: it rests at its safe value, and obeys.
 can::AmpStatus what_is_not_told(const AxisConfig& axis, const std::optional<can::MessageMap>& status) {
   can::AmpStatus believed;
@@ -132,13 +135,8 @@ void Controller::tick() {
   bus_->send(can::sync_frame(sync_counter_));
   ++counters_.cycles;
   for (const auto& wired : axes_) wired->answered = false;
-  set_up_nodes();
-
-  if (now >= next_heartbeat_) {
-    next_heartbeat_ = now + config_.heartbeat_period;
-    bus_->send(can::heartbeat_frame(config_.node, can::NmtState::operational));
-    wake_nodes();
-  }
+  house_kept_ = false;
+  keep_house();
 
   deadline_ += period_;
   while (deadline_ <= now) {  // re-align: a missed deadline is left out, never caught up with
@@ -155,6 +153,20 @@ void Controller::close_cycle() {
     if (axes_[i]->axis.state() > AxisState::waiting) ++counters_.missing_samples;
     step(i, nullptr, scheduler_.now());
   }
+}
+
+/// What has time, once a cycle: when the commands of all axes in use have been sent. The queue to the bus is
+/// first in, first out: what is put into it earlier holds them up, and has the least priority of all.
+void Controller::keep_house() {
+  const bool commands_sent = std::ranges::all_of(
+      axes_, [](const auto& wired) { return wired->answered || !is_in_use(wired->axis.state()); });
+  if (house_kept_ || !commands_sent) return;
+  house_kept_ = true;
+  set_up_nodes();
+  if (sync_sent_ < next_heartbeat_) return;
+  next_heartbeat_ = sync_sent_ + config_.heartbeat_period;
+  bus_->send(can::heartbeat_frame(config_.node, can::NmtState::operational));
+  wake_nodes();
 }
 
 /// One SDO request a cycle and node at most; a node that cannot be set up is a fault of its axis.
@@ -212,6 +224,7 @@ void Controller::on_sample(std::size_t index, const can::Frame& frame) {
     return;
   }
   step(index, &*sample, scheduler_.now());
+  keep_house();
 }
 
 void Controller::on_status(std::size_t index, const can::Frame& frame) {

@@ -2,9 +2,10 @@
 //
 //   SYNC(n) -> SensorSample(n) -> Axis::step -> AmpCommand(n)
 //
-// A sample is answered as it arrives. One that has not come by the next SYNC is bridged then, and counted.
-// Bus-off, or the loss of the interface, faults every driven axis with the next step, and what was known of
-// the nodes is forgotten: whoever is to be armed again must be heard again first.
+// A sample is answered as it arrives; one that has not come by the next SYNC is bridged then, and counted. The
+// own heartbeat, NMT and SDO follow the commands of the cycle. Bus-off, or the loss of the interface, faults
+// every driven axis with the next step, and what was known of the nodes is forgotten: whoever is to be armed
+// again must be heard again first.
 #pragma once
 
 #include <array>
@@ -85,6 +86,7 @@ class Controller {
 
   void tick();
   void close_cycle();
+  void keep_house();
   void set_up_nodes();
   void wake_nodes();
   void wake(const Peer& peer);
@@ -137,6 +139,7 @@ class Controller {
   double dt_s_ = 0.0;
   std::uint8_t sync_counter_ = 0;
   bool begin_tracking_ = false;
+  bool house_kept_ = true;  ///< in this cycle
   CycleCounters counters_;
 };
 

@@ -25,7 +25,9 @@ double longest_reference_s(const controller::Config& config) {
 Rehearsal::Rehearsal(const Setup& setup, controller::Controller::RecordHandler on_record)
     : bus_(clock_, setup.bitrate_bit_per_s),
       attach_([this](std::span<const can::Filter>) { return bus_.attach(); }),
-      twin_(std::make_unique<twin::Twin>(setup.twin, setup.database, clock_, attach_)),
+      twin_(std::make_unique<twin::Twin>(
+          setup.twin, setup.database, clock_,
+          [this](std::span<const can::Filter>) { return bus_.attach(can::TransmitOrder::by_priority); })),
       controller_(setup.controller, setup.database, clock_, attach_, std::move(on_record)) {}
 
 void Rehearsal::start() {

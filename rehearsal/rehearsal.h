@@ -1,4 +1,6 @@
-// Controller and twin, the very nodes of the two processes, on one simulated bus in virtual time.
+// Controller and twin, the very nodes of the two processes, on one simulated bus in virtual time. The
+// controller's frames leave it in the order in which they are sent, as from a SocketCAN interface; those of
+// the twin's nodes by priority, as from a microcontroller's transmit buffers.
 #pragma once
 
 #include <cstdint>

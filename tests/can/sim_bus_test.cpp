@@ -149,6 +149,31 @@ TEST_F(SimBusNode, SendsItsOwnFramesInTheOrderInWhichItWasGivenThem) {
   EXPECT_EQ(ear.ids(), (std::vector<std::uint32_t>{5, 3, 4}));
 }
 
+TEST_F(SimBusNode, SendsTheMostUrgentFirstWhereItHasABufferForEach) {
+  Listener ear(wire);
+  const auto node = wire.attach(TransmitOrder::by_priority);
+  const auto rival = wire.attach();
+  for (const std::uint32_t id : {5U, 3U, 7U, 3U}) node->send(frame_of(id, static_cast<std::uint8_t>(id)));
+  rival->send(frame_of(4));
+  clock.run_until(at(100us));
+  node->send(frame_of(2));
+  clock.run_until(at(10ms));
+  EXPECT_EQ(ear.ids(), (std::vector<std::uint32_t>{3, 3, 2, 4, 5, 7}));
+}
+
+/// The destroyed frame is one of several again: a more urgent one, sent meanwhile, goes before it.
+TEST_F(SimBusNode, WithABufferForEachSendsADestroyedFrameInItsTurn) {
+  Listener ear(wire);
+  const auto node = wire.attach(TransmitOrder::by_priority);
+  wire.set_bit_error(1.0);
+  node->send(frame_of(5));
+  clock.run_until(at(5us));
+  node->send(frame_of(3));
+  wire.set_bit_error(0.0);
+  clock.run_until(at(10ms));
+  EXPECT_EQ(ear.ids(), (std::vector<std::uint32_t>{3, 5}));
+}
+
 TEST_F(SimBusNode, IsRefusedAndCountedWhenItsQueueIsFull) {
   Listener a(wire), ear(wire);
   for (std::size_t i = 0; i < SimBus::transmit_queue_length; ++i) EXPECT_TRUE(a.bus->send(frame_of(0x10)));

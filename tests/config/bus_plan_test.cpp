@@ -25,7 +25,9 @@ TEST(BusPlan, OfTheShippedStageFitsAndIsAsCountedByHand) {
   const BusPlan plan = plan_bus(shipped("piezo.toml"));
   EXPECT_EQ(plan.frames.size(), 12U);
   EXPECT_EQ(plan.emergencies.size(), 4U);
-  EXPECT_EQ(planned(plan, "Sync").response, 200us) << "a frame of 135 bits before it, and its own 65";
+  // Behind a full cycle, 655 with turnaround, that had both statuses, 270, and all five heartbeats, 325, the
+  // controller's own in its queue before this SYNC.
+  EXPECT_EQ(planned(plan, "Sync").response, 655us + 270us + 325us + 65us - 1000us);
   // SYNC, sample, command: 65 + 135 + 135; turnaround 50; the other axis's sample and command 270; both
   // statuses 270; a heartbeat of 65 bits before each of the three.
   EXPECT_EQ(planned(plan, "YAmpCommand").response, 335us + 50us + 270us + 270us + 195us);

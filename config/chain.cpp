@@ -1,0 +1,203 @@
+#include "config/chain.h"
+
+#include <algorithm>
+#include <vector>
+
+namespace hystcan::config {
+namespace {
+
+using can::Duration;
+
+/// Beyond so many cycles what is left over is taken never to be caught up with.
+constexpr int cycles_max = 100;
+
+std::uint64_t order_of(const Source& source) { return can::arbitration_order(source.frame); }
+
+class Chain {
+ public:
+  Chain(std::span<const Source> sources, const Source& last, const ChainTiming& timing)
+      : sources_(sources),
+        last_(last),
+        timing_(timing),
+        bit_((1'000'000'000 + timing.bitrate_bit_per_s - 1) / timing.bitrate_bit_per_s),
+        limit_((cycles_max + 1) * timing.cycle) {
+    for (const Source& source : sources) {
+      const bool shares_queue = last.role == Role::command && source.role == Role::command;
+      if (owns(source) || shares_queue) weakest_ = std::max(weakest_, order_of(source));
+    }
+  }
+
+  std::optional<Duration> response() const {
+    std::optional<Duration> worst = alone();
+    for (int q = 1; worst; ++q) {
+      const auto through = cycle_is_through(q - 1);
+      if (!through || q > cycles_max) return std::nullopt;
+      if (*through <= q * timing_.cycle) break;
+      const auto begin = after_left_overs(q);
+      if (!begin) return std::nullopt;
+      worst = std::max(*worst, *begin - q * timing_.cycle);
+    }
+    if (worst) *worst += cost(last_);
+    return worst;
+  }
+
+ private:
+  /// w(0).
+  std::optional<Duration> alone() const {
+    Duration own = last_.role == Role::sync ? Duration::zero() : timing_.turnaround;
+    std::vector<const Source*> before;
+    std::vector<const Source*> after;
+    for (const Source& source : sources_) {
+      if (owns(source)) {
+        if (&source != &last_) own += cost(source);
+      } else if (last_.role != Role::sync || !is_link(source.role)) {
+        (order_of(source) <= weakest_ ? before : after).push_back(&source);
+      }
+    }
+    std::ranges::sort(after, std::ranges::greater{}, [this](const Source* s) { return cost(*s); });
+    return settle([&](Duration w) -> std::optional<Duration> {
+      Duration next = own + blocking(after, w);
+      for (const Source* source : before) {
+        const auto count = instances(*source, w);
+        if (!count) return std::nullopt;
+        next += *count * cost(*source);
+      }
+      return next;
+    });
+  }
+
+  /// L.
+  Duration blocking(std::span<const Source* const> after, Duration window) const {
+    std::int64_t times = last_.role == Role::sync ? 1 : last_.role == Role::sample ? 2 : 3;
+    Duration sum{};
+    for (const Source* source : after) {
+      const std::int64_t taken = std::min(times, instances(*source, window).value_or(times));
+      sum += taken * cost(*source);
+      times -= taken;
+    }
+    return sum;
+  }
+
+  /// w(q), q > 0.
+  std::optional<Duration> after_left_overs(int q) const {
+    const bool is_sync = last_.role == Role::sync;
+    const Duration own = (is_sync ? q : q + 1) * timing_.turnaround - cost(last_);
+    return settle([&](Duration w) {
+      return with_all(own, w, [&](const Source& source, std::int64_t count) {
+        if (owns(source)) return std::int64_t{q + 1};
+        return is_sync && is_link(source.role) ? std::int64_t{q} : count;
+      });
+    });
+  }
+
+  /// When all commands of cycle q, and a heartbeat queued behind them, have passed.
+  std::optional<Duration> cycle_is_through(int q) const {
+    return settle([&](Duration w) {
+      return with_all((q + 1) * timing_.turnaround, w, [&](const Source& source, std::int64_t count) {
+        return is_link(source.role) ? std::int64_t{q + 1} : count;
+      });
+    });
+  }
+
+  /// `own` and every frame as often as `times` says, which is told how often it may come in the window.
+  template <class Times>
+  std::optional<Duration> with_all(Duration own, Duration window, Times times) const {
+    Duration sum = own;
+    for (const Source& source : sources_) {
+      const auto count = instances(source, window);
+      if (!count) return std::nullopt;
+      sum += times(source, *count) * cost(source);
+    }
+    return sum;
+  }
+
+  /// The least fixed point. Empty: beyond the limit, or `next` is.
+  template <class Next>
+  std::optional<Duration> settle(Next next) const {
+    Duration value{};
+    for (std::optional<Duration> following = next(value);; following = next(value)) {
+      if (!following || *following > limit_) return std::nullopt;
+      if (*following == value) return value;
+      value = *following;
+    }
+  }
+
+  bool owns(const Source& source) const {
+    return &source == &last_ || source.role == Role::sync ||
+           (source.role == Role::sample && last_.role == Role::command && source.axis == last_.axis);
+  }
+
+  Duration cost(const Source& source) const {
+    return can::worst_transmission(source.frame, timing_.bitrate_bit_per_s);
+  }
+
+  /// n_k. Empty: without bound.
+  std::optional<std::int64_t> instances(const Source& source, Duration window) const {
+    if (!source.response) return std::nullopt;
+    const Duration period = source.frame.period;
+    const Duration from = is_link(source.role) ? Duration::zero() : *source.response;
+    return (window + bit_ + from + period - Duration{1}) / period;
+  }
+
+  std::span<const Source> sources_;
+  const Source& last_;
+  ChainTiming timing_;
+  Duration bit_;
+  Duration limit_;
+  std::uint64_t weakest_ = 0;
+};
+
+/// How much later than its period begins a frame may be queued: what the response to others is made of.
+void set_jitter(std::span<Source> sources, Duration sync_response, Duration turnaround) {
+  for (Source& source : sources) {
+    if (source.role == Role::sample || source.role == Role::status)
+      source.frame.jitter = sync_response + turnaround;
+    if ((source.role == Role::sync || source.role == Role::command) && source.response)
+      source.frame.jitter = *source.response;
+  }
+}
+
+/// Of what is no link: Davis, Burns, Bril, Lukkien. True: one of them has changed.
+bool respond_to_jitter(std::span<Source> sources, std::uint32_t bitrate_bit_per_s) {
+  std::vector<can::PeriodicFrame> frames;
+  frames.reserve(sources.size());
+  for (const Source& source : sources) frames.push_back(source.frame);
+  const can::Schedule schedule = can::analyse(frames, bitrate_bit_per_s);
+  bool changed = false;
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    if (is_link(sources[i].role)) continue;
+    changed = changed || sources[i].response != schedule.frames[i].response;
+    sources[i].response = schedule.frames[i].response;
+  }
+  return changed;
+}
+
+}  // namespace
+
+std::optional<Duration> chain_response(std::span<const Source> sources, const Source& last,
+                                       const ChainTiming& timing) {
+  return Chain(sources, last, timing).response();
+}
+
+void respond(std::span<Source> sources, const ChainTiming& timing) {
+  constexpr int rounds_max = 100;
+  const auto sync = std::ranges::find(sources, Role::sync, &Source::role);
+  for (int round = 0; round < rounds_max; ++round) {
+    bool bounded = true;
+    for (Source& source : sources) {
+      if (!is_link(source.role)) continue;
+      source.response = chain_response(sources, source, timing);
+      bounded = bounded && source.response;
+    }
+    if (!bounded) {
+      respond_to_jitter(sources, timing.bitrate_bit_per_s);
+      return;
+    }
+    set_jitter(sources, *sync->response, timing.turnaround);
+    if (!respond_to_jitter(sources, timing.bitrate_bit_per_s)) return;
+  }
+  for (Source& source : sources)
+    if (is_link(source.role)) source.response.reset();
+}
+
+}  // namespace hystcan::config

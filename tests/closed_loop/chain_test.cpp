@@ -1,0 +1,305 @@
+// Response times, as the rehearsal has them and as the plan of the bus bounds them: controller and twin on
+// the simulated bus, configurations at random, every heartbeat on.
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <random>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "config/bus_plan.h"
+#include "config/config.h"
+#include "rehearsal/rehearsal.h"
+
+namespace hystcan {
+namespace {
+
+using namespace std::chrono_literals;
+using can::Duration;
+using can::Time;
+using controller::AxisState;
+
+Duration times(double factor, Duration of) {
+  return Duration{std::llround(factor * static_cast<double>(of.count()))};
+}
+
+Duration cycle_of(const config::Config& config) {
+  return Duration{std::llround(1e9 / config.controller.rate_Hz)};
+}
+
+/// Identifiers that no message of CANopen's has: some before SYNC, some among the usual ones, some extended.
+class Identifiers {
+ public:
+  explicit Identifiers(std::mt19937_64& random) : random_(random) {}
+
+  void give(can::Message& message, bool extended) {
+    do {
+      message.extended = extended;
+      message.id = static_cast<std::uint32_t>(random_() & (extended ? 0x1FFF'FFFFU : 0x7FFU));
+    } while (is_reserved(message) || !given_.insert({message.id, extended}).second);
+  }
+
+ private:
+  static bool is_reserved(const can::Message& message) {
+    if (message.extended) return false;
+    const std::uint32_t id = message.id;
+    return id == 0 || (id >= 0x080 && id < 0x100) || (id >= 0x580 && id < 0x680) || id >= 0x700;
+  }
+
+  std::mt19937_64& random_;
+  std::set<std::pair<std::uint32_t, bool>> given_;
+};
+
+/// How the frames of a configuration are drawn.
+struct Frames {
+  bool standard = true;  ///< identifiers as docs/protocol.md has them
+  bool extended = false;
+  std::uint16_t bytes = 8;
+};
+
+/// `count` axes like the shipped stage's first, each with messages of its own. They follow without feedback:
+/// what the bus does to the gains is not the question here.
+config::Config axes_like_the_shipped(std::size_t count, const Frames& frames, std::mt19937_64& random) {
+  const config::Config shipped = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
+  config::Config config = shipped;
+  config.axes.clear();
+  config.controller.axes.clear();
+  config.twin.axes.clear();
+  config.database.messages.clear();
+  Identifiers identifiers(random);
+  for (std::size_t i = 0; i < count; ++i) {
+    config::AxisConfig axis = shipped.axes[0];
+    axis.wire.name = "axis" + std::to_string(i);
+    axis.wire.message_prefix = "A" + std::to_string(i);
+    axis.wire.amplifier_node = static_cast<std::uint8_t>(2 * i + 1);
+    axis.wire.sensor_node = static_cast<std::uint8_t>(2 * i + 2);
+    axis.control.law.structure = controller::Structure::inverse;
+    axis.control.following_error_um = std::numeric_limits<double>::infinity();
+    axis.control.position_min_um = -1e3;
+    axis.control.position_max_um = 1e3;
+    axis.control.repeat = true;
+    for (const char* name : {"XAmpStatus", "XSensorSample", "XAmpCommand"}) {
+      can::Message message = *shipped.database.find(name);
+      message.name = axis.wire.message_prefix + (name + 1);
+      message.length = frames.bytes;
+      message.fd = frames.bytes > 8;
+      message.id += static_cast<std::uint32_t>(2 * i);
+      if (!frames.standard) identifiers.give(message, frames.extended && random() % 4 != 0);
+      config.database.messages.push_back(message);
+    }
+    axis.twin.wire = axis.wire;
+    config.axes.push_back(axis);
+    config.controller.axes.push_back({.wire = axis.wire, .axis = axis.control});
+    config.twin.axes.push_back(axis.twin);
+  }
+  return config;
+}
+
+/// Heartbeats and watchdogs as the cycle demands, their phases to the cycle wandering.
+void set_times(config::Config& config, std::mt19937_64& random) {
+  const Duration cycle = cycle_of(config);
+  const auto between = [&](double low, double high) {
+    return times(std::uniform_real_distribution(low, high)(random), cycle);
+  };
+  config.twin.heartbeat_period = between(4.0, 30.0);
+  config.controller.heartbeat_period = between(1.0, 30.0);
+  config.controller.heartbeat_timeout = 100 * cycle;
+  const unsigned status_every = 1 + static_cast<unsigned>(random() % 12);
+  for (std::size_t i = 0; i < config.axes.size(); ++i) {
+    for (twin::AxisConfig* axis : {&config.axes[i].twin, &config.twin.axes[i]}) {
+      axis->command_timeout = 20 * cycle;
+      axis->status_every = status_every;
+    }
+  }
+}
+
+/// The fastest of a few rates at which the plan lets the commands make their cycle, from about 30 to 100 % of
+/// the bus.
+std::optional<config::BusPlan> load_the_bus(config::Config& config, std::mt19937_64& random) {
+  config.controller.rate_Hz = 10.0;
+  const double per_Hz = [&] {
+    config::Config quiet = config;
+    quiet.twin.heartbeat_period = 10s;
+    quiet.controller.heartbeat_period = 10s;
+    return config::plan_bus(quiet).load / quiet.controller.rate_Hz;
+  }();
+  for (double load = std::uniform_real_distribution(0.3, 1.0)(random); load > 0.1; load *= 0.9) {
+    config.controller.rate_Hz = load / per_Hz;
+    set_times(config, random);
+    config::BusPlan plan = config::plan_bus(config);
+    if (plan.commands_in_time()) return plan;
+  }
+  return std::nullopt;
+}
+
+config::Config draw(std::mt19937_64& random) {
+  constexpr std::array<std::uint32_t, 5> bitrates{125'000, 250'000, 500'000, 800'000, 1'000'000};
+  constexpr std::array<std::uint16_t, 5> lengths{8, 8, 12, 16, 24};
+  const Frames frames{.standard = random() % 2 == 0,
+                      .extended = random() % 2 == 0,
+                      .bytes = lengths[random() % lengths.size()]};
+  config::Config config = axes_like_the_shipped(1 + random() % 8, frames, random);
+  config.bus.bitrate_bit_per_s = bitrates[random() % bitrates.size()];
+  config.bus.turnaround = Duration::zero();  // the twin's nodes and the controller answer at once
+  return config;
+}
+
+/// A rehearsal with an ear that knows when each frame was due.
+class Watched {
+ public:
+  Watched(const config::Config& config, const config::BusPlan& plan)
+      : plan_(plan),
+        bit_ns_(1e9 / config.bus.bitrate_bit_per_s),
+        beat_(config.twin.heartbeat_period),
+        rehearsal_({.controller = config.controller,
+                    .twin = config.twin,
+                    .database = config.database,
+                    .bitrate_bit_per_s = config.bus.bitrate_bit_per_s},
+                   [this](const controller::CycleRecord& record) { note(record); }),
+        ear_(rehearsal_.attach()({})) {
+    for (const config::PlannedFrame& each : plan_.frames)
+      index_[{each.frame.id, each.frame.extended}] = &each;
+    commands_due_.resize(config.axes.size());
+    ear_->on_frame([this](const can::Frame& frame, Time end) { hear(frame, end); });
+    rehearsal_.start();
+  }
+
+  bool tracks() {
+    const controller::Controller& loop = rehearsal_.controller();
+    for (std::size_t i = 0; i < loop.axis_count(); ++i)
+      if (loop.axis(i).state() != AxisState::tracking) return false;
+    return true;
+  }
+  /// Counts from when all axes track on.
+  void observe(std::uint64_t cycles) {
+    const Duration cycle = plan_.cycle;
+    for (int i = 0; i < 100 && !tracks(); ++i) rehearsal_.run_for(100 * cycle + 500ms);
+    rehearsal_.run_for(10 * cycle);
+    watching_ = true;
+    rehearsal_.run_for(static_cast<Duration::rep>(cycles) * cycle);
+  }
+
+  controller::CycleCounters counters() { return rehearsal_.controller().counters(); }
+  Duration longest(const std::string& name) const {
+    const auto found = longest_.find(name);
+    return found == longest_.end() ? Duration::zero() : found->second;
+  }
+  Duration last_command() const { return last_command_; }
+  int heartbeats() const { return heartbeats_; }
+  int early_heartbeats() const { return early_heartbeats_; }
+
+ private:
+  /// A command has been queued: it is known which SYNC it answers.
+  void note(const controller::CycleRecord& record) {
+    sync_ = Time{Duration{std::llround(1e9 * record.time_s)}};
+    commands_due_[record.axis].push_back(sync_);
+  }
+
+  Duration bits_last(unsigned bits) const { return Duration{std::llround(bits * bit_ns_)}; }
+
+  void hear(const can::Frame& frame, Time end) {
+    const auto found = index_.find({frame.id, frame.extended});
+    if (found == index_.end()) return;
+    const std::string& name = found->second->frame.name;
+    const Time passed = end + bits_last(can::interframe_bits);
+    if (name == "Sync") {
+      commands_since_sync_ = 0;
+      keep(name, passed - sync_of_this_cycle(end));
+    } else if (name == "ControllerHeartbeat") {
+      ++heartbeats_;
+      if (watching_ && commands_since_sync_ != commands_due_.size()) ++early_heartbeats_;
+    } else if (name.ends_with("Heartbeat")) {
+      if (frame.data[0] != 0) keep(name, passed - (Time{} + ++beats_[name] * beat_));
+    } else if (name.ends_with("AmpCommand")) {
+      ++commands_since_sync_;
+      auto& due = commands_due_[static_cast<std::size_t>(name[1] - '0')];
+      const Time sync = due.at(command_heard_[name]++);
+      keep(name, passed - sync);
+      if (watching_)
+        last_command_ = std::max(last_command_, passed - bits_last(can::frame_bits(frame)) - sync);
+    } else {
+      keep(name, passed - sync_of_this_cycle(end));  // sample or status
+    }
+  }
+
+  /// The cycles before are known by their records; the one that runs began one cycle after them, or has one.
+  Time sync_of_this_cycle(Time now) const {
+    Time sync = sync_;
+    while (sync + plan_.cycle < now) sync += plan_.cycle;
+    return sync;
+  }
+
+  void keep(const std::string& name, Duration response) {
+    if (watching_) longest_[name] = std::max(longest_[name], response);
+  }
+
+  config::BusPlan plan_;
+  double bit_ns_;
+  Duration beat_;
+  std::map<std::pair<std::uint32_t, bool>, const config::PlannedFrame*> index_;
+  std::map<std::string, Duration> longest_;
+  std::map<std::string, int> beats_;
+  std::map<std::string, std::size_t> command_heard_;
+  std::vector<std::vector<Time>> commands_due_;
+  Time sync_{};
+  std::size_t commands_since_sync_ = 0;
+  Duration last_command_{};
+  int heartbeats_ = 0;
+  int early_heartbeats_ = 0;
+  bool watching_ = false;
+  rehearsal::Rehearsal rehearsal_;
+  std::unique_ptr<can::Bus> ear_;
+};
+
+TEST(ChainBound, IsNeverExceededByTheRehearsal) {
+  double closest = 0.0;
+  double sum = 0.0;
+  int runs = 0;
+  EXPECT_TRUE(rc::check([&](std::uint64_t seed) {
+    std::mt19937_64 random(seed);
+    config::Config config = draw(random);
+    const auto plan = load_the_bus(config, random);
+    RC_PRE(plan.has_value());
+    Watched watched(config, *plan);
+    watched.observe(300);
+    RC_ASSERT(watched.tracks());
+    RC_ASSERT(watched.counters().late_samples == 0U);
+    for (const config::PlannedFrame& each : plan->frames) {
+      if (each.frame.name == "ControllerHeartbeat" || !each.response) continue;
+      Duration bound = *each.response;
+      if (each.frame.name.ends_with("Status")) bound += each.frame.jitter;
+      if (watched.longest(each.frame.name) > bound)
+        RC_FAIL(each.frame.name + ": " + std::to_string(watched.longest(each.frame.name).count()) +
+                " ns, bound " + std::to_string(bound.count()));
+    }
+    if (watched.last_command() > *plan->last_command)
+      RC_FAIL("a command begins after " + std::to_string(watched.last_command().count()) + " ns, bound " +
+              std::to_string(plan->last_command->count()));
+    const double reached = can::seconds(watched.last_command()) / can::seconds(*plan->last_command);
+    closest = std::max(closest, reached);
+    sum += reached;
+    ++runs;
+  }));
+  EXPECT_GT(closest, 0.7) << "the bound is not an empty one";
+  RecordProperty("closest", std::to_string(closest));
+  RecordProperty("mean", std::to_string(sum / std::max(runs, 1)));
+}
+
+TEST(ControllersHeartbeat, FollowsTheCommandsOfItsCycle) {
+  std::mt19937_64 random(1);
+  config::Config config = axes_like_the_shipped(2, {}, random);
+  config.controller.heartbeat_period = 7ms;
+  Watched watched(config, config::plan_bus(config));
+  watched.observe(500);
+  ASSERT_TRUE(watched.tracks());
+  EXPECT_GT(watched.heartbeats(), 70);
+  EXPECT_EQ(watched.early_heartbeats(), 0);
+}
+
+}  // namespace
+}  // namespace hystcan
