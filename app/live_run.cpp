@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <memory>
 
 #include "can/interface.h"
+#include "config/frames.h"
 
 namespace hystcan::app {
 
@@ -45,6 +48,10 @@ void StateLog::add_event(const controller::CycleRecord& record) {
 void look_at_interface(const config::Config& config, const std::string& interface) {
   const can::Interface found = can::require_can_interface(interface);
   can::require_able_to_send(interface, found);
+  std::vector<std::string> fd_messages;
+  for (const config::AxisConfig& axis : config.axes)
+    std::ranges::copy(config::fd_messages(axis.wire, config.database), std::back_inserter(fd_messages));
+  can::require_able_to_carry_fd(interface, found, fd_messages);
   spdlog::info(can::describe(interface, found));
   for (const std::string& doubt : can::find_doubts(interface, found, config.bus.bitrate_bit_per_s))
     spdlog::warn(doubt);

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <array>
 #include <cerrno>
@@ -90,6 +91,19 @@ void require_able_to_send(const std::string& name, const Interface& interface) {
   if (!interface.listen_only) return;
   throw InterfaceError("interface " + name + " is listen-only; take it down and set: ip link set " + name +
                        " type can listen-only off");
+}
+
+void require_able_to_carry_fd(const std::string& name, const Interface& interface,
+                              const std::vector<std::string>& messages) {
+  if (interface.fd || messages.empty()) return;
+  throw InterfaceError(
+      fmt::format("interface {} takes no CAN FD frames, expected one that does for {}; take it down and set: "
+                  "ip link set {} {}",
+                  name, fmt::join(messages, ", "), name,
+                  interface.bitrate_bit_per_s
+                      ? fmt::format("type can bitrate {} dbitrate {} fd on", *interface.bitrate_bit_per_s,
+                                    4 * std::uint64_t{*interface.bitrate_bit_per_s})
+                      : "mtu 72"));
 }
 
 std::string describe(const std::string& name, const Interface& interface) {

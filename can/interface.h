@@ -33,7 +33,7 @@ struct Interface {
   bool listen_only = false;
   bool loopback = false;
   bool one_shot = false;
-  bool fd = false;
+  bool fd = false;  ///< takes CAN FD frames: its MTU is one of them, 72 bytes, or more
   std::optional<ErrorCounters> error_counters;
   std::optional<DriverStatistics> driver_statistics;
   std::uint32_t transmit_queue_frames = 0;
@@ -48,6 +48,11 @@ Interface require_can_interface(const std::string& name);
 
 /// Throws InterfaceError, with the cure, where the interface only listens.
 void require_able_to_send(const std::string& name, const Interface& interface);
+
+/// Throws InterfaceError, with the cure, where the interface takes no CAN FD frames and one of `messages`,
+/// names of the DBC, must be one.
+void require_able_to_carry_fd(const std::string& name, const Interface& interface,
+                              const std::vector<std::string>& messages);
 
 /// One line: `can0: 1000 kbit/s, sample point 75 %, restart-ms 100, qdisc pfifo_fast, 10 frames`.
 std::string describe(const std::string& name, const Interface& interface);

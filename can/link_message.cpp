@@ -1,5 +1,6 @@
 #include "can/link_message.h"
 
+#include <linux/can.h>
 #include <linux/can/netlink.h>
 #include <linux/if.h>
 #include <linux/if_arp.h>
@@ -61,7 +62,6 @@ void read_control_mode(std::uint32_t flags, Interface& interface) {
   interface.listen_only = (flags & CAN_CTRLMODE_LISTENONLY) != 0;
   interface.loopback = (flags & CAN_CTRLMODE_LOOPBACK) != 0;
   interface.one_shot = (flags & CAN_CTRLMODE_ONE_SHOT) != 0;
-  interface.fd = (flags & CAN_CTRLMODE_FD) != 0;
 }
 
 void read_can_attribute(int type, Bytes value, Interface& interface) {
@@ -133,6 +133,7 @@ std::optional<Interface> parse_link_message(Bytes message) {
   for_each_attribute(message.subspan(attributes_at), [&](int type, Bytes value) {
     if (type == IFLA_LINKINFO) read_link_info(value, interface);
     if (type == IFLA_QDISC) interface.queue_discipline = text_of(value);
+    if (type == IFLA_MTU) interface.fd = read_as<std::uint32_t>(value) >= CANFD_MTU;
     if (type == IFLA_TXQLEN) interface.transmit_queue_frames = read_as<std::uint32_t>(value);
   });
   return interface;

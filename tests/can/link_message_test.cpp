@@ -61,6 +61,7 @@ std::optional<Interface> parsed(const Octets& bytes) {
 
 // A controller at 500 kbit/s, passive: numbers of linux/if_link.h and linux/can/netlink.h, which are ABI.
 const Octets controller = new_link(joined({
+    attribute(4, words({72})),         // IFLA_MTU
     attribute(13, words({10})),        // IFLA_TXQLEN
     attribute(6, text("pfifo_fast")),  // IFLA_QDISC
     attribute(
@@ -106,6 +107,7 @@ TEST(LinkMessage, TellsWhatAControllerIsSetToAndHowItFares) {
 
 TEST(LinkMessage, OfAVirtualInterfaceTellsNoneOfAController) {
   const auto interface = parsed(new_link(joined({
+      attribute(4, words({16})),
       attribute(13, words({1000})),
       attribute(6, text("noqueue")),
       attribute(18, attribute(1, text("vcan"))),
@@ -115,6 +117,7 @@ TEST(LinkMessage, OfAVirtualInterfaceTellsNoneOfAController) {
   EXPECT_EQ(interface->bitrate_bit_per_s, std::nullopt);
   EXPECT_EQ(interface->restart_ms, std::nullopt);
   EXPECT_FALSE(interface->driver_statistics);
+  EXPECT_FALSE(interface->fd);
   EXPECT_EQ(describe("vcan0", *interface), "vcan0: vcan, no bit rate, qdisc noqueue, 1000 frames");
   EXPECT_TRUE(find_doubts("vcan0", *interface, 1e6).empty());
   EXPECT_NO_THROW(require_able_to_send("vcan0", *interface));
@@ -184,6 +187,32 @@ TEST(InterfaceMode, ThatOnlyListensIsRefusedWithItsCure) {
         error.what(),
         "interface can0 is listen-only; take it down and set: ip link set can0 type can listen-only off");
   }
+}
+
+std::string refusal_of_fd(const std::string& name, const Interface& interface,
+                          const std::vector<std::string>& messages) {
+  try {
+    require_able_to_carry_fd(name, interface, messages);
+  } catch (const InterfaceError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(InterfaceMode, WithoutFdIsRefusedWithItsCureWhereAMessageNeedsFd) {
+  EXPECT_EQ(
+      refusal_of_fd("can0", sound(), {"AmpSet", "SensPos"}),
+      "interface can0 takes no CAN FD frames, expected one that does for AmpSet, SensPos; take it down and "
+      "set: ip link set can0 type can bitrate 1000000 dbitrate 4000000 fd on");
+  Interface virtual_one;
+  virtual_one.kind = "vcan";
+  EXPECT_EQ(
+      refusal_of_fd("vcan0", virtual_one, {"AmpSet"}),
+      "interface vcan0 takes no CAN FD frames, expected one that does for AmpSet; take it down and set: ip "
+      "link set vcan0 mtu 72");
+  EXPECT_EQ(refusal_of_fd("vcan0", virtual_one, {}), "") << "classical frames need none";
+  virtual_one.fd = true;
+  EXPECT_EQ(refusal_of_fd("vcan0", virtual_one, {"AmpSet"}), "");
 }
 
 }  // namespace

@@ -5,11 +5,14 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "tests/support/process.h"
@@ -34,24 +37,42 @@ inline std::vector<std::string> first_come_first_served(std::vector<std::string>
   return command;
 }
 
+inline bool shell(const std::string& command) { return std::system(command.c_str()) == 0; }
+
+/// vcan0 made anew before and after, however a test leaves it.
+struct FreshVcan {
+  FreshVcan() { make(); }
+  ~FreshVcan() { make(); }
+  FreshVcan(const FreshVcan&) = delete;
+  FreshVcan& operator=(const FreshVcan&) = delete;
+  static void make(int mtu = 72) {
+    shell("ip link del vcan0 2>/dev/null");
+    EXPECT_TRUE(shell("ip link add dev vcan0 type vcan && ip link set vcan0 mtu " + std::to_string(mtu) +
+                      " && ip link set vcan0 up"));
+  }
+};
+
 /// A twin, a controller and a log of what passes between them.
 class Bench {
  public:
-  explicit Bench(Wire wire) : wire_(wire) {
+  explicit Bench(Wire wire, std::string config = config_file) : wire_(wire), config_(std::move(config)) {
     log_ = (std::filesystem::path(testing::TempDir()) / "hil.log").string();
     // -L prints the log format with the kernel's timestamps; the shell only opens the file.
     candump = std::make_unique<Process>(std::vector<std::string>{
         "sh", "-c", std::string("exec candump -L ") + wire.controller_side + " >" + log_});
     std::this_thread::sleep_for(milliseconds(200));
-    twin = std::make_unique<Process>(std::vector<std::string>{
-        HYSTCAN_PROGRAM, "twin", config_file, "--interface", wire.twin_side, "--force-interface"});
-    EXPECT_TRUE(twin->says("y: amplifier node")) << twin->err();
+    // A real node has a processor of its own; the twin shares one with whatever the test starts.
+    twin = std::make_unique<Process>(first_come_first_served(
+        {HYSTCAN_PROGRAM, "twin", config_, "--interface", wire.twin_side, "--force-interface"}));
+    EXPECT_TRUE(twin->says("x: amplifier node")) << twin->err();
   }
 
   void start_controller(const std::vector<std::string>& options = {}) { start("controller", options); }
   /// A command of the controller's side: it becomes `controller`.
-  void start(const char* subcommand, const std::vector<std::string>& options,
-             const std::string& config = config_file) {
+  void start(const char* subcommand, const std::vector<std::string>& options) {
+    start(subcommand, options, config_);
+  }
+  void start(const char* subcommand, const std::vector<std::string>& options, const std::string& config) {
     std::vector<std::string> command{HYSTCAN_PROGRAM, subcommand, config, "--interface",
                                      wire_.controller_side};
     command.insert(command.end(), options.begin(), options.end());
@@ -68,12 +89,30 @@ class Bench {
     return json::parse(reader.out());
   }
 
+  /// Every frame of the log so far as candump writes it, without time and interface: `201#4E61BC00010703D9`.
+  std::vector<std::string> frames() {
+    std::this_thread::sleep_for(milliseconds(100));
+    candump.reset();
+    std::ifstream file(log_);
+    std::vector<std::string> result;
+    for (std::string line; std::getline(file, line);) result.push_back(line.substr(line.rfind(' ') + 1));
+    return result;
+  }
+
+  /// Ends the controller, which gives this exit status, and reads what it printed.
+  json ended(int status) {
+    controller->send(SIGTERM);
+    EXPECT_EQ(controller->wait(), status) << controller->err();
+    return json::parse(controller->out());
+  }
+
   std::unique_ptr<Process> candump;
   std::unique_ptr<Process> twin;
   std::unique_ptr<Process> controller;
 
  private:
   Wire wire_;
+  std::string config_;
   std::string log_;
 };
 

@@ -1,0 +1,96 @@
+// Two SJA1000 controllers under their real driver, on one wire, while the axes track. QEMU's model of them
+// acknowledges always and knows no errors of the wire: of the status bits it sets only the receive overrun,
+// error counters and bit timing read 0, two bit rates understand each other. So the driver's own bus-off
+// cannot be had here; error frames as canerrsim writes them stand for it, and what a driver in bus-off does
+// is tried on a serial adapter (tests/can/serial_adapter_test.cpp).
+#include <gtest/gtest.h>
+
+#include <string>
+#include <thread>
+
+#include "tests/hil/bench.h"
+
+namespace hystcan {
+namespace {
+
+using hil::Bench;
+using hil::json;
+using hil::milliseconds;
+using hil::shell;
+
+struct KvaserHostile : testing::Test {
+  void SetUp() override {
+    bench.start_controller({"--json"});
+    ASSERT_TRUE(bench.tracks()) << bench.controller->err();
+  }
+  ~KvaserHostile() override { shell("tc qdisc del dev can0 root 2>/dev/null"); }
+  Bench bench{{"can0", "can1"}};
+};
+
+TEST_F(KvaserHostile, TheLinkDownAndUpFaultsBothAxesAndAFreshStartTracks) {
+  EXPECT_TRUE(bench.controller->says("can0: 1000 kbit/s")) << bench.controller->err();
+  ASSERT_TRUE(shell("ip link set can0 down"));
+  EXPECT_TRUE(bench.controller->says("x: faulted")) << bench.controller->err();
+  ASSERT_TRUE(shell("ip link set can0 up"));
+  EXPECT_TRUE(bench.controller->says("can0: bus active at")) << bench.controller->err();
+  EXPECT_EQ(bench.ended(1).at("axes")[0].at("fault"), "interface down");
+  bench.start_controller({"--clear-faults"});
+  EXPECT_TRUE(bench.tracks()) << bench.controller->err();
+}
+
+// The driver, asked 50 ms later, is not in bus-off; so it ends without a restart frame. The axes stay
+// disarmed.
+TEST_F(KvaserHostile, BusOffThatTheDriverDeniesDisarmsAllTheSame) {
+  EXPECT_FALSE(shell("ip link set can0 type can restart 2>/dev/null"))
+      << "the driver restarts from bus-off only";
+  ASSERT_TRUE(shell("cansend can0 20000040#0000000000000000"));
+  EXPECT_TRUE(bench.controller->says("x: faulted")) << bench.controller->err();
+  EXPECT_TRUE(bench.controller->says("can0: bus bus-off at")) << bench.controller->err();
+  EXPECT_TRUE(bench.controller->says("can0: bus active at")) << bench.controller->err();
+  std::this_thread::sleep_for(milliseconds(300));
+  const json result = bench.ended(1);
+  for (const json& axis : result.at("axes")) EXPECT_EQ(axis.at("fault"), "bus-off");
+  EXPECT_EQ(result.at("bus").at("bus_offs"), 1);
+  EXPECT_EQ(result.at("bus").at("restarts"), 0);
+  bench.start_controller({"--clear-faults"});
+  EXPECT_TRUE(bench.tracks()) << bench.controller->err();
+}
+
+// One frame in 8 ms goes out and two may wait, of three that are sent each millisecond: the kernel refuses
+// the rest (ENOBUFS). As on a bus on which something else holds the wire.
+TEST_F(KvaserHostile, AQueueThatIsFullFaultsWithACauseAndAFreshStartTracks) {
+  ASSERT_TRUE(shell("tc qdisc replace dev can0 root tbf rate 16kbit burst 20 limit 32"));
+  EXPECT_TRUE(bench.controller->says("x: faulted")) << bench.controller->err();
+  EXPECT_TRUE(bench.controller->says("y: faulted")) << bench.controller->err();
+  ASSERT_TRUE(shell("tc qdisc del dev can0 root"));
+  std::this_thread::sleep_for(milliseconds(300));
+  const json result = bench.ended(1);
+  for (const json& axis : result.at("axes")) {
+    EXPECT_NE(axis.at("fault"), "none");
+    std::printf("axis %s: %s\n", std::string(axis.at("name")).c_str(), std::string(axis.at("fault")).c_str());
+  }
+  EXPECT_GT(result.at("bus").at("send_refused"), 0);
+  EXPECT_EQ(result.at("bus").at("state"), "active") << "a full queue is no fault of the bus";
+  bench.start_controller({"--clear-faults"});
+  EXPECT_TRUE(bench.tracks()) << bench.controller->err();
+}
+
+// The wire is as fast as the three frames of a cycle need; one may wait. Where a fourth comes, the heartbeat
+// ten times a second, a command is refused. The amplifier holds its setpoint for that cycle, and the next
+// command is a new one.
+TEST_F(KvaserHostile, ACommandRefusedNowAndThenIsCountedAndTrackingGoesOn) {
+  ASSERT_TRUE(shell("tc qdisc replace dev can0 root tbf rate 440kbit burst 20 limit 16"));
+  std::this_thread::sleep_for(milliseconds(2000));
+  const json result = bench.ended(0);
+  EXPECT_GT(result.at("bus").at("send_refused"), 0);
+  for (const json& axis : result.at("axes")) {
+    std::printf("axis %s: %d refused, RMS %.3f %%\n", std::string(axis.at("name")).c_str(),
+                static_cast<int>(result.at("bus").at("send_refused")),
+                static_cast<double>(axis.at("rms_percent")));
+    EXPECT_EQ(axis.at("fault"), "none");
+    EXPECT_LT(axis.at("rms_percent"), 1.0) << axis.dump(2);
+  }
+}
+
+}  // namespace
+}  // namespace hystcan
