@@ -16,6 +16,7 @@ NmtSlave::NmtSlave(Bus& bus, Scheduler& scheduler, std::uint8_t node, Duration h
 void NmtSlave::start() {
   state_ = NmtState::boot_up;
   bus_.send(heartbeat_frame(node_, state_));
+  on_change_(state_);
   enter(NmtState::pre_operational);
   heartbeat_->expire_at(scheduler_.now() + period_);
 }

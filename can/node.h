@@ -11,7 +11,9 @@
 
 namespace hystcan::can {
 
-/// A node that obeys NMT and beats. On start() it announces itself (boot-up) and waits, pre-operational.
+/// A node that obeys NMT and beats. On start(), and at each NMT reset, it announces itself (boot-up) and
+/// waits, pre-operational; the handler is told of both, so that boot-up is where power-on values are taken up
+/// again.
 class NmtSlave {
  public:
   using ChangeHandler = std::function<void(NmtState)>;

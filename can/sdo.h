@@ -132,6 +132,8 @@ class SdoServer {
  public:
   explicit SdoServer(std::uint8_t node);
 
+  /// As at power-on: no object has been written.
+  void reset() { objects_.clear(); }
   /// The response to a request that is for this node; empty for every other frame.
   std::optional<Frame> answer(const Frame& frame);
   std::optional<SdoValue> object(SdoObject object) const;

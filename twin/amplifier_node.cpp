@@ -87,6 +87,7 @@ void AmplifierNode::on_command(const can::AmpCommand& command) {
 }
 
 void AmplifierNode::on_nmt(can::NmtState state) {
+  if (state == can::NmtState::boot_up) sdo_.reset();
   if (state != can::NmtState::operational) return enter(can::AmpState::off);
   decode_command_.restart();
   enter(fault_ == 0 ? can::AmpState::ready : can::AmpState::fault);

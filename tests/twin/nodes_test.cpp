@@ -226,6 +226,25 @@ TEST_F(TwinOnBus, BootsUpAgainAfterAReset) {
   EXPECT_NEAR(output(), 0.0, 1e-3);
 }
 
+TEST_F(TwinOnBus, ForgetsWhatWasWrittenToItsObjectsAtAReset) {
+  constexpr can::SdoObject object{.index = 0x2001, .subindex = 1};
+  tester_->send(can::sdo_request(
+      1, {.service = can::SdoService::write, .object = object, .content = {.value = 140, .bytes = 2}}));
+  run(milliseconds(1));
+  const can::SdoServer& objects = twin_.axes().front()->amplifier.objects();
+  ASSERT_EQ(objects.object(object)->value, 140u);
+  tester_->send(can::nmt_frame({can::NmtCommand::stop, 1}));
+  tester_->send(can::nmt_frame({can::NmtCommand::enter_pre_operational, 1}));
+  run(milliseconds(1));
+  EXPECT_TRUE(objects.object(object)) << "no other NMT command is a power-on";
+  tester_->send(can::nmt_frame({can::NmtCommand::reset_node, 2}));
+  run(milliseconds(1));
+  EXPECT_TRUE(objects.object(object)) << "a reset of another node";
+  tester_->send(can::nmt_frame({can::NmtCommand::reset_node, 1}));
+  run(milliseconds(1));
+  EXPECT_FALSE(objects.object(object));
+}
+
 TEST_F(TwinOnBus, ShutDownLeavesTheOutputAtTheSafeValueAndSaysSo) {
   start_nodes();
   drive(50.0, 20);
