@@ -13,7 +13,10 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "can/codec.h"
@@ -41,6 +44,9 @@ struct Protection {
   Crc8 polynomial = Crc8::sae_j1850;
   DataId data_id{};
 };
+
+/// By name of the message.
+using Protections = std::map<std::string, Protection, std::less<>>;
 
 /// The CRC of a frame, its place found once.
 class CrcRule {

@@ -144,5 +144,18 @@ TEST(LabFrames, AreShownAsTheyAreInForce) {
   EXPECT_EQ(text.find("= \"\""), std::string::npos) << text;
 }
 
+// What `monitor` checks by is what the controller checks by.
+TEST(Frames, AreProtectedAsTheConfigurationSays) {
+  const Config config = load(HYSTCAN_SOURCE_DIR "/config/lab_amplifier.toml");
+  const can::Protections found = protections(config.axes[0].wire, config.database);
+  ASSERT_EQ(found.size(), 3u);
+  EXPECT_TRUE(found.at("AmpSet").crc);
+  EXPECT_EQ(found.at("AmpSet").polynomial, can::Crc8::autosar_8h2f);
+  EXPECT_EQ(found.at("AmpSet").data_id.number, 0x10A1);
+  EXPECT_TRUE(found.at("AmpGet").counter);
+  EXPECT_FALSE(found.at("AmpGet").crc);
+  EXPECT_FALSE(found.at("SensPos").counter);
+}
+
 }  // namespace
 }  // namespace hystcan::config
