@@ -128,6 +128,7 @@ struct AxisWire {
   std::string drive_unit{};  ///< what setpoint and output are converted to; empty: taken as they are
   std::vector<SdoWrite> amplifier_setup{};  ///< written before the node is started
   std::vector<SdoWrite> sensor_setup{};
+  SdoPatience setup_patience{};
   std::optional<AxisFrames> frames{};  ///< the lab's own; without them the standard ones
 };
 

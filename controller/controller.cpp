@@ -28,8 +28,8 @@ Controller::WiredAxis::WiredAxis(const WiredAxisConfig& config, const Config& co
       encode_command(*can::find_layout<can::AmpCommand>(database, wire)),
       samples_name_their_sync(can::message_map<can::SensorSample>(wire)->carries("sync_counter")),
       flags_tell_fault(false),
-      sensor(wire.sensor_node, common.heartbeat_timeout, wire.sensor_setup),
-      amplifier(wire.amplifier_node, common.heartbeat_timeout, wire.amplifier_setup) {
+      sensor(wire.sensor_node, common.heartbeat_timeout, {wire.sensor_setup, wire.setup_patience}),
+      amplifier(wire.amplifier_node, common.heartbeat_timeout, {wire.amplifier_setup, wire.setup_patience}) {
   const auto map = can::message_map<can::AmpStatus>(wire);
   const can::AmpStatus believed = what_is_not_told(config.axis, map);
   if (auto layout = can::find_layout<can::AmpStatus>(database, wire, believed))

@@ -21,8 +21,8 @@ std::string describe(const NodeEvent& event) {
   return text + ")";
 }
 
-Peer::Peer(std::uint8_t node, can::Duration heartbeat_timeout, const std::vector<can::SdoWrite>& setup)
-    : node_(node), heartbeat_(heartbeat_timeout), setup_(node, {.writes = setup}) {}
+Peer::Peer(std::uint8_t node, can::Duration heartbeat_timeout, const can::SdoSetup::Config& setup)
+    : node_(node), heartbeat_(heartbeat_timeout), setup_(node, setup) {}
 
 bool Peer::hear_heartbeat(const can::Frame& frame, can::Time now) {
   const auto state = can::parse_heartbeat(frame);

@@ -31,7 +31,7 @@ std::string describe(const NodeEvent& event);
 /// A node is set up before it is started, and again after each boot-up: it may have lost what it was told.
 class Peer {
  public:
-  Peer(std::uint8_t node, can::Duration heartbeat_timeout, const std::vector<can::SdoWrite>& setup);
+  Peer(std::uint8_t node, can::Duration heartbeat_timeout, const can::SdoSetup::Config& setup);
 
   /// True: the node has booted up.
   bool hear_heartbeat(const can::Frame& frame, can::Time now);
