@@ -13,6 +13,7 @@
 #include "app/commands.h"
 #include "app/live.h"
 #include "app/live_run.h"
+#include "app/report.h"
 #include "config/config.h"
 #include "twin/twin.h"
 
@@ -30,15 +31,23 @@ std::string_view to_string(can::AmpState state) {
   return names[static_cast<std::size_t>(state)];
 }
 
-/// Says what becomes of the amplifiers.
+/// Says what becomes of the amplifiers and of the bus.
 class Watch {
  public:
-  Watch(const twin::Twin& twin, can::Scheduler& scheduler)
+  Watch(const twin::Twin& twin, can::Scheduler& scheduler, const std::string& interface)
       : twin_(twin),
         scheduler_(scheduler),
+        started_(scheduler.now()),
         seen_(twin.axes().size()),
+        bus_log_(interface, bus_log_sink()),
         timer_(scheduler.make_timer([this] { look(); })) {
     look();
+  }
+
+  void log_bus() {
+    const auto connections = twin_.connections();
+    bus_log_.sample(controller::report_of(connections, can::seconds(scheduler_.now() - started_)));
+    bus_log_.write();
   }
 
  private:
@@ -50,14 +59,28 @@ class Watch {
       spdlog::info("{}: amplifier {}{}", twin_.axes()[i]->name, to_string(amplifier.state()),
                    silence ? ": commands have stopped, output at its safe value" : "");
     }
+    log_bus();
     timer_->expire_at(scheduler_.now() + std::chrono::milliseconds(50));
   }
 
   const twin::Twin& twin_;
   can::Scheduler& scheduler_;
+  can::Time started_;
   std::vector<can::AmpState> seen_;
+  controller::BusLog bus_log_;
   std::unique_ptr<can::Timer> timer_;
 };
+
+BusClosing closing_of(const config::Config& config, const twin::Twin& twin) {
+  const auto connections = twin.connections();
+  BusClosing closing{.bus = controller::report_of(connections, 0.0)};
+  closing.rejected.reserve(twin.axes().size());
+  for (std::size_t i = 0; i < twin.axes().size(); ++i)
+    closing.rejected.push_back(
+        can::rejected_frames(can::message_map<can::AmpCommand>(config.twin.axes[i].wire)->message,
+                             twin.axes()[i]->amplifier.checker()));
+  return closing;
+}
 
 int run_twin(const Options& options) {
   const config::Config config = config::load(options.config);
@@ -74,13 +97,15 @@ int run_twin(const Options& options) {
   for (const twin::AxisConfig& axis : config.twin.axes)
     spdlog::info("{}: amplifier node {}, sensor node {} on {}", axis.wire.name, axis.wire.amplifier_node,
                  axis.wire.sensor_node, interface);
-  const Watch watch(twin, loop.scheduler());
+  Watch watch(twin, loop.scheduler(), interface);
   loop.run([&] {
     twin.shut_down();
     for (const auto& axis : twin.axes())
       spdlog::info("{}: amplifier off, at its safe value {:.3f}", axis->name, axis->plant.drive());
     loop.stop();
   });
+  watch.log_bus();
+  for (const std::string& line : describe(closing_of(config, twin))) fmt::print("{}\n", line);
   return done;
 }
 

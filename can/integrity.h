@@ -116,4 +116,13 @@ class Checker {
   std::uint64_t accepted_ = 0;
 };
 
+/// What was rejected in the place of one message, by cause.
+struct RejectedFrames {
+  std::string message;
+  std::array<std::uint64_t, rejection_count> by_cause{};
+};
+RejectedFrames rejected_frames(std::string message, const Checker& checker);
+/// "XAmpStatus: rejected: 3 wrong CRC, 1 repeated counter"; empty where there was none.
+std::string describe(const RejectedFrames& rejected);
+
 }  // namespace hystcan::can

@@ -118,6 +118,22 @@ void Controller::send_safe_commands() {
   for (const auto& wired : axes_) send_command(*wired, {.drive = wired->axis.config().gate.safe_drive});
 }
 
+std::vector<can::RejectedFrames> Controller::rejected() const {
+  std::vector<can::RejectedFrames> all;
+  const auto add = [&](std::string message, const can::Checker& checker) {
+    all.push_back(can::rejected_frames(std::move(message), checker));
+  };
+  all.reserve(4 * axes_.size());
+  for (const auto& wired : axes_) {
+    add(can::message_map<can::SensorSample>(wired->wire)->message, wired->decode_sample.checker());
+    if (wired->decode_status)
+      add(can::message_map<can::AmpStatus>(wired->wire)->message, wired->decode_status->checker());
+    for (const Peer* peer : {&wired->amplifier, &wired->sensor})
+      add("heartbeat of node " + std::to_string(peer->node()), peer->heartbeat_checker());
+  }
+  return all;
+}
+
 void Controller::tick() {
   close_cycle();
   begin_tracking_ = std::ranges::all_of(axes_, [](const auto& wired) {

@@ -62,6 +62,8 @@ class Controller {
   std::size_t axis_count() const { return axes_.size(); }
   const Axis& axis(std::size_t i) const { return axes_[i]->axis; }
   const can::Checker& sample_checker(std::size_t i) const { return axes_[i]->decode_sample.checker(); }
+  /// Of every message that the controller hears: samples, statuses, heartbeats.
+  std::vector<can::RejectedFrames> rejected() const;
   const CycleCounters& counters() const { return counters_; }
   const can::Bus& bus() const { return *bus_; }
 

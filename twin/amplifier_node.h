@@ -39,6 +39,7 @@ class AmplifierNode {
   std::uint64_t stale_commands() const { return stale_commands_; }
   const can::SdoServer& objects() const { return sdo_; }
   const can::Checker& checker() const { return decode_command_.checker(); }
+  const can::Bus& bus() const { return *bus_; }
 
  private:
   void handle(const can::Frame& frame, can::Time received);

@@ -23,6 +23,8 @@ class SensorNode {
 
   void start() { nmt_.start(); }
 
+  const can::Bus& bus() const { return *bus_; }
+
  private:
   void handle(const can::Frame& frame, can::Time received);
   void sample(std::uint8_t sync_counter, can::Time received);

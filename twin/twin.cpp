@@ -45,6 +45,16 @@ void Twin::start() {
   }
 }
 
+std::vector<const can::Bus*> Twin::connections() const {
+  std::vector<const can::Bus*> all;
+  all.reserve(2 * axes_.size());
+  for (const auto& axis : axes_) {
+    all.push_back(&axis->amplifier.bus());
+    all.push_back(&axis->sensor.bus());
+  }
+  return all;
+}
+
 void Twin::shut_down() {
   for (const auto& axis : axes_) axis->amplifier.shut_down();
 }

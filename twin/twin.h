@@ -48,6 +48,8 @@ class Twin {
     SensorNode sensor;
   };
   const std::vector<std::unique_ptr<Axis>>& axes() const { return axes_; }
+  /// Of every node its own.
+  std::vector<const can::Bus*> connections() const;
 
  private:
   std::vector<std::unique_ptr<Axis>> axes_;
