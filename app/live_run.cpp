@@ -80,7 +80,7 @@ void run_live(LiveLoop& loop, controller::Controller& controller, controller::Bu
     const can::Time now = loop.scheduler().now();
     bus_log.sample(controller::report_of(controller.bus(), can::seconds(now - start)));
     if (stopping && controller.stopped()) return loop.stop();
-    if (!stopping && is_done(can::seconds(now - start))) stop();
+    if (!stopping && (controller.keeps_silent() || is_done(can::seconds(now - start)))) stop();
     poll->expire_at(now + poll_period);
   });
   controller.start(clear_faults);

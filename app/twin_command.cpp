@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -34,12 +35,15 @@ std::string_view to_string(can::AmpState state) {
 /// Says what becomes of the amplifiers and of the bus.
 class Watch {
  public:
-  Watch(const twin::Twin& twin, can::Scheduler& scheduler, const std::string& interface)
+  /// `on_taken`: somebody else is one of the nodes.
+  Watch(const twin::Twin& twin, can::Scheduler& scheduler, const std::string& interface,
+        std::function<void()> on_taken)
       : twin_(twin),
         scheduler_(scheduler),
         started_(scheduler.now()),
         seen_(twin.axes().size()),
         bus_log_(interface, bus_log_sink()),
+        on_taken_(std::move(on_taken)),
         timer_(scheduler.make_timer([this] { look(); })) {
     look();
   }
@@ -60,6 +64,7 @@ class Watch {
                    silence ? ": commands have stopped, output at its safe value" : "");
     }
     log_bus();
+    if (twin_.taken_node()) return on_taken_();
     timer_->expire_at(scheduler_.now() + std::chrono::milliseconds(50));
   }
 
@@ -68,6 +73,7 @@ class Watch {
   can::Time started_;
   std::vector<can::AmpState> seen_;
   controller::BusLog bus_log_;
+  std::function<void()> on_taken_;
   std::unique_ptr<can::Timer> timer_;
 };
 
@@ -97,15 +103,20 @@ int run_twin(const Options& options) {
   for (const twin::AxisConfig& axis : config.twin.axes)
     spdlog::info("{}: amplifier node {}, sensor node {} on {}", axis.wire.name, axis.wire.amplifier_node,
                  axis.wire.sensor_node, interface);
-  Watch watch(twin, loop.scheduler(), interface);
-  loop.run([&] {
+  const auto end = [&] {
     twin.shut_down();
     for (const auto& axis : twin.axes())
       spdlog::info("{}: amplifier off, at its safe value {:.3f}", axis->name, axis->plant.drive());
     loop.stop();
-  });
+  };
+  Watch watch(twin, loop.scheduler(), interface, end);
+  loop.run(end);
   watch.log_bus();
   for (const std::string& line : describe(closing_of(config, twin))) fmt::print("{}\n", line);
+  if (const auto node = twin.taken_node())
+    throw RunError(
+        fmt::format("{}: node {} is on this bus already: another twin, or the real node; end one of the two",
+                    interface, *node));
   return done;
 }
 

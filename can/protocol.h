@@ -64,6 +64,8 @@ std::optional<Nmt> parse_nmt(const Frame& frame);
 std::optional<std::uint8_t> parse_sync(const Frame& frame);
 std::optional<NmtState> parse_heartbeat(const Frame& frame);
 std::optional<Emergency> parse_emergency(const Frame& frame);
+/// A heartbeat of this node, with a state that CiA 301 knows.
+bool is_heartbeat_of(std::uint8_t node, const Frame& frame);
 
 /// SYNC counter after `counter`: 1..240, then 1 again.
 constexpr std::uint8_t next_sync_counter(std::uint8_t counter) {

@@ -31,6 +31,8 @@ class AmplifierNode {
                 const can::Attach& attach, Plant& plant);
 
   void start() { nmt_.start(); }
+  /// Somebody else on the bus is this node: it is off and silent.
+  bool is_taken() const { return nmt_.is_taken(); }
   /// Switches off: the output goes to the safe value, and one last status says so.
   void shut_down();
 

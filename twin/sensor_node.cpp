@@ -22,9 +22,9 @@ void SensorNode::handle(const can::Frame& frame, can::Time received) {
   if (frame.id == can::sync_id) {
     const auto counter = can::parse_sync(frame);
     if (counter && nmt_.state() == can::NmtState::operational) sample(*counter, received);
-  } else if (frame.id == can::nmt_id) {
+  } else {
     nmt_.handle(frame);
-  } else if (nmt_.state() != can::NmtState::stopped) {
+    if (nmt_.is_silent() || nmt_.state() == can::NmtState::stopped) return;
     if (const auto response = sdo_.answer(frame)) bus_->send(*response);
   }
 }

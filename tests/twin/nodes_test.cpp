@@ -44,6 +44,7 @@ class TwinOnBus : public testing::Test {
       if (frame.id == 0x081) emergencies_.push_back(can::parse_emergency(frame)->code);
     });
     twin_.start();
+    run(one_axis().heartbeat_period);  // it listens
   }
 
   void start_nodes() {
