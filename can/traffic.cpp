@@ -16,8 +16,9 @@ bool is_protected_as_ours(const Message& message) {
   const Signal* counter = message.find("Counter");
   const Signal* crc = message.find("Crc");
   return counter != nullptr && crc != nullptr && message.length >= 2 && message.length <= max_frame_bytes &&
-         bytes_needed(*counter) <= message.length && counter->length <= 8 && crc->length == 8 &&
-         crc->start_bit == 8U * (message.length - 1U) && crc->byte_order == ByteOrder::little_endian;
+         is_decodable(*counter) && is_decodable(*crc) && bytes_needed(*counter) <= message.length &&
+         counter->length <= 8 && crc->length == 8 && crc->start_bit == 8U * (message.length - 1U) &&
+         crc->byte_order == ByteOrder::little_endian;
 }
 
 /// Empty: nothing is known of it. Of several messages of one name the first is the one that is configured.
