@@ -22,7 +22,7 @@ nlohmann::json to_json(const can::RejectedFrames& rejected);
 /// What there is to tell of the bus when a run on it has ended.
 struct BusClosing {
   std::vector<std::string> events{};  ///< what the nodes said, as the log had it
-  controller::BusReport bus;
+  controller::BusReport bus{};
   std::vector<can::RejectedFrames> rejected{};
 };
 /// Events, the bus, and a line for each message that was rejected.

@@ -56,7 +56,8 @@ BusReport report_of(const can::Bus& bus, double time_s) {
 }
 
 BusReport report_of(std::span<const can::Bus* const> connections, double time_s) {
-  BusReport all{.time_s = time_s};
+  BusReport all;
+  all.time_s = time_s;
   BusCounters& sum = all.counters;
   for (const can::Bus* bus : connections) {
     const BusReport one = report_of(*bus, time_s);
