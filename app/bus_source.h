@@ -7,6 +7,7 @@
 #include <string>
 
 #include "can/dbc.h"
+#include "can/integrity.h"
 
 namespace hystcan::app {
 
@@ -22,6 +23,7 @@ void add_bus_options(CLI::App& command, BusOptions& options);
 struct BusSource {
   std::string interface;
   std::optional<can::Database> database;
+  can::Protections protections;  ///< of the configuration's own messages; none with --dbc, which has others
 };
 
 /// Throws config::Error where no interface is named; what reading the files throws.

@@ -88,27 +88,26 @@ int report(const controller::Controller& controller, const Recorder& recorder, c
   for (std::size_t i = 0; i < controller.axis_count(); ++i)
     outcomes.push_back(controller::outcome_of(controller.axis(i), recorder.statistics(i)));
   const controller::CycleCounters& counters = controller.counters();
-  const controller::BusReport bus = controller::report_of(controller.bus(), 0.0);
+  const BusClosing closing = closing_of(controller, recorder.events());
   if (options.json) {
     nlohmann::json axes = nlohmann::json::array();
     for (std::size_t i = 0; i < outcomes.size(); ++i) {
       axes.push_back(to_json(outcomes[i]));
-      axes.back()["rejected_samples"] = to_json(controller.sample_checker(i));
+      axes.back()["rejected_samples"] = to_json(can::rejected_frames("", controller.sample_checker(i)));
     }
     fmt::print("{}\n", nlohmann::json{{"cycles", counters.cycles},
                                       {"missed_cycles", counters.overruns},
                                       {"missing_samples", counters.missing_samples},
                                       {"late_samples", counters.late_samples},
                                       {"dropped_records", dropped_records},
-                                      {"events", recorder.events()},
-                                      {"bus", to_json(bus)},
+                                      {"events", closing.events},
+                                      {"bus", to_json(closing)},
                                       {"axes", axes}}
                            .dump(2));
   } else {
     fmt::print("{} cycles, {} missed, {} samples missing, {} late\n", counters.cycles, counters.overruns,
                counters.missing_samples, counters.late_samples);
-    for (const std::string& event : recorder.events()) fmt::print("{}\n", event);
-    fmt::print("{}\n", describe(bus));
+    for (const std::string& line : describe(closing)) fmt::print("{}\n", line);
     for (const auto& outcome : outcomes) fmt::print("{}\n", describe(outcome));
   }
   for (const auto& outcome : outcomes)

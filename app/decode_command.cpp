@@ -9,6 +9,7 @@
 #include "app/bus_source.h"
 #include "app/can_log.h"
 #include "app/commands.h"
+#include "app/decode_findings.h"
 #include "app/frame_text.h"
 #include "can/candump.h"
 
@@ -24,10 +25,12 @@ struct Options {
 
 /// Frames that come one by one, as from `candump -L can0 |`, are shown as they come.
 void decode(std::istream& stream, const std::string& name, const Options& options, bool at_once,
-            FrameText& text) {
+            FrameText& text, DecodeFindings& findings) {
   can::CandumpReader reader(stream, name);
   if (options.csv) print(csv_header);
   while (const auto logged = reader.next()) {
+    for (const std::string& finding : findings.add(*logged))
+      fmt::print(stderr, "{}: {}\n", options.dbc.string(), finding);
     print(text(*logged));
     if (at_once) flush_output();
   }
@@ -44,12 +47,13 @@ int run_decode(const Options& options) {
   FrameText text(database, options.csv    ? FrameFormat::csv
                            : options.json ? FrameFormat::json
                                           : FrameFormat::text);
+  DecodeFindings findings(database);
   if (options.log == "-") {
-    decode(std::cin, "standard input", options, true, text);
+    decode(std::cin, "standard input", options, true, text, findings);
     return done;
   }
   std::ifstream stream = open_can_log(options.log);
-  decode(stream, options.log.string(), options, false, text);
+  decode(stream, options.log.string(), options, false, text, findings);
   return done;
 }
 

@@ -165,8 +165,13 @@ bool has_ended(const controller::Axis& axis) {
   return axis.report().point.finished || axis.state() == controller::AxisState::faulted;
 }
 
-/// How it ended is told by the axis.
-controller::Axis rehearse(const config::Config& config, Recorder& recorder) {
+/// How it ended is told by the axis; of the bus there is something to tell where there was a real one.
+struct Ended {
+  controller::Axis axis;
+  std::vector<std::string> closing{};
+};
+
+Ended rehearse(const config::Config& config, Recorder& recorder) {
   // Longer than any start-up or ramp down; who has not got there by then never will.
   constexpr auto patience = std::chrono::seconds(60);
   constexpr auto stride = std::chrono::milliseconds(10);
@@ -187,10 +192,10 @@ controller::Axis rehearse(const config::Config& config, Recorder& recorder) {
             patience_s + Excitation(*config.axes[0].control.excitation).length_s());
   loop.request_stop();
   run_until([&] { return loop.stopped(); }, patience_s);
-  return loop.axis(0);
+  return {loop.axis(0)};
 }
 
-controller::Axis run_on_the_bus(const config::Config& config, const Options& options, Recorder& recorder) {
+Ended run_on_the_bus(const config::Config& config, const Options& options, Recorder& recorder) {
   LiveLoop loop(config.bus.interface);
   StateLog log(config);
   controller::BusLog bus_log(config.bus.interface, bus_log_sink());
@@ -211,7 +216,7 @@ controller::Axis run_on_the_bus(const config::Config& config, const Options& opt
            [&](double) { return has_ended(controller.axis(0)); });
   telemetry.reset();
   bus_log.write();
-  return controller.axis(0);
+  return {controller.axis(0), describe(closing_of(controller, log.events()))};
 }
 
 int run_excite(const Options& options) {
@@ -219,8 +224,9 @@ int run_excite(const Options& options) {
   refuse_to_overwrite_inputs(options, loaded);
   const config::Config config = only(loaded, options);
   Recorder recorder(options, config);
-  const controller::Axis axis =
+  const auto [axis, closing] =
       options.rehearse ? rehearse(config, recorder) : run_on_the_bus(config, options, recorder);
+  for (const std::string& line : closing) fmt::print(stderr, "{}\n", line);
   recorder.close();
 
   const std::string stopped = recorder.rows() == 0 ? "stopped before the first row, nothing is written"

@@ -67,6 +67,12 @@ controller::BusLog::Sink bus_log_sink() {
   };
 }
 
+BusClosing closing_of(const controller::Controller& controller, const std::vector<std::string>& events) {
+  return {.events = events,
+          .bus = controller::report_of(controller.bus(), 0.0),
+          .rejected = controller.rejected()};
+}
+
 void run_live(LiveLoop& loop, controller::Controller& controller, controller::BusLog& bus_log,
               bool clear_faults, const std::function<bool(double run_s)>& is_done) {
   constexpr auto poll_period = std::chrono::milliseconds(20);
@@ -79,9 +85,9 @@ void run_live(LiveLoop& loop, controller::Controller& controller, controller::Bu
   std::unique_ptr<can::Timer> poll;
   poll = loop.scheduler().make_timer([&] {
     const can::Time now = loop.scheduler().now();
-    bus_log.sample(controller.bus(), can::seconds(now - start));
+    bus_log.sample(controller::report_of(controller.bus(), can::seconds(now - start)));
     if (stopping && controller.stopped()) return loop.stop();
-    if (!stopping && is_done(can::seconds(now - start))) stop();
+    if (!stopping && (controller.keeps_silent() || is_done(can::seconds(now - start)))) stop();
     poll->expire_at(now + poll_period);
   });
   controller.start(clear_faults);

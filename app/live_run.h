@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/live.h"
+#include "app/report.h"
 #include "config/config.h"
 #include "controller/bus_log.h"
 #include "controller/controller.h"
@@ -36,6 +37,8 @@ void look_at_interface(const config::Config& config, const std::string& interfac
 
 /// Puts the lines of a BusLog on ours.
 controller::BusLog::Sink bus_log_sink();
+
+BusClosing closing_of(const controller::Controller& controller, const std::vector<std::string>& events);
 
 /// Runs the controller until `is_done`, asked every 20 ms and told the seconds since start, or until a
 /// signal; then every axis ramps to its safe drive and switches off. A second signal does not wait for the

@@ -103,7 +103,7 @@ void show_plainly(const BusLine& bus, const can::Traffic& traffic, bool json, bo
 int run_monitor(const Options& options) {
   const BusSource source = find_bus(options.bus);
   const can::Database nothing;
-  can::Traffic traffic(source.database ? *source.database : nothing);
+  can::Traffic traffic(source.database ? *source.database : nothing, source.protections);
   const can::BusState at_start =
       can::require_can_interface(source.interface).bus_state.value_or(can::BusState::active);
   can::Tap tap(source.interface);

@@ -12,6 +12,7 @@
 
 #include "app/bus_source.h"
 #include "app/commands.h"
+#include "app/decode_findings.h"
 #include "app/frame_text.h"
 #include "app/log_file.h"
 #include "app/stop_signal.h"
@@ -105,14 +106,18 @@ int run_record(const Options& options) {
   can::Tap tap(source.interface);
   LogFile log(options.output, options.overwrite);
   std::optional<FrameText> text;
+  std::optional<DecodeFindings> findings;
   if (options.decode) text.emplace(*source.database, FrameFormat::text);
+  if (options.decode) findings.emplace(*source.database);
 
   Summary summary;
   Watch watch(source.interface);
   const can::Tap::Handler record = [&](const can::LoggedFrame& logged) {
     log.add(can::candump_line(logged));
     summary.add(logged);
-    if (text) print((*text)(logged));
+    if (!text) return;
+    for (const std::string& finding : findings->add(logged)) spdlog::warn(finding);
+    print((*text)(logged));
   };
   spdlog::info("recording {} to {}; Ctrl-C ends it", source.interface, options.output.string());
   const auto start = Clock::now();

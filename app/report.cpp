@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 
 namespace hystcan::app {
 namespace {
@@ -44,14 +45,29 @@ nlohmann::json to_json(const controller::BusReport& report) {
   return json;
 }
 
-nlohmann::json to_json(const can::Checker& checker) {
+nlohmann::json to_json(const can::RejectedFrames& rejected) {
   nlohmann::json json;
   for (std::size_t i = 0; i < can::rejection_count; ++i) {
-    const auto cause = static_cast<can::Rejection>(i);
-    std::string key(to_string(cause));
+    std::string key(to_string(static_cast<can::Rejection>(i)));
     std::ranges::replace(key, ' ', '_');
-    json[key] = checker.rejected(cause);
+    json[key] = rejected.by_cause[i];
   }
+  return json;
+}
+
+std::vector<std::string> describe(const BusClosing& closing) {
+  std::vector<std::string> lines = closing.events;
+  lines.push_back(describe(closing.bus));
+  for (const can::RejectedFrames& rejected : closing.rejected)
+    if (std::string line = describe(rejected); !line.empty()) lines.push_back(std::move(line));
+  return lines;
+}
+
+nlohmann::json to_json(const BusClosing& closing) {
+  nlohmann::json json = to_json(closing.bus);
+  json["rejected"] = nlohmann::json::object();
+  for (const can::RejectedFrames& rejected : closing.rejected)
+    json["rejected"][rejected.message] = to_json(rejected);
   return json;
 }
 

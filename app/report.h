@@ -3,6 +3,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <vector>
 
 #include "can/integrity.h"
 #include "controller/bus_log.h"
@@ -15,8 +16,20 @@ inline constexpr double settle_s = 0.1;
 
 nlohmann::json to_json(const controller::AxisOutcome& outcome);
 nlohmann::json to_json(const controller::BusReport& report);
-/// Frames in the place of a message that were not taken for it, by cause.
-nlohmann::json to_json(const can::Checker& checker);
+/// By cause.
+nlohmann::json to_json(const can::RejectedFrames& rejected);
+
+/// What there is to tell of the bus when a run on it has ended.
+struct BusClosing {
+  std::vector<std::string> events{};  ///< what the nodes said, as the log had it
+  controller::BusReport bus{};
+  std::vector<can::RejectedFrames> rejected{};
+};
+/// Events, the bus, and a line for each message that was rejected.
+std::vector<std::string> describe(const BusClosing& closing);
+/// The bus, and under "rejected" every message with its causes.
+nlohmann::json to_json(const BusClosing& closing);
+
 std::string describe(const controller::AxisOutcome& outcome);
 std::string describe(const std::string& axis, const controller::Fault& fault);
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -13,6 +14,7 @@
 #include "app/commands.h"
 #include "app/live.h"
 #include "app/live_run.h"
+#include "app/report.h"
 #include "config/config.h"
 #include "twin/twin.h"
 
@@ -30,15 +32,26 @@ std::string_view to_string(can::AmpState state) {
   return names[static_cast<std::size_t>(state)];
 }
 
-/// Says what becomes of the amplifiers.
+/// Says what becomes of the amplifiers and of the bus.
 class Watch {
  public:
-  Watch(const twin::Twin& twin, can::Scheduler& scheduler)
+  /// `on_taken`: somebody else is one of the nodes.
+  Watch(const twin::Twin& twin, can::Scheduler& scheduler, const std::string& interface,
+        std::function<void()> on_taken)
       : twin_(twin),
         scheduler_(scheduler),
+        started_(scheduler.now()),
         seen_(twin.axes().size()),
+        bus_log_(interface, bus_log_sink()),
+        on_taken_(std::move(on_taken)),
         timer_(scheduler.make_timer([this] { look(); })) {
     look();
+  }
+
+  void log_bus() {
+    const auto connections = twin_.connections();
+    bus_log_.sample(controller::report_of(connections, can::seconds(scheduler_.now() - started_)));
+    bus_log_.write();
   }
 
  private:
@@ -50,14 +63,30 @@ class Watch {
       spdlog::info("{}: amplifier {}{}", twin_.axes()[i]->name, to_string(amplifier.state()),
                    silence ? ": commands have stopped, output at its safe value" : "");
     }
+    log_bus();
+    if (twin_.taken_node()) return on_taken_();
     timer_->expire_at(scheduler_.now() + std::chrono::milliseconds(50));
   }
 
   const twin::Twin& twin_;
   can::Scheduler& scheduler_;
+  can::Time started_;
   std::vector<can::AmpState> seen_;
+  controller::BusLog bus_log_;
+  std::function<void()> on_taken_;
   std::unique_ptr<can::Timer> timer_;
 };
+
+BusClosing closing_of(const config::Config& config, const twin::Twin& twin) {
+  const auto connections = twin.connections();
+  BusClosing closing{.bus = controller::report_of(connections, 0.0)};
+  closing.rejected.reserve(twin.axes().size());
+  for (std::size_t i = 0; i < twin.axes().size(); ++i)
+    closing.rejected.push_back(
+        can::rejected_frames(can::message_map<can::AmpCommand>(config.twin.axes[i].wire)->message,
+                             twin.axes()[i]->amplifier.checker()));
+  return closing;
+}
 
 int run_twin(const Options& options) {
   const config::Config config = config::load(options.config);
@@ -74,13 +103,20 @@ int run_twin(const Options& options) {
   for (const twin::AxisConfig& axis : config.twin.axes)
     spdlog::info("{}: amplifier node {}, sensor node {} on {}", axis.wire.name, axis.wire.amplifier_node,
                  axis.wire.sensor_node, interface);
-  const Watch watch(twin, loop.scheduler());
-  loop.run([&] {
+  const auto end = [&] {
     twin.shut_down();
     for (const auto& axis : twin.axes())
       spdlog::info("{}: amplifier off, at its safe value {:.3f}", axis->name, axis->plant.drive());
     loop.stop();
-  });
+  };
+  Watch watch(twin, loop.scheduler(), interface, end);
+  loop.run(end);
+  watch.log_bus();
+  for (const std::string& line : describe(closing_of(config, twin))) fmt::print("{}\n", line);
+  if (const auto node = twin.taken_node())
+    throw RunError(
+        fmt::format("{}: node {} is on this bus already: another twin, or the real node; end one of the two",
+                    interface, *node));
   return done;
 }
 

@@ -51,7 +51,8 @@ void SignalCodec::check(const Signal& signal) {
   const unsigned length = signal.length;
   const bool fits = signal.value_type == ValueType::integer   ? length >= 1 && length <= 64
                     : signal.value_type == ValueType::float32 ? length == 32
-                                                              : length == 64;
+                    : signal.value_type == ValueType::float64 ? length == 64
+                                                              : false;
   if (fits) return;
   throw std::invalid_argument("signal " + signal.name + " has " + std::to_string(length) +
                               " bits, expected 1 to 64, of an IEEE 754 number 32 or 64");

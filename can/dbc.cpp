@@ -53,6 +53,10 @@ const Named* find_named(const std::vector<Named>& all, std::string_view name) {
 
 }  // namespace
 
+bool is_decodable(const Signal& signal) {
+  return signal.length >= 1 && signal.length <= 64 && signal.value_type != ValueType::unreadable;
+}
+
 std::size_t bytes_needed(const Signal& signal) {
   const std::size_t first =  // counted along the wire
       signal.byte_order == ByteOrder::little_endian ? signal.start_bit : signal.start_bit ^ 7U;

@@ -16,8 +16,9 @@ namespace hystcan::can {
 
 enum class ByteOrder : std::uint8_t { little_endian, big_endian };
 
-/// What a signal's raw bits are: an integer, or an IEEE 754 number (SIG_VALTYPE_).
-enum class ValueType : std::uint8_t { integer, float32, float64 };
+/// What a signal's raw bits are: an integer, or an IEEE 754 number (SIG_VALTYPE_). `unreadable` is said to be
+/// one, of a width that none has: as an integer it would be a wrong number.
+enum class ValueType : std::uint8_t { integer, float32, float64, unreadable };
 
 /// How a signal takes part in multiplexing: `M` is a switch, `m3` is present where the switch reads 3.
 struct Multiplexing {
@@ -56,6 +57,9 @@ struct Signal {
   Attributes attributes;              ///< those given to it; attribute() knows defaults, too
   std::optional<double> start_value;  ///< GenSigStartValue, raw
 };
+
+/// Of 1 to 64 bits, and of a known kind.
+bool is_decodable(const Signal& signal);
 
 /// Bytes of payload that the signal reaches into.
 std::size_t bytes_needed(const Signal& signal);

@@ -173,9 +173,11 @@ class Reader {
       if (!fits || signal.length != 32 * type) {
         note(line.type, "signal " + signal.name + " of " + std::to_string(signal.length) +
                             " bits can't have value type " + std::to_string(type) +
-                            (fits ? ": taken by its length" : ": taken for an integer"));
+                            (fits ? ": taken by its length" : ": it is not decoded"));
       }
-      if (fits) signal.value_type = signal.length == 32 ? ValueType::float32 : ValueType::float64;
+      signal.value_type = !fits                 ? ValueType::unreadable
+                          : signal.length == 32 ? ValueType::float32
+                                                : ValueType::float64;
     });
   }
 

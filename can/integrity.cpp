@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <boost/crc.hpp>
+#include <utility>
 
 namespace hystcan::can {
 namespace {
@@ -112,6 +113,23 @@ bool Checker::repeats(const Frame& frame) {
   if (last_counter_ == counter) return true;
   last_counter_ = counter;
   return false;
+}
+
+RejectedFrames rejected_frames(std::string message, const Checker& checker) {
+  RejectedFrames rejected{.message = std::move(message)};
+  for (std::size_t i = 0; i < rejection_count; ++i)
+    rejected.by_cause[i] = checker.rejected(static_cast<Rejection>(i));
+  return rejected;
+}
+
+std::string describe(const RejectedFrames& rejected) {
+  std::string text;
+  for (std::size_t i = 0; i < rejection_count; ++i) {
+    if (rejected.by_cause[i] == 0) continue;
+    text += text.empty() ? rejected.message + ": rejected: " : std::string(", ");
+    text += std::to_string(rejected.by_cause[i]) + ' ' + std::string(to_string(static_cast<Rejection>(i)));
+  }
+  return text;
 }
 
 }  // namespace hystcan::can

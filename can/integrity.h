@@ -13,7 +13,10 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "can/codec.h"
@@ -41,6 +44,9 @@ struct Protection {
   Crc8 polynomial = Crc8::sae_j1850;
   DataId data_id{};
 };
+
+/// By name of the message.
+using Protections = std::map<std::string, Protection, std::less<>>;
 
 /// The CRC of a frame, its place found once.
 class CrcRule {
@@ -109,5 +115,14 @@ class Checker {
   std::array<std::uint64_t, rejection_count> rejected_{};
   std::uint64_t accepted_ = 0;
 };
+
+/// What was rejected in the place of one message, by cause.
+struct RejectedFrames {
+  std::string message;
+  std::array<std::uint64_t, rejection_count> by_cause{};
+};
+RejectedFrames rejected_frames(std::string message, const Checker& checker);
+/// "XAmpStatus: rejected: 3 wrong CRC, 1 repeated counter"; empty where there was none.
+std::string describe(const RejectedFrames& rejected);
 
 }  // namespace hystcan::can

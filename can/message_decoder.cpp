@@ -8,7 +8,7 @@ namespace hystcan::can {
 namespace {
 
 bool can_be_read(const Signal& signal, std::span<const std::uint8_t> payload) {
-  return signal.length >= 1 && signal.length <= 64 && bytes_needed(signal) <= payload.size();
+  return is_decodable(signal) && bytes_needed(signal) <= payload.size();
 }
 
 std::uint64_t bits_of(const Signal& signal, std::span<const std::uint8_t> payload) {

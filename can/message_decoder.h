@@ -23,7 +23,7 @@ struct DecodedSignal {
 const Message* message_of(const Database& database, const Frame& frame);
 
 /// The signals present, multiplexing resolved (also extended, SG_MUL_VAL_), in the DBC's order. Left out are
-/// a signal that the payload is too short for, and what hangs on it as a switch; signals without 1..64 bits;
+/// a signal that the payload is too short for or that is not decodable, and what hangs on it as a switch;
 /// everything of a remote or error frame. A switch is compared by its bits, never negative.
 std::vector<DecodedSignal> decode_signals(const Message& message, const Frame& frame);
 

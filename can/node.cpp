@@ -14,14 +14,18 @@ NmtSlave::NmtSlave(Bus& bus, Scheduler& scheduler, std::uint8_t node, Duration h
       heartbeat_(scheduler.make_timer([this] { beat(); })) {}
 
 void NmtSlave::start() {
+  if (taken_) return;
+  started_ = true;
   state_ = NmtState::boot_up;
   bus_.send(heartbeat_frame(node_, state_));
+  on_change_(state_);
   enter(NmtState::pre_operational);
   heartbeat_->expire_at(scheduler_.now() + period_);
 }
 
 void NmtSlave::handle(const Frame& frame) {
-  if (frame.id != nmt_id) return;
+  if (is_heartbeat_of(node_, frame)) return retire();
+  if (frame.id != nmt_id || is_silent()) return;
   const auto nmt = parse_nmt(frame);
   if (!nmt || (nmt->node != 0 && nmt->node != node_)) return;
   switch (nmt->command) {
@@ -34,6 +38,12 @@ void NmtSlave::handle(const Frame& frame) {
     case NmtCommand::reset_node:
       return start();
   }
+}
+
+void NmtSlave::retire() {
+  taken_ = true;
+  heartbeat_->cancel();
+  enter(NmtState::stopped);
 }
 
 void NmtSlave::enter(NmtState state) {

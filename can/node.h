@@ -11,7 +11,12 @@
 
 namespace hystcan::can {
 
-/// A node that obeys NMT and beats. On start() it announces itself (boot-up) and waits, pre-operational.
+/// A node that obeys NMT and beats. On start(), and at each NMT reset, it announces itself (boot-up) and
+/// waits, pre-operational; the handler is told of both, so that boot-up is where power-on values are taken up
+/// again.
+///
+/// Before start() it is silent, and so it is again for good once it has heard a heartbeat of its own node id:
+/// somebody else is that node. It stops then, and the handler is told.
 class NmtSlave {
  public:
   using ChangeHandler = std::function<void(NmtState)>;
@@ -20,11 +25,15 @@ class NmtSlave {
            ChangeHandler on_change);
 
   void start();
-  /// Obeys an NMT frame that is meant for this node or for all; ignores every other frame.
+  /// Obeys an NMT frame that is meant for this node or for all; hears who else is this node; ignores every
+  /// other frame.
   void handle(const Frame& frame);
   NmtState state() const { return state_; }
+  bool is_taken() const { return taken_; }
+  bool is_silent() const { return !started_ || taken_; }
 
  private:
+  void retire();
   void enter(NmtState state);
   void beat();
 
@@ -34,6 +43,8 @@ class NmtSlave {
   Duration period_;
   ChangeHandler on_change_;
   NmtState state_ = NmtState::boot_up;
+  bool started_ = false;
+  bool taken_ = false;
   std::unique_ptr<Timer> heartbeat_;
 };
 

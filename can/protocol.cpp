@@ -48,6 +48,13 @@ std::optional<NmtState> parse_heartbeat(const Frame& frame) {
   return static_cast<NmtState>(frame.data[0]);
 }
 
+bool is_heartbeat_of(std::uint8_t node, const Frame& frame) {
+  if (frame.id != heartbeat_base + node) return false;
+  const auto state = parse_heartbeat(frame);
+  return state == NmtState::boot_up || state == NmtState::stopped || state == NmtState::operational ||
+         state == NmtState::pre_operational;
+}
+
 std::optional<Emergency> parse_emergency(const Frame& frame) {
   if (!is_classical(frame, 8)) return std::nullopt;
   Emergency emergency{.code = static_cast<std::uint16_t>(frame.data[0] | frame.data[1] << 8),

@@ -64,6 +64,8 @@ std::optional<Nmt> parse_nmt(const Frame& frame);
 std::optional<std::uint8_t> parse_sync(const Frame& frame);
 std::optional<NmtState> parse_heartbeat(const Frame& frame);
 std::optional<Emergency> parse_emergency(const Frame& frame);
+/// A heartbeat of this node, with a state that CiA 301 knows.
+bool is_heartbeat_of(std::uint8_t node, const Frame& frame);
 
 /// SYNC counter after `counter`: 1..240, then 1 again.
 constexpr std::uint8_t next_sync_counter(std::uint8_t counter) {
@@ -128,6 +130,7 @@ struct AxisWire {
   std::string drive_unit{};  ///< what setpoint and output are converted to; empty: taken as they are
   std::vector<SdoWrite> amplifier_setup{};  ///< written before the node is started
   std::vector<SdoWrite> sensor_setup{};
+  SdoPatience setup_patience{};
   std::optional<AxisFrames> frames{};  ///< the lab's own; without them the standard ones
 };
 

@@ -101,7 +101,7 @@ void SdoSetup::restart() {
 
 Frame SdoSetup::ask(SdoService service, Time now) {
   const SdoWrite& write = config_.writes[next_];
-  deadline_ = now + config_.timeout;
+  deadline_ = now + config_.patience.timeout;
   step_ = service == SdoService::write ? Step::await_written : Step::await_value;
   return sdo_request(node_, {.service = service, .object = write.object, .content = write.content});
 }
@@ -147,7 +147,7 @@ void SdoSetup::fail(SdoFailure::Reason reason, std::uint32_t abort_code, std::ui
               .written = write.content.value,
               .read_back = read_back};
   step_ = Step::write;
-  failed_ = ++attempt_ > config_.attempts;
+  failed_ = ++attempt_ > config_.patience.attempts;
 }
 
 SdoServer::SdoServer(std::uint8_t node) : node_(node) { objects_.reserve(64); }

@@ -86,14 +86,19 @@ struct SdoFailure {
 /// "object 0x2001:02: aborted by the node with 0x06010002: ...".
 std::string describe(const SdoFailure& failure);
 
+/// How long a node is waited for, and how often it is asked.
+struct SdoPatience {
+  Duration timeout{std::chrono::milliseconds(100)};  ///< for one response
+  unsigned attempts = 3;                             ///< of each write, in all
+};
+
 /// Writes objects in order, reads each back and compares; a write that fails in any way is tried again from
 /// its beginning, `attempts` times in all. Then the whole has failed.
 class SdoSetup {
  public:
   struct Config {
     std::vector<SdoWrite> writes{};
-    Duration timeout{std::chrono::milliseconds(100)};  ///< for one response
-    unsigned attempts = 3;
+    SdoPatience patience{};
   };
 
   SdoSetup(std::uint8_t node, Config config);
@@ -132,6 +137,8 @@ class SdoServer {
  public:
   explicit SdoServer(std::uint8_t node);
 
+  /// As at power-on: no object has been written.
+  void reset() { objects_.clear(); }
   /// The response to a request that is for this node; empty for every other frame.
   std::optional<Frame> answer(const Frame& frame);
   std::optional<SdoValue> object(SdoObject object) const;

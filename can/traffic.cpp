@@ -9,26 +9,42 @@
 namespace hystcan::can {
 namespace {
 
-constexpr std::uint8_t classical_bytes = 8;
+/// A frame carries so many at most; what is longer comes in several (J1939).
+constexpr std::size_t max_frame_bytes = Frame{}.data.size();
 
-bool is_protected(const Message& message) {
+bool is_protected_as_ours(const Message& message) {
   const Signal* counter = message.find("Counter");
   const Signal* crc = message.find("Crc");
-  return counter != nullptr && crc != nullptr && message.length >= 2 &&
-         message.length <= Frame{}.data.size() && bytes_needed(*counter) <= message.length &&
+  return counter != nullptr && crc != nullptr && message.length >= 2 && message.length <= max_frame_bytes &&
+         is_decodable(*counter) && is_decodable(*crc) && bytes_needed(*counter) <= message.length &&
          counter->length <= 8 && crc->length == 8 && crc->start_bit == 8U * (message.length - 1U) &&
          crc->byte_order == ByteOrder::little_endian;
 }
 
+/// Empty: nothing is known of it. Of several messages of one name the first is the one that is configured.
+std::optional<Protection> find_protection(const Database& database, const Message& message,
+                                          const Protections& configured) {
+  if (message.length > max_frame_bytes) return std::nullopt;
+  const auto found = configured.find(message.name);
+  if (found != configured.end() && database.find(message.name) == &message) return found->second;
+  if (!is_protected_as_ours(message)) return std::nullopt;
+  return Protection{SignalCodec(*message.find("Counter")), SignalCodec(*message.find("Crc"))};
+}
+
+std::size_t length_on_the_wire(const Message& message) {
+  if (message.length > max_frame_bytes) return message.length;
+  return wire_length(static_cast<std::uint8_t>(message.length));
+}
+
 }  // namespace
 
-Traffic::Traffic(const Database& database) : database_(database) {
+Traffic::Traffic(const Database& database, const Protections& configured) : database_(database) {
   for (const Message& message : database_.messages) {
     const Key key{message.extended, message.id};
     known_.emplace(key, &message);
-    if (!is_protected(message)) continue;
-    const Protection protection{SignalCodec(*message.find("Counter")), SignalCodec(*message.find("Crc"))};
-    checkers_.emplace(key, Checker(protection, static_cast<std::uint8_t>(message.length), message.extended));
+    if (const auto protection = find_protection(database_, message, configured))
+      checkers_.emplace(key,
+                        Checker(*protection, static_cast<std::uint8_t>(message.length), message.extended));
   }
 }
 
@@ -67,10 +83,10 @@ std::optional<Rejection> Traffic::check(const Key& key, const Message* message, 
   if (message == nullptr) return std::nullopt;
   if (const auto checker = checkers_.find(key); checker != checkers_.end())
     return checker->second.check(frame);
-  const bool may_be_fd = message->length > classical_bytes;
+  const bool may_be_fd = message->fd || wire_kind(message->length) == FrameKind::fd;
   if (frame.kind == FrameKind::remote || (frame.kind == FrameKind::fd && !may_be_fd))
     return Rejection::wrong_kind;
-  if (frame.length != message->length) return Rejection::wrong_length;
+  if (frame.length != length_on_the_wire(*message)) return Rejection::wrong_length;
   return std::nullopt;
 }
 

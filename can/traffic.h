@@ -28,15 +28,16 @@ struct MessageTraffic {
   std::optional<double> jitter_ms;
 };
 
-/// Counts frames against a database. A message with the signals `Counter` and `Crc` of our protocol (the CRC
-/// in its last byte) goes through a Checker; of any other only kind and length are checked. A frame of the
-/// wrong identifier type in the place of a protected message counts as that message's.
+/// Counts frames against a database. A message whose protection is known goes through a Checker: that of a
+/// configuration, else the one of a message with the signals `Counter` and `Crc` of our protocol (the CRC in
+/// its last byte). Of any other only kind and length are checked. A frame of the wrong identifier type in the
+/// place of a message that goes through a Checker counts as that message's.
 class Traffic {
  public:
   using Key = std::pair<bool, std::uint32_t>;  ///< extended, identifier
 
-  /// The database must outlive this.
-  explicit Traffic(const Database& database);
+  /// The database must outlive this. `configured`: how messages are protected, by their names.
+  explicit Traffic(const Database& database, const Protections& configured = {});
 
   void add(const LoggedFrame& logged);
   /// From here on rates and jitter are those of the period that ends now.

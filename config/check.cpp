@@ -36,6 +36,7 @@ class AxisCheck {
     check_setpoint();
     check_setup("amplifier_setup", axis_.wire.amplifier_setup);
     check_setup("sensor_setup", axis_.wire.sensor_setup);
+    check_setup_timeout();
   }
 
  private:
@@ -52,6 +53,16 @@ class AxisCheck {
         fail(fmt::format("{}[{}].value", list, i), "value is {}, expected at most {} in {} bytes", value,
              largest, bytes);
     }
+  }
+
+  /// One request a cycle: an answer that is late before the next one may be asked for was never waited for.
+  void check_setup_timeout() const {
+    if (axis_.wire.amplifier_setup.empty() && axis_.wire.sensor_setup.empty()) return;
+    const double timeout_ms = 1e3 * can::seconds(axis_.wire.setup_patience.timeout);
+    const double cycle_ms = 1e3 / config_.controller.rate_Hz;
+    if (timeout_ms < cycle_ms)
+      fail("setup_timeout_ms", "setup_timeout_ms is {:g}, expected at least one cycle, {:g}", timeout_ms,
+           cycle_ms);
   }
 
   void check_model(const char* key, const model::HysteresisParameters& model) const {

@@ -77,6 +77,9 @@ class FrameCheck {
     if (signal->multiplexing.present_at)
       fail(key, fmt::format("signal {} of message {} is multiplexed", name, message_->name),
            "one that is in every frame");
+    if (!can::is_decodable(*signal))
+      fail(key, fmt::format("signal {} of message {} has {} bits", name, message_->name, signal->length),
+           "1 to 64, of an IEEE 754 number 32 or 64");
     used_.emplace_back(key, signal);
   }
 

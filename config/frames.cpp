@@ -45,6 +45,15 @@ void add(std::vector<std::string>& lines, const std::string& place, const can::M
   add_integrity(lines, place, map.integrity);
 }
 
+/// Of the command, of the status where there is one, and of the sample.
+std::vector<can::MessageMap> maps_of(const can::AxisWire& axis) {
+  std::vector<can::MessageMap> maps;
+  for (auto& map : {can::message_map<can::AmpCommand>(axis), can::message_map<can::AmpStatus>(axis),
+                    can::message_map<can::SensorSample>(axis)})
+    if (map) maps.push_back(*map);
+  return maps;
+}
+
 }  // namespace
 
 std::vector<std::string> losses(const can::AxisWire& axis) {
@@ -63,11 +72,17 @@ std::vector<std::string> losses(const can::AxisWire& axis) {
 
 std::vector<std::string> fd_messages(const can::AxisWire& axis, const can::Database& database) {
   std::vector<std::string> names;
-  for (const auto& map : {can::message_map<can::AmpCommand>(axis), can::message_map<can::AmpStatus>(axis),
-                          can::message_map<can::SensorSample>(axis)})
-    if (map && can::wire_kind(can::find_message(database, *map).length) == can::FrameKind::fd)
-      names.push_back(map->message);
+  for (const can::MessageMap& map : maps_of(axis))
+    if (can::wire_kind(can::find_message(database, map).length) == can::FrameKind::fd)
+      names.push_back(map.message);
   return names;
+}
+
+can::Protections protections(const can::AxisWire& axis, const can::Database& database) {
+  can::Protections found;
+  for (const can::MessageMap& map : maps_of(axis))
+    found.emplace(map.message, can::protection_of(can::find_message(database, map), map));
+  return found;
 }
 
 }  // namespace hystcan::config

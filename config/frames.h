@@ -18,6 +18,9 @@ std::vector<std::string> losses(const can::AxisWire& axis);
 /// Of the axis's messages those that only CAN FD can carry.
 std::vector<std::string> fd_messages(const can::AxisWire& axis, const can::Database& database);
 
+/// How the axis's messages are protected: the lab's own, or the standard ones.
+can::Protections protections(const can::AxisWire& axis, const can::Database& database);
+
 template <class V>
 void visit_crc(V& v, can::MessageMap& map) {
   std::string polynomial = map.polynomial == can::Crc8::sae_j1850 ? "SAE-J1850" : "CRC-8H2F";

@@ -18,7 +18,7 @@ struct CauseText {
   std::string_view remedy;
 };
 
-constexpr std::array<CauseText, 15> cause_texts{{
+constexpr std::array<CauseText, 16> cause_texts{{
     {"none", ""},
     {"interface down", "bring the CAN interface up and start the controller again"},
     {"bus-off", "check wiring, termination and bit rate, then start the controller again"},
@@ -39,6 +39,8 @@ constexpr std::array<CauseText, 15> cause_texts{{
     {"following error", "the stage does not follow: check load and model, or raise following_error_um"},
     {"command not sendable",
      "the drive does not fit the Setpoint signal: check the DBC against drive_min and drive_max"},
+    {"another controller is on this bus",
+     "somebody else sends SYNC, this controller's heartbeat or its commands: end one of the two"},
 }};
 
 Loop make_loop(const AxisConfig& config) {

@@ -44,6 +44,7 @@ enum class Cause : std::uint8_t {
   amplifier_not_enabled,
   following_error,
   command_not_sendable,
+  another_controller,
 };
 std::string_view to_string(Cause cause);
 /// What the engineer can do about it, in one sentence.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace hystcan::controller {
@@ -54,6 +55,28 @@ BusReport report_of(const can::Bus& bus, double time_s) {
           .counters = bus.counters()};
 }
 
+BusReport report_of(std::span<const can::Bus* const> connections, double time_s) {
+  BusReport all;
+  all.time_s = time_s;
+  BusCounters& sum = all.counters;
+  for (const can::Bus* bus : connections) {
+    const BusReport one = report_of(*bus, time_s);
+    all.state = std::max(all.state, one.state);
+    if (one.error_counters) all.error_counters = one.error_counters;
+    for (const BusTrouble& trouble : troubles)
+      sum.*trouble.count = std::max(sum.*trouble.count, one.counters.*trouble.count);
+    sum.sent += one.counters.sent;
+    sum.received += one.counters.received;
+  }
+  sum.send_refused = 0;
+  sum.receive_lost = 0;
+  for (const can::Bus* bus : connections) {
+    sum.send_refused += bus->counters().send_refused;
+    sum.receive_lost += bus->counters().receive_lost;
+  }
+  return all;
+}
+
 std::span<const BusTrouble> bus_troubles() { return troubles; }
 
 std::string describe(const BusReport& report) {
@@ -69,8 +92,8 @@ std::string describe(const BusReport& report) {
 
 BusLog::BusLog(std::string interface, Sink sink) : interface_(std::move(interface)), sink_(std::move(sink)) {}
 
-void BusLog::sample(const can::Bus& bus, double time_s) {
-  ring_.push(report_of(bus, time_s));  // counts are running totals: a full ring loses none
+void BusLog::sample(const BusReport& report) {
+  ring_.push(report);  // counts are running totals: a full ring loses none
 }
 
 void BusLog::write() {

@@ -39,6 +39,9 @@ struct BusReport {
 static_assert(std::is_trivially_copyable_v<BusReport>, "reports cross threads by plain copying");
 
 BusReport report_of(const can::Bus& bus, double time_s);
+/// Of several nodes' connections to one interface. What they sent, heard and lost adds up; error frames are
+/// heard by all alike, and the one that heard most counts.
+BusReport report_of(std::span<const can::Bus* const> connections, double time_s);
 
 /// A counter of things that should not be, under its key in JSON and in words.
 struct BusTrouble {
@@ -60,7 +63,7 @@ class BusLog {
 
   BusLog(std::string interface, Sink sink);
 
-  void sample(const can::Bus& bus, double time_s);
+  void sample(const BusReport& report);
   void write();
 
  private:

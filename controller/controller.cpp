@@ -21,6 +21,10 @@ can::AmpStatus what_is_not_told(const AxisConfig& axis, const std::optional<can:
   return believed;
 }
 
+can::Checker checker_of(const can::Layout<can::AmpCommand>& layout) {
+  return {layout.protection(), layout.length(), layout.extended()};
+}
+
 }  // namespace
 
 Controller::WiredAxis::WiredAxis(const WiredAxisConfig& config, const Config& common,
@@ -31,8 +35,9 @@ Controller::WiredAxis::WiredAxis(const WiredAxisConfig& config, const Config& co
       encode_command(*can::find_layout<can::AmpCommand>(database, wire)),
       samples_name_their_sync(can::message_map<can::SensorSample>(wire)->carries("sync_counter")),
       flags_tell_fault(false),
-      sensor(wire.sensor_node, common.heartbeat_timeout, wire.sensor_setup),
-      amplifier(wire.amplifier_node, common.heartbeat_timeout, wire.amplifier_setup) {
+      foreign_command(checker_of(*can::find_layout<can::AmpCommand>(database, wire))),
+      sensor(wire.sensor_node, common.heartbeat_timeout, {wire.sensor_setup, wire.setup_patience}),
+      amplifier(wire.amplifier_node, common.heartbeat_timeout, {wire.amplifier_setup, wire.setup_patience}) {
   const auto map = can::message_map<can::AmpStatus>(wire);
   const can::AmpStatus believed = what_is_not_told(config.axis, map);
   if (auto layout = can::find_layout<can::AmpStatus>(database, wire, believed))
@@ -75,11 +80,14 @@ void Controller::lay_peer_routes(std::size_t index, decltype(Route::handler) on_
 }
 
 void Controller::lay_routes() {
+  lay_route(can::sync_id, false, &Controller::on_foreign_sync, 0);
+  lay_route(can::heartbeat_base + config_.node, false, &Controller::on_own_heartbeat, 0);
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const WiredAxis& wired = *axes_[i];
     lay_route(wired.decode_sample.id(), wired.decode_sample.extended(), &Controller::on_sample, i);
     if (wired.decode_status)
       lay_route(wired.decode_status->id(), wired.decode_status->extended(), &Controller::on_status, i);
+    lay_route(wired.encode_command.id(), wired.encode_command.extended(), &Controller::on_foreign_command, i);
     lay_peer_routes<&WiredAxis::sensor>(i, &Controller::on_sensor_heartbeat);
     lay_peer_routes<&WiredAxis::amplifier>(i, &Controller::on_amplifier_heartbeat);
   }
@@ -100,9 +108,8 @@ const Controller::Route* Controller::find_route(const can::Frame& frame) const {
 void Controller::start(bool clear_amplifier_faults) {
   started_ = scheduler_.now();
   sync_sent_ = started_;
-  deadline_ = started_ + warm_up;
-  next_heartbeat_ = started_ + config_.heartbeat_period;
-  bus_->send(can::heartbeat_frame(config_.node, can::NmtState::boot_up));
+  deadline_ = started_ + std::max<can::Duration>(warm_up, config_.heartbeat_period);
+  phase_ = Phase::listening;
   for (const auto& wired : axes_) wired->axis.start(clear_amplifier_faults);
   sync_timer_->expire_at(deadline_);
 }
@@ -121,7 +128,29 @@ void Controller::send_safe_commands() {
   for (const auto& wired : axes_) send_command(*wired, {.drive = wired->axis.config().gate.safe_drive});
 }
 
+std::vector<can::RejectedFrames> Controller::rejected() const {
+  std::vector<can::RejectedFrames> all;
+  const auto add = [&](std::string message, const can::Checker& checker) {
+    all.push_back(can::rejected_frames(std::move(message), checker));
+  };
+  all.reserve(4 * axes_.size());
+  for (const auto& wired : axes_) {
+    add(can::message_map<can::SensorSample>(wired->wire)->message, wired->decode_sample.checker());
+    if (wired->decode_status)
+      add(can::message_map<can::AmpStatus>(wired->wire)->message, wired->decode_status->checker());
+    for (const Peer* peer : {&wired->amplifier, &wired->sensor})
+      add("heartbeat of node " + std::to_string(peer->node()), peer->heartbeat_checker());
+  }
+  return all;
+}
+
 void Controller::tick() {
+  if (phase_ == Phase::silent) return;
+  if (phase_ == Phase::listening) {
+    phase_ = Phase::running;
+    next_heartbeat_ = scheduler_.now() + config_.heartbeat_period;
+    bus_->send(can::heartbeat_frame(config_.node, can::NmtState::boot_up));
+  }
   close_cycle();
   begin_tracking_ = std::ranges::all_of(axes_, [](const auto& wired) {
     const AxisState state = wired->axis.state();
@@ -202,6 +231,37 @@ void Controller::handle(const can::Frame& frame) {
   if (const Route* route = find_route(frame)) (this->*route->handler)(route->index, frame);
 }
 
+/// Our own frames never come back to us: one that bears our identifier is somebody else's.
+void Controller::hear_another() {
+  if (phase_ != Phase::listening && phase_ != Phase::running) return;
+  for (const auto& wired : axes_)
+    if (wired->axis.state() != AxisState::offline)
+      wired->axis.trip(Cause::another_controller, can::seconds(scheduler_.now() - started_));
+  if (phase_ == Phase::listening) keep_silent();
+}
+
+/// The other one may be driving: not even a safe command of ours may come between. What is left to do is to
+/// tell.
+void Controller::keep_silent() {
+  phase_ = Phase::silent;
+  sync_timer_->cancel();
+  sync_sent_ = scheduler_.now();
+  for (std::size_t i = 0; i < axes_.size(); ++i) step(i, nullptr, sync_sent_);
+}
+
+void Controller::on_own_heartbeat(std::size_t, const can::Frame& frame) {
+  if (can::is_heartbeat_of(config_.node, frame)) hear_another();
+}
+
+void Controller::on_foreign_sync(std::size_t, const can::Frame& frame) {
+  if (can::parse_sync(frame)) hear_another();
+}
+
+/// A damaged one, which the amplifier does not take either, is nobody's.
+void Controller::on_foreign_command(std::size_t index, const can::Frame& frame) {
+  if (!axes_[index]->foreign_command.check(frame)) hear_another();
+}
+
 void Controller::on_bus_state(can::BusState state) {
   if (state != can::BusState::bus_off && state != can::BusState::down) return;
   for (const auto& wired : axes_) {
@@ -272,6 +332,7 @@ void Controller::step(std::size_t index, const can::SensorSample* sample, can::T
 }
 
 void Controller::send_command(WiredAxis& wired, const AxisCommand& command) {
+  if (phase_ != Phase::running) return;
   const auto frame = wired.encode_command({.setpoint = command.drive,
                                            .enable = command.enable,
                                            .clear_fault = command.clear_fault,

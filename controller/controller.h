@@ -2,10 +2,13 @@
 //
 //   SYNC(n) -> SensorSample(n) -> Axis::step -> AmpCommand(n)
 //
-// A sample is answered as it arrives; one that has not come by the next SYNC is bridged then, and counted. The
-// own heartbeat, NMT and SDO follow the commands of the cycle. Bus-off, or the loss of the interface, faults
-// every driven axis with the next step, and what was known of the nodes is forgotten: whoever is to be armed
-// again must be heard again first.
+// A sample is answered as it arrives. One that has not come by the next SYNC is bridged then, and counted. The
+// own heartbeat, NMT and SDO follow the commands of the cycle.
+// Before its first frame it listens for one heartbeat period. Somebody else's SYNC, heartbeat of its own node
+// id or command to its amplifiers faults every axis: heard while it listens, it stays silent for good; later,
+// its commands are safe from there on. Bus-off, or the loss of the interface, faults every driven axis with
+// the next step, and what was known of the nodes is forgotten: whoever is to be armed again must be heard
+// again first.
 #pragma once
 
 #include <array>
@@ -57,12 +60,16 @@ class Controller {
   /// Every axis ramps to its safe drive and switches off; stopped() when all have.
   void request_stop();
   bool stopped() const;
+  /// Another controller was here first: nothing has been sent, nor will be.
+  bool keeps_silent() const { return phase_ == Phase::silent; }
   /// Sends every amplifier the safe command at once. For the way out.
   void send_safe_commands();
 
   std::size_t axis_count() const { return axes_.size(); }
   const Axis& axis(std::size_t i) const { return axes_[i]->axis; }
   const can::Checker& sample_checker(std::size_t i) const { return axes_[i]->decode_sample.checker(); }
+  /// Of every message that the controller hears: samples, statuses, heartbeats.
+  std::vector<can::RejectedFrames> rejected() const;
   const CycleCounters& counters() const { return counters_; }
   const can::Bus& bus() const { return *bus_; }
 
@@ -76,6 +83,7 @@ class Controller {
     can::Encoder<can::AmpCommand> encode_command;
     bool samples_name_their_sync;  ///< else a sample counts for the cycle it arrives in
     bool flags_tell_fault;         ///< the state alone does not
+    can::Checker foreign_command;  ///< of commands to this amplifier that are not ours
     Peer sensor;
     Peer amplifier;
     can::AmpStatus status;
@@ -91,11 +99,16 @@ class Controller {
   void wake_nodes();
   void wake(const Peer& peer);
   void handle(const can::Frame& frame);
+  void hear_another();
+  void keep_silent();
   void on_bus_state(can::BusState state);
   void on_sample(std::size_t index, const can::Frame& frame);
   void on_status(std::size_t index, const can::Frame& frame);
   void on_sensor_heartbeat(std::size_t index, const can::Frame& frame);
   void on_amplifier_heartbeat(std::size_t index, const can::Frame& frame);
+  void on_own_heartbeat(std::size_t, const can::Frame& frame);
+  void on_foreign_sync(std::size_t, const can::Frame& frame);
+  void on_foreign_command(std::size_t index, const can::Frame& frame);
   template <Peer WiredAxis::*peer>
   void on_emergency(std::size_t index, const can::Frame& frame) {
     (axes_[index].get()->*peer).hear_emergency(frame);
@@ -140,6 +153,8 @@ class Controller {
   std::uint8_t sync_counter_ = 0;
   bool begin_tracking_ = false;
   bool house_kept_ = true;  ///< in this cycle
+  enum class Phase : std::uint8_t { off, listening, running, silent };
+  Phase phase_ = Phase::off;
   CycleCounters counters_;
 };
 

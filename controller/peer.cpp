@@ -21,10 +21,11 @@ std::string describe(const NodeEvent& event) {
   return text + ")";
 }
 
-Peer::Peer(std::uint8_t node, can::Duration heartbeat_timeout, const std::vector<can::SdoWrite>& setup)
-    : node_(node), heartbeat_(heartbeat_timeout), setup_(node, {.writes = setup}) {}
+Peer::Peer(std::uint8_t node, can::Duration heartbeat_timeout, const can::SdoSetup::Config& setup)
+    : node_(node), heartbeat_(heartbeat_timeout), setup_(node, setup) {}
 
 bool Peer::hear_heartbeat(const can::Frame& frame, can::Time now) {
+  if (heartbeat_checker_.check(frame)) return false;
   const auto state = can::parse_heartbeat(frame);
   if (state) heartbeat_.heard(*state, now);
   if (state != can::NmtState::boot_up) return false;

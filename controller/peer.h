@@ -31,7 +31,7 @@ std::string describe(const NodeEvent& event);
 /// A node is set up before it is started, and again after each boot-up: it may have lost what it was told.
 class Peer {
  public:
-  Peer(std::uint8_t node, can::Duration heartbeat_timeout, const std::vector<can::SdoWrite>& setup);
+  Peer(std::uint8_t node, can::Duration heartbeat_timeout, const can::SdoSetup::Config& setup);
 
   /// True: the node has booted up.
   bool hear_heartbeat(const can::Frame& frame, can::Time now);
@@ -47,6 +47,8 @@ class Peer {
   }
   bool is_set_up() const { return setup_.is_done(); }
   unsigned boot_ups() const { return heartbeat_.boot_ups(); }
+  /// Frames in the place of its heartbeat that were none.
+  const can::Checker& heartbeat_checker() const { return heartbeat_checker_; }
 
   /// The bus was gone: what was heard, and what was set up, may no longer be so.
   void forget();
@@ -63,6 +65,7 @@ class Peer {
 
   std::uint8_t node_;
   can::HeartbeatMonitor heartbeat_;
+  can::Checker heartbeat_checker_{can::Protection{}, 1, false};
   can::SdoSetup setup_;
   bool failure_told_ = false;
   std::array<NodeEvent, 4> events_{};

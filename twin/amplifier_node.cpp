@@ -21,6 +21,7 @@ AmplifierNode::AmplifierNode(const Config& config, const can::Database& database
       decode_command_(*can::find_layout<can::AmpCommand>(database, config.wire, {.enable = true})),
       bus_(attach(
           std::array{can::Filter{can::nmt_id}, can::Filter{can::sync_id},
+                     can::Filter{can::heartbeat_base + config.wire.amplifier_node},
                      can::Filter{can::sdo_request_base + config.wire.amplifier_node},
                      can::Filter{.id = decode_command_.id(), .extended = decode_command_.extended()}})),
       plant_(plant),
@@ -45,9 +46,9 @@ void AmplifierNode::handle(const can::Frame& frame, can::Time received) {
     if (const auto command = decode_command_(frame)) on_command(*command);
   } else if (frame.id == can::sync_id) {
     if (const auto counter = can::parse_sync(frame)) on_sync(*counter, received);
-  } else if (frame.id == can::nmt_id) {
+  } else {
     nmt_.handle(frame);
-  } else if (nmt_.state() != can::NmtState::stopped) {
+    if (nmt_.is_silent() || nmt_.state() == can::NmtState::stopped) return;
     if (const auto response = sdo_.answer(frame)) bus_->send(*response);
   }
 }
@@ -87,6 +88,7 @@ void AmplifierNode::on_command(const can::AmpCommand& command) {
 }
 
 void AmplifierNode::on_nmt(can::NmtState state) {
+  if (state == can::NmtState::boot_up) sdo_.reset();
   if (state != can::NmtState::operational) return enter(can::AmpState::off);
   decode_command_.restart();
   enter(fault_ == 0 ? can::AmpState::ready : can::AmpState::fault);
@@ -118,7 +120,7 @@ void AmplifierNode::enter(can::AmpState state) {
 void AmplifierNode::send_status() {
   syncs_since_status_ = 0;
   plant_.advance_to(scheduler_.now());
-  if (!encode_status_) return;
+  if (!encode_status_ || nmt_.is_silent()) return;
   if (const auto frame = (*encode_status_)({.output = plant_.drive(), .state = state_, .fault = fault_}))
     bus_->send(*frame);
 }

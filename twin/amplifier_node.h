@@ -31,6 +31,8 @@ class AmplifierNode {
                 const can::Attach& attach, Plant& plant);
 
   void start() { nmt_.start(); }
+  /// Somebody else on the bus is this node: it is off and silent.
+  bool is_taken() const { return nmt_.is_taken(); }
   /// Switches off: the output goes to the safe value, and one last status says so.
   void shut_down();
 
@@ -39,6 +41,7 @@ class AmplifierNode {
   std::uint64_t stale_commands() const { return stale_commands_; }
   const can::SdoServer& objects() const { return sdo_; }
   const can::Checker& checker() const { return decode_command_.checker(); }
+  const can::Bus& bus() const { return *bus_; }
 
  private:
   void handle(const can::Frame& frame, can::Time received);

@@ -9,7 +9,10 @@ SensorNode::SensorNode(const Config& config, const can::Database& database, can:
     : bus_(std::move(bus)),
       plant_(plant),
       sensor_(sensor),
-      nmt_(*bus_, scheduler, config.wire.sensor_node, config.heartbeat_period, [](can::NmtState) {}),
+      nmt_(*bus_, scheduler, config.wire.sensor_node, config.heartbeat_period,
+           [this](can::NmtState state) {
+             if (state == can::NmtState::boot_up) sdo_.reset();
+           }),
       sdo_(config.wire.sensor_node),
       encode_sample_(*can::find_layout<can::SensorSample>(database, config.wire)) {
   bus_->on_frame([this](const can::Frame& frame, can::Time received) { handle(frame, received); });
@@ -19,9 +22,9 @@ void SensorNode::handle(const can::Frame& frame, can::Time received) {
   if (frame.id == can::sync_id) {
     const auto counter = can::parse_sync(frame);
     if (counter && nmt_.state() == can::NmtState::operational) sample(*counter, received);
-  } else if (frame.id == can::nmt_id) {
+  } else {
     nmt_.handle(frame);
-  } else if (nmt_.state() != can::NmtState::stopped) {
+    if (nmt_.is_silent() || nmt_.state() == can::NmtState::stopped) return;
     if (const auto response = sdo_.answer(frame)) bus_->send(*response);
   }
 }

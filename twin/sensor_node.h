@@ -22,6 +22,10 @@ class SensorNode {
              std::unique_ptr<can::Bus> bus, Plant& plant, const Sensor& sensor);
 
   void start() { nmt_.start(); }
+  /// Somebody else on the bus is this node: it is off and silent.
+  bool is_taken() const { return nmt_.is_taken(); }
+
+  const can::Bus& bus() const { return *bus_; }
 
  private:
   void handle(const can::Frame& frame, can::Time received);

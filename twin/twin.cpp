@@ -18,6 +18,7 @@ AmplifierNode::Config amplifier_config(const AxisConfig& axis, const Config& com
 
 std::unique_ptr<can::Bus> attach_sensor(const can::AxisWire& wire, const can::Attach& attach) {
   return attach(std::array{can::Filter{can::nmt_id}, can::Filter{can::sync_id},
+                           can::Filter{can::heartbeat_base + wire.sensor_node},
                            can::Filter{can::sdo_request_base + wire.sensor_node}});
 }
 
@@ -26,6 +27,7 @@ std::unique_ptr<can::Bus> attach_sensor(const can::AxisWire& wire, const can::At
 Twin::Axis::Axis(const AxisConfig& config, const Config& common, const can::Database& database,
                  can::Scheduler& scheduler, const can::Attach& attach)
     : name(config.wire.name),
+      wire(config.wire),
       plant(config.plant, scheduler.now()),
       amplifier(amplifier_config(config, common), database, scheduler, attach, plant),
       sensor({.wire = config.wire, .heartbeat_period = common.heartbeat_period}, database, scheduler,
@@ -33,16 +35,40 @@ Twin::Axis::Axis(const AxisConfig& config, const Config& common, const can::Data
              Sensor(config.sensor, common.seed + config.wire.sensor_node)) {}
 
 Twin::Twin(const Config& config, const can::Database& database, can::Scheduler& scheduler,
-           const can::Attach& attach) {
+           const can::Attach& attach)
+    : scheduler_(scheduler),
+      heartbeat_period_(config.heartbeat_period),
+      listened_(scheduler.make_timer([this] { start_nodes(); })) {
   for (const AxisConfig& axis : config.axes)
     axes_.push_back(std::make_unique<Axis>(axis, config, database, scheduler, attach));
 }
 
-void Twin::start() {
+void Twin::start() { listened_->expire_at(scheduler_.now() + heartbeat_period_); }
+
+void Twin::start_nodes() {
+  if (taken_node()) return;
   for (const auto& axis : axes_) {
     axis->amplifier.start();
     axis->sensor.start();
   }
+}
+
+std::optional<std::uint8_t> Twin::taken_node() const {
+  for (const auto& axis : axes_) {
+    if (axis->amplifier.is_taken()) return axis->wire.amplifier_node;
+    if (axis->sensor.is_taken()) return axis->wire.sensor_node;
+  }
+  return std::nullopt;
+}
+
+std::vector<const can::Bus*> Twin::connections() const {
+  std::vector<const can::Bus*> all;
+  all.reserve(2 * axes_.size());
+  for (const auto& axis : axes_) {
+    all.push_back(&axis->amplifier.bus());
+    all.push_back(&axis->sensor.bus());
+  }
+  return all;
 }
 
 void Twin::shut_down() {

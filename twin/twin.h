@@ -5,6 +5,8 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "can/bus.h"
@@ -35,7 +37,13 @@ class Twin {
   Twin(const Config& config, const can::Database& database, can::Scheduler& scheduler,
        const can::Attach& attach);
 
+  Twin(const Twin&) = delete;
+  Twin& operator=(const Twin&) = delete;
+
+  /// Listens for one heartbeat period, then starts every node; none where one of them is on the bus already.
   void start();
+  /// A node that somebody else on the bus is too, if there is one.
+  std::optional<std::uint8_t> taken_node() const;
   /// Switches every amplifier off; their outputs end at the safe value.
   void shut_down();
 
@@ -43,13 +51,21 @@ class Twin {
     Axis(const AxisConfig& config, const Config& common, const can::Database& database,
          can::Scheduler& scheduler, const can::Attach& attach);
     std::string name;
+    can::AxisWire wire;
     Plant plant;
     AmplifierNode amplifier;
     SensorNode sensor;
   };
   const std::vector<std::unique_ptr<Axis>>& axes() const { return axes_; }
+  /// Of every node its own.
+  std::vector<const can::Bus*> connections() const;
 
  private:
+  void start_nodes();
+
+  can::Scheduler& scheduler_;
+  can::Duration heartbeat_period_;
+  std::unique_ptr<can::Timer> listened_;
   std::vector<std::unique_ptr<Axis>> axes_;
 };
 

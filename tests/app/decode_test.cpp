@@ -52,6 +52,46 @@ TEST_F(Decode, ShowsMessagesWithValuesUnitsAndNames) {
   EXPECT_NE(sound.err().find("3 frames, 1 of them no message"), std::string::npos) << sound.err();
 }
 
+// PGN 65260: 17 bytes that no frame can carry, announced to all, and once in a frame of its own.
+TEST_F(Decode, SaysOnceWhatItLeavesOutOfAMessageAndDecodesTheRest) {
+  write("truck.dbc", R"(VERSION ""
+BU_: A
+BO_ 2566843392 VehicleId: 17 A
+ SG_ Vin : 0|136@1+ (1,0) [0|0] "" A
+ SG_ First : 0|8@1+ (1,0) [0|0] "" A
+BO_ 256 Half: 4 A
+ SG_ Float16 : 0|16@1- (1,0) [0|0] "" A
+ SG_ Count : 16|16@1+ (1,0) [0|0] "" A
+SIG_VALTYPE_ 256 Float16 : 1;
+)");
+  const std::string log =
+      "(1.000000) can0 100#003C0500\n(2.000000) can0 100#003C0600\n"
+      "(3.000000) can0 18ECFF00#20110003FFECFE00\n(4.000000) can0 18ECFF00#20110003FFECFE00\n"
+      "(5.000000) can0 18ECFF00#20110003FFEBFE00\n"  // another parameter group, no message of the database
+      "(6.000000) can0 18FEEC00#4142434445464748\n";
+  Process program = run(log, {"--csv"}, "truck.dbc");
+  EXPECT_EQ(program.wait(), done) << program.err();
+  EXPECT_EQ(
+      program.out(),
+      "time_s,message,signal,raw,value,unit,name\n1.000000,Half,Count,5,5,,\n2.000000,Half,Count,6,6,,\n"
+      "6.000000,VehicleId,First,65,65,,\n");
+  const std::string dbc = path("truck.dbc") + ": ";
+  const std::string told =
+      dbc +
+      "message Half: signal Float16, said to be an IEEE 754 number of 16 bits, is left out, expected 1 "
+      "to 64 bits, of an IEEE 754 number 32 or 64\n" +
+      dbc +
+      "message VehicleId of 17 bytes comes by the transport protocol of J1939 (PGN 65260): its frames "
+      "are not put together, and it is not decoded\n" +
+      dbc +
+      "message VehicleId has 17 bytes, of which one frame shows 8: what comes in several frames is not "
+      "put together\n" +
+      dbc +
+      "message VehicleId: signal Vin, of 136 bits, is left out, expected 1 to 64 bits, of an IEEE 754 "
+      "number 32 or 64\n";
+  EXPECT_TRUE(program.err().starts_with(told)) << program.err();
+}
+
 TEST_F(Decode, CsvHasSeventeenDigitsAndExactRawValues) {
   Process program = run(
       "(1.500000) can0 100#FFFFFFFFFFFFFFFF\n(2.000000) can0 101#01030000\n(3.000000) can0 102#0000C03F\n",

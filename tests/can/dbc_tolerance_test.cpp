@@ -190,10 +190,11 @@ TEST(DbcTolerance, TakesTheLengthOfAnIeeeSignalForItsType) {
       read(message(" SG_ A : 0|64@1- (1,0) [0|0] \"\" X\n SG_ B m0 : 0|16@1- (1,0) [0|0] \"\" X") +
            "SIG_VALTYPE_ 385 A : 1;\nSIG_VALTYPE_ 385 B 1;\n");
   EXPECT_EQ(database.messages[0].signals[0].value_type, ValueType::float64);
-  EXPECT_EQ(database.messages[0].signals[1].value_type, ValueType::integer);
+  EXPECT_EQ(database.messages[0].signals[1].value_type, ValueType::unreadable);
+  EXPECT_FALSE(is_decodable(database.messages[0].signals[1])) << "as an integer it would be a wrong number";
   EXPECT_EQ(database.warnings,
             (Warnings{"lab.dbc:4:22: signal A of 64 bits can't have value type 1: taken by its length",
-                      "lab.dbc:5:20: signal B of 16 bits can't have value type 1: taken for an integer"}));
+                      "lab.dbc:5:20: signal B of 16 bits can't have value type 1: it is not decoded"}));
 }
 
 TEST(DbcTolerance, HandsOutTextsAsUtf8) {

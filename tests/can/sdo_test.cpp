@@ -153,6 +153,17 @@ TEST(SdoSetup, GivesUpOnASilentNodeAfterThreeAttemptsAndSaysSo) {
   EXPECT_EQ(describe(setup.failure()), "object 0x2000:01: the node does not answer");
 }
 
+TEST(SdoSetup, IsAsPatientAsItIsToldToBe) {
+  SdoSetup setup{1,
+                 {.writes = {{.object = object, .content = {.value = 9, .bytes = 1}}},
+                  .patience = {.timeout = milliseconds(700), .attempts = 2}}};
+  const auto silence = [](const Frame&) { return std::optional<Frame>(); };
+  EXPECT_EQ(run(setup, 1401, silence), 3) << "asked, given up and asked again after 700 ms";
+  EXPECT_FALSE(setup.has_failed());
+  EXPECT_EQ(setup.poll(Time{milliseconds(1402)}).has_value(), true) << "given up for good";
+  EXPECT_TRUE(setup.has_failed());
+}
+
 TEST(SdoSetup, SaysWhyTheNodeRefused) {
   SdoSetup setup{1, {.writes = {{.object = object, .content = {.value = 9, .bytes = 1}}}}};
   run(setup, 100, [&](const Frame&) {

@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 #include <linux/can/error.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "can/error_words.h"
+#include "can/layout.h"
 
 namespace hystcan::can {
 namespace {
@@ -101,6 +103,49 @@ TEST(Traffic, OfAnUnprotectedMessageKindAndLengthAreChecked) {
   traffic.add(frame);
   EXPECT_EQ(rejected(traffic, 0x080, Rejection::wrong_length), 1U);
   EXPECT_EQ(rejected(traffic, 0x080, Rejection::wrong_kind), 1U);
+}
+
+// The lab's command of docs/protocol.md, 18EF1001#4F133F2D: counter and CRC have names and places of their
+// own, the CRC's polynomial and data id are known to the configuration alone.
+TEST(Traffic, AMessageOfTheConfigurationIsCheckedAsItSaysOnItsExtendedIdentifier) {
+  const Database lab = load_dbc(HYSTCAN_SOURCE_DIR "/config/lab_amplifier.dbc");
+  const MessageMap map{.message = "AmpSet",
+                       .counter = "Cnt",
+                       .crc = "Crc",
+                       .polynomial = Crc8::autosar_8h2f,
+                       .data_id = {.kind = DataId::Kind::number, .number = 0x10A1}};
+  Traffic traffic(lab, {{"AmpSet", protection_of(*lab.find("AmpSet"), map)}});
+  LoggedFrame frame;
+  frame.frame = {.id = 0x18EF1001, .extended = true, .length = 4, .data = {0x4F, 0x13, 0x3F, 0x2D}};
+  traffic.add(frame);
+  traffic.add(frame);
+  frame.frame.data[2] ^= 1;
+  traffic.add(frame);
+  frame.frame.length = 5;
+  traffic.add(frame);
+  const MessageTraffic& counted = traffic.messages().at({true, 0x18EF1001});
+  EXPECT_EQ(counted.count, 4U);
+  for (const Rejection cause : {Rejection::repeated_counter, Rejection::wrong_crc, Rejection::wrong_length})
+    EXPECT_EQ(counted.rejected[static_cast<std::size_t>(cause)], 1U) << to_string(cause);
+}
+
+/// SYNC's one byte made ten: 12 on the wire.
+TEST(Traffic, AMessageThatIsLongIsExpectedAsFdInALengthThatFdHas) {
+  for (const bool configured : {false, true}) {
+    Database database = shipped();
+    const auto sync_message = std::ranges::find(database.messages, "Sync", &Message::name);
+    sync_message->length = 10;
+    sync_message->fd = true;
+    Traffic traffic(database, configured ? Protections{{"Sync", Protection{}}} : Protections{});
+    LoggedFrame frame = sync(microseconds{0}, 1);
+    frame.frame.kind = FrameKind::fd;
+    frame.frame.length = 12;
+    traffic.add(frame);
+    EXPECT_EQ(traffic.messages().at({false, 0x080}).newest->frame, frame.frame) << "accepted";
+    frame.frame.length = 16;
+    traffic.add(frame);
+    EXPECT_EQ(rejected(traffic, 0x080, Rejection::wrong_length), 1U);
+  }
 }
 
 TEST(Traffic, AnUnknownIdentifierIsCountedAsItself) {

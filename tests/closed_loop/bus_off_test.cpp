@@ -135,17 +135,19 @@ TEST_F(OffTheBus, OnlyAControllerStartedAnewWithLeaveToClearFaultsTracksAgain) {
   connection->enter(BusState::bus_off);
   run_for(milliseconds(100));
   controller.reset();
+  run_for(milliseconds(1));  // its last frame may still be on the wire
   switch_on(false);
   run_for(milliseconds(1000));
   EXPECT_EQ(controller->axis(0).fault().cause, Cause::amplifier_fault)
       << "the amplifier's watchdog has tripped in the silence";
   controller.reset();
+  run_for(milliseconds(1));  // its last frame may still be on the wire
   switch_on(true);
   EXPECT_TRUE(tracks());
 }
 
 TEST_F(OffTheBus, WhileItWaitsANodeMustBeHeardAnewAndIsStartedAnew) {
-  run_for(milliseconds(130));  // the nodes have been started once, and have not yet beaten operational twice
+  run_for(milliseconds(230));  // the nodes have been started once, and have not yet beaten operational twice
   ASSERT_NE(controller->axis(0).state(), AxisState::faulted);
   const int before = connection->nmt_frames();
   ASSERT_EQ(controller->axis(0).state(), AxisState::waiting);

@@ -114,6 +114,26 @@ TEST(Emergencies, AreRecordedInWordsAndChangeNothing) {
   EXPECT_EQ(bench.axis().state(), AxisState::tracking);
 }
 
+TEST(Rejections, OfStatusesAndHeartbeatsAreCountedByMessageAndCause) {
+  Bench bench(one_axis());
+  bench.rehearsal.run_for(std::chrono::seconds(2));
+  ASSERT_EQ(bench.axis().state(), AxisState::tracking);
+  bench.tester->send({.id = 0x181, .length = 8});  // no CRC
+  bench.tester->send({.id = 0x181, .length = 7});
+  bench.tester->send({.id = 0x702, .length = 2, .data = {0x05}});
+  bench.tester->send({.id = 0x702, .length = 2, .data = {0x05}});
+  bench.tester->send({.id = 0x701, .extended = true, .length = 1, .data = {0x00}});
+  bench.rehearsal.run_for(milliseconds(5));
+  std::vector<std::string> told;
+  for (const can::RejectedFrames& rejected : bench.rehearsal.controller().rejected())
+    told.push_back(describe(rejected));
+  EXPECT_EQ(told, (std::vector<std::string>{"", "XAmpStatus: rejected: 1 wrong length, 1 wrong CRC",
+                                            "heartbeat of node 1: rejected: 1 wrong identifier type",
+                                            "heartbeat of node 2: rejected: 2 wrong length"}))
+      << "the samples were sound";
+  EXPECT_EQ(bench.axis().state(), AxisState::tracking);
+}
+
 /// A scheduler whose alarms stop going off: a control loop that hangs.
 class HangingScheduler final : public can::Scheduler {
  public:

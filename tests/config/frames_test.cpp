@@ -151,5 +151,56 @@ TEST(LabFrames, AreShownAsTheyAreInForce) {
   EXPECT_EQ(text.find("= \"\""), std::string::npos) << text;
 }
 
+struct BadPatience {
+  const char* rate;
+  const char* keys;
+  const char* message;
+};
+
+TEST(SetUp, PatienceIsReadAndNonsenseRefused) {
+  const std::string object =
+      "\n[[axis.amplifier_setup]]\nindex = 0x2001\nsubindex = 1\nvalue = 1\nbytes = 1\n";
+  const auto load_with = [&](const std::string& keys, const std::string& rate) {
+    const support::ShippedCopy shipped;
+    shipped.edit("galfenol.toml", "sensor_node    = 2\n", "sensor_node    = 2\n" + keys + object);
+    if (!rate.empty()) shipped.edit("galfenol.toml", "rate_Hz = 1000.0", "rate_Hz = " + rate);
+    if (!rate.empty())
+      shipped.edit("galfenol.toml", "command_delay_us       = 1000.0", "command_delay_us = 2e5");
+    return load(shipped / "galfenol.toml").controller.axes[0].wire.setup_patience;
+  };
+  const can::SdoPatience patience = load_with("setup_timeout_ms = 2500\nsetup_attempts = 1\n", "");
+  EXPECT_EQ(patience.timeout, std::chrono::milliseconds(2500));
+  EXPECT_EQ(patience.attempts, 1u);
+  EXPECT_EQ(load_with("", "").timeout, std::chrono::milliseconds(100)) << "as documented";
+  for (const auto& [rate, keys, message] :
+       {BadPatience{"", "setup_timeout_ms = 0\n", "setup_timeout_ms is 0, expected"},
+        BadPatience{"", "setup_timeout_ms = 1e6\n", "setup_timeout_ms is 1e+06, expected"},
+        BadPatience{"", "setup_timeout_ms = nan\n", "setup_timeout_ms is nan, expected"},
+        BadPatience{"", "setup_attempts = 0\n", "setup_attempts is 0, expected"},
+        BadPatience{"", "setup_attempts = 1000\n", "setup_attempts is 1000, expected"},
+        BadPatience{"5.0", "setup_timeout_ms = 199\n",
+                    "setup_timeout_ms is 199, expected at least one cycle, 200"}}) {
+    try {
+      load_with(keys, rate);
+      ADD_FAILURE() << keys << " accepted";
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find(message), std::string::npos) << error.what();
+    }
+  }
+}
+
+// What `monitor` checks by is what the controller checks by.
+TEST(Frames, AreProtectedAsTheConfigurationSays) {
+  const Config config = load(HYSTCAN_SOURCE_DIR "/config/lab_amplifier.toml");
+  const can::Protections found = protections(config.axes[0].wire, config.database);
+  ASSERT_EQ(found.size(), 3u);
+  EXPECT_TRUE(found.at("AmpSet").crc);
+  EXPECT_EQ(found.at("AmpSet").polynomial, can::Crc8::autosar_8h2f);
+  EXPECT_EQ(found.at("AmpSet").data_id.number, 0x10A1);
+  EXPECT_TRUE(found.at("AmpGet").counter);
+  EXPECT_FALSE(found.at("AmpGet").crc);
+  EXPECT_FALSE(found.at("SensPos").counter);
+}
+
 }  // namespace
 }  // namespace hystcan::config

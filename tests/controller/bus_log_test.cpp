@@ -42,10 +42,31 @@ struct FakeBus final : can::Bus {
   can::BusCounters totals;
 };
 
+// Every connection hears the same error frames; what was sent and lost is each one's own.
+TEST(ReportOfSeveralConnections, AddsUpWhatIsEachOnesOwnAndCountsOnceWhatAllHear) {
+  FakeBus amplifier;
+  amplifier.totals.sent = 10;
+  amplifier.totals.receive_lost = 2;
+  amplifier.totals.error_frames = 3;
+  amplifier.errors = can::ErrorCounters{.transmit = 96, .receive = 0};
+  FakeBus sensor;
+  sensor.now = BusState::warning;
+  sensor.totals.sent = 5;
+  sensor.totals.receive_lost = 1;
+  sensor.totals.send_refused = 4;
+  sensor.totals.error_frames = 3;
+  const BusReport both = report_of(std::vector<const can::Bus*>{&amplifier, &sensor}, 1.5);
+  EXPECT_EQ(
+      describe(both),
+      "bus warning: 15 frames sent, 0 received, 4 not sent, 3 lost in the kernel, 3 error frames, error "
+      "counters 96 transmit, 0 receive");
+  EXPECT_EQ(both.time_s, 1.5);
+}
+
 struct BusLogging : testing::Test {
   Lines written_at(double time_s) {
     lines.clear();
-    log.sample(bus, time_s);
+    log.sample(report_of(bus, time_s));
     log.write();
     return lines;
   }

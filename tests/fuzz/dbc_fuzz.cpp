@@ -16,7 +16,7 @@ using namespace hystcan::can;
 using hystcan::fuzz::demand;
 
 void use(const Signal& signal) {
-  if (signal.length < 1 || signal.length > 64) return;  // kept, and not decoded
+  if (!is_decodable(signal)) return;  // kept, and not decoded
   const SignalCodec codec(signal);
   std::vector<std::uint8_t> payload(bytes_needed(signal), 0xA5);
   const std::vector<std::uint8_t> before = payload;

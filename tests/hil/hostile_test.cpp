@@ -97,12 +97,20 @@ TEST_F(VcanHostile, AFloodOfEveryKindOfFrameIsSurvivedOrFaultedAndWhatIsWrongIsC
     EXPECT_GT(frames, 0) << "cangen comes by every identifier some times";
     EXPECT_TRUE(axis.at("fault") != "none" || axis.at("rms_percent") < 1.0) << axis.dump(2);
   }
+  for (const char* message : {"XAmpStatus", "heartbeat of node 2"}) {
+    int frames = 0;
+    for (const auto& [cause, count] : result.at("bus").at("rejected").at(message).items())
+      frames += static_cast<int>(count);
+    EXPECT_GT(frames, 0) << message;
+  }
   EXPECT_TRUE(status == 0 || status == 1) << status;
   std::this_thread::sleep_for(milliseconds(200));
   bench.twin->send(SIGINT);
   EXPECT_EQ(bench.twin->wait(), 0) << bench.twin->err();
   EXPECT_NE(bench.twin->err().find("x: amplifier off, at its safe value 0.000"), std::string::npos)
       << bench.twin->err();
+  EXPECT_NE(bench.twin->out().find("bus active: "), std::string::npos) << bench.twin->out();
+  EXPECT_NE(bench.twin->out().find("XAmpCommand: rejected: "), std::string::npos) << bench.twin->out();
 }
 
 }  // namespace

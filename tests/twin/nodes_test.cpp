@@ -44,6 +44,7 @@ class TwinOnBus : public testing::Test {
       if (frame.id == 0x081) emergencies_.push_back(can::parse_emergency(frame)->code);
     });
     twin_.start();
+    run(one_axis().heartbeat_period);  // it listens
   }
 
   void start_nodes() {
@@ -224,6 +225,25 @@ TEST_F(TwinOnBus, BootsUpAgainAfterAReset) {
   run(milliseconds(1));
   EXPECT_EQ(amplifier_heartbeats_, std::vector<int>{0x00});
   EXPECT_NEAR(output(), 0.0, 1e-3);
+}
+
+TEST_F(TwinOnBus, ForgetsWhatWasWrittenToItsObjectsAtAReset) {
+  constexpr can::SdoObject object{.index = 0x2001, .subindex = 1};
+  tester_->send(can::sdo_request(
+      1, {.service = can::SdoService::write, .object = object, .content = {.value = 140, .bytes = 2}}));
+  run(milliseconds(1));
+  const can::SdoServer& objects = twin_.axes().front()->amplifier.objects();
+  ASSERT_EQ(objects.object(object)->value, 140u);
+  tester_->send(can::nmt_frame({can::NmtCommand::stop, 1}));
+  tester_->send(can::nmt_frame({can::NmtCommand::enter_pre_operational, 1}));
+  run(milliseconds(1));
+  EXPECT_TRUE(objects.object(object)) << "no other NMT command is a power-on";
+  tester_->send(can::nmt_frame({can::NmtCommand::reset_node, 2}));
+  run(milliseconds(1));
+  EXPECT_TRUE(objects.object(object)) << "a reset of another node";
+  tester_->send(can::nmt_frame({can::NmtCommand::reset_node, 1}));
+  run(milliseconds(1));
+  EXPECT_FALSE(objects.object(object));
 }
 
 TEST_F(TwinOnBus, ShutDownLeavesTheOutputAtTheSafeValueAndSaysSo) {

@@ -1,0 +1,159 @@
+// Two controllers, or two twins, on one bus: who comes second does no harm, and who is disturbed says so.
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "config/config.h"
+#include "rehearsal/rehearsal.h"
+
+namespace hystcan {
+namespace {
+
+using controller::AxisState;
+using controller::Cause;
+using controller::Controller;
+using std::chrono::milliseconds;
+
+/// A rehearsal of the shipped stage with a stranger on its bus.
+struct SharedBus : testing::Test {
+  SharedBus() { rehearsal.start(); }
+
+  void track() {
+    rehearsal.run_for(std::chrono::seconds(2));
+    ASSERT_EQ(loop.axis(0).state(), AxisState::tracking);
+    ASSERT_EQ(loop.axis(1).state(), AxisState::tracking);
+  }
+  void expect_faulted(const Controller& controller) {
+    for (std::size_t i = 0; i < controller.axis_count(); ++i) {
+      EXPECT_EQ(controller.axis(i).state(), AxisState::faulted);
+      EXPECT_EQ(controller.axis(i).fault().cause, Cause::another_controller);
+    }
+  }
+  bool amplifiers_are_off() {
+    for (const auto& axis : rehearsal.twin().axes())
+      if (axis->amplifier.state() == can::AmpState::enabled) return false;
+    return true;
+  }
+  void send(const can::Frame& frame) {
+    stranger->send(frame);
+    rehearsal.run_for(milliseconds(2));
+  }
+
+  const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
+  rehearsal::Rehearsal rehearsal{{.controller = config.controller,
+                                  .twin = config.twin,
+                                  .database = config.database,
+                                  .bitrate_bit_per_s = config.bus.bitrate_bit_per_s},
+                                 [](const controller::CycleRecord&) {}};
+  Controller& loop = rehearsal.controller();
+  std::unique_ptr<can::Bus> stranger = rehearsal.attach()({});
+};
+
+struct SecondController : SharedBus {
+  std::vector<controller::CycleRecord> records;
+  std::optional<Controller> second;
+
+  void start_second() {
+    second.emplace(config.controller, config.database, rehearsal.clock(), rehearsal.attach(),
+                   [this](const controller::CycleRecord& record) { records.push_back(record); });
+    second->start();
+  }
+};
+
+TEST_F(SecondController, FaultsBeforeItHasSentAnythingAndTheFirstTracksOn) {
+  track();
+  start_second();
+  rehearsal.run_for(milliseconds(5));
+  expect_faulted(*second);
+  EXPECT_TRUE(second->keeps_silent());
+  EXPECT_TRUE(second->stopped());
+  second->send_safe_commands();
+  rehearsal.run_for(std::chrono::seconds(1));
+  EXPECT_EQ(second->bus().counters().sent, 0u) << "not even a safe command";
+  EXPECT_EQ(loop.axis(0).state(), AxisState::tracking);
+  EXPECT_EQ(loop.axis(1).state(), AxisState::tracking);
+  ASSERT_EQ(records.size(), 2u) << "one record an axis tells the log";
+  EXPECT_EQ(records[0].report.cause, Cause::another_controller);
+  EXPECT_EQ(to_string(records[0].report.cause), "another controller is on this bus");
+}
+
+TEST_F(SecondController, StartedAtTheSameInstantFaultsBothBeforeTheyArm) {
+  start_second();
+  rehearsal.run_for(std::chrono::seconds(2));
+  expect_faulted(*second);
+  expect_faulted(loop);
+  EXPECT_TRUE(amplifiers_are_off());
+}
+
+TEST_F(SecondController, AloneListensForAHeartbeatPeriodAndThenBegins) {
+  std::vector<can::Time> syncs;
+  stranger->on_frame([&](const can::Frame& frame, can::Time received) {
+    if (frame.id == can::sync_id) syncs.push_back(received);
+  });
+  rehearsal.run_for(milliseconds(110));
+  ASSERT_FALSE(syncs.empty());
+  EXPECT_GE(syncs.front(), can::Time(config.controller.heartbeat_period));
+  EXPECT_LT(syncs.front(), can::Time(config.controller.heartbeat_period + milliseconds(1)));
+}
+
+TEST_F(SharedBus, AForeignSyncFaultsEveryAxisWithinACycle) {
+  track();
+  send(can::sync_frame(7));
+  expect_faulted(loop);
+  rehearsal.run_for(milliseconds(5));
+  EXPECT_TRUE(amplifiers_are_off());
+}
+
+TEST_F(SharedBus, AHeartbeatOfTheControllersOwnNodeFaultsEveryAxis) {
+  track();
+  send(can::heartbeat_frame(config.controller.node, can::NmtState::operational));
+  expect_faulted(loop);
+}
+
+TEST_F(SharedBus, ASoundCommandOfSomebodyElseFaultsEveryAxis) {
+  track();
+  can::Encoder<can::AmpCommand> encode(*config.database.find("YAmpCommand"));
+  send(*encode({.setpoint = 20.0, .enable = true, .sync_counter = 1}));
+  expect_faulted(loop);
+}
+
+TEST_F(SharedBus, WhatIsNoSyncHeartbeatOrCommandIsNobody) {
+  track();
+  send({.id = 0x080, .length = 1, .data = {0}});  // the counter runs 1..240
+  send({.id = 0x080, .length = 2, .data = {1}});
+  send({.id = 0x080, .extended = true, .length = 1, .data = {1}});
+  send({.id = 0x77F, .length = 1, .data = {0x11}});  // no state of CiA 301
+  send({.id = 0x77F, .length = 2, .data = {0x05}});
+  send({.id = 0x203, .length = 8});  // no CRC
+  send({.id = 0x201, .extended = true, .length = 8});
+  EXPECT_EQ(loop.axis(0).state(), AxisState::tracking);
+  EXPECT_EQ(loop.axis(1).state(), AxisState::tracking);
+}
+
+TEST_F(SharedBus, ASecondTwinHearsTheFirstAndKeepsSilent) {
+  track();
+  twin::Twin second(config.twin, config.database, rehearsal.clock(), rehearsal.attach());
+  second.start();
+  rehearsal.run_for(std::chrono::seconds(1));
+  EXPECT_TRUE(second.taken_node());
+  for (const can::Bus* bus : second.connections()) EXPECT_EQ(bus->counters().sent, 0u);
+  EXPECT_FALSE(rehearsal.twin().taken_node());
+  EXPECT_EQ(loop.axis(0).state(), AxisState::tracking);
+}
+
+TEST_F(SharedBus, ANodeThatSomebodyElseIsTooGoesOffAndIsHeardNoMore) {
+  track();
+  send(can::heartbeat_frame(1, can::NmtState::operational));
+  EXPECT_EQ(rehearsal.twin().taken_node(), 1);
+  EXPECT_EQ(rehearsal.twin().axes()[0]->amplifier.state(), can::AmpState::off);
+  const std::uint64_t sent = rehearsal.twin().connections()[0]->counters().sent;
+  rehearsal.run_for(std::chrono::seconds(1));
+  EXPECT_EQ(rehearsal.twin().connections()[0]->counters().sent, sent);
+  EXPECT_EQ(loop.axis(0).state(), AxisState::faulted) << "the stage no longer follows, or the node is silent";
+}
+
+}  // namespace
+}  // namespace hystcan
