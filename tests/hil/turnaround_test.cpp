@@ -125,6 +125,7 @@ std::vector<double> of_controller() {
   const std::string log = log_of("turnaround.log");
   {
     Bench bench({"vcan0", "vcan0"});
+    bench.candump.reset();  // the echo has one reader beside it; so has the controller
     const Process candump({"sh", "-c", "exec candump -L vcan0,182:7FF,201:7FF >" + log});
     bench.start_controller();
     EXPECT_TRUE(bench.tracks()) << bench.controller->err();
