@@ -50,7 +50,7 @@ class Chain {
     for (const Source& source : sources_) {
       if (owns(source)) {
         if (&source != &last_) own += cost(source);
-      } else if (last_.role != Role::sync || !is_link(source.role)) {
+      } else if (!comes_after_last(source)) {
         (order_of(source) <= weakest_ ? before : after).push_back(&source);
       }
     }
@@ -125,6 +125,12 @@ class Chain {
   bool owns(const Source& source) const {
     return &source == &last_ || source.role == Role::sync ||
            (source.role == Role::sample && last_.role == Role::command && source.axis == last_.axis);
+  }
+
+  /// What follows from `last` comes, with nothing left over, only behind it.
+  bool comes_after_last(const Source& source) const {
+    if (last_.role == Role::sync) return is_link(source.role);
+    return last_.role == Role::sample && source.role == Role::command && source.axis == last_.axis;
   }
 
   Duration cost(const Source& source) const {

@@ -185,46 +185,60 @@ void Controller::close_cycle() {
 }
 
 /// What has time, once a cycle: when the commands of all axes in use have been sent. The queue to the bus is
-/// first in, first out: what is put into it earlier holds them up, and has the least priority of all.
+/// first in, first out, and short: what is put into it earlier holds the commands up, and what does not fit
+/// is lost, so that beside the heartbeat there is one frame at most.
 void Controller::keep_house() {
   const bool commands_sent = std::ranges::all_of(
       axes_, [](const auto& wired) { return wired->answered || !is_in_use(wired->axis.state()); });
   if (house_kept_ || !commands_sent) return;
   house_kept_ = true;
-  set_up_nodes();
-  if (sync_sent_ < next_heartbeat_) return;
-  next_heartbeat_ = sync_sent_ + config_.heartbeat_period;
-  bus_->send(can::heartbeat_frame(config_.node, can::NmtState::operational));
-  wake_nodes();
+  if (sync_sent_ >= next_heartbeat_) {
+    next_heartbeat_ = sync_sent_ + config_.heartbeat_period;
+    bus_->send(can::heartbeat_frame(config_.node, can::NmtState::operational));
+    if (next_to_wake_ >= node_count()) next_to_wake_ = 0;
+  }
+  if (!set_up_a_node()) wake_a_node();
 }
 
-/// One SDO request a cycle and node at most; a node that cannot be set up is a fault of its axis.
-void Controller::set_up_nodes() {
-  for (const auto& wired : axes_) {
-    if (wired->axis.state() != AxisState::waiting) continue;
-    for (Peer* peer : {&wired->sensor, &wired->amplifier}) {
-      if (const auto request = peer->poll_setup(scheduler_.now())) bus_->send(*request);
-      if (peer->setup_has_failed())
-        wired->axis.trip(Cause::node_not_set_up, can::seconds(sync_sent_ - started_));
-    }
+/// Both nodes of each axis, sensors at the even places.
+Peer& Controller::node_at(std::size_t place) {
+  WiredAxis& wired = *axes_[place / 2];
+  return place % 2 == 0 ? wired.sensor : wired.amplifier;
+}
+
+/// The next SDO request there is, of the nodes in turn; a node that cannot be set up is a fault of its axis.
+bool Controller::set_up_a_node() {
+  for (std::size_t tried = 0; tried < node_count(); ++tried) {
+    const std::size_t place = next_to_set_up_;
+    next_to_set_up_ = (place + 1) % node_count();
+    Axis& axis = axes_[place / 2]->axis;
+    if (axis.state() != AxisState::waiting) continue;
+    Peer& node = node_at(place);
+    const auto request = node.poll_setup(scheduler_.now());
+    if (node.setup_has_failed()) axis.trip(Cause::node_not_set_up, can::seconds(sync_sent_ - started_));
+    if (!request) continue;
+    bus_->send(*request);
+    return true;
+  }
+  return false;
+}
+
+/// Nodes that wait in pre-operational are started once they are set up: each once in a period of the
+/// heartbeat.
+void Controller::wake_a_node() {
+  while (next_to_wake_ < node_count()) {
+    const std::size_t place = next_to_wake_++;
+    if (axes_[place / 2]->axis.state() == AxisState::waiting && wake(node_at(place))) return;
   }
 }
 
-/// Nodes that wait in pre-operational are started once they are set up.
-void Controller::wake_nodes() {
-  for (const auto& wired : axes_) {
-    if (wired->axis.state() != AxisState::waiting) continue;
-    wake(wired->sensor);
-    wake(wired->amplifier);
-  }
-}
-
-void Controller::wake(const Peer& peer) {
+bool Controller::wake(const Peer& peer) {
   const auto state = peer.state(scheduler_.now());
   if (peer.is_set_up() && state != can::NmtState::operational)
-    bus_->send(can::nmt_frame({can::NmtCommand::start, peer.node()}));
-  else if (!peer.is_set_up() && state == can::NmtState::stopped)
-    bus_->send(can::nmt_frame({can::NmtCommand::enter_pre_operational, peer.node()}));
+    return bus_->send(can::nmt_frame({can::NmtCommand::start, peer.node()}));
+  if (!peer.is_set_up() && state == can::NmtState::stopped)
+    return bus_->send(can::nmt_frame({can::NmtCommand::enter_pre_operational, peer.node()}));
+  return false;
 }
 
 void Controller::handle(const can::Frame& frame) {
@@ -319,7 +333,10 @@ void Controller::step(std::size_t index, const can::SensorSample* sample, can::T
     input.position_um = sample->position_um;
     input.sensor_status_good = sample->status == 0;
   }
-  send_command(wired, wired.axis.step(input));
+  const AxisCommand command = wired.axis.step(input);
+  const bool is_asleep = wired.axis.state() == AxisState::waiting &&
+                         wired.amplifier.state(sync_sent_) != can::NmtState::operational;
+  if (!is_asleep) send_command(wired, command);
   auto event = wired.amplifier.take_event();
   if (!event) event = wired.sensor.take_event();
   on_record_({.cycle = counters_.cycles,

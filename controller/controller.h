@@ -2,13 +2,12 @@
 //
 //   SYNC(n) -> SensorSample(n) -> Axis::step -> AmpCommand(n)
 //
-// A sample is answered as it arrives. One that has not come by the next SYNC is bridged then, and counted. The
-// own heartbeat, NMT and SDO follow the commands of the cycle.
-// Before its first frame it listens for one heartbeat period. Somebody else's SYNC, heartbeat of its own node
-// id or command to its amplifiers faults every axis: heard while it listens, it stays silent for good; later,
-// its commands are safe from there on. Bus-off, or the loss of the interface, faults every driven axis with
-// the next step, and what was known of the nodes is forgotten: whoever is to be armed again must be heard
-// again first.
+// A sample is answered as it arrives. One that has not come by the next SYNC is bridged then, and counted.
+// The own heartbeat, and of NMT and SDO one frame a cycle, follow its commands. Before its first frame it
+// listens for one heartbeat period. Somebody else's SYNC, heartbeat of its own node id or command to its
+// amplifiers faults every axis: heard while it listens, it stays silent for good; later, its commands are
+// safe from there on. Bus-off, or the loss of the interface, faults every driven axis with the next step, and
+// what was known of the nodes is forgotten: whoever is to be armed again must be heard again first.
 #pragma once
 
 #include <array>
@@ -95,9 +94,11 @@ class Controller {
   void tick();
   void close_cycle();
   void keep_house();
-  void set_up_nodes();
-  void wake_nodes();
-  void wake(const Peer& peer);
+  std::size_t node_count() const { return 2 * axes_.size(); }
+  Peer& node_at(std::size_t place);
+  bool set_up_a_node();
+  void wake_a_node();
+  bool wake(const Peer& peer);
   void handle(const can::Frame& frame);
   void hear_another();
   void keep_silent();
@@ -153,6 +154,8 @@ class Controller {
   std::uint8_t sync_counter_ = 0;
   bool begin_tracking_ = false;
   bool house_kept_ = true;  ///< in this cycle
+  std::size_t next_to_set_up_ = 0;
+  std::size_t next_to_wake_ = 0;  ///< all nodes: none is left to be woken before the next heartbeat
   enum class Phase : std::uint8_t { off, listening, running, silent };
   Phase phase_ = Phase::off;
   CycleCounters counters_;

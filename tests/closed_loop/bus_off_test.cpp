@@ -147,7 +147,7 @@ TEST_F(OffTheBus, OnlyAControllerStartedAnewWithLeaveToClearFaultsTracksAgain) {
 }
 
 TEST_F(OffTheBus, WhileItWaitsANodeMustBeHeardAnewAndIsStartedAnew) {
-  run_for(milliseconds(230));  // the nodes have been started once, and have not yet beaten operational twice
+  run_for(milliseconds(130));  // the nodes have been started, and have not yet beaten operational
   ASSERT_NE(controller->axis(0).state(), AxisState::faulted);
   const int before = connection->nmt_frames();
   ASSERT_EQ(controller->axis(0).state(), AxisState::waiting);

@@ -4,6 +4,7 @@
 #include <rapidcheck.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -12,6 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "can/codec.h"
+#include "can/protocol.h"
 #include "config/bus_plan.h"
 #include "config/config.h"
 #include "rehearsal/rehearsal.h"
@@ -154,6 +157,8 @@ class Watched {
  public:
   Watched(const config::Config& config, const config::BusPlan& plan)
       : plan_(plan),
+        sync_counter_(*config.database.find("A0AmpCommand")->find("SyncCounter")),
+        axes_(config.axes.size()),
         bit_ns_(1e9 / config.bus.bitrate_bit_per_s),
         beat_(config.twin.heartbeat_period),
         rehearsal_({.controller = config.controller,
@@ -164,7 +169,6 @@ class Watched {
         ear_(rehearsal_.attach()({})) {
     for (const config::PlannedFrame& each : plan_.frames)
       index_[{each.frame.id, each.frame.extended}] = &each;
-    commands_due_.resize(config.axes.size());
     ear_->on_frame([this](const can::Frame& frame, Time end) { hear(frame, end); });
     rehearsal_.start();
   }
@@ -194,10 +198,14 @@ class Watched {
   int early_heartbeats() const { return early_heartbeats_; }
 
  private:
-  /// A command has been queued: it is known which SYNC it answers.
+  /// A command has been queued, and names by its counter the SYNC that it answers.
   void note(const controller::CycleRecord& record) {
     sync_ = Time{Duration{std::llround(1e9 * record.time_s)}};
-    commands_due_[record.axis].push_back(sync_);
+    if (record.cycle > 0) sync_of_counter_[1 + (record.cycle - 1) % can::sync_counter_max] = sync_;
+  }
+
+  Time sync_answered_by(const can::Frame& command) const {
+    return sync_of_counter_.at(static_cast<std::size_t>(sync_counter_.unpack_raw(command.payload())));
   }
 
   Duration bits_last(unsigned bits) const { return Duration{std::llround(bits * bit_ns_)}; }
@@ -212,16 +220,15 @@ class Watched {
       keep(name, passed - sync_of_this_cycle(end));
     } else if (name == "ControllerHeartbeat") {
       ++heartbeats_;
-      if (watching_ && commands_since_sync_ != commands_due_.size()) ++early_heartbeats_;
+      if (watching_ && commands_since_sync_ != axes_) ++early_heartbeats_;
     } else if (name.ends_with("Heartbeat")) {
-      if (frame.data[0] != 0) keep(name, passed - (Time{} + ++beats_[name] * beat_));
+      if (frame.data[0] != 0) keep(name, passed.time_since_epoch() % beat_);
     } else if (name.ends_with("AmpCommand")) {
       ++commands_since_sync_;
-      auto& due = commands_due_[static_cast<std::size_t>(name[1] - '0')];
-      const Time sync = due.at(command_heard_[name]++);
+      if (!watching_) return;
+      const Time sync = sync_answered_by(frame);
       keep(name, passed - sync);
-      if (watching_)
-        last_command_ = std::max(last_command_, passed - bits_last(can::frame_bits(frame)) - sync);
+      last_command_ = std::max(last_command_, passed - bits_last(can::frame_bits(frame)) - sync);
     } else {
       keep(name, passed - sync_of_this_cycle(end));  // sample or status
     }
@@ -239,13 +246,13 @@ class Watched {
   }
 
   config::BusPlan plan_;
+  can::SignalCodec sync_counter_;  ///< the same of every command
+  std::size_t axes_;
   double bit_ns_;
   Duration beat_;
   std::map<std::pair<std::uint32_t, bool>, const config::PlannedFrame*> index_;
   std::map<std::string, Duration> longest_;
-  std::map<std::string, int> beats_;
-  std::map<std::string, std::size_t> command_heard_;
-  std::vector<std::vector<Time>> commands_due_;
+  std::array<Time, can::sync_counter_max + 1> sync_of_counter_{};
   Time sync_{};
   std::size_t commands_since_sync_ = 0;
   Duration last_command_{};

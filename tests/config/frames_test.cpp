@@ -174,7 +174,7 @@ TEST(SetUp, PatienceIsReadAndNonsenseRefused) {
   EXPECT_EQ(load_with("", "").timeout, std::chrono::milliseconds(100)) << "as documented";
   for (const auto& [rate, keys, message] :
        {BadPatience{"", "setup_timeout_ms = 0\n", "setup_timeout_ms is 0, expected"},
-        BadPatience{"", "setup_timeout_ms = 1e6\n", "setup_timeout_ms is 1e+06, expected"},
+        BadPatience{"", "setup_timeout_ms = 1e6\n", "setup_timeout_ms is 1000000, expected"},
         BadPatience{"", "setup_timeout_ms = nan\n", "setup_timeout_ms is nan, expected"},
         BadPatience{"", "setup_attempts = 0\n", "setup_attempts is 0, expected"},
         BadPatience{"", "setup_attempts = 1000\n", "setup_attempts is 1000, expected"},

@@ -339,9 +339,9 @@ TEST_F(KvaserBusTools, RecordGoesOnWhereTheInterfaceOfARunningControllerWentDown
   const std::vector<std::string> recorded = frames_of(read("record.log"));
   EXPECT_EQ(recorded.back(), "can0 555#C0FFEE") << "heard after it came back";
   const std::vector<std::string> by_candump = frames_of(read("candump.log"));
-  const auto commands = std::ssize(only(recorded, "201"));
+  const auto commands = static_cast<double>(only(recorded, "201").size());
   EXPECT_GT(commands, 300);
-  EXPECT_NEAR(std::ssize(only(by_candump, "201")), commands, 60)
+  EXPECT_NEAR(static_cast<double>(only(by_candump, "201").size()), commands, 60)
       << "between up and found again, looked for every 50 ms, frames may be missed";
 }
 
