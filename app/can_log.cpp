@@ -1,6 +1,10 @@
 #include "app/can_log.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <system_error>
 
 #include "config/config.h"
@@ -17,6 +21,14 @@ std::ifstream open_can_log(const std::filesystem::path& path) {
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) refuse(EISDIR);
   return stream;
+}
+
+void tell_oddities(const can::Database& database) {
+  constexpr std::size_t told_max = 10;
+  const std::size_t told = std::min(told_max, database.warnings.size());
+  for (std::size_t i = 0; i < told; ++i) fmt::print(stderr, "warning: {}\n", database.warnings[i]);
+  if (told < database.warnings.size())
+    fmt::print(stderr, "warning: and {} more\n", database.warnings.size() - told);
 }
 
 }  // namespace hystcan::app

@@ -44,6 +44,7 @@ void decode(std::istream& stream, const std::string& name, const Options& option
 
 int run_decode(const Options& options) {
   const can::Database database = can::load_dbc(options.dbc);
+  tell_oddities(database);
   FrameText text(database, options.csv    ? FrameFormat::csv
                            : options.json ? FrameFormat::json
                                           : FrameFormat::text);
@@ -65,7 +66,7 @@ void add_decode(CLI::App& cli, int& status) {
   command->add_option("LOG", options->log, "log as `candump -L` writes it; - is standard input")->required();
   command->add_option("--dbc", options->dbc, "CAN database (DBC)")->required();
   CLI::Option* csv = command->add_flag("--csv", options->csv,
-                                       "a row for each signal: time_s,message,signal,raw,value,unit,name");
+                                       "a row for each signal: time_s,interface,id,message,signal,raw,value,unit,name");
   command->add_flag("--json", options->json, "a JSON object in one line for each frame")->excludes(csv);
   command->callback([options, &status] { status = run_decode(*options); });
 }

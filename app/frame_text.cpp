@@ -80,6 +80,14 @@ std::string csv_field(std::string_view text) {
   return quoted + '"';
 }
 
+/// The sign of what is no number says nothing.
+std::string csv_number(double value) { return std::isnan(value) ? "nan" : fmt::format("{:.17g}", value); }
+
+/// As candump writes it.
+std::string id_text(const can::Frame& frame) {
+  return fmt::format(fmt::runtime(frame.extended ? "{:08X}" : "{:03X}"), frame.id);
+}
+
 std::string_view kind_text(FrameKind kind) {
   switch (kind) {
     case FrameKind::data:
@@ -170,9 +178,10 @@ void FrameText::write_text(const LoggedFrame& logged, const Message* message) {
 
 void FrameText::write_csv(const LoggedFrame& logged, const Message& message) {
   for (const DecodedSignal& decoded : can::decode_signals(message, logged.frame))
-    fmt::format_to(std::back_inserter(line_), "{},{},{},{},{:.17g},{},{}\n", time_text(logged.time),
-                   message.name, decoded.signal->name, raw_text(decoded), decoded.physical,
-                   csv_field(decoded.signal->unit), csv_field(decoded.name));
+    fmt::format_to(std::back_inserter(line_), "{},{},{},{},{},{},{},{},{}\n", time_text(logged.time),
+                   csv_field(logged.interface), id_text(logged.frame), message.name, decoded.signal->name,
+                   raw_text(decoded), csv_number(decoded.physical), csv_field(decoded.signal->unit),
+                   csv_field(decoded.name));
 }
 
 void FrameText::write_json(const LoggedFrame& logged, const Message* message) {

@@ -14,12 +14,12 @@ namespace hystcan::app {
 
 enum class FrameFormat : std::uint8_t {
   text,  ///< one line to a frame, for people
-  csv,   ///< one row to a signal: time_s,message,signal,raw,value,unit,name
+  csv,   ///< one row to a signal: time_s,interface,id,message,signal,raw,value,unit,name
   json,  ///< one object to a frame, in one line
 };
 
 /// What csv begins with.
-inline constexpr std::string_view csv_header = "time_s,message,signal,raw,value,unit,name\n";
+inline constexpr std::string_view csv_header = "time_s,interface,id,message,signal,raw,value,unit,name\n";
 
 /// Values of csv and json have 17 significant digits; raw values are exact: of an unsigned signal 0 to
 /// 2^64 - 1, of a float signal its bits. A value that is no finite number is `nan`, `inf` in csv, null in

@@ -1,5 +1,6 @@
 #include "can/interface.h"
 
+#include <linux/can/raw.h>
 #include <linux/if.h>
 #include <linux/netlink.h>
 #include <linux/rtnetlink.h>
@@ -59,8 +60,19 @@ std::optional<Interface> query_interface(const std::string& name) {
 
 namespace {
 
+/// Throws InterfaceError where the kernel knows no CAN, so that nobody is sent to look for an interface.
+void require_can_support() {
+  const int socket = ::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW);
+  const int error = errno;
+  if (socket >= 0) ::close(socket);
+  if (socket < 0 && (error == EAFNOSUPPORT || error == EPROTONOSUPPORT))
+    throw InterfaceError(std::string("this kernel has no CAN support (AF_CAN: ") + std::strerror(error) +
+                         "); see scripts/guest for one that has");
+}
+
 /// Throws InterfaceError where it is absent or not a CAN interface.
 Interface require_interface(const std::string& name) {
+  require_can_support();
   const auto interface = query_interface(name);
   if (interface && interface->is_can) return *interface;
   if (interface) throw InterfaceError("interface " + name + " is not a CAN interface");

@@ -82,13 +82,9 @@ Duration realtime_now() {
 }  // namespace
 
 int open_raw_socket(const std::string& interface, std::span<const Filter> filters) {
-  Descriptor socket(::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW));
-  if (socket.get() < 0 && (errno == EAFNOSUPPORT || errno == EPROTONOSUPPORT)) {
-    throw InterfaceError(std::string("this kernel has no CAN support (AF_CAN: ") + std::strerror(errno) +
-                         ")");
-  }
-  if (socket.get() < 0) fail(interface, "cannot open a CAN socket");
   const Interface found = require_can_interface(interface);
+  Descriptor socket(::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW));
+  if (socket.get() < 0) fail(interface, "cannot open a CAN socket");
   set_options(socket.get(), interface, filters);
   sockaddr_can address{};
   address.can_family = AF_CAN;

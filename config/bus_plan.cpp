@@ -134,19 +134,45 @@ BusPlan plan_bus(const Config& config) {
   return plan;
 }
 
+namespace {
+
+/// The highest rate, to the tenth hertz or hertz, at which the commands make their cycle; 0: none down to 1
+/// Hz.
+double fastest_rate_Hz(Config config) {
+  const auto is_in_time = [&](double rate_Hz) {
+    config.controller.rate_Hz = rate_Hz;
+    return plan_bus(config).commands_in_time();
+  };
+  double fits = 1.0;
+  double fails = config.controller.rate_Hz;
+  if (!is_in_time(fits)) return 0.0;
+  while (fails > 1.001 * fits) {
+    const double middle = std::sqrt(fits * fails);
+    (is_in_time(middle) ? fits : fails) = middle;
+  }
+  const double step = fits < 100.0 ? 1.0 : 10.0;
+  const double rounded = std::floor(fits / step) * step;
+  return is_in_time(rounded) ? rounded : fits;
+}
+
+}  // namespace
+
 void check_bus(const Document& document, const Config& config) {
   const BusPlan plan = plan_bus(config);
   if (plan.commands_in_time()) return;
   const auto us = [](Duration duration) { return 1e6 * can::seconds(duration); };
   const std::string found =
-      plan.last_command ? fmt::format("the last command may begin only {:.0f} us after its SYNC, at {} bit/s",
-                                      us(*plan.last_command), config.bus.bitrate_bit_per_s)
-                        : fmt::format("the bus is overloaded: {:.0f} % of {} bit/s", 1e2 * plan.load,
-                                      config.bus.bitrate_bit_per_s);
-  document.fail_at("controller.rate_Hz",
-                   fmt::format("{}, expected at most the cycle, {:.0f} us: lower rate_Hz, raise "
-                               "bus.bitrate_bit_per_s or drive fewer axes ({} here)",
-                               found, us(plan.cycle), config.axes.size()));
+      plan.last_command
+          ? fmt::format("the last command may begin as late as {:.0f} us after its SYNC, at {} bit/s",
+                        us(*plan.last_command), config.bus.bitrate_bit_per_s)
+          : fmt::format("the bus is loaded to {:.0f} % of {} bit/s, and commands come too late",
+                        1e2 * plan.load, config.bus.bitrate_bit_per_s);
+  const double fastest_Hz = fastest_rate_Hz(config);
+  const std::string cure =
+      fastest_Hz > 0.0 ? fmt::format("lower rate_Hz ({:g} Hz fits)", fastest_Hz) : "lower rate_Hz";
+  document.fail_at("controller.rate_Hz", fmt::format("{}, expected within the cycle, {:.0f} us: {}, raise "
+                                                     "bus.bitrate_bit_per_s or drive fewer axes ({} here)",
+                                                     found, us(plan.cycle), cure, config.axes.size()));
 }
 
 }  // namespace hystcan::config

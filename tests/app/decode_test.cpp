@@ -73,7 +73,7 @@ SIG_VALTYPE_ 256 Float16 : 1;
   EXPECT_EQ(program.wait(), done) << program.err();
   EXPECT_EQ(
       program.out(),
-      "time_s,message,signal,raw,value,unit,name\n1.000000,Half,Count,5,5,,\n2.000000,Half,Count,6,6,,\n"
+      "time_s,interface,id,message,signal,raw,value,unit,name\n1.000000,Half,Count,5,5,,\n2.000000,Half,Count,6,6,,\n"
       "6.000000,VehicleId,First,65,65,,\n");
   const std::string dbc = path("truck.dbc") + ": ";
   const std::string told =
@@ -98,7 +98,7 @@ TEST_F(Decode, CsvHasSeventeenDigitsAndExactRawValues) {
       {"--csv"});
   EXPECT_EQ(program.wait(), done) << program.err();
   EXPECT_EQ(program.out(),
-            "time_s,message,signal,raw,value,unit,name\n"
+            "time_s,interface,id,message,signal,raw,value,unit,name\n"
             "1.500000,Wide,Big,18446744073709551615,1.8446744073709552e+19,,\n"
             "2.000000,Muxed,Which,1,1,,first\n"
             "2.000000,Muxed,One,3,0.30000000000000004,\"A,B\",\n"

@@ -21,22 +21,26 @@ std::string refusal(Action action) {
   return "";
 }
 
+/// Where the kernel has no CAN, looking for an interface is no cure: that is said first.
+void expect_refused(const char* name, const std::string& what) {
+  const std::string told = refusal([name] { require_can_interface(name); });
+  EXPECT_TRUE(told == what || told.starts_with("this kernel has no CAN support (AF_CAN: ")) << told;
+}
+
 TEST(Interface, ThatIsAbsentIsRefusedWithTheCommandThatMakesIt) {
-  EXPECT_EQ(refusal([] { require_can_interface("vcan97"); }),
-            "interface vcan97 does not exist; create it with: ip link add dev vcan97 type vcan && ip link "
-            "set vcan97 up");
-  EXPECT_EQ(refusal([] { require_can_interface("can97"); }),
-            "interface can97 does not exist; list those that do with: ip -brief link show type can");
-  EXPECT_EQ(refusal([] { require_can_interface("a-name-longer-than-the-kernel-has"); }),
-            "interface a-name-longer-than-the-kernel-has does not exist; list those that do with: ip -brief "
-            "link show "
-            "type can");
-  EXPECT_EQ(refusal([] { require_can_interface(""); }).find("interface  does not exist"), 0U);
+  expect_refused(
+      "vcan97",
+      "interface vcan97 does not exist; create it with: ip link add dev vcan97 type vcan && ip link "
+      "set vcan97 up");
+  const std::string list = " does not exist; list those that do with: ip -brief link show type can";
+  expect_refused("can97", "interface can97" + list);
+  expect_refused("a-name-longer-than-the-kernel-has", "interface a-name-longer-than-the-kernel-has" + list);
+  expect_refused("", "interface " + list);
 }
 
 TEST(Interface, ThatIsNotCanIsRefused) {
   if (!query_interface("lo")) GTEST_SKIP() << "no loopback interface here";
-  EXPECT_EQ(refusal([] { require_can_interface("lo"); }), "interface lo is not a CAN interface");
+  expect_refused("lo", "interface lo is not a CAN interface");
 }
 
 TEST(Interface, ThatIsAbsentIsNeitherVirtualNorReal) {
