@@ -36,8 +36,8 @@ class ReceiveBatch {
   ReceiveBatch(const ReceiveBatch&) = delete;
   ReceiveBatch& operator=(const ReceiveBatch&) = delete;
 
-  /// How many frames were there, at most `capacity`; or -1, and errno says why.
-  int read(int socket);
+  /// How many frames were there, at most `room`, which is 1 to `capacity`; or -1, and errno says why.
+  int read(int socket, std::size_t room = capacity);
 
   Frame frame(std::size_t index) const;
   /// When the frame arrived by the kernel's stamp, as steady time; the time of reading where that makes no

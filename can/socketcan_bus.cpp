@@ -85,10 +85,11 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
                        });
   }
 
+  /// The first frame alone, so that its answer waits for no other frame and for no look at an empty queue;
+  /// what else has come follows in batches.
   void receive() {
-    int count = 0;
-    do {
-      count = batch_.read(socket_.native_handle());
+    for (std::size_t room = 1;; room = ReceiveBatch::capacity) {
+      const int count = batch_.read(socket_.native_handle(), room);
       if (count < 0 && errno != EAGAIN && errno != EINTR) {
         lose_interface();
         return;
@@ -97,7 +98,8 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
         take(batch_.frame(static_cast<std::size_t>(i)), batch_.received(static_cast<std::size_t>(i)));
         if (closed_) return;
       }
-    } while (count == static_cast<int>(ReceiveBatch::capacity));
+      if (count < static_cast<int>(room)) break;
+    }
     wait();
   }
 
