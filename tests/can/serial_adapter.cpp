@@ -1,6 +1,7 @@
 #include "tests/can/serial_adapter.h"
 
 #include <fcntl.h>
+#include <linux/tty.h>
 #include <net/if.h>
 #include <stdlib.h>
 #include <sys/ioctl.h>
