@@ -29,7 +29,7 @@ BusSource find_bus(const BusOptions& options) {
   }
   if (!options.interface.empty()) source.interface = options.interface;
   if (!options.dbc.empty()) source.database = can::load_dbc(options.dbc);
-  tell_oddities(source.database);
+  if (source.database) tell_oddities(*source.database);
   if (source.interface.empty())
     throw config::Error("no interface is named, expected a configuration or --interface");
   return source;
