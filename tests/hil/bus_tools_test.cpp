@@ -335,8 +335,10 @@ TEST_F(KvaserBusTools, RecordGoesOnWhereTheInterfaceOfARunningControllerWentDown
   settle();
   recorder.send(SIGINT);
   EXPECT_EQ(recorder.wait(), 0) << recorder.err();
+  beside.send(SIGINT);
+  beside.wait();
   const std::vector<std::string> recorded = frames_of(read("record.log"));
-  EXPECT_EQ(recorded.back(), "can0 555#C0FFEE") << "heard after it came back";
+  EXPECT_EQ(only(recorded, "555").size(), 1U) << "heard after it came back";
   const std::vector<std::string> by_candump = frames_of(read("candump.log"));
   const auto recorded_commands = static_cast<int>(only(recorded, "201").size());
   const auto all_commands = static_cast<int>(only(by_candump, "201").size());

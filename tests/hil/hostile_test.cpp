@@ -106,9 +106,11 @@ TEST_F(VcanHostile, AFloodOfEveryKindOfFrameIsSurvivedOrFaultedAndWhatIsWrongIsC
   EXPECT_TRUE(status == 0 || status == 1) << status;
   std::this_thread::sleep_for(milliseconds(200));
   bench.twin->send(SIGINT);
-  EXPECT_EQ(bench.twin->wait(), 0) << bench.twin->err();
-  EXPECT_NE(bench.twin->err().find("x: amplifier off, at its safe value 0.000"), std::string::npos)
-      << bench.twin->err();
+  const bool ended_well = bench.twin->wait() == 0;
+  const std::string told = bench.twin->err();
+  EXPECT_TRUE(ended_well || told.find("is on this bus already") != std::string::npos)
+      << "some frame may be a sound heartbeat of one of its nodes: " << told;
+  EXPECT_NE(told.find("x: amplifier off, at its safe value 0.000"), std::string::npos) << told;
   EXPECT_NE(bench.twin->out().find("bus active: "), std::string::npos) << bench.twin->out();
   EXPECT_NE(bench.twin->out().find("XAmpCommand: rejected: "), std::string::npos) << bench.twin->out();
 }
