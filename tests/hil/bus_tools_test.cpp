@@ -53,7 +53,7 @@ class BusTools : public testing::Test {
   }
   Process candump(const char* name, const char* interface = "vcan0") const {
     return Process(
-        {"sh", "-c", std::string("exec candump -L ") + interface + ",0:0,#FFFFFFFF >" + path(name)});
+        {"sh", "-c", std::string("exec candump -D -L ") + interface + ",0:0,#FFFFFFFF >" + path(name)});
   }
   Process record(std::vector<std::string> options, const char* interface = "vcan0") const {
     std::vector<std::string> command{HYSTCAN_PROGRAM, "record", "--interface", interface};
