@@ -65,8 +65,8 @@ void add_decode(CLI::App& cli, int& status) {
   CLI::App* command = cli.add_subcommand("decode", "Show what a log of candump or record says, by a DBC");
   command->add_option("LOG", options->log, "log as `candump -L` writes it; - is standard input")->required();
   command->add_option("--dbc", options->dbc, "CAN database (DBC)")->required();
-  CLI::Option* csv = command->add_flag("--csv", options->csv,
-                                       "a row for each signal: time_s,interface,id,message,signal,raw,value,unit,name");
+  CLI::Option* csv = command->add_flag(
+      "--csv", options->csv, "a row for each signal: time_s,interface,id,message,signal,raw,value,unit,name");
   command->add_flag("--json", options->json, "a JSON object in one line for each frame")->excludes(csv);
   command->callback([options, &status] { status = run_decode(*options); });
 }

@@ -80,7 +80,10 @@ TEST_F(Cli, AnInterfaceThatDoesNotExistFailsAtRunTime) {
 TEST_F(Cli, AnInterfaceThatIsNotCanIsSaidToBeNone) {
   Process program({HYSTCAN_PROGRAM, "twin", path("piezo.toml"), "--interface", "lo"});
   EXPECT_EQ(program.wait(), failed);
-  EXPECT_NE(program.err().find("lo is not a CAN interface"), std::string::npos) << program.err();
+  const std::string told = program.err();
+  EXPECT_TRUE(told.find("lo is not a CAN interface") != std::string::npos ||
+              told.starts_with("hystcan: this kernel has no CAN support"))
+      << told;
 }
 
 TEST_F(Cli, DemoPrintsFiveColumnsAndWritesPictureAndCsv) {

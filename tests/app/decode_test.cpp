@@ -71,10 +71,10 @@ SIG_VALTYPE_ 256 Float16 : 1;
       "(6.000000) can0 18FEEC00#4142434445464748\n";
   Process program = run(log, {"--csv"}, "truck.dbc");
   EXPECT_EQ(program.wait(), done) << program.err();
-  EXPECT_EQ(
-      program.out(),
-      "time_s,interface,id,message,signal,raw,value,unit,name\n1.000000,Half,Count,5,5,,\n2.000000,Half,Count,6,6,,\n"
-      "6.000000,VehicleId,First,65,65,,\n");
+  EXPECT_EQ(program.out(),
+            "time_s,interface,id,message,signal,raw,value,unit,name\n"
+            "1.000000,can0,100,Half,Count,5,5,,\n2.000000,can0,100,Half,Count,6,6,,\n"
+            "6.000000,can0,18FEEC00,VehicleId,First,65,65,,\n");
   const std::string dbc = path("truck.dbc") + ": ";
   const std::string told =
       dbc +
@@ -89,7 +89,7 @@ SIG_VALTYPE_ 256 Float16 : 1;
       dbc +
       "message VehicleId: signal Vin, of 136 bits, is left out, expected 1 to 64 bits, of an IEEE 754 "
       "number 32 or 64\n";
-  EXPECT_TRUE(program.err().starts_with(told)) << program.err();
+  EXPECT_NE(program.err().find(told), std::string::npos) << program.err();
 }
 
 TEST_F(Decode, CsvHasSeventeenDigitsAndExactRawValues) {
@@ -99,10 +99,10 @@ TEST_F(Decode, CsvHasSeventeenDigitsAndExactRawValues) {
   EXPECT_EQ(program.wait(), done) << program.err();
   EXPECT_EQ(program.out(),
             "time_s,interface,id,message,signal,raw,value,unit,name\n"
-            "1.500000,Wide,Big,18446744073709551615,1.8446744073709552e+19,,\n"
-            "2.000000,Muxed,Which,1,1,,first\n"
-            "2.000000,Muxed,One,3,0.30000000000000004,\"A,B\",\n"
-            "3.000000,Float,Number,1069547520,1.5,,\n");
+            "1.500000,can0,100,Wide,Big,18446744073709551615,1.8446744073709552e+19,,\n"
+            "2.000000,can0,101,Muxed,Which,1,1,,first\n"
+            "2.000000,can0,101,Muxed,One,3,0.30000000000000004,\"A,B\",\n"
+            "3.000000,can0,102,Float,Number,1069547520,1.5,,\n");
 }
 
 TEST_F(Decode, JsonIsAnObjectToAFrame) {
