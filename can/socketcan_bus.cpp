@@ -43,7 +43,7 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
   }
 
   bool send(const Frame& frame) {
-    const int error = socket_.is_open() ? write_frame(socket_.native_handle(), frame) : ENETDOWN;
+    const int error = try_to_send(frame);
     if (error == 0) {
       ++counters_.sent;
       return true;
@@ -69,6 +69,14 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
   const BusCounters& counters() const { return counters_; }
 
  private:
+  /// Zero or an errno. The kernel would take frames in bus-off, keep them, and let them out after the
+  /// restart.
+  int try_to_send(const Frame& frame) {
+    if (!socket_.is_open()) return ENETDOWN;
+    if (state_ == BusState::bus_off) return ENOBUFS;
+    return write_frame(socket_.native_handle(), frame);
+  }
+
   void open() {
     socket_.assign(open_raw_socket(interface_, filters_));
     batch_.restart();

@@ -27,7 +27,8 @@ class InterfaceError : public std::runtime_error {
 /// handler; send() never blocks, and what the kernel refuses (ENOBUFS, EAGAIN, ENETDOWN) is dropped and
 /// counted: the next cycle has a newer command. Where the interface goes down or vanishes the state is `down`
 /// until one of its name is up, which is looked for every 50 ms; filters are set again. In bus-off the driver
-/// is asked for its state every 50 ms, for the error frame that tells of the restart may be lost. Own frames
+/// is asked for its state every 50 ms, for the error frame that tells of the restart may be lost; until then
+/// nothing is sent, for the kernel would keep it and let it out, stale, after the restart. Own frames
 /// reach the host's other sockets and not this one. Arrival times are the kernel's stamps.
 class SocketCanBus final : public Bus {
  public:

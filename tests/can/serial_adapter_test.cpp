@@ -57,7 +57,7 @@ TEST_F(SocketCanAdapter, IsWarnedPassiveAndBusOffByItsDriverUntilItsLinkGoesDown
       << "known to who opens it now";
 
   const std::size_t sent_before = adapter->frames().size();
-  bus->send({.id = 0x201, .length = 1, .data = {0x01}});
+  EXPECT_FALSE(bus->send({.id = 0x201, .length = 1, .data = {0x01}})) << "the kernel would take it";
   ASSERT_TRUE(shell("ip link set " + adapter->name() + " down"));
   run_until([&] { return bus->state() == BusState::down; });
   ASSERT_TRUE(shell("ip link set " + adapter->name() + " up"));
