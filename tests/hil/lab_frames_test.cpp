@@ -104,7 +104,7 @@ TEST_F(VcanLabFrames, BeginWithEveryObjectWrittenAndReadBackBeforeTheNodeIsStart
     return found;
   };
   EXPECT_EQ(
-      until_started({"601#", "581#", "000#"}, "000#0101"),
+      with(until_started({"601#", "581#", "000#"}, "000#0101"), {"601#", "581#"}),
       (Log{"601#2B01200534120000", "581#6001200500000000", "601#4001200500000000", "581#4B01200534120000"}));
   EXPECT_EQ(
       with(until_started({"602#", "582#", "000#"}, "000#0102"), {"602#", "582#"}),
@@ -119,7 +119,7 @@ TEST_F(VcanLabFrames, FaultWithTheReasonWhereANodeRefusesAnObject) {
   bench.start_controller({"--once", "--json"});
   EXPECT_EQ(bench.controller->wait(), 1) << bench.controller->err();
   EXPECT_EQ(json::parse(bench.controller->out()).at("axes")[0].at("fault"), "node not set up");
-  EXPECT_NE(bench.controller->err().find("object 0x1017:05: aborted by the node with 0x06020000"),
+  EXPECT_NE(bench.controller->err().find("object 0x1017:05: refused by the node with 0x06020000"),
             std::string::npos)
       << bench.controller->err();
   const Log log = bench.frames();
