@@ -23,8 +23,9 @@ BusSource find_bus(const BusOptions& options) {
   if (!options.config.empty()) {
     config::Config config = config::load(options.config);
     source.interface = config.bus.interface;
-    for (const config::AxisConfig& axis : config.axes)
-      if (options.dbc.empty()) source.protections.merge(config::protections(axis.wire, config.database));
+    if (options.dbc.empty())
+      for (const config::AxisConfig& axis : config.axes)
+        source.protections.merge(config::protections(axis.wire, config.database));
     source.database = std::move(config.database);
   }
   if (!options.interface.empty()) source.interface = options.interface;

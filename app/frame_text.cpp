@@ -83,11 +83,6 @@ std::string csv_field(std::string_view text) {
 /// The sign of what is no number says nothing.
 std::string csv_number(double value) { return std::isnan(value) ? "nan" : fmt::format("{:.17g}", value); }
 
-/// As candump writes it.
-std::string id_text(const can::Frame& frame) {
-  return fmt::format(fmt::runtime(frame.extended ? "{:08X}" : "{:03X}"), frame.id);
-}
-
 std::string_view kind_text(FrameKind kind) {
   switch (kind) {
     case FrameKind::data:
@@ -110,6 +105,8 @@ std::string shortcoming(const can::Frame& frame, const Message& message) {
 }
 
 }  // namespace
+
+std::string id_text(std::uint32_t id, bool extended) { return fmt::format("{:0{}X}", id, extended ? 8 : 3); }
 
 std::string json_string(std::string_view text) { return nlohmann::json(utf8(text)).dump(); }
 
@@ -179,9 +176,9 @@ void FrameText::write_text(const LoggedFrame& logged, const Message* message) {
 void FrameText::write_csv(const LoggedFrame& logged, const Message& message) {
   for (const DecodedSignal& decoded : can::decode_signals(message, logged.frame))
     fmt::format_to(std::back_inserter(line_), "{},{},{},{},{},{},{},{},{}\n", time_text(logged.time),
-                   csv_field(logged.interface), id_text(logged.frame), message.name, decoded.signal->name,
-                   raw_text(decoded), csv_number(decoded.physical), csv_field(decoded.signal->unit),
-                   csv_field(decoded.name));
+                   csv_field(logged.interface), id_text(logged.frame.id, logged.frame.extended), message.name,
+                   decoded.signal->name, raw_text(decoded), csv_number(decoded.physical),
+                   csv_field(decoded.signal->unit), csv_field(decoded.name));
 }
 
 void FrameText::write_json(const LoggedFrame& logged, const Message* message) {

@@ -57,6 +57,8 @@ std::string signals_text(const std::vector<can::DecodedSignal>& signals);
 /// An object: name to raw, value, unit and name of the value.
 std::string signals_json(const std::vector<can::DecodedSignal>& signals);
 
+/// An identifier as candump writes it: three digits, or eight of an extended one.
+std::string id_text(std::uint32_t id, bool extended);
 /// In quotes, escaped; Latin-1, as DBC files have it, becomes UTF-8.
 std::string json_string(std::string_view text);
 

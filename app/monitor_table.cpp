@@ -15,10 +15,6 @@ namespace {
 using can::MessageTraffic;
 using can::Traffic;
 
-std::string id_text(const Traffic::Key& key) {
-  return key.first ? fmt::format("{:08X}", key.second) : fmt::format("{:03X}", key.second);
-}
-
 std::string_view name_of(const MessageTraffic& traffic) {
   return traffic.message != nullptr ? std::string_view(traffic.message->name) : "(unknown)";
 }
@@ -51,8 +47,9 @@ std::string row(const Traffic::Key& key, const MessageTraffic& traffic, const Bu
                 std::size_t width) {
   const std::string jitter = traffic.jitter_ms ? fmt::format("{:.3f}", *traffic.jitter_ms) : "-";
   const std::string age = traffic.newest ? fmt::format("{:.0f}", age_ms(bus, traffic)) : "-";
-  return fmt::format("{:<{}} {:>8} {:>9} {:>9.1f} {:>9} {:>8}  {}{}", name_of(traffic), width, id_text(key),
-                     traffic.count, traffic.rate_Hz, jitter, age, content(traffic), rejects_text(traffic));
+  return fmt::format("{:<{}} {:>8} {:>9} {:>9.1f} {:>9} {:>8}  {}{}", name_of(traffic), width,
+                     id_text(key.second, key.first), traffic.count, traffic.rate_Hz, jitter, age,
+                     content(traffic), rejects_text(traffic));
 }
 
 std::string state_text(const BusLine& bus) {

@@ -77,14 +77,13 @@ class Watch {
   std::unique_ptr<can::Timer> timer_;
 };
 
-BusClosing closing_of(const config::Config& config, const twin::Twin& twin) {
+BusClosing closing_of(const twin::Twin& twin) {
   const auto connections = twin.connections();
   BusClosing closing{.bus = controller::report_of(connections, 0.0)};
   closing.rejected.reserve(twin.axes().size());
-  for (std::size_t i = 0; i < twin.axes().size(); ++i)
-    closing.rejected.push_back(
-        can::rejected_frames(can::message_map<can::AmpCommand>(config.twin.axes[i].wire)->message,
-                             twin.axes()[i]->amplifier.checker()));
+  for (const auto& axis : twin.axes())
+    closing.rejected.push_back(can::rejected_frames(can::message_map<can::AmpCommand>(axis->wire)->message,
+                                                    axis->amplifier.checker()));
   return closing;
 }
 
@@ -112,7 +111,7 @@ int run_twin(const Options& options) {
   Watch watch(twin, loop.scheduler(), interface, end);
   loop.run(end);
   watch.log_bus();
-  for (const std::string& line : describe(closing_of(config, twin))) fmt::print("{}\n", line);
+  for (const std::string& line : describe(closing_of(twin))) fmt::print("{}\n", line);
   if (const auto node = twin.taken_node())
     throw RunError(
         fmt::format("{}: node {} is on this bus already: another twin, or the real node; end one of the two",

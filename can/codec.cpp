@@ -36,7 +36,7 @@ SignalCodec::SignalCodec(const Signal& signal)
     : placement_(place(signal)),
       length_(static_cast<std::uint8_t>(signal.length)),
       byte_order_(signal.byte_order),
-      is_signed_(signal.is_signed),
+      is_signed_(signal.is_signed && signal.value_type == ValueType::integer),
       value_type_(signal.value_type),
       scale_(signal.scale),
       offset_(signal.offset) {

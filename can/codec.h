@@ -16,6 +16,7 @@ class SignalCodec {
   explicit SignalCodec(const Signal& signal);
 
   /// The payload must hold the signal: bytes_needed(signal).
+  /// The integer; of an IEEE 754 number its bits as they stand.
   std::int64_t unpack_raw(std::span<const std::uint8_t> payload) const;
   double unpack(std::span<const std::uint8_t> payload) const;
 

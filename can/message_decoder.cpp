@@ -60,10 +60,7 @@ class Presence {
 
 DecodedSignal decode(const Signal& signal, std::span<const std::uint8_t> payload) {
   const SignalCodec codec(signal);
-  const bool is_integer = signal.value_type == ValueType::integer;
-  const std::int64_t raw =
-      is_integer ? codec.unpack_raw(payload) : static_cast<std::int64_t>(bits_of(signal, payload));
-  DecodedSignal decoded{&signal, raw, codec.unpack(payload), {}};
+  DecodedSignal decoded{&signal, codec.unpack_raw(payload), codec.unpack(payload), {}};
   const auto named = signal.values.find(decoded.raw);
   if (named != signal.values.end()) decoded.name = named->second;
   return decoded;

@@ -63,16 +63,14 @@ BusReport report_of(std::span<const can::Bus* const> connections, double time_s)
     const BusReport one = report_of(*bus, time_s);
     all.state = std::max(all.state, one.state);
     if (one.error_counters) all.error_counters = one.error_counters;
+    const std::uint64_t refused = sum.send_refused + one.counters.send_refused;
+    const std::uint64_t lost = sum.receive_lost + one.counters.receive_lost;
     for (const BusTrouble& trouble : troubles)
       sum.*trouble.count = std::max(sum.*trouble.count, one.counters.*trouble.count);
+    sum.send_refused = refused;
+    sum.receive_lost = lost;
     sum.sent += one.counters.sent;
     sum.received += one.counters.received;
-  }
-  sum.send_refused = 0;
-  sum.receive_lost = 0;
-  for (const can::Bus* bus : connections) {
-    sum.send_refused += bus->counters().send_refused;
-    sum.receive_lost += bus->counters().receive_lost;
   }
   return all;
 }

@@ -188,9 +188,10 @@ void Controller::close_cycle() {
 /// first in, first out, and short: what is put into it earlier holds the commands up, and what does not fit
 /// is lost, so that beside the heartbeat there is one frame at most.
 void Controller::keep_house() {
+  if (house_kept_) return;
   const bool commands_sent = std::ranges::all_of(
       axes_, [](const auto& wired) { return wired->answered || !is_in_use(wired->axis.state()); });
-  if (house_kept_ || !commands_sent) return;
+  if (!commands_sent) return;
   house_kept_ = true;
   if (sync_sent_ >= next_heartbeat_) {
     next_heartbeat_ = sync_sent_ + config_.heartbeat_period;
