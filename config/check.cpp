@@ -91,9 +91,9 @@ class AxisCheck {
 
   void check_setpoint() const {
     const controller::AxisConfig& control = axis_.control;
-    if (!(control.position_min_um < control.position_max_um))
+    if (!(control.supervision.position_min_um < control.supervision.position_max_um))
       fail("control.position_max_um", "position_max_um is {}, expected more than position_min_um, {}",
-           control.position_max_um, control.position_min_um);
+           control.supervision.position_max_um, control.supervision.position_min_um);
     const std::int64_t cycle_us = std::llround(1e6 / config_.controller.rate_Hz);
     const auto off = control.delays.command_delay - std::chrono::microseconds(cycle_us);
     if (std::chrono::abs(off) > std::chrono::nanoseconds(500))
@@ -102,10 +102,10 @@ class AxisCheck {
            static_cast<double>(control.delays.command_delay.count()) * 1e-3, cycle_us);
     for (std::size_t i = 0; i < control.setpoint.size(); ++i) {
       for (const double value : extremes_um(control.setpoint[i].shape))
-        if (value < control.position_min_um || value > control.position_max_um)
+        if (value < control.supervision.position_min_um || value > control.supervision.position_max_um)
           fail(fmt::format("control.setpoint[{}]", i),
-               "the setpoint goes to {} um, expected within {} and {} um", value, control.position_min_um,
-               control.position_max_um);
+               "the setpoint goes to {} um, expected within {} and {} um", value,
+               control.supervision.position_min_um, control.supervision.position_max_um);
     }
   }
 

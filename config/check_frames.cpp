@@ -180,10 +180,11 @@ class FrameCheck {
     const double low = step.to_ours(codec.minimum());
     const double high = step.to_ours(codec.maximum());
     const controller::AxisConfig& control = axis_.control;
-    if (control.position_min_um >= low && control.position_max_um <= high) return;
+    if (control.supervision.position_min_um >= low && control.supervision.position_max_um <= high) return;
     document_.fail_at(path_ + ".control.position_max_um",
                       fmt::format("the positions {}..{} um do not fit signal {}, expected within {}..{} um",
-                                  control.position_min_um, control.position_max_um, signal.name, low, high));
+                                  control.supervision.position_min_um, control.supervision.position_max_um,
+                                  signal.name, low, high));
   }
 
   void check_states() const {

@@ -59,11 +59,18 @@ struct Config {
   can::Database database;
 };
 
-/// Reads and checks everything that `file` names. Throws Error, or can::DbcError.
-Config load(const std::filesystem::path& file);
+/// A key by its path ("axis[0].control.kp") and its value, as TOML.
+struct Setting {
+  std::string path;
+  std::string value;
+};
+
+/// Reads and checks everything that `file` names, with the overrides in the place of what stands there.
+/// Throws Error, or can::DbcError.
+Config load(const std::filesystem::path& file, const std::vector<Setting>& overrides = {});
 
 /// The configuration in force, as TOML, each value that the file leaves out marked as a default. Throws
 /// Error.
-std::string echo(const std::filesystem::path& file);
+std::string echo(const std::filesystem::path& file, const std::vector<Setting>& overrides = {});
 
 }  // namespace hystcan::config

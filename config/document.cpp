@@ -24,7 +24,8 @@ std::string join_choices(std::initializer_list<std::string_view> choices) {
 
 }  // namespace
 
-Document::Document(std::filesystem::path file) : file_(std::move(file)) {
+Document::Document(std::filesystem::path file, const std::vector<Setting>& overrides)
+    : file_(std::move(file)) {
   std::ifstream stream(file_, std::ios::binary);
   const int open_error = stream ? 0 : errno;
   const int unreadable = std::filesystem::is_directory(file_) ? EISDIR : open_error;
@@ -38,6 +39,26 @@ Document::Document(std::filesystem::path file) : file_(std::move(file)) {
     throw Error(
         fmt::format("{}: {}, expected TOML", place(file_, error.source().begin), error.description()));
   }
+  for (const Setting& setting : overrides) put(setting);
+}
+
+/// Tables on the way to the key are made where they are missing, elements of a list are not.
+void Document::put(const Setting& setting) {
+  const std::size_t dot = setting.path.rfind('.');
+  const std::string key = dot == std::string::npos ? setting.path : setting.path.substr(dot + 1);
+  const std::string above = dot == std::string::npos ? std::string() : setting.path.substr(0, dot);
+  toml::table parsed;
+  try {
+    parsed = toml::parse("value = " + setting.value + "\n");
+  } catch (const toml::parse_error&) {
+    throw Error(fmt::format("{} = {}: not a value, expected one as in TOML", setting.path, setting.value));
+  }
+  if (!above.empty() && !root_.at_path(above)) put({above, "{}"});
+  toml::table* table = above.empty() ? &root_ : root_.at_path(above).as_table();
+  if (table == nullptr || key.find('[') != std::string::npos || parsed.size() != 1)
+    throw Error(
+        fmt::format("{}: there is no such key to set, expected one of the configuration", setting.path));
+  table->insert_or_assign(key, std::move(*parsed.get("value")));
 }
 
 std::filesystem::path Document::resolve(const std::filesystem::path& path) const {

@@ -25,7 +25,8 @@ namespace hystcan::config {
 
 class Document {
  public:
-  explicit Document(std::filesystem::path file);
+  /// With the overrides in the place of what stands in the file.
+  explicit Document(std::filesystem::path file, const std::vector<Setting>& overrides = {});
 
   const toml::table& root() const { return root_; }
   const std::filesystem::path& file() const { return file_; }
@@ -37,6 +38,8 @@ class Document {
   [[noreturn]] void fail_at(std::string_view path, const std::string& what) const;
 
  private:
+  void put(const Setting& setting);
+
   std::filesystem::path file_;
   toml::table root_;
 };

@@ -26,8 +26,8 @@ void complete(const Document& document, AxisConfig& axis) {
 
 }  // namespace
 
-Config load(const std::filesystem::path& file) {
-  const Document document(file);
+Config load(const std::filesystem::path& file, const std::vector<Setting>& overrides) {
+  const Document document(file, overrides);
   Config config = read(document);
   config.database = can::load_dbc(document.resolve(config.bus.dbc));
   for (AxisConfig& axis : config.axes) {
@@ -39,8 +39,8 @@ Config load(const std::filesystem::path& file) {
   return config;
 }
 
-std::string echo(const std::filesystem::path& file) {
-  const Document document(file);
+std::string echo(const std::filesystem::path& file, const std::vector<Setting>& overrides) {
+  const Document document(file, overrides);
   Config config = read(document);
   Writer writer(document);
   visit(writer, config);

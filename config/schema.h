@@ -166,6 +166,22 @@ void visit(V& v, controller::Delays& d) {
   v.required("damping_ratio", d.damping_ratio, not_negative);
 }
 
+/// What trips an axis, in [axis.control] too.
+template <class V>
+void visit_supervision(V& v, controller::AxisConfig& c) {
+  controller::Supervisor::Config& s = c.supervision;
+  v.required("position_min_um", s.position_min_um);
+  v.required("position_max_um", s.position_max_um);
+  v.optional("position_jump_um", s.position_jump_um, not_negative);
+  v.required("following_error_um", c.following_error.error_um, positive);
+  v.optional("following_error_lag_ms", c.following_error.lag, not_negative);
+  v.optional("following_error_cycles", c.following_error.cycles, {.lo = 1});
+  v.optional("missing_samples", s.missing_samples, {.lo = 0, .hi = 1000});
+  v.optional("frozen_cycles", s.frozen_cycles);
+  v.optional("saturated_s", s.saturated_s, not_negative);
+  v.optional("bus_passive_s", s.bus_passive_s, not_negative);
+}
+
 /// [axis.control]. `unit`: the drive's, which its keys carry.
 template <class V>
 void visit_control(V& v, AxisConfig& axis) {
@@ -183,11 +199,7 @@ void visit_control(V& v, AxisConfig& axis) {
   v.required("slew_" + unit + "_per_s", c.gate.slew_per_s, positive);
   v.required("wipe_slew_" + unit + "_per_s", c.wipe_slew_per_s, positive);
   v.optional("wipe_dwell_s", c.wipe_dwell_s, not_negative);
-  v.required("position_min_um", c.position_min_um);
-  v.required("position_max_um", c.position_max_um);
-  v.required("following_error_um", c.following_error_um, positive);
-  v.optional("following_error_cycles", c.following_error_cycles, {.lo = 1});
-  v.optional("missing_samples", c.missing_samples, {.lo = 0, .hi = 1000});
+  visit_supervision(v, c);
   v.optional("repeat", c.repeat);
   v.table("delays", c.delays, [](V& sub, auto& value) { visit(sub, value); });
   v.list("setpoint", c.setpoint, [](V& sub, auto& value) { visit(sub, value); });

@@ -7,50 +7,19 @@
 namespace hystcan::controller {
 namespace {
 
-/// A SYNC so many cycles after the last one is a stall: the reference has run on, the ramps would jump.
-constexpr double stalled_cycles = 10.0;
-
-/// The amplifier reports its state at once; longer than this and it has not obeyed.
-constexpr double enable_timeout_s = 0.5;
-
-struct CauseText {
-  std::string_view name;
-  std::string_view remedy;
-};
-
-constexpr std::array<CauseText, 16> cause_texts{{
-    {"none", ""},
-    {"interface down", "bring the CAN interface up and start the controller again"},
-    {"bus-off", "check wiring, termination and bit rate, then start the controller again"},
-    {"cycle overrun",
-     "the computer was kept from its work: give the controller a real-time class, chrt --fifo 50"},
-    {"sample missing", "check the sensor node and the bus load"},
-    {"sensor status", "the sensor reports a bad sample: check the sensor"},
-    {"position implausible",
-     "the position is outside position_min_um..position_max_um: check sensor and stage"},
-    {"sensor silent", "no heartbeat from the sensor node: check its supply and cable"},
-    {"amplifier silent", "no heartbeat from the amplifier node: check its supply and cable"},
-    {"node restarted", "a node booted up while in use: check its supply"},
-    {"node not set up",
-     "a node refused or did not keep an object of its setup: see the log, check index and value"},
-    {"amplifier fault",
-     "the amplifier has tripped: find out why, then start the controller with --clear-faults"},
-    {"amplifier not enabled", "the amplifier does not obey Enable: check its interlocks"},
-    {"following error", "the stage does not follow: check load and model, or raise following_error_um"},
-    {"command not sendable",
-     "the drive does not fit the Setpoint signal: check the DBC against drive_min and drive_max"},
-    {"another controller is on this bus",
-     "somebody else sends SYNC, this controller's heartbeat or its commands: end one of the two"},
-}};
-
 Loop make_loop(const AxisConfig& config) {
   if (config.excitation) return OpenLoop(*config.excitation, config.gate);
   return ClosedLoop({.law = config.law,
                      .delays = config.delays,
                      .setpoint = config.setpoint,
                      .repeat = config.repeat,
-                     .following_error_um = config.following_error_um,
-                     .following_error_cycles = config.following_error_cycles});
+                     .following_error = config.following_error});
+}
+
+Supervisor::Config supervision_of(const AxisConfig& config) {
+  Supervisor::Config supervision = config.supervision;
+  supervision.drive_range = config.gate.drive_max - config.gate.drive_min;
+  return supervision;
 }
 
 }  // namespace
@@ -61,19 +30,25 @@ std::string_view to_string(AxisState state) {
   return names[static_cast<std::size_t>(state)];
 }
 
-std::string_view to_string(Cause cause) { return cause_texts[static_cast<std::size_t>(cause)].name; }
-std::string_view remedy(Cause cause) { return cause_texts[static_cast<std::size_t>(cause)].remedy; }
-
 Axis::Axis(const AxisConfig& config)
     : config_(config),
       loop_(make_loop(config)),
       ramp_in_(std::visit([](const auto& loop) { return loop.ramp_in(); }, loop_)),
-      lost_samples_(config.missing_samples),
+      supervisor_(supervision_of(config)),
       drive_(config.gate.safe_drive) {}
 
 void Axis::start(bool clear_amplifier_fault) {
   state_ = AxisState::waiting;
-  clear_amplifier_fault_ = clear_amplifier_fault;
+  stopping_ = false;
+  clear_amplifier_fault_ |= clear_amplifier_fault;
+}
+
+bool Axis::clear() {
+  if (state_ != AxisState::faulted) return false;
+  state_ = AxisState::offline;
+  fault_ = {};
+  clear_amplifier_fault_ = true;
+  return true;
 }
 
 void Axis::trip(Cause cause, double time_s) {
@@ -83,42 +58,28 @@ void Axis::trip(Cause cause, double time_s) {
 }
 
 AxisCommand Axis::step(const AxisInput& input) {
-  report_.sample_missing = !input.position_um.has_value();
   if (input.position_um) report_.position_um = *input.position_um;
   report_.limits = limit::none;
-
-  if (const Cause cause = find_cause(input); cause != Cause::none) trip(cause, input.time_s);
-  const AxisCommand command = decide(input);
-  enabled_for_s_ = command.enable ? enabled_for_s_ + input.dt_s : 0.0;
-
+  report_.sample_missing = !input.position_um.has_value();
+  const AxisCommand command = is_driving() ? supervise(input) : decide(input);
   report_.state = state_;
   report_.cause = fault_.cause;
+  report_.fault_time_s = fault_.time_s;
   report_.drive = command.drive;
   return command;
 }
 
-/// Everything that must not be while the axis is driven, the most telling cause first.
-Cause Axis::find_cause(const AxisInput& input) {
-  if (!is_driving()) return Cause::none;
-  const NodeHealth& health = input.health;
-  if (!health.interface_up) return Cause::interface_down;
-  if (!health.bus_on) return Cause::bus_off;
-  if (input.dt_s > stalled_cycles * input.cycle_s) return Cause::cycle_overrun;
-  if (health.restarted) return Cause::node_restarted;
-  if (health.amplifier_fault) return Cause::amplifier_fault;
-  if (!health.sensor_alive || !health.sensor_operational) return Cause::sensor_silent;
-  if (!health.amplifier_alive || !health.amplifier_operational) return Cause::amplifier_silent;
-  if (enabled_for_s_ > enable_timeout_s && !health.amplifier_enabled) return Cause::amplifier_not_enabled;
-  if (!input.position_um) {
-    lost_samples_.lose();
-    return lost_samples_.overflows() ? Cause::sample_missing : Cause::none;
-  }
-  lost_samples_.leak();
-  if (!input.sensor_status_good) return Cause::sensor_status;
-  // Written so that NaN is implausible too.
-  if (!(*input.position_um >= config_.position_min_um && *input.position_um <= config_.position_max_um))
-    return Cause::position_implausible;
-  return Cause::none;
+AxisCommand Axis::supervise(const AxisInput& input) {
+  const Supervisor::Verdict verdict = supervisor_.judge(input);
+  if (verdict.cause != Cause::none) trip(verdict.cause, input.time_s);
+  AxisInput judged = input;
+  judged.position_um = verdict.position_um;
+  report_.sample_missing = !judged.position_um.has_value();
+  const AxisCommand command = decide(judged);
+  const Cause cause = supervisor_.judge(command, report_.limits, input.dt_s);
+  if (cause == Cause::none) return command;
+  trip(cause, input.time_s);
+  return safe();
 }
 
 AxisCommand Axis::decide(const AxisInput& input) {
@@ -148,7 +109,7 @@ AxisCommand Axis::wait(const AxisInput& input) {
   } else if (health.sensor_operational && health.amplifier_operational && health.amplifier_ready &&
              input.position_um) {
     clear_amplifier_fault_ = false;
-    lost_samples_.empty();
+    supervisor_.restart();
     drive_ = health.amplifier_output;
     ramp_ = 0;
     dwelt_s_ = 0.0;

@@ -18,57 +18,17 @@
 #include <vector>
 
 #include "controller/excitation.h"
+#include "controller/fault.h"
 #include "controller/gate.h"
 #include "controller/law.h"
 #include "controller/loop.h"
 #include "controller/setpoint.h"
+#include "controller/supervisor.h"
 
 namespace hystcan::controller {
 
 enum class AxisState : std::uint8_t { offline, waiting, initialising, ready, tracking, faulted };
 std::string_view to_string(AxisState state);
-
-enum class Cause : std::uint8_t {
-  none,
-  interface_down,
-  bus_off,
-  cycle_overrun,
-  sample_missing,
-  sensor_status,
-  position_implausible,
-  sensor_silent,
-  amplifier_silent,
-  node_restarted,
-  node_not_set_up,
-  amplifier_fault,
-  amplifier_not_enabled,
-  following_error,
-  command_not_sendable,
-  another_controller,
-};
-std::string_view to_string(Cause cause);
-/// What the engineer can do about it, in one sentence.
-std::string_view remedy(Cause cause);
-
-struct Fault {
-  Cause cause = Cause::none;
-  double time_s = 0.0;  ///< since the controller's start
-};
-
-/// Fills by one for every lost sample, leaks by a tenth for every good one: single losses are bridged, a run
-/// trips.
-class LeakyBucket {
- public:
-  explicit LeakyBucket(unsigned capacity) : capacity_(10 * capacity) {}
-  void lose() { level_ += 10; }
-  void leak() { level_ -= level_ > 0 ? 1 : 0; }
-  void empty() { level_ = 0; }
-  bool overflows() const { return level_ > capacity_; }
-
- private:
-  unsigned capacity_;
-  unsigned level_ = 0;
-};
 
 struct AxisConfig {
   std::string name;
@@ -79,50 +39,17 @@ struct AxisConfig {
   bool repeat = false;
   double wipe_slew_per_s =
       100.0;  ///< drive units per second, towards the thresholds and, at the end, the safe drive
-  double wipe_dwell_s = 0.1;     ///< rest at each threshold
-  double position_min_um = 0.0;  ///< outside: implausible, a broken sensor or stage
-  double position_max_um = 0.0;
-  double following_error_um = 0.0;                 ///< trips where exceeded ...
-  unsigned following_error_cycles = 1;             ///< ... for as many cycles in a row
-  unsigned missing_samples = 3;                    ///< bridged in a row; one more trips
+  double wipe_dwell_s = 0.1;  ///< rest at each threshold
+  Supervisor::Config supervision{};
+  FollowingError::Config following_error{};
   std::optional<Excitation::Config> excitation{};  ///< open loop: in the place of law and setpoint
-};
-
-/// What is known of the axis's two nodes when a cycle is decided.
-struct NodeHealth {
-  bool interface_up = true;
-  bool bus_on = true;         ///< not bus-off
-  bool sensor_alive = false;  ///< heartbeat heard in time
-  bool sensor_operational = false;
-  bool amplifier_alive = false;
-  bool amplifier_operational = false;
-  bool restarted = false;          ///< a node booted up since the last cycle
-  bool amplifier_ready = false;    ///< last status: ready or enabled
-  bool amplifier_enabled = false;  ///< last status: enabled
-  bool amplifier_fault = false;    ///< last status: fault
-  double amplifier_output = 0.0;   ///< last status, drive units
-};
-
-struct AxisInput {
-  double time_s = 0.0;                ///< of this cycle's SYNC, since the controller's start
-  double dt_s = 0.0;                  ///< since the last cycle's SYNC
-  double cycle_s = 0.0;               ///< the nominal period
-  std::optional<double> position_um;  ///< empty: no sample came
-  bool sensor_status_good = true;
-  bool begin_tracking = false;  ///< every axis is ready
-  NodeHealth health;
-};
-
-struct AxisCommand {
-  double drive = 0.0;
-  bool enable = false;
-  bool clear_fault = false;
 };
 
 /// Everything about one cycle of one axis that is worth keeping.
 struct AxisReport {
   AxisState state = AxisState::offline;
   Cause cause = Cause::none;
+  double fault_time_s = 0.0;  ///< since the controller's start
   double reference_um = 0.0;  ///< NaN in open loop, demand_um too
   double position_um = 0.0;   ///< the last one measured
   double demand_um = 0.0;     ///< what the inverse was asked for
@@ -137,9 +64,13 @@ class Axis {
   /// Throws std::invalid_argument where the model is not a valid one, or the excitation goes beyond the gate.
   explicit Axis(const AxisConfig& config);
 
+  /// Towards tracking, from offline. `clear_amplifier_fault`: one that the amplifier has latched too.
   void start(bool clear_amplifier_fault);
   /// Ramps to the safe drive, then switches off: offline when done.
   void stop() { stopping_ = true; }
+  /// A fault is forgotten, and the amplifier's will be with the next start: offline. False: nothing is
+  /// faulted.
+  bool clear();
   void trip(Cause cause, double time_s);
 
   /// Exactly once per cycle.
@@ -151,7 +82,7 @@ class Axis {
   const AxisConfig& config() const { return config_; }
 
  private:
-  Cause find_cause(const AxisInput& input);
+  AxisCommand supervise(const AxisInput& input);
   AxisCommand decide(const AxisInput& input);
   AxisCommand wait(const AxisInput& input);
   AxisCommand initialise(const AxisInput& input);
@@ -165,7 +96,7 @@ class Axis {
   AxisConfig config_;
   Loop loop_;
   std::vector<double> ramp_in_;  ///< drives to rest at while initialising, in this order
-  LeakyBucket lost_samples_;
+  Supervisor supervisor_;
   AxisState state_ = AxisState::offline;
   Fault fault_;
   AxisReport report_;
@@ -174,7 +105,6 @@ class Axis {
   double drive_ = 0.0;
   std::size_t ramp_ = 0;  ///< while initialising: on the way to this one
   double dwelt_s_ = 0.0;
-  double enabled_for_s_ = 0.0;
   double tracking_since_s_ = 0.0;
 };
 

@@ -193,12 +193,46 @@ void Controller::keep_house() {
       axes_, [](const auto& wired) { return wired->answered || !is_in_use(wired->axis.state()); });
   if (!commands_sent) return;
   house_kept_ = true;
+  answer_a_request();
   if (sync_sent_ >= next_heartbeat_) {
     next_heartbeat_ = sync_sent_ + config_.heartbeat_period;
     bus_->send(can::heartbeat_frame(config_.node, can::NmtState::operational));
     if (next_to_wake_ >= node_count()) next_to_wake_ = 0;
   }
   if (!set_up_a_node()) wake_a_node();
+}
+
+void Controller::answer_a_request() {
+  if (requests_ == nullptr) return;
+  Request* request = requests_->next();
+  if (request == nullptr) return;
+  request->refused_because = obey(*request);
+  requests_->answer(request);
+}
+
+/// Why not; empty where it is done.
+std::string_view Controller::obey(Request& request) {
+  if (request.axis >= axes_.size()) return "there is no such axis";
+  Axis& axis = axes_[request.axis]->axis;
+  switch (request.kind) {
+    case Request::Kind::enable:
+      if (axis.state() == AxisState::faulted) return "the axis is faulted: clear the fault first";
+      if (axis.state() != AxisState::offline) return "the axis is enabled already";
+      axis.start(false);
+      return {};
+    case Request::Kind::disable:
+      if (axis.state() == AxisState::faulted || axis.state() == AxisState::offline)
+        return "the axis is not enabled";
+      axis.stop();
+      return {};
+    case Request::Kind::clear:
+      return axis.clear() ? std::string_view() : "there is no fault to clear";
+    case Request::Kind::go_to:
+    case Request::Kind::resume:
+    case Request::Kind::retune:
+      break;
+  }
+  return "not yet possible";
 }
 
 /// Both nodes of each axis, sensors at the even places.
@@ -296,6 +330,7 @@ void Controller::on_sample(std::size_t index, const can::Frame& frame) {
   const bool of_another_cycle = wired.samples_name_their_sync && sample->sync_counter != sync_counter_;
   if (of_another_cycle || wired.answered) {
     ++counters_.late_samples;
+    wired.late_sample = true;
     return;
   }
   step(index, &*sample, scheduler_.now());
@@ -328,6 +363,7 @@ void Controller::step(std::size_t index, const can::SensorSample* sample, can::T
                   .dt_s = dt_s_,
                   .cycle_s = can::seconds(period_),
                   .position_um = std::nullopt,
+                  .late_sample = std::exchange(wired.late_sample, false),
                   .begin_tracking = begin_tracking_,
                   .health = health(wired)};
   if (sample != nullptr) {
@@ -365,14 +401,18 @@ NodeHealth Controller::health(WiredAxis& wired) const {
   const can::Time now = scheduler_.now();
   const unsigned boot_ups = wired.sensor.boot_ups() + wired.amplifier.boot_ups();
   const bool restarted = std::exchange(wired.boot_ups_seen, boot_ups) != boot_ups;
+  const bool sensor_emergency = wired.sensor.take_alarm();
+  const bool emergency = wired.amplifier.take_alarm() || sensor_emergency;
   const bool was_off = std::exchange(wired.bus_off_seen, false);
   return {.interface_up = bus_->state() != can::BusState::down,
           .bus_on = bus_->state() != can::BusState::bus_off && !was_off,
+          .bus_passive = bus_->state() == can::BusState::passive,
           .sensor_alive = wired.sensor.state(now).has_value(),
           .sensor_operational = wired.sensor.is_operational(now),
           .amplifier_alive = wired.amplifier.state(now).has_value(),
           .amplifier_operational = wired.amplifier.is_operational(now),
           .restarted = restarted,
+          .emergency = emergency,
           .amplifier_ready =
               wired.status.state == can::AmpState::ready || wired.status.state == can::AmpState::enabled,
           .amplifier_enabled = wired.status.state == can::AmpState::enabled,

@@ -24,6 +24,7 @@
 #include "controller/axis.h"
 #include "controller/peer.h"
 #include "controller/record.h"
+#include "controller/request.h"
 
 namespace hystcan::controller {
 
@@ -56,6 +57,8 @@ class Controller {
              const can::Attach& attach, RecordHandler on_record);
 
   void start(bool clear_amplifier_faults = false);
+  /// From here on what is asked there is answered, one request in each cycle. Before start().
+  void listen_to(RequestLink& requests) { requests_ = &requests; }
   /// Every axis ramps to its safe drive and switches off; stopped() when all have.
   void request_stop();
   bool stopped() const;
@@ -87,6 +90,7 @@ class Controller {
     Peer amplifier;
     can::AmpStatus status;
     unsigned boot_ups_seen = 0;
+    bool late_sample = false;   ///< since the last step
     bool bus_off_seen = false;  ///< since the last step, however short it was
     bool answered = true;       ///< this cycle's step has been taken
   };
@@ -94,6 +98,8 @@ class Controller {
   void tick();
   void close_cycle();
   void keep_house();
+  void answer_a_request();
+  std::string_view obey(Request& request);
   std::size_t node_count() const { return 2 * axes_.size(); }
   Peer& node_at(std::size_t place);
   bool set_up_a_node();
@@ -144,6 +150,7 @@ class Controller {
   std::vector<std::unique_ptr<WiredAxis>> axes_;
   std::unique_ptr<can::Bus> bus_;
   std::vector<Route> routes_;
+  RequestLink* requests_ = nullptr;
   std::unique_ptr<can::Timer> sync_timer_;
   can::Duration period_;
   can::Time started_{};

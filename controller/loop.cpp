@@ -6,7 +6,10 @@
 namespace hystcan::controller {
 
 ClosedLoop::ClosedLoop(const Config& config)
-    : config_(config), law_(config.law), trajectory_(config.setpoint, config.repeat) {}
+    : config_(config),
+      law_(config.law),
+      trajectory_(config.setpoint, config.repeat),
+      following_error_(config.following_error) {}
 
 std::vector<double> ClosedLoop::ramp_in() const {
   const model::Interval& thresholds = law_.inverted().input_range();
@@ -14,14 +17,15 @@ std::vector<double> ClosedLoop::ramp_in() const {
 }
 
 void ClosedLoop::begin(double position_um) {
-  badly_following_ = 0;
+  following_error_.restart();
   trajectory_.start_from(law_.restart_at_lower_threshold(position_um));
 }
 
 Proposal ClosedLoop::propose(const LoopInput& input) {
   Proposal proposal{.point = trajectory_.at(input.t_s)};
   proposal.reference_um = proposal.point.value_um;
-  proposal.follows = !input.position_um || follows(proposal.reference_um - *input.position_um);
+  proposal.follows =
+      !input.position_um || following_error_.step(proposal.reference_um, *input.position_um, input.dt_s);
   if (!proposal.follows) return proposal;
   const double previewed_s = input.t_s + config_.delays.preview_s(input.cycle_s);
   const ControlLaw::Demand demand = law_.propose({.reference_um = proposal.reference_um,
@@ -32,11 +36,6 @@ Proposal ClosedLoop::propose(const LoopInput& input) {
   proposal.demand_um = demand.position_um;
   proposal.limits = demand.limits;
   return proposal;
-}
-
-bool ClosedLoop::follows(double error_um) {
-  badly_following_ = std::abs(error_um) > config_.following_error_um ? badly_following_ + 1 : 0;
-  return badly_following_ < config_.following_error_cycles;
 }
 
 OpenLoop::OpenLoop(const Excitation::Config& config, const Gate::Config& gate) : excitation_(config) {

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "controller/excitation.h"
+#include "controller/following_error.h"
 #include "controller/gate.h"
 #include "controller/law.h"
 #include "controller/setpoint.h"
@@ -42,8 +43,7 @@ class ClosedLoop {
     Delays delays;
     std::vector<Segment> setpoint;
     bool repeat = false;
-    double following_error_um = 0.0;
-    unsigned following_error_cycles = 1;
+    FollowingError::Config following_error;
   };
 
   /// Throws std::invalid_argument where the model is not a valid one.
@@ -56,12 +56,10 @@ class ClosedLoop {
   void commit(double applied_drive) { law_.commit(applied_drive); }
 
  private:
-  bool follows(double error_um);
-
   Config config_;
   ControlLaw law_;
   Trajectory trajectory_;
-  unsigned badly_following_ = 0;
+  FollowingError following_error_;
 };
 
 class OpenLoop {

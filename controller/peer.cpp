@@ -35,8 +35,11 @@ bool Peer::hear_heartbeat(const can::Frame& frame, can::Time now) {
 }
 
 void Peer::hear_emergency(const can::Frame& frame) {
-  if (const auto emergency = can::parse_emergency(frame))
-    note({.kind = NodeEvent::Kind::emergency, .node = node_, .emergency = *emergency});
+  const auto emergency = can::parse_emergency(frame);
+  if (!emergency) return;
+  constexpr std::uint16_t no_error_group = 0xFF00;  // CiA 301: 00xx is "error reset or no error"
+  alarm_ |= (emergency->code & no_error_group) != 0;
+  note({.kind = NodeEvent::Kind::emergency, .node = node_, .emergency = *emergency});
 }
 
 void Peer::forget() {

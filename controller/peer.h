@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "can/node.h"
@@ -57,6 +58,8 @@ class Peer {
   std::optional<can::Frame> poll_setup(can::Time now);
   bool setup_has_failed() const { return setup_.has_failed(); }
 
+  /// An emergency of another code than "no error" came since the last call.
+  bool take_alarm() { return std::exchange(alarm_, false); }
   /// The oldest event not yet taken. More than four in a cycle are lost but for the last.
   std::optional<NodeEvent> take_event();
 
@@ -68,6 +71,7 @@ class Peer {
   can::Checker heartbeat_checker_{can::Protection{}, 1, false};
   can::SdoSetup setup_;
   bool failure_told_ = false;
+  bool alarm_ = false;
   std::array<NodeEvent, 4> events_{};
   std::size_t event_count_ = 0;
 };

@@ -79,7 +79,7 @@ Outcome run_once(const Setup& setup, double settle_s,
 Setup with_structure(Setup setup, controller::Structure structure) {
   for (auto& axis : setup.controller.axes) {
     axis.axis.law.structure = structure;
-    axis.axis.following_error_um = std::numeric_limits<double>::infinity();
+    axis.axis.following_error.error_um = std::numeric_limits<double>::infinity();
   }
   return setup;
 }

@@ -82,9 +82,9 @@ config::Config axes_like_the_shipped(std::size_t count, const Frames& frames, st
     axis.wire.amplifier_node = static_cast<std::uint8_t>(2 * i + 1);
     axis.wire.sensor_node = static_cast<std::uint8_t>(2 * i + 2);
     axis.control.law.structure = controller::Structure::inverse;
-    axis.control.following_error_um = std::numeric_limits<double>::infinity();
-    axis.control.position_min_um = -1e3;
-    axis.control.position_max_um = 1e3;
+    axis.control.following_error.error_um = std::numeric_limits<double>::infinity();
+    axis.control.supervision.position_min_um = -1e3;
+    axis.control.supervision.position_max_um = 1e3;
     axis.control.repeat = true;
     for (const char* name : {"XAmpStatus", "XSensorSample", "XAmpCommand"}) {
       can::Message message = *shipped.database.find(name);

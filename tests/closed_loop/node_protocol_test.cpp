@@ -97,7 +97,7 @@ TEST(SetUp, IsDoneAgainWhereTheNodeRestartsWhileWaiting) {
   EXPECT_EQ(bench.axis().state(), AxisState::tracking);
 }
 
-TEST(Emergencies, AreRecordedInWordsAndChangeNothing) {
+TEST(Emergencies, AreRecordedInWordsAndFaultTheirAxis) {
   Bench bench(one_axis());
   bench.rehearsal.run_for(std::chrono::seconds(2));
   ASSERT_EQ(bench.axis().state(), AxisState::tracking);
@@ -111,6 +111,15 @@ TEST(Emergencies, AreRecordedInWordsAndChangeNothing) {
                                       "0x03, manufacturer AB 00 00 00 01)",
                                       "node 2: emergency 0x4200: device temperature (error register 0x08)"}))
       << "node 3 is none of this axis";
+  EXPECT_EQ(bench.axis().fault().cause, controller::Cause::node_emergency);
+}
+
+TEST(Emergencies, OfAForeignNodeOrThatSayNoErrorChangeNothing) {
+  Bench bench(one_axis());
+  bench.rehearsal.run_for(std::chrono::seconds(2));
+  bench.tester->send(can::emergency_frame(3, {.code = 0x1000}));
+  bench.tester->send(can::emergency_frame(2, {.code = 0x0000}));
+  bench.rehearsal.run_for(milliseconds(5));
   EXPECT_EQ(bench.axis().state(), AxisState::tracking);
 }
 

@@ -155,6 +155,20 @@ INSTANTIATE_TEST_SUITE_P(
                   1},
         FaultCase{"AmplifierSilent", Cause::amplifier_silent,
                   [](AxisInput& in) { in.health.amplifier_alive = false; }, 1},
+        FaultCase{"SampleLate", Cause::sample_late,
+                  [](AxisInput& in) {
+                    in.position_um.reset();
+                    in.late_sample = true;
+                  },
+                  4},
+        FaultCase{"SensorStopped", Cause::node_not_operational,
+                  [](AxisInput& in) { in.health.sensor_operational = false; }, 1},
+        FaultCase{"AmplifierStopped", Cause::node_not_operational,
+                  [](AxisInput& in) { in.health.amplifier_operational = false; }, 1},
+        FaultCase{"Emergency", Cause::node_emergency, [](AxisInput& in) { in.health.emergency = true; }, 1},
+        FaultCase{"PositionJumped", Cause::position_jumped, [](AxisInput& in) { *in.position_um += 13.0; },
+                  4},
+        FaultCase{"BusPassive", Cause::bus_passive, [](AxisInput& in) { in.health.bus_passive = true; }, 10},
         FaultCase{"NodeRestarted", Cause::node_restarted, [](AxisInput& in) { in.health.restarted = true; },
                   1},
         FaultCase{"AmplifierFault", Cause::amplifier_fault,
@@ -163,7 +177,8 @@ INSTANTIATE_TEST_SUITE_P(
                   [](AxisInput& in) { in.health.interface_up = false; }, 1},
         FaultCase{"BusOff", Cause::bus_off, [](AxisInput& in) { in.health.bus_on = false; }, 1},
         FaultCase{"CycleOverrun", Cause::cycle_overrun, [](AxisInput& in) { in.dt_s = 0.011; }, 1},
-        FaultCase{"FollowingError", Cause::following_error, [](AxisInput& in) { in.position_um = 25.0; }, 3}),
+        FaultCase{"FollowingError", Cause::following_error, [](AxisInput& in) { *in.position_um -= 2.5; },
+                  3}),
     [](const auto& test) { return test.param.name; });
 
 TEST(Axis, TripsWhereTheAmplifierNeverBecomesEnabled) {
@@ -234,6 +249,54 @@ TEST(Axis, StopWhileWaitingNeedsNoRamp) {
   EXPECT_EQ(stage.axis.state(), AxisState::offline);
 }
 
+TEST(Axis, IsClearedOnlyWhereItIsFaultedAndThenStartsAnewFromOffline) {
+  Stage stage;
+  EXPECT_FALSE(stage.axis.clear());
+  ASSERT_TRUE(stage.tracks());
+  EXPECT_FALSE(stage.axis.clear());
+  stage.cycle([](AxisInput& in) { in.sensor_status_good = false; });
+  ASSERT_EQ(stage.axis.state(), AxisState::faulted);
+  EXPECT_TRUE(stage.axis.clear());
+  EXPECT_FALSE(stage.axis.clear()) << "never queued";
+  EXPECT_EQ(stage.axis.state(), AxisState::offline);
+  EXPECT_EQ(stage.axis.fault().cause, Cause::none);
+  for (int i = 0; i < 100; ++i) EXPECT_FALSE(stage.cycle().enable) << "clearing is not arming";
+  ASSERT_TRUE(stage.tracks());
+  for (int i = 0; i < 500; ++i) stage.cycle();
+  EXPECT_NEAR(stage.axis.report().position_um, 15.0, 1e-9) << "its past was wiped out again";
+}
+
+TEST(Axis, TracksAgainAfterItWasStopped) {
+  Stage stage;
+  ASSERT_TRUE(stage.tracks());
+  stage.axis.stop();
+  ASSERT_TRUE(stage.reaches(AxisState::offline));
+  EXPECT_TRUE(stage.tracks());
+}
+
+TEST(Axis, GivesTheJumpedSampleToNobody) {
+  Stage stage;
+  ASSERT_TRUE(stage.tracks());
+  for (int i = 0; i < 500; ++i) stage.cycle();
+  const double before = stage.command.drive;
+  stage.cycle([](AxisInput& in) { *in.position_um += 13.0; });
+  EXPECT_NEAR(stage.command.drive, before, 1e-6);
+  EXPECT_TRUE(stage.axis.report().sample_missing);
+  EXPECT_EQ(stage.axis.state(), AxisState::tracking);
+}
+
+TEST(Axis, TripsWhereItsDriveIsLimitedForTooLong) {
+  AxisConfig config = support::piezo_axis();
+  config.setpoint = {{.shape = Hold{.level_um = 40.0, .duration_s = 100.0}, .transition_s = 0.05}};
+  config.following_error.error_um = 100.0;
+  config.supervision.saturated_s = 0.2;
+  Stage stage(config);
+  ASSERT_TRUE(stage.tracks());
+  ASSERT_TRUE(stage.reaches(AxisState::faulted, 400));
+  EXPECT_EQ(stage.axis.fault().cause, Cause::saturated);
+  EXPECT_FALSE(stage.command.enable);
+}
+
 TEST(AxisInOpenLoop, RampsStraightToTheFirstDriveAndNotToTheModelsThresholds) {
   Stage stage(excited_piezo(Excitation::Hysteresis{.low = 20.0, .high = 60.0}));
   stage.axis.start(false);
@@ -248,7 +311,10 @@ TEST(AxisInOpenLoop, RampsStraightToTheFirstDriveAndNotToTheModelsThresholds) {
 
 TEST(AxisInOpenLoop, AppliesTheExcitationWhateverThePosition) {
   const Excitation::Chirp chirp{.centre = 40.0, .amplitude = 10.0, .to_Hz = 100.0, .duration_s = 1.0};
-  Stage stage(excited_piezo(chirp));
+  AxisConfig config = excited_piezo(chirp);
+  config.supervision.position_jump_um = 0.0;
+  config.supervision.frozen_cycles = 0;
+  Stage stage(config);
   ASSERT_TRUE(stage.tracks());
   const Excitation excitation(chirp);
   const double begun_s = stage.time_s;

@@ -31,11 +31,13 @@ inline controller::AxisConfig piezo_axis() {
   config.setpoint = {{.shape = controller::Hold{.level_um = 15.0, .duration_s = 1.0}, .transition_s = 0.05}};
   config.wipe_slew_per_s = 1000.0;
   config.wipe_dwell_s = 0.01;
-  config.position_min_um = -3.0;
-  config.position_max_um = 34.0;
-  config.following_error_um = 2.0;
-  config.following_error_cycles = 3;
-  config.missing_samples = 3;
+  config.supervision.position_min_um = -3.0;
+  config.supervision.position_max_um = 34.0;
+  config.following_error.error_um = 2.0;
+  config.following_error.cycles = 3;
+  config.supervision.position_jump_um = 3.0;
+  config.supervision.missing_samples = 3;
+  config.supervision.bus_passive_s = 0.0095;
   return config;
 }
 
