@@ -1,0 +1,80 @@
+// Where scripts and the configuration file reach a running controller: what they ask becomes requests to the
+// control thread, what it answers goes back to them. Everything here runs on one thread of its own.
+//
+//   ControlSocket (line-delimited JSON) ──▶ ControlDesk ──▶ RequestLink ──▶ control thread
+//   file watch, SIGHUP ──▶ LiveConfig ──────┘    └──▶ StatusBoard (what is going on)
+//
+// docs/control_socket.md has the commands.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "app/live_config.h"
+#include "app/status_board.h"
+#include "controller/request.h"
+
+namespace hystcan::app {
+
+/// {"ok": true, ...} or {"ok": false, "error": "..."}; told once to each command.
+using Answer = std::function<void(nlohmann::json)>;
+
+nlohmann::json refusal(const std::string& why);
+
+class ControlDesk {
+ public:
+  ControlDesk(boost::asio::io_context& context, controller::RequestLink& requests, const StatusBoard& board,
+              LiveConfig& live);
+
+  /// A command as it came over the socket: {"do": "enable", "axis": "x"}.
+  void obey(const nlohmann::json& command, Answer answer);
+  /// True of commands that change nothing, and of those that end something: nobody may be kept from these.
+  static bool is_for_everybody(const nlohmann::json& command);
+  /// The file again: applied where it is valid, told on the log.
+  void reload(Answer answer);
+  /// No cycles come any more: who waits is told.
+  void close();
+
+ private:
+  using Command = void (ControlDesk::*)(const nlohmann::json&, Answer);
+  struct Waiter {
+    std::size_t axis;
+    std::uint64_t since_cycle;
+    boost::asio::steady_timer::time_point deadline;
+    Answer answer;
+  };
+  struct Pending {
+    controller::Request* request;
+    std::function<void(controller::Request&)> done;
+  };
+
+  void status(const nlohmann::json& command, Answer answer);
+  void act(const nlohmann::json& command, Answer answer);
+  void wait(const nlohmann::json& command, Answer answer);
+  void set(const nlohmann::json& command, Answer answer);
+
+  void take_up(LiveConfig::Prepared prepared, Answer answer);
+  void ask_all(std::vector<std::unique_ptr<controller::Request>> requests,
+               std::function<void(const std::vector<std::string>& refusals)> done);
+  std::vector<std::size_t> axes_of(const nlohmann::json& command) const;
+  void arm();
+  void poll();
+  void collect_answers();
+  void look_at_waiters();
+
+  boost::asio::steady_timer timer_;
+  controller::RequestLink& requests_;
+  const StatusBoard& board_;
+  LiveConfig& live_;
+  std::vector<Pending> pending_;
+  std::vector<Waiter> waiters_;
+  bool armed_ = false;
+  bool closed_ = false;
+};
+
+}  // namespace hystcan::app

@@ -1,0 +1,162 @@
+#include <fmt/format.h>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/read_until.hpp>
+#include <boost/asio/streambuf.hpp>
+#include <boost/asio/write.hpp>
+#include <filesystem>
+#include <istream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "app/commands.h"
+#include "app/control_socket.h"
+
+namespace hystcan::app {
+namespace {
+
+using nlohmann::json;
+
+struct Options {
+  std::string socket;
+  std::string interface = "vcan0";
+  bool json = false;
+  std::string axis;
+  double position_um = 0.0;
+  std::string key;
+  std::string value;
+  double timeout_s = 0.0;
+};
+
+/// One command, one answer.
+json exchange(const std::filesystem::path& file, const json& command) {
+  boost::asio::io_context context;
+  boost::asio::local::stream_protocol::socket socket(context);
+  try {
+    socket.connect(boost::asio::local::stream_protocol::endpoint(file.string()));
+    boost::asio::write(socket, boost::asio::buffer(command.dump() + "\n"));
+    boost::asio::streambuf buffer;
+    boost::asio::read_until(socket, buffer, '\n');
+    std::istream stream(&buffer);
+    return json::parse(stream);
+  } catch (const boost::system::system_error& error) {
+    throw RunError(fmt::format(
+        "{}: {}; is the controller running, with this interface? (--interface, --socket, control_socket)",
+        file.string(), error.code().message()));
+  }
+}
+
+std::string number(const json& value) {
+  return value.is_number() ? fmt::format("{:.4f}", value.get<double>()) : "-";
+}
+
+void print_status(const json& status) {
+  fmt::print(
+      "{:.1f} s: {} cycles, {} missed, {} samples missing, {} late\n", status.at("time_s").get<double>(),
+      status.at("cycles").get<std::uint64_t>(), status.at("missed_cycles").get<std::uint64_t>(),
+      status.at("missing_samples").get<std::uint64_t>(), status.at("late_samples").get<std::uint64_t>());
+  fmt::print("{:<8} {:<13} {:>13} {:>12} {:>12} {:>10}  {}\n", "axis", "state", "reference um", "position um",
+             "error um", "drive", "");
+  for (const json& axis : status.at("axes")) {
+    std::string remark = axis.value("arrival", "");
+    if (const std::string limits = axis.at("limits"); !limits.empty()) remark += " limited by " + limits;
+    if (axis.at("state") == "faulted")
+      remark = fmt::format("{} at {:.3f} s; {}", axis.at("fault").get<std::string>(),
+                           axis.at("fault_time_s").get<double>(), axis.at("remedy").get<std::string>());
+    fmt::print("{:<8} {:<13} {:>13} {:>12} {:>12} {:>10}  {}\n", axis.at("name").get<std::string>(),
+               axis.at("state").get<std::string>(), number(axis.value("reference_um", json())),
+               number(axis.at("position_um")), number(axis.value("error_um", json())),
+               number(axis.at("drive")), remark);
+  }
+}
+
+void print(const json& answer) {
+  if (answer.contains("axes")) return print_status(answer);
+  if (answer.contains("position_um"))
+    fmt::print("in position at {:.4f} um\n", answer.at("position_um").get<double>());
+  for (const json& change : answer.value("changed", json::array()))
+    fmt::print("{}: {} -> {}\n", change.at("key").get<std::string>(), change.at("from").get<std::string>(),
+               change.at("to").get<std::string>());
+}
+
+int run(const Options& options, const json& command) {
+  const std::filesystem::path file =
+      options.socket.empty() ? default_socket(options.interface) : std::filesystem::path(options.socket);
+  const json answer = exchange(file, command);
+  if (options.json) fmt::print("{}\n", answer.dump(2));
+  if (!answer.value("ok", false)) throw RunError(answer.value("error", "an answer that makes no sense"));
+  if (!options.json) print(answer);
+  return done;
+}
+
+/// What stands on the command line is a TOML value as it is, or a word, which is a text.
+json value_of(const std::string& text) {
+  const json parsed = json::parse(text, nullptr, false);
+  return parsed.is_discarded() ? json(text) : parsed;
+}
+
+}  // namespace
+
+void add_ctl(CLI::App& cli, int& status) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* ctl = cli.add_subcommand("ctl", "Command a running controller over its control socket");
+  ctl->require_subcommand(1);
+  ctl->add_option("--socket", options->socket, "the control socket's file");
+  ctl->add_option("--interface", options->interface, "else: of the controller on this CAN interface")
+      ->capture_default_str();
+  ctl->add_flag("--json", options->json, "print the answer as JSON");
+  const auto add = [&](const char* name, const char* what) {
+    CLI::App* command = ctl->add_subcommand(name, what);
+    command->fallthrough();
+    return command;
+  };
+  const auto run_as = [&](CLI::App* command, auto make) {
+    command->callback([options, make, &status] { status = run(*options, make(*options)); });
+  };
+  run_as(add("status", "what every axis is doing"), [](const Options&) { return json{{"do", "status"}}; });
+  run_as(add("reload", "read the configuration file again"), [](const Options&) {
+    return json{{"do", "reload"}};
+  });
+  run_as(add("stop", "ramp every axis down, switch off, and end the controller"), [](const Options&) {
+    return json{{"do", "stop"}};
+  });
+  for (const auto& [name, what] : {std::pair("enable", "start an axis that is offline"),
+                                   std::pair("disable", "ramp an axis down and switch it off"),
+                                   std::pair("clear", "forget the fault of an axis, which is offline then"),
+                                   std::pair("resume", "follow the configured reference again"),
+                                   std::pair("revert", "forget the correction of the model learnt so far")}) {
+    CLI::App* command = add(name, what);
+    command->add_option("AXIS", options->axis, "all axes if left out");
+    run_as(command, [verb = std::string(name)](const Options& o) {
+      json request{{"do", verb}};
+      if (!o.axis.empty()) request["axis"] = o.axis;
+      return request;
+    });
+  }
+  CLI::App* go = add("go", "leave the reference for a position and stay there");
+  go->add_option("AXIS", options->axis)->required();
+  go->add_option("POSITION", options->position_um, "um")->required();
+  run_as(go, [](const Options& o) {
+    return json{{"do", "go_to"}, {"axis", o.axis}, {"position_um", o.position_um}};
+  });
+  CLI::App* wait = add("wait", "until the axis is in position; fails where it does not come there");
+  wait->add_option("AXIS", options->axis)->required();
+  wait->add_option("--timeout", options->timeout_s, "seconds");
+  run_as(wait, [](const Options& o) {
+    json request{{"do", "wait"}, {"axis", o.axis}};
+    if (o.timeout_s > 0.0) request["timeout_s"] = o.timeout_s;
+    return request;
+  });
+  CLI::App* set = add("set", "change one key of [axis.control] until the file is read again");
+  set->add_option("AXIS", options->axis)->required();
+  set->add_option("KEY", options->key, "kp, structure, delays.resonance_Hz, ...")->required();
+  set->add_option("VALUE", options->value)->required();
+  run_as(set, [](const Options& o) {
+    return json{{"do", "set"}, {"axis", o.axis}, {"key", o.key}, {"value", value_of(o.value)}};
+  });
+}
+
+}  // namespace hystcan::app
