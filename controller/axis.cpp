@@ -49,6 +49,8 @@ Loop make_loop(const AxisConfig& config) {
                      .delays = config.delays,
                      .setpoint = config.setpoint,
                      .repeat = config.repeat,
+                     .reference_limits = config.reference_limits,
+                     .in_position = config.in_position,
                      .following_error_um = config.following_error_um,
                      .following_error_cycles = config.following_error_cycles});
 }
@@ -86,6 +88,7 @@ AxisCommand Axis::step(const AxisInput& input) {
   report_.sample_missing = !input.position_um.has_value();
   if (input.position_um) report_.position_um = *input.position_um;
   report_.limits = limit::none;
+  report_.arrival = Arrival::not_judged;
 
   if (const Cause cause = find_cause(input); cause != Cause::none) trip(cause, input.time_s);
   const AxisCommand command = decide(input);
@@ -184,6 +187,7 @@ AxisCommand Axis::track(const AxisInput& input) {
   const Proposal proposal = std::visit([&](auto& loop) { return loop.propose(now); }, loop_);
   report_.point = proposal.point;
   report_.reference_um = proposal.reference_um;
+  report_.arrival = proposal.arrival;
   if (!proposal.follows) {
     trip(Cause::following_error, input.time_s);
     return safe();

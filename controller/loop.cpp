@@ -6,7 +6,9 @@
 namespace hystcan::controller {
 
 ClosedLoop::ClosedLoop(const Config& config)
-    : config_(config), law_(config.law), trajectory_(config.setpoint, config.repeat) {}
+    : config_(config),
+      law_(config.law),
+      trajectory_(config.setpoint, config.repeat, config.reference_limits) {}
 
 std::vector<double> ClosedLoop::ramp_in() const {
   const model::Interval& thresholds = law_.inverted().input_range();
@@ -15,6 +17,7 @@ std::vector<double> ClosedLoop::ramp_in() const {
 
 void ClosedLoop::begin(double position_um) {
   badly_following_ = 0;
+  in_position_ = {};
   trajectory_.start_from(law_.restart_at_lower_threshold(position_um));
 }
 
@@ -23,9 +26,10 @@ Proposal ClosedLoop::propose(const LoopInput& input) {
   proposal.reference_um = proposal.point.value_um;
   proposal.follows = !input.position_um || follows(proposal.reference_um - *input.position_um);
   if (!proposal.follows) return proposal;
+  proposal.arrival = judge(proposal.point, input);
   const double previewed_s = input.t_s + config_.delays.preview_s(input.cycle_s);
   const ControlLaw::Demand demand = law_.propose({.reference_um = proposal.reference_um,
-                                                  .previewed_um = trajectory_.at(previewed_s).value_um,
+                                                  .previewed_um = trajectory_.value_um(previewed_s),
                                                   .position_um = input.position_um,
                                                   .dt_s = input.dt_s});
   proposal.drive = demand.drive;
@@ -37,6 +41,14 @@ Proposal ClosedLoop::propose(const LoopInput& input) {
 bool ClosedLoop::follows(double error_um) {
   badly_following_ = std::abs(error_um) > config_.following_error_um ? badly_following_ + 1 : 0;
   return badly_following_ < config_.following_error_cycles;
+}
+
+Arrival ClosedLoop::judge(const Trajectory::Point& point, const LoopInput& input) {
+  if (!config_.in_position) return Arrival::not_judged;
+  InPosition::Input now{
+      .reference_um = point.value_um, .reference_rests = point.at_rest, .error_um = {}, .dt_s = input.dt_s};
+  if (input.position_um) now.error_um = point.value_um - *input.position_um;
+  return InPosition::step(*config_.in_position, in_position_, now);
 }
 
 OpenLoop::OpenLoop(const Excitation::Config& config, const Gate::Config& gate) : excitation_(config) {

@@ -14,6 +14,7 @@
 
 #include "controller/excitation.h"
 #include "controller/gate.h"
+#include "controller/in_position.h"
 #include "controller/law.h"
 #include "controller/setpoint.h"
 
@@ -33,6 +34,7 @@ struct Proposal {
   double demand_um = 0.0;
   std::uint8_t limits = limit::none;
   Trajectory::Point point;
+  Arrival arrival = Arrival::not_judged;
 };
 
 class ClosedLoop {
@@ -42,6 +44,8 @@ class ClosedLoop {
     Delays delays;
     std::vector<Segment> setpoint;
     bool repeat = false;
+    ReferenceLimits reference_limits{};
+    std::optional<InPosition::Config> in_position{};  ///< empty: not judged
     double following_error_um = 0.0;
     unsigned following_error_cycles = 1;
   };
@@ -57,10 +61,12 @@ class ClosedLoop {
 
  private:
   bool follows(double error_um);
+  Arrival judge(const Trajectory::Point& point, const LoopInput& input);
 
   Config config_;
   ControlLaw law_;
   Trajectory trajectory_;
+  InPosition::State in_position_;
   unsigned badly_following_ = 0;
 };
 
