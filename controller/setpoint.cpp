@@ -25,15 +25,14 @@ Trajectory::Trajectory(std::vector<Segment> segments, bool repeat, const Referen
   start_from(0.0);
 }
 
-void Trajectory::start_from(double start_um) {
-  begin_at(0.0, {.value_um = start_um});
-  if (segments_.empty()) end_um_ = start_um;
-}
+void Trajectory::start_from(double start_um) { begin_at(0.0, {.value_um = start_um}); }
 
 void Trajectory::begin_at(double t_s, const Motion& from) {
   begin_s_ = t_s;
   live_ = false;
-  if (!segments_.empty())
+  if (segments_.empty())
+    end_um_ = from.value_um;
+  else
     first_entry_ = Transition::within(limits_, from, controller::value_um(segments_.front().shape, 0.0),
                                       segments_.front().transition_s);
 }
