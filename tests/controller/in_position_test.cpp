@@ -4,6 +4,9 @@
 
 #include <optional>
 
+#include "controller/loop.h"
+#include "tests/support/piezo.h"
+
 namespace hystcan::controller {
 namespace {
 
@@ -92,6 +95,46 @@ TEST(InPosition, JudgesNothingByASampleThatDidNotCome) {
   EXPECT_EQ(judge.resting(std::nullopt), Arrival::in_position) << "and nothing is lost by one";
   Judge blind;
   EXPECT_EQ(blind.resting_for(101, std::nullopt), Arrival::failed);
+}
+
+/// A stage that is always 5 nm short of its reference: transition for 50 ms, then a hold of 1 s.
+Arrival arrival_at(double t_s, const std::optional<InPosition::Config>& in_position) {
+  const AxisConfig axis = support::piezo_axis();
+  ClosedLoop loop({.law = axis.law,
+                   .delays = axis.delays,
+                   .setpoint = axis.setpoint,
+                   .repeat = false,
+                   .reference_limits = {},
+                   .in_position = in_position,
+                   .following_error_um = 100.0,
+                   .following_error_cycles = 1});
+  loop.begin(0.0);
+  const Trajectory reference = [&] {
+    Trajectory trajectory(axis.setpoint, false);
+    trajectory.start_from(0.0);
+    return trajectory;
+  }();
+  Arrival arrival = Arrival::not_judged;
+  for (int cycle = 0; 1e-3 * cycle <= t_s; ++cycle) {
+    const double now_s = 1e-3 * cycle;
+    const double position_um = reference.value_um(now_s) - 0.005;
+    arrival = loop.propose({.t_s = now_s, .dt_s = 1e-3, .cycle_s = 1e-3, .position_um = position_um}).arrival;
+  }
+  return arrival;
+}
+
+TEST(InPositionOfALoop, ComesAWindowAfterTheTransition) {
+  constexpr InPosition::Config fine{.tolerance_um = 0.01,
+                                    .window = std::chrono::milliseconds(20),
+                                    .timeout = std::chrono::milliseconds(100)};
+  constexpr InPosition::Config too_fine{.tolerance_um = 0.004,
+                                        .window = std::chrono::milliseconds(20),
+                                        .timeout = std::chrono::milliseconds(100)};
+  EXPECT_EQ(arrival_at(0.0655, fine), Arrival::moving);
+  EXPECT_EQ(arrival_at(0.0755, fine), Arrival::in_position);
+  EXPECT_EQ(arrival_at(0.1455, too_fine), Arrival::moving);
+  EXPECT_EQ(arrival_at(0.1555, too_fine), Arrival::failed);
+  EXPECT_EQ(arrival_at(0.5, std::nullopt), Arrival::not_judged);
 }
 
 }  // namespace
