@@ -31,7 +31,7 @@ class Trajectory {
 
   /// From `t_s` on to `goal_um` and hold it: from the present motion along the shortest transition that keeps
   /// the limits. Where the acceleration is unlimited it takes transition_s of the first segment, or longer.
-  /// From a motion it may swing beyond the goal, by a fifth of velocity times duration at most.
+  /// May swing beyond the goal, by 0.2 |v_0| T. The caller sees to it that the goal is a number in range.
   void go_to(double t_s, double goal_um);
 
   /// From `t_s` on the segments again, from the first one on, from the present motion.

@@ -42,7 +42,7 @@ Transition Transition::within(const ReferenceLimits& limits, const Motion& from,
       .acceleration_um_per_s2 = a};
   constexpr double growth = 1.25;
   constexpr int longer = 64;  // 1.25^64: a million times
-  constexpr int halvings = 30;
+  constexpr int halvings = 16;
   const auto search = [&](const Motion& begin) -> std::optional<Transition> {
     double too_short_s = 0.0;
     // No way is shorter than at the greatest velocity all along, nor brakes harder than it may.
@@ -121,7 +121,7 @@ double Transition::peak_slew_um_per_s() const {
     double hi = ends[i + 1];
     if ((curvature(lo) > 0.0) == (curvature(hi) > 0.0)) continue;
     const bool rises = curvature(hi) > 0.0;
-    for (int halving = 0; halving < 30; ++halving) {
+    for (int halving = 0; halving < 18; ++halving) {
       const double middle = 0.5 * (lo + hi);
       ((curvature(middle) > 0.0) == rises ? hi : lo) = middle;
     }

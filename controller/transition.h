@@ -12,7 +12,7 @@
 // velocity, still faster) the way begins without it, and there is always a T.
 //
 // A motion that is itself beyond the limits is let down within what it has: greater of limit and |v_0|.
-// Allocates nothing; at most 64 + 30 trials.
+// Allocates nothing; at most 64 + 16 trials.
 #pragma once
 
 #include <array>

@@ -118,7 +118,7 @@ INSTANTIATE_TEST_SUITE_P(
                  "kind = \"multi-sine\"\ncentre_um = 32.0\namplitudes_um = [1.0, 2.0]\nfrequencies_Hz = "
                  "[5.0, 7.0]\n"
                  "duration_s = 1.0\n[[axis.control.setpoint]]\nkind = \"triangle\"",
-                 "the setpoint goes to 34."},
+                 "um, expected within -3 and 34 um"},
         BadInput{
             "MultiSineWithoutAFrequency", "piezo.toml", "kind         = \"triangle\"",
             "kind = \"multi-sine\"\ncentre_um = 15.0\namplitudes_um = [1.0, 2.0]\nfrequencies_Hz = [5.0]\n"
