@@ -6,9 +6,11 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <stdexcept>
 
 #include "config/bus_plan.h"
 #include "config/check_frames.h"
+#include "controller/extent.h"
 
 namespace hystcan::config {
 namespace {
@@ -100,26 +102,47 @@ class AxisCheck {
       fail("control.delays.command_delay_us",
            "command_delay_us is {}, expected {}, one cycle: a setpoint takes effect at the next SYNC",
            static_cast<double>(control.delays.command_delay.count()) * 1e-3, cycle_us);
-    for (std::size_t i = 0; i < control.setpoint.size(); ++i) {
-      for (const double value : extremes_um(control.setpoint[i].shape))
-        if (value < control.supervision.position_min_um || value > control.supervision.position_max_um)
-          fail(fmt::format("control.setpoint[{}]", i),
-               "the setpoint goes to {} um, expected within {} and {} um", value,
-               control.supervision.position_min_um, control.supervision.position_max_um);
+    for (std::size_t i = 0; i < control.setpoint.size(); ++i)
+      check_segment(fmt::format("control.setpoint[{}]", i), control.setpoint[i].shape);
+    check_in_position();
+  }
+
+  void check_segment(const std::string& key, const controller::Shape& shape) const {
+    const controller::AxisConfig& control = axis_.control;
+    const controller::Extent extent = extent_of(key, shape);
+    for (const double value : {extent.lowest_um, extent.highest_um})
+      if (value < control.supervision.position_min_um || value > control.supervision.position_max_um)
+        fail(key, "the setpoint goes to {} um, expected within {} and {} um", value, control.supervision.position_min_um,
+             control.supervision.position_max_um);
+    const auto [slew_limit, acceleration_limit] = control.reference_limits;
+    if (extent.peak_slew_um_per_s > slew_limit * rounding)
+      fail(key, "the {} moves at up to {:.6g} um/s, expected at most {:g}, reference_slew_um_per_s",
+           to_string(shape), extent.peak_slew_um_per_s, slew_limit);
+    if (extent.peak_acceleration_um_per_s2 > acceleration_limit * rounding)
+      fail(key,
+           "the {} accelerates at up to {:.6g} um/s^2, expected at most {:g}, "
+           "reference_acceleration_um_per_s2",
+           to_string(shape), extent.peak_acceleration_um_per_s2, acceleration_limit);
+  }
+
+  controller::Extent extent_of(const std::string& key, const controller::Shape& shape) const {
+    try {
+      return controller::extent(controller::prepared(shape));
+    } catch (const std::invalid_argument& error) {
+      fail(key, "{}", error.what());
     }
   }
 
-  static std::vector<double> extremes_um(const controller::Shape& shape) {
-    struct {
-      std::vector<double> operator()(const controller::Hold& s) const { return {s.level_um}; }
-      std::vector<double> operator()(const controller::Ramp& s) const { return {s.from_um, s.to_um}; }
-      std::vector<double> operator()(const controller::Triangle& s) const { return {s.low_um, s.high_um}; }
-      std::vector<double> operator()(const controller::Sine& s) const { return {s.low_um, s.high_um}; }
-      std::vector<double> operator()(const controller::Staircase& s) const { return s.levels_um; }
-    } extremes;
-    return std::visit(extremes, shape);
+  /// A verdict of failure before there can be one of success would be the only one.
+  void check_in_position() const {
+    if (!axis_.control.in_position) return;
+    const auto& [tolerance_um, window, timeout] = *axis_.control.in_position;
+    if (timeout < window)
+      fail("control.in_position.timeout_ms", "timeout_ms is {:g}, expected at least window_ms, {:g}",
+           1e3 * can::seconds(timeout), 1e3 * can::seconds(window));
   }
 
+  static constexpr double rounding = 1.0 + 1e-9;  ///< a shape made to be just at a limit keeps it
   const Document& document_;
   const Config& config_;
   std::size_t index_;

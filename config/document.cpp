@@ -207,7 +207,7 @@ void Writer::whole_numbers(std::string_view key, const std::vector<std::int64_t>
 
 std::string Writer::number(double value) { return fmt::format("{}", value); }
 
-std::string Writer::numbers(const std::vector<double>& values) {
+std::string Writer::list_of(const std::vector<double>& values) {
   return fmt::format("[{}]", fmt::join(values, ", "));
 }
 

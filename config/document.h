@@ -85,6 +85,8 @@ class Reader {
 
   /// Optional, and may be empty.
   void whole_numbers(std::string_view key, std::vector<std::int64_t>& values);
+  /// A limit that may be left out: infinite then.
+  void limit(std::string_view key, double& value) { optional(key, value, positive); }
   /// A name that may be left out: empty then.
   void name(std::string_view key, std::string& value) { optional(key, value); }
 
@@ -194,6 +196,10 @@ class Writer {
     write(key, value);
   }
   void whole_numbers(std::string_view key, const std::vector<std::int64_t>& values);
+  void numbers(std::string_view key, const std::vector<double>& values) { write(key, values); }
+  void limit(std::string_view key, double value) {
+    if (std::isfinite(value)) write(key, value);
+  }
   void name(std::string_view key, const std::string& value) {
     if (!value.empty()) write(key, value);
   }
@@ -230,7 +236,7 @@ class Writer {
     else if constexpr (std::is_arithmetic_v<T>)
       line(key, number(static_cast<double>(value)));
     else if constexpr (IsVector<T>::value)
-      line(key, numbers(value));
+      line(key, list_of(value));
     else
       line(key, '"' + std::filesystem::path(value).string() + '"');
   }
@@ -245,7 +251,7 @@ class Writer {
   }
   void line(std::string_view key, const std::string& value);
   static std::string number(double value);
-  static std::string numbers(const std::vector<double>& values);
+  static std::string list_of(const std::vector<double>& values);
 
   const Document& document_;
   std::string header_;  ///< as TOML writes the table's name

@@ -1,6 +1,9 @@
+#include <variant>
+
 #include "config/check.h"
 #include "config/model_file.h"
 #include "config/schema.h"
+#include "config/setpoint_file.h"
 
 namespace hystcan::config {
 namespace {
@@ -20,6 +23,9 @@ void complete(const Document& document, AxisConfig& axis) {
   axis.control.name = axis.wire.name;
   axis.wire.drive_unit = axis.drive_unit;
   axis.control.law.model = load_model(document.resolve(axis.control_model));
+  for (controller::Segment& segment : axis.control.setpoint)
+    if (auto* table = std::get_if<controller::Table>(&segment.shape))
+      table->curve = load_setpoint(document.resolve(table->file));
   axis.twin.wire = axis.wire;
   axis.twin.plant.hysteresis = load_model(document.resolve(axis.twin_model));
 }

@@ -116,6 +116,13 @@ void visit(V& v, controller::Hold& s) {
   v.required("duration_s", s.duration_s, positive);
 }
 template <class V>
+void visit(V& v, controller::Step& s) {
+  v.required("from_um", s.from_um);
+  v.required("to_um", s.to_um);
+  v.required("dwell_s", s.dwell_s, positive);
+  v.optional("steps", s.steps, {.lo = 1, .hi = 1e6});
+}
+template <class V>
 void visit(V& v, controller::Ramp& s) {
   v.required("from_um", s.from_um);
   v.required("to_um", s.to_um);
@@ -137,6 +144,28 @@ void visit(V& v, controller::Sine& s) {
   visit_periodic(v, s);
 }
 template <class V>
+void visit(V& v, controller::Chirp& s) {
+  v.required("low_um", s.low_um);
+  v.required("high_um", s.high_um);
+  v.required("from_Hz", s.from_Hz, positive);
+  v.required("to_Hz", s.to_Hz, positive);
+  v.required("duration_s", s.duration_s, positive);
+  v.optional("fade_s", s.fade_s, positive);
+}
+template <class V>
+void visit(V& v, controller::MultiSine& s) {
+  v.required("centre_um", s.centre_um);
+  v.required("amplitudes_um", s.amplitudes_um, positive);
+  v.required("frequencies_Hz", s.frequencies_Hz, positive);
+  v.numbers("phases_deg", s.phases_deg);
+  v.required("duration_s", s.duration_s, positive);
+  v.optional("fade_s", s.fade_s, positive);
+}
+template <class V>
+void visit(V& v, controller::Table& s) {
+  v.required("file", s.file);
+}
+template <class V>
 void visit(V& v, controller::Staircase& s) {
   v.required("levels_um", s.levels_um);
   v.optional("rise_s", s.rise_s, not_negative);
@@ -146,13 +175,18 @@ void visit(V& v, controller::Staircase& s) {
 template <class V>
 void visit(V& v, controller::Segment& segment) {
   std::string kind = to_string(segment.shape);
-  v.choice("kind", kind, {"hold", "ramp", "triangle", "sine", "staircase"});
+  v.choice("kind", kind,
+           {"hold", "step", "ramp", "triangle", "sine", "chirp", "multi-sine", "staircase", "csv"});
   v.alternative(kind, [&](const std::string& name) {
     if (name == "hold") segment.shape = controller::Hold{};
+    if (name == "step") segment.shape = controller::Step{};
     if (name == "ramp") segment.shape = controller::Ramp{};
     if (name == "triangle") segment.shape = controller::Triangle{};
     if (name == "sine") segment.shape = controller::Sine{};
+    if (name == "chirp") segment.shape = controller::Chirp{};
+    if (name == "multi-sine") segment.shape = controller::MultiSine{};
     if (name == "staircase") segment.shape = controller::Staircase{};
+    if (name == "csv") segment.shape = controller::Table{};
   });
   v.optional("transition_s", segment.transition_s, positive);
   std::visit([&](auto& shape) { visit(v, shape); }, segment.shape);
@@ -182,6 +216,13 @@ void visit_supervision(V& v, controller::AxisConfig& c) {
   v.optional("bus_passive_s", s.bus_passive_s, not_negative);
 }
 
+template <class V>
+void visit(V& v, controller::InPosition::Config& c) {
+  v.required("tolerance_um", c.tolerance_um, positive);
+  v.required("window_ms", c.window, not_negative);
+  v.required("timeout_ms", c.timeout, positive);
+}
+
 /// [axis.control]. `unit`: the drive's, which its keys carry.
 template <class V>
 void visit_control(V& v, AxisConfig& axis) {
@@ -201,7 +242,10 @@ void visit_control(V& v, AxisConfig& axis) {
   v.optional("wipe_dwell_s", c.wipe_dwell_s, not_negative);
   visit_supervision(v, c);
   v.optional("repeat", c.repeat);
+  v.limit("reference_slew_um_per_s", c.reference_limits.slew_um_per_s);
+  v.limit("reference_acceleration_um_per_s2", c.reference_limits.acceleration_um_per_s2);
   v.table("delays", c.delays, [](V& sub, auto& value) { visit(sub, value); });
+  v.optional_table("in_position", c.in_position, [](V& sub, auto& value) { visit(sub, value); });
   v.list("setpoint", c.setpoint, [](V& sub, auto& value) { visit(sub, value); });
 }
 

@@ -13,6 +13,8 @@ Loop make_loop(const AxisConfig& config) {
                      .delays = config.delays,
                      .setpoint = config.setpoint,
                      .repeat = config.repeat,
+                     .reference_limits = config.reference_limits,
+                     .in_position = config.in_position,
                      .following_error = config.following_error});
 }
 
@@ -61,6 +63,7 @@ AxisCommand Axis::step(const AxisInput& input) {
   if (input.position_um) report_.position_um = *input.position_um;
   report_.limits = limit::none;
   report_.sample_missing = !input.position_um.has_value();
+  report_.arrival = Arrival::not_judged;
   const AxisCommand command = is_driving() ? supervise(input) : decide(input);
   report_.state = state_;
   report_.cause = fault_.cause;
@@ -145,6 +148,7 @@ AxisCommand Axis::track(const AxisInput& input) {
   const Proposal proposal = std::visit([&](auto& loop) { return loop.propose(now); }, loop_);
   report_.point = proposal.point;
   report_.reference_um = proposal.reference_um;
+  report_.arrival = proposal.arrival;
   if (!proposal.follows) {
     trip(Cause::following_error, input.time_s);
     return safe();

@@ -37,6 +37,8 @@ struct AxisConfig {
   Delays delays;
   std::vector<Segment> setpoint;
   bool repeat = false;
+  ReferenceLimits reference_limits{};
+  std::optional<InPosition::Config> in_position{};  ///< empty: not judged
   double wipe_slew_per_s =
       100.0;  ///< drive units per second, towards the thresholds and, at the end, the safe drive
   double wipe_dwell_s = 0.1;  ///< rest at each threshold
@@ -57,6 +59,7 @@ struct AxisReport {
   std::uint8_t limits = limit::none;
   bool sample_missing = false;
   Trajectory::Point point;
+  Arrival arrival = Arrival::not_judged;  ///< judged while tracking
 };
 
 class Axis {

@@ -8,7 +8,7 @@ namespace hystcan::controller {
 ClosedLoop::ClosedLoop(const Config& config)
     : config_(config),
       law_(config.law),
-      trajectory_(config.setpoint, config.repeat),
+      trajectory_(config.setpoint, config.repeat, config.reference_limits),
       following_error_(config.following_error) {}
 
 std::vector<double> ClosedLoop::ramp_in() const {
@@ -18,6 +18,7 @@ std::vector<double> ClosedLoop::ramp_in() const {
 
 void ClosedLoop::begin(double position_um) {
   following_error_.restart();
+  in_position_ = {};
   trajectory_.start_from(law_.restart_at_lower_threshold(position_um));
 }
 
@@ -27,15 +28,24 @@ Proposal ClosedLoop::propose(const LoopInput& input) {
   proposal.follows =
       !input.position_um || following_error_.step(proposal.reference_um, *input.position_um, input.dt_s);
   if (!proposal.follows) return proposal;
+  proposal.arrival = judge(proposal.point, input);
   const double previewed_s = input.t_s + config_.delays.preview_s(input.cycle_s);
   const ControlLaw::Demand demand = law_.propose({.reference_um = proposal.reference_um,
-                                                  .previewed_um = trajectory_.at(previewed_s).value_um,
+                                                  .previewed_um = trajectory_.value_um(previewed_s),
                                                   .position_um = input.position_um,
                                                   .dt_s = input.dt_s});
   proposal.drive = demand.drive;
   proposal.demand_um = demand.position_um;
   proposal.limits = demand.limits;
   return proposal;
+}
+
+Arrival ClosedLoop::judge(const Trajectory::Point& point, const LoopInput& input) {
+  if (!config_.in_position) return Arrival::not_judged;
+  InPosition::Input now{
+      .reference_um = point.value_um, .reference_rests = point.at_rest, .error_um = {}, .dt_s = input.dt_s};
+  if (input.position_um) now.error_um = point.value_um - *input.position_um;
+  return InPosition::step(*config_.in_position, in_position_, now);
 }
 
 OpenLoop::OpenLoop(const Excitation::Config& config, const Gate::Config& gate) : excitation_(config) {

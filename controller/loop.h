@@ -15,6 +15,7 @@
 #include "controller/excitation.h"
 #include "controller/following_error.h"
 #include "controller/gate.h"
+#include "controller/in_position.h"
 #include "controller/law.h"
 #include "controller/setpoint.h"
 
@@ -34,6 +35,7 @@ struct Proposal {
   double demand_um = 0.0;
   std::uint8_t limits = limit::none;
   Trajectory::Point point;
+  Arrival arrival = Arrival::not_judged;
 };
 
 class ClosedLoop {
@@ -43,6 +45,8 @@ class ClosedLoop {
     Delays delays;
     std::vector<Segment> setpoint;
     bool repeat = false;
+    ReferenceLimits reference_limits{};
+    std::optional<InPosition::Config> in_position{};  ///< empty: not judged
     FollowingError::Config following_error;
   };
 
@@ -56,9 +60,12 @@ class ClosedLoop {
   void commit(double applied_drive) { law_.commit(applied_drive); }
 
  private:
+  Arrival judge(const Trajectory::Point& point, const LoopInput& input);
+
   Config config_;
   ControlLaw law_;
   Trajectory trajectory_;
+  InPosition::State in_position_;
   FollowingError following_error_;
 };
 

@@ -2,106 +2,116 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 namespace hystcan::controller {
-namespace {
 
-template <class... Ts>
-struct Overloaded : Ts... {
-  using Ts::operator()...;
-};
-template <class... Ts>
-Overloaded(Ts...) -> Overloaded<Ts...>;  // clang 14 does not deduce it
-
-double blend(double from, double to, double s) { return from + (to - from) * s; }
-
-/// Position within the present cycle, 0..1; exactly 0 at the end of the last one.
-template <class Periodic>
-double phase(const Periodic& shape, double t_s) {
-  const double cycles = std::clamp(t_s * shape.frequency_Hz, 0.0, shape.cycles);
-  return cycles - std::floor(cycles);
+Trajectory::Trajectory(std::vector<Segment> segments, bool repeat, const ReferenceLimits& limits)
+    : segments_(std::move(segments)), repeat_(repeat), limits_(limits) {
+  for (Segment& segment : segments_) segment.shape = prepared(std::move(segment.shape));
+  if (!segments_.empty())
+    end_um_ = controller::value_um(segments_.back().shape, duration_s(segments_.back().shape));
+  entries_.reserve(segments_.size());
+  begins_s_.reserve(segments_.size());
+  double from_um = end_um_;
+  for (const auto& [shape, transition_s] : segments_) {
+    const bool first = entries_.empty();
+    const double first_um = controller::value_um(shape, 0.0);
+    begins_s_.push_back(rest_of_pass_s_);
+    entries_.push_back(Transition::within(limits_, {.value_um = from_um}, first_um, transition_s));
+    rest_of_pass_s_ += duration_s(shape) + (first ? 0.0 : entries_.back().duration_s());
+    from_um = controller::value_um(shape, duration_s(shape));
+  }
+  start_from(0.0);
 }
 
-double staircase_value(const Staircase& stairs, double t_s) {
-  const double step_s = stairs.rise_s + stairs.dwell_s;
-  const double last = static_cast<double>(stairs.levels_um.size() - 1);
-  const double step = std::clamp(std::floor(t_s / step_s), 0.0, last);
-  const auto i = static_cast<std::size_t>(step);
-  if (i == 0 || stairs.rise_s == 0.0) return stairs.levels_um[i];
-  return blend(stairs.levels_um[i - 1], stairs.levels_um[i],
-               smooth_step((t_s - step * step_s) / stairs.rise_s));
+void Trajectory::start_from(double start_um) { begin_at(0.0, {.value_um = start_um}); }
+
+void Trajectory::begin_at(double t_s, const Motion& from) {
+  begin_s_ = t_s;
+  live_ = false;
+  if (segments_.empty())
+    end_um_ = from.value_um;
+  else
+    first_entry_ = Transition::within(limits_, from, controller::value_um(segments_.front().shape, 0.0),
+                                      segments_.front().transition_s);
 }
 
-}  // namespace
+void Trajectory::resume(double t_s) { begin_at(t_s, motion(t_s)); }
 
-std::string to_string(const Shape& shape) {
-  return std::visit(Overloaded{[](const Hold&) { return "hold"; }, [](const Ramp&) { return "ramp"; },
-                               [](const Triangle&) { return "triangle"; }, [](const Sine&) { return "sine"; },
-                               [](const Staircase&) { return "staircase"; }},
-                    shape);
+void Trajectory::go_to(double t_s, double goal_um) {
+  constexpr double shortest_s = 1e-3;  // less is a step
+  const double usual_s = segments_.empty() ? Segment{}.transition_s : segments_.front().transition_s;
+  const double least_s = std::isinf(limits_.acceleration_um_per_s2) ? usual_s : shortest_s;
+  to_goal_ = Transition::within(limits_, motion(t_s), goal_um, least_s);
+  live_since_s_ = t_s;
+  live_ = true;
 }
 
-double duration_s(const Shape& shape) {
-  return std::visit(
-      Overloaded{[](const Hold& s) { return s.duration_s; }, [](const Ramp& s) { return s.duration_s; },
-                 [](const Triangle& s) { return s.cycles / s.frequency_Hz; },
-                 [](const Sine& s) { return s.cycles / s.frequency_Hz; },
-                 [](const Staircase& s) {
-                   return static_cast<double>(s.levels_um.size()) * (s.rise_s + s.dwell_s);
-                 }},
-      shape);
+/// Where the segments are at `t_s`: past the last one where they are finished.
+Trajectory::Place Trajectory::find(double t_s) const {
+  if (segments_.empty()) return {};
+  t_s -= begin_s_;
+  if (t_s < first_entry_.duration_s()) return {.transition = &first_entry_, .segment = 0, .t_s = t_s};
+  t_s -= first_entry_.duration_s();  // since the first shape's beginning
+  if (t_s >= rest_of_pass_s_) {
+    if (!repeat_) return {.segment = segments_.size()};
+    const Transition& entry = entries_.front();
+    t_s = std::fmod(t_s - rest_of_pass_s_, rest_of_pass_s_ + entry.duration_s());
+    if (t_s < entry.duration_s()) return {.transition = &entry, .segment = 0, .t_s = t_s};
+    t_s -= entry.duration_s();
+  }
+  const auto next = std::upper_bound(begins_s_.begin() + 1, begins_s_.end(), t_s);
+  const auto i = static_cast<std::size_t>(next - begins_s_.begin() - 1);
+  t_s -= begins_s_[i];
+  if (i == 0) return {.segment = 0, .t_s = t_s};
+  const Transition& entry = entries_[i];
+  if (t_s < entry.duration_s()) return {.transition = &entry, .segment = i, .t_s = t_s};
+  return {.segment = i, .t_s = t_s - entry.duration_s()};
 }
-
-double value_um(const Shape& shape, double t_s) {
-  return std::visit(Overloaded{[](const Hold& s) { return s.level_um; },
-                               [&](const Ramp& s) {
-                                 return blend(s.from_um, s.to_um, std::clamp(t_s / s.duration_s, 0.0, 1.0));
-                               },
-                               [&](const Triangle& s) {
-                                 return blend(s.low_um, s.high_um, 1.0 - std::abs(2.0 * phase(s, t_s) - 1.0));
-                               },
-                               [&](const Sine& s) {
-                                 const double angle = 2.0 * std::numbers::pi * phase(s, t_s);
-                                 return blend(s.low_um, s.high_um, 0.5 * (1.0 - std::cos(angle)));
-                               },
-                               [&](const Staircase& s) { return staircase_value(s, t_s); }},
-                    shape);
-}
-
-double smooth_step(double s) {
-  s = std::clamp(s, 0.0, 1.0);
-  return s * s * s * (10.0 + s * (-15.0 + 6.0 * s));
-}
-
-Trajectory::Trajectory(std::vector<Segment> segments, bool repeat)
-    : segments_(std::move(segments)), repeat_(repeat) {
-  for (const Segment& segment : segments_) length_s_ += segment.transition_s + duration_s(segment.shape);
-  if (!segments_.empty()) end_um_ = value_um(segments_.back().shape, duration_s(segments_.back().shape));
-}
-
-void Trajectory::start_from(double start_um) { start_um_ = start_um; }
 
 Trajectory::Point Trajectory::at(double t_s) const {
-  double from_um = start_um_;
-  if (repeat_ && t_s >= length_s_) {
-    t_s = std::fmod(t_s, length_s_);
-    from_um = end_um_;
+  if (live_) {
+    const double on_way_s = t_s - live_since_s_;
+    const bool arrived = on_way_s >= to_goal_.duration_s();
+    return {.value_um = to_goal_.value_um(on_way_s),
+            .segment = segments_.size(),
+            .in_transition = !arrived,
+            .live = true,
+            .at_rest = arrived,
+            .shape_time_s = arrived ? on_way_s - to_goal_.duration_s() : 0.0};
   }
-  for (std::size_t i = 0; i < segments_.size(); ++i) {
-    const auto& [shape, transition_s] = segments_[i];
-    if (t_s < transition_s)
-      return {.value_um = blend(from_um, value_um(shape, 0.0), smooth_step(t_s / transition_s)),
-              .segment = i,
-              .in_transition = true};
-    t_s -= transition_s;
-    const double length_s = duration_s(shape);
-    if (t_s < length_s) return {.value_um = value_um(shape, t_s), .segment = i, .shape_time_s = t_s};
-    t_s -= length_s;
-    from_um = value_um(shape, length_s);
+  const Place place = find(t_s);
+  Point point{.segment = place.segment};
+  if (place.transition != nullptr) {
+    point.value_um = place.transition->value_um(place.t_s);
+    point.in_transition = true;
+  } else if (place.segment == segments_.size()) {
+    point.value_um = end_um_;
+    point.finished = point.at_rest = true;
+  } else {
+    const Shape& shape = segments_[place.segment].shape;
+    point.value_um = controller::value_um(shape, place.t_s);
+    point.at_rest = rests(shape, place.t_s);
+    point.shape_time_s = place.t_s;
   }
-  return {.value_um = from_um, .segment = segments_.size(), .finished = true};
+  return point;
+}
+
+double Trajectory::value_um(double t_s) const {
+  if (live_) return to_goal_.value_um(t_s - live_since_s_);
+  const Place place = find(t_s);
+  if (place.transition != nullptr) return place.transition->value_um(place.t_s);
+  if (place.segment == segments_.size()) return end_um_;
+  return controller::value_um(segments_[place.segment].shape, place.t_s);
+}
+
+Motion Trajectory::motion(double t_s) const {
+  if (live_) return to_goal_.at(t_s - live_since_s_);
+  const Place place = find(t_s);
+  if (place.transition != nullptr) return place.transition->at(place.t_s);
+  if (place.segment == segments_.size()) return {.value_um = end_um_};
+  return controller::motion(segments_[place.segment].shape, place.t_s);
 }
 
 }  // namespace hystcan::controller

@@ -1,88 +1,81 @@
-// The reference r(t): a sequence of segments, joined smoothly, known ahead of time so that delays can be
-// previewed.
+// The reference r(t): a sequence of shapes, joined smoothly, known ahead of time so that delays can be
+// previewed; or, from any moment on, a live goal in their place.
 #pragma once
 
 #include <cstddef>
-#include <string>
-#include <variant>
 #include <vector>
+
+#include "controller/shape.h"
+#include "controller/transition.h"
 
 namespace hystcan::controller {
 
-struct Hold {
-  double level_um = 0.0;
-  double duration_s = 1.0;
-};
-
-struct Ramp {
-  double from_um = 0.0;
-  double to_um = 0.0;
-  double duration_s = 1.0;
-};
-
-/// From `low_um` up to `high_um` and back, `cycles` times.
-struct Triangle {
-  double low_um = 0.0;
-  double high_um = 1.0;
-  double frequency_Hz = 1.0;
-  double cycles = 1.0;
-};
-
-/// As Triangle, along (1 - cos) / 2.
-struct Sine {
-  double low_um = 0.0;
-  double high_um = 1.0;
-  double frequency_Hz = 1.0;
-  double cycles = 1.0;
-};
-
-/// Level after level: `rise_s` to get there (0: a step), then `dwell_s`.
-struct Staircase {
-  std::vector<double> levels_um;
-  double rise_s = 0.0;
-  double dwell_s = 0.1;
-};
-
-using Shape = std::variant<Hold, Ramp, Triangle, Sine, Staircase>;
-
-std::string to_string(const Shape& shape);
-double duration_s(const Shape& shape);
-/// Value at `t` seconds after the shape's beginning; held at both ends.
-double value_um(const Shape& shape, double t_s);
-
-/// The smooth step 10 s^3 - 15 s^4 + 6 s^5 (least jerk): 0 at s <= 0, 1 at s >= 1.
-double smooth_step(double s);
-
 struct Segment {
   Shape shape;
-  double transition_s = 0.1;  ///< smooth way from wherever the reference is to the shape's first value
+  /// Smooth way from wherever the reference is to the shape's first value, as long as this or, where the
+  /// limits ask for it, longer.
+  double transition_s = 0.1;
 };
 
-/// r(t), t from 0. Starts at `start_um`; after the last segment it holds, or starts over where `repeat`.
+/// r(t), t from 0. Starts at `start_um`; after the last segment it holds, or starts over where `repeat`. From
+/// go_to() on it is on its way to a goal, then holds it, until resume(), go_to() or start_from().
+///
+/// Built off the control thread; all else allocates nothing.
 class Trajectory {
  public:
-  Trajectory(std::vector<Segment> segments, bool repeat);
+  /// Throws std::invalid_argument where the numbers of a shape do not fit together.
+  Trajectory(std::vector<Segment> segments, bool repeat, const ReferenceLimits& limits = {});
 
+  /// The segments from t = 0 on, from rest.
   void start_from(double start_um);
+
+  /// From `t_s` on to `goal_um` and hold it: from the present motion along the shortest transition that keeps
+  /// the limits. Where the acceleration is unlimited it takes transition_s of the first segment, or longer.
+  /// May swing beyond the goal, by 0.2 |v_0| T. The caller sees to it that the goal is a number in range.
+  void go_to(double t_s, double goal_um);
+
+  /// From `t_s` on the segments again, from the first one on, from the present motion.
+  void resume(double t_s);
 
   struct Point {
     double value_um = 0.0;
-    std::size_t segment = 0;
+    std::size_t segment = 0;  ///< the number of segments where none is followed
     bool in_transition = false;
     bool finished = false;
+    bool live = false;          ///< on the way to, or at, a live goal
+    bool at_rest = false;       ///< the value does not change; a jump from level to level is no motion
     double shape_time_s = 0.0;  ///< since the shape's beginning
   };
   Point at(double t_s) const;
+  /// As at(): all that a preview needs.
+  double value_um(double t_s) const;
+  Motion motion(double t_s) const;
 
-  double length_s() const { return length_s_; }  ///< of one pass
+  double length_s() const { return first_entry_.duration_s() + rest_of_pass_s_; }  ///< of the first pass
   const std::vector<Segment>& segments() const { return segments_; }
 
  private:
+  /// A transition or the shape behind it, and how far into it.
+  struct Place {
+    const Transition* transition = nullptr;
+    std::size_t segment = 0;
+    double t_s = 0.0;
+  };
+  Place find(double t_s) const;
+  void begin_at(double t_s, const Motion& from);
+
   std::vector<Segment> segments_;
+  std::vector<Transition> entries_;  ///< into each segment; the first: from the end of the last
+  std::vector<double> begins_s_;     ///< of each segment's entry, since the first shape's beginning
   bool repeat_;
-  double length_s_ = 0.0;
-  double start_um_ = 0.0;
+  ReferenceLimits limits_;
+  double rest_of_pass_s_ = 0.0;  ///< without the way into the first shape
   double end_um_ = 0.0;
+  double begin_s_ = 0.0;    ///< of the first pass
+  Transition first_entry_;  ///< of the first pass
+  bool live_ = false;
+  double live_since_s_ = 0.0;
+  Transition to_goal_;
 };
 
 }  // namespace hystcan::controller

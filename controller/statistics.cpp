@@ -18,7 +18,8 @@ double ErrorStatistics::rms_um() const {
 
 void TrackingStatistics::add(const AxisReport& report) {
   const Trajectory::Point& point = report.point;
-  if (report.state != AxisState::tracking || report.sample_missing || point.in_transition || point.finished)
+  if (report.state != AxisState::tracking || report.sample_missing || point.in_transition || point.finished ||
+      point.live)
     return;
   if (point.shape_time_s < settle_s_) return;
   segments_[point.segment].add(report.reference_um - report.position_um);

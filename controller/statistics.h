@@ -19,7 +19,7 @@ struct ErrorStatistics {
 };
 
 /// Error (reference minus measured) of every tracking cycle, per segment. The smooth transitions between
-/// segments and the first `settle_s` of each segment do not count.
+/// segments, live goals and the first `settle_s` of each segment do not count.
 class TrackingStatistics {
  public:
   TrackingStatistics(std::size_t segments, double settle_s) : settle_s_(settle_s), segments_(segments) {}

@@ -109,6 +109,28 @@ INSTANTIATE_TEST_SUITE_P(
                  "safe_drive is -5"},
         BadInput{"SetpointOutOfRange", "piezo.toml", "high_um      = 27.0", "high_um = 45.0",
                  "the setpoint goes to 45"},
+        BadInput{"TriangleBeyondTheReferenceSlew", "piezo.toml", "repeat             = true",
+                 "reference_slew_um_per_s = 479", "the triangle moves at up to 480 um/s"},
+        BadInput{"RiseBeyondTheReferenceAcceleration", "piezo.toml", "repeat             = true",
+                 "reference_acceleration_um_per_s2 = 1e5",
+                 "the staircase accelerates at up to 141130 um/s^2"},
+        BadInput{"MultiSineOutOfRange", "piezo.toml", "kind         = \"triangle\"",
+                 "kind = \"multi-sine\"\ncentre_um = 32.0\namplitudes_um = [1.0, 2.0]\nfrequencies_Hz = "
+                 "[5.0, 7.0]\n"
+                 "duration_s = 1.0\n[[axis.control.setpoint]]\nkind = \"triangle\"",
+                 "um, expected within -3 and 34 um"},
+        BadInput{
+            "MultiSineWithoutAFrequency", "piezo.toml", "kind         = \"triangle\"",
+            "kind = \"multi-sine\"\ncentre_um = 15.0\namplitudes_um = [1.0, 2.0]\nfrequencies_Hz = [5.0]\n"
+            "duration_s = 1.0\n[[axis.control.setpoint]]\nkind = \"triangle\"",
+            "1 frequencies, expected 2"},
+        BadInput{"InPositionWithoutATolerance", "piezo.toml", "[axis.control.delays]",
+                 "[axis.control.in_position]\nwindow_ms = 20.0\ntimeout_ms = 500.0\n[axis.control.delays]",
+                 "missing key tolerance_um"},
+        BadInput{"InPositionTimeoutWithinItsWindow", "piezo.toml", "[axis.control.delays]",
+                 "[axis.control.in_position]\ntolerance_um = 0.01\nwindow_ms = 20.0\ntimeout_ms = 10.0\n"
+                 "[axis.control.delays]",
+                 "timeout_ms is 10, expected at least window_ms, 20"},
         BadInput{"HeartbeatTimeoutTooShort", "piezo.toml", "rate_Hz = 1000.0",
                  "rate_Hz = 1000.0\nheartbeat_timeout_ms = 150.0", "heartbeat_timeout_ms is shorter"},
         BadInput{"ModelNotMonotone", "piezo.model.toml", "[0, 0.222,", "[0, -0.222,", "expected"},
