@@ -13,6 +13,9 @@
 namespace hystcan::config {
 namespace {
 
+/// The correction of the model must not interfere with the loop: its time constant in those of the integral.
+constexpr double slower_than_the_loop = 10.0;
+
 /// The checks of one axis, at `path` ("axis[0]").
 class AxisCheck {
  public:
@@ -34,6 +37,7 @@ class AxisCheck {
     check_drive_range("twin", amplifier.drive_min, amplifier.drive_max, amplifier.safe_drive,
                       axis_.twin.plant.hysteresis);
     check_setpoint();
+    check_filters();
     check_setup("amplifier_setup", axis_.wire.amplifier_setup);
     check_setup("sensor_setup", axis_.wire.sensor_setup);
     check_setup_timeout();
@@ -107,6 +111,23 @@ class AxisCheck {
                "the setpoint goes to {} um, expected within {} and {} um", value, control.position_min_um,
                control.position_max_um);
     }
+  }
+
+  void check_filters() const {
+    const controller::ControlLaw::Config& law = axis_.control.law;
+    const double highest_Hz = 0.5 * config_.controller.rate_Hz;
+    if (law.notch && !(law.notch->frequency_Hz < highest_Hz))
+      fail("control.notch.frequency_Hz", "frequency_Hz is {}, expected less than half of rate_Hz, {}",
+           law.notch->frequency_Hz, highest_Hz);
+    if (!law.adaptation) return;
+    const double ki_per_s = law.pi.ki_per_s;
+    const double least_s = slower_than_the_loop / ki_per_s;
+    if (!(ki_per_s > 0.0))
+      fail("control.adaptation", "ki_per_s is 0, expected more: the correction learns from the integral");
+    if (law.adaptation->time_constant_s < least_s)
+      fail("control.adaptation.time_constant_s",
+           "time_constant_s is {:g}, expected at least {:g}, {:g} / ki_per_s",
+           law.adaptation->time_constant_s, least_s, slower_than_the_loop);
   }
 
   static std::vector<double> extremes_um(const controller::Shape& shape) {

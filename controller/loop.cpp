@@ -23,15 +23,28 @@ Proposal ClosedLoop::propose(const LoopInput& input) {
   proposal.reference_um = proposal.point.value_um;
   proposal.follows = !input.position_um || follows(proposal.reference_um - *input.position_um);
   if (!proposal.follows) return proposal;
-  const double previewed_s = input.t_s + config_.delays.preview_s(input.cycle_s);
   const ControlLaw::Demand demand = law_.propose({.reference_um = proposal.reference_um,
-                                                  .previewed_um = trajectory_.at(previewed_s).value_um,
+                                                  .previewed_um = previewed_um(input),
                                                   .position_um = input.position_um,
-                                                  .dt_s = input.dt_s});
+                                                  .dt_s = input.dt_s,
+                                                  .cycle_s = input.cycle_s,
+                                                  .steady = !proposal.point.in_transition});
   proposal.drive = demand.drive;
   proposal.demand_um = demand.position_um;
   proposal.limits = demand.limits;
+  proposal.correction = law_.correction();
   return proposal;
+}
+
+double ClosedLoop::previewed_um(const LoopInput& input) {
+  if (input.cycle_s != moments_for_s_) {
+    moments_ = config_.delays.moments(input.cycle_s);
+    if (config_.law.notch) moments_ = moments_ + config_.law.notch->moments(input.cycle_s);
+    moments_for_s_ = input.cycle_s;
+  }
+  const auto reference = [&](double ahead_s) { return trajectory_.at(input.t_s + ahead_s).value_um; };
+  if (!config_.delays.second_order) return reference(moments_.mean_s);
+  return second_order_preview(moments_, input.cycle_s, reference);
 }
 
 bool ClosedLoop::follows(double error_um) {

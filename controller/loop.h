@@ -12,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include "controller/delays.h"
 #include "controller/excitation.h"
 #include "controller/gate.h"
 #include "controller/law.h"
@@ -32,6 +33,7 @@ struct Proposal {
   double reference_um = 0.0;
   double demand_um = 0.0;
   std::uint8_t limits = limit::none;
+  Correction correction{};
   Trajectory::Point point;
 };
 
@@ -57,11 +59,14 @@ class ClosedLoop {
 
  private:
   bool follows(double error_um);
+  double previewed_um(const LoopInput& input);
 
   Config config_;
   ControlLaw law_;
   Trajectory trajectory_;
   unsigned badly_following_ = 0;
+  Moments moments_;             ///< from demand to position
+  double moments_for_s_ = 0.0;  ///< the cycle that they are of; 0: none yet
 };
 
 class OpenLoop {
