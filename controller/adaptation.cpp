@@ -8,7 +8,7 @@ Correction Adaptation::step(const Config& config, const Correction& before, cons
                             double modelled_um, double integral_um, double dt_s) {
   const double middle = 0.5 * (range_um.lo + range_um.hi), half = 0.5 * range_um.span();
   const double phi = (modelled_um - middle) / half;
-  const double step_um = -integral_um * std::min(dt_s / config.time_constant_s, 1.0) / (2.0 + phi * phi);
+  const double step_um = -integral_um * std::min(dt_s / config.time_constant_s, 1.0) / (1.0 + phi * phi);
   const double gain_step = step_um * phi / half;
   const double offset_step = step_um - gain_step * middle;
   return within_bounds(config, {.gain = before.gain + gain_step, .offset_um = before.offset_um + offset_step},

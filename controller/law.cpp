@@ -36,7 +36,8 @@ ControlLaw::ControlLaw(const Config& config)
       full_(config.model),
       average_(model::average(config.model)),
       line_(model::straight_line(config.model)),
-      memory_(full_.at_lower_threshold()),
+      memory_(full_.at_lower_threshold(config.adaptation ? Adaptation::memory_capacity
+                                                         : model::Hysteresis::default_capacity)),
       average_rest_(average_.at_lower_threshold(least_capacity)),
       line_rest_(line_.at_lower_threshold(least_capacity)) {}
 
