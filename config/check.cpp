@@ -15,6 +15,9 @@
 namespace hystcan::config {
 namespace {
 
+/// The correction of the model must not interfere with the loop: its time constant in those of the integral.
+constexpr double slower_than_the_loop = 10.0;
+
 /// The checks of one axis, at `path` ("axis[0]").
 class AxisCheck {
  public:
@@ -36,6 +39,7 @@ class AxisCheck {
     check_drive_range("twin", amplifier.drive_min, amplifier.drive_max, amplifier.safe_drive,
                       axis_.twin.plant.hysteresis);
     check_setpoint();
+    check_filters();
     check_setup("amplifier_setup", axis_.wire.amplifier_setup);
     check_setup("sensor_setup", axis_.wire.sensor_setup);
     check_setup_timeout();
@@ -140,6 +144,23 @@ class AxisCheck {
     if (timeout < window)
       fail("control.in_position.timeout_ms", "timeout_ms is {:g}, expected at least window_ms, {:g}",
            1e3 * can::seconds(timeout), 1e3 * can::seconds(window));
+  }
+
+  void check_filters() const {
+    const controller::ControlLaw::Config& law = axis_.control.law;
+    const double highest_Hz = 0.5 * config_.controller.rate_Hz;
+    if (law.notch && !(law.notch->frequency_Hz < highest_Hz))
+      fail("control.notch.frequency_Hz", "frequency_Hz is {}, expected less than half of rate_Hz, {}",
+           law.notch->frequency_Hz, highest_Hz);
+    if (!law.adaptation) return;
+    const double ki_per_s = law.pi.ki_per_s;
+    const double least_s = slower_than_the_loop / ki_per_s;
+    if (!(ki_per_s > 0.0))
+      fail("control.adaptation", "ki_per_s is 0, expected more: the correction learns from the integral");
+    if (law.adaptation->time_constant_s < least_s)
+      fail("control.adaptation.time_constant_s",
+           "time_constant_s is {:g}, expected at least {:g}, {:g} / ki_per_s",
+           law.adaptation->time_constant_s, least_s, slower_than_the_loop);
   }
 
   static constexpr double rounding = 1.0 + 1e-9;  ///< a shape made to be just at a limit keeps it

@@ -198,6 +198,21 @@ void visit(V& v, controller::Delays& d) {
   v.required("amplifier_bandwidth_Hz", d.amplifier_bandwidth_Hz, positive);
   v.required("resonance_Hz", d.resonance_Hz, positive);
   v.required("damping_ratio", d.damping_ratio, not_negative);
+  v.optional("second_order", d.second_order);
+}
+
+template <class V>
+void visit(V& v, controller::Notch::Config& n) {
+  v.required("frequency_Hz", n.frequency_Hz, positive);
+  v.required("depth", n.depth, {.lo = 0.0, .hi = 1.0});
+  v.required("width", n.width, positive);
+}
+
+template <class V>
+void visit(V& v, controller::Adaptation::Config& a) {
+  v.required("gain_max", a.gain_max, {.lo = 0.0, .hi = 0.5});
+  v.required("offset_max_um", a.offset_max_um, not_negative);
+  v.required("time_constant_s", a.time_constant_s, positive);
 }
 
 /// What trips an axis, in [axis.control] too.
@@ -234,6 +249,8 @@ void visit_control(V& v, AxisConfig& axis) {
   c.law.structure = *controller::parse_structure(structure);
   v.required("kp", c.law.pi.kp, not_negative);
   v.required("ki_per_s", c.law.pi.ki_per_s, not_negative);
+  v.optional("deadband_um", c.law.deadband_um, not_negative);
+  v.optional("measurement_filter_Hz", c.law.measurement_filter_Hz, not_negative);
   v.required("drive_min_" + unit, c.gate.drive_min);
   v.required("drive_max_" + unit, c.gate.drive_max);
   v.required("safe_drive_" + unit, c.gate.safe_drive);
@@ -244,6 +261,9 @@ void visit_control(V& v, AxisConfig& axis) {
   v.optional("repeat", c.repeat);
   v.limit("reference_slew_um_per_s", c.reference_limits.slew_um_per_s);
   v.limit("reference_acceleration_um_per_s2", c.reference_limits.acceleration_um_per_s2);
+  const auto plain = [](V& sub, auto& value) { visit(sub, value); };
+  v.optional_table("notch", c.law.notch, plain);
+  v.optional_table("adaptation", c.law.adaptation, plain);
   v.table("delays", c.delays, [](V& sub, auto& value) { visit(sub, value); });
   v.optional_table("in_position", c.in_position, [](V& sub, auto& value) { visit(sub, value); });
   v.list("setpoint", c.setpoint, [](V& sub, auto& value) { visit(sub, value); });

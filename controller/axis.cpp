@@ -157,6 +157,7 @@ AxisCommand Axis::track(const AxisInput& input) {
   std::visit([&](auto& loop) { loop.commit(passed.drive); }, loop_);
   drive_ = passed.drive;
   report_.demand_um = proposal.demand_um;
+  report_.correction = proposal.correction;
   report_.limits = proposal.limits | passed.limits;
   return {.drive = drive_, .enable = true};
 }

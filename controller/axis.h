@@ -57,6 +57,7 @@ struct AxisReport {
   double demand_um = 0.0;     ///< what the inverse was asked for
   double drive = 0.0;         ///< what left the gate
   std::uint8_t limits = limit::none;
+  Correction correction;      ///< of the model, as learnt so far
   bool sample_missing = false;
   Trajectory::Point point;
   Arrival arrival = Arrival::not_judged;  ///< judged while tracking

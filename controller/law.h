@@ -1,10 +1,19 @@
 // The control law, a pure step: no clock, no socket, no log.
 //
-//   u = H^-1( r(t + tau) + PI(r(t) - y(t)) )
+//   u = H^-1( N[ F + kp e + I ] ),   F = r(t + tau) or as `Delays` has it,   e = r(t) - y(t),   I += ki e dt
 //
 // PI acts in displacement units, inside the inverse H^-1: the loop gain is that of a linear plant, and the
 // inverse's memory is exactly the drive that the actuator was given.  Error is reference minus measured,
 // everywhere.
+//
+// Options: e is low-passed (reference and measurement alike, so that no error comes of it) and loses a
+// deadband; N is a notch; H is corrected by a learnt gain and offset.
+//
+// Anti-windup by back-calculation.  unmet = N[F + kp e + I] - H(applied drive), in um, is exactly what all
+// limiters together took (range, slew, the model's threshold):
+//   I -= alpha unmet,   alpha = 1 - e^{-ki dt / kp},  1 where kp = 0
+// A saturated loop rests at I = limit - F whatever kp, to a cycle's ki e dt.  Where F alone lies beyond what
+// was realised the limit is not PI's doing: I is held against the limit instead of being driven off by it.
 //
 //   structure     H                                feed-forward   PI
 //   average       mean of the reference curves     yes            no
@@ -15,11 +24,13 @@
 #pragma once
 
 #include <array>
-#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string_view>
 
+#include "controller/adaptation.h"
+#include "controller/delays.h"
+#include "controller/filter.h"
 #include "controller/gate.h"
 #include "model/hysteresis.h"
 
@@ -40,34 +51,29 @@ struct Pi {
     double ki_per_s = 0.0;  ///< 1/s
   };
   struct State {
-    double integral_um = 0.0;  ///< ki integral(e) dt
+    double integral_um = 0.0;  ///< ki integral(e) dt; without PI, an offset left over that decays
   };
-};
-
-/// The delays between a command and the position it leads to; what the reference is previewed by.
-///   tau = command_delay + T / 2 (the drive is held for a cycle) + 1 / (2 pi bandwidth) + 2 zeta / omega
-struct Delays {
-  std::chrono::nanoseconds command_delay{
-      0};                               ///< from the sample's SYNC until the answering command takes effect
-  double amplifier_bandwidth_Hz = 1e3;  ///< first-order lag of the amplifier
-  double resonance_Hz = 100.0;          ///< omega = 2 pi resonance
-  double damping_ratio = 0.1;           ///< zeta
-
-  double preview_s(double cycle_s) const;
 };
 
 class ControlLaw {
  public:
+  /// All but the model can be changed while running.
   struct Config {
     Structure structure = Structure::inverse_pi;
     model::HysteresisParameters model;
     Pi::Config pi;
+    double deadband_um = 0.0;            ///< errors within it are none, others smaller by it
+    double measurement_filter_Hz = 0.0;  ///< corner of the low pass, 0: none
+    std::optional<Notch::Config> notch{};
+    std::optional<Adaptation::Config> adaptation{};
   };
   struct Input {
     double reference_um = 0.0;          ///< r(t)
-    double previewed_um = 0.0;          ///< r(t + tau)
+    double previewed_um = 0.0;          ///< F
     std::optional<double> position_um;  ///< y(t); empty: a lost sample, bridged with the last error
     double dt_s = 0.0;                  ///< measured, since the last step
+    double cycle_s = 0.0;               ///< nominal: what a notch is designed for
+    bool steady = false;                ///< nothing under way that the correction should not learn from
   };
   struct Demand {
     double drive = 0.0;        ///< wanted, before the gate
@@ -78,29 +84,73 @@ class ControlLaw {
   /// Throws std::invalid_argument where the model is not a valid one.
   explicit ControlLaw(const Config& config);
 
-  /// All memory has been wiped out by driving to the lower threshold. Bumpless in the drive: what offset
-  /// there is between sensor and model goes into the integral. Returns the reference to start from: the
-  /// measured position, or without feedback the model's.
+  /// A drive was applied while the law was not asked: the memory moves with it.
+  void follow(double applied_drive) { full_.advance(memory_, applied_drive); }
+  /// From the drive that was applied last. Bumpless in the drive: what offset there is between sensor and
+  /// model goes into the integral. Returns the reference to start from: the measured position, or without
+  /// feedback the model's.
+  double restart(double position_um);
+  /// The same with a memory known from elsewhere, restored or assumed; its input is the drive applied now.
+  /// Allocates only where its capacity is above the default.
+  double restart(const model::HysteresisState& memory, double position_um);
+  /// The same after all memory has been wiped out by driving to the lower threshold.
   double restart_at_lower_threshold(double position_um);
+
+  /// Between two cycles, without allocating: everything of `config` but the model, which is not looked at (a
+  /// change of it needs a restart). The drive does not jump. Without PI in the new structure, what offset is
+  /// left over decays over fade_s.
+  void retune(const Config& config);
+  static constexpr double fade_s = 0.1;
 
   Demand propose(const Input& input);
   /// Told what left the gate: the memory moves with the drive actually applied; the integral is kept from
   /// winding up.
   void commit(double applied_drive);
 
-  double predicted_um() const { return memory_.output; }  ///< the model's position at the applied drive
-  const model::Hysteresis& inverted() const { return inverted_; }
+  /// The model's position at the applied drive.
+  double predicted_um() const { return correction_.apply(modelled_um()); }
+  const model::Hysteresis& inverted() const;
+  const model::HysteresisState& memory() const { return memory_; }
+  double integral_um() const { return pi_.integral_um; }
+
+  const Correction& correction() const { return correction_; }
+  /// Bumpless, and within the bounds; {} reverts. No effect without `adaptation`.
+  void set_correction(const Correction& correction);
 
  private:
+  bool feeds_forward() const { return config_.structure != Structure::pi; }
+  bool feeds_back() const {
+    return config_.structure != Structure::average && config_.structure != Structure::inverse;
+  }
+  double feed_forward_um() const { return feeds_forward() ? previewed_um_ : 0.0; }
+  double proportional_um() const { return feeds_back() ? config_.pi.kp * error_um_ : 0.0; }
+  const model::HysteresisState& inverted_memory() const;
+  double modelled_um() const;
+
+  void take_error(const Input& input);
+  void integrate(double dt_s);
+  double notched(double demand_um, double cycle_s);
+  void keep_from_winding_up(double unmet_um);
+  void enter_structure();
+  void move_correction(const Correction& to);
+
   Config config_;
-  bool feeds_forward_;
-  bool feeds_back_;
-  model::Hysteresis inverted_;
-  model::HysteresisState memory_;
+  model::Hysteresis full_, average_, line_;
+  model::HysteresisState memory_;                    ///< of the full model, under every structure
+  model::HysteresisState average_rest_, line_rest_;  ///< of the curves without memory: never moved
+  Correction correction_;
+  Notch::Coefficients notch_;
+  double notch_for_s_ = 0.0;  ///< the cycle that notch_ was designed for; 0: none yet
+  Notch::State notch_state_;
   Pi::State pi_;
-  double integral_before_um_ = 0.0;
-  double error_um_ = 0.0;
-  double demand_um_ = 0.0;
+  double filtered_um_ = 0.0;   ///< r - y after the low pass
+  double error_um_ = 0.0;      ///< after the deadband too: what PI sees
+  double integrated_s_ = 0.0;  ///< in the last step; 0: its sample was lost
+  double before_um_ = 0.0;     ///< the integral before the last step
+  double previewed_um_ = 0.0;
+  double demand_um_ = 0.0;   ///< F + PI
+  double notched_um_ = 0.0;  ///< what the inverse was asked for
+  bool steady_ = false;
 };
 
 }  // namespace hystcan::controller

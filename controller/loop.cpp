@@ -29,14 +29,16 @@ Proposal ClosedLoop::propose(const LoopInput& input) {
       !input.position_um || following_error_.step(proposal.reference_um, *input.position_um, input.dt_s);
   if (!proposal.follows) return proposal;
   proposal.arrival = judge(proposal.point, input);
-  const double previewed_s = input.t_s + config_.delays.preview_s(input.cycle_s);
   const ControlLaw::Demand demand = law_.propose({.reference_um = proposal.reference_um,
-                                                  .previewed_um = trajectory_.value_um(previewed_s),
+                                                  .previewed_um = previewed_um(input),
                                                   .position_um = input.position_um,
-                                                  .dt_s = input.dt_s});
+                                                  .dt_s = input.dt_s,
+                                                  .cycle_s = input.cycle_s,
+                                                  .steady = !proposal.point.in_transition});
   proposal.drive = demand.drive;
   proposal.demand_um = demand.position_um;
   proposal.limits = demand.limits;
+  proposal.correction = law_.correction();
   return proposal;
 }
 
@@ -46,6 +48,17 @@ Arrival ClosedLoop::judge(const Trajectory::Point& point, const LoopInput& input
       .reference_um = point.value_um, .reference_rests = point.at_rest, .error_um = {}, .dt_s = input.dt_s};
   if (input.position_um) now.error_um = point.value_um - *input.position_um;
   return InPosition::step(*config_.in_position, in_position_, now);
+}
+
+double ClosedLoop::previewed_um(const LoopInput& input) {
+  if (input.cycle_s != moments_for_s_) {
+    moments_ = config_.delays.moments(input.cycle_s);
+    if (config_.law.notch) moments_ = moments_ + config_.law.notch->moments(input.cycle_s);
+    moments_for_s_ = input.cycle_s;
+  }
+  const auto reference = [&](double ahead_s) { return trajectory_.value_um(input.t_s + ahead_s); };
+  if (!config_.delays.second_order) return reference(moments_.mean_s);
+  return second_order_preview(moments_, input.cycle_s, reference);
 }
 
 OpenLoop::OpenLoop(const Excitation::Config& config, const Gate::Config& gate) : excitation_(config) {

@@ -12,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include "controller/delays.h"
 #include "controller/excitation.h"
 #include "controller/following_error.h"
 #include "controller/gate.h"
@@ -34,6 +35,7 @@ struct Proposal {
   double reference_um = 0.0;
   double demand_um = 0.0;
   std::uint8_t limits = limit::none;
+  Correction correction{};
   Trajectory::Point point;
   Arrival arrival = Arrival::not_judged;
 };
@@ -61,12 +63,15 @@ class ClosedLoop {
 
  private:
   Arrival judge(const Trajectory::Point& point, const LoopInput& input);
+  double previewed_um(const LoopInput& input);
 
   Config config_;
   ControlLaw law_;
   Trajectory trajectory_;
   InPosition::State in_position_;
   FollowingError following_error_;
+  Moments moments_;             ///< from demand to position
+  double moments_for_s_ = 0.0;  ///< the cycle that they are of; 0: none yet
 };
 
 class OpenLoop {

@@ -115,15 +115,6 @@ TEST(ControlLaw, MemoryFollowsTheDriveThatWasAppliedNotTheOneThatWasWanted) {
   EXPECT_DOUBLE_EQ(feed_forward.predicted_um(), state.output);
 }
 
-TEST(Delays, AddUpToThePreview) {
-  const Delays delays{.command_delay = std::chrono::milliseconds(1),
-                      .amplifier_bandwidth_Hz = 1000.0,
-                      .resonance_Hz = 500.0,
-                      .damping_ratio = 0.05};
-  // 1 ms until the command acts, 0.5 ms held, 1 / (2 pi 1000 Hz), 2 * 0.05 / (2 pi 500 Hz)
-  EXPECT_NEAR(delays.preview_s(1e-3), 1e-3 + 0.5e-3 + 0.15915494e-3 + 0.03183099e-3, 1e-10);
-}
-
 TEST(Structure, NamesAreReadBack) {
   for (const Structure structure : all_structures)
     EXPECT_EQ(parse_structure(to_string(structure)), structure);
