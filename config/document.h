@@ -83,7 +83,10 @@ class Reader {
   /// Optional, and may be empty.
   void whole_numbers(std::string_view key, std::vector<std::int64_t>& values);
   /// A name that may be left out: empty then.
-  void name(std::string_view key, std::string& value) { optional(key, value); }
+  template <class Text>
+  void name(std::string_view key, Text& value) {
+    optional(key, value);
+  }
 
   /// A sub-table that may be left out.
   template <class T, class Visit>
@@ -191,7 +194,8 @@ class Writer {
     write(key, value);
   }
   void whole_numbers(std::string_view key, const std::vector<std::int64_t>& values);
-  void name(std::string_view key, const std::string& value) {
+  template <class Text>
+  void name(std::string_view key, const Text& value) {
     if (!value.empty()) write(key, value);
   }
   template <class T, class Visit>
