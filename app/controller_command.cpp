@@ -14,6 +14,7 @@
 #include "app/output_file.h"
 #include "app/realtime.h"
 #include "app/report.h"
+#include "app/service.h"
 #include "config/config.h"
 #include "controller/black_box.h"
 #include "controller/controller.h"
@@ -53,6 +54,7 @@ class Recorder {
     lateness_.add(record);
     bus_log_.write();
     black_box_.add(record);
+    service_.tell_cycle(record.time_s);
     statistics_[record.axis].add(record.report);
     if (csv_) csv_->write(record);
   }
@@ -76,6 +78,7 @@ class Recorder {
   controller::LatenessLog lateness_;
   controller::BusLog bus_log_;
   controller::BlackBox black_box_;
+  Service service_ = Service::of_environment();
   std::vector<controller::TrackingStatistics> statistics_;
   std::optional<controller::CsvLog> csv_;
 };

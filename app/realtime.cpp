@@ -21,6 +21,9 @@ namespace {
 
 std::string words_of(int error) { return std::generic_category().message(error); }
 
+constexpr const char* memory_cure =
+    "set ulimit -l unlimited (LimitMEMLOCK=infinity in a systemd unit), or give CAP_IPC_LOCK";
+
 constexpr std::size_t page_bytes = 4096;
 
 void touch(volatile std::byte* memory, std::size_t bytes) {
@@ -83,16 +86,18 @@ std::optional<std::string> keep_to_cpus(const std::vector<std::int64_t>& cpus) {
       list, words_of(error));
 }
 
-std::optional<std::string> lock_memory() {
-  constexpr const char* cure =
-      "set ulimit -l unlimited (LimitMEMLOCK=infinity in a systemd unit), or give CAP_IPC_LOCK";
+std::optional<std::string> find_memory_lock_refusal() {
   rlimit limit{};
   getrlimit(RLIMIT_MEMLOCK, &limit);
-  if (limit.rlim_cur != RLIM_INFINITY && !has_capability(CAP_IPC_LOCK))
-    return fmt::format("lock_memory was refused: the limit is {} kB and would be met; {}",
-                       limit.rlim_cur / 1024, cure);
+  if (limit.rlim_cur == RLIM_INFINITY || has_capability(CAP_IPC_LOCK)) return std::nullopt;
+  return fmt::format("lock_memory is refused: the limit is {} kB and would be met; {}", limit.rlim_cur / 1024,
+                     memory_cure);
+}
+
+std::optional<std::string> lock_memory() {
+  if (auto refusal = find_memory_lock_refusal()) return refusal;
   if (mlockall(MCL_CURRENT | MCL_FUTURE) != 0)
-    return fmt::format("lock_memory was refused: {}; {}", words_of(errno), cure);
+    return fmt::format("lock_memory is refused: {}; {}", words_of(errno), memory_cure);
   touch_stack();
   keep_heap();
   return std::nullopt;

@@ -18,6 +18,8 @@ std::vector<std::string> apply(const controller::Realtime& realtime);
 std::optional<std::string> take_priority(int priority);
 std::optional<std::string> keep_to_cpus(const std::vector<std::int64_t>& cpus);
 std::optional<std::string> lock_memory();
+/// Whether lock_memory() would refuse; nothing is locked.
+std::optional<std::string> find_memory_lock_refusal();
 
 /// A capability of this process (linux/capability.h), by its number.
 bool has_capability(int number);
