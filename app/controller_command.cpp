@@ -12,7 +12,6 @@
 #include "app/live.h"
 #include "app/live_run.h"
 #include "app/output_file.h"
-#include "app/realtime.h"
 #include "app/report.h"
 #include "app/service.h"
 #include "config/config.h"
@@ -156,8 +155,7 @@ int run_controller(const Options& options) {
       [&](const controller::CycleRecord& record) { recorder.consume(record); });
   spdlog::info("{} axes at {} Hz on {}; Ctrl-C ramps down and stops", config.axes.size(),
                config.controller.rate_Hz, config.bus.interface);
-  if (config.controller.realtime)  // the telemetry thread is there by now and keeps what it had
-    for (const std::string& refusal : apply(*config.controller.realtime)) spdlog::warn(refusal);
+  become_realtime(config);
   run_live(loop, controller, recorder.bus_log(), options.clear_faults, [&](double run_s) {
     return (options.duration_s > 0.0 && run_s > options.duration_s) ||
            (options.once && nothing_left_to_do(controller));
