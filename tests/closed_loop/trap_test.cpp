@@ -57,8 +57,13 @@ Trapped trapped(Work work) {
 }
 
 TEST(Trap, CatchesAnAllocation) {
-  const Trapped caught = trapped([] { std::free(std::malloc(100)); });
-  EXPECT_EQ(caught.heap_calls, 2u);
+  const Trapped caught = trapped([] {
+    void* volatile memory = std::malloc(100);  // volatile: else the compiler leaves both calls out
+    std::free(memory);
+    auto* volatile number = new int(1);
+    delete number;
+  });
+  EXPECT_EQ(caught.heap_calls, 4u);
 }
 
 TEST(Trap, CatchesALogLine) {
