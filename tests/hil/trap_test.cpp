@@ -3,8 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <boost/asio/io_context.hpp>
+#include <memory>
+#include <optional>
 #include <thread>
 
+#include "can/socketcan_bus.h"
 #include "config/config.h"
 #include "controller/black_box.h"
 #include "controller/bus_log.h"
