@@ -24,6 +24,7 @@ void add_check(CLI::App& cli, int& status);
 void add_controller(CLI::App& cli, int& status);
 void add_decode(CLI::App& cli, int& status);
 void add_demo(CLI::App& cli, int& status);
+void add_doctor(CLI::App& cli, int& status);
 void add_dynamics(CLI::App& cli, int& status);
 void add_excite(CLI::App& cli, int& status);
 void add_identify(CLI::App& cli, int& status);

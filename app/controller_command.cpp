@@ -13,7 +13,9 @@
 #include "app/live_run.h"
 #include "app/output_file.h"
 #include "app/report.h"
+#include "app/service.h"
 #include "config/config.h"
+#include "controller/black_box.h"
 #include "controller/controller.h"
 #include "controller/statistics.h"
 #include "controller/telemetry.h"
@@ -37,18 +39,21 @@ struct Options {
 class Recorder {
  public:
   Recorder(const config::Config& config, const std::filesystem::path& csv)
-      : log_(config), bus_log_(config.bus.interface, bus_log_sink()) {
-    std::vector<std::string> names;
-    for (const config::AxisConfig& axis : config.axes) {
-      names.push_back(axis.wire.name);
+      : log_(config),
+        lateness_(config.controller.wake_up_warn, bus_log_sink()),
+        bus_log_(config.bus.interface, bus_log_sink()),
+        black_box_(config.controller.black_box, names_of(config), bus_log_sink()) {
+    for (const config::AxisConfig& axis : config.axes)
       statistics_.emplace_back(axis.control.setpoint.size(), settle_s);
-    }
-    if (!csv.empty()) csv_.emplace(csv, names);
+    if (!csv.empty()) csv_.emplace(csv, names_of(config));
   }
 
   void consume(const controller::CycleRecord& record) {
     log_.add(record);
+    lateness_.add(record);
     bus_log_.write();
+    black_box_.add(record);
+    service_.tell_cycle(record.time_s);
     statistics_[record.axis].add(record.report);
     if (csv_) csv_->write(record);
   }
@@ -56,12 +61,23 @@ class Recorder {
   const std::vector<std::string>& events() const { return log_.events(); }
   /// Sampled on the control thread; what is left of it is written when the telemetry thread has ended.
   controller::BusLog& bus_log() { return bus_log_; }
+  controller::BlackBox& black_box() { return black_box_; }
   std::string close_csv() { return csv_ ? csv_->close() : std::string(); }
   const controller::TrackingStatistics& statistics(std::size_t axis) const { return statistics_[axis]; }
 
  private:
+  static std::vector<std::string> names_of(const config::Config& config) {
+    std::vector<std::string> names;
+    names.reserve(config.axes.size());
+    for (const config::AxisConfig& axis : config.axes) names.push_back(axis.wire.name);
+    return names;
+  }
+
   StateLog log_;
+  controller::LatenessLog lateness_;
   controller::BusLog bus_log_;
+  controller::BlackBox black_box_;
+  Service service_ = Service::of_environment();
   std::vector<controller::TrackingStatistics> statistics_;
   std::optional<controller::CsvLog> csv_;
 };
@@ -100,6 +116,7 @@ int report(const controller::Controller& controller, const Recorder& recorder, c
                                       {"missing_samples", counters.missing_samples},
                                       {"late_samples", counters.late_samples},
                                       {"dropped_records", dropped_records},
+                                      {"timing", to_json(controller.timing())},
                                       {"events", closing.events},
                                       {"bus", to_json(closing)},
                                       {"axes", axes}}
@@ -107,6 +124,7 @@ int report(const controller::Controller& controller, const Recorder& recorder, c
   } else {
     fmt::print("{} cycles, {} missed, {} samples missing, {} late\n", counters.cycles, counters.overruns,
                counters.missing_samples, counters.late_samples);
+    for (const std::string& line : describe(controller.timing())) fmt::print("{}\n", line);
     for (const std::string& line : describe(closing)) fmt::print("{}\n", line);
     for (const auto& outcome : outcomes) fmt::print("{}\n", describe(outcome));
   }
@@ -137,6 +155,7 @@ int run_controller(const Options& options) {
       [&](const controller::CycleRecord& record) { recorder.consume(record); });
   spdlog::info("{} axes at {} Hz on {}; Ctrl-C ramps down and stops", config.axes.size(),
                config.controller.rate_Hz, config.bus.interface);
+  become_realtime(config);
   run_live(loop, controller, recorder.bus_log(), options.clear_faults, [&](double run_s) {
     return (options.duration_s > 0.0 && run_s > options.duration_s) ||
            (options.once && nothing_left_to_do(controller));
@@ -145,6 +164,7 @@ int run_controller(const Options& options) {
   const std::uint64_t dropped = telemetry->dropped();
   telemetry.reset();
   recorder.bus_log().write();
+  recorder.black_box().finish();
   const std::string lost = recorder.close_csv();
   const int status = report(controller, recorder, options, dropped);
   if (!lost.empty()) throw RunError(lost);

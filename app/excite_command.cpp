@@ -212,6 +212,7 @@ Ended run_on_the_bus(const config::Config& config, const Options& options, Recor
                options.signal, config.axes[0].wire.name,
                Excitation(*config.axes[0].control.excitation).length_s(), config.controller.rate_Hz,
                config.bus.interface);
+  become_realtime(config);
   run_live(loop, controller, bus_log, options.clear_faults,
            [&](double) { return has_ended(controller.axis(0)); });
   telemetry.reset();

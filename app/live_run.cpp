@@ -8,6 +8,7 @@
 #include <iterator>
 #include <memory>
 
+#include "app/realtime.h"
 #include "can/interface.h"
 #include "config/frames.h"
 
@@ -55,6 +56,11 @@ void look_at_interface(const config::Config& config, const std::string& interfac
   spdlog::info(can::describe(interface, found));
   for (const std::string& doubt : can::find_doubts(interface, found, config.bus.bitrate_bit_per_s))
     spdlog::warn(doubt);
+}
+
+void become_realtime(const config::Config& config) {
+  if (!config.controller.realtime) return;
+  for (const std::string& refusal : apply(*config.controller.realtime)) spdlog::warn(refusal);
 }
 
 controller::BusLog::Sink bus_log_sink() {

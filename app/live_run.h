@@ -35,6 +35,10 @@ class StateLog {
 /// warnings where that is doubtful. Throws InterfaceError where it is not.
 void look_at_interface(const config::Config& config, const std::string& interface);
 
+/// [controller.realtime] for this thread, a warning for each thing refused. Threads that are there by now
+/// keep what they had.
+void become_realtime(const config::Config& config);
+
 /// Puts the lines of a BusLog on ours.
 controller::BusLog::Sink bus_log_sink();
 

@@ -71,6 +71,27 @@ nlohmann::json to_json(const BusClosing& closing) {
   return json;
 }
 
+nlohmann::json to_json(const controller::CycleTiming& timing) {
+  nlohmann::json json;
+  for (const controller::NamedTime& time : controller::cycle_times()) {
+    const controller::TimeSummary summary = (timing.*time.statistics).summary();
+    json[std::string(time.key)] = {{"count", summary.count},
+                                   {"mean_us", summary.mean_us},
+                                   {"sd_us", summary.sd_us},
+                                   {"p99_us", summary.p99_us},
+                                   {"max_us", summary.max_us}};
+  }
+  return json;
+}
+
+std::vector<std::string> describe(const controller::CycleTiming& timing) {
+  std::vector<std::string> lines;
+  lines.reserve(controller::cycle_times().size());
+  for (const controller::NamedTime& time : controller::cycle_times())
+    lines.push_back(controller::describe(time.words, (timing.*time.statistics).summary()));
+  return lines;
+}
+
 std::string describe(const controller::AxisOutcome& outcome) {
   const controller::ErrorStatistics total = outcome.statistics.total();
   if (total.samples == 0) return outcome.name + ": no sample of a settled reference; no error to tell";

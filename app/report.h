@@ -8,6 +8,7 @@
 #include "can/integrity.h"
 #include "controller/bus_log.h"
 #include "controller/statistics.h"
+#include "controller/timing.h"
 
 namespace hystcan::app {
 
@@ -29,6 +30,10 @@ struct BusClosing {
 std::vector<std::string> describe(const BusClosing& closing);
 /// The bus, and under "rejected" every message with its causes.
 nlohmann::json to_json(const BusClosing& closing);
+
+/// By period, wake_up, turnaround and execution.
+nlohmann::json to_json(const controller::CycleTiming& timing);
+std::vector<std::string> describe(const controller::CycleTiming& timing);
 
 std::string describe(const controller::AxisOutcome& outcome);
 std::string describe(const std::string& axis, const controller::Fault& fault);

@@ -197,10 +197,21 @@ void check_names(const Document& document, const Config& config) {
   }
 }
 
+void check_cpus(const Document& document, const controller::Config& controller) {
+  if (!controller.realtime) return;
+  for (std::size_t i = 0; i < controller.realtime->cpus.size(); ++i)
+    if (const std::int64_t cpu = controller.realtime->cpus[i];
+        cpu < 0 || cpu >= controller::Realtime::cpus_max)
+      document.fail_at(
+          fmt::format("controller.realtime.cpus[{}]", i),
+          fmt::format("processor {}, expected 0 to {}", cpu, controller::Realtime::cpus_max - 1));
+}
+
 }  // namespace
 
 void check_agreement(const Document& document, const Config& config) {
   check_names(document, config);
+  check_cpus(document, config.controller);
   check_nodes(document, config);
   if (config.controller.heartbeat_timeout < 2 * config.twin.heartbeat_period)
     document.fail_at("controller.heartbeat_timeout_ms",

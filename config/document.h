@@ -88,7 +88,10 @@ class Reader {
   /// A limit that may be left out: infinite then.
   void limit(std::string_view key, double& value) { optional(key, value, positive); }
   /// A name that may be left out: empty then.
-  void name(std::string_view key, std::string& value) { optional(key, value); }
+  template <class Text>
+  void name(std::string_view key, Text& value) {
+    optional(key, value);
+  }
 
   /// A sub-table that may be left out.
   template <class T, class Visit>
@@ -200,7 +203,8 @@ class Writer {
   void limit(std::string_view key, double value) {
     if (std::isfinite(value)) write(key, value);
   }
-  void name(std::string_view key, const std::string& value) {
+  template <class Text>
+  void name(std::string_view key, const Text& value) {
     if (!value.empty()) write(key, value);
   }
   template <class T, class Visit>

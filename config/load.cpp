@@ -41,6 +41,8 @@ Config load(const std::filesystem::path& file, const std::vector<Setting>& overr
     config.controller.axes.push_back({.wire = axis.wire, .axis = axis.control});
     config.twin.axes.push_back(axis.twin);
   }
+  std::filesystem::path& black_boxes = config.controller.black_box.folder;
+  if (!black_boxes.empty()) black_boxes = document.resolve(black_boxes);
   check_agreement(document, config);
   return config;
 }

@@ -96,12 +96,25 @@ void visit(V& v, BusConfig& bus) {
   v.optional("turnaround_us", bus.turnaround, not_negative);
 }
 
+/// [controller.realtime].
+template <class V>
+void visit(V& v, controller::Realtime& r) {
+  v.optional("priority", r.priority, {.lo = 0, .hi = 99});
+  v.optional("lock_memory", r.lock_memory);
+  v.whole_numbers("cpus", r.cpus);
+}
+
 template <class V>
 void visit(V& v, controller::Config& c) {
   v.required("rate_Hz", c.rate_Hz, {.lo = 1.0, .hi = 10'000.0});
   v.optional("node", c.node, {.lo = 1, .hi = 127});
   v.optional("heartbeat_ms", c.heartbeat_period, positive);
   v.optional("heartbeat_timeout_ms", c.heartbeat_timeout, positive);
+  v.optional("wake_up_warn_us", c.wake_up_warn, not_negative);
+  v.optional("wake_up_trip_us", c.wake_up_trip, not_negative);
+  v.name("black_box_dir", c.black_box.folder);
+  v.optional("black_box_files", c.black_box.files, {.lo = 0, .hi = 10'000});
+  v.optional_table("realtime", c.realtime, [](V& sub, auto& value) { visit(sub, value); });
 }
 
 template <class V>

@@ -62,7 +62,10 @@ Controller::Controller(const Config& config, const can::Database& database, can:
   filters.reserve(routes_.size());
   for (const Route& route : routes_) filters.push_back({.id = route.id, .extended = route.extended});
   bus_ = attach(filters);
-  bus_->on_frame([this](const can::Frame& frame, can::Time) { handle(frame); });
+  bus_->on_frame([this](const can::Frame& frame, can::Time received) {
+    heard_ = received;
+    handle(frame);
+  });
   bus_->on_state([this](can::BusState state) { on_bus_state(state); });
 }
 
@@ -158,6 +161,7 @@ void Controller::tick() {
   });
 
   const can::Time now = scheduler_.now();
+  note_wake_up(now);
   dt_s_ = can::seconds(now - sync_sent_);
   sync_sent_ = now;
   sync_counter_ = can::next_sync_counter(sync_counter_);
@@ -175,12 +179,25 @@ void Controller::tick() {
   sync_timer_->expire_at(deadline_);
 }
 
+/// A SYNC that comes too late tells of a computer that does not keep its time.
+void Controller::note_wake_up(can::Time now) {
+  sync_late_ = now - deadline_;
+  timing_.wake_up.add(sync_late_);
+  if (counters_.cycles != 0) {  // the first SYNC has none before it
+    sync_period_ = now - sync_sent_;
+    timing_.period.add(sync_period_);
+  }
+  if (config_.wake_up_trip == can::Duration::zero() || sync_late_ <= config_.wake_up_trip) return;
+  for (const auto& wired : axes_)
+    if (is_in_use(wired->axis.state())) wired->axis.trip(Cause::cycle_overrun, can::seconds(now - started_));
+}
+
 /// Axes whose sample has not come are stepped without it.
 void Controller::close_cycle() {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     if (axes_[i]->answered) continue;
     if (axes_[i]->axis.state() > AxisState::waiting) ++counters_.missing_samples;
-    step(i, nullptr, scheduler_.now());
+    step(i, nullptr);
   }
 }
 
@@ -295,7 +312,7 @@ void Controller::keep_silent() {
   phase_ = Phase::silent;
   sync_timer_->cancel();
   sync_sent_ = scheduler_.now();
-  for (std::size_t i = 0; i < axes_.size(); ++i) step(i, nullptr, sync_sent_);
+  for (std::size_t i = 0; i < axes_.size(); ++i) step(i, nullptr);
 }
 
 void Controller::on_own_heartbeat(std::size_t, const can::Frame& frame) {
@@ -333,7 +350,7 @@ void Controller::on_sample(std::size_t index, const can::Frame& frame) {
     wired.late_sample = true;
     return;
   }
-  step(index, &*sample, scheduler_.now());
+  step(index, &*sample);
   keep_house();
 }
 
@@ -356,7 +373,7 @@ void Controller::on_amplifier_heartbeat(std::size_t index, const can::Frame& fra
   if (booted && wired.decode_status) wired.decode_status->restart();
 }
 
-void Controller::step(std::size_t index, const can::SensorSample* sample, can::Time heard) {
+void Controller::step(std::size_t index, const can::SensorSample* sample) {
   WiredAxis& wired = *axes_[index];
   wired.answered = true;
   AxisInput input{.time_s = can::seconds(sync_sent_ - started_),
@@ -370,18 +387,30 @@ void Controller::step(std::size_t index, const can::SensorSample* sample, can::T
     input.position_um = sample->position_um;
     input.sensor_status_good = sample->status == 0;
   }
+  const can::Time begun = scheduler_.now();
   const AxisCommand command = wired.axis.step(input);
+  const can::Time decided = scheduler_.now();
   const bool is_asleep = wired.axis.state() == AxisState::waiting &&
                          wired.amplifier.state(sync_sent_) != can::NmtState::operational;
   if (!is_asleep) send_command(wired, command);
   auto event = wired.amplifier.take_event();
   if (!event) event = wired.sensor.take_event();
+  const can::Time sent = scheduler_.now();
+  const can::Time heard = sample != nullptr ? heard_ : sent;
+  timing_.execution.add(decided - begun);
+  if (sample != nullptr) timing_.turnaround.add(sent - heard);
   on_record_({.cycle = counters_.cycles,
               .time_s = input.time_s,
               .axis = index,
               .report = wired.axis.report(),
               .amplifier_output = wired.status.output,
-              .turnaround = scheduler_.now() - heard,
+              .turnaround = sent - heard,
+              .phases = {.period = sync_period_,
+                         .lateness = sync_late_,
+                         .sample_heard = sample != nullptr ? heard - sync_sent_ : can::Duration::zero(),
+                         .command_sent = sent - sync_sent_,
+                         .execution = decided - begun},
+              .counters = counters_,
               .event = event});
 }
 

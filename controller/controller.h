@@ -22,9 +22,12 @@
 #include "can/dbc.h"
 #include "can/protocol.h"
 #include "controller/axis.h"
+#include "controller/black_box.h"
 #include "controller/peer.h"
+#include "controller/realtime.h"
 #include "controller/record.h"
 #include "controller/request.h"
+#include "controller/timing.h"
 
 namespace hystcan::controller {
 
@@ -38,14 +41,11 @@ struct Config {
   std::uint8_t node = 127;  ///< of the controller's own heartbeat
   can::Duration heartbeat_period{std::chrono::milliseconds(100)};
   can::Duration heartbeat_timeout{std::chrono::milliseconds(300)};  ///< of the other nodes
+  can::Duration wake_up_warn{};  ///< a SYNC this late is told on the log; zero: never
+  can::Duration wake_up_trip{};  ///< one this late faults every axis in use (cycle overrun); zero: never
+  std::optional<Realtime> realtime{};
+  BlackBox::Config black_box{};
   std::vector<WiredAxisConfig> axes;
-};
-
-struct CycleCounters {
-  std::uint64_t cycles = 0;
-  std::uint64_t overruns = 0;  ///< SYNC deadlines that had passed before we got there, and were left out
-  std::uint64_t missing_samples = 0;  ///< cycles of an axis in use without a sample in time
-  std::uint64_t late_samples = 0;     ///< samples that came after their cycle
 };
 
 class Controller {
@@ -73,6 +73,8 @@ class Controller {
   /// Of every message that the controller hears: samples, statuses, heartbeats.
   std::vector<can::RejectedFrames> rejected() const;
   const CycleCounters& counters() const { return counters_; }
+  /// Since start. On the scheduler's thread, as everything here.
+  const CycleTiming& timing() const { return timing_; }
   const can::Bus& bus() const { return *bus_; }
 
  private:
@@ -96,6 +98,7 @@ class Controller {
   };
 
   void tick();
+  void note_wake_up(can::Time now);
   void close_cycle();
   void keep_house();
   void answer_a_request();
@@ -128,7 +131,7 @@ class Controller {
   void lay_peer_routes(std::size_t index, void (Controller::*on_heartbeat)(std::size_t, const can::Frame&));
   void lay_route(std::uint32_t id, bool extended, void (Controller::*handler)(std::size_t, const can::Frame&),
                  std::size_t index);
-  void step(std::size_t index, const can::SensorSample* sample, can::Time heard);
+  void step(std::size_t index, const can::SensorSample* sample);
   void send_command(WiredAxis& wired, const AxisCommand& command);
   NodeHealth health(WiredAxis& wired) const;
 
@@ -156,6 +159,9 @@ class Controller {
   can::Time started_{};
   can::Time deadline_{};
   can::Time sync_sent_{};
+  can::Duration sync_late_{};    ///< after its deadline
+  can::Duration sync_period_{};  ///< from the SYNC before; zero at the first
+  can::Time heard_{};            ///< the frame being handled
   can::Time next_heartbeat_{};
   double dt_s_ = 0.0;
   std::uint8_t sync_counter_ = 0;
@@ -166,6 +172,7 @@ class Controller {
   enum class Phase : std::uint8_t { off, listening, running, silent };
   Phase phase_ = Phase::off;
   CycleCounters counters_;
+  CycleTiming timing_;
 };
 
 }  // namespace hystcan::controller

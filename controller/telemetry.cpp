@@ -5,6 +5,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <iterator>
@@ -85,6 +86,23 @@ std::string CsvLog::close() {
   if (error_ == 0) return {};
   return fmt::format("{}: cannot be written: {}; later rows are lost", path_.string(),
                      std::generic_category().message(error_));
+}
+
+void LatenessLog::add(const CycleRecord& record) {
+  if (warn_ == can::Duration::zero()) return;
+  const bool is_new = record.cycle != last_cycle_;  // each cycle has a record for each axis
+  last_cycle_ = record.cycle;
+  const can::Duration late = record.phases.lateness;
+  const bool counts = is_new && late > warn_;
+  if (counts) worst_ = std::max(worst_, late);
+  const auto times = limit_.add(counts ? 1 : 0, record.time_s);
+  if (!times) return;
+  const auto us = [](can::Duration d) { return std::chrono::duration<double, std::micro>(d).count(); };
+  sink_(BusLog::Level::warning,
+        fmt::format(
+            "{} SYNC more than {:g} us late by {:.3f} s, the latest {:.0f} us: hystcan doctor says what "
+            "keeps the computer from its work",
+            *times, us(warn_), record.time_s, us(std::exchange(worst_, can::Duration::zero()))));
 }
 
 }  // namespace hystcan::controller

@@ -9,8 +9,10 @@
 #include <functional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
+#include "controller/bus_log.h"
 #include "controller/record.h"
 
 namespace hystcan::controller {
@@ -56,6 +58,22 @@ class CsvLog {
   std::vector<std::string> axis_names_;
   std::FILE* file_;
   int error_ = 0;
+};
+
+/// Tells of SYNCs that came more than `warn` after their deadline: one line a second at most. On the
+/// telemetry thread. Zero: tells nothing.
+class LatenessLog {
+ public:
+  LatenessLog(can::Duration warn, BusLog::Sink sink) : warn_(warn), sink_(std::move(sink)) {}
+
+  void add(const CycleRecord& record);
+
+ private:
+  can::Duration warn_;
+  BusLog::Sink sink_;
+  RateLimit limit_;
+  std::uint64_t last_cycle_ = 0;
+  can::Duration worst_{};  ///< since the last line
 };
 
 }  // namespace hystcan::controller

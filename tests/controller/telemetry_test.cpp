@@ -80,6 +80,33 @@ TEST(CsvLog, SaysSoWhereTheDiskIsFull) {
   EXPECT_NE(log.close().find("No space left on device"), std::string::npos);
 }
 
+CycleRecord late_by(std::uint64_t cycle, can::Duration late) {
+  CycleRecord record = numbered(cycle);
+  record.time_s = 1e-3 * static_cast<double>(cycle);
+  record.phases.lateness = late;
+  return record;
+}
+
+TEST(LatenessLog, SaysOneLineASecondThatStandsForAllOfThem) {
+  using std::chrono::microseconds;
+  std::vector<std::string> lines;
+  LatenessLog log(microseconds(200), [&](BusLog::Level, const std::string& line) { lines.push_back(line); });
+  for (std::uint64_t cycle = 1; cycle <= 1500; ++cycle) {
+    const auto late = cycle % 10 == 0 ? microseconds(200 + cycle % 400) : microseconds(200);
+    log.add(late_by(cycle, late));
+    log.add(late_by(cycle, late));  // the other axis's record of the same cycle
+  }
+  ASSERT_EQ(lines.size(), 2u);
+  EXPECT_TRUE(lines[0].starts_with("1 SYNC more than 200 us late by 0.010 s, the latest 210 us")) << lines[0];
+  EXPECT_TRUE(lines[1].starts_with("98 SYNC more than 200 us late by 1.010 s, the latest 590 us"))
+      << lines[1];
+}
+
+TEST(LatenessLog, SaysNothingWithoutALimit) {
+  LatenessLog log({}, [](BusLog::Level, const std::string& line) { FAIL() << line; });
+  log.add(late_by(1, std::chrono::seconds(1)));
+}
+
 TEST(CsvLog, RefusesAPlaceItCannotWriteTo) {
   EXPECT_THROW(CsvLog("/nonexistent/folder/x.csv", {"x"}), std::runtime_error);
 }

@@ -1,0 +1,71 @@
+// The times of a cycle, gathered on the control thread as it runs: always on, a few nanoseconds each, in
+// fixed storage.
+//
+//   mean_n = mean_(n-1) + (x_n - mean_(n-1)) / n,  S_n = S_(n-1) + (x_n - mean_(n-1)) (x_n - mean_n),
+//   SD = sqrt(S_n / (n - 1))                               Welford, Technometrics 4 (1962) 419
+//
+// Quantiles come from a histogram whose classes are 1 ns wide up to 64 ns and then 32 to every doubling. A
+// quantile is told as the upper end of its class: never less than the true one, never more than 1/32 (3.1 %)
+// above it. Beyond 68 s all is one class, told as the maximum.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace hystcan::controller {
+
+struct TimeSummary {
+  std::uint64_t count = 0;
+  double mean_us = 0.0;
+  double sd_us = 0.0;  ///< 0 below two
+  double p99_us = 0.0;
+  double max_us = 0.0;
+};
+
+class TimeStatistics {
+ public:
+  void add(std::chrono::nanoseconds time);
+
+  std::uint64_t count() const { return count_; }
+  /// The least time that a share `q` (0..1) of all do not exceed. 0 where there is none.
+  double quantile_us(double q) const;
+  TimeSummary summary() const;
+
+ private:
+  static constexpr unsigned sub_bits = 5;   ///< 32 classes to a doubling
+  static constexpr unsigned top_bits = 36;  ///< the last class begins below 2^36 ns
+  static constexpr std::size_t classes = (top_bits - sub_bits + 1) << sub_bits;
+  static std::size_t class_of(std::uint64_t ns);
+  static std::uint64_t upper_end_ns(std::size_t index);
+
+  std::uint64_t count_ = 0;
+  double mean_ns_ = 0.0;
+  double squares_ns2_ = 0.0;  ///< S_n
+  double max_ns_ = 0.0;
+  std::array<std::uint64_t, classes> histogram_{};
+};
+
+/// Of one controller since its start. The first two once a cycle, the others once a cycle of each axis.
+struct CycleTiming {
+  TimeStatistics period;      ///< SYNC to SYNC
+  TimeStatistics wake_up;     ///< the SYNC, after its deadline
+  TimeStatistics turnaround;  ///< sample heard, by the kernel's stamp, to command sent; not where none came
+  TimeStatistics execution;   ///< of the axis's step
+};
+
+struct NamedTime {
+  std::string_view key;  ///< in JSON
+  std::string_view words;
+  TimeStatistics CycleTiming::*statistics;
+};
+std::span<const NamedTime> cycle_times();
+
+/// `period         5000 x, mean 1000.0 us, SD 1.2 us, p99 1003.5 us, max 1010.2 us`.
+std::string describe(std::string_view words, const TimeSummary& summary);
+
+}  // namespace hystcan::controller

@@ -1,0 +1,135 @@
+// The control thread allocates nothing, locks nothing, logs nothing and touches no file: it runs under a
+// filter that traps every system call but the few of its event loop, over a heap that counts. Here on the
+// simulated bus, with the telemetry thread, CSV and black box of the real one; on SocketCAN in tests/hil.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <linux/futex.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <thread>
+
+#include "config/config.h"
+#include "controller/black_box.h"
+#include "controller/telemetry.h"
+#include "rehearsal/rehearsal.h"
+#include "tests/support/trap.h"
+
+namespace hystcan {
+namespace {
+
+using controller::AxisState;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+rehearsal::Setup shipped() {
+  const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
+  return {.controller = config.controller,
+          .twin = config.twin,
+          .database = config.database,
+          .bitrate_bit_per_s = config.bus.bitrate_bit_per_s};
+}
+
+struct Trapped {
+  std::string refusal;
+  std::uint64_t heap_calls = 0;
+  std::uint64_t system_calls = 0;
+};
+
+/// Runs `work` on a thread that is trapped and watched.
+template <class Work>
+Trapped trapped(Work work) {
+  const std::uint64_t heap_before = support::heap_calls();
+  const std::uint64_t calls_before = support::trapped_call_count();
+  Trapped result;
+  std::thread([&] {
+    result.refusal = support::trap_this_thread();
+    support::watch(true);
+    work();
+    support::watch(false);
+  }).join();
+  result.heap_calls = support::heap_calls() - heap_before;
+  result.system_calls = support::trapped_call_count() - calls_before;
+  return result;
+}
+
+TEST(Trap, CatchesAnAllocation) {
+  const Trapped caught = trapped([] {
+    void* volatile memory = std::malloc(100);  // volatile: else the compiler leaves both calls out
+    std::free(memory);
+    auto* volatile number = new int(1);
+    delete number;
+  });
+  EXPECT_EQ(caught.heap_calls, 4u);
+}
+
+TEST(Trap, CatchesALogLine) {
+  const Trapped caught = trapped([] {
+    std::fputs("never seen\n", stderr);
+    std::fflush(stderr);
+  });
+  if (!caught.refusal.empty()) GTEST_SKIP() << caught.refusal;
+  EXPECT_GE(caught.system_calls, 1u);
+}
+
+TEST(Trap, CatchesAFileAndASleep) {
+  const Trapped caught = trapped([] {
+    const int file = ::open("/dev/null", O_RDONLY);
+    if (file >= 0) ::close(file);
+    ::usleep(1);
+  });
+  if (!caught.refusal.empty()) GTEST_SKIP() << caught.refusal;
+  EXPECT_EQ(caught.system_calls, 2u);
+}
+
+/// What a mutex does where somebody else holds it.
+TEST(Trap, CatchesAWaitForALock) {
+  const Trapped caught = trapped([] {
+    int word = 1;
+    const timespec at_most{.tv_sec = 0, .tv_nsec = 1'000'000};
+    ::syscall(SYS_futex, &word, FUTEX_WAIT_PRIVATE, 1, &at_most, nullptr, 0);
+  });
+  if (!caught.refusal.empty()) GTEST_SKIP() << caught.refusal;
+  EXPECT_EQ(caught.system_calls, 1u);
+}
+
+/// Tracking, a fault of both axes, and what comes after it; the records go the way they go on a bench.
+TEST(ControlThread, AllocatesLocksLogsAndOpensNothing) {
+  std::string folder = (std::filesystem::path(testing::TempDir()) / "trap-XXXXXX").string();
+  ASSERT_NE(mkdtemp(folder.data()), nullptr);
+  Trapped caught;
+  {
+    controller::BlackBox black_box({.folder = folder}, {"x", "y"}, [](auto, const std::string&) {});
+    controller::CsvLog csv(std::filesystem::path(folder) / "run.csv", {"x", "y"});
+    controller::TelemetryThread telemetry([&](const controller::CycleRecord& record) {
+      black_box.add(record);
+      csv.write(record);
+    });
+    rehearsal::Rehearsal loop(shipped(),
+                              [&](const controller::CycleRecord& record) { telemetry.push(record); });
+    loop.start();
+    loop.run_for(seconds(2));
+    ASSERT_EQ(loop.controller().axis(0).state(), AxisState::tracking);
+    caught = trapped([&] { loop.run_for(seconds(2)); });
+    ASSERT_EQ(loop.controller().axis(0).state(), AxisState::tracking);
+    loop.kill_twin();
+    const Trapped while_faulting = trapped([&] { loop.run_for(milliseconds(500)); });
+    ASSERT_EQ(loop.controller().axis(0).state(), AxisState::faulted);
+    caught.heap_calls += while_faulting.heap_calls;
+    caught.system_calls += while_faulting.system_calls;
+  }
+  EXPECT_EQ(caught.heap_calls, 0u);
+  EXPECT_EQ(caught.system_calls, 0u) << testing::PrintToString(support::trapped_calls());
+  std::size_t black_boxes = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    black_boxes += entry.path().filename().string().starts_with("blackbox_") ? 1 : 0;
+  EXPECT_EQ(black_boxes, 2u) << "the telemetry thread is not trapped";
+  std::filesystem::remove_all(folder);
+  if (!caught.refusal.empty()) GTEST_SKIP() << "allocations only: " << caught.refusal;
+}
+
+}  // namespace
+}  // namespace hystcan

@@ -1,0 +1,121 @@
+// The control thread on real SocketCAN allocates nothing, locks nothing, logs nothing and touches no file:
+// the controller as `hystcan controller` runs it, in this process, under the trap of tests/support.
+#include <gtest/gtest.h>
+
+#include <boost/asio/io_context.hpp>
+#include <memory>
+#include <optional>
+#include <thread>
+
+#include "can/socketcan_bus.h"
+#include "config/config.h"
+#include "controller/black_box.h"
+#include "controller/bus_log.h"
+#include "controller/telemetry.h"
+#include "tests/hil/bench.h"
+#include "tests/support/trap.h"
+
+namespace hystcan {
+namespace {
+
+using controller::AxisState;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+/// The parts of the program between signal handling and report.
+class InProcess {
+ public:
+  InProcess()
+      : config_(config::load(hil::config_file)),
+        bus_log_("vcan0", [](auto, const std::string&) {}),
+        black_box_({.folder = testing::TempDir()}, {"x", "y"}, [](auto, const std::string&) {}),
+        csv_(std::filesystem::path(testing::TempDir()) / "trap.csv", {"x", "y"}),
+        telemetry_([this](const controller::CycleRecord& record) {
+          bus_log_.write();
+          black_box_.add(record);
+          csv_.write(record);
+        }),
+        controller_(
+            config_.controller, config_.database, scheduler_,
+            [this](std::span<const can::Filter> filters) {
+              return std::make_unique<can::SocketCanBus>(context_, "vcan0", filters);
+            },
+            [this](const controller::CycleRecord& record) { telemetry_.push(record); }) {}
+
+  /// Until both axes track, and as long again as Asio may still set things up; then trapped for `watched`.
+  void run(can::Duration watched) {
+    const can::Time start = scheduler_.now();
+    std::unique_ptr<can::Timer> poll;
+    poll = scheduler_.make_timer([&] {
+      const can::Time now = scheduler_.now();
+      bus_log_.sample(controller::report_of(controller_.bus(), can::seconds(now - start)));
+      advance(now, watched);
+      poll->expire_at(now + milliseconds(20));
+    });
+    controller_.start();
+    poll->expire_at(start + milliseconds(20));
+    context_.run();
+    support::watch(false);
+  }
+
+  const std::string& refusal() const { return refusal_; }
+  bool was_watched() const { return watching_until_.has_value(); }
+  controller::Controller& controller() { return controller_; }
+
+ private:
+  void advance(can::Time now, can::Duration watched) {
+    if (watching_until_) {
+      if (now > *watching_until_) context_.stop();
+      return;
+    }
+    if (controller_.axis(0).state() != AxisState::tracking) return;
+    if (!settled_) settled_ = now + seconds(1);
+    if (now < *settled_) return;
+    refusal_ = support::trap_this_thread();
+    watching_until_ = now + watched;
+    support::watch(true);
+  }
+
+  config::Config config_;
+  boost::asio::io_context context_{1};
+  can::AsioScheduler scheduler_{context_};
+  controller::BusLog bus_log_;
+  controller::BlackBox black_box_;
+  controller::CsvLog csv_;
+  controller::TelemetryThread telemetry_;
+  controller::Controller controller_;
+  std::optional<can::Time> settled_;
+  std::optional<can::Time> watching_until_;
+  std::string refusal_;
+};
+
+TEST(Trap, ControlThreadOnSocketCanAllocatesLocksLogsAndOpensNothing) {
+  hil::Bench bench({"vcan0", "vcan0"});
+  InProcess program;
+  std::thread([&] { program.run(seconds(3)); }).join();
+  program.controller().send_safe_commands();
+  ASSERT_TRUE(program.was_watched());
+  EXPECT_EQ(program.controller().axis(0).state(), AxisState::tracking)
+      << to_string(program.controller().axis(0).fault().cause);
+  EXPECT_EQ(support::heap_calls(), 0u);
+  EXPECT_EQ(support::trapped_call_count(), 0u) << testing::PrintToString(support::trapped_calls());
+  if (!program.refusal().empty()) GTEST_SKIP() << "allocations only: " << program.refusal();
+}
+
+/// Kill the sensor's node while trapped: the way into a fault is as clean as the loop.
+TEST(Trap, ControlThreadOnSocketCanFaultsAsCleanly) {
+  hil::Bench bench({"vcan0", "vcan0"});
+  InProcess program;
+  std::thread control([&] { program.run(seconds(3)); });
+  std::this_thread::sleep_for(seconds(4));
+  bench.twin->send(SIGKILL);
+  control.join();
+  ASSERT_TRUE(program.was_watched());
+  EXPECT_EQ(program.controller().axis(0).state(), AxisState::faulted);
+  EXPECT_EQ(support::heap_calls(), 0u);
+  EXPECT_EQ(support::trapped_call_count(), 0u) << testing::PrintToString(support::trapped_calls());
+  if (!program.refusal().empty()) GTEST_SKIP() << "allocations only: " << program.refusal();
+}
+
+}  // namespace
+}  // namespace hystcan
