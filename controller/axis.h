@@ -26,6 +26,7 @@
 namespace hystcan::controller {
 
 enum class AxisState : std::uint8_t { offline, waiting, initialising, ready, tracking, faulted };
+inline constexpr std::size_t axis_state_count = static_cast<std::size_t>(AxisState::faulted) + 1;
 std::string_view to_string(AxisState state);
 
 enum class Cause : std::uint8_t {
@@ -46,6 +47,7 @@ enum class Cause : std::uint8_t {
   command_not_sendable,
   another_controller,
 };
+inline constexpr std::size_t cause_count = static_cast<std::size_t>(Cause::another_controller) + 1;
 std::string_view to_string(Cause cause);
 /// What the engineer can do about it, in one sentence.
 std::string_view remedy(Cause cause);
@@ -129,8 +131,12 @@ struct AxisReport {
   double drive = 0.0;         ///< what left the gate
   std::uint8_t limits = limit::none;
   bool sample_missing = false;
+  bool in_position = false;
   Trajectory::Point point;
 };
+
+/// What became of a live setpoint.
+enum class LiveSetpoint : std::uint8_t { taken, not_tracking, out_of_range };
 
 class Axis {
  public:
@@ -141,6 +147,14 @@ class Axis {
   /// Ramps to the safe drive, then switches off: offline when done.
   void stop() { stopping_ = true; }
   void trip(Cause cause, double time_s);
+
+  /// Live: to this position, smoothly, and stay there. Refused where the axis does not track a reference, and
+  /// outside position_min_um..position_max_um or what the model reaches at its thresholds. Allocates nothing.
+  LiveSetpoint go_to(double position_um);
+  /// Live: follow the configured reference again.
+  LiveSetpoint resume();
+  /// Where go_to() has sent it. Empty: it follows the configured reference.
+  std::optional<double> live_goal_um() const { return live_goal_um_; }
 
   /// Exactly once per cycle.
   AxisCommand step(const AxisInput& input);
@@ -161,6 +175,7 @@ class Axis {
   AxisCommand safe() const;
   bool ramp_towards(double target, double dt_s);
   bool is_driving() const;
+  bool takes_live_setpoints() const;
 
   AxisConfig config_;
   Loop loop_;
@@ -176,6 +191,8 @@ class Axis {
   double dwelt_s_ = 0.0;
   double enabled_for_s_ = 0.0;
   double tracking_since_s_ = 0.0;
+  model::Interval reach_;  ///< positions that a live setpoint may ask for
+  std::optional<double> live_goal_um_;
 };
 
 }  // namespace hystcan::controller

@@ -35,8 +35,13 @@ bool Peer::hear_heartbeat(const can::Frame& frame, can::Time now) {
 }
 
 void Peer::hear_emergency(const can::Frame& frame) {
+  if (emergency_checker_.check(frame)) return;
   if (const auto emergency = can::parse_emergency(frame))
     note({.kind = NodeEvent::Kind::emergency, .node = node_, .emergency = *emergency});
+}
+
+void Peer::hear_sdo(const can::Frame& frame) {
+  if (!sdo_checker_.check(frame)) setup_.handle(frame);
 }
 
 void Peer::forget() {
