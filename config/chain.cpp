@@ -85,7 +85,7 @@ class Chain {
     return settle([&](Duration w) {
       return with_all(own, q, w, [&](const Source& source, std::int64_t count) {
         if (owns(source)) return std::int64_t{q + 1};
-        return is_sync && is_link(source.role) ? std::int64_t{q} : count;
+        return comes_after_last(source) ? std::min<std::int64_t>(count, q) : count;
       });
     });
   }

@@ -16,8 +16,8 @@
 //            counts; 0 for the frames of the cycle, of which nothing is
 //
 //   Axis statuses of the controller go out one a cycle, queued behind its commands: none of them in w(0), and
-//   in w(q) all together at most q, the longest. Their J_k is when they may be queued, not when they are
-//   through.
+//   in w(q) all together at most q, the longest. What follows from the last link counts q times there too.
+//   Their J_k is when they may be queued, not when they are through.
 //
 // From 0 to w(q), q > 0, the bus is never idle but while a node of the chain is at work: after the commands
 // of a cycle the controller's heartbeat waits in its queue, and where it has gone before the next SYNC, that

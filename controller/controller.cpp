@@ -203,7 +203,7 @@ void Controller::close_cycle() {
 /// What has time, once a cycle: when the commands of all axes in use have been sent. The queue to the bus is
 /// first in, first out, and short: what is put into it earlier holds the commands up, and what does not fit
 /// is lost, so that beside the heartbeat there is one frame at most. Axis statuses and the set-up of nodes
-/// take turns; a status goes before the heartbeat, which is the least urgent frame of all.
+/// take turns, nodes first where a heartbeat is due; a status goes before it, the least urgent frame of all.
 void Controller::keep_house() {
   if (house_kept_) return;
   const bool commands_sent = std::ranges::all_of(
@@ -213,7 +213,10 @@ void Controller::keep_house() {
   const bool beats = sync_sent_ >= next_heartbeat_;
   if (beats)
     for (const auto& wired : axes_) wired->status_sender.make_due();
-  bool told = !told_last_cycle_ && tell_of_an_axis();
+  const bool wakes = beats && std::ranges::any_of(axes_, [](const auto& wired) {
+                       return wired->axis.state() == AxisState::waiting;
+                     });
+  bool told = !told_last_cycle_ && !wakes && tell_of_an_axis();
   if (beats) {
     next_heartbeat_ = sync_sent_ + config_.heartbeat_period;
     bus_->send(can::heartbeat_frame(config_.node, can::NmtState::operational));
