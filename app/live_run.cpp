@@ -74,9 +74,14 @@ controller::BusLog::Sink bus_log_sink() {
 }
 
 BusClosing closing_of(const controller::Controller& controller, const std::vector<std::string>& events) {
-  return {.events = events,
-          .bus = controller::report_of(controller.bus(), 0.0),
-          .rejected = controller.rejected()};
+  BusClosing closing{.events = events,
+                     .bus = controller::report_of(controller.bus(), 0.0),
+                     .rejected = controller.rejected()};
+  for (std::size_t i = 0; i < controller.axis_count(); ++i) {
+    const std::string text = describe(controller.live_setpoints(i).value_or(controller::SetpointCounters{}));
+    if (!text.empty()) closing.events.push_back(controller.axis(i).config().name + ": " + text);
+  }
+  return closing;
 }
 
 void run_live(LiveLoop& loop, controller::Controller& controller, controller::BusLog& bus_log,

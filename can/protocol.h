@@ -2,7 +2,7 @@
 // DBC gives and whose names the configuration may.
 //
 //   Nmt 0x000 · Sync 0x080 · emergency 0x080+node · AmpStatus, SensorSample 0x180+node · AmpCommand
-//   0x200+node · heartbeat 0x700+node
+//   0x200+node · ControllerStatus 0x280+node · Setpoint 0x300+node · heartbeat 0x700+node
 //
 // docs/protocol.md has the table and one annotated frame.
 #pragma once
@@ -39,6 +39,8 @@ inline constexpr std::uint32_t sync_id = 0x080;
 inline constexpr std::uint32_t emergency_base = 0x080;
 inline constexpr std::uint32_t transmit_pdo_base = 0x180;  ///< AmpStatus, SensorSample
 inline constexpr std::uint32_t receive_pdo_base = 0x200;   ///< AmpCommand
+inline constexpr std::uint32_t controller_status_base = 0x280;
+inline constexpr std::uint32_t setpoint_base = 0x300;
 inline constexpr std::uint32_t sdo_response_base = 0x580;  ///< server to client
 inline constexpr std::uint32_t sdo_request_base = 0x600;   ///< client to server
 inline constexpr std::uint32_t heartbeat_base = 0x700;
@@ -121,6 +123,50 @@ struct SensorSample {
   }
 };
 
+/// What the controller says of an axis. Numbers as in controller/axis.h; their words are the DBC's, the same.
+struct ControllerStatus {
+  static constexpr std::string_view name = "ControllerStatus";
+  double following_error_um = 0.0;  ///< reference minus measured; 0 where nothing is followed
+  std::uint8_t state = 0;           ///< controller::AxisState
+  std::uint8_t cause = 0;           ///< controller::Cause
+  bool in_position = false;
+  bool limited = false;  ///< in this cycle the command was not what the law wanted
+  bool reference_finished = false;
+
+  static constexpr auto fields() {
+    return std::tuple{
+        Field{"following_error", "FollowingError", &ControllerStatus::following_error_um, Quantity::position},
+        Field{"axis_state", "State", &ControllerStatus::state},
+        Field{"cause", "Cause", &ControllerStatus::cause},
+        Field{"in_position", "InPosition", &ControllerStatus::in_position},
+        Field{"limited", "Limited", &ControllerStatus::limited},
+        Field{"reference_finished", "ReferenceFinished", &ControllerStatus::reference_finished}};
+  }
+};
+
+/// Values of Setpoint.Mode.
+namespace setpoint_mode {
+inline constexpr std::uint8_t follow = 0;  ///< the configured reference again
+inline constexpr std::uint8_t go_to = 1;   ///< Position, and stay there
+}  // namespace setpoint_mode
+
+/// A live setpoint, from anybody on the bus, for a controller that is configured to obey it.
+struct Setpoint {
+  static constexpr std::string_view name = "Setpoint";
+  double position_um = 0.0;
+  std::uint8_t mode = setpoint_mode::follow;
+
+  static constexpr auto fields() {
+    return std::tuple{Field{"position", "Position", &Setpoint::position_um, Quantity::position},
+                      Field{"mode", "Mode", &Setpoint::mode}};
+  }
+};
+
+/// The controller's own messages: under their standard names alone, and a database may lack them.
+template <class Payload>
+inline constexpr bool is_optional =
+    std::is_same_v<Payload, ControllerStatus> || std::is_same_v<Payload, Setpoint>;
+
 /// Names and nodes of one axis on the wire.
 struct AxisWire {
   std::string name;            ///< "x"
@@ -137,6 +183,10 @@ struct AxisWire {
 /// The names of the message of role `Payload` for this axis. Null: this axis has none.
 template <class Payload>
 std::optional<MessageMap> message_map(const AxisWire& axis) {
+  if constexpr (is_optional<Payload>) {
+    if (axis.message_prefix.empty()) return std::nullopt;
+    return standard_map<Payload>(axis.message_prefix);
+  }
   if (!axis.frames) return standard_map<Payload>(axis.message_prefix);
   if constexpr (std::is_same_v<Payload, AmpCommand>) return axis.frames->command;
   if constexpr (std::is_same_v<Payload, AmpStatus>) return axis.frames->status;
@@ -146,13 +196,21 @@ std::optional<MessageMap> message_map(const AxisWire& axis) {
 /// Throws std::invalid_argument where the database lacks it.
 const Message& find_message(const Database& database, const MessageMap& map);
 
+/// The names of the message, where this axis and this database have it: the optional ones may be missing.
+template <class Payload>
+std::optional<MessageMap> message_map_in(const Database& database, const AxisWire& axis) {
+  auto map = message_map<Payload>(axis);
+  if (is_optional<Payload> && map && database.find(map->message) == nullptr) return std::nullopt;
+  return map;
+}
+
 /// The message of role `Payload` for this axis, compiled; a role that it does not carry reads as `absent`.
-/// Empty where the axis has no such message. Throws std::invalid_argument where the database lacks what is
-/// named.
+/// Empty where the axis, or of an optional one the database, has no such message. Throws
+/// std::invalid_argument where the database lacks what is named.
 template <class Payload>
 std::optional<Layout<Payload>> find_layout(const Database& database, const AxisWire& axis,
                                            const Payload& absent = {}) {
-  const auto map = message_map<Payload>(axis);
+  const auto map = message_map_in<Payload>(database, axis);
   if (!map) return std::nullopt;
   return Layout<Payload>(find_message(database, *map), *map, axis.drive_unit, absent);
 }

@@ -17,6 +17,9 @@ using can::PeriodicFrame;
 /// Least time between two emergencies of one node: it stays faulted until somebody clears it.
 constexpr Duration emergency_interval = std::chrono::seconds(1);
 
+/// Least time between two live setpoints to one axis, from all who send them together.
+constexpr Duration live_setpoint_interval = std::chrono::milliseconds(10);
+
 Duration cycle_of(const Config& config) {
   return Duration{static_cast<Duration::rep>(std::llround(1e9 / config.controller.rate_Hz))};
 }
@@ -41,6 +44,23 @@ PeriodicFrame of_message(const can::Message& message, Duration period) {
           .deadline = period};
 }
 
+/// The controller's axis statuses, where there are such: all are due with a heartbeat, and one goes out per
+/// cycle, in turn, behind its commands.
+void add_controller_statuses(std::vector<Source>& sources, const Config& config) {
+  const Duration cycle = cycle_of(config);
+  const std::size_t first = sources.size();
+  for (std::size_t i = 0; i < config.axes.size(); ++i)
+    if (const auto map = can::message_map_in<can::ControllerStatus>(config.database, config.axes[i].wire))
+      sources.push_back(
+          {of_message(can::find_message(config.database, *map), cycle), Role::controller_status, i});
+  const auto round = static_cast<Duration::rep>(sources.size() - first) * cycle;
+  for (std::size_t i = first; i < sources.size(); ++i) {
+    can::PeriodicFrame& frame = sources[i].frame;
+    frame.period = frame.deadline = std::max(config.controller.heartbeat_period, round);
+    frame.jitter = round;
+  }
+}
+
 std::vector<Source> sources_of(const Config& config) {
   const Duration cycle = cycle_of(config);
   const Duration beat = config.twin.heartbeat_period;
@@ -50,16 +70,19 @@ std::vector<Source> sources_of(const Config& config) {
     const AxisConfig& axis = config.axes[i];
     const auto add = [&](PeriodicFrame frame, Role role) { sources.push_back({std::move(frame), role, i}); };
     const auto add_message = [&]<class Payload>(Duration period, Role role) {
-      if (const auto map = can::message_map<Payload>(axis.wire))
+      if (const auto map = can::message_map_in<Payload>(config.database, axis.wire))
         add(of_message(can::find_message(config.database, *map), period), role);
     };
     add_message.template operator()<can::SensorSample>(cycle, Role::sample);
     add_message.template operator()<can::AmpCommand>(cycle, Role::command);
     add_message.template operator()<can::AmpStatus>(axis.twin.status_every * cycle, Role::status);
+    if (axis.live_setpoint)
+      add_message.template operator()<can::Setpoint>(live_setpoint_interval, Role::live_setpoint);
     const std::string& prefix = axis.wire.message_prefix;
     add(heartbeat(prefix + "AmpHeartbeat", axis.wire.amplifier_node, beat), Role::heartbeat);
     add(heartbeat(prefix + "SensorHeartbeat", axis.wire.sensor_node, beat), Role::heartbeat);
   }
+  add_controller_statuses(sources, config);
   PeriodicFrame own = heartbeat("ControllerHeartbeat", config.controller.node,
                                 std::max(config.controller.heartbeat_period, cycle));
   own.jitter = cycle;  // it is due at a SYNC, and waits for the commands of that cycle

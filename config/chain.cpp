@@ -50,7 +50,7 @@ class Chain {
     for (const Source& source : sources_) {
       if (owns(source)) {
         if (&source != &last_) own += cost(source);
-      } else if (!comes_after_last(source)) {
+      } else if (!comes_after_last(source) && source.role != Role::controller_status) {
         (order_of(source) <= weakest_ ? before : after).push_back(&source);
       }
     }
@@ -83,9 +83,9 @@ class Chain {
     const bool is_sync = last_.role == Role::sync;
     const Duration own = (is_sync ? q : q + 1) * timing_.turnaround - cost(last_);
     return settle([&](Duration w) {
-      return with_all(own, w, [&](const Source& source, std::int64_t count) {
+      return with_all(own, q, w, [&](const Source& source, std::int64_t count) {
         if (owns(source)) return std::int64_t{q + 1};
-        return is_sync && is_link(source.role) ? std::int64_t{q} : count;
+        return comes_after_last(source) ? std::min<std::int64_t>(count, q) : count;
       });
     });
   }
@@ -93,22 +93,31 @@ class Chain {
   /// When all commands of cycle q, and a heartbeat queued behind them, have passed.
   std::optional<Duration> cycle_is_through(int q) const {
     return settle([&](Duration w) {
-      return with_all((q + 1) * timing_.turnaround, w, [&](const Source& source, std::int64_t count) {
+      return with_all((q + 1) * timing_.turnaround, q + 1, w, [&](const Source& source, std::int64_t count) {
         return is_link(source.role) ? std::int64_t{q + 1} : count;
       });
     });
   }
 
-  /// `own` and every frame as often as `times` says, which is told how often it may come in the window.
+  /// `own`, the controller's axis statuses of so many cycles, and every other frame as often as `times` says,
+  /// which is told how often it may come in the window.
   template <class Times>
-  std::optional<Duration> with_all(Duration own, Duration window, Times times) const {
+  std::optional<Duration> with_all(Duration own, std::int64_t status_cycles, Duration window,
+                                   Times times) const {
     Duration sum = own;
+    std::int64_t statuses = 0;
+    Duration longest_status{};
     for (const Source& source : sources_) {
       const auto count = instances(source, window);
       if (!count) return std::nullopt;
-      sum += times(source, *count) * cost(source);
+      if (source.role == Role::controller_status) {
+        statuses += *count;
+        longest_status = std::max(longest_status, cost(source));
+      } else {
+        sum += times(source, *count) * cost(source);
+      }
     }
-    return sum;
+    return sum + std::min(statuses, status_cycles) * longest_status;
   }
 
   /// The least fixed point. Empty: beyond the limit, or `next` is.
@@ -139,9 +148,12 @@ class Chain {
 
   /// n_k. Empty: without bound.
   std::optional<std::int64_t> instances(const Source& source, Duration window) const {
-    if (!source.response) return std::nullopt;
+    const bool is_ours = source.role == Role::controller_status;
+    if (!source.response && !is_ours) return std::nullopt;
     const Duration period = source.frame.period;
-    const Duration from = is_link(source.role) ? Duration::zero() : *source.response;
+    const Duration from = is_link(source.role) ? Duration::zero()
+                          : is_ours            ? source.frame.jitter
+                                               : *source.response;
     return (window + bit_ + from + period - Duration{1}) / period;
   }
 

@@ -15,6 +15,10 @@
 //   n_k(w)   ceil((w + J_k + tau_bit) / T_k);  J_k: the frame's own response, so that one left over at 0
 //            counts; 0 for the frames of the cycle, of which nothing is
 //
+//   Axis statuses of the controller go out one a cycle, queued behind its commands: none of them in w(0), and
+//   in w(q) all together at most q, the longest. What follows from the last link counts q times there too.
+//   Their J_k is when they may be queued, not when they are through.
+//
 // From 0 to w(q), q > 0, the bus is never idle but while a node of the chain is at work: after the commands
 // of a cycle the controller's heartbeat waits in its queue, and where it has gone before the next SYNC, that
 // SYNC is a q = 0. q counts on until all commands of a cycle and a heartbeat behind them are through in time.
@@ -33,7 +37,7 @@
 namespace hystcan::config {
 
 /// How a frame comes to be sent.
-enum class Role { sync, sample, command, status, heartbeat };
+enum class Role { sync, sample, command, status, controller_status, live_setpoint, heartbeat };
 
 /// Of the frames that every cycle has.
 constexpr bool is_link(Role role) {

@@ -17,7 +17,7 @@ namespace {
 template <class Payload>
 class FrameCheck {
  public:
-  /// `part`: "command", "status" or "sample".
+  /// `part`: "command", "status" or "sample"; without meaning for what has standard names only.
   FrameCheck(const Document& document, const Config& config, std::size_t index, const char* part)
       : document_(document),
         config_(config),
@@ -27,7 +27,7 @@ class FrameCheck {
 
   /// `standard_id`: of the standard frame, from the node id.
   void run(std::uint32_t standard_id) {
-    const auto map = can::message_map<Payload>(axis_.wire);
+    const auto map = can::message_map_in<Payload>(config_.database, axis_.wire);
     if (!map) return;
     map_ = *map;
     find_message();
@@ -40,7 +40,7 @@ class FrameCheck {
   }
 
  private:
-  bool is_own() const { return axis_.wire.frames.has_value(); }
+  bool is_own() const { return axis_.wire.frames.has_value() && !can::is_optional<Payload>; }
 
   /// Own frames: at the key that names it. Standard frames: at the DBC.
   [[noreturn]] void fail(const std::string& key, const std::string& what, const std::string& expected) const {
@@ -132,8 +132,17 @@ class FrameCheck {
                        fmt::format("1 to {}, the counter of the SYNC", can::sync_counter_max));
     if ((role == "enable" || role == "clear_fault") && !holds_integers(codec, 0, 1))
       fail_at_integers(field.role, signal, codec, "0 and 1");
+    if (role == "in_position" || role == "limited" || role == "reference_finished")
+      expect_integers(field.role, signal, codec, 1);
+    if (role == "axis_state") expect_integers(field.role, signal, codec, controller::axis_state_count - 1);
+    if (role == "cause") expect_integers(field.role, signal, codec, controller::cause_count - 1);
+    if (role == "mode") expect_integers(field.role, signal, codec, can::setpoint_mode::go_to);
     if (role == "setpoint") check_drive_range(signal, codec);
-    if (role == "position") check_position_range(signal, codec);
+    const controller::AxisConfig& control = axis_.control;
+    if (role == "position")
+      check_positions("positions", control.position_min_um, control.position_max_um, signal, codec);
+    const double width_um = control.position_max_um - control.position_min_um;
+    if (role == "following_error") check_positions("following errors", -width_um, width_um, signal, codec);
   }
 
   /// Each comes back as it went: neither out of range nor between two steps of the signal.
@@ -142,6 +151,12 @@ class FrameCheck {
     for (int value = low; value <= high; ++value)
       if (!codec.pack(value, payload) || std::abs(codec.unpack(payload) - value) > 1e-6) return false;
     return true;
+  }
+
+  void expect_integers(const std::string& key, const can::Signal& signal, const can::SignalCodec& codec,
+                       std::size_t largest) const {
+    if (!holds_integers(codec, 0, static_cast<int>(largest)))
+      fail_at_integers(key, signal, codec, fmt::format("0 to {}", largest));
   }
 
   [[noreturn]] void fail_at_integers(const std::string& key, const can::Signal& signal,
@@ -175,16 +190,15 @@ class FrameCheck {
   }
 
   /// Where the sensor could not say that the stage left its range, nothing would trip there.
-  void check_position_range(const can::Signal& signal, const can::SignalCodec& codec) const {
+  void check_positions(const char* what, double needed_low, double needed_high, const can::Signal& signal,
+                       const can::SignalCodec& codec) const {
     const can::DecimalStep step = *can::decimal_step(signal.unit, "um");
     const double low = step.to_ours(codec.minimum());
     const double high = step.to_ours(codec.maximum());
-    const controller::AxisConfig& control = axis_.control;
-    if (control.supervision.position_min_um >= low && control.supervision.position_max_um <= high) return;
+    if (needed_low >= low && needed_high <= high) return;
     document_.fail_at(path_ + ".control.position_max_um",
-                      fmt::format("the positions {}..{} um do not fit signal {}, expected within {}..{} um",
-                                  control.supervision.position_min_um, control.supervision.position_max_um,
-                                  signal.name, low, high));
+                      fmt::format("the {} {}..{} um do not fit signal {}, expected within {}..{} um", what,
+                                  needed_low, needed_high, signal.name, low, high));
   }
 
   void check_states() const {
@@ -234,6 +248,13 @@ void check_frames(const Document& document, const Config& config, std::size_t ax
       .run(can::transmit_pdo_base + wire.amplifier_node);
   FrameCheck<can::SensorSample>(document, config, axis, "sample")
       .run(can::transmit_pdo_base + wire.sensor_node);
+  FrameCheck<can::ControllerStatus>(document, config, axis, "")
+      .run(can::controller_status_base + wire.amplifier_node);
+  FrameCheck<can::Setpoint>(document, config, axis, "").run(can::setpoint_base + wire.amplifier_node);
+  if (config.axes[axis].live_setpoint && !can::message_map_in<can::Setpoint>(config.database, wire))
+    document.fail_at(fmt::format("axis[{}].live_setpoint", axis),
+                     fmt::format("no message {}{} in {}, expected one for live_setpoint", wire.message_prefix,
+                                 can::Setpoint::name, config.bus.dbc.string()));
 }
 
 void check_identifiers(const Document& document, const Config& config) {
@@ -263,6 +284,8 @@ void check_identifiers(const Document& document, const Config& config) {
     take(can::message_map<can::AmpCommand>(wire), path + ".command.message");
     take(can::message_map<can::AmpStatus>(wire), path + ".status.message");
     take(can::message_map<can::SensorSample>(wire), path + ".sample.message");
+    take(can::message_map_in<can::ControllerStatus>(config.database, wire), "bus.dbc");
+    take(can::message_map_in<can::Setpoint>(config.database, wire), "bus.dbc");
   }
 }
 

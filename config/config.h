@@ -46,6 +46,7 @@ struct AxisConfig {
   std::string drive_unit;
   std::filesystem::path control_model;
   controller::AxisConfig control;
+  bool live_setpoint = false;
   std::filesystem::path twin_model;
   twin::AxisConfig twin;
 };

@@ -45,11 +45,13 @@ void add(std::vector<std::string>& lines, const std::string& place, const can::M
   add_integrity(lines, place, map.integrity);
 }
 
-/// Of the command, of the status where there is one, and of the sample.
-std::vector<can::MessageMap> maps_of(const can::AxisWire& axis) {
+/// Of the command and the sample; of the status, and of the controller's own, where there are such.
+std::vector<can::MessageMap> maps_of(const can::AxisWire& axis, const can::Database& database) {
   std::vector<can::MessageMap> maps;
-  for (auto& map : {can::message_map<can::AmpCommand>(axis), can::message_map<can::AmpStatus>(axis),
-                    can::message_map<can::SensorSample>(axis)})
+  for (auto& map :
+       {can::message_map<can::AmpCommand>(axis), can::message_map<can::AmpStatus>(axis),
+        can::message_map<can::SensorSample>(axis), can::message_map_in<can::ControllerStatus>(database, axis),
+        can::message_map_in<can::Setpoint>(database, axis)})
     if (map) maps.push_back(*map);
   return maps;
 }
@@ -72,7 +74,7 @@ std::vector<std::string> losses(const can::AxisWire& axis) {
 
 std::vector<std::string> fd_messages(const can::AxisWire& axis, const can::Database& database) {
   std::vector<std::string> names;
-  for (const can::MessageMap& map : maps_of(axis))
+  for (const can::MessageMap& map : maps_of(axis, database))
     if (can::wire_kind(can::find_message(database, map).length) == can::FrameKind::fd)
       names.push_back(map.message);
   return names;
@@ -80,7 +82,7 @@ std::vector<std::string> fd_messages(const can::AxisWire& axis, const can::Datab
 
 can::Protections protections(const can::AxisWire& axis, const can::Database& database) {
   can::Protections found;
-  for (const can::MessageMap& map : maps_of(axis))
+  for (const can::MessageMap& map : maps_of(axis, database))
     found.emplace(map.message, can::protection_of(can::find_message(database, map), map));
   return found;
 }

@@ -24,11 +24,21 @@ Supervisor::Config supervision_of(const AxisConfig& config) {
   return supervision;
 }
 
+/// From the lower threshold, coming down, to the upper one; within what is plausible.
+model::Interval reach_of(const AxisConfig& config) {
+  model::Interval reach{config.supervision.position_min_um, config.supervision.position_max_um};
+  if (config.excitation) return reach;
+  const model::HysteresisParameters& model = config.law.model;
+  const model::Interval& thresholds = model.ascending.domain();
+  return {std::max(reach.lo, model.descending.value(thresholds.lo)),
+          std::min(reach.hi, model.ascending.value(thresholds.hi))};
+}
+
 }  // namespace
 
 std::string_view to_string(AxisState state) {
-  static constexpr std::array<std::string_view, 6> names{"offline", "waiting",  "initialising",
-                                                         "ready",   "tracking", "faulted"};
+  static constexpr std::array<std::string_view, axis_state_count> names{"offline", "waiting",  "initialising",
+                                                                        "ready",   "tracking", "faulted"};
   return names[static_cast<std::size_t>(state)];
 }
 
@@ -37,7 +47,8 @@ Axis::Axis(const AxisConfig& config)
       loop_(make_loop(config)),
       ramp_in_(std::visit([](const auto& loop) { return loop.ramp_in(); }, loop_)),
       supervisor_(supervision_of(config)),
-      drive_(config.gate.safe_drive) {}
+      drive_(config.gate.safe_drive),
+      reach_(reach_of(config)) {}
 
 void Axis::start(bool clear_amplifier_fault) {
   state_ = AxisState::waiting;
@@ -57,6 +68,24 @@ void Axis::trip(Cause cause, double time_s) {
   if (state_ == AxisState::faulted) return;
   state_ = AxisState::faulted;
   fault_ = {cause, time_s};
+}
+
+bool Axis::takes_live_setpoints() const {
+  return state_ == AxisState::tracking && !stopping_ && std::holds_alternative<ClosedLoop>(loop_);
+}
+
+LiveSetpoint Axis::go_to(double position_um) {
+  if (!takes_live_setpoints()) return LiveSetpoint::not_tracking;
+  // Written so that NaN is out of range too.
+  if (!(position_um >= reach_.lo && position_um <= reach_.hi)) return LiveSetpoint::out_of_range;
+  live_goal_um_ = position_um;
+  return LiveSetpoint::taken;
+}
+
+LiveSetpoint Axis::resume() {
+  if (!takes_live_setpoints()) return LiveSetpoint::not_tracking;
+  live_goal_um_.reset();
+  return LiveSetpoint::taken;
 }
 
 AxisCommand Axis::step(const AxisInput& input) {
@@ -136,6 +165,7 @@ AxisCommand Axis::hold_ready(const AxisInput& input) {
   if (!input.begin_tracking || !input.position_um) return {.drive = drive_, .enable = true};
   state_ = AxisState::tracking;
   tracking_since_s_ = input.time_s;
+  live_goal_um_.reset();
   std::visit([&](auto& loop) { loop.begin(*input.position_um); }, loop_);
   return track(input);
 }

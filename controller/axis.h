@@ -28,6 +28,7 @@
 namespace hystcan::controller {
 
 enum class AxisState : std::uint8_t { offline, waiting, initialising, ready, tracking, faulted };
+inline constexpr std::size_t axis_state_count = static_cast<std::size_t>(AxisState::faulted) + 1;
 std::string_view to_string(AxisState state);
 
 struct AxisConfig {
@@ -59,9 +60,13 @@ struct AxisReport {
   std::uint8_t limits = limit::none;
   Correction correction;      ///< of the model, as learnt so far
   bool sample_missing = false;
+  bool in_position = false;
   Trajectory::Point point;
   Arrival arrival = Arrival::not_judged;  ///< judged while tracking
 };
+
+/// What became of a live setpoint.
+enum class LiveSetpoint : std::uint8_t { taken, not_tracking, out_of_range };
 
 class Axis {
  public:
@@ -76,6 +81,14 @@ class Axis {
   /// faulted.
   bool clear();
   void trip(Cause cause, double time_s);
+
+  /// Live: to this position, smoothly, and stay there. Refused where the axis does not track a reference, and
+  /// outside position_min_um..position_max_um or what the model reaches at its thresholds. Allocates nothing.
+  LiveSetpoint go_to(double position_um);
+  /// Live: follow the configured reference again.
+  LiveSetpoint resume();
+  /// Where go_to() has sent it. Empty: it follows the configured reference.
+  std::optional<double> live_goal_um() const { return live_goal_um_; }
 
   /// Exactly once per cycle.
   AxisCommand step(const AxisInput& input);
@@ -96,6 +109,7 @@ class Axis {
   AxisCommand safe() const;
   bool ramp_towards(double target, double dt_s);
   bool is_driving() const;
+  bool takes_live_setpoints() const;
 
   AxisConfig config_;
   Loop loop_;
@@ -110,6 +124,8 @@ class Axis {
   std::size_t ramp_ = 0;  ///< while initialising: on the way to this one
   double dwelt_s_ = 0.0;
   double tracking_since_s_ = 0.0;
+  model::Interval reach_;  ///< positions that a live setpoint may ask for
+  std::optional<double> live_goal_um_;
 };
 
 }  // namespace hystcan::controller

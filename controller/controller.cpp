@@ -36,6 +36,7 @@ Controller::WiredAxis::WiredAxis(const WiredAxisConfig& config, const Config& co
       samples_name_their_sync(can::message_map<can::SensorSample>(wire)->carries("sync_counter")),
       flags_tell_fault(false),
       foreign_command(checker_of(*can::find_layout<can::AmpCommand>(database, wire))),
+      status_sender(database, wire),
       sensor(wire.sensor_node, common.heartbeat_timeout, {wire.sensor_setup, wire.setup_patience}),
       amplifier(wire.amplifier_node, common.heartbeat_timeout, {wire.amplifier_setup, wire.setup_patience}) {
   const auto map = can::message_map<can::AmpStatus>(wire);
@@ -44,6 +45,7 @@ Controller::WiredAxis::WiredAxis(const WiredAxisConfig& config, const Config& co
     decode_status.emplace(std::move(*layout));
   else
     status = believed;
+  if (config.live_setpoint) setpoint_receiver.emplace(database, wire);
   flags_tell_fault = map && (!map->carries("state") || map->states.fault.empty());
 }
 
@@ -91,6 +93,9 @@ void Controller::lay_routes() {
     if (wired.decode_status)
       lay_route(wired.decode_status->id(), wired.decode_status->extended(), &Controller::on_status, i);
     lay_route(wired.encode_command.id(), wired.encode_command.extended(), &Controller::on_foreign_command, i);
+    if (const auto id = wired.status_sender.id())
+      lay_route(*id, false, &Controller::on_foreign_axis_status, i);
+    if (wired.setpoint_receiver) lay_route(wired.setpoint_receiver->id(), false, &Controller::on_setpoint, i);
     lay_peer_routes<&WiredAxis::sensor>(i, &Controller::on_sensor_heartbeat);
     lay_peer_routes<&WiredAxis::amplifier>(i, &Controller::on_amplifier_heartbeat);
   }
@@ -131,18 +136,29 @@ void Controller::send_safe_commands() {
   for (const auto& wired : axes_) send_command(*wired, {.drive = wired->axis.config().gate.safe_drive});
 }
 
+std::optional<SetpointCounters> Controller::live_setpoints(std::size_t i) const {
+  if (!axes_[i]->setpoint_receiver) return std::nullopt;
+  return axes_[i]->setpoint_receiver->counters();
+}
+
 std::vector<can::RejectedFrames> Controller::rejected() const {
   std::vector<can::RejectedFrames> all;
   const auto add = [&](std::string message, const can::Checker& checker) {
     all.push_back(can::rejected_frames(std::move(message), checker));
   };
-  all.reserve(4 * axes_.size());
+  all.reserve(9 * axes_.size());
   for (const auto& wired : axes_) {
     add(can::message_map<can::SensorSample>(wired->wire)->message, wired->decode_sample.checker());
     if (wired->decode_status)
       add(can::message_map<can::AmpStatus>(wired->wire)->message, wired->decode_status->checker());
-    for (const Peer* peer : {&wired->amplifier, &wired->sensor})
-      add("heartbeat of node " + std::to_string(peer->node()), peer->heartbeat_checker());
+    if (wired->setpoint_receiver)
+      add(can::message_map<can::Setpoint>(wired->wire)->message, wired->setpoint_receiver->checker());
+    for (const Peer* peer : {&wired->amplifier, &wired->sensor}) {
+      const std::string node = std::to_string(peer->node());
+      add("heartbeat of node " + node, peer->heartbeat_checker());
+      add("emergency of node " + node, peer->emergency_checker());
+      add("SDO response of node " + node, peer->sdo_checker());
+    }
   }
   return all;
 }
@@ -203,7 +219,8 @@ void Controller::close_cycle() {
 
 /// What has time, once a cycle: when the commands of all axes in use have been sent. The queue to the bus is
 /// first in, first out, and short: what is put into it earlier holds the commands up, and what does not fit
-/// is lost, so that beside the heartbeat there is one frame at most.
+/// is lost, so that beside the heartbeat there is one frame at most. Axis statuses and the set-up of nodes
+/// take turns, nodes first where a heartbeat is due; a status goes before it, the least urgent frame of all.
 void Controller::keep_house() {
   if (house_kept_) return;
   const bool commands_sent = std::ranges::all_of(
@@ -211,12 +228,30 @@ void Controller::keep_house() {
   if (!commands_sent) return;
   house_kept_ = true;
   answer_a_request();
-  if (sync_sent_ >= next_heartbeat_) {
+  const bool beats = sync_sent_ >= next_heartbeat_;
+  if (beats)
+    for (const auto& wired : axes_) wired->status_sender.make_due();
+  const bool wakes = beats && std::ranges::any_of(axes_, [](const auto& wired) {
+                       return wired->axis.state() == AxisState::waiting;
+                     });
+  bool told = !told_last_cycle_ && !wakes && tell_of_an_axis();
+  if (beats) {
     next_heartbeat_ = sync_sent_ + config_.heartbeat_period;
     bus_->send(can::heartbeat_frame(config_.node, can::NmtState::operational));
     if (next_to_wake_ >= node_count()) next_to_wake_ = 0;
   }
-  if (!set_up_a_node()) wake_a_node();
+  if (!told && !set_up_a_node() && !wake_a_node()) told = tell_of_an_axis();
+  told_last_cycle_ = told;
+}
+
+/// The next status that is due, of the axes in turn.
+bool Controller::tell_of_an_axis() {
+  for (std::size_t tried = 0; tried < axes_.size(); ++tried) {
+    WiredAxis& wired = *axes_[next_to_tell_of_];
+    next_to_tell_of_ = (next_to_tell_of_ + 1) % axes_.size();
+    if (wired.status_sender.is_due(wired.axis)) return wired.status_sender.send(wired.axis, *bus_);
+  }
+  return false;
 }
 
 void Controller::answer_a_request() {
@@ -277,11 +312,12 @@ bool Controller::set_up_a_node() {
 
 /// Nodes that wait in pre-operational are started once they are set up: each once in a period of the
 /// heartbeat.
-void Controller::wake_a_node() {
+bool Controller::wake_a_node() {
   while (next_to_wake_ < node_count()) {
     const std::size_t place = next_to_wake_++;
-    if (axes_[place / 2]->axis.state() == AxisState::waiting && wake(node_at(place))) return;
+    if (axes_[place / 2]->axis.state() == AxisState::waiting && wake(node_at(place))) return true;
   }
+  return false;
 }
 
 bool Controller::wake(const Peer& peer) {
@@ -326,6 +362,14 @@ void Controller::on_foreign_sync(std::size_t, const can::Frame& frame) {
 /// A damaged one, which the amplifier does not take either, is nobody's.
 void Controller::on_foreign_command(std::size_t index, const can::Frame& frame) {
   if (!axes_[index]->foreign_command.check(frame)) hear_another();
+}
+
+void Controller::on_foreign_axis_status(std::size_t index, const can::Frame& frame) {
+  if (axes_[index]->status_sender.is_sound(frame)) hear_another();
+}
+
+void Controller::on_setpoint(std::size_t index, const can::Frame& frame) {
+  axes_[index]->setpoint_receiver->hear(frame, axes_[index]->axis);
 }
 
 void Controller::on_bus_state(can::BusState state) {

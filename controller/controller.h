@@ -3,11 +3,12 @@
 //   SYNC(n) -> SensorSample(n) -> Axis::step -> AmpCommand(n)
 //
 // A sample is answered as it arrives. One that has not come by the next SYNC is bridged then, and counted.
-// The own heartbeat, and of NMT and SDO one frame a cycle, follow its commands. Before its first frame it
-// listens for one heartbeat period. Somebody else's SYNC, heartbeat of its own node id or command to its
-// amplifiers faults every axis: heard while it listens, it stays silent for good; later, its commands are
-// safe from there on. Bus-off, or the loss of the interface, faults every driven axis with the next step, and
-// what was known of the nodes is forgotten: whoever is to be armed again must be heard again first.
+// The own heartbeat, and of axis statuses, NMT and SDO one frame a cycle, follow its commands. Before its
+// first frame it listens for one heartbeat period. Somebody else's SYNC, heartbeat of its own node id, axis
+// status or command to its amplifiers faults every axis: heard while it listens, it stays silent for good;
+// later, its commands are safe from there on. Bus-off, or the loss of the interface, faults every driven axis
+// with the next step, and what was known of the nodes is forgotten: whoever is to be armed again must be
+// heard again first.
 #pragma once
 
 #include <array>
@@ -23,6 +24,7 @@
 #include "can/protocol.h"
 #include "controller/axis.h"
 #include "controller/black_box.h"
+#include "controller/own_frames.h"
 #include "controller/peer.h"
 #include "controller/realtime.h"
 #include "controller/record.h"
@@ -34,6 +36,7 @@ namespace hystcan::controller {
 struct WiredAxisConfig {
   can::AxisWire wire;
   AxisConfig axis;
+  bool live_setpoint = false;  ///< obeys Setpoint frames, from whomever
 };
 
 struct Config {
@@ -70,7 +73,10 @@ class Controller {
   std::size_t axis_count() const { return axes_.size(); }
   const Axis& axis(std::size_t i) const { return axes_[i]->axis; }
   const can::Checker& sample_checker(std::size_t i) const { return axes_[i]->decode_sample.checker(); }
-  /// Of every message that the controller hears: samples, statuses, heartbeats.
+  /// Empty: this axis takes none.
+  std::optional<SetpointCounters> live_setpoints(std::size_t i) const;
+  /// Of every message that the controller hears: samples, statuses, setpoints; of both nodes heartbeats,
+  /// emergencies, SDO responses.
   std::vector<can::RejectedFrames> rejected() const;
   const CycleCounters& counters() const { return counters_; }
   /// Since start. On the scheduler's thread, as everything here.
@@ -88,6 +94,8 @@ class Controller {
     bool samples_name_their_sync;  ///< else a sample counts for the cycle it arrives in
     bool flags_tell_fault;         ///< the state alone does not
     can::Checker foreign_command;  ///< of commands to this amplifier that are not ours
+    StatusSender status_sender;
+    std::optional<SetpointReceiver> setpoint_receiver;  ///< empty: it obeys no stranger
     Peer sensor;
     Peer amplifier;
     can::AmpStatus status;
@@ -105,8 +113,9 @@ class Controller {
   std::string_view obey(Request& request);
   std::size_t node_count() const { return 2 * axes_.size(); }
   Peer& node_at(std::size_t place);
+  bool tell_of_an_axis();
   bool set_up_a_node();
-  void wake_a_node();
+  bool wake_a_node();
   bool wake(const Peer& peer);
   void handle(const can::Frame& frame);
   void hear_another();
@@ -119,6 +128,8 @@ class Controller {
   void on_own_heartbeat(std::size_t, const can::Frame& frame);
   void on_foreign_sync(std::size_t, const can::Frame& frame);
   void on_foreign_command(std::size_t index, const can::Frame& frame);
+  void on_foreign_axis_status(std::size_t index, const can::Frame& frame);
+  void on_setpoint(std::size_t index, const can::Frame& frame);
   template <Peer WiredAxis::*peer>
   void on_emergency(std::size_t index, const can::Frame& frame) {
     (axes_[index].get()->*peer).hear_emergency(frame);
@@ -167,6 +178,8 @@ class Controller {
   std::uint8_t sync_counter_ = 0;
   bool begin_tracking_ = false;
   bool house_kept_ = true;  ///< in this cycle
+  std::size_t next_to_tell_of_ = 0;
+  bool told_last_cycle_ = false;
   std::size_t next_to_set_up_ = 0;
   std::size_t next_to_wake_ = 0;  ///< all nodes: none is left to be woken before the next heartbeat
   enum class Phase : std::uint8_t { off, listening, running, silent };

@@ -35,11 +35,16 @@ bool Peer::hear_heartbeat(const can::Frame& frame, can::Time now) {
 }
 
 void Peer::hear_emergency(const can::Frame& frame) {
+  if (emergency_checker_.check(frame)) return;
   const auto emergency = can::parse_emergency(frame);
   if (!emergency) return;
   constexpr std::uint16_t no_error_group = 0xFF00;  // CiA 301: 00xx is "error reset or no error"
   alarm_ |= (emergency->code & no_error_group) != 0;
   note({.kind = NodeEvent::Kind::emergency, .node = node_, .emergency = *emergency});
+}
+
+void Peer::hear_sdo(const can::Frame& frame) {
+  if (!sdo_checker_.check(frame)) setup_.handle(frame);
 }
 
 void Peer::forget() {

@@ -37,7 +37,7 @@ class Peer {
   /// True: the node has booted up.
   bool hear_heartbeat(const can::Frame& frame, can::Time now);
   void hear_emergency(const can::Frame& frame);
-  void hear_sdo(const can::Frame& frame) { setup_.handle(frame); }
+  void hear_sdo(const can::Frame& frame);
 
   std::uint8_t node() const { return node_; }
   /// Empty: never heard, or silent for too long.
@@ -48,8 +48,10 @@ class Peer {
   }
   bool is_set_up() const { return setup_.is_done(); }
   unsigned boot_ups() const { return heartbeat_.boot_ups(); }
-  /// Frames in the place of its heartbeat that were none.
+  /// Frames in the place of its heartbeat, emergency or SDO response that were none.
   const can::Checker& heartbeat_checker() const { return heartbeat_checker_; }
+  const can::Checker& emergency_checker() const { return emergency_checker_; }
+  const can::Checker& sdo_checker() const { return sdo_checker_; }
 
   /// The bus was gone: what was heard, and what was set up, may no longer be so.
   void forget();
@@ -69,6 +71,8 @@ class Peer {
   std::uint8_t node_;
   can::HeartbeatMonitor heartbeat_;
   can::Checker heartbeat_checker_{can::Protection{}, 1, false};
+  can::Checker emergency_checker_{can::Protection{}, 8, false};
+  can::Checker sdo_checker_{can::Protection{}, 8, false};
   can::SdoSetup setup_;
   bool failure_told_ = false;
   bool alarm_ = false;

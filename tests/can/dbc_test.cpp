@@ -240,20 +240,15 @@ struct Expected {
   std::uint32_t id;
   int length;
 };
-constexpr Expected one_axis[] = {{"Nmt", 0x000, 2},
-                                 {"Sync", 0x080, 1},
-                                 {"ControllerHeartbeat", 0x77F, 1},
-                                 {"XAmpEmcy", 0x081, 8},
-                                 {"XSensorEmcy", 0x082, 8},
-                                 {"XAmpStatus", 0x181, 8},
-                                 {"XSensorSample", 0x182, 8},
-                                 {"XAmpCommand", 0x201, 8},
-                                 {"XAmpHeartbeat", 0x701, 1},
-                                 {"XSensorHeartbeat", 0x702, 1}};
-constexpr Expected second_axis[] = {{"YAmpEmcy", 0x083, 8},        {"YSensorEmcy", 0x084, 8},
-                                    {"YAmpStatus", 0x183, 8},      {"YSensorSample", 0x184, 8},
-                                    {"YAmpCommand", 0x203, 8},     {"YAmpHeartbeat", 0x703, 1},
-                                    {"YSensorHeartbeat", 0x704, 1}};
+constexpr Expected one_axis[] = {
+    {"Nmt", 0x000, 2},           {"Sync", 0x080, 1},          {"ControllerHeartbeat", 0x77F, 1},
+    {"XAmpEmcy", 0x081, 8},      {"XSensorEmcy", 0x082, 8},   {"XAmpStatus", 0x181, 8},
+    {"XSensorSample", 0x182, 8}, {"XAmpCommand", 0x201, 8},   {"XControllerStatus", 0x281, 8},
+    {"XSetpoint", 0x301, 8},     {"XAmpHeartbeat", 0x701, 1}, {"XSensorHeartbeat", 0x702, 1}};
+constexpr Expected second_axis[] = {
+    {"YAmpEmcy", 0x083, 8},         {"YSensorEmcy", 0x084, 8},       {"YAmpStatus", 0x183, 8},
+    {"YSensorSample", 0x184, 8},    {"YAmpCommand", 0x203, 8},       {"YAmpHeartbeat", 0x703, 1},
+    {"YSensorHeartbeat", 0x704, 1}, {"YControllerStatus", 0x283, 8}, {"YSetpoint", 0x303, 8}};
 
 void expect_messages(const Database& database, std::span<const Expected> messages) {
   for (const auto& [name, id, length] : messages) {
@@ -288,13 +283,15 @@ TEST(ShippedDbc, PlacesTheSignalsOfTheTable) {
     const Message& command = *database.find("XAmpCommand");
     const Message& status = *database.find("XAmpStatus");
     const Message& sample = *database.find("XSensorSample");
-    for (const Message* message : {&command, &status, &sample}) {
+    const Message& axis_status = *database.find("XControllerStatus");
+    const Message& setpoint = *database.find("XSetpoint");
+    for (const Message* message : {&command, &status, &sample, &axis_status, &setpoint}) {
       expect_signal(*message, "Counter", 48, 4);
       expect_signal(*message, "Crc", 56, 8);
       const Signal& value = message->signals.front();
       EXPECT_TRUE(value.is_signed);
       EXPECT_EQ(value.scale, 1e-6);
-      EXPECT_EQ(value.unit, message == &sample ? "um" : unit);
+      EXPECT_EQ(value.unit, message == &command || message == &status ? unit : "um");
     }
     expect_signal(command, "Setpoint", 0, 32);
     expect_signal(command, "Enable", 32, 1);
@@ -306,6 +303,14 @@ TEST(ShippedDbc, PlacesTheSignalsOfTheTable) {
     expect_signal(sample, "Position", 0, 32);
     expect_signal(sample, "SyncCounter", 32, 8);
     expect_signal(sample, "Status", 40, 8);
+    expect_signal(axis_status, "FollowingError", 0, 32);
+    expect_signal(axis_status, "State", 32, 8);
+    expect_signal(axis_status, "Cause", 40, 8);
+    expect_signal(axis_status, "InPosition", 52, 1);
+    expect_signal(axis_status, "Limited", 53, 1);
+    expect_signal(axis_status, "ReferenceFinished", 54, 1);
+    expect_signal(setpoint, "Position", 0, 32);
+    expect_signal(setpoint, "Mode", 32, 8);
     EXPECT_EQ(status.find("State")->values.at(3), "fault");
     EXPECT_EQ(database.find("Nmt")->find("Command")->values.at(129), "reset node");
     EXPECT_EQ(database.find("XAmpHeartbeat")->find("State")->values.at(127), "pre-operational");

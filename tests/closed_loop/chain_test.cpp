@@ -86,7 +86,7 @@ config::Config axes_like_the_shipped(std::size_t count, const Frames& frames, st
     axis.control.supervision.position_min_um = -1e3;
     axis.control.supervision.position_max_um = 1e3;
     axis.control.repeat = true;
-    for (const char* name : {"XAmpStatus", "XSensorSample", "XAmpCommand"}) {
+    for (const char* name : {"XAmpStatus", "XSensorSample", "XAmpCommand", "XControllerStatus"}) {
       can::Message message = *shipped.database.find(name);
       message.name = axis.wire.message_prefix + (name + 1);
       message.length = frames.bytes;
@@ -196,6 +196,8 @@ class Watched {
   Duration last_command() const { return last_command_; }
   int heartbeats() const { return heartbeats_; }
   int early_heartbeats() const { return early_heartbeats_; }
+  int axis_statuses() const { return axis_statuses_; }
+  int early_axis_statuses() const { return early_axis_statuses_; }
 
  private:
   /// A command has been queued, and names by its counter the SYNC that it answers.
@@ -221,6 +223,9 @@ class Watched {
     } else if (name == "ControllerHeartbeat") {
       ++heartbeats_;
       if (watching_ && commands_since_sync_ != axes_) ++early_heartbeats_;
+    } else if (name.ends_with("ControllerStatus")) {
+      ++axis_statuses_;
+      if (watching_ && commands_since_sync_ != axes_) ++early_axis_statuses_;
     } else if (name.ends_with("Heartbeat")) {
       if (frame.data[0] != 0) keep(name, passed.time_since_epoch() % beat_);
     } else if (name.ends_with("AmpCommand")) {
@@ -258,6 +263,8 @@ class Watched {
   Duration last_command_{};
   int heartbeats_ = 0;
   int early_heartbeats_ = 0;
+  int axis_statuses_ = 0;
+  int early_axis_statuses_ = 0;
   bool watching_ = false;
   rehearsal::Rehearsal rehearsal_;
   std::unique_ptr<can::Bus> ear_;
@@ -277,7 +284,8 @@ TEST(ChainBound, IsNeverExceededByTheRehearsal) {
     RC_ASSERT(watched.tracks());
     RC_ASSERT(watched.counters().late_samples == 0U);
     for (const config::PlannedFrame& each : plan->frames) {
-      if (each.frame.name == "ControllerHeartbeat" || !each.response) continue;
+      if (each.frame.name.starts_with("Controller") || each.frame.name.ends_with("ControllerStatus")) continue;
+      if (!each.response) continue;
       Duration bound = *each.response;
       if (each.frame.name.ends_with("Status")) bound += each.frame.jitter;
       if (watched.longest(each.frame.name) > bound)
@@ -297,7 +305,7 @@ TEST(ChainBound, IsNeverExceededByTheRehearsal) {
   RecordProperty("mean", std::to_string(sum / std::max(runs, 1)));
 }
 
-TEST(ControllersHeartbeat, FollowsTheCommandsOfItsCycle) {
+TEST(ControllersHeartbeatAndStatuses, FollowTheCommandsOfTheirCycle) {
   std::mt19937_64 random(1);
   config::Config config = axes_like_the_shipped(2, {}, random);
   config.controller.heartbeat_period = 7ms;
@@ -306,6 +314,8 @@ TEST(ControllersHeartbeat, FollowsTheCommandsOfItsCycle) {
   ASSERT_TRUE(watched.tracks());
   EXPECT_GT(watched.heartbeats(), 70);
   EXPECT_EQ(watched.early_heartbeats(), 0);
+  EXPECT_GT(watched.axis_statuses(), 140) << "two axes with every heartbeat";
+  EXPECT_EQ(watched.early_axis_statuses(), 0);
 }
 
 }  // namespace

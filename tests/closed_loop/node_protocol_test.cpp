@@ -123,7 +123,7 @@ TEST(Emergencies, OfAForeignNodeOrThatSayNoErrorChangeNothing) {
   EXPECT_EQ(bench.axis().state(), AxisState::tracking);
 }
 
-TEST(Rejections, OfStatusesAndHeartbeatsAreCountedByMessageAndCause) {
+TEST(Rejections, AreCountedByMessageAndCause) {
   Bench bench(one_axis());
   bench.rehearsal.run_for(std::chrono::seconds(2));
   ASSERT_EQ(bench.axis().state(), AxisState::tracking);
@@ -132,14 +132,21 @@ TEST(Rejections, OfStatusesAndHeartbeatsAreCountedByMessageAndCause) {
   bench.tester->send({.id = 0x702, .length = 2, .data = {0x05}});
   bench.tester->send({.id = 0x702, .length = 2, .data = {0x05}});
   bench.tester->send({.id = 0x701, .extended = true, .length = 1, .data = {0x00}});
+  bench.tester->send({.id = 0x081, .length = 7, .data = {0x10, 0x23}});
+  bench.tester->send({.id = 0x582, .length = 4, .data = {0x60, 0x01, 0x20, 0x01}});
+  bench.tester->send({.id = 0x582, .kind = can::FrameKind::remote, .length = 8});
   bench.rehearsal.run_for(milliseconds(5));
   std::vector<std::string> told;
   for (const can::RejectedFrames& rejected : bench.rehearsal.controller().rejected())
-    told.push_back(describe(rejected));
-  EXPECT_EQ(told, (std::vector<std::string>{"", "XAmpStatus: rejected: 1 wrong length, 1 wrong CRC",
+    if (std::string line = describe(rejected); !line.empty()) told.push_back(std::move(line));
+  EXPECT_EQ(told, (std::vector<std::string>{"XAmpStatus: rejected: 1 wrong length, 1 wrong CRC",
                                             "heartbeat of node 1: rejected: 1 wrong identifier type",
-                                            "heartbeat of node 2: rejected: 2 wrong length"}))
+                                            "emergency of node 1: rejected: 1 wrong length",
+                                            "heartbeat of node 2: rejected: 2 wrong length",
+                                            "SDO response of node 2: rejected: 1 not a data frame, "
+                                            "1 wrong length"}))
       << "the samples were sound";
+  EXPECT_TRUE(bench.events.empty()) << "what is malformed is no emergency";
   EXPECT_EQ(bench.axis().state(), AxisState::tracking);
 }
 

@@ -120,6 +120,15 @@ TEST_F(SharedBus, ASoundCommandOfSomebodyElseFaultsEveryAxis) {
   expect_faulted(loop);
 }
 
+TEST_F(SharedBus, AnAxisStatusOfSomebodyElseFaultsEveryAxis) {
+  track();
+  send({.id = 0x283, .length = 8});  // no CRC: nobody's
+  EXPECT_EQ(loop.axis(1).state(), AxisState::tracking);
+  can::Encoder<can::ControllerStatus> encode(*config.database.find("YControllerStatus"));
+  send(*encode({.state = 1}));
+  expect_faulted(loop);
+}
+
 TEST_F(SharedBus, WhatIsNoSyncHeartbeatOrCommandIsNobody) {
   track();
   send({.id = 0x080, .length = 1, .data = {0}});  // the counter runs 1..240

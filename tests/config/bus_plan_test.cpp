@@ -23,19 +23,46 @@ const PlannedFrame& planned(const BusPlan& plan, const std::string& name) {
 
 TEST(BusPlan, OfTheShippedStageFitsAndIsAsCountedByHand) {
   const BusPlan plan = plan_bus(shipped("piezo.toml"));
-  EXPECT_EQ(plan.frames.size(), 12U);
+  EXPECT_EQ(plan.frames.size(), 14U);
   EXPECT_EQ(plan.emergencies.size(), 4U);
-  // Behind a full cycle, 655 with turnaround, that had both statuses, 270, and all five heartbeats, 325, the
-  // controller's own in its queue before this SYNC.
-  EXPECT_EQ(planned(plan, "Sync").response, 655us + 270us + 325us + 65us - 1000us);
+  // Behind a full cycle, 655 with turnaround, that had both amplifiers' statuses, 270, all five heartbeats,
+  // 325, and one of the controller's axis statuses, 135; the controller's in its queue before this SYNC.
+  EXPECT_EQ(planned(plan, "Sync").response, 655us + 270us + 325us + 135us + 65us - 1000us);
   // SYNC, sample, command: 65 + 135 + 135; turnaround 50; the other axis's sample and command 270; both
   // statuses 270; a heartbeat of 65 bits before each of the three.
   EXPECT_EQ(planned(plan, "YAmpCommand").response, 335us + 50us + 270us + 270us + 195us);
   EXPECT_EQ(planned(plan, "YAmpCommand").deadline, 1135us);
   EXPECT_TRUE(plan.commands_in_time());
   for (const PlannedFrame& frame : plan.frames) EXPECT_TRUE(frame.in_time()) << frame.frame.name;
-  // 65 + 4 * 135 bits in each of 1000 cycles, two statuses in every tenth, five heartbeats in 100 ms.
-  EXPECT_NEAR(plan.load, (605.0 * 1000 + 2 * 135 * 100 + 5 * 65 * 10) / 1e6, 1e-9);
+  // 65 + 4 * 135 bits in each of 1000 cycles, two statuses in every tenth, five heartbeats and two axis
+  // statuses in 100 ms.
+  EXPECT_NEAR(plan.load, (605.0 * 1000 + 2 * 135 * 100 + (5 * 65 + 2 * 135) * 10) / 1e6, 1e-9);
+  EXPECT_LT(plan.load, 2.0 / 3.0);
+}
+
+// Anybody's frame may have begun when a sample or a command is queued: two live setpoints of 135 bits in the
+// place of two heartbeats of 65.
+TEST(BusPlan, CountsTheLiveSetpointsOfStrangers) {
+  Config config = shipped("piezo.toml");
+  config.controller.rate_Hz = 800.0;
+  const can::Duration before = *plan_bus(config).last_command;
+  for (AxisConfig& axis : config.axes) axis.live_setpoint = true;
+  const BusPlan plan = plan_bus(config);
+  EXPECT_EQ(plan.frames.size(), 16U);
+  EXPECT_EQ(*plan.last_command, before + 140us);
+  EXPECT_TRUE(plan.commands_in_time());
+  config.controller.rate_Hz = 1000.0;
+  EXPECT_FALSE(plan_bus(config).commands_in_time()) << "two axes leave no room for them at 1 Mbit/s";
+}
+
+// The statuses of all axes take turns, one a cycle: more axes, no more of them in a cycle.
+TEST(BusPlan, HoldsUpNoCommandForTheControllersStatuses) {
+  Config config = shipped("piezo.toml");
+  const can::Duration with = *plan_bus(config).last_command;
+  std::erase_if(config.database.messages,
+                [](const can::Message& message) { return message.name.ends_with("ControllerStatus"); });
+  EXPECT_EQ(plan_bus(config).frames.size(), 12U);
+  EXPECT_EQ(*plan_bus(config).last_command, with);
 }
 
 TEST(BusPlan, OfOneAxisLeavesRoom) {
@@ -69,7 +96,7 @@ void expect_refused(const char* what, const char* with, const std::string& line,
 
 TEST(BusPlan, WhoseCommandsCannotMakeTheirCycleIsRefusedAtTheRate) {
   expect_refused("1_000_000", "800_000", "14", "the last command may begin as late as");
-  expect_refused("1_000_000", "125_000", "14", "the bus is loaded to 508 % of 125000 bit/s");
+  expect_refused("1_000_000", "125_000", "14", "the bus is loaded to 510 % of 125000 bit/s");
   expect_refused("\"hystcan.dbc\"", "\"hystcan.dbc\"\nturnaround_us = 100.0", "15",
                  "expected within the cycle");
 }
@@ -135,11 +162,14 @@ class Traffic {
     if (name == "Sync") {
       for (const PlannedFrame& each : plan_.frames) {
         if (each.frame.name.ends_with("Sample")) after(upto(part + 1ns), each.frame);
-        if (each.frame.name.ends_with("Status") && cycle_began_.size() % 10 == 0)
+        if (each.frame.name.ends_with("AmpStatus") && cycle_began_.size() % 10 == 0)
           after(upto(part + 1ns), each.frame);
       }
     }
     if (name.ends_with("Sample")) after(upto(part + 1ns), planned(plan_, prefix + "AmpCommand").frame);
+    const std::size_t axes = config_.axes.size();
+    if (name.ends_with("Command") && ++commands_ % (7 * axes) == 0)  // behind those of a cycle, in turn
+      send(planned(plan_, config_.axes[turn_++ % axes].wire.message_prefix + "ControllerStatus").frame);
     if (name != "Sync" && !name.ends_with("Sample") && !name.ends_with("Command")) return;
     const can::Time began = cycle_began_.at(heard_[name]++);
     const can::Duration interframe{3'000'000'000 / config_.bus.bitrate_bit_per_s};
@@ -156,6 +186,8 @@ class Traffic {
   std::vector<std::unique_ptr<can::Timer>> timers_;
   std::vector<can::Time> cycle_began_;
   std::map<std::string, std::size_t> heard_;
+  std::size_t commands_ = 0;
+  std::size_t turn_ = 0;
   std::map<std::string, can::Duration> longest_;
 };
 

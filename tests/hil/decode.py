@@ -7,6 +7,7 @@ import sys
 from collections import Counter
 
 AXES = {"X": (1, 2), "Y": (3, 4)}
+STATES = ["offline", "waiting", "initialising", "ready", "tracking", "faulted"]
 
 
 def crc8_j1850(data):
@@ -31,10 +32,12 @@ def main(log):
     for axis, (amplifier, sensor) in AXES.items():
         names |= {0x080 + amplifier: axis + "AmpEmcy", 0x080 + sensor: axis + "SensorEmcy",
                   0x180 + amplifier: axis + "AmpStatus", 0x180 + sensor: axis + "SensorSample",
-                  0x200 + amplifier: axis + "AmpCommand",
+                  0x200 + amplifier: axis + "AmpCommand", 0x280 + amplifier: axis + "ControllerStatus",
+                  0x300 + amplifier: axis + "Setpoint",
                   0x700 + amplifier: axis + "AmpHeartbeat", 0x700 + sensor: axis + "SensorHeartbeat"}
     lengths = {"Nmt": 2, "Sync": 1}
     seen, wrong, last_counter, statuses, commands = Counter(), Counter(), {}, [], []
+    said = {axis: [] for axis in AXES}
     for time_s, identifier, classical, data in frames(log):
         name = names.get(identifier)
         if name is None or not classical:
@@ -45,14 +48,21 @@ def main(log):
         if len(data) != length:
             wrong["length"] += 1
             continue
-        if not name.endswith(("AmpStatus", "SensorSample", "AmpCommand")):
+        if not name.endswith(("AmpStatus", "SensorSample", "AmpCommand", "ControllerStatus", "Setpoint")):
             continue
-        value, byte4, byte5, counter, crc = struct.unpack("<iBBBB", data)
+        value, byte4, byte5, byte6, crc = struct.unpack("<iBBBB", data)
+        counter = byte6 & 0x0F if name.endswith("ControllerStatus") else byte6
         if crc != crc8_j1850(struct.pack("<H", identifier) + data[:7]):
             wrong["crc"] += 1
         if name in last_counter and counter != (last_counter[name] + 1) % 16:
             wrong["counter"] += 1
         last_counter[name] = counter
+        if name.endswith("ControllerStatus"):
+            if byte4 >= len(STATES) or byte6 & 0x80:
+                wrong["axis status"] += 1
+                continue
+            said[name[0]].append({"state": STATES[byte4], "cause": byte5, "following_error": value * 1e-6,
+                                  "limited": byte6 >> 5 & 1})
         if name == "XAmpStatus":
             statuses.append({"time_s": time_s, "output": value * 1e-6, "state": byte4, "fault": byte5})
         if name == "XAmpCommand":
@@ -60,6 +70,9 @@ def main(log):
     print(json.dumps({"seen": seen, "wrong": wrong, "last_command": commands[-1] if commands else None,
                       "drive_range": [f(c["setpoint"] for c in commands) for f in (min, max)] if commands else None,
                       "last_enabled_command": next((c for c in reversed(commands) if c["enable"]), None),
+                      "axis_states": {axis: [now["state"] for last, now in zip([{"state": None}] + each, each)
+                                             if now["state"] != last["state"]] for axis, each in said.items()},
+                      "last_axis_status": {axis: each[-1] if each else None for axis, each in said.items()},
                       "last_status": statuses[-1] if statuses else None,
                       "first_fault": next((s for s in statuses if s["state"] == 3), None)}))
 

@@ -5,9 +5,11 @@
 //   Icount.*       claims about time, made only where time is the number of instructions executed
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "config/config.h"
 #include "rehearsal/rehearsal.h"
@@ -45,9 +47,14 @@ TEST_P(Live, BothAxesTrackOnceAndEverythingOnTheWireIsAsDocumented) {
   EXPECT_TRUE(log.at("wrong").empty()) << log.at("wrong");
   for (const char* name : {"Nmt", "Sync", "ControllerHeartbeat", "XAmpStatus", "XSensorSample", "XAmpCommand",
                            "XAmpHeartbeat", "XSensorHeartbeat", "YAmpStatus", "YSensorSample", "YAmpCommand",
-                           "YAmpHeartbeat", "YSensorHeartbeat"})
+                           "YAmpHeartbeat", "YSensorHeartbeat", "XControllerStatus", "YControllerStatus"})
     EXPECT_GT(log.at("seen").value(name, 0), 0) << name;
   EXPECT_FALSE(log.at("seen").contains("XAmpEmcy"));
+  for (const char* axis : {"X", "Y"}) {
+    const std::vector<std::string> states = log.at("axis_states").at(axis);
+    EXPECT_NE(std::ranges::find(states, "tracking"), states.end()) << log.at("axis_states");
+    EXPECT_EQ(std::ranges::find(states, "faulted"), states.end()) << log.at("axis_states");
+  }
   const double syncs = log.at("seen").at("Sync");
   EXPECT_NEAR(log.at("seen").at("XSensorSample"), syncs, 0.2 * syncs)
       << "one sample a SYNC once the node is started";

@@ -1,0 +1,92 @@
+#include "controller/own_frames.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace hystcan::controller {
+namespace {
+
+can::Layout<can::Setpoint> layout_of_setpoint(const can::Database& database, const can::AxisWire& wire) {
+  if (auto layout = can::find_layout<can::Setpoint>(database, wire)) return std::move(*layout);
+  throw std::invalid_argument("no message " + wire.message_prefix + std::string(can::Setpoint::name) +
+                              ", expected one for the live setpoints of axis " + wire.name);
+}
+
+}  // namespace
+
+can::ControllerStatus status_of(const Axis& axis) {
+  const AxisReport& report = axis.report();
+  can::ControllerStatus status{.state = static_cast<std::uint8_t>(axis.state()),
+                               .cause = static_cast<std::uint8_t>(axis.fault().cause)};
+  if (axis.state() != AxisState::tracking) return status;
+  const double error_um = report.reference_um - report.position_um;
+  const double width_um = axis.config().position_max_um - axis.config().position_min_um;
+  if (std::isfinite(error_um)) status.following_error_um = std::clamp(error_um, -width_um, width_um);
+  status.in_position = report.in_position;
+  status.limited = report.limits != limit::none;
+  status.reference_finished = report.point.finished;
+  return status;
+}
+
+StatusSender::StatusSender(const can::Database& database, const can::AxisWire& wire) {
+  auto layout = can::find_layout<can::ControllerStatus>(database, wire);
+  if (!layout) return;
+  foreign_.emplace(layout->protection(), layout->length(), layout->extended());
+  encode_.emplace(std::move(*layout));
+}
+
+std::optional<std::uint32_t> StatusSender::id() const {
+  if (!encode_) return std::nullopt;
+  return encode_->id();
+}
+
+bool StatusSender::is_due(const Axis& axis) const {
+  return encode_ && (due_ || axis.state() != told_state_ || axis.fault().cause != told_cause_);
+}
+
+bool StatusSender::send(const Axis& axis, can::Bus& bus) {
+  const can::ControllerStatus status = status_of(axis);
+  const auto frame = (*encode_)(status);
+  if (frame && !bus.send(*frame)) return false;
+  due_ = false;
+  told_state_ = axis.state();
+  told_cause_ = axis.fault().cause;
+  return true;
+}
+
+std::string describe(const SetpointCounters& counters) {
+  if (counters.taken + counters.refused() == 0) return {};
+  std::string text = fmt::format("{} live setpoints taken", counters.taken);
+  const std::array<std::pair<std::uint64_t, const char*>, 3> reasons{
+      {{counters.not_tracking, "not tracking"},
+       {counters.out_of_range, "out of range"},
+       {counters.unknown_mode, "unknown mode"}}};
+  const char* before = ", refused: ";
+  for (const auto& [count, reason] : reasons)
+    if (count > 0) text += fmt::format("{}{} {}", std::exchange(before, ", "), count, reason);
+  return text;
+}
+
+SetpointReceiver::SetpointReceiver(const can::Database& database, const can::AxisWire& wire)
+    : decode_(layout_of_setpoint(database, wire)) {}
+
+void SetpointReceiver::hear(const can::Frame& frame, Axis& axis) {
+  const auto setpoint = decode_(frame);
+  if (!setpoint) return;
+  if (setpoint->mode > can::setpoint_mode::go_to) {
+    ++counters_.unknown_mode;
+    return;
+  }
+  const LiveSetpoint became =
+      setpoint->mode == can::setpoint_mode::go_to ? axis.go_to(setpoint->position_um) : axis.resume();
+  if (became == LiveSetpoint::taken) ++counters_.taken;
+  if (became == LiveSetpoint::not_tracking) ++counters_.not_tracking;
+  if (became == LiveSetpoint::out_of_range) ++counters_.out_of_range;
+}
+
+}  // namespace hystcan::controller
