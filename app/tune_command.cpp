@@ -41,11 +41,11 @@ struct Options {
   bool json = false;
 };
 
-/// About the middle of the stroke, up and down by 3 % of the range of the drive.
+/// About the middle of the stroke, up and down by 1 % of the range of the drive.
 Excitation::Steps steps(const Options& options, const controller::Gate::Config& gate) {
   const double range = gate.drive_max - gate.drive_min;
   return {.centre = options.centre.value_or(gate.drive_min + range / 2.0),
-          .amplitude = options.amplitude.value_or(0.03 * range),
+          .amplitude = options.amplitude.value_or(0.01 * range),
           .period_s = options.period_s,
           .cycles = options.cycles};
 }
@@ -87,7 +87,10 @@ SecondOrderFit fit(const Record& record) {
   try {
     return identification::fit_second_order(record);
   } catch (const std::invalid_argument& error) {
-    throw RunError(fmt::format("the experiment does not tell: {}; nothing is written", error.what()));
+    throw RunError(fmt::format(
+        "the experiment does not tell: {}; nothing is written. Another --amplitude may: a large step shows "
+        "the curve of the loop, a small one drowns in noise",
+        error.what()));
   }
 }
 
@@ -178,7 +181,7 @@ void add_tune(CLI::App& cli, int& status) {
   command->add_option("--output", options->output, "fragment of a configuration to write (TOML)")
       ->capture_default_str();
   command->add_option("--centre", options->centre, "drive; the middle of drive_min and drive_max");
-  command->add_option("--amplitude", options->amplitude, "drive units; 3 % of drive_max - drive_min");
+  command->add_option("--amplitude", options->amplitude, "drive units; 1 % of drive_max - drive_min");
   command->add_option("--period", options->period_s, "seconds of one step up and down")
       ->capture_default_str();
   command->add_option("--cycles", options->cycles, "steps up and down")->capture_default_str();

@@ -77,8 +77,11 @@ class Nodes {
   explicit Nodes(const rehearsal::Setup& setup) {
     axes_.reserve(setup.controller.axes.size());
     for (const auto& axis : setup.controller.axes)
-      axes_.push_back({*can::find_layout<can::SensorSample>(setup.database, axis.wire),
-                       *can::find_layout<can::AmpStatus>(setup.database, axis.wire), axis.wire});
+      axes_.push_back({.sample = can::Encoder<can::SensorSample>(
+                           *can::find_layout<can::SensorSample>(setup.database, axis.wire)),
+                       .status = can::Encoder<can::AmpStatus>(
+                           *can::find_layout<can::AmpStatus>(setup.database, axis.wire)),
+                       .wire = axis.wire});
   }
   /// What comes in one cycle, for the axes in turn. Statuses come in every tenth, heartbeats in every
   /// hundredth.
