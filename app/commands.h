@@ -32,6 +32,7 @@ void add_monitor(CLI::App& cli, int& status);
 void add_record(CLI::App& cli, int& status);
 void add_replay(CLI::App& cli, int& status);
 void add_simulate(CLI::App& cli, int& status);
+void add_tune(CLI::App& cli, int& status);
 void add_twin(CLI::App& cli, int& status);
 void add_validate(CLI::App& cli, int& status);
 

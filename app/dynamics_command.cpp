@@ -4,12 +4,12 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <string>
 
 #include "app/commands.h"
+#include "app/dynamics_text.h"
 #include "app/output_file.h"
 #include "config/config.h"
 #include "config/record_file.h"
@@ -18,8 +18,8 @@
 namespace hystcan::app {
 namespace {
 
-using identification::Estimate;
-using identification::Margins;
+using app::describe;
+using app::to_json;
 using identification::SecondOrderFit;
 using identification::Tuning;
 
@@ -59,74 +59,27 @@ Found find(const Options& options) {
   }
 }
 
-double decibel(double gain) { return 20.0 * std::log10(gain); }
-
-std::string with_interval(const Estimate& estimate, double scale, const char* unit) {
-  return fmt::format("{:.5g}{} (95 %: {:.5g} to {:.5g})", scale * estimate.value, unit, scale * estimate.lo,
-                     scale * estimate.hi);
-}
-
-std::string describe(const Margins& margins) {
-  return fmt::format(
-      "{}phase margin {:.1f} deg, gain margin {:.1f} dB, |L| at most {:.2f} at and beyond -180 deg, "
-      "sensitivity at most {:.2f}",
-      margins.stable ? "" : "NOT STABLE: ", margins.phase_margin_deg, decibel(margins.gain_margin),
-      margins.peak_beyond_180, margins.peak_sensitivity);
-}
-
 /// What both the reader of the terminal and the reader of the fragment are told.
 std::string describe(const Found& found) {
   const SecondOrderFit& fit = found.fit;
   const Tuning& tuning = found.tuning;
-  const std::string gain_unit = " " + found.output_unit + " per " + found.input_unit;
-  std::string text;
-  const auto line = [&](const char* name, const std::string& value) {
-    text += fmt::format("{:<18} {}\n", name, value);
-  };
-  line("record", fmt::format("{}: {} rows at {:.6g} Hz", found.file, fit.rows, 1.0 / fit.cycle_s));
-  line("natural frequency", with_interval(fit.natural_frequency_Hz, 1.0, " Hz"));
-  line("damping ratio", with_interval(fit.damping_ratio, 1.0, ""));
-  line("delay",
-       with_interval(fit.delay_s, 1e3, " ms") + ", the amplifier's lag and the sensor's delay in it");
-  line("gain", with_interval(fit.gain, 1.0, gain_unit.c_str()));
-  line("residual", fmt::format("{:.3g} {} rms; the mode explains {:.4f} % of the output's variance",
-                               fit.residual_rms, found.output_unit, 100.0 * fit.explained));
-  line("PI gains", fmt::format("kp {} um per um, ki {} 1/s, at {:.6g} Hz", tuning.gains.kp,
-                               tuning.gains.ki_per_s, found.rate_Hz));
-  line("loop", describe(tuning.margins));
-  line("at the worst", describe(tuning.worst) + " (corners of the intervals)");
-  line("speed", fmt::format("crossover {:.4g} Hz, bandwidth of the feedback alone {:.4g} Hz",
-                            tuning.margins.crossover_Hz, tuning.margins.bandwidth_Hz));
-  line("rule",
-       "of all kp >= 0 and ki the largest ki with |L| <= 1 where the phase of L is at -120 deg or beyond");
-  line("",
-       "(phase margin 60 deg) and |L| <= 1/2 where it is at -180 deg or beyond (6 dB, the resonance too)");
-  return text;
+  return line("record", fmt::format("{}: {} rows at {:.6g} Hz", found.file, fit.rows, 1.0 / fit.cycle_s)) +
+         describe(fit, found.input_unit, found.output_unit) +
+         line("PI gains", fmt::format("kp {} um per um, ki {} 1/s, at {:.6g} Hz", tuning.gains.kp,
+                                      tuning.gains.ki_per_s, found.rate_Hz)) +
+         line("loop", describe(tuning.margins)) +
+         line("at the worst", describe(tuning.worst) + " (corners of the intervals)") +
+         line("speed", fmt::format("crossover {:.4g} Hz, bandwidth of the feedback alone {:.4g} Hz",
+                                   tuning.margins.crossover_Hz, tuning.margins.bandwidth_Hz)) +
+         describe(identification::PiRule{});
 }
 
-std::string toml_number(double value) {
-  std::string text = fmt::format("{}", value);
-  return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
-}
-
-std::string toml_rounded(double value) { return toml_number(std::stod(fmt::format("{:.5g}", value))); }
-
-std::string as_comment(const std::string& text) {
-  std::string commented = "# ";
-  for (const char c : text) {
-    commented += c;
-    if (c == '\n') commented += "# ";
-  }
-  commented.resize(commented.size() - 2);
-  return commented;
-}
-
-/// The preview of the reference counts an amplifier's lag 1 / (2 pi bandwidth): that is where the delay goes.
-std::string delay_key(const Estimate& delay_s) {
-  if (delay_s.lo <= 0.0) return "# amplifier_bandwidth_Hz: as it is, no delay can be told from none\n";
+std::string delay_key(const identification::Estimate& delay_s) {
+  const auto bandwidth_Hz = bandwidth_Hz_for(delay_s);
+  if (!bandwidth_Hz) return "# amplifier_bandwidth_Hz: as it is, no delay can be told from none\n";
   return fmt::format(
       "amplifier_bandwidth_Hz = {}   # stands for the delay found: {:.4g} ms = 1 / (2 pi bandwidth)\n",
-      toml_rounded(1.0 / (2.0 * std::numbers::pi * delay_s.value)), 1e3 * delay_s.value);
+      toml_number(*bandwidth_Hz), 1e3 * delay_s.value);
 }
 
 std::string fragment(const Found& found) {
@@ -136,43 +89,18 @@ std::string fragment(const Found& found) {
                      toml_number(found.tuning.gains.kp), toml_number(found.tuning.gains.ki_per_s)) +
          "\n[axis.control.delays]\n" + delay_key(found.fit.delay_s) +
          fmt::format("resonance_Hz  = {}\ndamping_ratio = {}\n",
-                     toml_rounded(found.fit.natural_frequency_Hz.value),
-                     toml_rounded(found.fit.damping_ratio.value));
-}
-
-nlohmann::json to_json(const Estimate& estimate) {
-  return {{"value", estimate.value},
-          {"standard_error", estimate.standard_error},
-          {"lo", estimate.lo},
-          {"hi", estimate.hi}};
-}
-
-nlohmann::json to_json(const Margins& margins) {
-  return {{"stable", margins.stable},
-          {"phase_margin_deg", margins.phase_margin_deg},
-          {"gain_margin_dB", decibel(margins.gain_margin)},
-          {"peak_beyond_180", margins.peak_beyond_180},
-          {"peak_sensitivity", margins.peak_sensitivity},
-          {"crossover_Hz", margins.crossover_Hz},
-          {"bandwidth_Hz", margins.bandwidth_Hz}};
+                     toml_number(rounded(found.fit.natural_frequency_Hz.value)),
+                     toml_number(rounded(found.fit.damping_ratio.value)));
 }
 
 nlohmann::json to_json(const Found& found) {
-  const SecondOrderFit& fit = found.fit;
-  return {{"rows", fit.rows},
-          {"record_rate_Hz", 1.0 / fit.cycle_s},
-          {"natural_frequency_Hz", to_json(fit.natural_frequency_Hz)},
-          {"damping_ratio", to_json(fit.damping_ratio)},
-          {"delay_s", to_json(fit.delay_s)},
-          {"gain", to_json(fit.gain)},
-          {"drift_per_s", fit.drift_per_s},
-          {"residual_rms", fit.residual_rms},
-          {"explained", fit.explained},
-          {"rate_Hz", found.rate_Hz},
-          {"kp", found.tuning.gains.kp},
-          {"ki_per_s", found.tuning.gains.ki_per_s},
-          {"margins", to_json(found.tuning.margins)},
-          {"worst_margins", to_json(found.tuning.worst)}};
+  nlohmann::json json = to_json(found.fit);
+  json["rate_Hz"] = found.rate_Hz;
+  json["kp"] = found.tuning.gains.kp;
+  json["ki_per_s"] = found.tuning.gains.ki_per_s;
+  json["margins"] = to_json(found.tuning.margins);
+  json["worst_margins"] = to_json(found.tuning.worst);
+  return json;
 }
 
 int dynamics(const Options& options) {

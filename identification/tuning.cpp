@@ -17,18 +17,22 @@ Margins worse_of(const Margins& a, const Margins& b) {
 
 }  // namespace
 
-Tuning tune(const SecondOrderFit& fit, double cycle_s, const PiRule& rule) {
-  const SampledLoop found(fit.mode(), fit.delay_s.value, cycle_s);
-  Tuning tuning;
-  tuning.gains = found.suggest(rule);
-  tuning.margins = tuning.worst = found.margins(tuning.gains);
+Tuning judge(const PiGains& gains, const SecondOrderFit& fit, double cycle_s) {
+  Tuning tuning{.gains = gains,
+                .margins = SampledLoop(fit.mode(), fit.delay_s.value, cycle_s).margins(gains),
+                .worst = {}};
+  tuning.worst = tuning.margins;
   for (const double frequency_Hz : {fit.natural_frequency_Hz.lo, fit.natural_frequency_Hz.hi})
     for (const double damping_ratio : {fit.damping_ratio.lo, fit.damping_ratio.hi})
       for (const double delay_s : {fit.delay_s.lo, fit.delay_s.hi}) {
         const SampledLoop corner({frequency_Hz, damping_ratio}, delay_s, cycle_s);
-        tuning.worst = worse_of(tuning.worst, corner.margins(tuning.gains));
+        tuning.worst = worse_of(tuning.worst, corner.margins(gains));
       }
   return tuning;
+}
+
+Tuning tune(const SecondOrderFit& fit, double cycle_s, const PiRule& rule) {
+  return judge(SampledLoop(fit.mode(), fit.delay_s.value, cycle_s).suggest(rule), fit, cycle_s);
 }
 
 }  // namespace hystcan::identification

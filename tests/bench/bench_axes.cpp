@@ -1,0 +1,167 @@
+// What an axis-cycle costs, from 1 to 32 axes in one process: it should not grow with their number.
+//
+//   bench_axes        ns per axis-cycle, and the ratio to a single axis
+//
+// whole loop        controller, twin and simulated bus; that bus shows every frame to every node, whose
+// number
+//                   grows with the axes, which no real bus costs the controller
+// controller alone  the controller on a bus that is none: it is handed the samples, statuses and heartbeats
+//                   that would come, encoded beforehand, and its own frames go nowhere
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "can/sim_bus.h"
+#include "config/config.h"
+#include "controller/controller.h"
+#include "tests/bench/many_axes.h"
+
+namespace {
+
+using namespace hystcan;
+using Clock = std::chrono::steady_clock;
+
+constexpr int repetitions = 5;
+constexpr double budget_ratio = 1.2;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// The best of some repetitions: what the machine can do when it is left alone.
+template <class Run>
+double least_of(Run run) {
+  double least = run();
+  for (int i = 1; i < repetitions; ++i) least = std::min(least, run());
+  return least;
+}
+
+double whole_loop_ns(const rehearsal::Setup& setup) {
+  const std::size_t axes = setup.controller.axes.size();
+  rehearsal::Rehearsal loop(setup, [](const controller::CycleRecord&) {});
+  loop.start();
+  loop.run_for(std::chrono::seconds(3));
+  if (loop.controller().axis(axes - 1).state() != controller::AxisState::tracking) return -1.0;
+  const auto cycles_before = loop.controller().counters().cycles;
+  const auto start = Clock::now();
+  loop.run_for(std::chrono::milliseconds(8000 / axes));
+  const double elapsed_s = seconds_since(start);
+  return 1e9 * elapsed_s / static_cast<double>((loop.controller().counters().cycles - cycles_before) * axes);
+}
+
+/// Takes what is sent, and says nothing of its own accord.
+class DeafBus final : public can::Bus {
+ public:
+  bool send(const can::Frame&) override {
+    ++counters_.sent;
+    return true;
+  }
+  void on_frame(FrameHandler handler) override { handler_ = std::move(handler); }
+  void on_state(StateHandler) override {}
+  can::BusState state() const override { return can::BusState::active; }
+  const can::BusCounters& counters() const override { return counters_; }
+  void hear(const can::Frame& frame, can::Time now) { handler_(frame, now); }
+
+ private:
+  FrameHandler handler_;
+  can::BusCounters counters_;
+};
+
+/// Both nodes of each axis, as the controller hears them.
+class Nodes {
+ public:
+  explicit Nodes(const rehearsal::Setup& setup) {
+    axes_.reserve(setup.controller.axes.size());
+    for (const auto& axis : setup.controller.axes)
+      axes_.push_back({.sample = can::Encoder<can::SensorSample>(
+                           *can::find_layout<can::SensorSample>(setup.database, axis.wire)),
+                       .status = can::Encoder<can::AmpStatus>(
+                           *can::find_layout<can::AmpStatus>(setup.database, axis.wire)),
+                       .wire = axis.wire});
+  }
+  /// What comes in one cycle, for the axes in turn. Statuses come in every tenth, heartbeats in every
+  /// hundredth.
+  void append(std::uint64_t cycle, std::vector<can::Frame>& frames) {
+    const auto counter = static_cast<std::uint8_t>(cycle % can::sync_counter_max + 1);
+    for (Axis& axis : axes_) frames.push_back(*axis.sample({.position_um = 15.0, .sync_counter = counter}));
+    if (cycle % 10 == 0)
+      for (Axis& axis : axes_) frames.push_back(*axis.status({.state = can::AmpState::enabled}));
+    if (cycle % 100 == 0)
+      for (const Axis& axis : axes_)
+        for (const std::uint8_t node : {axis.wire.amplifier_node, axis.wire.sensor_node})
+          frames.push_back(can::heartbeat_frame(node, can::NmtState::operational));
+  }
+
+ private:
+  struct Axis {
+    can::Encoder<can::SensorSample> sample;
+    can::Encoder<can::AmpStatus> status;
+    can::AxisWire wire;
+  };
+  std::vector<Axis> axes_;
+};
+
+double controller_ns(rehearsal::Setup setup) {
+  const std::size_t axes = setup.controller.axes.size();
+  for (auto& axis : setup.controller.axes) axis.axis.following_error_um = 1e9;  // the stage stands still
+  can::VirtualClock clock;
+  DeafBus* bus = nullptr;
+  controller::Controller loop(
+      setup.controller, setup.database, clock,
+      [&](std::span<const can::Filter>) {
+        auto made = std::make_unique<DeafBus>();
+        bus = made.get();
+        return made;
+      },
+      [](const controller::CycleRecord&) {});
+  Nodes nodes(setup);
+  loop.start();
+  clock.run_until(can::Time{} + setup.controller.heartbeat_period);  // the first SYNC
+  constexpr auto period = std::chrono::milliseconds(1);
+  constexpr int block = 16;
+  std::vector<std::vector<can::Frame>> frames(block);
+  std::uint64_t cycle = 0;
+  double timed_s = 0.0;
+  std::uint64_t timed_cycles = 0;
+  const std::uint64_t warm_up = 3000, last = warm_up + 60'000 / axes;
+  while (cycle < last) {
+    for (int i = 0; i < block; ++i) {
+      frames[static_cast<std::size_t>(i)].clear();
+      nodes.append(cycle++, frames[static_cast<std::size_t>(i)]);
+    }
+    const auto start = Clock::now();
+    for (const std::vector<can::Frame>& of_cycle : frames) {
+      for (const can::Frame& frame : of_cycle) bus->hear(frame, clock.now());
+      clock.run_until(clock.now() + period);
+    }
+    if (cycle < warm_up) continue;
+    timed_s += seconds_since(start);
+    timed_cycles += block;
+  }
+  const bool fit =
+      loop.axis(axes - 1).state() == controller::AxisState::tracking && loop.counters().missing_samples == 0;
+  return fit ? 1e9 * timed_s / static_cast<double>(timed_cycles * axes) : -1.0;
+}
+
+}  // namespace
+
+int main() {
+  const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
+  std::printf("ns per axis-cycle, best of %d, and the ratio to one axis\n", repetitions);
+  std::printf("axes   whole loop            controller alone\n");
+  double whole_of_one = 0.0, controller_of_one = 0.0, ratio = 0.0;
+  for (const std::size_t axes : {1u, 2u, 4u, 8u, 16u, 32u}) {
+    const rehearsal::Setup setup = bench::many_axes(config, axes);
+    const double whole = least_of([&] { return whole_loop_ns(setup); });
+    const double alone = least_of([&] { return controller_ns(setup); });
+    if (axes == 1) whole_of_one = whole, controller_of_one = alone;
+    ratio = alone / controller_of_one;
+    std::printf("%4zu   %8.0f  x %-8.2f   %8.0f  x %.2f\n", axes, whole, whole / whole_of_one, alone, ratio);
+  }
+  std::printf("controller alone, 32 axes to one: %.2f; budget %.2f: %s\n", ratio, budget_ratio,
+              ratio <= budget_ratio ? "met" : "missed");
+}

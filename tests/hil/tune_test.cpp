@@ -1,0 +1,77 @@
+// hystcan tune on real SocketCAN.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "tests/hil/bench.h"
+#include "tests/support/shipped.h"
+
+namespace hystcan {
+namespace {
+
+using hil::Bench;
+using hil::json;
+using hil::milliseconds;
+using hil::Process;
+
+// The twin is the one of the rehearsal, so that the bus finds what its rehearsal does, but for the jitter of
+// the SYNC: some microseconds of a delay of 106, some parts in a thousand of frequency and gain.
+TEST(Vcan, TuneProposesOnTheBusWhatItsRehearsalDoes) {
+  const support::ShippedCopy stage;
+  const std::string config = (stage / "piezo.toml").string(), output = (stage / "tuning.toml").string();
+  Process rehearsal({HYSTCAN_PROGRAM, "tune", config, "--rehearse", "--output", output, "--json"});
+  ASSERT_EQ(rehearsal.wait(), 0) << rehearsal.err();
+  const json expected = json::parse(rehearsal.out());
+  std::filesystem::remove(output);
+
+  Bench bench({"vcan0", "vcan0"});
+  bench.start("tune", {"--output", output, "--json"}, config);
+  ASSERT_EQ(bench.controller->wait(), 0) << bench.controller->err();
+  const json found = json::parse(bench.controller->out());
+  const auto value = [](const json& json, const char* name) { return json[name]["value"].get<double>(); };
+  std::printf(
+      "tune on vcan0: %.2f Hz, damping %.4f, delay %.4f ms, ki %.1f/s; rehearsed %.2f, %.4f, %.4f, %.1f\n",
+      value(found, "natural_frequency_Hz"), value(found, "damping_ratio"), 1e3 * value(found, "delay_s"),
+      found["proposed"]["ki_per_s"].get<double>(), value(expected, "natural_frequency_Hz"),
+      value(expected, "damping_ratio"), 1e3 * value(expected, "delay_s"),
+      expected["proposed"]["ki_per_s"].get<double>());
+  EXPECT_FALSE(found["rehearsed"]);
+  EXPECT_NEAR(value(found, "natural_frequency_Hz"), value(expected, "natural_frequency_Hz"), 5.0);
+  EXPECT_NEAR(value(found, "damping_ratio"), value(expected, "damping_ratio"), 0.005);
+  EXPECT_NEAR(value(found, "delay_s"), value(expected, "delay_s"), 0.03e-3);
+  EXPECT_NEAR(found["proposed"]["ki_per_s"].get<double>() / expected["proposed"]["ki_per_s"].get<double>(),
+              1.0, 0.1);
+  EXPECT_TRUE(std::filesystem::exists(output));
+
+  std::this_thread::sleep_for(milliseconds(100));
+  const json log = bench.decoded();
+  EXPECT_TRUE(log.at("wrong").empty()) << log.at("wrong");
+  EXPECT_LE(log.at("drive_range")[1].get<double>(), 51.0 + 1e-6) << "1 % about the middle";
+  EXPECT_EQ(log.at("last_command").at("enable"), 0);
+  EXPECT_EQ(log.at("last_command").at("setpoint"), 0.0);
+  EXPECT_EQ(log.at("seen").value("YAmpCommand", 0), 0) << "the other axis is left alone";
+}
+
+TEST(Vcan, ControlCOnTuneRampsDownAndProposesNothing) {
+  const support::ShippedCopy stage;
+  const std::string output = (stage / "tuning.toml").string();
+  Bench bench({"vcan0", "vcan0"});
+  bench.start("tune", {"--output", output, "--cycles", "100"}, (stage / "piezo.toml").string());
+  ASSERT_TRUE(bench.controller->says("x: tracking")) << bench.controller->err();
+  std::this_thread::sleep_for(milliseconds(500));
+  bench.controller->send(SIGINT);
+  EXPECT_EQ(bench.controller->wait(), 1);
+  EXPECT_NE(bench.controller->err().find("nothing is written"), std::string::npos) << bench.controller->err();
+  EXPECT_FALSE(std::filesystem::exists(output));
+  std::this_thread::sleep_for(milliseconds(100));
+  const json log = bench.decoded();
+  EXPECT_EQ(log.at("last_command").at("enable"), 0);
+  EXPECT_EQ(log.at("last_command").at("setpoint"), 0.0);
+  EXPECT_NEAR(log.at("last_enabled_command").at("setpoint"), 0.0, 0.6)
+      << "one cycle of 500 V/s before the end";
+  EXPECT_TRUE(log.at("first_fault").is_null());
+}
+
+}  // namespace
+}  // namespace hystcan
