@@ -22,6 +22,7 @@ using AddCommand = void (*)(CLI::App& cli, int& status);
 
 void add_check(CLI::App& cli, int& status);
 void add_controller(CLI::App& cli, int& status);
+void add_ctl(CLI::App& cli, int& status);
 void add_decode(CLI::App& cli, int& status);
 void add_demo(CLI::App& cli, int& status);
 void add_doctor(CLI::App& cli, int& status);

@@ -9,11 +9,14 @@
 #include <vector>
 
 #include "app/commands.h"
+#include "app/control_service.h"
 #include "app/live.h"
 #include "app/live_run.h"
 #include "app/output_file.h"
 #include "app/report.h"
+#include "app/saved_states.h"
 #include "app/service.h"
+#include "app/status_board.h"
 #include "config/config.h"
 #include "controller/black_box.h"
 #include "controller/controller.h"
@@ -38,11 +41,13 @@ struct Options {
 /// Everything that is done with a record, on the telemetry thread: log what changes, count, write.
 class Recorder {
  public:
-  Recorder(const config::Config& config, const std::filesystem::path& csv)
+  Recorder(const config::Config& config, const SavedStates& states, const std::filesystem::path& csv)
       : log_(config),
         lateness_(config.controller.wake_up_warn, bus_log_sink()),
         bus_log_(config.bus.interface, bus_log_sink()),
-        black_box_(config.controller.black_box, names_of(config), bus_log_sink()) {
+        black_box_(config.controller.black_box, names_of(config), bus_log_sink()),
+        board_(config.axes.size()),
+        states_(states) {
     for (const config::AxisConfig& axis : config.axes)
       statistics_.emplace_back(axis.control.setpoint.size(), settle_s);
     if (!csv.empty()) csv_.emplace(csv, names_of(config));
@@ -53,6 +58,8 @@ class Recorder {
     lateness_.add(record);
     bus_log_.write();
     black_box_.add(record);
+    board_.put(record);
+    if (record.report.state >= AxisState::initialising) states_.forget(record.axis);
     service_.tell_cycle(record.time_s);
     statistics_[record.axis].add(record.report);
     if (csv_) csv_->write(record);
@@ -61,6 +68,7 @@ class Recorder {
   const std::vector<std::string>& events() const { return log_.events(); }
   /// Sampled on the control thread; what is left of it is written when the telemetry thread has ended.
   controller::BusLog& bus_log() { return bus_log_; }
+  const StatusBoard& board() const { return board_; }
   controller::BlackBox& black_box() { return black_box_; }
   std::string close_csv() { return csv_ ? csv_->close() : std::string(); }
   const controller::TrackingStatistics& statistics(std::size_t axis) const { return statistics_[axis]; }
@@ -77,6 +85,8 @@ class Recorder {
   controller::LatenessLog lateness_;
   controller::BusLog bus_log_;
   controller::BlackBox black_box_;
+  StatusBoard board_;
+  SavedStates states_;
   Service service_ = Service::of_environment();
   std::vector<controller::TrackingStatistics> statistics_;
   std::optional<controller::CsvLog> csv_;
@@ -94,8 +104,14 @@ bool nothing_left_to_do(const controller::Controller& controller) {
       !all_axes(controller, [](const controller::Axis& axis) { return axis.state() != AxisState::faulted; });
   return all_axes(controller, [&](const controller::Axis& axis) {
     return axis.report().point.finished || axis.state() == AxisState::faulted ||
-           (one_faulted && axis.state() != AxisState::tracking);
+           axis.state() == AxisState::offline || (one_faulted && axis.state() != AxisState::tracking);
   });
+}
+
+std::filesystem::path socket_of(const config::Config& config) {
+  const std::string& socket = config.controller.control_socket;
+  if (socket == "none") return {};
+  return socket.empty() ? default_socket(config.bus.interface) : std::filesystem::path(socket);
 }
 
 int report(const controller::Controller& controller, const Recorder& recorder, const Options& options,
@@ -143,28 +159,39 @@ int run_controller(const Options& options) {
     for (auto& axis : config.controller.axes) axis.axis.repeat = false;
 
   refuse_to_overwrite(options.csv, options.config);
+  const SavedStates states(config);
 
   LiveLoop loop(config.bus.interface);
   std::unique_ptr<controller::TelemetryThread> telemetry;
   controller::Controller controller(config.controller, config.database, loop.scheduler(), loop.attach(),
                                     [&](const controller::CycleRecord& record) { telemetry->push(record); });
   look_at_interface(config, config.bus.interface);
-  Recorder recorder(
-      config, options.csv);  // only now, with the bus open: a run that never was leaves the last one's CSV
+  states.restore(controller);
+  // Only now, with the bus open: a run that never was leaves the last one's CSV.
+  Recorder recorder(config, states, options.csv);
   telemetry = std::make_unique<controller::TelemetryThread>(
       [&](const controller::CycleRecord& record) { recorder.consume(record); });
+  auto control =
+      std::make_unique<ControlService>(options.config, config, socket_of(config), recorder.board());
+  controller.listen_to(control->requests());
   spdlog::info("{} axes at {} Hz on {}; Ctrl-C ramps down and stops", config.axes.size(),
                config.controller.rate_Hz, config.bus.interface);
   become_realtime(config);
-  run_live(loop, controller, recorder.bus_log(), options.clear_faults, [&](double run_s) {
-    return (options.duration_s > 0.0 && run_s > options.duration_s) ||
-           (options.once && nothing_left_to_do(controller));
-  });
+  run_live(loop, controller, recorder.bus_log(),
+           {.clear_faults = options.clear_faults,
+            .is_done =
+                [&](double run_s) {
+                  return (options.duration_s > 0.0 && run_s > options.duration_s) ||
+                         (options.once && nothing_left_to_do(controller));
+                },
+            .reload = [&] { control->reload(); }});
+  control.reset();
 
   const std::uint64_t dropped = telemetry->dropped();
   telemetry.reset();
   recorder.bus_log().write();
   recorder.black_box().finish();
+  states.save(controller);
   const std::string lost = recorder.close_csv();
   const int status = report(controller, recorder, options, dropped);
   if (!lost.empty()) throw RunError(lost);

@@ -32,8 +32,8 @@ class LiveLoop {
     };
   }
 
-  /// Runs until stop(). `on_signal`: at every Ctrl-C, SIGTERM, Ctrl-\\ and hang-up of the terminal.
-  void run(std::function<void()> on_signal) {
+  /// Runs until stop(). `on_signal`: at every Ctrl-C, SIGTERM, Ctrl-\\ and SIGHUP.
+  void run(std::function<void(int signal)> on_signal) {
     on_signal_ = std::move(on_signal);
     for (const int signal : {SIGINT, SIGTERM, SIGQUIT, SIGHUP}) signals_.add(signal);
     await_signal();
@@ -43,9 +43,9 @@ class LiveLoop {
 
  private:
   void await_signal() {
-    signals_.async_wait([this](const boost::system::error_code& error, int) {
+    signals_.async_wait([this](const boost::system::error_code& error, int signal) {
       if (error) return;
-      on_signal_();
+      on_signal_(signal);
       await_signal();
     });
   }
@@ -54,7 +54,7 @@ class LiveLoop {
   boost::asio::signal_set signals_{context_};
   can::AsioScheduler scheduler_{context_};
   std::string interface_;
-  std::function<void()> on_signal_;
+  std::function<void(int signal)> on_signal_;
 };
 
 }  // namespace hystcan::app

@@ -1,10 +1,13 @@
 #include "app/live_run.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <iterator>
 #include <memory>
 
@@ -84,27 +87,41 @@ BusClosing closing_of(const controller::Controller& controller, const std::vecto
   return closing;
 }
 
+bool terminal_hung_up() {
+  static const bool had_one = isatty(STDIN_FILENO) != 0 || isatty(STDERR_FILENO) != 0;
+  if (!had_one) return false;
+  const int terminal = open("/dev/tty", O_RDONLY | O_NOCTTY | O_CLOEXEC);
+  if (terminal < 0) return true;
+  close(terminal);
+  return false;
+}
+
 void run_live(LiveLoop& loop, controller::Controller& controller, controller::BusLog& bus_log,
-              bool clear_faults, const std::function<bool(double run_s)>& is_done) {
+              const LiveRun& run) {
   constexpr auto poll_period = std::chrono::milliseconds(20);
+  terminal_hung_up();  // what there is to hang up is seen now
   const can::Time start = loop.scheduler().now();
   bool stopping = false;
   const auto stop = [&] {
     stopping = true;
     controller.request_stop();
   };
+  const auto must_stop = [&](can::Time now) {
+    return controller.keeps_silent() || controller.asked_to_stop() || run.is_done(can::seconds(now - start));
+  };
   std::unique_ptr<can::Timer> poll;
   poll = loop.scheduler().make_timer([&] {
     const can::Time now = loop.scheduler().now();
     bus_log.sample(controller::report_of(controller.bus(), can::seconds(now - start)));
     if (stopping && controller.stopped()) return loop.stop();
-    if (!stopping && (controller.keeps_silent() || is_done(can::seconds(now - start)))) stop();
+    if (!stopping && must_stop(now)) stop();
     poll->expire_at(now + poll_period);
   });
-  controller.start(clear_faults);
+  controller.start(run.clear_faults);
   poll->expire_at(start + poll_period);
   try {
-    loop.run([&] {
+    loop.run([&](int signal) {
+      if (signal == SIGHUP && run.reload && !terminal_hung_up()) return run.reload();
       if (stopping) return loop.stop();
       stop();
     });

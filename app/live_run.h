@@ -44,10 +44,20 @@ controller::BusLog::Sink bus_log_sink();
 
 BusClosing closing_of(const controller::Controller& controller, const std::vector<std::string>& events);
 
-/// Runs the controller until `is_done`, asked every 20 ms and told the seconds since start, or until a
-/// signal; then every axis ramps to its safe drive and switches off. A second signal does not wait for the
-/// ramp. The safe command goes out on every way out, an exception's too.
+/// SIGHUP is two things: the terminal is gone, or somebody asks for the configuration to be read again. True
+/// of the first.
+bool terminal_hung_up();
+
+struct LiveRun {
+  bool clear_faults = false;
+  std::function<bool(double run_s)> is_done;  ///< asked every 20 ms, told the seconds since start
+  std::function<void()> reload;               ///< at SIGHUP; empty: SIGHUP ends the run
+};
+
+/// Runs the controller until it is done, asked to stop, or until a signal; then every axis ramps to its safe
+/// drive and switches off. A second signal does not wait for the ramp. The safe command goes out on every way
+/// out, an exception's too.
 void run_live(LiveLoop& loop, controller::Controller& controller, controller::BusLog& bus_log,
-              bool clear_faults, const std::function<bool(double run_s)>& is_done);
+              const LiveRun& run);
 
 }  // namespace hystcan::app

@@ -67,8 +67,10 @@ OpenLoopEnd run_on_the_bus(const config::Config& config, const OpenLoopOptions& 
   spdlog::info("{} excitation of axis {}, {:.3g} s at {} Hz on {}; Ctrl-C ramps down and stops",
                name_of(excitation), config.axes[0].wire.name, Excitation(excitation).length_s(),
                config.controller.rate_Hz, config.bus.interface);
-  run_live(loop, controller, bus_log, options.clear_faults,
-           [&](double) { return has_ended(controller.axis(0)); });
+  run_live(loop, controller, bus_log,
+           {.clear_faults = options.clear_faults,
+            .is_done = [&](double) { return has_ended(controller.axis(0)); },
+            .reload = {}});
   telemetry.reset();
   bus_log.write();
   return {controller.axis(0), describe(closing_of(controller, log.events()))};

@@ -109,7 +109,7 @@ int run_twin(const Options& options) {
     loop.stop();
   };
   Watch watch(twin, loop.scheduler(), interface, end);
-  loop.run(end);
+  loop.run([&](int) { end(); });
   watch.log_bus();
   for (const std::string& line : describe(closing_of(twin))) fmt::print("{}\n", line);
   if (const auto node = twin.taken_node())

@@ -116,8 +116,8 @@ class AxisCheck {
     const controller::Extent extent = extent_of(key, shape);
     for (const double value : {extent.lowest_um, extent.highest_um})
       if (value < control.supervision.position_min_um || value > control.supervision.position_max_um)
-        fail(key, "the setpoint goes to {} um, expected within {} and {} um", value, control.supervision.position_min_um,
-             control.supervision.position_max_um);
+        fail(key, "the setpoint goes to {} um, expected within {} and {} um", value,
+             control.supervision.position_min_um, control.supervision.position_max_um);
     const auto [slew_limit, acceleration_limit] = control.reference_limits;
     if (extent.peak_slew_um_per_s > slew_limit * rounding)
       fail(key, "the {} moves at up to {:.6g} um/s, expected at most {:g}, reference_slew_um_per_s",

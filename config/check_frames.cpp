@@ -140,7 +140,8 @@ class FrameCheck {
     if (role == "setpoint") check_drive_range(signal, codec);
     const controller::AxisConfig& control = axis_.control;
     if (role == "position")
-      check_positions("positions", control.supervision.position_min_um, control.supervision.position_max_um, signal, codec);
+      check_positions("positions", control.supervision.position_min_um, control.supervision.position_max_um,
+                      signal, codec);
     const double width_um = control.supervision.position_max_um - control.supervision.position_min_um;
     if (role == "following_error") check_positions("following errors", -width_um, width_um, signal, codec);
   }

@@ -96,6 +96,12 @@ double nanoseconds_per_unit(std::string_view key) {
 void Reader::choice(std::string_view key, std::string& value,
                     std::initializer_list<std::string_view> choices) {
   required(key, value);
+  optional_choice(key, value, choices);
+}
+
+void Reader::optional_choice(std::string_view key, std::string& value,
+                             std::initializer_list<std::string_view> choices) {
+  optional(key, value);
   if (!table_.contains(key)) return;
   if (std::ranges::find(choices, value) == choices.end())
     document_.fail(table_.get(key)->source(),

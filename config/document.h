@@ -80,6 +80,8 @@ class Reader {
     if (const toml::node* node = table_.get(key)) read(*node, key, value, range);
   }
   void choice(std::string_view key, std::string& value, std::initializer_list<std::string_view> choices);
+  void optional_choice(std::string_view key, std::string& value,
+                       std::initializer_list<std::string_view> choices);
   /// Optional, and may be empty.
   void numbers(std::string_view key, std::vector<double>& values);
 
@@ -196,6 +198,10 @@ class Writer {
     write(key, value);
   }
   void choice(std::string_view key, const std::string& value, std::initializer_list<std::string_view>) {
+    write(key, value);
+  }
+  void optional_choice(std::string_view key, const std::string& value,
+                       std::initializer_list<std::string_view>) {
     write(key, value);
   }
   void whole_numbers(std::string_view key, const std::vector<std::int64_t>& values);

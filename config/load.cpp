@@ -38,7 +38,8 @@ Config load(const std::filesystem::path& file, const std::vector<Setting>& overr
   config.database = can::load_dbc(document.resolve(config.bus.dbc));
   for (AxisConfig& axis : config.axes) {
     complete(document, axis);
-    config.controller.axes.push_back({.wire = axis.wire, .axis = axis.control, .live_setpoint = axis.live_setpoint});
+    config.controller.axes.push_back(
+        {.wire = axis.wire, .axis = axis.control, .live_setpoint = axis.live_setpoint});
     config.twin.axes.push_back(axis.twin);
   }
   std::filesystem::path& black_boxes = config.controller.black_box.folder;

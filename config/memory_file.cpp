@@ -14,6 +14,11 @@ MemoryFile read(const Document& document, const Model& model) {
   MemoryFile raw;
   Reader reader(document, document.root(), "");
   reader.table("memory", raw, [](Reader& sub, MemoryFile& value) { visit(sub, value); });
+  std::optional<StopFile> stop;
+  std::optional<controller::Correction> correction;
+  const auto plain = [](Reader& sub, auto& value) { visit(sub, value); };
+  reader.optional_table("stop", stop, plain);
+  reader.optional_table("correction", correction, plain);
   reader.finish();
   if (raw.kind != model.kind())
     document.fail_at("memory.kind",
@@ -63,6 +68,22 @@ template model::HysteresisState load_memory(const std::filesystem::path&,
                                             const model::MemoryModel<model::AffineMap>&, std::size_t);
 template model::HysteresisState load_memory(const std::filesystem::path&,
                                             const model::MemoryModel<model::EverettLaw>&, std::size_t);
+
+SavedState load_state(const std::filesystem::path& file, const model::Hysteresis& model) {
+  const Document document(file);
+  if (!document.root().contains("correction"))
+    document.fail_at("", "missing table [correction], expected a file that a controller has saved");
+  std::optional<controller::Correction> correction;
+  std::optional<StopFile> stop;
+  MemoryFile memory;
+  const auto plain = [](Reader& sub, auto& value) { visit(sub, value); };
+  Reader reader(document, document.root(), "");
+  reader.table("memory", memory, plain);
+  reader.optional_table("stop", stop, plain);
+  reader.optional_table("correction", correction, plain);
+  return {.memory = load_memory(file, model, model::Hysteresis::default_capacity),
+          .correction = correction.value_or(controller::Correction{})};
+}
 
 model::PlayState load_memory(const std::filesystem::path& file, const model::PrandtlIshlinskii& model,
                              std::size_t) {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <variant>
 
+#include "controller/adaptation.h"
 #include "model/hysteresis.h"
 #include "model/linear_mapping.h"
 #include "model/prandtl_ishlinskii.h"
@@ -45,6 +46,14 @@ IdentifiedFrom load_identified_from(const std::filesystem::path& file);
 template <class Law>
 model::HysteresisState load_memory(const std::filesystem::path& file, const model::MemoryModel<Law>& model,
                                    std::size_t capacity);
+/// What a controller saved of an axis at its clean stop: a memory file with [correction] and [stop].
+struct SavedState {
+  model::HysteresisState memory;
+  controller::Correction correction;
+};
+/// Throws Error, also where it is of another model.
+SavedState load_state(const std::filesystem::path& file, const model::Hysteresis& model);
+
 model::PlayState load_memory(const std::filesystem::path& file, const model::PrandtlIshlinskii& model,
                              std::size_t capacity);
 

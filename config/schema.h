@@ -59,6 +59,20 @@ void visit(V& v, IdentifiedFrom& from) {
   v.required("max_percent", from.max_percent, not_negative);
 }
 
+/// What stands beside [memory] in a file that the controller has saved.
+struct StopFile {
+  std::string reason;
+};
+template <class V>
+void visit(V& v, StopFile& s) {
+  v.required("reason", s.reason);
+}
+template <class V>
+void visit(V& v, controller::Correction& c) {
+  v.required("gain", c.gain, positive);
+  v.required("offset_um", c.offset_um);
+}
+
 /// [memory] of a memory file, as it stands there.
 struct MemoryFile {
   std::string kind;
@@ -112,6 +126,8 @@ void visit(V& v, controller::Config& c) {
   v.optional("heartbeat_timeout_ms", c.heartbeat_timeout, positive);
   v.optional("wake_up_warn_us", c.wake_up_warn, not_negative);
   v.optional("wake_up_trip_us", c.wake_up_trip, not_negative);
+  v.name("control_socket", c.control_socket);
+  v.name("state_dir", c.state_folder);
   v.name("black_box_dir", c.black_box.folder);
   v.optional("black_box_files", c.black_box.files, {.lo = 0, .hi = 10'000});
   v.optional_table("realtime", c.realtime, [](V& sub, auto& value) { visit(sub, value); });
@@ -268,6 +284,10 @@ void visit_control(V& v, AxisConfig& axis) {
   v.required("drive_max_" + unit, c.gate.drive_max);
   v.required("safe_drive_" + unit, c.gate.safe_drive);
   v.required("slew_" + unit + "_per_s", c.gate.slew_per_s, positive);
+  std::string start_up(to_string(c.start_up));
+  v.optional_choice("start_up", start_up, {"wipe", "assume", "restore"});
+  for (const controller::StartUp one : controller::all_start_ups)
+    if (to_string(one) == start_up) c.start_up = one;
   v.required("wipe_slew_" + unit + "_per_s", c.wipe_slew_per_s, positive);
   v.optional("wipe_dwell_s", c.wipe_dwell_s, not_negative);
   visit_supervision(v, c);

@@ -7,15 +7,19 @@
 namespace hystcan::controller {
 namespace {
 
+ClosedLoop::Config closed_loop_of(const AxisConfig& config) {
+  return {.law = config.law,
+          .delays = config.delays,
+          .setpoint = config.setpoint,
+          .repeat = config.repeat,
+          .reference_limits = config.reference_limits,
+          .in_position = config.in_position,
+          .following_error = config.following_error};
+}
+
 Loop make_loop(const AxisConfig& config) {
   if (config.excitation) return OpenLoop(*config.excitation, config.gate);
-  return ClosedLoop({.law = config.law,
-                     .delays = config.delays,
-                     .setpoint = config.setpoint,
-                     .repeat = config.repeat,
-                     .reference_limits = config.reference_limits,
-                     .in_position = config.in_position,
-                     .following_error = config.following_error});
+  return ClosedLoop(closed_loop_of(config));
 }
 
 Supervisor::Config supervision_of(const AxisConfig& config) {
@@ -42,13 +46,24 @@ std::string_view to_string(AxisState state) {
   return names[static_cast<std::size_t>(state)];
 }
 
+std::string_view to_string(StartUp start_up) {
+  static constexpr std::array<std::string_view, all_start_ups.size()> names{"wipe", "assume", "restore"};
+  return names[static_cast<std::size_t>(start_up)];
+}
+
+AxisTuning::AxisTuning(const AxisConfig& next, bool new_reference)
+    : config(next), loop(closed_loop_of(next)) {
+  if (new_reference) reference.emplace(next.setpoint, next.repeat, next.reference_limits);
+}
+
 Axis::Axis(const AxisConfig& config)
     : config_(config),
       loop_(make_loop(config)),
       ramp_in_(std::visit([](const auto& loop) { return loop.ramp_in(); }, loop_)),
       supervisor_(supervision_of(config)),
       drive_(config.gate.safe_drive),
-      reach_(reach_of(config)) {}
+      reach_(reach_of(config)),
+      memory_known_(config.start_up == StartUp::assume) {}
 
 void Axis::start(bool clear_amplifier_fault) {
   state_ = AxisState::waiting;
@@ -68,6 +83,7 @@ void Axis::trip(Cause cause, double time_s) {
   if (state_ == AxisState::faulted) return;
   state_ = AxisState::faulted;
   fault_ = {cause, time_s};
+  memory_known_ = false;  // how the amplifier came down, only the actuator knows
 }
 
 bool Axis::takes_live_setpoints() const {
@@ -78,17 +94,49 @@ LiveSetpoint Axis::go_to(double position_um) {
   if (!takes_live_setpoints()) return LiveSetpoint::not_tracking;
   // Written so that NaN is out of range too.
   if (!(position_um >= reach_.lo && position_um <= reach_.hi)) return LiveSetpoint::out_of_range;
-  live_goal_um_ = position_um;
+  std::get<ClosedLoop>(loop_).go_to(now_s_ - tracking_since_s_, position_um);
   return LiveSetpoint::taken;
 }
 
 LiveSetpoint Axis::resume() {
   if (!takes_live_setpoints()) return LiveSetpoint::not_tracking;
-  live_goal_um_.reset();
+  std::get<ClosedLoop>(loop_).resume(now_s_ - tracking_since_s_);
   return LiveSetpoint::taken;
 }
 
+std::string_view Axis::retune(AxisTuning& tuning) {
+  auto* loop = std::get_if<ClosedLoop>(&loop_);
+  if (loop == nullptr) return "the axis runs in open loop";
+  const Gate::Config& gate = tuning.config.gate;
+  if (is_driving() && (drive_ < gate.drive_min || drive_ > gate.drive_max))
+    return "the drive is outside the new drive_min..drive_max now";
+  std::swap(config_, tuning.config);
+  reach_ = reach_of(config_);
+  supervisor_.retune(supervision_of(config_));
+  loop->retune(tuning.loop, tuning.reference, now_s_ - tracking_since_s_);
+  return {};
+}
+
+const ControlLaw* Axis::law_to_save() const {
+  const auto* loop = std::get_if<ClosedLoop>(&loop_);
+  return loop != nullptr && state_ == AxisState::offline && memory_known_ ? &loop->law() : nullptr;
+}
+
+void Axis::restore(const model::HysteresisState& memory, const Correction& correction) {
+  auto* loop = std::get_if<ClosedLoop>(&loop_);
+  if (loop == nullptr) return;
+  loop->law().set_correction(correction);
+  if (config_.start_up != StartUp::restore) return;
+  loop->law().remember(memory);
+  memory_known_ = true;
+}
+
+void Axis::revert_correction() {
+  if (auto* loop = std::get_if<ClosedLoop>(&loop_)) loop->law().set_correction({});
+}
+
 AxisCommand Axis::step(const AxisInput& input) {
+  now_s_ = input.time_s;
   if (input.position_um) report_.position_um = *input.position_um;
   report_.limits = limit::none;
   report_.sample_missing = !input.position_um.has_value();
@@ -143,7 +191,8 @@ AxisCommand Axis::wait(const AxisInput& input) {
     clear_amplifier_fault_ = false;
     supervisor_.restart();
     drive_ = health.amplifier_output;
-    ramp_ = 0;
+    follow(drive_);
+    ramp_ = config_.start_up != StartUp::wipe && memory_known_ ? ramp_in_.size() : 0;
     dwelt_s_ = 0.0;
     state_ = AxisState::initialising;
   }
@@ -151,13 +200,14 @@ AxisCommand Axis::wait(const AxisInput& input) {
 }
 
 AxisCommand Axis::initialise(const AxisInput& input) {
-  if (ramp_towards(ramp_in_[ramp_], input.dt_s)) {
+  if (ramp_ < ramp_in_.size() && ramp_towards(ramp_in_[ramp_], input.dt_s)) {
     dwelt_s_ += input.dt_s;
     if (dwelt_s_ >= config_.wipe_dwell_s) {
       dwelt_s_ = 0.0;
-      if (++ramp_ == ramp_in_.size()) state_ = AxisState::ready;
+      ++ramp_;
     }
   }
+  if (ramp_ == ramp_in_.size()) state_ = AxisState::ready;
   return {.drive = drive_, .enable = true};
 }
 
@@ -165,7 +215,7 @@ AxisCommand Axis::hold_ready(const AxisInput& input) {
   if (!input.begin_tracking || !input.position_um) return {.drive = drive_, .enable = true};
   state_ = AxisState::tracking;
   tracking_since_s_ = input.time_s;
-  live_goal_um_.reset();
+  memory_known_ = true;
   std::visit([&](auto& loop) { loop.begin(*input.position_um); }, loop_);
   return track(input);
 }
@@ -207,7 +257,13 @@ bool Axis::ramp_towards(double target, double dt_s) {
   const double reach = config_.wipe_slew_per_s * dt_s;
   const double wanted = std::clamp(target, drive_ - reach, drive_ + reach);
   drive_ = Gate::step(config_.gate, drive_, wanted, dt_s).drive;
+  follow(drive_);
   return drive_ == std::clamp(target, config_.gate.drive_min, config_.gate.drive_max);
+}
+
+/// The model remembers what the actuator does.
+void Axis::follow(double drive) {
+  std::visit([&](auto& loop) { loop.follow(drive); }, loop_);
 }
 
 bool Axis::is_driving() const {

@@ -11,6 +11,7 @@
 //   faulted       latched with cause and time; the command is the safe one from the same step on
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -31,6 +32,15 @@ enum class AxisState : std::uint8_t { offline, waiting, initialising, ready, tra
 inline constexpr std::size_t axis_state_count = static_cast<std::size_t>(AxisState::faulted) + 1;
 std::string_view to_string(AxisState state);
 
+/// How an axis comes to know what its actuator remembers, before it tracks.
+enum class StartUp : std::uint8_t {
+  wipe,     ///< to both thresholds, which wipes all memory out
+  assume,   ///< nothing since the lower threshold but the way to the drive that the amplifier reports
+  restore,  ///< what was saved at the last clean stop (Axis::restore)
+};
+inline constexpr std::array all_start_ups{StartUp::wipe, StartUp::assume, StartUp::restore};
+std::string_view to_string(StartUp start_up);
+
 struct AxisConfig {
   std::string name;
   ControlLaw::Config law;
@@ -40,6 +50,7 @@ struct AxisConfig {
   bool repeat = false;
   ReferenceLimits reference_limits{};
   std::optional<InPosition::Config> in_position{};  ///< empty: not judged
+  StartUp start_up = StartUp::wipe;
   double wipe_slew_per_s =
       100.0;  ///< drive units per second, towards the thresholds and, at the end, the safe drive
   double wipe_dwell_s = 0.1;  ///< rest at each threshold
@@ -58,11 +69,19 @@ struct AxisReport {
   double demand_um = 0.0;     ///< what the inverse was asked for
   double drive = 0.0;         ///< what left the gate
   std::uint8_t limits = limit::none;
-  Correction correction;      ///< of the model, as learnt so far
+  Correction correction;  ///< of the model, as learnt so far
   bool sample_missing = false;
-  bool in_position = false;
   Trajectory::Point point;
   Arrival arrival = Arrival::not_judged;  ///< judged while tracking
+};
+
+/// What a running axis may be given in the place of its configuration; made off the control thread.
+struct AxisTuning {
+  /// `new_reference`: the setpoint has changed, else the reference goes on as it is.
+  AxisTuning(const AxisConfig& next, bool new_reference);
+  AxisConfig config;
+  ClosedLoop::Config loop;
+  std::optional<Trajectory> reference;
 };
 
 /// What became of a live setpoint.
@@ -87,8 +106,17 @@ class Axis {
   LiveSetpoint go_to(double position_um);
   /// Live: follow the configured reference again.
   LiveSetpoint resume();
-  /// Where go_to() has sent it. Empty: it follows the configured reference.
-  std::optional<double> live_goal_um() const { return live_goal_um_; }
+
+  /// Between two cycles: everything but the model. `tuning` is left with what was in force. Why not, and
+  /// nothing is changed; empty where it is done.
+  std::string_view retune(AxisTuning& tuning);
+
+  /// Memory and correction, to be saved after a clean stop. Null: the memory is not known, or there is none.
+  const ControlLaw* law_to_save() const;
+  /// Before the first start: what was saved. Where start-up is not `restore` the memory is left alone.
+  void restore(const model::HysteresisState& memory, const Correction& correction);
+  /// The correction learnt so far is forgotten.
+  void revert_correction();
 
   /// Exactly once per cycle.
   AxisCommand step(const AxisInput& input);
@@ -110,6 +138,7 @@ class Axis {
   bool ramp_towards(double target, double dt_s);
   bool is_driving() const;
   bool takes_live_setpoints() const;
+  void follow(double drive);
 
   AxisConfig config_;
   Loop loop_;
@@ -124,8 +153,9 @@ class Axis {
   std::size_t ramp_ = 0;  ///< while initialising: on the way to this one
   double dwelt_s_ = 0.0;
   double tracking_since_s_ = 0.0;
-  model::Interval reach_;  ///< positions that a live setpoint may ask for
-  std::optional<double> live_goal_um_;
+  model::Interval reach_;      ///< positions that a live setpoint may ask for
+  bool memory_known_ = false;  ///< what the model remembers is what the actuator does; not after a fault
+  double now_s_ = 0.0;         ///< of the last step
 };
 
 }  // namespace hystcan::controller

@@ -21,6 +21,18 @@ can::AmpStatus what_is_not_told(const AxisConfig& axis, const std::optional<can:
   return believed;
 }
 
+std::string_view refusal_of(LiveSetpoint became) {
+  switch (became) {
+    case LiveSetpoint::taken:
+      return {};
+    case LiveSetpoint::not_tracking:
+      return "the axis does not track a reference";
+    case LiveSetpoint::out_of_range:
+      break;
+  }
+  return "the position is outside position_min_um..position_max_um, or of what the model reaches";
+}
+
 can::Checker checker_of(const can::Layout<can::AmpCommand>& layout) {
   return {layout.protection(), layout.length(), layout.extended()};
 }
@@ -280,11 +292,20 @@ std::string_view Controller::obey(Request& request) {
     case Request::Kind::clear:
       return axis.clear() ? std::string_view() : "there is no fault to clear";
     case Request::Kind::go_to:
+      return refusal_of(axis.go_to(request.position_um));
     case Request::Kind::resume:
+      return refusal_of(axis.resume());
     case Request::Kind::retune:
-      break;
+      return axis.retune(*request.tuning);
+    case Request::Kind::revert:
+      axis.revert_correction();
+      return {};
+    case Request::Kind::stop:
+      request_stop();
+      asked_to_stop_ = true;
+      return {};
   }
-  return "not yet possible";
+  return "not a request";
 }
 
 /// Both nodes of each axis, sensors at the even places.

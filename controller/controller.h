@@ -13,9 +13,11 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -48,6 +50,8 @@ struct Config {
   can::Duration wake_up_trip{};  ///< one this late faults every axis in use (cycle overrun); zero: never
   std::optional<Realtime> realtime{};
   BlackBox::Config black_box{};
+  std::string control_socket;          ///< empty: where default_socket() says; "none": there is none
+  std::filesystem::path state_folder;  ///< of what is saved at a clean stop; empty: nothing is
   std::vector<WiredAxisConfig> axes;
 };
 
@@ -65,12 +69,16 @@ class Controller {
   /// Every axis ramps to its safe drive and switches off; stopped() when all have.
   void request_stop();
   bool stopped() const;
+  /// By a request: whoever runs it is to end it.
+  bool asked_to_stop() const { return asked_to_stop_; }
   /// Another controller was here first: nothing has been sent, nor will be.
   bool keeps_silent() const { return phase_ == Phase::silent; }
   /// Sends every amplifier the safe command at once. For the way out.
   void send_safe_commands();
 
   std::size_t axis_count() const { return axes_.size(); }
+  /// Before start(): what an axis is to restore.
+  Axis& axis(std::size_t i) { return axes_[i]->axis; }
   const Axis& axis(std::size_t i) const { return axes_[i]->axis; }
   const can::Checker& sample_checker(std::size_t i) const { return axes_[i]->decode_sample.checker(); }
   /// Empty: this axis takes none.
@@ -165,6 +173,7 @@ class Controller {
   std::unique_ptr<can::Bus> bus_;
   std::vector<Route> routes_;
   RequestLink* requests_ = nullptr;
+  bool asked_to_stop_ = false;
   std::unique_ptr<can::Timer> sync_timer_;
   can::Duration period_;
   can::Time started_{};

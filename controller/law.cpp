@@ -74,11 +74,6 @@ double ControlLaw::restart(double position_um) {
   return reference_um;
 }
 
-double ControlLaw::restart(const model::HysteresisState& memory, double position_um) {
-  memory_ = memory;
-  return restart(position_um);
-}
-
 double ControlLaw::restart_at_lower_threshold(double position_um) {
   follow(full_.input_range().lo);
   return restart(position_um);

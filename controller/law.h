@@ -90,9 +90,8 @@ class ControlLaw {
   /// model goes into the integral. Returns the reference to start from: the measured position, or without
   /// feedback the model's.
   double restart(double position_um);
-  /// The same with a memory known from elsewhere, restored or assumed; its input is the drive applied now.
-  /// Allocates only where its capacity is above the default.
-  double restart(const model::HysteresisState& memory, double position_um);
+  /// A memory known from elsewhere. Allocates only where its capacity is above the default.
+  void remember(const model::HysteresisState& memory) { memory_ = memory; }
   /// The same after all memory has been wiped out by driving to the lower threshold.
   double restart_at_lower_threshold(double position_um);
 
@@ -110,6 +109,8 @@ class ControlLaw {
   /// The model's position at the applied drive.
   double predicted_um() const { return correction_.apply(modelled_um()); }
   const model::Hysteresis& inverted() const;
+  /// The recursive model, whose memory moves under every structure.
+  const model::Hysteresis& model() const { return full_; }
   const model::HysteresisState& memory() const { return memory_; }
   double integral_um() const { return pi_.integral_um; }
 

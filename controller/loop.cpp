@@ -2,14 +2,42 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace hystcan::controller {
 
 ClosedLoop::ClosedLoop(const Config& config)
-    : config_(config),
-      law_(config.law),
+    : law_(config.law),
       trajectory_(config.setpoint, config.repeat, config.reference_limits),
-      following_error_(config.following_error) {}
+      following_error_(config.following_error) {
+  take(config);
+}
+
+void ClosedLoop::take(const Config& config) {
+  delays_ = config.delays;
+  notch_ = config.law.notch;
+  judged_by_ = config.in_position;
+  moments_for_s_ = 0.0;
+}
+
+void ClosedLoop::retune(const Config& config, std::optional<Trajectory>& reference, double t_s) {
+  take(config);
+  law_.retune(config.law);
+  following_error_ = FollowingError(config.following_error);
+  if (!reference) return;
+  reference->continue_from(trajectory_, t_s);
+  std::swap(*reference, trajectory_);
+}
+
+void ClosedLoop::go_to(double t_s, double goal_um) {
+  trajectory_.go_to(t_s, goal_um);
+  in_position_ = {};
+}
+
+void ClosedLoop::resume(double t_s) {
+  trajectory_.resume(t_s);
+  in_position_ = {};
+}
 
 std::vector<double> ClosedLoop::ramp_in() const {
   const model::Interval& thresholds = law_.inverted().input_range();
@@ -19,7 +47,7 @@ std::vector<double> ClosedLoop::ramp_in() const {
 void ClosedLoop::begin(double position_um) {
   following_error_.restart();
   in_position_ = {};
-  trajectory_.start_from(law_.restart_at_lower_threshold(position_um));
+  trajectory_.start_from(law_.restart(position_um));
 }
 
 Proposal ClosedLoop::propose(const LoopInput& input) {
@@ -43,21 +71,21 @@ Proposal ClosedLoop::propose(const LoopInput& input) {
 }
 
 Arrival ClosedLoop::judge(const Trajectory::Point& point, const LoopInput& input) {
-  if (!config_.in_position) return Arrival::not_judged;
+  if (!judged_by_) return Arrival::not_judged;
   InPosition::Input now{
       .reference_um = point.value_um, .reference_rests = point.at_rest, .error_um = {}, .dt_s = input.dt_s};
   if (input.position_um) now.error_um = point.value_um - *input.position_um;
-  return InPosition::step(*config_.in_position, in_position_, now);
+  return InPosition::step(*judged_by_, in_position_, now);
 }
 
 double ClosedLoop::previewed_um(const LoopInput& input) {
   if (input.cycle_s != moments_for_s_) {
-    moments_ = config_.delays.moments(input.cycle_s);
-    if (config_.law.notch) moments_ = moments_ + config_.law.notch->moments(input.cycle_s);
+    moments_ = delays_.moments(input.cycle_s);
+    if (notch_) moments_ = moments_ + notch_->moments(input.cycle_s);
     moments_for_s_ = input.cycle_s;
   }
   const auto reference = [&](double ahead_s) { return trajectory_.value_um(input.t_s + ahead_s); };
-  if (!config_.delays.second_order) return reference(moments_.mean_s);
+  if (!delays_.second_order) return reference(moments_.mean_s);
   return second_order_preview(moments_, input.cycle_s, reference);
 }
 

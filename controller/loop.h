@@ -4,8 +4,8 @@
 //   ClosedLoop   follows a reference: Trajectory, ControlLaw, following error
 //   OpenLoop     follows a drive, an Excitation; knows no model and no reference
 //
-// Both: ramp_in() tells the drives to visit before, begin() is called where tracking begins, then
-// propose() -> gate -> commit() in every cycle.
+// Both: ramp_in() tells the drives to visit before, follow() each drive on the way, begin() is called where
+// tracking begins, then propose() -> gate -> commit() in every cycle.
 #pragma once
 
 #include <optional>
@@ -57,15 +57,28 @@ class ClosedLoop {
 
   /// Up to the upper threshold and down to the lower one: whatever the actuator remembered is wiped out.
   std::vector<double> ramp_in() const;
+  void follow(double applied_drive) { law_.follow(applied_drive); }
   void begin(double position_um);
   Proposal propose(const LoopInput& input);
   void commit(double applied_drive) { law_.commit(applied_drive); }
 
+  void go_to(double t_s, double goal_um);
+  void resume(double t_s);
+  /// Between two cycles, bumpless, without allocating: all of `config` but the model and the setpoint; with
+  /// `reference`, which is left with the one before, this from the present motion on.
+  void retune(const Config& config, std::optional<Trajectory>& reference, double t_s);
+
+  const ControlLaw& law() const { return law_; }
+  ControlLaw& law() { return law_; }
+
  private:
+  void take(const Config& config);
   Arrival judge(const Trajectory::Point& point, const LoopInput& input);
   double previewed_um(const LoopInput& input);
 
-  Config config_;
+  Delays delays_;
+  std::optional<Notch::Config> notch_;
+  std::optional<InPosition::Config> judged_by_;
   ControlLaw law_;
   Trajectory trajectory_;
   InPosition::State in_position_;
@@ -81,6 +94,7 @@ class OpenLoop {
 
   /// Straight to where the excitation begins.
   std::vector<double> ramp_in() const { return {excitation_.at(0.0)}; }
+  void follow(double /*applied_drive*/) {}
   void begin(double /*position_um*/) {}
   Proposal propose(const LoopInput& input) const;
   void commit(double /*applied_drive*/) {}

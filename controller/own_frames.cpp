@@ -25,7 +25,8 @@ can::ControllerStatus status_of(const Axis& axis) {
                                .cause = static_cast<std::uint8_t>(axis.fault().cause)};
   if (axis.state() != AxisState::tracking) return status;
   const double error_um = report.reference_um - report.position_um;
-  const double width_um = axis.config().supervision.position_max_um - axis.config().supervision.position_min_um;
+  const double width_um =
+      axis.config().supervision.position_max_um - axis.config().supervision.position_min_um;
   if (std::isfinite(error_um)) status.following_error_um = std::clamp(error_um, -width_um, width_um);
   status.in_position = report.arrival == Arrival::in_position;
   status.limited = report.limits != limit::none;

@@ -21,11 +21,13 @@ struct Request {
     go_to,    ///< leave the configured reference for `position_um`
     resume,   ///< back to the configured reference
     retune,   ///< take `tuning` over; what was in force before is in its place then
+    revert,   ///< forget the correction of the model learnt so far
+    stop,     ///< every axis down, and an end of it all
   };
   Kind kind = Kind::enable;
   std::size_t axis = 0;
   double position_um = 0.0;
-  std::unique_ptr<AxisConfig> tuning{};
+  std::unique_ptr<AxisTuning> tuning{};
   std::string_view refused_because{};  ///< the answer; empty: done
 };
 

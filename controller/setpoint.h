@@ -37,6 +37,9 @@ class Trajectory {
   /// From `t_s` on the segments again, from the first one on, from the present motion.
   void resume(double t_s);
 
+  /// From `t_s` on these segments, from the first one on, from the motion that `before` has there.
+  void continue_from(const Trajectory& before, double t_s) { begin_at(t_s, before.motion(t_s)); }
+
   struct Point {
     double value_um = 0.0;
     std::size_t segment = 0;  ///< the number of segments where none is followed

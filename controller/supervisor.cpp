@@ -24,6 +24,11 @@ double held(bool condition, double so_far_s, double dt_s) { return condition ? s
 
 }  // namespace
 
+void Supervisor::retune(const Config& config) {
+  config_ = config;
+  lost_ = LeakyBucket(config.missing_samples);
+}
+
 void Supervisor::restart() { *this = Supervisor(config_); }
 
 Supervisor::Verdict Supervisor::judge(const AxisInput& input) {

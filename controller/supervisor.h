@@ -87,6 +87,8 @@ class Supervisor {
 
   explicit Supervisor(const Config& config) : config_(config), lost_(config.missing_samples) {}
 
+  /// Other limits from the next cycle on; what has been seen of the axis still counts.
+  void retune(const Config& config);
   /// Nothing of the past counts: the axis is about to be driven.
   void restart();
   /// Once in each cycle of a driven axis, before its command.

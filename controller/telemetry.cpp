@@ -14,16 +14,11 @@
 #include <utility>
 
 namespace hystcan::controller {
-namespace {
-
-/// Whatever priority the process was started with, this thread takes what the control thread leaves.
 void yield_to_the_control_thread() {
   const sched_param ordinary{.sched_priority = 0};
   pthread_setschedparam(pthread_self(), SCHED_OTHER, &ordinary);
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 10);
 }
-
-}  // namespace
 
 TelemetryThread::TelemetryThread(Consumer consume)
     : consume_(std::move(consume)), thread_([this] { run(); }) {}

@@ -17,6 +17,10 @@
 
 namespace hystcan::controller {
 
+/// Of the calling thread: whatever priority the process was started with, it takes what the control thread
+/// leaves.
+void yield_to_the_control_thread();
+
 /// Hands records to `consume` on another thread. push() neither waits nor allocates; where the ring is full
 /// the record is dropped and counted.
 class TelemetryThread {

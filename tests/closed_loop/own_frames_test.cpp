@@ -169,11 +169,16 @@ TEST(LiveSetpoint, IsTakenWhileTrackingAndTheReferenceIsResumed) {
   Bench bench;
   bench.track();
   bench.send(setpoint(go_to_12500_nm));
-  EXPECT_EQ(bench.axis().live_goal_um(), 12.5);
+  bench.rehearsal.run_for(milliseconds(3));
+  EXPECT_TRUE(bench.axis().report().point.live);
   EXPECT_EQ(bench.counters().taken, 1u);
-  EXPECT_FALSE(bench.rehearsal.controller().axis(1).live_goal_um()) << "y was not meant";
+  EXPECT_FALSE(bench.rehearsal.controller().axis(1).report().point.live) << "y was not meant";
+  bench.rehearsal.run_for(milliseconds(1500));
+  EXPECT_EQ(bench.axis().report().reference_um, 12.5);
+  EXPECT_NEAR(bench.axis().report().position_um, 12.5, 0.01);
   bench.send(setpoint(follow_again));
-  EXPECT_FALSE(bench.axis().live_goal_um());
+  bench.rehearsal.run_for(milliseconds(3));
+  EXPECT_FALSE(bench.axis().report().point.live);
   EXPECT_EQ(bench.counters().taken, 2u);
   EXPECT_EQ(bench.counters().refused(), 0u);
 }
@@ -189,7 +194,8 @@ TEST(LiveSetpoint, IsRefusedAndCountedWhereItCannotBeFollowed) {
   bench.send(setpoint(mode_7));
   EXPECT_EQ(bench.counters().unknown_mode, 1u);
   EXPECT_EQ(bench.counters().taken, 0u);
-  EXPECT_FALSE(bench.axis().live_goal_um());
+  bench.rehearsal.run_for(milliseconds(3));
+  EXPECT_FALSE(bench.axis().report().point.live);
   EXPECT_EQ(describe(bench.counters()),
             "0 live setpoints taken, refused: 1 not tracking, 1 out of range, 1 unknown mode");
 }
@@ -220,7 +226,8 @@ TEST(LiveSetpoint, ThatIsDamagedOrRepeatedIsRejectedByItsCause) {
   can::Frame cut = setpoint(go_to_12500_nm);
   cut.length = 7;
   bench.send(cut);
-  EXPECT_FALSE(bench.axis().live_goal_um());
+  bench.rehearsal.run_for(milliseconds(3));
+  EXPECT_FALSE(bench.axis().report().point.live);
   bench.send(setpoint(go_to_12500_nm));
   bench.send(setpoint(go_to_12500_nm));  // the same counter
   std::string told;
@@ -234,7 +241,8 @@ TEST(LiveSetpoint, IsNotHeardByAControllerThatIsNotConfiguredTo) {
   Bench bench(setup_of(false));
   bench.track();
   bench.send(setpoint(go_to_12500_nm));
-  EXPECT_FALSE(bench.axis().live_goal_um());
+  bench.rehearsal.run_for(milliseconds(3));
+  EXPECT_FALSE(bench.axis().report().point.live);
   EXPECT_FALSE(bench.rehearsal.controller().live_setpoints(0));
 }
 
