@@ -14,6 +14,7 @@
 #include <utility>
 
 namespace hystcan::controller {
+
 void yield_to_the_control_thread() {
   const sched_param ordinary{.sched_priority = 0};
   pthread_setschedparam(pthread_self(), SCHED_OTHER, &ordinary);
