@@ -14,15 +14,26 @@ Extent between(double from_um, double to_um) {
   return {.lowest_um = std::min(from_um, to_um), .highest_um = std::max(from_um, to_um)};
 }
 
-/// A sine of this amplitude, in an envelope that fades in `fade_s`.
+/// A sine of this amplitude, in an envelope w that fades in `fade_s`: the length of the phasor of its
+/// velocity, (w', w omega), and of its acceleration, (w'' - w omega^2, 2 w' omega + w omega').
 void add_faded(Extent& extent, double amplitude_um, double frequency_Hz, double chirp_Hz_per_s,
                double fade_s) {
+  constexpr int points = 500;
   const double omega = two_pi * frequency_Hz;
-  const double slope = smooth_step_peak_slope / fade_s;
-  const double curvature = smooth_step_peak_curvature / (fade_s * fade_s);
-  extent.peak_slew_um_per_s += amplitude_um * (omega + slope);
-  extent.peak_acceleration_um_per_s2 +=
-      amplitude_um * (omega * omega + 2.0 * slope * omega + curvature + two_pi * std::abs(chirp_Hz_per_s));
+  const double omega_change = two_pi * std::abs(chirp_Hz_per_s);
+  double slew = 0.0;
+  double acceleration = 0.0;
+  for (int i = 0; i <= points; ++i) {
+    const double s = static_cast<double>(i) / points;
+    const double w = smooth_step(s);
+    const double slope = 30.0 * s * s * (1.0 - s) * (1.0 - s) / fade_s;
+    const double curvature = 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / (fade_s * fade_s);
+    slew = std::max(slew, std::hypot(slope, w * omega));
+    acceleration = std::max(
+        acceleration, std::hypot(curvature - w * omega * omega, 2.0 * slope * omega + w * omega_change));
+  }
+  extent.peak_slew_um_per_s += amplitude_um * slew;
+  extent.peak_acceleration_um_per_s2 += amplitude_um * acceleration;
 }
 
 Extent extent_of(const Hold& s) { return between(s.level_um, s.level_um); }

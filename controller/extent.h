@@ -6,8 +6,8 @@
 namespace hystcan::controller {
 
 /// Peaks of what is smooth: corners of a ramp or triangle, and steps at once, are not in them. Of a chirp's
-/// velocity and acceleration a bound, a few percent above the peak: envelope and sine at their worst
-/// together. A multi-sine is sampled, 64 points in its shortest period, to 0.2 % of its amplitudes; a bound,
+/// velocity and acceleration a bound: what they reach where the sine's phase is at its worst while it fades
+/// in or out. A multi-sine is sampled, 64 points in its shortest period, to 0.2 % of its amplitudes; a bound,
 /// all sines at their worst together, where that would take more than a million points.
 struct Extent {
   double lowest_um = 0.0;
