@@ -189,8 +189,10 @@ void Controller::close_cycle() {
 /// is lost, so that beside the heartbeat there is one frame at most.
 void Controller::keep_house() {
   if (house_kept_) return;
-  const bool commands_sent = std::ranges::all_of(
-      axes_, [](const auto& wired) { return wired->answered || !is_in_use(wired->axis.state()); });
+  // From the back: samples come in the order of the axes, mostly, so that one look is enough before the last.
+  const bool commands_sent = std::all_of(axes_.rbegin(), axes_.rend(), [](const auto& wired) {
+    return wired->answered || !is_in_use(wired->axis.state());
+  });
   if (!commands_sent) return;
   house_kept_ = true;
   if (sync_sent_ >= next_heartbeat_) {
