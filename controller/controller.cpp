@@ -235,8 +235,10 @@ void Controller::close_cycle() {
 /// take turns, nodes first where a heartbeat is due; a status goes before it, the least urgent frame of all.
 void Controller::keep_house() {
   if (house_kept_) return;
-  const bool commands_sent = std::ranges::all_of(
-      axes_, [](const auto& wired) { return wired->answered || !is_in_use(wired->axis.state()); });
+  // From the back: samples come in the order of the axes, mostly, so that one look is enough before the last.
+  const bool commands_sent = std::all_of(axes_.rbegin(), axes_.rend(), [](const auto& wired) {
+    return wired->answered || !is_in_use(wired->axis.state());
+  });
   if (!commands_sent) return;
   house_kept_ = true;
   answer_a_request();

@@ -107,19 +107,20 @@ TEST_F(Tune, WritesAFragmentThatAConfigurationTakesAndThatBeatsHalfOfItself) {
   EXPECT_LT(1.3 * whole, half);
 }
 
-// Twin and mode found are the same here, but for what the fit misses of the mode.
+// The same twin, but for the delay found, some 0.05 ms longer than the amplifier's lag: unforeseen by the
+// present preview, at the triangle's 480 um/s, that is 0.024 um or 0.08 % of stroke, of which the PI leaves a
+// third.
 TEST_F(Tune, PredictsWhatTheLoopThenDoes) {
   const json found = tuned();
+  const auto predicted = [&](const char* setting) {
+    return found[setting]["predicted"]["inverse+pi"]["rms_percent"].get<double>();
+  };
   EXPECT_EQ(found["proposed"]["predicted"].size(), 5u);
   for (const auto& [structure, outcome] : found["proposed"]["predicted"].items())
     EXPECT_EQ(outcome["fault"], "none") << structure;
   paste("tuned.toml", 1.0);
-  EXPECT_NEAR(
-      found["proposed"]["predicted"]["inverse+pi"]["rms_percent"].get<double>() / demonstrated("tuned.toml"),
-      1.0, 0.05);
-  EXPECT_NEAR(
-      found["present"]["predicted"]["inverse+pi"]["rms_percent"].get<double>() / demonstrated("piezo.toml"),
-      1.0, 0.05);
+  EXPECT_NEAR(predicted("proposed"), demonstrated("tuned.toml"), 0.03);
+  EXPECT_NEAR(predicted("present"), demonstrated("piezo.toml"), 0.03);
 }
 
 TEST_F(Tune, SaysInTheFragmentWhatEachKeyWas) {
@@ -133,10 +134,10 @@ TEST_F(Tune, SaysInTheFragmentWhatEachKeyWas) {
 }
 
 TEST_F(Tune, MeasuresTheAxisItIsTold) {
-  const json found = tuned({"--axis", "y", "--centre", "30", "--amplitude", "2"});
+  const json found = tuned({"--axis", "y", "--centre", "30", "--amplitude", "0.5"});
   EXPECT_EQ(found["axis"], "y");
   EXPECT_EQ(found["steps"]["centre"], 30.0);
-  EXPECT_EQ(found["steps"]["amplitude"], 2.0);
+  EXPECT_EQ(found["steps"]["amplitude"], 0.5);
 }
 
 TEST_F(Tune, JudgesNoLoopThatHasNoIntegral) {
@@ -161,8 +162,8 @@ TEST_F(Tune, ChangesNoFileThatItReads) {
 TEST_F(Tune, RefusesWhatItMayNotDriveAndRulesThatAreNone) {
   const std::vector<std::pair<std::vector<std::string>, std::string>> refused{
       {{"--amplitude", "51"}, "expected within drive_min and drive_max, 0 and 100"},
-      {{"--centre", "99"}, "expected within drive_min and drive_max"},
-      {{"--period", "0"}, "period_s"},
+      {{"--centre", "99.5"}, "expected within drive_min and drive_max"},
+      {{"--period", "0"}, "expected a number > 0"},
       {{"--axis", "z"}, "no axis z"},
       {{"--phase-margin", "90"}, "--phase-margin is 90"},
       {{"--gain-margin", "0"}, "--gain-margin is 0"},

@@ -29,7 +29,7 @@ TEST(Vcan, TuneProposesOnTheBusWhatItsRehearsalDoes) {
   bench.start("tune", {"--output", output, "--json"}, config);
   ASSERT_EQ(bench.controller->wait(), 0) << bench.controller->err();
   const json found = json::parse(bench.controller->out());
-  const auto value = [](const json& json, const char* name) { return json[name]["value"].get<double>(); };
+  const auto value = [](const json& of, const char* name) { return of[name]["value"].get<double>(); };
   std::printf(
       "tune on vcan0: %.2f Hz, damping %.4f, delay %.4f ms, ki %.1f/s; rehearsed %.2f, %.4f, %.4f, %.1f\n",
       value(found, "natural_frequency_Hz"), value(found, "damping_ratio"), 1e3 * value(found, "delay_s"),
