@@ -38,8 +38,7 @@ Proposal ClosedLoop::propose(const LoopInput& input) {
 
 double ClosedLoop::previewed_um(const LoopInput& input) {
   if (input.cycle_s != moments_for_s_) {
-    moments_ = config_.delays.moments(input.cycle_s);
-    if (config_.law.notch) moments_ = moments_ + config_.law.notch->moments(input.cycle_s);
+    moments_ = chain_moments(config_.delays, config_.law.notch, input.cycle_s);
     moments_for_s_ = input.cycle_s;
   }
   const auto reference = [&](double ahead_s) { return trajectory_.at(input.t_s + ahead_s).value_um; };
