@@ -83,9 +83,11 @@ int check(const Options& options) {
   for (const config::AxisConfig& axis : config.axes) {
     const model::Hysteresis hysteresis(axis.control.law.model);
     const model::Interval reach = hysteresis.output_range();
+    const double preview_s =
+        controller::chain_moments(axis.control.delays, axis.control.law.notch, cycle_s).mean_s;
     fmt::print("# axis {}: {} to {} {} reach {:.4g} to {:.4g} um; the reference is previewed by {:.4g} ms\n",
                axis.wire.name, hysteresis.input_range().lo, hysteresis.input_range().hi, axis.drive_unit,
-               reach.lo, reach.hi, 1e3 * axis.control.delays.preview_s(cycle_s));
+               reach.lo, reach.hi, 1e3 * preview_s);
     for (const std::string& loss : config::losses(axis.wire))
       fmt::print("# axis {}: {}\n", axis.wire.name, loss);
     for (const std::string& name : config::fd_messages(axis.wire, config.database))

@@ -62,7 +62,9 @@ std::vector<Column> run_columns(const config::Config& config, const std::filesys
 }
 
 double preview_ms(const config::Config& config) {
-  return 1e3 * config.axes.front().control.delays.preview_s(1.0 / config.controller.rate_Hz);
+  const controller::AxisConfig& control = config.axes.front().control;
+  const double cycle_s = 1.0 / config.controller.rate_Hz;
+  return 1e3 * controller::chain_moments(control.delays, control.law.notch, cycle_s).mean_s;
 }
 
 std::string error_cells(const controller::ErrorStatistics& error, double stroke_um) {

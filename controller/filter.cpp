@@ -64,6 +64,11 @@ void Notch::shift(State& state, double by) {
   state.output_2 += by;
 }
 
+Moments chain_moments(const Delays& delays, const std::optional<Notch::Config>& notch, double cycle_s) {
+  const Moments moments = delays.moments(cycle_s);
+  return notch ? moments + notch->moments(cycle_s) : moments;
+}
+
 double low_pass(double corner_Hz, double before, double input, double dt_s) {
   return before - std::expm1(-2.0 * std::numbers::pi * corner_Hz * dt_s) * (input - before);
 }

@@ -11,6 +11,8 @@
 //   LowPass   y += (1 - e^{-2 pi f dt}) (x - y),   exact for an input held over dt
 #pragma once
 
+#include <optional>
+
 #include "controller/delays.h"
 
 namespace hystcan::controller {
@@ -42,6 +44,9 @@ struct Notch {
   static void shift(State& state, double by);
   static State at_rest(double input) { return {input, input, input, input}; }
 };
+
+/// From demand to position, a notch included.
+Moments chain_moments(const Delays& delays, const std::optional<Notch::Config>& notch, double cycle_s);
 
 /// One step of the low pass of this corner frequency, from `before` towards `input`.
 double low_pass(double corner_Hz, double before, double input, double dt_s);

@@ -80,8 +80,7 @@ Arrival ClosedLoop::judge(const Trajectory::Point& point, const LoopInput& input
 
 double ClosedLoop::previewed_um(const LoopInput& input) {
   if (input.cycle_s != moments_for_s_) {
-    moments_ = delays_.moments(input.cycle_s);
-    if (notch_) moments_ = moments_ + notch_->moments(input.cycle_s);
+    moments_ = chain_moments(delays_, notch_, input.cycle_s);
     moments_for_s_ = input.cycle_s;
   }
   const auto reference = [&](double ahead_s) { return trajectory_.value_um(input.t_s + ahead_s); };

@@ -13,7 +13,7 @@ Plant::Plant(const Config& config, can::Time start)
       substep_(config, config.substep),
       now_(start),
       amplifier_{config.amplifier.safe_drive, config.amplifier.safe_drive},
-      memory_(hysteresis_.virgin(config.amplifier.safe_drive)),
+      memory_(hysteresis_.virgin(config.amplifier.safe_drive, remembered_branches)),
       mode_{memory_.output, 0.0} {}
 
 void Plant::advance_to(can::Time time) {
