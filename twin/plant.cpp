@@ -4,6 +4,14 @@
 #include <cmath>
 
 namespace hystcan::twin {
+namespace {
+
+/// A reference that grows from period to period, as with a controller that learns, nests two turning points
+/// in each; what no longer fits is merged, which would be a jump that no actuator makes.
+constexpr std::size_t remembered_branches = 4096;
+
+}  // namespace
+
 Plant::Step::Step(const Config& config, can::Duration length)
     : amplifier(config.amplifier, can::seconds(length)), mode(config.mode, can::seconds(length)) {}
 
