@@ -177,8 +177,8 @@ INSTANTIATE_TEST_SUITE_P(
                   [](AxisInput& in) { in.health.interface_up = false; }, 1},
         FaultCase{"BusOff", Cause::bus_off, [](AxisInput& in) { in.health.bus_on = false; }, 1},
         FaultCase{"CycleOverrun", Cause::cycle_overrun, [](AxisInput& in) { in.dt_s = 0.011; }, 1},
-        FaultCase{"FollowingError", Cause::following_error, [](AxisInput& in) { *in.position_um -= 2.5; },
-                  3}),
+        FaultCase{"FollowingError", Cause::following_error,
+                  [](AxisInput& in) { in.position_um = 12.2 + 1e-3 * in.time_s; }, 3}),
     [](const auto& test) { return test.param.name; });
 
 TEST(Axis, TripsWhereTheAmplifierNeverBecomesEnabled) {
