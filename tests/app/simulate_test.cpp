@@ -221,7 +221,7 @@ INSTANTIATE_TEST_SUITE_P(
                   ":4:19: output 5.5"},
         BadMemory{"InputOutside", HYSTCAN_MEMORY "input = 300\n", ":4:9: "},
         BadMemory{"InputMissing", HYSTCAN_MEMORY, ":1:1: missing key input"},
-        BadMemory{"NotTheFile", "[hysteresis]\n", ":1:2: unknown key hysteresis, expected one of memory"},
+        BadMemory{"NotTheFile", "[hysteresis]\n", ":1:2: unknown key hysteresis, expected one of correction, memory"},
         BadMemory{"NotFinite", HYSTCAN_MEMORY "input = nan\n", ":4:9: input is nan"}),
     [](const auto& test) { return test.param.name; });
 

@@ -134,9 +134,9 @@ TEST_F(Tune, SaysInTheFragmentWhatEachKeyWas) {
 }
 
 TEST_F(Tune, MeasuresTheAxisItIsTold) {
-  const json found = tuned({"--axis", "y", "--centre", "30", "--amplitude", "0.5"});
+  const json found = tuned({"--axis", "y", "--centre", "60", "--amplitude", "0.5"});
   EXPECT_EQ(found["axis"], "y");
-  EXPECT_EQ(found["steps"]["centre"], 30.0);
+  EXPECT_EQ(found["steps"]["centre"], 60.0);
   EXPECT_EQ(found["steps"]["amplitude"], 0.5);
 }
 
