@@ -107,6 +107,7 @@ config::Config in_open_loop(config::Config config, const Excitation::Config& exc
   controller::AxisConfig& control = config.axes[0].control;
   refuse_beyond(control.gate, Excitation(excitation));
   control.excitation = excitation;
+  control.couplings.clear();
   config.controller.axes[0].axis = control;
   return config;
 }

@@ -1,5 +1,9 @@
 #include <variant>
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
 #include "config/check.h"
 #include "config/model_file.h"
 #include "config/schema.h"
@@ -30,12 +34,28 @@ void complete(const Document& document, AxisConfig& axis) {
   axis.twin.plant.hysteresis = load_model(document.resolve(axis.twin_model));
 }
 
+/// The axes that the others' couplings name.
+void resolve_couplings(const Document& document, Config& config) {
+  for (std::size_t i = 0; i < config.axes.size(); ++i) {
+    std::vector<controller::Coupling>& couplings = config.axes[i].control.couplings;
+    for (std::size_t j = 0; j < couplings.size(); ++j) {
+      const auto from = std::ranges::find(config.axes, couplings[j].from,
+                                          [](const AxisConfig& axis) { return axis.wire.name; });
+      if (from == config.axes.end() || from->wire.name == config.axes[i].wire.name)
+        document.fail_at(fmt::format("axis[{}].control.coupling[{}].from", i, j),
+                         fmt::format("from is \"{}\", expected the name of another axis", couplings[j].from));
+      couplings[j].index = static_cast<std::size_t>(from - config.axes.begin());
+    }
+  }
+}
+
 }  // namespace
 
 Config load(const std::filesystem::path& file, const std::vector<Setting>& overrides) {
   const Document document(file, overrides);
   Config config = read(document);
   config.database = can::load_dbc(document.resolve(config.bus.dbc));
+  resolve_couplings(document, config);
   for (AxisConfig& axis : config.axes) {
     complete(document, axis);
     config.controller.axes.push_back(
@@ -44,6 +64,8 @@ Config load(const std::filesystem::path& file, const std::vector<Setting>& overr
   }
   std::filesystem::path& black_boxes = config.controller.black_box.folder;
   if (!black_boxes.empty()) black_boxes = document.resolve(black_boxes);
+  std::filesystem::path& states = config.controller.state_folder;
+  if (!states.empty()) states = document.resolve(states);
   check_agreement(document, config);
   return config;
 }

@@ -261,6 +261,12 @@ void visit_supervision(V& v, controller::AxisConfig& c) {
 }
 
 template <class V>
+void visit(V& v, controller::Coupling& c) {
+  v.required("from", c.from);
+  v.required("um_per_um", c.um_per_um, {.lo = -0.5, .hi = 0.5});
+}
+
+template <class V>
 void visit(V& v, controller::InPosition::Config& c) {
   v.required("tolerance_um", c.tolerance_um, positive);
   v.required("window_ms", c.window, not_negative);
@@ -299,6 +305,7 @@ void visit_control(V& v, AxisConfig& axis) {
   v.optional_table("adaptation", c.law.adaptation, plain);
   v.table("delays", c.delays, [](V& sub, auto& value) { visit(sub, value); });
   v.optional_table("in_position", c.in_position, [](V& sub, auto& value) { visit(sub, value); });
+  v.optional_list("coupling", c.couplings, plain);
   v.list("setpoint", c.setpoint, [](V& sub, auto& value) { visit(sub, value); });
 }
 

@@ -135,6 +135,17 @@ void Axis::revert_correction() {
   if (auto* loop = std::get_if<ClosedLoop>(&loop_)) loop->law().set_correction({});
 }
 
+double Axis::preview_s(double cycle_s) {
+  auto* loop = std::get_if<ClosedLoop>(&loop_);
+  return loop == nullptr ? 0.0 : loop->preview_s(cycle_s);
+}
+
+double Axis::expected_um(double time_s) const {
+  const auto* loop = std::get_if<ClosedLoop>(&loop_);
+  if (loop == nullptr || state_ != AxisState::tracking) return report_.position_um;
+  return loop->reference_um(time_s - tracking_since_s_);
+}
+
 AxisCommand Axis::step(const AxisInput& input) {
   now_s_ = input.time_s;
   if (input.position_um) report_.position_um = *input.position_um;
@@ -216,7 +227,7 @@ AxisCommand Axis::hold_ready(const AxisInput& input) {
   state_ = AxisState::tracking;
   tracking_since_s_ = input.time_s;
   memory_known_ = true;
-  std::visit([&](auto& loop) { loop.begin(*input.position_um); }, loop_);
+  std::visit([&](auto& loop) { loop.begin(*input.position_um, input.coupled_um); }, loop_);
   return track(input);
 }
 
@@ -224,7 +235,8 @@ AxisCommand Axis::track(const AxisInput& input) {
   const LoopInput now{.t_s = input.time_s - tracking_since_s_,
                       .dt_s = input.dt_s,
                       .cycle_s = input.cycle_s,
-                      .position_um = input.position_um};
+                      .position_um = input.position_um,
+                      .coupled_um = input.coupled_um};
   const Proposal proposal = std::visit([&](auto& loop) { return loop.propose(now); }, loop_);
   report_.point = proposal.point;
   report_.reference_um = proposal.reference_um;

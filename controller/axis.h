@@ -41,6 +41,13 @@ enum class StartUp : std::uint8_t {
 inline constexpr std::array all_start_ups{StartUp::wipe, StartUp::assume, StartUp::restore};
 std::string_view to_string(StartUp start_up);
 
+/// Where another axis moves, this one's position changes too:  y = own + um_per_um * (position of `from`).
+struct Coupling {
+  std::string from;  ///< name of the other axis
+  double um_per_um = 0.0;
+  std::size_t index = 0;  ///< of that axis
+};
+
 struct AxisConfig {
   std::string name;
   ControlLaw::Config law;
@@ -53,7 +60,8 @@ struct AxisConfig {
   StartUp start_up = StartUp::wipe;
   double wipe_slew_per_s =
       100.0;  ///< drive units per second, towards the thresholds and, at the end, the safe drive
-  double wipe_dwell_s = 0.1;  ///< rest at each threshold
+  double wipe_dwell_s = 0.1;          ///< rest at each threshold
+  std::vector<Coupling> couplings{};  ///< fed forward; a row of the matrix
   Supervisor::Config supervision{};
   FollowingError::Config following_error{};
   std::optional<Excitation::Config> excitation{};  ///< open loop: in the place of law and setpoint
@@ -117,6 +125,11 @@ class Axis {
   void restore(const model::HysteresisState& memory, const Correction& correction);
   /// The correction learnt so far is forgotten.
   void revert_correction();
+
+  /// How far ahead of a cycle its reference is looked up; 0 in open loop.
+  double preview_s(double cycle_s);
+  /// Where it is to be at that time, or, where it does not track a reference, where it was measured last.
+  double expected_um(double time_s) const;
 
   /// Exactly once per cycle.
   AxisCommand step(const AxisInput& input);

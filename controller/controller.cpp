@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 #include <utility>
 
 namespace hystcan::controller {
@@ -69,6 +70,11 @@ Controller::Controller(const Config& config, const can::Database& database, can:
       sync_timer_(scheduler.make_timer([this] { tick(); })),
       period_(std::llround(1e9 / config.rate_Hz)) {
   axes_.reserve(config.axes.size());
+  for (const WiredAxisConfig& axis : config.axes)
+    for (const Coupling& coupling : axis.axis.couplings)
+      if (coupling.index >= config.axes.size())
+        throw std::invalid_argument("axis " + axis.axis.name + " is coupled with " + coupling.from +
+                                    ", expected one of the axes that are controlled");
   for (const WiredAxisConfig& axis : config.axes)
     axes_.push_back(std::make_unique<WiredAxis>(axis, config, database));
   lay_routes();
@@ -454,6 +460,7 @@ void Controller::step(std::size_t index, const can::SensorSample* sample) {
     input.position_um = sample->position_um;
     input.sensor_status_good = sample->status == 0;
   }
+  input.coupled_um = coupled_um(wired.axis, input);
   const can::Time begun = scheduler_.now();
   const AxisCommand command = wired.axis.step(input);
   const can::Time decided = scheduler_.now();
@@ -479,6 +486,15 @@ void Controller::step(std::size_t index, const can::SensorSample* sample) {
                          .execution = decided - begun},
               .counters = counters_,
               .event = event});
+}
+
+/// What the other axes will add to this one's position when the command acts.
+double Controller::coupled_um(Axis& axis, const AxisInput& input) const {
+  double sum_um = 0.0;
+  for (const Coupling& coupling : axis.config().couplings)
+    sum_um += coupling.um_per_um *
+              axes_[coupling.index]->axis.expected_um(input.time_s + axis.preview_s(input.cycle_s));
+  return sum_um;
 }
 
 void Controller::send_command(WiredAxis& wired, const AxisCommand& command) {

@@ -152,6 +152,7 @@ class Controller {
                  std::size_t index);
   void step(std::size_t index, const can::SensorSample* sample);
   void send_command(WiredAxis& wired, const AxisCommand& command);
+  double coupled_um(Axis& axis, const AxisInput& input) const;
   NodeHealth health(WiredAxis& wired) const;
 
   /// What to do with an identifier: filled and sorted once, looked up per frame.

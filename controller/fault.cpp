@@ -15,7 +15,7 @@ constexpr std::array<CauseText, cause_count> cause_texts{{
     {"interface down", "bring the CAN interface up and start the controller again"},
     {"bus-off", "check wiring, termination and bit rate, then start the controller again"},
     {"cycle overrun",
-     "the computer was kept from its work: give the controller a real-time class, chrt --fifo 50"},
+     "the computer was kept from its work: give the controller a real-time class, [controller.realtime]"},
     {"sample missing", "check the sensor node and the bus load"},
     {"sensor status", "the sensor reports a bad sample: check the sensor"},
     {"position implausible",

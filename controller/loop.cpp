@@ -44,7 +44,9 @@ std::vector<double> ClosedLoop::ramp_in() const {
   return {thresholds.hi, thresholds.lo};
 }
 
-void ClosedLoop::begin(double position_um) {
+/// The integral takes what the other axes add at first; what they add later is fed forward.
+void ClosedLoop::begin(double position_um, double coupled_um) {
+  coupled_at_first_um_ = coupled_um;
   following_error_.restart();
   in_position_ = {};
   trajectory_.start_from(law_.restart(position_um));
@@ -57,12 +59,13 @@ Proposal ClosedLoop::propose(const LoopInput& input) {
       !input.position_um || following_error_.step(proposal.reference_um, *input.position_um, input.dt_s);
   if (!proposal.follows) return proposal;
   proposal.arrival = judge(proposal.point, input);
-  const ControlLaw::Demand demand = law_.propose({.reference_um = proposal.reference_um,
-                                                  .previewed_um = previewed_um(input),
-                                                  .position_um = input.position_um,
-                                                  .dt_s = input.dt_s,
-                                                  .cycle_s = input.cycle_s,
-                                                  .steady = !proposal.point.in_transition});
+  const ControlLaw::Demand demand =
+      law_.propose({.reference_um = proposal.reference_um,
+                    .previewed_um = previewed_um(input) - input.coupled_um + coupled_at_first_um_,
+                    .position_um = input.position_um,
+                    .dt_s = input.dt_s,
+                    .cycle_s = input.cycle_s,
+                    .steady = !proposal.point.in_transition});
   proposal.drive = demand.drive;
   proposal.demand_um = demand.position_um;
   proposal.limits = demand.limits;
@@ -78,13 +81,18 @@ Arrival ClosedLoop::judge(const Trajectory::Point& point, const LoopInput& input
   return InPosition::step(*judged_by_, in_position_, now);
 }
 
-double ClosedLoop::previewed_um(const LoopInput& input) {
-  if (input.cycle_s != moments_for_s_) {
-    moments_ = chain_moments(delays_, notch_, input.cycle_s);
-    moments_for_s_ = input.cycle_s;
+double ClosedLoop::preview_s(double cycle_s) {
+  if (cycle_s != moments_for_s_) {
+    moments_ = chain_moments(delays_, notch_, cycle_s);
+    moments_for_s_ = cycle_s;
   }
+  return moments_.mean_s;
+}
+
+double ClosedLoop::previewed_um(const LoopInput& input) {
+  const double mean_s = preview_s(input.cycle_s);
   const auto reference = [&](double ahead_s) { return trajectory_.value_um(input.t_s + ahead_s); };
-  if (!delays_.second_order) return reference(moments_.mean_s);
+  if (!delays_.second_order) return reference(mean_s);
   return second_order_preview(moments_, input.cycle_s, reference);
 }
 

@@ -27,6 +27,7 @@ struct LoopInput {
   double dt_s = 0.0;
   double cycle_s = 0.0;
   std::optional<double> position_um;
+  double coupled_um = 0.0;  ///< what the other axes will add to this one's position (Coupling)
 };
 
 struct Proposal {
@@ -58,7 +59,7 @@ class ClosedLoop {
   /// Up to the upper threshold and down to the lower one: whatever the actuator remembered is wiped out.
   std::vector<double> ramp_in() const;
   void follow(double applied_drive) { law_.follow(applied_drive); }
-  void begin(double position_um);
+  void begin(double position_um, double coupled_um);
   Proposal propose(const LoopInput& input);
   void commit(double applied_drive) { law_.commit(applied_drive); }
 
@@ -67,6 +68,10 @@ class ClosedLoop {
   /// Between two cycles, bumpless, without allocating: all of `config` but the model and the setpoint; with
   /// `reference`, which is left with the one before, this from the present motion on.
   void retune(const Config& config, std::optional<Trajectory>& reference, double t_s);
+
+  /// How far ahead the reference is looked up, and what it will be then.
+  double preview_s(double cycle_s);
+  double reference_um(double t_s) const { return trajectory_.value_um(t_s); }
 
   const ControlLaw& law() const { return law_; }
   ControlLaw& law() { return law_; }
@@ -85,6 +90,7 @@ class ClosedLoop {
   FollowingError following_error_;
   Moments moments_;             ///< from demand to position
   double moments_for_s_ = 0.0;  ///< the cycle that they are of; 0: none yet
+  double coupled_at_first_um_ = 0.0;
 };
 
 class OpenLoop {
@@ -95,7 +101,7 @@ class OpenLoop {
   /// Straight to where the excitation begins.
   std::vector<double> ramp_in() const { return {excitation_.at(0.0)}; }
   void follow(double /*applied_drive*/) {}
-  void begin(double /*position_um*/) {}
+  void begin(double /*position_um*/, double /*coupled_um*/) {}
   Proposal propose(const LoopInput& input) const;
   void commit(double /*applied_drive*/) {}
 

@@ -44,6 +44,7 @@ struct AxisInput {
   bool sensor_status_good = true;
   bool late_sample = false;     ///< one of an earlier cycle came since the last step
   bool begin_tracking = false;  ///< every axis is ready
+  double coupled_um = 0.0;      ///< what the other axes will add to the position
   NodeHealth health;
 };
 
