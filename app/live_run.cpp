@@ -87,13 +87,26 @@ BusClosing closing_of(const controller::Controller& controller, const std::vecto
   return closing;
 }
 
-bool terminal_hung_up() {
-  static const bool had_one = isatty(STDIN_FILENO) != 0 || isatty(STDERR_FILENO) != 0;
-  if (!had_one) return false;
+namespace {
+
+bool has_terminal() {
   const int terminal = open("/dev/tty", O_RDONLY | O_NOCTTY | O_CLOEXEC);
-  if (terminal < 0) return true;
+  if (terminal < 0) return false;
   close(terminal);
-  return false;
+  return true;
+}
+
+/// As under nohup.
+bool ignores_hang_up() {
+  struct sigaction action {};
+  return sigaction(SIGHUP, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
+}
+
+}  // namespace
+
+bool terminal_hung_up() {
+  static const bool depends_on_one = has_terminal() && !ignores_hang_up();
+  return depends_on_one && !has_terminal();
 }
 
 void run_live(LiveLoop& loop, controller::Controller& controller, controller::BusLog& bus_log,

@@ -43,6 +43,7 @@ class Process {
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
 
+  pid_t pid() const { return child_; }
   void send(int signal) const { kill(child_, signal); }
 
   /// Exit status, or 128 + the signal that ended it.
