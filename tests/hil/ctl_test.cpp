@@ -160,7 +160,7 @@ TEST_F(Ctl, StopEndsTheProcessInOrder) {
   expect_done({"stop"});
   EXPECT_EQ(stage.bench.controller->wait(), 0) << stage.bench.controller->err();
   EXPECT_FALSE(std::filesystem::exists(stage.socket)) << "and its socket is gone";
-  const json log = stage.bench.decoded("--series");
+  const json log = stage.wire_at_rest();
   hil::expect_both_safe(log);
   EXPECT_EQ(log.at("last_command").at("enable"), 0);
   EXPECT_NEAR(log.at("last_enabled_command").at("setpoint"), 0.0, 0.6) << "one cycle of 500 V/s";

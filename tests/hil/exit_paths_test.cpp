@@ -29,7 +29,7 @@ struct Leaving : testing::Test {
 
   /// The last command switches off, from a drive that the ramp has brought down.
   void expect_ended_in_order() {
-    const json log = stage.bench.decoded("--series");
+    const json log = stage.wire_at_rest();
     hil::expect_both_safe(log);
     EXPECT_EQ(log.at("last_command").at("enable"), 0);
     EXPECT_NEAR(log.at("last_enabled_command").at("setpoint"), 0.0, 0.6) << "one cycle of 500 V/s";
@@ -45,9 +45,7 @@ struct Leaving : testing::Test {
 
   /// Without a word from the controller: the amplifiers' own watchdog did it.
   void expect_tripped() {
-    std::this_thread::sleep_for(milliseconds(100));
-    hil::ask_for_status();
-    const json log = stage.bench.decoded("--series");
+    const json log = stage.wire_at_rest();
     hil::expect_both_safe(log);
     ASSERT_FALSE(log.at("first_fault").is_null());
     EXPECT_EQ(log.at("first_fault").at("fault"), 1) << "command timeout";
@@ -137,9 +135,7 @@ TEST_F(Leaving, AControllerThatHangsIsKilledByItsServiceManagerLongAfterTheAmpli
   stage.bench.controller->send(SIGABRT);
   stage.bench.controller->send(SIGCONT);
   EXPECT_EQ(stage.bench.controller->wait(), 128 + SIGABRT);
-  std::this_thread::sleep_for(milliseconds(100));
-  hil::ask_for_status();
-  const json log = stage.bench.decoded("--series");
+  const json log = stage.wire_at_rest();
   hil::expect_both_safe(log);
   ASSERT_FALSE(log.at("first_fault").is_null());
   EXPECT_EQ(log.at("first_fault").at("fault"), 1) << "command timeout";
@@ -230,8 +226,8 @@ TEST_F(Leaving, SoDoesOneWithAllThreeStreamsElsewhere) {
 
 TEST_F(Leaving, ASighupWithoutATerminalReadsTheConfigurationAgainAndTrackingGoesOn) {
   stage.start();
-  stage.files.edit("piezo.toml", "rate_Hz = 1000.0", "rate_Hz = 500.0");
-  EXPECT_TRUE(stage.bench.controller->says("needs a restart, nothing was changed: controller.rate_Hz"));
+  stage.set("controller", "heartbeat_ms = 50.0");
+  EXPECT_TRUE(stage.bench.controller->says("needs a restart, nothing was changed: controller.heartbeat_ms"));
   stage.bench.controller->send(SIGHUP);
   std::this_thread::sleep_for(milliseconds(500));
   EXPECT_TRUE(stage.bench.controller->running());

@@ -44,6 +44,13 @@ struct Reload : testing::Test {
   }
 };
 
+/// Wherever it is.
+std::string replaced(std::string text, const std::string& what, const std::string& with) {
+  for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + with.size()))
+    text.replace(at, what.size(), with);
+  return text;
+}
+
 TEST_F(Reload, GainsStructureLimitsAndSetpointChangeWithoutAJumpAndAreToldAsADiff) {
   stage.start();
   const double tracking_s = now_s();
@@ -119,15 +126,15 @@ TEST_F(Reload, WhatNeedsARestartSaysSoAndTakesNothingElseWithIt) {
   stage.start();
   rewrite_in_place("kp                 = 0.05 ", "kp                 = 0.04 ");
   ASSERT_TRUE(stage.bench.controller->says("axis[0].control.kp: 0.05 -> 0.04"));
-  std::string text = support::read_file(stage.config);
-  text.replace(text.find("rate_Hz = 1000.0"), 16, "rate_Hz = 2000.0");
-  text.replace(text.find("= 120.0"), 7, "= 100.0");
-  std::ofstream(stage.config, std::ios::binary) << text;
+  const std::string before = support::read_file(stage.config);
+  const std::string slower = replaced(replaced(before, "rate_Hz = 1000.0", "rate_Hz = 500.0"),
+                                      "command_delay_us       = 1000.0", "command_delay_us       = 2000.0");
+  std::ofstream(stage.config, std::ios::binary) << replaced(slower, "= 120.0", "= 100.0");
   ASSERT_TRUE(stage.bench.controller->says(
-      "needs a restart, nothing was changed: controller.rate_Hz: 1000.0 -> 2000.0"))
+      "needs a restart, nothing was changed: controller.rate_Hz: 1000.0 -> 500.0"))
       << stage.bench.controller->err();
   EXPECT_EQ(told("ki_per_s: "), 0u) << stage.bench.controller->err();
-  rewrite_in_place("rate_Hz = 2000.0", "rate_Hz = 1000.0");
+  std::ofstream(stage.config, std::ios::binary) << replaced(before, "= 120.0", "= 100.0");
   EXPECT_TRUE(stage.bench.controller->says("axis[0].control.ki_per_s: 120.0 -> 100.0"));
   EXPECT_EQ(stage.axis_status(0).at("state"), "tracking");
 }

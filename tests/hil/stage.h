@@ -49,11 +49,6 @@ inline double now_s() {
 
 constexpr int amp_enabled = 2;
 
-/// The nodes that live tell what they put out once asked: AmpStatus comes with every tenth SYNC.
-inline void ask_for_status() {
-  EXPECT_TRUE(shell("for i in 1 2 3 4 5 6 7 8 9 10; do cansend vcan0 080#01; done"));
-}
-
 /// Both amplifiers are at their safe value, 0 V, and not enabled: their own words at the end of the log. The
 /// bandwidth of 1500 Hz leaves less than a millivolt of 100 V some milliseconds after they were switched off.
 inline void expect_both_safe(const json& log) {
@@ -84,6 +79,14 @@ struct Stage {
   void start(const std::vector<std::string>& options = {}) {
     bench.start_controller(options);
     ASSERT_TRUE(bench.tracks()) << bench.controller->err();
+  }
+
+  /// The log up to some time after the controller's end. AmpStatus comes with every tenth SYNC: ten more have
+  /// the amplifiers tell what they put out now.
+  json wire_at_rest() {
+    std::this_thread::sleep_for(milliseconds(100));
+    EXPECT_TRUE(shell("for i in 1 2 3 4 5 6 7 8 9 10; do cansend vcan0 080#01; done"));
+    return bench.decoded("--series");
   }
 
   struct Answer {
