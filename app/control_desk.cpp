@@ -102,13 +102,13 @@ bool ControlDesk::is_for_everybody(const json& command) {
 void ControlDesk::obey(const json& command, Answer answer) {
   static const std::map<std::string, Command> others{
       {"status", &ControlDesk::status}, {"wait", &ControlDesk::wait}, {"set", &ControlDesk::set}};
-  try {
+  try {  // each is given a copy: what throws must still be answered
     const std::string what = text_of(command, "do");
     if (closed_) return answer(refusal("the controller is ending"));
-    if (what == "reload") return reload(std::move(answer));
+    if (what == "reload") return reload(answer);
     if (const auto found = others.find(what); found != others.end())
-      return (this->*found->second)(command, std::move(answer));
-    if (acts().contains(what)) return act(command, std::move(answer));
+      return (this->*found->second)(command, answer);
+    if (acts().contains(what)) return act(command, answer);
     answer(
         refusal(fmt::format("\"{}\" is no command, expected status, enable, disable, clear, go_to, resume, "
                             "wait, set, revert, reload or stop",
@@ -164,7 +164,7 @@ void ControlDesk::set(const json& command, Answer answer) {
 
 void ControlDesk::reload(Answer answer) {
   try {
-    take_up(live_.reread(), std::move(answer));
+    take_up(live_.reread(), answer);
   } catch (const std::exception& error) {
     spdlog::error("configuration not taken over: {}", error.what());
     answer(refusal(error.what()));

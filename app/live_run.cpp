@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <iterator>
@@ -87,13 +88,34 @@ BusClosing closing_of(const controller::Controller& controller, const std::vecto
   return closing;
 }
 
-bool terminal_hung_up() {
-  static const bool had_one = isatty(STDIN_FILENO) != 0 || isatty(STDERR_FILENO) != 0;
-  if (!had_one) return false;
+namespace {
+
+bool has_terminal() {
   const int terminal = open("/dev/tty", O_RDONLY | O_NOCTTY | O_CLOEXEC);
-  if (terminal < 0) return true;
+  if (terminal < 0) return false;
   close(terminal);
-  return false;
+  return true;
+}
+
+/// As under nohup.
+bool ignores_hang_up() {
+  struct sigaction action {};
+  return sigaction(SIGHUP, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
+}
+
+/// What led to the terminal leads nowhere from here on: a report that can't be printed is no failure.
+void leave_terminal() {
+  const int nowhere = open("/dev/null", O_RDWR | O_CLOEXEC);
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (isatty(stream) == 0 && errno == EIO) dup2(nowhere, stream);
+  close(nowhere);
+}
+
+}  // namespace
+
+bool terminal_hung_up() {
+  static const bool depends_on_one = has_terminal() && !ignores_hang_up();
+  return depends_on_one && !has_terminal();
 }
 
 void run_live(LiveLoop& loop, controller::Controller& controller, controller::BusLog& bus_log,
@@ -121,7 +143,10 @@ void run_live(LiveLoop& loop, controller::Controller& controller, controller::Bu
   poll->expire_at(start + poll_period);
   try {
     loop.run([&](int signal) {
-      if (signal == SIGHUP && run.reload && !terminal_hung_up()) return run.reload();
+      if (signal == SIGHUP && terminal_hung_up())
+        leave_terminal();
+      else if (signal == SIGHUP && run.reload)
+        return run.reload();
       if (stopping) return loop.stop();
       stop();
     });

@@ -45,7 +45,8 @@ controller::BusLog::Sink bus_log_sink();
 BusClosing closing_of(const controller::Controller& controller, const std::vector<std::string>& events);
 
 /// SIGHUP is two things: the terminal is gone, or somebody asks for the configuration to be read again. True
-/// of the first.
+/// of the first, where this process had a controlling terminal and did not ignore SIGHUP (nohup) when it was
+/// called first; where its streams lead does not matter.
 bool terminal_hung_up();
 
 struct LiveRun {

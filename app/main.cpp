@@ -2,6 +2,8 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <cstdio>
+
 #include "app/commands.h"
 #include "can/candump.h"
 #include "can/dbc.h"
@@ -12,8 +14,9 @@ namespace {
 
 using namespace hystcan;
 
+/// Throws nothing where nobody can be told: the terminal may be gone.
 int complain(const std::exception& error, int status) {
-  fmt::print(stderr, "hystcan: {}\n", error.what());
+  std::fputs(fmt::format("hystcan: {}\n", error.what()).c_str(), stderr);
   return status;
 }
 

@@ -11,7 +11,9 @@
 namespace hystcan::config {
 namespace {
 
+/// Numbers as somebody would write them: 0.05, not 0.050000000000000003, which is the same number.
 std::string text_of(const toml::node& value) {
+  if (const auto* number = value.as_floating_point()) return fmt::format("{}", number->get());
   std::ostringstream text;
   value.visit([&](const auto& node) { text << node; });
   return text.str();

@@ -82,11 +82,11 @@ class Bench {
   }
   [[nodiscard]] bool tracks() { return controller->says("x: tracking") && controller->says("y: tracking"); }
 
-  /// What an independent reader makes of the log so far.
-  json decoded() {
+  /// What an independent reader makes of the log so far. "--series": with every value of every axis.
+  json decoded(const std::string& option = "") {
     std::this_thread::sleep_for(milliseconds(100));
     candump.reset();
-    Process reader({"/usr/bin/python3", HYSTCAN_SOURCE_DIR "/tests/hil/decode.py", log_});
+    Process reader({"/usr/bin/python3", HYSTCAN_SOURCE_DIR "/tests/hil/decode.py", log_, option});
     EXPECT_EQ(reader.wait(), 0) << reader.err();
     return json::parse(reader.out());
   }

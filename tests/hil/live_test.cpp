@@ -81,7 +81,6 @@ void Signalled::stops_well_on(int signal) {
 TEST_P(Signalled, ControlCOnTheControllerRampsDownAndLeavesTheAmplifierAtItsSafeValue) {
   stops_well_on(SIGINT);
 }
-TEST_P(Signalled, SoDoesATerminalThatHangsUp) { stops_well_on(SIGHUP); }
 
 TEST_P(Live, ControlCOnTheTwinLeavesTheAmplifierAtItsSafeValue) {
   bench.start_controller();

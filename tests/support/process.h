@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cstdio>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -23,6 +24,7 @@ class Process {
   explicit Process(const std::vector<std::string>& command) {
     std::string name = (std::filesystem::path(testing::TempDir()) / "process-XXXXXX").string();
     folder_ = mkdtemp(name.data());
+    std::fflush(stdout);  // or the child prints it too
     child_ = fork();
     if (child_ != 0) return;
     std::vector<char*> arguments;
@@ -43,6 +45,7 @@ class Process {
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
 
+  pid_t pid() const { return child_; }
   void send(int signal) const { kill(child_, signal); }
 
   /// Exit status, or 128 + the signal that ended it.

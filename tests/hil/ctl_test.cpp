@@ -1,0 +1,241 @@
+// hystcan ctl on a controller that drives the axes of vcan0: what it answers, and what the wire shows of it.
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+
+#include "tests/hil/stage.h"
+
+namespace hystcan {
+namespace {
+
+using hil::between;
+using hil::json;
+using hil::milliseconds;
+using hil::now_s;
+using hil::OnWire;
+using hil::Process;
+using hil::series;
+using hil::Stage;
+
+constexpr std::size_t x = 0;
+constexpr std::size_t y = 1;
+
+struct Ctl : testing::Test {
+  Stage stage;
+
+  /// Once it tracks; x can be waited for.
+  void start() {
+    stage.files.edit(
+        "piezo.toml", "[axis.control.delays]",
+        "[axis.control.in_position]\ntolerance_um = 0.02\nwindow_ms = 50.0\ntimeout_ms = 2000.0\n\n"
+        "[axis.control.delays]");
+    stage.start();
+  }
+  void expect_done(const std::vector<std::string>& words) const {
+    const Stage::Answer answer = stage.ctl(words);
+    EXPECT_EQ(answer.status, 0) << testing::PrintToString(words) << answer.err;
+  }
+  void expect_refused(const std::vector<std::string>& words, const std::string& why) const {
+    const Stage::Answer answer = stage.ctl(words);
+    EXPECT_NE(answer.status, 0) << testing::PrintToString(words);
+    EXPECT_NE(answer.err.find(why), std::string::npos) << testing::PrintToString(words) << answer.err;
+  }
+};
+
+/// A client that stays connected.
+class Line {
+ public:
+  explicit Line(const std::string& file) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    file.copy(address.sun_path, sizeof address.sun_path - 1);
+    EXPECT_EQ(connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    const timeval limit{.tv_sec = 10, .tv_usec = 0};
+    setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
+  }
+  ~Line() { close(socket_); }
+  Line(const Line&) = delete;
+  Line& operator=(const Line&) = delete;
+
+  /// Its answer's line; what is no JSON is null.
+  json says(const std::string& text) const {
+    EXPECT_EQ(send(socket_, text.data(), text.size(), MSG_NOSIGNAL), static_cast<ssize_t>(text.size()));
+    std::string line;
+    for (char letter = 0; recv(socket_, &letter, 1, 0) == 1 && letter != '\n';) line += letter;
+    const json answer = json::parse(line, nullptr, false);
+    return answer.is_discarded() ? json() : answer;
+  }
+
+ private:
+  int socket_ = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+};
+
+TEST_F(Ctl, SaysWhatEveryAxisIsDoing) {
+  start();
+  for (const std::size_t axis : {x, y}) {
+    const json status = stage.axis_status(axis);
+    EXPECT_EQ(status.at("state"), "tracking");
+    EXPECT_EQ(status.at("fault"), "none");
+    EXPECT_LT(std::abs(status.at("error_um").get<double>()), 1.0);
+  }
+  const Stage::Answer table = stage.ctl({"status"});
+  EXPECT_EQ(table.status, 0);
+  EXPECT_NE(table.out.find("tracking"), std::string::npos) << table.out;
+}
+
+TEST_F(Ctl, TakesAnAxisToAPositionWaitsForItAndGivesItBackToItsReference) {
+  start();
+  expect_done({"go", "x", "12.5"});
+  expect_done({"wait", "x", "--timeout", "5"});
+  const double arrived_s = now_s();
+  std::this_thread::sleep_for(milliseconds(100));
+  const double resumed_s = now_s();
+  expect_refused({"wait", "y"}, "in_position");
+  expect_refused({"go", "x", "500"}, "outside");
+  expect_refused({"go", "x", "-10"}, "outside");
+  expect_done({"resume", "x"});
+  std::this_thread::sleep_for(milliseconds(500));
+  const json log = stage.bench.decoded("--series");
+  const std::vector<OnWire> resting = between(series(log, "X", "SensorSample"), arrived_s, resumed_s);
+  ASSERT_GT(resting.size(), 50u);
+  for (const OnWire& sample : resting) EXPECT_NEAR(sample.value, 12.5, 0.02) << "tolerance_um";
+  const std::vector<OnWire> after = between(series(log, "X", "SensorSample"), resumed_s + 0.3, now_s());
+  const auto [low, high] = std::ranges::minmax(after, {}, &OnWire::value);
+  EXPECT_GT(high.value - low.value, 5.0) << "x follows its triangle again";
+  EXPECT_TRUE(log.at("first_fault").is_null());
+}
+
+TEST_F(Ctl, DisableRampsOneAxisDownWhileTheOtherTracksOnAndEnableBringsItBack) {
+  start();
+  expect_refused({"clear", "x"}, "x: ");
+  expect_refused({"enable", "x"}, "the axis is enabled already");
+  expect_done({"disable", "x"});
+  ASSERT_TRUE(stage.comes_to(x, "offline"));
+  const double down_s = now_s();
+  std::this_thread::sleep_for(milliseconds(300));
+  EXPECT_EQ(stage.axis_status(y).at("state"), "tracking");
+  const double enabled_s = now_s();
+  expect_done({"enable", "x"});
+  ASSERT_TRUE(stage.comes_to(x, "tracking"));
+  std::this_thread::sleep_for(milliseconds(300));
+
+  const json log = stage.bench.decoded("--series");
+  for (const OnWire& command : between(series(log, "X", "AmpCommand"), down_s, enabled_s)) {
+    EXPECT_EQ(command.byte4, 0) << "not enabled";
+    EXPECT_EQ(command.value, 0.0);
+  }
+  const std::vector<OnWire> ramp = between(series(log, "X", "AmpCommand"), 0.0, down_s);
+  EXPECT_LT(ramp.back().value, 1e-6);
+  const std::vector<OnWire> other = between(series(log, "Y", "SensorSample"), down_s, enabled_s);
+  const auto [low, high] = std::ranges::minmax(other, {}, &OnWire::value);
+  EXPECT_GT(high.value - low.value, 1.0) << "y tracks on";
+  EXPECT_TRUE(log.at("first_fault").is_null());
+}
+
+TEST_F(Ctl, AFaultIsToldWithItsRemedyClearedAndTheAxisTracksAgain) {
+  start();
+  ASSERT_TRUE(hil::shell("cansend vcan0 000#0201")) << "somebody stops node 1 by NMT";
+  ASSERT_TRUE(stage.comes_to(x, "faulted"));
+  const json status = stage.axis_status(x);
+  EXPECT_NE(status.at("fault"), "none");
+  EXPECT_FALSE(status.at("remedy").get<std::string>().empty());
+  const Stage::Answer table = stage.ctl({"status"});
+  EXPECT_NE(table.out.find(status.at("remedy").get<std::string>()), std::string::npos) << table.out;
+  std::printf("x: %s; %s\n", status.at("fault").get<std::string>().c_str(),
+              status.at("remedy").get<std::string>().c_str());
+  expect_refused({"enable", "x"}, "clear the fault first");
+  expect_refused({"wait", "x"}, "faulted");
+  expect_done({"clear", "x"});
+  ASSERT_TRUE(stage.comes_to(x, "offline"));
+  expect_done({"enable", "x"});
+  ASSERT_TRUE(stage.comes_to(x, "tracking")) << stage.bench.controller->err();
+  EXPECT_EQ(stage.axis_status(y).at("state"), "tracking");
+  expect_done({"stop"});
+  EXPECT_EQ(stage.bench.controller->wait(), 0) << "what was cleared is no reason to fail";
+}
+
+TEST_F(Ctl, StopEndsTheProcessInOrder) {
+  start();
+  expect_done({"stop"});
+  EXPECT_EQ(stage.bench.controller->wait(), 0) << stage.bench.controller->err();
+  EXPECT_FALSE(std::filesystem::exists(stage.socket)) << "and its socket is gone";
+  const json log = stage.wire_at_rest();
+  hil::expect_both_safe(log);
+  EXPECT_EQ(log.at("last_command").at("enable"), 0);
+  EXPECT_NEAR(log.at("last_enabled_command").at("setpoint"), 0.0, 0.6) << "one cycle of 500 V/s";
+}
+
+TEST_F(Ctl, OneWriterAtATimeButAnybodyMayLookAndStop) {
+  start();
+  {
+    const Line writer(stage.socket);
+    EXPECT_TRUE(
+        writer.says("{\"do\": \"go_to\", \"axis\": \"x\", \"position_um\": 15.0}\n").value("ok", false));
+    expect_refused({"resume", "x"}, "has the right to write until it disconnects");
+    expect_refused({"set", "x", "kp", "0.04"}, std::to_string(getpid()));
+    expect_done({"status"});
+    expect_done({"wait", "x", "--timeout", "5"});
+  }
+  expect_done({"resume", "x"});
+  const Line writer(stage.socket);
+  EXPECT_TRUE(writer.says("{\"do\": \"resume\", \"axis\": \"x\"}\n").value("ok", false));
+  expect_done({"stop"});
+  EXPECT_EQ(stage.bench.controller->wait(), 0) << stage.bench.controller->err();
+}
+
+TEST_F(Ctl, GarbageIsAnsweredAndSurvived) {
+  start();
+  const Line line(stage.socket);
+  for (const std::string garbage :
+       {"\n", "hello\n", "[1, 2]\n", "{\n", "{\"do\": 7}\n", "{\"do\": \"fly\"}\n", "{\"do\": \"go_to\"}\n",
+        "{\"do\": \"go_to\", \"axis\": \"z\", \"position_um\": 1}\n", "{\"do\": \"wait\", \"axis\": 1}\n",
+        "{\"do\": \"go_to\", \"axis\": \"x\", \"position_um\": \"far\"}\n", "\xff\xfe\x01\n",
+        "{\"do\": \"set\", \"axis\": \"x\", \"key\": \"kp\", \"value\": -1}\n",
+        "{\"do\": \"set\", \"axis\": \"x\", \"key\": \"\\u0000]\", \"value\": []}\n"}) {
+    const json answer = line.says(garbage);
+    ASSERT_TRUE(answer.is_object()) << garbage;
+    EXPECT_FALSE(answer.value("ok", true)) << garbage << answer;
+    EXPECT_FALSE(answer.value("error", "").empty()) << garbage;
+  }
+  const json too_long = Line(stage.socket).says(std::string(70'000, 'a'));
+  EXPECT_NE(too_long.value("error", "").find("longer than"), std::string::npos) << too_long;
+  EXPECT_EQ(stage.axis_status(x).at("state"), "tracking");
+  EXPECT_TRUE(stage.bench.controller->running());
+}
+
+TEST_F(Ctl, TheSocketIsOwnersAndGroupsAndAStaleOneIsTakenOver) {
+  start();
+  struct stat found {};
+  ASSERT_EQ(stat(stage.socket.c_str(), &found), 0);
+  EXPECT_TRUE(S_ISSOCK(found.st_mode));
+  EXPECT_EQ(found.st_mode & 0777U, 0660U);
+  stage.bench.controller->send(SIGKILL);
+  EXPECT_EQ(stage.bench.controller->wait(), 128 + SIGKILL);
+  ASSERT_TRUE(std::filesystem::exists(stage.socket)) << "what the killed one leaves";
+  expect_refused({"status"}, "is the controller running");
+  stage.start({"--clear-faults"});
+  EXPECT_EQ(stage.axis_status(x).at("state"), "tracking");
+}
+
+TEST_F(Ctl, ASecondControllerOnTheSameSocketIsRefusedAndTheFirstTracksOn) {
+  start();
+  Process second({HYSTCAN_PROGRAM, "controller", stage.config, "--interface", "vcan0"});
+  EXPECT_EQ(second.wait(), 1);
+  EXPECT_NE(second.err().find("another controller listens there"), std::string::npos) << second.err();
+  EXPECT_EQ(stage.axis_status(x).at("state"), "tracking");
+  EXPECT_EQ(stage.axis_status(y).at("state"), "tracking");
+}
+
+TEST_F(Ctl, FindsTheSocketOfItsInterfaceInTheRuntimeDirectory) {
+  setenv("XDG_RUNTIME_DIR", stage.folder().c_str(), 1);
+  stage.files.edit("piezo.toml", "control_socket = \"" + stage.socket + "\"\n", "");
+  stage.start();
+  EXPECT_TRUE(std::filesystem::exists(stage.folder() + "/hystcan-vcan0.sock"));
+  Process status({HYSTCAN_PROGRAM, "ctl", "status"});
+  EXPECT_EQ(status.wait(), 0) << status.err();
+  unsetenv("XDG_RUNTIME_DIR");
+}
+
+}  // namespace
+}  // namespace hystcan

@@ -1,0 +1,240 @@
+// However the controller ends, the amplifiers end at their safe value: in order by signal or hang-up, by the
+// amplifier's own watchdog where the process dies or hangs.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <pty.h>
+#include <sys/socket.h>
+#include <sys/syscall.h>
+#include <sys/un.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+
+#include "tests/hil/stage.h"
+
+namespace hystcan {
+namespace {
+
+using hil::between;
+using hil::json;
+using hil::milliseconds;
+using hil::now_s;
+using hil::OnWire;
+using hil::Stage;
+
+struct Leaving : testing::Test {
+  Stage stage;
+
+  /// The last command switches off, from a drive that the ramp has brought down.
+  void expect_ended_in_order() {
+    const json log = stage.wire_at_rest();
+    hil::expect_both_safe(log);
+    EXPECT_EQ(log.at("last_command").at("enable"), 0);
+    EXPECT_NEAR(log.at("last_enabled_command").at("setpoint"), 0.0, 0.6) << "one cycle of 500 V/s";
+    EXPECT_TRUE(log.at("first_fault").is_null());
+  }
+
+  void ends_in_order_on(int signal) {
+    stage.start();
+    stage.bench.controller->send(signal);
+    EXPECT_EQ(stage.bench.controller->wait(), 0) << stage.bench.controller->err();
+    expect_ended_in_order();
+  }
+
+  /// Without a word from the controller: the amplifiers' own watchdog did it.
+  void expect_tripped() {
+    const json log = stage.wire_at_rest();
+    hil::expect_both_safe(log);
+    ASSERT_FALSE(log.at("first_fault").is_null());
+    EXPECT_EQ(log.at("first_fault").at("fault"), 1) << "command timeout";
+    EXPECT_EQ(log.at("last_command").at("enable"), 1) << "it died in the middle of it";
+  }
+
+  void trips_when_killed_by(int signal) {
+    stage.start();
+    stage.bench.controller->send(signal);
+    EXPECT_EQ(stage.bench.controller->wait(), 128 + signal);
+    expect_tripped();
+  }
+};
+
+TEST_F(Leaving, SigintEndsInOrder) { ends_in_order_on(SIGINT); }
+TEST_F(Leaving, SigtermEndsInOrder) { ends_in_order_on(SIGTERM); }
+TEST_F(Leaving, SigquitEndsInOrder) { ends_in_order_on(SIGQUIT); }
+TEST_F(Leaving, SigabrtIsLeftToTheAmplifiersWatchdog) { trips_when_killed_by(SIGABRT); }
+TEST_F(Leaving, SigkillIsLeftToTheAmplifiersWatchdog) { trips_when_killed_by(SIGKILL); }
+
+/// The threads of a process but its first, which is the control thread.
+std::vector<pid_t> other_threads(pid_t process) {
+  std::vector<pid_t> threads;
+  const std::filesystem::path folder = "/proc/" + std::to_string(process) + "/task";
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    const pid_t thread = std::stoi(entry.path().filename());
+    if (thread != process) threads.push_back(thread);
+  }
+  return threads;
+}
+
+TEST_F(Leaving, ASegmentationFaultInAnotherThreadIsLeftToTheAmplifiersWatchdog) {
+  stage.start();
+  const pid_t process = stage.bench.controller->pid();
+  const std::vector<pid_t> threads = other_threads(process);
+  ASSERT_GE(threads.size(), 2u) << "telemetry and control service";
+  ASSERT_EQ(syscall(SYS_tgkill, process, threads.front(), SIGSEGV), 0);
+  EXPECT_EQ(stage.bench.controller->wait(), 128 + SIGSEGV);
+  expect_tripped();
+}
+
+/// Where a service manager listens; its address is in the environment while this lives.
+class Manager {
+ public:
+  Manager(std::string address, int watchdog_us) : address_(std::move(address)) {
+    sockaddr_un address_un{};
+    address_un.sun_family = AF_UNIX;
+    address_.copy(address_un.sun_path, sizeof address_un.sun_path - 1);
+    EXPECT_EQ(bind(socket_, reinterpret_cast<const sockaddr*>(&address_un), sizeof address_un), 0);
+    setenv("NOTIFY_SOCKET", address_.c_str(), 1);
+    setenv("WATCHDOG_USEC", std::to_string(watchdog_us).c_str(), 1);
+  }
+  ~Manager() {
+    close(socket_);
+    unsetenv("NOTIFY_SOCKET");
+    unsetenv("WATCHDOG_USEC");
+  }
+  Manager(const Manager&) = delete;
+  Manager& operator=(const Manager&) = delete;
+
+  /// What it is told within the time; empty: nothing.
+  std::string hears(milliseconds limit) const {
+    pollfd waiting{.fd = socket_, .events = POLLIN, .revents = 0};
+    if (poll(&waiting, 1, static_cast<int>(limit.count())) <= 0) return {};
+    std::string text(256, '\0');
+    text.resize(static_cast<std::size_t>(std::max<ssize_t>(recv(socket_, text.data(), text.size(), 0), 0)));
+    return text;
+  }
+
+ private:
+  std::string address_;
+  int socket_ = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+};
+
+// As systemd does it: SIGABRT when WatchdogSec is over, and SIGCONT that it may be heard.
+TEST_F(Leaving, AControllerThatHangsIsKilledByItsServiceManagerLongAfterTheAmplifiersHaveActed) {
+  constexpr milliseconds watchdog{300};
+  const Manager manager(stage.folder() + "/notify", 300'000);
+  stage.start();
+  EXPECT_EQ(manager.hears(watchdog), "READY=1\n");
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(manager.hears(watchdog), "WATCHDOG=1\n");
+  stage.bench.controller->send(SIGSTOP);
+  const double stopped_s = now_s();
+  while (!manager.hears(watchdog).empty())
+    ASSERT_LT(now_s(), stopped_s + 2.0) << "what it had said before must come to an end";
+  const double killed_s = now_s();
+  stage.bench.controller->send(SIGABRT);
+  stage.bench.controller->send(SIGCONT);
+  EXPECT_EQ(stage.bench.controller->wait(), 128 + SIGABRT);
+  const json log = stage.wire_at_rest();
+  hil::expect_both_safe(log);
+  ASSERT_FALSE(log.at("first_fault").is_null());
+  EXPECT_EQ(log.at("first_fault").at("fault"), 1) << "command timeout";
+  EXPECT_LT(log.at("first_fault").at("time_s"), killed_s - 0.2);
+  EXPECT_TRUE(between(hil::series(log, "X", "AmpCommand"), killed_s, now_s()).empty());
+}
+
+/// A command on a terminal of its own, whose screen is read.
+class OnTerminal {
+ public:
+  explicit OnTerminal(std::vector<std::string> command) {
+    std::vector<char*> arguments;
+    arguments.reserve(command.size() + 1);
+    for (std::string& word : command) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    child_ = forkpty(&terminal_, nullptr, nullptr, nullptr);
+    if (child_ != 0) return;
+    execvp(arguments[0], arguments.data());
+    _exit(127);
+  }
+  ~OnTerminal() {
+    hang_up();
+    if (ended_) return;
+    kill(child_, SIGKILL);
+    waitpid(child_, nullptr, 0);
+  }
+  OnTerminal(const OnTerminal&) = delete;
+  OnTerminal& operator=(const OnTerminal&) = delete;
+
+  bool shows(const std::string& text) {
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+    while (screen_.find(text) == std::string::npos) {
+      pollfd waiting{.fd = terminal_, .events = POLLIN, .revents = 0};
+      if (std::chrono::steady_clock::now() > deadline || poll(&waiting, 1, 1000) < 0) return false;
+      std::string part(4096, '\0');
+      const ssize_t bytes = (waiting.revents & POLLIN) != 0 ? read(terminal_, part.data(), part.size()) : 0;
+      if (bytes < 0) return false;
+      screen_.append(part, 0, static_cast<std::size_t>(bytes));
+    }
+    return true;
+  }
+  void hang_up() {
+    if (terminal_ >= 0) close(std::exchange(terminal_, -1));
+  }
+  /// As a shell would have it; nothing where it goes on for ten seconds.
+  std::optional<int> status() {
+    for (int i = 0; i < 500; ++i) {
+      int raw = 0;
+      if (waitpid(child_, &raw, WNOHANG) == child_) {
+        ended_ = true;
+        return WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw);
+      }
+      std::this_thread::sleep_for(milliseconds(20));
+    }
+    return {};
+  }
+  const std::string& screen() const { return screen_; }
+
+ private:
+  int terminal_ = -1;
+  pid_t child_ = -1;
+  bool ended_ = false;
+  std::string screen_;
+};
+
+TEST_F(Leaving, ATerminalThatHangsUpEndsInOrder) {
+  OnTerminal controller(hil::first_come_first_served(
+      {HYSTCAN_PROGRAM, "controller", stage.config, "--interface", "vcan0"}, "50"));
+  ASSERT_TRUE(controller.shows("x: tracking") && controller.shows("y: tracking")) << controller.screen();
+  controller.hang_up();
+  EXPECT_EQ(controller.status(), 0);
+  expect_ended_in_order();
+}
+
+// Its log goes to a file, as of a shell's background job; it is still the terminal's.
+TEST_F(Leaving, SoDoesOneWithAllThreeStreamsElsewhere) {
+  const std::string log = stage.folder() + "/log";
+  OnTerminal controller(hil::first_come_first_served(
+      {"sh", "-c", "exec " HYSTCAN_PROGRAM " controller " + stage.config + " </dev/null >" + log + " 2>&1"},
+      "50"));
+  for (int i = 0; i < 300 && support::read_file(log).find("y: tracking") == std::string::npos; ++i)
+    std::this_thread::sleep_for(milliseconds(100));
+  ASSERT_NE(support::read_file(log).find("y: tracking"), std::string::npos) << support::read_file(log);
+  controller.hang_up();
+  EXPECT_EQ(controller.status(), 0) << support::read_file(log);
+  expect_ended_in_order();
+}
+
+TEST_F(Leaving, ASighupWithoutATerminalReadsTheConfigurationAgainAndTrackingGoesOn) {
+  stage.start();
+  stage.set("controller", "heartbeat_ms = 50.0");
+  EXPECT_TRUE(stage.bench.controller->says("needs a restart, nothing was changed: controller.heartbeat_ms"));
+  stage.bench.controller->send(SIGHUP);
+  std::this_thread::sleep_for(milliseconds(500));
+  EXPECT_TRUE(stage.bench.controller->running());
+  const std::string log = stage.bench.controller->err();
+  EXPECT_NE(log.find("needs a restart"), log.rfind("needs a restart")) << "told again:\n" << log;
+  EXPECT_EQ(stage.axis_status(0).at("state"), "tracking");
+}
+
+}  // namespace
+}  // namespace hystcan

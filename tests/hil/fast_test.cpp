@@ -1,0 +1,122 @@
+// Time in the guest is instructions executed: what the loop itself takes, and nothing of the host.
+#include <gtest/gtest.h>
+#include <pthread.h>
+#include <sched.h>
+
+#include <boost/asio/io_context.hpp>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <memory>
+#include <optional>
+
+#include "can/socketcan_bus.h"
+#include "config/config.h"
+#include "controller/controller.h"
+#include "tests/hil/stage.h"
+
+namespace hystcan {
+namespace {
+
+using hil::json;
+using hil::milliseconds;
+using hil::Stage;
+
+/// Axis x alone, 4000 times a second: as a wire of 1 Mbit/s could not carry it, and a configuration file is
+/// refused with that. vcan0 has no bit rate.
+config::Config four_kilohertz() {
+  config::Config config = config::load(hil::config_file);
+  config.controller.rate_Hz = 4000.0;
+  config.controller.axes.resize(1);
+  config.controller.axes[0].axis.delays.command_delay = std::chrono::microseconds(250);
+  return config;
+}
+
+/// The controller of `config` on vcan0, in this thread, for `watched` once x tracks.
+void run(controller::Controller& controller, boost::asio::io_context& context, can::Scheduler& scheduler,
+         can::Duration watched) {
+  std::optional<can::Time> until;
+  std::unique_ptr<can::Timer> poll;
+  poll = scheduler.make_timer([&] {
+    const can::Time now = scheduler.now();
+    if (!until && controller.axis(0).state() == controller::AxisState::tracking) until = now + watched;
+    if (controller.axis(0).state() == controller::AxisState::faulted) return context.stop();
+    if (until && now > *until) return context.stop();
+    poll->expire_at(now + milliseconds(20));
+  });
+  controller.start();
+  poll->expire_at(scheduler.now() + milliseconds(20));
+  context.run();
+}
+
+void become_first_come_first_served() {
+  const sched_param param{.sched_priority = 50};
+  EXPECT_EQ(pthread_setschedparam(pthread_self(), SCHED_FIFO, &param), 0);
+}
+
+TEST(IcountFast, OneAxisAtFourKilohertzMissesNoCycle) {
+  const char* asked = std::getenv("HYSTCAN_HIL_FAST_S");
+  const int run_s = asked == nullptr ? 5 : std::stoi(asked);
+  hil::Bench bench({"vcan0", "vcan0"});
+  bench.candump.reset();  // the one core is theirs
+  const config::Config config = four_kilohertz();
+  boost::asio::io_context context{1};
+  can::AsioScheduler scheduler(context);
+  controller::Controller controller(
+      config.controller, config.database, scheduler,
+      [&](std::span<const can::Filter> filters) {
+        return std::make_unique<can::SocketCanBus>(context, "vcan0", filters);
+      },
+      [](const controller::CycleRecord&) {});
+  std::thread([&] {
+    become_first_come_first_served();
+    run(controller, context, scheduler, std::chrono::seconds(run_s));
+    controller.send_safe_commands();
+  }).join();
+
+  const controller::CycleCounters& counters = controller.counters();
+  std::printf("%d s at 4 kHz: %lu cycles, %lu missed, %lu samples missing, %lu late\n", run_s,
+              counters.cycles, counters.overruns, counters.missing_samples, counters.late_samples);
+  for (const controller::NamedTime& time : controller::cycle_times())
+    std::printf("  %s\n", describe(time.words, (controller.timing().*time.statistics).summary()).c_str());
+  EXPECT_EQ(controller.axis(0).state(), controller::AxisState::tracking)
+      << to_string(controller.axis(0).fault().cause);
+  EXPECT_GT(counters.cycles, 4000U * static_cast<unsigned>(run_s));
+  EXPECT_EQ(counters.overruns, 0U);
+  EXPECT_EQ(counters.missing_samples, 0U);
+  EXPECT_EQ(counters.late_samples, 0U);
+}
+
+/// Of the guest, which nobody else uses. The log's time goes with it.
+void step_clock(std::time_t seconds) {
+  timespec now{};
+  ASSERT_EQ(clock_gettime(CLOCK_REALTIME, &now), 0);
+  now.tv_sec += seconds;
+  ASSERT_EQ(clock_settime(CLOCK_REALTIME, &now), 0);
+}
+
+// Deadlines and the loop's time are of the monotonic clock; the kernel stamps frames with the time of day.
+TEST(IcountClockStep, AnHourForwardAndBackIsNothingToTheLoop) {
+  Stage stage;
+  stage.bench.start_controller({"--json"});
+  ASSERT_TRUE(stage.bench.tracks()) << stage.bench.controller->err();
+  for (const std::time_t step_s : {3600, -3600, -3600, 3600}) {
+    std::this_thread::sleep_for(milliseconds(300));
+    step_clock(step_s);
+  }
+  std::this_thread::sleep_for(milliseconds(500));
+  EXPECT_EQ(stage.axis_status(0).at("state"), "tracking") << stage.bench.controller->err();
+  const json result = stage.bench.ended(0);
+  EXPECT_EQ(result.at("missed_cycles"), 0);
+  EXPECT_EQ(result.at("missing_samples"), 0);
+  EXPECT_EQ(result.at("late_samples"), 0);
+  for (const json& axis : result.at("axes")) EXPECT_LT(axis.at("rms_percent"), 1.0) << axis.dump(2);
+  const json& turnaround = result.at("timing").at("turnaround");
+  std::printf("turnaround over the steps: p99 %.1f us, max %.1f us\n",
+              static_cast<double>(turnaround.at("p99_us")), static_cast<double>(turnaround.at("max_us")));
+  EXPECT_LT(turnaround.at("max_us"), 1000.0) << "no stamp is an hour off";
+  EXPECT_TRUE(stage.bench.decoded().at("first_fault").is_null());
+}
+
+}  // namespace
+}  // namespace hystcan

@@ -1,0 +1,158 @@
+// The configuration file of a running controller, changed: taken over between two cycles without a jump on
+// the wire, or not at all and with the reason.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <regex>
+
+#include "tests/hil/stage.h"
+
+namespace hystcan {
+namespace {
+
+using hil::between;
+using hil::json;
+using hil::milliseconds;
+using hil::now_s;
+using hil::OnWire;
+using hil::series;
+using hil::Stage;
+
+struct Reload : testing::Test {
+  Stage stage;
+  std::string edited = "piezo.toml";
+
+  /// The first of its kind in the file, which is x's. As most editors do it: another file in the old one's
+  /// place.
+  void replace(const std::string& what, const std::string& with) const {
+    const std::filesystem::path file = stage.files / edited.c_str();
+    const std::filesystem::path draft = file.string() + ".new";
+    std::filesystem::copy_file(file, draft);
+    stage.files.edit((edited + ".new").c_str(), what, with);
+    std::filesystem::rename(draft, file);
+  }
+  void rewrite_in_place(const std::string& what, const std::string& with) const {
+    stage.files.edit(edited.c_str(), what, with);
+  }
+  /// How often the log has it.
+  std::size_t told(const std::string& text) const {
+    const std::string log = stage.bench.controller->err();
+    std::size_t times = 0;
+    for (auto at = log.find(text); at != std::string::npos; at = log.find(text, at + 1)) ++times;
+    return times;
+  }
+};
+
+/// Wherever it is.
+std::string replaced(std::string text, const std::string& what, const std::string& with) {
+  for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + with.size()))
+    text.replace(at, what.size(), with);
+  return text;
+}
+
+TEST_F(Reload, GainsStructureLimitsAndSetpointChangeWithoutAJumpAndAreToldAsADiff) {
+  stage.start();
+  const double tracking_s = now_s();
+  std::this_thread::sleep_for(milliseconds(2600));  // one pass of the reference
+  struct Step {
+    const char* what;
+    const char* with;
+    const char* diff;
+    bool in_place;
+  };
+  const std::vector<Step> steps{
+      {"= 0.05         # um per um", "= 0.08", "axis[0].control.kp: 0.05 -> 0.08", false},
+      {"= 120.0", "= 90.0", "axis[0].control.ki_per_s: 120 -> 90", true},
+      {"\"inverse+pi\"", "\"average+pi\"", "axis[0].control.structure: 'inverse+pi' -> 'average+pi'", false},
+      {"\"average+pi\"", "\"inverse+pi\"", "axis[0].control.structure: 'average+pi' -> 'inverse+pi'", true},
+      {"slew_V_per_s       = 20_000.0", "slew_V_per_s = 15_000.0",
+       "axis[0].control.slew_V_per_s: 20000 -> 15000", true},
+      {"following_error_um = 4.0", "following_error_um = 5.0", "axis[0].control.following_error_um: 4 -> 5",
+       false},
+      {"high_um      = 27.0", "high_um = 21.0", "axis[0].control.setpoint[0].high_um: 27 -> 21", false}};
+  std::vector<double> changed_s;
+  for (const Step& step : steps) {
+    step.in_place ? rewrite_in_place(step.what, step.with) : replace(step.what, step.with);
+    EXPECT_TRUE(stage.bench.controller->says(step.diff, std::chrono::seconds(3)))
+        << step.diff << "\n"
+        << stage.bench.controller->err();
+    changed_s.push_back(now_s());
+    std::this_thread::sleep_for(milliseconds(400));
+  }
+  std::this_thread::sleep_for(milliseconds(800));
+  EXPECT_LT(std::abs(stage.axis_status(0).at("error_um").get<double>()), 0.5);
+  EXPECT_EQ(told("configuration: "), steps.size()) << "and nothing else: " << stage.bench.controller->err();
+
+  // The structures differ in their feed-forward's slope by the width of the loop, 15 %; jitter of a cycle.
+  const json log = stage.bench.decoded("--series");
+  const std::vector<OnWire> commands = series(log, "X", "AmpCommand");
+  const double usual_V = hil::largest_step(between(commands, tracking_s, changed_s.front() - 0.4));
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const double step_V = hil::largest_step(between(commands, changed_s[i] - 0.3, changed_s[i] + 0.3));
+    std::printf("%s: largest step of the drive %.3f V, before any change %.3f V\n", steps[i].diff, step_V,
+                usual_V);
+    EXPECT_GT(step_V, 0.0);
+    EXPECT_LT(step_V, 1.3 * usual_V) << steps[i].diff;
+  }
+  EXPECT_EQ(log.at("axis_states").at("X").back(), "tracking") << log.at("axis_states");
+  EXPECT_TRUE(log.at("first_fault").is_null());
+}
+
+TEST_F(Reload, WhatIsWrongChangesNothingAndSaysWhere) {
+  stage.start();
+  replace("kp                 = 0.05 ", "kp                 = -1.0 ");
+  ASSERT_TRUE(stage.bench.controller->says("configuration not taken over: "))
+      << stage.bench.controller->err();
+  const std::string log = stage.bench.controller->err();
+  EXPECT_TRUE(std::regex_search(log, std::regex("not taken over: .*piezo\\.toml:[0-9]+:[0-9]+: .*kp")))
+      << log;
+  const Stage::Answer asked = stage.ctl({"reload"});
+  EXPECT_NE(asked.status, 0);
+  EXPECT_TRUE(std::regex_search(asked.err, std::regex("piezo\\.toml:[0-9]+:[0-9]+: "))) << asked.err;
+
+  rewrite_in_place("kp                 = -1.0 ", "kp                 = = ");
+  std::this_thread::sleep_for(milliseconds(500));
+  EXPECT_EQ(told("configuration not taken over: "), 3u) << stage.bench.controller->err();
+  rewrite_in_place("kp                 = = ", "kp                 = 0.04 ");
+  EXPECT_TRUE(stage.bench.controller->says("axis[0].control.kp: 0.05 -> 0.04")) << "nothing had changed it";
+  EXPECT_EQ(told("configuration: "), 1u) << stage.bench.controller->err();
+  EXPECT_EQ(stage.axis_status(0).at("state"), "tracking");
+}
+
+TEST_F(Reload, WhatNeedsARestartSaysSoAndTakesNothingElseWithIt) {
+  stage.start();
+  rewrite_in_place("kp                 = 0.05 ", "kp                 = 0.04 ");
+  ASSERT_TRUE(stage.bench.controller->says("axis[0].control.kp: 0.05 -> 0.04"));
+  const std::string before = support::read_file(stage.config);
+  const std::string slower = replaced(replaced(before, "rate_Hz = 1000.0", "rate_Hz = 500.0"),
+                                      "command_delay_us       = 1000.0", "command_delay_us       = 2000.0");
+  std::ofstream(stage.config, std::ios::binary) << replaced(slower, "= 120.0", "= 100.0");
+  ASSERT_TRUE(
+      stage.bench.controller->says("needs a restart, nothing was changed: controller.rate_Hz: 1000 -> 500"))
+      << stage.bench.controller->err();
+  EXPECT_EQ(told("ki_per_s: "), 0u) << stage.bench.controller->err();
+  std::ofstream(stage.config, std::ios::binary) << replaced(before, "= 120.0", "= 100.0");
+  EXPECT_TRUE(stage.bench.controller->says("axis[0].control.ki_per_s: 120 -> 100"));
+  EXPECT_EQ(stage.axis_status(0).at("state"), "tracking");
+}
+
+// What inotify sees of a symbolic link is the link.
+TEST_F(Reload, SighupTakesOverWhatIsChangedWhereNobodyWatches) {
+  const std::filesystem::path elsewhere = stage.folder() + "/etc";
+  std::filesystem::copy(HYSTCAN_SOURCE_DIR "/config", elsewhere);
+  std::filesystem::remove(elsewhere / "piezo.toml");
+  std::filesystem::create_symlink(stage.config, elsewhere / "piezo.toml");
+  stage.bench.start("controller", {}, (elsewhere / "piezo.toml").string());
+  ASSERT_TRUE(stage.bench.tracks()) << stage.bench.controller->err();
+  rewrite_in_place("kp                 = 0.05 ", "kp                 = 0.04 ");
+  std::this_thread::sleep_for(milliseconds(500));
+  EXPECT_EQ(told("configuration: "), 0u) << stage.bench.controller->err();
+  stage.bench.controller->send(SIGHUP);
+  EXPECT_TRUE(stage.bench.controller->says("axis[0].control.kp: 0.05 -> 0.04", std::chrono::seconds(3)))
+      << stage.bench.controller->err();
+  EXPECT_EQ(stage.axis_status(0).at("state"), "tracking");
+}
+
+}  // namespace
+}  // namespace hystcan

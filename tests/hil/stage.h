@@ -1,0 +1,119 @@
+// A twin on vcan0 with a configuration of its own that a test may change, a controller that can be commanded,
+// and the wire's word on what the axes did.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/hil/bench.h"
+
+namespace hystcan::hil {
+
+/// One value of one axis's message, at the kernel's time of arrival.
+struct OnWire {
+  double time_s = 0.0;
+  double value = 0.0;  ///< Output, Setpoint or Position
+  int byte4 = 0;       ///< State of AmpStatus, flags of AmpCommand, SyncCounter of SensorSample
+};
+
+inline std::vector<OnWire> series(const json& log, const char* axis, const char* message) {
+  std::vector<OnWire> result;
+  const json& rows = log.at("series").at(axis).at(message);
+  result.reserve(rows.size());
+  for (const json& row : rows) result.push_back({row[0], row[1], row[2]});
+  return result;
+}
+
+inline std::vector<OnWire> between(const std::vector<OnWire>& all, double from_s, double to_s) {
+  std::vector<OnWire> part;
+  std::ranges::copy_if(all, std::back_inserter(part),
+                       [&](const OnWire& one) { return one.time_s >= from_s && one.time_s < to_s; });
+  return part;
+}
+
+/// The largest change of a value from one frame to the next; 0 of fewer than two.
+inline double largest_step(const std::vector<OnWire>& values) {
+  double largest = 0.0;
+  for (std::size_t i = 1; i < values.size(); ++i)
+    largest = std::max(largest, std::abs(values[i].value - values[i - 1].value));
+  return largest;
+}
+
+/// The wire's clock: of the time of day, as candump prints it.
+inline double now_s() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+constexpr int amp_enabled = 2;
+
+/// Both amplifiers are at their safe value, 0 V, and not enabled: their own words at the end of the log. The
+/// bandwidth of 1500 Hz leaves less than a millivolt of 100 V some milliseconds after they were switched off.
+inline void expect_both_safe(const json& log) {
+  for (const char* axis : {"X", "Y"}) {
+    const std::vector<OnWire> statuses = series(log, axis, "AmpStatus");
+    ASSERT_FALSE(statuses.empty()) << axis;
+    EXPECT_NE(statuses.back().byte4, amp_enabled) << axis;
+    EXPECT_NEAR(statuses.back().value, 0.0, 1e-3) << axis;
+  }
+}
+
+struct Stage {
+  support::ShippedCopy files;
+  FreshVcan fresh;
+  std::string config = (files / "piezo.toml").string();
+  std::string socket = (files / "ctl.sock").string();
+  Bench bench{{"vcan0", "vcan0"}, config};
+
+  Stage() { set("controller", "control_socket = \"" + socket + "\"\nblack_box_dir = \"" + folder() + "\""); }
+
+  std::string folder() const { return std::filesystem::path(config).parent_path().string(); }
+
+  /// Adds a line behind the first [table] or [[table]] of that name.
+  void set(const std::string& table, const std::string& line) const {
+    files.edit("piezo.toml", "[" + table + "]\n", "[" + table + "]\n" + line + "\n");
+  }
+
+  void start(const std::vector<std::string>& options = {}) {
+    bench.start_controller(options);
+    ASSERT_TRUE(bench.tracks()) << bench.controller->err();
+  }
+
+  /// The log up to some time after the controller's end. AmpStatus comes with every tenth SYNC: ten more have
+  /// the amplifiers tell what they put out now.
+  json wire_at_rest() {
+    std::this_thread::sleep_for(milliseconds(100));
+    EXPECT_TRUE(shell("for i in 1 2 3 4 5 6 7 8 9 10; do cansend vcan0 080#01; done"));
+    return bench.decoded("--series");
+  }
+
+  struct Answer {
+    int status = 0;
+    std::string out;
+    std::string err;
+  };
+  Answer ctl(const std::vector<std::string>& words) const {
+    std::vector<std::string> command{HYSTCAN_PROGRAM, "ctl", "--socket", socket};
+    command.insert(command.end(), words.begin(), words.end());
+    Process process(command);
+    const int status = process.wait();
+    return {status, process.out(), process.err()};
+  }
+  json axis_status(std::size_t axis) const {
+    const Answer answer = ctl({"--json", "status"});
+    EXPECT_EQ(answer.status, 0) << answer.err;
+    return answer.status == 0 ? json::parse(answer.out).at("axes").at(axis) : json();
+  }
+  /// Polls the axis's state for ten seconds.
+  bool comes_to(std::size_t axis, const std::string& state) const {
+    for (int i = 0; i < 100; ++i) {
+      if (axis_status(axis).value("state", "") == state) return true;
+      std::this_thread::sleep_for(milliseconds(100));
+    }
+    return false;
+  }
+};
+
+}  // namespace hystcan::hil
