@@ -47,6 +47,16 @@ double number_of(const json& command, const char* key) {
   return *found;
 }
 
+/// As TOML, where all but a table is written as in JSON.
+std::string toml_of(const json& value) {
+  if (!value.is_object()) return value.dump();
+  std::vector<std::string> members;
+  members.reserve(value.size());
+  for (const auto& [key, member] : value.items())
+    members.push_back(fmt::format("{} = {}", json(key).dump(), toml_of(member)));
+  return fmt::format("{{{}}}", fmt::join(members, ", "));
+}
+
 json to_json(const std::string& name, const controller::CycleRecord& record) {
   const controller::AxisReport& report = record.report;
   json axis{{"name", name},
@@ -91,7 +101,11 @@ json refusal(const std::string& why) { return {{"ok", false}, {"error", why}}; }
 
 ControlDesk::ControlDesk(boost::asio::io_context& context, controller::RequestLink& requests,
                          const StatusBoard& board, LiveConfig& live)
-    : timer_(context), requests_(requests), board_(board), live_(live) {}
+    : timer_(context),
+      requests_(requests),
+      board_(board),
+      live_(live),
+      last_before_act_(live.axis_names().size()) {}
 
 bool ControlDesk::is_for_everybody(const json& command) {
   const auto what = command.find("do");
@@ -102,7 +116,7 @@ bool ControlDesk::is_for_everybody(const json& command) {
 void ControlDesk::obey(const json& command, Answer answer) {
   static const std::map<std::string, Command> others{
       {"status", &ControlDesk::status}, {"wait", &ControlDesk::wait}, {"set", &ControlDesk::set}};
-  try {  // each is given a copy: what throws must still be answered
+  try {  // each is given a copy of `answer`: one that was moved away could not tell of what is thrown
     const std::string what = text_of(command, "do");
     if (closed_) return answer(refusal("the controller is ending"));
     if (what == "reload") return reload(answer);
@@ -159,7 +173,7 @@ void ControlDesk::act(const json& command, Answer answer) {
 void ControlDesk::set(const json& command, Answer answer) {
   const auto value = command.find("value");
   if (value == command.end()) throw config::Error("\"value\" is missing, expected a value as in TOML");
-  take_up(live_.with(text_of(command, "axis"), text_of(command, "key"), value->dump()), std::move(answer));
+  take_up(live_.with(text_of(command, "axis"), text_of(command, "key"), toml_of(*value)), std::move(answer));
 }
 
 void ControlDesk::reload(Answer answer) {
@@ -185,6 +199,7 @@ void ControlDesk::take_up(LiveConfig::Prepared prepared, Answer answer) {
             if (!refusals.empty()) {
               const std::string why = fmt::format("{}", fmt::join(refusals, "; "));
               spdlog::error("configuration not taken over: {}", why);
+              live_.doubt(*shared);
               return answer(refusal(why));
             }
             live_.accept(*shared);
@@ -205,6 +220,8 @@ void ControlDesk::ask_all(std::vector<std::unique_ptr<Request>> requests,
   if (requests.empty()) return done({});
   const auto round = std::make_shared<Round>(Round{requests.size(), {}, std::move(done)});
   const auto close_one = [this, round](Request& request) {
+    std::uint64_t& last_before = last_before_act_.at(request.axis);
+    last_before = std::max(last_before, request.cycle);
     if (!request.refused_because.empty())
       round->refusals.push_back(
           fmt::format("{}: {}", live_.axis_names().at(request.axis), request.refused_because));
@@ -230,7 +247,7 @@ void ControlDesk::wait(const json& command, Answer answer) {
   const auto duration = std::chrono::duration_cast<std::chrono::steady_clock::duration>(
       std::chrono::duration<double>(timeout_s));
   waiters_.push_back({.axis = axis,
-                      .since_cycle = board_.newest()[axis].cycle,
+                      .since_cycle = std::max(board_.newest()[axis].cycle, last_before_act_[axis]),
                       .deadline = std::chrono::steady_clock::now() + duration,
                       .answer = std::move(answer)});
   arm();
@@ -264,12 +281,13 @@ void ControlDesk::collect_answers() {
   }
 }
 
-/// Empty: go on waiting. A record as old as the question may be of the way before.
+/// Empty: go on waiting. The board lags behind the control thread, and may still tell of the way before.
 json outcome_of(const controller::CycleRecord& record, std::uint64_t since_cycle) {
+  if (record.cycle <= since_cycle) return {};
   const controller::AxisReport& report = record.report;
   if (report.state == AxisState::faulted) return refusal(fmt::format("faulted: {}", to_string(report.cause)));
   if (report.state == AxisState::offline) return refusal("the axis was stopped");
-  if (report.state != AxisState::tracking || record.cycle <= since_cycle + 1) return {};
+  if (report.state != AxisState::tracking) return {};
   if (report.arrival == Arrival::in_position) return {{"ok", true}, {"position_um", report.position_um}};
   if (report.arrival == Arrival::failed) return refusal("not in position within timeout_ms");
   if (report.arrival == Arrival::not_judged)
@@ -289,6 +307,10 @@ void ControlDesk::look_at_waiters() {
     else
       waiter.answer(std::move(outcome));
   }
+}
+
+void ControlDesk::forget(const void* asker) {
+  std::erase_if(waiters_, [&](const Waiter& waiter) { return waiter.answer.asker == asker; });
 }
 
 void ControlDesk::close() {

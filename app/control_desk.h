@@ -22,7 +22,11 @@
 namespace hystcan::app {
 
 /// {"ok": true, ...} or {"ok": false, "error": "..."}; told once to each command.
-using Answer = std::function<void(nlohmann::json)>;
+struct Answer {
+  std::function<void(nlohmann::json)> tell;
+  const void* asker = nullptr;  ///< whom ControlDesk::forget() takes back; null: nobody
+  void operator()(nlohmann::json result) const { tell(std::move(result)); }
+};
 
 nlohmann::json refusal(const std::string& why);
 
@@ -33,6 +37,8 @@ class ControlDesk {
 
   /// A command as it came over the socket: {"do": "enable", "axis": "x"}.
   void obey(const nlohmann::json& command, Answer answer);
+  /// Whoever asked has gone: no wait of theirs goes on.
+  void forget(const void* asker);
   /// True of commands that change nothing, and of those that end something: nobody may be kept from these.
   static bool is_for_everybody(const nlohmann::json& command);
   /// The file again: applied where it is valid, told on the log.
@@ -71,6 +77,7 @@ class ControlDesk {
   controller::RequestLink& requests_;
   const StatusBoard& board_;
   LiveConfig& live_;
+  std::vector<std::uint64_t> last_before_act_;  ///< cycle of each axis; its later records know of the act
   std::vector<Pending> pending_;
   std::vector<Waiter> waiters_;
   bool armed_ = false;

@@ -18,7 +18,7 @@ ControlService::ControlService(const std::filesystem::path& config_file, const c
                                const std::filesystem::path& socket, const StatusBoard& board)
     : live_(config_file, config),
       desk_(context_, requests_, board, live_),
-      watch_(context_, {config_file}, [this] { desk_.reload(to_nobody); }) {
+      watch_(context_, {config_file}, [this] { desk_.reload({to_nobody}); }) {
   if (!socket.empty()) {
     socket_.emplace(context_, socket, desk_);
     spdlog::info("control socket {}: hystcan ctl --socket {} status", socket.string(), socket.string());
@@ -41,7 +41,7 @@ ControlService::~ControlService() {
 }
 
 void ControlService::reload() {
-  boost::asio::post(context_, [this] { desk_.reload(to_nobody); });
+  boost::asio::post(context_, [this] { desk_.reload({to_nobody}); });
 }
 
 }  // namespace hystcan::app

@@ -44,6 +44,14 @@ void remove_if_dead(boost::asio::io_context& context, const std::filesystem::pat
 
 }  // namespace
 
+nlohmann::json parse_command(const std::string& line) {
+  constexpr int deepest = 8;  // what recurses over the command later shall not run out of stack
+  const auto is_shallow = [](int depth, nlohmann::json::parse_event_t, const nlohmann::json&) {
+    return depth <= deepest;
+  };
+  return nlohmann::json::parse(line, is_shallow, false);
+}
+
 std::filesystem::path default_socket(const std::string& interface) {
   for (const char* variable : {"RUNTIME_DIRECTORY", "XDG_RUNTIME_DIR"})
     if (const char* folder = std::getenv(variable); folder != nullptr && *folder != '\0')
@@ -72,16 +80,27 @@ class ControlSocket::Session : public std::enable_shared_from_this<Session> {
     std::istream stream(&buffer_);
     std::string line;
     std::getline(stream, line);
-    const nlohmann::json command = nlohmann::json::parse(line, nullptr, false);
+    const nlohmann::json command = parse_command(line);
     if (!command.is_object())
       return answer(refusal("expected one JSON object a line, like {\"do\": \"status\"}"), false);
     if (!ControlDesk::is_for_everybody(command) && !become_writer())
       return answer(refusal(fmt::format("process {} has the right to write until it disconnects",
                                         owner_.writer_.lock()->pid_)),
                     false);
-    owner_.desk_.obey(command, [self = shared_from_this()](nlohmann::json result) {
-      self->answer(std::move(result), false);
-    });
+    obey(command);
+  }
+
+  /// Until the answer comes only the watch for a client that hangs up keeps the session alive: one that is
+  /// killed while it waits gives the right to write back at once.
+  void obey(const nlohmann::json& command) {
+    socket_.async_wait(stream_protocol::socket::wait_error,
+                       [self = shared_from_this()](const error_code& error) {
+                         if (!error) self->owner_.desk_.forget(self.get());
+                       });
+    const auto tell = [waiting = weak_from_this()](nlohmann::json result) {
+      if (const auto self = waiting.lock()) self->answer(result, false);
+    };
+    owner_.desk_.obey(command, {tell, this});
   }
 
   bool become_writer() {
@@ -92,6 +111,8 @@ class ControlSocket::Session : public std::enable_shared_from_this<Session> {
   }
 
   void answer(const nlohmann::json& result, bool last) {
+    error_code ignored;
+    socket_.cancel(ignored);
     out_ = result.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
     boost::asio::async_write(socket_, boost::asio::buffer(out_),
                              [self = shared_from_this(), last](const error_code& error, std::size_t) {

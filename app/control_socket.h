@@ -20,6 +20,9 @@ namespace hystcan::app {
 /// RUNTIME_DIRECTORY (systemd) or XDG_RUNTIME_DIR name, else in /tmp.
 std::filesystem::path default_socket(const std::string& interface);
 
+/// One line. No object where the line is no command; what is nested deeper than eight is left out.
+nlohmann::json parse_command(const std::string& line);
+
 class ControlSocket {
  public:
   /// Throws RunError where another controller listens there, or the file can't be made.

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <set>
 #include <utility>
 
 namespace hystcan::app {
@@ -12,6 +11,8 @@ namespace {
 using config::Effect;
 using controller::AxisTuning;
 using controller::Request;
+
+constexpr std::size_t longest_key = 200;
 
 /// What a new trajectory is needed for; without, the reference goes on as it is.
 bool concerns_reference(const std::string& path) {
@@ -42,6 +43,9 @@ LiveConfig::Prepared LiveConfig::reread() const { return prepare({}); }
 
 LiveConfig::Prepared LiveConfig::with(std::string_view axis, std::string_view key,
                                       const std::string& toml_value) const {
+  if (key.size() > longest_key)
+    throw config::Error(
+        fmt::format("the key has {} characters, expected at most {}", key.size(), longest_key));
   std::vector<config::Setting> overrides = overrides_;
   const std::string path = fmt::format("axis[{}].control.{}", axis_index(axis), key);
   std::erase_if(overrides, [&](const config::Setting& setting) { return setting.path == path; });
@@ -56,24 +60,21 @@ LiveConfig::Prepared LiveConfig::prepare(std::vector<config::Setting> overrides)
                     .at_once = {},
                     .after_restart = {},
                     .requests = {}};
-  std::set<std::size_t> retuned;
-  std::set<std::size_t> redirected;
+  std::map<std::size_t, bool> concerned = doubted_;  // and whether their reference is
   for (config::Change& change : config::changes(settings_, prepared.settings)) {
     const Effect effect = config::effect_of(change.path);
     if (effect == Effect::after_restart) prepared.after_restart.push_back(std::move(change));
     if (effect != Effect::at_once) continue;
-    const std::size_t axis = axis_of(change.path);
-    retuned.insert(axis);
-    if (concerns_reference(change.path)) redirected.insert(axis);
+    concerned[axis_of(change.path)] |= concerns_reference(change.path);
     prepared.at_once.push_back(std::move(change));
   }
   if (!prepared.after_restart.empty()) return prepared;
-  prepared.requests.reserve(retuned.size());
-  for (const std::size_t axis : retuned) {
+  prepared.requests.reserve(concerned.size());
+  for (const auto& [axis, new_reference] : concerned) {
     auto request = std::make_unique<Request>();
     request->kind = Request::Kind::retune;
     request->axis = axis;
-    request->tuning = std::make_unique<AxisTuning>(config.axes[axis].control, redirected.contains(axis));
+    request->tuning = std::make_unique<AxisTuning>(config.axes[axis].control, new_reference);
     prepared.requests.push_back(std::move(request));
   }
   return prepared;
@@ -82,6 +83,12 @@ LiveConfig::Prepared LiveConfig::prepare(std::vector<config::Setting> overrides)
 void LiveConfig::accept(const Prepared& prepared) {
   settings_ = prepared.settings;
   overrides_ = prepared.overrides;
+  doubted_.clear();
+}
+
+void LiveConfig::doubt(const Prepared& prepared) {
+  for (const config::Change& change : prepared.at_once)
+    doubted_[axis_of(change.path)] |= concerns_reference(change.path);
 }
 
 }  // namespace hystcan::app

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -33,6 +34,9 @@ class LiveConfig {
   Prepared with(std::string_view axis, std::string_view key, const std::string& toml_value) const;
   /// It has been applied.
   void accept(const Prepared& prepared);
+  /// An axis has refused it, another one may have taken it up: both are told everything with the next
+  /// version.
+  void doubt(const Prepared& prepared);
 
   const std::filesystem::path& file() const { return file_; }
   const std::vector<std::string>& axis_names() const { return names_; }
@@ -46,6 +50,7 @@ class LiveConfig {
   std::vector<std::string> names_;
   std::vector<config::Setting> overrides_;
   std::vector<config::Setting> settings_;
+  std::map<std::size_t, bool> doubted_;  ///< axes, and whether their reference too
 };
 
 }  // namespace hystcan::app

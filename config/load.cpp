@@ -66,6 +66,8 @@ Config load(const std::filesystem::path& file, const std::vector<Setting>& overr
   if (!black_boxes.empty()) black_boxes = document.resolve(black_boxes);
   std::filesystem::path& states = config.controller.state_folder;
   if (!states.empty()) states = document.resolve(states);
+  std::string& socket = config.controller.control_socket;
+  if (!socket.empty() && socket != "none") socket = document.resolve(socket).string();
   check_agreement(document, config);
   return config;
 }

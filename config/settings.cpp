@@ -11,9 +11,15 @@
 namespace hystcan::config {
 namespace {
 
-/// Numbers as somebody would write them: 0.05, not 0.050000000000000003, which is the same number.
+/// Numbers as short as they are exact.
 std::string text_of(const toml::node& value) {
   if (const auto* number = value.as_floating_point()) return fmt::format("{}", number->get());
+  if (const toml::array* list = value.as_array()) {
+    std::vector<std::string> elements;
+    elements.reserve(list->size());
+    for (const toml::node& element : *list) elements.push_back(text_of(element));
+    return fmt::format("[{}]", fmt::join(elements, ", "));
+  }
   std::ostringstream text;
   value.visit([&](const auto& node) { text << node; });
   return text.str();

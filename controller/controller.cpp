@@ -279,6 +279,7 @@ void Controller::answer_a_request() {
   Request* request = requests_->next();
   if (request == nullptr) return;
   request->refused_because = obey(*request);
+  request->cycle = counters_.cycles;
   requests_->answer(request);
 }
 

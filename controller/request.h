@@ -29,6 +29,7 @@ struct Request {
   double position_um = 0.0;
   std::unique_ptr<AxisTuning> tuning{};
   std::string_view refused_because{};  ///< the answer; empty: done
+  std::uint64_t cycle = 0;             ///< the last one that knew nothing of it
 };
 
 /// One thread asks, one other (the control thread) answers.

@@ -8,63 +8,17 @@
 #include <limits>
 #include <stdexcept>
 
+#include "tests/controller/stage.h"
 #include "tests/support/piezo.h"
 
 namespace hystcan::controller {
 namespace {
-
-constexpr double cycle_s = 1e-3;
 
 AxisConfig excited_piezo(const Excitation::Config& excitation) {
   AxisConfig config = support::piezo_axis();
   config.excitation = excitation;
   return config;
 }
-
-/// An axis with an obedient actuator behind it: the model itself, without dynamics.
-class Stage {
- public:
-  explicit Stage(AxisConfig config = support::piezo_axis())
-      : axis(config), actuator_(config.law.model), memory_(actuator_.virgin(0.0)) {}
-
-  AxisCommand cycle(const std::function<void(AxisInput&)>& disturb = {}) {
-    time_s += cycle_s;
-    AxisInput input{.time_s = time_s,
-                    .dt_s = cycle_s,
-                    .cycle_s = cycle_s,
-                    .position_um = memory_.output,
-                    .begin_tracking = axis.state() == AxisState::ready,
-                    .health = {.sensor_alive = true,
-                               .sensor_operational = true,
-                               .amplifier_alive = true,
-                               .amplifier_operational = true,
-                               .amplifier_ready = true,
-                               .amplifier_enabled = command.enable,
-                               .amplifier_output = memory_.input}};
-    if (disturb) disturb(input);
-    command = axis.step(input);
-    highest_drive = std::max(highest_drive, command.drive);
-    actuator_.advance(memory_, command.enable ? command.drive : 0.0);
-    return command;
-  }
-  bool reaches(AxisState state, int within_cycles = 2000) {
-    for (int i = 0; i < within_cycles && axis.state() != state; ++i) cycle();
-    return axis.state() == state;
-  }
-  bool tracks() {
-    axis.start(false);
-    return reaches(AxisState::tracking);
-  }
-
-  Axis axis;
-  AxisCommand command;
-  double time_s = 0.0;
-  double highest_drive = 0.0;
-
- private:
-  model::Hysteresis actuator_;
-  model::HysteresisState memory_;
-};
 
 TEST(Axis, DrivesNothingBeforeItIsStarted) {
   Stage stage;

@@ -28,6 +28,7 @@ class ShippedCopy {
   ShippedCopy(const ShippedCopy&) = delete;
   ShippedCopy& operator=(const ShippedCopy&) = delete;
 
+  const std::filesystem::path& folder() const { return folder_; }
   std::filesystem::path operator/(const char* name) const { return folder_ / name; }
 
   /// Replaces the first `what` in the file by `with`; what is not there is a mistake in the test.

@@ -1,0 +1,45 @@
+// Any bytes as lines of the control socket: each is answered once at most, `ok` or why not; nothing is
+// thrown. The control thread is one that never answers.
+#include <boost/asio/io_context.hpp>
+#include <filesystem>
+#include <sstream>
+#include <string>
+
+#include "app/control_desk.h"
+#include "app/control_socket.h"
+#include "tests/fuzz/demand.h"
+
+using namespace hystcan;
+
+namespace {
+
+const std::filesystem::path shipped = HYSTCAN_SOURCE_DIR "/config/piezo.toml";
+
+void expect_an_answer(const nlohmann::json& answer) {
+  fuzz::demand(answer.at("ok").is_boolean());
+  fuzz::demand(answer.at("ok") == true || !answer.at("error").get<std::string>().empty());
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const config::Config config = config::load(shipped);
+  boost::asio::io_context context;
+  controller::RequestLink requests;
+  const app::StatusBoard board(config.axes.size());
+  app::LiveConfig live(shipped, config);
+  app::ControlDesk desk(context, requests, board, live);
+
+  std::istringstream lines(std::string(reinterpret_cast<const char*>(data), size));
+  for (std::string line; std::getline(lines, line);) {
+    const nlohmann::json command = app::parse_command(line);
+    if (!command.is_object()) continue;
+    app::ControlDesk::is_for_everybody(command);
+    const auto answers = std::make_shared<int>(0);
+    desk.obey(command, {[answers](const nlohmann::json& answer) {
+                expect_an_answer(answer);
+                fuzz::demand(++*answers == 1);
+              }});
+  }
+  return 0;
+}
