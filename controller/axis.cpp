@@ -198,7 +198,7 @@ AxisCommand Axis::wait(const AxisInput& input) {
     if (!clear_amplifier_fault_) trip(Cause::amplifier_fault, input.time_s);
     command.clear_fault = clear_amplifier_fault_;
   } else if (health.sensor_operational && health.amplifier_operational && health.amplifier_ready &&
-             input.position_um) {
+             !health.amplifier_moves && input.position_um) {
     clear_amplifier_fault_ = false;
     supervisor_.restart();
     drive_ = health.amplifier_output;

@@ -2,7 +2,7 @@
 //
 //   offline -> waiting -> initialising -> ready -> tracking      and `faulted` from anywhere
 //
-//   waiting       until both nodes are operational and the amplifier reports itself ready
+//   waiting       until both nodes are operational and the amplifier reports itself ready, at rest
 //   initialising  ramps to where tracking begins. Closed loop: up to the upper threshold and down to the
 //                 lower one, so that what the actuator remembered is wiped out and the model's memory is
 //                 true. Open loop: straight to the first drive of the excitation

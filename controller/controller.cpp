@@ -14,6 +14,9 @@ constexpr auto warm_up = std::chrono::milliseconds(20);
 /// Its nodes take part in every cycle: a sample is to come, and the command that answers it.
 bool is_in_use(AxisState state) { return state > AxisState::waiting && state != AxisState::faulted; }
 
+/// Of the drive's range: an amplifier that goes less from one status to the next rests.
+constexpr double at_rest_within = 0.01;
+
 /// Of an amplifier that does not report: it rests at its safe value, and obeys.
 can::AmpStatus what_is_not_told(const AxisConfig& axis, const std::optional<can::MessageMap>& status) {
   can::AmpStatus believed;
@@ -286,7 +289,8 @@ void Controller::answer_a_request() {
 /// Why not; empty where it is done.
 std::string_view Controller::obey(Request& request) {
   if (request.axis >= axes_.size()) return "there is no such axis";
-  Axis& axis = axes_[request.axis]->axis;
+  WiredAxis& wired = *axes_[request.axis];
+  Axis& axis = wired.axis;
   switch (request.kind) {
     case Request::Kind::enable:
       if (axis.state() == AxisState::faulted) return "the axis is faulted: clear the fault first";
@@ -299,7 +303,10 @@ std::string_view Controller::obey(Request& request) {
       axis.stop();
       return {};
     case Request::Kind::clear:
-      return axis.clear() ? std::string_view() : "there is no fault to clear";
+      if (!axis.clear()) return "there is no fault to clear";
+      wired.sensor.retry_setup();
+      wired.amplifier.retry_setup();
+      return {};
     case Request::Kind::go_to:
       return refusal_of(axis.go_to(request.position_um));
     case Request::Kind::resume:
@@ -432,8 +439,17 @@ void Controller::on_status(std::size_t index, const can::Frame& frame) {
   WiredAxis& wired = *axes_[index];
   const auto status = (*wired.decode_status)(frame);
   if (!status) return;
+  wired.amplifier_moves = tells_of_a_move(wired, *status);
   wired.status = *status;
   if (wired.flags_tell_fault && status->fault != 0) wired.status.state = can::AmpState::fault;
+}
+
+/// As it is switched off it still tells the drive that it leaves.
+bool Controller::tells_of_a_move(const WiredAxis& wired, const can::AmpStatus& status) {
+  const bool was_enabled = wired.status.state == can::AmpState::enabled;
+  if (was_enabled && status.state != can::AmpState::enabled) return true;
+  const Gate::Config& gate = wired.axis.config().gate;
+  return std::abs(status.output - wired.status.output) > at_rest_within * (gate.drive_max - gate.drive_min);
 }
 
 void Controller::on_sensor_heartbeat(std::size_t index, const can::Frame& frame) {
@@ -504,6 +520,7 @@ void Controller::send_command(WiredAxis& wired, const AxisCommand& command) {
                                            .enable = command.enable,
                                            .clear_fault = command.clear_fault,
                                            .sync_counter = sync_counter_});
+  wired.amplifier_moves |= command.enable && wired.decode_status.has_value();
   if (frame)
     bus_->send(*frame);
   else  // the amplifier's watchdog acts on the silence
@@ -530,7 +547,8 @@ NodeHealth Controller::health(WiredAxis& wired) const {
               wired.status.state == can::AmpState::ready || wired.status.state == can::AmpState::enabled,
           .amplifier_enabled = wired.status.state == can::AmpState::enabled,
           .amplifier_fault = wired.status.state == can::AmpState::fault,
-          .amplifier_output = wired.status.output};
+          .amplifier_output = wired.status.output,
+          .amplifier_moves = wired.amplifier_moves};
 }
 
 }  // namespace hystcan::controller

@@ -107,6 +107,7 @@ class Controller {
     Peer sensor;
     Peer amplifier;
     can::AmpStatus status;
+    bool amplifier_moves = false;  ///< enabled, or on its way down: `status` does not tell where it is
     unsigned boot_ups_seen = 0;
     bool late_sample = false;   ///< since the last step
     bool bus_off_seen = false;  ///< since the last step, however short it was
@@ -131,6 +132,7 @@ class Controller {
   void on_bus_state(can::BusState state);
   void on_sample(std::size_t index, const can::Frame& frame);
   void on_status(std::size_t index, const can::Frame& frame);
+  static bool tells_of_a_move(const WiredAxis& wired, const can::AmpStatus& status);
   void on_sensor_heartbeat(std::size_t index, const can::Frame& frame);
   void on_amplifier_heartbeat(std::size_t index, const can::Frame& frame);
   void on_own_heartbeat(std::size_t, const can::Frame& frame);

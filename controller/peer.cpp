@@ -53,6 +53,12 @@ void Peer::forget() {
   failure_told_ = false;
 }
 
+void Peer::retry_setup() {
+  if (!setup_.has_failed()) return;
+  setup_.restart();
+  failure_told_ = false;
+}
+
 std::optional<can::Frame> Peer::poll_setup(can::Time now) {
   const auto is = state(now);
   if (!is || *is == can::NmtState::stopped) return std::nullopt;  // a stopped node answers no SDO

@@ -59,6 +59,8 @@ class Peer {
   /// The next request of the set-up, once the node is there to hear it.
   std::optional<can::Frame> poll_setup(can::Time now);
   bool setup_has_failed() const { return setup_.has_failed(); }
+  /// A set-up that has failed is tried once more.
+  void retry_setup();
 
   /// An emergency of another code than "no error" came since the last call.
   bool take_alarm() { return std::exchange(alarm_, false); }

@@ -34,6 +34,7 @@ struct NodeHealth {
   bool amplifier_enabled = false;  ///< last status: enabled
   bool amplifier_fault = false;    ///< last status: fault
   double amplifier_output = 0.0;   ///< last status, drive units
+  bool amplifier_moves = false;    ///< switched off, and not yet told to rest
 };
 
 struct AxisInput {

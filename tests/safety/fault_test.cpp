@@ -1,0 +1,256 @@
+// Every cause of a fault, injected on the simulated bus between the real controller and the real twin. Each
+// is decided in time, the safe command is on the wire within a cycle of the frame that decided it, it stays
+// so until the fault is cleared, and the axis tracks again once the trouble is gone.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "tests/support/fault_rig.h"
+
+namespace hystcan::support {
+namespace {
+
+using controller::AxisState;
+using controller::Cause;
+using std::chrono::milliseconds;
+using Kind = controller::Request::Kind;
+
+/// A cycle; the command's own frame and one that it waits for, 135 us each at most.
+constexpr double safe_within_ms = 1.0 + 2 * 0.135;
+
+double ms(can::Duration time) { return 1e3 * can::seconds(time); }
+
+struct Injection {
+  Trouble trouble;
+  Cause cause;
+  double decided_within_ms;
+  bool bus_carries = true;  ///< commands get through: else the amplifier's watchdog acts
+};
+std::ostream& operator<<(std::ostream& out, const Injection& injection) {
+  return out << to_string(injection.trouble);
+}
+
+// What the figures are made of: docs/safety.md. A cycle is 1 ms, and the trouble begins anywhere in one.
+const std::vector<Injection> injections{
+    {Trouble::sample_lost, Cause::sample_missing, 6.0},
+    {Trouble::sample_late, Cause::sample_late, 6.0},
+    {Trouble::sample_frozen, Cause::position_frozen, 52.0},
+    {Trouble::counter_frozen, Cause::sample_missing, 6.0},
+    {Trouble::sample_damaged, Cause::sample_missing, 6.0},
+    {Trouble::sample_jumped, Cause::position_jumped, 6.0},
+    {Trouble::sample_beyond, Cause::position_implausible, 2.0},
+    {Trouble::sample_bad, Cause::sensor_status, 2.0},
+    {Trouble::sensor_emergency, Cause::node_emergency, 2.0},
+    {Trouble::sensor_unheard, Cause::sensor_silent, 302.0},
+    {Trouble::amplifier_unheard, Cause::amplifier_silent, 302.0},
+    {Trouble::sensor_stopped, Cause::sample_missing, 6.0},
+    {Trouble::amplifier_stopped, Cause::amplifier_not_enabled, 2.0},
+    {Trouble::sensor_reset, Cause::node_restarted, 2.0},
+    {Trouble::amplifier_reset, Cause::amplifier_not_enabled, 2.0},  // its status overtakes its boot-up
+    {Trouble::amplifier_trips, Cause::amplifier_fault, 12.0},
+    {Trouble::commands_lost, Cause::amplifier_fault, 22.0},
+    {Trouble::enable_lost, Cause::amplifier_not_enabled, 3.0},
+    {Trouble::bus_passive, Cause::bus_passive, 52.0},
+    {Trouble::bus_off, Cause::bus_off, 4.0, false},
+    {Trouble::interface_down, Cause::interface_down, 2.0, false},
+    {Trouble::position_drifts, Cause::following_error, 10.0},
+    {Trouble::load_pulls, Cause::saturated, 800.0},
+    {Trouble::sync_late, Cause::cycle_overrun, 3.0},
+    {Trouble::stall, Cause::cycle_overrun, 23.0},
+    {Trouble::foreign_sync, Cause::another_controller, 1.0},
+    {Trouble::foreign_heartbeat, Cause::another_controller, 1.0},
+    {Trouble::law_not_finite, Cause::model_left_range, 5.0},
+};
+
+config::Config config_for(Trouble trouble) {
+  config::Config config = one_axis();
+  if (trouble != Trouble::sample_frozen) return config;
+  // Slow, so that the frozen position is told by its bits before the stage is lost.
+  config.controller.axes[0].axis.setpoint = {
+      {.shape = controller::Ramp{.from_um = 5.0, .to_um = 25.0, .duration_s = 1.0}, .transition_s = 0.1}};
+  return config;
+}
+
+double error_um(const FaultRig& rig) {
+  const controller::AxisReport& report = rig.axis().report();
+  return std::abs(report.reference_um - report.position_um);
+}
+
+class Fault : public testing::TestWithParam<Injection> {
+ protected:
+  void track() {
+    rig.start();
+    ASSERT_TRUE(rig.tracks()) << to_string(rig.axis().fault().cause);
+    rig.run_for(milliseconds(725));  // enabled for long enough for the amplifier's state to be judged
+    ASSERT_LT(error_um(rig), 0.5);
+  }
+  void inject() {
+    begun = rig.clock().now();
+    rig.begin(GetParam().trouble);
+    rig.reaches(AxisState::faulted, milliseconds(1000));
+    rig.run_for(milliseconds(2));
+  }
+
+  FaultRig rig{config_for(GetParam().trouble)};
+  can::Time begun{};
+};
+
+TEST_P(Fault, IsDecidedInTimeAndTheSafeCommandFollowsWithinACycle) {
+  ASSERT_NO_FATAL_FAILURE(track());
+  inject();
+  ASSERT_EQ(to_string(rig.axis().fault().cause), to_string(GetParam().cause));
+  const double decided_ms = ms(rig.decided_at() - begun);
+  EXPECT_LE(decided_ms, GetParam().decided_within_ms);
+  if (GetParam().bus_carries) {
+    ASSERT_TRUE(rig.monitor().commands_are_safe());
+    const double safe_ms = ms(rig.monitor().safe_since() - rig.decided_at());
+    EXPECT_LE(safe_ms, safe_within_ms);
+    std::printf("%-18s decided after %8.3f ms, safe command on the wire %6.3f ms later\n",
+                std::string(to_string(GetParam().trouble)).c_str(), decided_ms, safe_ms);
+  }
+  rig.run_for(milliseconds(25));  // the amplifier's watchdog, 20 ms, and its slew
+  rig.stage().plant.advance_to(rig.clock().now());
+  EXPECT_NEAR(rig.stage().plant.drive(), 0.0, 1e-3);
+  EXPECT_NE(rig.stage().amplifier.state(), can::AmpState::enabled);
+  EXPECT_EQ(rig.monitor().violations(), 0u) << rig.monitor().found().front();
+}
+
+TEST_P(Fault, IsLatchedUntilItIsClearedAndThenTheAxisTracksAgain) {
+  ASSERT_NO_FATAL_FAILURE(track());
+  EXPECT_EQ(rig.ask(Kind::clear), "there is no fault to clear");
+  inject();
+  ASSERT_EQ(rig.axis().state(), AxisState::faulted);
+  rig.end(GetParam().trouble);
+  rig.run_for(milliseconds(500));
+  EXPECT_EQ(rig.axis().state(), AxisState::faulted) << "nothing but clear ends it";
+  EXPECT_EQ(rig.axis().fault().cause, GetParam().cause);
+  EXPECT_EQ(rig.ask(Kind::enable), "the axis is faulted: clear the fault first");
+  EXPECT_EQ(rig.ask(Kind::clear), "");
+  EXPECT_EQ(rig.ask(Kind::clear), "there is no fault to clear");
+  rig.run_for(milliseconds(100));
+  EXPECT_EQ(rig.axis().state(), AxisState::offline) << "cleared is not enabled";
+  EXPECT_EQ(rig.ask(Kind::enable), "");
+  EXPECT_TRUE(rig.tracks()) << to_string(rig.axis().state()) << ", " << to_string(rig.axis().fault().cause);
+  rig.run_for(milliseconds(350));
+  EXPECT_EQ(rig.axis().state(), AxisState::tracking) << to_string(rig.axis().fault().cause);
+  EXPECT_LT(error_um(rig), 0.5);
+  EXPECT_EQ(rig.monitor().violations(), 0u) << rig.monitor().found().front();
+}
+
+INSTANTIATE_TEST_SUITE_P(, Fault, testing::ValuesIn(injections),
+                         [](const auto& made_of) { return std::string(to_string(made_of.param.trouble)); });
+
+/// What must not trip: single losses, and a lag that is allowed.
+class Bridged : public testing::TestWithParam<Trouble> {};
+
+TEST_P(Bridged, IsATroubleOfThreeCycles) {
+  FaultRig rig(one_axis());
+  rig.start();
+  ASSERT_TRUE(rig.tracks());
+  rig.run_for(milliseconds(400));
+  for (int i = 0; i < 20; ++i) {
+    rig.begin(GetParam());
+    rig.run_for(milliseconds(3));
+    rig.end(GetParam());
+    rig.run_for(milliseconds(60));
+    ASSERT_EQ(rig.axis().state(), AxisState::tracking) << to_string(rig.axis().fault().cause);
+  }
+  EXPECT_EQ(rig.monitor().violations(), 0u);
+}
+
+INSTANTIATE_TEST_SUITE_P(, Bridged,
+                         testing::Values(Trouble::sample_lost, Trouble::counter_frozen,
+                                         Trouble::sample_damaged, Trouble::sample_jumped,
+                                         Trouble::sample_frozen, Trouble::commands_lost,
+                                         Trouble::bus_passive),
+                         [](const auto& made_of) { return std::string(to_string(made_of.param)); });
+
+TEST(FaultOfANode, StoppedByNmtBeforeItsEnableIsJudgedIsNotOperational) {
+  FaultRig rig(one_axis());
+  rig.start();
+  ASSERT_TRUE(rig.reaches(AxisState::initialising, std::chrono::seconds(2)));
+  rig.begin(Trouble::amplifier_stopped);
+  ASSERT_TRUE(rig.reaches(AxisState::faulted, milliseconds(102))) << "its next heartbeat tells";
+  EXPECT_EQ(rig.axis().fault().cause, Cause::node_not_operational);
+  EXPECT_EQ(rig.ask(Kind::clear), "");
+  EXPECT_EQ(rig.ask(Kind::enable), "");
+  EXPECT_TRUE(rig.tracks()) << "a stopped node is started again";
+  EXPECT_EQ(rig.monitor().violations(), 0u);
+}
+
+TEST(FaultOfANode, ThatCannotBeSetUpIsTriedAgainAfterClear) {
+  config::Config config = one_axis();
+  can::AxisWire& wire = config.controller.axes[0].wire;
+  wire.sensor_setup = {{.object = {.index = 0x1000, .subindex = 0}, .content = {.value = 1, .bytes = 4}}};
+  FaultRig rig(config);
+  rig.start();
+  ASSERT_TRUE(rig.reaches(AxisState::faulted, std::chrono::seconds(2)));
+  EXPECT_EQ(rig.axis().fault().cause, Cause::node_not_set_up);
+  const auto asked_before = rig.controller().bus().counters().sent;
+  EXPECT_EQ(rig.ask(Kind::clear), "");
+  EXPECT_EQ(rig.ask(Kind::enable), "");
+  rig.run_for(milliseconds(1));
+  EXPECT_EQ(rig.axis().state(), AxisState::waiting) << "it is asked again first";
+  ASSERT_TRUE(rig.reaches(AxisState::faulted, std::chrono::seconds(2)));
+  EXPECT_EQ(rig.axis().fault().cause, Cause::node_not_set_up) << "and still has no such object";
+  EXPECT_GT(rig.controller().bus().counters().sent, asked_before);
+  EXPECT_EQ(rig.monitor().violations(), 0u);
+}
+
+TEST(FaultOfACommand, ThatDoesNotFitItsSignalIsFollowedByTheSafeOne) {
+  config::Config config = one_axis();
+  for (can::Message& message : config.database.messages)
+    for (can::Signal& signal : message.signals)
+      if (message.name == "XAmpCommand" && signal.name == "Setpoint") signal.maximum = 50.0;
+  FaultRig rig(config);
+  rig.start();
+  ASSERT_TRUE(rig.reaches(AxisState::faulted, std::chrono::seconds(2)));
+  EXPECT_EQ(rig.axis().fault().cause, Cause::command_not_sendable);
+  rig.run_for(milliseconds(2));
+  EXPECT_TRUE(rig.monitor().commands_are_safe());
+  EXPECT_LE(ms(rig.monitor().safe_since() - rig.decided_at()), safe_within_ms);
+  rig.run_for(milliseconds(10));
+  EXPECT_NEAR(rig.stage().plant.drive(), 0.0, 1e-3);
+  EXPECT_EQ(rig.monitor().violations(), 0u);
+}
+
+TEST(FaultOfAFollower, AllowsASlowLagThatIsConfigured) {
+  for (const bool allowed : {true, false}) {
+    config::Config config = one_axis();
+    controller::AxisConfig& axis = config.controller.axes[0].axis;
+    axis.law.structure = controller::Structure::pi;  // behind by more than 4 um at 126 um/s
+    axis.law.pi = {.kp = 0.0, .ki_per_s = 20.0};
+    axis.following_error.lag = milliseconds(allowed ? 60 : 0);
+    FaultRig rig(config);
+    rig.start();
+    ASSERT_TRUE(rig.tracks());
+    const bool lost = rig.reaches(AxisState::faulted, std::chrono::seconds(2));
+    EXPECT_EQ(lost, !allowed);
+    EXPECT_EQ(rig.axis().fault().cause, allowed ? Cause::none : Cause::following_error);
+  }
+}
+
+/// Clear, and enable in the next cycle: where the amplifier is by then, its last status does not tell.
+TEST(Rearming, BeginsWhereTheAmplifierIsAndNotWhereItWas) {
+  FaultRig rig(one_axis());
+  rig.start();
+  ASSERT_TRUE(rig.tracks());
+  for (int i = 0; i < 40; ++i) {
+    rig.run_for(milliseconds(400 + i));
+    rig.begin(Trouble::sample_bad);
+    ASSERT_TRUE(rig.reaches(AxisState::faulted, milliseconds(3)));
+    rig.end(Trouble::sample_bad);
+    rig.run_for(milliseconds(i % 12));
+    ASSERT_EQ(rig.ask(Kind::clear), "");
+    ASSERT_EQ(rig.ask(Kind::enable), "");
+    ASSERT_TRUE(rig.tracks()) << to_string(rig.axis().fault().cause);
+  }
+  EXPECT_EQ(rig.monitor().violations(), 0u) << rig.monitor().found().front();
+}
+
+}  // namespace
+}  // namespace hystcan::support

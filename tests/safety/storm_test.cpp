@@ -1,0 +1,30 @@
+// A short storm of random faults; the long one is tests/bench/bench_storm.cpp (docs/safety.md).
+#include "tests/support/storm.h"
+
+#include <gtest/gtest.h>
+
+namespace hystcan::support {
+namespace {
+
+TEST(Storm, OfTenMinutesIsToldLeavesNothingUnsafeOnTheWireAndNothingStuck) {
+  const StormResult result = run_storm({.seed = 1, .virtual_s = 600.0, .warm_up_s = 120.0});
+  print(result);
+  EXPECT_TRUE(result.is_well());
+  EXPECT_GT(result.faults, 100u);
+  EXPECT_LE(result.worst_safe_ms, 1.0 + 2 * 0.135) << "a cycle, and two frames";
+  EXPECT_LE(result.resident_at_end_kB, result.resident_after_warm_up_kB + 256)
+      << "64 pages, for what the heap may touch late";
+}
+
+TEST(Storm, IsTheSameFromTheSameSeed) {
+  const auto faults_of = [](std::uint64_t seed) {
+    const StormResult result = run_storm({.seed = seed, .virtual_s = 30.0});
+    return std::pair(result.by_cause, result.commands);
+  };
+  const auto first = faults_of(5);
+  EXPECT_EQ(first, faults_of(5));
+  EXPECT_NE(first, faults_of(6));
+}
+
+}  // namespace
+}  // namespace hystcan::support

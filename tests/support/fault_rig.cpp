@@ -1,0 +1,342 @@
+#include "tests/support/fault_rig.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+namespace hystcan::support {
+namespace {
+
+using controller::AxisState;
+using std::chrono::milliseconds;
+
+constexpr std::uint8_t stage_node = 2;      ///< the sensor of axis x
+constexpr std::uint8_t amplifier_node = 1;  ///< config/piezo.toml
+constexpr std::uint32_t command_id = can::receive_pdo_base + amplifier_node;
+constexpr std::uint32_t status_id = can::transmit_pdo_base + amplifier_node;
+constexpr std::uint32_t sample_id = can::transmit_pdo_base + stage_node;
+
+// Places of config/hystcan.dbc.
+constexpr std::size_t sample_status_byte = 5;
+constexpr std::size_t enable_byte = 4;
+constexpr std::size_t amp_state_byte = 4;
+constexpr std::size_t counter_byte = 6;
+constexpr std::size_t crc_byte = 7;
+constexpr std::uint8_t enable_bit = 0x01;
+
+void seal(can::Frame& frame) {
+  std::array<std::uint8_t, 9> covered{};
+  covered[0] = static_cast<std::uint8_t>(frame.id & 0xFFU);
+  covered[1] = static_cast<std::uint8_t>(frame.id >> 8U);
+  std::copy_n(frame.data.begin(), crc_byte, covered.begin() + 2);
+  frame.data[crc_byte] = can::crc8_j1850(covered);
+}
+
+std::int32_t value_of(const can::Frame& frame) {
+  std::uint32_t bits = 0;
+  for (unsigned i = 0; i < 4; ++i) bits |= std::uint32_t{frame.data[i]} << 8U * i;
+  return static_cast<std::int32_t>(bits);
+}
+
+void put_value(can::Frame& frame, std::int32_t value) {
+  const auto bits = static_cast<std::uint32_t>(value);
+  for (unsigned i = 0; i < 4; ++i) frame.data[i] = static_cast<std::uint8_t>(bits >> 8U * i);
+}
+
+std::int32_t micrometres(double um) { return static_cast<std::int32_t>(std::lround(1e6 * um)); }
+
+class LateTimer final : public can::Timer {
+ public:
+  LateTimer(const Oversleeper& owner, std::unique_ptr<can::Timer> timer)
+      : owner_(owner), timer_(std::move(timer)) {}
+  void expire_at(can::Time deadline) override { timer_->expire_at(deadline + owner_.by); }
+  void cancel() override { timer_->cancel(); }
+
+ private:
+  const Oversleeper& owner_;
+  std::unique_ptr<can::Timer> timer_;
+};
+
+WireMonitor::Config watch_over(const config::Config& config) {
+  const config::AxisConfig& axis = config.axes[0];
+  const twin::Amplifier::Config& amplifier = axis.twin.plant.amplifier;
+  const double range = amplifier.drive_max - amplifier.drive_min;
+  constexpr double tolerance = 1e-3;
+  const double settle_s = range / amplifier.slew_per_s +
+                          std::log(range / tolerance) / (2.0 * std::numbers::pi * amplifier.bandwidth_Hz);
+  const double cycle_s = 1.0 / config.controller.rate_Hz;
+  const auto time = [](double s) { return can::Duration(std::llround(1e9 * s)); };
+  constexpr double frame_s = 150e-6;  // eight bytes and their stuff bits at 1 Mbit/s
+  return {.wire = axis.wire,
+          .gate = axis.control.gate,
+          .output_min = amplifier.drive_min,
+          .output_max = amplifier.drive_max,
+          .tolerance = tolerance,
+          .settle = time(settle_s),
+          .obeys = axis.twin.command_timeout + time(cycle_s + frame_s),
+          .grace = time(cycle_s + 2 * frame_s),
+          .jitter = time(2 * frame_s)};
+}
+
+}  // namespace
+
+std::string_view to_string(Trouble trouble) {
+  static constexpr std::array<std::string_view, trouble_count> names{
+      "sample_lost",       "sample_late",       "sample_frozen",     "counter_frozen",   "sample_jumped",
+      "sample_beyond",     "sample_bad",        "sample_damaged",    "sensor_emergency", "sensor_unheard",
+      "amplifier_unheard", "sensor_stopped",    "amplifier_stopped", "sensor_reset",     "amplifier_reset",
+      "amplifier_trips",   "commands_lost",     "enable_lost",       "bus_passive",      "bus_off",
+      "interface_down",    "position_drifts",   "load_pulls",        "sync_late",        "stall",
+      "foreign_sync",      "foreign_heartbeat", "law_not_finite"};
+  return names[static_cast<std::size_t>(trouble)];
+}
+
+Relay::Relay(std::unique_ptr<can::Bus> inner, Hook on_send, Hook on_receive)
+    : inner_(std::move(inner)), on_send_(std::move(on_send)), on_receive_(std::move(on_receive)) {}
+
+void Relay::pretend(std::optional<can::BusState> state) {
+  pretended_ = state;
+  if (on_state_) on_state_(this->state());
+}
+
+bool Relay::send(const can::Frame& frame) {
+  if (is_down()) return false;
+  can::Frame copy = frame;
+  return on_send_ && !on_send_(copy) ? true : inner_->send(copy);
+}
+
+void Relay::on_frame(FrameHandler handler) {
+  inner_->on_frame([this, handle = std::move(handler)](const can::Frame& frame, can::Time received) {
+    if (is_down()) return;
+    can::Frame copy = frame;
+    if (on_receive_ && !on_receive_(copy)) return;
+    handle(copy, received);
+    if (after_frame) after_frame(received);
+  });
+}
+
+void Relay::on_state(StateHandler handler) {
+  on_state_ = handler;
+  inner_->on_state([this](can::BusState state) {
+    if (!pretended_ && on_state_) on_state_(state);
+  });
+}
+
+std::unique_ptr<can::Timer> Oversleeper::make_timer(std::function<void()> on_expiry) {
+  return std::make_unique<LateTimer>(*this, clock_.make_timer(std::move(on_expiry)));
+}
+
+config::Config one_axis() {
+  config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
+  config.axes.resize(1);
+  config.twin.axes.resize(1);
+  config.controller.axes.resize(1);
+  config.controller.wake_up_trip = std::chrono::microseconds(400);
+  controller::AxisConfig& control = config.controller.axes[0].axis;
+  control.setpoint = {
+      {.shape = controller::Sine{.low_um = 5.0, .high_um = 25.0, .frequency_Hz = 2.0, .cycles = 1000.0},
+       .transition_s = 0.1}};
+  control.repeat = true;
+  control.wipe_slew_per_s = 2000.0;
+  control.wipe_dwell_s = 0.01;
+  control.supervision.position_jump_um = 1.5;
+  control.supervision.saturated_s = 0.05;
+  control.supervision.bus_passive_s = 0.05;
+  config.axes[0].control = control;
+  return config;
+}
+
+FaultRig::FaultRig(const config::Config& config)
+    : config_(config), monitor_bus_(bus_.attach()), tester_(bus_.attach()) {
+  monitor_.emplace(watch_over(config_), config_.database);
+  monitor_bus_->on_frame([this](const can::Frame& frame, can::Time when) { monitor_->hear(frame, when); });
+  twin_ = std::make_unique<twin::Twin>(
+      config_.twin, config_.database, clock_,
+      [this](std::span<const can::Filter> filters) { return attach_node(filters); });
+  controller_ = std::make_unique<controller::Controller>(
+      config_.controller, config_.database, sleeper_,
+      [this](std::span<const can::Filter>) {
+        auto node = bus_.attach();
+        controller_node_ = node.get();
+        auto relay = std::make_unique<Relay>(std::move(node), Relay::Hook{}, Relay::Hook{});
+        controller_relay_ = relay.get();
+        return relay;
+      },
+      [this](const controller::CycleRecord&) { note_fault(clock_.now()); });
+  controller_relay_->after_frame = [this](can::Time received) { note_fault(received); };
+  controller_->listen_to(requests_);
+}
+
+/// The amplifier's node attaches first, then the sensor's (twin/twin.cpp); only the amplifier hears commands.
+std::unique_ptr<can::Bus> FaultRig::attach_node(std::span<const can::Filter> filters) {
+  auto node = bus_.attach(can::TransmitOrder::by_priority);
+  const bool is_amplifier = std::ranges::any_of(filters, [](const auto& f) { return f.id == command_id; });
+  if (!is_amplifier)
+    return std::make_unique<Relay>(
+        std::move(node), [this](can::Frame& frame) { return sensor_sends(frame); }, Relay::Hook{});
+  return std::make_unique<Relay>(
+      std::move(node), [this](can::Frame& frame) { return amplifier_sends(frame); },
+      [this](can::Frame& frame) { return amplifier_hears(frame); });
+}
+
+void FaultRig::note_fault(can::Time when) {
+  const bool is_faulted = axis().state() == AxisState::faulted;
+  if (is_faulted && !was_faulted_) {
+    ++faults_;
+    decided_at_ = when;
+    monitor_->faulted(when);
+  }
+  was_faulted_ = is_faulted;
+}
+
+void FaultRig::run_for(can::Duration time) { clock_.run_until(clock_.now() + time); }
+
+bool FaultRig::reaches(AxisState state, can::Duration limit) {
+  const can::Time end = clock_.now() + limit;
+  while (axis().state() != state && clock_.now() < end) run_for(milliseconds(1));
+  return axis().state() == state;
+}
+
+bool FaultRig::sensor_sends(can::Frame& frame) {
+  if (frame.id == can::heartbeat_base + stage_node) return !is_on(Trouble::sensor_unheard);
+  return frame.id != sample_id || spoil_sample(frame);
+}
+
+bool FaultRig::spoil_sample(can::Frame& frame) {
+  const std::int32_t true_value = value_of(frame);
+  if (!is_on(Trouble::sample_frozen)) frozen_value_ = true_value;
+  if (!is_on(Trouble::counter_frozen)) frozen_counter_ = frame.data[counter_byte];
+  if (is_on(Trouble::sample_lost)) return false;
+  if (is_on(Trouble::position_drifts)) offset_um_ = std::max(offset_um_ - 1.0, -7.5);
+  if (is_on(Trouble::load_pulls)) offset_um_ = std::max(offset_um_ - 0.05, -7.0);
+  std::int32_t value = frozen_value_ + micrometres(offset_um_);
+  if (is_on(Trouble::sample_jumped)) value += micrometres(8.0);
+  if (is_on(Trouble::sample_beyond)) value = micrometres(60.0);
+  put_value(frame, value);
+  if (is_on(Trouble::sample_bad)) frame.data[sample_status_byte] = 1;
+  frame.data[counter_byte] = frozen_counter_;
+  seal(frame);
+  if (is_on(Trouble::sample_damaged)) frame.data[crc_byte] ^= 0x10U;
+  if (!is_on(Trouble::sample_late)) return true;
+  const bool there_was_one = held_sample_.has_value();
+  const can::Frame earlier = held_sample_.value_or(frame);
+  held_sample_ = frame;
+  frame = earlier;
+  return there_was_one;
+}
+
+bool FaultRig::amplifier_sends(can::Frame& frame) {
+  if (frame.id == can::heartbeat_base + amplifier_node) return !is_on(Trouble::amplifier_unheard);
+  if (frame.id != status_id) return true;
+  if (is_on(Trouble::amplifier_trips))
+    frame.data[amp_state_byte] = static_cast<std::uint8_t>(can::AmpState::fault);
+  seal(frame);
+  return !is_on(Trouble::amplifier_unheard);
+}
+
+bool FaultRig::amplifier_hears(can::Frame& frame) {
+  if (frame.id != command_id) return true;
+  if (is_on(Trouble::enable_lost)) {
+    frame.data[enable_byte] = static_cast<std::uint8_t>(frame.data[enable_byte] & ~enable_bit);
+    seal(frame);
+  }
+  return !is_on(Trouble::commands_lost);
+}
+
+void FaultRig::begin(Trouble trouble) {
+  on_[static_cast<std::size_t>(trouble)] = true;
+  switch (trouble) {
+    case Trouble::sensor_emergency:
+      return send(can::emergency_frame(stage_node, {.code = 0x5000, .error_register = 0x01}));
+    case Trouble::sensor_stopped:
+      return send(can::nmt_frame({can::NmtCommand::stop, stage_node}));
+    case Trouble::amplifier_stopped:
+      return send(can::nmt_frame({can::NmtCommand::stop, amplifier_node}));
+    case Trouble::sensor_reset:
+      return send(can::nmt_frame({can::NmtCommand::reset_node, stage_node}));
+    case Trouble::amplifier_reset:
+      return send(can::nmt_frame({can::NmtCommand::reset_node, amplifier_node}));
+    case Trouble::foreign_sync:
+      return send(can::sync_frame(can::sync_counter_max));
+    case Trouble::foreign_heartbeat:
+      return send(can::heartbeat_frame(config_.controller.node, can::NmtState::operational));
+    case Trouble::bus_passive:
+      return controller_relay_->pretend(can::BusState::passive);
+    case Trouble::interface_down:
+      return controller_relay_->pretend(can::BusState::down);
+    case Trouble::bus_off:
+      return controller_node_->set_faults({.transmit_bit_error = 1.0});
+    case Trouble::sync_late:
+      sleeper_.by = std::chrono::microseconds(500);
+      return;
+    case Trouble::stall:
+      sleeper_.by = milliseconds(20);
+      run_for(milliseconds(1));
+      sleeper_.by = {};
+      return;
+    case Trouble::law_not_finite: {
+      controller::AxisConfig broken = axis().config();
+      broken.law.pi.kp = std::numeric_limits<double>::quiet_NaN();
+      retune(broken);
+      return;
+    }
+    default:
+      return;
+  }
+}
+
+void FaultRig::end(Trouble trouble) {
+  on_[static_cast<std::size_t>(trouble)] = false;
+  switch (trouble) {
+    case Trouble::bus_passive:
+    case Trouble::interface_down:
+      if (!is_on(Trouble::bus_passive) && !is_on(Trouble::interface_down)) controller_relay_->pretend({});
+      return;
+    case Trouble::bus_off:
+      controller_node_->set_faults({});
+      return controller_node_->restart();
+    case Trouble::sync_late:
+      sleeper_.by = {};
+      return;
+    case Trouble::sample_late:
+      return held_sample_.reset();
+    case Trouble::position_drifts:
+    case Trouble::load_pulls:
+      offset_um_ = 0.0;
+      return;
+    case Trouble::law_not_finite:
+      retune(config_.controller.axes[0].axis);
+      return;
+    default:
+      return;
+  }
+}
+
+std::string_view FaultRig::ask(controller::Request::Kind kind) {
+  auto request = std::make_unique<controller::Request>();
+  request->kind = kind;
+  const bool clears = kind == controller::Request::Kind::clear && axis().state() == AxisState::faulted;
+  const std::string_view refused = answer_to(std::move(request));
+  if (clears && refused.empty()) monitor_->cleared();
+  return refused;
+}
+
+std::string_view FaultRig::retune(const controller::AxisConfig& next) {
+  auto request = std::make_unique<controller::Request>();
+  request->kind = controller::Request::Kind::retune;
+  request->tuning = std::make_unique<controller::AxisTuning>(next, false);
+  return answer_to(std::move(request));
+}
+
+std::string_view FaultRig::answer_to(std::unique_ptr<controller::Request> request) {
+  if (!requests_.ask(std::move(request))) return "too many requests are unanswered";
+  for (int cycle = 0; cycle < 100; ++cycle) {
+    run_for(milliseconds(1));
+    if (const auto answer = requests_.take_answer()) return answer->refused_because;
+  }
+  return "no answer";
+}
+
+}  // namespace hystcan::support

@@ -1,0 +1,271 @@
+#include "tests/support/storm.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <random>
+#include <span>
+
+namespace hystcan::support {
+namespace {
+
+using controller::AxisState;
+using controller::Cause;
+using std::chrono::milliseconds;
+using Kind = controller::Request::Kind;
+
+/// What a trouble can be told as when it is alone, and after how long it must have been.
+struct Expected {
+  double told_within_s = 0.0;
+  std::vector<Cause> causes;
+};
+
+/// `told_within_s` as docs/safety.md has it, or longer where it depends on what the reference does.
+Expected expected_of(Trouble trouble) {
+  using enum Cause;
+  switch (trouble) {
+    case Trouble::sample_lost:
+    case Trouble::counter_frozen:
+    case Trouble::sample_damaged:
+      return {0.007, {sample_missing}};
+    case Trouble::sensor_stopped:
+      return {0.007, {sample_missing, node_not_operational}};
+    case Trouble::sample_late:
+      return {0.007, {sample_late, sample_missing}};
+    case Trouble::sample_frozen:  // the sine turns within a quarter of a second
+      return {0.5, {position_frozen, following_error, position_jumped}};
+    case Trouble::sample_jumped:
+      return {0.007, {position_jumped, following_error, position_implausible}};
+    case Trouble::sample_beyond:
+      return {0.003, {position_implausible}};
+    case Trouble::sample_bad:
+      return {0.003, {sensor_status}};
+    case Trouble::sensor_emergency:
+      return {0.0, {node_emergency}};
+    case Trouble::sensor_unheard:
+      return {0.303, {sensor_silent}};
+    case Trouble::amplifier_unheard:
+      return {0.303, {amplifier_silent}};
+    case Trouble::amplifier_stopped:
+      return {0.0, {amplifier_not_enabled}};
+    case Trouble::amplifier_reset:
+      return {0.0, {amplifier_not_enabled, node_restarted}};
+    case Trouble::sensor_reset:
+      return {0.0, {node_restarted}};
+    case Trouble::amplifier_trips:
+      return {0.013, {amplifier_fault}};
+    case Trouble::commands_lost:  // short of it, the drive comes back in one jump
+      return {0.023,
+              {amplifier_fault, node_emergency, position_jumped, position_implausible, following_error}};
+    case Trouble::enable_lost:
+      return {0.004, {amplifier_not_enabled, position_jumped, position_implausible, following_error}};
+    case Trouble::bus_passive:
+      return {0.053, {bus_passive}};
+    case Trouble::bus_off:
+      return {0.006, {bus_off, sample_missing, sample_late, cycle_overrun}};
+    case Trouble::interface_down:
+      return {0.003, {interface_down}};
+    case Trouble::position_drifts:  // short of it, the position comes back in one jump
+      return {0.020, {following_error, position_jumped}};
+    case Trouble::load_pulls:
+      return {0.8, {saturated, following_error, position_jumped}};
+    case Trouble::sync_late:
+      return {0.004, {cycle_overrun}};
+    case Trouble::stall:
+      return {0.023, {cycle_overrun}};
+    case Trouble::foreign_sync:
+    case Trouble::foreign_heartbeat:
+      return {0.0, {another_controller}};
+    case Trouble::law_not_finite:
+      return {0.006, {model_left_range}};
+  }
+  return {};
+}
+
+class Storm {
+ public:
+  explicit Storm(const StormConfig& storm) : storm_(storm), random_(storm.seed), rig_(one_axis()) {
+    result_.complaints.reserve(kept);
+    for (std::size_t i = 0; i < trouble_count; ++i) expected_[i] = expected_of(static_cast<Trouble>(i));
+  }
+
+  StormResult run() {
+    rig_.start();
+    if (!rig_.tracks()) complain(result_.stuck, "did not start");
+    while (now_s() < storm_.virtual_s) {
+      episode();
+      if (result_.resident_after_warm_up_kB == 0 && now_s() >= storm_.warm_up_s)
+        result_.resident_after_warm_up_kB = resident_kB();
+    }
+    result_.resident_at_end_kB = resident_kB();
+    result_.virtual_s = now_s();
+    result_.cycles = rig_.controller().counters().cycles;
+    result_.faults = rig_.faults();
+    const WireMonitor& monitor = rig_.monitor();
+    result_.violations = monitor.violations();
+    result_.commands = monitor.commands();
+    result_.steepest = monitor.steepest();
+    for (const std::string& found : monitor.found()) result_.complaints.push_back(found);
+    return result_;
+  }
+
+ private:
+  static constexpr std::size_t kept = 12;
+  static constexpr std::size_t at_once = 3;
+
+  struct Drawn {
+    Trouble trouble = Trouble::sample_lost;
+    double begins_s = 0.0;
+    double lasts_s = 0.0;
+    bool begun = false;
+    bool ended = false;
+  };
+
+  double uniform() { return static_cast<double>(random_() >> 11U) * 0x1p-53; }
+  double between(double low, double high) { return low + uniform() * (high - low); }
+  double now_s() { return can::seconds(rig_.clock().now().time_since_epoch()); }
+  void wait_s(double time_s) { rig_.run_for(can::Duration(std::llround(1e9 * time_s))); }
+  const Expected& expected(Trouble trouble) const { return expected_[static_cast<std::size_t>(trouble)]; }
+
+  /// Troubles of this episode: one mostly, up to three at once sometimes, no two the same.
+  std::span<Drawn> draw() {
+    const double share = uniform();
+    const std::size_t count = share < 0.7 ? 1 : share < 0.9 ? 2 : 3;
+    std::size_t drawn = 0;
+    while (drawn < count) {
+      const auto trouble = static_cast<Trouble>(static_cast<std::size_t>(uniform() * trouble_count));
+      const auto so_far = std::span(drawn_).first(drawn);
+      if (std::ranges::any_of(so_far, [&](const Drawn& other) { return other.trouble == trouble; })) continue;
+      drawn_[drawn++] = {.trouble = trouble,
+                         .begins_s = count == 1 ? 0.0 : between(0.0, 0.05),
+                         .lasts_s = 0.001 * std::pow(2000.0, uniform())};
+      ++result_.by_trouble[static_cast<std::size_t>(trouble)];
+    }
+    return std::span(drawn_).first(drawn);
+  }
+
+  void episode() {
+    ++result_.episodes;
+    wait_s(between(0.75, 1.5));  // enabled for longer than half a second, at any place of the sine
+    const std::uint64_t faults_before = rig_.faults();
+    const std::span<Drawn> troubles = draw();
+    live_through(troubles);
+    wait_s(0.025);  // what a late SYNC or a watchdog has still to tell
+    judge(troubles, rig_.faults() != faults_before);
+    recover();
+  }
+
+  void live_through(std::span<Drawn> troubles) {
+    const double start_s = now_s();
+    while (std::ranges::any_of(troubles, [](const Drawn& one) { return !one.ended; })) {
+      for (Drawn& one : troubles) {
+        const double at_s = now_s() - start_s;
+        if (!one.begun && at_s >= one.begins_s) {
+          one.begun = true;
+          rig_.begin(one.trouble);
+        } else if (one.begun && !one.ended && at_s >= one.begins_s + one.lasts_s) {
+          one.ended = true;
+          rig_.end(one.trouble);
+        }
+      }
+      rig_.run_for(std::chrono::microseconds(500));
+    }
+  }
+
+  void judge(std::span<const Drawn> troubles, bool has_faulted) {
+    const bool must = std::ranges::any_of(
+        troubles, [&](const Drawn& one) { return one.lasts_s >= expected(one.trouble).told_within_s; });
+    result_.must_be_told += must ? 1 : 0;
+    if (must && !has_faulted) complain(result_.undetected, in_words(troubles));
+    if (!has_faulted) return;
+    const Cause cause = rig_.axis().fault().cause;
+    ++result_.by_cause[static_cast<std::size_t>(cause)];
+    const auto& causes = expected(troubles.front().trouble).causes;
+    if (troubles.size() == 1 && std::ranges::find(causes, cause) == causes.end())
+      complain(result_.other_cause, in_words(troubles));
+    const bool bus_carries = std::ranges::none_of(troubles, [](const Drawn& one) {
+      return one.trouble == Trouble::bus_off || one.trouble == Trouble::interface_down ||
+             one.trouble == Trouble::stall || one.trouble == Trouble::sync_late;
+    });
+    if (bus_carries && rig_.monitor().safe_since() >= rig_.decided_at())
+      result_.worst_safe_ms = std::max(result_.worst_safe_ms,
+                                       1e3 * can::seconds(rig_.monitor().safe_since() - rig_.decided_at()));
+  }
+
+  /// A fault that lasts beyond the clear is faulted anew: that is no stuck axis, a second clear is due then.
+  void recover() {
+    for (int attempt = 0; attempt < 3; ++attempt) {
+      if (rig_.axis().state() == AxisState::faulted) {
+        wait_s(between(0.0, 0.3));
+        rig_.ask(Kind::clear);
+      }
+      if (rig_.axis().state() == AxisState::offline) {
+        wait_s(uniform() < 0.5 ? 0.0 : between(0.0, 0.2));
+        rig_.ask(Kind::enable);
+      }
+      if (rig_.tracks()) return;
+    }
+    complain(result_.stuck, fmt::format("stuck: {}", to_string(rig_.axis().state())));
+  }
+
+  std::string in_words(std::span<const Drawn> troubles) {
+    std::string text;
+    for (const Drawn& one : troubles)
+      text += fmt::format("{} for {:.4f} s, ", to_string(one.trouble), one.lasts_s);
+    return text + fmt::format("axis {}, cause {}", to_string(rig_.axis().state()),
+                              to_string(rig_.axis().fault().cause));
+  }
+
+  void complain(std::uint64_t& counter, const std::string& text) {
+    ++counter;
+    if (result_.complaints.size() < kept)
+      result_.complaints.push_back(fmt::format("{:.4f} s: {}", now_s(), text));
+  }
+
+  StormConfig storm_;
+  std::mt19937_64 random_;
+  FaultRig rig_;
+  std::array<Expected, trouble_count> expected_;
+  std::array<Drawn, at_once> drawn_;
+  StormResult result_;
+};
+
+}  // namespace
+
+std::int64_t resident_kB() {
+  std::ifstream statm("/proc/self/statm");
+  std::int64_t size = 0;
+  std::int64_t resident = 0;
+  statm >> size >> resident;
+  return resident * (sysconf(_SC_PAGESIZE) / 1024);
+}
+
+StormResult run_storm(const StormConfig& storm) { return Storm(storm).run(); }
+
+void print(const StormResult& r) {
+  std::printf("%.1f h of virtual time, %llu cycles, %llu commands on the wire, %llu episodes, %llu faults\n",
+              r.virtual_s / 3600.0, static_cast<unsigned long long>(r.cycles),
+              static_cast<unsigned long long>(r.commands), static_cast<unsigned long long>(r.episodes),
+              static_cast<unsigned long long>(r.faults));
+  std::printf(
+      "had to be told %llu, undetected %llu, of another cause %llu, stuck %llu, unsafe on the wire %llu\n",
+      static_cast<unsigned long long>(r.must_be_told), static_cast<unsigned long long>(r.undetected),
+      static_cast<unsigned long long>(r.other_cause), static_cast<unsigned long long>(r.stuck),
+      static_cast<unsigned long long>(r.violations));
+  std::printf("safe command at worst %.3f ms after the frame that decided; steepest step %.2f of the limit\n",
+              r.worst_safe_ms, r.steepest);
+  std::printf("resident %lld kB after warm-up, %lld kB at the end\n",
+              static_cast<long long>(r.resident_after_warm_up_kB),
+              static_cast<long long>(r.resident_at_end_kB));
+  for (std::size_t i = 0; i < r.by_cause.size(); ++i)
+    if (r.by_cause[i] != 0)
+      std::printf("  %8llu  %s\n", static_cast<unsigned long long>(r.by_cause[i]),
+                  std::string(to_string(static_cast<controller::Cause>(i))).c_str());
+  for (const std::string& complaint : r.complaints) std::printf("! %s\n", complaint.c_str());
+}
+
+}  // namespace hystcan::support

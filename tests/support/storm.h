@@ -1,0 +1,53 @@
+// Hours of faults in virtual time: troubles drawn at random from a seed, alone or several at once, from one
+// cycle to two seconds long; clear and enable by requests at random times after them.
+//
+// What is judged after each: a trouble that lasted long enough to be told must have been; alone, with one of
+// the causes that it can have. Once it is over, clear and enable lead back to tracking. The wire monitor
+// judges every frame.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "controller/fault.h"
+#include "tests/support/fault_rig.h"
+
+namespace hystcan::support {
+
+struct StormResult {
+  double virtual_s = 0.0;
+  std::uint64_t cycles = 0;
+  std::uint64_t episodes = 0;
+  std::uint64_t faults = 0;
+  std::uint64_t must_be_told = 0;  ///< episodes with a trouble that lasted long enough
+  std::uint64_t undetected = 0;
+  std::uint64_t other_cause = 0;
+  std::uint64_t stuck = 0;
+  std::uint64_t violations = 0;
+  std::uint64_t commands = 0;
+  double worst_safe_ms = 0.0;  ///< from the frame that decided to the safe command, where the bus carries it
+  double steepest = 0.0;       ///< of what the slew limit allows
+  std::array<std::uint64_t, controller::cause_count> by_cause{};
+  std::array<std::uint64_t, trouble_count> by_trouble{};
+  std::int64_t resident_after_warm_up_kB = 0;
+  std::int64_t resident_at_end_kB = 0;
+  std::vector<std::string> complaints;  ///< the first few, in words
+
+  bool is_well() const { return undetected + other_cause + stuck + violations == 0; }
+};
+
+struct StormConfig {
+  std::uint64_t seed = 1;
+  double virtual_s = 60.0;
+  double warm_up_s = 10.0;  ///< memory counts from here on
+};
+
+StormResult run_storm(const StormConfig& storm);
+void print(const StormResult& result);
+
+/// Of this process, from /proc/self/statm.
+std::int64_t resident_kB();
+
+}  // namespace hystcan::support
