@@ -31,6 +31,8 @@ namespace hystcan::controller {
 enum class AxisState : std::uint8_t { offline, waiting, initialising, ready, tracking, faulted };
 inline constexpr std::size_t axis_state_count = static_cast<std::size_t>(AxisState::faulted) + 1;
 std::string_view to_string(AxisState state);
+/// Its nodes take part in every cycle: a sample is to come, and the command that answers it.
+inline bool is_in_use(AxisState state) { return state > AxisState::waiting && state != AxisState::faulted; }
 
 /// How an axis comes to know what its actuator remembers, before it tracks.
 enum class StartUp : std::uint8_t {
