@@ -108,7 +108,7 @@ TEST_F(Ctl, TakesAnAxisToAPositionWaitsForItAndGivesItBackToItsReference) {
 
 TEST_F(Ctl, DisableRampsOneAxisDownWhileTheOtherTracksOnAndEnableBringsItBack) {
   start();
-  expect_refused({"clear", "x"}, "x: ");
+  expect_refused({"clear", "x"}, "x: there is no fault to clear");
   expect_refused({"enable", "x"}, "the axis is enabled already");
   expect_done({"disable", "x"});
   ASSERT_TRUE(stage.comes_to(x, "offline"));
