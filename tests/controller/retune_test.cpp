@@ -134,7 +134,7 @@ TEST(Restart, TakesAKnownMemoryUpWithoutABumpInTheDrive) {
     law.restart_at_lower_threshold(1.5);
     for (int n = 0; n < 50; ++n) step(law, at(n));
     const double measured_um = known.output + 0.7;
-    const double reference_um = law.restart(known, measured_um);
+    const double reference_um = (law.remember(known), law.restart(measured_um));
     EXPECT_NEAR(step(law, {reference_um, reference_um, measured_um}), 33.0, 1e-9) << to_string(structure);
     EXPECT_EQ(law.memory().depth(), known.depth());
   }
