@@ -16,7 +16,8 @@ std::string text_of(const controller::ControlLaw& law) {
   const controller::Correction& correction = law.correction();
   return fmt::format(
       "# What the actuator remembers, as of a clean stop. Removed as soon as it is driven again.\n"
-      "[stop]\nreason = \"stopped\"\n\n[correction]\ngain = {:.17}\noffset_um = {:.17}\n\n{}",
+      "[correction]\ngain = {:.17}\noffset_um = {:.17}\n\n{}\n"
+      "[stop]  # The end: without it this is half a file.\nreason = \"stopped\"\n",
       correction.gain, correction.offset_um, law.model().save(law.memory(), buffer));
 }
 

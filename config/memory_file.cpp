@@ -15,6 +15,9 @@ MemoryFile read(const Document& document, const Model& model) {
   Reader reader(document, document.root(), "");
   reader.table("memory", raw, [](Reader& sub, MemoryFile& value) { visit(sub, value); });
   std::optional<StopFile> stop;
+  if (!document.root().contains(
+          "stop"))  // the last table: a number cut short before it would be a number too
+    document.fail_at("", "missing table [stop], expected a whole file that a controller has saved");
   std::optional<controller::Correction> correction;
   const auto plain = [](Reader& sub, auto& value) { visit(sub, value); };
   reader.optional_table("stop", stop, plain);

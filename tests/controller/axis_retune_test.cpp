@@ -14,7 +14,7 @@ constexpr double steepest_V_per_um = 1.0 / 0.2;  // the flattest branch of the m
 
 AxisConfig tracking_axis() {
   AxisConfig config = support::piezo_axis();
-  config.setpoint = {{.shape = Sine{{.low_um = 6.0, .high_um = 24.0, .frequency_Hz = 5.0, .cycles = 1.5}},
+  config.setpoint = {{.shape = Sine{.low_um = 6.0, .high_um = 24.0, .frequency_Hz = 5.0, .cycles = 1.5},
                       .transition_s = 0.05},
                      {.shape = Hold{.level_um = 12.0, .duration_s = 0.1}, .transition_s = 0.05}};
   config.repeat = true;
