@@ -1,0 +1,75 @@
+// docs/safety.md against the sources: it names every cause, and every test that it names is there.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <regex>
+#include <string>
+
+#include "controller/fault.h"
+#include "tests/support/fault_rig.h"
+
+namespace hystcan::support {
+namespace {
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+const std::string& document() {
+  static const std::string text = text_of(HYSTCAN_SOURCE_DIR "/docs/safety.md");
+  return text;
+}
+
+/// Sources of tests, one after the other.
+const std::string& sources() {
+  static const std::string all = [] {
+    std::string text;
+    for (const auto& entry : std::filesystem::directory_iterator(HYSTCAN_SOURCE_DIR "/tests/safety"))
+      if (entry.path().extension() == ".cpp") text += text_of(entry.path());
+    return text;
+  }();
+  return all;
+}
+
+bool is_trouble(const std::string& name) {
+  for (std::size_t i = 0; i < trouble_count; ++i)
+    if (to_string(static_cast<Trouble>(i)) == name) return true;
+  return false;
+}
+
+TEST(SafetyTable, HasARowForEveryCause) {
+  for (std::size_t i = 1; i < controller::cause_count; ++i) {
+    const std::string word(to_string(static_cast<controller::Cause>(i)));
+    EXPECT_NE(document().find("\n| `" + word + "` |"), std::string::npos) << word;
+  }
+}
+
+TEST(SafetyTable, NamesNoTestThatIsNotThere) {
+  const std::regex claim("`([A-Z][A-Za-z]+)\\.([A-Z][A-Za-z]+)`");
+  const std::string& text = document();
+  std::size_t named = 0;
+  for (auto it = std::sregex_iterator(text.begin(), text.end(), claim); it != std::sregex_iterator(); ++it) {
+    ++named;
+    const std::regex there("TEST(_F|_P)?\\(" + (*it)[1].str() + ",\\s+" + (*it)[2].str() + "\\)");
+    EXPECT_TRUE(std::regex_search(sources(), there)) << (*it)[0];
+  }
+  EXPECT_GE(named, 8u) << "the document is read";
+}
+
+TEST(SafetyTable, NamesEveryTroubleThatIsInjected) {
+  const std::regex injected("`Fault/([a-z_]+)`");
+  const std::string& text = document();
+  for (auto it = std::sregex_iterator(text.begin(), text.end(), injected); it != std::sregex_iterator(); ++it)
+    EXPECT_TRUE(is_trouble((*it)[1])) << (*it)[1];
+  for (std::size_t i = 0; i < trouble_count; ++i) {
+    const std::string name(to_string(static_cast<Trouble>(i)));
+    EXPECT_NE(text.find("`Fault/" + name + "`"), std::string::npos) << name;
+    EXPECT_NE(sources().find("{Trouble::" + name + ", Cause::"), std::string::npos) << name;
+  }
+}
+
+}  // namespace
+}  // namespace hystcan::support
