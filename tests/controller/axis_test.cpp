@@ -131,7 +131,7 @@ INSTANTIATE_TEST_SUITE_P(
                   [](AxisInput& in) { in.health.interface_up = false; }, 1},
         FaultCase{"BusOff", Cause::bus_off, [](AxisInput& in) { in.health.bus_on = false; }, 1},
         FaultCase{"CycleOverrun", Cause::cycle_overrun, [](AxisInput& in) { in.dt_s = 0.011; }, 1},
-        FaultCase{"FollowingError", Cause::following_error, [](AxisInput& in) { *in.position_um -= 2.5; },
+        FaultCase{"FollowingError", Cause::following_error, [](AxisInput& in) { *in.position_um -= 2.9; },
                   3}),
     [](const auto& test) { return test.param.name; });
 
