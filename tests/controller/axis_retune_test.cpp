@@ -149,9 +149,11 @@ TEST(AxisRetune, IsRefusedInOpenLoop) {
   EXPECT_EQ(stage.axis.retune(tuning), "the axis runs in open loop");
 }
 
-/// Feed-forward alone, and no delay in the stage: at rest only a wrong memory leaves an error.
-AxisConfig feed_forward_axis(StartUp start_up) {
+/// Feed-forward alone, and no delay in the stage: at rest only a wrong memory leaves an error. The amplifier
+/// rests at `safe_drive` while it is not enabled, between the thresholds, so that nothing is wiped out.
+AxisConfig feed_forward_axis(StartUp start_up, double safe_drive = 25.0) {
   AxisConfig config = support::piezo_axis();
+  config.gate.safe_drive = safe_drive;
   config.law.structure = Structure::inverse;
   config.start_up = start_up;
   config.following_error.error_um = 100.0;
@@ -188,14 +190,14 @@ model::HysteresisState nested_stage(const model::Hysteresis& actuator) {
 
 TEST(StartUp, AssumeTracksWithoutAVisitToTheThresholdsWhereItIsTrue) {
   const model::Hysteresis actuator(support::piezo_model());
-  Stage stage(feed_forward_axis(StartUp::assume), risen_stage(actuator));
+  Stage stage(feed_forward_axis(StartUp::assume, 40.0), risen_stage(actuator));
   ASSERT_TRUE(stage.tracks());
   EXPECT_NEAR(stage.highest_drive, 40.0, 2.0) << "it stays where it is";
   EXPECT_LT(error_at_rest_um(stage), 1e-6);
 
   Stage wrong(feed_forward_axis(StartUp::assume), nested_stage(actuator));
   ASSERT_TRUE(wrong.tracks());
-  EXPECT_GT(error_at_rest_um(wrong), 0.1) << "else this test would claim nothing";
+  EXPECT_GT(error_at_rest_um(wrong), 0.01) << "ten thousand times the claim above";
 }
 
 TEST(StartUp, RestoreTracksOnWithWhatWasSaved) {
@@ -223,7 +225,7 @@ TEST(StartUp, WhatIsSavedAtACleanStopIsWhatTheActuatorRemembers) {
   Stage second(feed_forward_axis(StartUp::restore), first.memory());
   second.axis.restore(law->memory(), law->correction());
   ASSERT_TRUE(second.tracks());
-  EXPECT_LT(second.highest_drive, 5.0);
+  EXPECT_NEAR(second.highest_drive, 25.0, 2.0);
   EXPECT_LT(error_at_rest_um(second), 1e-6);
 }
 
@@ -231,7 +233,7 @@ TEST(StartUp, VisitsTheThresholdsAgainAfterAFaultWhateverIsConfigured) {
   const model::Hysteresis actuator(support::piezo_model());
   for (const StartUp start_up : all_start_ups) {
     const model::HysteresisState memory = risen_stage(actuator);
-    Stage stage(feed_forward_axis(start_up), memory);
+    Stage stage(feed_forward_axis(start_up, 40.0), memory);
     stage.axis.restore(memory, {});
     ASSERT_TRUE(stage.tracks());
     stage.cycle([](AxisInput& in) { in.sensor_status_good = false; });

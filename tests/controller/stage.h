@@ -40,7 +40,7 @@ class Stage {
     if (disturb) disturb(input);
     command = axis.step(input);
     highest_drive = std::max(highest_drive, command.drive);
-    actuator_.advance(memory_, command.enable ? command.drive : 0.0);
+    actuator_.advance(memory_, command.enable ? command.drive : axis.config().gate.safe_drive);
     return command;
   }
   bool reaches(AxisState state, int within_cycles = 2000) {
