@@ -30,14 +30,16 @@ class Trajectory {
   void start_from(double start_um);
 
   /// From `t_s` on to `goal_um` and hold it: from the present motion along the shortest transition that keeps
-  /// the limits. Where the acceleration is unlimited it takes transition_s of the first segment, or longer.
-  /// May swing beyond the goal, by 0.2 |v_0| T. The caller sees to it that the goal is a number in range.
+  /// the limits; it may swing beyond the goal, by a fifth of velocity times duration at most. Where the
+  /// acceleration is unlimited it takes transition_s of the first segment, or longer, and begins at rest: a
+  /// corner where the reference moved, but nothing beyond where it was and the goal.
   void go_to(double t_s, double goal_um);
 
-  /// From `t_s` on the segments again, from the first one on, from the present motion.
+  /// From `t_s` on the segments again, from the first one on, in the same way.
   void resume(double t_s);
 
-  /// From `t_s` on these segments, from the first one on, from the motion that `before` has there.
+  /// From `t_s` on these segments, from the first one on, from the motion that `before` has there; in the
+  /// same way.
   void continue_from(const Trajectory& before, double t_s) { begin_at(t_s, before.motion(t_s)); }
 
   struct Point {
@@ -66,6 +68,7 @@ class Trajectory {
   };
   Place find(double t_s) const;
   void begin_at(double t_s, const Motion& from);
+  Transition way(const Motion& from, double to_um, bool in_haste) const;
 
   std::vector<Segment> segments_;
   std::vector<Transition> entries_;  ///< into each segment; the first: from the end of the last

@@ -114,6 +114,26 @@ TEST(Trajectory, TakesTheFirstTransitionsTimeToAGoalWhereNothingLimitsIt) {
   EXPECT_TRUE(trajectory.at(6.3).finished);
 }
 
+TEST(Trajectory, LeavesAFastMotionWithoutSwingingBeyondItWhereNothingLimitsIt) {
+  const std::vector<Segment> segments{
+      {.shape = Triangle{.low_um = 3.0, .high_um = 27.0, .frequency_Hz = 10.0, .cycles = 100.0},
+       .transition_s = 0.2}};
+  Trajectory triangle(segments, false);
+  triangle.start_from(3.0);
+  const Trajectory before = triangle;
+  constexpr double t_s = 0.2 + 0.04;  // at 22.2 um, rising with 480 um/s
+  Trajectory next(segments, false);
+  next.continue_from(before, t_s);
+  triangle.go_to(t_s, 20.0);
+  EXPECT_NEAR(triangle.value_um(t_s), 22.2, 1e-9);
+  for (int i = 0; i <= 200; ++i) {
+    for (const Trajectory* trajectory : {&triangle, &next}) {
+      EXPECT_LE(trajectory->value_um(t_s + 1e-3 * i), 22.2 + 1e-9);
+      EXPECT_GE(trajectory->value_um(t_s + 1e-3 * i), 3.0 - 1e-9);
+    }
+  }
+}
+
 TEST(Trajectory, HoldsAGoalWhereItWasFinished) {
   Trajectory trajectory({{.shape = Hold{.level_um = 10.0, .duration_s = 0.1}}}, false);
   trajectory.start_from(10.0);
