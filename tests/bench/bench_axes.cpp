@@ -111,7 +111,11 @@ class Nodes {
 
 double controller_ns(rehearsal::Setup setup) {
   const std::size_t axes = setup.controller.axes.size();
-  for (auto& axis : setup.controller.axes) axis.axis.following_error_um = 1e9;  // the stage stands still
+  for (auto& axis : setup.controller.axes) {  // the stage stands still
+    axis.axis.following_error.error_um = 1e9;
+    axis.axis.supervision.frozen_cycles = 0;
+    axis.axis.supervision.saturated_s = 0.0;
+  }
   can::VirtualClock clock;
   DeafBus* bus = nullptr;
   controller::Controller loop(
