@@ -15,9 +15,6 @@ MemoryFile read(const Document& document, const Model& model) {
   Reader reader(document, document.root(), "");
   reader.table("memory", raw, [](Reader& sub, MemoryFile& value) { visit(sub, value); });
   std::optional<StopFile> stop;
-  if (!document.root().contains(
-          "stop"))  // the last table: a number cut short before it would be a number too
-    document.fail_at("", "missing table [stop], expected a whole file that a controller has saved");
   std::optional<controller::Correction> correction;
   const auto plain = [](Reader& sub, auto& value) { visit(sub, value); };
   reader.optional_table("stop", stop, plain);
@@ -74,8 +71,11 @@ template model::HysteresisState load_memory(const std::filesystem::path&,
 
 SavedState load_state(const std::filesystem::path& file, const model::Hysteresis& model) {
   const Document document(file);
-  if (!document.root().contains("correction"))
-    document.fail_at("", "missing table [correction], expected a file that a controller has saved");
+  // [stop] comes last: a number cut short before it would be a number too.
+  for (const char* table : {"correction", "stop"})
+    if (!document.root().contains(table))
+      document.fail_at(
+          "", fmt::format("missing table [{}], expected a whole file that a controller has saved", table));
   std::optional<controller::Correction> correction;
   std::optional<StopFile> stop;
   MemoryFile memory;

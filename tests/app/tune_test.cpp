@@ -2,8 +2,11 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <sstream>
+#include <string>
 #include <vector>
 
 #include "tests/app/cli.h"
@@ -134,6 +137,10 @@ TEST_F(Tune, SaysInTheFragmentWhatEachKeyWas) {
 }
 
 TEST_F(Tune, MeasuresTheAxisItIsTold) {
+  // Half the cycle rate tells no two modes apart that lie as far below it as above: a softer stage.
+  const std::string shipped_text = support::read_file(shipped / "piezo.toml");
+  std::ofstream(shipped / "piezo.toml")
+      << std::regex_replace(shipped_text, std::regex("(resonance_Hz +)= 500\\.0"), "$1= 310.0");
   const json found = tuned({"--axis", "y", "--centre", "60", "--amplitude", "0.5"});
   EXPECT_EQ(found["axis"], "y");
   EXPECT_EQ(found["steps"]["centre"], 60.0);

@@ -85,6 +85,7 @@ config::Config axes_like_the_shipped(std::size_t count, const Frames& frames, st
     axis.control.following_error.error_um = std::numeric_limits<double>::infinity();
     axis.control.supervision.position_min_um = -1e3;
     axis.control.supervision.position_max_um = 1e3;
+    axis.control.supervision.position_jump_um = 0.0;  // a slow cycle goes far
     axis.control.repeat = true;
     for (const char* name : {"XAmpStatus", "XSensorSample", "XAmpCommand", "XControllerStatus"}) {
       can::Message message = *shipped.database.find(name);
