@@ -285,7 +285,8 @@ TEST(ChainBound, IsNeverExceededByTheRehearsal) {
     RC_ASSERT(watched.tracks());
     RC_ASSERT(watched.counters().late_samples == 0U);
     for (const config::PlannedFrame& each : plan->frames) {
-      if (each.frame.name.starts_with("Controller") || each.frame.name.ends_with("ControllerStatus")) continue;
+      if (each.frame.name.starts_with("Controller") || each.frame.name.ends_with("ControllerStatus"))
+        continue;
       if (!each.response) continue;
       Duration bound = *each.response;
       if (each.frame.name.ends_with("Status")) bound += each.frame.jitter;
