@@ -1,5 +1,6 @@
 #include "controller/supervisor.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "controller/gate.h"
@@ -18,6 +19,12 @@ constexpr double frozen_travel = 0.02;
 
 /// A corner of the reference may meet one or two; a model that does not hold there meets them all.
 constexpr unsigned not_invertible_cycles = 3;
+
+/// Since the last SYNC, in whole ones: a stage goes further in a late cycle. At least one.
+unsigned cycles_in(const AxisInput& input) {
+  constexpr double most = 1e6;
+  return static_cast<unsigned>(std::clamp(std::ceil(input.dt_s / input.cycle_s - 0.5), 1.0, most));
+}
 
 /// Time that `condition` has held on end.
 double held(bool condition, double so_far_s, double dt_s) { return condition ? so_far_s + dt_s : 0.0; }
@@ -59,7 +66,7 @@ Cause Supervisor::judge_nodes(const AxisInput& input) const {
 }
 
 Supervisor::Verdict Supervisor::judge_sample(const AxisInput& input) {
-  ++cycles_since_last_;
+  cycles_since_last_ += cycles_in(input);
   if (!input.position_um) return {lose(input.late_sample, Cause::sample_missing), std::nullopt};
   if (!input.sensor_status_good) return {Cause::sensor_status, std::nullopt};
   const double position_um = *input.position_um;

@@ -66,6 +66,15 @@ TEST(Supervisor, AllowsAJumpForEachCycleThatWasLost) {
   EXPECT_FALSE(supervisor.judge(sample(9.1)).position_um);
 }
 
+TEST(Supervisor, AllowsAJumpForEachCycleThatTheSyncWasLate) {
+  Supervisor supervisor(config());
+  supervisor.judge(sample(5.0));
+  AxisInput late = sample(9.0);
+  late.dt_s = 4.2 * cycle_s;
+  EXPECT_TRUE(supervisor.judge(late).position_um);
+  EXPECT_FALSE(supervisor.judge(sample(13.0)).position_um);
+}
+
 TEST(Supervisor, TellsLateSamplesFromMissingOnesByWhichAreMore) {
   for (const bool mostly_late : {true, false}) {
     Supervisor supervisor(config());
