@@ -47,7 +47,7 @@ class RequestLink {
   /// False, and nothing asked: so many are unanswered already.
   bool ask(std::unique_ptr<Request> request) {
     if (pending_ == capacity || !asked_.push(request.get())) return false;
-    request.release();
+    static_cast<void>(request.release());  // the ring has it
     ++pending_;
     return true;
   }
