@@ -21,7 +21,7 @@ using nlohmann::json;
 
 constexpr auto poll_period = std::chrono::milliseconds(5);
 
-/// The control thread answers within some cycles; where it does not, something is wrong with it.
+/// Of `wait`, where it names no timeout either: twelve days.
 constexpr double longest_wait_s = 1e6;
 
 const std::map<std::string, Request::Kind>& acts() {
@@ -93,6 +93,20 @@ std::string joined(const std::vector<config::Change>& changes) {
   texts.reserve(changes.size());
   for (const config::Change& change : changes) texts.push_back(describe(change));
   return fmt::format("{}", fmt::join(texts, "; "));
+}
+
+/// Empty: go on waiting. The board lags behind the control thread, and may still tell of the way before.
+json outcome_of(const controller::CycleRecord& record, std::uint64_t since_cycle) {
+  if (record.cycle <= since_cycle) return {};
+  const controller::AxisReport& report = record.report;
+  if (report.state == AxisState::faulted) return refusal(fmt::format("faulted: {}", to_string(report.cause)));
+  if (report.state == AxisState::offline) return refusal("the axis was stopped");
+  if (report.state != AxisState::tracking) return {};
+  if (report.arrival == Arrival::in_position) return {{"ok", true}, {"position_um", report.position_um}};
+  if (report.arrival == Arrival::failed) return refusal("not in position within timeout_ms");
+  if (report.arrival == Arrival::not_judged)
+    return refusal("the axis has no [axis.control.in_position], expected one to wait for");
+  return {};
 }
 
 }  // namespace
@@ -279,20 +293,6 @@ void ControlDesk::collect_answers() {
     pending_.erase(found);
     done(*request);
   }
-}
-
-/// Empty: go on waiting. The board lags behind the control thread, and may still tell of the way before.
-json outcome_of(const controller::CycleRecord& record, std::uint64_t since_cycle) {
-  if (record.cycle <= since_cycle) return {};
-  const controller::AxisReport& report = record.report;
-  if (report.state == AxisState::faulted) return refusal(fmt::format("faulted: {}", to_string(report.cause)));
-  if (report.state == AxisState::offline) return refusal("the axis was stopped");
-  if (report.state != AxisState::tracking) return {};
-  if (report.arrival == Arrival::in_position) return {{"ok", true}, {"position_um", report.position_um}};
-  if (report.arrival == Arrival::failed) return refusal("not in position within timeout_ms");
-  if (report.arrival == Arrival::not_judged)
-    return refusal("the axis has no [axis.control.in_position], expected one to wait for");
-  return {};
 }
 
 void ControlDesk::look_at_waiters() {

@@ -9,25 +9,31 @@
 namespace hystcan::config {
 namespace {
 
+/// A memory file as it stands there. The controller's has what it learnt beside the memory.
+struct Contents {
+  MemoryFile memory;
+  std::optional<controller::Correction> correction{};
+  std::optional<StopFile> stop{};
+};
+
 template <class Model>
-MemoryFile read(const Document& document, const Model& model) {
-  MemoryFile raw;
-  Reader reader(document, document.root(), "");
-  reader.table("memory", raw, [](Reader& sub, MemoryFile& value) { visit(sub, value); });
-  std::optional<StopFile> stop;
-  std::optional<controller::Correction> correction;
+Contents read(const Document& document, const Model& model) {
+  Contents raw;
   const auto plain = [](Reader& sub, auto& value) { visit(sub, value); };
-  reader.optional_table("stop", stop, plain);
-  reader.optional_table("correction", correction, plain);
+  Reader reader(document, document.root(), "");
+  reader.table("memory", raw.memory, plain);
+  reader.optional_table("stop", raw.stop, plain);
+  reader.optional_table("correction", raw.correction, plain);
   reader.finish();
-  if (raw.kind != model.kind())
-    document.fail_at("memory.kind",
-                     fmt::format("kind is \"{}\", expected \"{}\" as of the model", raw.kind, model.kind()));
+  const MemoryFile& memory = raw.memory;
+  if (memory.kind != model.kind())
+    document.fail_at("memory.kind", fmt::format("kind is \"{}\", expected \"{}\" as of the model",
+                                                memory.kind, model.kind()));
   const std::string fingerprint = fmt::format("{:016x}", model.fingerprint());
-  if (!raw.model.empty() && raw.model != fingerprint)
-    document.fail_at(
-        "memory.model",
-        fmt::format("model is \"{}\", expected \"{}\": the memory of another model", raw.model, fingerprint));
+  if (!memory.model.empty() && memory.model != fingerprint)
+    document.fail_at("memory.model",
+                     fmt::format("model is \"{}\", expected \"{}\": the memory of another model",
+                                 memory.model, fingerprint));
   return raw;
 }
 
@@ -45,13 +51,9 @@ model::TurningPoints turning_points(const Document& document, const MemoryFile& 
           .merged = raw.merged};
 }
 
-}  // namespace
-
 template <class Law>
-model::HysteresisState load_memory(const std::filesystem::path& file, const model::MemoryModel<Law>& model,
-                                   std::size_t capacity) {
-  const Document document(file);
-  const MemoryFile raw = read(document, model);
+model::HysteresisState remembered(const Document& document, const MemoryFile& raw,
+                                  const model::MemoryModel<Law>& model, std::size_t capacity) {
   try {
     return model.remembering(turning_points(document, raw), capacity);
   } catch (const model::MemoryError& error) {
@@ -59,6 +61,15 @@ model::HysteresisState load_memory(const std::filesystem::path& file, const mode
     document.fail_at(present ? "memory.input" : fmt::format("memory.turning_inputs[{}]", error.index),
                      error.what());
   }
+}
+
+}  // namespace
+
+template <class Law>
+model::HysteresisState load_memory(const std::filesystem::path& file, const model::MemoryModel<Law>& model,
+                                   std::size_t capacity) {
+  const Document document(file);
+  return remembered(document, read(document, model).memory, model, capacity);
 }
 
 template model::HysteresisState load_memory(const std::filesystem::path&,
@@ -76,22 +87,15 @@ SavedState load_state(const std::filesystem::path& file, const model::Hysteresis
     if (!document.root().contains(table))
       document.fail_at(
           "", fmt::format("missing table [{}], expected a whole file that a controller has saved", table));
-  std::optional<controller::Correction> correction;
-  std::optional<StopFile> stop;
-  MemoryFile memory;
-  const auto plain = [](Reader& sub, auto& value) { visit(sub, value); };
-  Reader reader(document, document.root(), "");
-  reader.table("memory", memory, plain);
-  reader.optional_table("stop", stop, plain);
-  reader.optional_table("correction", correction, plain);
-  return {.memory = load_memory(file, model, model::Hysteresis::default_capacity),
-          .correction = correction.value_or(controller::Correction{})};
+  const Contents raw = read(document, model);
+  return {.memory = remembered(document, raw.memory, model, model::Hysteresis::default_capacity),
+          .correction = *raw.correction};
 }
 
 model::PlayState load_memory(const std::filesystem::path& file, const model::PrandtlIshlinskii& model,
                              std::size_t) {
   const Document document(file);
-  const MemoryFile raw = read(document, model);
+  const MemoryFile raw = read(document, model).memory;
   try {
     return model.restore(raw.input, raw.plays);
   } catch (const std::invalid_argument& error) {

@@ -303,10 +303,10 @@ void visit_control(V& v, AxisConfig& axis) {
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };
   v.optional_table("notch", c.law.notch, plain);
   v.optional_table("adaptation", c.law.adaptation, plain);
-  v.table("delays", c.delays, [](V& sub, auto& value) { visit(sub, value); });
-  v.optional_table("in_position", c.in_position, [](V& sub, auto& value) { visit(sub, value); });
+  v.table("delays", c.delays, plain);
+  v.optional_table("in_position", c.in_position, plain);
   v.optional_list("coupling", c.couplings, plain);
-  v.list("setpoint", c.setpoint, [](V& sub, auto& value) { visit(sub, value); });
+  v.list("setpoint", c.setpoint, plain);
 }
 
 /// [axis.twin]: what is physically there.

@@ -33,23 +33,25 @@ void Trajectory::begin_at(double t_s, const Motion& from) {
   if (segments_.empty())
     end_um_ = from.value_um;
   else
-    first_entry_ = way(from, controller::value_um(segments_.front().shape, 0.0), false);
+    first_entry_ = way(from, controller::value_um(segments_.front().shape, 0.0), usual_transition_s());
+}
+
+double Trajectory::usual_transition_s() const {
+  return segments_.empty() ? Segment{}.transition_s : segments_.front().transition_s;
 }
 
 /// The longer it takes from a motion, the further it swings.
-Transition Trajectory::way(const Motion& from, double to_um, bool in_haste) const {
-  constexpr double shortest_s = 1e-3;  // less is a step
-  const double usual_s = segments_.empty() ? Segment{}.transition_s : segments_.front().transition_s;
+Transition Trajectory::way(const Motion& from, double to_um, double least_from_rest_s) const {
   if (std::isinf(limits_.acceleration_um_per_s2))
-    return Transition::within(limits_, {.value_um = from.value_um}, to_um, usual_s);
-  const bool moves = from.velocity_um_per_s != 0.0;
-  return Transition::within(limits_, from, to_um, moves || in_haste ? shortest_s : usual_s);
+    return Transition::within(limits_, {.value_um = from.value_um}, to_um, usual_transition_s());
+  const bool rests = from.velocity_um_per_s == 0.0;
+  return Transition::within(limits_, from, to_um, rests ? least_from_rest_s : shortest_s);
 }
 
 void Trajectory::resume(double t_s) { begin_at(t_s, motion(t_s)); }
 
 void Trajectory::go_to(double t_s, double goal_um) {
-  to_goal_ = way(motion(t_s), goal_um, true);
+  to_goal_ = way(motion(t_s), goal_um, shortest_s);
   live_since_s_ = t_s;
   live_ = true;
 }

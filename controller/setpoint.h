@@ -68,7 +68,9 @@ class Trajectory {
   };
   Place find(double t_s) const;
   void begin_at(double t_s, const Motion& from);
-  Transition way(const Motion& from, double to_um, bool in_haste) const;
+  static constexpr double shortest_s = 1e-3;  ///< of a transition: less is a step
+  double usual_transition_s() const;
+  Transition way(const Motion& from, double to_um, double least_from_rest_s) const;
 
   std::vector<Segment> segments_;
   std::vector<Transition> entries_;  ///< into each segment; the first: from the end of the last

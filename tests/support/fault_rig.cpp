@@ -47,18 +47,6 @@ void put_value(can::Frame& frame, std::int32_t value) {
 
 std::int32_t micrometres(double um) { return static_cast<std::int32_t>(std::lround(1e6 * um)); }
 
-class LateTimer final : public can::Timer {
- public:
-  LateTimer(const Oversleeper& owner, std::unique_ptr<can::Timer> timer)
-      : owner_(owner), timer_(std::move(timer)) {}
-  void expire_at(can::Time deadline) override { timer_->expire_at(deadline + owner_.by); }
-  void cancel() override { timer_->cancel(); }
-
- private:
-  const Oversleeper& owner_;
-  std::unique_ptr<can::Timer> timer_;
-};
-
 WireMonitor::Config watch_over(const config::Config& config) {
   const config::AxisConfig& axis = config.axes[0];
   const twin::Amplifier::Config& amplifier = axis.twin.plant.amplifier;
@@ -122,10 +110,6 @@ void Relay::on_state(StateHandler handler) {
   inner_->on_state([this](can::BusState state) {
     if (!pretended_ && on_state_) on_state_(state);
   });
-}
-
-std::unique_ptr<can::Timer> Oversleeper::make_timer(std::function<void()> on_expiry) {
-  return std::make_unique<LateTimer>(*this, clock_.make_timer(std::move(on_expiry)));
 }
 
 config::Config one_axis() {

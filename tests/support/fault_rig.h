@@ -12,6 +12,7 @@
 
 #include "config/config.h"
 #include "rehearsal/rehearsal.h"
+#include "tests/support/oversleeper.h"
 #include "tests/support/wire_monitor.h"
 
 namespace hystcan::support {
@@ -74,18 +75,6 @@ class Relay final : public can::Bus {
   Hook on_receive_;
   StateHandler on_state_;
   std::optional<can::BusState> pretended_;
-};
-
-/// Alarms that are set while `by` is not zero go off so much too late.
-class Oversleeper final : public can::Scheduler {
- public:
-  explicit Oversleeper(can::Scheduler& clock) : clock_(clock) {}
-  can::Time now() const override { return clock_.now(); }
-  std::unique_ptr<can::Timer> make_timer(std::function<void()> on_expiry) override;
-  can::Duration by{};
-
- private:
-  can::Scheduler& clock_;
 };
 
 /// The shipped piezo axis x alone, with a slow sine, a quick start-up and every judgement switched on.
