@@ -16,15 +16,5 @@ TEST(Storm, OfTenMinutesIsToldLeavesNothingUnsafeOnTheWireAndNothingStuck) {
       << "64 pages, for what the heap may touch late";
 }
 
-TEST(Storm, IsTheSameFromTheSameSeed) {
-  const auto faults_of = [](std::uint64_t seed) {
-    const StormResult result = run_storm({.seed = seed, .virtual_s = 30.0});
-    return std::pair(result.by_cause, result.commands);
-  };
-  const auto first = faults_of(5);
-  EXPECT_EQ(first, faults_of(5));
-  EXPECT_NE(first, faults_of(6));
-}
-
 }  // namespace
 }  // namespace hystcan::support
