@@ -35,7 +35,7 @@ void show_limits(const std::string& of, const model::HysteresisParameters& p) {
 
 /// A model file by itself.
 int check_model(const std::filesystem::path& file) {
-  const config::AnyModel model = config::load_any_model(file);
+  const model::AnyModel model = config::load_any_model(file);
   std::visit(
       [&](const auto& m) {
         const auto reach = m.reachable(m.virgin(m.input_range().lo));
@@ -94,7 +94,8 @@ int check(const Options& options) {
       fmt::print("# axis {}: {} is longer than 8 bytes: sent as CAN FD, the interface must be one for FD\n",
                  axis.wire.name, name);
     show_limits("axis " + axis.wire.name, axis.control.law.model);
-    show_limits("axis " + axis.wire.name + ", twin", axis.twin.plant.hysteresis);
+    if (const auto* twin = std::get_if<model::HysteresisParameters>(&axis.twin.plant.hysteresis))
+      show_limits("axis " + axis.wire.name + ", twin", *twin);
   }
   show_bus(config);
   fmt::print("# {} messages in {}; node ids, identifiers, units and ranges agree\n",

@@ -35,7 +35,7 @@ struct Options {
   bool beyond_limit = false;
 };
 
-config::AnyModel load(const Options& options) {
+model::AnyModel load(const Options& options) {
   if (options.beyond_limit) return config::load_model_beyond_limit(options.model);
   return config::load_any_model(options.model);
 }

@@ -34,10 +34,11 @@ class AxisCheck {
     check_model("control.model", axis_.control.law.model);
     check_model("twin.model", axis_.twin.plant.hysteresis);
     check_drive_range("control", axis_.control.gate.drive_min, axis_.control.gate.drive_max,
-                      axis_.control.gate.safe_drive, axis_.control.law.model);
+                      axis_.control.gate.safe_drive, axis_.control.law.model.input_range());
     const twin::Amplifier::Config& amplifier = axis_.twin.plant.amplifier;
     check_drive_range("twin", amplifier.drive_min, amplifier.drive_max, amplifier.safe_drive,
-                      axis_.twin.plant.hysteresis);
+                      model::input_range(axis_.twin.plant.hysteresis));
+    check_slow_physics();
     check_setpoint();
     check_filters();
     check_setup("amplifier_setup", axis_.wire.amplifier_setup);
@@ -71,17 +72,16 @@ class AxisCheck {
            cycle_ms);
   }
 
-  void check_model(const char* key, const model::HysteresisParameters& model) const {
-    if (model.input_unit != unit_)
-      fail(key, "the model's input_unit is \"{}\", expected \"{}\" as drive_unit", model.input_unit, unit_);
-    if (model.output_unit != "um")
-      fail(key, "the model's output_unit is \"{}\", expected \"um\"", model.output_unit);
+  void check_model(const char* key, const model::AnyParameters& model) const {
+    if (input_unit(model) != unit_)
+      fail(key, "the model's input_unit is \"{}\", expected \"{}\" as drive_unit", input_unit(model), unit_);
+    if (output_unit(model) != "um")
+      fail(key, "the model's output_unit is \"{}\", expected \"um\"", output_unit(model));
   }
 
   void check_drive_range(const std::string& section, double min, double max, double safe,
-                         const model::HysteresisParameters& model) const {
+                         const model::Interval& thresholds) const {
     const auto key = [&](const char* what) { return fmt::format("{}.{}_{}", section, what, unit_); };
-    const model::Interval& thresholds = model.ascending.domain();
     if (!(min < max)) fail(key("drive_max"), "drive_max is {}, expected more than drive_min, {}", max, min);
     if (safe < min || safe > max)
       fail(key("safe_drive"), "safe_drive is {}, expected within {} and {}", safe, min, max);
@@ -93,6 +93,14 @@ class AxisCheck {
       fail(key("drive_max"),
            "drive_max is {}, expected at least {}: the model's upper threshold must be reached", max,
            thresholds.hi);
+  }
+
+  void check_slow_physics() const {
+    if (const auto& creep = axis_.twin.plant.creep; creep && creep->to_s <= creep->from_s)
+      fail("twin.creep.to_s", "to_s is {}, expected more than from_s, {}", creep->to_s, creep->from_s);
+    if (const auto& t = axis_.twin.plant.temperature; t && std::abs(t->swing_K * t->gain_per_K) >= 1.0)
+      fail("twin.temperature.gain_per_K", "gain_per_K is {}, expected less than 1 / swing_K, {:g}",
+           t->gain_per_K, 1.0 / t->swing_K);
   }
 
   void check_setpoint() const {

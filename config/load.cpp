@@ -31,21 +31,29 @@ void complete(const Document& document, AxisConfig& axis) {
     if (auto* table = std::get_if<controller::Table>(&segment.shape))
       table->curve = load_setpoint(document.resolve(table->file));
   axis.twin.wire = axis.wire;
-  axis.twin.plant.hysteresis = load_model(document.resolve(axis.twin_model));
+  axis.twin.plant.hysteresis = load_any_parameters(document.resolve(axis.twin_model));
 }
 
-/// The axes that the others' couplings name.
+/// The axes that the couplings of axis i name, at `key` ("axis[0].control.coupling").
+template <class Coupling>
+void resolve_couplings(const Document& document, const Config& config, std::size_t i, const std::string& key,
+                       std::vector<Coupling>& couplings) {
+  for (std::size_t j = 0; j < couplings.size(); ++j) {
+    const auto from = std::ranges::find(config.axes, couplings[j].from,
+                                        [](const AxisConfig& axis) { return axis.wire.name; });
+    if (from == config.axes.end() || from->wire.name == config.axes[i].wire.name)
+      document.fail_at(fmt::format("{}[{}].from", key, j),
+                       fmt::format("from is \"{}\", expected the name of another axis", couplings[j].from));
+    couplings[j].index = static_cast<std::size_t>(from - config.axes.begin());
+  }
+}
+
 void resolve_couplings(const Document& document, Config& config) {
   for (std::size_t i = 0; i < config.axes.size(); ++i) {
-    std::vector<controller::Coupling>& couplings = config.axes[i].control.couplings;
-    for (std::size_t j = 0; j < couplings.size(); ++j) {
-      const auto from = std::ranges::find(config.axes, couplings[j].from,
-                                          [](const AxisConfig& axis) { return axis.wire.name; });
-      if (from == config.axes.end() || from->wire.name == config.axes[i].wire.name)
-        document.fail_at(fmt::format("axis[{}].control.coupling[{}].from", i, j),
-                         fmt::format("from is \"{}\", expected the name of another axis", couplings[j].from));
-      couplings[j].index = static_cast<std::size_t>(from - config.axes.begin());
-    }
+    AxisConfig& axis = config.axes[i];
+    resolve_couplings(document, config, i, fmt::format("axis[{}].control.coupling", i),
+                      axis.control.couplings);
+    resolve_couplings(document, config, i, fmt::format("axis[{}].twin.coupling", i), axis.twin.couplings);
   }
 }
 

@@ -59,16 +59,17 @@ model::HysteresisParameters parameters(const Document& document, const ModelFile
           .symmetry = raw.symmetry == "even" ? model::Symmetry::even : model::Symmetry::none};
 }
 
-AnyModel any_model(const Document& document, const ModelFile& raw) {
+model::AnyParameters any_parameters(const Document& document, const ModelFile& raw) {
   const model::Interval range{raw.input_min, raw.input_max};
   if (raw.kind == "prandtl-ishlinskii")
-    return model::PrandtlIshlinskii(
-        {raw.input_unit, raw.output_unit, range, raw.offset, raw.gain, raw.thresholds, raw.weights});
+    return model::PrandtlIshlinskiiParameters{raw.input_unit, raw.output_unit, range,      raw.offset,
+                                              raw.gain,       raw.thresholds,  raw.weights};
   if (raw.kind == "preisach")
-    return model::Preisach({raw.input_unit, raw.output_unit, range, raw.offset, raw.gain, raw.weights});
+    return model::PreisachParameters{raw.input_unit, raw.output_unit, range,
+                                     raw.offset,     raw.gain,        raw.weights};
   const model::HysteresisParameters given = parameters(document, raw);
-  if (raw.kind == "linear-mapping") return model::LinearMapping(given);
-  return model::Hysteresis(raw.kind == "average" ? model::average(given) : given);
+  if (raw.kind == "linear-mapping") return model::LinearMappingParameters{given};
+  return raw.kind == "average" ? model::average(given) : given;
 }
 
 // Asked for first, because the keys depend on it.
@@ -84,10 +85,17 @@ model::HysteresisParameters recursive_memory(const Document& document) {
 
 bool is_model_file(const std::filesystem::path& file) { return Document(file).root().contains("hysteresis"); }
 
-AnyModel load_any_model(const std::filesystem::path& file) {
+model::AnyModel load_any_model(const std::filesystem::path& file) {
   const Document document(file);
   const ModelFile raw = read(document);
-  return made(document, "hysteresis", [&] { return any_model(document, raw); });
+  return made(document, "hysteresis", [&] { return model::model_of(any_parameters(document, raw)); });
+}
+
+model::AnyParameters load_any_parameters(const std::filesystem::path& file) {
+  const Document document(file);
+  model::AnyParameters given = any_parameters(document, read(document));
+  made(document, "hysteresis", [&] { return model::model_of(given); });
+  return given;
 }
 
 model::HysteresisParameters load_model(const std::filesystem::path& file) {

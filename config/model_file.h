@@ -2,25 +2,18 @@
 #pragma once
 
 #include <filesystem>
-#include <variant>
 
 #include "controller/adaptation.h"
-#include "model/hysteresis.h"
-#include "model/linear_mapping.h"
-#include "model/prandtl_ishlinskii.h"
-#include "model/preisach.h"
+#include "model/any_model.h"
 
 namespace hystcan::config {
-
-/// A model of any kind. The average model is a recursive-memory one whose curves coincide.
-using AnyModel =
-    std::variant<model::Hysteresis, model::LinearMapping, model::PrandtlIshlinskii, model::Preisach>;
 
 /// True where the file is TOML and has the table of a model. Throws Error where it is no TOML.
 bool is_model_file(const std::filesystem::path& file);
 
-/// Reads and checks a model. Throws Error.
-AnyModel load_any_model(const std::filesystem::path& file);
+/// Reads and checks a model of any kind. Throws Error.
+model::AnyModel load_any_model(const std::filesystem::path& file);
+model::AnyParameters load_any_parameters(const std::filesystem::path& file);
 
 /// The same where only the recursive-memory model will do.
 model::HysteresisParameters load_model(const std::filesystem::path& file);

@@ -309,6 +309,32 @@ void visit_control(V& v, AxisConfig& axis) {
   v.list("setpoint", c.setpoint, plain);
 }
 
+/// [axis.twin.second_mode], [axis.twin.creep], [axis.twin.temperature], [[axis.twin.coupling]].
+template <class V>
+void visit(V& v, twin::SecondMode& second) {
+  v.required("resonance_Hz", second.mode.natural_frequency_Hz, positive);
+  v.required("damping_ratio", second.mode.damping_ratio, not_negative);
+  v.required("share", second.share, {.lo = 0.0, .hi = 1.0});
+}
+template <class V>
+void visit(V& v, twin::LogarithmicCreep& creep) {
+  v.required("per_decade", creep.per_decade, {.lo = -0.1, .hi = 0.1});
+  v.required("from_s", creep.from_s, positive);
+  v.required("to_s", creep.to_s, positive);
+}
+template <class V>
+void visit(V& v, twin::Temperature& temperature) {
+  v.required("swing_K", temperature.swing_K, not_negative);
+  v.required("period_s", temperature.period_s, positive);
+  v.required("expansion_um_per_K", temperature.expansion_um_per_K);
+  v.required("gain_per_K", temperature.gain_per_K);
+}
+template <class V>
+void visit(V& v, twin::Coupling& coupling) {
+  v.required("from", coupling.from);
+  v.required("um_per_um", coupling.um_per_um, {.lo = -0.5, .hi = 0.5});
+}
+
 /// [axis.twin]: what is physically there.
 template <class V>
 void visit_twin(V& v, AxisConfig& axis) {
@@ -327,6 +353,11 @@ void visit_twin(V& v, AxisConfig& axis) {
   v.required("noise_um_rms", t.sensor.noise_um_rms, not_negative);
   v.required("resolution_um", t.sensor.resolution_um, not_negative);
   v.optional("substep_us", t.plant.substep, {.lo = 1.0, .hi = 1000.0});
+  const auto plain = [](V& sub, auto& value) { visit(sub, value); };
+  v.optional_table("second_mode", t.plant.second_mode, plain);
+  v.optional_table("creep", t.plant.creep, plain);
+  v.optional_table("temperature", t.plant.temperature, plain);
+  v.optional_list("coupling", t.couplings, plain);
 }
 
 /// [axis.frames.command], [axis.frames.status], [axis.frames.sample]: a lab's own frames (config/frames.h).

@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <numbers>
+
+#include "model/refusal.h"
 
 namespace hystcan::twin {
 namespace {
@@ -10,50 +14,198 @@ namespace {
 /// in each; what no longer fits is merged, which would be a jump that no actuator makes.
 constexpr std::size_t remembered_branches = 4096;
 
-}  // namespace
-
-Plant::Step::Step(const Config& config, can::Duration length)
-    : amplifier(config.amplifier, can::seconds(length)), mode(config.mode, can::seconds(length)) {}
-
-Plant::Plant(const Config& config, can::Time start)
-    : config_(config),
-      hysteresis_(config.hysteresis),
-      substep_(config, config.substep),
-      now_(start),
-      amplifier_{config.amplifier.safe_drive, config.amplifier.safe_drive},
-      memory_(hysteresis_.virgin(config.amplifier.safe_drive, remembered_branches)),
-      mode_{memory_.output, 0.0} {}
-
-void Plant::advance_to(can::Time time) {
-  for (; time - now_ >= config_.substep; now_ += config_.substep) {
-    const double drive = amplifier_.output;
-    take(substep_);
-    if (amplifier_.output == drive && has_settled())
-      now_ += (time - now_) / config_.substep * config_.substep - config_.substep;
-  }
-  if (time <= now_) return;
-  take(Step(config_, time - now_));
-  now_ = time;
+/// Spreads neighbouring lengths over a table (Knuth's multiplicative hashing).
+std::size_t slot_of(can::Duration length, std::size_t slots) {
+  return static_cast<std::size_t>((static_cast<std::uint64_t>(length.count()) * 0x9E3779B97F4A7C15U) >> 32U) %
+         slots;
 }
 
-void Plant::set_target(double drive) {
-  amplifier_.target = std::clamp(drive, config_.amplifier.drive_min, config_.amplifier.drive_max);
+void check(const Plant::Config& config) {
+  if (config.substep <= can::Duration::zero())
+    model::refuse("substep = ", config.substep.count(), " ns, expected a positive time");
+  if (config.second_mode && !(config.second_mode->share >= 0.0 && config.second_mode->share <= 1.0))
+    model::refuse("second_mode share = ", config.second_mode->share, ", expected 0 to 1");
+  if (!config.temperature) return;
+  const Temperature& t = *config.temperature;
+  if (!std::isfinite(t.period_s) || t.period_s <= 0.0)
+    model::refuse("temperature period_s = ", t.period_s, ", expected a positive number");
+  for (const double number : {t.swing_K, t.expansion_um_per_K, t.gain_per_K})
+    if (!std::isfinite(number)) model::refuse("temperature: ", number, ", expected a finite number");
+}
+
+Plant::Config checked(const Plant::Config& config) {
+  check(config);
+  return config;
+}
+
+model::Creep::Config operators_of(const std::optional<LogarithmicCreep>& creep) {
+  return creep ? model::logarithmic_creep(creep->per_decade, creep->from_s, creep->to_s)
+               : model::Creep::Config{};
+}
+
+model::SecondOrder::Config faster(model::SecondOrder::Config mode, double factor) {
+  mode.natural_frequency_Hz *= factor;
+  return mode;
 }
 
 // From here on only rounding would move it: it is put at rest.
-bool Plant::has_settled() {
+bool settle(model::SecondOrder::State& state, const model::SecondOrder::Config& mode, double input_um) {
   constexpr double nothing_um = 1e-12;
-  const double speed_um = mode_.velocity / config_.mode.natural_frequency_Hz;
-  if (std::abs(mode_.position - memory_.output) > nothing_um || std::abs(speed_um) > nothing_um) return false;
-  mode_ = {memory_.output, 0.0};
+  const double swing_um = state.velocity / mode.natural_frequency_Hz;
+  if (std::abs(state.position - input_um) > nothing_um || std::abs(swing_um) > nothing_um) return false;
+  state = {input_um, 0.0};
   return true;
 }
 
-void Plant::take(const Step& step) {
-  const double before = memory_.output;
-  amplifier_ = step.amplifier(amplifier_);
-  hysteresis_.advance(memory_, amplifier_.output);
-  mode_ = step.mode(mode_, before, memory_.output);
+}  // namespace
+
+Plant::Step::Step(const Config& config, const model::Creep::Config& creep_operators,
+                  can::Duration step_length)
+    : length(step_length),
+      amplifier(config.amplifier, can::seconds(step_length)),
+      mode(config.mode, can::seconds(step_length)),
+      creep(creep_operators, can::seconds(step_length)) {
+  if (config.second_mode) second_mode.emplace(config.second_mode->mode, can::seconds(step_length));
+}
+
+Plant::Plant(const Config& config, can::Time start)
+    : config_(checked(config)),
+      creep_(operators_of(config.creep)),
+      material_(config.hysteresis, config.amplifier.safe_drive, remembered_branches),
+      start_um_(material_.look_at(config.amplifier.safe_drive)),
+      start_(start),
+      substep_(config, creep_, config.substep),
+      settled_{.time = start,
+               .amplifier = {config.amplifier.safe_drive, config.amplifier.safe_drive},
+               .hysteresis_um = start_um_,
+               .creep_um = 0.0,
+               .input_um = start_um_,
+               .mode = {start_um_, 0.0},
+               .second_mode = {start_um_, 0.0},
+               .creep = model::Creep::settled(creep_, 0.0)},
+      present_(settled_),
+      next_grid_(start + config.substep) {}
+
+void Plant::advance_to(can::Time time) {
+  if (time <= present_.time) return;
+  while (next_grid_ <= time) {
+    const double output_before = settled_.amplifier.output;
+    const can::Duration length = next_grid_ - settled_.time;
+    move(settled_, step_of(length), [this](double drive) { return material_.go_to(drive); });
+    if (length == config_.substep && settled_.amplifier.output == output_before && has_settled())
+      settled_.time += (time - settled_.time) / config_.substep * config_.substep;
+    begin_substep();
+  }
+  present_ = settled_;
+  if (time > settled_.time)
+    move(present_, step_of(time - settled_.time), [this](double drive) { return material_.look_at(drive); });
+}
+
+void Plant::set_target(double drive) {
+  const double target = std::clamp(drive, config_.amplifier.drive_min, config_.amplifier.drive_max);
+  if (target == present_.amplifier.target) return;
+  split();
+  settled_.amplifier.target = present_.amplifier.target = target;
+}
+
+void Plant::disturb(const Disturbance& disturbance) {
+  if (!std::isfinite(disturbance.load_um))
+    model::refuse("load_um = ", disturbance.load_um, ", expected a finite number");
+  if (!std::isfinite(disturbance.gain))
+    model::refuse("gain = ", disturbance.gain, ", expected a finite number");
+  if (!std::isfinite(disturbance.resonance) || disturbance.resonance <= 0.0)
+    model::refuse("resonance = ", disturbance.resonance, ", expected a positive number");
+  split();
+  const double faster_by = disturbance.resonance / disturbance_.resonance;
+  disturbance_ = disturbance;
+  if (faster_by != 1.0) {
+    config_.mode = faster(config_.mode, faster_by);
+    if (config_.second_mode) config_.second_mode->mode = faster(config_.second_mode->mode, faster_by);
+    substep_ = Step(config_, creep_, config_.substep);
+    parts_.fill(std::nullopt);
+  }
+  settled_.input_um = present_.input_um = input_um(settled_);
+}
+
+double Plant::crosstalk_um() const {
+  double sum_um = 0.0;
+  for (const Coupled& coupled : couplings_) {
+    coupled.from->advance_to(present_.time);
+    sum_um +=
+        coupled.um_per_um * (coupled.from->own_position_um(coupled.from->present_) - coupled.from->start_um_);
+  }
+  return sum_um;
+}
+
+// `hysteresis` gives x_h at a drive.
+template <class Hysteresis>
+void Plant::move(Motion& motion, const Step& step, Hysteresis hysteresis) {
+  motion.time += step.length;
+  motion.amplifier = step.amplifier(motion.amplifier);
+  const double hysteresis_before = motion.hysteresis_um;
+  motion.hysteresis_um = hysteresis(motion.amplifier.output + noise_);
+  if (config_.creep)
+    motion.creep_um = step.creep(motion.creep, 0.5 * (hysteresis_before + motion.hysteresis_um) - start_um_);
+  const double input_before = motion.input_um;
+  motion.input_um = input_um(motion);
+  motion.mode = step.mode(motion.mode, input_before, motion.input_um);
+  if (step.second_mode)
+    motion.second_mode = (*step.second_mode)(motion.second_mode, input_before, motion.input_um);
+}
+
+// The motion goes on from the time looked at, in a sub-step of two parts.
+void Plant::split() {
+  if (present_.time == settled_.time) return;
+  material_.go_to(drive());
+  settled_ = present_;
+}
+
+// Its noise moves the drive at once.
+void Plant::begin_substep() {
+  next_grid_ = settled_.time + config_.substep;
+  if (drive_noise_) {
+    noise_ = drive_noise_(settled_.time);
+    settled_.hysteresis_um = material_.go_to(settled_.amplifier.output + noise_);
+    settled_.input_um = input_um(settled_);
+  }
+  if (on_grid_) on_grid_(settled_.time, own_position_um(settled_));
+}
+
+bool Plant::has_settled() {
+  if (drive_noise_ || config_.temperature) return false;
+  const double crept_um = settled_.hysteresis_um - start_um_;
+  if (!std::ranges::all_of(settled_.creep.values, [&](double value) { return value == crept_um; }))
+    return false;
+  return settle(settled_.mode, config_.mode, settled_.input_um) &&
+         (!config_.second_mode || settle(settled_.second_mode, config_.second_mode->mode, settled_.input_um));
+}
+
+const Plant::Step& Plant::step_of(can::Duration length) {
+  if (length == config_.substep) return substep_;
+  std::optional<Step>& part = parts_[slot_of(length, parts_.size())];
+  if (!part || part->length != length) part.emplace(config_, creep_, length);
+  return *part;
+}
+
+// Written so that nothing is lost in rounding where neither gain nor temperature change the travel.
+double Plant::input_um(const Motion& motion) const {
+  double gain = disturbance_.gain;
+  double offset_um = disturbance_.load_um;
+  if (config_.temperature) {
+    const Temperature& t = *config_.temperature;
+    const double periods = can::seconds(motion.time - start_) / t.period_s;
+    const double kelvin = t.swing_K * std::sin(2.0 * std::numbers::pi * periods);
+    gain *= 1.0 + t.gain_per_K * kelvin;
+    offset_um += t.expansion_um_per_K * kelvin;
+  }
+  const double stroke_um = motion.hysteresis_um + motion.creep_um;
+  return stroke_um + (gain - 1.0) * (stroke_um - start_um_) + offset_um;
+}
+
+double Plant::own_position_um(const Motion& motion) const {
+  if (!config_.second_mode) return motion.mode.position;
+  const double share = config_.second_mode->share;
+  return (1.0 - share) * motion.mode.position + share * motion.second_mode.position;
 }
 
 }  // namespace hystcan::twin

@@ -1,58 +1,162 @@
-// What is physical about one axis: amplifier, hysteretic actuator, one mechanical mode.
+// What is physical about one axis: amplifier, hysteretic actuator, one or two mechanical modes.
 //
-//   command -> amplifier v(t) -> hysteresis x_h = H[v](t) -> x'' + 2 zeta omega x' + omega^2 x = omega^2
-//   x_h(t)
+//   v(t)  drive, by the amplifier (twin/amplifier.h), plus its noise, held over a sub-step
+//   x_h = H[v](t)                                              hysteresis of any kind (twin/material.h)
+//   C'    Kuhnen's operators of a creep that is logarithmic in time (model/creep.h), of x_h - x_0
+//   T   = swing sin(2 pi t / period)                           ambient temperature, from the start on
+//   u   = x_0 + g (1 + gain_per_K T) (x_h - x_0 + C) + expansion T + load
+//   x_i'' + 2 zeta_i omega_i x_i' + omega_i^2 x_i = omega_i^2 u(t),     position = (1 - share) x_1 + share
+//   x_2
 //
-// Amplifier and mode are integrated exactly; x_h is taken as linear in time within a sub-step. Sub-steps
-// count from where the plant was last looked at or commanded, so that no turning point is ever stepped over.
-// What has come to rest is not stepped on.
+// x_0 is x_h at the start; g, load and a factor on the omega_i are the Disturbance.  At the start all is at
+// rest, the creep has settled, and T = 0.
+//
+// Sub-steps lie on a fixed grid, whole multiples of `substep` from the start; a change of the target, or a
+// disturbance, splits the sub-step in which it falls.  Amplifier and modes are exact for any length, u is
+// taken as linear in time between those points, and the creep's input as held, at the mean of both ends.  v
+// is monotone there, so that no turning point is ever stepped over.
+//
+// Looking changes nothing, to the bit: what lies between the last such point and the time looked at is
+// computed on a copy.  What has come to rest is not stepped on; with a temperature or drive noise nothing
+// ever rests.
 #pragma once
 
+#include <array>
+#include <functional>
+#include <optional>
+#include <vector>
+
 #include "can/scheduler.h"
-#include "model/hysteresis.h"
+#include "model/creep.h"
 #include "model/second_order.h"
 #include "twin/amplifier.h"
+#include "twin/material.h"
 
 namespace hystcan::twin {
+
+struct SecondMode {
+  model::SecondOrder::Config mode;
+  double share = 0.0;  ///< of the position, 0 to 1
+};
+
+/// As model::logarithmic_creep.
+struct LogarithmicCreep {
+  double per_decade = 0.0;  ///< gamma, share of the response without creep
+  double from_s = 0.1;
+  double to_s = 1000.0;
+};
+
+struct Temperature {
+  double swing_K = 0.0;   ///< amplitude of the ambient sine
+  double period_s = 1.0;  ///< > 0
+  double expansion_um_per_K = 0.0;
+  double gain_per_K = 0.0;  ///< relative, of the travel
+};
+
+/// What happens to a stage in operation.
+struct Disturbance {
+  double load_um = 0.0;    ///< displacement of a static load
+  double gain = 1.0;       ///< factor on the travel from where the stage started
+  double resonance = 1.0;  ///< factor on the natural frequencies, > 0
+};
 
 class Plant {
  public:
   struct Config {
-    model::HysteresisParameters hysteresis;
+    model::AnyParameters hysteresis;
     model::SecondOrder::Config mode;
     Amplifier::Config amplifier;
     can::Duration substep{50'000};
+    std::optional<SecondMode> second_mode{};
+    std::optional<LogarithmicCreep> creep{};
+    std::optional<Temperature> temperature{};
   };
 
   /// At rest at `start`, the amplifier at its safe value, the actuator on its virgin curve.
-  /// Throws std::invalid_argument where the hysteresis is not a valid one.
+  /// Throws std::invalid_argument where the hysteresis is not a valid one, or a parameter out of range.
   Plant(const Config& config, can::Time start);
 
-  /// Moves on to `time`; an earlier time changes nothing.
+  Plant(const Plant&) = delete;  // others may be coupled to it
+  Plant& operator=(const Plant&) = delete;
+
+  /// Looks at `time`, which is the present from then on; an earlier time changes nothing.
   void advance_to(can::Time time);
   /// Sets the amplifier's target from the present time on, limited to its range.
   void set_target(double drive);
+  /// From the present time on. Throws std::invalid_argument where a number is not finite, or resonance <= 0.
+  void disturb(const Disturbance& disturbance);
+  /// Where `from` moves away from its start, this position does too, by `um_per_um` of it: a kinematic error,
+  /// not felt by the modes. `from` is looked at whenever the position is read, so that both must live.
+  void couple(Plant& from, double um_per_um) { couplings_.push_back({&from, um_per_um}); }
 
-  double drive() const { return amplifier_.output; }
-  double position_um() const { return mode_.position; }
+  /// Called at the end of every sub-step of the fixed grid, position linear in between; without what
+  /// couplings add. A rest counts as one sub-step, a whole number of times as long: the handler is called at
+  /// its end.
+  using GridHandler = std::function<void(can::Time, double position_um)>;
+  void on_grid(GridHandler handler) { on_grid_ = std::move(handler); }
+  /// Drive units added to the amplifier's output, asked for once for each sub-step and held over it: with the
+  /// time at which it begins, from the next one on.
+  using DriveNoise = std::function<double(can::Time)>;
+  void set_drive_noise(DriveNoise noise) { drive_noise_ = std::move(noise); }
+
+  /// What the actuator gets: the amplifier's output and its noise.
+  double drive() const { return present_.amplifier.output + noise_; }
+  double position_um() const { return own_position_um(present_) + crosstalk_um(); }
+  /// What couplings add to the position.
+  double crosstalk_um() const;
+  /// x_h.
+  double hysteresis_um() const { return present_.hysteresis_um; }
 
  private:
-  /// Amplifier and mode over a step of one length.
+  /// All that moves, but for what the hysteresis remembers.
+  struct Motion {
+    can::Time time;
+    Amplifier::State amplifier;
+    double hysteresis_um = 0.0;  ///< x_h
+    double creep_um = 0.0;       ///< C
+    double input_um = 0.0;       ///< u
+    model::SecondOrder::State mode, second_mode;
+    model::Creep::State creep;
+  };
+  /// Over one length of time.
   struct Step {
-    Step(const Config& config, can::Duration length);
+    Step(const Config& config, const model::Creep::Config& creep_operators, can::Duration step_length);
+    can::Duration length;
     Amplifier::Step amplifier;
     model::SecondOrder::Step mode;
+    std::optional<model::SecondOrder::Step> second_mode;
+    model::Creep::Step creep;
   };
-  void take(const Step& step);
-  bool has_settled();
+  struct Coupled {
+    Plant* from;
+    double um_per_um;
+  };
 
-  Config config_;
-  model::Hysteresis hysteresis_;
+  template <class Hysteresis>
+  void move(Motion& motion, const Step& step, Hysteresis hysteresis);
+  void split();
+  void begin_substep();
+  bool has_settled();
+  const Step& step_of(can::Duration length);
+  double input_um(const Motion& motion) const;
+  double own_position_um(const Motion& motion) const;
+
+  Config config_;  ///< natural frequencies as disturbed
+  model::Creep::Config creep_;
+  Disturbance disturbance_;
+  Material material_;  ///< as of settled_
+  double start_um_;    ///< x_0
+  can::Time start_;
   Step substep_;
-  can::Time now_;
-  Amplifier::State amplifier_;
-  model::HysteresisState memory_;
-  model::SecondOrder::State mode_;
+  std::array<std::optional<Step>, 128>
+      parts_;       ///< of a sub-step: commands come at the same ones again and again
+  Motion settled_;  ///< at the last grid point, change of target, or disturbance
+  Motion present_;  ///< at the time looked at
+  can::Time next_grid_;
+  double noise_ = 0.0;
+  GridHandler on_grid_;
+  DriveNoise drive_noise_;
+  std::vector<Coupled> couplings_;
 };
 
 }  // namespace hystcan::twin

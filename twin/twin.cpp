@@ -41,6 +41,9 @@ Twin::Twin(const Config& config, const can::Database& database, can::Scheduler& 
       listened_(scheduler.make_timer([this] { start_nodes(); })) {
   for (const AxisConfig& axis : config.axes)
     axes_.push_back(std::make_unique<Axis>(axis, config, database, scheduler, attach));
+  for (std::size_t i = 0; i < axes_.size(); ++i)
+    for (const Coupling& coupling : config.axes[i].couplings)
+      axes_[i]->plant.couple(axes_.at(coupling.index)->plant, coupling.um_per_um);
 }
 
 void Twin::start() { listened_->expire_at(scheduler_.now() + heartbeat_period_); }

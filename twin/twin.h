@@ -17,12 +17,20 @@
 
 namespace hystcan::twin {
 
+/// Where another axis moves away from its start, this one's position changes too, by `um_per_um` of it.
+struct Coupling {
+  std::string from;  ///< name of the other axis
+  double um_per_um = 0.0;
+  std::size_t index = 0;  ///< of that axis
+};
+
 struct AxisConfig {
   can::AxisWire wire;
   Plant::Config plant;
   Sensor::Config sensor;
   can::Duration command_timeout{};
   unsigned status_every = 10;
+  std::vector<Coupling> couplings{};
 };
 
 struct Config {

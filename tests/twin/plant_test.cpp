@@ -2,23 +2,14 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <random>
-
-#include "tests/support/piezo.h"
+#include "tests/twin/stage.h"
 
 namespace hystcan::twin {
 namespace {
 
-using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
-Plant::Config config() {
-  return {.hysteresis = support::piezo_model(),
-          .mode = {.natural_frequency_Hz = 500.0, .damping_ratio = 0.05},
-          .amplifier = {
-              .drive_min = -20, .drive_max = 120, .slew_per_s = 93e3, .bandwidth_Hz = 1500, .safe_drive = 0}};
-}
+Plant::Config config() { return piezo_stage(); }
 
 TEST(Plant, RestsWhereItStarts) {
   Plant plant(config(), can::Time{});
@@ -65,27 +56,6 @@ TEST(Plant, LimitsItsTargetToTheAmplifiersRange) {
   plant.set_target(1e6);
   plant.advance_to(can::Time{} + std::chrono::seconds(1));
   EXPECT_NEAR(plant.drive(), 120.0, 1e-9);
-}
-
-// Sub-steps count from the last look, so looking shifts them: what that may change is the hysteresis's
-// curvature within a sub-step, two nanometres here where the target jumps by up to 12 V.
-TEST(Plant, MovesTheSameHoweverOftenItIsLookedAt) {
-  std::mt19937 random(1);
-  std::uniform_int_distribution<int> pause(1, 300);
-  Plant watched(config(), can::Time{});
-  Plant left_alone(config(), can::Time{});
-  can::Time now{};
-  for (int cycle = 0; cycle < 200; ++cycle) {
-    const double target = 50.0 + 40.0 * std::sin(0.3 * cycle);
-    watched.set_target(target);
-    left_alone.set_target(target);
-    const can::Time end = now + milliseconds(1);
-    while ((now += microseconds(pause(random))) < end) watched.advance_to(now);
-    now = end;
-    watched.advance_to(end);
-    left_alone.advance_to(end);
-    ASSERT_NEAR(watched.position_um(), left_alone.position_um(), 2e-3) << "cycle " << cycle;
-  }
 }
 
 TEST(Plant, IgnoresATimeThatHasPassed) {

@@ -1,0 +1,90 @@
+// What moves slowly, or on account of a neighbour: creep, temperature, cross-coupling.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/twin/stage.h"
+
+namespace hystcan::twin {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+constexpr LogarithmicCreep slow{.per_decade = 0.015, .from_s = 0.1, .to_s = 100.0};
+
+Plant::Config creeping_stage() {
+  Plant::Config config = linear_stage();
+  config.creep = slow;
+  return config;
+}
+
+TEST(Creep, DoesNotBeginBeforeAnythingMoves) {
+  Plant plant(creeping_stage(), can::Time{});
+  plant.advance_to(can::Time{} + std::chrono::hours(72));
+  EXPECT_NEAR(plant.position_um(), 0.0, 1e-14);
+}
+
+// A step of 15 um held: x(t) = 15 um (1 + sum w_i (1 - e^{-a_i t})). What the amplifier's lag takes off is
+// 0.13 ms of the slope at the start, dC/dt(0) = 15 um * 0.3 / s: under 1 nm.
+TEST(Creep, FollowsItsOperatorsAfterAStep) {
+  const model::Creep::Config operators = model::logarithmic_creep(slow.per_decade, slow.from_s, slow.to_s);
+  Plant plant(creeping_stage(), can::Time{});
+  plant.set_target(50.0);
+  for (const double time_s : {0.3, 1.0, 3.0, 10.0, 30.0}) {
+    plant.advance_to(at_s(time_s));
+    double crept = 0.0;
+    for (const auto& one : operators.operators) crept += one.weight * -std::expm1(-one.rate_per_s * time_s);
+    EXPECT_NEAR(plant.position_um(), 15.0 * (1.0 + crept), 1e-3) << time_s << " s";
+  }
+}
+
+TEST(Creep, IsAsMuchInEveryDecade) {
+  Plant plant(creeping_stage(), can::Time{});
+  plant.set_target(50.0);
+  double before_um = 0.0;
+  for (const double time_s : {0.1, 1.0, 10.0, 100.0}) {
+    plant.advance_to(at_s(time_s));
+    if (time_s > 0.1) {
+      EXPECT_NEAR(plant.position_um() - before_um, 15.0 * slow.per_decade, 0.01 * 15.0 * slow.per_decade);
+    }
+    before_um = plant.position_um();
+  }
+}
+
+TEST(Temperature, MovesTheStageAndItsStrokeWithTheAmbientSine) {
+  Plant::Config config = linear_stage();
+  config.temperature =
+      Temperature{.swing_K = 2.0, .period_s = 40.0, .expansion_um_per_K = 0.15, .gain_per_K = -1e-3};
+  Plant plant(config, can::Time{});
+  const auto settled_at = [&](double time_s) {
+    plant.advance_to(at_s(time_s));
+    return plant.position_um();
+  };
+  // The mode lags by 2 zeta / omega = 32 us: 1.5 pm of 0.047 um/s.
+  EXPECT_NEAR(settled_at(10.0), 0.3, 1e-9) << "a quarter: 2 K warmer, no travel yet";
+  plant.set_target(50.0);
+  EXPECT_NEAR(settled_at(20.0), 15.0, 1e-5) << "half: as at the start, but cooling at 0.3 K/s";
+  EXPECT_NEAR(settled_at(30.0), 15.0 * (1.0 + 2e-3) - 0.3, 1e-9) << "three quarters: 2 K colder";
+}
+
+TEST(Coupling, ShowsHowFarTheOtherAxisHasGoneFromItsStart) {
+  Plant x(piezo_stage(), can::Time{}), y(piezo_stage(), can::Time{});
+  x.couple(y, 0.02);
+  y.couple(x, -0.05);  // both ways: each shows the other's own position, not the error in it
+  x.set_target(60.0);
+  x.advance_to(can::Time{} + milliseconds(500));
+  y.advance_to(can::Time{} + milliseconds(500));
+  const double x_um = x.position_um();
+  EXPECT_NEAR(x_um, support::piezo_model().ascending.value(60.0), 1e-9);
+  EXPECT_NEAR(y.position_um(), -0.05 * x_um, 1e-12);
+  y.set_target(20.0);
+  x.advance_to(can::Time{} + milliseconds(1000));
+  const double y_um = support::piezo_model().ascending.value(20.0);
+  EXPECT_NEAR(x.position_um(), x_um + 0.02 * y_um, 1e-9) << "y is looked at where x is read";
+  EXPECT_NEAR(x.crosstalk_um(), 0.02 * y_um, 1e-9);
+}
+
+}  // namespace
+}  // namespace hystcan::twin
