@@ -36,8 +36,9 @@ void Plant::advance_to(can::Time time) {
   now_ = time;
 }
 
-void Plant::set_target(double drive) {
-  amplifier_.target = std::clamp(drive, config_.amplifier.drive_min, config_.amplifier.drive_max);
+void Plant::set_target(double drive, Amplifier::Course course) {
+  amplifier_.target = Amplifier::target_of(config_.amplifier, drive);
+  amplifier_.course = course;
 }
 
 // From here on only rounding would move it: it is put at rest.

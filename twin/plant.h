@@ -30,8 +30,8 @@ class Plant {
 
   /// Moves on to `time`; an earlier time changes nothing.
   void advance_to(can::Time time);
-  /// Sets the amplifier's target from the present time on, limited to its range.
-  void set_target(double drive);
+  /// Sets the amplifier's target from the present time on, limited to its range, and how it gets there.
+  void set_target(double drive, Amplifier::Course course = Amplifier::Course::drive);
 
   double drive() const { return amplifier_.output; }
   double position_um() const { return mode_.position; }
