@@ -13,7 +13,9 @@ AmplifierNode::Config amplifier_config(const AxisConfig& axis, const Config& com
           .safe_drive = amplifier.safe_drive,
           .command_timeout = axis.command_timeout,
           .heartbeat_period = common.heartbeat_period,
-          .status_every = axis.status_every};
+          .status_every = axis.status_every,
+          .watchdog_action = axis.watchdog_action,
+          .apply = axis.apply};
 }
 
 std::unique_ptr<can::Bus> attach_sensor(const can::AxisWire& wire, const can::Attach& attach) {

@@ -12,6 +12,7 @@
 #include "can/bus.h"
 #include "can/dbc.h"
 #include "twin/amplifier_node.h"
+#include "twin/drive_noise.h"
 #include "twin/plant.h"
 #include "twin/sensor_node.h"
 
@@ -23,6 +24,9 @@ struct AxisConfig {
   Sensor::Config sensor;
   can::Duration command_timeout{};
   unsigned status_every = 10;
+  WatchdogAction watchdog_action = WatchdogAction::safe;
+  Apply apply = Apply::sync;
+  DriveNoise::Config drive_noise{};
 };
 
 struct Config {
