@@ -64,18 +64,18 @@ TEST(Watchdog, HoldsTheLastSetpoint) {
   EXPECT_NEAR(Tripped(WatchdogAction::hold).output_after(milliseconds(500)), 60.0, 1e-6);
 }
 
-// The status that tells of the trip takes a frame's time, 0.13 ms and 26 mV of the ramp.
+// Emergency and status take 0.24 ms on the wire, 48 mV of the ramp, until the trip is heard of.
 TEST(Watchdog, RampsToTheSafeDrive) {
   Tripped drive(WatchdogAction::ramp);
-  EXPECT_NEAR(drive.output_after(milliseconds(100)), 60.0 - 200.0 * 0.1, 0.03);
-  EXPECT_NEAR(drive.output_after(milliseconds(200)), 60.0 - 200.0 * 0.2, 0.03);
+  EXPECT_NEAR(drive.output_after(milliseconds(100)), 60.0 - 200.0 * 0.1, 0.06);
+  EXPECT_NEAR(drive.output_after(milliseconds(200)), 60.0 - 200.0 * 0.2, 0.06);
   EXPECT_NEAR(drive.output_after(milliseconds(300)), 10.0, 1e-3);
 }
 
-// The same frame's time is a thousandth of the time constant.
+// 0.24 ms are 0.16 % of the time constant.
 TEST(Watchdog, SwitchesOffAndLeavesTheOutputToItsLoad) {
   Tripped drive(WatchdogAction::off);
-  EXPECT_NEAR(drive.output_after(milliseconds(150)), 60.0 * std::exp(-1.0), 0.03);
+  EXPECT_NEAR(drive.output_after(milliseconds(150)), 60.0 * std::exp(-1.0), 0.06);
   EXPECT_NEAR(drive.output_after(milliseconds(3000)), 0.0, 1e-6) << "zero, not the safe drive";
 }
 
