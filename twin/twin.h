@@ -27,6 +27,7 @@ struct AxisConfig {
   WatchdogAction watchdog_action = WatchdogAction::safe;
   Apply apply = Apply::sync;
   DriveNoise::Config drive_noise{};
+  SampleClock sample_clock{};
 };
 
 struct Config {
@@ -54,11 +55,14 @@ class Twin {
   struct Axis {
     Axis(const AxisConfig& config, const Config& common, const can::Database& database,
          can::Scheduler& scheduler, const can::Attach& attach);
+    Axis(const Axis&) = delete;
+    Axis& operator=(const Axis&) = delete;
     std::string name;
     can::AxisWire wire;
     Plant plant;
     AmplifierNode amplifier;
     SensorNode sensor;
+    DriveNoise drive_noise;
   };
   const std::vector<std::unique_ptr<Axis>>& axes() const { return axes_; }
   /// Of every node its own.
