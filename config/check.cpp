@@ -10,6 +10,7 @@
 
 #include "config/bus_plan.h"
 #include "config/check_frames.h"
+#include "config/check_instruments.h"
 #include "controller/extent.h"
 
 namespace hystcan::config {
@@ -108,15 +109,21 @@ class AxisCheck {
     if (!(control.supervision.position_min_um < control.supervision.position_max_um))
       fail("control.position_max_um", "position_max_um is {}, expected more than position_min_um, {}",
            control.supervision.position_max_um, control.supervision.position_min_um);
-    const std::int64_t cycle_us = std::llround(1e6 / config_.controller.rate_Hz);
-    const auto off = control.delays.command_delay - std::chrono::microseconds(cycle_us);
-    if (std::chrono::abs(off) > std::chrono::nanoseconds(500))
-      fail("control.delays.command_delay_us",
-           "command_delay_us is {}, expected {}, one cycle: a setpoint takes effect at the next SYNC",
-           static_cast<double>(control.delays.command_delay.count()) * 1e-3, cycle_us);
+    check_command_delay();
     for (std::size_t i = 0; i < control.setpoint.size(); ++i)
       check_segment(fmt::format("control.setpoint[{}]", i), control.setpoint[i].shape);
     check_in_position();
+  }
+
+  /// Where setpoints are applied on receipt the bus decides: check_receipt_delays.
+  void check_command_delay() const {
+    if (axis_.twin.apply != twin::Apply::sync) return;
+    const can::Duration delay = axis_.control.delays.command_delay;
+    const std::int64_t cycle_us = std::llround(1e6 / config_.controller.rate_Hz);
+    if (std::chrono::abs(delay - std::chrono::microseconds(cycle_us)) > std::chrono::nanoseconds(500))
+      fail("control.delays.command_delay_us",
+           "command_delay_us is {}, expected {}, one cycle: a setpoint takes effect at the next SYNC",
+           static_cast<double>(delay.count()) * 1e-3, cycle_us);
   }
 
   void check_segment(const std::string& key, const controller::Shape& shape) const {
@@ -225,9 +232,13 @@ void check_agreement(const Document& document, const Config& config) {
     document.fail_at("controller.heartbeat_timeout_ms",
                      "heartbeat_timeout_ms is shorter than two of the nodes' heartbeat_ms, expected at least "
                      "twice as long");
-  for (std::size_t i = 0; i < config.axes.size(); ++i) AxisCheck(document, config, i).run();
+  for (std::size_t i = 0; i < config.axes.size(); ++i) {
+    AxisCheck(document, config, i).run();
+    check_instruments(document, config, i);
+  }
   check_identifiers(document, config);
   check_bus(document, config);
+  check_receipt_delays(document, config);
 }
 
 }  // namespace hystcan::config

@@ -89,6 +89,8 @@ class Reader {
   void whole_numbers(std::string_view key, std::vector<std::int64_t>& values);
   /// A limit that may be left out: infinite then.
   void limit(std::string_view key, double& value) { optional(key, value, positive); }
+  /// An end of an interval that may be left out: infinite then.
+  void bound(std::string_view key, double& value) { optional(key, value); }
   /// A name that may be left out: empty then.
   template <class Text>
   void name(std::string_view key, Text& value) {
@@ -101,6 +103,13 @@ class Reader {
     known_.emplace(key);
     const toml::node* node = table_.get(key);
     if (node != nullptr && missing_.empty()) read_table(*node, join(key), value.emplace(), visit);
+  }
+  /// A sub-table whose keys all have defaults: left out, they stand.
+  template <class T, class Visit>
+  void section(std::string_view key, T& value, Visit visit) {
+    known_.emplace(key);
+    const toml::node* node = table_.get(key);
+    if (node != nullptr && missing_.empty()) read_table(*node, join(key), value, visit);
   }
   /// A sub-table of its own struct: `visit(reader, value)`.
   template <class T, class Visit>
@@ -209,6 +218,7 @@ class Writer {
   void limit(std::string_view key, double value) {
     if (std::isfinite(value)) write(key, value);
   }
+  void bound(std::string_view key, double value) { limit(key, value); }
   template <class Text>
   void name(std::string_view key, const Text& value) {
     if (!value.empty()) write(key, value);
@@ -216,6 +226,10 @@ class Writer {
   template <class T, class Visit>
   void table(std::string_view key, T& value, Visit visit) {
     enter(key, "[", "]", "", [&](Writer& writer) { visit(writer, value); });
+  }
+  template <class T, class Visit>
+  void section(std::string_view key, T& value, Visit visit) {
+    table(key, value, visit);
   }
   template <class T, class Visit>
   void optional_table(std::string_view key, std::optional<T>& value, Visit visit) {

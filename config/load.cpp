@@ -48,6 +48,12 @@ void resolve_couplings(const Document& document, const Config& config, std::size
   }
 }
 
+/// A free-running sensor samples, by its own clock, once a cycle.
+void set_sample_rate(const Config& config, twin::SampleClock& clock) {
+  if (clock.rate_Hz == 0.0) clock.rate_Hz = config.controller.rate_Hz;
+}
+
+/// The axes that the others' couplings name.
 void resolve_couplings(const Document& document, Config& config) {
   for (std::size_t i = 0; i < config.axes.size(); ++i) {
     AxisConfig& axis = config.axes[i];
@@ -66,6 +72,7 @@ Config load(const std::filesystem::path& file, const std::vector<Setting>& overr
   resolve_couplings(document, config);
   for (AxisConfig& axis : config.axes) {
     complete(document, axis);
+    set_sample_rate(config, axis.twin.sample_clock);
     config.controller.axes.push_back(
         {.wire = axis.wire, .axis = axis.control, .live_setpoint = axis.live_setpoint});
     config.twin.axes.push_back(axis.twin);

@@ -1,38 +1,82 @@
-// The drive amplifier: a first-order lag with a slew limit.
+// The drive amplifier: a first-order lag with limits.
 //
 //   v' = clamp( omega (target - v), -slew, +slew ),   omega = 2 pi bandwidth
 //
-// Solved in closed form over a step of any length: a ramp while the slew limit holds, then an exponential.
-// Between two changes of the target v is monotone, so that the hysteresis behind it turns only where the
-// target changes.
+// What the load adds:
+//   capacitive, v in V: |C v'| <= current_limit, so that slew = min(slew, current_limit / C)
+//   inductive, v in A:  |L v' + R v| <= voltage_limit, so that where v rises  v' <= (V - R v) / L, and where
+//                       it falls  v' >= (-V - R v) / L. A target beyond V / R is never reached: v ends there.
+//
+// Solved in closed form over a step of any length. Where v rises, v' is the least of a constant and two lines
+// that fall with v, lag and load; so it runs through at most three phases, each of which ends at a v that is
+// known: a ramp, then the flatter line, then the steeper one, an exponential each,
+//   v(t) = p - (p - v(0)) e^{-rate t},   rate = omega and p = target, or rate = R / L and p = V / R.
+// Falling is its mirror image. Between two changes of the target v is monotone, so that the hysteresis behind
+// it turns only where the target changes.
+//
+// Switched off, its power stage is disconnected, and the load discharges by itself: v' = -v / tau, tau = R C
+// (a bleed resistor) or L / R (free-wheeling).
 #pragma once
+
+#include <cstdint>
+#include <limits>
 
 namespace hystcan::twin {
 
 struct Amplifier {
+  static constexpr double unlimited = std::numeric_limits<double>::infinity();
+
   struct Config {
     double drive_min = 0.0;  ///< output range, drive units
     double drive_max = 100.0;
-    double slew_per_s = 1e5;     ///< drive units per second, > 0
-    double bandwidth_Hz = 1000;  ///< small-signal, -3 dB, > 0
-    double safe_drive = 0.0;     ///< where the output goes when nothing may be driven
+    double slew_per_s = 1e5;             ///< drive units per second, > 0
+    double bandwidth_Hz = 1000;          ///< small-signal, -3 dB, > 0
+    double safe_drive = 0.0;             ///< where the output goes when nothing may be driven
+    double current_limit_A = unlimited;  ///< into load_uF
+    double voltage_limit_V = unlimited;  ///< across load_mH and load_ohm
+    double load_uF = 0.0;                ///< capacitive load; 0: none
+    double load_mH = 0.0;                ///< inductive load; 0: none
+    double load_ohm = 0.0;               ///< in series with load_mH, or the bleed across load_uF
+    double resolution = 0.0;             ///< of the target (DAC), drive units; 0: not quantised
+    double ramp_per_s = unlimited;       ///< slew in Course::ramp
+  };
+  /// How the output gets to its target.
+  enum class Course : std::uint8_t {
+    drive,  ///< as fast as the amplifier can
+    ramp,   ///< no faster than ramp_per_s
+    off     ///< not driven: the load discharges to zero, wherever the target is
   };
   struct State {
     double output = 0.0;  ///< v
     double target = 0.0;
+    Course course = Course::drive;
   };
-  /// The step of a fixed length, its decay computed once.
+
+  /// What the amplifier makes of a setpoint: rounded to its resolution, within its range.
+  static double target_of(const Config& config, double setpoint);
+  /// tau of the load that discharges by itself; 0 where it is not given: the output is gone at once.
+  static double discharge_s(const Config& config);
+
+  /// The step of a fixed length, its decays computed once.
   class Step {
    public:
     Step(const Config& config, double dt_s);
     State operator()(const State& state) const;
 
    private:
+    double drive(const State& state, double slew_per_s, double linear_error) const;
+    double drive_the_coil(const State& state, double slew_per_s) const;
+
     double dt_s_;
     double omega_;
     double slew_per_s_;
-    double linear_error_;  ///< below it the lag is slower than the slew limit
-    double decay_;         ///< e^{-omega dt}
+    double ramp_per_s_;
+    double linear_error_;     ///< below it the lag is slower than the slew limit
+    double decay_;            ///< e^{-omega dt}
+    double load_rate_per_s_;  ///< R / L
+    double load_limit_;       ///< V / R; infinite: the voltage is not limited
+    double load_decay_;       ///< e^{-dt R / L}
+    double discharge_s_;      ///< tau
   };
 };
 

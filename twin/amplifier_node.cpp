@@ -55,7 +55,7 @@ void AmplifierNode::handle(const can::Frame& frame, can::Time received) {
 
 void AmplifierNode::on_sync(std::uint8_t counter, can::Time received) {
   last_sync_ = counter;
-  if (state_ == can::AmpState::enabled) {
+  if (state_ == can::AmpState::enabled && config_.apply == Apply::sync) {
     plant_.advance_to(received);
     plant_.set_target(setpoint_);
   }
@@ -85,6 +85,10 @@ void AmplifierNode::on_command(const can::AmpCommand& command) {
     watchdog_->expire_at(command_deadline_);
     enter(can::AmpState::enabled);
   }
+  if (config_.apply == Apply::receipt) {
+    plant_.advance_to(scheduler_.now());
+    plant_.set_target(setpoint_);
+  }
 }
 
 void AmplifierNode::on_nmt(can::NmtState state) {
@@ -97,24 +101,35 @@ void AmplifierNode::on_nmt(can::NmtState state) {
 void AmplifierNode::check_watchdog() {
   if (state_ != can::AmpState::enabled) return;
   if (scheduler_.now() < command_deadline_) return watchdog_->expire_at(command_deadline_);
-  trip(can::amp_fault::command_timeout, emergency_heartbeat);
+  trip(can::amp_fault::command_timeout, emergency_heartbeat, config_.watchdog_action);
 }
 
-void AmplifierNode::trip(std::uint8_t fault, std::uint16_t emergency_code) {
+void AmplifierNode::trip(std::uint8_t fault, std::uint16_t emergency_code, WatchdogAction action) {
   fault_ |= fault;
   bus_->send(
       can::emergency_frame(config_.wire.amplifier_node, {.code = emergency_code, .error_register = 0x01}));
-  enter(can::AmpState::fault);
+  enter(can::AmpState::fault, action);
 }
 
-void AmplifierNode::enter(can::AmpState state) {
-  if (state != can::AmpState::enabled) {
-    plant_.advance_to(scheduler_.now());
-    plant_.set_target(config_.safe_drive);
-  }
+void AmplifierNode::enter(can::AmpState state, WatchdogAction action) {
+  if (state != can::AmpState::enabled) leave_drive(action);
   if (state == state_) return;
   state_ = state;
   send_status();
+}
+
+void AmplifierNode::leave_drive(WatchdogAction action) {
+  plant_.advance_to(scheduler_.now());
+  switch (action) {
+    case WatchdogAction::safe:
+      return plant_.set_target(config_.safe_drive);
+    case WatchdogAction::hold:
+      return;
+    case WatchdogAction::ramp:
+      return plant_.set_target(config_.safe_drive, Amplifier::Course::ramp);
+    case WatchdogAction::off:
+      return plant_.set_target(0.0, Amplifier::Course::off);
+  }
 }
 
 void AmplifierNode::send_status() {

@@ -1,8 +1,10 @@
 // The amplifier as a node on the bus: obeys NMT and AmpCommand, watches for silence, reports.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
+#include <string_view>
 
 #include "can/bus.h"
 #include "can/node.h"
@@ -11,10 +13,31 @@
 
 namespace hystcan::twin {
 
-/// A setpoint takes effect at the next SYNC (a synchronous PDO, CiA 301): the delay is one cycle, whatever
-/// the bus does. Drives its plant only while operational, enabled and commanded. Commands that stop for
-/// `command_timeout` trip it: the output goes to the safe value and the fault stays until a command clears
-/// it.
+/// What the output does when commands stop, until a command clears the fault.
+enum class WatchdogAction : std::uint8_t {
+  safe,  ///< goes to the safe value as fast as the amplifier can
+  hold,  ///< stays at the last setpoint in force
+  ramp,  ///< goes to the safe value at the amplifier's ramp
+  off    ///< is not driven: the load discharges to zero
+};
+inline constexpr std::array all_watchdog_actions{WatchdogAction::safe, WatchdogAction::hold,
+                                                 WatchdogAction::ramp, WatchdogAction::off};
+constexpr std::string_view to_string(WatchdogAction action) {
+  constexpr std::array<std::string_view, 4> names{"safe", "hold", "ramp", "off"};
+  return names[static_cast<std::size_t>(action)];
+}
+
+/// When a setpoint takes effect.
+enum class Apply : std::uint8_t {
+  sync,    ///< at the next SYNC (a synchronous PDO, CiA 301): one cycle after its own, whatever the bus does
+  receipt  ///< as its frame arrives: sooner, and as late as the bus makes it
+};
+inline constexpr std::array all_apply{Apply::sync, Apply::receipt};
+constexpr std::string_view to_string(Apply apply) { return apply == Apply::sync ? "sync" : "receipt"; }
+
+/// Drives its plant only while operational, enabled and commanded. Commands that stop for `command_timeout`
+/// trip it: the fault stays until a command clears it, which leaves the output at the safe value. So do NMT
+/// and shut_down(), whatever the watchdog has done.
 class AmplifierNode {
  public:
   struct Config {
@@ -25,6 +48,8 @@ class AmplifierNode {
     can::Duration command_timeout{};
     can::Duration heartbeat_period{};
     unsigned status_every = 10;  ///< SYNCs per AmpStatus
+    WatchdogAction watchdog_action = WatchdogAction::safe;
+    Apply apply = Apply::sync;
   };
 
   AmplifierNode(const Config& config, const can::Database& database, can::Scheduler& scheduler,
@@ -49,8 +74,9 @@ class AmplifierNode {
   void on_command(const can::AmpCommand& command);
   void on_nmt(can::NmtState state);
   void check_watchdog();
-  void trip(std::uint8_t fault, std::uint16_t emergency_code);
-  void enter(can::AmpState state);
+  void trip(std::uint8_t fault, std::uint16_t emergency_code, WatchdogAction action = WatchdogAction::safe);
+  void enter(can::AmpState state, WatchdogAction action = WatchdogAction::safe);
+  void leave_drive(WatchdogAction action);
   void send_status();
 
   Config config_;
@@ -66,7 +92,7 @@ class AmplifierNode {
   can::Time command_deadline_{};
   can::AmpState state_ = can::AmpState::off;
   std::uint8_t fault_ = 0;
-  double setpoint_ = 0.0;  ///< taken over at the next SYNC
+  double setpoint_ = 0.0;  ///< in force, or taken over at the next SYNC
   std::uint8_t last_sync_ = 0;
   unsigned syncs_since_status_ = 0;
   std::uint64_t stale_commands_ = 0;

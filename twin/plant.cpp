@@ -1,6 +1,5 @@
 #include "twin/plant.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -101,11 +100,14 @@ void Plant::advance_to(can::Time time) {
     move(present_, step_of(time - settled_.time), [this](double drive) { return material_.look_at(drive); });
 }
 
-void Plant::set_target(double drive) {
-  const double target = std::clamp(drive, config_.amplifier.drive_min, config_.amplifier.drive_max);
-  if (target == present_.amplifier.target) return;
+void Plant::set_target(double drive, Amplifier::Course course) {
+  const double target = Amplifier::target_of(config_.amplifier, drive);
+  if (target == present_.amplifier.target && course == present_.amplifier.course) return;
   split();
-  settled_.amplifier.target = present_.amplifier.target = target;
+  for (Motion* motion : {&settled_, &present_}) {
+    motion->amplifier.target = target;
+    motion->amplifier.course = course;
+  }
 }
 
 void Plant::disturb(const Disturbance& disturbance) {

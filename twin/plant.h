@@ -81,8 +81,8 @@ class Plant {
 
   /// Looks at `time`, which is the present from then on; an earlier time changes nothing.
   void advance_to(can::Time time);
-  /// Sets the amplifier's target from the present time on, limited to its range.
-  void set_target(double drive);
+  /// Sets the amplifier's target from the present time on, limited to its range, and how it gets there.
+  void set_target(double drive, Amplifier::Course course = Amplifier::Course::drive);
   /// From the present time on. Throws std::invalid_argument where a number is not finite, or resonance <= 0.
   void disturb(const Disturbance& disturbance);
   /// Where `from` moves away from its start, this position does too, by `um_per_um` of it: a kinematic error,

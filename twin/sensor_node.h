@@ -1,7 +1,15 @@
-// The position sensor as a node on the bus: one sample per SYNC, taken when the SYNC arrives.
+// The position sensor as a node on the bus: one sample per SYNC, taken when the SYNC arrives; or samples by
+// a clock of its own.
+//
+// Free-running, it samples every 1 / (rate (1 + skew)) from the moment on at which it becomes operational,
+// and names the last SYNC that it has heard. Its phase to the SYNCs drifts by the skew; docs/protocol.md says
+// what the controller makes of that.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <memory>
+#include <string_view>
 
 #include "can/bus.h"
 #include "can/node.h"
@@ -11,15 +19,37 @@
 
 namespace hystcan::twin {
 
+/// Bits of SensorSample.Status.
+namespace sensor_status {
+inline constexpr std::uint8_t out_of_range = 0x01;  ///< the reading is saturated
+}  // namespace sensor_status
+
+enum class Sampling : std::uint8_t { sync, free };
+inline constexpr std::array all_samplings{Sampling::sync, Sampling::free};
+constexpr std::string_view to_string(Sampling sampling) {
+  return sampling == Sampling::sync ? "sync" : "free";
+}
+
+/// When the sensor samples.
+struct SampleClock {
+  Sampling sampling = Sampling::sync;
+  double rate_Hz = 0.0;   ///< free-running: by its own clock, > 0
+  double skew_ppm = 0.0;  ///< by which that clock is fast
+};
+
 class SensorNode {
  public:
   struct Config {
     can::AxisWire wire;
     can::Duration heartbeat_period{};
+    SampleClock clock{};
   };
 
+  /// Throws std::invalid_argument where a free-running clock has no rate.
   SensorNode(const Config& config, const can::Database& database, can::Scheduler& scheduler,
              std::unique_ptr<can::Bus> bus, Plant& plant, const Sensor& sensor);
+  SensorNode(const SensorNode&) = delete;
+  SensorNode& operator=(const SensorNode&) = delete;
 
   void start() { nmt_.start(); }
   /// Somebody else on the bus is this node: it is off and silent.
@@ -27,13 +57,27 @@ class SensorNode {
 
   const can::Bus& bus() const { return *bus_; }
 
+  /// What the sensor reads depends on the past: it is to be told of every grid point of the plant.
+  bool follows_the_plant() const { return sensor_.follows(); }
+  void follow(can::Time time, double position_um) { sensor_.follow(time, position_um); }
+
  private:
   void handle(const can::Frame& frame, can::Time received);
-  void sample(std::uint8_t sync_counter, can::Time received);
+  void on_nmt(can::NmtState state);
+  void on_sync(std::uint8_t counter, can::Time received);
+  void on_clock();
+  void sample(can::Time time);
 
+  can::Scheduler& scheduler_;
   std::unique_ptr<can::Bus> bus_;
   Plant& plant_;
   Sensor sensor_;
+  bool runs_free_;
+  double period_ns_;  ///< of its own clock
+  std::unique_ptr<can::Timer> clock_;
+  can::Time clock_started_{};
+  std::int64_t ticks_ = 0;      ///< of its own clock, since then
+  std::uint8_t last_sync_ = 0;  ///< 0: none has been heard
   can::NmtSlave nmt_;
   can::SdoServer sdo_;
   can::Encoder<can::SensorSample> encode_sample_;

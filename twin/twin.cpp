@@ -13,7 +13,9 @@ AmplifierNode::Config amplifier_config(const AxisConfig& axis, const Config& com
           .safe_drive = amplifier.safe_drive,
           .command_timeout = axis.command_timeout,
           .heartbeat_period = common.heartbeat_period,
-          .status_every = axis.status_every};
+          .status_every = axis.status_every,
+          .watchdog_action = axis.watchdog_action,
+          .apply = axis.apply};
 }
 
 std::unique_ptr<can::Bus> attach_sensor(const can::AxisWire& wire, const can::Attach& attach) {
@@ -30,9 +32,18 @@ Twin::Axis::Axis(const AxisConfig& config, const Config& common, const can::Data
       wire(config.wire),
       plant(config.plant, scheduler.now()),
       amplifier(amplifier_config(config, common), database, scheduler, attach, plant),
-      sensor({.wire = config.wire, .heartbeat_period = common.heartbeat_period}, database, scheduler,
-             attach_sensor(config.wire, attach), plant,
-             Sensor(config.sensor, common.seed + config.wire.sensor_node)) {}
+      sensor({.wire = config.wire, .heartbeat_period = common.heartbeat_period, .clock = config.sample_clock},
+             database, scheduler, attach_sensor(config.wire, attach), plant,
+             Sensor(config.sensor, common.seed + config.wire.sensor_node, scheduler.now(),
+                    config.plant.substep)),
+      drive_noise(config.drive_noise, config.plant.substep, scheduler.now(),
+                  common.seed + config.wire.amplifier_node) {
+  if (!drive_noise.is_silent()) plant.set_drive_noise([this](can::Time time) { return drive_noise(time); });
+  if (sensor.follows_the_plant()) {
+    sensor.follow(scheduler.now(), plant.position_um());
+    plant.on_grid([this](can::Time time, double position_um) { sensor.follow(time, position_um); });
+  }
+}
 
 Twin::Twin(const Config& config, const can::Database& database, can::Scheduler& scheduler,
            const can::Attach& attach)

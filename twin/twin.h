@@ -12,6 +12,7 @@
 #include "can/bus.h"
 #include "can/dbc.h"
 #include "twin/amplifier_node.h"
+#include "twin/drive_noise.h"
 #include "twin/plant.h"
 #include "twin/sensor_node.h"
 
@@ -31,6 +32,10 @@ struct AxisConfig {
   can::Duration command_timeout{};
   unsigned status_every = 10;
   std::vector<Coupling> couplings{};
+  WatchdogAction watchdog_action = WatchdogAction::safe;
+  Apply apply = Apply::sync;
+  DriveNoise::Config drive_noise{};
+  SampleClock sample_clock{};
 };
 
 struct Config {
@@ -58,11 +63,14 @@ class Twin {
   struct Axis {
     Axis(const AxisConfig& config, const Config& common, const can::Database& database,
          can::Scheduler& scheduler, const can::Attach& attach);
+    Axis(const Axis&) = delete;
+    Axis& operator=(const Axis&) = delete;
     std::string name;
     can::AxisWire wire;
     Plant plant;
     AmplifierNode amplifier;
     SensorNode sensor;
+    DriveNoise drive_noise;
   };
   const std::vector<std::unique_ptr<Axis>>& axes() const { return axes_; }
   /// Of every node its own.

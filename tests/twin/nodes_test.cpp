@@ -1,13 +1,7 @@
 // The twin's two nodes as a bus sees them: every claim is made from frames alone.
 #include <gtest/gtest.h>
 
-#include <map>
-#include <optional>
-
-#include "can/protocol.h"
-#include "can/sim_bus.h"
-#include "tests/support/piezo.h"
-#include "twin/twin.h"
+#include "tests/twin/twin_bench.h"
 
 namespace hystcan::twin {
 namespace {
@@ -15,78 +9,7 @@ namespace {
 using can::AmpState;
 using std::chrono::milliseconds;
 
-Config one_axis() {
-  Config config{.seed = 1, .heartbeat_period = milliseconds(100), .axes = {}};
-  config.axes.push_back({.wire = {.name = "x", .message_prefix = "X", .amplifier_node = 1, .sensor_node = 2},
-                         .plant = {.hysteresis = support::piezo_model(),
-                                   .mode = {.natural_frequency_Hz = 500.0, .damping_ratio = 0.05},
-                                   .amplifier = {.drive_min = -20,
-                                                 .drive_max = 120,
-                                                 .slew_per_s = 93e3,
-                                                 .bandwidth_Hz = 1500,
-                                                 .safe_drive = 0}},
-                         .sensor = {},
-                         .command_timeout = milliseconds(20)});
-  return config;
-}
-
-/// A bus with the twin on it, and a tester that keeps what it hears.
-class TwinOnBus : public testing::Test {
- protected:
-  TwinOnBus() {
-    tester_->on_frame([this](const can::Frame& frame, can::Time) {
-      ++heard_[frame.id];
-      if (frame.id == 0x181)
-        if (const auto decoded = decode_status_(frame)) status_ = *decoded;
-      if (frame.id == 0x182)
-        if (const auto decoded = decode_sample_(frame)) sample_ = *decoded;
-      if (frame.id == 0x701) amplifier_heartbeats_.push_back(frame.data[0]);
-      if (frame.id == 0x081) emergencies_.push_back(can::parse_emergency(frame)->code);
-    });
-    twin_.start();
-    run(one_axis().heartbeat_period);  // it listens
-  }
-
-  void start_nodes() {
-    tester_->send(can::nmt_frame({can::NmtCommand::start, 0}));
-    run(milliseconds(1));
-  }
-  void run(can::Duration duration) { clock_.run_until(clock_.now() + duration); }
-  void sync() { tester_->send(can::sync_frame(counter_ = can::next_sync_counter(counter_))); }
-  void command(double setpoint, bool enable, bool clear_fault = false) {
-    tester_->send(*encode_command_(
-        {.setpoint = setpoint, .enable = enable, .clear_fault = clear_fault, .sync_counter = counter_}));
-  }
-  /// SYNC and command, once a millisecond.
-  void drive(double setpoint, int cycles) {
-    for (int i = 0; i < cycles; ++i) {
-      sync();
-      command(setpoint, true);
-      run(milliseconds(1));
-    }
-  }
-  double output() {
-    run(milliseconds(5));
-    Plant& plant = twin_.axes().front()->plant;
-    plant.advance_to(clock_.now());
-    return plant.drive();
-  }
-
-  can::VirtualClock clock_;
-  can::SimBus bus_{clock_, 1'000'000};
-  can::Database database_ = can::load_dbc(HYSTCAN_SOURCE_DIR "/config/hystcan.dbc");
-  std::unique_ptr<can::Bus> tester_ = bus_.attach();
-  can::Encoder<can::AmpCommand> encode_command_{*database_.find("XAmpCommand")};
-  can::Decoder<can::AmpStatus> decode_status_{*database_.find("XAmpStatus")};
-  can::Decoder<can::SensorSample> decode_sample_{*database_.find("XSensorSample")};
-  Twin twin_{one_axis(), database_, clock_, [this](auto) { return bus_.attach(); }};
-  std::map<std::uint32_t, int> heard_;
-  std::vector<int> amplifier_heartbeats_;
-  std::vector<int> emergencies_;
-  std::optional<can::AmpStatus> status_;
-  std::optional<can::SensorSample> sample_;
-  std::uint8_t counter_ = 0;
-};
+class TwinOnBus : public testing::Test, protected TwinBench {};
 
 TEST_F(TwinOnBus, AnnouncesItselfAndBeatsPreOperationalUntilStarted) {
   run(milliseconds(250));

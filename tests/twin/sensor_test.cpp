@@ -7,15 +7,17 @@
 namespace hystcan::twin {
 namespace {
 
+constexpr can::Time start{};
+
 TEST(Sensor, QuantisesToItsResolution) {
   Sensor sensor({.noise_um_rms = 0.0, .resolution_um = 0.25}, 1);
-  EXPECT_EQ(sensor.measure(1.10), 1.0);
-  EXPECT_EQ(sensor.measure(-1.20), -1.25);
+  EXPECT_EQ(sensor.measure(start, 1.10).position_um, 1.0);
+  EXPECT_EQ(sensor.measure(start, -1.20).position_um, -1.25);
 }
 
 TEST(Sensor, WithoutNoiseAndResolutionMeasuresThePositionItself) {
   Sensor sensor({}, 1);
-  EXPECT_EQ(sensor.measure(1.23456789), 1.23456789);
+  EXPECT_EQ(sensor.measure(start, 1.23456789).position_um, 1.23456789);
 }
 
 TEST(Sensor, NoiseHasTheStatedSpreadAndNoBias) {
@@ -24,7 +26,7 @@ TEST(Sensor, NoiseHasTheStatedSpreadAndNoBias) {
   double sum = 0.0;
   double squares = 0.0;
   for (int i = 0; i < samples; ++i) {
-    const double noise = sensor.measure(5.0) - 5.0;
+    const double noise = sensor.measure(start, 5.0).position_um - 5.0;
     sum += noise;
     squares += noise * noise;
   }
@@ -37,9 +39,9 @@ TEST(Sensor, TheSameSeedGivesTheSameNoise) {
   Sensor a({.noise_um_rms = 0.01}, 7);
   Sensor b({.noise_um_rms = 0.01}, 7);
   Sensor other({.noise_um_rms = 0.01}, 8);
-  const double first = a.measure(0.0);
-  EXPECT_EQ(first, b.measure(0.0));
-  EXPECT_NE(first, other.measure(0.0));
+  const double first = a.measure(start, 0.0).position_um;
+  EXPECT_EQ(first, b.measure(start, 0.0).position_um);
+  EXPECT_NE(first, other.measure(start, 0.0).position_um);
 }
 
 }  // namespace
