@@ -11,10 +11,11 @@ SensorNode::SensorNode(const Config& config, const can::Database& database, can:
       sensor_(sensor),
       nmt_(*bus_, scheduler, config.wire.sensor_node, config.heartbeat_period,
            [this](can::NmtState state) {
-             if (state == can::NmtState::boot_up) sdo_.reset();
+             if (state == can::NmtState::boot_up) forget_everything();
            }),
       sdo_(config.wire.sensor_node),
-      encode_sample_(*can::find_layout<can::SensorSample>(database, config.wire)) {
+      encode_sample_(*can::find_layout<can::SensorSample>(database, config.wire)),
+      encode_sample_at_power_on_(encode_sample_) {
   bus_->on_frame([this](const can::Frame& frame, can::Time received) { handle(frame, received); });
 }
 
@@ -27,6 +28,16 @@ void SensorNode::handle(const can::Frame& frame, can::Time received) {
     if (nmt_.is_silent() || nmt_.state() == can::NmtState::stopped) return;
     if (const auto response = sdo_.answer(frame)) bus_->send(*response);
   }
+}
+
+// As at power-on.
+void SensorNode::forget_everything() {
+  sdo_.reset();
+  encode_sample_ = encode_sample_at_power_on_;
+}
+
+void SensorNode::restart() {
+  if (is_on_the_bus()) nmt_.start();
 }
 
 void SensorNode::sample(std::uint8_t sync_counter, can::Time received) {

@@ -26,10 +26,16 @@ class SensorNode {
   bool is_taken() const { return nmt_.is_taken(); }
 
   const can::Bus& bus() const { return *bus_; }
+  can::NmtState state() const { return nmt_.state(); }
+  bool is_on_the_bus() const { return !nmt_.is_silent(); }
+
+  /// The supply was gone: the node comes back as at its first start; nothing where it never started.
+  void restart();
 
  private:
   void handle(const can::Frame& frame, can::Time received);
   void sample(std::uint8_t sync_counter, can::Time received);
+  void forget_everything();
 
   std::unique_ptr<can::Bus> bus_;
   Plant& plant_;
@@ -37,6 +43,7 @@ class SensorNode {
   can::NmtSlave nmt_;
   can::SdoServer sdo_;
   can::Encoder<can::SensorSample> encode_sample_;
+  can::Encoder<can::SensorSample> encode_sample_at_power_on_;
 };
 
 }  // namespace hystcan::twin

@@ -1,6 +1,9 @@
 #include "twin/twin.h"
 
+#include <algorithm>
 #include <array>
+#include <stdexcept>
+#include <utility>
 
 namespace hystcan::twin {
 namespace {
@@ -16,6 +19,32 @@ AmplifierNode::Config amplifier_config(const AxisConfig& axis, const Config& com
           .status_every = axis.status_every};
 }
 
+/// Opens a node's connection, at which faults can strike; `line` leads there.
+can::Attach attach_with_faults(const can::Attach& attach, can::Scheduler& scheduler,
+                               FaultyConnection::Config config, FaultyConnection*& line) {
+  return [&attach, &scheduler, config = std::move(config), &line](std::span<const can::Filter> filters) {
+    auto connection = std::make_unique<FaultyConnection>(attach(filters), scheduler, config);
+    line = connection.get();
+    return connection;
+  };
+}
+
+FaultyConnection::Config sensor_line_config(const can::AxisWire& wire, const can::Database& database,
+                                            std::uint64_t seed) {
+  return {.node = wire.sensor_node,
+          .sends = sent_by(Node::sensor, database, wire),
+          .seed = seed + wire.sensor_node};
+}
+
+FaultyConnection::Config amplifier_line_config(const can::AxisWire& wire, const can::Database& database,
+                                               std::uint64_t seed) {
+  const can::Message& command = can::find_message(database, *can::message_map<can::AmpCommand>(wire));
+  return {.node = wire.amplifier_node,
+          .sends = sent_by(Node::amplifier, database, wire),
+          .obeys = can::Filter{.id = command.id, .extended = command.extended},
+          .seed = seed + wire.amplifier_node};
+}
+
 std::unique_ptr<can::Bus> attach_sensor(const can::AxisWire& wire, const can::Attach& attach) {
   return attach(std::array{can::Filter{can::nmt_id}, can::Filter{can::sync_id},
                            can::Filter{can::heartbeat_base + wire.sensor_node},
@@ -29,21 +58,50 @@ Twin::Axis::Axis(const AxisConfig& config, const Config& common, const can::Data
     : name(config.wire.name),
       wire(config.wire),
       plant(config.plant, scheduler.now()),
-      amplifier(amplifier_config(config, common), database, scheduler, attach, plant),
+      amplifier(amplifier_config(config, common), database, scheduler,
+                attach_with_faults(attach, scheduler, amplifier_line_config(wire, database, common.seed),
+                                   amplifier_line),
+                plant),
       sensor({.wire = config.wire, .heartbeat_period = common.heartbeat_period}, database, scheduler,
-             attach_sensor(config.wire, attach), plant,
-             Sensor(config.sensor, common.seed + config.wire.sensor_node)) {}
+             attach_sensor(config.wire,
+                           attach_with_faults(attach, scheduler,
+                                              sensor_line_config(wire, database, common.seed), sensor_line)),
+             plant, Sensor(config.sensor, common.seed + config.wire.sensor_node)) {}
+
+Config with_axes(Config config, const std::vector<std::string>& names) {
+  const auto is_named = [&](const std::string& name) {
+    return std::ranges::find(names, name) != names.end();
+  };
+  for (const std::string& name : names)
+    if (std::ranges::none_of(config.axes, [&](const AxisConfig& axis) { return axis.wire.name == name; }))
+      throw std::invalid_argument("there is no axis \"" + name + "\", expected one of the configuration's");
+  std::erase_if(config.axes, [&](const AxisConfig& axis) { return !is_named(axis.wire.name); });
+  std::erase_if(config.faults, [&](const FaultOrder& order) { return !is_named(order.axis); });
+  return config;
+}
 
 Twin::Twin(const Config& config, const can::Database& database, can::Scheduler& scheduler,
            const can::Attach& attach)
     : scheduler_(scheduler),
       heartbeat_period_(config.heartbeat_period),
       listened_(scheduler.make_timer([this] { start_nodes(); })) {
-  for (const AxisConfig& axis : config.axes)
+  std::vector<FaultTarget> targets;
+  axes_.reserve(config.axes.size());
+  targets.reserve(config.axes.size());
+  for (const AxisConfig& axis : config.axes) {
     axes_.push_back(std::make_unique<Axis>(axis, config, database, scheduler, attach));
+    Axis& its = *axes_.back();
+    targets.push_back(
+        {its.wire, its.plant, its.amplifier, its.sensor, *its.amplifier_line, *its.sensor_line});
+  }
+  faults_ =
+      std::make_unique<FaultScheduler>(scheduler, std::move(targets), config.faults, config.random_faults);
 }
 
-void Twin::start() { listened_->expire_at(scheduler_.now() + heartbeat_period_); }
+void Twin::start() {
+  started_ = scheduler_.now();
+  listened_->expire_at(started_ + heartbeat_period_);
+}
 
 void Twin::start_nodes() {
   if (taken_node()) return;
@@ -51,6 +109,7 @@ void Twin::start_nodes() {
     axis->amplifier.start();
     axis->sensor.start();
   }
+  faults_->start(started_);
 }
 
 std::optional<std::uint8_t> Twin::taken_node() const {
@@ -72,6 +131,7 @@ std::vector<const can::Bus*> Twin::connections() const {
 }
 
 void Twin::shut_down() {
+  faults_->stop();
   for (const auto& axis : axes_) axis->amplifier.shut_down();
 }
 
