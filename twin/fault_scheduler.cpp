@@ -99,7 +99,7 @@ std::size_t FaultScheduler::heal(std::optional<Fault> kind, std::string_view axi
   for (std::size_t i = 0; i < targets_.size(); ++i)
     if (disturbances_[i].gain != 1.0 &&
         is_meant({.kind = Fault::parameter_drift, .axis = targets_[i].wire.name}))
-      disturb(i, [](Plant::Disturbance& now) { now.gain = 1.0; });
+      disturb(i, [](Disturbance& now) { now.gain = 1.0; });
   arm();
   return before.size() - active_.size();
 }
@@ -177,10 +177,10 @@ void FaultScheduler::strike(const FaultOrder& order) {
     case Fault::parameter_drift:
       break;
     case Fault::resonance_shift:
-      disturb(index, [&](Plant::Disturbance& its) { its.resonance = 1.0 + order.value; });
+      disturb(index, [&](Disturbance& its) { its.resonance = 1.0 + order.value; });
       break;
     case Fault::load_step:
-      disturb(index, [&](Plant::Disturbance& its) { its.load_um = order.value; });
+      disturb(index, [&](Disturbance& its) { its.load_um = order.value; });
       break;
     case Fault::amplifier_trip:
       target.amplifier.begin_internal_fault();
@@ -203,10 +203,10 @@ void FaultScheduler::release(const FaultOrder& order) {
     case Fault::parameter_drift:
       break;
     case Fault::resonance_shift:
-      disturb(index, [](Plant::Disturbance& its) { its.resonance = 1.0; });
+      disturb(index, [](Disturbance& its) { its.resonance = 1.0; });
       break;
     case Fault::load_step:
-      disturb(index, [](Plant::Disturbance& its) { its.load_um = 0.0; });
+      disturb(index, [](Disturbance& its) { its.load_um = 0.0; });
       break;
     case Fault::amplifier_trip:
       target.amplifier.end_internal_fault();
@@ -226,12 +226,11 @@ void FaultScheduler::drift(const Active& active, can::Time now) {
   const double share =
       std::clamp(can::seconds(now - active.began) / can::seconds(active.order.lasts), 0.0, 1.0);
   const double target = 1.0 + active.order.value;
-  disturb(target_of(active.order), [&](Plant::Disturbance& its) {
-    its.gain = active.gain_before + share * (target - active.gain_before);
-  });
+  disturb(target_of(active.order),
+          [&](Disturbance& its) { its.gain = active.gain_before + share * (target - active.gain_before); });
 }
 
-void FaultScheduler::disturb(std::size_t target, const std::function<void(Plant::Disturbance&)>& change) {
+void FaultScheduler::disturb(std::size_t target, const std::function<void(Disturbance&)>& change) {
   change(disturbances_[target]);
   targets_[target].plant.advance_to(scheduler_.now());
   targets_[target].plant.disturb(disturbances_[target]);

@@ -78,12 +78,12 @@ class FaultScheduler {
   void strike(const FaultOrder& order);
   void release(const FaultOrder& order);
   void drift(const Active& active, can::Time now);
-  void disturb(std::size_t target, const std::function<void(Plant::Disturbance&)>& change);
+  void disturb(std::size_t target, const std::function<void(Disturbance&)>& change);
   void tell(const FaultOrder& order, Event event) const;
 
   can::Scheduler& scheduler_;
   std::vector<FaultTarget> targets_;
-  std::vector<Plant::Disturbance> disturbances_;  ///< of each target's plant
+  std::vector<Disturbance> disturbances_;  ///< of each target's plant
   std::vector<FaultOrder> orders_;
   std::optional<RandomFaults> random_;
   std::vector<FaultOrder> can_be_struck_;  ///< at random: each with its own number

@@ -42,7 +42,7 @@ void add_rules(std::vector<can::FaultRule>& rules, Fault kind, double value, con
       return heard(value, std::nullopt);
     case node_reboot:
     case bus_off:
-      rules.push_back({.fault = BusFault::lose, .probability = 1.0, .on_transmit = true});
+      rules.push_back({.fault = BusFault::lose, .probability = 1.0, .on_transmit = true, .only = {}});
       return;
     default:
       return;
