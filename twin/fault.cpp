@@ -45,7 +45,7 @@ constexpr bool are_in_the_order_of_fault() {
 static_assert(are_in_the_order_of_fault());
 
 std::string lacks(const can::MessageMap& map, std::string_view what) {
-  return fmt::format("message {} has no {}", map.message, what);
+  return fmt::format("message {} has no {}, expected one that has it", map.message, what);
 }
 
 std::string what_the_frame_lacks(Fault kind, Node node, const can::AxisWire& wire) {
@@ -58,15 +58,15 @@ std::string what_the_frame_lacks(Fault kind, Node node, const can::AxisWire& wir
     case out_of_order:
     case wrong_length:
     case wrong_id_type:
-      return map ? "" : "this amplifier sends no status";
+      return map ? "" : "this amplifier sends no status, expected one that does";
     case frozen_value:
-      if (!map) return "this amplifier sends no status";
+      if (!map) return "this amplifier sends no status, expected one that does";
       return map->carries(by_sensor ? "position" : "output") ? "" : lacks(*map, "value");
     case frozen_counter:
-      if (!map) return "this amplifier sends no status";
+      if (!map) return "this amplifier sends no status, expected one that does";
       return map->integrity != can::Integrity::none ? "" : lacks(*map, "counter");
     case wrong_crc:
-      if (!map) return "this amplifier sends no status";
+      if (!map) return "this amplifier sends no status, expected one that does";
       return map->integrity == can::Integrity::counter_crc ? "" : lacks(*map, "CRC");
     case sensor_bad_status:
       return map->carries("status") ? "" : lacks(*map, "status");
