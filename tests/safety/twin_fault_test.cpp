@@ -114,6 +114,16 @@ config::Config config_for(Structure structure, const Row& row) {
 
 class TwinFault : public testing::TestWithParam<std::tuple<Structure, Row>> {};
 
+/// What a saturated bus has held back in the queue of the controller's CAN driver goes out when it is free,
+/// the commands from before the fault too. They find an amplifier whose watchdog has latched.
+void expect_safe_wire(const FaultRig& rig, const Row& row) {
+  const WireMonitor& monitor = rig.monitor();
+  const std::uint64_t stale =
+      row.kind == Fault::babbling_node ? monitor.count(Violation::enabled_while_faulted) : 0;
+  EXPECT_LE(stale, can::SimBus::transmit_queue_length);
+  EXPECT_EQ(monitor.violations(), stale) << monitor.found().front();
+}
+
 /// Up to the fault's begin.
 void track(FaultRig& rig) {
   rig.start();
@@ -137,7 +147,7 @@ TEST_P(TwinFault, EndsInTheReactionThatIsDocumented) {
     EXPECT_NEAR(rig.stage().plant.drive(), 0.0, 1e-3);
     EXPECT_NE(rig.stage().amplifier.state(), can::AmpState::enabled);
   }
-  EXPECT_EQ(rig.monitor().violations(), 0u) << rig.monitor().found().front();
+  expect_safe_wire(rig, row);
 }
 
 TEST_P(TwinFault, IsOverWhenItEndsAndTheAxisTracksAgainOnceCleared) {
@@ -150,13 +160,14 @@ TEST_P(TwinFault, IsOverWhenItEndsAndTheAxisTracksAgainOnceCleared) {
   EXPECT_EQ(rig.stage_faults().active().size(), 0u);
   if (!row.causes.empty()) {
     ASSERT_EQ(rig.axis().state(), AxisState::faulted);
+    EXPECT_NE(rig.stage().amplifier.state(), can::AmpState::enabled);
     ASSERT_EQ(rig.ask(Kind::clear), "");
     ASSERT_EQ(rig.ask(Kind::enable), "");
     ASSERT_TRUE(rig.tracks()) << to_string(rig.axis().fault().cause);
   }
   rig.run_for(milliseconds(600));
   EXPECT_EQ(rig.axis().state(), AxisState::tracking) << to_string(rig.axis().fault().cause);
-  EXPECT_EQ(rig.monitor().violations(), 0u) << rig.monitor().found().front();
+  expect_safe_wire(rig, row);
 }
 
 INSTANTIATE_TEST_SUITE_P(, TwinFault,

@@ -109,6 +109,7 @@ class FaultRig {
   twin::FaultScheduler& stage_faults() { return twin_->faults(); }
   can::VirtualClock& clock() { return clock_; }
   WireMonitor& monitor() { return *monitor_; }
+  const WireMonitor& monitor() const { return *monitor_; }
   const config::Config& config() const { return config_; }
   void send(const can::Frame& frame) { tester_->send(frame); }
 
