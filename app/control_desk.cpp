@@ -33,20 +33,6 @@ const std::map<std::string, Request::Kind>& acts() {
   return kinds;
 }
 
-std::string text_of(const json& command, const char* key) {
-  const auto found = command.find(key);
-  if (found == command.end() || !found->is_string())
-    throw config::Error(fmt::format("\"{}\" is missing, expected a text", key));
-  return *found;
-}
-
-double number_of(const json& command, const char* key) {
-  const auto found = command.find(key);
-  if (found == command.end() || !found->is_number())
-    throw config::Error(fmt::format("\"{}\" is missing, expected a number", key));
-  return *found;
-}
-
 /// As TOML, where all but a table is written as in JSON.
 std::string toml_of(const json& value) {
   if (!value.is_object()) return value.dump();
@@ -111,8 +97,6 @@ json outcome_of(const controller::CycleRecord& record, std::uint64_t since_cycle
 
 }  // namespace
 
-json refusal(const std::string& why) { return {{"ok", false}, {"error", why}}; }
-
 ControlDesk::ControlDesk(boost::asio::io_context& context, controller::RequestLink& requests,
                          const StatusBoard& board, LiveConfig& live)
     : timer_(context),
@@ -121,7 +105,7 @@ ControlDesk::ControlDesk(boost::asio::io_context& context, controller::RequestLi
       live_(live),
       last_before_act_(live.axis_names().size()) {}
 
-bool ControlDesk::is_for_everybody(const json& command) {
+bool ControlDesk::is_for_everybody(const json& command) const {
   const auto what = command.find("do");
   return what != command.end() &&
          (*what == "status" || *what == "wait" || *what == "disable" || *what == "stop");

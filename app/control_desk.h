@@ -11,36 +11,24 @@
 #include <boost/asio/steady_timer.hpp>
 #include <functional>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "app/desk.h"
 #include "app/live_config.h"
 #include "app/status_board.h"
 #include "controller/request.h"
 
 namespace hystcan::app {
 
-/// {"ok": true, ...} or {"ok": false, "error": "..."}; told once to each command.
-struct Answer {
-  std::function<void(nlohmann::json)> tell;
-  const void* asker = nullptr;  ///< whom ControlDesk::forget() takes back; null: nobody
-  void operator()(nlohmann::json result) const { tell(std::move(result)); }
-};
-
-nlohmann::json refusal(const std::string& why);
-
-class ControlDesk {
+class ControlDesk final : public Desk {
  public:
   ControlDesk(boost::asio::io_context& context, controller::RequestLink& requests, const StatusBoard& board,
               LiveConfig& live);
 
-  /// A command as it came over the socket: {"do": "enable", "axis": "x"}.
-  void obey(const nlohmann::json& command, Answer answer);
-  /// Whoever asked has gone: no wait of theirs goes on.
-  void forget(const void* asker);
-  /// True of commands that change nothing, and of those that end something: nobody may be kept from these.
-  static bool is_for_everybody(const nlohmann::json& command);
+  void obey(const nlohmann::json& command, Answer answer) override;
+  void forget(const void* asker) override;
+  bool is_for_everybody(const nlohmann::json& command) const override;
   /// The file again: applied where it is valid, told on the log.
   void reload(Answer answer);
   /// No cycles come any more: who waits is told.

@@ -59,6 +59,10 @@ std::filesystem::path default_socket(const std::string& interface) {
   return "/tmp/hystcan-" + interface + ".sock";
 }
 
+std::filesystem::path default_twin_socket(const std::string& interface) {
+  return default_socket("twin-" + interface);
+}
+
 /// One connection. Lives as long as something of it is under way.
 class ControlSocket::Session : public std::enable_shared_from_this<Session> {
  public:
@@ -83,7 +87,7 @@ class ControlSocket::Session : public std::enable_shared_from_this<Session> {
     const nlohmann::json command = parse_command(line);
     if (!command.is_object())
       return answer(refusal("expected one JSON object a line, like {\"do\": \"status\"}"), false);
-    if (!ControlDesk::is_for_everybody(command) && !become_writer())
+    if (!owner_.desk_.is_for_everybody(command) && !become_writer())
       return answer(refusal(fmt::format("process {} has the right to write until it disconnects",
                                         owner_.writer_.lock()->pid_)),
                     false);
@@ -127,7 +131,7 @@ class ControlSocket::Session : public std::enable_shared_from_this<Session> {
   std::string out_;
 };
 
-ControlSocket::ControlSocket(boost::asio::io_context& context, std::filesystem::path file, ControlDesk& desk)
+ControlSocket::ControlSocket(boost::asio::io_context& context, std::filesystem::path file, Desk& desk)
     : file_(std::move(file)), desk_(desk), acceptor_(context) {
   remove_if_dead(context, file_);
   try {

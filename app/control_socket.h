@@ -12,21 +12,22 @@
 #include <memory>
 #include <string>
 
-#include "app/control_desk.h"
+#include "app/desk.h"
 
 namespace hystcan::app {
 
 /// Where a controller on `interface` listens unless told otherwise: hystcan-vcan0.sock in the folder that
-/// RUNTIME_DIRECTORY (systemd) or XDG_RUNTIME_DIR name, else in /tmp.
+/// RUNTIME_DIRECTORY (systemd) or XDG_RUNTIME_DIR name, else in /tmp. A twin: hystcan-twin-vcan0.sock.
 std::filesystem::path default_socket(const std::string& interface);
+std::filesystem::path default_twin_socket(const std::string& interface);
 
 /// One line. No object where the line is no command; what is nested deeper than eight is left out.
 nlohmann::json parse_command(const std::string& line);
 
 class ControlSocket {
  public:
-  /// Throws RunError where another controller listens there, or the file can't be made.
-  ControlSocket(boost::asio::io_context& context, std::filesystem::path file, ControlDesk& desk);
+  /// Throws RunError where another process listens there, or the file can't be made.
+  ControlSocket(boost::asio::io_context& context, std::filesystem::path file, Desk& desk);
   ~ControlSocket();  ///< removes the file
   ControlSocket(const ControlSocket&) = delete;
   ControlSocket& operator=(const ControlSocket&) = delete;
@@ -37,7 +38,7 @@ class ControlSocket {
   void accept();
 
   std::filesystem::path file_;
-  ControlDesk& desk_;
+  Desk& desk_;
   boost::asio::local::stream_protocol::acceptor acceptor_;
   std::weak_ptr<Session> writer_;
 };

@@ -9,6 +9,7 @@
 #include <istream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,10 +30,15 @@ struct Options {
   std::string key;
   std::string value;
   double timeout_s = 0.0;
+  bool twin = false;
+  std::string kind;
+  std::string node;
+  std::optional<double> duration_s;
+  std::optional<double> fault_value;
 };
 
 /// One command, one answer.
-json exchange(const std::filesystem::path& file, const json& command) {
+json exchange(const std::filesystem::path& file, const json& command, const char* whose) {
   boost::asio::io_context context;
   boost::asio::local::stream_protocol::socket socket(context);
   try {
@@ -43,9 +49,9 @@ json exchange(const std::filesystem::path& file, const json& command) {
     std::istream stream(&buffer);
     return json::parse(stream);
   } catch (const boost::system::system_error& error) {
-    throw RunError(fmt::format(
-        "{}: {}; is the controller running, with this interface? (--interface, --socket, control_socket)",
-        file.string(), error.code().message()));
+    throw RunError(
+        fmt::format("{}: {}; is the {} running, with this interface? (--interface, --socket, control_socket)",
+                    file.string(), error.code().message(), whose));
   }
 }
 
@@ -73,8 +79,29 @@ void print_status(const json& status) {
   }
 }
 
+void print_twin_status(const json& status) {
+  fmt::print("{:.1f} s\n", status.at("time_s").get<double>());
+  fmt::print("{:<8} {:<10} {:<16} {:>10} {:>12}\n", "axis", "amplifier", "sensor", "drive", "position um");
+  for (const json& axis : status.at("axes"))
+    fmt::print("{:<8} {:<10} {:<16} {:>10} {:>12}\n", axis.at("name").get<std::string>(),
+               axis.at("amplifier").get<std::string>(), axis.at("sensor").get<std::string>(),
+               number(axis.at("drive")), number(axis.at("position_um")));
+  for (const json& fault : status.at("faults")) {
+    const std::string struck = fault.value("node", "stage");
+    std::string line = fmt::format("{} of {}: {}", struck, fault.at("axis").get<std::string>(),
+                                   fault.at("kind").get<std::string>());
+    if (fault.contains("value")) line += fmt::format(" {:g}", fault.at("value").get<double>());
+    line += fmt::format(", since {:.3f} s", fault.at("began_s").get<double>());
+    if (fault.contains("ends_s")) line += fmt::format(" until {:.3f} s", fault.at("ends_s").get<double>());
+    fmt::print("{}\n", line);
+  }
+}
+
 void print(const json& answer) {
+  if (answer.contains("faults")) return print_twin_status(answer);
   if (answer.contains("axes")) return print_status(answer);
+  if (answer.contains("fault")) fmt::print("{}\n", answer.at("fault").get<std::string>());
+  if (answer.contains("healed")) fmt::print("{} healed\n", answer.at("healed").get<std::size_t>());
   if (answer.contains("position_um"))
     fmt::print("in position at {:.4f} um\n", answer.at("position_um").get<double>());
   for (const json& change : answer.value("changed", json::array()))
@@ -83,9 +110,11 @@ void print(const json& answer) {
 }
 
 int run(const Options& options, const json& command) {
-  const std::filesystem::path file =
-      options.socket.empty() ? default_socket(options.interface) : std::filesystem::path(options.socket);
-  const json answer = exchange(file, command);
+  const bool to_twin = options.twin || command.at("do") == "inject" || command.at("do") == "heal";
+  const std::filesystem::path file = !options.socket.empty() ? std::filesystem::path(options.socket)
+                                     : to_twin               ? default_twin_socket(options.interface)
+                                                             : default_socket(options.interface);
+  const json answer = exchange(file, command, to_twin ? "twin" : "controller");
   if (options.json) fmt::print("{}\n", answer.dump(2));
   if (!answer.value("ok", false)) throw RunError(answer.value("error", "an answer that makes no sense"));
   if (!options.json) print(answer);
@@ -98,15 +127,45 @@ json value_of(const std::string& text) {
   return parsed.is_discarded() ? json(text) : parsed;
 }
 
+/// What only a twin does.
+void add_twin_commands(const auto& add, const auto& run_as, Options& options) {
+  CLI::App* inject = add("inject", "a fault of the twin, from now on");
+  inject->add_option("KIND", options.kind, "no_reply, late, wrong_crc, node_reboot, load_step, ...")
+      ->required();
+  inject->add_option("--axis", options.axis, "may be left out where the twin has one");
+  inject->add_option("--node", options.node, "sensor or amplifier, where the kind strikes either");
+  inject->add_option("--duration", options.duration_s, "seconds; until it is healed if left out");
+  inject->add_option("--value", options.fault_value, "the kind's number, in its own unit");
+  run_as(inject, [](const Options& o) {
+    json request{{"do", "inject"}, {"kind", o.kind}};
+    if (!o.axis.empty()) request["axis"] = o.axis;
+    if (!o.node.empty()) request["node"] = o.node;
+    if (o.duration_s) request["duration_s"] = *o.duration_s;
+    if (o.fault_value) request["value"] = *o.fault_value;
+    return request;
+  });
+  CLI::App* heal = add("heal", "end faults of the twin");
+  heal->add_option("KIND", options.kind, "all kinds if left out");
+  heal->add_option("--axis", options.axis, "all axes if left out");
+  run_as(heal, [](const Options& o) {
+    json request{{"do", "heal"}};
+    if (!o.kind.empty()) request["kind"] = o.kind;
+    if (!o.axis.empty()) request["axis"] = o.axis;
+    return request;
+  });
+}
+
 }  // namespace
 
 void add_ctl(CLI::App& cli, int& status) {
   const auto options = std::make_shared<Options>();
-  CLI::App* ctl = cli.add_subcommand("ctl", "Command a running controller over its control socket");
+  CLI::App* ctl =
+      cli.add_subcommand("ctl", "Command a running controller, or a twin, over its control socket");
   ctl->require_subcommand(1);
   ctl->add_option("--socket", options->socket, "the control socket's file");
   ctl->add_option("--interface", options->interface, "else: of the controller on this CAN interface")
       ->capture_default_str();
+  ctl->add_flag("--twin", options->twin, "the twin on this interface, not the controller");
   ctl->add_flag("--json", options->json, "print the answer as JSON");
   const auto add = [&](const char* name, const char* what) {
     CLI::App* command = ctl->add_subcommand(name, what);
@@ -120,9 +179,10 @@ void add_ctl(CLI::App& cli, int& status) {
   run_as(add("reload", "read the configuration file again"), [](const Options&) {
     return json{{"do", "reload"}};
   });
-  run_as(add("stop", "ramp every axis down, switch off, and end the controller"), [](const Options&) {
-    return json{{"do", "stop"}};
-  });
+  run_as(add("stop", "ramp every axis down, switch off, and end the controller, or the twin"),
+         [](const Options&) {
+           return json{{"do", "stop"}};
+         });
   for (const auto& [name, what] : {std::pair("enable", "start an axis that is offline"),
                                    std::pair("disable", "ramp an axis down and switch it off"),
                                    std::pair("clear", "forget the fault of an axis, which is offline then"),
@@ -157,6 +217,7 @@ void add_ctl(CLI::App& cli, int& status) {
   run_as(set, [](const Options& o) {
     return json{{"do", "set"}, {"axis", o.axis}, {"key", o.key}, {"value", value_of(o.value)}};
   });
+  add_twin_commands(add, run_as, *options);
 }
 
 }  // namespace hystcan::app

@@ -26,6 +26,8 @@ class LiveLoop {
   }
 
   can::Scheduler& scheduler() { return scheduler_; }
+  /// For what else runs on this thread: a control socket.
+  boost::asio::io_context& context() { return context_; }
   can::Attach attach() {
     return [this](std::span<const can::Filter> filters) -> std::unique_ptr<can::Bus> {
       return std::make_unique<can::SocketCanBus>(context_, interface_, filters);

@@ -6,15 +6,18 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "app/commands.h"
+#include "app/control_socket.h"
 #include "app/live.h"
 #include "app/live_run.h"
 #include "app/report.h"
+#include "app/twin_desk.h"
 #include "config/config.h"
 #include "twin/twin.h"
 
@@ -25,12 +28,9 @@ struct Options {
   std::filesystem::path config;
   std::string interface;
   bool force_interface = false;
+  std::vector<std::string> axes;
+  std::string socket;
 };
-
-std::string_view to_string(can::AmpState state) {
-  static constexpr std::array<std::string_view, 4> names{"off", "ready", "enabled", "tripped"};
-  return names[static_cast<std::size_t>(state)];
-}
 
 /// Says what becomes of the amplifiers and of the bus.
 class Watch {
@@ -87,8 +87,43 @@ BusClosing closing_of(const twin::Twin& twin) {
   return closing;
 }
 
+/// Every fault's begin and end, with the time since the twin's start.
+void log_faults(twin::Twin& twin, can::Time started) {
+  twin.faults().on_event(
+      [started](const twin::FaultOrder& order, twin::FaultScheduler::Event event, can::Time when) {
+        const bool begins = event == twin::FaultScheduler::Event::begins;
+        spdlog::info("{:.3f} s: {} {}", can::seconds(when - started), twin::describe(order),
+                     begins ? "begins" : "ends");
+      });
+}
+
+/// One that nobody asked for by name is done without where another twin has it already.
+void open_socket(std::optional<ControlSocket>& socket, const Options& options, const std::string& interface,
+                 LiveLoop& loop, TwinDesk& desk) {
+  if (options.socket == "none") return;
+  const std::filesystem::path file =
+      options.socket.empty() ? default_twin_socket(interface) : std::filesystem::path(options.socket);
+  try {
+    socket.emplace(loop.context(), file, desk);
+    spdlog::info("control socket {}: hystcan ctl --socket {} status", file.string(), file.string());
+  } catch (const RunError& error) {
+    if (!options.socket.empty()) throw;
+    spdlog::warn("no control socket: {}", error.what());
+  }
+}
+
+twin::Config twin_of(const config::Config& config, const Options& options) {
+  if (options.axes.empty()) return config.twin;
+  try {
+    return twin::with_axes(config.twin, options.axes);
+  } catch (const std::invalid_argument& error) {
+    throw config::Error(fmt::format("--axis: {}", error.what()));
+  }
+}
+
 int run_twin(const Options& options) {
   const config::Config config = config::load(options.config);
+  const twin::Config twin_config = twin_of(config, options);
   const std::string interface = options.interface.empty() ? config.bus.interface : options.interface;
   if (!options.force_interface && !can::is_virtual_interface(interface))
     throw RunError(
@@ -96,10 +131,11 @@ int run_twin(const Options& options) {
                     "--force-interface if that is what you want",
                     interface));
   LiveLoop loop(interface);
-  twin::Twin twin(config.twin, config.database, loop.scheduler(), loop.attach());
+  twin::Twin twin(twin_config, config.database, loop.scheduler(), loop.attach());
   look_at_interface(config, interface);
+  log_faults(twin, loop.scheduler().now());
   twin.start();
-  for (const twin::AxisConfig& axis : config.twin.axes)
+  for (const twin::AxisConfig& axis : twin_config.axes)
     spdlog::info("{}: amplifier node {}, sensor node {} on {}", axis.wire.name, axis.wire.amplifier_node,
                  axis.wire.sensor_node, interface);
   const auto end = [&] {
@@ -108,6 +144,12 @@ int run_twin(const Options& options) {
       spdlog::info("{}: amplifier off, at its safe value {:.3f}", axis->name, axis->plant.drive());
     loop.stop();
   };
+  const auto stopping = loop.scheduler().make_timer(end);
+  TwinDesk desk(twin, loop.scheduler(), [&] {
+    stopping->expire_at(loop.scheduler().now() + std::chrono::milliseconds(20));  // the answer goes out first
+  });
+  std::optional<ControlSocket> socket;
+  open_socket(socket, options, interface, loop, desk);
   Watch watch(twin, loop.scheduler(), interface, end);
   loop.run([&](int) { end(); });
   watch.log_bus();
@@ -127,6 +169,9 @@ void add_twin(CLI::App& cli, int& status) {
   command->add_option("CONFIG", options->config, "configuration (TOML)")->required();
   command->add_option("--interface", options->interface, "CAN interface instead of the configured one");
   command->add_flag("--force-interface", options->force_interface, "allow an interface that is not virtual");
+  command->add_option("--axis", options->axes, "this axis alone; may be given again for more")
+      ->allow_extra_args(false);
+  command->add_option("--socket", options->socket, "file of the control socket; none: there is none");
   command->callback([options, &status] { status = run_twin(*options); });
 }
 

@@ -34,9 +34,19 @@ FaultyBus::FaultyBus(std::unique_ptr<Bus> within, Scheduler& scheduler, FaultyBu
   within_->on_frame([this](const Frame& frame, Time received) { pass(frame, Direction::receive, received); });
 }
 
+void FaultyBus::set_rules(std::vector<FaultRule> rules) {
+  std::ranges::for_each(rules, check);
+  config_.rules = std::move(rules);
+}
+
 bool FaultyBus::send(const Frame& frame) { return pass(frame, Direction::transmit, scheduler_.now()); }
 
-bool FaultyBus::pass(Frame frame, Direction direction, Time received) {
+bool FaultyBus::pass(const Frame& frame, Direction direction, Time received) {
+  if (config_.rules.empty() && held_count_ == 0) return deliver(frame, direction, received);
+  return strike(frame, direction, received);
+}
+
+bool FaultyBus::strike(Frame frame, Direction direction, Time received) {
   bool twice = false;
   for (const FaultRule& rule : config_.rules) {
     if (!strikes(rule, frame, direction)) continue;
@@ -81,6 +91,7 @@ bool FaultyBus::hold(const Frame& frame, Direction direction, const FaultRule& r
   free->frame = frame;
   free->direction = direction;
   free->taken = true;
+  ++held_count_;
   free->until_next = rule.fault == BusFault::reorder;
   const double share = free->until_next ? 1.0 : 1.0 - uniform();
   const auto wait = static_cast<Duration::rep>(share * static_cast<double>(rule.delay.count()));
@@ -91,6 +102,7 @@ bool FaultyBus::hold(const Frame& frame, Direction direction, const FaultRule& r
 void FaultyBus::release(Held& held) {
   held.timer->cancel();
   held.taken = false;
+  --held_count_;
   const Frame frame = held.frame;
   deliver(frame, held.direction, scheduler_.now());
 }

@@ -54,6 +54,9 @@ class FaultyBus final : public Bus {
   /// Throws std::invalid_argument: a probability not within 0..1, a delay not above 0.
   FaultyBus(std::unique_ptr<Bus> within, Scheduler& scheduler, FaultyBusConfig config);
 
+  /// Other rules from the next frame on; what is held back stays so. Throws as the constructor.
+  void set_rules(std::vector<FaultRule> rules);
+
   /// What is lost or held back counts as sent: true.
   bool send(const Frame& frame) override;
   void on_frame(FrameHandler handler) override { handler_ = std::move(handler); }
@@ -75,7 +78,8 @@ class FaultyBus final : public Bus {
     std::unique_ptr<Timer> timer;
   };
 
-  bool pass(Frame frame, Direction direction, Time received);
+  bool pass(const Frame& frame, Direction direction, Time received);
+  bool strike(Frame frame, Direction direction, Time received);
   bool deliver(const Frame& frame, Direction direction, Time received);
   bool strikes(const FaultRule& rule, const Frame& frame, Direction direction);
   bool hold(const Frame& frame, Direction direction, const FaultRule& rule);
@@ -93,6 +97,7 @@ class FaultyBus final : public Bus {
   std::mt19937_64 random_;
   FrameHandler handler_;
   std::array<Held, held_frames> held_;
+  std::size_t held_count_ = 0;
   std::array<std::uint64_t, bus_fault_count> injected_{};
 };
 

@@ -222,6 +222,28 @@ void check_cpus(const Document& document, const controller::Config& controller) 
           fmt::format("processor {}, expected 0 to {}", cpu, controller::Realtime::cpus_max - 1));
 }
 
+void check_faults(const Document& document, const Config& config) {
+  const std::vector<twin::FaultOrder>& faults = config.twin.faults;
+  for (std::size_t i = 0; i < faults.size(); ++i) {
+    const auto axis = std::ranges::find(
+        config.axes, faults[i].axis, [](const AxisConfig& one) -> const auto& { return one.wire.name; });
+    if (axis == config.axes.end())
+      document.fail_at(fmt::format("twin.fault[{}].axis", i),
+                       fmt::format("axis is \"{}\", expected the name of one", faults[i].axis));
+    if (const std::string why = why_not(faults[i], axis->wire); !why.empty())
+      document.fail_at(fmt::format("twin.fault[{}].kind", i), why);
+    if (faults[i].repeat_every > can::Duration::zero() && faults[i].repeat_every <= faults[i].lasts)
+      document.fail_at(fmt::format("twin.fault[{}].repeat_every_s", i),
+                       fmt::format("repeat_every_s is {:g}, expected more than duration_s, {:g}",
+                                   can::seconds(faults[i].repeat_every), can::seconds(faults[i].lasts)));
+  }
+  const auto& random = config.twin.random_faults;
+  if (random && random->longest < random->shortest)
+    document.fail_at("twin.random_faults.duration_max_s",
+                     fmt::format("duration_max_s is {:g}, expected at least duration_min_s, {:g}",
+                                 can::seconds(random->longest), can::seconds(random->shortest)));
+}
+
 }  // namespace
 
 void check_agreement(const Document& document, const Config& config) {
@@ -236,6 +258,7 @@ void check_agreement(const Document& document, const Config& config) {
     AxisCheck(document, config, i).run();
     check_instruments(document, config, i);
   }
+  check_faults(document, config);
   check_identifiers(document, config);
   check_bus(document, config);
   check_receipt_delays(document, config);

@@ -18,7 +18,7 @@ std::string place(const std::filesystem::path& file, const toml::source_position
   return fmt::format("{}:{}:{}", file.string(), position.line, position.column);
 }
 
-std::string join_choices(std::initializer_list<std::string_view> choices) {
+std::string join_choices(std::span<const std::string_view> choices) {
   return fmt::format("\"{}\"", fmt::join(choices, "\", \""));
 }
 
@@ -93,14 +93,13 @@ double nanoseconds_per_unit(std::string_view key) {
   return 1e9;
 }
 
-void Reader::choice(std::string_view key, std::string& value,
-                    std::initializer_list<std::string_view> choices) {
+void Reader::choice(std::string_view key, std::string& value, std::span<const std::string_view> choices) {
   required(key, value);
   optional_choice(key, value, choices);
 }
 
 void Reader::optional_choice(std::string_view key, std::string& value,
-                             std::initializer_list<std::string_view> choices) {
+                             std::span<const std::string_view> choices) {
   optional(key, value);
   if (!table_.contains(key)) return;
   if (std::ranges::find(choices, value) == choices.end())
@@ -115,6 +114,23 @@ void Reader::numbers(std::string_view key, std::vector<double>& values) {
     values.clear();
   else if (node != nullptr)
     values = read_numbers(*node, key, any);
+}
+
+void Reader::choices(std::string_view key, std::vector<std::string>& values,
+                     std::span<const std::string_view> choices) {
+  known_.emplace(key);
+  const toml::node* node = table_.get(key);
+  if (node == nullptr) return;
+  const toml::array* array = node->as_array();
+  if (array == nullptr) wrong_type(*node, key, "an array of words");
+  values.clear();
+  values.reserve(array->size());
+  for (const toml::node& element : *array) {
+    values.push_back(read_string(element, key));
+    if (std::ranges::find(choices, values.back()) == choices.end())
+      document_.fail(element.source(), fmt::format("{} has \"{}\", expected some of {}", key, values.back(),
+                                                   join_choices(choices)));
+  }
 }
 
 void Reader::whole_numbers(std::string_view key, std::vector<std::int64_t>& values) {
@@ -205,6 +221,11 @@ void Writer::line(std::string_view key, const std::string& value) {
   const std::string path = path_.empty() ? std::string(key) : path_ + "." + std::string(key);
   const bool given = static_cast<bool>(document_.root().at_path(path));
   text_ += fmt::format("{} = {}{}\n", key, value, given ? "" : "  # default");
+}
+
+void Writer::choices(std::string_view key, const std::vector<std::string>& values,
+                     std::span<const std::string_view>) {
+  if (!values.empty()) line(key, fmt::format("[\"{}\"]", fmt::join(values, "\", \"")));
 }
 
 void Writer::whole_numbers(std::string_view key, const std::vector<std::int64_t>& values) {

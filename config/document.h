@@ -13,6 +13,7 @@
 #include <limits>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -79,9 +80,18 @@ class Reader {
     known_.emplace(key);
     if (const toml::node* node = table_.get(key)) read(*node, key, value, range);
   }
-  void choice(std::string_view key, std::string& value, std::initializer_list<std::string_view> choices);
+  void choice(std::string_view key, std::string& value, std::initializer_list<std::string_view> choices) {
+    choice(key, value, std::span(choices.begin(), choices.size()));
+  }
+  void choice(std::string_view key, std::string& value, std::span<const std::string_view> choices);
   void optional_choice(std::string_view key, std::string& value,
-                       std::initializer_list<std::string_view> choices);
+                       std::initializer_list<std::string_view> choices) {
+    optional_choice(key, value, std::span(choices.begin(), choices.size()));
+  }
+  void optional_choice(std::string_view key, std::string& value, std::span<const std::string_view> choices);
+  /// Some of the choices; optional.
+  void choices(std::string_view key, std::vector<std::string>& values,
+               std::span<const std::string_view> choices);
   /// Optional, and may be empty.
   void numbers(std::string_view key, std::vector<double>& values);
 
@@ -209,6 +219,11 @@ class Writer {
   void choice(std::string_view key, const std::string& value, std::initializer_list<std::string_view>) {
     write(key, value);
   }
+  void choice(std::string_view key, const std::string& value, std::span<const std::string_view>) {
+    write(key, value);
+  }
+  void choices(std::string_view key, const std::vector<std::string>& values,
+               std::span<const std::string_view>);
   void optional_choice(std::string_view key, const std::string& value,
                        std::initializer_list<std::string_view>) {
     write(key, value);

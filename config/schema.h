@@ -133,10 +133,50 @@ void visit(V& v, controller::Config& c) {
   v.optional_table("realtime", c.realtime, [](V& sub, auto& value) { visit(sub, value); });
 }
 
+/// [[twin.fault]]. The kind says which keys there are.
+template <class V>
+void visit(V& v, twin::FaultOrder& f) {
+  std::string kind(to_string(f.kind));
+  v.choice("kind", kind, twin::fault_names());
+  v.alternative(kind, [&](const std::string& name) {
+    if (const auto chosen = twin::parse_fault(name)) f = twin::order_of(*chosen, f.axis);
+  });
+  const twin::FaultTraits& its = twin::traits(f.kind);
+  v.required("axis", f.axis);
+  if (its.strikes != twin::Struck::plant) {
+    std::string node(to_string(f.node));
+    v.optional_choice("node", node, {"sensor", "amplifier"});
+    f.node = *twin::parse_node(node);
+  }
+  v.required("at_s", f.begins, not_negative);
+  v.required("duration_s", f.lasts, positive);
+  if (!its.unit.empty()) v.optional("value", f.value, {.lo = its.lowest, .hi = its.highest});
+  v.optional("repeat_every_s", f.repeat_every, not_negative);
+}
+
+/// [twin.random_faults].
+template <class V>
+void visit(V& v, twin::RandomFaults& r) {
+  v.optional("seed", r.seed);
+  v.required("rate_per_hour", r.rate_per_hour, {.lo = 0.0, .hi = 36'000.0, .lo_excluded = true});
+  v.optional("duration_min_s", r.shortest, positive);
+  v.optional("duration_max_s", r.longest, positive);
+  std::vector<std::string> kinds;
+  kinds.reserve(twin::fault_count);
+  for (const twin::Fault kind : r.kinds) kinds.emplace_back(to_string(kind));
+  v.choices("kinds", kinds, twin::fault_names());
+  r.kinds.clear();
+  r.kinds.reserve(kinds.size());
+  for (const std::string& kind : kinds) r.kinds.push_back(*twin::parse_fault(kind));
+}
+
 template <class V>
 void visit(V& v, twin::Config& t) {
   v.optional("seed", t.seed);
   v.required("heartbeat_ms", t.heartbeat_period, positive);
+  const auto plain = [](V& sub, auto& value) { visit(sub, value); };
+  v.optional_list("fault", t.faults, plain);
+  v.optional_table("random_faults", t.random_faults, plain);
 }
 
 template <class V>

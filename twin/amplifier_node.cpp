@@ -10,6 +10,7 @@ namespace {
 constexpr std::uint16_t emergency_error_reset = 0x0000;
 constexpr std::uint16_t emergency_heartbeat = 0x8130;
 constexpr std::uint16_t emergency_data_set = 0x6300;
+constexpr std::uint16_t emergency_device_hardware = 0x5000;
 
 }  // namespace
 
@@ -32,6 +33,7 @@ AmplifierNode::AmplifierNode(const Config& config, const can::Database& database
       watchdog_(scheduler.make_timer([this] { check_watchdog(); })) {
   if (auto layout = can::find_layout<can::AmpStatus>(database, config.wire))
     encode_status_.emplace(std::move(*layout));
+  encode_status_at_power_on_ = encode_status_;
   bus_->on_frame([this](const can::Frame& frame, can::Time received) { handle(frame, received); });
 }
 
@@ -70,7 +72,7 @@ void AmplifierNode::on_command(const can::AmpCommand& command) {
     ++stale_commands_;
     return;
   }
-  if (command.clear_fault && state_ == can::AmpState::fault) {
+  if (command.clear_fault && state_ == can::AmpState::fault && !has_internal_cause_) {
     fault_ = 0;
     bus_->send(can::emergency_frame(config_.wire.amplifier_node, {.code = emergency_error_reset}));
     enter(can::AmpState::ready);
@@ -92,10 +94,29 @@ void AmplifierNode::on_command(const can::AmpCommand& command) {
 }
 
 void AmplifierNode::on_nmt(can::NmtState state) {
-  if (state == can::NmtState::boot_up) sdo_.reset();
+  if (state == can::NmtState::boot_up) forget_everything();
   if (state != can::NmtState::operational) return enter(can::AmpState::off);
   decode_command_.restart();
   enter(fault_ == 0 ? can::AmpState::ready : can::AmpState::fault);
+}
+
+// As at power-on; the cause of an internal fault may still be there.
+void AmplifierNode::forget_everything() {
+  sdo_.reset();
+  fault_ = has_internal_cause_ ? internal_fault : 0;
+  encode_status_ = encode_status_at_power_on_;
+  last_sync_ = 0;
+  syncs_since_status_ = 0;
+}
+
+void AmplifierNode::begin_internal_fault() {
+  has_internal_cause_ = true;
+  if (nmt_.state() == can::NmtState::operational) return trip(internal_fault, emergency_device_hardware);
+  fault_ |= internal_fault;  // told when it is started
+}
+
+void AmplifierNode::restart() {
+  if (is_on_the_bus()) nmt_.start();
 }
 
 void AmplifierNode::check_watchdog() {

@@ -35,6 +35,9 @@ enum class Apply : std::uint8_t {
 inline constexpr std::array all_apply{Apply::sync, Apply::receipt};
 constexpr std::string_view to_string(Apply apply) { return apply == Apply::sync ? "sync" : "receipt"; }
 
+/// Bit of AmpStatus.Fault beside can::amp_fault: a cause within the amplifier, as of its temperature.
+inline constexpr std::uint8_t internal_fault = 0x80;
+
 /// Drives its plant only while operational, enabled and commanded. Commands that stop for `command_timeout`
 /// trip it: the fault stays until a command clears it, which leaves the output at the safe value. So do NMT
 /// and shut_down(), whatever the watchdog has done.
@@ -67,6 +70,15 @@ class AmplifierNode {
   const can::SdoServer& objects() const { return sdo_; }
   const can::Checker& checker() const { return decode_command_.checker(); }
   const can::Bus& bus() const { return *bus_; }
+  bool is_on_the_bus() const { return !nmt_.is_silent(); }
+
+  /// A cause within the amplifier comes: it trips, and is not to be cleared until the cause is gone.
+  void begin_internal_fault();
+  void end_internal_fault() { has_internal_cause_ = false; }
+  /// The supply goes: the output falls to its safe value. What the node says meanwhile is nobody's.
+  void lose_power() { enter(can::AmpState::off); }
+  /// It comes back, and the node with it as at its first start; nothing where it never started.
+  void restart();
 
  private:
   void handle(const can::Frame& frame, can::Time received);
@@ -78,6 +90,7 @@ class AmplifierNode {
   void enter(can::AmpState state, WatchdogAction action = WatchdogAction::safe);
   void leave_drive(WatchdogAction action);
   void send_status();
+  void forget_everything();
 
   Config config_;
   can::Scheduler& scheduler_;
@@ -96,6 +109,8 @@ class AmplifierNode {
   std::uint8_t last_sync_ = 0;
   unsigned syncs_since_status_ = 0;
   std::uint64_t stale_commands_ = 0;
+  bool has_internal_cause_ = false;
+  std::optional<can::Encoder<can::AmpStatus>> encode_status_at_power_on_;
 };
 
 }  // namespace hystcan::twin

@@ -19,7 +19,8 @@ SensorNode::SensorNode(const Config& config, const can::Database& database, can:
       nmt_(*bus_, scheduler, config.wire.sensor_node, config.heartbeat_period,
            [this](can::NmtState state) { on_nmt(state); }),
       sdo_(config.wire.sensor_node),
-      encode_sample_(*can::find_layout<can::SensorSample>(database, config.wire)) {
+      encode_sample_(*can::find_layout<can::SensorSample>(database, config.wire)),
+      encode_sample_at_power_on_(encode_sample_) {
   if (runs_free_ && !(period_ns_ >= 1.0 && period_ns_ < 1e12))
     throw std::invalid_argument("the sensor samples at " + std::to_string(config.clock.rate_Hz) +
                                 " Hz by its own clock, expected a rate > 0");
@@ -36,8 +37,18 @@ void SensorNode::handle(const can::Frame& frame, can::Time received) {
   }
 }
 
+// As at power-on.
+void SensorNode::forget_everything() {
+  sdo_.reset();
+  encode_sample_ = encode_sample_at_power_on_;
+}
+
+void SensorNode::restart() {
+  if (is_on_the_bus()) nmt_.start();
+}
+
 void SensorNode::on_nmt(can::NmtState state) {
-  if (state == can::NmtState::boot_up) sdo_.reset();
+  if (state == can::NmtState::boot_up) forget_everything();
   clock_->cancel();
   if (!runs_free_ || state != can::NmtState::operational) return;
   clock_started_ = scheduler_.now();

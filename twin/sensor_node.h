@@ -56,6 +56,11 @@ class SensorNode {
   bool is_taken() const { return nmt_.is_taken(); }
 
   const can::Bus& bus() const { return *bus_; }
+  can::NmtState state() const { return nmt_.state(); }
+  bool is_on_the_bus() const { return !nmt_.is_silent(); }
+
+  /// The supply was gone: the node comes back as at its first start; nothing where it never started.
+  void restart();
 
   /// What the sensor reads depends on the past: it is to be told of every grid point of the plant.
   bool follows_the_plant() const { return sensor_.follows(); }
@@ -67,6 +72,7 @@ class SensorNode {
   void on_sync(std::uint8_t counter, can::Time received);
   void on_clock();
   void sample(can::Time time);
+  void forget_everything();
 
   can::Scheduler& scheduler_;
   std::unique_ptr<can::Bus> bus_;
@@ -81,6 +87,7 @@ class SensorNode {
   can::NmtSlave nmt_;
   can::SdoServer sdo_;
   can::Encoder<can::SensorSample> encode_sample_;
+  can::Encoder<can::SensorSample> encode_sample_at_power_on_;
 };
 
 }  // namespace hystcan::twin

@@ -1,6 +1,9 @@
 #include "twin/twin.h"
 
+#include <algorithm>
 #include <array>
+#include <stdexcept>
+#include <utility>
 
 namespace hystcan::twin {
 namespace {
@@ -18,6 +21,32 @@ AmplifierNode::Config amplifier_config(const AxisConfig& axis, const Config& com
           .apply = axis.apply};
 }
 
+/// Opens a node's connection, at which faults can strike; `line` leads there.
+can::Attach attach_with_faults(const can::Attach& attach, can::Scheduler& scheduler,
+                               FaultyConnection::Config config, FaultyConnection*& line) {
+  return [&attach, &scheduler, config = std::move(config), &line](std::span<const can::Filter> filters) {
+    auto connection = std::make_unique<FaultyConnection>(attach(filters), scheduler, config);
+    line = connection.get();
+    return connection;
+  };
+}
+
+FaultyConnection::Config sensor_line_config(const can::AxisWire& wire, const can::Database& database,
+                                            std::uint64_t seed) {
+  return {.node = wire.sensor_node,
+          .sends = sent_by(Node::sensor, database, wire),
+          .seed = seed + wire.sensor_node};
+}
+
+FaultyConnection::Config amplifier_line_config(const can::AxisWire& wire, const can::Database& database,
+                                               std::uint64_t seed) {
+  const can::Message& command = can::find_message(database, *can::message_map<can::AmpCommand>(wire));
+  return {.node = wire.amplifier_node,
+          .sends = sent_by(Node::amplifier, database, wire),
+          .obeys = can::Filter{.id = command.id, .extended = command.extended},
+          .seed = seed + wire.amplifier_node};
+}
+
 std::unique_ptr<can::Bus> attach_sensor(const can::AxisWire& wire, const can::Attach& attach) {
   return attach(std::array{can::Filter{can::nmt_id}, can::Filter{can::sync_id},
                            can::Filter{can::heartbeat_base + wire.sensor_node},
@@ -31,9 +60,16 @@ Twin::Axis::Axis(const AxisConfig& config, const Config& common, const can::Data
     : name(config.wire.name),
       wire(config.wire),
       plant(config.plant, scheduler.now()),
-      amplifier(amplifier_config(config, common), database, scheduler, attach, plant),
+      amplifier(amplifier_config(config, common), database, scheduler,
+                attach_with_faults(attach, scheduler, amplifier_line_config(wire, database, common.seed),
+                                   amplifier_line),
+                plant),
       sensor({.wire = config.wire, .heartbeat_period = common.heartbeat_period, .clock = config.sample_clock},
-             database, scheduler, attach_sensor(config.wire, attach), plant,
+             database, scheduler,
+             attach_sensor(config.wire,
+                           attach_with_faults(attach, scheduler,
+                                              sensor_line_config(wire, database, common.seed), sensor_line)),
+             plant,
              Sensor(config.sensor, common.seed + config.wire.sensor_node, scheduler.now(),
                     config.plant.substep)),
       drive_noise(config.drive_noise, config.plant.substep, scheduler.now(),
@@ -45,19 +81,50 @@ Twin::Axis::Axis(const AxisConfig& config, const Config& common, const can::Data
   }
 }
 
+Config with_axes(Config config, const std::vector<std::string>& names) {
+  const auto is_named = [&](const std::string& name) {
+    return std::ranges::find(names, name) != names.end();
+  };
+  for (const std::string& name : names)
+    if (std::ranges::none_of(config.axes, [&](const AxisConfig& axis) { return axis.wire.name == name; }))
+      throw std::invalid_argument("there is no axis \"" + name + "\", expected one of the configuration's");
+  std::erase_if(config.axes, [&](const AxisConfig& axis) { return !is_named(axis.wire.name); });
+  std::erase_if(config.faults, [&](const FaultOrder& order) { return !is_named(order.axis); });
+  for (AxisConfig& axis : config.axes) {
+    std::erase_if(axis.couplings, [&](const Coupling& coupling) { return !is_named(coupling.from); });
+    for (Coupling& coupling : axis.couplings)
+      coupling.index = static_cast<std::size_t>(
+          std::ranges::find(config.axes, coupling.from, [](const AxisConfig& one) { return one.wire.name; }) -
+          config.axes.begin());
+  }
+  return config;
+}
+
 Twin::Twin(const Config& config, const can::Database& database, can::Scheduler& scheduler,
            const can::Attach& attach)
     : scheduler_(scheduler),
       heartbeat_period_(config.heartbeat_period),
       listened_(scheduler.make_timer([this] { start_nodes(); })) {
-  for (const AxisConfig& axis : config.axes)
+  std::vector<FaultTarget> targets;
+  axes_.reserve(config.axes.size());
+  targets.reserve(config.axes.size());
+  for (const AxisConfig& axis : config.axes) {
     axes_.push_back(std::make_unique<Axis>(axis, config, database, scheduler, attach));
+    Axis& its = *axes_.back();
+    targets.push_back(
+        {its.wire, its.plant, its.amplifier, its.sensor, *its.amplifier_line, *its.sensor_line});
+  }
   for (std::size_t i = 0; i < axes_.size(); ++i)
     for (const Coupling& coupling : config.axes[i].couplings)
       axes_[i]->plant.couple(axes_.at(coupling.index)->plant, coupling.um_per_um);
+  faults_ =
+      std::make_unique<FaultScheduler>(scheduler, std::move(targets), config.faults, config.random_faults);
 }
 
-void Twin::start() { listened_->expire_at(scheduler_.now() + heartbeat_period_); }
+void Twin::start() {
+  started_ = scheduler_.now();
+  listened_->expire_at(started_ + heartbeat_period_);
+}
 
 void Twin::start_nodes() {
   if (taken_node()) return;
@@ -65,6 +132,7 @@ void Twin::start_nodes() {
     axis->amplifier.start();
     axis->sensor.start();
   }
+  faults_->start(started_);
 }
 
 std::optional<std::uint8_t> Twin::taken_node() const {
@@ -86,6 +154,7 @@ std::vector<const can::Bus*> Twin::connections() const {
 }
 
 void Twin::shut_down() {
+  faults_->stop();
   for (const auto& axis : axes_) axis->amplifier.shut_down();
 }
 

@@ -13,6 +13,8 @@
 #include "can/dbc.h"
 #include "twin/amplifier_node.h"
 #include "twin/drive_noise.h"
+#include "twin/fault_scheduler.h"
+#include "twin/faulty_connection.h"
 #include "twin/plant.h"
 #include "twin/sensor_node.h"
 
@@ -42,7 +44,13 @@ struct Config {
   std::uint64_t seed = 1;
   can::Duration heartbeat_period{};
   std::vector<AxisConfig> axes;
+  std::vector<FaultOrder> faults{};  ///< since start()
+  std::optional<RandomFaults> random_faults{};
 };
+
+/// The same twin with these axes alone and their faults; the others are other twins', or real. Throws
+/// std::invalid_argument where there is no axis of a name.
+Config with_axes(Config config, const std::vector<std::string>& names);
 
 class Twin {
  public:
@@ -68,6 +76,8 @@ class Twin {
     std::string name;
     can::AxisWire wire;
     Plant plant;
+    FaultyConnection* amplifier_line = nullptr;  ///< the nodes' own connections; set before their nodes
+    FaultyConnection* sensor_line = nullptr;
     AmplifierNode amplifier;
     SensorNode sensor;
     DriveNoise drive_noise;
@@ -75,6 +85,8 @@ class Twin {
   const std::vector<std::unique_ptr<Axis>>& axes() const { return axes_; }
   /// Of every node its own.
   std::vector<const can::Bus*> connections() const;
+  FaultScheduler& faults() { return *faults_; }
+  const FaultScheduler& faults() const { return *faults_; }
 
  private:
   void start_nodes();
@@ -83,6 +95,8 @@ class Twin {
   can::Duration heartbeat_period_;
   std::unique_ptr<can::Timer> listened_;
   std::vector<std::unique_ptr<Axis>> axes_;
+  std::unique_ptr<FaultScheduler> faults_;
+  can::Time started_{};
 };
 
 }  // namespace hystcan::twin

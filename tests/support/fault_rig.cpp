@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <utility>
@@ -47,6 +48,8 @@ void put_value(can::Frame& frame, std::int32_t value) {
 
 std::int32_t micrometres(double um) { return static_cast<std::int32_t>(std::lround(1e6 * um)); }
 
+}  // namespace
+
 WireMonitor::Config watch_over(const config::Config& config) {
   const config::AxisConfig& axis = config.axes[0];
   const twin::Amplifier::Config& amplifier = axis.twin.plant.amplifier;
@@ -67,8 +70,6 @@ WireMonitor::Config watch_over(const config::Config& config) {
           .grace = time(cycle_s + 2 * frame_s),
           .jitter = time(2 * frame_s)};
 }
-
-}  // namespace
 
 std::string_view to_string(Trouble trouble) {
   static constexpr std::array<std::string_view, trouble_count> names{
@@ -192,6 +193,7 @@ bool FaultRig::spoil_sample(can::Frame& frame) {
   const std::int32_t true_value = value_of(frame);
   if (!is_on(Trouble::sample_frozen)) frozen_value_ = true_value;
   if (!is_on(Trouble::counter_frozen)) frozen_counter_ = frame.data[counter_byte];
+  if (std::ranges::none_of(on_, std::identity{})) return true;  // what the twin spoilt is not sealed anew
   if (is_on(Trouble::sample_lost)) return false;
   if (is_on(Trouble::position_drifts)) offset_um_ = std::max(offset_um_ - 1.0, -7.5);
   if (is_on(Trouble::load_pulls)) offset_um_ = std::max(offset_um_ - 0.05, -7.0);
@@ -214,9 +216,10 @@ bool FaultRig::spoil_sample(can::Frame& frame) {
 bool FaultRig::amplifier_sends(can::Frame& frame) {
   if (frame.id == can::heartbeat_base + amplifier_node) return !is_on(Trouble::amplifier_unheard);
   if (frame.id != status_id) return true;
-  if (is_on(Trouble::amplifier_trips))
+  if (is_on(Trouble::amplifier_trips)) {
     frame.data[amp_state_byte] = static_cast<std::uint8_t>(can::AmpState::fault);
-  seal(frame);
+    seal(frame);
+  }
   return !is_on(Trouble::amplifier_unheard);
 }
 

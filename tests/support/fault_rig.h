@@ -80,6 +80,9 @@ class Relay final : public can::Bus {
 /// The shipped piezo axis x alone, with a slow sine, a quick start-up and every judgement switched on.
 config::Config one_axis();
 
+/// What the wire must keep to, of the first axis.
+WireMonitor::Config watch_over(const config::Config& config);
+
 class FaultRig {
  public:
   explicit FaultRig(const config::Config& config);
@@ -103,8 +106,10 @@ class FaultRig {
   const controller::Axis& axis() const { return std::as_const(*controller_).axis(0); }
   controller::Controller& controller() { return *controller_; }
   twin::Twin::Axis& stage() { return *twin_->axes()[0]; }
+  twin::FaultScheduler& stage_faults() { return twin_->faults(); }
   can::VirtualClock& clock() { return clock_; }
   WireMonitor& monitor() { return *monitor_; }
+  const WireMonitor& monitor() const { return *monitor_; }
   const config::Config& config() const { return config_; }
   void send(const can::Frame& frame) { tester_->send(frame); }
 

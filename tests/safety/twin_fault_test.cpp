@@ -1,0 +1,186 @@
+// Every fault of the twin against every control structure: begun by the twin's own schedule, each ends in the
+// reaction that docs/twin.md states, and the wire stays safe throughout.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ostream>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "tests/support/fault_rig.h"
+
+namespace hystcan::support {
+namespace {
+
+using controller::AxisState;
+using controller::Cause;
+using controller::Structure;
+using std::chrono::milliseconds;
+using twin::Fault;
+using twin::Node;
+using Kind = controller::Request::Kind;
+
+/// Begins in the sine, between a quarter and a half of it, where the stage moves.
+constexpr can::Duration begins = milliseconds(1710);
+
+struct Row {
+  Fault kind;
+  Node node;
+  can::Duration lasts;
+  double value;               ///< where the kind takes one
+  std::vector<Cause> causes;  ///< any of these; empty: it passes
+  double within_ms;           ///< of its begin
+};
+std::string name_of(const Row& row) {
+  const bool of_plant = twin::traits(row.kind).strikes == twin::Struck::plant;
+  const std::string lasts = std::to_string(row.lasts / milliseconds(1)) + "ms";
+  return std::string(to_string(row.kind)) + "_" + (of_plant ? "plant" : std::string(to_string(row.node))) +
+         "_" + lasts;
+}
+std::ostream& operator<<(std::ostream& out, const Row& row) { return out << name_of(row); }
+
+constexpr auto brief = milliseconds(3);  ///< as many cycles as are bridged
+constexpr auto half_s = milliseconds(500);
+
+/// An amplifier that says nothing lets the stage go: whichever of the position's judgements is first.
+const std::vector<Cause> stage_falls{Cause::position_jumped, Cause::position_implausible,
+                                     Cause::following_error};
+
+// The figures: docs/twin.md. A cycle is 1 ms; the fault begins anywhere in one.
+const std::vector<Row> rows{
+    {Fault::no_reply, Node::sensor, half_s, 0, {Cause::sample_missing}, 6},
+    {Fault::no_reply, Node::sensor, brief, 0, {}, 0},
+    {Fault::late, Node::sensor, half_s, 1, {Cause::sample_late}, 6},
+    {Fault::late, Node::sensor, half_s, 5, {Cause::sample_missing}, 6},
+    {Fault::duplicate, Node::sensor, half_s, 0, {}, 0},
+    {Fault::out_of_order, Node::sensor, half_s, 0, {Cause::sample_late}, 12},
+    {Fault::frozen_value, Node::sensor, half_s, 0, {Cause::position_frozen, Cause::following_error}, 52},
+    {Fault::frozen_value, Node::sensor, brief, 0, {}, 0},
+    {Fault::frozen_counter, Node::sensor, half_s, 0, {Cause::sample_missing}, 7},
+    {Fault::wrong_crc, Node::sensor, half_s, 0, {Cause::sample_missing}, 6},
+    {Fault::wrong_crc, Node::sensor, brief, 0, {}, 0},
+    {Fault::wrong_length, Node::sensor, half_s, 0, {Cause::sample_missing}, 6},
+    {Fault::wrong_id_type, Node::sensor, half_s, 0, {Cause::sample_missing}, 6},
+    {Fault::out_of_range, Node::sensor, half_s, 1000, {Cause::position_implausible}, 2},
+    {Fault::sensor_bad_status, Node::sensor, half_s, 0, {Cause::sensor_status}, 2},
+    {Fault::no_heartbeat, Node::sensor, half_s, 0, {Cause::sensor_silent}, 302},
+    {Fault::emergency, Node::sensor, half_s, 0x5000, {Cause::node_emergency}, 2},
+    {Fault::error_passive, Node::sensor, half_s, 0.5, {Cause::sample_missing}, 100},
+    {Fault::babbling_node, Node::sensor, half_s, 20'000, {Cause::sample_missing}, 10},
+    {Fault::node_reboot, Node::sensor, half_s, 0, {Cause::sample_missing}, 6},
+    {Fault::node_reboot, Node::sensor, brief, 0, {Cause::node_restarted}, 6},
+    {Fault::bus_off, Node::sensor, half_s, 0, {Cause::sample_missing}, 6},
+    {Fault::no_reply, Node::amplifier, half_s, 0, {}, 0},
+    {Fault::late, Node::amplifier, half_s, 1, {}, 0},
+    {Fault::duplicate, Node::amplifier, half_s, 0, {}, 0},
+    {Fault::out_of_order, Node::amplifier, half_s, 0, {}, 0},
+    {Fault::frozen_value, Node::amplifier, half_s, 0, {}, 0},
+    {Fault::frozen_counter, Node::amplifier, half_s, 0, {}, 0},
+    {Fault::wrong_crc, Node::amplifier, half_s, 0, {}, 0},
+    {Fault::wrong_length, Node::amplifier, half_s, 0, {}, 0},
+    {Fault::wrong_id_type, Node::amplifier, half_s, 0, {}, 0},
+    {Fault::no_heartbeat, Node::amplifier, half_s, 0, {Cause::amplifier_silent}, 302},
+    {Fault::emergency, Node::amplifier, half_s, 0x5000, {Cause::node_emergency}, 2},
+    {Fault::error_passive, Node::amplifier, half_s, 0.3, {}, 0},
+    {Fault::babbling_node, Node::amplifier, half_s, 20'000, {Cause::sample_missing}, 10},
+    {Fault::watchdog_trip, Node::amplifier, milliseconds(100), 0, {Cause::amplifier_fault}, 22},
+    {Fault::watchdog_trip, Node::amplifier, brief, 0, {}, 0},
+    {Fault::amplifier_trip, Node::amplifier, half_s, 0, {Cause::amplifier_fault}, 2},
+    {Fault::node_reboot, Node::amplifier, half_s, 0, stage_falls, 6},
+    {Fault::node_reboot, Node::amplifier, brief, 0, {Cause::node_restarted}, 6},
+    {Fault::bus_off, Node::amplifier, half_s, 0, stage_falls, 26},
+    {Fault::parameter_drift, Node::sensor, half_s, -0.1, {}, 0},
+    {Fault::resonance_shift, Node::sensor, half_s, -0.2, {}, 0},
+    {Fault::load_step, Node::sensor, half_s, 1, {}, 0},
+};
+
+config::Config config_for(Structure structure, const Row& row) {
+  config::Config config = one_axis();
+  controller::AxisConfig& axis = config.controller.axes[0].axis;
+  axis.law.structure = structure;
+  // What the structure itself leaves behind is not to be taken for the fault.
+  if (structure == Structure::pi || structure == Structure::average) axis.following_error.error_um = 9.0;
+  config.axes[0].control = axis;
+  twin::FaultOrder order = twin::order_of(row.kind, "x");
+  order.node = row.node;
+  order.begins = begins;
+  order.lasts = row.lasts;
+  if (!twin::traits(row.kind).unit.empty()) order.value = row.value;
+  config.twin.faults = {order};
+  return config;
+}
+
+class TwinFault : public testing::TestWithParam<std::tuple<Structure, Row>> {};
+
+/// What a saturated bus has held back in the queue of the controller's CAN driver goes out when it is free,
+/// the commands from before the fault too. They find an amplifier whose watchdog has latched.
+void expect_safe_wire(const FaultRig& rig, const Row& row) {
+  const WireMonitor& monitor = rig.monitor();
+  const std::uint64_t stale =
+      row.kind == Fault::babbling_node ? monitor.count(Violation::enabled_while_faulted) : 0;
+  EXPECT_LE(stale, can::SimBus::transmit_queue_length);
+  EXPECT_EQ(monitor.violations(), stale) << monitor.found().front();
+}
+
+/// Up to the fault's begin.
+void track(FaultRig& rig) {
+  rig.start();
+  ASSERT_TRUE(rig.tracks()) << to_string(rig.axis().fault().cause);
+  rig.run_for(can::Time{begins} - rig.clock().now());
+  ASSERT_EQ(rig.axis().state(), AxisState::tracking) << to_string(rig.axis().fault().cause);
+}
+
+TEST_P(TwinFault, EndsInTheReactionThatIsDocumented) {
+  const auto& [structure, row] = GetParam();
+  FaultRig rig(config_for(structure, row));
+  ASSERT_NO_FATAL_FAILURE(track(rig));
+  const bool faulted = rig.reaches(AxisState::faulted, row.lasts + milliseconds(500));
+  ASSERT_EQ(faulted, !row.causes.empty()) << to_string(rig.axis().fault().cause);
+  if (faulted) {
+    const Cause cause = rig.axis().fault().cause;
+    EXPECT_NE(std::ranges::find(row.causes, cause), row.causes.end()) << to_string(cause);
+    EXPECT_LE(1e3 * can::seconds(rig.decided_at() - can::Time{begins}), row.within_ms);
+    rig.run_for(milliseconds(25));  // the amplifier's watchdog, 20 ms, and its slew
+    rig.stage().plant.advance_to(rig.clock().now());
+    EXPECT_NEAR(rig.stage().plant.drive(), 0.0, 1e-3);
+    EXPECT_NE(rig.stage().amplifier.state(), can::AmpState::enabled);
+  }
+  expect_safe_wire(rig, row);
+}
+
+TEST_P(TwinFault, IsOverWhenItEndsAndTheAxisTracksAgainOnceCleared) {
+  const auto& [structure, row] = GetParam();
+  FaultRig rig(config_for(structure, row));
+  ASSERT_NO_FATAL_FAILURE(track(rig));
+  rig.run_for(milliseconds(1));
+  EXPECT_EQ(rig.stage_faults().active().size(), 1u);
+  rig.run_for(row.lasts + milliseconds(400));  // and heartbeats of nodes that have come back
+  EXPECT_EQ(rig.stage_faults().active().size(), 0u);
+  if (!row.causes.empty()) {
+    ASSERT_EQ(rig.axis().state(), AxisState::faulted);
+    EXPECT_NE(rig.stage().amplifier.state(), can::AmpState::enabled);
+    ASSERT_EQ(rig.ask(Kind::clear), "");
+    ASSERT_EQ(rig.ask(Kind::enable), "");
+    ASSERT_TRUE(rig.tracks()) << to_string(rig.axis().fault().cause);
+  }
+  rig.run_for(milliseconds(600));
+  EXPECT_EQ(rig.axis().state(), AxisState::tracking) << to_string(rig.axis().fault().cause);
+  expect_safe_wire(rig, row);
+}
+
+INSTANTIATE_TEST_SUITE_P(, TwinFault,
+                         testing::Combine(testing::Values(Structure::average, Structure::inverse,
+                                                          Structure::pi, Structure::average_pi,
+                                                          Structure::inverse_pi),
+                                          testing::ValuesIn(rows)),
+                         [](const auto& made_of) {
+                           std::string name(to_string(std::get<0>(made_of.param)));
+                           std::ranges::replace(name, '+', '_');
+                           const Row& row = std::get<1>(made_of.param);
+                           return name + "_" + name_of(row) + "_" + std::to_string(made_of.index);
+                         });
+
+}  // namespace
+}  // namespace hystcan::support

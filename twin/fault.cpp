@@ -1,0 +1,141 @@
+#include "twin/fault.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace hystcan::twin {
+namespace {
+
+using enum Fault;
+
+constexpr std::array<FaultTraits, fault_count> kinds{{
+    {no_reply, "no_reply", Struck::either_node},
+    {late, "late", Struck::either_node, "cycles", 1.0, 1.0, 16.0},
+    {duplicate, "duplicate", Struck::either_node},
+    {out_of_order, "out_of_order", Struck::either_node},
+    {frozen_value, "frozen_value", Struck::either_node},
+    {frozen_counter, "frozen_counter", Struck::either_node},
+    {wrong_crc, "wrong_crc", Struck::either_node},
+    {wrong_length, "wrong_length", Struck::either_node},
+    {wrong_id_type, "wrong_id_type", Struck::either_node},
+    {out_of_range, "out_of_range", Struck::sensor, "um", 1000.0, -1e9, 1e9},
+    {sensor_bad_status, "sensor_bad_status", Struck::sensor},
+    {no_heartbeat, "no_heartbeat", Struck::either_node},
+    // CiA 301: 0x5000, device hardware.
+    {emergency, "emergency", Struck::either_node, "error code", 0x5000, 1.0, 0xFFFF},
+    {error_passive, "error_passive", Struck::either_node, "of the frames missed", 0.3, 0.0, 1.0},
+    {babbling_node, "babbling_node", Struck::either_node, "frames/s", 5000.0, 1.0, 20'000.0},
+    {watchdog_trip, "watchdog_trip", Struck::amplifier},
+    {amplifier_trip, "amplifier_trip", Struck::amplifier},
+    {node_reboot, "node_reboot", Struck::either_node},
+    {bus_off, "bus_off", Struck::either_node},
+    {parameter_drift, "parameter_drift", Struck::plant, "of the travel", -0.1, -0.9, 9.0},
+    {resonance_shift, "resonance_shift", Struck::plant, "of the natural frequency", -0.2, -0.9, 9.0},
+    {load_step, "load_step", Struck::plant, "um", 1.0, -1e6, 1e6},
+}};
+
+constexpr bool are_in_the_order_of_fault() {
+  for (std::size_t i = 0; i < fault_count; ++i)
+    if (static_cast<std::size_t>(kinds[i].kind) != i) return false;
+  return true;
+}
+static_assert(are_in_the_order_of_fault());
+
+std::string lacks(const can::MessageMap& map, std::string_view what) {
+  return fmt::format("message {} has no {}, expected one that has it", map.message, what);
+}
+
+std::string what_the_frame_lacks(Fault kind, Node node, const can::AxisWire& wire) {
+  const bool by_sensor = node == Node::sensor;
+  const auto map =
+      by_sensor ? can::message_map<can::SensorSample>(wire) : can::message_map<can::AmpStatus>(wire);
+  switch (kind) {
+    case late:
+    case duplicate:
+    case out_of_order:
+    case wrong_length:
+    case wrong_id_type:
+      return map ? "" : "this amplifier sends no status, expected one that does";
+    case frozen_value:
+      if (!map) return "this amplifier sends no status, expected one that does";
+      return map->carries(by_sensor ? "position" : "output") ? "" : lacks(*map, "value");
+    case frozen_counter:
+      if (!map) return "this amplifier sends no status, expected one that does";
+      return map->integrity != can::Integrity::none ? "" : lacks(*map, "counter");
+    case wrong_crc:
+      if (!map) return "this amplifier sends no status, expected one that does";
+      return map->integrity == can::Integrity::counter_crc ? "" : lacks(*map, "CRC");
+    case sensor_bad_status:
+      return map->carries("status") ? "" : lacks(*map, "status");
+    default:
+      return "";
+  }
+}
+
+}  // namespace
+
+std::string_view to_string(Node node) { return node == Node::sensor ? "sensor" : "amplifier"; }
+
+std::optional<Node> parse_node(std::string_view name) {
+  for (const Node node : {Node::sensor, Node::amplifier})
+    if (to_string(node) == name) return node;
+  return std::nullopt;
+}
+
+const FaultTraits& traits(Fault kind) { return kinds[static_cast<std::size_t>(kind)]; }
+
+std::optional<Fault> parse_fault(std::string_view name) {
+  const auto found = std::ranges::find(kinds, name, &FaultTraits::name);
+  if (found == kinds.end()) return std::nullopt;
+  return found->kind;
+}
+
+const std::array<std::string_view, fault_count>& fault_names() {
+  static const std::array<std::string_view, fault_count> names = [] {
+    std::array<std::string_view, fault_count> all;
+    std::ranges::transform(kinds, all.begin(), &FaultTraits::name);
+    return all;
+  }();
+  return names;
+}
+
+FaultOrder order_of(Fault kind, std::string axis) {
+  const FaultTraits& its = traits(kind);
+  return {.kind = kind,
+          .axis = std::move(axis),
+          .node = its.strikes == Struck::amplifier ? Node::amplifier : Node::sensor,
+          .value = its.value};
+}
+
+std::string describe(const FaultOrder& order) {
+  const FaultTraits& its = traits(order.kind);
+  const std::string_view struck = its.strikes == Struck::plant ? "stage" : to_string(order.node);
+  std::string text = fmt::format("{} of {}: {}", struck, order.axis, its.name);
+  if (!its.unit.empty()) text += fmt::format(", {:g} {}", order.value, its.unit);
+  return text;
+}
+
+std::string why_not(const FaultOrder& order, const can::AxisWire& wire) {
+  const FaultTraits& its = traits(order.kind);
+  const bool wrong_node = (its.strikes == Struck::sensor && order.node != Node::sensor) ||
+                          (its.strikes == Struck::amplifier && order.node != Node::amplifier);
+  if (wrong_node)
+    return fmt::format("{} strikes the {}, expected that node", its.name,
+                       its.strikes == Struck::sensor ? "sensor" : "amplifier");
+  if (!its.unit.empty() && !(order.value >= its.lowest && order.value <= its.highest))
+    return fmt::format("{}: value is {:g} {}, expected {:g} to {:g}", its.name, order.value, its.unit,
+                       its.lowest, its.highest);
+  if ((order.kind == late || order.kind == emergency) && order.value != std::round(order.value))
+    return fmt::format("{}: value is {:g}, expected a whole number", its.name, order.value);
+  if (order.lasts < can::Duration::zero())
+    return fmt::format("{}: it lasts {:g} s, expected at least 0", its.name, can::seconds(order.lasts));
+  if (order.kind == parameter_drift && order.lasts == can::Duration::zero())
+    return "parameter_drift: it lasts 0 s, expected the time in which it drifts";
+  const std::string missing = what_the_frame_lacks(order.kind, order.node, wire);
+  return missing.empty() ? "" : fmt::format("{}: {}", its.name, missing);
+}
+
+}  // namespace hystcan::twin

@@ -1,0 +1,243 @@
+#include "twin/fault_scheduler.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace hystcan::twin {
+namespace {
+
+/// A drift is a staircase of so long steps.
+constexpr can::Duration drift_step = std::chrono::milliseconds(1);
+
+bool same_place(const FaultOrder& a, const FaultOrder& b) {
+  return a.kind == b.kind && a.axis == b.axis &&
+         (a.node == b.node || traits(a.kind).strikes == Struck::plant);
+}
+
+can::Duration duration_of(double s) { return can::Duration(std::llround(1e9 * s)); }
+
+}  // namespace
+
+FaultScheduler::FaultScheduler(can::Scheduler& scheduler, std::vector<FaultTarget> targets,
+                               const std::vector<FaultOrder>& orders,
+                               const std::optional<RandomFaults>& random)
+    : scheduler_(scheduler),
+      targets_(std::move(targets)),
+      disturbances_(targets_.size()),
+      orders_(orders),
+      random_(random),
+      random_source_(random ? random->seed : 0),
+      timer_(scheduler.make_timer([this] { wake(); })) {
+  for (const FaultOrder& order : orders_) target_of(order);
+  if (random_) list_what_can_be_struck();
+}
+
+void FaultScheduler::list_what_can_be_struck() {
+  for (std::size_t i = 0; i < fault_count; ++i) {
+    const auto kind = static_cast<Fault>(i);
+    if (!random_->kinds.empty() && std::ranges::find(random_->kinds, kind) == random_->kinds.end()) continue;
+    for (const FaultTarget& target : targets_) {
+      FaultOrder order = order_of(kind, target.wire.name);
+      order.lasts = random_->shortest;
+      if (why_not(order, target.wire).empty()) can_be_struck_.push_back(order);
+      if (traits(kind).strikes != Struck::either_node) continue;
+      order.node = Node::amplifier;
+      if (why_not(order, target.wire).empty()) can_be_struck_.push_back(order);
+    }
+  }
+  if (can_be_struck_.empty())
+    throw std::invalid_argument("random faults: none of the kinds can strike this stage");
+}
+
+std::size_t FaultScheduler::target_of(const FaultOrder& order) const {
+  const auto found = std::ranges::find_if(
+      targets_, [&](const FaultTarget& target) { return target.wire.name == order.axis; });
+  if (found == targets_.end())
+    throw std::invalid_argument(
+        fmt::format("there is no axis \"{}\", expected one of this twin's", order.axis));
+  if (const std::string why = why_not(order, found->wire); !why.empty()) throw std::invalid_argument(why);
+  return static_cast<std::size_t>(found - targets_.begin());
+}
+
+void FaultScheduler::start(can::Time start) {
+  planned_.clear();
+  planned_.reserve(orders_.size());
+  for (const FaultOrder& order : orders_) planned_.push_back({order, start + order.begins});
+  std::ranges::stable_sort(planned_, {}, &Planned::begins);
+  if (random_) {
+    next_random_ = start;
+    plan_next_random();
+  }
+  wake();
+}
+
+void FaultScheduler::stop() {
+  planned_.clear();
+  next_random_ = can::Time::max();
+  heal();
+}
+
+void FaultScheduler::inject(const FaultOrder& order) {
+  target_of(order);
+  strike(order);
+  arm();
+}
+
+std::size_t FaultScheduler::heal(std::optional<Fault> kind, std::string_view axis) {
+  const auto is_meant = [&](const FaultOrder& order) {
+    return (!kind || order.kind == *kind) && (axis.empty() || order.axis == axis);
+  };
+  const std::vector<Active> before = std::exchange(active_, {});
+  std::ranges::copy_if(before, std::back_inserter(active_),
+                       [&](const Active& one) { return !is_meant(one.order); });
+  for (const Active& one : before)
+    if (is_meant(one.order)) release(one.order);
+  for (std::size_t i = 0; i < targets_.size(); ++i)
+    if (disturbances_[i].gain != 1.0 &&
+        is_meant({.kind = Fault::parameter_drift, .axis = targets_[i].wire.name}))
+      disturb(i, [](Disturbance& now) { now.gain = 1.0; });
+  arm();
+  return before.size() - active_.size();
+}
+
+void FaultScheduler::wake() {
+  const can::Time now = scheduler_.now();
+  for (const Active& one : active_)
+    if (one.order.kind == Fault::parameter_drift) drift(one, now);
+  end_what_is_due(now);
+  begin_what_is_due(now);
+  while (next_random_ <= now) draw();
+  arm();
+}
+
+void FaultScheduler::end_what_is_due(can::Time now) {
+  const auto is_over = [now](const Active& one) { return one.ends <= now; };
+  for (auto over = std::ranges::find_if(active_, is_over); over != active_.end();
+       over = std::ranges::find_if(active_, is_over)) {
+    const FaultOrder order = over->order;
+    active_.erase(over);
+    release(order);
+  }
+}
+
+void FaultScheduler::begin_what_is_due(can::Time now) {
+  for (Planned& next : planned_)
+    while (next.begins <= now) {
+      strike(next.order);
+      const bool repeats = next.order.repeat_every > can::Duration::zero();
+      next.begins = repeats ? next.begins + next.order.repeat_every : can::Time::max();
+    }
+  std::erase_if(planned_, [](const Planned& one) { return one.begins == can::Time::max(); });
+}
+
+// The time to the next event of a Poisson process is distributed exponentially.
+void FaultScheduler::plan_next_random() {
+  const double mean_s = 3600.0 / random_->rate_per_hour;
+  next_random_ += duration_of(-mean_s * std::log1p(-uniform())) + can::Duration{1};
+}
+
+void FaultScheduler::draw() {
+  const auto which = static_cast<std::size_t>(uniform() * static_cast<double>(can_be_struck_.size()));
+  FaultOrder order = can_be_struck_[which];
+  const double range_s = can::seconds(random_->longest - random_->shortest);
+  order.lasts = random_->shortest + duration_of(uniform() * range_s);
+  const bool either_way = traits(order.kind).strikes == Struck::plant;
+  if (either_way && uniform() < 0.5) order.value = -order.value;
+  strike(order);
+  plan_next_random();
+}
+
+void FaultScheduler::arm() {
+  can::Time next = next_random_;
+  for (const Planned& one : planned_) next = std::min(next, one.begins);
+  for (const Active& one : active_) {
+    next = std::min(next, one.ends);
+    if (one.order.kind == Fault::parameter_drift) next = std::min(next, scheduler_.now() + drift_step);
+  }
+  if (next == can::Time::max()) return timer_->cancel();
+  timer_->expire_at(next);
+}
+
+void FaultScheduler::strike(const FaultOrder& order) {
+  const std::size_t index = target_of(order);
+  const FaultTarget& target = targets_[index];
+  const can::Time now = scheduler_.now();
+  const bool forever = order.lasts == can::Duration::zero();
+  std::erase_if(active_, [&](const Active& one) { return same_place(one.order, order); });
+  active_.push_back({.order = order,
+                     .began = now,
+                     .ends = forever ? can::Time::max() : now + order.lasts,
+                     .gain_before = disturbances_[index].gain});
+  const bool at_amplifier = order.node == Node::amplifier;
+  switch (order.kind) {
+    case Fault::parameter_drift:
+      break;
+    case Fault::resonance_shift:
+      disturb(index, [&](Disturbance& its) { its.resonance = 1.0 + order.value; });
+      break;
+    case Fault::load_step:
+      disturb(index, [&](Disturbance& its) { its.load_um = order.value; });
+      break;
+    case Fault::amplifier_trip:
+      target.amplifier.begin_internal_fault();
+      break;
+    case Fault::node_reboot:
+      (at_amplifier ? target.amplifier_line : target.sensor_line).begin(order.kind, order.value);
+      if (at_amplifier) target.amplifier.lose_power();
+      break;
+    default:
+      (at_amplifier ? target.amplifier_line : target.sensor_line).begin(order.kind, order.value);
+  }
+  tell(order, Event::begins);
+}
+
+void FaultScheduler::release(const FaultOrder& order) {
+  const std::size_t index = target_of(order);
+  const FaultTarget& target = targets_[index];
+  const bool at_amplifier = order.node == Node::amplifier;
+  switch (order.kind) {
+    case Fault::parameter_drift:
+      break;
+    case Fault::resonance_shift:
+      disturb(index, [](Disturbance& its) { its.resonance = 1.0; });
+      break;
+    case Fault::load_step:
+      disturb(index, [](Disturbance& its) { its.load_um = 0.0; });
+      break;
+    case Fault::amplifier_trip:
+      target.amplifier.end_internal_fault();
+      break;
+    case Fault::node_reboot:
+    case Fault::bus_off:
+      (at_amplifier ? target.amplifier_line : target.sensor_line).end(order.kind);
+      at_amplifier ? target.amplifier.restart() : target.sensor.restart();
+      break;
+    default:
+      (at_amplifier ? target.amplifier_line : target.sensor_line).end(order.kind);
+  }
+  tell(order, Event::ends);
+}
+
+void FaultScheduler::drift(const Active& active, can::Time now) {
+  const double share =
+      std::clamp(can::seconds(now - active.began) / can::seconds(active.order.lasts), 0.0, 1.0);
+  const double target = 1.0 + active.order.value;
+  disturb(target_of(active.order),
+          [&](Disturbance& its) { its.gain = active.gain_before + share * (target - active.gain_before); });
+}
+
+void FaultScheduler::disturb(std::size_t target, const std::function<void(Disturbance&)>& change) {
+  change(disturbances_[target]);
+  targets_[target].plant.advance_to(scheduler_.now());
+  targets_[target].plant.disturb(disturbances_[target]);
+}
+
+void FaultScheduler::tell(const FaultOrder& order, Event event) const {
+  if (teller_) teller_(order, event, scheduler_.now());
+}
+
+}  // namespace hystcan::twin

@@ -1,0 +1,98 @@
+// When faults begin and end: by the configuration's schedule, at random from a seed, and at run time. In the
+// scheduler's time, real or virtual; the same seed gives the same faults.
+//
+// A fault that is on and begins again goes on with the new value and the new end. A drift's travel changes
+// linearly from what it is to 1 + value, and stays there when it has ended: back is another drift, of value
+// 0, or heal().
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <random>
+#include <string_view>
+#include <vector>
+
+#include "twin/amplifier_node.h"
+#include "twin/fault.h"
+#include "twin/faulty_connection.h"
+#include "twin/plant.h"
+#include "twin/sensor_node.h"
+
+namespace hystcan::twin {
+
+/// What faults of one axis strike. All of it outlives the scheduler.
+struct FaultTarget {
+  const can::AxisWire& wire;
+  Plant& plant;
+  AmplifierNode& amplifier;
+  SensorNode& sensor;
+  FaultyConnection& amplifier_line;
+  FaultyConnection& sensor_line;
+};
+
+class FaultScheduler {
+ public:
+  enum class Event : std::uint8_t { begins, ends };
+  using Teller = std::function<void(const FaultOrder&, Event, can::Time)>;
+  struct Active {
+    FaultOrder order;
+    can::Time began{};
+    can::Time ends{};
+    double gain_before = 1.0;  ///< of a drift
+  };
+
+  /// Throws std::invalid_argument where an order can't be carried out.
+  FaultScheduler(can::Scheduler& scheduler, std::vector<FaultTarget> targets,
+                 const std::vector<FaultOrder>& orders, const std::optional<RandomFaults>& random);
+
+  /// Told of every begin and end.
+  void on_event(Teller teller) { teller_ = std::move(teller); }
+  /// The schedule counts from `start`; what should have begun by now begins now.
+  void start(can::Time start);
+  /// Ends every fault; none begins any more.
+  void stop();
+
+  /// Begins now. Throws std::invalid_argument where it can't.
+  void inject(const FaultOrder& order);
+  /// Ends what is on, of this kind and this axis where they are given, and takes back what has drifted. The
+  /// number of faults that were on.
+  std::size_t heal(std::optional<Fault> kind = {}, std::string_view axis = {});
+  const std::vector<Active>& active() const { return active_; }
+
+ private:
+  struct Planned {
+    FaultOrder order;
+    can::Time begins{};
+  };
+
+  std::size_t target_of(const FaultOrder& order) const;
+  void list_what_can_be_struck();
+  void plan_next_random();
+  void draw();
+  double uniform() { return static_cast<double>(random_source_() >> 11U) * 0x1p-53; }
+  void wake();
+  void begin_what_is_due(can::Time now);
+  void end_what_is_due(can::Time now);
+  void arm();
+  void strike(const FaultOrder& order);
+  void release(const FaultOrder& order);
+  void drift(const Active& active, can::Time now);
+  void disturb(std::size_t target, const std::function<void(Disturbance&)>& change);
+  void tell(const FaultOrder& order, Event event) const;
+
+  can::Scheduler& scheduler_;
+  std::vector<FaultTarget> targets_;
+  std::vector<Disturbance> disturbances_;  ///< of each target's plant
+  std::vector<FaultOrder> orders_;
+  std::optional<RandomFaults> random_;
+  std::vector<FaultOrder> can_be_struck_;  ///< at random: each with its own number
+  std::mt19937_64 random_source_;
+  can::Time next_random_ = can::Time::max();
+  std::vector<Planned> planned_;
+  std::vector<Active> active_;
+  Teller teller_;
+  std::unique_ptr<can::Timer> timer_;
+};
+
+}  // namespace hystcan::twin

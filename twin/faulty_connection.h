@@ -1,0 +1,106 @@
+// A node's connection to the bus at which faults can begin and end. The node itself knows nothing of them.
+//
+//   node -> wrong value, status, counter, CRC; late, out of order -> can::FaultyBus: lost, doubled,
+//           length, kind of identifier -> bus
+//
+// What is changed in a sealed frame is sealed again with the frame's own counter, so that the value alone is
+// wrong; the wrong CRC and the counter that stands still are made on the sealed frame. Frames held back when
+// a fault ends are gone: nothing stale comes later.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "can/bus.h"
+#include "can/faulty_bus.h"
+#include "can/protocol.h"
+#include "twin/fault.h"
+
+namespace hystcan::twin {
+
+/// What a node sends of its axis, as far as faults need to know: where its value and its protection lie.
+class SentMessage {
+ public:
+  SentMessage(const can::Message& message, const can::MessageMap& map, std::string_view value_role,
+              std::string_view value_unit);
+
+  can::Filter filter() const { return filter_; }
+  bool is(const can::Frame& frame) const {
+    return frame.id == filter_.id && frame.extended == filter_.extended;
+  }
+  std::int64_t value(const can::Frame& frame) const {
+    return value_ ? value_->unpack_raw(frame.payload()) : 0;
+  }
+  std::int64_t counter(const can::Frame& frame) const;
+
+  void put_value(can::Frame& frame, std::int64_t raw) const;
+  /// The nearest that the signal carries.
+  void put_physical(can::Frame& frame, double value) const;
+  void put_bad_status(can::Frame& frame) const;
+  void put_counter(can::Frame& frame, std::int64_t raw) const;
+  /// The CRC anew, as the frame is now.
+  void seal(can::Frame& frame) const;
+  void spoil_crc(can::Frame& frame) const;
+
+ private:
+  can::Filter filter_;
+  std::optional<can::SignalCodec> value_;
+  can::DecimalStep step_{};
+  std::optional<can::SignalCodec> status_;
+  can::Protection protection_;
+};
+
+/// The sensor's sample, the amplifier's status; empty where it sends none.
+std::optional<SentMessage> sent_by(Node node, const can::Database& database, const can::AxisWire& wire);
+
+class FaultyConnection final : public can::Bus {
+ public:
+  struct Config {
+    std::uint8_t node = 0;
+    std::optional<SentMessage> sends{};
+    std::optional<can::Filter> obeys{};  ///< the command, where the node is an amplifier
+    std::uint64_t seed = 1;
+  };
+
+  FaultyConnection(std::unique_ptr<can::Bus> within, can::Scheduler& scheduler, Config config);
+
+  /// Kinds that strike the plant or the node itself change nothing here. One that is on already goes on with
+  /// the new value.
+  void begin(Fault kind, double value);
+  void end(Fault kind);
+
+  bool send(const can::Frame& frame) override;
+  void on_frame(FrameHandler handler) override { bus_.on_frame(std::move(handler)); }
+  void on_state(StateHandler handler) override { bus_.on_state(std::move(handler)); }
+  can::BusState state() const override { return bus_.state(); }
+  std::optional<can::ErrorCounters> error_counters() const override { return bus_.error_counters(); }
+  const can::BusCounters& counters() const override { return bus_.counters(); }
+
+ private:
+  static constexpr std::size_t held_frames = 17;  ///< traits(Fault::late).highest, and the present one
+
+  bool is_on(Fault kind) const { return on_[static_cast<std::size_t>(kind)].has_value(); }
+  double value_of(Fault kind) const { return *on_[static_cast<std::size_t>(kind)]; }
+  void set_rules();
+  void spoil(can::Frame& frame);
+  bool pass_in_order(const can::Frame& frame);
+  bool pass_late(const can::Frame& frame);
+  void babble();
+
+  can::FaultyBus bus_;
+  can::Scheduler& scheduler_;
+  Config config_;
+  std::array<std::optional<double>, fault_count> on_{};  ///< each with its value
+  bool spoils_ = false;                                  ///< one that is on changes what is sent
+  std::optional<std::int64_t> frozen_value_;
+  std::optional<std::int64_t> frozen_counter_;
+  std::optional<can::Frame> overtaken_;
+  std::array<can::Frame, held_frames> late_{};
+  std::size_t oldest_late_ = 0;
+  std::size_t late_count_ = 0;
+  std::unique_ptr<can::Timer> babbles_;
+};
+
+}  // namespace hystcan::twin
