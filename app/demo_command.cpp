@@ -14,6 +14,7 @@
 #include "config/config.h"
 #include "controller/telemetry.h"
 #include "rehearsal/rehearsal.h"
+#include "twin/truth_log.h"
 
 namespace hystcan::app {
 namespace {
@@ -47,9 +48,13 @@ std::vector<Column> run_columns(const config::Config& config, const std::filesys
   std::vector<Column> columns;
   for (const controller::Structure structure : controller::all_structures) {
     controller::CsvLog csv(directory / fmt::format("{}.csv", to_string(structure)), names);
-    columns.push_back({structure, rehearsal::run_once(with_structure(setup, structure), settle_s,
-                                                      [&](const auto& record) { csv.write(record); })});
-    if (const std::string lost = csv.close(); !lost.empty()) throw RunError(lost);
+    twin::TruthLog truth(directory / fmt::format("{}.truth.csv", to_string(structure)), names);
+    columns.push_back({structure, rehearsal::run_once(
+                                      with_structure(setup, structure), settle_s,
+                                      [&](const auto& record) { csv.write(record); },
+                                      [&](const auto& sampled) { truth.write(sampled); })});
+    for (const std::string& lost : {csv.close(), truth.close()})
+      if (!lost.empty()) throw RunError(lost);
     for (const auto& axis : columns.back().outcome.axes) {
       if (axis.fault.cause != controller::Cause::none)
         throw RunError(fmt::format("{}: {}", to_string(structure), describe(axis.name, axis.fault)));
@@ -154,9 +159,11 @@ int run_demo(const Options& options) {
   fmt::print(stderr,
              "{:.1f} s of virtual time in {:.2f} s, {:.0f} axis-cycles per second with the CSV written\n",
              virtual_s, wall.count(), axis_cycles / wall.count());
-  fmt::print(stderr, "{}: {}\n", options.output.string(),
-             undrawn.empty() ? "demo.svg, demo.png, and a CSV for each structure"
-                             : "a CSV for each structure; no picture: " + undrawn);
+  fmt::print(
+      stderr, "{}: {}\n", options.output.string(),
+      undrawn.empty()
+          ? "demo.svg, demo.png, and two CSV for each structure: the controller's and the twin's truth"
+          : "two CSV for each structure, the controller's and the twin's truth; no picture: " + undrawn);
   return done;
 }
 

@@ -16,9 +16,11 @@
 #include "app/control_socket.h"
 #include "app/live.h"
 #include "app/live_run.h"
+#include "app/output_file.h"
 #include "app/report.h"
 #include "app/twin_desk.h"
 #include "config/config.h"
+#include "twin/truth_log.h"
 #include "twin/twin.h"
 
 namespace hystcan::app {
@@ -30,6 +32,7 @@ struct Options {
   bool force_interface = false;
   std::vector<std::string> axes;
   std::string socket;
+  std::filesystem::path truth;
 };
 
 /// Says what becomes of the amplifiers and of the bus.
@@ -121,6 +124,13 @@ twin::Config twin_of(const config::Config& config, const Options& options) {
   }
 }
 
+std::vector<std::string> names_of(const twin::Config& config) {
+  std::vector<std::string> names;
+  names.reserve(config.axes.size());
+  for (const twin::AxisConfig& axis : config.axes) names.push_back(axis.wire.name);
+  return names;
+}
+
 int run_twin(const Options& options) {
   const config::Config config = config::load(options.config);
   const twin::Config twin_config = twin_of(config, options);
@@ -130,10 +140,16 @@ int run_twin(const Options& options) {
         fmt::format("{} is a real CAN interface: a twin on it would answer in the place of real nodes; "
                     "--force-interface if that is what you want",
                     interface));
+  if (!options.truth.empty()) refuse_to_overwrite(options.truth, options.config);
   LiveLoop loop(interface);
   twin::Twin twin(twin_config, config.database, loop.scheduler(), loop.attach());
   look_at_interface(config, interface);
   log_faults(twin, loop.scheduler().now());
+  std::optional<twin::TruthLog> truth;
+  if (!options.truth.empty()) {
+    truth.emplace(options.truth, names_of(twin_config));
+    twin.on_truth([&](const twin::Truth& sampled) { truth->write(sampled); });
+  }
   twin.start();
   for (const twin::AxisConfig& axis : twin_config.axes)
     spdlog::info("{}: amplifier node {}, sensor node {} on {}", axis.wire.name, axis.wire.amplifier_node,
@@ -154,6 +170,8 @@ int run_twin(const Options& options) {
   loop.run([&](int) { end(); });
   watch.log_bus();
   for (const std::string& line : describe(closing_of(twin))) fmt::print("{}\n", line);
+  if (truth)
+    if (const std::string lost = truth->close(); !lost.empty()) throw RunError(lost);
   if (const auto node = twin.taken_node())
     throw RunError(
         fmt::format("{}: node {} is on this bus already: another twin, or the real node; end one of the two",
@@ -171,6 +189,7 @@ void add_twin(CLI::App& cli, int& status) {
   command->add_flag("--force-interface", options->force_interface, "allow an interface that is not virtual");
   command->add_option("--axis", options->axes, "this axis alone; may be given again for more")
       ->allow_extra_args(false);
+  command->add_option("--truth", options->truth, "CSV of what the stages really do, a row for each sample");
   command->add_option("--socket", options->socket, "file of the control socket; none: there is none");
   command->callback([options, &status] { status = run_twin(*options); });
 }

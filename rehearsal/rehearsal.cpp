@@ -38,8 +38,8 @@ void Rehearsal::start() {
 
 void Rehearsal::run_for(can::Duration duration) { clock_.run_until(clock_.now() + duration); }
 
-Outcome run_once(const Setup& setup, double settle_s,
-                 const controller::Controller::RecordHandler& on_record) {
+Outcome run_once(const Setup& setup, double settle_s, const controller::Controller::RecordHandler& on_record,
+                 const twin::TruthHandler& on_truth) {
   Setup once = setup;
   std::vector<controller::TrackingStatistics> statistics;
   for (auto& axis : once.controller.axes) {
@@ -50,6 +50,7 @@ Outcome run_once(const Setup& setup, double settle_s,
     statistics[record.axis].add(record.report);
     on_record(record);
   });
+  if (on_truth) rehearsal.twin().on_truth(on_truth);
   rehearsal.start();
 
   const controller::Controller& loop = rehearsal.controller();

@@ -55,7 +55,9 @@ struct Outcome {
 
 /// One pass of every axis's reference, from power-on; ends early where an axis faults. Errors of the first
 /// `settle_s` of each segment are not counted.
-Outcome run_once(const Setup& setup, double settle_s, const controller::Controller::RecordHandler& on_record);
+/// `on_truth`, if there is one, is told what the twin's stages really did.
+Outcome run_once(const Setup& setup, double settle_s, const controller::Controller::RecordHandler& on_record,
+                 const twin::TruthHandler& on_truth = {});
 
 /// The same setup with every axis under `structure`, for comparison: the following-error trip, tuned for the
 /// structure in use, is lifted, so that a poor one can show how poor it is.

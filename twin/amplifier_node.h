@@ -66,6 +66,8 @@ class AmplifierNode {
 
   can::AmpState state() const { return state_; }
   std::uint8_t fault() const { return fault_; }
+  /// As last commanded, whether or not it drives.
+  double setpoint() const { return setpoint_; }
   std::uint64_t stale_commands() const { return stale_commands_; }
   const can::SdoServer& objects() const { return sdo_; }
   const can::Checker& checker() const { return decode_command_.checker(); }

@@ -74,12 +74,12 @@ void SensorNode::on_clock() {
 void SensorNode::sample(can::Time time) {
   plant_.advance_to(time);
   const Sensor::Reading reading = sensor_.measure(time, plant_.position_um());
+  const can::SensorSample sample{.position_um = reading.position_um,
+                                 .sync_counter = last_sync_,
+                                 .status = reading.in_range ? std::uint8_t{0} : sensor_status::out_of_range};
   // A position beyond what the message can carry is not sent: silence is what the controller trips on.
-  if (const auto frame =
-          encode_sample_({.position_um = reading.position_um,
-                          .sync_counter = last_sync_,
-                          .status = reading.in_range ? std::uint8_t{0} : sensor_status::out_of_range}))
-    bus_->send(*frame);
+  if (const auto frame = encode_sample_(sample)) bus_->send(*frame);
+  if (on_sample_) on_sample_(time, sample);
 }
 
 }  // namespace hystcan::twin

@@ -8,8 +8,10 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string_view>
+#include <utility>
 
 #include "can/bus.h"
 #include "can/node.h"
@@ -66,6 +68,10 @@ class SensorNode {
   bool follows_the_plant() const { return sensor_.follows(); }
   void follow(can::Time time, double position_um) { sensor_.follow(time, position_um); }
 
+  /// Called at each sample, with what is to be sent.
+  using SampleHandler = std::function<void(can::Time, const can::SensorSample&)>;
+  void on_sample(SampleHandler handler) { on_sample_ = std::move(handler); }
+
  private:
   void handle(const can::Frame& frame, can::Time received);
   void on_nmt(can::NmtState state);
@@ -88,6 +94,7 @@ class SensorNode {
   can::SdoServer sdo_;
   can::Encoder<can::SensorSample> encode_sample_;
   can::Encoder<can::SensorSample> encode_sample_at_power_on_;
+  SampleHandler on_sample_;
 };
 
 }  // namespace hystcan::twin

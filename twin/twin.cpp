@@ -121,6 +121,21 @@ Twin::Twin(const Config& config, const can::Database& database, can::Scheduler& 
       std::make_unique<FaultScheduler>(scheduler, std::move(targets), config.faults, config.random_faults);
 }
 
+void Twin::on_truth(const TruthHandler& handler) {
+  for (std::size_t i = 0; i < axes_.size(); ++i)
+    axes_[i]->sensor.on_sample(
+        [handler, i, &axis = *axes_[i]](can::Time time, const can::SensorSample& sample) {
+          handler({.time = time,
+                   .axis = i,
+                   .sync_counter = sample.sync_counter,
+                   .setpoint = axis.amplifier.setpoint(),
+                   .drive = axis.plant.drive(),
+                   .hysteresis_um = axis.plant.hysteresis_um(),
+                   .position_um = axis.plant.position_um(),
+                   .measured_um = sample.position_um});
+        });
+}
+
 void Twin::start() {
   started_ = scheduler_.now();
   listened_->expire_at(started_ + heartbeat_period_);

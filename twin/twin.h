@@ -17,6 +17,7 @@
 #include "twin/faulty_connection.h"
 #include "twin/plant.h"
 #include "twin/sensor_node.h"
+#include "twin/truth.h"
 
 namespace hystcan::twin {
 
@@ -85,6 +86,8 @@ class Twin {
   const std::vector<std::unique_ptr<Axis>>& axes() const { return axes_; }
   /// Of every node its own.
   std::vector<const can::Bus*> connections() const;
+  /// Told at every sample of every axis; none is sent later for it.
+  void on_truth(const TruthHandler& handler);
   FaultScheduler& faults() { return *faults_; }
   const FaultScheduler& faults() const { return *faults_; }
 

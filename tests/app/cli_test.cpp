@@ -96,7 +96,7 @@ TEST_F(Cli, DemoPrintsFiveColumnsAndWritesPictureAndCsv) {
   EXPECT_EQ(json.at("columns")[4].at("structure"), "inverse+pi");
   EXPECT_LT(json.at("columns")[4].at("rms_percent"), 0.25);
   EXPECT_GT(json.at("columns")[2].at("rms_percent"), 5.0);
-  for (const char* file : {"out/demo.svg", "out/demo.png", "out/inverse+pi.csv"})
+  for (const char* file : {"out/demo.svg", "out/demo.png", "out/inverse+pi.csv", "out/inverse+pi.truth.csv"})
     EXPECT_GT(std::filesystem::file_size(shipped / file), 10'000u) << file;
 }
 
