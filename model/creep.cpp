@@ -3,24 +3,25 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <string>
 
 #include "model/refusal.h"
 
 namespace hystcan::model {
 namespace {
 
-void check(const Creep::Operator& one, const std::string& name) {
-  if (!std::isfinite(one.weight)) refuse(name, ".weight = ", one.weight, ", expected a finite number");
+void check(const Creep::Operator& one, std::size_t index) {
+  const auto refuse_key = [index](const char* key, double value, const char* expected) {
+    refuse("creep operator[", index, "].", key, " = ", value, ", expected ", expected);
+  };
+  if (!std::isfinite(one.weight)) refuse_key("weight", one.weight, "a finite number");
   if (!std::isfinite(one.rate_per_s) || one.rate_per_s <= 0)
-    refuse(name, ".rate_per_s = ", one.rate_per_s, ", expected a positive number");
+    refuse_key("rate_per_s", one.rate_per_s, "a positive number");
   if (!std::isfinite(one.threshold) || one.threshold < 0)
-    refuse(name, ".threshold = ", one.threshold, ", expected a number, zero or more");
+    refuse_key("threshold", one.threshold, "a number, zero or more");
 }
 
 void check(const Creep::Config& config, double dt_s) {
-  for (std::size_t i = 0; i < config.operators.size(); ++i)
-    check(config.operators[i], text_of("creep operator[", i, "]"));
+  for (std::size_t i = 0; i < config.operators.size(); ++i) check(config.operators[i], i);
   if (!std::isfinite(dt_s) || dt_s <= 0) refuse("dt_s = ", dt_s, ", expected a positive number");
 }
 
@@ -37,6 +38,7 @@ Creep::State Creep::settled(const Config& config, double input) {
 
 Creep::Step::Step(const Config& config, double dt_s) {
   check(config, dt_s);
+  coefficients_.reserve(config.operators.size());
   for (const Operator& one : config.operators)
     coefficients_.push_back({one.weight, -std::expm1(-one.rate_per_s * dt_s), one.threshold});
 }

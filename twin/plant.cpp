@@ -13,6 +13,9 @@ namespace {
 /// in each; what no longer fits is merged, which would be a jump that no actuator makes.
 constexpr std::size_t remembered_branches = 4096;
 
+/// Sub-steps taken as one where only creep or temperature move the stage: three days take a second.
+constexpr int even_substeps = 1000;
+
 /// Spreads neighbouring lengths over a table (Knuth's multiplicative hashing).
 std::size_t slot_of(can::Duration length, std::size_t slots) {
   return static_cast<std::size_t>((static_cast<std::uint64_t>(length.count()) * 0x9E3779B97F4A7C15U) >> 32U) %
@@ -91,9 +94,10 @@ void Plant::advance_to(can::Time time) {
     const double output_before = settled_.amplifier.output;
     const can::Duration length = next_grid_ - settled_.time;
     move(settled_, step_of(length), [this](double drive) { return material_.go_to(drive); });
-    if (length == config_.substep && settled_.amplifier.output == output_before && has_settled())
+    const bool drive_rests = length >= config_.substep && settled_.amplifier.output == output_before;
+    if (drive_rests && has_settled())
       settled_.time += (time - settled_.time) / config_.substep * config_.substep;
-    begin_substep();
+    begin_substep(drive_rests && drifts_evenly() ? even_substeps * config_.substep : config_.substep);
   }
   present_ = settled_;
   if (time > settled_.time)
@@ -155,16 +159,17 @@ void Plant::move(Motion& motion, const Step& step, Hysteresis hysteresis) {
     motion.second_mode = (*step.second_mode)(motion.second_mode, input_before, motion.input_um);
 }
 
-// The motion goes on from the time looked at, in a sub-step of two parts.
+// The motion goes on from the time looked at, in a sub-step of two parts: to the next point of the grid.
 void Plant::split() {
+  next_grid_ = start_ + ((present_.time - start_) / config_.substep + 1) * config_.substep;
   if (present_.time == settled_.time) return;
   material_.go_to(drive());
   settled_ = present_;
 }
 
 // Its noise moves the drive at once.
-void Plant::begin_substep() {
-  next_grid_ = settled_.time + config_.substep;
+void Plant::begin_substep(can::Duration length) {
+  next_grid_ = settled_.time + length;
   if (drive_noise_) {
     noise_ = drive_noise_(settled_.time);
     settled_.hysteresis_um = material_.go_to(settled_.amplifier.output + noise_);
@@ -180,6 +185,29 @@ bool Plant::has_settled() {
     return false;
   return settle(settled_.mode, config_.mode, settled_.input_um) &&
          (!config_.second_mode || settle(settled_.second_mode, config_.second_mode->mode, settled_.input_um));
+}
+
+// u'' bounded by the sum of what creep and temperature have, each in its own closed form.
+bool Plant::drifts_evenly() const {
+  constexpr double nothing_um = 1e-6;
+  if (drive_noise_ || !(config_.creep || config_.temperature)) return false;
+  double bend_um_per_s2 = 0.0;
+  for (std::size_t i = 0; i < creep_.operators.size(); ++i) {
+    const auto& [weight, rate_per_s, threshold] = creep_.operators[i];
+    const double to_go_um = settled_.hysteresis_um - start_um_ - settled_.creep.values[i];
+    bend_um_per_s2 += std::abs(weight * rate_per_s * rate_per_s * to_go_um);
+  }
+  if (config_.temperature) {
+    const Temperature& t = *config_.temperature;
+    const double omega = 2.0 * std::numbers::pi / t.period_s;
+    const double travel_um = settled_.hysteresis_um + settled_.creep_um - start_um_;
+    bend_um_per_s2 +=
+        omega * omega * std::abs(t.swing_K) *
+        (std::abs(t.expansion_um_per_K) + std::abs(t.gain_per_K * disturbance_.gain * travel_um));
+  }
+  const double length_s = even_substeps * can::seconds(config_.substep);
+  return bend_um_per_s2 * length_s * length_s / 8.0 <= nothing_um &&
+         std::abs(own_position_um(settled_) - settled_.input_um) <= nothing_um;
 }
 
 const Plant::Step& Plant::step_of(can::Duration length) {

@@ -135,8 +135,9 @@ class Plant {
   template <class Hysteresis>
   void move(Motion& motion, const Step& step, Hysteresis hysteresis);
   void split();
-  void begin_substep();
+  void begin_substep(can::Duration length);
   bool has_settled();
+  bool drifts_evenly() const;
   const Step& step_of(can::Duration length);
   double input_um(const Motion& motion) const;
   double own_position_um(const Motion& motion) const;

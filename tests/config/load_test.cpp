@@ -141,6 +141,21 @@ INSTANTIATE_TEST_SUITE_P(
         BadInput{"ModelOfAnotherKind", "piezo.model.toml", "\"recursive-memory\"", "\"preisach\"",
                  "kind is \"preisach\""},
         BadInput{"ModelInAnotherUnit", "piezo.model.toml", "\"V\"", "\"A\"", "input_unit is \"A\""},
+        BadInput{"TruthInAnotherUnit", "piezo.plant.toml", "\"V\"", "\"A\"", "input_unit is \"A\""},
+        BadInput{"CreepThatEndsBeforeItBegins", "piezo.toml", "[axis.twin]",
+                 "[axis.twin.creep]\nper_decade = 0.015\nfrom_s = 1.0\nto_s = 0.5\n[axis.twin]",
+                 "to_s is 0.5, expected more than from_s, 1"},
+        BadInput{"SecondModeOfMoreThanAll", "piezo.toml", "[axis.twin]",
+                 "[axis.twin.second_mode]\nresonance_Hz = 1200.0\ndamping_ratio = 0.02\nshare = 1.1\n"
+                 "[axis.twin]",
+                 "share is 1.1"},
+        BadInput{"TemperatureThatTurnsTheStrokeRound", "piezo.toml", "[axis.twin]",
+                 "[axis.twin.temperature]\nswing_K = 20.0\nperiod_s = 60.0\nexpansion_um_per_K = 0.1\n"
+                 "gain_per_K = -0.05\n[axis.twin]",
+                 "gain_per_K is -0.05, expected less than 1 / swing_K, 0.05"},
+        BadInput{"TwinCoupledToItself", "piezo.toml", "[axis.twin]",
+                 "[[axis.twin.coupling]]\nfrom = \"x\"\num_per_um = 0.01\n[axis.twin]",
+                 "from is \"x\", expected the name of another axis"},
         BadInput{"CoefficientNotANumber", "piezo.model.toml", "[0, 0.222,", "[0, \"a\",",
                  "ascending is of type string"}),
     [](const auto& test) { return test.param.name; });
@@ -158,6 +173,53 @@ TEST(Load, NamesAModelFileThatIsNotThere) {
 }
 
 TEST(Load, NamesAConfigurationThatIsNotThere) { EXPECT_THROW(load("/nonexistent/x.toml"), Error); }
+
+TEST(Load, TakesATruthOfAnyKind) {
+  const support::ShippedCopy shipped;
+  std::ofstream(shipped / "piezo.plant.toml")
+      << "[hysteresis]\nkind = \"preisach\"\ninput_unit = \"V\"\noutput_unit = \"um\"\n"
+         "input_min = 0.0\ninput_max = 100.0\noffset = 0.0\ngain = 0.25\nweights = [2.0, 1.0, 2.0]\n";
+  const Config config = load(shipped / "piezo.toml");
+  for (const auto& axis : config.twin.axes)
+    EXPECT_EQ(std::get<model::PreisachParameters>(axis.plant.hysteresis).weights,
+              (std::vector<double>{2.0, 1.0, 2.0}));
+}
+
+TEST(Load, LeavesOutOfThePlantWhatIsNotConfigured) {
+  const Config config = load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
+  for (const auto& axis : config.twin.axes) {
+    EXPECT_FALSE(axis.plant.second_mode);
+    EXPECT_FALSE(axis.plant.creep);
+    EXPECT_FALSE(axis.plant.temperature);
+    EXPECT_TRUE(axis.couplings.empty());
+  }
+}
+
+TEST(Load, ReadsTheSlowPhysicsOfThePlant) {
+  const support::ShippedCopy shipped;
+  shipped.edit("piezo.toml", "[axis.twin]",
+               "[axis.twin.second_mode]\nresonance_Hz = 1200.0\ndamping_ratio = 0.02\nshare = 0.1\n"
+               "[axis.twin.creep]\nper_decade = 0.015\nfrom_s = 0.1\nto_s = 1000.0\n"
+               "[axis.twin.temperature]\nswing_K = 1.5\nperiod_s = 600.0\nexpansion_um_per_K = 0.1\n"
+               "gain_per_K = 1e-3\n"
+               "[[axis.twin.coupling]]\nfrom = \"y\"\num_per_um = 0.01\n[axis.twin]");
+  const Config config = load(shipped / "piezo.toml");
+  const twin::AxisConfig& x = config.twin.axes[0];
+  EXPECT_EQ(x.plant.second_mode->mode.natural_frequency_Hz, 1200.0);
+  EXPECT_EQ(x.plant.second_mode->mode.damping_ratio, 0.02);
+  EXPECT_EQ(x.plant.second_mode->share, 0.1);
+  EXPECT_EQ(x.plant.creep->per_decade, 0.015);
+  EXPECT_EQ(x.plant.creep->to_s, 1000.0);
+  EXPECT_EQ(x.plant.temperature->swing_K, 1.5);
+  EXPECT_EQ(x.plant.temperature->gain_per_K, 1e-3);
+  ASSERT_EQ(x.couplings.size(), 1u);
+  EXPECT_EQ(x.couplings[0].index, 1u);
+  EXPECT_FALSE(config.twin.axes[1].plant.creep) << "of the other axis nothing was said";
+  const std::string text = echo(shipped / "piezo.toml");
+  for (const char* table :
+       {"[axis.twin.second_mode]", "[axis.twin.creep]", "[axis.twin.temperature]", "[[axis.twin.coupling]]"})
+    EXPECT_NE(text.find(table), std::string::npos) << table;
+}
 
 TEST(Echo, ShowsWhatIsInForceAndMarksDefaults) {
   const std::string text = echo(HYSTCAN_SOURCE_DIR "/config/piezo.toml");

@@ -10,7 +10,6 @@ namespace hystcan::twin {
 namespace {
 
 using std::chrono::milliseconds;
-using std::chrono::seconds;
 
 constexpr LogarithmicCreep slow{.per_decade = 0.015, .from_s = 0.1, .to_s = 100.0};
 
@@ -51,6 +50,41 @@ TEST(Creep, IsAsMuchInEveryDecade) {
     }
     before_um = plant.position_um();
   }
+}
+
+/// Left alone for half a day under a slow day's temperature; looked at every 0.7 s for the first minutes, or
+/// not.
+double half_a_day_later_um(bool watched) {
+  Plant::Config config = creeping_stage();
+  config.temperature =
+      Temperature{.swing_K = 2.0, .period_s = 86'400.0, .expansion_um_per_K = 0.15, .gain_per_K = 1e-3};
+  Plant plant(config, can::Time{});
+  plant.set_target(50.0);
+  for (int i = 1; watched && i < 500; ++i) plant.advance_to(can::Time{} + i * milliseconds(700));
+  plant.advance_to(can::Time{} + std::chrono::hours(12) + milliseconds(3));
+  plant.set_target(20.0);
+  plant.advance_to(can::Time{} + std::chrono::hours(12) + milliseconds(4));
+  return plant.position_um();
+}
+
+// Each of 9e8 sub-steps would take minutes, and a twin answers its first SYNC in time.
+TEST(SlowPhysics, CostsLittleWhileNothingElseMoves) {
+  EXPECT_EQ(half_a_day_later_um(true), half_a_day_later_um(false)) << "to the bit";
+}
+
+// All operators have settled but for e^{-259200 s / 10^4 s}; the day's sine is at its zero, at a slope of 22
+// pm/s.
+TEST(SlowPhysics, IsExactAfterALongTime) {
+  const model::Creep::Config operators = model::logarithmic_creep(slow.per_decade, slow.from_s, slow.to_s);
+  double whole = 0.0;
+  for (const auto& one : operators.operators) whole += one.weight;
+  Plant::Config config = creeping_stage();
+  config.temperature =
+      Temperature{.swing_K = 2.0, .period_s = 86'400.0, .expansion_um_per_K = 0.15, .gain_per_K = 1e-3};
+  Plant plant(config, can::Time{});
+  plant.set_target(50.0);
+  plant.advance_to(can::Time{} + std::chrono::hours(72));
+  EXPECT_NEAR(plant.position_um(), 15.0 * (1.0 + whole), 1e-8);
 }
 
 TEST(Temperature, MovesTheStageAndItsStrokeWithTheAmbientSine) {
