@@ -132,7 +132,7 @@ TEST(FreeSensor, IsNeverMissedWhereItSamplesTwiceACycle) {
 }
 
 // A sample of the last tenths of a millisecond of a cycle comes in the next one, and names the SYNC before: a
-// run of them is late, once in every beat of 5 s, and none may be bridged: it lasts a second.
+// run of hundreds is late, once in every beat of 5 s.
 TEST(FreeSensor, TripsWithinABeatWhereItsSamplesNameTheirSync) {
   Loop loop(setup_of("piezo.toml", runs_free("200.0")));
   loop.run_for(seconds(6));
