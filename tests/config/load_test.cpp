@@ -7,7 +7,8 @@ namespace hystcan::config {
 namespace {
 
 TEST(Shipped, ConfigurationsAreSound) {
-  for (const char* name : {"piezo.toml", "galfenol.toml", "lab_amplifier.toml"})
+  for (const char* name :
+       {"piezo.toml", "galfenol.toml", "lab_amplifier.toml", "p733.toml", "galfenol_unimorph.toml"})
     EXPECT_NO_THROW(load(std::string(HYSTCAN_SOURCE_DIR "/config/") + name)) << name;
 }
 

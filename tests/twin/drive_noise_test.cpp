@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+
+#include "tests/twin/twin_bench.h"
 
 namespace hystcan::twin {
 namespace {
@@ -53,6 +56,31 @@ TEST(DriveNoise, IsSilentUnlessToldOtherwise) {
   EXPECT_TRUE(noise.is_silent());
   EXPECT_EQ(noise(can::Time{}), 0.0);
   EXPECT_FALSE(DriveNoise({.ripple = 0.1}, substep, can::Time{}, 1).is_silent());
+}
+
+// A ripple of 0.5 V and 50 Hz about 40 V: in what the amplifier reports, and
+// in what the sensor sees.
+TEST(DriveNoise, IsInWhatTheAmplifierReportsAndInThePosition) {
+  Config config = one_axis();
+  config.axes.front().drive_noise = {.ripple = 0.5, .ripple_Hz = 50.0};
+  config.axes.front().status_every = 1;
+  TwinBench bench(config);
+  bench.start_nodes();
+  bench.drive(40.0, 200);
+  double lowest_V = 1e9;
+  double highest_V = -1e9;
+  double lowest_um = 1e9;
+  double highest_um = -1e9;
+  for (int i = 0; i < 40; ++i) {
+    bench.drive(40.0, 1);
+    lowest_V = std::min(lowest_V, bench.status_->output);
+    highest_V = std::max(highest_V, bench.status_->output);
+    lowest_um = std::min(lowest_um, bench.sample_->position_um);
+    highest_um = std::max(highest_um, bench.sample_->position_um);
+  }
+  EXPECT_NEAR(lowest_V, 39.5, 0.02) << "twenty samples in a period: within 1 - cos(9 deg) of the amplitude";
+  EXPECT_NEAR(highest_V, 40.5, 0.02);
+  EXPECT_GT(highest_um - lowest_um, 0.1) << "a small loop is flatter than the curve it stands on";
 }
 
 }  // namespace

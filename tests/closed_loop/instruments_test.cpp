@@ -1,0 +1,144 @@
+// The controller against a twin whose amplifier and sensor have their flaws: the shipped presets, setpoints
+// applied on receipt, sensors that run free.
+#include <gtest/gtest.h>
+
+#include "config/config.h"
+#include "rehearsal/rehearsal.h"
+#include "tests/support/count_allocations.h"
+
+namespace hystcan {
+namespace {
+
+using controller::AxisState;
+using controller::Cause;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+constexpr auto ignore = [](const controller::CycleRecord&) {};
+
+rehearsal::Setup setup_of(const char* name, const std::vector<config::Setting>& settings = {}) {
+  const config::Config config = config::load(std::string(HYSTCAN_SOURCE_DIR "/config/") + name, settings);
+  return {.controller = config.controller,
+          .twin = config.twin,
+          .database = config.database,
+          .bitrate_bit_per_s = config.bus.bitrate_bit_per_s};
+}
+
+/// RMS error of the first segment, in % of stroke.
+double triangle_percent(const rehearsal::Outcome& outcome) {
+  return 100.0 * outcome.axes[0].statistics.segments()[0].rms_um() / outcome.axes[0].stroke_um;
+}
+
+/// An axis that tracks, run on.
+class Loop {
+ public:
+  explicit Loop(const rehearsal::Setup& setup) : rehearsal_(setup, ignore) {
+    rehearsal_.start();
+    for (int i = 0; i < 500 && state() != AxisState::tracking; ++i) rehearsal_.run_for(milliseconds(10));
+  }
+  void run_for(can::Duration duration) { rehearsal_.run_for(duration); }
+  AxisState state() { return rehearsal_.controller().axis(0).state(); }
+  Cause cause() { return rehearsal_.controller().axis(0).fault().cause; }
+  const controller::CycleCounters& counters() { return rehearsal_.controller().counters(); }
+
+ private:
+  rehearsal::Rehearsal rehearsal_;
+};
+
+// piezo.toml has 0.205 %, galfenol.toml 0.2: the rest is what the sensor is late by, 73 us and 260 us of the
+// ramps.
+TEST(Preset, OfThePiezoStageTracks) {
+  const auto outcome = rehearsal::run_once(setup_of("p733.toml"), 0.1, ignore);
+  for (const auto& axis : outcome.axes)
+    ASSERT_EQ(axis.state, AxisState::tracking) << to_string(axis.fault.cause);
+  EXPECT_LE(triangle_percent(outcome), 0.25);
+}
+
+TEST(Preset, OfTheGalfenolUnimorphTracks) {
+  const auto outcome = rehearsal::run_once(setup_of("galfenol_unimorph.toml"), 0.1, ignore);
+  ASSERT_EQ(outcome.axes[0].state, AxisState::tracking) << to_string(outcome.axes[0].fault.cause);
+  EXPECT_LE(triangle_percent(outcome), 0.35);
+}
+
+TEST(Preset, AllocatesNothing) {
+  for (const char* name : {"p733.toml", "galfenol_unimorph.toml"}) {
+    Loop loop(setup_of(name));
+    loop.run_for(milliseconds(400));
+    ASSERT_EQ(loop.state(), AxisState::tracking);
+    const std::uint64_t before = support::allocations_so_far();
+    loop.run_for(seconds(1));
+    EXPECT_EQ(support::allocations_so_far(), before) << name;
+  }
+}
+
+/// Of the shipped piezo stage, setpoints applied on receipt.
+double on_receipt_percent(const char* delay_us, const char* status_every) {
+  const std::vector<config::Setting> settings{{"axis[0].twin.apply", "\"receipt\""},
+                                              {"axis[0].control.delays.command_delay_us", delay_us},
+                                              {"axis[0].twin.status_every", status_every},
+                                              {"axis[1].twin.status_every", status_every}};
+  const auto outcome = rehearsal::run_once(setup_of("piezo.toml", settings), 0.1, ignore);
+  EXPECT_EQ(outcome.axes[0].state, AxisState::tracking) << to_string(outcome.axes[0].fault.cause);
+  return triangle_percent(outcome);
+}
+
+// SYNC, two samples and the command take some 450 us: shorter than a cycle, 0.19 % where it is known.
+TEST(Receipt, TracksWhereTheDelayOfTheBusIsKnown) {
+  const double known = on_receipt_percent("450.0", "1000");
+  EXPECT_LE(known, 0.205) << "no worse than at the SYNC";
+  EXPECT_GE(on_receipt_percent("100.0", "1000"), 1.4 * known);
+}
+
+// Every tenth command waits for two statuses, 260 us: ten cycles are 100 Hz, and five times that is the
+// resonance.
+TEST(Receipt, LetsTheJitterOfTheBusThrough) {
+  EXPECT_GE(on_receipt_percent("450.0", "10"), 3.0 * on_receipt_percent("450.0", "1000"));
+}
+
+std::vector<config::Setting> runs_free(const char* skew_ppm) {
+  return {{"axis[0].twin.sensor.sampling", "\"free\""}, {"axis[0].twin.sensor.skew_ppm", skew_ppm}};
+}
+
+// 200 ppm are 12 beats a minute. Near each the samples arrive now before, now after the SYNC, for as many
+// cycles as the length of their frames varies by, 10 us of stuff bits in steps of 0.2 us: a run of lost and
+// doubled ones.
+TEST(FreeSensor, IsBridgedFromBeatToBeatWhereEnoughSamplesMayBeMissing) {
+  for (const char* skew_ppm : {"200.0", "-200.0"}) {
+    auto settings = runs_free(skew_ppm);
+    settings.push_back({"axis[0].control.missing_samples", "30"});
+    Loop loop(setup_of("lab_amplifier.toml", settings));
+    loop.run_for(seconds(60));
+    EXPECT_EQ(loop.state(), AxisState::tracking) << to_string(loop.cause());
+    EXPECT_GE(loop.counters().missing_samples, 12u) << "one in each beat";
+    EXPECT_GE(loop.counters().late_samples, 12u) << "the second one of a cycle";
+  }
+}
+
+TEST(FreeSensor, TripsAtABeatWhereFewSamplesMayBeMissing) {
+  Loop loop(setup_of("lab_amplifier.toml", runs_free("200.0")));
+  loop.run_for(seconds(60));
+  EXPECT_EQ(loop.state(), AxisState::faulted);
+  EXPECT_EQ(loop.cause(), Cause::sample_missing);
+}
+
+TEST(FreeSensor, IsNeverMissedWhereItSamplesTwiceACycle) {
+  auto settings = runs_free("200.0");
+  settings.push_back({"axis[0].twin.sensor.sample_rate_Hz", "2000.0"});
+  Loop loop(setup_of("lab_amplifier.toml", settings));
+  const std::uint64_t before = loop.counters().missing_samples;
+  loop.run_for(seconds(60));
+  EXPECT_EQ(loop.state(), AxisState::tracking) << to_string(loop.cause());
+  EXPECT_EQ(loop.counters().missing_samples, before);
+}
+
+// A sample of the last tenths of a millisecond of a cycle comes in the next one, and names the SYNC before: a
+// run of hundreds is late, once in every beat of 5 s.
+TEST(FreeSensor, TripsWithinABeatWhereItsSamplesNameTheirSync) {
+  Loop loop(setup_of("piezo.toml", runs_free("200.0")));
+  loop.run_for(seconds(6));
+  EXPECT_EQ(loop.state(), AxisState::faulted);
+  EXPECT_EQ(loop.cause(), Cause::sample_late);
+}
+
+}  // namespace
+}  // namespace hystcan
