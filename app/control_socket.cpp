@@ -37,7 +37,7 @@ void remove_if_dead(boost::asio::io_context& context, const std::filesystem::pat
   error_code error;
   probe.connect(stream_protocol::endpoint(file.string()), error);
   if (!error)
-    throw RunError(fmt::format("{}: another controller listens there; end it, or name another control_socket",
+    throw RunError(fmt::format("{}: another process listens there; end it, or name another control_socket",
                                file.string()));
   if (error == boost::asio::error::connection_refused) std::filesystem::remove(file);
 }

@@ -222,7 +222,7 @@ TEST_F(Ctl, ASecondControllerOnTheSameSocketIsRefusedAndTheFirstTracksOn) {
   start();
   Process second({HYSTCAN_PROGRAM, "controller", stage.config, "--interface", "vcan0"});
   EXPECT_EQ(second.wait(), 1);
-  EXPECT_NE(second.err().find("another controller listens there"), std::string::npos) << second.err();
+  EXPECT_NE(second.err().find("another process listens there"), std::string::npos) << second.err();
   EXPECT_EQ(stage.axis_status(x).at("state"), "tracking");
   EXPECT_EQ(stage.axis_status(y).at("state"), "tracking");
 }

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
+#include <fstream>
 #include <ostream>
 #include <string>
 #include <tuple>
@@ -181,6 +181,41 @@ INSTANTIATE_TEST_SUITE_P(, TwinFault,
                            const Row& row = std::get<1>(made_of.param);
                            return name + "_" + name_of(row) + "_" + std::to_string(made_of.index);
                          });
+
+/// A row of docs/twin.md tells of this one: kind, whom it strikes, every cause or none.
+bool tells_of(const std::string& line, const Row& row) {
+  const auto has = [&](const std::string& text) { return line.find(text) != std::string::npos; };
+  const bool of_plant = twin::traits(row.kind).strikes == twin::Struck::plant;
+  if (!line.starts_with("| `") || !has("`" + std::string(to_string(row.kind)) + "`")) return false;
+  if (!has(of_plant ? "| stage |" : "| either |") && !has("| " + std::string(to_string(row.node)) + " |"))
+    return false;
+  if (row.causes.empty()) return has("| none");
+  return std::ranges::all_of(row.causes, [&](Cause cause) {
+    return has("`" + std::string(to_string(cause)) + "`") || has("the same,");
+  });
+}
+
+TEST(TwinFaultTable, OfTheDocumentHasEveryKindAndEveryReactionThatIsTested) {
+  std::ifstream document(HYSTCAN_SOURCE_DIR "/docs/twin.md");
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(document, line);) lines.push_back(line);
+  for (const std::string_view kind : twin::fault_names())
+    EXPECT_GE(std::ranges::count_if(lines,
+                                    [&](const std::string& line) {
+                                      return line.starts_with("| `" + std::string(kind) + "` |");
+                                    }),
+              1)
+        << kind;
+  for (const Row& row : rows)
+    EXPECT_TRUE(std::ranges::any_of(lines, [&](const std::string& line) { return tells_of(line, row); }))
+        << row;
+}
+
+TEST(TwinFaultTable, OfTheTestsHasEveryKind) {
+  for (std::size_t i = 0; i < twin::fault_count; ++i)
+    EXPECT_NE(std::ranges::find(rows, static_cast<Fault>(i), &Row::kind), rows.end())
+        << to_string(static_cast<Fault>(i));
+}
 
 }  // namespace
 }  // namespace hystcan::support

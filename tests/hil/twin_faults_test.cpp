@@ -1,0 +1,99 @@
+// The twin's faults between two processes on vcan: asked for over the twin's own socket, told by the
+// controller in the same words as on the simulated bus (tests/safety/twin_fault_test.cpp).
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "tests/hil/stage.h"
+
+namespace hystcan {
+namespace {
+
+using hil::json;
+using hil::milliseconds;
+using hil::Stage;
+using support::Process;
+
+constexpr std::size_t x = 0;
+constexpr std::size_t y = 1;
+
+struct TwinFaults : testing::Test {
+  Stage stage;
+
+  Stage::Answer to_twin(std::vector<std::string> words) const {
+    words.insert(words.begin(), {HYSTCAN_PROGRAM, "ctl", "--twin"});
+    Process process(words);
+    const int status = process.wait();
+    return {status, process.out(), process.err()};
+  }
+  json twin_status() const {
+    const Stage::Answer answer = to_twin({"--json", "status"});
+    EXPECT_EQ(answer.status, 0) << answer.err;
+    return answer.status == 0 ? json::parse(answer.out) : json();
+  }
+  void inject(const std::vector<std::string>& words) const {
+    std::vector<std::string> command{"inject"};
+    command.insert(command.end(), words.begin(), words.end());
+    const Stage::Answer answer = to_twin(command);
+    EXPECT_EQ(answer.status, 0) << answer.err;
+  }
+  /// Axis x faults for one of these causes, y goes on; healed and cleared, x tracks again.
+  void expect_fault_and_return(const std::vector<std::string>& words,
+                               const std::vector<std::string>& causes) {
+    inject(words);
+    ASSERT_TRUE(stage.comes_to(x, "faulted")) << words.front();
+    const std::string cause = stage.axis_status(x).at("fault");
+    EXPECT_NE(std::ranges::find(causes, cause), causes.end()) << words.front() << ": " << cause;
+    std::printf("%s: %s\n", words.front().c_str(), cause.c_str());
+    EXPECT_EQ(stage.axis_status(y).at("state"), "tracking") << words.front();
+    EXPECT_EQ(to_twin({"heal"}).status, 0);
+    EXPECT_TRUE(twin_status().at("faults").empty());
+    ASSERT_EQ(stage.ctl({"clear", "x"}).status, 0);
+    ASSERT_TRUE(stage.comes_to(x, "offline"));
+    ASSERT_EQ(stage.ctl({"enable", "x"}).status, 0);
+    ASSERT_TRUE(stage.comes_to(x, "tracking")) << words.front();
+    // An amplifier is judged by its status once it has been enabled for half a second.
+    std::this_thread::sleep_for(milliseconds(700));
+  }
+};
+
+TEST_F(TwinFaults, OfTheSensorTripAndAreCleared) {
+  stage.start();
+  expect_fault_and_return({"no_reply", "--axis", "x"}, {"sample missing"});
+  expect_fault_and_return({"wrong_crc", "--axis", "x"}, {"sample missing"});
+  expect_fault_and_return({"late", "--axis", "x", "--value", "1"}, {"sample late", "sample missing"});
+  expect_fault_and_return({"out_of_range", "--axis", "x"}, {"position implausible"});
+  expect_fault_and_return({"no_heartbeat", "--axis", "x", "--node", "sensor"}, {"sensor silent"});
+  EXPECT_TRUE(stage.bench.twin->says("sensor of x: no_heartbeat begins")) << stage.bench.twin->err();
+}
+
+TEST_F(TwinFaults, OfTheAmplifierTripAndAreCleared) {
+  stage.start();
+  expect_fault_and_return({"amplifier_trip", "--axis", "x", "--duration", "0.5"}, {"amplifier fault"});
+  expect_fault_and_return({"watchdog_trip", "--axis", "x", "--duration", "0.2"}, {"amplifier fault"});
+  expect_fault_and_return({"node_reboot", "--axis", "x", "--node", "amplifier", "--duration", "0.003"},
+                          {"node restarted", "amplifier not enabled"});
+}
+
+TEST_F(TwinFaults, ThatAreBridgedOrWithinTheLoopsReachTripNothing) {
+  stage.start();
+  inject({"wrong_crc", "--axis", "x", "--duration", "0.002"});
+  inject({"load_step", "--axis", "x", "--value", "1", "--duration", "0.3"});
+  inject({"duplicate", "--axis", "y", "--duration", "0.3"});
+  std::this_thread::sleep_for(milliseconds(600));
+  EXPECT_TRUE(twin_status().at("faults").empty());
+  EXPECT_EQ(stage.axis_status(x).at("state"), "tracking");
+  EXPECT_EQ(stage.axis_status(y).at("state"), "tracking");
+}
+
+TEST_F(TwinFaults, AreRefusedInWordsAndTheTwinEndsWhenToldTo) {
+  EXPECT_NE(to_twin({"inject", "late"}).err.find("\"axis\" is missing"), std::string::npos);
+  EXPECT_NE(to_twin({"inject", "lat", "--axis", "x"}).err.find("there is no fault"), std::string::npos);
+  EXPECT_EQ(to_twin({"stop"}).status, 0);
+  EXPECT_EQ(stage.bench.twin->wait(), 0) << stage.bench.twin->err();
+}
+
+}  // namespace
+}  // namespace hystcan

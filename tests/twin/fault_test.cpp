@@ -1,0 +1,419 @@
+// The twin's faults as a bus sees them: literal frames, what begins when, what is refused.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <ostream>
+#include <utility>
+#include <vector>
+
+#include "can/protocol.h"
+#include "can/sim_bus.h"
+#include "tests/support/piezo.h"
+#include "twin/twin.h"
+
+namespace hystcan::twin {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using Event = FaultScheduler::Event;
+
+const can::Database& database() {
+  static const can::Database shipped = can::load_dbc(HYSTCAN_SOURCE_DIR "/config/hystcan.dbc");
+  return shipped;
+}
+
+Config one_axis() {
+  Config config{.seed = 1, .heartbeat_period = milliseconds(100), .axes = {}};
+  config.axes.push_back({.wire = {.name = "x", .message_prefix = "X", .amplifier_node = 1, .sensor_node = 2},
+                         .plant = {.hysteresis = support::piezo_model(),
+                                   .mode = {.natural_frequency_Hz = 500.0, .damping_ratio = 0.05},
+                                   .amplifier = {.drive_min = -20,
+                                                 .drive_max = 120,
+                                                 .slew_per_s = 93e3,
+                                                 .bandwidth_Hz = 1500,
+                                                 .safe_drive = 0}},
+                         .sensor = {},
+                         .command_timeout = milliseconds(20)});
+  return config;
+}
+
+FaultOrder order(Fault kind, can::Duration begins, can::Duration lasts, double value) {
+  FaultOrder made = order_of(kind, "x");
+  made.begins = begins;
+  made.lasts = lasts;
+  made.value = value;
+  return made;
+}
+FaultOrder order(Fault kind, can::Duration begins, can::Duration lasts) {
+  return order(kind, begins, lasts, traits(kind).value);
+}
+
+// ---- a connection
+
+/// Sample of sync 7 at 12.345678 um, counter 3: docs/protocol.md has the layout.
+can::Frame sample(std::uint8_t counter = 3) {
+  can::Frame frame{.id = 0x182, .length = 8};
+  frame.data = {0x4E, 0x61, 0xBC, 0x00, 7, 0, counter, 0};
+  const std::array<std::uint8_t, 9> covered{0x82, 0x01, 0x4E, 0x61, 0xBC, 0x00, 7, 0, counter};
+  frame.data[7] = can::crc8_j1850(covered);
+  return frame;
+}
+
+/// The sensor's connection, and what arrives at the other end of the wire.
+class Connection : public testing::Test {
+ protected:
+  Connection() {
+    far_end_->on_frame([this](const can::Frame& frame, can::Time) { heard_.push_back(frame); });
+    connection_.on_frame([this](const can::Frame&, can::Time) { ++obeyed_; });
+  }
+  const can::Frame& after(const can::Frame& frame) {
+    send(frame);
+    return heard_.back();
+  }
+  void send(const can::Frame& frame) {
+    connection_.send(frame);
+    run(milliseconds(1));
+  }
+  void run(can::Duration time) { clock_.run_until(clock_.now() + time); }
+  std::optional<can::SensorSample> read(const can::Frame& frame) {
+    return can::Decoder<can::SensorSample>(*database().find("XSensorSample"))(frame);
+  }
+
+  can::VirtualClock clock_;
+  can::SimBus bus_{clock_, 1'000'000};
+  std::unique_ptr<can::Bus> far_end_ = bus_.attach();
+  FaultyConnection connection_{
+      bus_.attach(),
+      clock_,
+      {.node = 2, .sends = sent_by(Node::sensor, database(), one_axis().axes[0].wire), .seed = 1}};
+  std::vector<can::Frame> heard_;
+  int obeyed_ = 0;
+};
+
+using FaultyConnectionTest = Connection;
+
+TEST_F(FaultyConnectionTest, PassesEveryFrameAsItIsWhereNothingIsWrong) {
+  EXPECT_EQ(after(sample()), sample());
+  connection_.begin(Fault::wrong_crc, 0.0);
+  connection_.end(Fault::wrong_crc);
+  EXPECT_EQ(after(sample()), sample());
+}
+
+TEST_F(FaultyConnectionTest, FlipsOneBitOfTheCrcAndNothingElse) {
+  connection_.begin(Fault::wrong_crc, 0.0);
+  can::Frame expected = sample();
+  expected.data[7] ^= 0x10;
+  EXPECT_EQ(after(sample()), expected);
+}
+
+TEST_F(FaultyConnectionTest, FreezesTheValueUnderACounterAndCrcThatAreRight) {
+  connection_.begin(Fault::frozen_value, 0.0);
+  send(sample(3));
+  can::Frame next = sample(4);
+  next.data[0] = 0x00;
+  const auto read_back = read(after(next));
+  ASSERT_TRUE(read_back) << "the CRC is right";
+  EXPECT_EQ(read_back->position_um, 12.345678);
+  EXPECT_EQ(heard_.back().data[6], 4) << "the counter goes on";
+}
+
+TEST_F(FaultyConnectionTest, FreezesTheCounterUnderACrcThatIsRight) {
+  connection_.begin(Fault::frozen_counter, 0.0);
+  send(sample(3));
+  EXPECT_EQ(after(sample(4)), sample(3)) << "the same payload but for the counter";
+}
+
+TEST_F(FaultyConnectionTest, ReportsAPositionThatNoStageHas) {
+  connection_.begin(Fault::out_of_range, 1000.0);
+  EXPECT_EQ(read(after(sample()))->position_um, 1000.0);
+  connection_.begin(Fault::out_of_range, 1e9);  // beyond the signal: the most that it carries
+  EXPECT_GT(read(after(sample()))->position_um, 1000.0);
+}
+
+TEST_F(FaultyConnectionTest, SaysOfASampleThatItIsBad) {
+  connection_.begin(Fault::sensor_bad_status, 0.0);
+  EXPECT_EQ(read(after(sample()))->status, 1);
+}
+
+TEST_F(FaultyConnectionTest, SendsEachSampleInThePlaceOfALaterOne) {
+  connection_.begin(Fault::late, 2.0);
+  for (std::uint8_t counter = 1; counter <= 5; ++counter) send(sample(counter));
+  ASSERT_EQ(heard_.size(), 3u);
+  EXPECT_EQ(heard_.back(), sample(3));
+  connection_.end(Fault::late);
+  EXPECT_EQ(after(sample(6)), sample(6)) << "what was held back never comes";
+  EXPECT_EQ(heard_.size(), 4u);
+}
+
+TEST_F(FaultyConnectionTest, SendsTheSecondOfTwoFirst) {
+  connection_.begin(Fault::out_of_order, 0.0);
+  for (std::uint8_t counter = 1; counter <= 4; ++counter) send(sample(counter));
+  EXPECT_EQ(heard_, (std::vector{sample(2), sample(1), sample(4), sample(3)}));
+}
+
+TEST_F(FaultyConnectionTest, DoublesLosesAndMisshapesSamplesAlone) {
+  const can::Frame heartbeat = can::heartbeat_frame(2, can::NmtState::operational);
+  connection_.begin(Fault::duplicate, 0.0);
+  send(sample());
+  EXPECT_EQ(heard_, (std::vector{sample(), sample()}));
+  EXPECT_EQ(after(heartbeat), heartbeat);
+  EXPECT_EQ(heard_.size(), 3u);
+  connection_.end(Fault::duplicate);
+  connection_.begin(Fault::wrong_length, 0.0);
+  EXPECT_LT(after(sample()).length, 8);
+  connection_.end(Fault::wrong_length);
+  connection_.begin(Fault::wrong_id_type, 0.0);
+  EXPECT_TRUE(after(sample()).extended);
+  connection_.end(Fault::wrong_id_type);
+  connection_.begin(Fault::no_reply, 0.0);
+  const std::size_t before = heard_.size();
+  send(sample());
+  EXPECT_EQ(heard_.size(), before);
+  EXPECT_EQ(after(heartbeat), heartbeat) << "it lives";
+  connection_.end(Fault::no_reply);
+  connection_.begin(Fault::no_heartbeat, 0.0);
+  EXPECT_EQ(after(sample()), sample());
+  EXPECT_EQ(after(heartbeat), sample()) << "the heartbeat is not there";
+}
+
+TEST_F(FaultyConnectionTest, IsDeafAndDumbInBusOff) {
+  connection_.begin(Fault::bus_off, 0.0);
+  send(sample());
+  far_end_->send(can::sync_frame(1));
+  run(milliseconds(1));
+  EXPECT_TRUE(heard_.empty());
+  EXPECT_EQ(obeyed_, 0);
+  connection_.end(Fault::bus_off);
+  far_end_->send(can::sync_frame(2));
+  run(milliseconds(1));
+  EXPECT_EQ(obeyed_, 1);
+}
+
+TEST_F(FaultyConnectionTest, MissesItsShareOfTheFramesWhereItIsErrorPassive) {
+  connection_.begin(Fault::error_passive, 0.3);
+  constexpr int frames = 1000;
+  for (int i = 0; i < frames; ++i) {
+    far_end_->send(can::sync_frame(1));
+    run(milliseconds(1));
+  }
+  // Binomial: 300 missed, standard deviation 14.5; five of these.
+  EXPECT_NEAR(frames - obeyed_, 300, 73);
+}
+
+TEST_F(FaultyConnectionTest, BabblesAtItsRateWithTheMostUrgentIdentifierThatIsNobodys) {
+  connection_.begin(Fault::babbling_node, 2000.0);
+  run(milliseconds(100));
+  ASSERT_NEAR(static_cast<double>(heard_.size()), 200.0, 1.0);
+  EXPECT_EQ(heard_.back().id, 0x001u);
+  connection_.end(Fault::babbling_node);
+  run(milliseconds(1));
+  const std::size_t so_far = heard_.size();
+  run(milliseconds(100));
+  EXPECT_EQ(heard_.size(), so_far);
+}
+
+TEST_F(FaultyConnectionTest, TellsOfAnEmergencyAndOfItsEnd) {
+  connection_.begin(Fault::emergency, 0x4210);
+  connection_.end(Fault::emergency);
+  run(milliseconds(1));
+  ASSERT_EQ(heard_.size(), 2u);
+  EXPECT_EQ(heard_[0], can::emergency_frame(2, {.code = 0x4210, .error_register = 1}));
+  EXPECT_EQ(can::parse_emergency(heard_[1])->code, 0);
+}
+
+// ---- a schedule
+
+struct Told {
+  Fault kind;
+  Event event;
+  can::Duration when;
+  friend bool operator==(const Told&, const Told&) = default;
+};
+std::ostream& operator<<(std::ostream& out, const Told& told) {
+  return out << to_string(told.kind) << (told.event == Event::begins ? " begins " : " ends ")
+             << can::seconds(told.when);
+}
+
+struct TwinRun {
+  explicit TwinRun(Config config)
+      : twin(std::move(config), database(), clock, [this](auto) { return bus.attach(); }) {
+    twin.faults().on_event([this](const FaultOrder& of, Event event, can::Time when) {
+      told.push_back({of.kind, event, when.time_since_epoch()});
+    });
+    twin.start();
+  }
+  void run_for(can::Duration time) { clock.run_until(clock.now() + time); }
+
+  can::VirtualClock clock;
+  can::SimBus bus{clock, 1'000'000};
+  std::unique_ptr<can::Bus> somebody = bus.attach();
+  Twin twin;
+  std::vector<Told> told;
+};
+
+TEST(FaultSchedule, BeginsAndEndsWhenItSays) {
+  Config config = one_axis();
+  config.faults = {order(Fault::wrong_crc, milliseconds(500), milliseconds(250)),
+                   order(Fault::load_step, milliseconds(300), milliseconds(100))};
+  config.faults[1].repeat_every = milliseconds(400);
+  TwinRun run(config);
+  run.run_for(seconds(1));
+  const std::vector<Told> expected{{Fault::load_step, Event::begins, milliseconds(300)},
+                                   {Fault::load_step, Event::ends, milliseconds(400)},
+                                   {Fault::wrong_crc, Event::begins, milliseconds(500)},
+                                   {Fault::load_step, Event::begins, milliseconds(700)},
+                                   {Fault::wrong_crc, Event::ends, milliseconds(750)},
+                                   {Fault::load_step, Event::ends, milliseconds(800)}};
+  EXPECT_EQ(run.told, expected);
+}
+
+TEST(FaultSchedule, CountsFromTheStartAndStrikesNoNodeBeforeItBoots) {
+  Config config = one_axis();
+  config.faults = {order(Fault::babbling_node, can::Duration{0}, seconds(1))};
+  TwinRun run(config);
+  run.run_for(milliseconds(99));
+  EXPECT_TRUE(run.told.empty()) << "the twin listens whether it is alone";
+  run.run_for(milliseconds(2));
+  EXPECT_EQ(run.told.size(), 1u);
+}
+
+TEST(FaultSchedule, DriftsLinearlyAndStays) {
+  Config config = one_axis();
+  config.faults = {order(Fault::parameter_drift, seconds(1), seconds(2), -0.1)};
+  TwinRun run(config);
+  Plant& plant = run.twin.axes()[0]->plant;
+  const auto position_at = [&](can::Duration time) {
+    run.clock.run_until(can::Time{time});
+    plant.advance_to(run.clock.now());
+    return plant.position_um();
+  };
+  const double rest_um = position_at(milliseconds(200));  // booted, and nobody commands it
+  plant.set_target(80.0);
+  const double before_um = position_at(milliseconds(900)) - rest_um;
+  ASSERT_GT(before_um, 10.0);
+  // The staircase of 1 ms is behind by half a step on average; the mode's ringing by such steps is less.
+  EXPECT_NEAR(position_at(seconds(2)) - rest_um, 0.95 * before_um, 1e-4 * before_um);
+  EXPECT_NEAR(position_at(seconds(4)) - rest_um, 0.9 * before_um, 1e-6 * before_um);
+  EXPECT_TRUE(run.twin.faults().active().empty());
+  EXPECT_EQ(run.twin.faults().heal(), 0u) << "nothing is on, and yet";
+  EXPECT_NEAR(position_at(seconds(5)) - rest_um, before_um, 1e-6 * before_um)
+      << "what has drifted is taken back";
+}
+
+TEST(FaultSchedule, OfALoadDisplacesTheStageWhileItLasts) {
+  Config config = one_axis();
+  config.faults = {order(Fault::load_step, seconds(1), seconds(1), 2.5)};
+  TwinRun run(config);
+  Plant& plant = run.twin.axes()[0]->plant;
+  std::vector<double> positions_um;
+  for (const auto time : {milliseconds(900), milliseconds(1900), milliseconds(2900)}) {
+    run.clock.run_until(can::Time{time});
+    plant.advance_to(run.clock.now());
+    positions_um.push_back(plant.position_um());
+  }
+  EXPECT_NEAR(positions_um[1] - positions_um[0], 2.5, 1e-9);
+  EXPECT_NEAR(positions_um[2] - positions_um[0], 0.0, 1e-9);
+}
+
+TEST(FaultSchedule, AtRandomIsTheSameFromTheSameSeedAndHasItsRate) {
+  const auto drawn = [](std::uint64_t seed) {
+    Config config = one_axis();
+    config.random_faults = RandomFaults{.seed = seed, .rate_per_hour = 3600.0};
+    TwinRun run(config);
+    run.run_for(seconds(400));
+    return run.told;
+  };
+  const std::vector<Told> once = drawn(3);
+  EXPECT_EQ(once, drawn(3));
+  EXPECT_NE(once, drawn(4));
+  const auto begun = std::ranges::count(once, Event::begins, &Told::event);
+  EXPECT_NEAR(static_cast<double>(begun), 400.0, 100.0) << "Poisson: standard deviation 20; five of these";
+  for (std::size_t i = 0; i < fault_count; ++i)
+    EXPECT_NE(std::ranges::find(once, static_cast<Fault>(i), &Told::kind), once.end())
+        << to_string(static_cast<Fault>(i));
+}
+
+TEST(FaultSchedule, AtRandomKeepsToItsKinds) {
+  Config config = one_axis();
+  config.random_faults = RandomFaults{.rate_per_hour = 3600.0, .kinds = {Fault::late, Fault::load_step}};
+  TwinRun run(config);
+  run.run_for(seconds(60));
+  ASSERT_FALSE(run.told.empty());
+  for (const Told& one : run.told) EXPECT_TRUE(one.kind == Fault::late || one.kind == Fault::load_step);
+}
+
+TEST(FaultAtRunTime, BeginsNowGoesOnAnewAndIsHealed) {
+  TwinRun run(one_axis());
+  run.run_for(milliseconds(200));
+  FaultScheduler& faults = run.twin.faults();
+  faults.inject(order(Fault::no_reply, {}, {}));
+  faults.inject(order(Fault::late, {}, milliseconds(100), 2.0));
+  faults.inject(order(Fault::late, {}, milliseconds(300), 3.0));
+  ASSERT_EQ(faults.active().size(), 2u) << "the second takes the first one's place";
+  run.run_for(milliseconds(200));
+  EXPECT_EQ(faults.active().size(), 2u);
+  run.run_for(milliseconds(101));
+  ASSERT_EQ(faults.active().size(), 1u);
+  run.run_for(seconds(60));
+  EXPECT_EQ(faults.active().size(), 1u) << "without an end until it is healed";
+  EXPECT_EQ(faults.heal(Fault::late), 0u);
+  EXPECT_EQ(faults.heal(Fault::no_reply, "y"), 0u);
+  EXPECT_EQ(faults.heal(Fault::no_reply, "x"), 1u);
+  EXPECT_TRUE(faults.active().empty());
+}
+
+TEST(FaultAtRunTime, ThatCannotBeIsRefusedWithTheReason) {
+  TwinRun run(one_axis());
+  const auto refusal_of = [&](const FaultOrder& asked) -> std::string {
+    try {
+      run.twin.faults().inject(asked);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  FaultOrder other_axis = order(Fault::late, {}, seconds(1));
+  other_axis.axis = "z";
+  EXPECT_EQ(refusal_of(other_axis), "there is no axis \"z\", expected one of this twin's");
+  FaultOrder wrong_node = order(Fault::sensor_bad_status, {}, seconds(1));
+  wrong_node.node = Node::amplifier;
+  EXPECT_EQ(refusal_of(wrong_node), "sensor_bad_status strikes the sensor, expected that node");
+  EXPECT_EQ(refusal_of(order(Fault::late, {}, seconds(1), 17.0)),
+            "late: value is 17 cycles, expected 1 to 16");
+  EXPECT_EQ(refusal_of(order(Fault::late, {}, seconds(1), 1.5)),
+            "late: value is 1.5, expected a whole number");
+  EXPECT_EQ(refusal_of(order(Fault::parameter_drift, {}, {})),
+            "parameter_drift: it lasts 0 s, expected the time in which it drifts");
+  EXPECT_TRUE(run.twin.faults().active().empty());
+}
+
+TEST(FaultAtRunTime, NeedsTheFieldThatItSpoilsInALabsOwnFrames) {
+  can::AxisWire wire = one_axis().axes[0].wire;
+  can::MessageMap plain{.message = "LabSample", .signals = {{"position", "Pos"}}};
+  plain.integrity = can::Integrity::none;
+  wire.frames.emplace(can::AxisFrames{.command = {.message = "LabCommand"}, .sample = plain});
+  EXPECT_EQ(why_not(order(Fault::frozen_counter, {}, seconds(1)), wire),
+            "frozen_counter: message LabSample has no counter, expected one that has it");
+  EXPECT_EQ(why_not(order(Fault::wrong_crc, {}, seconds(1)), wire),
+            "wrong_crc: message LabSample has no CRC, expected one that has it");
+  EXPECT_EQ(why_not(order(Fault::sensor_bad_status, {}, seconds(1)), wire),
+            "sensor_bad_status: message LabSample has no status, expected one that has it");
+  EXPECT_EQ(why_not(order(Fault::frozen_value, {}, seconds(1)), wire), "");
+  FaultOrder of_status = order(Fault::frozen_value, {}, seconds(1));
+  of_status.node = Node::amplifier;
+  EXPECT_EQ(why_not(of_status, wire), "frozen_value: this amplifier sends no status, expected one that does");
+}
+
+TEST(FaultNames, AreTheirOwnInverse) {
+  for (std::size_t i = 0; i < fault_count; ++i) {
+    const auto kind = static_cast<Fault>(i);
+    EXPECT_EQ(parse_fault(to_string(kind)), kind);
+  }
+  EXPECT_FALSE(parse_fault("no_such"));
+}
+
+}  // namespace
+}  // namespace hystcan::twin
