@@ -27,9 +27,8 @@ Material::Kind<Model> Material::virgin(Model model, double drive, std::size_t br
 }
 
 Material::Material(const model::AnyParameters& parameters, double drive, std::size_t branches)
-    : kind_(
-          std::visit([&](auto&& model) { return decltype(kind_)(virgin(std::move(model), drive, branches)); },
-                     model::model_of(parameters))),
+    : kind_(std::visit([&](const auto& model) { return decltype(kind_)(virgin(model, drive, branches)); },
+                       model::model_of(parameters))),
       even_(std::visit([](const auto& kind) { return is_even(kind.model); }, kind_)),
       drive_(drive) {}
 
