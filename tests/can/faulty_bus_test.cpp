@@ -227,5 +227,30 @@ TEST(FaultyBus, RefusesWhatIsNoRule) {
   EXPECT_THROW(Lossy({backwards}), std::invalid_argument);
 }
 
+TEST(FaultyBus, TakesOtherRulesWhileItRuns) {
+  Lossy lossy({});
+  lossy.send(10);
+  lossy.bus.set_rules({{.fault = BusFault::lose, .probability = 1.0, .only = {}}});
+  lossy.send(10);
+  lossy.bus.set_rules({});
+  lossy.send(10);
+  EXPECT_EQ(lossy.heard.size(), 20u);
+  EXPECT_THROW(lossy.bus.set_rules({{.fault = BusFault::lose, .probability = 1.5, .only = {}}}),
+               std::invalid_argument);
+}
+
+/// What a reordering held back when its rule went is released by the next frame, as under the rule.
+TEST(FaultyBus, StillReleasesWhatAnEarlierRuleHeldBack) {
+  Lossy lossy({{.fault = BusFault::reorder, .probability = 1.0, .only = {}, .delay = 1s}});
+  lossy.peer->send(can::sync_frame(1));
+  lossy.clock.run_until(lossy.clock.now() + 1ms);
+  ASSERT_TRUE(lossy.heard.empty());
+  lossy.bus.set_rules({});
+  lossy.peer->send(can::sync_frame(2));
+  lossy.clock.run_until(lossy.clock.now() + 1ms);
+  ASSERT_EQ(lossy.heard.size(), 2u);
+  EXPECT_EQ(lossy.heard.back(), can::sync_frame(1));
+}
+
 }  // namespace
 }  // namespace hystcan::can
