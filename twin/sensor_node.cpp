@@ -40,6 +40,7 @@ void SensorNode::handle(const can::Frame& frame, can::Time received) {
 // As at power-on.
 void SensorNode::forget_everything() {
   sdo_.reset();
+  last_sync_ = 0;
   encode_sample_ = encode_sample_at_power_on_;
 }
 
