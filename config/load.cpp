@@ -12,7 +12,7 @@
 namespace hystcan::config {
 namespace {
 
-Config read(const Document& document) {
+Config read_config(const Document& document) {
   Config config;
   config.file = document.file();
   config.twin.heartbeat_period = std::chrono::milliseconds(100);
@@ -67,7 +67,7 @@ void resolve_couplings(const Document& document, Config& config) {
 
 Config load(const std::filesystem::path& file, const std::vector<Setting>& overrides) {
   const Document document(file, overrides);
-  Config config = read(document);
+  Config config = read_config(document);
   config.database = can::load_dbc(document.resolve(config.bus.dbc));
   resolve_couplings(document, config);
   for (AxisConfig& axis : config.axes) {
@@ -89,7 +89,7 @@ Config load(const std::filesystem::path& file, const std::vector<Setting>& overr
 
 std::string echo(const std::filesystem::path& file, const std::vector<Setting>& overrides) {
   const Document document(file, overrides);
-  Config config = read(document);
+  Config config = read_config(document);
   Writer writer(document);
   visit(writer, config);
   return writer.text();

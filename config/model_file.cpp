@@ -10,7 +10,7 @@
 namespace hystcan::config {
 namespace {
 
-ModelFile read(const Document& document) {
+ModelFile read_model(const Document& document) {
   ModelFile raw;
   Reader reader(document, document.root(), "");
   reader.table("hysteresis", raw, [](Reader& sub, ModelFile& value) { visit(sub, value); });
@@ -78,7 +78,7 @@ model::HysteresisParameters recursive_memory(const Document& document) {
   if (kind && *kind != "recursive-memory")
     document.fail_at("hysteresis.kind",
                      fmt::format("kind is \"{}\", expected \"recursive-memory\" here", *kind));
-  return parameters(document, read(document));
+  return parameters(document, read_model(document));
 }
 
 }  // namespace
@@ -87,13 +87,13 @@ bool is_model_file(const std::filesystem::path& file) { return Document(file).ro
 
 model::AnyModel load_any_model(const std::filesystem::path& file) {
   const Document document(file);
-  const ModelFile raw = read(document);
+  const ModelFile raw = read_model(document);
   return made(document, "hysteresis", [&] { return model::model_of(any_parameters(document, raw)); });
 }
 
 model::AnyParameters load_any_parameters(const std::filesystem::path& file) {
   const Document document(file);
-  model::AnyParameters given = any_parameters(document, read(document));
+  model::AnyParameters given = any_parameters(document, read_model(document));
   made(document, "hysteresis", [&] { return model::model_of(given); });
   return given;
 }
@@ -127,7 +127,7 @@ std::string model_text(const model::HysteresisParameters& parameters, const Iden
 }
 
 IdentifiedFrom load_identified_from(const std::filesystem::path& file) {
-  return read(Document(file)).identified_from;
+  return read_model(Document(file)).identified_from;
 }
 
 model::Hysteresis load_model_beyond_limit(const std::filesystem::path& file) {

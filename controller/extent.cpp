@@ -8,8 +8,6 @@
 namespace hystcan::controller {
 namespace {
 
-constexpr double two_pi = 2.0 * std::numbers::pi;
-
 Extent between(double from_um, double to_um) {
   return {.lowest_um = std::min(from_um, to_um), .highest_um = std::max(from_um, to_um)};
 }
@@ -19,8 +17,8 @@ Extent between(double from_um, double to_um) {
 void add_faded(Extent& extent, double amplitude_um, double frequency_Hz, double chirp_Hz_per_s,
                double fade_s) {
   constexpr int points = 500;
-  const double omega = two_pi * frequency_Hz;
-  const double omega_change = two_pi * std::abs(chirp_Hz_per_s);
+  const double omega = 2.0 * std::numbers::pi * frequency_Hz;
+  const double omega_change = 2.0 * std::numbers::pi * std::abs(chirp_Hz_per_s);
   double slew = 0.0;
   double acceleration = 0.0;
   for (int i = 0; i <= points; ++i) {
@@ -53,7 +51,7 @@ Extent extent_of(const Triangle& s) {
 
 Extent extent_of(const Sine& s) {
   Extent extent = between(s.low_um, s.high_um);
-  const double omega = two_pi * s.frequency_Hz;
+  const double omega = 2.0 * std::numbers::pi * s.frequency_Hz;
   extent.peak_slew_um_per_s = 0.5 * omega * (extent.highest_um - extent.lowest_um);
   extent.peak_acceleration_um_per_s2 = omega * extent.peak_slew_um_per_s;
   return extent;

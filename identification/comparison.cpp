@@ -97,9 +97,9 @@ Mask samples_where(const Folds& folds, const std::function<bool(int)>& is) {
 }
 
 // Fits the rivals to some samples, judges them and the model by some.
-class Trial {
+class Contest {
  public:
-  Trial(const std::vector<Record>& records, const Identified& model, const Mask& fitted, Mask judged)
+  Contest(const std::vector<Record>& records, const Identified& model, const Mask& fitted, Mask judged)
       : records_(records), model_(model), judged_(std::move(judged)), row_(row_of(records, model, fitted)) {}
 
   Misses of_model() const {
@@ -150,7 +150,7 @@ class Comparing {
 
  private:
   void fit_all(const Mask& seen) {
-    const Trial trial(records_, identified_, seen, seen);
+    const Contest trial(records_, identified_, seen, seen);
     result_.rows.push_back({model::text_of("recursive memory-based, order ", identified_.search.order),
                             identified_.parameter_count(), trial.of_model(), std::nullopt});
     for (const FitRival& fit : every_rival()) {
@@ -200,7 +200,7 @@ class Comparing {
 
   void judge_held_out(const Identified& again, const Mask& unseen) {
     const Mask seen = samples_where(identified_.folds, [](int part) { return part >= 0 && part % 2 == 0; });
-    const Trial trial(records_, again, seen, unseen);
+    const Contest trial(records_, again, seen, unseen);
     result_.rows.front().held_out = trial.of_model();
     for (std::size_t i = 0; i < rivals_.size() && go_on_(); ++i) {
       try {

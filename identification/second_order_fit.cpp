@@ -104,15 +104,15 @@ Jacobian residual_slope(const SampledRecord& record, const Point& point, const P
   return slope;
 }
 
-struct Minimum {
+struct LocalMinimum {
   Point point;
   double sum_of_squares;
 };
 
 /// Until no step is longer than `resolution`.
-Minimum descend(const SampledRecord& record, const Box& box, const Point& start, double resolution) {
+LocalMinimum descend(const SampledRecord& record, const Box& box, const Point& start, double resolution) {
   Projection at = project(record, start);
-  Minimum best{start, at.residual.squaredNorm()};
+  LocalMinimum best{start, at.residual.squaredNorm()};
   double damping = 1e-3;
   for (int iteration = 0; iteration < 60; ++iteration) {
     const Jacobian slope = residual_slope(record, best.point, at);
@@ -150,9 +150,9 @@ std::vector<double> steps(double lo, double hi, double step) {
 
 // The grid's modes start in equilibrium, and of the linear part only offset and drift are taken out beside
 // the gain: a product of vectors for each place instead of a decomposition.
-std::vector<Minimum> grid(const SampledRecord& record, const Box& box) {
+std::vector<LocalMinimum> grid(const SampledRecord& record, const Box& box) {
   constexpr double frequency_ratio = 1.15;
-  std::vector<Minimum> places;
+  std::vector<LocalMinimum> places;
   const Eigen::VectorXd output = without_line(record.time, record.output);
   for (const double log_f : steps(box.lo[0], box.hi[0], std::log(frequency_ratio)))
     for (const double zeta : {0.03, 0.2, 0.9})
@@ -162,7 +162,7 @@ std::vector<Minimum> grid(const SampledRecord& record, const Box& box) {
         const double along = x.dot(output);
         places.push_back({point, output.squaredNorm() - along * along / std::max(x.squaredNorm(), 1e-300)});
       }
-  std::ranges::sort(places, {}, &Minimum::sum_of_squares);
+  std::ranges::sort(places, {}, &LocalMinimum::sum_of_squares);
   return places;
 }
 
@@ -170,7 +170,7 @@ std::vector<Minimum> grid(const SampledRecord& record, const Box& box) {
 std::vector<Point> starts(const SampledRecord& record, const Box& box) {
   constexpr std::size_t most = 6;
   std::vector<Point> chosen;
-  for (const Minimum& place : grid(record, box)) {
+  for (const LocalMinimum& place : grid(record, box)) {
     const auto near = [&](const Point& other) {
       const Point apart = (place.point - other).cwiseAbs();
       return apart[0] < 0.3 && apart[2] < 1.1;
@@ -206,17 +206,17 @@ std::vector<Point> likenesses(const SampledRecord& record, const Box& box, const
 }
 
 /// Best first.
-std::vector<Minimum> minima(const SampledRecord& record, const Box& box) {
+std::vector<LocalMinimum> minima(const SampledRecord& record, const Box& box) {
   constexpr int most_rounds = 3;
   constexpr double coarse = 1e-6, fine = 1e-11;
-  std::vector<Minimum> found;
+  std::vector<LocalMinimum> found;
   for (const Point& start : starts(record, box)) found.push_back(descend(record, box, start, coarse));
-  std::ranges::sort(found, {}, &Minimum::sum_of_squares);
+  std::ranges::sort(found, {}, &LocalMinimum::sum_of_squares);
   for (int round = 0; round < most_rounds; ++round) {
     const double best = found.front().sum_of_squares;
     for (const Point& start : likenesses(record, box, found.front().point))
       found.push_back(descend(record, box, start, coarse));
-    std::ranges::sort(found, {}, &Minimum::sum_of_squares);
+    std::ranges::sort(found, {}, &LocalMinimum::sum_of_squares);
     if (found.front().sum_of_squares > 0.99 * best) break;
   }
   found.front() = descend(record, box, found.front().point, fine);
@@ -281,12 +281,12 @@ struct Interval {
 };
 
 /// Of one of (log f, log zeta, d / T): about the best minimum, and over those that are as good.
-Interval interval_of(int which, const Box& box, const std::vector<Minimum>& found,
+Interval interval_of(int which, const Box& box, const std::vector<LocalMinimum>& found,
                      const Confidence& confidence) {
   const double reach = two_sided_95 * confidence.standard_error[which];
   Interval interval{found.front().point[which] - reach, found.front().point[which] + reach};
   const double as_good = found.front().sum_of_squares + two_sided_95 * two_sided_95 * confidence.variance;
-  for (const Minimum& other : found) {
+  for (const LocalMinimum& other : found) {
     if (other.sum_of_squares > as_good) continue;
     interval.lo = std::min(interval.lo, other.point[which]);
     interval.hi = std::max(interval.hi, other.point[which]);
@@ -340,7 +340,7 @@ void refuse_what_is_not_told(const SecondOrderFit& fit, const Point& point, cons
 SecondOrderFit fit_second_order(const Record& record) {
   const SampledRecord s = sampled(record, largest_delay_cycles);
   const Box box = searched(s);
-  const std::vector<Minimum> found = minima(s, box);
+  const std::vector<LocalMinimum> found = minima(s, box);
   const Point& point = found.front().point;
   const Projection at = project(s, point);
   const Confidence confidence = confidence_at(s, point, at);

@@ -104,10 +104,11 @@ std::optional<SentMessage> sent_by(Node node, const can::Database& database, con
                      by_sensor ? "um" : wire.drive_unit);
 }
 
-FaultyConnection::FaultyConnection(std::unique_ptr<can::Bus> within, can::Scheduler& scheduler, Config config)
+FaultyConnection::FaultyConnection(std::unique_ptr<can::Bus> within, can::Scheduler& scheduler,
+                                   const Config& config)
     : bus_(std::move(within), scheduler, {.seed = config.seed, .rules = {}}),
       scheduler_(scheduler),
-      config_(std::move(config)),
+      config_(config),
       babbles_(scheduler.make_timer([this] { babble(); })) {}
 
 void FaultyConnection::begin(Fault kind, double value) {

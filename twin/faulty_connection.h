@@ -64,7 +64,7 @@ class FaultyConnection final : public can::Bus {
     std::uint64_t seed = 1;
   };
 
-  FaultyConnection(std::unique_ptr<can::Bus> within, can::Scheduler& scheduler, Config config);
+  FaultyConnection(std::unique_ptr<can::Bus> within, can::Scheduler& scheduler, const Config& config);
 
   /// Kinds that strike the plant or the node itself change nothing here. One that is on already goes on with
   /// the new value.

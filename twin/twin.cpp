@@ -23,8 +23,8 @@ AmplifierNode::Config amplifier_config(const AxisConfig& axis, const Config& com
 
 /// Opens a node's connection, at which faults can strike; `line` leads there.
 can::Attach attach_with_faults(const can::Attach& attach, can::Scheduler& scheduler,
-                               FaultyConnection::Config config, FaultyConnection*& line) {
-  return [&attach, &scheduler, config = std::move(config), &line](std::span<const can::Filter> filters) {
+                               const FaultyConnection::Config& config, FaultyConnection*& line) {
+  return [&attach, &scheduler, config, &line](std::span<const can::Filter> filters) {
     auto connection = std::make_unique<FaultyConnection>(attach(filters), scheduler, config);
     line = connection.get();
     return connection;
