@@ -11,10 +11,10 @@
 #include "app/commands.h"
 #include "app/demo_plot.h"
 #include "app/report.h"
+#include "app/truth_log.h"
 #include "config/config.h"
 #include "controller/telemetry.h"
 #include "rehearsal/rehearsal.h"
-#include "twin/truth_log.h"
 
 namespace hystcan::app {
 namespace {
@@ -48,7 +48,7 @@ std::vector<Column> run_columns(const config::Config& config, const std::filesys
   std::vector<Column> columns;
   for (const controller::Structure structure : controller::all_structures) {
     controller::CsvLog csv(directory / fmt::format("{}.csv", to_string(structure)), names);
-    twin::TruthLog truth(directory / fmt::format("{}.truth.csv", to_string(structure)), names);
+    TruthLog truth(directory / fmt::format("{}.truth.csv", to_string(structure)), names);
     columns.push_back({structure, rehearsal::run_once(
                                       with_structure(setup, structure), settle_s,
                                       [&](const auto& record) { csv.write(record); },

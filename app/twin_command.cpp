@@ -18,9 +18,9 @@
 #include "app/live_run.h"
 #include "app/output_file.h"
 #include "app/report.h"
+#include "app/truth_log.h"
 #include "app/twin_desk.h"
 #include "config/config.h"
-#include "twin/truth_log.h"
 #include "twin/twin.h"
 
 namespace hystcan::app {
@@ -145,7 +145,7 @@ int run_twin(const Options& options) {
   twin::Twin twin(twin_config, config.database, loop.scheduler(), loop.attach());
   look_at_interface(config, interface);
   log_faults(twin, loop.scheduler().now());
-  std::optional<twin::TruthLog> truth;
+  std::optional<TruthLog> truth;
   if (!options.truth.empty()) {
     truth.emplace(options.truth, names_of(twin_config));
     twin.on_truth([&](const twin::Truth& sampled) { truth->write(sampled); });

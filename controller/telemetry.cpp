@@ -44,22 +44,15 @@ void TelemetryThread::run() {
 }
 
 CsvLog::CsvLog(const std::filesystem::path& file, std::vector<std::string> axis_names)
-    : path_(file), axis_names_(std::move(axis_names)), file_(std::fopen(file.c_str(), "w")) {
-  if (file_ == nullptr)
-    throw std::runtime_error(
-        fmt::format("{}: cannot be written: {}", file.string(), std::generic_category().message(errno)));
-  std::fputs(
-      "# drive and amplifier_output in the axis's drive unit; error = reference - position\n"
-      "cycle,time_s,axis,state,fault,segment,reference_um,position_um,error_um,demand_um,drive,amplifier_"
-      "output,limits,"
-      "sample_missing,turnaround_us\n",
-      file_);
-}
-
-CsvLog::~CsvLog() { close(); }
+    : axis_names_(std::move(axis_names)),
+      rows_(
+          file,
+          "# drive and amplifier_output in the axis's drive unit; error = reference - position\n"
+          "cycle,time_s,axis,state,fault,segment,reference_um,position_um,error_um,demand_um,drive,amplifier_"
+          "output,limits,"
+          "sample_missing,turnaround_us\n") {}
 
 void CsvLog::write(const CycleRecord& record) {
-  if (file_ == nullptr || error_ != 0) return;
   const AxisReport& report = record.report;
   const bool tracking = report.state == AxisState::tracking;
   fmt::memory_buffer line;
@@ -74,14 +67,7 @@ void CsvLog::write(const CycleRecord& record) {
   fmt::format_to(std::back_inserter(line), "{:.6f},{:.6f},{},{},{:.3f}\n", report.drive,
                  record.amplifier_output, limits_to_string(report.limits), report.sample_missing ? 1 : 0,
                  std::chrono::duration<double, std::micro>(record.turnaround).count());
-  if (std::fwrite(line.data(), 1, line.size(), file_) != line.size()) error_ = errno;
-}
-
-std::string CsvLog::close() {
-  if (file_ != nullptr && std::fclose(std::exchange(file_, nullptr)) != 0 && error_ == 0) error_ = errno;
-  if (error_ == 0) return {};
-  return fmt::format("{}: cannot be written: {}; later rows are lost", path_.string(),
-                     std::generic_category().message(error_));
+  rows_.write({line.data(), line.size()});
 }
 
 void LatenessLog::add(const CycleRecord& record) {

@@ -4,7 +4,6 @@
 #include <atomic>
 #include <boost/lockfree/spsc_queue.hpp>
 #include <cstdint>
-#include <cstdio>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -14,6 +13,7 @@
 
 #include "controller/bus_log.h"
 #include "controller/record.h"
+#include "controller/row_file.h"
 
 namespace hystcan::controller {
 
@@ -44,24 +44,19 @@ class TelemetryThread {
   std::thread thread_;
 };
 
-/// Writes records as CSV. A disk that fills loses rows, not the run: error() says so.
+/// Writes records as CSV.
 class CsvLog {
  public:
   /// Throws std::runtime_error where the file can't be created.
   CsvLog(const std::filesystem::path& file, std::vector<std::string> axis_names);
-  ~CsvLog();
-  CsvLog(const CsvLog&) = delete;
-  CsvLog& operator=(const CsvLog&) = delete;
 
   void write(const CycleRecord& record);
-  /// Everything is on its way to the disk. Empty where all went well, else the reason.
-  std::string close();
+  /// As RowFile::close().
+  std::string close() { return rows_.close(); }
 
  private:
-  std::filesystem::path path_;
   std::vector<std::string> axis_names_;
-  std::FILE* file_;
-  int error_ = 0;
+  RowFile rows_;
 };
 
 /// Tells of SYNCs that came more than `warn` after their deadline: one line a second at most. On the

@@ -7,7 +7,6 @@
 //                   grows with the axes, which no real bus costs the controller
 // controller alone  the controller on a bus that is none: it is handed the samples, statuses and heartbeats
 //                   that would come, encoded beforehand, and its own frames go nowhere
-#include <time.h>
 
 #include <algorithm>
 #include <chrono>
@@ -20,6 +19,7 @@
 #include "can/sim_bus.h"
 #include "config/config.h"
 #include "controller/controller.h"
+#include "tests/bench/cpu_time.h"
 #include "tests/bench/many_axes.h"
 
 namespace {
@@ -28,13 +28,6 @@ using namespace hystcan;
 
 constexpr int repetitions = 5;
 constexpr double budget_ratio = 1.2;
-
-/// Of this thread's own processor time: what else runs on the machine is not counted.
-double cpu_s() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 /// The best of some repetitions: what the machine can do when it is left alone.
 template <class Run>
@@ -51,9 +44,9 @@ double whole_loop_ns(const rehearsal::Setup& setup) {
   loop.run_for(std::chrono::seconds(3));
   if (loop.controller().axis(axes - 1).state() != controller::AxisState::tracking) return -1.0;
   const auto cycles_before = loop.controller().counters().cycles;
-  const double start_s = cpu_s();
+  const double start_s = bench::cpu_s();
   loop.run_for(std::chrono::milliseconds(8000 / axes));
-  const double elapsed_s = cpu_s() - start_s;
+  const double elapsed_s = bench::cpu_s() - start_s;
   return 1e9 * elapsed_s / static_cast<double>((loop.controller().counters().cycles - cycles_before) * axes);
 }
 
@@ -141,13 +134,13 @@ double controller_ns(rehearsal::Setup setup) {
       frames[static_cast<std::size_t>(i)].clear();
       nodes.append(cycle++, frames[static_cast<std::size_t>(i)]);
     }
-    const double start_s = cpu_s();
+    const double start_s = bench::cpu_s();
     for (const std::vector<can::Frame>& of_cycle : frames) {
       for (const can::Frame& frame : of_cycle) bus->hear(frame, clock.now());
       clock.run_until(clock.now() + period);
     }
     if (cycle < warm_up) continue;
-    timed_s += cpu_s() - start_s;
+    timed_s += bench::cpu_s() - start_s;
     timed_cycles += block;
   }
   const bool fit =

@@ -10,7 +10,6 @@
 // everything        the same with a second mode, creep over five decades, temperature, drive noise, and
 // coupled to
 //                   the axis before
-#include <time.h>
 
 #include <algorithm>
 #include <boost/random/mersenne_twister.hpp>
@@ -24,6 +23,7 @@
 
 #include "can/sim_bus.h"
 #include "config/config.h"
+#include "tests/bench/cpu_time.h"
 #include "tests/bench/many_axes.h"
 #include "twin/twin.h"
 
@@ -36,13 +36,6 @@ constexpr std::size_t axes = 8;
 constexpr auto cycle = std::chrono::microseconds(250);
 constexpr int cycles = 8000;
 constexpr double budget = 1.0;
-
-/// Of this thread's own processor time: what else runs on the machine is not counted.
-double cpu_s() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 rehearsal::Setup with_everything(rehearsal::Setup setup) {
   for (std::size_t i = 0; i < axes; ++i) {
@@ -90,7 +83,7 @@ double speed(const rehearsal::Setup& setup, bool noisy) {
   tester->send(can::nmt_frame({can::NmtCommand::start, 0}));
   can::Time due = clock.now() + cycle;
   std::uint8_t counter = 0;
-  const double start_s = cpu_s();
+  const double start_s = bench::cpu_s();
   for (int i = 0; i < cycles; ++i, due += cycle) {
     clock.run_until(due + can::Duration{late_ns(random)});
     tester->send(can::sync_frame(counter = can::next_sync_counter(counter)));
@@ -100,7 +93,7 @@ double speed(const rehearsal::Setup& setup, bool noisy) {
     }
   }
   clock.run_until(due);
-  const double elapsed_s = cpu_s() - start_s;
+  const double elapsed_s = bench::cpu_s() - start_s;
   const bool whole = samples == axes * static_cast<std::size_t>(cycles) &&
                      twin.axes().back()->amplifier.state() == can::AmpState::enabled;
   return whole ? cycles * can::seconds(cycle) / elapsed_s : 0.0;

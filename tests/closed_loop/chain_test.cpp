@@ -18,6 +18,7 @@
 #include "config/bus_plan.h"
 #include "config/config.h"
 #include "rehearsal/rehearsal.h"
+#include "tests/support/rehearsed.h"
 
 namespace hystcan {
 namespace {
@@ -162,10 +163,7 @@ class Watched {
         axes_(config.axes.size()),
         bit_ns_(1e9 / config.bus.bitrate_bit_per_s),
         beat_(config.twin.heartbeat_period),
-        rehearsal_({.controller = config.controller,
-                    .twin = config.twin,
-                    .database = config.database,
-                    .bitrate_bit_per_s = config.bus.bitrate_bit_per_s},
+        rehearsal_(support::setup_of(config),
                    [this](const controller::CycleRecord& record) { note(record); }),
         ear_(rehearsal_.attach()({})) {
     for (const config::PlannedFrame& each : plan_.frames)

@@ -12,6 +12,7 @@
 #include "config/config.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/count_allocations.h"
+#include "tests/support/rehearsed.h"
 
 namespace hystcan {
 namespace {
@@ -20,21 +21,9 @@ using controller::AxisState;
 using controller::Cause;
 using controller::Structure;
 using std::chrono::milliseconds;
-
-constexpr auto ignore = [](const controller::CycleRecord&) {};
-
-rehearsal::Setup shipped(const char* name) {
-  const config::Config config = config::load(std::string(HYSTCAN_SOURCE_DIR "/config/") + name);
-  return {.controller = config.controller,
-          .twin = config.twin,
-          .database = config.database,
-          .bitrate_bit_per_s = config.bus.bitrate_bit_per_s};
-}
-
-/// RMS error over the triangle, in % of stroke.
-double triangle_percent(const rehearsal::Outcome& outcome) {
-  return 100.0 * outcome.axes[0].statistics.segments()[0].rms_um() / outcome.axes[0].stroke_um;
-}
+using support::ignore;
+using support::shipped;
+using support::triangle_percent;
 
 TEST(PiezoStage, MeetsItsTrackingBudgetUnderMismatch) {
   const rehearsal::Setup setup = shipped("piezo.toml");

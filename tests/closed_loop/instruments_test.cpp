@@ -5,6 +5,7 @@
 #include "config/config.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/count_allocations.h"
+#include "tests/support/rehearsed.h"
 
 namespace hystcan {
 namespace {
@@ -13,21 +14,9 @@ using controller::AxisState;
 using controller::Cause;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
-
-constexpr auto ignore = [](const controller::CycleRecord&) {};
-
-rehearsal::Setup setup_of(const char* name, const std::vector<config::Setting>& settings = {}) {
-  const config::Config config = config::load(std::string(HYSTCAN_SOURCE_DIR "/config/") + name, settings);
-  return {.controller = config.controller,
-          .twin = config.twin,
-          .database = config.database,
-          .bitrate_bit_per_s = config.bus.bitrate_bit_per_s};
-}
-
-/// RMS error of the first segment, in % of stroke.
-double triangle_percent(const rehearsal::Outcome& outcome) {
-  return 100.0 * outcome.axes[0].statistics.segments()[0].rms_um() / outcome.axes[0].stroke_um;
-}
+using support::ignore;
+using support::shipped;
+using support::triangle_percent;
 
 /// An axis that tracks, run on.
 class Loop {
@@ -48,21 +37,21 @@ class Loop {
 // piezo.toml has 0.205 %, galfenol.toml 0.2: the rest is what the sensor is late by, 73 us and 260 us of the
 // ramps.
 TEST(Preset, OfThePiezoStageTracks) {
-  const auto outcome = rehearsal::run_once(setup_of("p733.toml"), 0.1, ignore);
+  const auto outcome = rehearsal::run_once(shipped("p733.toml"), 0.1, ignore);
   for (const auto& axis : outcome.axes)
     ASSERT_EQ(axis.state, AxisState::tracking) << to_string(axis.fault.cause);
   EXPECT_LE(triangle_percent(outcome), 0.25);
 }
 
 TEST(Preset, OfTheGalfenolUnimorphTracks) {
-  const auto outcome = rehearsal::run_once(setup_of("galfenol_unimorph.toml"), 0.1, ignore);
+  const auto outcome = rehearsal::run_once(shipped("galfenol_unimorph.toml"), 0.1, ignore);
   ASSERT_EQ(outcome.axes[0].state, AxisState::tracking) << to_string(outcome.axes[0].fault.cause);
   EXPECT_LE(triangle_percent(outcome), 0.35);
 }
 
 TEST(Preset, AllocatesNothing) {
   for (const char* name : {"p733.toml", "galfenol_unimorph.toml"}) {
-    Loop loop(setup_of(name));
+    Loop loop(shipped(name));
     loop.run_for(milliseconds(400));
     ASSERT_EQ(loop.state(), AxisState::tracking);
     const std::uint64_t before = support::allocations_so_far();
@@ -77,7 +66,7 @@ double on_receipt_percent(const char* delay_us, const char* status_every) {
                                               {"axis[0].control.delays.command_delay_us", delay_us},
                                               {"axis[0].twin.status_every", status_every},
                                               {"axis[1].twin.status_every", status_every}};
-  const auto outcome = rehearsal::run_once(setup_of("piezo.toml", settings), 0.1, ignore);
+  const auto outcome = rehearsal::run_once(shipped("piezo.toml", settings), 0.1, ignore);
   EXPECT_EQ(outcome.axes[0].state, AxisState::tracking) << to_string(outcome.axes[0].fault.cause);
   return triangle_percent(outcome);
 }
@@ -106,7 +95,7 @@ TEST(FreeSensor, IsBridgedFromBeatToBeatWhereEnoughSamplesMayBeMissing) {
   for (const char* skew_ppm : {"200.0", "-200.0"}) {
     auto settings = runs_free(skew_ppm);
     settings.push_back({"axis[0].control.missing_samples", "30"});
-    Loop loop(setup_of("lab_amplifier.toml", settings));
+    Loop loop(shipped("lab_amplifier.toml", settings));
     loop.run_for(seconds(60));
     EXPECT_EQ(loop.state(), AxisState::tracking) << to_string(loop.cause());
     EXPECT_GE(loop.counters().missing_samples, 12u) << "one in each beat";
@@ -115,7 +104,7 @@ TEST(FreeSensor, IsBridgedFromBeatToBeatWhereEnoughSamplesMayBeMissing) {
 }
 
 TEST(FreeSensor, TripsAtABeatWhereFewSamplesMayBeMissing) {
-  Loop loop(setup_of("lab_amplifier.toml", runs_free("200.0")));
+  Loop loop(shipped("lab_amplifier.toml", runs_free("200.0")));
   loop.run_for(seconds(60));
   EXPECT_EQ(loop.state(), AxisState::faulted);
   EXPECT_EQ(loop.cause(), Cause::sample_missing);
@@ -124,7 +113,7 @@ TEST(FreeSensor, TripsAtABeatWhereFewSamplesMayBeMissing) {
 TEST(FreeSensor, IsNeverMissedWhereItSamplesTwiceACycle) {
   auto settings = runs_free("200.0");
   settings.push_back({"axis[0].twin.sensor.sample_rate_Hz", "2000.0"});
-  Loop loop(setup_of("lab_amplifier.toml", settings));
+  Loop loop(shipped("lab_amplifier.toml", settings));
   const std::uint64_t before = loop.counters().missing_samples;
   loop.run_for(seconds(60));
   EXPECT_EQ(loop.state(), AxisState::tracking) << to_string(loop.cause());
@@ -134,7 +123,7 @@ TEST(FreeSensor, IsNeverMissedWhereItSamplesTwiceACycle) {
 // A sample of the last tenths of a millisecond of a cycle comes in the next one, and names the SYNC before: a
 // run of hundreds is late, once in every beat of 5 s.
 TEST(FreeSensor, TripsWithinABeatWhereItsSamplesNameTheirSync) {
-  Loop loop(setup_of("piezo.toml", runs_free("200.0")));
+  Loop loop(shipped("piezo.toml", runs_free("200.0")));
   loop.run_for(seconds(6));
   EXPECT_EQ(loop.state(), AxisState::faulted);
   EXPECT_EQ(loop.cause(), Cause::sample_late);

@@ -6,22 +6,15 @@
 #include "config/config.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/count_allocations.h"
+#include "tests/support/rehearsed.h"
 
 namespace hystcan {
 namespace {
 
 using controller::AxisState;
 using std::chrono::milliseconds;
-
-constexpr auto ignore = [](const controller::CycleRecord&) {};
-
-rehearsal::Setup shipped(const char* name) {
-  const config::Config config = config::load(std::string(HYSTCAN_SOURCE_DIR "/config/") + name);
-  return {.controller = config.controller,
-          .twin = config.twin,
-          .database = config.database,
-          .bitrate_bit_per_s = config.bus.bitrate_bit_per_s};
-}
+using support::ignore;
+using support::shipped;
 
 /// Both sides of the wire by the same names.
 void change_frames(rehearsal::Setup& setup, const std::function<void(can::AxisFrames&)>& change) {
@@ -34,7 +27,7 @@ double triangle_percent(const rehearsal::Setup& setup) {
   const rehearsal::Outcome outcome = rehearsal::run_once(setup, 0.1, ignore);
   EXPECT_EQ(outcome.axes[0].state, AxisState::tracking) << to_string(outcome.axes[0].fault.cause);
   EXPECT_EQ(outcome.counters.late_samples, 0u);
-  return 100.0 * outcome.axes[0].statistics.segments()[0].rms_um() / outcome.axes[0].stroke_um;
+  return support::triangle_percent(outcome);
 }
 
 // One step of the setpoint is 2 mV, 0.6 nm of the stage: rounding adds 0.17 nm RMS, a 350th of the error.

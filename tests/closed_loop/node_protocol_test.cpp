@@ -9,6 +9,7 @@
 
 #include "config/config.h"
 #include "rehearsal/rehearsal.h"
+#include "tests/support/rehearsed.h"
 
 namespace hystcan {
 namespace {
@@ -20,11 +21,7 @@ using std::chrono::milliseconds;
 constexpr can::SdoObject current_limit{.index = 0x2001, .subindex = 1};
 
 rehearsal::Setup one_axis() {
-  const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
-  rehearsal::Setup setup{.controller = config.controller,
-                         .twin = config.twin,
-                         .database = config.database,
-                         .bitrate_bit_per_s = config.bus.bitrate_bit_per_s};
+  rehearsal::Setup setup = support::shipped("piezo.toml");
   setup.controller.axes.resize(1);
   setup.twin.axes.resize(1);
   return setup;

@@ -10,6 +10,7 @@
 #include "config/config.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/count_allocations.h"
+#include "tests/support/rehearsed.h"
 
 namespace hystcan {
 namespace {
@@ -24,10 +25,7 @@ const config::Config& shipped() {
 }
 
 rehearsal::Setup setup_of(bool live_setpoint) {
-  rehearsal::Setup setup{.controller = shipped().controller,
-                         .twin = shipped().twin,
-                         .database = shipped().database,
-                         .bitrate_bit_per_s = shipped().bus.bitrate_bit_per_s};
+  rehearsal::Setup setup = support::setup_of(shipped());
   for (controller::WiredAxisConfig& axis : setup.controller.axes) axis.live_setpoint = live_setpoint;
   return setup;
 }

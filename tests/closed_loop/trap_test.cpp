@@ -16,6 +16,7 @@
 #include "controller/black_box.h"
 #include "controller/telemetry.h"
 #include "rehearsal/rehearsal.h"
+#include "tests/support/rehearsed.h"
 #include "tests/support/trap.h"
 
 namespace hystcan {
@@ -24,14 +25,6 @@ namespace {
 using controller::AxisState;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
-
-rehearsal::Setup shipped() {
-  const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
-  return {.controller = config.controller,
-          .twin = config.twin,
-          .database = config.database,
-          .bitrate_bit_per_s = config.bus.bitrate_bit_per_s};
-}
 
 struct Trapped {
   std::string refusal;
@@ -108,7 +101,7 @@ TEST(ControlThread, AllocatesLocksLogsAndOpensNothing) {
       black_box.add(record);
       csv.write(record);
     });
-    rehearsal::Rehearsal loop(shipped(),
+    rehearsal::Rehearsal loop(support::shipped("piezo.toml"),
                               [&](const controller::CycleRecord& record) { telemetry.push(record); });
     loop.start();
     loop.run_for(seconds(2));

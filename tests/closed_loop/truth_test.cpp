@@ -9,6 +9,7 @@
 
 #include "config/config.h"
 #include "rehearsal/rehearsal.h"
+#include "tests/support/rehearsed.h"
 
 namespace hystcan {
 namespace {
@@ -22,15 +23,10 @@ struct Cycle {
 
 /// Every cycle of axis x that had a sample, from the shipped piezo stage's whole reference.
 std::vector<Cycle> cycles() {
-  const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
   std::optional<twin::Truth> newest;
   std::vector<Cycle> all;
   rehearsal::run_once(
-      {.controller = config.controller,
-       .twin = config.twin,
-       .database = config.database,
-       .bitrate_bit_per_s = config.bus.bitrate_bit_per_s},
-      0.1,
+      support::shipped("piezo.toml"), 0.1,
       [&](const controller::CycleRecord& record) {
         if (record.axis != 0 || record.report.sample_missing || !newest) return;
         all.push_back({*newest, record.report});

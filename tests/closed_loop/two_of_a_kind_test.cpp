@@ -8,6 +8,7 @@
 
 #include "config/config.h"
 #include "rehearsal/rehearsal.h"
+#include "tests/support/rehearsed.h"
 
 namespace hystcan {
 namespace {
@@ -43,11 +44,7 @@ struct SharedBus : testing::Test {
   }
 
   const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
-  rehearsal::Rehearsal rehearsal{{.controller = config.controller,
-                                  .twin = config.twin,
-                                  .database = config.database,
-                                  .bitrate_bit_per_s = config.bus.bitrate_bit_per_s},
-                                 [](const controller::CycleRecord&) {}};
+  rehearsal::Rehearsal rehearsal{support::setup_of(config), support::ignore};
   Controller& loop = rehearsal.controller();
   std::unique_ptr<can::Bus> stranger = rehearsal.attach()({});
 };

@@ -13,6 +13,7 @@
 #include "config/config.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/hil/bench.h"
+#include "tests/support/rehearsed.h"
 
 namespace hystcan {
 namespace {
@@ -64,12 +65,7 @@ std::int64_t frames_on_vcan0() {
 // filter lets through costs the kernel's interrupt some microseconds, by which a cycle may begin later.
 TEST(IcountFlood, OfForeignFramesLeavesTheControlErrorAsItIs) {
   const config::Config config = config::load(config_file);
-  const rehearsal::Outcome predicted =
-      rehearsal::run_once({.controller = config.controller,
-                           .twin = config.twin,
-                           .database = config.database,
-                           .bitrate_bit_per_s = config.bus.bitrate_bit_per_s},
-                          0.1, [](const auto&) {});
+  const rehearsal::Outcome predicted = rehearsal::run_once(support::setup_of(config), 0.1, support::ignore);
   const FreshVcan fresh;
   Bench bench({"vcan0", "vcan0"});
   bench.candump.reset();

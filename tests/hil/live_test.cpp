@@ -14,6 +14,7 @@
 #include "config/config.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/hil/bench.h"
+#include "tests/support/rehearsed.h"
 
 namespace hystcan {
 namespace {
@@ -162,12 +163,7 @@ TEST(Kvaser, ATwinRefusesARealInterfaceUnlessForced) {
 // 5 us that is 2 nm, which adds in squares to 53 nm: under 1 %. Twice that is allowed.
 TEST(Icount, TracksWithTheErrorThatVirtualTimePredicts) {
   const config::Config config = config::load(config_file);
-  const rehearsal::Outcome predicted =
-      rehearsal::run_once({.controller = config.controller,
-                           .twin = config.twin,
-                           .database = config.database,
-                           .bitrate_bit_per_s = config.bus.bitrate_bit_per_s},
-                          0.1, [](const auto&) {});
+  const rehearsal::Outcome predicted = rehearsal::run_once(support::setup_of(config), 0.1, support::ignore);
   Bench bench({"vcan0", "vcan0"});
   bench.start_controller({"--once", "--json"});
   ASSERT_EQ(bench.controller->wait(), 0) << bench.controller->err();

@@ -94,13 +94,9 @@ struct Stage {
     std::string out;
     std::string err;
   };
-  Answer ctl(const std::vector<std::string>& words) const {
-    std::vector<std::string> command{HYSTCAN_PROGRAM, "ctl", "--socket", socket};
-    command.insert(command.end(), words.begin(), words.end());
-    Process process(command);
-    const int status = process.wait();
-    return {status, process.out(), process.err()};
-  }
+  Answer ctl(const std::vector<std::string>& words) const { return ask({"--socket", socket}, words); }
+  /// The same of the twin.
+  Answer ctl_twin(const std::vector<std::string>& words) const { return ask({"--twin"}, words); }
   json axis_status(std::size_t axis) const {
     const Answer answer = ctl({"--json", "status"});
     EXPECT_EQ(answer.status, 0) << answer.err;
@@ -113,6 +109,16 @@ struct Stage {
       std::this_thread::sleep_for(milliseconds(100));
     }
     return false;
+  }
+
+ private:
+  static Answer ask(const std::vector<std::string>& whom, const std::vector<std::string>& words) {
+    std::vector<std::string> command{HYSTCAN_PROGRAM, "ctl"};
+    command.insert(command.end(), whom.begin(), whom.end());
+    command.insert(command.end(), words.begin(), words.end());
+    Process process(command);
+    const int status = process.wait();
+    return {status, process.out(), process.err()};
   }
 };
 

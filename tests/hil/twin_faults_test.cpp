@@ -14,7 +14,6 @@ namespace {
 using hil::json;
 using hil::milliseconds;
 using hil::Stage;
-using support::Process;
 
 constexpr std::size_t x = 0;
 constexpr std::size_t y = 1;
@@ -22,21 +21,15 @@ constexpr std::size_t y = 1;
 struct TwinFaults : testing::Test {
   Stage stage;
 
-  Stage::Answer to_twin(std::vector<std::string> words) const {
-    words.insert(words.begin(), {HYSTCAN_PROGRAM, "ctl", "--twin"});
-    Process process(words);
-    const int status = process.wait();
-    return {status, process.out(), process.err()};
-  }
   json twin_status() const {
-    const Stage::Answer answer = to_twin({"--json", "status"});
+    const Stage::Answer answer = stage.ctl_twin({"--json", "status"});
     EXPECT_EQ(answer.status, 0) << answer.err;
     return answer.status == 0 ? json::parse(answer.out) : json();
   }
   void inject(const std::vector<std::string>& words) const {
     std::vector<std::string> command{"inject"};
     command.insert(command.end(), words.begin(), words.end());
-    const Stage::Answer answer = to_twin(command);
+    const Stage::Answer answer = stage.ctl_twin(command);
     EXPECT_EQ(answer.status, 0) << answer.err;
   }
   /// Axis x faults for one of these causes, y goes on; healed and cleared, x tracks again.
@@ -48,7 +41,7 @@ struct TwinFaults : testing::Test {
     EXPECT_NE(std::ranges::find(causes, cause), causes.end()) << words.front() << ": " << cause;
     std::printf("%s: %s\n", words.front().c_str(), cause.c_str());
     EXPECT_EQ(stage.axis_status(y).at("state"), "tracking") << words.front();
-    EXPECT_EQ(to_twin({"heal"}).status, 0);
+    EXPECT_EQ(stage.ctl_twin({"heal"}).status, 0);
     EXPECT_TRUE(twin_status().at("faults").empty());
     ASSERT_EQ(stage.ctl({"clear", "x"}).status, 0);
     ASSERT_TRUE(stage.comes_to(x, "offline"));
@@ -93,9 +86,10 @@ TEST_F(TwinFaults, ThatAreBridgedOrWithinTheLoopsReachTripNothing) {
 }
 
 TEST_F(TwinFaults, AreRefusedInWordsAndTheTwinEndsWhenToldTo) {
-  EXPECT_NE(to_twin({"inject", "late"}).err.find("\"axis\" is missing"), std::string::npos);
-  EXPECT_NE(to_twin({"inject", "lat", "--axis", "x"}).err.find("there is no fault"), std::string::npos);
-  EXPECT_EQ(to_twin({"stop"}).status, 0);
+  EXPECT_NE(stage.ctl_twin({"inject", "late"}).err.find("\"axis\" is missing"), std::string::npos);
+  EXPECT_NE(stage.ctl_twin({"inject", "lat", "--axis", "x"}).err.find("there is no fault"),
+            std::string::npos);
+  EXPECT_EQ(stage.ctl_twin({"stop"}).status, 0);
   EXPECT_EQ(stage.bench.twin->wait(), 0) << stage.bench.twin->err();
 }
 

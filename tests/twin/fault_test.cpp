@@ -10,7 +10,7 @@
 
 #include "can/protocol.h"
 #include "can/sim_bus.h"
-#include "tests/support/piezo.h"
+#include "tests/twin/twin_bench.h"
 #include "twin/twin.h"
 
 namespace hystcan::twin {
@@ -23,21 +23,6 @@ using Event = FaultScheduler::Event;
 const can::Database& database() {
   static const can::Database shipped = can::load_dbc(HYSTCAN_SOURCE_DIR "/config/hystcan.dbc");
   return shipped;
-}
-
-Config one_axis() {
-  Config config{.seed = 1, .heartbeat_period = milliseconds(100), .axes = {}};
-  config.axes.push_back({.wire = {.name = "x", .message_prefix = "X", .amplifier_node = 1, .sensor_node = 2},
-                         .plant = {.hysteresis = support::piezo_model(),
-                                   .mode = {.natural_frequency_Hz = 500.0, .damping_ratio = 0.05},
-                                   .amplifier = {.drive_min = -20,
-                                                 .drive_max = 120,
-                                                 .slew_per_s = 93e3,
-                                                 .bandwidth_Hz = 1500,
-                                                 .safe_drive = 0}},
-                         .sensor = {},
-                         .command_timeout = milliseconds(20)});
-  return config;
 }
 
 FaultOrder order(Fault kind, can::Duration begins, can::Duration lasts, double value) {

@@ -1,4 +1,4 @@
-#include "twin/truth_log.h"
+#include "app/truth_log.h"
 
 #include <gtest/gtest.h>
 
@@ -8,17 +8,17 @@
 #include <stdexcept>
 #include <string>
 
-namespace hystcan::twin {
+namespace hystcan::app {
 namespace {
 
-const Truth truth{.time = can::Time(std::chrono::milliseconds(1500)),
-                  .axis = 1,
-                  .sync_counter = 7,
-                  .setpoint = 50.25,
-                  .drive = 50.125,
-                  .hysteresis_um = 15.5,
-                  .position_um = 15.25,
-                  .measured_um = 15.2503};
+const twin::Truth truth{.time = can::Time(std::chrono::milliseconds(1500)),
+                        .axis = 1,
+                        .sync_counter = 7,
+                        .setpoint = 50.25,
+                        .drive = 50.125,
+                        .hysteresis_um = 15.5,
+                        .position_um = 15.25,
+                        .measured_um = 15.2503};
 
 TEST(TruthLog, HasARowForEachSampleOfAnAxis) {
   const auto file = std::filesystem::path(testing::TempDir()) / "truth.csv";
@@ -46,4 +46,4 @@ TEST(TruthLog, OnAFullDiskLosesRowsAndSaysSo) {
 }
 
 }  // namespace
-}  // namespace hystcan::twin
+}  // namespace hystcan::app

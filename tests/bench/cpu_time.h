@@ -1,0 +1,15 @@
+// The processor time of a benchmark.
+#pragma once
+
+#include <time.h>
+
+namespace hystcan::bench {
+
+/// Of this thread's own processor time: what else runs on the machine is not counted.
+inline double cpu_s() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+}  // namespace hystcan::bench

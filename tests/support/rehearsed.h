@@ -1,0 +1,31 @@
+// A configuration as a loop in virtual time, and how well it tracked.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "config/config.h"
+#include "rehearsal/rehearsal.h"
+
+namespace hystcan::support {
+
+constexpr auto ignore = [](const controller::CycleRecord&) {};
+
+inline rehearsal::Setup setup_of(const config::Config& config) {
+  return {.controller = config.controller,
+          .twin = config.twin,
+          .database = config.database,
+          .bitrate_bit_per_s = config.bus.bitrate_bit_per_s};
+}
+
+/// A shipped configuration, with other settings in the place of what stands there.
+inline rehearsal::Setup shipped(const std::string& name, const std::vector<config::Setting>& settings = {}) {
+  return setup_of(config::load(HYSTCAN_SOURCE_DIR "/config/" + name, settings));
+}
+
+/// RMS error of axis 0 over its first segment, the triangle of the shipped configurations, in % of stroke.
+inline double triangle_percent(const rehearsal::Outcome& outcome) {
+  return 100.0 * outcome.axes[0].statistics.segments()[0].rms_um() / outcome.axes[0].stroke_um;
+}
+
+}  // namespace hystcan::support
