@@ -4,11 +4,11 @@
 
 #include <cstdio>
 
-#include "app/commands.h"
-#include "can/candump.h"
-#include "can/dbc.h"
-#include "can/socketcan_bus.h"
-#include "config/config.h"
+#include "app/commands/commands.h"
+#include "can/dbc/database.h"
+#include "can/log/candump.h"
+#include "can/socketcan/socketcan_bus.h"
+#include "config/schema/config.h"
 
 namespace {
 

@@ -3,6 +3,8 @@ option(HYSTCAN_WERROR "Treat warnings as errors" OFF)
 set(HYSTCAN_SANITIZE "" CACHE STRING "Sanitizers to build with, e.g. address,undefined or thread")
 option(HYSTCAN_FUZZ "Build the fuzz targets with libFuzzer, and the rooms for it (needs clang)" OFF)
 
+option(HYSTCAN_UNITY "Compile several sources of a room as one, which spares reading the same headers for each" ON)
+
 if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release)
 endif()
@@ -39,11 +41,17 @@ macro(leave_unoptimised_under_sanitizers)
   endif()
 endmacro()
 
-# add_room(NAME SOURCES... ): the static library hystcan_NAME of one room.
+# add_room(NAME SOURCES...): the static library hystcan_NAME of one room.
 function(add_room name)
   add_library(hystcan_${name} STATIC ${ARGN})
   target_link_libraries(hystcan_${name} PUBLIC hystcan_flags)
+  set_target_properties(hystcan_${name} PROPERTIES UNITY_BUILD ${HYSTCAN_UNITY} UNITY_BUILD_BATCH_SIZE 12)
   if(HYSTCAN_FUZZ)
     target_compile_options(hystcan_${name} PRIVATE -fsanitize=fuzzer-no-link)
   endif()
+endfunction()
+
+# add_to_room(NAME SOURCES...): sources of a sub-folder of that room.
+function(add_to_room name)
+  target_sources(hystcan_${name} PRIVATE ${ARGN})
 endfunction()

@@ -15,7 +15,7 @@
 namespace hystcan::controller {
 namespace {
 
-using Level = BusLog::Level;
+using Level = can::BusHealthLog::Level;
 constexpr std::string_view prefix = "blackbox_";
 
 struct CloseFile {

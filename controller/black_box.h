@@ -19,8 +19,8 @@
 #include <string_view>
 #include <vector>
 
-#include "controller/bus_log.h"
-#include "controller/record.h"
+#include "can/bus_health_log.h"
+#include "controller/cycle_record.h"
 
 namespace hystcan::controller {
 
@@ -48,7 +48,7 @@ class BlackBox {
     std::size_t cycles = 10'000;     ///< kept of each axis
     std::size_t cycles_after = 100;  ///< of these, after the fault
   };
-  using Sink = BusLog::Sink;
+  using Sink = can::BusHealthLog::Sink;
   using UtcNow = std::function<std::chrono::system_clock::time_point()>;
 
   /// Warns at once where no file could be written.

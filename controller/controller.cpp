@@ -19,7 +19,7 @@ can::AmpStatus what_is_not_told(const AxisConfig& axis, const std::optional<can:
   return believed;
 }
 
-can::Checker checker_of(const can::Layout<can::AmpCommand>& layout) {
+can::E2eChecker checker_of(const can::Layout<can::AmpCommand>& layout) {
   return {layout.protection(), layout.length(), layout.extended()};
 }
 
@@ -104,7 +104,7 @@ std::optional<SetpointCounters> Controller::live_setpoints(std::size_t i) const 
 
 std::vector<can::RejectedFrames> Controller::rejected() const {
   std::vector<can::RejectedFrames> all;
-  const auto add = [&](std::string message, const can::Checker& checker) {
+  const auto add = [&](std::string message, const can::E2eChecker& checker) {
     all.push_back(can::rejected_frames(std::move(message), checker));
   };
   all.reserve(9 * axes_.size());
@@ -114,11 +114,11 @@ std::vector<can::RejectedFrames> Controller::rejected() const {
       add(can::message_map<can::AmpStatus>(wired->wire)->message, wired->decode_status->checker());
     if (wired->setpoint_receiver)
       add(can::message_map<can::Setpoint>(wired->wire)->message, wired->setpoint_receiver->checker());
-    for (const Peer* peer : {&wired->amplifier, &wired->sensor}) {
-      const std::string node = std::to_string(peer->node());
-      add("heartbeat of node " + node, peer->heartbeat_checker());
-      add("emergency of node " + node, peer->emergency_checker());
-      add("SDO response of node " + node, peer->sdo_checker());
+    for (const RemoteNode* node : {&wired->amplifier, &wired->sensor}) {
+      const std::string number = std::to_string(node->node());
+      add("heartbeat of node " + number, node->heartbeat_checker());
+      add("emergency of node " + number, node->emergency_checker());
+      add("SDO response of node " + number, node->sdo_checker());
     }
   }
   return all;
@@ -146,7 +146,7 @@ void Controller::tick() {
   ++counters_.cycles;
   for (const auto& wired : axes_) wired->answered = false;
   house_kept_ = false;
-  keep_house();
+  run_background_tasks();
 
   deadline_ += period_;
   while (deadline_ <= now) {  // re-align: a missed deadline is left out, never caught up with

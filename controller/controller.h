@@ -22,15 +22,15 @@
 #include <vector>
 
 #include "can/bus.h"
-#include "can/dbc.h"
-#include "can/protocol.h"
-#include "controller/axis.h"
+#include "can/dbc/database.h"
+#include "can/protocol/protocol.h"
 #include "controller/black_box.h"
+#include "controller/control/axis.h"
+#include "controller/cycle_record.h"
 #include "controller/own_frames.h"
-#include "controller/peer.h"
 #include "controller/realtime.h"
-#include "controller/record.h"
-#include "controller/request.h"
+#include "controller/remote_node.h"
+#include "controller/request_link.h"
 #include "controller/timing.h"
 
 namespace hystcan::controller {
@@ -80,7 +80,7 @@ class Controller {
   /// Before start(): what an axis is to restore.
   Axis& axis(std::size_t i) { return axes_[i]->axis; }
   const Axis& axis(std::size_t i) const { return axes_[i]->axis; }
-  const can::Checker& sample_checker(std::size_t i) const { return axes_[i]->decode_sample.checker(); }
+  const can::E2eChecker& sample_checker(std::size_t i) const { return axes_[i]->decode_sample.checker(); }
   /// Empty: this axis takes none.
   std::optional<SetpointCounters> live_setpoints(std::size_t i) const;
   /// Of every message that the controller hears: samples, statuses, setpoints; of both nodes heartbeats,
@@ -99,13 +99,13 @@ class Controller {
     can::Decoder<can::SensorSample> decode_sample;
     std::optional<can::Decoder<can::AmpStatus>> decode_status;  ///< empty: the amplifier tells nothing
     can::Encoder<can::AmpCommand> encode_command;
-    bool samples_name_their_sync;  ///< else a sample counts for the cycle it arrives in
-    bool flags_tell_fault;         ///< the state alone does not
-    can::Checker foreign_command;  ///< of commands to this amplifier that are not ours
+    bool samples_name_their_sync;     ///< else a sample counts for the cycle it arrives in
+    bool flags_tell_fault;            ///< the state alone does not
+    can::E2eChecker foreign_command;  ///< of commands to this amplifier that are not ours
     StatusSender status_sender;
     std::optional<SetpointReceiver> setpoint_receiver;  ///< empty: it obeys no stranger
-    Peer sensor;
-    Peer amplifier;
+    RemoteNode sensor;
+    RemoteNode amplifier;
     can::AmpStatus status;
     bool amplifier_moves = false;  ///< enabled, or on its way down: `status` does not tell where it is
     unsigned boot_ups_seen = 0;
@@ -117,15 +117,15 @@ class Controller {
   void tick();
   void note_wake_up(can::Time now);
   void close_cycle();
-  void keep_house();
+  void run_background_tasks();
   void answer_a_request();
   std::string_view obey(Request& request);
   std::size_t node_count() const { return 2 * axes_.size(); }
-  Peer& node_at(std::size_t place);
+  RemoteNode& node_at(std::size_t place);
   bool tell_of_an_axis();
   bool set_up_a_node();
   bool wake_a_node();
-  bool wake(const Peer& peer);
+  bool wake(const RemoteNode& node);
   void handle(const can::Frame& frame);
   void hear_another();
   void keep_silent();
@@ -140,16 +140,16 @@ class Controller {
   void on_foreign_command(std::size_t index, const can::Frame& frame);
   void on_foreign_axis_status(std::size_t index, const can::Frame& frame);
   void on_setpoint(std::size_t index, const can::Frame& frame);
-  template <Peer WiredAxis::*peer>
+  template <RemoteNode WiredAxis::*node>
   void on_emergency(std::size_t index, const can::Frame& frame) {
-    (axes_[index].get()->*peer).hear_emergency(frame);
+    (axes_[index].get()->*node).hear_emergency(frame);
   }
-  template <Peer WiredAxis::*peer>
+  template <RemoteNode WiredAxis::*node>
   void on_sdo(std::size_t index, const can::Frame& frame) {
-    (axes_[index].get()->*peer).hear_sdo(frame);
+    (axes_[index].get()->*node).hear_sdo(frame);
   }
-  template <Peer WiredAxis::*peer>
-  void lay_peer_routes(std::size_t index, void (Controller::*on_heartbeat)(std::size_t, const can::Frame&));
+  template <RemoteNode WiredAxis::*node>
+  void add_node_routes(std::size_t index, void (Controller::*on_heartbeat)(std::size_t, const can::Frame&));
   void lay_route(std::uint32_t id, bool extended, void (Controller::*handler)(std::size_t, const can::Frame&),
                  std::size_t index);
   void step(std::size_t index, const can::SensorSample* sample);

@@ -18,12 +18,12 @@ void Controller::lay_route(std::uint32_t id, bool extended, decltype(Route::hand
   routes_.push_back({.id = id, .extended = extended, .handler = handler, .index = index});
 }
 
-template <Peer Controller::WiredAxis::*peer>
-void Controller::lay_peer_routes(std::size_t index, decltype(Route::handler) on_heartbeat) {
-  const std::uint32_t node = (axes_[index].get()->*peer).node();
-  lay_route(can::heartbeat_base + node, false, on_heartbeat, index);
-  lay_route(can::emergency_base + node, false, &Controller::on_emergency<peer>, index);
-  lay_route(can::sdo_response_base + node, false, &Controller::on_sdo<peer>, index);
+template <RemoteNode Controller::WiredAxis::*node>
+void Controller::add_node_routes(std::size_t index, decltype(Route::handler) on_heartbeat) {
+  const std::uint32_t number = (axes_[index].get()->*node).node();
+  lay_route(can::heartbeat_base + number, false, on_heartbeat, index);
+  lay_route(can::emergency_base + number, false, &Controller::on_emergency<node>, index);
+  lay_route(can::sdo_response_base + number, false, &Controller::on_sdo<node>, index);
 }
 
 void Controller::lay_routes() {
@@ -38,8 +38,8 @@ void Controller::lay_routes() {
     if (const auto id = wired.status_sender.id())
       lay_route(*id, false, &Controller::on_foreign_axis_status, i);
     if (wired.setpoint_receiver) lay_route(wired.setpoint_receiver->id(), false, &Controller::on_setpoint, i);
-    lay_peer_routes<&WiredAxis::sensor>(i, &Controller::on_sensor_heartbeat);
-    lay_peer_routes<&WiredAxis::amplifier>(i, &Controller::on_amplifier_heartbeat);
+    add_node_routes<&WiredAxis::sensor>(i, &Controller::on_sensor_heartbeat);
+    add_node_routes<&WiredAxis::amplifier>(i, &Controller::on_amplifier_heartbeat);
   }
   std::ranges::sort(routes_, {}, &Route::key);
 }
@@ -121,7 +121,7 @@ void Controller::on_sample(std::size_t index, const can::Frame& frame) {
     return;
   }
   step(index, &*sample);
-  keep_house();
+  run_background_tasks();
 }
 
 void Controller::on_status(std::size_t index, const can::Frame& frame) {

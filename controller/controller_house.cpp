@@ -25,7 +25,7 @@ std::string_view refusal_of(LiveSetpoint became) {
 /// first in, first out, and short: what is put into it earlier holds the commands up, and what does not fit
 /// is lost, so that beside the heartbeat there is one frame at most. Axis statuses and the set-up of nodes
 /// take turns, nodes first where a heartbeat is due; a status goes before it, the least urgent frame of all.
-void Controller::keep_house() {
+void Controller::run_background_tasks() {
   if (house_kept_) return;
   // From the back: samples come in the order of the axes, mostly, so that one look is enough before the last.
   const bool commands_sent = std::all_of(axes_.rbegin(), axes_.rend(), [](const auto& wired) {
@@ -108,7 +108,7 @@ std::string_view Controller::obey(Request& request) {
 }
 
 /// Both nodes of each axis, sensors at the even places.
-Peer& Controller::node_at(std::size_t place) {
+RemoteNode& Controller::node_at(std::size_t place) {
   WiredAxis& wired = *axes_[place / 2];
   return place % 2 == 0 ? wired.sensor : wired.amplifier;
 }
@@ -120,7 +120,7 @@ bool Controller::set_up_a_node() {
     next_to_set_up_ = (place + 1) % node_count();
     Axis& axis = axes_[place / 2]->axis;
     if (axis.state() != AxisState::waiting) continue;
-    Peer& node = node_at(place);
+    RemoteNode& node = node_at(place);
     const auto request = node.poll_setup(scheduler_.now());
     if (node.setup_has_failed()) axis.trip(Cause::node_not_set_up, can::seconds(sync_sent_ - started_));
     if (!request) continue;
@@ -140,12 +140,12 @@ bool Controller::wake_a_node() {
   return false;
 }
 
-bool Controller::wake(const Peer& peer) {
-  const auto state = peer.state(scheduler_.now());
-  if (peer.is_set_up() && state != can::NmtState::operational)
-    return bus_->send(can::nmt_frame({can::NmtCommand::start, peer.node()}));
-  if (!peer.is_set_up() && state == can::NmtState::stopped)
-    return bus_->send(can::nmt_frame({can::NmtCommand::enter_pre_operational, peer.node()}));
+bool Controller::wake(const RemoteNode& node) {
+  const auto state = node.state(scheduler_.now());
+  if (node.is_set_up() && state != can::NmtState::operational)
+    return bus_->send(can::nmt_frame({can::NmtCommand::start, node.node()}));
+  if (!node.is_set_up() && state == can::NmtState::stopped)
+    return bus_->send(can::nmt_frame({can::NmtCommand::enter_pre_operational, node.node()}));
   return false;
 }
 

@@ -9,8 +9,8 @@
 #include <string>
 
 #include "can/bus.h"
-#include "can/protocol.h"
-#include "controller/axis.h"
+#include "can/protocol/protocol.h"
+#include "controller/control/axis.h"
 
 namespace hystcan::controller {
 
@@ -34,7 +34,7 @@ class StatusSender {
 
  private:
   std::optional<can::Encoder<can::ControllerStatus>> encode_;
-  std::optional<can::Checker> foreign_;
+  std::optional<can::E2eChecker> foreign_;
   bool due_ = false;
   AxisState told_state_ = AxisState::offline;
   Cause told_cause_ = Cause::none;
@@ -60,7 +60,7 @@ class SetpointReceiver {
 
   void hear(const can::Frame& frame, Axis& axis);
   std::uint32_t id() const { return decode_.id(); }
-  const can::Checker& checker() const { return decode_.checker(); }
+  const can::E2eChecker& checker() const { return decode_.checker(); }
   const SetpointCounters& counters() const { return counters_; }
 
  private:

@@ -80,7 +80,7 @@ void LatenessLog::add(const CycleRecord& record) {
   const auto times = limit_.add(counts ? 1 : 0, record.time_s);
   if (!times) return;
   const auto us = [](can::Duration d) { return std::chrono::duration<double, std::micro>(d).count(); };
-  sink_(BusLog::Level::warning,
+  sink_(can::BusHealthLog::Level::warning,
         fmt::format(
             "{} SYNC more than {:g} us late by {:.3f} s, the latest {:.0f} us: hystcan doctor says what "
             "keeps the computer from its work",

@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "controller/bus_log.h"
-#include "controller/record.h"
+#include "can/bus_health_log.h"
+#include "controller/cycle_record.h"
 #include "controller/row_file.h"
 
 namespace hystcan::controller {
@@ -63,14 +63,14 @@ class CsvLog {
 /// telemetry thread. Zero: tells nothing.
 class LatenessLog {
  public:
-  LatenessLog(can::Duration warn, BusLog::Sink sink) : warn_(warn), sink_(std::move(sink)) {}
+  LatenessLog(can::Duration warn, can::BusHealthLog::Sink sink) : warn_(warn), sink_(std::move(sink)) {}
 
   void add(const CycleRecord& record);
 
  private:
   can::Duration warn_;
-  BusLog::Sink sink_;
-  RateLimit limit_;
+  can::BusHealthLog::Sink sink_;
+  can::RateLimit limit_;
   std::uint64_t last_cycle_ = 0;
   can::Duration worst_{};  ///< since the last line
 };

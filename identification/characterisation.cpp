@@ -40,33 +40,33 @@ struct HalfCycle {
   double from = 0.0, to = 0.0;     // input
 };
 
-std::vector<HalfCycle> half_cycles(const Record& record, double swing) {
+std::vector<HalfCycle> half_cycles(const Dataset& dataset, double swing) {
   std::vector<HalfCycle> halves;
   std::size_t begin = 0, i = 0;
-  for (const TurningPoint& point : turning_points(record, swing)) {
-    while (i < record.size() && record.time_s[i] < point.time_s) ++i;
-    halves.push_back({begin, i + 1, record.input[begin], record.input[i]});
+  for (const TurningPoint& point : turning_points(dataset, swing)) {
+    while (i < dataset.size() && dataset.time_s[i] < point.time_s) ++i;
+    halves.push_back({begin, i + 1, dataset.input[begin], dataset.input[i]});
     begin = i;
   }
-  halves.push_back({begin, record.size(), record.input[begin], record.input.back()});
+  halves.push_back({begin, dataset.size(), dataset.input[begin], dataset.input.back()});
   return halves;
 }
 
 // Output at `input` within one half cycle, interpolated; none where it does not get there.
-std::optional<double> output_at(const Record& record, const HalfCycle& half, double input) {
+std::optional<double> output_at(const Dataset& dataset, const HalfCycle& half, double input) {
   const double way = half.to > half.from ? 1.0 : -1.0;
-  const auto first = record.input.begin() + static_cast<std::ptrdiff_t>(half.begin);
-  const auto last = record.input.begin() + static_cast<std::ptrdiff_t>(half.end);
+  const auto first = dataset.input.begin() + static_cast<std::ptrdiff_t>(half.begin);
+  const auto last = dataset.input.begin() + static_cast<std::ptrdiff_t>(half.end);
   const auto beyond = std::find_if(first, last, [&](double v) { return way * (v - input) >= 0.0; });
   if (beyond == last || beyond == first) return std::nullopt;
-  const auto i = static_cast<std::size_t>(beyond - record.input.begin());
-  const double step = record.input[i] - record.input[i - 1];
-  return record.output[i - 1] +
-         (record.output[i] - record.output[i - 1]) * (input - record.input[i - 1]) / step;
+  const auto i = static_cast<std::size_t>(beyond - dataset.input.begin());
+  const double step = dataset.input[i] - dataset.input[i - 1];
+  return dataset.output[i - 1] +
+         (dataset.output[i] - dataset.output[i - 1]) * (input - dataset.input[i - 1]) / step;
 }
 
 // A half cycle against the latest one before between the same ends, whose own predecessor was the same, too.
-std::optional<double> repeatability_of(const Record& record, const std::vector<HalfCycle>& halves,
+std::optional<double> repeatability_of(const Dataset& dataset, const std::vector<HalfCycle>& halves,
                                        double near) {
   double square = 0.0, count = 0.0;
   const auto alike = [&](const HalfCycle& a, const HalfCycle& b) {
@@ -77,7 +77,7 @@ std::optional<double> repeatability_of(const Record& record, const std::vector<H
     if (!alike(now, before) || !alike(halves[j - 1], halves[j - 3])) continue;
     for (int i = 1; i < 20; ++i) {
       const double input = now.from + (now.to - now.from) * i / 20.0;
-      const auto a = output_at(record, now, input), b = output_at(record, before, input);
+      const auto a = output_at(dataset, now, input), b = output_at(dataset, before, input);
       if (!a || !b) continue;
       square += (*a - *b) * (*a - *b);
       count += 1.0;
@@ -87,12 +87,12 @@ std::optional<double> repeatability_of(const Record& record, const std::vector<H
   return std::sqrt(square / count);
 }
 
-double rate_spread_of(const Record& record, const std::vector<HalfCycle>& halves, double least) {
+double rate_spread_of(const Dataset& dataset, const std::vector<HalfCycle>& halves, double least) {
   std::vector<double> speeds;
   for (const HalfCycle& half : halves)
     if (std::abs(half.to - half.from) > least && half.end > half.begin + 1)
       speeds.push_back(std::abs(half.to - half.from) /
-                       (record.time_s[half.end - 1] - record.time_s[half.begin]));
+                       (dataset.time_s[half.end - 1] - dataset.time_s[half.begin]));
   if (speeds.size() < 2) return 1.0;
   const auto [slow, fast] = std::ranges::minmax_element(speeds);
   return *fast / *slow;
@@ -112,21 +112,21 @@ double slope_of(const std::vector<double>& x, const std::vector<double>& y) {
 
 // Mean of the output on rising minus on falling samples, each against the mean curve: negative where the
 // output lags.
-double lead(const Record& record) {
-  const model::Interval range = range_of(record.input);
+double lead(const Dataset& dataset) {
+  const model::Interval range = range_of(dataset.input);
   constexpr std::size_t bins = 40;
   struct Sums {
     double up = 0.0, ups = 0.0, down = 0.0, downs = 0.0;
   };
   std::vector<Sums> sums(bins);
-  for (std::size_t i = 1; i < record.size(); ++i) {
-    const double t = (record.input[i] - range.lo) / range.span();
+  for (std::size_t i = 1; i < dataset.size(); ++i) {
+    const double t = (dataset.input[i] - range.lo) / range.span();
     Sums& bin = sums[std::min(bins - 1, static_cast<std::size_t>(t * bins))];
-    if (record.input[i] > record.input[i - 1]) {
-      bin.up += record.output[i];
+    if (dataset.input[i] > dataset.input[i - 1]) {
+      bin.up += dataset.output[i];
       bin.ups += 1.0;
-    } else if (record.input[i] < record.input[i - 1]) {
-      bin.down += record.output[i];
+    } else if (dataset.input[i] < dataset.input[i - 1]) {
+      bin.down += dataset.output[i];
       bin.downs += 1.0;
     }
   }
@@ -141,39 +141,39 @@ double lead(const Record& record) {
 
 }  // namespace
 
-Characterisation characterise(const Record& record, model::Interval observed) {
+Characterisation characterise(const Dataset& dataset, model::Interval observed) {
   Characterisation is;
-  is.samples = record.size();
-  is.duration_s = record.time_s.back() - record.time_s.front();
-  is.sample_time_s = is.duration_s / static_cast<double>(record.size() - 1);
-  for (std::size_t i = 1; i < record.size(); ++i)
-    if (std::abs(record.time_s[i] - record.time_s[i - 1] - is.sample_time_s) > 0.01 * is.sample_time_s)
+  is.samples = dataset.size();
+  is.duration_s = dataset.time_s.back() - dataset.time_s.front();
+  is.sample_time_s = is.duration_s / static_cast<double>(dataset.size() - 1);
+  for (std::size_t i = 1; i < dataset.size(); ++i)
+    if (std::abs(dataset.time_s[i] - dataset.time_s[i - 1] - is.sample_time_s) > 0.01 * is.sample_time_s)
       is.uniform = false;
-  const auto halves = half_cycles(record, 0.02 * observed.span());
+  const auto halves = half_cycles(dataset, 0.02 * observed.span());
   is.cycles = (halves.size() + 1) / 2;
-  is.noise = noise_of(record.output);
-  is.repeatability = repeatability_of(record, halves, 0.005 * observed.span());
-  is.rate_spread = rate_spread_of(record, halves, 0.1 * observed.span());
-  const Path path = trace(observed, model::Origin::lower_threshold, {}, record.input);
+  is.noise = noise_of(dataset.output);
+  is.repeatability = repeatability_of(dataset, halves, 0.005 * observed.span());
+  is.rate_spread = rate_spread_of(dataset, halves, 0.1 * observed.span());
+  const Path path = trace(observed, model::Origin::lower_threshold, {}, dataset.input);
   std::size_t minor = 0;
   for (const Run& run : path.runs)
     if (path.branches[run.branch].parent != PathBranch::none) minor += run.end - run.begin;
-  is.minor_fraction = static_cast<double>(minor) / static_cast<double>(record.size());
+  is.minor_fraction = static_cast<double>(minor) / static_cast<double>(dataset.size());
   return is;
 }
 
-Trends trends(const Record& record, const std::vector<double>& residual) {
+Trends trends(const Dataset& dataset, const std::vector<double>& residual) {
   Trends found;
-  const double duration = record.time_s.back() - record.time_s.front();
-  found.drift = slope_of(record.time_s, residual) * duration;
-  constexpr std::size_t blocks = 8;  // what the slope would be without each eighth of the record
-  if (record.size() >= 10 * blocks) {
+  const double duration = dataset.time_s.back() - dataset.time_s.front();
+  found.drift = slope_of(dataset.time_s, residual) * duration;
+  constexpr std::size_t blocks = 8;  // what the slope would be without each eighth of the dataset
+  if (dataset.size() >= 10 * blocks) {
     std::vector<double> slopes;
     for (std::size_t b = 0; b < blocks; ++b) {
       std::vector<double> t, r;
-      for (std::size_t i = 0; i < record.size(); ++i)
-        if (i * blocks / record.size() != b) {
-          t.push_back(record.time_s[i]);
+      for (std::size_t i = 0; i < dataset.size(); ++i)
+        if (i * blocks / dataset.size() != b) {
+          t.push_back(dataset.time_s[i]);
           r.push_back(residual[i]);
         }
       slopes.push_back(slope_of(t, r) * duration);
@@ -182,26 +182,26 @@ Trends trends(const Record& record, const std::vector<double>& residual) {
     for (const double slope : slopes) found.drift_error += (slope - mean) * (slope - mean);
     found.drift_error = std::sqrt(found.drift_error * (blocks - 1.0) / blocks);  // the jackknife's
   }
-  std::vector<double> rate(record.size(), 0.0);
-  for (std::size_t i = 1; i < record.size(); ++i)
-    rate[i] = (record.input[i] - record.input[i - 1]) / (record.time_s[i] - record.time_s[i - 1]);
+  std::vector<double> rate(dataset.size(), 0.0);
+  for (std::size_t i = 1; i < dataset.size(); ++i)
+    rate[i] = (dataset.input[i] - dataset.input[i - 1]) / (dataset.time_s[i] - dataset.time_s[i - 1]);
   found.rate = slope_of(rate, residual) * span_of(rate);
   return found;
 }
 
-model::Symmetry symmetry_of(const Record& record) {
-  if (record.size() == 0) return model::Symmetry::none;
-  const model::Interval range = range_of(record.input);
+model::Symmetry symmetry_of(const Dataset& dataset) {
+  if (dataset.size() == 0) return model::Symmetry::none;
+  const model::Interval range = range_of(dataset.input);
   if (!(range.lo < 0.0 && range.hi > 0.0) || std::abs(range.lo + range.hi) > 0.2 * range.span())
     return model::Symmetry::none;
   constexpr Eigen::Index order = 9;
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(order + 1, order + 1);
   Eigen::VectorXd g = Eigen::VectorXd::Zero(order + 1), T(order + 1);
   const double reach = std::max(-range.lo, range.hi);
-  for (std::size_t i = 0; i < record.size(); ++i) {
-    chebyshev_row({-reach, reach}, record.input[i], T);
+  for (std::size_t i = 0; i < dataset.size(); ++i) {
+    chebyshev_row({-reach, reach}, dataset.input[i], T);
     H += T * T.transpose();
-    g += T * record.output[i];
+    g += T * dataset.output[i];
   }
   const Eigen::VectorXd c = H.ldlt().solve(g);
   double even = 0.0, odd = 0.0;
@@ -209,9 +209,9 @@ model::Symmetry symmetry_of(const Record& record) {
   return odd < 0.01 * even ? model::Symmetry::even : model::Symmetry::none;
 }
 
-void refuse_hopeless(const Record& record, model::Symmetry symmetry) {
-  if (record.size() < least_samples) refuse(record.size(), " samples, expected at least ", least_samples);
-  const Record seen = symmetry == model::Symmetry::even ? folded(record) : record;
+void refuse_hopeless(const Dataset& dataset, model::Symmetry symmetry) {
+  if (dataset.size() < least_samples) refuse(dataset.size(), " samples, expected at least ", least_samples);
+  const Dataset seen = symmetry == model::Symmetry::even ? folded(dataset) : dataset;
   const model::Interval inputs = range_of(seen.input), outputs = range_of(seen.output);
   const auto constant = [](model::Interval range) {
     return range.span() <= 1e-12 * std::max(std::abs(range.lo), std::abs(range.hi));

@@ -1,4 +1,4 @@
-// What a record is, before any model: sampling, cycles, noise, repeatability, and what speaks against
+// What a dataset is, before any model: sampling, cycles, noise, repeatability, and what speaks against
 // identifying anything from it.
 #pragma once
 
@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "identification/record.h"
+#include "identification/dataset.h"
 #include "model/memory.h"
 #include "model/reference_curve.h"
 
@@ -26,7 +26,7 @@ struct Characterisation {
 };
 
 /// `observed`: inputs that occur. Inputs folded where symmetry is even.
-Characterisation characterise(const Record& record, model::Interval observed);
+Characterisation characterise(const Dataset& dataset, model::Interval observed);
 
 /// Linear trends in what a model leaves unexplained, output units.
 struct Trends {
@@ -34,14 +34,14 @@ struct Trends {
   double drift_error = 0.0;  ///< its standard error, by blocks
   double rate = 0.0;         ///< between the fastest rise and the fastest fall
 };
-Trends trends(const Record& record, const std::vector<double>& residual);
+Trends trends(const Dataset& dataset, const std::vector<double>& residual);
 
 /// Even where the output hardly changes with the input's sign: x(v) = x(-v).
-model::Symmetry symmetry_of(const Record& record);
+model::Symmetry symmetry_of(const Dataset& dataset);
 
 /// Throws std::invalid_argument where nothing can be identified: fewer than `least_samples`, an input or
 /// output that is constant, an output that falls where the input rises, loops that run clockwise.
-void refuse_hopeless(const Record& record, model::Symmetry symmetry);
+void refuse_hopeless(const Dataset& dataset, model::Symmetry symmetry);
 inline constexpr std::size_t least_samples = 20;
 
 }  // namespace hystcan::identification

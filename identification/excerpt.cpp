@@ -5,21 +5,21 @@
 
 namespace hystcan::identification {
 
-std::vector<TurningPoint> turning_points(const Record& record, double least_swing) {
+std::vector<TurningPoint> turning_points(const Dataset& dataset, double least_swing) {
   std::vector<TurningPoint> points;
-  if (record.size() == 0) return points;
+  if (dataset.size() == 0) return points;
   std::size_t low = 0, high = 0;  // extremes since the last turning point
   int way = 0;
-  for (std::size_t i = 1; i < record.size(); ++i) {
-    const double v = record.input[i];
-    if (v < record.input[low]) low = i;
-    if (v > record.input[high]) high = i;
-    if (way <= 0 && v - record.input[low] > least_swing) {
-      if (way < 0) points.push_back({record.time_s[low], record.input[low]});
+  for (std::size_t i = 1; i < dataset.size(); ++i) {
+    const double v = dataset.input[i];
+    if (v < dataset.input[low]) low = i;
+    if (v > dataset.input[high]) high = i;
+    if (way <= 0 && v - dataset.input[low] > least_swing) {
+      if (way < 0) points.push_back({dataset.time_s[low], dataset.input[low]});
       way = 1;
       high = low = i;
-    } else if (way >= 0 && record.input[high] - v > least_swing) {
-      if (way > 0) points.push_back({record.time_s[high], record.input[high]});
+    } else if (way >= 0 && dataset.input[high] - v > least_swing) {
+      if (way > 0) points.push_back({dataset.time_s[high], dataset.input[high]});
       way = -1;
       high = low = i;
     }
@@ -27,20 +27,20 @@ std::vector<TurningPoint> turning_points(const Record& record, double least_swin
   return points;
 }
 
-Record folded(const Record& record) {
-  Record folded = record;
+Dataset folded(const Dataset& dataset) {
+  Dataset folded = dataset;
   for (double& v : folded.input) v = std::abs(v);
   return folded;
 }
 
-Excerpt::Excerpt(const Record& record, std::vector<int> fold, std::size_t samples, double least_swing)
-    : time_s_(record.time_s),
-      input_(record.input),
-      output_(record.output),
+Excerpt::Excerpt(const Dataset& dataset, std::vector<int> fold, std::size_t samples, double least_swing)
+    : time_s_(dataset.time_s),
+      input_(dataset.input),
+      output_(dataset.output),
       fold_(std::move(fold)),
-      stride_(std::max<std::size_t>(1, (record.size() + samples - 1) / samples)),
-      turning_points_(turning_points(record, least_swing)) {
-  if (fold_.empty()) fold_.assign(record.size(), 0);
+      stride_(std::max<std::size_t>(1, (dataset.size() + samples - 1) / samples)),
+      turning_points_(turning_points(dataset, least_swing)) {
+  if (fold_.empty()) fold_.assign(dataset.size(), 0);
 }
 
 Excerpt::Sequence Excerpt::delayed_by(double delay_s) const {

@@ -1,4 +1,4 @@
-// A record as the fit sees it: turning points all, samples as many as the search can afford.
+// A dataset as the fit sees it: turning points all, samples as many as the search can afford.
 //
 // What an actuator remembers hangs on the turning points; between them a few samples say as much as many. A
 // delay shifts the input: v(t - tau), interpolated linearly, the turning points kept as they are.
@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "identification/record.h"
+#include "identification/dataset.h"
 #include "identification/regression.h"
 #include "model/memory.h"
 
@@ -20,13 +20,13 @@ struct TurningPoint {
 };
 
 /// The input's reversals that swing by more than `least_swing`.
-std::vector<TurningPoint> turning_points(const Record& record, double least_swing);
+std::vector<TurningPoint> turning_points(const Dataset& dataset, double least_swing);
 
-/// One record, folded where symmetry is even, its samples dealt into folds for hold-out.
+/// One dataset, folded where symmetry is even, its samples dealt into folds for hold-out.
 class Excerpt {
  public:
   /// `fold`: of each sample, or none: all in fold 0. `samples`: at most so many are kept, evenly.
-  Excerpt(const Record& record, std::vector<int> fold, std::size_t samples, double least_swing);
+  Excerpt(const Dataset& dataset, std::vector<int> fold, std::size_t samples, double least_swing);
 
   struct Sequence {
     std::vector<double> input;
@@ -43,6 +43,6 @@ class Excerpt {
 };
 
 /// |v| in the place of v.
-Record folded(const Record& record);
+Dataset folded(const Dataset& dataset);
 
 }  // namespace hystcan::identification

@@ -7,17 +7,17 @@
 namespace hystcan::identification {
 namespace {
 
-constexpr double least_swing = 0.02;  // of the range
-constexpr double at_the_end = 0.01;   // of the range
-constexpr int most_folds = 4;         // beside the one never held out
+constexpr double least_swing_of_range = 0.02;  // of the range
+constexpr double at_the_end = 0.01;            // of the range
+constexpr int most_folds = 4;                  // beside the one never held out
 
-// Numbers the cycles of a record from `first` on.
-std::vector<std::size_t> cycles_of(const Record& record, double swing, std::size_t first) {
-  const std::vector<TurningPoint> points = turning_points(record, swing);
-  std::vector<std::size_t> cycle(record.size());
+// Numbers the cycles of a dataset from `first` on.
+std::vector<std::size_t> cycles_of(const Dataset& dataset, double swing, std::size_t first) {
+  const std::vector<TurningPoint> points = turning_points(dataset, swing);
+  std::vector<std::size_t> cycle(dataset.size());
   std::size_t passed = 0, now = first;
-  for (std::size_t i = 0; i < record.size(); ++i) {
-    for (; passed < points.size() && points[passed].time_s < record.time_s[i]; ++passed) {
+  for (std::size_t i = 0; i < dataset.size(); ++i) {
+    for (; passed < points.size() && points[passed].time_s < dataset.time_s[i]; ++passed) {
       const bool lower = passed + 1 < points.size() ? points[passed].input < points[passed + 1].input
                          : passed > 0               ? points[passed].input < points[passed - 1].input
                                                     : false;
@@ -30,19 +30,19 @@ std::vector<std::size_t> cycles_of(const Record& record, double swing, std::size
 
 }  // namespace
 
-Folds deal_into_folds(const std::vector<Record>& records, model::Interval observed) {
+Folds deal_into_folds(const std::vector<Dataset>& datasets, model::Interval observed) {
   std::vector<std::vector<std::size_t>> cycle;
   Folds folds;
-  for (const Record& record : records) {
-    cycle.push_back(cycles_of(record, least_swing * observed.span(), folds.cycles));
+  for (const Dataset& dataset : datasets) {
+    cycle.push_back(cycles_of(dataset, least_swing_of_range * observed.span(), folds.cycles));
     folds.cycles = cycle.back().back() + 1;
   }
   std::vector<model::Interval> reach(folds.cycles, {observed.hi, observed.lo});
-  for (std::size_t r = 0; r < records.size(); ++r)
-    for (std::size_t i = 0; i < records[r].size(); ++i) {
+  for (std::size_t r = 0; r < datasets.size(); ++r)
+    for (std::size_t i = 0; i < datasets[r].size(); ++i) {
       model::Interval& of_cycle = reach[cycle[r][i]];
-      of_cycle.lo = std::min(of_cycle.lo, records[r].input[i]);
-      of_cycle.hi = std::max(of_cycle.hi, records[r].input[i]);
+      of_cycle.lo = std::min(of_cycle.lo, datasets[r].input[i]);
+      of_cycle.hi = std::max(of_cycle.hi, datasets[r].input[i]);
     }
   const double near = at_the_end * observed.span();
   const auto lowest = std::ranges::find_if(reach, [&](auto range) { return range.lo <= observed.lo + near; });

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "identification/record.h"
+#include "identification/dataset.h"
 #include "model/reference_curve.h"
 
 namespace hystcan::identification {
@@ -11,13 +11,13 @@ namespace hystcan::identification {
 /// Fold 0 is never held out: the first cycles that reach the ends of the input range, beyond which no model
 /// is to be asked. The others are dealt in turn to folds 1 to count - 1.
 struct Folds {
-  std::vector<std::vector<int>> of;  ///< per record, of each sample
+  std::vector<std::vector<int>> of;  ///< per dataset, of each sample
   int count = 1;                     ///< 1: too few cycles to hold any out
   std::size_t cycles = 0;
 };
 
-/// `observed`: inputs of all records. A cycle runs from one lower turning point to the next; swings below a
+/// `observed`: inputs of all datasets. A cycle runs from one lower turning point to the next; swings below a
 /// fiftieth of the range are no cycles.
-Folds deal_into_folds(const std::vector<Record>& records, model::Interval observed);
+Folds deal_into_folds(const std::vector<Dataset>& datasets, model::Interval observed);
 
 }  // namespace hystcan::identification

@@ -15,69 +15,69 @@ using model::refuse;
 constexpr double unexplained = 0.5;                // of the output's standard deviation: no model at all
 constexpr std::size_t most_turning_points = 2000;  // that the search follows; smaller swings are noise
 
-model::Interval span_over(const std::vector<Record>& records, const std::vector<double> Record::*column) {
+model::Interval span_over(const std::vector<Dataset>& datasets, const std::vector<double> Dataset::*column) {
   model::Interval range{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
-  for (const Record& record : records) {
-    const auto [low, high] = std::ranges::minmax_element(record.*column);
+  for (const Dataset& dataset : datasets) {
+    const auto [low, high] = std::ranges::minmax_element(dataset.*column);
     range.lo = std::min(range.lo, *low);
     range.hi = std::max(range.hi, *high);
   }
   return range;
 }
 
-std::size_t samples_of(const std::vector<Record>& records) {
+std::size_t samples_of(const std::vector<Dataset>& datasets) {
   std::size_t samples = 0;
-  for (const Record& record : records) samples += record.size();
+  for (const Dataset& dataset : datasets) samples += dataset.size();
   return samples;
 }
 
-double deviation(const std::vector<Record>& records) {
+double deviation(const std::vector<Dataset>& datasets) {
   double sum = 0.0, square = 0.0;
-  for (const Record& record : records)
-    for (const double x : record.output) sum += x;
-  const auto count = static_cast<double>(samples_of(records));
-  for (const Record& record : records)
-    for (const double x : record.output) square += (x - sum / count) * (x - sum / count);
+  for (const Dataset& dataset : datasets)
+    for (const double x : dataset.output) sum += x;
+  const auto count = static_cast<double>(samples_of(datasets));
+  for (const Dataset& dataset : datasets)
+    for (const double x : dataset.output) square += (x - sum / count) * (x - sum / count);
   return std::sqrt(square / count);
 }
 
 // What may be judged by its output.
-Record without(const Record& record, const std::vector<bool>& unseen) {
-  if (unseen.size() != record.size())
-    refuse("seen or not is told of ", unseen.size(), " samples, expected ", record.size());
-  Record seen{record.input_unit, record.output_unit, {}, {}, {}};
-  for (std::size_t i = 0; i < record.size(); ++i) {
+Dataset without(const Dataset& dataset, const std::vector<bool>& unseen) {
+  if (unseen.size() != dataset.size())
+    refuse("seen or not is told of ", unseen.size(), " samples, expected ", dataset.size());
+  Dataset seen{dataset.input_unit, dataset.output_unit, {}, {}, {}};
+  for (std::size_t i = 0; i < dataset.size(); ++i) {
     if (unseen[i]) continue;
-    seen.time_s.push_back(record.time_s[i]);
-    seen.input.push_back(record.input[i]);
-    seen.output.push_back(record.output[i]);
+    seen.time_s.push_back(dataset.time_s[i]);
+    seen.input.push_back(dataset.input[i]);
+    seen.output.push_back(dataset.output[i]);
   }
   return seen;
 }
 
 // Swings that are smaller are left to the samples that are kept.
-double least_swing(const Record& record, double span) {
+double least_swing(const Dataset& dataset, double span) {
   double swing = 1e-5 * span;
-  while (turning_points(record, swing).size() > most_turning_points) swing *= 2.0;
+  while (turning_points(dataset, swing).size() > most_turning_points) swing *= 2.0;
   return swing;
 }
 
 // A butterfly that never comes to zero is folded there all the same.
-model::Interval thresholds_observed(const std::vector<Record>& records, model::Symmetry symmetry) {
-  model::Interval range = span_over(records, &Record::input);
+model::Interval thresholds_observed(const std::vector<Dataset>& datasets, model::Symmetry symmetry) {
+  model::Interval range = span_over(datasets, &Dataset::input);
   if (symmetry == model::Symmetry::even) range.lo = 0.0;
   return range;
 }
 
 // All samples in one fold, unseen ones left out.
-Problem whole(const Problem& excerpt, const std::vector<Record>& records, const Folds& folds) {
+Problem whole(const Problem& excerpt, const std::vector<Dataset>& datasets, const Folds& folds) {
   Problem problem = excerpt;
   problem.folds = 1;
   problem.excerpts.clear();
-  for (std::size_t r = 0; r < records.size(); ++r) {
+  for (std::size_t r = 0; r < datasets.size(); ++r) {
     std::vector<int> fold = folds.of[r];
     for (int& part : fold) part = std::min(part, 0);
-    problem.excerpts.emplace_back(records[r], std::move(fold), records[r].size(), 0.0);
+    problem.excerpts.emplace_back(datasets[r], std::move(fold), datasets[r].size(), 0.0);
   }
   return problem;
 }
@@ -95,17 +95,17 @@ Fitted fit_to_all(SeparableFit& fit, Trial& trial) {
 
 class Identification {
  public:
-  Identification(const std::vector<Record>& records, const IdentifyOptions& options) : options_(options) {
+  Identification(const std::vector<Dataset>& datasets, const IdentifyOptions& options) : options_(options) {
     if (!options_.go_on) options_.go_on = [] { return true; };
-    if (records.empty()) refuse("no record, expected at least one");
-    if (!options.unseen.empty() && options.unseen.size() != records.size())
-      refuse("seen or not is told of ", options.unseen.size(), " records, expected ", records.size());
-    for (std::size_t r = 0; r < records.size(); ++r)
-      seen_.push_back(options.unseen.empty() ? records[r] : without(records[r], options.unseen[r]));
+    if (datasets.empty()) refuse("no record, expected at least one");
+    if (!options.unseen.empty() && options.unseen.size() != datasets.size())
+      refuse("seen or not is told of ", options.unseen.size(), " records, expected ", datasets.size());
+    for (std::size_t r = 0; r < datasets.size(); ++r)
+      seen_.push_back(options.unseen.empty() ? datasets[r] : without(datasets[r], options.unseen[r]));
     symmetry_ = options.symmetry.value_or(symmetry_of(seen_.front()));
-    for (const Record& record : seen_) refuse_hopeless(record, symmetry_);
-    for (const Record& record : records)
-      records_.push_back(symmetry_ == model::Symmetry::even ? folded(record) : record);
+    for (const Dataset& dataset : seen_) refuse_hopeless(dataset, symmetry_);
+    for (const Dataset& dataset : datasets)
+      datasets_.push_back(symmetry_ == model::Symmetry::even ? folded(dataset) : dataset);
   }
 
   Identified run() {
@@ -125,20 +125,20 @@ class Identification {
  private:
   void set_up() {
     problem_.symmetry = symmetry_;
-    problem_.observed = thresholds_observed(records_, symmetry_);
-    problem_.output_span = span_over(seen_, &Record::output).span();
-    result_.folds = deal_into_folds(records_, problem_.observed);
+    problem_.observed = thresholds_observed(datasets_, symmetry_);
+    problem_.output_span = span_over(seen_, &Dataset::output).span();
+    result_.folds = deal_into_folds(datasets_, problem_.observed);
     for (std::size_t r = 0; r < options_.unseen.size(); ++r)
-      for (std::size_t i = 0; i < records_[r].size(); ++i)
+      for (std::size_t i = 0; i < datasets_[r].size(); ++i)
         if (options_.unseen[r][i]) result_.folds.of[r][i] = Regression::left_out;
     problem_.folds = result_.folds.count;
-    const std::size_t samples = samples_of(records_);
-    for (std::size_t i = 0; i < records_.size(); ++i) {
-      const Record& record = records_[i];
-      const std::size_t share = std::max<std::size_t>(50, options_.search_samples * record.size() / samples);
-      problem_.excerpts.emplace_back(record, result_.folds.of[i], share,
-                                     least_swing(record, problem_.observed.span()));
-      result_.records.push_back(characterise(record, problem_.observed));
+    const std::size_t samples = samples_of(datasets_);
+    for (std::size_t i = 0; i < datasets_.size(); ++i) {
+      const Dataset& dataset = datasets_[i];
+      const std::size_t share = std::max<std::size_t>(50, options_.search_samples * dataset.size() / samples);
+      problem_.excerpts.emplace_back(dataset, result_.folds.of[i], share,
+                                     least_swing(dataset, problem_.observed.span()));
+      result_.datasets.push_back(characterise(dataset, problem_.observed));
     }
     result_.observed = problem_.observed;
     result_.output_span = problem_.output_span;
@@ -146,12 +146,12 @@ class Identification {
 
   std::vector<double> first_inputs() const {
     std::vector<double> first;
-    for (const Record& record : records_) first.push_back(record.input.front());
+    for (const Dataset& dataset : datasets_) first.push_back(dataset.input.front());
     return first;
   }
 
   SearchOptions search_options() const {
-    const auto samples = static_cast<int>(std::min<std::size_t>(samples_of(records_), 10000));
+    const auto samples = static_cast<int>(std::min<std::size_t>(samples_of(datasets_), 10000));
     SearchOptions search;
     search.highest_order = std::clamp((samples / 3 - 3) / 2, 1, highest_order);
     if (options_.order && *options_.order < 1) refuse("order ", *options_.order, ", expected at least 1");
@@ -162,20 +162,20 @@ class Identification {
     search.observed_thresholds = options_.observed_thresholds;
     search.go_on = options_.go_on;
     // A delay can be told from a loop's width only where a half cycle has samples enough.
-    const Characterisation& first = result_.records.front();
+    const Characterisation& first = result_.datasets.front();
     if (static_cast<double>(first.samples) > 100.0 * static_cast<double>(first.cycles))
       search.sample_time_s = first.sample_time_s;
     return search;
   }
 
   void fit_all() {
-    const Problem all = whole(problem_, records_, result_.folds);
+    const Problem all = whole(problem_, datasets_, result_.folds);
     SeparableFit fit(all, result_.search.order, SeparableFit::Scan::fine);
     Trial& trial = result_.search.trial;
     const Fitted fitted = fit_to_all(fit, trial);
     result_.parameters = fitted.parameters;
-    result_.parameters.input_unit = records_.front().input_unit;
-    result_.parameters.output_unit = records_.front().output_unit;
+    result_.parameters.input_unit = datasets_.front().input_unit;
+    result_.parameters.output_unit = datasets_.front().output_unit;
     if (!fitted.valid)
       refuse(
           "no model with an inverse fits: its branches do not all increase whatever k; is the record one of "
@@ -185,14 +185,14 @@ class Identification {
     result_.held_out_rms = result_.search.held_out;
     const model::Hysteresis model(result_.parameters);
     double square = 0.0;
-    for (std::size_t i = 0; i < records_.size(); ++i) {
-      const auto predicted = predict(model, records_[i], result_.delay_s, result_.memories[i]);
-      const Misses misses = Misses::of(predicted, records_[i].output);
+    for (std::size_t i = 0; i < datasets_.size(); ++i) {
+      const auto predicted = predict(model, datasets_[i], result_.delay_s, result_.memories[i]);
+      const ErrorNorms misses = ErrorNorms::of(predicted, datasets_[i].output);
       result_.misses.push_back(misses);
       result_.overall.max = std::max(result_.overall.max, misses.max);
-      square += misses.rms * misses.rms * static_cast<double>(records_[i].size());
+      square += misses.rms * misses.rms * static_cast<double>(datasets_[i].size());
     }
-    result_.overall.rms = std::sqrt(square / static_cast<double>(samples_of(records_)));
+    result_.overall.rms = std::sqrt(square / static_cast<double>(samples_of(datasets_)));
   }
 
   // Outwards from the best k in steps of a fifth of a decade.
@@ -218,8 +218,8 @@ class Identification {
 
   IdentifyOptions options_;
   model::Symmetry symmetry_ = model::Symmetry::none;
-  std::vector<Record> seen_;     // without the samples that are not to be seen
-  std::vector<Record> records_;  // folded
+  std::vector<Dataset> seen_;      // without the samples that are not to be seen
+  std::vector<Dataset> datasets_;  // folded
   Problem problem_;
   Identified result_;
 };
@@ -233,22 +233,22 @@ std::size_t Identified::parameter_count() const {
          (delay_s > 0.0 ? 1 : 0);
 }
 
-Identified identify(const std::vector<Record>& records, const IdentifyOptions& options) {
-  return Identification(records, options).run();
+Identified identify(const std::vector<Dataset>& datasets, const IdentifyOptions& options) {
+  return Identification(datasets, options).run();
 }
 
-Landscape landscape(const std::vector<Record>& records, const Identified& identified, int points) {
-  std::vector<Record> seen;
-  seen.reserve(records.size());
-  for (const Record& record : records)
-    seen.push_back(identified.parameters.symmetry == model::Symmetry::even ? folded(record) : record);
+Landscape landscape(const std::vector<Dataset>& datasets, const Identified& identified, int points) {
+  std::vector<Dataset> seen;
+  seen.reserve(datasets.size());
+  for (const Dataset& dataset : datasets)
+    seen.push_back(identified.parameters.symmetry == model::Symmetry::even ? folded(dataset) : dataset);
   Problem problem;
   problem.observed = identified.observed;
   problem.symmetry = identified.parameters.symmetry;
   problem.output_span = identified.output_span;
-  for (const Record& record : seen)
-    problem.excerpts.emplace_back(record, std::vector<int>{}, 1000,
-                                  least_swing(record, problem.observed.span()));
+  for (const Dataset& dataset : seen)
+    problem.excerpts.emplace_back(dataset, std::vector<int>{}, 1000,
+                                  least_swing(dataset, problem.observed.span()));
   SeparableFit fit(problem, identified.search.order, SeparableFit::Scan::coarse);
   const double span = identified.parameters.input_range().span();
   const auto grid = [&](double best) {

@@ -1,4 +1,4 @@
-// From measured records to a model: the recursive memory-based model that fits them best, and what there is
+// From measured datasets to a model: the recursive memory-based model that fits them best, and what there is
 // to say of it.
 #pragma once
 
@@ -16,11 +16,11 @@ namespace hystcan::identification {
 
 struct IdentifyOptions {
   std::optional<int> order;                 ///< of the reference curves; none: chosen by hold-out
-  std::optional<model::Symmetry> symmetry;  ///< none: even where the record is
+  std::optional<model::Symmetry> symmetry;  ///< none: even where the dataset is
   bool observed_thresholds = false;         ///< thresholds at the ends of the observed input range
   std::size_t search_samples = 3000;        ///< that the search looks at; the last fit looks at all
   std::function<bool()> go_on;              ///< false: stop with the best so far; none: never
-  /// Per record, of each sample: true, and the fit does not see its output; its input is travelled all the
+  /// Per dataset, of each sample: true, and the fit does not see its output; its input is travelled all the
   /// same. Empty: all are seen.
   std::vector<std::vector<bool>> unseen;
 };
@@ -35,14 +35,14 @@ struct PaceRange {
 struct Identified {
   model::HysteresisParameters parameters;
   double delay_s = 0.0;
-  std::vector<InitialMemory> memories;  ///< of each record
-  Found search;
+  std::vector<InitialMemory> memories;  ///< of each dataset
+  SearchResult search;
   Folds folds;
-  std::vector<Characterisation> records;
-  std::vector<Misses> misses;  ///< of each record, all its samples, unseen ones too
-  Misses overall;
+  std::vector<Characterisation> datasets;
+  std::vector<ErrorNorms> misses;  ///< of each dataset, all its samples, unseen ones too
+  ErrorNorms overall;
   std::optional<double> held_out_rms;
-  double output_span = 0.0;  ///< of all records together, of the samples seen
+  double output_span = 0.0;  ///< of all datasets together, of the samples seen
   model::Interval observed;
   PaceRange pace_ascending, pace_descending;
   bool stopped = false;  ///< by go_on: the best so far
@@ -52,13 +52,13 @@ struct Identified {
 
 /// Throws std::invalid_argument where nothing can be identified, with the reason (characterisation.h); where
 /// the output does not follow the input; where an order is asked for that the samples can't tell.
-Identified identify(const std::vector<Record>& records, const IdentifyOptions& options);
+Identified identify(const std::vector<Dataset>& datasets, const IdentifyOptions& options);
 
 /// RMS of the best curves at each pair of k, the rest as identified: rows of k_descending. Output units.
 struct Landscape {
   std::vector<double> k_ascending, k_descending;
   std::vector<std::vector<double>> rms;  ///< [descending][ascending]
 };
-Landscape landscape(const std::vector<Record>& records, const Identified& identified, int points);
+Landscape landscape(const std::vector<Dataset>& datasets, const Identified& identified, int points);
 
 }  // namespace hystcan::identification

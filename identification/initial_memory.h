@@ -1,6 +1,6 @@
-// What an actuator remembers when a record begins: unknown, and estimated from the record.
+// What an actuator remembers when a dataset begins: unknown, and estimated from the dataset.
 //
-// All that the record can tell is how the turning points of before lay around the first input v_0. They are
+// All that the dataset can tell is how the turning points of before lay around the first input v_0. They are
 // taken as a decaying oscillation of N nested loops between the thresholds, with one number, the bias b:
 //
 //   u_j = v_0 + (v_hi - v_0) (1 - j / (N + 1))^(e^b),    l_j = v_0 - (v_0 - v_lo) (1 - j / (N + 1))^(e^-b)

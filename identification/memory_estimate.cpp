@@ -14,7 +14,7 @@ constexpr int widest_bias = 10;  // in steps
 
 class Estimator {
  public:
-  Estimator(const model::Hysteresis& model, Record beginning, double delay_s, bool with_offset)
+  Estimator(const model::Hysteresis& model, Dataset beginning, double delay_s, bool with_offset)
       : model_(model), beginning_(std::move(beginning)), delay_s_(delay_s), with_offset_(with_offset) {}
 
   MemoryEstimate tried(const InitialMemory& memory) const {
@@ -52,22 +52,22 @@ class Estimator {
 
  private:
   const model::Hysteresis& model_;
-  Record beginning_;
+  Dataset beginning_;
   double delay_s_;
   bool with_offset_;
 };
 
-Record beginning_of(const Record& record, std::size_t samples) {
-  Record beginning = record;
+Dataset beginning_of(const Dataset& dataset, std::size_t samples) {
+  Dataset beginning = dataset;
   for (auto* column : {&beginning.time_s, &beginning.input, &beginning.output}) column->resize(samples);
   return beginning;
 }
 
 }  // namespace
 
-MemoryEstimate estimate_memory(const model::Hysteresis& model, const Record& record, double delay_s,
+MemoryEstimate estimate_memory(const model::Hysteresis& model, const Dataset& dataset, double delay_s,
                                std::size_t samples, bool with_offset) {
-  const Estimator estimator(model, beginning_of(record, std::min(samples, record.size())), delay_s,
+  const Estimator estimator(model, beginning_of(dataset, std::min(samples, dataset.size())), delay_s,
                             with_offset);
   MemoryEstimate best = estimator.best_bias();
   using Kind = InitialMemory::Kind;

@@ -1,10 +1,10 @@
-// What an actuator remembered when a record began, as far as the record and a model of it can tell.
+// What an actuator remembered when a dataset began, as far as the dataset and a model of it can tell.
 #pragma once
 
 #include <cstddef>
 
+#include "identification/dataset.h"
 #include "identification/initial_memory.h"
-#include "identification/record.h"
 
 namespace hystcan::identification {
 
@@ -16,7 +16,7 @@ struct MemoryEstimate {
 
 /// From the first `samples` samples: the memory and the offset that the least is missed with. The input is
 /// delayed by `delay_s`. `with_offset`: false, and the offset is 0.
-MemoryEstimate estimate_memory(const model::Hysteresis& model, const Record& record, double delay_s,
+MemoryEstimate estimate_memory(const model::Hysteresis& model, const Dataset& dataset, double delay_s,
                                std::size_t samples, bool with_offset);
 
 }  // namespace hystcan::identification

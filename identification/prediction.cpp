@@ -7,9 +7,9 @@
 
 namespace hystcan::identification {
 
-Misses Misses::of(const std::vector<double>& predicted, const std::vector<double>& measured,
-                  std::size_t begin) {
-  Misses misses;
+ErrorNorms ErrorNorms::of(const std::vector<double>& predicted, const std::vector<double>& measured,
+                          std::size_t begin) {
+  ErrorNorms misses;
   for (std::size_t i = begin; i < measured.size(); ++i) {
     const double miss = predicted[i] - measured[i];
     misses.rms += miss * miss;
@@ -25,11 +25,11 @@ double span_of(const std::vector<double>& values) {
   return *high - *low;
 }
 
-std::vector<double> predict(const model::Hysteresis& model, const Record& record, double delay_s,
+std::vector<double> predict(const model::Hysteresis& model, const Dataset& dataset, double delay_s,
                             model::HysteresisState& state) {
-  const Excerpt::Sequence sequence = Excerpt(record, {}, record.size(), 0.0).delayed_by(delay_s);
+  const Excerpt::Sequence sequence = Excerpt(dataset, {}, dataset.size(), 0.0).delayed_by(delay_s);
   std::vector<double> predicted;
-  predicted.reserve(record.size());
+  predicted.reserve(dataset.size());
   for (std::size_t i = 0; i < sequence.input.size(); ++i) {
     const double output = model.advance(state, sequence.input[i]).value;
     if (sequence.fold[i] != Regression::left_out) predicted.push_back(output);
@@ -37,12 +37,12 @@ std::vector<double> predict(const model::Hysteresis& model, const Record& record
   return predicted;
 }
 
-std::vector<double> predict(const model::Hysteresis& model, const Record& record, double delay_s,
+std::vector<double> predict(const model::Hysteresis& model, const Dataset& dataset, double delay_s,
                             const InitialMemory& memory) {
   const double first =
-      model.symmetry() == model::Symmetry::even ? std::abs(record.input.front()) : record.input.front();
+      model.symmetry() == model::Symmetry::even ? std::abs(dataset.input.front()) : dataset.input.front();
   model::HysteresisState state = state_of(model, memory, first);
-  return predict(model, record, delay_s, state);
+  return predict(model, dataset, delay_s, state);
 }
 
 }  // namespace hystcan::identification

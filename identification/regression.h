@@ -1,4 +1,4 @@
-// What the outputs of a record say of the reference curves, k being given: a linear least-squares problem,
+// What the outputs of a dataset say of the reference curves, k being given: a linear least-squares problem,
 // its rows as in branch_rows.h.
 //
 // Its normal equations are summed branch by branch: the sums of T_i T_j do not depend on k and are made

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "identification/nelder_mead.h"
+#include "identification/numerics/nelder_mead.h"
 
 namespace hystcan::identification {
 namespace {
@@ -37,7 +37,7 @@ class Searcher {
                          [](Trial& trial, double x) { trial.k_span_descending = std::sinh(x); }});
   }
 
-  Found run() {
+  SearchResult run() {
     use_order(options_.order.value_or(std::min(first_order, options_.highest_order)));
     choose_memories();
     choose_k();
@@ -47,7 +47,7 @@ class Searcher {
     refine(300);
     refine(150);
     try_one_k();
-    Found found = found_;
+    SearchResult found = result_;
     found.trial = best_;
     found.order = order_;
     const Fitted fitted = fit_->fit(best_);
@@ -73,7 +73,7 @@ class Searcher {
     return fitted.rms * (1.01 + 2.0 * fitted.wrong) + 1e-4 * problem_.output_span * (1.0 + fitted.wrong);
   }
 
-  // Which past fits best, each record by itself, roughly.
+  // Which past fits best, each dataset by itself, roughly.
   void choose_memories() {
     best_.memories.assign(first_inputs_.size(), {Kind::from_lower, 0.0});
     for (std::size_t i = 0; i < first_inputs_.size(); ++i) {
@@ -129,10 +129,10 @@ class Searcher {
 
   // Moves all unknowns; those that end somewhere better start there next time.
   double descend(std::vector<Unknown>& unknowns, int evaluations) {
-    Eigen::VectorXd step(static_cast<Eigen::Index>(unknowns.size()));
-    for (std::size_t i = 0; i < unknowns.size(); ++i) step[static_cast<Eigen::Index>(i)] = unknowns[i].step;
+    Eigen::VectorXd first_steps(static_cast<Eigen::Index>(unknowns.size()));
+    for (std::size_t i = 0; i < unknowns.size(); ++i) first_steps[static_cast<Eigen::Index>(i)] = unknowns[i].step;
     const Minimum found = minimise([&](const Eigen::VectorXd& x) { return cost(at(unknowns, x)); },
-                                   starts(unknowns), step, 1e-4, evaluations, options_.go_on);
+                                   starts(unknowns), first_steps, 1e-4, evaluations, options_.go_on);
     for (std::size_t i = 0; i < unknowns.size(); ++i) {
       unknowns[i].start = found.at[static_cast<Eigen::Index>(i)];
       unknowns[i].step *= 0.5;
@@ -149,9 +149,9 @@ class Searcher {
     best_cost_ = c;
   }
 
-  static Unknown bias_of(std::size_t record, double start) {
-    return {"initial memory", start, 0.7, [record](Trial& trial, double x) {
-              trial.memories[record] = {Kind::nested, std::clamp(x, -6.0, 6.0)};
+  static Unknown bias_of(std::size_t dataset, double start) {
+    return {"initial memory", start, 0.7, [dataset](Trial& trial, double x) {
+              trial.memories[dataset] = {Kind::nested, std::clamp(x, -6.0, 6.0)};
             }};
   }
 
@@ -202,10 +202,10 @@ class Searcher {
 
   bool take_in(const std::vector<Unknown>& unknowns, double c) {
     const Trial trial = at(unknowns, starts(unknowns));
-    Step step{unknowns.back().what, fit_->fit(best_).rms, fit_->fit(trial).rms, fit_->held_out(best_),
+    Step taken{unknowns.back().what, fit_->fit(best_).rms, fit_->fit(trial).rms, fit_->held_out(best_),
               fit_->held_out(trial)};
-    if (step.held_out_before && *step.held_out_after > worth_held_out * *step.held_out_before) return false;
-    found_.steps.push_back(std::move(step));
+    if (taken.held_out_before && *taken.held_out_after > worth_held_out * *taken.held_out_before) return false;
+    result_.steps.push_back(std::move(taken));
     unknowns_ = unknowns;
     for (Unknown& unknown : unknowns_) unknown.step = 0.3;
     best_ = trial;
@@ -225,20 +225,20 @@ class Searcher {
       if (order > options_.highest_order || !options_.go_on()) break;
       use_order(order);
       const Fitted fitted = fit_->fit(best_);
-      found_.orders.push_back({order, fitted.rms, fit_->held_out(best_)});
-      const double now = score(found_.orders.back());
+      result_.orders.push_back({order, fitted.rms, fit_->held_out(best_)});
+      const double now = score(result_.orders.back());
       worse = now < 0.98 * least ? 0 : worse + 1;
       least = std::min(least, now);
       if (worse == 3) break;
     }
     const auto chosen = std::ranges::find_if(
-        found_.orders, [&](const OrderScore& order) { return score(order) <= content * least; });
-    use_order(chosen == found_.orders.end() ? first_order : chosen->order);
+        result_.orders, [&](const OrderScore& order) { return score(order) <= content * least; });
+    use_order(chosen == result_.orders.end() ? first_order : chosen->order);
     best_cost_ = cost(best_);
     for (Unknown& unknown : unknowns_) unknown.step = 0.3;
   }
 
-  // Few records turn often enough in both directions to tell one k from the other; what this one can't tell
+  // Few datasets turn often enough in both directions to tell one k from the other; what this one can't tell
   // is better taken to be the same.
   void try_one_k() {
     std::vector<Unknown> unknowns(unknowns_.begin() + 1, unknowns_.end());
@@ -254,7 +254,7 @@ class Searcher {
     unknowns_ = unknowns;
     best_ = trial;
     best_cost_ = c;
-    found_.one_k = true;
+    result_.one_k = true;
   }
 
   const Problem& problem_;
@@ -265,12 +265,13 @@ class Searcher {
   int order_ = first_order;
   Trial best_;
   double best_cost_ = std::numeric_limits<double>::infinity();
-  Found found_;
+  SearchResult result_;
 };
 
 }  // namespace
 
-Found search(const Problem& problem, const std::vector<double>& first_inputs, const SearchOptions& options) {
+SearchResult search(const Problem& problem, const std::vector<double>& first_inputs,
+                    const SearchOptions& options) {
   return Searcher(problem, first_inputs, options).run();
 }
 

@@ -1,4 +1,4 @@
-// The search for what the output is not linear in: k of both directions, always; and what the record asks
+// The search for what the output is not linear in: k of both directions, always; and what the dataset asks
 // for: initial memory, delay, thresholds beyond the observed inputs. Each is taken in where it lowers the
 // error, held-out samples' too; the order of the curves is the lowest that held-out samples are content with.
 #pragma once
@@ -33,20 +33,21 @@ struct SearchOptions {
   std::function<bool()> go_on;       ///< false: stop with the best so far
 };
 
-struct Found {
+struct SearchResult {
   Trial trial;
   int order = 0;
   double rms = 0.0;
   std::optional<double> held_out;
   bool valid = false;
-  bool one_k = false;  ///< the record can't tell k_ascending from k_descending: they are the same
+  bool one_k = false;  ///< the dataset can't tell k_ascending from k_descending: they are the same
   std::vector<Step> steps;
   std::vector<OrderScore> orders;
 };
 
 inline constexpr int highest_order = 20;
 
-/// `first_inputs`: of each record, folded.
-Found search(const Problem& problem, const std::vector<double>& first_inputs, const SearchOptions& options);
+/// `first_inputs`: of each dataset, folded.
+SearchResult search(const Problem& problem, const std::vector<double>& first_inputs,
+                    const SearchOptions& options);
 
 }  // namespace hystcan::identification

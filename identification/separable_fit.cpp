@@ -32,12 +32,12 @@ void SeparableFit::prepare(const Trial& trial) {
   regressions_.clear();
   const model::Interval thresholds = problem_.thresholds(trial);
   for (std::size_t i = 0; i < problem_.excerpts.size(); ++i) {
-    const Excerpt::Sequence record = problem_.excerpts[i].delayed_by(trial.delay_s);
+    const Excerpt::Sequence dataset = problem_.excerpts[i].delayed_by(trial.delay_s);
     const InitialMemory& memory = trial.memories[i];
-    Path path = trace(thresholds, memory.origin(), prehistory(memory, thresholds, record.input.front()),
-                      record.input);
-    regressions_.emplace_back(std::move(path), thresholds, order_, record.input, record.output, record.fold,
-                              problem_.folds);
+    Path path = trace(thresholds, memory.origin(), prehistory(memory, thresholds, dataset.input.front()),
+                      dataset.input);
+    regressions_.emplace_back(std::move(path), thresholds, order_, dataset.input, dataset.output,
+                              dataset.fold, problem_.folds);
   }
   prepared_ = trial;
 }

@@ -21,7 +21,7 @@ struct Trial {
   double below = 0.0;  ///< lower threshold below the lowest input, in observed input spans
   double above = 0.0;  ///< upper threshold above the highest one
   double delay_s = 0.0;
-  std::vector<InitialMemory> memories;  ///< of each record
+  std::vector<InitialMemory> memories;  ///< of each dataset
 };
 
 /// What a fit is made for; the same for all trials.

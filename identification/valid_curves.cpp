@@ -7,7 +7,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "identification/least_squares.h"
+#include "identification/numerics/least_squares.h"
 
 namespace hystcan::identification {
 namespace {

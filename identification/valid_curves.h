@@ -25,7 +25,7 @@ class ValidCurves {
     bool valid = false;
     double wrong = 0.0;  ///< where not: the steepest slope the wrong way, in mean slopes
   };
-  /// `output_span`: of the record; `input_span`: that it belongs to.
+  /// `output_span`: of the dataset; `input_span`: that it belongs to.
   Solution solve(const NormalEquations& system, model::Interval thresholds, const Pace& pace,
                  double output_span, double input_span);
 

@@ -145,8 +145,8 @@ class Scan {
 
   /// Calls `found` with branches that go the wrong way until it says to stop: from the threshold, falling
   /// from each grid point, and of those rising again from each grid point the one farthest beyond its limit.
-  template <class Found>
-  void run(Found found) const {
+  template <class OnFound>
+  void run(OnFound found) const {
     const double gap = fall_.value[0] - rise_.value[0];
     const double first = gap / rise_.phi[steps_];
     if (const auto branch = look_along(true, 0, steps_, first); branch && found(*branch)) return;

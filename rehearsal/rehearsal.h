@@ -6,10 +6,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "can/dbc.h"
-#include "can/sim_bus.h"
+#include "can/dbc/database.h"
+#include "can/sim/sim_bus.h"
+#include "controller/control/statistics.h"
 #include "controller/controller.h"
-#include "controller/statistics.h"
 #include "twin/twin.h"
 
 namespace hystcan::rehearsal {

@@ -7,8 +7,8 @@
 #include <string_view>
 
 #include "can/bus.h"
-#include "can/node.h"
-#include "can/protocol.h"
+#include "can/protocol/node.h"
+#include "can/protocol/protocol.h"
 #include "twin/plant.h"
 
 namespace hystcan::twin {
@@ -70,7 +70,7 @@ class AmplifierNode {
   double setpoint() const { return setpoint_; }
   std::uint64_t stale_commands() const { return stale_commands_; }
   const can::SdoServer& objects() const { return sdo_; }
-  const can::Checker& checker() const { return decode_command_.checker(); }
+  const can::E2eChecker& checker() const { return decode_command_.checker(); }
   const can::Bus& bus() const { return *bus_; }
   bool is_on_the_bus() const { return !nmt_.is_silent(); }
 

@@ -12,29 +12,29 @@ namespace {
 using enum Fault;
 
 constexpr std::array<FaultTraits, fault_count> kinds{{
-    {no_reply, "no_reply", Struck::either_node},
-    {late, "late", Struck::either_node, "cycles", 1.0, 1.0, 16.0},
-    {duplicate, "duplicate", Struck::either_node},
-    {out_of_order, "out_of_order", Struck::either_node},
-    {frozen_value, "frozen_value", Struck::either_node},
-    {frozen_counter, "frozen_counter", Struck::either_node},
-    {wrong_crc, "wrong_crc", Struck::either_node},
-    {wrong_length, "wrong_length", Struck::either_node},
-    {wrong_id_type, "wrong_id_type", Struck::either_node},
-    {out_of_range, "out_of_range", Struck::sensor, "um", 1000.0, -1e9, 1e9},
-    {sensor_bad_status, "sensor_bad_status", Struck::sensor},
-    {no_heartbeat, "no_heartbeat", Struck::either_node},
+    {no_reply, "no_reply", FaultSite::either_node},
+    {late, "late", FaultSite::either_node, "cycles", 1.0, 1.0, 16.0},
+    {duplicate, "duplicate", FaultSite::either_node},
+    {out_of_order, "out_of_order", FaultSite::either_node},
+    {frozen_value, "frozen_value", FaultSite::either_node},
+    {frozen_counter, "frozen_counter", FaultSite::either_node},
+    {wrong_crc, "wrong_crc", FaultSite::either_node},
+    {wrong_length, "wrong_length", FaultSite::either_node},
+    {wrong_id_type, "wrong_id_type", FaultSite::either_node},
+    {out_of_range, "out_of_range", FaultSite::sensor, "um", 1000.0, -1e9, 1e9},
+    {sensor_bad_status, "sensor_bad_status", FaultSite::sensor},
+    {no_heartbeat, "no_heartbeat", FaultSite::either_node},
     // CiA 301: 0x5000, device hardware.
-    {emergency, "emergency", Struck::either_node, "error code", 0x5000, 1.0, 0xFFFF},
-    {error_passive, "error_passive", Struck::either_node, "of the frames missed", 0.3, 0.0, 1.0},
-    {babbling_node, "babbling_node", Struck::either_node, "frames/s", 5000.0, 1.0, 20'000.0},
-    {watchdog_trip, "watchdog_trip", Struck::amplifier},
-    {amplifier_trip, "amplifier_trip", Struck::amplifier},
-    {node_reboot, "node_reboot", Struck::either_node},
-    {bus_off, "bus_off", Struck::either_node},
-    {parameter_drift, "parameter_drift", Struck::plant, "of the travel", -0.1, -0.9, 9.0},
-    {resonance_shift, "resonance_shift", Struck::plant, "of the natural frequency", -0.2, -0.9, 9.0},
-    {load_step, "load_step", Struck::plant, "um", 1.0, -1e6, 1e6},
+    {emergency, "emergency", FaultSite::either_node, "error code", 0x5000, 1.0, 0xFFFF},
+    {error_passive, "error_passive", FaultSite::either_node, "of the frames missed", 0.3, 0.0, 1.0},
+    {babbling_node, "babbling_node", FaultSite::either_node, "frames/s", 5000.0, 1.0, 20'000.0},
+    {watchdog_trip, "watchdog_trip", FaultSite::amplifier},
+    {amplifier_trip, "amplifier_trip", FaultSite::amplifier},
+    {node_reboot, "node_reboot", FaultSite::either_node},
+    {bus_off, "bus_off", FaultSite::either_node},
+    {parameter_drift, "parameter_drift", FaultSite::plant, "of the travel", -0.1, -0.9, 9.0},
+    {resonance_shift, "resonance_shift", FaultSite::plant, "of the natural frequency", -0.2, -0.9, 9.0},
+    {load_step, "load_step", FaultSite::plant, "um", 1.0, -1e6, 1e6},
 }};
 
 constexpr bool are_in_the_order_of_fault() {
@@ -102,29 +102,29 @@ const std::array<std::string_view, fault_count>& fault_names() {
   return names;
 }
 
-FaultOrder order_of(Fault kind, std::string axis) {
+FaultSpec fault_spec(Fault kind, std::string axis) {
   const FaultTraits& its = traits(kind);
   return {.kind = kind,
           .axis = std::move(axis),
-          .node = its.strikes == Struck::amplifier ? Node::amplifier : Node::sensor,
+          .node = its.site == FaultSite::amplifier ? Node::amplifier : Node::sensor,
           .value = its.value};
 }
 
-std::string describe(const FaultOrder& order) {
+std::string describe(const FaultSpec& order) {
   const FaultTraits& its = traits(order.kind);
-  const std::string_view struck = its.strikes == Struck::plant ? "stage" : to_string(order.node);
+  const std::string_view struck = its.site == FaultSite::plant ? "stage" : to_string(order.node);
   std::string text = fmt::format("{} of {}: {}", struck, order.axis, its.name);
   if (!its.unit.empty()) text += fmt::format(", {:g} {}", order.value, its.unit);
   return text;
 }
 
-std::string why_not(const FaultOrder& order, const can::AxisWire& wire) {
+std::string why_not(const FaultSpec& order, const can::AxisWire& wire) {
   const FaultTraits& its = traits(order.kind);
-  const bool wrong_node = (its.strikes == Struck::sensor && order.node != Node::sensor) ||
-                          (its.strikes == Struck::amplifier && order.node != Node::amplifier);
+  const bool wrong_node = (its.site == FaultSite::sensor && order.node != Node::sensor) ||
+                          (its.site == FaultSite::amplifier && order.node != Node::amplifier);
   if (wrong_node)
-    return fmt::format("{} strikes the {}, expected that node", its.name,
-                       its.strikes == Struck::sensor ? "sensor" : "amplifier");
+    return fmt::format("{} acts on the {}, expected that node", its.name,
+                       its.site == FaultSite::sensor ? "sensor" : "amplifier");
   if (!its.unit.empty() && !(order.value >= its.lowest && order.value <= its.highest))
     return fmt::format("{}: value is {:g} {}, expected {:g} to {:g}", its.name, order.value, its.unit,
                        its.lowest, its.highest);

@@ -1,4 +1,4 @@
-// What goes wrong at a simulated stage on purpose: the kinds, whom each strikes, and the number each takes.
+// What goes wrong at a simulated stage on purpose: the kinds, whom each target, and the number each takes.
 //
 // A fault begins, lasts and ends. The nodes stay honest: what is wrong with a frame is done to it behind the
 // node that sent it (twin/faulty_connection.h), what is wrong with the stage is done to the plant.
@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "can/protocol.h"
+#include "can/protocol/protocol.h"
 #include "can/scheduler.h"
 
 namespace hystcan::twin {
@@ -47,13 +47,13 @@ enum class Node : std::uint8_t { sensor, amplifier };
 std::string_view to_string(Node node);
 std::optional<Node> parse_node(std::string_view name);
 
-/// Whom a kind can strike.
-enum class Struck : std::uint8_t { either_node, sensor, amplifier, plant };
+/// Where a kind of fault can act.
+enum class FaultSite : std::uint8_t { either_node, sensor, amplifier, plant };
 
 struct FaultTraits {
   Fault kind;
   std::string_view name;  ///< as in the configuration
-  Struck strikes;
+  FaultSite site;
   std::string_view unit{};  ///< of its number; empty: it takes none
   double value = 0.0;       ///< where none is given
   double lowest = 0.0;
@@ -66,7 +66,7 @@ std::optional<Fault> parse_fault(std::string_view name);
 const std::array<std::string_view, fault_count>& fault_names();
 
 /// One fault of one axis.
-struct FaultOrder {
+struct FaultSpec {
   Fault kind = Fault::no_reply;
   std::string axis{};
   Node node = Node::sensor;  ///< means nothing where the plant is struck
@@ -75,10 +75,10 @@ struct FaultOrder {
   double value = 0.0;
   can::Duration repeat_every{};  ///< 0: once
 };
-/// A fault of this kind with the kind's own number, at the node that it strikes.
-FaultOrder order_of(Fault kind, std::string axis);
+/// A fault of this kind with the kind's own number, at the node that it target.
+FaultSpec fault_spec(Fault kind, std::string axis);
 /// "sensor of x: late by 3 cycles".
-std::string describe(const FaultOrder& order);
+std::string describe(const FaultSpec& order);
 
 /// Faults that come by themselves: a Poisson process, each of every kind, axis and node that can be struck,
 /// alike.
@@ -92,6 +92,6 @@ struct RandomFaults {
 
 /// Why this axis can't have this fault: its frames lack the field, the node is the wrong one, the number is
 /// out of range. Empty: it can.
-std::string why_not(const FaultOrder& order, const can::AxisWire& wire);
+std::string why_not(const FaultSpec& order, const can::AxisWire& wire);
 
 }  // namespace hystcan::twin

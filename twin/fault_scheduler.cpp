@@ -13,9 +13,9 @@ namespace {
 /// A drift is a staircase of so long steps.
 constexpr can::Duration drift_step = std::chrono::milliseconds(1);
 
-bool same_place(const FaultOrder& a, const FaultOrder& b) {
+bool same_place(const FaultSpec& a, const FaultSpec& b) {
   return a.kind == b.kind && a.axis == b.axis &&
-         (a.node == b.node || traits(a.kind).strikes == Struck::plant);
+         (a.node == b.node || traits(a.kind).site == FaultSite::plant);
 }
 
 can::Duration duration_of(double s) { return can::Duration(std::llround(1e9 * s)); }
@@ -23,7 +23,7 @@ can::Duration duration_of(double s) { return can::Duration(std::llround(1e9 * s)
 }  // namespace
 
 FaultScheduler::FaultScheduler(can::Scheduler& scheduler, std::vector<FaultTarget> targets,
-                               const std::vector<FaultOrder>& orders,
+                               const std::vector<FaultSpec>& orders,
                                const std::optional<RandomFaults>& random)
     : scheduler_(scheduler),
       targets_(std::move(targets)),
@@ -32,28 +32,28 @@ FaultScheduler::FaultScheduler(can::Scheduler& scheduler, std::vector<FaultTarge
       random_(random),
       random_source_(random ? random->seed : 0),
       timer_(scheduler.make_timer([this] { wake(); })) {
-  for (const FaultOrder& order : orders_) target_of(order);
-  if (random_) list_what_can_be_struck();
+  for (const FaultSpec& order : orders_) target_of(order);
+  if (random_) list_targets();
 }
 
-void FaultScheduler::list_what_can_be_struck() {
+void FaultScheduler::list_targets() {
   for (std::size_t i = 0; i < fault_count; ++i) {
     const auto kind = static_cast<Fault>(i);
     if (!random_->kinds.empty() && std::ranges::find(random_->kinds, kind) == random_->kinds.end()) continue;
     for (const FaultTarget& target : targets_) {
-      FaultOrder order = order_of(kind, target.wire.name);
+      FaultSpec order = fault_spec(kind, target.wire.name);
       order.lasts = random_->shortest;
-      if (why_not(order, target.wire).empty()) can_be_struck_.push_back(order);
-      if (traits(kind).strikes != Struck::either_node) continue;
+      if (why_not(order, target.wire).empty()) random_faults_.push_back(order);
+      if (traits(kind).site != FaultSite::either_node) continue;
       order.node = Node::amplifier;
-      if (why_not(order, target.wire).empty()) can_be_struck_.push_back(order);
+      if (why_not(order, target.wire).empty()) random_faults_.push_back(order);
     }
   }
-  if (can_be_struck_.empty())
-    throw std::invalid_argument("random faults: none of the kinds can strike this stage");
+  if (random_faults_.empty())
+    throw std::invalid_argument("random faults: none of the kinds can act on this stage");
 }
 
-std::size_t FaultScheduler::target_of(const FaultOrder& order) const {
+std::size_t FaultScheduler::target_of(const FaultSpec& order) const {
   const auto found = std::ranges::find_if(
       targets_, [&](const FaultTarget& target) { return target.wire.name == order.axis; });
   if (found == targets_.end())
@@ -66,7 +66,7 @@ std::size_t FaultScheduler::target_of(const FaultOrder& order) const {
 void FaultScheduler::start(can::Time start) {
   planned_.clear();
   planned_.reserve(orders_.size());
-  for (const FaultOrder& order : orders_) planned_.push_back({order, start + order.begins});
+  for (const FaultSpec& order : orders_) planned_.push_back({order, start + order.begins});
   std::ranges::stable_sort(planned_, {}, &Planned::begins);
   if (random_) {
     next_random_ = start;
@@ -78,17 +78,17 @@ void FaultScheduler::start(can::Time start) {
 void FaultScheduler::stop() {
   planned_.clear();
   next_random_ = can::Time::max();
-  heal();
+  remove();
 }
 
-void FaultScheduler::inject(const FaultOrder& order) {
+void FaultScheduler::inject(const FaultSpec& order) {
   target_of(order);
-  strike(order);
+  begin(order);
   arm();
 }
 
-std::size_t FaultScheduler::heal(std::optional<Fault> kind, std::string_view axis) {
-  const auto is_meant = [&](const FaultOrder& order) {
+std::size_t FaultScheduler::remove(std::optional<Fault> kind, std::string_view axis) {
+  const auto is_meant = [&](const FaultSpec& order) {
     return (!kind || order.kind == *kind) && (axis.empty() || order.axis == axis);
   };
   const std::vector<Active> before = std::exchange(active_, {});
@@ -118,7 +118,7 @@ void FaultScheduler::end_what_is_due(can::Time now) {
   const auto is_over = [now](const Active& one) { return one.ends <= now; };
   for (auto over = std::ranges::find_if(active_, is_over); over != active_.end();
        over = std::ranges::find_if(active_, is_over)) {
-    const FaultOrder order = over->order;
+    const FaultSpec order = over->order;
     active_.erase(over);
     release(order);
   }
@@ -127,7 +127,7 @@ void FaultScheduler::end_what_is_due(can::Time now) {
 void FaultScheduler::begin_what_is_due(can::Time now) {
   for (Planned& next : planned_)
     while (next.begins <= now) {
-      strike(next.order);
+      begin(next.order);
       const bool repeats = next.order.repeat_every > can::Duration::zero();
       next.begins = repeats ? next.begins + next.order.repeat_every : can::Time::max();
     }
@@ -141,13 +141,13 @@ void FaultScheduler::plan_next_random() {
 }
 
 void FaultScheduler::draw() {
-  const auto which = static_cast<std::size_t>(uniform() * static_cast<double>(can_be_struck_.size()));
-  FaultOrder order = can_be_struck_[which];
+  const auto which = static_cast<std::size_t>(uniform() * static_cast<double>(random_faults_.size()));
+  FaultSpec order = random_faults_[which];
   const double range_s = can::seconds(random_->longest - random_->shortest);
   order.lasts = random_->shortest + duration_of(uniform() * range_s);
-  const bool either_way = traits(order.kind).strikes == Struck::plant;
+  const bool either_way = traits(order.kind).site == FaultSite::plant;
   if (either_way && uniform() < 0.5) order.value = -order.value;
-  strike(order);
+  begin(order);
   plan_next_random();
 }
 
@@ -162,7 +162,7 @@ void FaultScheduler::arm() {
   timer_->expire_at(next);
 }
 
-void FaultScheduler::strike(const FaultOrder& order) {
+void FaultScheduler::begin(const FaultSpec& order) {
   const std::size_t index = target_of(order);
   const FaultTarget& target = targets_[index];
   const can::Time now = scheduler_.now();
@@ -195,7 +195,7 @@ void FaultScheduler::strike(const FaultOrder& order) {
   tell(order, Event::begins);
 }
 
-void FaultScheduler::release(const FaultOrder& order) {
+void FaultScheduler::release(const FaultSpec& order) {
   const std::size_t index = target_of(order);
   const FaultTarget& target = targets_[index];
   const bool at_amplifier = order.node == Node::amplifier;
@@ -236,7 +236,7 @@ void FaultScheduler::disturb(std::size_t target, const std::function<void(Distur
   targets_[target].plant.disturb(disturbances_[target]);
 }
 
-void FaultScheduler::tell(const FaultOrder& order, Event event) const {
+void FaultScheduler::tell(const FaultSpec& order, Event event) const {
   if (teller_) teller_(order, event, scheduler_.now());
 }
 

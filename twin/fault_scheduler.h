@@ -3,7 +3,7 @@
 //
 // A fault that is on and begins again goes on with the new value and the new end. A drift's travel changes
 // linearly from what it is to 1 + value, and stays there when it has ended: back is another drift, of value
-// 0, or heal().
+// 0, or remove().
 #pragma once
 
 #include <functional>
@@ -21,7 +21,7 @@
 
 namespace hystcan::twin {
 
-/// What faults of one axis strike. All of it outlives the scheduler.
+/// What the faults of one axis act on. All of it outlives the scheduler.
 struct FaultTarget {
   const can::AxisWire& wire;
   Plant& plant;
@@ -34,9 +34,9 @@ struct FaultTarget {
 class FaultScheduler {
  public:
   enum class Event : std::uint8_t { begins, ends };
-  using Teller = std::function<void(const FaultOrder&, Event, can::Time)>;
+  using Teller = std::function<void(const FaultSpec&, Event, can::Time)>;
   struct Active {
-    FaultOrder order;
+    FaultSpec order;
     can::Time began{};
     can::Time ends{};
     double gain_before = 1.0;  ///< of a drift
@@ -44,7 +44,7 @@ class FaultScheduler {
 
   /// Throws std::invalid_argument where an order can't be carried out.
   FaultScheduler(can::Scheduler& scheduler, std::vector<FaultTarget> targets,
-                 const std::vector<FaultOrder>& orders, const std::optional<RandomFaults>& random);
+                 const std::vector<FaultSpec>& orders, const std::optional<RandomFaults>& random);
 
   /// Told of every begin and end.
   void on_event(Teller teller) { teller_ = std::move(teller); }
@@ -54,20 +54,20 @@ class FaultScheduler {
   void stop();
 
   /// Begins now. Throws std::invalid_argument where it can't.
-  void inject(const FaultOrder& order);
+  void inject(const FaultSpec& order);
   /// Ends what is on, of this kind and this axis where they are given, and takes back what has drifted. The
   /// number of faults that were on.
-  std::size_t heal(std::optional<Fault> kind = {}, std::string_view axis = {});
+  std::size_t remove(std::optional<Fault> kind = {}, std::string_view axis = {});
   const std::vector<Active>& active() const { return active_; }
 
  private:
   struct Planned {
-    FaultOrder order;
+    FaultSpec order;
     can::Time begins{};
   };
 
-  std::size_t target_of(const FaultOrder& order) const;
-  void list_what_can_be_struck();
+  std::size_t target_of(const FaultSpec& order) const;
+  void list_targets();
   void plan_next_random();
   void draw();
   double uniform() { return static_cast<double>(random_source_() >> 11U) * 0x1p-53; }
@@ -75,18 +75,18 @@ class FaultScheduler {
   void begin_what_is_due(can::Time now);
   void end_what_is_due(can::Time now);
   void arm();
-  void strike(const FaultOrder& order);
-  void release(const FaultOrder& order);
+  void begin(const FaultSpec& order);
+  void release(const FaultSpec& order);
   void drift(const Active& active, can::Time now);
   void disturb(std::size_t target, const std::function<void(Disturbance&)>& change);
-  void tell(const FaultOrder& order, Event event) const;
+  void tell(const FaultSpec& order, Event event) const;
 
   can::Scheduler& scheduler_;
   std::vector<FaultTarget> targets_;
   std::vector<Disturbance> disturbances_;  ///< of each target's plant
-  std::vector<FaultOrder> orders_;
+  std::vector<FaultSpec> orders_;
   std::optional<RandomFaults> random_;
-  std::vector<FaultOrder> can_be_struck_;  ///< at random: each with its own number
+  std::vector<FaultSpec> random_faults_;  ///< at random: each with its own number
   std::mt19937_64 random_source_;
   can::Time next_random_ = can::Time::max();
   std::vector<Planned> planned_;

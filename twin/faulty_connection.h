@@ -14,8 +14,8 @@
 #include <optional>
 
 #include "can/bus.h"
-#include "can/faulty_bus.h"
-#include "can/protocol.h"
+#include "can/protocol/protocol.h"
+#include "can/sim/faulty_bus.h"
 #include "twin/fault.h"
 
 namespace hystcan::twin {
@@ -66,7 +66,7 @@ class FaultyConnection final : public can::Bus {
 
   FaultyConnection(std::unique_ptr<can::Bus> within, can::Scheduler& scheduler, const Config& config);
 
-  /// Kinds that strike the plant or the node itself change nothing here. One that is on already goes on with
+  /// Kinds that act on the plant or the node itself change nothing here. One that is on already goes on with
   /// the new value.
   void begin(Fault kind, double value);
   void end(Fault kind);

@@ -14,8 +14,8 @@
 #include <utility>
 
 #include "can/bus.h"
-#include "can/node.h"
-#include "can/protocol.h"
+#include "can/protocol/node.h"
+#include "can/protocol/protocol.h"
 #include "twin/plant.h"
 #include "twin/sensor.h"
 

@@ -19,7 +19,7 @@ struct Truth {
   double drive = 0.0;             ///< what the actuator gets, noise included, drive units
   double hysteresis_um = 0.0;     ///< output of the hysteresis
   double position_um = 0.0;       ///< what the sensor sees
-  double measured_um = 0.0;       ///< what it tells, before faults strike the frame
+  double measured_um = 0.0;       ///< what it measures, before faults act on the frame
 };
 
 using TruthHandler = std::function<void(const Truth&)>;

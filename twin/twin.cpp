@@ -21,7 +21,7 @@ AmplifierNode::Config amplifier_config(const AxisConfig& axis, const Config& com
           .apply = axis.apply};
 }
 
-/// Opens a node's connection, at which faults can strike; `line` leads there.
+/// Opens a node's connection, at which faults can act; `line` leads there.
 can::Attach attach_with_faults(const can::Attach& attach, can::Scheduler& scheduler,
                                const FaultyConnection::Config& config, FaultyConnection*& line) {
   return [&attach, &scheduler, config, &line](std::span<const can::Filter> filters) {
@@ -89,7 +89,7 @@ Config with_axes(Config config, const std::vector<std::string>& names) {
     if (std::ranges::none_of(config.axes, [&](const AxisConfig& axis) { return axis.wire.name == name; }))
       throw std::invalid_argument("there is no axis \"" + name + "\", expected one of the configuration's");
   std::erase_if(config.axes, [&](const AxisConfig& axis) { return !is_named(axis.wire.name); });
-  std::erase_if(config.faults, [&](const FaultOrder& order) { return !is_named(order.axis); });
+  std::erase_if(config.faults, [&](const FaultSpec& order) { return !is_named(order.axis); });
   for (AxisConfig& axis : config.axes) {
     std::erase_if(axis.couplings, [&](const Coupling& coupling) { return !is_named(coupling.from); });
     for (Coupling& coupling : axis.couplings)

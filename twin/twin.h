@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "can/bus.h"
-#include "can/dbc.h"
+#include "can/dbc/database.h"
 #include "twin/amplifier_node.h"
 #include "twin/drive_noise.h"
 #include "twin/fault_scheduler.h"
@@ -45,7 +45,7 @@ struct Config {
   std::uint64_t seed = 1;
   can::Duration heartbeat_period{};
   std::vector<AxisConfig> axes;
-  std::vector<FaultOrder> faults{};  ///< since start()
+  std::vector<FaultSpec> faults{};  ///< since start()
   std::optional<RandomFaults> random_faults{};
 };
 

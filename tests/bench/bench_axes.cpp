@@ -16,8 +16,8 @@
 #include <utility>
 #include <vector>
 
-#include "can/sim_bus.h"
-#include "config/config.h"
+#include "can/sim/sim_bus.h"
+#include "config/schema/config.h"
 #include "controller/controller.h"
 #include "tests/bench/cpu_time.h"
 #include "tests/bench/many_axes.h"

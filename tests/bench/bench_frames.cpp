@@ -10,8 +10,8 @@
 #include <cstdio>
 #include <cstring>
 
-#include "can/dbc.h"
-#include "can/protocol.h"
+#include "can/dbc/database.h"
+#include "can/protocol/protocol.h"
 
 namespace {
 

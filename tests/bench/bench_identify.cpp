@@ -29,7 +29,7 @@ constexpr int repetitions = 3;
 
 /// Thirty cycles of 30 um between a fixed lower and a rising upper turning point, then back inside; 0.1 %
 /// noise.
-Record made(std::size_t count) {
+Dataset made(std::size_t count) {
   const model::Interval range{0.0, 100.0};
   const model::Hysteresis truth({"V",
                                  "um",
@@ -41,7 +41,7 @@ Record made(std::size_t count) {
   std::mt19937_64 random(1);
   std::normal_distribution<double> noise(0.0, 0.03);
   model::HysteresisState state = truth.at_lower_threshold();
-  Record record{"V", "um", {}, {}, {}};
+  Dataset record{"V", "um", {}, {}, {}};
   for (std::size_t i = 0; i < count; ++i) {
     const double t = static_cast<double>(i) / static_cast<double>(count - 1);
     const double height = t < 0.5 ? 0.2 + 1.6 * t : 1.0 - 1.2 * (t - 0.5);
@@ -54,13 +54,13 @@ Record made(std::size_t count) {
   return record;
 }
 
-Identified identified(const Record& record, std::optional<int> order) {
+Identified identified(const Dataset& record, std::optional<int> order) {
   IdentifyOptions options;
   options.order = order;
   return identify({record}, options);
 }
 
-void time_it(const char* what, const Record& record, std::optional<int> order) {
+void time_it(const char* what, const Dataset& record, std::optional<int> order) {
   double best_s = 0.0;
   Identified found;
   for (int i = 0; i < repetitions; ++i) {
@@ -78,7 +78,7 @@ void time_it(const char* what, const Record& record, std::optional<int> order) {
 double peak_MB(std::size_t count, bool identifying) {
   const pid_t child = fork();
   if (child == 0) {
-    const Record record = made(count);
+    const Dataset record = made(count);
     if (identifying) identified(record, 10);
     _exit(0);
   }
@@ -93,7 +93,7 @@ double peak_MB(std::size_t count, bool identifying) {
 int main() {
   const double small = peak_MB(samples, true) - peak_MB(samples, false);
   const double large = peak_MB(4 * samples, true) - peak_MB(4 * samples, false);
-  const Record record = made(samples);
+  const Dataset record = made(samples);
   time_it("order chosen", record, std::nullopt);
   time_it("order 10", record, 10);
   std::printf(

@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <string>
 
-#include "config/config.h"
+#include "config/schema/config.h"
 #include "model/hysteresis.h"
 #include "rehearsal/rehearsal.h"
 

@@ -5,9 +5,10 @@
 //   at
 //                         1 to 50 Hz for cycles of 1 and 4 kHz, five columns each
 //
-// At each rate the gains are those of the rule (identification/pi_rule.h) for the twin's mode, and the
-// command delay is a cycle. An axis with the standard frames does not fit 1 Mbit/s at 4 kHz (printed); the
-// bit rate of the simulated bus follows the cycle rate, so that each frame takes the same part of a cycle.
+// At each rate the gains are those of the rule (identification/dynamics/pi_rule.h) for the twin's mode, and
+// the command delay is a cycle. An axis with the standard frames does not fit 1 Mbit/s at 4 kHz (printed);
+// the bit rate of the simulated bus follows the cycle rate, so that each frame takes the same part of a
+// cycle.
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -15,9 +16,9 @@
 #include <numbers>
 #include <string>
 
-#include "config/bus_plan.h"
-#include "config/config.h"
-#include "identification/pi_rule.h"
+#include "config/schema/bus_plan.h"
+#include "config/schema/config.h"
+#include "identification/dynamics/pi_rule.h"
 #include "rehearsal/rehearsal.h"
 
 namespace {

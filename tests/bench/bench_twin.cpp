@@ -21,8 +21,8 @@
 #include <memory>
 #include <vector>
 
-#include "can/sim_bus.h"
-#include "config/config.h"
+#include "can/sim/sim_bus.h"
+#include "config/schema/config.h"
 #include "tests/bench/cpu_time.h"
 #include "tests/bench/many_axes.h"
 #include "twin/twin.h"

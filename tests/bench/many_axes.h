@@ -6,7 +6,7 @@
 
 #include <string>
 
-#include "config/config.h"
+#include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
 
 namespace hystcan::bench {

@@ -4,7 +4,7 @@
 
 #include <optional>
 
-#include "config/config.h"
+#include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
 
 namespace hystcan {

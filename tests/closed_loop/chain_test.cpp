@@ -13,10 +13,10 @@
 #include <string>
 #include <vector>
 
-#include "can/codec.h"
-#include "can/protocol.h"
-#include "config/bus_plan.h"
-#include "config/config.h"
+#include "can/dbc/signal_codec.h"
+#include "can/protocol/protocol.h"
+#include "config/schema/bus_plan.h"
+#include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/rehearsed.h"
 

@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <map>
 
-#include "config/config.h"
+#include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/count_allocations.h"
 #include "tests/support/rehearsed.h"
@@ -162,7 +162,7 @@ TEST_F(Tracking, SurvivesForeignAndDamagedFramesInTheSamplesPlace) {
     rehearsal_.run_for(milliseconds(1));
   }
   EXPECT_EQ(state(0), AxisState::tracking);
-  const can::Checker& checker = rehearsal_.controller().sample_checker(0);
+  const can::E2eChecker& checker = rehearsal_.controller().sample_checker(0);
   for (const can::Rejection cause : {can::Rejection::wrong_crc, can::Rejection::extended_id,
                                      can::Rejection::wrong_length, can::Rejection::wrong_kind})
     EXPECT_EQ(checker.rejected(cause), 50u) << to_string(cause);

@@ -2,7 +2,7 @@
 // applied on receipt, sensors that run free.
 #include <gtest/gtest.h>
 
-#include "config/config.h"
+#include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/count_allocations.h"
 #include "tests/support/rehearsed.h"

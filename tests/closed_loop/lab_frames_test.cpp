@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "config/config.h"
+#include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/count_allocations.h"
 #include "tests/support/rehearsed.h"

@@ -12,7 +12,7 @@
 #include <cmath>
 #include <vector>
 
-#include "config/config.h"
+#include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/rehearsed.h"
 

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "config/config.h"
+#include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/oversleeper.h"
 

@@ -12,7 +12,7 @@
 #include <filesystem>
 #include <thread>
 
-#include "config/config.h"
+#include "config/schema/config.h"
 #include "controller/black_box.h"
 #include "controller/telemetry.h"
 #include "rehearsal/rehearsal.h"

@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "config/config.h"
+#include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/rehearsed.h"
 

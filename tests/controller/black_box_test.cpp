@@ -26,8 +26,8 @@ class BlackBoxes : public testing::Test {
   BlackBox make(unsigned files = 50) {
     return {{.folder = folder, .files = files, .cycles = 20, .cycles_after = 5},
             {"x", "y 1"},
-            [this](BusLog::Level level, const std::string& line) {
-              (level == BusLog::Level::warning ? warnings : told).push_back(line);
+            [this](can::BusHealthLog::Level level, const std::string& line) {
+              (level == can::BusHealthLog::Level::warning ? warnings : told).push_back(line);
             },
             [this] { return now; }};
   }

@@ -1,5 +1,5 @@
 // Requests there and answers back, between two threads.
-#include "controller/request.h"
+#include "controller/request_link.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>

@@ -90,7 +90,8 @@ CycleRecord late_by(std::uint64_t cycle, can::Duration late) {
 TEST(LatenessLog, SaysOneLineASecondThatStandsForAllOfThem) {
   using std::chrono::microseconds;
   std::vector<std::string> lines;
-  LatenessLog log(microseconds(200), [&](BusLog::Level, const std::string& line) { lines.push_back(line); });
+  LatenessLog log(microseconds(200),
+                  [&](can::BusHealthLog::Level, const std::string& line) { lines.push_back(line); });
   for (std::uint64_t cycle = 1; cycle <= 1500; ++cycle) {
     const auto late = cycle % 10 == 0 ? microseconds(200 + cycle % 400) : microseconds(200);
     log.add(late_by(cycle, late));
@@ -103,7 +104,7 @@ TEST(LatenessLog, SaysOneLineASecondThatStandsForAllOfThem) {
 }
 
 TEST(LatenessLog, SaysNothingWithoutALimit) {
-  LatenessLog log({}, [](BusLog::Level, const std::string& line) { FAIL() << line; });
+  LatenessLog log({}, [](can::BusHealthLog::Level, const std::string& line) { FAIL() << line; });
   log.add(late_by(1, std::chrono::seconds(1)));
 }
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <string_view>
 
-#include "can/candump.h"
-#include "can/error_words.h"
+#include "can/log/candump.h"
+#include "can/log/error_words.h"
 #include "tests/fuzz/demand.h"
 
 namespace {

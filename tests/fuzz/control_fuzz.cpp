@@ -5,8 +5,8 @@
 #include <sstream>
 #include <string>
 
-#include "app/control_desk.h"
-#include "app/control_socket.h"
+#include "app/remote/control_socket.h"
+#include "app/remote/controller_command_handler.h"
 #include "tests/fuzz/demand.h"
 
 using namespace hystcan;
@@ -28,18 +28,18 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   controller::RequestLink requests;
   const app::StatusBoard board(config.axes.size());
   app::LiveConfig live(shipped, config);
-  app::ControlDesk desk(context, requests, board, live);
+  app::ControllerCommandHandler handler(context, requests, board, live);
 
   std::istringstream lines(std::string(reinterpret_cast<const char*>(data), size));
   for (std::string line; std::getline(lines, line);) {
     const nlohmann::json command = app::parse_command(line);
     if (!command.is_object()) continue;
-    static_cast<void>(desk.is_for_everybody(command));
+    static_cast<void>(handler.is_for_everybody(command));
     const auto answers = std::make_shared<int>(0);
-    desk.obey(command, {[answers](const nlohmann::json& answer) {
-                expect_an_answer(answer);
-                fuzz::demand(++*answers == 1);
-              }});
+    handler.obey(command, {[answers](const nlohmann::json& answer) {
+                   expect_an_answer(answer);
+                   fuzz::demand(++*answers == 1);
+                 }});
   }
   return 0;
 }

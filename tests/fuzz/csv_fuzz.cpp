@@ -2,7 +2,7 @@
 #include <cmath>
 #include <vector>
 
-#include "config/csv.h"
+#include "config/files/csv.h"
 #include "tests/fuzz/refusal.h"
 
 using namespace hystcan;

@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "can/codec.h"
-#include "can/dbc.h"
+#include "can/dbc/database.h"
+#include "can/dbc/signal_codec.h"
 #include "tests/fuzz/demand.h"
 
 namespace {

@@ -8,9 +8,9 @@
 #include <span>
 #include <string_view>
 
-#include "can/codec.h"
-#include "can/dbc.h"
-#include "can/message_decoder.h"
+#include "can/dbc/database.h"
+#include "can/dbc/message_decoder.h"
+#include "can/dbc/signal_codec.h"
 #include "tests/fuzz/demand.h"
 
 namespace {

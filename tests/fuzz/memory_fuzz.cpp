@@ -1,7 +1,7 @@
 // Any bytes: load_memory either refuses them with a place, or gives a state that the model goes on from.
 #include <cmath>
 
-#include "config/model_file.h"
+#include "config/files/model_file.h"
 #include "tests/fuzz/refusal.h"
 
 using namespace hystcan;

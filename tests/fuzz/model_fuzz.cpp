@@ -3,7 +3,7 @@
 #include <cmath>
 #include <variant>
 
-#include "config/model_file.h"
+#include "config/files/model_file.h"
 #include "tests/fuzz/refusal.h"
 
 using namespace hystcan;

@@ -10,7 +10,7 @@
 #include <string>
 #include <string_view>
 
-#include "config/config.h"
+#include "config/schema/config.h"
 #include "tests/fuzz/demand.h"
 
 namespace hystcan::fuzz {

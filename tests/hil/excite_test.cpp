@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <fstream>
 
-#include "config/record_file.h"
+#include "config/files/dataset_file.h"
 #include "tests/hil/bench.h"
 #include "tests/support/shipped.h"
 
@@ -18,7 +18,7 @@ using hil::config_file;
 using hil::json;
 using hil::milliseconds;
 using hil::Process;
-using identification::Record;
+using identification::Dataset;
 
 /// Some seconds of it: one major loop, three nested ones, three reversal curves each way.
 const std::vector<std::string> short_program{"--period", "1", "--cycles", "1", "--levels", "3"};
@@ -29,21 +29,21 @@ std::filesystem::path in_scratch(const char* name) {
 }
 
 /// What the program records on the bench.
-Record excited(Bench& bench, std::vector<std::string> options) {
+Dataset excited(Bench& bench, std::vector<std::string> options) {
   const auto file = in_scratch("excited.csv");
   options.insert(options.end(), {"--output", file.string()});
   bench.start("excite", options);
   EXPECT_EQ(bench.controller->wait(), 0) << bench.controller->err();
-  return config::load_record(file).record;
+  return config::load_dataset(file).record;
 }
 
-Record rehearsed(std::vector<std::string> options) {
+Dataset rehearsed(std::vector<std::string> options) {
   const auto file = in_scratch("rehearsed.csv");
   options.insert(options.begin(),
                  {HYSTCAN_PROGRAM, "excite", config_file, "--rehearse", "--output", file.string()});
   Process program(options);
   EXPECT_EQ(program.wait(), 0) << program.err();
-  return config::load_record(file).record;
+  return config::load_dataset(file).record;
 }
 
 /// Greatest difference between rows of the same time, to the nearest cycle.
@@ -52,7 +52,7 @@ struct Difference {
   double output = 0.0;
   std::size_t rows = 0;
 };
-Difference difference(const Record& record, const Record& expected) {
+Difference difference(const Dataset& record, const Dataset& expected) {
   Difference d;
   for (std::size_t i = 0; i < record.size(); ++i) {
     const auto n = static_cast<std::size_t>(std::llround(record.time_s[i] * 1e3));
@@ -67,9 +67,9 @@ Difference difference(const Record& record, const Record& expected) {
 // The same drive at the same time, but for the jitter of the cycles: two of them are allowed, at 200 V/s 0.4
 // V, which the steepest part of the curves, 0.4 um/V, and a resonance that doubles it turn into 0.32 um.
 TEST(Vcan, ExciteRecordsWhatItsRehearsalDoesAndNoDriveLeavesTheLimits) {
-  const Record expected = rehearsed(short_program);
+  const Dataset expected = rehearsed(short_program);
   Bench bench({"vcan0", "vcan0"});
-  const Record record = excited(bench, short_program);
+  const Dataset record = excited(bench, short_program);
   const Difference d = difference(record, expected);
   std::printf("excite: %zu rows on vcan0, %zu rehearsed; greatest difference %.6f V, %.6f um\n",
               record.size(), expected.size(), d.input, d.output);
@@ -91,9 +91,9 @@ TEST(Vcan, ExciteRecordsWhatItsRehearsalDoesAndNoDriveLeavesTheLimits) {
 // SYNCs are sent some microseconds late. 50 us at 200 V/s are 10 mV, or 4 nm; two records' noise of 0.3 nm,
 // six times its deviation, 2.5 nm more.
 TEST(Icount, ExciteRecordsWhatItsRehearsalDoesToNanometres) {
-  const Record expected = rehearsed(short_program);
+  const Dataset expected = rehearsed(short_program);
   Bench bench({"vcan0", "vcan0"});
-  const Record record = excited(bench, short_program);
+  const Dataset record = excited(bench, short_program);
   EXPECT_NEAR(static_cast<double>(record.size()), static_cast<double>(expected.size()), 1.0)
       << "the last cycle may fall on either side of the end";
   const Difference d = difference(record, expected);
@@ -142,7 +142,7 @@ TEST(Vcan, ControlCOnExciteRampsDownAndKeepsTheRowsSoFar) {
   bench.controller->send(SIGINT);
   EXPECT_EQ(bench.controller->wait(), 1);
   EXPECT_NE(bench.controller->err().find("stopped after"), std::string::npos) << bench.controller->err();
-  EXPECT_GT(config::load_record(file).record.size(), 100u);
+  EXPECT_GT(config::load_dataset(file).record.size(), 100u);
   std::this_thread::sleep_for(milliseconds(100));
   const json log = bench.decoded();
   EXPECT_EQ(log.at("last_command").at("enable"), 0);

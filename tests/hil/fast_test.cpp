@@ -10,8 +10,8 @@
 #include <memory>
 #include <optional>
 
-#include "can/socketcan_bus.h"
-#include "config/config.h"
+#include "can/socketcan/socketcan_bus.h"
+#include "config/schema/config.h"
 #include "controller/controller.h"
 #include "tests/hil/stage.h"
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <thread>
 
-#include "config/config.h"
+#include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/hil/bench.h"
 #include "tests/support/rehearsed.h"

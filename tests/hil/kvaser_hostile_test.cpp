@@ -2,7 +2,7 @@
 // acknowledges always and knows no errors of the wire: of the status bits it sets only the receive overrun,
 // error counters and bit timing read 0, two bit rates understand each other. So the driver's own bus-off
 // cannot be had here; error frames as canerrsim writes them stand for it, and what a driver in bus-off does
-// is tried on a serial adapter (tests/can/serial_adapter_test.cpp).
+// is tried on a serial adapter (tests/can/socketcan/serial_adapter_test.cpp).
 #include <gtest/gtest.h>
 
 #include <string>

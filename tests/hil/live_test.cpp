@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "config/config.h"
+#include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/hil/bench.h"
 #include "tests/support/rehearsed.h"

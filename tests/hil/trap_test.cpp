@@ -7,10 +7,10 @@
 #include <optional>
 #include <thread>
 
-#include "can/socketcan_bus.h"
-#include "config/config.h"
+#include "can/bus_health_log.h"
+#include "can/socketcan/socketcan_bus.h"
+#include "config/schema/config.h"
 #include "controller/black_box.h"
-#include "controller/bus_log.h"
 #include "controller/telemetry.h"
 #include "tests/hil/bench.h"
 #include "tests/support/trap.h"
@@ -48,7 +48,7 @@ class InProcess {
     std::unique_ptr<can::Timer> poll;
     poll = scheduler_.make_timer([&] {
       const can::Time now = scheduler_.now();
-      bus_log_.sample(controller::report_of(controller_.bus(), can::seconds(now - start)));
+      bus_log_.sample(can::report_of(controller_.bus(), can::seconds(now - start)));
       advance(now, watched);
       poll->expire_at(now + milliseconds(20));
     });
@@ -79,7 +79,7 @@ class InProcess {
   config::Config config_;
   boost::asio::io_context context_{1};
   can::AsioScheduler scheduler_{context_};
-  controller::BusLog bus_log_;
+  can::BusHealthLog bus_log_;
   controller::BlackBox black_box_;
   controller::CsvLog csv_;
   controller::TelemetryThread telemetry_;

@@ -14,12 +14,12 @@
 namespace hystcan::identification {
 namespace {
 
-Record sound() { return record_of(model::Hysteresis(model::piezo_model()), 30.0); }
+Dataset sound() { return record_of(model::Hysteresis(model::piezo_model()), 30.0); }
 
-void expect_refused(const std::vector<Record>& records, const IdentifyOptions& options,
+void expect_refused(const std::vector<Dataset>& datasets, const IdentifyOptions& options,
                     const std::string& words) {
   try {
-    identify(records, options);
+    identify(datasets, options);
     ADD_FAILURE() << "not refused, expected: " << words;
   } catch (const std::invalid_argument& error) {
     EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
@@ -29,48 +29,48 @@ void expect_refused(const std::vector<Record>& records, const IdentifyOptions& o
 TEST(IdentifyRefuses, NoRecordAtAll) { expect_refused({}, {}, "no record, expected at least one"); }
 
 TEST(IdentifyRefuses, TenSamples) {
-  Record record = sound();
-  for (auto* column : {&record.time_s, &record.input, &record.output}) column->resize(10);
-  expect_refused({record}, {}, "10 samples, expected at least 20");
+  Dataset dataset = sound();
+  for (auto* column : {&dataset.time_s, &dataset.input, &dataset.output}) column->resize(10);
+  expect_refused({dataset}, {}, "10 samples, expected at least 20");
 }
 
 TEST(IdentifyRefuses, AConstantInput) {
-  Record record = sound();
-  std::ranges::fill(record.input, 7.0);
-  expect_refused({record}, {}, "the input is constant at 7, expected one that moves");
+  Dataset dataset = sound();
+  std::ranges::fill(dataset.input, 7.0);
+  expect_refused({dataset}, {}, "the input is constant at 7, expected one that moves");
 }
 
 TEST(IdentifyRefuses, AConstantOutput) {
-  Record record = sound();
-  std::ranges::fill(record.output, -3.0);
-  expect_refused({record}, {}, "the output is constant at -3, expected one that follows the input");
+  Dataset dataset = sound();
+  std::ranges::fill(dataset.output, -3.0);
+  expect_refused({dataset}, {}, "the output is constant at -3, expected one that follows the input");
 }
 
 TEST(IdentifyRefuses, AnOutputThatFallsWhereTheInputRises) {
-  Record record = sound();
-  for (double& x : record.output) x = -x;
-  expect_refused({record}, {}, "the output falls where the input rises");
+  Dataset dataset = sound();
+  for (double& x : dataset.output) x = -x;
+  expect_refused({dataset}, {}, "the output falls where the input rises");
 }
 
 TEST(IdentifyRefuses, InputAndOutputInterchanged) {
-  Record record = sound();
-  std::swap(record.input, record.output);
-  expect_refused({record}, {}, "are input and output interchanged?");
+  Dataset dataset = sound();
+  std::swap(dataset.input, dataset.output);
+  expect_refused({dataset}, {}, "are input and output interchanged?");
 }
 
 TEST(IdentifyRefuses, AnOutputThatDoesNotFollowTheInput) {
-  Record record = sound();
-  std::ranges::fill(record.output, 0.0);
-  expect_refused({with_noise(record, 1.0, 3)}, {}, "the output ");
+  Dataset dataset = sound();
+  std::ranges::fill(dataset.output, 0.0);
+  expect_refused({with_noise(dataset, 1.0, 3)}, {}, "the output ");
 }
 
 TEST(IdentifyRefuses, AnOrderThatTheSamplesCannotTell) {
-  Record record = record_of(model::Hysteresis(model::piezo_model()), 1.0);
-  ASSERT_GE(record.size(), 20U);
-  ASSERT_LT(record.size(), 50U);
+  Dataset dataset = record_of(model::Hysteresis(model::piezo_model()), 1.0);
+  ASSERT_GE(dataset.size(), 20U);
+  ASSERT_LT(dataset.size(), 50U);
   IdentifyOptions options;
   options.order = 10;
-  expect_refused({record}, options, "order 10 from");
+  expect_refused({dataset}, options, "order 10 from");
   options.order = 21;
   expect_refused({sound()}, options, "expected at most 20");
   for (const int none : {0, -1}) {
@@ -90,9 +90,9 @@ TEST(IdentifyRefuses, WhatIsUnseenWhereItIsNotToldOfEverySample) {
 }
 
 TEST(IdentifyRefuses, TheSecondRecordWhereThatIsTheHopelessOne) {
-  Record record = sound();
-  std::ranges::fill(record.output, 1.0);
-  expect_refused({sound(), record}, {}, "the output is constant");
+  Dataset dataset = sound();
+  std::ranges::fill(dataset.output, 1.0);
+  expect_refused({sound(), dataset}, {}, "the output is constant");
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// From records whose truth is known to models.
+// From datasets whose truth is known to models.
 #include "identification/identify.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ using model::piezo_model;
 constexpr double piezo_steps = 320.0;  // to the range: some 5300 samples
 
 // A butterfly: the parts of the range with alternating sign, swing by swing.
-Record galfenol_record(const Hysteresis& truth) {
+Dataset galfenol_record(const Hysteresis& truth) {
   std::vector<double> points;
   for (const double part : loops_and_reversal_curves()) points.push_back(part);
   std::vector<double> inputs = travelled(in_range(points, truth.input_range()), 3.0 / piezo_steps);
@@ -37,13 +37,13 @@ Record galfenol_record(const Hysteresis& truth) {
     if (inputs[i - 1] == 0.0) side = -side;
     inputs[i] *= side;
   }
-  Record record = record_of(truth, truth.at_lower_threshold(), std::move(inputs));
-  record.input_unit = "A";
-  return record;
+  Dataset dataset = record_of(truth, truth.at_lower_threshold(), std::move(inputs));
+  dataset.input_unit = "A";
+  return dataset;
 }
 
 // Once both have been at both ends, what was before is wiped out, or as good as.
-double largest_difference(const Hysteresis& model, const Hysteresis& truth, const Record& on) {
+double largest_difference(const Hysteresis& model, const Hysteresis& truth, const Dataset& on) {
   model::HysteresisState a = model.at_lower_threshold(), b = truth.at_lower_threshold();
   for (const double v : {truth.input_range().hi, truth.input_range().lo}) {
     model.advance(a, v);
@@ -55,7 +55,7 @@ double largest_difference(const Hysteresis& model, const Hysteresis& truth, cons
   return largest / span_of(on.output);
 }
 
-// In percent of the record's span.
+// In percent of the dataset's span.
 double rms_percent(const Identified& found) { return 100.0 * found.overall.rms / found.output_span; }
 double max_percent(const Identified& found) { return 100.0 * found.overall.max / found.output_span; }
 
@@ -69,47 +69,47 @@ void report(const Identified& found) {
               max_percent(found));
 }
 
-// On its own record, without noise, from the same memory.
-Misses against(const Identified& found, const Record& truth, std::size_t record = 0) {
-  Record seen = found.parameters.symmetry == model::Symmetry::even ? folded(truth) : truth;
-  const auto predicted = predict(Hysteresis(found.parameters), seen, found.delay_s, found.memories[record]);
-  Misses misses = Misses::of(predicted, truth.output);
+// On its own dataset, without noise, from the same memory.
+ErrorNorms against(const Identified& found, const Dataset& truth, std::size_t dataset = 0) {
+  Dataset seen = found.parameters.symmetry == model::Symmetry::even ? folded(truth) : truth;
+  const auto predicted = predict(Hysteresis(found.parameters), seen, found.delay_s, found.memories[dataset]);
+  ErrorNorms misses = ErrorNorms::of(predicted, truth.output);
   const double percent = 100.0 / span_of(truth.output);
   return {misses.rms * percent, misses.max * percent};
 }
 
 TEST(Identify, RecoversAPiezosCurvesAndPaceFromARecordWithoutNoise) {
   const Hysteresis truth(piezo_model());
-  const Record record = record_of(truth, piezo_steps);
-  ASSERT_GE(record.size(), 5000U);
+  const Dataset dataset = record_of(truth, piezo_steps);
+  ASSERT_GE(dataset.size(), 5000U);
   IdentifyOptions options;
   options.order = 3;
-  const Identified found = identify({record}, options);
+  const Identified found = identify({dataset}, options);
   EXPECT_NEAR(found.parameters.k_ascending, 0.05, 1e-3 * 0.05);
   EXPECT_NEAR(found.parameters.k_descending, 0.04, 1e-3 * 0.04);
   EXPECT_LT(max_percent(found), 0.01);
-  EXPECT_LT(largest_difference(Hysteresis(found.parameters), truth, record), 1e-4);
+  EXPECT_LT(largest_difference(Hysteresis(found.parameters), truth, dataset), 1e-4);
   EXPECT_EQ(found.parameters.input_unit, "V");
 }
 
 TEST(Identify, RecoversAGalfenolButterflyFromARecordWithoutNoise) {
   const Hysteresis truth(galfenol_model());
-  const Record record = galfenol_record(truth);
-  ASSERT_GE(record.size(), 5000U);
+  const Dataset dataset = galfenol_record(truth);
+  ASSERT_GE(dataset.size(), 5000U);
   IdentifyOptions options;
   options.order = 10;
-  const Identified found = identify({record}, options);
+  const Identified found = identify({dataset}, options);
   EXPECT_EQ(found.parameters.symmetry, model::Symmetry::even);
   EXPECT_NEAR(found.parameters.k_ascending, 1.0, 1e-3);
   EXPECT_NEAR(found.parameters.k_descending, 1.2, 1e-3 * 1.2);
   EXPECT_LT(max_percent(found), 0.01);
-  EXPECT_LT(largest_difference(Hysteresis(found.parameters), truth, record), 1e-4);
+  EXPECT_LT(largest_difference(Hysteresis(found.parameters), truth, dataset), 1e-4);
 }
 
 // The paper's figures are errors against data; its Galfenol model misses by 0.84 % at most and 0.22 % RMS,
 // its piezo model by 0.45 % and 0.13 %. A normal deviation of 0.1 % reaches 0.37 % once in 5000 samples.
 TEST(Identify, BeatsThePapersFiguresOnAPiezoRecordWithNoise) {
-  const Record truth = record_of(Hysteresis(piezo_model()), piezo_steps);
+  const Dataset truth = record_of(Hysteresis(piezo_model()), piezo_steps);
   const Identified found = identify({with_noise(truth, 1e-3 * span_of(truth.output), 1)}, {});
   report(found);
   EXPECT_LT(max_percent(found), 0.45);
@@ -122,7 +122,7 @@ TEST(Identify, BeatsThePapersFiguresOnAPiezoRecordWithNoise) {
 }
 
 TEST(Identify, BeatsThePapersFiguresOnAGalfenolRecordWithNoise) {
-  const Record truth = galfenol_record(Hysteresis(galfenol_model()));
+  const Dataset truth = galfenol_record(Hysteresis(galfenol_model()));
   const Identified found = identify({with_noise(truth, 1e-3 * span_of(truth.output), 2)}, {});
   report(found);
   EXPECT_LT(max_percent(found), 0.84);
@@ -141,9 +141,9 @@ TEST(Identify, CopesWithAnUnknownPast) {
   for (const double part : {0.9, 0.2, 0.7, 0.45}) truth.advance(state, 100.0 * part);
   std::vector<double> points = loops_and_reversal_curves();
   points.insert(points.begin(), {0.45, 0.6, 0.3, 0.75});
-  const Record record =
+  const Dataset dataset =
       record_of(truth, state, travelled(in_range(points, range), range.span() / piezo_steps));
-  const Identified found = identify({record}, {});
+  const Identified found = identify({dataset}, {});
   report(found);
   // The history is one number's worth of what it was: 0.3 % of the span at most before the first threshold.
   EXPECT_LT(rms_percent(found), 0.1);
@@ -155,14 +155,14 @@ TEST(Identify, FindsADelayToATenthOfASample) {
   const Hysteresis truth(piezo_model());
   const model::Interval range = truth.input_range();
   // Ten substeps to a sample, the output 17 of them late: 1.7 samples.
-  const Record fine = record_of(truth, 10.0 * piezo_steps);
-  Record record{"V", "um", {}, {}, {}};
+  const Dataset fine = record_of(truth, 10.0 * piezo_steps);
+  Dataset dataset{"V", "um", {}, {}, {}};
   for (std::size_t i = 0; i < fine.size(); i += 10) {
-    record.time_s.push_back(1e-3 * static_cast<double>(i / 10));
-    record.input.push_back(fine.input[i]);
-    record.output.push_back(fine.output[i < 17 ? 0 : i - 17]);
+    dataset.time_s.push_back(1e-3 * static_cast<double>(i / 10));
+    dataset.input.push_back(fine.input[i]);
+    dataset.output.push_back(fine.output[i < 17 ? 0 : i - 17]);
   }
-  const Identified found = identify({with_noise(record, 2e-4 * range.span() * 0.3, 3)}, {});
+  const Identified found = identify({with_noise(dataset, 2e-4 * range.span() * 0.3, 3)}, {});
   report(found);
   EXPECT_NEAR(found.delay_s, 1.7e-3, 1e-4);
 }
@@ -174,23 +174,23 @@ TEST(Identify, TakesTwoRecordsForOneModel) {
     return record_of(truth, truth.at_lower_threshold(),
                      travelled(in_range(parts, range), range.span() / piezo_steps));
   };
-  const std::vector<Record> records{part_of({0.0, 1.0, 0.0, 0.9, 0.2, 0.8, 0.3, 1.0, 0.0}),
-                                    part_of({0.0, 0.7, 0.1, 0.5, 0.2, 1.0, 0.5, 1.0, 0.0})};
+  const std::vector<Dataset> datasets{part_of({0.0, 1.0, 0.0, 0.9, 0.2, 0.8, 0.3, 1.0, 0.0}),
+                                      part_of({0.0, 0.7, 0.1, 0.5, 0.2, 1.0, 0.5, 1.0, 0.0})};
   IdentifyOptions options;
   options.order = 3;
-  const Identified found = identify(records, options);
+  const Identified found = identify(datasets, options);
   ASSERT_EQ(found.misses.size(), 2U);
   ASSERT_EQ(found.memories.size(), 2U);
-  for (std::size_t i = 0; i < records.size(); ++i) EXPECT_LT(against(found, records[i], i).max, 0.01);
+  for (std::size_t i = 0; i < datasets.size(); ++i) EXPECT_LT(against(found, datasets[i], i).max, 0.01);
   EXPECT_NEAR(found.parameters.k_ascending, 0.05, 1e-3 * 0.05);
 }
 
 TEST(Identify, KeepsToTheOrderAskedFor) {
-  const Record record = record_of(Hysteresis(piezo_model()), 60.0);
+  const Dataset dataset = record_of(Hysteresis(piezo_model()), 60.0);
   for (const int order : {1, 2, 7}) {
     IdentifyOptions options;
     options.order = order;
-    const Identified found = identify({record}, options);
+    const Identified found = identify({dataset}, options);
     EXPECT_EQ(found.search.order, order);
     EXPECT_LE(found.parameters.ascending.order(), order);
     EXPECT_EQ(found.search.orders.size(), 0U);
@@ -204,10 +204,10 @@ TEST(Identify, KeepsTheThresholdsAtTheInputsSeenWhereAsked) {
   points.insert(points.begin(), 0.0);
   std::vector<double> inputs = travelled(in_range(points, truth.input_range()), 100.0 / piezo_steps);
   inputs.erase(inputs.begin(), std::ranges::find(inputs, 20.0));
-  const Record record = record_of(truth, truth.at_lower_threshold(), inputs);
+  const Dataset dataset = record_of(truth, truth.at_lower_threshold(), inputs);
   IdentifyOptions options;
   options.observed_thresholds = true;
-  const Identified found = identify({record}, options);
+  const Identified found = identify({dataset}, options);
   EXPECT_EQ(found.parameters.input_range().lo, 20.0);
   EXPECT_EQ(found.parameters.input_range().hi, 70.0);
   EXPECT_EQ(found.observed.lo, 20.0);
@@ -216,16 +216,16 @@ TEST(Identify, KeepsTheThresholdsAtTheInputsSeenWhereAsked) {
 }
 
 TEST(Identify, DoesNotSeeTheOutputOfUnseenSamples) {
-  const Record record = record_of(Hysteresis(piezo_model()), 60.0);
+  const Dataset dataset = record_of(Hysteresis(piezo_model()), 60.0);
   IdentifyOptions options;
-  options.unseen.assign(1, std::vector<bool>(record.size(), false));
-  Record spoilt = record;
+  options.unseen.assign(1, std::vector<bool>(dataset.size(), false));
+  Dataset spoilt = dataset;
   std::mt19937_64 random(4);
-  for (std::size_t i = record.size() / 3; i < record.size() / 2; ++i) {
+  for (std::size_t i = dataset.size() / 3; i < dataset.size() / 2; ++i) {
     options.unseen[0][i] = true;
     spoilt.output[i] = 1e3 * std::uniform_real_distribution<double>(-1.0, 1.0)(random);
   }
-  const Identified found = identify({record}, options), from_spoilt = identify({spoilt}, options);
+  const Identified found = identify({dataset}, options), from_spoilt = identify({spoilt}, options);
   EXPECT_EQ(found.search.order, from_spoilt.search.order);
   EXPECT_EQ(found.parameters.k_ascending, from_spoilt.parameters.k_ascending);
   EXPECT_EQ(found.parameters.k_descending, from_spoilt.parameters.k_descending);
@@ -237,12 +237,12 @@ TEST(Identify, DoesNotSeeTheOutputOfUnseenSamples) {
 }
 
 TEST(Identify, StopsEarlyWithAModelThatHoldsUp) {
-  const Record record = record_of(Hysteresis(piezo_model()), 60.0);
+  const Dataset dataset = record_of(Hysteresis(piezo_model()), 60.0);
   for (const int allowed : {0, 1, 10, 100}) {
     IdentifyOptions options;
     int left = allowed;
     options.go_on = [&left] { return left-- > 0; };
-    const Identified found = identify({record}, options);
+    const Identified found = identify({dataset}, options);
     EXPECT_TRUE(found.stopped) << allowed;
     EXPECT_NO_THROW(Hysteresis(found.parameters)) << allowed;
     EXPECT_LT(rms_percent(found), 2.0) << allowed;
@@ -250,8 +250,8 @@ TEST(Identify, StopsEarlyWithAModelThatHoldsUp) {
 }
 
 TEST(Identify, SaysTheSameEveryTime) {
-  const Record record = with_noise(record_of(Hysteresis(piezo_model()), 60.0), 0.05, 9);
-  const Identified once = identify({record}, {}), again = identify({record}, {});
+  const Dataset dataset = with_noise(record_of(Hysteresis(piezo_model()), 60.0), 0.05, 9);
+  const Identified once = identify({dataset}, {}), again = identify({dataset}, {});
   EXPECT_EQ(once.parameters.ascending.chebyshev_coefficients(),
             again.parameters.ascending.chebyshev_coefficients());
   EXPECT_EQ(once.parameters.k_ascending, again.parameters.k_ascending);
@@ -278,18 +278,18 @@ TEST(Identify, ComesNearAPreisachTruth) {
 // sample's.
 TEST(Identify, ComesNearABoucWenTruth) {
   constexpr double A = 0.05, beta = 0.012, gamma = -0.004, gain = 0.3;
-  Record record{"V", "um", {}, {}, {}};
+  Dataset dataset{"V", "um", {}, {}, {}};
   std::vector<double> points = in_range(loops_and_reversal_curves(), {0.0, 100.0});
   double z = 0.0, before = 0.0;
   for (const double v : travelled(points, 100.0 / piezo_steps)) {
     const double dv = (v - before) / 100.0;
     for (int i = 0; i < 100; ++i) z += (A - (beta * (dv * z < 0.0 ? -1.0 : 1.0) + gamma) * std::abs(z)) * dv;
     before = v;
-    record.time_s.push_back(1e-3 * static_cast<double>(record.size()));
-    record.input.push_back(v);
-    record.output.push_back(gain * v - z);
+    dataset.time_s.push_back(1e-3 * static_cast<double>(dataset.size()));
+    dataset.input.push_back(v);
+    dataset.output.push_back(gain * v - z);
   }
-  const Identified found = identify({record}, {});
+  const Identified found = identify({dataset}, {});
   report(found);
   EXPECT_LT(rms_percent(found), 1.5);
   EXPECT_LT(max_percent(found), 5.0);

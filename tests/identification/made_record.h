@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "identification/record.h"
+#include "identification/dataset.h"
 #include "model/hysteresis.h"
 
 namespace hystcan::identification {
@@ -45,29 +45,29 @@ inline std::vector<double> in_range(std::vector<double> parts, model::Interval r
 
 /// 1 kHz, from `state` on.
 template <class Model>
-Record record_of(const Model& truth, typename Model::State state, std::vector<double> inputs) {
-  Record record{"V", "um", {}, std::move(inputs), {}};
-  for (std::size_t i = 0; i < record.input.size(); ++i) {
-    record.time_s.push_back(1e-3 * static_cast<double>(i));
-    record.output.push_back(truth.advance(state, record.input[i]).value);
+Dataset record_of(const Model& truth, typename Model::State state, std::vector<double> inputs) {
+  Dataset dataset{"V", "um", {}, std::move(inputs), {}};
+  for (std::size_t i = 0; i < dataset.input.size(); ++i) {
+    dataset.time_s.push_back(1e-3 * static_cast<double>(i));
+    dataset.output.push_back(truth.advance(state, dataset.input[i]).value);
   }
-  return record;
+  return dataset;
 }
 
 /// From the lower threshold: loops_and_reversal_curves(), `steps` to the range.
 template <class Model>
-Record record_of(const Model& truth, double steps) {
+Dataset record_of(const Model& truth, double steps) {
   const model::Interval range = truth.input_range();
   return record_of(truth, truth.at_lower_threshold(),
                    travelled(in_range(loops_and_reversal_curves(), range), range.span() / steps));
 }
 
 /// White, of standard deviation `deviation`, output units.
-inline Record with_noise(Record record, double deviation, std::uint64_t seed) {
+inline Dataset with_noise(Dataset dataset, double deviation, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> noise(0.0, deviation);
-  for (double& x : record.output) x += noise(random);
-  return record;
+  for (double& x : dataset.output) x += noise(random);
+  return dataset;
 }
 
 }  // namespace hystcan::identification

@@ -1,4 +1,4 @@
-// Measured records, which are not part of this repository: the directory named by HYSTCAN_DATA, or
+// Measured datasets, which are not part of this repository: the directory named by HYSTCAN_DATA, or
 // shared/data beside the repository.
 #pragma once
 

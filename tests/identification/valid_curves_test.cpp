@@ -21,31 +21,31 @@ namespace {
 using model::Hysteresis;
 using model::Origin;
 
-NormalEquations system_of(const Record& record, model::Interval thresholds, int order, const Pace& pace) {
-  const std::vector<int> fold(record.size(), 0);
-  const Regression regression(trace(thresholds, Origin::lower_threshold, {}, record.input), thresholds, order,
-                              record.input, record.output, fold, 1);
+NormalEquations system_of(const Dataset& dataset, model::Interval thresholds, int order, const Pace& pace) {
+  const std::vector<int> fold(dataset.size(), 0);
+  const Regression regression(trace(thresholds, Origin::lower_threshold, {}, dataset.input), thresholds,
+                              order, dataset.input, dataset.output, fold, 1);
   std::vector<NormalEquations> systems(1, NormalEquations(regression.unknowns()));
   regression.add(pace, systems);
   return systems.front();
 }
 
 // Monotone on the whole, with a loop and noise: hardly ever what a valid model would give.
-Record random_record(std::mt19937_64& random) {
+Dataset random_record(std::mt19937_64& random) {
   std::uniform_real_distribution<double> share(0.0, 1.0);
   std::normal_distribution<double> normal;
   const model::Interval range{-1.0, 4.0};
-  Record record{"V", "um", {}, model::long_walk(range, 300, random()), {}};
+  Dataset dataset{"V", "um", {}, model::long_walk(range, 300, random()), {}};
   const double bend = share(random), width = 0.5 * share(random), noise = 0.2 * std::pow(share(random), 3.0);
-  double lag = 0.0, before = record.input.front();
-  for (std::size_t i = 0; i < record.input.size(); ++i) {
-    const double t = (record.input[i] - range.lo) / range.span();
-    lag = std::clamp(lag + (record.input[i] - before) / range.span(), -width, width);
-    before = record.input[i];
-    record.time_s.push_back(static_cast<double>(i));
-    record.output.push_back(10.0 * ((1.0 - bend) * t + bend * t * t * t - lag + noise * normal(random)));
+  double lag = 0.0, before = dataset.input.front();
+  for (std::size_t i = 0; i < dataset.input.size(); ++i) {
+    const double t = (dataset.input[i] - range.lo) / range.span();
+    lag = std::clamp(lag + (dataset.input[i] - before) / range.span(), -width, width);
+    before = dataset.input[i];
+    dataset.time_s.push_back(static_cast<double>(i));
+    dataset.output.push_back(10.0 * ((1.0 - bend) * t + bend * t * t * t - lag + noise * normal(random)));
   }
-  return record;
+  return dataset;
 }
 
 TEST(ValidCurves, AlwaysMakeAModelThatIsAccepted) {
@@ -54,10 +54,10 @@ TEST(ValidCurves, AlwaysMakeAModelThatIsAccepted) {
   for (int order = 1; order <= 10; ++order) {
     ValidCurves curves(order, 200);  // as closely as a model is looked at when loaded
     for (const double k : {-3.0, 0.0, 0.5, 2.0, 8.0, 20.0, 50.0}) {
-      const Record record = random_record(random);
+      const Dataset dataset = random_record(random);
       const model::Interval range{-1.0, 4.0};
       const Pace pace{k / range.span(), (random() % 2 == 0 ? k : 0.3 * k) / range.span()};
-      const NormalEquations system = system_of(record, range, order, pace);
+      const NormalEquations system = system_of(dataset, range, order, pace);
       const ValidCurves::Solution solution = curves.solve(system, range, pace, 10.0, range.span());
       ASSERT_TRUE(solution.valid) << "order " << order << ", k " << k << ", wrong " << solution.wrong;
       EXPECT_NO_THROW(Hysteresis(parameters_of(solution.theta, range, pace)))
@@ -73,9 +73,9 @@ TEST(ValidCurves, LeaveABestThatIsValidAlone) {
   for (const auto& truth : {model::piezo_model(), model::galfenol_model()}) {
     const Hysteresis model(truth);
     const int order = (static_cast<int>(theta_of(truth).size()) - 1) / 2;
-    const Record record = record_of(model, 100.0);
+    const Dataset dataset = record_of(model, 100.0);
     const Pace pace{truth.k_ascending, truth.k_descending};
-    const NormalEquations system = system_of(record, truth.input_range(), order, pace);
+    const NormalEquations system = system_of(dataset, truth.input_range(), order, pace);
     const double output_span = model.output_range().hi - model.output_range().lo;
     ValidCurves curves(order, 200);
     const auto solution =
@@ -90,9 +90,9 @@ TEST(ValidCurves, LeaveABestThatIsValidAlone) {
 TEST(ValidCurves, SayHowFarFromValidASystemWasLeft) {
   std::mt19937_64 random(7);
   ValidCurves curves(3, 50);
-  const Record record = random_record(random);
+  const Dataset dataset = random_record(random);
   const Pace pace{1e4, 1e4};  // far beyond what any loop of some width allows
-  const NormalEquations system = system_of(record, {-1.0, 4.0}, 3, pace);
+  const NormalEquations system = system_of(dataset, {-1.0, 4.0}, 3, pace);
   const auto solution = curves.solve(system, {-1.0, 4.0}, pace, 10.0, 5.0);
   EXPECT_EQ(solution.valid, solution.wrong == 0.0);
   EXPECT_TRUE(solution.theta.allFinite());

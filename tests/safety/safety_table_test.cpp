@@ -7,7 +7,7 @@
 #include <regex>
 #include <string>
 
-#include "controller/fault.h"
+#include "controller/control/fault.h"
 #include "tests/support/fault_rig.h"
 
 namespace hystcan::support {

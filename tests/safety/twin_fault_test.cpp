@@ -34,7 +34,7 @@ struct Row {
   double within_ms;           ///< of its begin
 };
 std::string name_of(const Row& row) {
-  const bool of_plant = twin::traits(row.kind).strikes == twin::Struck::plant;
+  const bool of_plant = twin::traits(row.kind).site == twin::FaultSite::plant;
   const std::string lasts = std::to_string(row.lasts / milliseconds(1)) + "ms";
   return std::string(to_string(row.kind)) + "_" + (of_plant ? "plant" : std::string(to_string(row.node))) +
          "_" + lasts;
@@ -103,7 +103,7 @@ config::Config config_for(Structure structure, const Row& row) {
   // What the structure itself leaves behind is not to be taken for the fault.
   if (structure == Structure::pi || structure == Structure::average) axis.following_error.error_um = 9.0;
   config.axes[0].control = axis;
-  twin::FaultOrder order = twin::order_of(row.kind, "x");
+  twin::FaultSpec order = twin::fault_spec(row.kind, "x");
   order.node = row.node;
   order.begins = begins;
   order.lasts = row.lasts;
@@ -182,10 +182,10 @@ INSTANTIATE_TEST_SUITE_P(, TwinFault,
                            return name + "_" + name_of(row) + "_" + std::to_string(made_of.index);
                          });
 
-/// A row of docs/twin.md tells of this one: kind, whom it strikes, every cause or none.
+/// A row of docs/twin.md tells of this one: kind, where it acts, every cause or none.
 bool tells_of(const std::string& line, const Row& row) {
   const auto has = [&](const std::string& text) { return line.find(text) != std::string::npos; };
-  const bool of_plant = twin::traits(row.kind).strikes == twin::Struck::plant;
+  const bool of_plant = twin::traits(row.kind).site == twin::FaultSite::plant;
   if (!line.starts_with("| `") || !has("`" + std::string(to_string(row.kind)) + "`")) return false;
   if (!has(of_plant ? "| stage |" : "| either |") && !has("| " + std::string(to_string(row.node)) + " |"))
     return false;

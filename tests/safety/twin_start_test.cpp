@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "config/config.h"
+#include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/fault_rig.h"
 
@@ -87,7 +87,7 @@ TEST(StartUp, OfOneNodeAfterTheOther) {
     twin::Config config = shipped().twin;
     for (const char* axis : {"x", "y"})
       for (const Node node : {Node::sensor, Node::amplifier}) {
-        twin::FaultOrder order = twin::order_of(Fault::node_reboot, axis);
+        twin::FaultSpec order = twin::fault_spec(Fault::node_reboot, axis);
         order.node = node;
         const bool is_first = (node == Node::sensor) == sensors_first;
         order.lasts = seconds(is_first ? 1 : 2);
@@ -118,7 +118,7 @@ TEST(SeveralTwins, OneForEachAxisAreToTheBitTheOneOfBoth) {
 TEST(SeveralTwins, AreOfAxesThatThereAre) {
   EXPECT_THROW(with_axes(shipped().twin, {"x", "z"}), std::invalid_argument);
   twin::Config config = shipped().twin;
-  config.faults = {twin::order_of(Fault::no_reply, "x"), twin::order_of(Fault::no_reply, "y")};
+  config.faults = {twin::fault_spec(Fault::no_reply, "x"), twin::fault_spec(Fault::no_reply, "y")};
   EXPECT_EQ(with_axes(config, {"y"}).faults.size(), 1u) << "the other is the other twin's";
 }
 
@@ -137,14 +137,14 @@ TEST_P(Reboot, ComesBackAsAtTheFirstStartAndIsSetUpAgain) {
   ASSERT_TRUE(amplifier.objects().object(object));
   rig.run_for(milliseconds(800));
 
-  twin::FaultOrder trip = twin::order_of(Fault::amplifier_trip, "x");
+  twin::FaultSpec trip = twin::fault_spec(Fault::amplifier_trip, "x");
   rig.stage_faults().inject(trip);
   rig.run_for(milliseconds(5));
   ASSERT_EQ(amplifier.fault(), twin::internal_fault);
-  rig.stage_faults().heal(Fault::amplifier_trip);
+  rig.stage_faults().remove(Fault::amplifier_trip);
   EXPECT_EQ(amplifier.fault(), twin::internal_fault) << "latched";
 
-  twin::FaultOrder reboot = twin::order_of(Fault::node_reboot, "x");
+  twin::FaultSpec reboot = twin::fault_spec(Fault::node_reboot, "x");
   reboot.node = GetParam();
   reboot.lasts = milliseconds(50);
   rig.stage_faults().inject(reboot);

@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "config/config.h"
-#include "controller/axis.h"
+#include "config/schema/config.h"
+#include "controller/control/axis.h"
 
 namespace hystcan::support {
 namespace {

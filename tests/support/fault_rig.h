@@ -10,7 +10,7 @@
 #include <optional>
 #include <string_view>
 
-#include "config/config.h"
+#include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/oversleeper.h"
 #include "tests/support/wire_monitor.h"

@@ -3,7 +3,7 @@
 
 #include <limits>
 
-#include "controller/axis.h"
+#include "controller/control/axis.h"
 #include "model/hysteresis.h"
 
 namespace hystcan::support {

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "controller/fault.h"
+#include "controller/control/fault.h"
 #include "tests/support/fault_rig.h"
 
 namespace hystcan::support {

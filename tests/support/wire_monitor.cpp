@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "controller/axis.h"
+#include "controller/control/axis.h"
 
 namespace hystcan::support {
 namespace {

@@ -18,8 +18,8 @@
 #include <string_view>
 #include <vector>
 
-#include "can/protocol.h"
-#include "controller/gate.h"
+#include "can/protocol/protocol.h"
+#include "controller/control/gate.h"
 
 namespace hystcan::support {
 

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "can/protocol.h"
-#include "can/sim_bus.h"
+#include "can/protocol/protocol.h"
+#include "can/sim/sim_bus.h"
 #include "tests/twin/twin_bench.h"
 #include "twin/twin.h"
 
@@ -25,14 +25,14 @@ const can::Database& database() {
   return shipped;
 }
 
-FaultOrder order(Fault kind, can::Duration begins, can::Duration lasts, double value) {
-  FaultOrder made = order_of(kind, "x");
+FaultSpec order(Fault kind, can::Duration begins, can::Duration lasts, double value) {
+  FaultSpec made = fault_spec(kind, "x");
   made.begins = begins;
   made.lasts = lasts;
   made.value = value;
   return made;
 }
-FaultOrder order(Fault kind, can::Duration begins, can::Duration lasts) {
+FaultSpec order(Fault kind, can::Duration begins, can::Duration lasts) {
   return order(kind, begins, lasts, traits(kind).value);
 }
 
@@ -225,7 +225,7 @@ std::ostream& operator<<(std::ostream& out, const Told& told) {
 struct TwinRun {
   explicit TwinRun(Config config)
       : twin(std::move(config), database(), clock, [this](auto) { return bus.attach(); }) {
-    twin.faults().on_event([this](const FaultOrder& of, Event event, can::Time when) {
+    twin.faults().on_event([this](const FaultSpec& of, Event event, can::Time when) {
       told.push_back({of.kind, event, when.time_since_epoch()});
     });
     twin.start();
@@ -283,7 +283,7 @@ TEST(FaultSchedule, DriftsLinearlyAndStays) {
   EXPECT_NEAR(position_at(seconds(2)) - rest_um, 0.95 * before_um, 1e-4 * before_um);
   EXPECT_NEAR(position_at(seconds(4)) - rest_um, 0.9 * before_um, 1e-6 * before_um);
   EXPECT_TRUE(run.twin.faults().active().empty());
-  EXPECT_EQ(run.twin.faults().heal(), 0u) << "nothing is on, and yet";
+  EXPECT_EQ(run.twin.faults().remove(), 0u) << "nothing is on, and yet";
   EXPECT_NEAR(position_at(seconds(5)) - rest_um, before_um, 1e-6 * before_um)
       << "what has drifted is taken back";
 }
@@ -344,15 +344,15 @@ TEST(FaultAtRunTime, BeginsNowGoesOnAnewAndIsHealed) {
   ASSERT_EQ(faults.active().size(), 1u);
   run.run_for(seconds(60));
   EXPECT_EQ(faults.active().size(), 1u) << "without an end until it is healed";
-  EXPECT_EQ(faults.heal(Fault::late), 0u);
-  EXPECT_EQ(faults.heal(Fault::no_reply, "y"), 0u);
-  EXPECT_EQ(faults.heal(Fault::no_reply, "x"), 1u);
+  EXPECT_EQ(faults.remove(Fault::late), 0u);
+  EXPECT_EQ(faults.remove(Fault::no_reply, "y"), 0u);
+  EXPECT_EQ(faults.remove(Fault::no_reply, "x"), 1u);
   EXPECT_TRUE(faults.active().empty());
 }
 
 TEST(FaultAtRunTime, ThatCannotBeIsRefusedWithTheReason) {
   TwinRun run(one_axis());
-  const auto refusal_of = [&](const FaultOrder& asked) -> std::string {
+  const auto refusal_of = [&](const FaultSpec& asked) -> std::string {
     try {
       run.twin.faults().inject(asked);
     } catch (const std::invalid_argument& error) {
@@ -360,12 +360,12 @@ TEST(FaultAtRunTime, ThatCannotBeIsRefusedWithTheReason) {
     }
     return "accepted";
   };
-  FaultOrder other_axis = order(Fault::late, {}, seconds(1));
+  FaultSpec other_axis = order(Fault::late, {}, seconds(1));
   other_axis.axis = "z";
   EXPECT_EQ(refusal_of(other_axis), "there is no axis \"z\", expected one of this twin's");
-  FaultOrder wrong_node = order(Fault::sensor_bad_status, {}, seconds(1));
+  FaultSpec wrong_node = order(Fault::sensor_bad_status, {}, seconds(1));
   wrong_node.node = Node::amplifier;
-  EXPECT_EQ(refusal_of(wrong_node), "sensor_bad_status strikes the sensor, expected that node");
+  EXPECT_EQ(refusal_of(wrong_node), "sensor_bad_status acts on the sensor, expected that node");
   EXPECT_EQ(refusal_of(order(Fault::late, {}, seconds(1), 17.0)),
             "late: value is 17 cycles, expected 1 to 16");
   EXPECT_EQ(refusal_of(order(Fault::late, {}, seconds(1), 1.5)),
@@ -387,7 +387,7 @@ TEST(FaultAtRunTime, NeedsTheFieldThatItSpoilsInALabsOwnFrames) {
   EXPECT_EQ(why_not(order(Fault::sensor_bad_status, {}, seconds(1)), wire),
             "sensor_bad_status: message LabSample has no status, expected one that has it");
   EXPECT_EQ(why_not(order(Fault::frozen_value, {}, seconds(1)), wire), "");
-  FaultOrder of_status = order(Fault::frozen_value, {}, seconds(1));
+  FaultSpec of_status = order(Fault::frozen_value, {}, seconds(1));
   of_status.node = Node::amplifier;
   EXPECT_EQ(why_not(of_status, wire), "frozen_value: this amplifier sends no status, expected one that does");
 }

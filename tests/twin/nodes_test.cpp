@@ -124,7 +124,7 @@ TEST_F(TwinOnBus, CountsDamagedCommandsByCauseAndObeysNone) {
   shorter.length = 7;
   tester_->send(shorter);
   run(milliseconds(5));
-  const can::Checker& checker = twin_.axes().front()->amplifier.checker();
+  const can::E2eChecker& checker = twin_.axes().front()->amplifier.checker();
   EXPECT_EQ(checker.rejected(can::Rejection::wrong_crc), 1u);
   EXPECT_EQ(checker.rejected(can::Rejection::extended_id), 1u);
   EXPECT_EQ(checker.rejected(can::Rejection::wrong_length), 1u);

@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
-#include "can/protocol.h"
-#include "can/sim_bus.h"
+#include "can/protocol/protocol.h"
+#include "can/sim/sim_bus.h"
 #include "tests/support/piezo.h"
 #include "twin/twin.h"
 

@@ -1,0 +1,64 @@
+#include "app/bus_tools/bus_source.h"
+
+#include <cerrno>
+#include <cstdio>
+#include <system_error>
+#include <utility>
+
+#include "app/bus_tools/can_log.h"
+#include "app/io/exit_status.h"
+#include "config/schema/config.h"
+#include "config/schema/frames.h"
+
+namespace hystcan::app {
+
+void add_bus_options(CLI::App& command, BusOptions& options) {
+  command.add_option("CONFIG", options.config, "configuration (TOML) that names interface and DBC");
+  command.add_option("--interface", options.interface, "CAN interface instead of the configured one");
+  command.add_option("--dbc", options.dbc, "CAN database (DBC) instead of the configured one");
+}
+
+BusSource find_bus(const BusOptions& options) {
+  BusSource source;
+  if (!options.config.empty()) {
+    config::Config config = config::load(options.config);
+    source.interface = config.bus.interface;
+    if (options.dbc.empty())
+      for (const config::AxisConfig& axis : config.axes)
+        source.protections.merge(config::protections(axis.wire, config.database));
+    source.database = std::move(config.database);
+  }
+  if (!options.interface.empty()) source.interface = options.interface;
+  if (!options.dbc.empty()) source.database = can::load_dbc(options.dbc);
+  if (source.database) print_parse_warnings(*source.database);
+  if (source.interface.empty())
+    throw config::Error("no interface is named, expected a configuration or --interface");
+  return source;
+}
+
+CLI::Validator positive_seconds() {
+  return {[](const std::string& text) {
+            double value = 0.0;
+            const bool sound = CLI::detail::lexical_cast(text, value) && value > 0.0 && value < 1e9;
+            return sound ? std::string() : text + ", expected seconds > 0 and < 1e9";
+          },
+          "SECONDS"};
+}
+
+namespace {
+
+[[noreturn]] void fail_output() {
+  throw RunError("standard output: cannot be written: " + std::generic_category().message(errno));
+}
+
+}  // namespace
+
+void print(std::string_view text) {
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size()) fail_output();
+}
+
+void flush_output() {
+  if (std::fflush(stdout) != 0) fail_output();
+}
+
+}  // namespace hystcan::app

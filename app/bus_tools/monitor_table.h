@@ -1,0 +1,31 @@
+// What `monitor` shows: a line on the bus, then a row for each message.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "can/log/traffic.h"
+
+namespace hystcan::app {
+
+struct BusLine {
+  std::string interface;
+  bool up = true;
+  can::BusState state = can::BusState::active;
+  std::uint64_t lost = 0;           ///< frames the kernel dropped
+  std::chrono::microseconds now{};  ///< since 1970-01-01 UTC; ages count from here
+};
+
+/// Without line ends, not cut to any width.
+std::vector<std::string> monitor_lines(const BusLine& bus, const can::Traffic& traffic);
+
+/// One object, in one line.
+std::string monitor_json(const BusLine& bus, const can::Traffic& traffic);
+
+/// The first `columns` characters of a line of UTF-8.
+std::string_view cut(std::string_view line, std::size_t columns);
+
+}  // namespace hystcan::app

@@ -1,0 +1,116 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <variant>
+
+#include "app/commands/commands.h"
+#include "config/files/model_file.h"
+#include "config/schema/bus_plan.h"
+#include "config/schema/config.h"
+#include "config/schema/frames.h"
+#include "model/validity.h"
+
+namespace hystcan::app {
+namespace {
+
+struct CheckArguments {
+  std::filesystem::path config;
+};
+
+/// How far each k is from where a branch would go the wrong way.
+void show_limits(const std::string& of, const model::HysteresisParameters& p) {
+  using Limit = std::tuple<const char*, model::Direction, double, const char*>;
+  for (const auto& [name, way, k, other] :
+       {Limit{"k_ascending", model::Direction::ascending, p.k_ascending, "k_descending"},
+        Limit{"k_descending", model::Direction::descending, p.k_descending, "k_ascending"}}) {
+    const auto allowed = model::allowed_k(p, way);
+    fmt::print("# {}: {} = {} 1/{}; with {} as it is, {:.6g} to {:.6g} will do\n", of, name, k, p.input_unit,
+               other, allowed->lo, allowed->hi);
+  }
+}
+
+/// A model file by itself.
+int check_model(const std::filesystem::path& file) {
+  const model::AnyModel model = config::load_any_model(file);
+  std::visit(
+      [&](const auto& m) {
+        const auto reach = m.reachable(m.virgin(m.input_range().lo));
+        fmt::print("# {}: kind {}, {} to {} {} reach {:.6g} to {:.6g} {}\n", file.string(), m.kind(),
+                   m.input_range().lo, m.input_range().hi, m.parameters().input_unit, reach.lo, reach.hi,
+                   m.parameters().output_unit);
+      },
+      model);
+  if (const auto* recursive = std::get_if<model::Hysteresis>(&model))
+    show_limits(file.string(), recursive->parameters());
+  return done;
+}
+
+std::string in_us(const std::optional<can::Duration>& duration) {
+  return duration ? fmt::format("{:.0f}", 1e6 * can::seconds(*duration)) : "unbounded";
+}
+
+void show_frame(const config::PlannedFrame& planned) {
+  fmt::print("# {:<22} 0x{:03X} {:>9} {:>6} {:>9} {:>8}{}\n", planned.frame.name, planned.frame.id,
+             in_us(planned.frame.period), can::worst_frame_bits(planned.frame.bytes, planned.frame.extended),
+             in_us(planned.response), in_us(planned.deadline), planned.in_time() ? "" : "  late");
+}
+
+/// Worst-case response times; of SYNC, samples and commands from the start of the cycle.
+void show_bus(const config::Config& config) {
+  const config::BusPlan plan = config::plan_bus(config);
+  fmt::print("# the bus at {} bit/s, every stuff bit counted; times in us:\n", config.bus.bitrate_bit_per_s);
+  fmt::print("# {:<22} {:>5} {:>9} {:>6} {:>9} {:>8}\n", "frame", "id", "period", "bits", "response",
+             "deadline");
+  for (const config::PlannedFrame& planned : plan.frames) show_frame(planned);
+  fmt::print("# emergencies, where an axis stops:\n");
+  for (const config::PlannedFrame& planned : plan.emergencies) show_frame(planned);
+  fmt::print(
+      "# bus load {:.1f} %; the last command begins at most {} us after its SYNC, the cycle is {} us\n",
+      1e2 * plan.load, in_us(plan.last_command), in_us(plan.cycle));
+}
+
+/// Nothing is moved and no interface is opened: a configuration is read, checked, and shown with what follows
+/// from it.
+int check(const CheckArguments& options) {
+  if (config::is_model_file(options.config)) return check_model(options.config);
+  const config::Config config = config::load(options.config);
+  fmt::print("# {}, as in force\n{}\n", options.config.string(), config::echo(options.config));
+  const double cycle_s = 1.0 / config.controller.rate_Hz;
+  for (const config::AxisConfig& axis : config.axes) {
+    const model::Hysteresis hysteresis(axis.control.law.model);
+    const model::Interval reach = hysteresis.output_range();
+    const double preview_s =
+        controller::chain_moments(axis.control.delays, axis.control.law.notch, cycle_s).mean_s;
+    fmt::print("# axis {}: {} to {} {} reach {:.4g} to {:.4g} um; the reference is previewed by {:.4g} ms\n",
+               axis.wire.name, hysteresis.input_range().lo, hysteresis.input_range().hi, axis.drive_unit,
+               reach.lo, reach.hi, 1e3 * preview_s);
+    for (const std::string& loss : config::losses(axis.wire))
+      fmt::print("# axis {}: {}\n", axis.wire.name, loss);
+    for (const std::string& name : config::fd_messages(axis.wire, config.database))
+      fmt::print("# axis {}: {} is longer than 8 bytes: sent as CAN FD, the interface must be one for FD\n",
+                 axis.wire.name, name);
+    show_limits("axis " + axis.wire.name, axis.control.law.model);
+    if (const auto* twin = std::get_if<model::HysteresisParameters>(&axis.twin.plant.hysteresis))
+      show_limits("axis " + axis.wire.name + ", twin", *twin);
+  }
+  show_bus(config);
+  fmt::print("# {} messages in {}; node ids, identifiers, units and ranges agree\n",
+             config.database.messages.size(), config.bus.dbc.string());
+  for (const std::string& warning : config.database.warnings) fmt::print("# warning: {}\n", warning);
+  return done;
+}
+
+}  // namespace
+
+void add_check(CLI::App& cli, int& status) {
+  auto options = std::make_shared<CheckArguments>();
+  CLI::App* command = cli.add_subcommand("check", "Read and check a configuration; show what is in force");
+  command->add_option("CONFIG", options->config, "configuration, or model file (TOML)")->required();
+  command->callback([options, &status] { status = check(*options); });
+}
+
+}  // namespace hystcan::app

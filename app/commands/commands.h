@@ -1,0 +1,31 @@
+// The subcommands: each parses its arguments, wires the rooms together, and runs.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "app/io/exit_status.h"
+
+namespace hystcan::app {
+
+/// Adds one subcommand to `cli`; `run` is called once if the user chose it, and its result is the exit
+/// status.
+using AddCommand = void (*)(CLI::App& cli, int& status);
+
+void add_check(CLI::App& cli, int& status);
+void add_controller(CLI::App& cli, int& status);
+void add_ctl(CLI::App& cli, int& status);
+void add_decode(CLI::App& cli, int& status);
+void add_demo(CLI::App& cli, int& status);
+void add_doctor(CLI::App& cli, int& status);
+void add_dynamics(CLI::App& cli, int& status);
+void add_excite(CLI::App& cli, int& status);
+void add_identify(CLI::App& cli, int& status);
+void add_monitor(CLI::App& cli, int& status);
+void add_record(CLI::App& cli, int& status);
+void add_replay(CLI::App& cli, int& status);
+void add_simulate(CLI::App& cli, int& status);
+void add_tune(CLI::App& cli, int& status);
+void add_twin(CLI::App& cli, int& status);
+void add_validate(CLI::App& cli, int& status);
+
+}  // namespace hystcan::app

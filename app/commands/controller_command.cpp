@@ -1,0 +1,224 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/commands/commands.h"
+#include "app/io/output_file.h"
+#include "app/live/live_loop.h"
+#include "app/live/live_run.h"
+#include "app/live/systemd_notifier.h"
+#include "app/remote/control_service.h"
+#include "app/remote/saved_states.h"
+#include "app/remote/status_board.h"
+#include "app/report/report.h"
+#include "config/schema/config.h"
+#include "controller/black_box.h"
+#include "controller/control/statistics.h"
+#include "controller/controller.h"
+#include "controller/telemetry.h"
+
+namespace hystcan::app {
+namespace {
+
+using controller::AxisState;
+
+struct ControllerArguments {
+  std::filesystem::path config;
+  std::string interface;
+  std::filesystem::path csv;
+  double duration_s = 0.0;
+  bool once = false;
+  bool clear_faults = false;
+  bool json = false;
+};
+
+/// Everything that is done with a record, on the telemetry thread: log what changes, count, write.
+class CycleRecorder {
+ public:
+  CycleRecorder(const config::Config& config, const SavedStates& states, const std::filesystem::path& csv)
+      : log_(config),
+        lateness_(config.controller.wake_up_warn, bus_log_sink()),
+        bus_log_(config.bus.interface, bus_log_sink()),
+        black_box_(config.controller.black_box, names_of(config), bus_log_sink()),
+        board_(config.axes.size()),
+        states_(states) {
+    for (const config::AxisConfig& axis : config.axes)
+      statistics_.emplace_back(axis.control.setpoint.size(), settle_s);
+    if (!csv.empty()) csv_.emplace(csv, names_of(config));
+  }
+
+  void consume(const controller::CycleRecord& record) {
+    log_.add(record);
+    lateness_.add(record);
+    bus_log_.write();
+    black_box_.add(record);
+    board_.put(record);
+    if (record.report.state >= AxisState::initialising) states_.forget(record.axis);
+    service_.tell_cycle(record.time_s);
+    statistics_[record.axis].add(record.report);
+    if (csv_) csv_->write(record);
+  }
+
+  const std::vector<std::string>& events() const { return log_.events(); }
+  /// Sampled on the control thread; what is left of it is written when the telemetry thread has ended.
+  can::BusHealthLog& bus_log() { return bus_log_; }
+  const StatusBoard& board() const { return board_; }
+  controller::BlackBox& black_box() { return black_box_; }
+  std::string close_csv() { return csv_ ? csv_->close() : std::string(); }
+  const controller::TrackingStatistics& statistics(std::size_t axis) const { return statistics_[axis]; }
+
+ private:
+  static std::vector<std::string> names_of(const config::Config& config) {
+    std::vector<std::string> names;
+    names.reserve(config.axes.size());
+    for (const config::AxisConfig& axis : config.axes) names.push_back(axis.wire.name);
+    return names;
+  }
+
+  StateLog log_;
+  controller::LatenessLog lateness_;
+  can::BusHealthLog bus_log_;
+  controller::BlackBox black_box_;
+  StatusBoard board_;
+  SavedStates states_;
+  SystemdNotifier service_ = SystemdNotifier::of_environment();
+  std::vector<controller::TrackingStatistics> statistics_;
+  std::optional<controller::CsvLog> csv_;
+};
+
+bool all_axes(const controller::Controller& controller, auto predicate) {
+  for (std::size_t i = 0; i < controller.axis_count(); ++i)
+    if (!predicate(controller.axis(i))) return false;
+  return true;
+}
+
+/// Every axis is at the end of its reference, faulted, or waiting in vain for one that is.
+bool nothing_left_to_do(const controller::Controller& controller) {
+  const bool one_faulted =
+      !all_axes(controller, [](const controller::Axis& axis) { return axis.state() != AxisState::faulted; });
+  return all_axes(controller, [&](const controller::Axis& axis) {
+    return axis.report().point.finished || axis.state() == AxisState::faulted ||
+           axis.state() == AxisState::offline || (one_faulted && axis.state() != AxisState::tracking);
+  });
+}
+
+std::filesystem::path socket_of(const config::Config& config) {
+  const std::string& socket = config.controller.control_socket;
+  if (socket == "none") return {};
+  return socket.empty() ? default_socket(config.bus.interface) : std::filesystem::path(socket);
+}
+
+int print_results(const controller::Controller& controller, const CycleRecorder& recorder,
+                  const ControllerArguments& options, std::uint64_t dropped_records) {
+  std::vector<controller::AxisOutcome> outcomes;
+  for (std::size_t i = 0; i < controller.axis_count(); ++i)
+    outcomes.push_back(controller::outcome_of(controller.axis(i), recorder.statistics(i)));
+  const controller::CycleCounters& counters = controller.counters();
+  const BusClosing closing = closing_of(controller, recorder.events());
+  if (options.json) {
+    nlohmann::json axes = nlohmann::json::array();
+    for (std::size_t i = 0; i < outcomes.size(); ++i) {
+      axes.push_back(to_json(outcomes[i]));
+      axes.back()["rejected_samples"] = to_json(can::rejected_frames("", controller.sample_checker(i)));
+    }
+    fmt::print("{}\n", nlohmann::json{{"cycles", counters.cycles},
+                                      {"missed_cycles", counters.overruns},
+                                      {"missing_samples", counters.missing_samples},
+                                      {"late_samples", counters.late_samples},
+                                      {"dropped_records", dropped_records},
+                                      {"timing", to_json(controller.timing())},
+                                      {"events", closing.events},
+                                      {"bus", to_json(closing)},
+                                      {"axes", axes}}
+                           .dump(2));
+  } else {
+    fmt::print("{} cycles, {} missed, {} samples missing, {} late\n", counters.cycles, counters.overruns,
+               counters.missing_samples, counters.late_samples);
+    for (const std::string& line : describe(controller.timing())) fmt::print("{}\n", line);
+    for (const std::string& line : describe(closing)) fmt::print("{}\n", line);
+    for (const auto& outcome : outcomes) fmt::print("{}\n", describe(outcome));
+  }
+  for (const auto& outcome : outcomes)
+    if (outcome.fault.cause != controller::Cause::none) throw RunError(describe(outcome.name, outcome.fault));
+  for (std::size_t i = 0; options.once && i < controller.axis_count(); ++i)
+    if (!controller.axis(i).report().point.finished)
+      throw RunError(fmt::format("axis {} was stopped before the end of its reference", outcomes[i].name));
+  return done;
+}
+
+int run_controller(const ControllerArguments& options) {
+  config::Config config = config::load(options.config);
+  if (!options.interface.empty()) config.bus.interface = options.interface;
+  if (options.once)
+    for (auto& axis : config.controller.axes) axis.axis.repeat = false;
+
+  refuse_to_overwrite(options.csv, options.config);
+  const SavedStates states(config);
+
+  LiveLoop loop(config.bus.interface);
+  std::unique_ptr<controller::TelemetryThread> telemetry;
+  controller::Controller controller(config.controller, config.database, loop.scheduler(), loop.attach(),
+                                    [&](const controller::CycleRecord& record) { telemetry->push(record); });
+  look_at_interface(config, config.bus.interface);
+  states.restore(controller);
+  // Only now, with the bus open: a run that never was leaves the last one's CSV.
+  CycleRecorder recorder(config, states, options.csv);
+  telemetry = std::make_unique<controller::TelemetryThread>(
+      [&](const controller::CycleRecord& record) { recorder.consume(record); });
+  auto control =
+      std::make_unique<ControlService>(options.config, config, socket_of(config), recorder.board());
+  controller.listen_to(control->requests());
+  spdlog::info("{} axes at {} Hz on {}; Ctrl-C ramps down and stops", config.axes.size(),
+               config.controller.rate_Hz, config.bus.interface);
+  become_realtime(config);
+  run_live(loop, controller, recorder.bus_log(),
+           {.clear_faults = options.clear_faults,
+            .is_done =
+                [&](double run_s) {
+                  return (options.duration_s > 0.0 && run_s > options.duration_s) ||
+                         (options.once && nothing_left_to_do(controller));
+                },
+            .reload = [&] { control->reload(); }});
+  control.reset();
+
+  const std::uint64_t dropped = telemetry->dropped();
+  telemetry.reset();
+  recorder.bus_log().write();
+  recorder.black_box().finish();
+  states.save(controller);
+  const std::string lost = recorder.close_csv();
+  const int status = print_results(controller, recorder, options, dropped);
+  if (!lost.empty()) throw RunError(lost);
+  return status;
+}
+
+}  // namespace
+
+void add_controller(CLI::App& cli, int& status) {
+  auto options = std::make_shared<ControllerArguments>();
+  CLI::App* command = cli.add_subcommand("controller", "Control the axes on the bus");
+  command->add_option("CONFIG", options->config, "configuration (TOML)")->required();
+  command->add_option("--interface", options->interface, "CAN interface instead of the configured one");
+  command->add_option("--duration", options->duration_s, "stop after this many seconds")
+      ->check(CLI::Validator(
+          [](const std::string& text) {
+            double value = 0.0;
+            const bool sound = CLI::detail::lexical_cast(text, value) && value > 0.0 && value < 1e9;
+            return sound ? std::string() : text + ", expected seconds > 0 and < 1e9";
+          },
+          "SECONDS"));
+  command->add_flag("--once", options->once, "stop after one pass of the reference");
+  command->add_flag("--clear-faults", options->clear_faults,
+                    "clear a fault the amplifier has latched, then start");
+  command->add_option("--csv", options->csv, "write every cycle to this file");
+  command->add_flag("--json", options->json, "print the result as JSON");
+  command->callback([options, &status] { status = run_controller(*options); });
+}
+
+}  // namespace hystcan::app

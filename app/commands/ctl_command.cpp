@@ -1,0 +1,224 @@
+#include <fmt/format.h>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/read_until.hpp>
+#include <boost/asio/streambuf.hpp>
+#include <boost/asio/write.hpp>
+#include <filesystem>
+#include <istream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/commands/commands.h"
+#include "app/remote/control_socket.h"
+
+namespace hystcan::app {
+namespace {
+
+
+struct CtlArguments {
+  std::string socket;
+  std::string interface = "vcan0";
+  bool json = false;
+  std::string axis;
+  double position_um = 0.0;
+  std::string key;
+  std::string value;
+  double timeout_s = 0.0;
+  bool twin = false;
+  std::string kind;
+  std::string node;
+  std::optional<double> duration_s;
+  std::optional<double> fault_value;
+};
+
+/// One command, one answer.
+nlohmann::json exchange(const std::filesystem::path& file, const nlohmann::json& command, const char* whose) {
+  boost::asio::io_context context;
+  boost::asio::local::stream_protocol::socket socket(context);
+  try {
+    socket.connect(boost::asio::local::stream_protocol::endpoint(file.string()));
+    boost::asio::write(socket, boost::asio::buffer(command.dump() + "\n"));
+    boost::asio::streambuf buffer;
+    boost::asio::read_until(socket, buffer, '\n');
+    std::istream stream(&buffer);
+    return nlohmann::json::parse(stream);
+  } catch (const boost::system::system_error& error) {
+    throw RunError(
+        fmt::format("{}: {}; is the {} running, with this interface? (--interface, --socket, control_socket)",
+                    file.string(), error.code().message(), whose));
+  }
+}
+
+std::string number(const nlohmann::json& value) {
+  return value.is_number() ? fmt::format("{:.4f}", value.get<double>()) : "-";
+}
+
+void print_status(const nlohmann::json& status) {
+  fmt::print(
+      "{:.1f} s: {} cycles, {} missed, {} samples missing, {} late\n", status.at("time_s").get<double>(),
+      status.at("cycles").get<std::uint64_t>(), status.at("missed_cycles").get<std::uint64_t>(),
+      status.at("missing_samples").get<std::uint64_t>(), status.at("late_samples").get<std::uint64_t>());
+  fmt::print("{:<8} {:<13} {:>13} {:>12} {:>12} {:>10}  {}\n", "axis", "state", "reference um", "position um",
+             "error um", "drive", "");
+  for (const nlohmann::json& axis : status.at("axes")) {
+    std::string remark = axis.value("arrival", "");
+    if (const std::string limits = axis.at("limits"); !limits.empty()) remark += " limited by " + limits;
+    if (axis.at("state") == "faulted")
+      remark = fmt::format("{} at {:.3f} s; {}", axis.at("fault").get<std::string>(),
+                           axis.at("fault_time_s").get<double>(), axis.at("remedy").get<std::string>());
+    fmt::print("{:<8} {:<13} {:>13} {:>12} {:>12} {:>10}  {}\n", axis.at("name").get<std::string>(),
+               axis.at("state").get<std::string>(), number(axis.value("reference_um", nlohmann::json())),
+               number(axis.at("position_um")), number(axis.value("error_um", nlohmann::json())),
+               number(axis.at("drive")), remark);
+  }
+}
+
+void print_twin_status(const nlohmann::json& status) {
+  fmt::print("{:.1f} s\n", status.at("time_s").get<double>());
+  fmt::print("{:<8} {:<10} {:<16} {:>10} {:>12}\n", "axis", "amplifier", "sensor", "drive", "position um");
+  for (const nlohmann::json& axis : status.at("axes"))
+    fmt::print("{:<8} {:<10} {:<16} {:>10} {:>12}\n", axis.at("name").get<std::string>(),
+               axis.at("amplifier").get<std::string>(), axis.at("sensor").get<std::string>(),
+               number(axis.at("drive")), number(axis.at("position_um")));
+  for (const nlohmann::json& fault : status.at("faults")) {
+    const std::string struck = fault.value("node", "stage");
+    std::string line = fmt::format("{} of {}: {}", struck, fault.at("axis").get<std::string>(),
+                                   fault.at("kind").get<std::string>());
+    if (fault.contains("value")) line += fmt::format(" {:g}", fault.at("value").get<double>());
+    line += fmt::format(", since {:.3f} s", fault.at("began_s").get<double>());
+    if (fault.contains("ends_s")) line += fmt::format(" until {:.3f} s", fault.at("ends_s").get<double>());
+    fmt::print("{}\n", line);
+  }
+}
+
+void print(const nlohmann::json& answer) {
+  if (answer.contains("faults")) return print_twin_status(answer);
+  if (answer.contains("axes")) return print_status(answer);
+  if (answer.contains("fault")) fmt::print("{}\n", answer.at("fault").get<std::string>());
+  if (answer.contains("healed")) fmt::print("{} healed\n", answer.at("healed").get<std::size_t>());
+  if (answer.contains("position_um"))
+    fmt::print("in position at {:.4f} um\n", answer.at("position_um").get<double>());
+  for (const nlohmann::json& change : answer.value("changed", nlohmann::json::array()))
+    fmt::print("{}: {} -> {}\n", change.at("key").get<std::string>(), change.at("from").get<std::string>(),
+               change.at("to").get<std::string>());
+}
+
+int run(const CtlArguments& options, const nlohmann::json& command) {
+  const bool to_twin = options.twin || command.at("do") == "inject" || command.at("do") == "heal";
+  const std::filesystem::path file = !options.socket.empty() ? std::filesystem::path(options.socket)
+                                     : to_twin               ? default_twin_socket(options.interface)
+                                                             : default_socket(options.interface);
+  const nlohmann::json answer = exchange(file, command, to_twin ? "twin" : "controller");
+  if (options.json) fmt::print("{}\n", answer.dump(2));
+  if (!answer.value("ok", false)) throw RunError(answer.value("error", "an answer that makes no sense"));
+  if (!options.json) print(answer);
+  return done;
+}
+
+/// What stands on the command line is a TOML value as it is, or a word, which is a text.
+nlohmann::json value_of(const std::string& text) {
+  const nlohmann::json parsed = nlohmann::json::parse(text, nullptr, false);
+  return parsed.is_discarded() ? nlohmann::json(text) : parsed;
+}
+
+/// What only a twin does.
+void add_twin_commands(const auto& add, const auto& run_as, CtlArguments& options) {
+  CLI::App* inject = add("inject", "a fault of the twin, from now on");
+  inject->add_option("KIND", options.kind, "no_reply, late, wrong_crc, node_reboot, load_step, ...")
+      ->required();
+  inject->add_option("--axis", options.axis, "may be left out where the twin has one");
+  inject->add_option("--node", options.node, "sensor or amplifier, where the kind of fault acts on either");
+  inject->add_option("--duration", options.duration_s, "seconds; until it is healed if left out");
+  inject->add_option("--value", options.fault_value, "the kind's number, in its own unit");
+  run_as(inject, [](const CtlArguments& o) {
+    nlohmann::json request{{"do", "inject"}, {"kind", o.kind}};
+    if (!o.axis.empty()) request["axis"] = o.axis;
+    if (!o.node.empty()) request["node"] = o.node;
+    if (o.duration_s) request["duration_s"] = *o.duration_s;
+    if (o.fault_value) request["value"] = *o.fault_value;
+    return request;
+  });
+  CLI::App* heal = add("heal", "end faults of the twin");
+  heal->add_option("KIND", options.kind, "all kinds if left out");
+  heal->add_option("--axis", options.axis, "all axes if left out");
+  run_as(heal, [](const CtlArguments& o) {
+    nlohmann::json request{{"do", "heal"}};
+    if (!o.kind.empty()) request["kind"] = o.kind;
+    if (!o.axis.empty()) request["axis"] = o.axis;
+    return request;
+  });
+}
+
+}  // namespace
+
+void add_ctl(CLI::App& cli, int& status) {
+  const auto options = std::make_shared<CtlArguments>();
+  CLI::App* ctl =
+      cli.add_subcommand("ctl", "Command a running controller, or a twin, over its control socket");
+  ctl->require_subcommand(1);
+  ctl->add_option("--socket", options->socket, "the control socket's file");
+  ctl->add_option("--interface", options->interface, "else: of the controller on this CAN interface")
+      ->capture_default_str();
+  ctl->add_flag("--twin", options->twin, "the twin on this interface, not the controller");
+  ctl->add_flag("--json", options->json, "print the answer as JSON");
+  const auto add = [&](const char* name, const char* what) {
+    CLI::App* command = ctl->add_subcommand(name, what);
+    command->fallthrough();
+    return command;
+  };
+  const auto run_as = [&](CLI::App* command, auto make) {
+    command->callback([options, make, &status] { status = run(*options, make(*options)); });
+  };
+  run_as(add("status", "what every axis is doing"), [](const CtlArguments&) {
+    return nlohmann::json{{"do", "status"}};
+  });
+  run_as(add("reload", "read the configuration file again"), [](const CtlArguments&) {
+    return nlohmann::json{{"do", "reload"}};
+  });
+  run_as(add("stop", "ramp every axis down, switch off, and end the controller, or the twin"),
+         [](const CtlArguments&) {
+           return nlohmann::json{{"do", "stop"}};
+         });
+  for (const auto& [name, what] : {std::pair("enable", "start an axis that is offline"),
+                                   std::pair("disable", "ramp an axis down and switch it off"),
+                                   std::pair("clear", "forget the fault of an axis, which is offline then"),
+                                   std::pair("resume", "follow the configured reference again"),
+                                   std::pair("revert", "forget the correction of the model learnt so far")}) {
+    CLI::App* command = add(name, what);
+    command->add_option("AXIS", options->axis, "all axes if left out");
+    run_as(command, [verb = std::string(name)](const CtlArguments& o) {
+      nlohmann::json request{{"do", verb}};
+      if (!o.axis.empty()) request["axis"] = o.axis;
+      return request;
+    });
+  }
+  CLI::App* go = add("go", "leave the reference for a position and stay there");
+  go->add_option("AXIS", options->axis)->required();
+  go->add_option("POSITION", options->position_um, "um")->required();
+  run_as(go, [](const CtlArguments& o) {
+    return nlohmann::json{{"do", "go_to"}, {"axis", o.axis}, {"position_um", o.position_um}};
+  });
+  CLI::App* wait = add("wait", "until the axis is in position; fails where it does not come there");
+  wait->add_option("AXIS", options->axis)->required();
+  wait->add_option("--timeout", options->timeout_s, "seconds");
+  run_as(wait, [](const CtlArguments& o) {
+    nlohmann::json request{{"do", "wait"}, {"axis", o.axis}};
+    if (o.timeout_s > 0.0) request["timeout_s"] = o.timeout_s;
+    return request;
+  });
+  CLI::App* set = add("set", "change one key of [axis.control] until the file is read again");
+  set->add_option("AXIS", options->axis)->required();
+  set->add_option("KEY", options->key, "kp, structure, delays.resonance_Hz, ...")->required();
+  set->add_option("VALUE", options->value)->required();
+  run_as(set, [](const CtlArguments& o) {
+    return nlohmann::json{{"do", "set"}, {"axis", o.axis}, {"key", o.key}, {"value", value_of(o.value)}};
+  });
+  add_twin_commands(add, run_as, *options);
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,74 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <string>
+
+#include "app/bus_tools/bus_source.h"
+#include "app/bus_tools/can_log.h"
+#include "app/bus_tools/decode_findings.h"
+#include "app/bus_tools/frame_text.h"
+#include "app/commands/commands.h"
+#include "can/log/candump.h"
+
+namespace hystcan::app {
+namespace {
+
+struct DecodeArguments {
+  std::filesystem::path log;
+  std::filesystem::path dbc;
+  bool csv = false;
+  bool json = false;
+};
+
+/// Frames that come one by one, as from `candump -L can0 |`, are shown as they come.
+void decode(std::istream& stream, const std::string& name, const DecodeArguments& options, bool at_once,
+            FrameText& text, DecodeFindings& findings) {
+  can::CandumpReader reader(stream, name);
+  if (options.csv) print(csv_header);
+  while (const auto logged = reader.next()) {
+    for (const std::string& finding : findings.add(*logged))
+      fmt::print(stderr, "{}: {}\n", options.dbc.string(), finding);
+    print(text(*logged));
+    if (at_once) flush_output();
+  }
+  flush_output();
+  const std::uint64_t lost = text.lost() + reader.dropped();
+  fmt::print(stderr, "{}: {} frames, {} of them no message of {}; {} error frames", name, text.frames(),
+             text.unknown(), options.dbc.string(), text.error_frames());
+  if (lost > 0) fmt::print(stderr, "; {} frames were lost by the recorder", lost);
+  fmt::print(stderr, "\n");
+}
+
+int run_decode(const DecodeArguments& options) {
+  const can::Database database = can::load_dbc(options.dbc);
+  print_parse_warnings(database);
+  FrameText text(database, options.csv    ? FrameFormat::csv
+                           : options.json ? FrameFormat::json
+                                          : FrameFormat::text);
+  DecodeFindings findings(database);
+  if (options.log == "-") {
+    decode(std::cin, "standard input", options, true, text, findings);
+    return done;
+  }
+  std::ifstream stream = open_can_log(options.log);
+  decode(stream, options.log.string(), options, false, text, findings);
+  return done;
+}
+
+}  // namespace
+
+void add_decode(CLI::App& cli, int& status) {
+  auto options = std::make_shared<DecodeArguments>();
+  CLI::App* command = cli.add_subcommand("decode", "Show what a log of candump or record says, by a DBC");
+  command->add_option("LOG", options->log, "log as `candump -L` writes it; - is standard input")->required();
+  command->add_option("--dbc", options->dbc, "CAN database (DBC)")->required();
+  CLI::Option* csv = command->add_flag(
+      "--csv", options->csv, "a row for each signal: time_s,interface,id,message,signal,raw,value,unit,name");
+  command->add_flag("--json", options->json, "a JSON object in one line for each frame")->excludes(csv);
+  command->callback([options, &status] { status = run_decode(*options); });
+}
+
+}  // namespace hystcan::app

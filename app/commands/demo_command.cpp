@@ -1,0 +1,184 @@
+#include <fmt/format.h>
+
+#include <array>
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "app/commands/commands.h"
+#include "app/io/truth_log.h"
+#include "app/report/demo_plot.h"
+#include "app/report/report.h"
+#include "config/schema/config.h"
+#include "controller/telemetry.h"
+#include "rehearsal/rehearsal.h"
+
+namespace hystcan::app {
+namespace {
+
+struct DemoArguments {
+  std::filesystem::path config;
+  std::filesystem::path output = "hystcan-demo";
+  bool json = false;
+};
+
+struct Column {
+  controller::Structure structure;
+  rehearsal::Outcome outcome;
+};
+
+/// The shipped configuration: beside the program as built, or as installed.
+std::filesystem::path shipped_config() {
+  const auto program = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  for (const auto& folder : {program / "../../config", program / "../share/hystcan"})
+    if (auto file = (folder / "piezo.toml").lexically_normal(); std::filesystem::exists(file)) return file;
+  return "config/piezo.toml";
+}
+
+std::vector<Column> run_columns(const config::Config& config, const std::filesystem::path& directory) {
+  const rehearsal::Setup setup{.controller = config.controller,
+                               .twin = config.twin,
+                               .database = config.database,
+                               .bitrate_bit_per_s = config.bus.bitrate_bit_per_s};
+  std::vector<std::string> names;
+  for (const auto& axis : config.axes) names.push_back(axis.wire.name);
+  std::vector<Column> columns;
+  for (const controller::Structure structure : controller::all_structures) {
+    controller::CsvLog csv(directory / fmt::format("{}.csv", to_string(structure)), names);
+    TruthLog truth(directory / fmt::format("{}.truth.csv", to_string(structure)), names);
+    columns.push_back({structure, rehearsal::run_once(
+                                      with_structure(setup, structure), settle_s,
+                                      [&](const auto& record) { csv.write(record); },
+                                      [&](const auto& sampled) { truth.write(sampled); })});
+    for (const std::string& lost : {csv.close(), truth.close()})
+      if (!lost.empty()) throw RunError(lost);
+    for (const auto& axis : columns.back().outcome.axes) {
+      if (axis.fault.cause != controller::Cause::none)
+        throw RunError(fmt::format("{}: {}", to_string(structure), describe(axis.name, axis.fault)));
+      if (axis.statistics.total().samples == 0)
+        throw RunError(fmt::format("{}: axis {} did not come to track its reference: {}",
+                                   to_string(structure), axis.name, to_string(axis.state)));
+    }
+  }
+  return columns;
+}
+
+double preview_ms(const config::Config& config) {
+  const controller::AxisConfig& control = config.axes.front().control;
+  const double cycle_s = 1.0 / config.controller.rate_Hz;
+  return 1e3 * controller::chain_moments(control.delays, control.law.notch, cycle_s).mean_s;
+}
+
+std::string error_cells(const controller::ErrorStatistics& error, double stroke_um) {
+  return fmt::format("{:>9.4f} {:>7.3f} {:>9.4f} {:>7.3f}", error.rms_um(),
+                     100.0 * error.rms_um() / stroke_um, error.max_um, 100.0 * error.max_um / stroke_um);
+}
+
+void print_table(const config::Config& config, const std::vector<Column>& columns) {
+  const config::AxisConfig& axis = config.axes.front();
+  const twin::Plant::Config& plant = axis.twin.plant;
+  const controller::AxisOutcome& first = columns.front().outcome.axes.front();
+  fmt::print(
+      "{}, axis {}: sample rate {:g} Hz, command delay {:g} ms, preview {:.3f} ms, resonance {:g} Hz, "
+      "damping {:g}, stroke {:g} um\n",
+      config.file.filename().string(), axis.wire.name, config.controller.rate_Hz,
+      std::chrono::duration<double, std::milli>(axis.control.delays.command_delay).count(),
+      preview_ms(config), plant.mode.natural_frequency_Hz, plant.mode.damping_ratio, first.stroke_um);
+  fmt::print(
+      "error = reference - measured; the twin's actuator differs from the controller's model ({} against "
+      "{})\n\n",
+      axis.twin_model.string(), axis.control_model.string());
+
+  std::vector<std::string> headings{"whole reference"};
+  for (const auto& segment : axis.control.setpoint) headings.push_back(to_string(segment.shape));
+  fmt::print("{:<12}", "");
+  for (const std::string& heading : headings) fmt::print("  {:^35}", heading);
+  fmt::print("\n{:<12}", "structure");
+  for (std::size_t i = 0; i < headings.size(); ++i)
+    fmt::print("  {:>9} {:>7} {:>9} {:>7}", "RMS [um]", "RMS [%]", "max [um]", "max [%]");
+  for (const Column& column : columns) {
+    const controller::AxisOutcome& outcome = column.outcome.axes.front();
+    fmt::print("\n{:<12}  {}", to_string(column.structure),
+               error_cells(outcome.statistics.total(), outcome.stroke_um));
+    for (const auto& segment : outcome.statistics.segments())
+      fmt::print("  {}", error_cells(segment, outcome.stroke_um));
+  }
+  fmt::print("\n\n");
+}
+
+void print_comparison_json(const config::Config& config, const std::vector<Column>& columns,
+                           double cycles_per_s) {
+  const config::AxisConfig& axis = config.axes.front();
+  nlohmann::json json{{"config", config.file.string()},
+                      {"axis", axis.wire.name},
+                      {"rate_hz", config.controller.rate_Hz},
+                      {"preview_ms", preview_ms(config)},
+                      {"resonance_hz", axis.twin.plant.mode.natural_frequency_Hz},
+                      {"damping_ratio", axis.twin.plant.mode.damping_ratio},
+                      {"axis_cycles_per_s", cycles_per_s},
+                      {"columns", nlohmann::json::array()}};
+  for (const Column& column : columns) {
+    nlohmann::json entry = to_json(column.outcome.axes.front());
+    entry["structure"] = to_string(column.structure);
+    json["columns"].push_back(entry);
+  }
+  fmt::print("{}\n", json.dump(2));
+}
+
+int run_demo(const DemoArguments& options) {
+  const config::Config config = config::load(options.config.empty() ? shipped_config() : options.config);
+  std::filesystem::create_directories(options.output);
+  const auto start = std::chrono::steady_clock::now();
+  const std::vector<Column> columns = run_columns(config, options.output);
+  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
+
+  double axis_cycles = 0.0;
+  double virtual_s = 0.0;
+  for (const Column& column : columns) {
+    axis_cycles += static_cast<double>(column.outcome.counters.cycles * config.axes.size());
+    virtual_s += column.outcome.virtual_s;
+  }
+  if (options.json)
+    print_comparison_json(config, columns, axis_cycles / wall.count());
+  else
+    print_table(config, columns);
+
+  const config::AxisConfig& axis = config.axes.front();
+  const double tracking_s =
+      columns.front().outcome.virtual_s -
+      controller::Trajectory(axis.control.setpoint, false, axis.control.reference_limits).length_s();
+  const std::string undrawn = draw({.directory = options.output,
+                                    .title = config.file.stem().string() + ", axis " + axis.wire.name,
+                                    .axis = axis.wire.name,
+                                    .drive_unit = axis.drive_unit,
+                                    .stroke_um = columns.front().outcome.axes.front().stroke_um,
+                                    .from_s = tracking_s + axis.control.setpoint.front().transition_s,
+                                    .to_s = tracking_s + axis.control.setpoint.front().transition_s + 0.3});
+  fmt::print(stderr,
+             "{:.1f} s of virtual time in {:.2f} s, {:.0f} axis-cycles per second with the CSV written\n",
+             virtual_s, wall.count(), axis_cycles / wall.count());
+  fmt::print(
+      stderr, "{}: {}\n", options.output.string(),
+      undrawn.empty()
+          ? "demo.svg, demo.png, and two CSV for each structure: the controller's and the twin's truth"
+          : "two CSV for each structure, the controller's and the twin's truth; no picture: " + undrawn);
+  return done;
+}
+
+}  // namespace
+
+void add_demo(CLI::App& cli, int& status) {
+  auto options = std::make_shared<DemoArguments>();
+  CLI::App* command = cli.add_subcommand(
+      "demo", "Controller and twin on a simulated bus: hysteresis cancelled, in five columns");
+  command->add_option("--config", options->config,
+                      "configuration (TOML); the shipped piezo stage if left out");
+  command->add_option("--output", options->output, "folder for CSV and plot")->capture_default_str();
+  command->add_flag("--json", options->json, "print the table as JSON");
+  command->callback([options, &status] { status = run_demo(*options); });
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,136 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "app/commands/commands.h"
+#include "app/io/output_file.h"
+#include "app/report/dynamics_text.h"
+#include "config/files/dataset_file.h"
+#include "config/schema/config.h"
+#include "identification/dynamics/tuning.h"
+
+namespace hystcan::app {
+namespace {
+
+using app::describe;
+using app::to_json;
+using identification::SecondOrderFit;
+using identification::Tuning;
+
+struct DynamicsArguments {
+  std::filesystem::path data;
+  std::filesystem::path output;
+  std::optional<double> rate_Hz;
+  bool json = false;
+};
+
+struct IdentifiedDynamics {
+  std::string file;  ///< the record's name, without its folder
+  std::string input_unit;
+  std::string output_unit;
+  SecondOrderFit fit;
+  double rate_Hz = 0.0;  ///< of the loop
+  Tuning tuning;
+};
+
+std::string unit_or(const std::string& unit, const char* otherwise) {
+  return unit.empty() ? otherwise : unit;
+}
+
+IdentifiedDynamics find(const DynamicsArguments& options) {
+  const config::DatasetFile file = config::load_dataset(options.data);
+  try {
+    IdentifiedDynamics identified;
+    identified.file = options.data.filename().string();
+    identified.input_unit = unit_or(file.dataset.input_unit, "input unit");
+    identified.output_unit = unit_or(file.dataset.output_unit, "output unit");
+    identified.fit = identification::fit_second_order(file.dataset);
+    identified.rate_Hz = options.rate_Hz.value_or(1.0 / identified.fit.cycle_s);
+    identified.tuning = identification::tune(identified.fit, 1.0 / identified.rate_Hz);
+    return identified;
+  } catch (const std::invalid_argument& error) {
+    throw config::Error(fmt::format("{}: {}", options.data.string(), error.what()));
+  }
+}
+
+/// What both the reader of the terminal and the reader of the fragment are told.
+std::string describe(const IdentifiedDynamics& identified) {
+  const SecondOrderFit& fit = identified.fit;
+  const Tuning& tuning = identified.tuning;
+  return line("record",
+              fmt::format("{}: {} rows at {:.6g} Hz", identified.file, fit.rows, 1.0 / fit.cycle_s)) +
+         describe(fit, identified.input_unit, identified.output_unit) +
+         line("PI gains", fmt::format("kp {} um per um, ki {} 1/s, at {:.6g} Hz", tuning.gains.kp,
+                                      tuning.gains.ki_per_s, identified.rate_Hz)) +
+         line("loop", describe(tuning.margins)) +
+         line("at the worst", describe(tuning.worst) + " (corners of the intervals)") +
+         line("speed", fmt::format("crossover {:.4g} Hz, bandwidth of the feedback alone {:.4g} Hz",
+                                   tuning.margins.crossover_Hz, tuning.margins.bandwidth_Hz)) +
+         describe(identification::PiRule{});
+}
+
+std::string delay_key(const identification::Estimate& delay_s) {
+  const auto bandwidth_Hz = bandwidth_Hz_for(delay_s);
+  if (!bandwidth_Hz) return "# amplifier_bandwidth_Hz: as it is, no delay can be told from none\n";
+  return fmt::format(
+      "amplifier_bandwidth_Hz = {}   # stands for the delay identified: {:.4g} ms = 1 / (2 pi bandwidth)\n",
+      toml_number(*bandwidth_Hz), 1e3 * delay_s.value);
+}
+
+std::string fragment(const IdentifiedDynamics& identified) {
+  return "# Second-order dynamics of one axis: these keys replace those of its [axis.control].\n#\n" +
+         as_comment(describe(identified)) +
+         fmt::format("\n[axis.control]\nkp       = {}   # um per um\nki_per_s = {}\n",
+                     toml_number(identified.tuning.gains.kp), toml_number(identified.tuning.gains.ki_per_s)) +
+         "\n[axis.control.delays]\n" + delay_key(identified.fit.delay_s) +
+         fmt::format("resonance_Hz  = {}\ndamping_ratio = {}\n",
+                     toml_number(rounded(identified.fit.natural_frequency_Hz.value)),
+                     toml_number(rounded(identified.fit.damping_ratio.value)));
+}
+
+nlohmann::json to_json(const IdentifiedDynamics& identified) {
+  nlohmann::json json = to_json(identified.fit);
+  json["rate_Hz"] = identified.rate_Hz;
+  json["kp"] = identified.tuning.gains.kp;
+  json["ki_per_s"] = identified.tuning.gains.ki_per_s;
+  json["margins"] = to_json(identified.tuning.margins);
+  json["worst_margins"] = to_json(identified.tuning.worst);
+  return json;
+}
+
+int dynamics(const DynamicsArguments& options) {
+  refuse_to_overwrite(options.output, options.data);
+  if (options.rate_Hz && !(*options.rate_Hz > 0.0 && std::isfinite(*options.rate_Hz)))
+    throw config::Error(fmt::format("--rate is {}, expected a positive number", *options.rate_Hz));
+  const IdentifiedDynamics identified = find(options);
+  OutputFile out(options.output);
+  out.write(fragment(identified));
+  out.commit();
+  fmt::print("{}", options.json ? to_json(identified).dump(2) + "\n" : describe(identified));
+  return done;
+}
+
+}  // namespace
+
+void add_dynamics(CLI::App& cli, int& status) {
+  auto options = std::make_shared<DynamicsArguments>();
+  CLI::App* command = cli.add_subcommand(
+      "dynamics", "Natural frequency, damping and delay from a small step or chirp; PI gains from these");
+  command
+      ->add_option("DATA", options->data,
+                   "CSV: time_s,input,output, evenly sampled; the input is the drive in force from a row's "
+                   "time until the next row's")
+      ->required();
+  command->add_option("--output", options->output, "fragment of a configuration to write (TOML)")->required();
+  command->add_option("--rate", options->rate_Hz, "of the controller, Hz (default: the record's)");
+  command->add_flag("--json", options->json, "print the result as JSON");
+  command->callback([options, &status] { status = dynamics(*options); });
+}
+
+}  // namespace hystcan::app

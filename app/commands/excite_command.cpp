@@ -1,0 +1,205 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <iterator>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/commands/commands.h"
+#include "app/io/output_file.h"
+#include "app/live/open_loop.h"
+#include "config/schema/config.h"
+#include "controller/excitation_dataset.h"
+
+namespace hystcan::app {
+namespace {
+
+using controller::Excitation;
+
+struct ExciteArguments {
+  OpenLoopOptions run;
+  std::filesystem::path output;
+  std::string signal = "hysteresis";
+  std::optional<double> low, high, slew_per_s, period_s, amplitude, from_Hz, to_Hz, duration_s;
+  std::optional<unsigned> cycles, levels;
+};
+
+Excitation::Config excitation(const ExciteArguments& options, const controller::Gate::Config& gate,
+                              double rate_Hz) {
+  constexpr double rest_cycles = 10.0;
+  const double low = options.low.value_or(gate.drive_min);
+  const double high = options.high.value_or(gate.drive_max);
+  if (!(low < high))
+    throw config::Error(fmt::format("--low is {}, expected less than --high, {}", low, high));
+  if (options.period_s && !(*options.period_s > 0.0))
+    throw config::Error(fmt::format("--period is {}, expected seconds > 0", *options.period_s));
+  const double centre = low + (high - low) / 2.0;
+  const double amplitude = options.amplitude.value_or(0.05 * (high - low));
+  if (options.signal == "step")
+    return Excitation::Steps{.centre = centre,
+                             .amplitude = amplitude,
+                             .period_s = options.period_s.value_or(0.4),
+                             .cycles = options.cycles.value_or(5)};
+  if (options.signal == "chirp") {
+    const Excitation::Chirp chirp{.centre = centre,
+                                  .amplitude = amplitude,
+                                  .from_Hz = options.from_Hz.value_or(rate_Hz / 1000.0),
+                                  .to_Hz = options.to_Hz.value_or(0.4 * rate_Hz),
+                                  .duration_s = options.duration_s.value_or(10.0)};
+    if (std::max(chirp.from_Hz, chirp.to_Hz) > rate_Hz / 2.0)
+      throw config::Error(fmt::format("the chirp goes to {} Hz, expected at most half the cycle rate, {} Hz",
+                                      std::max(chirp.from_Hz, chirp.to_Hz), rate_Hz / 2.0));
+    return chirp;
+  }
+  return Excitation::Hysteresis{
+      .low = low,
+      .high = high,
+      .slew_per_s = options.slew_per_s.value_or(2.0 * (high - low) / options.period_s.value_or(2.0)),
+      .rest_s = rest_cycles / rate_Hz,
+      .loops = options.cycles.value_or(2),
+      .levels = options.levels.value_or(5)};
+}
+
+/// The CSV. What goes wrong with the file while cycles come in is kept until close().
+class DatasetRecorder {
+ public:
+  DatasetRecorder(const ExciteArguments& options, const config::Config& config) : file_(options.output) {
+    const config::AxisConfig& axis = config.axes[0];
+    file_.write(fmt::format("# {} excitation of axis {} at {:.17g} Hz, {} with {}\n", options.signal,
+                            axis.wire.name, config.controller.rate_Hz,
+                            options.run.rehearse ? "rehearsed" : "recorded",
+                            config.file.filename().string()));
+    file_.write(fmt::format("# input_unit = \"{}\"\n# output_unit = \"um\"\n", axis.drive_unit));
+    file_.write(
+        "# input: the drive in force from this row's SYNC to the next; output: the position at this SYNC\n");
+    file_.write("time_s,input,output\n");
+  }
+
+  void add(const controller::CycleRecord& record) {
+    const auto row = record_.add(record);
+    if (!row || !lost_.empty()) return;
+    input_.add(row->input);
+    output_.add(row->output);
+    line_.clear();
+    fmt::format_to(std::back_inserter(line_), "{:.17g},{:.17g},{:.17g}\n", row->time_s, row->input,
+                   row->output);
+    try {
+      file_.write({line_.data(), line_.size()});
+    } catch (const RunError& error) {
+      lost_ = error.what();
+    }
+  }
+
+  /// A record without rows is not kept.
+  void close() {
+    if (!lost_.empty()) throw RunError(lost_);
+    if (record_.rows() > 0) file_.commit();
+  }
+
+  std::uint64_t rows() const { return record_.rows(); }
+
+  std::string summary(const std::string& drive_unit) const {
+    return fmt::format("{} rows, {} cycles left out, input {:g} to {:g} {}, output {:.4f} to {:.4f} um",
+                       record_.rows(), record_.left_out(), input_.least, input_.most, drive_unit,
+                       output_.least, output_.most);
+  }
+
+ private:
+  struct Extremes {
+    double least = std::numeric_limits<double>::infinity();
+    double most = -std::numeric_limits<double>::infinity();
+    void add(double value) {
+      least = std::min(least, value);
+      most = std::max(most, value);
+    }
+  };
+
+  OutputFile file_;
+  controller::ExcitationDataset record_;
+  Extremes input_;
+  Extremes output_;
+  fmt::memory_buffer line_;
+  std::string lost_;
+};
+
+int run_excite(const ExciteArguments& options) {
+  const config::Config loaded = config::load(options.run.config);
+  refuse_to_overwrite_inputs(options.output, options.run.config, loaded);
+  const config::Config chosen = chosen_axis_of(loaded, options.run);
+  const config::Config config =
+      in_open_loop(chosen, excitation(options, chosen.axes[0].control.gate, chosen.controller.rate_Hz));
+  DatasetRecorder recorder(options, config);
+  const OpenLoopEnd end = drive_in_open_loop(
+      config, options.run, [&](const controller::CycleRecord& record) { recorder.add(record); });
+  for (const std::string& line : end.closing) fmt::print(stderr, "{}\n", line);
+  recorder.close();
+
+  end.require_finished(config.axes[0].wire.name, recorder.rows() == 0
+                                                     ? "stopped before the first row, nothing is written"
+                                                     : fmt::format("stopped after {} rows, which are in {}",
+                                                                   recorder.rows(), options.output.string()));
+  fmt::print(stderr, "{}: {}\n", options.output.string(), recorder.summary(config.axes[0].drive_unit));
+  return done;
+}
+
+/// An option of another signal would be left unheard.
+void refuse_foreign(const CLI::App& command, const std::string& signal) {
+  struct Belongs {
+    const char* option;
+    std::vector<std::string> signals;
+  };
+  const Belongs table[] = {{"--slew", {"hysteresis"}},           {"--levels", {"hysteresis"}},
+                           {"--period", {"hysteresis", "step"}}, {"--cycles", {"hysteresis", "step"}},
+                           {"--amplitude", {"step", "chirp"}},   {"--frequency-from", {"chirp"}},
+                           {"--frequency-to", {"chirp"}},        {"--duration", {"chirp"}}};
+  for (const Belongs& row : table)
+    if (command.count(row.option) > 0 && std::ranges::find(row.signals, signal) == row.signals.end())
+      throw config::Error(fmt::format("{} does not go with --signal {}, expected with {}", row.option, signal,
+                                      fmt::join(row.signals, " or ")));
+}
+
+}  // namespace
+
+void add_excite(CLI::App& cli, int& status) {
+  auto options = std::make_shared<ExciteArguments>();
+  CLI::App* command = cli.add_subcommand(
+      "excite", "Drive one axis in open loop and record what comes of it, to identify from");
+  command->add_option("CONFIG", options->run.config, "configuration (TOML); its model is not used")
+      ->required();
+  command->add_option("--output", options->output, "CSV to write: time_s,input,output, 17 digits")
+      ->required();
+  command
+      ->add_option("--signal", options->signal,
+                   "hysteresis: slow loops; step, chirp: small and fast, for the dynamics")
+      ->check(CLI::IsMember({"hysteresis", "step", "chirp"}))
+      ->capture_default_str();
+  command->add_option("--low", options->low, "lowest drive; drive_min if left out");
+  command->add_option("--high", options->high,
+                      "highest drive; drive_max if left out. Step and chirp: about the middle of the two");
+  CLI::Option* slew =
+      command->add_option("--slew", options->slew_per_s, "hysteresis: drive units per second");
+  command
+      ->add_option(
+          "--period", options->period_s,
+          "seconds of one major loop (2) or of one step up and down (0.4). A loop is quasi-static where "
+          "it takes 100 / resonance or longer")
+      ->excludes(slew);
+  command->add_option("--cycles", options->cycles, "major loops (2) or steps up and down (5)");
+  command->add_option("--levels", options->levels,
+                      "hysteresis: nested loops, and reversal curves each way (5)");
+  command->add_option("--amplitude", options->amplitude, "step, chirp: drive units; 5 % of high - low");
+  command->add_option("--frequency-from", options->from_Hz, "chirp: Hz; a thousandth of the cycle rate");
+  command->add_option("--frequency-to", options->to_Hz, "chirp: Hz; 0.4 of the cycle rate");
+  command->add_option("--duration", options->duration_s, "chirp: seconds (10)");
+  add_open_loop_options(*command, options->run);
+  command->callback([options, command, &status] {
+    refuse_foreign(*command, options->signal);
+    status = run_excite(*options);
+  });
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,212 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/commands/commands.h"
+#include "app/io/dataset_input.h"
+#include "app/io/output_file.h"
+#include "app/io/progress.h"
+#include "app/live/stop_signal.h"
+#include "app/report/identification_findings.h"
+#include "app/report/identification_report.h"
+#include "config/files/model_file.h"
+#include "config/schema/config.h"
+#include "identification/identify.h"
+
+namespace hystcan::app {
+namespace {
+
+using identification::Dataset;
+using identification::Identified;
+
+struct IdentifyArguments {
+  std::vector<std::filesystem::path> data;
+  std::filesystem::path output;
+  std::filesystem::path initial_memory;
+  std::filesystem::path report;
+  DatasetInput input;
+  std::string order = "auto";
+  std::string symmetry = "auto";
+  std::string thresholds = "auto";
+  bool json = false;
+};
+
+identification::IdentifyOptions asked_for(const IdentifyArguments& options, Progress& progress) {
+  identification::IdentifyOptions asked;
+  if (options.order != "auto") asked.order = std::stoi(options.order);
+  if (options.symmetry != "auto")
+    asked.symmetry = options.symmetry == "even" ? model::Symmetry::even : model::Symmetry::none;
+  asked.observed_thresholds = options.thresholds == "observed";
+  asked.go_on = [&progress, tries = std::uint64_t{0}]() mutable {
+    progress.at_once(++tries);
+    return stop_signalled == 0;
+  };
+  return asked;
+}
+
+Identified identify(const IdentifyArguments& options, const std::vector<Dataset>& datasets) {
+  Progress progress("identifying", 0, "trials");
+  try {
+    return identification::identify(datasets, asked_for(options, progress));
+  } catch (const std::invalid_argument& error) {
+    std::string names;
+    for (const auto& file : options.data) names += (names.empty() ? "" : ", ") + file.string();
+    throw config::Error(fmt::format("{}: {}", names, error.what()));
+  }
+}
+
+std::string model_text(const Identified& identified, const std::vector<std::string>& said) {
+  const double percent = 100.0 / identified.output_span;
+  std::size_t samples = 0;
+  for (const auto& dataset : identified.datasets) samples += dataset.samples;
+  std::string text = "# Identified by hystcan identify.\n";
+  for (const std::string& finding : said) text += "# - " + finding + "\n";
+  return text + config::model_text(identified.parameters,
+                                   {samples, identified.delay_s, identified.overall.rms * percent,
+                                    identified.overall.max * percent});
+}
+
+void save_memory(const IdentifyArguments& options, const Dataset& dataset, const Identified& identified) {
+  const model::Hysteresis model(identified.parameters);
+  const auto state = state_of(model, identified.memories.front(), dataset.input.front());
+  std::vector<char> buffer(model::Hysteresis::saved_size());
+  OutputFile out(options.initial_memory);
+  out.write(model.save(state, buffer));
+  out.commit();
+}
+
+nlohmann::json to_json(const Identified& identified, const std::vector<std::string>& said) {
+  const double percent = 100.0 / identified.output_span;
+  const auto optional = [&](const std::optional<double>& value) {
+    return value ? nlohmann::json(*value * percent) : nlohmann::json();
+  };
+  nlohmann::json datasets = nlohmann::json::array();
+  for (std::size_t i = 0; i < identified.datasets.size(); ++i)
+    datasets.push_back({{"samples", identified.datasets[i].samples},
+                        {"cycles", identified.datasets[i].cycles},
+                        {"minor_fraction", identified.datasets[i].minor_fraction},
+                        {"noise_percent", identified.datasets[i].noise * percent},
+                        {"repeatability_percent", optional(identified.datasets[i].repeatability)},
+                        {"rms_percent", identified.misses[i].rms * percent},
+                        {"max_percent", identified.misses[i].max * percent}});
+  const auto range = [](const identification::PaceRange& k) { return nlohmann::json{k.lo, k.hi}; };
+  const model::Interval& thresholds = identified.parameters.input_range();
+  return {{"order", identified.search.order},
+          {"parameters", identified.parameter_count()},
+          {"k_ascending", identified.parameters.k_ascending},
+          {"k_descending", identified.parameters.k_descending},
+          {"k_ascending_range", range(identified.pace_ascending)},
+          {"k_descending_range", range(identified.pace_descending)},
+          {"input_min", thresholds.lo},
+          {"input_max", thresholds.hi},
+          {"delay_s", identified.delay_s},
+          {"output_span", identified.output_span},
+          {"rms_percent", identified.overall.rms * percent},
+          {"max_percent", identified.overall.max * percent},
+          {"held_out_rms_percent", optional(identified.held_out_rms)},
+          {"stopped", identified.stopped},
+          {"records", datasets},
+          {"findings", said}};
+}
+
+void report_model(const IdentifyArguments& options, const std::vector<Dataset>& datasets,
+                  const Identified& identified, const std::vector<std::string>& said) {
+  std::vector<std::string> names;
+  for (const auto& file : options.data) names.push_back(file.filename().string());
+  Progress progress("comparing models", 0, "trials");
+  const WrittenReport written = write_report(options.report, {datasets, names, identified, said},
+                                             [&, tries = std::uint64_t{0}]() mutable {
+                                               progress.at_once(++tries);
+                                               return stop_signalled == 0;
+                                             });
+  if (!written.undrawn.empty())
+    fmt::print(stderr, "hystcan: {}: {}\n", options.report.string(), written.undrawn);
+}
+
+// Before anything takes long.
+void check_outputs(const IdentifyArguments& options) {
+  for (const auto& file : options.data)
+    for (const auto& output : {options.output, options.initial_memory}) refuse_to_overwrite(output, file);
+  if (!options.initial_memory.empty()) refuse_to_share(options.output, options.initial_memory);
+  if (options.report.empty()) return;
+  make_report_folder(options.report);
+  for (const std::string& name : report_files()) {
+    for (const auto& file : options.data) refuse_to_overwrite(options.report / name, file);
+    refuse_to_share(options.report / name, options.output);
+    if (!options.initial_memory.empty()) refuse_to_share(options.report / name, options.initial_memory);
+  }
+}
+
+int run_identify(const IdentifyArguments& options) {
+  check_outputs(options);
+  const std::vector<Dataset> datasets = load_datasets(options.data, options.input);
+  stop_at_a_signal();
+  const Identified identified = identify(options, datasets);
+  const std::vector<std::string> said = findings(datasets, identified);
+  OutputFile out(options.output);
+  out.write(model_text(identified, said));
+  out.commit();
+  if (!options.initial_memory.empty()) save_memory(options, datasets.front(), identified);
+  if (!options.report.empty()) report_model(options, datasets, identified, said);
+  const double percent = 100.0 / identified.output_span;
+  if (options.json) {
+    fmt::print("{}\n", to_json(identified, said).dump(2));
+  } else {
+    for (const std::string& finding : said) fmt::print("- {}\n", finding);
+    fmt::print(
+        "{}: order {}, {} parameters, misses the output by {:.3g} % RMS, {:.3g} % at most{}, of its span "
+        "{:.5g} {}\n",
+        options.output.string(), identified.search.order, identified.parameter_count(),
+        identified.overall.rms * percent, identified.overall.max * percent,
+        identified.held_out_rms ? fmt::format(" ({:.3g} % RMS held out)", *identified.held_out_rms * percent)
+                                : "",
+        identified.output_span, identified.parameters.output_unit);
+  }
+  return done;
+}
+
+CLI::Validator order_or_auto() {
+  return {[](const std::string& text) {
+            int order = 0;
+            const bool sound = text == "auto" || (CLI::detail::lexical_cast(text, order) && order >= 1 &&
+                                                  order <= identification::highest_order);
+            return sound ? std::string()
+                         : fmt::format("{}, expected auto or 1 to {}", text, identification::highest_order);
+          },
+          "ORDER"};
+}
+
+}  // namespace
+
+void add_identify(CLI::App& cli, int& status) {
+  auto options = std::make_shared<IdentifyArguments>();
+  CLI::App* command = cli.add_subcommand("identify", "From a measured record to a model file");
+  command->add_option("DATA", options->data, "CSV with time_s,input,output; several: one model for all")
+      ->required();
+  command->add_option("--output", options->output, "model file to write (TOML)")->required();
+  command->add_option("--order", options->order, "of the reference curves, or auto: by hold-out")
+      ->check(order_or_auto());
+  command->add_option("--symmetry", options->symmetry, "even: x(v) = x(-v)")
+      ->check(CLI::IsMember({"auto", "none", "even"}));
+  command
+      ->add_option("--thresholds", options->thresholds,
+                   "observed: at the ends of the inputs seen, as a controller needs")
+      ->check(CLI::IsMember({"auto", "observed"}));
+  command->add_option("--initial-memory", options->initial_memory,
+                      "write the memory that the (first) record begins with, for simulate --memory");
+  command->add_option(
+      "--report", options->report,
+      "folder for report.html: loops, residuals, curves, and the comparison with other models");
+  add_dataset_options(*command, options->input);
+  command->add_flag("--json", options->json, "print the result as JSON");
+  command->callback([options, &status] { status = run_identify(*options); });
+}
+
+}  // namespace hystcan::app

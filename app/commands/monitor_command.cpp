@@ -1,0 +1,150 @@
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/ioctl.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/bus_tools/bus_source.h"
+#include "app/bus_tools/monitor_table.h"
+#include "app/commands/commands.h"
+#include "app/live/stop_signal.h"
+#include "can/log/traffic.h"
+#include "can/socketcan/bus_monitor.h"
+#include "can/socketcan/interface.h"
+
+namespace hystcan::app {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::milliseconds look_every{50};  // for keys and signals
+
+struct MonitorArguments {
+  BusOptions bus;
+  double period_s = 1.0;
+  bool once = false;
+  bool json = false;
+};
+
+/// The terminal's other screen, and keys as they are pressed; as it was when this goes out of scope.
+class Screen {
+ public:
+  Screen() {
+    if (::tcgetattr(STDIN_FILENO, &before_) == 0) {
+      termios now = before_;
+      now.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
+      keys_ = ::tcsetattr(STDIN_FILENO, TCSANOW, &now) == 0;
+    }
+    std::fputs("\x1b[?1049h\x1b[?25l", stdout);
+  }
+  ~Screen() {
+    std::fputs("\x1b[?25h\x1b[?1049l", stdout);
+    std::fflush(stdout);
+    if (keys_) ::tcsetattr(STDIN_FILENO, TCSANOW, &before_);
+  }
+  Screen(const Screen&) = delete;
+  Screen& operator=(const Screen&) = delete;
+
+  void show(const std::vector<std::string>& lines) const {
+    winsize size{};
+    if (::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_row == 0 || size.ws_col == 0)
+      size = {24, 80, 0, 0};
+    std::string text = "\x1b[H";
+    for (std::size_t i = 0; i < std::min<std::size_t>(lines.size(), size.ws_row); ++i) {
+      if (i > 0) text += "\r\n";
+      text += cut(lines[i], size.ws_col);
+      text += "\x1b[K";
+    }
+    print(text + "\x1b[J");
+    flush_output();
+  }
+
+  bool quit() const {
+    pollfd waiting{STDIN_FILENO, POLLIN, 0};
+    char key = '\0';
+    while (keys_ && ::poll(&waiting, 1, 0) > 0 && ::read(STDIN_FILENO, &key, 1) == 1)
+      if (key == 'q' || key == 'Q') return true;
+    return false;
+  }
+
+ private:
+  termios before_{};
+  bool keys_ = false;
+};
+
+std::chrono::microseconds time_of_day() {
+  return std::chrono::duration_cast<std::chrono::microseconds>(
+      std::chrono::system_clock::now().time_since_epoch());
+}
+
+BusLine bus_line(const std::string& interface, const can::BusMonitor& tap, const can::Traffic& traffic,
+                 can::BusState at_start) {
+  return {interface, tap.up(), traffic.state().value_or(at_start), tap.lost(), time_of_day()};
+}
+
+void show_plainly(const BusLine& bus, const can::Traffic& traffic, bool json, bool first) {
+  if (json) {
+    print(monitor_json(bus, traffic));
+  } else {
+    if (!first) print("\n");
+    for (const std::string& line : monitor_lines(bus, traffic)) print(line + '\n');
+  }
+  flush_output();
+}
+
+int run_monitor(const MonitorArguments& options) {
+  const BusSource source = find_bus(options.bus);
+  const can::Database nothing;
+  can::Traffic traffic(source.database ? *source.database : nothing, source.protections);
+  const can::BusState at_start =
+      can::require_can_interface(source.interface).bus_state.value_or(can::BusState::active);
+  can::BusMonitor tap(source.interface);
+  stop_at_a_signal();
+  std::optional<Screen> screen;
+  if (!options.json && !options.once && ::isatty(STDOUT_FILENO) == 1) screen.emplace();
+
+  const can::BusMonitor::Handler add = [&](const can::LoggedFrame& logged) { traffic.add(logged); };
+  const auto period =
+      std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options.period_s));
+  auto began = Clock::now();
+  bool first = true;
+  while (stop_signalled == 0 && !(screen && screen->quit())) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(began + period - Clock::now());
+    tap.listen(std::clamp(left, std::chrono::milliseconds{0}, look_every), add);
+    const auto now = Clock::now();
+    if (now - began < period) continue;
+    traffic.end_period(now - began);
+    began = now;
+    const BusLine bus = bus_line(source.interface, tap, traffic, at_start);
+    if (screen)
+      screen->show(monitor_lines(bus, traffic));
+    else
+      show_plainly(bus, traffic, options.json, first);
+    first = false;
+    if (options.once) break;
+  }
+  return done;
+}
+
+}  // namespace
+
+void add_monitor(CLI::App& cli, int& status) {
+  auto options = std::make_shared<MonitorArguments>();
+  CLI::App* command = cli.add_subcommand("monitor", "Show what passes on the bus, message by message");
+  add_bus_options(*command, options->bus);
+  command->add_option("--period", options->period_s, "seconds between tables, over which rates are taken; 1")
+      ->check(positive_seconds());
+  command->add_flag("--once", options->once, "one table after one period");
+  command->add_flag("--json", options->json, "a JSON object in one line for each table");
+  command->callback([options, &status] { status = run_monitor(*options); });
+}
+
+}  // namespace hystcan::app

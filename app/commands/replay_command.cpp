@@ -1,0 +1,238 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <chrono>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/bus_tools/can_log.h"
+#include "app/commands/commands.h"
+#include "app/live/stop_signal.h"
+#include "can/log/candump.h"
+#include "can/socketcan/raw_socket.h"
+#include "can/socketcan/socketcan_bus.h"
+#include "config/schema/config.h"
+
+namespace hystcan::app {
+namespace {
+
+using can::Duration;
+using can::LoggedFrame;
+using can::Time;
+using Clock = std::chrono::steady_clock;
+
+// What a log with microseconds on a bus whose shortest frame takes 47 us may miss by without harm.
+constexpr std::chrono::milliseconds tolerated_lateness{1};
+constexpr std::chrono::milliseconds longest_sleep{100};  // then a signal is looked for
+constexpr std::chrono::microseconds retry_after{200};    // a full queue: about the time of two frames
+
+constexpr std::uint64_t waits_until_said = 5000;
+
+struct ReplayArguments {
+  std::filesystem::path log;
+  std::string interface;
+  double speed = 1.0;
+  std::uint64_t loop = 1;
+  std::vector<std::string> ids;
+  bool force_interface = false;
+};
+
+/// Identifiers as candump writes them: three digits, or eight where extended.
+class IdFilter {
+ public:
+  explicit IdFilter(const std::vector<std::string>& ids) {
+    for (const std::string& text : ids) {
+      std::uint32_t id = 0;
+      const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), id, 16);
+      const bool extended = text.size() == 8;
+      if (error != std::errc{} || end != text.data() + text.size() || (text.size() != 3 && !extended) ||
+          id > (extended ? 0x1FFF'FFFFU : 0x7FFU))
+        throw config::Error("--filter: found '" + text +
+                            "', expected an identifier of three hexadecimal digits, or eight (29 bits)");
+      ids_.emplace(extended, id);
+    }
+  }
+  bool accepts(const can::Frame& frame) const {
+    return ids_.empty() || ids_.contains({frame.extended, frame.id});
+  }
+
+ private:
+  std::set<std::pair<bool, std::uint32_t>> ids_;
+};
+
+/// The sockets of one replay, each opened where its interface may be written to.
+class Outlets {
+ public:
+  explicit Outlets(bool force) : force_(force) {}
+  ~Outlets() {
+    for (const auto& [name, socket] : sockets_) ::close(socket);
+  }
+  Outlets(const Outlets&) = delete;
+  Outlets& operator=(const Outlets&) = delete;
+
+  int open(const std::string& interface) {
+    const auto found = sockets_.find(interface);
+    if (found != sockets_.end()) return found->second;
+    if (!force_ && !can::is_virtual_interface(interface))
+      throw RunError(
+          fmt::format("{} is a real CAN interface: what is replayed there moves real things; "
+                      "--force-interface if that is what you want",
+                      interface));
+    return sockets_.emplace(interface, can::open_raw_socket(interface, {})).first->second;
+  }
+
+  /// Waits while the queue is full: a replay is complete. Returns how often it had to.
+  std::uint64_t send(const LoggedFrame& logged, const std::string& interface) {
+    const int socket = open(interface);
+    for (std::uint64_t waits = 0;; ++waits) {
+      const int error = can::write_frame(socket, logged.frame, logged.fd_flags);
+      if (error == 0) return waits;
+      if (error != ENOBUFS && error != EAGAIN && error != EINTR)
+        throw RunError(fmt::format("{}: {} cannot be sent: {}", interface,
+                                   can::candump_frame(logged.frame, logged.fd_flags), std::strerror(error)));
+      if (stop_signalled != 0) return waits;
+      if (waits == waits_until_said)
+        spdlog::warn("{}: its queue has been full for {} s: is anybody there to acknowledge?", interface,
+                     waits_until_said * retry_after / std::chrono::seconds{1});
+      const timespec pause{0, std::chrono::nanoseconds(retry_after).count()};
+      ::clock_nanosleep(CLOCK_MONOTONIC, 0, &pause, nullptr);
+    }
+  }
+
+ private:
+  bool force_;
+  std::map<std::string, int> sockets_;
+};
+
+/// False: a signal came first.
+bool sleep_until(Time deadline) {
+  for (Time now = Clock::now(); now < deadline && stop_signalled == 0; now = Clock::now()) {
+    const Duration until = std::min<Time>(deadline, now + longest_sleep).time_since_epoch();
+    const timespec at{until.count() / 1'000'000'000, until.count() % 1'000'000'000};
+    ::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &at, nullptr);
+  }
+  return stop_signalled == 0;
+}
+
+class Replay {
+ public:
+  explicit Replay(const ReplayArguments& options)
+      : options_(options), filter_(options.ids), outlets_(options.force_interface) {}
+
+  /// Reads it all before the first frame is sent: a log that breaks off in the middle moves nothing, and
+  /// every interface is there.
+  void prepare(std::istream& stream) {
+    can::CandumpReader reader(stream, options_.log.string());
+    while (const auto logged = reader.next())
+      if (is_sent(*logged)) outlets_.open(interface_of(*logged));
+    if (!options_.interface.empty()) outlets_.open(options_.interface);
+  }
+
+  /// One pass, beginning with a frame that is due at `start`. Returns when the last frame was due.
+  Time pass(std::istream& stream, const std::string& name, Time start) {
+    can::CandumpReader reader(stream, name);
+    std::optional<std::chrono::microseconds> first;
+    Time due = start;
+    while (const auto logged = reader.next()) {
+      if (!is_sent(*logged)) {
+        ++(logged->frame.kind == can::FrameKind::error ? error_frames_ : filtered_);
+        continue;
+      }
+      if (!first) first = logged->time;
+      const std::chrono::duration<double, std::micro> offset = (logged->time - *first) / options_.speed;
+      // A log of several interfaces may step back a little; a frame is never due before the one ahead of it.
+      due = std::max(due, start + std::chrono::duration_cast<Duration>(offset));
+      if (!sleep_until(due)) break;
+      waits_ += outlets_.send(*logged, interface_of(*logged));
+      if (stop_signalled != 0) break;
+      account(Clock::now() - due);
+    }
+    return due;
+  }
+
+  void report() const {
+    fmt::print(stderr, "{} frames sent", sent_);
+    if (error_frames_ > 0) fmt::print(stderr, ", {} error frames are not for sending", error_frames_);
+    if (filtered_ > 0) fmt::print(stderr, ", {} left out by --filter", filtered_);
+    if (waits_ > 0) fmt::print(stderr, "; waited {} times for a full queue", waits_);
+    fmt::print(stderr, "; at most {:.3f} ms late\n", 1e3 * can::seconds(latest_));
+    if (late_ > 0)
+      fmt::print(stderr, "the timing of the log was not kept: {} frames were sent more than {} ms late\n",
+                 late_, tolerated_lateness.count());
+  }
+
+ private:
+  bool is_sent(const LoggedFrame& logged) const {
+    return logged.frame.kind != can::FrameKind::error && filter_.accepts(logged.frame);
+  }
+  const std::string& interface_of(const LoggedFrame& logged) const {
+    return options_.interface.empty() ? logged.interface : options_.interface;
+  }
+  void account(Duration lateness) {
+    ++sent_;
+    latest_ = std::max(latest_, lateness);
+    if (lateness > tolerated_lateness) ++late_;
+  }
+
+  const ReplayArguments& options_;
+  IdFilter filter_;
+  Outlets outlets_;
+  std::uint64_t sent_ = 0;
+  std::uint64_t error_frames_ = 0;
+  std::uint64_t filtered_ = 0;
+  std::uint64_t waits_ = 0;
+  std::uint64_t late_ = 0;
+  Duration latest_{0};
+};
+
+int run_replay(const ReplayArguments& options) {
+  Replay replay(options);
+  if (options.log == "-") {  // a signal ends the wait for a line as it ends any filter
+    if (options.loop != 1) throw config::Error("--loop: standard input can be read once, expected a file");
+    replay.pass(std::cin, "standard input", Clock::now());
+  } else {
+    stop_at_a_signal();
+    std::ifstream whole = open_can_log(options.log);
+    replay.prepare(whole);
+    Time start = Clock::now();
+    for (std::uint64_t i = 0; (options.loop == 0 || i < options.loop) && stop_signalled == 0; ++i) {
+      std::ifstream stream = open_can_log(options.log);
+      start = replay.pass(stream, options.log.string(), start);
+    }
+  }
+  replay.report();
+  if (stop_signalled != 0) throw RunError("stopped before the end of the log");
+  return done;
+}
+
+}  // namespace
+
+void add_replay(CLI::App& cli, int& status) {
+  auto options = std::make_shared<ReplayArguments>();
+  CLI::App* command = cli.add_subcommand("replay", "Send a log of candump or record again, in its timing");
+  command->add_option("LOG", options->log, "log as `candump -L` writes it; - is standard input")->required();
+  command->add_option("--interface", options->interface, "send all on this one, instead of the log's own");
+  command->add_option("--speed", options->speed, "times as fast as the log; 1 by default")
+      ->check(CLI::Range(1e-3, 1e6));
+  command->add_option("--loop", options->loop, "times to send it; 0: until a signal");
+  command->add_option("--filter", options->ids,
+                      "only these identifiers, as candump writes them (201, 00000201)");
+  command->add_flag("--force-interface", options->force_interface, "allow an interface that is not virtual");
+  command->callback([options, &status] { status = run_replay(*options); });
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,172 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <iterator>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <variant>
+#include <vector>
+
+#include "app/commands/commands.h"
+#include "app/io/dataset_input.h"
+#include "app/io/output_file.h"
+#include "app/io/progress.h"
+#include "app/live/stop_signal.h"
+#include "config/files/csv.h"
+#include "config/files/model_file.h"
+#include "model/simulation.h"
+
+namespace hystcan::app {
+namespace {
+
+constexpr std::size_t capacity = 4096;
+
+struct SimulateArguments {
+  std::filesystem::path model;
+  std::filesystem::path input;
+  std::filesystem::path output;
+  std::filesystem::path memory;
+  std::filesystem::path save_memory;
+  bool inverse = false;
+  bool negative_drive = false;
+  bool beyond_limit = false;
+};
+
+model::AnyModel load(const SimulateArguments& options) {
+  if (options.beyond_limit) return config::load_model_beyond_limit(options.model);
+  return config::load_any_model(options.model);
+}
+
+template <class Law>
+model::HysteresisState at_rest(const model::MemoryModel<Law>& model) {
+  return model.virgin(model.input_range().lo, capacity);
+}
+model::PlayState at_rest(const model::PrandtlIshlinskii& model) {
+  return model.virgin(model.input_range().lo);
+}
+
+template <class Law>
+bool is_even(const model::MemoryModel<Law>& model) {
+  return model.symmetry() == model::Symmetry::even;
+}
+bool is_even(const model::PrandtlIshlinskii&) { return false; }
+
+template <class Model>
+typename Model::State start(const SimulateArguments& options, const Model& model) {
+  return options.memory.empty() ? at_rest(model) : config::load_memory(options.memory, model, capacity);
+}
+
+/// Row by row, in constant memory.
+template <class Model>
+void run(const SimulateArguments& options, model::Simulation<Model>& simulation, OutputFile& out) {
+  config::CsvReader reader(options.input, {options.inverse ? "output" : "input"});
+  const bool timed = reader.also("time_s");
+  const auto& parameters = simulation.model().parameters();
+  const char* unit = options.inverse ? "output_unit" : "input_unit";
+  refuse_other_unit(options.input, unit, reader.comment(unit),
+                    options.inverse ? parameters.output_unit : parameters.input_unit, ", the model's");
+  std::error_code unknown;
+  const auto size = std::filesystem::file_size(options.input, unknown);
+  Progress progress("simulating", unknown ? 0 : size);
+  out.write("time_s,input,output\n");
+  std::vector<double> given;
+  fmt::memory_buffer line;
+  while (reader.next(given)) {
+    const std::size_t rows = simulation.tally().rows;
+    const double time_s = timed ? given[1] : static_cast<double>(rows);
+    const auto row = options.inverse ? simulation.follow_output(given[0]) : simulation.follow_input(given[0]);
+    line.clear();
+    fmt::format_to(std::back_inserter(line), "{:.17g},{:.17g},{:.17g}\n", time_s, row.input, row.output);
+    out.write({line.data(), line.size()});
+    progress.at(reader.bytes_read(), rows);
+    if (stop_signalled != 0) throw RunError(fmt::format("stopped in row {}; nothing is written", rows + 1));
+  }
+  if (simulation.tally().rows == 0)
+    throw config::Error(
+        fmt::format("{}: has a header only, expected at least one row", options.input.string()));
+}
+
+template <class Model>
+void save(OutputFile& out, const model::Simulation<Model>& simulation) {
+  std::vector<char> buffer(4096);
+  std::string_view text;
+  while ((text = simulation.model().save(simulation.state(), buffer)).empty())
+    buffer.resize(2 * buffer.size());
+  out.write(text);
+  out.commit();
+}
+
+template <class Model>
+void report_simulation(const SimulateArguments& options, const model::Simulation<Model>& simulation) {
+  const model::Tally& tally = simulation.tally();
+  const model::Interval& range = simulation.model().input_range();
+  fmt::print(stderr, "{}: {} rows, {} of them limited to the thresholds {} and {} {}\n",
+             options.output.string(), tally.rows, tally.saturated, range.lo, range.hi,
+             simulation.model().parameters().input_unit);
+  if (tally.not_increasing > 0)
+    fmt::print(stderr, "{} rows lie on a branch that is not increasing: do not trust its inverse there\n",
+               tally.not_increasing);
+  if constexpr (requires { simulation.state().merged; })
+    if (simulation.state().merged > 0)
+      fmt::print(
+          stderr,
+          "{} steps were taken with a full memory of {} turning points: the innermost loops are lost\n",
+          simulation.state().merged, capacity);
+}
+
+template <class Model>
+void simulate(const SimulateArguments& options, const Model& model) {
+  if (options.negative_drive && !is_even(model))
+    throw config::Error(fmt::format("{}: symmetry is \"none\", expected \"even\" with --negative-drive",
+                                    options.model.string()));
+  model::Simulation<Model> simulation(model, start(options, model), options.negative_drive ? -1.0 : 1.0);
+  OutputFile out(options.output);
+  std::optional<OutputFile> memory;
+  if (!options.save_memory.empty()) memory.emplace(options.save_memory);
+  run(options, simulation, out);
+  out.commit();
+  if (memory) save(*memory, simulation);
+  report_simulation(options, simulation);
+}
+
+int simulate(const SimulateArguments& options) {
+  for (const auto& output : {options.output, options.save_memory})
+    for (const auto& input : {options.model, options.input}) refuse_to_overwrite(output, input);
+  refuse_to_overwrite(options.output, options.memory);
+  if (!options.save_memory.empty()) refuse_to_share(options.output, options.save_memory);
+  stop_at_a_signal();
+  std::visit([&](const auto& model) { simulate(options, model); }, load(options));
+  return done;
+}
+
+}  // namespace
+
+void add_simulate(CLI::App& cli, int& status) {
+  auto options = std::make_shared<SimulateArguments>();
+  CLI::App* command =
+      cli.add_subcommand("simulate", "Run a hysteresis model, or its inverse, over a CSV record");
+  command->add_option("MODEL", options->model, "model file (TOML), of any kind")->required();
+  command->add_option("--input", options->input, "CSV with a column `input` (with --inverse: `output`)")
+      ->required();
+  command->add_option("--output", options->output, "CSV to write: time_s,input,output, 17 digits")
+      ->required();
+  command->add_option("--memory", options->memory,
+                      "start from this memory (TOML) instead of the ascending reference curve");
+  command->add_option("--save-memory", options->save_memory, "write the memory at the end, to go on from");
+  CLI::Option* inverse =
+      command->add_flag("--inverse", options->inverse, "from output to the input that gives it");
+  command
+      ->add_flag("--negative-drive", options->negative_drive,
+                 "of the two inputs of an even model, the negative one")
+      ->needs(inverse);
+  command
+      ->add_flag("--beyond-limit", options->beyond_limit,
+                 "run a model whose branches do not all increase, to see what it does")
+      ->excludes(inverse);
+  command->callback([options, &status] { status = simulate(*options); });
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,196 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "app/commands/commands.h"
+#include "app/io/output_file.h"
+#include "app/live/open_loop.h"
+#include "app/live/stop_signal.h"
+#include "app/report/dynamics_text.h"
+#include "app/report/report.h"
+#include "app/report/tuning_report.h"
+#include "config/schema/config.h"
+#include "controller/excitation_dataset.h"
+#include "identification/dataset.h"
+#include "rehearsal/rehearsal.h"
+
+namespace hystcan::app {
+namespace {
+
+using controller::Excitation;
+using identification::Dataset;
+using identification::PiRule;
+using identification::SecondOrderFit;
+
+struct TuneArguments {
+  OpenLoopOptions run;
+  std::filesystem::path output = "tuning.toml";
+  std::optional<double> centre, amplitude;
+  double period_s = 0.4;
+  unsigned cycles = 5;
+  double phase_margin_deg = PiRule{}.phase_margin_deg;
+  std::optional<double> gain_margin_dB;
+  bool json = false;
+};
+
+/// About the middle of the stroke, up and down by 1 % of the range of the drive.
+Excitation::Steps steps(const TuneArguments& options, const controller::Gate::Config& gate) {
+  const double range = gate.drive_max - gate.drive_min;
+  return {.centre = options.centre.value_or(gate.drive_min + range / 2.0),
+          .amplitude = options.amplitude.value_or(0.01 * range),
+          .period_s = options.period_s,
+          .cycles = options.cycles};
+}
+
+/// Asked for before anything is driven.
+PiRule rule(const TuneArguments& options) {
+  PiRule rule{.phase_margin_deg = options.phase_margin_deg};
+  if (!(rule.phase_margin_deg > 0.0 && rule.phase_margin_deg < 90.0))
+    throw config::Error(
+        fmt::format("--phase-margin is {}, expected more than 0 and less than 90", rule.phase_margin_deg));
+  if (!options.gain_margin_dB) return rule;
+  if (!(*options.gain_margin_dB > 0.0 && *options.gain_margin_dB <= 60.0))
+    throw config::Error(
+        fmt::format("--gain-margin is {}, expected dB, more than 0, at most 60", *options.gain_margin_dB));
+  rule.gain_margin = std::pow(10.0, *options.gain_margin_dB / 20.0);
+  return rule;
+}
+
+/// Drive and position of every cycle of the experiment. The rows stand at whole cycles: both sample and drive
+/// go by the SYNC, so that its jitter, some microseconds, is none of the mode's.
+Dataset measure(const config::Config& config, const TuneArguments& options) {
+  const config::AxisConfig& axis = config.axes[0];
+  const double rate_Hz = config.controller.rate_Hz;
+  Dataset record{.input_unit = axis.drive_unit, .output_unit = "um", .time_s = {}, .input = {}, .output = {}};
+  controller::ExcitationDataset rows;
+  const OpenLoopEnd end = drive_in_open_loop(config, options.run, [&](const controller::CycleRecord& cycle) {
+    const auto row = rows.add(cycle);
+    if (!row) return;
+    record.time_s.push_back(std::round(row->time_s * rate_Hz) / rate_Hz);
+    record.input.push_back(row->input);
+    record.output.push_back(row->output);
+  });
+  for (const std::string& text : end.closing) fmt::print(stderr, "{}\n", text);
+  end.require_finished(axis.wire.name, "stopped before the end of the experiment, nothing is written");
+  return record;
+}
+
+SecondOrderFit fit(const Dataset& record) {
+  try {
+    return identification::fit_second_order(record);
+  } catch (const std::invalid_argument& error) {
+    throw RunError(fmt::format(
+        "the experiment does not tell: {}; nothing is written. Another --amplitude may: a large step shows "
+        "the curve of the loop, a small one drowns in noise",
+        error.what()));
+  }
+}
+
+Setting proposal(const Setting& present, const SecondOrderFit& found, const PiRule& rule, double cycle_s) {
+  Setting proposed = present;
+  proposed.loop = identification::tune(found, cycle_s, rule);
+  proposed.pi = {.kp = proposed.loop->gains.kp, .ki_per_s = proposed.loop->gains.ki_per_s};
+  proposed.delays = {.command_delay = std::chrono::nanoseconds(std::llround(1e9 * cycle_s)),
+                     .amplifier_bandwidth_Hz =
+                         bandwidth_Hz_for(found.delay_s).value_or(present.delays.amplifier_bandwidth_Hz),
+                     .resonance_Hz = rounded(found.natural_frequency_Hz.value),
+                     .damping_ratio = rounded(found.damping_ratio.value)};
+  return proposed;
+}
+
+/// The twin with the mode that was found; an amplifier's lag stands for the delay, where there is one.
+void set_mode(twin::Config& twin, const std::string& axis_name, const SecondOrderFit& found) {
+  for (twin::AxisConfig& axis : twin.axes) {
+    if (axis.wire.name != axis_name) continue;
+    axis.plant.mode = found.mode();
+    axis.plant.amplifier.bandwidth_Hz =
+        bandwidth_Hz_for(found.delay_s).value_or(axis.plant.amplifier.bandwidth_Hz);
+  }
+}
+
+/// The configured reference under each structure, in virtual time.
+void predict(Setting& setting, const config::Config& config, const SecondOrderFit& found) {
+  rehearsal::Setup setup{.controller = config.controller,
+                         .twin = config.twin,
+                         .database = config.database,
+                         .bitrate_bit_per_s = config.bus.bitrate_bit_per_s};
+  controller::AxisConfig& axis = setup.controller.axes[0].axis;
+  axis.law.pi = setting.pi;
+  axis.delays = setting.delays;
+  set_mode(setup.twin, config.axes[0].wire.name, found);
+  setting.predicted.reserve(controller::all_structures.size());
+  for (const controller::Structure structure : controller::all_structures) {
+    rehearsal::Outcome outcome =
+        rehearsal::run_once(with_structure(setup, structure), settle_s, [](const controller::CycleRecord&) {
+          if (stop_signalled != 0) throw RunError("stopped, nothing is written");
+        });
+    setting.predicted.push_back(std::move(outcome.axes[0]));
+  }
+}
+
+int tune(const TuneArguments& options) {
+  const PiRule asked = rule(options);
+  const config::Config loaded = config::load(options.run.config);
+  refuse_to_overwrite_inputs(options.output, options.run.config, loaded);
+  const config::Config config = chosen_axis_of(loaded, options.run);
+  const config::AxisConfig& axis = config.axes[0];
+  const double cycle_s = 1.0 / config.controller.rate_Hz;
+  TuningReport report{.config = config.file.filename().string(),
+                      .axis = axis.wire.name,
+                      .drive_unit = axis.drive_unit,
+                      .actuator = axis.twin_model.string(),
+                      .rehearsed = options.run.rehearse,
+                      .steps = steps(options, axis.control.gate),
+                      .rate_Hz = config.controller.rate_Hz,
+                      .fit = {},
+                      .rule = asked,
+                      .present = {.pi = axis.control.law.pi, .delays = axis.control.delays},
+                      .proposed = {}};
+  const config::Config experiment = in_open_loop(config, report.steps);
+  OutputFile out(options.output);  // what cannot be written is known before anything moves
+  report.fit = fit(measure(experiment, options));
+  stop_at_a_signal();
+  if (report.present.pi.ki_per_s > 0.0)
+    report.present.loop =
+        identification::judge({report.present.pi.kp, report.present.pi.ki_per_s}, report.fit, cycle_s);
+  report.proposed = proposal(report.present, report.fit, asked, cycle_s);
+  predict(report.present, config, report.fit);
+  predict(report.proposed, config, report.fit);
+  out.write(fragment(report));
+  out.commit();
+  fmt::print("{}", options.json ? to_json(report).dump(2) + "\n" : describe(report));
+  fmt::print(stderr, "{}: proposed, not applied\n", options.output.string());
+  return done;
+}
+
+}  // namespace
+
+void add_tune(CLI::App& cli, int& status) {
+  auto options = std::make_shared<TuneArguments>();
+  CLI::App* command = cli.add_subcommand(
+      "tune", "Small steps in open loop; resonance, damping, delay and PI gains from these, as a proposal");
+  command->add_option("CONFIG", options->run.config, "configuration (TOML); it is not changed")->required();
+  command->add_option("--output", options->output, "fragment of a configuration to write (TOML)")
+      ->capture_default_str();
+  command->add_option("--centre", options->centre, "drive; the middle of drive_min and drive_max");
+  command->add_option("--amplitude", options->amplitude, "drive units; 1 % of drive_max - drive_min");
+  command->add_option("--period", options->period_s, "seconds of one step up and down")
+      ->capture_default_str();
+  command->add_option("--cycles", options->cycles, "steps up and down")->capture_default_str();
+  command->add_option("--phase-margin", options->phase_margin_deg, "of the proposed gains, degrees")
+      ->capture_default_str();
+  command->add_option("--gain-margin", options->gain_margin_dB, "of the proposed gains, dB (a factor of 2)");
+  command->add_flag("--json", options->json, "print the result as JSON");
+  add_open_loop_options(*command, options->run);
+  command->callback([options, &status] { status = tune(*options); });
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,78 @@
+#include "app/io/output_file.h"
+
+#include <fmt/format.h>
+#include <stdlib.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <string>
+#include <system_error>
+#include <utility>
+
+#include "app/io/exit_status.h"
+#include "config/schema/config.h"
+
+namespace hystcan::app {
+
+OutputFile::OutputFile(const std::filesystem::path& path) : path_(path) {
+  if (path_.empty()) throw config::Error("output file is \"\", expected a name");
+  std::error_code ignored;
+  const auto status = std::filesystem::status(path_, ignored);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+    file_ = std::fopen(path_.c_str(), "w");
+    if (file_ == nullptr) fail(errno);
+    return;
+  }
+  const auto target = std::filesystem::weakly_canonical(path_, ignored);
+  if (!ignored) path_ = target;
+  open_beside();
+}
+
+// With the permissions that a new file gets: mkstemp gives it to its owner alone.
+void OutputFile::open_beside() {
+  std::string name = path_.string() + ".XXXXXX";
+  const int descriptor = mkstemp(name.data());
+  if (descriptor < 0) fail(errno);
+  written_ = name;
+  const mode_t mask = umask(0);
+  umask(mask);
+  fchmod(descriptor, 0666 & ~mask);
+  file_ = fdopen(descriptor, "w");
+  if (file_ == nullptr) fail(errno);
+}
+
+OutputFile::~OutputFile() {
+  if (file_ != nullptr) std::fclose(file_);
+  if (!written_.empty()) std::remove(written_.c_str());
+}
+
+void OutputFile::write(std::string_view text) {
+  if (std::fwrite(text.data(), 1, text.size(), file_) != text.size()) fail(errno);
+}
+
+void OutputFile::commit() {
+  if (std::fclose(std::exchange(file_, nullptr)) != 0) fail(errno);
+  if (written_.empty()) return;
+  if (std::rename(written_.c_str(), path_.c_str()) != 0) fail(errno);
+  written_.clear();
+}
+
+void OutputFile::fail(int error) const {
+  throw RunError(
+      fmt::format("{}: cannot be written: {}", path_.string(), std::generic_category().message(error)));
+}
+
+void refuse_to_overwrite(const std::filesystem::path& output, const std::filesystem::path& input) {
+  std::error_code ignored;
+  if (std::filesystem::equivalent(output, input, ignored))
+    throw config::Error(fmt::format("{}: is read too, expected another file as output", output.string()));
+}
+
+void refuse_to_share(const std::filesystem::path& one, const std::filesystem::path& other) {
+  std::error_code ignored;
+  if (std::filesystem::weakly_canonical(one, ignored) == std::filesystem::weakly_canonical(other, ignored))
+    throw config::Error(fmt::format("{}: is written twice, expected two files", one.string()));
+}
+
+}  // namespace hystcan::app

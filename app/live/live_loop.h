@@ -1,0 +1,62 @@
+// What the two processes on a real bus share: an event loop that a signal ends in good order.
+#pragma once
+
+#include <sys/prctl.h>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <csignal>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "can/socketcan/socketcan_bus.h"
+
+namespace hystcan::app {
+
+class LiveLoop {
+ public:
+  /// A closed pipe behind standard output is no reason to drop a stage. Nor is a huge page: a kernel that
+  /// zeroes pages as it hands them out (init_on_alloc) zeroes 2 MB in one go, some cycles on a slow core, and
+  /// where it is not preemptible keeps the control thread out that long, whichever thread asked.
+  explicit LiveLoop(std::string interface) : interface_(std::move(interface)) {
+    std::signal(SIGPIPE, SIG_IGN);
+    prctl(PR_SET_THP_DISABLE, 1, 0, 0, 0);
+  }
+
+  can::Scheduler& scheduler() { return scheduler_; }
+  /// For what else runs on this thread: a control socket.
+  boost::asio::io_context& context() { return context_; }
+  can::Attach attach() {
+    return [this](std::span<const can::Filter> filters) -> std::unique_ptr<can::Bus> {
+      return std::make_unique<can::SocketCanBus>(context_, interface_, filters);
+    };
+  }
+
+  /// Runs until stop(). `on_signal`: at every Ctrl-C, SIGTERM, Ctrl-\\ and SIGHUP.
+  void run(std::function<void(int signal)> on_signal) {
+    on_signal_ = std::move(on_signal);
+    for (const int signal : {SIGINT, SIGTERM, SIGQUIT, SIGHUP}) signals_.add(signal);
+    await_signal();
+    context_.run();
+  }
+  void stop() { context_.stop(); }
+
+ private:
+  void await_signal() {
+    signals_.async_wait([this](const boost::system::error_code& error, int signal) {
+      if (error) return;
+      on_signal_(signal);
+      await_signal();
+    });
+  }
+
+  boost::asio::io_context context_{1};
+  boost::asio::signal_set signals_{context_};
+  can::AsioScheduler scheduler_{context_};
+  std::string interface_;
+  std::function<void(int signal)> on_signal_;
+};
+
+}  // namespace hystcan::app

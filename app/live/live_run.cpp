@@ -1,0 +1,159 @@
+#include "app/live/live_run.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <iterator>
+#include <memory>
+
+#include "app/live/realtime.h"
+#include "can/socketcan/interface.h"
+#include "config/schema/frames.h"
+
+namespace hystcan::app {
+
+using controller::AxisState;
+
+StateLog::StateLog(const config::Config& config) : states_(config.axes.size()) {
+  for (const config::AxisConfig& axis : config.axes) {
+    names_.push_back(axis.wire.name);
+    nodes_.push_back(
+        fmt::format("amplifier node {} and sensor node {}", axis.wire.amplifier_node, axis.wire.sensor_node));
+  }
+}
+
+void StateLog::add(const controller::CycleRecord& record) {
+  if (record.event) add_event(record);
+  const controller::AxisReport& report = record.report;
+  if (states_[record.axis] == report.state) return;
+  states_[record.axis] = report.state;
+  if (report.state == AxisState::faulted)
+    spdlog::error("{}: faulted at {:.3f} s: {}; {}", names_[record.axis], record.time_s,
+                  to_string(report.cause), remedy(report.cause));
+  else if (report.state == AxisState::waiting)
+    spdlog::info("{}: waiting for {}", names_[record.axis], nodes_[record.axis]);
+  else
+    spdlog::info("{}: {}", names_[record.axis], to_string(report.state));
+}
+
+void StateLog::add_event(const controller::CycleRecord& record) {
+  constexpr std::size_t kept = 100;
+  const std::string text =
+      fmt::format("{}: at {:.3f} s {}", names_[record.axis], record.time_s, describe(*record.event));
+  spdlog::warn("{}", text);
+  if (events_.size() < kept) events_.push_back(text);
+}
+
+void look_at_interface(const config::Config& config, const std::string& interface) {
+  const can::Interface found = can::require_can_interface(interface);
+  can::require_able_to_send(interface, found);
+  std::vector<std::string> fd_messages;
+  for (const config::AxisConfig& axis : config.axes)
+    std::ranges::copy(config::fd_messages(axis.wire, config.database), std::back_inserter(fd_messages));
+  can::require_able_to_carry_fd(interface, found, fd_messages);
+  spdlog::info(can::describe(interface, found));
+  for (const std::string& doubt : can::find_doubts(interface, found, config.bus.bitrate_bit_per_s))
+    spdlog::warn(doubt);
+}
+
+void become_realtime(const config::Config& config) {
+  if (!config.controller.realtime) return;
+  for (const std::string& refusal : apply(*config.controller.realtime)) spdlog::warn(refusal);
+}
+
+can::BusHealthLog::Sink bus_log_sink() {
+  return [](can::BusHealthLog::Level level, const std::string& line) {
+    using Level = can::BusHealthLog::Level;
+    spdlog::log(level == Level::error     ? spdlog::level::err
+                : level == Level::warning ? spdlog::level::warn
+                                          : spdlog::level::info,
+                line);
+  };
+}
+
+BusClosing closing_of(const controller::Controller& controller, const std::vector<std::string>& events) {
+  BusClosing closing{
+      .events = events, .bus = can::report_of(controller.bus(), 0.0), .rejected = controller.rejected()};
+  for (std::size_t i = 0; i < controller.axis_count(); ++i) {
+    const std::string text = describe(controller.live_setpoints(i).value_or(controller::SetpointCounters{}));
+    if (!text.empty()) closing.events.push_back(controller.axis(i).config().name + ": " + text);
+  }
+  return closing;
+}
+
+namespace {
+
+bool has_terminal() {
+  const int terminal = open("/dev/tty", O_RDONLY | O_NOCTTY | O_CLOEXEC);
+  if (terminal < 0) return false;
+  close(terminal);
+  return true;
+}
+
+/// As under nohup.
+bool ignores_hang_up() {
+  struct sigaction action {};
+  return sigaction(SIGHUP, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
+}
+
+/// What led to the terminal leads nowhere from here on: a report that can't be printed is no failure.
+void leave_terminal() {
+  const int nowhere = open("/dev/null", O_RDWR | O_CLOEXEC);
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (isatty(stream) == 0 && errno == EIO) dup2(nowhere, stream);
+  close(nowhere);
+}
+
+}  // namespace
+
+bool terminal_hung_up() {
+  static const bool depends_on_one = has_terminal() && !ignores_hang_up();
+  return depends_on_one && !has_terminal();
+}
+
+void run_live(LiveLoop& loop, controller::Controller& controller, can::BusHealthLog& bus_log,
+              const LiveRun& run) {
+  constexpr auto poll_period = std::chrono::milliseconds(20);
+  terminal_hung_up();  // what there is to hang up is seen now
+  const can::Time start = loop.scheduler().now();
+  bool stopping = false;
+  const auto stop = [&] {
+    stopping = true;
+    controller.request_stop();
+  };
+  const auto must_stop = [&](can::Time now) {
+    return controller.keeps_silent() || controller.asked_to_stop() || run.is_done(can::seconds(now - start));
+  };
+  std::unique_ptr<can::Timer> poll;
+  poll = loop.scheduler().make_timer([&] {
+    const can::Time now = loop.scheduler().now();
+    bus_log.sample(can::report_of(controller.bus(), can::seconds(now - start)));
+    if (stopping && controller.stopped()) return loop.stop();
+    if (!stopping && must_stop(now)) stop();
+    poll->expire_at(now + poll_period);
+  });
+  controller.start(run.clear_faults);
+  poll->expire_at(start + poll_period);
+  try {
+    loop.run([&](int signal) {
+      if (signal == SIGHUP && terminal_hung_up())
+        leave_terminal();
+      else if (signal == SIGHUP && run.reload)
+        return run.reload();
+      if (stopping) return loop.stop();
+      stop();
+    });
+  } catch (...) {
+    controller.send_safe_commands();
+    throw;
+  }
+  controller.send_safe_commands();
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,137 @@
+#include "app/live/open_loop.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+
+#include "app/io/exit_status.h"
+#include "app/io/output_file.h"
+#include "app/live/live_loop.h"
+#include "app/live/live_run.h"
+#include "app/live/stop_signal.h"
+#include "app/report/report.h"
+#include "controller/telemetry.h"
+#include "rehearsal/rehearsal.h"
+
+namespace hystcan::app {
+namespace {
+
+using controller::Excitation;
+using OnRecord = std::function<void(const controller::CycleRecord&)>;
+
+bool has_ended(const controller::Axis& axis) {
+  return axis.report().point.finished || axis.state() == controller::AxisState::faulted;
+}
+
+OpenLoopEnd rehearse(const config::Config& config, const OnRecord& on_record) {
+  // Longer than any start-up or ramp down; who has not got there by then never will.
+  constexpr double patience_s = 60.0;
+  constexpr auto stride = std::chrono::milliseconds(10);
+  rehearsal::Rehearsal rehearsal({.controller = config.controller,
+                                  .twin = config.twin,
+                                  .database = config.database,
+                                  .bitrate_bit_per_s = config.bus.bitrate_bit_per_s},
+                                 on_record);
+  controller::Controller& loop = rehearsal.controller();
+  const auto run_until = [&](auto condition, double limit_s) {
+    const can::Time start = rehearsal.clock().now();
+    while (!condition() && can::seconds(rehearsal.clock().now() - start) < limit_s) rehearsal.run_for(stride);
+  };
+  stop_at_a_signal();
+  rehearsal.start();
+  run_until([&] { return has_ended(loop.axis(0)) || stop_signalled != 0; },
+            patience_s + Excitation(*config.axes[0].control.excitation).length_s());
+  loop.request_stop();
+  run_until([&] { return loop.stopped(); }, patience_s);
+  return {loop.axis(0)};
+}
+
+OpenLoopEnd run_on_the_bus(const config::Config& config, const OpenLoopOptions& options,
+                           const OnRecord& on_record) {
+  LiveLoop loop(config.bus.interface);
+  StateLog log(config);
+  can::BusHealthLog bus_log(config.bus.interface, bus_log_sink());
+  std::unique_ptr<controller::TelemetryThread> telemetry;
+  controller::Controller controller(config.controller, config.database, loop.scheduler(), loop.attach(),
+                                    [&](const controller::CycleRecord& record) { telemetry->push(record); });
+  look_at_interface(config, config.bus.interface);
+  telemetry = std::make_unique<controller::TelemetryThread>([&](const controller::CycleRecord& record) {
+    log.add(record);
+    bus_log.write();
+    on_record(record);
+  });
+  const Excitation::Config& excitation = *config.axes[0].control.excitation;
+  spdlog::info("{} excitation of axis {}, {:.3g} s at {} Hz on {}; Ctrl-C ramps down and stops",
+               name_of(excitation), config.axes[0].wire.name, Excitation(excitation).length_s(),
+               config.controller.rate_Hz, config.bus.interface);
+  run_live(loop, controller, bus_log,
+           {.clear_faults = options.clear_faults,
+            .is_done = [&](double) { return has_ended(controller.axis(0)); },
+            .reload = {}});
+  telemetry.reset();
+  bus_log.write();
+  return {controller.axis(0), describe(closing_of(controller, log.events()))};
+}
+
+}  // namespace
+
+void add_open_loop_options(CLI::App& command, OpenLoopOptions& options) {
+  command.add_option("--axis", options.axis, "name of the axis; the first one if left out");
+  CLI::Option* interface =
+      command.add_option("--interface", options.interface, "CAN interface instead of the configured one");
+  CLI::Option* clear = command.add_flag("--clear-faults", options.clear_faults,
+                                        "clear a fault the amplifier has latched, then start");
+  command.add_flag("--rehearse", options.rehearse, "on the simulated bus, with the twin, in virtual time")
+      ->excludes(interface)
+      ->excludes(clear);
+}
+
+config::Config chosen_axis_of(config::Config config, const OpenLoopOptions& options) {
+  auto chosen = config.axes.begin();
+  if (!options.axis.empty())
+    chosen = std::ranges::find(config.axes, options.axis,
+                               [](const config::AxisConfig& axis) { return axis.wire.name; });
+  if (chosen == config.axes.end())
+    throw config::Error(
+        fmt::format("{}: no axis {}, expected one of its names", config.file.string(), options.axis));
+  config.axes = {config::AxisConfig(*chosen)};
+  config.controller.axes = {{.wire = config.axes[0].wire, .axis = config.axes[0].control}};
+  if (!options.interface.empty()) config.bus.interface = options.interface;
+  return config;
+}
+
+config::Config in_open_loop(config::Config config, const Excitation::Config& excitation) {
+  controller::AxisConfig& control = config.axes[0].control;
+  refuse_beyond({control.gate.drive_min, control.gate.drive_max}, control.gate.slew_per_s,
+                Excitation(excitation));
+  control.excitation = excitation;
+  control.couplings.clear();
+  config.controller.axes[0].axis = control;
+  return config;
+}
+
+void refuse_to_overwrite_inputs(const std::filesystem::path& output, const std::filesystem::path& file,
+                                const config::Config& config) {
+  const auto folder = file.parent_path();
+  refuse_to_overwrite(output, file);
+  refuse_to_overwrite(output, folder / config.bus.dbc);
+  for (const config::AxisConfig& axis : config.axes)
+    for (const auto& model : {axis.control_model, axis.twin_model})
+      refuse_to_overwrite(output, folder / model);
+}
+
+void OpenLoopEnd::require_finished(const std::string& axis_name, const std::string& afterwards) const {
+  if (axis.fault().cause != controller::Cause::none)
+    throw RunError(describe(axis_name, axis.fault()) + "; " + afterwards);
+  if (!axis.report().point.finished) throw RunError(afterwards);
+}
+
+OpenLoopEnd drive_in_open_loop(const config::Config& config, const OpenLoopOptions& options,
+                               const OnRecord& on_record) {
+  return options.rehearse ? rehearse(config, on_record) : run_on_the_bus(config, options, on_record);
+}
+
+}  // namespace hystcan::app

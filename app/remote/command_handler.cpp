@@ -1,0 +1,27 @@
+#include "app/remote/command_handler.h"
+
+#include <fmt/format.h>
+
+#include "config/schema/config.h"
+
+namespace hystcan::app {
+
+using nlohmann::json;
+
+json refusal(const std::string& why) { return {{"ok", false}, {"error", why}}; }
+
+std::string text_of(const json& command, const char* key) {
+  const auto found = command.find(key);
+  if (found == command.end() || !found->is_string())
+    throw config::Error(fmt::format("\"{}\" is missing, expected a text", key));
+  return *found;
+}
+
+double number_of(const json& command, const char* key) {
+  const auto found = command.find(key);
+  if (found == command.end() || !found->is_number())
+    throw config::Error(fmt::format("\"{}\" is missing, expected a number", key));
+  return *found;
+}
+
+}  // namespace hystcan::app

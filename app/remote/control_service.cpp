@@ -1,0 +1,47 @@
+#include "app/remote/control_service.h"
+
+#include <spdlog/spdlog.h>
+
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/post.hpp>
+
+#include "controller/telemetry.h"
+
+namespace hystcan::app {
+namespace {
+
+void to_nobody(const nlohmann::json&) {}  // the log has it
+
+}  // namespace
+
+ControlService::ControlService(const std::filesystem::path& config_file, const config::Config& config,
+                               const std::filesystem::path& socket, const StatusBoard& board)
+    : live_(config_file, config),
+      handler_(context_, requests_, board, live_),
+      watch_(context_, {config_file}, [this] { handler_.reload({to_nobody}); }) {
+  if (!socket.empty()) {
+    socket_.emplace(context_, socket, handler_);
+    spdlog::info("control socket {}: hystcan ctl --socket {} status", socket.string(), socket.string());
+  }
+  if (!watch_.is_watching())
+    spdlog::warn("{} cannot be watched: send SIGHUP after a change", config_file.string());
+  thread_ = std::thread([this] {
+    controller::yield_to_the_control_thread();
+    const auto work = boost::asio::make_work_guard(context_);
+    context_.run();
+  });
+}
+
+ControlService::~ControlService() {
+  boost::asio::post(context_, [this] {
+    handler_.close();
+    boost::asio::post(context_, [this] { context_.stop(); });
+  });
+  thread_.join();
+}
+
+void ControlService::reload() {
+  boost::asio::post(context_, [this] { handler_.reload({to_nobody}); });
+}
+
+}  // namespace hystcan::app

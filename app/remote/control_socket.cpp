@@ -1,0 +1,168 @@
+#include "app/remote/control_socket.h"
+
+#include <fmt/format.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <boost/asio/read_until.hpp>
+#include <boost/asio/streambuf.hpp>
+#include <boost/asio/write.hpp>
+#include <cstdlib>
+#include <istream>
+#include <utility>
+
+#include "app/io/exit_status.h"
+
+namespace hystcan::app {
+namespace {
+
+using boost::asio::local::stream_protocol;
+using boost::system::error_code;
+
+constexpr std::size_t longest_line = 65'536;
+
+/// Owner and group; the folder can forbid more.
+constexpr mode_t socket_mode = 0660;
+
+pid_t pid_of(stream_protocol::socket& socket) {
+  ucred peer{};
+  socklen_t size = sizeof(peer);
+  return getsockopt(socket.native_handle(), SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 ? peer.pid : 0;
+}
+
+/// A file that nobody listens at is left over from a process that was killed.
+void remove_if_dead(boost::asio::io_context& context, const std::filesystem::path& file) {
+  stream_protocol::socket probe(context);
+  error_code error;
+  probe.connect(stream_protocol::endpoint(file.string()), error);
+  if (!error)
+    throw RunError(fmt::format("{}: another process listens there; end it, or name another control_socket",
+                               file.string()));
+  if (error == boost::asio::error::connection_refused) std::filesystem::remove(file);
+}
+
+}  // namespace
+
+nlohmann::json parse_command(const std::string& line) {
+  constexpr int deepest = 8;  // what recurses over the command later shall not run out of stack
+  const auto is_shallow = [](int depth, nlohmann::json::parse_event_t, const nlohmann::json&) {
+    return depth <= deepest;
+  };
+  return nlohmann::json::parse(line, is_shallow, false);
+}
+
+std::filesystem::path default_socket(const std::string& interface) {
+  for (const char* variable : {"RUNTIME_DIRECTORY", "XDG_RUNTIME_DIR"})
+    if (const char* folder = std::getenv(variable); folder != nullptr && *folder != '\0')
+      return std::filesystem::path(folder) / ("hystcan-" + interface + ".sock");
+  return "/tmp/hystcan-" + interface + ".sock";
+}
+
+std::filesystem::path default_twin_socket(const std::string& interface) {
+  return default_socket("twin-" + interface);
+}
+
+/// One connection. Lives as long as something of it is under way.
+class ControlSocket::Session : public std::enable_shared_from_this<Session> {
+ public:
+  Session(stream_protocol::socket socket, ControlSocket& owner)
+      : socket_(std::move(socket)), owner_(owner), pid_(pid_of(socket_)) {}
+
+  void read() {
+    boost::asio::async_read_until(
+        socket_, buffer_, '\n', [self = shared_from_this()](const error_code& error, std::size_t) {
+          if (error == boost::asio::error::not_found)
+            self->answer(refusal(fmt::format("a line is longer than {} bytes", longest_line)), true);
+          else if (!error)
+            self->take_line();
+        });
+  }
+
+ private:
+  void take_line() {
+    std::istream stream(&buffer_);
+    std::string line;
+    std::getline(stream, line);
+    const nlohmann::json command = parse_command(line);
+    if (!command.is_object())
+      return answer(refusal("expected one JSON object a line, like {\"do\": \"status\"}"), false);
+    if (!owner_.handler_.is_for_everybody(command) && !become_writer())
+      return answer(refusal(fmt::format("process {} has the right to write until it disconnects",
+                                        owner_.writer_.lock()->pid_)),
+                    false);
+    obey(command);
+  }
+
+  /// Until the answer comes only the watch for a client that hangs up keeps the session alive: one that is
+  /// killed while it waits gives the right to write back at once.
+  void obey(const nlohmann::json& command) {
+    socket_.async_wait(stream_protocol::socket::wait_error,
+                       [self = shared_from_this()](const error_code& error) {
+                         if (!error) self->owner_.handler_.forget(self.get());
+                       });
+    const auto tell = [waiting = weak_from_this()](nlohmann::json result) {
+      if (const auto self = waiting.lock()) self->answer(result, false);
+    };
+    owner_.handler_.obey(command, {tell, this});
+  }
+
+  bool become_writer() {
+    const auto writer = owner_.writer_.lock();
+    if (writer && writer.get() != this) return false;
+    owner_.writer_ = weak_from_this();
+    return true;
+  }
+
+  void answer(const nlohmann::json& result, bool last) {
+    error_code ignored;
+    socket_.cancel(ignored);
+    out_ = result.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+    boost::asio::async_write(socket_, boost::asio::buffer(out_),
+                             [self = shared_from_this(), last](const error_code& error, std::size_t) {
+                               if (!error && !last) self->read();
+                             });
+  }
+
+  stream_protocol::socket socket_;
+  ControlSocket& owner_;
+  pid_t pid_;
+  boost::asio::streambuf buffer_{longest_line};
+  std::string out_;
+};
+
+ControlSocket::ControlSocket(boost::asio::io_context& context, std::filesystem::path file,
+                             CommandHandler& handler)
+    : file_(std::move(file)), handler_(handler), acceptor_(context) {
+  remove_if_dead(context, file_);
+  try {
+    const stream_protocol::endpoint endpoint(file_.string());
+    acceptor_.open(endpoint.protocol());
+    const mode_t before = umask(~socket_mode & 0777U);
+    error_code error;
+    acceptor_.bind(endpoint, error);
+    umask(before);
+    if (error) throw boost::system::system_error(error);
+    acceptor_.listen();
+  } catch (const boost::system::system_error& error) {
+    throw RunError(fmt::format("{}: cannot listen there: {}", file_.string(), error.code().message()));
+  }
+  accept();
+}
+
+ControlSocket::~ControlSocket() {
+  error_code ignored;
+  acceptor_.close(ignored);
+  std::error_code also_ignored;
+  std::filesystem::remove(file_, also_ignored);
+}
+
+void ControlSocket::accept() {
+  acceptor_.async_accept([this](const error_code& error, stream_protocol::socket socket) {
+    if (error == boost::asio::error::operation_aborted) return;
+    if (!error) std::make_shared<Session>(std::move(socket), *this)->read();
+    accept();
+  });
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,308 @@
+#include "app/remote/controller_command_handler.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <map>
+#include <utility>
+
+#include "app/report/report.h"
+
+namespace hystcan::app {
+namespace {
+
+using controller::Arrival;
+using controller::AxisState;
+using controller::Request;
+using nlohmann::json;
+
+constexpr auto poll_period = std::chrono::milliseconds(5);
+
+/// Of `wait`, where it names no timeout either: twelve days.
+constexpr double longest_wait_s = 1e6;
+
+const std::map<std::string, Request::Kind>& acts() {
+  static const std::map<std::string, Request::Kind> kinds{
+      {"enable", Request::Kind::enable}, {"disable", Request::Kind::disable},
+      {"clear", Request::Kind::clear},   {"go_to", Request::Kind::go_to},
+      {"resume", Request::Kind::resume}, {"revert", Request::Kind::revert},
+      {"stop", Request::Kind::stop}};
+  return kinds;
+}
+
+/// As TOML, where all but a table is written as in JSON.
+std::string toml_of(const json& value) {
+  if (!value.is_object()) return value.dump();
+  std::vector<std::string> members;
+  members.reserve(value.size());
+  for (const auto& [key, member] : value.items())
+    members.push_back(fmt::format("{} = {}", json(key).dump(), toml_of(member)));
+  return fmt::format("{{{}}}", fmt::join(members, ", "));
+}
+
+json to_json(const std::string& name, const controller::CycleRecord& record) {
+  const controller::AxisReport& report = record.report;
+  json axis{{"name", name},
+            {"state", to_string(report.state)},
+            {"fault", to_string(report.cause)},
+            {"position_um", report.position_um},
+            {"drive", report.drive},
+            {"amplifier_output", record.amplifier_output},
+            {"limits", controller::limits_to_string(report.limits)},
+            {"sample_missing", report.sample_missing}};
+  if (report.cause != controller::Cause::none) {
+    axis["fault_time_s"] = report.fault_time_s;
+    axis["remedy"] = remedy(report.cause);
+  }
+  if (report.state != AxisState::tracking) return axis;
+  axis["reference_um"] = report.reference_um;
+  axis["error_um"] = report.reference_um - report.position_um;
+  axis["finished"] = report.point.finished;
+  axis["live_goal"] = report.point.live;
+  axis["arrival"] = to_string(report.arrival);
+  axis["correction"] = {{"gain", report.correction.gain}, {"offset_um", report.correction.offset_um}};
+  return axis;
+}
+
+json told(const std::vector<config::Change>& changes) {
+  json list = json::array();
+  for (const config::Change& change : changes)
+    list.push_back({{"key", change.path}, {"from", change.from}, {"to", change.to}});
+  return list;
+}
+
+std::string joined(const std::vector<config::Change>& changes) {
+  std::vector<std::string> texts;
+  texts.reserve(changes.size());
+  for (const config::Change& change : changes) texts.push_back(describe(change));
+  return fmt::format("{}", fmt::join(texts, "; "));
+}
+
+/// Empty: go on waiting. The board lags behind the control thread, and may still tell of the way before.
+json outcome_of(const controller::CycleRecord& record, std::uint64_t since_cycle) {
+  if (record.cycle <= since_cycle) return {};
+  const controller::AxisReport& report = record.report;
+  if (report.state == AxisState::faulted) return refusal(fmt::format("faulted: {}", to_string(report.cause)));
+  if (report.state == AxisState::offline) return refusal("the axis was stopped");
+  if (report.state != AxisState::tracking) return {};
+  if (report.arrival == Arrival::in_position) return {{"ok", true}, {"position_um", report.position_um}};
+  if (report.arrival == Arrival::failed) return refusal("not in position within timeout_ms");
+  if (report.arrival == Arrival::not_judged)
+    return refusal("the axis has no [axis.control.in_position], expected one to wait for");
+  return {};
+}
+
+}  // namespace
+
+ControllerCommandHandler::ControllerCommandHandler(boost::asio::io_context& context,
+                                                   controller::RequestLink& requests,
+                                                   const StatusBoard& board, LiveConfig& live)
+    : timer_(context),
+      requests_(requests),
+      board_(board),
+      live_(live),
+      last_before_act_(live.axis_names().size()) {}
+
+bool ControllerCommandHandler::is_for_everybody(const json& command) const {
+  const auto what = command.find("do");
+  return what != command.end() &&
+         (*what == "status" || *what == "wait" || *what == "disable" || *what == "stop");
+}
+
+void ControllerCommandHandler::obey(const json& command, Answer answer) {
+  static const std::map<std::string, Command> others{{"status", &ControllerCommandHandler::status},
+                                                     {"wait", &ControllerCommandHandler::wait},
+                                                     {"set", &ControllerCommandHandler::set}};
+  try {  // each is given a copy of `answer`: one that was moved away could not tell of what is thrown
+    const std::string what = text_of(command, "do");
+    if (closed_) return answer(refusal("the controller is ending"));
+    if (what == "reload") return reload(answer);
+    if (const auto found = others.find(what); found != others.end())
+      return (this->*found->second)(command, answer);
+    if (acts().contains(what)) return act(command, answer);
+    answer(
+        refusal(fmt::format("\"{}\" is no command, expected status, enable, disable, clear, go_to, resume, "
+                            "wait, set, revert, reload or stop",
+                            what)));
+  } catch (const std::exception& error) {  // what was asked for makes no sense; nothing has been changed
+    answer(refusal(error.what()));
+  }
+}
+
+void ControllerCommandHandler::status(const json&, Answer answer) {
+  json axes = json::array();
+  const auto newest = board_.newest();
+  for (std::size_t i = 0; i < newest.size(); ++i) axes.push_back(to_json(live_.axis_names()[i], newest[i]));
+  const controller::CycleCounters& counters = newest.front().counters;
+  answer({{"ok", true},
+          {"time_s", newest.front().time_s},
+          {"cycles", counters.cycles},
+          {"missed_cycles", counters.overruns},
+          {"missing_samples", counters.missing_samples},
+          {"late_samples", counters.late_samples},
+          {"axes", axes}});
+}
+
+/// The axis that is named; all where none is.
+std::vector<std::size_t> ControllerCommandHandler::axes_of(const json& command) const {
+  if (command.contains("axis")) return {live_.axis_index(text_of(command, "axis"))};
+  std::vector<std::size_t> all(live_.axis_names().size());
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
+  return all;
+}
+
+void ControllerCommandHandler::act(const json& command, Answer answer) {
+  const Request::Kind kind = acts().at(text_of(command, "do"));
+  const double position_um = kind == Request::Kind::go_to ? number_of(command, "position_um") : 0.0;
+  std::vector<std::unique_ptr<Request>> requests;
+  for (const std::size_t axis : axes_of(command)) {
+    auto request = std::make_unique<Request>();
+    request->kind = kind;
+    request->axis = axis;
+    request->position_um = position_um;
+    requests.push_back(std::move(request));
+  }
+  ask_all(std::move(requests), [answer = std::move(answer)](const std::vector<std::string>& refusals) {
+    answer(refusals.empty() ? json{{"ok", true}} : refusal(fmt::format("{}", fmt::join(refusals, "; "))));
+  });
+}
+
+void ControllerCommandHandler::set(const json& command, Answer answer) {
+  const auto value = command.find("value");
+  if (value == command.end()) throw config::Error("\"value\" is missing, expected a value as in TOML");
+  take_up(live_.with(text_of(command, "axis"), text_of(command, "key"), toml_of(*value)), std::move(answer));
+}
+
+void ControllerCommandHandler::reload(Answer answer) {
+  try {
+    take_up(live_.reread(), answer);
+  } catch (const std::exception& error) {
+    spdlog::error("configuration not taken over: {}", error.what());
+    answer(refusal(error.what()));
+  }
+}
+
+void ControllerCommandHandler::take_up(LiveConfig::Prepared prepared, Answer answer) {
+  if (!prepared.after_restart.empty()) {
+    const std::string why =
+        fmt::format("needs a restart, nothing was changed: {}", joined(prepared.after_restart));
+    spdlog::warn("configuration not taken over: {}", why);
+    return answer(refusal(why));
+  }
+  auto requests = std::move(prepared.requests);
+  const auto shared = std::make_shared<LiveConfig::Prepared>(std::move(prepared));
+  ask_all(std::move(requests),
+          [this, shared, answer = std::move(answer)](const std::vector<std::string>& refusals) {
+            if (!refusals.empty()) {
+              const std::string why = fmt::format("{}", fmt::join(refusals, "; "));
+              spdlog::error("configuration not taken over: {}", why);
+              live_.doubt(*shared);
+              return answer(refusal(why));
+            }
+            live_.accept(*shared);
+            for (const config::Change& change : shared->at_once)
+              spdlog::info("configuration: {}", describe(change));
+            answer({{"ok", true}, {"changed", told(shared->at_once)}});
+          });
+}
+
+/// `done` is told the refusals of all of them, when all are answered.
+void ControllerCommandHandler::ask_all(std::vector<std::unique_ptr<Request>> requests,
+                                       std::function<void(const std::vector<std::string>&)> done) {
+  struct Round {
+    std::size_t open;
+    std::vector<std::string> refusals;
+    std::function<void(const std::vector<std::string>&)> done;
+  };
+  if (requests.empty()) return done({});
+  const auto round = std::make_shared<Round>(Round{requests.size(), {}, std::move(done)});
+  const auto close_one = [this, round](Request& request) {
+    std::uint64_t& last_before = last_before_act_.at(request.axis);
+    last_before = std::max(last_before, request.cycle);
+    if (!request.refused_because.empty())
+      round->refusals.push_back(
+          fmt::format("{}: {}", live_.axis_names().at(request.axis), request.refused_because));
+    if (--round->open == 0) round->done(round->refusals);
+  };
+  for (auto& request : requests) {
+    Request* asked = request.get();
+    if (requests_.ask(std::move(request))) {
+      pending_.push_back({asked, close_one});
+    } else {
+      Request refused{.axis = asked->axis, .refused_because = "too much is asked at once"};
+      close_one(refused);
+    }
+  }
+  arm();
+}
+
+void ControllerCommandHandler::wait(const json& command, Answer answer) {
+  const double timeout_s = command.contains("timeout_s") ? number_of(command, "timeout_s") : longest_wait_s;
+  if (!(timeout_s > 0.0 && timeout_s <= longest_wait_s))
+    return answer(refusal(fmt::format("timeout_s is {}, expected > 0 and <= {}", timeout_s, longest_wait_s)));
+  const std::size_t axis = live_.axis_index(text_of(command, "axis"));
+  const auto duration = std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+      std::chrono::duration<double>(timeout_s));
+  waiters_.push_back({.axis = axis,
+                      .since_cycle = std::max(board_.newest()[axis].cycle, last_before_act_[axis]),
+                      .deadline = std::chrono::steady_clock::now() + duration,
+                      .answer = std::move(answer)});
+  arm();
+}
+
+void ControllerCommandHandler::arm() {
+  if (armed_ || (pending_.empty() && waiters_.empty())) return;
+  armed_ = true;
+  timer_.expires_after(poll_period);
+  timer_.async_wait([this](const boost::system::error_code& error) {
+    armed_ = false;
+    if (error) return;
+    poll();
+    arm();
+  });
+}
+
+void ControllerCommandHandler::poll() {
+  collect_answers();
+  look_at_waiters();
+}
+
+void ControllerCommandHandler::collect_answers() {
+  while (const auto request = requests_.take_answer()) {
+    const auto found =
+        std::ranges::find_if(pending_, [&](const Pending& p) { return p.request == request.get(); });
+    if (found == pending_.end()) continue;
+    const auto done = std::move(found->done);
+    pending_.erase(found);
+    done(*request);
+  }
+}
+
+void ControllerCommandHandler::look_at_waiters() {
+  const auto newest = board_.newest();
+  const auto now = std::chrono::steady_clock::now();
+  std::vector<Waiter> waiting = std::exchange(waiters_, {});
+  for (Waiter& waiter : waiting) {
+    json outcome = outcome_of(newest[waiter.axis], waiter.since_cycle);
+    if (outcome.is_null() && now >= waiter.deadline) outcome = refusal("waited for timeout_s in vain");
+    if (outcome.is_null())
+      waiters_.push_back(std::move(waiter));
+    else
+      waiter.answer(std::move(outcome));
+  }
+}
+
+void ControllerCommandHandler::forget(const void* asker) {
+  std::erase_if(waiters_, [&](const Waiter& waiter) { return waiter.answer.asker == asker; });
+}
+
+void ControllerCommandHandler::close() {
+  closed_ = true;
+  collect_answers();
+  for (Waiter& waiter : std::exchange(waiters_, {})) waiter.answer(refusal("the controller is ending"));
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,75 @@
+// Where scripts and the configuration file reach a running controller: what they ask becomes requests to the
+// control thread, what it answers goes back to them. Everything here runs on one thread of its own.
+//
+//   ControlSocket (line-delimited JSON) ──▶ ControllerCommandHandler ──▶ RequestLink ──▶ control thread
+//   file watch, SIGHUP ──▶ LiveConfig ──────┘    └──▶ StatusBoard (what is going on)
+//
+// docs/control_socket.md has the commands.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/remote/command_handler.h"
+#include "app/remote/live_config.h"
+#include "app/remote/status_board.h"
+#include "controller/request_link.h"
+
+namespace hystcan::app {
+
+class ControllerCommandHandler final : public CommandHandler {
+ public:
+  ControllerCommandHandler(boost::asio::io_context& context, controller::RequestLink& requests,
+                           const StatusBoard& board, LiveConfig& live);
+
+  void obey(const nlohmann::json& command, Answer answer) override;
+  void forget(const void* asker) override;
+  bool is_for_everybody(const nlohmann::json& command) const override;
+  /// The file again: applied where it is valid, told on the log.
+  void reload(Answer answer);
+  /// No cycles come any more: who waits is told.
+  void close();
+
+ private:
+  using Command = void (ControllerCommandHandler::*)(const nlohmann::json&, Answer);
+  struct Waiter {
+    std::size_t axis;
+    std::uint64_t since_cycle;
+    boost::asio::steady_timer::time_point deadline;
+    Answer answer;
+  };
+  struct Pending {
+    controller::Request* request;
+    std::function<void(controller::Request&)> done;
+  };
+
+  void status(const nlohmann::json& command, Answer answer);
+  void act(const nlohmann::json& command, Answer answer);
+  void wait(const nlohmann::json& command, Answer answer);
+  void set(const nlohmann::json& command, Answer answer);
+
+  void take_up(LiveConfig::Prepared prepared, Answer answer);
+  void ask_all(std::vector<std::unique_ptr<controller::Request>> requests,
+               std::function<void(const std::vector<std::string>& refusals)> done);
+  std::vector<std::size_t> axes_of(const nlohmann::json& command) const;
+  void arm();
+  void poll();
+  void collect_answers();
+  void look_at_waiters();
+
+  boost::asio::steady_timer timer_;
+  controller::RequestLink& requests_;
+  const StatusBoard& board_;
+  LiveConfig& live_;
+  std::vector<std::uint64_t> last_before_act_;  ///< cycle of each axis; its later records know of the act
+  std::vector<Pending> pending_;
+  std::vector<Waiter> waiters_;
+  bool armed_ = false;
+  bool closed_ = false;
+};
+
+}  // namespace hystcan::app

@@ -1,0 +1,94 @@
+#include "app/remote/live_config.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace hystcan::app {
+namespace {
+
+using config::Effect;
+using controller::AxisTuning;
+using controller::Request;
+
+constexpr std::size_t longest_key = 200;
+
+/// What a new trajectory is needed for; without, the reference goes on as it is.
+bool concerns_reference(const std::string& path) {
+  return path.find(".setpoint[") != std::string::npos || path.ends_with(".repeat") ||
+         path.find(".reference_") != std::string::npos;
+}
+
+std::size_t axis_of(const std::string& path) {
+  return static_cast<std::size_t>(std::stoul(path.substr(path.find('[') + 1)));
+}
+
+}  // namespace
+
+LiveConfig::LiveConfig(std::filesystem::path file, const config::Config& config)
+    : file_(std::move(file)), settings_(config::settings(file_)) {
+  names_.reserve(config.axes.size());
+  for (const config::AxisConfig& axis : config.axes) names_.push_back(axis.wire.name);
+}
+
+std::size_t LiveConfig::axis_index(std::string_view name) const {
+  const auto found = std::ranges::find(names_, name);
+  if (found == names_.end())
+    throw config::Error(fmt::format("there is no axis \"{}\", expected {}", name, fmt::join(names_, ", ")));
+  return static_cast<std::size_t>(found - names_.begin());
+}
+
+LiveConfig::Prepared LiveConfig::reread() const { return prepare({}); }
+
+LiveConfig::Prepared LiveConfig::with(std::string_view axis, std::string_view key,
+                                      const std::string& toml_value) const {
+  if (key.size() > longest_key)
+    throw config::Error(
+        fmt::format("the key has {} characters, expected at most {}", key.size(), longest_key));
+  std::vector<config::Setting> overrides = overrides_;
+  const std::string path = fmt::format("axis[{}].control.{}", axis_index(axis), key);
+  std::erase_if(overrides, [&](const config::Setting& setting) { return setting.path == path; });
+  overrides.push_back({path, toml_value});
+  return prepare(std::move(overrides));
+}
+
+LiveConfig::Prepared LiveConfig::prepare(std::vector<config::Setting> overrides) const {
+  const config::Config config = config::load(file_, overrides);
+  Prepared prepared{.settings = config::settings(file_, overrides),
+                    .overrides = std::move(overrides),
+                    .at_once = {},
+                    .after_restart = {},
+                    .requests = {}};
+  std::map<std::size_t, bool> concerned = doubted_;  // and whether their reference is
+  for (config::Change& change : config::changes(settings_, prepared.settings)) {
+    const Effect effect = config::effect_of(change.path);
+    if (effect == Effect::after_restart) prepared.after_restart.push_back(std::move(change));
+    if (effect != Effect::at_once) continue;
+    concerned[axis_of(change.path)] |= concerns_reference(change.path);
+    prepared.at_once.push_back(std::move(change));
+  }
+  if (!prepared.after_restart.empty()) return prepared;
+  prepared.requests.reserve(concerned.size());
+  for (const auto& [axis, new_reference] : concerned) {
+    auto request = std::make_unique<Request>();
+    request->kind = Request::Kind::retune;
+    request->axis = axis;
+    request->tuning = std::make_unique<AxisTuning>(config.axes[axis].control, new_reference);
+    prepared.requests.push_back(std::move(request));
+  }
+  return prepared;
+}
+
+void LiveConfig::accept(const Prepared& prepared) {
+  settings_ = prepared.settings;
+  overrides_ = prepared.overrides;
+  doubted_.clear();
+}
+
+void LiveConfig::doubt(const Prepared& prepared) {
+  for (const config::Change& change : prepared.at_once)
+    doubted_[axis_of(change.path)] |= concerns_reference(change.path);
+}
+
+}  // namespace hystcan::app

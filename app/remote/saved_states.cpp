@@ -1,0 +1,82 @@
+#include "app/remote/saved_states.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <fstream>
+#include <system_error>
+
+namespace hystcan::app {
+namespace {
+
+using controller::StartUp;
+
+std::string memory_text(const controller::ControlLaw& law) {
+  std::vector<char> buffer(model::Hysteresis::saved_size());
+  const controller::ModelCorrection& correction = law.correction();
+  return fmt::format(
+      "# What the actuator remembers, as of a clean stop. Removed as soon as it is driven again.\n"
+      "[correction]\ngain = {:.17}\noffset_um = {:.17}\n\n{}\n"
+      "[stop]  # The end: without it this is half a file.\nreason = \"stopped\"\n",
+      correction.gain, correction.offset_um, law.model().save(law.memory(), buffer));
+}
+
+/// In one step: whoever reads it finds the whole of it or nothing.
+void write(const std::filesystem::path& file, const std::string& text) {
+  const std::filesystem::path draft = file.string() + ".new";
+  std::ofstream stream(draft, std::ios::binary);
+  stream << text;
+  stream.close();
+  std::error_code error;
+  if (stream) std::filesystem::rename(draft, file, error);
+  if (!stream || error) spdlog::warn("{}: cannot be written; the next start must not restore", file.string());
+}
+
+}  // namespace
+
+SavedStates::SavedStates(const config::Config& config) {
+  const std::filesystem::path& folder = config.controller.state_folder;
+  axes_.resize(config.axes.size());
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    const config::AxisConfig& axis = config.axes[i];
+    if (!folder.empty()) axes_[i].file = folder / (axis.wire.name + ".state.toml");
+    const bool restores = axis.control.start_up == StartUp::restore;
+    if (restores && folder.empty())
+      throw config::Error(
+          fmt::format("{}: axis {} is to restore its memory, expected state_dir in [controller]",
+                      config.file.string(), axis.wire.name));
+    if (restores && !std::filesystem::exists(axes_[i].file))
+      throw config::Error(
+          fmt::format("{}: there is none, so the last stop was not a clean one, expected it for "
+                      "start_up = \"restore\"; start once with \"wipe\"",
+                      axes_[i].file.string()));
+    if (axes_[i].file.empty() || !std::filesystem::exists(axes_[i].file)) continue;
+    try {
+      axes_[i].state = config::load_state(axes_[i].file, model::Hysteresis(axis.control.law.model));
+    } catch (const config::Error& error) {
+      if (restores) throw;
+      spdlog::warn("not taken up: {}", error.what());
+    }
+  }
+}
+
+void SavedStates::restore(controller::Controller& controller) const {
+  for (std::size_t i = 0; i < axes_.size(); ++i)
+    if (axes_[i].state) controller.axis(i).restore(axes_[i].state->memory, axes_[i].state->correction);
+}
+
+void SavedStates::forget(std::size_t axis) {
+  if (axes_[axis].file.empty() || axes_[axis].forgotten) return;
+  axes_[axis].forgotten = true;
+  std::error_code ignored;
+  std::filesystem::remove(axes_[axis].file, ignored);
+}
+
+void SavedStates::save(const controller::Controller& controller) const {
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    const controller::ControlLaw* law = controller.axis(i).law_to_save();
+    if (law != nullptr && !axes_[i].file.empty()) write(axes_[i].file, memory_text(*law));
+  }
+}
+
+}  // namespace hystcan::app

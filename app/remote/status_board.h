@@ -1,0 +1,31 @@
+// What the axes are doing now, for those who ask: the telemetry thread puts the newest record of each axis
+// up, any other thread reads it.
+#pragma once
+
+#include <mutex>
+#include <vector>
+
+#include "controller/cycle_record.h"
+
+namespace hystcan::app {
+
+class StatusBoard {
+ public:
+  explicit StatusBoard(std::size_t axes) : newest_(axes) {}
+
+  void put(const controller::CycleRecord& record) {
+    const std::scoped_lock lock(mutex_);
+    newest_[record.axis] = record;
+  }
+  /// The newest of each axis; one of an axis that has made none yet is as constructed.
+  std::vector<controller::CycleRecord> newest() const {
+    const std::scoped_lock lock(mutex_);
+    return newest_;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::vector<controller::CycleRecord> newest_;
+};
+
+}  // namespace hystcan::app

@@ -1,0 +1,142 @@
+#include "app/remote/twin_command_handler.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "config/schema/config.h"
+
+namespace hystcan::app {
+namespace {
+
+using nlohmann::json;
+
+/// Twelve days.
+constexpr double longest_s = 1e6;
+
+std::string_view to_string(can::NmtState state) {
+  switch (state) {
+    case can::NmtState::boot_up:
+      return "off";
+    case can::NmtState::stopped:
+      return "stopped";
+    case can::NmtState::operational:
+      return "operational";
+    case can::NmtState::pre_operational:
+      return "pre-operational";
+  }
+  return "unknown";
+}
+
+twin::Fault fault_of(const json& command) {
+  const std::string name = text_of(command, "kind");
+  if (const auto kind = twin::parse_fault(name)) return *kind;
+  throw config::Error(fmt::format("there is no fault \"{}\", expected one of {}", name,
+                                  fmt::join(twin::fault_names(), ", ")));
+}
+
+can::Duration duration_of(const json& command) {
+  if (!command.contains("duration_s")) return {};
+  const double duration_s = number_of(command, "duration_s");
+  if (!(duration_s > 0.0 && duration_s <= longest_s))
+    throw config::Error(
+        fmt::format("duration_s is {:g}, expected more than 0, up to {:g}", duration_s, longest_s));
+  return can::Duration(std::llround(1e9 * duration_s));
+}
+
+}  // namespace
+
+std::string_view to_string(can::AmpState state) {
+  static constexpr std::array<std::string_view, 4> names{"off", "ready", "enabled", "tripped"};
+  return names[static_cast<std::size_t>(state)];
+}
+
+TwinCommandHandler::TwinCommandHandler(twin::Twin& twin, can::Scheduler& scheduler,
+                                       std::function<void()> stop)
+    : twin_(twin), scheduler_(scheduler), started_(scheduler.now()), stop_(std::move(stop)) {}
+
+bool TwinCommandHandler::is_for_everybody(const json& command) const {
+  const auto what = command.find("do");
+  return what != command.end() && (*what == "status" || *what == "heal" || *what == "stop");
+}
+
+void TwinCommandHandler::obey(const json& command, Answer answer) {
+  try {
+    answer(carry_out(command));
+  } catch (const std::exception& error) {  // what was asked for makes no sense; nothing has been changed
+    answer(refusal(error.what()));
+  }
+}
+
+json TwinCommandHandler::carry_out(const json& command) {
+  const std::string what = text_of(command, "do");
+  if (what == "status") return status();
+  if (what == "inject") return inject(command);
+  if (what == "heal") return remove(command);
+  if (what != "stop")
+    throw config::Error(fmt::format("\"{}\" is no command, expected status, inject, heal or stop", what));
+  stop_();
+  return {{"ok", true}};
+}
+
+json TwinCommandHandler::status() {
+  const can::Time now = scheduler_.now();
+  json axes = json::array();
+  for (const auto& axis : twin_.axes()) {
+    axis->plant.advance_to(now);
+    axes.push_back({{"name", axis->name},
+                    {"amplifier", to_string(axis->amplifier.state())},
+                    {"amplifier_fault", axis->amplifier.fault()},
+                    {"sensor", to_string(axis->sensor.state())},
+                    {"drive", axis->plant.drive()},
+                    {"position_um", axis->plant.position_um()}});
+  }
+  json faults = json::array();
+  for (const auto& fault : twin_.faults().active()) faults.push_back(describe(fault));
+  return {{"ok", true}, {"time_s", time_s(now)}, {"axes", axes}, {"faults", faults}};
+}
+
+json TwinCommandHandler::describe(const twin::FaultScheduler::Active& fault) const {
+  const twin::FaultSpec& order = fault.order;
+  const twin::FaultTraits& its = traits(order.kind);
+  json told{{"kind", its.name}, {"axis", order.axis}, {"began_s", time_s(fault.began)}};
+  if (its.site != twin::FaultSite::plant) told["node"] = to_string(order.node);
+  if (!its.unit.empty()) told["value"] = order.value;
+  if (order.lasts > can::Duration::zero()) told["ends_s"] = time_s(fault.ends);
+  return told;
+}
+
+/// The only one where none is named.
+std::string TwinCommandHandler::axis_of(const json& command) const {
+  if (!command.contains("axis") && twin_.axes().size() == 1) return twin_.axes().front()->name;
+  return text_of(command, "axis");
+}
+
+json TwinCommandHandler::inject(const json& command) {
+  twin::FaultSpec order = twin::fault_spec(fault_of(command), axis_of(command));
+  if (command.contains("node")) {
+    const std::string name = text_of(command, "node");
+    const auto node = twin::parse_node(name);
+    if (!node) throw config::Error(fmt::format("node is \"{}\", expected sensor or amplifier", name));
+    order.node = *node;
+  }
+  if (command.contains("value")) {
+    if (traits(order.kind).unit.empty())
+      throw config::Error(fmt::format("{} takes no number, expected no value", traits(order.kind).name));
+    order.value = number_of(command, "value");
+  }
+  order.lasts = duration_of(command);
+  twin_.faults().inject(order);
+  return {{"ok", true}, {"fault", twin::describe(order)}};
+}
+
+json TwinCommandHandler::remove(const json& command) {
+  std::optional<twin::Fault> kind;
+  if (command.contains("kind")) kind = fault_of(command);
+  const std::string axis = command.contains("axis") ? text_of(command, "axis") : "";
+  return {{"ok", true}, {"healed", twin_.faults().remove(kind, axis)}};
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,50 @@
+#include "app/report/gnuplot.h"
+
+#include <fmt/format.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <fstream>
+#include <system_error>
+
+namespace hystcan::app {
+namespace {
+
+std::string run_gnuplot(const std::filesystem::path& directory, const std::string& script) {
+  const pid_t child = fork();
+  if (child < 0) return std::generic_category().message(errno);
+  if (child == 0) {
+    if (chdir(directory.c_str()) == 0) execlp("gnuplot", "gnuplot", script.c_str(), nullptr);
+    _exit(127);
+  }
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return {};
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 127) return "gnuplot is not installed";
+  return fmt::format("gnuplot failed at {}", script);
+}
+
+}  // namespace
+
+std::string draw_with_gnuplot(const std::filesystem::path& directory, const std::string& name,
+                              std::string_view script) {
+  const std::filesystem::path path = directory / name;
+  std::ofstream file(path);
+  file << script;
+  file.close();
+  if (!file) return fmt::format("{} cannot be written", path.string());
+  return run_gnuplot(directory, name);
+}
+
+std::string gnuplot_text(std::string_view text) {
+  std::string quoted = "'";
+  for (const char c : text) {
+    if (c == '\'') quoted += c;
+    quoted += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+  }
+  return quoted + "'";
+}
+
+}  // namespace hystcan::app

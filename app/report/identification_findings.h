@@ -1,0 +1,14 @@
+// What an identification saw and decided, in sentences for the engineer.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "identification/identify.h"
+
+namespace hystcan::app {
+
+std::vector<std::string> findings(const std::vector<identification::Dataset>& datasets,
+                                  const identification::Identified& identified);
+
+}  // namespace hystcan::app

@@ -1,0 +1,188 @@
+#include "app/report/identification_plots.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "app/report/gnuplot.h"
+
+namespace hystcan::app {
+namespace {
+
+using identification::Identified;
+using identification::Landscape;
+
+constexpr const char* loops_script = R"(set xlabel input_label
+set ylabel output_label
+plot for [k = 1:datasets] 'record.csv' using (of(k, 'input')):(of(k, 'output')) with lines lw 4 lc rgb '#f4b183' \
+       title (k == 1 ? 'measured' : ''), \
+     for [k = 1:datasets] 'record.csv' using (of(k, 'input')):(of(k, 'predicted')) with lines lw 1.5 lc rgb '#0060ad' \
+       title (k == 1 ? 'model' : '')
+)";
+
+constexpr const char* residual_time_script = R"(set xlabel 'time [s]'
+set ylabel 'measured - model [% of span]'
+set xzeroaxis lt 1 lw 1.5 lc rgb '#404040'
+set autoscale xfix
+set lmargin at screen 0.12
+set multiplot layout datasets,1
+do for [k = 1:datasets] {
+  if (datasets > 1) { set title sprintf('record %d', k) }
+  plot 'record.csv' using (of(k, 'time_s')):(100 * column('residual') / span) with lines lc rgb '#0060ad' notitle
+}
+unset multiplot
+)";
+
+constexpr const char* residual_input_script = R"(set xlabel input_label
+set ylabel 'measured - model [% of span]'
+set xzeroaxis lt 1 lw 1.5 lc rgb '#404040'
+stats 'record.csv' using (column('residual')) nooutput
+size = STATS_records > 2000 ? 0.25 : 0.6
+# the way that the input goes; at rest, the way it went last
+before = way = NaN
+way_of(v) = (way = (v > before ? 1 : v < before ? -1 : way), before = v, way)
+plot 'record.csv' using (way_of(column('input')) > 0 ? column('input') : NaN):(100 * column('residual') / span) \
+       with points pt 7 ps size lc rgb '#c05020' notitle, \
+     'record.csv' using (way_of(column('input')) < 0 ? column('input') : NaN):(100 * column('residual') / span) \
+       with points pt 7 ps size lc rgb '#0060ad' notitle, \
+     NaN with points pt 7 lc rgb '#c05020' title 'rising', \
+     NaN with points pt 7 lc rgb '#0060ad' title 'falling'
+)";
+
+constexpr const char* curves_script = R"(set lmargin at screen 0.13
+set arrow 1 from first observed_lo, graph 0 to first observed_lo, graph 1 nohead dt 3 lw 1.5 lc rgb '#404040'
+set arrow 2 from first observed_hi, graph 0 to first observed_hi, graph 1 nohead dt 3 lw 1.5 lc rgb '#404040'
+set xrange [thresholds_lo:thresholds_hi]
+set xlabel input_label
+set multiplot layout 2,1
+# extrapolated curves may leave far behind what was measured: cut off half a span beyond it
+stats 'record.csv' using (column('output')) nooutput
+set yrange [STATS_min - 0.5 * span < * : * < STATS_max + 0.5 * span]
+set ylabel output_label
+plot for [k = 1:datasets] 'record.csv' using (of(k, 'input')):(of(k, 'output')) with lines lw 1 lc rgb '#d0d0d0' \
+       title (k == 1 ? 'measured' : ''), \
+     'curves.csv' using (column('input')):(column('ascending')) with lines lw 2 lc rgb '#c05020' title 'ascending', \
+     'curves.csv' using (column('input')):(column('descending')) with lines lw 2 lc rgb '#0060ad' title 'descending', \
+     NaN with lines dt 3 lw 1.5 lc rgb '#404040' title 'ends of the inputs observed'
+set yrange [0:*]
+set ylabel 'distance [% of span]'
+plot 'curves.csv' using (column('input')):(100 * (column('descending') - column('ascending')) / span) \
+       with lines lw 2 lc rgb '#404040' title 'descending - ascending'
+unset multiplot
+)";
+
+constexpr const char* landscape_script = R"(set view map
+set title 'lines: 1.05 and 1.5 times the least; cross: the model'
+set lmargin at screen 0.1
+set rmargin at screen 0.83
+set tmargin at screen 0.93
+set bmargin at screen 0.12
+set xlabel 'k ascending, times the span of the thresholds'
+set ylabel 'k descending, times the span of the thresholds'
+set cblabel (cut ? 'RMS [% of output span], cut off at the last colour' : 'RMS [% of output span]') offset 1
+set palette defined (0 '#440154', 1 '#3b528b', 2 '#21918c', 3 '#5ec962', 4 '#fde725')
+do for [axis in 'x y'] {
+  eval 'set '.axis.'tics ()'
+  do for [k in '-300 -100 -30 -10 -3 -1 -0.3 0 0.3 1 3 10 30 100 300'] {
+    eval sprintf('set %stics add (''%s'' %g)', axis, k, asinh(real(k)))
+  }
+}
+set xrange [x_lo:x_hi]
+set yrange [y_lo:y_hi]
+set cbrange [100 * least / span : 100 * top / span]
+set pm3d interpolate 4,4
+set contour base
+set cntrparam levels discrete 105 * least / span, 150 * least / span
+set cntrlabel onecolor
+set label 1 '' at first x_best, first y_best, first 0 point pt 2 ps 1.5 lw 3 lc rgb 'white' front
+splot 'landscape.csv' using (place(column('k_ascending'))):(place(column('k_descending'))):(100 * column('rms') / span) \
+        with pm3d nocontour notitle, \
+      'landscape.csv' using (place(column('k_ascending'))):(place(column('k_descending'))):(100 * column('rms') / span) \
+        with lines nosurface lw 2 lc rgb 'white' notitle
+)";
+
+std::string labelled(const std::string& what, const std::string& unit) {
+  return gnuplot_text(unit.empty() ? what : fmt::format("{} [{}]", what, unit));
+}
+
+std::string setting(const char* name, double value) { return fmt::format("{} = {:.9g}\n", name, value); }
+
+// Terminal, names and numbers that the scripts use.
+std::string preamble(const std::string& name, int height, std::size_t datasets,
+                     const Identified& identified) {
+  const model::HysteresisParameters& p = identified.parameters;
+  return fmt::format("# gnuplot {0}.gp: draws {0}.svg\n", name) +
+         fmt::format("set terminal svg size 1000,{} noenhanced font 'sans,16' background 'white'\n", height) +
+         fmt::format("set output '{}.svg'\n", name) +
+         "set datafile separator ','\nset datafile missing NaN\nset grid lc rgb '#c0c0c0'\nset key outside "
+         "top center horizontal\n" +
+         fmt::format("records = {}\ninput_label = {}\noutput_label = {}\n", datasets,
+                     labelled("input", p.input_unit), labelled("output", p.output_unit)) +
+         setting("span", identified.output_span) + setting("thresholds_lo", p.input_range().lo) +
+         setting("thresholds_hi", p.input_range().hi) + setting("observed_lo", identified.observed.lo) +
+         setting("observed_hi", identified.observed.hi) +
+         "of(k, name) = (column('record') == k ? column(name) : NaN)\n";
+}
+
+// The colours end at four times the least: where the best is would not be seen otherwise.
+std::string of_landscape(const Landscape& map, const Identified& identified) {
+  const double span = identified.parameters.input_range().span();
+  double least = std::numeric_limits<double>::infinity(), most = 0.0;
+  for (const auto& row : map.rms)
+    for (const double rms : row) {
+      least = std::min(least, rms);
+      most = std::max(most, rms);
+    }
+  const auto place = [&](double k) { return std::asinh(k * span); };
+  return "place(k) = asinh(k * (thresholds_hi - thresholds_lo))\n" + setting("least", least) +
+         setting("top", std::min(most, 4.0 * least)) + setting("cut", most > 4.0 * least ? 1.0 : 0.0) +
+         setting("x_lo", place(map.k_ascending.front())) + setting("x_hi", place(map.k_ascending.back())) +
+         setting("y_lo", place(map.k_descending.front())) + setting("y_hi", place(map.k_descending.back())) +
+         setting("x_best", place(identified.parameters.k_ascending)) +
+         setting("y_best", place(identified.parameters.k_descending));
+}
+
+}  // namespace
+
+const std::vector<Picture>& pictures() {
+  static const std::vector<Picture> all{
+      {"loops", "Loops",
+       "Measured and modelled output over the input. Where the model is right, its line lies within the "
+       "measured one."},
+      {"residual_time", "Residual over time",
+       "What the model leaves unexplained. A slope is drift or creep; a residual that grows or shrinks at "
+       "the "
+       "beginning is an initial memory that was not met."},
+      {"residual_input", "Residual over input",
+       "Rising and falling apart: a wave that both have is the order of the curves; a loop between the two "
+       "is "
+       "a delay or a dependence on the rate; a fan at one end is a threshold."},
+      {"curves", "Reference curves",
+       "The two curves that all branches are made from, between the thresholds, and how far they are apart. "
+       "Beyond the inputs observed they are extrapolated."},
+      {"landscape", "Landscape of k",
+       "RMS of the best curves at each pair of k, all else as identified. A long valley is a k that the "
+       "record "
+       "does not tell."}};
+  return all;
+}
+
+std::string draw_pictures(const std::filesystem::path& directory, std::size_t datasets,
+                          const Identified& identified, const std::optional<Landscape>& landscape) {
+  std::string undrawn;
+  const auto draw = [&](const std::string& name, int height, const std::string& script) {
+    const std::string why =
+        draw_with_gnuplot(directory, name + ".gp", preamble(name, height, datasets, identified) + script);
+    if (undrawn.empty()) undrawn = why;
+  };
+  draw("loops", 700, loops_script);
+  draw("residual_time", static_cast<int>(std::max<std::size_t>(400, 340 * datasets)), residual_time_script);
+  draw("residual_input", 500, residual_input_script);
+  draw("curves", 900, curves_script);
+  if (landscape) draw("landscape", 750, of_landscape(*landscape, identified) + landscape_script);
+  return undrawn;
+}
+
+}  // namespace hystcan::app

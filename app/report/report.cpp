@@ -1,0 +1,108 @@
+#include "app/report/report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+
+namespace hystcan::app {
+namespace {
+
+nlohmann::json error_to_json(const controller::ErrorStatistics& error, double stroke_um) {
+  return {{"samples", error.samples},
+          {"rms_um", error.rms_um()},
+          {"max_um", error.max_um},
+          {"rms_percent", 100.0 * error.rms_um() / stroke_um},
+          {"max_percent", 100.0 * error.max_um / stroke_um}};
+}
+
+}  // namespace
+
+nlohmann::json to_json(const controller::AxisOutcome& outcome) {
+  nlohmann::json json = error_to_json(outcome.statistics.total(), outcome.stroke_um);
+  json["name"] = outcome.name;
+  json["stroke_um"] = outcome.stroke_um;
+  json["state"] = to_string(outcome.state);
+  json["fault"] = to_string(outcome.fault.cause);
+  json["segments"] = nlohmann::json::array();
+  for (const auto& segment : outcome.statistics.segments())
+    json["segments"].push_back(error_to_json(segment, outcome.stroke_um));
+  return json;
+}
+
+nlohmann::json to_json(const can::BusReport& report) {
+  nlohmann::json json{{"state", to_string(report.state)},
+                      {"sent", report.counters.sent},
+                      {"received", report.counters.received},
+                      {"error_counters", nullptr}};
+  for (const can::BusTrouble& trouble : can::bus_troubles())
+    json[std::string(trouble.key)] = report.counters.*trouble.count;
+  if (report.error_counters)
+    json["error_counters"] = {{"transmit", report.error_counters->transmit},
+                              {"receive", report.error_counters->receive}};
+  return json;
+}
+
+nlohmann::json to_json(const can::RejectedFrames& rejected) {
+  nlohmann::json json;
+  for (std::size_t i = 0; i < can::rejection_count; ++i) {
+    std::string key(to_string(static_cast<can::Rejection>(i)));
+    std::ranges::replace(key, ' ', '_');
+    json[key] = rejected.by_cause[i];
+  }
+  return json;
+}
+
+std::vector<std::string> describe(const BusClosing& closing) {
+  std::vector<std::string> lines = closing.events;
+  lines.push_back(describe(closing.bus));
+  for (const can::RejectedFrames& rejected : closing.rejected)
+    if (std::string line = describe(rejected); !line.empty()) lines.push_back(std::move(line));
+  return lines;
+}
+
+nlohmann::json to_json(const BusClosing& closing) {
+  nlohmann::json json = to_json(closing.bus);
+  json["rejected"] = nlohmann::json::object();
+  for (const can::RejectedFrames& rejected : closing.rejected)
+    json["rejected"][rejected.message] = to_json(rejected);
+  return json;
+}
+
+nlohmann::json to_json(const controller::CycleTiming& timing) {
+  nlohmann::json json;
+  for (const controller::NamedTime& time : controller::cycle_times()) {
+    const controller::TimeSummary summary = (timing.*time.statistics).summary();
+    json[std::string(time.key)] = {{"count", summary.count},
+                                   {"mean_us", summary.mean_us},
+                                   {"sd_us", summary.sd_us},
+                                   {"p99_us", summary.p99_us},
+                                   {"max_us", summary.max_us}};
+  }
+  return json;
+}
+
+std::vector<std::string> describe(const controller::CycleTiming& timing) {
+  std::vector<std::string> lines;
+  lines.reserve(controller::cycle_times().size());
+  for (const controller::NamedTime& time : controller::cycle_times())
+    lines.push_back(controller::describe(time.words, (timing.*time.statistics).summary()));
+  return lines;
+}
+
+std::string describe(const controller::AxisOutcome& outcome) {
+  const controller::ErrorStatistics total = outcome.statistics.total();
+  if (total.samples == 0) return outcome.name + ": no sample of a settled reference; no error to tell";
+  return fmt::format("{}: error RMS {:.4f} um ({:.3f} % of {:g} um), max {:.4f} um over {} samples",
+                     outcome.name, total.rms_um(), 100.0 * total.rms_um() / outcome.stroke_um,
+                     outcome.stroke_um, total.max_um, total.samples);
+}
+
+std::string describe(const std::string& axis, const controller::Fault& fault) {
+  return fmt::format("axis {} faulted at {:.3f} s: {}; {}", axis, fault.time_s, to_string(fault.cause),
+                     remedy(fault.cause));
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,115 @@
+#include "can/bus_health_log.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace hystcan::can {
+namespace {
+
+// Changes of state have lines of their own and are here for the totals.
+constexpr std::array<BusTrouble, 12> troubles{{
+    {"send_refused", "not sent: the queue was full or the interface down", &BusCounters::send_refused},
+    {"receive_lost", "lost in the kernel: they came faster than we read", &BusCounters::receive_lost},
+    {"not_acknowledged", "not acknowledged: nobody else is on the bus", &BusCounters::not_acknowledged},
+    {"arbitration_lost", "arbitration lost", &BusCounters::arbitration_lost},
+    {"protocol_errors", "protocol errors: check wiring, termination and bit rates",
+     &BusCounters::protocol_errors},
+    {"controller_overflows", "overflows of the adapter", &BusCounters::controller_overflows},
+    {"transceiver_errors", "transceiver errors: check the wiring", &BusCounters::transceiver_errors},
+    {"restarts", "restarts after bus-off", &BusCounters::restarts},
+    {"warnings", "changes to error-warning", &BusCounters::warnings},
+    {"passives", "changes to error-passive", &BusCounters::passives},
+    {"bus_offs", "changes to bus-off", &BusCounters::bus_offs},
+    {"error_frames", "error frames", &BusCounters::error_frames},
+}};
+
+BusHealthLog::Level level_of(BusState state) {
+  if (state == BusState::active) return BusHealthLog::Level::info;
+  const bool lost = state == BusState::bus_off || state == BusState::down;
+  return lost ? BusHealthLog::Level::error : BusHealthLog::Level::warning;
+}
+
+std::string words_of(const std::optional<ErrorCounters>& counters) {
+  if (!counters) return {};
+  return fmt::format(", error counters {} transmit, {} receive", counters->transmit, counters->receive);
+}
+
+}  // namespace
+
+std::optional<std::uint64_t> RateLimit::add(std::uint64_t events, double time_s) {
+  pending_ += events;
+  if (pending_ == 0 || (last_s_ && time_s < *last_s_ + period_s_)) return std::nullopt;
+  last_s_ = time_s;
+  return std::exchange(pending_, 0);
+}
+
+BusReport report_of(const Bus& bus, double time_s) {
+  return {.time_s = time_s,
+          .state = bus.state(),
+          .error_counters = bus.error_counters(),
+          .counters = bus.counters()};
+}
+
+BusReport report_of(std::span<const Bus* const> connections, double time_s) {
+  BusReport all;
+  all.time_s = time_s;
+  BusCounters& sum = all.counters;
+  for (const Bus* bus : connections) {
+    const BusReport one = report_of(*bus, time_s);
+    all.state = std::max(all.state, one.state);
+    if (one.error_counters) all.error_counters = one.error_counters;
+    const std::uint64_t refused = sum.send_refused + one.counters.send_refused;
+    const std::uint64_t lost = sum.receive_lost + one.counters.receive_lost;
+    for (const BusTrouble& trouble : troubles)
+      sum.*trouble.count = std::max(sum.*trouble.count, one.counters.*trouble.count);
+    sum.send_refused = refused;
+    sum.receive_lost = lost;
+    sum.sent += one.counters.sent;
+    sum.received += one.counters.received;
+  }
+  return all;
+}
+
+std::span<const BusTrouble> bus_troubles() { return troubles; }
+
+std::string describe(const BusReport& report) {
+  std::string text = fmt::format("bus {}: {} frames sent, {} received", to_string(report.state),
+                                 report.counters.sent, report.counters.received);
+  for (const BusTrouble& trouble : troubles) {
+    const std::string_view name = trouble.words.substr(0, trouble.words.find(':'));
+    if (const std::uint64_t count = report.counters.*trouble.count; count != 0)
+      text += fmt::format(", {} {}", count, name);
+  }
+  return text + words_of(report.error_counters);
+}
+
+BusHealthLog::BusHealthLog(std::string interface, Sink sink)
+    : interface_(std::move(interface)), sink_(std::move(sink)) {}
+
+void BusHealthLog::sample(const BusReport& report) {
+  ring_.push(report);  // counts are running totals: a full ring loses none
+}
+
+void BusHealthLog::write() {
+  ring_.consume_all([this](const BusReport& report) { write(report); });
+}
+
+void BusHealthLog::write(const BusReport& report) {
+  RateLimit& state_limit = state_limits_[static_cast<std::size_t>(report.state)];
+  if (const auto times = state_limit.add(report.state != last_.state ? 1 : 0, report.time_s))
+    sink_(level_of(report.state),
+          fmt::format("{}: bus {} at {:.3f} s{}{}", interface_, to_string(report.state), report.time_s,
+                      *times > 1 ? fmt::format(" ({} times since last told)", *times) : "",
+                      words_of(report.error_counters)));
+  for (std::size_t i = 0; i < trouble_limits_.size(); ++i) {
+    const std::uint64_t more = report.counters.*troubles[i].count - last_.counters.*troubles[i].count;
+    if (const auto events = trouble_limits_[i].add(more, report.time_s))
+      sink_(Level::warning,
+            fmt::format("{}: {} {} by {:.3f} s", interface_, *events, troubles[i].words, report.time_s));
+  }
+  last_ = report;
+}
+
+}  // namespace hystcan::can

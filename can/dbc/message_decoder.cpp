@@ -1,0 +1,88 @@
+#include "can/dbc/message_decoder.h"
+
+#include <algorithm>
+
+#include "can/dbc/signal_codec.h"
+
+namespace hystcan::can {
+namespace {
+
+bool can_be_read(const Signal& signal, std::span<const std::uint8_t> payload) {
+  return is_decodable(signal) && bytes_needed(signal) <= payload.size();
+}
+
+std::uint64_t bits_of(const Signal& signal, std::span<const std::uint8_t> payload) {
+  const auto raw = static_cast<std::uint64_t>(SignalCodec(signal).unpack_raw(payload));
+  return raw & ~std::uint64_t{0} >> (64U - signal.length);
+}
+
+/// Which signals of a message a payload carries: a signal is there where its switch is, and reads one of its
+/// values. Switches may form chains of any length; a ring of them is never there.
+class Presence {
+ public:
+  Presence(const Message& message, std::span<const std::uint8_t> payload)
+      : signals_(message.signals), payload_(payload), known_(message.signals.size(), State::unknown) {}
+
+  bool of(std::size_t asked) {
+    std::size_t index = asked;
+    while (known_[index] == State::unknown) {  // up to where it is known, or there is no switch
+      known_[index] = State::asked;
+      chain_.push_back(index);
+      const auto& switched_by = signals_[index].multiplexing.switched_by;
+      if (!switched_by) break;
+      index = *switched_by;
+    }
+    for (; !chain_.empty(); chain_.pop_back()) {
+      known_[chain_.back()] = is_present(signals_[chain_.back()]) ? State::present : State::absent;
+    }
+    return known_[asked] == State::present;
+  }
+
+ private:
+  enum class State : std::uint8_t { unknown, asked, present, absent };
+
+  bool is_present(const Signal& signal) const {
+    if (!can_be_read(signal, payload_)) return false;
+    const Multiplexing& multiplexing = signal.multiplexing;
+    if (!multiplexing.switched_by) return true;
+    if (known_[*multiplexing.switched_by] != State::present) return false;
+    const std::uint64_t reads = bits_of(signals_[*multiplexing.switched_by], payload_);
+    return std::ranges::any_of(multiplexing.ranges, [&](const Multiplexing::Range& range) {
+      return range.low <= reads && reads <= range.high;
+    });
+  }
+
+  const std::vector<Signal>& signals_;
+  std::span<const std::uint8_t> payload_;
+  std::vector<State> known_;
+  std::vector<std::size_t> chain_;
+};
+
+DecodedSignal decode(const Signal& signal, std::span<const std::uint8_t> payload) {
+  const SignalCodec codec(signal);
+  DecodedSignal decoded{&signal, codec.unpack_raw(payload), codec.unpack(payload), {}};
+  const auto named = signal.values.find(decoded.raw);
+  if (named != signal.values.end()) decoded.name = named->second;
+  return decoded;
+}
+
+}  // namespace
+
+const Message* message_of(const Database& database, const Frame& frame) {
+  if (frame.kind == FrameKind::error) return nullptr;
+  const auto found = database.message_by_id.find(Database::key_of(frame.id, frame.extended));
+  return found == database.message_by_id.end() ? nullptr : &database.messages[found->second];
+}
+
+std::vector<DecodedSignal> decode_signals(const Message& message, const Frame& frame) {
+  std::vector<DecodedSignal> decoded;
+  if (frame.kind == FrameKind::remote || frame.kind == FrameKind::error) return decoded;
+  decoded.reserve(message.signals.size());
+  Presence presence(message, frame.payload());
+  for (std::size_t i = 0; i < message.signals.size(); ++i) {
+    if (presence.of(i)) decoded.push_back(decode(message.signals[i], frame.payload()));
+  }
+  return decoded;
+}
+
+}  // namespace hystcan::can

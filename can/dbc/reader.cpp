@@ -1,0 +1,271 @@
+#include "can/dbc/reader.h"
+
+#include <unordered_map>
+#include <utility>
+
+#include "can/dbc/text.h"
+
+namespace hystcan::can::dbc {
+namespace {
+
+constexpr std::uint64_t independent_signals_id = 0xC000'0000;
+constexpr std::string_view independent_signals_name = "VECTOR__INDEPENDENT_SIG_MSG";
+
+/// What follows the messages in the file tells of them by identifier and name: of every message and signal
+/// that bears them, where several do.
+class Reader {
+ public:
+  explicit Reader(Document& document)
+      : document_(document), warnings_(document.warnings), attributes_(database_, document.warnings) {}
+
+  Database run() {
+    database_.version = unescaped(document_.version.text);
+    for (const Token& node : document_.nodes) add_node(node);
+    database_.messages.reserve(document_.messages.size());
+    for (const MessageBlock& block : document_.messages) add_message(block);
+    signals_.resize(database_.messages.size());
+    for (const ValueTable& table : document_.value_tables)
+      add_names(table.names, database_.value_tables[to_utf8(table.name.text)]);
+    for (const Comment& comment : document_.comments) add_comment(comment);
+    for (const SignalValues& values : document_.values) add_values(values);
+    for (const SignalValueType& type : document_.value_types) set_value_type(type);
+    for (const SignalMultiplexing& line : document_.multiplexing) set_multiplexing(line);
+    for (const AttributeDefinition& definition : document_.definitions) attributes_.define(definition);
+    for (const AttributeDefault& line : document_.defaults) attributes_.set_default(line);
+    for (const AttributeLine& line : document_.attributes) set_attribute(line);
+    for (const RelationLine& line : document_.relations) add_relation(line);
+    attributes_.derive();
+    return std::move(database_);
+  }
+
+ private:
+  void note(Token at, std::string what) { warnings_.push_back({at.text.data(), std::move(what)}); }
+
+  // ---- what there is
+
+  void add_node(Token node) {
+    if (!nodes_.emplace(node.text, database_.nodes.size()).second) {
+      note(node, "node " + std::string(node.text) + " a second time");
+      return;
+    }
+    database_.nodes.push_back({to_utf8(node.text), {}, {}});
+  }
+
+  void add_message(const MessageBlock& block) {
+    const std::uint64_t id = natural(block.id, 0, 0xFFFF'FFFF, "the identifier of a message");
+    if (id == independent_signals_id || block.name.text == independent_signals_name) {
+      left_out_ = id;
+      return;
+    }
+    const std::size_t index = database_.messages.size();
+    Message message = read_message(block, warnings_);
+    if (!names_.emplace(block.name.text, index).second) {
+      note(block.name, "message " + message.name + " a second time: found by its name is the first");
+    }
+    if (!database_.message_by_id.insert_or_assign(Database::key_of(message.id, message.extended), index)
+             .second) {
+      note(block.id,
+           "identifier " + std::string(block.id.text) + " a second time: frames are decoded by the last");
+    }
+    by_id_.emplace(id, index);
+    database_.messages.push_back(std::move(message));
+  }
+
+  // ---- to find it again
+
+  template <class Do>
+  void for_messages(Token id_token, Do&& act) {
+    const std::uint64_t id = natural(id_token, 0, 0xFFFF'FFFF, "the identifier of a message");
+    const auto [first, last] = by_id_.equal_range(id);
+    if (first == last && id != left_out_) note(id_token, "there is no message " + std::string(id_token.text));
+    for (auto each = first; each != last; ++each) act(each->second);
+  }
+
+  template <class Do>
+  void for_signals(Token id, Token name, Do&& act) {
+    for_messages(id, [&](std::size_t index) {
+      Message& message = database_.messages[index];
+      const auto [first, last] = signals_named(index, name);
+      if (first == last) {
+        note(name, "message " + message.name + " has no signal " + std::string(name.text));
+      }
+      for (auto each = first; each != last; ++each) act(message, message.signals[each->second]);
+    });
+  }
+
+  using SignalIndex = std::unordered_multimap<std::string_view, std::size_t>;
+  std::pair<SignalIndex::const_iterator, SignalIndex::const_iterator> signals_named(std::size_t index,
+                                                                                    Token token) {
+    const std::string name = to_utf8(token.text);
+    SignalIndex& signals = signals_[index];
+    const Message& message = database_.messages[index];
+    if (signals.empty()) {
+      for (std::size_t i = 0; i < message.signals.size(); ++i) signals.emplace(message.signals[i].name, i);
+    }
+    return std::as_const(signals).equal_range(name);
+  }
+
+  Node* node(Token name) {
+    const auto found = nodes_.find(name.text);
+    if (found != nodes_.end()) return &database_.nodes[found->second];
+    if (name.text != "Vector__XXX") note(name, "there is no node " + std::string(name.text));
+    return nullptr;
+  }
+
+  // ---- what is said of it
+
+  void add_comment(const Comment& comment) {
+    const std::string text = unescaped(comment.text.text);
+    const Subject& subject = comment.subject;
+    switch (subject.kind) {
+      case Subject::Kind::network:
+        database_.comment = text;
+        break;
+      case Subject::Kind::node:
+        if (Node* found = node(subject.name)) found->comment = text;
+        break;
+      case Subject::Kind::message:
+        for_messages(subject.id, [&](std::size_t index) { database_.messages[index].comment = text; });
+        break;
+      case Subject::Kind::signal:
+        for_signals(subject.id, subject.name, [&](Message&, Signal& signal) { signal.comment = text; });
+        break;
+      case Subject::Kind::environment:
+        break;
+    }
+  }
+
+  /// Beyond the signed range a raw value stands for the same 64 bits.
+  void add_names(const std::vector<ValueName>& names, std::map<std::int64_t, std::string>& values) {
+    for (const auto& [raw, name] : names) {
+      const auto natural_value = to_natural(raw.text);
+      const auto value = natural_value ? static_cast<std::int64_t>(*natural_value) : to_integer(raw.text);
+      if (value) {
+        values[*value] = unescaped(name.text);
+      } else {
+        note(raw, cited(raw) + " is not a raw value of at most 64 bits: left out");
+      }
+    }
+  }
+
+  void add_values(const SignalValues& values) {
+    std::map<std::int64_t, std::string> names;
+    if (!values.table.text.empty()) {
+      const auto table = database_.value_tables.find(to_utf8(values.table.text));
+      if (table == database_.value_tables.end()) {
+        note(values.table, "there is no value table " + std::string(values.table.text));
+      } else {
+        names = table->second;
+      }
+    }
+    add_names(values.names, names);
+    for_signals(values.id, values.signal, [&](Message&, Signal& signal) {
+      for (const auto& [raw, name] : names) signal.values.insert_or_assign(raw, name);
+    });
+  }
+
+  /// The length decides between the two numbers, for they are written as each other.
+  void set_value_type(const SignalValueType& line) {
+    const std::uint64_t type = natural(line.type, 0, 3, "a value type");
+    for_signals(line.id, line.signal, [&](Message&, Signal& signal) {
+      if (type != 1 && type != 2) return;
+      const bool fits = signal.length == 32 || signal.length == 64;
+      if (!fits || signal.length != 32 * type) {
+        note(line.type, "signal " + signal.name + " of " + std::to_string(signal.length) +
+                            " bits can't have value type " + std::to_string(type) +
+                            (fits ? ": taken by its length" : ": it is not decoded"));
+      }
+      signal.value_type = !fits                 ? ValueType::unreadable
+                          : signal.length == 32 ? ValueType::float32
+                                                : ValueType::float64;
+    });
+  }
+
+  void set_multiplexing(const SignalMultiplexing& line) {
+    const auto ranges = ranges_of(line);
+    for_messages(line.id, [&](std::size_t index) {
+      Message& message = database_.messages[index];
+      const auto [first, last] = signals_named(index, line.signal);
+      const auto [first_switch, last_switch] = signals_named(index, line.multiplexer);
+      if (first == last || first_switch == last_switch) {
+        const Token& missing = first == last ? line.signal : line.multiplexer;
+        note(missing, "message " + message.name + " has no signal " + std::string(missing.text));
+        return;
+      }
+      const bool alone = std::next(first) == last;
+      for (auto each = first; each != last; ++each) {
+        Multiplexing& multiplexing = message.signals[each->second].multiplexing;
+        multiplexing.switched_by = first_switch->second;
+        if (alone) multiplexing.ranges = ranges;
+      }
+      message.signals[first_switch->second].multiplexing.is_switch = true;
+    });
+  }
+
+  std::vector<Multiplexing::Range> ranges_of(const SignalMultiplexing& line) {
+    std::vector<Multiplexing::Range> ranges;
+    ranges.reserve(line.ranges.size());
+    for (const auto& [low, high] : line.ranges) {
+      const Multiplexing::Range range{natural(low, 0, ~std::uint64_t{0}, "a multiplexer value"),
+                                      natural(high, 0, ~std::uint64_t{0}, "a multiplexer value")};
+      if (range.low > range.high)
+        note(low, "no value lies from " + std::string(low.text) + " to " + std::string(high.text));
+      ranges.push_back(range);
+    }
+    return ranges;
+  }
+
+  void set_attribute(const AttributeLine& line) {
+    const std::string name = unescaped(line.name.text);
+    const AttributeValue value = attributes_.value_of(line.name, line.value);
+    const Subject& subject = line.subject;
+    switch (subject.kind) {
+      case Subject::Kind::network:
+        database_.attributes.insert_or_assign(name, value);
+        break;
+      case Subject::Kind::node:
+        if (Node* found = node(subject.name)) found->attributes.insert_or_assign(name, value);
+        break;
+      case Subject::Kind::message:
+        for_messages(subject.id, [&](std::size_t index) {
+          database_.messages[index].attributes.insert_or_assign(name, value);
+        });
+        break;
+      case Subject::Kind::signal:
+        for_signals(subject.id, subject.name,
+                    [&](Message&, Signal& signal) { signal.attributes.insert_or_assign(name, value); });
+        break;
+      case Subject::Kind::environment:
+        break;
+    }
+  }
+
+  void add_relation(const RelationLine& line) {
+    RelationAttribute relation{unescaped(line.name.text),
+                               to_utf8(line.node.text),
+                               {},
+                               to_utf8(line.subject.name.text),
+                               attributes_.value_of(line.name, line.value)};
+    if (!line.subject.id.text.empty()) {
+      for_messages(line.subject.id,
+                   [&](std::size_t index) { relation.message = database_.messages[index].name; });
+    }
+    database_.relation_attributes.push_back(std::move(relation));
+  }
+
+  Document& document_;
+  std::vector<ParseWarning>& warnings_;
+  Database database_;
+  AttributeReader attributes_;
+  std::unordered_map<std::string_view, std::size_t> nodes_;
+  std::unordered_map<std::string_view, std::size_t> names_;    ///< of messages
+  std::unordered_multimap<std::uint64_t, std::size_t> by_id_;  ///< as the DBC writes it
+  std::vector<SignalIndex> signals_;                           ///< of each message, made when asked for
+  std::optional<std::uint64_t> left_out_;                      ///< Vector's message of no frame
+};
+
+}  // namespace
+
+Database read_document(Document& document) { return Reader(document).run(); }
+
+}  // namespace hystcan::can::dbc

@@ -1,0 +1,78 @@
+// What passes on a bus, message by message: how many, how regularly, and what is wrong with them.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "can/bus.h"
+#include "can/dbc/database.h"
+#include "can/log/candump.h"
+#include "can/protocol/e2e.h"
+
+namespace hystcan::can {
+
+/// Frames of one identifier.
+struct MessageTraffic {
+  const Message* message = nullptr;  ///< null where the database has none
+  std::uint64_t count = 0;           ///< accepted and rejected
+  std::array<std::uint64_t, rejection_count> rejected{};
+  std::chrono::microseconds last{};
+  std::optional<LoggedFrame> newest;  ///< accepted
+  double rate_Hz = 0.0;               ///< in the last period
+  /// Standard deviation of the times between accepted frames in the last period. Empty: fewer than two of
+  /// them.
+  std::optional<double> jitter_ms;
+};
+
+/// Counts frames against a database. A message whose protection is known goes through a E2eChecker: that of a
+/// configuration, else the one of a message with the signals `Counter` and `Crc` of our protocol (the CRC in
+/// its last byte). Of any other only kind and length are checked. A frame of the wrong identifier type in the
+/// place of a message that goes through a E2eChecker counts as that message's.
+class Traffic {
+ public:
+  using Key = std::pair<bool, std::uint32_t>;  ///< extended, identifier
+
+  /// The database must outlive this. `configured`: how messages are protected, by their names.
+  explicit Traffic(const Database& database, const Protections& configured = {});
+
+  void add(const LoggedFrame& logged);
+  /// From here on rates and jitter are those of the period that ends now.
+  void end_period(std::chrono::duration<double> period);
+
+  const std::map<Key, MessageTraffic>& messages() const { return messages_; }
+  std::uint64_t frames() const { return frames_; }
+  std::uint64_t error_frames() const { return error_frames_; }
+  double rate_Hz() const { return rate_Hz_; }
+  std::optional<BusState> state() const { return state_; }  ///< as error frames tell it
+  std::optional<ErrorCounters> error_counters() const { return error_counters_; }
+
+ private:
+  /// Of the times between frames since the period began.
+  struct Period {
+    std::uint64_t frames = 0;
+    std::uint64_t intervals = 0;
+    double mean_s = 0.0;
+    double squares_s2 = 0.0;  ///< sum of squared deviations from the mean (Welford)
+  };
+
+  void add_error(const Frame& frame);
+  std::optional<Rejection> check(const Key& key, const Message* message, const Frame& frame);
+
+  const Database& database_;
+  std::map<Key, MessageTraffic> messages_;
+  std::map<Key, Period> periods_;
+  std::map<Key, E2eChecker> checkers_;
+  std::map<Key, const Message*> known_;
+  std::uint64_t frames_ = 0;
+  std::uint64_t error_frames_ = 0;
+  std::uint64_t frames_of_period_ = 0;
+  double rate_Hz_ = 0.0;
+  std::optional<BusState> state_;
+  std::optional<ErrorCounters> error_counters_;
+};
+
+}  // namespace hystcan::can

@@ -1,0 +1,135 @@
+#include "can/protocol/e2e.h"
+
+#include <algorithm>
+#include <boost/crc.hpp>
+#include <utility>
+
+namespace hystcan::can {
+namespace {
+
+using J1850 = boost::crc_optimal<8, 0x1D, 0xFF, 0xFF, false, false>;
+using H2F = boost::crc_optimal<8, 0x2F, 0xFF, 0xFF, false, false>;
+
+template <class Crc>
+std::uint8_t crc_of_bytes(std::span<const std::uint8_t> bytes) {
+  Crc crc;
+  crc.process_bytes(bytes.data(), bytes.size());
+  return crc.checksum();
+}
+
+/// Data id, then everything but the byte at `place`.
+template <class Crc>
+std::uint8_t crc_of_frame(std::span<const std::uint8_t> id, std::span<const std::uint8_t> payload,
+                          std::size_t place) {
+  Crc crc;
+  crc.process_bytes(id.data(), id.size());
+  crc.process_bytes(payload.data(), place);
+  crc.process_bytes(payload.data() + place + 1, payload.size() - place - 1);
+  return crc.checksum();
+}
+
+std::size_t place_of(const SignalCodec& crc) {
+  std::array<std::uint8_t, 64> marked{};
+  crc.pack_raw(-1, marked);
+  return static_cast<std::size_t>(std::ranges::find(marked, std::uint8_t{0xFF}) - marked.begin());
+}
+
+}  // namespace
+
+std::uint8_t crc8_j1850(std::span<const std::uint8_t> bytes) { return crc_of_bytes<J1850>(bytes); }
+std::uint8_t crc8_8h2f(std::span<const std::uint8_t> bytes) { return crc_of_bytes<H2F>(bytes); }
+
+CrcRule::CrcRule(const Protection& protection)
+    : place_(protection.crc ? place_of(*protection.crc) : 0),
+      polynomial_(protection.polynomial),
+      data_id_(protection.data_id) {}
+
+std::uint8_t CrcRule::operator()(const Frame& frame) const {
+  const bool is_number = data_id_.kind == DataId::Kind::number;
+  const std::uint32_t id = is_number ? data_id_.number : frame.id;
+  const std::array<std::uint8_t, 4> bytes = {
+      static_cast<std::uint8_t>(id), static_cast<std::uint8_t>(id >> 8U),
+      static_cast<std::uint8_t>(id >> 16U), static_cast<std::uint8_t>(id >> 24U)};
+  std::span<const std::uint8_t> covered(bytes.data(), !is_number && frame.extended ? 4 : 2);
+  if (data_id_.kind == DataId::Kind::none) covered = {};
+  return polynomial_ == Crc8::sae_j1850 ? crc_of_frame<J1850>(covered, frame.payload(), place_)
+                                        : crc_of_frame<H2F>(covered, frame.payload(), place_);
+}
+
+std::string_view to_string(Rejection rejection) {
+  switch (rejection) {
+    case Rejection::wrong_kind:
+      return "not a data frame";
+    case Rejection::extended_id:
+      return "wrong identifier type";
+    case Rejection::wrong_length:
+      return "wrong length";
+    case Rejection::wrong_crc:
+      return "wrong CRC";
+    case Rejection::repeated_counter:
+      return "repeated counter";
+  }
+  return "unknown";
+}
+
+void E2eProtector::seal(Frame& frame) {
+  if (protection_.counter) protection_.counter->pack_raw(counter_++, frame.payload());
+  if (protection_.crc) protection_.crc->pack_raw(crc_of_(frame), frame.payload());
+}
+
+std::uint8_t wire_length(std::uint8_t message_length) {
+  if (message_length <= 8) return message_length;
+  constexpr std::array<std::uint8_t, 7> fd_lengths{12, 16, 20, 24, 32, 48, 64};
+  return *std::ranges::lower_bound(fd_lengths, std::min<std::uint8_t>(message_length, 64));
+}
+
+E2eChecker::E2eChecker(const Protection& protection, std::uint8_t length, bool extended)
+    : protection_(protection),
+      crc_of_(protection),
+      length_(wire_length(length)),
+      kind_(wire_kind(length)),
+      extended_(extended) {}
+
+std::optional<Rejection> E2eChecker::check(const Frame& frame) {
+  const auto reject = [this](Rejection cause) {
+    ++rejected_[static_cast<std::size_t>(cause)];
+    return cause;
+  };
+  if (frame.kind != kind_) return reject(Rejection::wrong_kind);
+  if (frame.extended != extended_) return reject(Rejection::extended_id);
+  if (frame.length != length_) return reject(Rejection::wrong_length);
+  if (protection_.crc) {
+    const auto stated = static_cast<std::uint8_t>(protection_.crc->unpack_raw(frame.payload()));
+    if (stated != crc_of_(frame)) return reject(Rejection::wrong_crc);
+  }
+  if (repeats(frame)) return reject(Rejection::repeated_counter);
+  ++accepted_;
+  return std::nullopt;
+}
+
+bool E2eChecker::repeats(const Frame& frame) {
+  if (!protection_.counter) return false;
+  const std::int64_t counter = protection_.counter->unpack_raw(frame.payload());
+  if (last_counter_ == counter) return true;
+  last_counter_ = counter;
+  return false;
+}
+
+RejectedFrames rejected_frames(std::string message, const E2eChecker& checker) {
+  RejectedFrames rejected{.message = std::move(message)};
+  for (std::size_t i = 0; i < rejection_count; ++i)
+    rejected.by_cause[i] = checker.rejected(static_cast<Rejection>(i));
+  return rejected;
+}
+
+std::string describe(const RejectedFrames& rejected) {
+  std::string text;
+  for (std::size_t i = 0; i < rejection_count; ++i) {
+    if (rejected.by_cause[i] == 0) continue;
+    text += text.empty() ? rejected.message + ": rejected: " : std::string(", ");
+    text += std::to_string(rejected.by_cause[i]) + ' ' + std::string(to_string(static_cast<Rejection>(i)));
+  }
+  return text;
+}
+
+}  // namespace hystcan::can

@@ -1,0 +1,233 @@
+// One message, compiled from the DBC and a map of names: roles are looked up here once and never again.
+//
+// A `Payload` names its roles in fields(): Field{role, the standard signal's name, member, quantity}.
+//
+//   encode   ours -> the DBC's unit -> raw bits; a role without a signal is left out
+//   decode   raw bits -> the DBC's unit -> ours; a role without a signal keeps what `absent` says
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <concepts>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "can/dbc/database.h"
+#include "can/dbc/signal_codec.h"
+#include "can/frame.h"
+#include "can/protocol/e2e.h"
+#include "can/protocol/message_map.h"
+#include "can/protocol/units.h"
+
+namespace hystcan::can {
+
+/// State of an amplifier.
+enum class AmpState : std::uint8_t { off = 0, ready = 1, enabled = 2, fault = 3 };
+
+enum class Quantity : std::uint8_t { number, drive, position };
+
+template <class Payload, class Value>
+struct Field {
+  const char* role;
+  const char* signal;  ///< of the standard frames
+  Value Payload::*member;
+  Quantity quantity = Quantity::number;
+};
+template <class Payload, class Value>
+Field(const char*, const char*, Value Payload::*) -> Field<Payload, Value>;
+template <class Payload, class Value>
+Field(const char*, const char*, Value Payload::*, Quantity) -> Field<Payload, Value>;
+
+/// The standard frames: message `prefix` + Payload::name, every role, counter and CRC.
+template <class Payload>
+MessageMap standard_map(const std::string& prefix) {
+  MessageMap map{.message = prefix + std::string(Payload::name)};
+  std::apply([&](const auto&... field) { (map.signals.emplace(field.role, field.signal), ...); },
+             Payload::fields());
+  return map;
+}
+
+/// The signal of this name. Throws std::invalid_argument where the message lacks it.
+const Signal& find_signal(const Message& message, const std::string& name);
+
+/// Throws std::invalid_argument where a signal is missing, or the CRC's is not a whole byte.
+Protection protection_of(const Message& message, const MessageMap& map);
+
+/// States by raw value, and back.
+class StateTable {
+ public:
+  explicit StateTable(const StateValues& values);
+  AmpState state(std::int64_t raw) const;
+  std::int64_t raw(AmpState state) const { return sent_[static_cast<std::size_t>(state)]; }
+
+ private:
+  std::vector<std::pair<std::int64_t, AmpState>> known_;
+  std::array<std::int64_t, 4> sent_{};
+};
+
+/// The signals of one message.
+template <class Payload>
+class Layout {
+ public:
+  static constexpr std::size_t field_count = std::tuple_size_v<decltype(Payload::fields())>;
+
+  /// Throws std::invalid_argument where the message lacks a signal or a unit does not convert. `drive_unit`
+  /// empty: numbers are taken as they are.
+  Layout(const Message& message, const MessageMap& map, const std::string& drive_unit,
+         const Payload& absent = {})
+      : id_(message.id),
+        extended_(message.extended),
+        length_(static_cast<std::uint8_t>(message.length)),
+        protection_(protection_of(message, map)),
+        states_(map.states),
+        absent_(absent) {
+    for_each_field([&](const auto& field, auto& slot) {
+      const auto named = map.signals.find(field.role);
+      if (named == map.signals.end()) return;
+      const Signal& signal = find_signal(message, named->second);
+      slot.emplace(Slot{SignalCodec(signal), step_for(message, signal, field.quantity, drive_unit)});
+    });
+  }
+  /// The standard frames.
+  explicit Layout(const Message& message) : Layout(message, standard_map<Payload>(""), "") {}
+
+  std::uint32_t id() const { return id_; }
+  bool extended() const { return extended_; }
+  std::uint8_t length() const { return length_; }
+  const Protection& protection() const { return protection_; }
+
+  /// Empty where a value can't be represented: it never wraps.
+  std::optional<Frame> encode(const Payload& payload) const {
+    Frame frame{.id = id_, .extended = extended_, .kind = wire_kind(length_), .length = wire_length(length_)};
+    bool fits = true;
+    for_each_field([&](const auto& field, const std::optional<Slot>& slot) {
+      if (slot) fits = put(*slot, payload.*(field.member), frame.payload()) && fits;
+    });
+    if (!fits) return std::nullopt;
+    return frame;
+  }
+
+  Payload decode(const Frame& frame) const {
+    Payload payload = absent_;
+    for_each_field([&](const auto& field, const std::optional<Slot>& slot) {
+      if (slot) get(*slot, payload.*(field.member), frame.payload());
+    });
+    return payload;
+  }
+
+ private:
+  struct Slot {
+    SignalCodec codec;
+    DecimalStep step;
+  };
+
+  static DecimalStep step_for(const Message& message, const Signal& signal, Quantity quantity,
+                              const std::string& drive_unit) {
+    if (quantity == Quantity::number || drive_unit.empty()) return {};
+    const std::string ours = quantity == Quantity::drive ? drive_unit : "um";
+    if (const auto step = decimal_step(signal.unit, ours)) return *step;
+    throw std::invalid_argument("signal " + signal.name + " of message " + message.name + " is in \"" +
+                                signal.unit + "\", which does not convert to \"" + ours + "\"");
+  }
+
+  template <class Value>
+  bool put(const Slot& slot, Value value, std::span<std::uint8_t> payload) const {
+    if constexpr (std::is_same_v<Value, AmpState>) {
+      slot.codec.pack_raw(states_.raw(value), payload);
+      return true;
+    } else {
+      return slot.codec.pack(slot.step.to_theirs(static_cast<double>(value)), payload);
+    }
+  }
+  template <class Value>
+  void get(const Slot& slot, Value& value, std::span<const std::uint8_t> payload) const {
+    if constexpr (std::floating_point<Value>)
+      value = slot.step.to_ours(slot.codec.unpack(payload));
+    else if constexpr (std::is_same_v<Value, AmpState>)
+      value = states_.state(slot.codec.unpack_raw(payload));
+    else if constexpr (std::is_same_v<Value, bool>)
+      value = slot.codec.unpack_raw(payload) != 0;
+    else  // a number too large for us is the largest: flags that are set stay set
+      value = static_cast<Value>(std::min<std::uint64_t>(
+          static_cast<std::uint64_t>(slot.codec.unpack_raw(payload)), std::numeric_limits<Value>::max()));
+  }
+
+  template <class Visit>
+  static void visit_fields(auto& slots, Visit visit) {
+    std::apply(
+        [&](const auto&... field) {
+          std::size_t i = 0;
+          (visit(field, slots[i++]), ...);
+        },
+        Payload::fields());
+  }
+  template <class Visit>
+  void for_each_field(Visit visit) {
+    visit_fields(slots_, visit);
+  }
+  template <class Visit>
+  void for_each_field(Visit visit) const {
+    visit_fields(slots_, visit);
+  }
+
+  std::uint32_t id_;
+  bool extended_;
+  std::uint8_t length_;
+  Protection protection_;
+  StateTable states_;
+  Payload absent_;
+  std::array<std::optional<Slot>, field_count> slots_{};
+};
+
+/// Sender of one message: encodes, counts, seals.
+template <class Payload>
+class Encoder {
+ public:
+  explicit Encoder(Layout<Payload> layout) : layout_(std::move(layout)), protector_(layout_.protection()) {}
+  explicit Encoder(const Message& message) : Encoder(Layout<Payload>(message)) {}
+
+  /// Empty where a value can't be represented.
+  std::optional<Frame> operator()(const Payload& payload) {
+    auto frame = layout_.encode(payload);
+    if (frame) protector_.seal(*frame);
+    return frame;
+  }
+  std::uint32_t id() const { return layout_.id(); }
+  bool extended() const { return layout_.extended(); }
+
+ private:
+  Layout<Payload> layout_;
+  E2eProtector protector_;
+};
+
+/// Receiver of one message: checks, counts what it rejects, decodes.
+template <class Payload>
+class Decoder {
+ public:
+  explicit Decoder(Layout<Payload> layout)
+      : layout_(std::move(layout)), checker_(layout_.protection(), layout_.length(), layout_.extended()) {}
+  explicit Decoder(const Message& message) : Decoder(Layout<Payload>(message)) {}
+
+  /// Empty where the frame is rejected; checker() says how often and why.
+  std::optional<Payload> operator()(const Frame& frame) {
+    if (checker_.check(frame)) return std::nullopt;
+    return layout_.decode(frame);
+  }
+  std::uint32_t id() const { return layout_.id(); }
+  bool extended() const { return layout_.extended(); }
+  const E2eChecker& checker() const { return checker_; }
+  void restart() { checker_.restart(); }
+
+ private:
+  Layout<Payload> layout_;
+  E2eChecker checker_;
+};
+
+}  // namespace hystcan::can

@@ -1,0 +1,47 @@
+// Which message of the DBC plays a part, and which of its signals play which role. Names, as the
+// configuration gives them; can/protocol/layout.h compiles them.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "can/protocol/e2e.h"
+
+namespace hystcan::can {
+
+enum class Integrity : std::uint8_t { none, counter, counter_crc };
+
+/// Raw values of a state signal, of which the first is sent. One that stands nowhere here reads as off.
+struct StateValues {
+  std::vector<std::int64_t> off{0};
+  std::vector<std::int64_t> ready{1};
+  std::vector<std::int64_t> enabled{2};
+  std::vector<std::int64_t> fault{3};
+};
+
+struct MessageMap {
+  std::string message;
+  std::map<std::string, std::string, std::less<>> signals{};  ///< by role; what is not here is not sent
+  Integrity integrity = Integrity::counter_crc;
+  std::string counter = "Counter";
+  std::string crc = "Crc";
+  Crc8 polynomial = Crc8::sae_j1850;
+  DataId data_id{};
+  StateValues states{};
+
+  bool carries(std::string_view role) const { return signals.contains(role); }
+};
+
+/// A lab's own frames of one axis. Without a status message the amplifier is not read back.
+struct AxisFrames {
+  MessageMap command;
+  std::optional<MessageMap> status{};
+  MessageMap sample;
+};
+
+}  // namespace hystcan::can

@@ -1,0 +1,219 @@
+// What the nodes say to each other: CANopen's own messages (CiA 301), and the axis messages, whose layout the
+// DBC gives and whose names the configuration may.
+//
+//   Nmt 0x000 · Sync 0x080 · emergency 0x080+node · AmpStatus, SensorSample 0x180+node · AmpCommand
+//   0x200+node · ControllerStatus 0x280+node · Setpoint 0x300+node · heartbeat 0x700+node
+//
+// docs/protocol.md has the table and one annotated frame.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <type_traits>
+#include <vector>
+
+#include "can/dbc/database.h"
+#include "can/frame.h"
+#include "can/protocol/layout.h"
+#include "can/protocol/sdo.h"
+
+namespace hystcan::can {
+
+// ---- CiA 301
+// ----------------------------------------------------------------------------------------------------
+
+enum class NmtCommand : std::uint8_t { start = 1, stop = 2, enter_pre_operational = 128, reset_node = 129 };
+enum class NmtState : std::uint8_t {
+  boot_up = 0x00,
+  stopped = 0x04,
+  operational = 0x05,
+  pre_operational = 0x7F
+};
+
+inline constexpr std::uint32_t nmt_id = 0x000;
+inline constexpr std::uint32_t sync_id = 0x080;
+inline constexpr std::uint32_t emergency_base = 0x080;
+inline constexpr std::uint32_t transmit_pdo_base = 0x180;  ///< AmpStatus, SensorSample
+inline constexpr std::uint32_t receive_pdo_base = 0x200;   ///< AmpCommand
+inline constexpr std::uint32_t controller_status_base = 0x280;
+inline constexpr std::uint32_t setpoint_base = 0x300;
+inline constexpr std::uint32_t sdo_response_base = 0x580;  ///< server to client
+inline constexpr std::uint32_t sdo_request_base = 0x600;   ///< client to server
+inline constexpr std::uint32_t heartbeat_base = 0x700;
+inline constexpr std::uint8_t sync_counter_max = 240;  ///< the SYNC counter runs 1..240
+
+struct Nmt {
+  NmtCommand command;
+  std::uint8_t node;  ///< 0: all
+};
+struct Emergency {
+  std::uint16_t code = 0;
+  std::uint8_t error_register = 0;
+  std::array<std::uint8_t, 5> manufacturer{};
+};
+
+Frame nmt_frame(Nmt nmt);
+Frame sync_frame(std::uint8_t counter);
+Frame heartbeat_frame(std::uint8_t node, NmtState state);
+Frame emergency_frame(std::uint8_t node, Emergency emergency);
+
+/// Empty where the frame is not a well-formed one of its kind. The caller has matched the identifier.
+std::optional<Nmt> parse_nmt(const Frame& frame);
+std::optional<std::uint8_t> parse_sync(const Frame& frame);
+std::optional<NmtState> parse_heartbeat(const Frame& frame);
+std::optional<Emergency> parse_emergency(const Frame& frame);
+/// A heartbeat of this node, with a state that CiA 301 knows.
+bool is_heartbeat_of(std::uint8_t node, const Frame& frame);
+
+/// SYNC counter after `counter`: 1..240, then 1 again.
+constexpr std::uint8_t next_sync_counter(std::uint8_t counter) {
+  return counter >= sync_counter_max ? std::uint8_t{1} : static_cast<std::uint8_t>(counter + 1);
+}
+
+// ---- axis messages
+// ----------------------------------------------------------------------------------------------
+
+/// Bits of AmpStatus.Fault.
+namespace amp_fault {
+inline constexpr std::uint8_t command_timeout = 0x01;
+inline constexpr std::uint8_t setpoint_out_of_range = 0x02;
+}  // namespace amp_fault
+
+struct AmpCommand {
+  static constexpr std::string_view name = "AmpCommand";
+  double setpoint = 0.0;  ///< drive units
+  bool enable = false;
+  bool clear_fault = false;
+  std::uint8_t sync_counter = 0;  ///< of the SYNC whose sample this answers
+
+  static constexpr auto fields() {
+    return std::tuple{Field{"setpoint", "Setpoint", &AmpCommand::setpoint, Quantity::drive},
+                      Field{"enable", "Enable", &AmpCommand::enable},
+                      Field{"clear_fault", "ClearFault", &AmpCommand::clear_fault},
+                      Field{"sync_counter", "SyncCounter", &AmpCommand::sync_counter}};
+  }
+};
+
+struct AmpStatus {
+  static constexpr std::string_view name = "AmpStatus";
+  double output = 0.0;  ///< drive units, measured
+  AmpState state = AmpState::off;
+  std::uint8_t fault = 0;  ///< amp_fault bits
+
+  static constexpr auto fields() {
+    return std::tuple{Field{"output", "Output", &AmpStatus::output, Quantity::drive},
+                      Field{"state", "State", &AmpStatus::state}, Field{"fault", "Fault", &AmpStatus::fault}};
+  }
+};
+
+struct SensorSample {
+  static constexpr std::string_view name = "SensorSample";
+  double position_um = 0.0;
+  std::uint8_t sync_counter = 0;  ///< of the SYNC at which it was taken
+  std::uint8_t status = 0;        ///< 0: good
+
+  static constexpr auto fields() {
+    return std::tuple{Field{"position", "Position", &SensorSample::position_um, Quantity::position},
+                      Field{"sync_counter", "SyncCounter", &SensorSample::sync_counter},
+                      Field{"status", "Status", &SensorSample::status}};
+  }
+};
+
+/// What the controller says of an axis. Numbers as in controller/control/axis.h; their words are the DBC's,
+/// the same.
+struct ControllerStatus {
+  static constexpr std::string_view name = "ControllerStatus";
+  double following_error_um = 0.0;  ///< reference minus measured; 0 where nothing is followed
+  std::uint8_t state = 0;           ///< controller::AxisState
+  std::uint8_t cause = 0;           ///< controller::Cause
+  bool in_position = false;
+  bool limited = false;  ///< in this cycle the command was not what the law wanted
+  bool reference_finished = false;
+
+  static constexpr auto fields() {
+    return std::tuple{
+        Field{"following_error", "FollowingError", &ControllerStatus::following_error_um, Quantity::position},
+        Field{"axis_state", "State", &ControllerStatus::state},
+        Field{"cause", "Cause", &ControllerStatus::cause},
+        Field{"in_position", "InPosition", &ControllerStatus::in_position},
+        Field{"limited", "Limited", &ControllerStatus::limited},
+        Field{"reference_finished", "ReferenceFinished", &ControllerStatus::reference_finished}};
+  }
+};
+
+/// Values of Setpoint.Mode.
+namespace setpoint_mode {
+inline constexpr std::uint8_t follow = 0;  ///< the configured reference again
+inline constexpr std::uint8_t go_to = 1;   ///< Position, and stay there
+}  // namespace setpoint_mode
+
+/// A live setpoint, from anybody on the bus, for a controller that is configured to obey it.
+struct Setpoint {
+  static constexpr std::string_view name = "Setpoint";
+  double position_um = 0.0;
+  std::uint8_t mode = setpoint_mode::follow;
+
+  static constexpr auto fields() {
+    return std::tuple{Field{"position", "Position", &Setpoint::position_um, Quantity::position},
+                      Field{"mode", "Mode", &Setpoint::mode}};
+  }
+};
+
+/// The controller's own messages: under their standard names alone, and a database may lack them.
+template <class Payload>
+inline constexpr bool is_optional =
+    std::is_same_v<Payload, ControllerStatus> || std::is_same_v<Payload, Setpoint>;
+
+/// Names and nodes of one axis on the wire.
+struct AxisWire {
+  std::string name;            ///< "x"
+  std::string message_prefix;  ///< "X": messages XAmpCommand, XAmpStatus, XSensorSample
+  std::uint8_t amplifier_node = 0;
+  std::uint8_t sensor_node = 0;
+  std::string drive_unit{};  ///< what setpoint and output are converted to; empty: taken as they are
+  std::vector<SdoWrite> amplifier_setup{};  ///< written before the node is started
+  std::vector<SdoWrite> sensor_setup{};
+  SdoPatience setup_patience{};
+  std::optional<AxisFrames> frames{};  ///< the lab's own; without them the standard ones
+};
+
+/// The names of the message of role `Payload` for this axis. Null: this axis has none.
+template <class Payload>
+std::optional<MessageMap> message_map(const AxisWire& axis) {
+  if constexpr (is_optional<Payload>) {
+    if (axis.message_prefix.empty()) return std::nullopt;
+    return standard_map<Payload>(axis.message_prefix);
+  }
+  if (!axis.frames) return standard_map<Payload>(axis.message_prefix);
+  if constexpr (std::is_same_v<Payload, AmpCommand>) return axis.frames->command;
+  if constexpr (std::is_same_v<Payload, AmpStatus>) return axis.frames->status;
+  if constexpr (std::is_same_v<Payload, SensorSample>) return axis.frames->sample;
+}
+
+/// Throws std::invalid_argument where the database lacks it.
+const Message& find_message(const Database& database, const MessageMap& map);
+
+/// The names of the message, where this axis and this database have it: the optional ones may be missing.
+template <class Payload>
+std::optional<MessageMap> message_map_in(const Database& database, const AxisWire& axis) {
+  auto map = message_map<Payload>(axis);
+  if (is_optional<Payload> && map && database.find(map->message) == nullptr) return std::nullopt;
+  return map;
+}
+
+/// The message of role `Payload` for this axis, compiled; a role that it does not carry reads as `absent`.
+/// Empty where the axis, or of an optional one the database, has no such message. Throws
+/// std::invalid_argument where the database lacks what is named.
+template <class Payload>
+std::optional<Layout<Payload>> find_layout(const Database& database, const AxisWire& axis,
+                                           const Payload& absent = {}) {
+  const auto map = message_map_in<Payload>(database, axis);
+  if (!map) return std::nullopt;
+  return Layout<Payload>(find_message(database, *map), *map, axis.drive_unit, absent);
+}
+
+}  // namespace hystcan::can

@@ -1,0 +1,177 @@
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <iterator>
+
+#include "can/sim/sim_bus.h"
+
+namespace hystcan::can {
+namespace {
+
+// A frame's stuffed part lies in bytes, the first of them filled up in front. The padding alternates and ends
+// recessive, like an idle bus, so that it takes no stuff bit; to the CRC, which starts at 0, it goes in as
+// zeros.
+
+constexpr unsigned unstuffed_tail_bits = 10;  // CRC delimiter, ACK slot and delimiter, end of frame
+
+constexpr std::array<std::uint16_t, 256> make_crc15_table() {
+  std::array<std::uint16_t, 256> table{};
+  for (unsigned byte = 0; byte < 256; ++byte) {
+    unsigned remainder = byte << 7U;
+    for (int bit = 0; bit < 8; ++bit) {
+      remainder = (remainder & 0x4000U) != 0 ? (remainder << 1U) ^ 0x4599U : remainder << 1U;
+    }
+    table[byte] = static_cast<std::uint16_t>(remainder & 0x7FFFU);
+  }
+  return table;
+}
+constexpr auto crc15_table = make_crc15_table();
+
+// The state of a stuffing transmitter is the last bit and how often it has stood in a row, 1..4.
+struct Stuffing {
+  std::uint8_t state;  // 4 * bit + run - 1
+  std::uint8_t stuffed;
+};
+constexpr unsigned stuffing_states = 8;
+
+constexpr Stuffing stuff_byte(unsigned state, unsigned byte) {
+  unsigned bit = state / 4;
+  unsigned run = state % 4 + 1;
+  unsigned stuffed = 0;
+  for (unsigned mask = 0x80; mask != 0; mask >>= 1U) {
+    const unsigned next = (byte & mask) != 0 ? 1 : 0;
+    run = next == bit ? run + 1 : 1;
+    bit = next;
+    if (run == 5) {
+      ++stuffed;
+      bit = 1 - bit;
+      run = 1;
+    }
+  }
+  return {static_cast<std::uint8_t>(4 * bit + run - 1), static_cast<std::uint8_t>(stuffed)};
+}
+
+constexpr std::array<std::array<Stuffing, 256>, stuffing_states> make_stuffing_table() {
+  std::array<std::array<Stuffing, 256>, stuffing_states> table{};
+  for (unsigned state = 0; state < stuffing_states; ++state) {
+    for (unsigned byte = 0; byte < 256; ++byte) table[state][byte] = stuff_byte(state, byte);
+  }
+  return table;
+}
+constexpr auto stuffing_table = make_stuffing_table();
+
+class StuffCounter {
+ public:
+  void add(std::uint8_t byte) {
+    const Stuffing step = stuffing_table[state_][byte];
+    state_ = step.state;
+    count_ += step.stuffed;
+  }
+  unsigned count() const { return count_; }
+  /// Whether the last bit added, `bit`, drew a stuff bit.
+  bool ends_stuffed(unsigned bit) const { return state_ / 4U != bit; }
+
+ private:
+  std::uint8_t state_ = 0;
+  unsigned count_ = 0;
+};
+
+struct Header {
+  std::uint64_t bits;
+  unsigned length;
+
+  unsigned bytes() const { return (length + 7) / 8; }
+  std::uint64_t padding() const {
+    const unsigned missing = 8 * bytes() - length;
+    return (0x55ULL & ((1ULL << missing) - 1)) << length;
+  }
+};
+
+Header classical_header(const Frame& frame) {
+  const std::uint64_t remote = frame.kind == FrameKind::remote ? 1 : 0;
+  const std::uint64_t id = frame.id;
+  const std::uint64_t control = remote << 6U | std::min<std::uint64_t>(frame.length, 8);
+  if (!frame.extended) return {id << 7U | control, 19};
+  return {id >> 18U << 27U | std::uint64_t{3} << 25U | (id & 0x3FFFFU) << 7U | control, 39};
+}
+
+unsigned classical_bits(const Frame& frame) {
+  const Header header = classical_header(frame);
+  StuffCounter stuffing;
+  unsigned crc = 0;
+  const auto add = [&](std::uint8_t content, std::uint8_t on_wire) {
+    crc = (crc << 8U ^ crc15_table[(crc >> 7U ^ content) & 0xFFU]) & 0x7FFFU;
+    stuffing.add(on_wire);
+  };
+  for (unsigned shift = 8 * header.bytes(); shift != 0;) {
+    shift -= 8;
+    add(static_cast<std::uint8_t>(header.bits >> shift),
+        static_cast<std::uint8_t>((header.bits | header.padding()) >> shift));
+  }
+  const std::size_t bytes = frame.kind == FrameKind::remote ? 0 : std::min<std::size_t>(frame.length, 8);
+  for (std::size_t i = 0; i < bytes; ++i) add(frame.data[i], frame.data[i]);
+  const unsigned tail = crc << 1U | (~crc & 1U);  // the last bit fills the byte and takes no stuff bit
+  stuffing.add(static_cast<std::uint8_t>(tail >> 8U));
+  stuffing.add(static_cast<std::uint8_t>(tail));
+  const auto content_bits = static_cast<unsigned>(header.length + 8 * bytes + 15);
+  return content_bits + stuffing.count() + unstuffed_tail_bits + interframe_bits;
+}
+
+unsigned fd_length(unsigned length) {
+  constexpr std::array<unsigned, 7> longer = {12, 16, 20, 24, 32, 48, 64};
+  return length <= 8 ? length : *std::lower_bound(longer.begin(), std::prev(longer.end()), length);
+}
+
+std::uint64_t fd_length_code(unsigned length) {
+  switch (length) {
+    case 12:
+      return 9;
+    case 16:
+      return 10;
+    case 20:
+      return 11;
+    case 24:
+      return 12;
+    case 32:
+      return 13;
+    case 48:
+      return 14;
+    case 64:
+      return 15;
+    default:
+      return length;
+  }
+}
+
+unsigned fd_bits(const Frame& frame) {
+  const unsigned length = fd_length(frame.length);
+  const std::uint64_t id = frame.id;
+  const std::uint64_t control = std::uint64_t{1} << 7U | fd_length_code(length);  // FDF, res, BRS, ESI, DLC
+  const Header header =
+      frame.extended
+          ? Header{id >> 18U << 29U | std::uint64_t{3} << 27U | (id & 0x3FFFFU) << 9U | control, 41}
+          : Header{id << 10U | control, 22};
+  StuffCounter stuffing;
+  std::uint8_t last = 0;
+  for (unsigned shift = 8 * header.bytes(); shift != 0;) {
+    shift -= 8;
+    last = static_cast<std::uint8_t>((header.bits | header.padding()) >> shift);
+    stuffing.add(last);
+  }
+  for (std::size_t i = 0; i < length; ++i) {
+    last = i < frame.length ? frame.data[i] : std::uint8_t{0};
+    stuffing.add(last);
+  }
+  // The first fixed stuff bit stands in for one that the last data bit would have drawn.
+  const unsigned stuffed = stuffing.count() - (stuffing.ends_stuffed(last & 1U) ? 1 : 0);
+  const unsigned checked_bits = length <= 16 ? 4 + 17 + 6 : 4 + 21 + 7;  // stuff count, CRC, fixed stuff bits
+  return header.length + 8 * length + stuffed + checked_bits + unstuffed_tail_bits + interframe_bits;
+}
+
+}  // namespace
+
+unsigned frame_bits(const Frame& frame) {
+  return frame.kind == FrameKind::fd ? fd_bits(frame) : classical_bits(frame);
+}
+
+}  // namespace hystcan::can

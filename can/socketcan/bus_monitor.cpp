@@ -1,0 +1,109 @@
+#include "can/socketcan/bus_monitor.h"
+
+#include <linux/can/raw.h>
+#include <linux/sock_diag.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <thread>
+
+namespace hystcan::can {
+namespace {
+
+constexpr int receive_buffer_bytes = 8 << 20;  // the kernel grants what net.core.rmem_max allows
+constexpr std::chrono::milliseconds reopen_every{50};
+
+int open_tap(const std::string& interface) {
+  const int socket = open_raw_socket(interface, {});
+  const can_filter everything{0, 0};
+  if (::setsockopt(socket, SOL_CAN_RAW, CAN_RAW_FILTER, &everything, sizeof everything) != 0) {
+    const int error = errno;
+    ::close(socket);
+    throw InterfaceError("interface " + interface + ": cannot receive every frame: " + std::strerror(error));
+  }
+  if (::setsockopt(socket, SOL_SOCKET, SO_RCVBUFFORCE, &receive_buffer_bytes, sizeof receive_buffer_bytes) !=
+      0)
+    ::setsockopt(socket, SOL_SOCKET, SO_RCVBUF, &receive_buffer_bytes, sizeof receive_buffer_bytes);
+  return socket;
+}
+
+/// What the kernel has dropped on this socket, also where no frame came after that could have told.
+std::uint32_t drops_of(int socket) {
+  std::array<std::uint32_t, SK_MEMINFO_VARS> values{};
+  socklen_t bytes = sizeof values;
+  ::getsockopt(socket, SOL_SOCKET, SO_MEMINFO, values.data(), &bytes);
+  return values[SK_MEMINFO_DROPS];
+}
+
+std::chrono::microseconds time_of_day() {
+  return std::chrono::duration_cast<std::chrono::microseconds>(
+      std::chrono::system_clock::now().time_since_epoch());
+}
+
+}  // namespace
+
+BusMonitor::BusMonitor(const std::string& interface) : interface_(interface), socket_(open_tap(interface)) {
+  batch_.emplace();
+}
+
+BusMonitor::~BusMonitor() { ::close(socket_); }
+
+void BusMonitor::listen(std::chrono::milliseconds at_most, const Handler& handler) {
+  if (!up_) {
+    std::this_thread::sleep_for(std::min(at_most, reopen_every));
+    reopen();
+    return;
+  }
+  pollfd waiting{socket_, POLLIN, 0};
+  if (::poll(&waiting, 1, static_cast<int>(at_most.count())) <= 0) return;
+  if (take(handler) >= 0 || errno == EAGAIN || errno == EINTR) return;
+  up_ = false;
+  while (take(handler) > 0) continue;  // what was there before the interface went
+  finish(handler);
+}
+
+int BusMonitor::take(const Handler& handler) {
+  const int count = batch_->read(socket_);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(std::max(count, 0)); ++i) {
+    LoggedFrame logged;
+    logged.time = std::chrono::duration_cast<std::chrono::microseconds>(batch_->stamped(i));
+    logged.interface = interface_;
+    logged.frame = batch_->frame(i);
+    if (logged.frame.kind == FrameKind::fd) logged.fd_flags = batch_->fd_flags(i) & 0xFU;
+    tell_lost(batch_->lost(), logged.time, handler);
+    handler(logged);
+  }
+  return count;
+}
+
+void BusMonitor::finish(const Handler& handler) { tell_lost(drops_of(socket_), time_of_day(), handler); }
+
+void BusMonitor::tell_lost(std::uint32_t lost_of_socket, std::chrono::microseconds time,
+                           const Handler& handler) {
+  const std::uint32_t more = lost_of_socket - lost_of_socket_;
+  if (more == 0) return;
+  lost_of_socket_ = lost_of_socket;
+  lost_ += more;
+  handler({time, interface_, drop_notice(more), 0, Direction::unstated});
+}
+
+// An interface that went down and came back is the same; one that was plugged in again is another.
+void BusMonitor::reopen() {
+  try {
+    const int socket = open_tap(interface_);
+    ::close(socket_);
+    socket_ = socket;
+    lost_of_socket_ = 0;
+    batch_.emplace();
+    up_ = true;
+  } catch (const InterfaceError&) {
+    up_ = false;
+  }
+}
+
+}  // namespace hystcan::can

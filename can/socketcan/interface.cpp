@@ -1,0 +1,159 @@
+#include "can/socketcan/interface.h"
+
+#include <linux/can/raw.h>
+#include <linux/if.h>
+#include <linux/netlink.h>
+#include <linux/rtnetlink.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+#include "can/socketcan/link_message.h"
+#include "can/socketcan/socketcan_bus.h"
+
+namespace hystcan::can {
+namespace {
+
+[[noreturn]] void fail_query(const std::string& name, const char* what) {
+  throw InterfaceError("interface " + name + ": " + what + ": " + std::strerror(errno));
+}
+
+std::vector<std::byte> ask_for_link(const std::string& name) {
+  struct {
+    nlmsghdr header{};
+    ifinfomsg message{};
+    rtattr attribute{};
+    std::array<char, IFNAMSIZ> name{};
+  } request;
+  request.header.nlmsg_len = sizeof request;
+  request.header.nlmsg_type = RTM_GETLINK;
+  request.header.nlmsg_flags = NLM_F_REQUEST;
+  request.attribute.rta_len = sizeof request.attribute + sizeof request.name;
+  request.attribute.rta_type = IFLA_IFNAME;
+  name.copy(request.name.data(), request.name.size() - 1);
+
+  const int netlink = ::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE);
+  if (netlink < 0) fail_query(name, "cannot ask the kernel");
+  std::vector<std::byte> reply(32768);
+  ssize_t received = ::send(netlink, &request, sizeof request, 0);
+  if (received >= 0) received = ::recv(netlink, reply.data(), reply.size(), 0);
+  const int error = errno;
+  ::close(netlink);
+  errno = error;
+  if (received < 0) fail_query(name, "cannot ask the kernel");
+  reply.resize(static_cast<std::size_t>(received));
+  return reply;
+}
+
+}  // namespace
+
+std::optional<Interface> query_interface(const std::string& name) {
+  if (name.empty() || name.size() >= IFNAMSIZ) return std::nullopt;
+  return parse_link_message(ask_for_link(name));
+}
+
+namespace {
+
+/// Throws InterfaceError where the kernel knows no CAN, so that nobody is sent to look for an interface.
+void require_can_support() {
+  const int socket = ::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW);
+  const int error = errno;
+  if (socket >= 0) ::close(socket);
+  if (socket < 0 && (error == EAFNOSUPPORT || error == EPROTONOSUPPORT))
+    throw InterfaceError(std::string("this kernel has no CAN support (AF_CAN: ") + std::strerror(error) +
+                         "); see scripts/guest for one that has");
+}
+
+/// Throws InterfaceError where it is absent or not a CAN interface.
+Interface require_interface(const std::string& name) {
+  require_can_support();
+  const auto interface = query_interface(name);
+  if (interface && interface->is_can) return *interface;
+  if (interface) throw InterfaceError("interface " + name + " is not a CAN interface");
+  throw InterfaceError("interface " + name + " does not exist; " +
+                       (name.starts_with("vcan") ? "create it with: ip link add dev " + name +
+                                                       " type vcan && ip link set " + name + " up"
+                                                 : "list those that do with: ip -brief link show type can"));
+}
+
+}  // namespace
+
+Interface require_can_interface(const std::string& name) {
+  Interface interface = require_interface(name);
+  if (!interface.up) {
+    const bool real = interface.kind == "can" || (interface.kind.empty() && !name.starts_with("vcan"));
+    throw InterfaceError("interface " + name + " is down; bring it up with: ip link set " + name + " up" +
+                         (real ? " type can bitrate 1000000" : ""));
+  }
+  return interface;
+}
+
+bool is_virtual_interface(const std::string& name) {
+  const Interface interface = require_interface(name);
+  return interface.kind == "vcan" || interface.kind == "vxcan";
+}
+
+void require_able_to_send(const std::string& name, const Interface& interface) {
+  if (!interface.listen_only) return;
+  throw InterfaceError("interface " + name + " is listen-only; take it down and set: ip link set " + name +
+                       " type can listen-only off");
+}
+
+void require_able_to_carry_fd(const std::string& name, const Interface& interface,
+                              const std::vector<std::string>& messages) {
+  if (interface.fd || messages.empty()) return;
+  throw InterfaceError(
+      fmt::format("interface {} takes no CAN FD frames, expected one that does for {}; take it down and set: "
+                  "ip link set {} {}",
+                  name, fmt::join(messages, ", "), name,
+                  interface.bitrate_bit_per_s
+                      ? fmt::format("type can bitrate {} dbitrate {} fd on", *interface.bitrate_bit_per_s,
+                                    4 * std::uint64_t{*interface.bitrate_bit_per_s})
+                      : "mtu 72"));
+}
+
+std::string describe(const std::string& name, const Interface& interface) {
+  std::string text = name + ": ";
+  if (interface.bitrate_bit_per_s)
+    text += fmt::format("{:g} kbit/s, sample point {:g} %, ", *interface.bitrate_bit_per_s / 1000.0,
+                        100.0 * interface.sample_point.value_or(0.0));
+  else
+    text += fmt::format("{}, no bit rate, ", interface.kind.empty() ? "CAN" : interface.kind);
+  if (interface.restart_ms) text += fmt::format("restart-ms {}, ", *interface.restart_ms);
+  if (interface.one_shot) text += "one-shot, ";
+  if (interface.loopback) text += "loopback, ";
+  if (interface.listen_only) text += "listen-only, ";
+  if (interface.fd) text += "FD, ";
+  if (interface.bus_state && *interface.bus_state != BusState::active)
+    text += fmt::format("{}, ", to_string(*interface.bus_state));
+  return text + fmt::format("qdisc {}, {} frames",
+                            interface.queue_discipline.empty() ? "none" : interface.queue_discipline,
+                            interface.transmit_queue_frames);
+}
+
+std::vector<std::string> find_doubts(const std::string& name, const Interface& interface,
+                                     double bitrate_bit_per_s) {
+  std::vector<std::string> doubts;
+  const auto real_bit_per_s = interface.bitrate_bit_per_s;
+  if (real_bit_per_s && *real_bit_per_s != bitrate_bit_per_s)
+    doubts.push_back(fmt::format("{} runs at {:g} bit/s, expected {:g} by the configuration", name,
+                                 static_cast<double>(*real_bit_per_s), bitrate_bit_per_s));
+  if (interface.restart_ms == 0U)
+    doubts.push_back(
+        fmt::format("{} has restart-ms 0: bus-off lasts until someone runs ip link set {} type "
+                    "can restart",
+                    name, name));
+  if (interface.loopback)
+    doubts.push_back(fmt::format("{} is in loopback mode: nothing reaches the wire", name));
+  if (interface.one_shot)
+    doubts.push_back(fmt::format("{} is in one-shot mode: a frame that loses arbitration is lost", name));
+  return doubts;
+}
+
+}  // namespace hystcan::can

@@ -1,0 +1,167 @@
+#include "can/socketcan/raw_socket.h"
+
+#include <linux/can/error.h>
+#include <linux/can/raw.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <utility>
+#include <vector>
+
+#include "can/socketcan/interface.h"
+
+namespace hystcan::can {
+namespace {
+
+// What the socket may hold unsent, in the kernel's accounting, which doubles it: seven or eight classical
+// frames. Two axes send eight in their busiest cycle; a frame beyond that is refused, never queued.
+constexpr int send_buffer_bytes = 3072;
+
+constexpr std::chrono::seconds oldest_credible_stamp{1};
+
+class Descriptor {
+ public:
+  explicit Descriptor(int number) : number_(number) {}
+  ~Descriptor() {
+    if (number_ >= 0) ::close(number_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int get() const { return number_; }
+  int release() { return std::exchange(number_, -1); }
+
+ private:
+  int number_;
+};
+
+template <class Value>
+bool set_option(int socket, int level, int option, const Value& value) {
+  return ::setsockopt(socket, level, option, &value, sizeof value) == 0;
+}
+
+/// Both identifier types, as data or remote frame: what stands in a message's place is for the checker to
+/// judge.
+std::vector<can_filter> kernel_filters(std::span<const Filter> filters) {
+  std::vector<can_filter> result;
+  for (const Filter& filter : filters) {
+    if (filter.id <= CAN_SFF_MASK) result.push_back({filter.id, CAN_SFF_MASK | CAN_EFF_FLAG});
+    result.push_back({filter.id | CAN_EFF_FLAG, CAN_EFF_MASK | CAN_EFF_FLAG});
+  }
+  return result;
+}
+
+[[noreturn]] void fail_socket(const std::string& interface, const char* what) {
+  throw InterfaceError("interface " + interface + ": " + what + ": " + std::strerror(errno));
+}
+
+void set_options(int socket, const std::string& interface, std::span<const Filter> filters) {
+  const std::vector<can_filter> accepted = kernel_filters(filters);
+  const auto bytes = static_cast<socklen_t>(accepted.size() * sizeof(can_filter));
+  if (::setsockopt(socket, SOL_CAN_RAW, CAN_RAW_FILTER, accepted.data(), bytes) != 0) {
+    fail_socket(interface, "cannot set filters");
+  }
+  if (!set_option(socket, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, can_err_mask_t{CAN_ERR_MASK})) {
+    fail_socket(interface, "cannot receive error frames");
+  }
+  set_option(socket, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, 1);  // old kernels have none; nothing is lost then
+  set_option(socket, SOL_SOCKET, SO_RXQ_OVFL, 1);
+  set_option(socket, SOL_SOCKET, SO_TIMESTAMPNS, 1);
+  set_option(socket, SOL_SOCKET, SO_SNDBUF, send_buffer_bytes);
+}
+
+Duration realtime_now() {
+  timespec now{};
+  ::clock_gettime(CLOCK_REALTIME, &now);
+  return std::chrono::seconds{now.tv_sec} + Duration{now.tv_nsec};
+}
+
+}  // namespace
+
+int open_raw_socket(const std::string& interface, std::span<const Filter> filters) {
+  const Interface found = require_can_interface(interface);
+  Descriptor socket(::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW));
+  if (socket.get() < 0) fail_socket(interface, "cannot open a CAN socket");
+  set_options(socket.get(), interface, filters);
+  sockaddr_can address{};
+  address.can_family = AF_CAN;
+  address.can_ifindex = found.index;
+  if (::bind(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+    fail_socket(interface, "cannot bind");
+  }
+  return socket.release();
+}
+
+int write_frame(int socket, const Frame& frame, std::uint8_t fd_flags) {
+  const bool fd = frame.kind == FrameKind::fd;
+  const bool remote = frame.kind == FrameKind::remote;
+  if (frame.kind == FrameKind::error || frame.length > (fd ? CANFD_MAX_DLEN : CAN_MAX_DLEN)) return EINVAL;
+  if (frame.id > (frame.extended ? CAN_EFF_MASK : CAN_SFF_MASK)) return EINVAL;
+  canfd_frame raw{};
+  raw.can_id = frame.id | (frame.extended ? CAN_EFF_FLAG : 0U) | (remote ? CAN_RTR_FLAG : 0U);
+  raw.len = frame.length;
+  if (fd) raw.flags = fd_flags;
+  if (!remote) std::copy_n(frame.data.begin(), frame.length, raw.data);
+  return ::write(socket, &raw, fd ? CANFD_MTU : CAN_MTU) < 0 ? errno : 0;
+}
+
+ReceiveBatch::ReceiveBatch() {
+  for (std::size_t i = 0; i < capacity; ++i) {
+    vectors_[i] = {&frames_[i], sizeof frames_[i]};
+    headers_[i].msg_hdr.msg_iov = &vectors_[i];
+    headers_[i].msg_hdr.msg_iovlen = 1;
+    headers_[i].msg_hdr.msg_control = control_[i].bytes.data();
+  }
+}
+
+int ReceiveBatch::read(int socket, std::size_t room) {
+  for (std::size_t i = 0; i < room; ++i) headers_[i].msg_hdr.msg_controllen = control_bytes;
+  const int count = ::recvmmsg(socket, headers_.data(), static_cast<unsigned>(room), MSG_DONTWAIT, nullptr);
+  if (count <= 0) return count;
+  const Time steady = std::chrono::steady_clock::now();
+  const Duration realtime = realtime_now();
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) read_control(i, steady, realtime);
+  return count;
+}
+
+void ReceiveBatch::read_control(std::size_t index, Time steady_now, Duration realtime) {
+  received_[index] = steady_now;
+  stamped_[index] = realtime;
+  msghdr& header = headers_[index].msg_hdr;
+  for (cmsghdr* item = CMSG_FIRSTHDR(&header); item != nullptr; item = CMSG_NXTHDR(&header, item)) {
+    if (item->cmsg_level != SOL_SOCKET) continue;
+    if (item->cmsg_type == SO_RXQ_OVFL) std::memcpy(&lost_, CMSG_DATA(item), sizeof lost_);
+    if (item->cmsg_type == SCM_TIMESTAMPNS) {
+      timespec stamp{};
+      std::memcpy(&stamp, CMSG_DATA(item), sizeof stamp);
+      stamped_[index] = std::chrono::seconds{stamp.tv_sec} + Duration{stamp.tv_nsec};
+      const Duration age = realtime - stamped_[index];
+      if (age >= Duration::zero() && age < oldest_credible_stamp) received_[index] = steady_now - age;
+    }
+  }
+}
+
+Frame ReceiveBatch::frame(std::size_t index) const {
+  const canfd_frame& raw = frames_[index];
+  Frame frame;
+  frame.length = static_cast<std::uint8_t>(std::min<std::size_t>(raw.len, frame.data.size()));
+  std::copy_n(raw.data, frame.length, frame.data.begin());
+  if ((raw.can_id & CAN_ERR_FLAG) != 0) {
+    frame.id = raw.can_id & CAN_ERR_MASK;
+    frame.kind = FrameKind::error;
+    return frame;
+  }
+  frame.extended = (raw.can_id & CAN_EFF_FLAG) != 0;
+  frame.id = raw.can_id & (frame.extended ? CAN_EFF_MASK : CAN_SFF_MASK);
+  if (headers_[index].msg_len == CANFD_MTU) {
+    frame.kind = FrameKind::fd;
+  } else if ((raw.can_id & CAN_RTR_FLAG) != 0) {
+    frame.kind = FrameKind::remote;
+  }
+  return frame;
+}
+
+}  // namespace hystcan::can

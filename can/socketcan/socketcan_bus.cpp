@@ -1,0 +1,216 @@
+#include "can/socketcan/socketcan_bus.h"
+
+#include <utility>
+
+#include <boost/asio/basic_waitable_timer.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/basic_stream_descriptor.hpp>
+#include <cerrno>
+
+#include "can/log/error_frame.h"
+#include "can/socketcan/interface.h"
+#include "can/socketcan/raw_socket.h"
+
+namespace hystcan::can {
+namespace {
+
+namespace asio = boost::asio;
+using boost::system::error_code;
+using Executor = asio::io_context::executor_type;
+using SteadyTimer = asio::basic_waitable_timer<std::chrono::steady_clock,
+                                               asio::wait_traits<std::chrono::steady_clock>, Executor>;
+
+constexpr std::chrono::milliseconds retry_period{50};
+
+bool interface_is_gone(int error) { return error == ENETDOWN || error == ENODEV || error == ENXIO; }
+
+}  // namespace
+
+class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
+ public:
+  Impl(asio::io_context& context, std::string interface, std::span<const Filter> filters)
+      : interface_(std::move(interface)),
+        filters_(filters.begin(), filters.end()),
+        socket_(context),
+        retry_timer_(context),
+        restart_timer_(context) {
+    open();
+  }
+
+  void start() {
+    if (state_ == BusState::bus_off) ask_later_whether_restarted();
+    wait();
+  }
+
+  bool send(const Frame& frame) {
+    const int error = try_to_send(frame);
+    if (error == 0) {
+      ++counters_.sent;
+      return true;
+    }
+    ++counters_.send_refused;
+    if (socket_.is_open() && interface_is_gone(error) && !retrying_) retry_after(Duration::zero());
+    return false;
+  }
+
+  void close() {
+    closed_ = true;
+    error_code ignored;
+    retry_timer_.cancel(ignored);
+    restart_timer_.cancel(ignored);
+    socket_.close(ignored);
+  }
+
+  FrameHandler on_frame;
+  StateHandler on_state;
+
+  BusState state() const { return state_; }
+  std::optional<ErrorCounters> error_counters() const { return error_counters_; }
+  const BusCounters& counters() const { return counters_; }
+
+ private:
+  /// Zero or an errno. The kernel would take frames in bus-off, keep them, and let them out after the
+  /// restart.
+  int try_to_send(const Frame& frame) {
+    if (!socket_.is_open()) return ENETDOWN;
+    if (state_ == BusState::bus_off) return ENOBUFS;
+    return write_frame(socket_.native_handle(), frame);
+  }
+
+  void open() {
+    socket_.assign(open_raw_socket(interface_, filters_));
+    batch_.restart();
+    const auto found = query_interface(interface_);
+    state_when_up_ = found ? found->bus_state.value_or(BusState::active) : BusState::active;
+    error_counters_ = found ? found->error_counters : std::nullopt;
+    if (state_ != BusState::down) state_ = state_when_up_;
+  }
+
+  void wait() {
+    socket_.async_wait(asio::posix::descriptor_base::wait_read,
+                       [self = shared_from_this()](error_code error) {
+                         if (!error && !self->closed_) self->receive();
+                       });
+  }
+
+  /// The first frame alone, so that its answer waits for no other frame and for no look at an empty queue;
+  /// what else has come follows in batches.
+  void receive() {
+    for (std::size_t room = 1;; room = ReceiveBatch::capacity) {
+      const int count = batch_.read(socket_.native_handle(), room);
+      if (count < 0 && errno != EAGAIN && errno != EINTR) {
+        lose_interface();
+        return;
+      }
+      for (int i = 0; i < count; ++i) {
+        take(batch_.frame(static_cast<std::size_t>(i)), batch_.received(static_cast<std::size_t>(i)));
+        if (closed_) return;
+      }
+      if (count < static_cast<int>(room)) break;
+    }
+    wait();
+  }
+
+  void take(const Frame& frame, Time received) {
+    counters_.receive_lost = lost_before_ + batch_.lost();
+    if (frame.kind == FrameKind::error) {
+      take_error(interpret(frame));
+      return;
+    }
+    ++counters_.received;
+    if (on_frame) on_frame(frame, received);
+  }
+
+  void take_error(const ErrorReport& report) {
+    count(report, counters_);
+    if (report.error_counters) error_counters_ = report.error_counters;
+    if (report.state) enter(*report.state);
+  }
+
+  void lose_interface() {
+    lost_before_ = counters_.receive_lost;
+    error_code ignored;
+    socket_.close(ignored);
+    retry_after(retry_period);
+    enter(BusState::down);
+  }
+
+  void retry_after(Duration delay) {
+    retrying_ = true;
+    retry_timer_.expires_after(delay);
+    retry_timer_.async_wait([self = shared_from_this()](error_code error) {
+      if (!error && !self->closed_) self->retry();
+    });
+  }
+
+  void retry() {
+    retrying_ = false;
+    if (socket_.is_open()) {  // it was send() that met the dead interface
+      lose_interface();
+      return;
+    }
+    try {
+      open();
+    } catch (const InterfaceError&) {
+      retry_after(retry_period);
+      return;
+    }
+    wait();
+    enter(state_when_up_);
+  }
+
+  void enter(BusState state) {
+    if (std::exchange(state_, state) == state) return;
+    count_entry(state, counters_);
+    if (state == BusState::bus_off) ask_later_whether_restarted();
+    if (on_state) on_state(state);
+  }
+
+  void ask_later_whether_restarted() {
+    restart_timer_.expires_after(retry_period);
+    restart_timer_.async_wait([self = shared_from_this()](error_code error) {
+      if (!error && !self->closed_ && self->state_ == BusState::bus_off) self->ask_whether_restarted();
+    });
+  }
+
+  /// A virtual interface states none: there only an error frame ends bus-off, or the interface's going down.
+  void ask_whether_restarted() {
+    const auto found = query_interface(interface_);
+    if (found && found->up && found->bus_state && *found->bus_state != BusState::bus_off) {
+      enter(*found->bus_state);
+    } else {
+      ask_later_whether_restarted();
+    }
+  }
+
+  std::string interface_;
+  std::vector<Filter> filters_;
+  asio::posix::basic_stream_descriptor<Executor> socket_;
+  SteadyTimer retry_timer_;    ///< to find the interface again
+  SteadyTimer restart_timer_;  ///< to ask, in bus-off, whether it has ended
+  ReceiveBatch batch_;
+  BusState state_ = BusState::active;
+  BusState state_when_up_ = BusState::active;
+  std::optional<ErrorCounters> error_counters_;
+  BusCounters counters_;
+  std::uint64_t lost_before_ = 0;  ///< on earlier sockets
+  bool retrying_ = false;
+  bool closed_ = false;
+};
+
+SocketCanBus::SocketCanBus(asio::io_context& context, const std::string& interface,
+                           std::span<const Filter> filters)
+    : impl_(std::make_shared<Impl>(context, interface, filters)) {
+  impl_->start();
+}
+
+SocketCanBus::~SocketCanBus() { impl_->close(); }
+
+bool SocketCanBus::send(const Frame& frame) { return impl_->send(frame); }
+void SocketCanBus::on_frame(FrameHandler handler) { impl_->on_frame = std::move(handler); }
+void SocketCanBus::on_state(StateHandler handler) { impl_->on_state = std::move(handler); }
+BusState SocketCanBus::state() const { return impl_->state(); }
+std::optional<ErrorCounters> SocketCanBus::error_counters() const { return impl_->error_counters(); }
+const BusCounters& SocketCanBus::counters() const { return impl_->counters(); }
+
+}  // namespace hystcan::can

@@ -1,0 +1,221 @@
+#include "can/timing/chain.h"
+
+#include <algorithm>
+#include <vector>
+
+namespace hystcan::can {
+namespace {
+
+/// Beyond so many cycles what is left over is taken never to be caught up with.
+constexpr int cycles_max = 100;
+
+std::uint64_t fault_spec(const ChainSource& source) { return arbitration_order(source.frame); }
+
+class Chain {
+ public:
+  Chain(std::span<const ChainSource> sources, const ChainSource& last, const ChainTiming& timing)
+      : sources_(sources),
+        last_(last),
+        timing_(timing),
+        bit_((1'000'000'000 + timing.bitrate_bit_per_s - 1) / timing.bitrate_bit_per_s),
+        limit_((cycles_max + 1) * timing.cycle) {
+    for (const ChainSource& source : sources) {
+      const bool shares_queue = last.role == ChainRole::command && source.role == ChainRole::command;
+      if (owns(source) || shares_queue) weakest_ = std::max(weakest_, fault_spec(source));
+    }
+  }
+
+  std::optional<Duration> response() const {
+    std::optional<Duration> worst = alone();
+    for (int q = 1; worst; ++q) {
+      const auto through = cycle_is_through(q - 1);
+      if (!through || q > cycles_max) return std::nullopt;
+      if (*through <= q * timing_.cycle) break;
+      const auto begin = after_left_overs(q);
+      if (!begin) return std::nullopt;
+      worst = std::max(*worst, *begin - q * timing_.cycle);
+    }
+    if (worst) *worst += cost(last_);
+    return worst;
+  }
+
+ private:
+  /// w(0).
+  std::optional<Duration> alone() const {
+    Duration own = last_.role == ChainRole::sync ? Duration::zero() : timing_.turnaround;
+    std::vector<const ChainSource*> before;
+    std::vector<const ChainSource*> after;
+    for (const ChainSource& source : sources_) {
+      if (owns(source)) {
+        if (&source != &last_) own += cost(source);
+      } else if (!comes_after_last(source) && source.role != ChainRole::controller_status) {
+        (fault_spec(source) <= weakest_ ? before : after).push_back(&source);
+      }
+    }
+    std::ranges::sort(after, std::ranges::greater{}, [this](const ChainSource* s) { return cost(*s); });
+    return settle([&](Duration w) -> std::optional<Duration> {
+      Duration next = own + blocking(after, w);
+      for (const ChainSource* source : before) {
+        const auto count = instances(*source, w);
+        if (!count) return std::nullopt;
+        next += *count * cost(*source);
+      }
+      return next;
+    });
+  }
+
+  /// L.
+  Duration blocking(std::span<const ChainSource* const> after, Duration window) const {
+    std::int64_t times = last_.role == ChainRole::sync ? 1 : last_.role == ChainRole::sample ? 2 : 3;
+    Duration sum{};
+    for (const ChainSource* source : after) {
+      const std::int64_t taken = std::min(times, instances(*source, window).value_or(times));
+      sum += taken * cost(*source);
+      times -= taken;
+    }
+    return sum;
+  }
+
+  /// w(q), q > 0.
+  std::optional<Duration> after_left_overs(int q) const {
+    const bool is_sync = last_.role == ChainRole::sync;
+    const Duration own = (is_sync ? q : q + 1) * timing_.turnaround - cost(last_);
+    return settle([&](Duration w) {
+      return with_all(own, q, w, [&](const ChainSource& source, std::int64_t count) {
+        if (owns(source)) return std::int64_t{q + 1};
+        return comes_after_last(source) ? std::min<std::int64_t>(count, q) : count;
+      });
+    });
+  }
+
+  /// When all commands of cycle q, and a heartbeat queued behind them, have passed.
+  std::optional<Duration> cycle_is_through(int q) const {
+    return settle([&](Duration w) {
+      return with_all((q + 1) * timing_.turnaround, q + 1, w,
+                      [&](const ChainSource& source, std::int64_t count) {
+                        return is_link(source.role) ? std::int64_t{q + 1} : count;
+                      });
+    });
+  }
+
+  /// `own`, the controller's axis statuses of so many cycles, and every other frame as often as `times` says,
+  /// which is told how often it may come in the window.
+  template <class Times>
+  std::optional<Duration> with_all(Duration own, std::int64_t status_cycles, Duration window,
+                                   Times times) const {
+    Duration sum = own;
+    std::int64_t statuses = 0;
+    Duration longest_status{};
+    for (const ChainSource& source : sources_) {
+      const auto count = instances(source, window);
+      if (!count) return std::nullopt;
+      if (source.role == ChainRole::controller_status) {
+        statuses += *count;
+        longest_status = std::max(longest_status, cost(source));
+      } else {
+        sum += times(source, *count) * cost(source);
+      }
+    }
+    return sum + std::min(statuses, status_cycles) * longest_status;
+  }
+
+  /// The least fixed point. Empty: beyond the limit, or `next` is.
+  template <class Next>
+  std::optional<Duration> settle(Next next) const {
+    Duration value{};
+    for (std::optional<Duration> following = next(value);; following = next(value)) {
+      if (!following || *following > limit_) return std::nullopt;
+      if (*following == value) return value;
+      value = *following;
+    }
+  }
+
+  bool owns(const ChainSource& source) const {
+    return &source == &last_ || source.role == ChainRole::sync ||
+           (source.role == ChainRole::sample && last_.role == ChainRole::command &&
+            source.axis == last_.axis);
+  }
+
+  /// What follows from `last` comes, with nothing left over, only behind it.
+  bool comes_after_last(const ChainSource& source) const {
+    if (last_.role == ChainRole::sync) return is_link(source.role);
+    return last_.role == ChainRole::sample && source.role == ChainRole::command && source.axis == last_.axis;
+  }
+
+  Duration cost(const ChainSource& source) const {
+    return worst_transmission(source.frame, timing_.bitrate_bit_per_s);
+  }
+
+  /// n_k. Empty: without bound.
+  std::optional<std::int64_t> instances(const ChainSource& source, Duration window) const {
+    const bool is_ours = source.role == ChainRole::controller_status;
+    if (!source.response && !is_ours) return std::nullopt;
+    const Duration period = source.frame.period;
+    const Duration from = is_link(source.role) ? Duration::zero()
+                          : is_ours            ? source.frame.jitter
+                                               : *source.response;
+    return (window + bit_ + from + period - Duration{1}) / period;
+  }
+
+  std::span<const ChainSource> sources_;
+  const ChainSource& last_;
+  ChainTiming timing_;
+  Duration bit_;
+  Duration limit_;
+  std::uint64_t weakest_ = 0;
+};
+
+/// How much later than its period begins a frame may be queued: what the response to others is made of.
+void set_jitter(std::span<ChainSource> sources, Duration sync_response, Duration turnaround) {
+  for (ChainSource& source : sources) {
+    if (source.role == ChainRole::sample || source.role == ChainRole::status)
+      source.frame.jitter = sync_response + turnaround;
+    if ((source.role == ChainRole::sync || source.role == ChainRole::command) && source.response)
+      source.frame.jitter = *source.response;
+  }
+}
+
+/// Of what is no link: Davis, Burns, Bril, Lukkien. True: one of them has changed.
+bool respond_to_jitter(std::span<ChainSource> sources, std::uint32_t bitrate_bit_per_s) {
+  std::vector<PeriodicFrame> frames;
+  frames.reserve(sources.size());
+  for (const ChainSource& source : sources) frames.push_back(source.frame);
+  const Schedule schedule = analyse(frames, bitrate_bit_per_s);
+  bool changed = false;
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    if (is_link(sources[i].role)) continue;
+    changed = changed || sources[i].response != schedule.frames[i].response;
+    sources[i].response = schedule.frames[i].response;
+  }
+  return changed;
+}
+
+}  // namespace
+
+std::optional<Duration> chain_response(std::span<const ChainSource> sources, const ChainSource& last,
+                                       const ChainTiming& timing) {
+  return Chain(sources, last, timing).response();
+}
+
+void respond(std::span<ChainSource> sources, const ChainTiming& timing) {
+  constexpr int rounds_max = 100;
+  const auto sync = std::ranges::find(sources, ChainRole::sync, &ChainSource::role);
+  for (int round = 0; round < rounds_max; ++round) {
+    bool bounded = true;
+    for (ChainSource& source : sources) {
+      if (!is_link(source.role)) continue;
+      source.response = chain_response(sources, source, timing);
+      bounded = bounded && source.response;
+    }
+    if (!bounded) {
+      respond_to_jitter(sources, timing.bitrate_bit_per_s);
+      return;
+    }
+    set_jitter(sources, *sync->response, timing.turnaround);
+    if (!respond_to_jitter(sources, timing.bitrate_bit_per_s)) return;
+  }
+  for (ChainSource& source : sources)
+    if (is_link(source.role)) source.response.reset();
+}
+
+}  // namespace hystcan::can

@@ -1,0 +1,181 @@
+#include "can/timing/schedulability.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace hystcan::can {
+namespace {
+
+constexpr std::int64_t error_frame_bits = 31;
+
+/// Busy periods longer than this are taken for endless: they need a load within 1e-6 of 1.
+constexpr Duration endless = std::chrono::hours(1);
+
+std::int64_t divide_up(std::int64_t value, std::int64_t by) { return (value + by - 1) / by; }
+
+Duration bits_last(std::int64_t count, std::int64_t bitrate_bit_per_s) {
+  return Duration{divide_up(count * 1'000'000'000, bitrate_bit_per_s)};
+}
+
+void check(std::span<const PeriodicFrame> frames) {
+  for (const PeriodicFrame& frame : frames) {
+    const auto refuse = [&](const std::string& what) {
+      throw std::invalid_argument("frame " + frame.name + ": " + what);
+    };
+    if (frame.bytes > 64) refuse(std::to_string(frame.bytes) + " bytes, expected at most 64");
+    if (frame.id > (frame.extended ? 0x1FFF'FFFFU : 0x7FFU)) refuse("identifier too long for its type");
+    if (frame.period <= Duration::zero()) refuse("period expected to be above 0");
+    if (frame.jitter < Duration::zero()) refuse("jitter expected not to be negative");
+    const auto same = [&](const PeriodicFrame& other) {
+      return arbitration_order(other) == arbitration_order(frame);
+    };
+    if (std::ranges::count_if(frames, same) > 1) refuse("another frame has its identifier");
+  }
+}
+
+class Analysis {
+ public:
+  Analysis(std::span<const PeriodicFrame> frames, std::uint32_t bitrate_bit_per_s,
+           std::optional<Duration> error_interval)
+      : frames_(frames), bitrate_(bitrate_bit_per_s), error_interval_(error_interval) {}
+
+  Duration bits(std::int64_t count) const { return bits_last(count, bitrate_); }
+  Duration transmission(const PeriodicFrame& frame) const { return worst_transmission(frame, bitrate_); }
+  double load_of(const PeriodicFrame& frame) const {
+    return seconds(transmission(frame)) / seconds(frame.period);
+  }
+
+  FrameResponse respond(const PeriodicFrame& frame) {
+    own_ = &frame;
+    cost_ = transmission(frame);
+    FrameResponse result{.transmission = cost_, .blocking = look_around(), .response = {}};
+    if (level_load_ >= 1.0) return result;
+    const auto busy = settle(result.blocking, [&](Duration t) {
+      return result.blocking + instances(t + frame.jitter, frame.period) * cost_ +
+             interference(t, Duration::zero()) + recovery(t);
+    });
+    if (!busy) return result;
+    const std::int64_t last = instances(*busy + frame.jitter, frame.period);
+    Duration queued{};  // w(q) never falls, so that the one before is where to begin
+    for (std::int64_t q = 0; q < last; ++q) {
+      const auto w = settle(std::max(queued, result.blocking + q * cost_), [&](Duration guess) {
+        return result.blocking + q * cost_ + interference(guess, bits(1)) + recovery(guess + cost_);
+      });
+      if (!w) return result;
+      queued = *w;
+      const Duration response = frame.jitter + queued - q * frame.period + cost_;
+      if (result.response && response <= *result.response) continue;
+      result.response = response;
+      result.instance = static_cast<std::uint64_t>(q);
+    }
+    result.schedulable = result.response && *result.response <= frame.deadline;
+    return result;
+  }
+
+ private:
+  /// Who goes before the frame, what it costs to be disturbed, and B.
+  Duration look_around() {
+    higher_.clear();
+    Duration blocking{};
+    Duration longest = cost_;
+    level_load_ = load_of(*own_);
+    for (const PeriodicFrame& other : frames_) {
+      if (&other == own_) continue;
+      const Duration cost = transmission(other);
+      if (arbitration_order(other) > arbitration_order(*own_)) {
+        blocking = std::max(blocking, cost);
+        continue;
+      }
+      higher_.push_back({&other, cost});
+      longest = std::max(longest, cost);
+      level_load_ += load_of(other);
+    }
+    disturbance_ = bits(error_frame_bits) + longest;
+    if (error_interval_) level_load_ += seconds(disturbance_) / seconds(*error_interval_);
+    return blocking;
+  }
+
+  static std::int64_t instances(Duration window, Duration period) {
+    return divide_up(window.count(), period.count());
+  }
+
+  Duration interference(Duration window, Duration more) const {
+    Duration sum{};
+    for (const auto& [frame, cost] : higher_)
+      sum += instances(window + frame->jitter + more, frame->period) * cost;
+    return sum;
+  }
+
+  Duration recovery(Duration window) const {
+    return error_interval_ ? instances(window, *error_interval_) * disturbance_ : Duration::zero();
+  }
+
+  /// The least fixed point of a growing function at or above `from`. Empty: none within reason.
+  template <class Next>
+  static std::optional<Duration> settle(Duration from, Next next) {
+    Duration value = std::max(from, Duration{1});
+    for (Duration following = next(value); following != value; following = next(value)) {
+      if (following > endless) return std::nullopt;
+      value = following;
+    }
+    return value;
+  }
+
+  struct Other {
+    const PeriodicFrame* frame;
+    Duration cost;
+  };
+
+  std::span<const PeriodicFrame> frames_;
+  std::uint32_t bitrate_;
+  std::optional<Duration> error_interval_;
+  const PeriodicFrame* own_ = nullptr;
+  Duration cost_{};
+  Duration disturbance_{};
+  double level_load_ = 0.0;
+  std::vector<Other> higher_;
+};
+
+}  // namespace
+
+bool Schedule::schedulable() const {
+  return std::ranges::all_of(frames, [](const FrameResponse& frame) { return frame.schedulable; });
+}
+
+unsigned worst_frame_bits(unsigned bytes, bool extended) {
+  constexpr unsigned tail = 13;  // from the CRC delimiter on, with the interframe space
+  if (bytes <= 8) {
+    const unsigned stuffed = (extended ? 54 : 34) + 8 * bytes;
+    return stuffed + tail + (stuffed - 1) / 4;
+  }
+  const unsigned stuffed = (extended ? 41 : 22) + 8 * bytes;
+  const unsigned check = bytes <= 16 ? 27 : 32;  // stuff count, CRC 17 or 21, fixed stuff bits
+  return stuffed + check + tail + (stuffed - 1) / 4;
+}
+
+std::uint64_t arbitration_order(const PeriodicFrame& frame) {
+  if (!frame.extended) return std::uint64_t{frame.id} << 20U;
+  return std::uint64_t{frame.id >> 18U} << 20U | std::uint64_t{1} << 19U | (frame.id & 0x3FFFFU);
+}
+
+Duration worst_transmission(const PeriodicFrame& frame, std::uint32_t bitrate_bit_per_s) {
+  return bits_last(worst_frame_bits(frame.bytes, frame.extended), bitrate_bit_per_s);
+}
+
+Schedule analyse(std::span<const PeriodicFrame> frames, std::uint32_t bitrate_bit_per_s,
+                 std::optional<Duration> error_interval) {
+  if (bitrate_bit_per_s == 0) throw std::invalid_argument("bit rate 0, expected more");
+  if (error_interval && *error_interval <= Duration::zero())
+    throw std::invalid_argument("error interval expected to be above 0");
+  check(frames);
+  Analysis analysis(frames, bitrate_bit_per_s, error_interval);
+  Schedule schedule;
+  schedule.frames.reserve(frames.size());
+  for (const PeriodicFrame& frame : frames) {
+    schedule.frames.push_back(analysis.respond(frame));
+    schedule.load += analysis.load_of(frame);
+  }
+  return schedule;
+}
+
+}  // namespace hystcan::can

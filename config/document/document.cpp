@@ -1,0 +1,241 @@
+#include "config/document/document.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <system_error>
+#include <utility>
+
+namespace hystcan::config {
+namespace {
+
+std::string place(const std::filesystem::path& file, const toml::source_position& position) {
+  return fmt::format("{}:{}:{}", file.string(), position.line, position.column);
+}
+
+std::string join_choices(std::span<const std::string_view> choices) {
+  return fmt::format("\"{}\"", fmt::join(choices, "\", \""));
+}
+
+}  // namespace
+
+Document::Document(std::filesystem::path file, const std::vector<Setting>& overrides)
+    : file_(std::move(file)) {
+  std::ifstream stream(file_, std::ios::binary);
+  const int open_error = stream ? 0 : errno;
+  const int unreadable = std::filesystem::is_directory(file_) ? EISDIR : open_error;
+  if (unreadable != 0)
+    throw Error(fmt::format("{}: cannot be read: {}, expected a TOML file", file_.string(),
+                            std::generic_category().message(unreadable)));
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  try {
+    root_ = toml::parse(text);
+  } catch (const toml::parse_error& error) {
+    throw Error(
+        fmt::format("{}: {}, expected TOML", place(file_, error.source().begin), error.description()));
+  }
+  for (const Setting& setting : overrides) put(setting);
+}
+
+/// Tables on the way to the key are made where they are missing, elements of a list are not.
+void Document::put(const Setting& setting) {
+  const std::size_t dot = setting.path.rfind('.');
+  const std::string key = dot == std::string::npos ? setting.path : setting.path.substr(dot + 1);
+  const std::string above = dot == std::string::npos ? std::string() : setting.path.substr(0, dot);
+  toml::table parsed;
+  try {
+    parsed = toml::parse("value = " + setting.value + "\n");
+  } catch (const toml::parse_error&) {
+    throw Error(fmt::format("{} = {}: not a value, expected one as in TOML", setting.path, setting.value));
+  }
+  if (!above.empty() && !root_.at_path(above)) put({above, "{}"});
+  toml::table* table = above.empty() ? &root_ : root_.at_path(above).as_table();
+  if (table == nullptr || key.find('[') != std::string::npos || parsed.size() != 1)
+    throw Error(
+        fmt::format("{}: there is no such key to set, expected one of the configuration", setting.path));
+  table->insert_or_assign(key, std::move(*parsed.get("value")));
+}
+
+std::filesystem::path Document::resolve(const std::filesystem::path& path) const {
+  return file_.parent_path() / path;
+}
+
+void Document::fail(const toml::source_region& where, const std::string& what) const {
+  const toml::source_position position = where.begin ? where.begin : toml::source_position{1, 1};
+  throw Error(fmt::format("{}: {}", place(file_, position), what));
+}
+
+void Document::fail_at(std::string_view path, const std::string& what) const {
+  while (true) {
+    if (const auto node = root_.at_path(path)) fail(node.node()->source(), what);
+    const auto cut = path.find_last_of(".[");
+    if (cut == std::string_view::npos) fail(root_.source(), what);
+    path = path.substr(0, cut);
+  }
+}
+
+std::string Range::describe() const {
+  if (std::isinf(lo) && std::isinf(hi)) return "a finite number";
+  const char* above = lo_excluded ? ">" : ">=";
+  if (std::isinf(hi)) return fmt::format("a number {} {}", above, lo);
+  if (std::isinf(lo)) return fmt::format("a number <= {}", hi);
+  return fmt::format("a number {} {} and <= {}", above, lo, hi);
+}
+
+double nanoseconds_per_unit(std::string_view key) {
+  if (key.ends_with("_us")) return 1e3;
+  if (key.ends_with("_ms")) return 1e6;
+  return 1e9;
+}
+
+void Reader::choice(std::string_view key, std::string& value, std::span<const std::string_view> choices) {
+  required(key, value);
+  optional_choice(key, value, choices);
+}
+
+void Reader::optional_choice(std::string_view key, std::string& value,
+                             std::span<const std::string_view> choices) {
+  optional(key, value);
+  if (!table_.contains(key)) return;
+  if (std::ranges::find(choices, value) == choices.end())
+    document_.fail(table_.get(key)->source(),
+                   fmt::format("{} is \"{}\", expected one of {}", key, value, join_choices(choices)));
+}
+
+void Reader::numbers(std::string_view key, std::vector<double>& values) {
+  known_.emplace(key);
+  const toml::node* node = table_.get(key);
+  if (node != nullptr && node->is_array() && node->as_array()->empty())
+    values.clear();
+  else if (node != nullptr)
+    values = read_numbers(*node, key, any);
+}
+
+void Reader::choices(std::string_view key, std::vector<std::string>& values,
+                     std::span<const std::string_view> choices) {
+  known_.emplace(key);
+  const toml::node* node = table_.get(key);
+  if (node == nullptr) return;
+  const toml::array* array = node->as_array();
+  if (array == nullptr) wrong_type(*node, key, "an array of words");
+  values.clear();
+  values.reserve(array->size());
+  for (const toml::node& element : *array) {
+    values.push_back(read_string(element, key));
+    if (std::ranges::find(choices, values.back()) == choices.end())
+      document_.fail(element.source(), fmt::format("{} has \"{}\", expected some of {}", key, values.back(),
+                                                   join_choices(choices)));
+  }
+}
+
+void Reader::whole_numbers(std::string_view key, std::vector<std::int64_t>& values) {
+  known_.emplace(key);
+  const toml::node* node = table_.get(key);
+  if (node == nullptr) return;
+  const toml::array* array = node->as_array();
+  if (array == nullptr) wrong_type(*node, key, "an array of whole numbers");
+  values.clear();
+  values.reserve(array->size());
+  for (const toml::node& element : *array) {
+    const auto value = element.value_exact<std::int64_t>();
+    if (!value) wrong_type(element, key, "a whole number");
+    values.push_back(*value);
+  }
+}
+
+void Reader::finish() const {
+  for (const auto& [key, node] : table_)
+    if (!known_.contains(key.str()))
+      document_.fail(key.source(),
+                     fmt::format("unknown key {}, expected one of {}", key.str(), fmt::join(known_, ", ")));
+  if (!missing_.empty())
+    document_.fail(table_.source(), fmt::format("missing key {}, expected in {}", missing_,
+                                                path_.empty() ? "the file" : "[" + path_ + "]"));
+}
+
+bool Reader::read_bool(const toml::node& node, std::string_view key) const {
+  const auto value = node.value_exact<bool>();
+  if (!value) wrong_type(node, key, "true or false");
+  return *value;
+}
+
+std::int64_t Reader::read_integer(const toml::node& node, std::string_view key, Range range,
+                                  double type_max) const {
+  range.lo = std::max(range.lo, 0.0);
+  range.hi = std::min(range.hi, type_max);
+  const auto value = node.value_exact<std::int64_t>();
+  if (!value) wrong_type(node, key, "a whole number");
+  if (!range.contains(static_cast<double>(*value)))
+    document_.fail(node.source(), fmt::format("{} is {}, expected {}", key, *value, range.describe()));
+  return *value;
+}
+
+double Reader::read_number(const toml::node& node, std::string_view key, Range range) const {
+  if (!node.is_number()) wrong_type(node, key, range.describe());
+  const double value = *node.value<double>();
+  if (!std::isfinite(value) || !range.contains(value))
+    document_.fail(node.source(), fmt::format("{} is {}, expected {}", key, value, range.describe()));
+  return value;
+}
+
+std::vector<double> Reader::read_numbers(const toml::node& node, std::string_view key, Range range) const {
+  const toml::array* array = node.as_array();
+  if (array == nullptr) wrong_type(node, key, "an array of numbers");
+  if (array->empty())
+    document_.fail(node.source(), fmt::format("{} is empty, expected at least one number", key));
+  std::vector<double> values;
+  for (const toml::node& element : *array) values.push_back(read_number(element, key, range));
+  return values;
+}
+
+std::string Reader::read_string(const toml::node& node, std::string_view key) const {
+  const auto value = node.value_exact<std::string>();
+  if (!value) wrong_type(node, key, "a string");
+  if (value->empty()) document_.fail(node.source(), fmt::format("{} is empty, expected text", key));
+  return *value;
+}
+
+const toml::node* Reader::look_up(std::string_view key) {
+  known_.emplace(key);
+  const toml::node* node = table_.get(key);
+  if (node == nullptr && missing_.empty()) missing_ = key;
+  return node;
+}
+
+void Reader::wrong_type(const toml::node& node, std::string_view key, const std::string& expected) const {
+  std::ostringstream type;
+  type << node.type();
+  document_.fail(node.source(), fmt::format("{} is of type {}, expected {}", key, type.str(), expected));
+}
+
+std::string Reader::join(std::string_view key) const {
+  return path_.empty() ? std::string(key) : path_ + "." + std::string(key);
+}
+
+void Writer::line(std::string_view key, const std::string& value) {
+  const std::string path = path_.empty() ? std::string(key) : path_ + "." + std::string(key);
+  const bool given = static_cast<bool>(document_.root().at_path(path));
+  text_ += fmt::format("{} = {}{}\n", key, value, given ? "" : "  # default");
+}
+
+void Writer::choices(std::string_view key, const std::vector<std::string>& values,
+                     std::span<const std::string_view>) {
+  if (!values.empty()) line(key, fmt::format("[\"{}\"]", fmt::join(values, "\", \"")));
+}
+
+void Writer::whole_numbers(std::string_view key, const std::vector<std::int64_t>& values) {
+  line(key, fmt::format("[{}]", fmt::join(values, ", ")));
+}
+
+std::string Writer::number(double value) { return fmt::format("{}", value); }
+
+std::string Writer::list_of(const std::vector<double>& values) {
+  return fmt::format("[{}]", fmt::join(values, ", "));
+}
+
+}  // namespace hystcan::config

@@ -1,0 +1,302 @@
+// A TOML file, and the visitors that carry values between its tables and our structs.
+//
+// Each struct has one `visit` (config/schema/schema.h) that names its keys, ranges and defaults; a Reader
+// passed through it fills the struct, a Writer shows it.  Unknown keys, missing keys, wrong types and values
+// out of range are errors at their line and column.  A key of a duration carries its unit in its name: _s,
+// _ms or _us.
+#pragma once
+
+#include <toml++/toml.h>
+#include <cmath>
+#include <filesystem>
+#include <initializer_list>
+#include <limits>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "can/scheduler.h"
+#include "config/document/error.h"
+#include "config/document/setting.h"
+
+namespace hystcan::config {
+
+class Document {
+ public:
+  /// With the overrides in the place of what stands in the file.
+  explicit Document(std::filesystem::path file, const std::vector<Setting>& overrides = {});
+
+  const toml::table& root() const { return root_; }
+  const std::filesystem::path& file() const { return file_; }
+  /// A path in the file is relative to the file's own folder.
+  std::filesystem::path resolve(const std::filesystem::path& path) const;
+
+  [[noreturn]] void fail(const toml::source_region& where, const std::string& what) const;
+  /// At the key with this path ("axis[1].amplifier_node"), or at the nearest table above it.
+  [[noreturn]] void fail_at(std::string_view path, const std::string& what) const;
+
+ private:
+  void put(const Setting& setting);
+
+  std::filesystem::path file_;
+  toml::table root_;
+};
+
+/// What a number may be.
+struct Range {
+  double lo = -std::numeric_limits<double>::infinity();
+  double hi = std::numeric_limits<double>::infinity();
+  bool lo_excluded = false;
+
+  bool contains(double value) const { return (lo_excluded ? value > lo : value >= lo) && value <= hi; }
+  std::string describe() const;
+};
+inline constexpr Range any{};
+inline constexpr Range positive{.lo = 0.0, .lo_excluded = true};
+inline constexpr Range not_negative{.lo = 0.0};
+
+double nanoseconds_per_unit(std::string_view key);
+
+template <class T>
+struct IsVector : std::false_type {};
+template <class T>
+struct IsVector<std::vector<T>> : std::true_type {};
+
+/// Fills structs from one table.
+class Reader {
+ public:
+  Reader(const Document& document, const toml::table& table, std::string path)
+      : document_(document), table_(table), path_(std::move(path)) {}
+
+  template <class T>
+  void required(std::string_view key, T& value, Range range = any) {
+    if (const toml::node* node = look_up(key)) read(*node, key, value, range);
+  }
+  template <class T>
+  void optional(std::string_view key, T& value, Range range = any) {
+    known_.emplace(key);
+    if (const toml::node* node = table_.get(key)) read(*node, key, value, range);
+  }
+  void choice(std::string_view key, std::string& value, std::initializer_list<std::string_view> choices) {
+    choice(key, value, std::span(choices.begin(), choices.size()));
+  }
+  void choice(std::string_view key, std::string& value, std::span<const std::string_view> choices);
+  void optional_choice(std::string_view key, std::string& value,
+                       std::initializer_list<std::string_view> choices) {
+    optional_choice(key, value, std::span(choices.begin(), choices.size()));
+  }
+  void optional_choice(std::string_view key, std::string& value, std::span<const std::string_view> choices);
+  /// Some of the choices; optional.
+  void choices(std::string_view key, std::vector<std::string>& values,
+               std::span<const std::string_view> choices);
+  /// Optional, and may be empty.
+  void numbers(std::string_view key, std::vector<double>& values);
+
+  /// Optional, and may be empty.
+  void whole_numbers(std::string_view key, std::vector<std::int64_t>& values);
+  /// A limit that may be left out: infinite then.
+  void limit(std::string_view key, double& value) { optional(key, value, positive); }
+  /// An end of an interval that may be left out: infinite then.
+  void bound(std::string_view key, double& value) { optional(key, value); }
+  /// A name that may be left out: empty then.
+  template <class Text>
+  void name(std::string_view key, Text& value) {
+    optional(key, value);
+  }
+
+  /// A sub-table that may be left out.
+  template <class T, class Visit>
+  void optional_table(std::string_view key, std::optional<T>& value, Visit visit) {
+    known_.emplace(key);
+    const toml::node* node = table_.get(key);
+    if (node != nullptr && missing_.empty()) read_table(*node, join(key), value.emplace(), visit);
+  }
+  /// A sub-table whose keys all have defaults: left out, they stand.
+  template <class T, class Visit>
+  void section(std::string_view key, T& value, Visit visit) {
+    known_.emplace(key);
+    const toml::node* node = table_.get(key);
+    if (node != nullptr && missing_.empty()) read_table(*node, join(key), value, visit);
+  }
+  /// A sub-table of its own struct: `visit(reader, value)`.
+  template <class T, class Visit>
+  void table(std::string_view key, T& value, Visit visit) {
+    const toml::node* node = look_up(key);
+    if (!missing_.empty()) return;  // what is missing may be what the sub-table's keys depend on
+    read_table(*node, join(key), value, visit);
+  }
+  /// An array of tables, at least one.
+  template <class T, class Visit>
+  void list(std::string_view key, std::vector<T>& values, Visit visit) {
+    const toml::node* node = look_up(key);
+    if (!missing_.empty()) return;
+    const toml::array* array = node->as_array();
+    if (array == nullptr || array->empty())
+      wrong_type(*node, key, "an array of tables, [[" + join(key) + "]]");
+    values.clear();
+    for (std::size_t i = 0; i < array->size(); ++i)
+      read_table(*array->get(i), join(key) + "[" + std::to_string(i) + "]", values.emplace_back(), visit);
+  }
+  /// An array of tables that may be left out.
+  template <class T, class Visit>
+  void optional_list(std::string_view key, std::vector<T>& values, Visit visit) {
+    known_.emplace(key);
+    if (table_.contains(key)) list(key, values, visit);
+  }
+  /// A choice between alternatives, made by their name.
+  template <class Make>
+  void alternative(const std::string& name, Make make) {
+    make(name);
+  }
+
+  /// Any key not asked for is an error; so is a required one that was not there. In this order, because a
+  /// misspelt key is both.
+  void finish() const;
+
+ private:
+  template <class T, class Visit>
+  void read_table(const toml::node& node, const std::string& path, T& value, Visit visit) {
+    const toml::table* sub = node.as_table();
+    if (sub == nullptr) wrong_type(node, path, "a table");
+    Reader reader(document_, *sub, path);
+    visit(reader, value);
+    reader.finish();
+  }
+
+  template <class T>
+  void read(const toml::node& node, std::string_view key, T& value, Range range) {
+    if constexpr (std::is_same_v<T, bool>) {
+      value = read_bool(node, key);
+    } else if constexpr (std::is_integral_v<T>) {
+      value =
+          static_cast<T>(read_integer(node, key, range, static_cast<double>(std::numeric_limits<T>::max())));
+    } else if constexpr (std::is_floating_point_v<T>) {
+      value = read_number(node, key, range);
+    } else if constexpr (std::is_same_v<T, can::Duration>) {
+      value = can::Duration(std::llround(read_number(node, key, range) * nanoseconds_per_unit(key)));
+    } else if constexpr (IsVector<T>::value) {
+      value = read_numbers(node, key, range);
+    } else {
+      value = read_string(node, key);
+    }
+  }
+
+  bool read_bool(const toml::node& node, std::string_view key) const;
+  std::int64_t read_integer(const toml::node& node, std::string_view key, Range range, double type_max) const;
+  double read_number(const toml::node& node, std::string_view key, Range range) const;
+  std::vector<double> read_numbers(const toml::node& node, std::string_view key, Range range) const;
+  std::string read_string(const toml::node& node, std::string_view key) const;
+
+  /// The required key's node; where it is absent, null, and finish() will complain.
+  const toml::node* look_up(std::string_view key);
+  [[noreturn]] void wrong_type(const toml::node& node, std::string_view key,
+                               const std::string& expected) const;
+  std::string join(std::string_view key) const;
+
+  const Document& document_;
+  const toml::table& table_;
+  std::string path_;
+  std::set<std::string, std::less<>> known_;
+  std::string missing_;  ///< the first required key that is absent
+};
+
+/// Shows structs as TOML.
+class Writer {
+ public:
+  explicit Writer(const Document& document) : document_(document) {}
+
+  template <class T>
+  void required(std::string_view key, const T& value, Range = any) {
+    write(key, value);
+  }
+  template <class T>
+  void optional(std::string_view key, const T& value, Range = any) {
+    write(key, value);
+  }
+  void choice(std::string_view key, const std::string& value, std::initializer_list<std::string_view>) {
+    write(key, value);
+  }
+  void choice(std::string_view key, const std::string& value, std::span<const std::string_view>) {
+    write(key, value);
+  }
+  void choices(std::string_view key, const std::vector<std::string>& values,
+               std::span<const std::string_view>);
+  void optional_choice(std::string_view key, const std::string& value,
+                       std::initializer_list<std::string_view>) {
+    write(key, value);
+  }
+  void whole_numbers(std::string_view key, const std::vector<std::int64_t>& values);
+  void numbers(std::string_view key, const std::vector<double>& values) { write(key, values); }
+  void limit(std::string_view key, double value) {
+    if (std::isfinite(value)) write(key, value);
+  }
+  void bound(std::string_view key, double value) { limit(key, value); }
+  template <class Text>
+  void name(std::string_view key, const Text& value) {
+    if (!value.empty()) write(key, value);
+  }
+  template <class T, class Visit>
+  void table(std::string_view key, T& value, Visit visit) {
+    enter(key, "[", "]", "", [&](Writer& writer) { visit(writer, value); });
+  }
+  template <class T, class Visit>
+  void section(std::string_view key, T& value, Visit visit) {
+    table(key, value, visit);
+  }
+  template <class T, class Visit>
+  void optional_table(std::string_view key, std::optional<T>& value, Visit visit) {
+    if (value) table(key, *value, visit);
+  }
+  template <class T, class Visit>
+  void list(std::string_view key, std::vector<T>& values, Visit visit) {
+    for (std::size_t i = 0; i < values.size(); ++i)
+      enter(key, "[[", "]]", "[" + std::to_string(i) + "]",
+            [&](Writer& writer) { visit(writer, values[i]); });
+  }
+  template <class T, class Visit>
+  void optional_list(std::string_view key, std::vector<T>& values, Visit visit) {
+    list(key, values, visit);
+  }
+  template <class Make>
+  void alternative(const std::string&, Make) {}
+
+  const std::string& text() const { return text_; }
+
+ private:
+  template <class T>
+  void write(std::string_view key, const T& value) {
+    if constexpr (std::is_same_v<T, bool>)
+      line(key, value ? "true" : "false");
+    else if constexpr (std::is_same_v<T, can::Duration>)
+      line(key, number(static_cast<double>(value.count()) / nanoseconds_per_unit(key)));
+    else if constexpr (std::is_arithmetic_v<T>)
+      line(key, number(static_cast<double>(value)));
+    else if constexpr (IsVector<T>::value)
+      line(key, list_of(value));
+    else
+      line(key, '"' + std::filesystem::path(value).string() + '"');
+  }
+  template <class Body>
+  void enter(std::string_view key, const char* open, const char* close, const std::string& index, Body body) {
+    Writer inner(document_);
+    inner.header_ = header_.empty() ? std::string(key) : header_ + "." + std::string(key);
+    inner.path_ = (path_.empty() ? std::string(key) : path_ + "." + std::string(key)) + index;
+    inner.text_ = "\n" + std::string(open) + inner.header_ + close + "\n";
+    body(inner);
+    text_ += inner.text_;
+  }
+  void line(std::string_view key, const std::string& value);
+  static std::string number(double value);
+  static std::string list_of(const std::vector<double>& values);
+
+  const Document& document_;
+  std::string header_;  ///< as TOML writes the table's name
+  std::string path_;    ///< the same with indices
+  std::string text_;
+};
+
+}  // namespace hystcan::config

@@ -1,0 +1,25 @@
+// The error of everything that a user writes.
+#pragma once
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace hystcan::config {
+
+/// What the user wrote can't be used. what() is `FILE:LINE:COLUMN: what, expected what`, in one line whatever
+/// is quoted in it.
+class Error : public std::runtime_error {
+ public:
+  explicit Error(std::string what) : std::runtime_error(in_one_line(std::move(what))) {}
+
+ private:
+  static std::string in_one_line(std::string text) {
+    std::ranges::replace_if(
+        text, [](unsigned char c) { return c < 0x20; }, ' ');
+    return text;
+  }
+};
+
+}  // namespace hystcan::config

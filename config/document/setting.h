@@ -1,0 +1,14 @@
+// One key of a configuration by its path.
+#pragma once
+
+#include <string>
+
+namespace hystcan::config {
+
+/// A key by its path ("axis[0].control.kp") and its value, as TOML.
+struct Setting {
+  std::string path;
+  std::string value;
+};
+
+}  // namespace hystcan::config

@@ -1,0 +1,106 @@
+#include <fmt/format.h>
+
+#include <map>
+#include <optional>
+
+#include "config/files/model_file.h"
+#include "config/files/model_schema.h"
+
+namespace hystcan::config {
+namespace {
+
+/// A memory file as it stands there. The controller's has what it learnt beside the memory.
+struct Contents {
+  MemoryFile memory;
+  std::optional<controller::ModelCorrection> correction{};
+  std::optional<StopFile> stop{};
+};
+
+template <class Model>
+Contents read(const Document& document, const Model& model) {
+  Contents raw;
+  const auto plain = [](Reader& sub, auto& value) { visit(sub, value); };
+  Reader reader(document, document.root(), "");
+  reader.table("memory", raw.memory, plain);
+  reader.optional_table("stop", raw.stop, plain);
+  reader.optional_table("correction", raw.correction, plain);
+  reader.finish();
+  const MemoryFile& memory = raw.memory;
+  if (memory.kind != model.kind())
+    document.fail_at("memory.kind", fmt::format("kind is \"{}\", expected \"{}\" as of the model",
+                                                memory.kind, model.kind()));
+  const std::string fingerprint = fmt::format("{:016x}", model.fingerprint());
+  if (!memory.model.empty() && memory.model != fingerprint)
+    document.fail_at("memory.model",
+                     fmt::format("model is \"{}\", expected \"{}\": the memory of another model",
+                                 memory.model, fingerprint));
+  return raw;
+}
+
+model::TurningPoints turning_points(const Document& document, const MemoryFile& raw) {
+  static const std::map<std::string, model::Origin> origins{
+      {"virgin", model::Origin::virgin},
+      {"lower-threshold", model::Origin::lower_threshold},
+      {"upper-threshold", model::Origin::upper_threshold}};
+  const bool has_output = static_cast<bool>(document.root().at_path("memory.output"));
+  return {.origin = origins.at(raw.origin),
+          .inputs = raw.turning_inputs,
+          .outputs = raw.turning_outputs,
+          .input = raw.input,
+          .output = has_output ? std::optional(raw.output) : std::nullopt,
+          .merged = raw.merged};
+}
+
+template <class Law>
+model::HysteresisState remembered(const Document& document, const MemoryFile& raw,
+                                  const model::MemoryModel<Law>& model, std::size_t capacity) {
+  try {
+    return model.remembering(turning_points(document, raw), capacity);
+  } catch (const model::MemoryError& error) {
+    const bool present = error.index >= raw.turning_inputs.size();
+    document.fail_at(present ? "memory.input" : fmt::format("memory.turning_inputs[{}]", error.index),
+                     error.what());
+  }
+}
+
+}  // namespace
+
+template <class Law>
+model::HysteresisState load_memory(const std::filesystem::path& file, const model::MemoryModel<Law>& model,
+                                   std::size_t capacity) {
+  const Document document(file);
+  return remembered(document, read(document, model).memory, model, capacity);
+}
+
+template model::HysteresisState load_memory(const std::filesystem::path&,
+                                            const model::MemoryModel<model::ExponentialConvergence>&,
+                                            std::size_t);
+template model::HysteresisState load_memory(const std::filesystem::path&,
+                                            const model::MemoryModel<model::AffineMap>&, std::size_t);
+template model::HysteresisState load_memory(const std::filesystem::path&,
+                                            const model::MemoryModel<model::EverettLaw>&, std::size_t);
+
+SavedState load_state(const std::filesystem::path& file, const model::Hysteresis& model) {
+  const Document document(file);
+  // [stop] comes last: a number cut short before it would be a number too.
+  for (const char* table : {"correction", "stop"})
+    if (!document.root().contains(table))
+      document.fail_at(
+          "", fmt::format("missing table [{}], expected a whole file that a controller has saved", table));
+  const Contents raw = read(document, model);
+  return {.memory = remembered(document, raw.memory, model, model::Hysteresis::default_capacity),
+          .correction = *raw.correction};
+}
+
+model::PlayState load_memory(const std::filesystem::path& file, const model::PrandtlIshlinskii& model,
+                             std::size_t) {
+  const Document document(file);
+  const MemoryFile raw = read(document, model).memory;
+  try {
+    return model.restore(raw.input, raw.plays);
+  } catch (const std::invalid_argument& error) {
+    document.fail_at("memory.plays", error.what());
+  }
+}
+
+}  // namespace hystcan::config

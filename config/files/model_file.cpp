@@ -1,0 +1,139 @@
+#include "config/files/model_file.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "config/files/model_schema.h"
+#include "model/simplified.h"
+#include "model/validity.h"
+
+namespace hystcan::config {
+namespace {
+
+ModelFile read_model(const Document& document) {
+  ModelFile raw;
+  Reader reader(document, document.root(), "");
+  reader.table("hysteresis", raw, [](Reader& sub, ModelFile& value) { visit(sub, value); });
+  if (document.root().contains("identification"))
+    reader.table("identification", raw.identified_from,
+                 [](Reader& sub, IdentifiedFrom& value) { visit(sub, value); });
+  reader.finish();
+  if (!(raw.input_min < raw.input_max))
+    document.fail_at("hysteresis.input_max",
+                     fmt::format("input_max is {}, expected more than input_min, which is {}", raw.input_max,
+                                 raw.input_min));
+  if (raw.symmetry == "even" && raw.input_min < 0.0)
+    document.fail_at("hysteresis.input_min",
+                     fmt::format("input_min is {}, expected >= 0 with symmetry \"even\": "
+                                 "the model is folded to |input|",
+                                 raw.input_min));
+  return raw;
+}
+
+/// What `make` refuses is an error of the key, or of the table.
+template <class Make>
+auto made(const Document& document, const std::string& key, Make make) {
+  try {
+    return make();
+  } catch (const model::BranchError& error) {
+    const bool up = error.direction == model::Direction::ascending;
+    document.fail_at(up ? "hysteresis.k_ascending" : "hysteresis.k_descending", error.what());
+  } catch (const std::invalid_argument& error) {
+    document.fail_at(key, error.what());
+  }
+}
+
+model::HysteresisParameters parameters(const Document& document, const ModelFile& raw) {
+  const auto curve = [&](const char* key, const std::vector<double>& coefficients) {
+    const auto basis = raw.basis == "power" ? model::Basis::power : model::Basis::chebyshev;
+    return made(document, std::string("hysteresis.") + key, [&] {
+      return model::ReferenceCurve(basis, coefficients, {raw.input_min, raw.input_max});
+    });
+  };
+  return {.input_unit = raw.input_unit,
+          .output_unit = raw.output_unit,
+          .ascending = curve("ascending", raw.ascending),
+          .descending = curve("descending", raw.descending),
+          .k_ascending = raw.k_ascending,
+          .k_descending = raw.k_descending,
+          .symmetry = raw.symmetry == "even" ? model::Symmetry::even : model::Symmetry::none};
+}
+
+model::AnyParameters any_parameters(const Document& document, const ModelFile& raw) {
+  const model::Interval range{raw.input_min, raw.input_max};
+  if (raw.kind == "prandtl-ishlinskii")
+    return model::PrandtlIshlinskiiParameters{raw.input_unit, raw.output_unit, range,      raw.offset,
+                                              raw.gain,       raw.thresholds,  raw.weights};
+  if (raw.kind == "preisach")
+    return model::PreisachParameters{raw.input_unit, raw.output_unit, range,
+                                     raw.offset,     raw.gain,        raw.weights};
+  const model::HysteresisParameters given = parameters(document, raw);
+  if (raw.kind == "linear-mapping") return model::LinearMappingParameters{given};
+  return raw.kind == "average" ? model::average(given) : given;
+}
+
+// Asked for first, because the keys depend on it.
+model::HysteresisParameters recursive_memory(const Document& document) {
+  const auto kind = document.root().at_path("hysteresis.kind").value<std::string>();
+  if (kind && *kind != "recursive-memory")
+    document.fail_at("hysteresis.kind",
+                     fmt::format("kind is \"{}\", expected \"recursive-memory\" here", *kind));
+  return parameters(document, read_model(document));
+}
+
+}  // namespace
+
+bool is_model_file(const std::filesystem::path& file) { return Document(file).root().contains("hysteresis"); }
+
+model::AnyModel load_any_model(const std::filesystem::path& file) {
+  const Document document(file);
+  const ModelFile raw = read_model(document);
+  return made(document, "hysteresis", [&] { return model::model_of(any_parameters(document, raw)); });
+}
+
+model::AnyParameters load_any_parameters(const std::filesystem::path& file) {
+  const Document document(file);
+  model::AnyParameters given = any_parameters(document, read_model(document));
+  made(document, "hysteresis", [&] { return model::model_of(given); });
+  return given;
+}
+
+model::HysteresisParameters load_model(const std::filesystem::path& file) {
+  const Document document(file);
+  const model::HysteresisParameters given = recursive_memory(document);
+  return made(document, "hysteresis", [&] { return model::Hysteresis(given).parameters(); });
+}
+
+std::string model_text(const model::HysteresisParameters& parameters, const IdentifiedFrom& from) {
+  const auto numbers = [](const std::vector<double>& values) {
+    return fmt::format("[{:.17g}]", fmt::join(values, ", "));
+  };
+  const model::Interval& range = parameters.input_range();
+  std::string text = fmt::format(
+      "[hysteresis]\nkind         = \"recursive-memory\"\ninput_unit   = \"{}\"\noutput_unit  = \"{}\"\n"
+      "input_min    = {:.17g}\ninput_max    = {:.17g}\nbasis        = \"chebyshev\"\n",
+      parameters.input_unit, parameters.output_unit, range.lo, range.hi);
+  text += fmt::format(
+      "ascending    = {}\ndescending   = {}\nk_ascending  = {:.17g}\nk_descending = {:.17g}\n"
+      "symmetry     = \"{}\"\n",
+      numbers(parameters.ascending.chebyshev_coefficients()),
+      numbers(parameters.descending.chebyshev_coefficients()), parameters.k_ascending,
+      parameters.k_descending, parameters.symmetry == model::Symmetry::even ? "even" : "none");
+  text += fmt::format(
+      "\n[identification]\nsamples      = {}\ndelay_s      = {:.17g}  # of the output behind the input\n"
+      "rms_percent  = {:.4g}  # of the record's output span\nmax_percent  = {:.4g}\n",
+      from.samples, from.delay_s, from.rms_percent, from.max_percent);
+  return text;
+}
+
+IdentifiedFrom load_identified_from(const std::filesystem::path& file) {
+  return read_model(Document(file)).identified_from;
+}
+
+model::Hysteresis load_model_beyond_limit(const std::filesystem::path& file) {
+  const Document document(file);
+  const model::HysteresisParameters given = recursive_memory(document);
+  return made(document, "hysteresis", [&] { return model::Hysteresis::beyond_limit(given); });
+}
+
+}  // namespace hystcan::config

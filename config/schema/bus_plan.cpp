@@ -1,0 +1,204 @@
+#include "config/schema/bus_plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "can/protocol/protocol.h"
+#include "can/timing/chain.h"
+
+namespace hystcan::config {
+namespace {
+
+using can::Duration;
+using can::PeriodicFrame;
+
+/// Least time between two emergencies of one node: it stays faulted until somebody clears it.
+constexpr Duration emergency_interval = std::chrono::seconds(1);
+
+/// Least time between two live setpoints to one axis, from all who send them together.
+constexpr Duration live_setpoint_interval = std::chrono::milliseconds(10);
+
+Duration cycle_of(const Config& config) {
+  return Duration{static_cast<Duration::rep>(std::llround(1e9 / config.controller.rate_Hz))};
+}
+
+PeriodicFrame heartbeat(const std::string& name, unsigned node, Duration period) {
+  return {.name = name,
+          .id = can::heartbeat_base + node,
+          .extended = false,
+          .bytes = 1,
+          .period = period,
+          .jitter = {},
+          .deadline = period};
+}
+
+PeriodicFrame of_message(const can::Message& message, Duration period) {
+  return {.name = message.name,
+          .id = message.id,
+          .extended = message.extended,
+          .bytes = can::wire_length(static_cast<std::uint8_t>(message.length)),
+          .period = period,
+          .jitter = {},
+          .deadline = period};
+}
+
+/// The controller's axis statuses, where there are such: all are due with a heartbeat, and one goes out per
+/// cycle, in turn, behind its commands.
+void add_controller_statuses(std::vector<can::ChainSource>& sources, const Config& config) {
+  const Duration cycle = cycle_of(config);
+  const std::size_t first = sources.size();
+  for (std::size_t i = 0; i < config.axes.size(); ++i)
+    if (const auto map = can::message_map_in<can::ControllerStatus>(config.database, config.axes[i].wire))
+      sources.push_back({of_message(can::find_message(config.database, *map), cycle),
+                         can::ChainRole::controller_status, i});
+  const auto round = static_cast<Duration::rep>(sources.size() - first) * cycle;
+  for (std::size_t i = first; i < sources.size(); ++i) {
+    can::PeriodicFrame& frame = sources[i].frame;
+    frame.period = frame.deadline = std::max(config.controller.heartbeat_period, round);
+    frame.jitter = round;
+  }
+}
+
+std::vector<can::ChainSource> sources_of(const Config& config) {
+  const Duration cycle = cycle_of(config);
+  const Duration beat = config.twin.heartbeat_period;
+  std::vector<can::ChainSource> sources;
+  sources.push_back({{"Sync", can::sync_id, false, 1, cycle, {}, cycle}, can::ChainRole::sync, 0});
+  for (std::size_t i = 0; i < config.axes.size(); ++i) {
+    const AxisConfig& axis = config.axes[i];
+    const auto add = [&](PeriodicFrame frame, can::ChainRole role) {
+      sources.push_back({std::move(frame), role, i});
+    };
+    const auto add_message = [&]<class Payload>(Duration period, can::ChainRole role) {
+      if (const auto map = can::message_map_in<Payload>(config.database, axis.wire))
+        add(of_message(can::find_message(config.database, *map), period), role);
+    };
+    add_message.template operator()<can::SensorSample>(cycle, can::ChainRole::sample);
+    add_message.template operator()<can::AmpCommand>(cycle, can::ChainRole::command);
+    add_message.template operator()<can::AmpStatus>(axis.twin.status_every * cycle, can::ChainRole::status);
+    if (axis.live_setpoint)
+      add_message.template operator()<can::Setpoint>(live_setpoint_interval, can::ChainRole::live_setpoint);
+    const std::string& prefix = axis.wire.message_prefix;
+    add(heartbeat(prefix + "AmpHeartbeat", axis.wire.amplifier_node, beat), can::ChainRole::heartbeat);
+    add(heartbeat(prefix + "SensorHeartbeat", axis.wire.sensor_node, beat), can::ChainRole::heartbeat);
+  }
+  add_controller_statuses(sources, config);
+  PeriodicFrame own = heartbeat("ControllerHeartbeat", config.controller.node,
+                                std::max(config.controller.heartbeat_period, cycle));
+  own.jitter = cycle;  // it is due at a SYNC, and waits for the commands of that cycle
+  sources.push_back({own, can::ChainRole::heartbeat, 0});
+  std::ranges::sort(sources, {}, [](const can::ChainSource& s) { return can::arbitration_order(s.frame); });
+  return sources;
+}
+
+std::vector<PeriodicFrame> emergencies_of(const Config& config) {
+  std::vector<PeriodicFrame> frames;
+  frames.reserve(2 * config.axes.size());
+  for (const AxisConfig& axis : config.axes) {
+    for (const auto& [name, node] :
+         {std::pair{"AmpEmcy", axis.wire.amplifier_node}, std::pair{"SensorEmcy", axis.wire.sensor_node}}) {
+      frames.push_back({axis.wire.message_prefix + name,
+                        can::emergency_base + node,
+                        false,
+                        8,
+                        emergency_interval,
+                        {},
+                        emergency_interval});
+    }
+  }
+  return frames;
+}
+
+std::vector<PeriodicFrame> frames_of(const std::vector<can::ChainSource>& sources) {
+  std::vector<PeriodicFrame> frames;
+  frames.reserve(sources.size());
+  for (const can::ChainSource& source : sources) frames.push_back(source.frame);
+  return frames;
+}
+
+PlannedFrame planned(const can::ChainSource& source, std::uint32_t bitrate) {
+  PlannedFrame planned{source.frame, can::worst_transmission(source.frame, bitrate), source.response,
+                       source.frame.deadline};
+  if (!is_link(source.role) && planned.response) *planned.response -= source.frame.jitter;
+  return planned;
+}
+
+}  // namespace
+
+BusPlan plan_bus(const Config& config) {
+  const std::uint32_t bitrate = config.bus.bitrate_bit_per_s;
+  BusPlan plan;
+  plan.cycle = cycle_of(config);
+  plan.last_command = Duration::zero();
+  std::vector<can::ChainSource> sources = sources_of(config);
+  can::respond(sources,
+               {.bitrate_bit_per_s = bitrate, .cycle = plan.cycle, .turnaround = config.bus.turnaround});
+
+  plan.frames.reserve(sources.size());
+  for (const can::ChainSource& source : sources) {
+    plan.frames.push_back(planned(source, bitrate));
+    PlannedFrame& frame = plan.frames.back();
+    if (source.role != can::ChainRole::command) continue;
+    frame.deadline = plan.cycle + frame.transmission;
+    if (!frame.response) plan.last_command.reset();
+    if (plan.last_command)
+      plan.last_command = std::max(*plan.last_command, *frame.response - frame.transmission);
+  }
+
+  std::vector<PeriodicFrame> all = frames_of(sources);
+  plan.load = can::analyse(all, bitrate).load;
+  const std::vector<PeriodicFrame> emergencies = emergencies_of(config);
+  all.insert(all.end(), emergencies.begin(), emergencies.end());
+  plan.emergencies.reserve(emergencies.size());
+  const can::Schedule with_emergencies = can::analyse(all, bitrate);
+  for (std::size_t i = sources.size(); i < all.size(); ++i) {
+    const can::FrameResponse& answer = with_emergencies.frames[i];
+    plan.emergencies.push_back({all[i], answer.transmission, answer.response, all[i].deadline});
+  }
+  return plan;
+}
+
+namespace {
+
+/// The highest rate, to the tenth hertz or hertz, at which the commands make their cycle; 0: none down to 1
+/// Hz.
+double fastest_rate_Hz(Config config) {
+  const auto is_in_time = [&](double rate_Hz) {
+    config.controller.rate_Hz = rate_Hz;
+    return plan_bus(config).commands_in_time();
+  };
+  double fits = 1.0;
+  double fails = config.controller.rate_Hz;
+  if (!is_in_time(fits)) return 0.0;
+  while (fails > 1.001 * fits) {
+    const double middle = std::sqrt(fits * fails);
+    (is_in_time(middle) ? fits : fails) = middle;
+  }
+  const double step = fits < 100.0 ? 1.0 : 10.0;
+  const double rounded = std::floor(fits / step) * step;
+  return is_in_time(rounded) ? rounded : fits;
+}
+
+}  // namespace
+
+void check_bus(const Document& document, const Config& config) {
+  const BusPlan plan = plan_bus(config);
+  if (plan.commands_in_time()) return;
+  const auto us = [](Duration duration) { return 1e6 * can::seconds(duration); };
+  const std::string found =
+      plan.last_command
+          ? fmt::format("the last command may begin as late as {:.0f} us after its SYNC, at {} bit/s",
+                        us(*plan.last_command), config.bus.bitrate_bit_per_s)
+          : fmt::format("the bus is loaded to {:.0f} % of {} bit/s, and commands come too late",
+                        1e2 * plan.load, config.bus.bitrate_bit_per_s);
+  const double fastest_Hz = fastest_rate_Hz(config);
+  const std::string cure =
+      fastest_Hz > 0.0 ? fmt::format("lower rate_Hz ({:g} Hz fits)", fastest_Hz) : "lower rate_Hz";
+  document.fail_at("controller.rate_Hz", fmt::format("{}, expected within the cycle, {:.0f} us: {}, raise "
+                                                     "bus.bitrate_bit_per_s or drive fewer axes ({} here)",
+                                                     found, us(plan.cycle), cure, config.axes.size()));
+}
+
+}  // namespace hystcan::config

@@ -1,0 +1,293 @@
+#include "config/schema/check_frames.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "can/protocol/protocol.h"
+#include "config/document/closest.h"
+#include "config/schema/frames.h"
+
+namespace hystcan::config {
+namespace {
+
+/// One message of one axis.
+template <class Payload>
+class FrameCheck {
+ public:
+  /// `part`: "command", "status" or "sample"; without meaning for what has standard names only.
+  FrameCheck(const Document& document, const Config& config, std::size_t index, const char* part)
+      : document_(document),
+        config_(config),
+        axis_(config.axes[index]),
+        path_(fmt::format("axis[{}]", index)),
+        part_(part) {}
+
+  /// `standard_id`: of the standard frame, from the node id.
+  void run(std::uint32_t standard_id) {
+    const auto map = can::message_map_in<Payload>(config_.database, axis_.wire);
+    if (!map) return;
+    map_ = *map;
+    find_message();
+    find_signals();
+    check_no_overlap();
+    check_crc();
+    if (!is_own()) check_standard_id(standard_id);
+    std::apply([&](const auto&... field) { (check_field(field), ...); }, Payload::fields());
+    check_states();
+  }
+
+ private:
+  bool is_own() const { return axis_.wire.frames.has_value() && !can::is_optional<Payload>; }
+
+  /// Own frames: at the key that names it. Standard frames: at the DBC.
+  [[noreturn]] void fail(const std::string& key, const std::string& what, const std::string& expected) const {
+    const std::string place = is_own() ? fmt::format("{}.frames.{}.{}", path_, part_, key) : "bus.dbc";
+    document_.fail_at(place, fmt::format("{} in {}, expected {}", what, config_.bus.dbc.string(), expected));
+  }
+
+  void find_message() {
+    message_ = config_.database.find(map_.message);
+    if (message_ != nullptr) return;
+    std::vector<std::string> names;
+    names.reserve(config_.database.messages.size());
+    for (const can::Message& message : config_.database.messages) names.push_back(message.name);
+    fail("message", "no message " + map_.message,
+         fmt::format("one for axis {}; the nearest it has: {}", axis_.wire.name,
+                     closest(map_.message, names)));
+  }
+
+  void find_signals() {
+    for (const auto& [role, signal] : map_.signals) find_signal(role, signal);
+    if (map_.integrity != can::Integrity::none) find_signal("counter", map_.counter);
+    if (map_.integrity == can::Integrity::counter_crc) find_signal("crc", map_.crc);
+  }
+
+  void find_signal(const std::string& key, const std::string& name) {
+    const can::Signal* signal = message_->find(name);
+    if (signal == nullptr) {
+      std::vector<std::string> names;
+      names.reserve(message_->signals.size());
+      for (const can::Signal& other : message_->signals) names.push_back(other.name);
+      fail(key, fmt::format("message {} has no signal {}", message_->name, name),
+           fmt::format("one for axis {}; the nearest it has: {}", axis_.wire.name, closest(name, names)));
+    }
+    if (signal->multiplexing.present_at)
+      fail(key, fmt::format("signal {} of message {} is multiplexed", name, message_->name),
+           "one that is in every frame");
+    if (!can::is_decodable(*signal))
+      fail(key, fmt::format("signal {} of message {} has {} bits", name, message_->name, signal->length),
+           "1 to 64, of an IEEE 754 number 32 or 64");
+    used_.emplace_back(key, signal);
+  }
+
+  /// Two of a message's own signals in one bit would change each other.
+  void check_no_overlap() const {
+    std::vector<std::uint8_t> taken(message_->length);
+    for (const auto& [key, signal] : used_) {
+      std::vector<std::uint8_t> bits(message_->length);
+      can::SignalCodec(*signal).pack_raw(-1, bits);
+      for (std::size_t i = 0; i < bits.size(); ++i) {
+        if ((taken[i] & bits[i]) != 0)
+          fail(key, fmt::format("signal {} of message {} overlaps another", signal->name, message_->name),
+               "bits of its own");
+        taken[i] = static_cast<std::uint8_t>(taken[i] | bits[i]);
+      }
+    }
+  }
+
+  void check_crc() const {
+    if (map_.integrity != can::Integrity::counter_crc) return;
+    std::vector<std::uint8_t> bits(message_->length);
+    can::SignalCodec(*message_->find(map_.crc)).pack_raw(-1, bits);
+    const bool whole = std::ranges::count(bits, std::uint8_t{0xFF}) == 1 &&
+                       std::ranges::count(bits, std::uint8_t{0}) + 1 == message_->length;
+    if (!is_own() && (!whole || bits.back() != 0xFF))
+      fail("crc", fmt::format("signal {} of message {} is not its last byte", map_.crc, message_->name),
+           "the CRC there");
+    if (!whole)
+      fail("crc", fmt::format("signal {} of message {} is not a whole byte", map_.crc, message_->name),
+           "8 bits that fill a byte");
+  }
+
+  void check_standard_id(std::uint32_t id) const {
+    if (message_->id == id && !message_->extended) return;
+    document_.fail_at(path_ + ".name",
+                      fmt::format("message {} has identifier 0x{:X} in {}, expected 0x{:X} from the node ids",
+                                  message_->name, message_->id, config_.bus.dbc.string(), id));
+  }
+
+  template <class Member>
+  void check_field(const can::Field<Payload, Member>& field) const {
+    const auto named = map_.signals.find(field.role);
+    if (named == map_.signals.end()) return;
+    const can::Signal& signal = *message_->find(named->second);
+    const can::SignalCodec codec(signal);
+    if (field.quantity != can::Quantity::number) check_unit(field, signal);
+    const std::string_view role = field.role;
+    if (role == "sync_counter" && !holds_integers(codec, 1, can::sync_counter_max))
+      fail_at_integers(field.role, signal, codec,
+                       fmt::format("1 to {}, the counter of the SYNC", can::sync_counter_max));
+    if ((role == "enable" || role == "clear_fault") && !holds_integers(codec, 0, 1))
+      fail_at_integers(field.role, signal, codec, "0 and 1");
+    if (role == "in_position" || role == "limited" || role == "reference_finished")
+      expect_integers(field.role, signal, codec, 1);
+    if (role == "axis_state") expect_integers(field.role, signal, codec, controller::axis_state_count - 1);
+    if (role == "cause") expect_integers(field.role, signal, codec, controller::cause_count - 1);
+    if (role == "mode") expect_integers(field.role, signal, codec, can::setpoint_mode::go_to);
+    if (role == "setpoint") check_drive_range(signal, codec);
+    const controller::AxisConfig& control = axis_.control;
+    if (role == "position")
+      check_positions("positions", control.supervision.position_min_um, control.supervision.position_max_um,
+                      signal, codec);
+    const double width_um = control.supervision.position_max_um - control.supervision.position_min_um;
+    if (role == "following_error") check_positions("following errors", -width_um, width_um, signal, codec);
+  }
+
+  /// Each comes back as it went: neither out of range nor between two steps of the signal.
+  static bool holds_integers(const can::SignalCodec& codec, int low, int high) {
+    std::array<std::uint8_t, 64> payload{};
+    for (int value = low; value <= high; ++value)
+      if (!codec.pack(value, payload) || std::abs(codec.unpack(payload) - value) > 1e-6) return false;
+    return true;
+  }
+
+  void expect_integers(const std::string& key, const can::Signal& signal, const can::SignalCodec& codec,
+                       std::size_t largest) const {
+    if (!holds_integers(codec, 0, static_cast<int>(largest)))
+      fail_at_integers(key, signal, codec, fmt::format("0 to {}", largest));
+  }
+
+  [[noreturn]] void fail_at_integers(const std::string& key, const can::Signal& signal,
+                                     const can::SignalCodec& codec, const std::string& expected) const {
+    fail(key,
+         fmt::format("signal {} of message {} holds {} to {} in steps of {}", signal.name, message_->name,
+                     codec.minimum(), codec.maximum(), codec.resolution()),
+         expected);
+  }
+
+  template <class Member>
+  void check_unit(const can::Field<Payload, Member>& field, const can::Signal& signal) const {
+    const std::string ours = field.quantity == can::Quantity::drive ? axis_.drive_unit : "um";
+    if (can::decimal_step(signal.unit, ours)) return;
+    const std::string place =
+        is_own() ? fmt::format("{}.frames.{}.{}", path_, part_, field.role) : path_ + ".drive_unit";
+    document_.fail_at(
+        place, fmt::format("signal {} of {} is in \"{}\" in {}, expected \"{}\" or a decimal part of it",
+                           signal.name, message_->name, signal.unit, config_.bus.dbc.string(), ours));
+  }
+
+  void check_drive_range(const can::Signal& signal, const can::SignalCodec& codec) const {
+    const can::DecimalStep step = *can::decimal_step(signal.unit, axis_.drive_unit);
+    const double low = step.to_ours(codec.minimum());
+    const double high = step.to_ours(codec.maximum());
+    const controller::Gate::Config& gate = axis_.control.gate;
+    if (gate.drive_min >= low && gate.drive_max <= high) return;
+    document_.fail_at(fmt::format("{}.control.drive_max_{}", path_, axis_.drive_unit),
+                      fmt::format("the drive range {}..{} does not fit signal {}, expected within {}..{}",
+                                  gate.drive_min, gate.drive_max, signal.name, low, high));
+  }
+
+  /// Where the sensor could not say that the stage left its range, nothing would trip there.
+  void check_positions(const char* what, double needed_low, double needed_high, const can::Signal& signal,
+                       const can::SignalCodec& codec) const {
+    const can::DecimalStep step = *can::decimal_step(signal.unit, "um");
+    const double low = step.to_ours(codec.minimum());
+    const double high = step.to_ours(codec.maximum());
+    if (needed_low >= low && needed_high <= high) return;
+    document_.fail_at(path_ + ".control.position_max_um",
+                      fmt::format("the {} {}..{} um do not fit signal {}, expected within {}..{} um", what,
+                                  needed_low, needed_high, signal.name, low, high));
+  }
+
+  void check_states() const {
+    const auto named = map_.signals.find("state");
+    if (named == map_.signals.end()) return;
+    const can::SignalCodec codec(*message_->find(named->second));
+    const auto check = [&](const char* key, const std::vector<std::int64_t>& values) {
+      std::array<std::uint8_t, 64> payload{};
+      for (const std::int64_t value : values) {
+        codec.pack_raw(value, payload);
+        if (codec.unpack_raw(payload) != value)
+          fail(key,
+               fmt::format("{} does not fit signal {} of message {}", value, named->second, message_->name),
+               "raw values of that signal");
+      }
+    };
+    check("state_off", map_.states.off);
+    check("state_ready", map_.states.ready);
+    check("state_enabled", map_.states.enabled);
+    check("state_fault", map_.states.fault);
+    if (map_.states.ready.empty() || map_.states.enabled.empty())
+      fail(map_.states.ready.empty() ? "state_ready" : "state_enabled",
+           fmt::format("no raw value of signal {}", named->second),
+           "at least one for ready and one for enabled; they may be the same");
+  }
+
+  const Document& document_;
+  const Config& config_;
+  const AxisConfig& axis_;
+  std::string path_;
+  const char* part_;
+  can::MessageMap map_;
+  const can::Message* message_ = nullptr;
+  std::vector<std::pair<std::string, const can::Signal*>> used_;
+};
+
+}  // namespace
+
+void check_frames(const Document& document, const Config& config, std::size_t axis) {
+  const can::AxisWire& wire = config.axes[axis].wire;
+  if (!wire.frames && wire.message_prefix.empty())
+    document.fail_at(fmt::format("axis[{}]", axis),
+                     "missing key message_prefix, expected in [[axis]], or [axis.frames] in its place");
+  FrameCheck<can::AmpCommand>(document, config, axis, "command")
+      .run(can::receive_pdo_base + wire.amplifier_node);
+  FrameCheck<can::AmpStatus>(document, config, axis, "status")
+      .run(can::transmit_pdo_base + wire.amplifier_node);
+  FrameCheck<can::SensorSample>(document, config, axis, "sample")
+      .run(can::transmit_pdo_base + wire.sensor_node);
+  FrameCheck<can::ControllerStatus>(document, config, axis, "")
+      .run(can::controller_status_base + wire.amplifier_node);
+  FrameCheck<can::Setpoint>(document, config, axis, "").run(can::setpoint_base + wire.amplifier_node);
+  if (config.axes[axis].live_setpoint && !can::message_map_in<can::Setpoint>(config.database, wire))
+    document.fail_at(fmt::format("axis[{}].live_setpoint", axis),
+                     fmt::format("no message {}{} in {}, expected one for live_setpoint", wire.message_prefix,
+                                 can::Setpoint::name, config.bus.dbc.string()));
+}
+
+void check_identifiers(const Document& document, const Config& config) {
+  std::map<std::uint32_t, std::string> taken{{can::nmt_id, "NMT"},
+                                             {can::sync_id, "SYNC"},
+                                             {can::heartbeat_base + config.controller.node, "heartbeat"}};
+  for (const AxisConfig& axis : config.axes) {
+    for (const std::uint32_t node : {axis.wire.amplifier_node, axis.wire.sensor_node}) {
+      taken.emplace(can::heartbeat_base + node, fmt::format("the heartbeat of node {}", node));
+      taken.emplace(can::emergency_base + node, fmt::format("the emergency of node {}", node));
+      taken.emplace(can::sdo_request_base + node, fmt::format("the SDO request to node {}", node));
+      taken.emplace(can::sdo_response_base + node, fmt::format("the SDO response of node {}", node));
+    }
+  }
+  const auto take = [&](const std::optional<can::MessageMap>& map, const std::string& place) {
+    if (!map) return;
+    const can::Message& message = can::find_message(config.database, *map);
+    const auto [before, is_new] = taken.emplace(message.id, message.name);
+    if (!is_new)
+      document.fail_at(place, fmt::format("message {} has identifier 0x{:X}, which is taken by {}, expected "
+                                          "one of its own",
+                                          message.name, message.id, before->second));
+  };
+  for (std::size_t i = 0; i < config.axes.size(); ++i) {
+    const can::AxisWire& wire = config.axes[i].wire;
+    const std::string path = fmt::format("axis[{}].frames", i);
+    take(can::message_map<can::AmpCommand>(wire), path + ".command.message");
+    take(can::message_map<can::AmpStatus>(wire), path + ".status.message");
+    take(can::message_map<can::SensorSample>(wire), path + ".sample.message");
+    take(can::message_map_in<can::ControllerStatus>(config.database, wire), "bus.dbc");
+    take(can::message_map_in<can::Setpoint>(config.database, wire), "bus.dbc");
+  }
+}
+
+}  // namespace hystcan::config

@@ -1,0 +1,121 @@
+#include "config/schema/check_instruments.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "config/schema/bus_plan.h"
+
+namespace hystcan::config {
+namespace {
+
+class InstrumentCheck {
+ public:
+  InstrumentCheck(const Document& document, const Config& config, std::size_t index)
+      : document_(document),
+        axis_(config.axes[index]),
+        twin_(axis_.twin),
+        amplifier_(twin_.plant.amplifier),
+        path_(fmt::format("axis[{}].twin.", index)) {}
+
+  void run() const {
+    check_load();
+    check_voltage();
+    check_watchdog();
+    check_ripple();
+    check_sensor();
+  }
+
+ private:
+  template <class... Args>
+  [[noreturn]] void fail(const std::string& key, fmt::format_string<Args...> format, Args&&... args) const {
+    document_.fail_at(path_ + key, fmt::format(format, std::forward<Args>(args)...));
+  }
+
+  void check_load() const {
+    if (std::isfinite(amplifier_.current_limit_A) && amplifier_.load_uF == 0.0)
+      fail("current_limit_A", "load_uF is 0, expected what the current of current_limit_A charges");
+    if (std::isfinite(amplifier_.voltage_limit_V) && amplifier_.load_mH == 0.0)
+      fail("voltage_limit_V", "load_mH is 0, expected what voltage_limit_V is across");
+  }
+
+  void check_voltage() const {
+    if (!std::isfinite(amplifier_.voltage_limit_V)) return;
+    const controller::Gate::Config& gate = axis_.control.gate;
+    const double largest_A =
+        std::max({std::abs(gate.drive_min), std::abs(gate.drive_max), std::abs(amplifier_.safe_drive)});
+    const double needed_V = amplifier_.load_ohm * largest_A;
+    if (amplifier_.voltage_limit_V < needed_V)
+      fail("voltage_limit_V", "voltage_limit_V is {:g}, expected at least {:g}: {:g} A through load_ohm",
+           amplifier_.voltage_limit_V, needed_V, largest_A);
+  }
+
+  void check_watchdog() const {
+    const std::string ramp = "watchdog_ramp_" + axis_.drive_unit + "_per_s";
+    if (twin_.watchdog_action == twin::WatchdogAction::ramp && !std::isfinite(amplifier_.ramp_per_s))
+      fail("watchdog_action", "missing key {}, expected the speed of the ramp", ramp);
+    if (twin_.watchdog_action == twin::WatchdogAction::off && twin::Amplifier::discharge_s(amplifier_) == 0.0)
+      fail("watchdog_action", "the load's time constant is 0, expected load_ohm with load_uF or load_mH");
+  }
+
+  void check_ripple() const {
+    const twin::DriveNoise::Config& noise = twin_.drive_noise;
+    const double highest_Hz = 0.5 / can::seconds(twin_.plant.substep);
+    if (noise.ripple > 0.0 && !(noise.ripple_Hz > 0.0 && noise.ripple_Hz <= highest_Hz))
+      fail("ripple_Hz",
+           "ripple_Hz is {:g}, expected more than 0 and at most {:g}, half a cycle in a sub-step",
+           noise.ripple_Hz, highest_Hz);
+  }
+
+  void check_sensor() const {
+    const twin::Sensor::Config& sensor = twin_.sensor;
+    if (sensor.noise_density_um_per_rtHz > 0.0 && sensor.bandwidth_Hz == 0.0)
+      fail("sensor.noise_density_um_per_rtHz",
+           "bandwidth_Hz is 0, expected the bandwidth in which there is noise");
+    if (!(sensor.range_min_um < sensor.range_max_um))
+      fail("sensor.range_max_um", "range_max_um is {:g}, expected more than range_min_um, {:g}",
+           sensor.range_max_um, sensor.range_min_um);
+    if (sensor.nonlinearity_percent != 0.0 && !std::isfinite(sensor.range_max_um - sensor.range_min_um))
+      fail("sensor.nonlinearity_percent",
+           "range_min_um or range_max_um is missing, expected the range of which it is a part");
+  }
+
+  const Document& document_;
+  const AxisConfig& axis_;
+  const twin::AxisConfig& twin_;
+  const twin::Amplifier::Config& amplifier_;
+  std::string path_;
+};
+
+/// The latest end of the axis's command, from its SYNC.
+can::Duration latest_command(const BusPlan& plan, const Config& config, const AxisConfig& axis) {
+  const auto map = can::message_map_in<can::AmpCommand>(config.database, axis.wire);
+  const std::string& name = can::find_message(config.database, *map).name;
+  const auto found =
+      std::ranges::find(plan.frames, name, [](const PlannedFrame& planned) { return planned.frame.name; });
+  return found == plan.frames.end() ? plan.cycle : found->response.value_or(plan.cycle);
+}
+
+}  // namespace
+
+void check_instruments(const Document& document, const Config& config, std::size_t axis) {
+  InstrumentCheck(document, config, axis).run();
+}
+
+void check_receipt_delays(const Document& document, const Config& config) {
+  const auto us = [](can::Duration duration) { return static_cast<double>(duration.count()) * 1e-3; };
+  for (std::size_t i = 0; i < config.axes.size(); ++i) {
+    const AxisConfig& axis = config.axes[i];
+    if (axis.twin.apply != twin::Apply::receipt) continue;
+    const can::Duration delay = axis.control.delays.command_delay;
+    const can::Duration latest = latest_command(plan_bus(config), config, axis);
+    if (delay <= can::Duration::zero() || delay > latest)
+      document.fail_at(fmt::format("axis[{}].control.delays.command_delay_us", i),
+                       fmt::format("command_delay_us is {:g}, expected more than 0 and at most {:.0f}: a "
+                                   "setpoint takes effect on receipt, and has come by then",
+                                   us(delay), us(latest)));
+  }
+}
+
+}  // namespace hystcan::config

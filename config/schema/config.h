@@ -1,0 +1,59 @@
+// What a lab engineer tunes: one TOML file for controller and twin, the model files and the DBC that it
+// names.
+//
+// Every room has its own configuration structs; here they are read, checked against each other, and shown.
+// docs/configuration.md lists the keys.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "can/dbc/database.h"
+#include "config/document/error.h"
+#include "config/document/setting.h"
+#include "controller/controller.h"
+#include "twin/twin.h"
+
+namespace hystcan::config {
+
+struct BusConfig {
+  std::string interface = "vcan0";
+  std::uint32_t bitrate_bit_per_s = 1'000'000;
+  std::filesystem::path dbc;
+  /// From hearing a SYNC to queueing the sample, and from hearing that to queueing the command, together.
+  can::Duration turnaround{std::chrono::microseconds(50)};
+};
+
+struct AxisConfig {
+  can::AxisWire wire;
+  std::string drive_unit;
+  std::filesystem::path control_model;
+  controller::AxisConfig control;
+  bool live_setpoint = false;
+  std::filesystem::path twin_model;
+  twin::AxisConfig twin;
+};
+
+struct Config {
+  std::filesystem::path file;
+  BusConfig bus;
+  controller::Config controller;  ///< its axes filled from `axes`
+  twin::Config twin;              ///< its axes filled from `axes`
+  std::vector<AxisConfig> axes;
+  can::Database database;
+};
+
+/// Reads and checks everything that `file` names, with the overrides in the place of what stands there.
+/// Throws Error, or can::DbcError.
+Config load(const std::filesystem::path& file, const std::vector<Setting>& overrides = {});
+
+/// The configuration in force, as TOML, each value that the file leaves out marked as a default. Throws
+/// Error.
+std::string echo(const std::filesystem::path& file, const std::vector<Setting>& overrides = {});
+
+}  // namespace hystcan::config

@@ -1,0 +1,90 @@
+#include "config/schema/frames.h"
+
+#include <fmt/format.h>
+
+namespace hystcan::config {
+namespace {
+
+struct Loss {
+  const char* role;
+  const char* what;
+};
+
+constexpr Loss command_losses[] = {
+    {"enable",
+     "no Enable: the amplifier is on as soon as commands come, is never switched off, only sent the safe "
+     "drive, "
+     "and trips by its own watchdog when the controller ends"},
+    {"clear_fault", "no ClearFault: --clear-faults has no effect, a fault is cleared at the amplifier"},
+    {"sync_counter", "no SyncCounter: the amplifier cannot tell a stale command from a fresh one"}};
+
+constexpr Loss status_losses[] = {
+    {"output",
+     "no Output: the ramp-in begins at the safe drive whatever the amplifier puts out, the CSV shows the "
+     "safe "
+     "drive"},
+    {"state", "no State: an amplifier that does not obey Enable is not noticed"},
+    {"fault", "no Fault: of a fault only the State tells"}};
+
+constexpr Loss sample_losses[] = {{"sync_counter",
+                                   "no SyncCounter: a sample counts for the cycle it arrives in; one that is "
+                                   "a cycle late is taken for fresh"},
+                                  {"status", "no Status: a sample that the sensor itself doubts is used"}};
+
+void add_integrity(std::vector<std::string>& lines, const std::string& place, can::Integrity integrity) {
+  if (integrity == can::Integrity::none)
+    lines.push_back(place + "no counter: a frame that is repeated or frozen is taken for fresh");
+  if (integrity != can::Integrity::counter_crc)
+    lines.push_back(place + "no CRC: a frame damaged outside the bus (in node or gateway) is not noticed");
+}
+
+void add(std::vector<std::string>& lines, const std::string& place, const can::MessageMap& map,
+         std::span<const Loss> all) {
+  for (const Loss& loss : all)
+    if (!map.carries(loss.role)) lines.push_back(place + loss.what);
+  add_integrity(lines, place, map.integrity);
+}
+
+/// Of the command and the sample; of the status, and of the controller's own, where there are such.
+std::vector<can::MessageMap> maps_of(const can::AxisWire& axis, const can::Database& database) {
+  std::vector<can::MessageMap> maps;
+  for (auto& map :
+       {can::message_map<can::AmpCommand>(axis), can::message_map<can::AmpStatus>(axis),
+        can::message_map<can::SensorSample>(axis), can::message_map_in<can::ControllerStatus>(database, axis),
+        can::message_map_in<can::Setpoint>(database, axis)})
+    if (map) maps.push_back(*map);
+  return maps;
+}
+
+}  // namespace
+
+std::vector<std::string> losses(const can::AxisWire& axis) {
+  std::vector<std::string> lines;
+  if (!axis.frames) return lines;
+  add(lines, "command: ", axis.frames->command, command_losses);
+  if (axis.frames->status)
+    add(lines, "status: ", *axis.frames->status, status_losses);
+  else
+    lines.emplace_back(
+        "no status: the amplifier is not read back; a trip, or an Enable that is not obeyed, shows only as a "
+        "following error; the ramp-in begins at the safe drive");
+  add(lines, "sample: ", axis.frames->sample, sample_losses);
+  return lines;
+}
+
+std::vector<std::string> fd_messages(const can::AxisWire& axis, const can::Database& database) {
+  std::vector<std::string> names;
+  for (const can::MessageMap& map : maps_of(axis, database))
+    if (can::wire_kind(can::find_message(database, map).length) == can::FrameKind::fd)
+      names.push_back(map.message);
+  return names;
+}
+
+can::Protections protections(const can::AxisWire& axis, const can::Database& database) {
+  can::Protections found;
+  for (const can::MessageMap& map : maps_of(axis, database))
+    found.emplace(map.message, can::protection_of(can::find_message(database, map), map));
+  return found;
+}
+
+}  // namespace hystcan::config

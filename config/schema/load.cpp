@@ -1,0 +1,98 @@
+#include <variant>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "config/files/model_file.h"
+#include "config/files/setpoint_file.h"
+#include "config/schema/check.h"
+#include "config/schema/schema.h"
+
+namespace hystcan::config {
+namespace {
+
+Config read_config(const Document& document) {
+  Config config;
+  config.file = document.file();
+  config.twin.heartbeat_period = std::chrono::milliseconds(100);
+  Reader reader(document, document.root(), "");
+  visit(reader, config);
+  reader.finish();
+  return config;
+}
+
+/// An axis's parts know what they share, and the models they name.
+void complete(const Document& document, AxisConfig& axis) {
+  axis.control.name = axis.wire.name;
+  axis.wire.drive_unit = axis.drive_unit;
+  axis.control.law.model = load_model(document.resolve(axis.control_model));
+  for (controller::Segment& segment : axis.control.setpoint)
+    if (auto* table = std::get_if<controller::Table>(&segment.shape))
+      table->curve = load_setpoint(document.resolve(table->file));
+  axis.twin.wire = axis.wire;
+  axis.twin.plant.hysteresis = load_any_parameters(document.resolve(axis.twin_model));
+}
+
+/// The axes that the couplings of axis i name, at `key` ("axis[0].control.coupling").
+template <class Coupling>
+void resolve_couplings(const Document& document, const Config& config, std::size_t i, const std::string& key,
+                       std::vector<Coupling>& couplings) {
+  for (std::size_t j = 0; j < couplings.size(); ++j) {
+    const auto from = std::ranges::find(config.axes, couplings[j].from,
+                                        [](const AxisConfig& axis) { return axis.wire.name; });
+    if (from == config.axes.end() || from->wire.name == config.axes[i].wire.name)
+      document.fail_at(fmt::format("{}[{}].from", key, j),
+                       fmt::format("from is \"{}\", expected the name of another axis", couplings[j].from));
+    couplings[j].index = static_cast<std::size_t>(from - config.axes.begin());
+  }
+}
+
+/// A free-running sensor samples, by its own clock, once a cycle.
+void set_sample_rate(const Config& config, twin::SampleClock& clock) {
+  if (clock.rate_Hz == 0.0) clock.rate_Hz = config.controller.rate_Hz;
+}
+
+/// The axes that the others' couplings name.
+void resolve_couplings(const Document& document, Config& config) {
+  for (std::size_t i = 0; i < config.axes.size(); ++i) {
+    AxisConfig& axis = config.axes[i];
+    resolve_couplings(document, config, i, fmt::format("axis[{}].control.coupling", i),
+                      axis.control.couplings);
+    resolve_couplings(document, config, i, fmt::format("axis[{}].twin.coupling", i), axis.twin.couplings);
+  }
+}
+
+}  // namespace
+
+Config load(const std::filesystem::path& file, const std::vector<Setting>& overrides) {
+  const Document document(file, overrides);
+  Config config = read_config(document);
+  config.database = can::load_dbc(document.resolve(config.bus.dbc));
+  resolve_couplings(document, config);
+  for (AxisConfig& axis : config.axes) {
+    complete(document, axis);
+    set_sample_rate(config, axis.twin.sample_clock);
+    config.controller.axes.push_back(
+        {.wire = axis.wire, .axis = axis.control, .live_setpoint = axis.live_setpoint});
+    config.twin.axes.push_back(axis.twin);
+  }
+  std::filesystem::path& black_boxes = config.controller.black_box.folder;
+  if (!black_boxes.empty()) black_boxes = document.resolve(black_boxes);
+  std::filesystem::path& states = config.controller.state_folder;
+  if (!states.empty()) states = document.resolve(states);
+  std::string& socket = config.controller.control_socket;
+  if (!socket.empty() && socket != "none") socket = document.resolve(socket).string();
+  check_agreement(document, config);
+  return config;
+}
+
+std::string echo(const std::filesystem::path& file, const std::vector<Setting>& overrides) {
+  const Document document(file, overrides);
+  Config config = read_config(document);
+  Writer writer(document);
+  visit(writer, config);
+  return writer.text();
+}
+
+}  // namespace hystcan::config

@@ -1,0 +1,256 @@
+// The keys of the config and model files: one `visit` for each struct, for reading and for showing alike.
+#pragma once
+
+#include "config/document/document.h"
+#include "config/schema/frames.h"
+#include "config/schema/twin_schema.h"
+
+namespace hystcan::config {
+
+template <class V>
+void visit(V& v, BusConfig& bus) {
+  v.required("interface", bus.interface);
+  v.required("bitrate_bit_per_s", bus.bitrate_bit_per_s, {.lo = 10'000, .hi = 1'000'000});
+  v.required("dbc", bus.dbc);
+  v.optional("turnaround_us", bus.turnaround, not_negative);
+}
+
+/// [controller.realtime].
+template <class V>
+void visit(V& v, controller::Realtime& r) {
+  v.optional("priority", r.priority, {.lo = 0, .hi = 99});
+  v.optional("lock_memory", r.lock_memory);
+  v.whole_numbers("cpus", r.cpus);
+}
+
+template <class V>
+void visit(V& v, controller::Config& c) {
+  v.required("rate_Hz", c.rate_Hz, {.lo = 1.0, .hi = 10'000.0});
+  v.optional("node", c.node, {.lo = 1, .hi = 127});
+  v.optional("heartbeat_ms", c.heartbeat_period, positive);
+  v.optional("heartbeat_timeout_ms", c.heartbeat_timeout, positive);
+  v.optional("wake_up_warn_us", c.wake_up_warn, not_negative);
+  v.optional("wake_up_trip_us", c.wake_up_trip, not_negative);
+  v.name("control_socket", c.control_socket);
+  v.name("state_dir", c.state_folder);
+  v.name("black_box_dir", c.black_box.folder);
+  v.optional("black_box_files", c.black_box.files, {.lo = 0, .hi = 10'000});
+  v.optional_table("realtime", c.realtime, [](V& sub, auto& value) { visit(sub, value); });
+}
+
+template <class V>
+void visit(V& v, controller::Hold& s) {
+  v.required("level_um", s.level_um);
+  v.required("duration_s", s.duration_s, positive);
+}
+template <class V>
+void visit(V& v, controller::Step& s) {
+  v.required("from_um", s.from_um);
+  v.required("to_um", s.to_um);
+  v.required("dwell_s", s.dwell_s, positive);
+  v.optional("steps", s.steps, {.lo = 1, .hi = 1e6});
+}
+template <class V>
+void visit(V& v, controller::Ramp& s) {
+  v.required("from_um", s.from_um);
+  v.required("to_um", s.to_um);
+  v.required("duration_s", s.duration_s, positive);
+}
+template <class V, class Periodic>
+void visit_periodic(V& v, Periodic& s) {
+  v.required("low_um", s.low_um);
+  v.required("high_um", s.high_um);
+  v.required("frequency_Hz", s.frequency_Hz, positive);
+  v.required("cycles", s.cycles, {.lo = 0.0, .hi = 1e6, .lo_excluded = true});
+}
+template <class V>
+void visit(V& v, controller::Triangle& s) {
+  visit_periodic(v, s);
+}
+template <class V>
+void visit(V& v, controller::Sine& s) {
+  visit_periodic(v, s);
+}
+template <class V>
+void visit(V& v, controller::Chirp& s) {
+  v.required("low_um", s.low_um);
+  v.required("high_um", s.high_um);
+  v.required("from_Hz", s.from_Hz, positive);
+  v.required("to_Hz", s.to_Hz, positive);
+  v.required("duration_s", s.duration_s, positive);
+  v.optional("fade_s", s.fade_s, positive);
+}
+template <class V>
+void visit(V& v, controller::MultiSine& s) {
+  v.required("centre_um", s.centre_um);
+  v.required("amplitudes_um", s.amplitudes_um, positive);
+  v.required("frequencies_Hz", s.frequencies_Hz, positive);
+  v.numbers("phases_deg", s.phases_deg);
+  v.required("duration_s", s.duration_s, positive);
+  v.optional("fade_s", s.fade_s, positive);
+}
+template <class V>
+void visit(V& v, controller::Table& s) {
+  v.required("file", s.file);
+}
+template <class V>
+void visit(V& v, controller::Staircase& s) {
+  v.required("levels_um", s.levels_um);
+  v.optional("rise_s", s.rise_s, not_negative);
+  v.required("dwell_s", s.dwell_s, positive);
+}
+
+template <class V>
+void visit(V& v, controller::Segment& segment) {
+  std::string kind = to_string(segment.shape);
+  v.choice("kind", kind,
+           {"hold", "step", "ramp", "triangle", "sine", "chirp", "multi-sine", "staircase", "csv"});
+  v.alternative(kind, [&](const std::string& name) {
+    if (name == "hold") segment.shape = controller::Hold{};
+    if (name == "step") segment.shape = controller::Step{};
+    if (name == "ramp") segment.shape = controller::Ramp{};
+    if (name == "triangle") segment.shape = controller::Triangle{};
+    if (name == "sine") segment.shape = controller::Sine{};
+    if (name == "chirp") segment.shape = controller::Chirp{};
+    if (name == "multi-sine") segment.shape = controller::MultiSine{};
+    if (name == "staircase") segment.shape = controller::Staircase{};
+    if (name == "csv") segment.shape = controller::Table{};
+  });
+  v.optional("transition_s", segment.transition_s, positive);
+  std::visit([&](auto& shape) { visit(v, shape); }, segment.shape);
+}
+
+template <class V>
+void visit(V& v, controller::Delays& d) {
+  v.required("command_delay_us", d.command_delay, not_negative);
+  v.required("amplifier_bandwidth_Hz", d.amplifier_bandwidth_Hz, positive);
+  v.required("resonance_Hz", d.resonance_Hz, positive);
+  v.required("damping_ratio", d.damping_ratio, not_negative);
+  v.optional("second_order", d.second_order);
+}
+
+template <class V>
+void visit(V& v, controller::Notch::Config& n) {
+  v.required("frequency_Hz", n.frequency_Hz, positive);
+  v.required("depth", n.depth, {.lo = 0.0, .hi = 1.0});
+  v.required("width", n.width, positive);
+}
+
+template <class V>
+void visit(V& v, controller::Adaptation::Config& a) {
+  v.required("gain_max", a.gain_max, {.lo = 0.0, .hi = 0.5});
+  v.required("offset_max_um", a.offset_max_um, not_negative);
+  v.required("time_constant_s", a.time_constant_s, positive);
+}
+
+/// What trips an axis, in [axis.control] too.
+template <class V>
+void visit_supervision(V& v, controller::AxisConfig& c) {
+  controller::Supervisor::Config& s = c.supervision;
+  v.required("position_min_um", s.position_min_um);
+  v.required("position_max_um", s.position_max_um);
+  v.optional("position_jump_um", s.position_jump_um, not_negative);
+  v.required("following_error_um", c.following_error.error_um, positive);
+  v.optional("following_error_lag_ms", c.following_error.lag, not_negative);
+  v.optional("following_error_cycles", c.following_error.cycles, {.lo = 1});
+  v.optional("missing_samples", s.missing_samples, {.lo = 0, .hi = 1000});
+  v.optional("frozen_cycles", s.frozen_cycles);
+  v.optional("saturated_s", s.saturated_s, not_negative);
+  v.optional("bus_passive_s", s.bus_passive_s, not_negative);
+}
+
+template <class V>
+void visit(V& v, controller::Coupling& c) {
+  v.required("from", c.from);
+  v.required("um_per_um", c.um_per_um, {.lo = -0.5, .hi = 0.5});
+}
+
+template <class V>
+void visit(V& v, controller::InPosition::Config& c) {
+  v.required("tolerance_um", c.tolerance_um, positive);
+  v.required("window_ms", c.window, not_negative);
+  v.required("timeout_ms", c.timeout, positive);
+}
+
+/// [axis.control]. `unit`: the drive's, which its keys carry.
+template <class V>
+void visit_control(V& v, AxisConfig& axis) {
+  const std::string& unit = axis.drive_unit;
+  controller::AxisConfig& c = axis.control;
+  std::string structure(to_string(c.law.structure));
+  v.required("model", axis.control_model);
+  v.choice("structure", structure, {"average", "inverse", "pi", "average+pi", "inverse+pi"});
+  c.law.structure = *controller::parse_structure(structure);
+  v.required("kp", c.law.pi.kp, not_negative);
+  v.required("ki_per_s", c.law.pi.ki_per_s, not_negative);
+  v.optional("deadband_um", c.law.deadband_um, not_negative);
+  v.optional("measurement_filter_Hz", c.law.measurement_filter_Hz, not_negative);
+  v.required("drive_min_" + unit, c.gate.drive_min);
+  v.required("drive_max_" + unit, c.gate.drive_max);
+  v.required("safe_drive_" + unit, c.gate.safe_drive);
+  v.required("slew_" + unit + "_per_s", c.gate.slew_per_s, positive);
+  std::string start_up(to_string(c.start_up));
+  v.optional_choice("start_up", start_up, {"wipe", "assume", "restore"});
+  for (const controller::StartUp one : controller::all_start_ups)
+    if (to_string(one) == start_up) c.start_up = one;
+  v.required("wipe_slew_" + unit + "_per_s", c.wipe_slew_per_s, positive);
+  v.optional("wipe_dwell_s", c.wipe_dwell_s, not_negative);
+  visit_supervision(v, c);
+  v.optional("repeat", c.repeat);
+  v.limit("reference_slew_um_per_s", c.reference_limits.slew_um_per_s);
+  v.limit("reference_acceleration_um_per_s2", c.reference_limits.acceleration_um_per_s2);
+  const auto plain = [](V& sub, auto& value) { visit(sub, value); };
+  v.optional_table("notch", c.law.notch, plain);
+  v.optional_table("adaptation", c.law.adaptation, plain);
+  v.table("delays", c.delays, plain);
+  v.optional_table("in_position", c.in_position, plain);
+  v.optional_list("coupling", c.couplings, plain);
+  v.list("setpoint", c.setpoint, plain);
+}
+
+/// [axis.frames.command], [axis.frames.status], [axis.frames.sample]: a lab's own frames
+/// (config/schema/frames.h).
+template <class V>
+void visit_frames(V& v, can::AxisFrames& frames) {
+  v.table("command", frames.command, [](V& sub, auto& map) { visit_frame<can::AmpCommand>(sub, map); });
+  v.optional_table("status", frames.status, [](V& sub, auto& map) { visit_frame<can::AmpStatus>(sub, map); });
+  v.table("sample", frames.sample, [](V& sub, auto& map) { visit_frame<can::SensorSample>(sub, map); });
+}
+
+/// [[axis.amplifier_setup]], [[axis.sensor_setup]]: an object written by SDO before the node is started.
+template <class V>
+void visit(V& v, can::SdoWrite& write) {
+  v.required("index", write.object.index, {.lo = 1});
+  v.required("subindex", write.object.subindex);
+  v.required("value", write.content.value);
+  v.required("bytes", write.content.bytes, {.lo = 1, .hi = 4});
+}
+
+template <class V>
+void visit(V& v, AxisConfig& axis) {
+  v.required("name", axis.wire.name);
+  v.name("message_prefix", axis.wire.message_prefix);
+  v.required("drive_unit", axis.drive_unit);
+  v.required("amplifier_node", axis.wire.amplifier_node, {.lo = 1, .hi = 127});
+  v.required("sensor_node", axis.wire.sensor_node, {.lo = 1, .hi = 127});
+  v.optional("live_setpoint", axis.live_setpoint);
+  v.optional("setup_timeout_ms", axis.wire.setup_patience.timeout, {.lo = 1.0, .hi = 60'000.0});
+  v.optional("setup_attempts", axis.wire.setup_patience.attempts, {.lo = 1, .hi = 100});
+  const auto plain = [](V& sub, auto& value) { visit(sub, value); };
+  v.optional_list("amplifier_setup", axis.wire.amplifier_setup, plain);
+  v.optional_list("sensor_setup", axis.wire.sensor_setup, plain);
+  v.optional_table("frames", axis.wire.frames, [](V& sub, auto& value) { visit_frames(sub, value); });
+  v.table("control", axis, [](V& sub, AxisConfig& value) { visit_control(sub, value); });
+  v.table("twin", axis, [](V& sub, AxisConfig& value) { visit_twin(sub, value); });
+}
+
+template <class V>
+void visit(V& v, Config& config) {
+  const auto plain = [](V& sub, auto& value) { visit(sub, value); };
+  v.table("bus", config.bus, plain);
+  v.table("controller", config.controller, plain);
+  v.table("twin", config.twin, plain);
+  v.list("axis", config.axes, plain);
+}
+
+}  // namespace hystcan::config

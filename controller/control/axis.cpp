@@ -1,0 +1,285 @@
+#include "controller/control/axis.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace hystcan::controller {
+namespace {
+
+ClosedLoop::Config closed_loop_of(const AxisConfig& config) {
+  return {.law = config.law,
+          .delays = config.delays,
+          .setpoint = config.setpoint,
+          .repeat = config.repeat,
+          .reference_limits = config.reference_limits,
+          .in_position = config.in_position,
+          .following_error = config.following_error};
+}
+
+Loop make_loop(const AxisConfig& config) {
+  if (config.excitation) return OpenLoop(*config.excitation, config.gate);
+  return ClosedLoop(closed_loop_of(config));
+}
+
+Supervisor::Config supervision_of(const AxisConfig& config) {
+  Supervisor::Config supervision = config.supervision;
+  supervision.drive_range = config.gate.drive_max - config.gate.drive_min;
+  return supervision;
+}
+
+/// From the lower threshold, coming down, to the upper one; within what is plausible.
+model::Interval reach_of(const AxisConfig& config) {
+  model::Interval reach{config.supervision.position_min_um, config.supervision.position_max_um};
+  if (config.excitation) return reach;
+  const model::HysteresisParameters& model = config.law.model;
+  const model::Interval& thresholds = model.ascending.domain();
+  return {std::max(reach.lo, model.descending.value(thresholds.lo)),
+          std::min(reach.hi, model.ascending.value(thresholds.hi))};
+}
+
+}  // namespace
+
+std::string_view to_string(AxisState state) {
+  static constexpr std::array<std::string_view, axis_state_count> names{"offline", "waiting",  "initialising",
+                                                                        "ready",   "tracking", "faulted"};
+  return names[static_cast<std::size_t>(state)];
+}
+
+std::string_view to_string(StartUp start_up) {
+  static constexpr std::array<std::string_view, all_start_ups.size()> names{"wipe", "assume", "restore"};
+  return names[static_cast<std::size_t>(start_up)];
+}
+
+AxisTuning::AxisTuning(const AxisConfig& next, bool new_reference)
+    : config(next), loop(closed_loop_of(next)) {
+  if (new_reference) reference.emplace(next.setpoint, next.repeat, next.reference_limits);
+}
+
+Axis::Axis(const AxisConfig& config)
+    : config_(config),
+      loop_(make_loop(config)),
+      ramp_in_(std::visit([](const auto& loop) { return loop.ramp_in(); }, loop_)),
+      supervisor_(supervision_of(config)),
+      drive_(config.gate.safe_drive),
+      reach_(reach_of(config)),
+      memory_known_(config.start_up == StartUp::assume) {}
+
+void Axis::start(bool clear_amplifier_fault) {
+  state_ = AxisState::waiting;
+  stopping_ = false;
+  clear_amplifier_fault_ |= clear_amplifier_fault;
+}
+
+bool Axis::clear() {
+  if (state_ != AxisState::faulted) return false;
+  state_ = AxisState::offline;
+  fault_ = {};
+  clear_amplifier_fault_ = true;
+  return true;
+}
+
+void Axis::trip(Cause cause, double time_s) {
+  if (state_ == AxisState::faulted) return;
+  state_ = AxisState::faulted;
+  fault_ = {cause, time_s};
+  memory_known_ = false;  // how the amplifier came down, only the actuator knows
+}
+
+bool Axis::takes_live_setpoints() const {
+  return state_ == AxisState::tracking && !stopping_ && std::holds_alternative<ClosedLoop>(loop_);
+}
+
+LiveSetpoint Axis::go_to(double position_um) {
+  if (!takes_live_setpoints()) return LiveSetpoint::not_tracking;
+  // Written so that NaN is out of range too.
+  if (!(position_um >= reach_.lo && position_um <= reach_.hi)) return LiveSetpoint::out_of_range;
+  std::get<ClosedLoop>(loop_).go_to(now_s_ - tracking_since_s_, position_um);
+  return LiveSetpoint::taken;
+}
+
+LiveSetpoint Axis::resume() {
+  if (!takes_live_setpoints()) return LiveSetpoint::not_tracking;
+  std::get<ClosedLoop>(loop_).resume(now_s_ - tracking_since_s_);
+  return LiveSetpoint::taken;
+}
+
+std::string_view Axis::retune(AxisTuning& tuning) {
+  auto* loop = std::get_if<ClosedLoop>(&loop_);
+  if (loop == nullptr) return "the axis runs in open loop";
+  const Gate::Config& gate = tuning.config.gate;
+  if (is_driving() && (drive_ < gate.drive_min || drive_ > gate.drive_max))
+    return "the drive is outside the new drive_min..drive_max now";
+  std::swap(config_, tuning.config);
+  reach_ = reach_of(config_);
+  supervisor_.retune(supervision_of(config_));
+  loop->retune(tuning.loop, tuning.reference, now_s_ - tracking_since_s_);
+  return {};
+}
+
+const ControlLaw* Axis::law_to_save() const {
+  const auto* loop = std::get_if<ClosedLoop>(&loop_);
+  return loop != nullptr && state_ == AxisState::offline && memory_known_ ? &loop->law() : nullptr;
+}
+
+void Axis::restore(const model::HysteresisState& memory, const ModelCorrection& correction) {
+  auto* loop = std::get_if<ClosedLoop>(&loop_);
+  if (loop == nullptr) return;
+  loop->law().set_correction(correction);
+  if (config_.start_up != StartUp::restore) return;
+  loop->law().remember(memory);
+  memory_known_ = true;
+}
+
+void Axis::revert_correction() {
+  if (auto* loop = std::get_if<ClosedLoop>(&loop_)) loop->law().set_correction({});
+}
+
+double Axis::preview_s(double cycle_s) {
+  auto* loop = std::get_if<ClosedLoop>(&loop_);
+  return loop == nullptr ? 0.0 : loop->preview_s(cycle_s);
+}
+
+double Axis::expected_um(double time_s) const {
+  const auto* loop = std::get_if<ClosedLoop>(&loop_);
+  if (loop == nullptr || state_ != AxisState::tracking) return report_.position_um;
+  return loop->reference_um(time_s - tracking_since_s_);
+}
+
+AxisCommand Axis::step(const AxisInput& input) {
+  now_s_ = input.time_s;
+  if (input.position_um) report_.position_um = *input.position_um;
+  report_.limits = limit::none;
+  report_.sample_missing = !input.position_um.has_value();
+  report_.arrival = Arrival::not_judged;
+  const AxisCommand command = is_driving() ? supervise(input) : decide(input);
+  report_.state = state_;
+  report_.cause = fault_.cause;
+  report_.fault_time_s = fault_.time_s;
+  report_.drive = command.drive;
+  return command;
+}
+
+AxisCommand Axis::supervise(const AxisInput& input) {
+  const Supervisor::Verdict verdict = supervisor_.judge(input);
+  if (verdict.cause != Cause::none) trip(verdict.cause, input.time_s);
+  AxisInput judged = input;
+  judged.position_um = verdict.position_um;
+  report_.sample_missing = !judged.position_um.has_value();
+  const AxisCommand command = decide(judged);
+  const Cause cause = supervisor_.judge(command, report_.limits, input.dt_s);
+  if (cause == Cause::none) return command;
+  trip(cause, input.time_s);
+  return safe();
+}
+
+AxisCommand Axis::decide(const AxisInput& input) {
+  if (stopping_ && state_ != AxisState::faulted) return park(input);
+  switch (state_) {
+    case AxisState::waiting:
+      return wait(input);
+    case AxisState::initialising:
+      return initialise(input);
+    case AxisState::ready:
+      return hold_ready(input);
+    case AxisState::tracking:
+      return track(input);
+    case AxisState::offline:
+    case AxisState::faulted:
+      break;
+  }
+  return safe();
+}
+
+AxisCommand Axis::wait(const AxisInput& input) {
+  const NodeHealth& health = input.health;
+  AxisCommand command = safe();
+  if (health.amplifier_fault) {
+    if (!clear_amplifier_fault_) trip(Cause::amplifier_fault, input.time_s);
+    command.clear_fault = clear_amplifier_fault_;
+  } else if (health.sensor_operational && health.amplifier_operational && health.amplifier_ready &&
+             !health.amplifier_moves && input.position_um) {
+    clear_amplifier_fault_ = false;
+    supervisor_.restart();
+    drive_ = health.amplifier_output;
+    follow(drive_);
+    ramp_ = config_.start_up != StartUp::wipe && memory_known_ ? ramp_in_.size() : 0;
+    dwelt_s_ = 0.0;
+    state_ = AxisState::initialising;
+  }
+  return command;
+}
+
+AxisCommand Axis::initialise(const AxisInput& input) {
+  if (ramp_ < ramp_in_.size() && ramp_towards(ramp_in_[ramp_], input.dt_s)) {
+    dwelt_s_ += input.dt_s;
+    if (dwelt_s_ >= config_.wipe_dwell_s) {
+      dwelt_s_ = 0.0;
+      ++ramp_;
+    }
+  }
+  if (ramp_ == ramp_in_.size()) state_ = AxisState::ready;
+  return {.drive = drive_, .enable = true};
+}
+
+AxisCommand Axis::hold_ready(const AxisInput& input) {
+  if (!input.begin_tracking || !input.position_um) return {.drive = drive_, .enable = true};
+  state_ = AxisState::tracking;
+  tracking_since_s_ = input.time_s;
+  memory_known_ = true;
+  std::visit([&](auto& loop) { loop.begin(*input.position_um, input.coupled_um); }, loop_);
+  return track(input);
+}
+
+AxisCommand Axis::track(const AxisInput& input) {
+  const LoopInput now{.t_s = input.time_s - tracking_since_s_,
+                      .dt_s = input.dt_s,
+                      .cycle_s = input.cycle_s,
+                      .position_um = input.position_um,
+                      .coupled_um = input.coupled_um};
+  const Proposal proposal = std::visit([&](auto& loop) { return loop.propose(now); }, loop_);
+  report_.point = proposal.point;
+  report_.reference_um = proposal.reference_um;
+  report_.arrival = proposal.arrival;
+  if (!proposal.follows) {
+    trip(Cause::following_error, input.time_s);
+    return safe();
+  }
+  const Gate::Passed passed = Gate::step(config_.gate, drive_, proposal.drive, input.dt_s);
+  std::visit([&](auto& loop) { loop.commit(passed.drive); }, loop_);
+  drive_ = passed.drive;
+  report_.demand_um = proposal.demand_um;
+  report_.correction = proposal.correction;
+  report_.limits = proposal.limits | passed.limits;
+  return {.drive = drive_, .enable = true};
+}
+
+AxisCommand Axis::park(const AxisInput& input) {
+  if (!is_driving() || ramp_towards(config_.gate.safe_drive, input.dt_s)) {
+    state_ = AxisState::offline;
+    return safe();
+  }
+  state_ = AxisState::ready;
+  return {.drive = drive_, .enable = true};
+}
+
+AxisCommand Axis::safe() const { return {.drive = config_.gate.safe_drive}; }
+
+bool Axis::ramp_towards(double target, double dt_s) {
+  const double reach = config_.wipe_slew_per_s * dt_s;
+  const double wanted = std::clamp(target, drive_ - reach, drive_ + reach);
+  drive_ = Gate::step(config_.gate, drive_, wanted, dt_s).drive;
+  follow(drive_);
+  return drive_ == std::clamp(target, config_.gate.drive_min, config_.gate.drive_max);
+}
+
+/// The model remembers what the actuator does.
+void Axis::follow(double drive) {
+  std::visit([&](auto& loop) { loop.follow(drive); }, loop_);
+}
+
+bool Axis::is_driving() const {
+  return state_ == AxisState::initialising || state_ == AxisState::ready || state_ == AxisState::tracking;
+}
+
+}  // namespace hystcan::controller

@@ -1,0 +1,52 @@
+#include "controller/control/fault.h"
+
+#include <array>
+
+namespace hystcan::controller {
+namespace {
+
+struct CauseText {
+  std::string_view name;
+  std::string_view remedy;
+};
+
+constexpr std::array<CauseText, cause_count> cause_texts{{
+    {"none", ""},
+    {"interface down", "bring the CAN interface up and start the controller again"},
+    {"bus-off", "check wiring, termination and bit rate, then start the controller again"},
+    {"cycle overrun",
+     "the computer was kept from its work: give the controller a real-time class, [controller.realtime]"},
+    {"sample missing", "check the sensor node and the bus load"},
+    {"sensor status", "the sensor reports a bad sample: check the sensor"},
+    {"position implausible",
+     "the position is outside position_min_um..position_max_um: check sensor and stage"},
+    {"sensor silent", "no heartbeat from the sensor node: check its supply and cable"},
+    {"amplifier silent", "no heartbeat from the amplifier node: check its supply and cable"},
+    {"node restarted", "a node booted up while in use: check its supply"},
+    {"node not set up",
+     "a node refused or did not keep an object of its setup: see the log, check index and value"},
+    {"amplifier fault",
+     "the amplifier has tripped: find out why, then start the controller with --clear-faults"},
+    {"amplifier not enabled", "the amplifier does not obey Enable: check its interlocks"},
+    {"following error", "the stage does not follow: check load and model, or raise following_error_um"},
+    {"command not sendable",
+     "the drive does not fit the Setpoint signal: check the DBC against drive_min and drive_max"},
+    {"another controller is on this bus",
+     "somebody else sends SYNC, this controller's heartbeat or its commands: end one of the two"},
+    {"sample late", "the sensor answers a SYNC after the next one: check the bus load and the sensor's rate"},
+    {"position frozen", "the drive moves and the position does not, to the last bit: check sensor and stage"},
+    {"position jumped", "further in a cycle than position_jump_um: check the sensor and its cable"},
+    {"node emergency", "a node sent an emergency: the log has its code in words"},
+    {"node not operational", "a node was stopped or set back by NMT: find out who commands it"},
+    {"bus passive", "the CAN controller counts errors: check wiring, termination and bit rate"},
+    {"saturated", "the drive stands at a limit: check reference, load and drive_min..drive_max"},
+    {"model left its range",
+     "the model cannot be inverted at this drive: identify the actuator again over its whole range"},
+}};
+
+}  // namespace
+
+std::string_view to_string(Cause cause) { return cause_texts[static_cast<std::size_t>(cause)].name; }
+std::string_view remedy(Cause cause) { return cause_texts[static_cast<std::size_t>(cause)].remedy; }
+
+}  // namespace hystcan::controller

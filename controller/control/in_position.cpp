@@ -1,0 +1,49 @@
+#include "controller/control/in_position.h"
+
+#include <array>
+#include <cmath>
+
+namespace hystcan::controller {
+namespace {
+
+double seconds(std::chrono::nanoseconds duration) { return std::chrono::duration<double>(duration).count(); }
+
+/// Sums of cycle times miss a whole number of cycles by their rounding.
+constexpr double rounding_s = 1e-9;
+
+}  // namespace
+
+std::string_view to_string(Arrival arrival) {
+  static constexpr std::array<std::string_view, 4> names{"not judged", "moving", "in position", "failed"};
+  return names[static_cast<std::size_t>(arrival)];
+}
+
+Arrival InPosition::step(const Config& config, State& state, const Input& input) {
+  if (!input.reference_rests) {
+    state = {};
+    return state.arrival;
+  }
+  const bool settling = state.trying_s >= 0.0 && input.reference_um == state.reference_um;
+  if (!settling) state = {.reference_um = input.reference_um, .trying_s = 0.0};
+  const double dt_s = settling ? input.dt_s : 0.0;
+  state.trying_s += dt_s;
+  if (input.error_um) {
+    const bool was_within = state.within_s >= 0.0;
+    const bool within = std::abs(*input.error_um) <= config.tolerance_um;
+    if (!within)
+      state.within_s = -1.0;
+    else
+      state.within_s = was_within ? state.within_s + dt_s : 0.0;
+    if (!within && state.arrival == Arrival::in_position) {
+      state.arrival = Arrival::moving;
+      state.trying_s = 0.0;
+    }
+  }
+  if (state.within_s + rounding_s >= seconds(config.window))
+    state.arrival = Arrival::in_position;
+  else if (state.arrival == Arrival::moving && state.trying_s + rounding_s >= seconds(config.timeout))
+    state.arrival = Arrival::failed;
+  return state.arrival;
+}
+
+}  // namespace hystcan::controller

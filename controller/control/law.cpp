@@ -1,0 +1,189 @@
+#include "controller/control/law.h"
+
+#include <cmath>
+
+#include "model/simplified.h"
+
+namespace hystcan::controller {
+namespace {
+
+constexpr std::array<std::string_view, all_structures.size()> structure_names{"average", "inverse", "pi",
+                                                                              "average+pi", "inverse+pi"};
+
+/// Below this a demand counts as met: far under any sensor's resolution, far over the inverse's rounding.
+constexpr double met_within_um = 1e-6;
+
+/// An offset left over counts as gone: below the wire's resolution of a position.
+constexpr double faded_um = 1e-7;
+
+/// Curves without memory need no room for any.
+constexpr std::size_t least_capacity = 4;
+
+}  // namespace
+
+std::string_view to_string(Structure structure) {
+  return structure_names[static_cast<std::size_t>(structure)];
+}
+
+std::optional<Structure> parse_structure(std::string_view text) {
+  for (const Structure structure : all_structures)
+    if (to_string(structure) == text) return structure;
+  return std::nullopt;
+}
+
+ControlLaw::ControlLaw(const Config& config)
+    : config_(config),
+      full_(config.model),
+      average_(model::average(config.model)),
+      line_(model::straight_line(config.model)),
+      memory_(full_.at_lower_threshold(config.adaptation ? Adaptation::memory_capacity
+                                                         : model::Hysteresis::default_capacity)),
+      average_rest_(average_.at_lower_threshold(least_capacity)),
+      line_rest_(line_.at_lower_threshold(least_capacity)) {}
+
+const model::Hysteresis& ControlLaw::inverted() const {
+  switch (config_.structure) {
+    case Structure::average:
+    case Structure::average_pi:
+      return average_;
+    case Structure::pi:
+      return line_;
+    case Structure::inverse:
+    case Structure::inverse_pi:
+      break;
+  }
+  return full_;
+}
+
+const model::HysteresisState& ControlLaw::inverted_memory() const {
+  const model::Hysteresis* inverted = &this->inverted();
+  return inverted == &full_ ? memory_ : inverted == &line_ ? line_rest_ : average_rest_;
+}
+
+double ControlLaw::modelled_um() const {
+  return &inverted() == &full_ ? memory_.output : inverted().forward(inverted_memory(), memory_.input).value;
+}
+
+double ControlLaw::restart(double position_um) {
+  const double reference_um = feeds_back() ? position_um : predicted_um();
+  previewed_um_ = reference_um;
+  filtered_um_ = error_um_ = integrated_s_ = 0.0;
+  demand_um_ = notched_um_ = predicted_um();
+  notch_state_ = Notch::at_rest(demand_um_);
+  pi_.integral_um = demand_um_ - feed_forward_um();
+  return reference_um;
+}
+
+double ControlLaw::restart_at_lower_threshold(double position_um) {
+  follow(full_.input_range().lo);
+  return restart(position_um);
+}
+
+void ControlLaw::retune(const Config& config) {
+  const bool another_structure = config.structure != config_.structure;
+  const double proportional_before_um = proportional_um();
+  config_.structure = config.structure;
+  config_.pi = config.pi;
+  config_.deadband_um = config.deadband_um;
+  config_.measurement_filter_Hz = config.measurement_filter_Hz;
+  config_.notch = config.notch;
+  config_.adaptation = config.adaptation;
+  notch_for_s_ = 0.0;
+  error_um_ = outside_deadband(filtered_um_, config_.deadband_um);
+  if (another_structure)
+    enter_structure();
+  else
+    pi_.integral_um += proportional_before_um - proportional_um();
+  set_correction(correction_);
+}
+
+// The new operator's output at the drive applied last is what it shall be asked for next.  The notch is moved
+// along, so that it keeps what it has not let through yet.
+void ControlLaw::enter_structure() {
+  const double moved_um = predicted_um() - notched_um_;
+  Notch::shift(notch_state_, moved_um);
+  notched_um_ += moved_um;
+  demand_um_ += moved_um;
+  pi_.integral_um = demand_um_ - feed_forward_um() - proportional_um();
+}
+
+void ControlLaw::set_correction(const ModelCorrection& correction) {
+  move_correction(config_.adaptation
+                      ? Adaptation::within_bounds(*config_.adaptation, correction, inverted().output_range())
+                      : ModelCorrection{});
+}
+
+// The corrected model's output at the drive applied last moves; the integral makes up for it.
+void ControlLaw::move_correction(const ModelCorrection& to) {
+  const double before_um = predicted_um();
+  correction_ = to;
+  const double moved_um = predicted_um() - before_um;
+  Notch::shift(notch_state_, moved_um);
+  notched_um_ += moved_um;
+  demand_um_ += moved_um;
+  pi_.integral_um += moved_um;
+}
+
+ControlLaw::Demand ControlLaw::propose(const Input& input) {
+  steady_ = input.steady;
+  previewed_um_ = input.previewed_um;
+  take_error(input);
+  integrate(input.dt_s);
+  demand_um_ = feed_forward_um() + proportional_um() + pi_.integral_um;
+  notched_um_ = notched(demand_um_, input.cycle_s);
+
+  const model::Prediction drive = inverted().inverse(inverted_memory(), correction_.undo(notched_um_));
+  Demand demand{.drive = drive.value, .position_um = notched_um_};
+  if (drive.saturated) demand.limits |= limit::model;
+  if (!drive.increasing) demand.limits |= limit::not_invertible;
+  return demand;
+}
+
+// One low pass for the difference is the same as one each for reference and measurement.
+void ControlLaw::take_error(const Input& input) {
+  integrated_s_ = input.position_um ? input.dt_s : 0.0;
+  if (!input.position_um) return;
+  const double error_um = input.reference_um - *input.position_um;
+  const double corner_Hz = config_.measurement_filter_Hz;
+  filtered_um_ = corner_Hz > 0.0 ? low_pass(corner_Hz, filtered_um_, error_um, input.dt_s) : error_um;
+  error_um_ = outside_deadband(filtered_um_, config_.deadband_um);
+}
+
+void ControlLaw::integrate(double dt_s) {
+  before_um_ = pi_.integral_um;
+  if (feeds_back())
+    pi_.integral_um += config_.pi.ki_per_s * error_um_ * integrated_s_;
+  else if (pi_.integral_um != 0.0)
+    pi_.integral_um = std::abs(before_um_) > faded_um ? before_um_ * std::exp(-dt_s / fade_s) : 0.0;
+}
+
+double ControlLaw::notched(double demand_um, double cycle_s) {
+  if (!config_.notch) return Notch::pass(notch_state_, demand_um);
+  if (cycle_s != notch_for_s_) {
+    notch_ = Notch::design(*config_.notch, cycle_s);
+    notch_for_s_ = cycle_s;
+  }
+  return Notch::step(notch_, notch_state_, demand_um);
+}
+
+void ControlLaw::commit(double applied_drive) {
+  follow(applied_drive);
+  if (!feeds_back() || integrated_s_ == 0.0) return;
+  const double unmet_um = notched_um_ - predicted_um();
+  if (std::abs(unmet_um) > met_within_um)
+    keep_from_winding_up(unmet_um);
+  else if (config_.adaptation && steady_)
+    move_correction(Adaptation::step(*config_.adaptation, correction_, inverted().output_range(),
+                                     modelled_um(), pi_.integral_um, integrated_s_));
+}
+
+void ControlLaw::keep_from_winding_up(double unmet_um) {
+  const auto& [kp, ki_per_s] = config_.pi;
+  if (feeds_forward() && (feed_forward_um() - predicted_um()) * unmet_um > 0.0) {
+    if (unmet_um * error_um_ > 0.0) pi_.integral_um = before_um_;
+  } else if (ki_per_s > 0.0) {
+    pi_.integral_um -= (kp > 0.0 ? -std::expm1(-ki_per_s * integrated_s_ / kp) : 1.0) * unmet_um;
+  }
+}
+
+}  // namespace hystcan::controller

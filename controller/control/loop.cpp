@@ -1,0 +1,113 @@
+#include "controller/control/loop.h"
+
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace hystcan::controller {
+
+ClosedLoop::ClosedLoop(const Config& config)
+    : law_(config.law),
+      trajectory_(config.setpoint, config.repeat, config.reference_limits),
+      following_error_(config.following_error) {
+  take(config);
+}
+
+void ClosedLoop::take(const Config& config) {
+  delays_ = config.delays;
+  notch_ = config.law.notch;
+  judged_by_ = config.in_position;
+  moments_for_s_ = 0.0;
+}
+
+void ClosedLoop::retune(const Config& config, std::optional<Trajectory>& reference, double t_s) {
+  take(config);
+  law_.retune(config.law);
+  following_error_ = FollowingError(config.following_error);
+  if (!reference) return;
+  reference->continue_from(trajectory_, t_s);
+  std::swap(*reference, trajectory_);
+}
+
+void ClosedLoop::go_to(double t_s, double goal_um) {
+  trajectory_.go_to(t_s, goal_um);
+  in_position_ = {};
+}
+
+void ClosedLoop::resume(double t_s) {
+  trajectory_.resume(t_s);
+  in_position_ = {};
+}
+
+std::vector<double> ClosedLoop::ramp_in() const {
+  const model::Interval& thresholds = law_.inverted().input_range();
+  return {thresholds.hi, thresholds.lo};
+}
+
+/// The integral takes what the other axes add at first; what they add later is fed forward.
+void ClosedLoop::begin(double position_um, double coupled_um) {
+  coupled_at_first_um_ = coupled_um;
+  following_error_.restart();
+  in_position_ = {};
+  trajectory_.start_from(law_.restart(position_um));
+}
+
+Proposal ClosedLoop::propose(const LoopInput& input) {
+  Proposal proposal{.point = trajectory_.at(input.t_s)};
+  proposal.reference_um = proposal.point.value_um;
+  proposal.follows =
+      !input.position_um || following_error_.step(proposal.reference_um, *input.position_um, input.dt_s);
+  if (!proposal.follows) return proposal;
+  proposal.arrival = judge(proposal.point, input);
+  const ControlLaw::Demand demand =
+      law_.propose({.reference_um = proposal.reference_um,
+                    .previewed_um = previewed_um(input) - input.coupled_um + coupled_at_first_um_,
+                    .position_um = input.position_um,
+                    .dt_s = input.dt_s,
+                    .cycle_s = input.cycle_s,
+                    .steady = !proposal.point.in_transition});
+  proposal.drive = demand.drive;
+  proposal.demand_um = demand.position_um;
+  proposal.limits = demand.limits;
+  proposal.correction = law_.correction();
+  return proposal;
+}
+
+Arrival ClosedLoop::judge(const Trajectory::Point& point, const LoopInput& input) {
+  if (!judged_by_) return Arrival::not_judged;
+  InPosition::Input now{
+      .reference_um = point.value_um, .reference_rests = point.at_rest, .error_um = {}, .dt_s = input.dt_s};
+  if (input.position_um) now.error_um = point.value_um - *input.position_um;
+  return InPosition::step(*judged_by_, in_position_, now);
+}
+
+double ClosedLoop::preview_s(double cycle_s) {
+  if (cycle_s != moments_for_s_) {
+    moments_ = chain_moments(delays_, notch_, cycle_s);
+    moments_for_s_ = cycle_s;
+  }
+  return moments_.mean_s;
+}
+
+double ClosedLoop::previewed_um(const LoopInput& input) {
+  const double mean_s = preview_s(input.cycle_s);
+  const auto reference = [&](double ahead_s) { return trajectory_.value_um(input.t_s + ahead_s); };
+  if (!delays_.second_order) return reference(mean_s);
+  return second_order_preview(moments_, input.cycle_s, reference);
+}
+
+OpenLoop::OpenLoop(const Excitation::Config& config, const Gate::Config& gate) : excitation_(config) {
+  refuse_beyond({gate.drive_min, gate.drive_max}, gate.slew_per_s, excitation_);
+}
+
+Proposal OpenLoop::propose(const LoopInput& input) const {
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  Proposal proposal;
+  proposal.drive = excitation_.at(input.t_s);
+  proposal.reference_um = proposal.demand_um = none;
+  proposal.point.shape_time_s = input.t_s;
+  proposal.point.finished = input.t_s >= excitation_.length_s();
+  return proposal;
+}
+
+}  // namespace hystcan::controller

@@ -1,0 +1,114 @@
+// What an axis does with its drive while it tracks: one of two, behind the same supervision and the same
+// gate.
+//
+//   ClosedLoop   follows a reference: Trajectory, ControlLaw, following error
+//   OpenLoop     follows a drive, an Excitation; knows no model and no reference
+//
+// Both: ramp_in() tells the drives to visit before, follow() each drive on the way, begin() is called where
+// tracking begins, then propose() -> gate -> commit() in every cycle.
+#pragma once
+
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "controller/control/delays.h"
+#include "controller/control/following_error.h"
+#include "controller/control/gate.h"
+#include "controller/control/in_position.h"
+#include "controller/control/law.h"
+#include "controller/reference/excitation.h"
+#include "controller/reference/trajectory.h"
+
+namespace hystcan::controller {
+
+struct LoopInput {
+  double t_s = 0.0;  ///< since tracking began
+  double dt_s = 0.0;
+  double cycle_s = 0.0;
+  std::optional<double> position_um;
+  double coupled_um = 0.0;  ///< what the other axes will add to this one's position (Coupling)
+};
+
+struct Proposal {
+  bool follows = true;  ///< false: the stage has lost its reference, nothing else of this counts
+  double drive = 0.0;   ///< wanted, before the gate
+  double reference_um = 0.0;
+  double demand_um = 0.0;
+  std::uint8_t limits = limit::none;
+  ModelCorrection correction{};
+  Trajectory::Point point;
+  Arrival arrival = Arrival::not_judged;
+};
+
+class ClosedLoop {
+ public:
+  struct Config {
+    ControlLaw::Config law;
+    Delays delays;
+    std::vector<Segment> setpoint;
+    bool repeat = false;
+    ReferenceLimits reference_limits{};
+    std::optional<InPosition::Config> in_position{};  ///< empty: not judged
+    FollowingError::Config following_error;
+  };
+
+  /// Throws std::invalid_argument where the model is not a valid one.
+  explicit ClosedLoop(const Config& config);
+
+  /// Up to the upper threshold and down to the lower one: whatever the actuator remembered is wiped out.
+  std::vector<double> ramp_in() const;
+  void follow(double applied_drive) { law_.follow(applied_drive); }
+  void begin(double position_um, double coupled_um);
+  Proposal propose(const LoopInput& input);
+  void commit(double applied_drive) { law_.commit(applied_drive); }
+
+  void go_to(double t_s, double goal_um);
+  void resume(double t_s);
+  /// Between two cycles, bumpless, without allocating: all of `config` but the model and the setpoint; with
+  /// `reference`, which is left with the one before, this from the present motion on.
+  void retune(const Config& config, std::optional<Trajectory>& reference, double t_s);
+
+  /// How far ahead the reference is looked up, and what it will be then.
+  double preview_s(double cycle_s);
+  double reference_um(double t_s) const { return trajectory_.value_um(t_s); }
+
+  const ControlLaw& law() const { return law_; }
+  ControlLaw& law() { return law_; }
+
+ private:
+  void take(const Config& config);
+  Arrival judge(const Trajectory::Point& point, const LoopInput& input);
+  double previewed_um(const LoopInput& input);
+
+  Delays delays_;
+  std::optional<Notch::Config> notch_;
+  std::optional<InPosition::Config> judged_by_;
+  ControlLaw law_;
+  Trajectory trajectory_;
+  InPosition::State in_position_;
+  FollowingError following_error_;
+  Moments moments_;             ///< from demand to position
+  double moments_for_s_ = 0.0;  ///< the cycle that they are of; 0: none yet
+  double coupled_at_first_um_ = 0.0;
+};
+
+class OpenLoop {
+ public:
+  /// Throws std::invalid_argument where `gate` would not let the excitation pass as it is.
+  OpenLoop(const Excitation::Config& config, const Gate::Config& gate);
+
+  /// Straight to where the excitation begins.
+  std::vector<double> ramp_in() const { return {excitation_.at(0.0)}; }
+  void follow(double /*applied_drive*/) {}
+  void begin(double /*position_um*/, double /*coupled_um*/) {}
+  Proposal propose(const LoopInput& input) const;
+  void commit(double /*applied_drive*/) {}
+
+ private:
+  Excitation excitation_;
+};
+
+using Loop = std::variant<ClosedLoop, OpenLoop>;
+
+}  // namespace hystcan::controller

@@ -1,0 +1,49 @@
+#include "controller/control/statistics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace hystcan::controller {
+
+void ErrorStatistics::add(double error_um) {
+  ++samples;
+  sum_of_squares += error_um * error_um;
+  max_um = std::max(max_um, std::abs(error_um));
+}
+
+double ErrorStatistics::rms_um() const {
+  return samples == 0 ? 0.0 : std::sqrt(sum_of_squares / static_cast<double>(samples));
+}
+
+void TrackingStatistics::add(const AxisReport& report) {
+  const Trajectory::Point& point = report.point;
+  if (report.state != AxisState::tracking || report.sample_missing || point.in_transition || point.finished ||
+      point.live)
+    return;
+  if (point.shape_time_s < settle_s_) return;
+  if (point.segment >= segments_.size()) segments_.resize(point.segment + 1);  // a new setpoint has more
+  segments_[point.segment].add(report.reference_um - report.position_um);
+}
+
+ErrorStatistics TrackingStatistics::total() const {
+  ErrorStatistics sum;
+  for (const ErrorStatistics& segment : segments_) {
+    sum.samples += segment.samples;
+    sum.sum_of_squares += segment.sum_of_squares;
+    sum.max_um = std::max(sum.max_um, segment.max_um);
+  }
+  return sum;
+}
+
+AxisOutcome outcome_of(const Axis& axis, TrackingStatistics statistics) {
+  const model::ReferenceCurve& ascending = axis.config().law.model.ascending;
+  const model::Interval& range = ascending.domain();
+  return {.name = axis.config().name,
+          .stroke_um = ascending.value(range.hi) - ascending.value(range.lo),
+          .state = axis.state(),
+          .fault = axis.fault(),
+          .statistics = std::move(statistics)};
+}
+
+}  // namespace hystcan::controller

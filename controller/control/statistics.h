@@ -1,0 +1,47 @@
+// Tracking error, told apart by the segments of the reference.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "controller/control/axis.h"
+
+namespace hystcan::controller {
+
+struct ErrorStatistics {
+  std::size_t samples = 0;
+  double sum_of_squares = 0.0;
+  double max_um = 0.0;
+
+  void add(double error_um);
+  double rms_um() const;
+};
+
+/// Error (reference minus measured) of every tracking cycle, per segment. The smooth transitions between
+/// segments, live goals and the first `settle_s` of each segment do not count.
+class TrackingStatistics {
+ public:
+  TrackingStatistics(std::size_t segments, double settle_s) : settle_s_(settle_s), segments_(segments) {}
+
+  void add(const AxisReport& report);
+  const std::vector<ErrorStatistics>& segments() const { return segments_; }
+  ErrorStatistics total() const;
+
+ private:
+  double settle_s_;
+  std::vector<ErrorStatistics> segments_;
+};
+
+/// What one axis made of its reference.
+struct AxisOutcome {
+  std::string name;
+  double stroke_um =
+      0.0;  ///< what errors are given in percent of: the ascending reference curve from end to end
+  AxisState state = AxisState::offline;  ///< at the end
+  Fault fault;
+  TrackingStatistics statistics;
+};
+AxisOutcome outcome_of(const Axis& axis, TrackingStatistics statistics);
+
+}  // namespace hystcan::controller

@@ -1,0 +1,120 @@
+#include "controller/control/supervisor.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "controller/control/gate.h"
+
+namespace hystcan::controller {
+namespace {
+
+/// A SYNC so many cycles after the last one is a stall: the reference has run on, the ramps would jump.
+constexpr double stalled_cycles = 10.0;
+
+/// The amplifier reports its state at once; longer than this and it has not obeyed.
+constexpr double enable_timeout_s = 0.5;
+
+/// Of the drive's range: so far it goes before an unchanged position is a frozen one.
+constexpr double frozen_travel = 0.02;
+
+/// A corner of the reference may meet one or two; a model that does not hold there meets them all.
+constexpr unsigned not_invertible_cycles = 3;
+
+/// Since the last SYNC, in whole ones: a stage goes further in a late cycle. At least one.
+unsigned cycles_in(const AxisInput& input) {
+  constexpr double most = 1e6;
+  return static_cast<unsigned>(std::clamp(std::ceil(input.dt_s / input.cycle_s - 0.5), 1.0, most));
+}
+
+/// Time that `condition` has held on end.
+double held(bool condition, double so_far_s, double dt_s) { return condition ? so_far_s + dt_s : 0.0; }
+
+}  // namespace
+
+void Supervisor::retune(const Config& config) {
+  config_ = config;
+  lost_ = LeakyBucket(config.missing_samples);
+}
+
+void Supervisor::restart() { *this = Supervisor(config_); }
+
+Supervisor::Verdict Supervisor::judge(const AxisInput& input) {
+  if (const Cause cause = judge_bus(input); cause != Cause::none) return {cause, std::nullopt};
+  if (const Cause cause = judge_nodes(input); cause != Cause::none) return {cause, std::nullopt};
+  return judge_sample(input);
+}
+
+Cause Supervisor::judge_bus(const AxisInput& input) {
+  const NodeHealth& health = input.health;
+  if (!health.interface_up) return Cause::interface_down;
+  if (!health.bus_on) return Cause::bus_off;
+  passive_for_s_ = held(health.bus_passive, passive_for_s_, input.dt_s);
+  if (config_.bus_passive_s > 0.0 && passive_for_s_ > config_.bus_passive_s) return Cause::bus_passive;
+  return input.dt_s > stalled_cycles * input.cycle_s ? Cause::cycle_overrun : Cause::none;
+}
+
+Cause Supervisor::judge_nodes(const AxisInput& input) const {
+  const NodeHealth& health = input.health;
+  if (health.restarted) return Cause::node_restarted;
+  if (health.amplifier_fault) return Cause::amplifier_fault;
+  if (health.emergency) return Cause::node_emergency;
+  if (!health.sensor_alive) return Cause::sensor_silent;
+  if (!health.amplifier_alive) return Cause::amplifier_silent;
+  if (!health.sensor_operational || !health.amplifier_operational) return Cause::node_not_operational;
+  if (enabled_for_s_ > enable_timeout_s && !health.amplifier_enabled) return Cause::amplifier_not_enabled;
+  return Cause::none;
+}
+
+Supervisor::Verdict Supervisor::judge_sample(const AxisInput& input) {
+  cycles_since_last_ += cycles_in(input);
+  if (!input.position_um) return {lose(input.late_sample, Cause::sample_missing), std::nullopt};
+  if (!input.sensor_status_good) return {Cause::sensor_status, std::nullopt};
+  const double position_um = *input.position_um;
+  // Written so that NaN is implausible too.
+  if (!(position_um >= config_.position_min_um && position_um <= config_.position_max_um))
+    return {Cause::position_implausible, std::nullopt};
+  if (has_jumped(position_um)) return {lose(false, Cause::position_jumped), std::nullopt};
+  if (is_frozen(position_um)) return {Cause::position_frozen, std::nullopt};
+  lost_.leak();
+  lost_in_a_row_ = late_in_a_row_ = 0;
+  last_um_ = position_um;
+  cycles_since_last_ = 0;
+  return {Cause::none, position_um};
+}
+
+Cause Supervisor::lose(bool late, Cause cause) {
+  lost_.lose();
+  ++lost_in_a_row_;
+  if (late) ++late_in_a_row_;
+  if (!lost_.overflows()) return Cause::none;
+  return 2 * late_in_a_row_ > lost_in_a_row_ ? Cause::sample_late : cause;
+}
+
+bool Supervisor::has_jumped(double position_um) const {
+  return config_.position_jump_um > 0.0 && last_um_ &&
+         std::abs(position_um - *last_um_) > config_.position_jump_um * cycles_since_last_;
+}
+
+bool Supervisor::is_frozen(double position_um) {
+  if (config_.frozen_cycles == 0) return false;
+  if (!last_um_ || position_um != *last_um_) {
+    cycles_unchanged_ = 0;
+    travel_ = 0.0;
+    return false;
+  }
+  return ++cycles_unchanged_ >= config_.frozen_cycles && travel_ > frozen_travel * config_.drive_range;
+}
+
+Cause Supervisor::judge(const AxisCommand& command, std::uint8_t limits, double dt_s) {
+  enabled_for_s_ = held(command.enable, enabled_for_s_, dt_s);
+  travel_ += std::abs(command.drive - last_drive_);
+  last_drive_ = command.drive;
+  const bool is_limited = (limits & (limit::range | limit::slew | limit::model)) != 0;
+  saturated_for_s_ = held(is_limited, saturated_for_s_, dt_s);
+  if (config_.saturated_s > 0.0 && saturated_for_s_ > config_.saturated_s) return Cause::saturated;
+  const bool left_range = (limits & (limit::not_invertible | limit::not_finite)) != 0;
+  not_invertible_ = left_range ? not_invertible_ + 1 : 0;
+  return not_invertible_ >= not_invertible_cycles ? Cause::model_left_range : Cause::none;
+}
+
+}  // namespace hystcan::controller

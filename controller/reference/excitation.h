@@ -1,0 +1,84 @@
+// The drive of a measurement: a known function of time, applied in open loop, from whose record an actuator
+// is identified.
+//
+//   hysteresis   straight ramps of one slew between turning points, a rest at each; from `low` back to `low`:
+//                  major loops      low -> high -> low, `loops` times
+//                  nested loops     middle +- a_k (high - low) / 2,  a_k = 1 - k / (levels + 1),
+//                                   k = 1 .. levels: each inside the one before, all closed on the way up
+//                                   to high
+//                  reversal curves  high -> r_j -> high,  r_j = low + (high - low) j / (levels + 1),
+//                                   j = levels .. 1; then low -> r_j -> low,  j = 1 .. levels
+//   steps        centre - amplitude <-> centre + amplitude, half a period each, `cycles` times; half a period
+//                at the centre before and after
+//   chirp        centre + amplitude sin(2 pi (f_0 t + (f_1 - f_0) t^2 / (2 T))),  0 <= t <= T
+//
+// Drives are in drive units, times in s. The rest is there so that no turning point falls between two cycles:
+// make it two cycles or more. At both ends the drive is held.
+#pragma once
+
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "model/reference_curve.h"
+
+namespace hystcan::controller {
+
+class Excitation {
+ public:
+  struct Hysteresis {
+    double low = 0.0;
+    double high = 100.0;
+    double slew_per_s = 100.0;
+    double rest_s = 0.01;
+    unsigned loops = 2;
+    unsigned levels = 5;
+  };
+  struct Steps {
+    double centre = 50.0;
+    double amplitude = 5.0;
+    double period_s = 0.4;
+    unsigned cycles = 5;
+  };
+  struct Chirp {
+    double centre = 50.0;
+    double amplitude = 5.0;
+    double from_Hz = 1.0;
+    double to_Hz = 400.0;
+    double duration_s = 10.0;
+  };
+  using Config = std::variant<Hysteresis, Steps, Chirp>;
+
+  /// Throws std::invalid_argument where the numbers describe no drive.
+  explicit Excitation(const Config& config);
+
+  double at(double t_s) const;
+  double length_s() const { return length_s_; }
+  model::Interval range() const;
+  /// Drive units per s; of steps 0: how steep they are is the gate's business.
+  double steepest_per_s() const;
+
+ private:
+  struct Knot {
+    double time_s = 0.0;
+    double drive = 0.0;
+  };
+  void hold(double drive, double duration_s);
+  void lay_out(const Hysteresis& h);
+  void lay_out(const Steps& s);
+  void lay_out(const Chirp& c);
+
+  Config config_;
+  std::vector<Knot> knots_;  ///< straight in between; none of a chirp
+  double length_s_ = 0.0;
+};
+
+std::string_view name_of(const Excitation::Config& config);
+
+/// In the order they are visited, the first and the last included.
+std::vector<double> turning_points(const Excitation::Hysteresis& h);
+
+/// Throws std::invalid_argument where the drive leaves `range` or is steeper than `slew_per_s`.
+void refuse_beyond(const model::Interval& range, double slew_per_s, const Excitation& excitation);
+
+}  // namespace hystcan::controller

@@ -1,0 +1,229 @@
+#include "controller/reference/shape.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <utility>
+
+namespace hystcan::controller {
+namespace {
+
+constexpr double two_pi = 2.0 * std::numbers::pi;
+
+double blend(double from, double to, double s) { return from + (to - from) * s; }
+
+/// Position within the present cycle, 0..1; exactly 0 at the end of the last one.
+template <class Periodic>
+double phase(const Periodic& shape, double t_s) {
+  const double cycles = std::clamp(t_s * shape.frequency_Hz, 0.0, shape.cycles);
+  return cycles - std::floor(cycles);
+}
+
+template <class Periodic>
+bool is_within(const Periodic& shape, double t_s) {
+  return t_s >= 0.0 && t_s * shape.frequency_Hz < shape.cycles;
+}
+
+/// The smooth step from 0 to 1 in `rise_s`; its derivatives in 1/s and 1/s^2.
+struct Rise {
+  double value = 0.0;
+  double slope_per_s = 0.0;
+  double curvature_per_s2 = 0.0;
+};
+Rise smooth_rise(double t_s, double rise_s) {
+  const double s = t_s / rise_s;
+  if (!(s > 0.0)) return {};
+  if (s >= 1.0) return {.value = 1.0};
+  return {.value = smooth_step(s),
+          .slope_per_s = 30.0 * s * s * (1.0 - s) * (1.0 - s) / rise_s,
+          .curvature_per_s2 = 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / (rise_s * rise_s)};
+}
+
+/// In over the first `fade_s`, full for duration_s, out over the last `fade_s`.
+template <class Fading>
+Rise envelope(const Fading& shape, double t_s) {
+  if (t_s < shape.fade_s + 0.5 * shape.duration_s) return smooth_rise(t_s, shape.fade_s);
+  const Rise out = smooth_rise(2.0 * shape.fade_s + shape.duration_s - t_s, shape.fade_s);
+  return {out.value, -out.slope_per_s, out.curvature_per_s2};
+}
+
+/// centre + w x, by the product rule.
+Motion enveloped(double centre_um, const Rise& w, const Motion& x) {
+  return {.value_um = centre_um + w.value * x.value_um,
+          .velocity_um_per_s = w.slope_per_s * x.value_um + w.value * x.velocity_um_per_s,
+          .acceleration_um_per_s2 = w.curvature_per_s2 * x.value_um +
+                                    2.0 * w.slope_per_s * x.velocity_um_per_s +
+                                    w.value * x.acceleration_um_per_s2};
+}
+
+Motion motion_of(const Hold& s, double) { return {.value_um = s.level_um}; }
+
+Motion motion_of(const Step& s, double t_s) {
+  const double step = std::clamp(std::floor(t_s / s.dwell_s), 0.0, static_cast<double>(s.steps));
+  return {.value_um = std::fmod(step, 2.0) == 0.0 ? s.from_um : s.to_um};
+}
+
+Motion motion_of(const Ramp& s, double t_s) {
+  const bool within = t_s >= 0.0 && t_s < s.duration_s;
+  return {.value_um = blend(s.from_um, s.to_um, std::clamp(t_s / s.duration_s, 0.0, 1.0)),
+          .velocity_um_per_s = within ? (s.to_um - s.from_um) / s.duration_s : 0.0};
+}
+
+Motion motion_of(const Triangle& s, double t_s) {
+  const double p = phase(s, t_s);
+  const double slew = 2.0 * (s.high_um - s.low_um) * s.frequency_Hz;
+  const double direction = p < 0.5 ? 1.0 : -1.0;
+  return {.value_um = blend(s.low_um, s.high_um, 1.0 - std::abs(2.0 * p - 1.0)),
+          .velocity_um_per_s = is_within(s, t_s) ? direction * slew : 0.0};
+}
+
+Motion motion_of(const Sine& s, double t_s) {
+  const double angle = two_pi * phase(s, t_s);
+  const double cosine = std::cos(angle);
+  Motion motion{.value_um = blend(s.low_um, s.high_um, 0.5 * (1.0 - cosine))};
+  if (!is_within(s, t_s)) return motion;
+  const double omega = two_pi * s.frequency_Hz;
+  const double amplitude_um = 0.5 * (s.high_um - s.low_um);
+  motion.velocity_um_per_s = amplitude_um * omega * std::sin(angle);
+  motion.acceleration_um_per_s2 = amplitude_um * omega * omega * cosine;
+  return motion;
+}
+
+Motion motion_of(const Chirp& s, double t_s) {
+  const double tau = t_s - s.fade_s;
+  const double swept = std::clamp(tau, 0.0, s.duration_s);
+  const double rate_Hz_per_s = (s.to_Hz - s.from_Hz) / s.duration_s;
+  const double frequency_Hz = s.from_Hz + rate_Hz_per_s * swept;
+  const double cycles = swept * (s.from_Hz + 0.5 * rate_Hz_per_s * swept) + (tau - swept) * frequency_Hz;
+  const double angle = two_pi * (cycles - std::floor(cycles));
+  const double omega = two_pi * frequency_Hz;
+  const double change = swept == tau ? two_pi * rate_Hz_per_s : 0.0;
+  const double amplitude_um = 0.5 * (s.high_um - s.low_um);
+  const double sine = std::sin(angle);
+  const double cosine = std::cos(angle);
+  return enveloped(0.5 * (s.low_um + s.high_um), envelope(s, t_s),
+                   {.value_um = amplitude_um * sine,
+                    .velocity_um_per_s = amplitude_um * omega * cosine,
+                    .acceleration_um_per_s2 = amplitude_um * (change * cosine - omega * omega * sine)});
+}
+
+Motion motion_of(const MultiSine& s, double t_s) {
+  Motion sum;
+  for (std::size_t k = 0; k < s.amplitudes_um.size(); ++k) {
+    const double omega = two_pi * s.frequencies_Hz[k];
+    const double angle = omega * (t_s - s.fade_s) + s.phases_deg[k] * std::numbers::pi / 180.0;
+    const double cosine = s.amplitudes_um[k] * std::cos(angle);
+    sum.value_um += cosine;
+    sum.velocity_um_per_s -= omega * s.amplitudes_um[k] * std::sin(angle);
+    sum.acceleration_um_per_s2 -= omega * omega * cosine;
+  }
+  return enveloped(s.centre_um, envelope(s, t_s), sum);
+}
+
+Motion motion_of(const Staircase& stairs, double t_s) {
+  const double step_s = stairs.rise_s + stairs.dwell_s;
+  const double last = static_cast<double>(stairs.levels_um.size() - 1);
+  const double step = std::clamp(std::floor(t_s / step_s), 0.0, last);
+  const auto i = static_cast<std::size_t>(step);
+  if (i == 0 || stairs.rise_s == 0.0) return {.value_um = stairs.levels_um[i]};
+  const Rise rise = smooth_rise(t_s - step * step_s, stairs.rise_s);
+  const double height_um = stairs.levels_um[i] - stairs.levels_um[i - 1];
+  return {.value_um = blend(stairs.levels_um[i - 1], stairs.levels_um[i], rise.value),
+          .velocity_um_per_s = height_um * rise.slope_per_s,
+          .acceleration_um_per_s2 = height_um * rise.curvature_per_s2};
+}
+
+Motion motion_of(const Table& s, double t_s) {
+  const MonotoneCubic::Point point = s.curve.at(t_s);
+  return {point.value, point.slope, point.curvature};
+}
+
+double duration_of(const Step& s) { return (s.steps + 1.0) * s.dwell_s; }
+double duration_of(const Triangle& s) { return s.cycles / s.frequency_Hz; }
+double duration_of(const Sine& s) { return s.cycles / s.frequency_Hz; }
+double duration_of(const Chirp& s) { return s.duration_s + 2.0 * s.fade_s; }
+double duration_of(const MultiSine& s) { return s.duration_s + 2.0 * s.fade_s; }
+double duration_of(const Staircase& s) {
+  return static_cast<double>(s.levels_um.size()) * (s.rise_s + s.dwell_s);
+}
+double duration_of(const Table& s) { return s.curve.length(); }
+template <class Plain>
+double duration_of(const Plain& s) {
+  return s.duration_s;
+}
+
+bool rests_in(const Hold&, double) { return true; }
+bool rests_in(const Step&, double) { return true; }
+bool rests_in(const Staircase& stairs, double t_s) {
+  const double step_s = stairs.rise_s + stairs.dwell_s;
+  return t_s < step_s || t_s - std::floor(t_s / step_s) * step_s >= stairs.rise_s;
+}
+template <class Moving>
+bool rests_in(const Moving& s, double t_s) {
+  return t_s >= duration_of(s);
+}
+
+std::vector<double> schroeder_phases_deg(const std::vector<double>& amplitudes_um) {
+  double power = 0.0;
+  for (const double a : amplitudes_um) power += a * a;
+  std::vector<double> phases_deg;
+  phases_deg.reserve(amplitudes_um.size());
+  double before = 0.0;  // sum of p_j, j < k: the step of sum (k - j) p_j from k - 1 to k
+  double sum = 0.0;
+  for (const double a : amplitudes_um) {
+    sum += before;
+    phases_deg.push_back(-360.0 * (sum - std::floor(sum)));
+    before += a * a / power;
+  }
+  return phases_deg;
+}
+
+void prepare(MultiSine& s) {
+  if (s.amplitudes_um.size() != s.frequencies_Hz.size())
+    throw std::invalid_argument("a multi-sine has " + std::to_string(s.frequencies_Hz.size()) +
+                                " frequencies, expected " + std::to_string(s.amplitudes_um.size()) +
+                                ", one for each amplitude");
+  if (s.phases_deg.empty()) s.phases_deg = schroeder_phases_deg(s.amplitudes_um);
+  if (s.phases_deg.size() != s.amplitudes_um.size())
+    throw std::invalid_argument("a multi-sine has " + std::to_string(s.phases_deg.size()) +
+                                " phases, expected " + std::to_string(s.amplitudes_um.size()) +
+                                ", one for each amplitude, or none");
+}
+
+}  // namespace
+
+std::string to_string(const Shape& shape) {
+  static constexpr std::array<const char*, std::variant_size_v<Shape>> names{
+      "hold", "step", "ramp", "triangle", "sine", "chirp", "multi-sine", "staircase", "csv"};
+  return names[shape.index()];
+}
+
+Shape prepared(Shape shape) {
+  if (auto* multi_sine = std::get_if<MultiSine>(&shape)) prepare(*multi_sine);
+  return shape;
+}
+
+double duration_s(const Shape& shape) {
+  return std::visit([](const auto& s) { return duration_of(s); }, shape);
+}
+
+double value_um(const Shape& shape, double t_s) {
+  return std::visit([&](const auto& s) { return motion_of(s, t_s).value_um; }, shape);
+}
+
+Motion motion(const Shape& shape, double t_s) {
+  return std::visit([&](const auto& s) { return motion_of(s, t_s); }, shape);
+}
+
+bool rests(const Shape& shape, double t_s) {
+  return std::visit([&](const auto& s) { return rests_in(s, t_s); }, shape);
+}
+
+double smooth_step(double s) {
+  s = std::clamp(s, 0.0, 1.0);
+  return s * s * s * (10.0 + s * (-15.0 + 6.0 * s));
+}
+
+}  // namespace hystcan::controller

@@ -1,0 +1,125 @@
+#include "controller/reference/trajectory.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace hystcan::controller {
+
+Trajectory::Trajectory(std::vector<Segment> segments, bool repeat, const ReferenceLimits& limits)
+    : segments_(std::move(segments)), repeat_(repeat), limits_(limits) {
+  for (Segment& segment : segments_) segment.shape = prepared(std::move(segment.shape));
+  if (!segments_.empty())
+    end_um_ = controller::value_um(segments_.back().shape, duration_s(segments_.back().shape));
+  entries_.reserve(segments_.size());
+  begins_s_.reserve(segments_.size());
+  double from_um = end_um_;
+  for (const auto& [shape, transition_s] : segments_) {
+    const bool first = entries_.empty();
+    const double first_um = controller::value_um(shape, 0.0);
+    begins_s_.push_back(rest_of_pass_s_);
+    entries_.push_back(Transition::within(limits_, {.value_um = from_um}, first_um, transition_s));
+    rest_of_pass_s_ += duration_s(shape) + (first ? 0.0 : entries_.back().duration_s());
+    from_um = controller::value_um(shape, duration_s(shape));
+  }
+  start_from(0.0);
+}
+
+void Trajectory::start_from(double start_um) { begin_at(0.0, {.value_um = start_um}); }
+
+void Trajectory::begin_at(double t_s, const Motion& from) {
+  begin_s_ = t_s;
+  live_ = false;
+  if (segments_.empty())
+    end_um_ = from.value_um;
+  else
+    first_entry_ = way(from, controller::value_um(segments_.front().shape, 0.0), usual_transition_s());
+}
+
+double Trajectory::usual_transition_s() const {
+  return segments_.empty() ? Segment{}.transition_s : segments_.front().transition_s;
+}
+
+/// The longer it takes from a motion, the further it swings.
+Transition Trajectory::way(const Motion& from, double to_um, double least_from_rest_s) const {
+  if (std::isinf(limits_.acceleration_um_per_s2))
+    return Transition::within(limits_, {.value_um = from.value_um}, to_um, usual_transition_s());
+  const bool rests = from.velocity_um_per_s == 0.0;
+  return Transition::within(limits_, from, to_um, rests ? least_from_rest_s : shortest_s);
+}
+
+void Trajectory::resume(double t_s) { begin_at(t_s, motion(t_s)); }
+
+void Trajectory::go_to(double t_s, double goal_um) {
+  to_goal_ = way(motion(t_s), goal_um, shortest_s);
+  live_since_s_ = t_s;
+  live_ = true;
+}
+
+/// Where the segments are at `t_s`: past the last one where they are finished.
+Trajectory::Place Trajectory::find(double t_s) const {
+  if (segments_.empty()) return {};
+  t_s -= begin_s_;
+  if (t_s < first_entry_.duration_s()) return {.transition = &first_entry_, .segment = 0, .t_s = t_s};
+  t_s -= first_entry_.duration_s();  // since the first shape's beginning
+  if (t_s >= rest_of_pass_s_) {
+    if (!repeat_) return {.segment = segments_.size()};
+    const Transition& entry = entries_.front();
+    t_s = std::fmod(t_s - rest_of_pass_s_, rest_of_pass_s_ + entry.duration_s());
+    if (t_s < entry.duration_s()) return {.transition = &entry, .segment = 0, .t_s = t_s};
+    t_s -= entry.duration_s();
+  }
+  const auto next = std::upper_bound(begins_s_.begin() + 1, begins_s_.end(), t_s);
+  const auto i = static_cast<std::size_t>(next - begins_s_.begin() - 1);
+  t_s -= begins_s_[i];
+  if (i == 0) return {.segment = 0, .t_s = t_s};
+  const Transition& entry = entries_[i];
+  if (t_s < entry.duration_s()) return {.transition = &entry, .segment = i, .t_s = t_s};
+  return {.segment = i, .t_s = t_s - entry.duration_s()};
+}
+
+Trajectory::Point Trajectory::at(double t_s) const {
+  if (live_) {
+    const double on_way_s = t_s - live_since_s_;
+    const bool arrived = on_way_s >= to_goal_.duration_s();
+    return {.value_um = to_goal_.value_um(on_way_s),
+            .segment = segments_.size(),
+            .in_transition = !arrived,
+            .live = true,
+            .at_rest = arrived,
+            .shape_time_s = arrived ? on_way_s - to_goal_.duration_s() : 0.0};
+  }
+  const Place place = find(t_s);
+  Point point{.segment = place.segment};
+  if (place.transition != nullptr) {
+    point.value_um = place.transition->value_um(place.t_s);
+    point.in_transition = true;
+  } else if (place.segment == segments_.size()) {
+    point.value_um = end_um_;
+    point.finished = point.at_rest = true;
+  } else {
+    const Shape& shape = segments_[place.segment].shape;
+    point.value_um = controller::value_um(shape, place.t_s);
+    point.at_rest = rests(shape, place.t_s);
+    point.shape_time_s = place.t_s;
+  }
+  return point;
+}
+
+double Trajectory::value_um(double t_s) const {
+  if (live_) return to_goal_.value_um(t_s - live_since_s_);
+  const Place place = find(t_s);
+  if (place.transition != nullptr) return place.transition->value_um(place.t_s);
+  if (place.segment == segments_.size()) return end_um_;
+  return controller::value_um(segments_[place.segment].shape, place.t_s);
+}
+
+Motion Trajectory::motion(double t_s) const {
+  if (live_) return to_goal_.at(t_s - live_since_s_);
+  const Place place = find(t_s);
+  if (place.transition != nullptr) return place.transition->at(place.t_s);
+  if (place.segment == segments_.size()) return {.value_um = end_um_};
+  return controller::motion(segments_[place.segment].shape, place.t_s);
+}
+
+}  // namespace hystcan::controller

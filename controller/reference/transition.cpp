@@ -1,0 +1,140 @@
+#include "controller/reference/transition.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace hystcan::controller {
+namespace {
+
+/// Rounding: a way that is at its limit keeps it.
+constexpr double slack = 1.0 + 1e-9;
+
+bool is_rest(const Motion& motion) {
+  return motion.velocity_um_per_s == 0.0 && motion.acceleration_um_per_s2 == 0.0;
+}
+
+/// Of the smooth step over `distance_um`.
+double least_duration_s(const ReferenceLimits& limits, double distance_um) {
+  return std::max(smooth_step_peak_slope * distance_um / limits.slew_um_per_s,
+                  std::sqrt(smooth_step_peak_curvature * distance_um / limits.acceleration_um_per_s2));
+}
+
+}  // namespace
+
+Transition::Transition(const Motion& from, double to_um, double duration_s)
+    : to_um_(to_um), duration_s_(duration_s) {
+  const double d = to_um - from.value_um;
+  const double c1 = from.velocity_um_per_s * duration_s;
+  const double c2 = 0.5 * from.acceleration_um_per_s2 * duration_s * duration_s;
+  c_ = {from.value_um,          c1, c2, 10.0 * d - 6.0 * c1 - 3.0 * c2, 8.0 * c1 + 3.0 * c2 - 15.0 * d,
+        6.0 * d - 3.0 * c1 - c2};
+}
+
+Transition Transition::within(const ReferenceLimits& limits, const Motion& from, double to_um,
+                              double least_s) {
+  const double distance_um = std::abs(to_um - from.value_um);
+  const double from_rest_s = std::max(least_s, least_duration_s(limits, distance_um));
+  if (is_rest(from)) return {from, to_um, from_rest_s};
+  const double a = limits.acceleration_um_per_s2;
+  const ReferenceLimits kept{
+      .slew_um_per_s = std::max(limits.slew_um_per_s, std::abs(from.velocity_um_per_s)),
+      .acceleration_um_per_s2 = a};
+  constexpr double growth = 1.25;
+  constexpr int longer = 64;  // 1.25^64: a million times
+  constexpr int halvings = 16;
+  const auto search = [&](const Motion& begin) -> std::optional<Transition> {
+    double too_short_s = 0.0;
+    // No way is shorter than at the greatest velocity all along, nor brakes harder than it may.
+    double duration_s = std::max({least_s, distance_um / kept.slew_um_per_s,
+                                  std::abs(begin.velocity_um_per_s) / kept.acceleration_um_per_s2, 1e-6});
+    Transition found(begin, to_um, duration_s);
+    for (int i = 0; i < longer && !found.keeps(kept); ++i) {
+      too_short_s = duration_s;
+      duration_s *= growth;
+      found = {begin, to_um, duration_s};
+    }
+    if (!found.keeps(kept)) return std::nullopt;
+    for (int i = 0; too_short_s > 0.0 && i < halvings; ++i) {
+      const double middle_s = 0.5 * (too_short_s + duration_s);
+      const Transition shorter(begin, to_um, middle_s);
+      (shorter.keeps(kept) ? duration_s : too_short_s) = middle_s;
+      if (duration_s == middle_s) found = shorter;
+    }
+    return found;
+  };
+  if (std::abs(from.acceleration_um_per_s2) <= a)
+    if (const auto found = search(from)) return *found;
+  const Motion at_constant_velocity{.value_um = from.value_um, .velocity_um_per_s = from.velocity_um_per_s};
+  if (const auto found = search(at_constant_velocity)) return *found;
+  return {at_constant_velocity, to_um, from_rest_s};  // numbers beyond all sense
+}
+
+double Transition::value_um(double t_s) const {
+  if (!(t_s < duration_s_)) return to_um_;
+  const double s = std::max(0.0, t_s / duration_s_);
+  return c_[0] + s * (c_[1] + s * (c_[2] + s * (c_[3] + s * (c_[4] + s * c_[5]))));
+}
+
+Motion Transition::at(double t_s) const {
+  if (!(t_s < duration_s_)) return {.value_um = to_um_};
+  const double s = std::max(0.0, t_s / duration_s_);
+  return {value_um(t_s), slope(s) / duration_s_, curvature(s) / (duration_s_ * duration_s_)};
+}
+
+double Transition::slope(double s) const {
+  return c_[1] + s * (2.0 * c_[2] + s * (3.0 * c_[3] + s * (4.0 * c_[4] + s * 5.0 * c_[5])));
+}
+
+double Transition::curvature(double s) const {
+  return 2.0 * c_[2] + s * (6.0 * c_[3] + s * (12.0 * c_[4] + s * 20.0 * c_[5]));
+}
+
+/// 0, where the jerk  6 c_3 + 24 c_4 s + 60 c_5 s^2  vanishes within the way, 1; in order.
+std::array<double, 4> Transition::without_jerk() const {
+  const double a = 10.0 * c_[5];
+  const double half_b = 2.0 * c_[4];
+  const double discriminant = half_b * half_b - a * c_[3];
+  std::array<double, 4> s{0.0, 0.0, 1.0, 1.0};
+  if (!(discriminant > 0.0)) return s;
+  const double q = -(half_b + std::copysign(std::sqrt(discriminant), half_b));
+  double first = a != 0.0 ? std::clamp(q / a, 0.0, 1.0) : 1.0;
+  double second = std::clamp(c_[3] / q, 0.0, 1.0);
+  if (first > second) std::swap(first, second);
+  return {0.0, first, second, 1.0};
+}
+
+double Transition::peak_acceleration_um_per_s2() const {
+  if (duration_s_ <= 0.0) return 0.0;
+  double peak = 0.0;
+  for (const double s : without_jerk()) peak = std::max(peak, std::abs(curvature(s)));
+  return peak / (duration_s_ * duration_s_);
+}
+
+/// Between two places without jerk the acceleration only rises or only falls: one zero at most.
+double Transition::peak_slew_um_per_s() const {
+  if (duration_s_ <= 0.0) return 0.0;
+  const auto ends = without_jerk();
+  double peak = std::abs(slope(0.0));
+  for (std::size_t i = 0; i + 1 < ends.size(); ++i) {
+    double lo = ends[i];
+    double hi = ends[i + 1];
+    if ((curvature(lo) > 0.0) == (curvature(hi) > 0.0)) continue;
+    const bool rises = curvature(hi) > 0.0;
+    for (int halving = 0; halving < 18; ++halving) {
+      const double middle = 0.5 * (lo + hi);
+      ((curvature(middle) > 0.0) == rises ? hi : lo) = middle;
+    }
+    peak = std::max(peak, std::abs(slope(lo)));
+  }
+  return peak / duration_s_;
+}
+
+bool Transition::keeps(const ReferenceLimits& limits) const {
+  const bool any_slew = std::isinf(limits.slew_um_per_s);
+  const bool any_acceleration = std::isinf(limits.acceleration_um_per_s2);
+  return (any_acceleration || peak_acceleration_um_per_s2() <= slack * limits.acceleration_um_per_s2) &&
+         (any_slew || peak_slew_um_per_s() <= slack * limits.slew_um_per_s);
+}
+
+}  // namespace hystcan::controller

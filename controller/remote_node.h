@@ -1,0 +1,85 @@
+// What the controller knows of one other node: its heartbeat, its emergencies, and whether it has been set
+// up.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "can/protocol/node.h"
+#include "can/protocol/protocol.h"
+#include "can/protocol/sdo.h"
+
+namespace hystcan::controller {
+
+/// Something a node said that belongs in the log.
+struct NodeEvent {
+  enum class Kind : std::uint8_t { emergency, not_set_up };
+  Kind kind = Kind::emergency;
+  std::uint8_t node = 0;
+  can::Emergency emergency{};
+  can::SdoFailure failure{};
+};
+static_assert(std::is_trivially_copyable_v<std::optional<NodeEvent>>, "events cross threads in a record");
+
+/// "node 1: emergency 0x8130: life guard or heartbeat error (error register 0x01)".
+std::string describe(const NodeEvent& event);
+
+/// A node is set up before it is started, and again after each boot-up: it may have lost what it was told.
+class RemoteNode {
+ public:
+  RemoteNode(std::uint8_t node, can::Duration heartbeat_timeout, const can::SdoSetup::Config& setup);
+
+  /// True: the node has booted up.
+  bool hear_heartbeat(const can::Frame& frame, can::Time now);
+  void hear_emergency(const can::Frame& frame);
+  void hear_sdo(const can::Frame& frame);
+
+  std::uint8_t node() const { return node_; }
+  /// Empty: never heard, or silent for too long.
+  std::optional<can::NmtState> state(can::Time now) const { return heartbeat_.state(now); }
+  /// Operational, with everything written that was to be.
+  bool is_operational(can::Time now) const {
+    return setup_.is_done() && state(now) == can::NmtState::operational;
+  }
+  bool is_set_up() const { return setup_.is_done(); }
+  unsigned boot_ups() const { return heartbeat_.boot_ups(); }
+  /// Frames in the place of its heartbeat, emergency or SDO response that were none.
+  const can::E2eChecker& heartbeat_checker() const { return heartbeat_checker_; }
+  const can::E2eChecker& emergency_checker() const { return emergency_checker_; }
+  const can::E2eChecker& sdo_checker() const { return sdo_checker_; }
+
+  /// The bus was gone: what was heard, and what was set up, may no longer be so.
+  void forget();
+
+  /// The next request of the set-up, once the node is there to hear it.
+  std::optional<can::Frame> poll_setup(can::Time now);
+  bool setup_has_failed() const { return setup_.has_failed(); }
+  /// A set-up that has failed is tried once more.
+  void retry_setup();
+
+  /// An emergency of another code than "no error" came since the last call.
+  bool take_alarm() { return std::exchange(alarm_, false); }
+  /// The oldest event not yet taken. More than four in a cycle are lost but for the last.
+  std::optional<NodeEvent> take_event();
+
+ private:
+  void note(const NodeEvent& event);
+
+  std::uint8_t node_;
+  can::HeartbeatMonitor heartbeat_;
+  can::E2eChecker heartbeat_checker_{can::Protection{}, 1, false};
+  can::E2eChecker emergency_checker_{can::Protection{}, 8, false};
+  can::E2eChecker sdo_checker_{can::Protection{}, 8, false};
+  can::SdoSetup setup_;
+  bool failure_told_ = false;
+  bool alarm_ = false;
+  std::array<NodeEvent, 4> events_{};
+  std::size_t event_count_ = 0;
+};
+
+}  // namespace hystcan::controller

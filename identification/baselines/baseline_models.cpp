@@ -1,0 +1,85 @@
+#include "identification/baselines/baseline_models.h"
+
+#include <Eigen/Core>
+#include <utility>
+
+#include "identification/baselines/baseline_samples.h"
+#include "identification/baselines/weighted_operators.h"
+#include "identification/numerics/least_squares.h"
+#include "model/preisach.h"
+#include "model/refusal.h"
+
+namespace hystcan::identification {
+namespace {
+
+using model::text_of;
+
+// T_0(s), T_1(s), ... of the input's place s in the range, -1 to 1.
+Eigen::VectorXd chebyshev(std::size_t order, const model::Interval& range, double input) {
+  const double s = (2.0 * input - range.lo - range.hi) / range.span();
+  Eigen::VectorXd t(static_cast<Eigen::Index>(order) + 1);
+  for (Eigen::Index j = 0; j < t.size(); ++j)
+    t[j] = j == 0 ? 1.0 : j == 1 ? s : 2.0 * s * t[j - 1] - t[j - 2];
+  return t;
+}
+
+// The one cell j of the grid.
+model::Preisach relays(const model::Interval& range, std::size_t cells, std::size_t j) {
+  std::vector<double> weights(cells, 0.0);
+  weights[j] = 1.0;
+  return model::Preisach({"", "", range, 0.0, 0.0, weights});
+}
+
+}  // namespace
+
+BaselineModel fit_average(const Samples& samples, std::size_t order) {
+  check(samples);
+  if (order > 32) model::refuse("order ", order, ", expected 0 to 32");
+  const model::Interval range = widened_range(samples);
+  LeastSquares sum(static_cast<Eigen::Index>(order) + 1);
+  for (std::size_t n = 0; n < samples.input.size(); ++n)
+    sum.add(chebyshev(order, range, samples.input[n]), samples.output[n], samples.weight[n]);
+  const Eigen::VectorXd coefficients = sum.solve().x;
+  BaselineModel baseline{text_of("average, order ", order), order + 1, {}};
+  for (const double v : samples.input)
+    baseline.prediction.push_back(coefficients.dot(chebyshev(order, range, v)));
+  return baseline;
+}
+
+BaselineModel fit_preisach(const Samples& samples, std::size_t levels) {
+  check(samples);
+  if (levels < 1) model::refuse(levels, " levels, expected at least 1");
+  const model::Interval range = widened_range(samples);
+  const std::size_t cells = levels * (levels + 1) / 2;
+  const auto column = [&](std::size_t j, const History& history) {
+    return run(relays(range, cells, j), history, samples.input,
+               [](const model::HysteresisState& state) { return state.output; });
+  };
+  WeightedOperators fit = fit_weights(samples, histories(samples, range), cells, column);
+  return {text_of("Preisach, ", levels, " levels"), cells + 2, std::move(fit.prediction)};
+}
+
+const std::vector<FitBaseline>& every_baseline() {
+  using Parameters = model::HysteresisParameters;
+  static const std::vector<FitBaseline> baselines{
+      [](const Samples& samples, const Parameters& identified) {
+        return fit_average(samples, static_cast<std::size_t>(identified.ascending.order()));
+      },
+      fit_linear_mapping,
+      [](const Samples& samples, const Parameters&) { return fit_prandtl_ishlinskii(samples, 9); },
+      [](const Samples& samples, const Parameters&) { return fit_prandtl_ishlinskii(samples, 30); },
+      [](const Samples& samples, const Parameters&) {
+        return fit_prandtl_ishlinskii_free_start(samples, 30);
+      },
+      [](const Samples& samples, const Parameters&) { return fit_preisach(samples, 20); }};
+  return baselines;
+}
+
+std::vector<BaselineModel> fit_baselines(const Samples& samples,
+                                         const model::HysteresisParameters& identified) {
+  std::vector<BaselineModel> fitted;
+  for (const FitBaseline& fit : every_baseline()) fitted.push_back(fit(samples, identified));
+  return fitted;
+}
+
+}  // namespace hystcan::identification

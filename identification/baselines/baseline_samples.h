@@ -1,0 +1,56 @@
+// What every baseline's fit does with the samples: check them, choose which to fit to, tell what may have
+// come before, run an operator over all of them.
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "identification/baselines/baseline_models.h"
+#include "model/hysteresis_operator.h"
+
+namespace hystcan::identification {
+
+/// Inputs applied before the first sample, the first of them from the virgin state; never empty.
+using History = std::vector<double>;
+
+/// Throws std::invalid_argument as told in baselines.h.
+void check(const Samples& samples);
+
+/// About 5000 samples of positive weight, evenly.
+std::vector<std::size_t> chosen(const Samples& samples);
+
+/// range, widened to hold every input and the prehistory.
+model::Interval widened_range(const Samples& samples);
+
+/// The histories of baselines.h.
+std::vector<History> histories(const Samples& samples, const model::Interval& range);
+
+Eigen::VectorXd at(const std::vector<std::size_t>& places, std::span<const double> values);
+
+/// The operator's state before the first sample.
+template <model::HysteresisOperator Operator>
+typename Operator::State after(const Operator& op, const History& history) {
+  const model::Interval range = op.input_range();
+  typename Operator::State state = op.virgin(std::clamp(history.front(), range.lo, range.hi));
+  for (const double v : history) op.advance(state, v);
+  return state;
+}
+
+/// read(state) after each sample.
+template <model::HysteresisOperator Operator, class Read>
+std::vector<double> run(const Operator& op, const History& history, std::span<const double> input,
+                        Read read) {
+  typename Operator::State state = after(op, history);
+  std::vector<double> values;
+  values.reserve(input.size());
+  for (const double v : input) {
+    op.advance(state, v);
+    values.push_back(read(state));
+  }
+  return values;
+}
+
+}  // namespace hystcan::identification

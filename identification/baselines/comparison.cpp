@@ -1,0 +1,235 @@
+#include "identification/baselines/comparison.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "identification/baselines/baseline_models.h"
+#include "identification/excerpt.h"
+#include "model/refusal.h"
+
+namespace hystcan::identification {
+namespace {
+
+using Mask = std::vector<std::vector<bool>>;  // per dataset, of each sample
+using Kind = InitialMemory::Kind;
+
+// Inputs, the first of them from the virgin state, that leave a baseline with this memory; none: virgin.
+std::vector<double> history_of(const InitialMemory& memory, model::Interval thresholds, double first) {
+  std::vector<double> inputs;
+  if (memory.kind == Kind::virgin) return inputs;
+  inputs = {thresholds.hi, thresholds.lo};
+  if (memory.kind == Kind::from_upper) std::swap(inputs.front(), inputs.back());
+  for (const double v : prehistory(memory, thresholds, first)) inputs.push_back(v);
+  return inputs;
+}
+
+// All datasets in one row, as the baselines take them.
+struct Row {
+  std::vector<double> history, input, output, weight;
+  std::vector<std::size_t> place;  // of each sample of the datasets
+
+  void travel(double v) {
+    input.push_back(v);
+    output.push_back(0.0);
+    weight.push_back(0.0);
+  }
+};
+
+Row row_of(const std::vector<Dataset>& datasets, const Identified& model, const Mask& fitted) {
+  const model::Interval thresholds = model.parameters.input_range();
+  Row row;
+  for (std::size_t r = 0; r < datasets.size(); ++r) {
+    const double first = std::clamp(datasets[r].input.front(), thresholds.lo, thresholds.hi);
+    InitialMemory memory = model.memories[r];
+    if (r > 0 && memory.kind == Kind::virgin) memory = {Kind::nested, 0.0};
+    const std::vector<double> history = history_of(memory, thresholds, first);
+    if (r == 0) row.history = history;
+    if (r > 0) std::ranges::for_each(history, [&](double v) { row.travel(v); });
+    const auto sequence = Excerpt(datasets[r], {}, datasets[r].size(), 0.0).delayed_by(model.delay_s);
+    std::size_t n = 0;
+    for (std::size_t i = 0; i < sequence.input.size(); ++i) {
+      row.travel(sequence.input[i]);
+      if (sequence.fold[i] == Regression::left_out) continue;
+      row.place.push_back(row.input.size() - 1);
+      row.output.back() = sequence.output[i];
+      row.weight.back() = fitted[r][n++] ? 1.0 : 0.0;
+    }
+  }
+  return row;
+}
+
+// `predicted`: of all samples, dataset after dataset.
+ErrorNorms misses_of(const std::vector<double>& predicted, const std::vector<Dataset>& datasets,
+                     const Mask& judged) {
+  std::vector<double> said, measured;
+  std::size_t n = 0;
+  for (std::size_t r = 0; r < datasets.size(); ++r)
+    for (std::size_t i = 0; i < datasets[r].size(); ++i, ++n) {
+      if (!judged[r][i]) continue;
+      said.push_back(predicted[n]);
+      measured.push_back(datasets[r].output[i]);
+    }
+  return ErrorNorms::of(said, measured);
+}
+
+std::size_t count(const Mask& mask) {
+  std::size_t counted = 0;
+  for (const auto& samples : mask) counted += static_cast<std::size_t>(std::ranges::count(samples, true));
+  return counted;
+}
+
+// Cycles of odd folds are never neighbours.
+std::size_t cycles_in(const Mask& mask) {
+  std::size_t cycles = 0;
+  for (const auto& samples : mask)
+    for (std::size_t i = 0; i < samples.size(); ++i) cycles += samples[i] && (i == 0 || !samples[i - 1]);
+  return cycles;
+}
+
+Mask samples_where(const Folds& folds, const std::function<bool(int)>& is) {
+  Mask mask;
+  for (const auto& fold : folds.of) {
+    mask.emplace_back();
+    for (const int part : fold) mask.back().push_back(is(part));
+  }
+  return mask;
+}
+
+// Fits the baselines to some samples, judges them and the model by some.
+class Contest {
+ public:
+  Contest(const std::vector<Dataset>& datasets, const Identified& model, const Mask& fitted, Mask judged)
+      : datasets_(datasets),
+        model_(model),
+        judged_(std::move(judged)),
+        row_(row_of(datasets, model, fitted)) {}
+
+  ErrorNorms of_model() const {
+    const model::Hysteresis hysteresis(model_.parameters);
+    std::vector<double> predicted;
+    for (std::size_t r = 0; r < datasets_.size(); ++r) {
+      const auto part = predict(hysteresis, datasets_[r], model_.delay_s, model_.memories[r]);
+      predicted.insert(predicted.end(), part.begin(), part.end());
+    }
+    return misses_of(predicted, datasets_, judged_);
+  }
+
+  ComparisonRow of_baseline(const FitBaseline& fit) const {
+    const BaselineModel baseline =
+        fit({row_.history, row_.input, row_.output, row_.weight, model_.parameters.input_range()},
+            model_.parameters);
+    std::vector<double> predicted;
+    for (const std::size_t place : row_.place) predicted.push_back(baseline.prediction[place]);
+    return {baseline.name, baseline.parameters, misses_of(predicted, datasets_, judged_), std::nullopt};
+  }
+
+ private:
+  const std::vector<Dataset>& datasets_;
+  const Identified& model_;
+  Mask judged_;
+  Row row_;
+};
+
+class Comparing {
+ public:
+  Comparing(const std::vector<Dataset>& datasets, const Identified& identified,
+            const std::function<bool()>& go_on)
+      : identified_(identified), go_on_(go_on) {
+    const bool even = identified.parameters.symmetry == model::Symmetry::even;
+    for (const Dataset& dataset : datasets) datasets_.push_back(even ? folded(dataset) : dataset);
+  }
+
+  Comparison run() {
+    const Mask seen = samples_where(identified_.folds, [](int part) { return part >= 0; });
+    result_.output_span = identified_.output_span;
+    result_.samples = count(seen);
+    result_.cycles = identified_.folds.cycles;
+    fit_all(seen);
+    hold_out();
+    result_.stopped = !go_on_();
+    return result_;
+  }
+
+ private:
+  void fit_all(const Mask& seen) {
+    const Contest trial(datasets_, identified_, seen, seen);
+    result_.rows.push_back({model::text_of("recursive memory-based, order ", identified_.search.order),
+                            identified_.parameter_count(), trial.of_model(), std::nullopt});
+    for (const FitBaseline& fit : every_baseline()) {
+      if (!go_on_()) return;
+      try {
+        result_.rows.push_back(trial.of_baseline(fit));
+        baselines_.push_back(&fit);
+      } catch (const std::invalid_argument& reason) {
+        result_.refused.emplace_back(reason.what());
+      }
+    }
+  }
+
+  void hold_out() {
+    const Mask unseen = held_out_samples(identified_.folds);
+    result_.held_out_samples = count(unseen);
+    result_.held_out_cycles = cycles_in(unseen);
+    if (result_.held_out_samples == 0)
+      result_.no_hold_out =
+          model::text_of("too few cycles, ", result_.cycles,
+                         ": those that reach the ends of the input range are always fitted to");
+    else if (const auto again = identify_without(unseen))
+      judge_held_out(*again, unseen);
+  }
+
+  std::optional<Identified> identify_without(const Mask& unseen) {
+    IdentifyOptions options;
+    options.order = identified_.search.order;
+    options.symmetry = identified_.parameters.symmetry;
+    options.observed_thresholds =
+        identified_.search.trial.below == 0.0 && identified_.search.trial.above == 0.0;
+    options.go_on = go_on_;
+    options.unseen = samples_where(identified_.folds, [](int part) { return part < 0; });
+    for (std::size_t r = 0; r < unseen.size(); ++r)
+      for (std::size_t i = 0; i < unseen[r].size(); ++i)
+        options.unseen[r][i] = options.unseen[r][i] || unseen[r][i];
+    try {
+      if (!go_on_()) throw std::invalid_argument("stopped before it was made");
+      Identified again = identify(datasets_, options);
+      if (again.stopped) throw std::invalid_argument("stopped before it was made");
+      return again;
+    } catch (const std::invalid_argument& reason) {
+      result_.no_hold_out = reason.what();
+      return std::nullopt;
+    }
+  }
+
+  void judge_held_out(const Identified& again, const Mask& unseen) {
+    const Mask seen = samples_where(identified_.folds, [](int part) { return part >= 0 && part % 2 == 0; });
+    const Contest trial(datasets_, again, seen, unseen);
+    result_.rows.front().held_out = trial.of_model();
+    for (std::size_t i = 0; i < baselines_.size() && go_on_(); ++i) {
+      try {
+        result_.rows[i + 1].held_out = trial.of_baseline(*baselines_[i]).fit;
+      } catch (const std::invalid_argument& reason) {
+        result_.refused.push_back(result_.rows[i + 1].name + ", held out: " + reason.what());
+      }
+    }
+  }
+
+  const Identified& identified_;
+  const std::function<bool()>& go_on_;
+  std::vector<Dataset> datasets_;
+  std::vector<const FitBaseline*> baselines_;  // of the rows after the first
+  Comparison result_;
+};
+
+}  // namespace
+
+std::vector<std::vector<bool>> held_out_samples(const Folds& folds) {
+  return samples_where(folds, [](int part) { return part > 0 && part % 2 == 1; });
+}
+
+Comparison compare(const std::vector<Dataset>& datasets, const Identified& identified,
+                   const std::function<bool()>& go_on) {
+  return Comparing(datasets, identified, go_on).run();
+}
+
+}  // namespace hystcan::identification

@@ -1,0 +1,178 @@
+// The linear mapping model fitted: Levenberg's method on the coefficients of its curves.
+#include <Eigen/Core>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "identification/baselines/baseline_models.h"
+#include "identification/baselines/baseline_samples.h"
+#include "identification/numerics/levenberg_marquardt.h"
+#include "model/linear_mapping.h"
+
+namespace hystcan::identification {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using model::Direction;
+using model::HysteresisParameters;
+using model::HysteresisState;
+using model::LinearMapping;
+using model::ReferenceCurve;
+
+// Unknowns: the Chebyshev coefficients a_0, ..., a_n of f^A and d_1, ..., d_m of f^D.  The curves meet at the
+// upper threshold, where every T_j is one:  d_0 = sum a - (d_1 + ... + d_m).
+class Curves {
+ public:
+  explicit Curves(const HysteresisParameters& start) : start_(start) {}
+
+  Index rising() const { return start_.ascending.order() + 1; }
+  Index unknowns() const { return rising() + start_.descending.order(); }
+
+  VectorXd coefficients() const {
+    const std::vector<double>& a = start_.ascending.chebyshev_coefficients();
+    const std::vector<double>& d = start_.descending.chebyshev_coefficients();
+    VectorXd x(unknowns());
+    for (Index j = 0; j < x.size(); ++j)
+      x[j] = j < rising() ? a[static_cast<std::size_t>(j)] : d[static_cast<std::size_t>(j - rising() + 1)];
+    return x;
+  }
+
+  HysteresisParameters parameters(const VectorXd& x) const {
+    HysteresisParameters p = start_;
+    std::vector<double> d{x.head(rising()).sum() - x.tail(x.size() - rising()).sum()};
+    d.insert(d.end(), x.begin() + rising(), x.end());
+    p.ascending = curve({x.begin(), x.begin() + rising()});
+    p.descending = curve(d);
+    return p;
+  }
+
+  /// How f(v), its value or slope, hangs on the unknowns.
+  template <class Read>
+  VectorXd row(Direction direction, Read read) const {
+    VectorXd row(unknowns());
+    for (Index j = 0; j < row.size(); ++j)
+      row[j] = read(parameters(VectorXd::Unit(row.size(), j)).curve(direction));
+    return row;
+  }
+
+ private:
+  ReferenceCurve curve(const std::vector<double>& coefficients) const {
+    return {model::Basis::chebyshev, coefficients, start_.input_range()};
+  }
+
+  HysteresisParameters start_;
+};
+
+// On a grid: both curves rise by at least a thousandth of their mean slope; f^D lies above f^A, and comes
+// down to it at the upper threshold.
+std::pair<MatrixXd, VectorXd> inequalities(const Curves& curves, const HysteresisParameters& start) {
+  constexpr Index points = 200;
+  const model::Interval range = start.input_range();
+  const double rise = start.upper_point().output - start.lower_point().output;
+  MatrixXd g(3 * (points + 1), curves.unknowns());
+  VectorXd h = VectorXd::Constant(g.rows(), 1e-3 * rise / range.span());
+  for (Index i = 0; i <= points; ++i) {
+    const double v = range.lo + range.span() * static_cast<double>(i) / points;
+    const auto slope = [v](const ReferenceCurve& curve) { return curve.slope(v); };
+    const auto value = [v](const ReferenceCurve& curve) { return curve.value(v); };
+    const VectorXd up = curves.row(Direction::ascending, slope);
+    const VectorXd down = curves.row(Direction::descending, slope);
+    g.row(3 * i) = up.transpose();
+    g.row(3 * i + 1) = down.transpose();
+    g.row(3 * i + 2) =
+        i == points ? (up - down).transpose()
+                    : (curves.row(Direction::descending, value) - curves.row(Direction::ascending, value))
+                          .transpose();
+    h[3 * i + 2] = 0.0;
+  }
+  return {g, h};
+}
+
+// From one history on.
+class Mapping {
+ public:
+  Mapping(const Samples& samples, const HysteresisParameters& start, History history)
+      : samples_(samples), curves_(start), history_(std::move(history)), places_(chosen(samples)) {}
+
+  std::vector<double> predicted(const VectorXd& x) const {
+    return run(LinearMapping(curves_.parameters(x)), history_, samples_.input,
+               [](const HysteresisState& state) { return state.output; });
+  }
+
+  NonlinearProblem problem(const std::pair<MatrixXd, VectorXd>& limits) const {
+    return {[this](const VectorXd& x) { return values(x); },
+            [this](const VectorXd& x) { return jacobian(x); },
+            at(places_, samples_.output),
+            at(places_, samples_.weight),
+            limits.first,
+            limits.second};
+  }
+
+ private:
+  std::optional<VectorXd> values(const VectorXd& x) const {
+    try {
+      return at(places_, predicted(x));
+    } catch (const std::invalid_argument&) {  // curves that won't do
+      return std::nullopt;
+    }
+  }
+
+  // Numerically, to the side where the curves stay valid.
+  MatrixXd jacobian(const VectorXd& x) const {
+    const VectorXd here = *values(x);
+    const double step = 1e-6 * x.cwiseAbs().maxCoeff();
+    MatrixXd result = MatrixXd::Zero(here.size(), x.size());
+    for (Index j = 0; j < x.size(); ++j) {
+      for (const double way : {step, -step}) {
+        const auto there = values(x + way * VectorXd::Unit(x.size(), j));
+        if (!there) continue;
+        result.col(j) = (*there - here) / way;
+        break;
+      }
+    }
+    return result;
+  }
+
+  const Samples& samples_;
+  Curves curves_;
+  History history_;
+  std::vector<std::size_t> places_;
+};
+
+// The inputs as a model of this symmetry sees them.
+std::vector<double> folded(std::span<const double> inputs, model::Symmetry symmetry) {
+  std::vector<double> seen(inputs.begin(), inputs.end());
+  if (symmetry == model::Symmetry::even)
+    for (double& v : seen) v = std::abs(v);
+  return seen;
+}
+
+}  // namespace
+
+BaselineModel fit_linear_mapping(const Samples& samples, const HysteresisParameters& start) {
+  check(samples);
+  const LinearMapping checked(start);
+  const std::vector<double> input = folded(samples.input, start.symmetry);
+  const std::vector<double> prehistory = folded(samples.prehistory, start.symmetry);
+  const Samples seen{prehistory, input, samples.output, samples.weight, start.input_range()};
+  const Curves curves(start);
+  const auto limits = inequalities(curves, start);
+  double least = std::numeric_limits<double>::infinity();
+  BaselineModel baseline{"linear mapping", static_cast<std::size_t>(curves.unknowns()), {}};
+  for (const History& history : histories(seen, start.input_range())) {
+    const Mapping mapping(seen, start, history);
+    const NonlinearFit fit = improve(mapping.problem(limits), curves.coefficients(), 15);
+    if (!(fit.cost < least)) continue;
+    least = fit.cost;
+    baseline.prediction = mapping.predicted(fit.x);
+  }
+  return baseline;
+}
+
+}  // namespace hystcan::identification

@@ -1,0 +1,29 @@
+// A weighted sum of operators whose output is linear in the weights: plays, relays.
+//
+//   x = x_0 + w_0 v + sum_j w_j o_j[v],     w >= 0
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+#include "identification/baselines/baseline_samples.h"
+
+namespace hystcan::identification {
+
+/// o_j over every sample, after a history.
+using OperatorColumn = std::function<std::vector<double>(std::size_t j, const History& history)>;
+
+struct WeightedOperators {
+  History history;      ///< the one of those given that fits best
+  double offset = 0.0;  ///< x_0
+  double gain = 0.0;    ///< w_0
+  std::vector<double> weights;
+  std::vector<double> prediction;  ///< of every sample
+};
+
+/// The samples have been checked.
+WeightedOperators fit_weights(const Samples& samples, const std::vector<History>& histories,
+                              std::size_t operators, const OperatorColumn& column);
+
+}  // namespace hystcan::identification

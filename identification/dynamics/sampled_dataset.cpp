@@ -1,0 +1,102 @@
+#include "identification/dynamics/sampled_dataset.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "model/refusal.h"
+
+namespace hystcan::identification {
+namespace {
+
+using model::refuse;
+
+constexpr std::size_t fewest_rows = 30;
+constexpr Eigen::Index fewest_fitted = 20;
+constexpr double unevenness = 0.01;
+
+double cycle_of(const std::vector<double>& time_s) {
+  const double cycle_s = (time_s.back() - time_s.front()) / static_cast<double>(time_s.size() - 1);
+  for (std::size_t n = 1; n < time_s.size(); ++n) {
+    const double step_s = time_s[n] - time_s[n - 1];
+    if (!(std::abs(step_s - cycle_s) <= unevenness * cycle_s))
+      refuse("time_s of row ", n + 1, " is ", step_s, " s after the row before, expected ", cycle_s,
+             " s within 1 %: an evenly sampled record, no row left out");
+  }
+  return cycle_s;
+}
+
+/// The first row by which `drive` has been at both ends of its range, counted from `from`; the number of rows
+/// where it never is.
+Eigen::Index both_ends_by(const Eigen::VectorXd& drive, Eigen::Index from) {
+  const double lo = drive.minCoeff(), hi = drive.maxCoeff(), near = 0.02 * (hi - lo);
+  bool was_low = false, was_high = false;
+  for (Eigen::Index n = from; n < drive.size(); ++n) {
+    was_low = was_low || drive[n] <= lo + near;
+    was_high = was_high || drive[n] >= hi - near;
+    if (was_low && was_high) return n;
+  }
+  return drive.size();
+}
+
+/// The drive, and beside it the columns w_i.
+Eigen::MatrixXd with_loops(const Eigen::VectorXd& drive) {
+  const double middle = 0.5 * (drive.minCoeff() + drive.maxCoeff());
+  const double half_range = drive.maxCoeff() - middle;
+  Eigen::MatrixXd inputs = drive;
+  for (const double part : {0.25, 0.5, 0.75}) {
+    const double threshold = part * half_range;
+    Eigen::VectorXd loop(drive.size());
+    double play = drive[0];
+    for (Eigen::Index n = 0; n < drive.size(); ++n) {
+      play = std::clamp(play, drive[n] - threshold, drive[n] + threshold);
+      loop[n] = (play - middle) - (1.0 - part) * (drive[n] - middle);
+    }
+    inputs.conservativeResize(Eigen::NoChange, inputs.cols() + 1);
+    inputs.rightCols<1>() = loop;
+  }
+  return inputs;
+}
+
+// A drive of two levels, wherever else it may have been on its way, has no loop.
+bool is_of_two_levels(const Eigen::VectorXd& drive) {
+  const double lo = drive.minCoeff(), hi = drive.maxCoeff(), near = 0.02 * (hi - lo);
+  return ((drive.array() <= lo + near) || (drive.array() >= hi - near)).all();
+}
+
+Eigen::VectorXd vector_of(const std::vector<double>& column) {
+  return Eigen::Map<const Eigen::VectorXd>(column.data(), static_cast<Eigen::Index>(column.size()));
+}
+
+}  // namespace
+
+Eigen::VectorXd without_line(const Eigen::VectorXd& time, const Eigen::VectorXd& values) {
+  const Eigen::VectorXd about_mean = values.array() - values.mean();  // the times' mean is zero
+  return about_mean - time * (time.dot(about_mean) / time.squaredNorm());
+}
+
+SampledDataset sampled(const Dataset& dataset, Eigen::Index longest_delay_cycles) {
+  if (dataset.size() < fewest_rows)
+    refuse("record of ", dataset.size(), " rows, expected at least ", fewest_rows);
+  SampledDataset s;
+  s.cycle_s = cycle_of(dataset.time_s);
+  Eigen::VectorXd drive = vector_of(dataset.input).array() - dataset.input.front();
+  s.drive_scale = drive.cwiseAbs().maxCoeff();
+  if (s.drive_scale == 0.0) refuse("input is constant, expected a step or a chirp");
+  drive /= s.drive_scale;
+  s.inputs = drive;
+  const Eigen::Index wiped = both_ends_by(drive, 0) + longest_delay_cycles + 1;
+  if (both_ends_by(drive, wiped) + fewest_fitted < drive.size()) {
+    s.first = wiped;
+    if (!is_of_two_levels(drive.tail(drive.size() - wiped))) s.inputs = with_loops(drive);
+  }
+  s.output = vector_of(dataset.output).tail(drive.size() - s.first);
+  s.time = Eigen::VectorXd::LinSpaced(s.output.size(), -1.0, 1.0);
+  s.output.array() -= s.output.mean();
+  s.output_scale = std::sqrt(without_line(s.time, s.output).squaredNorm() / static_cast<double>(s.rows()));
+  if (!(s.output_scale > 1e-12 * s.output.cwiseAbs().maxCoeff()))
+    refuse("output is a straight line, expected an answer to the input");
+  s.output /= s.output_scale;
+  return s;
+}
+
+}  // namespace hystcan::identification

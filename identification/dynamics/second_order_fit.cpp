@@ -1,0 +1,367 @@
+#include "identification/dynamics/second_order_fit.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "identification/dynamics/held_mode.h"
+#include "identification/dynamics/sampled_dataset.h"
+#include "model/refusal.h"
+
+namespace hystcan::identification {
+namespace {
+
+using model::refuse;
+
+// log(f / Hz), log zeta, d / T.
+using Point = Eigen::Vector3d;
+using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, 3>;
+// The linear part: these, and from `gain` on a column for each input.
+enum Linear : Eigen::Index { offset, drift, free_position, free_velocity, gain };
+
+struct Box {
+  Point lo, hi;
+  Point clamped(const Point& point) const { return point.cwiseMax(lo).cwiseMin(hi); }
+};
+
+Box searched(const SampledDataset& dataset) {
+  return {{std::log(0.3 / dataset.duration_s()), std::log(1e-4), -1.0},
+          {std::log(largest_frequency_cycles / dataset.cycle_s), std::log(5.0), largest_delay_cycles}};
+}
+
+HeldMode mode_at(const SampledDataset& dataset, const Point& point) {
+  return {{std::exp(point[0]), std::exp(point[1])}, point[2] * dataset.cycle_s, dataset.cycle_s};
+}
+
+/// The mode's x[n] of every row fitted, of each of the first `count` inputs, in equilibrium with what came
+/// before.
+Eigen::MatrixXd driven(const SampledDataset& dataset, const HeldMode& mode, Eigen::Index count) {
+  Eigen::MatrixXd positions(dataset.rows(), count);
+  for (Eigen::Index input = 0; input < count; ++input) {
+    const auto at = [&](Eigen::Index n) {
+      const Eigen::Index row = dataset.first + n - mode.whole_cycles();
+      return dataset.inputs(std::clamp<Eigen::Index>(row, 0, dataset.inputs.rows() - 1), input);
+    };
+    Eigen::Vector2d state(at(-1), 0.0);
+    for (Eigen::Index n = 0; n < dataset.rows(); ++n) {
+      positions(n, input) = state[0];
+      state = mode.step(state, at(n - 1), at(n));
+    }
+  }
+  return positions;
+}
+
+template <class Column>
+void decay_freely(Column column, const HeldMode& mode, Eigen::Vector2d state) {
+  for (double& position : column) {
+    position = state[0];
+    state = mode.step(state, 0.0, 0.0);
+  }
+}
+
+Eigen::MatrixXd columns_at(const SampledDataset& dataset, const Point& point) {
+  const HeldMode mode = mode_at(dataset, point);
+  Eigen::MatrixXd columns(dataset.rows(), gain + dataset.inputs.cols());
+  columns.col(offset).setOnes();
+  columns.col(drift) = dataset.time;
+  decay_freely(columns.col(free_position), mode, {1.0, 0.0});
+  decay_freely(columns.col(free_velocity), mode, {0.0, 2.0 * std::numbers::pi * std::exp(point[0])});
+  columns.rightCols(dataset.inputs.cols()) = driven(dataset, mode, dataset.inputs.cols());
+  return columns;
+}
+
+struct Projection {
+  Eigen::MatrixXd columns;
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> decomposed;
+  Eigen::VectorXd coefficients;
+  Eigen::VectorXd residual;  ///< output minus fitted
+};
+
+Projection project(const SampledDataset& dataset, const Point& point) {
+  Projection p{columns_at(dataset, point), {}, {}, {}};
+  p.decomposed.compute(p.columns);
+  p.coefficients = p.decomposed.solve(dataset.output);
+  p.residual = dataset.output - p.columns * p.coefficients;
+  return p;
+}
+
+/// Derivatives of the residual but for the coefficients' own (Kaufman 1975); of the columns by central
+/// differences: the error is of order 1e-10.
+Jacobian residual_slope(const SampledDataset& dataset, const Point& point, const Projection& at) {
+  constexpr double h = 1e-5;
+  Jacobian slope(dataset.rows(), 3);
+  for (int i = 0; i < 3; ++i) {
+    const Point shift = h * Point::Unit(i);
+    const Eigen::VectorXd moved = (columns_at(dataset, point + shift) - columns_at(dataset, point - shift)) *
+                                  at.coefficients / (2.0 * h);
+    slope.col(i) = at.columns * at.decomposed.solve(moved) - moved;
+  }
+  return slope;
+}
+
+struct LocalMinimum {
+  Point point;
+  double sum_of_squares;
+};
+
+/// Until no step is longer than `resolution`.
+LocalMinimum descend(const SampledDataset& dataset, const Box& box, const Point& start, double resolution) {
+  Projection at = project(dataset, start);
+  LocalMinimum best{start, at.residual.squaredNorm()};
+  double damping = 1e-3;
+  for (int iteration = 0; iteration < 60; ++iteration) {
+    const Jacobian slope = residual_slope(dataset, best.point, at);
+    const Eigen::Matrix3d curvature = slope.transpose() * slope;
+    const Point downhill = -slope.transpose() * at.residual;
+    double moved = 0.0;
+    while (damping < 1e9) {
+      Eigen::Matrix3d damped = curvature;
+      damped.diagonal() = damped.diagonal() * (1.0 + damping) + Point::Constant(1e-300);
+      const Point next = box.clamped(best.point + damped.ldlt().solve(downhill).cwiseMax(-0.5).cwiseMin(0.5));
+      Projection there = project(dataset, next);
+      const double sum = there.residual.squaredNorm();
+      if (!(sum < best.sum_of_squares)) {
+        damping *= 10.0;
+        continue;
+      }
+      moved = (next - best.point).cwiseAbs().maxCoeff();
+      best = {next, sum};
+      at = std::move(there);
+      damping = std::max(damping / 30.0, 1e-12);
+      break;
+    }
+    if (moved < resolution) break;
+  }
+  return best;
+}
+
+/// lo, lo + step, ... up to hi.
+std::vector<double> steps(double lo, double hi, double step) {
+  std::vector<double> values(static_cast<std::size_t>(std::max(0.0, std::floor((hi - lo) / step + 1e-9))) +
+                             1);
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = lo + static_cast<double>(i) * step;
+  return values;
+}
+
+// The grid's modes start in equilibrium, and of the linear part only offset and drift are taken out beside
+// the gain: a product of vectors for each place instead of a decomposition.
+std::vector<LocalMinimum> grid(const SampledDataset& dataset, const Box& box) {
+  constexpr double frequency_ratio = 1.15;
+  std::vector<LocalMinimum> places;
+  const Eigen::VectorXd output = without_line(dataset.time, dataset.output);
+  for (const double log_f : steps(box.lo[0], box.hi[0], std::log(frequency_ratio)))
+    for (const double zeta : {0.03, 0.2, 0.9})
+      for (const double delay : steps(box.lo[2], box.hi[2], 0.5)) {
+        const Point point{log_f, std::log(zeta), delay};
+        const Eigen::VectorXd x = without_line(dataset.time, driven(dataset, mode_at(dataset, point), 1));
+        const double along = x.dot(output);
+        places.push_back({point, output.squaredNorm() - along * along / std::max(x.squaredNorm(), 1e-300)});
+      }
+  std::ranges::sort(places, {}, &LocalMinimum::sum_of_squares);
+  return places;
+}
+
+/// The best few places that lie apart.
+std::vector<Point> starts(const SampledDataset& dataset, const Box& box) {
+  constexpr std::size_t most = 6;
+  std::vector<Point> chosen;
+  for (const LocalMinimum& place : grid(dataset, box)) {
+    const auto near = [&](const Point& other) {
+      const Point apart = (place.point - other).cwiseAbs();
+      return apart[0] < 0.3 && apart[2] < 1.1;
+    };
+    if (std::ranges::none_of(chosen, near)) chosen.push_back(place.point);
+    if (chosen.size() == most) break;
+  }
+  return chosen;
+}
+
+// The mirror image in half the sampling rate has the same decay per second, zeta omega, and almost the same
+// samples with another delay; near half the sampling rate so has the mode itself.
+std::vector<Point> likenesses(const SampledDataset& dataset, const Box& box, const Point& point) {
+  constexpr double reach = 1.5, spacing = 0.1;  // cycles
+  const double f = std::exp(point[0]);
+  const double image = std::max(1.0 / dataset.cycle_s - f, std::exp(box.lo[0]));
+  std::vector<Point> found;
+  for (const double frequency_Hz : {f, image}) {
+    if (std::log(frequency_Hz) > box.hi[0]) continue;
+    double sum = std::numeric_limits<double>::infinity();
+    bool falling = false;
+    Point before = point;
+    for (const double delay : steps(point[2] - reach, point[2] + reach, spacing)) {
+      const Point there = box.clamped({std::log(frequency_Hz), point[1] + std::log(f / frequency_Hz), delay});
+      const double next = project(dataset, there).residual.squaredNorm();
+      if (falling && next > sum) found.push_back(before);
+      falling = next < sum;
+      sum = next;
+      before = there;
+    }
+  }
+  return found;
+}
+
+/// Best first.
+std::vector<LocalMinimum> minima(const SampledDataset& dataset, const Box& box) {
+  constexpr int most_rounds = 3;
+  constexpr double coarse = 1e-6, fine = 1e-11;
+  std::vector<LocalMinimum> found;
+  for (const Point& start : starts(dataset, box)) found.push_back(descend(dataset, box, start, coarse));
+  std::ranges::sort(found, {}, &LocalMinimum::sum_of_squares);
+  for (int round = 0; round < most_rounds; ++round) {
+    const double best = found.front().sum_of_squares;
+    for (const Point& start : likenesses(dataset, box, found.front().point))
+      found.push_back(descend(dataset, box, start, coarse));
+    std::ranges::sort(found, {}, &LocalMinimum::sum_of_squares);
+    if (found.front().sum_of_squares > 0.99 * best) break;
+  }
+  found.front() = descend(dataset, box, found.front().point, fine);
+  return found;
+}
+
+// Of what the drive does: a free decay follows any line in the noise, and would show a frequency where the
+// drive shows none.
+Eigen::MatrixXd sensitivity_at(const SampledDataset& dataset, const Point& point, const Projection& at) {
+  constexpr double h = 1e-5;
+  const Eigen::Index inputs = dataset.inputs.cols();
+  const auto answer = [&](const Point& there) -> Eigen::VectorXd {
+    return driven(dataset, mode_at(dataset, there), inputs) * at.coefficients.tail(inputs);
+  };
+  Eigen::MatrixXd sensitivity(dataset.rows(), 3 + at.columns.cols());
+  for (int i = 0; i < 3; ++i) {
+    const Point shift = h * Point::Unit(i);
+    sensitivity.col(i) = (answer(point + shift) - answer(point - shift)) / (2.0 * h);
+  }
+  sensitivity.rightCols(at.columns.cols()) = at.columns;
+  return sensitivity;
+}
+
+/// sum_l w_l sum_n g_n g_{n+l}' of the header.
+Eigen::MatrixXd scatter(const Eigen::MatrixXd& scores) {
+  const Eigen::Index rows = scores.rows();
+  const auto reach = static_cast<Eigen::Index>(std::sqrt(static_cast<double>(rows)));
+  Eigen::MatrixXd sum = scores.transpose() * scores;
+  for (Eigen::Index lag = 1; lag <= reach; ++lag) {
+    const double weight = 1.0 - static_cast<double>(lag) / static_cast<double>(reach + 1);
+    const Eigen::MatrixXd lagged = scores.topRows(rows - lag).transpose() * scores.bottomRows(rows - lag);
+    sum += weight * (lagged + lagged.transpose());
+  }
+  return sum;
+}
+
+struct Confidence {
+  Eigen::VectorXd standard_error;  ///< of log f, log zeta, d / T, and the linear part
+  double variance = 0.0;           ///< s^2, times what correlation of the residuals adds
+};
+
+Confidence confidence_at(const SampledDataset& dataset, const Point& point, const Projection& at) {
+  const Eigen::MatrixXd sensitivity = sensitivity_at(dataset, point, at);
+  const Eigen::RowVectorXd scale = sensitivity.colwise().norm().cwiseMax(1e-300);
+  const Eigen::MatrixXd scaled = sensitivity.array().rowwise() / scale.array();
+  const Eigen::MatrixXd inverse =
+      (scaled.transpose() * scaled).completeOrthogonalDecomposition().pseudoInverse();
+  const double freedom = static_cast<double>(dataset.rows() - sensitivity.cols());
+  const double variance = at.residual.squaredNorm() / freedom;
+  const Eigen::MatrixXd scores = scaled.array().colwise() * at.residual.array();
+  const Eigen::ArrayXd plain = variance * inverse.diagonal().array();
+  const Eigen::ArrayXd correlated = (inverse * scatter(scores) * inverse).diagonal().array();
+  const double widened = (correlated / plain.max(1e-300)).head<3>().maxCoeff();
+  return {(plain.max(correlated).sqrt() / scale.transpose().array()).matrix(),
+          variance * std::max(widened, 1.0)};
+}
+
+constexpr double two_sided_95 = 1.96;
+
+struct Interval {
+  double lo, hi;
+};
+
+/// Of one of (log f, log zeta, d / T): about the best minimum, and over those that are as good.
+Interval interval_of(int which, const Box& box, const std::vector<LocalMinimum>& found,
+                     const Confidence& confidence) {
+  const double reach = two_sided_95 * confidence.standard_error[which];
+  Interval interval{found.front().point[which] - reach, found.front().point[which] + reach};
+  const double as_good = found.front().sum_of_squares + two_sided_95 * two_sided_95 * confidence.variance;
+  for (const LocalMinimum& other : found) {
+    if (other.sum_of_squares > as_good) continue;
+    interval.lo = std::min(interval.lo, other.point[which]);
+    interval.hi = std::max(interval.hi, other.point[which]);
+  }
+  // What is not told at all is told to be somewhere in the box that was searched.
+  return {std::max(interval.lo, box.lo[which]), std::min(interval.hi, box.hi[which])};
+}
+
+Estimate exponential(double log_value, double standard_error, const Interval& interval) {
+  const double value = std::exp(log_value);
+  return {value, value * standard_error, std::exp(interval.lo), std::exp(interval.hi)};
+}
+
+Estimate scaled(double scale, double value, double standard_error, const Interval& interval) {
+  return {scale * value, std::abs(scale) * standard_error, scale * interval.lo, scale * interval.hi};
+}
+
+double in_three_digits(double value) {
+  if (value == 0.0 || !std::isfinite(value)) return value;
+  const double unit = std::pow(10.0, std::floor(std::log10(std::abs(value))) - 2.0);
+  return unit < 1.0 ? std::round(value / unit) / std::round(1.0 / unit) : std::round(value / unit) * unit;
+}
+
+std::string range_of(const Estimate& estimate) {
+  return model::text_of(in_three_digits(estimate.lo), " to ", in_three_digits(estimate.hi));
+}
+
+bool is_told(const Estimate& estimate, double largest_ratio) {
+  return estimate.hi < largest_ratio * estimate.lo;  // false for what is not a number
+}
+
+void refuse_what_is_not_told(const SecondOrderFit& fit, const Point& point, const Box& box) {
+  if (fit.explained < 0.5)
+    refuse("a second-order mode explains ", std::round(100.0 * fit.explained),
+           " % of the output, expected at least 50: a larger step or chirp, or the right columns");
+  if (point[2] >= box.hi[2])
+    refuse("delay is more than ", largest_delay_cycles, " cycles of ", fit.cycle_s, " s, expected less");
+  const bool at_the_edge = point[0] >= box.hi[0] - 1e-6 || point[1] >= box.hi[1] - 1e-6;
+  if (at_the_edge || !is_told(fit.natural_frequency_Hz, 1.5) || !is_told(fit.damping_ratio, 5.0))
+    refuse("natural frequency is anywhere from ", range_of(fit.natural_frequency_Hz),
+           " Hz and damping ratio from ", range_of(fit.damping_ratio),
+           ", expected a record that shows them: drive more near the resonance, longer, or sample faster;",
+           " this one tells no more than a lag");
+  if (fit.delay_s.hi < 0.0)
+    refuse("delay is ", in_three_digits(fit.delay_s.value),
+           " s, expected zero or more:", " the input of a row is the drive in force from that row's time on");
+}
+
+}  // namespace
+
+SecondOrderFit fit_second_order(const Dataset& dataset) {
+  const SampledDataset s = sampled(dataset, largest_delay_cycles);
+  const Box box = searched(s);
+  const std::vector<LocalMinimum> found = minima(s, box);
+  const Point& point = found.front().point;
+  const Projection at = project(s, point);
+  const Confidence confidence = confidence_at(s, point, at);
+  const Eigen::VectorXd& error = confidence.standard_error;
+  const auto interval = [&](int which) { return interval_of(which, box, found, confidence); };
+
+  const double rows = static_cast<double>(s.rows());
+  const double slope = at.coefficients[gain], slope_error = error[3 + gain];
+  const double reach = two_sided_95 * slope_error;
+  SecondOrderFit fit;
+  fit.natural_frequency_Hz = exponential(point[0], error[0], interval(0));
+  fit.damping_ratio = exponential(point[1], error[1], interval(1));
+  fit.delay_s = scaled(s.cycle_s, point[2], error[2], interval(2));
+  fit.gain = scaled(s.output_scale / s.drive_scale, slope, slope_error, {slope - reach, slope + reach});
+  fit.drift_per_s = at.coefficients[drift] * s.output_scale * 2.0 / s.duration_s();
+  fit.residual_rms = s.output_scale * std::sqrt(at.residual.squaredNorm() / rows);
+  fit.explained = 1.0 - at.residual.squaredNorm() / rows;
+  fit.cycle_s = s.cycle_s;
+  fit.rows = dataset.size();
+  refuse_what_is_not_told(fit, point, box);
+  return fit;
+}
+
+}  // namespace hystcan::identification

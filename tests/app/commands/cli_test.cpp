@@ -1,0 +1,129 @@
+// The program from outside: what it prints, writes and returns.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "tests/app/commands/cli.h"
+
+namespace hystcan {
+namespace {
+
+TEST_F(Cli, WithoutASubcommandIsBadUsage) {
+  Process program({HYSTCAN_PROGRAM});
+  EXPECT_EQ(program.wait(), bad_input);
+}
+
+TEST_F(Cli, HelpNamesEverySubcommand) {
+  Process program({HYSTCAN_PROGRAM, "--help"});
+  EXPECT_EQ(program.wait(), done);
+  for (const char* name : {"demo", "controller", "twin", "excite", "simulate", "check"})
+    EXPECT_NE(program.out().find(name), std::string::npos) << name;
+}
+
+TEST_F(Cli, AnUnknownOptionIsBadUsage) {
+  Process program({HYSTCAN_PROGRAM, "check", "--frobnicate"});
+  EXPECT_EQ(program.wait(), bad_input);
+}
+
+TEST_F(Cli, ADurationMustBeATime) {
+  for (const char* duration : {"0", "-1", "nan", "inf", "1e300", "soon"}) {
+    Process program({HYSTCAN_PROGRAM, "controller", path("piezo.toml"), "--duration", duration});
+    EXPECT_EQ(program.wait(), bad_input) << duration;
+  }
+}
+
+TEST_F(Cli, CheckShowsWhatIsInForce) {
+  Process program({HYSTCAN_PROGRAM, "check", path("piezo.toml")});
+  EXPECT_EQ(program.wait(), done) << program.err();
+  EXPECT_NE(program.out().find("heartbeat_timeout_ms = 300  # default"), std::string::npos);
+  EXPECT_NE(program.out().find("previewed by"), std::string::npos);
+  EXPECT_NE(program.out().find("# axis y: k_descending = "), std::string::npos) << program.out();
+}
+
+TEST_F(Cli, CheckShowsHowFarKMayGoAndTheseValuesAreAccepted) {
+  Process program({HYSTCAN_PROGRAM, "check", path("piezo.model.toml")});
+  EXPECT_EQ(program.wait(), done) << program.err();
+  const std::string line = program.out().substr(program.out().find("k_ascending = "));
+  double lo = 0.0, hi = 0.0;
+  ASSERT_EQ(std::sscanf(line.c_str(),
+                        "k_ascending = 0.035 1/V; with k_descending as it is, %lf to %lf will do", &lo, &hi),
+            2)
+      << line;
+  for (const double end : {lo, hi}) {
+    char text[64];
+    std::snprintf(text, sizeof text, "k_ascending  = %.6g", end);
+    const support::ShippedCopy copy;
+    copy.edit("piezo.model.toml", "k_ascending  = 0.035", text);
+    Process again({HYSTCAN_PROGRAM, "check", (copy / "piezo.model.toml").string()});
+    EXPECT_EQ(again.wait(), done) << again.err();
+  }
+}
+
+TEST_F(Cli, CheckRefusesAMistakeWithItsPlaceInOneLine) {
+  shipped.edit("piezo.toml", "rate_Hz", "rate_hz");
+  Process program({HYSTCAN_PROGRAM, "check", path("piezo.toml")});
+  EXPECT_EQ(program.wait(), bad_input);
+  EXPECT_EQ(std::ranges::count(program.err(), '\n'), 1);
+  EXPECT_NE(program.err().find("piezo.toml:14:1: unknown key rate_hz"), std::string::npos) << program.err();
+}
+
+TEST_F(Cli, AnInterfaceThatDoesNotExistFailsAtRunTime) {
+  for (const char* command : {"controller", "twin"}) {
+    Process program({HYSTCAN_PROGRAM, command, path("piezo.toml"), "--interface", "nocan7"});
+    EXPECT_EQ(program.wait(), failed) << command;
+    EXPECT_EQ(std::ranges::count(program.err(), '\n'), 1) << program.err();
+  }
+}
+
+TEST_F(Cli, AnInterfaceThatIsNotCanIsSaidToBeNone) {
+  Process program({HYSTCAN_PROGRAM, "twin", path("piezo.toml"), "--interface", "lo"});
+  EXPECT_EQ(program.wait(), failed);
+  const std::string told = program.err();
+  EXPECT_TRUE(told.find("lo is not a CAN interface") != std::string::npos ||
+              told.starts_with("hystcan: this kernel has no CAN support"))
+      << told;
+}
+
+TEST_F(Cli, DemoPrintsFiveColumnsAndWritesPictureAndCsv) {
+  Process program(
+      {HYSTCAN_PROGRAM, "demo", "--config", path("piezo.toml"), "--output", path("out"), "--json"});
+  ASSERT_EQ(program.wait(), done) << program.err();
+  const auto json = nlohmann::json::parse(program.out());
+  EXPECT_EQ(json.at("rate_hz"), 1000.0);
+  ASSERT_EQ(json.at("columns").size(), 5u);
+  EXPECT_EQ(json.at("columns")[4].at("structure"), "inverse+pi");
+  EXPECT_LT(json.at("columns")[4].at("rms_percent"), 0.25);
+  EXPECT_GT(json.at("columns")[2].at("rms_percent"), 5.0);
+  for (const char* file : {"out/demo.svg", "out/demo.png", "out/inverse+pi.csv", "out/inverse+pi.truth.csv"})
+    EXPECT_GT(std::filesystem::file_size(shipped / file), 10'000u) << file;
+}
+
+TEST_F(Cli, DemoRunsTheGalfenolStageToo) {
+  Process program({HYSTCAN_PROGRAM, "demo", "--config", path("galfenol.toml"), "--output", path("out")});
+  EXPECT_EQ(program.wait(), done) << program.err();
+  EXPECT_NE(program.out().find("inverse+pi"), std::string::npos);
+}
+
+TEST_F(Cli, ControllerLeavesFilesAloneUntilTheBusIsOpen) {
+  const std::string before = read("piezo.toml");
+  Process onto_itself({HYSTCAN_PROGRAM, "controller", path("piezo.toml"), "--csv", path("piezo.toml")});
+  EXPECT_EQ(onto_itself.wait(), bad_input);
+  EXPECT_EQ(read("piezo.toml"), before);
+  write("run.csv", "precious");
+  Process no_bus(
+      {HYSTCAN_PROGRAM, "controller", path("piezo.toml"), "--interface", "nocan7", "--csv", path("run.csv")});
+  EXPECT_EQ(no_bus.wait(), failed);
+  EXPECT_EQ(read("run.csv"), "precious");
+}
+
+TEST_F(Cli, DemoFailsWhereAnAxisNeverTracks) {
+  shipped.edit("piezo.toml", "wipe_slew_V_per_s  = 500.0 ", "wipe_slew_V_per_s  = 1e-3 ");
+  Process program({HYSTCAN_PROGRAM, "demo", "--config", path("piezo.toml"), "--output", path("out")});
+  EXPECT_EQ(program.wait(), failed);
+  EXPECT_NE(program.err().find("axis x did not come to track"), std::string::npos) << program.err();
+}
+
+}  // namespace
+}  // namespace hystcan

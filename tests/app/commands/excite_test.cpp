@@ -1,0 +1,167 @@
+// hystcan excite, rehearsed: what it records, keeps and refuses.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "config/files/dataset_file.h"
+#include "tests/app/commands/cli.h"
+
+namespace hystcan {
+namespace {
+
+using identification::Dataset;
+
+class Excite : public Cli {
+ protected:
+  /// `excite piezo.toml --output record.csv --rehearse`, and more.
+  std::vector<std::string> rehearsal(const std::vector<std::string>& options = {}) const {
+    std::vector<std::string> command{HYSTCAN_PROGRAM, "excite",           path("piezo.toml"),
+                                     "--output",      path("record.csv"), "--rehearse"};
+    command.insert(command.end(), options.begin(), options.end());
+    return command;
+  }
+  Dataset rehearsed(const std::vector<std::string>& options = {}) const {
+    Process program(rehearsal(options));
+    EXPECT_EQ(program.wait(), done) << program.err();
+    return config::load_dataset(shipped / "record.csv").record;
+  }
+  bool kept() const { return std::filesystem::exists(shipped / "record.csv"); }
+};
+
+TEST_F(Excite, RecordsLoopsOverTheWholeRangeWithUnitsAndOneRowPerCycle) {
+  const Dataset record = rehearsed();
+  EXPECT_EQ(record.input_unit, "V");
+  EXPECT_EQ(record.output_unit, "um");
+  const auto [least, most] = std::ranges::minmax(record.input);
+  EXPECT_EQ(least, 0.0);
+  EXPECT_EQ(most, 100.0);
+  EXPECT_GT(std::ranges::max(record.output), 29.0);
+  EXPECT_EQ(record.time_s.front(), 0.0);
+  for (std::size_t i = 1; i < record.size(); ++i)
+    ASSERT_NEAR(record.time_s[i] - record.time_s[i - 1], 1e-3, 1e-12) << "virtual time";
+}
+
+TEST_F(Excite, SaysInTheFileWhatWasRecorded) {
+  rehearsed({"--axis", "y"});
+  EXPECT_TRUE(read("record.csv")
+                  .starts_with("# hysteresis excitation of axis y at 1000 Hz, rehearsed with piezo.toml\n"))
+      << read("record.csv").substr(0, 200);
+}
+
+TEST_F(Excite, IsTheSameToTheBitEachTime) {
+  rehearsed();
+  const std::string before = read("record.csv");
+  rehearsed();
+  EXPECT_TRUE(read("record.csv") == before);
+}
+
+/// Mean output at an input where the drive rose, or fell.
+double mean_output(const Dataset& record, double input, double way) {
+  double sum = 0.0;
+  int count = 0;
+  for (std::size_t i = 1; i < record.size(); ++i) {
+    if (std::abs(record.input[i] - input) > 1.0 || (record.input[i] - record.input[i - 1]) * way <= 0.0)
+      continue;
+    sum += record.output[i];
+    ++count;
+  }
+  return sum / count;
+}
+
+TEST_F(Excite, TheMajorLoopIsTheTwinsHysteresisAndNoLagOfTheRecord) {
+  const Dataset record = rehearsed({"--period", "5", "--levels", "0"});
+  // piezo.plant.toml: the descending curve lies some 4.5 um over the ascending one in the middle.
+  const double width_um = mean_output(record, 50.0, -1.0) - mean_output(record, 50.0, 1.0);
+  EXPECT_GT(width_um, 3.0);
+  EXPECT_LT(width_um, 6.0);
+  // Twice as slow changes it by the lag alone: one cycle of 1 ms at 40 V/s and 0.3 um/V is 0.012 um each way.
+  const Dataset slower = rehearsed({"--period", "10", "--levels", "0"});
+  EXPECT_NEAR(mean_output(slower, 50.0, -1.0) - mean_output(slower, 50.0, 1.0), width_um, 0.03);
+}
+
+TEST_F(Excite, StepAndChirpStaySmallAboutTheWorkingPoint) {
+  for (const char* signal : {"step", "chirp"}) {
+    const Dataset record = rehearsed({"--signal", signal, "--low", "20", "--high", "60", "--amplitude", "3"});
+    const auto [least, most] = std::ranges::minmax(record.input);
+    EXPECT_GE(least, 37.0);
+    EXPECT_LE(most, 43.0);
+    EXPECT_GT(most - least, 5.9) << signal;
+  }
+}
+
+TEST_F(Excite, DrivesAnotherUnitToo) {
+  Process program({HYSTCAN_PROGRAM, "excite", path("galfenol.toml"), "--output", path("record.csv"),
+                   "--rehearse", "--period", "4"});
+  ASSERT_EQ(program.wait(), done) << program.err();
+  const Dataset record = config::load_dataset(shipped / "record.csv").record;
+  EXPECT_EQ(record.input_unit, "A");
+  EXPECT_EQ(std::ranges::max(record.input), 3.0);
+}
+
+TEST_F(Excite, DoesNotDependOnTheControllersModel) {
+  rehearsed();
+  const std::string with_its_model = read("record.csv");
+  // No hysteresis at all, half the stroke: a placeholder.
+  shipped.edit("piezo.model.toml", "[0, 0.222, 0.00102, -2.4e-06]", "[0, 0.15]");
+  shipped.edit("piezo.model.toml", "[1.5, 0.357, -0.00048, -2.4e-06]", "[0, 0.15]");
+  rehearsed();
+  EXPECT_TRUE(read("record.csv") == with_its_model);
+}
+
+TEST_F(Excite, AFaultEndsItAndWhatWasRecordedIsKept) {
+  shipped.edit("piezo.toml", "position_max_um    = 34.0", "position_max_um    = 28.0");
+  Process program(rehearsal());
+  EXPECT_EQ(program.wait(), failed);
+  EXPECT_NE(program.err().find("axis x faulted"), std::string::npos) << program.err();
+  EXPECT_NE(program.err().find("position implausible"), std::string::npos) << program.err();
+  const Dataset record = config::load_dataset(shipped / "record.csv").record;
+  EXPECT_NE(program.err().find("stopped after " + std::to_string(record.size()) + " rows"), std::string::npos)
+      << program.err();
+  EXPECT_LE(std::ranges::max(record.output), 28.0);
+  EXPECT_GT(std::ranges::max(record.output), 27.5);
+}
+
+TEST_F(Excite, WithoutARowNothingIsWritten) {
+  shipped.edit("piezo.toml", "wipe_slew_V_per_s  = 500.0 ", "wipe_slew_V_per_s  = 1e-3 ");
+  Process program(rehearsal({"--low", "50"}));
+  EXPECT_EQ(program.wait(), failed);
+  EXPECT_NE(program.err().find("nothing is written"), std::string::npos) << program.err();
+  EXPECT_FALSE(kept());
+}
+
+TEST_F(Excite, RefusesWhatItMayOrCanNotDrive) {
+  const std::vector<std::pair<std::vector<std::string>, std::string>> refused{
+      {{"--low", "-1"}, "expected within drive_min and drive_max, 0 and 100"},
+      {{"--high", "101"}, "expected within drive_min and drive_max"},
+      {{"--low", "60", "--high", "50"}, "expected less than --high"},
+      {{"--low", "nan"}, "expected less than --high"},
+      {{"--period", "0.001"}, "expected at most slew_per_s"},
+      {{"--period", "0"}, "expected seconds > 0"},
+      {{"--slew", "-5"}, "expected a number > 0"},
+      {{"--period", "1", "--slew", "5"}, "excludes"},
+      {{"--signal", "sine"}, "sine"},
+      {{"--signal", "chirp", "--frequency-to", "600"}, "half the cycle rate"},
+      {{"--signal", "chirp", "--levels", "3"}, "--levels does not go with --signal chirp"},
+      {{"--signal", "step", "--amplitude", "60"}, "expected within drive_min and drive_max"},
+      {{"--axis", "z"}, "no axis z"},
+      {{"--interface", "vcan0"}, "excludes"}};
+  for (const auto& [options, reason] : refused) {
+    Process program(rehearsal(options));
+    EXPECT_EQ(program.wait(), bad_input) << options.back();
+    EXPECT_NE(program.err().find(reason), std::string::npos) << program.err();
+    EXPECT_FALSE(kept());
+  }
+}
+
+TEST_F(Excite, NeverWritesOverWhatItReads) {
+  for (const char* input : {"piezo.toml", "piezo.model.toml", "piezo.plant.toml", "hystcan.dbc"}) {
+    const std::string before = read(input);
+    Process program({HYSTCAN_PROGRAM, "excite", path("piezo.toml"), "--output", path(input), "--rehearse"});
+    EXPECT_EQ(program.wait(), bad_input) << input;
+    EXPECT_EQ(read(input), before);
+  }
+}
+
+}  // namespace
+}  // namespace hystcan

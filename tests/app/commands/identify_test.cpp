@@ -1,0 +1,339 @@
+// `hystcan identify` and `hystcan validate` from outside.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <thread>
+#include <vector>
+
+#include "model/hysteresis.h"
+#include "tests/app/commands/cli.h"
+#include "tests/identification/made_record.h"
+#include "tests/support/piezo.h"
+
+namespace hystcan {
+namespace {
+
+using namespace identification;
+
+// In percent of the output's span, which is 30 um.
+constexpr double percent_of_stroke = 100.0 / 30.0;
+
+class Identify : public Cli {
+ protected:
+  Process run(const std::vector<std::string>& words) const {
+    std::vector<std::string> all{HYSTCAN_PROGRAM, "identify"};
+    all.insert(all.end(), words.begin(), words.end());
+    return Process(all);
+  }
+  Process identify(const char* data, const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> words{path(data), "--output", path("found.toml")};
+    words.insert(words.end(), more.begin(), more.end());
+    return run(words);
+  }
+  Process validate(const char* data, const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> all{HYSTCAN_PROGRAM, "validate", path("found.toml"), path(data)};
+    all.insert(all.end(), more.begin(), more.end());
+    return Process(all);
+  }
+
+  /// Of support::piezo_model(), some 1500 rows.
+  static Dataset piezo_record(double steps = 75.0) {
+    return record_of(model::Hysteresis(support::piezo_model()), steps);
+  }
+  void write_record(const char* name, const Dataset& record, const std::string& before = "",
+                    const std::string& line_end = "\n") const {
+    std::ofstream out(shipped / name, std::ios::binary);
+    out.precision(17);
+    out << before << "time_s,input,output" << line_end;
+    for (std::size_t i = 0; i < record.size(); ++i)
+      out << record.time_s[i] << ',' << record.input[i] << ',' << record.output[i] << line_end;
+  }
+  /// `damage` is done to the text of a sound record.
+  void write_damaged(const char* name, const std::function<void(std::string&)>& damage) const {
+    write_record(name, piezo_record(10.0));
+    std::string text = read(name);
+    damage(text);
+    write(name, text);
+  }
+  /// Exit 2, one line, and nothing written.
+  void expect_refused(Process program, const std::string& words) const {
+    EXPECT_EQ(program.wait(), bad_input) << program.err();
+    std::string said;  // beside what is only assumed
+    std::istringstream lines(program.err());
+    for (std::string line; std::getline(lines, line);)
+      if (line.find("assumed") == std::string::npos) said += line + "\n";
+    EXPECT_NE(said.find(words), std::string::npos) << said;
+    EXPECT_EQ(std::ranges::count(said, '\n'), 1) << said;
+    EXPECT_FALSE(std::filesystem::exists(shipped / "found.toml"));
+  }
+};
+
+std::vector<double> outputs_of(const std::string& csv, int column) {
+  std::istringstream lines(csv);
+  std::string line;
+  std::getline(lines, line);
+  std::vector<double> outputs;
+  while (std::getline(lines, line)) {
+    std::istringstream fields(line);
+    std::string field;
+    for (int i = 0; i <= column; ++i) std::getline(fields, field, ',');
+    outputs.push_back(std::stod(field));
+  }
+  return outputs;
+}
+
+double rms_between(const std::vector<double>& a, const std::vector<double>& b) {
+  EXPECT_EQ(a.size(), b.size());
+  double square = 0.0;
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) square += (a[i] - b[i]) * (a[i] - b[i]);
+  return std::sqrt(square / static_cast<double>(b.size()));
+}
+
+TEST_F(Identify, WritesAModelThatIsAcceptedAndRuns) {
+  const Dataset record = piezo_record();
+  write_record("record.csv", record);
+  Process program = identify("record.csv");
+  ASSERT_EQ(program.wait(), done) << program.err();
+  EXPECT_NE(program.out().find("found.toml: order "), std::string::npos) << program.out();
+  Process check({HYSTCAN_PROGRAM, "check", path("found.toml")});
+  EXPECT_EQ(check.wait(), done) << check.err();
+  Process simulate({HYSTCAN_PROGRAM, "simulate", path("found.toml"), "--input", path("record.csv"),
+                    "--output", path("simulated.csv")});
+  ASSERT_EQ(simulate.wait(), done) << simulate.err();
+  EXPECT_LT(rms_between(outputs_of(read("simulated.csv"), 2), record.output) * percent_of_stroke,
+            1.0);  // without its memory
+}
+
+TEST_F(Identify, PrintsJson) {
+  write_record("record.csv", piezo_record(), "# input_unit = V\n# output_unit = um\n");
+  Process program = identify("record.csv", {"--json", "--order", "3"});
+  ASSERT_EQ(program.wait(), done) << program.err();
+  EXPECT_EQ(program.err(), "");
+  const auto found = nlohmann::json::parse(program.out());
+  EXPECT_EQ(found["order"], 3);
+  EXPECT_LT(found["rms_percent"].get<double>(), 0.01);
+  EXPECT_NEAR(found["k_ascending"].get<double>(), 0.035, 1e-3 * 0.035);
+  EXPECT_EQ(found["stopped"], false);
+  EXPECT_EQ(found["records"].size(), 1U);
+  EXPECT_GE(found["findings"].size(), 3U);
+}
+
+TEST_F(Identify, WritesTheMemoryThatTheRecordBeginsWith) {
+  const model::Hysteresis truth(support::piezo_model());
+  model::HysteresisState state = truth.at_lower_threshold();
+  for (const double v : {90.0, 20.0, 75.0, 45.0}) truth.advance(state, v);
+  std::vector<double> points = loops_and_reversal_curves();
+  points.insert(points.begin(), {0.45, 0.6, 0.3});
+  const Dataset record = record_of(truth, state, travelled(in_range(points, {0.0, 100.0}), 1.0));
+  write_record("record.csv", record);
+  Process program = identify("record.csv", {"--initial-memory", path("begin.toml"), "--json"});
+  ASSERT_EQ(program.wait(), done) << program.err();
+  const auto found = nlohmann::json::parse(program.out());
+  EXPECT_LT(found["rms_percent"], 0.2);
+  Process simulate({HYSTCAN_PROGRAM, "simulate", path("found.toml"), "--input", path("record.csv"),
+                    "--memory", path("begin.toml"), "--output", path("simulated.csv")});
+  ASSERT_EQ(simulate.wait(), done) << simulate.err();
+  EXPECT_NEAR(rms_between(outputs_of(read("simulated.csv"), 2), record.output) /
+                  found["output_span"].get<double>() * 100.0,
+              found["rms_percent"].get<double>(), 1e-3);
+  Process again = validate("record.csv", {"--memory", path("begin.toml"), "--json"});
+  ASSERT_EQ(again.wait(), done) << again.err();
+  EXPECT_NEAR(nlohmann::json::parse(again.out())["rms_percent"].get<double>(),
+              found["rms_percent"].get<double>(), 1e-3);
+}
+
+// A butterfly at a negative input remembers what it would at the positive one.
+TEST_F(Identify, WritesTheMemoryOfARecordThatBeginsAtANegativeInput) {
+  model::HysteresisParameters even = support::piezo_model();
+  even.symmetry = model::Symmetry::even;
+  const model::Hysteresis truth(even);
+  std::vector<double> inputs = travelled({-60.0, 100.0, -100.0, 70.0, -100.0, 40.0, -100.0, 100.0, 20.0,
+                                          100.0, 50.0, 100.0, -100.0, -30.0, -100.0, 0.0},
+                                         1.0);
+  model::HysteresisState state = truth.at_upper_threshold();
+  truth.advance(state, 60.0);
+  const Dataset record = record_of(truth, state, inputs);
+  write_record("record.csv", record);
+  Process program = identify("record.csv", {"--initial-memory", path("begin.toml"), "--json"});
+  ASSERT_EQ(program.wait(), done) << program.err();
+  const auto found = nlohmann::json::parse(program.out());
+  Process again = validate("record.csv", {"--memory", path("begin.toml"), "--json"});
+  ASSERT_EQ(again.wait(), done) << again.err();
+  EXPECT_NEAR(nlohmann::json::parse(again.out())["rms_percent"].get<double>(),
+              found["rms_percent"].get<double>(), 1e-3);
+}
+
+TEST_F(Identify, ReadsWhatWindowsAndSpreadsheetsWrite) {
+  const Dataset record = piezo_record(30.0);
+  write_record("plain.csv", record);
+  write_record("windows.csv", record, "\xEF\xBB\xBF", "\r\n");
+  std::string commas = read("plain.csv");
+  std::ranges::replace(commas, ',', ';');
+  std::ranges::replace(commas, '.', ',');
+  write("commas.csv", commas);
+  std::string plain;
+  for (const char* name : {"plain.csv", "windows.csv", "commas.csv"}) {
+    Process program = identify(name, {"--order", "3"});
+    ASSERT_EQ(program.wait(), done) << name << ": " << program.err();
+    if (plain.empty()) plain = read("found.toml");
+    EXPECT_EQ(read("found.toml"), plain) << name;
+  }
+}
+
+TEST_F(Identify, RefusesAFileThatIsNotARecordAndSaysWhere) {
+  const auto after_header = [](std::string& text, const std::string& rows) {
+    text = "time_s,input,output\n" + rows;
+  };
+  write_damaged("bad.csv", [](std::string& text) { text.replace(text.find("output"), 6, "stroke"); });
+  expect_refused(identify("bad.csv"),
+                 "bad.csv:1:1: no column output, expected it among time_s, input, stroke");
+  write_damaged("bad.csv", [&](std::string& text) { after_header(text, "0,1,2\n1,nan,3\n"); });
+  expect_refused(identify("bad.csv"), "bad.csv:3:3: input is \"nan\", expected a finite number");
+  write_damaged("bad.csv", [&](std::string& text) { after_header(text, "0,1,2\n1,2,3\n1,3,4\n"); });
+  expect_refused(identify("bad.csv"), "bad.csv:4: time_s is 1 after 1, expected time to increase");
+  write_damaged("bad.csv", [](std::string& text) { text.resize(text.rfind(',')); });
+  expect_refused(identify("bad.csv"), "fields and then the file ends, expected 3 as in the header");
+  write("bad.csv", "");
+  expect_refused(identify("bad.csv"), "bad.csv:1:1: no header row");
+  write("bad.csv", "time_s,input,output\n");
+  expect_refused(identify("bad.csv"), "bad.csv: no rows, expected a record");
+  expect_refused(identify("none.csv"), "none.csv: cannot be read");
+}
+
+TEST_F(Identify, LeavesARowOutThatMayHaveBeenCutInMidNumber) {
+  write_damaged("cut.csv", [](std::string& text) { text.resize(text.size() - 2); });
+  Process program = identify("cut.csv", {"--order", "3"});
+  EXPECT_EQ(program.wait(), done);
+  EXPECT_NE(program.err().find("no line end after the last row, which may have been cut: left out"),
+            std::string::npos)
+      << program.err();
+}
+
+TEST_F(Identify, RefusesWhatItIsAskedInVain) {
+  write_record("record.csv", piezo_record(10.0));
+  expect_refused(identify("record.csv", {"--from", "1000"}), "record.csv: no rows between --from and --to");
+  expect_refused(identify("record.csv", {"--from", "0.1", "--to", "0.05"}),
+                 "no rows between --from and --to");
+  Process order = identify("record.csv", {"--order", "99"});
+  EXPECT_EQ(order.wait(), bad_input);
+  EXPECT_NE(order.err().find("99, expected auto or 1 to 20"), std::string::npos) << order.err();
+  const std::string before = read("record.csv");
+  Process overwriting = run({path("record.csv"), "--output", path("record.csv")});
+  EXPECT_EQ(overwriting.wait(), bad_input);
+  EXPECT_NE(overwriting.err().find("record.csv: is read too, expected another file"), std::string::npos)
+      << overwriting.err();
+  EXPECT_EQ(read("record.csv"), before);
+  expect_refused(identify("record.csv", {"--initial-memory", path("found.toml")}), "is written twice");
+}
+
+TEST_F(Identify, RefusesRecordsOfDifferentUnits) {
+  write_record("V.csv", piezo_record(10.0), "# input_unit = V\n# output_unit = um\n");
+  write_record("A.csv", piezo_record(10.0), "# input_unit = A\n# output_unit = um\n");
+  expect_refused(run({path("V.csv"), path("A.csv"), "--output", path("found.toml")}),
+                 "A.csv: A to um, expected V to um as in");
+}
+
+TEST_F(Identify, RefusesARecordThatSaysOtherwiseThanTheCommandLine) {
+  write_record("A.csv", piezo_record(10.0), "# input_unit = A\n");
+  expect_refused(run({path("A.csv"), "--output", path("found.toml"), "--input-unit", "V"}),
+                 "A.csv: it says input_unit = \"A\", expected \"V\"");
+}
+
+TEST_F(Identify, NamesTheRecordThatNothingCanBeIdentifiedFrom) {
+  Dataset record = piezo_record(10.0);
+  std::ranges::fill(record.output, 5.0);
+  write_record("flat.csv", record);
+  expect_refused(identify("flat.csv"),
+                 "flat.csv: the output is constant at 5, expected one that follows the input");
+}
+
+TEST_F(Identify, StopsAtCtrlCWithTheBestSoFar) {
+  const Dataset record = with_noise(piezo_record(15000.0), 0.03, 1);
+  write_record("large.csv", record);
+  Process program = identify("large.csv");
+  ASSERT_TRUE(program.says("--output-unit")) << program.err();  // read; the next thing is to catch signals
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  program.send(SIGINT);
+  ASSERT_EQ(program.wait(), done) << program.err();
+  EXPECT_NE(program.out().find("stopped before the search was over: the best so far"), std::string::npos)
+      << program.out();
+  EXPECT_NE(read("found.toml").find("stopped before the search was over"), std::string::npos);
+  Process check({HYSTCAN_PROGRAM, "check", path("found.toml")});
+  EXPECT_EQ(check.wait(), done) << check.err();
+}
+
+class Validate : public Identify {};
+
+TEST_F(Validate, PrintsHowWellARecordIsPredicted) {
+  write_record("record.csv", piezo_record());
+  ASSERT_EQ(identify("record.csv", {"--order", "3"}).wait(), done);
+  Process program = validate("record.csv");
+  ASSERT_EQ(program.wait(), done) << program.err();
+  EXPECT_NE(program.out().find("record.csv: predicted with "), std::string::npos) << program.out();
+  EXPECT_NE(program.out().find("% at most, of its output span "), std::string::npos) << program.out();
+  Process json = validate("record.csv", {"--json"});
+  ASSERT_EQ(json.wait(), done) << json.err();
+  EXPECT_LT(nlohmann::json::parse(json.out())["rms_percent"].get<double>(), 0.01);
+}
+
+TEST_F(Validate, EstimatesWhatIsUnknownFromTheBeginningAlone) {
+  write_record("record.csv", piezo_record());
+  ASSERT_EQ(identify("record.csv", {"--order", "3"}).wait(), done);
+  Dataset raised = piezo_record();
+  for (double& x : raised.output) x += 2.5;
+  write_record("raised.csv", raised);
+  Process program =
+      validate("raised.csv", {"--estimate-from", "0.2", "--json", "--output", path("predicted.csv")});
+  ASSERT_EQ(program.wait(), done) << program.err();
+  const auto said = nlohmann::json::parse(program.out());
+  EXPECT_EQ(said["estimated_from_samples"], 201);
+  EXPECT_NEAR(said["offset"].get<double>(), 2.5, 0.01);
+  EXPECT_LT(said["rest_rms_percent"].get<double>(), 0.02);
+  const std::string csv = read("predicted.csv");
+  EXPECT_EQ(csv.substr(0, csv.find('\n')), "time_s,input,output,predicted");
+  EXPECT_EQ(outputs_of(csv, 2), raised.output);
+  EXPECT_NEAR(rms_between(outputs_of(csv, 3), raised.output) / said["output_span"].get<double>() * 100.0,
+              said["rms_percent"].get<double>(), 1e-6);
+}
+
+TEST_F(Validate, WithoutAnOffsetTakesTheZeroOfTheModel) {
+  write_record("record.csv", piezo_record());
+  ASSERT_EQ(identify("record.csv", {"--order", "3"}).wait(), done);
+  Dataset raised = piezo_record();
+  for (double& x : raised.output) x += 3.0;
+  write_record("raised.csv", raised);
+  Process program = validate("raised.csv", {"--no-offset", "--json"});
+  ASSERT_EQ(program.wait(), done) << program.err();
+  const auto said = nlohmann::json::parse(program.out());
+  EXPECT_EQ(said["offset"], 0.0);
+  EXPECT_NEAR(said["rms_percent"].get<double>(), 3.0 * percent_of_stroke, 1.0);
+}
+
+TEST_F(Validate, SaysHowManySamplesLieBeyondTheThresholds) {
+  write_record("record.csv", piezo_record());
+  ASSERT_EQ(identify("record.csv", {"--order", "3", "--thresholds", "observed"}).wait(), done);
+  Dataset wider = piezo_record();
+  for (double& v : wider.input) v *= 1.1;
+  write_record("wider.csv", wider);
+  Process program = validate("wider.csv");
+  ASSERT_EQ(program.wait(), done) << program.err();
+  EXPECT_NE(program.err().find("samples lie beyond the model's thresholds"), std::string::npos)
+      << program.err();
+}
+
+TEST_F(Validate, NeverOverwritesWhatItReads) {
+  write_record("record.csv", piezo_record());
+  ASSERT_EQ(identify("record.csv", {"--order", "3"}).wait(), done);
+  for (const char* name : {"record.csv", "found.toml"}) {
+    const std::string before = read(name);
+    EXPECT_EQ(validate("record.csv", {"--output", path(name)}).wait(), bad_input);
+    EXPECT_EQ(read(name), before);
+  }
+}
+
+}  // namespace
+}  // namespace hystcan

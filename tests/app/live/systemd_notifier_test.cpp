@@ -1,0 +1,80 @@
+#include "app/live/systemd_notifier.h"
+
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <array>
+#include <filesystem>
+#include <vector>
+
+namespace hystcan {
+namespace {
+
+/// A service manager's end of the notification socket.
+class Manager {
+ public:
+  Manager() : path_(std::filesystem::path(testing::TempDir()) / ("notify-" + std::to_string(getpid()))) {
+    std::filesystem::remove(path_);
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    path_.string().copy(address.sun_path, sizeof address.sun_path - 1);
+    EXPECT_EQ(::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  }
+  ~Manager() {
+    ::close(socket_);
+    std::filesystem::remove(path_);
+  }
+  Manager(const Manager&) = delete;
+  Manager& operator=(const Manager&) = delete;
+
+  std::string path() const { return path_.string(); }
+  std::vector<std::string> told() const {
+    std::vector<std::string> texts;
+    std::array<char, 100> text{};
+    for (ssize_t n = 0; (n = ::recv(socket_, text.data(), text.size(), MSG_DONTWAIT)) > 0;)
+      texts.emplace_back(text.data(), static_cast<std::size_t>(n));
+    return texts;
+  }
+
+ private:
+  std::filesystem::path path_;
+  int socket_ = ::socket(AF_UNIX, SOCK_DGRAM, 0);
+};
+
+TEST(SystemdNotifier, TellsReadyThenThatCyclesGoOnThreeTimesInATimeout) {
+  const Manager manager;
+  app::SystemdNotifier service(manager.path(), "300000");
+  for (int ms = 0; ms <= 1000; ++ms) service.tell_cycle(1e-3 * ms);
+  const auto told = manager.told();
+  ASSERT_GE(told.size(), 2u);
+  EXPECT_EQ(told.front(), "READY=1\n");
+  for (std::size_t i = 1; i < told.size(); ++i) EXPECT_EQ(told[i], "WATCHDOG=1\n");
+  EXPECT_GE(told.size() - 1, 9u) << "every 0.1 s, or the cycle after it";
+  EXPECT_LE(told.size() - 1, 10u);
+}
+
+TEST(SystemdNotifier, TellsNothingWhileNoCycleComes) {
+  const Manager manager;
+  const app::SystemdNotifier service(manager.path(), "300000");
+  EXPECT_TRUE(manager.told().empty());
+}
+
+TEST(SystemdNotifier, WithoutAWatchdogTellsReadyAlone) {
+  const Manager manager;
+  app::SystemdNotifier service(manager.path(), "");
+  for (int ms = 0; ms <= 1000; ++ms) service.tell_cycle(1e-3 * ms);
+  EXPECT_EQ(manager.told(), std::vector<std::string>{"READY=1\n"});
+}
+
+TEST(SystemdNotifier, WithoutAManagerOrWithOneThatIsGoneIsSilent) {
+  app::SystemdNotifier none("", "300000");
+  app::SystemdNotifier gone("/nonexistent/notify", "300000");
+  none.tell_cycle(0.0);
+  gone.tell_cycle(0.0);
+  gone.tell_cycle(1.0);
+}
+
+}  // namespace
+}  // namespace hystcan

@@ -1,0 +1,106 @@
+// A controller that can be reached, for tests: the shipped two-axis stage in virtual time, which a thread
+// moves on by itself, its control service, and clients that are plain Unix sockets. What is claimed is read
+// off answers and records; the wall clock only ends a test that hangs.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "app/remote/control_service.h"
+#include "app/remote/status_board.h"
+#include "config/schema/config.h"
+#include "rehearsal/rehearsal.h"
+#include "tests/support/shipped.h"
+
+namespace hystcan::app {
+
+/// One connection: lines there, lines back.
+class Client {
+ public:
+  explicit Client(const std::filesystem::path& socket);
+  ~Client() { hang_up(); }
+  Client(Client&& other) noexcept : socket_(other.socket_), unread_(std::move(other.unread_)) {
+    other.socket_ = -1;
+  }
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+  Client& operator=(Client&&) = delete;
+
+  void send(std::string_view bytes) const;
+  /// One answer; null where the other side has hung up.
+  nlohmann::json read();
+  nlohmann::json ask(const nlohmann::json& command) {
+    send(command.dump() + "\n");
+    return read();
+  }
+  void end_sending();
+  void hang_up();
+
+ private:
+  int socket_;
+  std::string unread_;
+};
+
+/// Of one cycle, as much as the claims are about.
+struct Step {
+  std::uint64_t cycle = 0;
+  controller::AxisState state = controller::AxisState::offline;
+  double reference_um = 0.0;
+  double position_um = 0.0;
+  double drive = 0.0;
+};
+
+class ControlBench {
+ public:
+  /// `prepare` may edit the shipped files; x has an [axis.control.in_position].
+  explicit ControlBench(const std::function<void(const support::ShippedCopy&)>& prepare = {});
+  ~ControlBench();
+  ControlBench(const ControlBench&) = delete;
+  ControlBench& operator=(const ControlBench&) = delete;
+
+  Client client() const { return Client(socket()); }
+  std::filesystem::path socket() const { return files_ / "control.sock"; }
+  const support::ShippedCopy& files() const { return files_; }
+  ControlService& service() { return *service_; }
+  /// The run ends, and the service after it, as in the program.
+  void end_service();
+
+  /// Time goes on until it is so; false where it never is.
+  bool comes_true(const std::function<bool()>& condition) const;
+  bool axis_is(std::size_t axis, controller::AxisState state) const;
+  /// All of an axis so far.
+  std::vector<Step> steps(std::size_t axis) const;
+  std::size_t step_count(std::size_t axis) const;
+  bool asked_to_stop() const { return asked_to_stop_; }
+
+ private:
+  void run();
+  void halt();
+
+  support::ShippedCopy files_;
+  config::Config config_;
+  StatusBoard board_;
+  mutable std::mutex mutex_;
+  std::vector<std::vector<Step>> steps_;
+  rehearsal::Rehearsal rehearsal_;
+  std::unique_ptr<ControlService> service_;
+  std::atomic<bool> ending_{false};
+  std::atomic<bool> asked_to_stop_{false};
+  std::thread thread_;
+};
+
+/// The largest change of the drive from one cycle to the next while tracking, from step `first` on.
+double largest_drive_step(const std::vector<Step>& steps, std::size_t first);
+
+bool says(const nlohmann::json& answer, std::string_view text);
+bool is_ok(const nlohmann::json& answer);
+
+}  // namespace hystcan::app

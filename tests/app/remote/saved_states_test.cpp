@@ -1,0 +1,163 @@
+// What an axis remembers, over a clean stop.
+#include "app/remote/saved_states.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <fstream>
+#include <functional>
+
+#include "rehearsal/rehearsal.h"
+#include "tests/support/shipped.h"
+
+namespace hystcan::app {
+namespace {
+
+using controller::AxisState;
+using std::chrono::milliseconds;
+
+/// The shipped stage whose axis x has just been stopped cleanly; `record` sees every cycle of the run.
+class StoppedStage {
+ public:
+  explicit StoppedStage(const char* start_up = "wipe") {
+    const std::string folder = "state_dir = \"" + files.folder().string() + "\"\n";
+    files.edit("piezo.toml", "rate_Hz = 1000.0", "rate_Hz = 1000.0\n" + folder);
+    files.edit("piezo.toml", "wipe_slew_V_per_s", "start_up = \"wipe\"\nwipe_slew_V_per_s");
+    set_start_up(start_up);
+  }
+  /// Of axis x; y is wiped.
+  void set_start_up(const std::string& start_up) const {
+    files.edit("piezo.toml", "start_up = \"wipe\"", "start_up = \"" + start_up + "\"");
+  }
+  /// Power-on, 0.9 s of the reference, a clean stop, and what is to be done then.
+  void run(const std::function<void(SavedStates&, const controller::Controller&)>& then) {
+    const config::Config config = load();
+    SavedStates states(config);
+    highest_initial_drive = 0.0;
+    rehearsal::Rehearsal rehearsal({.controller = config.controller,
+                                    .twin = config.twin,
+                                    .database = config.database,
+                                    .bitrate_bit_per_s = config.bus.bitrate_bit_per_s},
+                                   [this](const controller::CycleRecord& record) {
+                                     if (record.axis == 0 && record.report.state == AxisState::initialising)
+                                       highest_initial_drive =
+                                           std::max(highest_initial_drive, record.report.drive);
+                                   });
+    states.restore(rehearsal.controller());
+    rehearsal.start();
+    rehearsal.run_for(milliseconds(2000));
+    ASSERT_EQ(rehearsal.controller().axis(0).state(), AxisState::tracking);
+    rehearsal.controller().request_stop();
+    rehearsal.run_for(milliseconds(500));
+    ASSERT_TRUE(rehearsal.controller().stopped());
+    then(states, rehearsal.controller());
+  }
+  void run_and_save() {
+    run([](SavedStates& states, const controller::Controller& controller) { states.save(controller); });
+  }
+  config::Config load() const { return config::load(files / "piezo.toml"); }
+  std::filesystem::path state() const { return files / "x.state.toml"; }
+
+  support::ShippedCopy files;
+  double highest_initial_drive = 0.0;
+};
+
+std::string memory_text(const model::Hysteresis& model, const model::HysteresisState& memory) {
+  std::vector<char> buffer(model::Hysteresis::saved_size());
+  return std::string(model.save(memory, buffer));
+}
+
+void expect_refused(const StoppedStage& stage, std::string_view told) {
+  try {
+    const SavedStates states(stage.load());
+    FAIL() << "expected: " << told;
+  } catch (const config::Error& error) {
+    EXPECT_NE(std::string_view(error.what()).find(told), std::string_view::npos) << error.what();
+  }
+}
+
+TEST(SavedStates, AreReadBackToTheBit) {
+  StoppedStage stage;
+  stage.run([&](SavedStates& states, const controller::Controller& controller) {
+    states.save(controller);
+    const controller::ControlLaw* law = controller.axis(0).law_to_save();
+    ASSERT_NE(law, nullptr);
+    const config::SavedState saved = config::load_state(stage.state(), law->model());
+    EXPECT_EQ(saved.memory.input, law->memory().input);
+    EXPECT_EQ(saved.memory.output, law->memory().output);
+    EXPECT_EQ(memory_text(law->model(), saved.memory), memory_text(law->model(), law->memory()));
+    EXPECT_EQ(saved.correction.gain, law->correction().gain);
+    EXPECT_EQ(saved.correction.offset_um, law->correction().offset_um);
+  });
+}
+
+TEST(SavedStates, AreTakenUpWithoutAVisitToTheThresholds) {
+  StoppedStage stage;
+  stage.run_and_save();
+  EXPECT_EQ(stage.highest_initial_drive, 100.0) << "wiped";
+  stage.set_start_up("restore");
+  stage.run_and_save();
+  EXPECT_LT(stage.highest_initial_drive, 1.0);
+}
+
+TEST(SavedStates, AreRemovedAsSoonAsTheAxisIsDriven) {
+  StoppedStage stage;
+  stage.run_and_save();
+  ASSERT_TRUE(std::filesystem::exists(stage.state()));
+  SavedStates states(stage.load());
+  states.forget(0);
+  EXPECT_FALSE(std::filesystem::exists(stage.state()));
+  EXPECT_TRUE(std::filesystem::exists(stage.files / "y.state.toml"));
+  stage.set_start_up("restore");
+  expect_refused(stage, "there is none, so the last stop was not a clean one");
+}
+
+TEST(SavedStates, OfAFaultedAxisAreNotWritten) {
+  StoppedStage stage;
+  const config::Config config = stage.load();
+  const SavedStates states(config);
+  rehearsal::Rehearsal rehearsal({.controller = config.controller,
+                                  .twin = config.twin,
+                                  .database = config.database,
+                                  .bitrate_bit_per_s = config.bus.bitrate_bit_per_s},
+                                 [](const controller::CycleRecord&) {});
+  rehearsal.start();
+  rehearsal.run_for(milliseconds(2000));
+  rehearsal.kill_twin();
+  rehearsal.run_for(milliseconds(500));
+  ASSERT_EQ(rehearsal.controller().axis(0).state(), AxisState::faulted);
+  states.save(rehearsal.controller());
+  EXPECT_FALSE(std::filesystem::exists(stage.state()));
+}
+
+TEST(SavedStates, OfAnotherModelAreRefusedForARestoreAndLeftAloneElse) {
+  StoppedStage stage;
+  stage.run_and_save();
+  stage.files.edit("piezo.model.toml", "k_ascending  = 0.035", "k_ascending  = 0.034");
+  EXPECT_NO_THROW(SavedStates(stage.load())) << "start_up = \"wipe\" needs none";
+  stage.set_start_up("restore");
+  expect_refused(stage, "model");
+}
+
+TEST(SavedStates, OfHalfAFileAreRefused) {
+  StoppedStage stage;
+  stage.run_and_save();
+  const std::string whole = support::read_file(stage.state());
+  stage.set_start_up("restore");
+  ASSERT_NO_THROW(SavedStates(stage.load()));
+  const config::Config config = stage.load();
+  // What is cut off last is the newline, without which nothing is missing.
+  for (std::size_t size = 0; size + 1 < whole.size(); size += 1 + whole.size() / 40) {
+    std::ofstream(stage.state(), std::ios::binary) << whole.substr(0, size);
+    EXPECT_THROW(SavedStates{config}, config::Error) << whole.substr(0, size);
+  }
+}
+
+TEST(SavedStates, ThatCannotBeKeptAnywhereAreRefusedForARestore) {
+  StoppedStage stage("restore");
+  stage.files.edit("piezo.toml", "state_dir = ", "# ");
+  expect_refused(stage, "expected state_dir in [controller]");
+}
+
+}  // namespace
+}  // namespace hystcan::app

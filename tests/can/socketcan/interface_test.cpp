@@ -1,0 +1,59 @@
+#include "can/socketcan/interface.h"
+
+#include <gtest/gtest.h>
+
+#include <utility>
+
+#include <boost/asio/io_context.hpp>
+
+#include "can/socketcan/socketcan_bus.h"
+
+namespace hystcan::can {
+namespace {
+
+template <class Action>
+std::string refusal(Action action) {
+  try {
+    action();
+  } catch (const InterfaceError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+/// Where the kernel has no CAN, looking for an interface is no cure: that is said first.
+void expect_refused(const char* name, const std::string& what) {
+  const std::string told = refusal([name] { require_can_interface(name); });
+  EXPECT_TRUE(told == what || told.starts_with("this kernel has no CAN support (AF_CAN: ")) << told;
+}
+
+TEST(Interface, ThatIsAbsentIsRefusedWithTheCommandThatMakesIt) {
+  expect_refused(
+      "vcan97",
+      "interface vcan97 does not exist; create it with: ip link add dev vcan97 type vcan && ip link "
+      "set vcan97 up");
+  const std::string list = " does not exist; list those that do with: ip -brief link show type can";
+  expect_refused("can97", "interface can97" + list);
+  expect_refused("a-name-longer-than-the-kernel-has", "interface a-name-longer-than-the-kernel-has" + list);
+  expect_refused("", "interface " + list);
+}
+
+TEST(Interface, ThatIsNotCanIsRefused) {
+  if (!query_interface("lo")) GTEST_SKIP() << "no loopback interface here";
+  expect_refused("lo", "interface lo is not a CAN interface");
+}
+
+TEST(Interface, ThatIsAbsentIsNeitherVirtualNorReal) {
+  EXPECT_THROW(is_virtual_interface("vcan97"), InterfaceError);
+}
+
+TEST(SocketCanBus, IsRefusedWhereTheInterfaceIsAbsentOrTheKernelHasNoCan) {
+  boost::asio::io_context context;
+  const std::string what = refusal([&] { SocketCanBus bus(context, "vcan97", {}); });
+  EXPECT_TRUE(what.starts_with("this kernel has no CAN support (AF_CAN: ") ||
+              what.starts_with("interface vcan97 does not exist; "))
+      << what;
+}
+
+}  // namespace
+}  // namespace hystcan::can

@@ -1,0 +1,219 @@
+// The kernel's answer, byte by byte as a little-endian machine sees it, and what is made of it.
+#include "can/socketcan/link_message.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "can/socketcan/socketcan_bus.h"
+
+namespace hystcan::can {
+namespace {
+
+using Octets = std::vector<std::uint8_t>;
+
+void append(Octets& to, const Octets& what) { std::ranges::copy(what, std::back_inserter(to)); }
+
+Octets words(const std::vector<std::uint32_t>& values) {
+  Octets bytes;
+  for (const std::uint32_t value : values)
+    append(bytes, {static_cast<std::uint8_t>(value), static_cast<std::uint8_t>(value >> 8U),
+                   static_cast<std::uint8_t>(value >> 16U), static_cast<std::uint8_t>(value >> 24U)});
+  return bytes;
+}
+
+Octets text(const std::string& value) {
+  Octets bytes(value.begin(), value.end());
+  bytes.push_back(0);
+  return bytes;
+}
+
+/// struct rtattr: length and type as u16, then the value, padded to four bytes.
+Octets attribute(std::uint8_t type, const Octets& value) {
+  Octets bytes{static_cast<std::uint8_t>(value.size() + 4), 0, type, 0};
+  append(bytes, value);
+  while (bytes.size() % 4 != 0) bytes.push_back(0);
+  return bytes;
+}
+
+Octets joined(const std::vector<Octets>& parts) {
+  Octets bytes;
+  for (const Octets& part : parts) append(bytes, part);
+  return bytes;
+}
+
+/// nlmsghdr of type 16 (RTM_NEWLINK), ifinfomsg of type 280 (ARPHRD_CAN), index 3, flags 1 (IFF_UP).
+Octets new_link(const Octets& attributes) {
+  Octets bytes = words({static_cast<std::uint32_t>(32 + attributes.size()), 16, 0, 0});
+  append(bytes, {0, 0, 0x18, 0x01});
+  append(bytes, words({3, 1, 0}));
+  append(bytes, attributes);
+  return bytes;
+}
+
+std::optional<Interface> parsed(const Octets& bytes) {
+  return parse_link_message(std::as_bytes(std::span(bytes)));
+}
+
+// A controller at 500 kbit/s, passive: numbers of linux/if_link.h and linux/can/netlink.h, which are ABI.
+const Octets controller = new_link(joined({
+    attribute(4, words({72})),         // IFLA_MTU
+    attribute(13, words({10})),        // IFLA_TXQLEN
+    attribute(6, text("pfifo_fast")),  // IFLA_QDISC
+    attribute(
+        18,
+        joined({
+            // IFLA_LINKINFO
+            attribute(1, text("can")),  //   IFLA_INFO_KIND
+            attribute(2, joined({
+                             //   IFLA_INFO_DATA
+                             attribute(1, words({500'000, 875, 125, 6, 7, 2, 1, 8})),  // IFLA_CAN_BITTIMING
+                             attribute(4, words({2})),                                 // IFLA_CAN_STATE
+                             attribute(5, words({0x3F, 0x2A})),                        // IFLA_CAN_CTRLMODE
+                             attribute(6, words({100})),                               // IFLA_CAN_RESTART_MS
+                             attribute(8, {136, 0, 7, 0}),  // IFLA_CAN_BERR_COUNTER
+                         })),
+            attribute(3, words({1, 2, 3, 4, 5, 6})),  //   IFLA_INFO_XSTATS
+        })),
+}));
+
+TEST(LinkMessage, TellsWhatAControllerIsSetToAndHowItFares) {
+  const auto interface = parsed(controller);
+  ASSERT_TRUE(interface);
+  EXPECT_EQ(interface->index, 3);
+  EXPECT_TRUE(interface->up);
+  EXPECT_TRUE(interface->is_can);
+  EXPECT_EQ(interface->kind, "can");
+  EXPECT_EQ(interface->bus_state, BusState::passive);
+  EXPECT_EQ(interface->bitrate_bit_per_s, 500'000U);
+  EXPECT_DOUBLE_EQ(interface->sample_point.value(), 0.875);
+  EXPECT_EQ(interface->restart_ms, 100U);
+  EXPECT_TRUE(interface->listen_only);
+  EXPECT_FALSE(interface->loopback);
+  EXPECT_TRUE(interface->one_shot);
+  EXPECT_TRUE(interface->fd);
+  EXPECT_EQ(interface->error_counters, (ErrorCounters{.transmit = 136, .receive = 7}));
+  EXPECT_EQ(interface->transmit_queue_frames, 10U);
+  EXPECT_EQ(interface->queue_discipline, "pfifo_fast");
+  ASSERT_TRUE(interface->driver_statistics);
+  EXPECT_EQ(interface->driver_statistics->bus_errors, 1U);
+  EXPECT_EQ(interface->driver_statistics->bus_offs, 4U);
+  EXPECT_EQ(interface->driver_statistics->restarts, 6U);
+}
+
+TEST(LinkMessage, OfAVirtualInterfaceTellsNoneOfAController) {
+  const auto interface = parsed(new_link(joined({
+      attribute(4, words({16})),
+      attribute(13, words({1000})),
+      attribute(6, text("noqueue")),
+      attribute(18, attribute(1, text("vcan"))),
+  })));
+  ASSERT_TRUE(interface);
+  EXPECT_EQ(interface->bus_state, std::nullopt);
+  EXPECT_EQ(interface->bitrate_bit_per_s, std::nullopt);
+  EXPECT_EQ(interface->restart_ms, std::nullopt);
+  EXPECT_FALSE(interface->driver_statistics);
+  EXPECT_FALSE(interface->fd);
+  EXPECT_EQ(describe("vcan0", *interface), "vcan0: vcan, no bit rate, qdisc noqueue, 1000 frames");
+  EXPECT_TRUE(find_doubts("vcan0", *interface, 1e6).empty());
+  EXPECT_NO_THROW(require_able_to_send("vcan0", *interface));
+}
+
+TEST(LinkMessage, CutAnywhereIsReadAsFarAsItGoes) {
+  for (std::size_t size = 0; size < controller.size(); ++size) {
+    const auto interface = parsed(Octets(controller.begin(), controller.begin() + static_cast<long>(size)));
+    EXPECT_EQ(interface.has_value(), size >= 32) << size;
+  }
+}
+
+TEST(LinkMessage, OfAnotherTypeIsNoInterface) {
+  Octets error = controller;
+  error[4] = 2;  // NLMSG_ERROR
+  EXPECT_FALSE(parsed(error));
+}
+
+Interface sound() {
+  Interface interface;
+  interface.kind = "can";
+  interface.bitrate_bit_per_s = 1'000'000;
+  interface.sample_point = 0.75;
+  interface.restart_ms = 100;
+  interface.transmit_queue_frames = 10;
+  interface.queue_discipline = "pfifo_fast";
+  return interface;
+}
+
+TEST(InterfaceLine, NamesWhatAnEngineerWouldLookUp) {
+  EXPECT_EQ(describe("can0", sound()),
+            "can0: 1000 kbit/s, sample point 75 %, restart-ms 100, qdisc pfifo_fast, 10 frames");
+  EXPECT_EQ(describe("can0", *parsed(controller)),
+            "can0: 500 kbit/s, sample point 87.5 %, restart-ms 100, one-shot, listen-only, FD, passive, "
+            "qdisc pfifo_fast, 10 frames");
+}
+
+TEST(InterfaceDoubts, AreNoneWhereAllIsAsConfigured) {
+  EXPECT_TRUE(find_doubts("can0", sound(), 1e6).empty());
+}
+
+TEST(InterfaceDoubts, NameAnotherBitRateAndNoRestart) {
+  Interface interface = sound();
+  interface.restart_ms = 0;
+  EXPECT_EQ(
+      find_doubts("can0", interface, 500e3),
+      (std::vector<std::string>{
+          "can0 runs at 1e+06 bit/s, expected 500000 by the configuration",
+          "can0 has restart-ms 0: bus-off lasts until someone runs ip link set can0 type can restart"}));
+}
+
+TEST(InterfaceDoubts, NameTheModesInWhichFramesAreLost) {
+  Interface interface = sound();
+  interface.loopback = true;
+  interface.one_shot = true;
+  EXPECT_EQ(find_doubts("can0", interface, 1e6).size(), 2U);
+}
+
+TEST(InterfaceMode, ThatOnlyListensIsRefusedWithItsCure) {
+  Interface interface = sound();
+  interface.listen_only = true;
+  try {
+    require_able_to_send("can0", interface);
+    FAIL();
+  } catch (const InterfaceError& error) {
+    EXPECT_STREQ(
+        error.what(),
+        "interface can0 is listen-only; take it down and set: ip link set can0 type can listen-only off");
+  }
+}
+
+std::string refusal_of_fd(const std::string& name, const Interface& interface,
+                          const std::vector<std::string>& messages) {
+  try {
+    require_able_to_carry_fd(name, interface, messages);
+  } catch (const InterfaceError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(InterfaceMode, WithoutFdIsRefusedWithItsCureWhereAMessageNeedsFd) {
+  EXPECT_EQ(
+      refusal_of_fd("can0", sound(), {"AmpSet", "SensPos"}),
+      "interface can0 takes no CAN FD frames, expected one that does for AmpSet, SensPos; take it down and "
+      "set: ip link set can0 type can bitrate 1000000 dbitrate 4000000 fd on");
+  Interface virtual_one;
+  virtual_one.kind = "vcan";
+  EXPECT_EQ(
+      refusal_of_fd("vcan0", virtual_one, {"AmpSet"}),
+      "interface vcan0 takes no CAN FD frames, expected one that does for AmpSet; take it down and set: ip "
+      "link set vcan0 mtu 72");
+  EXPECT_EQ(refusal_of_fd("vcan0", virtual_one, {}), "") << "classical frames need none";
+  virtual_one.fd = true;
+  EXPECT_EQ(refusal_of_fd("vcan0", virtual_one, {"AmpSet"}), "");
+}
+
+}  // namespace
+}  // namespace hystcan::can

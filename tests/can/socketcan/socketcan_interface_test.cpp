@@ -1,0 +1,88 @@
+// The interface goes down, comes up, vanishes and comes back under its name.
+#include "tests/can/socketcan/socketcan_fixture.h"
+
+namespace hystcan::can {
+namespace {
+
+std::string refusal(const std::string& interface) {
+  boost::asio::io_context context;
+  try {
+    SocketCanBus bus(context, interface, {});
+  } catch (const InterfaceError& error) {
+    return error.what();
+  }
+  return "opened";
+}
+
+TEST_F(SocketCanInterface, MayGoDownAndComeUpAgain) {
+  const auto bus = open("vcan9", {{0x181}});
+  EXPECT_EQ(bus->state(), BusState::active);
+  ASSERT_TRUE(shell("ip link set vcan9 down"));
+  run_until([&] { return bus->state() == BusState::down; });
+  EXPECT_FALSE(bus->send({.id = 0x201, .length = 8}));
+  EXPECT_EQ(bus->counters().send_refused, 1U);
+
+  ASSERT_TRUE(shell("ip link set vcan9 up"));
+  run_until([&] { return bus->state() == BusState::active; });
+  EXPECT_TRUE(bus->send({.id = 0x201, .length = 8}));
+  ASSERT_TRUE(shell("cansend vcan9 181#11 && cansend vcan9 182#12"));
+  run_until([&] { return !heard.empty(); });
+  EXPECT_EQ(states, (std::vector{BusState::down, BusState::active}));
+}
+
+TEST_F(SocketCanInterface, GoingDownIsNoticedBySendingToo) {
+  const auto bus = open("vcan9", {});
+  ASSERT_TRUE(shell("ip link set vcan9 down"));
+  EXPECT_FALSE(bus->send({.id = 0x201, .length = 8}));
+  EXPECT_FALSE(bus->send({.id = 0x201, .length = 8}));
+  run_until([&] { return bus->state() == BusState::down; });
+  EXPECT_EQ(bus->counters().send_refused, 2U);
+  ASSERT_TRUE(shell("ip link set vcan9 up"));
+  run_until([&] { return bus->state() == BusState::active; });
+  EXPECT_TRUE(bus->send({.id = 0x201, .length = 8}));
+}
+
+TEST_F(SocketCanInterface, MayVanishAndComeBackUnderItsName) {
+  const auto bus = open("vcan9", {{0x181}});
+  ASSERT_TRUE(shell("ip link del vcan9"));
+  run_until([&] { return bus->state() == BusState::down; });
+  ASSERT_TRUE(shell("ip link add dev vcan9 type vcan && ip link set vcan9 up"));
+  run_until([&] { return bus->state() == BusState::active; });
+  ASSERT_TRUE(shell("cansend vcan9 181#22"));
+  run_until([&] { return !heard.empty(); });
+  EXPECT_EQ(heard[0].data[0], 0x22);
+}
+
+TEST_F(SocketCanInterface, SetsItsFiltersAgainWhereTheInterfaceIsANewOne) {
+  const auto bus = open("vcan9", {{0x181}});
+  const int index = query_interface("vcan9")->index;
+  ASSERT_TRUE(shell("ip link del vcan9"));
+  run_until([&] { return bus->state() == BusState::down; });
+  EXPECT_FALSE(bus->send({.id = 0x201, .length = 8})) << "there is nothing to send on";
+  ASSERT_TRUE(shell("ip link add dev vcan9 type vcan && ip link set vcan9 up"));
+  run_until([&] { return bus->state() == BusState::active; });
+  EXPECT_NE(query_interface("vcan9")->index, index) << "as after unplugging and plugging a USB adapter";
+  ASSERT_TRUE(shell("cansend vcan9 180#01 && cansend vcan9 182#02 && cansend vcan9 181#03"));
+  run_until([&] { return !heard.empty(); });
+  context.poll();
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_EQ(heard[0].data[0], 3);
+  EXPECT_TRUE(bus->send({.id = 0x201, .length = 8}));
+}
+
+TEST_F(SocketCanInterface, IsRefusedWithItsCureWhereItIsDownOrAbsent) {
+  ASSERT_TRUE(shell("ip link set vcan9 down"));
+  EXPECT_EQ(refusal("vcan9"), "interface vcan9 is down; bring it up with: ip link set vcan9 up");
+  EXPECT_EQ(refusal("vcan7"),
+            "interface vcan7 does not exist; create it with: ip link add dev vcan7 type vcan && ip link set "
+            "vcan7 up");
+  EXPECT_EQ(refusal("lo"), "interface lo is not a CAN interface");
+}
+
+TEST_F(SocketCanInterface, IsKnownForAVirtualOne) {
+  EXPECT_TRUE(is_virtual_interface("vcan0"));
+  EXPECT_TRUE(is_virtual_interface("vcan9"));
+}
+
+}  // namespace
+}  // namespace hystcan::can

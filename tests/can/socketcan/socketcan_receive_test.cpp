@@ -1,0 +1,107 @@
+// SocketCanBus receives: what its filters name, in order, stamped on arrival, counted where lost.
+#include "tests/can/socketcan/socketcan_fixture.h"
+
+namespace hystcan::can {
+namespace {
+
+using SocketCanReceive = OnVcan;
+
+TEST_F(SocketCanReceive, LetsOnlyTheFilteredIdentifiersThrough) {
+  const auto bus = open("vcan0", {{0x181}, {0x182}});
+  for (const char* frame : {"180#00", "181#01", "183#02", "581#03", "00000183#04", "00010181#05", "182#06"}) {
+    ASSERT_TRUE(shell(std::string("cansend vcan0 ") + frame)) << frame;
+  }
+  run_until([&] { return heard.size() >= 2; });
+  ASSERT_EQ(heard.size(), 2U);
+  EXPECT_EQ(heard[0], (Frame{.id = 0x181, .length = 1, .data = {1}}));
+  EXPECT_EQ(heard[1], (Frame{.id = 0x182, .length = 1, .data = {6}}));
+}
+
+TEST_F(SocketCanReceive, DeliversAnExtendedAndARemoteFrameInThePlaceOfOursOnce) {
+  const auto bus = open("vcan0", {{0x181}});
+  for (const char* frame : {"00000181#0102", "181#R8", "181#07"}) {
+    ASSERT_TRUE(shell(std::string("cansend vcan0 ") + frame)) << frame;
+  }
+  run_until([&] { return heard.size() >= 3; });
+  ASSERT_EQ(heard.size(), 3U);
+  EXPECT_EQ(heard[0], (Frame{.id = 0x181, .extended = true, .length = 2, .data = {1, 2}}));
+  EXPECT_EQ(heard[1], (Frame{.id = 0x181, .kind = FrameKind::remote, .length = 8}));
+  EXPECT_EQ(heard[2], (Frame{.id = 0x181, .length = 1, .data = {7}}));
+}
+
+TEST_F(SocketCanReceive, TakesManyFramesInOrderInOneWakeUp) {
+  const auto bus = open("vcan0", {{0x181}});
+  ASSERT_TRUE(shell("cangen vcan0 -g 0 -I 181 -L 2 -D i -n 100"));
+  run_until([&] { return heard.size() >= 100; });
+  ASSERT_EQ(heard.size(), 100U);
+  for (std::size_t i = 0; i < heard.size(); ++i) EXPECT_EQ(heard[i].data[0], i);
+  EXPECT_EQ(bus->counters().received, 100U);
+  EXPECT_EQ(bus->counters().receive_lost, 0U);
+}
+
+TEST_F(SocketCanReceive, StampsAFrameWithTheTimeOfItsArrivalNotOfItsReading) {
+  const auto bus = open("vcan0", {{0x181}});
+  const Time before = std::chrono::steady_clock::now();
+  ASSERT_TRUE(shell("cansend vcan0 181#00"));
+  const Time after = std::chrono::steady_clock::now();
+  std::this_thread::sleep_for(50ms);
+  run_until([&] { return !heard.empty(); });
+  EXPECT_GE(stamps[0], before);
+  EXPECT_LE(stamps[0], after);
+}
+
+TEST_F(SocketCanReceive, CountsWhatTheKernelDropped) {
+  const auto bus = open("vcan0", {{0x181}});
+  ASSERT_TRUE(shell("cangen vcan0 -g 0 -I 181 -L 8 -n 3000"));
+  run_until([&] { return heard.size() >= 100; });
+  context.poll();
+  context.restart();
+  const std::size_t kept = heard.size();
+  ASSERT_TRUE(shell("cansend vcan0 181#FF"));
+  run_until([&] { return heard.size() > kept; });
+  EXPECT_GT(bus->counters().receive_lost, 0U);
+  EXPECT_EQ(bus->counters().received + bus->counters().receive_lost, 3001U);
+}
+
+TEST_F(SocketCanReceive, LetsAHandlerDestroyTheBus) {
+  auto bus = open("vcan0", {{0x181}});
+  int frames = 0;
+  bus->on_frame([&](const Frame&, Time) {
+    ++frames;
+    bus.reset();
+  });
+  ASSERT_TRUE(shell("cangen vcan0 -g 0 -I 181 -n 5"));
+  run_until([&] { return !bus; });
+  context.run();
+  EXPECT_EQ(frames, 1);
+}
+
+TEST_F(SocketCanInterface, DeliversAnFdFrameInThePlaceOfOurs) {
+  const auto bus = open("vcan9", {{0x181}});
+  ASSERT_TRUE(shell("cansend vcan9 181##0010203"));
+  run_until([&] { return !heard.empty(); });
+  EXPECT_EQ(heard[0].kind, FrameKind::fd);
+  EXPECT_EQ(heard[0].length, 3);
+}
+
+TEST_F(SocketCanInterface, CountsLostFramesOnceAlthoughItWasOpenedAnew) {
+  const auto bus = open("vcan9", {{0x181}});
+  ASSERT_TRUE(shell("cangen vcan9 -g 0 -I 181 -L 8 -n 3000"));
+  run_until([&] { return heard.size() >= 100; });
+  context.poll();
+  context.restart();
+  ASSERT_TRUE(shell("cansend vcan9 181#FF"));
+  run_until([&] { return bus->counters().receive_lost > 0; });
+  const std::uint64_t lost = bus->counters().receive_lost;
+  ASSERT_TRUE(shell("ip link set vcan9 down"));
+  run_until([&] { return bus->state() == BusState::down; });
+  ASSERT_TRUE(shell("ip link set vcan9 up"));
+  run_until([&] { return bus->state() == BusState::active; });
+  const std::size_t kept = heard.size();
+  ASSERT_TRUE(shell("cansend vcan9 181#FE"));
+  run_until([&] { return heard.size() > kept; });
+  EXPECT_EQ(bus->counters().receive_lost, lost);
+}
+
+}  // namespace
+}  // namespace hystcan::can

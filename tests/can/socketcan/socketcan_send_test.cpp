@@ -1,0 +1,132 @@
+// SocketCanBus sends: byte for byte, to everyone but itself, refusing what is no frame. can-utils and
+// python-can are the other side.
+#include <signal.h>
+#include <sys/wait.h>
+
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "can/dbc/database.h"
+#include "tests/can/socketcan/socketcan_fixture.h"
+
+namespace hystcan::can {
+namespace {
+
+using SocketCanSend = OnVcan;
+
+/// candump in the background, until it has seen a number of frames.
+class Candump {
+ public:
+  explicit Candump(int frames)
+      : log_(std::filesystem::temp_directory_path() / ("candump-" + std::to_string(::getpid()))) {
+    child_ = ::fork();
+    if (child_ == 0) {
+      const std::string command =
+          "exec candump -L -T 20000 -n " + std::to_string(frames) + " vcan0 > " + log_.string();
+      ::execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
+      ::_exit(127);
+    }
+    while (content_of("/proc/net/can/rcvlist_all").find("  vcan0 ") == std::string::npos) {
+      std::this_thread::sleep_for(1ms);
+    }
+  }
+  ~Candump() {
+    ::kill(child_, SIGKILL);
+    ::waitpid(child_, nullptr, 0);
+    std::filesystem::remove(log_);
+  }
+  Candump(const Candump&) = delete;
+  Candump& operator=(const Candump&) = delete;
+
+  std::vector<std::string> frames() {
+    ::waitpid(child_, nullptr, 0);
+    std::ifstream file(log_);
+    std::vector<std::string> result;
+    for (std::string line; std::getline(file, line);) result.push_back(line.substr(line.rfind(' ') + 1));
+    return result;
+  }
+
+ private:
+  std::filesystem::path log_;
+  pid_t child_ = -1;
+};
+
+TEST_F(SocketCanSend, ShowsInCandumpByteForByte) {
+  const auto bus = open("vcan0", {});
+  Candump candump(4);
+  EXPECT_TRUE(
+      bus->send({.id = 0x201, .length = 8, .data = {0x4E, 0x61, 0xBC, 0x00, 0x01, 0x07, 0x03, 0xD9}}));
+  EXPECT_TRUE(bus->send({.id = 0x123, .kind = FrameKind::remote, .length = 3}));
+  EXPECT_TRUE(bus->send({.id = 0x18FEEDFE, .extended = true, .length = 2, .data = {0xAB, 0xCD}}));
+  EXPECT_TRUE(bus->send({.id = 0x080, .length = 1, .data = {240}}));
+  EXPECT_EQ(candump.frames(),
+            (std::vector<std::string>{"201#4E61BC00010703D9", "123#R3", "18FEEDFE#ABCD", "080#F0"}));
+  EXPECT_EQ(bus->counters().sent, 4U);
+}
+
+TEST_F(SocketCanSend, IsNotHeardByTheSenderButByEveryOtherSocket) {
+  const auto bus = open("vcan0", {{0x201}});
+  boost::asio::io_context other_context;
+  SocketCanBus other(other_context, "vcan0", std::vector<Filter>{{0x201}});
+  int heard_by_other = 0;
+  other.on_frame([&](const Frame&, Time) { ++heard_by_other; });
+  EXPECT_TRUE(bus->send({.id = 0x201, .length = 8}));
+  other_context.poll();
+  context.poll();
+  EXPECT_EQ(heard_by_other, 1);
+  EXPECT_TRUE(heard.empty());
+}
+
+TEST_F(SocketCanSend, RefusesAndCountsWhatIsNoFrameOrTooLongForTheInterface) {
+  const auto bus = open("vcan0", {});
+  EXPECT_FALSE(bus->send({.id = 0x800, .length = 1}));
+  EXPECT_FALSE(bus->send({.id = 0x100, .length = 9}));
+  EXPECT_FALSE(bus->send({.kind = FrameKind::error}));
+  EXPECT_EQ(bus->counters().send_refused, 3U);
+  EXPECT_EQ(bus->state(), BusState::active);
+}
+
+// python-can as an independent peer: every message of the shipped DBC there, and back with its payload
+// inverted.
+TEST_F(SocketCanInterface, ExchangesEveryMessageOfTheDbcWithPythonCan) {
+  const Database database = load_dbc(HYSTCAN_SOURCE_DIR "/config/hystcan.dbc");
+  std::vector<Filter> filters;
+  std::vector<Frame> sent;
+  std::string expected = "ready\n";
+  for (const Message& message : database.messages) {
+    Frame frame{
+        .id = message.id, .extended = message.extended, .length = static_cast<std::uint8_t>(message.length)};
+    std::string line = fmt::format("{:0{}X}#", message.id, message.extended ? 8 : 3);
+    for (std::uint8_t i = 0; i < message.length; ++i) {
+      frame.data[i] = static_cast<std::uint8_t>(16 * sent.size() + i);
+      line += fmt::format("{:02X}", frame.data[i]);
+    }
+    filters.push_back({.id = message.id, .extended = message.extended});
+    sent.push_back(frame);
+    expected += line + "\n";
+  }
+  const auto bus = open("vcan9", filters);
+  const std::string output = std::filesystem::temp_directory_path() / "python-peer";
+  std::thread peer([&] {
+    shell("/usr/bin/python3 " HYSTCAN_SOURCE_DIR "/tests/can/python_peer.py vcan9 " +
+          std::to_string(sent.size()) + " > " + output);
+  });
+  const Time give_up = std::chrono::steady_clock::now() + 60s;
+  while (content_of(output).empty() && std::chrono::steady_clock::now() < give_up)
+    std::this_thread::sleep_for(10ms);
+  for (const Frame& frame : sent) EXPECT_TRUE(bus->send(frame));
+  run_until([&] { return heard.size() >= sent.size(); });
+  peer.join();
+  EXPECT_EQ(content_of(output), expected) << "what python-can received";
+  ASSERT_EQ(heard.size(), sent.size());
+  for (std::size_t i = 0; i < sent.size(); ++i) {
+    Frame inverted = sent[i];
+    for (std::uint8_t byte = 0; byte < inverted.length; ++byte)
+      inverted.data[byte] = static_cast<std::uint8_t>(255 - inverted.data[byte]);
+    EXPECT_EQ(heard[i], inverted) << database.messages[i].name;
+  }
+}
+
+}  // namespace
+}  // namespace hystcan::can

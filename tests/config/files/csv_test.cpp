@@ -1,0 +1,107 @@
+#include "config/files/csv.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+namespace hystcan::config {
+namespace {
+
+class Csv : public testing::Test {
+ protected:
+  CsvReader reader(const std::string& text, std::vector<std::string> columns = {"input"}) {
+    std::ofstream(file_, std::ios::binary) << text;
+    return {file_, std::move(columns)};
+  }
+  std::vector<double> all(const std::string& text) {
+    CsvReader csv = reader(text);
+    std::vector<double> row;
+    std::vector<double> values;
+    while (csv.next(row)) values.push_back(row[0]);
+    return values;
+  }
+  std::string refusal(const std::string& text) {
+    try {
+      all(text);
+    } catch (const Error& error) {
+      return std::string(error.what()).substr(file_.string().size());
+    }
+    return "accepted";
+  }
+  std::filesystem::path file_ =
+      std::filesystem::path(testing::TempDir()) /
+      (std::string("hystcan_") + testing::UnitTest::GetInstance()->current_test_info()->name());
+};
+
+TEST_F(Csv, FindsColumnsByNameInAnyOrder) {
+  CsvReader csv = reader("# made by hand\noutput, time_s ,input\n1,2,3\n", {"input", "output"});
+  std::vector<double> row;
+  ASSERT_TRUE(csv.next(row));
+  EXPECT_EQ(row, (std::vector<double>{3.0, 1.0}));
+  EXPECT_FALSE(csv.next(row));
+}
+
+TEST_F(Csv, AcceptsWindowsLineEndsCommentsBlankLinesAndAMissingLastNewline) {
+  EXPECT_EQ(all("time_s,input\r\n0,1.5\r\n\r\n# pause\r\n1,-2e-3"), (std::vector<double>{1.5, -0.002}));
+}
+
+TEST_F(Csv, AcceptsWhatSpreadsheetsWrite) {
+  EXPECT_EQ(all("\xEF\xBB\xBFinput,time_s\n+1.5,0\n  # pause\n-2,1\n"), (std::vector<double>{1.5, -2.0}));
+  EXPECT_EQ(refusal("input\n+-1\n"), ":2:1: input is \"+-1\", expected a finite number");
+}
+
+TEST_F(Csv, ReadsDecimalCommasBetweenSemicolonsOrTabs) {
+  EXPECT_EQ(all("time_s;input\r\n0,5;1,25\r\n1;-2\r\n"), (std::vector<double>{1.25, -2.0}));
+  EXPECT_EQ(all("time_s\tinput\n0.5\t1,25e-3\n"), (std::vector<double>{1.25e-3}));
+  EXPECT_EQ(
+      refusal("time_s,input\n0,5,1,25\n"),
+      ":2:1: the row has 4 fields, expected 2 as in the header: decimal commas are read where semicolons "
+      "stand between the fields");
+  EXPECT_EQ(refusal("input;x\n1,2,3;0\n"), ":2:1: input is \"1,2,3\", expected a finite number");
+}
+
+TEST_F(Csv, TellsWhatACommentBeforeTheHeaderNames) {
+  const CsvReader csv = reader("# input_unit = \"V\"\n#output_unit=um\ninput\n# input_unit = A\n1\n");
+  EXPECT_EQ(csv.comment("input_unit"), "V");
+  EXPECT_EQ(csv.comment("output_unit"), "um");
+  EXPECT_EQ(csv.comment("licence"), "");
+}
+
+TEST_F(Csv, TellsThatTheFileEndsInMidLine) {
+  EXPECT_EQ(refusal("time_s,input\n0,1\n1"),
+            ":3:1: the row has 1 fields and then the file ends, expected 2 as in the header");
+  CsvReader csv = reader("input\n1\n2.71");
+  std::vector<double> row;
+  ASSERT_TRUE(csv.next(row));
+  EXPECT_FALSE(csv.ends_in_mid_line());
+  ASSERT_TRUE(csv.next(row));
+  EXPECT_TRUE(csv.ends_in_mid_line());
+}
+
+TEST_F(Csv, RefusesAColumnThatIsThereTwice) {
+  EXPECT_EQ(refusal("input,output,input\n1,2,3\n"),
+            ":1:14: column input is there twice, expected each name once");
+}
+
+TEST_F(Csv, RefusesAHoleAtItsPlace) {
+  EXPECT_EQ(refusal("time_s,input\n0,1\n1,\n"), ":3:3: input is empty, expected a number");
+}
+
+TEST_F(Csv, RefusesWhatIsNotAFiniteNumberAtItsPlace) {
+  EXPECT_EQ(refusal("time_s,input\n0, volts\n"), ":2:4: input is \"volts\", expected a finite number");
+  EXPECT_EQ(refusal("input\nnan\n"), ":2:1: input is \"nan\", expected a finite number");
+  EXPECT_EQ(refusal("input\n1.5x\n"), ":2:1: input is \"1.5x\", expected a finite number");
+}
+
+TEST_F(Csv, RefusesARowThatEndsEarly) {
+  EXPECT_EQ(refusal("time_s,input\n0,1\n1\n"), ":3:1: the row has 1 fields, expected 2 as in the header");
+}
+
+TEST_F(Csv, RefusesAHeaderWithoutTheColumn) {
+  EXPECT_EQ(refusal("time_s,volts\n0,1\n"), ":1:1: no column input, expected it among time_s, volts");
+}
+
+TEST_F(Csv, RefusesAnEmptyFile) { EXPECT_EQ(refusal(""), ":1:1: no header row, expected column names"); }
+
+}  // namespace
+}  // namespace hystcan::config

@@ -1,0 +1,221 @@
+#include "config/schema/bus_plan.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <random>
+#include <string>
+
+#include "can/sim/sim_bus.h"
+#include "tests/support/shipped.h"
+
+namespace hystcan::config {
+namespace {
+
+using namespace std::chrono_literals;
+
+Config shipped(const char* name) { return load(std::string(HYSTCAN_SOURCE_DIR "/config/") + name); }
+
+const PlannedFrame& planned(const BusPlan& plan, const std::string& name) {
+  return *std::ranges::find(plan.frames, name, [](const PlannedFrame& p) { return p.frame.name; });
+}
+
+TEST(BusPlan, OfTheShippedStageFitsAndIsAsCountedByHand) {
+  const BusPlan plan = plan_bus(shipped("piezo.toml"));
+  EXPECT_EQ(plan.frames.size(), 14U);
+  EXPECT_EQ(plan.emergencies.size(), 4U);
+  // Behind a full cycle, 655 with turnaround, that had both amplifiers' statuses, 270, all five heartbeats,
+  // 325, and one of the controller's axis statuses, 135; the controller's in its queue before this SYNC.
+  EXPECT_EQ(planned(plan, "Sync").response, 655us + 270us + 325us + 135us + 65us - 1000us);
+  // SYNC, sample, command: 65 + 135 + 135; turnaround 50; the other axis's sample and command 270; both
+  // statuses 270; a heartbeat of 65 bits before each of the three.
+  EXPECT_EQ(planned(plan, "YAmpCommand").response, 335us + 50us + 270us + 270us + 195us);
+  EXPECT_EQ(planned(plan, "YAmpCommand").deadline, 1135us);
+  EXPECT_TRUE(plan.commands_in_time());
+  for (const PlannedFrame& frame : plan.frames) EXPECT_TRUE(frame.in_time()) << frame.frame.name;
+  // 65 + 4 * 135 bits in each of 1000 cycles, two statuses in every tenth, five heartbeats and two axis
+  // statuses in 100 ms.
+  EXPECT_NEAR(plan.load, (605.0 * 1000 + 2 * 135 * 100 + (5 * 65 + 2 * 135) * 10) / 1e6, 1e-9);
+  EXPECT_LT(plan.load, 2.0 / 3.0);
+}
+
+// Anybody's frame may have begun when a sample or a command is queued: two live setpoints of 135 bits in the
+// place of two heartbeats of 65.
+TEST(BusPlan, CountsTheLiveSetpointsOfStrangers) {
+  Config config = shipped("piezo.toml");
+  config.controller.rate_Hz = 800.0;
+  const can::Duration before = *plan_bus(config).last_command;
+  for (AxisConfig& axis : config.axes) axis.live_setpoint = true;
+  const BusPlan plan = plan_bus(config);
+  EXPECT_EQ(plan.frames.size(), 16U);
+  EXPECT_EQ(*plan.last_command, before + 140us);
+  EXPECT_TRUE(plan.commands_in_time());
+  config.controller.rate_Hz = 1000.0;
+  EXPECT_FALSE(plan_bus(config).commands_in_time()) << "two axes leave no room for them at 1 Mbit/s";
+}
+
+// The statuses of all axes take turns, one a cycle: more axes, no more of them in a cycle.
+TEST(BusPlan, HoldsUpNoCommandForTheControllersStatuses) {
+  Config config = shipped("piezo.toml");
+  const can::Duration with = *plan_bus(config).last_command;
+  std::erase_if(config.database.messages,
+                [](const can::Message& message) { return message.name.ends_with("ControllerStatus"); });
+  EXPECT_EQ(plan_bus(config).frames.size(), 12U);
+  EXPECT_EQ(*plan_bus(config).last_command, with);
+}
+
+TEST(BusPlan, OfOneAxisLeavesRoom) {
+  const BusPlan plan = plan_bus(shipped("galfenol.toml"));
+  EXPECT_LT(*plan.last_command, 600us);
+}
+
+TEST(BusPlan, SaysWhereTheBusIsOverloaded) {
+  Config config = shipped("piezo.toml");
+  config.bus.bitrate_bit_per_s = 250'000;
+  const BusPlan plan = plan_bus(config);
+  EXPECT_GT(plan.load, 1.0);
+  EXPECT_FALSE(plan.last_command);
+  EXPECT_FALSE(plan.commands_in_time());
+}
+
+void expect_refused(const char* what, const char* with, const std::string& line, const std::string& message) {
+  const support::ShippedCopy copy;
+  copy.edit("piezo.toml", what, with);
+  try {
+    load(copy / "piezo.toml");
+    FAIL() << "accepted";
+  } catch (const Error& error) {
+    const std::string text = error.what();
+    EXPECT_NE(text.find(":" + line + ":"), std::string::npos) << text;
+    EXPECT_NE(text.find(message), std::string::npos) << text;
+    EXPECT_NE(text.find("Hz fits), raise bus.bitrate_bit_per_s or drive fewer axes"), std::string::npos)
+        << text;
+  }
+}
+
+TEST(BusPlan, WhoseCommandsCannotMakeTheirCycleIsRefusedAtTheRate) {
+  expect_refused("1_000_000", "800_000", "14", "the last command may begin as late as");
+  expect_refused("1_000_000", "125_000", "14", "the bus is loaded to 510 % of 125000 bit/s");
+  expect_refused("\"hystcan.dbc\"", "\"hystcan.dbc\"\nturnaround_us = 100.0", "15",
+                 "expected within the cycle");
+}
+
+/// The nodes of a configuration, at their worst: longest frames, phases and work times at random, heartbeats
+/// and statuses when it hurts. Each frame has a node of its own, so that the most urgent goes first.
+class Traffic {
+ public:
+  Traffic(const Config& config, std::uint64_t seed)
+      : wire_(clock_, config.bus.bitrate_bit_per_s), random_(seed), plan_(plan_bus(config)), config_(config) {
+    for (const PlannedFrame& each : plan_.frames) {
+      const std::string& name = each.frame.name;
+      nodes_[name] = wire_.attach();
+      if (name == "Sync" || name.ends_with("Heartbeat")) {
+        repeat(each, name == "Sync" ? 0ns : upto(each.frame.period));
+      }
+    }
+    ear_ = wire_.attach();
+    ear_->on_frame([this](const can::Frame& frame, can::Time when) { hear(frame, when); });
+  }
+
+  void run(can::Duration length) { clock_.run_until(can::Time{length}); }
+  can::Duration longest(const std::string& name) const {
+    const auto found = longest_.find(name);
+    return found == longest_.end() ? 0ns : found->second;
+  }
+  const BusPlan& plan() const { return plan_; }
+
+ private:
+  can::Duration upto(can::Duration limit) {
+    return can::Duration{static_cast<can::Duration::rep>(
+        random_() % static_cast<std::uint64_t>(std::max<can::Duration::rep>(limit.count(), 1)))};
+  }
+
+  void repeat(const PlannedFrame& each, can::Duration phase) {
+    auto due = std::make_shared<can::Time>(phase);
+    auto index = timers_.size();
+    timers_.push_back(clock_.make_timer([this, due, index, frame = each.frame] {
+      if (frame.name == "Sync") cycle_began_.push_back(clock_.now());
+      send(frame);
+      *due += frame.period;
+      timers_[index]->expire_at(*due);
+    }));
+    timers_.back()->expire_at(*due);
+  }
+
+  void send(const can::PeriodicFrame& of) {
+    can::Frame frame{.id = of.id, .extended = of.extended, .length = static_cast<std::uint8_t>(of.bytes)};
+    frame.data.fill(static_cast<std::uint8_t>(random_() % 2 == 0 ? 0x3C : 0x00));
+    ASSERT_TRUE(nodes_[of.name]->send(frame));
+  }
+
+  void after(can::Duration wait, const can::PeriodicFrame& frame) {
+    timers_.push_back(clock_.make_timer([this, frame] { send(frame); }));
+    timers_.back()->expire_at(clock_.now() + wait);
+  }
+
+  void hear(const can::Frame& frame, can::Time when) {
+    const auto at = std::ranges::find(plan_.frames, frame.id, [](const auto& p) { return p.frame.id; });
+    const std::string& name = at->frame.name;
+    const std::string prefix = name.substr(0, 1);
+    const can::Duration part = config_.bus.turnaround / 2;
+    if (name == "Sync") {
+      for (const PlannedFrame& each : plan_.frames) {
+        if (each.frame.name.ends_with("Sample")) after(upto(part + 1ns), each.frame);
+        if (each.frame.name.ends_with("AmpStatus") && cycle_began_.size() % 10 == 0)
+          after(upto(part + 1ns), each.frame);
+      }
+    }
+    if (name.ends_with("Sample")) after(upto(part + 1ns), planned(plan_, prefix + "AmpCommand").frame);
+    const std::size_t axes = config_.axes.size();
+    if (name.ends_with("Command") && ++commands_ % (7 * axes) == 0)  // behind those of a cycle, in turn
+      send(planned(plan_, config_.axes[turn_++ % axes].wire.message_prefix + "ControllerStatus").frame);
+    if (name != "Sync" && !name.ends_with("Sample") && !name.ends_with("Command")) return;
+    const can::Time began = cycle_began_.at(heard_[name]++);
+    const can::Duration interframe{3'000'000'000 / config_.bus.bitrate_bit_per_s};
+    longest_[name] = std::max(longest_[name], when + interframe - began);
+  }
+
+  can::VirtualClock clock_;
+  can::SimBus wire_;
+  std::mt19937_64 random_;
+  BusPlan plan_;
+  const Config& config_;
+  std::map<std::string, std::unique_ptr<can::Bus>> nodes_;
+  std::unique_ptr<can::Bus> ear_;
+  std::vector<std::unique_ptr<can::Timer>> timers_;
+  std::vector<can::Time> cycle_began_;
+  std::map<std::string, std::size_t> heard_;
+  std::size_t commands_ = 0;
+  std::size_t turn_ = 0;
+  std::map<std::string, can::Duration> longest_;
+};
+
+TEST(BusPlan, IsNeverExceededByTheSimulatedBus) {
+  std::mt19937_64 random(5);
+  double closest = 0.0;
+  for (int round = 0; round < 60; ++round) {
+    Config config = shipped(round % 3 == 0 ? "galfenol.toml" : "piezo.toml");
+    config.controller.rate_Hz = 400.0 + static_cast<double>(random() % 600);
+    config.bus.bitrate_bit_per_s = random() % 2 == 0 ? 1'000'000 : 800'000;
+    config.twin.heartbeat_period =
+        can::Duration{static_cast<can::Duration::rep>(5'000'000 + random() % 9'000'000)};
+    config.controller.heartbeat_period = 7ms;
+    config.bus.turnaround = can::Duration{static_cast<can::Duration::rep>(random() % 100'000)};
+    Traffic traffic(config, random());
+    if (!traffic.plan().last_command) continue;
+    traffic.run(500ms);
+    for (const PlannedFrame& each : traffic.plan().frames) {
+      const can::Duration seen = traffic.longest(each.frame.name);
+      ASSERT_LE(seen, *each.response) << each.frame.name << " in round " << round;
+      if (each.frame.name.ends_with("Command"))
+        closest = std::max(closest, can::seconds(seen) / can::seconds(*each.response));
+    }
+  }
+  EXPECT_GT(closest, 0.6) << "the bound is not an empty one";
+  EXPECT_LT(closest, 1.0);
+  RecordProperty("closest", std::to_string(closest));
+}
+
+}  // namespace
+}  // namespace hystcan::config

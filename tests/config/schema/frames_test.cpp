@@ -1,0 +1,206 @@
+// A lab's own frames in the configuration: what is refused, where, and what is said to be lost.
+#include "config/schema/frames.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "config/schema/config.h"
+#include "tests/support/shipped.h"
+
+namespace hystcan::config {
+namespace {
+
+constexpr const char* file = "lab_amplifier.toml";
+
+struct BadFrames {
+  const char* name;
+  const char* in;
+  const char* what;
+  const char* with;
+  const char* at;       ///< the text of the line that the error must point to
+  const char* message;  ///< must be in the error
+};
+
+class InvalidFrames : public testing::TestWithParam<BadFrames> {};
+
+TEST_P(InvalidFrames, IsAnErrorAtItsLine) {
+  const BadFrames& bad = GetParam();
+  const support::ShippedCopy shipped;
+  shipped.edit(bad.in, bad.what, bad.with);
+  try {
+    load(shipped / file);
+    FAIL() << "accepted";
+  } catch (const std::runtime_error& error) {
+    const std::string text = error.what();
+    EXPECT_NE(text.find(bad.message), std::string::npos) << text;
+    EXPECT_NE(text.find("expected"), std::string::npos) << text;
+    const std::string content = support::read_file(shipped / file);
+    const auto line =
+        1 + std::count(content.begin(), content.begin() + static_cast<std::ptrdiff_t>(content.find(bad.at)),
+                       '\n');
+    EXPECT_TRUE(text.starts_with((shipped / file).string() + ":" + std::to_string(line) + ":")) << text;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Frames, InvalidFrames,
+    testing::Values(
+        BadFrames{
+            "NoSuchMessage", file, "\"AmpSet\"", "\"AmpSte\"", "message      = ",
+            "no message AmpSte in lab_amplifier.dbc, expected one for axis x; the nearest it has: AmpSet"},
+        BadFrames{
+            "NoSuchSignal", file, "setpoint     = \"Volt\"", "setpoint     = \"volts\"", "setpoint     = ",
+            "message AmpSet has no signal volts in lab_amplifier.dbc, expected one for axis x; the nearest "
+            "it has: Volt"},
+        BadFrames{"NoSuchCounter", file, "\"Cnt\"", "\"Count\"", "counter      = ", "has no signal Count"},
+        BadFrames{"UnknownRole", file, "enable       = ", "enabel       = ", "enabel", "unknown key enabel"},
+        BadFrames{"NoSetpoint", file, "setpoint     = \"Volt\" ", "", "[axis.frames.command]",
+                  "missing key setpoint"},
+        BadFrames{"UnknownIntegrity", file, "\"counter+crc\"", "\"parity\"",
+                  "integrity    =", "integrity is \"parity\""},
+        BadFrames{"UnknownPolynomial", file, "\"CRC-8H2F\"", "\"CRC-16\"", "polynomial",
+                  "polynomial is \"CRC-16\""},
+        BadFrames{"NoDataId", file, "data_id      = 0x10A1", "", "[axis.frames.command]",
+                  "missing key data_id"},
+        BadFrames{"CrcWithoutUse", file, "integrity    = \"counter+crc\"", "integrity    = \"counter\"",
+                  "crc          =", "unknown key crc"},
+        BadFrames{"CrcNotAByte", file, "crc          = \"Crc\"", "crc          = \"On\"",
+                  "crc          = ", "overlaps another"},
+        BadFrames{"OneSignalForTwoRoles", file, "clear_fault  = \"Rst\"", "clear_fault  = \"On\"",
+                  "enable       = ", "signal On of message AmpSet overlaps another"},
+        BadFrames{"SyncCounterTooSmall", file, "clear_fault  = \"Rst\"", "sync_counter = \"Rst\"",
+                  "sync_counter = ", "signal Rst of message AmpSet holds 0 to 1"},
+        BadFrames{"EnableInStepsOfTwo", "lab_amplifier.dbc", "SG_ On : 12|1@1+ (1,0) [0|1]",
+                  "SG_ On : 12|1@1+ (2,0) [0|2]", "enable       = ",
+                  "signal On of message AmpSet holds 0 to 2 in steps of 2 in lab_amplifier.dbc, "
+                  "expected 0 and 1"},
+        BadFrames{"PositionsBeyondTheSignal", "lab_amplifier.dbc", "SG_ Pos : 7|24@0- (0.1,0)",
+                  "SG_ Pos : 7|16@0- (1,0)", "position_max_um    = 34.0",
+                  "the positions -3..34 um do not fit signal Pos, expected within -32.768..32.767 um"},
+        BadFrames{"StateThatDoesNotFit", file, "state_fault   = [64, 65]", "state_fault   = [64, 256]",
+                  "state_fault   =", "256 does not fit signal St"},
+        BadFrames{"NoValueForReady", file, "state_ready   = [16]", "state_ready   = []", "state_ready",
+                  "no raw value of signal St"},
+        BadFrames{"StateNotANumber", file, "state_ready   = [16]", "state_ready   = [\"on\"]", "state_ready",
+                  "state_ready is of type string"},
+        BadFrames{"UnitOfAnotherQuantity", "lab_amplifier.dbc", "\"nm\"", "\"mA\"",
+                  "position  =", "signal Pos of SensPos is in \"mA\""},
+        BadFrames{"IdentifierOfCanOpen", "lab_amplifier.dbc", "BO_ 2565804033 AmpSet", "BO_ 1537 AmpSet",
+                  "message      = ", "is taken by the SDO request to node 1"},
+        BadFrames{"DriveBeyondTheSignal", file, "drive_max_V        = 100.0", "drive_max_V        = 115.0",
+                  "drive_max_V        = 115.0", "does not fit signal Volt, expected within -20..111.07"}),
+    [](const auto& test) { return test.param.name; });
+
+TEST(LabFrames, AreSaidToLackWhatTheyLack) {
+  const Config config = load(HYSTCAN_SOURCE_DIR "/config/lab_amplifier.toml");
+  const std::vector<std::string> lines = losses(config.axes[0].wire);
+  const auto says = [&](const std::string& what) {
+    return std::ranges::any_of(lines, [&](const std::string& line) { return line.starts_with(what); });
+  };
+  EXPECT_TRUE(says("command: no SyncCounter"));
+  EXPECT_TRUE(says("status: no Fault"));
+  EXPECT_TRUE(says("status: no CRC"));
+  EXPECT_TRUE(says("sample: no SyncCounter"));
+  EXPECT_TRUE(says("sample: no counter"));
+  EXPECT_TRUE(says("sample: no CRC"));
+  EXPECT_EQ(lines.size(), 6u);
+}
+
+TEST(StandardFrames, LackNothing) {
+  const Config config = load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
+  EXPECT_TRUE(losses(config.axes[0].wire).empty());
+  EXPECT_TRUE(fd_messages(config.axes[0].wire, config.database).empty());
+}
+
+TEST(SetUp, IsReadAndItsValueMustFit) {
+  const support::ShippedCopy shipped;
+  const char* setup = "\n[[axis.amplifier_setup]]\nindex = 0x2001\nsubindex = 1\nvalue = 255\nbytes = 1\n";
+  shipped.edit("piezo.toml", "sensor_node    = 2\n", std::string("sensor_node    = 2\n") + setup);
+  const Config config = load(shipped / "piezo.toml");
+  for (const can::AxisWire& wire : {config.controller.axes[0].wire, config.twin.axes[0].wire}) {
+    ASSERT_EQ(wire.amplifier_setup.size(), 1u);
+    EXPECT_EQ(wire.amplifier_setup[0].object, (can::SdoObject{.index = 0x2001, .subindex = 1}));
+    EXPECT_EQ(wire.amplifier_setup[0].content, (can::SdoValue{.value = 255, .bytes = 1}));
+    EXPECT_TRUE(wire.sensor_setup.empty());
+  }
+  EXPECT_NE(echo(shipped / "piezo.toml").find("[[axis.amplifier_setup]]\nindex = 8193\n"), std::string::npos);
+  shipped.edit("piezo.toml", "value = 255", "value = 256");
+  try {
+    load(shipped / "piezo.toml");
+    FAIL() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("value is 256, expected at most 255 in 1 bytes"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
+TEST(LabFrames, WithoutAPrefixTheStandardFramesCannotBeFound) {
+  const support::ShippedCopy shipped;
+  shipped.edit("piezo.toml", "message_prefix = \"X\"", "");
+  EXPECT_THROW(load(shipped / "piezo.toml"), Error);
+}
+
+TEST(LabFrames, AreShownAsTheyAreInForce) {
+  const support::ShippedCopy shipped;
+  const std::string text = echo(shipped / file);
+  for (const char* line : {"[axis.frames.command]\n", "setpoint = \"Volt\"\n", "data_id = 4257\n",
+                           "state_fault = [64, 65]\n", "integrity = \"none\"\n"})
+    EXPECT_NE(text.find(line), std::string::npos) << line << text;
+  EXPECT_EQ(text.find("= \"\""), std::string::npos) << text;
+}
+
+struct BadPatience {
+  const char* rate;
+  const char* keys;
+  const char* message;
+};
+
+TEST(SetUp, PatienceIsReadAndNonsenseRefused) {
+  const std::string object =
+      "\n[[axis.amplifier_setup]]\nindex = 0x2001\nsubindex = 1\nvalue = 1\nbytes = 1\n";
+  const auto load_with = [&](const std::string& keys, const std::string& rate) {
+    const support::ShippedCopy shipped;
+    shipped.edit("galfenol.toml", "sensor_node    = 2\n", "sensor_node    = 2\n" + keys + object);
+    if (!rate.empty()) shipped.edit("galfenol.toml", "rate_Hz = 1000.0", "rate_Hz = " + rate);
+    if (!rate.empty())
+      shipped.edit("galfenol.toml", "command_delay_us       = 1000.0", "command_delay_us = 2e5");
+    return load(shipped / "galfenol.toml").controller.axes[0].wire.setup_patience;
+  };
+  const can::SdoPatience patience = load_with("setup_timeout_ms = 2500\nsetup_attempts = 1\n", "");
+  EXPECT_EQ(patience.timeout, std::chrono::milliseconds(2500));
+  EXPECT_EQ(patience.attempts, 1u);
+  EXPECT_EQ(load_with("", "").timeout, std::chrono::milliseconds(100)) << "as documented";
+  for (const auto& [rate, keys, message] :
+       {BadPatience{"", "setup_timeout_ms = 0\n", "setup_timeout_ms is 0, expected"},
+        BadPatience{"", "setup_timeout_ms = 1e6\n", "setup_timeout_ms is 1000000, expected"},
+        BadPatience{"", "setup_timeout_ms = nan\n", "setup_timeout_ms is nan, expected"},
+        BadPatience{"", "setup_attempts = 0\n", "setup_attempts is 0, expected"},
+        BadPatience{"", "setup_attempts = 1000\n", "setup_attempts is 1000, expected"},
+        BadPatience{"5.0", "setup_timeout_ms = 199\n",
+                    "setup_timeout_ms is 199, expected at least one cycle, 200"}}) {
+    try {
+      load_with(keys, rate);
+      ADD_FAILURE() << keys << " accepted";
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find(message), std::string::npos) << error.what();
+    }
+  }
+}
+
+// What `monitor` checks by is what the controller checks by.
+TEST(Frames, AreProtectedAsTheConfigurationSays) {
+  const Config config = load(HYSTCAN_SOURCE_DIR "/config/lab_amplifier.toml");
+  const can::Protections found = protections(config.axes[0].wire, config.database);
+  ASSERT_EQ(found.size(), 3u);
+  EXPECT_TRUE(found.at("AmpSet").crc);
+  EXPECT_EQ(found.at("AmpSet").polynomial, can::Crc8::autosar_8h2f);
+  EXPECT_EQ(found.at("AmpSet").data_id.number, 0x10A1);
+  EXPECT_TRUE(found.at("AmpGet").counter);
+  EXPECT_FALSE(found.at("AmpGet").crc);
+  EXPECT_FALSE(found.at("SensPos").counter);
+}
+
+}  // namespace
+}  // namespace hystcan::config

@@ -1,0 +1,57 @@
+// The optional keys of the control law.
+#include <gtest/gtest.h>
+
+#include "config/schema/config.h"
+#include "tests/support/shipped.h"
+
+namespace hystcan::config {
+namespace {
+
+constexpr const char* before_delays = "[axis.control.delays]";
+
+Config load_with(const std::string& inserted) {
+  const support::ShippedCopy files;
+  files.edit("piezo.toml", before_delays, inserted + before_delays);
+  return load(files / "piezo.toml");
+}
+
+void expect_refused(const std::string& inserted, const std::string& told) {
+  try {
+    load_with(inserted);
+    FAIL() << "expected: " << told;
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find(told), std::string::npos) << error.what();
+  }
+}
+
+TEST(LawKeys, AreReadAndAbsentByDefault) {
+  const Config config = load_with(
+      "deadband_um = 0.01\nmeasurement_filter_Hz = 200.0\n"
+      "[axis.control.notch]\nfrequency_Hz = 400.0\ndepth = 0.2\nwidth = 0.3\n"
+      "[axis.control.adaptation]\ngain_max = 0.1\noffset_max_um = 1.0\ntime_constant_s = 5.0\n");
+  const controller::ControlLaw::Config& law = config.axes[0].control.law;
+  EXPECT_EQ(law.deadband_um, 0.01);
+  EXPECT_EQ(law.measurement_filter_Hz, 200.0);
+  ASSERT_TRUE(law.notch);
+  EXPECT_EQ(law.notch->frequency_Hz, 400.0);
+  EXPECT_EQ(law.notch->depth, 0.2);
+  EXPECT_EQ(law.notch->width, 0.3);
+  ASSERT_TRUE(law.adaptation);
+  EXPECT_EQ(law.adaptation->time_constant_s, 5.0);
+  EXPECT_FALSE(config.axes[1].control.law.notch);
+  EXPECT_FALSE(config.axes[1].control.law.adaptation);
+  EXPECT_FALSE(config.axes[1].control.delays.second_order);
+}
+
+TEST(LawKeys, ANotchBeyondHalfTheRateIsRefused) {
+  expect_refused("[axis.control.notch]\nfrequency_Hz = 500.0\ndepth = 0.2\nwidth = 0.3\n",
+                 "frequency_Hz is 500, expected less than half of rate_Hz, 500");
+}
+
+TEST(LawKeys, LearningAsFastAsTheLoopIsRefused) {
+  expect_refused("[axis.control.adaptation]\ngain_max = 0.1\noffset_max_um = 1.0\ntime_constant_s = 0.05\n",
+                 "time_constant_s is 0.05, expected at least 0.0833333, 10 / ki_per_s");
+}
+
+}  // namespace
+}  // namespace hystcan::config

@@ -1,0 +1,241 @@
+#include <gtest/gtest.h>
+
+#include "config/schema/config.h"
+#include "tests/support/shipped.h"
+
+namespace hystcan::config {
+namespace {
+
+TEST(Shipped, ConfigurationsAreSound) {
+  for (const char* name :
+       {"piezo.toml", "galfenol.toml", "lab_amplifier.toml", "p733.toml", "galfenol_unimorph.toml"})
+    EXPECT_NO_THROW(load(std::string(HYSTCAN_SOURCE_DIR "/config/") + name)) << name;
+}
+
+TEST(Shipped, PiezoStageHasTwoAxesAsDocumented) {
+  const Config config = load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
+  ASSERT_EQ(config.controller.axes.size(), 2u);
+  EXPECT_EQ(config.controller.rate_Hz, 1000.0);
+  EXPECT_EQ(config.axes[1].wire.amplifier_node, 3);
+  EXPECT_EQ(config.axes[0].twin.command_timeout, std::chrono::milliseconds(20));
+  EXPECT_EQ(config.axes[0].control.delays.command_delay, std::chrono::milliseconds(1));
+  EXPECT_EQ(config.axes[0].control.law.structure, controller::Structure::inverse_pi);
+  EXPECT_EQ(to_string(config.axes[0].control.setpoint[1].shape), "staircase");
+}
+
+struct BadInput {
+  const char* name;
+  const char* file;
+  const char* what;
+  const char* with;
+  const char* message;  ///< must be in the error, which must begin with the file's place
+};
+
+class InvalidConfiguration : public testing::TestWithParam<BadInput> {};
+
+TEST_P(InvalidConfiguration, IsAnErrorOfOneLineWithPlaceAndExpectation) {
+  const BadInput& bad = GetParam();
+  const support::ShippedCopy shipped;
+  shipped.edit(bad.file, bad.what, bad.with);
+  try {
+    load(shipped / "piezo.toml");
+    FAIL() << "accepted";
+  } catch (const std::runtime_error& error) {
+    const std::string text = error.what();
+    EXPECT_NE(text.find(bad.message), std::string::npos) << text;
+    EXPECT_NE(text.find("expected"), std::string::npos) << text;
+    EXPECT_EQ(text.find('\n'), std::string::npos) << text;
+    const std::string place = (shipped / "").string();
+    ASSERT_TRUE(text.starts_with(place)) << text;
+    int line = 0;
+    int column = 0;
+    EXPECT_EQ(std::sscanf(text.c_str() + text.find(':', place.size()), ":%d:%d: ", &line, &column), 2)
+        << text;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Config, InvalidConfiguration,
+    testing::Values(
+        BadInput{"UnknownKey", "piezo.toml", "rate_Hz = 1000.0", "rate_Hz = 1000.0\nrate = 3",
+                 "unknown key rate"},
+        BadInput{"UnknownTable", "piezo.toml", "[bus]", "[buss]\nx = 1\n[bus]", "unknown key buss"},
+        BadInput{"MissingKey", "piezo.toml", "ki_per_s           = 120.0", "", "missing key ki_per_s"},
+        BadInput{"MisspeltKey", "piezo.toml", "rate_Hz = 1000.0", "rate_hz = 1000.0", "unknown key rate_hz"},
+        BadInput{"MissingTable", "piezo.toml", "[twin]\nseed         = 1\nheartbeat_ms = 100.0\n", "",
+                 "missing key twin"},
+        BadInput{"MissingDriveUnit", "piezo.toml", "drive_unit     = \"V\"", "", "missing key drive_unit"},
+        BadInput{"WrongType", "piezo.toml", "rate_Hz = 1000.0", "rate_Hz = \"fast\"",
+                 "rate_Hz is of type string"},
+        BadInput{"FractionForAWholeNumber", "piezo.toml", "amplifier_node = 1", "amplifier_node = 1.5",
+                 "expected a whole number"},
+        BadInput{"NotANumber", "piezo.toml", "kp                 = 0.05", "kp = nan", "kp is nan"},
+        BadInput{"Infinite", "piezo.toml", "slew_V_per_s       = 20_000.0", "slew_V_per_s = inf",
+                 "slew_V_per_s is inf"},
+        BadInput{"NegativeRate", "piezo.toml", "rate_Hz = 1000.0", "rate_Hz = -1000.0", "rate_Hz is -1000"},
+        BadInput{"NotToml", "piezo.toml", "[controller]", "[controller", "expected TOML"},
+        BadInput{"UnknownStructure", "piezo.toml", "\"inverse+pi\"", "\"pid\"", "structure is \"pid\""},
+        BadInput{"UnknownSetpoint", "piezo.toml", "\"triangle\"", "\"zigzag\"", "kind is \"zigzag\""},
+        BadInput{"UnitOfAnotherDrive", "piezo.toml", "drive_max_V        = 100.0", "drive_max_A = 100.0",
+                 "unknown key drive_max_A"},
+        BadInput{"TwoNodesWithOneId", "piezo.toml", "sensor_node    = 2", "sensor_node    = 1",
+                 "node 1 is taken by axis[0].amplifier_node"},
+        BadInput{"TheControllersNodeId", "piezo.toml", "rate_Hz = 1000.0", "rate_Hz = 1000.0\nnode = 3",
+                 "node 3 is taken by controller.node"},
+        BadInput{"TwoAxesWithOneName", "piezo.toml", "name           = \"y\"", "name = \"x\"",
+                 "the name x is taken"},
+        BadInput{"NodeIdAgainstTheDbc", "piezo.toml", "amplifier_node = 1", "amplifier_node = 5",
+                 "message XAmpCommand has identifier 0x201"},
+        BadInput{"NoSuchMessages", "piezo.toml", "message_prefix = \"X\"", "message_prefix = \"Q\"",
+                 "no message QAmpCommand"},
+        BadInput{"SignalMissingInTheDbc", "hystcan.dbc", "SG_ Setpoint", "SG_ Setpunkt",
+                 "has no signal Setpoint"},
+        BadInput{"OverlappingSignalsInTheDbc", "hystcan.dbc", "SG_ Enable : 32|1", "SG_ Enable : 16|1",
+                 "overlaps another"},
+        BadInput{"CrcOutOfItsPlace", "hystcan.dbc", "SG_ Crc : 56|8", "SG_ Crc : 52|4",
+                 "is not its last byte"},
+        BadInput{"EmptyInterface", "piezo.toml", "\"vcan0\"", "\"\"", "interface is empty"},
+        BadInput{"DelayOfAnotherRate", "piezo.toml", "rate_Hz = 1000.0", "rate_Hz = 2000.0",
+                 "command_delay_us is 1000, expected 500"},
+        BadInput{"DelayOffByMoreThanItsRounding", "piezo.toml", "command_delay_us       = 1000.0",
+                 "command_delay_us = 1000.6", "command_delay_us is 1000.6, expected 1000"},
+        BadInput{"NameWithAComma", "piezo.toml", "\"x\"", "\"a,b\"", "the name has a comma"},
+        BadInput{"UnitsAgainstTheDbc", "piezo.toml", "dbc               = \"hystcan.dbc\"",
+                 "dbc = \"galfenol.dbc\"", "is in \"A\""},
+        BadInput{"DriveShortOfTheThreshold", "piezo.toml", "drive_max_V        = 100.0", "drive_max_V = 90.0",
+                 "the model's upper threshold must be reached"},
+        BadInput{"DriveBeyondTheSignal", "piezo.toml", "drive_max_V        = 100.0", "drive_max_V = 1e5",
+                 "does not fit signal Setpoint"},
+        BadInput{"SafeDriveOutOfRange", "piezo.toml", "safe_drive_V       = 0.0", "safe_drive_V = -5.0",
+                 "safe_drive is -5"},
+        BadInput{"SetpointOutOfRange", "piezo.toml", "high_um      = 27.0", "high_um = 45.0",
+                 "the setpoint goes to 45"},
+        BadInput{"TriangleBeyondTheReferenceSlew", "piezo.toml", "repeat             = true",
+                 "reference_slew_um_per_s = 479", "the triangle moves at up to 480 um/s"},
+        BadInput{"RiseBeyondTheReferenceAcceleration", "piezo.toml", "repeat             = true",
+                 "reference_acceleration_um_per_s2 = 1e5",
+                 "the staircase accelerates at up to 141130 um/s^2"},
+        BadInput{"MultiSineOutOfRange", "piezo.toml", "kind         = \"triangle\"",
+                 "kind = \"multi-sine\"\ncentre_um = 32.0\namplitudes_um = [1.0, 2.0]\nfrequencies_Hz = "
+                 "[5.0, 7.0]\n"
+                 "duration_s = 1.0\n[[axis.control.setpoint]]\nkind = \"triangle\"",
+                 "um, expected within -3 and 34 um"},
+        BadInput{
+            "MultiSineWithoutAFrequency", "piezo.toml", "kind         = \"triangle\"",
+            "kind = \"multi-sine\"\ncentre_um = 15.0\namplitudes_um = [1.0, 2.0]\nfrequencies_Hz = [5.0]\n"
+            "duration_s = 1.0\n[[axis.control.setpoint]]\nkind = \"triangle\"",
+            "1 frequencies, expected 2"},
+        BadInput{"InPositionWithoutATolerance", "piezo.toml", "[axis.control.delays]",
+                 "[axis.control.in_position]\nwindow_ms = 20.0\ntimeout_ms = 500.0\n[axis.control.delays]",
+                 "missing key tolerance_um"},
+        BadInput{"InPositionTimeoutWithinItsWindow", "piezo.toml", "[axis.control.delays]",
+                 "[axis.control.in_position]\ntolerance_um = 0.01\nwindow_ms = 20.0\ntimeout_ms = 10.0\n"
+                 "[axis.control.delays]",
+                 "timeout_ms is 10, expected at least window_ms, 20"},
+        BadInput{"HeartbeatTimeoutTooShort", "piezo.toml", "rate_Hz = 1000.0",
+                 "rate_Hz = 1000.0\nheartbeat_timeout_ms = 150.0", "heartbeat_timeout_ms is shorter"},
+        BadInput{"ModelNotMonotone", "piezo.model.toml", "[0, 0.222,", "[0, -0.222,", "expected"},
+        BadInput{"ModelConvergesTooFast", "piezo.model.toml", "k_ascending  = 0.035", "k_ascending  = 5.0",
+                 "k_ascending"},
+        BadInput{"ModelThresholdsSwapped", "piezo.model.toml", "input_max    = 100.0", "input_max = -1.0",
+                 "input_max is -1"},
+        BadInput{"ModelOfAnotherKind", "piezo.model.toml", "\"recursive-memory\"", "\"preisach\"",
+                 "kind is \"preisach\""},
+        BadInput{"ModelInAnotherUnit", "piezo.model.toml", "\"V\"", "\"A\"", "input_unit is \"A\""},
+        BadInput{"TruthInAnotherUnit", "piezo.plant.toml", "\"V\"", "\"A\"", "input_unit is \"A\""},
+        BadInput{"CreepThatEndsBeforeItBegins", "piezo.toml", "[axis.twin]",
+                 "[axis.twin.creep]\nper_decade = 0.015\nfrom_s = 1.0\nto_s = 0.5\n[axis.twin]",
+                 "to_s is 0.5, expected more than from_s, 1"},
+        BadInput{"SecondModeOfMoreThanAll", "piezo.toml", "[axis.twin]",
+                 "[axis.twin.second_mode]\nresonance_Hz = 1200.0\ndamping_ratio = 0.02\nshare = 1.1\n"
+                 "[axis.twin]",
+                 "share is 1.1"},
+        BadInput{"TemperatureThatTurnsTheStrokeRound", "piezo.toml", "[axis.twin]",
+                 "[axis.twin.temperature]\nswing_K = 20.0\nperiod_s = 60.0\nexpansion_um_per_K = 0.1\n"
+                 "gain_per_K = -0.05\n[axis.twin]",
+                 "gain_per_K is -0.05, expected less than 1 / swing_K, 0.05"},
+        BadInput{"TwinCoupledToItself", "piezo.toml", "[axis.twin]",
+                 "[[axis.twin.coupling]]\nfrom = \"x\"\num_per_um = 0.01\n[axis.twin]",
+                 "from is \"x\", expected the name of another axis"},
+        BadInput{"CoefficientNotANumber", "piezo.model.toml", "[0, 0.222,", "[0, \"a\",",
+                 "ascending is of type string"}),
+    [](const auto& test) { return test.param.name; });
+
+TEST(Load, NamesAModelFileThatIsNotThere) {
+  const support::ShippedCopy shipped;
+  std::filesystem::remove(shipped / "piezo.model.toml");
+  try {
+    load(shipped / "piezo.toml");
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("piezo.model.toml: cannot be read"), std::string::npos)
+        << error.what();
+  }
+}
+
+TEST(Load, NamesAConfigurationThatIsNotThere) { EXPECT_THROW(load("/nonexistent/x.toml"), Error); }
+
+TEST(Load, TakesATruthOfAnyKind) {
+  const support::ShippedCopy shipped;
+  std::ofstream(shipped / "piezo.plant.toml")
+      << "[hysteresis]\nkind = \"preisach\"\ninput_unit = \"V\"\noutput_unit = \"um\"\n"
+         "input_min = 0.0\ninput_max = 100.0\noffset = 0.0\ngain = 0.25\nweights = [2.0, 1.0, 2.0]\n";
+  const Config config = load(shipped / "piezo.toml");
+  for (const auto& axis : config.twin.axes)
+    EXPECT_EQ(std::get<model::PreisachParameters>(axis.plant.hysteresis).weights,
+              (std::vector<double>{2.0, 1.0, 2.0}));
+}
+
+TEST(Load, LeavesOutOfThePlantWhatIsNotConfigured) {
+  const Config config = load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
+  for (const auto& axis : config.twin.axes) {
+    EXPECT_FALSE(axis.plant.second_mode);
+    EXPECT_FALSE(axis.plant.creep);
+    EXPECT_FALSE(axis.plant.temperature);
+    EXPECT_TRUE(axis.couplings.empty());
+  }
+}
+
+TEST(Load, ReadsTheSlowPhysicsOfThePlant) {
+  const support::ShippedCopy shipped;
+  shipped.edit("piezo.toml", "[axis.twin]",
+               "[axis.twin.second_mode]\nresonance_Hz = 1200.0\ndamping_ratio = 0.02\nshare = 0.1\n"
+               "[axis.twin.creep]\nper_decade = 0.015\nfrom_s = 0.1\nto_s = 1000.0\n"
+               "[axis.twin.temperature]\nswing_K = 1.5\nperiod_s = 600.0\nexpansion_um_per_K = 0.1\n"
+               "gain_per_K = 1e-3\n"
+               "[[axis.twin.coupling]]\nfrom = \"y\"\num_per_um = 0.01\n[axis.twin]");
+  const Config config = load(shipped / "piezo.toml");
+  const twin::AxisConfig& x = config.twin.axes[0];
+  EXPECT_EQ(x.plant.second_mode->mode.natural_frequency_Hz, 1200.0);
+  EXPECT_EQ(x.plant.second_mode->mode.damping_ratio, 0.02);
+  EXPECT_EQ(x.plant.second_mode->share, 0.1);
+  EXPECT_EQ(x.plant.creep->per_decade, 0.015);
+  EXPECT_EQ(x.plant.creep->to_s, 1000.0);
+  EXPECT_EQ(x.plant.temperature->swing_K, 1.5);
+  EXPECT_EQ(x.plant.temperature->gain_per_K, 1e-3);
+  ASSERT_EQ(x.couplings.size(), 1u);
+  EXPECT_EQ(x.couplings[0].index, 1u);
+  EXPECT_FALSE(config.twin.axes[1].plant.creep) << "of the other axis nothing was said";
+  const std::string text = echo(shipped / "piezo.toml");
+  for (const char* table :
+       {"[axis.twin.second_mode]", "[axis.twin.creep]", "[axis.twin.temperature]", "[[axis.twin.coupling]]"})
+    EXPECT_NE(text.find(table), std::string::npos) << table;
+}
+
+TEST(Echo, ShowsWhatIsInForceAndMarksDefaults) {
+  const std::string text = echo(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
+  EXPECT_NE(text.find("rate_Hz = 1000\n"), std::string::npos);
+  EXPECT_NE(text.find("node = 127  # default"), std::string::npos);
+  EXPECT_NE(text.find("substep_us = 50  # default"), std::string::npos);
+  EXPECT_NE(text.find("[[axis.control.setpoint]]"), std::string::npos);
+}
+
+TEST(Echo, IsAConfigurationItself) {
+  const support::ShippedCopy shipped;
+  const std::string once = echo(shipped / "piezo.toml");
+  std::ofstream(shipped / "echoed.toml") << once;
+  EXPECT_NO_THROW(load(shipped / "echoed.toml"));
+}
+
+}  // namespace
+}  // namespace hystcan::config

@@ -1,0 +1,105 @@
+// The keys of the reference: every shape, limits, in position, and the file of a "csv".
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <string>
+#include <variant>
+
+#include "config/files/setpoint_file.h"
+#include "config/schema/config.h"
+#include "tests/support/shipped.h"
+
+namespace hystcan::config {
+namespace {
+
+void write(const std::filesystem::path& file, const std::string& text) { std::ofstream(file) << text; }
+
+/// The message of load_setpoint's error without the folder.
+std::string refusal(const std::string& text) {
+  const support::ShippedCopy folder;
+  write(folder / "r.csv", text);
+  try {
+    load_setpoint(folder / "r.csv");
+  } catch (const Error& error) {
+    const std::string message = error.what();
+    return message.substr(message.find("r.csv"));
+  }
+  return "accepted";
+}
+
+TEST(SetpointFile, IsReadFromItsFirstTimeOn) {
+  const support::ShippedCopy folder;
+  write(folder / "r.csv", "# a scan\nposition_um,time_s\n3.0,1.5\n7.0,2.0\n5.0,2.5\n");
+  const controller::MonotoneCubic curve = load_setpoint(folder / "r.csv");
+  EXPECT_EQ(curve.length(), 1.0);
+  EXPECT_EQ(curve.at(0.0).value, 3.0);
+  EXPECT_EQ(curve.at(0.5).value, 7.0);
+  EXPECT_EQ(curve.at(9.0).value, 5.0);
+}
+
+TEST(SetpointFile, IsRefusedWithItsLine) {
+  EXPECT_EQ(refusal("time_s,position_um\n0,1\n0.5,2\n0.5,3\n"),
+            "r.csv:4:1: time_s is 0.5 after 0.5, expected time to increase");
+  EXPECT_EQ(refusal("time_s,position_um\n0,1\n"), "r.csv:2:1: a reference of 1 rows, expected two or more");
+  EXPECT_EQ(refusal("time_s,position_um\n0,1\n1,nan\n"),
+            "r.csv:3:3: position_um is \"nan\", expected a finite number");
+  EXPECT_EQ(refusal("time_s,x\n0,1\n"), "r.csv:1:1: no column position_um, expected it among time_s, x");
+}
+
+/// The shipped piezo stage with these lines in the place of x's triangle.
+Config with_setpoint(const support::ShippedCopy& shipped, const std::string& lines) {
+  shipped.edit("piezo.toml", "kind         = \"triangle\"",
+               lines + "\n[[axis.control.setpoint]]\nkind = \"triangle\"");
+  return load(shipped / "piezo.toml");
+}
+
+TEST(SetpointKeys, MakeEveryShape) {
+  const support::ShippedCopy shipped;
+  write(shipped / "scan.csv", "time_s,position_um\n0,1\n0.5,20\n");
+  const std::string next = "\n[[axis.control.setpoint]]\n";
+  const Config config = with_setpoint(
+      shipped,
+      "kind = \"step\"\nfrom_um = 10.0\nto_um = 11.0\ndwell_s = 0.5\nsteps = 3" + next +
+          "kind = \"chirp\"\nlow_um = 10.0\nhigh_um = 12.0\nfrom_Hz = 1.0\nto_Hz = 50.0\nduration_s = 2.0\n"
+          "fade_s = 0.2" +
+          next +
+          "kind = \"multi-sine\"\ncentre_um = 15.0\namplitudes_um = [1.0, 2.0]\nfrequencies_Hz = [5.0, 7.0]\n"
+          "phases_deg = [0.0, 90.0]\nduration_s = 1.0" +
+          next + "kind = \"csv\"\nfile = \"scan.csv\"");
+  const auto& setpoint = config.controller.axes[0].axis.setpoint;
+  const auto& step = std::get<controller::Step>(setpoint[0].shape);
+  EXPECT_EQ(step.steps, 3u);
+  EXPECT_EQ(step.dwell_s, 0.5);
+  const auto& chirp = std::get<controller::Chirp>(setpoint[1].shape);
+  EXPECT_EQ(chirp.to_Hz, 50.0);
+  EXPECT_EQ(chirp.fade_s, 0.2);
+  EXPECT_EQ(std::get<controller::MultiSine>(setpoint[2].shape).phases_deg, (std::vector{0.0, 90.0}));
+  EXPECT_EQ(value_um(setpoint[3].shape, 9.0), 20.0);
+  const std::string text = echo(shipped / "piezo.toml");
+  for (const char* line : {"kind = \"csv\"\n", "file = \"scan.csv\"\n", "phases_deg = [0, 90]\n"})
+    EXPECT_NE(text.find(line), std::string::npos) << line;
+}
+
+TEST(SetpointKeys, LimitTheReferenceAndJudgeInPosition) {
+  const support::ShippedCopy shipped;
+  shipped.edit("piezo.toml", "[axis.control.delays]",
+               "[axis.control.in_position]\ntolerance_um = 0.01\nwindow_ms = 20.0\ntimeout_ms = 500.0\n\n"
+               "[axis.control.delays]");
+  shipped.edit("piezo.toml", "repeat             = true",
+               "reference_slew_um_per_s = 2000.0\nreference_acceleration_um_per_s2 = 2e5");
+  const Config config = load(shipped / "piezo.toml");
+  const controller::AxisConfig& x = config.controller.axes[0].axis;
+  EXPECT_EQ(x.reference_limits.slew_um_per_s, 2000.0);
+  EXPECT_EQ(x.reference_limits.acceleration_um_per_s2, 2e5);
+  ASSERT_TRUE(x.in_position);
+  EXPECT_EQ(x.in_position->tolerance_um, 0.01);
+  EXPECT_EQ(x.in_position->window, std::chrono::milliseconds(20));
+  EXPECT_EQ(x.in_position->timeout, std::chrono::milliseconds(500));
+  const controller::AxisConfig& y = config.controller.axes[1].axis;
+  EXPECT_TRUE(std::isinf(y.reference_limits.slew_um_per_s));
+  EXPECT_FALSE(y.in_position);
+}
+
+}  // namespace
+}  // namespace hystcan::config

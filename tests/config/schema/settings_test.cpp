@@ -1,0 +1,141 @@
+// The configuration as a list of settings: what differs, what takes it up, and single values put over the
+// file.
+#include "config/schema/settings.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/support/shipped.h"
+
+namespace hystcan::config {
+namespace {
+
+const std::filesystem::path shipped = HYSTCAN_SOURCE_DIR "/config/piezo.toml";
+
+std::string value_of(const std::vector<Setting>& settings, std::string_view path) {
+  const auto found = std::ranges::find(settings, path, &Setting::path);
+  return found == settings.end() ? "(none)" : found->value;
+}
+
+std::string refusal_of(const std::vector<Setting>& overrides) {
+  try {
+    load(shipped, overrides);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "taken";
+}
+
+TEST(Settings, HaveOneForEachKeyDefaultsToo) {
+  const std::vector<Setting> all = settings(shipped);
+  EXPECT_EQ(value_of(all, "axis[0].control.kp"), "0.05");
+  EXPECT_EQ(value_of(all, "axis[1].name"), "'y'");
+  EXPECT_EQ(value_of(all, "axis[0].control.setpoint[0].high_um"), "27");
+  EXPECT_EQ(value_of(all, "axis[1].control.setpoint[1].levels_um"), "[25, 6, 22, 9, 19, 12, 16]");
+  EXPECT_EQ(value_of(all, "axis[0].control.delays.resonance_Hz"), "500");
+  EXPECT_EQ(value_of(all, "axis[0].control.start_up"), "'wipe'") << "a default";
+  EXPECT_EQ(value_of(all, "axis[0].control.notch.depth"), "(none)");
+  std::vector<std::string> paths;
+  paths.reserve(all.size());
+  for (const Setting& setting : all) paths.push_back(setting.path);
+  std::ranges::sort(paths);
+  EXPECT_EQ(std::ranges::adjacent_find(paths), paths.end());
+}
+
+TEST(Settings, OfTheSameFileDoNotDiffer) {
+  EXPECT_TRUE(changes(settings(shipped), settings(shipped)).empty());
+}
+
+TEST(Changes, TellWhatIsOtherwiseNewAndGone) {
+  const std::vector<Setting> before{{"a", "1"}, {"b", "2"}, {"c", "3"}};
+  const std::vector<Setting> after{{"a", "1"}, {"b", "5"}, {"d", "4"}};
+  const std::vector<Change> found = changes(before, after);
+  ASSERT_EQ(found.size(), 3u);
+  EXPECT_EQ(describe(found[0]), "b: 2 -> 5");
+  EXPECT_EQ(describe(found[1]), "d: (none) -> 4");
+  EXPECT_EQ(describe(found[2]), "c: 3 -> (none)");
+}
+
+TEST(Changes, OfASegmentMoreAreItsKeys) {
+  const support::ShippedCopy files;
+  const std::vector<Setting> before = settings(files / "piezo.toml");
+  files.edit("piezo.toml", "[axis.twin]",
+             "[[axis.control.setpoint]]\nkind = \"hold\"\nlevel_um = 7.0\nduration_s = 1.0\n\n[axis.twin]");
+  const std::vector<Change> found = changes(before, settings(files / "piezo.toml"));
+  ASSERT_FALSE(found.empty());
+  for (const Change& change : found) {
+    EXPECT_TRUE(change.path.starts_with("axis[0].control.setpoint[2].")) << change.path;
+    EXPECT_TRUE(change.from.empty());
+    EXPECT_EQ(effect_of(change.path), Effect::at_once);
+  }
+}
+
+struct EffectCase {
+  std::string_view path;
+  Effect effect;
+};
+
+TEST(EffectOf, SeparatesWhatIsTunedFromWhatTheProcessIsBuiltOn) {
+  for (const auto& [path, effect] : {EffectCase{"axis[0].control.kp", Effect::at_once},
+                                     {"axis[12].control.delays.resonance_Hz", Effect::at_once},
+                                     {"axis[0].control.setpoint[3].low_um", Effect::at_once},
+                                     {"axis[0].control.position_max_um", Effect::at_once},
+                                     {"axis[0].control.model", Effect::after_restart},
+                                     {"axis[0].name", Effect::after_restart},
+                                     {"axis[0].frames.sample.crc", Effect::after_restart},
+                                     {"axis[0].live_setpoint", Effect::after_restart},
+                                     {"bus.interface", Effect::after_restart},
+                                     {"controller.rate_Hz", Effect::after_restart},
+                                     {"axis[0].twin.noise_um_rms", Effect::on_twin},
+                                     {"twin.seed", Effect::on_twin},
+                                     {"axis[", Effect::after_restart},
+                                     {"axis[0].control.", Effect::at_once},
+                                     {"", Effect::after_restart}})
+    EXPECT_EQ(effect_of(path), effect) << path;
+}
+
+TEST(Overrides, StandInThePlaceOfWhatTheFileSays) {
+  const Config config =
+      load(shipped, {{"axis[1].control.kp", "0.25"}, {"axis[0].control.structure", "\"pi\""}});
+  EXPECT_EQ(config.axes[1].control.law.pi.kp, 0.25);
+  EXPECT_EQ(config.axes[0].control.law.pi.kp, 0.05);
+  EXPECT_EQ(config.axes[0].control.law.structure, controller::Structure::pi);
+  EXPECT_EQ(config.controller.axes[1].axis.law.pi.kp, 0.25) << "where the controller looks";
+}
+
+TEST(Overrides, MakeTablesOnTheWayButNoElementsOfAList) {
+  const std::string notch = "axis[0].control.notch.";
+  const Config config =
+      load(shipped, {{notch + "frequency_Hz", "300"}, {notch + "depth", "0.1"}, {notch + "width", "0.5"}});
+  ASSERT_TRUE(config.axes[0].control.law.notch);
+  EXPECT_EQ(config.axes[0].control.law.notch->frequency_Hz, 300.0);
+  EXPECT_FALSE(config.axes[1].control.law.notch);
+
+  EXPECT_NE(refusal_of({{"axis[7].control.kp", "0.1"}}).find("no such key to set"), std::string::npos);
+  EXPECT_NE(refusal_of({{"axis[0].control.setpoint[7].low_um", "4.0"}}).find("no such key to set"),
+            std::string::npos);
+  EXPECT_NE(refusal_of({{"axis[0].control.setpoint[7]", "{}"}}).find("no such key to set"),
+            std::string::npos);
+  EXPECT_NE(refusal_of({{"axis[0].control.kp.a", "1"}}).find("no such key to set"), std::string::npos)
+      << "a number has no keys";
+}
+
+TEST(Overrides, WhoseValueIsNoTomlAreRefused) {
+  for (const char* value : {"", "0.1 0.2", "pi", "[", "1\nki_per_s = 2", "\"open", "0.1 # c\nx = 1"}) {
+    const std::string told = refusal_of({{"axis[0].control.kp", value}});
+    EXPECT_NE(told, "taken") << value;
+    EXPECT_NE(told.find("axis[0].control.kp"), std::string::npos) << told;
+    EXPECT_NE(told.find("expected"), std::string::npos) << told;
+  }
+}
+
+TEST(Overrides, ThatAreNoKeysOrOutOfRangeAreRefusedAsInTheFile) {
+  EXPECT_NE(refusal_of({{"axis[0].control.kpp", "0.1"}}).find("kpp"), std::string::npos);
+  EXPECT_NE(refusal_of({{"axis[0].control.kp", "-0.1"}}).find("expected a number >= 0"), std::string::npos);
+  EXPECT_NE(refusal_of({{"axis[0].control.kp", "nan"}}).find("expected a"), std::string::npos);
+  EXPECT_NE(refusal_of({{"axis[0].control.drive_max_V", "50.0"}}), "taken") << "checks between keys hold too";
+}
+
+}  // namespace
+}  // namespace hystcan::config

@@ -1,0 +1,125 @@
+#include "controller/control/law.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "model/simplified.h"
+#include "tests/support/piezo.h"
+
+namespace hystcan::controller {
+namespace {
+
+constexpr double dt_s = 1e-3;
+
+ControlLaw law(Structure structure, Pi::Config pi = {.kp = 0.0, .ki_per_s = 100.0}) {
+  ControlLaw result({.structure = structure, .model = support::piezo_model(), .pi = pi});
+  result.restart_at_lower_threshold(1.5);
+  return result;
+}
+
+/// One cycle in which whatever is wanted is applied.
+double step(ControlLaw& law, double reference_um, double previewed_um, std::optional<double> position_um) {
+  const ControlLaw::Demand demand = law.propose(
+      {.reference_um = reference_um, .previewed_um = previewed_um, .position_um = position_um, .dt_s = dt_s});
+  law.commit(demand.drive);
+  return demand.drive;
+}
+
+TEST(ControlLaw, InverseDrivesTheModelToThePreviewedReference) {
+  ControlLaw feed_forward = law(Structure::inverse);
+  const model::Hysteresis actuator(support::piezo_model());
+  model::HysteresisState state = actuator.at_lower_threshold();
+  for (const double wanted_um : {5.0, 20.0, 8.0, 17.0, 9.0, 25.0, 3.0}) {
+    actuator.advance(state, step(feed_forward, 0.0, wanted_um, std::nullopt));
+    EXPECT_NEAR(state.output, wanted_um, 1e-10);
+  }
+}
+
+TEST(ControlLaw, AverageInvertsTheMeanOfTheTwoCurvesWhateverTheHistory) {
+  ControlLaw feed_forward = law(Structure::average);
+  const model::HysteresisParameters model = support::piezo_model();
+  for (const double wanted_um : {5.0, 20.0, 8.0, 17.0}) {
+    const double drive = step(feed_forward, 0.0, wanted_um, std::nullopt);
+    EXPECT_NEAR(0.5 * (model.ascending.value(drive) + model.descending.value(drive)), wanted_um, 1e-10);
+  }
+}
+
+TEST(ControlLaw, RestartsWithoutABumpInTheDriveWhateverTheSensorsOffset) {
+  for (const Structure structure : all_structures) {
+    ControlLaw restarted = law(structure);
+    step(restarted, 12.0, 12.0, 11.0);
+    const double measured_um = 4.5;  // the model says 1.5 um at the lower threshold
+    const double reference_um = restarted.restart_at_lower_threshold(measured_um);
+    const ControlLaw::Demand first = restarted.propose({.reference_um = reference_um,
+                                                        .previewed_um = reference_um,
+                                                        .position_um = measured_um,
+                                                        .dt_s = dt_s});
+    EXPECT_NEAR(first.drive, 0.0, 1e-9) << to_string(structure);
+  }
+}
+
+TEST(ControlLaw, IntegralActsInDisplacementUnits) {
+  ControlLaw both = law(Structure::inverse_pi);  // starts with sensor and model agreeing, so with no integral
+  step(both, 10.0, 10.0, 9.0);
+  const ControlLaw::Demand second =
+      both.propose({.reference_um = 10.0, .previewed_um = 10.0, .position_um = 9.0, .dt_s = dt_s});
+  EXPECT_NEAR(second.position_um, 10.0 + 2 * 100.0 * 1.0 * dt_s, 1e-12);  // two cycles of ki e dt
+}
+
+TEST(ControlLaw, BridgesALostSampleWithTheLastErrorWithoutIntegrating) {
+  ControlLaw both = law(Structure::inverse_pi, {.kp = 0.5, .ki_per_s = 100.0});
+  step(both, 10.0, 10.0, 9.0);
+  const ControlLaw::Demand bridged =
+      both.propose({.reference_um = 10.0, .previewed_um = 10.0, .position_um = std::nullopt, .dt_s = dt_s});
+  EXPECT_NEAR(bridged.position_um, 10.0 + 0.5 * 1.0 + 100.0 * 1.0 * dt_s, 1e-12);
+}
+
+// Each limiter in turn holds the drive while the error asks for more; when the error turns, the demand must
+// answer at once instead of working off what piled up.
+TEST(ControlLaw, DoesNotWindUpWhileTheGateHoldsTheDriveBack) {
+  ControlLaw both = law(Structure::inverse_pi);
+  for (int i = 0; i < 1000; ++i) {
+    both.propose({.reference_um = 10.0, .previewed_um = 10.0, .position_um = 5.0, .dt_s = dt_s});
+    both.commit(20.0);  // a gate that lets nothing beyond 20 V through
+  }
+  const ControlLaw::Demand after =
+      both.propose({.reference_um = 10.0, .previewed_um = 10.0, .position_um = 10.5, .dt_s = dt_s});
+  EXPECT_LT(after.position_um, 10.0) << "a second of 5 um error would be 500 um of integral";
+}
+
+TEST(ControlLaw, DoesNotWindUpAtTheModelsThreshold) {
+  ControlLaw both = law(Structure::inverse_pi);
+  std::uint8_t limits = limit::none;
+  for (int i = 0; i < 1000; ++i) {
+    const ControlLaw::Demand demand =
+        both.propose({.reference_um = 40.0, .previewed_um = 40.0, .position_um = 29.0, .dt_s = dt_s});
+    both.commit(demand.drive);
+    limits = demand.limits;
+  }
+  EXPECT_EQ(limits, limit::model) << "40 um are out of the model's reach, and it says so";
+  const ControlLaw::Demand after =
+      both.propose({.reference_um = 20.0, .previewed_um = 20.0, .position_um = 29.0, .dt_s = dt_s});
+  EXPECT_LT(after.drive, 90.0);
+}
+
+TEST(ControlLaw, MemoryFollowsTheDriveThatWasAppliedNotTheOneThatWasWanted) {
+  ControlLaw feed_forward = law(Structure::inverse);
+  feed_forward.propose(
+      {.reference_um = 0.0, .previewed_um = 20.0, .position_um = std::nullopt, .dt_s = dt_s});
+  feed_forward.commit(30.0);
+  const model::Hysteresis actuator(support::piezo_model());
+  model::HysteresisState state = actuator.at_lower_threshold();
+  actuator.advance(state, 30.0);
+  EXPECT_DOUBLE_EQ(feed_forward.predicted_um(), state.output);
+}
+
+TEST(Structure, NamesAreReadBack) {
+  for (const Structure structure : all_structures)
+    EXPECT_EQ(parse_structure(to_string(structure)), structure);
+  EXPECT_EQ(parse_structure("pid"), std::nullopt);
+}
+
+}  // namespace
+}  // namespace hystcan::controller

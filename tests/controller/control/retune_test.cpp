@@ -1,0 +1,198 @@
+// Changes of the law while it runs: the drive does not jump.
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "controller/control/law.h"
+#include "tests/support/piezo.h"
+
+namespace hystcan::controller {
+namespace {
+
+constexpr double dt_s = 1e-3;
+
+ControlLaw::Config config(Structure structure, Pi::Config pi = {.kp = 0.3, .ki_per_s = 100.0}) {
+  return {.structure = structure, .model = support::piezo_model(), .pi = pi};
+}
+
+/// Where the reference and the stage are in cycle n: a sine, and a position that lags and is 3 % off.
+struct Cycle {
+  double reference_um, previewed_um, position_um;
+};
+Cycle at(double n) {
+  const auto r = [](double cycle) { return 15.0 + 9.0 * std::sin(0.02 * cycle); };
+  return {r(n), r(n + 2.0), 0.97 * r(n - 1.0) + 0.2};
+}
+
+double step(ControlLaw& law, const Cycle& cycle) {
+  const auto demand = law.propose({.reference_um = cycle.reference_um,
+                                   .previewed_um = cycle.previewed_um,
+                                   .position_um = cycle.position_um,
+                                   .dt_s = dt_s,
+                                   .cycle_s = dt_s});
+  law.commit(demand.drive);
+  return demand.drive;
+}
+
+rc::Gen<ControlLaw::Config> any_config() {
+  return rc::gen::apply(
+      [](int structure, int kp, int ki, int options) {
+        ControlLaw::Config result = config(all_structures[static_cast<std::size_t>(structure)],
+                                           {.kp = 0.01 * kp, .ki_per_s = 1.0 * ki});
+        if ((options & 1) != 0) result.measurement_filter_Hz = 100.0 + ki;
+        if ((options & 2) != 0) result.deadband_um = 0.001 * ki;
+        return result;
+      },
+      rc::gen::inRange(0, 5), rc::gen::inRange(0, 40), rc::gen::inRange(0, 200), rc::gen::inRange(0, 4));
+}
+
+// What the change alone does: the cycle before once more, with no time passing and nothing new heard.
+RC_GTEST_PROP(Retune, DoesNotMoveTheDriveWhateverIsChanged, ()) {
+  const auto configs = *rc::gen::container<std::vector<ControlLaw::Config>>(6, any_config());
+  ControlLaw law(configs[0]);
+  for (const double drive : {100.0, 50.0}) law.follow(drive);
+  law.restart(at(0.0).position_um);
+  double n = 0.0;
+  for (std::size_t i = 1; i < configs.size(); ++i) {
+    const int cycles = *rc::gen::inRange(1, 100);
+    double before = 0.0;
+    for (int c = 0; c < cycles; ++c, n += 1.0) before = step(law, at(n));
+    law.retune(configs[i]);
+    const Cycle last = at(n - 1.0);
+    const auto demand = law.propose({.reference_um = last.reference_um,
+                                     .previewed_um = last.previewed_um,
+                                     .position_um = std::nullopt,
+                                     .dt_s = 0.0,
+                                     .cycle_s = dt_s});
+    RC_ASSERT(std::abs(demand.drive - before) < 1e-6);  // V: the inverse's rounding, and what counts as faded
+    law.commit(demand.drive);
+  }
+}
+
+TEST(Retune, ProportionalGainMovesIntoTheIntegral) {
+  ControlLaw law(config(Structure::inverse_pi));
+  law.restart_at_lower_threshold(1.5);
+  const Cycle cycle{10.0, 10.0, 9.0};
+  step(law, cycle);
+  const double integral_um = law.integral_um();
+  law.retune(config(Structure::inverse_pi, {.kp = 0.1, .ki_per_s = 100.0}));
+  EXPECT_NEAR(law.integral_um(), integral_um + 0.2 * 1.0, 1e-12);
+}
+
+TEST(Retune, TheMemoryIsThatOfTheDriveUnderEveryStructure) {
+  const model::Hysteresis stage(support::piezo_model());
+  for (const Structure structure : all_structures) {
+    ControlLaw law(config(structure, {.kp = 0.3, .ki_per_s = 1.0}));
+    law.restart_at_lower_threshold(1.5);
+    model::HysteresisState state = stage.at_lower_threshold();
+    for (int n = 0; n < 500; ++n) stage.advance(state, step(law, at(n)));
+    EXPECT_GT(state.depth(), 1u);
+    EXPECT_EQ(law.memory().depth(), state.depth()) << to_string(structure);
+    EXPECT_EQ(law.memory().output, state.output) << to_string(structure);
+  }
+}
+
+TEST(Retune, AnOffsetLeftOverWithoutFeedbackDecaysWithItsTimeConstant) {
+  ControlLaw law(config(Structure::inverse_pi));
+  law.restart_at_lower_threshold(4.5);  // 3 um between sensor and model
+  const Cycle still{12.0, 12.0, 12.0};
+  for (int i = 0; i < 100; ++i) step(law, still);
+  const double offset_um = law.predicted_um() - 12.0;
+  ASSERT_LT(offset_um, -2.9);
+  law.retune(config(Structure::inverse));
+  for (int i = 0; i < 100; ++i) step(law, still);
+  EXPECT_NEAR(law.predicted_um() - 12.0, offset_um * std::exp(-0.1 / ControlLaw::fade_s), 1e-9);
+  for (int i = 0; i < 3000; ++i) step(law, still);
+  EXPECT_NEAR(law.predicted_um(), 12.0, 1e-9);
+}
+
+// A notch may let through what it holds back, but a change of it adds nothing: at rest the drive stays.
+TEST(Retune, ANotchIsPutInMovedAndTakenOutAtRestWithoutABump) {
+  ControlLaw::Config changed = config(Structure::inverse_pi);
+  ControlLaw law(changed);
+  law.restart_at_lower_threshold(4.5);
+  const Cycle still{12.0, 12.0, 12.0};
+  for (int i = 0; i < 5; ++i) step(law, still);
+  const double drive = step(law, still);
+  for (const double frequency_Hz : {100.0, 300.0, 0.0, 200.0}) {
+    changed.notch.reset();
+    if (frequency_Hz > 0.0) changed.notch = {.frequency_Hz = frequency_Hz, .depth = 0.0, .width = 0.5};
+    changed.structure = frequency_Hz == 300.0 ? Structure::average_pi : Structure::inverse_pi;
+    law.retune(changed);
+    for (int i = 0; i < 10; ++i) EXPECT_NEAR(step(law, still), drive, 1e-9) << frequency_Hz;
+  }
+}
+
+TEST(Restart, TakesAKnownMemoryUpWithoutABumpInTheDrive) {
+  const model::Hysteresis stage(support::piezo_model());
+  model::HysteresisState known = stage.at_lower_threshold();
+  for (const double drive : {80.0, 20.0, 60.0, 33.0}) stage.advance(known, drive);
+  for (const Structure structure : all_structures) {
+    ControlLaw law(config(structure));
+    law.restart_at_lower_threshold(1.5);
+    for (int n = 0; n < 50; ++n) step(law, at(n));
+    const double measured_um = known.output + 0.7;
+    law.remember(known);
+    const double reference_um = law.restart(measured_um);
+    EXPECT_NEAR(step(law, {reference_um, reference_um, measured_um}), 33.0, 1e-9) << to_string(structure);
+    EXPECT_EQ(law.memory().depth(), known.depth());
+  }
+}
+
+TEST(Restart, FollowsDrivesThatOthersApplied) {
+  ControlLaw law(config(Structure::inverse_pi));
+  for (const double drive : {100.0, 0.0, 70.0, 40.0}) law.follow(drive);
+  const double reference_um = law.restart(13.0);
+  EXPECT_EQ(reference_um, 13.0);
+  EXPECT_NEAR(step(law, {13.0, 13.0, 13.0}), 40.0, 1e-9);
+}
+
+TEST(MeasurementFilter, CostsNoErrorOnARamp) {
+  ControlLaw::Config filtered = config(Structure::inverse_pi);
+  filtered.measurement_filter_Hz = 20.0;  // a lag of 8 ms: 0.8 um of this ramp, were it only measured so
+  ControlLaw law(filtered);
+  law.restart_at_lower_threshold(1.5);
+  for (int n = 0; n < 200; ++n) {
+    const double r = 1.5 + 0.1 * n;
+    step(law, {r, r, r});
+    EXPECT_NEAR(law.integral_um(), 0.0, 1e-12);
+  }
+}
+
+TEST(MeasurementFilter, TakesNoiseOffTheProportionalPart) {
+  ControlLaw::Config filtered = config(Structure::inverse_pi, {.kp = 1.0, .ki_per_s = 0.0});
+  filtered.measurement_filter_Hz = 20.0;
+  ControlLaw law(filtered);
+  law.restart_at_lower_threshold(1.5);
+  for (int n = 0; n < 400; ++n) step(law, {10.0, 10.0, n % 2 == 0 ? 10.1 : 9.9});
+  EXPECT_NEAR(law.predicted_um(), 10.0, 0.01) << "0.1 um of alternating noise, a sixteenth left";
+}
+
+TEST(Deadband, LetsTheIntegralRestWithinIt) {
+  ControlLaw::Config banded = config(Structure::inverse_pi);
+  banded.deadband_um = 0.05;
+  ControlLaw law(banded);
+  law.restart_at_lower_threshold(1.5);
+  for (int n = 0; n < 100; ++n) step(law, {10.0, 10.0, 9.96});
+  EXPECT_NEAR(law.integral_um(), 0.0, 1e-12);
+  step(law, {10.0, 10.0, 9.85});
+  EXPECT_NEAR(law.integral_um(), 100.0 * 0.1 * dt_s, 1e-12);
+}
+
+TEST(Notch, AWindupBehindItIsKeptAwayToo) {
+  ControlLaw::Config notched = config(Structure::inverse_pi, {.kp = 0.1, .ki_per_s = 100.0});
+  notched.notch = {.frequency_Hz = 100.0, .depth = 0.1, .width = 0.5};
+  ControlLaw law(notched);
+  law.restart_at_lower_threshold(1.5);
+  for (int i = 0; i < 3000; ++i) {
+    law.propose(
+        {.reference_um = 10.0, .previewed_um = 10.0, .position_um = 4.0, .dt_s = dt_s, .cycle_s = dt_s});
+    law.commit(45.0);
+  }
+  EXPECT_NEAR(law.integral_um(), law.predicted_um() - 10.0, 100.0 * 6.0 * dt_s);
+}
+
+}  // namespace
+}  // namespace hystcan::controller

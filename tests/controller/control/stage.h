@@ -1,0 +1,67 @@
+// An axis and what it drives, for tests: the model itself, without dynamics, noise or a bus.
+#pragma once
+
+#include <algorithm>
+#include <functional>
+
+#include "controller/control/axis.h"
+#include "tests/support/piezo.h"
+
+namespace hystcan::controller {
+
+inline constexpr double cycle_s = 1e-3;
+
+/// An axis with an obedient actuator behind it: the model itself, without dynamics.
+class Stage {
+ public:
+  explicit Stage(const AxisConfig& config = support::piezo_axis())
+      : axis(config), actuator_(config.law.model), memory_(actuator_.virgin(0.0)) {}
+  Stage(const AxisConfig& config, const model::HysteresisState& memory)
+      : axis(config), actuator_(config.law.model), memory_(memory) {}
+
+  /// What the next cycle hears.
+  AxisInput next_input() const {
+    return {.time_s = time_s + cycle_s,
+            .dt_s = cycle_s,
+            .cycle_s = cycle_s,
+            .position_um = memory_.output,
+            .begin_tracking = axis.state() == AxisState::ready,
+            .health = {.sensor_alive = true,
+                       .sensor_operational = true,
+                       .amplifier_alive = true,
+                       .amplifier_operational = true,
+                       .amplifier_ready = true,
+                       .amplifier_enabled = command.enable,
+                       .amplifier_output = memory_.input}};
+  }
+  AxisCommand cycle(const std::function<void(AxisInput&)>& disturb = {}) {
+    AxisInput input = next_input();
+    time_s = input.time_s;
+    if (disturb) disturb(input);
+    command = axis.step(input);
+    highest_drive = std::max(highest_drive, command.drive);
+    actuator_.advance(memory_, command.enable ? command.drive : axis.config().gate.safe_drive);
+    return command;
+  }
+  bool reaches(AxisState state, int within_cycles = 2000) {
+    for (int i = 0; i < within_cycles && axis.state() != state; ++i) cycle();
+    return axis.state() == state;
+  }
+  bool tracks() {
+    axis.start(false);
+    return reaches(AxisState::tracking);
+  }
+
+  const model::HysteresisState& memory() const { return memory_; }
+
+  Axis axis;
+  AxisCommand command;
+  double time_s = 0.0;
+  double highest_drive = 0.0;
+
+ private:
+  model::Hysteresis actuator_;
+  model::HysteresisState memory_;
+};
+
+}  // namespace hystcan::controller

@@ -1,0 +1,315 @@
+// Identified from measured datasets, beside thirty plays fitted to the same; and from datasets so large or so
+// hopeless that it takes its time. Measured ones are skipped where they are not at hand.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <filesystem>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "config/files/dataset_file.h"
+#include "identification/baselines/baseline_models.h"
+#include "identification/excerpt.h"
+#include "identification/identify.h"
+#include "identification/memory_estimate.h"
+#include "model/hysteresis.h"
+#include "tests/identification/made_record.h"
+#include "tests/identification/measured.h"
+#include "tests/model/models.h"
+
+namespace hystcan::identification {
+namespace {
+
+using model::Hysteresis;
+using Mask = std::vector<bool>;
+
+constexpr std::size_t plays = 30;
+
+class MeasuredRecord : public testing::Test {
+ protected:
+  /// False, the test being skipped, where one of them is not there.
+  bool load(const std::vector<std::string>& names) {
+    for (const std::string& name : names) {
+      const std::filesystem::path file = measured(name);
+      if (!std::filesystem::exists(file)) {
+        missing_ = file.string();
+        return false;
+      }
+      datasets.push_back(config::load_dataset(file).dataset);
+    }
+    return true;
+  }
+  std::string no_record() const { return "no record " + missing_ + "; set HYSTCAN_DATA"; }
+
+  std::vector<Dataset> datasets;
+
+ private:
+  std::string missing_;
+};
+
+Dataset joined(const std::vector<Dataset>& datasets) {
+  Dataset all;
+  for (const Dataset& dataset : datasets) {
+    all.input.insert(all.input.end(), dataset.input.begin(), dataset.input.end());
+    all.output.insert(all.output.end(), dataset.output.begin(), dataset.output.end());
+  }
+  return all;
+}
+
+std::vector<double> delayed_input(const Dataset& dataset, double delay_s) {
+  const Excerpt::Sequence sequence = Excerpt(dataset, {}, dataset.size(), 0.0).delayed_by(delay_s);
+  std::vector<double> inputs;
+  for (std::size_t i = 0; i < sequence.input.size(); ++i)
+    if (sequence.fold[i] != Regression::left_out) inputs.push_back(sequence.input[i]);
+  return inputs;
+}
+
+/// Thirty plays, fitted to the `seen` samples of datasets that follow each other; what they say of all.
+BaselineModel thirty_plays(const std::vector<Dataset>& datasets, double delay_s, const Mask& seen) {
+  Dataset all = joined(datasets);
+  all.input.clear();
+  for (const Dataset& dataset : datasets) {
+    const std::vector<double> inputs = delayed_input(dataset, delay_s);
+    all.input.insert(all.input.end(), inputs.begin(), inputs.end());
+  }
+  std::vector<double> weight(seen.begin(), seen.end());
+  const auto [lo, hi] = std::ranges::minmax(all.input);
+  return fit_prandtl_ishlinskii({{}, all.input, all.output, weight, {lo, hi}}, plays);
+}
+
+// RMS and largest error of the samples that `which` holds, in percent of the span of all.
+ErrorNorms percent_of(const std::vector<double>& predicted, const std::vector<double>& output,
+                      const Mask& which) {
+  std::vector<double> a, b;
+  for (std::size_t i = 0; i < which.size(); ++i)
+    if (which[i]) {
+      a.push_back(predicted[i]);
+      b.push_back(output[i]);
+    }
+  const ErrorNorms misses = ErrorNorms::of(a, b);
+  const double percent = 100.0 / span_of(output);
+  return {misses.rms * percent, misses.max * percent};
+}
+
+std::vector<double> own_prediction(const Identified& found, const Dataset& dataset, std::size_t i = 0) {
+  return predict(Hysteresis(found.parameters), dataset, found.delay_s, found.memories[i]);
+}
+
+void tell(const char* what, const ErrorNorms& ours, std::size_t parameters, const ErrorNorms& baselines) {
+  std::printf("%-58s %7.3f %% RMS %7.3f %% max, %zu parameters; %zu plays: %7.3f %% RMS %7.3f %% max, %zu\n",
+              what, ours.rms, ours.max, parameters, plays, baselines.rms, baselines.max, plays + 2);
+}
+
+// Both fitted to all samples of one dataset.
+Identified fitted_beside_plays(const char* name, const Dataset& dataset, ErrorNorms& ours) {
+  const Identified found = identify({dataset}, {});
+  const Mask all(dataset.size(), true);
+  ours = percent_of(own_prediction(found, dataset), dataset.output, all);
+  const BaselineModel baseline = thirty_plays({dataset}, found.delay_s, all);
+  tell(name, ours, found.parameter_count(), percent_of(baseline.prediction, dataset.output, all));
+  return found;
+}
+
+class PiezoStage : public MeasuredRecord {};
+
+TEST_F(PiezoStage, RisingAmplitudesAreFittedToAQuarterPercent) {
+  if (!load({"piezo_stage_rising_20hz"})) GTEST_SKIP() << no_record();
+  ErrorNorms ours;
+  fitted_beside_plays("rising 20 Hz, fitted", datasets[0], ours);
+  EXPECT_LE(ours.rms, 0.25);
+  EXPECT_LE(ours.max, 0.9);
+}
+
+// Curves of a higher order hold those of a lower one: what they cannot fit better they fit as well, also
+// where many branches are at the edge of going the wrong way.
+TEST_F(PiezoStage, MoreOrdersFitNoWorse) {
+  if (!load({"piezo_stage_rising_20hz"})) GTEST_SKIP() << no_record();
+  IdentifyOptions options;
+  options.order = 16;
+  const double auto_rms = identify(datasets, {}).overall.rms;
+  EXPECT_LT(identify(datasets, options).overall.rms, auto_rms) << "16, beside what auto takes";
+}
+
+TEST_F(PiezoStage, RisingAmplitudesArePredictedFromEverySecondCycle) {
+  if (!load({"piezo_stage_rising_20hz"})) GTEST_SKIP() << no_record();
+  const Dataset& dataset = datasets[0];
+  const Folds folds = deal_into_folds(datasets, {-90.0, 90.0});
+  IdentifyOptions options;
+  options.unseen.emplace_back();
+  Mask seen, unseen;
+  for (const int fold : folds.of[0]) unseen.push_back(fold > 0 && fold % 2 == 0);
+  for (const bool hidden : unseen) seen.push_back(!hidden);
+  options.unseen[0] = unseen;
+  const Identified found = identify(datasets, options);
+  const ErrorNorms ours = percent_of(own_prediction(found, dataset), dataset.output, unseen);
+  const BaselineModel baseline = thirty_plays(datasets, found.delay_s, seen);
+  tell("rising 20 Hz, unseen cycles", ours, found.parameter_count(),
+       percent_of(baseline.prediction, dataset.output, unseen));
+  EXPECT_LE(ours.rms, 0.35);
+}
+
+TEST_F(PiezoStage, GrowingAmplitudesFromAnUnknownPastAreFitted) {
+  if (!load({"piezo_stage_growing5hz_tri100_1"})) GTEST_SKIP() << no_record();
+  ErrorNorms ours;
+  fitted_beside_plays("growing 5 Hz, fitted", datasets[0], ours);
+  EXPECT_LE(ours.rms, 0.28);
+}
+
+TEST_F(PiezoStage, GrowingAmplitudesArePredictedFromRisingOnes) {
+  if (!load({"piezo_stage_rising_20hz", "piezo_stage_growing5hz_tri100_1"})) GTEST_SKIP() << no_record();
+  const Dataset &rising = datasets[0], &growing = datasets[1];
+  const Identified found = identify({rising}, {});
+  const Hysteresis model(found.parameters);
+  const auto first =
+      static_cast<std::size_t>(std::ranges::upper_bound(growing.time_s, 0.25) - growing.time_s.begin());
+  const MemoryEstimate start = estimate_memory(model, growing, found.delay_s, first, true);
+  std::vector<double> predicted = predict(model, growing, found.delay_s, start.memory);
+  for (double& x : predicted) x += start.offset;
+  const Mask all(growing.size(), true);
+  const ErrorNorms ours = percent_of(predicted, growing.output, all);
+
+  Mask seen(rising.size() + growing.size(), false);
+  std::fill_n(seen.begin(), rising.size(), true);
+  const BaselineModel baseline = thirty_plays(datasets, found.delay_s, seen);
+  std::vector<double> of_plays(baseline.prediction.end() - std::ssize(growing.output),
+                               baseline.prediction.end());
+  double offset = 0.0;
+  for (std::size_t i = 0; i < first; ++i)
+    offset += (growing.output[i] - of_plays[i]) / static_cast<double>(first);
+  for (double& x : of_plays) x += offset;
+  tell("growing 5 Hz, predicted from rising 20 Hz", ours, found.parameter_count(),
+       percent_of(of_plays, growing.output, all));
+  EXPECT_LE(ours.rms, 0.6);
+}
+
+class Quadrupole : public MeasuredRecord {};
+
+// How wide the loop is: what is left of the output beside a straight line.
+double loop_width(const Dataset& dataset) {
+  const double count = static_cast<double>(dataset.size());
+  double v = 0.0, x = 0.0, vx = 0.0, vv = 0.0;
+  for (std::size_t i = 0; i < dataset.size(); ++i)
+    v += dataset.input[i] / count, x += dataset.output[i] / count;
+  for (std::size_t i = 0; i < dataset.size(); ++i) {
+    vx += (dataset.input[i] - v) * (dataset.output[i] - x);
+    vv += (dataset.input[i] - v) * (dataset.input[i] - v);
+  }
+  std::vector<double> left;
+  for (std::size_t i = 0; i < dataset.size(); ++i)
+    left.push_back(dataset.output[i] - vx / vv * dataset.input[i]);
+  return span_of(left);
+}
+
+void tell_of_width(const char* what, double rms, double width, std::size_t parameters) {
+  std::printf("%-58s %7.3f %% RMS of the loop's width, %zu parameters\n", what, 100.0 * rms / width,
+              parameters);
+}
+
+TEST_F(Quadrupole, EachRunIsFittedToATwentiethOfItsLoop) {
+  if (!load({"slac_quad_run3", "slac_quad_run4"})) GTEST_SKIP() << no_record();
+  for (const Dataset& dataset : datasets) {
+    ErrorNorms ours;
+    const Identified found = fitted_beside_plays(
+        &dataset == &datasets[0] ? "quadrupole run 3, fitted" : "quadrupole run 4, fitted", dataset, ours);
+    tell_of_width("  the same", found.overall.rms, loop_width(dataset), found.parameter_count());
+    EXPECT_LE(found.overall.rms, 0.05 * loop_width(dataset));
+  }
+}
+
+TEST_F(Quadrupole, TwoRunsAreFittedTogetherAndPredictTheOthers) {
+  if (!load({"slac_quad_run3", "slac_quad_run4", "slac_quad_run5", "slac_quad_run6"}))
+    GTEST_SKIP() << no_record();
+  const std::vector<Dataset> fitted{datasets[0], datasets[1]};
+  const Identified found = identify(fitted, {});
+  for (std::size_t i = 0; i < 2; ++i) {
+    tell_of_width(i == 0 ? "quadrupole run 3, fitted with 4" : "quadrupole run 4, fitted with 3",
+                  found.misses[i].rms, loop_width(datasets[i]), found.parameter_count());
+    EXPECT_LE(found.misses[i].rms, 0.05 * loop_width(datasets[i])) << "run " << i + 3;
+  }
+  const Hysteresis model(found.parameters);
+  for (std::size_t i = 2; i < 4; ++i) {
+    const Dataset& dataset = datasets[i];
+    const MemoryEstimate start = estimate_memory(model, dataset, found.delay_s, dataset.size(), false);
+    const Mask all(dataset.size(), true);
+    const ErrorNorms ours =
+        percent_of(predict(model, dataset, found.delay_s, start.memory), dataset.output, all);
+    Mask seen(datasets[0].size() + datasets[1].size(), true);
+    seen.resize(seen.size() + dataset.size(), false);
+    const BaselineModel baseline = thirty_plays({datasets[0], datasets[1], dataset}, found.delay_s, seen);
+    const std::vector<double> of_plays(baseline.prediction.end() - std::ssize(dataset.output),
+                                       baseline.prediction.end());
+    const char* name =
+        i == 2 ? "quadrupole run 5, predicted from 3 and 4" : "quadrupole run 6, predicted from 3 and 4";
+    tell(name, ours, found.parameter_count(), percent_of(of_plays, dataset.output, all));
+    tell_of_width("  the same", start.rms, loop_width(datasets[0]), found.parameter_count());
+    EXPECT_LE(start.rms, 0.15 * loop_width(datasets[0])) << "run " << i + 3;
+  }
+}
+
+class ShapeMemoryWing : public MeasuredRecord {};
+
+// Report only: the branches of shape memory converge in another way than exponentially.
+TEST_F(ShapeMemoryWing, ReversalCurvesThatWereNotSeenArePredictedSomehow) {
+  if (!load({"sma_wing_forc_E"})) GTEST_SKIP() << no_record();
+  const Dataset& dataset = datasets[0];
+  const auto [lo, hi] = std::ranges::minmax(dataset.input);
+  Mask unseen(dataset.size(), false), seen;
+  std::size_t cycle = 0;
+  const auto points = turning_points(dataset, 0.02 * (hi - lo));
+  for (std::size_t i = 0, next = 0; i < dataset.size(); ++i) {
+    for (; next < points.size() && points[next].time_s < dataset.time_s[i]; ++next)
+      if (points[next].input < lo + 0.5 * (hi - lo)) ++cycle;
+    unseen[i] = cycle % 2 == 1;
+  }
+  for (const bool hidden : unseen) seen.push_back(!hidden);
+  ASSERT_GE(cycle, 3U);
+  IdentifyOptions options;
+  options.unseen.push_back(unseen);
+  const Identified found = identify(datasets, options);
+  const std::vector<double> ours = own_prediction(found, dataset);
+  const BaselineModel baseline = thirty_plays(datasets, found.delay_s, seen);
+  tell("wing, seen reversal curves", percent_of(ours, dataset.output, seen), found.parameter_count(),
+       percent_of(baseline.prediction, dataset.output, seen));
+  const ErrorNorms on_unseen = percent_of(ours, dataset.output, unseen);
+  tell("wing, unseen reversal curves", on_unseen, found.parameter_count(),
+       percent_of(baseline.prediction, dataset.output, unseen));
+  EXPECT_TRUE(std::isfinite(on_unseen.rms));
+}
+
+TEST(LargeRecord, AHundredThousandSamplesAreFittedAsWellAsAFewThousand) {
+  const Hysteresis truth(model::piezo_model());
+  const Dataset dataset = record_of(truth, 6200.0);
+  ASSERT_GE(dataset.size(), 100'000U);
+  const Identified found = identify({with_noise(dataset, 1e-3 * span_of(dataset.output), 8)}, {});
+  EXPECT_LT(100.0 * found.overall.rms / found.output_span, 0.13);
+  EXPECT_NEAR(found.parameters.k_ascending, 0.05, 0.005);
+}
+
+TEST(LargeRecord, AMillionSamplesOfWhiteNoiseAreRefused) {
+  std::mt19937_64 random(12);
+  std::normal_distribution<double> noise;
+  Dataset dataset{"V", "um", {}, {}, {}};
+  for (int i = 0; i < 1'000'000; ++i) {
+    dataset.time_s.push_back(1e-4 * i);
+    dataset.input.push_back(noise(random));
+    dataset.output.push_back(noise(random) + 0.01 * dataset.input.back());  // rising, hardly
+  }
+  const std::clock_t before = std::clock();
+  try {
+    identify({dataset}, {});
+    ADD_FAILURE() << "a model of noise";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("it does not follow the input"), std::string::npos)
+        << error.what();
+  }
+  std::printf("a million samples of noise: refused after %.1f s of processor time\n",
+              static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC);
+}
+
+}  // namespace
+}  // namespace hystcan::identification

@@ -1,0 +1,58 @@
+#include "identification/numerics/levenberg_marquardt.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+
+namespace hystcan::identification {
+namespace {
+
+using Eigen::ArrayXd;
+using Eigen::MatrixXd;
+using Eigen::Vector2d;
+using Eigen::VectorXd;
+
+// x_0 e^{-x_1 t}, no valid model where x_1 < 0; made with 2 e^{-3 t}.
+NonlinearProblem decay() {
+  const ArrayXd t = ArrayXd::LinSpaced(50, 0.0, 1.0);
+  const auto values = [t](const VectorXd& x) -> std::optional<VectorXd> {
+    if (x[1] < 0.0) return std::nullopt;
+    return VectorXd(x[0] * (-x[1] * t).exp());
+  };
+  const auto jacobian = [t](const VectorXd& x) {
+    MatrixXd columns(t.size(), 2);
+    columns.col(0) = (-x[1] * t).exp();
+    columns.col(1) = -t * x[0] * (-x[1] * t).exp();
+    return columns;
+  };
+  return {values,
+          jacobian,
+          2.0 * (-3.0 * t).exp(),
+          VectorXd::Ones(t.size()),
+          MatrixXd(0, 2),
+          VectorXd(VectorXd::Zero(0))};
+}
+
+TEST(Levenberg, FindsADecayFromAStartNearby) {
+  const NonlinearFit fit = improve(decay(), Vector2d(1.0, 1.0), 50);
+  EXPECT_LT((fit.x - Vector2d(2.0, 3.0)).norm(), 1e-12);  // rounding
+  EXPECT_LT(fit.cost, 1e-24);
+}
+
+TEST(Levenberg, StopsAtAnInequality) {
+  NonlinearProblem problem = decay();
+  problem.g = Eigen::RowVector2d(0.0, -1.0);  // x_1 <= 2
+  problem.h = VectorXd::Constant(1, -2.0);
+  const NonlinearFit fit = improve(problem, Vector2d(1.0, 1.0), 50);
+  EXPECT_NEAR(fit.x[1], 2.0, 1e-12);
+  const VectorXd curve = problem.jacobian(fit.x).col(0);  // x_0 is the least squares of what is left
+  EXPECT_NEAR(fit.x[0], curve.dot(problem.wanted) / curve.squaredNorm(), 1e-6);  // where steps end
+}
+
+TEST(Levenberg, RefusesAStartThatIsNoModel) {
+  EXPECT_THROW(improve(decay(), Vector2d(1.0, -1.0), 50), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace hystcan::identification
