@@ -130,7 +130,8 @@ class Searcher {
   // Moves all unknowns; those that end somewhere better start there next time.
   double descend(std::vector<Unknown>& unknowns, int evaluations) {
     Eigen::VectorXd first_steps(static_cast<Eigen::Index>(unknowns.size()));
-    for (std::size_t i = 0; i < unknowns.size(); ++i) first_steps[static_cast<Eigen::Index>(i)] = unknowns[i].step;
+    for (std::size_t i = 0; i < unknowns.size(); ++i)
+      first_steps[static_cast<Eigen::Index>(i)] = unknowns[i].step;
     const Minimum found = minimise([&](const Eigen::VectorXd& x) { return cost(at(unknowns, x)); },
                                    starts(unknowns), first_steps, 1e-4, evaluations, options_.go_on);
     for (std::size_t i = 0; i < unknowns.size(); ++i) {
@@ -203,8 +204,9 @@ class Searcher {
   bool take_in(const std::vector<Unknown>& unknowns, double c) {
     const Trial trial = at(unknowns, starts(unknowns));
     Step taken{unknowns.back().what, fit_->fit(best_).rms, fit_->fit(trial).rms, fit_->held_out(best_),
-              fit_->held_out(trial)};
-    if (taken.held_out_before && *taken.held_out_after > worth_held_out * *taken.held_out_before) return false;
+               fit_->held_out(trial)};
+    if (taken.held_out_before && *taken.held_out_after > worth_held_out * *taken.held_out_before)
+      return false;
     result_.steps.push_back(std::move(taken));
     unknowns_ = unknowns;
     for (Unknown& unknown : unknowns_) unknown.step = 0.3;

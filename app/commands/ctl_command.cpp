@@ -19,7 +19,6 @@
 namespace hystcan::app {
 namespace {
 
-
 struct CtlArguments {
   std::string socket;
   std::string interface = "vcan0";

@@ -7,8 +7,6 @@
 
 namespace hystcan::can {
 namespace {
-
-using BusState;
 using Lines = std::vector<std::string>;
 
 TEST(RateLimit, LetsTheFirstThroughAndThenOneAPeriodWithTheNumberOfAll) {

@@ -49,7 +49,7 @@ TEST_P(EveryShape, TellsItsOwnVelocityAndAcceleration) {
   const Shape& shape = GetParam();
   constexpr double h_s = 1e-6;
   const double length_s = duration_s(shape);
-  const double fastest = extent(shape).peak_slew_um_per_s;
+  const double fastest = motion_bounds(shape).peak_slew_um_per_s;
   for (int i = 1; i < 1000; ++i) {
     const double t_s = length_s * (i - 0.37) / 1000.0;  // clear of corners and jumps
     const Motion before = motion(shape, t_s - h_s);
@@ -67,7 +67,7 @@ TEST_P(EveryShape, TellsItsOwnVelocityAndAcceleration) {
 
 TEST_P(EveryShape, StaysWithinItsExtentAndComesCloseToIt) {
   const Shape& shape = GetParam();
-  const MotionBounds told = extent(shape);
+  const MotionBounds stated = motion_bounds(shape);
   MotionBounds seen{.lowest_um = 1e9, .highest_um = -1e9};
   constexpr int points = 20'000;
   for (int i = 0; i < points; ++i) {
@@ -79,12 +79,12 @@ TEST_P(EveryShape, StaysWithinItsExtentAndComesCloseToIt) {
         std::max(seen.peak_acceleration_um_per_s2, std::abs(at.acceleration_um_per_s2));
   }
   const double amplitudes_um = 0.002 * 10.0;  // what sampling a multi-sine of ten may miss
-  EXPECT_NEAR(seen.lowest_um, told.lowest_um, amplitudes_um);
-  EXPECT_NEAR(seen.highest_um, told.highest_um, amplitudes_um);
-  EXPECT_LE(seen.peak_slew_um_per_s, 1.002 * told.peak_slew_um_per_s + 1e-9);
-  EXPECT_GE(seen.peak_slew_um_per_s, 0.9 * told.peak_slew_um_per_s);
-  EXPECT_LE(seen.peak_acceleration_um_per_s2, 1.002 * told.peak_acceleration_um_per_s2 + 1e-9);
-  EXPECT_GE(seen.peak_acceleration_um_per_s2, 0.8 * told.peak_acceleration_um_per_s2);
+  EXPECT_NEAR(seen.lowest_um, stated.lowest_um, amplitudes_um);
+  EXPECT_NEAR(seen.highest_um, stated.highest_um, amplitudes_um);
+  EXPECT_LE(seen.peak_slew_um_per_s, 1.002 * stated.peak_slew_um_per_s + 1e-9);
+  EXPECT_GE(seen.peak_slew_um_per_s, 0.9 * stated.peak_slew_um_per_s);
+  EXPECT_LE(seen.peak_acceleration_um_per_s2, 1.002 * stated.peak_acceleration_um_per_s2 + 1e-9);
+  EXPECT_GE(seen.peak_acceleration_um_per_s2, 0.8 * stated.peak_acceleration_um_per_s2);
 }
 
 TEST_P(EveryShape, RestsExactlyWhereItsValueStays) {
@@ -160,7 +160,7 @@ TEST(MultiSine, IsTheSumOfItsSines) {
 TEST(MultiSine, HasALowPeakByDefault) {
   const auto crest = [](const MultiSine& tones) {
     const Shape shape = prepared(tones);
-    return (extent(shape).highest_um - 15.0) / std::sqrt(10.0 / 2.0);
+    return (motion_bounds(shape).highest_um - 15.0) / std::sqrt(10.0 / 2.0);
   };
   MultiSine in_phase = ten_tones();
   in_phase.phases_deg.assign(10, 0.0);
