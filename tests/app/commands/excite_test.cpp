@@ -24,7 +24,7 @@ class Excite : public Cli {
   Dataset rehearsed(const std::vector<std::string>& options = {}) const {
     Process program(rehearsal(options));
     EXPECT_EQ(program.wait(), done) << program.err();
-    return config::load_dataset(shipped / "record.csv").record;
+    return config::load_dataset(shipped / "record.csv").dataset;
   }
   bool kept() const { return std::filesystem::exists(shipped / "record.csv"); }
 };
@@ -94,7 +94,7 @@ TEST_F(Excite, DrivesAnotherUnitToo) {
   Process program({HYSTCAN_PROGRAM, "excite", path("galfenol.toml"), "--output", path("record.csv"),
                    "--rehearse", "--period", "4"});
   ASSERT_EQ(program.wait(), done) << program.err();
-  const Dataset record = config::load_dataset(shipped / "record.csv").record;
+  const Dataset record = config::load_dataset(shipped / "record.csv").dataset;
   EXPECT_EQ(record.input_unit, "A");
   EXPECT_EQ(std::ranges::max(record.input), 3.0);
 }
@@ -115,7 +115,7 @@ TEST_F(Excite, AFaultEndsItAndWhatWasRecordedIsKept) {
   EXPECT_EQ(program.wait(), failed);
   EXPECT_NE(program.err().find("axis x faulted"), std::string::npos) << program.err();
   EXPECT_NE(program.err().find("position implausible"), std::string::npos) << program.err();
-  const Dataset record = config::load_dataset(shipped / "record.csv").record;
+  const Dataset record = config::load_dataset(shipped / "record.csv").dataset;
   EXPECT_NE(program.err().find("stopped after " + std::to_string(record.size()) + " rows"), std::string::npos)
       << program.err();
   EXPECT_LE(std::ranges::max(record.output), 28.0);
