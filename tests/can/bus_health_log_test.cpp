@@ -105,8 +105,8 @@ TEST_F(BusLogging, OfAStateThatFlapsIsOneLineASecond) {
     for (const std::string& line : written_at(sample / 64.0)) all.push_back(line);
   }
   EXPECT_EQ(all, (Lines{"can0: bus warning at 0.000 s", "can0: bus active at 0.016 s",
-                        "can0: bus warning at 1.000 s (32 times since last told)",
-                        "can0: bus active at 1.016 s (32 times since last told)"}));
+                        "can0: bus warning at 1.000 s (32 times since the last line)",
+                        "can0: bus active at 1.016 s (32 times since the last line)"}));
 }
 
 TEST_F(BusLogging, OfAFloodOfErrorsIsOneLineASecondAndCauseAndNoneIsLost) {
