@@ -109,7 +109,7 @@ TEST_F(SocketCanInterface, ExchangesEveryMessageOfTheDbcWithPythonCan) {
   const auto bus = open("vcan9", filters);
   const std::string output = std::filesystem::temp_directory_path() / "python-peer";
   std::thread peer([&] {
-    shell("/usr/bin/python3 " HYSTCAN_SOURCE_DIR "/tests/can/python_peer.py vcan9 " +
+    shell("/usr/bin/python3 " HYSTCAN_SOURCE_DIR "/tests/can/socketcan/python_peer.py vcan9 " +
           std::to_string(sent.size()) + " > " + output);
   });
   const Time give_up = std::chrono::steady_clock::now() + 60s;
