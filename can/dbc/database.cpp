@@ -13,7 +13,7 @@
 namespace hystcan::can {
 namespace {
 
-/// Lines end with LF, CR LF or CR.
+/// Finds line and column of a place in the text. Lines end with LF, CR LF or CR.
 class Places {
  public:
   Places(std::string_view text, const std::string& file_name) : text_(text), file_name_(file_name) {

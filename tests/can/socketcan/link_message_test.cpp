@@ -166,7 +166,7 @@ TEST(InterfaceDoubts, NameAnotherBitRateAndNoRestart) {
       find_doubts("can0", interface, 500e3),
       (std::vector<std::string>{
           "can0 runs at 1e+06 bit/s, expected 500000 by the configuration",
-          "can0 has restart-ms 0: bus-off lasts until someone runs ip link set can0 type can restart"}));
+          "can0 has restart-ms 0: bus-off lasts until a user runs ip link set can0 type can restart"}));
 }
 
 TEST(InterfaceDoubts, NameTheModesInWhichFramesAreLost) {

@@ -107,9 +107,9 @@ TEST_F(SocketCanInterface, ExchangesEveryMessageOfTheDbcWithPythonCan) {
     expected += line + "\n";
   }
   const auto bus = open("vcan9", filters);
-  const std::string output = std::filesystem::temp_directory_path() / "python-peer";
+  const std::string output = std::filesystem::temp_directory_path() / "python-node";
   std::thread peer([&] {
-    shell("/usr/bin/python3 " HYSTCAN_SOURCE_DIR "/tests/can/socketcan/python_peer.py vcan9 " +
+    shell("/usr/bin/python3 " HYSTCAN_SOURCE_DIR "/tests/can/socketcan/python_node.py vcan9 " +
           std::to_string(sent.size()) + " > " + output);
   });
   const Time give_up = std::chrono::steady_clock::now() + 60s;
