@@ -130,8 +130,8 @@ TEST(Traffic, ChecksAConfiguredMessageWithAnExtendedIdentifier) {
     EXPECT_EQ(counted.rejected[static_cast<std::size_t>(cause)], 1U) << to_string(cause);
 }
 
-/// SYNC's one byte made ten: 12 on the wire.
-TEST(Traffic, AMessageThatIsLongIsExpectedAsFdInALengthThatFdHas) {
+/// The SYNC message has ten bytes here, which are 12 on the wire.
+TEST(Traffic, ExpectsALongMessageAsFdFrameWithALengthOfCanFd) {
   for (const bool configured : {false, true}) {
     Database database = shipped();
     const auto sync_message = std::ranges::find(database.messages, "Sync", &Message::name);
@@ -149,7 +149,7 @@ TEST(Traffic, AMessageThatIsLongIsExpectedAsFdInALengthThatFdHas) {
   }
 }
 
-TEST(Traffic, AnUnknownIdentifierIsCountedAsItself) {
+TEST(Traffic, CountsAnUnknownIdentifierWithoutAMessage) {
   Traffic traffic(shipped());
   LoggedFrame frame = sync(microseconds{0}, 1);
   frame.frame.extended = true;
@@ -158,7 +158,7 @@ TEST(Traffic, AnUnknownIdentifierIsCountedAsItself) {
   EXPECT_EQ(traffic.messages().at({true, 0x080}).count, 1U);
 }
 
-TEST(Traffic, ErrorFramesTellTheStateOfTheBus) {
+TEST(Traffic, TakesTheStateOfTheBusFromErrorFrames) {
   Traffic traffic(shipped());
   EXPECT_FALSE(traffic.state());
   traffic.add(error(CAN_ERR_CRTL, CAN_ERR_CRTL_TX_PASSIVE, 128, 3));
@@ -169,10 +169,10 @@ TEST(Traffic, ErrorFramesTellTheStateOfTheBus) {
   LoggedFrame lost;
   lost.frame = drop_notice(3);
   traffic.add(lost);
-  EXPECT_EQ(traffic.error_frames(), 2U) << "what the recorder lost is no error of the bus";
+  EXPECT_EQ(traffic.error_frames(), 2U) << "a loss of the recorder is not an error of the bus";
 }
 
-TEST(ErrorWords, NameEveryCauseAndTheNumbersThatGoWithThem) {
+TEST(ErrorWords, NameEveryCauseWithItsNumbers) {
   EXPECT_EQ(describe_error(error(CAN_ERR_CRTL, CAN_ERR_CRTL_TX_WARNING, 96, 0).frame),
             "transmit errors: warning, error counters: transmit 96, receive 0");
   LoggedFrame stuff = error(CAN_ERR_PROT | CAN_ERR_BUSERROR, 0, 0, 0);

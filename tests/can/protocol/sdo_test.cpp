@@ -1,5 +1,5 @@
-// Expedited SDO and emergencies, byte for byte; the set-up of a node against a server that answers, refuses,
-// forgets or is silent.
+// Expedited SDO and emergencies, byte for byte. The setup of a node with a server that answers, refuses,
+// loses a value or is silent.
 #include "can/protocol/sdo.h"
 
 #include <gtest/gtest.h>
