@@ -118,8 +118,7 @@ struct Database {
   Attributes attributes;  ///< attributes of the network
   std::vector<RelationAttribute> relation_attributes;
   std::vector<std::string> warnings;  ///< irregular but readable places: `FILE:LINE:COLUMN: what`
-  std::unordered_map<std::uint32_t, std::size_t>
-      message_by_id;  ///< key_of() to the last message of that identifier
+  std::unordered_map<std::uint32_t, std::size_t> message_by_id;  ///< key_of() to the last such message
 
   const Message* find(std::string_view message) const;  ///< the first of this name; null if absent
 

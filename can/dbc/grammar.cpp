@@ -370,7 +370,7 @@ class Parser {
 
   Cursor cursor_;
   Document document_;
-  bool in_message_ = false;  ///< a signal may follow
+  bool in_message_ = false;  ///< a signal line may follow
 };
 
 }  // namespace

@@ -164,7 +164,7 @@ class MessageReader {
       const Signal& signal = message_.signals[i];
       if (signal.multiplexing.present_at || bytes_needed(signal) > message_.length) continue;
       const bool little = signal.byte_order == ByteOrder::little_endian;
-      const std::size_t first = little ? signal.start_bit : signal.start_bit ^ 7U;  // along the wire
+      const std::size_t first = little ? signal.start_bit : signal.start_bit ^ 7U;  // in wire order
       bool overlaps = false;
       for (std::size_t bit = first; bit < first + signal.length; ++bit) {
         const std::size_t place = little ? bit : bit ^ 7U;

@@ -68,7 +68,7 @@ class StuffCounter {
     count_ += step.stuffed;
   }
   unsigned count() const { return count_; }
-  /// True: a stuff bit follows the last bit, `bit`.
+  /// True: a stuff bit follows the last added bit, which is `bit`.
   bool ends_stuffed(unsigned bit) const { return state_ / 4U != bit; }
 
  private:

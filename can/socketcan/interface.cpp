@@ -60,7 +60,7 @@ std::optional<Interface> query_interface(const std::string& name) {
 
 namespace {
 
-/// Throws InterfaceError if the kernel has no CAN. The user then does not look for an interface.
+/// Throws InterfaceError if the kernel has no CAN, so that the user does not look for an interface.
 void require_can_support() {
   const int socket = ::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW);
   const int error = errno;

@@ -67,8 +67,7 @@ void set_options(int socket, const std::string& interface, std::span<const Filte
   if (!set_option(socket, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, can_err_mask_t{CAN_ERR_MASK})) {
     fail_socket(interface, "cannot receive error frames");
   }
-  set_option(socket, SOL_CAN_RAW, CAN_RAW_FD_FRAMES,
-             1);  // fails on an old kernel without FD, which does no harm
+  set_option(socket, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, 1);  // an old kernel without FD may refuse this
   set_option(socket, SOL_SOCKET, SO_RXQ_OVFL, 1);
   set_option(socket, SOL_SOCKET, SO_TIMESTAMPNS, 1);
   set_option(socket, SOL_SOCKET, SO_SNDBUF, send_buffer_bytes);

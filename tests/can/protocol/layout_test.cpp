@@ -143,7 +143,7 @@ TEST(Layout, DecodesWhatItEncodesForAnySignalDefinition) {
   EXPECT_TRUE(holds);
 }
 
-TEST(DecimalStep, IsExact) {
+TEST(DecimalStep, ConvertsExactly) {
   EXPECT_EQ(decimal_step("mV", "V")->to_ours(12346.0), 12.346);
   EXPECT_EQ(decimal_step("mV", "V")->to_theirs(0.5), 500.0);
   EXPECT_EQ(decimal_step("nm", "um")->to_ours(3.0), 0.003);

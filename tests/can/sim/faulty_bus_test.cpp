@@ -100,7 +100,7 @@ TEST(FaultyBus, DelaysFramesAndGivesTheLaterTimeOfArrival) {
   EXPECT_GT(longest, 350us);
 }
 
-TEST(FaultyBus, DuplicatesFramesWhichTheCheckerRejectsAsRepeatedCounter) {
+TEST(FaultyBus, DuplicatesFramesAndTheCheckerCountsRepeatedCounters) {
   Lossy line({rule(BusFault::duplicate, 0.2)});
   line.send(500);
   const auto doubled = line.bus.injected(BusFault::duplicate);
@@ -141,7 +141,7 @@ struct Corruption {
 };
 class FaultyBusCorrupts : public testing::TestWithParam<Corruption> {};
 
-TEST_P(FaultyBusCorrupts, AFieldAndTheCheckerCountsTheCause) {
+TEST_P(FaultyBusCorrupts, OneFieldAndTheCheckerCountsItsCause) {
   Lossy line({rule(GetParam().fault, 0.2)});
   line.send(500);
   const auto injected = line.bus.injected(GetParam().fault);

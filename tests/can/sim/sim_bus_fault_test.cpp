@@ -240,7 +240,7 @@ TEST_F(SimBusFaults, MakeABrokenTransmitterBusOffWhileTheOtherNodesGoOn) {
   EXPECT_EQ(c.heard[0].id, 0x200U);
 }
 
-TEST_F(SimBusFaults, MakeAReceiverThatAloneSeesErrorsPassiveAndThenOnlyItMissesFrames) {
+TEST_F(SimBusFaults, MakeAReceiverThatAloneSeesThemPassiveAndThenOnlyItMissesFrames) {
   Listener a(wire), deaf(wire), c(wire);
   deaf.bus->set_faults({.transmit_bit_error = 0.0, .receive_bit_error = 1.0, .overrun = 0.0});
   a.bus->send(frame_of(0x100));

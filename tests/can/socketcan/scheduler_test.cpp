@@ -96,7 +96,7 @@ TEST_F(AsioTimer, MayBeArmedAndDestroyedInItsHandler) {
   EXPECT_EQ(seen, content);
 }
 
-TEST_F(AsioTimer, CanBeArmedAgainAfterItWasCancelled) {
+TEST_F(AsioTimer, MayBeArmedAgainAfterItWasCancelled) {
   const auto timer = scheduler.make_timer([&] { order += 'r'; });
   timer->expire_at(scheduler.now() + 1h);
   timer->cancel();
