@@ -36,10 +36,10 @@ struct BusCounters {
   std::uint64_t send_refused = 0;  ///< queue full (ENOBUFS, EAGAIN) or interface down: the frame is dropped
   std::uint64_t receive_lost = 0;  ///< the kernel dropped the frame before the program read it (SO_RXQ_OVFL)
   std::uint64_t error_frames = 0;  ///< error frames from the controller; the counters below give the causes
-  std::uint64_t warnings = 0;      ///< changes to error-warning; the next two count error-passive and bus-off
-  std::uint64_t passives = 0;
-  std::uint64_t bus_offs = 0;
-  std::uint64_t restarts = 0;
+  std::uint64_t warnings = 0;      ///< changes to error-warning
+  std::uint64_t passives = 0;      ///< changes to error-passive
+  std::uint64_t bus_offs = 0;      ///< changes to bus-off
+  std::uint64_t restarts = 0;      ///< restarts after bus-off
   std::uint64_t not_acknowledged = 0;
   std::uint64_t arbitration_lost = 0;
   std::uint64_t protocol_errors = 0;       ///< bit, stuff, form and CRC errors
