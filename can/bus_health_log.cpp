@@ -8,11 +8,11 @@
 namespace hystcan::can {
 namespace {
 
-// Changes of state have lines of their own and are here for the totals.
+// The log has separate lines for changes of state; here they count for the totals.
 constexpr std::array<BusTrouble, 12> troubles{{
-    {"send_refused", "not sent: the queue was full or the interface down", &BusCounters::send_refused},
-    {"receive_lost", "lost in the kernel: they came faster than we read", &BusCounters::receive_lost},
-    {"not_acknowledged", "not acknowledged: nobody else is on the bus", &BusCounters::not_acknowledged},
+    {"send_refused", "not sent: the queue was full or the interface was down", &BusCounters::send_refused},
+    {"receive_lost", "lost in the kernel: the program read too slowly", &BusCounters::receive_lost},
+    {"not_acknowledged", "not acknowledged: no other node is on the bus", &BusCounters::not_acknowledged},
     {"arbitration_lost", "arbitration lost", &BusCounters::arbitration_lost},
     {"protocol_errors", "protocol errors: check wiring, termination and bit rates",
      &BusCounters::protocol_errors},
@@ -89,7 +89,7 @@ BusHealthLog::BusHealthLog(std::string interface, Sink sink)
     : interface_(std::move(interface)), sink_(std::move(sink)) {}
 
 void BusHealthLog::sample(const BusReport& report) {
-  ring_.push(report);  // counts are running totals: a full ring loses none
+  ring_.push(report);  // counts are running totals, so a full ring loses no event
 }
 
 void BusHealthLog::write() {
@@ -101,7 +101,7 @@ void BusHealthLog::write(const BusReport& report) {
   if (const auto times = state_limit.add(report.state != last_.state ? 1 : 0, report.time_s))
     sink_(level_of(report.state),
           fmt::format("{}: bus {} at {:.3f} s{}{}", interface_, to_string(report.state), report.time_s,
-                      *times > 1 ? fmt::format(" ({} times since last told)", *times) : "",
+                      *times > 1 ? fmt::format(" ({} times since the last line)", *times) : "",
                       words_of(report.error_counters)));
   for (std::size_t i = 0; i < trouble_limits_.size(); ++i) {
     const std::uint64_t more = report.counters.*troubles[i].count - last_.counters.*troubles[i].count;

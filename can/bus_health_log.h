@@ -1,4 +1,4 @@
-// What becomes of the bus, as lines of a log: sampled on the control thread, written on another.
+// The health of the bus as log lines. The control thread samples it and another thread writes the lines.
 #pragma once
 
 #include <array>
@@ -15,13 +15,13 @@
 
 namespace hystcan::can {
 
-/// Lets one line per period through and tells how many events it stands for. Told the time; holds no clock.
+/// Allows one line per period and counts the events that it stands for. The caller gives the time.
 class RateLimit {
  public:
   explicit RateLimit(double period_s = 1.0) : period_s_(period_s) {}
 
-  /// `events` more have happened by `time_s`. Empty: nothing to say, or not yet; else the events since the
-  /// last line, the suppressed ones among them.
+  /// Adds the events that have happened up to `time_s`. Returns the number of events since the last line,
+  /// the suppressed ones included. Empty: no line is due.
   std::optional<std::uint64_t> add(std::uint64_t events, double time_s);
 
  private:
@@ -39,11 +39,11 @@ struct BusReport {
 static_assert(std::is_trivially_copyable_v<BusReport>, "reports cross threads by plain copying");
 
 BusReport report_of(const Bus& bus, double time_s);
-/// Of several nodes' connections to one interface. What they sent, heard and lost adds up; error frames are
-/// heard by all alike, and the one that heard most counts.
+/// The report of several connections to one interface. It adds up the frames that they sent, received and
+/// lost. All connections receive the same error frames, so it takes the largest count of each kind.
 BusReport report_of(std::span<const Bus* const> connections, double time_s);
 
-/// A counter of things that should not be, under its key in JSON and in words.
+/// A counter of errors, with its key in JSON and its text.
 struct BusTrouble {
   std::string_view key;
   std::string_view words;
@@ -51,11 +51,11 @@ struct BusTrouble {
 };
 std::span<const BusTrouble> bus_troubles();
 
-/// `bus active: 5210 frames sent, 8120 received`, and every trouble that there was.
+/// `bus active: 5210 frames sent, 8120 received`, then every trouble with a count above 0.
 std::string describe(const BusReport& report);
 
-/// sample() on the control thread, which neither waits nor allocates; write() on one other thread. Each
-/// state entered and each trouble is at most one line a second, with the count since its last one.
+/// The control thread calls sample(), which neither waits nor allocates. One other thread calls write().
+/// Each state and each trouble gives at most one line per second, with the count since its last line.
 class BusHealthLog {
  public:
   enum class Level : std::uint8_t { info, warning, error };
@@ -70,7 +70,7 @@ class BusHealthLog {
   void write(const BusReport& report);
 
   static constexpr std::size_t capacity = 256;
-  static constexpr std::size_t logged_troubles = 8;  ///< the first; the others are changes of state
+  static constexpr std::size_t logged_troubles = 8;  ///< the first 8; the others are changes of state
   static constexpr std::size_t state_count = 5;
 
   boost::lockfree::spsc_queue<BusReport, boost::lockfree::capacity<capacity>> ring_;

@@ -1,4 +1,4 @@
-// One CAN frame, as it stands on the wire: identifier without flag bits, kind, payload.
+// One CAN frame as on the wire: identifier without flag bits, kind, payload.
 #pragma once
 
 #include <array>
@@ -10,10 +10,10 @@ namespace hystcan::can {
 enum class FrameKind : std::uint8_t { data, remote, fd, error };
 
 struct Frame {
-  std::uint32_t id = 0;  ///< 11 bits, or 29 where `extended`
+  std::uint32_t id = 0;  ///< 11 bits, or 29 bits if `extended`
   bool extended = false;
   FrameKind kind = FrameKind::data;
-  std::uint8_t length = 0;  ///< payload bytes: 0..8, up to 64 where `kind` is fd
+  std::uint8_t length = 0;  ///< payload bytes: 0..8, or up to 64 if `kind` is fd
   std::array<std::uint8_t, 64> data{};
 
   std::span<std::uint8_t> payload() { return {data.data(), length}; }

@@ -1,4 +1,4 @@
-// Time, for code that must run the same in real and in virtual time.
+// Clock and timers for code that runs the same in real and in virtual time.
 #pragma once
 
 #include <chrono>
@@ -12,7 +12,7 @@ using Time = std::chrono::time_point<std::chrono::steady_clock, Duration>;
 
 inline double seconds(Duration duration) { return std::chrono::duration<double>(duration).count(); }
 
-/// A one-shot alarm. Arming it allocates nothing; a second arming replaces the first.
+/// A one-shot timer. expire_at() allocates nothing; a second call replaces the deadline of the first.
 class Timer {
  public:
   virtual ~Timer() = default;  ///< cancels
@@ -20,7 +20,7 @@ class Timer {
   virtual void cancel() = 0;
 };
 
-/// One thread's clock and alarms: Asio in real time, an event queue in virtual time.
+/// Clock and timers of one thread: Asio in real time, an event queue in virtual time.
 class Scheduler {
  public:
   virtual ~Scheduler() = default;

@@ -143,7 +143,7 @@ const std::string& FrameText::operator()(const LoggedFrame& logged) {
   line_.clear();
   const bool error = logged.frame.kind == FrameKind::error;
   if (error) {
-    const auto drops = can::drops_told_by(logged.frame);
+    const auto drops = can::drops_reported_by(logged.frame);
     lost_ += drops.value_or(0);
     if (!drops) ++error_frames_;
   } else {
@@ -192,7 +192,7 @@ void FrameText::write_json(const LoggedFrame& logged, const Message* message) {
   line_ += '"';
   if (frame.kind == FrameKind::error) {
     fmt::format_to(out, R"(,"error":{})", json_string(can::describe_error(frame)));
-    if (const auto drops = can::drops_told_by(frame)) fmt::format_to(out, R"(,"lost":{})", *drops);
+    if (const auto drops = can::drops_reported_by(frame)) fmt::format_to(out, R"(,"lost":{})", *drops);
   } else if (message == nullptr) {
     line_ += R"(,"message":null)";
   } else {

@@ -64,7 +64,7 @@ class Summary {
 
  private:
   void add_error(const can::Frame& frame) {
-    if (can::drops_told_by(frame)) return;
+    if (can::drops_reported_by(frame)) return;
     ++error_frames_;
     for (const std::string& cause : can::error_causes(frame)) ++causes_[cause];
   }

@@ -34,8 +34,8 @@ std::optional<double> number_in(const AttributeValue* value) {
   return std::nullopt;
 }
 
-/// VFrameFormat: an ENUM by name, or where it is an INT by Vector's numbers.
-std::optional<bool> says_fd(const AttributeValue* value) {
+/// VFrameFormat is an ENUM with names, or an INT with the numbers of Vector.
+std::optional<bool> is_fd_format(const AttributeValue* value) {
   if (value == nullptr) return std::nullopt;
   if (const auto* name = std::get_if<std::string>(value)) return name->ends_with("FD");
   const auto number = number_in(value);
@@ -66,7 +66,7 @@ void AttributeReader::define(const AttributeDefinition& line) {
 void AttributeReader::set_default(const AttributeDefault& line) {
   const auto found = database_.attribute_definitions.find(unescaped(line.name.text));
   if (found == database_.attribute_definitions.end()) {
-    note(line.name, "a default of attribute " + cited(line.name) + ", which is not defined");
+    note(line.name, "a default for attribute " + cited(line.name) + ", which is not defined");
     return;
   }
   found->second.default_value = value_of(line.name, line.value);
@@ -109,7 +109,7 @@ void AttributeReader::derive(Message& message) const {
   };
   const auto cycle_time_ms = number_in(of_message("GenMsgCycleTime"));
   if (cycle_time_ms && *cycle_time_ms > 0.0) message.cycle_time_ms = cycle_time_ms;
-  if (const auto fd = says_fd(of_message("VFrameFormat"))) message.fd = *fd;
+  if (const auto fd = is_fd_format(of_message("VFrameFormat"))) message.fd = *fd;
   for (Signal& signal : message.signals)
     signal.start_value = number_in(attribute(database_, signal.attributes, "GenSigStartValue"));
 }

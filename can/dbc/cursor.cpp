@@ -8,7 +8,7 @@
 namespace hystcan::can::dbc {
 namespace {
 
-constexpr std::string_view blanks = " \t\r\n\f\v\x1A";  // Control-Z ended the files of DOS
+constexpr std::string_view blanks = " \t\r\n\f\v\x1A";  // Control-Z ends a file of DOS
 constexpr std::string_view line_ends = "\r\n";
 
 constexpr std::array<std::string_view, 35> sections = {"VERSION",
@@ -159,7 +159,7 @@ std::optional<Token> Cursor::take_number() {
   return number;
 }
 
-/// A text may end in a backslash ("C:\"): so it does where ';' and a section's name on a new line follow.
+/// A text may end with a backslash ("C:\"). It ends there if ';' and a section's name on a new line follow.
 bool Cursor::is_end_after_backslash(const char* after_quote) const {
   const auto skip = [this](const char* at, std::string_view set) {
     return std::find_if_not(at, end_, [&](char c) { return is_of(set, c); });

@@ -1,4 +1,4 @@
-// A place in the text of a DBC, and the tokens that can be taken from it.
+// A position in the text of a DBC, from which one takes tokens.
 #pragma once
 
 #include <initializer_list>
@@ -10,22 +10,22 @@
 
 namespace hystcan::can::dbc {
 
-/// Moves forward only, so that reading is linear in the text. `take_...` leaves the place as it is where the
-/// token does not stand there; `need_...` throws a ParseError in the words given.
+/// The cursor moves only forward, so that reading is linear in the text. `take_...` does not move if the
+/// token is not there; `need_...` throws a ParseError that expects `words`.
 class Cursor {
  public:
   explicit Cursor(std::string_view text);
 
-  bool at_end();               ///< nothing but blanks is left
-  bool at_line_start() const;  ///< only blanks stand before, since the last line end
-  const char* place();         ///< of the next token
+  bool at_end();               ///< only blanks are left
+  bool at_line_start() const;  ///< only blanks are between the start of the line and the cursor
+  const char* place();         ///< the place of the next token
 
-  std::optional<Token> take_word();    ///< letters, digits, '_', and what careless tools put into names
-  std::optional<Token> take_number();  ///< decimal, hexadecimal (0x1F), and the names of what is not finite
-  std::optional<Token> take_quoted();  ///< without its quotes; \" does not end it
+  std::optional<Token> take_word();  ///< letters, digits, '_', and other characters that tools put into names
+  std::optional<Token> take_number();  ///< decimal, hexadecimal (0x1F), and the names of infinity and NaN
+  std::optional<Token> take_quoted();  ///< the text without its quotes; \" does not end it
   bool take(char mark);
   bool take_keyword(std::string_view word);
-  Token peek_word();  ///< empty where no word stands next
+  Token peek_word();  ///< empty if the next token is no word
 
   Token need_word(const std::string& words);
   Token need_number(const std::string& words);
@@ -35,10 +35,10 @@ class Cursor {
 
   char next();  ///< the next character, 0 at the end
   bool next_is_digit();
-  bool next_is_on_this_line();               ///< before the line ends, blanks left out
-  std::string_view take_line();              ///< up to the line's end
-  void take_any_of(std::string_view marks);  ///< characters of the set, and blanks
-  bool take_until_semicolon();  ///< strings skipped whole; false where a section or the end comes first
+  bool next_is_on_this_line();               ///< the line has a token after the cursor
+  std::string_view take_line();              ///< takes all up to the end of the line
+  void take_any_of(std::string_view marks);  ///< takes characters of the set, and blanks
+  bool take_until_semicolon();  ///< skips strings whole; false if a section or the end comes first
 
  private:
   void skip_blanks();
@@ -51,10 +51,10 @@ class Cursor {
   const char* end_;
 };
 
-/// Whether this word begins a section that the format knows.
+/// True: the word begins a section of the format.
 bool is_section(std::string_view word);
 
-/// Whether it looks as one would: FOO_.
+/// True: the word has the form of a section's name, for example FOO_.
 bool looks_like_section(std::string_view word);
 
 }  // namespace hystcan::can::dbc

@@ -13,7 +13,7 @@
 namespace hystcan::can {
 namespace {
 
-/// Lines end with LF, CR LF or CR.
+/// Finds line and column of a place in the text. Lines end with LF, CR LF or CR.
 class Places {
  public:
   Places(std::string_view text, const std::string& file_name) : text_(text), file_name_(file_name) {
@@ -58,7 +58,7 @@ bool is_decodable(const Signal& signal) {
 }
 
 std::size_t bytes_needed(const Signal& signal) {
-  const std::size_t first =  // counted along the wire
+  const std::size_t first =  // in wire order
       signal.byte_order == ByteOrder::little_endian ? signal.start_bit : signal.start_bit ^ 7U;
   return (first + signal.length + 7) / 8;
 }

@@ -1,4 +1,4 @@
-// A CAN database in Vector's DBC format: which messages exist, and where in them each signal lies.
+// A CAN database in Vector's DBC format: the messages, and the place of each signal in its message.
 #pragma once
 
 #include <cstdint>
@@ -16,28 +16,32 @@ namespace hystcan::can {
 
 enum class ByteOrder : std::uint8_t { little_endian, big_endian };
 
-/// What a signal's raw bits are: an integer, or an IEEE 754 number (SIG_VALTYPE_). `unreadable` is said to be
-/// one, of a width that none has: as an integer it would be a wrong number.
+/// The type of a signal's raw bits: an integer or an IEEE 754 number (SIG_VALTYPE_). `unreadable` is declared
+/// as an IEEE 754 number but has no such width; read as an integer it would give a wrong number.
 enum class ValueType : std::uint8_t { integer, float32, float64, unreadable };
 
-/// How a signal takes part in multiplexing: `M` is a switch, `m3` is present where the switch reads 3.
+/// How a signal takes part in multiplexing: `M` is a switch; `m3` is present if the switch reads 3.
 struct Multiplexing {
   struct Range {
     std::uint64_t low = 0;
-    std::uint64_t high = 0;  ///< belongs to it
+    std::uint64_t high = 0;  ///< included
   };
   bool is_switch = false;
-  std::optional<std::uint32_t> present_at;  ///< as the signal's own line says
+  std::optional<std::uint32_t> present_at;  ///< from the signal's own line
   std::optional<std::size_t> switched_by;   ///< index of the switch among the message's signals
-  std::vector<Range> ranges;                ///< bits of the switch where it is present (SG_MUL_VAL_, or m3)
+  std::vector<Range> ranges;  ///< values of the switch with which it is present (SG_MUL_VAL_, or m3)
 };
 
 /// The value of an attribute (BA_): INT and HEX, FLOAT, STRING or the name of an ENUM's item.
 using AttributeValue = std::variant<std::int64_t, double, std::string>;
 using Attributes = std::map<std::string, AttributeValue, std::less<>>;
 
-/// physical = raw * scale + offset.  `start_bit` as the DBC writes it: the least significant bit of a
-/// little-endian signal, the most significant of a big-endian one, in the sawtooth numbering of the format.
+/// One signal:
+///
+///   physical = raw * scale + offset
+///
+/// `start_bit` is the number in the DBC: the least significant bit of a little-endian signal and the most
+/// significant bit of a big-endian one, in the sawtooth numbering of the format.
 struct Signal {
   std::string name;
   std::uint32_t start_bit = 0;
@@ -47,36 +51,36 @@ struct Signal {
   ValueType value_type = ValueType::integer;
   double scale = 1.0;
   double offset = 0.0;
-  double minimum = 0.0;  ///< physical range; minimum == maximum == 0 means: none stated
+  double minimum = 0.0;  ///< physical range; minimum == maximum == 0: the DBC states none
   double maximum = 0.0;
   std::string unit;
   std::string comment;
   std::vector<std::string> receivers;
-  std::map<std::int64_t, std::string> values;  ///< VAL_: names of raw values
+  std::map<std::int64_t, std::string> values;  ///< names of raw values (VAL_)
   Multiplexing multiplexing;
-  Attributes attributes;              ///< those given to it; attribute() knows defaults, too
+  Attributes attributes;              ///< without defaults; attribute() also looks for the default
   std::optional<double> start_value;  ///< GenSigStartValue, raw
 };
 
-/// Of 1 to 64 bits, and of a known kind.
+/// True: the signal has 1 to 64 bits and a readable value type.
 bool is_decodable(const Signal& signal);
 
-/// Bytes of payload that the signal reaches into.
+/// The least length of a payload that holds the whole signal, in bytes.
 std::size_t bytes_needed(const Signal& signal);
 
 struct Message {
   std::uint32_t id = 0;
   bool extended = false;
   std::string name;
-  std::uint16_t length = 0;  ///< bytes; more than 64 where a transport protocol carries it (J1939)
-  bool fd = false;           ///< CAN FD: by VFrameFormat, without one by its length
+  std::uint16_t length = 0;  ///< bytes; more than 64 if a transport protocol carries it (J1939)
+  bool fd = false;           ///< CAN FD, by VFrameFormat or, without it, by the length
   std::string sender;
   std::string comment;
   std::vector<Signal> signals;
   Attributes attributes;
-  std::optional<double> cycle_time_ms;  ///< GenMsgCycleTime, where it is not 0
+  std::optional<double> cycle_time_ms;  ///< GenMsgCycleTime; empty if it is 0
 
-  const Signal* find(std::string_view signal) const;  ///< null where absent
+  const Signal* find(std::string_view signal) const;  ///< null if absent
 };
 
 struct Node {
@@ -85,22 +89,22 @@ struct Node {
   Attributes attributes;
 };
 
-/// BA_DEF_ and its default, BA_DEF_DEF_.
+/// An attribute's definition (BA_DEF_) and its default (BA_DEF_DEF_).
 struct AttributeDefinition {
   enum class Type : std::uint8_t { integer, hexadecimal, real, text, enumeration };
 
   std::string object;  ///< "" network, "BU_" node, "BO_" message, "SG_" signal, "EV_", "BU_SG_REL_", ...
   Type type = Type::text;
-  std::vector<std::string> items;  ///< of an enumeration
+  std::vector<std::string> items;  ///< the items of an enumeration
   std::optional<AttributeValue> default_value;
 };
 
-/// BA_REL_: an attribute of a node together with a message, a signal, an environment variable.
+/// An attribute of a node together with a message, a signal or an environment variable (BA_REL_).
 struct RelationAttribute {
   std::string name;
   std::string node;
-  std::string message;  ///< empty where it is none
-  std::string object;   ///< signal or environment variable
+  std::string message;  ///< empty for an environment variable
+  std::string object;   ///< name of the signal or of the environment variable
   AttributeValue value;
 };
 
@@ -111,17 +115,17 @@ struct Database {
   std::vector<Message> messages;
   std::map<std::string, std::map<std::int64_t, std::string>, std::less<>> value_tables;  ///< VAL_TABLE_
   std::map<std::string, AttributeDefinition, std::less<>> attribute_definitions;
-  Attributes attributes;  ///< of the network
+  Attributes attributes;  ///< attributes of the network
   std::vector<RelationAttribute> relation_attributes;
-  std::vector<std::string> warnings;  ///< what is odd but readable: `FILE:LINE:COLUMN: what`
-  std::unordered_map<std::uint32_t, std::size_t> message_by_id;  ///< key_of() to the last of that identifier
+  std::vector<std::string> warnings;  ///< irregular but readable places: `FILE:LINE:COLUMN: what`
+  std::unordered_map<std::uint32_t, std::size_t> message_by_id;  ///< key_of() to the last such message
 
-  const Message* find(std::string_view message) const;  ///< the first; null where absent
+  const Message* find(std::string_view message) const;  ///< the first of this name; null if absent
 
   static std::uint32_t key_of(std::uint32_t id, bool extended) { return extended ? id | 1U << 31U : id; }
 };
 
-/// The attribute given to an object, else its default. Null where there is neither.
+/// The attribute in `given` or, if it is absent, its default. Null if there is neither.
 const AttributeValue* attribute(const Database& database, const Attributes& given, std::string_view name);
 
 /// what() is `FILE:LINE:COLUMN: what, expected what`.
@@ -130,11 +134,11 @@ class DbcError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Throws DbcError where the text is not a DBC; what real files hold against its letter is a warning. Texts
-/// come out as UTF-8. docs/protocol.md says what is tolerated, and how.
+/// Throws DbcError if the text is not a DBC. Known irregularities of real files give a warning;
+/// docs/protocol.md lists them. All texts are converted to UTF-8.
 Database parse_dbc(std::string_view text, const std::string& file_name);
 
-/// Throws DbcError, also where the file can't be read.
+/// Throws DbcError, also if the file can't be read.
 Database load_dbc(const std::filesystem::path& file);
 
 }  // namespace hystcan::can

@@ -14,7 +14,7 @@ constexpr const char* message_id = "the identifier of a message";
 constexpr const char* signal_name = "the name of a signal";
 constexpr const char* quoted_text = "a text in quotes";
 
-/// One function for each section, all of them with the cursor after the section's name.
+/// One function for each section. Each starts with the cursor after the section's name.
 class Parser {
  public:
   explicit Parser(std::string_view text) : cursor_(text) {}
@@ -72,11 +72,11 @@ class Parser {
     return stray();
   }
 
-  /// A ';' too many, and what programmers write into a file that knows no comments of its own.
+  /// Skips an extra ';' and a comment of a programmer; the format has no such comments.
   bool stray() {
     const Token here{{cursor_.place(), 1}};
     if (cursor_.take(';')) {
-      note(here, "a ';' that ends nothing");
+      note(here, "an extra ';': skipped");
       return true;
     }
     if (cursor_.next() != '/') return false;
@@ -88,7 +88,8 @@ class Parser {
 
   void note(Token at, std::string what) { document_.warnings.push_back({at.text.data(), std::move(what)}); }
 
-  /// Left out before the next section it is missed, at the end of the file the rest may be, too.
+  /// A missing ';' before the next section gives a warning. At the end of the file it is an error, because
+  /// more of the file may be missing.
   void need_semicolon() {
     if (cursor_.take(';')) return;
     const Token next = cursor_.peek_word();
@@ -103,7 +104,7 @@ class Parser {
     cursor_.take(';');
   }
 
-  /// The names of sections, each a line or many on one; a line that holds more is the next section.
+  /// The names of sections, one or many on a line. A line that contains more is the next section.
   void new_symbols() {
     if (!cursor_.take(':')) cursor_.refuse(colon);
     while (!cursor_.at_end()) {
@@ -191,7 +192,7 @@ class Parser {
     return mark;
   }
 
-  /// On the signal's line; after a comma on the next one, too.
+  /// The receivers on the signal's line and, after a comma, on the next line.
   void receivers(std::vector<Token>& names) {
     bool more = false;
     while (more || cursor_.next_is_on_this_line()) {
@@ -204,7 +205,7 @@ class Parser {
     cursor_.take(';');
   }
 
-  // ---- about messages and signals
+  // ---- comments, values and types of messages and signals
 
   Subject subject() {
     Subject result;
@@ -252,7 +253,7 @@ class Parser {
     document_.value_tables.push_back(std::move(table));
   }
 
-  /// Of a signal, or of an environment variable, which stands without a message.
+  /// The values of a signal or of an environment variable, which has no message.
   void values() {
     SignalValues values;
     const Token first = cursor_.need_word("the identifier of a message");
@@ -369,7 +370,7 @@ class Parser {
 
   Cursor cursor_;
   Document document_;
-  bool in_message_ = false;  ///< a signal may follow
+  bool in_message_ = false;  ///< a signal line may follow
 };
 
 }  // namespace

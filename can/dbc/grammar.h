@@ -1,5 +1,4 @@
-// The syntax of a DBC, as tokens of the text itself: what they mean, and whether they may, is for
-// dbc_reader.cpp to say.
+// The syntax of a DBC as tokens of its text. can/dbc/reader.cpp interprets and checks them.
 #pragma once
 
 #include <string>
@@ -8,7 +7,7 @@
 
 namespace hystcan::can::dbc {
 
-/// A view into the parsed text; a string stands without its quotes.
+/// A view into the parsed text; a string is without its quotes.
 struct Token {
   std::string_view text;
 };
@@ -36,12 +35,12 @@ struct MessageBlock {
   std::vector<SignalLine> signals;
 };
 
-/// What a comment or an attribute is about.
+/// The object of a comment or of an attribute.
 struct Subject {
   enum class Kind { network, node, message, signal, environment };
   Kind kind = Kind::network;
-  Token name;  ///< of node, signal or environment variable
-  Token id;    ///< of the message
+  Token name;  ///< name of the node, the signal or the environment variable
+  Token id;    ///< identifier of the message
 };
 
 struct Comment {
@@ -62,7 +61,7 @@ struct ValueTable {
 struct SignalValues {
   Token id;
   Token signal;
-  Token table;  ///< in the place of names
+  Token table;  ///< a value table instead of `names`
   std::vector<ValueName> names;
 };
 
@@ -109,7 +108,7 @@ struct AttributeLine {
   Value value;
 };
 
-/// BA_REL_: of a node and what it has to do with.
+/// BA_REL_: an attribute of a node together with a subject.
 struct RelationLine {
   Token name;
   Token node;
@@ -117,7 +116,7 @@ struct RelationLine {
   Value value;
 };
 
-/// Something odd that is read all the same.
+/// An irregularity that the reader accepts.
 struct ParseWarning {
   const char* where;
   std::string what;
@@ -139,7 +138,7 @@ struct Document {
   std::vector<ParseWarning> warnings;
 };
 
-/// Where the text goes wrong.
+/// The first place where the text is not a DBC.
 struct ParseError {
   const char* where;
   std::string found;

@@ -16,8 +16,8 @@ std::uint64_t bits_of(const Signal& signal, std::span<const std::uint8_t> payloa
   return raw & ~std::uint64_t{0} >> (64U - signal.length);
 }
 
-/// Which signals of a message a payload carries: a signal is there where its switch is, and reads one of its
-/// values. Switches may form chains of any length; a ring of them is never there.
+/// Finds the signals that a payload carries: a signal is present if its switch is present and reads one of
+/// the signal's values. Switches may form chains of any length; the signals of a ring are never present.
 class Presence {
  public:
   Presence(const Message& message, std::span<const std::uint8_t> payload)
@@ -25,7 +25,7 @@ class Presence {
 
   bool of(std::size_t asked) {
     std::size_t index = asked;
-    while (known_[index] == State::unknown) {  // up to where it is known, or there is no switch
+    while (known_[index] == State::unknown) {  // follow the switches to a known one or to the last
       known_[index] = State::asked;
       chain_.push_back(index);
       const auto& switched_by = signals_[index].multiplexing.switched_by;

@@ -13,7 +13,7 @@ constexpr std::uint64_t extended_flag = 0x8000'0000;
 constexpr std::uint64_t max_standard_id = 0x7FF;
 constexpr std::uint64_t max_extended_id = 0x1FFF'FFFF;
 constexpr std::uint64_t max_message_bytes = 0xFFFF;
-constexpr std::uint64_t max_length = 0xFFFF;  // bits: what is longer than 64 is kept by name
+constexpr std::uint64_t max_length = 0xFFFF;  // bits; a signal of more than 64 bits is kept but not decoded
 constexpr std::uint64_t max_signal_bits = 64;
 constexpr std::uint16_t max_classical_bytes = 8;
 constexpr std::uint16_t max_fd_bytes = 64;
@@ -84,7 +84,7 @@ class SignalReader {
       return;
     }
     note(line_.minimum, "minimum " + std::string(line_.minimum.text) + " and maximum " +
-                            std::string(line_.maximum.text) + of_ + " are no range: taken for none stated");
+                            std::string(line_.maximum.text) + of_ + " are not a range: read as no range");
   }
 
   const SignalLine& line_;
@@ -124,14 +124,14 @@ class MessageReader {
     if (message_.extended || message_.id <= max_standard_id) return;
     message_.extended = true;
     note(block_.id, "identifier " + std::string(block_.id.text) + " of message " + message_.name +
-                        " has more than 11 bits, but not bit 31: taken for extended");
+                        " has more than 11 bits, but not bit 31: read as extended");
   }
 
   void add_signal(const SignalLine& line) {
     Signal signal = SignalReader(line, warnings_).read();
     if (!names_.insert(line.name.text).second && !signal.multiplexing.present_at) {
       note(line.name,
-           "signal " + signal.name + " a second time in message " + message_.name + ": both are kept");
+           "signal " + signal.name + " occurs a second time in message " + message_.name + ": both are kept");
     }
     if (bytes_needed(signal) > message_.length) {
       note(line.start_bit, "signal " + signal.name + " reaches beyond the " +
@@ -140,7 +140,7 @@ class MessageReader {
     message_.signals.push_back(std::move(signal));
   }
 
-  /// Simple multiplexing: every `m` obeys the message's `M`. Without any, nothing says when they are absent.
+  /// Simple multiplexing: every `m` depends on the `M` of the message. Without an `M` it is always present.
   void find_switch() {
     auto& all = message_.signals;
     const auto is_first = [](const Signal& signal) {
@@ -157,14 +157,14 @@ class MessageReader {
     }
   }
 
-  /// Among the signals that are always there.
+  /// Notes overlaps among the signals that are always present.
   void note_overlaps() {
     std::vector<bool> taken(8U * std::size_t{message_.length});
     for (std::size_t i = 0; i < message_.signals.size(); ++i) {
       const Signal& signal = message_.signals[i];
       if (signal.multiplexing.present_at || bytes_needed(signal) > message_.length) continue;
       const bool little = signal.byte_order == ByteOrder::little_endian;
-      const std::size_t first = little ? signal.start_bit : signal.start_bit ^ 7U;  // along the wire
+      const std::size_t first = little ? signal.start_bit : signal.start_bit ^ 7U;  // in wire order
       bool overlaps = false;
       for (std::size_t bit = first; bit < first + signal.length; ++bit) {
         const std::size_t place = little ? bit : bit ^ 7U;

@@ -11,8 +11,8 @@ namespace {
 constexpr std::uint64_t independent_signals_id = 0xC000'0000;
 constexpr std::string_view independent_signals_name = "VECTOR__INDEPENDENT_SIG_MSG";
 
-/// What follows the messages in the file tells of them by identifier and name: of every message and signal
-/// that bears them, where several do.
+/// The sections after the messages name them by identifier and name. If several messages or signals have the
+/// same identifier or name, the section applies to all of them.
 class Reader {
  public:
   explicit Reader(Document& document)
@@ -41,11 +41,11 @@ class Reader {
  private:
   void note(Token at, std::string what) { warnings_.push_back({at.text.data(), std::move(what)}); }
 
-  // ---- what there is
+  // ---- nodes and messages
 
   void add_node(Token node) {
     if (!nodes_.emplace(node.text, database_.nodes.size()).second) {
-      note(node, "node " + std::string(node.text) + " a second time");
+      note(node, "node " + std::string(node.text) + " occurs a second time");
       return;
     }
     database_.nodes.push_back({to_utf8(node.text), {}, {}});
@@ -60,18 +60,18 @@ class Reader {
     const std::size_t index = database_.messages.size();
     Message message = read_message(block, warnings_);
     if (!names_.emplace(block.name.text, index).second) {
-      note(block.name, "message " + message.name + " a second time: found by its name is the first");
+      note(block.name, "message " + message.name + " occurs a second time: its name finds the first");
     }
     if (!database_.message_by_id.insert_or_assign(Database::key_of(message.id, message.extended), index)
              .second) {
-      note(block.id,
-           "identifier " + std::string(block.id.text) + " a second time: frames are decoded by the last");
+      note(block.id, "identifier " + std::string(block.id.text) +
+                         " occurs a second time: the last message decodes its frames");
     }
     by_id_.emplace(id, index);
     database_.messages.push_back(std::move(message));
   }
 
-  // ---- to find it again
+  // ---- search by identifier and name
 
   template <class Do>
   void for_messages(Token id_token, Do&& act) {
@@ -112,7 +112,7 @@ class Reader {
     return nullptr;
   }
 
-  // ---- what is said of it
+  // ---- comments, values, types, multiplexing and attributes
 
   void add_comment(const Comment& comment) {
     const std::string text = unescaped(comment.text.text);
@@ -135,7 +135,7 @@ class Reader {
     }
   }
 
-  /// Beyond the signed range a raw value stands for the same 64 bits.
+  /// A raw value above the signed range means the signed value with the same 64 bits.
   void add_names(const std::vector<ValueName>& names, std::map<std::int64_t, std::string>& values) {
     for (const auto& [raw, name] : names) {
       const auto natural_value = to_natural(raw.text);
@@ -164,7 +164,7 @@ class Reader {
     });
   }
 
-  /// The length decides between the two numbers, for they are written as each other.
+  /// The length decides between the two types, because real files confuse them.
   void set_value_type(const SignalValueType& line) {
     const std::uint64_t type = natural(line.type, 0, 3, "a value type");
     for_signals(line.id, line.signal, [&](Message&, Signal& signal) {
@@ -173,7 +173,7 @@ class Reader {
       if (!fits || signal.length != 32 * type) {
         note(line.type, "signal " + signal.name + " of " + std::to_string(signal.length) +
                             " bits can't have value type " + std::to_string(type) +
-                            (fits ? ": taken by its length" : ": it is not decoded"));
+                            (fits ? ": its length decides" : ": it is not decoded"));
       }
       signal.value_type = !fits                 ? ValueType::unreadable
                           : signal.length == 32 ? ValueType::float32
@@ -258,10 +258,10 @@ class Reader {
   Database database_;
   AttributeReader attributes_;
   std::unordered_map<std::string_view, std::size_t> nodes_;
-  std::unordered_map<std::string_view, std::size_t> names_;    ///< of messages
-  std::unordered_multimap<std::uint64_t, std::size_t> by_id_;  ///< as the DBC writes it
-  std::vector<SignalIndex> signals_;                           ///< of each message, made when asked for
-  std::optional<std::uint64_t> left_out_;                      ///< Vector's message of no frame
+  std::unordered_map<std::string_view, std::size_t> names_;    ///< index of each message
+  std::unordered_multimap<std::uint64_t, std::size_t> by_id_;  ///< by the identifier in the DBC
+  std::vector<SignalIndex> signals_;                           ///< for each message, made at its first use
+  std::optional<std::uint64_t> left_out_;                      ///< Vector's message without a frame
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// From the syntax of a DBC to what it means.
+// Interprets the syntax of a DBC and makes the database.
 #pragma once
 
 #include <string>
@@ -9,14 +9,14 @@
 
 namespace hystcan::can::dbc {
 
-/// A message with its signals; comments, names of values,
-/// attributes and multiplexing come later. Throws ParseError; what is odd goes to `warnings`.
+/// A message with its signals, but without comments, names of values, attributes and extended multiplexing.
+/// Throws ParseError; irregularities go to `warnings`.
 Message read_message(const MessageBlock& block, std::vector<ParseWarning>& warnings);
 
-/// The document's meaning; `document.warnings` grows by what is odd in it. Throws ParseError.
+/// The database of the document. Adds irregularities to `document.warnings`. Throws ParseError.
 Database read_document(Document& document);
 
-/// Definitions, values given and defaults of attributes; the fields that follow from them.
+/// Reads definitions, values and defaults of attributes, and sets the fields that follow from them.
 class AttributeReader {
  public:
   AttributeReader(Database& database, std::vector<ParseWarning>& warnings)
@@ -24,9 +24,9 @@ class AttributeReader {
 
   void define(const AttributeDefinition& definition);
   void set_default(const AttributeDefault& line);
-  /// By the attribute's definition, which turns the number of an ENUM's item into its name.
+  /// The value by the attribute's definition, which converts the number of an ENUM's item to its name.
   AttributeValue value_of(Token name, const Value& value);
-  /// Cycle times, CAN FD, start values.
+  /// Sets cycle times, CAN FD and start values.
   void derive();
 
  private:

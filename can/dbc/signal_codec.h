@@ -1,4 +1,4 @@
-// Packs and unpacks one signal. The plan is compiled once from the DBC; using it touches no string.
+// Packs and unpacks one signal. The constructor compiles the plan from the DBC; packing uses no strings.
 #pragma once
 
 #include <cstdint>
@@ -8,36 +8,37 @@
 
 namespace hystcan::can {
 
-/// Raw and physical access to one signal of a message:  physical = raw * scale + offset.
+/// Raw and physical access to one signal of a message:
+///
+///   physical = raw * scale + offset
 class SignalCodec {
  public:
-  /// Throws std::invalid_argument where the signal does not have 1..64 bits, or those that its value type
-  /// needs.
+  /// Throws std::invalid_argument if the signal does not have 1..64 bits or the bits of its value type.
   explicit SignalCodec(const Signal& signal);
 
   /// The payload must hold the signal: bytes_needed(signal).
-  /// The integer; of an IEEE 754 number its bits as they stand.
+  /// The integer, or the bits of an IEEE 754 number.
   std::int64_t unpack_raw(std::span<const std::uint8_t> payload) const;
   double unpack(std::span<const std::uint8_t> payload) const;
 
-  /// Writes the low `length` bits of `raw`, leaving every other bit of the payload as it is.
+  /// Writes the low `length` bits of `raw` and changes no other bit of the payload.
   void pack_raw(std::int64_t raw, std::span<std::uint8_t> payload) const;
 
-  /// Rounds to the nearest raw value. False, and the payload untouched, where `physical` is not finite,
-  /// outside the stated physical range (by more than a millionth of the resolution, so that what unpack()
-  /// gives can be packed again), or not representable in the signal's bits, which with a scale of 0 nothing
-  /// is: a value never wraps.
+  /// Rounds to the nearest raw value. A value never wraps: the function returns false and does not change the
+  /// payload if `physical` is not finite, is outside the physical range, or does not fit into the signal's
+  /// bits. The range is widened by a millionth of the resolution, so that a value from unpack() can be packed
+  /// again. With a scale of 0 no value fits.
   [[nodiscard]] bool pack(double physical, std::span<std::uint8_t> payload) const;
 
   double minimum() const { return minimum_; }  ///< physical range that pack() accepts
   double maximum() const { return maximum_; }
-  double resolution() const { return scale_; }  ///< of an integer signal
+  double resolution() const { return scale_; }  ///< only for an integer signal
 
  private:
   struct Placement {
     std::uint32_t first_byte;
     std::uint32_t last_byte;
-    std::uint8_t shift;  ///< of the signal's least significant bit within the byte that holds it
+    std::uint8_t shift;  ///< position of the signal's least significant bit in its byte
   };
 
   static void check(const Signal& signal);
@@ -57,7 +58,7 @@ class SignalCodec {
   double offset_ = 0.0;
   double minimum_ = 0.0;
   double maximum_ = 0.0;
-  double accepted_from_ = 0.0;  ///< the physical range, widened by what rounding may add
+  double accepted_from_ = 0.0;  ///< the physical range, widened for rounding
   double accepted_to_ = 0.0;
   double raw_low_ = 0.0;  ///< representable raw values
   double raw_high_ = 0.0;

@@ -9,7 +9,7 @@
 namespace hystcan::can::dbc {
 namespace {
 
-/// Code points of the bytes 0x80 to 0x9F in Windows-1252; the five that it leaves open stand for themselves.
+/// Code points of the bytes 0x80 to 0x9F in Windows-1252; the five undefined bytes keep their own value.
 constexpr std::array<char16_t, 32> windows_1252 = {
     0x20AC, 0x0081, 0x201A, 0x0192, 0x201E, 0x2026, 0x2020, 0x2021, 0x02C6, 0x2030, 0x0160,
     0x2039, 0x0152, 0x008D, 0x017D, 0x008F, 0x0090, 0x2018, 0x2019, 0x201C, 0x201D, 0x2022,
@@ -17,7 +17,7 @@ constexpr std::array<char16_t, 32> windows_1252 = {
 
 unsigned at(std::string_view text, std::size_t i) { return static_cast<unsigned char>(text[i]); }
 
-/// Bytes of the character that begins at `i`; 0 where it is not well-formed UTF-8 (RFC 3629).
+/// Bytes of the character that begins at `i`; 0 if it is not well-formed UTF-8 (RFC 3629).
 std::size_t character_bytes(std::string_view text, std::size_t i) {
   const unsigned lead = at(text, i);
   if (lead < 0x80) return 1;

@@ -1,4 +1,4 @@
-// Texts of a DBC: their encoding, their escapes, their numbers.
+// The texts of a DBC: encoding, escapes, numbers.
 #pragma once
 
 #include <cstdint>
@@ -8,17 +8,18 @@
 
 namespace hystcan::can::dbc {
 
-/// UTF-8 as it is; anything else is taken for Windows-1252, of which Latin-1 is a part.
+/// Returns UTF-8 unchanged. Any other text is read as Windows-1252, which contains Latin-1.
 std::string to_utf8(std::string_view text);
 
-/// A text in quotes: \" is '"'; in UTF-8.
+/// The text in UTF-8, with '"' for \".
 std::string unescaped(std::string_view text);
 
-/// Decimal or hexadecimal, also written as 5.0 or 1e3. Empty where it is no integer of the type's range.
+/// A decimal or hexadecimal number, also written as 5.0 or 1e3. Empty if it is not an integer in the range of
+/// the type.
 std::optional<std::uint64_t> to_natural(std::string_view text);
 std::optional<std::int64_t> to_integer(std::string_view text);
 
-/// NaN for 1.#IND and the like; infinite where a double can't hold it.
+/// NaN for 1.#IND and similar texts; infinite if a double can't hold the number.
 std::optional<double> to_real(std::string_view text);
 
 }  // namespace hystcan::can::dbc

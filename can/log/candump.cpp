@@ -15,7 +15,7 @@
 namespace hystcan::can {
 namespace {
 
-constexpr std::size_t longest_line = 512;  // an FD frame with dots takes 260
+constexpr std::size_t longest_line = 512;  // an FD frame with dots needs 260
 constexpr std::size_t longest_interface = 64;
 constexpr std::size_t classical_bytes = 8;
 constexpr std::uint8_t drop_mark = 'L';
@@ -33,13 +33,13 @@ bool is_hex(char c) { return hex_value(c) >= 0; }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_word(char c) { return c > ' ' && c != '\x7F'; }
 
-/// Where a line goes wrong; `at` counts from 0.
+/// The first error in a line; `at` counts from 0.
 struct LineError {
   std::size_t at;
   std::string expected;
 };
 
-/// Takes a line apart from left to right.
+/// Parses a line from left to right.
 class Line {
  public:
   explicit Line(std::string_view text) : text_(text) {}
@@ -167,7 +167,7 @@ class Line {
     while (is_hex(peek())) {
       if (frame.length == most) refuse(at_, "at most " + std::to_string(most) + " bytes");
       const int high = hex_value(text_[at_++]);
-      if (!is_hex(peek())) refuse(at_, "two hexadecimal digits to a byte");
+      if (!is_hex(peek())) refuse(at_, "two hexadecimal digits for each byte");
       const int low = hex_value(text_[at_++]);
       frame.data[frame.length++] = static_cast<std::uint8_t>(16 * high + low);
       if (peek() == '.') ++at_;
@@ -196,7 +196,7 @@ std::string quoted(std::string_view line, std::size_t at) {
   return text.data();
 }
 
-/// `DROPCOUNT: dropped 12 CAN frames on 'can0' socket (total drops 34)`. Empty where the line is none.
+/// The 12 of `DROPCOUNT: dropped 12 CAN frames on 'can0' socket (total drops 34)`. Empty for any other line.
 std::optional<std::uint64_t> drops_counted_by(std::string_view line) {
   constexpr std::string_view before = "DROPCOUNT: dropped ";
   if (!line.starts_with(before)) return std::nullopt;
@@ -285,7 +285,7 @@ Frame drop_notice(std::uint32_t lost) {
   return frame;
 }
 
-std::optional<std::uint32_t> drops_told_by(const Frame& frame) {
+std::optional<std::uint32_t> drops_reported_by(const Frame& frame) {
   if (frame.kind != FrameKind::error || frame.id != CAN_ERR_CRTL || frame.length != CAN_ERR_DLC ||
       frame.data[1] != CAN_ERR_CRTL_RX_OVERFLOW || frame.data[4] != drop_mark)
     return std::nullopt;

@@ -5,7 +5,7 @@
 namespace hystcan::can {
 namespace {
 
-std::optional<BusState> state_told_by(const Frame& frame) {
+std::optional<BusState> state_in(const Frame& frame) {
   if ((frame.id & CAN_ERR_BUSOFF) != 0) return BusState::bus_off;
   if ((frame.id & CAN_ERR_RESTARTED) != 0) return BusState::active;
   if ((frame.id & CAN_ERR_CRTL) == 0) return std::nullopt;
@@ -16,11 +16,11 @@ std::optional<BusState> state_told_by(const Frame& frame) {
   return std::nullopt;
 }
 
-std::optional<ErrorCounters> counters_told_by(const Frame& frame) {
-  const ErrorCounters told{.transmit = frame.data[6], .receive = frame.data[7]};
-  if ((frame.id & CAN_ERR_CNT) != 0) return told;
-  const bool some = told.transmit != 0 || told.receive != 0;
-  if ((frame.id & CAN_ERR_CRTL) != 0 && some) return told;
+std::optional<ErrorCounters> counters_in(const Frame& frame) {
+  const ErrorCounters counters{.transmit = frame.data[6], .receive = frame.data[7]};
+  if ((frame.id & CAN_ERR_CNT) != 0) return counters;
+  const bool are_given = counters.transmit != 0 || counters.receive != 0;
+  if ((frame.id & CAN_ERR_CRTL) != 0 && are_given) return counters;
   return std::nullopt;
 }
 
@@ -29,8 +29,8 @@ std::optional<ErrorCounters> counters_told_by(const Frame& frame) {
 ErrorReport interpret(const Frame& frame) {
   const bool protocol = (frame.id & CAN_ERR_PROT) != 0;
   const bool in_ack_slot = protocol && frame.data[3] == CAN_ERR_PROT_LOC_ACK;
-  return {.state = state_told_by(frame),
-          .error_counters = counters_told_by(frame),
+  return {.state = state_in(frame),
+          .error_counters = counters_in(frame),
           .restarted = (frame.id & CAN_ERR_RESTARTED) != 0,
           .not_acknowledged = (frame.id & CAN_ERR_ACK) != 0 || in_ack_slot,
           .arbitration_lost = (frame.id & CAN_ERR_LOSTARB) != 0,

@@ -1,4 +1,5 @@
-// What a SocketCAN error frame tells (linux/can/error.h: classes in the identifier, details in the payload).
+// The contents of a SocketCAN error frame (linux/can/error.h). The identifier has the classes, the payload
+// the details:
 //
 //   byte 1  controller: overflow, warning, passive, active      byte 4      transceiver
 //   byte 2  protocol violation: kind                            bytes 6, 7  TX and RX error counter
@@ -12,21 +13,21 @@
 namespace hystcan::can {
 
 struct ErrorReport {
-  std::optional<BusState> state;  ///< the controller's, where the frame tells one
-  /// Where the driver gives them: by CAN_ERR_CNT or, as was done before there was that flag, beside a state.
+  std::optional<BusState> state;  ///< state of the controller; empty if the frame contains none
+  /// Empty if the driver gives none. It marks them with CAN_ERR_CNT; an older driver gives them with a state.
   std::optional<ErrorCounters> error_counters;
   bool restarted = false;         ///< after bus-off
-  bool not_acknowledged = false;  ///< nobody else was there to hear the frame
+  bool not_acknowledged = false;  ///< no other node received the frame
   bool arbitration_lost = false;
   bool protocol_error = false;  ///< bit, stuff, form, CRC, overload
   bool controller_overflow = false;
   bool transceiver_error = false;
 };
 
-/// `error_frame`: kind `error`, its id the error classes.
+/// `error_frame` has the kind `error`; its identifier contains the error classes.
 ErrorReport interpret(const Frame& error_frame);
 
-/// Adds what one error frame told. Changes of state are not in it: the frame may repeat a state known before.
+/// Adds the causes of one error frame, but no change of state, because a frame may repeat a known state.
 void count(const ErrorReport& report, BusCounters& counters);
 
 /// The controller has entered this state from another.

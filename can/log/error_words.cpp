@@ -53,7 +53,7 @@ void add(std::vector<std::string>& causes, std::span<const Word> words, std::uin
 
 std::vector<std::string> error_causes(const Frame& frame) {
   std::vector<std::string> causes;
-  if (drops_told_by(frame)) return {"frames lost by the recorder"};
+  if (drops_reported_by(frame)) return {"frames lost by the recorder"};
   add(causes, classes, frame.id, nullptr);
   if ((frame.id & CAN_ERR_CRTL) != 0) add(causes, controller_details, frame.data[1], "controller error");
   if ((frame.id & CAN_ERR_PROT) != 0) add(causes, protocol_details, frame.data[2], "protocol error");
@@ -65,12 +65,12 @@ std::vector<std::string> error_causes(const Frame& frame) {
 std::string describe_error(const Frame& frame) {
   std::string text;
   for (const std::string& cause : error_causes(frame)) text += (text.empty() ? "" : ", ") + cause;
-  if (const auto drops = drops_told_by(frame)) return text + ": " + std::to_string(*drops);
+  if (const auto drops = drops_reported_by(frame)) return text + ": " + std::to_string(*drops);
   if ((frame.id & CAN_ERR_LOSTARB) != 0 && frame.data[0] != CAN_ERR_LOSTARB_UNSPEC)
     text += ", arbitration lost in bit " + std::to_string(frame.data[0]);
   if ((frame.id & CAN_ERR_PROT) != 0 && frame.data[3] != CAN_ERR_PROT_LOC_UNSPEC)
     text += ", at place " + std::to_string(frame.data[3]);
-  // SJA1000 drivers and others told the counters before there was a class for them.
+  // Older drivers, such as the one for SJA1000, give the counters without their class.
   if ((frame.id & CAN_ERR_CNT) != 0 || frame.data[6] != 0 || frame.data[7] != 0)
     text += ", error counters: transmit " + std::to_string(frame.data[6]) + ", receive " +
             std::to_string(frame.data[7]);

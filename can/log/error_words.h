@@ -1,4 +1,4 @@
-// What an error frame tells, in words: the classes and details of linux/can/error.h.
+// The text of an error frame: the classes and details of linux/can/error.h.
 #pragma once
 
 #include <string>
@@ -8,11 +8,11 @@
 
 namespace hystcan::can {
 
-/// Each cause that the frame names, without numbers, so that causes can be counted: "bus-off", "not
-/// acknowledged", "stuff error". A class that no detail belongs to stands for itself; at least one cause.
+/// The causes of the frame without numbers, so that a caller can count them: "bus-off", "not acknowledged",
+/// "stuff error". A class without details is a cause by itself. The result is never empty.
 std::vector<std::string> error_causes(const Frame& error_frame);
 
-/// One line: causes, bit of lost arbitration, place of a protocol error, error counters.
+/// One line: the causes, the bit of lost arbitration, the place of a protocol error and the error counters.
 std::string describe_error(const Frame& error_frame);
 
 }  // namespace hystcan::can

@@ -9,7 +9,7 @@
 namespace hystcan::can {
 namespace {
 
-/// A frame carries so many at most; what is longer comes in several (J1939).
+/// A frame carries at most so many bytes; a longer message has several frames (J1939).
 constexpr std::size_t max_frame_bytes = Frame{}.data.size();
 
 bool is_protected_as_ours(const Message& message) {
@@ -21,7 +21,7 @@ bool is_protected_as_ours(const Message& message) {
          crc->byte_order == ByteOrder::little_endian;
 }
 
-/// Empty: nothing is known of it. Of several messages of one name the first is the one that is configured.
+/// Empty: the protection is unknown. If several messages have one name, the configuration means the first.
 std::optional<Protection> find_protection(const Database& database, const Message& message,
                                           const Protections& configured) {
   if (message.length > max_frame_bytes) return std::nullopt;
@@ -91,11 +91,11 @@ std::optional<Rejection> Traffic::check(const Key& key, const Message* message, 
 }
 
 void Traffic::add_error(const Frame& frame) {
-  if (drops_told_by(frame)) return;
+  if (drops_reported_by(frame)) return;
   ++error_frames_;
   if (const auto state = interpret(frame).state) state_ = state;
-  const bool told = (frame.id & CAN_ERR_CNT) != 0 || frame.data[6] != 0 || frame.data[7] != 0;
-  if (told) error_counters_ = ErrorCounters{frame.data[6], frame.data[7]};
+  const bool has_counters = (frame.id & CAN_ERR_CNT) != 0 || frame.data[6] != 0 || frame.data[7] != 0;
+  if (has_counters) error_counters_ = ErrorCounters{frame.data[6], frame.data[7]};
 }
 
 void Traffic::end_period(std::chrono::duration<double> period) {

@@ -1,4 +1,4 @@
-// What passes on a bus, message by message: how many, how regularly, and what is wrong with them.
+// The traffic on a bus for each message: number of frames, rate, jitter and rejections.
 #pragma once
 
 #include <array>
@@ -17,41 +17,40 @@ namespace hystcan::can {
 
 /// Frames of one identifier.
 struct MessageTraffic {
-  const Message* message = nullptr;  ///< null where the database has none
+  const Message* message = nullptr;  ///< null if the database has none
   std::uint64_t count = 0;           ///< accepted and rejected
   std::array<std::uint64_t, rejection_count> rejected{};
   std::chrono::microseconds last{};
-  std::optional<LoggedFrame> newest;  ///< accepted
+  std::optional<LoggedFrame> newest;  ///< the last accepted frame
   double rate_Hz = 0.0;               ///< in the last period
-  /// Standard deviation of the times between accepted frames in the last period. Empty: fewer than two of
-  /// them.
+  /// Standard deviation of the times between accepted frames in the last period. Empty: fewer than two times.
   std::optional<double> jitter_ms;
 };
 
-/// Counts frames against a database. A message whose protection is known goes through a E2eChecker: that of a
-/// configuration, else the one of a message with the signals `Counter` and `Crc` of our protocol (the CRC in
-/// its last byte). Of any other only kind and length are checked. A frame of the wrong identifier type in the
-/// place of a message that goes through a E2eChecker counts as that message's.
+/// Counts frames and compares them with a database. An E2eChecker checks each message whose protection is
+/// known: from the configuration or, without one, from the signals `Counter` and `Crc` of our protocol (with
+/// the CRC in the last byte). For any other message the class checks only kind and length. A frame with the
+/// identifier of a checked message but the wrong identifier type counts for that message.
 class Traffic {
  public:
   using Key = std::pair<bool, std::uint32_t>;  ///< extended, identifier
 
-  /// The database must outlive this. `configured`: how messages are protected, by their names.
+  /// The database must outlive this object. `configured` is the protection of the messages by their names.
   explicit Traffic(const Database& database, const Protections& configured = {});
 
   void add(const LoggedFrame& logged);
-  /// From here on rates and jitter are those of the period that ends now.
+  /// Ends a period: rates and jitter are now those of this period.
   void end_period(std::chrono::duration<double> period);
 
   const std::map<Key, MessageTraffic>& messages() const { return messages_; }
   std::uint64_t frames() const { return frames_; }
   std::uint64_t error_frames() const { return error_frames_; }
   double rate_Hz() const { return rate_Hz_; }
-  std::optional<BusState> state() const { return state_; }  ///< as error frames tell it
+  std::optional<BusState> state() const { return state_; }  ///< by the error frames
   std::optional<ErrorCounters> error_counters() const { return error_counters_; }
 
  private:
-  /// Of the times between frames since the period began.
+  /// Statistics of the times between frames since the period began.
   struct Period {
     std::uint64_t frames = 0;
     std::uint64_t intervals = 0;

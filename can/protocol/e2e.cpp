@@ -17,18 +17,18 @@ std::uint8_t crc_of_bytes(std::span<const std::uint8_t> bytes) {
   return crc.checksum();
 }
 
-/// Data id, then everything but the byte at `place`.
+/// The data id, then every byte but the one at `crc_byte`.
 template <class Crc>
 std::uint8_t crc_of_frame(std::span<const std::uint8_t> id, std::span<const std::uint8_t> payload,
-                          std::size_t place) {
+                          std::size_t crc_byte) {
   Crc crc;
   crc.process_bytes(id.data(), id.size());
-  crc.process_bytes(payload.data(), place);
-  crc.process_bytes(payload.data() + place + 1, payload.size() - place - 1);
+  crc.process_bytes(payload.data(), crc_byte);
+  crc.process_bytes(payload.data() + crc_byte + 1, payload.size() - crc_byte - 1);
   return crc.checksum();
 }
 
-std::size_t place_of(const SignalCodec& crc) {
+std::size_t crc_byte_of(const SignalCodec& crc) {
   std::array<std::uint8_t, 64> marked{};
   crc.pack_raw(-1, marked);
   return static_cast<std::size_t>(std::ranges::find(marked, std::uint8_t{0xFF}) - marked.begin());
@@ -40,7 +40,7 @@ std::uint8_t crc8_j1850(std::span<const std::uint8_t> bytes) { return crc_of_byt
 std::uint8_t crc8_8h2f(std::span<const std::uint8_t> bytes) { return crc_of_bytes<H2F>(bytes); }
 
 CrcRule::CrcRule(const Protection& protection)
-    : place_(protection.crc ? place_of(*protection.crc) : 0),
+    : crc_byte_(protection.crc ? crc_byte_of(*protection.crc) : 0),
       polynomial_(protection.polynomial),
       data_id_(protection.data_id) {}
 
@@ -52,8 +52,8 @@ std::uint8_t CrcRule::operator()(const Frame& frame) const {
       static_cast<std::uint8_t>(id >> 16U), static_cast<std::uint8_t>(id >> 24U)};
   std::span<const std::uint8_t> covered(bytes.data(), !is_number && frame.extended ? 4 : 2);
   if (data_id_.kind == DataId::Kind::none) covered = {};
-  return polynomial_ == Crc8::sae_j1850 ? crc_of_frame<J1850>(covered, frame.payload(), place_)
-                                        : crc_of_frame<H2F>(covered, frame.payload(), place_);
+  return polynomial_ == Crc8::sae_j1850 ? crc_of_frame<J1850>(covered, frame.payload(), crc_byte_)
+                                        : crc_of_frame<H2F>(covered, frame.payload(), crc_byte_);
 }
 
 std::string_view to_string(Rejection rejection) {

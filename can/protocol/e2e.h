@@ -1,14 +1,19 @@
 // End-to-end protection of a message: a sequence counter, and an 8-bit CRC over a data id and the payload.
 //
-//   Crc = CRC-8 over  data id, payload bytes without the CRC's own
+//   Crc = CRC-8(data id, payload bytes without the byte of the CRC)
 //
-// | polynomial | poly | init | xorout | check value of "123456789" |
-// |---|---|---|---|---|
-// | SAE J1850 | 0x1D | 0xFF | 0xFF | 0x4B |
-// | 8H2F, AUTOSAR | 0x2F | 0xFF | 0xFF | 0xDF |
+//   | polynomial    | poly | init | xorout | check value of "123456789" |
+//   |---------------|------|------|--------|----------------------------|
+//   | SAE J1850     | 0x1D | 0xFF | 0xFF   | 0x4B                       |
+//   | 8H2F, AUTOSAR | 0x2F | 0xFF | 0xFF   | 0xDF                       |
 //
-// The data id: the identifier, low byte first (two bytes of a standard one, four of an extended one); or a
-// number of two bytes, low byte first; or none. The counter runs through all values of its signal.
+// The data id is one of three:
+//
+//   identifier   low byte first; two bytes if standard, four bytes if extended
+//   number       two bytes, low byte first
+//   none         no bytes
+//
+// The counter runs through all values of its signal.
 #pragma once
 
 #include <array>
@@ -29,15 +34,14 @@ enum class Crc8 : std::uint8_t { sae_j1850, autosar_8h2f };
 std::uint8_t crc8_j1850(std::span<const std::uint8_t> bytes);
 std::uint8_t crc8_8h2f(std::span<const std::uint8_t> bytes);
 
-/// What the CRC covers before the payload.
+/// The bytes that the CRC covers before the payload.
 struct DataId {
   enum class Kind : std::uint8_t { identifier, number, none };
   Kind kind = Kind::identifier;
   std::uint16_t number = 0;
 };
 
-/// Where counter and CRC lie in a message; either may be missing. The CRC is a whole byte, wherever it
-/// stands.
+/// The places of counter and CRC in a message; either may be missing. The CRC is one whole byte.
 struct Protection {
   std::optional<SignalCodec> counter{};
   std::optional<SignalCodec> crc{};
@@ -45,22 +49,22 @@ struct Protection {
   DataId data_id{};
 };
 
-/// By name of the message.
+/// The key is the name of the message.
 using Protections = std::map<std::string, Protection, std::less<>>;
 
-/// The CRC of a frame, its place found once.
+/// Computes the CRC of a frame. The constructor finds the byte of the CRC.
 class CrcRule {
  public:
   explicit CrcRule(const Protection& protection);
   std::uint8_t operator()(const Frame& frame) const;
 
  private:
-  std::size_t place_ = 0;  ///< of the CRC's byte
+  std::size_t crc_byte_ = 0;  ///< index of the byte that holds the CRC
   Crc8 polynomial_;
   DataId data_id_;
 };
 
-/// Sender's side: stamps the next counter value and the CRC.
+/// The sender's side: writes the next counter value and the CRC into a frame.
 class E2eProtector {
  public:
   explicit E2eProtector(const Protection& protection) : protection_(protection), crc_of_(protection) {}
@@ -72,35 +76,34 @@ class E2eProtector {
   std::int64_t counter_ = 0;
 };
 
-/// Why a frame in the place of a message was not taken for it.
+/// Why the receiver rejects a frame with the identifier of a message.
 enum class Rejection : std::uint8_t { wrong_kind, extended_id, wrong_length, wrong_crc, repeated_counter };
 inline constexpr std::size_t rejection_count = 5;
 
 std::string_view to_string(Rejection rejection);
 
-/// Payload bytes on the wire of a message of so many: 0..8 as they are; beyond, the next length that FD has
+/// Payload bytes on the wire. A length of 0..8 stays; a longer message takes the next length of CAN FD
 /// (12, 16, 20, 24, 32, 48, 64).
 std::uint8_t wire_length(std::uint8_t message_length);
 
-/// What a message of this length is sent as.
+/// The kind of frame that carries a message of this length.
 constexpr FrameKind wire_kind(std::size_t message_length) {
   return message_length > 8 ? FrameKind::fd : FrameKind::data;
 }
 
-/// Receiver's side: accepts a frame or says why not. Each cause has its own count.
+/// The receiver's side: accepts a frame, or returns why it rejects it. Each cause has its own count.
 class E2eChecker {
  public:
-  /// `length`: the message's. `extended`: whether the message itself uses a 29-bit identifier.
+  /// `length` is the length of the message. `extended`: the message has a 29-bit identifier.
   E2eChecker(const Protection& protection, std::uint8_t length, bool extended);
 
-  /// Empty: the frame is sound. The checks run in the order of `Rejection`; the first that fails is counted.
+  /// Empty: the frame is accepted. The checks run in the order of `Rejection`; the first failure counts.
   std::optional<Rejection> check(const Frame& frame);
 
   std::uint64_t rejected(Rejection cause) const { return rejected_[static_cast<std::size_t>(cause)]; }
   std::uint64_t accepted() const { return accepted_; }
 
-  /// Forgets the last counter value: the next sound frame is accepted whatever its counter (a node has
-  /// rebooted).
+  /// Forgets the last counter value, because the node has restarted. The next frame may have any counter.
   void restart() { last_counter_.reset(); }
 
  private:
@@ -116,13 +119,13 @@ class E2eChecker {
   std::uint64_t accepted_ = 0;
 };
 
-/// What was rejected in the place of one message, by cause.
+/// The rejected frames of one message, by cause.
 struct RejectedFrames {
   std::string message;
   std::array<std::uint64_t, rejection_count> by_cause{};
 };
 RejectedFrames rejected_frames(std::string message, const E2eChecker& checker);
-/// "XAmpStatus: rejected: 3 wrong CRC, 1 repeated counter"; empty where there was none.
+/// "XAmpStatus: rejected: 3 wrong CRC, 1 repeated counter"; empty if no frame was rejected.
 std::string describe(const RejectedFrames& rejected);
 
 }  // namespace hystcan::can

@@ -25,7 +25,7 @@ Protection protection_of(const Message& message, const MessageMap& map) {
 }
 
 StateTable::StateTable(const StateValues& values) {
-  // Where one value stands for two states, the graver one is read.
+  // If one value stands for two states, it reads as the more severe state.
   const std::array by_state{&values.off, &values.ready, &values.enabled, &values.fault};
   for (std::size_t i = by_state.size(); i-- > 0;)
     for (const std::int64_t raw : *by_state[i]) known_.emplace_back(raw, static_cast<AmpState>(i));

@@ -1,9 +1,11 @@
-// One message, compiled from the DBC and a map of names: roles are looked up here once and never again.
+// The layout of one message, compiled from the DBC and a map of names. The constructor looks up the roles.
 //
-// A `Payload` names its roles in fields(): Field{role, the standard signal's name, member, quantity}.
+// A `Payload` lists its roles in fields():
 //
-//   encode   ours -> the DBC's unit -> raw bits; a role without a signal is left out
-//   decode   raw bits -> the DBC's unit -> ours; a role without a signal keeps what `absent` says
+//   Field{role, name of the standard signal, member, quantity}
+//
+//   encode   our unit -> unit of the DBC -> raw bits;   a role without a signal is left out
+//   decode   raw bits -> unit of the DBC -> our unit;   a role without a signal keeps its value in `absent`
 #pragma once
 
 #include <algorithm>
@@ -36,7 +38,7 @@ enum class Quantity : std::uint8_t { number, drive, position };
 template <class Payload, class Value>
 struct Field {
   const char* role;
-  const char* signal;  ///< of the standard frames
+  const char* signal;  ///< its name in the standard frames
   Value Payload::*member;
   Quantity quantity = Quantity::number;
 };
@@ -45,7 +47,7 @@ Field(const char*, const char*, Value Payload::*) -> Field<Payload, Value>;
 template <class Payload, class Value>
 Field(const char*, const char*, Value Payload::*, Quantity) -> Field<Payload, Value>;
 
-/// The standard frames: message `prefix` + Payload::name, every role, counter and CRC.
+/// The map of the standard frames: message `prefix` + Payload::name, every role, counter and CRC.
 template <class Payload>
 MessageMap standard_map(const std::string& prefix) {
   MessageMap map{.message = prefix + std::string(Payload::name)};
@@ -54,13 +56,13 @@ MessageMap standard_map(const std::string& prefix) {
   return map;
 }
 
-/// The signal of this name. Throws std::invalid_argument where the message lacks it.
+/// The signal of this name. Throws std::invalid_argument if the message has no such signal.
 const Signal& find_signal(const Message& message, const std::string& name);
 
-/// Throws std::invalid_argument where a signal is missing, or the CRC's is not a whole byte.
+/// Throws std::invalid_argument if a signal is missing or the signal of the CRC is not a whole byte.
 Protection protection_of(const Message& message, const MessageMap& map);
 
-/// States by raw value, and back.
+/// Converts raw values to states and states to raw values.
 class StateTable {
  public:
   explicit StateTable(const StateValues& values);
@@ -78,8 +80,8 @@ class Layout {
  public:
   static constexpr std::size_t field_count = std::tuple_size_v<decltype(Payload::fields())>;
 
-  /// Throws std::invalid_argument where the message lacks a signal or a unit does not convert. `drive_unit`
-  /// empty: numbers are taken as they are.
+  /// Throws std::invalid_argument if the message lacks a signal or a unit does not convert. Without a
+  /// `drive_unit` the numbers are not converted.
   Layout(const Message& message, const MessageMap& map, const std::string& drive_unit,
          const Payload& absent = {})
       : id_(message.id),
@@ -103,7 +105,7 @@ class Layout {
   std::uint8_t length() const { return length_; }
   const Protection& protection() const { return protection_; }
 
-  /// Empty where a value can't be represented: it never wraps.
+  /// Empty if the signal cannot represent a value: a value never wraps.
   std::optional<Frame> encode(const Payload& payload) const {
     Frame frame{.id = id_, .extended = extended_, .kind = wire_kind(length_), .length = wire_length(length_)};
     bool fits = true;
@@ -154,7 +156,7 @@ class Layout {
       value = states_.state(slot.codec.unpack_raw(payload));
     else if constexpr (std::is_same_v<Value, bool>)
       value = slot.codec.unpack_raw(payload) != 0;
-    else  // a number too large for us is the largest: flags that are set stay set
+    else  // a number that is too large becomes the largest, so that set flags stay set
       value = static_cast<Value>(std::min<std::uint64_t>(
           static_cast<std::uint64_t>(slot.codec.unpack_raw(payload)), std::numeric_limits<Value>::max()));
   }
@@ -186,14 +188,14 @@ class Layout {
   std::array<std::optional<Slot>, field_count> slots_{};
 };
 
-/// Sender of one message: encodes, counts, seals.
+/// The sender of one message: encodes it and adds counter and CRC.
 template <class Payload>
 class Encoder {
  public:
   explicit Encoder(Layout<Payload> layout) : layout_(std::move(layout)), protector_(layout_.protection()) {}
   explicit Encoder(const Message& message) : Encoder(Layout<Payload>(message)) {}
 
-  /// Empty where a value can't be represented.
+  /// Empty if the signal cannot represent a value.
   std::optional<Frame> operator()(const Payload& payload) {
     auto frame = layout_.encode(payload);
     if (frame) protector_.seal(*frame);
@@ -207,7 +209,7 @@ class Encoder {
   E2eProtector protector_;
 };
 
-/// Receiver of one message: checks, counts what it rejects, decodes.
+/// The receiver of one message: checks a frame, counts rejections and decodes.
 template <class Payload>
 class Decoder {
  public:
@@ -215,7 +217,7 @@ class Decoder {
       : layout_(std::move(layout)), checker_(layout_.protection(), layout_.length(), layout_.extended()) {}
   explicit Decoder(const Message& message) : Decoder(Layout<Payload>(message)) {}
 
-  /// Empty where the frame is rejected; checker() says how often and why.
+  /// Empty if the frame is rejected; checker() has the counts of all causes.
   std::optional<Payload> operator()(const Frame& frame) {
     if (checker_.check(frame)) return std::nullopt;
     return layout_.decode(frame);

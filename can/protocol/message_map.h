@@ -1,5 +1,5 @@
-// Which message of the DBC plays a part, and which of its signals play which role. Names, as the
-// configuration gives them; can/protocol/layout.h compiles them.
+// The names from the configuration: the message of the DBC and the signal of each role.
+// can/protocol/layout.h compiles them.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ namespace hystcan::can {
 
 enum class Integrity : std::uint8_t { none, counter, counter_crc };
 
-/// Raw values of a state signal, of which the first is sent. One that stands nowhere here reads as off.
+/// Raw values of a state signal. The sender uses the first of each list. An unlisted value reads as off.
 struct StateValues {
   std::vector<std::int64_t> off{0};
   std::vector<std::int64_t> ready{1};
@@ -26,7 +26,7 @@ struct StateValues {
 
 struct MessageMap {
   std::string message;
-  std::map<std::string, std::string, std::less<>> signals{};  ///< by role; what is not here is not sent
+  std::map<std::string, std::string, std::less<>> signals{};  ///< by role; a role that is absent is not sent
   Integrity integrity = Integrity::counter_crc;
   std::string counter = "Counter";
   std::string crc = "Crc";
@@ -37,7 +37,7 @@ struct MessageMap {
   bool carries(std::string_view role) const { return signals.contains(role); }
 };
 
-/// A lab's own frames of one axis. Without a status message the amplifier is not read back.
+/// The lab's own frames of one axis. Without a status message the controller does not read the amplifier.
 struct AxisFrames {
   MessageMap command;
   std::optional<MessageMap> status{};

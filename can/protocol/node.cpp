@@ -11,10 +11,10 @@ NmtSlave::NmtSlave(Bus& bus, Scheduler& scheduler, std::uint8_t node, Duration h
       scheduler_(scheduler),
       period_(heartbeat_period),
       on_change_(std::move(on_change)),
-      heartbeat_(scheduler.make_timer([this] { beat(); })) {}
+      heartbeat_(scheduler.make_timer([this] { send_heartbeat(); })) {}
 
 void NmtSlave::start() {
-  if (taken_) return;
+  if (id_taken_) return;
   started_ = true;
   state_ = NmtState::boot_up;
   bus_.send(heartbeat_frame(node_, state_));
@@ -41,7 +41,7 @@ void NmtSlave::handle(const Frame& frame) {
 }
 
 void NmtSlave::retire() {
-  taken_ = true;
+  id_taken_ = true;
   heartbeat_->cancel();
   enter(NmtState::stopped);
 }
@@ -52,7 +52,7 @@ void NmtSlave::enter(NmtState state) {
   on_change_(state);
 }
 
-void NmtSlave::beat() {
+void NmtSlave::send_heartbeat() {
   bus_.send(heartbeat_frame(node_, state_));
   heartbeat_->expire_at(scheduler_.now() + period_);
 }

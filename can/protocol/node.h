@@ -1,5 +1,4 @@
-// The CANopen life of a node: boot-up, NMT states, heartbeat; and the watch kept over another node's
-// heartbeat.
+// The CANopen life of a node: boot-up, NMT states, heartbeat. Also the monitor of another node's heartbeat.
 #pragma once
 
 #include <functional>
@@ -11,12 +10,12 @@
 
 namespace hystcan::can {
 
-/// A node that obeys NMT and beats. On start(), and at each NMT reset, it announces itself (boot-up) and
-/// waits, pre-operational; the handler is told of both, so that boot-up is where power-on values are taken up
-/// again.
+/// A node that obeys NMT and sends heartbeats. At start() and at each NMT reset it sends a boot-up message
+/// and becomes pre-operational. It calls the handler for both states; at boot-up the owner takes its power-on
+/// values again.
 ///
-/// Before start() it is silent, and so it is again for good once it has heard a heartbeat of its own node id:
-/// somebody else is that node. It stops then, and the handler is told.
+/// The node is silent before start(). When it receives a heartbeat with its own node id, another node uses
+/// that id: it stops, calls the handler and stays silent permanently.
 class NmtSlave {
  public:
   using ChangeHandler = std::function<void(NmtState)>;
@@ -25,17 +24,18 @@ class NmtSlave {
            ChangeHandler on_change);
 
   void start();
-  /// Obeys an NMT frame that is meant for this node or for all; hears who else is this node; ignores every
-  /// other frame.
+  /// Obeys an NMT frame to this node or to all nodes, detects another node with this node id, and ignores
+  /// every other frame.
   void handle(const Frame& frame);
   NmtState state() const { return state_; }
-  bool is_taken() const { return taken_; }
-  bool is_silent() const { return !started_ || taken_; }
+  /// Another node uses this node id.
+  bool is_taken() const { return id_taken_; }
+  bool is_silent() const { return !started_ || id_taken_; }
 
  private:
   void retire();
   void enter(NmtState state);
-  void beat();
+  void send_heartbeat();
 
   Bus& bus_;
   std::uint8_t node_;
@@ -44,21 +44,21 @@ class NmtSlave {
   ChangeHandler on_change_;
   NmtState state_ = NmtState::boot_up;
   bool started_ = false;
-  bool taken_ = false;
+  bool id_taken_ = false;
   std::unique_ptr<Timer> heartbeat_;
 };
 
-/// What is known of another node from its heartbeats. Told the time; holds no timer.
+/// The NMT state of another node by its heartbeats. The caller gives the time; the monitor has no timer.
 class HeartbeatMonitor {
  public:
   explicit HeartbeatMonitor(Duration timeout) : timeout_(timeout) {}
 
   void heard(NmtState state, Time now);
-  /// What was heard no longer counts: the node must beat again.
+  /// Forgets the state: it is unknown until the next heartbeat.
   void forget() { state_.reset(); }
-  /// Empty: never heard, or silent for longer than the timeout.
+  /// Empty: no heartbeat has come, or the last one is older than the timeout.
   std::optional<NmtState> state(Time now) const;
-  /// Boot-up messages heard: a change means that the node has restarted.
+  /// Number of boot-up messages received. If it changes, the node has restarted.
   unsigned boot_ups() const { return boot_ups_; }
 
  private:

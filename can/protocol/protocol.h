@@ -1,8 +1,16 @@
-// What the nodes say to each other: CANopen's own messages (CiA 301), and the axis messages, whose layout the
-// DBC gives and whose names the configuration may.
+// The messages between the nodes: those of CANopen (CiA 301) and those of the axes. The DBC gives the layout
+// of the axis messages; the configuration may give their names.
 //
-//   Nmt 0x000 · Sync 0x080 · emergency 0x080+node · AmpStatus, SensorSample 0x180+node · AmpCommand
-//   0x200+node · ControllerStatus 0x280+node · Setpoint 0x300+node · heartbeat 0x700+node
+//   NMT                       0x000
+//   SYNC                      0x080
+//   emergency                 0x080 + node
+//   AmpStatus, SensorSample   0x180 + node
+//   AmpCommand                0x200 + node
+//   ControllerStatus          0x280 + node
+//   Setpoint                  0x300 + node
+//   SDO response              0x580 + node
+//   SDO request               0x600 + node
+//   heartbeat                 0x700 + node
 //
 // docs/protocol.md has the table and one annotated frame.
 #pragma once
@@ -23,8 +31,7 @@
 
 namespace hystcan::can {
 
-// ---- CiA 301
-// ----------------------------------------------------------------------------------------------------
+// ---- CiA 301 ----------------------------------------------------------------------------------------
 
 enum class NmtCommand : std::uint8_t { start = 1, stop = 2, enter_pre_operational = 128, reset_node = 129 };
 enum class NmtState : std::uint8_t {
@@ -44,11 +51,11 @@ inline constexpr std::uint32_t setpoint_base = 0x300;
 inline constexpr std::uint32_t sdo_response_base = 0x580;  ///< server to client
 inline constexpr std::uint32_t sdo_request_base = 0x600;   ///< client to server
 inline constexpr std::uint32_t heartbeat_base = 0x700;
-inline constexpr std::uint8_t sync_counter_max = 240;  ///< the SYNC counter runs 1..240
+inline constexpr std::uint8_t sync_counter_max = 240;  ///< the SYNC counter runs from 1 to 240
 
 struct Nmt {
   NmtCommand command;
-  std::uint8_t node;  ///< 0: all
+  std::uint8_t node;  ///< 0: all nodes
 };
 struct Emergency {
   std::uint16_t code = 0;
@@ -61,21 +68,20 @@ Frame sync_frame(std::uint8_t counter);
 Frame heartbeat_frame(std::uint8_t node, NmtState state);
 Frame emergency_frame(std::uint8_t node, Emergency emergency);
 
-/// Empty where the frame is not a well-formed one of its kind. The caller has matched the identifier.
+/// Empty if the frame is not well-formed. The caller has checked the identifier.
 std::optional<Nmt> parse_nmt(const Frame& frame);
 std::optional<std::uint8_t> parse_sync(const Frame& frame);
 std::optional<NmtState> parse_heartbeat(const Frame& frame);
 std::optional<Emergency> parse_emergency(const Frame& frame);
-/// A heartbeat of this node, with a state that CiA 301 knows.
+/// True: the frame is a heartbeat of this node with a state of CiA 301.
 bool is_heartbeat_of(std::uint8_t node, const Frame& frame);
 
-/// SYNC counter after `counter`: 1..240, then 1 again.
+/// The SYNC counter that follows `counter`: 1..240, then 1 again.
 constexpr std::uint8_t next_sync_counter(std::uint8_t counter) {
   return counter >= sync_counter_max ? std::uint8_t{1} : static_cast<std::uint8_t>(counter + 1);
 }
 
-// ---- axis messages
-// ----------------------------------------------------------------------------------------------
+// ---- axis messages ----------------------------------------------------------------------------------
 
 /// Bits of AmpStatus.Fault.
 namespace amp_fault {
@@ -88,7 +94,7 @@ struct AmpCommand {
   double setpoint = 0.0;  ///< drive units
   bool enable = false;
   bool clear_fault = false;
-  std::uint8_t sync_counter = 0;  ///< of the SYNC whose sample this answers
+  std::uint8_t sync_counter = 0;  ///< counter of the SYNC whose sample this command answers
 
   static constexpr auto fields() {
     return std::tuple{Field{"setpoint", "Setpoint", &AmpCommand::setpoint, Quantity::drive},
@@ -113,7 +119,7 @@ struct AmpStatus {
 struct SensorSample {
   static constexpr std::string_view name = "SensorSample";
   double position_um = 0.0;
-  std::uint8_t sync_counter = 0;  ///< of the SYNC at which it was taken
+  std::uint8_t sync_counter = 0;  ///< counter of the SYNC at which the sensor took the sample
   std::uint8_t status = 0;        ///< 0: good
 
   static constexpr auto fields() {
@@ -123,15 +129,15 @@ struct SensorSample {
   }
 };
 
-/// What the controller says of an axis. Numbers as in controller/control/axis.h; their words are the DBC's,
-/// the same.
+/// The controller's status of one axis. `state` and `cause` have the numbers of controller/control/axis.h;
+/// the DBC gives them the same names.
 struct ControllerStatus {
   static constexpr std::string_view name = "ControllerStatus";
-  double following_error_um = 0.0;  ///< reference minus measured; 0 where nothing is followed
+  double following_error_um = 0.0;  ///< reference minus measured; 0 while the axis does not track
   std::uint8_t state = 0;           ///< controller::AxisState
   std::uint8_t cause = 0;           ///< controller::Cause
   bool in_position = false;
-  bool limited = false;  ///< in this cycle the command was not what the law wanted
+  bool limited = false;  ///< in this cycle the command differs from the demand of the control law
   bool reference_finished = false;
 
   static constexpr auto fields() {
@@ -147,11 +153,11 @@ struct ControllerStatus {
 
 /// Values of Setpoint.Mode.
 namespace setpoint_mode {
-inline constexpr std::uint8_t follow = 0;  ///< the configured reference again
-inline constexpr std::uint8_t go_to = 1;   ///< Position, and stay there
+inline constexpr std::uint8_t follow = 0;  ///< follow the configured reference again
+inline constexpr std::uint8_t go_to = 1;   ///< go to Position and stay there
 }  // namespace setpoint_mode
 
-/// A live setpoint, from anybody on the bus, for a controller that is configured to obey it.
+/// A live setpoint. Any node may send it; the controller obeys it only where its configuration allows it.
 struct Setpoint {
   static constexpr std::string_view name = "Setpoint";
   double position_um = 0.0;
@@ -163,7 +169,7 @@ struct Setpoint {
   }
 };
 
-/// The controller's own messages: under their standard names alone, and a database may lack them.
+/// The controller's own messages. They have only their standard names, and a database may lack them.
 template <class Payload>
 inline constexpr bool is_optional =
     std::is_same_v<Payload, ControllerStatus> || std::is_same_v<Payload, Setpoint>;
@@ -174,14 +180,14 @@ struct AxisWire {
   std::string message_prefix;  ///< "X": messages XAmpCommand, XAmpStatus, XSensorSample
   std::uint8_t amplifier_node = 0;
   std::uint8_t sensor_node = 0;
-  std::string drive_unit{};  ///< what setpoint and output are converted to; empty: taken as they are
-  std::vector<SdoWrite> amplifier_setup{};  ///< written before the node is started
+  std::string drive_unit{};  ///< unit of setpoint and output after conversion; empty: no conversion
+  std::vector<SdoWrite> amplifier_setup{};  ///< written before the controller starts the node
   std::vector<SdoWrite> sensor_setup{};
   SdoPatience setup_patience{};
-  std::optional<AxisFrames> frames{};  ///< the lab's own; without them the standard ones
+  std::optional<AxisFrames> frames{};  ///< the lab's own frames; empty: the standard frames
 };
 
-/// The names of the message of role `Payload` for this axis. Null: this axis has none.
+/// The names of the message `Payload` of this axis. Empty: the axis has no such message.
 template <class Payload>
 std::optional<MessageMap> message_map(const AxisWire& axis) {
   if constexpr (is_optional<Payload>) {
@@ -194,10 +200,10 @@ std::optional<MessageMap> message_map(const AxisWire& axis) {
   if constexpr (std::is_same_v<Payload, SensorSample>) return axis.frames->sample;
 }
 
-/// Throws std::invalid_argument where the database lacks it.
+/// Throws std::invalid_argument if the database lacks the message.
 const Message& find_message(const Database& database, const MessageMap& map);
 
-/// The names of the message, where this axis and this database have it: the optional ones may be missing.
+/// The same, and also empty if the message is optional and the database lacks it.
 template <class Payload>
 std::optional<MessageMap> message_map_in(const Database& database, const AxisWire& axis) {
   auto map = message_map<Payload>(axis);
@@ -205,9 +211,9 @@ std::optional<MessageMap> message_map_in(const Database& database, const AxisWir
   return map;
 }
 
-/// The message of role `Payload` for this axis, compiled; a role that it does not carry reads as `absent`.
-/// Empty where the axis, or of an optional one the database, has no such message. Throws
-/// std::invalid_argument where the database lacks what is named.
+/// The compiled layout of the message `Payload` of this axis. A role that it does not carry reads as in
+/// `absent`. Empty as message_map_in(). Throws std::invalid_argument if the database lacks a named message
+/// or signal.
 template <class Payload>
 std::optional<Layout<Payload>> find_layout(const Database& database, const AxisWire& axis,
                                            const Payload& absent = {}) {

@@ -10,7 +10,7 @@
 namespace hystcan::can {
 namespace {
 
-constexpr std::uint8_t expedited_with_size = 0x03;  ///< bits e and s; bits 2 and 3 count the bytes not used
+constexpr std::uint8_t expedited_with_size = 0x03;  ///< bits e and s; bits 2 and 3 count the unused bytes
 
 std::uint8_t with_size(unsigned specifier, std::uint8_t bytes) {
   return static_cast<std::uint8_t>(specifier | expedited_with_size | (4U - bytes) << 2U);
@@ -46,7 +46,8 @@ Frame make_frame(std::uint32_t id, const SdoMessage& message) {
   return frame;
 }
 
-/// What both directions share; `sized` is the service that carries a value, in bits 7 to 5 of `specifier`.
+/// Parses what both directions share. `sized` is the service that carries a value, in bits 7 to 5 of
+/// `specifier`.
 std::optional<SdoMessage> parse(const Frame& frame, unsigned specifier, SdoService sized) {
   if (frame.kind != FrameKind::data || frame.extended || frame.length != 8) return std::nullopt;
   const unsigned command = frame.data[0];

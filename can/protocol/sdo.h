@@ -1,16 +1,17 @@
-// Expedited SDO (CiA 301): objects of 1 to 4 bytes in another node's dictionary, written and read.
+// Expedited SDO (CiA 301): writes and reads objects of 1 to 4 bytes in the dictionary of another node.
 //
 //   request 0x600 + node, response 0x580 + node, 8 bytes:
 //
-//   | byte | 0 | 1..2 | 3 | 4..7 |
-//   |---|---|---|---|---|
+//   | byte                   | 0                      | 1..2  | 3         | 4..7                  |
+//   |------------------------|------------------------|-------|-----------|-----------------------|
 //   | write 4, 3, 2, 1 bytes | 0x23, 0x27, 0x2B, 0x2F | index | sub-index | value, low byte first |
-//   | written | 0x60 | index | sub-index | 0 |
-//   | read | 0x40 | index | sub-index | 0 |
-//   | read 4, 3, 2, 1 bytes | 0x43, 0x47, 0x4B, 0x4F | index | sub-index | value |
-//   | abort, either way | 0x80 | index | sub-index | abort code |
+//   | written                | 0x60                   | index | sub-index | 0                     |
+//   | read                   | 0x40                   | index | sub-index | 0                     |
+//   | read 4, 3, 2, 1 bytes  | 0x43, 0x47, 0x4B, 0x4F | index | sub-index | value                 |
+//   | abort, either way      | 0x80                   | index | sub-index | abort code            |
 //
-// Nothing here waits or holds a timer: it is told frames and the time, and says what to send.
+// No function here waits or holds a timer. The caller gives the received frames and the time, and sends the
+// frames that are returned.
 #pragma once
 
 #include <cstdint>
@@ -44,16 +45,15 @@ enum class SdoService : std::uint8_t { write, written, read, value, abort };
 struct SdoMessage {
   SdoService service = SdoService::abort;
   SdoObject object{};
-  SdoValue content{};  ///< of write and value; of abort, the code
+  SdoValue content{};  ///< the value of write and value, or the code of abort
 
   friend bool operator==(const SdoMessage&, const SdoMessage&) = default;
 };
 
-/// As request or as response to or from `node`.
+/// The message as a request to `node`, or as a response from `node`.
 Frame sdo_request(std::uint8_t node, const SdoMessage& message);
 Frame sdo_response(std::uint8_t node, const SdoMessage& message);
-/// Empty where the frame is not a well-formed one of expedited transfer. The caller has matched the
-/// identifier.
+/// Empty if the frame is not a well-formed expedited transfer. The caller has checked the identifier.
 std::optional<SdoMessage> parse_sdo_request(const Frame& frame);
 std::optional<SdoMessage> parse_sdo_response(const Frame& frame);
 
@@ -65,16 +65,16 @@ inline constexpr std::uint32_t no_such_object = 0x0602'0000;
 inline constexpr std::uint32_t wrong_length = 0x0607'0010;
 }  // namespace sdo_abort
 
-/// An abort code in words.
+/// The text of an abort code.
 std::string_view sdo_abort_text(std::uint32_t code);
 
-/// One object to be set before a node is started.
+/// One object that is written before a node is started.
 struct SdoWrite {
   SdoObject object{};
   SdoValue content{};
 };
 
-/// Why a node could not be set up.
+/// Why the setup of a node failed.
 struct SdoFailure {
   enum class Reason : std::uint8_t { none, timed_out, aborted, read_back_differs };
   Reason reason = Reason::none;
@@ -83,17 +83,17 @@ struct SdoFailure {
   std::uint32_t written = 0;
   std::uint32_t read_back = 0;
 };
-/// "object 0x2001:02: aborted by the node with 0x06010002: ...".
+/// "object 0x2001:02: refused by the node with 0x06010002: ...".
 std::string describe(const SdoFailure& failure);
 
-/// How long a node is waited for, and how often it is asked.
+/// How long the setup waits for a response, and how often it tries.
 struct SdoPatience {
   Duration timeout{std::chrono::milliseconds(100)};  ///< for one response
-  unsigned attempts = 3;                             ///< of each write, in all
+  unsigned attempts = 3;                             ///< for each object, the first one included
 };
 
-/// Writes objects in order, reads each back and compares; a write that fails in any way is tried again from
-/// its beginning, `attempts` times in all. Then the whole has failed.
+/// Writes objects in order, reads each one back and compares. If any of this fails, it starts again with the
+/// write of the same object. The setup has failed after `attempts` tries of one object.
 class SdoSetup {
  public:
   struct Config {
@@ -103,11 +103,11 @@ class SdoSetup {
 
   SdoSetup(std::uint8_t node, Config config);
 
-  /// From the first write on again: the node has lost what it was told.
+  /// Starts again with the first object, because the node has lost its values.
   void restart();
-  /// What to send now, if anything. To be called once a cycle while neither done nor failed.
+  /// The frame to send now, if there is one. The caller polls once a cycle until is_done() or has_failed().
   std::optional<Frame> poll(Time now);
-  /// A response of this node; one that answers nothing that was asked is ignored.
+  /// Takes a response of this node. A response that does not answer the last request is ignored.
   void handle(const Frame& frame);
 
   bool is_done() const { return next_ == config_.writes.size(); }
@@ -131,15 +131,15 @@ class SdoSetup {
   SdoFailure failure_;
 };
 
-/// The other side, as small as a node may have it: keeps the objects 0x2000 to 0x5FFF that are written, up to
-/// 64 of them; one that was never written is not there.
+/// A minimal server for a node. It keeps up to 64 written objects from 0x2000 to 0x5FFF; an object exists
+/// only after a write.
 class SdoServer {
  public:
   explicit SdoServer(std::uint8_t node);
 
-  /// As at power-on: no object has been written.
+  /// Returns to the state at power-on: no object exists.
   void reset() { objects_.clear(); }
-  /// The response to a request that is for this node; empty for every other frame.
+  /// The response to a request to this node; empty for every other frame.
   std::optional<Frame> answer(const Frame& frame);
   std::optional<SdoValue> object(SdoObject object) const;
 

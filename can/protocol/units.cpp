@@ -12,7 +12,7 @@ struct Prefix {
   int exponent;
 };
 
-// A micro sign may be U+00B5 or U+03BC in UTF-8; the DBC reader makes UTF-8 of Latin-1.
+// A micro sign is U+00B5 or U+03BC in UTF-8. The DBC reader converts Latin-1 to UTF-8.
 constexpr std::array<Prefix, 9> prefixes{{{"p", -12},
                                           {"n", -9},
                                           {"u", -6},

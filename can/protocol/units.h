@@ -1,10 +1,10 @@
-// From a DBC's unit to ours, where the two differ by a decimal prefix only: mV to V, nm to um, mA to A.
+// Converts the unit of a DBC to ours if the two differ only by a decimal prefix: mV to V, nm to um, mA to A.
 //
 //   ours = theirs * 10^n,   n = exponent(their prefix) - exponent(our prefix)
 //
-// The step is exact: 10^|n| is a whole number that a double holds, and one multiplication or one division by
-// it is rounded once. What is converted and converted back is the value it was, to its last bit or two, far
-// below the resolution of any signal.
+// The step is exact: a double holds the whole number 10^|n|, and one multiplication or division by it rounds
+// once. A value that is converted and converted back differs at most in its last bit or two, far below the
+// resolution of any signal.
 #pragma once
 
 #include <optional>
@@ -23,8 +23,8 @@ class DecimalStep {
   double divisor_ = 1.0;
 };
 
-/// Empty where the units do not convert: another base unit, or one that differs by more than a prefix. Known
-/// prefixes: p, n, u (also written with a micro sign), m, none, k, M.
+/// Empty if the units do not convert, because they differ by more than a prefix. Known prefixes: p, n, u
+/// (also written with a micro sign), m, none, k, M.
 std::optional<DecimalStep> decimal_step(std::string_view theirs, std::string_view ours);
 
 }  // namespace hystcan::can

@@ -1,12 +1,14 @@
-// Fault confinement of one CAN node (ISO 11898-1, 10.11): what its error counters are and what they allow it.
+// Fault confinement of one CAN node (ISO 11898-1, 10.11): its error counters and the state that they give.
 //
-//   transmit error               TEC + 8     but not of an error-passive node that nobody acknowledges
+//   transmit error               TEC + 8     not if the node is error-passive and no node acknowledges
 //   receive error                REC + 1
-//   dominant bit after the flag  REC + 8     the receiver that saw the error before all others
+//   dominant bit after the flag  REC + 8     only for the receiver that saw the error before all others
 //   frame transmitted            TEC - 1     not below 0
 //   frame received               REC - 1     not below 0; from above 127 to 119
 //
-// warning from 96 and passive from 128 of either counter, bus-off from TEC = 256.
+//   warning                      TEC >= 96 or REC >= 96
+//   passive                      TEC >= 128 or REC >= 128
+//   bus-off                      TEC >= 256
 #pragma once
 
 #include <algorithm>
@@ -50,8 +52,8 @@ class FaultConfinement {
   const ErrorCounters& counters() const { return counters_; }
 
  private:
-  static constexpr std::uint16_t receive_after_passive = 119;  ///< the standard: between 119 and 127
-  static constexpr std::uint16_t receive_max = 255;            ///< a register of eight bits
+  static constexpr std::uint16_t receive_after_passive = 119;  ///< the standard allows 119 to 127
+  static constexpr std::uint16_t receive_max = 255;            ///< the register has eight bits
 
   void add_to_receive(std::uint16_t errors) {
     counters_.receive = std::min(receive_max, static_cast<std::uint16_t>(counters_.receive + errors));

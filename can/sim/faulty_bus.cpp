@@ -43,13 +43,13 @@ bool FaultyBus::send(const Frame& frame) { return pass(frame, Direction::transmi
 
 bool FaultyBus::pass(const Frame& frame, Direction direction, Time received) {
   if (config_.rules.empty() && held_count_ == 0) return deliver(frame, direction, received);
-  return strike(frame, direction, received);
+  return apply_rules(frame, direction, received);
 }
 
-bool FaultyBus::strike(Frame frame, Direction direction, Time received) {
+bool FaultyBus::apply_rules(Frame frame, Direction direction, Time received) {
   bool twice = false;
   for (const FaultRule& rule : config_.rules) {
-    if (!target(rule, frame, direction)) continue;
+    if (!applies(rule, frame, direction)) continue;
     switch (rule.fault) {
       case BusFault::lose:
         count(rule.fault);
@@ -79,7 +79,7 @@ bool FaultyBus::deliver(const Frame& frame, Direction direction, Time received) 
   return true;
 }
 
-bool FaultyBus::target(const FaultRule& rule, const Frame& frame, Direction direction) {
+bool FaultyBus::applies(const FaultRule& rule, const Frame& frame, Direction direction) {
   if (!(direction == Direction::receive ? rule.on_receive : rule.on_transmit)) return false;
   if (rule.only && (rule.only->id != frame.id || rule.only->extended != frame.extended)) return false;
   return uniform() < rule.probability;
@@ -116,12 +116,12 @@ void FaultyBus::release_reordered(Direction direction) {
 bool FaultyBus::corrupt(Frame& frame, BusFault fault) {
   switch (fault) {
     case BusFault::corrupt_payload:
-      return flip(frame);
+      return flip_payload_bit(frame);
     case BusFault::corrupt_id:
       frame.id ^= 1U << below(frame.extended ? 29 : 11);
       return true;
     case BusFault::corrupt_length: {
-      const unsigned other = below(frame.length <= 8 ? 8 : 9);  // one of 0..8 that it has not
+      const unsigned other = below(frame.length <= 8 ? 8 : 9);  // one of the lengths 0..8 but its own
       frame.length = static_cast<std::uint8_t>(other >= frame.length ? other + 1 : other);
       return true;
     }
@@ -138,7 +138,7 @@ bool FaultyBus::corrupt(Frame& frame, BusFault fault) {
   }
 }
 
-bool FaultyBus::flip(Frame& frame) {
+bool FaultyBus::flip_payload_bit(Frame& frame) {
   if (frame.length == 0) return false;
   const unsigned bit = below(8U * frame.length);
   frame.data[bit / 8] = static_cast<std::uint8_t>(frame.data[bit / 8] ^ 1U << bit % 8);

@@ -8,9 +8,9 @@
 namespace hystcan::can {
 namespace {
 
-// A frame's stuffed part lies in bytes, the first of them filled up in front. The padding alternates and ends
-// recessive, like an idle bus, so that it takes no stuff bit; to the CRC, which starts at 0, it goes in as
-// zeros.
+// The stuffed part of a frame lies in whole bytes; padding bits fill the front of the first byte. The padding
+// alternates and ends recessive, like an idle bus, so that it takes no stuff bit. The CRC starts at 0 and
+// takes the padding as zeros.
 
 constexpr unsigned unstuffed_tail_bits = 10;  // CRC delimiter, ACK slot and delimiter, end of frame
 
@@ -27,7 +27,7 @@ constexpr std::array<std::uint16_t, 256> make_crc15_table() {
 }
 constexpr auto crc15_table = make_crc15_table();
 
-// The state of a stuffing transmitter is the last bit and how often it has stood in a row, 1..4.
+// The state of a stuffing transmitter is the last bit and how often this bit has followed itself, 1..4.
 struct Stuffing {
   std::uint8_t state;  // 4 * bit + run - 1
   std::uint8_t stuffed;
@@ -68,7 +68,7 @@ class StuffCounter {
     count_ += step.stuffed;
   }
   unsigned count() const { return count_; }
-  /// Whether the last bit added, `bit`, drew a stuff bit.
+  /// True: a stuff bit follows the last added bit, which is `bit`.
   bool ends_stuffed(unsigned bit) const { return state_ / 4U != bit; }
 
  private:
@@ -110,7 +110,7 @@ unsigned classical_bits(const Frame& frame) {
   }
   const std::size_t bytes = frame.kind == FrameKind::remote ? 0 : std::min<std::size_t>(frame.length, 8);
   for (std::size_t i = 0; i < bytes; ++i) add(frame.data[i], frame.data[i]);
-  const unsigned tail = crc << 1U | (~crc & 1U);  // the last bit fills the byte and takes no stuff bit
+  const unsigned tail = crc << 1U | (~crc & 1U);  // the last bit pads the byte and takes no stuff bit
   stuffing.add(static_cast<std::uint8_t>(tail >> 8U));
   stuffing.add(static_cast<std::uint8_t>(tail));
   const auto content_bits = static_cast<unsigned>(header.length + 8 * bytes + 15);
@@ -162,7 +162,7 @@ unsigned fd_bits(const Frame& frame) {
     last = i < frame.length ? frame.data[i] : std::uint8_t{0};
     stuffing.add(last);
   }
-  // The first fixed stuff bit stands in for one that the last data bit would have drawn.
+  // The first fixed stuff bit replaces the stuff bit that the last data bit would need.
   const unsigned stuffed = stuffing.count() - (stuffing.ends_stuffed(last & 1U) ? 1 : 0);
   const unsigned checked_bits = length <= 16 ? 4 + 17 + 6 : 4 + 21 + 7;  // stuff count, CRC, fixed stuff bits
   return header.length + 8 * length + stuffed + checked_bits + unstuffed_tail_bits + interframe_bits;

@@ -37,7 +37,7 @@ class SimBus::Port final : public SimNode {
 
   void on_frame(FrameHandler handler) override { node_.on_frame = std::move(handler); }
   void on_state(StateHandler handler) override { node_.on_state = std::move(handler); }
-  BusState state() const override { return node_.told; }
+  BusState state() const override { return node_.reported; }
   std::optional<ErrorCounters> error_counters() const override { return node_.confinement.counters(); }
   const BusCounters& counters() const override { return node_.counters; }
 
@@ -57,7 +57,7 @@ class SimBus::Port final : public SimNode {
 
 SimBus::SimBus(VirtualClock& clock, std::uint32_t bitrate_bit_per_s, const SimBusConfig& config)
     : wire_(std::make_shared<sim::Wire>(clock, bitrate_bit_per_s, config)) {
-  if (bitrate_bit_per_s == 0) throw std::invalid_argument("bit rate 0, expected more");
+  if (bitrate_bit_per_s == 0) throw std::invalid_argument("bit rate 0, expected more than 0");
   probability(config.bit_error, "bit_error");
 }
 SimBus::~SimBus() = default;

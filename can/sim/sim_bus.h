@@ -1,7 +1,8 @@
-// A CAN bus in virtual time: arbitration by identifier, frames that take as long as their bits do.
+// A CAN bus in virtual time: the identifier decides arbitration, and a frame takes the time of its bits.
 //
-// Runs as fast as the machine can and is reproducible to the bit. One VirtualClock drives any number of
-// nodes; each node attaches to a SimBus and gets the same `Bus` that SocketCAN gives it.
+// The simulation runs as fast as the machine can, and its results are reproducible to the bit. One
+// VirtualClock drives any number of nodes. Each node attaches to a SimBus and gets the same interface, `Bus`,
+// as from SocketCAN.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +18,7 @@ namespace sim {
 class Wire;
 }
 
-/// Discrete-event scheduler: events at the same instant run in the order in which they were armed.
+/// A discrete-event scheduler. Events at the same instant run in the order in which they were armed.
 class VirtualClock final : public Scheduler {
  public:
   VirtualClock();
@@ -26,86 +27,88 @@ class VirtualClock final : public Scheduler {
   Time now() const override;
   std::unique_ptr<Timer> make_timer(std::function<void()> on_expiry) override;
 
-  /// Runs every event up to and including `end`, then stands at `end`. A deadline that has passed already is
-  /// due now. Not to be called from within an event.
+  /// Runs every event up to and including `end`; the time is then `end`. A deadline in the past is due now.
+  /// An event must not call this function.
   void run_until(Time end);
 
  private:
   class Queue;
   class Alarm;
-  std::shared_ptr<Queue> queue_;  ///< timers may outlive the clock; they never go off then
+  std::shared_ptr<Queue> queue_;  ///< a timer may outlive the clock; it never expires then
 };
 
 /// Bits of interframe space after every frame (ISO 11898-1).
 inline constexpr unsigned interframe_bits = 3;
 
-/// Bits that `frame` occupies on the wire: start of frame to end of frame with the stuff bits its content
-/// needs, and the interframe space. An FD frame counts as one sent without a switch of bit rate.
+/// Bits that `frame` occupies on the wire, from start of frame to the end of the interframe space, with the
+/// stuff bits of its content. An FD frame counts as sent without a switch of bit rate.
 unsigned frame_bits(const Frame& frame);
 
 /// Bits of an error frame and after it (ISO 11898-1). The flags of nodes that see an error at the same bit
-/// lie upon each other; a node that only sees its neighbour's flag adds its own six bits to it.
+/// overlap. A node that sees only the flag of another node adds its own six bits to it.
 inline constexpr unsigned error_flag_bits = 6;
 inline constexpr unsigned error_flags_max_bits = 12;
 inline constexpr unsigned error_delimiter_bits = 8;
-inline constexpr unsigned suspend_bits = 8;  ///< an error-passive node's pause after it has transmitted
+inline constexpr unsigned suspend_bits = 8;  ///< pause of an error-passive node after it has transmitted
 
-/// Bus-off ends after so many times so many recessive bits.
+/// Bus-off ends after `recovery_sequences` sequences of `recovery_sequence_bits` recessive bits.
 inline constexpr unsigned recovery_sequences = 128;
 inline constexpr unsigned recovery_sequence_bits = 11;
 
-/// In which order a node's frames leave it: as they were sent, as from the queue of a SocketCAN interface; or
-/// the most urgent first, as from a CAN controller with several transmit buffers.
+/// The order in which frames leave a node. `as_sent` is the order of the queue of a SocketCAN interface.
+/// `by_priority` is the order of a CAN controller with several transmit buffers.
 enum class TransmitOrder : std::uint8_t { as_sent, by_priority };
 
-/// What goes wrong at one node, each a probability 0..1. Whatever destroys a frame for one error-active node
-/// destroys it for all, and it is sent again. An error-passive receiver that alone sees an error misses the
-/// frame.
+/// The faults of one node, each a probability 0..1. An error that destroys a frame for one error-active node
+/// destroys it for all, and the sender repeats it. If only an error-passive receiver sees an error, this
+/// receiver alone misses the frame.
 struct NodeFaults {
-  double transmit_bit_error = 0.0;  ///< per bit that it sends
-  double receive_bit_error = 0.0;   ///< per bit that it hears
-  double overrun = 0.0;             ///< per frame: acknowledged, then lost in the node's full receive buffer
+  double transmit_bit_error = 0.0;  ///< per bit that the node sends
+  double receive_bit_error = 0.0;   ///< per bit that the node receives
+  double overrun = 0.0;  ///< per frame: it is acknowledged and then lost in the full receive buffer
 };
 
 struct SimBusConfig {
   double bit_error = 0.0;  ///< probability per bit that all nodes see an error
   std::uint64_t seed = 1;
-  std::optional<Duration> restart_after;  ///< from bus-off to the automatic restart request; empty: none
+  std::optional<Duration> restart_after;  ///< time from bus-off to the automatic restart request; empty: none
 };
 
-/// A node's connection to a simulated bus. Its state, counters and error counters follow ISO 11898-1, as a
-/// SocketCAN driver with error reporting would tell them.
+/// The connection of a node to a simulated bus. Its state, counters and error counters follow ISO 11898-1, as
+/// a SocketCAN driver with error reporting gives them.
 class SimNode : public Bus {
  public:
-  /// Throws std::invalid_argument where a probability is not within 0..1.
+  /// Throws std::invalid_argument if a probability is not within 0..1.
   virtual void set_faults(const NodeFaults& faults) = 0;
-  /// Where the node is bus-off: it comes back after 128 times 11 recessive bits, its counters at 0.
+  /// Ends bus-off: the node is back after 128 times 11 recessive bits, with its counters at 0.
   virtual void restart() = 0;
 };
 
-/// The wire. Idle: the attached node with the lowest pending identifier wins, as the bits decide: standard
-/// beats extended of the same base, data beats remote. Frames sent at the same instant arbitrate. The frame
-/// reaches every other node when its last bit has passed.
+/// The wire. When it is idle, the attached node with the lowest pending identifier wins, as the bits decide:
+/// standard before extended of the same base, data before remote. Frames sent at the same instant arbitrate.
+/// A frame reaches every other node when its last bit has passed.
 ///
-/// A frame that meets an error ends there: an error frame of 14 to 20 bits and the interframe space follow,
-/// and it arbitrates again. So does one that nobody acknowledges because there is no other node. At bus-off a
-/// node loses what it has queued. Not modelled: errors in the last bit of a frame, which receivers and
-/// sender see differently; two nodes that send one identifier at one instant (the one attached first wins).
+/// A frame ends at the bit of an error. An error frame of 14 to 20 bits and the interframe space follow, and
+/// the frame arbitrates again. The same happens if there is no other node to acknowledge the frame. A node
+/// that goes bus-off loses its queued frames.
+///
+/// The model does not contain errors in the last bit of a frame, which receivers and sender see differently.
+/// If two nodes send the same identifier at the same instant, the node that was attached first wins.
 class SimBus {
  public:
-  /// Of one node, as a SocketCAN interface has it where nobody sets txqueuelen; a frame sent into a full
-  /// queue is refused, as ENOBUFS would.
+  /// Queue of one node, as long as the default of a SocketCAN interface. The bus refuses a frame for a full
+  /// queue, like ENOBUFS.
   static constexpr std::size_t transmit_queue_length = 10;
 
-  /// Throws std::invalid_argument: bit rate 0, a probability not within 0..1.
+  /// Throws std::invalid_argument if the bit rate is 0 or a probability is not within 0..1.
   SimBus(VirtualClock& clock, std::uint32_t bitrate_bit_per_s, const SimBusConfig& config = {});
   ~SimBus();
 
-  /// A node's connection. Destroying it detaches the node: it neither sends nor receives from then on; what
-  /// it has queued is lost, a frame already on the wire is not.
+  /// The connection of a new node. Its destructor detaches the node, which then neither sends nor receives.
+  /// Its queued frames are lost; a frame that is already on the wire is not.
   std::unique_ptr<SimNode> attach(TransmitOrder order = TransmitOrder::as_sent);
 
-  /// From the next frame on. Throws std::invalid_argument.
+  /// Applies from the next frame on. Throws std::invalid_argument.
   void set_bit_error(double probability);
 
   /// Share of the elapsed time in which the wire was busy, 0..1.

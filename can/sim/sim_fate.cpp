@@ -7,19 +7,19 @@
 namespace hystcan::can::sim {
 
 void Disturbance::note_faults(Nodes nodes) {
-  is_there_ = bit_error_ > 0.0 || std::ranges::any_of(nodes, [](const auto& node) {
-                const NodeFaults& f = node->faults;
-                return f.transmit_bit_error > 0.0 || f.receive_bit_error > 0.0 || f.overrun > 0.0;
-              });
+  is_active_ = bit_error_ > 0.0 || std::ranges::any_of(nodes, [](const auto& node) {
+                 const NodeFaults& f = node->faults;
+                 return f.transmit_bit_error > 0.0 || f.receive_bit_error > 0.0 || f.overrun > 0.0;
+               });
 }
 
 Fate Disturbance::draw(const Frame& frame, const Node& sender, Nodes nodes) {
   const unsigned whole = frame_bits(frame);
   const bool acknowledged =
       std::ranges::any_of(nodes, [&](const auto& node) { return node.get() != &sender && node->listens(); });
-  // The error flag begins at the ACK delimiter, which with the end of frame makes eight bits.
+  // The error flag begins at the ACK delimiter. The ACK delimiter and the end of frame have eight bits.
   const unsigned heard = whole - interframe_bits - (acknowledged ? 0 : 8);
-  if (is_there_) {
+  if (is_active_) {
     if (const auto destroyed = error_within(heard, sender, nodes)) return *destroyed;
   }
   if (acknowledged) return {.ending = Ending::delivered, .bits = whole};
@@ -41,20 +41,21 @@ std::optional<Fate> Disturbance::error_within(unsigned bits, const Node& sender,
     const unsigned bit = first_error(node->faults.receive_bit_error, bits);
     if (bit == bits) continue;
     if (node->confinement.passive()) {
-      node->missed = true;  // its flag is recessive: nobody notices
+      node->missed = true;  // its flag is recessive: no other node sees it
     } else {
       take(*node, bit);
     }
   }
   if (first == bits) return std::nullopt;
-  const unsigned flags = witness == nullptr ? error_flag_bits : error_flags_max_bits - dominant_before();
+  const unsigned flags =
+      witness == nullptr ? error_flag_bits : error_flags_max_bits - dominant_bits_before_flag();
   return Fate{.ending = Ending::destroyed,
               .bits = first + 1 + flags + error_delimiter_bits + interframe_bits,
               .witness = witness};
 }
 
-/// The first bit in error where each of them is so with this probability: geometric. `none` or later: not in
-/// this frame.
+/// Draws the first bit in error, with the probability `per_bit` for each bit (geometric distribution).
+/// Returns `none` if no bit of this frame is in error.
 unsigned Disturbance::first_error(double per_bit, unsigned none) {
   if (per_bit <= 0.0) return none;
   if (per_bit >= 1.0) return 0;
@@ -62,9 +63,9 @@ unsigned Disturbance::first_error(double per_bit, unsigned none) {
   return bit < none ? static_cast<unsigned>(bit) : none;
 }
 
-/// Dominant bits just before a flag, 0..4: by so many the others' stuff error, and so their flags, come
-/// earlier.
-unsigned Disturbance::dominant_before() {
+/// Draws the number of dominant bits just before an error flag, 0..4. The stuff error of the other nodes, and
+/// with it their flags, come earlier by this number of bits.
+unsigned Disturbance::dominant_bits_before_flag() {
   return std::min<unsigned>(static_cast<unsigned>(std::countr_one(random_())), 4);
 }
 

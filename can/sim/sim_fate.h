@@ -1,4 +1,4 @@
-// How a frame on the simulated wire ends: errors drawn at random, an acknowledgement that does not come.
+// How a frame on the simulated wire ends: delivered, destroyed by a random error, or not acknowledged.
 // Internal to the simulated bus.
 #pragma once
 
@@ -16,38 +16,39 @@ enum class Ending : std::uint8_t { delivered, not_acknowledged, destroyed };
 
 struct Fate {
   Ending ending = Ending::delivered;
-  unsigned bits = 0;              ///< up to the end of the interframe space
-  const Node* witness = nullptr;  ///< the node that alone saw the error first; null: all did
+  unsigned bits = 0;              ///< from start of frame to the end of the interframe space
+  const Node* witness = nullptr;  ///< the one node that saw the error first; null: all saw it at once
 };
 
 using Nodes = std::span<const std::unique_ptr<Node>>;
 
-/// Each bit is in error with a probability, for all nodes or for one; the first error ends the frame.
+/// Draws the bit errors. Each bit has an error with a given probability, for all nodes or for one node. The
+/// first error ends the frame.
 class Disturbance {
  public:
-  /// `bit_error`: for all nodes at once.
+  /// `bit_error` is the probability of an error for all nodes at once.
   Disturbance(double bit_error, std::uint64_t seed) : bit_error_(bit_error), random_(seed) {}
 
   void set_bit_error(double probability) { bit_error_ = probability; }
-  /// To be told when a node comes, goes, or changes its faults.
+  /// The wire calls this function when a node is attached or detached, or changes its faults.
   void note_faults(Nodes nodes);
-  /// Anything is drawn at random.
-  bool is_there() const { return is_there_; }
+  /// True: at least one probability is above 0.
+  bool is_active() const { return is_active_; }
 
-  /// Error-passive nodes that alone see an error are marked: they miss the frame.
+  /// Marks the error-passive nodes that miss the frame, because they alone see an error.
   Fate draw(const Frame& frame, const Node& sender, Nodes nodes);
-  /// The frame that all others have heard is lost in the node's full receive buffer.
+  /// True: the node alone loses the frame in its full receive buffer.
   bool overruns(const Node& node) { return node.faults.overrun > 0.0 && uniform() < node.faults.overrun; }
 
  private:
   std::optional<Fate> error_within(unsigned bits, const Node& sender, Nodes nodes);
   unsigned first_error(double per_bit, unsigned none);
-  unsigned dominant_before();
+  unsigned dominant_bits_before_flag();
   double uniform() { return static_cast<double>(random_() >> 11U) * 0x1p-53; }
 
   double bit_error_;
   std::mt19937_64 random_;
-  bool is_there_ = false;
+  bool is_active_ = false;
 };
 
 }  // namespace hystcan::can::sim

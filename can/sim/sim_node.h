@@ -1,5 +1,5 @@
-// One node of the simulated bus: its queue, its fault confinement, its way back from bus-off. Internal to the
-// simulated bus.
+// One node of the simulated bus: its queue, its fault confinement and its recovery from bus-off. Internal to
+// the simulated bus.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@ namespace hystcan::can::sim {
 
 inline constexpr std::uint32_t never = 0xFFFF'FFFF;
 
-/// The arbitration field as a number, in the order in which its bits pass: the lowest wins.
+/// The arbitration field as a number, in the order of its bits on the wire. The lowest number wins.
 inline std::uint32_t arbitration_key(const Frame& frame) {
   const std::uint32_t remote = frame.kind == FrameKind::remote ? 1 : 0;
   if (!frame.extended) return frame.id << 21U | remote << 20U;
@@ -35,11 +35,11 @@ inline bool can_be_sent(const Frame& frame) {
   return false;
 }
 
-/// From bus-off: `waiting` for the restart request, then `counting` recessive bits.
+/// After bus-off a node is `waiting` for the restart request and then `counting` recessive bits.
 enum class Recovery : std::uint8_t { none, waiting, counting };
 
 struct Node {
-  explicit Node(TransmitOrder its_order) : order(its_order) {}
+  explicit Node(TransmitOrder transmit_order) : order(transmit_order) {}
 
   const TransmitOrder order;
   Bus::FrameHandler on_frame;
@@ -48,24 +48,24 @@ struct Node {
   std::array<Frame, SimBus::transmit_queue_length> queue;
   std::size_t oldest = 0;
   std::size_t queued = 0;
-  Frame returned;  ///< destroyed on the wire, to be sent again before the queue
+  Frame returned;  ///< the frame that was destroyed on the wire; it is sent again before the queue
   bool sends_again = false;
-  std::uint32_t key = never;  ///< of the frame to be sent next
+  std::uint32_t key = never;  ///< arbitration key of the frame to send next
   bool attached = true;
   bool off = false;      ///< bus-off
-  bool missed = false;   ///< an error-passive node's error in the frame on the wire
-  Time suspended_until;  ///< suspend transmission
+  bool missed = false;   ///< the node is error-passive and has an error in the frame on the wire
+  Time suspended_until;  ///< end of the pause of an error-passive node
   FaultConfinement confinement;
-  BusState told = BusState::active;
+  BusState reported = BusState::active;  ///< the state that the handler got last
   NodeFaults faults;
   Recovery recovery = Recovery::none;
-  unsigned sequences_left = 0;  ///< of recessive bits
+  unsigned sequences_left = 0;  ///< sequences of recessive bits that are still to come
   Time recessive_since;
   std::unique_ptr<Timer> recovery_timer;
 
   bool listens() const { return attached && !off; }
 
-  /// False: refused.
+  /// False: the node refuses the frame.
   bool push(const Frame& frame) {
     if (off || queued == queue.size() || !can_be_sent(frame)) return false;
     std::size_t place = queued++;

@@ -40,7 +40,7 @@ void BusOffRecovery::frame_begins(Nodes nodes) {
     const double stood_ns = static_cast<double>((clock_.now() - node->recessive_since).count()) + 0.5;
     const auto sequences =
         static_cast<unsigned>(std::max(stood_ns, 0.0) / (bit_ns_ * recovery_sequence_bits));
-    if (sequences >= node->sequences_left) continue;  // comes back at this very instant
+    if (sequences >= node->sequences_left) continue;  // the node recovers at this instant
     node->sequences_left -= sequences;
     node->recovery_timer->cancel();
   }

@@ -1,5 +1,5 @@
-// The way back from bus-off on the simulated bus (ISO 11898-1): a restart request, then 128 times 11
-// recessive bits. Internal to the simulated bus.
+// Recovery from bus-off on the simulated bus (ISO 11898-1): a restart request, then 128 times 11 recessive
+// bits. Internal to the simulated bus.
 #pragma once
 
 #include <cstddef>
@@ -15,21 +15,21 @@ class BusOffRecovery {
  public:
   using TimerHandler = std::function<void(Node& node)>;
 
-  /// `restart_after`: from bus-off to the restart request; empty: none comes by itself. `on_timer`: a node's
-  /// time has come, to ask for its restart or to come back.
+  /// `restart_after` is the time from bus-off to the automatic restart request; empty: there is none.
+  /// `on_timer` is called when a node must request its restart or has recovered.
   BusOffRecovery(VirtualClock& clock, double bit_ns, std::optional<Duration> restart_after,
                  TimerHandler on_timer);
 
   bool any_off() const { return nodes_off_ != 0; }
   void go_off(Node& node);
-  /// `recessive_since`: empty where a frame is on the wire.
+  /// `recessive_since` is empty while a frame is on the wire.
   void request_restart(Node& node, std::optional<Time> recessive_since);
-  /// What has stood recessive up to now counts.
+  /// Counts the recessive bits up to now.
   void frame_begins(Nodes nodes);
-  /// Every frame, whole or destroyed, ends in eleven recessive bits, the interframe space the last of them.
+  /// Every frame, whole or destroyed, ends with eleven recessive bits, of which three are interframe space.
   void frame_ended(Nodes nodes, Time free_at);
   void come_back(Node& node);
-  /// The node is taken off the wire.
+  /// The node is detached from the wire.
   void forget(const Node& node);
 
  private:

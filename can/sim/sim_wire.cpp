@@ -15,7 +15,7 @@ Wire::Wire(VirtualClock& clock, std::uint32_t bitrate_bit_per_s, const SimBusCon
       disturbance_(config.bit_error, config.seed),
       recovery_(clock, bit_ns_, config.restart_after, [this](Node& node) { on_recovery_timer(node); }) {
   timer_ = clock_.make_timer([this] {
-    const auto keep = shared_from_this();  // a handler may drop the last node and the bus
+    const auto keep = shared_from_this();  // a handler may destroy the last node and the bus
     if (on_wire_) {
       finish();
     } else {
@@ -25,7 +25,7 @@ Wire::Wire(VirtualClock& clock, std::uint32_t bitrate_bit_per_s, const SimBusCon
   note_faults();
 }
 
-Duration Wire::bits_last(unsigned bits) const {
+Duration Wire::duration_of(unsigned bits) const {
   return Duration{static_cast<Duration::rep>(std::llround(bits * bit_ns_))};
 }
 
@@ -57,12 +57,12 @@ void Wire::arbitrate() {
   on_wire_ = true;
   recovery_.frame_begins(nodes_);
   fate_ = disturbance_.draw(frame_, *sender_, nodes_);
-  free_at_ = now + bits_last(fate_.bits);
+  free_at_ = now + duration_of(fate_.bits);
   busy_ += free_at_ - now;
-  timer_->expire_at(now + bits_last(fate_.bits - interframe_bits));
+  timer_->expire_at(now + duration_of(fate_.bits - interframe_bits));
 }
 
-/// Only error-passive nodes have something to send, and pause. Another may come first.
+/// All nodes with a frame to send are error-passive and pause. Another node may send before they do.
 void Wire::await_suspended() {
   std::optional<Time> earliest;
   for (const auto& node : nodes_) {
@@ -83,7 +83,7 @@ void Wire::count_losers(const Node& winner) {
 
 void Wire::finish() {
   calling_handlers_ = true;
-  const std::size_t present = nodes_.size();  // who attaches now has not heard the frame
+  const std::size_t present = nodes_.size();  // a node that a handler attaches does not receive the frame
   if (fate_.ending == Ending::delivered) {
     deliver(present);
   } else {
@@ -92,7 +92,7 @@ void Wire::finish() {
   calling_handlers_ = false;
   on_wire_ = false;
   sender_ = nullptr;
-  sweep();
+  remove_detached();
   recovery_.frame_ended(nodes_, free_at_);
   if (std::ranges::any_of(nodes_, [](const auto& node) { return node->key != never; })) contend();
 }
@@ -102,14 +102,14 @@ void Wire::deliver(std::size_t present) {
   if (sender_ != nullptr) {
     sender_->confinement.transmitted();
     suspend_if_passive(*sender_);
-    tell_state(*sender_);
+    report_state(*sender_);
   }
   for (std::size_t i = 0; i < present; ++i) {
     Node& node = *nodes_[i];
     if (&node == sender_ || !node.listens()) continue;
-    if (disturbance_.is_there() && misses(node)) continue;
+    if (disturbance_.is_active() && misses(node)) continue;
     node.confinement.received();
-    tell_state(node);
+    report_state(node);
     ++node.counters.received;
     if (node.on_frame) node.on_frame(frame_, received);
   }
@@ -134,17 +134,17 @@ void Wire::destroy(std::size_t present) {
     if (!node.listens()) continue;
     node.missed = false;
     if (&node == sender_) {
-      charge_sender(node);
+      count_sender_error(node);
     } else {
       count_error(node);
       node.confinement.receive_error();
       if (fate_.witness == &node) node.confinement.dominant_after_error_flag();
     }
-    tell_state(node);
+    report_state(node);
   }
 }
 
-void Wire::charge_sender(Node& node) {
+void Wire::count_sender_error(Node& node) {
   if (fate_.ending == Ending::not_acknowledged) {
     ++node.counters.not_acknowledged;
     ++node.counters.error_frames;
@@ -167,13 +167,13 @@ void Wire::count_error(Node& node) {
 }
 
 void Wire::suspend_if_passive(Node& node) {
-  if (node.confinement.passive()) node.suspended_until = free_at_ + bits_last(suspend_bits);
+  if (node.confinement.passive()) node.suspended_until = free_at_ + duration_of(suspend_bits);
 }
 
-void Wire::tell_state(Node& node) {
+void Wire::report_state(Node& node) {
   const BusState state = node.confinement.state();
-  if (state == node.told) return;
-  node.told = state;
+  if (state == node.reported) return;
+  node.reported = state;
   ++node.counters.error_frames;
   if (state == BusState::warning) ++node.counters.warnings;
   if (state == BusState::passive) ++node.counters.passives;
@@ -181,7 +181,7 @@ void Wire::tell_state(Node& node) {
   if (node.on_state) node.on_state(state);
 }
 
-// ---- Bus-off and the way back
+// ---- Bus-off and recovery
 
 void Wire::request_restart(Node& node) {
   std::optional<Time> recessive_since;
@@ -197,12 +197,12 @@ void Wire::on_recovery_timer(Node& node) {
   }
   recovery_.come_back(node);
   calling_handlers_ = true;
-  tell_state(node);
+  report_state(node);
   calling_handlers_ = false;
-  sweep();
+  remove_detached();
 }
 
-// ---- Coming and going
+// ---- Attaching and detaching nodes
 
 Node& Wire::attach(TransmitOrder order) { return *nodes_.emplace_back(std::make_unique<Node>(order)); }
 
@@ -210,10 +210,10 @@ void Wire::detach(Node& node) {
   node.attached = false;
   node.forget_frames();
   any_detached_ = true;
-  if (!calling_handlers_) sweep();
+  if (!calling_handlers_) remove_detached();
 }
 
-void Wire::sweep() {
+void Wire::remove_detached() {
   if (!std::exchange(any_detached_, false)) return;
   std::erase_if(nodes_, [this](const auto& node) {
     if (node->attached) return false;

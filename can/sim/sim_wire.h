@@ -1,5 +1,5 @@
-// The wire of the simulated bus: who sends next, for how long, and who hears it. Internal to the simulated
-// bus.
+// The wire of the simulated bus: which node sends next, for how long, and which nodes receive the frame.
+// Internal to the simulated bus.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@ class Wire : public std::enable_shared_from_this<Wire> {
 
   Node& attach(TransmitOrder order);
   void detach(Node& node);
-  /// A node has something to send. Nodes that send at this very instant still take part.
+  /// A node has a frame to send. All nodes that send at this instant take part in the arbitration.
   void contend();
   void request_restart(Node& node);
   void note_faults() { disturbance_.note_faults(nodes_); }
@@ -34,14 +34,14 @@ class Wire : public std::enable_shared_from_this<Wire> {
   void deliver(std::size_t present);
   bool misses(Node& node);
   void destroy(std::size_t present);
-  void charge_sender(Node& node);
+  void count_sender_error(Node& node);
   void suspend_if_passive(Node& node);
   static void count_error(Node& node);
-  static void tell_state(Node& node);
+  static void report_state(Node& node);
 
   void on_recovery_timer(Node& node);
-  void sweep();
-  Duration bits_last(unsigned bits) const;
+  void remove_detached();
+  Duration duration_of(unsigned bits) const;
 
   VirtualClock& clock_;
   double bit_ns_;

@@ -12,13 +12,13 @@ class VirtualClock::Alarm {
   void ring() { on_expiry_(); }
 
   static constexpr std::size_t idle = std::numeric_limits<std::size_t>::max();
-  std::size_t place = idle;  ///< where it stands in the heap
+  std::size_t place = idle;  ///< index in the heap
 
  private:
   std::function<void()> on_expiry_;
 };
 
-/// Binary heap of the armed alarms; each knows its place, so that one can be moved or taken out.
+/// Binary heap of the armed alarms. Each alarm knows its place, so that the heap can move or remove it.
 class VirtualClock::Queue {
  public:
   Time now() const { return now_; }
@@ -102,7 +102,7 @@ class VirtualClock::Queue {
   std::size_t alarms_ = 0;
   std::uint64_t next_order_ = 0;
   Alarm* ringing_ = nullptr;
-  std::unique_ptr<Alarm> doomed_;  ///< destroyed by its own handler, which has still to return
+  std::unique_ptr<Alarm> doomed_;  ///< an alarm whose running handler has destroyed it
 };
 
 VirtualClock::VirtualClock() : queue_(std::make_shared<Queue>()) {}

@@ -14,8 +14,8 @@ using SteadyTimer =
     asio::basic_waitable_timer<std::chrono::steady_clock, asio::wait_traits<std::chrono::steady_clock>,
                                asio::io_context::executor_type>;
 
-/// At most one wait is outstanding. A deadline that is moved back is noticed when the old one comes, so that
-/// a watchdog fed a thousand times a second costs no system call.
+/// At most one wait is pending. The timer finds a later deadline only when the old one expires, so that a
+/// watchdog that is reset a thousand times per second costs no system call.
 class Alarm : public std::enable_shared_from_this<Alarm> {
  public:
   Alarm(asio::io_context& context, std::function<void()> on_expiry)
@@ -72,7 +72,7 @@ class AsioTimer final : public Timer {
   void cancel() override { alarm_->cancel(); }
 
  private:
-  std::shared_ptr<Alarm> alarm_;  ///< shared with the wait under way
+  std::shared_ptr<Alarm> alarm_;  ///< shared with the pending wait
 };
 
 }  // namespace

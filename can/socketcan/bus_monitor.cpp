@@ -32,7 +32,7 @@ int open_tap(const std::string& interface) {
   return socket;
 }
 
-/// What the kernel has dropped on this socket, also where no frame came after that could have told.
+/// The frames that the kernel has dropped on this socket, also if no frame has come after them.
 std::uint32_t drops_of(int socket) {
   std::array<std::uint32_t, SK_MEMINFO_VARS> values{};
   socklen_t bytes = sizeof values;
@@ -63,7 +63,7 @@ void BusMonitor::listen(std::chrono::milliseconds at_most, const Handler& handle
   if (::poll(&waiting, 1, static_cast<int>(at_most.count())) <= 0) return;
   if (take(handler) >= 0 || errno == EAGAIN || errno == EINTR) return;
   up_ = false;
-  while (take(handler) > 0) continue;  // what was there before the interface went
+  while (take(handler) > 0) continue;  // frames from before the interface was lost
   finish(handler);
 }
 
@@ -75,16 +75,16 @@ int BusMonitor::take(const Handler& handler) {
     logged.interface = interface_;
     logged.frame = batch_->frame(i);
     if (logged.frame.kind == FrameKind::fd) logged.fd_flags = batch_->fd_flags(i) & 0xFU;
-    tell_lost(batch_->lost(), logged.time, handler);
+    report_lost(batch_->lost(), logged.time, handler);
     handler(logged);
   }
   return count;
 }
 
-void BusMonitor::finish(const Handler& handler) { tell_lost(drops_of(socket_), time_of_day(), handler); }
+void BusMonitor::finish(const Handler& handler) { report_lost(drops_of(socket_), time_of_day(), handler); }
 
-void BusMonitor::tell_lost(std::uint32_t lost_of_socket, std::chrono::microseconds time,
-                           const Handler& handler) {
+void BusMonitor::report_lost(std::uint32_t lost_of_socket, std::chrono::microseconds time,
+                             const Handler& handler) {
   const std::uint32_t more = lost_of_socket - lost_of_socket_;
   if (more == 0) return;
   lost_of_socket_ = lost_of_socket;
@@ -92,7 +92,7 @@ void BusMonitor::tell_lost(std::uint32_t lost_of_socket, std::chrono::microsecon
   handler({time, interface_, drop_notice(more), 0, Direction::unstated});
 }
 
-// An interface that went down and came back is the same; one that was plugged in again is another.
+// Opens a new socket, because an interface that was unplugged and plugged in again is a new one.
 void BusMonitor::reopen() {
   try {
     const int socket = open_tap(interface_);

@@ -1,5 +1,5 @@
-// Listens to everything on an interface: frames of every node and of this host's programs, error frames, and
-// how many the kernel has dropped.
+// Receives everything on an interface: frames of every node and of this host's programs, error frames, and
+// the number of frames that the kernel has dropped.
 #pragma once
 
 #include <chrono>
@@ -13,7 +13,7 @@
 
 namespace hystcan::can {
 
-/// Where the interface goes down or vanishes the tap waits until it is back.
+/// If the interface goes down or disappears, the monitor waits until it is back.
 class BusMonitor {
  public:
   using Handler = std::function<void(const LoggedFrame& frame)>;
@@ -24,26 +24,26 @@ class BusMonitor {
   BusMonitor(const BusMonitor&) = delete;
   BusMonitor& operator=(const BusMonitor&) = delete;
 
-  /// Waits at most that long for a frame, or until a signal; then hands on all that are there. Frames that
-  /// the kernel has dropped are told by a drop_notice() in their place.
+  /// Waits for a frame or a signal, at most `at_most`; then passes all available frames to the handler. A
+  /// drop_notice() takes the place of frames that the kernel has dropped.
   void listen(std::chrono::milliseconds at_most, const Handler& handler);
 
-  /// Tells what was dropped after the last frame that was handed on.
+  /// Reports the frames that the kernel dropped after the last frame.
   void finish(const Handler& handler);
 
   bool up() const { return up_; }
   std::uint64_t lost() const { return lost_; }
 
  private:
-  /// One batch. Returns its size; -1 as ReceiveBatch::read().
+  /// Reads one batch and returns its size, or -1 like ReceiveBatch::read().
   int take(const Handler& handler);
   void reopen();
-  void tell_lost(std::uint32_t lost_of_socket, std::chrono::microseconds time, const Handler& handler);
+  void report_lost(std::uint32_t lost_of_socket, std::chrono::microseconds time, const Handler& handler);
 
   std::string interface_;
   int socket_;
   bool up_ = true;
-  std::optional<ReceiveBatch> batch_;  ///< a new one for each socket, for it keeps count of what was lost
+  std::optional<ReceiveBatch> batch_;  ///< a new one for each socket, because it counts the lost frames
   std::uint32_t lost_of_socket_ = 0;
   std::uint64_t lost_ = 0;
 };

@@ -60,7 +60,7 @@ std::optional<Interface> query_interface(const std::string& name) {
 
 namespace {
 
-/// Throws InterfaceError where the kernel knows no CAN, so that nobody is sent to look for an interface.
+/// Throws InterfaceError if the kernel has no CAN, so that the user does not look for an interface.
 void require_can_support() {
   const int socket = ::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW);
   const int error = errno;
@@ -70,16 +70,17 @@ void require_can_support() {
                          "); see scripts/guest for one that has");
 }
 
-/// Throws InterfaceError where it is absent or not a CAN interface.
+/// Throws InterfaceError if the interface is absent or not a CAN interface.
 Interface require_interface(const std::string& name) {
   require_can_support();
   const auto interface = query_interface(name);
   if (interface && interface->is_can) return *interface;
   if (interface) throw InterfaceError("interface " + name + " is not a CAN interface");
-  throw InterfaceError("interface " + name + " does not exist; " +
-                       (name.starts_with("vcan") ? "create it with: ip link add dev " + name +
-                                                       " type vcan && ip link set " + name + " up"
-                                                 : "list those that do with: ip -brief link show type can"));
+  throw InterfaceError(
+      "interface " + name + " does not exist; " +
+      (name.starts_with("vcan")
+           ? "create it with: ip link add dev " + name + " type vcan && ip link set " + name + " up"
+           : "list the existing ones with: ip -brief link show type can"));
 }
 
 }  // namespace
@@ -109,8 +110,8 @@ void require_able_to_carry_fd(const std::string& name, const Interface& interfac
                               const std::vector<std::string>& messages) {
   if (interface.fd || messages.empty()) return;
   throw InterfaceError(
-      fmt::format("interface {} takes no CAN FD frames, expected one that does for {}; take it down and set: "
-                  "ip link set {} {}",
+      fmt::format("interface {} takes no CAN FD frames, expected one that does for {}; "
+                  "take it down and set: ip link set {} {}",
                   name, fmt::join(messages, ", "), name,
                   interface.bitrate_bit_per_s
                       ? fmt::format("type can bitrate {} dbitrate {} fd on", *interface.bitrate_bit_per_s,
@@ -145,10 +146,8 @@ std::vector<std::string> find_doubts(const std::string& name, const Interface& i
     doubts.push_back(fmt::format("{} runs at {:g} bit/s, expected {:g} by the configuration", name,
                                  static_cast<double>(*real_bit_per_s), bitrate_bit_per_s));
   if (interface.restart_ms == 0U)
-    doubts.push_back(
-        fmt::format("{} has restart-ms 0: bus-off lasts until someone runs ip link set {} type "
-                    "can restart",
-                    name, name));
+    doubts.push_back(fmt::format(
+        "{} has restart-ms 0: bus-off lasts until a user runs ip link set {} type can restart", name, name));
   if (interface.loopback)
     doubts.push_back(fmt::format("{} is in loopback mode: nothing reaches the wire", name));
   if (interface.one_shot)

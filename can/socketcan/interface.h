@@ -10,7 +10,7 @@
 
 namespace hystcan::can {
 
-/// Since the driver was loaded, by whatever program.
+/// Counts since the driver was loaded, caused by any program.
 struct DriverStatistics {
   std::uint32_t bus_errors = 0;
   std::uint32_t warnings = 0;
@@ -20,44 +20,45 @@ struct DriverStatistics {
   std::uint32_t restarts = 0;
 };
 
-/// What is optional is empty where the driver states none: a virtual interface has no bit rate.
+/// An optional member is empty if the driver states no value: a virtual interface has no bit rate.
 struct Interface {
   int index = 0;
   bool up = false;
   bool is_can = false;
-  std::string kind;                   ///< "vcan", "vxcan", "can"; empty where the driver states none
-  std::optional<BusState> bus_state;  ///< of the controller
+  std::string kind;                   ///< "vcan", "vxcan", "can"; empty if the driver states none
+  std::optional<BusState> bus_state;  ///< state of the CAN controller
   std::optional<std::uint32_t> bitrate_bit_per_s;
   std::optional<double> sample_point;       ///< share of the bit time
-  std::optional<std::uint32_t> restart_ms;  ///< from bus-off to restart; 0: never by itself
+  std::optional<std::uint32_t> restart_ms;  ///< time from bus-off to restart; 0: no automatic restart
   bool listen_only = false;
   bool loopback = false;
   bool one_shot = false;
-  bool fd = false;  ///< takes CAN FD frames: its MTU is one of them, 72 bytes, or more
+  bool fd = false;  ///< takes CAN FD frames: its MTU is at least that of an FD frame, 72 bytes
   std::optional<ErrorCounters> error_counters;
   std::optional<DriverStatistics> driver_statistics;
   std::uint32_t transmit_queue_frames = 0;
   std::string queue_discipline;  ///< "pfifo_fast", "noqueue"
 };
 
-/// Empty where there is no interface of this name. Throws InterfaceError where the kernel can't be asked.
+/// Empty if there is no interface of this name. Throws InterfaceError if the kernel does not answer.
 std::optional<Interface> query_interface(const std::string& name);
 
-/// The interface, if it can carry CAN frames now. Throws InterfaceError, with the cure, where it can't.
+/// The interface, which can carry CAN frames now. Otherwise throws InterfaceError, with the remedy.
 Interface require_can_interface(const std::string& name);
 
-/// Throws InterfaceError, with the cure, where the interface only listens.
+/// Throws InterfaceError, with the remedy, if the interface is listen-only.
 void require_able_to_send(const std::string& name, const Interface& interface);
 
-/// Throws InterfaceError, with the cure, where the interface takes no CAN FD frames and one of `messages`,
-/// names of the DBC, must be one.
+/// Throws InterfaceError, with the remedy, if the interface takes no CAN FD frames and `messages`, names of
+/// the DBC that need CAN FD, is not empty.
 void require_able_to_carry_fd(const std::string& name, const Interface& interface,
                               const std::vector<std::string>& messages);
 
 /// One line: `can0: 1000 kbit/s, sample point 75 %, restart-ms 100, qdisc pfifo_fast, 10 frames`.
 std::string describe(const std::string& name, const Interface& interface);
 
-/// What lets a node run but not as meant: another bit rate than the configured one, no restart after bus-off.
+/// Settings with which a node runs, but not as intended: another bit rate than the configured one, no restart
+/// after bus-off.
 std::vector<std::string> find_doubts(const std::string& name, const Interface& interface,
                                      double bitrate_bit_per_s);
 

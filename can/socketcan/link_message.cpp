@@ -53,7 +53,7 @@ std::optional<BusState> state_of(std::uint32_t can_state) {
       return BusState::passive;
     case CAN_STATE_BUS_OFF:
       return BusState::bus_off;
-    default:  // stopped, sleeping: the interface is down then
+    default:  // stopped or sleeping: the interface is down
       return std::nullopt;
   }
 }
@@ -71,7 +71,7 @@ void read_can_attribute(int type, Bytes value, Interface& interface) {
       return;
     case IFLA_CAN_BITTIMING: {
       const auto timing = read_as<can_bittiming>(value);
-      if (timing.bitrate == 0) return;  // never configured
+      if (timing.bitrate == 0) return;  // not configured
       interface.bitrate_bit_per_s = timing.bitrate;
       interface.sample_point = timing.sample_point / 1000.0;
       return;
@@ -104,7 +104,7 @@ void read_statistics(Bytes value, Interface& interface) {
                                  .restarts = driver.restarts};
 }
 
-/// What stands in IFLA_INFO_DATA means what IFLA_INFO_KIND says, whichever comes first.
+/// IFLA_INFO_KIND decides the meaning of IFLA_INFO_DATA and may come after it.
 void read_link_info(Bytes info, Interface& interface) {
   Bytes data;
   Bytes statistics;

@@ -1,4 +1,4 @@
-// RTM_NEWLINK, the kernel's answer to "what is this interface" (rtnetlink(7), linux/can/netlink.h).
+// Parses RTM_NEWLINK, the kernel's description of an interface (rtnetlink(7), linux/can/netlink.h).
 #pragma once
 
 #include <cstddef>
@@ -9,8 +9,8 @@
 
 namespace hystcan::can {
 
-/// `message`: from its nlmsghdr on. Empty where it is another message (an error: no such interface).
-/// Attributes that are cut short or unknown are passed over.
+/// `message` begins with its nlmsghdr. Empty if it is another message (an error: no such interface). The
+/// parser skips attributes that are cut short or unknown.
 std::optional<Interface> parse_link_message(std::span<const std::byte> message);
 
 }  // namespace hystcan::can

@@ -17,8 +17,9 @@
 namespace hystcan::can {
 namespace {
 
-// What the socket may hold unsent, in the kernel's accounting, which doubles it: seven or eight classical
-// frames. Two axes send eight in their busiest cycle; a frame beyond that is refused, never queued.
+// The size of the socket's send buffer. The kernel doubles it, so that it holds seven or eight classical
+// frames. Two axes send eight frames in their busiest cycle. The kernel refuses a further frame and does
+// not queue it.
 constexpr int send_buffer_bytes = 3072;
 
 constexpr std::chrono::seconds oldest_credible_stamp{1};
@@ -43,8 +44,7 @@ bool set_option(int socket, int level, int option, const Value& value) {
   return ::setsockopt(socket, level, option, &value, sizeof value) == 0;
 }
 
-/// Both identifier types, as data or remote frame: what stands in a message's place is for the checker to
-/// judge.
+/// Passes both identifier types, as data or remote frames; the checker of the message judges them.
 std::vector<can_filter> kernel_filters(std::span<const Filter> filters) {
   std::vector<can_filter> result;
   for (const Filter& filter : filters) {
@@ -67,7 +67,7 @@ void set_options(int socket, const std::string& interface, std::span<const Filte
   if (!set_option(socket, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, can_err_mask_t{CAN_ERR_MASK})) {
     fail_socket(interface, "cannot receive error frames");
   }
-  set_option(socket, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, 1);  // old kernels have none; nothing is lost then
+  set_option(socket, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, 1);  // an old kernel without FD may refuse this
   set_option(socket, SOL_SOCKET, SO_RXQ_OVFL, 1);
   set_option(socket, SOL_SOCKET, SO_TIMESTAMPNS, 1);
   set_option(socket, SOL_SOCKET, SO_SNDBUF, send_buffer_bytes);

@@ -1,9 +1,10 @@
-// A CAN_RAW socket: opened with our options, read in batches, written to without waiting.
+// A CAN_RAW socket: opens it with our options, reads it in batches, and writes to it without waiting.
 //
-// Arrival times are the kernel's software stamps, taken in the adapter's receive interrupt on the clock that
-// all interfaces share. An adapter's own stamps (SO_TIMESTAMPING, raw hardware) are not used: they count on a
-// free-running crystal of the adapter which the kernel does not relate to ours; an estimate of the offset
-// would err by 100 us in a second at 100 ppm, more than the interrupt's latency that it would take away.
+// Arrival times are the kernel's software stamps. The kernel takes them in the receive interrupt of the
+// adapter, on the clock that all interfaces share. We do not use the adapter's own stamps (SO_TIMESTAMPING,
+// raw hardware): they count on a free-running crystal that the kernel does not relate to our clock. An
+// estimate of the offset would have an error of 100 us in a second at 100 ppm, more than the interrupt
+// latency that it would remove.
 #pragma once
 
 #include <linux/can.h>
@@ -20,14 +21,14 @@
 
 namespace hystcan::can {
 
-/// A nonblocking socket bound to the interface; filters are set before bind, error frames and kernel time
-/// stamps are on. The caller closes it. Throws InterfaceError.
+/// Opens a non-blocking socket that is bound to the interface. It sets the filters before bind and enables
+/// error frames and kernel time stamps. The caller closes the socket. Throws InterfaceError.
 int open_raw_socket(const std::string& interface, std::span<const Filter> filters);
 
-/// Zero, or the errno with which the kernel refused the frame. `fd_flags`: of an FD frame (CANFD_BRS, ...).
+/// Returns 0, or the errno with which the kernel refused the frame. Only an FD frame has `fd_flags`.
 int write_frame(int socket, const Frame& frame, std::uint8_t fd_flags = 0);
 
-/// Room for the frames of one system call.
+/// The frames of one system call.
 class ReceiveBatch {
  public:
   static constexpr std::size_t capacity = 16;
@@ -36,19 +37,18 @@ class ReceiveBatch {
   ReceiveBatch(const ReceiveBatch&) = delete;
   ReceiveBatch& operator=(const ReceiveBatch&) = delete;
 
-  /// How many frames were there, at most `room`, which is 1 to `capacity`; or -1, and errno says why.
+  /// Reads at most `room` frames, 1 to `capacity`. Returns their number, or -1 with the reason in errno.
   int read(int socket, std::size_t room = capacity);
 
   Frame frame(std::size_t index) const;
-  /// When the frame arrived by the kernel's stamp, as steady time; the time of reading where that makes no
-  /// sense.
+  /// The arrival time by the kernel's stamp, as steady time; the time of reading if the stamp is implausible.
   Time received(std::size_t index) const { return received_[index]; }
-  /// The same as time of day, since 1970-01-01 UTC: the kernel's stamp as it stands.
+  /// The kernel's unchanged stamp, the time since 1970-01-01 UTC.
   Duration stamped(std::size_t index) const { return stamped_[index]; }
   std::uint8_t fd_flags(std::size_t index) const { return frames_[index].flags; }
-  /// Frames the kernel has dropped on this socket since it was opened.
+  /// The number of frames that the kernel has dropped on this socket since it was opened.
   std::uint32_t lost() const { return lost_; }
-  /// The next read is from a socket just opened.
+  /// Call this before the first read from a new socket.
   void restart() { lost_ = 0; }
 
  private:

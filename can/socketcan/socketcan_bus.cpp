@@ -69,8 +69,7 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
   const BusCounters& counters() const { return counters_; }
 
  private:
-  /// Zero or an errno. The kernel would take frames in bus-off, keep them, and let them out after the
-  /// restart.
+  /// Returns 0 or an errno. In bus-off the kernel would keep the frames and send them after the restart.
   int try_to_send(const Frame& frame) {
     if (!socket_.is_open()) return ENETDOWN;
     if (state_ == BusState::bus_off) return ENOBUFS;
@@ -93,8 +92,8 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
                        });
   }
 
-  /// The first frame alone, so that its answer waits for no other frame and for no look at an empty queue;
-  /// what else has come follows in batches.
+  /// Reads the first frame alone, so that its answer does not wait for other frames or for a read of an empty
+  /// queue. All further frames follow in batches.
   void receive() {
     for (std::size_t room = 1;; room = ReceiveBatch::capacity) {
       const int count = batch_.read(socket_.native_handle(), room);
@@ -145,7 +144,7 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
 
   void retry() {
     retrying_ = false;
-    if (socket_.is_open()) {  // it was send() that met the dead interface
+    if (socket_.is_open()) {  // send() has found that the interface is lost
       lose_interface();
       return;
     }
@@ -173,7 +172,7 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
     });
   }
 
-  /// A virtual interface states none: there only an error frame ends bus-off, or the interface's going down.
+  /// A virtual interface has no state: there only an error frame, or taking the interface down, ends bus-off.
   void ask_whether_restarted() {
     const auto found = query_interface(interface_);
     if (found && found->up && found->bus_state && *found->bus_state != BusState::bus_off) {
@@ -186,14 +185,14 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
   std::string interface_;
   std::vector<Filter> filters_;
   asio::posix::basic_stream_descriptor<Executor> socket_;
-  SteadyTimer retry_timer_;    ///< to find the interface again
-  SteadyTimer restart_timer_;  ///< to ask, in bus-off, whether it has ended
+  SteadyTimer retry_timer_;    ///< searches for the interface after it is lost
+  SteadyTimer restart_timer_;  ///< asks, in bus-off, whether it has ended
   ReceiveBatch batch_;
   BusState state_ = BusState::active;
   BusState state_when_up_ = BusState::active;
   std::optional<ErrorCounters> error_counters_;
   BusCounters counters_;
-  std::uint64_t lost_before_ = 0;  ///< on earlier sockets
+  std::uint64_t lost_before_ = 0;  ///< frames lost on earlier sockets
   bool retrying_ = false;
   bool closed_ = false;
 };

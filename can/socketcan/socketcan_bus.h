@@ -17,19 +17,26 @@ class io_context;
 
 namespace hystcan::can {
 
-/// The interface can't be used: absent, down, not a CAN device, no permission. what() names it and the cure.
+/// The interface can't be used: it is absent, down or no CAN device, or permission is missing. what() names
+/// the interface and the remedy.
 class InterfaceError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Filters are set before bind; error frames are on, become state and counters, and don't reach the frame
-/// handler; send() never blocks, and what the kernel refuses (ENOBUFS, EAGAIN, ENETDOWN) is dropped and
-/// counted: the next cycle has a newer command. Where the interface goes down or vanishes the state is `down`
-/// until one of its name is up, which is looked for every 50 ms; filters are set again. In bus-off the driver
-/// is asked for its state every 50 ms, for the error frame that tells of the restart may be lost; until then
-/// nothing is sent, for the kernel would keep it and let it out, stale, after the restart. Own frames
-/// reach the host's other sockets and not this one. Arrival times are the kernel's stamps.
+/// A Bus on a SocketCAN interface.
+///
+/// - The bus sets its filters before bind. Error frames are enabled; they change state and counters and do
+///   not reach the frame handler.
+/// - send() never blocks. A frame that the kernel refuses (ENOBUFS, EAGAIN, ENETDOWN) is dropped and counted,
+///   because the next cycle has a newer command.
+/// - When the interface goes down or disappears, the state is `down`. The bus looks every 50 ms for an
+///   interface of this name that is up, and sets its filters again.
+/// - In bus-off the bus asks the driver every 50 ms for its state, because the error frame of the restart
+///   may be lost. Until then it sends nothing, because the kernel would keep the frames and send them,
+///   stale, after the restart.
+/// - The bus's own frames reach the other sockets of the host but not this one.
+/// - Arrival times are the kernel's stamps.
 class SocketCanBus final : public Bus {
  public:
   /// Throws InterfaceError.
@@ -46,14 +53,13 @@ class SocketCanBus final : public Bus {
 
  private:
   class Impl;
-  std::shared_ptr<Impl> impl_;  ///< shared with the operations under way
+  std::shared_ptr<Impl> impl_;  ///< shared with the pending operations
 };
 
-/// True where the interface is a virtual one (vcan, vxcan): nothing real hangs on it. Throws InterfaceError
-/// where absent.
+/// True: the interface is virtual (vcan, vxcan), without a real bus. Throws InterfaceError if it is absent.
 bool is_virtual_interface(const std::string& interface);
 
-/// The scheduler of an io_context: steady clock, absolute deadlines.
+/// The scheduler of an io_context, with the steady clock and absolute deadlines.
 class AsioScheduler final : public Scheduler {
  public:
   explicit AsioScheduler(boost::asio::io_context& context) : context_(context) {}

@@ -6,10 +6,10 @@
 namespace hystcan::can {
 namespace {
 
-/// Beyond so many cycles what is left over is taken never to be caught up with.
+/// If frames are still left over after so many cycles, the response counts as unbounded.
 constexpr int cycles_max = 100;
 
-std::uint64_t fault_spec(const ChainSource& source) { return arbitration_order(source.frame); }
+std::uint64_t priority_order(const ChainSource& source) { return arbitration_order(source.frame); }
 
 class Chain {
  public:
@@ -21,17 +21,17 @@ class Chain {
         limit_((cycles_max + 1) * timing.cycle) {
     for (const ChainSource& source : sources) {
       const bool shares_queue = last.role == ChainRole::command && source.role == ChainRole::command;
-      if (owns(source) || shares_queue) weakest_ = std::max(weakest_, fault_spec(source));
+      if (owns(source) || shares_queue) weakest_ = std::max(weakest_, priority_order(source));
     }
   }
 
   std::optional<Duration> response() const {
     std::optional<Duration> worst = alone();
     for (int q = 1; worst; ++q) {
-      const auto through = cycle_is_through(q - 1);
-      if (!through || q > cycles_max) return std::nullopt;
-      if (*through <= q * timing_.cycle) break;
-      const auto begin = after_left_overs(q);
+      const auto end = end_of_cycle(q - 1);
+      if (!end || q > cycles_max) return std::nullopt;
+      if (*end <= q * timing_.cycle) break;
+      const auto begin = with_left_overs(q);
       if (!begin) return std::nullopt;
       worst = std::max(*worst, *begin - q * timing_.cycle);
     }
@@ -49,7 +49,7 @@ class Chain {
       if (owns(source)) {
         if (&source != &last_) own += cost(source);
       } else if (!comes_after_last(source) && source.role != ChainRole::controller_status) {
-        (fault_spec(source) <= weakest_ ? before : after).push_back(&source);
+        (priority_order(source) <= weakest_ ? before : after).push_back(&source);
       }
     }
     std::ranges::sort(after, std::ranges::greater{}, [this](const ChainSource* s) { return cost(*s); });
@@ -77,7 +77,7 @@ class Chain {
   }
 
   /// w(q), q > 0.
-  std::optional<Duration> after_left_overs(int q) const {
+  std::optional<Duration> with_left_overs(int q) const {
     const bool is_sync = last_.role == ChainRole::sync;
     const Duration own = (is_sync ? q : q + 1) * timing_.turnaround - cost(last_);
     return settle([&](Duration w) {
@@ -88,8 +88,8 @@ class Chain {
     });
   }
 
-  /// When all commands of cycle q, and a heartbeat queued behind them, have passed.
-  std::optional<Duration> cycle_is_through(int q) const {
+  /// The time at which all commands of cycle q, and a heartbeat queued behind them, have passed.
+  std::optional<Duration> end_of_cycle(int q) const {
     return settle([&](Duration w) {
       return with_all((q + 1) * timing_.turnaround, q + 1, w,
                       [&](const ChainSource& source, std::int64_t count) {
@@ -98,8 +98,8 @@ class Chain {
     });
   }
 
-  /// `own`, the controller's axis statuses of so many cycles, and every other frame as often as `times` says,
-  /// which is told how often it may come in the window.
+  /// The sum of `own`, of the controller's axis statuses of `status_cycles` cycles, and of every other frame
+  /// times(source, count), where `count` is how often the frame may come in the window.
   template <class Times>
   std::optional<Duration> with_all(Duration own, std::int64_t status_cycles, Duration window,
                                    Times times) const {
@@ -119,7 +119,7 @@ class Chain {
     return sum + std::min(statuses, status_cycles) * longest_status;
   }
 
-  /// The least fixed point. Empty: beyond the limit, or `next` is.
+  /// The least fixed point of `next`. Empty: it is beyond the limit, or `next` returns empty.
   template <class Next>
   std::optional<Duration> settle(Next next) const {
     Duration value{};
@@ -136,7 +136,7 @@ class Chain {
             source.axis == last_.axis);
   }
 
-  /// What follows from `last` comes, with nothing left over, only behind it.
+  /// True: the frame is an answer to `last`. It comes only after `last` if nothing is left over.
   bool comes_after_last(const ChainSource& source) const {
     if (last_.role == ChainRole::sync) return is_link(source.role);
     return last_.role == ChainRole::sample && source.role == ChainRole::command && source.axis == last_.axis;
@@ -146,13 +146,13 @@ class Chain {
     return worst_transmission(source.frame, timing_.bitrate_bit_per_s);
   }
 
-  /// n_k. Empty: without bound.
+  /// n_k(window). Empty: unbounded.
   std::optional<std::int64_t> instances(const ChainSource& source, Duration window) const {
-    const bool is_ours = source.role == ChainRole::controller_status;
-    if (!source.response && !is_ours) return std::nullopt;
+    const bool is_status = source.role == ChainRole::controller_status;
+    if (!source.response && !is_status) return std::nullopt;
     const Duration period = source.frame.period;
     const Duration from = is_link(source.role) ? Duration::zero()
-                          : is_ours            ? source.frame.jitter
+                          : is_status          ? source.frame.jitter
                                                : *source.response;
     return (window + bit_ + from + period - Duration{1}) / period;
   }
@@ -165,7 +165,7 @@ class Chain {
   std::uint64_t weakest_ = 0;
 };
 
-/// How much later than its period begins a frame may be queued: what the response to others is made of.
+/// Sets the jitter of the frames that follow from SYNC: the time from the start of the period until queued.
 void set_jitter(std::span<ChainSource> sources, Duration sync_response, Duration turnaround) {
   for (ChainSource& source : sources) {
     if (source.role == ChainRole::sample || source.role == ChainRole::status)
@@ -175,7 +175,7 @@ void set_jitter(std::span<ChainSource> sources, Duration sync_response, Duration
   }
 }
 
-/// Of what is no link: Davis, Burns, Bril, Lukkien. True: one of them has changed.
+/// Computes the responses of the frames that are no links (Davis, Burns, Bril, Lukkien). True: one changed.
 bool respond_to_jitter(std::span<ChainSource> sources, std::uint32_t bitrate_bit_per_s) {
   std::vector<PeriodicFrame> frames;
   frames.reserve(sources.size());

@@ -1,31 +1,36 @@
-// The frames that follow from each other in a cycle, SYNC to sample to command, and how long they may take.
-// docs/theory.md, section 12.
+// The worst-case response time of the chain of a cycle: SYNC, then sample, then command.
+// docs/theory.md, section 12, derives it.
 //
-//   A SYNC at 0 that finds nothing of the cycle before, on the wire or in the controller's queue:
-//     w(0) = own + L + sum over the frames before:  n_k(w(0)) C_k
-//   The q-th SYNC after it, q = 1, 2, ..., where something was left over each time in between:
-//     w(q) = (q + 1) turnaround + sum over all other frames:  n_k(w(q)) C_k,   q + 1 of each link but the
-//     last
+// q = 0 is a SYNC that finds no frame of the cycle before, neither on the wire nor in the controller's queue.
+// q = 1, 2, ... is the q-th SYNC after it, if frames were left over at each SYNC in between.
+//
+//   w(0) = own + L + sum over the frames before:  n_k(w(0)) C_k
+//   w(q) = (q + 1) turnaround + sum over all other frames:  n_k(w(q)) C_k,   q + 1 of each link but the last
 //   R    = max over q of  w(q) - q T + C
 //
-//   own      the links up to the last, without the last, and the turnaround
-//   before   what may pass while a link waits: goes before the weakest link. The controller's queue is first
-//            in, first out, so that all commands count as the weakest of them
-//   L        of the other frames the longest, one for each link: what had begun when the link was queued
-//   n_k(w)   ceil((w + J_k + tau_bit) / T_k);  J_k: the frame's own response, so that one left over at 0
-//            counts; 0 for the frames of the cycle, of which nothing is
+//   own      the links before the last one, and the turnaround
+//   before   the frames with more priority than the weakest link; they may pass while a link waits. The
+//            controller's queue is first in, first out, so that all commands count as the weakest command
+//   L        the longest of the other frames, one for each link, which has begun when the link is queued
+//   n_k(w)   ceil((w + J_k + tau_bit) / T_k)
+//   J_k      the frame's own response, so that a frame that is left over at 0 counts; 0 for the frames of
+//            the cycle, none of which is left over
 //
-//   Axis statuses of the controller go out one a cycle, queued behind its commands: none of them in w(0), and
-//   in w(q) all together at most q, the longest. What follows from the last link counts q times there too.
-//   Their J_k is when they may be queued, not when they are through.
+// The controller sends one axis status a cycle and queues it behind the commands. Therefore w(0) contains no
+// status, and w(q) contains at most q of all statuses together, with the length of the longest. The frames
+// that follow from the last link also count q times in w(q). The J_k of a status is the time at which it may
+// be queued and not the time at which it has passed.
 //
-// From 0 to w(q), q > 0, the bus is never idle but while a node of the chain is at work: after the commands
-// of a cycle the controller's heartbeat waits in its queue, and where it has gone before the next SYNC, that
-// SYNC is a q = 0. q counts on until all commands of a cycle and a heartbeat behind them are through in time.
+// From 0 to w(q), q > 0, the bus is idle only while a node of the chain works: the controller's heartbeat
+// waits in the queue behind the commands of a cycle, and if it passes before the next SYNC, that SYNC is a
+// q = 0. q increases until all commands of a cycle and a heartbeat behind them pass before the next SYNC.
 //
-// Assumed: no errors, every sample comes; a node's frames leave it by priority, the controller's in the order
-// in which they are queued, and its housekeeping behind the commands of the cycle; no emergencies, NMT, SDO
-// or status changes, which come where an axis starts or stops.
+// Assumptions:
+//
+//   - There are no errors, and every sample comes.
+//   - The frames of a node leave it by priority. Those of the controller leave in the order in which they are
+//     queued, and it queues all other frames behind the commands of the cycle.
+//   - There are no emergencies, NMT, SDO or status changes; they come when an axis starts or stops.
 #pragma once
 
 #include <cstddef>
@@ -36,10 +41,10 @@
 
 namespace hystcan::can {
 
-/// How a frame comes to be sent.
+/// Why a frame is sent.
 enum class ChainRole { sync, sample, command, status, controller_status, live_setpoint, heartbeat };
 
-/// Of the frames that every cycle has.
+/// True for the frames that every cycle has.
 constexpr bool is_link(ChainRole role) {
   return role == ChainRole::sync || role == ChainRole::sample || role == ChainRole::command;
 }
@@ -48,7 +53,8 @@ struct ChainSource {
   PeriodicFrame frame;
   ChainRole role = ChainRole::heartbeat;
   std::size_t axis = 0;
-  /// R: of links from the start of the cycle, of the others from the start of their period. Empty: unbounded.
+  /// R, from the start of the cycle for a link and from the start of its period for any other frame. Empty:
+  /// unbounded.
   std::optional<Duration> response{Duration::zero()};
 };
 
@@ -58,13 +64,14 @@ struct ChainTiming {
   Duration turnaround{};
 };
 
-/// R of the chain that ends with `last`, given the responses of what is no link. Empty: without bound.
+/// R of the chain that ends with `last`, by the responses of the frames that are no links. Empty: unbounded.
 std::optional<Duration> chain_response(std::span<const ChainSource> sources, const ChainSource& last,
                                        const ChainTiming& timing);
 
-/// Fills in every response: those of the links make the jitter of the others, and the others' theirs, until
-/// nothing changes (K. Tindell, J. Clark, "Holistic schedulability analysis for distributed hard real-time
-/// systems", Microprocessing and Microprogramming 40, 1994).
+/// Computes every response. The responses of the links give the jitter of the other frames, and the responses
+/// of the other frames change those of the links. The function repeats both until nothing changes.
+/// (K. Tindell, J. Clark, "Holistic schedulability analysis for distributed hard real-time systems",
+/// Microprocessing and Microprogramming 40, 1994.)
 void respond(std::span<ChainSource> sources, const ChainTiming& timing);
 
 }  // namespace hystcan::can

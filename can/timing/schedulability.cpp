@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::int64_t error_frame_bits = 31;
 
-/// Busy periods longer than this are taken for endless: they need a load within 1e-6 of 1.
+/// A longer busy period counts as endless; it needs a load within 1e-6 of 1.
 constexpr Duration endless = std::chrono::hours(1);
 
 std::int64_t divide_up(std::int64_t value, std::int64_t by) { return (value + by - 1) / by; }
@@ -29,7 +29,7 @@ void check(std::span<const PeriodicFrame> frames) {
     const auto same = [&](const PeriodicFrame& other) {
       return arbitration_order(other) == arbitration_order(frame);
     };
-    if (std::ranges::count_if(frames, same) > 1) refuse("another frame has its identifier");
+    if (std::ranges::count_if(frames, same) > 1) refuse("another frame has the same identifier");
   }
 }
 
@@ -48,7 +48,7 @@ class Analysis {
   FrameResponse respond(const PeriodicFrame& frame) {
     own_ = &frame;
     cost_ = transmission(frame);
-    FrameResponse result{.transmission = cost_, .blocking = look_around(), .response = {}};
+    FrameResponse result{.transmission = cost_, .blocking = collect_others(), .response = {}};
     if (level_load_ >= 1.0) return result;
     const auto busy = settle(result.blocking, [&](Duration t) {
       return result.blocking + instances(t + frame.jitter, frame.period) * cost_ +
@@ -56,7 +56,7 @@ class Analysis {
     });
     if (!busy) return result;
     const std::int64_t last = instances(*busy + frame.jitter, frame.period);
-    Duration queued{};  // w(q) never falls, so that the one before is where to begin
+    Duration queued{};  // w(q) never decreases: the search for w(q) starts at w(q - 1)
     for (std::int64_t q = 0; q < last; ++q) {
       const auto w = settle(std::max(queued, result.blocking + q * cost_), [&](Duration guess) {
         return result.blocking + q * cost_ + interference(guess, bits(1)) + recovery(guess + cost_);
@@ -73,8 +73,8 @@ class Analysis {
   }
 
  private:
-  /// Who goes before the frame, what it costs to be disturbed, and B.
-  Duration look_around() {
+  /// Collects the frames of higher priority and the cost of an error. Returns B.
+  Duration collect_others() {
     higher_.clear();
     Duration blocking{};
     Duration longest = cost_;
@@ -110,7 +110,7 @@ class Analysis {
     return error_interval_ ? instances(window, *error_interval_) * disturbance_ : Duration::zero();
   }
 
-  /// The least fixed point of a growing function at or above `from`. Empty: none within reason.
+  /// The least fixed point of a non-decreasing function at or above `from`. Empty: it is beyond `endless`.
   template <class Next>
   static std::optional<Duration> settle(Duration from, Next next) {
     Duration value = std::max(from, Duration{1});
@@ -143,7 +143,7 @@ bool Schedule::schedulable() const {
 }
 
 unsigned worst_frame_bits(unsigned bytes, bool extended) {
-  constexpr unsigned tail = 13;  // from the CRC delimiter on, with the interframe space
+  constexpr unsigned tail = 13;  // bits from the CRC delimiter to the end of the interframe space
   if (bytes <= 8) {
     const unsigned stuffed = (extended ? 54 : 34) + 8 * bytes;
     return stuffed + tail + (stuffed - 1) / 4;
@@ -164,7 +164,7 @@ Duration worst_transmission(const PeriodicFrame& frame, std::uint32_t bitrate_bi
 
 Schedule analyse(std::span<const PeriodicFrame> frames, std::uint32_t bitrate_bit_per_s,
                  std::optional<Duration> error_interval) {
-  if (bitrate_bit_per_s == 0) throw std::invalid_argument("bit rate 0, expected more");
+  if (bitrate_bit_per_s == 0) throw std::invalid_argument("bit rate 0, expected more than 0");
   if (error_interval && *error_interval <= Duration::zero())
     throw std::invalid_argument("error interval expected to be above 0");
   check(frames);

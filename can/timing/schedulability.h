@@ -1,19 +1,27 @@
 // Worst-case response times of periodic CAN frames.
 //
 // R. I. Davis, A. Burns, R. J. Bril, J. J. Lukkien, "Controller Area Network (CAN) schedulability analysis:
-// Refuted, revisited and revised", Real-Time Systems 35, 2007, sections 3 and 4. Frame m has bytes s, period
-// T, queueing jitter J, deadline D; hp, lp: the frames of higher, of lower priority.
+// Refuted, revisited and revised", Real-Time Systems 35, 2007, sections 3 and 4.
 //
-//   C = (g + 8 s + 13 + floor((g + 8 s - 1) / 4)) tau_bit        g = 34, 54 where extended
-//   B = max of C over lp
-//   t = B + sum over hp and m: ceil((t + J_k) / T_k) C_k           the busy period; Q = ceil((t + J) / T)
-//   w(q) = B + q C + sum over hp: ceil((w + J_k + tau_bit) / T_k) C_k             instance q = 0..Q-1
-//   R = max over q of  J + w(q) - q T + C
+//   s, T, J, D   bytes, period, queueing jitter and deadline of frame m
+//   hp, lp       the frames of higher and of lower priority
+//   g            34, or 54 if the identifier is extended
 //
-// With errors at least T_e apart, t and w get another  ceil((t or w + C) / T_e) (31 tau_bit + max of C over
-// hp and m): error frame, pause, and the frame sent again.
+//   C    = (g + 8 s + 13 + floor((g + 8 s - 1) / 4)) tau_bit
+//   B    = max of C over lp
+//   t    = B + sum over hp and m:  ceil((t + J_k) / T_k) C_k                     the busy period
+//   Q    = ceil((t + J) / T)
+//   w(q) = B + q C + sum over hp:  ceil((w(q) + J_k + tau_bit) / T_k) C_k        instance q = 0..Q-1
+//   R    = max over q of  J + w(q) - q T + C
 //
-// Assumed: each node's frames leave it in the order of their priority; nobody else sends; a receiver is as
+// Errors that are at least T_e apart add one term each to t and to w(q), for the error frame, the pause and
+// the repeated frame:
+//
+//   to t:      ceil(t / T_e) E
+//   to w(q):   ceil((w(q) + C) / T_e) E
+//   E        = 31 tau_bit + max of C over hp and m
+//
+// Assumptions: the frames of each node leave it by priority; no node outside the set sends; a receiver is as
 // fast as the bus.
 #pragma once
 
@@ -32,41 +40,40 @@ struct PeriodicFrame {
   std::uint32_t id = 0;
   bool extended = false;
   unsigned bytes = 8;
-  Duration period{};  ///< for a sporadic frame the least time between two
-  Duration jitter{};  ///< how much later than its period says it may be queued
+  Duration period{};  ///< for a sporadic frame the least time between two frames
+  Duration jitter{};  ///< the longest time from the start of its period until it is queued
   Duration deadline{};
 };
 
 struct FrameResponse {
-  Duration transmission{};  ///< C, with every stuff bit that may come and the interframe space
+  Duration transmission{};  ///< C, with all possible stuff bits and the interframe space
   Duration blocking{};      ///< B
-  /// R, from the start of the period (jitter included) to the end of the interframe space. Empty: it grows
-  /// without bound.
+  /// R, from the start of the period (jitter included) to the end of the interframe space. Empty: unbounded.
   std::optional<Duration> response;
-  std::uint64_t instance = 0;  ///< q of the worst, counted from 0
+  std::uint64_t instance = 0;  ///< q of the worst instance, counted from 0
   bool schedulable = false;    ///< R <= D
 };
 
 struct Schedule {
   std::vector<FrameResponse> frames;  ///< in the order given
-  double load = 0.0;                  ///< sum of C / T; above 1 the bus cannot carry it
+  double load = 0.0;                  ///< sum of C / T; the bus cannot carry more than 1
 
   bool schedulable() const;
 };
 
-/// Bits of the longest frame of so many bytes, interframe space included: 135 for 8 bytes, 160 extended.
-/// Above 8 bytes an FD frame, counted as sent without a switch of bit rate.
+/// Bits of the longest frame with so many bytes, interframe space included: 135 for 8 bytes, 160 if extended.
+/// More than 8 bytes are an FD frame, which counts as sent without a switch of bit rate.
 unsigned worst_frame_bits(unsigned bytes, bool extended);
 
-/// Identifier and its type as one number: of two frames the one with the lower wins arbitration.
+/// Identifier and its type as one number. The frame with the lower number wins arbitration.
 std::uint64_t arbitration_order(const PeriodicFrame& frame);
 
-/// C. `bitrate_bit_per_s` above 0.
+/// C. `bitrate_bit_per_s` is above 0.
 Duration worst_transmission(const PeriodicFrame& frame, std::uint32_t bitrate_bit_per_s);
 
-/// `error_interval`: least time between two errors on the bus; empty: no errors. Throws
-/// std::invalid_argument: bit rate 0, more than 64 bytes, a period not above 0, a negative jitter, an
-/// identifier that two share, an error interval not above 0.
+/// `error_interval` is the least time between two errors on the bus; empty: no errors. Throws
+/// std::invalid_argument for a bit rate of 0, more than 64 bytes, a period not above 0, a negative jitter,
+/// two frames with the same identifier, and an error interval not above 0.
 Schedule analyse(std::span<const PeriodicFrame> frames, std::uint32_t bitrate_bit_per_s,
                  std::optional<Duration> error_interval = std::nullopt);
 

@@ -9,7 +9,7 @@ namespace hystcan::can {
 namespace {
 using Lines = std::vector<std::string>;
 
-TEST(RateLimit, LetsTheFirstThroughAndThenOneAPeriodWithTheNumberOfAll) {
+TEST(RateLimit, AllowsTheFirstLineAndThenOnePerPeriodWithTheNumberOfEvents) {
   RateLimit limit(1.0);
   EXPECT_EQ(limit.add(1, 0.0), 1U);
   EXPECT_EQ(limit.add(1, 0.5), std::nullopt);
@@ -18,7 +18,7 @@ TEST(RateLimit, LetsTheFirstThroughAndThenOneAPeriodWithTheNumberOfAll) {
   EXPECT_EQ(limit.add(1, 1.5), std::nullopt);
 }
 
-TEST(RateLimit, TellsWhatItHeldBackEvenIfNothingMoreHappens) {
+TEST(RateLimit, ReportsSuppressedEventsEvenWithoutNewEvents) {
   RateLimit limit(1.0);
   EXPECT_EQ(limit.add(0, 0.0), std::nullopt) << "nothing has happened";
   EXPECT_EQ(limit.add(1, 0.0), 1U);
@@ -40,8 +40,8 @@ struct FakeBus final : Bus {
   BusCounters totals;
 };
 
-// Every connection hears the same error frames; what was sent and lost is each one's own.
-TEST(ReportOfSeveralConnections, AddsUpWhatIsEachOnesOwnAndCountsOnceWhatAllHear) {
+// All connections receive the same error frames, but each has its own sent and lost frames.
+TEST(ReportOfSeveralConnections, AddsSentAndLostFramesAndCountsErrorFramesOnce) {
   FakeBus amplifier;
   amplifier.totals.sent = 10;
   amplifier.totals.receive_lost = 2;
@@ -77,13 +77,13 @@ struct BusLogging : testing::Test {
                    }};
 };
 
-TEST_F(BusLogging, IsSilentOnAQuietBus) {
+TEST_F(BusLogging, WritesNothingWhileTheBusIsWell) {
   bus.totals.sent = 1000;
   bus.totals.received = 1000;
   EXPECT_EQ(written_at(1.0), Lines{});
 }
 
-TEST_F(BusLogging, TellsEveryStateWithTheErrorCounters) {
+TEST_F(BusLogging, WritesEveryStateWithTheErrorCounters) {
   bus.now = BusState::passive;
   bus.errors = ErrorCounters{.transmit = 128, .receive = 3};
   EXPECT_EQ(written_at(0.5), Lines{"can0: bus passive at 0.500 s, error counters 128 transmit, 3 receive"});
@@ -98,32 +98,32 @@ TEST_F(BusLogging, TellsEveryStateWithTheErrorCounters) {
                                  BusHealthLog::Level::info, BusHealthLog::Level::warning}));
 }
 
-TEST_F(BusLogging, OfAStateThatFlapsIsOneLineASecond) {
+TEST_F(BusLogging, WritesOneLinePerSecondForAStateThatAlternates) {
   Lines all;
-  for (int sample = 0; sample < 100; ++sample) {  // of 1/64 s, which is exact
+  for (int sample = 0; sample < 100; ++sample) {  // 1/64 s, which a double holds exactly
     bus.now = sample % 2 == 0 ? BusState::warning : BusState::active;
     for (const std::string& line : written_at(sample / 64.0)) all.push_back(line);
   }
   EXPECT_EQ(all, (Lines{"can0: bus warning at 0.000 s", "can0: bus active at 0.016 s",
-                        "can0: bus warning at 1.000 s (32 times since last told)",
-                        "can0: bus active at 1.016 s (32 times since last told)"}));
+                        "can0: bus warning at 1.000 s (32 times since the last line)",
+                        "can0: bus active at 1.016 s (32 times since the last line)"}));
 }
 
-TEST_F(BusLogging, OfAFloodOfErrorsIsOneLineASecondAndCauseAndNoneIsLost) {
-  std::uint64_t told = 0;
-  int lines_of_it = 0;
-  for (int sample = 0; sample <= 300; ++sample) {  // of 20 ms: 6 s, the errors end after 4 s
+TEST_F(BusLogging, WritesOneLinePerSecondForManyErrorsAndCountsThemAll) {
+  std::uint64_t reported = 0;
+  int line_count = 0;
+  for (int sample = 0; sample <= 300; ++sample) {  // 20 ms each: 6 s; the errors end after 4 s
     if (sample < 200) bus.totals.not_acknowledged += 3;
     for (const std::string& line : written_at(0.02 * sample)) {
-      told += std::stoull(line.substr(line.find(' ')));
-      ++lines_of_it;
+      reported += std::stoull(line.substr(line.find(' ')));
+      ++line_count;
     }
   }
-  EXPECT_EQ(told, 600U);
-  EXPECT_LE(lines_of_it, 6);
+  EXPECT_EQ(reported, 600U);
+  EXPECT_LE(line_count, 6);
 }
 
-TEST(BusSummary, NamesTheTotalsAndOnlyTheTroublesThereWere) {
+TEST(BusSummary, NamesTheTotalsAndOnlyTheTroublesThatOccurred) {
   BusReport report;
   report.counters.sent = 5210;
   report.counters.received = 8120;

@@ -35,7 +35,7 @@ BA_ "Env" EV_ Ambient 1;
 BA_REL_ "Timeout" BU_SG_REL_ Sensor SG_ 1 S 20;
 )";
 
-TEST(DbcAttributes, AreKeptWithTheirTypes) {
+TEST(DbcAttributes, KeepTheirTypes) {
   const Database database = parse_dbc(lab, "lab.dbc");
   EXPECT_EQ(database.warnings, std::vector<std::string>{});
   EXPECT_EQ(database.attributes.at("DBName"), AttributeValue("lab; \"1\""));
@@ -50,7 +50,7 @@ TEST(DbcAttributes, AreKeptWithTheirTypes) {
   EXPECT_EQ(relation.value, AttributeValue(std::int64_t{20}));
 }
 
-TEST(DbcAttributes, FallBackToTheirDefaults) {
+TEST(DbcAttributes, HaveTheirDefaultWhereNoValueIsGiven) {
   const Database database = parse_dbc(lab, "lab.dbc");
   EXPECT_EQ(*attribute(database, database.find("Fast")->attributes, "VFrameFormat"),
             AttributeValue("StandardCAN"));
@@ -62,14 +62,15 @@ TEST(DbcAttributes, GiveCycleTimesStartValuesAndCanFd) {
   const Database database = parse_dbc(lab, "lab.dbc");
   EXPECT_EQ(database.find("Fast")->cycle_time_ms, 1.0);
   EXPECT_EQ(database.find("Slow")->cycle_time_ms, 100.0) << "the default";
-  EXPECT_EQ(database.find("Event")->cycle_time_ms, std::nullopt) << "0: sent when there is reason to";
+  EXPECT_EQ(database.find("Event")->cycle_time_ms, std::nullopt)
+      << "0 means that the message is not periodic";
   EXPECT_EQ(database.find("Fast")->find("S")->start_value, 2.5);
   EXPECT_FALSE(database.find("Fast")->fd);
   EXPECT_TRUE(database.find("Slow")->fd);
-  EXPECT_FALSE(database.find("Event")->fd) << "the attribute counts before the length";
+  EXPECT_FALSE(database.find("Event")->fd) << "the attribute decides, not the length";
 }
 
-TEST(DbcAttributes, MayBeOddButSayNothingTwice) {
+TEST(DbcAttributes, GiveOneWarningForEachIrregularity) {
   const Database database = parse_dbc(
       "BO_ 1 A: 8 X\nBA_DEF_ BO_ \"E\" ENUM \"a\" , \"b\" ;\nBA_DEF_DEF_ \"E\" 1;\nBA_ \"E\" BO_ 1 7;\n"
       "BA_ \"Unknown\" BO_ 1 5;\nBA_DEF_DEF_ \"Other\" 5;\nBA_ \"E\" BO_ 9 \"a\";\n",
@@ -79,7 +80,7 @@ TEST(DbcAttributes, MayBeOddButSayNothingTwice) {
   EXPECT_EQ(database.warnings,
             (std::vector<std::string>{"lab.dbc:4:15: attribute 'E' has no item 7",
                                       "lab.dbc:5:6: attribute 'Unknown' is not defined",
-                                      "lab.dbc:6:14: a default of attribute 'Other', which is not defined",
+                                      "lab.dbc:6:14: a default for attribute 'Other', which is not defined",
                                       "lab.dbc:7:13: there is no message 9"}));
 }
 

@@ -75,7 +75,7 @@ SIG_VALTYPE_ 2566843902 Ratio : 1;
 SIG_VALTYPE_ 2566843902 Exact 2;
 )";
 
-TEST(Dbc, KeepsWhatATypicalFileSays) {
+TEST(Dbc, ReadsATypicalFile) {
   const Database database = parse_dbc(typical, "lab.dbc");
   EXPECT_EQ(database.version, "7.1");
   ASSERT_EQ(database.nodes.size(), 3U);
@@ -117,7 +117,7 @@ TEST(Dbc, KeepsWhatATypicalFileSays) {
   EXPECT_EQ(database.find("Absent"), nullptr);
 }
 
-TEST(Dbc, KnowsMultiplexers) {
+TEST(Dbc, ReadsMultiplexing) {
   const Database database = parse_dbc(typical, "lab.dbc");
   const Message& status = *database.find("Status");
   const auto multiplexing = [&](const char* name) { return status.find(name)->multiplexing; };
@@ -130,7 +130,7 @@ TEST(Dbc, KnowsMultiplexers) {
   EXPECT_TRUE(multiplexing("Slow").is_switch);
 }
 
-TEST(Dbc, TakesBit31OfTheIdentifierForExtended) {
+TEST(Dbc, ReadsBit31OfTheIdentifierAsExtended) {
   const Database database = parse_dbc(typical, "lab.dbc");
   const Message& message = *database.find("Long");
   EXPECT_TRUE(message.extended);
@@ -138,13 +138,13 @@ TEST(Dbc, TakesBit31OfTheIdentifierForExtended) {
   EXPECT_EQ(message.length, 64);
 }
 
-TEST(Dbc, KnowsIeeeSignals) {
+TEST(Dbc, ReadsTheValueTypesOfIeeeSignals) {
   const Database database = parse_dbc(typical, "lab.dbc");
   EXPECT_EQ(database.find("Long")->find("Ratio")->value_type, ValueType::float32);
   EXPECT_EQ(database.find("Long")->find("Exact")->value_type, ValueType::float64);
 }
 
-TEST(Dbc, MayHaveDosLineEndsTabsAByteOrderMarkAndLatin1) {
+TEST(Dbc, ReadsDosLineEndsTabsAByteOrderMarkAndLatin1) {
   const Database database = parse_dbc(
       "\xEF\xBB\xBFVERSION \"\"\r\n\r\nBU_:\tAmp\r\n\r\nBO_ 1\tA: 1 Amp\r\n\tSG_ "
       "S:0|8@1+(1,0)[0|0]\"\xB0\x43\"Amp\r\n"
@@ -156,12 +156,12 @@ TEST(Dbc, MayHaveDosLineEndsTabsAByteOrderMarkAndLatin1) {
             "lab.dbc:3:6: found 'x', expected the identifier of a message");
 }
 
-TEST(Dbc, IgnoresCommentsAndValuesOfMessagesThatItDoesNotHave) {
+TEST(Dbc, IgnoresCommentsAndValuesOfAbsentMessages) {
   EXPECT_EQ(refusal("BO_ 1 A: 1 Amp\nCM_ BO_ 2 \"x\";\nVAL_ 1 B 0 \"x\" ;\nSIG_VALTYPE_ 2 C : 1;\n"),
             "accepted");
 }
 
-TEST(DbcError, NamesThePlaceWhatStandsThereAndWhatShould) {
+TEST(DbcError, NamesThePlaceTheFoundTextAndTheExpectedText) {
   EXPECT_EQ(refusal(message(" SG_ Position : 0 SG")),
             "lab.dbc:2:19: found 'SG', expected '|' in the bit position of signal Position");
   EXPECT_EQ(refusal(message(" SG_ Position : 0|32@2- (1,0) [0|0] \"um\" A")),
@@ -184,7 +184,7 @@ TEST(DbcError, NamesThePlaceWhatStandsThereAndWhatShould) {
             "lab.dbc:1:1: found byte 0x01, expected a DBC, which begins with VERSION, NS_, BS_, BU_ or BO_");
 }
 
-TEST(DbcError, RefusesATextThatIsNoDbc) {
+TEST(DbcError, RefusesATextThatIsNotADbc) {
   EXPECT_EQ(refusal(""),
             "lab.dbc:1:1: found the end of the file, expected a DBC, which begins with VERSION, NS_, BS_, "
             "BU_ or BO_");
@@ -192,7 +192,7 @@ TEST(DbcError, RefusesATextThatIsNoDbc) {
             "lab.dbc:1:1: found '[', expected a DBC, which begins with VERSION, NS_, BS_, BU_ or BO_");
 }
 
-TEST(DbcError, RefusesNumbersThatMakeNoSense) {
+TEST(DbcError, RefusesNumbersOutsideTheirRange) {
   EXPECT_EQ(refusal(message(" SG_ S : 0|65536@1+ (1,0) [0|0] \"\" A")),
             "lab.dbc:2:12: found '65536', expected a length of signal S from 0 to 65535");
   EXPECT_EQ(refusal(message(" SG_ S : 0|8@1+ (1e999,0) [0|0] \"\" A")),
@@ -208,20 +208,20 @@ TEST(DbcError, RefusesNumbersThatMakeNoSense) {
             "lab.dbc:1:5: found '4294967296', expected the identifier of a message from 0 to 4294967295");
 }
 
-TEST(DbcError, RefusesASignalWithoutItsMessage) {
+TEST(DbcError, RefusesASignalWithoutAMessage) {
   EXPECT_EQ(refusal(" SG_ S : 0|8@1+ (1,0) [0|0] \"\" A"),
             "lab.dbc:1:6: found signal S, expected a message (BO_) before it");
   EXPECT_EQ(refusal("BO_ 1 A: 8 X\nCM_ \"\";\n SG_ S : 0|8@1+ (1,0) [0|0] \"\" A"),
             "lab.dbc:3:6: found signal S, expected a message (BO_) before it");
 }
 
-TEST(DbcError, CountsLinesThatEndAsOnAnyMachine) {
+TEST(DbcError, CountsLinesWithAnyLineEnd) {
   for (const std::string end : {"\n", "\r\n", "\r"})
     EXPECT_EQ(refusal("VERSION \"\"" + end + end + "BO_ x"),
               "lab.dbc:3:5: found 'x', expected the identifier of a message");
 }
 
-TEST(DbcError, TellsWhyAFileCannotBeRead) {
+TEST(DbcError, NamesTheReasonWhyAFileCannotBeRead) {
   const auto refused = [](const std::filesystem::path& file) -> std::string {
     try {
       load_dbc(file);
@@ -267,7 +267,7 @@ void expect_signal(const Message& message, const char* name, int start_bit, int 
   EXPECT_EQ(signal->length, length) << message.name << '.' << name;
 }
 
-TEST(ShippedDbc, HasTheMessagesOfTheTable) {
+TEST(ShippedDbc, HasTheMessagesOfTheProtocolTable) {
   const Database piezo = load_dbc(HYSTCAN_SOURCE_DIR "/config/hystcan.dbc");
   expect_messages(piezo, one_axis);
   expect_messages(piezo, second_axis);
@@ -277,7 +277,7 @@ TEST(ShippedDbc, HasTheMessagesOfTheTable) {
   EXPECT_EQ(galfenol.messages.size(), std::size(one_axis));
 }
 
-TEST(ShippedDbc, PlacesTheSignalsOfTheTable) {
+TEST(ShippedDbc, HasTheSignalPlacesOfTheProtocolTable) {
   for (const auto& [file, unit] : {std::pair{"hystcan.dbc", "V"}, std::pair{"galfenol.dbc", "A"}}) {
     const Database database = load_dbc(std::string(HYSTCAN_SOURCE_DIR "/config/") + file);
     const Message& command = *database.find("XAmpCommand");

@@ -17,7 +17,7 @@ Frame frame_of(std::uint32_t id, std::initializer_list<std::uint8_t> bytes) {
   return frame;
 }
 
-/// "A=1 B=2.5": what is decoded, in its order.
+/// The decoded signals in their order, for example "A=1 B=2".
 std::string decoded(const Database& database, const Frame& frame) {
   std::string text;
   for (const DecodedSignal& each : decode_signals(*message_of(database, frame), frame)) {
@@ -26,7 +26,7 @@ std::string decoded(const Database& database, const Frame& frame) {
   return text;
 }
 
-TEST(MessageOf, TellsStandardFromExtended) {
+TEST(MessageOf, DistinguishesStandardFromExtendedIdentifiers) {
   const Database database = parse_dbc("BO_ 1 A: 1 X\nBO_ 2147483649 B: 1 X\n", "lab.dbc");
   Frame frame = frame_of(1, {0});
   EXPECT_EQ(message_of(database, frame)->name, "A");
@@ -53,7 +53,7 @@ TEST(DecodeSignals, GivesRawPhysicalAndName) {
   EXPECT_EQ(signals[1].name, "fault");
 }
 
-TEST(DecodeSignals, GivesTheBitsOfAFloatAsTheyStand) {
+TEST(DecodeSignals, GivesTheUnchangedBitsOfAFloat) {
   const Database database =
       parse_dbc("BO_ 1 A: 8 X\n SG_ F : 0|32@1- (1,0) [0|0] \"\" X\nSIG_VALTYPE_ 1 F : 1;\n", "lab.dbc");
   const Frame frame = frame_of(1, {0, 0, 0x80, 0xBF, 0, 0, 0, 0});
@@ -63,7 +63,7 @@ TEST(DecodeSignals, GivesTheBitsOfAFloatAsTheyStand) {
   EXPECT_EQ(signals[0].physical, -1.0);
 }
 
-TEST(DecodeSignals, LeavesOutWhatThePayloadIsTooShortFor) {
+TEST(DecodeSignals, LeavesOutSignalsBeyondThePayload) {
   const Database database = parse_dbc(
       "BO_ 1 A: 1785 X\n SG_ P : 0|8@1+ (1,0) [0|0] \"\" X\n SG_ Q : 56|9@1+ (1,0) [0|0] \"\" X\n"
       " SG_ R : 14272|8@1+ (1,0) [0|0] \"\" X\n SG_ Wide : 0|65@1+ (1,0) [0|0] \"\" X\n",
@@ -85,8 +85,9 @@ TEST(DecodeSignals, ResolvesSimpleMultiplexing) {
   EXPECT_EQ(decoded(database, frame_of(1, {0, 5, 9})), "A0=5 Mode=0 Always=9");
   EXPECT_EQ(decoded(database, frame_of(1, {1, 5, 9})), "Mode=1 A1=5 Always=9");
   EXPECT_EQ(decoded(database, frame_of(1, {2, 5, 9})), "Mode=2 Always=9");
-  EXPECT_EQ(decoded(database, frame_of(1, {255, 5, 9})), "Mode=-1 A255=5 Always=9") << "a switch is its bits";
-  EXPECT_EQ(decoded(database, frame_of(2, {5})), "Alone=5") << "nothing says when it would be absent";
+  EXPECT_EQ(decoded(database, frame_of(1, {255, 5, 9})), "Mode=-1 A255=5 Always=9")
+      << "the bits of the switch decide";
+  EXPECT_EQ(decoded(database, frame_of(2, {5})), "Alone=5") << "without a switch it is always present";
 }
 
 constexpr const char* extended = R"(BO_ 1 A: 5 X
@@ -104,11 +105,12 @@ TEST(DecodeSignals, ResolvesExtendedMultiplexing) {
   const Database database = parse_dbc(extended, "lab.dbc");
   EXPECT_EQ(decoded(database, frame_of(1, {3, 1, 0, 8, 9})), "Root=3 Sub=1 Other=0 Leaf=8");
   EXPECT_EQ(decoded(database, frame_of(1, {9, 2, 5, 8, 9})), "Root=9 Sub=2 Other=5 Twig=9");
-  EXPECT_EQ(decoded(database, frame_of(1, {5, 1, 6, 8, 9})), "Root=5 Other=6") << "Leaf hangs on Sub";
+  EXPECT_EQ(decoded(database, frame_of(1, {5, 1, 6, 8, 9})), "Root=5 Other=6")
+      << "Leaf needs Sub, which is absent";
   EXPECT_EQ(decoded(database, frame_of(1, {5, 1, 200, 8, 9})), "Root=5 Other=200 Twig=9");
 }
 
-TEST(DecodeSignals, FindsNothingInARingOfSwitches) {
+TEST(DecodeSignals, FindsNoSignalInARingOfSwitches) {
   const Database database = parse_dbc(
       "BO_ 1 A: 2 X\n SG_ P m0M : 0|8@1+ (1,0) [0|0] \"\" X\n SG_ Q m0M : 8|8@1+ (1,0) [0|0] \"\" X\n"
       "SG_MUL_VAL_ 1 P Q 0-0;\nSG_MUL_VAL_ 1 Q P 0-0;\n",
@@ -116,7 +118,7 @@ TEST(DecodeSignals, FindsNothingInARingOfSwitches) {
   EXPECT_EQ(decoded(database, frame_of(1, {0, 0})), "");
 }
 
-TEST(DecodeSignals, TellsSignalsOfOneNameApartByTheirSwitch) {
+TEST(DecodeSignals, DistinguishesSignalsOfOneNameByTheirSwitch) {
   const Database database = parse_dbc(
       "BO_ 1 A: 3 X\n SG_ M M : 0|8@1+ (1,0) [0|0] \"\" X\n SG_ S m0 : 8|8@1+ (1,0) [0|0] \"\" X\n"
       " SG_ S m1 : 16|8@1+ (1,0) [0|0] \"\" X\nSG_MUL_VAL_ 1 S M 0-1;\n",

@@ -33,7 +33,7 @@ Signal setpoint() {
   return signal;
 }
 
-/// The oracle: where bit `n` (0 = least significant) of a signal lies, walked one bit at a time.
+/// The oracle: the place of bit `n` (0 = least significant) of a signal, found one bit at a time.
 struct BitPlace {
   unsigned byte;
   unsigned bit;
@@ -85,7 +85,7 @@ struct Case {
   Payload payload;
 };
 
-/// Any signal of 1..64 bits anywhere in any payload of 1..64 bytes.
+/// Any signal of 1..64 bits at any place in a payload of 1..64 bytes.
 Case any_case() {
   const auto bytes = *rc::gen::inRange<unsigned>(1, 65);
   const auto length = *rc::gen::inRange<unsigned>(1, std::min(64U, 8 * bytes) + 1);
@@ -104,7 +104,7 @@ TEST(SignalCodec, UnpacksEveryBitWhereTheOracleFindsIt) {
   }));
 }
 
-TEST(SignalCodec, PacksItsOwnBitsAndNoOthers) {
+TEST(SignalCodec, PacksOnlyItsOwnBits) {
   EXPECT_TRUE(rc::check([] {
     const Case any = any_case();
     const auto raw = std::bit_cast<std::int64_t>(*rc::gen::arbitrary<std::uint64_t>() * 0x9E3779B97F4A7C15U);
@@ -136,7 +136,7 @@ TEST(SignalCodec, HandlesEveryLengthAtEveryBitOfEightAndOfNineBytes) {
   }
 }
 
-TEST(SignalCodec, PlacesAnIntelAndAMotorolaSignalAsTheFormatSays) {
+TEST(SignalCodec, PlacesLittleEndianAndBigEndianSignalsAsTheFormatDefines) {
   Payload payload(8);
   SignalCodec(signal_at(12, 12, ByteOrder::little_endian, false)).pack_raw(0xABC, payload);
   EXPECT_EQ(payload, (Payload{0x00, 0xC0, 0xAB, 0, 0, 0, 0, 0}));
@@ -156,7 +156,7 @@ TEST(SignalCodec, RoundsToTheNearestRawValue) {
   EXPECT_EQ(codec.unpack_raw(payload), -12345679);
 }
 
-TEST(SignalCodec, RefusesWhatItCannotRepresentAndLeavesThePayloadAlone) {
+TEST(SignalCodec, RefusesAValueThatItCannotRepresentAndKeepsThePayload) {
   const double infinity = std::numeric_limits<double>::infinity();
   const SignalCodec limited(setpoint());
   Signal whole = signal_at(4, 8, ByteOrder::little_endian, false);
@@ -176,7 +176,7 @@ TEST(SignalCodec, RefusesWhatItCannotRepresentAndLeavesThePayloadAlone) {
   EXPECT_TRUE(limited.pack(1000.0, payload));
 }
 
-TEST(SignalCodec, RefusesInfinityEvenWhereTheRangeOverflows) {
+TEST(SignalCodec, RefusesInfinityEvenIfTheRangeOverflows) {
   Signal wide = signal_at(0, 64, ByteOrder::little_endian, true);
   wide.scale = 1e300;
   Payload payload(8);
@@ -202,7 +202,7 @@ TEST(SignalCodec, AcceptsBothEndsOfItsRangeAtEveryLength) {
   }
 }
 
-TEST(SignalCodec, PacksAgainWhatItUnpacked) {
+TEST(SignalCodec, PacksAnUnpackedValueToTheSameBits) {
   EXPECT_TRUE(rc::check([] {
     Signal signal =
         signal_at(0, *rc::gen::inRange(1U, 49U), ByteOrder::little_endian, *rc::gen::arbitrary<bool>());
@@ -276,7 +276,7 @@ TEST(SignalCodec, NeverPacksWithAScaleOfZero) {
   EXPECT_FALSE(SignalCodec(signal).pack(5.0, payload));
 }
 
-TEST(SignalCodec, TakesNoSignalThatHasNotTheBits) {
+TEST(SignalCodec, RefusesASignalWithAnUnsupportedLength) {
   EXPECT_THROW(SignalCodec(signal_at(0, 0, ByteOrder::little_endian, false)), std::invalid_argument);
   EXPECT_THROW(SignalCodec(signal_at(0, 65, ByteOrder::big_endian, false)), std::invalid_argument);
   Signal half = signal_at(0, 16, ByteOrder::little_endian, true);

@@ -1,4 +1,4 @@
-// What real DBC files hold against the letter of the format, and what becomes of it.
+// Irregularities of real DBC files, and how the reader treats them.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,7 +17,7 @@ Database read(const std::string& text) { return parse_dbc(text, "lab.dbc"); }
 
 std::string message(const std::string& signals) { return "BO_ 385 Status: 8 Amp\n" + signals + "\n"; }
 
-/// A signal with this in the place of its numbers.
+/// A signal with these numbers in its line.
 Signal signal_of(const std::string& numbers, Warnings* warnings = nullptr) {
   const Database database = read(message(" SG_ S : " + numbers + " \"\" A"));
   if (warnings != nullptr) *warnings = database.warnings;
@@ -33,11 +33,11 @@ TEST(DbcTolerance, ReadsNumbersAsToolsWriteThem) {
   EXPECT_EQ(signal.minimum, 0.5);
   EXPECT_EQ(signal.maximum, 1e5);
   EXPECT_EQ(signal_of("0|16@1+ (1E-05,-.25) [0|1]").scale, 1e-5);
-  EXPECT_EQ(signal_of("0|16@1+ (1e-999,0) [0|1]").scale, 0.0) << "nearer to 0 than a double can be";
+  EXPECT_EQ(signal_of("0|16@1+ (1e-999,0) [0|1]").scale, 0.0) << "a double cannot hold a number so near to 0";
   EXPECT_EQ(warnings, Warnings{});
 }
 
-TEST(DbcTolerance, TakesARangeThatIsNoneForNoneStated) {
+TEST(DbcTolerance, ReadsAnInvalidRangeAsNoRange) {
   Warnings warnings;
   for (const std::string range : {"NAN|NaN", "5|1", "nan|1", "-1.#IND|1.#QNAN", "-nan(ind)|0"}) {
     const Signal signal = signal_of("0|8@1+ (1,0) [" + range + "]", &warnings);
@@ -46,24 +46,24 @@ TEST(DbcTolerance, TakesARangeThatIsNoneForNoneStated) {
     ASSERT_EQ(warnings.size(), 1U) << range;
   }
   EXPECT_EQ(warnings[0],
-            "lab.dbc:2:24: minimum -nan(ind) and maximum 0 of signal S are no range: taken for none stated");
+            "lab.dbc:2:24: minimum -nan(ind) and maximum 0 of signal S are not a range: read as no range");
   const Signal open = signal_of("0|8@1+ (1,0) [-INF|1.#INF]", &warnings);
   EXPECT_EQ(open.minimum, -std::numeric_limits<double>::infinity());
   EXPECT_EQ(open.maximum, std::numeric_limits<double>::infinity());
   EXPECT_EQ(warnings, Warnings{});
 }
 
-TEST(DbcTolerance, KeepsSignalsThatCannotBeCodedAndSaysSo) {
+TEST(DbcTolerance, KeepsSignalsThatCannotBeCodedAndWarns) {
   Warnings warnings;
   EXPECT_EQ(signal_of("0|0@1+ (1,0) [0|0]", &warnings).length, 0);
   EXPECT_EQ(warnings, Warnings{"lab.dbc:2:12: a length of 0 bits of signal S: it is not decoded"});
   EXPECT_EQ(signal_of("0|65@1+ (1,0) [0|0]", &warnings).length, 65);
-  EXPECT_EQ(warnings.size(), 2U) << "it is outside its message, too";
+  EXPECT_EQ(warnings.size(), 2U) << "the signal is also outside its message";
   EXPECT_EQ(signal_of("0|8@1+ (0,0) [0|0]", &warnings).scale, 0.0);
   EXPECT_EQ(warnings, Warnings{"lab.dbc:2:18: a scale of 0 of signal S: it can't be encoded"});
 }
 
-TEST(DbcTolerance, KeepsSignalsOutsideTheirMessage) {
+TEST(DbcTolerance, KeepsSignalsOutsideTheirMessageAndWarns) {
   const std::string what = ": signal S reaches beyond the 8 bytes of message Status";
   Warnings warnings;
   signal_of("33|32@1+ (1,0) [0|0]", &warnings);
@@ -76,43 +76,45 @@ TEST(DbcTolerance, KeepsSignalsOutsideTheirMessage) {
   EXPECT_EQ(warnings, Warnings{});
 }
 
-TEST(DbcTolerance, NotesSignalsThatOverlap) {
+TEST(DbcTolerance, WarnsOfSignalsThatOverlap) {
   const Database database =
       read(message(" SG_ A : 0|8@1+ (1,0) [0|0] \"\" X\n SG_ B : 7|4@0+ (1,0) [0|0] \"\" X\n"
                    " SG_ C : 8|8@1+ (1,0) [0|0] \"\" X\n SG_ D m1 : 8|8@1+ (1,0) [0|0] \"\" X"));
   EXPECT_EQ(database.warnings, Warnings{"lab.dbc:3:6: signal B overlaps another one of message Status"});
 }
 
-TEST(DbcTolerance, KeepsDuplicates) {
+TEST(DbcTolerance, KeepsDuplicateIdentifiersNamesAndSignals) {
   const Database ids = read("BO_ 1 A: 1 X\nBO_ 1 B: 1 X\nBO_ 2147483649 C: 1 X\nCM_ BO_ 1 \"both\";\n");
   EXPECT_EQ(ids.messages.size(), 3U);
   EXPECT_EQ(ids.messages[0].comment, "both");
   EXPECT_EQ(ids.messages[1].comment, "both");
   EXPECT_EQ(ids.messages[2].comment, "") << "standard and extended 1 differ";
   EXPECT_EQ(ids.warnings,
-            Warnings{"lab.dbc:2:5: identifier 1 a second time: frames are decoded by the last"});
+            Warnings{"lab.dbc:2:5: identifier 1 occurs a second time: the last message decodes its frames"});
   const Database names = read("BO_ 1 A: 1 X\nBO_ 2 A: 1 X\n");
   EXPECT_EQ(names.find("A")->id, 1U);
-  EXPECT_EQ(names.warnings, Warnings{"lab.dbc:2:7: message A a second time: found by its name is the first"});
+  EXPECT_EQ(names.warnings,
+            Warnings{"lab.dbc:2:7: message A occurs a second time: its name finds the first"});
   const Database signals =
       read(message(" SG_ S : 0|8@1+ (1,0) [0|0] \"\" A\n SG_ S : 8|8@1+ (1,0) [0|0] \"\" A") +
            "VAL_ 385 S 1 \"on\";");
   EXPECT_EQ(signals.messages[0].signals[0].values.at(1), "on");
   EXPECT_EQ(signals.messages[0].signals[1].values.at(1), "on");
   EXPECT_EQ(signals.warnings,
-            Warnings{"lab.dbc:3:6: signal S a second time in message Status: both are kept"});
+            Warnings{"lab.dbc:3:6: signal S occurs a second time in message Status: both are kept"});
 }
 
-TEST(DbcTolerance, TakesALongIdentifierWithoutBit31ForExtended) {
+TEST(DbcTolerance, ReadsALongIdentifierWithoutBit31AsExtended) {
   const Database database = read("BO_ 2048 A: 8 X\n");
   EXPECT_TRUE(database.messages[0].extended);
   EXPECT_EQ(database.messages[0].id, 2048U);
-  EXPECT_EQ(database.warnings,
-            Warnings{"lab.dbc:1:5: identifier 2048 of message A has more than 11 bits, but "
-                     "not bit 31: taken for extended"});
+  EXPECT_EQ(
+      database.warnings,
+      Warnings{
+          "lab.dbc:1:5: identifier 2048 of message A has more than 11 bits, but not bit 31: read as extended"});
 }
 
-TEST(DbcTolerance, ReadsMessagesOfTransportProtocolsAndOfNoByte) {
+TEST(DbcTolerance, ReadsMessagesOfTransportProtocolsAndEmptyMessages) {
   const Database database = read(
       "BO_ 2566843902 Long: 1785 X\n SG_ Last : 14272|8@1+ (1,0) [0|0] \"\" X\nBO_ 1 None: 0\n"
       "BO_ 2 Fd: 64 X\n");
@@ -124,7 +126,7 @@ TEST(DbcTolerance, ReadsMessagesOfTransportProtocolsAndOfNoByte) {
   EXPECT_EQ(database.warnings, Warnings{"lab.dbc:3:7: message None names no sender"});
 }
 
-TEST(DbcTolerance, ReadsReceiversHoweverTheyAreParted) {
+TEST(DbcTolerance, ReadsReceiversWithAnySeparators) {
   const Database database = read(
       message(" SG_ A : 0|1@1+ (1,0) [0|0] \"\"\n SG_ B : 1|1@1+ (1,0) [0|0] \"\" X Y\n"
               " SG_ C : 2|1@1+ (1,0) [0|0] \"\" X , Y,\n  Z\n SG_ D : 3|1@1+ (1,0) [0|0] \"\" Vector__XXX;"));
@@ -146,16 +148,16 @@ TEST(DbcTolerance, SkipsSectionsItDoesNotKnow) {
   EXPECT_EQ(database.warnings,
             (Warnings{"lab.dbc:6:1: section FOO_ is unknown: skipped",
                       "lab.dbc:12:1: a comment after '//' is not part of the format: skipped",
-                      "lab.dbc:13:1: a ';' that ends nothing"}));
+                      "lab.dbc:13:1: an extra ';': skipped"}));
 }
 
-TEST(DbcTolerance, TakesNewSymbolsOnOneLineAndNoneAtAll) {
+TEST(DbcTolerance, ReadsNewSymbolsOnOneLineAndAnEmptyList) {
   EXPECT_EQ(read("NS_ : NS_DESC_ CM_ BA_DEF_\nBA_ VAL_\nBS_:\nBU_:\nBO_ 1 A: 8 X").messages.size(), 1U);
   EXPECT_EQ(read("NS_: BS_: BU_: A\nBO_ 1 A: 8 X").nodes.size(), 1U);
   EXPECT_EQ(read("NS_ :\nCM_ \"of the file\";\n").comment, "of the file");
 }
 
-TEST(DbcTolerance, NotesASemicolonLeftOut) {
+TEST(DbcTolerance, WarnsOfAMissingSemicolon) {
   const Database database = read(message(" SG_ S : 0|8@1+ (1,0) [0|0] \"\" A") +
                                  "VAL_ 385 S 1 \"on\"0 \"off\"\nCM_ \"x\";VERSION \"2\"");
   EXPECT_EQ(database.messages[0].signals[0].values.size(), 2U);
@@ -163,18 +165,18 @@ TEST(DbcTolerance, NotesASemicolonLeftOut) {
   EXPECT_EQ(database.warnings, Warnings{"lab.dbc:4:1: found 'CM_' before ';' at the end of the section"});
 }
 
-TEST(DbcTolerance, NotesWhatIsSaidOfNothing) {
+TEST(DbcTolerance, WarnsOfSectionsForAbsentMessagesSignalsAndNodes) {
   const Database database = read(
-      "BO_ 1 A: 1 X\nCM_ BO_ 2 \"x\";\nVAL_ 1 B 0 \"x\" ;\nVAL_ Temperature 0 \"x\" ;\nSIG_VALTYPE_ 2 C : "
-      "1;\n"
-      "CM_ BU_ Nobody \"x\";\nBO_ 3221225472 VECTOR__INDEPENDENT_SIG_MSG: 0 Vector__XXX\n"
+      "BO_ 1 A: 1 X\nCM_ BO_ 2 \"x\";\nVAL_ 1 B 0 \"x\" ;\nVAL_ Temperature 0 \"x\" ;\n"
+      "SIG_VALTYPE_ 2 C : 1;\n"
+      "CM_ BU_ Absent \"x\";\nBO_ 3221225472 VECTOR__INDEPENDENT_SIG_MSG: 0 Vector__XXX\n"
       " SG_ Stray : 99|8@1+ (1,0) [0|0] \"\" Vector__XXX\nCM_ SG_ 3221225472 Stray \"x\";\n");
   EXPECT_EQ(database.warnings,
             (Warnings{"lab.dbc:2:9: there is no message 2", "lab.dbc:3:8: message A has no signal B",
-                      "lab.dbc:5:14: there is no message 2", "lab.dbc:6:9: there is no node Nobody"}));
+                      "lab.dbc:5:14: there is no message 2", "lab.dbc:6:9: there is no node Absent"}));
 }
 
-TEST(DbcTolerance, KeepsTablesOfValues) {
+TEST(DbcTolerance, ReadsValueTablesAndSkipsInvalidValues) {
   const Database database =
       read("VAL_TABLE_ OnOff 1 \"on\" 0 \"off\";\n" + message(" SG_ S : 0|8@1- (1,0) [0|0] \"\" A") +
            "VAL_ 385 S OnOff;\nVAL_ 385 S -1 \"bad\" 1.5 \"odd\" 2.0 \"two\";\n");
@@ -185,30 +187,31 @@ TEST(DbcTolerance, KeepsTablesOfValues) {
             Warnings{"lab.dbc:5:21: '1.5' is not a raw value of at most 64 bits: left out"});
 }
 
-TEST(DbcTolerance, TakesTheLengthOfAnIeeeSignalForItsType) {
+TEST(DbcTolerance, DecidesTheTypeOfAnIeeeSignalByItsLength) {
   const Database database =
       read(message(" SG_ A : 0|64@1- (1,0) [0|0] \"\" X\n SG_ B m0 : 0|16@1- (1,0) [0|0] \"\" X") +
            "SIG_VALTYPE_ 385 A : 1;\nSIG_VALTYPE_ 385 B 1;\n");
   EXPECT_EQ(database.messages[0].signals[0].value_type, ValueType::float64);
   EXPECT_EQ(database.messages[0].signals[1].value_type, ValueType::unreadable);
-  EXPECT_FALSE(is_decodable(database.messages[0].signals[1])) << "as an integer it would be a wrong number";
+  EXPECT_FALSE(is_decodable(database.messages[0].signals[1]))
+      << "read as an integer it would give a wrong number";
   EXPECT_EQ(database.warnings,
-            (Warnings{"lab.dbc:4:22: signal A of 64 bits can't have value type 1: taken by its length",
+            (Warnings{"lab.dbc:4:22: signal A of 64 bits can't have value type 1: its length decides",
                       "lab.dbc:5:20: signal B of 16 bits can't have value type 1: it is not decoded"}));
 }
 
-TEST(DbcTolerance, HandsOutTextsAsUtf8) {
+TEST(DbcTolerance, ConvertsTextsToUtf8) {
   const auto comment = [](const std::string& text) { return read("CM_ \"" + text + "\";").comment; };
   EXPECT_EQ(comment("\xB0\x43"), "\xC2\xB0\x43") << "Latin-1";
   EXPECT_EQ(comment("\x80 \x96"), "\xE2\x82\xAC \xE2\x80\x93") << "Windows-1252";
   EXPECT_EQ(comment("\xC2\xB0\x43"), "\xC2\xB0\x43") << "UTF-8";
-  EXPECT_EQ(comment("\xED\xA0\x80"), "\xC3\xAD\xC2\xA0\xE2\x82\xAC") << "a surrogate is no UTF-8";
+  EXPECT_EQ(comment("\xED\xA0\x80"), "\xC3\xAD\xC2\xA0\xE2\x82\xAC") << "a surrogate is not UTF-8";
   const Database database = read("BU_: K\xFChler\nBO_ 1 A: 1 K\xFChler\nCM_ BU_ K\xFChler \"x\";");
   EXPECT_EQ(database.nodes[0].name, "K\xC3\xBChler");
   EXPECT_EQ(database.nodes[0].comment, "x");
 }
 
-TEST(DbcTolerance, LetsATextEndInABackslash) {
+TEST(DbcTolerance, ReadsATextThatEndsWithABackslash) {
   const Database database = read("CM_ \"C:\\dir\\\";\nBO_ 1 A: 1 X\nCM_ BO_ 1 \"a \\\"b\\\"; c\\\"\";\n");
   EXPECT_EQ(database.comment, "C:\\dir\\");
   EXPECT_EQ(database.messages.at(0).comment, "a \"b\"; c\"");

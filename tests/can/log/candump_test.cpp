@@ -1,4 +1,5 @@
-// The log format of candump: literal lines both ways, strict refusals, and every frame back as it was.
+// The log format of candump: literal lines in both directions, strict refusals, and a round trip of any
+// frame.
 #include "can/log/candump.h"
 
 #include <gtest/gtest.h>
@@ -51,7 +52,7 @@ TEST(Candump, ReadsAndWritesEveryKindOfFrameAsCandumpDoes) {
     EXPECT_EQ(candump_line(only_frame_of(line)), line);
 }
 
-TEST(Candump, ALineMeansThisFrame) {
+TEST(Candump, ReadsEveryFieldOfALine) {
   const LoggedFrame logged = only_frame_of("(1699876543.000012) can1 00000201#4E61BC00 T\n");
   EXPECT_EQ(logged.time, microseconds{1'699'876'543'000'012});
   EXPECT_EQ(logged.interface, "can1");
@@ -63,16 +64,16 @@ TEST(Candump, ALineMeansThisFrame) {
   EXPECT_EQ(logged.direction, Direction::transmitted);
 }
 
-TEST(Candump, AnErrorFrameKeepsItsClassesAndNoFlag) {
+TEST(Candump, ReadsTheClassesOfAnErrorFrameWithoutTheErrorFlag) {
   const LoggedFrame logged = only_frame_of("(1.000000) can0 20000040#0000000000000000");
   EXPECT_EQ(logged.frame.kind, FrameKind::error);
   EXPECT_EQ(logged.frame.id, CAN_ERR_BUSOFF);
   EXPECT_FALSE(logged.frame.extended);
 }
 
-TEST(Candump, FlagsOfAnFdFrameAreKept) { EXPECT_EQ(only_frame_of("(1.000000) can0 123##5AA").fd_flags, 5); }
+TEST(Candump, ReadsTheFlagsOfAnFdFrame) { EXPECT_EQ(only_frame_of("(1.000000) can0 123##5AA").fd_flags, 5); }
 
-TEST(Candump, ReadsWhatItDoesNotWrite) {
+TEST(Candump, ReadsVariantsThatItDoesNotWrite) {
   EXPECT_EQ(only_frame_of("(1.123456789) can0 123#11").time, microseconds{1'123'456});
   EXPECT_EQ(only_frame_of("(1.000000)   can0 123#11.22.33").frame.length, 3);
   EXPECT_EQ(only_frame_of("(1.000000) can0 7ff#ab\r\n").frame.data[0], 0xAB);
@@ -80,7 +81,7 @@ TEST(Candump, ReadsWhatItDoesNotWrite) {
   EXPECT_EQ(only_frame_of("# a comment\n\n(1.000000) can0 123#\n").frame.length, 0);
 }
 
-TEST(Candump, CountsWhatCandumpSaysItDropped) {
+TEST(Candump, CountsTheFramesThatCandumpReportsAsDropped) {
   std::istringstream stream(
       "DROPCOUNT: dropped 12 CAN frames on 'can0' socket (total drops 12)\n(1.000000) can0 123#\n"
       "DROPCOUNT: dropped 1 CAN frame on 'can0' socket (total drops 13)\n");
@@ -91,7 +92,7 @@ TEST(Candump, CountsWhatCandumpSaysItDropped) {
   EXPECT_EQ(reader.dropped(), 13U);
 }
 
-TEST(Candump, RefusesWithThePlaceAndWhatWasExpected) {
+TEST(Candump, RefusesALineWithThePlaceAndTheExpectedText) {
   const std::pair<const char*, const char*> cases[] = {
       {"nonsense", "log:1:1: found 'n', expected '(' and the time of a frame"},
       {"(1.000000) can0 123#\n(x", "log:2:2: found 'x', expected the time in seconds since 1970"},
@@ -118,17 +119,17 @@ TEST(Candump, RefusesWithThePlaceAndWhatWasExpected) {
     EXPECT_TRUE(refusal_of(line).starts_with(expected)) << line << "\n" << refusal_of(line);
 }
 
-TEST(Candump, ALineWithoutEndIsRefusedBeforeItFillsTheMemory) {
+TEST(Candump, RefusesAnEndlessLineBeforeItFillsTheMemory) {
   EXPECT_TRUE(refusal_of(std::string(1 << 20, 'x')).starts_with("log:1:"))
       << refusal_of(std::string(1 << 20, 'x'));
   EXPECT_NE(refusal_of(std::string(1 << 20, 'x')).find("a longer line"), std::string::npos);
 }
 
-TEST(Candump, ADropNoticeTellsItsNumberAndIsNoOverflowOfTheController) {
+TEST(Candump, DistinguishesADropNoticeFromAnOverflowOfTheController) {
   EXPECT_EQ(candump_frame(drop_notice(0x030201)), "20000004#000100004C010203");
-  EXPECT_EQ(drops_told_by(drop_notice(77)), 77U);
-  EXPECT_EQ(drops_told_by(drop_notice(0xFFFF'FFFF)), 0xFF'FFFFU);
-  EXPECT_FALSE(drops_told_by(only_frame_of("(1.000000) can0 20000004#0001000000000000").frame));
+  EXPECT_EQ(drops_reported_by(drop_notice(77)), 77U);
+  EXPECT_EQ(drops_reported_by(drop_notice(0xFFFF'FFFF)), 0xFF'FFFFU);
+  EXPECT_FALSE(drops_reported_by(only_frame_of("(1.000000) can0 20000004#0001000000000000").frame));
 }
 
 LoggedFrame any_frame() {
@@ -148,7 +149,7 @@ LoggedFrame any_frame() {
   return logged;
 }
 
-RC_GTEST_PROP(Candump, EveryFrameComesBackAsItWas, ()) {
+RC_GTEST_PROP(Candump, ReadsEveryWrittenFrameUnchanged, ()) {
   const LoggedFrame logged = any_frame();
   std::istringstream stream(candump_line(logged) + "\n");
   CandumpReader reader(stream, "log");

@@ -1,4 +1,4 @@
-// What monitor counts, and what an error frame is said to be.
+// The counts of `monitor`, and the text of an error frame.
 #include "can/log/traffic.h"
 
 #include <gtest/gtest.h>
@@ -53,9 +53,9 @@ std::uint64_t rejected(const Traffic& traffic, std::uint32_t id, Rejection cause
   return traffic.messages().at({false, id}).rejected[static_cast<std::size_t>(cause)];
 }
 
-TEST(Traffic, RateIsFramesPerPeriodAndJitterTheDeviationOfTheirIntervals) {
+TEST(Traffic, GivesFramesPerPeriodAsRateAndDeviationOfIntervalsAsJitter) {
   Traffic traffic(shipped());
-  // Intervals 9, 11, 9, 11, ... ms about 10 ms, fifty of each.
+  // The intervals are 9, 11, 9, 11, ... ms, fifty of each.
   microseconds time{0};
   for (int i = 0; i <= 100; ++i) {
     traffic.add(sync(time, 1));
@@ -65,18 +65,19 @@ TEST(Traffic, RateIsFramesPerPeriodAndJitterTheDeviationOfTheirIntervals) {
   const MessageTraffic& of_sync = traffic.messages().at({false, 0x080});
   EXPECT_DOUBLE_EQ(of_sync.rate_Hz, 101.0);
   ASSERT_TRUE(of_sync.jitter_ms);
-  EXPECT_NEAR(*of_sync.jitter_ms, std::sqrt(100.0 / 99.0), 1e-9) << "1 ms, of a sample of 100";
+  EXPECT_NEAR(*of_sync.jitter_ms, std::sqrt(100.0 / 99.0), 1e-9)
+      << "1 ms, as the deviation of a sample of 100";
   traffic.end_period(std::chrono::seconds{1});
   EXPECT_EQ(traffic.messages().at({false, 0x080}).rate_Hz, 0.0);
   EXPECT_FALSE(traffic.messages().at({false, 0x080}).jitter_ms);
   EXPECT_EQ(traffic.messages().at({false, 0x080}).count, 101U);
 }
 
-TEST(Traffic, EveryRejectionIsCountedUnderItsCause) {
+TEST(Traffic, CountsEveryRejectionByItsCause) {
   Traffic traffic(shipped());
   LoggedFrame frame = command();
   traffic.add(frame);
-  traffic.add(frame);  // again: the counter has not moved
+  traffic.add(frame);  // the counter is the same again
   frame.frame.data[0] ^= 1;
   traffic.add(frame);
   frame.frame.length = 7;
@@ -94,7 +95,7 @@ TEST(Traffic, EveryRejectionIsCountedUnderItsCause) {
   EXPECT_EQ(traffic.messages().at({false, 0x201}).newest->frame, command().frame);
 }
 
-TEST(Traffic, OfAnUnprotectedMessageKindAndLengthAreChecked) {
+TEST(Traffic, ChecksKindAndLengthOfAnUnprotectedMessage) {
   Traffic traffic(shipped());
   LoggedFrame frame = sync(microseconds{0}, 1);
   frame.frame.length = 2;
@@ -105,9 +106,9 @@ TEST(Traffic, OfAnUnprotectedMessageKindAndLengthAreChecked) {
   EXPECT_EQ(rejected(traffic, 0x080, Rejection::wrong_kind), 1U);
 }
 
-// The lab's command of docs/protocol.md, 18EF1001#4F133F2D: counter and CRC have names and places of their
-// own, the CRC's polynomial and data id are known to the configuration alone.
-TEST(Traffic, AMessageOfTheConfigurationIsCheckedAsItSaysOnItsExtendedIdentifier) {
+// The lab's command of docs/protocol.md, 18EF1001#4F133F2D. Counter and CRC have their own names and
+// places; only the configuration knows the polynomial and the data id of the CRC.
+TEST(Traffic, ChecksAConfiguredMessageWithAnExtendedIdentifier) {
   const Database lab = load_dbc(HYSTCAN_SOURCE_DIR "/config/lab_amplifier.dbc");
   const MessageMap map{.message = "AmpSet",
                        .counter = "Cnt",
@@ -129,8 +130,8 @@ TEST(Traffic, AMessageOfTheConfigurationIsCheckedAsItSaysOnItsExtendedIdentifier
     EXPECT_EQ(counted.rejected[static_cast<std::size_t>(cause)], 1U) << to_string(cause);
 }
 
-/// SYNC's one byte made ten: 12 on the wire.
-TEST(Traffic, AMessageThatIsLongIsExpectedAsFdInALengthThatFdHas) {
+/// The SYNC message has ten bytes here, which are 12 on the wire.
+TEST(Traffic, ExpectsALongMessageAsFdFrameWithALengthOfCanFd) {
   for (const bool configured : {false, true}) {
     Database database = shipped();
     const auto sync_message = std::ranges::find(database.messages, "Sync", &Message::name);
@@ -148,7 +149,7 @@ TEST(Traffic, AMessageThatIsLongIsExpectedAsFdInALengthThatFdHas) {
   }
 }
 
-TEST(Traffic, AnUnknownIdentifierIsCountedAsItself) {
+TEST(Traffic, CountsAnUnknownIdentifierWithoutAMessage) {
   Traffic traffic(shipped());
   LoggedFrame frame = sync(microseconds{0}, 1);
   frame.frame.extended = true;
@@ -157,7 +158,7 @@ TEST(Traffic, AnUnknownIdentifierIsCountedAsItself) {
   EXPECT_EQ(traffic.messages().at({true, 0x080}).count, 1U);
 }
 
-TEST(Traffic, ErrorFramesTellTheStateOfTheBus) {
+TEST(Traffic, TakesTheStateOfTheBusFromErrorFrames) {
   Traffic traffic(shipped());
   EXPECT_FALSE(traffic.state());
   traffic.add(error(CAN_ERR_CRTL, CAN_ERR_CRTL_TX_PASSIVE, 128, 3));
@@ -168,10 +169,10 @@ TEST(Traffic, ErrorFramesTellTheStateOfTheBus) {
   LoggedFrame lost;
   lost.frame = drop_notice(3);
   traffic.add(lost);
-  EXPECT_EQ(traffic.error_frames(), 2U) << "what the recorder lost is no error of the bus";
+  EXPECT_EQ(traffic.error_frames(), 2U) << "a loss of the recorder is not an error of the bus";
 }
 
-TEST(ErrorWords, NameEveryCauseAndTheNumbersThatGoWithThem) {
+TEST(ErrorWords, NameEveryCauseWithItsNumbers) {
   EXPECT_EQ(describe_error(error(CAN_ERR_CRTL, CAN_ERR_CRTL_TX_WARNING, 96, 0).frame),
             "transmit errors: warning, error counters: transmit 96, receive 0");
   LoggedFrame stuff = error(CAN_ERR_PROT | CAN_ERR_BUSERROR, 0, 0, 0);

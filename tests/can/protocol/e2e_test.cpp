@@ -12,7 +12,7 @@
 namespace hystcan::can {
 namespace {
 
-/// CRC-8/SAE-J1850 one bit at a time, as a shift register would.
+/// CRC-8/SAE-J1850 one bit at a time, like a shift register.
 std::uint8_t bitwise_crc(const std::vector<std::uint8_t>& bytes) {
   unsigned reg = 0xFF;
   for (const unsigned byte : bytes) {
@@ -46,7 +46,7 @@ TEST(Crc8J1850, GivesTheCatalogueCheckValue) {
   EXPECT_EQ(crc8_j1850({}), 0x00);
 }
 
-TEST(Crc8J1850, AgreesWithTheShiftRegister) {
+TEST(Crc8J1850, AgreesWithABitwiseShiftRegister) {
   EXPECT_TRUE(rc::check(
       [](const std::vector<std::uint8_t>& bytes) { RC_ASSERT(crc8_j1850(bytes) == bitwise_crc(bytes)); }));
 }
@@ -57,7 +57,7 @@ TEST(Crc8J1850, AgreesWithTheShiftRegister) {
 //   07            SyncCounter  7
 //   03            Counter      3, low nibble
 //   D9            Crc          over 01 02 4E 61 BC 00 01 07 03
-TEST(E2eProtector, MakesTheAnnotatedAmpCommandByteForByte) {
+TEST(E2eProtector, MakesTheAmpCommandOfTheDocumentByteForByte) {
   Frame frame{.id = 0x201, .length = 8};
   ASSERT_TRUE(codec("Setpoint").pack(12.345678, frame.payload()));
   ASSERT_TRUE(codec("Enable").pack(1.0, frame.payload()));
@@ -91,7 +91,7 @@ TEST(E2eChecker, AcceptsAnUnbrokenSequence) {
   EXPECT_EQ(receiver.accepted(), 100U);
 }
 
-TEST(E2eChecker, CountsEachCauseByItself) {
+TEST(E2eChecker, CountsEachCauseSeparately) {
   const Frame good = sealed_frame(5);
   const auto spoilt = [&](auto spoil) {
     Frame frame = good;
@@ -122,7 +122,7 @@ TEST(E2eChecker, RejectsEverySingleBitErrorAndEveryBurstOfUpToEightBits) {
     for (unsigned pattern = 1; pattern < 256; pattern += 2) {  // the burst starts at `first`
       Frame frame = good;
       for (unsigned bit = 0; bit < 8 && first + bit < 64; ++bit) {
-        const unsigned place = first + bit;  // along the wire: most significant bit of a byte first
+        const unsigned place = first + bit;  // in wire order: the most significant bit of a byte comes first
         if ((pattern >> bit & 1U) != 0)
           frame.data[place / 8] ^= static_cast<std::uint8_t>(0x80U >> place % 8);
       }
@@ -132,7 +132,7 @@ TEST(E2eChecker, RejectsEverySingleBitErrorAndEveryBurstOfUpToEightBits) {
   }
 }
 
-TEST(E2eChecker, TakesAnyCounterAfterARestart) {
+TEST(E2eChecker, AcceptsAnyCounterAfterARestart) {
   E2eChecker receiver = checker();
   const Frame frame = sealed_frame(3);
   EXPECT_EQ(receiver.check(frame), std::nullopt);
@@ -140,7 +140,7 @@ TEST(E2eChecker, TakesAnyCounterAfterARestart) {
   EXPECT_EQ(receiver.check(frame), std::nullopt);
 }
 
-TEST(E2eChecker, DoesNotTakeTheCounterOfARejectedFrameForSeen) {
+TEST(E2eChecker, DoesNotRememberTheCounterOfARejectedFrame) {
   E2eChecker receiver = checker();
   const Frame frame = sealed_frame(3);
   Frame broken = frame;
@@ -149,7 +149,7 @@ TEST(E2eChecker, DoesNotTakeTheCounterOfARejectedFrameForSeen) {
   EXPECT_EQ(receiver.check(frame), std::nullopt);
 }
 
-TEST(E2eChecker, RejectsAStandardFrameInThePlaceOfAnExtendedMessage) {
+TEST(E2eChecker, RejectsAStandardFrameForAnExtendedMessage) {
   E2eChecker receiver(protection(), 8, true);
   EXPECT_EQ(receiver.check(sealed_frame(0)), Rejection::extended_id);
 }

@@ -1,4 +1,4 @@
-// A lab's own frames: names mapped to roles, compiled, and put on the wire.
+// The lab's own frames: maps names to roles, compiles them and encodes frames.
 #include "can/protocol/layout.h"
 
 #include <gtest/gtest.h>
@@ -33,11 +33,11 @@ TEST(Crc8H2F, GivesTheCatalogueCheckValue) {
   EXPECT_EQ(crc8_8h2f(std::vector<std::uint8_t>(digits.begin(), digits.end())), 0xDF);
 }
 
-// The lab's command, as docs/protocol.md annotates it:
+// The lab's command that docs/protocol.md annotates:
 //   4F      Crc   CRC-8H2F over A1 10 (data id 0x10A1), 13 3F 2D
 //   13      Cnt   3, low nibble; On, bit 4
 //   3F 2D   Volt  12.346 V = 12346 mV = 2 * 16173 - 20000, 16173 = 0x3F2D, most significant byte first
-TEST(Layout, MakesTheLabsCommandByteForByte) {
+TEST(Layout, EncodesTheLabCommandOfTheDocumentByteForByte) {
   const Database database = lab();
   Encoder<AmpCommand> encode(Layout<AmpCommand>(*database.find("AmpSet"), amp_set(), "V"));
   std::optional<Frame> frame;
@@ -58,7 +58,7 @@ TEST(Layout, MakesTheLabsCommandByteForByte) {
   EXPECT_EQ(decode.checker().rejected(Rejection::wrong_crc), 1u);
 }
 
-TEST(Layout, RefusesAValueThatTheSignalDoesNotHold) {
+TEST(Layout, RefusesAValueOutsideTheSignal) {
   const Database database = lab();
   const Layout<AmpCommand> layout(*database.find("AmpSet"), amp_set(), "V");
   EXPECT_TRUE(layout.encode({.setpoint = 111.07}));
@@ -71,7 +71,7 @@ TEST(Layout, RefusesAUnitThatDoesNotConvert) {
   EXPECT_THROW(Layout<AmpCommand>(*database.find("AmpSet"), amp_set(), "A"), std::invalid_argument);
 }
 
-TEST(Layout, ReadsARoleWithoutASignalAsToldBeforehand) {
+TEST(Layout, ReadsARoleWithoutASignalAsItsAbsentValue) {
   const Database database = lab();
   MessageMap map = amp_set();
   map.signals.erase("enable");
@@ -82,9 +82,9 @@ TEST(Layout, ReadsARoleWithoutASignalAsToldBeforehand) {
   EXPECT_TRUE(decode(*frame)->enable);
 }
 
-/// Setpoint in 16 to 32 bits of either order, at any place, in any unit that converts, with or without
-/// counter and CRC: what is decoded is what was encoded, to half a resolution.
-TEST(Layout, RoundTripsWhateverTheDbcSays) {
+/// The setpoint has 16 to 32 bits in either byte order, any place, any unit that converts, and a message
+/// with or without counter and CRC. The decoded value equals the encoded value to half a resolution.
+TEST(Layout, DecodesWhatItEncodesForAnySignalDefinition) {
   const bool holds = rc::check([] {
     const auto length = *rc::gen::inRange<std::uint16_t>(16, 33);
     const bool big = *rc::gen::arbitrary<bool>();
@@ -135,7 +135,7 @@ TEST(Layout, RoundTripsWhateverTheDbcSays) {
       const auto command = decode(*frame);
       RC_ASSERT(command.has_value());
       RC_ASSERT(std::abs(command->setpoint - setpoint) <= 0.5000001 * resolution);
-      const auto again = encode({.setpoint = command->setpoint});  // what was decoded is encoded as it was
+      const auto again = encode({.setpoint = command->setpoint});  // a decoded value does not change any more
       RC_ASSERT(again.has_value());
       RC_ASSERT(decode(*again)->setpoint == command->setpoint);
     }
@@ -143,7 +143,7 @@ TEST(Layout, RoundTripsWhateverTheDbcSays) {
   EXPECT_TRUE(holds);
 }
 
-TEST(DecimalStep, IsExact) {
+TEST(DecimalStep, ConvertsExactly) {
   EXPECT_EQ(decimal_step("mV", "V")->to_ours(12346.0), 12.346);
   EXPECT_EQ(decimal_step("mV", "V")->to_theirs(0.5), 500.0);
   EXPECT_EQ(decimal_step("nm", "um")->to_ours(3.0), 0.003);
@@ -153,7 +153,7 @@ TEST(DecimalStep, IsExact) {
   EXPECT_EQ(decimal_step("furlong", "furlong")->to_ours(2.0), 2.0);
 }
 
-TEST(DecimalStep, IsRefusedWhereUnitsDoNotConvert) {
+TEST(DecimalStep, IsEmptyIfTheUnitsDoNotConvert) {
   for (const auto& [theirs, ours] :
        {std::pair{"mV", "A"}, std::pair{"V", "um"}, std::pair{"", "V"}, std::pair{"%", "V"},
         std::pair{"xV", "V"}, std::pair{"m", "V"}, std::pair{"V", ""}})
@@ -168,13 +168,13 @@ TEST(StateTable, ReadsAndSendsTheLabsRawValues) {
   EXPECT_EQ(table.raw(AmpState::fault), 64);
 }
 
-TEST(StateTable, ReadsTheGraverStateWhereOneValueStandsForTwo) {
+TEST(StateTable, ReadsTheMoreSevereStateIfOneValueMeansTwo) {
   const StateTable table({.off = {0}, .ready = {1}, .enabled = {1}, .fault = {}});
   EXPECT_EQ(table.state(1), AmpState::enabled);
   EXPECT_EQ(table.raw(AmpState::fault), 0);
 }
 
-TEST(WireLength, IsTheNextThatFdHas) {
+TEST(WireLength, IsTheNextLengthOfCanFd) {
   EXPECT_EQ(wire_length(8), 8);
   EXPECT_EQ(wire_length(9), 12);
   EXPECT_EQ(wire_length(20), 20);

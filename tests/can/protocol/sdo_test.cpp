@@ -1,5 +1,5 @@
-// Expedited SDO and emergencies, byte for byte; the set-up of a node against a server that answers, refuses,
-// forgets or is silent.
+// Expedited SDO and emergencies, byte for byte. The setup of a node with a server that answers, refuses,
+// loses a value or is silent.
 #include "can/protocol/sdo.h"
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ Frame frame_of(std::uint32_t id, const Bytes& bytes) {
 constexpr SdoObject object{.index = 0x2001, .subindex = 0x05};
 
 // 601#2B01200534120000: node 1, write 2 bytes 0x1234 to object 0x2001:05
-TEST(SdoFrames, AreCiA301sByteForByte) {
+TEST(SdoFrames, HaveTheBytesOfCiA301) {
   const auto write = [](std::uint32_t value, std::uint8_t bytes) {
     return sdo_request(
         1, {.service = SdoService::write, .object = object, .content = {.value = value, .bytes = bytes}});
@@ -49,7 +49,7 @@ TEST(SdoFrames, AreCiA301sByteForByte) {
             (Bytes{0x80, 0x01, 0x20, 0x05, 0x00, 0x00, 0x02, 0x06}));
 }
 
-TEST(SdoFrames, RoundTrip) {
+TEST(SdoFrames, AreParsedToTheMessageThatWasSent) {
   EXPECT_TRUE(rc::check([] {
     const auto bytes = *rc::gen::inRange<std::uint8_t>(1, 5);
     const std::uint32_t mask = 0xFFFF'FFFFU >> (32U - 8U * bytes);
@@ -63,9 +63,9 @@ TEST(SdoFrames, RoundTrip) {
   }));
 }
 
-TEST(SdoFrames, WhatIsNotExpeditedIsNotTakenForIt) {
-  for (const Bytes& bytes : {Bytes{0x41, 1, 0x20, 5, 4, 0, 0, 0},  // segmented: its length follows
-                             Bytes{0x42, 1, 0x20, 5, 4, 0, 0, 0},  // no size stated
+TEST(SdoFrames, AreRejectedIfTheyAreNotExpedited) {
+  for (const Bytes& bytes : {Bytes{0x41, 1, 0x20, 5, 4, 0, 0, 0},  // segmented: the length follows
+                             Bytes{0x42, 1, 0x20, 5, 4, 0, 0, 0},  // without a size
                              Bytes{0x00, 1, 0x20, 5, 4, 0, 0, 0}, Bytes{0x4B, 1, 0x20, 5, 4, 0, 0}, Bytes{}})
     EXPECT_FALSE(parse_sdo_response(frame_of(0x581, bytes)));
   Frame extended = frame_of(0x581, {0x60, 1, 0x20, 5, 0, 0, 0, 0});
@@ -73,7 +73,7 @@ TEST(SdoFrames, WhatIsNotExpeditedIsNotTakenForIt) {
   EXPECT_FALSE(parse_sdo_response(extended));
 }
 
-TEST(SdoServer, KeepsWhatIsWritten) {
+TEST(SdoServer, KeepsWrittenObjects) {
   SdoServer server(3);
   const auto written = server.answer(frame_of(0x603, {0x2B, 0x01, 0x20, 0x05, 0x34, 0x12, 0, 0}));
   EXPECT_EQ(bytes_of(*written), (Bytes{0x60, 0x01, 0x20, 0x05, 0, 0, 0, 0}));
@@ -81,17 +81,19 @@ TEST(SdoServer, KeepsWhatIsWritten) {
   EXPECT_EQ(value->id, 0x583u);
   EXPECT_EQ(bytes_of(*value), (Bytes{0x4B, 0x01, 0x20, 0x05, 0x34, 0x12, 0, 0}));
   EXPECT_EQ(server.object(object)->value, 0x1234u);
-  EXPECT_FALSE(server.answer(frame_of(0x604, {0x40, 0x01, 0x20, 0x05, 0, 0, 0, 0}))) << "another node's";
+  EXPECT_FALSE(server.answer(frame_of(0x604, {0x40, 0x01, 0x20, 0x05, 0, 0, 0, 0})))
+      << "the request is to another node";
 }
 
-TEST(SdoServer, RefusesWithCiA301sCodes) {
+TEST(SdoServer, RefusesWithTheAbortCodesOfCiA301) {
   SdoServer server(3);
   const auto code = [&](const Bytes& request) {
     const auto response = parse_sdo_response(*server.answer(frame_of(0x603, request)));
     return response->service == SdoService::abort ? response->content.value : 0;
   };
   EXPECT_EQ(code({0x40, 0x01, 0x20, 0x05, 0, 0, 0, 0}), sdo_abort::no_such_object);
-  EXPECT_EQ(code({0x2F, 0x00, 0x10, 0x00, 1, 0, 0, 0}), sdo_abort::no_such_object) << "0x1000 is not ours";
+  EXPECT_EQ(code({0x2F, 0x00, 0x10, 0x00, 1, 0, 0, 0}), sdo_abort::no_such_object)
+      << "0x1000 is outside 0x2000 to 0x5FFF";
   EXPECT_EQ(code({0x2B, 0x01, 0x20, 0x05, 1, 0, 0, 0}), 0u);
   EXPECT_EQ(code({0x2F, 0x01, 0x20, 0x05, 1, 0, 0, 0}), sdo_abort::wrong_length);
   for (std::uint8_t i = 0; i < 63; ++i) EXPECT_EQ(code({0x2F, i, 0x30, 0x00, 1, 0, 0, 0}), 0u);
@@ -104,7 +106,7 @@ SdoSetup two_writes() {
                       {.object = {.index = 0x2001, .subindex = 0}, .content = {.value = 3, .bytes = 1}}}}};
 }
 
-/// Polls every millisecond and hands each request to `answer`; the number of requests.
+/// Polls every millisecond and passes each request to `answer`. Returns the number of requests.
 template <class Answer>
 int run(SdoSetup& setup, int for_ms, Answer answer) {
   int requests = 0;
@@ -117,7 +119,7 @@ int run(SdoSetup& setup, int for_ms, Answer answer) {
   return requests;
 }
 
-TEST(SdoSetup, WritesReadsBackAndIsDone) {
+TEST(SdoSetup, IsDoneAfterItHasWrittenAndReadBackEveryObject) {
   SdoServer server(1);
   SdoSetup setup = two_writes();
   EXPECT_EQ(run(setup, 10, [&](const Frame& frame) { return server.answer(frame); }), 4);
@@ -128,7 +130,7 @@ TEST(SdoSetup, WritesReadsBackAndIsDone) {
   EXPECT_FALSE(setup.is_done());
 }
 
-TEST(SdoSetup, TriesAgainWhereAResponseIsLost) {
+TEST(SdoSetup, TriesAgainAfterALostResponse) {
   SdoServer server(1);
   SdoSetup setup = two_writes();
   int count = 0;
@@ -139,7 +141,7 @@ TEST(SdoSetup, TriesAgainWhereAResponseIsLost) {
   EXPECT_FALSE(setup.has_failed());
 }
 
-TEST(SdoSetup, GivesUpOnASilentNodeAfterThreeAttemptsAndSaysSo) {
+TEST(SdoSetup, FailsAfterThreeAttemptsIfTheNodeDoesNotAnswer) {
   SdoSetup setup = two_writes();
   std::vector<Bytes> sent;
   run(setup, 1000, [&](const Frame& frame) {
@@ -153,18 +155,18 @@ TEST(SdoSetup, GivesUpOnASilentNodeAfterThreeAttemptsAndSaysSo) {
   EXPECT_EQ(describe(setup.failure()), "object 0x2000:01: the node does not answer");
 }
 
-TEST(SdoSetup, IsAsPatientAsItIsToldToBe) {
+TEST(SdoSetup, UsesTheConfiguredTimeoutAndNumberOfAttempts) {
   SdoSetup setup{1,
                  {.writes = {{.object = object, .content = {.value = 9, .bytes = 1}}},
                   .patience = {.timeout = milliseconds(700), .attempts = 2}}};
   const auto silence = [](const Frame&) { return std::optional<Frame>(); };
-  EXPECT_EQ(run(setup, 1401, silence), 3) << "asked, given up and asked again after 700 ms";
+  EXPECT_EQ(run(setup, 1401, silence), 3) << "a request, its abort and the next request after 700 ms";
   EXPECT_FALSE(setup.has_failed());
-  EXPECT_EQ(setup.poll(Time{milliseconds(1402)}).has_value(), true) << "given up for good";
+  EXPECT_EQ(setup.poll(Time{milliseconds(1402)}).has_value(), true) << "the abort of the last attempt";
   EXPECT_TRUE(setup.has_failed());
 }
 
-TEST(SdoSetup, SaysWhyTheNodeRefused) {
+TEST(SdoSetup, GivesTheReasonWhyTheNodeRefuses) {
   SdoSetup setup{1, {.writes = {{.object = object, .content = {.value = 9, .bytes = 1}}}}};
   run(setup, 100, [&](const Frame&) {
     return std::optional(frame_of(0x581, {0x80, 0x01, 0x20, 0x05, 0x31, 0x00, 0x09, 0x06}));
@@ -174,7 +176,7 @@ TEST(SdoSetup, SaysWhyTheNodeRefused) {
             "object 0x2001:05: refused by the node with 0x06090031: value of the parameter too high");
 }
 
-TEST(SdoSetup, NoticesAValueThatWasNotKept) {
+TEST(SdoSetup, FailsIfTheNodeDoesNotKeepAValue) {
   SdoSetup setup{1, {.writes = {{.object = object, .content = {.value = 9, .bytes = 1}}}}};
   run(setup, 100, [&](const Frame& request) {
     const bool write = request.data[0] == 0x2F;
@@ -185,24 +187,25 @@ TEST(SdoSetup, NoticesAValueThatWasNotKept) {
   EXPECT_EQ(describe(setup.failure()), "object 0x2001:05: 0x9 was written, 0x8 was read back");
 }
 
-TEST(SdoSetup, IgnoresAnswersToWhatItDidNotAsk) {
+TEST(SdoSetup, IgnoresResponsesThatDoNotAnswerItsRequest) {
   SdoSetup setup = two_writes();
   setup.handle(frame_of(0x581, {0x60, 0x00, 0x20, 0x01, 0, 0, 0, 0}));  // before any request
   ASSERT_TRUE(setup.poll(Time{}));
-  setup.handle(frame_of(0x581, {0x60, 0x07, 0x20, 0x01, 0, 0, 0, 0}));     // another object
-  setup.handle(frame_of(0x581, {0x4B, 0x00, 0x20, 0x01, 0xF4, 1, 0, 0}));  // a value, where a write was asked
+  setup.handle(frame_of(0x581, {0x60, 0x07, 0x20, 0x01, 0, 0, 0, 0}));  // another object
+  setup.handle(
+      frame_of(0x581, {0x4B, 0x00, 0x20, 0x01, 0xF4, 1, 0, 0}));  // a value, but the request was a write
   EXPECT_FALSE(setup.poll(Time{milliseconds(1)}));
   setup.handle(frame_of(0x581, {0x60, 0x00, 0x20, 0x01, 0, 0, 0, 0}));
   EXPECT_EQ(bytes_of(*setup.poll(Time{milliseconds(2)})), (Bytes{0x40, 0x00, 0x20, 0x01, 0, 0, 0, 0}));
 }
 
-TEST(SdoAbort, IsToldInWords) {
+TEST(SdoAbort, HasATextForItsCode) {
   EXPECT_EQ(sdo_abort_text(0x0602'0000), "object does not exist in the object dictionary");
   EXPECT_EQ(sdo_abort_text(0x1234'5678), "unknown abort code");
 }
 
 // 081#3081010102030405: node 1, 0x8130, error register 0x01, manufacturer 01 02 03 04 05
-TEST(Emergency, IsCiA301sByteForByte) {
+TEST(Emergency, HasTheBytesOfCiA301) {
   const Frame frame =
       emergency_frame(1, {.code = 0x8130, .error_register = 0x01, .manufacturer = {1, 2, 3, 4, 5}});
   EXPECT_EQ(frame.id, 0x081u);
@@ -212,7 +215,7 @@ TEST(Emergency, IsCiA301sByteForByte) {
   EXPECT_EQ(parsed->manufacturer, (std::array<std::uint8_t, 5>{1, 2, 3, 4, 5}));
 }
 
-TEST(Emergency, IsNamedByItsCodeElseByItsGroup) {
+TEST(Emergency, HasTheTextOfItsCodeOrElseOfItsGroup) {
   EXPECT_EQ(emergency_text(0x8130), "life guard or heartbeat error");
   EXPECT_EQ(emergency_text(0x2310), "current, device output side");
   EXPECT_EQ(emergency_text(0x2F00), "current");

@@ -30,11 +30,11 @@ struct Lossy {
     });
   }
 
-  /// `count` samples, 1 ms apart; counter and position tell which.
+  /// Sends `count` samples, 1 ms apart. Counter and position identify each one.
   void send(int count) {
     for (int i = 0; i < count; ++i) {
       sent.push_back(*encode({.position_um = 0.001 * i, .sync_counter = 1, .status = 0}));
-      peer->send(sent.back());
+      remote->send(sent.back());
       clock.run_until(clock.now() + 1ms);
     }
     clock.run_until(clock.now() + 100ms);
@@ -48,7 +48,7 @@ struct Lossy {
 
   VirtualClock clock;
   SimBus wire{clock, 1'000'000};
-  std::unique_ptr<SimNode> peer = wire.attach();
+  std::unique_ptr<SimNode> remote = wire.attach();
   FaultyBus bus;
   Encoder<SensorSample> encode{*shipped().find("XSensorSample")};
   Decoder<SensorSample> decode{*shipped().find("XSensorSample")};
@@ -62,7 +62,7 @@ FaultRule rule(BusFault fault, double probability) {
   return {.fault = fault, .probability = probability, .only = {}};
 }
 
-TEST(FaultyBus, WithoutRulesChangesNothing) {
+TEST(FaultyBus, ChangesNothingWithoutRules) {
   Lossy line({});
   line.send(100);
   EXPECT_EQ(line.heard, line.sent);
@@ -73,7 +73,7 @@ TEST(FaultyBus, WithoutRulesChangesNothing) {
   EXPECT_TRUE(line.bus.error_counters());
 }
 
-TEST(FaultyBus, LosesAsManyAsItCounts) {
+TEST(FaultyBus, LosesAsManyFramesAsItCounts) {
   Lossy line({rule(BusFault::lose, 0.3)});
   line.send(1000);
   const auto lost = line.bus.injected(BusFault::lose);
@@ -83,7 +83,7 @@ TEST(FaultyBus, LosesAsManyAsItCounts) {
   EXPECT_EQ(line.decoded + line.rejected(Rejection::repeated_counter), line.heard.size());
 }
 
-TEST(FaultyBus, DelaysByTheSchedulerAndTellsTheTimeOfArrival) {
+TEST(FaultyBus, DelaysFramesAndGivesTheLaterTimeOfArrival) {
   FaultRule late = rule(BusFault::delay, 1.0);
   late.delay = 400us;
   Lossy line({late});
@@ -100,7 +100,7 @@ TEST(FaultyBus, DelaysByTheSchedulerAndTellsTheTimeOfArrival) {
   EXPECT_GT(longest, 350us);
 }
 
-TEST(FaultyBus, ADuplicateIsSeenAsARepeatedCounter) {
+TEST(FaultyBus, DuplicatesFramesAndTheCheckerCountsRepeatedCounters) {
   Lossy line({rule(BusFault::duplicate, 0.2)});
   line.send(500);
   const auto doubled = line.bus.injected(BusFault::duplicate);
@@ -110,7 +110,7 @@ TEST(FaultyBus, ADuplicateIsSeenAsARepeatedCounter) {
   EXPECT_EQ(line.decoded, 500U);
 }
 
-TEST(FaultyBus, ReordersWithTheNextFrame) {
+TEST(FaultyBus, ReordersAFrameWithTheNextOne) {
   FaultRule swap = rule(BusFault::reorder, 0.2);
   swap.delay = 20ms;
   Lossy line({swap});
@@ -123,7 +123,7 @@ TEST(FaultyBus, ReordersWithTheNextFrame) {
   EXPECT_TRUE(std::ranges::is_permutation(line.heard, line.sent));
 }
 
-TEST(FaultyBus, AReorderedFrameThatNothingFollowsComesAfterTheDelay) {
+TEST(FaultyBus, DeliversAReorderedFrameAfterTheDelayIfNoFrameFollows) {
   FaultRule swap = rule(BusFault::reorder, 1.0);
   swap.delay = 20ms;
   Lossy line({swap});
@@ -133,29 +133,34 @@ TEST(FaultyBus, AReorderedFrameThatNothingFollowsComesAfterTheDelay) {
 }
 
 struct Corruption {
+  const char* name;
   BusFault fault;
-  Rejection seen_as;
+  Rejection rejection;
+
+  friend void PrintTo(const Corruption& corruption, std::ostream* out) { *out << corruption.name; }
 };
 class FaultyBusCorrupts : public testing::TestWithParam<Corruption> {};
 
-TEST_P(FaultyBusCorrupts, AndTheCheckerCountsItUnderItsCause) {
+TEST_P(FaultyBusCorrupts, OneFieldAndTheCheckerCountsItsCause) {
   Lossy line({rule(GetParam().fault, 0.2)});
   line.send(500);
   const auto injected = line.bus.injected(GetParam().fault);
   EXPECT_GT(injected, 50U);
   EXPECT_EQ(line.heard.size(), 500U);
-  EXPECT_EQ(line.rejected(GetParam().seen_as), injected);
-  EXPECT_EQ(line.rejected_in_all(), injected) << "nothing else was changed";
+  EXPECT_EQ(line.rejected(GetParam().rejection), injected);
+  EXPECT_EQ(line.rejected_in_all(), injected) << "no other field changes";
   EXPECT_EQ(line.decoded, 500 - injected);
 }
 
-INSTANTIATE_TEST_SUITE_P(EachField, FaultyBusCorrupts,
-                         testing::Values(Corruption{BusFault::corrupt_payload, Rejection::wrong_crc},
-                                         Corruption{BusFault::corrupt_length, Rejection::wrong_length},
-                                         Corruption{BusFault::corrupt_kind, Rejection::wrong_kind},
-                                         Corruption{BusFault::corrupt_extension, Rejection::extended_id}));
+INSTANTIATE_TEST_SUITE_P(
+    EachField, FaultyBusCorrupts,
+    testing::Values(Corruption{"Payload", BusFault::corrupt_payload, Rejection::wrong_crc},
+                    Corruption{"Length", BusFault::corrupt_length, Rejection::wrong_length},
+                    Corruption{"Kind", BusFault::corrupt_kind, Rejection::wrong_kind},
+                    Corruption{"Extension", BusFault::corrupt_extension, Rejection::extended_id}),
+    [](const auto& param) { return std::string(param.param.name); });
 
-TEST(FaultyBus, ACorruptIdentifierGoesToNobodyAndToNobodyElse) {
+TEST(FaultyBus, CorruptsAnIdentifierSoThatNoReceiverAcceptsTheFrame) {
   Lossy line({rule(BusFault::corrupt_id, 0.2)});
   line.send(500);
   const auto injected = line.bus.injected(BusFault::corrupt_id);
@@ -168,37 +173,38 @@ TEST(FaultyBus, ACorruptIdentifierGoesToNobodyAndToNobodyElse) {
   EXPECT_EQ(other.checker().rejected(Rejection::wrong_crc), 1U);
 }
 
-TEST(FaultyBus, StrikesOnlyTheIdentifierAndDirectionOfItsRule) {
+TEST(FaultyBus, AppliesARuleOnlyToItsIdentifierAndDirection) {
   FaultRule only = rule(BusFault::lose, 1.0);
   only.only = Filter{.id = 0x182};
   Lossy line({only});
-  line.peer->send({.id = 0x183, .length = 2});
-  line.peer->send({.id = 0x182, .extended = true, .length = 2});
+  line.remote->send({.id = 0x183, .length = 2});
+  line.remote->send({.id = 0x182, .extended = true, .length = 2});
   line.send(10);
   EXPECT_EQ(line.heard.size(), 2U);
   EXPECT_EQ(line.bus.injected(BusFault::lose), 10U);
 
   int reached = 0;
-  line.peer->on_frame([&](const Frame&, Time) { ++reached; });
-  EXPECT_TRUE(line.bus.send({.id = 0x182, .length = 2})) << "the rule is for frames received";
+  line.remote->on_frame([&](const Frame&, Time) { ++reached; });
+  EXPECT_TRUE(line.bus.send({.id = 0x182, .length = 2})) << "the rule applies to received frames";
   line.clock.run_until(line.clock.now() + 1ms);
   EXPECT_EQ(reached, 1);
 }
 
-TEST(FaultyBus, LosesWhatItsOwnerSendsWhereTheRuleSaysSo) {
+TEST(FaultyBus, LosesTransmittedFramesByATransmitRule) {
   FaultRule sending = rule(BusFault::lose, 1.0);
   sending.on_receive = false;
   sending.on_transmit = true;
   Lossy line({sending});
   int reached = 0;
-  line.peer->on_frame([&](const Frame&, Time) { ++reached; });
-  EXPECT_TRUE(line.bus.send({.id = 0x200, .length = 2})) << "as on a real line, the sender cannot know";
+  line.remote->on_frame([&](const Frame&, Time) { ++reached; });
+  EXPECT_TRUE(line.bus.send({.id = 0x200, .length = 2}))
+      << "the sender cannot detect the loss, as on a real bus";
   line.send(3);
   EXPECT_EQ(reached, 0);
   EXPECT_EQ(line.heard.size(), 3U);
 }
 
-TEST(FaultyBus, IsTheSameEveryTimeForOneSeed) {
+TEST(FaultyBus, RepeatsItsResultsForTheSameSeed) {
   const auto run = [](std::uint64_t seed) {
     Lossy line({rule(BusFault::lose, 0.1), rule(BusFault::delay, 0.3), rule(BusFault::corrupt_payload, 0.2)},
                seed);
@@ -209,7 +215,7 @@ TEST(FaultyBus, IsTheSameEveryTimeForOneSeed) {
   EXPECT_NE(run(3), run(4));
 }
 
-TEST(FaultyBus, AllocatesNothingOnceItStands) {
+TEST(FaultyBus, AllocatesNothingWhileItRuns) {
   Lossy line({rule(BusFault::delay, 0.5), rule(BusFault::reorder, 0.3), rule(BusFault::duplicate, 0.3)});
   line.heard.reserve(4000);
   line.times.reserve(4000);
@@ -220,14 +226,14 @@ TEST(FaultyBus, AllocatesNothingOnceItStands) {
   EXPECT_EQ(support::allocations_so_far() - before, 0U);
 }
 
-TEST(FaultyBus, RefusesWhatIsNoRule) {
+TEST(FaultyBus, RefusesAnInvalidRule) {
   EXPECT_THROW(Lossy({rule(BusFault::lose, 1.1)}), std::invalid_argument);
   FaultRule backwards = rule(BusFault::delay, 0.5);
   backwards.delay = -1ms;
   EXPECT_THROW(Lossy({backwards}), std::invalid_argument);
 }
 
-TEST(FaultyBus, TakesOtherRulesWhileItRuns) {
+TEST(FaultyBus, AcceptsNewRulesWhileItRuns) {
   Lossy lossy({});
   lossy.send(10);
   lossy.bus.set_rules({{.fault = BusFault::lose, .probability = 1.0, .only = {}}});
@@ -239,14 +245,14 @@ TEST(FaultyBus, TakesOtherRulesWhileItRuns) {
                std::invalid_argument);
 }
 
-/// What a reordering held back when its rule went is released by the next frame, as under the rule.
-TEST(FaultyBus, StillReleasesWhatAnEarlierRuleHeldBack) {
+/// A rule holds a frame and is then removed. The next frame releases the held one, as under the rule.
+TEST(FaultyBus, ReleasesAFrameThatARemovedRuleHeld) {
   Lossy lossy({{.fault = BusFault::reorder, .probability = 1.0, .only = {}, .delay = 1s}});
-  lossy.peer->send(can::sync_frame(1));
+  lossy.remote->send(can::sync_frame(1));
   lossy.clock.run_until(lossy.clock.now() + 1ms);
   ASSERT_TRUE(lossy.heard.empty());
   lossy.bus.set_rules({});
-  lossy.peer->send(can::sync_frame(2));
+  lossy.remote->send(can::sync_frame(2));
   lossy.clock.run_until(lossy.clock.now() + 1ms);
   ASSERT_EQ(lossy.heard.size(), 2u);
   EXPECT_EQ(lossy.heard.back(), can::sync_frame(1));

@@ -38,7 +38,7 @@ std::string stuffed(const std::string& content) {
   return wire;
 }
 
-/// The oracle: the frame written out bit by bit as ISO 11898-1 lists its fields.
+/// The oracle: the frame as a string of bits, with the fields of ISO 11898-1.
 unsigned written_out(const Frame& frame) {
   const std::string remote = frame.kind == FrameKind::remote ? "1" : "0";
   std::string content = "0";
@@ -55,7 +55,7 @@ unsigned written_out(const Frame& frame) {
   return static_cast<unsigned>(wire.size());
 }
 
-TEST(FrameBits, AreThoseOfTheFrameWrittenOut) {
+TEST(FrameBits, AgreeWithTheFrameAsAStringOfBits) {
   EXPECT_TRUE(rc::check([] {
     Frame frame;
     frame.extended = *rc::gen::arbitrary<bool>();
@@ -71,7 +71,7 @@ TEST(FrameBits, AreThoseOfTheFrameWrittenOut) {
   }));
 }
 
-TEST(FrameBits, AreThoseOfTheFrameWrittenOutForEveryStandardIdentifier) {
+TEST(FrameBits, AgreeWithTheStringOfBitsForEveryStandardIdentifier) {
   for (std::uint32_t id = 0; id < 0x800; ++id) {
     for (std::uint8_t length = 0; length <= 8; ++length) {
       const Frame frame{.id = id, .length = length};
@@ -80,7 +80,7 @@ TEST(FrameBits, AreThoseOfTheFrameWrittenOutForEveryStandardIdentifier) {
   }
 }
 
-TEST(FrameBits, AreThoseThatCanbusloadCounts) {  // canbusload -e of can-utils
+TEST(FrameBits, AgreeWithCanbusloadOfCanUtils) {  // canbusload -e
   EXPECT_EQ(frame_bits({.id = 0x201, .length = 8, .data = {0x4E, 0x61, 0xBC, 0x00, 0x01, 0x07, 0x03, 0xD9}}),
             118U);
   EXPECT_EQ(frame_bits({.id = 0x000, .length = 8}), 127U);
@@ -97,15 +97,15 @@ TEST(FrameBits, StayWithinTheBoundsOfTheStandard) {
   EXPECT_GT(frame_bits(worst), 111U + 10U);
 }
 
-TEST(FrameBits, OfAnFdFrameGrowWithItsLengthCode) {
+TEST(FrameBits, GrowWithTheLengthCodeOfAnFdFrame) {
   Frame frame{.id = 0x555, .kind = FrameKind::fd, .length = 64};
   frame.data.fill(0x55);
   // SOF 1, arbitration and control 21, data 512, stuff count 4, CRC 21, fixed stuff bits 7, tail 10,
-  // interframe 3; no five equal bits in a row.
+  // interframe 3. There are no five equal bits in a row.
   EXPECT_EQ(frame_bits(frame), 1U + 21U + 512U + 4U + 21U + 7U + 10U + 3U);
   const unsigned at_64 = frame_bits(frame);
   frame.length = 49;
-  EXPECT_LE(frame_bits(frame), at_64 + 15 * 2) << "49 bytes travel as 64";
+  EXPECT_LE(frame_bits(frame), at_64 + 15 * 2) << "49 bytes take 64 bytes on the wire";
   EXPECT_GE(frame_bits(frame), at_64);
 }
 

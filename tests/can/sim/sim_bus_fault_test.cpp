@@ -1,4 +1,4 @@
-// The simulated bus when something is wrong: error frames, fault confinement, bus-off (ISO 11898-1).
+// The simulated bus with errors: error frames, fault confinement, bus-off (ISO 11898-1).
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -52,7 +52,7 @@ TEST(FaultConfinement, FollowsTheRulesOfTheStandard) {
   EXPECT_EQ(node.counters(), (ErrorCounters{95, 0}));
   EXPECT_EQ(node.state(), BusState::active);
   for (int i = 0; i < 5; ++i) node.not_acknowledged();
-  EXPECT_EQ(node.counters(), (ErrorCounters{135, 0})) << "127 is error-active still, 135 passive";
+  EXPECT_EQ(node.counters(), (ErrorCounters{135, 0})) << "127 is still error-active, 135 is error-passive";
   node.not_acknowledged();
   EXPECT_EQ(node.counters(), (ErrorCounters{135, 0}));
   EXPECT_EQ(node.state(), BusState::passive);
@@ -65,7 +65,7 @@ TEST(FaultConfinement, FollowsTheRulesOfTheStandard) {
   EXPECT_EQ(node.counters(), (ErrorCounters{0, 0}));
 }
 
-TEST(FaultConfinement, BringsAPassiveReceiverBackBelowPassive) {
+TEST(FaultConfinement, MakesAPassiveReceiverActiveAfterAReceivedFrame) {
   FaultConfinement node;
   node.received();
   EXPECT_EQ(node.counters().receive, 0);
@@ -83,10 +83,10 @@ TEST(FaultConfinement, BringsAPassiveReceiverBackBelowPassive) {
   EXPECT_EQ(node.counters().receive, after - 1);
 }
 
-TEST_F(SimBusFaults, ALoneNodeIsNotAcknowledgedAndEndsErrorPassiveNotBusOff) {
+TEST_F(SimBusFaults, MakeALoneTransmitterErrorPassiveButNotBusOff) {
   Listener lone(wire);
   lone.bus->send(frame_of(0x100));
-  // Up to the ACK slot, then flag, delimiter and interframe space.
+  // The frame up to the ACK slot, then flag, delimiter and interframe space.
   const Duration attempt = time_of(frame_of(0x100)) + (-3 - 8 + 6 + 8 + 3) * bit;
   clock.run_until(at(attempt) - 3 * bit - 1ns);
   EXPECT_EQ(lone.bus->counters().not_acknowledged, 0U);
@@ -94,24 +94,25 @@ TEST_F(SimBusFaults, ALoneNodeIsNotAcknowledgedAndEndsErrorPassiveNotBusOff) {
   EXPECT_EQ(lone.bus->counters().not_acknowledged, 1U);
   EXPECT_EQ(lone.bus->error_counters(), (ErrorCounters{8, 0}));
   clock.run_until(at(100ms));
-  EXPECT_EQ(lone.bus->error_counters(), (ErrorCounters{128, 0})) << "it stops rising once passive";
+  EXPECT_EQ(lone.bus->error_counters(), (ErrorCounters{128, 0}))
+      << "the counter of a passive node does not rise";
   EXPECT_EQ(lone.states, (std::vector{BusState::warning, BusState::passive}));
   EXPECT_EQ(lone.bus->state(), BusState::passive);
   EXPECT_EQ(lone.bus->counters().warnings, 1U);
   EXPECT_EQ(lone.bus->counters().passives, 1U);
   const auto attempts = lone.bus->counters().not_acknowledged;
   EXPECT_EQ(attempts, 16U + static_cast<unsigned>((100ms - 16 * attempt) / (attempt + 8 * bit)))
-      << "a passive node pauses for eight bits more";
+      << "a passive node pauses for eight more bits";
   EXPECT_EQ(lone.bus->counters().error_frames, attempts + 2);
 
   Listener other(wire);
   run_for(1ms);
-  ASSERT_EQ(other.heard.size(), 1U) << "the frame has waited in the controller";
+  ASSERT_EQ(other.heard.size(), 1U) << "the frame is still in the controller";
   EXPECT_EQ(lone.bus->error_counters(), (ErrorCounters{127, 0}));
   EXPECT_EQ(lone.bus->state(), BusState::warning);
 }
 
-TEST_F(SimBusFaults, AFrameInErrorIsSentAgainAfterTheErrorFrame) {
+TEST_F(SimBusFaults, MakeTheSenderRepeatTheFrameAfterTheErrorFrame) {
   Listener a(wire), b(wire), c(wire);
   wire.set_bit_error(1.0);
   a.bus->send(frame_of(0x100));
@@ -133,7 +134,7 @@ TEST_F(SimBusFaults, AFrameInErrorIsSentAgainAfterTheErrorFrame) {
   }
 }
 
-TEST_F(SimBusFaults, AfterAnErrorTheFrameMustWinArbitrationAgain) {
+TEST_F(SimBusFaults, MakeTheDestroyedFrameArbitrateAgain) {
   Listener a(wire), b(wire), ear(wire);
   wire.set_bit_error(1.0);
   a.bus->send(frame_of(0x300));
@@ -144,12 +145,12 @@ TEST_F(SimBusFaults, AfterAnErrorTheFrameMustWinArbitrationAgain) {
   clock.run_until(at(10ms));
   ASSERT_EQ(ear.heard.size(), 3U);
   EXPECT_EQ(ear.heard[0].id, 0x200U);
-  EXPECT_EQ(ear.heard[1].id, 0x300U) << "before what its node sent after it";
+  EXPECT_EQ(ear.heard[1].id, 0x300U) << "it comes before a later frame of its node";
   EXPECT_EQ(ear.heard[2].id, 0x100U);
   EXPECT_EQ(a.bus->counters().arbitration_lost, 1U);
 }
 
-/// Drives `node` to bus-off by errors that all see; returns when it was.
+/// Drives `node` to bus-off by errors that all nodes see. Returns the time of bus-off.
 Time force_off(VirtualClock& clock, SimBus& wire, Listener& node) {
   wire.set_bit_error(1.0);
   node.bus->send(frame_of(0x100));
@@ -158,11 +159,11 @@ Time force_off(VirtualClock& clock, SimBus& wire, Listener& node) {
   return clock.now();
 }
 
-TEST_F(SimBusFaults, ATransmitterIsOffAfter32ErrorsAndLosesWhatItHasQueued) {
+TEST_F(SimBusFaults, MakeATransmitterBusOffAfter32ErrorsAndItsQueueIsLost) {
   Listener a(wire), b(wire);
   a.bus->send(frame_of(0x101));
   const Time off = force_off(clock, wire, a);
-  // The first 16 attempts follow at once; the other 16 each after the pause of a passive node.
+  // The first 16 attempts follow at once, each of the other 16 after the pause of a passive node.
   EXPECT_EQ(off, at((32 * error_at_once_bits + 16 * 8 - 3) * bit));
   EXPECT_EQ(a.states, (std::vector{BusState::warning, BusState::passive, BusState::bus_off}));
   EXPECT_EQ(a.bus->error_counters(), (ErrorCounters{256, 0}));
@@ -173,13 +174,13 @@ TEST_F(SimBusFaults, ATransmitterIsOffAfter32ErrorsAndLosesWhatItHasQueued) {
   EXPECT_EQ(a.bus->counters().send_refused, 1U);
   b.bus->send(frame_of(0x200));
   run_for(1s);
-  EXPECT_TRUE(a.heard.empty()) << "it is off";
+  EXPECT_TRUE(a.heard.empty()) << "a bus-off node receives nothing";
   EXPECT_TRUE(b.heard.empty());
-  EXPECT_EQ(a.bus->state(), BusState::bus_off) << "nothing restarts it by itself";
-  EXPECT_GT(b.bus->counters().not_acknowledged, 0U) << "a node that is off acknowledges nothing";
+  EXPECT_EQ(a.bus->state(), BusState::bus_off) << "there is no automatic restart";
+  EXPECT_GT(b.bus->counters().not_acknowledged, 0U) << "a bus-off node acknowledges nothing";
 }
 
-TEST_F(SimBusFaults, OnRequestItIsBackAfter128Times11RecessiveBits) {
+TEST_F(SimBusFaults, EndBusOffOnRequestAfter128Times11RecessiveBits) {
   Listener a(wire), b(wire);
   force_off(clock, wire, a);
   run_for(1ms);
@@ -194,17 +195,18 @@ TEST_F(SimBusFaults, OnRequestItIsBackAfter128Times11RecessiveBits) {
   EXPECT_EQ(a.bus->counters().restarts, 1U);
   a.bus->send(frame_of(0x103));
   run_for(10ms);
-  ASSERT_EQ(b.heard.size(), 1U) << "nothing stale";
+  ASSERT_EQ(b.heard.size(), 1U) << "there is no stale frame";
   EXPECT_EQ(b.heard[0].id, 0x103U);
 }
 
-TEST_F(SimBusFaults, TrafficDelaysTheReturnFromBusOff) {
+TEST_F(SimBusFaults, EndBusOffLaterWhileTheBusHasTraffic) {
   Listener a(wire), b(wire), c(wire);
   force_off(clock, wire, a);
   run_for(1ms);
   a.bus->restart();
   const Time asked = clock.now();
-  // Ten frames back to back: one sequence each, at its end. The other 118 in the silence after them.
+  // Ten frames follow each other; each counts as one sequence at its end. The other 118 follow in the
+  // silence.
   for (int i = 0; i < 8; ++i) b.bus->send(frame_of(0x200));
   for (int i = 0; i < 2; ++i) c.bus->send(frame_of(0x201));
   const Time back = asked + 8 * time_of(frame_of(0x200)) + 2 * time_of(frame_of(0x201)) + 118 * 11 * bit;
@@ -215,7 +217,7 @@ TEST_F(SimBusFaults, TrafficDelaysTheReturnFromBusOff) {
   EXPECT_TRUE(a.heard.empty());
 }
 
-TEST(SimBusRestart, ComesByItselfWhereItIsConfigured) {
+TEST(SimBusRestart, IsAutomaticIfItIsConfigured) {
   VirtualClock clock;
   SimBus wire(clock, bitrate, {.bit_error = 0.0, .seed = 1, .restart_after = 100ms});
   Listener a(wire), b(wire);
@@ -226,7 +228,7 @@ TEST(SimBusRestart, ComesByItselfWhereItIsConfigured) {
   EXPECT_EQ(a.bus->state(), BusState::active);
 }
 
-TEST_F(SimBusFaults, ABrokenTransmitterGoesOffAndLeavesTheOthersAlone) {
+TEST_F(SimBusFaults, MakeABrokenTransmitterBusOffWhileTheOtherNodesGoOn) {
   Listener broken(wire), b(wire), c(wire);
   broken.bus->set_faults({.transmit_bit_error = 1.0, .receive_bit_error = 0.0, .overrun = 0.0});
   broken.bus->send(frame_of(0x001));
@@ -238,12 +240,12 @@ TEST_F(SimBusFaults, ABrokenTransmitterGoesOffAndLeavesTheOthersAlone) {
   EXPECT_EQ(c.heard[0].id, 0x200U);
 }
 
-TEST_F(SimBusFaults, AReceiverThatSeesErrorsAloneBecomesPassiveThenMissesFramesAndHarmsNobody) {
+TEST_F(SimBusFaults, MakeAReceiverThatAloneSeesThemPassiveAndThenOnlyItMissesFrames) {
   Listener a(wire), deaf(wire), c(wire);
   deaf.bus->set_faults({.transmit_bit_error = 0.0, .receive_bit_error = 1.0, .overrun = 0.0});
   a.bus->send(frame_of(0x100));
   clock.run_until(at(10ms));
-  // Each error costs it 1 + 8: 15 of them make it passive, and from then on it destroys nothing.
+  // Each error adds 1 + 8 to its counter: after 15 errors it is passive and destroys no more frames.
   EXPECT_EQ(deaf.bus->state(), BusState::passive);
   EXPECT_EQ(deaf.bus->error_counters(), (ErrorCounters{0, 15 * 9 + 1}));
   EXPECT_EQ(a.bus->error_counters(), (ErrorCounters{15 * 8 - 1, 0}));
@@ -253,7 +255,7 @@ TEST_F(SimBusFaults, AReceiverThatSeesErrorsAloneBecomesPassiveThenMissesFramesA
   EXPECT_EQ(deaf.bus->counters().protocol_errors, 16U);
 }
 
-TEST_F(SimBusFaults, AnOverrunLosesAFrameForOneNodeAndIsCounted) {
+TEST_F(SimBusFaults, CountAnOverrunThatLosesAFrameForOneNode) {
   Listener a(wire), slow(wire), c(wire);
   slow.bus->set_faults({.transmit_bit_error = 0.0, .receive_bit_error = 0.0, .overrun = 1.0});
   a.bus->send(frame_of(0x100));
@@ -266,7 +268,7 @@ TEST_F(SimBusFaults, AnOverrunLosesAFrameForOneNodeAndIsCounted) {
   EXPECT_EQ(wire.attach()->error_counters(), (ErrorCounters{0, 0}));
 }
 
-TEST_F(SimBusFaults, AnErrorPassiveTransmitterGivesWayInItsPause) {
+TEST_F(SimBusFaults, MakeAnErrorPassiveTransmitterPauseForOtherNodes) {
   Listener a(wire), b(wire), ear(wire);
   a.bus->set_faults({.transmit_bit_error = 1.0, .receive_bit_error = 0.0, .overrun = 0.0});
   a.bus->send(frame_of(0x100));
@@ -280,10 +282,11 @@ TEST_F(SimBusFaults, AnErrorPassiveTransmitterGivesWayInItsPause) {
   EXPECT_EQ(ear.heard[0].id, 0x300U);
   EXPECT_EQ(ear.heard[1].id, 0x100U);
   EXPECT_EQ(ear.heard[2].received - ear.heard[1].received, time_of(frame_of(0x101)))
-      << "127 is error-active: no pause";
+      << "a counter of 127 is error-active: there is no pause";
 }
 
-/// Three nodes send 1000 frames in all; 130 bits at 2e-4 are 2.6 % of frames in error.
+/// Three nodes send 1000 frames in total. With 130 bits and a probability of 2e-4 per bit, 2.6 % of the
+/// frames have an error.
 std::vector<Heard> noisy_run(std::uint64_t seed, double* load = nullptr) {
   VirtualClock clock;
   SimBus wire(clock, 500'000, {.bit_error = 2e-4, .seed = seed, .restart_after = {}});
@@ -300,22 +303,22 @@ std::vector<Heard> noisy_run(std::uint64_t seed, double* load = nullptr) {
   return ear.heard;
 }
 
-TEST(SimBusNoise, LosesNothingAndIsTheSameEveryTimeForOneSeed) {
+TEST(SimBusNoise, LosesNoFrameAndRepeatsItsResultsForTheSameSeed) {
   const auto run = noisy_run(7);
-  EXPECT_EQ(run.size(), 1000U) << "CAN sends again until all have heard";
+  EXPECT_EQ(run.size(), 1000U) << "CAN repeats a frame until all nodes have received it";
   EXPECT_EQ(run, noisy_run(7));
   EXPECT_NE(run, noisy_run(8));
 }
 
-TEST(SimBusNoise, StretchesTheLoadByTheErrorFrames) {
+TEST(SimBusNoise, IncreasesTheLoadByErrorFramesAndRepetitions) {
   double noisy = 0.0;
   noisy_run(7, &noisy);
   const double quiet = 1000 * seconds(time_of(frame_of(0x101))) * 2 / (1000 * 700e-6 + 10e-3);
   EXPECT_GT(noisy, quiet * 1.005);
-  EXPECT_LT(noisy, quiet * 1.05) << "2.6 % more frames, most of them cut short";
+  EXPECT_LT(noisy, quiet * 1.05) << "2.6 % more frames, most of them incomplete";
 }
 
-TEST(SimBusConfiguration, RefusesWhatIsNoProbability) {
+TEST(SimBusConfiguration, RefusesAProbabilityOutsideZeroToOne) {
   VirtualClock clock;
   EXPECT_THROW(SimBus(clock, bitrate, {.bit_error = 1.5, .seed = 1, .restart_after = {}}),
                std::invalid_argument);
@@ -326,7 +329,7 @@ TEST(SimBusConfiguration, RefusesWhatIsNoProbability) {
       std::invalid_argument);
 }
 
-TEST_F(SimBusFaults, ANodeMayLeaveInItsStateHandlerAndWhileItIsOff) {
+TEST_F(SimBusFaults, AllowANodeToBeDestroyedInItsStateHandlerAndInBusOff) {
   Listener a(wire), b(wire);
   auto leaving = std::make_unique<Listener>(wire);
   leaving->bus->on_state([&](BusState state) {

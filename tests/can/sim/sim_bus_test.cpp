@@ -60,7 +60,7 @@ TEST_F(SimBusOnTheWire, DeliversToEveryOtherNodeWhenTheLastBitHasPassed) {
     EXPECT_EQ(listener->heard[0].received, due);
     EXPECT_EQ(listener->bus->counters().received, 1U);
   }
-  EXPECT_TRUE(a.heard.empty()) << "a node does not hear itself";
+  EXPECT_TRUE(a.heard.empty()) << "a node does not receive its own frame";
   EXPECT_EQ(a.bus->counters().sent, 1U);
 }
 
@@ -73,7 +73,7 @@ TEST_F(SimBusOnTheWire, KeepsTheInterframeSpaceBetweenFrames) {
   EXPECT_EQ(b.heard[1].received - b.heard[0].received, frame_bits(frame_of(0x101)) * bit);
 }
 
-TEST_F(SimBusOnTheWire, StartsAFrameSentInTheInterframeSpaceOnlyAfterIt) {
+TEST_F(SimBusOnTheWire, StartsAFrameOnlyAfterTheInterframeSpace) {
   Listener a(wire), b(wire);
   a.bus->send(frame_of(0x100));
   const Duration first = frame_bits(frame_of(0x100)) * bit;
@@ -84,7 +84,7 @@ TEST_F(SimBusOnTheWire, StartsAFrameSentInTheInterframeSpaceOnlyAfterIt) {
   EXPECT_EQ(b.heard[1].received, at(first) + (frame_bits(frame_of(0x101)) - interframe_bits) * bit);
 }
 
-TEST_F(SimBusOnTheWire, LoadIsTheShareOfTimeTheFramesTook) {
+TEST_F(SimBusOnTheWire, GivesTheShareOfBusyTimeAsLoad) {
   Listener a(wire), b(wire);
   EXPECT_EQ(wire.load(), 0.0);
   const Duration one = frame_bits(frame_of(0x100)) * bit;
@@ -95,7 +95,7 @@ TEST_F(SimBusOnTheWire, LoadIsTheShareOfTimeTheFramesTook) {
   EXPECT_NEAR(wire.load(), 0.25, 1e-12);
 }
 
-TEST_F(SimBusArbitration, LetsTheLowestIdentifierWinWhateverTheOrderOfSending) {
+TEST_F(SimBusArbitration, LetsTheLowestIdentifierWinInAnyOrderOfSending) {
   Listener a(wire), b(wire), c(wire), ear(wire);
   a.bus->send(frame_of(0x300));
   b.bus->send(frame_of(0x100));
@@ -113,7 +113,7 @@ TEST_F(SimBusArbitration, NeverInterruptsAFrameOnTheWire) {
   EXPECT_EQ(ear.ids(), (std::vector<std::uint32_t>{0x700, 0x001}));
 }
 
-TEST_F(SimBusArbitration, OrdersDataRemoteAndExtendedAsTheirBitsDo) {
+TEST_F(SimBusArbitration, OrdersDataRemoteAndExtendedFramesByTheirBits) {
   Listener ear(wire);
   const Frame data = frame_of(0x123);
   const Frame remote{.id = 0x123, .kind = FrameKind::remote, .length = 8};
@@ -132,7 +132,7 @@ TEST_F(SimBusArbitration, OrdersDataRemoteAndExtendedAsTheirBitsDo) {
   for (std::size_t i = 0; i < in_order.size(); ++i) EXPECT_EQ(ear.heard[i].frame, in_order[i]) << i;
 }
 
-TEST_F(SimBusArbitration, TakesANodeWhoseTimerIsDueAtTheSameInstant) {
+TEST_F(SimBusArbitration, IncludesANodeWhoseTimerIsDueAtTheSameInstant) {
   Listener a(wire), b(wire), ear(wire);
   const auto first = clock.make_timer([&] { a.bus->send(frame_of(0x300)); });
   const auto second = clock.make_timer([&] { b.bus->send(frame_of(0x100)); });
@@ -142,27 +142,27 @@ TEST_F(SimBusArbitration, TakesANodeWhoseTimerIsDueAtTheSameInstant) {
   EXPECT_EQ(ear.ids(), (std::vector<std::uint32_t>{0x100, 0x300}));
 }
 
-TEST_F(SimBusNode, SendsItsOwnFramesInTheOrderInWhichItWasGivenThem) {
+TEST_F(SimBusNode, SendsItsFramesInTheOrderOfTheCallsOfSend) {
   Listener a(wire), ear(wire);
   for (const std::uint32_t id : {5U, 3U, 4U}) a.bus->send(frame_of(id));
   clock.run_until(at(10ms));
   EXPECT_EQ(ear.ids(), (std::vector<std::uint32_t>{5, 3, 4}));
 }
 
-TEST_F(SimBusNode, SendsTheMostUrgentFirstWhereItHasABufferForEach) {
+TEST_F(SimBusNode, SendsTheMostUrgentFrameFirstInTheOrderByPriority) {
   Listener ear(wire);
   const auto node = wire.attach(TransmitOrder::by_priority);
-  const auto rival = wire.attach();
+  const auto other = wire.attach();
   for (const std::uint32_t id : {5U, 3U, 7U, 3U}) node->send(frame_of(id, static_cast<std::uint8_t>(id)));
-  rival->send(frame_of(4));
+  other->send(frame_of(4));
   clock.run_until(at(100us));
   node->send(frame_of(2));
   clock.run_until(at(10ms));
   EXPECT_EQ(ear.ids(), (std::vector<std::uint32_t>{3, 3, 2, 4, 5, 7}));
 }
 
-/// The destroyed frame is one of several again: a more urgent one, sent meanwhile, goes before it.
-TEST_F(SimBusNode, WithABufferForEachSendsADestroyedFrameInItsTurn) {
+/// The destroyed frame is in the queue again: a more urgent frame that was sent meanwhile goes before it.
+TEST_F(SimBusNode, RepeatsADestroyedFrameByItsPriorityInTheOrderByPriority) {
   Listener ear(wire);
   const auto node = wire.attach(TransmitOrder::by_priority);
   wire.set_bit_error(1.0);
@@ -174,7 +174,7 @@ TEST_F(SimBusNode, WithABufferForEachSendsADestroyedFrameInItsTurn) {
   EXPECT_EQ(ear.ids(), (std::vector<std::uint32_t>{3, 5}));
 }
 
-TEST_F(SimBusNode, IsRefusedAndCountedWhenItsQueueIsFull) {
+TEST_F(SimBusNode, RefusesAndCountsAFrameIfItsQueueIsFull) {
   Listener a(wire), ear(wire);
   for (std::size_t i = 0; i < SimBus::transmit_queue_length; ++i) EXPECT_TRUE(a.bus->send(frame_of(0x10)));
   EXPECT_FALSE(a.bus->send(frame_of(0x11)));
@@ -184,7 +184,7 @@ TEST_F(SimBusNode, IsRefusedAndCountedWhenItsQueueIsFull) {
   EXPECT_EQ(ear.ids(), std::vector<std::uint32_t>(SimBus::transmit_queue_length, 0x10));
 }
 
-TEST_F(SimBusNode, IsRefusedWhatIsNoFrame) {
+TEST_F(SimBusNode, RefusesInvalidFrames) {
   Listener a(wire);
   EXPECT_FALSE(a.bus->send(frame_of(0x800)));
   EXPECT_FALSE(a.bus->send(frame_of(0x100, 9)));
@@ -193,7 +193,7 @@ TEST_F(SimBusNode, IsRefusedWhatIsNoFrame) {
   EXPECT_EQ(a.bus->counters().send_refused, 4U);
 }
 
-TEST_F(SimBusNode, MayAnswerFromWithinItsHandler) {
+TEST_F(SimBusNode, MaySendInItsFrameHandler) {
   Listener ear(wire);
   const auto asker = wire.attach();
   const auto answerer = wire.attach();
@@ -203,23 +203,23 @@ TEST_F(SimBusNode, MayAnswerFromWithinItsHandler) {
   EXPECT_EQ(ear.ids(), (std::vector<std::uint32_t>{0x100, 0x101}));
 }
 
-TEST_F(SimBusNode, MayLeaveWithFramesQueuedAndOneOnTheWire) {
+TEST_F(SimBusNode, MayBeDestroyedWithQueuedFramesAndOneFrameOnTheWire) {
   Listener ear(wire);
   auto leaving = wire.attach();
   for (int i = 0; i < 3; ++i) leaving->send(frame_of(0x100));
   clock.run_until(at(5us));
   leaving.reset();
   clock.run_until(at(10ms));
-  EXPECT_EQ(ear.ids(), std::vector<std::uint32_t>{0x100}) << "the one on the wire";
+  EXPECT_EQ(ear.ids(), std::vector<std::uint32_t>{0x100}) << "only the frame on the wire arrives";
 }
 
-TEST_F(SimBusNode, MayLeaveFromWithinItsHandlerAndTakeAnotherWithIt) {
+TEST_F(SimBusNode, MayDestroyItselfAndAnotherNodeInItsFrameHandler) {
   Listener sender(wire);
   auto leaving = wire.attach();
   auto other = wire.attach();
   Listener ear(wire);
   int heard = 0;
-  const std::string content(100, 'x');  // lives in the handler, which must outlast its node
+  const std::string content(100, 'x');  // the handler owns it, and must outlive its node
   std::string seen;
   leaving->on_frame([&, content](const Frame&, Time) {
     ++heard;
@@ -227,7 +227,7 @@ TEST_F(SimBusNode, MayLeaveFromWithinItsHandlerAndTakeAnotherWithIt) {
     other.reset();
     seen = content;
   });
-  other->on_frame([](const Frame&, Time) { FAIL() << "left before it was told"; });
+  other->on_frame([](const Frame&, Time) { FAIL() << "destroyed before it received the frame"; });
   sender.bus->send(frame_of(0x100));
   sender.bus->send(frame_of(0x101));
   clock.run_until(at(10ms));
@@ -236,7 +236,7 @@ TEST_F(SimBusNode, MayLeaveFromWithinItsHandlerAndTakeAnotherWithIt) {
   EXPECT_EQ(ear.heard.size(), 2U);
 }
 
-TEST_F(SimBusNode, ThatComesWhileAFrameIsDeliveredHearsOnlyTheNext) {
+TEST_F(SimBusNode, ReceivesOnlyTheNextFrameIfItIsAttachedDuringADelivery) {
   Listener sender(wire);
   std::unique_ptr<Listener> late;
   const auto host = wire.attach();
@@ -249,7 +249,7 @@ TEST_F(SimBusNode, ThatComesWhileAFrameIsDeliveredHearsOnlyTheNext) {
   EXPECT_EQ(late->ids(), std::vector<std::uint32_t>{0x101});
 }
 
-TEST(SimBusLifetime, MayEndWithTheLastNodeInItsHandler) {
+TEST(SimBusLifetime, MayEndInTheFrameHandlerOfTheLastNode) {
   VirtualClock clock;
   auto wire = std::make_unique<SimBus>(clock, bitrate);
   auto sender = wire->attach();
@@ -294,7 +294,7 @@ TEST(SimBusSteadyState, AllocatesNothing) {
   EXPECT_GT(frames - frames_before, 5000U);
 }
 
-TEST(SimBusRun, IsTheSameEveryTime) {
+TEST(SimBusRun, RepeatsItsResults) {
   const auto run = [] {
     VirtualClock clock;
     SimBus wire(clock, 500'000);

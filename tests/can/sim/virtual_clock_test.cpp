@@ -15,7 +15,7 @@ using namespace std::chrono_literals;
 
 Time at(Duration since_start) { return Time{since_start}; }
 
-TEST(VirtualClock, StandsStillUntilItIsRunAndThenStandsAtTheEnd) {
+TEST(VirtualClock, AdvancesOnlyInRunUntilAndStopsAtTheEnd) {
   VirtualClock clock;
   EXPECT_EQ(clock.now(), at(0ns));
   clock.run_until(at(5ms));
@@ -24,7 +24,7 @@ TEST(VirtualClock, StandsStillUntilItIsRunAndThenStandsAtTheEnd) {
   EXPECT_EQ(clock.now(), at(5ms)) << "time never goes back";
 }
 
-TEST(VirtualClock, RingsAtTheDeadlineUpToAndIncludingTheEnd) {
+TEST(VirtualClock, ExpiresTimersUpToAndIncludingTheEnd) {
   VirtualClock clock;
   std::vector<Time> rung;
   const auto timer = clock.make_timer([&] { rung.push_back(clock.now()); });
@@ -35,7 +35,7 @@ TEST(VirtualClock, RingsAtTheDeadlineUpToAndIncludingTheEnd) {
   EXPECT_EQ(rung, std::vector{at(10us)});
 }
 
-TEST(VirtualClock, RunsEventsOfOneInstantInTheOrderOfArming) {
+TEST(VirtualClock, RunsEventsOfOneInstantInTheOrderInWhichTheyWereArmed) {
   VirtualClock clock;
   std::string order;
   const auto a = clock.make_timer([&] { order += 'a'; });
@@ -44,12 +44,12 @@ TEST(VirtualClock, RunsEventsOfOneInstantInTheOrderOfArming) {
   c->expire_at(at(1us));
   a->expire_at(at(1us));
   b->expire_at(at(1us));
-  c->expire_at(at(1us));  // armed anew: last
+  c->expire_at(at(1us));  // armed again, so it comes last
   clock.run_until(at(1us));
   EXPECT_EQ(order, "abc");
 }
 
-TEST(VirtualClock, TakesADeadlineThatHasPassedAsDueNow) {
+TEST(VirtualClock, TreatsADeadlineInThePastAsDueNow) {
   VirtualClock clock;
   clock.run_until(at(1s));
   Time rung{};
@@ -59,7 +59,7 @@ TEST(VirtualClock, TakesADeadlineThatHasPassedAsDueNow) {
   EXPECT_EQ(rung, at(1s));
 }
 
-TEST(VirtualClock, ForgetsACancelledAndADestroyedTimer) {
+TEST(VirtualClock, DoesNotExpireACancelledOrDestroyedTimer) {
   VirtualClock clock;
   int rings = 0;
   auto cancelled = clock.make_timer([&] { ++rings; });
@@ -72,11 +72,11 @@ TEST(VirtualClock, ForgetsACancelledAndADestroyedTimer) {
   EXPECT_EQ(rings, 0);
 }
 
-TEST(VirtualClock, LetsAHandlerRearmCancelAndDestroyTimersItsOwnIncluded) {
+TEST(VirtualClock, AllowsAHandlerToArmAndDestroyTimersIncludingItsOwn) {
   VirtualClock clock;
   int beats = 0;
   std::unique_ptr<Timer> own;
-  const std::string content(100, 'x');  // lives in the handler, which must outlast its timer
+  const std::string content(100, 'x');  // the handler owns it, and must outlive its timer
   std::string seen;
   own = clock.make_timer([&, content] {
     if (++beats < 3) {
@@ -96,7 +96,7 @@ TEST(VirtualClock, LetsAHandlerRearmCancelAndDestroyTimersItsOwnIncluded) {
   EXPECT_EQ(seen, content);
 }
 
-TEST(VirtualClock, MayDieBeforeItsTimers) {
+TEST(VirtualClock, MayBeDestroyedBeforeItsTimers) {
   std::unique_ptr<Timer> timer;
   {
     VirtualClock clock;
@@ -107,8 +107,9 @@ TEST(VirtualClock, MayDieBeforeItsTimers) {
   timer->cancel();
 }
 
-/// Against a sorted list of (deadline, order of arming), under any mix of arming, moving and cancelling.
-TEST(VirtualClock, RingsAsASortedListWould) {
+/// The reference is a sorted list of (deadline, order of arming), for any mix of arming, moving and
+/// cancelling.
+TEST(VirtualClock, ExpiresTimersInTheOrderOfASortedList) {
   EXPECT_TRUE(rc::check([] {
     constexpr std::size_t count = 12;
     VirtualClock clock;

@@ -21,33 +21,33 @@ std::string refusal(Action action) {
   return "";
 }
 
-/// Where the kernel has no CAN, looking for an interface is no cure: that is said first.
+/// If the kernel has no CAN, the message says so first, because no interface can help then.
 void expect_refused(const char* name, const std::string& what) {
-  const std::string told = refusal([name] { require_can_interface(name); });
-  EXPECT_TRUE(told == what || told.starts_with("this kernel has no CAN support (AF_CAN: ")) << told;
+  const std::string reason = refusal([name] { require_can_interface(name); });
+  EXPECT_TRUE(reason == what || reason.starts_with("this kernel has no CAN support (AF_CAN: ")) << reason;
 }
 
-TEST(Interface, ThatIsAbsentIsRefusedWithTheCommandThatMakesIt) {
+TEST(Interface, IsRefusedIfAbsentWithTheCommandThatCreatesIt) {
   expect_refused(
       "vcan97",
       "interface vcan97 does not exist; create it with: ip link add dev vcan97 type vcan && ip link "
       "set vcan97 up");
-  const std::string list = " does not exist; list those that do with: ip -brief link show type can";
+  const std::string list = " does not exist; list the existing ones with: ip -brief link show type can";
   expect_refused("can97", "interface can97" + list);
   expect_refused("a-name-longer-than-the-kernel-has", "interface a-name-longer-than-the-kernel-has" + list);
   expect_refused("", "interface " + list);
 }
 
-TEST(Interface, ThatIsNotCanIsRefused) {
+TEST(Interface, IsRefusedIfItIsNotCan) {
   if (!query_interface("lo")) GTEST_SKIP() << "no loopback interface here";
   expect_refused("lo", "interface lo is not a CAN interface");
 }
 
-TEST(Interface, ThatIsAbsentIsNeitherVirtualNorReal) {
+TEST(Interface, IsNeitherVirtualNorRealIfItIsAbsent) {
   EXPECT_THROW(is_virtual_interface("vcan97"), InterfaceError);
 }
 
-TEST(SocketCanBus, IsRefusedWhereTheInterfaceIsAbsentOrTheKernelHasNoCan) {
+TEST(SocketCanBus, IsRefusedIfTheInterfaceIsAbsentOrTheKernelHasNoCan) {
   boost::asio::io_context context;
   const std::string what = refusal([&] { SocketCanBus bus(context, "vcan97", {}); });
   EXPECT_TRUE(what.starts_with("this kernel has no CAN support (AF_CAN: ") ||

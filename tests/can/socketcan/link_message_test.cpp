@@ -1,4 +1,4 @@
-// The kernel's answer, byte by byte as a little-endian machine sees it, and what is made of it.
+// The kernel's description of an interface, byte for byte on a little-endian machine, and its parsed form.
 #include "can/socketcan/link_message.h"
 
 #include <gtest/gtest.h>
@@ -59,7 +59,8 @@ std::optional<Interface> parsed(const Octets& bytes) {
   return parse_link_message(std::as_bytes(std::span(bytes)));
 }
 
-// A controller at 500 kbit/s, passive: numbers of linux/if_link.h and linux/can/netlink.h, which are ABI.
+// A passive controller at 500 kbit/s. The numbers are those of linux/if_link.h and linux/can/netlink.h,
+// which are ABI.
 const Octets controller = new_link(joined({
     attribute(4, words({72})),         // IFLA_MTU
     attribute(13, words({10})),        // IFLA_TXQLEN
@@ -81,7 +82,7 @@ const Octets controller = new_link(joined({
         })),
 }));
 
-TEST(LinkMessage, TellsWhatAControllerIsSetToAndHowItFares) {
+TEST(LinkMessage, GivesTheSettingsAndTheStateOfAController) {
   const auto interface = parsed(controller);
   ASSERT_TRUE(interface);
   EXPECT_EQ(interface->index, 3);
@@ -105,7 +106,7 @@ TEST(LinkMessage, TellsWhatAControllerIsSetToAndHowItFares) {
   EXPECT_EQ(interface->driver_statistics->restarts, 6U);
 }
 
-TEST(LinkMessage, OfAVirtualInterfaceTellsNoneOfAController) {
+TEST(LinkMessage, GivesNoControllerSettingsForAVirtualInterface) {
   const auto interface = parsed(new_link(joined({
       attribute(4, words({16})),
       attribute(13, words({1000})),
@@ -123,14 +124,14 @@ TEST(LinkMessage, OfAVirtualInterfaceTellsNoneOfAController) {
   EXPECT_NO_THROW(require_able_to_send("vcan0", *interface));
 }
 
-TEST(LinkMessage, CutAnywhereIsReadAsFarAsItGoes) {
+TEST(LinkMessage, IsReadUpToItsEndIfItIsCutShort) {
   for (std::size_t size = 0; size < controller.size(); ++size) {
     const auto interface = parsed(Octets(controller.begin(), controller.begin() + static_cast<long>(size)));
     EXPECT_EQ(interface.has_value(), size >= 32) << size;
   }
 }
 
-TEST(LinkMessage, OfAnotherTypeIsNoInterface) {
+TEST(LinkMessage, GivesNoInterfaceForAnotherMessageType) {
   Octets error = controller;
   error[4] = 2;  // NLMSG_ERROR
   EXPECT_FALSE(parsed(error));
@@ -147,7 +148,7 @@ Interface sound() {
   return interface;
 }
 
-TEST(InterfaceLine, NamesWhatAnEngineerWouldLookUp) {
+TEST(InterfaceLine, NamesBitRateModesAndQueue) {
   EXPECT_EQ(describe("can0", sound()),
             "can0: 1000 kbit/s, sample point 75 %, restart-ms 100, qdisc pfifo_fast, 10 frames");
   EXPECT_EQ(describe("can0", *parsed(controller)),
@@ -155,18 +156,15 @@ TEST(InterfaceLine, NamesWhatAnEngineerWouldLookUp) {
             "qdisc pfifo_fast, 10 frames");
 }
 
-TEST(InterfaceDoubts, AreNoneWhereAllIsAsConfigured) {
-  EXPECT_TRUE(find_doubts("can0", sound(), 1e6).empty());
-}
+TEST(InterfaceDoubts, AreEmptyIfAllIsAsConfigured) { EXPECT_TRUE(find_doubts("can0", sound(), 1e6).empty()); }
 
-TEST(InterfaceDoubts, NameAnotherBitRateAndNoRestart) {
+TEST(InterfaceDoubts, NameAnotherBitRateAndAMissingRestart) {
   Interface interface = sound();
   interface.restart_ms = 0;
-  EXPECT_EQ(
-      find_doubts("can0", interface, 500e3),
-      (std::vector<std::string>{
-          "can0 runs at 1e+06 bit/s, expected 500000 by the configuration",
-          "can0 has restart-ms 0: bus-off lasts until someone runs ip link set can0 type can restart"}));
+  EXPECT_EQ(find_doubts("can0", interface, 500e3),
+            (std::vector<std::string>{
+                "can0 runs at 1e+06 bit/s, expected 500000 by the configuration",
+                "can0 has restart-ms 0: bus-off lasts until a user runs ip link set can0 type can restart"}));
 }
 
 TEST(InterfaceDoubts, NameTheModesInWhichFramesAreLost) {
@@ -176,7 +174,7 @@ TEST(InterfaceDoubts, NameTheModesInWhichFramesAreLost) {
   EXPECT_EQ(find_doubts("can0", interface, 1e6).size(), 2U);
 }
 
-TEST(InterfaceMode, ThatOnlyListensIsRefusedWithItsCure) {
+TEST(InterfaceMode, IsRefusedWithItsRemedyIfItIsListenOnly) {
   Interface interface = sound();
   interface.listen_only = true;
   try {
@@ -199,7 +197,7 @@ std::string refusal_of_fd(const std::string& name, const Interface& interface,
   return "";
 }
 
-TEST(InterfaceMode, WithoutFdIsRefusedWithItsCureWhereAMessageNeedsFd) {
+TEST(InterfaceMode, IsRefusedWithItsRemedyIfItHasNoFdAndAMessageNeedsFd) {
   EXPECT_EQ(
       refusal_of_fd("can0", sound(), {"AmpSet", "SensPos"}),
       "interface can0 takes no CAN FD frames, expected one that does for AmpSet, SensPos; take it down and "
@@ -210,7 +208,7 @@ TEST(InterfaceMode, WithoutFdIsRefusedWithItsCureWhereAMessageNeedsFd) {
       refusal_of_fd("vcan0", virtual_one, {"AmpSet"}),
       "interface vcan0 takes no CAN FD frames, expected one that does for AmpSet; take it down and set: ip "
       "link set vcan0 mtu 72");
-  EXPECT_EQ(refusal_of_fd("vcan0", virtual_one, {}), "") << "classical frames need none";
+  EXPECT_EQ(refusal_of_fd("vcan0", virtual_one, {}), "") << "classical frames need no FD";
   virtual_one.fd = true;
   EXPECT_EQ(refusal_of_fd("vcan0", virtual_one, {"AmpSet"}), "");
 }

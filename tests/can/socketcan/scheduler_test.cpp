@@ -19,7 +19,7 @@ struct AsioTimer : testing::Test {
   std::string order;
 };
 
-TEST_F(AsioTimer, RingsOnceAndNotBeforeItsDeadline) {
+TEST_F(AsioTimer, ExpiresOnceAndNotBeforeItsDeadline) {
   const Time deadline = scheduler.now() + 2ms;
   Time rung{};
   const auto timer = scheduler.make_timer([&] {
@@ -32,7 +32,7 @@ TEST_F(AsioTimer, RingsOnceAndNotBeforeItsDeadline) {
   EXPECT_GE(rung, deadline);
 }
 
-TEST_F(AsioTimer, HoldsOnlyTheLatestDeadline) {
+TEST_F(AsioTimer, KeepsOnlyTheLastDeadline) {
   const Time start = scheduler.now();
   Time rung{};
   const auto timer = scheduler.make_timer([&] {
@@ -40,21 +40,21 @@ TEST_F(AsioTimer, HoldsOnlyTheLatestDeadline) {
     rung = scheduler.now();
   });
   timer->expire_at(start + 1h);
-  timer->expire_at(start + 1ms);  // brought forward
-  timer->expire_at(start + 4ms);  // put back
+  timer->expire_at(start + 1ms);  // earlier
+  timer->expire_at(start + 4ms);  // later again
   context.run();
   EXPECT_EQ(order, "r");
   EXPECT_GE(rung, start + 4ms);
 }
 
-TEST_F(AsioTimer, RingsForADeadlineThatHasPassed) {
+TEST_F(AsioTimer, ExpiresForADeadlineInThePast) {
   const auto timer = scheduler.make_timer([&] { order += 'r'; });
   timer->expire_at(Time{});
   context.run();
   EXPECT_EQ(order, "r");
 }
 
-TEST_F(AsioTimer, LetsTheContextRunOutOnceCancelledOrDestroyed) {
+TEST_F(AsioTimer, LeavesNoWorkInTheContextIfItIsCancelledOrDestroyed) {
   auto cancelled = scheduler.make_timer([&] { order += 'c'; });
   auto destroyed = scheduler.make_timer([&] { order += 'd'; });
   cancelled->expire_at(scheduler.now() + 1h);
@@ -65,7 +65,7 @@ TEST_F(AsioTimer, LetsTheContextRunOutOnceCancelledOrDestroyed) {
   EXPECT_EQ(order, "");
 }
 
-TEST_F(AsioTimer, DoesNotRingForAnExpiryThatWasCancelledBeforeItsHandlerRan) {
+TEST_F(AsioTimer, DoesNotRunItsHandlerIfItIsCancelledAfterItsDeadline) {
   const auto victim = scheduler.make_timer([&] { order += 'v'; });
   const auto killer = scheduler.make_timer([&] {
     order += 'k';
@@ -77,9 +77,9 @@ TEST_F(AsioTimer, DoesNotRingForAnExpiryThatWasCancelledBeforeItsHandlerRan) {
   EXPECT_EQ(order, "k");
 }
 
-TEST_F(AsioTimer, MayRearmAndAtLastDestroyItselfInItsHandler) {
+TEST_F(AsioTimer, MayBeArmedAndDestroyedInItsHandler) {
   std::unique_ptr<Timer> timer;
-  const std::string content(100, 'x');  // lives in the handler, which must outlast its timer
+  const std::string content(100, 'x');  // the handler owns it, and must outlive its timer
   std::string seen;
   timer = scheduler.make_timer([&, content] {
     order += 'r';
@@ -96,7 +96,7 @@ TEST_F(AsioTimer, MayRearmAndAtLastDestroyItselfInItsHandler) {
   EXPECT_EQ(seen, content);
 }
 
-TEST_F(AsioTimer, CanBeArmedAgainAfterItWasCancelled) {
+TEST_F(AsioTimer, MayBeArmedAgainAfterItWasCancelled) {
   const auto timer = scheduler.make_timer([&] { order += 'r'; });
   timer->expire_at(scheduler.now() + 1h);
   timer->cancel();

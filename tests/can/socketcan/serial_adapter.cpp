@@ -37,7 +37,7 @@ SerialAdapter::~SerialAdapter() {
   if (driver_end_ >= 0) ::close(driver_end_);
 }
 
-void SerialAdapter::say(const std::string& message) const {
+void SerialAdapter::send_to_driver(const std::string& message) const {
   const std::string line = message + "\r";
   ASSERT_EQ(::write(own_end_, line.data(), line.size()), static_cast<ssize_t>(line.size()));
 }

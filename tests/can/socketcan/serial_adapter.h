@@ -1,6 +1,6 @@
-// A CAN adapter of the test's own: the kernel's driver for serial adapters (slcan, Lawicel's ASCII protocol)
-// on one end of a pseudo-terminal, the test on the other. To the kernel it is a real one: it has a bit rate,
-// can go bus-off, can be too busy to take frames, and can be unplugged.
+// A CAN adapter for tests. The kernel's driver for serial adapters (slcan, Lawicel's ASCII protocol) has
+// one end of a pseudo-terminal and the test has the other. For the kernel it is a real adapter: it has a
+// bit rate, can go bus-off, can be too busy for further frames, and can be unplugged.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -15,24 +15,27 @@ namespace hystcan::can {
 
 class SerialAdapter {
  public:
-  /// `name()` is empty where the kernel has no such driver or lets us have none.
+  /// `name()` is empty if the kernel has no such driver or does not permit its use.
   SerialAdapter();
-  /// Unplugged: the interface is no more.
+  /// Unplugs the adapter: the interface disappears.
   ~SerialAdapter();
   SerialAdapter(const SerialAdapter&) = delete;
   SerialAdapter& operator=(const SerialAdapter&) = delete;
 
   const std::string& name() const { return name_; }
 
-  /// To the driver, one message: `t181210FF` a frame, `sb000256` bus-off at receive counter 0, transmit
-  /// counter 256, `e1a` an error: not acknowledged.
-  void say(const std::string& message) const;
-  /// What the driver has sent, without its set-up: `t201112`.
+  /// Sends one message to the driver, for example:
+  ///
+  ///   t181210FF   a frame
+  ///   sb000256    bus-off, receive counter 0, transmit counter 256
+  ///   e1a         an error: not acknowledged
+  void send_to_driver(const std::string& message) const;
+  /// The frames that the driver has sent, for example `t201112`.
   std::vector<std::string> frames() const;
 
-  /// The adapter takes nothing more from the driver, as when nobody acknowledges what it sends.
+  /// The adapter takes no more frames from the driver, as if no other node acknowledged its frames.
   void stall() { set_stalled(true); }
-  void go_on() { set_stalled(false); }
+  void resume() { set_stalled(false); }
 
  private:
   void set_stalled(bool stalled);
@@ -44,7 +47,7 @@ class SerialAdapter {
   mutable std::mutex mutex_;
   bool stalled_ = false;
   std::string heard_;
-  std::jthread reader_;  ///< the driver waits for what it writes to be taken
+  std::jthread reader_;  ///< reads continuously, because the driver waits until its writes are read
 };
 
 }  // namespace hystcan::can

@@ -1,4 +1,5 @@
-// The guest's SJA1000 controllers, where it has them: real ones to the driver, on a wire of their own.
+// The SJA1000 controllers of the guest, if it has them. For the driver they are real, and they share one
+// wire.
 #include "tests/can/socketcan/socketcan_fixture.h"
 
 namespace hystcan::can {
@@ -16,7 +17,7 @@ struct SocketCanController : testing::Test {
 
 TEST_F(SocketCanController, IsNotVirtual) { EXPECT_FALSE(is_virtual_interface("can0")); }
 
-TEST_F(SocketCanController, IsDescribedAsIpLinkHasSetItUp) {
+TEST_F(SocketCanController, HasTheSettingsThatIpLinkHasGivenIt) {
   const auto found = query_interface("can0");
   EXPECT_EQ(found->kind, "can");
   EXPECT_EQ(found->bus_state, BusState::active);
@@ -30,7 +31,7 @@ TEST_F(SocketCanController, IsDescribedAsIpLinkHasSetItUp) {
   std::printf("%s\n", describe("can0", *found).c_str());
 }
 
-TEST_F(SocketCanController, ThatOnlyListensMayNotBeUsedByANodeThatSends) {
+TEST_F(SocketCanController, IsRefusedForASendingNodeIfItIsListenOnly) {
   ASSERT_TRUE(shell("ip link set can1 down && ip link set can1 up type can listen-only on"));
   const Interface found = require_can_interface("can1");
   EXPECT_TRUE(found.listen_only);
@@ -39,7 +40,7 @@ TEST_F(SocketCanController, ThatOnlyListensMayNotBeUsedByANodeThatSends) {
   EXPECT_NO_THROW(require_able_to_send("can1", require_can_interface("can1")));
 }
 
-TEST_F(SocketCanController, CarriesFramesToTheOtherOne) {
+TEST_F(SocketCanController, CarriesFramesToTheOtherController) {
   SocketCanBus sender(context, "can0", {});
   SocketCanBus receiver(context, "can1", std::vector<Filter>{{0x201}});
   std::vector<Frame> heard;

@@ -1,12 +1,12 @@
-// SocketCanBus hears error frames: state, error counters, what they tell of the wire.
+// SocketCanBus receives error frames: state, error counters and errors of the wire.
 #include "tests/can/socketcan/socketcan_fixture.h"
 
 namespace hystcan::can {
 namespace {
 
-// Error frames as canerrsim of can-utils forms them: CAN_ERR_FLAG and the class in the identifier, eight
+// The error frames are those of canerrsim (can-utils): CAN_ERR_FLAG and the class in the identifier, eight
 // bytes.
-TEST_F(SocketCanInterface, TellsStateAndErrorCountersFromErrorFrames) {
+TEST_F(SocketCanInterface, GivesStateAndErrorCountersFromErrorFrames) {
   const auto bus = open("vcan9", {{0x181}});
   EXPECT_EQ(bus->error_counters(), std::nullopt);
   ASSERT_TRUE(shell("cansend vcan9 20000204#0008000000006003"));
@@ -19,7 +19,7 @@ TEST_F(SocketCanInterface, TellsStateAndErrorCountersFromErrorFrames) {
   run_until([&] { return bus->state() == BusState::bus_off; });
   context.run_for(200ms);
   context.restart();
-  EXPECT_EQ(bus->state(), BusState::bus_off) << "vcan states none, so only the restart ends it";
+  EXPECT_EQ(bus->state(), BusState::bus_off) << "vcan has no state, so only the restart ends bus-off";
   ASSERT_TRUE(shell("cansend vcan9 20000100#0000000000000000"));
   run_until([&] { return bus->state() == BusState::active; });
   EXPECT_EQ(states, (std::vector{BusState::warning, BusState::passive, BusState::bus_off, BusState::active}));
@@ -28,10 +28,10 @@ TEST_F(SocketCanInterface, TellsStateAndErrorCountersFromErrorFrames) {
   EXPECT_EQ(bus->counters().bus_offs, 1U);
   EXPECT_EQ(bus->counters().restarts, 1U);
   EXPECT_EQ(bus->counters().error_frames, 4U);
-  EXPECT_TRUE(heard.empty()) << "error frames are not for the frame handler";
+  EXPECT_TRUE(heard.empty()) << "error frames do not reach the frame handler";
 }
 
-TEST_F(SocketCanInterface, CountsWhatErrorFramesTellOfTheWire) {
+TEST_F(SocketCanInterface, CountsTheCausesOfErrorFrames) {
   const auto bus = open("vcan9", {{0x181}});
   for (const char* frame :
        {"20000020#0000000000000000", "20000002#0500000000000000", "20000088#0000040800000000",
@@ -47,7 +47,7 @@ TEST_F(SocketCanInterface, CountsWhatErrorFramesTellOfTheWire) {
   EXPECT_EQ(bus->state(), BusState::active);
 }
 
-TEST_F(SocketCanInterface, EndsBusOffByGoingDownAndUp) {
+TEST_F(SocketCanInterface, EndsBusOffWhenItGoesDownAndUp) {
   const auto bus = open("vcan9", {});
   ASSERT_TRUE(shell("cansend vcan9 20000040#0000000000000000"));
   run_until([&] { return bus->state() == BusState::bus_off; });

@@ -1,4 +1,4 @@
-// What the tests of SocketCanBus on a real interface share. Where the kernel has no CAN they skip.
+// Shared code of the tests of SocketCanBus on a real interface. Without CAN in the kernel they are skipped.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ inline std::string content_of(const std::string& file) {
   return text.str();
 }
 
-/// Runs handlers until `done` holds; gives up after a generous time, which no passing test comes near.
+/// Runs handlers until `done` is true. It gives up after 20 s, much longer than any passing test needs.
 template <class Condition>
 void run_until(boost::asio::io_context& context, Condition done) {
   const Time give_up = std::chrono::steady_clock::now() + 20s;
@@ -74,7 +74,7 @@ struct OnVcan : testing::Test {
   std::vector<Time> stamps;
   std::vector<BusState> states;
 };
-/// An interface of the test's own, to be taken down, deleted and given FD frames.
+/// The test's own interface, which it may take down or delete and which takes FD frames.
 struct SocketCanInterface : OnVcan {
   void SetUp() override {
     OnVcan::SetUp();

@@ -1,4 +1,4 @@
-// The interface goes down, comes up, vanishes and comes back under its name.
+// The interface goes down, comes up, disappears and comes back with the same name.
 #include "tests/can/socketcan/socketcan_fixture.h"
 
 namespace hystcan::can {
@@ -30,7 +30,7 @@ TEST_F(SocketCanInterface, MayGoDownAndComeUpAgain) {
   EXPECT_EQ(states, (std::vector{BusState::down, BusState::active}));
 }
 
-TEST_F(SocketCanInterface, GoingDownIsNoticedBySendingToo) {
+TEST_F(SocketCanInterface, IsDownAfterAFailedSendToo) {
   const auto bus = open("vcan9", {});
   ASSERT_TRUE(shell("ip link set vcan9 down"));
   EXPECT_FALSE(bus->send({.id = 0x201, .length = 8}));
@@ -42,7 +42,7 @@ TEST_F(SocketCanInterface, GoingDownIsNoticedBySendingToo) {
   EXPECT_TRUE(bus->send({.id = 0x201, .length = 8}));
 }
 
-TEST_F(SocketCanInterface, MayVanishAndComeBackUnderItsName) {
+TEST_F(SocketCanInterface, MayDisappearAndComeBackWithTheSameName) {
   const auto bus = open("vcan9", {{0x181}});
   ASSERT_TRUE(shell("ip link del vcan9"));
   run_until([&] { return bus->state() == BusState::down; });
@@ -53,15 +53,16 @@ TEST_F(SocketCanInterface, MayVanishAndComeBackUnderItsName) {
   EXPECT_EQ(heard[0].data[0], 0x22);
 }
 
-TEST_F(SocketCanInterface, SetsItsFiltersAgainWhereTheInterfaceIsANewOne) {
+TEST_F(SocketCanInterface, GetsItsFiltersAgainIfTheInterfaceIsANewOne) {
   const auto bus = open("vcan9", {{0x181}});
   const int index = query_interface("vcan9")->index;
   ASSERT_TRUE(shell("ip link del vcan9"));
   run_until([&] { return bus->state() == BusState::down; });
-  EXPECT_FALSE(bus->send({.id = 0x201, .length = 8})) << "there is nothing to send on";
+  EXPECT_FALSE(bus->send({.id = 0x201, .length = 8})) << "there is no interface";
   ASSERT_TRUE(shell("ip link add dev vcan9 type vcan && ip link set vcan9 up"));
   run_until([&] { return bus->state() == BusState::active; });
-  EXPECT_NE(query_interface("vcan9")->index, index) << "as after unplugging and plugging a USB adapter";
+  EXPECT_NE(query_interface("vcan9")->index, index)
+      << "like a USB adapter that was unplugged and plugged in again";
   ASSERT_TRUE(shell("cansend vcan9 180#01 && cansend vcan9 182#02 && cansend vcan9 181#03"));
   run_until([&] { return !heard.empty(); });
   context.poll();
@@ -70,7 +71,7 @@ TEST_F(SocketCanInterface, SetsItsFiltersAgainWhereTheInterfaceIsANewOne) {
   EXPECT_TRUE(bus->send({.id = 0x201, .length = 8}));
 }
 
-TEST_F(SocketCanInterface, IsRefusedWithItsCureWhereItIsDownOrAbsent) {
+TEST_F(SocketCanInterface, IsRefusedWithItsRemedyIfItIsDownOrAbsent) {
   ASSERT_TRUE(shell("ip link set vcan9 down"));
   EXPECT_EQ(refusal("vcan9"), "interface vcan9 is down; bring it up with: ip link set vcan9 up");
   EXPECT_EQ(refusal("vcan7"),
@@ -79,7 +80,7 @@ TEST_F(SocketCanInterface, IsRefusedWithItsCureWhereItIsDownOrAbsent) {
   EXPECT_EQ(refusal("lo"), "interface lo is not a CAN interface");
 }
 
-TEST_F(SocketCanInterface, IsKnownForAVirtualOne) {
+TEST_F(SocketCanInterface, IsVirtual) {
   EXPECT_TRUE(is_virtual_interface("vcan0"));
   EXPECT_TRUE(is_virtual_interface("vcan9"));
 }

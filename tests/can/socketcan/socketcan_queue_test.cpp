@@ -1,6 +1,6 @@
-// A wire that takes its time. The emulated cards send at once and refuse nothing; a token bucket in the place
-// of can0's queue lets one frame through and then next to none, as a bus does on which nobody acknowledges.
-// What does not fit is refused by the kernel itself.
+// A slow wire. The emulated cards send at once and refuse nothing. A token bucket instead of can0's queue
+// lets one frame pass and then almost none, like a bus on which no node acknowledges. The kernel itself
+// refuses the frames that do not fit.
 #include <cerrno>
 #include <string>
 
@@ -10,7 +10,7 @@
 namespace hystcan::can {
 namespace {
 
-constexpr int frame_bytes = 16;  // in the kernel's accounting, whatever is in it
+constexpr int frame_bytes = 16;  // the kernel counts so many for any frame
 
 struct SocketCanControllerQueue : testing::Test {
   void SetUp() override {
@@ -21,17 +21,17 @@ struct SocketCanControllerQueue : testing::Test {
   }
   void TearDown() override { shell("tc qdisc del dev can0 root"); }
 
-  /// One frame in 640 ms; so many more may wait.
+  /// Lets one frame pass in 640 ms; `frames` more may wait.
   static void dam(int waiting_frames) {
     ASSERT_TRUE(shell("tc qdisc replace dev can0 root tbf rate 200bit burst 20 limit " +
                       std::to_string(waiting_frames * frame_bytes)));
   }
-  /// What waits goes out, in its order.
+  /// Sends the waiting frames in their order.
   static void let_flow(int waiting_frames) {
     ASSERT_TRUE(shell("tc qdisc change dev can0 root tbf rate 1mbit burst 20 limit " +
                       std::to_string(waiting_frames * frame_bytes)));
   }
-  /// The errno of each of ten writes at once to a socket of ours.
+  /// The errno of each of ten successive writes to a socket with our options.
   static std::vector<int> ten_writes() {
     const int socket = open_raw_socket("can0", {});
     std::vector<int> errors;
@@ -39,19 +39,19 @@ struct SocketCanControllerQueue : testing::Test {
     ::close(socket);
     return errors;
   }
-  /// Sends 1..200 at once: what of it is accepted comes, then the latest, and nothing else.
+  /// Sends frames 1..200 at once. The accepted frames arrive, then the last one, and no others.
   void sends_what_it_accepted_then_the_latest(int waiting_frames, std::size_t most_accepted);
 
   boost::asio::io_context context;
 };
 
-TEST_F(SocketCanControllerQueue, ThatIsFullRefusesByENOBUFS) {
+TEST_F(SocketCanControllerQueue, RefusesWithENOBUFSIfItIsFull) {
   dam(2);
   EXPECT_EQ(ten_writes(),
             (std::vector{0, 0, 0, ENOBUFS, ENOBUFS, ENOBUFS, ENOBUFS, ENOBUFS, ENOBUFS, ENOBUFS}));
 }
 
-TEST_F(SocketCanControllerQueue, ThatIsLongLetsTheSocketsOwnBufferRefuseByEAGAIN) {
+TEST_F(SocketCanControllerQueue, RefusesWithEAGAINFromTheSendBufferIfItIsLong) {
   dam(1000);
   const std::vector<int> errors = ten_writes();
   EXPECT_EQ(errors.front(), 0);
@@ -72,21 +72,21 @@ void SocketCanControllerQueue::sends_what_it_accepted_then_the_latest(int waitin
   EXPECT_GT(accepted.size(), 1U);
   EXPECT_LE(accepted.size(), most_accepted);
   EXPECT_EQ(sender.counters().send_refused, 200U - accepted.size());
-  EXPECT_EQ(sender.state(), BusState::active) << "a full queue is no fault of the bus";
+  EXPECT_EQ(sender.state(), BusState::active) << "a full queue is not an error of the bus";
   let_flow(waiting_frames);
   run_until(context, [&] { return heard.size() >= accepted.size(); });
   EXPECT_TRUE(sender.send({.id = 0x201, .length = 1, .data = {0xFF}})) << "there is room again";
   accepted.push_back(0xFF);
   run_until(context, [&] { return heard.size() >= accepted.size(); });
   context.run_for(200ms);
-  EXPECT_EQ(heard, accepted) << "what was refused never comes";
+  EXPECT_EQ(heard, accepted) << "a refused frame never arrives";
 }
 
-TEST_F(SocketCanControllerQueue, ThatIsFullIsSurvivedAndWhatWasRefusedNeverComes) {
+TEST_F(SocketCanControllerQueue, NeverSendsARefusedFrameLaterIfItIsFull) {
   sends_what_it_accepted_then_the_latest(2, 3);
 }
 
-TEST_F(SocketCanControllerQueue, ThatIsLongHoldsNoMoreOfOursThanTheSocketMayHaveUnsent) {
+TEST_F(SocketCanControllerQueue, HoldsOnlyTheFramesOfTheSendBufferIfItIsLong) {
   sends_what_it_accepted_then_the_latest(1000, 9);
 }
 

@@ -1,4 +1,4 @@
-// SocketCanBus receives: what its filters name, in order, stamped on arrival, counted where lost.
+// SocketCanBus receives the frames of its filters in order, with their arrival time, and counts lost frames.
 #include "tests/can/socketcan/socketcan_fixture.h"
 
 namespace hystcan::can {
@@ -6,7 +6,7 @@ namespace {
 
 using SocketCanReceive = OnVcan;
 
-TEST_F(SocketCanReceive, LetsOnlyTheFilteredIdentifiersThrough) {
+TEST_F(SocketCanReceive, DeliversOnlyTheIdentifiersOfItsFilters) {
   const auto bus = open("vcan0", {{0x181}, {0x182}});
   for (const char* frame : {"180#00", "181#01", "183#02", "581#03", "00000183#04", "00010181#05", "182#06"}) {
     ASSERT_TRUE(shell(std::string("cansend vcan0 ") + frame)) << frame;
@@ -17,7 +17,7 @@ TEST_F(SocketCanReceive, LetsOnlyTheFilteredIdentifiersThrough) {
   EXPECT_EQ(heard[1], (Frame{.id = 0x182, .length = 1, .data = {6}}));
 }
 
-TEST_F(SocketCanReceive, DeliversAnExtendedAndARemoteFrameInThePlaceOfOursOnce) {
+TEST_F(SocketCanReceive, DeliversAnExtendedAndARemoteFrameOfAFilteredIdentifierOnce) {
   const auto bus = open("vcan0", {{0x181}});
   for (const char* frame : {"00000181#0102", "181#R8", "181#07"}) {
     ASSERT_TRUE(shell(std::string("cansend vcan0 ") + frame)) << frame;
@@ -29,7 +29,7 @@ TEST_F(SocketCanReceive, DeliversAnExtendedAndARemoteFrameInThePlaceOfOursOnce) 
   EXPECT_EQ(heard[2], (Frame{.id = 0x181, .length = 1, .data = {7}}));
 }
 
-TEST_F(SocketCanReceive, TakesManyFramesInOrderInOneWakeUp) {
+TEST_F(SocketCanReceive, ReadsManyFramesInOrderInOneWakeUp) {
   const auto bus = open("vcan0", {{0x181}});
   ASSERT_TRUE(shell("cangen vcan0 -g 0 -I 181 -L 2 -D i -n 100"));
   run_until([&] { return heard.size() >= 100; });
@@ -39,7 +39,7 @@ TEST_F(SocketCanReceive, TakesManyFramesInOrderInOneWakeUp) {
   EXPECT_EQ(bus->counters().receive_lost, 0U);
 }
 
-TEST_F(SocketCanReceive, StampsAFrameWithTheTimeOfItsArrivalNotOfItsReading) {
+TEST_F(SocketCanReceive, GivesTheArrivalTimeAndNotTheReadingTime) {
   const auto bus = open("vcan0", {{0x181}});
   const Time before = std::chrono::steady_clock::now();
   ASSERT_TRUE(shell("cansend vcan0 181#00"));
@@ -50,7 +50,7 @@ TEST_F(SocketCanReceive, StampsAFrameWithTheTimeOfItsArrivalNotOfItsReading) {
   EXPECT_LE(stamps[0], after);
 }
 
-TEST_F(SocketCanReceive, CountsWhatTheKernelDropped) {
+TEST_F(SocketCanReceive, CountsFramesThatTheKernelDropped) {
   const auto bus = open("vcan0", {{0x181}});
   ASSERT_TRUE(shell("cangen vcan0 -g 0 -I 181 -L 8 -n 3000"));
   run_until([&] { return heard.size() >= 100; });
@@ -63,7 +63,7 @@ TEST_F(SocketCanReceive, CountsWhatTheKernelDropped) {
   EXPECT_EQ(bus->counters().received + bus->counters().receive_lost, 3001U);
 }
 
-TEST_F(SocketCanReceive, LetsAHandlerDestroyTheBus) {
+TEST_F(SocketCanReceive, AllowsAHandlerToDestroyTheBus) {
   auto bus = open("vcan0", {{0x181}});
   int frames = 0;
   bus->on_frame([&](const Frame&, Time) {
@@ -76,7 +76,7 @@ TEST_F(SocketCanReceive, LetsAHandlerDestroyTheBus) {
   EXPECT_EQ(frames, 1);
 }
 
-TEST_F(SocketCanInterface, DeliversAnFdFrameInThePlaceOfOurs) {
+TEST_F(SocketCanInterface, DeliversAnFdFrameOfAFilteredIdentifier) {
   const auto bus = open("vcan9", {{0x181}});
   ASSERT_TRUE(shell("cansend vcan9 181##0010203"));
   run_until([&] { return !heard.empty(); });
@@ -84,7 +84,7 @@ TEST_F(SocketCanInterface, DeliversAnFdFrameInThePlaceOfOurs) {
   EXPECT_EQ(heard[0].length, 3);
 }
 
-TEST_F(SocketCanInterface, CountsLostFramesOnceAlthoughItWasOpenedAnew) {
+TEST_F(SocketCanInterface, CountsLostFramesOnceAfterItWasOpenedAgain) {
   const auto bus = open("vcan9", {{0x181}});
   ASSERT_TRUE(shell("cangen vcan9 -g 0 -I 181 -L 8 -n 3000"));
   run_until([&] { return heard.size() >= 100; });

@@ -1,4 +1,4 @@
-// SocketCanBus sends: byte for byte, to everyone but itself, refusing what is no frame. can-utils and
+// SocketCanBus sends frames byte for byte to all other sockets and refuses invalid frames. can-utils and
 // python-can are the other side.
 #include <signal.h>
 #include <sys/wait.h>
@@ -15,7 +15,7 @@ namespace {
 
 using SocketCanSend = OnVcan;
 
-/// candump in the background, until it has seen a number of frames.
+/// Runs candump in the background until it has received a number of frames.
 class Candump {
  public:
   explicit Candump(int frames)
@@ -52,7 +52,7 @@ class Candump {
   pid_t child_ = -1;
 };
 
-TEST_F(SocketCanSend, ShowsInCandumpByteForByte) {
+TEST_F(SocketCanSend, SendsFramesThatCandumpShowsByteForByte) {
   const auto bus = open("vcan0", {});
   Candump candump(4);
   EXPECT_TRUE(
@@ -65,7 +65,7 @@ TEST_F(SocketCanSend, ShowsInCandumpByteForByte) {
   EXPECT_EQ(bus->counters().sent, 4U);
 }
 
-TEST_F(SocketCanSend, IsNotHeardByTheSenderButByEveryOtherSocket) {
+TEST_F(SocketCanSend, ReachesEveryOtherSocketButNotTheSender) {
   const auto bus = open("vcan0", {{0x201}});
   boost::asio::io_context other_context;
   SocketCanBus other(other_context, "vcan0", std::vector<Filter>{{0x201}});
@@ -78,7 +78,7 @@ TEST_F(SocketCanSend, IsNotHeardByTheSenderButByEveryOtherSocket) {
   EXPECT_TRUE(heard.empty());
 }
 
-TEST_F(SocketCanSend, RefusesAndCountsWhatIsNoFrameOrTooLongForTheInterface) {
+TEST_F(SocketCanSend, RefusesAndCountsInvalidFramesAndFramesTooLongForTheInterface) {
   const auto bus = open("vcan0", {});
   EXPECT_FALSE(bus->send({.id = 0x800, .length = 1}));
   EXPECT_FALSE(bus->send({.id = 0x100, .length = 9}));
@@ -87,8 +87,8 @@ TEST_F(SocketCanSend, RefusesAndCountsWhatIsNoFrameOrTooLongForTheInterface) {
   EXPECT_EQ(bus->state(), BusState::active);
 }
 
-// python-can as an independent peer: every message of the shipped DBC there, and back with its payload
-// inverted.
+// python-can is an independent node: it receives every message of the shipped DBC and sends it back with its
+// payload inverted.
 TEST_F(SocketCanInterface, ExchangesEveryMessageOfTheDbcWithPythonCan) {
   const Database database = load_dbc(HYSTCAN_SOURCE_DIR "/config/hystcan.dbc");
   std::vector<Filter> filters;
@@ -107,9 +107,9 @@ TEST_F(SocketCanInterface, ExchangesEveryMessageOfTheDbcWithPythonCan) {
     expected += line + "\n";
   }
   const auto bus = open("vcan9", filters);
-  const std::string output = std::filesystem::temp_directory_path() / "python-peer";
-  std::thread peer([&] {
-    shell("/usr/bin/python3 " HYSTCAN_SOURCE_DIR "/tests/can/python_peer.py vcan9 " +
+  const std::string output = std::filesystem::temp_directory_path() / "python-node";
+  std::thread python_node([&] {
+    shell("/usr/bin/python3 " HYSTCAN_SOURCE_DIR "/tests/can/socketcan/python_node.py vcan9 " +
           std::to_string(sent.size()) + " > " + output);
   });
   const Time give_up = std::chrono::steady_clock::now() + 60s;
@@ -117,7 +117,7 @@ TEST_F(SocketCanInterface, ExchangesEveryMessageOfTheDbcWithPythonCan) {
     std::this_thread::sleep_for(10ms);
   for (const Frame& frame : sent) EXPECT_TRUE(bus->send(frame));
   run_until([&] { return heard.size() >= sent.size(); });
-  peer.join();
+  python_node.join();
   EXPECT_EQ(content_of(output), expected) << "what python-can received";
   ASSERT_EQ(heard.size(), sent.size());
   for (std::size_t i = 0; i < sent.size(); ++i) {

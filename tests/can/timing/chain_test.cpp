@@ -1,5 +1,5 @@
-// The bound of the chain on sets small enough to count by hand: 1 Mbit/s, a bit is a microsecond; 8 bytes are
-// 135 bits, 1 byte 65.
+// The bound of the chain on sets that are small enough to count by hand. At 1 Mbit/s a bit takes 1 us; a
+// frame of 8 bytes has 135 bits and a frame of 1 byte has 65 bits.
 #include "can/timing/chain.h"
 
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ void add_others(std::vector<ChainSource>& sources, std::uint32_t first, int coun
     sources.push_back(source(ChainRole::heartbeat, first + static_cast<std::uint32_t>(i), 8, 100ms));
 }
 
-TEST(Chain, AloneTakesItsFramesAndTheTurnaround) {
+TEST(Chain, TakesTheTimeOfItsFramesAndTheTurnaroundIfItIsAlone) {
   const auto sources = chain(0x181, 0x201);
   ChainTiming slow = timing;
   slow.turnaround = 70us;
@@ -45,7 +45,7 @@ TEST(Chain, AloneTakesItsFramesAndTheTurnaround) {
   EXPECT_EQ(chain_response(sources, sources[2], slow), 65us + 70us + 135us + 135us);
 }
 
-TEST(Chain, IsHeldUpOnceAtEachLinkByWhatGoesAfterIt) {
+TEST(Chain, WaitsOnceAtEachLinkForAFrameOfLowerPriority) {
   auto sources = chain(0x181, 0x201);
   add_others(sources, 0x300, 6);
   EXPECT_EQ(chain_response(sources, sources[0], timing), 65us + 135us);
@@ -53,7 +53,7 @@ TEST(Chain, IsHeldUpOnceAtEachLinkByWhatGoesAfterIt) {
   EXPECT_EQ(chain_response(sources, sources[2], timing), 335us + 3 * 135us);
 }
 
-TEST(Chain, LetsPassWhatGoesBeforeItsWeakestLink) {
+TEST(Chain, WaitsForAllFramesOfHigherPriorityThanItsWeakestLink) {
   for (const auto& [sample, command] : {std::pair{0x400U, 0x100U}, std::pair{0x100U, 0x400U}}) {
     auto sources = chain(sample, command);
     add_others(sources, 0x200, 6);
@@ -61,19 +61,19 @@ TEST(Chain, LetsPassWhatGoesBeforeItsWeakestLink) {
   }
   auto sources = chain(0x010, 0x020);
   add_others(sources, 0x030, 6);
-  EXPECT_EQ(chain_response(sources, sources[2], timing), 335us + 6 * 135us) << "the weakest is SYNC";
+  EXPECT_EQ(chain_response(sources, sources[2], timing), 335us + 6 * 135us) << "SYNC is the weakest link";
 }
 
-TEST(Chain, CountsAllCommandsAsTheWeakestOfThem) {
+TEST(Chain, CountsAllCommandsAsTheWeakestCommand) {
   auto sources = chain(0x181, 0x201);
   sources.push_back(source(ChainRole::command, 0x401, 8, timing.cycle));
   sources.back().axis = 1;
   add_others(sources, 0x300, 6);
   EXPECT_EQ(chain_response(sources, sources[2], timing), 335us + 135us + 6 * 135us)
-      << "the other command may be before it in the controller's queue, and wait for all six";
+      << "the other command may be first in the controller's queue and wait for all six";
 }
 
-TEST(Chain, MeetsTwiceWhatMayBeLeftOver) {
+TEST(Chain, WaitsTwiceForAFrameThatMayBeLeftOver) {
   auto sources = chain(0x181, 0x201);
   sources.push_back(source(ChainRole::status, 0x190, 8, timing.cycle));
   EXPECT_EQ(chain_response(sources, sources[2], timing), 335us + 135us);
@@ -81,20 +81,20 @@ TEST(Chain, MeetsTwiceWhatMayBeLeftOver) {
   EXPECT_EQ(chain_response(sources, sources[2], timing), 335us + 2 * 135us);
 }
 
-TEST(Chain, IsBehindTheCycleBeforeWhereAHeartbeatMayBeLeftInTheQueue) {
+TEST(Chain, WaitsForTheCycleBeforeIfAHeartbeatMayBeLeftInTheQueue) {
   auto sources = chain(0x181, 0x201);
   add_others(sources, 0x700, 14);
-  // 335 and 14 frames are 2225: the second SYNC may wait, and no other of them comes by then.
+  // 335 us and 14 frames are 2225 us: the second SYNC may wait, and none of these frames comes again by then.
   EXPECT_EQ(chain_response(sources, sources[0], timing), 2225us + 65us - 2000us);
   EXPECT_EQ(chain_response(sources, sources[2], timing), 335us + 3 * 135us)
-      << "a lesser trouble than three now";
+      << "three blocking frames take more than the frames that are left over";
 }
 
-TEST(Chain, HasNoBoundWhereTheBusIsFull) {
+TEST(Chain, HasNoBoundIfTheBusIsFull) {
   auto sources = chain(0x181, 0x201);
   for (std::uint32_t id = 0x700; id < 0x70D; ++id)
     sources.push_back(source(ChainRole::heartbeat, id, 8, timing.cycle));
-  respond(sources, timing);  // 335 and 13 frames of 135 in each 2000
+  respond(sources, timing);  // 335 us and 13 frames of 135 us in each 2000 us
   EXPECT_FALSE(sources[2].response);
 }
 

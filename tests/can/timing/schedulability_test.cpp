@@ -14,7 +14,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-TEST(WorstFrameBits, AreThoseOfThePapersFormula) {
+TEST(WorstFrameBits, AgreeWithTheFormulaOfThePaper) {
   EXPECT_EQ(worst_frame_bits(8, false), 135U);
   EXPECT_EQ(worst_frame_bits(7, false), 125U);
   EXPECT_EQ(worst_frame_bits(1, false), 65U);
@@ -22,7 +22,7 @@ TEST(WorstFrameBits, AreThoseOfThePapersFormula) {
   EXPECT_EQ(worst_frame_bits(8, true), 160U);
 }
 
-TEST(WorstFrameBits, AreReachedByNoFrameAndAlmostReachedByOne) {
+TEST(WorstFrameBits, AreNotExceededByAnyFrameAndAlmostReachedByOne) {
   unsigned longest = 0;
   for (std::uint32_t id = 0; id < 0x800; ++id) {
     Frame frame{.id = id, .length = 8};
@@ -55,8 +55,8 @@ TEST(WorstFrameBits, HoldForFdFrames) {
   }
 }
 
-/// Table 1 of Davis, Burns, Bril, Lukkien: 7 bytes are 125 bits, 1 ms at 125 kbit/s. Tindell's analysis looks
-/// at the first instance of C only, gets 3 ms, and calls it schedulable.
+/// Table 1 of Davis, Burns, Bril, Lukkien: 7 bytes are 125 bits, 1 ms at 125 kbit/s. Tindell's analysis
+/// considers only the first instance of C, finds 3 ms, and calls C schedulable.
 std::vector<PeriodicFrame> papers_table() {
   return {{.name = "A",
            .id = 1,
@@ -81,7 +81,7 @@ std::vector<PeriodicFrame> papers_table() {
            .deadline = 3250us}};
 }
 
-TEST(Schedulability, FindsTheSecondInstanceOfThePapersMessageC) {
+TEST(Schedulability, FindsTheSecondInstanceOfMessageCInThePaper) {
   const Schedule schedule = analyse(papers_table(), 125'000);
   EXPECT_EQ(schedule.frames[0].response, 2ms);
   EXPECT_EQ(schedule.frames[1].response, 3ms);
@@ -95,7 +95,7 @@ TEST(Schedulability, FindsTheSecondInstanceOfThePapersMessageC) {
   EXPECT_NEAR(schedule.load, 1 / 2.5 + 2 / 3.5, 1e-12);
 }
 
-TEST(Schedulability, SaysSoWhereTheBusCannotCarryIt) {
+TEST(Schedulability, GivesNoBoundIfTheBusIsOverloaded) {
   auto frames = papers_table();
   for (PeriodicFrame& frame : frames) frame.bytes = 8;  // 135 bits: 104.9 %
   const Schedule schedule = analyse(frames, 125'000);
@@ -105,22 +105,22 @@ TEST(Schedulability, SaysSoWhereTheBusCannotCarryIt) {
   EXPECT_FALSE(schedule.frames[2].schedulable);
 }
 
-TEST(Schedulability, AddsTheOwnJitterAndTheOthers) {
+TEST(Schedulability, AddsTheJitterOfTheFrameAndOfOtherFrames) {
   auto frames = papers_table();
   frames[0].jitter = 600us;
   const Schedule schedule = analyse(frames, 125'000);
   EXPECT_EQ(schedule.frames[0].response, 2600us);
-  // A at 0 and, not delayed, at 2.5 - 0.6 ms, just before B would begin at 2 ms.
+  // A comes at 0 and again, without jitter, at 2.5 - 0.6 ms, just before B can begin at 2 ms.
   EXPECT_EQ(schedule.frames[1].response, 4ms);
 }
 
 TEST(Schedulability, AddsForEachErrorTheErrorFrameAndTheLongestFrame) {
   const std::vector<PeriodicFrame> one = {papers_table()[0]};
   EXPECT_EQ(analyse(one, 125'000).frames[0].response, 1ms);
-  // One error: 31 bits of 8 us, and the frame again.
+  // One error costs 31 bits of 8 us and a repetition of the frame.
   EXPECT_EQ(analyse(one, 125'000, 100ms).frames[0].response, 1ms + 248us + 1ms);
   EXPECT_FALSE(analyse(one, 125'000, 1ms).frames[0].response)
-      << "each error costs more than it takes to come";
+      << "an error costs more time than there is between two errors";
 }
 
 TEST(Schedulability, OrdersExtendedAfterStandardOfTheSameBase) {
@@ -145,7 +145,7 @@ TEST(Schedulability, OrdersExtendedAfterStandardOfTheSameBase) {
   EXPECT_EQ(schedule.frames[1].response, 295us);
 }
 
-TEST(Schedulability, RefusesWhatIsNoMessageSet) {
+TEST(Schedulability, RefusesInvalidFrameSets) {
   const auto refused = [](auto change) {
     auto frames = papers_table();
     change(frames[1]);
@@ -160,7 +160,8 @@ TEST(Schedulability, RefusesWhatIsNoMessageSet) {
   EXPECT_THROW(analyse(papers_table(), 125'000, 0ms), std::invalid_argument);
 }
 
-/// A node that sends one frame of the set: periodic from its phase, each instance late by up to its jitter.
+/// A node that sends one frame of the set periodically from its phase, each instance late by up to its
+/// jitter.
 class Sender {
  public:
   Sender(VirtualClock& clock, SimBus& wire, const PeriodicFrame& frame, Duration phase, std::uint64_t seed)
@@ -200,7 +201,7 @@ class Sender {
   Duration longest_{};
 };
 
-/// The payload byte that, repeated, makes the longest frame of all that are tried.
+/// The byte that gives the longest frame if the whole payload consists of it.
 std::uint8_t worst_fill(const PeriodicFrame& of) {
   unsigned longest = 0;
   unsigned worst = 0;
@@ -214,7 +215,7 @@ std::uint8_t worst_fill(const PeriodicFrame& of) {
   return static_cast<std::uint8_t>(worst);
 }
 
-/// The longest response of each frame seen in `length`, up to the end of the interframe space as the bound.
+/// The longest observed response of each frame within `length`, up to the end of the interframe space.
 std::vector<Duration> observe(const std::vector<PeriodicFrame>& frames, std::uint32_t bitrate,
                               Duration length, const std::vector<Duration>& phases, std::uint64_t seed) {
   VirtualClock clock;
@@ -270,8 +271,8 @@ TEST(SchedulabilityBound, IsNeverExceededByTheSimulatedBus) {
   }));
 }
 
-/// All at once is the critical instant of the frame of lowest priority, which nothing blocks. What is missing
-/// to the bound are the stuff bits that no content draws.
+/// The instant at which all frames are queued is the critical instant of the frame of lowest priority,
+/// which no frame blocks. The difference to the bound is the stuff bits that no content needs.
 TEST(SchedulabilityBound, IsAlmostReachedFromTheCriticalInstant) {
   std::mt19937_64 random(11);
   double least = 1.0;
@@ -290,7 +291,7 @@ TEST(SchedulabilityBound, IsAlmostReachedFromTheCriticalInstant) {
     ++sets;
   }
   EXPECT_GT(sum / sets, 0.9) << "0.92 at this seed";
-  EXPECT_GT(least, 0.7) << "0.72: without those bits one more frame may go first, or not";
+  EXPECT_GT(least, 0.7) << "0.72 at this seed: the missing bits may decide whether one more frame goes first";
 }
 
 }  // namespace

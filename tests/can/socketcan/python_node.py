@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""python_peer.py INTERFACE COUNT: an independent peer. Waits for COUNT frames, then sends each of them back with its
-payload inverted, one by one; prints what it received as IDENTIFIER#PAYLOAD."""
+"""python_node.py INTERFACE COUNT: a node that shares no code with hystcan. It waits for COUNT frames and then sends
+each of them back with its payload inverted, one by one. It prints the received frames as IDENTIFIER#PAYLOAD."""
 import sys
 
 import can
@@ -11,7 +11,7 @@ received = []
 while len(received) < int(sys.argv[2]):
     message = bus.recv(timeout=20)
     if message is None:
-        sys.exit("nothing heard for 20 s")
+        sys.exit("no frame received for 20 s")
     received.append(message)
 for message in received:
     digits = 8 if message.is_extended_id else 3
