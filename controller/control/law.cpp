@@ -10,13 +10,13 @@ namespace {
 constexpr std::array<std::string_view, all_structures.size()> structure_names{"average", "inverse", "pi",
                                                                               "average+pi", "inverse+pi"};
 
-/// Below this a demand counts as met: far under any sensor's resolution, far over the inverse's rounding.
+/// A demand counts as met below this excess: far below any sensor's resolution, far above rounding.
 constexpr double met_within_um = 1e-6;
 
-/// An offset left over counts as gone: below the wire's resolution of a position.
+/// A remaining offset below this counts as zero: less than the wire's resolution of a position.
 constexpr double faded_um = 1e-7;
 
-/// Curves without memory need no room for any.
+/// Capacity of a memory that a curve without hysteresis does not use.
 constexpr std::size_t least_capacity = 4;
 
 }  // namespace
@@ -97,8 +97,8 @@ void ControlLaw::retune(const Config& config) {
   set_correction(correction_);
 }
 
-// The new operator's output at the drive applied last is what it shall be asked for next.  The notch is moved
-// along, so that it keeps what it has not let through yet.
+// The next demand becomes the new operator's output at the last applied drive. The notch is shifted by the
+// same amount, so that it keeps its transient.
 void ControlLaw::enter_structure() {
   const double moved_um = predicted_um() - notched_um_;
   Notch::shift(notch_state_, moved_um);
@@ -113,7 +113,7 @@ void ControlLaw::set_correction(const ModelCorrection& correction) {
                       : ModelCorrection{});
 }
 
-// The corrected model's output at the drive applied last moves; the integral makes up for it.
+// The corrected model's output at the last applied drive changes; the integral compensates the change.
 void ControlLaw::move_correction(const ModelCorrection& to) {
   const double before_um = predicted_um();
   correction_ = to;
@@ -139,7 +139,7 @@ ControlLaw::Demand ControlLaw::propose(const Input& input) {
   return demand;
 }
 
-// One low pass for the difference is the same as one each for reference and measurement.
+// One low pass for the difference is equal to one each for reference and measurement.
 void ControlLaw::take_error(const Input& input) {
   integrated_s_ = input.position_um ? input.dt_s : 0.0;
   if (!input.position_um) return;

@@ -44,7 +44,7 @@ std::vector<double> ClosedLoop::ramp_in() const {
   return {thresholds.hi, thresholds.lo};
 }
 
-/// The integral takes what the other axes add at first; what they add later is fed forward.
+/// The integral takes what the other axes add at the start; what they add later is fed forward.
 void ClosedLoop::begin(double position_um, double coupled_um) {
   coupled_at_first_um_ = coupled_um;
   following_error_.restart();

@@ -8,25 +8,25 @@
 namespace hystcan::controller {
 namespace {
 
-/// A SYNC so many cycles after the last one is a stall: the reference has run on, the ramps would jump.
+/// A SYNC more cycles than this after the last one is a stall: the reference has moved on, ramps would jump.
 constexpr double stalled_cycles = 10.0;
 
-/// The amplifier reports its state at once; longer than this and it has not obeyed.
+/// The amplifier reports its state at once; after this time it has not obeyed.
 constexpr double enable_timeout_s = 0.5;
 
-/// Of the drive's range: so far it goes before an unchanged position is a frozen one.
+/// Share of the drive's range: after this travel an unchanged position is a frozen one.
 constexpr double frozen_travel = 0.02;
 
-/// A corner of the reference may meet one or two; a model that does not hold there meets them all.
+/// A corner of the reference may cause one or two such cycles; an invalid model causes them continuously.
 constexpr unsigned not_invertible_cycles = 3;
 
-/// Since the last SYNC, in whole ones: a stage goes further in a late cycle. At least one.
+/// Whole cycles since the last SYNC, at least 1: a stage moves further in a late cycle.
 unsigned cycles_in(const AxisInput& input) {
   constexpr double most = 1e6;
   return static_cast<unsigned>(std::clamp(std::ceil(input.dt_s / input.cycle_s - 0.5), 1.0, most));
 }
 
-/// Time that `condition` has held on end.
+/// Time for which `condition` has been true without a break.
 double held(bool condition, double so_far_s, double dt_s) { return condition ? so_far_s + dt_s : 0.0; }
 
 }  // namespace
@@ -70,7 +70,7 @@ Supervisor::Verdict Supervisor::judge_sample(const AxisInput& input) {
   if (!input.position_um) return {lose(input.late_sample, Cause::sample_missing), std::nullopt};
   if (!input.sensor_status_good) return {Cause::sensor_status, std::nullopt};
   const double position_um = *input.position_um;
-  // Written so that NaN is implausible too.
+  // With NaN the comparison is false: the position is implausible.
   if (!(position_um >= config_.position_min_um && position_um <= config_.position_max_um))
     return {Cause::position_implausible, std::nullopt};
   if (has_jumped(position_um)) return {lose(false, Cause::position_jumped), std::nullopt};

@@ -98,9 +98,8 @@ TEST(LatenessLog, SaysOneLineASecondThatStandsForAllOfThem) {
     log.add(late_by(cycle, late));  // the other axis's record of the same cycle
   }
   ASSERT_EQ(lines.size(), 2u);
-  EXPECT_TRUE(lines[0].starts_with("1 SYNC more than 200 us late by 0.010 s, the latest 210 us")) << lines[0];
-  EXPECT_TRUE(lines[1].starts_with("98 SYNC more than 200 us late by 1.010 s, the latest 590 us"))
-      << lines[1];
+  EXPECT_TRUE(lines[0].starts_with("1 SYNC more than 200 us late until 0.010 s, worst 210 us")) << lines[0];
+  EXPECT_TRUE(lines[1].starts_with("98 SYNC more than 200 us late until 1.010 s, worst 590 us")) << lines[1];
 }
 
 TEST(LatenessLog, SaysNothingWithoutALimit) {

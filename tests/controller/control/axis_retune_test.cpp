@@ -130,7 +130,7 @@ TEST(AxisRetune, IsRefusedWholeWhereTheDriveIsOutsideTheNewRange) {
   narrow.law.pi.kp = 0.4;
   AxisTuning tuning(narrow, true);
   Axis untouched = stage.axis;
-  EXPECT_EQ(stage.axis.retune(tuning), "the drive is outside the new drive_min..drive_max now");
+  EXPECT_EQ(stage.axis.retune(tuning), "the present drive is outside the new drive_min..drive_max");
   EXPECT_EQ(stage.axis.config().gate.drive_max, 100.0);
   EXPECT_EQ(tuning.config.gate.drive_max, 60.0) << "what was refused stays with the asker";
   for (int i = 0; i < 100; ++i) {
