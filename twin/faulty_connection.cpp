@@ -10,10 +10,10 @@ namespace {
 
 using enum Fault;
 
-/// The most urgent identifier that is nobody's: 0 is NMT, which nodes would obey.
+/// The identifier of the highest priority that no node uses: 0 is NMT, which nodes would follow.
 constexpr std::uint32_t babble_id = 0x001;
 
-/// What happens to frames on their way, of one fault that is on.
+/// Adds the rules by which one active fault acts on frames.
 void add_rules(std::vector<can::FaultRule>& rules, Fault kind, double value, const can::Filter& message,
                const can::Filter& command, std::uint8_t node) {
   using can::BusFault;
@@ -74,7 +74,7 @@ void SentMessage::put_value(can::Frame& frame, std::int64_t raw) const {
 void SentMessage::put_physical(can::Frame& frame, double value) const {
   if (!value_) return;
   const double nearest = std::clamp(step_.to_theirs(value), value_->minimum(), value_->maximum());
-  // The limits themselves can be packed.
+  // The limits of the signal can be packed exactly.
   static_cast<void>(value_->pack(nearest, frame.payload()));
 }
 

@@ -362,7 +362,7 @@ TEST(FaultAtRunTime, ThatCannotBeIsRefusedWithTheReason) {
   };
   FaultSpec other_axis = order(Fault::late, {}, seconds(1));
   other_axis.axis = "z";
-  EXPECT_EQ(refusal_of(other_axis), "there is no axis \"z\", expected one of this twin's");
+  EXPECT_EQ(refusal_of(other_axis), "there is no axis \"z\", expected an axis of this twin");
   FaultSpec wrong_node = order(Fault::sensor_bad_status, {}, seconds(1));
   wrong_node.node = Node::amplifier;
   EXPECT_EQ(refusal_of(wrong_node), "sensor_bad_status acts on the sensor, expected that node");
@@ -380,16 +380,17 @@ TEST(FaultAtRunTime, NeedsTheFieldThatItSpoilsInALabsOwnFrames) {
   can::MessageMap plain{.message = "LabSample", .signals = {{"position", "Pos"}}};
   plain.integrity = can::Integrity::none;
   wire.frames.emplace(can::AxisFrames{.command = {.message = "LabCommand"}, .sample = plain});
-  EXPECT_EQ(why_not(order(Fault::frozen_counter, {}, seconds(1)), wire),
+  EXPECT_EQ(reason_against(order(Fault::frozen_counter, {}, seconds(1)), wire),
             "frozen_counter: message LabSample has no counter, expected one that has it");
-  EXPECT_EQ(why_not(order(Fault::wrong_crc, {}, seconds(1)), wire),
+  EXPECT_EQ(reason_against(order(Fault::wrong_crc, {}, seconds(1)), wire),
             "wrong_crc: message LabSample has no CRC, expected one that has it");
-  EXPECT_EQ(why_not(order(Fault::sensor_bad_status, {}, seconds(1)), wire),
+  EXPECT_EQ(reason_against(order(Fault::sensor_bad_status, {}, seconds(1)), wire),
             "sensor_bad_status: message LabSample has no status, expected one that has it");
-  EXPECT_EQ(why_not(order(Fault::frozen_value, {}, seconds(1)), wire), "");
+  EXPECT_EQ(reason_against(order(Fault::frozen_value, {}, seconds(1)), wire), "");
   FaultSpec of_status = order(Fault::frozen_value, {}, seconds(1));
   of_status.node = Node::amplifier;
-  EXPECT_EQ(why_not(of_status, wire), "frozen_value: this amplifier sends no status, expected one that does");
+  EXPECT_EQ(reason_against(of_status, wire),
+            "frozen_value: this amplifier sends no status, expected one that does");
 }
 
 TEST(FaultNames, AreTheirOwnInverse) {
