@@ -93,7 +93,7 @@ TEST_F(BlackBoxes, HoldTheCyclesBeforeTheFaultAndFiveAfterIt) {
   EXPECT_TRUE(warnings.empty());
 }
 
-TEST_F(BlackBoxes, WriteEachCycleOut) {
+TEST_F(BlackBoxes, HaveARowForEachCycle) {
   BlackBox box = make();
   CycleRecord one = record(7, AxisState::tracking);
   one.report.point.segment = 2;
@@ -126,7 +126,7 @@ TEST_F(BlackBoxes, WriteEachCycleOut) {
   EXPECT_EQ(cell(lines[1], 15), "") << "no sample was heard";
 }
 
-TEST_F(BlackBoxes, AreEndedByTheEndOfTheRun) {
+TEST_F(BlackBoxes, AreWrittenOnceAtTheEndOfTheRun) {
   BlackBox box = make();
   run(box, 1, 3, AxisState::tracking);
   run(box, 4, 5, AxisState::faulted);
@@ -137,7 +137,7 @@ TEST_F(BlackBoxes, AreEndedByTheEndOfTheRun) {
   EXPECT_EQ(files().size(), 1u) << "once";
 }
 
-TEST_F(BlackBoxes, AreOneForEachFaultHoweverSoonTheNextOne) {
+TEST_F(BlackBoxes, AreWrittenForEachFaultEvenInQuickSuccession) {
   BlackBox box = make();
   run(box, 1, 3, AxisState::tracking);
   run(box, 4, 5, AxisState::faulted);
@@ -150,7 +150,7 @@ TEST_F(BlackBoxes, AreOneForEachFaultHoweverSoonTheNextOne) {
   EXPECT_EQ(cell(rows(files()[1]).back(), 0), "12");
 }
 
-TEST_F(BlackBoxes, AreWrittenOfEveryAxisWhereAskedFor) {
+TEST_F(BlackBoxes, AreWrittenForEveryAxisOnRequest) {
   BlackBox box = make();
   run(box, 1, 3, AxisState::tracking);
   box.add(record(3, AxisState::tracking, 1));
@@ -160,7 +160,7 @@ TEST_F(BlackBoxes, AreWrittenOfEveryAxisWhereAskedFor) {
                                                "blackbox_20261121T221923.456Z_y_1.csv"}));
 }
 
-TEST_F(BlackBoxes, NeverReplaceOneThatIsThere) {
+TEST_F(BlackBoxes, NeverReplaceAnExistingFile) {
   std::ofstream(folder / "blackbox_20261121T221923.456Z_x.csv") << "precious";
   BlackBox box = make();
   run(box, 4, 30, AxisState::faulted);
@@ -169,7 +169,7 @@ TEST_F(BlackBoxes, NeverReplaceOneThatIsThere) {
   EXPECT_NE(warnings[0].find("File exists"), std::string::npos) << warnings[0];
 }
 
-TEST_F(BlackBoxes, AreNoMoreThanAllowed) {
+TEST_F(BlackBoxes, DoNotExceedTheAllowedNumberOfFiles) {
   BlackBox box = make(2);
   for (std::uint64_t i = 0; i < 4; ++i) {
     run(box, 10 * i, 10 * i + 1, AxisState::tracking);

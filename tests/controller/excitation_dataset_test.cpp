@@ -21,7 +21,7 @@ CycleRecord ready(std::uint64_t number, double drive) {
   return record;
 }
 
-TEST(ExcitationDataset, PairsAPositionWithTheDriveThatTakesOverAtItsSync) {
+TEST(ExcitationDataset, PairsAPositionWithTheDriveThatTakesEffectAtItsSync) {
   ExcitationDataset excitation;
   EXPECT_FALSE(excitation.add(ready(6, 10.0)));
   const auto first = excitation.add(cycle(7, 11.0, 0.7));
@@ -36,7 +36,7 @@ TEST(ExcitationDataset, PairsAPositionWithTheDriveThatTakesOverAtItsSync) {
   EXPECT_EQ(excitation.rows(), 2u);
 }
 
-TEST(ExcitationDataset, LeavesOutABridgedSampleAndGoesOn) {
+TEST(ExcitationDataset, LeavesOutABridgedSampleAndContinues) {
   ExcitationDataset excitation;
   excitation.add(ready(1, 1.0));
   excitation.add(cycle(2, 2.0, 0.2));
@@ -49,7 +49,7 @@ TEST(ExcitationDataset, LeavesOutABridgedSampleAndGoesOn) {
   EXPECT_EQ(excitation.left_out(), 1u);
 }
 
-TEST(ExcitationDataset, LeavesOutWhatFollowsALostRecord) {
+TEST(ExcitationDataset, LeavesOutTheCycleAfterALostRecord) {
   ExcitationDataset excitation;
   excitation.add(ready(1, 1.0));
   excitation.add(cycle(2, 2.0, 0.2));
@@ -57,7 +57,7 @@ TEST(ExcitationDataset, LeavesOutWhatFollowsALostRecord) {
   EXPECT_TRUE(excitation.add(cycle(5, 5.0, 0.5)));
 }
 
-TEST(ExcitationDataset, EndsWithTheExcitationAndWithAFault) {
+TEST(ExcitationDataset, EndsAtTheEndOfTheExcitationAndAtAFault) {
   ExcitationDataset excitation;
   excitation.add(ready(1, 1.0));
   CycleRecord finished = cycle(2, 2.0, 0.2);

@@ -81,7 +81,7 @@ TEST(AmplifierWithACapacitor, SlewsAsFastAsItsCurrentChargesIt) {
   EXPECT_NEAR(after.output, 0.14 / 1.5e-6 * 1e-4, 1e-12);
 }
 
-TEST(AmplifierWithACapacitor, IsSlewLimitedAllTheSameWhereItsCurrentIsAmple) {
+TEST(AmplifierWithACapacitor, KeepsItsSlewLimitWhereItsCurrentIsSufficient) {
   const Amplifier::Config config{.slew_per_s = 1000.0, .current_limit_A = 1.0, .load_uF = 1.0};
   EXPECT_DOUBLE_EQ(Amplifier::Step(config, 0.01)({.output = 0.0, .target = 100.0}).output, 10.0);
 }
@@ -92,7 +92,7 @@ TEST(AmplifierWithACoil, RisesAsAnExponentialWhileItsVoltageIsLimited) {
 }
 
 // The lag takes over where 10 - 2 i = 0.01 omega (4 - i), here at i = 3.968 A.
-TEST(AmplifierWithACoil, GoesOnWithItsLagOnceThatIsWithinReach) {
+TEST(AmplifierWithACoil, ContinuesWithItsLagOnceItsVoltageIsSufficient) {
   const double omega = two_pi * 1000.0;
   const double i_x = (0.01 * omega * 4.0 - 10.0) / (0.01 * omega - 2.0);
   const double t_x = 0.005 * std::log(5.0 / (5.0 - i_x));
@@ -113,7 +113,7 @@ TEST(AmplifierWithACoil, WithoutResistanceIsSlewLimitedByItsVoltage) {
   EXPECT_NEAR(Amplifier::Step(ideal, 1e-3)({.output = 0.0, .target = 4.0}).output, 1.0, 1e-12);
 }
 
-TEST(AmplifierWithACoil, IsTheSameInOneStepOrInTwo) {
+TEST(AmplifierWithACoil, HasTheSameOutputAfterOneStepAndAfterTwo) {
   EXPECT_TRUE(rc::check("two parts of a step equal the whole, to rounding", [] {
     const AnyCoil coil;
     const double first_s = uniform(0.0, 1.0) * coil.total_s;
@@ -124,7 +124,7 @@ TEST(AmplifierWithACoil, IsTheSameInOneStepOrInTwo) {
   }));
 }
 
-TEST(AmplifierWithACoil, KeepsEveryLimitAndRunsToItsEndWithoutTurning) {
+TEST(AmplifierWithACoil, KeepsEveryLimitAndReachesItsEndMonotonically) {
   EXPECT_TRUE(rc::check("each small step within slew and voltage, towards the end and never past it", [] {
     const AnyCoil coil;
     const double dt_s = 0.01 * coil.total_s;
@@ -180,7 +180,7 @@ TEST(AmplifierWithACapacitor, EqualsAFineIntegration) {
         << total_s;
 }
 
-TEST(Amplifier, RoundsItsTargetToItsConverterWithinTheRange) {
+TEST(Amplifier, RoundsItsTargetToItsResolutionWithinTheRange) {
   const Amplifier::Config config{.drive_min = -1.0, .drive_max = 10.1, .resolution = 0.25};
   EXPECT_EQ(Amplifier::target_of(config, 3.12), 3.0);
   EXPECT_EQ(Amplifier::target_of(config, -0.4), -0.5);
@@ -188,7 +188,7 @@ TEST(Amplifier, RoundsItsTargetToItsConverterWithinTheRange) {
   EXPECT_EQ(Amplifier::target_of({}, 3.12), 3.12) << "not quantised";
 }
 
-TEST(Amplifier, RampsNoFasterThanItIsTold) {
+TEST(Amplifier, RampsNoFasterThanConfigured) {
   const Amplifier::Config config{.ramp_per_s = 50.0};
   const auto after =
       Amplifier::Step(config, 0.5)({.output = 80.0, .target = 0.0, .course = Amplifier::Course::ramp});
@@ -196,7 +196,7 @@ TEST(Amplifier, RampsNoFasterThanItIsTold) {
   EXPECT_EQ(after.course, Amplifier::Course::ramp);
 }
 
-TEST(Amplifier, SwitchedOffIsDischargedByItsLoadWhereverItsTargetIs) {
+TEST(Amplifier, IsDischargedByItsLoadWhileSwitchedOffWhateverItsTarget) {
   const Amplifier::State off{.output = 80.0, .target = 60.0, .course = Amplifier::Course::off};
   const Amplifier::Config bled{.load_uF = 1.5, .load_ohm = 1e5};  // 150 ms
   EXPECT_NEAR(Amplifier::Step(bled, 0.3)(off).output, 80.0 * std::exp(-2.0), 1e-12);

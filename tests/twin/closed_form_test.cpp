@@ -53,7 +53,7 @@ TEST(FreeOscillation, FollowsItsClosedForm) {
       1e-11);
 }
 
-TEST(FreeOscillation, OfTwoModesIsTheSumByTheirShares) {
+TEST(FreeOscillation, IsTheSumOfTwoModesWeightedByTheirShares) {
   Plant::Config config = linear_stage();
   config.second_mode = SecondMode{{.natural_frequency_Hz = 1170.0, .damping_ratio = 0.01}, 0.2};
   Plant plant(config, can::Time{});
@@ -66,7 +66,7 @@ TEST(FreeOscillation, OfTwoModesIsTheSumByTheirShares) {
             1e-11);
 }
 
-TEST(FreeOscillation, GoesOnAtTheShiftedResonanceOfBothModes) {
+TEST(FreeOscillation, ContinuesAtTheShiftedResonanceOfBothModes) {
   Plant::Config config = linear_stage();
   config.second_mode = SecondMode{{.natural_frequency_Hz = 1170.0, .damping_ratio = 0.01}, 0.2};
   Plant plant(config, can::Time{});
@@ -121,7 +121,7 @@ TEST(GainDisturbance, ScalesTheTravelFromTheStart) {
   EXPECT_NEAR(plant.position_um(), 0.9 * support::piezo_model().ascending.value(50.0), 1e-9);
 }
 
-TEST(Disturbance, ThatIsNotAPhysicalOneIsRefused) {
+TEST(Disturbance, IsRefusedWhereItIsNotPhysical) {
   Plant plant(piezo_stage(), can::Time{});
   EXPECT_THROW(plant.disturb({.resonance = 0.0}), std::invalid_argument);
   EXPECT_THROW(plant.disturb({.load_um = std::nan("")}), std::invalid_argument);

@@ -51,7 +51,7 @@ TEST(DriveNoise, IsTheSameFromTheSameSeed) {
   EXPECT_NE(first, other(can::Time{}));
 }
 
-TEST(DriveNoise, IsSilentUnlessToldOtherwise) {
+TEST(DriveNoise, IsZeroByDefault) {
   DriveNoise noise({}, substep, can::Time{}, 1);
   EXPECT_TRUE(noise.is_silent());
   EXPECT_EQ(noise(can::Time{}), 0.0);
@@ -60,7 +60,7 @@ TEST(DriveNoise, IsSilentUnlessToldOtherwise) {
 
 // A ripple of 0.5 V and 50 Hz about 40 V: in what the amplifier reports, and
 // in what the sensor sees.
-TEST(DriveNoise, IsInWhatTheAmplifierReportsAndInThePosition) {
+TEST(DriveNoise, AppearsInTheStatusOfTheAmplifierAndInThePosition) {
   Config config = one_axis();
   config.axes.front().drive_noise = {.ripple = 0.5, .ripple_Hz = 50.0};
   config.axes.front().status_every = 1;

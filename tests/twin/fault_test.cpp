@@ -80,7 +80,7 @@ class Connection : public testing::Test {
 
 using FaultyConnectionTest = Connection;
 
-TEST_F(FaultyConnectionTest, PassesEveryFrameAsItIsWhereNothingIsWrong) {
+TEST_F(FaultyConnectionTest, PassesEveryFrameUnchangedWithoutAFault) {
   EXPECT_EQ(after(sample()), sample());
   connection_.begin(Fault::wrong_crc, 0.0);
   connection_.end(Fault::wrong_crc);
@@ -94,7 +94,7 @@ TEST_F(FaultyConnectionTest, FlipsOneBitOfTheCrcAndNothingElse) {
   EXPECT_EQ(after(sample()), expected);
 }
 
-TEST_F(FaultyConnectionTest, FreezesTheValueUnderACounterAndCrcThatAreRight) {
+TEST_F(FaultyConnectionTest, FreezesTheValueAndKeepsCounterAndCrcRight) {
   connection_.begin(Fault::frozen_value, 0.0);
   send(sample(3));
   can::Frame next = sample(4);
@@ -105,25 +105,25 @@ TEST_F(FaultyConnectionTest, FreezesTheValueUnderACounterAndCrcThatAreRight) {
   EXPECT_EQ(heard_.back().data[6], 4) << "the counter goes on";
 }
 
-TEST_F(FaultyConnectionTest, FreezesTheCounterUnderACrcThatIsRight) {
+TEST_F(FaultyConnectionTest, FreezesTheCounterAndKeepsTheCrcRight) {
   connection_.begin(Fault::frozen_counter, 0.0);
   send(sample(3));
   EXPECT_EQ(after(sample(4)), sample(3)) << "the same payload but for the counter";
 }
 
-TEST_F(FaultyConnectionTest, ReportsAPositionThatNoStageHas) {
+TEST_F(FaultyConnectionTest, SendsAnImpossiblePosition) {
   connection_.begin(Fault::out_of_range, 1000.0);
   EXPECT_EQ(read(after(sample()))->position_um, 1000.0);
   connection_.begin(Fault::out_of_range, 1e9);  // beyond the signal: the most that it carries
   EXPECT_GT(read(after(sample()))->position_um, 1000.0);
 }
 
-TEST_F(FaultyConnectionTest, SaysOfASampleThatItIsBad) {
+TEST_F(FaultyConnectionTest, SetsABadStatusInTheSample) {
   connection_.begin(Fault::sensor_bad_status, 0.0);
   EXPECT_EQ(read(after(sample()))->status, 1);
 }
 
-TEST_F(FaultyConnectionTest, SendsEachSampleInThePlaceOfALaterOne) {
+TEST_F(FaultyConnectionTest, SendsEachSampleInsteadOfALaterOne) {
   connection_.begin(Fault::late, 2.0);
   for (std::uint8_t counter = 1; counter <= 5; ++counter) send(sample(counter));
   ASSERT_EQ(heard_.size(), 3u);
@@ -133,13 +133,13 @@ TEST_F(FaultyConnectionTest, SendsEachSampleInThePlaceOfALaterOne) {
   EXPECT_EQ(heard_.size(), 4u);
 }
 
-TEST_F(FaultyConnectionTest, SendsTheSecondOfTwoFirst) {
+TEST_F(FaultyConnectionTest, SendsTheSecondOfTwoSamplesFirst) {
   connection_.begin(Fault::out_of_order, 0.0);
   for (std::uint8_t counter = 1; counter <= 4; ++counter) send(sample(counter));
   EXPECT_EQ(heard_, (std::vector{sample(2), sample(1), sample(4), sample(3)}));
 }
 
-TEST_F(FaultyConnectionTest, DoublesLosesAndMisshapesSamplesAlone) {
+TEST_F(FaultyConnectionTest, DoublesLosesAndDistortsSamplesOrHeartbeatsSeparately) {
   const can::Frame heartbeat = can::heartbeat_frame(2, can::NmtState::operational);
   connection_.begin(Fault::duplicate, 0.0);
   send(sample());
@@ -164,7 +164,7 @@ TEST_F(FaultyConnectionTest, DoublesLosesAndMisshapesSamplesAlone) {
   EXPECT_EQ(after(heartbeat), sample()) << "the heartbeat is not there";
 }
 
-TEST_F(FaultyConnectionTest, IsDeafAndDumbInBusOff) {
+TEST_F(FaultyConnectionTest, NeitherSendsNorReceivesInBusOff) {
   connection_.begin(Fault::bus_off, 0.0);
   send(sample());
   far_end_->send(can::sync_frame(1));
@@ -177,7 +177,7 @@ TEST_F(FaultyConnectionTest, IsDeafAndDumbInBusOff) {
   EXPECT_EQ(obeyed_, 1);
 }
 
-TEST_F(FaultyConnectionTest, MissesItsShareOfTheFramesWhereItIsErrorPassive) {
+TEST_F(FaultyConnectionTest, LosesTheGivenShareOfFramesWhileErrorPassive) {
   connection_.begin(Fault::error_passive, 0.3);
   constexpr int frames = 1000;
   for (int i = 0; i < frames; ++i) {
@@ -188,7 +188,7 @@ TEST_F(FaultyConnectionTest, MissesItsShareOfTheFramesWhereItIsErrorPassive) {
   EXPECT_NEAR(frames - obeyed_, 300, 73);
 }
 
-TEST_F(FaultyConnectionTest, BabblesAtItsRateWithTheMostUrgentIdentifierThatIsNobodys) {
+TEST_F(FaultyConnectionTest, BabblesAtItsRateWithTheMostUrgentUnusedIdentifier) {
   connection_.begin(Fault::babbling_node, 2000.0);
   run(milliseconds(100));
   ASSERT_NEAR(static_cast<double>(heard_.size()), 200.0, 1.0);
@@ -200,7 +200,7 @@ TEST_F(FaultyConnectionTest, BabblesAtItsRateWithTheMostUrgentIdentifierThatIsNo
   EXPECT_EQ(heard_.size(), so_far);
 }
 
-TEST_F(FaultyConnectionTest, TellsOfAnEmergencyAndOfItsEnd) {
+TEST_F(FaultyConnectionTest, SendsAnEmergencyAndItsEnd) {
   connection_.begin(Fault::emergency, 0x4210);
   connection_.end(Fault::emergency);
   run(milliseconds(1));
@@ -239,7 +239,7 @@ struct TwinRun {
   std::vector<Told> told;
 };
 
-TEST(FaultSchedule, BeginsAndEndsWhenItSays) {
+TEST(FaultSchedule, BeginsAndEndsFaultsAtTheirTimes) {
   Config config = one_axis();
   config.faults = {order(Fault::wrong_crc, milliseconds(500), milliseconds(250)),
                    order(Fault::load_step, milliseconds(300), milliseconds(100))};
@@ -255,7 +255,7 @@ TEST(FaultSchedule, BeginsAndEndsWhenItSays) {
   EXPECT_EQ(run.told, expected);
 }
 
-TEST(FaultSchedule, CountsFromTheStartAndStrikesNoNodeBeforeItBoots) {
+TEST(FaultSchedule, CountsFromTheStartAndInjectsNothingBeforeTheNodesBoot) {
   Config config = one_axis();
   config.faults = {order(Fault::babbling_node, can::Duration{0}, seconds(1))};
   TwinRun run(config);
@@ -265,7 +265,7 @@ TEST(FaultSchedule, CountsFromTheStartAndStrikesNoNodeBeforeItBoots) {
   EXPECT_EQ(run.told.size(), 1u);
 }
 
-TEST(FaultSchedule, DriftsLinearlyAndStays) {
+TEST(FaultSchedule, DriftsLinearlyAndStaysThere) {
   Config config = one_axis();
   config.faults = {order(Fault::parameter_drift, seconds(1), seconds(2), -0.1)};
   TwinRun run(config);
@@ -288,7 +288,7 @@ TEST(FaultSchedule, DriftsLinearlyAndStays) {
       << "what has drifted is taken back";
 }
 
-TEST(FaultSchedule, OfALoadDisplacesTheStageWhileItLasts) {
+TEST(FaultSchedule, DisplacesTheStageWhileALoadLasts) {
   Config config = one_axis();
   config.faults = {order(Fault::load_step, seconds(1), seconds(1), 2.5)};
   TwinRun run(config);
@@ -303,7 +303,7 @@ TEST(FaultSchedule, OfALoadDisplacesTheStageWhileItLasts) {
   EXPECT_NEAR(positions_um[2] - positions_um[0], 0.0, 1e-9);
 }
 
-TEST(FaultSchedule, AtRandomIsTheSameFromTheSameSeedAndHasItsRate) {
+TEST(FaultSchedule, RandomFaultsAreTheSameFromTheSameSeedAndHaveTheirRate) {
   const auto drawn = [](std::uint64_t seed) {
     Config config = one_axis();
     config.random_faults = RandomFaults{.seed = seed, .rate_per_hour = 3600.0};
@@ -321,7 +321,7 @@ TEST(FaultSchedule, AtRandomIsTheSameFromTheSameSeedAndHasItsRate) {
         << to_string(static_cast<Fault>(i));
 }
 
-TEST(FaultSchedule, AtRandomKeepsToItsKinds) {
+TEST(FaultSchedule, RandomFaultsAreOnlyOfTheConfiguredKinds) {
   Config config = one_axis();
   config.random_faults = RandomFaults{.rate_per_hour = 3600.0, .kinds = {Fault::late, Fault::load_step}};
   TwinRun run(config);
@@ -330,7 +330,7 @@ TEST(FaultSchedule, AtRandomKeepsToItsKinds) {
   for (const Told& one : run.told) EXPECT_TRUE(one.kind == Fault::late || one.kind == Fault::load_step);
 }
 
-TEST(FaultAtRunTime, BeginsNowGoesOnAnewAndIsHealed) {
+TEST(FaultAtRunTime, BeginsNowCanBeReplacedAndCanBeRemoved) {
   TwinRun run(one_axis());
   run.run_for(milliseconds(200));
   FaultScheduler& faults = run.twin.faults();
@@ -350,7 +350,7 @@ TEST(FaultAtRunTime, BeginsNowGoesOnAnewAndIsHealed) {
   EXPECT_TRUE(faults.active().empty());
 }
 
-TEST(FaultAtRunTime, ThatCannotBeIsRefusedWithTheReason) {
+TEST(FaultAtRunTime, IsRefusedWithTheReasonWhereItIsImpossible) {
   TwinRun run(one_axis());
   const auto refusal_of = [&](const FaultSpec& asked) -> std::string {
     try {
@@ -375,7 +375,7 @@ TEST(FaultAtRunTime, ThatCannotBeIsRefusedWithTheReason) {
   EXPECT_TRUE(run.twin.faults().active().empty());
 }
 
-TEST(FaultAtRunTime, NeedsTheFieldThatItSpoilsInALabsOwnFrames) {
+TEST(FaultAtRunTime, IsRefusedWhereTheConfiguredFramesLackItsField) {
   can::AxisWire wire = one_axis().axes[0].wire;
   can::MessageMap plain{.message = "LabSample", .signals = {{"position", "Pos"}}};
   plain.integrity = can::Integrity::none;
@@ -393,7 +393,7 @@ TEST(FaultAtRunTime, NeedsTheFieldThatItSpoilsInALabsOwnFrames) {
             "frozen_value: this amplifier sends no status, expected one that does");
 }
 
-TEST(FaultNames, AreTheirOwnInverse) {
+TEST(FaultNames, AreParsedBackToTheirKind) {
   for (std::size_t i = 0; i < fault_count; ++i) {
     const auto kind = static_cast<Fault>(i);
     EXPECT_EQ(parse_fault(to_string(kind)), kind);

@@ -66,7 +66,7 @@ std::vector<double> positions(const Plant::Config& config, const std::vector<Com
 }
 
 // To the bit, where 1e-9 um would do.
-TEST(Plant, IsWhereItIsHoweverItIsLookedAt) {
+TEST(Plant, HasTheSamePositionHoweverOftenItIsRead) {
   EXPECT_TRUE(rc::check("looks", [] {
     const bool even = *rc::gen::arbitrary<bool>(), noisy = *rc::gen::arbitrary<bool>();
     const std::vector<Command> commands = any_commands();
@@ -155,7 +155,7 @@ TEST(GridHandler, IsCalledOnceAtTheEndOfARest) {
   EXPECT_EQ(times, std::vector<can::Time>{can::Time{} + std::chrono::hours(1)});
 }
 
-TEST(DriveNoise, IsAskedForOncePerSubstepAndHeldOverIt) {
+TEST(DriveNoise, IsDrawnOncePerSubstepAndHeldOverIt) {
   Plant plant(linear_stage(), can::Time{});
   std::vector<can::Time> asked;
   plant.set_drive_noise([&](can::Time time) {

@@ -50,7 +50,7 @@ std::vector<model::AnyParameters> kinds() {
 constexpr double excursions[] = {80.0, 20.0, 60.0, 35.0, 50.0, 42.0, 70.0, 10.0, 100.0, 0.0, 55.0, 30.0};
 
 // Slow against amplifier and mode, the plant is its hysteresis: what the model gives for the same inputs.
-TEST(SlowLoop, IsTheHysteresisModelsOwnOutputWhateverItsKind) {
+TEST(SlowLoop, EqualsTheOutputOfTheHysteresisModelForEveryKind) {
   for (const model::AnyParameters& kind : kinds()) {
     Plant::Config config = piezo_stage();
     config.hysteresis = kind;
@@ -87,7 +87,7 @@ TEST(Butterfly, PassesZeroOnTheWayToTheOtherSign) {
   }
 }
 
-TEST(Butterfly, IsDrivenThroughBothItsWingsByThePlant) {
+TEST(Butterfly, IsDrivenThroughBothWingsByThePlant) {
   Plant::Config config = piezo_stage();
   config.hysteresis = butterfly();
   config.amplifier.drive_min = -120.0;
@@ -123,7 +123,7 @@ TEST(Material, RemembersThousandsOfNestedLoops) {
     ASSERT_NEAR(material.go_to(drives[i]), outputs[i], 1e-9) << "turning point " << i;
 }
 
-TEST(Material, RefusesAModelThatIsNone) {
+TEST(Material, RefusesAnInvalidModel) {
   model::PreisachParameters without_weights = preisach();
   without_weights.weights.pop_back();
   EXPECT_THROW(Material(without_weights, 0.0, 64), std::invalid_argument);

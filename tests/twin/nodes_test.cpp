@@ -11,7 +11,7 @@ using std::chrono::milliseconds;
 
 class TwinOnBus : public testing::Test, protected TwinBench {};
 
-TEST_F(TwinOnBus, AnnouncesItselfAndBeatsPreOperationalUntilStarted) {
+TEST_F(TwinOnBus, SendsBootUpAndPreOperationalHeartbeatsUntilStarted) {
   run(milliseconds(250));
   EXPECT_EQ(amplifier_heartbeats_, (std::vector<int>{0x00, 0x7F, 0x7F}));
   EXPECT_EQ(heard_[0x702], 3);
@@ -45,7 +45,7 @@ TEST_F(TwinOnBus, ReportsStatusAtEveryTenthSyncAndAtEveryChange) {
   EXPECT_EQ(heard_[0x181], at_start + 3);
 }
 
-TEST_F(TwinOnBus, TakesASetpointOverAtTheNextSync) {
+TEST_F(TwinOnBus, AppliesASetpointAtTheNextSync) {
   start_nodes();
   sync();
   command(50.0, true);
@@ -55,7 +55,7 @@ TEST_F(TwinOnBus, TakesASetpointOverAtTheNextSync) {
   EXPECT_NEAR(output(), 50.0, 1e-3);
 }
 
-TEST_F(TwinOnBus, DropsToTheSafeValueAndLatchesWhereCommandsStop) {
+TEST_F(TwinOnBus, GoesToTheSafeValueAndLatchesTheFaultWhereCommandsStop) {
   start_nodes();
   drive(50.0, 20);
   run(milliseconds(19));
@@ -71,7 +71,7 @@ TEST_F(TwinOnBus, DropsToTheSafeValueAndLatchesWhereCommandsStop) {
   EXPECT_NEAR(output(), 0.0, 1e-3);
 }
 
-TEST_F(TwinOnBus, ForgetsAFaultOnlyWhenToldTo) {
+TEST_F(TwinOnBus, ClearsAFaultOnlyOnCommand) {
   start_nodes();
   drive(50.0, 5);
   run(milliseconds(50));
@@ -111,7 +111,7 @@ TEST_F(TwinOnBus, IgnoresCommandsOlderThanOneSync) {
   EXPECT_EQ(twin_.axes().front()->amplifier.stale_commands(), 1u);
 }
 
-TEST_F(TwinOnBus, CountsDamagedCommandsByCauseAndObeysNone) {
+TEST_F(TwinOnBus, CountsDamagedCommandsByCauseAndExecutesNone) {
   start_nodes();
   sync();
   can::Frame damaged = *encode_command_({.setpoint = 90.0, .enable = true, .sync_counter = counter_});
@@ -150,7 +150,7 @@ TEST_F(TwinOnBus, BootsUpAgainAfterAReset) {
   EXPECT_NEAR(output(), 0.0, 1e-3);
 }
 
-TEST_F(TwinOnBus, ForgetsWhatWasWrittenToItsObjectsAtAReset) {
+TEST_F(TwinOnBus, ResetsItsObjectsAtAReset) {
   constexpr can::SdoObject object{.index = 0x2001, .subindex = 1};
   tester_->send(can::sdo_request(
       1, {.service = can::SdoService::write, .object = object, .content = {.value = 140, .bytes = 2}}));
@@ -169,7 +169,7 @@ TEST_F(TwinOnBus, ForgetsWhatWasWrittenToItsObjectsAtAReset) {
   EXPECT_FALSE(objects.object(object));
 }
 
-TEST_F(TwinOnBus, ShutDownLeavesTheOutputAtTheSafeValueAndSaysSo) {
+TEST_F(TwinOnBus, ShutDownLeavesTheOutputAtTheSafeValueAndReportsIt) {
   start_nodes();
   drive(50.0, 20);
   twin_.shut_down();

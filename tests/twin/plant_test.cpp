@@ -19,7 +19,7 @@ TEST(Plant, RestsWhereItStarts) {
 }
 
 // A twin that has waited over a weekend answers the first SYNC in time: 5e9 sub-steps would take minutes.
-TEST(Plant, CostsNothingWhileItRests) {
+TEST(Plant, NeedsNoComputingTimeWhileItRests) {
   Plant plant(config(), can::Time{});
   plant.advance_to(can::Time{} + std::chrono::hours(72));
   plant.set_target(50.0);

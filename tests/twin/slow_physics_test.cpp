@@ -39,7 +39,7 @@ TEST(Creep, FollowsItsOperatorsAfterAStep) {
   }
 }
 
-TEST(Creep, IsAsMuchInEveryDecade) {
+TEST(Creep, IsEqualInEveryDecade) {
   Plant plant(creeping_stage(), can::Time{});
   plant.set_target(50.0);
   double before_um = 0.0;
@@ -68,7 +68,7 @@ double half_a_day_later_um(bool watched) {
 }
 
 // Each of 9e8 sub-steps would take minutes, and a twin answers its first SYNC in time.
-TEST(SlowPhysics, CostsLittleWhileNothingElseMoves) {
+TEST(SlowPhysics, NeedsLittleComputingTimeWhileNothingElseMoves) {
   EXPECT_EQ(half_a_day_later_um(true), half_a_day_later_um(false)) << "to the bit";
 }
 
@@ -103,7 +103,7 @@ TEST(Temperature, MovesTheStageAndItsStrokeWithTheAmbientSine) {
   EXPECT_NEAR(settled_at(30.0), 15.0 * (1.0 + 2e-3) - 0.3, 1e-9) << "three quarters: 2 K colder";
 }
 
-TEST(Coupling, ShowsHowFarTheOtherAxisHasGoneFromItsStart) {
+TEST(Coupling, AddsTheMotionOfTheOtherAxisFromItsStart) {
   Plant x(piezo_stage(), can::Time{}), y(piezo_stage(), can::Time{});
   x.couple(y, 0.02);
   y.couple(x, -0.05);  // both ways: each shows the other's own position, not the error in it

@@ -81,7 +81,7 @@ TEST(Watchdog, SwitchesOffAndLeavesTheOutputToItsLoad) {
 
 class EveryWatchdogAction : public testing::TestWithParam<WatchdogAction> {};
 
-TEST_P(EveryWatchdogAction, IsToldAndLatchedAndClearedInTheSameWay) {
+TEST_P(EveryWatchdogAction, IsReportedLatchedAndClearedInTheSameWay) {
   Tripped drive(GetParam());
   EXPECT_EQ(drive.status_->fault, can::amp_fault::command_timeout);
   EXPECT_EQ(drive.emergencies_, std::vector<int>{0x8130});
@@ -97,11 +97,11 @@ TEST_P(EveryWatchdogAction, IsToldAndLatchedAndClearedInTheSameWay) {
   EXPECT_NEAR(drive.output(), 40.0, 1e-3);
 }
 
-TEST_P(EveryWatchdogAction, GivesWayToNmt) {
+TEST_P(EveryWatchdogAction, IsOverriddenByNmt) {
   EXPECT_NEAR(Tripped(GetParam()).output_after_nmt(can::NmtCommand::stop), 10.0, 1e-3);
 }
 
-TEST_P(EveryWatchdogAction, IsForSilenceAlone) {
+TEST_P(EveryWatchdogAction, IsNotTakenForASetpointOutOfRange) {
   TwinBench bench(with(GetParam()));
   bench.start_nodes();
   bench.drive(60.0, 5);
@@ -113,7 +113,7 @@ TEST_P(EveryWatchdogAction, IsForSilenceAlone) {
 INSTANTIATE_TEST_SUITE_P(Twin, EveryWatchdogAction, testing::ValuesIn(all_watchdog_actions),
                          [](const auto& test) { return std::string(to_string(test.param)); });
 
-TEST(Apply, OnReceiptIsAtOnceAndWithoutASync) {
+TEST(Apply, OnReceiptTakesEffectAtOnceWithoutASync) {
   Config config = one_axis();
   config.axes.front().apply = Apply::receipt;
   TwinBench bench(config);
@@ -125,7 +125,7 @@ TEST(Apply, OnReceiptIsAtOnceAndWithoutASync) {
   EXPECT_NEAR(bench.output(), 20.0, 1e-3);
 }
 
-TEST(Apply, RoundsTheSetpointToTheConvertersResolution) {
+TEST(Apply, RoundsTheSetpointToTheResolutionOfTheAmplifier) {
   Config config = one_axis();
   config.axes.front().plant.amplifier.resolution = 0.5;
   TwinBench bench(config);

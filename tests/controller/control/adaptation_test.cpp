@@ -59,12 +59,12 @@ TEST(Adaptation, LearnsTheGainAndOffsetOfTheStage) {
   EXPECT_NEAR(law.correction().offset_um, -0.3, 0.03);
 }
 
-TEST(Adaptation, LeavesLittleOfTheErrorThatThePiAloneLeaves) {
+TEST(Adaptation, ReducesTheErrorThatPiAloneLeaves) {
   ControlLaw learning = adaptive(slow), fixed = adaptive(std::nullopt);
   EXPECT_LT(track(learning, 1.04, -0.3, 30.0), 0.2 * track(fixed, 1.04, -0.3, 30.0));
 }
 
-TEST(Adaptation, StaysWithinItsBoundsOnAStageFarOff) {
+TEST(Adaptation, StaysWithinItsBoundsOnAStageThatDiffersMuchFromTheModel) {
   ControlLaw law = adaptive(slow);
   track(law, 0.7, 3.0, 20.0);
   EXPECT_DOUBLE_EQ(law.correction().gain, 0.9);
@@ -103,7 +103,7 @@ TEST(Adaptation, IsSetAndRevertedWithoutABumpInTheDrive) {
   }
 }
 
-TEST(Adaptation, IsTheIdentityWhereNotAskedFor) {
+TEST(Adaptation, IsTheIdentityWhereItIsNotConfigured) {
   ControlLaw law = adaptive(std::nullopt);
   law.set_correction({1.05, 0.2});
   track(law, 1.04, -0.3, 2.0);
@@ -112,7 +112,7 @@ TEST(Adaptation, IsTheIdentityWhereNotAskedFor) {
 }
 
 // The proof's two claims, at any correction within the bounds, any integral, any place.
-RC_GTEST_PROP(Adaptation, AStepStaysWithinTheBoundsAndNeverTurnsOrRaisesTheIntegral, ()) {
+RC_GTEST_PROP(Adaptation, StepStaysWithinTheBoundsAndNeverInvertsOrRaisesTheIntegral, ()) {
   const auto part = [] { return *rc::gen::inRange(-1000, 1001) * 1e-3; };
   const double gain = 1.0 + slow.gain_max * part();
   const ModelCorrection before{.gain = gain,

@@ -79,7 +79,7 @@ RC_GTEST_PROP(AxisRetune, MovesTheDriveNoMoreThanTheReferenceDoes, ()) {
   }
 }
 
-TEST(AxisRetune, AtRestMovesTheDriveByRoundingOnly) {
+TEST(AxisRetune, ChangesTheDriveAtRestOnlyByRounding) {
   AxisConfig config = tracking_axis();
   config.setpoint = {{.shape = Hold{.level_um = 12.0, .duration_s = 100.0}, .transition_s = 0.05}};
   Stage stage(config);
@@ -97,7 +97,7 @@ TEST(AxisRetune, AtRestMovesTheDriveByRoundingOnly) {
     }
 }
 
-TEST(AxisRetune, LetsANewReferenceGoOnFromThePresentMotionWhereTheAccelerationIsLimited) {
+TEST(AxisRetune, StartsANewReferenceFromThePresentMotionWhereTheAccelerationIsLimited) {
   Stage stage(tracking_axis());
   ASSERT_TRUE(stage.tracks());
   AxisConfig config = tracking_axis();
@@ -121,7 +121,7 @@ TEST(AxisRetune, LetsANewReferenceGoOnFromThePresentMotionWhereTheAccelerationIs
   EXPECT_EQ(stage.axis.report().reference_um, 20.0);
 }
 
-TEST(AxisRetune, IsRefusedWholeWhereTheDriveIsOutsideTheNewRange) {
+TEST(AxisRetune, IsRefusedCompletelyWhereTheDriveIsOutsideTheNewRange) {
   Stage stage(tracking_axis());
   ASSERT_TRUE(stage.tracks());
   while (stage.command.drive < 70.0) stage.cycle();
@@ -189,7 +189,7 @@ model::HysteresisState nested_stage(const model::Hysteresis& actuator) {
   return memory;
 }
 
-TEST(StartUp, AssumeTracksWithoutAVisitToTheThresholdsWhereItIsTrue) {
+TEST(StartUp, AssumeTracksWithoutAVisitToTheThresholdsWhereItsAssumptionIsTrue) {
   const model::Hysteresis actuator(support::piezo_model());
   Stage stage(feed_forward_axis(StartUp::assume, 40.0), risen_stage(actuator));
   ASSERT_TRUE(stage.tracks());
@@ -201,7 +201,7 @@ TEST(StartUp, AssumeTracksWithoutAVisitToTheThresholdsWhereItIsTrue) {
   EXPECT_GT(error_at_rest_um(wrong), 0.01) << "ten thousand times the claim above";
 }
 
-TEST(StartUp, RestoreTracksOnWithWhatWasSaved) {
+TEST(StartUp, RestoreTracksWithTheSavedMemory) {
   const model::Hysteresis actuator(support::piezo_model());
   const model::HysteresisState memory = nested_stage(actuator);
   Stage stage(feed_forward_axis(StartUp::restore), memory);
@@ -211,7 +211,7 @@ TEST(StartUp, RestoreTracksOnWithWhatWasSaved) {
   EXPECT_LT(error_at_rest_um(stage), 1e-6);
 }
 
-TEST(StartUp, WhatIsSavedAtACleanStopIsWhatTheActuatorRemembers) {
+TEST(StartUp, ACleanStopSavesTheMemoryOfTheActuator) {
   Stage first(feed_forward_axis(StartUp::wipe));
   ASSERT_TRUE(first.tracks());
   EXPECT_EQ(first.axis.law_to_save(), nullptr) << "driven: not at rest yet";

@@ -74,7 +74,7 @@ double error_of_the_standing_axis_um(bool fed_forward) {
 
 // The sweep of 20 um moves the standing axis by 0.6 um. What is left with the feed-forward is second order in
 // the crosstalk, the hysteresis of the standing axis being inverted exactly: a hundredth of it is allowed.
-TEST(Coupling, FedForwardLeavesLittleOfWhatTheOtherAxisAdds) {
+TEST(Coupling, FeedForwardCompensatesTheMotionOfTheOtherAxis) {
   const double without_um = error_of_the_standing_axis_um(false);
   const double with_um = error_of_the_standing_axis_um(true);
   EXPECT_GT(without_um, 0.05);

@@ -84,7 +84,7 @@ TEST(Delays, SecondOrderLeavesAnErrorOfThirdOrder) {
   }
 }
 
-TEST(Delays, SecondOrderCountsTheNotch) {
+TEST(Delays, SecondOrderIncludesTheNotch) {
   const Moments with_notch = piezo.moments(cycle_s) + notch.moments(cycle_s);
   for (const double f : {5.0, 10.0, 20.0}) {
     const double second = std::abs(compensator(with_notch, f) * chain(f) * notch_response(f) - 1.0);
@@ -94,7 +94,7 @@ TEST(Delays, SecondOrderCountsTheNotch) {
   }
 }
 
-TEST(Delays, SecondOrderLeavesARampAlone) {
+TEST(Delays, SecondOrderDoesNotChangeARamp) {
   const auto ramp = [](double ahead_s) { return 3.0 + 100.0 * ahead_s; };
   EXPECT_NEAR(second_order_preview(piezo.moments(cycle_s), cycle_s, ramp), ramp(piezo.preview_s(cycle_s)),
               1e-12);

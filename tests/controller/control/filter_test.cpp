@@ -42,7 +42,7 @@ TEST(Notch, HasTheAnalyticTransferFunction) {
     EXPECT_NEAR(std::abs(measured(f) - analytic(f)), 0.0, 1e-9) << f << " Hz";
 }
 
-TEST(Notch, LetsItsDepthThroughAtItsFrequency) { EXPECT_NEAR(std::abs(measured(150.0)), notch.depth, 1e-9); }
+TEST(Notch, HasItsDepthAsTheGainAtItsFrequency) { EXPECT_NEAR(std::abs(measured(150.0)), notch.depth, 1e-9); }
 
 TEST(Notch, HasGainOneAtRestToTheBit) {
   const auto coefficients = Notch::design(notch, cycle_s);
@@ -52,7 +52,7 @@ TEST(Notch, HasGainOneAtRestToTheBit) {
   EXPECT_NEAR(Notch::step(coefficients, state, 7.1), 7.1, 1e-12);
 }
 
-TEST(Notch, IsMovedByAConstantWithoutATransient) {
+TEST(Notch, IsShiftedByAConstantWithoutATransient) {
   const auto coefficients = Notch::design(notch, cycle_s);
   Notch::State state = Notch::at_rest(0.0);
   for (int i = 0; i < 5; ++i) Notch::step(coefficients, state, 1.0);
@@ -76,7 +76,7 @@ TEST(LowPass, FollowsAStepAsAFirstOrderLag) {
   EXPECT_EQ(low_pass(20.0, 1.5, 1.5, cycle_s), 1.5) << "gain 1 at rest";
 }
 
-TEST(Deadband, IsContinuousAndTakesItsWidthOff) {
+TEST(Deadband, IsContinuousAndReducesTheErrorByItsWidth) {
   for (const auto& [error, expected] :
        {std::pair{0.5, 0.3}, {0.2, 0.0}, {0.1, 0.0}, {-0.1, 0.0}, {-0.5, -0.3}})
     EXPECT_NEAR(outside_deadband(error, 0.2), expected, 1e-15);

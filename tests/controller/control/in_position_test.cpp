@@ -43,7 +43,7 @@ TEST(InPosition, IsReachedAfterTheWindowWithoutABreak) {
   EXPECT_EQ(judge.resting(-0.01), Arrival::in_position) << "20 ms, and just at the tolerance";
 }
 
-TEST(InPosition, CountsTheWindowAnewAfterABreak) {
+TEST(InPosition, StartsTheWindowAgainAfterABreak) {
   Judge judge;
   EXPECT_EQ(judge.resting_for(20, 0.005), Arrival::moving);
   EXPECT_EQ(judge.resting(0.011), Arrival::moving);
@@ -70,7 +70,7 @@ TEST(InPosition, MayStillBeReachedAfterTheTimeout) {
   EXPECT_EQ(judge.resting(0.0), Arrival::in_position);
 }
 
-TEST(InPosition, IsLeftAtOnceAndHasTheWholeTimeoutToComeBack) {
+TEST(InPosition, IsLeftAtOnceAndHasTheFullTimeoutToReturn) {
   Judge judge;
   EXPECT_EQ(judge.resting_for(5000, 0.0), Arrival::in_position);
   EXPECT_EQ(judge.resting(0.02), Arrival::moving);
@@ -86,7 +86,7 @@ TEST(InPosition, IsLeftWhereTheReferenceMovesOrJumps) {
   EXPECT_EQ(judge.moving(16.0), Arrival::moving);
 }
 
-TEST(InPosition, JudgesNothingByASampleThatDidNotCome) {
+TEST(InPosition, JudgesNoErrorWithoutASample) {
   Judge judge;
   EXPECT_EQ(judge.resting_for(15, 0.0), Arrival::moving);
   EXPECT_EQ(judge.resting_for(10, std::nullopt), Arrival::moving) << "the window stands still";
@@ -122,7 +122,7 @@ Arrival arrival_at(double t_s, const std::optional<InPosition::Config>& in_posit
   return arrival;
 }
 
-TEST(InPositionOfALoop, ComesAWindowAfterTheTransition) {
+TEST(InPositionOfALoop, IsReachedOneWindowAfterTheTransition) {
   constexpr InPosition::Config fine{.tolerance_um = 0.01,
                                     .window = std::chrono::milliseconds(20),
                                     .timeout = std::chrono::milliseconds(100)};

@@ -78,7 +78,7 @@ TEST(ControlLaw, BridgesALostSampleWithTheLastErrorWithoutIntegrating) {
 
 // Each limiter in turn holds the drive while the error asks for more; when the error turns, the demand must
 // answer at once instead of working off what piled up.
-TEST(ControlLaw, DoesNotWindUpWhileTheGateHoldsTheDriveBack) {
+TEST(ControlLaw, DoesNotWindUpWhileTheGateLimitsTheDrive) {
   ControlLaw both = law(Structure::inverse_pi);
   for (int i = 0; i < 1000; ++i) {
     both.propose({.reference_um = 10.0, .previewed_um = 10.0, .position_um = 5.0, .dt_s = dt_s});
@@ -104,7 +104,7 @@ TEST(ControlLaw, DoesNotWindUpAtTheModelsThreshold) {
   EXPECT_LT(after.drive, 90.0);
 }
 
-TEST(ControlLaw, MemoryFollowsTheDriveThatWasAppliedNotTheOneThatWasWanted) {
+TEST(ControlLaw, MemoryFollowsTheAppliedDriveAndNotTheRequestedDrive) {
   ControlLaw feed_forward = law(Structure::inverse);
   feed_forward.propose(
       {.reference_um = 0.0, .previewed_um = 20.0, .position_um = std::nullopt, .dt_s = dt_s});
@@ -115,7 +115,7 @@ TEST(ControlLaw, MemoryFollowsTheDriveThatWasAppliedNotTheOneThatWasWanted) {
   EXPECT_DOUBLE_EQ(feed_forward.predicted_um(), state.output);
 }
 
-TEST(Structure, NamesAreReadBack) {
+TEST(Structure, NamesAreParsedBackToTheirStructure) {
   for (const Structure structure : all_structures)
     EXPECT_EQ(parse_structure(to_string(structure)), structure);
   EXPECT_EQ(parse_structure("pid"), std::nullopt);

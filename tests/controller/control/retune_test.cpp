@@ -71,7 +71,7 @@ RC_GTEST_PROP(Retune, DoesNotMoveTheDriveWhateverIsChanged, ()) {
   }
 }
 
-TEST(Retune, ProportionalGainMovesIntoTheIntegral) {
+TEST(Retune, TheIntegralTakesOverAChangeOfTheProportionalPart) {
   ControlLaw law(config(Structure::inverse_pi));
   law.restart_at_lower_threshold(1.5);
   const Cycle cycle{10.0, 10.0, 9.0};
@@ -81,7 +81,7 @@ TEST(Retune, ProportionalGainMovesIntoTheIntegral) {
   EXPECT_NEAR(law.integral_um(), integral_um + 0.2 * 1.0, 1e-12);
 }
 
-TEST(Retune, TheMemoryIsThatOfTheDriveUnderEveryStructure) {
+TEST(Retune, TheMemoryFollowsTheDriveUnderEveryStructure) {
   const model::Hysteresis stage(support::piezo_model());
   for (const Structure structure : all_structures) {
     ControlLaw law(config(structure, {.kp = 0.3, .ki_per_s = 1.0}));
@@ -94,7 +94,7 @@ TEST(Retune, TheMemoryIsThatOfTheDriveUnderEveryStructure) {
   }
 }
 
-TEST(Retune, AnOffsetLeftOverWithoutFeedbackDecaysWithItsTimeConstant) {
+TEST(Retune, ARemainingOffsetWithoutFeedbackDecaysWithItsTimeConstant) {
   ControlLaw law(config(Structure::inverse_pi));
   law.restart_at_lower_threshold(4.5);  // 3 um between sensor and model
   const Cycle still{12.0, 12.0, 12.0};
@@ -109,7 +109,7 @@ TEST(Retune, AnOffsetLeftOverWithoutFeedbackDecaysWithItsTimeConstant) {
 }
 
 // A notch may let through what it holds back, but a change of it adds nothing: at rest the drive stays.
-TEST(Retune, ANotchIsPutInMovedAndTakenOutAtRestWithoutABump) {
+TEST(Retune, ANotchIsInsertedChangedAndRemovedAtRestWithoutABump) {
   ControlLaw::Config changed = config(Structure::inverse_pi);
   ControlLaw law(changed);
   law.restart_at_lower_threshold(4.5);
@@ -125,7 +125,7 @@ TEST(Retune, ANotchIsPutInMovedAndTakenOutAtRestWithoutABump) {
   }
 }
 
-TEST(Restart, TakesAKnownMemoryUpWithoutABumpInTheDrive) {
+TEST(Restart, ContinuesWithAKnownMemoryWithoutABumpInTheDrive) {
   const model::Hysteresis stage(support::piezo_model());
   model::HysteresisState known = stage.at_lower_threshold();
   for (const double drive : {80.0, 20.0, 60.0, 33.0}) stage.advance(known, drive);
@@ -141,7 +141,7 @@ TEST(Restart, TakesAKnownMemoryUpWithoutABumpInTheDrive) {
   }
 }
 
-TEST(Restart, FollowsDrivesThatOthersApplied) {
+TEST(Restart, FollowsDrivesAppliedWithoutTheLaw) {
   ControlLaw law(config(Structure::inverse_pi));
   for (const double drive : {100.0, 0.0, 70.0, 40.0}) law.follow(drive);
   const double reference_um = law.restart(13.0);
@@ -149,7 +149,7 @@ TEST(Restart, FollowsDrivesThatOthersApplied) {
   EXPECT_NEAR(step(law, {13.0, 13.0, 13.0}), 40.0, 1e-9);
 }
 
-TEST(MeasurementFilter, CostsNoErrorOnARamp) {
+TEST(MeasurementFilter, CausesNoErrorOnARamp) {
   ControlLaw::Config filtered = config(Structure::inverse_pi);
   filtered.measurement_filter_Hz = 20.0;  // a lag of 8 ms: 0.8 um of this ramp, were it only measured so
   ControlLaw law(filtered);
@@ -161,7 +161,7 @@ TEST(MeasurementFilter, CostsNoErrorOnARamp) {
   }
 }
 
-TEST(MeasurementFilter, TakesNoiseOffTheProportionalPart) {
+TEST(MeasurementFilter, ReducesTheNoiseInTheProportionalPart) {
   ControlLaw::Config filtered = config(Structure::inverse_pi, {.kp = 1.0, .ki_per_s = 0.0});
   filtered.measurement_filter_Hz = 20.0;
   ControlLaw law(filtered);
@@ -170,7 +170,7 @@ TEST(MeasurementFilter, TakesNoiseOffTheProportionalPart) {
   EXPECT_NEAR(law.predicted_um(), 10.0, 0.01) << "0.1 um of alternating noise, a sixteenth left";
 }
 
-TEST(Deadband, LetsTheIntegralRestWithinIt) {
+TEST(Deadband, KeepsTheIntegralConstantWithinIt) {
   ControlLaw::Config banded = config(Structure::inverse_pi);
   banded.deadband_um = 0.05;
   ControlLaw law(banded);
@@ -181,7 +181,7 @@ TEST(Deadband, LetsTheIntegralRestWithinIt) {
   EXPECT_NEAR(law.integral_um(), 100.0 * 0.1 * dt_s, 1e-12);
 }
 
-TEST(Notch, AWindupBehindItIsKeptAwayToo) {
+TEST(Notch, AllowsAntiWindupOfASaturationBehindIt) {
   ControlLaw::Config notched = config(Structure::inverse_pi, {.kp = 0.1, .ki_per_s = 100.0});
   notched.notch = {.frequency_Hz = 100.0, .depth = 0.1, .width = 0.5};
   ControlLaw law(notched);

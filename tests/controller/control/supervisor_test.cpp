@@ -57,7 +57,7 @@ TEST(Supervisor, BridgesASingleSpikeAndTripsOnAPositionThatStaysElsewhere) {
   EXPECT_EQ(cause, Cause::position_jumped);
 }
 
-TEST(Supervisor, AllowsAJumpForEachCycleThatWasLost) {
+TEST(Supervisor, AllowsAJumpForEachLostCycle) {
   Supervisor supervisor(config());
   supervisor.judge(sample(5.0));
   supervisor.judge(sample({}));
@@ -66,7 +66,7 @@ TEST(Supervisor, AllowsAJumpForEachCycleThatWasLost) {
   EXPECT_FALSE(supervisor.judge(sample(9.1)).position_um);
 }
 
-TEST(Supervisor, AllowsAJumpForEachCycleThatTheSyncWasLate) {
+TEST(Supervisor, AllowsAJumpForEachCycleThatTheSyncIsLate) {
   Supervisor supervisor(config());
   supervisor.judge(sample(5.0));
   AxisInput late = sample(9.0);
@@ -75,7 +75,7 @@ TEST(Supervisor, AllowsAJumpForEachCycleThatTheSyncWasLate) {
   EXPECT_FALSE(supervisor.judge(sample(13.0)).position_um);
 }
 
-TEST(Supervisor, TellsLateSamplesFromMissingOnesByWhichAreMore) {
+TEST(Supervisor, ReportsLateSamplesOrMissingOnesByTheGreaterNumber) {
   for (const bool mostly_late : {true, false}) {
     Supervisor supervisor(config());
     Cause cause = Cause::none;
@@ -98,13 +98,13 @@ int cycles_until_frozen(double drive_per_cycle) {
   });
 }
 
-TEST(Supervisor, TakesAnUnchangedPositionForFrozenOnlyWhereTheDriveHasMoved) {
+TEST(Supervisor, ReportsAFrozenPositionOnlyWhereTheDriveHasMoved) {
   EXPECT_EQ(cycles_until_frozen(0.0), 0) << "a quiet sensor at rest";
   EXPECT_EQ(cycles_until_frozen(1.0), 11) << "frozen_cycles after the first";
   EXPECT_EQ(cycles_until_frozen(0.05), 42) << "after a fiftieth of the drive's range, 2 V";
 }
 
-TEST(Supervisor, DoesNotTakeALeastSignificantBitThatFlickersForFrozen) {
+TEST(Supervisor, DoesNotReportAFrozenPositionWhereTheLastBitChanges) {
   Supervisor supervisor(config());
   for (int cycle = 1; cycle < 1000; ++cycle) {
     ASSERT_EQ(supervisor.judge(sample(cycle % 9 == 0 ? 5.0001 : 5.0)).cause, Cause::none);
@@ -112,7 +112,7 @@ TEST(Supervisor, DoesNotTakeALeastSignificantBitThatFlickersForFrozen) {
   }
 }
 
-TEST(Supervisor, TripsOnEveryLimitThatLastsButNotOnOneThatIsLeftInBetween) {
+TEST(Supervisor, TripsOnEveryLastingLimitButNotOnAnInterruptedOne) {
   for (const std::uint8_t limits : {limit::range, limit::slew, limit::model}) {
     Supervisor lasting(config());
     Cause cause = Cause::none;
@@ -135,7 +135,7 @@ TEST(Supervisor, TripsWhereTheModelIsNotInvertibleOrTheLawNotFiniteThreeTimesInA
   }
 }
 
-TEST(Supervisor, ForgetsEverythingWhenTheAxisIsStartedAnew) {
+TEST(Supervisor, ResetsEverythingWhenTheAxisStartsAgain) {
   Supervisor supervisor(config());
   for (int i = 0; i < 3; ++i) supervisor.judge(sample({}));
   supervisor.restart();
@@ -143,7 +143,7 @@ TEST(Supervisor, ForgetsEverythingWhenTheAxisIsStartedAnew) {
   EXPECT_NE(supervisor.judge(sample({})).cause, Cause::none);
 }
 
-TEST(Fault, EveryCauseHasAWordAndARemedyOfItsOwn) {
+TEST(Fault, EveryCauseHasItsOwnNameAndRemedy) {
   for (std::size_t i = 1; i < cause_count; ++i) {
     EXPECT_FALSE(remedy(static_cast<Cause>(i)).empty()) << i;
     for (std::size_t j = 0; j < i; ++j)
@@ -151,7 +151,7 @@ TEST(Fault, EveryCauseHasAWordAndARemedyOfItsOwn) {
   }
 }
 
-TEST(FollowingError, AllowsAMovingStageItsLagAndARestingOneNone) {
+TEST(FollowingError, AllowsALagOfAMovingStageAndNoneOfARestingStage) {
   const FollowingError::Config config{.error_um = 1.0, .lag = std::chrono::milliseconds(5), .cycles = 1};
   FollowingError moving(config);
   FollowingError resting(config);
@@ -164,7 +164,7 @@ TEST(FollowingError, AllowsAMovingStageItsLagAndARestingOneNone) {
   EXPECT_FALSE(resting.step(50.0, 51.1, cycle_s));
 }
 
-TEST(FollowingError, TripsOnlyAfterSoManyCyclesInARow) {
+TEST(FollowingError, TripsOnlyAfterTheConfiguredCyclesInARow) {
   FollowingError watch({.error_um = 1.0, .lag = {}, .cycles = 3});
   for (int i = 0; i < 30; ++i) ASSERT_TRUE(watch.step(0.0, i % 3 == 2 ? 0.0 : 2.0, cycle_s));
   watch.step(0.0, 2.0, cycle_s);

@@ -70,7 +70,7 @@ double overshoot_um(Loop& loop, double level_um, int cycles) {
 
 // Limit, feed-forward and error stand still: I' = ki e - (ki / kp) (F + kp e + I - limit) = 0 at I = limit -
 // F.
-TEST(Windup, ASaturatedLoopRestsAtLimitLessFeedForwardWhateverKp) {
+TEST(Windup, ASaturatedIntegralRestsAtLimitMinusFeedForwardForEveryKp) {
   for (const double kp : {0.0, 0.1, 0.5, 2.0, 8.0}) {
     ControlLaw law({.structure = Structure::inverse_pi,
                     .model = support::piezo_model(),
@@ -106,7 +106,7 @@ TEST(Windup, SaturationByPAloneDoesNotDriveTheIntegralAway) {
 
 // Structure pi asks for all the stroke by itself: 40 um are out of reach, 20 um are not.  Without anti-windup
 // half a second at 60 / s and 10 um is 300 um of integral, which takes as long to undo.
-TEST(Windup, SaturationOfTheModelLeavesNoMoreOvershootThanTheLinearLoopHas) {
+TEST(Windup, SaturationOfTheModelCausesNoMoreOvershootThanTheLinearLoop) {
   const Pi::Config pi{.kp = 0.2, .ki_per_s = 60.0};
   Loop linear(Structure::pi, pi, wide_open), saturated(Structure::pi, pi, wide_open);
   for (int i = 0; i < 500; ++i) {
@@ -118,7 +118,7 @@ TEST(Windup, SaturationOfTheModelLeavesNoMoreOvershootThanTheLinearLoopHas) {
   EXPECT_NEAR(saturated.cycle(20.0), 20.0, 0.1) << "100 cycles are six time constants of the linear loop";
 }
 
-TEST(Windup, TheGatesRangeLeavesNoMoreOvershootThanTheLinearLoopHas) {
+TEST(Windup, TheRangeOfTheGateCausesNoMoreOvershootThanTheLinearLoop) {
   const Pi::Config pi{.kp = 0.2, .ki_per_s = 60.0};
   Gate::Config narrow = wide_open;
   narrow.drive_max = 70.0;
@@ -132,7 +132,7 @@ TEST(Windup, TheGatesRangeLeavesNoMoreOvershootThanTheLinearLoopHas) {
   EXPECT_NEAR(saturated.cycle(10.0), 10.0, 0.1);
 }
 
-TEST(Windup, TheGatesSlewLeavesNoMoreOvershootThanTheLinearLoopHas) {
+TEST(Windup, TheSlewOfTheGateCausesNoMoreOvershootThanTheLinearLoop) {
   const Pi::Config pi{.kp = 0.2, .ki_per_s = 60.0};
   Gate::Config slow = wide_open;
   slow.slew_per_s = 500.0;  // the linear loop's own step response asks for some 8000 V/s
@@ -150,7 +150,7 @@ TEST(Windup, TheGatesSlewLeavesNoMoreOvershootThanTheLinearLoopHas) {
 
 // The reference itself is out of reach for a while. What the integral knew of the stage (here 3 %) is not
 // given up for it.
-TEST(Windup, AReferenceOutOfReachLeavesTheIntegralAsItWas) {
+TEST(Windup, AReferenceOutOfReachDoesNotChangeTheIntegral) {
   Gate::Config narrow = wide_open;
   narrow.drive_max = 70.0;
   Loop loop(Structure::inverse_pi, {.kp = 0.05, .ki_per_s = 120.0}, narrow, 0.97);
@@ -164,7 +164,7 @@ TEST(Windup, AReferenceOutOfReachLeavesTheIntegralAsItWas) {
 
 // A step of the reference under inverse+pi: the slew limit holds the feed-forward back, and the integral must
 // not make that good on its own afterwards, nor cancel the feed-forward.
-TEST(Windup, AStepHeldBackBySlewArrivesWithoutATailOfTheIntegral) {
+TEST(Windup, ASlewLimitedStepArrivesWithoutATailOfTheIntegral) {
   Gate::Config slow = wide_open;
   slow.slew_per_s = 5000.0;
   Loop loop(Structure::inverse_pi, {.kp = 0.05, .ki_per_s = 120.0}, slow);

@@ -36,11 +36,11 @@ std::vector<double> reversals(const std::vector<double>& drives) {
 const Excitation::Hysteresis odd{
     .low = -3.7, .high = 91.3, .slew_per_s = 123.4, .rest_s = 0.002, .loops = 3, .levels = 4};
 
-TEST(HysteresisExcitation, TurnsWhereItPromisesAndAtEveryPointExactly) {
+TEST(HysteresisExcitation, TurnsExactlyAtEachOfItsTurningPoints) {
   EXPECT_EQ(reversals(sampled(Excitation(odd))), turning_points(odd));
 }
 
-TEST(HysteresisExcitation, IsMajorLoopsThenNestedLoopsThenReversalCurvesBothWays) {
+TEST(HysteresisExcitation, HasMajorLoopsThenNestedLoopsThenReversalCurvesInBothDirections) {
   const Excitation::Hysteresis h{.low = 0.0, .high = 120.0, .loops = 2, .levels = 2};
   const std::vector<double> expected{0,   120, 0,   120, 0,    // major loops
                                      100, 20,  80,  40,        // nested, amplitudes 2/3 and 1/3 of 60
@@ -51,7 +51,7 @@ TEST(HysteresisExcitation, IsMajorLoopsThenNestedLoopsThenReversalCurvesBothWays
   for (std::size_t i = 0; i < points.size(); ++i) EXPECT_NEAR(points[i], expected[i], 1e-12) << i;
 }
 
-TEST(HysteresisExcitation, WithoutLevelsIsMajorLoopsAlone) {
+TEST(HysteresisExcitation, HasOnlyMajorLoopsWithoutLevels) {
   EXPECT_EQ(turning_points({.low = 1.0, .high = 2.0, .loops = 1, .levels = 0}),
             (std::vector<double>{1.0, 2.0, 1.0}));
 }
@@ -72,7 +72,7 @@ TEST(HysteresisExcitation, KeepsRangeAndSlewAndEndsWhereItBegan) {
   EXPECT_NEAR(steepest, odd.slew_per_s * 1e-3, 1e-9);
 }
 
-TEST(HysteresisExcitation, TakesTheTimeOfItsWayAndItsRests) {
+TEST(HysteresisExcitation, LastsAsLongAsItsRampsAndRests) {
   double way = 0.0;
   const std::vector<double> points = turning_points(odd);
   for (std::size_t i = 1; i < points.size(); ++i) way += std::abs(points[i] - points[i - 1]);

@@ -51,7 +51,7 @@ void expect_smooth(const Trajectory& trajectory, double from_s, double to_s) {
   RC_ASSERT(hardest <= limits.acceleration_um_per_s2 * (1.0 + 1e-6));
 }
 
-TEST(TrajectoryProperty, KeepsTheLimitsFromWhereverItStarts) {
+TEST(TrajectoryProperty, KeepsTheLimitsFromEveryStart) {
   EXPECT_TRUE(rc::check("two passes", [] {
     Trajectory trajectory(smooth_segments(), true, limits);
     trajectory.start_from(drawn(0.0, 30.0));
@@ -59,7 +59,7 @@ TEST(TrajectoryProperty, KeepsTheLimitsFromWhereverItStarts) {
   }));
 }
 
-TEST(TrajectoryProperty, GoesFromWhateverItDoesToAGoalAndBackWithinTheLimits) {
+TEST(TrajectoryProperty, GoesFromEveryMotionToAGoalAndBackWithinTheLimits) {
   EXPECT_TRUE(rc::check("go_to, another go_to on its way, resume", [] {
     Trajectory trajectory(smooth_segments(), true, limits);
     trajectory.start_from(drawn(0.0, 30.0));
@@ -84,7 +84,7 @@ TEST(TrajectoryProperty, GoesFromWhateverItDoesToAGoalAndBackWithinTheLimits) {
   }));
 }
 
-TEST(Trajectory, StretchesTransitionsUntilTheyKeepTheLimits) {
+TEST(Trajectory, LengthensTransitionsUntilTheyKeepTheLimits) {
   Trajectory trajectory({{.shape = Hold{.level_um = 20.0, .duration_s = 1.0}, .transition_s = 0.1},
                          {.shape = Hold{.level_um = 10.0, .duration_s = 1.0}, .transition_s = 0.1}},
                         true, {.slew_um_per_s = 37.5});
@@ -101,7 +101,7 @@ TEST(Trajectory, StretchesTransitionsUntilTheyKeepTheLimits) {
   EXPECT_NEAR(trajectory.value_um(3.75 + 7 * 3.0), 15.0, 1e-9) << "a pass is 3 s long from then on";
 }
 
-TEST(Trajectory, TakesTheFirstTransitionsTimeToAGoalWhereNothingLimitsIt) {
+TEST(Trajectory, ReachesAGoalInTheTimeOfTheFirstTransitionWithoutLimits) {
   Trajectory trajectory({{.shape = Hold{.level_um = 10.0, .duration_s = 1.0}, .transition_s = 0.2}}, false);
   trajectory.start_from(10.0);
   trajectory.go_to(0.5, 14.0);
@@ -114,7 +114,7 @@ TEST(Trajectory, TakesTheFirstTransitionsTimeToAGoalWhereNothingLimitsIt) {
   EXPECT_TRUE(trajectory.at(6.3).finished);
 }
 
-TEST(Trajectory, LeavesAFastMotionWithoutSwingingBeyondItWhereNothingLimitsIt) {
+TEST(Trajectory, LeavesAFastMotionWithoutOvershootWhereNothingLimitsIt) {
   const std::vector<Segment> segments{
       {.shape = Triangle{.low_um = 3.0, .high_um = 27.0, .frequency_Hz = 10.0, .cycles = 100.0},
        .transition_s = 0.2}};
@@ -134,7 +134,7 @@ TEST(Trajectory, LeavesAFastMotionWithoutSwingingBeyondItWhereNothingLimitsIt) {
   }
 }
 
-TEST(Trajectory, HoldsAGoalWhereItWasFinished) {
+TEST(Trajectory, GoesToAGoalAndHoldsItAfterItsSegmentsHaveFinished) {
   Trajectory trajectory({{.shape = Hold{.level_um = 10.0, .duration_s = 0.1}}}, false);
   trajectory.start_from(10.0);
   EXPECT_TRUE(trajectory.at(100.0).finished);
@@ -160,7 +160,7 @@ TEST(Trajectory, IsAtRestInHoldsDwellsAndAtItsEnd) {
     EXPECT_TRUE(trajectory.at(t_s).at_rest) << t_s;
 }
 
-TEST(Trajectory, WithoutSegmentsStaysWhereItStartsUntilAGoal) {
+TEST(Trajectory, StaysAtItsStartUntilAGoalWhereItHasNoSegments) {
   Trajectory trajectory({}, true);
   trajectory.start_from(7.0);
   EXPECT_EQ(trajectory.value_um(3.0), 7.0);
@@ -170,7 +170,7 @@ TEST(Trajectory, WithoutSegmentsStaysWhereItStartsUntilAGoal) {
   EXPECT_EQ(trajectory.value_um(6.0), 9.0);
 }
 
-TEST(Trajectory, AllocatesNothingOnceItIsBuilt) {
+TEST(Trajectory, AllocatesNothingAfterItsConstruction) {
   Trajectory trajectory(smooth_segments(), true, limits);
   const std::uint64_t before = support::allocations_so_far();
   trajectory.start_from(3.0);

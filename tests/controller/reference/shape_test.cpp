@@ -45,7 +45,7 @@ const std::vector<Shape>& shapes() {
 class EveryShape : public testing::TestWithParam<Shape> {};
 
 // Central differences over 2 us of curves whose third derivative is below 1e9 um/s^3: 1e-3 um/s.
-TEST_P(EveryShape, TellsItsOwnVelocityAndAcceleration) {
+TEST_P(EveryShape, ReportsItsVelocityAndAcceleration) {
   const Shape& shape = GetParam();
   constexpr double h_s = 1e-6;
   const double length_s = duration_s(shape);
@@ -65,7 +65,7 @@ TEST_P(EveryShape, TellsItsOwnVelocityAndAcceleration) {
   }
 }
 
-TEST_P(EveryShape, StaysWithinItsExtentAndComesCloseToIt) {
+TEST_P(EveryShape, StaysWithinItsBoundsAndComesCloseToThem) {
   const Shape& shape = GetParam();
   const MotionBounds stated = motion_bounds(shape);
   MotionBounds seen{.lowest_um = 1e9, .highest_um = -1e9};
@@ -87,7 +87,7 @@ TEST_P(EveryShape, StaysWithinItsExtentAndComesCloseToIt) {
   EXPECT_GE(seen.peak_acceleration_um_per_s2, 0.8 * stated.peak_acceleration_um_per_s2);
 }
 
-TEST_P(EveryShape, RestsExactlyWhereItsValueStays) {
+TEST_P(EveryShape, RestsExactlyWhereItsValueIsConstant) {
   const Shape& shape = GetParam();
   constexpr double h_s = 1e-4;
   for (int i = 0; i < 1000; ++i) {
@@ -107,7 +107,7 @@ INSTANTIATE_TEST_SUITE_P(Shape, EveryShape, testing::ValuesIn(shapes().begin(), 
                            return name;
                          });
 
-TEST(Step, GoesAtOnceAndDwells) {
+TEST(Step, JumpsAndDwells) {
   const Shape step = Step{.from_um = 10.0, .to_um = 12.0, .dwell_s = 0.25, .steps = 1};
   EXPECT_EQ(duration_s(step), 0.5);
   EXPECT_EQ(value_um(step, 0.2499), 10.0);
@@ -177,7 +177,7 @@ TEST(MultiSine, HasSchroedersPhases) {
   }
 }
 
-TEST(MultiSine, RefusesNumbersThatDoNotFitTogether) {
+TEST(MultiSine, RefusesNumbersThatContradictEachOther) {
   MultiSine tones = ten_tones();
   tones.frequencies_Hz.pop_back();
   EXPECT_THROW(prepared(tones), std::invalid_argument);
@@ -214,7 +214,7 @@ TEST(MonotoneCubic, BeginsAndEndsAtRestAndHasNoCorners) {
     EXPECT_NEAR(curve.at(x - 1e-9).slope, curve.at(x + 1e-9).slope, 1e-3) << x;
 }
 
-TEST(MonotoneCubic, IsALineThroughPointsOnALineButForItsEnds) {
+TEST(MonotoneCubic, IsStraightBetweenPointsOnALineExceptAtItsEnds) {
   const MonotoneCubic curve({0.0, 1.0, 2.5, 3.0, 4.0}, {0.0, 2.0, 5.0, 6.0, 8.0});
   for (const double x : {1.0, 1.7, 2.5, 2.9}) EXPECT_NEAR(curve.at(x).value, 2.0 * x, 1e-12);
   EXPECT_NEAR(curve.at(1.7).slope, 2.0, 1e-12);
