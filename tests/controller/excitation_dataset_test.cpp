@@ -27,7 +27,7 @@ TEST(ExcitationDataset, PairsAPositionWithTheDriveThatTakesEffectAtItsSync) {
   const auto first = excitation.add(cycle(7, 11.0, 0.7));
   ASSERT_TRUE(first);
   EXPECT_EQ(first->time_s, 0.0);
-  EXPECT_EQ(first->input, 10.0) << "commanded in answer to SYNC 6, in force from SYNC 7 on";
+  EXPECT_EQ(first->input, 10.0) << "the command that answers SYNC 6 is in force from SYNC 7 on";
   EXPECT_EQ(first->output, 0.7);
   const auto second = excitation.add(cycle(8, 12.0, 0.8));
   ASSERT_TRUE(second);
@@ -45,7 +45,7 @@ TEST(ExcitationDataset, LeavesOutABridgedSampleAndContinues) {
   EXPECT_FALSE(excitation.add(bridged));
   const auto next = excitation.add(cycle(4, 4.0, 0.4));
   ASSERT_TRUE(next);
-  EXPECT_EQ(next->input, 3.0) << "the bridged cycle's command was sent all the same";
+  EXPECT_EQ(next->input, 3.0) << "the bridged cycle has a command too";
   EXPECT_EQ(excitation.left_out(), 1u);
 }
 

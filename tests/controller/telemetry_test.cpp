@@ -95,7 +95,7 @@ TEST(LatenessLog, WritesOneLinePerSecondForAllLateSyncs) {
   for (std::uint64_t cycle = 1; cycle <= 1500; ++cycle) {
     const auto late = cycle % 10 == 0 ? microseconds(200 + cycle % 400) : microseconds(200);
     log.add(late_by(cycle, late));
-    log.add(late_by(cycle, late));  // the other axis's record of the same cycle
+    log.add(late_by(cycle, late));  // record of the other axis in the same cycle
   }
   ASSERT_EQ(lines.size(), 2u);
   EXPECT_TRUE(lines[0].starts_with("1 SYNC more than 200 us late until 0.010 s, worst 210 us")) << lines[0];

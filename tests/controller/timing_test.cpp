@@ -47,7 +47,7 @@ TEST(TimeStatistics, HaveTheTextbookValuesForAnArithmeticSeries) {
   EXPECT_EQ(summary.max_us, 1000.0);
 }
 
-/// A sum of squares would lose a jitter of 10 ns at a period of 1 s, after a million of them.
+/// A plain sum of squares would lose a jitter of 10 ns after a million periods of 1 s.
 TEST(TimeStatistics, KeepASmallSpreadAboutALargeMean) {
   TimeStatistics statistics;
   for (int i = 0; i < 1'000'000; ++i) statistics.add(nanoseconds(1'000'000'000 + (i % 2 == 0 ? 10 : -10)));
@@ -77,9 +77,9 @@ TEST(TimeStatistics, ReportQuantilesAtMostOne32ndAboveTheTrueOnes) {
 TEST(TimeStatistics, AcceptTimesOutsideTheHistogram) {
   TimeStatistics statistics;
   statistics.add(std::chrono::hours(1));
-  EXPECT_EQ(statistics.quantile_us(0.99), 3.6e9) << "beyond the last class the maximum is told";
+  EXPECT_EQ(statistics.quantile_us(0.99), 3.6e9) << "beyond the last class the maximum is reported";
   TimeStatistics before;
-  before.add(nanoseconds(-100));  // a stamp of another clock, stepped
+  before.add(nanoseconds(-100));  // a timestamp of another clock that was stepped
   EXPECT_EQ(before.quantile_us(0.99), 0.0);
   EXPECT_EQ(before.summary().mean_us, -0.1);
 }

@@ -1,4 +1,4 @@
-// The amplifier at the limits of its load, against closed forms and a fine numerical integration.
+// The amplifier at the limits of its load, compared with closed forms and a fine numerical integration.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
@@ -13,7 +13,7 @@ namespace {
 
 constexpr double two_pi = 2.0 * std::numbers::pi;
 
-/// 10 V across 10 mH and 2 ohm: 5 A at most, with a time constant of 5 ms.
+/// 10 V across 10 mH and 2 ohm: at most 5 A, with a time constant of 5 ms.
 Amplifier::Config coil() {
   return {.drive_min = -8.0,
           .drive_max = 8.0,
@@ -24,7 +24,7 @@ Amplifier::Config coil() {
           .load_ohm = 2.0};
 }
 
-/// v' as the header has it, without a closed form.
+/// v' by the equations in amplifier.h, without a closed form.
 double rate_of(const Amplifier::Config& config, const Amplifier::State& state) {
   double least = -config.slew_per_s;
   double most = config.slew_per_s;
@@ -40,7 +40,7 @@ double rate_of(const Amplifier::Config& config, const Amplifier::State& state) {
   return std::clamp(two_pi * config.bandwidth_Hz * (state.target - state.output), least, most);
 }
 
-/// By the midpoint rule.
+/// Integrates by the midpoint rule.
 double integrated(const Amplifier::Config& config, Amplifier::State state, double total_s, int steps) {
   const double dt_s = total_s / steps;
   for (int i = 0; i < steps; ++i) {
@@ -53,7 +53,7 @@ double integrated(const Amplifier::Config& config, Amplifier::State state, doubl
 
 double uniform(double lo, double hi) { return lo + (hi - lo) * 1e-6 * *rc::gen::inRange(0, 1'000'001); }
 
-/// A voltage-limited coil of any proportions: the lag steeper or flatter than the load, the target within
+/// A voltage-limited coil of any size: the lag is steeper or flatter than the load, and the target is within
 /// reach or not. It starts within reach.
 struct AnyCoil {
   Amplifier::Config config = coil();
@@ -91,7 +91,7 @@ TEST(AmplifierWithACoil, RisesAsAnExponentialWhileItsVoltageIsLimited) {
   EXPECT_NEAR(after.output, 5.0 * (1.0 - std::exp(-0.003 / 0.005)), 1e-12);
 }
 
-// The lag takes over where 10 - 2 i = 0.01 omega (4 - i), here at i = 3.968 A.
+// The lag begins where 10 - 2 i = 0.01 omega (4 - i), here at i = 3.968 A.
 TEST(AmplifierWithACoil, ContinuesWithItsLagOnceItsVoltageIsSufficient) {
   const double omega = two_pi * 1000.0;
   const double i_x = (0.01 * omega * 4.0 - 10.0) / (0.01 * omega - 2.0);
@@ -157,7 +157,8 @@ TEST(AmplifierWithACoil, ConvergesToItsTargetOrToWhatItsVoltageAllows) {
   }));
 }
 
-// Midpoint's error is of second order but where the phases change: there it is (rate dt)^2 of the rest.
+// The error of the midpoint rule is of second order, except where the phases change: there it is (rate dt)^2
+// of the remaining distance.
 TEST(AmplifierWithACoil, EqualsAFineIntegration) {
   EXPECT_TRUE(rc::check("20000 steps by the midpoint rule", [] {
     AnyCoil coil;
@@ -201,7 +202,7 @@ TEST(Amplifier, IsDischargedByItsLoadWhileSwitchedOffWhateverItsTarget) {
   const Amplifier::Config bled{.load_uF = 1.5, .load_ohm = 1e5};  // 150 ms
   EXPECT_NEAR(Amplifier::Step(bled, 0.3)(off).output, 80.0 * std::exp(-2.0), 1e-12);
   EXPECT_NEAR(Amplifier::Step(coil(), 0.005)(off).output, 80.0 * std::exp(-1.0), 1e-12);
-  EXPECT_EQ(Amplifier::Step({}, 1e-5)(off).output, 0.0) << "of a load that is not given, at once";
+  EXPECT_EQ(Amplifier::Step({}, 1e-5)(off).output, 0.0) << "without a load the output is zero at once";
 }
 
 }  // namespace

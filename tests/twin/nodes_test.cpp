@@ -1,4 +1,4 @@
-// The twin's two nodes as a bus sees them: every claim is made from frames alone.
+// The twin's two nodes observed at the bus: every test uses frames alone.
 #include <gtest/gtest.h>
 
 #include "tests/twin/twin_bench.h"
@@ -25,7 +25,7 @@ TEST_F(TwinOnBus, AnswersEverySyncWithOneSampleOnceStarted) {
   run(milliseconds(1));
   EXPECT_EQ(heard_[0x182], 0) << "pre-operational";
   start_nodes();
-  for (int i = 0; i < 250; ++i) {  // past the counter's turn at 240
+  for (int i = 0; i < 250; ++i) {  // beyond the counter's wrap at 240
     sync();
     run(milliseconds(1));
     ASSERT_TRUE(sample_);
@@ -39,7 +39,7 @@ TEST_F(TwinOnBus, ReportsStatusAtEveryTenthSyncAndAtEveryChange) {
   const int at_start = heard_[0x181];
   EXPECT_EQ(status_->state, AmpState::ready);
   drive(10.0, 1);
-  EXPECT_EQ(heard_[0x181], at_start + 1) << "enabled is a change";
+  EXPECT_EQ(heard_[0x181], at_start + 1) << "the change to enabled is reported";
   EXPECT_EQ(status_->state, AmpState::enabled);
   drive(10.0, 20);
   EXPECT_EQ(heard_[0x181], at_start + 3);
@@ -67,7 +67,7 @@ TEST_F(TwinOnBus, GoesToTheSafeValueAndLatchesTheFaultWhereCommandsStop) {
   EXPECT_NEAR(output(), 0.0, 1e-3);
 
   drive(50.0, 20);
-  EXPECT_EQ(status_->state, AmpState::fault) << "latched: commands alone do not bring it back";
+  EXPECT_EQ(status_->state, AmpState::fault) << "latched: commands alone do not clear it";
   EXPECT_NEAR(output(), 0.0, 1e-3);
 }
 
@@ -160,10 +160,10 @@ TEST_F(TwinOnBus, ResetsItsObjectsAtAReset) {
   tester_->send(can::nmt_frame({can::NmtCommand::stop, 1}));
   tester_->send(can::nmt_frame({can::NmtCommand::enter_pre_operational, 1}));
   run(milliseconds(1));
-  EXPECT_TRUE(objects.object(object)) << "no other NMT command is a power-on";
+  EXPECT_TRUE(objects.object(object)) << "other NMT commands do not reset the objects";
   tester_->send(can::nmt_frame({can::NmtCommand::reset_node, 2}));
   run(milliseconds(1));
-  EXPECT_TRUE(objects.object(object)) << "a reset of another node";
+  EXPECT_TRUE(objects.object(object)) << "a reset of another node changes nothing";
   tester_->send(can::nmt_frame({can::NmtCommand::reset_node, 1}));
   run(milliseconds(1));
   EXPECT_FALSE(objects.object(object));

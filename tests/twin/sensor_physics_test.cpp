@@ -1,4 +1,4 @@
-// Bandwidth, delay, characteristic and noise of the sensor against their closed forms.
+// Bandwidth, delay, characteristic and noise of the sensor, compared with their closed forms.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,7 +20,7 @@ constexpr can::Time start{};
 
 can::Time grid(int n) { return start + n * substep; }
 
-/// Follows `position(seconds)` from 0 to grid point n.
+/// The sensor follows `position(seconds)` from 0 to grid point n.
 template <class Position>
 void follow(Sensor& sensor, int n, const Position& position) {
   for (int i = 0; i <= n; ++i) sensor.follow(grid(i), position(can::seconds(i * substep)));
@@ -38,7 +38,7 @@ TEST(SensorBandwidth, IsExactForARamp) {
   }
 }
 
-// The position is linear between grid points, which takes (omega dt)^2 / 12 = 7e-4 % of a sine of 100 Hz.
+// The position is linear between grid points, which reduces a sine of 100 Hz by (omega dt)^2 / 12 = 7e-4 %.
 TEST(SensorBandwidth, AttenuatesByThreeDecibelAndDelaysByAnEighthOfAPeriod) {
   Sensor sensor({.bandwidth_Hz = 100.0}, 1, start, substep);
   const auto sine = [](double t_s) { return std::sin(two_pi * 100.0 * t_s); };
@@ -80,7 +80,7 @@ TEST(SensorDelay, ReadsThePositionOfOneDelayAgo) {
 
 TEST(SensorDelay, ReadsTheInitialPositionBeforeItsFirstGridPoint) {
   Sensor sensor({.delay = milliseconds(1)}, 1, start, substep);
-  EXPECT_EQ(sensor.measure(start, 3.0).position_um, 3.0) << "nothing known yet";
+  EXPECT_EQ(sensor.measure(start, 3.0).position_um, 3.0) << "no grid point is known yet";
   sensor.follow(start, 3.0);
   sensor.follow(grid(1), 5.0);
   EXPECT_EQ(sensor.measure(grid(1), 5.0).position_um, 3.0);
@@ -120,7 +120,8 @@ TEST(SensorCharacteristic, SaturatesBeyondItsRangeAndReportsIt) {
   EXPECT_FALSE(sensor.measure(start, -1.5).in_range);
 }
 
-// Of 100 000 samples whose correlation time is 1.6 samples some 40 000 are independent: five standard errors.
+// The correlation time is 1.6 samples, so about 40 000 of 100 000 samples are independent. The tolerance is
+// five standard errors.
 TEST(SensorNoise, HasTheSpreadOfItsDensityAndTheCorrelationOfItsBandwidth) {
   Sensor sensor({.noise_density_um_per_rtHz = 1e-4, .bandwidth_Hz = 100.0}, 42);
   const double rms = 1e-4 * std::sqrt(0.5 * std::numbers::pi * 100.0);
@@ -173,8 +174,8 @@ TEST(SensorOnTheBus, ReadsThePlantWithItsDelay) {
     prompt.drive(setpoint, 1);
     seen.push_back(prompt.sample_->position_um);
     if (i < 3) continue;
-    // Linear between grid points: a mode of 500 Hz bends by up to x'' dt^2 / 8, 10 um * (2 pi 500)^2 * 3e-10
-    // s^2.
+    // The position is linear between grid points; a mode of 500 Hz deviates from that by at most
+    //   x'' dt^2 / 8 = 10 um * (2 pi 500)^2 * 3e-10 s^2
     ASSERT_NEAR(late.sample_->position_um, seen[seen.size() - 4], 0.03) << "cycle " << i;
   }
 }
@@ -185,7 +186,7 @@ TEST(SensorOnTheBus, SamplesByItsOwnClockAndNamesTheLastSync) {
   TwinBench bench(config);
   bench.start_nodes();
   bench.run(milliseconds(10));
-  EXPECT_EQ(bench.heard_[0x182], 0) << "no SYNC has been heard";
+  EXPECT_EQ(bench.heard_[0x182], 0) << "no SYNC has been received";
   bench.sync();
   bench.run(milliseconds(1000));
   EXPECT_NEAR(bench.heard_[0x182], 1010, 1) << "one SYNC, samples at 1010 Hz";

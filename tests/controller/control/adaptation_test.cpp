@@ -29,8 +29,8 @@ ControlLaw adaptive(std::optional<Adaptation::Config> adaptation) {
   return law;
 }
 
-/// Tracks a slow sine on a stage that is `gain` times the model plus an offset; the largest error of the last
-/// half second.
+/// Tracks a slow sine on a stage that is `gain` times the model plus an offset. Returns the largest error of
+/// the last half second.
 double track(ControlLaw& law, double gain, double offset_um, double seconds, bool steady = true) {
   const model::Hysteresis stage(support::piezo_model());
   model::HysteresisState state = stage.at_lower_threshold();
@@ -84,7 +84,7 @@ TEST(Adaptation, IsFrozenInTransitionsAndWhereTheDriveIsLimited) {
   EXPECT_EQ(law.correction().offset_um, 0.0);
 }
 
-// What the correction takes over, the integral gives up.
+// The integral gives up what the correction takes over.
 TEST(Adaptation, IsSetAndRevertedWithoutABumpInTheDrive) {
   ControlLaw law = adaptive(slow);
   const ControlLaw::Input still{
@@ -111,7 +111,7 @@ TEST(Adaptation, IsTheIdentityWhereItIsNotConfigured) {
   EXPECT_EQ(law.correction().offset_um, 0.0);
 }
 
-// The proof's two claims, at any correction within the bounds, any integral, any place.
+// The two results of the proof, for any correction within the bounds, any integral, any position.
 RC_GTEST_PROP(Adaptation, StepStaysWithinTheBoundsAndNeverInvertsOrRaisesTheIntegral, ()) {
   const auto part = [] { return *rc::gen::inRange(-1000, 1001) * 1e-3; };
   const double gain = 1.0 + slow.gain_max * part();

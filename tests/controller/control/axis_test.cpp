@@ -60,6 +60,8 @@ struct FaultCase {
   Cause cause;
   std::function<void(AxisInput&)> disturb;
   int cycles;  ///< until the axis is faulted
+
+  friend void PrintTo(const FaultCase& fault, std::ostream* out) { *out << fault.name; }
 };
 
 void expect_the_safe_command_in_the_deciding_cycle_and_ever_after(Stage stage, const FaultCase& fault) {
@@ -76,7 +78,8 @@ void expect_the_safe_command_in_the_deciding_cycle_and_ever_after(Stage stage, c
   EXPECT_DOUBLE_EQ(stage.axis.fault().time_s, stage.time_s);
   EXPECT_FALSE(remedy(fault.cause).empty());
 
-  for (int i = 0; i < 100; ++i) EXPECT_FALSE(stage.cycle().enable) << "all is well again, but faults latch";
+  for (int i = 0; i < 100; ++i)
+    EXPECT_FALSE(stage.cycle().enable) << "the cause is gone, but the fault is latched";
   EXPECT_EQ(stage.axis.fault().cause, fault.cause);
 }
 
@@ -176,7 +179,7 @@ TEST(Axis, RefusesAFaultedAmplifierUnlessItIsAskedToClearTheFault) {
   EXPECT_TRUE(command.clear_fault);
   EXPECT_FALSE(command.enable);
   EXPECT_TRUE(clearing.reaches(AxisState::tracking));
-  EXPECT_FALSE(clearing.command.clear_fault) << "asked once, not for ever";
+  EXPECT_FALSE(clearing.command.clear_fault) << "the clearing is requested only once";
 }
 
 TEST(Axis, RampsDownWithinTheSlewLimitAtAStopAndThenSwitchesOff) {
@@ -211,13 +214,13 @@ TEST(Axis, IsClearedOnlyWhereItIsFaultedAndThenStartsFromOffline) {
   stage.cycle([](AxisInput& in) { in.sensor_status_good = false; });
   ASSERT_EQ(stage.axis.state(), AxisState::faulted);
   EXPECT_TRUE(stage.axis.clear());
-  EXPECT_FALSE(stage.axis.clear()) << "never queued";
+  EXPECT_FALSE(stage.axis.clear()) << "a clear is never queued";
   EXPECT_EQ(stage.axis.state(), AxisState::offline);
   EXPECT_EQ(stage.axis.fault().cause, Cause::none);
-  for (int i = 0; i < 100; ++i) EXPECT_FALSE(stage.cycle().enable) << "clearing is not arming";
+  for (int i = 0; i < 100; ++i) EXPECT_FALSE(stage.cycle().enable) << "a clear does not start the axis";
   ASSERT_TRUE(stage.tracks());
   for (int i = 0; i < 500; ++i) stage.cycle();
-  EXPECT_NEAR(stage.axis.report().position_um, 15.0, 1e-9) << "its past was wiped out again";
+  EXPECT_NEAR(stage.axis.report().position_um, 15.0, 1e-9) << "its memory is wiped out again";
 }
 
 TEST(Axis, TracksAgainAfterItWasStopped) {
@@ -277,7 +280,7 @@ TEST(AxisInOpenLoop, AppliesTheExcitationWhateverThePosition) {
     stage.cycle([&](AxisInput& in) { in.position_um = position_um; });
     ASSERT_EQ(stage.command.drive, excitation.at(stage.time_s - begun_s));
   }
-  EXPECT_EQ(stage.axis.state(), AxisState::tracking) << "holds the last drive until it is stopped";
+  EXPECT_EQ(stage.axis.state(), AxisState::tracking) << "it holds the last drive until it is stopped";
   EXPECT_NEAR(stage.time_s - begun_s, 1.0, 1.5 * cycle_s);
 }
 

@@ -16,7 +16,7 @@ using Complex = std::complex<double>;
 constexpr double cycle_s = 1e-3;
 constexpr Notch::Config notch{.frequency_Hz = 150.0, .depth = 0.1, .width = 0.3};
 
-/// The analytic N(s), at the frequency that the bilinear transform maps `frequency_Hz` to.
+/// The analytic N(s) at the frequency to which the bilinear transform maps `frequency_Hz`.
 Complex analytic(double frequency_Hz) {
   const double warped = std::tan(std::numbers::pi * frequency_Hz * cycle_s) /
                         std::tan(std::numbers::pi * notch.frequency_Hz * cycle_s);
@@ -24,7 +24,7 @@ Complex analytic(double frequency_Hz) {
   return (s * s + 2.0 * notch.depth * notch.width * s + 1.0) / (s * s + 2.0 * notch.width * s + 1.0);
 }
 
-/// Measured: the filter run on a sine until it has settled, correlated over whole periods.
+/// The measured response: the filter settles on a sine, then its output is correlated over whole periods.
 Complex measured(double frequency_Hz) {
   const auto coefficients = Notch::design(notch, cycle_s);
   Notch::State state;

@@ -44,7 +44,7 @@ TEST(Gate, HoldsTheLastDriveWhereTimeGoesBackwards) {
   EXPECT_EQ(Gate::step(gate, 42.0, 50.0, -1.0).drive, 42.0);
 }
 
-// The law as an enemy: any bit pattern at all as the wanted drive, any sequence of them.
+// The law may request any sequence of drives with any bit patterns.
 RC_GTEST_PROP(Gate, PassesOnlyDrivesThatAreFiniteInRangeAndReachable, (std::vector<std::uint64_t> bits)) {
   double last = 10.0;
   for (const std::uint64_t pattern : bits) {

@@ -17,7 +17,7 @@ ControlLaw::Config config(Structure structure, Pi::Config pi = {.kp = 0.3, .ki_p
   return {.structure = structure, .model = support::piezo_model(), .pi = pi};
 }
 
-/// Where the reference and the stage are in cycle n: a sine, and a position that lags and is 3 % off.
+/// Reference and position in cycle n: a sine, and a position that lags and has an error of 3 %.
 struct Cycle {
   double reference_um, previewed_um, position_um;
 };
@@ -48,7 +48,7 @@ rc::Gen<ControlLaw::Config> any_config() {
       rc::gen::inRange(0, 5), rc::gen::inRange(0, 40), rc::gen::inRange(0, 200), rc::gen::inRange(0, 4));
 }
 
-// What the change alone does: the cycle before once more, with no time passing and nothing new heard.
+// The effect of the change alone: the last cycle is repeated, without elapsed time and without a new sample.
 RC_GTEST_PROP(Retune, DoesNotMoveTheDriveWhateverIsChanged, ()) {
   const auto configs = *rc::gen::container<std::vector<ControlLaw::Config>>(6, any_config());
   ControlLaw law(configs[0]);
@@ -66,7 +66,7 @@ RC_GTEST_PROP(Retune, DoesNotMoveTheDriveWhateverIsChanged, ()) {
                                      .position_um = std::nullopt,
                                      .dt_s = 0.0,
                                      .cycle_s = dt_s});
-    RC_ASSERT(std::abs(demand.drive - before) < 1e-6);  // V: the inverse's rounding, and what counts as faded
+    RC_ASSERT(std::abs(demand.drive - before) < 1e-6);  // V: rounding of the inverse, end of a fade
     law.commit(demand.drive);
   }
 }
@@ -108,7 +108,7 @@ TEST(Retune, ARemainingOffsetWithoutFeedbackDecaysWithItsTimeConstant) {
   EXPECT_NEAR(law.predicted_um(), 12.0, 1e-9);
 }
 
-// A notch may let through what it holds back, but a change of it adds nothing: at rest the drive stays.
+// A notch may pass its transient on, but a change of the notch adds nothing: at rest the drive is constant.
 TEST(Retune, ANotchIsInsertedChangedAndRemovedAtRestWithoutABump) {
   ControlLaw::Config changed = config(Structure::inverse_pi);
   ControlLaw law(changed);
@@ -151,7 +151,7 @@ TEST(Restart, FollowsDrivesAppliedWithoutTheLaw) {
 
 TEST(MeasurementFilter, CausesNoErrorOnARamp) {
   ControlLaw::Config filtered = config(Structure::inverse_pi);
-  filtered.measurement_filter_Hz = 20.0;  // a lag of 8 ms: 0.8 um of this ramp, were it only measured so
+  filtered.measurement_filter_Hz = 20.0;  // 8 ms of lag: 0.8 um here if it filtered the position alone
   ControlLaw law(filtered);
   law.restart_at_lower_threshold(1.5);
   for (int n = 0; n < 200; ++n) {
@@ -167,7 +167,7 @@ TEST(MeasurementFilter, ReducesTheNoiseInTheProportionalPart) {
   ControlLaw law(filtered);
   law.restart_at_lower_threshold(1.5);
   for (int n = 0; n < 400; ++n) step(law, {10.0, 10.0, n % 2 == 0 ? 10.1 : 9.9});
-  EXPECT_NEAR(law.predicted_um(), 10.0, 0.01) << "0.1 um of alternating noise, a sixteenth left";
+  EXPECT_NEAR(law.predicted_um(), 10.0, 0.01) << "a sixteenth of 0.1 um of alternating noise remains";
 }
 
 TEST(Deadband, KeepsTheIntegralConstantWithinIt) {

@@ -34,7 +34,7 @@ AxisInput sample(std::optional<double> position_um) {
                      .amplifier_enabled = true}};
 }
 
-/// The cycle, from 1, in which `step` first gives a cause; 0: in none of a thousand.
+/// The first cycle, counted from 1, in which `step` returns a cause; 0: none of a thousand cycles.
 template <class Step>
 int cycles_until_cause(Step step) {
   for (int cycle = 1; cycle <= 1000; ++cycle)
@@ -88,7 +88,7 @@ TEST(Supervisor, ReportsLateSamplesOrMissingOnesByTheGreaterNumber) {
   }
 }
 
-/// The drive goes up by this much in each cycle; the position keeps to the last bit.
+/// The drive rises by this amount in each cycle; the position is constant to the last bit.
 int cycles_until_frozen(double drive_per_cycle) {
   Supervisor supervisor(config());
   return cycles_until_cause([&](int cycle) {
@@ -100,7 +100,7 @@ int cycles_until_frozen(double drive_per_cycle) {
 
 TEST(Supervisor, ReportsAFrozenPositionOnlyWhereTheDriveHasMoved) {
   EXPECT_EQ(cycles_until_frozen(0.0), 0) << "a quiet sensor at rest";
-  EXPECT_EQ(cycles_until_frozen(1.0), 11) << "frozen_cycles after the first";
+  EXPECT_EQ(cycles_until_frozen(1.0), 11) << "frozen_cycles after the first cycle";
   EXPECT_EQ(cycles_until_frozen(0.05), 42) << "after a fiftieth of the drive's range, 2 V";
 }
 
@@ -157,7 +157,8 @@ TEST(FollowingError, AllowsALagOfAMovingStageAndNoneOfARestingStage) {
   FollowingError resting(config);
   for (int i = 0; i < 100; ++i) {
     const double reference_um = 1.0 * i;  // 1000 um/s, so that the lag is 5 um
-    ASSERT_EQ(moving.step(reference_um, reference_um - 5.9, cycle_s), i != 0) << "no slope is known at first";
+    ASSERT_EQ(moving.step(reference_um, reference_um - 5.9, cycle_s), i != 0)
+        << "the first cycle has no slope";
     ASSERT_TRUE(resting.step(50.0, 50.9, cycle_s));
   }
   EXPECT_FALSE(moving.step(100.0, 100.0 - 6.1, cycle_s));
