@@ -133,7 +133,8 @@ std::string BlackBox::reason_against_writing() const {
   if (error) return fmt::format("{}: {}", folder, error.message());
   if (access(folder.c_str(), W_OK | X_OK) != 0) return fmt::format("{}: {}", folder, words_of(errno));
   if (files >= config_.files)
-    return fmt::format("{} holds {} files, {} are allowed: move them away", folder, files, config_.files);
+    return fmt::format("{} holds {} black boxes, {} are allowed: move them away", folder, files,
+                       config_.files);
   return {};
 }
 

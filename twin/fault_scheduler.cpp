@@ -89,17 +89,17 @@ void FaultScheduler::inject(const FaultSpec& spec) {
 }
 
 std::size_t FaultScheduler::remove(std::optional<Fault> kind, std::string_view axis) {
-  const auto is_meant = [&](const FaultSpec& spec) {
+  const auto matches = [&](const FaultSpec& spec) {
     return (!kind || spec.kind == *kind) && (axis.empty() || spec.axis == axis);
   };
   const std::vector<Active> before = std::exchange(active_, {});
   std::ranges::copy_if(before, std::back_inserter(active_),
-                       [&](const Active& one) { return !is_meant(one.spec); });
+                       [&](const Active& one) { return !matches(one.spec); });
   for (const Active& one : before)
-    if (is_meant(one.spec)) release(one.spec);
+    if (matches(one.spec)) release(one.spec);
   for (std::size_t i = 0; i < targets_.size(); ++i)
     if (disturbances_[i].gain != 1.0 &&
-        is_meant({.kind = Fault::parameter_drift, .axis = targets_[i].wire.name}))
+        matches({.kind = Fault::parameter_drift, .axis = targets_[i].wire.name}))
       disturb(i, [](Disturbance& now) { now.gain = 1.0; });
   arm();
   return before.size() - active_.size();
@@ -111,7 +111,7 @@ void FaultScheduler::wake() {
     if (one.spec.kind == Fault::parameter_drift) drift(one, now);
   end_what_is_due(now);
   begin_what_is_due(now);
-  while (next_random_ <= now) draw();
+  while (next_random_ <= now) begin_random_fault();
   arm();
 }
 
@@ -141,13 +141,13 @@ void FaultScheduler::plan_next_random() {
   next_random_ += duration_of(-mean_s * std::log1p(-uniform())) + can::Duration{1};
 }
 
-void FaultScheduler::draw() {
+void FaultScheduler::begin_random_fault() {
   const auto which = static_cast<std::size_t>(uniform() * static_cast<double>(random_faults_.size()));
   FaultSpec spec = random_faults_[which];
   const double range_s = can::seconds(random_->longest - random_->shortest);
   spec.lasts = random_->shortest + duration_of(uniform() * range_s);
-  const bool either_way = traits(spec.kind).site == FaultSite::plant;
-  if (either_way && uniform() < 0.5) spec.value = -spec.value;
+  const bool either_sign = traits(spec.kind).site == FaultSite::plant;
+  if (either_sign && uniform() < 0.5) spec.value = -spec.value;
   begin(spec);
   plan_next_random();
 }
@@ -167,11 +167,11 @@ void FaultScheduler::begin(const FaultSpec& spec) {
   const std::size_t index = target_of(spec);
   const FaultTarget& target = targets_[index];
   const can::Time now = scheduler_.now();
-  const bool forever = spec.lasts == can::Duration::zero();
+  const bool until_removed = spec.lasts == can::Duration::zero();
   std::erase_if(active_, [&](const Active& one) { return same_place(one.spec, spec); });
   active_.push_back({.spec = spec,
                      .began = now,
-                     .ends = forever ? can::Time::max() : now + spec.lasts,
+                     .ends = until_removed ? can::Time::max() : now + spec.lasts,
                      .gain_before = disturbances_[index].gain});
   const bool at_amplifier = spec.node == Node::amplifier;
   switch (spec.kind) {

@@ -69,7 +69,7 @@ class FaultScheduler {
   std::size_t target_of(const FaultSpec& spec) const;
   void list_targets();
   void plan_next_random();
-  void draw();
+  void begin_random_fault();
   double uniform() { return static_cast<double>(random_source_() >> 11U) * 0x1p-53; }
   void wake();
   void begin_what_is_due(can::Time now);

@@ -43,7 +43,7 @@ class SentMessage {
   void put_counter(can::Frame& frame, std::int64_t raw) const;
   /// Computes the CRC of the frame as it is now.
   void seal(can::Frame& frame) const;
-  void spoil_crc(can::Frame& frame) const;
+  void corrupt_crc(can::Frame& frame) const;
 
  private:
   can::Filter filter_;
@@ -85,7 +85,7 @@ class FaultyConnection final : public can::Bus {
   bool is_on(Fault kind) const { return on_[static_cast<std::size_t>(kind)].has_value(); }
   double value_of(Fault kind) const { return *on_[static_cast<std::size_t>(kind)]; }
   void set_rules();
-  void spoil(can::Frame& frame);
+  void corrupt(can::Frame& frame);
   bool pass_in_order(const can::Frame& frame);
   bool pass_late(const can::Frame& frame);
   void babble();
@@ -94,7 +94,7 @@ class FaultyConnection final : public can::Bus {
   can::Scheduler& scheduler_;
   Config config_;
   std::array<std::optional<double>, fault_count> on_{};  ///< values of the active faults
-  bool spoils_ = false;                                  ///< an active fault changes the sent frames
+  bool corrupts_ = false;                                ///< an active fault changes the sent frames
   std::optional<std::int64_t> frozen_value_;
   std::optional<std::int64_t> frozen_counter_;
   std::optional<can::Frame> overtaken_;

@@ -53,9 +53,9 @@ model::SecondOrder::Config faster(model::SecondOrder::Config mode, double factor
 
 // Within these bounds only rounding would move the mode: it is set to rest.
 bool settle(model::SecondOrder::State& state, const model::SecondOrder::Config& mode, double input_um) {
-  constexpr double nothing_um = 1e-12;
+  constexpr double negligible_um = 1e-12;
   const double swing_um = state.velocity / mode.natural_frequency_Hz;
-  if (std::abs(state.position - input_um) > nothing_um || std::abs(swing_um) > nothing_um) return false;
+  if (std::abs(state.position - input_um) > negligible_um || std::abs(swing_um) > negligible_um) return false;
   state = {input_um, 0.0};
   return true;
 }
@@ -190,25 +190,25 @@ bool Plant::has_settled() {
 
 // Bounds u'' by the sum of the closed forms for creep and temperature.
 bool Plant::drifts_evenly() const {
-  constexpr double nothing_um = 1e-6;
+  constexpr double negligible_um = 1e-6;
   if (drive_noise_ || !(config_.creep || config_.temperature)) return false;
-  double bend_um_per_s2 = 0.0;
+  double curvature_um_per_s2 = 0.0;
   for (std::size_t i = 0; i < creep_.operators.size(); ++i) {
     const auto& [weight, rate_per_s, threshold] = creep_.operators[i];
     const double to_go_um = settled_.hysteresis_um - start_um_ - settled_.creep.values[i];
-    bend_um_per_s2 += std::abs(weight * rate_per_s * rate_per_s * to_go_um);
+    curvature_um_per_s2 += std::abs(weight * rate_per_s * rate_per_s * to_go_um);
   }
   if (config_.temperature) {
     const Temperature& t = *config_.temperature;
     const double omega = 2.0 * std::numbers::pi / t.period_s;
     const double travel_um = settled_.hysteresis_um + settled_.creep_um - start_um_;
-    bend_um_per_s2 +=
+    curvature_um_per_s2 +=
         omega * omega * std::abs(t.swing_K) *
         (std::abs(t.expansion_um_per_K) + std::abs(t.gain_per_K * disturbance_.gain * travel_um));
   }
   const double length_s = even_substeps * can::seconds(config_.substep);
-  return bend_um_per_s2 * length_s * length_s / 8.0 <= nothing_um &&
-         std::abs(own_position_um(settled_) - settled_.input_um) <= nothing_um;
+  return curvature_um_per_s2 * length_s * length_s / 8.0 <= negligible_um &&
+         std::abs(own_position_um(settled_) - settled_.input_um) <= negligible_um;
 }
 
 const Plant::Step& Plant::step_of(can::Duration length) {

@@ -268,8 +268,8 @@ AxisCommand Axis::safe() const { return {.drive = config_.gate.safe_drive}; }
 
 bool Axis::ramp_towards(double target, double dt_s) {
   const double reach = config_.wipe_slew_per_s * dt_s;
-  const double wanted = std::clamp(target, drive_ - reach, drive_ + reach);
-  drive_ = Gate::step(config_.gate, drive_, wanted, dt_s).drive;
+  const double next = std::clamp(target, drive_ - reach, drive_ + reach);
+  drive_ = Gate::step(config_.gate, drive_, next, dt_s).drive;
   follow(drive_);
   return drive_ == std::clamp(target, config_.gate.drive_min, config_.gate.drive_max);
 }

@@ -31,7 +31,7 @@ struct Gate {
     std::uint8_t limits = limit::none;
   };
   /// `last`: the drive that left the gate `dt_s` ago.
-  static Passed step(const Config& config, double last, double wanted, double dt_s);
+  static Passed step(const Config& config, double last, double requested, double dt_s);
 };
 
 }  // namespace hystcan::controller

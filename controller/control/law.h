@@ -17,7 +17,8 @@
 //   I -= alpha saturation_excess,   alpha = 1 - e^{-ki dt / kp},  1 where kp = 0
 //
 // A saturated loop rests at I = limit - F for any kp, within one cycle's ki e dt. Where F alone exceeds the
-// realised position, PI has not caused the limit: I then stays where it is, and the limit does not move it.
+// realised position, PI has not caused the limit: I is then not driven back by the limit, it only stops to
+// integrate further into it.
 //
 //   structure     H                                feed-forward   PI
 //   average       mean of the reference curves     yes            no
@@ -131,10 +132,10 @@ class ControlLaw {
   const model::HysteresisState& inverted_memory() const;
   double modelled_um() const;
 
-  void take_error(const Input& input);
+  void update_error(const Input& input);
   void integrate(double dt_s);
   double notched(double demand_um, double cycle_s);
-  void keep_from_winding_up(double unmet_um);
+  void prevent_windup(double excess_um);
   void enter_structure();
   void move_correction(const ModelCorrection& to);
 
@@ -147,10 +148,10 @@ class ControlLaw {
   double notch_for_s_ = 0.0;  ///< the cycle time for which notch_ was designed; 0: none yet
   Notch::State notch_state_;
   Pi::State pi_;
-  double filtered_um_ = 0.0;   ///< r - y after the low pass
-  double error_um_ = 0.0;      ///< after the deadband: the input of PI
-  double integrated_s_ = 0.0;  ///< in the last step; 0: the sample was lost
-  double before_um_ = 0.0;     ///< the integral before the last step
+  double filtered_um_ = 0.0;         ///< r - y after the low pass
+  double error_um_ = 0.0;            ///< after the deadband: the input of PI
+  double integrated_s_ = 0.0;        ///< in the last step; 0: the sample was lost
+  double integral_before_um_ = 0.0;  ///< the integral before the last step
   double previewed_um_ = 0.0;
   double demand_um_ = 0.0;   ///< F + PI
   double notched_um_ = 0.0;  ///< input of the inverse

@@ -10,10 +10,10 @@ ClosedLoop::ClosedLoop(const Config& config)
     : law_(config.law),
       trajectory_(config.setpoint, config.repeat, config.reference_limits),
       following_error_(config.following_error) {
-  take(config);
+  apply(config);
 }
 
-void ClosedLoop::take(const Config& config) {
+void ClosedLoop::apply(const Config& config) {
   delays_ = config.delays;
   notch_ = config.law.notch;
   judged_by_ = config.in_position;
@@ -21,7 +21,7 @@ void ClosedLoop::take(const Config& config) {
 }
 
 void ClosedLoop::retune(const Config& config, std::optional<Trajectory>& reference, double t_s) {
-  take(config);
+  apply(config);
   law_.retune(config.law);
   following_error_ = FollowingError(config.following_error);
   if (!reference) return;

@@ -81,7 +81,7 @@ class ClosedLoop {
   ControlLaw& law() { return law_; }
 
  private:
-  void take(const Config& config);
+  void apply(const Config& config);
   Arrival judge(const Trajectory::Point& point, const LoopInput& input);
   double previewed_um(const LoopInput& input);
 

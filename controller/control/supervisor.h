@@ -24,7 +24,7 @@ struct NodeHealth {
   bool interface_up = true;
   bool bus_on = true;         ///< not bus-off
   bool bus_passive = false;   ///< our own CAN controller is error-passive
-  bool sensor_alive = false;  ///< heartbeat heard in time
+  bool sensor_alive = false;  ///< a heartbeat was received in time
   bool sensor_operational = false;
   bool amplifier_alive = false;
   bool amplifier_operational = false;
@@ -103,7 +103,7 @@ class Supervisor {
   Cause judge_bus(const AxisInput& input);
   Cause judge_nodes(const AxisInput& input) const;
   Verdict judge_sample(const AxisInput& input);
-  Cause lose(bool late, Cause cause);
+  Cause count_lost_sample(bool late, Cause cause);
   bool has_jumped(double position_um) const;
   bool is_frozen(double position_um);
 

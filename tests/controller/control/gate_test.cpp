@@ -48,12 +48,12 @@ TEST(Gate, HoldsTheLastDriveWhereTimeGoesBackwards) {
 RC_GTEST_PROP(Gate, PassesOnlyDrivesThatAreFiniteInRangeAndReachable, (std::vector<std::uint64_t> bits)) {
   double last = 10.0;
   for (const std::uint64_t pattern : bits) {
-    const double wanted = std::bit_cast<double>(pattern * 0x9E3779B97F4A7C15u);
-    const Gate::Passed passed = Gate::step(gate, last, wanted, dt_s);
+    const double requested = std::bit_cast<double>(pattern * 0x9E3779B97F4A7C15u);
+    const Gate::Passed passed = Gate::step(gate, last, requested, dt_s);
     RC_ASSERT(std::isfinite(passed.drive));
     RC_ASSERT(passed.drive >= gate.drive_min && passed.drive <= gate.drive_max);
     RC_ASSERT(std::abs(passed.drive - last) <= gate.slew_per_s * dt_s * (1.0 + 1e-12));
-    RC_ASSERT((passed.limits == limit::none) == (passed.drive == wanted));
+    RC_ASSERT((passed.limits == limit::none) == (passed.drive == requested));
     last = passed.drive;
   }
 }
