@@ -17,8 +17,8 @@
 //   I -= alpha saturation_excess,   alpha = 1 - e^{-ki dt / kp},  1 where kp = 0
 //
 // A saturated loop rests at I = limit - F for any kp, within one cycle's ki e dt. Where F alone exceeds the
-// realised position, PI has not caused the limit: I is then not driven back by the limit, it only stops to
-// integrate further into it.
+// realised position, PI has not caused the limit: the limit then does not drive I back, and I stops
+// integrating further into the limit.
 //
 //   structure     H                                feed-forward   PI
 //   average       mean of the reference curves     yes            no
