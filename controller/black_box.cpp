@@ -25,7 +25,7 @@ using File = std::unique_ptr<std::FILE, CloseFile>;
 
 std::string words_of(int error) { return std::generic_category().message(error); }
 
-/// An axis's name as part of a file's.
+/// The name of an axis as a part of a file name.
 std::string plain(std::string name) {
   const auto is_plain = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_';
@@ -91,7 +91,7 @@ BlackBox::BlackBox(const Config& config, std::vector<std::string> axis_names, Si
                       .reason = {},
                       .faulted_at = {}});
   if (config_.files == 0) return;
-  if (const std::string refusal = find_refusal(); !refusal.empty())
+  if (const std::string refusal = reason_against_writing(); !refusal.empty())
     sink_(Level::warning, fmt::format("no black box will be written at a fault: {}", refusal));
 }
 
@@ -123,7 +123,7 @@ void BlackBox::finish() {
     if (std::exchange(box.cycles_to_go, 0) != 0) write(box, box.reason, box.faulted_at);
 }
 
-std::string BlackBox::find_refusal() const {
+std::string BlackBox::reason_against_writing() const {
   const std::string folder = config_.folder.string();
   std::error_code error;
   std::size_t files = 0;
@@ -133,7 +133,8 @@ std::string BlackBox::find_refusal() const {
   if (error) return fmt::format("{}: {}", folder, error.message());
   if (access(folder.c_str(), W_OK | X_OK) != 0) return fmt::format("{}: {}", folder, words_of(errno));
   if (files >= config_.files)
-    return fmt::format("{} holds {} of them, {} are allowed: move them away", folder, files, config_.files);
+    return fmt::format("{} holds {} black boxes, {} are allowed: move them away", folder, files,
+                       config_.files);
   return {};
 }
 
@@ -147,12 +148,12 @@ std::filesystem::path BlackBox::file_for(const Box& box, std::chrono::system_clo
 
 void BlackBox::write(Box& box, std::string_view reason, std::chrono::system_clock::time_point when) {
   if (config_.files == 0 || box.ring.size() == 0) return;
-  if (const std::string refusal = find_refusal(); !refusal.empty()) {
+  if (const std::string refusal = reason_against_writing(); !refusal.empty()) {
     sink_(Level::warning, fmt::format("{}: no black box was written: {}", box.name, refusal));
     return;
   }
   const std::filesystem::path path = file_for(box, when);
-  File file(std::fopen(path.c_str(), "wx"));  // never over another one
+  File file(std::fopen(path.c_str(), "wx"));  // "x": fails where the file exists
   int error = file ? 0 : errno;
   fmt::memory_buffer text;
   fmt::format_to(std::back_inserter(text),

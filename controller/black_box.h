@@ -1,13 +1,14 @@
-// The last cycles of each axis, kept in memory, and written as CSV when it faults: what led to it, and what
-// came of it.
+// The last cycles of each axis are kept in memory and written as CSV when the axis faults: the cause and the
+// consequences of the fault.
 //
-// Lives on the telemetry thread, is filled from the records, and costs the control thread nothing. One file
-// for each fault, blackbox_20261121T221923.456Z_x.csv, with the time of day (UTC) and the axis. Nothing is
-// ever overwritten or removed: where there are as many files as allowed the next one is not written, for
-// the first fault tells the most. That, a full disk and a missing folder are warnings, not the run's end.
+// Runs on the telemetry thread and is filled from the cycle records; costs the control thread nothing. Each
+// fault has a file, blackbox_20261121T221923.456Z_x.csv, named for the time (UTC) and the axis. Files are
+// never overwritten or removed: where the allowed number of files exists, the next one is not written,
+// because the first fault explains the most. A refused file, a full disk and a missing folder cause
+// warnings; the run continues.
 //
-// A row is a cycle n: SYNC, sample, command. next_position_um is the sample of cycle n+1, the first that
-// can have felt command n; empty where cycle n+1 has no sample or is not there.
+// A row is a cycle n: SYNC, sample, command. next_position_um is the sample of cycle n+1, the first one that
+// command n can influence; it is empty where cycle n+1 has no sample or was not recorded.
 #pragma once
 
 #include <atomic>
@@ -24,14 +25,14 @@
 
 namespace hystcan::controller {
 
-/// Records in a ring: the newest `capacity` of them.
+/// A ring of the newest `capacity` cycle records.
 class RecordRing {
  public:
   explicit RecordRing(std::size_t capacity) : capacity_(capacity) { records_.reserve(capacity); }
 
   void add(const CycleRecord& record);
   std::size_t size() const { return records_.size(); }
-  /// 0: the oldest.
+  /// Age 0 is the oldest record.
   const CycleRecord& operator[](std::size_t age) const;
 
  private:
@@ -44,21 +45,21 @@ class BlackBox {
  public:
   struct Config {
     std::filesystem::path folder;    ///< empty: the working directory
-    unsigned files = 50;             ///< at most so many in the folder, of whatever run; 0: none are written
-    std::size_t cycles = 10'000;     ///< kept of each axis
+    unsigned files = 50;             ///< greatest number of files in the folder, of all runs; 0: writes none
+    std::size_t cycles = 10'000;     ///< kept for each axis
     std::size_t cycles_after = 100;  ///< of these, after the fault
   };
   using Sink = can::BusHealthLog::Sink;
   using UtcNow = std::function<std::chrono::system_clock::time_point()>;
 
-  /// Warns at once where no file could be written.
+  /// Warns at once where a file could not be written.
   BlackBox(const Config& config, std::vector<std::string> axis_names, Sink sink,
            UtcNow utc_now = std::chrono::system_clock::now);
 
   void add(const CycleRecord& record);
-  /// What waits for cycles after a fault is written as it is: no more come.
+  /// Called when no more records come: writes the files that still wait for cycles after a fault.
   void finish();
-  /// From any thread: every axis as it is, with the next record.
+  /// Requests a file of every axis, written with the next record. May be called from any thread.
   void request() { requested_ = true; }
 
  private:
@@ -66,15 +67,15 @@ class BlackBox {
     std::string name;
     RecordRing ring;
     bool faulted = false;
-    std::size_t cycles_to_go = 0;  ///< until a fault is written; 0: there is none to write
+    std::size_t cycles_to_go = 0;  ///< until the file is written; 0: no file is due
     std::string reason;
     std::chrono::system_clock::time_point faulted_at;
   };
 
   void note_fault(Box& box, const CycleRecord& record);
   void write(Box& box, std::string_view reason, std::chrono::system_clock::time_point when);
-  /// Why no file may be added to the folder; empty where one may.
-  std::string find_refusal() const;
+  /// The reason why no file may be added to the folder; empty where one may.
+  std::string reason_against_writing() const;
   std::filesystem::path file_for(const Box& box, std::chrono::system_clock::time_point when) const;
 
   Config config_;

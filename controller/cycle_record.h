@@ -1,4 +1,4 @@
-// One cycle of one axis, as it goes to log, CSV, black box and statistics.
+// One cycle of one axis: the input of log, CSV, black box and statistics.
 #pragma once
 
 #include <cstdint>
@@ -13,16 +13,16 @@ namespace hystcan::controller {
 
 struct CycleCounters {
   std::uint64_t cycles = 0;
-  std::uint64_t overruns = 0;  ///< SYNC deadlines that had passed before we got there, and were left out
+  std::uint64_t overruns = 0;         ///< SYNCs left out, because their deadlines had already passed
   std::uint64_t missing_samples = 0;  ///< cycles of an axis in use without a sample in time
   std::uint64_t late_samples = 0;     ///< samples that came after their cycle
 };
 
-/// When it happened, from the SYNC of its cycle on.
+/// Times within a cycle, measured from its SYNC.
 struct CyclePhases {
-  can::Duration period{};        ///< from the SYNC before
+  can::Duration period{};        ///< from the last SYNC to this one
   can::Duration lateness{};      ///< of the SYNC, after its deadline
-  can::Duration sample_heard{};  ///< by the kernel's stamp; zero where none came
+  can::Duration sample_heard{};  ///< by the kernel's timestamp; zero where no sample came
   can::Duration command_sent{};
   can::Duration execution{};  ///< of the axis's step
 };
@@ -32,10 +32,10 @@ struct CycleRecord {
   double time_s = 0.0;  ///< of the SYNC, since start
   std::size_t axis = 0;
   AxisReport report;
-  double amplifier_output = 0.0;  ///< last status heard, drive units
-  can::Duration turnaround{};     ///< sample heard to command sent
+  double amplifier_output = 0.0;  ///< last received status, drive units
+  can::Duration turnaround{};     ///< from the received sample to the sent command
   CyclePhases phases{};
-  CycleCounters counters{};  ///< of the controller, as the record was made
+  CycleCounters counters{};  ///< of the controller, at the time of the record
   std::optional<NodeEvent> event{};
 };
 static_assert(std::is_trivially_copyable_v<CycleRecord>, "records cross threads by plain copying");

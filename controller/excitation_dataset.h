@@ -1,14 +1,15 @@
-// From the cycles of an axis in open loop to the rows of a record: what was applied and what came of it.
+// Converts the cycle records of an axis in open loop to the rows of a dataset: applied drive and measured
+// position.
 //
 // The command that answers SYNC(n) takes effect at SYNC(n+1), and the position is sampled at the SYNC (see
 // docs/protocol.md, "One cycle"). A row is one SYNC:
 //
 //   time_s   of SYNC(n), from 0 at the first row
-//   input    drive of the command that answered SYNC(n-1): in force from SYNC(n) on, until SYNC(n+1)
-//   output   position at SYNC(n), sampled as that drive takes over: it answers to the rows before
+//   input    drive of the command that answered SYNC(n-1): in force from SYNC(n) until SYNC(n+1)
+//   output   position at SYNC(n), sampled when that drive takes effect: the response to the rows before
 //
-// One row for every cycle while the excitation runs, the ramps in and out not among them. Left out are cycles
-// whose sample was missing, and such as follow a cycle whose record was lost, since their input is not known.
+// Every cycle of the excitation has a row; the ramps before and after it have none. A cycle is left out where
+// its sample is missing, or where the record of the cycle before is lost, because its input is then unknown.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +27,7 @@ struct ExcitationRow {
 
 class ExcitationDataset {
  public:
-  /// Every cycle's record, in order, from before tracking began.
+  /// Takes the record of every cycle in order, beginning before the axis tracks.
   std::optional<ExcitationRow> add(const CycleRecord& record);
 
   std::uint64_t rows() const { return rows_; }

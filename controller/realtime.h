@@ -1,4 +1,4 @@
-// What the control thread asks of the kernel.
+// Real-time properties that the control thread requests from the kernel.
 #pragma once
 
 #include <cstdint>
@@ -7,11 +7,11 @@
 namespace hystcan::controller {
 
 struct Realtime {
-  static constexpr std::int64_t cpus_max = 1024;  ///< as many as the kernel's plain affinity mask holds
+  static constexpr std::int64_t cpus_max = 1024;  ///< size of the kernel's plain affinity mask
 
-  int priority = 0;          ///< SCHED_FIFO 1..99; 0: the scheduling class that the program was started in
-  bool lock_memory = false;  ///< no page is given back or read from a disk in the middle of a cycle
-  std::vector<std::int64_t> cpus;  ///< the processors the control thread may run on; empty: wherever it may
+  int priority = 0;                ///< SCHED_FIFO 1..99; 0: keeps the scheduling class of the program's start
+  bool lock_memory = false;        ///< locks all pages in memory, so that a cycle never waits for a page
+  std::vector<std::int64_t> cpus;  ///< processors on which the control thread may run; empty: not restricted
 };
 
 }  // namespace hystcan::controller

@@ -1,4 +1,4 @@
-// A file that grows by rows while something runs, which must not end because a disk is full.
+// A file that grows by rows during a run. A full disk must not end the run.
 #pragma once
 
 #include <cstdio>
@@ -8,7 +8,7 @@
 
 namespace hystcan::controller {
 
-/// A disk that fills loses rows, not the run: close() says so.
+/// A full disk loses rows and does not stop the run; close() reports it.
 class RowFile {
  public:
   /// Throws std::runtime_error where the file can't be created.
@@ -18,7 +18,7 @@ class RowFile {
   RowFile& operator=(const RowFile&) = delete;
 
   void write(std::string_view row);
-  /// Everything is on its way to the disk. Empty where all went well, else the reason.
+  /// Flushes and closes the file. Returns the reason where rows were lost; empty where none were.
   std::string close();
 
  private:

@@ -1,4 +1,4 @@
-// The way from the control thread to everything slow: a lock-free ring, emptied by a thread of its own.
+// The path from the control thread to all slow tasks: a lock-free ring, emptied by a separate thread.
 #pragma once
 
 #include <atomic>
@@ -17,18 +17,18 @@
 
 namespace hystcan::controller {
 
-/// Of the calling thread: whatever priority the process was started with, it takes what the control thread
-/// leaves.
+/// Lowers the priority of the calling thread: it runs only when the control thread does not need the
+/// processor, whatever priority the process was started with.
 void yield_to_the_control_thread();
 
-/// Hands records to `consume` on another thread. push() neither waits nor allocates; where the ring is full
-/// the record is dropped and counted.
+/// Passes cycle records to `consume` on another thread. push() neither waits nor allocates; where the ring is
+/// full it drops the record and counts it.
 class TelemetryThread {
  public:
   using Consumer = std::function<void(const CycleRecord&)>;
 
   explicit TelemetryThread(Consumer consume);
-  ~TelemetryThread();  ///< consumes what is left, then ends the thread
+  ~TelemetryThread();  ///< consumes the remaining records, then ends the thread
 
   void push(const CycleRecord& record);
   std::uint64_t dropped() const { return dropped_.load(std::memory_order_relaxed); }
@@ -44,7 +44,7 @@ class TelemetryThread {
   std::thread thread_;
 };
 
-/// Writes records as CSV.
+/// Writes cycle records as CSV.
 class CsvLog {
  public:
   /// Throws std::runtime_error where the file can't be created.
@@ -59,8 +59,8 @@ class CsvLog {
   RowFile rows_;
 };
 
-/// Tells of SYNCs that came more than `warn` after their deadline: one line a second at most. On the
-/// telemetry thread. Zero: tells nothing.
+/// Reports SYNCs that came more than `warn` after their deadline, at most one line per second. Runs on the
+/// telemetry thread. Where `warn` is zero it reports nothing.
 class LatenessLog {
  public:
   LatenessLog(can::Duration warn, can::BusHealthLog::Sink sink) : warn_(warn), sink_(std::move(sink)) {}

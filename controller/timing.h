@@ -1,12 +1,13 @@
-// The times of a cycle, gathered on the control thread as it runs: always on, a few nanoseconds each, in
-// fixed storage.
+// Statistics of the times of a cycle, collected on the control thread. They are always on, cost a few
+// nanoseconds each, and use fixed storage (Welford, Technometrics 4 (1962) 419):
 //
-//   mean_n = mean_(n-1) + (x_n - mean_(n-1)) / n,  S_n = S_(n-1) + (x_n - mean_(n-1)) (x_n - mean_n),
-//   SD = sqrt(S_n / (n - 1))                               Welford, Technometrics 4 (1962) 419
+//   mean_n = mean_(n-1) + (x_n - mean_(n-1)) / n
+//   S_n    = S_(n-1) + (x_n - mean_(n-1)) (x_n - mean_n)
+//   SD     = sqrt(S_n / (n - 1))
 //
-// Quantiles come from a histogram whose classes are 1 ns wide up to 64 ns and then 32 to every doubling. A
-// quantile is told as the upper end of its class: never less than the true one, never more than 1/32 (3.1 %)
-// above it. Beyond 68 s all is one class, told as the maximum.
+// Quantiles come from a histogram. Its classes are 1 ns wide up to 64 ns; above that, each doubling has 32
+// classes. A quantile is reported as the upper end of its class: it is never less than the true quantile and
+// at most 1/32 (3.1 %) above it. All times beyond 68 s are in one class, which is reported as the maximum.
 #pragma once
 
 #include <array>
@@ -22,7 +23,7 @@ namespace hystcan::controller {
 struct TimeSummary {
   std::uint64_t count = 0;
   double mean_us = 0.0;
-  double sd_us = 0.0;  ///< 0 below two
+  double sd_us = 0.0;  ///< 0 where count < 2
   double p99_us = 0.0;
   double max_us = 0.0;
 };
@@ -32,7 +33,7 @@ class TimeStatistics {
   void add(std::chrono::nanoseconds time);
 
   std::uint64_t count() const { return count_; }
-  /// The least time that a share `q` (0..1) of all do not exceed. 0 where there is none.
+  /// The least time that is not exceeded by the share `q` (0..1) of all times; 0 without any time.
   double quantile_us(double q) const;
   TimeSummary summary() const;
 
@@ -50,11 +51,12 @@ class TimeStatistics {
   std::array<std::uint64_t, classes> histogram_{};
 };
 
-/// Of one controller since its start. The first two once a cycle, the others once a cycle of each axis.
+/// Times of one controller since its start. A cycle adds one time to each of the first two, and one time per
+/// axis to each of the others.
 struct CycleTiming {
-  TimeStatistics period;      ///< SYNC to SYNC
-  TimeStatistics wake_up;     ///< the SYNC, after its deadline
-  TimeStatistics turnaround;  ///< sample heard, by the kernel's stamp, to command sent; not where none came
+  TimeStatistics period;      ///< from SYNC to SYNC
+  TimeStatistics wake_up;     ///< lateness of the SYNC after its deadline
+  TimeStatistics turnaround;  ///< received sample (kernel's timestamp) to sent command; none without a sample
   TimeStatistics execution;   ///< of the axis's step
 };
 

@@ -10,7 +10,7 @@ namespace {
 
 using controller::AxisState;
 
-/// Longer than any start-up; a rehearsal that has not begun tracking by then never will.
+/// Longer than any start-up; a rehearsal that does not track by then never tracks.
 constexpr double start_up_limit_s = 60.0;
 
 double longest_reference_s(const controller::Config& config) {

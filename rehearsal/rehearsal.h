@@ -1,6 +1,6 @@
-// Controller and twin, the very nodes of the two processes, on one simulated bus in virtual time. The
-// controller's frames leave it in the order in which they are sent, as from a SocketCAN interface; those of
-// the twin's nodes by priority, as from a microcontroller's transmit buffers.
+// Controller and twin, with the same nodes as in the two processes, on one simulated bus in virtual time. The
+// controller transmits its frames in the order of sending, as a SocketCAN interface does; the twin's nodes
+// transmit by priority, as a microcontroller's transmit buffers do.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +31,7 @@ class Rehearsal {
 
   controller::Controller& controller() { return controller_; }
   twin::Twin& twin() { return *twin_; }
-  /// The twin's power is cut: every node of it is gone from the bus.
+  /// Cuts the twin's power: all its nodes leave the bus.
   void kill_twin() { twin_.reset(); }
   can::SimBus& bus() { return bus_; }
   can::VirtualClock& clock() { return clock_; }
@@ -45,7 +45,7 @@ class Rehearsal {
   controller::Controller controller_;
 };
 
-/// One pass of every axis's reference.
+/// Result of one pass of every axis's reference.
 struct Outcome {
   std::vector<controller::AxisOutcome> axes;
   double virtual_s = 0.0;
@@ -53,14 +53,14 @@ struct Outcome {
   controller::CycleCounters counters;
 };
 
-/// One pass of every axis's reference, from power-on; ends early where an axis faults. Errors of the first
-/// `settle_s` of each segment are not counted.
-/// `on_truth`, if there is one, is told what the twin's stages really did.
+/// Runs one pass of every axis's reference from power-on; ends early where an axis faults. Errors in the
+/// first `settle_s` of each segment do not count. `on_truth` may be empty; it receives the true state of the
+/// twin's stages.
 Outcome run_once(const Setup& setup, double settle_s, const controller::Controller::RecordHandler& on_record,
                  const twin::TruthHandler& on_truth = {});
 
-/// The same setup with every axis under `structure`, for comparison: the following-error trip, tuned for the
-/// structure in use, is lifted, so that a poor one can show how poor it is.
+/// The same setup with `structure` on every axis, for comparison. The following-error trip is tuned for the
+/// configured structure, so it is switched off: a poor structure can show its errors.
 Setup with_structure(Setup setup, controller::Structure structure);
 
 }  // namespace hystcan::rehearsal

@@ -7,7 +7,7 @@
 namespace hystcan::twin {
 namespace {
 
-/// v' = rate (pole - v), and e^{-rate dt} of the whole step.
+/// v' = rate (pole - v); `decay` is e^{-rate dt} of the whole step.
 struct Line {
   double rate_per_s;
   double pole;
@@ -15,11 +15,11 @@ struct Line {
 
   double after(double v) const { return pole - (pole - v) * decay; }
   double after(double v, double t_s) const { return pole - (pole - v) * std::exp(-rate_per_s * t_s); }
-  /// Where it falls below `slew_per_s`.
+  /// v above which v' is less than `slew_per_s`.
   double slower_from(double slew_per_s) const { return pole - slew_per_s / rate_per_s; }
 };
 
-/// v where the steeper line falls below the flatter one; infinite: never, before that one has ended.
+/// v above which the steeper line is below the flatter one; infinite: the flatter one ends before.
 double crossing(const Line& flat, const Line& steep) {
   if (steep.pole >= flat.pole) return Amplifier::unlimited;
   return (steep.rate_per_s * steep.pole - flat.rate_per_s * flat.pole) / (steep.rate_per_s - flat.rate_per_s);
@@ -93,7 +93,7 @@ Amplifier::State Amplifier::Step::operator()(const State& state) const {
   return next;
 }
 
-/// Lag and slew alone.
+/// Without an inductive load: lag and slew alone.
 double Amplifier::Step::drive(const State& state, double slew_per_s, double linear_error) const {
   const double error = state.target - state.output;
   if (std::abs(error) <= linear_error) return state.target - error * decay_;

@@ -2,20 +2,26 @@
 //
 //   v' = clamp( omega (target - v), -slew, +slew ),   omega = 2 pi bandwidth
 //
-// What the load adds:
-//   capacitive, v in V: |C v'| <= current_limit, so that slew = min(slew, current_limit / C)
-//   inductive, v in A:  |L v' + R v| <= voltage_limit, so that where v rises  v' <= (V - R v) / L, and where
-//                       it falls  v' >= (-V - R v) / L. A target beyond V / R is never reached: v ends there.
+// A load limits the output further:
 //
-// Solved in closed form over a step of any length. Where v rises, v' is the least of a constant and two lines
-// that fall with v, lag and load; so it runs through at most three phases, each of which ends at a v that is
-// known: a ramp, then the flatter line, then the steeper one, an exponential each,
-//   v(t) = p - (p - v(0)) e^{-rate t},   rate = omega and p = target, or rate = R / L and p = V / R.
-// Falling is its mirror image. Between two changes of the target v is monotone, so that the hysteresis behind
-// it turns only where the target changes.
+//   capacitive, v in V   |C v'| <= current_limit            slew = min(slew, current_limit / C)
+//   inductive, v in A    |L v' + R v| <= voltage_limit V    rising:   v' <= ( V - R v) / L
+//                                                           falling:  v' >= (-V - R v) / L
 //
-// Switched off, its power stage is disconnected, and the load discharges by itself: v' = -v / tau, tau = R C
-// (a bleed resistor) or L / R (free-wheeling).
+// With an inductive load, a target beyond V / R is never reached: v ends at V / R.
+//
+// The equation is solved in closed form over a step of any length. Where v rises, v' is the least of a
+// constant and two lines that fall with v (lag and load). So v passes through at most three phases, each of
+// which ends at a known v: a ramp, then the flatter line, then the steeper line, each an exponential
+//
+//   v(t) = p - (p - v(0)) e^{-rate t},   rate = omega and p = target, or rate = R / L and p = V / R
+//
+// A falling v is the mirror image. Between two changes of the target v is monotone, so the hysteresis turns
+// only where the target changes.
+//
+// When the amplifier is switched off, its power stage is disconnected and the load discharges by itself:
+//
+//   v' = -v / tau,   tau = R C (a bleed resistor) or L / R (free-wheeling)
 #pragma once
 
 #include <cstdint>
@@ -31,7 +37,7 @@ struct Amplifier {
     double drive_max = 100.0;
     double slew_per_s = 1e5;             ///< drive units per second, > 0
     double bandwidth_Hz = 1000;          ///< small-signal, -3 dB, > 0
-    double safe_drive = 0.0;             ///< where the output goes when nothing may be driven
+    double safe_drive = 0.0;             ///< output when the amplifier may not drive
     double current_limit_A = unlimited;  ///< into load_uF
     double voltage_limit_V = unlimited;  ///< across load_mH and load_ohm
     double load_uF = 0.0;                ///< capacitive load; 0: none
@@ -40,11 +46,11 @@ struct Amplifier {
     double resolution = 0.0;             ///< of the target (DAC), drive units; 0: not quantised
     double ramp_per_s = unlimited;       ///< slew in Course::ramp
   };
-  /// How the output gets to its target.
+  /// How the output moves to its target.
   enum class Course : std::uint8_t {
     drive,  ///< as fast as the amplifier can
     ramp,   ///< no faster than ramp_per_s
-    off     ///< not driven: the load discharges to zero, wherever the target is
+    off     ///< not driven: the load discharges to zero, whatever the target
   };
   struct State {
     double output = 0.0;  ///< v
@@ -52,12 +58,12 @@ struct Amplifier {
     Course course = Course::drive;
   };
 
-  /// What the amplifier makes of a setpoint: rounded to its resolution, within its range.
+  /// The target for a setpoint: rounded to the resolution and limited to the range.
   static double target_of(const Config& config, double setpoint);
-  /// tau of the load that discharges by itself; 0 where it is not given: the output is gone at once.
+  /// tau of the load that discharges by itself; 0 where it is not given: the output is zero at once.
   static double discharge_s(const Config& config);
 
-  /// The step of a fixed length, its decays computed once.
+  /// A step of fixed length; its decays are computed once.
   class Step {
    public:
     Step(const Config& config, double dt_s);
@@ -71,7 +77,7 @@ struct Amplifier {
     double omega_;
     double slew_per_s_;
     double ramp_per_s_;
-    double linear_error_;     ///< below it the lag is slower than the slew limit
+    double linear_error_;     ///< below this error the lag is slower than the slew limit
     double decay_;            ///< e^{-omega dt}
     double load_rate_per_s_;  ///< R / L
     double load_limit_;       ///< V / R; infinite: the voltage is not limited

@@ -18,7 +18,7 @@ AmplifierNode::AmplifierNode(const Config& config, const can::Database& database
                              const can::Attach& attach, Plant& plant)
     : config_(config),
       scheduler_(scheduler),
-      // Where there is no Enable, a command is enough.
+      // Without an Enable signal, a command alone enables the amplifier.
       decode_command_(*can::find_layout<can::AmpCommand>(database, config.wire, {.enable = true})),
       bus_(attach(
           std::array{can::Filter{can::nmt_id}, can::Filter{can::sync_id},
@@ -100,7 +100,7 @@ void AmplifierNode::on_nmt(can::NmtState state) {
   enter(fault_ == 0 ? can::AmpState::ready : can::AmpState::fault);
 }
 
-// As at power-on; the cause of an internal fault may still be there.
+// Sets the state of power-on; the cause of an internal fault may still exist.
 void AmplifierNode::forget_everything() {
   sdo_.reset();
   fault_ = has_internal_cause_ ? internal_fault : 0;
@@ -112,7 +112,7 @@ void AmplifierNode::forget_everything() {
 void AmplifierNode::begin_internal_fault() {
   has_internal_cause_ = true;
   if (nmt_.state() == can::NmtState::operational) return trip(internal_fault, emergency_device_hardware);
-  fault_ |= internal_fault;  // told when it is started
+  fault_ |= internal_fault;  // reported when the node is started
 }
 
 void AmplifierNode::restart() {

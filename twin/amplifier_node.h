@@ -1,4 +1,4 @@
-// The amplifier as a node on the bus: obeys NMT and AmpCommand, watches for silence, reports.
+// The amplifier as a node on the bus: follows NMT and AmpCommand, detects when commands stop, sends status.
 #pragma once
 
 #include <array>
@@ -13,12 +13,12 @@
 
 namespace hystcan::twin {
 
-/// What the output does when commands stop, until a command clears the fault.
+/// Behaviour of the output after commands have stopped, until a command clears the fault.
 enum class WatchdogAction : std::uint8_t {
   safe,  ///< goes to the safe value as fast as the amplifier can
   hold,  ///< stays at the last setpoint in force
   ramp,  ///< goes to the safe value at the amplifier's ramp
-  off    ///< is not driven: the load discharges to zero
+  off    ///< not driven: the load discharges to zero
 };
 inline constexpr std::array all_watchdog_actions{WatchdogAction::safe, WatchdogAction::hold,
                                                  WatchdogAction::ramp, WatchdogAction::off};
@@ -29,28 +29,28 @@ constexpr std::string_view to_string(WatchdogAction action) {
 
 /// When a setpoint takes effect.
 enum class Apply : std::uint8_t {
-  sync,    ///< at the next SYNC (a synchronous PDO, CiA 301): one cycle after its own, whatever the bus does
-  receipt  ///< as its frame arrives: sooner, and as late as the bus makes it
+  sync,    ///< at the next SYNC (synchronous PDO, CiA 301): always one cycle after the SYNC that it answers
+  receipt  ///< when its frame arrives: sooner, but the delay depends on the bus
 };
 inline constexpr std::array all_apply{Apply::sync, Apply::receipt};
 constexpr std::string_view to_string(Apply apply) { return apply == Apply::sync ? "sync" : "receipt"; }
 
-/// Bit of AmpStatus.Fault beside can::amp_fault: a cause within the amplifier, as of its temperature.
+/// Bit of AmpStatus.Fault beside can::amp_fault: a cause within the amplifier, such as its temperature.
 inline constexpr std::uint8_t internal_fault = 0x80;
 
-/// Drives its plant only while operational, enabled and commanded. Commands that stop for `command_timeout`
-/// trip it: the fault stays until a command clears it, which leaves the output at the safe value. So do NMT
-/// and shut_down(), whatever the watchdog has done.
+/// Drives its plant only while it is operational, enabled and receives commands. It trips when no command
+/// comes for `command_timeout`. The fault is latched until a command clears it; the output is then at the
+/// safe value. NMT and shut_down() also set the safe value, whatever the watchdog action.
 class AmplifierNode {
  public:
   struct Config {
     can::AxisWire wire;
-    double drive_min = 0.0;  ///< setpoints outside trip the amplifier
+    double drive_min = 0.0;  ///< a setpoint outside trips the amplifier
     double drive_max = 100.0;
     double safe_drive = 0.0;
     can::Duration command_timeout{};
     can::Duration heartbeat_period{};
-    unsigned status_every = 10;  ///< SYNCs per AmpStatus
+    unsigned status_every = 10;  ///< number of SYNCs per AmpStatus
     WatchdogAction watchdog_action = WatchdogAction::safe;
     Apply apply = Apply::sync;
   };
@@ -59,14 +59,14 @@ class AmplifierNode {
                 const can::Attach& attach, Plant& plant);
 
   void start() { nmt_.start(); }
-  /// Somebody else on the bus is this node: it is off and silent.
+  /// Another node on the bus has the same number: this node is off and silent.
   bool is_taken() const { return nmt_.is_taken(); }
-  /// Switches off: the output goes to the safe value, and one last status says so.
+  /// Switches off: the output goes to the safe value, and a last status reports it.
   void shut_down();
 
   can::AmpState state() const { return state_; }
   std::uint8_t fault() const { return fault_; }
-  /// As last commanded, whether or not it drives.
+  /// The last commanded setpoint, also while the amplifier does not drive.
   double setpoint() const { return setpoint_; }
   std::uint64_t stale_commands() const { return stale_commands_; }
   const can::SdoServer& objects() const { return sdo_; }
@@ -74,12 +74,12 @@ class AmplifierNode {
   const can::Bus& bus() const { return *bus_; }
   bool is_on_the_bus() const { return !nmt_.is_silent(); }
 
-  /// A cause within the amplifier comes: it trips, and is not to be cleared until the cause is gone.
+  /// Trips for a cause within the amplifier; the fault cannot be cleared before the cause ends.
   void begin_internal_fault();
   void end_internal_fault() { has_internal_cause_ = false; }
-  /// The supply goes: the output falls to its safe value. What the node says meanwhile is nobody's.
+  /// The supply fails: the output falls to its safe value. The caller discards the frames of the node.
   void lose_power() { enter(can::AmpState::off); }
-  /// It comes back, and the node with it as at its first start; nothing where it never started.
+  /// The supply returns: the node starts as at its first start. No effect before the first start.
   void restart();
 
  private:
@@ -101,13 +101,13 @@ class AmplifierNode {
   Plant& plant_;
   can::NmtSlave nmt_;
   can::SdoServer sdo_;
-  bool commands_name_their_sync_;                              ///< else none is ever stale
-  std::optional<can::Encoder<can::AmpStatus>> encode_status_;  ///< empty: it reports nothing
+  bool commands_name_their_sync_;                              ///< false: a command is never stale
+  std::optional<can::Encoder<can::AmpStatus>> encode_status_;  ///< empty: the node sends no status
   std::unique_ptr<can::Timer> watchdog_;
   can::Time command_deadline_{};
   can::AmpState state_ = can::AmpState::off;
   std::uint8_t fault_ = 0;
-  double setpoint_ = 0.0;  ///< in force, or taken over at the next SYNC
+  double setpoint_ = 0.0;  ///< in force now or from the next SYNC on
   std::uint8_t last_sync_ = 0;
   unsigned syncs_since_status_ = 0;
   std::uint64_t stale_commands_ = 0;

@@ -103,39 +103,40 @@ const std::array<std::string_view, fault_count>& fault_names() {
 }
 
 FaultSpec fault_spec(Fault kind, std::string axis) {
-  const FaultTraits& its = traits(kind);
+  const FaultTraits& kind_traits = traits(kind);
   return {.kind = kind,
           .axis = std::move(axis),
-          .node = its.site == FaultSite::amplifier ? Node::amplifier : Node::sensor,
-          .value = its.value};
+          .node = kind_traits.site == FaultSite::amplifier ? Node::amplifier : Node::sensor,
+          .value = kind_traits.value};
 }
 
-std::string describe(const FaultSpec& order) {
-  const FaultTraits& its = traits(order.kind);
-  const std::string_view struck = its.site == FaultSite::plant ? "stage" : to_string(order.node);
-  std::string text = fmt::format("{} of {}: {}", struck, order.axis, its.name);
-  if (!its.unit.empty()) text += fmt::format(", {:g} {}", order.value, its.unit);
+std::string describe(const FaultSpec& spec) {
+  const FaultTraits& kind_traits = traits(spec.kind);
+  const std::string_view place = kind_traits.site == FaultSite::plant ? "stage" : to_string(spec.node);
+  std::string text = fmt::format("{} of {}: {}", place, spec.axis, kind_traits.name);
+  if (!kind_traits.unit.empty()) text += fmt::format(", {:g} {}", spec.value, kind_traits.unit);
   return text;
 }
 
-std::string why_not(const FaultSpec& order, const can::AxisWire& wire) {
-  const FaultTraits& its = traits(order.kind);
-  const bool wrong_node = (its.site == FaultSite::sensor && order.node != Node::sensor) ||
-                          (its.site == FaultSite::amplifier && order.node != Node::amplifier);
+std::string reason_against(const FaultSpec& spec, const can::AxisWire& wire) {
+  const FaultTraits& kind_traits = traits(spec.kind);
+  const bool wrong_node = (kind_traits.site == FaultSite::sensor && spec.node != Node::sensor) ||
+                          (kind_traits.site == FaultSite::amplifier && spec.node != Node::amplifier);
   if (wrong_node)
-    return fmt::format("{} acts on the {}, expected that node", its.name,
-                       its.site == FaultSite::sensor ? "sensor" : "amplifier");
-  if (!its.unit.empty() && !(order.value >= its.lowest && order.value <= its.highest))
-    return fmt::format("{}: value is {:g} {}, expected {:g} to {:g}", its.name, order.value, its.unit,
-                       its.lowest, its.highest);
-  if ((order.kind == late || order.kind == emergency) && order.value != std::round(order.value))
-    return fmt::format("{}: value is {:g}, expected a whole number", its.name, order.value);
-  if (order.lasts < can::Duration::zero())
-    return fmt::format("{}: it lasts {:g} s, expected at least 0", its.name, can::seconds(order.lasts));
-  if (order.kind == parameter_drift && order.lasts == can::Duration::zero())
+    return fmt::format("{} acts on the {}, expected that node", kind_traits.name,
+                       kind_traits.site == FaultSite::sensor ? "sensor" : "amplifier");
+  if (!kind_traits.unit.empty() && !(spec.value >= kind_traits.lowest && spec.value <= kind_traits.highest))
+    return fmt::format("{}: value is {:g} {}, expected {:g} to {:g}", kind_traits.name, spec.value,
+                       kind_traits.unit, kind_traits.lowest, kind_traits.highest);
+  if ((spec.kind == late || spec.kind == emergency) && spec.value != std::round(spec.value))
+    return fmt::format("{}: value is {:g}, expected a whole number", kind_traits.name, spec.value);
+  if (spec.lasts < can::Duration::zero())
+    return fmt::format("{}: it lasts {:g} s, expected at least 0", kind_traits.name,
+                       can::seconds(spec.lasts));
+  if (spec.kind == parameter_drift && spec.lasts == can::Duration::zero())
     return "parameter_drift: it lasts 0 s, expected the time in which it drifts";
-  const std::string missing = what_the_frame_lacks(order.kind, order.node, wire);
-  return missing.empty() ? "" : fmt::format("{}: {}", its.name, missing);
+  const std::string missing = what_the_frame_lacks(spec.kind, spec.node, wire);
+  return missing.empty() ? "" : fmt::format("{}: {}", kind_traits.name, missing);
 }
 
 }  // namespace hystcan::twin

@@ -1,8 +1,8 @@
-// What goes wrong at a simulated stage on purpose: the kinds, whom each target, and the number each takes.
+// Injected faults of a simulated stage: the kinds, where each one acts, and the number that it takes.
 //
-// A fault begins, lasts and ends. The nodes stay honest: what is wrong with a frame is done to it behind the
-// node that sent it (twin/faulty_connection.h), what is wrong with the stage is done to the plant.
-// docs/twin.md has the table: what is on the wire, and what a controller makes of it.
+// A fault begins, lasts and ends. The nodes themselves contain no faults: a faulty frame is changed after its
+// node has sent it (twin/faulty_connection.h), a fault of the stage changes the plant.
+// A table in docs/twin.md lists what each fault does on the wire and how a controller reacts.
 #pragma once
 
 #include <array>
@@ -18,28 +18,28 @@
 namespace hystcan::twin {
 
 enum class Fault : std::uint8_t {
-  no_reply,           ///< neither sample or status, nor an answer to SDO; the heartbeat goes on
-  late,               ///< each sample or status in the place of a later one
-  duplicate,          ///< each twice
-  out_of_order,       ///< of two each, the second first
-  frozen_value,       ///< the value stands still, counter and CRC do not
-  frozen_counter,     ///< the counter stands still under a CRC that is right
-  wrong_crc,          ///< one bit of the CRC flipped
-  wrong_length,       ///< another length
-  wrong_id_type,      ///< 29-bit in the place of 11-bit, or the reverse
-  out_of_range,       ///< a position that no stage has
-  sensor_bad_status,  ///< the sample says of itself that it is bad
-  no_heartbeat,       ///< everything but the heartbeat
-  emergency,          ///< EMCY at its beginning, "no error" at its end
-  error_passive,      ///< the node misses frames: its error flags stop nobody
-  babbling_node,      ///< the node sends and sends, of the highest priority
+  no_reply,           ///< no sample or status, and no answer to SDO; the heartbeat continues
+  late,               ///< each sample or status is sent instead of a later one
+  duplicate,          ///< each sample or status is sent twice
+  out_of_order,       ///< the second of each two is sent first
+  frozen_value,       ///< the value is constant, counter and CRC are right
+  frozen_counter,     ///< the counter is constant, the CRC is right
+  wrong_crc,          ///< one bit of the CRC is flipped
+  wrong_length,       ///< the frame has another length
+  wrong_id_type,      ///< a 29-bit identifier instead of an 11-bit one, or the reverse
+  out_of_range,       ///< the sample holds an impossible position
+  sensor_bad_status,  ///< the status in the sample is bad
+  no_heartbeat,       ///< all frames but the heartbeat are sent
+  emergency,          ///< EMCY at the beginning of the fault, "no error" at its end
+  error_passive,      ///< the node loses frames, because its error flags do not stop other nodes
+  babbling_node,      ///< the node sends continuously with the highest priority
   watchdog_trip,      ///< commands do not reach the amplifier
-  amplifier_trip,     ///< a cause within the amplifier, which can't be cleared while it lasts
-  node_reboot,        ///< the supply is gone while it lasts, then power-on
-  bus_off,            ///< the node neither hears nor is heard while it lasts, then restarts
-  parameter_drift,    ///< the stage's travel changes over its duration, and stays so
-  resonance_shift,    ///< of the stage, as by a mass that is put on it
-  load_step,          ///< a force that displaces the stage
+  amplifier_trip,     ///< a cause within the amplifier; it can't be cleared while the fault lasts
+  node_reboot,        ///< no supply while the fault lasts, then power-on
+  bus_off,            ///< the node neither sends nor receives while the fault lasts, then restarts
+  parameter_drift,    ///< the stage's travel changes over the fault's duration and stays changed
+  resonance_shift,    ///< the stage's resonance changes, as if a mass were added
+  load_step,          ///< a force displaces the stage
 };
 inline constexpr std::size_t fault_count = 22;
 
@@ -54,44 +54,43 @@ struct FaultTraits {
   Fault kind;
   std::string_view name;  ///< as in the configuration
   FaultSite site;
-  std::string_view unit{};  ///< of its number; empty: it takes none
-  double value = 0.0;       ///< where none is given
+  std::string_view unit{};  ///< of the number; empty: the fault takes no number
+  double value = 0.0;       ///< default
   double lowest = 0.0;
   double highest = 0.0;
 };
 const FaultTraits& traits(Fault kind);
 inline std::string_view to_string(Fault kind) { return traits(kind).name; }
 std::optional<Fault> parse_fault(std::string_view name);
-/// The names of all kinds, in their order.
+/// The names of all kinds, in their spec.
 const std::array<std::string_view, fault_count>& fault_names();
 
 /// One fault of one axis.
 struct FaultSpec {
   Fault kind = Fault::no_reply;
   std::string axis{};
-  Node node = Node::sensor;  ///< means nothing where the plant is struck
+  Node node = Node::sensor;  ///< has no meaning where the fault acts on the plant
   can::Duration begins{};    ///< since the twin's start
-  can::Duration lasts{};     ///< 0: until it is healed
+  can::Duration lasts{};     ///< 0: until it is removed
   double value = 0.0;
   can::Duration repeat_every{};  ///< 0: once
 };
-/// A fault of this kind with the kind's own number, at the node that it target.
+/// A fault of this kind with its default number, at the node on which it acts.
 FaultSpec fault_spec(Fault kind, std::string axis);
-/// "sensor of x: late by 3 cycles".
-std::string describe(const FaultSpec& order);
+/// "sensor of x: late, 3 cycles".
+std::string describe(const FaultSpec& spec);
 
-/// Faults that come by themselves: a Poisson process, each of every kind, axis and node that can be struck,
-/// alike.
+/// Random faults: a Poisson process. Every possible combination of kind, axis and node is equally likely.
 struct RandomFaults {
   std::uint64_t seed = 1;
-  double rate_per_hour = 60.0;  ///< of all kinds together
+  double rate_per_hour = 60.0;  ///< total of all kinds
   can::Duration shortest{std::chrono::milliseconds(10)};
   can::Duration longest{std::chrono::seconds(1)};
   std::vector<Fault> kinds{};  ///< empty: all
 };
 
-/// Why this axis can't have this fault: its frames lack the field, the node is the wrong one, the number is
-/// out of range. Empty: it can.
-std::string why_not(const FaultSpec& order, const can::AxisWire& wire);
+/// The reason why this axis can't have this fault: its frames lack the field, the node is the wrong one, or
+/// the number is out of range. Empty: the fault is possible.
+std::string reason_against(const FaultSpec& spec, const can::AxisWire& wire);
 
 }  // namespace hystcan::twin

@@ -10,7 +10,7 @@
 namespace hystcan::twin {
 namespace {
 
-/// A drift is a staircase of so long steps.
+/// A drift is a staircase; this is the length of a step.
 constexpr can::Duration drift_step = std::chrono::milliseconds(1);
 
 bool same_place(const FaultSpec& a, const FaultSpec& b) {
@@ -23,16 +23,16 @@ can::Duration duration_of(double s) { return can::Duration(std::llround(1e9 * s)
 }  // namespace
 
 FaultScheduler::FaultScheduler(can::Scheduler& scheduler, std::vector<FaultTarget> targets,
-                               const std::vector<FaultSpec>& orders,
+                               const std::vector<FaultSpec>& scheduled,
                                const std::optional<RandomFaults>& random)
     : scheduler_(scheduler),
       targets_(std::move(targets)),
       disturbances_(targets_.size()),
-      orders_(orders),
+      scheduled_(scheduled),
       random_(random),
       random_source_(random ? random->seed : 0),
       timer_(scheduler.make_timer([this] { wake(); })) {
-  for (const FaultSpec& order : orders_) target_of(order);
+  for (const FaultSpec& spec : scheduled_) target_of(spec);
   if (random_) list_targets();
 }
 
@@ -41,32 +41,33 @@ void FaultScheduler::list_targets() {
     const auto kind = static_cast<Fault>(i);
     if (!random_->kinds.empty() && std::ranges::find(random_->kinds, kind) == random_->kinds.end()) continue;
     for (const FaultTarget& target : targets_) {
-      FaultSpec order = fault_spec(kind, target.wire.name);
-      order.lasts = random_->shortest;
-      if (why_not(order, target.wire).empty()) random_faults_.push_back(order);
+      FaultSpec spec = fault_spec(kind, target.wire.name);
+      spec.lasts = random_->shortest;
+      if (reason_against(spec, target.wire).empty()) random_faults_.push_back(spec);
       if (traits(kind).site != FaultSite::either_node) continue;
-      order.node = Node::amplifier;
-      if (why_not(order, target.wire).empty()) random_faults_.push_back(order);
+      spec.node = Node::amplifier;
+      if (reason_against(spec, target.wire).empty()) random_faults_.push_back(spec);
     }
   }
   if (random_faults_.empty())
     throw std::invalid_argument("random faults: none of the kinds can act on this stage");
 }
 
-std::size_t FaultScheduler::target_of(const FaultSpec& order) const {
+std::size_t FaultScheduler::target_of(const FaultSpec& spec) const {
   const auto found = std::ranges::find_if(
-      targets_, [&](const FaultTarget& target) { return target.wire.name == order.axis; });
+      targets_, [&](const FaultTarget& target) { return target.wire.name == spec.axis; });
   if (found == targets_.end())
     throw std::invalid_argument(
-        fmt::format("there is no axis \"{}\", expected one of this twin's", order.axis));
-  if (const std::string why = why_not(order, found->wire); !why.empty()) throw std::invalid_argument(why);
+        fmt::format("there is no axis \"{}\", expected an axis of this twin", spec.axis));
+  if (const std::string reason = reason_against(spec, found->wire); !reason.empty())
+    throw std::invalid_argument(reason);
   return static_cast<std::size_t>(found - targets_.begin());
 }
 
 void FaultScheduler::start(can::Time start) {
   planned_.clear();
-  planned_.reserve(orders_.size());
-  for (const FaultSpec& order : orders_) planned_.push_back({order, start + order.begins});
+  planned_.reserve(scheduled_.size());
+  for (const FaultSpec& spec : scheduled_) planned_.push_back({spec, start + spec.begins});
   std::ranges::stable_sort(planned_, {}, &Planned::begins);
   if (random_) {
     next_random_ = start;
@@ -81,24 +82,24 @@ void FaultScheduler::stop() {
   remove();
 }
 
-void FaultScheduler::inject(const FaultSpec& order) {
-  target_of(order);
-  begin(order);
+void FaultScheduler::inject(const FaultSpec& spec) {
+  target_of(spec);
+  begin(spec);
   arm();
 }
 
 std::size_t FaultScheduler::remove(std::optional<Fault> kind, std::string_view axis) {
-  const auto is_meant = [&](const FaultSpec& order) {
-    return (!kind || order.kind == *kind) && (axis.empty() || order.axis == axis);
+  const auto matches = [&](const FaultSpec& spec) {
+    return (!kind || spec.kind == *kind) && (axis.empty() || spec.axis == axis);
   };
   const std::vector<Active> before = std::exchange(active_, {});
   std::ranges::copy_if(before, std::back_inserter(active_),
-                       [&](const Active& one) { return !is_meant(one.order); });
+                       [&](const Active& one) { return !matches(one.spec); });
   for (const Active& one : before)
-    if (is_meant(one.order)) release(one.order);
+    if (matches(one.spec)) release(one.spec);
   for (std::size_t i = 0; i < targets_.size(); ++i)
     if (disturbances_[i].gain != 1.0 &&
-        is_meant({.kind = Fault::parameter_drift, .axis = targets_[i].wire.name}))
+        matches({.kind = Fault::parameter_drift, .axis = targets_[i].wire.name}))
       disturb(i, [](Disturbance& now) { now.gain = 1.0; });
   arm();
   return before.size() - active_.size();
@@ -107,10 +108,10 @@ std::size_t FaultScheduler::remove(std::optional<Fault> kind, std::string_view a
 void FaultScheduler::wake() {
   const can::Time now = scheduler_.now();
   for (const Active& one : active_)
-    if (one.order.kind == Fault::parameter_drift) drift(one, now);
+    if (one.spec.kind == Fault::parameter_drift) drift(one, now);
   end_what_is_due(now);
   begin_what_is_due(now);
-  while (next_random_ <= now) draw();
+  while (next_random_ <= now) begin_random_fault();
   arm();
 }
 
@@ -118,18 +119,18 @@ void FaultScheduler::end_what_is_due(can::Time now) {
   const auto is_over = [now](const Active& one) { return one.ends <= now; };
   for (auto over = std::ranges::find_if(active_, is_over); over != active_.end();
        over = std::ranges::find_if(active_, is_over)) {
-    const FaultSpec order = over->order;
+    const FaultSpec spec = over->spec;
     active_.erase(over);
-    release(order);
+    release(spec);
   }
 }
 
 void FaultScheduler::begin_what_is_due(can::Time now) {
   for (Planned& next : planned_)
     while (next.begins <= now) {
-      begin(next.order);
-      const bool repeats = next.order.repeat_every > can::Duration::zero();
-      next.begins = repeats ? next.begins + next.order.repeat_every : can::Time::max();
+      begin(next.spec);
+      const bool repeats = next.spec.repeat_every > can::Duration::zero();
+      next.begins = repeats ? next.begins + next.spec.repeat_every : can::Time::max();
     }
   std::erase_if(planned_, [](const Planned& one) { return one.begins == can::Time::max(); });
 }
@@ -140,14 +141,14 @@ void FaultScheduler::plan_next_random() {
   next_random_ += duration_of(-mean_s * std::log1p(-uniform())) + can::Duration{1};
 }
 
-void FaultScheduler::draw() {
+void FaultScheduler::begin_random_fault() {
   const auto which = static_cast<std::size_t>(uniform() * static_cast<double>(random_faults_.size()));
-  FaultSpec order = random_faults_[which];
+  FaultSpec spec = random_faults_[which];
   const double range_s = can::seconds(random_->longest - random_->shortest);
-  order.lasts = random_->shortest + duration_of(uniform() * range_s);
-  const bool either_way = traits(order.kind).site == FaultSite::plant;
-  if (either_way && uniform() < 0.5) order.value = -order.value;
-  begin(order);
+  spec.lasts = random_->shortest + duration_of(uniform() * range_s);
+  const bool either_sign = traits(spec.kind).site == FaultSite::plant;
+  if (either_sign && uniform() < 0.5) spec.value = -spec.value;
+  begin(spec);
   plan_next_random();
 }
 
@@ -156,78 +157,79 @@ void FaultScheduler::arm() {
   for (const Planned& one : planned_) next = std::min(next, one.begins);
   for (const Active& one : active_) {
     next = std::min(next, one.ends);
-    if (one.order.kind == Fault::parameter_drift) next = std::min(next, scheduler_.now() + drift_step);
+    if (one.spec.kind == Fault::parameter_drift) next = std::min(next, scheduler_.now() + drift_step);
   }
   if (next == can::Time::max()) return timer_->cancel();
   timer_->expire_at(next);
 }
 
-void FaultScheduler::begin(const FaultSpec& order) {
-  const std::size_t index = target_of(order);
+void FaultScheduler::begin(const FaultSpec& spec) {
+  const std::size_t index = target_of(spec);
   const FaultTarget& target = targets_[index];
   const can::Time now = scheduler_.now();
-  const bool forever = order.lasts == can::Duration::zero();
-  std::erase_if(active_, [&](const Active& one) { return same_place(one.order, order); });
-  active_.push_back({.order = order,
+  const bool until_removed = spec.lasts == can::Duration::zero();
+  std::erase_if(active_, [&](const Active& one) { return same_place(one.spec, spec); });
+  active_.push_back({.spec = spec,
                      .began = now,
-                     .ends = forever ? can::Time::max() : now + order.lasts,
+                     .ends = until_removed ? can::Time::max() : now + spec.lasts,
                      .gain_before = disturbances_[index].gain});
-  const bool at_amplifier = order.node == Node::amplifier;
-  switch (order.kind) {
+  const bool at_amplifier = spec.node == Node::amplifier;
+  switch (spec.kind) {
     case Fault::parameter_drift:
       break;
     case Fault::resonance_shift:
-      disturb(index, [&](Disturbance& its) { its.resonance = 1.0 + order.value; });
+      disturb(index, [&](Disturbance& disturbance) { disturbance.resonance = 1.0 + spec.value; });
       break;
     case Fault::load_step:
-      disturb(index, [&](Disturbance& its) { its.load_um = order.value; });
+      disturb(index, [&](Disturbance& disturbance) { disturbance.load_um = spec.value; });
       break;
     case Fault::amplifier_trip:
       target.amplifier.begin_internal_fault();
       break;
     case Fault::node_reboot:
-      (at_amplifier ? target.amplifier_line : target.sensor_line).begin(order.kind, order.value);
+      (at_amplifier ? target.amplifier_line : target.sensor_line).begin(spec.kind, spec.value);
       if (at_amplifier) target.amplifier.lose_power();
       break;
     default:
-      (at_amplifier ? target.amplifier_line : target.sensor_line).begin(order.kind, order.value);
+      (at_amplifier ? target.amplifier_line : target.sensor_line).begin(spec.kind, spec.value);
   }
-  tell(order, Event::begins);
+  report(spec, Event::begins);
 }
 
-void FaultScheduler::release(const FaultSpec& order) {
-  const std::size_t index = target_of(order);
+void FaultScheduler::release(const FaultSpec& spec) {
+  const std::size_t index = target_of(spec);
   const FaultTarget& target = targets_[index];
-  const bool at_amplifier = order.node == Node::amplifier;
-  switch (order.kind) {
+  const bool at_amplifier = spec.node == Node::amplifier;
+  switch (spec.kind) {
     case Fault::parameter_drift:
       break;
     case Fault::resonance_shift:
-      disturb(index, [](Disturbance& its) { its.resonance = 1.0; });
+      disturb(index, [](Disturbance& disturbance) { disturbance.resonance = 1.0; });
       break;
     case Fault::load_step:
-      disturb(index, [](Disturbance& its) { its.load_um = 0.0; });
+      disturb(index, [](Disturbance& disturbance) { disturbance.load_um = 0.0; });
       break;
     case Fault::amplifier_trip:
       target.amplifier.end_internal_fault();
       break;
     case Fault::node_reboot:
     case Fault::bus_off:
-      (at_amplifier ? target.amplifier_line : target.sensor_line).end(order.kind);
+      (at_amplifier ? target.amplifier_line : target.sensor_line).end(spec.kind);
       at_amplifier ? target.amplifier.restart() : target.sensor.restart();
       break;
     default:
-      (at_amplifier ? target.amplifier_line : target.sensor_line).end(order.kind);
+      (at_amplifier ? target.amplifier_line : target.sensor_line).end(spec.kind);
   }
-  tell(order, Event::ends);
+  report(spec, Event::ends);
 }
 
 void FaultScheduler::drift(const Active& active, can::Time now) {
   const double share =
-      std::clamp(can::seconds(now - active.began) / can::seconds(active.order.lasts), 0.0, 1.0);
-  const double target = 1.0 + active.order.value;
-  disturb(target_of(active.order),
-          [&](Disturbance& its) { its.gain = active.gain_before + share * (target - active.gain_before); });
+      std::clamp(can::seconds(now - active.began) / can::seconds(active.spec.lasts), 0.0, 1.0);
+  const double target = 1.0 + active.spec.value;
+  disturb(target_of(active.spec), [&](Disturbance& disturbance) {
+    disturbance.gain = active.gain_before + share * (target - active.gain_before);
+  });
 }
 
 void FaultScheduler::disturb(std::size_t target, const std::function<void(Disturbance&)>& change) {
@@ -236,8 +238,8 @@ void FaultScheduler::disturb(std::size_t target, const std::function<void(Distur
   targets_[target].plant.disturb(disturbances_[target]);
 }
 
-void FaultScheduler::tell(const FaultSpec& order, Event event) const {
-  if (teller_) teller_(order, event, scheduler_.now());
+void FaultScheduler::report(const FaultSpec& spec, Event event) const {
+  if (on_event_) on_event_(spec, event, scheduler_.now());
 }
 
 }  // namespace hystcan::twin

@@ -10,10 +10,10 @@ namespace {
 
 using enum Fault;
 
-/// The most urgent identifier that is nobody's: 0 is NMT, which nodes would obey.
+/// The identifier of the highest priority that no node uses: 0 is NMT, which nodes would follow.
 constexpr std::uint32_t babble_id = 0x001;
 
-/// What happens to frames on their way, of one fault that is on.
+/// Adds the rules by which one active fault acts on frames.
 void add_rules(std::vector<can::FaultRule>& rules, Fault kind, double value, const can::Filter& message,
                const can::Filter& command, std::uint8_t node) {
   using can::BusFault;
@@ -74,7 +74,7 @@ void SentMessage::put_value(can::Frame& frame, std::int64_t raw) const {
 void SentMessage::put_physical(can::Frame& frame, double value) const {
   if (!value_) return;
   const double nearest = std::clamp(step_.to_theirs(value), value_->minimum(), value_->maximum());
-  // The limits themselves can be packed.
+  // The limits of the signal can be packed exactly.
   static_cast<void>(value_->pack(nearest, frame.payload()));
 }
 
@@ -90,7 +90,7 @@ void SentMessage::seal(can::Frame& frame) const {
   if (protection_.crc) protection_.crc->pack_raw(can::CrcRule(protection_)(frame), frame.payload());
 }
 
-void SentMessage::spoil_crc(can::Frame& frame) const {
+void SentMessage::corrupt_crc(can::Frame& frame) const {
   if (protection_.crc)
     protection_.crc->pack_raw(protection_.crc->unpack_raw(frame.payload()) ^ 0x10, frame.payload());
 }
@@ -134,7 +134,7 @@ void FaultyConnection::end(Fault kind) {
 void FaultyConnection::set_rules() {
   constexpr std::array changes{late,      out_of_order, frozen_value,     frozen_counter,
                                wrong_crc, out_of_range, sensor_bad_status};
-  spoils_ = config_.sends && std::ranges::any_of(changes, [this](Fault kind) { return is_on(kind); });
+  corrupts_ = config_.sends && std::ranges::any_of(changes, [this](Fault kind) { return is_on(kind); });
   constexpr can::Filter nothing{.id = 0xFFFF'FFFF};
   const can::Filter message = config_.sends ? config_.sends->filter() : nothing;
   std::vector<can::FaultRule> rules;
@@ -146,13 +146,13 @@ void FaultyConnection::set_rules() {
 }
 
 bool FaultyConnection::send(const can::Frame& frame) {
-  if (!spoils_ || !config_.sends->is(frame)) return bus_.send(frame);
-  can::Frame spoilt = frame;
-  spoil(spoilt);
-  return is_on(late) ? pass_late(spoilt) : pass_in_order(spoilt);
+  if (!corrupts_ || !config_.sends->is(frame)) return bus_.send(frame);
+  can::Frame corrupted = frame;
+  corrupt(corrupted);
+  return is_on(late) ? pass_late(corrupted) : pass_in_order(corrupted);
 }
 
-void FaultyConnection::spoil(can::Frame& frame) {
+void FaultyConnection::corrupt(can::Frame& frame) {
   const SentMessage& message = *config_.sends;
   if (is_on(frozen_value)) {
     if (!frozen_value_) frozen_value_ = message.value(frame);
@@ -165,7 +165,7 @@ void FaultyConnection::spoil(can::Frame& frame) {
     message.put_counter(frame, *frozen_counter_);
   }
   message.seal(frame);
-  if (is_on(wrong_crc)) message.spoil_crc(frame);
+  if (is_on(wrong_crc)) message.corrupt_crc(frame);
 }
 
 bool FaultyConnection::pass_in_order(const can::Frame& frame) {

@@ -1,11 +1,12 @@
-// A node's connection to the bus at which faults can begin and end. The node itself knows nothing of them.
+// A node's connection to the bus, at which faults can begin and end. The node itself does not notice them.
 //
-//   node -> wrong value, status, counter, CRC; late, out of order -> can::FaultyBus: lost, doubled,
-//           length, kind of identifier -> bus
+//   node  ->  FaultyConnection                     ->  can::FaultyBus              ->  bus
+//             wrong value, status, counter, CRC;       lost, doubled, wrong length,
+//             late, out of order                       wrong kind of identifier
 //
-// What is changed in a sealed frame is sealed again with the frame's own counter, so that the value alone is
-// wrong; the wrong CRC and the counter that stands still are made on the sealed frame. Frames held back when
-// a fault ends are gone: nothing stale comes later.
+// After a change of value or status the CRC is computed again, with the frame's own counter, so that only
+// the value is wrong. A wrong CRC or a frozen counter is then applied to the protected frame. Frames that
+// are held back when a fault ends are dropped: no stale frame follows.
 #pragma once
 
 #include <array>
@@ -20,7 +21,7 @@
 
 namespace hystcan::twin {
 
-/// What a node sends of its axis, as far as faults need to know: where its value and its protection lie.
+/// The message that a node sends for its axis: where its value and its protection are, as faults need it.
 class SentMessage {
  public:
   SentMessage(const can::Message& message, const can::MessageMap& map, std::string_view value_role,
@@ -36,13 +37,13 @@ class SentMessage {
   std::int64_t counter(const can::Frame& frame) const;
 
   void put_value(can::Frame& frame, std::int64_t raw) const;
-  /// The nearest that the signal carries.
+  /// Puts the nearest value that the signal can carry.
   void put_physical(can::Frame& frame, double value) const;
   void put_bad_status(can::Frame& frame) const;
   void put_counter(can::Frame& frame, std::int64_t raw) const;
-  /// The CRC anew, as the frame is now.
+  /// Computes the CRC of the frame as it is now.
   void seal(can::Frame& frame) const;
-  void spoil_crc(can::Frame& frame) const;
+  void corrupt_crc(can::Frame& frame) const;
 
  private:
   can::Filter filter_;
@@ -52,7 +53,7 @@ class SentMessage {
   can::Protection protection_;
 };
 
-/// The sensor's sample, the amplifier's status; empty where it sends none.
+/// The sensor's sample or the amplifier's status; empty where the node sends none.
 std::optional<SentMessage> sent_by(Node node, const can::Database& database, const can::AxisWire& wire);
 
 class FaultyConnection final : public can::Bus {
@@ -66,8 +67,8 @@ class FaultyConnection final : public can::Bus {
 
   FaultyConnection(std::unique_ptr<can::Bus> within, can::Scheduler& scheduler, const Config& config);
 
-  /// Kinds that act on the plant or the node itself change nothing here. One that is on already goes on with
-  /// the new value.
+  /// Kinds that act on the plant or the node itself change nothing here. An active fault continues with the
+  /// new value.
   void begin(Fault kind, double value);
   void end(Fault kind);
 
@@ -79,12 +80,12 @@ class FaultyConnection final : public can::Bus {
   const can::BusCounters& counters() const override { return bus_.counters(); }
 
  private:
-  static constexpr std::size_t held_frames = 17;  ///< traits(Fault::late).highest, and the present one
+  static constexpr std::size_t held_frames = 17;  ///< traits(Fault::late).highest and the present one
 
   bool is_on(Fault kind) const { return on_[static_cast<std::size_t>(kind)].has_value(); }
   double value_of(Fault kind) const { return *on_[static_cast<std::size_t>(kind)]; }
   void set_rules();
-  void spoil(can::Frame& frame);
+  void corrupt(can::Frame& frame);
   bool pass_in_order(const can::Frame& frame);
   bool pass_late(const can::Frame& frame);
   void babble();
@@ -92,8 +93,8 @@ class FaultyConnection final : public can::Bus {
   can::FaultyBus bus_;
   can::Scheduler& scheduler_;
   Config config_;
-  std::array<std::optional<double>, fault_count> on_{};  ///< each with its value
-  bool spoils_ = false;                                  ///< one that is on changes what is sent
+  std::array<std::optional<double>, fault_count> on_{};  ///< values of the active faults
+  bool corrupts_ = false;                                ///< an active fault changes the sent frames
   std::optional<std::int64_t> frozen_value_;
   std::optional<std::int64_t> frozen_counter_;
   std::optional<can::Frame> overtaken_;

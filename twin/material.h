@@ -1,10 +1,10 @@
-// The smart material of an actuator: a hysteresis model of any kind, and what it remembers.
+// The smart material of an actuator: a hysteresis model of any kind, and its memory.
 //
 //   x_h = H[v](t)
 //
-// Rate-independent, so that only the order matters in which v goes through its values: every drive is reached
-// from the one before without turning on the way.  Where the symmetry is even (magnetostriction, x(v) =
-// x(-v)) a drive that changes its sign passes through zero.
+// The model is rate-independent: only the sequence of the values of v matters. Every drive is reached from
+// the last one without a turning point in between. Where the symmetry is even (magnetostriction,
+// x(v) = x(-v)), a drive that changes its sign passes through zero.
 #pragma once
 
 #include <cstddef>
@@ -16,13 +16,13 @@ namespace hystcan::twin {
 
 class Material {
  public:
-  /// On its virgin curve at `drive`. `branches`: how many it can remember, where it remembers branches.
-  /// Throws std::invalid_argument where the model is not a valid one, or does not reach `drive`.
+  /// Starts on its virgin curve at `drive`. `branches`: capacity of the memory, where the model remembers
+  /// branches. Throws std::invalid_argument where the model is invalid or does not reach `drive`.
   Material(const model::AnyParameters& parameters, double drive, std::size_t branches);
 
-  /// Goes to `drive`, in drive units; beyond the thresholds it is at them. Returns the output, um.
+  /// Goes to `drive`, in drive units, limited to the thresholds. Returns the output, um.
   double go_to(double drive);
-  /// The output that go_to(drive) would give: nothing is remembered but a zero passed on the way.
+  /// The output that go_to(drive) would return. Changes no memory, except by a zero passed on the way.
   double look_at(double drive);
 
  private:

@@ -9,11 +9,12 @@
 namespace hystcan::twin {
 namespace {
 
-/// A reference that grows from period to period, as with a controller that learns, nests two turning points
-/// in each; what no longer fits is merged, which would be a jump that no actuator makes.
+/// A drive whose amplitude changes with every period, as under a learning controller, nests two turning
+/// points per period. A full memory merges branches, which is a jump that no real actuator makes.
 constexpr std::size_t remembered_branches = 4096;
 
-/// Sub-steps taken as one where only creep or temperature move the stage: three days take a second.
+/// Number of sub-steps taken as one where only creep or temperature move the stage: three simulated days take
+/// a second.
 constexpr int even_substeps = 1000;
 
 /// Spreads neighbouring lengths over a table (Knuth's multiplicative hashing).
@@ -50,11 +51,11 @@ model::SecondOrder::Config faster(model::SecondOrder::Config mode, double factor
   return mode;
 }
 
-// From here on only rounding would move it: it is put at rest.
+// Within these bounds only rounding would move the mode: it is set to rest.
 bool settle(model::SecondOrder::State& state, const model::SecondOrder::Config& mode, double input_um) {
-  constexpr double nothing_um = 1e-12;
+  constexpr double negligible_um = 1e-12;
   const double swing_um = state.velocity / mode.natural_frequency_Hz;
-  if (std::abs(state.position - input_um) > nothing_um || std::abs(swing_um) > nothing_um) return false;
+  if (std::abs(state.position - input_um) > negligible_um || std::abs(swing_um) > negligible_um) return false;
   state = {input_um, 0.0};
   return true;
 }
@@ -159,7 +160,7 @@ void Plant::move(Motion& motion, const Step& step, Hysteresis hysteresis) {
     motion.second_mode = (*step.second_mode)(motion.second_mode, input_before, motion.input_um);
 }
 
-// The motion goes on from the time looked at, in a sub-step of two parts: to the next point of the grid.
+// Splits the sub-step at the present time: its second part ends at the next grid point.
 void Plant::split() {
   next_grid_ = start_ + ((present_.time - start_) / config_.substep + 1) * config_.substep;
   if (present_.time == settled_.time) return;
@@ -167,7 +168,7 @@ void Plant::split() {
   settled_ = present_;
 }
 
-// Its noise moves the drive at once.
+// The noise of the new sub-step changes the drive at once.
 void Plant::begin_substep(can::Duration length) {
   next_grid_ = settled_.time + length;
   if (drive_noise_) {
@@ -187,27 +188,27 @@ bool Plant::has_settled() {
          (!config_.second_mode || settle(settled_.second_mode, config_.second_mode->mode, settled_.input_um));
 }
 
-// u'' bounded by the sum of what creep and temperature have, each in its own closed form.
+// Bounds u'' by the sum of the closed forms for creep and temperature.
 bool Plant::drifts_evenly() const {
-  constexpr double nothing_um = 1e-6;
+  constexpr double negligible_um = 1e-6;
   if (drive_noise_ || !(config_.creep || config_.temperature)) return false;
-  double bend_um_per_s2 = 0.0;
+  double curvature_um_per_s2 = 0.0;
   for (std::size_t i = 0; i < creep_.operators.size(); ++i) {
     const auto& [weight, rate_per_s, threshold] = creep_.operators[i];
     const double to_go_um = settled_.hysteresis_um - start_um_ - settled_.creep.values[i];
-    bend_um_per_s2 += std::abs(weight * rate_per_s * rate_per_s * to_go_um);
+    curvature_um_per_s2 += std::abs(weight * rate_per_s * rate_per_s * to_go_um);
   }
   if (config_.temperature) {
     const Temperature& t = *config_.temperature;
     const double omega = 2.0 * std::numbers::pi / t.period_s;
     const double travel_um = settled_.hysteresis_um + settled_.creep_um - start_um_;
-    bend_um_per_s2 +=
+    curvature_um_per_s2 +=
         omega * omega * std::abs(t.swing_K) *
         (std::abs(t.expansion_um_per_K) + std::abs(t.gain_per_K * disturbance_.gain * travel_um));
   }
   const double length_s = even_substeps * can::seconds(config_.substep);
-  return bend_um_per_s2 * length_s * length_s / 8.0 <= nothing_um &&
-         std::abs(own_position_um(settled_) - settled_.input_um) <= nothing_um;
+  return curvature_um_per_s2 * length_s * length_s / 8.0 <= negligible_um &&
+         std::abs(own_position_um(settled_) - settled_.input_um) <= negligible_um;
 }
 
 const Plant::Step& Plant::step_of(can::Duration length) {
@@ -217,7 +218,7 @@ const Plant::Step& Plant::step_of(can::Duration length) {
   return *part;
 }
 
-// Written so that nothing is lost in rounding where neither gain nor temperature change the travel.
+// This form has no rounding error where neither gain nor temperature changes the travel.
 double Plant::input_um(const Motion& motion) const {
   double gain = disturbance_.gain;
   double offset_um = disturbance_.load_um;

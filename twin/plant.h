@@ -1,24 +1,23 @@
-// What is physical about one axis: amplifier, hysteretic actuator, one or two mechanical modes.
+// The physics of one axis: amplifier, hysteretic actuator, one or two mechanical modes.
 //
-//   v(t)  drive, by the amplifier (twin/amplifier.h), plus its noise, held over a sub-step
-//   x_h = H[v](t)                                              hysteresis of any kind (twin/material.h)
-//   C'    Kuhnen's operators of a creep that is logarithmic in time (model/creep.h), of x_h - x_0
-//   T   = swing sin(2 pi t / period)                           ambient temperature, from the start on
-//   u   = x_0 + g (1 + gain_per_K T) (x_h - x_0 + C) + expansion T + load
-//   x_i'' + 2 zeta_i omega_i x_i' + omega_i^2 x_i = omega_i^2 u(t),     position = (1 - share) x_1 + share
-//   x_2
+//   v(t)       drive: output of the amplifier (twin/amplifier.h) plus its noise, held over a sub-step
+//   x_h      = H[v](t)                             hysteresis of any kind (twin/material.h)
+//   C(t)       creep of x_h - x_0, logarithmic in time, by Kuhnen's operators (model/creep.h)
+//   T        = swing sin(2 pi t / period)          ambient temperature, from the start on
+//   u        = x_0 + g (1 + gain_per_K T) (x_h - x_0 + C) + expansion T + load
+//   x_i'' + 2 zeta_i omega_i x_i' + omega_i^2 x_i = omega_i^2 u(t)
+//   position = (1 - share) x_1 + share x_2
 //
-// x_0 is x_h at the start; g, load and a factor on the omega_i are the Disturbance.  At the start all is at
+// x_0 is x_h at the start. The Disturbance holds g, load and a factor on the omega_i. At the start all is at
 // rest, the creep has settled, and T = 0.
 //
-// Sub-steps lie on a fixed grid, whole multiples of `substep` from the start; a change of the target, or a
-// disturbance, splits the sub-step in which it falls.  Amplifier and modes are exact for any length, u is
-// taken as linear in time between those points, and the creep's input as held, at the mean of both ends.  v
-// is monotone there, so that no turning point is ever stepped over.
+// Sub-steps lie on a fixed grid, at whole multiples of `substep` from the start. A change of the target or a
+// disturbance splits the sub-step in which it falls. Amplifier and modes are exact for any length; between
+// those points u is linear in time, and the creep's input is constant, the mean of both ends. v is monotone
+// between them, so no turning point is missed.
 //
-// Looking changes nothing, to the bit: what lies between the last such point and the time looked at is
-// computed on a copy.  What has come to rest is not stepped on; with a temperature or drive noise nothing
-// ever rests.
+// A look at the plant changes nothing, to the bit: the motion between the last such point and the time of the
+// look is computed on a copy. A plant at rest is not stepped; with temperature or drive noise it never rests.
 #pragma once
 
 #include <array>
@@ -54,7 +53,7 @@ struct Temperature {
   double gain_per_K = 0.0;  ///< relative, of the travel
 };
 
-/// What happens to a stage in operation.
+/// A change of the stage in operation.
 struct Disturbance {
   double load_um = 0.0;    ///< displacement of a static load
   double gain = 1.0;       ///< factor on the travel from where the stage started
@@ -73,34 +72,35 @@ class Plant {
     std::optional<Temperature> temperature{};
   };
 
-  /// At rest at `start`, the amplifier at its safe value, the actuator on its virgin curve.
-  /// Throws std::invalid_argument where the hysteresis is not a valid one, or a parameter out of range.
+  /// Starts at rest, with the amplifier at its safe value and the actuator on its virgin curve.
+  /// Throws std::invalid_argument where the hysteresis is invalid or a parameter is out of range.
   Plant(const Config& config, can::Time start);
 
   Plant(const Plant&) = delete;  // others may be coupled to it
   Plant& operator=(const Plant&) = delete;
 
-  /// Looks at `time`, which is the present from then on; an earlier time changes nothing.
+  /// Makes `time` the present time; an earlier time changes nothing.
   void advance_to(can::Time time);
-  /// Sets the amplifier's target from the present time on, limited to its range, and how it gets there.
+  /// Sets the amplifier's target and course from the present time on; the target is limited to its range.
   void set_target(double drive, Amplifier::Course course = Amplifier::Course::drive);
-  /// From the present time on. Throws std::invalid_argument where a number is not finite, or resonance <= 0.
+  /// Disturbs the stage from the present time on. Throws std::invalid_argument where a number is not finite
+  /// or resonance <= 0.
   void disturb(const Disturbance& disturbance);
-  /// Where `from` moves away from its start, this position does too, by `um_per_um` of it: a kinematic error,
-  /// not felt by the modes. `from` is looked at whenever the position is read, so that both must live.
+  /// Adds `um_per_um` times the motion of `from` since its start to this position: a kinematic error, which
+  /// does not excite the modes. Every read of the position reads `from`, so it must live as long as this.
   void couple(Plant& from, double um_per_um) { couplings_.push_back({&from, um_per_um}); }
 
-  /// Called at the end of every sub-step of the fixed grid, position linear in between; without what
-  /// couplings add. A rest counts as one sub-step, a whole number of times as long: the handler is called at
-  /// its end.
+  /// Called at the end of every sub-step of the fixed grid, with the position without couplings; it is linear
+  /// in between. A rest counts as one sub-step, a whole number of times as long: the handler is called at its
+  /// end.
   using GridHandler = std::function<void(can::Time, double position_um)>;
   void on_grid(GridHandler handler) { on_grid_ = std::move(handler); }
-  /// Drive units added to the amplifier's output, asked for once for each sub-step and held over it: with the
-  /// time at which it begins, from the next one on.
+  /// Noise in drive units, added to the amplifier's output from the next sub-step on. `noise` is called once
+  /// for each sub-step, with the time of its beginning; the value is held over the sub-step.
   using DriveNoise = std::function<double(can::Time)>;
   void set_drive_noise(DriveNoise noise) { drive_noise_ = std::move(noise); }
 
-  /// What the actuator gets: the amplifier's output and its noise.
+  /// Input of the actuator: the amplifier's output and its noise.
   double drive() const { return present_.amplifier.output + noise_; }
   double position_um() const { return own_position_um(present_) + crosstalk_um(); }
   /// What couplings add to the position.
@@ -109,7 +109,7 @@ class Plant {
   double hysteresis_um() const { return present_.hysteresis_um; }
 
  private:
-  /// All that moves, but for what the hysteresis remembers.
+  /// The state of motion, without the memory of the hysteresis.
   struct Motion {
     can::Time time;
     Amplifier::State amplifier;
@@ -119,7 +119,7 @@ class Plant {
     model::SecondOrder::State mode, second_mode;
     model::Creep::State creep;
   };
-  /// Over one length of time.
+  /// The steps of all parts over one length of time.
   struct Step {
     Step(const Config& config, const model::Creep::Config& creep_operators, can::Duration step_length);
     can::Duration length;
@@ -150,10 +150,10 @@ class Plant {
   double start_um_;    ///< x_0
   can::Time start_;
   Step substep_;
-  std::array<std::optional<Step>, 128>
-      parts_;       ///< of a sub-step: commands come at the same ones again and again
+  /// Steps over parts of a sub-step. Commands come at the same phases again and again.
+  std::array<std::optional<Step>, 128> parts_;
   Motion settled_;  ///< at the last grid point, change of target, or disturbance
-  Motion present_;  ///< at the time looked at
+  Motion present_;  ///< at the present time
   can::Time next_grid_;
   double noise_ = 0.0;
   GridHandler on_grid_;

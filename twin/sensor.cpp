@@ -7,7 +7,7 @@
 namespace hystcan::twin {
 namespace {
 
-/// The delay's own, one that has just gone and one that is not there yet.
+/// The points within the delay, one before them and one after them, which does not exist yet.
 std::size_t points_needed(can::Duration delay, can::Duration substep) {
   return static_cast<std::size_t>(delay / substep) + 3;
 }
@@ -49,7 +49,8 @@ Sensor::Reading Sensor::measure(can::Time time, double position_um) {
   return {reading_um, held_um == seen_um};
 }
 
-/// With u the ramp's own lag,  y = x - u + (y_0 - x_0 + u) e^{-omega dt},  u = (x - x_0) / (omega dt).
+/// u is the lag of a steady ramp:
+///   y = x - u + (y_0 - x_0 + u) e^{-omega dt},   u = (x - x_0) / (omega dt)
 Sensor::Point Sensor::low_passed(can::Time time, double position_um) const {
   if (config_.bandwidth_Hz == 0.0 || known_ == 0) return {time, position_um, position_um};
   const Point& last = point(0);
@@ -60,11 +61,11 @@ Sensor::Point Sensor::low_passed(can::Time time, double position_um) const {
   return {time, position_um, position_um - lag_um + (last.seen_um - last.position_um + lag_um) * decay};
 }
 
-/// Of the points known, and of `now`.
+/// Interpolates between the known points and `now`.
 double Sensor::delayed_um(const Point& now) const {
   const can::Time then = now.time - config_.delay;
   if (known_ == 0 || then >= now.time) return now.seen_um;
-  std::size_t younger = 0;  // the youngest point that is not after `then`, found by halving
+  std::size_t younger = 0;  // bisection for the youngest point that is not after `then`
   std::size_t older = known_;
   while (younger < older) {
     const std::size_t middle = (younger + older) / 2;
@@ -73,7 +74,7 @@ double Sensor::delayed_um(const Point& now) const {
     else
       younger = middle + 1;
   }
-  if (younger == known_) return point(known_ - 1).seen_um;  // before all that is known it was at rest
+  if (younger == known_) return point(known_ - 1).seen_um;  // at rest before the oldest known point
   const Point& before = point(younger);
   const Point& after = younger == 0 ? now : point(younger - 1);
   if (after.time == before.time) return before.seen_um;
@@ -91,7 +92,7 @@ double Sensor::low_passed_noise(can::Time time) {
   return density_noise_um_;
 }
 
-/// 0: the newest.
+/// Age 0 is the newest point.
 const Sensor::Point& Sensor::point(std::size_t age) const {
   return points_[(newest_ + points_.size() - age) % points_.size()];
 }

@@ -1,17 +1,21 @@
 // The position sensor: bandwidth, delay, characteristic, drift, noise, quantisation.
 //
-//   y' = omega (x - y),  omega = 2 pi bandwidth         exact for a position that is linear between grid
-//   points z(t) = y(t - delay)                                 linear between grid points reading = c + A
-//   sin(2 pi (c - lo) / (hi - lo)) + gain_error c + offset + drift (t - start) + noise
+//   y' = omega (x - y),  omega = 2 pi bandwidth     exact for a position that is linear between grid points
+//   z(t) = y(t - delay)                             linear between grid points
+//   c = min(max(z, lo), hi)                         the range is [lo, hi]
+//   reading = c + A sin(2 pi (c - lo) / (hi - lo)) + gain_error c + offset + drift (t - start) + noise
 //
-// c is z held within the range [lo, hi]; A = nonlinearity * (hi - lo), an error that is zero at both ends and
-// in the middle of the range. Beyond the range the electronics is saturated, and the reading says so. What is
-// read is rounded to the resolution.
+// A = nonlinearity * (hi - lo): this error is zero at both ends and in the middle of the range. Beyond the
+// range the electronics saturates, and the reading reports it. The reading is rounded to the resolution.
 //
-// Noise: white of `noise_um_rms` for each sample, and that of a density behind the bandwidth,
-//   rms = density sqrt(pi / 2 * bandwidth),   n[k] = rho n[k-1] + sqrt(1 - rho^2) rms N(0, 1),
-// rho = e^{-omega dt}, dt since the last sample: the autocorrelation of white noise through a first-order low
-// pass, whatever the times of the samples. It is not delayed: its statistics would be the same.
+// The noise is the sum of white noise with `noise_um_rms` per sample and of noise n with a density, limited
+// by the bandwidth; dt is the time since the last sample:
+//
+//   rms  = density sqrt(pi / 2 * bandwidth),   rho = e^{-omega dt}
+//   n[k] = rho n[k-1] + sqrt(1 - rho^2) rms N(0, 1)
+//
+// This is the autocorrelation of white noise after a first-order low pass, for any sample times. The noise is
+// not delayed, because a delay would not change its statistics.
 #pragma once
 
 #include <boost/random/mersenne_twister.hpp>
@@ -35,7 +39,7 @@ class Sensor {
     double bandwidth_Hz = 0.0;               ///< -3 dB; 0: unlimited
     can::Duration delay{};
     double drift_um_per_h = 0.0;        ///< from the start on
-    double nonlinearity_percent = 0.0;  ///< A of the range
+    double nonlinearity_percent = 0.0;  ///< A in percent of the range
     double range_min_um = -unbounded_um;
     double range_max_um = unbounded_um;
     double gain_error_percent = 0.0;  ///< of the position
@@ -46,15 +50,16 @@ class Sensor {
     bool in_range = true;
   };
 
-  /// The same seed gives the same noise on every host. `substep`: between grid points.
+  /// The same seed gives the same noise on every host. `substep`: time between grid points.
   explicit Sensor(const Config& config, std::uint64_t seed, can::Time start = {},
                   can::Duration substep = std::chrono::microseconds(50));
 
-  /// It has to be told of the grid points: what it reads depends on the past.
+  /// True: the reading depends on the past, so follow() must be called at every grid point.
   bool follows() const { return config_.bandwidth_Hz > 0.0 || config_.delay > can::Duration::zero(); }
-  /// A grid point of the plant, in order; the first one is where the sensor has rested. Allocates nothing.
+  /// Takes the grid points of the plant in order; the sensor rests at the first one until then. Allocates
+  /// nothing.
   void follow(can::Time time, double position_um);
-  /// The sample at `time`, not before the last grid point. Only the noise goes on by it.
+  /// The sample at `time`, which is not before the last grid point. Changes only the state of the noise.
   Reading measure(can::Time time, double position_um);
 
  private:
@@ -73,9 +78,9 @@ class Sensor {
   can::Duration substep_;
   double omega_;
   double substep_decay_;       ///< e^{-omega substep}
-  std::vector<Point> points_;  ///< a ring of as many as the delay needs
+  std::vector<Point> points_;  ///< a ring that is long enough for the delay
   std::size_t newest_ = 0;
-  std::size_t known_ = 0;  ///< points that are there
+  std::size_t known_ = 0;  ///< number of points in the ring
   boost::random::mt19937_64 random_;
   boost::random::normal_distribution<double> normal_;
   double density_rms_um_;

@@ -37,7 +37,7 @@ void SensorNode::handle(const can::Frame& frame, can::Time received) {
   }
 }
 
-// As at power-on.
+// Sets the state of power-on.
 void SensorNode::forget_everything() {
   sdo_.reset();
   last_sync_ = 0;
@@ -62,7 +62,7 @@ void SensorNode::on_sync(std::uint8_t counter, can::Time received) {
   if (!runs_free_ && nmt_.state() == can::NmtState::operational) sample(received);
 }
 
-/// Ticks that have passed unseen, where the computer has overslept, are left out.
+/// Skips the ticks that have passed while the computer did not run this process.
 void SensorNode::on_clock() {
   const can::Time now = scheduler_.now();
   if (last_sync_ != 0) sample(now);
@@ -78,7 +78,7 @@ void SensorNode::sample(can::Time time) {
   const can::SensorSample sample{.position_um = reading.position_um,
                                  .sync_counter = last_sync_,
                                  .status = reading.in_range ? std::uint8_t{0} : sensor_status::out_of_range};
-  // A position beyond what the message can carry is not sent: silence is what the controller trips on.
+  // A position that the message cannot carry is not sent: the controller trips on the missing sample.
   if (const auto frame = encode_sample_(sample)) bus_->send(*frame);
   if (on_sample_) on_sample_(time, sample);
 }

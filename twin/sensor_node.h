@@ -1,9 +1,9 @@
-// The position sensor as a node on the bus: one sample per SYNC, taken when the SYNC arrives; or samples by
-// a clock of its own.
+// The position sensor as a node on the bus. It takes one sample per SYNC, when the SYNC arrives, or it
+// samples by its own clock.
 //
-// Free-running, it samples every 1 / (rate (1 + skew)) from the moment on at which it becomes operational,
-// and names the last SYNC that it has heard. Its phase to the SYNCs drifts by the skew; docs/protocol.md says
-// what the controller makes of that.
+// A free-running sensor samples every 1 / (rate (1 + skew)) after it has become operational; each sample
+// names the last received SYNC. Its phase to the SYNCs drifts by the skew; docs/protocol.md describes how
+// the controller handles this.
 #pragma once
 
 #include <array>
@@ -36,7 +36,7 @@ constexpr std::string_view to_string(Sampling sampling) {
 struct SampleClock {
   Sampling sampling = Sampling::sync;
   double rate_Hz = 0.0;   ///< free-running: by its own clock, > 0
-  double skew_ppm = 0.0;  ///< by which that clock is fast
+  double skew_ppm = 0.0;  ///< relative speed error of that clock; > 0: it is fast
 };
 
 class SensorNode {
@@ -54,21 +54,21 @@ class SensorNode {
   SensorNode& operator=(const SensorNode&) = delete;
 
   void start() { nmt_.start(); }
-  /// Somebody else on the bus is this node: it is off and silent.
+  /// Another node on the bus has the same number: this node is off and silent.
   bool is_taken() const { return nmt_.is_taken(); }
 
   const can::Bus& bus() const { return *bus_; }
   can::NmtState state() const { return nmt_.state(); }
   bool is_on_the_bus() const { return !nmt_.is_silent(); }
 
-  /// The supply was gone: the node comes back as at its first start; nothing where it never started.
+  /// The supply returns: the node starts as at its first start. No effect before the first start.
   void restart();
 
-  /// What the sensor reads depends on the past: it is to be told of every grid point of the plant.
+  /// True: the reading depends on the past, so follow() must be called at every grid point of the plant.
   bool follows_the_plant() const { return sensor_.follows(); }
   void follow(can::Time time, double position_um) { sensor_.follow(time, position_um); }
 
-  /// Called at each sample, with what is to be sent.
+  /// The handler is called at each sample, with the sample that will be sent.
   using SampleHandler = std::function<void(can::Time, const can::SensorSample&)>;
   void on_sample(SampleHandler handler) { on_sample_ = std::move(handler); }
 
@@ -88,8 +88,8 @@ class SensorNode {
   double period_ns_;  ///< of its own clock
   std::unique_ptr<can::Timer> clock_;
   can::Time clock_started_{};
-  std::int64_t ticks_ = 0;      ///< of its own clock, since then
-  std::uint8_t last_sync_ = 0;  ///< 0: none has been heard
+  std::int64_t ticks_ = 0;      ///< of its own clock, since clock_started_
+  std::uint8_t last_sync_ = 0;  ///< counter of the last received SYNC; 0: none yet
   can::NmtSlave nmt_;
   can::SdoServer sdo_;
   can::Encoder<can::SensorSample> encode_sample_;

@@ -1,5 +1,5 @@
-// What really was, beside what was asked for and what was measured: three signals that catch an error of sign
-// or scale in any of them.
+// The true state of a simulated stage, together with the commanded and the measured values. A comparison of
+// these three shows an error of sign or scale in any of them.
 #pragma once
 
 #include <cstddef>
@@ -10,16 +10,16 @@
 
 namespace hystcan::twin {
 
-/// Of one axis, at the moment of a sample.
+/// The true state of one axis at the time of a sample.
 struct Truth {
   can::Time time;  ///< the scheduler's: CLOCK_MONOTONIC, or virtual
   std::size_t axis = 0;
-  std::uint8_t sync_counter = 0;  ///< as the sample names it
+  std::uint8_t sync_counter = 0;  ///< as in the sample
   double setpoint = 0.0;          ///< last commanded, drive units
-  double drive = 0.0;             ///< what the actuator gets, noise included, drive units
+  double drive = 0.0;             ///< input of the actuator, noise included, drive units
   double hysteresis_um = 0.0;     ///< output of the hysteresis
-  double position_um = 0.0;       ///< what the sensor sees
-  double measured_um = 0.0;       ///< what it measures, before faults act on the frame
+  double position_um = 0.0;       ///< input of the sensor
+  double measured_um = 0.0;       ///< output of the sensor, before faults act on the frame
 };
 
 using TruthHandler = std::function<void(const Truth&)>;

@@ -21,7 +21,7 @@ AmplifierNode::Config amplifier_config(const AxisConfig& axis, const Config& com
           .apply = axis.apply};
 }
 
-/// Opens a node's connection, at which faults can act; `line` leads there.
+/// Opens a node's connection, at which faults can act, and sets `line` to it.
 can::Attach attach_with_faults(const can::Attach& attach, can::Scheduler& scheduler,
                                const FaultyConnection::Config& config, FaultyConnection*& line) {
   return [&attach, &scheduler, config, &line](std::span<const can::Filter> filters) {
@@ -87,9 +87,9 @@ Config with_axes(Config config, const std::vector<std::string>& names) {
   };
   for (const std::string& name : names)
     if (std::ranges::none_of(config.axes, [&](const AxisConfig& axis) { return axis.wire.name == name; }))
-      throw std::invalid_argument("there is no axis \"" + name + "\", expected one of the configuration's");
+      throw std::invalid_argument("there is no axis \"" + name + "\", expected one of the configuration");
   std::erase_if(config.axes, [&](const AxisConfig& axis) { return !is_named(axis.wire.name); });
-  std::erase_if(config.faults, [&](const FaultSpec& order) { return !is_named(order.axis); });
+  std::erase_if(config.faults, [&](const FaultSpec& spec) { return !is_named(spec.axis); });
   for (AxisConfig& axis : config.axes) {
     std::erase_if(axis.couplings, [&](const Coupling& coupling) { return !is_named(coupling.from); });
     for (Coupling& coupling : axis.couplings)
@@ -110,9 +110,9 @@ Twin::Twin(const Config& config, const can::Database& database, can::Scheduler& 
   targets.reserve(config.axes.size());
   for (const AxisConfig& axis : config.axes) {
     axes_.push_back(std::make_unique<Axis>(axis, config, database, scheduler, attach));
-    Axis& its = *axes_.back();
-    targets.push_back(
-        {its.wire, its.plant, its.amplifier, its.sensor, *its.amplifier_line, *its.sensor_line});
+    Axis& created = *axes_.back();
+    targets.push_back({created.wire, created.plant, created.amplifier, created.sensor,
+                       *created.amplifier_line, *created.sensor_line});
   }
   for (std::size_t i = 0; i < axes_.size(); ++i)
     for (const Coupling& coupling : config.axes[i].couplings)

@@ -1,6 +1,6 @@
-// The simulation twin: for each axis a plant, and the two nodes that stand before it on the bus.
+// The simulation twin: for each axis a plant and its two nodes on the bus.
 //
-// It knows only the wire. The nodes have a connection each, as the real ones would.
+// It communicates only by the bus. Each node has its own connection, as a real one does.
 #pragma once
 
 #include <cstdint>
@@ -21,11 +21,11 @@
 
 namespace hystcan::twin {
 
-/// Where another axis moves away from its start, this one's position changes too, by `um_per_um` of it.
+/// Motion of another axis from its start changes the position of this axis, by `um_per_um` of that motion.
 struct Coupling {
   std::string from;  ///< name of the other axis
   double um_per_um = 0.0;
-  std::size_t index = 0;  ///< of that axis
+  std::size_t index = 0;  ///< of the other axis
 };
 
 struct AxisConfig {
@@ -45,12 +45,12 @@ struct Config {
   std::uint64_t seed = 1;
   can::Duration heartbeat_period{};
   std::vector<AxisConfig> axes;
-  std::vector<FaultSpec> faults{};  ///< since start()
+  std::vector<FaultSpec> faults{};  ///< their times count from start()
   std::optional<RandomFaults> random_faults{};
 };
 
-/// The same twin with these axes alone and their faults; the others are other twins', or real. Throws
-/// std::invalid_argument where there is no axis of a name.
+/// The same twin with only these axes and their faults; other twins or real nodes provide the other axes.
+/// Throws std::invalid_argument where a name is not that of an axis.
 Config with_axes(Config config, const std::vector<std::string>& names);
 
 class Twin {
@@ -62,9 +62,10 @@ class Twin {
   Twin(const Twin&) = delete;
   Twin& operator=(const Twin&) = delete;
 
-  /// Listens for one heartbeat period, then starts every node; none where one of them is on the bus already.
+  /// Listens for one heartbeat period, then starts all nodes; starts none where the bus already has one of
+  /// their numbers.
   void start();
-  /// A node that somebody else on the bus is too, if there is one.
+  /// The number of a node that another node on the bus has too, if there is one.
   std::optional<std::uint8_t> taken_node() const;
   /// Switches every amplifier off; their outputs end at the safe value.
   void shut_down();
@@ -77,16 +78,16 @@ class Twin {
     std::string name;
     can::AxisWire wire;
     Plant plant;
-    FaultyConnection* amplifier_line = nullptr;  ///< the nodes' own connections; set before their nodes
+    FaultyConnection* amplifier_line = nullptr;  ///< the connections of the nodes; set before the nodes
     FaultyConnection* sensor_line = nullptr;
     AmplifierNode amplifier;
     SensorNode sensor;
     DriveNoise drive_noise;
   };
   const std::vector<std::unique_ptr<Axis>>& axes() const { return axes_; }
-  /// Of every node its own.
+  /// The connections of all nodes.
   std::vector<const can::Bus*> connections() const;
-  /// Told at every sample of every axis; none is sent later for it.
+  /// `handler` is called at every sample of every axis; it does not delay the sample.
   void on_truth(const TruthHandler& handler);
   FaultScheduler& faults() { return *faults_; }
   const FaultScheduler& faults() const { return *faults_; }

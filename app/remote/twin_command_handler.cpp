@@ -99,7 +99,7 @@ json TwinCommandHandler::status() {
 }
 
 json TwinCommandHandler::describe(const twin::FaultScheduler::Active& fault) const {
-  const twin::FaultSpec& order = fault.order;
+  const twin::FaultSpec& order = fault.spec;
   const twin::FaultTraits& its = traits(order.kind);
   json told{{"kind", its.name}, {"axis", order.axis}, {"began_s", time_s(fault.began)}};
   if (its.site != twin::FaultSite::plant) told["node"] = to_string(order.node);

@@ -230,7 +230,7 @@ void check_faults(const Document& document, const Config& config) {
     if (axis == config.axes.end())
       document.fail_at(fmt::format("twin.fault[{}].axis", i),
                        fmt::format("axis is \"{}\", expected the name of one", faults[i].axis));
-    if (const std::string why = why_not(faults[i], axis->wire); !why.empty())
+    if (const std::string why = reason_against(faults[i], axis->wire); !why.empty())
       document.fail_at(fmt::format("twin.fault[{}].kind", i), why);
     if (faults[i].repeat_every > can::Duration::zero() && faults[i].repeat_every <= faults[i].lasts)
       document.fail_at(fmt::format("twin.fault[{}].repeat_every_s", i),

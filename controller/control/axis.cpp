@@ -28,7 +28,8 @@ Supervisor::Config supervision_of(const AxisConfig& config) {
   return supervision;
 }
 
-/// From the lower threshold, coming down, to the upper one; within what is plausible.
+/// From the descending curve at the lower threshold to the ascending curve at the upper one, and within the
+/// plausible positions.
 model::Interval reach_of(const AxisConfig& config) {
   model::Interval reach{config.supervision.position_min_um, config.supervision.position_max_um};
   if (config.excitation) return reach;
@@ -83,7 +84,7 @@ void Axis::trip(Cause cause, double time_s) {
   if (state_ == AxisState::faulted) return;
   state_ = AxisState::faulted;
   fault_ = {cause, time_s};
-  memory_known_ = false;  // how the amplifier came down, only the actuator knows
+  memory_known_ = false;  // the path on which the drive falls to its safe value is unknown
 }
 
 bool Axis::takes_live_setpoints() const {
@@ -92,7 +93,7 @@ bool Axis::takes_live_setpoints() const {
 
 LiveSetpoint Axis::go_to(double position_um) {
   if (!takes_live_setpoints()) return LiveSetpoint::not_tracking;
-  // Written so that NaN is out of range too.
+  // With NaN the comparison is false: the position is out of range.
   if (!(position_um >= reach_.lo && position_um <= reach_.hi)) return LiveSetpoint::out_of_range;
   std::get<ClosedLoop>(loop_).go_to(now_s_ - tracking_since_s_, position_um);
   return LiveSetpoint::taken;
@@ -109,7 +110,7 @@ std::string_view Axis::retune(AxisTuning& tuning) {
   if (loop == nullptr) return "the axis runs in open loop";
   const Gate::Config& gate = tuning.config.gate;
   if (is_driving() && (drive_ < gate.drive_min || drive_ > gate.drive_max))
-    return "the drive is outside the new drive_min..drive_max now";
+    return "the present drive is outside the new drive_min..drive_max";
   std::swap(config_, tuning.config);
   reach_ = reach_of(config_);
   supervisor_.retune(supervision_of(config_));
@@ -267,13 +268,13 @@ AxisCommand Axis::safe() const { return {.drive = config_.gate.safe_drive}; }
 
 bool Axis::ramp_towards(double target, double dt_s) {
   const double reach = config_.wipe_slew_per_s * dt_s;
-  const double wanted = std::clamp(target, drive_ - reach, drive_ + reach);
-  drive_ = Gate::step(config_.gate, drive_, wanted, dt_s).drive;
+  const double next = std::clamp(target, drive_ - reach, drive_ + reach);
+  drive_ = Gate::step(config_.gate, drive_, next, dt_s).drive;
   follow(drive_);
   return drive_ == std::clamp(target, config_.gate.drive_min, config_.gate.drive_max);
 }
 
-/// The model remembers what the actuator does.
+/// Keeps the model's memory equal to the actuator's.
 void Axis::follow(double drive) {
   std::visit([&](auto& loop) { loop.follow(drive); }, loop_);
 }

@@ -1,8 +1,9 @@
-// The delays between a demand and the position it leads to, as moments; what the reference is compensated by.
+// The delays between a demand and the resulting position, as moments; the feed-forward compensates them.
 //
-// Each link of the chain (command delay, held drive, amplifier, mode, notch) has gain 1 at rest.  About s = 0
+// Each link of the chain (command delay, held drive, amplifier, mode, notch) has gain 1 at rest. Moments of
+// links in series add up. About s = 0
 //
-//   ln G(s) = -mu s + (var / 2) s^2 + O(s^3),       moments of links in series add up
+//   ln G(s) = -mu s + (var / 2) s^2 + O(s^3)
 //
 //   link                          mu                  var
 //   pure delay d                  d                   0
@@ -10,8 +11,10 @@
 //   1 / (1 + tau s)               tau                 tau^2
 //   second-order mode             2 zeta / omega      (4 zeta^2 - 2) / omega^2
 //
-// mu is the mean delay; var is the variance of the impulse response, negative where the mode rings.  The
-// inverse, to second order, is  1 / G(s) = e^{mu s} (1 - (var / 2) s^2) + O(s^3).  docs/theory.md derives it.
+// mu is the mean delay; var is the variance of the impulse response, negative where the mode rings.
+// The inverse to second order (derived in docs/theory.md) is
+//
+//   1 / G(s) = e^{mu s} (1 - (var / 2) s^2) + O(s^3)
 #pragma once
 
 #include <chrono>
@@ -27,26 +30,25 @@ constexpr Moments operator+(const Moments& a, const Moments& b) {
 }
 
 struct Delays {
-  std::chrono::nanoseconds command_delay{
-      0};                               ///< from the sample's SYNC until the answering command takes effect
-  double amplifier_bandwidth_Hz = 1e3;  ///< first-order lag of the amplifier
-  double resonance_Hz = 100.0;          ///< omega = 2 pi resonance
-  double damping_ratio = 0.1;           ///< zeta
-  bool second_order = false;            ///< the variance is compensated too, not the mean alone
+  std::chrono::nanoseconds command_delay{0};  ///< from a sample's SYNC until the command takes effect
+  double amplifier_bandwidth_Hz = 1e3;        ///< first-order lag of the amplifier
+  double resonance_Hz = 100.0;                ///< omega = 2 pi resonance
+  double damping_ratio = 0.1;                 ///< zeta
+  bool second_order = false;                  ///< true: compensates mean and variance; false: the mean alone
 
   Moments moments(double cycle_s) const;
   double preview_s(double cycle_s) const { return moments(cycle_s).mean_s; }
 };
 
-/// What to feed forward, so that the chain of these moments puts out r(t): to second order, and without a
-/// derivative, because `reference(seconds from now)` is known ahead.  With a cycle h
+/// The feed-forward for which a chain of these moments puts out r(t), to second order. It needs no
+/// derivative, because `reference(seconds from now)` is known ahead. With a cycle h
 ///   r(t + mu) - (var / 2) [r(t + mu + h) - 2 r(t + mu) + r(t + mu - h)] / h^2
 /// Error: O(s^3) of the chain, and (var / 24) h^2 r'''' of the difference.
 template <class Reference>
 double second_order_preview(const Moments& moments, double h_s, const Reference& reference) {
   const double here = reference(moments.mean_s);
-  const double bend = reference(moments.mean_s + h_s) - 2.0 * here + reference(moments.mean_s - h_s);
-  return here - 0.5 * moments.variance_s2 * bend / (h_s * h_s);
+  const double difference = reference(moments.mean_s + h_s) - 2.0 * here + reference(moments.mean_s - h_s);
+  return here - 0.5 * moments.variance_s2 * difference / (h_s * h_s);
 }
 
 }  // namespace hystcan::controller

@@ -1,5 +1,6 @@
-// Why an axis is not driven any more: the causes, in the words that log, status frame, telemetry and exit
-// reason share. docs/safety.md has the table: how soon each is decided, what follows, which test injects it.
+// The causes of a fault: why an axis is no longer driven. Log, status frame, telemetry and exit reason use
+// the same names. A table in docs/safety.md lists for each cause how soon it is decided, what follows, and
+// which test injects it.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +9,7 @@
 
 namespace hystcan::controller {
 
-/// On the wire too (ControllerStatus): new ones go to the end.
+/// These numbers are also on the wire (ControllerStatus): append new causes at the end.
 enum class Cause : std::uint8_t {
   none,
   interface_down,
@@ -38,7 +39,7 @@ enum class Cause : std::uint8_t {
 inline constexpr std::size_t cause_count = 24;
 
 std::string_view to_string(Cause cause);
-/// What the engineer can do about it, in one sentence.
+/// One sentence about what the engineer can do.
 std::string_view remedy(Cause cause);
 
 struct Fault {

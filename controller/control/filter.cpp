@@ -43,7 +43,8 @@ Notch::Coefficients Notch::design(const Config& config, double cycle_s) {
           .a2 = (1.0 - denominator + t * t) * scale};
 }
 
-// Counted from the last output, so that a rest stays a rest to the bit: b0 + b1 + b2 = 1 + a1 + a2.
+// Computes the difference from the last output, so that a rest stays a rest to the bit:
+//   b0 + b1 + b2 = 1 + a1 + a2
 double Notch::step(const Coefficients& c, State& state, double input) {
   const double rest = state.output_1;
   const double output = rest + c.b0 * (input - rest) + c.b1 * (state.input_1 - rest) +

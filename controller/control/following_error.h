@@ -1,8 +1,9 @@
-// The watch over the distance between stage and reference.
+// Monitors the distance between stage and reference. The stage has lost its reference where, in `cycles`
+// cycles in a row,
 //
-//   lost where  |r - y| > error_um + lag |r'|  in so many cycles in a row
+//   |r - y| > error_um + lag |r'|
 //
-// r' is the reference's own slope since the last cycle: a stage that moves is behind by its lag.
+// r' is the slope of the reference since the last cycle: a moving stage is behind by its lag.
 #pragma once
 
 #include <chrono>
@@ -21,13 +22,13 @@ class FollowingError {
   explicit FollowingError(const Config& config) : config_(config) {}
 
   void restart() { *this = FollowingError(config_); }
-  /// Once in each cycle with a sample. False: the stage has lost its reference.
+  /// Called once in each cycle with a sample. False: the stage has lost its reference.
   bool step(double reference_um, double position_um, double dt_s);
 
  private:
   Config config_;
   std::optional<double> last_reference_um_;
-  unsigned badly_ = 0;
+  unsigned exceeded_in_a_row_ = 0;
 };
 
 }  // namespace hystcan::controller

@@ -20,14 +20,14 @@ std::string limits_to_string(std::uint8_t limits) {
   return text;
 }
 
-Gate::Passed Gate::step(const Config& config, double last, double wanted, double dt_s) {
+Gate::Passed Gate::step(const Config& config, double last, double requested, double dt_s) {
   Passed passed{.drive = std::clamp(last, config.drive_min, config.drive_max)};
-  if (!std::isfinite(wanted) || !std::isfinite(dt_s)) {
+  if (!std::isfinite(requested) || !std::isfinite(dt_s)) {
     passed.limits = limit::not_finite;
     return passed;
   }
-  const double in_range = std::clamp(wanted, config.drive_min, config.drive_max);
-  if (in_range != wanted) passed.limits |= limit::range;
+  const double in_range = std::clamp(requested, config.drive_min, config.drive_max);
+  if (in_range != requested) passed.limits |= limit::range;
   const double reach = config.slew_per_s * std::max(dt_s, 0.0);
   const double reachable = std::clamp(in_range, passed.drive - reach, passed.drive + reach);
   if (reachable != in_range) passed.limits |= limit::slew;

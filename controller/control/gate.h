@@ -1,5 +1,5 @@
-// The last gate before the wire. It trusts nobody: whatever the law wants, what leaves is finite, in range,
-// and no further from the last command than the slew limit allows.
+// The last gate before the wire. It trusts no other part: whatever drive the law requests, the drive that
+// leaves the gate is finite, in range, and no further from the last one than the slew limit allows.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace hystcan::controller {
 
-/// Why a drive was not passed as wanted: bits, told beside the value.
+/// Why a drive was limited: bits, reported together with the drive.
 namespace limit {
 inline constexpr std::uint8_t none = 0;
 inline constexpr std::uint8_t range = 0x01;       ///< beyond drive_min or drive_max
@@ -30,8 +30,8 @@ struct Gate {
     double drive = 0.0;
     std::uint8_t limits = limit::none;
   };
-  /// `last`: the drive that was passed before, `dt_s` ago.
-  static Passed step(const Config& config, double last, double wanted, double dt_s);
+  /// `last`: the drive that left the gate `dt_s` ago.
+  static Passed step(const Config& config, double last, double requested, double dt_s);
 };
 
 }  // namespace hystcan::controller

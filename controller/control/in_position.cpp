@@ -8,7 +8,7 @@ namespace {
 
 double seconds(std::chrono::nanoseconds duration) { return std::chrono::duration<double>(duration).count(); }
 
-/// Sums of cycle times miss a whole number of cycles by their rounding.
+/// A sum of cycle times differs from a whole number of cycles by rounding.
 constexpr double rounding_s = 1e-9;
 
 }  // namespace

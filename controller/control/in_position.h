@@ -1,13 +1,14 @@
-// Has the stage arrived? Judged while the reference rests:
+// Decides whether the stage is in position. It is judged while the reference rests:
 //
-//   in_position   |error| <= tolerance for `window` without a break; lost at once where the error leaves it
-//   failed        not in position `timeout` after the reference came to rest, or after the position was lost.
-//                 Arriving late is still arriving: failed goes to in_position by the same window
-//   moving        neither yet
+//   in_position   |error| <= tolerance for `window` without a break; left as soon as the error is greater
+//   failed        the stage is not in position `timeout` after the reference came to rest, or after the
+//                 stage left its position. A late arrival still counts: `failed` changes to `in_position`
+//                 after the same window
+//   moving        neither of the two yet
 //
-// A reference at rest that is somewhere else than in the cycle before has jumped, and everything begins anew.
-// A cycle without a sample judges no error: the window stands still, the timeout runs on. Whoever waits has
-// an answer at the first state that is not `moving`.
+// Where a resting reference differs from that of the last cycle, it has jumped, and the judgement starts
+// again. In a cycle without a sample the window stands still and the timeout continues. A program that waits
+// for the arrival has its answer at the first state other than `moving`.
 #pragma once
 
 #include <chrono>
@@ -30,13 +31,13 @@ struct InPosition {
     Arrival arrival = Arrival::moving;
     double reference_um = 0.0;
     double within_s = -1.0;  ///< inside the tolerance; < 0: outside
-    double trying_s = -1.0;  ///< since the reference came to rest or the position was lost; < 0: it moves
+    double trying_s = -1.0;  ///< since the reference came to rest or the stage left it; < 0: it moves
   };
   struct Input {
     double reference_um = 0.0;
     bool reference_rests = false;
     std::optional<double> error_um;  ///< reference minus measured; empty: no sample
-    double dt_s = 0.0;               ///< since the cycle before
+    double dt_s = 0.0;               ///< since the last cycle
   };
 
   static Arrival step(const Config& config, State& state, const Input& input);

@@ -10,13 +10,13 @@ namespace {
 constexpr std::array<std::string_view, all_structures.size()> structure_names{"average", "inverse", "pi",
                                                                               "average+pi", "inverse+pi"};
 
-/// Below this a demand counts as met: far under any sensor's resolution, far over the inverse's rounding.
+/// A demand counts as met below this excess: far below any sensor's resolution, far above rounding.
 constexpr double met_within_um = 1e-6;
 
-/// An offset left over counts as gone: below the wire's resolution of a position.
+/// A remaining offset below this counts as zero: less than the wire's resolution of a position.
 constexpr double faded_um = 1e-7;
 
-/// Curves without memory need no room for any.
+/// Capacity of a memory that a curve without hysteresis does not use.
 constexpr std::size_t least_capacity = 4;
 
 }  // namespace
@@ -97,8 +97,8 @@ void ControlLaw::retune(const Config& config) {
   set_correction(correction_);
 }
 
-// The new operator's output at the drive applied last is what it shall be asked for next.  The notch is moved
-// along, so that it keeps what it has not let through yet.
+// The next demand becomes the new operator's output at the last applied drive. The notch is shifted by the
+// same amount, so that it keeps its transient.
 void ControlLaw::enter_structure() {
   const double moved_um = predicted_um() - notched_um_;
   Notch::shift(notch_state_, moved_um);
@@ -113,7 +113,7 @@ void ControlLaw::set_correction(const ModelCorrection& correction) {
                       : ModelCorrection{});
 }
 
-// The corrected model's output at the drive applied last moves; the integral makes up for it.
+// The corrected model's output at the last applied drive changes; the integral compensates the change.
 void ControlLaw::move_correction(const ModelCorrection& to) {
   const double before_um = predicted_um();
   correction_ = to;
@@ -127,7 +127,7 @@ void ControlLaw::move_correction(const ModelCorrection& to) {
 ControlLaw::Demand ControlLaw::propose(const Input& input) {
   steady_ = input.steady;
   previewed_um_ = input.previewed_um;
-  take_error(input);
+  update_error(input);
   integrate(input.dt_s);
   demand_um_ = feed_forward_um() + proportional_um() + pi_.integral_um;
   notched_um_ = notched(demand_um_, input.cycle_s);
@@ -139,8 +139,8 @@ ControlLaw::Demand ControlLaw::propose(const Input& input) {
   return demand;
 }
 
-// One low pass for the difference is the same as one each for reference and measurement.
-void ControlLaw::take_error(const Input& input) {
+// One low pass for the difference is equal to one each for reference and measurement.
+void ControlLaw::update_error(const Input& input) {
   integrated_s_ = input.position_um ? input.dt_s : 0.0;
   if (!input.position_um) return;
   const double error_um = input.reference_um - *input.position_um;
@@ -150,11 +150,12 @@ void ControlLaw::take_error(const Input& input) {
 }
 
 void ControlLaw::integrate(double dt_s) {
-  before_um_ = pi_.integral_um;
+  integral_before_um_ = pi_.integral_um;
   if (feeds_back())
     pi_.integral_um += config_.pi.ki_per_s * error_um_ * integrated_s_;
   else if (pi_.integral_um != 0.0)
-    pi_.integral_um = std::abs(before_um_) > faded_um ? before_um_ * std::exp(-dt_s / fade_s) : 0.0;
+    pi_.integral_um =
+        std::abs(integral_before_um_) > faded_um ? integral_before_um_ * std::exp(-dt_s / fade_s) : 0.0;
 }
 
 double ControlLaw::notched(double demand_um, double cycle_s) {
@@ -169,20 +170,20 @@ double ControlLaw::notched(double demand_um, double cycle_s) {
 void ControlLaw::commit(double applied_drive) {
   follow(applied_drive);
   if (!feeds_back() || integrated_s_ == 0.0) return;
-  const double unmet_um = notched_um_ - predicted_um();
-  if (std::abs(unmet_um) > met_within_um)
-    keep_from_winding_up(unmet_um);
+  const double excess_um = notched_um_ - predicted_um();
+  if (std::abs(excess_um) > met_within_um)
+    prevent_windup(excess_um);
   else if (config_.adaptation && steady_)
     move_correction(Adaptation::step(*config_.adaptation, correction_, inverted().output_range(),
                                      modelled_um(), pi_.integral_um, integrated_s_));
 }
 
-void ControlLaw::keep_from_winding_up(double unmet_um) {
+void ControlLaw::prevent_windup(double excess_um) {
   const auto& [kp, ki_per_s] = config_.pi;
-  if (feeds_forward() && (feed_forward_um() - predicted_um()) * unmet_um > 0.0) {
-    if (unmet_um * error_um_ > 0.0) pi_.integral_um = before_um_;
+  if (feeds_forward() && (feed_forward_um() - predicted_um()) * excess_um > 0.0) {
+    if (excess_um * error_um_ > 0.0) pi_.integral_um = integral_before_um_;
   } else if (ki_per_s > 0.0) {
-    pi_.integral_um -= (kp > 0.0 ? -std::expm1(-ki_per_s * integrated_s_ / kp) : 1.0) * unmet_um;
+    pi_.integral_um -= (kp > 0.0 ? -std::expm1(-ki_per_s * integrated_s_ / kp) : 1.0) * excess_um;
   }
 }
 

@@ -1,19 +1,24 @@
 // The control law, a pure step: no clock, no socket, no log.
 //
-//   u = H^-1( N[ F + kp e + I ] ),   F = r(t + tau) or as `Delays` has it,   e = r(t) - y(t),   I += ki e dt
+//   u = H^-1( N[ F + kp e + I ] ),   F = r(t + tau), or to second order (Delays)
+//   e = r(t) - y(t),   I += ki e dt
 //
 // PI acts in displacement units, inside the inverse H^-1: the loop gain is that of a linear plant, and the
-// inverse's memory is exactly the drive that the actuator was given.  Error is reference minus measured,
-// everywhere.
+// inverse's memory follows exactly the drive applied to the actuator. The error is always reference minus
+// measured.
 //
-// Options: e is low-passed (reference and measurement alike, so that no error comes of it) and loses a
-// deadband; N is a notch; H is corrected by a learnt gain and offset.
+// Options: e passes a low pass, which acts on reference and measurement alike and thus causes no error, and
+// a deadband; N is a notch; H is corrected by a learnt gain and offset.
 //
-// Anti-windup by back-calculation.  saturation_excess = N[F + kp e + I] - H(applied drive), in um, is exactly
-// what all limiters together took (range, slew, the model's threshold):
+// Anti-windup by back-calculation: the excess, in um, is exactly what all limiters (range, slew, the model's
+// thresholds) took away:
+//
+//   saturation_excess = N[F + kp e + I] - H(applied drive)
 //   I -= alpha saturation_excess,   alpha = 1 - e^{-ki dt / kp},  1 where kp = 0
-// A saturated loop rests at I = limit - F whatever kp, to a cycle's ki e dt.  Where F alone lies beyond what
-// was realised the limit is not PI's doing: I is held against the limit instead of being driven off by it.
+//
+// A saturated loop rests at I = limit - F for any kp, within one cycle's ki e dt. Where F alone exceeds the
+// realised position, PI has not caused the limit: the limit then does not drive I back, and I stops
+// integrating further into the limit.
 //
 //   structure     H                                feed-forward   PI
 //   average       mean of the reference curves     yes            no
@@ -51,18 +56,18 @@ struct Pi {
     double ki_per_s = 0.0;  ///< 1/s
   };
   struct State {
-    double integral_um = 0.0;  ///< ki integral(e) dt; without PI, an offset left over that decays
+    double integral_um = 0.0;  ///< ki integral(e) dt; without PI: a remaining offset that decays
   };
 };
 
 class ControlLaw {
  public:
-  /// All but the model can be changed while running.
+  /// Everything but the model can change at run time.
   struct Config {
     Structure structure = Structure::inverse_pi;
     model::HysteresisParameters model;
     Pi::Config pi;
-    double deadband_um = 0.0;            ///< errors within it are none, others smaller by it
+    double deadband_um = 0.0;            ///< an error within it counts as 0, a greater one is reduced by it
     double measurement_filter_Hz = 0.0;  ///< corner of the low pass, 0: none
     std::optional<Notch::Config> notch{};
     std::optional<Adaptation::Config> adaptation{};
@@ -70,52 +75,51 @@ class ControlLaw {
   struct Input {
     double reference_um = 0.0;          ///< r(t)
     double previewed_um = 0.0;          ///< F
-    std::optional<double> position_um;  ///< y(t); empty: a lost sample, bridged with the last error
+    std::optional<double> position_um;  ///< y(t); empty: the sample is lost, the last error is used
     double dt_s = 0.0;                  ///< measured, since the last step
-    double cycle_s = 0.0;               ///< nominal: what a notch is designed for
-    bool steady = false;                ///< nothing under way that the correction should not learn from
+    double cycle_s = 0.0;               ///< nominal; a notch is designed for it
+    bool steady = false;                ///< the correction may learn from this cycle
   };
   struct Demand {
-    double drive = 0.0;        ///< wanted, before the gate
-    double position_um = 0.0;  ///< the displacement that it was inverted from
+    double drive = 0.0;        ///< requested, before the gate
+    double position_um = 0.0;  ///< input of the inverse
     std::uint8_t limits = limit::none;
   };
 
-  /// Throws std::invalid_argument where the model is not a valid one.
+  /// Throws std::invalid_argument where the model is invalid.
   explicit ControlLaw(const Config& config);
 
-  /// A drive was applied while the law was not asked: the memory moves with it.
+  /// Moves the memory to a drive that was applied without this law, on a ramp for example.
   void follow(double applied_drive) { full_.advance(memory_, applied_drive); }
-  /// From the drive that was applied last. Bumpless in the drive: what offset there is between sensor and
-  /// model goes into the integral. Returns the reference to start from: the measured position, or without
-  /// feedback the model's.
+  /// Starts from the drive that was applied last, without a bump: the integral takes the offset between
+  /// sensor and model. Returns the reference to start from: the measured position with feedback, else the
+  /// model's position.
   double restart(double position_um);
-  /// A memory known from elsewhere. Allocates only where its capacity is above the default.
+  /// Sets a known memory. Allocates only where its capacity is above the default.
   void remember(const model::HysteresisState& memory) { memory_ = memory; }
-  /// The same after all memory has been wiped out by driving to the lower threshold.
+  /// As restart(), after a drive to the lower threshold has wiped all memory out.
   double restart_at_lower_threshold(double position_um);
 
-  /// Between two cycles, without allocating: everything of `config` but the model, which is not looked at (a
-  /// change of it needs a restart). The drive does not jump. Without PI in the new structure, what offset is
-  /// left over decays over fade_s.
+  /// Called between two cycles; does not allocate. Applies everything of `config` but the model, which needs
+  /// a restart. The drive does not jump. Where the new structure has no PI, the remaining offset decays over
+  /// fade_s.
   void retune(const Config& config);
   static constexpr double fade_s = 0.1;
 
   Demand propose(const Input& input);
-  /// Told what left the gate: the memory moves with the drive actually applied; the integral is kept from
-  /// winding up.
+  /// Takes the drive that left the gate: moves the memory to it and prevents windup of the integral.
   void commit(double applied_drive);
 
   /// The model's position at the applied drive.
   double predicted_um() const { return correction_.apply(modelled_um()); }
   const model::Hysteresis& inverted() const;
-  /// The recursive model, whose memory moves under every structure.
+  /// The recursive model; its memory follows the drive under every structure.
   const model::Hysteresis& model() const { return full_; }
   const model::HysteresisState& memory() const { return memory_; }
   double integral_um() const { return pi_.integral_um; }
 
   const ModelCorrection& correction() const { return correction_; }
-  /// Bumpless, and within the bounds; {} reverts. No effect without `adaptation`.
+  /// Sets the correction within its bounds, without a bump; {} reverts it. No effect without `adaptation`.
   void set_correction(const ModelCorrection& correction);
 
  private:
@@ -128,29 +132,29 @@ class ControlLaw {
   const model::HysteresisState& inverted_memory() const;
   double modelled_um() const;
 
-  void take_error(const Input& input);
+  void update_error(const Input& input);
   void integrate(double dt_s);
   double notched(double demand_um, double cycle_s);
-  void keep_from_winding_up(double unmet_um);
+  void prevent_windup(double excess_um);
   void enter_structure();
   void move_correction(const ModelCorrection& to);
 
   Config config_;
   model::Hysteresis full_, average_, line_;
   model::HysteresisState memory_;                    ///< of the full model, under every structure
-  model::HysteresisState average_rest_, line_rest_;  ///< of the curves without memory: never moved
+  model::HysteresisState average_rest_, line_rest_;  ///< of the curves without memory: constant
   ModelCorrection correction_;
   Notch::Coefficients notch_;
-  double notch_for_s_ = 0.0;  ///< the cycle that notch_ was designed for; 0: none yet
+  double notch_for_s_ = 0.0;  ///< the cycle time for which notch_ was designed; 0: none yet
   Notch::State notch_state_;
   Pi::State pi_;
-  double filtered_um_ = 0.0;   ///< r - y after the low pass
-  double error_um_ = 0.0;      ///< after the deadband too: what PI sees
-  double integrated_s_ = 0.0;  ///< in the last step; 0: its sample was lost
-  double before_um_ = 0.0;     ///< the integral before the last step
+  double filtered_um_ = 0.0;         ///< r - y after the low pass
+  double error_um_ = 0.0;            ///< after the deadband: the input of PI
+  double integrated_s_ = 0.0;        ///< in the last step; 0: the sample was lost
+  double integral_before_um_ = 0.0;  ///< the integral before the last step
   double previewed_um_ = 0.0;
   double demand_um_ = 0.0;   ///< F + PI
-  double notched_um_ = 0.0;  ///< what the inverse was asked for
+  double notched_um_ = 0.0;  ///< input of the inverse
   bool steady_ = false;
 };
 

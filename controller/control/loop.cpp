@@ -10,10 +10,10 @@ ClosedLoop::ClosedLoop(const Config& config)
     : law_(config.law),
       trajectory_(config.setpoint, config.repeat, config.reference_limits),
       following_error_(config.following_error) {
-  take(config);
+  apply(config);
 }
 
-void ClosedLoop::take(const Config& config) {
+void ClosedLoop::apply(const Config& config) {
   delays_ = config.delays;
   notch_ = config.law.notch;
   judged_by_ = config.in_position;
@@ -21,7 +21,7 @@ void ClosedLoop::take(const Config& config) {
 }
 
 void ClosedLoop::retune(const Config& config, std::optional<Trajectory>& reference, double t_s) {
-  take(config);
+  apply(config);
   law_.retune(config.law);
   following_error_ = FollowingError(config.following_error);
   if (!reference) return;
@@ -44,7 +44,7 @@ std::vector<double> ClosedLoop::ramp_in() const {
   return {thresholds.hi, thresholds.lo};
 }
 
-/// The integral takes what the other axes add at first; what they add later is fed forward.
+/// The integral takes what the other axes add at the start; what they add later is fed forward.
 void ClosedLoop::begin(double position_um, double coupled_um) {
   coupled_at_first_um_ = coupled_um;
   following_error_.restart();

@@ -1,11 +1,14 @@
-// What an axis does with its drive while it tracks: one of two, behind the same supervision and the same
-// gate.
+// The two loops that decide the drive of an axis while it tracks. Both have the same supervision and gate.
 //
 //   ClosedLoop   follows a reference: Trajectory, ControlLaw, following error
-//   OpenLoop     follows a drive, an Excitation; knows no model and no reference
+//   OpenLoop     follows an Excitation (a drive); has no model and no reference
 //
-// Both: ramp_in() tells the drives to visit before, follow() each drive on the way, begin() is called where
-// tracking begins, then propose() -> gate -> commit() in every cycle.
+// Calls, in this order:
+//
+//   ramp_in()                         returns the drives to visit before tracking
+//   follow()                          takes each drive applied on the way there
+//   begin()                           tracking begins
+//   propose() -> gate -> commit()     in every cycle
 #pragma once
 
 #include <optional>
@@ -27,12 +30,12 @@ struct LoopInput {
   double dt_s = 0.0;
   double cycle_s = 0.0;
   std::optional<double> position_um;
-  double coupled_um = 0.0;  ///< what the other axes will add to this one's position (Coupling)
+  double coupled_um = 0.0;  ///< what the other axes will add to the position of this one (Coupling)
 };
 
 struct Proposal {
-  bool follows = true;  ///< false: the stage has lost its reference, nothing else of this counts
-  double drive = 0.0;   ///< wanted, before the gate
+  bool follows = true;  ///< false: the stage has lost its reference; the other members mean nothing
+  double drive = 0.0;   ///< requested, before the gate
   double reference_um = 0.0;
   double demand_um = 0.0;
   std::uint8_t limits = limit::none;
@@ -53,10 +56,10 @@ class ClosedLoop {
     FollowingError::Config following_error;
   };
 
-  /// Throws std::invalid_argument where the model is not a valid one.
+  /// Throws std::invalid_argument where the model is invalid.
   explicit ClosedLoop(const Config& config);
 
-  /// Up to the upper threshold and down to the lower one: whatever the actuator remembered is wiped out.
+  /// Up to the upper threshold and down to the lower one: this wipes the actuator's memory out.
   std::vector<double> ramp_in() const;
   void follow(double applied_drive) { law_.follow(applied_drive); }
   void begin(double position_um, double coupled_um);
@@ -65,11 +68,12 @@ class ClosedLoop {
 
   void go_to(double t_s, double goal_um);
   void resume(double t_s);
-  /// Between two cycles, bumpless, without allocating: all of `config` but the model and the setpoint; with
-  /// `reference`, which is left with the one before, this from the present motion on.
+  /// Called between two cycles; has no bump and does not allocate. Applies everything of `config` but the
+  /// model and the setpoint. A given `reference` starts from the present motion; it is exchanged for the
+  /// former one.
   void retune(const Config& config, std::optional<Trajectory>& reference, double t_s);
 
-  /// How far ahead the reference is looked up, and what it will be then.
+  /// How far ahead the reference is looked up.
   double preview_s(double cycle_s);
   double reference_um(double t_s) const { return trajectory_.value_um(t_s); }
 
@@ -77,7 +81,7 @@ class ClosedLoop {
   ControlLaw& law() { return law_; }
 
  private:
-  void take(const Config& config);
+  void apply(const Config& config);
   Arrival judge(const Trajectory::Point& point, const LoopInput& input);
   double previewed_um(const LoopInput& input);
 
@@ -89,16 +93,16 @@ class ClosedLoop {
   InPosition::State in_position_;
   FollowingError following_error_;
   Moments moments_;             ///< from demand to position
-  double moments_for_s_ = 0.0;  ///< the cycle that they are of; 0: none yet
+  double moments_for_s_ = 0.0;  ///< the cycle time for which moments_ was computed; 0: none yet
   double coupled_at_first_um_ = 0.0;
 };
 
 class OpenLoop {
  public:
-  /// Throws std::invalid_argument where `gate` would not let the excitation pass as it is.
+  /// Throws std::invalid_argument where `gate` would limit the excitation.
   OpenLoop(const Excitation::Config& config, const Gate::Config& gate);
 
-  /// Straight to where the excitation begins.
+  /// Straight to the first drive of the excitation.
   std::vector<double> ramp_in() const { return {excitation_.at(0.0)}; }
   void follow(double /*applied_drive*/) {}
   void begin(double /*position_um*/, double /*coupled_um*/) {}

@@ -22,7 +22,8 @@ void TrackingStatistics::add(const AxisReport& report) {
       point.live)
     return;
   if (point.shape_time_s < settle_s_) return;
-  if (point.segment >= segments_.size()) segments_.resize(point.segment + 1);  // a new setpoint has more
+  // A new setpoint may have more segments.
+  if (point.segment >= segments_.size()) segments_.resize(point.segment + 1);
   segments_[point.segment].add(report.reference_um - report.position_um);
 }
 

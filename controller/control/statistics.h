@@ -1,4 +1,4 @@
-// Tracking error, told apart by the segments of the reference.
+// Statistics of the tracking error for each segment of the reference.
 #pragma once
 
 #include <cstddef>
@@ -33,11 +33,10 @@ class TrackingStatistics {
   std::vector<ErrorStatistics> segments_;
 };
 
-/// What one axis made of its reference.
+/// Result of one axis's run.
 struct AxisOutcome {
   std::string name;
-  double stroke_um =
-      0.0;  ///< what errors are given in percent of: the ascending reference curve from end to end
+  double stroke_um = 0.0;  ///< 100 % of the errors in percent: the ascending reference curve's full height
   AxisState state = AxisState::offline;  ///< at the end
   Fault fault;
   TrackingStatistics statistics;

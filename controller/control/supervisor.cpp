@@ -8,26 +8,26 @@
 namespace hystcan::controller {
 namespace {
 
-/// A SYNC so many cycles after the last one is a stall: the reference has run on, the ramps would jump.
+/// A SYNC more cycles than this after the last one is a stall: the reference has moved on, ramps would jump.
 constexpr double stalled_cycles = 10.0;
 
-/// The amplifier reports its state at once; longer than this and it has not obeyed.
+/// The amplifier reports its state at once; after this time it has not obeyed.
 constexpr double enable_timeout_s = 0.5;
 
-/// Of the drive's range: so far it goes before an unchanged position is a frozen one.
+/// Share of the drive's range: after this travel an unchanged position is a frozen one.
 constexpr double frozen_travel = 0.02;
 
-/// A corner of the reference may meet one or two; a model that does not hold there meets them all.
+/// A corner of the reference may cause one or two such cycles; an invalid model causes them continuously.
 constexpr unsigned not_invertible_cycles = 3;
 
-/// Since the last SYNC, in whole ones: a stage goes further in a late cycle. At least one.
+/// Whole cycles since the last SYNC, at least 1: a stage moves further in a late cycle.
 unsigned cycles_in(const AxisInput& input) {
   constexpr double most = 1e6;
   return static_cast<unsigned>(std::clamp(std::ceil(input.dt_s / input.cycle_s - 0.5), 1.0, most));
 }
 
-/// Time that `condition` has held on end.
-double held(bool condition, double so_far_s, double dt_s) { return condition ? so_far_s + dt_s : 0.0; }
+/// Time for which `condition` has been true without a break.
+double time_held(bool condition, double so_far_s, double dt_s) { return condition ? so_far_s + dt_s : 0.0; }
 
 }  // namespace
 
@@ -48,7 +48,7 @@ Cause Supervisor::judge_bus(const AxisInput& input) {
   const NodeHealth& health = input.health;
   if (!health.interface_up) return Cause::interface_down;
   if (!health.bus_on) return Cause::bus_off;
-  passive_for_s_ = held(health.bus_passive, passive_for_s_, input.dt_s);
+  passive_for_s_ = time_held(health.bus_passive, passive_for_s_, input.dt_s);
   if (config_.bus_passive_s > 0.0 && passive_for_s_ > config_.bus_passive_s) return Cause::bus_passive;
   return input.dt_s > stalled_cycles * input.cycle_s ? Cause::cycle_overrun : Cause::none;
 }
@@ -67,13 +67,13 @@ Cause Supervisor::judge_nodes(const AxisInput& input) const {
 
 Supervisor::Verdict Supervisor::judge_sample(const AxisInput& input) {
   cycles_since_last_ += cycles_in(input);
-  if (!input.position_um) return {lose(input.late_sample, Cause::sample_missing), std::nullopt};
+  if (!input.position_um) return {count_lost_sample(input.late_sample, Cause::sample_missing), std::nullopt};
   if (!input.sensor_status_good) return {Cause::sensor_status, std::nullopt};
   const double position_um = *input.position_um;
-  // Written so that NaN is implausible too.
+  // With NaN the comparison is false: the position is implausible.
   if (!(position_um >= config_.position_min_um && position_um <= config_.position_max_um))
     return {Cause::position_implausible, std::nullopt};
-  if (has_jumped(position_um)) return {lose(false, Cause::position_jumped), std::nullopt};
+  if (has_jumped(position_um)) return {count_lost_sample(false, Cause::position_jumped), std::nullopt};
   if (is_frozen(position_um)) return {Cause::position_frozen, std::nullopt};
   lost_.leak();
   lost_in_a_row_ = late_in_a_row_ = 0;
@@ -82,7 +82,7 @@ Supervisor::Verdict Supervisor::judge_sample(const AxisInput& input) {
   return {Cause::none, position_um};
 }
 
-Cause Supervisor::lose(bool late, Cause cause) {
+Cause Supervisor::count_lost_sample(bool late, Cause cause) {
   lost_.lose();
   ++lost_in_a_row_;
   if (late) ++late_in_a_row_;
@@ -106,11 +106,11 @@ bool Supervisor::is_frozen(double position_um) {
 }
 
 Cause Supervisor::judge(const AxisCommand& command, std::uint8_t limits, double dt_s) {
-  enabled_for_s_ = held(command.enable, enabled_for_s_, dt_s);
+  enabled_for_s_ = time_held(command.enable, enabled_for_s_, dt_s);
   travel_ += std::abs(command.drive - last_drive_);
   last_drive_ = command.drive;
   const bool is_limited = (limits & (limit::range | limit::slew | limit::model)) != 0;
-  saturated_for_s_ = held(is_limited, saturated_for_s_, dt_s);
+  saturated_for_s_ = time_held(is_limited, saturated_for_s_, dt_s);
   if (config_.saturated_s > 0.0 && saturated_for_s_ > config_.saturated_s) return Cause::saturated;
   const bool left_range = (limits & (limit::not_invertible | limit::not_finite)) != 0;
   not_invertible_ = left_range ? not_invertible_ + 1 : 0;

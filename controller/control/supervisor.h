@@ -1,15 +1,15 @@
-// Judges, cycle by cycle, whether a driven axis may go on being driven. Pure: told what was heard and what
-// was commanded.
+// Judges in every cycle whether a driven axis may stay driven. A pure step: takes the received data and the
+// command that was decided; returns a verdict.
 //
-//   sample     a lost, late or jumped one is bridged and fills a leaky bucket; a run of them trips
-//   jump       |y - y_last| > position_jump_um for each cycle since y_last, the last sample taken: a stage
-//   that is
-//              really elsewhere is let in later, and judged by its following error
-//   frozen     y is the same to the last bit for frozen_cycles, in which the drive went further than a
-//              fiftieth of its range: noise and stage would have moved any real sensor
-//   saturated  the drive is limited, by range, slew or the model's thresholds, for saturated_s on end
+//   sample     a lost, late or jumped sample is bridged and fills a leaky bucket; several in a row trip
+//   jump       |y - y_last| > position_jump_um for each cycle since y_last, the last accepted sample. The
+//              limit grows with every cycle, so a stage that has really moved is accepted later; its
+//              following error then decides
+//   frozen     y is the same to the last bit for frozen_cycles, while the drive travels more than a fiftieth
+//              of its range: noise and motion would change the reading of any real sensor
+//   saturated  range, slew or the model's thresholds limit the drive for saturated_s without a break
 //
-// Where several things are wrong at once, the most telling one is the cause.
+// Where several things are wrong at once, the cause is the one that explains the most.
 #pragma once
 
 #include <cstdint>
@@ -19,22 +19,22 @@
 
 namespace hystcan::controller {
 
-/// What is known of the axis's two nodes when a cycle is decided.
+/// State of the axis's two nodes when a cycle is decided.
 struct NodeHealth {
   bool interface_up = true;
   bool bus_on = true;         ///< not bus-off
   bool bus_passive = false;   ///< our own CAN controller is error-passive
-  bool sensor_alive = false;  ///< heartbeat heard in time
+  bool sensor_alive = false;  ///< a heartbeat was received in time
   bool sensor_operational = false;
   bool amplifier_alive = false;
   bool amplifier_operational = false;
   bool restarted = false;          ///< a node booted up since the last cycle
-  bool emergency = false;          ///< a node sent one, of another code than "no error", since the last cycle
+  bool emergency = false;          ///< a node sent an EMCY other than "no error" since the last cycle
   bool amplifier_ready = false;    ///< last status: ready or enabled
   bool amplifier_enabled = false;  ///< last status: enabled
   bool amplifier_fault = false;    ///< last status: fault
   double amplifier_output = 0.0;   ///< last status, drive units
-  bool amplifier_moves = false;    ///< switched off, and not yet told to rest
+  bool amplifier_moves = false;    ///< switched off, and its output is not yet reported at rest
 };
 
 struct AxisInput {
@@ -43,7 +43,7 @@ struct AxisInput {
   double cycle_s = 0.0;               ///< the nominal period
   std::optional<double> position_um;  ///< empty: no sample came
   bool sensor_status_good = true;
-  bool late_sample = false;     ///< one of an earlier cycle came since the last step
+  bool late_sample = false;     ///< a sample of an earlier cycle came since the last step
   bool begin_tracking = false;  ///< every axis is ready
   double coupled_um = 0.0;      ///< what the other axes will add to the position
   NodeHealth health;
@@ -55,8 +55,8 @@ struct AxisCommand {
   bool clear_fault = false;
 };
 
-/// Fills by one for every lost sample, leaks by a tenth for every good one: single losses are bridged, a run
-/// trips.
+/// Fills by 1 for every lost sample and leaks by 1/10 for every good one: single losses are bridged, several
+/// in a row trip.
 class LeakyBucket {
  public:
   explicit LeakyBucket(unsigned capacity) : capacity_(10 * capacity) {}
@@ -73,7 +73,7 @@ class LeakyBucket {
 class Supervisor {
  public:
   struct Config {
-    double position_min_um = 0.0;  ///< outside: implausible, a broken sensor or stage
+    double position_min_um = 0.0;  ///< a position outside is implausible: a broken sensor or stage
     double position_max_um = 0.0;
     double position_jump_um = 0.0;  ///< in one cycle; 0: not judged
     unsigned missing_samples = 3;   ///< bridged in a row; one more trips
@@ -84,25 +84,26 @@ class Supervisor {
   };
   struct Verdict {
     Cause cause = Cause::none;
-    std::optional<double> position_um;  ///< the sample, where it may be used
+    std::optional<double> position_um;  ///< empty: no sample may be used
   };
 
   explicit Supervisor(const Config& config) : config_(config), lost_(config.missing_samples) {}
 
-  /// Other limits from the next cycle on; what has been seen of the axis still counts.
+  /// Changes the limits from the next cycle on. Empties the bucket; all other counters and timers continue.
   void retune(const Config& config);
-  /// Nothing of the past counts: the axis is about to be driven.
+  /// Called when the axis is about to be driven: resets all counters and timers.
   void restart();
-  /// Once in each cycle of a driven axis, before its command.
+  /// Called once in each cycle of a driven axis, before its command.
   Verdict judge(const AxisInput& input);
-  /// The command that was decided, and by what the law's wish was limited (gate.h): a cause to take it back.
+  /// Called with the decided command and the limits that acted on it (gate.h). Returns a cause to replace
+  /// the command by the safe one, or Cause::none.
   Cause judge(const AxisCommand& command, std::uint8_t limits, double dt_s);
 
  private:
   Cause judge_bus(const AxisInput& input);
   Cause judge_nodes(const AxisInput& input) const;
   Verdict judge_sample(const AxisInput& input);
-  Cause lose(bool late, Cause cause);
+  Cause count_lost_sample(bool late, Cause cause);
   bool has_jumped(double position_um) const;
   bool is_frozen(double position_um);
 
@@ -110,10 +111,10 @@ class Supervisor {
   LeakyBucket lost_;
   unsigned lost_in_a_row_ = 0;
   unsigned late_in_a_row_ = 0;
-  std::optional<double> last_um_;  ///< the last sample taken
+  std::optional<double> last_um_;  ///< the last accepted sample
   unsigned cycles_since_last_ = 0;
   unsigned cycles_unchanged_ = 0;
-  double travel_ = 0.0;  ///< of the drive, meanwhile
+  double travel_ = 0.0;  ///< of the drive, in cycles_unchanged_
   double last_drive_ = 0.0;
   double enabled_for_s_ = 0.0;
   double saturated_for_s_ = 0.0;

@@ -11,7 +11,7 @@
 namespace hystcan::controller {
 namespace {
 
-/// Longer than any measurement: a mistyped number, and too many rows for a disk.
+/// Longer than any measurement: a mistyped number, which would fill a disk.
 constexpr double longest_s = 1e6;
 constexpr unsigned most_turns = 10'000;
 
@@ -93,7 +93,7 @@ Excitation::Excitation(const Config& config) : config_(config) {
   std::visit(
       [this](const auto& c) {
         validate(c);
-        lay_out(c);
+        add_knots(c);
       },
       config_);
   expect(length_s_ <= longest_s, "the drive lasts " + number(length_s_) + " s",
@@ -106,14 +106,14 @@ void Excitation::hold(double drive, double duration_s) {
   knots_.push_back({length_s_, drive});
 }
 
-void Excitation::lay_out(const Hysteresis& h) {
+void Excitation::add_knots(const Hysteresis& h) {
   for (const double drive : turning_points(h)) {
     if (!knots_.empty()) length_s_ += std::abs(drive - knots_.back().drive) / h.slew_per_s;
     hold(drive, h.rest_s);
   }
 }
 
-void Excitation::lay_out(const Steps& s) {
+void Excitation::add_knots(const Steps& s) {
   const double half_s = s.period_s / 2.0;
   hold(s.centre, half_s);
   for (unsigned i = 0; i < s.cycles; ++i) {
@@ -123,7 +123,7 @@ void Excitation::lay_out(const Steps& s) {
   hold(s.centre, half_s);
 }
 
-void Excitation::lay_out(const Chirp& c) { length_s_ = c.duration_s; }
+void Excitation::add_knots(const Chirp& c) { length_s_ = c.duration_s; }
 
 double Excitation::at(double t_s) const {
   t_s = std::clamp(t_s, 0.0, length_s_);

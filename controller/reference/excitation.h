@@ -1,19 +1,19 @@
-// The drive of a measurement: a known function of time, applied in open loop, from whose record an actuator
-// is identified.
+// The drive of a measurement: a known function of time, applied in open loop. An actuator is identified from
+// the measured dataset.
 //
 //   hysteresis   straight ramps of one slew between turning points, a rest at each; from `low` back to `low`:
 //                  major loops      low -> high -> low, `loops` times
 //                  nested loops     middle +- a_k (high - low) / 2,  a_k = 1 - k / (levels + 1),
-//                                   k = 1 .. levels: each inside the one before, all closed on the way up
-//                                   to high
+//                                   k = 1 .. levels: each loop lies inside the one before, and all are
+//                                   closed on the way up to high
 //                  reversal curves  high -> r_j -> high,  r_j = low + (high - low) j / (levels + 1),
 //                                   j = levels .. 1; then low -> r_j -> low,  j = 1 .. levels
 //   steps        centre - amplitude <-> centre + amplitude, half a period each, `cycles` times; half a period
 //                at the centre before and after
 //   chirp        centre + amplitude sin(2 pi (f_0 t + (f_1 - f_0) t^2 / (2 T))),  0 <= t <= T
 //
-// Drives are in drive units, times in s. The rest is there so that no turning point falls between two cycles:
-// make it two cycles or more. At both ends the drive is held.
+// Drives are in drive units, times in s. The rest ensures that no turning point falls between two cycles; it
+// has to last two cycles or more. The drive is held before the beginning and after the end.
 #pragma once
 
 #include <string_view>
@@ -55,7 +55,7 @@ class Excitation {
   double at(double t_s) const;
   double length_s() const { return length_s_; }
   model::Interval range() const;
-  /// Drive units per s; of steps 0: how steep they are is the gate's business.
+  /// Drive units per s; 0 for steps, whose slew the gate limits.
   double steepest_per_s() const;
 
  private:
@@ -64,12 +64,12 @@ class Excitation {
     double drive = 0.0;
   };
   void hold(double drive, double duration_s);
-  void lay_out(const Hysteresis& h);
-  void lay_out(const Steps& s);
-  void lay_out(const Chirp& c);
+  void add_knots(const Hysteresis& h);
+  void add_knots(const Steps& s);
+  void add_knots(const Chirp& c);
 
   Config config_;
-  std::vector<Knot> knots_;  ///< straight in between; none of a chirp
+  std::vector<Knot> knots_;  ///< straight lines in between; a chirp has none
   double length_s_ = 0.0;
 };
 

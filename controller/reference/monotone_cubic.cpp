@@ -17,9 +17,9 @@ bool finite(const std::vector<double>& values) {
 MonotoneCubic::MonotoneCubic(std::vector<double> x, std::vector<double> y)
     : x_(std::move(x)), y_(std::move(y)), slope_(x_.size(), 0.0) {
   if (x_.size() < 2 || x_.size() != y_.size())
-    throw std::invalid_argument("a curve through points has too few, expected two or more, as many y as x");
+    throw std::invalid_argument("the curve has too few points, expected two or more, as many y as x");
   if (!finite(x_) || !finite(y_) || std::ranges::adjacent_find(x_, std::greater_equal{}) != x_.end())
-    throw std::invalid_argument("the points of a curve are not in order, expected finite ones, x increasing");
+    throw std::invalid_argument("the curve's points are not in order, expected finite ones, x increasing");
   const double first = x_.front();
   for (double& value : x_) value -= first;
   for (std::size_t i = 1; i + 1 < x_.size(); ++i) {

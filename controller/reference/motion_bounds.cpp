@@ -12,8 +12,9 @@ MotionBounds between(double from_um, double to_um) {
   return {.lowest_um = std::min(from_um, to_um), .highest_um = std::max(from_um, to_um)};
 }
 
-/// A sine of this amplitude, in an envelope w that fades in `fade_s`: the length of the phasor of its
-/// velocity, (w', w omega), and of its acceleration, (w'' - w omega^2, 2 w' omega + w omega').
+/// Phasor lengths of a sine of this amplitude in an envelope w that fades within `fade_s`:
+///   velocity      (w', w omega)
+///   acceleration  (w'' - w omega^2, 2 w' omega + w omega')
 void add_faded(MotionBounds& bounds, double amplitude_um, double frequency_Hz, double chirp_Hz_per_s,
                double fade_s) {
   constexpr int points = 500;

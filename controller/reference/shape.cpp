@@ -41,7 +41,7 @@ Rise smooth_rise(double t_s, double rise_s) {
           .curvature_per_s2 = 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / (rise_s * rise_s)};
 }
 
-/// In over the first `fade_s`, full for duration_s, out over the last `fade_s`.
+/// Fades in within the first `fade_s`, is 1 for duration_s, fades out within the last `fade_s`.
 template <class Fading>
 Rise envelope(const Fading& shape, double t_s) {
   if (t_s < shape.fade_s + 0.5 * shape.duration_s) return smooth_rise(t_s, shape.fade_s);
@@ -49,7 +49,7 @@ Rise envelope(const Fading& shape, double t_s) {
   return {out.value, -out.slope_per_s, out.curvature_per_s2};
 }
 
-/// centre + w x, by the product rule.
+/// Derivatives of centre + w x, by the product rule.
 Motion enveloped(double centre_um, const Rise& w, const Motion& x) {
   return {.value_um = centre_um + w.value * x.value_um,
           .velocity_um_per_s = w.slope_per_s * x.value_um + w.value * x.velocity_um_per_s,

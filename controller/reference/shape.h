@@ -1,16 +1,17 @@
-// What a reference may do: shapes over time, each with its value, velocity and acceleration.
+// The shapes of a reference over time, each with its value, velocity and acceleration.
 //
-// A shape begins at t = 0 and is held at both of its ends. Triangle, Ramp, Step and a Staircase without a
-// rise have corners or jumps: these are what the user asked for. All others begin and end at rest, a Sine
-// where its cycles are whole.
+// A shape begins at t = 0; it is held before its beginning and after its end. Triangle, Ramp, Step and a
+// Staircase without a rise have corners or jumps: these are requested by the user. All others begin and end
+// at rest, a Sine only where the number of its cycles is whole.
 //
-// Chirp, MultiSine: about a centre, with an envelope w that fades in and out along the smooth step,
+// Chirp and MultiSine swing about a centre. Their envelope w fades in and out along the smooth step:
 //
-//   r(t) = centre + w(t) A sin(phi(t - fade_s)),     phi(tau) = 2 pi (f_0 tau + (f_1 - f_0) tau^2 / 2 T)
-//   r(t) = centre + w(t) sum_k a_k cos(2 pi f_k (t - fade_s) + phi_k)
+//   chirp        r(t) = centre + w(t) A sin(phi(t - fade_s))
+//                phi(tau) = 2 pi (f_0 tau + (f_1 - f_0) tau^2 / 2 T)
+//   multi-sine   r(t) = centre + w(t) sum_k a_k cos(2 pi f_k (t - fade_s) + phi_k)
 //
-// full for duration_s = T; the fades come before and after that. While it fades, a chirp keeps its first and
-// its last frequency. The default of phi_k keeps the peak low (M. R. Schroeder, "Synthesis of low-peak-factor
+// w is 1 for duration_s = T; the fades come before and after. During the fades a chirp keeps its first or its
+// last frequency. The default of phi_k keeps the peak low (M. R. Schroeder, "Synthesis of low-peak-factor
 // signals and binary sequences with low autocorrelation", IEEE Trans. Inf. Theory 16, 1970):
 //
 //   phi_k = -2 pi sum_{j<k} (k - j) p_j,     p_j = a_j^2 / sum of all a^2
@@ -29,8 +30,8 @@ struct Hold {
   double duration_s = 1.0;
 };
 
-/// Rests at `from_um`, goes to `to_um` at once, rests there, and so on: `steps` steps, `dwell_s` before,
-/// between and after them. An odd number ends at `to_um`.
+/// Rests at `from_um`, jumps to `to_um`, rests there, jumps back, and so on: `steps` jumps with a rest of
+/// `dwell_s` before, between and after them. An odd number ends at `to_um`.
 struct Step {
   double from_um = 0.0;
   double to_um = 1.0;
@@ -60,7 +61,7 @@ struct Sine {
   double cycles = 1.0;
 };
 
-/// Between `low_um` and `high_um`, the frequency going linearly from `from_Hz` to `to_Hz`.
+/// Between `low_um` and `high_um`; the frequency changes linearly from `from_Hz` to `to_Hz`.
 struct Chirp {
   double low_um = 0.0;
   double high_um = 1.0;
@@ -79,14 +80,14 @@ struct MultiSine {
   double fade_s = 0.1;
 };
 
-/// Level after level: `rise_s` to get there (0: a step), then `dwell_s`.
+/// For each level: a rise within `rise_s` (0: a step), then a rest of `dwell_s`.
 struct Staircase {
   std::vector<double> levels_um;
   double rise_s = 0.0;
   double dwell_s = 0.1;
 };
 
-/// The rows of a file, from its first time on.
+/// The rows of a file, beginning at its first time.
 struct Table {
   std::string file;
   MonotoneCubic curve;
@@ -101,19 +102,19 @@ struct Motion {
 };
 
 std::string to_string(const Shape& shape);
-/// The shape with what was left open filled in. Throws std::invalid_argument where its numbers do not fit
-/// together.
+/// Fills in the defaults that depend on other members. Throws std::invalid_argument where the numbers
+/// contradict each other.
 Shape prepared(Shape shape);
 double duration_s(const Shape& shape);
-/// At `t_s` seconds after the shape's beginning. Of a prepared shape; so the two below.
+/// Value `t_s` seconds after the shape's beginning. This and the next two functions need a prepared shape.
 double value_um(const Shape& shape, double t_s);
-/// At a corner and at a jump: of what comes after it.
+/// At a corner or a jump: the motion after it.
 Motion motion(const Shape& shape, double t_s);
-/// The value does not change: a hold, a step's levels, the dwell of a staircase.
+/// True where the value is constant: a hold, a step's levels, the dwell of a staircase.
 bool rests(const Shape& shape, double t_s);
 
-/// The smooth step 10 s^3 - 15 s^4 + 6 s^5 (least jerk): 0 at s <= 0, 1 at s >= 1. Its greatest slope is
-/// 15/8, its greatest curvature 10/sqrt(3).
+/// The smooth step (least jerk), 0 for s <= 0 and 1 for s >= 1:  10 s^3 - 15 s^4 + 6 s^5
+/// Its greatest slope is 15/8, its greatest curvature 10/sqrt(3).
 double smooth_step(double s);
 inline constexpr double smooth_step_peak_slope = 1.875;
 inline constexpr double smooth_step_peak_curvature = 5.773502691896258;

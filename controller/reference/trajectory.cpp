@@ -33,15 +33,16 @@ void Trajectory::begin_at(double t_s, const Motion& from) {
   if (segments_.empty())
     end_um_ = from.value_um;
   else
-    first_entry_ = way(from, controller::value_um(segments_.front().shape, 0.0), usual_transition_s());
+    first_entry_ =
+        transition_from(from, controller::value_um(segments_.front().shape, 0.0), usual_transition_s());
 }
 
 double Trajectory::usual_transition_s() const {
   return segments_.empty() ? Segment{}.transition_s : segments_.front().transition_s;
 }
 
-/// The longer it takes from a motion, the further it swings.
-Transition Trajectory::way(const Motion& from, double to_um, double least_from_rest_s) const {
+/// A transition that begins in motion overshoots the further, the longer it takes.
+Transition Trajectory::transition_from(const Motion& from, double to_um, double least_from_rest_s) const {
   if (std::isinf(limits_.acceleration_um_per_s2))
     return Transition::within(limits_, {.value_um = from.value_um}, to_um, usual_transition_s());
   const bool rests = from.velocity_um_per_s == 0.0;
@@ -51,12 +52,12 @@ Transition Trajectory::way(const Motion& from, double to_um, double least_from_r
 void Trajectory::resume(double t_s) { begin_at(t_s, motion(t_s)); }
 
 void Trajectory::go_to(double t_s, double goal_um) {
-  to_goal_ = way(motion(t_s), goal_um, shortest_s);
+  to_goal_ = transition_from(motion(t_s), goal_um, shortest_s);
   live_since_s_ = t_s;
   live_ = true;
 }
 
-/// Where the segments are at `t_s`: past the last one where they are finished.
+/// Finds the place at `t_s`; it is after the last segment where all are finished.
 Trajectory::Place Trajectory::find(double t_s) const {
   if (segments_.empty()) return {};
   t_s -= begin_s_;

@@ -14,7 +14,7 @@ namespace {
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
-/// A folder of its own, and a black box of 20 cycles, 5 of them after the fault.
+/// A temporary folder, and a black box of 20 cycles, 5 of them after the fault.
 class BlackBoxes : public testing::Test {
  protected:
   BlackBoxes() {
@@ -27,7 +27,7 @@ class BlackBoxes : public testing::Test {
     return {{.folder = folder, .files = files, .cycles = 20, .cycles_after = 5},
             {"x", "y 1"},
             [this](can::BusHealthLog::Level level, const std::string& line) {
-              (level == can::BusHealthLog::Level::warning ? warnings : told).push_back(line);
+              (level == can::BusHealthLog::Level::warning ? warnings : infos).push_back(line);
             },
             [this] { return now; }};
   }
@@ -72,7 +72,7 @@ class BlackBoxes : public testing::Test {
   /// 2026-11-21 22:19:23.456 UTC
   std::chrono::system_clock::time_point now{milliseconds(1'795'299'563'456)};
   std::vector<std::string> warnings;
-  std::vector<std::string> told;
+  std::vector<std::string> infos;
 };
 
 TEST_F(BlackBoxes, HoldTheCyclesBeforeTheFaultAndFiveAfterIt) {
@@ -80,7 +80,7 @@ TEST_F(BlackBoxes, HoldTheCyclesBeforeTheFaultAndFiveAfterIt) {
   run(box, 1, 100, AxisState::tracking);
   EXPECT_TRUE(files().empty()) << "there was no fault";
   run(box, 101, 105, AxisState::faulted);
-  EXPECT_TRUE(files().empty()) << "what comes of the fault is awaited";
+  EXPECT_TRUE(files().empty()) << "the cycles after the fault are still missing";
   run(box, 106, 200, AxisState::faulted);
   ASSERT_EQ(files(), std::vector<std::string>{"blackbox_20261121T221923.456Z_x.csv"});
   const auto lines = rows(files()[0]);
@@ -93,7 +93,7 @@ TEST_F(BlackBoxes, HoldTheCyclesBeforeTheFaultAndFiveAfterIt) {
   EXPECT_TRUE(warnings.empty());
 }
 
-TEST_F(BlackBoxes, WriteEachCycleOut) {
+TEST_F(BlackBoxes, HaveARowForEachCycle) {
   BlackBox box = make();
   CycleRecord one = record(7, AxisState::tracking);
   one.report.point.segment = 2;
@@ -121,12 +121,12 @@ TEST_F(BlackBoxes, WriteEachCycleOut) {
   const std::string limits = limits_to_string(limit::slew);
   EXPECT_EQ(lines[0], "7,0.007000000,tracking,none,2,3.000000,2.500000,0.500000,3.250000,10.000000," +
                           limits + ",9.500000,,1001.000,2.000,300.000,312.000,0.450,1,2,3")
-      << "cycle 8 has no sample to stand beside command 7";
-  EXPECT_EQ(cell(lines[1], 12), "109.000000") << "the sample of cycle 9 answers command 8";
-  EXPECT_EQ(cell(lines[1], 15), "") << "no sample was heard";
+      << "cycle 8 has no sample for command 7";
+  EXPECT_EQ(cell(lines[1], 12), "109.000000") << "the sample of cycle 9 is the response to command 8";
+  EXPECT_EQ(cell(lines[1], 15), "") << "no sample was received";
 }
 
-TEST_F(BlackBoxes, AreEndedByTheEndOfTheRun) {
+TEST_F(BlackBoxes, AreWrittenOnceAtTheEndOfTheRun) {
   BlackBox box = make();
   run(box, 1, 3, AxisState::tracking);
   run(box, 4, 5, AxisState::faulted);
@@ -134,10 +134,10 @@ TEST_F(BlackBoxes, AreEndedByTheEndOfTheRun) {
   ASSERT_EQ(files().size(), 1u);
   EXPECT_EQ(rows(files()[0]).size(), 5u);
   box.finish();
-  EXPECT_EQ(files().size(), 1u) << "once";
+  EXPECT_EQ(files().size(), 1u) << "finish() writes each file only once";
 }
 
-TEST_F(BlackBoxes, AreOneForEachFaultHoweverSoonTheNextOne) {
+TEST_F(BlackBoxes, AreWrittenForEachFaultEvenInQuickSuccession) {
   BlackBox box = make();
   run(box, 1, 3, AxisState::tracking);
   run(box, 4, 5, AxisState::faulted);
@@ -150,7 +150,7 @@ TEST_F(BlackBoxes, AreOneForEachFaultHoweverSoonTheNextOne) {
   EXPECT_EQ(cell(rows(files()[1]).back(), 0), "12");
 }
 
-TEST_F(BlackBoxes, AreWrittenOfEveryAxisWhereAskedFor) {
+TEST_F(BlackBoxes, AreWrittenForEveryAxisOnRequest) {
   BlackBox box = make();
   run(box, 1, 3, AxisState::tracking);
   box.add(record(3, AxisState::tracking, 1));
@@ -160,7 +160,7 @@ TEST_F(BlackBoxes, AreWrittenOfEveryAxisWhereAskedFor) {
                                                "blackbox_20261121T221923.456Z_y_1.csv"}));
 }
 
-TEST_F(BlackBoxes, NeverReplaceOneThatIsThere) {
+TEST_F(BlackBoxes, NeverReplaceAnExistingFile) {
   std::ofstream(folder / "blackbox_20261121T221923.456Z_x.csv") << "precious";
   BlackBox box = make();
   run(box, 4, 30, AxisState::faulted);
@@ -169,7 +169,7 @@ TEST_F(BlackBoxes, NeverReplaceOneThatIsThere) {
   EXPECT_NE(warnings[0].find("File exists"), std::string::npos) << warnings[0];
 }
 
-TEST_F(BlackBoxes, AreNoMoreThanAllowed) {
+TEST_F(BlackBoxes, DoNotExceedTheAllowedNumberOfFiles) {
   BlackBox box = make(2);
   for (std::uint64_t i = 0; i < 4; ++i) {
     run(box, 10 * i, 10 * i + 1, AxisState::tracking);
@@ -191,7 +191,7 @@ TEST_F(BlackBoxes, WarnAtStartAndAtTheFaultWhereTheFolderIsMissing) {
 }
 
 TEST_F(BlackBoxes, WarnWhereTheDiskIsFull) {
-  // The process's limit on the size of a file takes the disk's place.
+  // The process's limit on file size replaces a full disk.
   rlimit before{};
   getrlimit(RLIMIT_FSIZE, &before);
   const rlimit small{.rlim_cur = 1024, .rlim_max = before.rlim_max};

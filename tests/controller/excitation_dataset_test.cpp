@@ -21,13 +21,13 @@ CycleRecord ready(std::uint64_t number, double drive) {
   return record;
 }
 
-TEST(ExcitationDataset, PairsAPositionWithTheDriveThatTakesOverAtItsSync) {
+TEST(ExcitationDataset, PairsAPositionWithTheDriveThatTakesEffectAtItsSync) {
   ExcitationDataset excitation;
   EXPECT_FALSE(excitation.add(ready(6, 10.0)));
   const auto first = excitation.add(cycle(7, 11.0, 0.7));
   ASSERT_TRUE(first);
   EXPECT_EQ(first->time_s, 0.0);
-  EXPECT_EQ(first->input, 10.0) << "commanded in answer to SYNC 6, in force from SYNC 7 on";
+  EXPECT_EQ(first->input, 10.0) << "the command that answers SYNC 6 is in force from SYNC 7 on";
   EXPECT_EQ(first->output, 0.7);
   const auto second = excitation.add(cycle(8, 12.0, 0.8));
   ASSERT_TRUE(second);
@@ -36,7 +36,7 @@ TEST(ExcitationDataset, PairsAPositionWithTheDriveThatTakesOverAtItsSync) {
   EXPECT_EQ(excitation.rows(), 2u);
 }
 
-TEST(ExcitationDataset, LeavesOutABridgedSampleAndGoesOn) {
+TEST(ExcitationDataset, LeavesOutABridgedSampleAndContinues) {
   ExcitationDataset excitation;
   excitation.add(ready(1, 1.0));
   excitation.add(cycle(2, 2.0, 0.2));
@@ -45,11 +45,11 @@ TEST(ExcitationDataset, LeavesOutABridgedSampleAndGoesOn) {
   EXPECT_FALSE(excitation.add(bridged));
   const auto next = excitation.add(cycle(4, 4.0, 0.4));
   ASSERT_TRUE(next);
-  EXPECT_EQ(next->input, 3.0) << "the bridged cycle's command was sent all the same";
+  EXPECT_EQ(next->input, 3.0) << "the bridged cycle has a command too";
   EXPECT_EQ(excitation.left_out(), 1u);
 }
 
-TEST(ExcitationDataset, LeavesOutWhatFollowsALostRecord) {
+TEST(ExcitationDataset, LeavesOutTheCycleAfterALostRecord) {
   ExcitationDataset excitation;
   excitation.add(ready(1, 1.0));
   excitation.add(cycle(2, 2.0, 0.2));
@@ -57,7 +57,7 @@ TEST(ExcitationDataset, LeavesOutWhatFollowsALostRecord) {
   EXPECT_TRUE(excitation.add(cycle(5, 5.0, 0.5)));
 }
 
-TEST(ExcitationDataset, EndsWithTheExcitationAndWithAFault) {
+TEST(ExcitationDataset, EndsAtTheEndOfTheExcitationAndAtAFault) {
   ExcitationDataset excitation;
   excitation.add(ready(1, 1.0));
   CycleRecord finished = cycle(2, 2.0, 0.2);

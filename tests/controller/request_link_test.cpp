@@ -93,7 +93,7 @@ TEST(RequestLink, RefusesMoreThanItHasRoomForUntilAnAnswerIsTaken) {
 }
 
 // Under the address sanitizer a leak here is an error.
-TEST(RequestLink, FreesWhatNobodyTookBack) {
+TEST(RequestLink, FreesAnswersThatAreNeverTaken) {
   RequestLink link;
   for (std::size_t i = 0; i < 10; ++i) ASSERT_TRUE(link.ask(numbered(i)));
   for (std::size_t i = 0; i < 4; ++i) link.answer(link.next());

@@ -17,7 +17,7 @@ CycleRecord numbered(std::uint64_t cycle) {
   return record;
 }
 
-TEST(TelemetryThread, HandsOverEveryRecordInOrder) {
+TEST(TelemetryThread, PassesEveryRecordOnInOrder) {
   std::vector<std::uint64_t> seen;
   std::uint64_t dropped = 0;
   {
@@ -30,7 +30,7 @@ TEST(TelemetryThread, HandsOverEveryRecordInOrder) {
   for (std::uint64_t i = 0; i < seen.size(); ++i) ASSERT_EQ(seen[i], i);
 }
 
-TEST(TelemetryThread, DropsAndCountsWhereTheConsumerIsStuck) {
+TEST(TelemetryThread, DropsAndCountsRecordsWhileTheConsumerIsStuck) {
   std::latch release(1);
   std::size_t consumed = 0;
   constexpr std::size_t pushed = 100'000;  // more than the ring holds
@@ -74,7 +74,7 @@ TEST(CsvLog, WritesARowForEachRecord) {
       << text.str();
 }
 
-TEST(CsvLog, SaysSoWhereTheDiskIsFull) {
+TEST(CsvLog, ReportsAFullDisk) {
   CsvLog log("/dev/full", {"x"});
   for (int i = 0; i < 10'000; ++i) log.write({});
   EXPECT_NE(log.close().find("No space left on device"), std::string::npos);
@@ -87,7 +87,7 @@ CycleRecord late_by(std::uint64_t cycle, can::Duration late) {
   return record;
 }
 
-TEST(LatenessLog, SaysOneLineASecondThatStandsForAllOfThem) {
+TEST(LatenessLog, WritesOneLinePerSecondForAllLateSyncs) {
   using std::chrono::microseconds;
   std::vector<std::string> lines;
   LatenessLog log(microseconds(200),
@@ -95,20 +95,19 @@ TEST(LatenessLog, SaysOneLineASecondThatStandsForAllOfThem) {
   for (std::uint64_t cycle = 1; cycle <= 1500; ++cycle) {
     const auto late = cycle % 10 == 0 ? microseconds(200 + cycle % 400) : microseconds(200);
     log.add(late_by(cycle, late));
-    log.add(late_by(cycle, late));  // the other axis's record of the same cycle
+    log.add(late_by(cycle, late));  // record of the other axis in the same cycle
   }
   ASSERT_EQ(lines.size(), 2u);
-  EXPECT_TRUE(lines[0].starts_with("1 SYNC more than 200 us late by 0.010 s, the latest 210 us")) << lines[0];
-  EXPECT_TRUE(lines[1].starts_with("98 SYNC more than 200 us late by 1.010 s, the latest 590 us"))
-      << lines[1];
+  EXPECT_TRUE(lines[0].starts_with("1 SYNC more than 200 us late until 0.010 s, worst 210 us")) << lines[0];
+  EXPECT_TRUE(lines[1].starts_with("98 SYNC more than 200 us late until 1.010 s, worst 590 us")) << lines[1];
 }
 
-TEST(LatenessLog, SaysNothingWithoutALimit) {
+TEST(LatenessLog, WritesNothingWithoutALimit) {
   LatenessLog log({}, [](can::BusHealthLog::Level, const std::string& line) { FAIL() << line; });
   log.add(late_by(1, std::chrono::seconds(1)));
 }
 
-TEST(CsvLog, RefusesAPlaceItCannotWriteTo) {
+TEST(CsvLog, RefusesAFileThatItCannotWrite) {
   EXPECT_THROW(CsvLog("/nonexistent/folder/x.csv", {"x"}), std::runtime_error);
 }
 

@@ -15,7 +15,7 @@ namespace {
 using std::chrono::microseconds;
 using std::chrono::nanoseconds;
 
-TEST(TimeStatistics, OfNothingAreZero) {
+TEST(TimeStatistics, AreZeroWithoutTimes) {
   const TimeSummary summary = TimeStatistics().summary();
   EXPECT_EQ(summary.count, 0u);
   EXPECT_EQ(summary.mean_us, 0.0);
@@ -24,7 +24,7 @@ TEST(TimeStatistics, OfNothingAreZero) {
   EXPECT_EQ(summary.max_us, 0.0);
 }
 
-TEST(TimeStatistics, OfOneTimeHaveNoSpread) {
+TEST(TimeStatistics, HaveNoSpreadForASingleTime) {
   TimeStatistics statistics;
   statistics.add(nanoseconds(50));
   const TimeSummary summary = statistics.summary();
@@ -35,7 +35,7 @@ TEST(TimeStatistics, OfOneTimeHaveNoSpread) {
 }
 
 /// 1, 2, ... 1000 us: mean (n + 1)/2, SD sqrt(n (n + 1) / 12).
-TEST(TimeStatistics, OfAnArithmeticSeriesAreThoseOfTheBook) {
+TEST(TimeStatistics, HaveTheTextbookValuesForAnArithmeticSeries) {
   TimeStatistics statistics;
   for (int us = 1000; us >= 1; --us) statistics.add(microseconds(us));
   const TimeSummary summary = statistics.summary();
@@ -47,14 +47,14 @@ TEST(TimeStatistics, OfAnArithmeticSeriesAreThoseOfTheBook) {
   EXPECT_EQ(summary.max_us, 1000.0);
 }
 
-/// A sum of squares would lose a jitter of 10 ns at a period of 1 s, after a million of them.
+/// A plain sum of squares would lose a jitter of 10 ns after a million periods of 1 s.
 TEST(TimeStatistics, KeepASmallSpreadAboutALargeMean) {
   TimeStatistics statistics;
   for (int i = 0; i < 1'000'000; ++i) statistics.add(nanoseconds(1'000'000'000 + (i % 2 == 0 ? 10 : -10)));
   EXPECT_NEAR(statistics.summary().sd_us, 0.01, 1e-6);
 }
 
-TEST(TimeStatistics, TellQuantilesFromTheTrueOneToOne32ndAboveIt) {
+TEST(TimeStatistics, ReportQuantilesAtMostOne32ndAboveTheTrueOnes) {
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> decades(0.0, 10.8);  // 1 ns to 63 s
   TimeStatistics statistics;
@@ -74,12 +74,12 @@ TEST(TimeStatistics, TellQuantilesFromTheTrueOneToOne32ndAboveIt) {
   }
 }
 
-TEST(TimeStatistics, TakeWhatLiesOutsideTheHistogram) {
+TEST(TimeStatistics, AcceptTimesOutsideTheHistogram) {
   TimeStatistics statistics;
   statistics.add(std::chrono::hours(1));
-  EXPECT_EQ(statistics.quantile_us(0.99), 3.6e9) << "beyond the last class the maximum is told";
+  EXPECT_EQ(statistics.quantile_us(0.99), 3.6e9) << "beyond the last class the maximum is reported";
   TimeStatistics before;
-  before.add(nanoseconds(-100));  // a stamp of another clock, stepped
+  before.add(nanoseconds(-100));  // a timestamp of another clock that was stepped
   EXPECT_EQ(before.quantile_us(0.99), 0.0);
   EXPECT_EQ(before.summary().mean_us, -0.1);
 }

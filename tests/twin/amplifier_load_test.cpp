@@ -1,4 +1,4 @@
-// The amplifier at the limits of its load, against closed forms and a fine numerical integration.
+// The amplifier at the limits of its load, compared with closed forms and a fine numerical integration.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
@@ -13,7 +13,7 @@ namespace {
 
 constexpr double two_pi = 2.0 * std::numbers::pi;
 
-/// 10 V across 10 mH and 2 ohm: 5 A at most, with a time constant of 5 ms.
+/// 10 V across 10 mH and 2 ohm: at most 5 A, with a time constant of 5 ms.
 Amplifier::Config coil() {
   return {.drive_min = -8.0,
           .drive_max = 8.0,
@@ -24,7 +24,7 @@ Amplifier::Config coil() {
           .load_ohm = 2.0};
 }
 
-/// v' as the header has it, without a closed form.
+/// v' by the equations in amplifier.h, without a closed form.
 double rate_of(const Amplifier::Config& config, const Amplifier::State& state) {
   double least = -config.slew_per_s;
   double most = config.slew_per_s;
@@ -40,7 +40,7 @@ double rate_of(const Amplifier::Config& config, const Amplifier::State& state) {
   return std::clamp(two_pi * config.bandwidth_Hz * (state.target - state.output), least, most);
 }
 
-/// By the midpoint rule.
+/// Integrates by the midpoint rule.
 double integrated(const Amplifier::Config& config, Amplifier::State state, double total_s, int steps) {
   const double dt_s = total_s / steps;
   for (int i = 0; i < steps; ++i) {
@@ -53,7 +53,7 @@ double integrated(const Amplifier::Config& config, Amplifier::State state, doubl
 
 double uniform(double lo, double hi) { return lo + (hi - lo) * 1e-6 * *rc::gen::inRange(0, 1'000'001); }
 
-/// A voltage-limited coil of any proportions: the lag steeper or flatter than the load, the target within
+/// A voltage-limited coil of any size: the lag is steeper or flatter than the load, and the target is within
 /// reach or not. It starts within reach.
 struct AnyCoil {
   Amplifier::Config config = coil();
@@ -81,7 +81,7 @@ TEST(AmplifierWithACapacitor, SlewsAsFastAsItsCurrentChargesIt) {
   EXPECT_NEAR(after.output, 0.14 / 1.5e-6 * 1e-4, 1e-12);
 }
 
-TEST(AmplifierWithACapacitor, IsSlewLimitedAllTheSameWhereItsCurrentIsAmple) {
+TEST(AmplifierWithACapacitor, KeepsItsSlewLimitWhereItsCurrentIsSufficient) {
   const Amplifier::Config config{.slew_per_s = 1000.0, .current_limit_A = 1.0, .load_uF = 1.0};
   EXPECT_DOUBLE_EQ(Amplifier::Step(config, 0.01)({.output = 0.0, .target = 100.0}).output, 10.0);
 }
@@ -91,8 +91,8 @@ TEST(AmplifierWithACoil, RisesAsAnExponentialWhileItsVoltageIsLimited) {
   EXPECT_NEAR(after.output, 5.0 * (1.0 - std::exp(-0.003 / 0.005)), 1e-12);
 }
 
-// The lag takes over where 10 - 2 i = 0.01 omega (4 - i), here at i = 3.968 A.
-TEST(AmplifierWithACoil, GoesOnWithItsLagOnceThatIsWithinReach) {
+// The lag begins where 10 - 2 i = 0.01 omega (4 - i), here at i = 3.968 A.
+TEST(AmplifierWithACoil, ContinuesWithItsLagOnceItsVoltageIsSufficient) {
   const double omega = two_pi * 1000.0;
   const double i_x = (0.01 * omega * 4.0 - 10.0) / (0.01 * omega - 2.0);
   const double t_x = 0.005 * std::log(5.0 / (5.0 - i_x));
@@ -113,7 +113,7 @@ TEST(AmplifierWithACoil, WithoutResistanceIsSlewLimitedByItsVoltage) {
   EXPECT_NEAR(Amplifier::Step(ideal, 1e-3)({.output = 0.0, .target = 4.0}).output, 1.0, 1e-12);
 }
 
-TEST(AmplifierWithACoil, IsTheSameInOneStepOrInTwo) {
+TEST(AmplifierWithACoil, HasTheSameOutputAfterOneStepAndAfterTwo) {
   EXPECT_TRUE(rc::check("two parts of a step equal the whole, to rounding", [] {
     const AnyCoil coil;
     const double first_s = uniform(0.0, 1.0) * coil.total_s;
@@ -124,7 +124,7 @@ TEST(AmplifierWithACoil, IsTheSameInOneStepOrInTwo) {
   }));
 }
 
-TEST(AmplifierWithACoil, KeepsEveryLimitAndRunsToItsEndWithoutTurning) {
+TEST(AmplifierWithACoil, KeepsEveryLimitAndReachesItsEndMonotonically) {
   EXPECT_TRUE(rc::check("each small step within slew and voltage, towards the end and never past it", [] {
     const AnyCoil coil;
     const double dt_s = 0.01 * coil.total_s;
@@ -157,7 +157,8 @@ TEST(AmplifierWithACoil, ConvergesToItsTargetOrToWhatItsVoltageAllows) {
   }));
 }
 
-// Midpoint's error is of second order but where the phases change: there it is (rate dt)^2 of the rest.
+// The error of the midpoint rule is of second order, except where the phases change: there it is (rate dt)^2
+// of the remaining distance.
 TEST(AmplifierWithACoil, EqualsAFineIntegration) {
   EXPECT_TRUE(rc::check("20000 steps by the midpoint rule", [] {
     AnyCoil coil;
@@ -180,7 +181,7 @@ TEST(AmplifierWithACapacitor, EqualsAFineIntegration) {
         << total_s;
 }
 
-TEST(Amplifier, RoundsItsTargetToItsConverterWithinTheRange) {
+TEST(Amplifier, RoundsItsTargetToItsResolutionWithinTheRange) {
   const Amplifier::Config config{.drive_min = -1.0, .drive_max = 10.1, .resolution = 0.25};
   EXPECT_EQ(Amplifier::target_of(config, 3.12), 3.0);
   EXPECT_EQ(Amplifier::target_of(config, -0.4), -0.5);
@@ -188,7 +189,7 @@ TEST(Amplifier, RoundsItsTargetToItsConverterWithinTheRange) {
   EXPECT_EQ(Amplifier::target_of({}, 3.12), 3.12) << "not quantised";
 }
 
-TEST(Amplifier, RampsNoFasterThanItIsTold) {
+TEST(Amplifier, RampsNoFasterThanConfigured) {
   const Amplifier::Config config{.ramp_per_s = 50.0};
   const auto after =
       Amplifier::Step(config, 0.5)({.output = 80.0, .target = 0.0, .course = Amplifier::Course::ramp});
@@ -196,12 +197,12 @@ TEST(Amplifier, RampsNoFasterThanItIsTold) {
   EXPECT_EQ(after.course, Amplifier::Course::ramp);
 }
 
-TEST(Amplifier, SwitchedOffIsDischargedByItsLoadWhereverItsTargetIs) {
+TEST(Amplifier, IsDischargedByItsLoadWhileSwitchedOffWhateverItsTarget) {
   const Amplifier::State off{.output = 80.0, .target = 60.0, .course = Amplifier::Course::off};
   const Amplifier::Config bled{.load_uF = 1.5, .load_ohm = 1e5};  // 150 ms
   EXPECT_NEAR(Amplifier::Step(bled, 0.3)(off).output, 80.0 * std::exp(-2.0), 1e-12);
   EXPECT_NEAR(Amplifier::Step(coil(), 0.005)(off).output, 80.0 * std::exp(-1.0), 1e-12);
-  EXPECT_EQ(Amplifier::Step({}, 1e-5)(off).output, 0.0) << "of a load that is not given, at once";
+  EXPECT_EQ(Amplifier::Step({}, 1e-5)(off).output, 0.0) << "without a load the output is zero at once";
 }
 
 }  // namespace

@@ -23,7 +23,7 @@ TEST(Amplifier, SlewsInAStraightLineThroughALargeStep) {
   EXPECT_DOUBLE_EQ(Amplifier::Step(config, 0.01)({.output = 0.0, .target = -100.0}).output, -10.0);
 }
 
-TEST(Amplifier, IsTheSameInOneStepOrInMany) {
+TEST(Amplifier, HasTheSameOutputAfterOneStepAndAfterMany) {
   const Amplifier::Config config{.slew_per_s = 2000.0, .bandwidth_Hz = 200.0};
   const Amplifier::State start{.output = 5.0, .target = 30.0};
   for (const double total_s : {0.001, 0.012, 0.013, 0.05}) {

@@ -1,4 +1,4 @@
-// The plant against what mechanics says in closed form, through Plant and not through its parts.
+// The whole Plant, not its parts, compared with the closed forms of mechanics.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -21,8 +21,8 @@ double step_response(const model::SecondOrder::Config& mode, double time_s) {
   return 1.0 - std::exp(-zeta * omega * time_s) * (std::cos(phase) + zeta / root * std::sin(phase));
 }
 
-/// Response of amplifier and mode to a unit step of the target: partial fractions of
-/// a omega^2 / (s (s + a) (s^2 + 2 zeta omega s + omega^2)).
+/// Response of amplifier and mode to a unit step of the target, by partial fractions of
+///   a omega^2 / (s (s + a) (s^2 + 2 zeta omega s + omega^2))
 double chain_response(const Plant::Config& config, double time_s) {
   const double zeta = config.mode.damping_ratio, omega = two_pi * config.mode.natural_frequency_Hz;
   const double a = two_pi * config.amplifier.bandwidth_Hz;
@@ -32,7 +32,7 @@ double chain_response(const Plant::Config& config, double time_s) {
   return 1.0 + of_lag * std::exp(-a * time_s) + 2.0 * std::real(of_pole * std::exp(p * time_s));
 }
 
-/// Largest distance of the position from `expected(t)` um, looked at every 37 us for `length_s`.
+/// Largest distance of the position from `expected(t)` um, read every 37 us for `length_s`.
 template <class Expected>
 double largest_error_um(Plant& plant, double from_s, double length_s, Expected expected) {
   double largest = 0.0;
@@ -43,8 +43,9 @@ double largest_error_um(Plant& plant, double from_s, double length_s, Expected e
   return largest;
 }
 
-// A load that is hung on at rest lets the mode swing freely about its new place: frequency, decay and phase,
-// over 50 periods.  Exact for any time between grid points; what is left is rounding of 2000 steps.
+// A load that is added at rest makes the mode oscillate freely about its new position. Frequency, decay and
+// phase are checked over 50 periods. They are exact for any time between grid points, except for the rounding
+// of 2000 steps.
 TEST(FreeOscillation, FollowsItsClosedForm) {
   Plant plant(linear_stage(), can::Time{});
   plant.disturb({.load_um = 1.5});
@@ -53,7 +54,7 @@ TEST(FreeOscillation, FollowsItsClosedForm) {
       1e-11);
 }
 
-TEST(FreeOscillation, OfTwoModesIsTheSumByTheirShares) {
+TEST(FreeOscillation, IsTheSumOfTwoModesWeightedByTheirShares) {
   Plant::Config config = linear_stage();
   config.second_mode = SecondMode{{.natural_frequency_Hz = 1170.0, .damping_ratio = 0.01}, 0.2};
   Plant plant(config, can::Time{});
@@ -66,7 +67,7 @@ TEST(FreeOscillation, OfTwoModesIsTheSumByTheirShares) {
             1e-11);
 }
 
-TEST(FreeOscillation, GoesOnAtTheShiftedResonanceOfBothModes) {
+TEST(FreeOscillation, ContinuesAtTheShiftedResonanceOfBothModes) {
   Plant::Config config = linear_stage();
   config.second_mode = SecondMode{{.natural_frequency_Hz = 1170.0, .damping_ratio = 0.01}, 0.2};
   Plant plant(config, can::Time{});
@@ -81,8 +82,8 @@ TEST(FreeOscillation, GoesOnAtTheShiftedResonanceOfBothModes) {
             1e-11);
 }
 
-// The drive is taken as linear within a sub-step: the error is of second order in it. Of a step of 15 um it
-// is at most 0.081 um with the sub-step of 50 us.
+// The drive counts as linear within a sub-step, so the error is of second order in the sub-step. For a step
+// of 15 um it is at most 0.081 um with the sub-step of 50 us.
 TEST(StepResponse, FollowsItsClosedFormToSecondOrderInTheSubstep) {
   const auto error_um = [](int substep_us) {
     Plant::Config config = linear_stage();
@@ -103,7 +104,7 @@ TEST(LoadStep, RingsAboutTheDisplacementAndStaysThere) {
   const double before_um = plant.position_um();
   plant.disturb({.load_um = -2.0});
   EXPECT_EQ(plant.position_um(), before_um) << "a mass does not jump";
-  // The first swing goes over by e^{-pi zeta / sqrt(1 - zeta^2)}, after half a period.
+  // The first overshoot is e^{-pi zeta / sqrt(1 - zeta^2)}, after half a period.
   plant.advance_to(at_s(0.5 + 0.5 / (500.0 * std::sqrt(1.0 - 0.05 * 0.05))));
   const double overshoot = std::exp(-std::numbers::pi * 0.05 / std::sqrt(1.0 - 0.05 * 0.05));
   EXPECT_NEAR(plant.position_um() - before_um, -2.0 * (1.0 + overshoot), 1e-6);
@@ -121,7 +122,7 @@ TEST(GainDisturbance, ScalesTheTravelFromTheStart) {
   EXPECT_NEAR(plant.position_um(), 0.9 * support::piezo_model().ascending.value(50.0), 1e-9);
 }
 
-TEST(Disturbance, ThatIsNotAPhysicalOneIsRefused) {
+TEST(Disturbance, IsRefusedWhereItIsNotPhysical) {
   Plant plant(piezo_stage(), can::Time{});
   EXPECT_THROW(plant.disturb({.resonance = 0.0}), std::invalid_argument);
   EXPECT_THROW(plant.disturb({.load_um = std::nan("")}), std::invalid_argument);

@@ -51,16 +51,15 @@ TEST(DriveNoise, IsTheSameFromTheSameSeed) {
   EXPECT_NE(first, other(can::Time{}));
 }
 
-TEST(DriveNoise, IsSilentUnlessToldOtherwise) {
+TEST(DriveNoise, IsZeroByDefault) {
   DriveNoise noise({}, substep, can::Time{}, 1);
   EXPECT_TRUE(noise.is_silent());
   EXPECT_EQ(noise(can::Time{}), 0.0);
   EXPECT_FALSE(DriveNoise({.ripple = 0.1}, substep, can::Time{}, 1).is_silent());
 }
 
-// A ripple of 0.5 V and 50 Hz about 40 V: in what the amplifier reports, and
-// in what the sensor sees.
-TEST(DriveNoise, IsInWhatTheAmplifierReportsAndInThePosition) {
+// A ripple of 0.5 V and 50 Hz about 40 V appears in the amplifier's status and in the position.
+TEST(DriveNoise, AppearsInTheStatusOfTheAmplifierAndInThePosition) {
   Config config = one_axis();
   config.axes.front().drive_noise = {.ripple = 0.5, .ripple_Hz = 50.0};
   config.axes.front().status_every = 1;
@@ -80,7 +79,7 @@ TEST(DriveNoise, IsInWhatTheAmplifierReportsAndInThePosition) {
   }
   EXPECT_NEAR(lowest_V, 39.5, 0.02) << "twenty samples in a period: within 1 - cos(9 deg) of the amplitude";
   EXPECT_NEAR(highest_V, 40.5, 0.02);
-  EXPECT_GT(highest_um - lowest_um, 0.1) << "a small loop is flatter than the curve it stands on";
+  EXPECT_GT(highest_um - lowest_um, 0.1) << "a small loop is flatter than the main curve";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The twin's faults as a bus sees them: literal frames, what begins when, what is refused.
+// The twin's faults observed at the bus: literal frames, times of begin and end, refusals.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -25,15 +25,15 @@ const can::Database& database() {
   return shipped;
 }
 
-FaultSpec order(Fault kind, can::Duration begins, can::Duration lasts, double value) {
+FaultSpec spec(Fault kind, can::Duration begins, can::Duration lasts, double value) {
   FaultSpec made = fault_spec(kind, "x");
   made.begins = begins;
   made.lasts = lasts;
   made.value = value;
   return made;
 }
-FaultSpec order(Fault kind, can::Duration begins, can::Duration lasts) {
-  return order(kind, begins, lasts, traits(kind).value);
+FaultSpec spec(Fault kind, can::Duration begins, can::Duration lasts) {
+  return spec(kind, begins, lasts, traits(kind).value);
 }
 
 // ---- a connection
@@ -47,7 +47,7 @@ can::Frame sample(std::uint8_t counter = 3) {
   return frame;
 }
 
-/// The sensor's connection, and what arrives at the other end of the wire.
+/// The sensor's connection, and the frames that arrive at the other end of the wire.
 class Connection : public testing::Test {
  protected:
   Connection() {
@@ -80,7 +80,7 @@ class Connection : public testing::Test {
 
 using FaultyConnectionTest = Connection;
 
-TEST_F(FaultyConnectionTest, PassesEveryFrameAsItIsWhereNothingIsWrong) {
+TEST_F(FaultyConnectionTest, PassesEveryFrameUnchangedWithoutAFault) {
   EXPECT_EQ(after(sample()), sample());
   connection_.begin(Fault::wrong_crc, 0.0);
   connection_.end(Fault::wrong_crc);
@@ -94,7 +94,7 @@ TEST_F(FaultyConnectionTest, FlipsOneBitOfTheCrcAndNothingElse) {
   EXPECT_EQ(after(sample()), expected);
 }
 
-TEST_F(FaultyConnectionTest, FreezesTheValueUnderACounterAndCrcThatAreRight) {
+TEST_F(FaultyConnectionTest, FreezesTheValueAndKeepsCounterAndCrcRight) {
   connection_.begin(Fault::frozen_value, 0.0);
   send(sample(3));
   can::Frame next = sample(4);
@@ -102,44 +102,44 @@ TEST_F(FaultyConnectionTest, FreezesTheValueUnderACounterAndCrcThatAreRight) {
   const auto read_back = read(after(next));
   ASSERT_TRUE(read_back) << "the CRC is right";
   EXPECT_EQ(read_back->position_um, 12.345678);
-  EXPECT_EQ(heard_.back().data[6], 4) << "the counter goes on";
+  EXPECT_EQ(heard_.back().data[6], 4) << "the counter continues";
 }
 
-TEST_F(FaultyConnectionTest, FreezesTheCounterUnderACrcThatIsRight) {
+TEST_F(FaultyConnectionTest, FreezesTheCounterAndKeepsTheCrcRight) {
   connection_.begin(Fault::frozen_counter, 0.0);
   send(sample(3));
-  EXPECT_EQ(after(sample(4)), sample(3)) << "the same payload but for the counter";
+  EXPECT_EQ(after(sample(4)), sample(3)) << "sample 4 carries the counter of sample 3";
 }
 
-TEST_F(FaultyConnectionTest, ReportsAPositionThatNoStageHas) {
+TEST_F(FaultyConnectionTest, SendsAnImpossiblePosition) {
   connection_.begin(Fault::out_of_range, 1000.0);
   EXPECT_EQ(read(after(sample()))->position_um, 1000.0);
-  connection_.begin(Fault::out_of_range, 1e9);  // beyond the signal: the most that it carries
+  connection_.begin(Fault::out_of_range, 1e9);  // beyond the signal's range: sends its greatest value
   EXPECT_GT(read(after(sample()))->position_um, 1000.0);
 }
 
-TEST_F(FaultyConnectionTest, SaysOfASampleThatItIsBad) {
+TEST_F(FaultyConnectionTest, SetsABadStatusInTheSample) {
   connection_.begin(Fault::sensor_bad_status, 0.0);
   EXPECT_EQ(read(after(sample()))->status, 1);
 }
 
-TEST_F(FaultyConnectionTest, SendsEachSampleInThePlaceOfALaterOne) {
+TEST_F(FaultyConnectionTest, SendsEachSampleInsteadOfALaterOne) {
   connection_.begin(Fault::late, 2.0);
   for (std::uint8_t counter = 1; counter <= 5; ++counter) send(sample(counter));
   ASSERT_EQ(heard_.size(), 3u);
   EXPECT_EQ(heard_.back(), sample(3));
   connection_.end(Fault::late);
-  EXPECT_EQ(after(sample(6)), sample(6)) << "what was held back never comes";
+  EXPECT_EQ(after(sample(6)), sample(6)) << "held-back frames are dropped";
   EXPECT_EQ(heard_.size(), 4u);
 }
 
-TEST_F(FaultyConnectionTest, SendsTheSecondOfTwoFirst) {
+TEST_F(FaultyConnectionTest, SendsTheSecondOfTwoSamplesFirst) {
   connection_.begin(Fault::out_of_order, 0.0);
   for (std::uint8_t counter = 1; counter <= 4; ++counter) send(sample(counter));
   EXPECT_EQ(heard_, (std::vector{sample(2), sample(1), sample(4), sample(3)}));
 }
 
-TEST_F(FaultyConnectionTest, DoublesLosesAndMisshapesSamplesAlone) {
+TEST_F(FaultyConnectionTest, DoublesLosesAndDistortsSamplesOrHeartbeatsSeparately) {
   const can::Frame heartbeat = can::heartbeat_frame(2, can::NmtState::operational);
   connection_.begin(Fault::duplicate, 0.0);
   send(sample());
@@ -157,14 +157,14 @@ TEST_F(FaultyConnectionTest, DoublesLosesAndMisshapesSamplesAlone) {
   const std::size_t before = heard_.size();
   send(sample());
   EXPECT_EQ(heard_.size(), before);
-  EXPECT_EQ(after(heartbeat), heartbeat) << "it lives";
+  EXPECT_EQ(after(heartbeat), heartbeat) << "the heartbeat continues";
   connection_.end(Fault::no_reply);
   connection_.begin(Fault::no_heartbeat, 0.0);
   EXPECT_EQ(after(sample()), sample());
-  EXPECT_EQ(after(heartbeat), sample()) << "the heartbeat is not there";
+  EXPECT_EQ(after(heartbeat), sample()) << "no heartbeat is sent";
 }
 
-TEST_F(FaultyConnectionTest, IsDeafAndDumbInBusOff) {
+TEST_F(FaultyConnectionTest, NeitherSendsNorReceivesInBusOff) {
   connection_.begin(Fault::bus_off, 0.0);
   send(sample());
   far_end_->send(can::sync_frame(1));
@@ -177,18 +177,18 @@ TEST_F(FaultyConnectionTest, IsDeafAndDumbInBusOff) {
   EXPECT_EQ(obeyed_, 1);
 }
 
-TEST_F(FaultyConnectionTest, MissesItsShareOfTheFramesWhereItIsErrorPassive) {
+TEST_F(FaultyConnectionTest, LosesTheGivenShareOfFramesWhileErrorPassive) {
   connection_.begin(Fault::error_passive, 0.3);
   constexpr int frames = 1000;
   for (int i = 0; i < frames; ++i) {
     far_end_->send(can::sync_frame(1));
     run(milliseconds(1));
   }
-  // Binomial: 300 missed, standard deviation 14.5; five of these.
+  // Binomial: 300 missed frames, standard deviation 14.5; the tolerance is five of these.
   EXPECT_NEAR(frames - obeyed_, 300, 73);
 }
 
-TEST_F(FaultyConnectionTest, BabblesAtItsRateWithTheMostUrgentIdentifierThatIsNobodys) {
+TEST_F(FaultyConnectionTest, BabblesAtItsRateWithTheMostUrgentUnusedIdentifier) {
   connection_.begin(Fault::babbling_node, 2000.0);
   run(milliseconds(100));
   ASSERT_NEAR(static_cast<double>(heard_.size()), 200.0, 1.0);
@@ -200,7 +200,7 @@ TEST_F(FaultyConnectionTest, BabblesAtItsRateWithTheMostUrgentIdentifierThatIsNo
   EXPECT_EQ(heard_.size(), so_far);
 }
 
-TEST_F(FaultyConnectionTest, TellsOfAnEmergencyAndOfItsEnd) {
+TEST_F(FaultyConnectionTest, SendsAnEmergencyAndItsEnd) {
   connection_.begin(Fault::emergency, 0x4210);
   connection_.end(Fault::emergency);
   run(milliseconds(1));
@@ -211,22 +211,22 @@ TEST_F(FaultyConnectionTest, TellsOfAnEmergencyAndOfItsEnd) {
 
 // ---- a schedule
 
-struct Told {
+struct ReportedEvent {
   Fault kind;
   Event event;
   can::Duration when;
-  friend bool operator==(const Told&, const Told&) = default;
+  friend bool operator==(const ReportedEvent&, const ReportedEvent&) = default;
 };
-std::ostream& operator<<(std::ostream& out, const Told& told) {
-  return out << to_string(told.kind) << (told.event == Event::begins ? " begins " : " ends ")
-             << can::seconds(told.when);
+std::ostream& operator<<(std::ostream& out, const ReportedEvent& reported) {
+  return out << to_string(reported.kind) << (reported.event == Event::begins ? " begins " : " ends ")
+             << can::seconds(reported.when);
 }
 
 struct TwinRun {
   explicit TwinRun(Config config)
       : twin(std::move(config), database(), clock, [this](auto) { return bus.attach(); }) {
     twin.faults().on_event([this](const FaultSpec& of, Event event, can::Time when) {
-      told.push_back({of.kind, event, when.time_since_epoch()});
+      reported.push_back({of.kind, event, when.time_since_epoch()});
     });
     twin.start();
   }
@@ -234,40 +234,40 @@ struct TwinRun {
 
   can::VirtualClock clock;
   can::SimBus bus{clock, 1'000'000};
-  std::unique_ptr<can::Bus> somebody = bus.attach();
+  std::unique_ptr<can::Bus> other_node = bus.attach();
   Twin twin;
-  std::vector<Told> told;
+  std::vector<ReportedEvent> reported;
 };
 
-TEST(FaultSchedule, BeginsAndEndsWhenItSays) {
+TEST(FaultSchedule, BeginsAndEndsFaultsAtTheirTimes) {
   Config config = one_axis();
-  config.faults = {order(Fault::wrong_crc, milliseconds(500), milliseconds(250)),
-                   order(Fault::load_step, milliseconds(300), milliseconds(100))};
+  config.faults = {spec(Fault::wrong_crc, milliseconds(500), milliseconds(250)),
+                   spec(Fault::load_step, milliseconds(300), milliseconds(100))};
   config.faults[1].repeat_every = milliseconds(400);
   TwinRun run(config);
   run.run_for(seconds(1));
-  const std::vector<Told> expected{{Fault::load_step, Event::begins, milliseconds(300)},
-                                   {Fault::load_step, Event::ends, milliseconds(400)},
-                                   {Fault::wrong_crc, Event::begins, milliseconds(500)},
-                                   {Fault::load_step, Event::begins, milliseconds(700)},
-                                   {Fault::wrong_crc, Event::ends, milliseconds(750)},
-                                   {Fault::load_step, Event::ends, milliseconds(800)}};
-  EXPECT_EQ(run.told, expected);
+  const std::vector<ReportedEvent> expected{{Fault::load_step, Event::begins, milliseconds(300)},
+                                            {Fault::load_step, Event::ends, milliseconds(400)},
+                                            {Fault::wrong_crc, Event::begins, milliseconds(500)},
+                                            {Fault::load_step, Event::begins, milliseconds(700)},
+                                            {Fault::wrong_crc, Event::ends, milliseconds(750)},
+                                            {Fault::load_step, Event::ends, milliseconds(800)}};
+  EXPECT_EQ(run.reported, expected);
 }
 
-TEST(FaultSchedule, CountsFromTheStartAndStrikesNoNodeBeforeItBoots) {
+TEST(FaultSchedule, CountsFromTheStartAndInjectsNothingBeforeTheNodesBoot) {
   Config config = one_axis();
-  config.faults = {order(Fault::babbling_node, can::Duration{0}, seconds(1))};
+  config.faults = {spec(Fault::babbling_node, can::Duration{0}, seconds(1))};
   TwinRun run(config);
   run.run_for(milliseconds(99));
-  EXPECT_TRUE(run.told.empty()) << "the twin listens whether it is alone";
+  EXPECT_TRUE(run.reported.empty()) << "the twin first listens for nodes with the same numbers";
   run.run_for(milliseconds(2));
-  EXPECT_EQ(run.told.size(), 1u);
+  EXPECT_EQ(run.reported.size(), 1u);
 }
 
-TEST(FaultSchedule, DriftsLinearlyAndStays) {
+TEST(FaultSchedule, DriftsLinearlyAndStaysThere) {
   Config config = one_axis();
-  config.faults = {order(Fault::parameter_drift, seconds(1), seconds(2), -0.1)};
+  config.faults = {spec(Fault::parameter_drift, seconds(1), seconds(2), -0.1)};
   TwinRun run(config);
   Plant& plant = run.twin.axes()[0]->plant;
   const auto position_at = [&](can::Duration time) {
@@ -275,22 +275,21 @@ TEST(FaultSchedule, DriftsLinearlyAndStays) {
     plant.advance_to(run.clock.now());
     return plant.position_um();
   };
-  const double rest_um = position_at(milliseconds(200));  // booted, and nobody commands it
+  const double rest_um = position_at(milliseconds(200));  // booted and without a command
   plant.set_target(80.0);
   const double before_um = position_at(milliseconds(900)) - rest_um;
   ASSERT_GT(before_um, 10.0);
-  // The staircase of 1 ms is behind by half a step on average; the mode's ringing by such steps is less.
+  // The staircase of 1 ms is behind by half a step on average; the ringing of the mode is smaller.
   EXPECT_NEAR(position_at(seconds(2)) - rest_um, 0.95 * before_um, 1e-4 * before_um);
   EXPECT_NEAR(position_at(seconds(4)) - rest_um, 0.9 * before_um, 1e-6 * before_um);
   EXPECT_TRUE(run.twin.faults().active().empty());
-  EXPECT_EQ(run.twin.faults().remove(), 0u) << "nothing is on, and yet";
-  EXPECT_NEAR(position_at(seconds(5)) - rest_um, before_um, 1e-6 * before_um)
-      << "what has drifted is taken back";
+  EXPECT_EQ(run.twin.faults().remove(), 0u) << "no fault is active";
+  EXPECT_NEAR(position_at(seconds(5)) - rest_um, before_um, 1e-6 * before_um) << "the drift is taken back";
 }
 
-TEST(FaultSchedule, OfALoadDisplacesTheStageWhileItLasts) {
+TEST(FaultSchedule, DisplacesTheStageWhileALoadLasts) {
   Config config = one_axis();
-  config.faults = {order(Fault::load_step, seconds(1), seconds(1), 2.5)};
+  config.faults = {spec(Fault::load_step, seconds(1), seconds(1), 2.5)};
   TwinRun run(config);
   Plant& plant = run.twin.axes()[0]->plant;
   std::vector<double> positions_um;
@@ -303,54 +302,55 @@ TEST(FaultSchedule, OfALoadDisplacesTheStageWhileItLasts) {
   EXPECT_NEAR(positions_um[2] - positions_um[0], 0.0, 1e-9);
 }
 
-TEST(FaultSchedule, AtRandomIsTheSameFromTheSameSeedAndHasItsRate) {
+TEST(FaultSchedule, RandomFaultsAreTheSameFromTheSameSeedAndHaveTheirRate) {
   const auto drawn = [](std::uint64_t seed) {
     Config config = one_axis();
     config.random_faults = RandomFaults{.seed = seed, .rate_per_hour = 3600.0};
     TwinRun run(config);
     run.run_for(seconds(400));
-    return run.told;
+    return run.reported;
   };
-  const std::vector<Told> once = drawn(3);
+  const std::vector<ReportedEvent> once = drawn(3);
   EXPECT_EQ(once, drawn(3));
   EXPECT_NE(once, drawn(4));
-  const auto begun = std::ranges::count(once, Event::begins, &Told::event);
+  const auto begun = std::ranges::count(once, Event::begins, &ReportedEvent::event);
   EXPECT_NEAR(static_cast<double>(begun), 400.0, 100.0) << "Poisson: standard deviation 20; five of these";
   for (std::size_t i = 0; i < fault_count; ++i)
-    EXPECT_NE(std::ranges::find(once, static_cast<Fault>(i), &Told::kind), once.end())
+    EXPECT_NE(std::ranges::find(once, static_cast<Fault>(i), &ReportedEvent::kind), once.end())
         << to_string(static_cast<Fault>(i));
 }
 
-TEST(FaultSchedule, AtRandomKeepsToItsKinds) {
+TEST(FaultSchedule, RandomFaultsAreOnlyOfTheConfiguredKinds) {
   Config config = one_axis();
   config.random_faults = RandomFaults{.rate_per_hour = 3600.0, .kinds = {Fault::late, Fault::load_step}};
   TwinRun run(config);
   run.run_for(seconds(60));
-  ASSERT_FALSE(run.told.empty());
-  for (const Told& one : run.told) EXPECT_TRUE(one.kind == Fault::late || one.kind == Fault::load_step);
+  ASSERT_FALSE(run.reported.empty());
+  for (const ReportedEvent& one : run.reported)
+    EXPECT_TRUE(one.kind == Fault::late || one.kind == Fault::load_step);
 }
 
-TEST(FaultAtRunTime, BeginsNowGoesOnAnewAndIsHealed) {
+TEST(FaultAtRunTime, BeginsNowCanBeReplacedAndCanBeRemoved) {
   TwinRun run(one_axis());
   run.run_for(milliseconds(200));
   FaultScheduler& faults = run.twin.faults();
-  faults.inject(order(Fault::no_reply, {}, {}));
-  faults.inject(order(Fault::late, {}, milliseconds(100), 2.0));
-  faults.inject(order(Fault::late, {}, milliseconds(300), 3.0));
-  ASSERT_EQ(faults.active().size(), 2u) << "the second takes the first one's place";
+  faults.inject(spec(Fault::no_reply, {}, {}));
+  faults.inject(spec(Fault::late, {}, milliseconds(100), 2.0));
+  faults.inject(spec(Fault::late, {}, milliseconds(300), 3.0));
+  ASSERT_EQ(faults.active().size(), 2u) << "the second one replaces the first one";
   run.run_for(milliseconds(200));
   EXPECT_EQ(faults.active().size(), 2u);
   run.run_for(milliseconds(101));
   ASSERT_EQ(faults.active().size(), 1u);
   run.run_for(seconds(60));
-  EXPECT_EQ(faults.active().size(), 1u) << "without an end until it is healed";
+  EXPECT_EQ(faults.active().size(), 1u) << "it lasts until it is removed";
   EXPECT_EQ(faults.remove(Fault::late), 0u);
   EXPECT_EQ(faults.remove(Fault::no_reply, "y"), 0u);
   EXPECT_EQ(faults.remove(Fault::no_reply, "x"), 1u);
   EXPECT_TRUE(faults.active().empty());
 }
 
-TEST(FaultAtRunTime, ThatCannotBeIsRefusedWithTheReason) {
+TEST(FaultAtRunTime, IsRefusedWithTheReasonWhereItIsImpossible) {
   TwinRun run(one_axis());
   const auto refusal_of = [&](const FaultSpec& asked) -> std::string {
     try {
@@ -360,39 +360,40 @@ TEST(FaultAtRunTime, ThatCannotBeIsRefusedWithTheReason) {
     }
     return "accepted";
   };
-  FaultSpec other_axis = order(Fault::late, {}, seconds(1));
+  FaultSpec other_axis = spec(Fault::late, {}, seconds(1));
   other_axis.axis = "z";
-  EXPECT_EQ(refusal_of(other_axis), "there is no axis \"z\", expected one of this twin's");
-  FaultSpec wrong_node = order(Fault::sensor_bad_status, {}, seconds(1));
+  EXPECT_EQ(refusal_of(other_axis), "there is no axis \"z\", expected an axis of this twin");
+  FaultSpec wrong_node = spec(Fault::sensor_bad_status, {}, seconds(1));
   wrong_node.node = Node::amplifier;
   EXPECT_EQ(refusal_of(wrong_node), "sensor_bad_status acts on the sensor, expected that node");
-  EXPECT_EQ(refusal_of(order(Fault::late, {}, seconds(1), 17.0)),
+  EXPECT_EQ(refusal_of(spec(Fault::late, {}, seconds(1), 17.0)),
             "late: value is 17 cycles, expected 1 to 16");
-  EXPECT_EQ(refusal_of(order(Fault::late, {}, seconds(1), 1.5)),
+  EXPECT_EQ(refusal_of(spec(Fault::late, {}, seconds(1), 1.5)),
             "late: value is 1.5, expected a whole number");
-  EXPECT_EQ(refusal_of(order(Fault::parameter_drift, {}, {})),
+  EXPECT_EQ(refusal_of(spec(Fault::parameter_drift, {}, {})),
             "parameter_drift: it lasts 0 s, expected the time in which it drifts");
   EXPECT_TRUE(run.twin.faults().active().empty());
 }
 
-TEST(FaultAtRunTime, NeedsTheFieldThatItSpoilsInALabsOwnFrames) {
+TEST(FaultAtRunTime, IsRefusedWhereTheConfiguredFramesLackItsField) {
   can::AxisWire wire = one_axis().axes[0].wire;
   can::MessageMap plain{.message = "LabSample", .signals = {{"position", "Pos"}}};
   plain.integrity = can::Integrity::none;
   wire.frames.emplace(can::AxisFrames{.command = {.message = "LabCommand"}, .sample = plain});
-  EXPECT_EQ(why_not(order(Fault::frozen_counter, {}, seconds(1)), wire),
+  EXPECT_EQ(reason_against(spec(Fault::frozen_counter, {}, seconds(1)), wire),
             "frozen_counter: message LabSample has no counter, expected one that has it");
-  EXPECT_EQ(why_not(order(Fault::wrong_crc, {}, seconds(1)), wire),
+  EXPECT_EQ(reason_against(spec(Fault::wrong_crc, {}, seconds(1)), wire),
             "wrong_crc: message LabSample has no CRC, expected one that has it");
-  EXPECT_EQ(why_not(order(Fault::sensor_bad_status, {}, seconds(1)), wire),
+  EXPECT_EQ(reason_against(spec(Fault::sensor_bad_status, {}, seconds(1)), wire),
             "sensor_bad_status: message LabSample has no status, expected one that has it");
-  EXPECT_EQ(why_not(order(Fault::frozen_value, {}, seconds(1)), wire), "");
-  FaultSpec of_status = order(Fault::frozen_value, {}, seconds(1));
+  EXPECT_EQ(reason_against(spec(Fault::frozen_value, {}, seconds(1)), wire), "");
+  FaultSpec of_status = spec(Fault::frozen_value, {}, seconds(1));
   of_status.node = Node::amplifier;
-  EXPECT_EQ(why_not(of_status, wire), "frozen_value: this amplifier sends no status, expected one that does");
+  EXPECT_EQ(reason_against(of_status, wire),
+            "frozen_value: this amplifier sends no status, expected one that does");
 }
 
-TEST(FaultNames, AreTheirOwnInverse) {
+TEST(FaultNames, AreParsedBackToTheirKind) {
   for (std::size_t i = 0; i < fault_count; ++i) {
     const auto kind = static_cast<Fault>(i);
     EXPECT_EQ(parse_fault(to_string(kind)), kind);

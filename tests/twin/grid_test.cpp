@@ -1,4 +1,4 @@
-// Sub-steps lie on a fixed grid: what happens to a plant depends on its commands and their times alone.
+// Sub-steps lie on a fixed grid: the motion of a plant depends only on its commands and their times.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
@@ -18,7 +18,7 @@ struct Command {
   double drive;
 };
 
-/// Everything that can be configured, on the piezo stage or on its butterfly.
+/// A plant with all options, with the hysteresis of the piezo stage or with its butterfly.
 Plant::Config complete_stage(bool even) {
   Plant::Config config = piezo_stage();
   model::HysteresisParameters parameters = support::piezo_model();
@@ -65,8 +65,8 @@ std::vector<double> positions(const Plant::Config& config, const std::vector<Com
   return all;
 }
 
-// To the bit, where 1e-9 um would do.
-TEST(Plant, IsWhereItIsHoweverItIsLookedAt) {
+// Equal to the bit; 1e-9 um would be sufficient.
+TEST(Plant, HasTheSamePositionHoweverOftenItIsRead) {
   EXPECT_TRUE(rc::check("looks", [] {
     const bool even = *rc::gen::arbitrary<bool>(), noisy = *rc::gen::arbitrary<bool>();
     const std::vector<Command> commands = any_commands();
@@ -82,7 +82,7 @@ TEST(Plant, IsWhereItIsHoweverItIsLookedAt) {
   }));
 }
 
-// A command that asks for what is there already splits no sub-step: it is a look.
+// A command that repeats the present target splits no sub-step; it is only a look.
 TEST(Plant, IsNotMovedByACommandThatChangesNothing) {
   Plant once(piezo_stage(), can::Time{}), again(piezo_stage(), can::Time{});
   once.set_target(50.0);
@@ -96,7 +96,7 @@ TEST(Plant, IsNotMovedByACommandThatChangesNothing) {
   EXPECT_EQ(once.position_um(), again.position_um());
 }
 
-/// RMS difference of the position from one of a 64th of the sub-step, under 12 V steps every 1.01 ms.
+/// RMS difference of the position from that with a 64th of the sub-step, under 12 V steps every 1.01 ms.
 double rms_error_um(int substep_ns) {
   const auto stage = [](int ns) {
     Plant::Config config = piezo_stage();
@@ -117,7 +117,7 @@ double rms_error_um(int substep_ns) {
   return std::sqrt(sum / cycles);
 }
 
-// Second order: half the sub-step, a quarter of the error. docs/theory.md has the figures.
+// Second order: half the sub-step gives a quarter of the error. docs/theory.md has the figures.
 TEST(Plant, ConvergesToSecondOrderInTheSubstep) {
   const double at_50_us = rms_error_um(50'000), at_25_us = rms_error_um(25'000);
   RecordProperty("um_at_50_us", std::to_string(at_50_us));
@@ -155,7 +155,7 @@ TEST(GridHandler, IsCalledOnceAtTheEndOfARest) {
   EXPECT_EQ(times, std::vector<can::Time>{can::Time{} + std::chrono::hours(1)});
 }
 
-TEST(DriveNoise, IsAskedForOncePerSubstepAndHeldOverIt) {
+TEST(DriveNoise, IsDrawnOncePerSubstepAndHeldOverIt) {
   Plant plant(linear_stage(), can::Time{});
   std::vector<can::Time> asked;
   plant.set_drive_noise([&](can::Time time) {
@@ -163,7 +163,7 @@ TEST(DriveNoise, IsAskedForOncePerSubstepAndHeldOverIt) {
     return 1.0 + static_cast<double>(asked.size());
   });
   plant.advance_to(can::Time{} + microseconds(30));
-  EXPECT_EQ(plant.drive(), 0.0) << "from the next sub-step on";
+  EXPECT_EQ(plant.drive(), 0.0) << "the noise begins with the next sub-step";
   for (const int us : {50, 70, 99}) {
     plant.advance_to(can::Time{} + microseconds(us));
     EXPECT_EQ(plant.drive(), 2.0) << us;

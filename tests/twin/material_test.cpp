@@ -1,4 +1,4 @@
-// The truth may be a model of any kind.
+// The simulated material may be a hysteresis model of any kind.
 #include "twin/material.h"
 
 #include <gtest/gtest.h>
@@ -40,17 +40,17 @@ model::PrandtlIshlinskiiParameters plays() {
           .weights = {0.05, 0.03, 0.02}};
 }
 
-/// One of each kind.
+/// One model of each kind.
 std::vector<model::AnyParameters> kinds() {
   return {support::piezo_model(), model::LinearMappingParameters{support::piezo_model()}, plays(), preisach(),
           butterfly()};
 }
 
-/// Targets with minor loops inside minor loops, some left through their turning points.
+/// Targets with nested minor loops; some loops are left through their turning points.
 constexpr double excursions[] = {80.0, 20.0, 60.0, 35.0, 50.0, 42.0, 70.0, 10.0, 100.0, 0.0, 55.0, 30.0};
 
-// Slow against amplifier and mode, the plant is its hysteresis: what the model gives for the same inputs.
-TEST(SlowLoop, IsTheHysteresisModelsOwnOutputWhateverItsKind) {
+// A motion that is slow compared with amplifier and mode follows the hysteresis model's output.
+TEST(SlowLoop, EqualsTheOutputOfTheHysteresisModelForEveryKind) {
   for (const model::AnyParameters& kind : kinds()) {
     Plant::Config config = piezo_stage();
     config.hysteresis = kind;
@@ -62,7 +62,7 @@ TEST(SlowLoop, IsTheHysteresisModelsOwnOutputWhateverItsKind) {
           can::Time now{};
           for (const double target : excursions) {
             plant.set_target(target);
-            plant.advance_to(now += milliseconds(20));  // e^{-125} of the step is left
+            plant.advance_to(now += milliseconds(20));  // e^{-125} of the step remains
             EXPECT_NEAR(plant.position_um(), model.advance(state, target).value, 1e-9)
                 << model.kind() << " at " << target;
           }
@@ -71,8 +71,8 @@ TEST(SlowLoop, IsTheHysteresisModelsOwnOutputWhateverItsKind) {
   }
 }
 
-// Magnetostriction: x(v) = x(-v). In one sub-step from 60 to -60 the field has been zero, and there the
-// material turned: it has fallen along the outer branch and come up again.
+// Magnetostriction: x(v) = x(-v). Within one sub-step from 60 to -60 the field passes zero, where the
+// material has a turning point: its output falls along the outer branch and rises again.
 TEST(Butterfly, PassesZeroOnTheWayToTheOtherSign) {
   const model::Hysteresis model(butterfly());
   auto state = model.virgin(0.0);
@@ -87,7 +87,7 @@ TEST(Butterfly, PassesZeroOnTheWayToTheOtherSign) {
   }
 }
 
-TEST(Butterfly, IsDrivenThroughBothItsWingsByThePlant) {
+TEST(Butterfly, IsDrivenThroughBothWingsByThePlant) {
   Plant::Config config = piezo_stage();
   config.hysteresis = butterfly();
   config.amplifier.drive_min = -120.0;
@@ -108,7 +108,7 @@ TEST(Butterfly, IsDrivenThroughBothItsWingsByThePlant) {
   EXPECT_GT(plant.position_um(), 10.0);
 }
 
-// 4000 turning points inside each other are all remembered: on the way out each is met where it was made.
+// The memory holds 4000 nested turning points: on the way out, the output passes each of them again.
 TEST(Material, RemembersThousandsOfNestedLoops) {
   Material material(support::piezo_model(), 0.0, 4096);
   std::vector<double> drives, outputs;
@@ -123,11 +123,11 @@ TEST(Material, RemembersThousandsOfNestedLoops) {
     ASSERT_NEAR(material.go_to(drives[i]), outputs[i], 1e-9) << "turning point " << i;
 }
 
-TEST(Material, RefusesAModelThatIsNone) {
+TEST(Material, RefusesAnInvalidModel) {
   model::PreisachParameters without_weights = preisach();
   without_weights.weights.pop_back();
   EXPECT_THROW(Material(without_weights, 0.0, 64), std::invalid_argument);
-  EXPECT_THROW(Material(plays(), 101.0, 64), std::invalid_argument) << "no such drive";
+  EXPECT_THROW(Material(plays(), 101.0, 64), std::invalid_argument) << "outside the model's range";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The twin's two nodes as a bus sees them: every claim is made from frames alone.
+// The twin's two nodes observed at the bus: every test uses frames alone.
 #include <gtest/gtest.h>
 
 #include "tests/twin/twin_bench.h"
@@ -11,7 +11,7 @@ using std::chrono::milliseconds;
 
 class TwinOnBus : public testing::Test, protected TwinBench {};
 
-TEST_F(TwinOnBus, AnnouncesItselfAndBeatsPreOperationalUntilStarted) {
+TEST_F(TwinOnBus, SendsBootUpAndPreOperationalHeartbeatsUntilStarted) {
   run(milliseconds(250));
   EXPECT_EQ(amplifier_heartbeats_, (std::vector<int>{0x00, 0x7F, 0x7F}));
   EXPECT_EQ(heard_[0x702], 3);
@@ -25,7 +25,7 @@ TEST_F(TwinOnBus, AnswersEverySyncWithOneSampleOnceStarted) {
   run(milliseconds(1));
   EXPECT_EQ(heard_[0x182], 0) << "pre-operational";
   start_nodes();
-  for (int i = 0; i < 250; ++i) {  // past the counter's turn at 240
+  for (int i = 0; i < 250; ++i) {  // beyond the counter's wrap at 240
     sync();
     run(milliseconds(1));
     ASSERT_TRUE(sample_);
@@ -39,13 +39,13 @@ TEST_F(TwinOnBus, ReportsStatusAtEveryTenthSyncAndAtEveryChange) {
   const int at_start = heard_[0x181];
   EXPECT_EQ(status_->state, AmpState::ready);
   drive(10.0, 1);
-  EXPECT_EQ(heard_[0x181], at_start + 1) << "enabled is a change";
+  EXPECT_EQ(heard_[0x181], at_start + 1) << "the change to enabled is reported";
   EXPECT_EQ(status_->state, AmpState::enabled);
   drive(10.0, 20);
   EXPECT_EQ(heard_[0x181], at_start + 3);
 }
 
-TEST_F(TwinOnBus, TakesASetpointOverAtTheNextSync) {
+TEST_F(TwinOnBus, AppliesASetpointAtTheNextSync) {
   start_nodes();
   sync();
   command(50.0, true);
@@ -55,7 +55,7 @@ TEST_F(TwinOnBus, TakesASetpointOverAtTheNextSync) {
   EXPECT_NEAR(output(), 50.0, 1e-3);
 }
 
-TEST_F(TwinOnBus, DropsToTheSafeValueAndLatchesWhereCommandsStop) {
+TEST_F(TwinOnBus, GoesToTheSafeValueAndLatchesTheFaultWhereCommandsStop) {
   start_nodes();
   drive(50.0, 20);
   run(milliseconds(19));
@@ -67,11 +67,11 @@ TEST_F(TwinOnBus, DropsToTheSafeValueAndLatchesWhereCommandsStop) {
   EXPECT_NEAR(output(), 0.0, 1e-3);
 
   drive(50.0, 20);
-  EXPECT_EQ(status_->state, AmpState::fault) << "latched: commands alone do not bring it back";
+  EXPECT_EQ(status_->state, AmpState::fault) << "latched: commands alone do not clear it";
   EXPECT_NEAR(output(), 0.0, 1e-3);
 }
 
-TEST_F(TwinOnBus, ForgetsAFaultOnlyWhenToldTo) {
+TEST_F(TwinOnBus, ClearsAFaultOnlyOnCommand) {
   start_nodes();
   drive(50.0, 5);
   run(milliseconds(50));
@@ -111,7 +111,7 @@ TEST_F(TwinOnBus, IgnoresCommandsOlderThanOneSync) {
   EXPECT_EQ(twin_.axes().front()->amplifier.stale_commands(), 1u);
 }
 
-TEST_F(TwinOnBus, CountsDamagedCommandsByCauseAndObeysNone) {
+TEST_F(TwinOnBus, CountsDamagedCommandsByCauseAndExecutesNone) {
   start_nodes();
   sync();
   can::Frame damaged = *encode_command_({.setpoint = 90.0, .enable = true, .sync_counter = counter_});
@@ -150,7 +150,7 @@ TEST_F(TwinOnBus, BootsUpAgainAfterAReset) {
   EXPECT_NEAR(output(), 0.0, 1e-3);
 }
 
-TEST_F(TwinOnBus, ForgetsWhatWasWrittenToItsObjectsAtAReset) {
+TEST_F(TwinOnBus, ResetsItsObjectsAtAReset) {
   constexpr can::SdoObject object{.index = 0x2001, .subindex = 1};
   tester_->send(can::sdo_request(
       1, {.service = can::SdoService::write, .object = object, .content = {.value = 140, .bytes = 2}}));
@@ -160,16 +160,16 @@ TEST_F(TwinOnBus, ForgetsWhatWasWrittenToItsObjectsAtAReset) {
   tester_->send(can::nmt_frame({can::NmtCommand::stop, 1}));
   tester_->send(can::nmt_frame({can::NmtCommand::enter_pre_operational, 1}));
   run(milliseconds(1));
-  EXPECT_TRUE(objects.object(object)) << "no other NMT command is a power-on";
+  EXPECT_TRUE(objects.object(object)) << "other NMT commands do not reset the objects";
   tester_->send(can::nmt_frame({can::NmtCommand::reset_node, 2}));
   run(milliseconds(1));
-  EXPECT_TRUE(objects.object(object)) << "a reset of another node";
+  EXPECT_TRUE(objects.object(object)) << "a reset of another node changes nothing";
   tester_->send(can::nmt_frame({can::NmtCommand::reset_node, 1}));
   run(milliseconds(1));
   EXPECT_FALSE(objects.object(object));
 }
 
-TEST_F(TwinOnBus, ShutDownLeavesTheOutputAtTheSafeValueAndSaysSo) {
+TEST_F(TwinOnBus, ShutDownLeavesTheOutputAtTheSafeValueAndReportsIt) {
   start_nodes();
   drive(50.0, 20);
   twin_.shut_down();

@@ -18,8 +18,8 @@ TEST(Plant, RestsWhereItStarts) {
   EXPECT_EQ(plant.drive(), 0.0);
 }
 
-// A twin that has waited over a weekend answers the first SYNC in time: 5e9 sub-steps would take minutes.
-TEST(Plant, CostsNothingWhileItRests) {
+// A twin answers the first SYNC in time after a weekend of rest; 5e9 sub-steps would take minutes.
+TEST(Plant, NeedsNoComputingTimeWhileItRests) {
   Plant plant(config(), can::Time{});
   plant.advance_to(can::Time{} + std::chrono::hours(72));
   plant.set_target(50.0);

@@ -1,4 +1,4 @@
-// Bandwidth, delay, characteristic and noise of the sensor against their closed forms.
+// Bandwidth, delay, characteristic and noise of the sensor, compared with their closed forms.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,13 +20,13 @@ constexpr can::Time start{};
 
 can::Time grid(int n) { return start + n * substep; }
 
-/// Follows `position(seconds)` from 0 to grid point n.
+/// The sensor follows `position(seconds)` from 0 to grid point n.
 template <class Position>
 void follow(Sensor& sensor, int n, const Position& position) {
   for (int i = 0; i <= n; ++i) sensor.follow(grid(i), position(can::seconds(i * substep)));
 }
 
-TEST(SensorBandwidth, IsExactForAPositionThatGoesOnAsARamp) {
+TEST(SensorBandwidth, IsExactForARamp) {
   Sensor sensor({.bandwidth_Hz = 300.0}, 1, start, substep);
   const double omega = two_pi * 300.0;
   const auto ramp = [](double t_s) { return 2.0 + 1000.0 * t_s; };
@@ -38,8 +38,8 @@ TEST(SensorBandwidth, IsExactForAPositionThatGoesOnAsARamp) {
   }
 }
 
-// The position is linear between grid points, which takes (omega dt)^2 / 12 = 7e-4 % of a sine of 100 Hz.
-TEST(SensorBandwidth, IsThreeDecibelAndAnEighthOfAPeriodBehind) {
+// The position is linear between grid points, which reduces a sine of 100 Hz by (omega dt)^2 / 12 = 7e-4 %.
+TEST(SensorBandwidth, AttenuatesByThreeDecibelAndDelaysByAnEighthOfAPeriod) {
   Sensor sensor({.bandwidth_Hz = 100.0}, 1, start, substep);
   const auto sine = [](double t_s) { return std::sin(two_pi * 100.0 * t_s); };
   follow(sensor, 4000, sine);
@@ -51,7 +51,7 @@ TEST(SensorBandwidth, IsThreeDecibelAndAnEighthOfAPeriodBehind) {
   }
 }
 
-TEST(SensorBandwidth, IsNotDisturbedByBeingRead) {
+TEST(SensorBandwidth, IsNotChangedByAReading) {
   Sensor read({.bandwidth_Hz = 200.0, .delay = microseconds(130)}, 1, start, substep);
   Sensor left_alone({.bandwidth_Hz = 200.0, .delay = microseconds(130)}, 1, start, substep);
   const auto position = [](int n) { return std::sin(0.1 * n); };
@@ -64,7 +64,7 @@ TEST(SensorBandwidth, IsNotDisturbedByBeingRead) {
   }
 }
 
-TEST(SensorDelay, ReadsWhatWasThereSoLongAgo) {
+TEST(SensorDelay, ReadsThePositionOfOneDelayAgo) {
   for (const int delay_us : {1, 49, 50, 51, 100, 333, 1000}) {
     Sensor sensor({.delay = microseconds(delay_us)}, 1, start, substep);
     const auto ramp = [](double t_s) { return 1000.0 * t_s; };
@@ -78,16 +78,16 @@ TEST(SensorDelay, ReadsWhatWasThereSoLongAgo) {
   }
 }
 
-TEST(SensorDelay, ReadsTheRestBeforeItsFirstGridPoint) {
+TEST(SensorDelay, ReadsTheInitialPositionBeforeItsFirstGridPoint) {
   Sensor sensor({.delay = milliseconds(1)}, 1, start, substep);
-  EXPECT_EQ(sensor.measure(start, 3.0).position_um, 3.0) << "nothing known yet";
+  EXPECT_EQ(sensor.measure(start, 3.0).position_um, 3.0) << "no grid point is known yet";
   sensor.follow(start, 3.0);
   sensor.follow(grid(1), 5.0);
   EXPECT_EQ(sensor.measure(grid(1), 5.0).position_um, 3.0);
 }
 
 // A rest is one long sub-step.
-TEST(SensorDelay, IsAsLongAfterARest) {
+TEST(SensorDelay, IsTheSameAfterARest) {
   Sensor sensor({.delay = microseconds(100)}, 1, start, substep);
   sensor.follow(start, 3.0);
   sensor.follow(grid(1'000'000), 3.0);
@@ -95,7 +95,7 @@ TEST(SensorDelay, IsAsLongAfterARest) {
   EXPECT_NEAR(sensor.measure(grid(1'000'003), 6.0).position_um, 4.0, 1e-12);
 }
 
-TEST(SensorCharacteristic, ErrsByASineThatIsZeroAtBothEnds) {
+TEST(SensorCharacteristic, HasASineErrorThatIsZeroAtBothEnds) {
   Sensor sensor({.nonlinearity_percent = 0.2, .range_min_um = -5.0, .range_max_um = 35.0}, 1);
   const auto error_um = [&](double x) { return sensor.measure(start, x).position_um - x; };
   EXPECT_NEAR(error_um(-5.0), 0.0, 1e-14);
@@ -111,7 +111,7 @@ TEST(SensorCharacteristic, HasAGainAnOffsetAndADrift) {
   EXPECT_NEAR(sensor.measure(start + std::chrono::seconds(100), 20.0).position_um, 20.15 + 0.001, 1e-14);
 }
 
-TEST(SensorCharacteristic, SaturatesBeyondItsRangeAndSaysSo) {
+TEST(SensorCharacteristic, SaturatesBeyondItsRangeAndReportsIt) {
   Sensor sensor({.range_min_um = -1.0, .range_max_um = 31.0}, 1);
   EXPECT_TRUE(sensor.measure(start, 31.0).in_range);
   const Sensor::Reading above = sensor.measure(start, 31.5);
@@ -120,8 +120,9 @@ TEST(SensorCharacteristic, SaturatesBeyondItsRangeAndSaysSo) {
   EXPECT_FALSE(sensor.measure(start, -1.5).in_range);
 }
 
-// Of 100 000 samples whose correlation time is 1.6 samples some 40 000 are independent: five standard errors.
-TEST(SensorNoise, OfADensityHasTheSpreadAndTheMemoryOfItsBandwidth) {
+// The correlation time is 1.6 samples, so about 40 000 of 100 000 samples are independent. The tolerance is
+// five standard errors.
+TEST(SensorNoise, HasTheSpreadOfItsDensityAndTheCorrelationOfItsBandwidth) {
   Sensor sensor({.noise_density_um_per_rtHz = 1e-4, .bandwidth_Hz = 100.0}, 42);
   const double rms = 1e-4 * std::sqrt(0.5 * std::numbers::pi * 100.0);
   const double rho = std::exp(-two_pi * 100.0 * 1e-3);
@@ -140,14 +141,14 @@ TEST(SensorNoise, OfADensityHasTheSpreadAndTheMemoryOfItsBandwidth) {
   EXPECT_NEAR(products / squares, rho, 5 / std::sqrt(40'000.0));
 }
 
-TEST(SensorNoise, OfADensityIsTheSameWhereTheTimeIsTheSame) {
+TEST(SensorNoise, FromADensityIsTheSameAtTheSameTime) {
   Sensor sensor({.noise_density_um_per_rtHz = 1e-4, .bandwidth_Hz = 100.0}, 1);
   const double first = sensor.measure(start, 5.0).position_um;
   EXPECT_NE(first, 5.0);
   EXPECT_EQ(sensor.measure(start, 5.0).position_um, first);
 }
 
-TEST(SensorOnTheBus, DoubtsASampleBeyondItsRangeInItsStatus) {
+TEST(SensorOnTheBus, MarksASampleBeyondItsRangeInTheStatus) {
   Config config = one_axis();
   config.axes.front().sensor.range_min_um = -1.0;
   config.axes.front().sensor.range_max_um = 6.0;
@@ -173,8 +174,8 @@ TEST(SensorOnTheBus, ReadsThePlantWithItsDelay) {
     prompt.drive(setpoint, 1);
     seen.push_back(prompt.sample_->position_um);
     if (i < 3) continue;
-    // Linear between grid points: a mode of 500 Hz bends by up to x'' dt^2 / 8, 10 um * (2 pi 500)^2 * 3e-10
-    // s^2.
+    // The position is linear between grid points; a mode of 500 Hz deviates from that by at most
+    //   x'' dt^2 / 8 = 10 um * (2 pi 500)^2 * 3e-10 s^2
     ASSERT_NEAR(late.sample_->position_um, seen[seen.size() - 4], 0.03) << "cycle " << i;
   }
 }
@@ -185,7 +186,7 @@ TEST(SensorOnTheBus, SamplesByItsOwnClockAndNamesTheLastSync) {
   TwinBench bench(config);
   bench.start_nodes();
   bench.run(milliseconds(10));
-  EXPECT_EQ(bench.heard_[0x182], 0) << "no SYNC has been heard";
+  EXPECT_EQ(bench.heard_[0x182], 0) << "no SYNC has been received";
   bench.sync();
   bench.run(milliseconds(1000));
   EXPECT_NEAR(bench.heard_[0x182], 1010, 1) << "one SYNC, samples at 1010 Hz";

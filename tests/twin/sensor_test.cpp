@@ -30,7 +30,7 @@ TEST(Sensor, NoiseHasTheStatedSpreadAndNoBias) {
     sum += noise;
     squares += noise * noise;
   }
-  // Five standard errors: 0.01 / sqrt(1e5) of the mean, 0.01 / sqrt(2e5) of the spread.
+  // Five standard errors: 0.01 / sqrt(1e5) for the mean, 0.01 / sqrt(2e5) for the spread.
   EXPECT_NEAR(sum / samples, 0.0, 5 * 0.01 / std::sqrt(samples));
   EXPECT_NEAR(std::sqrt(squares / samples), 0.01, 5 * 0.01 / std::sqrt(2.0 * samples));
 }

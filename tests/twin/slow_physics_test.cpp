@@ -1,4 +1,4 @@
-// What moves slowly, or on account of a neighbour: creep, temperature, cross-coupling.
+// Slow motion and motion from another axis: creep, temperature, cross-coupling.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -25,8 +25,9 @@ TEST(Creep, DoesNotBeginBeforeAnythingMoves) {
   EXPECT_NEAR(plant.position_um(), 0.0, 1e-14);
 }
 
-// A step of 15 um held: x(t) = 15 um (1 + sum w_i (1 - e^{-a_i t})). What the amplifier's lag takes off is
-// 0.13 ms of the slope at the start, dC/dt(0) = 15 um * 0.3 / s: under 1 nm.
+// A held step of 15 um:
+//   x(t) = 15 um (1 + sum w_i (1 - e^{-a_i t}))
+// The amplifier's lag of 0.13 ms reduces it by less than 1 nm: the slope at the start is 15 um * 0.3 / s.
 TEST(Creep, FollowsItsOperatorsAfterAStep) {
   const model::Creep::Config operators = model::logarithmic_creep(slow.per_decade, slow.from_s, slow.to_s);
   Plant plant(creeping_stage(), can::Time{});
@@ -39,7 +40,7 @@ TEST(Creep, FollowsItsOperatorsAfterAStep) {
   }
 }
 
-TEST(Creep, IsAsMuchInEveryDecade) {
+TEST(Creep, IsEqualInEveryDecade) {
   Plant plant(creeping_stage(), can::Time{});
   plant.set_target(50.0);
   double before_um = 0.0;
@@ -52,8 +53,8 @@ TEST(Creep, IsAsMuchInEveryDecade) {
   }
 }
 
-/// Left alone for half a day under a slow day's temperature; looked at every 0.7 s for the first minutes, or
-/// not.
+/// Rests for half a day under a temperature with a period of a day. Its position is read every 0.7 s for the
+/// first minutes, or not at all.
 double half_a_day_later_um(bool watched) {
   Plant::Config config = creeping_stage();
   config.temperature =
@@ -67,13 +68,13 @@ double half_a_day_later_um(bool watched) {
   return plant.position_um();
 }
 
-// Each of 9e8 sub-steps would take minutes, and a twin answers its first SYNC in time.
-TEST(SlowPhysics, CostsLittleWhileNothingElseMoves) {
+// 9e8 single sub-steps would take minutes, but a twin has to answer its first SYNC in time.
+TEST(SlowPhysics, NeedsLittleComputingTimeWhileNothingElseMoves) {
   EXPECT_EQ(half_a_day_later_um(true), half_a_day_later_um(false)) << "to the bit";
 }
 
-// All operators have settled but for e^{-259200 s / 10^4 s}; the day's sine is at its zero, at a slope of 22
-// pm/s.
+// The slowest operator has settled except for e^{-259200 s / 10^4 s}. The sine of the day is zero, with a
+// slope of 22 pm/s.
 TEST(SlowPhysics, IsExactAfterALongTime) {
   const model::Creep::Config operators = model::logarithmic_creep(slow.per_decade, slow.from_s, slow.to_s);
   double whole = 0.0;
@@ -103,10 +104,10 @@ TEST(Temperature, MovesTheStageAndItsStrokeWithTheAmbientSine) {
   EXPECT_NEAR(settled_at(30.0), 15.0 * (1.0 + 2e-3) - 0.3, 1e-9) << "three quarters: 2 K colder";
 }
 
-TEST(Coupling, ShowsHowFarTheOtherAxisHasGoneFromItsStart) {
+TEST(Coupling, AddsTheMotionOfTheOtherAxisFromItsStart) {
   Plant x(piezo_stage(), can::Time{}), y(piezo_stage(), can::Time{});
   x.couple(y, 0.02);
-  y.couple(x, -0.05);  // both ways: each shows the other's own position, not the error in it
+  y.couple(x, -0.05);  // both ways: each adds the other's own position, without the coupling error in it
   x.set_target(60.0);
   x.advance_to(can::Time{} + milliseconds(500));
   y.advance_to(can::Time{} + milliseconds(500));
@@ -116,7 +117,7 @@ TEST(Coupling, ShowsHowFarTheOtherAxisHasGoneFromItsStart) {
   y.set_target(20.0);
   x.advance_to(can::Time{} + milliseconds(1000));
   const double y_um = support::piezo_model().ascending.value(20.0);
-  EXPECT_NEAR(x.position_um(), x_um + 0.02 * y_um, 1e-9) << "y is looked at where x is read";
+  EXPECT_NEAR(x.position_um(), x_um + 0.02 * y_um, 1e-9) << "reading x reads y too";
   EXPECT_NEAR(x.crosstalk_um(), 0.02 * y_um, 1e-9);
 }
 

@@ -15,7 +15,7 @@ inline Plant::Config piezo_stage() {
               .drive_min = -20, .drive_max = 120, .slew_per_s = 93e3, .bandwidth_Hz = 1500, .safe_drive = 0}};
 }
 
-/// Without hysteresis: x_h = 0.3 um/V v, 0 to 100 V; without a slew limit that matters.
+/// Without hysteresis: x_h = 0.3 um/V v, 0 to 100 V; the slew limit is never reached.
 inline Plant::Config linear_stage() {
   Plant::Config config = piezo_stage();
   config.hysteresis = model::PrandtlIshlinskiiParameters{.input_unit = "V",

@@ -1,4 +1,4 @@
-// The twin on a simulated bus, for claims that are made from frames.
+// The twin on a simulated bus, for tests that use frames alone.
 #pragma once
 
 #include <map>
@@ -28,7 +28,7 @@ inline Config one_axis() {
   return config;
 }
 
-/// A bus with the twin on it, and a tester that keeps what it hears. The nodes have booted up.
+/// A bus with the twin, and a tester that keeps the received frames. The nodes have booted up.
 class TwinBench {
  public:
   explicit TwinBench(const Config& config = one_axis())
@@ -43,7 +43,7 @@ class TwinBench {
       if (frame.id == 0x081) emergencies_.push_back(can::parse_emergency(frame)->code);
     });
     twin_.start();
-    run(config.heartbeat_period);  // it listens
+    run(config.heartbeat_period);  // the twin listens
   }
 
   void start_nodes() {

@@ -1,11 +1,17 @@
-// What the output does when commands stop, and when a setpoint takes effect, as the bus and the stage see it.
+// The output after commands have stopped, and the time at which a setpoint takes effect, observed at the bus
+// and at the stage.
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <ostream>
 
 #include "tests/twin/twin_bench.h"
 
 namespace hystcan::twin {
+
+/// gtest finds it by the namespace of WatchdogAction.
+inline void PrintTo(WatchdogAction action, std::ostream* out) { *out << to_string(action); }
+
 namespace {
 
 using can::AmpState;
@@ -23,7 +29,7 @@ Config with(WatchdogAction action) {
   return config;
 }
 
-/// Driven to 60 V, and just tripped. The output is read 5 ms later.
+/// Is driven to 60 V, then trips. The output is read 5 ms later.
 class Tripped : private TwinBench {
  public:
   explicit Tripped(WatchdogAction action) : TwinBench(with(action)) {
@@ -32,7 +38,7 @@ class Tripped : private TwinBench {
     while (status_->state != AmpState::fault) run(microseconds(10));
     tripped_ = clock_.now();
   }
-  /// So long after the trip.
+  /// The output this time after the trip.
   double output_after(can::Duration duration) {
     clock_.run_until(tripped_ + duration - milliseconds(5));
     return output();
@@ -64,7 +70,7 @@ TEST(Watchdog, HoldsTheLastSetpoint) {
   EXPECT_NEAR(Tripped(WatchdogAction::hold).output_after(milliseconds(500)), 60.0, 1e-6);
 }
 
-// Emergency and status take 0.24 ms on the wire, 48 mV of the ramp, until the trip is heard of.
+// Emergency and status take 0.24 ms on the wire (48 mV of the ramp) before the test receives the trip.
 TEST(Watchdog, RampsToTheSafeDrive) {
   Tripped drive(WatchdogAction::ramp);
   EXPECT_NEAR(drive.output_after(milliseconds(100)), 60.0 - 200.0 * 0.1, 0.06);
@@ -72,7 +78,7 @@ TEST(Watchdog, RampsToTheSafeDrive) {
   EXPECT_NEAR(drive.output_after(milliseconds(300)), 10.0, 1e-3);
 }
 
-// 0.24 ms are 0.16 % of the time constant.
+// 0.24 ms is 0.16 % of the time constant.
 TEST(Watchdog, SwitchesOffAndLeavesTheOutputToItsLoad) {
   Tripped drive(WatchdogAction::off);
   EXPECT_NEAR(drive.output_after(milliseconds(150)), 60.0 * std::exp(-1.0), 0.06);
@@ -81,12 +87,12 @@ TEST(Watchdog, SwitchesOffAndLeavesTheOutputToItsLoad) {
 
 class EveryWatchdogAction : public testing::TestWithParam<WatchdogAction> {};
 
-TEST_P(EveryWatchdogAction, IsToldAndLatchedAndClearedInTheSameWay) {
+TEST_P(EveryWatchdogAction, IsReportedLatchedAndClearedInTheSameWay) {
   Tripped drive(GetParam());
   EXPECT_EQ(drive.status_->fault, can::amp_fault::command_timeout);
   EXPECT_EQ(drive.emergencies_, std::vector<int>{0x8130});
   drive.drive(40.0, 20);
-  EXPECT_EQ(drive.status_->state, AmpState::fault) << "commands alone do not bring it back";
+  EXPECT_EQ(drive.status_->state, AmpState::fault) << "commands alone do not clear it";
   EXPECT_GT(std::abs(drive.output() - 40.0), 1.0);
   drive.clear();
   EXPECT_EQ(drive.status_->state, AmpState::ready);
@@ -97,11 +103,11 @@ TEST_P(EveryWatchdogAction, IsToldAndLatchedAndClearedInTheSameWay) {
   EXPECT_NEAR(drive.output(), 40.0, 1e-3);
 }
 
-TEST_P(EveryWatchdogAction, GivesWayToNmt) {
+TEST_P(EveryWatchdogAction, IsOverriddenByNmt) {
   EXPECT_NEAR(Tripped(GetParam()).output_after_nmt(can::NmtCommand::stop), 10.0, 1e-3);
 }
 
-TEST_P(EveryWatchdogAction, IsForSilenceAlone) {
+TEST_P(EveryWatchdogAction, IsNotTakenForASetpointOutOfRange) {
   TwinBench bench(with(GetParam()));
   bench.start_nodes();
   bench.drive(60.0, 5);
@@ -113,7 +119,7 @@ TEST_P(EveryWatchdogAction, IsForSilenceAlone) {
 INSTANTIATE_TEST_SUITE_P(Twin, EveryWatchdogAction, testing::ValuesIn(all_watchdog_actions),
                          [](const auto& test) { return std::string(to_string(test.param)); });
 
-TEST(Apply, OnReceiptIsAtOnceAndWithoutASync) {
+TEST(Apply, OnReceiptTakesEffectAtOnceWithoutASync) {
   Config config = one_axis();
   config.axes.front().apply = Apply::receipt;
   TwinBench bench(config);
@@ -125,7 +131,7 @@ TEST(Apply, OnReceiptIsAtOnceAndWithoutASync) {
   EXPECT_NEAR(bench.output(), 20.0, 1e-3);
 }
 
-TEST(Apply, RoundsTheSetpointToTheConvertersResolution) {
+TEST(Apply, RoundsTheSetpointToTheResolutionOfTheAmplifier) {
   Config config = one_axis();
   config.axes.front().plant.amplifier.resolution = 0.5;
   TwinBench bench(config);

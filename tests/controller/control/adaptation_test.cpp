@@ -29,8 +29,8 @@ ControlLaw adaptive(std::optional<Adaptation::Config> adaptation) {
   return law;
 }
 
-/// Tracks a slow sine on a stage that is `gain` times the model plus an offset; the largest error of the last
-/// half second.
+/// Tracks a slow sine on a stage that is `gain` times the model plus an offset. Returns the largest error of
+/// the last half second.
 double track(ControlLaw& law, double gain, double offset_um, double seconds, bool steady = true) {
   const model::Hysteresis stage(support::piezo_model());
   model::HysteresisState state = stage.at_lower_threshold();
@@ -59,12 +59,12 @@ TEST(Adaptation, LearnsTheGainAndOffsetOfTheStage) {
   EXPECT_NEAR(law.correction().offset_um, -0.3, 0.03);
 }
 
-TEST(Adaptation, LeavesLittleOfTheErrorThatThePiAloneLeaves) {
+TEST(Adaptation, ReducesTheErrorThatPiAloneLeaves) {
   ControlLaw learning = adaptive(slow), fixed = adaptive(std::nullopt);
   EXPECT_LT(track(learning, 1.04, -0.3, 30.0), 0.2 * track(fixed, 1.04, -0.3, 30.0));
 }
 
-TEST(Adaptation, StaysWithinItsBoundsOnAStageFarOff) {
+TEST(Adaptation, StaysWithinItsBoundsOnAStageThatDiffersMuchFromTheModel) {
   ControlLaw law = adaptive(slow);
   track(law, 0.7, 3.0, 20.0);
   EXPECT_DOUBLE_EQ(law.correction().gain, 0.9);
@@ -84,7 +84,7 @@ TEST(Adaptation, IsFrozenInTransitionsAndWhereTheDriveIsLimited) {
   EXPECT_EQ(law.correction().offset_um, 0.0);
 }
 
-// What the correction takes over, the integral gives up.
+// The integral gives up what the correction takes over.
 TEST(Adaptation, IsSetAndRevertedWithoutABumpInTheDrive) {
   ControlLaw law = adaptive(slow);
   const ControlLaw::Input still{
@@ -103,7 +103,7 @@ TEST(Adaptation, IsSetAndRevertedWithoutABumpInTheDrive) {
   }
 }
 
-TEST(Adaptation, IsTheIdentityWhereNotAskedFor) {
+TEST(Adaptation, IsTheIdentityWhereItIsNotConfigured) {
   ControlLaw law = adaptive(std::nullopt);
   law.set_correction({1.05, 0.2});
   track(law, 1.04, -0.3, 2.0);
@@ -111,8 +111,8 @@ TEST(Adaptation, IsTheIdentityWhereNotAskedFor) {
   EXPECT_EQ(law.correction().offset_um, 0.0);
 }
 
-// The proof's two claims, at any correction within the bounds, any integral, any place.
-RC_GTEST_PROP(Adaptation, AStepStaysWithinTheBoundsAndNeverTurnsOrRaisesTheIntegral, ()) {
+// The two results of the proof, for any correction within the bounds, any integral, any position.
+RC_GTEST_PROP(Adaptation, StepStaysWithinTheBoundsAndNeverInvertsOrRaisesTheIntegral, ()) {
   const auto part = [] { return *rc::gen::inRange(-1000, 1001) * 1e-3; };
   const double gain = 1.0 + slow.gain_max * part();
   const ModelCorrection before{.gain = gain,

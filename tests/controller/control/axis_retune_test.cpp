@@ -1,4 +1,4 @@
-// An axis retuned while it tracks, and the three ways to begin: what the actuator remembers must be known.
+// Retuning of a tracking axis, and the three kinds of start-up, which provide the actuator's memory.
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
@@ -18,13 +18,13 @@ AxisConfig tracking_axis() {
                       .transition_s = 0.05},
                      {.shape = Hold{.level_um = 12.0, .duration_s = 0.1}, .transition_s = 0.05}};
   config.repeat = true;
-  config.following_error.error_um = 100.0;  // the average model and pi alone are far off
+  config.following_error.error_um = 100.0;  // the average model and pi alone have large errors
   config.supervision.frozen_cycles = 0;
   config.supervision.saturated_s = 0.0;
   return config;
 }
 
-/// What another version of the file may say.
+/// Another valid version of the configuration.
 rc::Gen<AxisConfig> any_tuning() {
   return rc::gen::apply(
       [](std::size_t structure, int kp, int ki, int options) {
@@ -46,11 +46,10 @@ rc::Gen<AxisConfig> any_tuning() {
       rc::gen::inRange(0, 64));
 }
 
-// The same cycle decided twice, by the axis as it was and by the one retuned. What may differ is what one
-// cycle of new gains does to what has moved since the last: reference and stage through P and preview, the
-// error through I, an offset of at most 6 um that fades without feedback. At rest that is rounding. What the
-// change would do by itself, were it not bumpless, is the whole of P, of the integral, or of the
-// feed-forward: 24 um.
+// The former axis and the retuned axis decide the same cycle. They may differ only by the effect of one cycle
+// of new gains on the changes since the last cycle: reference and stage through P and preview, the error
+// through I, and an offset of at most 6 um that fades without feedback. At rest this is rounding. A change
+// with a bump would add the whole of P, of the integral, or of the feed-forward: 24 um.
 RC_GTEST_PROP(AxisRetune, MovesTheDriveNoMoreThanTheReferenceDoes, ()) {
   Stage stage(tracking_axis());
   RC_ASSERT(stage.tracks());
@@ -79,7 +78,7 @@ RC_GTEST_PROP(AxisRetune, MovesTheDriveNoMoreThanTheReferenceDoes, ()) {
   }
 }
 
-TEST(AxisRetune, AtRestMovesTheDriveByRoundingOnly) {
+TEST(AxisRetune, ChangesTheDriveAtRestOnlyByRounding) {
   AxisConfig config = tracking_axis();
   config.setpoint = {{.shape = Hold{.level_um = 12.0, .duration_s = 100.0}, .transition_s = 0.05}};
   Stage stage(config);
@@ -97,7 +96,7 @@ TEST(AxisRetune, AtRestMovesTheDriveByRoundingOnly) {
     }
 }
 
-TEST(AxisRetune, LetsANewReferenceGoOnFromThePresentMotionWhereTheAccelerationIsLimited) {
+TEST(AxisRetune, StartsANewReferenceFromThePresentMotionWhereTheAccelerationIsLimited) {
   Stage stage(tracking_axis());
   ASSERT_TRUE(stage.tracks());
   AxisConfig config = tracking_axis();
@@ -114,14 +113,14 @@ TEST(AxisRetune, LetsANewReferenceGoOnFromThePresentMotionWhereTheAccelerationIs
     before = stage.axis.report().reference_um;
     stage.cycle();
     const double next_um = stage.axis.report().reference_um - before;
-    // 15 000 um/s^2 are 0.015 um from cycle to cycle.
+    // 15 000 um/s^2 is 0.015 um from cycle to cycle.
     ASSERT_NEAR(next_um, step_um, 0.0151) << i;
     step_um = next_um;
   }
   EXPECT_EQ(stage.axis.report().reference_um, 20.0);
 }
 
-TEST(AxisRetune, IsRefusedWholeWhereTheDriveIsOutsideTheNewRange) {
+TEST(AxisRetune, IsRefusedCompletelyWhereTheDriveIsOutsideTheNewRange) {
   Stage stage(tracking_axis());
   ASSERT_TRUE(stage.tracks());
   while (stage.command.drive < 70.0) stage.cycle();
@@ -130,16 +129,16 @@ TEST(AxisRetune, IsRefusedWholeWhereTheDriveIsOutsideTheNewRange) {
   narrow.law.pi.kp = 0.4;
   AxisTuning tuning(narrow, true);
   Axis untouched = stage.axis;
-  EXPECT_EQ(stage.axis.retune(tuning), "the drive is outside the new drive_min..drive_max now");
+  EXPECT_EQ(stage.axis.retune(tuning), "the present drive is outside the new drive_min..drive_max");
   EXPECT_EQ(stage.axis.config().gate.drive_max, 100.0);
-  EXPECT_EQ(tuning.config.gate.drive_max, 60.0) << "what was refused stays with the asker";
+  EXPECT_EQ(tuning.config.gate.drive_max, 60.0) << "a refused tuning is unchanged";
   for (int i = 0; i < 100; ++i) {
     const AxisInput input = stage.next_input();
     ASSERT_EQ(untouched.step(input).drive, stage.cycle().drive) << "to the bit";
   }
   stage.axis.stop();
   ASSERT_TRUE(stage.reaches(AxisState::offline));
-  EXPECT_EQ(stage.axis.retune(tuning), "") << "nothing is driven";
+  EXPECT_EQ(stage.axis.retune(tuning), "") << "the axis is not driven";
 }
 
 TEST(AxisRetune, IsRefusedInOpenLoop) {
@@ -150,8 +149,8 @@ TEST(AxisRetune, IsRefusedInOpenLoop) {
   EXPECT_EQ(stage.axis.retune(tuning), "the axis runs in open loop");
 }
 
-/// Feed-forward alone, and no delay in the stage: at rest only a wrong memory leaves an error. The amplifier
-/// rests at `safe_drive` while it is not enabled, between the thresholds, so that nothing is wiped out.
+/// Feed-forward alone, and a stage without delay: at rest only a wrong memory causes an error. While it is
+/// not enabled the amplifier rests at `safe_drive`, between the thresholds, so that no memory is wiped out.
 AxisConfig feed_forward_axis(StartUp start_up, double safe_drive = 25.0) {
   AxisConfig config = support::piezo_axis();
   config.gate.safe_drive = safe_drive;
@@ -175,33 +174,33 @@ double error_at_rest_um(Stage& stage) {
   return largest_um;
 }
 
-/// An actuator that came down to its lower threshold and has been driven to 40 V since.
+/// An actuator that was at its lower threshold and was then driven to 40 V.
 model::HysteresisState risen_stage(const model::Hysteresis& actuator) {
   model::HysteresisState memory = actuator.at_lower_threshold();
   actuator.advance(memory, 40.0);
   return memory;
 }
 
-/// One with several loops open.
+/// An actuator with several open loops.
 model::HysteresisState nested_stage(const model::Hysteresis& actuator) {
   model::HysteresisState memory = actuator.at_lower_threshold();
   for (const double drive : {90.0, 10.0, 70.0, 25.0}) actuator.advance(memory, drive);
   return memory;
 }
 
-TEST(StartUp, AssumeTracksWithoutAVisitToTheThresholdsWhereItIsTrue) {
+TEST(StartUp, AssumeTracksWithoutAVisitToTheThresholdsWhereItsAssumptionIsTrue) {
   const model::Hysteresis actuator(support::piezo_model());
   Stage stage(feed_forward_axis(StartUp::assume, 40.0), risen_stage(actuator));
   ASSERT_TRUE(stage.tracks());
-  EXPECT_NEAR(stage.highest_drive, 40.0, 2.0) << "it stays where it is";
+  EXPECT_NEAR(stage.highest_drive, 40.0, 2.0) << "the drive stays where it is";
   EXPECT_LT(error_at_rest_um(stage), 1e-6);
 
   Stage wrong(feed_forward_axis(StartUp::assume), nested_stage(actuator));
   ASSERT_TRUE(wrong.tracks());
-  EXPECT_GT(error_at_rest_um(wrong), 0.01) << "ten thousand times the claim above";
+  EXPECT_GT(error_at_rest_um(wrong), 0.01) << "ten thousand times the bound above";
 }
 
-TEST(StartUp, RestoreTracksOnWithWhatWasSaved) {
+TEST(StartUp, RestoreTracksWithTheSavedMemory) {
   const model::Hysteresis actuator(support::piezo_model());
   const model::HysteresisState memory = nested_stage(actuator);
   Stage stage(feed_forward_axis(StartUp::restore), memory);
@@ -211,10 +210,10 @@ TEST(StartUp, RestoreTracksOnWithWhatWasSaved) {
   EXPECT_LT(error_at_rest_um(stage), 1e-6);
 }
 
-TEST(StartUp, WhatIsSavedAtACleanStopIsWhatTheActuatorRemembers) {
+TEST(StartUp, ACleanStopSavesTheMemoryOfTheActuator) {
   Stage first(feed_forward_axis(StartUp::wipe));
   ASSERT_TRUE(first.tracks());
-  EXPECT_EQ(first.axis.law_to_save(), nullptr) << "driven: not at rest yet";
+  EXPECT_EQ(first.axis.law_to_save(), nullptr) << "the axis is still driven";
   for (int i = 0; i < 450; ++i) first.cycle();
   first.axis.stop();
   ASSERT_TRUE(first.reaches(AxisState::offline));
@@ -241,7 +240,7 @@ TEST(StartUp, VisitsTheThresholdsAgainAfterAFaultWhateverIsConfigured) {
     ASSERT_EQ(stage.axis.state(), AxisState::faulted);
     EXPECT_EQ(stage.axis.law_to_save(), nullptr);
     ASSERT_TRUE(stage.axis.clear());
-    EXPECT_EQ(stage.axis.law_to_save(), nullptr) << "how it came down, nobody knows";
+    EXPECT_EQ(stage.axis.law_to_save(), nullptr) << "the path to the safe drive is unknown";
     stage.highest_drive = 0.0;
     ASSERT_TRUE(stage.tracks());
     EXPECT_EQ(stage.highest_drive, 100.0) << to_string(start_up);

@@ -39,7 +39,7 @@ TEST(Axis, WaitsUntilBothNodesAreOperational) {
   }
 }
 
-TEST(Axis, StartUpGoesToBothThresholdsSoThatThePastIsWipedOut) {
+TEST(Axis, GoesToBothThresholdsAtStartUpToWipeTheMemoryOut) {
   Stage stage;
   stage.axis.start(false);
   ASSERT_TRUE(stage.reaches(AxisState::ready));
@@ -47,7 +47,7 @@ TEST(Axis, StartUpGoesToBothThresholdsSoThatThePastIsWipedOut) {
   EXPECT_EQ(stage.command.drive, 0.0);
 }
 
-TEST(Axis, TracksToTheInversesPrecisionOnceThePastIsWipedOut) {
+TEST(Axis, TracksToTheInversesPrecisionAfterTheMemoryIsWipedOut) {
   Stage stage;
   ASSERT_TRUE(stage.tracks());
   for (int i = 0; i < 500; ++i) stage.cycle();
@@ -60,6 +60,8 @@ struct FaultCase {
   Cause cause;
   std::function<void(AxisInput&)> disturb;
   int cycles;  ///< until the axis is faulted
+
+  friend void PrintTo(const FaultCase& fault, std::ostream* out) { *out << fault.name; }
 };
 
 void expect_the_safe_command_in_the_deciding_cycle_and_ever_after(Stage stage, const FaultCase& fault) {
@@ -76,7 +78,8 @@ void expect_the_safe_command_in_the_deciding_cycle_and_ever_after(Stage stage, c
   EXPECT_DOUBLE_EQ(stage.axis.fault().time_s, stage.time_s);
   EXPECT_FALSE(remedy(fault.cause).empty());
 
-  for (int i = 0; i < 100; ++i) EXPECT_FALSE(stage.cycle().enable) << "all is well again, but faults latch";
+  for (int i = 0; i < 100; ++i)
+    EXPECT_FALSE(stage.cycle().enable) << "the cause is gone, but the fault is latched";
   EXPECT_EQ(stage.axis.fault().cause, fault.cause);
 }
 
@@ -86,7 +89,7 @@ TEST_P(EveryFault, LeadsToTheSafeCommandInTheDecidingCycleAndLatches) {
   expect_the_safe_command_in_the_deciding_cycle_and_ever_after(Stage(), GetParam());
 }
 
-TEST_P(EveryFault, DoesSoInOpenLoopTooButForTheFollowingError) {
+TEST_P(EveryFault, LeadsToTheSafeCommandInOpenLoopTooExceptTheFollowingError) {
   Stage stage(excited_piezo(Excitation::Hysteresis{.low = 10.0, .high = 90.0}));
   if (GetParam().cause != Cause::following_error)
     return expect_the_safe_command_in_the_deciding_cycle_and_ever_after(stage, GetParam());
@@ -142,7 +145,7 @@ TEST(Axis, TripsWhereTheAmplifierNeverBecomesEnabled) {
   EXPECT_EQ(stage.axis.fault().cause, Cause::amplifier_not_enabled);
 }
 
-TEST(Axis, BridgesSingleLossesForEverButNotHalfOfAllSamples) {
+TEST(Axis, BridgesSingleLossesButTripsWhereHalfOfTheSamplesAreLost) {
   Stage seldom;
   ASSERT_TRUE(seldom.tracks());
   for (int i = 0; i < 10'000; ++i)
@@ -160,7 +163,7 @@ TEST(Axis, BridgesSingleLossesForEverButNotHalfOfAllSamples) {
   EXPECT_EQ(half.axis.fault().cause, Cause::sample_missing);
 }
 
-TEST(Axis, RefusesAFaultedAmplifierUnlessToldToClearIt) {
+TEST(Axis, RefusesAFaultedAmplifierUnlessItIsAskedToClearTheFault) {
   const auto faulted = [](AxisInput& in) {
     in.health.amplifier_fault = true;
     in.health.amplifier_ready = false;
@@ -176,10 +179,10 @@ TEST(Axis, RefusesAFaultedAmplifierUnlessToldToClearIt) {
   EXPECT_TRUE(command.clear_fault);
   EXPECT_FALSE(command.enable);
   EXPECT_TRUE(clearing.reaches(AxisState::tracking));
-  EXPECT_FALSE(clearing.command.clear_fault) << "asked once, not for ever";
+  EXPECT_FALSE(clearing.command.clear_fault) << "the clearing is requested only once";
 }
 
-TEST(Axis, StopRampsDownWithinTheSlewLimitAndThenSwitchesOff) {
+TEST(Axis, RampsDownWithinTheSlewLimitAtAStopAndThenSwitchesOff) {
   Stage stage;
   ASSERT_TRUE(stage.tracks());
   for (int i = 0; i < 200; ++i) stage.cycle();
@@ -195,7 +198,7 @@ TEST(Axis, StopRampsDownWithinTheSlewLimitAndThenSwitchesOff) {
   EXPECT_FALSE(stage.command.enable);
 }
 
-TEST(Axis, StopWhileWaitingNeedsNoRamp) {
+TEST(Axis, StopsWithoutARampWhileItIsWaiting) {
   Stage stage;
   stage.axis.start(false);
   stage.axis.stop();
@@ -203,7 +206,7 @@ TEST(Axis, StopWhileWaitingNeedsNoRamp) {
   EXPECT_EQ(stage.axis.state(), AxisState::offline);
 }
 
-TEST(Axis, IsClearedOnlyWhereItIsFaultedAndThenStartsAnewFromOffline) {
+TEST(Axis, IsClearedOnlyWhereItIsFaultedAndThenStartsFromOffline) {
   Stage stage;
   EXPECT_FALSE(stage.axis.clear());
   ASSERT_TRUE(stage.tracks());
@@ -211,13 +214,13 @@ TEST(Axis, IsClearedOnlyWhereItIsFaultedAndThenStartsAnewFromOffline) {
   stage.cycle([](AxisInput& in) { in.sensor_status_good = false; });
   ASSERT_EQ(stage.axis.state(), AxisState::faulted);
   EXPECT_TRUE(stage.axis.clear());
-  EXPECT_FALSE(stage.axis.clear()) << "never queued";
+  EXPECT_FALSE(stage.axis.clear()) << "a clear is never queued";
   EXPECT_EQ(stage.axis.state(), AxisState::offline);
   EXPECT_EQ(stage.axis.fault().cause, Cause::none);
-  for (int i = 0; i < 100; ++i) EXPECT_FALSE(stage.cycle().enable) << "clearing is not arming";
+  for (int i = 0; i < 100; ++i) EXPECT_FALSE(stage.cycle().enable) << "a clear does not start the axis";
   ASSERT_TRUE(stage.tracks());
   for (int i = 0; i < 500; ++i) stage.cycle();
-  EXPECT_NEAR(stage.axis.report().position_um, 15.0, 1e-9) << "its past was wiped out again";
+  EXPECT_NEAR(stage.axis.report().position_um, 15.0, 1e-9) << "its memory is wiped out again";
 }
 
 TEST(Axis, TracksAgainAfterItWasStopped) {
@@ -228,7 +231,7 @@ TEST(Axis, TracksAgainAfterItWasStopped) {
   EXPECT_TRUE(stage.tracks());
 }
 
-TEST(Axis, GivesTheJumpedSampleToNobody) {
+TEST(Axis, DoesNotUseAJumpedSample) {
   Stage stage;
   ASSERT_TRUE(stage.tracks());
   for (int i = 0; i < 500; ++i) stage.cycle();
@@ -277,11 +280,11 @@ TEST(AxisInOpenLoop, AppliesTheExcitationWhateverThePosition) {
     stage.cycle([&](AxisInput& in) { in.position_um = position_um; });
     ASSERT_EQ(stage.command.drive, excitation.at(stage.time_s - begun_s));
   }
-  EXPECT_EQ(stage.axis.state(), AxisState::tracking) << "holds the last drive until it is stopped";
+  EXPECT_EQ(stage.axis.state(), AxisState::tracking) << "it holds the last drive until it is stopped";
   EXPECT_NEAR(stage.time_s - begun_s, 1.0, 1.5 * cycle_s);
 }
 
-TEST(AxisInOpenLoop, BridgesALostSampleWithoutAHalt) {
+TEST(AxisInOpenLoop, ContinuesTheExcitationThroughALostSample) {
   Stage stage(excited_piezo(Excitation::Hysteresis{.slew_per_s = 100.0, .rest_s = 0.0}));
   ASSERT_TRUE(stage.tracks());
   for (int i = 0; i < 100; ++i) stage.cycle();
@@ -291,7 +294,7 @@ TEST(AxisInOpenLoop, BridgesALostSampleWithoutAHalt) {
   EXPECT_NEAR(stage.command.drive, before + 100.0 * cycle_s, 1e-9);
 }
 
-TEST(AxisInOpenLoop, IsHeldToTheGatesSlewWhereAStepIsSteeper) {
+TEST(AxisInOpenLoop, LimitsASteepStepToTheSlewOfTheGate) {
   AxisConfig config = excited_piezo(Excitation::Steps{.centre = 50.0, .amplitude = 20.0, .period_s = 0.2});
   config.gate.slew_per_s = 1000.0;
   Stage stage(config);
@@ -306,7 +309,7 @@ TEST(AxisInOpenLoop, IsHeldToTheGatesSlewWhereAStepIsSteeper) {
   EXPECT_EQ(limits, limit::slew);
 }
 
-TEST(AxisInOpenLoop, RefusesAnExcitationThatTheGateWouldNotLetPass) {
+TEST(AxisInOpenLoop, RefusesAnExcitationThatTheGateWouldLimit) {
   for (const Excitation::Config& excitation :
        {Excitation::Config(Excitation::Hysteresis{.low = -1.0, .high = 100.0}),
         Excitation::Config(Excitation::Hysteresis{.low = 0.0, .high = 101.0}),
@@ -317,7 +320,7 @@ TEST(AxisInOpenLoop, RefusesAnExcitationThatTheGateWouldNotLetPass) {
     EXPECT_THROW(Axis(excited_piezo(excitation)), std::invalid_argument);
 }
 
-TEST(AxisInOpenLoop, StopRampsDownInTheMiddleOfTheExcitation) {
+TEST(AxisInOpenLoop, RampsDownAtAStopInTheMiddleOfTheExcitation) {
   Stage stage(excited_piezo(Excitation::Hysteresis{.slew_per_s = 200.0}));
   ASSERT_TRUE(stage.tracks());
   for (int i = 0; i < 300; ++i) stage.cycle();

@@ -1,4 +1,4 @@
-// Two axes of a stage of which each moves the other too:  y_i = own_i + c y_j  to first order.
+// Two axes of a stage; each also moves the other one. To first order:  y_i = own_i + c y_j
 #include <gtest/gtest.h>
 
 #include <array>
@@ -17,12 +17,12 @@ constexpr double crosstalk = 0.03;
 AxisConfig axis_of(bool fed_forward, std::size_t other) {
   AxisConfig config = support::piezo_axis();
   config.delays.command_delay = {};
-  config.delays.amplifier_bandwidth_Hz = 1e9;  // the actuators below answer at the next sample
+  config.delays.amplifier_bandwidth_Hz = 1e9;  // the actuators below respond at the next sample
   config.delays.resonance_Hz = 1e9;
   config.following_error.error_um = 20.0;
   config.law.pi = {.kp = 0.0, .ki_per_s = 20.0};
   config.setpoint = {{.shape = Sine{.low_um = 5.0, .high_um = 25.0, .frequency_Hz = 5.0, .cycles = 100.0}}};
-  if (other == 0)  // the axis that is moved: it is to stand still
+  if (other == 0)  // the standing axis
     config.setpoint = {{.shape = Hold{.level_um = 12.0, .duration_s = 10.0}}};
   if (fed_forward) config.couplings = {{.from = "other", .um_per_um = crosstalk, .index = other}};
   return config;
@@ -72,9 +72,9 @@ double error_of_the_standing_axis_um(bool fed_forward) {
   return std::sqrt(squares / counted);
 }
 
-// The sweep of 20 um moves the standing axis by 0.6 um. What is left with the feed-forward is second order in
-// the crosstalk, the hysteresis of the standing axis being inverted exactly: a hundredth of it is allowed.
-TEST(Coupling, FedForwardLeavesLittleOfWhatTheOtherAxisAdds) {
+// The sweep of 20 um moves the standing axis by 0.6 um. The hysteresis of the standing axis is inverted
+// exactly, so the error with feed-forward is of second order in the crosstalk: a hundredth of it is allowed.
+TEST(Coupling, FeedForwardCompensatesTheMotionOfTheOtherAxis) {
   const double without_um = error_of_the_standing_axis_um(false);
   const double with_um = error_of_the_standing_axis_um(true);
   EXPECT_GT(without_um, 0.05);

@@ -22,7 +22,7 @@ constexpr Notch::Config notch{.frequency_Hz = 300.0, .depth = 0.2, .width = 0.4}
 
 double omega(double frequency_Hz) { return 2.0 * std::numbers::pi * frequency_Hz; }
 
-/// From demand to position, exactly: delay, held drive, amplifier, mode.
+/// The exact response from demand to position: delay, held drive, amplifier, mode.
 Complex chain(double frequency_Hz) {
   const Complex s(0.0, omega(frequency_Hz)), u = s / omega(piezo.resonance_Hz);
   return std::exp(-s * 1e-3) * (1.0 - std::exp(-s * cycle_s)) / (s * cycle_s) /
@@ -35,7 +35,7 @@ Complex notch_response(double frequency_Hz) {
   return (c.b0 + back * (c.b1 + back * c.b2)) / (1.0 + back * (c.a1 + back * c.a2));
 }
 
-/// What becomes of a complex sine reference that is fed forward: exactly r would be 1.
+/// The response to a complex sine reference that is fed forward; 1 is perfect tracking.
 Complex compensator(const Moments& moments, double frequency_Hz) {
   const auto sine = [&](double ahead_s) { return std::exp(Complex(0.0, omega(frequency_Hz) * ahead_s)); };
   return {second_order_preview(moments, cycle_s, [&](double t_s) { return sine(t_s).real(); }),
@@ -72,7 +72,7 @@ TEST(Delays, MomentsOfTheNotchAreThoseOfTheDiscreteFilter) {
   }
 }
 
-// |error| without compensation of the variance is var w^2 / 2, with it O(w^3): the quotient falls with w.
+// Without compensation of the variance |error| is var w^2 / 2, with it O(w^3): the quotient falls with w.
 TEST(Delays, SecondOrderLeavesAnErrorOfThirdOrder) {
   const Moments both = piezo.moments(cycle_s);
   const Moments mean_only{.mean_s = both.mean_s};
@@ -84,7 +84,7 @@ TEST(Delays, SecondOrderLeavesAnErrorOfThirdOrder) {
   }
 }
 
-TEST(Delays, SecondOrderCountsTheNotch) {
+TEST(Delays, SecondOrderIncludesTheNotch) {
   const Moments with_notch = piezo.moments(cycle_s) + notch.moments(cycle_s);
   for (const double f : {5.0, 10.0, 20.0}) {
     const double second = std::abs(compensator(with_notch, f) * chain(f) * notch_response(f) - 1.0);
@@ -94,7 +94,7 @@ TEST(Delays, SecondOrderCountsTheNotch) {
   }
 }
 
-TEST(Delays, SecondOrderLeavesARampAlone) {
+TEST(Delays, SecondOrderDoesNotChangeARamp) {
   const auto ramp = [](double ahead_s) { return 3.0 + 100.0 * ahead_s; };
   EXPECT_NEAR(second_order_preview(piezo.moments(cycle_s), cycle_s, ramp), ramp(piezo.preview_s(cycle_s)),
               1e-12);

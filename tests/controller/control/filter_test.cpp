@@ -16,7 +16,7 @@ using Complex = std::complex<double>;
 constexpr double cycle_s = 1e-3;
 constexpr Notch::Config notch{.frequency_Hz = 150.0, .depth = 0.1, .width = 0.3};
 
-/// The analytic N(s), at the frequency that the bilinear transform maps `frequency_Hz` to.
+/// The analytic N(s) at the frequency to which the bilinear transform maps `frequency_Hz`.
 Complex analytic(double frequency_Hz) {
   const double warped = std::tan(std::numbers::pi * frequency_Hz * cycle_s) /
                         std::tan(std::numbers::pi * notch.frequency_Hz * cycle_s);
@@ -24,7 +24,7 @@ Complex analytic(double frequency_Hz) {
   return (s * s + 2.0 * notch.depth * notch.width * s + 1.0) / (s * s + 2.0 * notch.width * s + 1.0);
 }
 
-/// Measured: the filter run on a sine until it has settled, correlated over whole periods.
+/// The measured response: the filter settles on a sine, then its output is correlated over whole periods.
 Complex measured(double frequency_Hz) {
   const auto coefficients = Notch::design(notch, cycle_s);
   Notch::State state;
@@ -42,7 +42,7 @@ TEST(Notch, HasTheAnalyticTransferFunction) {
     EXPECT_NEAR(std::abs(measured(f) - analytic(f)), 0.0, 1e-9) << f << " Hz";
 }
 
-TEST(Notch, LetsItsDepthThroughAtItsFrequency) { EXPECT_NEAR(std::abs(measured(150.0)), notch.depth, 1e-9); }
+TEST(Notch, HasItsDepthAsTheGainAtItsFrequency) { EXPECT_NEAR(std::abs(measured(150.0)), notch.depth, 1e-9); }
 
 TEST(Notch, HasGainOneAtRestToTheBit) {
   const auto coefficients = Notch::design(notch, cycle_s);
@@ -52,7 +52,7 @@ TEST(Notch, HasGainOneAtRestToTheBit) {
   EXPECT_NEAR(Notch::step(coefficients, state, 7.1), 7.1, 1e-12);
 }
 
-TEST(Notch, IsMovedByAConstantWithoutATransient) {
+TEST(Notch, IsShiftedByAConstantWithoutATransient) {
   const auto coefficients = Notch::design(notch, cycle_s);
   Notch::State state = Notch::at_rest(0.0);
   for (int i = 0; i < 5; ++i) Notch::step(coefficients, state, 1.0);
@@ -76,7 +76,7 @@ TEST(LowPass, FollowsAStepAsAFirstOrderLag) {
   EXPECT_EQ(low_pass(20.0, 1.5, 1.5, cycle_s), 1.5) << "gain 1 at rest";
 }
 
-TEST(Deadband, IsContinuousAndTakesItsWidthOff) {
+TEST(Deadband, IsContinuousAndReducesTheErrorByItsWidth) {
   for (const auto& [error, expected] :
        {std::pair{0.5, 0.3}, {0.2, 0.0}, {0.1, 0.0}, {-0.1, 0.0}, {-0.5, -0.3}})
     EXPECT_NEAR(outside_deadband(error, 0.2), expected, 1e-15);

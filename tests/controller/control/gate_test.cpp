@@ -19,19 +19,19 @@ TEST(Gate, PassesWhatIsInRangeAndWithinTheSlewLimit) {
   EXPECT_EQ(passed.limits, limit::none);
 }
 
-TEST(Gate, LimitsSlewAndSaysSo) {
+TEST(Gate, LimitsTheSlewAndReportsIt) {
   const Gate::Passed passed = Gate::step(gate, 50.0, 80.0, dt_s);
   EXPECT_DOUBLE_EQ(passed.drive, 51.0);
   EXPECT_EQ(passed.limits, limit::slew);
 }
 
-TEST(Gate, LimitsRangeAndSaysSo) {
+TEST(Gate, LimitsTheRangeAndReportsIt) {
   const Gate::Passed passed = Gate::step(gate, 119.9, 130.0, dt_s);
   EXPECT_EQ(passed.drive, 120.0);
   EXPECT_EQ(passed.limits, limit::range);
 }
 
-TEST(Gate, HoldsTheLastDriveWhenTheLawGivesNoNumber) {
+TEST(Gate, HoldsTheLastDriveWhereTheRequestedDriveIsNotFinite) {
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
                            -std::numeric_limits<double>::infinity()}) {
     const Gate::Passed passed = Gate::step(gate, 42.0, bad, dt_s);
@@ -40,18 +40,20 @@ TEST(Gate, HoldsTheLastDriveWhenTheLawGivesNoNumber) {
   }
 }
 
-TEST(Gate, NeverGoesBackInTime) { EXPECT_EQ(Gate::step(gate, 42.0, 50.0, -1.0).drive, 42.0); }
+TEST(Gate, HoldsTheLastDriveWhereTimeGoesBackwards) {
+  EXPECT_EQ(Gate::step(gate, 42.0, 50.0, -1.0).drive, 42.0);
+}
 
-// The law as an enemy: any bit pattern at all as the wanted drive, any sequence of them.
-RC_GTEST_PROP(Gate, LetsNothingOutThatIsNotFiniteInRangeAndReachable, (std::vector<std::uint64_t> bits)) {
+// The law may request any sequence of drives with any bit patterns.
+RC_GTEST_PROP(Gate, PassesOnlyDrivesThatAreFiniteInRangeAndReachable, (std::vector<std::uint64_t> bits)) {
   double last = 10.0;
   for (const std::uint64_t pattern : bits) {
-    const double wanted = std::bit_cast<double>(pattern * 0x9E3779B97F4A7C15u);
-    const Gate::Passed passed = Gate::step(gate, last, wanted, dt_s);
+    const double requested = std::bit_cast<double>(pattern * 0x9E3779B97F4A7C15u);
+    const Gate::Passed passed = Gate::step(gate, last, requested, dt_s);
     RC_ASSERT(std::isfinite(passed.drive));
     RC_ASSERT(passed.drive >= gate.drive_min && passed.drive <= gate.drive_max);
     RC_ASSERT(std::abs(passed.drive - last) <= gate.slew_per_s * dt_s * (1.0 + 1e-12));
-    RC_ASSERT((passed.limits == limit::none) == (passed.drive == wanted));
+    RC_ASSERT((passed.limits == limit::none) == (passed.drive == requested));
     last = passed.drive;
   }
 }

@@ -10,7 +10,7 @@
 namespace hystcan::controller {
 namespace {
 
-/// Within 10 nm for 20 ms, within 100 ms of rest; a cycle is 1 ms.
+/// Tolerance 10 nm, window 20 ms, timeout 100 ms; a cycle is 1 ms.
 class Judge {
  public:
   Arrival moving(double reference_um) { return step(reference_um, false, 0.0); }
@@ -43,7 +43,7 @@ TEST(InPosition, IsReachedAfterTheWindowWithoutABreak) {
   EXPECT_EQ(judge.resting(-0.01), Arrival::in_position) << "20 ms, and just at the tolerance";
 }
 
-TEST(InPosition, CountsTheWindowAnewAfterABreak) {
+TEST(InPosition, StartsTheWindowAgainAfterABreak) {
   Judge judge;
   EXPECT_EQ(judge.resting_for(20, 0.005), Arrival::moving);
   EXPECT_EQ(judge.resting(0.011), Arrival::moving);
@@ -53,7 +53,7 @@ TEST(InPosition, CountsTheWindowAnewAfterABreak) {
 
 TEST(InPosition, IsNotReachedWhileTheReferenceMoves) {
   Judge judge;
-  for (int i = 0; i < 1000; ++i) ASSERT_EQ(judge.moving(1e-3 * i), Arrival::moving) << "and never fails";
+  for (int i = 0; i < 1000; ++i) ASSERT_EQ(judge.moving(1e-3 * i), Arrival::moving) << "it never fails";
 }
 
 TEST(InPosition, FailsAtTheTimeoutAfterTheReferenceCameToRest) {
@@ -70,7 +70,7 @@ TEST(InPosition, MayStillBeReachedAfterTheTimeout) {
   EXPECT_EQ(judge.resting(0.0), Arrival::in_position);
 }
 
-TEST(InPosition, IsLeftAtOnceAndHasTheWholeTimeoutToComeBack) {
+TEST(InPosition, IsLeftAtOnceAndHasTheFullTimeoutToReturn) {
   Judge judge;
   EXPECT_EQ(judge.resting_for(5000, 0.0), Arrival::in_position);
   EXPECT_EQ(judge.resting(0.02), Arrival::moving);
@@ -81,18 +81,18 @@ TEST(InPosition, IsLeftAtOnceAndHasTheWholeTimeoutToComeBack) {
 TEST(InPosition, IsLeftWhereTheReferenceMovesOrJumps) {
   Judge judge;
   EXPECT_EQ(judge.resting_for(30, 0.0), Arrival::in_position);
-  EXPECT_EQ(judge.resting(0.0, 16.0), Arrival::moving) << "jumped: the window begins anew";
+  EXPECT_EQ(judge.resting(0.0, 16.0), Arrival::moving) << "after a jump the window starts again";
   EXPECT_EQ(judge.resting_for(20, 0.0, 16.0), Arrival::in_position);
   EXPECT_EQ(judge.moving(16.0), Arrival::moving);
 }
 
-TEST(InPosition, JudgesNothingByASampleThatDidNotCome) {
+TEST(InPosition, JudgesNoErrorWithoutASample) {
   Judge judge;
   EXPECT_EQ(judge.resting_for(15, 0.0), Arrival::moving);
   EXPECT_EQ(judge.resting_for(10, std::nullopt), Arrival::moving) << "the window stands still";
   EXPECT_EQ(judge.resting_for(5, 0.0), Arrival::moving);
   EXPECT_EQ(judge.resting(0.0), Arrival::in_position);
-  EXPECT_EQ(judge.resting(std::nullopt), Arrival::in_position) << "and nothing is lost by one";
+  EXPECT_EQ(judge.resting(std::nullopt), Arrival::in_position) << "a missing sample does not end in_position";
   Judge blind;
   EXPECT_EQ(blind.resting_for(101, std::nullopt), Arrival::failed);
 }
@@ -122,7 +122,7 @@ Arrival arrival_at(double t_s, const std::optional<InPosition::Config>& in_posit
   return arrival;
 }
 
-TEST(InPositionOfALoop, ComesAWindowAfterTheTransition) {
+TEST(InPositionOfALoop, IsReachedOneWindowAfterTheTransition) {
   constexpr InPosition::Config fine{.tolerance_um = 0.01,
                                     .window = std::chrono::milliseconds(20),
                                     .timeout = std::chrono::milliseconds(100)};

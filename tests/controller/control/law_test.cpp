@@ -19,7 +19,7 @@ ControlLaw law(Structure structure, Pi::Config pi = {.kp = 0.0, .ki_per_s = 100.
   return result;
 }
 
-/// One cycle in which whatever is wanted is applied.
+/// One cycle in which the requested drive is applied.
 double step(ControlLaw& law, double reference_um, double previewed_um, std::optional<double> position_um) {
   const ControlLaw::Demand demand = law.propose(
       {.reference_um = reference_um, .previewed_um = previewed_um, .position_um = position_um, .dt_s = dt_s});
@@ -50,7 +50,7 @@ TEST(ControlLaw, RestartsWithoutABumpInTheDriveWhateverTheSensorsOffset) {
   for (const Structure structure : all_structures) {
     ControlLaw restarted = law(structure);
     step(restarted, 12.0, 12.0, 11.0);
-    const double measured_um = 4.5;  // the model says 1.5 um at the lower threshold
+    const double measured_um = 4.5;  // the model is at 1.5 um at the lower threshold
     const double reference_um = restarted.restart_at_lower_threshold(measured_um);
     const ControlLaw::Demand first = restarted.propose({.reference_um = reference_um,
                                                         .previewed_um = reference_um,
@@ -61,7 +61,7 @@ TEST(ControlLaw, RestartsWithoutABumpInTheDriveWhateverTheSensorsOffset) {
 }
 
 TEST(ControlLaw, IntegralActsInDisplacementUnits) {
-  ControlLaw both = law(Structure::inverse_pi);  // starts with sensor and model agreeing, so with no integral
+  ControlLaw both = law(Structure::inverse_pi);  // sensor and model agree at the start: no integral
   step(both, 10.0, 10.0, 9.0);
   const ControlLaw::Demand second =
       both.propose({.reference_um = 10.0, .previewed_um = 10.0, .position_um = 9.0, .dt_s = dt_s});
@@ -76,13 +76,13 @@ TEST(ControlLaw, BridgesALostSampleWithTheLastErrorWithoutIntegrating) {
   EXPECT_NEAR(bridged.position_um, 10.0 + 0.5 * 1.0 + 100.0 * 1.0 * dt_s, 1e-12);
 }
 
-// Each limiter in turn holds the drive while the error asks for more; when the error turns, the demand must
-// answer at once instead of working off what piled up.
-TEST(ControlLaw, DoesNotWindUpWhileTheGateHoldsTheDriveBack) {
+// Each limiter in turn limits the drive while the error demands more. When the error changes its sign, the
+// demand must follow at once, without a delay by an accumulated integral.
+TEST(ControlLaw, DoesNotWindUpWhileTheGateLimitsTheDrive) {
   ControlLaw both = law(Structure::inverse_pi);
   for (int i = 0; i < 1000; ++i) {
     both.propose({.reference_um = 10.0, .previewed_um = 10.0, .position_um = 5.0, .dt_s = dt_s});
-    both.commit(20.0);  // a gate that lets nothing beyond 20 V through
+    both.commit(20.0);  // a gate that limits the drive to 20 V
   }
   const ControlLaw::Demand after =
       both.propose({.reference_um = 10.0, .previewed_um = 10.0, .position_um = 10.5, .dt_s = dt_s});
@@ -98,13 +98,13 @@ TEST(ControlLaw, DoesNotWindUpAtTheModelsThreshold) {
     both.commit(demand.drive);
     limits = demand.limits;
   }
-  EXPECT_EQ(limits, limit::model) << "40 um are out of the model's reach, and it says so";
+  EXPECT_EQ(limits, limit::model) << "40 um is out of the model's reach, which is reported";
   const ControlLaw::Demand after =
       both.propose({.reference_um = 20.0, .previewed_um = 20.0, .position_um = 29.0, .dt_s = dt_s});
   EXPECT_LT(after.drive, 90.0);
 }
 
-TEST(ControlLaw, MemoryFollowsTheDriveThatWasAppliedNotTheOneThatWasWanted) {
+TEST(ControlLaw, MemoryFollowsTheAppliedDriveAndNotTheRequestedDrive) {
   ControlLaw feed_forward = law(Structure::inverse);
   feed_forward.propose(
       {.reference_um = 0.0, .previewed_um = 20.0, .position_um = std::nullopt, .dt_s = dt_s});
@@ -115,7 +115,7 @@ TEST(ControlLaw, MemoryFollowsTheDriveThatWasAppliedNotTheOneThatWasWanted) {
   EXPECT_DOUBLE_EQ(feed_forward.predicted_um(), state.output);
 }
 
-TEST(Structure, NamesAreReadBack) {
+TEST(Structure, NamesAreParsedBackToTheirStructure) {
   for (const Structure structure : all_structures)
     EXPECT_EQ(parse_structure(to_string(structure)), structure);
   EXPECT_EQ(parse_structure("pid"), std::nullopt);

@@ -17,7 +17,7 @@ ControlLaw::Config config(Structure structure, Pi::Config pi = {.kp = 0.3, .ki_p
   return {.structure = structure, .model = support::piezo_model(), .pi = pi};
 }
 
-/// Where the reference and the stage are in cycle n: a sine, and a position that lags and is 3 % off.
+/// Reference and position in cycle n: a sine, and a position that lags and has an error of 3 %.
 struct Cycle {
   double reference_um, previewed_um, position_um;
 };
@@ -48,7 +48,7 @@ rc::Gen<ControlLaw::Config> any_config() {
       rc::gen::inRange(0, 5), rc::gen::inRange(0, 40), rc::gen::inRange(0, 200), rc::gen::inRange(0, 4));
 }
 
-// What the change alone does: the cycle before once more, with no time passing and nothing new heard.
+// The effect of the change alone: the last cycle is repeated, without elapsed time and without a new sample.
 RC_GTEST_PROP(Retune, DoesNotMoveTheDriveWhateverIsChanged, ()) {
   const auto configs = *rc::gen::container<std::vector<ControlLaw::Config>>(6, any_config());
   ControlLaw law(configs[0]);
@@ -66,12 +66,12 @@ RC_GTEST_PROP(Retune, DoesNotMoveTheDriveWhateverIsChanged, ()) {
                                      .position_um = std::nullopt,
                                      .dt_s = 0.0,
                                      .cycle_s = dt_s});
-    RC_ASSERT(std::abs(demand.drive - before) < 1e-6);  // V: the inverse's rounding, and what counts as faded
+    RC_ASSERT(std::abs(demand.drive - before) < 1e-6);  // V: rounding of the inverse, end of a fade
     law.commit(demand.drive);
   }
 }
 
-TEST(Retune, ProportionalGainMovesIntoTheIntegral) {
+TEST(Retune, TheIntegralTakesOverAChangeOfTheProportionalPart) {
   ControlLaw law(config(Structure::inverse_pi));
   law.restart_at_lower_threshold(1.5);
   const Cycle cycle{10.0, 10.0, 9.0};
@@ -81,7 +81,7 @@ TEST(Retune, ProportionalGainMovesIntoTheIntegral) {
   EXPECT_NEAR(law.integral_um(), integral_um + 0.2 * 1.0, 1e-12);
 }
 
-TEST(Retune, TheMemoryIsThatOfTheDriveUnderEveryStructure) {
+TEST(Retune, TheMemoryFollowsTheDriveUnderEveryStructure) {
   const model::Hysteresis stage(support::piezo_model());
   for (const Structure structure : all_structures) {
     ControlLaw law(config(structure, {.kp = 0.3, .ki_per_s = 1.0}));
@@ -94,7 +94,7 @@ TEST(Retune, TheMemoryIsThatOfTheDriveUnderEveryStructure) {
   }
 }
 
-TEST(Retune, AnOffsetLeftOverWithoutFeedbackDecaysWithItsTimeConstant) {
+TEST(Retune, ARemainingOffsetWithoutFeedbackDecaysWithItsTimeConstant) {
   ControlLaw law(config(Structure::inverse_pi));
   law.restart_at_lower_threshold(4.5);  // 3 um between sensor and model
   const Cycle still{12.0, 12.0, 12.0};
@@ -108,8 +108,8 @@ TEST(Retune, AnOffsetLeftOverWithoutFeedbackDecaysWithItsTimeConstant) {
   EXPECT_NEAR(law.predicted_um(), 12.0, 1e-9);
 }
 
-// A notch may let through what it holds back, but a change of it adds nothing: at rest the drive stays.
-TEST(Retune, ANotchIsPutInMovedAndTakenOutAtRestWithoutABump) {
+// A notch may pass its transient on, but a change of the notch adds nothing: at rest the drive is constant.
+TEST(Retune, ANotchIsInsertedChangedAndRemovedAtRestWithoutABump) {
   ControlLaw::Config changed = config(Structure::inverse_pi);
   ControlLaw law(changed);
   law.restart_at_lower_threshold(4.5);
@@ -125,7 +125,7 @@ TEST(Retune, ANotchIsPutInMovedAndTakenOutAtRestWithoutABump) {
   }
 }
 
-TEST(Restart, TakesAKnownMemoryUpWithoutABumpInTheDrive) {
+TEST(Restart, ContinuesWithAKnownMemoryWithoutABumpInTheDrive) {
   const model::Hysteresis stage(support::piezo_model());
   model::HysteresisState known = stage.at_lower_threshold();
   for (const double drive : {80.0, 20.0, 60.0, 33.0}) stage.advance(known, drive);
@@ -141,7 +141,7 @@ TEST(Restart, TakesAKnownMemoryUpWithoutABumpInTheDrive) {
   }
 }
 
-TEST(Restart, FollowsDrivesThatOthersApplied) {
+TEST(Restart, FollowsDrivesAppliedWithoutTheLaw) {
   ControlLaw law(config(Structure::inverse_pi));
   for (const double drive : {100.0, 0.0, 70.0, 40.0}) law.follow(drive);
   const double reference_um = law.restart(13.0);
@@ -149,9 +149,9 @@ TEST(Restart, FollowsDrivesThatOthersApplied) {
   EXPECT_NEAR(step(law, {13.0, 13.0, 13.0}), 40.0, 1e-9);
 }
 
-TEST(MeasurementFilter, CostsNoErrorOnARamp) {
+TEST(MeasurementFilter, CausesNoErrorOnARamp) {
   ControlLaw::Config filtered = config(Structure::inverse_pi);
-  filtered.measurement_filter_Hz = 20.0;  // a lag of 8 ms: 0.8 um of this ramp, were it only measured so
+  filtered.measurement_filter_Hz = 20.0;  // 8 ms of lag: 0.8 um here if it filtered the position alone
   ControlLaw law(filtered);
   law.restart_at_lower_threshold(1.5);
   for (int n = 0; n < 200; ++n) {
@@ -161,16 +161,16 @@ TEST(MeasurementFilter, CostsNoErrorOnARamp) {
   }
 }
 
-TEST(MeasurementFilter, TakesNoiseOffTheProportionalPart) {
+TEST(MeasurementFilter, ReducesTheNoiseInTheProportionalPart) {
   ControlLaw::Config filtered = config(Structure::inverse_pi, {.kp = 1.0, .ki_per_s = 0.0});
   filtered.measurement_filter_Hz = 20.0;
   ControlLaw law(filtered);
   law.restart_at_lower_threshold(1.5);
   for (int n = 0; n < 400; ++n) step(law, {10.0, 10.0, n % 2 == 0 ? 10.1 : 9.9});
-  EXPECT_NEAR(law.predicted_um(), 10.0, 0.01) << "0.1 um of alternating noise, a sixteenth left";
+  EXPECT_NEAR(law.predicted_um(), 10.0, 0.01) << "a sixteenth of 0.1 um of alternating noise remains";
 }
 
-TEST(Deadband, LetsTheIntegralRestWithinIt) {
+TEST(Deadband, KeepsTheIntegralConstantWithinIt) {
   ControlLaw::Config banded = config(Structure::inverse_pi);
   banded.deadband_um = 0.05;
   ControlLaw law(banded);
@@ -181,7 +181,7 @@ TEST(Deadband, LetsTheIntegralRestWithinIt) {
   EXPECT_NEAR(law.integral_um(), 100.0 * 0.1 * dt_s, 1e-12);
 }
 
-TEST(Notch, AWindupBehindItIsKeptAwayToo) {
+TEST(Notch, AllowsAntiWindupOfASaturationBehindIt) {
   ControlLaw::Config notched = config(Structure::inverse_pi, {.kp = 0.1, .ki_per_s = 100.0});
   notched.notch = {.frequency_Hz = 100.0, .depth = 0.1, .width = 0.5};
   ControlLaw law(notched);

@@ -1,4 +1,4 @@
-// An axis and what it drives, for tests: the model itself, without dynamics, noise or a bus.
+// An axis and its actuator for tests. The actuator is the model itself, without dynamics, noise or a bus.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@ namespace hystcan::controller {
 
 inline constexpr double cycle_s = 1e-3;
 
-/// An axis with an obedient actuator behind it: the model itself, without dynamics.
+/// An axis with an ideal actuator: the model itself, without dynamics.
 class Stage {
  public:
   explicit Stage(const AxisConfig& config = support::piezo_axis())
@@ -19,7 +19,7 @@ class Stage {
   Stage(const AxisConfig& config, const model::HysteresisState& memory)
       : axis(config), actuator_(config.law.model), memory_(memory) {}
 
-  /// What the next cycle hears.
+  /// Input of the next cycle.
   AxisInput next_input() const {
     return {.time_s = time_s + cycle_s,
             .dt_s = cycle_s,

@@ -16,10 +16,10 @@ AxisReport report(double error_um, double shape_time_s, bool in_transition = fal
   return result;
 }
 
-TEST(TrackingStatistics, CountsASegmentsSettledSamplesOnly) {
+TEST(TrackingStatistics, CountsOnlyTheSettledSamplesOfASegment) {
   TrackingStatistics statistics(2, 0.1);
   statistics.add(report(100.0, 0.05));       // not settled
-  statistics.add(report(100.0, 0.0, true));  // on the way to the segment
+  statistics.add(report(100.0, 0.0, true));  // in the transition to the segment
   statistics.add(report(3.0, 0.1));
   statistics.add(report(-4.0, 0.2));
   AxisReport lost = report(100.0, 0.3);
@@ -32,7 +32,7 @@ TEST(TrackingStatistics, CountsASegmentsSettledSamplesOnly) {
   EXPECT_DOUBLE_EQ(statistics.total().max_um, 4.0);
 }
 
-TEST(ErrorStatistics, OfNothingAreZero) { EXPECT_EQ(ErrorStatistics{}.rms_um(), 0.0); }
+TEST(ErrorStatistics, AreZeroWithoutSamples) { EXPECT_EQ(ErrorStatistics{}.rms_um(), 0.0); }
 
 }  // namespace
 }  // namespace hystcan::controller

@@ -34,7 +34,7 @@ AxisInput sample(std::optional<double> position_um) {
                      .amplifier_enabled = true}};
 }
 
-/// The cycle, from 1, in which `step` first gives a cause; 0: in none of a thousand.
+/// The first cycle, counted from 1, in which `step` returns a cause; 0: none of a thousand cycles.
 template <class Step>
 int cycles_until_cause(Step step) {
   for (int cycle = 1; cycle <= 1000; ++cycle)
@@ -57,7 +57,7 @@ TEST(Supervisor, BridgesASingleSpikeAndTripsOnAPositionThatStaysElsewhere) {
   EXPECT_EQ(cause, Cause::position_jumped);
 }
 
-TEST(Supervisor, AllowsAJumpForEachCycleThatWasLost) {
+TEST(Supervisor, AllowsAJumpForEachLostCycle) {
   Supervisor supervisor(config());
   supervisor.judge(sample(5.0));
   supervisor.judge(sample({}));
@@ -66,7 +66,7 @@ TEST(Supervisor, AllowsAJumpForEachCycleThatWasLost) {
   EXPECT_FALSE(supervisor.judge(sample(9.1)).position_um);
 }
 
-TEST(Supervisor, AllowsAJumpForEachCycleThatTheSyncWasLate) {
+TEST(Supervisor, AllowsAJumpForEachCycleThatTheSyncIsLate) {
   Supervisor supervisor(config());
   supervisor.judge(sample(5.0));
   AxisInput late = sample(9.0);
@@ -75,7 +75,7 @@ TEST(Supervisor, AllowsAJumpForEachCycleThatTheSyncWasLate) {
   EXPECT_FALSE(supervisor.judge(sample(13.0)).position_um);
 }
 
-TEST(Supervisor, TellsLateSamplesFromMissingOnesByWhichAreMore) {
+TEST(Supervisor, ReportsLateSamplesOrMissingOnesByTheGreaterNumber) {
   for (const bool mostly_late : {true, false}) {
     Supervisor supervisor(config());
     Cause cause = Cause::none;
@@ -88,7 +88,7 @@ TEST(Supervisor, TellsLateSamplesFromMissingOnesByWhichAreMore) {
   }
 }
 
-/// The drive goes up by this much in each cycle; the position keeps to the last bit.
+/// The drive rises by this amount in each cycle; the position is constant to the last bit.
 int cycles_until_frozen(double drive_per_cycle) {
   Supervisor supervisor(config());
   return cycles_until_cause([&](int cycle) {
@@ -98,13 +98,13 @@ int cycles_until_frozen(double drive_per_cycle) {
   });
 }
 
-TEST(Supervisor, TakesAnUnchangedPositionForFrozenOnlyWhereTheDriveHasMoved) {
+TEST(Supervisor, ReportsAFrozenPositionOnlyWhereTheDriveHasMoved) {
   EXPECT_EQ(cycles_until_frozen(0.0), 0) << "a quiet sensor at rest";
-  EXPECT_EQ(cycles_until_frozen(1.0), 11) << "frozen_cycles after the first";
+  EXPECT_EQ(cycles_until_frozen(1.0), 11) << "frozen_cycles after the first cycle";
   EXPECT_EQ(cycles_until_frozen(0.05), 42) << "after a fiftieth of the drive's range, 2 V";
 }
 
-TEST(Supervisor, DoesNotTakeALeastSignificantBitThatFlickersForFrozen) {
+TEST(Supervisor, DoesNotReportAFrozenPositionWhereTheLastBitChanges) {
   Supervisor supervisor(config());
   for (int cycle = 1; cycle < 1000; ++cycle) {
     ASSERT_EQ(supervisor.judge(sample(cycle % 9 == 0 ? 5.0001 : 5.0)).cause, Cause::none);
@@ -112,7 +112,7 @@ TEST(Supervisor, DoesNotTakeALeastSignificantBitThatFlickersForFrozen) {
   }
 }
 
-TEST(Supervisor, TripsOnEveryLimitThatLastsButNotOnOneThatIsLeftInBetween) {
+TEST(Supervisor, TripsOnEveryLastingLimitButNotOnAnInterruptedOne) {
   for (const std::uint8_t limits : {limit::range, limit::slew, limit::model}) {
     Supervisor lasting(config());
     Cause cause = Cause::none;
@@ -135,7 +135,7 @@ TEST(Supervisor, TripsWhereTheModelIsNotInvertibleOrTheLawNotFiniteThreeTimesInA
   }
 }
 
-TEST(Supervisor, ForgetsEverythingWhenTheAxisIsStartedAnew) {
+TEST(Supervisor, ResetsEverythingWhenTheAxisStartsAgain) {
   Supervisor supervisor(config());
   for (int i = 0; i < 3; ++i) supervisor.judge(sample({}));
   supervisor.restart();
@@ -143,7 +143,7 @@ TEST(Supervisor, ForgetsEverythingWhenTheAxisIsStartedAnew) {
   EXPECT_NE(supervisor.judge(sample({})).cause, Cause::none);
 }
 
-TEST(Fault, EveryCauseHasAWordAndARemedyOfItsOwn) {
+TEST(Fault, EveryCauseHasItsOwnNameAndRemedy) {
   for (std::size_t i = 1; i < cause_count; ++i) {
     EXPECT_FALSE(remedy(static_cast<Cause>(i)).empty()) << i;
     for (std::size_t j = 0; j < i; ++j)
@@ -151,20 +151,21 @@ TEST(Fault, EveryCauseHasAWordAndARemedyOfItsOwn) {
   }
 }
 
-TEST(FollowingError, AllowsAMovingStageItsLagAndARestingOneNone) {
+TEST(FollowingError, AllowsALagOfAMovingStageAndNoneOfARestingStage) {
   const FollowingError::Config config{.error_um = 1.0, .lag = std::chrono::milliseconds(5), .cycles = 1};
   FollowingError moving(config);
   FollowingError resting(config);
   for (int i = 0; i < 100; ++i) {
     const double reference_um = 1.0 * i;  // 1000 um/s, so that the lag is 5 um
-    ASSERT_EQ(moving.step(reference_um, reference_um - 5.9, cycle_s), i != 0) << "no slope is known at first";
+    ASSERT_EQ(moving.step(reference_um, reference_um - 5.9, cycle_s), i != 0)
+        << "the first cycle has no slope";
     ASSERT_TRUE(resting.step(50.0, 50.9, cycle_s));
   }
   EXPECT_FALSE(moving.step(100.0, 100.0 - 6.1, cycle_s));
   EXPECT_FALSE(resting.step(50.0, 51.1, cycle_s));
 }
 
-TEST(FollowingError, TripsOnlyAfterSoManyCyclesInARow) {
+TEST(FollowingError, TripsOnlyAfterTheConfiguredCyclesInARow) {
   FollowingError watch({.error_um = 1.0, .lag = {}, .cycles = 3});
   for (int i = 0; i < 30; ++i) ASSERT_TRUE(watch.step(0.0, i % 3 == 2 ? 0.0 : 2.0, cycle_s));
   watch.step(0.0, 2.0, cycle_s);

@@ -1,4 +1,4 @@
-// The law against each limiter, on a stage that is the model itself, two cycles late.
+// The law at each limiter, on a stage that is the model itself with a delay of two cycles.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ class Loop {
   }
 
   double cycle(double reference_um) { return cycle(reference_um, reference_um); }
-  /// Position at this cycle; `previewed_um` is what the drive given now leads to.
+  /// Position in this cycle; `previewed_um` is the position that results from the present drive.
   double cycle(double reference_um, double previewed_um) {
     const double position_um = positions_um_[0];
     const auto demand = law_.propose({.reference_um = reference_um,
@@ -59,7 +59,7 @@ class Loop {
   std::uint8_t limits_ = limit::none;
 };
 
-/// How far beyond `level_um` the position goes, coming from above or below.
+/// The overshoot of the position beyond `level_um`, from above or below.
 double overshoot_um(Loop& loop, double level_um, int cycles) {
   const double sign = loop.cycle(level_um) < level_um ? 1.0 : -1.0;
   double furthest_um = 0.0;
@@ -68,9 +68,9 @@ double overshoot_um(Loop& loop, double level_um, int cycles) {
   return furthest_um;
 }
 
-// Limit, feed-forward and error stand still: I' = ki e - (ki / kp) (F + kp e + I - limit) = 0 at I = limit -
-// F.
-TEST(Windup, ASaturatedLoopRestsAtLimitLessFeedForwardWhateverKp) {
+// Limit, feed-forward and error are constant:
+//   I' = ki e - (ki / kp) (F + kp e + I - limit) = 0   at I = limit - F
+TEST(Windup, ASaturatedIntegralRestsAtLimitMinusFeedForwardForEveryKp) {
   for (const double kp : {0.0, 0.1, 0.5, 2.0, 8.0}) {
     ControlLaw law({.structure = Structure::inverse_pi,
                     .model = support::piezo_model(),
@@ -87,8 +87,8 @@ TEST(Windup, ASaturatedLoopRestsAtLimitLessFeedForwardWhateverKp) {
   }
 }
 
-// e = 20 um, kp = 2: P alone asks for 40 um more than there is. With kp left out of the tracking time
-// constant (alpha = 1) the integral would end at about -40 um and pull the stage down as soon as P lets go.
+// With e = 20 um and kp = 2, P alone demands 40 um beyond the limit. Without kp in the tracking time constant
+// (alpha = 1) the integral would end at about -40 um and pull the stage down as soon as P decreases.
 TEST(Windup, SaturationByPAloneDoesNotDriveTheIntegralAway) {
   ControlLaw law({.structure = Structure::inverse_pi,
                   .model = support::piezo_model(),
@@ -104,9 +104,9 @@ TEST(Windup, SaturationByPAloneDoesNotDriveTheIntegralAway) {
   EXPECT_LE(law.integral_um(), law.predicted_um() - 25.0 + 100.0 * 20.0 * dt_s) << "at most limit - F";
 }
 
-// Structure pi asks for all the stroke by itself: 40 um are out of reach, 20 um are not.  Without anti-windup
-// half a second at 60 / s and 10 um is 300 um of integral, which takes as long to undo.
-TEST(Windup, SaturationOfTheModelLeavesNoMoreOvershootThanTheLinearLoopHas) {
+// Structure pi demands the whole stroke by the integral: 40 um is out of reach, 20 um is not. Without
+// anti-windup half a second at 60 / s and 10 um is 300 um of integral, which takes as long to remove.
+TEST(Windup, SaturationOfTheModelCausesNoMoreOvershootThanTheLinearLoop) {
   const Pi::Config pi{.kp = 0.2, .ki_per_s = 60.0};
   Loop linear(Structure::pi, pi, wide_open), saturated(Structure::pi, pi, wide_open);
   for (int i = 0; i < 500; ++i) {
@@ -118,7 +118,7 @@ TEST(Windup, SaturationOfTheModelLeavesNoMoreOvershootThanTheLinearLoopHas) {
   EXPECT_NEAR(saturated.cycle(20.0), 20.0, 0.1) << "100 cycles are six time constants of the linear loop";
 }
 
-TEST(Windup, TheGatesRangeLeavesNoMoreOvershootThanTheLinearLoopHas) {
+TEST(Windup, TheRangeOfTheGateCausesNoMoreOvershootThanTheLinearLoop) {
   const Pi::Config pi{.kp = 0.2, .ki_per_s = 60.0};
   Gate::Config narrow = wide_open;
   narrow.drive_max = 70.0;
@@ -132,10 +132,10 @@ TEST(Windup, TheGatesRangeLeavesNoMoreOvershootThanTheLinearLoopHas) {
   EXPECT_NEAR(saturated.cycle(10.0), 10.0, 0.1);
 }
 
-TEST(Windup, TheGatesSlewLeavesNoMoreOvershootThanTheLinearLoopHas) {
+TEST(Windup, TheSlewOfTheGateCausesNoMoreOvershootThanTheLinearLoop) {
   const Pi::Config pi{.kp = 0.2, .ki_per_s = 60.0};
   Gate::Config slow = wide_open;
-  slow.slew_per_s = 500.0;  // the linear loop's own step response asks for some 8000 V/s
+  slow.slew_per_s = 500.0;  // the step response of the linear loop needs about 8000 V/s
   Loop linear(Structure::pi, pi, wide_open), limited(Structure::pi, pi, slow);
   bool was_limited = false;
   const double of_linear_um = overshoot_um(linear, 25.0, 800);
@@ -148,9 +148,9 @@ TEST(Windup, TheGatesSlewLeavesNoMoreOvershootThanTheLinearLoopHas) {
   EXPECT_LE(of_limited_um, of_linear_um + 0.05);
 }
 
-// The reference itself is out of reach for a while. What the integral knew of the stage (here 3 %) is not
-// given up for it.
-TEST(Windup, AReferenceOutOfReachLeavesTheIntegralAsItWas) {
+// The reference itself is out of reach for some time. The integral keeps its correction of the stage (here
+// 3 %).
+TEST(Windup, AReferenceOutOfReachDoesNotChangeTheIntegral) {
   Gate::Config narrow = wide_open;
   narrow.drive_max = 70.0;
   Loop loop(Structure::inverse_pi, {.kp = 0.05, .ki_per_s = 120.0}, narrow, 0.97);
@@ -162,9 +162,9 @@ TEST(Windup, AReferenceOutOfReachLeavesTheIntegralAsItWas) {
   EXPECT_NEAR(loop.law().integral_um(), known_um, 0.15);
 }
 
-// A step of the reference under inverse+pi: the slew limit holds the feed-forward back, and the integral must
-// not make that good on its own afterwards, nor cancel the feed-forward.
-TEST(Windup, AStepHeldBackBySlewArrivesWithoutATailOfTheIntegral) {
+// A step of the reference under inverse+pi: the slew limit delays the feed-forward. The integral must neither
+// compensate this delay afterwards nor cancel the feed-forward.
+TEST(Windup, ASlewLimitedStepArrivesWithoutATailOfTheIntegral) {
   Gate::Config slow = wide_open;
   slow.slew_per_s = 5000.0;
   Loop loop(Structure::inverse_pi, {.kp = 0.05, .ki_per_s = 120.0}, slow);
@@ -175,7 +175,7 @@ TEST(Windup, AStepHeldBackBySlewArrivesWithoutATailOfTheIntegral) {
     if (std::abs(position_um - 20.0) > 0.5) arrived = i;
     furthest_um = std::max(furthest_um, position_um);
   }
-  // 20 um are 73 V, 15 cycles at 5000 V/s, and 2 cycles of delay.
+  // 20 um is 73 V: 15 cycles at 5000 V/s, and 2 cycles of delay.
   EXPECT_LE(arrived, 20);
   EXPECT_LE(furthest_um, 20.7);
 }

@@ -11,7 +11,7 @@
 namespace hystcan::controller {
 namespace {
 
-/// As a controller sees it: every cycle, from before the beginning to after the end.
+/// The drive of every cycle, from before the beginning to after the end.
 std::vector<double> sampled(const Excitation& excitation, double cycle_s = 1e-3) {
   std::vector<double> drives;
   for (double t_s = -10 * cycle_s; t_s < excitation.length_s() + 10 * cycle_s; t_s += cycle_s)
@@ -19,7 +19,7 @@ std::vector<double> sampled(const Excitation& excitation, double cycle_s = 1e-3)
   return drives;
 }
 
-/// The drives at which it turned, both ends included.
+/// The drives of all turning points and of both ends.
 std::vector<double> reversals(const std::vector<double>& drives) {
   std::vector<double> found{drives.front()};
   double way = 0.0;
@@ -32,15 +32,15 @@ std::vector<double> reversals(const std::vector<double>& drives) {
   return found;
 }
 
-/// Odd numbers throughout: no turning point falls on a cycle by itself.
+/// Odd numbers, so that no turning point falls on a cycle by chance.
 const Excitation::Hysteresis odd{
     .low = -3.7, .high = 91.3, .slew_per_s = 123.4, .rest_s = 0.002, .loops = 3, .levels = 4};
 
-TEST(HysteresisExcitation, TurnsWhereItPromisesAndAtEveryPointExactly) {
+TEST(HysteresisExcitation, TurnsExactlyAtEachOfItsTurningPoints) {
   EXPECT_EQ(reversals(sampled(Excitation(odd))), turning_points(odd));
 }
 
-TEST(HysteresisExcitation, IsMajorLoopsThenNestedLoopsThenReversalCurvesBothWays) {
+TEST(HysteresisExcitation, HasMajorLoopsThenNestedLoopsThenReversalCurvesInBothDirections) {
   const Excitation::Hysteresis h{.low = 0.0, .high = 120.0, .loops = 2, .levels = 2};
   const std::vector<double> expected{0,   120, 0,   120, 0,    // major loops
                                      100, 20,  80,  40,        // nested, amplitudes 2/3 and 1/3 of 60
@@ -51,7 +51,7 @@ TEST(HysteresisExcitation, IsMajorLoopsThenNestedLoopsThenReversalCurvesBothWays
   for (std::size_t i = 0; i < points.size(); ++i) EXPECT_NEAR(points[i], expected[i], 1e-12) << i;
 }
 
-TEST(HysteresisExcitation, WithoutLevelsIsMajorLoopsAlone) {
+TEST(HysteresisExcitation, HasOnlyMajorLoopsWithoutLevels) {
   EXPECT_EQ(turning_points({.low = 1.0, .high = 2.0, .loops = 1, .levels = 0}),
             (std::vector<double>{1.0, 2.0, 1.0}));
 }
@@ -72,7 +72,7 @@ TEST(HysteresisExcitation, KeepsRangeAndSlewAndEndsWhereItBegan) {
   EXPECT_NEAR(steepest, odd.slew_per_s * 1e-3, 1e-9);
 }
 
-TEST(HysteresisExcitation, TakesTheTimeOfItsWayAndItsRests) {
+TEST(HysteresisExcitation, LastsAsLongAsItsRampsAndRests) {
   double way = 0.0;
   const std::vector<double> points = turning_points(odd);
   for (std::size_t i = 1; i < points.size(); ++i) way += std::abs(points[i] - points[i - 1]);
@@ -96,7 +96,7 @@ TEST(StepExcitation, GoesUpAndDownAboutTheCentre) {
     EXPECT_EQ(excitation.at(t_s), drive) << t_s;
 }
 
-/// Frequency from the time between two zero crossings a little apart.
+/// Frequency from the time between two neighbouring zero crossings.
 double frequency_Hz(const Excitation& excitation, double centre, double around_s) {
   constexpr double step_s = 1e-6;
   std::vector<double> crossings_s;
@@ -111,7 +111,7 @@ TEST(ChirpExcitation, SweepsItsFrequenciesAtItsAmplitudeAboutTheCentre) {
       .centre = 40.0, .amplitude = 3.0, .from_Hz = 50.0, .to_Hz = 250.0, .duration_s = 10.0};
   const Excitation excitation(c);
   EXPECT_EQ(excitation.at(0.0), 40.0);
-  // One period later the frequency has gone on by 20 Hz/s / f: 0.8 % of 50 Hz at the most.
+  // One period later the frequency has changed by 20 Hz/s / f: at most 0.8 % of 50 Hz.
   EXPECT_NEAR(frequency_Hz(excitation, 40.0, 0.0), 50.0, 0.5);
   EXPECT_NEAR(frequency_Hz(excitation, 40.0, 5.0), 150.0, 0.3);
   EXPECT_NEAR(frequency_Hz(excitation, 40.0, 9.9), 248.0, 0.3);
@@ -119,7 +119,7 @@ TEST(ChirpExcitation, SweepsItsFrequenciesAtItsAmplitudeAboutTheCentre) {
   const auto [least, most] = std::ranges::minmax(drives);
   EXPECT_GE(least, 37.0);
   EXPECT_LE(most, 43.0);
-  // 0.1 ms of a sine of 250 Hz: its peak is missed by 1 - cos(pi 250 1e-4) = 0.3 % at the most.
+  // Samples of a 250 Hz sine every 0.1 ms miss its peak by at most 1 - cos(pi 250 1e-4) = 0.3 %.
   EXPECT_NEAR(most - least, 6.0, 0.02);
   for (std::size_t i = 1; i < drives.size(); ++i)
     ASSERT_LE(std::abs(drives[i] - drives[i - 1]), excitation.steepest_per_s() * 1e-4);

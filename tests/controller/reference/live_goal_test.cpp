@@ -14,7 +14,7 @@ namespace {
 
 double drawn(double lo, double hi) { return lo + (hi - lo) * *rc::gen::inRange(0, 1'000'001) / 1e6; }
 
-/// Smooth shapes only, each within 700 um/s and 1e5 um/s^2 by itself.
+/// Smooth shapes only; each one is within 700 um/s and 1e5 um/s^2.
 std::vector<Segment> smooth_segments() {
   return {{.shape = Sine{.low_um = 5.0, .high_um = 25.0, .frequency_Hz = 10.0, .cycles = 2.0},
            .transition_s = 0.02},
@@ -30,7 +30,7 @@ std::vector<Segment> smooth_segments() {
 
 constexpr ReferenceLimits limits{.slew_um_per_s = 700.0, .acceleration_um_per_s2 = 1e5};
 
-/// No velocity above the slew limit, no change of it above what the acceleration limit allows, in [from, to).
+/// Checks in [from, to) that the velocity keeps the slew limit and its changes keep the acceleration limit.
 void expect_smooth(const Trajectory& trajectory, double from_s, double to_s) {
   constexpr double dt_s = 1e-4;
   const auto steps = static_cast<int>((to_s - from_s) / dt_s);
@@ -42,7 +42,7 @@ void expect_smooth(const Trajectory& trajectory, double from_s, double to_s) {
     const double now_um = trajectory.value_um(from_s + i * dt_s);
     const double mean_velocity = (now_um - before_um) / dt_s;
     fastest = std::max(fastest, std::abs(mean_velocity));
-    // Mean velocities of neighbouring steps: a step's worth of acceleration apart at most.
+    // Mean velocities of neighbouring steps differ by at most the acceleration of one step.
     hardest = std::max(hardest, std::abs(mean_velocity - velocity) / dt_s);
     before_um = now_um;
     velocity = mean_velocity;
@@ -51,7 +51,7 @@ void expect_smooth(const Trajectory& trajectory, double from_s, double to_s) {
   RC_ASSERT(hardest <= limits.acceleration_um_per_s2 * (1.0 + 1e-6));
 }
 
-TEST(TrajectoryProperty, KeepsTheLimitsFromWhereverItStarts) {
+TEST(TrajectoryProperty, KeepsTheLimitsFromEveryStart) {
   EXPECT_TRUE(rc::check("two passes", [] {
     Trajectory trajectory(smooth_segments(), true, limits);
     trajectory.start_from(drawn(0.0, 30.0));
@@ -59,7 +59,7 @@ TEST(TrajectoryProperty, KeepsTheLimitsFromWhereverItStarts) {
   }));
 }
 
-TEST(TrajectoryProperty, GoesFromWhateverItDoesToAGoalAndBackWithinTheLimits) {
+TEST(TrajectoryProperty, GoesFromEveryMotionToAGoalAndBackWithinTheLimits) {
   EXPECT_TRUE(rc::check("go_to, another go_to on its way, resume", [] {
     Trajectory trajectory(smooth_segments(), true, limits);
     trajectory.start_from(drawn(0.0, 30.0));
@@ -84,7 +84,7 @@ TEST(TrajectoryProperty, GoesFromWhateverItDoesToAGoalAndBackWithinTheLimits) {
   }));
 }
 
-TEST(Trajectory, StretchesTransitionsUntilTheyKeepTheLimits) {
+TEST(Trajectory, LengthensTransitionsUntilTheyKeepTheLimits) {
   Trajectory trajectory({{.shape = Hold{.level_um = 20.0, .duration_s = 1.0}, .transition_s = 0.1},
                          {.shape = Hold{.level_um = 10.0, .duration_s = 1.0}, .transition_s = 0.1}},
                         true, {.slew_um_per_s = 37.5});
@@ -98,10 +98,10 @@ TEST(Trajectory, StretchesTransitionsUntilTheyKeepTheLimits) {
   EXPECT_FALSE(trajectory.at(2.501).in_transition);
   EXPECT_DOUBLE_EQ(trajectory.value_um(3.75), 15.0) << "half-way into the second pass's first hold";
   EXPECT_EQ(trajectory.at(3.75).segment, 0u);
-  EXPECT_NEAR(trajectory.value_um(3.75 + 7 * 3.0), 15.0, 1e-9) << "a pass is 3 s long from then on";
+  EXPECT_NEAR(trajectory.value_um(3.75 + 7 * 3.0), 15.0, 1e-9) << "each further pass is 3 s long";
 }
 
-TEST(Trajectory, TakesTheFirstTransitionsTimeToAGoalWhereNothingLimitsIt) {
+TEST(Trajectory, ReachesAGoalInTheTimeOfTheFirstTransitionWithoutLimits) {
   Trajectory trajectory({{.shape = Hold{.level_um = 10.0, .duration_s = 1.0}, .transition_s = 0.2}}, false);
   trajectory.start_from(10.0);
   trajectory.go_to(0.5, 14.0);
@@ -114,7 +114,7 @@ TEST(Trajectory, TakesTheFirstTransitionsTimeToAGoalWhereNothingLimitsIt) {
   EXPECT_TRUE(trajectory.at(6.3).finished);
 }
 
-TEST(Trajectory, LeavesAFastMotionWithoutSwingingBeyondItWhereNothingLimitsIt) {
+TEST(Trajectory, LeavesAFastMotionWithoutOvershootWhereNothingLimitsIt) {
   const std::vector<Segment> segments{
       {.shape = Triangle{.low_um = 3.0, .high_um = 27.0, .frequency_Hz = 10.0, .cycles = 100.0},
        .transition_s = 0.2}};
@@ -134,7 +134,7 @@ TEST(Trajectory, LeavesAFastMotionWithoutSwingingBeyondItWhereNothingLimitsIt) {
   }
 }
 
-TEST(Trajectory, HoldsAGoalWhereItWasFinished) {
+TEST(Trajectory, GoesToAGoalAndHoldsItAfterItsSegmentsHaveFinished) {
   Trajectory trajectory({{.shape = Hold{.level_um = 10.0, .duration_s = 0.1}}}, false);
   trajectory.start_from(10.0);
   EXPECT_TRUE(trajectory.at(100.0).finished);
@@ -143,7 +143,7 @@ TEST(Trajectory, HoldsAGoalWhereItWasFinished) {
   EXPECT_NEAR(trajectory.value_um(100.05), 6.5, 1e-9);
   EXPECT_EQ(trajectory.value_um(1000.0), 3.0);
   trajectory.start_from(1.0);
-  EXPECT_EQ(trajectory.value_um(0.0), 1.0) << "tracking that begins anew knows no old goal";
+  EXPECT_EQ(trajectory.value_um(0.0), 1.0) << "a new start of tracking drops the old goal";
 }
 
 TEST(Trajectory, IsAtRestInHoldsDwellsAndAtItsEnd) {
@@ -160,7 +160,7 @@ TEST(Trajectory, IsAtRestInHoldsDwellsAndAtItsEnd) {
     EXPECT_TRUE(trajectory.at(t_s).at_rest) << t_s;
 }
 
-TEST(Trajectory, WithoutSegmentsStaysWhereItStartsUntilAGoal) {
+TEST(Trajectory, StaysAtItsStartUntilAGoalWhereItHasNoSegments) {
   Trajectory trajectory({}, true);
   trajectory.start_from(7.0);
   EXPECT_EQ(trajectory.value_um(3.0), 7.0);
@@ -170,7 +170,7 @@ TEST(Trajectory, WithoutSegmentsStaysWhereItStartsUntilAGoal) {
   EXPECT_EQ(trajectory.value_um(6.0), 9.0);
 }
 
-TEST(Trajectory, AllocatesNothingOnceItIsBuilt) {
+TEST(Trajectory, AllocatesNothingAfterItsConstruction) {
   Trajectory trajectory(smooth_segments(), true, limits);
   const std::uint64_t before = support::allocations_so_far();
   trajectory.start_from(3.0);

@@ -1,4 +1,4 @@
-// What every shape promises, and each by itself.
+// The properties of all shapes, and those of each kind.
 #include "controller/reference/shape.h"
 
 #include <gtest/gtest.h>
@@ -28,30 +28,36 @@ Table bumps() {
           .curve = MonotoneCubic({3.0, 3.1, 3.15, 3.4, 3.5}, {10.0, 20.0, 21.0, 5.0, 5.0})};
 }
 
-const std::vector<Shape>& shapes() {
-  static const std::vector<Shape> all{
-      Hold{.level_um = 4.0, .duration_s = 0.5},
-      Step{.from_um = 3.0, .to_um = 7.0, .dwell_s = 0.1, .steps = 3},
-      Ramp{.from_um = 3.0, .to_um = 7.0, .duration_s = 0.5},
-      Triangle{.low_um = 3.0, .high_um = 27.0, .frequency_Hz = 10.0, .cycles = 2.0},
-      Sine{.low_um = 5.0, .high_um = 25.0, .frequency_Hz = 5.0, .cycles = 2.5},
-      Chirp{.low_um = 5.0, .high_um = 25.0, .from_Hz = 2.0, .to_Hz = 40.0, .duration_s = 0.5},
-      prepared(ten_tones()),
-      Staircase{.levels_um = {10.0, 20.0, 5.0}, .rise_s = 0.1, .dwell_s = 0.2},
-      bumps()};
+struct ShapeCase {
+  Shape shape;
+
+  friend void PrintTo(const ShapeCase& test, std::ostream* out) { *out << to_string(test.shape); }
+};
+
+const std::vector<ShapeCase>& shapes() {
+  static const std::vector<ShapeCase> all{
+      {Hold{.level_um = 4.0, .duration_s = 0.5}},
+      {Step{.from_um = 3.0, .to_um = 7.0, .dwell_s = 0.1, .steps = 3}},
+      {Ramp{.from_um = 3.0, .to_um = 7.0, .duration_s = 0.5}},
+      {Triangle{.low_um = 3.0, .high_um = 27.0, .frequency_Hz = 10.0, .cycles = 2.0}},
+      {Sine{.low_um = 5.0, .high_um = 25.0, .frequency_Hz = 5.0, .cycles = 2.5}},
+      {Chirp{.low_um = 5.0, .high_um = 25.0, .from_Hz = 2.0, .to_Hz = 40.0, .duration_s = 0.5}},
+      {prepared(ten_tones())},
+      {Staircase{.levels_um = {10.0, 20.0, 5.0}, .rise_s = 0.1, .dwell_s = 0.2}},
+      {bumps()}};
   return all;
 }
 
-class EveryShape : public testing::TestWithParam<Shape> {};
+class EveryShape : public testing::TestWithParam<ShapeCase> {};
 
 // Central differences over 2 us of curves whose third derivative is below 1e9 um/s^3: 1e-3 um/s.
-TEST_P(EveryShape, TellsItsOwnVelocityAndAcceleration) {
-  const Shape& shape = GetParam();
+TEST_P(EveryShape, ReportsItsVelocityAndAcceleration) {
+  const Shape& shape = GetParam().shape;
   constexpr double h_s = 1e-6;
   const double length_s = duration_s(shape);
   const double fastest = motion_bounds(shape).peak_slew_um_per_s;
   for (int i = 1; i < 1000; ++i) {
-    const double t_s = length_s * (i - 0.37) / 1000.0;  // clear of corners and jumps
+    const double t_s = length_s * (i - 0.37) / 1000.0;  // avoids corners and jumps
     const Motion before = motion(shape, t_s - h_s);
     const Motion now = motion(shape, t_s);
     const Motion after = motion(shape, t_s + h_s);
@@ -65,8 +71,8 @@ TEST_P(EveryShape, TellsItsOwnVelocityAndAcceleration) {
   }
 }
 
-TEST_P(EveryShape, StaysWithinItsExtentAndComesCloseToIt) {
-  const Shape& shape = GetParam();
+TEST_P(EveryShape, StaysWithinItsBoundsAndComesCloseToThem) {
+  const Shape& shape = GetParam().shape;
   const MotionBounds stated = motion_bounds(shape);
   MotionBounds seen{.lowest_um = 1e9, .highest_um = -1e9};
   constexpr int points = 20'000;
@@ -78,7 +84,7 @@ TEST_P(EveryShape, StaysWithinItsExtentAndComesCloseToIt) {
     seen.peak_acceleration_um_per_s2 =
         std::max(seen.peak_acceleration_um_per_s2, std::abs(at.acceleration_um_per_s2));
   }
-  const double amplitudes_um = 0.002 * 10.0;  // what sampling a multi-sine of ten may miss
+  const double amplitudes_um = 0.002 * 10.0;  // error of a sampled multi-sine of ten tones
   EXPECT_NEAR(seen.lowest_um, stated.lowest_um, amplitudes_um);
   EXPECT_NEAR(seen.highest_um, stated.highest_um, amplitudes_um);
   EXPECT_LE(seen.peak_slew_um_per_s, 1.002 * stated.peak_slew_um_per_s + 1e-9);
@@ -87,8 +93,8 @@ TEST_P(EveryShape, StaysWithinItsExtentAndComesCloseToIt) {
   EXPECT_GE(seen.peak_acceleration_um_per_s2, 0.8 * stated.peak_acceleration_um_per_s2);
 }
 
-TEST_P(EveryShape, RestsExactlyWhereItsValueStays) {
-  const Shape& shape = GetParam();
+TEST_P(EveryShape, RestsExactlyWhereItsValueIsConstant) {
+  const Shape& shape = GetParam().shape;
   constexpr double h_s = 1e-4;
   for (int i = 0; i < 1000; ++i) {
     const double t_s = (duration_s(shape) - h_s) * (i + 0.37) / 1000.0;
@@ -102,12 +108,12 @@ TEST_P(EveryShape, RestsExactlyWhereItsValueStays) {
 
 INSTANTIATE_TEST_SUITE_P(Shape, EveryShape, testing::ValuesIn(shapes().begin(), shapes().end() - 1),
                          [](const auto& test) {
-                           std::string name = to_string(test.param);
+                           std::string name = to_string(test.param.shape);
                            std::erase(name, '-');
                            return name;
                          });
 
-TEST(Step, GoesAtOnceAndDwells) {
+TEST(Step, JumpsAndDwells) {
   const Shape step = Step{.from_um = 10.0, .to_um = 12.0, .dwell_s = 0.25, .steps = 1};
   EXPECT_EQ(duration_s(step), 0.5);
   EXPECT_EQ(value_um(step, 0.2499), 10.0);
@@ -177,7 +183,7 @@ TEST(MultiSine, HasSchroedersPhases) {
   }
 }
 
-TEST(MultiSine, RefusesNumbersThatDoNotFitTogether) {
+TEST(MultiSine, RefusesNumbersThatContradictEachOther) {
   MultiSine tones = ten_tones();
   tones.frequencies_Hz.pop_back();
   EXPECT_THROW(prepared(tones), std::invalid_argument);
@@ -214,7 +220,7 @@ TEST(MonotoneCubic, BeginsAndEndsAtRestAndHasNoCorners) {
     EXPECT_NEAR(curve.at(x - 1e-9).slope, curve.at(x + 1e-9).slope, 1e-3) << x;
 }
 
-TEST(MonotoneCubic, IsALineThroughPointsOnALineButForItsEnds) {
+TEST(MonotoneCubic, IsStraightBetweenPointsOnALineExceptAtItsEnds) {
   const MonotoneCubic curve({0.0, 1.0, 2.5, 3.0, 4.0}, {0.0, 2.0, 5.0, 6.0, 8.0});
   for (const double x : {1.0, 1.7, 2.5, 2.9}) EXPECT_NEAR(curve.at(x).value, 2.0 * x, 1e-12);
   EXPECT_NEAR(curve.at(1.7).slope, 2.0, 1e-12);

@@ -34,13 +34,13 @@ TEST(Staircase, RisesSmoothlyToEachLevelAndDwells) {
   EXPECT_DOUBLE_EQ(value_um(stairs, 10.0), 5.0);
 }
 
-TEST(Staircase, StepsAtOnceWhereThereIsNoRise) {
+TEST(Staircase, JumpsToEachLevelWithoutARise) {
   const Shape stairs = Staircase{.levels_um = {10.0, 20.0}, .rise_s = 0.0, .dwell_s = 0.2};
   EXPECT_DOUBLE_EQ(value_um(stairs, 0.199), 10.0);
   EXPECT_DOUBLE_EQ(value_um(stairs, 0.2), 20.0);
 }
 
-TEST(Trajectory, IsContinuousFromWhereverTheStageStands) {
+TEST(Trajectory, IsContinuousFromEveryStartPosition) {
   Trajectory trajectory({{.shape = Triangle{.low_um = 3, .high_um = 27, .frequency_Hz = 10, .cycles = 3}},
                          {.shape = Staircase{.levels_um = {20, 10}, .rise_s = 0.05, .dwell_s = 0.05}}},
                         true);
@@ -55,7 +55,7 @@ TEST(Trajectory, IsContinuousFromWhereverTheStageStands) {
   }
 }
 
-TEST(Trajectory, TellsWhichSegmentAndWhenItIsFinished) {
+TEST(Trajectory, ReportsTheSegmentAndWhenItIsFinished) {
   Trajectory trajectory({{.shape = Hold{.level_um = 1, .duration_s = 1}, .transition_s = 0.5},
                          {.shape = Hold{.level_um = 2, .duration_s = 1}, .transition_s = 0.5}},
                         false);
