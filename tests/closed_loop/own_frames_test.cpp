@@ -31,8 +31,8 @@ rehearsal::Setup setup_of(bool live_setpoint) {
 }
 
 /// A rehearsal with an ear for statuses of both axes, and a hand.
-struct Bench {
-  explicit Bench(const rehearsal::Setup& setup = setup_of(true))
+struct ObservedLoop {
+  explicit ObservedLoop(const rehearsal::Setup& setup = setup_of(true))
       : rehearsal(setup, [](const controller::CycleRecord&) {}) {
     stranger->on_frame([this](const can::Frame& frame, can::Time when) {
       if (frame.id == 0x281 || frame.id == 0x283) statuses.push_back({frame, when});
@@ -98,42 +98,42 @@ TEST(ControllerStatusFrame, SaysInTheDbcTheWordsOfTheLog) {
 }
 
 TEST(ControllerStatus, ComesWithEachHeartbeatOfTheController) {
-  Bench bench;
-  bench.track();
-  bench.rehearsal.run_for(milliseconds(1000));
-  EXPECT_EQ(bench.statuses.size(), 20u) << "two axes, ten heartbeats a second";
-  ASSERT_TRUE(bench.last);
-  EXPECT_EQ(bench.last->state, static_cast<std::uint8_t>(AxisState::tracking));
-  EXPECT_EQ(bench.last->cause, static_cast<std::uint8_t>(Cause::none));
-  EXPECT_NE(bench.last->following_error_um, 0.0);
-  EXPECT_LT(std::abs(bench.last->following_error_um), 0.5) << "um; the stage follows";
-  for (const auto& [frame, when] : bench.statuses) EXPECT_EQ(frame.length, 8);
+  ObservedLoop loop;
+  loop.track();
+  loop.rehearsal.run_for(milliseconds(1000));
+  EXPECT_EQ(loop.statuses.size(), 20u) << "two axes, ten heartbeats a second";
+  ASSERT_TRUE(loop.last);
+  EXPECT_EQ(loop.last->state, static_cast<std::uint8_t>(AxisState::tracking));
+  EXPECT_EQ(loop.last->cause, static_cast<std::uint8_t>(Cause::none));
+  EXPECT_NE(loop.last->following_error_um, 0.0);
+  EXPECT_LT(std::abs(loop.last->following_error_um), 0.5) << "um; the stage follows";
+  for (const auto& [frame, when] : loop.statuses) EXPECT_EQ(frame.length, 8);
 }
 
 TEST(ControllerStatus, TellsEveryStateOfTheStart) {
   rehearsal::Setup setup = setup_of(false);
   setup.controller.axes.resize(1);  // of several, a state of one cycle may be over before its turn comes
-  Bench bench(setup);
+  ObservedLoop loop(setup);
   std::vector<std::uint8_t> told;
-  const auto ear = bench.rehearsal.attach()({});
+  const auto ear = loop.rehearsal.attach()({});
   ear->on_frame([&](const can::Frame& frame, can::Time) {
     if (frame.id == 0x281 && (told.empty() || told.back() != frame.data[4])) told.push_back(frame.data[4]);
   });
-  bench.rehearsal.run_for(std::chrono::seconds(2));
+  loop.rehearsal.run_for(std::chrono::seconds(2));
   EXPECT_EQ(told, (std::vector<std::uint8_t>{1, 2, 3, 4})) << "waiting, initialising, ready, tracking";
 }
 
 TEST(ControllerStatus, TellsAFaultInTheCycleThatFindsIt) {
-  Bench bench;
-  bench.track();
-  bench.rehearsal.run_for(milliseconds(50));  // between two heartbeats
-  bench.statuses.clear();
-  const can::Time before = bench.rehearsal.clock().now();
-  bench.stranger->send(can::heartbeat_frame(1, can::NmtState::boot_up));
-  bench.rehearsal.run_for(milliseconds(5));
+  ObservedLoop loop;
+  loop.track();
+  loop.rehearsal.run_for(milliseconds(50));  // between two heartbeats
+  loop.statuses.clear();
+  const can::Time before = loop.rehearsal.clock().now();
+  loop.stranger->send(can::heartbeat_frame(1, can::NmtState::boot_up));
+  loop.rehearsal.run_for(milliseconds(5));
   const auto told =
-      std::ranges::find(bench.statuses, 0x281u, [](const auto& heard) { return heard.frame.id; });
-  ASSERT_NE(told, bench.statuses.end());
+      std::ranges::find(loop.statuses, 0x281u, [](const auto& heard) { return heard.frame.id; });
+  ASSERT_NE(told, loop.statuses.end());
   EXPECT_EQ(told->frame.data[4], static_cast<std::uint8_t>(AxisState::faulted));
   EXPECT_EQ(told->frame.data[5], static_cast<std::uint8_t>(Cause::node_restarted));
   EXPECT_LT(told->when - before, milliseconds(2)) << "the boot-up is acted on in the cycle that follows it";
@@ -145,10 +145,10 @@ TEST(ControllerStatus, IsNotSentWhereTheDatabaseHasNone) {
     return message.name.ends_with("ControllerStatus") || message.name == "XSetpoint" ||
            message.name == "YSetpoint";
   });
-  Bench bench(setup);
-  bench.rehearsal.run_for(std::chrono::seconds(2));
-  EXPECT_EQ(bench.axis().state(), AxisState::tracking);
-  EXPECT_TRUE(bench.statuses.empty());
+  ObservedLoop loop(setup);
+  loop.rehearsal.run_for(std::chrono::seconds(2));
+  EXPECT_EQ(loop.axis().state(), AxisState::tracking);
+  EXPECT_TRUE(loop.statuses.empty());
 }
 
 can::Frame setpoint(std::array<std::uint8_t, 8> bytes) {
@@ -164,50 +164,50 @@ constexpr std::array<std::uint8_t, 8> go_to_40_um{0x00, 0x5A, 0x62, 0x02, 0x01, 
 constexpr std::array<std::uint8_t, 8> mode_7{0x40, 0x81, 0xBA, 0x01, 0x07, 0x00, 0x03, 0x5F};
 
 TEST(LiveSetpoint, IsTakenWhileTrackingAndTheReferenceIsResumed) {
-  Bench bench;
-  bench.track();
-  bench.send(setpoint(go_to_12500_nm));
-  bench.rehearsal.run_for(milliseconds(3));
-  EXPECT_TRUE(bench.axis().report().point.live);
-  EXPECT_EQ(bench.counters().taken, 1u);
-  EXPECT_FALSE(bench.rehearsal.controller().axis(1).report().point.live) << "y was not meant";
-  bench.rehearsal.run_for(milliseconds(1500));
-  EXPECT_EQ(bench.axis().report().reference_um, 12.5);
-  EXPECT_NEAR(bench.axis().report().position_um, 12.5, 0.01);
-  bench.send(setpoint(follow_again));
-  bench.rehearsal.run_for(milliseconds(3));
-  EXPECT_FALSE(bench.axis().report().point.live);
-  EXPECT_EQ(bench.counters().taken, 2u);
-  EXPECT_EQ(bench.counters().refused(), 0u);
+  ObservedLoop loop;
+  loop.track();
+  loop.send(setpoint(go_to_12500_nm));
+  loop.rehearsal.run_for(milliseconds(3));
+  EXPECT_TRUE(loop.axis().report().point.live);
+  EXPECT_EQ(loop.counters().taken, 1u);
+  EXPECT_FALSE(loop.rehearsal.controller().axis(1).report().point.live) << "y was not meant";
+  loop.rehearsal.run_for(milliseconds(1500));
+  EXPECT_EQ(loop.axis().report().reference_um, 12.5);
+  EXPECT_NEAR(loop.axis().report().position_um, 12.5, 0.01);
+  loop.send(setpoint(follow_again));
+  loop.rehearsal.run_for(milliseconds(3));
+  EXPECT_FALSE(loop.axis().report().point.live);
+  EXPECT_EQ(loop.counters().taken, 2u);
+  EXPECT_EQ(loop.counters().refused(), 0u);
 }
 
 TEST(LiveSetpoint, IsRefusedAndCountedWhereItCannotBeFollowed) {
-  Bench bench;
-  bench.rehearsal.run_for(milliseconds(500));  // initialising
-  bench.send(setpoint(go_to_12500_nm));
-  EXPECT_EQ(bench.counters().not_tracking, 1u);
-  bench.track();
-  bench.send(setpoint(go_to_40_um));
-  EXPECT_EQ(bench.counters().out_of_range, 1u);
-  bench.send(setpoint(mode_7));
-  EXPECT_EQ(bench.counters().unknown_mode, 1u);
-  EXPECT_EQ(bench.counters().taken, 0u);
-  bench.rehearsal.run_for(milliseconds(3));
-  EXPECT_FALSE(bench.axis().report().point.live);
-  EXPECT_EQ(describe(bench.counters()),
+  ObservedLoop loop;
+  loop.rehearsal.run_for(milliseconds(500));  // initialising
+  loop.send(setpoint(go_to_12500_nm));
+  EXPECT_EQ(loop.counters().not_tracking, 1u);
+  loop.track();
+  loop.send(setpoint(go_to_40_um));
+  EXPECT_EQ(loop.counters().out_of_range, 1u);
+  loop.send(setpoint(mode_7));
+  EXPECT_EQ(loop.counters().unknown_mode, 1u);
+  EXPECT_EQ(loop.counters().taken, 0u);
+  loop.rehearsal.run_for(milliseconds(3));
+  EXPECT_FALSE(loop.axis().report().point.live);
+  EXPECT_EQ(describe(loop.counters()),
             "0 live setpoints taken, refused: 1 not tracking, 1 out of range, 1 unknown mode");
 }
 
 // The model reaches 1.5 um, coming down to its lower threshold, to 30 um at its upper one:
 // config/piezo.model.toml.
 TEST(LiveSetpoint, IsRefusedBeyondWhatTheModelReaches) {
-  Bench bench;
-  bench.track();
+  ObservedLoop loop;
+  loop.track();
   can::Encoder<can::Setpoint> encode(*shipped().database.find("XSetpoint"));
   const auto refused = [&](double position_um) {
-    const std::uint64_t before = bench.counters().out_of_range;
-    bench.send(*encode({.position_um = position_um, .mode = can::setpoint_mode::go_to}));
-    return bench.counters().out_of_range != before;
+    const std::uint64_t before = loop.counters().out_of_range;
+    loop.send(*encode({.position_um = position_um, .mode = can::setpoint_mode::go_to}));
+    return loop.counters().out_of_range != before;
   };
   EXPECT_TRUE(refused(1.4));
   EXPECT_FALSE(refused(1.6));
@@ -216,45 +216,45 @@ TEST(LiveSetpoint, IsRefusedBeyondWhatTheModelReaches) {
 }
 
 TEST(LiveSetpoint, ThatIsDamagedOrRepeatedIsRejectedByItsCause) {
-  Bench bench;
-  bench.track();
+  ObservedLoop loop;
+  loop.track();
   can::Frame damaged = setpoint(go_to_12500_nm);
   damaged.data[0] ^= 1;
-  bench.send(damaged);
+  loop.send(damaged);
   can::Frame cut = setpoint(go_to_12500_nm);
   cut.length = 7;
-  bench.send(cut);
-  bench.rehearsal.run_for(milliseconds(3));
-  EXPECT_FALSE(bench.axis().report().point.live);
-  bench.send(setpoint(go_to_12500_nm));
-  bench.send(setpoint(go_to_12500_nm));  // the same counter
+  loop.send(cut);
+  loop.rehearsal.run_for(milliseconds(3));
+  EXPECT_FALSE(loop.axis().report().point.live);
+  loop.send(setpoint(go_to_12500_nm));
+  loop.send(setpoint(go_to_12500_nm));  // the same counter
   std::string told;
-  for (const can::RejectedFrames& rejected : bench.rehearsal.controller().rejected())
+  for (const can::RejectedFrames& rejected : loop.rehearsal.controller().rejected())
     if (rejected.message == "XSetpoint") told = describe(rejected);
   EXPECT_EQ(told, "XSetpoint: rejected: 1 wrong length, 1 wrong CRC, 1 repeated counter");
-  EXPECT_EQ(bench.counters().taken, 1u);
+  EXPECT_EQ(loop.counters().taken, 1u);
 }
 
 TEST(LiveSetpoint, IsNotHeardByAControllerThatIsNotConfiguredTo) {
-  Bench bench(setup_of(false));
-  bench.track();
-  bench.send(setpoint(go_to_12500_nm));
-  bench.rehearsal.run_for(milliseconds(3));
-  EXPECT_FALSE(bench.axis().report().point.live);
-  EXPECT_FALSE(bench.rehearsal.controller().live_setpoints(0));
+  ObservedLoop loop(setup_of(false));
+  loop.track();
+  loop.send(setpoint(go_to_12500_nm));
+  loop.rehearsal.run_for(milliseconds(3));
+  EXPECT_FALSE(loop.axis().report().point.live);
+  EXPECT_FALSE(loop.rehearsal.controller().live_setpoints(0));
 }
 
 TEST(OwnFrames, AllocateNothing) {
-  Bench bench;
-  bench.track();
-  bench.statuses.reserve(1000);
+  ObservedLoop loop;
+  loop.track();
+  loop.statuses.reserve(1000);
   can::Encoder<can::Setpoint> encode(*shipped().database.find("XSetpoint"));
   const std::uint64_t before = support::allocations_so_far();
   for (int i = 0; i < 100; ++i)
-    bench.send(*encode({.position_um = 10.0, .mode = static_cast<std::uint8_t>(i % 2)}));
+    loop.send(*encode({.position_um = 10.0, .mode = static_cast<std::uint8_t>(i % 2)}));
   EXPECT_EQ(support::allocations_so_far(), before);
-  EXPECT_EQ(bench.counters().taken, 100u);
-  EXPECT_GT(bench.statuses.size(), 3u);
+  EXPECT_EQ(loop.counters().taken, 100u);
+  EXPECT_GT(loop.statuses.size(), 3u);
 }
 
 }  // namespace

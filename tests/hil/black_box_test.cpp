@@ -4,14 +4,14 @@
 #include <fstream>
 #include <sstream>
 
-#include "tests/hil/stage.h"
+#include "tests/hil/live_stage.h"
 
 namespace hystcan {
 namespace {
 
 using hil::json;
+using hil::LiveStage;
 using hil::milliseconds;
-using hil::Stage;
 
 /// The rows of a CSV, header first, without what begins with #.
 std::vector<std::vector<std::string>> rows_of(const std::filesystem::path& file) {
@@ -36,7 +36,7 @@ std::vector<std::filesystem::path> black_boxes(const std::string& folder, const 
 }
 
 TEST(BlackBox, HoldsTheCyclesBeforeAFaultTheFaultAndAHundredAfterIt) {
-  Stage stage;
+  LiveStage stage;
   stage.start();
   ASSERT_TRUE(hil::shell("cansend vcan0 000#0201")) << "somebody stops x's amplifier by NMT";
   ASSERT_TRUE(stage.bench.controller->says("x: the last ")) << stage.bench.controller->err();

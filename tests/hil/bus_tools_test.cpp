@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "tests/hil/bench.h"
+#include "tests/hil/live_bench.h"
 #include "tests/support/shipped.h"
 
 namespace hystcan {
@@ -318,7 +318,7 @@ std::vector<std::string> only(std::vector<std::string> frames, const std::string
 }
 
 TEST_F(KvaserBusTools, RecordGoesOnWhereTheInterfaceOfARunningControllerWentDownAndUp) {
-  hil::Bench bench({"can0", "can1"});
+  hil::LiveBench bench({"can0", "can1"});
   // -D: without it candump ends where the interface goes down.
   Process beside({"sh", "-c", "exec candump -D -L can0,0:0,#FFFFFFFF >" + path("candump.log")});
   Process recorder = record({"--output", path("record.log")}, "can0");

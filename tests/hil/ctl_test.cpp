@@ -4,25 +4,25 @@
 #include <sys/stat.h>
 #include <sys/un.h>
 
-#include "tests/hil/stage.h"
+#include "tests/hil/live_stage.h"
 
 namespace hystcan {
 namespace {
 
 using hil::between;
 using hil::json;
+using hil::LiveStage;
 using hil::milliseconds;
 using hil::now_s;
 using hil::OnWire;
 using hil::Process;
 using hil::series;
-using hil::Stage;
 
 constexpr std::size_t x = 0;
 constexpr std::size_t y = 1;
 
 struct Ctl : testing::Test {
-  Stage stage;
+  LiveStage stage;
 
   /// Once it tracks; x can be waited for.
   void start() {
@@ -33,11 +33,11 @@ struct Ctl : testing::Test {
     stage.start();
   }
   void expect_done(const std::vector<std::string>& words) const {
-    const Stage::Answer answer = stage.ctl(words);
+    const LiveStage::Answer answer = stage.ctl(words);
     EXPECT_EQ(answer.status, 0) << testing::PrintToString(words) << answer.err;
   }
   void expect_refused(const std::vector<std::string>& words, const std::string& why) const {
-    const Stage::Answer answer = stage.ctl(words);
+    const LiveStage::Answer answer = stage.ctl(words);
     EXPECT_NE(answer.status, 0) << testing::PrintToString(words);
     EXPECT_NE(answer.err.find(why), std::string::npos) << testing::PrintToString(words) << answer.err;
   }
@@ -79,7 +79,7 @@ TEST_F(Ctl, SaysWhatEveryAxisIsDoing) {
     EXPECT_EQ(status.at("fault"), "none");
     EXPECT_LT(std::abs(status.at("error_um").get<double>()), 1.0);
   }
-  const Stage::Answer table = stage.ctl({"status"});
+  const LiveStage::Answer table = stage.ctl({"status"});
   EXPECT_EQ(table.status, 0);
   EXPECT_NE(table.out.find("tracking"), std::string::npos) << table.out;
 }
@@ -140,7 +140,7 @@ TEST_F(Ctl, AFaultIsToldWithItsRemedyClearedAndTheAxisTracksAgain) {
   const json status = stage.axis_status(x);
   EXPECT_NE(status.at("fault"), "none");
   EXPECT_FALSE(status.at("remedy").get<std::string>().empty());
-  const Stage::Answer table = stage.ctl({"status"});
+  const LiveStage::Answer table = stage.ctl({"status"});
   EXPECT_NE(table.out.find(status.at("remedy").get<std::string>()), std::string::npos) << table.out;
   std::printf("x: %s; %s\n", status.at("fault").get<std::string>().c_str(),
               status.at("remedy").get<std::string>().c_str());

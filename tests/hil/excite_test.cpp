@@ -7,15 +7,15 @@
 #include <fstream>
 
 #include "config/files/dataset_file.h"
-#include "tests/hil/bench.h"
+#include "tests/hil/live_bench.h"
 #include "tests/support/shipped.h"
 
 namespace hystcan {
 namespace {
 
-using hil::Bench;
 using hil::config_file;
 using hil::json;
+using hil::LiveBench;
 using hil::milliseconds;
 using hil::Process;
 using identification::Dataset;
@@ -29,7 +29,7 @@ std::filesystem::path in_scratch(const char* name) {
 }
 
 /// What the program records on the bench.
-Dataset excited(Bench& bench, std::vector<std::string> options) {
+Dataset excited(LiveBench& bench, std::vector<std::string> options) {
   const auto file = in_scratch("excited.csv");
   options.insert(options.end(), {"--output", file.string()});
   bench.start("excite", options);
@@ -68,7 +68,7 @@ Difference difference(const Dataset& record, const Dataset& expected) {
 // V, which the steepest part of the curves, 0.4 um/V, and a resonance that doubles it turn into 0.32 um.
 TEST(Vcan, ExciteRecordsWhatItsRehearsalDoesAndNoDriveLeavesTheLimits) {
   const Dataset expected = rehearsed(short_program);
-  Bench bench({"vcan0", "vcan0"});
+  LiveBench bench({"vcan0", "vcan0"});
   const Dataset record = excited(bench, short_program);
   const Difference d = difference(record, expected);
   std::printf("excite: %zu rows on vcan0, %zu rehearsed; greatest difference %.6f V, %.6f um\n",
@@ -92,7 +92,7 @@ TEST(Vcan, ExciteRecordsWhatItsRehearsalDoesAndNoDriveLeavesTheLimits) {
 // six times its deviation, 2.5 nm more.
 TEST(Icount, ExciteRecordsWhatItsRehearsalDoesToNanometres) {
   const Dataset expected = rehearsed(short_program);
-  Bench bench({"vcan0", "vcan0"});
+  LiveBench bench({"vcan0", "vcan0"});
   const Dataset record = excited(bench, short_program);
   EXPECT_NEAR(static_cast<double>(record.size()), static_cast<double>(expected.size()), 1.0)
       << "the last cycle may fall on either side of the end";
@@ -112,7 +112,7 @@ TEST(Vcan, NewActuatorIsRecordedIdentifiedAndTracked) {
       << "[hysteresis]\nkind = \"recursive-memory\"\ninput_unit = \"V\"\noutput_unit = \"um\"\n"
          "input_min = 0.0\ninput_max = 100.0\nbasis = \"power\"\nascending = [0.0, 0.3]\n"
          "descending = [0.0, 0.3]\nk_ascending = 0.01\nk_descending = 0.01\nsymmetry = \"none\"\n";
-  Bench bench({"vcan0", "vcan0"});
+  LiveBench bench({"vcan0", "vcan0"});
   std::vector<std::string> options = short_program;
   options.insert(options.end(), {"--output", record});
   bench.start("excite", options, config);
@@ -134,7 +134,7 @@ TEST(Vcan, NewActuatorIsRecordedIdentifiedAndTracked) {
 }
 
 TEST(Vcan, ControlCOnExciteRampsDownAndKeepsTheRowsSoFar) {
-  Bench bench({"vcan0", "vcan0"});
+  LiveBench bench({"vcan0", "vcan0"});
   const auto file = in_scratch("stopped.csv");
   bench.start("excite", {"--output", file.string(), "--low", "20"});
   ASSERT_TRUE(bench.controller->says("x: tracking")) << bench.controller->err();

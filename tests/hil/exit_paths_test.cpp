@@ -12,20 +12,20 @@
 #include <filesystem>
 #include <optional>
 
-#include "tests/hil/stage.h"
+#include "tests/hil/live_stage.h"
 
 namespace hystcan {
 namespace {
 
 using hil::between;
 using hil::json;
+using hil::LiveStage;
 using hil::milliseconds;
 using hil::now_s;
 using hil::OnWire;
-using hil::Stage;
 
 struct Leaving : testing::Test {
-  Stage stage;
+  LiveStage stage;
 
   /// The last command switches off, from a drive that the ramp has brought down.
   void expect_ended_in_order() {

@@ -13,14 +13,14 @@
 #include "can/socketcan/socketcan_bus.h"
 #include "config/schema/config.h"
 #include "controller/controller.h"
-#include "tests/hil/stage.h"
+#include "tests/hil/live_stage.h"
 
 namespace hystcan {
 namespace {
 
 using hil::json;
+using hil::LiveStage;
 using hil::milliseconds;
-using hil::Stage;
 
 /// Axis x alone, 4000 times a second: as a wire of 1 Mbit/s could not carry it, and a configuration file is
 /// refused with that. vcan0 has no bit rate.
@@ -57,7 +57,7 @@ void become_first_come_first_served() {
 TEST(IcountFast, OneAxisAtFourKilohertzMissesNoCycle) {
   const char* asked = std::getenv("HYSTCAN_HIL_FAST_S");
   const int run_s = asked == nullptr ? 5 : std::stoi(asked);
-  hil::Bench bench({"vcan0", "vcan0"});
+  hil::LiveBench bench({"vcan0", "vcan0"});
   bench.candump.reset();  // the one core is theirs
   const config::Config config = four_kilohertz();
   boost::asio::io_context context{1};
@@ -97,7 +97,7 @@ void step_clock(std::time_t seconds) {
 
 // Deadlines and the loop's time are of the monotonic clock; the kernel stamps frames with the time of day.
 TEST(IcountClockStep, AnHourForwardAndBackIsNothingToTheLoop) {
-  Stage stage;
+  LiveStage stage;
   stage.bench.start_controller({"--json"});
   ASSERT_TRUE(stage.bench.tracks()) << stage.bench.controller->err();
   for (const std::time_t step_s : {3600, -3600, -3600, 3600}) {

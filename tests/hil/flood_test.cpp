@@ -12,16 +12,16 @@
 
 #include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
-#include "tests/hil/bench.h"
+#include "tests/hil/live_bench.h"
 #include "tests/support/rehearsed.h"
 
 namespace hystcan {
 namespace {
 
-using hil::Bench;
 using hil::config_file;
 using hil::FreshVcan;
 using hil::json;
+using hil::LiveBench;
 using hil::Process;
 
 /// What the two axes of the shipped configuration speak by (docs/protocol.md).
@@ -49,7 +49,7 @@ std::string foreign_frames() {
   return log;
 }
 
-json one_pass(Bench& bench) {
+json one_pass(LiveBench& bench) {
   bench.start_controller({"--once", "--json"});
   EXPECT_EQ(bench.controller->wait(), 0) << bench.controller->err();
   return json::parse(bench.controller->out());
@@ -67,7 +67,7 @@ TEST(IcountFlood, OfForeignFramesLeavesTheControlErrorAsItIs) {
   const config::Config config = config::load(config_file);
   const rehearsal::Outcome predicted = rehearsal::run_once(support::setup_of(config), 0.1, support::ignore);
   const FreshVcan fresh;
-  Bench bench({"vcan0", "vcan0"});
+  LiveBench bench({"vcan0", "vcan0"});
   bench.candump.reset();
   const json quiet = one_pass(bench);
   const std::string log = (std::filesystem::path(testing::TempDir()) / "foreign.log").string();

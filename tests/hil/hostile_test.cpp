@@ -5,14 +5,14 @@
 #include <string>
 #include <thread>
 
-#include "tests/hil/bench.h"
+#include "tests/hil/live_bench.h"
 
 namespace hystcan {
 namespace {
 
-using hil::Bench;
 using hil::FreshVcan;
 using hil::json;
+using hil::LiveBench;
 using hil::milliseconds;
 using hil::shell;
 
@@ -22,7 +22,7 @@ struct VcanHostile : testing::Test {
     ASSERT_TRUE(bench.tracks()) << bench.controller->err();
   }
   FreshVcan fresh;
-  Bench bench{{"vcan0", "vcan0"}};
+  LiveBench bench{{"vcan0", "vcan0"}};
 };
 
 TEST_F(VcanHostile, TheLinkDownAndUpFaultsBothAxesWithItsCauseAndArmsNothing) {

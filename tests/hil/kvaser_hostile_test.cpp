@@ -8,13 +8,13 @@
 #include <string>
 #include <thread>
 
-#include "tests/hil/bench.h"
+#include "tests/hil/live_bench.h"
 
 namespace hystcan {
 namespace {
 
-using hil::Bench;
 using hil::json;
+using hil::LiveBench;
 using hil::milliseconds;
 using hil::shell;
 
@@ -24,7 +24,7 @@ struct KvaserHostile : testing::Test {
     ASSERT_TRUE(bench.tracks()) << bench.controller->err();
   }
   ~KvaserHostile() override { shell("tc qdisc del dev can0 root 2>/dev/null"); }
-  Bench bench{{"can0", "can1"}};
+  LiveBench bench{{"can0", "can1"}};
 };
 
 TEST_F(KvaserHostile, TheLinkDownAndUpFaultsBothAxesAndAFreshStartTracks) {

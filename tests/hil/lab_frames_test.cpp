@@ -6,14 +6,14 @@
 #include <string>
 #include <vector>
 
-#include "tests/hil/bench.h"
+#include "tests/hil/live_bench.h"
 
 namespace hystcan {
 namespace {
 
-using hil::Bench;
 using hil::FreshVcan;
 using hil::json;
+using hil::LiveBench;
 using hil::Process;
 
 using Log = std::vector<std::string>;
@@ -52,7 +52,7 @@ struct VcanLabFrames : testing::Test {
 
   /// What candump saw of one pass of the reference, tracked to its end.
   Log one_pass() {
-    Bench bench({"vcan0", "vcan0"}, config());
+    LiveBench bench({"vcan0", "vcan0"}, config());
     bench.start_controller({"--once", "--json"});
     EXPECT_EQ(bench.controller->wait(), 0) << bench.controller->err();
     const json result = json::parse(bench.controller->out());
@@ -115,7 +115,7 @@ TEST_F(VcanLabFrames, BeginWithEveryObjectWrittenAndReadBackBeforeTheNodeIsStart
 TEST_F(VcanLabFrames, FaultWithTheReasonWhereANodeRefusesAnObject) {
   folder.edit("lab_amplifier.toml", "[axis.frames.command]", setup_by_sdo);
   folder.edit("lab_amplifier.toml", "index = 0x2001", "index = 0x1017");  // the twin keeps 0x2000 to 0x5FFF
-  Bench bench({"vcan0", "vcan0"}, config());
+  LiveBench bench({"vcan0", "vcan0"}, config());
   bench.start_controller({"--once", "--json"});
   EXPECT_EQ(bench.controller->wait(), 1) << bench.controller->err();
   EXPECT_EQ(json::parse(bench.controller->out()).at("axes")[0].at("fault"), "node not set up");

@@ -13,22 +13,22 @@
 
 #include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
-#include "tests/hil/bench.h"
+#include "tests/hil/live_bench.h"
 #include "tests/support/rehearsed.h"
 
 namespace hystcan {
 namespace {
 
-using hil::Bench;
 using hil::config_file;
 using hil::json;
+using hil::LiveBench;
 using hil::milliseconds;
 using hil::Process;
 using hil::Wire;
 
 class Live : public testing::TestWithParam<Wire> {
  protected:
-  Bench bench{GetParam()};
+  LiveBench bench{GetParam()};
 };
 
 constexpr int fault_state = 3;
@@ -164,7 +164,7 @@ TEST(Kvaser, ATwinRefusesARealInterfaceUnlessForced) {
 TEST(Icount, TracksWithTheErrorThatVirtualTimePredicts) {
   const config::Config config = config::load(config_file);
   const rehearsal::Outcome predicted = rehearsal::run_once(support::setup_of(config), 0.1, support::ignore);
-  Bench bench({"vcan0", "vcan0"});
+  LiveBench bench({"vcan0", "vcan0"});
   bench.start_controller({"--once", "--json"});
   ASSERT_EQ(bench.controller->wait(), 0) << bench.controller->err();
   const json result = json::parse(bench.controller->out());
@@ -182,7 +182,7 @@ TEST(Icount, TracksWithTheErrorThatVirtualTimePredicts) {
 }
 
 TEST(Icount, TheAmplifierIsSafeWithinItsTimeoutAfterTheControllerIsKilled) {
-  Bench bench({"vcan0", "vcan0"});
+  LiveBench bench({"vcan0", "vcan0"});
   bench.start_controller();
   ASSERT_TRUE(bench.tracks()) << bench.controller->err();
   bench.controller->send(SIGKILL);

@@ -3,21 +3,21 @@
 
 #include <filesystem>
 
-#include "tests/hil/stage.h"
+#include "tests/hil/live_stage.h"
 
 namespace hystcan {
 namespace {
 
 using hil::between;
 using hil::json;
+using hil::LiveStage;
 using hil::milliseconds;
 using hil::now_s;
 using hil::OnWire;
 using hil::series;
-using hil::Stage;
 
 struct Restore : testing::Test {
-  Stage stage;
+  LiveStage stage;
   std::filesystem::path state = stage.files / "x.state.toml";
 
   void SetUp() override { stage.set("controller", "state_dir = \"" + stage.folder() + "\""); }

@@ -12,7 +12,7 @@
 #include "config/schema/config.h"
 #include "controller/black_box.h"
 #include "controller/telemetry.h"
-#include "tests/hil/bench.h"
+#include "tests/hil/live_bench.h"
 #include "tests/support/trap.h"
 
 namespace hystcan {
@@ -90,7 +90,7 @@ class InProcess {
 };
 
 TEST(Trap, ControlThreadOnSocketCanAllocatesLocksLogsAndOpensNothing) {
-  hil::Bench bench({"vcan0", "vcan0"});
+  hil::LiveBench bench({"vcan0", "vcan0"});
   InProcess program;
   std::thread([&] { program.run(seconds(3)); }).join();
   program.controller().send_safe_commands();
@@ -104,7 +104,7 @@ TEST(Trap, ControlThreadOnSocketCanAllocatesLocksLogsAndOpensNothing) {
 
 /// Kill the sensor's node while trapped: the way into a fault is as clean as the loop.
 TEST(Trap, ControlThreadOnSocketCanFaultsAsCleanly) {
-  hil::Bench bench({"vcan0", "vcan0"});
+  hil::LiveBench bench({"vcan0", "vcan0"});
   InProcess program;
   std::thread control([&] { program.run(seconds(3)); });
   std::this_thread::sleep_for(seconds(4));

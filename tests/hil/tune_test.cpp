@@ -4,14 +4,14 @@
 #include <cmath>
 #include <cstdio>
 
-#include "tests/hil/bench.h"
+#include "tests/hil/live_bench.h"
 #include "tests/support/shipped.h"
 
 namespace hystcan {
 namespace {
 
-using hil::Bench;
 using hil::json;
+using hil::LiveBench;
 using hil::milliseconds;
 using hil::Process;
 
@@ -25,7 +25,7 @@ TEST(Vcan, TuneProposesOnTheBusWhatItsRehearsalDoes) {
   const json expected = json::parse(rehearsal.out());
   std::filesystem::remove(output);
 
-  Bench bench({"vcan0", "vcan0"});
+  LiveBench bench({"vcan0", "vcan0"});
   bench.start("tune", {"--output", output, "--json"}, config);
   ASSERT_EQ(bench.controller->wait(), 0) << bench.controller->err();
   const json found = json::parse(bench.controller->out());
@@ -56,7 +56,7 @@ TEST(Vcan, TuneProposesOnTheBusWhatItsRehearsalDoes) {
 TEST(Vcan, ControlCOnTuneRampsDownAndProposesNothing) {
   const support::ShippedCopy stage;
   const std::string output = (stage / "tuning.toml").string();
-  Bench bench({"vcan0", "vcan0"});
+  LiveBench bench({"vcan0", "vcan0"});
   bench.start("tune", {"--output", output, "--cycles", "100"}, (stage / "piezo.toml").string());
   ASSERT_TRUE(bench.controller->says("x: tracking")) << bench.controller->err();
   std::this_thread::sleep_for(milliseconds(500));

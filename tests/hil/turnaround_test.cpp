@@ -14,12 +14,12 @@
 #include <fstream>
 #include <thread>
 
-#include "tests/hil/bench.h"
+#include "tests/hil/live_bench.h"
 
 namespace hystcan {
 namespace {
 
-using hil::Bench;
+using hil::LiveBench;
 using hil::milliseconds;
 using hil::Process;
 
@@ -124,7 +124,7 @@ std::vector<double> of_bare_echo(int samples) {
 std::vector<double> of_controller() {
   const std::string log = log_of("turnaround.log");
   {
-    Bench bench({"vcan0", "vcan0"});
+    LiveBench bench({"vcan0", "vcan0"});
     bench.candump.reset();  // the echo has one reader beside it; so has the controller
     const Process candump({"sh", "-c", "exec candump -L vcan0,182:7FF,201:7FF >" + log});
     bench.start_controller();

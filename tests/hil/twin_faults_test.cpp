@@ -6,30 +6,30 @@
 #include <string>
 #include <vector>
 
-#include "tests/hil/stage.h"
+#include "tests/hil/live_stage.h"
 
 namespace hystcan {
 namespace {
 
 using hil::json;
+using hil::LiveStage;
 using hil::milliseconds;
-using hil::Stage;
 
 constexpr std::size_t x = 0;
 constexpr std::size_t y = 1;
 
 struct TwinFaults : testing::Test {
-  Stage stage;
+  LiveStage stage;
 
   json twin_status() const {
-    const Stage::Answer answer = stage.ctl_twin({"--json", "status"});
+    const LiveStage::Answer answer = stage.ctl_twin({"--json", "status"});
     EXPECT_EQ(answer.status, 0) << answer.err;
     return answer.status == 0 ? json::parse(answer.out) : json();
   }
   void inject(const std::vector<std::string>& words) const {
     std::vector<std::string> command{"inject"};
     command.insert(command.end(), words.begin(), words.end());
-    const Stage::Answer answer = stage.ctl_twin(command);
+    const LiveStage::Answer answer = stage.ctl_twin(command);
     EXPECT_EQ(answer.status, 0) << answer.err;
   }
   /// Axis x faults for one of these causes, y goes on; healed and cleared, x tracks again.

@@ -24,7 +24,7 @@ const config::Config& shipped() {
 }
 
 /// The controller of both axes, and twins that are switched on one by one.
-class Bench {
+class StartSequence {
  public:
   void start_controller() { controller_.start(); }
   void start_twin(const twin::Config& config) {
@@ -57,28 +57,28 @@ class Bench {
 };
 
 TEST(StartUp, OfTheTwinFirst) {
-  Bench bench;
-  bench.start_twin(shipped().twin);
-  bench.run_for(seconds(2));
-  bench.start_controller();
-  EXPECT_TRUE(bench.track());
+  StartSequence sequence;
+  sequence.start_twin(shipped().twin);
+  sequence.run_for(seconds(2));
+  sequence.start_controller();
+  EXPECT_TRUE(sequence.track());
 }
 
 TEST(StartUp, OfTheControllerFirst) {
-  Bench bench;
-  bench.start_controller();
-  bench.run_for(seconds(2));
-  bench.start_twin(shipped().twin);
-  EXPECT_TRUE(bench.track());
+  StartSequence sequence;
+  sequence.start_controller();
+  sequence.run_for(seconds(2));
+  sequence.start_twin(shipped().twin);
+  EXPECT_TRUE(sequence.track());
 }
 
 TEST(StartUp, OfOneAxisAfterTheOther) {
-  Bench bench;
-  bench.start_twin(with_axes(shipped().twin, {"y"}));
-  bench.start_controller();
-  bench.run_for(seconds(2));
-  bench.start_twin(with_axes(shipped().twin, {"x"}));
-  EXPECT_TRUE(bench.track());
+  StartSequence sequence;
+  sequence.start_twin(with_axes(shipped().twin, {"y"}));
+  sequence.start_controller();
+  sequence.run_for(seconds(2));
+  sequence.start_twin(with_axes(shipped().twin, {"x"}));
+  EXPECT_TRUE(sequence.track());
 }
 
 /// Each node of the two axes is dark at first, and for longer than the one before.
@@ -93,23 +93,23 @@ TEST(StartUp, OfOneNodeAfterTheOther) {
         order.lasts = seconds(is_first ? 1 : 2);
         config.faults.push_back(order);
       }
-    Bench bench;
-    bench.start_controller();
-    bench.start_twin(config);
-    bench.run_for(milliseconds(1500));
-    EXPECT_TRUE(bench.track()) << "sensors first: " << sensors_first;
+    StartSequence sequence;
+    sequence.start_controller();
+    sequence.start_twin(config);
+    sequence.run_for(milliseconds(1500));
+    EXPECT_TRUE(sequence.track()) << "sensors first: " << sensors_first;
   }
 }
 
 TEST(SeveralTwins, OneForEachAxisAreToTheBitTheOneOfBoth) {
-  Bench one;
+  StartSequence one;
   one.start_twin(shipped().twin);
-  Bench two;
+  StartSequence two;
   two.start_twin(with_axes(shipped().twin, {"x"}));
   two.start_twin(with_axes(shipped().twin, {"y"}));
-  for (Bench* bench : {&one, &two}) {
-    bench->start_controller();
-    bench->run_for(seconds(3));
+  for (StartSequence* sequence : {&one, &two}) {
+    sequence->start_controller();
+    sequence->run_for(seconds(3));
   }
   ASSERT_GT(one.positions_um.size(), 4000u);
   EXPECT_EQ(one.positions_um, two.positions_um);

@@ -54,9 +54,9 @@ struct FreshVcan {
 };
 
 /// A twin, a controller and a log of what passes between them.
-class Bench {
+class LiveBench {
  public:
-  explicit Bench(Wire wire, std::string config = config_file) : wire_(wire), config_(std::move(config)) {
+  explicit LiveBench(Wire wire, std::string config = config_file) : wire_(wire), config_(std::move(config)) {
     log_ = (std::filesystem::path(testing::TempDir()) / "hil.log").string();
     // -L prints the log format with the kernel's timestamps; the shell only opens the file.
     candump = std::make_unique<Process>(std::vector<std::string>{

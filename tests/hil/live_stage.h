@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "tests/hil/bench.h"
+#include "tests/hil/live_bench.h"
 
 namespace hystcan::hil {
 
@@ -60,14 +60,16 @@ inline void expect_both_safe(const json& log) {
   }
 }
 
-struct Stage {
+struct LiveStage {
   support::ShippedCopy files;
   FreshVcan fresh;
   std::string config = (files / "piezo.toml").string();
   std::string socket = (files / "ctl.sock").string();
-  Bench bench{{"vcan0", "vcan0"}, config};
+  LiveBench bench{{"vcan0", "vcan0"}, config};
 
-  Stage() { set("controller", "control_socket = \"" + socket + "\"\nblack_box_dir = \"" + folder() + "\""); }
+  LiveStage() {
+    set("controller", "control_socket = \"" + socket + "\"\nblack_box_dir = \"" + folder() + "\"");
+  }
 
   std::string folder() const { return std::filesystem::path(config).parent_path().string(); }
 
