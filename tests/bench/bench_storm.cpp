@@ -17,5 +17,5 @@ int main(int argc, char** argv) {
   print(result);
   const bool memory_is_constant =
       result.resident_at_end_kB <= result.resident_after_warm_up_kB + resident_may_grow_kB;
-  return result.is_well() && memory_is_constant ? 0 : 1;
+  return result.has_passed() && memory_is_constant ? 0 : 1;
 }
