@@ -1,4 +1,4 @@
-// The controller's own frames: the status of an axis as it goes out, live setpoints as they are heard.
+// The controller's own frames: the axis status that it sends, and the live setpoints that it receives.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -30,11 +30,11 @@ rehearsal::Setup setup_of(bool live_setpoint) {
   return setup;
 }
 
-/// A rehearsal with an ear for statuses of both axes, and a hand.
+/// A rehearsal with a foreign node, which keeps the statuses of both axes and can send frames.
 struct ObservedLoop {
   explicit ObservedLoop(const rehearsal::Setup& setup = setup_of(true))
       : rehearsal(setup, [](const controller::CycleRecord&) {}) {
-    stranger->on_frame([this](const can::Frame& frame, can::Time when) {
+    foreign_node->on_frame([this](const can::Frame& frame, can::Time when) {
       if (frame.id == 0x281 || frame.id == 0x283) statuses.push_back({frame, when});
       if (frame.id == 0x281) last = decode(frame);
     });
@@ -46,7 +46,7 @@ struct ObservedLoop {
     statuses.clear();
   }
   void send(const can::Frame& frame) {
-    stranger->send(frame);
+    foreign_node->send(frame);
     rehearsal.run_for(milliseconds(2));
   }
   const controller::Axis& axis() { return rehearsal.controller().axis(0); }
@@ -60,11 +60,11 @@ struct ObservedLoop {
   can::Decoder<can::ControllerStatus> decode{*shipped().database.find("XControllerStatus")};
   std::optional<can::ControllerStatus> last;
   rehearsal::Rehearsal rehearsal;
-  std::unique_ptr<can::Bus> stranger = rehearsal.attach()({});
+  std::unique_ptr<can::Bus> foreign_node = rehearsal.attach()({});
 };
 
-// As docs/protocol.md annotates it.
-TEST(ControllerStatusFrame, IsTheDocumentedOneByteForByte) {
+// docs/protocol.md explains these bytes.
+TEST(ControllerStatusFrame, HasTheDocumentedBytes) {
   can::Encoder<can::ControllerStatus> encode(*shipped().database.find("XControllerStatus"));
   std::optional<can::Frame> frame;
   for (int i = 0; i < 4; ++i)  // counters 0, 1, 2, 3
@@ -78,7 +78,7 @@ TEST(ControllerStatusFrame, IsTheDocumentedOneByteForByte) {
             (can::Frame{.id = 0x281, .length = 8, .data = {0x70, 0x2F, 0xFC, 0xFF, 0x04, 0x00, 0x33, 0x2E}}));
 }
 
-TEST(ControllerStatusFrame, SaysInTheDbcTheWordsOfTheLog) {
+TEST(ControllerStatusFrame, NamesStatesAndCausesInTheDbcAsInTheLog) {
   using Words = std::map<std::int64_t, std::string>;
   Words states;
   for (std::size_t i = 0; i < controller::axis_state_count; ++i)
@@ -93,11 +93,11 @@ TEST(ControllerStatusFrame, SaysInTheDbcTheWordsOfTheLog) {
     const can::Message& message = *database.find(name);
     EXPECT_EQ(message.find("State")->values, states) << name << " in " << file;
     EXPECT_EQ(message.find("Cause")->values, causes)
-        << name << " in " << file << ": its VAL_ grows with Cause, word for word";
+        << name << " in " << file << ": its VAL_ has every Cause by the same name";
   }
 }
 
-TEST(ControllerStatus, ComesWithEachHeartbeatOfTheController) {
+TEST(ControllerStatus, IsSentWithEachHeartbeatOfTheController) {
   ObservedLoop loop;
   loop.track();
   loop.rehearsal.run_for(milliseconds(1000));
@@ -110,36 +110,38 @@ TEST(ControllerStatus, ComesWithEachHeartbeatOfTheController) {
   for (const auto& [frame, when] : loop.statuses) EXPECT_EQ(frame.length, 8);
 }
 
-TEST(ControllerStatus, TellsEveryStateOfTheStart) {
+TEST(ControllerStatus, ReportsEveryStateOfTheStart) {
   rehearsal::Setup setup = setup_of(false);
-  setup.controller.axes.resize(1);  // of several, a state of one cycle may be over before its turn comes
+  setup.controller.axes.resize(1);  // with several axes, a state may end before the axis's turn comes
   ObservedLoop loop(setup);
-  std::vector<std::uint8_t> told;
-  const auto ear = loop.rehearsal.attach()({});
-  ear->on_frame([&](const can::Frame& frame, can::Time) {
-    if (frame.id == 0x281 && (told.empty() || told.back() != frame.data[4])) told.push_back(frame.data[4]);
+  std::vector<std::uint8_t> states;
+  const auto listener = loop.rehearsal.attach()({});
+  listener->on_frame([&](const can::Frame& frame, can::Time) {
+    if (frame.id == 0x281 && (states.empty() || states.back() != frame.data[4]))
+      states.push_back(frame.data[4]);
   });
   loop.rehearsal.run_for(std::chrono::seconds(2));
-  EXPECT_EQ(told, (std::vector<std::uint8_t>{1, 2, 3, 4})) << "waiting, initialising, ready, tracking";
+  EXPECT_EQ(states, (std::vector<std::uint8_t>{1, 2, 3, 4})) << "waiting, initialising, ready, tracking";
 }
 
-TEST(ControllerStatus, TellsAFaultInTheCycleThatFindsIt) {
+TEST(ControllerStatus, ReportsAFaultInTheCycleThatFindsIt) {
   ObservedLoop loop;
   loop.track();
   loop.rehearsal.run_for(milliseconds(50));  // between two heartbeats
   loop.statuses.clear();
   const can::Time before = loop.rehearsal.clock().now();
-  loop.stranger->send(can::heartbeat_frame(1, can::NmtState::boot_up));
+  loop.foreign_node->send(can::heartbeat_frame(1, can::NmtState::boot_up));
   loop.rehearsal.run_for(milliseconds(5));
-  const auto told =
+  const auto reported =
       std::ranges::find(loop.statuses, 0x281u, [](const auto& heard) { return heard.frame.id; });
-  ASSERT_NE(told, loop.statuses.end());
-  EXPECT_EQ(told->frame.data[4], static_cast<std::uint8_t>(AxisState::faulted));
-  EXPECT_EQ(told->frame.data[5], static_cast<std::uint8_t>(Cause::node_restarted));
-  EXPECT_LT(told->when - before, milliseconds(2)) << "the boot-up is acted on in the cycle that follows it";
+  ASSERT_NE(reported, loop.statuses.end());
+  EXPECT_EQ(reported->frame.data[4], static_cast<std::uint8_t>(AxisState::faulted));
+  EXPECT_EQ(reported->frame.data[5], static_cast<std::uint8_t>(Cause::node_restarted));
+  EXPECT_LT(reported->when - before, milliseconds(2))
+      << "the controller acts on the boot-up in the next cycle";
 }
 
-TEST(ControllerStatus, IsNotSentWhereTheDatabaseHasNone) {
+TEST(ControllerStatus, IsNotSentWhenTheDatabaseHasNoSuchMessage) {
   rehearsal::Setup setup = setup_of(false);
   std::erase_if(setup.database.messages, [](const can::Message& message) {
     return message.name.ends_with("ControllerStatus") || message.name == "XSetpoint" ||
@@ -157,20 +159,20 @@ can::Frame setpoint(std::array<std::uint8_t, 8> bytes) {
   return frame;
 }
 
-// Literal bytes: what anybody with a CAN adapter would send.
+// Literal bytes, as a user with a CAN adapter sends them.
 constexpr std::array<std::uint8_t, 8> go_to_12500_nm{0x20, 0xBC, 0xBE, 0x00, 0x01, 0x00, 0x00, 0x91};
 constexpr std::array<std::uint8_t, 8> follow_again{0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x01, 0xE5};
 constexpr std::array<std::uint8_t, 8> go_to_40_um{0x00, 0x5A, 0x62, 0x02, 0x01, 0x00, 0x02, 0x22};
 constexpr std::array<std::uint8_t, 8> mode_7{0x40, 0x81, 0xBA, 0x01, 0x07, 0x00, 0x03, 0x5F};
 
-TEST(LiveSetpoint, IsTakenWhileTrackingAndTheReferenceIsResumed) {
+TEST(LiveSetpoint, IsFollowedWhileTrackingUntilTheReferenceIsResumed) {
   ObservedLoop loop;
   loop.track();
   loop.send(setpoint(go_to_12500_nm));
   loop.rehearsal.run_for(milliseconds(3));
   EXPECT_TRUE(loop.axis().report().point.live);
   EXPECT_EQ(loop.counters().taken, 1u);
-  EXPECT_FALSE(loop.rehearsal.controller().axis(1).report().point.live) << "y was not meant";
+  EXPECT_FALSE(loop.rehearsal.controller().axis(1).report().point.live) << "the frame is not for y";
   loop.rehearsal.run_for(milliseconds(1500));
   EXPECT_EQ(loop.axis().report().reference_um, 12.5);
   EXPECT_NEAR(loop.axis().report().position_um, 12.5, 0.01);
@@ -181,7 +183,7 @@ TEST(LiveSetpoint, IsTakenWhileTrackingAndTheReferenceIsResumed) {
   EXPECT_EQ(loop.counters().refused(), 0u);
 }
 
-TEST(LiveSetpoint, IsRefusedAndCountedWhereItCannotBeFollowed) {
+TEST(LiveSetpoint, IsRefusedAndCountedWhenItCannotBeFollowed) {
   ObservedLoop loop;
   loop.rehearsal.run_for(milliseconds(500));  // initialising
   loop.send(setpoint(go_to_12500_nm));
@@ -198,9 +200,9 @@ TEST(LiveSetpoint, IsRefusedAndCountedWhereItCannotBeFollowed) {
             "0 live setpoints taken, refused: 1 not tracking, 1 out of range, 1 unknown mode");
 }
 
-// The model reaches 1.5 um, coming down to its lower threshold, to 30 um at its upper one:
-// config/piezo.model.toml.
-TEST(LiveSetpoint, IsRefusedBeyondWhatTheModelReaches) {
+// The model of config/piezo.model.toml reaches from 1.5 um, when it comes down to its lower threshold, to
+// 30 um at its upper one.
+TEST(LiveSetpoint, IsRefusedOutsideTheRangeOfTheModel) {
   ObservedLoop loop;
   loop.track();
   can::Encoder<can::Setpoint> encode(*shipped().database.find("XSetpoint"));
@@ -215,7 +217,7 @@ TEST(LiveSetpoint, IsRefusedBeyondWhatTheModelReaches) {
   EXPECT_TRUE(refused(30.1));
 }
 
-TEST(LiveSetpoint, ThatIsDamagedOrRepeatedIsRejectedByItsCause) {
+TEST(LiveSetpoint, IsRejectedWithItsCauseWhenDamagedOrRepeated) {
   ObservedLoop loop;
   loop.track();
   can::Frame damaged = setpoint(go_to_12500_nm);
@@ -228,14 +230,14 @@ TEST(LiveSetpoint, ThatIsDamagedOrRepeatedIsRejectedByItsCause) {
   EXPECT_FALSE(loop.axis().report().point.live);
   loop.send(setpoint(go_to_12500_nm));
   loop.send(setpoint(go_to_12500_nm));  // the same counter
-  std::string told;
+  std::string description;
   for (const can::RejectedFrames& rejected : loop.rehearsal.controller().rejected())
-    if (rejected.message == "XSetpoint") told = describe(rejected);
-  EXPECT_EQ(told, "XSetpoint: rejected: 1 wrong length, 1 wrong CRC, 1 repeated counter");
+    if (rejected.message == "XSetpoint") description = describe(rejected);
+  EXPECT_EQ(description, "XSetpoint: rejected: 1 wrong length, 1 wrong CRC, 1 repeated counter");
   EXPECT_EQ(loop.counters().taken, 1u);
 }
 
-TEST(LiveSetpoint, IsNotHeardByAControllerThatIsNotConfiguredTo) {
+TEST(LiveSetpoint, IsIgnoredByAControllerThatIsNotConfiguredForIt) {
   ObservedLoop loop(setup_of(false));
   loop.track();
   loop.send(setpoint(go_to_12500_nm));
@@ -244,7 +246,7 @@ TEST(LiveSetpoint, IsNotHeardByAControllerThatIsNotConfiguredTo) {
   EXPECT_FALSE(loop.rehearsal.controller().live_setpoints(0));
 }
 
-TEST(OwnFrames, AllocateNothing) {
+TEST(ControllerFrames, AllocateNothing) {
   ObservedLoop loop;
   loop.track();
   loop.statuses.reserve(1000);
