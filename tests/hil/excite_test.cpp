@@ -1,4 +1,4 @@
-// The round of a new actuator on real SocketCAN (docs/new_actuator.md): excite, identify, check, controller.
+// The way of a new actuator on real SocketCAN (docs/new_actuator.md): excite, identify, check, controller.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ using hil::milliseconds;
 using hil::Process;
 using identification::Dataset;
 
-/// Some seconds of it: one major loop, three nested ones, three reversal curves each way.
+/// A program of some seconds: one major loop, three nested ones, three reversal curves each way.
 const std::vector<std::string> short_program{"--period", "1", "--cycles", "1", "--levels", "3"};
 constexpr double slew_V_per_s = 200.0;
 
@@ -28,7 +28,7 @@ std::filesystem::path in_scratch(const char* name) {
   return std::filesystem::path(testing::TempDir()) / name;
 }
 
-/// What the program records on the bench.
+/// The dataset that `excite` measures on the bus.
 Dataset excited(LiveBench& bench, std::vector<std::string> options) {
   const auto file = in_scratch("excited.csv");
   options.insert(options.end(), {"--output", file.string()});
@@ -46,7 +46,7 @@ Dataset rehearsed(std::vector<std::string> options) {
   return config::load_dataset(file).record;
 }
 
-/// Greatest difference between rows of the same time, to the nearest cycle.
+/// The largest difference between rows of the same time, to the nearest cycle.
 struct Difference {
   double input = 0.0;
   double output = 0.0;
@@ -64,9 +64,9 @@ Difference difference(const Dataset& record, const Dataset& expected) {
   return d;
 }
 
-// The same drive at the same time, but for the jitter of the cycles: two of them are allowed, at 200 V/s 0.4
-// V, which the steepest part of the curves, 0.4 um/V, and a resonance that doubles it turn into 0.32 um.
-TEST(Vcan, ExciteRecordsWhatItsRehearsalDoesAndNoDriveLeavesTheLimits) {
+// The drive is the same at the same time, except for jitter. Two cycles are allowed: 0.4 V at 200 V/s. The
+// steepest part of the curves, 0.4 um/V, and a resonance that doubles it make 0.32 um of that.
+TEST(Vcan, ExciteMeasuresTheSameDatasetAsItsRehearsalWithinTheDriveLimits) {
   const Dataset expected = rehearsed(short_program);
   LiveBench bench({"vcan0", "vcan0"});
   const Dataset record = excited(bench, short_program);
@@ -84,13 +84,13 @@ TEST(Vcan, ExciteRecordsWhatItsRehearsalDoesAndNoDriveLeavesTheLimits) {
   EXPECT_NEAR(log.at("drive_range")[1], 100.0, 1e-6) << "drive_max_V";
   EXPECT_EQ(log.at("last_command").at("enable"), 0);
   EXPECT_EQ(log.at("last_command").at("setpoint"), 0.0);
-  EXPECT_EQ(log.at("seen").value("YAmpCommand", 0), 0) << "the other axis is left alone";
+  EXPECT_EQ(log.at("seen").value("YAmpCommand", 0), 0) << "the other axis is not driven";
   EXPECT_FALSE(log.at("seen").contains("XAmpEmcy"));
 }
 
-// SYNCs are sent some microseconds late. 50 us at 200 V/s are 10 mV, or 4 nm; two records' noise of 0.3 nm,
-// six times its deviation, 2.5 nm more.
-TEST(Icount, ExciteRecordsWhatItsRehearsalDoesToNanometres) {
+// SYNCs are sent some microseconds late. 50 us at 200 V/s are 10 mV, or 4 nm. The noise of two datasets,
+// 0.3 nm each, adds 2.5 nm at six standard deviations.
+TEST(Icount, ExciteMeasuresTheSameDatasetAsItsRehearsalToNanometres) {
   const Dataset expected = rehearsed(short_program);
   LiveBench bench({"vcan0", "vcan0"});
   const Dataset record = excited(bench, short_program);
@@ -101,10 +101,10 @@ TEST(Icount, ExciteRecordsWhatItsRehearsalDoesToNanometres) {
   EXPECT_LT(d.output, 0.0065);
 }
 
-// Nobody has measured the twin's stage: the controller begins with a straight line for a model. What it
-// identifies on the bus is the plant, but for noise and resonance, and tracks it the better: the shipped
-// model is off by 3 % and leaves 0.053 um.
-TEST(Vcan, NewActuatorIsRecordedIdentifiedAndTracked) {
+// The twin's stage is unknown at first: the model is a straight line. The model identified on the bus is the
+// plant, except for noise and resonance. It tracks better than the shipped model, which differs by 3 % and
+// leaves 0.053 um.
+TEST(Vcan, NewActuatorIsMeasuredIdentifiedAndTracked) {
   const support::ShippedCopy stage;
   const std::string config = (stage / "piezo.toml").string(), model = (stage / "piezo.model.toml").string();
   const std::string record = (stage / "loops.csv").string();
@@ -130,7 +130,7 @@ TEST(Vcan, NewActuatorIsRecordedIdentifiedAndTracked) {
   const json axis = json::parse(bench.controller->out()).at("axes")[0];
   std::printf("identified on vcan0: %s; tracked to %s %% RMS\n", identify.out().c_str(),
               axis.at("rms_percent").dump().c_str());
-  EXPECT_LT(axis.at("rms_percent"), 0.17) << "what the shipped model leaves";
+  EXPECT_LT(axis.at("rms_percent"), 0.17) << "the error with the shipped model";
 }
 
 TEST(Vcan, ControlCOnExciteRampsDownAndKeepsTheRowsSoFar) {

@@ -15,9 +15,9 @@ using hil::LiveBench;
 using hil::milliseconds;
 using hil::Process;
 
-// The twin is the one of the rehearsal, so that the bus finds what its rehearsal does, but for the jitter of
-// the SYNC: some microseconds of a delay of 106, some parts in a thousand of frequency and gain.
-TEST(Vcan, TuneProposesOnTheBusWhatItsRehearsalDoes) {
+// The twin is that of the rehearsal, so that both give the same values, except for the jitter of the SYNC:
+// some microseconds of a delay of 106, some parts in a thousand of frequency and gain.
+TEST(Vcan, TuneProposesTheSameValuesOnTheBusAsInItsRehearsal) {
   const support::ShippedCopy stage;
   const std::string config = (stage / "piezo.toml").string(), output = (stage / "tuning.toml").string();
   Process rehearsal({HYSTCAN_PROGRAM, "tune", config, "--rehearse", "--output", output, "--json"});
@@ -47,10 +47,10 @@ TEST(Vcan, TuneProposesOnTheBusWhatItsRehearsalDoes) {
   std::this_thread::sleep_for(milliseconds(100));
   const json log = bench.decoded();
   EXPECT_TRUE(log.at("wrong").empty()) << log.at("wrong");
-  EXPECT_LE(log.at("drive_range")[1].get<double>(), 51.0 + 1e-6) << "1 % about the middle";
+  EXPECT_LE(log.at("drive_range")[1].get<double>(), 51.0 + 1e-6) << "1 % around the middle";
   EXPECT_EQ(log.at("last_command").at("enable"), 0);
   EXPECT_EQ(log.at("last_command").at("setpoint"), 0.0);
-  EXPECT_EQ(log.at("seen").value("YAmpCommand", 0), 0) << "the other axis is left alone";
+  EXPECT_EQ(log.at("seen").value("YAmpCommand", 0), 0) << "the other axis is not driven";
 }
 
 TEST(Vcan, ControlCOnTuneRampsDownAndProposesNothing) {
