@@ -1,6 +1,6 @@
 // A day of random faults in virtual time, under the monitor on the wire.
 //
-//   bench_storm [HOURS = 24] [SEED = 1]      exit status 1 where anything was not as it must be
+//   bench_storm [HOURS = 24] [SEED = 1]      exit status 1 if any requirement is not met
 #include <cstdio>
 #include <cstdlib>
 

@@ -52,13 +52,13 @@ struct Difference {
   double output = 0.0;
   std::size_t rows = 0;
 };
-Difference difference(const Dataset& record, const Dataset& expected) {
+Difference difference(const Dataset& dataset, const Dataset& expected) {
   Difference d;
-  for (std::size_t i = 0; i < record.size(); ++i) {
-    const auto n = static_cast<std::size_t>(std::llround(record.time_s[i] * 1e3));
+  for (std::size_t i = 0; i < dataset.size(); ++i) {
+    const auto n = static_cast<std::size_t>(std::llround(dataset.time_s[i] * 1e3));
     if (n >= expected.size()) continue;
-    d.input = std::max(d.input, std::abs(record.input[i] - expected.input[n]));
-    d.output = std::max(d.output, std::abs(record.output[i] - expected.output[n]));
+    d.input = std::max(d.input, std::abs(dataset.input[i] - expected.input[n]));
+    d.output = std::max(d.output, std::abs(dataset.output[i] - expected.output[n]));
     ++d.rows;
   }
   return d;
@@ -69,10 +69,10 @@ Difference difference(const Dataset& record, const Dataset& expected) {
 TEST(Vcan, ExciteMeasuresTheSameDatasetAsItsRehearsalWithinTheDriveLimits) {
   const Dataset expected = rehearsed(short_program);
   LiveBench bench({"vcan0", "vcan0"});
-  const Dataset record = excited(bench, short_program);
-  const Difference d = difference(record, expected);
+  const Dataset dataset = excited(bench, short_program);
+  const Difference d = difference(dataset, expected);
   std::printf("excite: %zu rows on vcan0, %zu rehearsed; greatest difference %.6f V, %.6f um\n",
-              record.size(), expected.size(), d.input, d.output);
+              dataset.size(), expected.size(), d.input, d.output);
   EXPECT_GT(d.rows, expected.size() * 95 / 100) << "lost cycles";
   EXPECT_LT(d.input, 2e-3 * slew_V_per_s);
   EXPECT_LT(d.output, 2e-3 * slew_V_per_s * 0.8);
@@ -93,10 +93,10 @@ TEST(Vcan, ExciteMeasuresTheSameDatasetAsItsRehearsalWithinTheDriveLimits) {
 TEST(Icount, ExciteMeasuresTheSameDatasetAsItsRehearsalToNanometres) {
   const Dataset expected = rehearsed(short_program);
   LiveBench bench({"vcan0", "vcan0"});
-  const Dataset record = excited(bench, short_program);
-  EXPECT_NEAR(static_cast<double>(record.size()), static_cast<double>(expected.size()), 1.0)
+  const Dataset dataset = excited(bench, short_program);
+  EXPECT_NEAR(static_cast<double>(dataset.size()), static_cast<double>(expected.size()), 1.0)
       << "the last cycle may fall on either side of the end";
-  const Difference d = difference(record, expected);
+  const Difference d = difference(dataset, expected);
   EXPECT_LT(d.input, 0.010);
   EXPECT_LT(d.output, 0.0065);
 }
@@ -107,18 +107,18 @@ TEST(Icount, ExciteMeasuresTheSameDatasetAsItsRehearsalToNanometres) {
 TEST(Vcan, NewActuatorIsMeasuredIdentifiedAndTracked) {
   const support::ShippedCopy stage;
   const std::string config = (stage / "piezo.toml").string(), model = (stage / "piezo.model.toml").string();
-  const std::string record = (stage / "loops.csv").string();
+  const std::string dataset = (stage / "loops.csv").string();
   std::ofstream(model)
       << "[hysteresis]\nkind = \"recursive-memory\"\ninput_unit = \"V\"\noutput_unit = \"um\"\n"
          "input_min = 0.0\ninput_max = 100.0\nbasis = \"power\"\nascending = [0.0, 0.3]\n"
          "descending = [0.0, 0.3]\nk_ascending = 0.01\nk_descending = 0.01\nsymmetry = \"none\"\n";
   LiveBench bench({"vcan0", "vcan0"});
   std::vector<std::string> options = short_program;
-  options.insert(options.end(), {"--output", record});
+  options.insert(options.end(), {"--output", dataset});
   bench.start("excite", options, config);
   ASSERT_EQ(bench.controller->wait(), 0) << bench.controller->err();
 
-  Process identify({HYSTCAN_PROGRAM, "identify", record, "--output", model, "--thresholds", "observed",
+  Process identify({HYSTCAN_PROGRAM, "identify", dataset, "--output", model, "--thresholds", "observed",
                     "--order", "3", "--json"});
   ASSERT_EQ(identify.wait(), 0) << identify.err();
   EXPECT_LT(json::parse(identify.out()).at("rms_percent"), 0.1);
