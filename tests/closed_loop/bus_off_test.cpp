@@ -140,7 +140,7 @@ TEST_F(ControllerOffTheBus, TracksAgainOnlyAfterANewStartThatMayClearFaults) {
   switch_on(false);
   run_for(milliseconds(1000));
   EXPECT_EQ(controller->axis(0).fault().cause, Cause::amplifier_fault)
-      << "the amplifier's watchdog has tripped in the silence";
+      << "the amplifier's watchdog has tripped without commands";
   controller.reset();
   run_for(milliseconds(1));  // its last frame may still be on the wire
   switch_on(true);
@@ -156,8 +156,8 @@ TEST_F(ControllerOffTheBus, StartsEachNodeAgainAfterABusOffWhileWaiting) {
   run_for(milliseconds(50));
   connection->enter(BusState::active);
   run_for(milliseconds(1));
-  EXPECT_EQ(controller->axis(0).state(), AxisState::waiting) << "what was heard before bus-off is forgotten";
-  EXPECT_TRUE(tracks()) << "nothing was armed, so nothing has to be cleared";
+  EXPECT_EQ(controller->axis(0).state(), AxisState::waiting) << "frames from before the bus-off no longer count";
+  EXPECT_TRUE(tracks()) << "no axis was armed, so that no fault has to be cleared";
   EXPECT_GT(connection->nmt_frames(), before);
 }
 

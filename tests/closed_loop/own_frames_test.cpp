@@ -52,11 +52,11 @@ struct ObservedLoop {
   const controller::Axis& axis() { return rehearsal.controller().axis(0); }
   controller::SetpointCounters counters() { return *rehearsal.controller().live_setpoints(0); }
 
-  struct Heard {
+  struct ReceivedFrame {
     can::Frame frame;
     can::Time when;
   };
-  std::vector<Heard> statuses;
+  std::vector<ReceivedFrame> statuses;
   can::Decoder<can::ControllerStatus> decode{*shipped().database.find("XControllerStatus")};
   std::optional<can::ControllerStatus> last;
   rehearsal::Rehearsal rehearsal;
@@ -133,7 +133,7 @@ TEST(ControllerStatus, ReportsAFaultInTheCycleThatFindsIt) {
   loop.foreign_node->send(can::heartbeat_frame(1, can::NmtState::boot_up));
   loop.rehearsal.run_for(milliseconds(5));
   const auto reported =
-      std::ranges::find(loop.statuses, 0x281u, [](const auto& heard) { return heard.frame.id; });
+      std::ranges::find(loop.statuses, 0x281u, [](const auto& received) { return received.frame.id; });
   ASSERT_NE(reported, loop.statuses.end());
   EXPECT_EQ(reported->frame.data[4], static_cast<std::uint8_t>(AxisState::faulted));
   EXPECT_EQ(reported->frame.data[5], static_cast<std::uint8_t>(Cause::node_restarted));

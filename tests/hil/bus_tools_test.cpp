@@ -304,10 +304,10 @@ TEST_F(KvaserBusTools, RecordOnBothCardsWritesWhatCandumpWritesFrameByFrame) {
   }
   EXPECT_EQ(read("record0.log"), read("candump0.log"));
   EXPECT_EQ(read("record1.log"), read("candump1.log"));
-  std::vector<std::string> heard = frames_of(read("record0.log"));
-  for (std::string& frame : heard) frame[3] = '1';
-  EXPECT_EQ(heard.size(), 404U);
-  EXPECT_EQ(frames_of(read("record1.log")), heard) << "both cards receive the same frames";
+  std::vector<std::string> received = frames_of(read("record0.log"));
+  for (std::string& frame : received) frame[3] = '1';
+  EXPECT_EQ(received.size(), 404U);
+  EXPECT_EQ(frames_of(read("record1.log")), received) << "both cards receive the same frames";
 }
 
 /// The frames with this identifier.

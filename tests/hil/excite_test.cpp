@@ -34,7 +34,7 @@ Dataset excited(LiveBench& bench, std::vector<std::string> options) {
   options.insert(options.end(), {"--output", file.string()});
   bench.start("excite", options);
   EXPECT_EQ(bench.controller->wait(), 0) << bench.controller->err();
-  return config::load_dataset(file).record;
+  return config::load_dataset(file).dataset;
 }
 
 Dataset rehearsed(std::vector<std::string> options) {
@@ -43,7 +43,7 @@ Dataset rehearsed(std::vector<std::string> options) {
                  {HYSTCAN_PROGRAM, "excite", config_file, "--rehearse", "--output", file.string()});
   Process program(options);
   EXPECT_EQ(program.wait(), 0) << program.err();
-  return config::load_dataset(file).record;
+  return config::load_dataset(file).dataset;
 }
 
 /// The largest difference between rows of the same time, to the nearest cycle.
@@ -142,7 +142,7 @@ TEST(Vcan, ControlCOnExciteRampsDownAndKeepsTheRowsSoFar) {
   bench.controller->send(SIGINT);
   EXPECT_EQ(bench.controller->wait(), 1);
   EXPECT_NE(bench.controller->err().find("stopped after"), std::string::npos) << bench.controller->err();
-  EXPECT_GT(config::load_dataset(file).record.size(), 100u);
+  EXPECT_GT(config::load_dataset(file).dataset.size(), 100u);
   std::this_thread::sleep_for(milliseconds(100));
   const json log = bench.decoded();
   EXPECT_EQ(log.at("last_command").at("enable"), 0);

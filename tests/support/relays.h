@@ -13,7 +13,7 @@ namespace hystcan::support {
 ///
 ///   on at v >= level(i + 1),   off at v <= level(j).
 ///
-/// At a level, each cell of the Everett form is also either wholly on or wholly off.
+/// At these inputs, each cell of the Everett form is either wholly on or wholly off, too.
 class Relays {
  public:
   explicit Relays(const model::PreisachParameters& parameters) : p_(parameters) {
