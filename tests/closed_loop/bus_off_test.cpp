@@ -156,7 +156,8 @@ TEST_F(ControllerOffTheBus, StartsEachNodeAgainAfterABusOffWhileWaiting) {
   run_for(milliseconds(50));
   connection->enter(BusState::active);
   run_for(milliseconds(1));
-  EXPECT_EQ(controller->axis(0).state(), AxisState::waiting) << "frames from before the bus-off no longer count";
+  EXPECT_EQ(controller->axis(0).state(), AxisState::waiting)
+      << "frames from before the bus-off no longer count";
   EXPECT_TRUE(tracks()) << "no axis was armed, so that no fault has to be cleared";
   EXPECT_GT(connection->nmt_frames(), before);
 }
