@@ -1,12 +1,11 @@
-// What an axis-cycle costs, from 1 to 32 axes in one process: it should not grow with their number.
+// The time of an axis-cycle with 1 to 32 axes in one process: it must not grow with their number.
 //
-//   bench_axes        ns per axis-cycle, and the ratio to a single axis
+//   bench_axes        prints ns per axis-cycle, and the ratio to a single axis
 //
-// whole loop        controller, twin and simulated bus; that bus shows every frame to every node, whose
-// number
-//                   grows with the axes, which no real bus costs the controller
-// controller alone  the controller on a bus that is none: it is handed the samples, statuses and heartbeats
-//                   that would come, encoded beforehand, and its own frames go nowhere
+//   whole loop        controller, twin and simulated bus; this bus gives every frame to every node, whose
+//                     number grows with the axes; a real bus does not cost the controller this time
+//   controller alone  the controller without a bus: it gets samples, statuses and heartbeats that are encoded
+//                     beforehand, and its own frames go nowhere
 
 #include <algorithm>
 #include <chrono>
@@ -29,9 +28,9 @@ using namespace hystcan;
 constexpr int repetitions = 5;
 constexpr double budget_ratio = 1.2;
 
-/// The best of some repetitions: what the machine can do when it is left alone.
+/// The best of some repetitions: the speed without disturbance by other programs.
 template <class Run>
-double least_of(Run run) {
+double best_of(Run run) {
   double least = run();
   for (int i = 1; i < repetitions; ++i) least = std::min(least, run());
   return least;
@@ -50,7 +49,7 @@ double whole_loop_ns(const rehearsal::Setup& setup) {
   return 1e9 * elapsed_s / static_cast<double>((loop.controller().counters().cycles - cycles_before) * axes);
 }
 
-/// Takes what is sent, and says nothing of its own accord.
+/// Counts the frames that are sent and drops them; gives the owner only the frames of deliver().
 class DeafBus final : public can::Bus {
  public:
   bool send(const can::Frame&) override {
@@ -61,14 +60,14 @@ class DeafBus final : public can::Bus {
   void on_state(StateHandler) override {}
   can::BusState state() const override { return can::BusState::active; }
   const can::BusCounters& counters() const override { return counters_; }
-  void hear(const can::Frame& frame, can::Time now) { handler_(frame, now); }
+  void deliver(const can::Frame& frame, can::Time now) { handler_(frame, now); }
 
  private:
   FrameHandler handler_;
   can::BusCounters counters_;
 };
 
-/// Both nodes of each axis, as the controller hears them.
+/// The frames that the controller receives from both nodes of each axis.
 class Nodes {
  public:
   explicit Nodes(const rehearsal::Setup& setup) {
@@ -80,8 +79,7 @@ class Nodes {
                            *can::find_layout<can::AmpStatus>(setup.database, axis.wire)),
                        .wire = axis.wire});
   }
-  /// What comes in one cycle, for the axes in turn. Statuses come in every tenth, heartbeats in every
-  /// hundredth.
+  /// Appends the frames of one cycle. Statuses come in every tenth cycle, heartbeats in every hundredth.
   void append(std::uint64_t cycle, std::vector<can::Frame>& frames) {
     const auto counter = static_cast<std::uint8_t>(cycle % can::sync_counter_max + 1);
     for (Axis& axis : axes_) frames.push_back(*axis.sample({.position_um = 15.0, .sync_counter = counter}));
@@ -136,7 +134,7 @@ double controller_ns(rehearsal::Setup setup) {
     }
     const double start_s = bench::cpu_s();
     for (const std::vector<can::Frame>& of_cycle : frames) {
-      for (const can::Frame& frame : of_cycle) bus->hear(frame, clock.now());
+      for (const can::Frame& frame : of_cycle) bus->deliver(frame, clock.now());
       clock.run_until(clock.now() + period);
     }
     if (cycle < warm_up) continue;
@@ -157,8 +155,8 @@ int main() {
   double whole_of_one = 0.0, controller_of_one = 0.0, ratio = 0.0;
   for (const std::size_t axes : {1u, 2u, 4u, 8u, 16u, 32u}) {
     const rehearsal::Setup setup = bench::many_axes(config, axes);
-    const double whole = least_of([&] { return whole_loop_ns(setup); });
-    const double alone = least_of([&] { return controller_ns(setup); });
+    const double whole = best_of([&] { return whole_loop_ns(setup); });
+    const double alone = best_of([&] { return controller_ns(setup); });
     if (axes == 1) whole_of_one = whole, controller_of_one = alone;
     ratio = alone / controller_of_one;
     std::printf("%4zu   %8.0f  x %-8.2f   %8.0f  x %.2f\n", axes, whole, whole / whole_of_one, alone, ratio);

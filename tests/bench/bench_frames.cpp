@@ -1,5 +1,5 @@
-// What a frame costs: encoded and sealed, checked and decoded by the layouts that the DBC gives, beside the
-// same frame packed by hand with a CRC taken bit by bit, in one run.
+// The time to encode and seal a frame, and to check and decode it, with the layouts of the DBC. In the same
+// run the same frame is packed by hand, with a CRC computed bit by bit.
 //
 //   bench_frames      prints ns per frame and the ratio
 #include <algorithm>
@@ -21,7 +21,7 @@ using Clock = std::chrono::steady_clock;
 constexpr int repetitions = 7;
 constexpr int frames = 1'000'000;
 
-/// Nanoseconds of one of `frames` steps, the best of some repetitions.
+/// Nanoseconds for each of `frames` steps, the best of some repetitions.
 template <class Step>
 double best_ns(Step step) {
   double best = 1e99;

@@ -1,5 +1,5 @@
-// A record of 100 000 samples to a model: seconds of processor time beside the budget, order chosen and order
-// 10; then memory against samples.
+// The identification of a model from a dataset of 100 000 samples: seconds of processor time beside the
+// budget, with the order chosen and with order 10; then the memory against the number of samples.
 //
 //   bench_identify
 #include <sys/resource.h>
@@ -27,8 +27,8 @@ constexpr std::size_t samples = 100'000;
 constexpr double budget_s = 2.0;
 constexpr int repetitions = 3;
 
-/// Thirty cycles of 30 um between a fixed lower and a rising upper turning point, then back inside; 0.1 %
-/// noise.
+/// Thirty cycles of 30 um between a fixed lower and a rising upper turning point, then nested ones; the noise
+/// is 0.1 %.
 Dataset made(std::size_t count) {
   const model::Interval range{0.0, 100.0};
   const model::Hysteresis truth({"V",
@@ -41,45 +41,45 @@ Dataset made(std::size_t count) {
   std::mt19937_64 random(1);
   std::normal_distribution<double> noise(0.0, 0.03);
   model::HysteresisState state = truth.at_lower_threshold();
-  Dataset record{"V", "um", {}, {}, {}};
+  Dataset dataset{"V", "um", {}, {}, {}};
   for (std::size_t i = 0; i < count; ++i) {
     const double t = static_cast<double>(i) / static_cast<double>(count - 1);
     const double height = t < 0.5 ? 0.2 + 1.6 * t : 1.0 - 1.2 * (t - 0.5);
     const double low = t < 0.5 ? 0.0 : 60.0 * (t - 0.5);
     const double swing = 0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * 30.0 * t);
-    record.time_s.push_back(1e-4 * static_cast<double>(i));
-    record.input.push_back(low + (100.0 * height - low) * swing);
-    record.output.push_back(truth.advance(state, record.input.back()).value + noise(random));
+    dataset.time_s.push_back(1e-4 * static_cast<double>(i));
+    dataset.input.push_back(low + (100.0 * height - low) * swing);
+    dataset.output.push_back(truth.advance(state, dataset.input.back()).value + noise(random));
   }
-  return record;
+  return dataset;
 }
 
-Identified identified(const Dataset& record, std::optional<int> order) {
+Identified identified(const Dataset& dataset, std::optional<int> order) {
   IdentifyOptions options;
   options.order = order;
-  return identify({record}, options);
+  return identify({dataset}, options);
 }
 
-void time_it(const char* what, const Dataset& record, std::optional<int> order) {
+void time_it(const char* what, const Dataset& dataset, std::optional<int> order) {
   double best_s = 0.0;
   Identified found;
   for (int i = 0; i < repetitions; ++i) {
     const std::clock_t before = std::clock();
-    found = identified(record, order);
+    found = identified(dataset, order);
     const double now_s = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
     best_s = i == 0 ? now_s : std::min(best_s, now_s);
   }
-  std::printf("%zu samples, %s: %.2f s, order %d, %.3f %% RMS; budget %.1f s: %s\n", record.size(), what,
+  std::printf("%zu samples, %s: %.2f s, order %d, %.3f %% RMS; budget %.1f s: %s\n", dataset.size(), what,
               best_s, found.search.order, 100.0 * found.overall.rms / found.output_span, budget_s,
               best_s <= budget_s ? "met" : "missed");
 }
 
-/// Of a process of its own, which makes the record and, where asked, identifies from it.
+/// The peak memory of a child process that makes the dataset and, if `identifying`, identifies from it.
 double peak_MB(std::size_t count, bool identifying) {
   const pid_t child = fork();
   if (child == 0) {
-    const Dataset record = made(count);
-    if (identifying) identified(record, 10);
+    const Dataset dataset = made(count);
+    if (identifying) identified(dataset, 10);
     _exit(0);
   }
   int status = 0;
@@ -93,11 +93,11 @@ double peak_MB(std::size_t count, bool identifying) {
 int main() {
   const double small = peak_MB(samples, true) - peak_MB(samples, false);
   const double large = peak_MB(4 * samples, true) - peak_MB(4 * samples, false);
-  const Dataset record = made(samples);
-  time_it("order chosen", record, std::nullopt);
-  time_it("order 10", record, 10);
+  const Dataset dataset = made(samples);
+  time_it("order chosen", dataset, std::nullopt);
+  time_it("order 10", dataset, 10);
   std::printf(
-      "memory beside the record's own: %zu samples %.1f MB, %zu samples %.1f MB, %.2f times; linear (4.4): "
+      "memory beside the dataset's own: %zu samples %.1f MB, %zu samples %.1f MB, %.2f times; linear (4.4): "
       "%s\n",
       samples, small, 4 * samples, large, large / small, large <= 4.4 * small ? "met" : "missed");
 }

@@ -1,7 +1,7 @@
 // The whole closed loop in virtual time: frames encoded and decoded both ways, the simulated bus in between.
 //
-//   bench_loop        prints axis-cycles per second beside the budget, and beside the model alone in the same
-//   run
+//   bench_loop        prints axis-cycles per second beside the budget, and beside the model alone in the
+//                     same run
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -23,7 +23,7 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// The best of some repetitions: what the machine can do when it is left alone.
+/// The best of some repetitions: the speed without disturbance by other programs.
 template <class Run>
 double best_of(Run run) {
   double best = 0.0;
@@ -34,7 +34,7 @@ double best_of(Run run) {
 double loop_cycles_per_s(const rehearsal::Setup& setup) {
   rehearsal::Rehearsal loop(setup, [](const controller::CycleRecord&) {});
   loop.start();
-  loop.run_for(std::chrono::seconds(2));  // tracking by now
+  loop.run_for(std::chrono::seconds(2));  // the axes track by now
   const auto cycles_before = loop.controller().counters().cycles;
   const auto start = Clock::now();
   loop.run_for(std::chrono::seconds(10));
@@ -44,8 +44,8 @@ double loop_cycles_per_s(const rehearsal::Setup& setup) {
          elapsed_s;
 }
 
-/// The baseline: what the mathematics of a cycle cost without frames and bus: one inverse and its advance for
-/// the controller, one advance for the plant.
+/// The baseline is the mathematics of a cycle without frames and bus: one inverse and its advance for the
+/// controller, one advance for the plant.
 double model_cycles_per_s(const rehearsal::Setup& setup) {
   const model::Hysteresis model(setup.controller.axes.front().axis.law.model);
   model::HysteresisState controller = model.at_lower_threshold();

@@ -1,5 +1,5 @@
-// Nanoseconds per step of the hysteresis model beside their budgets (docs/theory.md), and beside the models
-// that are usual: play operators, Preisach relays, and the recursion as the paper writes it. All in one run.
+// Nanoseconds per step of the hysteresis model beside their budgets (docs/theory.md), and beside the usual
+// models in the same run: play operators, Preisach relays, and the recursion as the paper writes it.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace {
 
 using namespace hystcan::model;
 
-/// Of third order, as of a piezo stage, or of tenth, as of Galfenol; both on [0, 3].
+/// Reference curves of third order, as for a piezo stage, or tenth, as for Galfenol; both on [0, 3].
 HysteresisParameters curves(std::int64_t order) {
   const Interval range{0.0, 3.0};
   std::vector<double> ascending{0.0, 4.0, 14.0, -6.0, 0.9, 0.01, -0.004, 0.0002, 1e-5, -2e-6, 1e-7};
@@ -52,7 +52,7 @@ PreisachParameters grid_of_100() {
   return p;
 }
 
-/// Turning points ever nearer to 1.5 A, until `depth` branches are remembered.
+/// Adds turning points ever nearer to 1.5 A until `depth` branches are remembered.
 template <class Model, class State>
 void nest(const Model& model, State& state, std::int64_t depth) {
   for (std::int64_t i = 0; i < depth; ++i) {
@@ -61,8 +61,7 @@ void nest(const Model& model, State& state, std::int64_t depth) {
   }
 }
 
-/// A sweep of 1024 steps from the present input that passes no target: the usual case of a controller that
-/// tracks.
+/// A sweep of 1024 steps from the present input that passes no target, as a controller makes while it tracks.
 template <class Model>
 struct Sweep {
   Model model;
@@ -100,7 +99,7 @@ void forward(benchmark::State& run, const Sweep<Model>& sweep) {
   }
 }
 
-/// The inverse, and the memory moved by what it found.
+/// The inverse, and the advance of the memory by its result.
 template <class Model>
 void inverse(benchmark::State& run, const Sweep<Model>& sweep) {
   auto state = sweep.start;
@@ -137,7 +136,7 @@ void preisach_relays_forward(benchmark::State& run) {
   }
 }
 
-/// What a step can't do without: the polynomial and the exponential, nothing remembered, nothing decided.
+/// The necessary part of a step: the polynomial and the exponential, without memory or decisions.
 void bare_arithmetic(benchmark::State& run) {
   const Sweep<Hysteresis> sweep = sweep_at(run.range(0), 1);
   const ReferenceCurve& curve = sweep.model.parameters().ascending;
@@ -150,7 +149,7 @@ void bare_arithmetic(benchmark::State& run) {
     }
 }
 
-/// Eq. (4) as printed, the distances x_n - f_n(v_n) made once at each reversal: O(n) all the same.
+/// Eq. (4) as printed, with the distances x_n - f_n(v_n) computed once at each reversal: it is still O(n).
 class PrintedRecursion {
  public:
   PrintedRecursion(const HysteresisParameters& parameters, const HysteresisState& state) : p_(parameters) {
@@ -199,14 +198,14 @@ void reversal(benchmark::State& run) {
   run.SetItemsProcessed(2 * run.iterations());
 }
 
-/// One step past all the targets there are, the worst that a single step can do. A look, so that the memory
-/// is there again for the next one.
+/// One step past all targets, the worst single step. It only reads the memory, so that the next one finds it
+/// unchanged.
 void wipe_at_once(benchmark::State& run) {
   const Sweep<Hysteresis> sweep = sweep_at(run.range(0), run.range(1));
   for (auto _ : run) benchmark::DoNotOptimize(sweep.model.forward(sweep.start, 2.95).value);
 }
 
-/// A thousand reversals and the step that wipes them out: what each of them costs.
+/// A thousand reversals and the step that wipes them out: the time of each.
 void nest_and_wipe(benchmark::State& run) {
   const Hysteresis model(curves(run.range(0)));
   HysteresisState state = model.at_lower_threshold(1100);
@@ -236,7 +235,7 @@ BENCHMARK(wipe_at_once)->Args({10, 10})->Args({10, 1000});
 BENCHMARK(nest_and_wipe)->Args({10, 10})->Args({10, 1000});
 BENCHMARK(construction)->Arg(10)->Unit(benchmark::kMillisecond);
 
-/// Keeps the best of the repetitions: what the machine can do when it is left alone.
+/// Keeps the best of the repetitions: the speed without disturbance by other programs.
 class Reporter : public benchmark::BenchmarkReporter {
  public:
   bool ReportContext(const Context&) override { return true; }
@@ -255,8 +254,7 @@ class Reporter : public benchmark::BenchmarkReporter {
   }
 
   void compare() const {
-    std::printf("\n%-58s %10s  %s\n", "order 10 unless said otherwise; best of the repetitions", "",
-                "budget");
+    std::printf("\n%-58s %10s  %s\n", "order 10 if not stated; best of the repetitions", "", "budget");
     const double step = ns("forward_step/10/1"), deep = ns("forward_step/10/1000");
     const double back = ns("inverse_step/10/100");
     budget("forward step, depth 1, ns", step, 10.0);
@@ -264,26 +262,26 @@ class Reporter : public benchmark::BenchmarkReporter {
     budget("forward step, depth 1000 / depth 1", deep / step, 1.2);
     budget("forward step / 30 play operators", step / ns("plays_forward/30"), 1.0);
     budget("inverse step with its advance, depth 100, ns", back, 80.0);
-    tell("forward step, order 3, ns", ns("forward_step/3/1"));
-    tell("inverse step with its advance, order 3, ns", ns("inverse_step/3/100"));
-    tell("inverse step, depth 1000 / depth 1", ns("inverse_step/10/1000") / ns("inverse_step/10/1"));
-    tell("forward step / its polynomial and exponential alone", step / ns("bare_arithmetic/10"));
-    tell("forward step / 9 play operators", step / ns("plays_forward/9"));
-    tell("forward step / 100 play operators", step / ns("plays_forward/100"));
-    tell("inverse step / inverse of 30 play operators", back / ns("plays_inverse/30"));
-    tell("forward step / Preisach 100 x 100, Everett form", step / ns("preisach_everett_forward/"));
-    tell("forward step / Preisach 100 x 100, relays", step / ns("preisach_relays_forward/"));
+    print("forward step, order 3, ns", ns("forward_step/3/1"));
+    print("inverse step with its advance, order 3, ns", ns("inverse_step/3/100"));
+    print("inverse step, depth 1000 / depth 1", ns("inverse_step/10/1000") / ns("inverse_step/10/1"));
+    print("forward step / its polynomial and exponential alone", step / ns("bare_arithmetic/10"));
+    print("forward step / 9 play operators", step / ns("plays_forward/9"));
+    print("forward step / 100 play operators", step / ns("plays_forward/100"));
+    print("inverse step / inverse of 30 play operators", back / ns("plays_inverse/30"));
+    print("forward step / Preisach 100 x 100, Everett form", step / ns("preisach_everett_forward/"));
+    print("forward step / Preisach 100 x 100, relays", step / ns("preisach_relays_forward/"));
     for (const char* depth : {"1", "10", "100", "1000"})
-      tell(std::string("forward step / printed recursion, depth ") + depth,
-           ns(std::string("forward_step/10/") + depth) / ns(std::string("printed_recursion/10/") + depth));
-    tell("one step that wipes 1000 levels out, ns", ns("wipe_at_once/10/1000"));
-    tell("1000 reversals and their wipe, ns per step", ns("nest_and_wipe/10/1000"));
-    tell("the same / of 10 reversals", ns("nest_and_wipe/10/1000") / ns("nest_and_wipe/10/10"));
+      print(std::string("forward step / printed recursion, depth ") + depth,
+            ns(std::string("forward_step/10/") + depth) / ns(std::string("printed_recursion/10/") + depth));
+    print("one step that wipes 1000 levels out, ns", ns("wipe_at_once/10/1000"));
+    print("1000 reversals and their wipe, ns per step", ns("nest_and_wipe/10/1000"));
+    print("the same / of 10 reversals", ns("nest_and_wipe/10/1000") / ns("nest_and_wipe/10/10"));
   }
 
  private:
   double ns(const std::string& name) const { return ns_.contains(name) ? ns_.at(name) : std::nan(""); }
-  static void tell(const std::string& what, double value) {
+  static void print(const std::string& what, double value) {
     std::printf("%-58s %10.3f%s\n", what.c_str(), value, std::isnan(value) ? "  not run" : "");
   }
   static void budget(const char* what, double value, double at_most) {
@@ -296,8 +294,8 @@ class Reporter : public benchmark::BenchmarkReporter {
 
 }  // namespace
 
-// Five repetitions of each, in random order, so that a neighbour's load hits all alike; options given come
-// later and win.
+// Five repetitions of each in random order, so that the load of other programs affects all alike. Options of
+// the user come later and have precedence.
 int main(int argc, char** argv) {
   std::vector<std::string> words{argv[0], "--benchmark_repetitions=5", "--benchmark_min_time=0.05",
                                  "--benchmark_enable_random_interleaving=true"};

@@ -1,14 +1,13 @@
-// How well the loop tracks: the shipped piezo stage against a twin that is 3 % off in the curves and 20 % in
-// k.
+// How well the loop tracks: the shipped piezo stage against a twin that differs by 3 % in the curves and 20 %
+// in k.
 //
-//   bench_tracking        the budget row (80 % stroke triangle, 10 Hz, 1 kHz cycle), then triangle and sine
-//   at
-//                         1 to 50 Hz for cycles of 1 and 4 kHz, five columns each
+//   bench_tracking    prints the budget row (80 % stroke triangle, 10 Hz, 1 kHz cycle), then triangle and
+//                     sine at 1 to 50 Hz for cycles of 1 and 4 kHz, in five columns each
 //
 // At each rate the gains are those of the rule (identification/dynamics/pi_rule.h) for the twin's mode, and
-// the command delay is a cycle. An axis with the standard frames does not fit 1 Mbit/s at 4 kHz (printed);
-// the bit rate of the simulated bus follows the cycle rate, so that each frame takes the same part of a
-// cycle.
+// the command delay is a cycle. An axis with the standard frames does not fit 1 Mbit/s at 4 kHz, which the
+// program prints. The bit rate of the simulated bus follows the cycle rate, so that each frame takes the same
+// part of a cycle.
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -30,7 +29,7 @@ using Row = std::array<double, controller::all_structures.size()>;
 constexpr double low_um = 3.0, high_um = 27.0;  // 80 % of the stroke
 constexpr double settle_s = 0.1;
 
-/// Axis x alone, its cycle at this rate.
+/// Axis x alone, with this cycle rate.
 config::Config at_rate(config::Config config, double rate_Hz) {
   config.axes.resize(1);
   config.controller.axes.resize(1);
@@ -55,7 +54,7 @@ controller::Pi::Config gains_by_rule(const config::Config& config) {
   return {.kp = gains.kp, .ki_per_s = gains.ki_per_s};
 }
 
-/// RMS error in % of stroke, by all_structures; NaN where the axis faulted.
+/// The RMS error in % of stroke for all_structures; NaN where the axis faulted.
 Row track(const config::Config& config, const controller::Pi::Config& pi, const controller::Shape& shape) {
   rehearsal::Setup setup{.controller = config.controller,
                          .twin = config.twin,

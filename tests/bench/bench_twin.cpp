@@ -1,15 +1,14 @@
 // The twin alone: 8 axes at 4 kHz on a simulated bus of 16 Mbit/s, frames in and frames out.
 //
-//   bench_twin        how many times faster than real time on one core, beside the budget
+//   bench_twin        prints how many times faster than real time it is on one core, beside the budget
 //
-// A tester sends SYNC and a command to each axis in every cycle, as a controller would, and reads the
-// samples. As on a real bus, no SYNC comes at quite the same place of the twin's grid of sub-steps as
-// another: each is late by up to 10 us, to the nanosecond.
+// A tester sends SYNC and a command to each axis in every cycle, as a controller does, and reads the samples.
+// As on a real bus, SYNCs do not come at the same place of the twin's grid of sub-steps: each is late by up
+// to 10 us, with a resolution of a nanosecond.
 //
-// shipped           axis x of the shipped piezo stage, eight times
-// everything        the same with a second mode, creep over five decades, temperature, drive noise, and
-// coupled to
-//                   the axis before
+//   shipped           axis x of the shipped piezo stage, eight times
+//   everything        the same with a second mode, creep over five decades, temperature, drive noise, and
+//                     a coupling to the axis before
 
 #include <algorithm>
 #include <boost/random/mersenne_twister.hpp>
@@ -50,7 +49,7 @@ rehearsal::Setup with_everything(rehearsal::Setup setup) {
   return setup;
 }
 
-/// White, of one millivolt.
+/// Adds white noise of one millivolt.
 void add_noise(twin::Twin& twin) {
   std::uint64_t seed = 1;
   for (const auto& axis : twin.axes())
@@ -59,7 +58,7 @@ void add_noise(twin::Twin& twin) {
                                     can::Time) mutable { return normal(random); });
 }
 
-/// Virtual seconds per second of processor time; 0 where the samples did not come.
+/// Virtual seconds per second of processor time; 0 if samples are missing.
 double speed(const rehearsal::Setup& setup, bool noisy) {
   can::VirtualClock clock;
   can::SimBus bus(clock, setup.bitrate_bit_per_s);
@@ -99,7 +98,7 @@ double speed(const rehearsal::Setup& setup, bool noisy) {
   return whole ? cycles * can::seconds(cycle) / elapsed_s : 0.0;
 }
 
-/// The best of some repetitions: what the machine can do when it is left alone.
+/// The best of some repetitions: the speed without disturbance by other programs.
 void print(const char* name, const rehearsal::Setup& setup, bool noisy) {
   double best = 0.0;
   for (int i = 0; i < repetitions; ++i) best = std::max(best, speed(setup, noisy));
@@ -113,7 +112,7 @@ void print(const char* name, const rehearsal::Setup& setup, bool noisy) {
 int main() {
   const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
   rehearsal::Setup shipped = bench::many_axes(config, axes);
-  shipped.bitrate_bit_per_s = 16'000'000;  // 9 Mbit/s are needed, which no one bus has
+  shipped.bitrate_bit_per_s = 16'000'000;  // 9 Mbit/s are needed, which no single bus has
   std::printf("the twin alone, %zu axes at %.0f Hz\n", axes, 1.0 / can::seconds(cycle));
   print("shipped", shipped, false);
   print("everything", with_everything(shipped), true);

@@ -5,7 +5,7 @@
 
 namespace hystcan::bench {
 
-/// Of this thread's own processor time: what else runs on the machine is not counted.
+/// The processor time of this thread; other programs and threads do not count.
 inline double cpu_s() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);

@@ -1,7 +1,7 @@
-// Axis x of the shipped piezo stage, as many times as wanted, on one bus.
+// Any number of copies of axis x of the shipped piezo stage, on one bus.
 //
-// Nodes 1 and 2 to the first axis, 3 and 4 to the next ... Commands have the highest priority (0x100 + axis),
-// so that they never queue behind the samples of the other axes: the queue to a bus is short.
+// The first axis has nodes 1 and 2, the next one 3 and 4, and so on. Commands have the highest priority
+// (0x100 + axis), so that they never wait behind the samples of other axes: the transmit queue is short.
 #pragma once
 
 #include <string>
@@ -37,7 +37,7 @@ inline std::string database_text(std::size_t axes) {
   return text;
 }
 
-/// The bit rate grows with the number of axes: each has the same part of the bus whatever their number.
+/// The bit rate grows with the number of axes, so that each axis always has the same part of the bus.
 inline rehearsal::Setup many_axes(const config::Config& config, std::size_t axes) {
   rehearsal::Setup setup{.controller = config.controller,
                          .twin = config.twin,

@@ -1,5 +1,6 @@
-// What the controller does when its bus goes off or away: disarm at once, hear every node anew, arm only when
-// told. The whole loop in virtual time; the controller's connection has a state that the test sets.
+// What the controller does when its CAN controller goes bus-off or its interface goes down: it disarms at
+// once, waits for every node again, and arms only on request. The whole loop runs in virtual time; the test
+// sets the state of the controller's connection.
 #include <gtest/gtest.h>
 
 #include <optional>
@@ -15,7 +16,7 @@ using controller::AxisState;
 using controller::Cause;
 using std::chrono::milliseconds;
 
-/// A connection that can be put off the bus, as a CAN controller is: it neither sends nor hears then.
+/// A connection that a test can put off the bus: it then neither sends nor receives.
 class Connection final : public can::Bus {
  public:
   explicit Connection(std::unique_ptr<can::Bus> inner) : inner_(std::move(inner)) {}
@@ -49,8 +50,8 @@ class Connection final : public can::Bus {
   int nmt_frames_ = 0;
 };
 
-struct OffTheBus : testing::Test {
-  OffTheBus() {
+struct ControllerOffTheBus : testing::Test {
+  ControllerOffTheBus() {
     twin.start();
     switch_on(false);
   }
@@ -88,7 +89,7 @@ struct OffTheBus : testing::Test {
   std::optional<controller::Controller> controller;
 };
 
-TEST_F(OffTheBus, EveryAxisIsFaultedWithinACycleAndStaysSoAfterTheRestart) {
+TEST_F(ControllerOffTheBus, FaultsEveryAxisWithinACycleAndArmsNothingAfterTheRestart) {
   ASSERT_TRUE(tracks());
   connection->enter(BusState::bus_off);
   run_for(milliseconds(2));
@@ -102,7 +103,7 @@ TEST_F(OffTheBus, EveryAxisIsFaultedWithinACycleAndStaysSoAfterTheRestart) {
   EXPECT_TRUE(amplifiers_are_off());
 }
 
-TEST_F(OffTheBus, ForLessThanACycleIsBusOffAllTheSame) {
+TEST_F(ControllerOffTheBus, FaultsAlsoWhenTheBusOffIsShorterThanACycle) {
   ASSERT_TRUE(tracks());
   connection->enter(BusState::bus_off);
   connection->enter(BusState::active);
@@ -112,7 +113,7 @@ TEST_F(OffTheBus, ForLessThanACycleIsBusOffAllTheSame) {
   EXPECT_TRUE(amplifiers_are_off()) << "the safe command goes out as soon as the bus carries it";
 }
 
-TEST_F(OffTheBus, TheInterfaceDownIsAFaultOfItsOwn) {
+TEST_F(ControllerOffTheBus, FaultsWithItsOwnCauseWhenTheInterfaceGoesDown) {
   ASSERT_TRUE(tracks());
   connection->enter(BusState::down);
   run_for(milliseconds(2));
@@ -122,7 +123,7 @@ TEST_F(OffTheBus, TheInterfaceDownIsAFaultOfItsOwn) {
   EXPECT_TRUE(all_are(AxisState::faulted));
 }
 
-TEST_F(OffTheBus, WarningAndPassiveAreNoReasonToStop) {
+TEST_F(ControllerOffTheBus, KeepsTrackingWhileTheBusIsInWarningOrPassive) {
   ASSERT_TRUE(tracks());
   connection->enter(BusState::warning);
   connection->enter(BusState::passive);
@@ -130,7 +131,7 @@ TEST_F(OffTheBus, WarningAndPassiveAreNoReasonToStop) {
   EXPECT_TRUE(all_are(AxisState::tracking));
 }
 
-TEST_F(OffTheBus, OnlyAControllerStartedAnewWithLeaveToClearFaultsTracksAgain) {
+TEST_F(ControllerOffTheBus, TracksAgainOnlyAfterANewStartThatMayClearFaults) {
   ASSERT_TRUE(tracks());
   connection->enter(BusState::bus_off);
   run_for(milliseconds(100));
@@ -139,15 +140,15 @@ TEST_F(OffTheBus, OnlyAControllerStartedAnewWithLeaveToClearFaultsTracksAgain) {
   switch_on(false);
   run_for(milliseconds(1000));
   EXPECT_EQ(controller->axis(0).fault().cause, Cause::amplifier_fault)
-      << "the amplifier's watchdog has tripped in the silence";
+      << "the amplifier's watchdog has tripped without commands";
   controller.reset();
   run_for(milliseconds(1));  // its last frame may still be on the wire
   switch_on(true);
   EXPECT_TRUE(tracks());
 }
 
-TEST_F(OffTheBus, WhileItWaitsANodeMustBeHeardAnewAndIsStartedAnew) {
-  run_for(milliseconds(130));  // the nodes have been started, and have not yet beaten operational
+TEST_F(ControllerOffTheBus, StartsEachNodeAgainAfterABusOffWhileWaiting) {
+  run_for(milliseconds(130));  // the nodes are started, but have not yet sent a heartbeat as operational
   ASSERT_NE(controller->axis(0).state(), AxisState::faulted);
   const int before = connection->nmt_frames();
   ASSERT_EQ(controller->axis(0).state(), AxisState::waiting);
@@ -155,8 +156,9 @@ TEST_F(OffTheBus, WhileItWaitsANodeMustBeHeardAnewAndIsStartedAnew) {
   run_for(milliseconds(50));
   connection->enter(BusState::active);
   run_for(milliseconds(1));
-  EXPECT_EQ(controller->axis(0).state(), AxisState::waiting) << "what was heard before bus-off is forgotten";
-  EXPECT_TRUE(tracks()) << "nothing was armed, so nothing has to be cleared";
+  EXPECT_EQ(controller->axis(0).state(), AxisState::waiting)
+      << "frames from before the bus-off no longer count";
+  EXPECT_TRUE(tracks()) << "no axis was armed, so that no fault has to be cleared";
   EXPECT_GT(connection->nmt_frames(), before);
 }
 

@@ -1,5 +1,5 @@
-// Response times, as the rehearsal has them and as the plan of the bus bounds them: controller and twin on
-// the simulated bus, configurations at random, every heartbeat on.
+// Compares the response times in the rehearsal with the bounds in the plan of the bus. Controller and twin
+// run on the simulated bus, with random configurations and every heartbeat switched on.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
@@ -28,24 +28,24 @@ using can::Duration;
 using can::Time;
 using controller::AxisState;
 
-Duration times(double factor, Duration of) {
-  return Duration{std::llround(factor * static_cast<double>(of.count()))};
+Duration times(double factor, Duration duration) {
+  return Duration{std::llround(factor * static_cast<double>(duration.count()))};
 }
 
 Duration cycle_of(const config::Config& config) {
   return Duration{std::llround(1e9 / config.controller.rate_Hz)};
 }
 
-/// Identifiers that no message of CANopen's has: some before SYNC, some among the usual ones, some extended.
+/// Draws identifiers that no CANopen message has: some before SYNC, some among the usual ones, some extended.
 class Identifiers {
  public:
   explicit Identifiers(std::mt19937_64& random) : random_(random) {}
 
-  void give(can::Message& message, bool extended) {
+  void assign(can::Message& message, bool extended) {
     do {
       message.extended = extended;
       message.id = static_cast<std::uint32_t>(random_() & (extended ? 0x1FFF'FFFFU : 0x7FFU));
-    } while (is_reserved(message) || !given_.insert({message.id, extended}).second);
+    } while (is_reserved(message) || !used_.insert({message.id, extended}).second);
   }
 
  private:
@@ -56,18 +56,18 @@ class Identifiers {
   }
 
   std::mt19937_64& random_;
-  std::set<std::pair<std::uint32_t, bool>> given_;
+  std::set<std::pair<std::uint32_t, bool>> used_;
 };
 
-/// How the frames of a configuration are drawn.
+/// The kind of frames that a configuration gets.
 struct Frames {
-  bool standard = true;  ///< identifiers as docs/protocol.md has them
+  bool standard = true;  ///< identifiers of docs/protocol.md
   bool extended = false;
   std::uint16_t bytes = 8;
 };
 
-/// `count` axes like the shipped stage's first, each with messages of its own. They follow without feedback:
-/// what the bus does to the gains is not the question here.
+/// `count` axes like the first one of the shipped stage, each with its own messages. They follow without
+/// feedback, because the effect of the bus on the gains is not tested here.
 config::Config axes_like_the_shipped(std::size_t count, const Frames& frames, std::mt19937_64& random) {
   const config::Config shipped = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
   config::Config config = shipped;
@@ -86,7 +86,7 @@ config::Config axes_like_the_shipped(std::size_t count, const Frames& frames, st
     axis.control.following_error.error_um = std::numeric_limits<double>::infinity();
     axis.control.supervision.position_min_um = -1e3;
     axis.control.supervision.position_max_um = 1e3;
-    axis.control.supervision.position_jump_um = 0.0;  // a slow cycle goes far
+    axis.control.supervision.position_jump_um = 0.0;  // the position moves far in a slow cycle
     axis.control.repeat = true;
     for (const char* name : {"XAmpStatus", "XSensorSample", "XAmpCommand", "XControllerStatus"}) {
       can::Message message = *shipped.database.find(name);
@@ -94,7 +94,7 @@ config::Config axes_like_the_shipped(std::size_t count, const Frames& frames, st
       message.length = frames.bytes;
       message.fd = frames.bytes > 8;
       message.id += static_cast<std::uint32_t>(2 * i);
-      if (!frames.standard) identifiers.give(message, frames.extended && random() % 4 != 0);
+      if (!frames.standard) identifiers.assign(message, frames.extended && random() % 4 != 0);
       config.database.messages.push_back(message);
     }
     axis.twin.wire = axis.wire;
@@ -105,7 +105,7 @@ config::Config axes_like_the_shipped(std::size_t count, const Frames& frames, st
   return config;
 }
 
-/// Heartbeats and watchdogs as the cycle demands, their phases to the cycle wandering.
+/// Sets heartbeats and watchdogs in multiples of the cycle; the phase between heartbeats and cycle varies.
 void set_times(config::Config& config, std::mt19937_64& random) {
   const Duration cycle = cycle_of(config);
   const auto between = [&](double low, double high) {
@@ -123,8 +123,8 @@ void set_times(config::Config& config, std::mt19937_64& random) {
   }
 }
 
-/// The fastest of a few rates at which the plan lets the commands make their cycle, from about 30 to 100 % of
-/// the bus.
+/// Sets the fastest of a few rates at which, by the plan, the commands arrive within their cycle. The first
+/// rate loads the bus by 30 to 100 %.
 std::optional<config::BusPlan> load_the_bus(config::Config& config, std::mt19937_64& random) {
   config.controller.rate_Hz = 10.0;
   const double per_Hz = [&] {
@@ -154,7 +154,7 @@ config::Config draw(std::mt19937_64& random) {
   return config;
 }
 
-/// A rehearsal with an ear that knows when each frame was due.
+/// A rehearsal with a listener that knows when each frame was due.
 class Watched {
  public:
   Watched(const config::Config& config, const config::BusPlan& plan)
@@ -165,10 +165,10 @@ class Watched {
         beat_(config.twin.heartbeat_period),
         rehearsal_(support::setup_of(config),
                    [this](const controller::CycleRecord& record) { note(record); }),
-        ear_(rehearsal_.attach()({})) {
+        listener_(rehearsal_.attach()({})) {
     for (const config::PlannedFrame& each : plan_.frames)
       index_[{each.frame.id, each.frame.extended}] = &each;
-    ear_->on_frame([this](const can::Frame& frame, Time end) { hear(frame, end); });
+    listener_->on_frame([this](const can::Frame& frame, Time end) { receive(frame, end); });
     rehearsal_.start();
   }
 
@@ -178,7 +178,7 @@ class Watched {
       if (loop.axis(i).state() != AxisState::tracking) return false;
     return true;
   }
-  /// Counts from when all axes track on.
+  /// Observes that many cycles, from the time when all axes track.
   void observe(std::uint64_t cycles) {
     const Duration cycle = plan_.cycle;
     for (int i = 0; i < 100 && !tracks(); ++i) rehearsal_.run_for(100 * cycle + 500ms);
@@ -199,7 +199,7 @@ class Watched {
   int early_axis_statuses() const { return early_axis_statuses_; }
 
  private:
-  /// A command has been queued, and names by its counter the SYNC that it answers.
+  /// A command has been queued; its counter names the SYNC that it answers.
   void note(const controller::CycleRecord& record) {
     sync_ = Time{Duration{std::llround(1e9 * record.time_s)}};
     if (record.cycle > 0) sync_of_counter_[1 + (record.cycle - 1) % can::sync_counter_max] = sync_;
@@ -211,7 +211,7 @@ class Watched {
 
   Duration bits_last(unsigned bits) const { return Duration{std::llround(bits * bit_ns_)}; }
 
-  void hear(const can::Frame& frame, Time end) {
+  void receive(const can::Frame& frame, Time end) {
     const auto found = index_.find({frame.id, frame.extended});
     if (found == index_.end()) return;
     const std::string& name = found->second->frame.name;
@@ -238,7 +238,7 @@ class Watched {
     }
   }
 
-  /// The cycles before are known by their records; the one that runs began one cycle after them, or has one.
+  /// The SYNC of the last cycle record, or the one some whole cycles later that began the running cycle.
   Time sync_of_this_cycle(Time now) const {
     Time sync = sync_;
     while (sync + plan_.cycle < now) sync += plan_.cycle;
@@ -250,7 +250,7 @@ class Watched {
   }
 
   config::BusPlan plan_;
-  can::SignalCodec sync_counter_;  ///< the same of every command
+  can::SignalCodec sync_counter_;  ///< the same in every command
   std::size_t axes_;
   double bit_ns_;
   Duration beat_;
@@ -266,10 +266,10 @@ class Watched {
   int early_axis_statuses_ = 0;
   bool watching_ = false;
   rehearsal::Rehearsal rehearsal_;
-  std::unique_ptr<can::Bus> ear_;
+  std::unique_ptr<can::Bus> listener_;
 };
 
-TEST(ChainBound, IsNeverExceededByTheRehearsal) {
+TEST(ResponseTimeBound, IsNeverExceededInTheRehearsal) {
   double closest = 0.0;
   double sum = 0.0;
   int runs = 0;
@@ -300,12 +300,12 @@ TEST(ChainBound, IsNeverExceededByTheRehearsal) {
     sum += reached;
     ++runs;
   }));
-  EXPECT_GT(closest, 0.7) << "the bound is not an empty one";
+  EXPECT_GT(closest, 0.7) << "the bound is not far too high";
   RecordProperty("closest", std::to_string(closest));
   RecordProperty("mean", std::to_string(sum / std::max(runs, 1)));
 }
 
-TEST(ControllersHeartbeatAndStatuses, FollowTheCommandsOfTheirCycle) {
+TEST(ControllerHeartbeatAndStatus, AreSentAfterTheCommandsOfTheirCycle) {
   std::mt19937_64 random(1);
   config::Config config = axes_like_the_shipped(2, {}, random);
   config.controller.heartbeat_period = 7ms;

@@ -1,9 +1,10 @@
-// Controller and twin, frames encoded and decoded both ways, on the simulated bus: the shipped
-// configurations.
+// Controller and twin on the simulated bus with the shipped configurations; frames are encoded and decoded
+// both ways.
 //
-//   80 % stroke triangle, 10 Hz, 1 kHz cycle; the twin 3 % off in the curves, 20 % in k     RMS error, % of
-//   stroke structure     average   inverse   pi      average+pi   inverse+pi measured      5.20
-//   0.95      12.4    2.50         0.205
+//   80 % stroke triangle, 10 Hz, 1 kHz cycle; the twin differs by 3 % in the curves and 20 % in k
+//
+//   structure               average   inverse   pi      average+pi   inverse+pi
+//   RMS error, % of stroke  5.20      0.95      12.4    2.50         0.205
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -25,7 +26,7 @@ using support::ignore;
 using support::shipped;
 using support::triangle_percent;
 
-TEST(PiezoStage, MeetsItsTrackingBudgetUnderMismatch) {
+TEST(PiezoStage, MeetsItsTrackingBudgetWithAMismatchedModel) {
   const rehearsal::Setup setup = shipped("piezo.toml");
   std::map<Structure, double> percent;
   for (const Structure structure : controller::all_structures) {
@@ -41,7 +42,7 @@ TEST(PiezoStage, MeetsItsTrackingBudgetUnderMismatch) {
   EXPECT_LT(percent[Structure::inverse], percent[Structure::average]);
 }
 
-TEST(PiezoStage, IsTrackedToTheSensorsNoiseByThePerfectModelAtRest) {
+TEST(PiezoStage, AtRestIsTrackedToTheSensorNoiseWithAPerfectModel) {
   rehearsal::Setup setup = shipped("piezo.toml");
   for (std::size_t i = 0; i < setup.twin.axes.size(); ++i) {
     setup.twin.axes[i].plant.hysteresis = setup.controller.axes[i].axis.law.model;
@@ -52,7 +53,7 @@ TEST(PiezoStage, IsTrackedToTheSensorsNoiseByThePerfectModelAtRest) {
   EXPECT_LT(outcome.axes[0].statistics.total().rms_um(), 3 * setup.twin.axes[0].sensor.noise_um_rms);
 }
 
-TEST(Galfenol, IsTrackedThroughItsButterfly) {
+TEST(Galfenol, IsTrackedThroughItsButterflyCurve) {
   const rehearsal::Setup setup = shipped("galfenol.toml");
   const auto inverse = rehearsal::run_once(with_structure(setup, Structure::inverse_pi), 0.1, ignore);
   const auto average = rehearsal::run_once(with_structure(setup, Structure::average_pi), 0.1, ignore);
@@ -60,7 +61,7 @@ TEST(Galfenol, IsTrackedThroughItsButterfly) {
   EXPECT_GE(triangle_percent(average) / triangle_percent(inverse), 2.0);
 }
 
-TEST(Rehearsal, IsTheSameToTheBitFromTheSameSeed) {
+TEST(Rehearsal, RepeatsToTheBitWithTheSameSeed) {
   const auto positions = [](std::uint64_t seed) {
     rehearsal::Setup setup = shipped("piezo.toml");
     setup.twin.seed = seed;
@@ -77,10 +78,10 @@ TEST(Rehearsal, LoadsTheBusByLessThanTwoThirds) {
   EXPECT_LT(rehearsal::run_once(shipped("piezo.toml"), 0.1, ignore).bus_load, 2.0 / 3.0);
 }
 
-/// A loop in the middle of tracking.
-class Tracking : public testing::Test {
+/// A loop that tracks.
+class TrackingLoop : public testing::Test {
  protected:
-  Tracking() {
+  TrackingLoop() {
     rehearsal_.start();
     for (int i = 0; i < 300 && state(0) != AxisState::tracking; ++i) rehearsal_.run_for(milliseconds(10));
     rehearsal_.run_for(milliseconds(400));
@@ -92,16 +93,16 @@ class Tracking : public testing::Test {
   rehearsal::Rehearsal rehearsal_{shipped("piezo.toml"), ignore};
 };
 
-TEST_F(Tracking, FaultsWithCauseWithinMillisecondsWhereTheTwinDies) {
+TEST_F(TrackingLoop, FaultsWithItsCauseWithinMillisecondsWhenTheTwinDies) {
   ASSERT_EQ(state(0), AxisState::tracking);
   rehearsal_.kill_twin();
-  rehearsal_.run_for(milliseconds(6));  // three samples bridged, the fourth trips
+  rehearsal_.run_for(milliseconds(6));  // three missing samples are bridged, the fourth faults
   EXPECT_EQ(state(0), AxisState::faulted);
   EXPECT_EQ(cause(0), Cause::sample_missing);
   EXPECT_EQ(state(1), AxisState::faulted);
 }
 
-TEST_F(Tracking, AllocatesNothing) {
+TEST_F(TrackingLoop, AllocatesNothing) {
   ASSERT_EQ(state(0), AxisState::tracking);
   const std::uint64_t before = support::allocations_so_far();
   rehearsal_.run_for(std::chrono::seconds(1));
@@ -109,7 +110,7 @@ TEST_F(Tracking, AllocatesNothing) {
   EXPECT_EQ(after, before) << "controller, twin and simulated bus, a thousand cycles of two axes";
 }
 
-TEST(OpenLoop, AllocatesNothingAndKeepsToTheExcitationsDrives) {
+TEST(OpenLoop, AllocatesNothingAndReachesTheHighestDriveOfTheExcitation) {
   rehearsal::Setup setup = shipped("piezo.toml");
   setup.controller.axes.resize(1);
   setup.controller.axes[0].axis.excitation = controller::Excitation::Hysteresis{.low = 10.0, .high = 70.0};
@@ -123,10 +124,10 @@ TEST(OpenLoop, AllocatesNothingAndKeepsToTheExcitationsDrives) {
   EXPECT_EQ(support::allocations_so_far(), before);
   EXPECT_EQ(highest, 70.0);
   EXPECT_EQ(rehearsal.twin().axes()[1]->amplifier.state(), can::AmpState::off)
-      << "the other axis is left alone";
+      << "the other axis is not driven";
 }
 
-TEST_F(Tracking, StopsAtTheSafeValue) {
+TEST_F(TrackingLoop, StopsAtTheSafeValue) {
   ASSERT_EQ(state(0), AxisState::tracking);
   ASSERT_GT(stage(0).plant.drive(), 1.0);
   rehearsal_.controller().request_stop();
@@ -139,17 +140,17 @@ TEST_F(Tracking, StopsAtTheSafeValue) {
   }
 }
 
-TEST_F(Tracking, FaultsWhereANodeRestarts) {
+TEST_F(TrackingLoop, FaultsWhenANodeRestarts) {
   ASSERT_EQ(state(0), AxisState::tracking);
   const auto tester = rehearsal_.attach()({});
   tester->send(can::nmt_frame({can::NmtCommand::reset_node, 2}));
   rehearsal_.run_for(milliseconds(10));
   EXPECT_EQ(cause(0), Cause::node_restarted);
-  EXPECT_EQ(state(1), AxisState::tracking) << "the other axis's nodes are well";
+  EXPECT_EQ(state(1), AxisState::tracking) << "no node of the other axis restarts";
   EXPECT_EQ(stage(0).amplifier.state(), can::AmpState::ready);
 }
 
-TEST_F(Tracking, SurvivesForeignAndDamagedFramesInTheSamplesPlace) {
+TEST_F(TrackingLoop, RejectsForeignAndDamagedFramesWithTheIdentifierOfTheSample) {
   ASSERT_EQ(state(0), AxisState::tracking);
   const auto tester = rehearsal_.attach()({});
   for (int i = 0; i < 200; ++i) {

@@ -1,5 +1,5 @@
-// The controller against a twin whose amplifier and sensor have their flaws: the shipped presets, setpoints
-// applied on receipt, sensors that run free.
+// The controller against a twin whose amplifier and sensor have the flaws of real instruments: the shipped
+// presets, setpoints that are applied on receipt, sensors that sample by their own clock.
 #include <gtest/gtest.h>
 
 #include "config/schema/config.h"
@@ -18,7 +18,7 @@ using support::ignore;
 using support::shipped;
 using support::triangle_percent;
 
-/// An axis that tracks, run on.
+/// A loop whose axis 0 tracks.
 class Loop {
  public:
   explicit Loop(const rehearsal::Setup& setup) : rehearsal_(setup, ignore) {
@@ -34,22 +34,22 @@ class Loop {
   rehearsal::Rehearsal rehearsal_;
 };
 
-// piezo.toml has 0.205 %, galfenol.toml 0.2: the rest is what the sensor is late by, 73 us and 260 us of the
-// ramps.
-TEST(Preset, OfThePiezoStageTracks) {
+// piezo.toml has 0.205 %, galfenol.toml 0.2 %. The rest comes from the delay of the sensors on the ramps,
+// 73 us and 260 us.
+TEST(InstrumentPreset, OfThePiezoStageTracksWithinItsBudget) {
   const auto outcome = rehearsal::run_once(shipped("p733.toml"), 0.1, ignore);
   for (const auto& axis : outcome.axes)
     ASSERT_EQ(axis.state, AxisState::tracking) << to_string(axis.fault.cause);
   EXPECT_LE(triangle_percent(outcome), 0.25);
 }
 
-TEST(Preset, OfTheGalfenolUnimorphTracks) {
+TEST(InstrumentPreset, OfTheGalfenolUnimorphTracksWithinItsBudget) {
   const auto outcome = rehearsal::run_once(shipped("galfenol_unimorph.toml"), 0.1, ignore);
   ASSERT_EQ(outcome.axes[0].state, AxisState::tracking) << to_string(outcome.axes[0].fault.cause);
   EXPECT_LE(triangle_percent(outcome), 0.35);
 }
 
-TEST(Preset, AllocatesNothing) {
+TEST(InstrumentPreset, AllocatesNothing) {
   for (const char* name : {"p733.toml", "galfenol_unimorph.toml"}) {
     Loop loop(shipped(name));
     loop.run_for(milliseconds(400));
@@ -60,7 +60,7 @@ TEST(Preset, AllocatesNothing) {
   }
 }
 
-/// Of the shipped piezo stage, setpoints applied on receipt.
+/// The error of the shipped piezo stage when the amplifier applies setpoints on receipt.
 double on_receipt_percent(const char* delay_us, const char* status_every) {
   const std::vector<config::Setting> settings{{"axis[0].twin.apply", "\"receipt\""},
                                               {"axis[0].control.delays.command_delay_us", delay_us},
@@ -71,16 +71,17 @@ double on_receipt_percent(const char* delay_us, const char* status_every) {
   return triangle_percent(outcome);
 }
 
-// SYNC, two samples and the command take some 450 us: shorter than a cycle, 0.19 % where it is known.
-TEST(Receipt, TracksWhereTheDelayOfTheBusIsKnown) {
+// SYNC, two samples and the command take some 450 us, which is shorter than a cycle. Where the controller
+// knows this delay, the error is 0.19 %.
+TEST(SetpointAppliedOnReceipt, TracksAsWellAsAtTheSyncWhenTheDelayOfTheBusIsKnown) {
   const double known = on_receipt_percent("450.0", "1000");
   EXPECT_LE(known, 0.205) << "no worse than at the SYNC";
   EXPECT_GE(on_receipt_percent("100.0", "1000"), 1.4 * known);
 }
 
-// Every tenth command waits for two statuses, 260 us: ten cycles are 100 Hz, and five times that is the
-// resonance.
-TEST(Receipt, LetsTheJitterOfTheBusThrough) {
+// Every tenth command waits 260 us for two statuses. This jitter has a frequency of 100 Hz, and its fifth
+// harmonic is at the resonance.
+TEST(SetpointAppliedOnReceipt, PassesTheJitterOfTheBusOnToTheStage) {
   EXPECT_GE(on_receipt_percent("450.0", "10"), 3.0 * on_receipt_percent("450.0", "1000"));
 }
 
@@ -88,29 +89,29 @@ std::vector<config::Setting> runs_free(const char* skew_ppm) {
   return {{"axis[0].twin.sensor.sampling", "\"free\""}, {"axis[0].twin.sensor.skew_ppm", skew_ppm}};
 }
 
-// 200 ppm are 12 beats a minute. Near each the samples arrive now before, now after the SYNC, for as many
-// cycles as the length of their frames varies by, 10 us of stuff bits in steps of 0.2 us: a run of lost and
-// doubled ones.
-TEST(FreeSensor, IsBridgedFromBeatToBeatWhereEnoughSamplesMayBeMissing) {
+// A skew of 200 ppm gives 12 beats a minute and moves the samples by 0.2 us a cycle. Stuff bits vary the
+// length of their frames by 10 us. Near each beat the samples therefore arrive before some SYNCs and after
+// others for some cycles: some cycles have no sample and some have two.
+TEST(FreeRunningSensor, IsTrackedThroughEachBeatWhenEnoughSamplesMayBeMissing) {
   for (const char* skew_ppm : {"200.0", "-200.0"}) {
     auto settings = runs_free(skew_ppm);
     settings.push_back({"axis[0].control.missing_samples", "30"});
     Loop loop(shipped("lab_amplifier.toml", settings));
     loop.run_for(seconds(60));
     EXPECT_EQ(loop.state(), AxisState::tracking) << to_string(loop.cause());
-    EXPECT_GE(loop.counters().missing_samples, 12u) << "one in each beat";
-    EXPECT_GE(loop.counters().late_samples, 12u) << "the second one of a cycle";
+    EXPECT_GE(loop.counters().missing_samples, 12u) << "at least one in each beat";
+    EXPECT_GE(loop.counters().late_samples, 12u) << "the second sample of a cycle";
   }
 }
 
-TEST(FreeSensor, TripsAtABeatWhereFewSamplesMayBeMissing) {
+TEST(FreeRunningSensor, FaultsTheAxisAtABeatWhenFewSamplesMayBeMissing) {
   Loop loop(shipped("lab_amplifier.toml", runs_free("200.0")));
   loop.run_for(seconds(60));
   EXPECT_EQ(loop.state(), AxisState::faulted);
   EXPECT_EQ(loop.cause(), Cause::sample_missing);
 }
 
-TEST(FreeSensor, IsNeverMissedWhereItSamplesTwiceACycle) {
+TEST(FreeRunningSensor, LeavesNoCycleWithoutASampleWhenItSamplesTwiceACycle) {
   auto settings = runs_free("200.0");
   settings.push_back({"axis[0].twin.sensor.sample_rate_Hz", "2000.0"});
   Loop loop(shipped("lab_amplifier.toml", settings));
@@ -120,9 +121,9 @@ TEST(FreeSensor, IsNeverMissedWhereItSamplesTwiceACycle) {
   EXPECT_EQ(loop.counters().missing_samples, before);
 }
 
-// A sample of the last tenths of a millisecond of a cycle comes in the next one, and names the SYNC before: a
-// run of hundreds is late, once in every beat of 5 s.
-TEST(FreeSensor, TripsWithinABeatWhereItsSamplesNameTheirSync) {
+// A sample that is taken in the last tenths of a millisecond of a cycle arrives in the next one and names the
+// SYNC before. Hundreds of samples in a row are late, once in every beat of 5 s.
+TEST(FreeRunningSensor, FaultsTheAxisWithinABeatWhenItsSamplesNameTheirSync) {
   Loop loop(shipped("piezo.toml", runs_free("200.0")));
   loop.run_for(seconds(6));
   EXPECT_EQ(loop.state(), AxisState::faulted);

@@ -1,4 +1,4 @@
-// The loop on a lab's own frames: 16-bit big-endian millivolts, 24-bit position, 29-bit identifiers.
+// The loop with a laboratory's own frames: 16-bit big-endian millivolts, 24-bit position, 29-bit identifiers.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -16,7 +16,7 @@ using std::chrono::milliseconds;
 using support::ignore;
 using support::shipped;
 
-/// Both sides of the wire by the same names.
+/// Changes the frames of controller and twin in the same way.
 void change_frames(rehearsal::Setup& setup, const std::function<void(can::AxisFrames&)>& change) {
   change(*setup.controller.axes[0].wire.frames);
   change(*setup.twin.axes[0].wire.frames);
@@ -30,7 +30,7 @@ double triangle_percent(const rehearsal::Setup& setup) {
   return support::triangle_percent(outcome);
 }
 
-// One step of the setpoint is 2 mV, 0.6 nm of the stage: rounding adds 0.17 nm RMS, a 350th of the error.
+// One step of the setpoint is 2 mV, or 0.6 nm of the stage. Rounding adds 0.17 nm RMS, 1/350 of the error.
 TEST(LabFrames, TrackAsWellAsTheStandardFrames) {
   rehearsal::Setup standard = shipped("piezo.toml");
   standard.controller.axes.resize(1);
@@ -43,7 +43,7 @@ TEST(LabFrames, TrackAsWellAsTheStandardFrames) {
   EXPECT_NEAR(measured, expected, 0.01 * expected);
 }
 
-TEST(LabFrames, DoWithSetpointAndPositionAlone) {
+TEST(LabFrames, TrackWithSetpointAndPositionAsTheirOnlySignals) {
   rehearsal::Setup setup = shipped("lab_amplifier.toml");
   change_frames(setup, [](can::AxisFrames& frames) {
     frames.command.signals = {{"setpoint", "Volt"}};
@@ -54,8 +54,7 @@ TEST(LabFrames, DoWithSetpointAndPositionAlone) {
   EXPECT_LE(triangle_percent(setup), 0.25);
 }
 
-/// A lab's message longer than eight bytes goes out as CAN FD.
-TEST(LabFrames, GoOutAsFdWhereTheMessageIsLong) {
+TEST(LabFrames, AreSentAsCanFdWhenTheirMessageIsLongerThanEightBytes) {
   rehearsal::Setup setup = shipped("lab_amplifier.toml");
   for (can::Message& message : setup.database.messages)
     if (message.name == "AmpSet" || message.name == "SensPos") message.length = 18;
@@ -68,34 +67,34 @@ TEST(LabFrames, GoOutAsFdWhereTheMessageIsLong) {
   rehearsal.start();
   rehearsal.run_for(std::chrono::seconds(2));
   EXPECT_EQ(rehearsal.controller().axis(0).state(), AxisState::tracking);
-  EXPECT_GT(fd_frames, 3000u) << "a command and a sample a cycle, but for the first moments";
+  EXPECT_GT(fd_frames, 3000u) << "a command and a sample in each cycle after the start";
 }
 
-TEST(LabFrames, FaultWhereTheAmplifierSaysSoInItsOwnWords) {
+TEST(LabFrames, FaultTheAxisWhenTheAmplifierReportsAFaultInThem) {
   rehearsal::Setup setup = shipped("lab_amplifier.toml");
   rehearsal::Rehearsal rehearsal(setup, ignore);
   rehearsal.start();
   rehearsal.run_for(std::chrono::seconds(1));
   ASSERT_EQ(rehearsal.controller().axis(0).state(), AxisState::tracking);
-  const auto stranger = rehearsal.attach()({});
-  for (int i = 0; i < 2; ++i) {  // one of the two has another counter than the last that was heard
+  const auto foreign_node = rehearsal.attach()({});
+  for (int i = 0; i < 2; ++i) {  // at least one of the two counters differs from the last one received
     can::Frame frame{.id = 0x18EE1001, .extended = true, .length = 4, .data = {0x27, 0x10, 65}};
     frame.data[3] = static_cast<std::uint8_t>(200 + i);
-    stranger->send(frame);
+    foreign_node->send(frame);
   }
   rehearsal.run_for(milliseconds(3));
   EXPECT_EQ(rehearsal.controller().axis(0).fault().cause, controller::Cause::amplifier_fault);
 }
 
-TEST(LabFrames, AreRejectedAndCountedOnAStandardIdentifier) {
+TEST(LabFrames, AreRejectedAndCountedWhenSentWithAStandardIdentifier) {
   rehearsal::Setup setup = shipped("lab_amplifier.toml");
   for (can::Message& message : setup.database.messages)
     if (message.name == "SensPos") message.id = 0x182;
   rehearsal::Rehearsal rehearsal(setup, ignore);
   rehearsal.start();
   rehearsal.run_for(std::chrono::seconds(1));
-  const auto stranger = rehearsal.attach()({});
-  stranger->send({.id = 0x182, .extended = false, .length = 4, .data = {}});
+  const auto foreign_node = rehearsal.attach()({});
+  foreign_node->send({.id = 0x182, .extended = false, .length = 4, .data = {}});
   rehearsal.run_for(milliseconds(3));
   EXPECT_EQ(rehearsal.controller().sample_checker(0).rejected(can::Rejection::extended_id), 1u);
   EXPECT_EQ(rehearsal.controller().axis(0).state(), AxisState::tracking);

@@ -1,9 +1,8 @@
-// What is CANopen's: set-up by SDO before the start, emergencies in the record, a heartbeat that only a
-// running loop has.
+// The CANopen part of the controller: set-up by SDO before the start, emergencies in the cycle record, a
+// heartbeat that only a running loop sends.
 #include <gtest/gtest.h>
 
 #include <algorithm>
-
 #include <functional>
 #include <vector>
 
@@ -27,10 +26,10 @@ rehearsal::Setup one_axis() {
   return setup;
 }
 
-/// A rehearsal that keeps frames and events.
-class Bench {
+/// A rehearsal that keeps all frames and events.
+class LoggedLoop {
  public:
-  explicit Bench(const rehearsal::Setup& setup)
+  explicit LoggedLoop(const rehearsal::Setup& setup)
       : rehearsal(setup, [this](const controller::CycleRecord& record) {
           if (record.event) events.push_back(describe(*record.event));
         }) {
@@ -50,104 +49,104 @@ class Bench {
   std::unique_ptr<can::Bus> tester = rehearsal.attach()({});
 };
 
-TEST(SetUp, IsWrittenReadBackAndThenTheNodeIsStarted) {
+TEST(NodeSetUp, IsWrittenAndReadBackBeforeTheNodeIsStarted) {
   rehearsal::Setup setup = one_axis();
   setup.controller.axes[0].wire.amplifier_setup = {
       {.object = current_limit, .content = {.value = 140, .bytes = 2}},
       {.object = {.index = 0x2002, .subindex = 0}, .content = {.value = 1, .bytes = 1}}};
-  Bench bench(setup);
-  bench.rehearsal.run_for(std::chrono::seconds(2));
-  EXPECT_EQ(bench.axis().state(), AxisState::tracking);
-  EXPECT_EQ(bench.rehearsal.twin().axes()[0]->amplifier.objects().object(current_limit)->value, 140u);
-  const auto last_read = bench.first(0x581, 0x4F, 0);
-  const auto start = bench.first(0x000, 0x01, 1);
-  EXPECT_LT(last_read, start) << "node 1 is started when its last object has been read back";
-  EXPECT_TRUE(bench.events.empty());
+  LoggedLoop loop(setup);
+  loop.rehearsal.run_for(std::chrono::seconds(2));
+  EXPECT_EQ(loop.axis().state(), AxisState::tracking);
+  EXPECT_EQ(loop.rehearsal.twin().axes()[0]->amplifier.objects().object(current_limit)->value, 140u);
+  const auto last_read = loop.first(0x581, 0x4F, 0);
+  const auto start = loop.first(0x000, 0x01, 1);
+  EXPECT_LT(last_read, start) << "node 1 is started after its last object has been read back";
+  EXPECT_TRUE(loop.events.empty());
 }
 
-TEST(SetUp, ThatTheNodeRefusesIsAFaultWithTheAbortInWords) {
+TEST(NodeSetUp, FaultsTheAxisWithTheAbortInWordsWhenTheNodeRefusesIt) {
   rehearsal::Setup setup = one_axis();
   setup.controller.axes[0].wire.amplifier_setup = {
       {.object = {.index = 0x6000, .subindex = 2}, .content = {.value = 1, .bytes = 1}}};
-  Bench bench(setup);
-  bench.rehearsal.run_for(std::chrono::seconds(1));
-  EXPECT_EQ(bench.axis().state(), AxisState::faulted);
-  EXPECT_EQ(bench.axis().fault().cause, Cause::node_not_set_up);
-  ASSERT_EQ(bench.events.size(), 1u);
+  LoggedLoop loop(setup);
+  loop.rehearsal.run_for(std::chrono::seconds(1));
+  EXPECT_EQ(loop.axis().state(), AxisState::faulted);
+  EXPECT_EQ(loop.axis().fault().cause, Cause::node_not_set_up);
+  ASSERT_EQ(loop.events.size(), 1u);
   EXPECT_EQ(
-      bench.events[0],
+      loop.events[0],
       "node 1: not set up: object 0x6000:02: refused by the node with 0x06020000: object does not exist in "
       "the object dictionary");
-  EXPECT_EQ(bench.first(0x000, 0x01, 1), std::ssize(bench.frames)) << "the node was never started";
+  EXPECT_EQ(loop.first(0x000, 0x01, 1), std::ssize(loop.frames)) << "the node was never started";
 }
 
-TEST(SetUp, IsDoneAgainWhereTheNodeRestartsWhileWaiting) {
+TEST(NodeSetUp, IsRepeatedWhenTheNodeRestartsWhileTheAxisWaits) {
   rehearsal::Setup setup = one_axis();
   setup.controller.axes[0].wire.sensor_setup = {
       {.object = current_limit, .content = {.value = 7, .bytes = 1}}};
-  Bench bench(setup);
-  bench.rehearsal.run_for(milliseconds(110));
-  bench.tester->send(can::nmt_frame({can::NmtCommand::reset_node, 2}));
-  bench.rehearsal.run_for(std::chrono::seconds(2));
-  EXPECT_EQ(std::ranges::count_if(bench.frames, [](const can::Frame& f) { return f.id == 0x602; }), 4)
-      << "a write and a read, twice";
-  EXPECT_EQ(bench.axis().state(), AxisState::tracking);
+  LoggedLoop loop(setup);
+  loop.rehearsal.run_for(milliseconds(110));
+  loop.tester->send(can::nmt_frame({can::NmtCommand::reset_node, 2}));
+  loop.rehearsal.run_for(std::chrono::seconds(2));
+  EXPECT_EQ(std::ranges::count_if(loop.frames, [](const can::Frame& f) { return f.id == 0x602; }), 4)
+      << "a write and a read, each twice";
+  EXPECT_EQ(loop.axis().state(), AxisState::tracking);
 }
 
 TEST(Emergencies, AreRecordedInWordsAndFaultTheirAxis) {
-  Bench bench(one_axis());
-  bench.rehearsal.run_for(std::chrono::seconds(2));
-  ASSERT_EQ(bench.axis().state(), AxisState::tracking);
-  bench.tester->send(
+  LoggedLoop loop(one_axis());
+  loop.rehearsal.run_for(std::chrono::seconds(2));
+  ASSERT_EQ(loop.axis().state(), AxisState::tracking);
+  loop.tester->send(
       can::emergency_frame(1, {.code = 0x2310, .error_register = 0x03, .manufacturer = {0xAB, 0, 0, 0, 1}}));
-  bench.tester->send(can::emergency_frame(2, {.code = 0x4200, .error_register = 0x08}));
-  bench.tester->send(can::emergency_frame(3, {.code = 0x1000}));
-  bench.rehearsal.run_for(milliseconds(5));
-  EXPECT_EQ(bench.events,
+  loop.tester->send(can::emergency_frame(2, {.code = 0x4200, .error_register = 0x08}));
+  loop.tester->send(can::emergency_frame(3, {.code = 0x1000}));
+  loop.rehearsal.run_for(milliseconds(5));
+  EXPECT_EQ(loop.events,
             (std::vector<std::string>{"node 1: emergency 0x2310: current, device output side (error register "
                                       "0x03, manufacturer AB 00 00 00 01)",
                                       "node 2: emergency 0x4200: device temperature (error register 0x08)"}))
-      << "node 3 is none of this axis";
-  EXPECT_EQ(bench.axis().fault().cause, controller::Cause::node_emergency);
+      << "node 3 does not belong to this axis";
+  EXPECT_EQ(loop.axis().fault().cause, controller::Cause::node_emergency);
 }
 
-TEST(Emergencies, OfAForeignNodeOrThatSayNoErrorChangeNothing) {
-  Bench bench(one_axis());
-  bench.rehearsal.run_for(std::chrono::seconds(2));
-  bench.tester->send(can::emergency_frame(3, {.code = 0x1000}));
-  bench.tester->send(can::emergency_frame(2, {.code = 0x0000}));
-  bench.rehearsal.run_for(milliseconds(5));
-  EXPECT_EQ(bench.axis().state(), AxisState::tracking);
+TEST(Emergencies, OfAForeignNodeOrWithoutAnErrorChangeNothing) {
+  LoggedLoop loop(one_axis());
+  loop.rehearsal.run_for(std::chrono::seconds(2));
+  loop.tester->send(can::emergency_frame(3, {.code = 0x1000}));
+  loop.tester->send(can::emergency_frame(2, {.code = 0x0000}));
+  loop.rehearsal.run_for(milliseconds(5));
+  EXPECT_EQ(loop.axis().state(), AxisState::tracking);
 }
 
-TEST(Rejections, AreCountedByMessageAndCause) {
-  Bench bench(one_axis());
-  bench.rehearsal.run_for(std::chrono::seconds(2));
-  ASSERT_EQ(bench.axis().state(), AxisState::tracking);
-  bench.tester->send({.id = 0x181, .length = 8});  // no CRC
-  bench.tester->send({.id = 0x181, .length = 7});
-  bench.tester->send({.id = 0x702, .length = 2, .data = {0x05}});
-  bench.tester->send({.id = 0x702, .length = 2, .data = {0x05}});
-  bench.tester->send({.id = 0x701, .extended = true, .length = 1, .data = {0x00}});
-  bench.tester->send({.id = 0x081, .length = 7, .data = {0x10, 0x23}});
-  bench.tester->send({.id = 0x582, .length = 4, .data = {0x60, 0x01, 0x20, 0x01}});
-  bench.tester->send({.id = 0x582, .kind = can::FrameKind::remote, .length = 8});
-  bench.rehearsal.run_for(milliseconds(5));
-  std::vector<std::string> told;
-  for (const can::RejectedFrames& rejected : bench.rehearsal.controller().rejected())
-    if (std::string line = describe(rejected); !line.empty()) told.push_back(std::move(line));
-  EXPECT_EQ(told, (std::vector<std::string>{"XAmpStatus: rejected: 1 wrong length, 1 wrong CRC",
-                                            "heartbeat of node 1: rejected: 1 wrong identifier type",
-                                            "emergency of node 1: rejected: 1 wrong length",
-                                            "heartbeat of node 2: rejected: 2 wrong length",
-                                            "SDO response of node 2: rejected: 1 not a data frame, "
-                                            "1 wrong length"}))
-      << "the samples were sound";
-  EXPECT_TRUE(bench.events.empty()) << "what is malformed is no emergency";
-  EXPECT_EQ(bench.axis().state(), AxisState::tracking);
+TEST(RejectedFrames, AreCountedByMessageAndCause) {
+  LoggedLoop loop(one_axis());
+  loop.rehearsal.run_for(std::chrono::seconds(2));
+  ASSERT_EQ(loop.axis().state(), AxisState::tracking);
+  loop.tester->send({.id = 0x181, .length = 8});  // no CRC
+  loop.tester->send({.id = 0x181, .length = 7});
+  loop.tester->send({.id = 0x702, .length = 2, .data = {0x05}});
+  loop.tester->send({.id = 0x702, .length = 2, .data = {0x05}});
+  loop.tester->send({.id = 0x701, .extended = true, .length = 1, .data = {0x00}});
+  loop.tester->send({.id = 0x081, .length = 7, .data = {0x10, 0x23}});
+  loop.tester->send({.id = 0x582, .length = 4, .data = {0x60, 0x01, 0x20, 0x01}});
+  loop.tester->send({.id = 0x582, .kind = can::FrameKind::remote, .length = 8});
+  loop.rehearsal.run_for(milliseconds(5));
+  std::vector<std::string> descriptions;
+  for (const can::RejectedFrames& rejected : loop.rehearsal.controller().rejected())
+    if (std::string line = describe(rejected); !line.empty()) descriptions.push_back(std::move(line));
+  EXPECT_EQ(descriptions, (std::vector<std::string>{"XAmpStatus: rejected: 1 wrong length, 1 wrong CRC",
+                                                    "heartbeat of node 1: rejected: 1 wrong identifier type",
+                                                    "emergency of node 1: rejected: 1 wrong length",
+                                                    "heartbeat of node 2: rejected: 2 wrong length",
+                                                    "SDO response of node 2: rejected: 1 not a data frame, "
+                                                    "1 wrong length"}))
+      << "no sample is rejected";
+  EXPECT_TRUE(loop.events.empty()) << "a malformed frame is no emergency";
+  EXPECT_EQ(loop.axis().state(), AxisState::tracking);
 }
 
-/// A scheduler whose alarms stop going off: a control loop that hangs.
+/// A scheduler whose timers can stop expiring, as in a control loop that hangs.
 class HangingScheduler final : public can::Scheduler {
  public:
   explicit HangingScheduler(can::Scheduler& inner) : inner_(inner) {}
@@ -163,7 +162,7 @@ class HangingScheduler final : public can::Scheduler {
   can::Scheduler& inner_;
 };
 
-TEST(Heartbeat, IsNotSentByAControllerWhoseLoopHangs) {
+TEST(ControllerHeartbeat, StopsWhenTheControlLoopHangs) {
   const rehearsal::Setup setup = one_axis();
   can::VirtualClock clock;
   can::SimBus bus(clock, 1'000'000);

@@ -1,4 +1,4 @@
-// The shipped controller, recursive inverse and all, before a stage that is not of its kind, or creeps.
+// The shipped controller, with its recursive inverse, on a stage that has another hysteresis or creeps.
 //
 // RMS error over the 80 % triangle, 10 Hz, 1 kHz cycle, % of stroke:
 //
@@ -27,8 +27,8 @@ const model::HysteresisParameters& shipped_plant(const rehearsal::Setup& setup) 
   return std::get<model::HysteresisParameters>(setup.twin.axes[0].plant.hysteresis);
 }
 
-/// E(alpha, beta): how far the plant falls on its way from alpha down to beta, having come up from the
-/// threshold.
+/// E(alpha, beta): the fall of the plant's output from input alpha down to beta, after it has come up from
+/// the lower threshold.
 double everett(const model::HysteresisParameters& parameters, double alpha, double beta) {
   const model::Hysteresis plant(parameters);
   auto state = plant.at_lower_threshold();
@@ -36,9 +36,8 @@ double everett(const model::HysteresisParameters& parameters, double alpha, doub
   return up_um - plant.advance(state, beta).value;
 }
 
-/// A Preisach material with the shipped plant's first-order reversal curves on a grid of `levels`, as far as
-/// weights
-/// >= 0 can have them.
+/// A Preisach material with the first-order reversal curves of the shipped plant on a grid of `levels`, as
+/// far as weights >= 0 allow.
 model::PreisachParameters preisach_like(const model::HysteresisParameters& plant, int levels) {
   const auto input = [&](int i) { return 100.0 * i / levels; };
   const auto e = [&](int alpha, int beta) {
@@ -57,8 +56,8 @@ model::PreisachParameters preisach_like(const model::HysteresisParameters& plant
   return made;
 }
 
-/// Plays whose major loop falls along the shipped plant's descending curve: from the top down, play i begins
-/// to move after 2 r_i, and the slope is then the sum of the weights up to it.
+/// Plays whose major loop falls along the descending curve of the shipped plant. From the top down, play i
+/// begins to move after 2 r_i; the slope is then the sum of the weights up to play i.
 model::PrandtlIshlinskiiParameters plays_like(const model::HysteresisParameters& plant, int plays) {
   const double spacing = 50.0 / (plays + 1);
   const auto slope = [&](int i) {
@@ -94,7 +93,7 @@ double triangle_percent(rehearsal::Setup setup, const model::AnyParameters& trut
   return support::triangle_percent(outcome);
 }
 
-/// Both structures of a loop before another truth.
+/// Compares two structures of the loop on a stage with another hysteresis.
 void expect_tracked(const rehearsal::Setup& setup, const model::AnyParameters& truth, double worst_percent) {
   const double with_inverse = triangle_percent(setup, truth, Structure::inverse_pi);
   const double with_average = triangle_percent(setup, truth, Structure::average_pi);
@@ -112,7 +111,7 @@ TEST(PrandtlIshlinskiiTruth, IsTrackedByTheRecursiveInverse) {
   expect_tracked(setup, plays_like(shipped_plant(setup), 24), 0.3);
 }
 
-/// A stage whose hysteresis the controller knows, and which creeps by 1.5 % in a decade; held at 12 um.
+/// A stage whose hysteresis the controller knows, which creeps by 1.5 % a decade and is held at 12 um.
 rehearsal::Setup creeping(Structure structure) {
   rehearsal::Setup setup = support::shipped("piezo.toml");
   for (std::size_t i = 0; i < setup.twin.axes.size(); ++i) {
@@ -125,7 +124,7 @@ rehearsal::Setup creeping(Structure structure) {
   return with_structure(setup, structure);
 }
 
-/// While it is held: the error that the controller sees, and the creep that the operators say.
+/// While the stage is held: the error that the controller sees, and the creep that the operators predict.
 struct Drift {
   double error_um, creep_um;
 };
@@ -150,20 +149,20 @@ std::vector<Drift> drift(Structure structure) {
     const double now_um = plant.hysteresis_um();
     const double creep_um = step(state, 0.5 * (before_um + now_um) - start_um);
     before_um = now_um;
-    if (i >= 3000) all.push_back({error_um, creep_um});  // started up and arrived
+    if (i >= 3000) all.push_back({error_um, creep_um});  // after start-up and transition
   }
   return all;
 }
 
-// The inverse knows nothing of creep: what the operators add to the hysteresis' output is all error. Sensor
-// noise is 0.3 nm; operators and plant take the start-up in other steps, which leaves under 1 nm.
-TEST(CreepWithoutIntegralAction, DriftsAsTheOperatorSays) {
+// The inverse knows nothing of creep, so that the whole output of the creep operators is error. Sensor noise
+// is 0.3 nm. Operators and plant compute the start-up in different steps, which leaves less than 1 nm.
+TEST(CreepWithoutIntegralAction, DriftsAsTheCreepOperatorPredicts) {
   const std::vector<Drift> held = drift(Structure::inverse);
   for (const Drift& at : held) ASSERT_NEAR(at.error_um, -at.creep_um, 3e-3);
-  EXPECT_GT(std::abs(held.back().creep_um - held.front().creep_um), 0.05) << "um: it does drift";
+  EXPECT_GT(std::abs(held.back().creep_um - held.front().creep_um), 0.05) << "um: the stage does drift";
 }
 
-TEST(CreepWithIntegralAction, DoesNotShow) {
+TEST(CreepWithIntegralAction, LeavesAnErrorBelowThreeNanometres) {
   double worst_um = 0.0;
   for (const Drift& at : drift(Structure::inverse_pi)) worst_um = std::max(worst_um, std::abs(at.error_um));
   EXPECT_LT(worst_um, 3e-3) << "um: ten times the sensor's noise";

@@ -1,4 +1,4 @@
-// The controller's own frames: the status of an axis as it goes out, live setpoints as they are heard.
+// The controller's own frames: the axis status that it sends, and the live setpoints that it receives.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -30,11 +30,11 @@ rehearsal::Setup setup_of(bool live_setpoint) {
   return setup;
 }
 
-/// A rehearsal with an ear for statuses of both axes, and a hand.
-struct Bench {
-  explicit Bench(const rehearsal::Setup& setup = setup_of(true))
+/// A rehearsal with a foreign node, which keeps the statuses of both axes and can send frames.
+struct ObservedLoop {
+  explicit ObservedLoop(const rehearsal::Setup& setup = setup_of(true))
       : rehearsal(setup, [](const controller::CycleRecord&) {}) {
-    stranger->on_frame([this](const can::Frame& frame, can::Time when) {
+    foreign_node->on_frame([this](const can::Frame& frame, can::Time when) {
       if (frame.id == 0x281 || frame.id == 0x283) statuses.push_back({frame, when});
       if (frame.id == 0x281) last = decode(frame);
     });
@@ -46,25 +46,25 @@ struct Bench {
     statuses.clear();
   }
   void send(const can::Frame& frame) {
-    stranger->send(frame);
+    foreign_node->send(frame);
     rehearsal.run_for(milliseconds(2));
   }
   const controller::Axis& axis() { return rehearsal.controller().axis(0); }
   controller::SetpointCounters counters() { return *rehearsal.controller().live_setpoints(0); }
 
-  struct Heard {
+  struct ReceivedFrame {
     can::Frame frame;
     can::Time when;
   };
-  std::vector<Heard> statuses;
+  std::vector<ReceivedFrame> statuses;
   can::Decoder<can::ControllerStatus> decode{*shipped().database.find("XControllerStatus")};
   std::optional<can::ControllerStatus> last;
   rehearsal::Rehearsal rehearsal;
-  std::unique_ptr<can::Bus> stranger = rehearsal.attach()({});
+  std::unique_ptr<can::Bus> foreign_node = rehearsal.attach()({});
 };
 
-// As docs/protocol.md annotates it.
-TEST(ControllerStatusFrame, IsTheDocumentedOneByteForByte) {
+// docs/protocol.md explains these bytes.
+TEST(ControllerStatusFrame, HasTheDocumentedBytes) {
   can::Encoder<can::ControllerStatus> encode(*shipped().database.find("XControllerStatus"));
   std::optional<can::Frame> frame;
   for (int i = 0; i < 4; ++i)  // counters 0, 1, 2, 3
@@ -78,7 +78,7 @@ TEST(ControllerStatusFrame, IsTheDocumentedOneByteForByte) {
             (can::Frame{.id = 0x281, .length = 8, .data = {0x70, 0x2F, 0xFC, 0xFF, 0x04, 0x00, 0x33, 0x2E}}));
 }
 
-TEST(ControllerStatusFrame, SaysInTheDbcTheWordsOfTheLog) {
+TEST(ControllerStatusFrame, NamesStatesAndCausesInTheDbcAsInTheLog) {
   using Words = std::map<std::int64_t, std::string>;
   Words states;
   for (std::size_t i = 0; i < controller::axis_state_count; ++i)
@@ -93,62 +93,64 @@ TEST(ControllerStatusFrame, SaysInTheDbcTheWordsOfTheLog) {
     const can::Message& message = *database.find(name);
     EXPECT_EQ(message.find("State")->values, states) << name << " in " << file;
     EXPECT_EQ(message.find("Cause")->values, causes)
-        << name << " in " << file << ": its VAL_ grows with Cause, word for word";
+        << name << " in " << file << ": its VAL_ has every Cause by the same name";
   }
 }
 
-TEST(ControllerStatus, ComesWithEachHeartbeatOfTheController) {
-  Bench bench;
-  bench.track();
-  bench.rehearsal.run_for(milliseconds(1000));
-  EXPECT_EQ(bench.statuses.size(), 20u) << "two axes, ten heartbeats a second";
-  ASSERT_TRUE(bench.last);
-  EXPECT_EQ(bench.last->state, static_cast<std::uint8_t>(AxisState::tracking));
-  EXPECT_EQ(bench.last->cause, static_cast<std::uint8_t>(Cause::none));
-  EXPECT_NE(bench.last->following_error_um, 0.0);
-  EXPECT_LT(std::abs(bench.last->following_error_um), 0.5) << "um; the stage follows";
-  for (const auto& [frame, when] : bench.statuses) EXPECT_EQ(frame.length, 8);
+TEST(ControllerStatus, IsSentWithEachHeartbeatOfTheController) {
+  ObservedLoop loop;
+  loop.track();
+  loop.rehearsal.run_for(milliseconds(1000));
+  EXPECT_EQ(loop.statuses.size(), 20u) << "two axes, ten heartbeats a second";
+  ASSERT_TRUE(loop.last);
+  EXPECT_EQ(loop.last->state, static_cast<std::uint8_t>(AxisState::tracking));
+  EXPECT_EQ(loop.last->cause, static_cast<std::uint8_t>(Cause::none));
+  EXPECT_NE(loop.last->following_error_um, 0.0);
+  EXPECT_LT(std::abs(loop.last->following_error_um), 0.5) << "um; the stage follows";
+  for (const auto& [frame, when] : loop.statuses) EXPECT_EQ(frame.length, 8);
 }
 
-TEST(ControllerStatus, TellsEveryStateOfTheStart) {
+TEST(ControllerStatus, ReportsEveryStateOfTheStart) {
   rehearsal::Setup setup = setup_of(false);
-  setup.controller.axes.resize(1);  // of several, a state of one cycle may be over before its turn comes
-  Bench bench(setup);
-  std::vector<std::uint8_t> told;
-  const auto ear = bench.rehearsal.attach()({});
-  ear->on_frame([&](const can::Frame& frame, can::Time) {
-    if (frame.id == 0x281 && (told.empty() || told.back() != frame.data[4])) told.push_back(frame.data[4]);
+  setup.controller.axes.resize(1);  // with several axes, a state may end before the axis's turn comes
+  ObservedLoop loop(setup);
+  std::vector<std::uint8_t> states;
+  const auto listener = loop.rehearsal.attach()({});
+  listener->on_frame([&](const can::Frame& frame, can::Time) {
+    if (frame.id == 0x281 && (states.empty() || states.back() != frame.data[4]))
+      states.push_back(frame.data[4]);
   });
-  bench.rehearsal.run_for(std::chrono::seconds(2));
-  EXPECT_EQ(told, (std::vector<std::uint8_t>{1, 2, 3, 4})) << "waiting, initialising, ready, tracking";
+  loop.rehearsal.run_for(std::chrono::seconds(2));
+  EXPECT_EQ(states, (std::vector<std::uint8_t>{1, 2, 3, 4})) << "waiting, initialising, ready, tracking";
 }
 
-TEST(ControllerStatus, TellsAFaultInTheCycleThatFindsIt) {
-  Bench bench;
-  bench.track();
-  bench.rehearsal.run_for(milliseconds(50));  // between two heartbeats
-  bench.statuses.clear();
-  const can::Time before = bench.rehearsal.clock().now();
-  bench.stranger->send(can::heartbeat_frame(1, can::NmtState::boot_up));
-  bench.rehearsal.run_for(milliseconds(5));
-  const auto told =
-      std::ranges::find(bench.statuses, 0x281u, [](const auto& heard) { return heard.frame.id; });
-  ASSERT_NE(told, bench.statuses.end());
-  EXPECT_EQ(told->frame.data[4], static_cast<std::uint8_t>(AxisState::faulted));
-  EXPECT_EQ(told->frame.data[5], static_cast<std::uint8_t>(Cause::node_restarted));
-  EXPECT_LT(told->when - before, milliseconds(2)) << "the boot-up is acted on in the cycle that follows it";
+TEST(ControllerStatus, ReportsAFaultInTheCycleThatFindsIt) {
+  ObservedLoop loop;
+  loop.track();
+  loop.rehearsal.run_for(milliseconds(50));  // between two heartbeats
+  loop.statuses.clear();
+  const can::Time before = loop.rehearsal.clock().now();
+  loop.foreign_node->send(can::heartbeat_frame(1, can::NmtState::boot_up));
+  loop.rehearsal.run_for(milliseconds(5));
+  const auto reported =
+      std::ranges::find(loop.statuses, 0x281u, [](const auto& received) { return received.frame.id; });
+  ASSERT_NE(reported, loop.statuses.end());
+  EXPECT_EQ(reported->frame.data[4], static_cast<std::uint8_t>(AxisState::faulted));
+  EXPECT_EQ(reported->frame.data[5], static_cast<std::uint8_t>(Cause::node_restarted));
+  EXPECT_LT(reported->when - before, milliseconds(2))
+      << "the controller acts on the boot-up in the next cycle";
 }
 
-TEST(ControllerStatus, IsNotSentWhereTheDatabaseHasNone) {
+TEST(ControllerStatus, IsNotSentWhenTheDatabaseHasNoSuchMessage) {
   rehearsal::Setup setup = setup_of(false);
   std::erase_if(setup.database.messages, [](const can::Message& message) {
     return message.name.ends_with("ControllerStatus") || message.name == "XSetpoint" ||
            message.name == "YSetpoint";
   });
-  Bench bench(setup);
-  bench.rehearsal.run_for(std::chrono::seconds(2));
-  EXPECT_EQ(bench.axis().state(), AxisState::tracking);
-  EXPECT_TRUE(bench.statuses.empty());
+  ObservedLoop loop(setup);
+  loop.rehearsal.run_for(std::chrono::seconds(2));
+  EXPECT_EQ(loop.axis().state(), AxisState::tracking);
+  EXPECT_TRUE(loop.statuses.empty());
 }
 
 can::Frame setpoint(std::array<std::uint8_t, 8> bytes) {
@@ -157,57 +159,57 @@ can::Frame setpoint(std::array<std::uint8_t, 8> bytes) {
   return frame;
 }
 
-// Literal bytes: what anybody with a CAN adapter would send.
+// Literal bytes, as a user with a CAN adapter sends them.
 constexpr std::array<std::uint8_t, 8> go_to_12500_nm{0x20, 0xBC, 0xBE, 0x00, 0x01, 0x00, 0x00, 0x91};
 constexpr std::array<std::uint8_t, 8> follow_again{0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x01, 0xE5};
 constexpr std::array<std::uint8_t, 8> go_to_40_um{0x00, 0x5A, 0x62, 0x02, 0x01, 0x00, 0x02, 0x22};
 constexpr std::array<std::uint8_t, 8> mode_7{0x40, 0x81, 0xBA, 0x01, 0x07, 0x00, 0x03, 0x5F};
 
-TEST(LiveSetpoint, IsTakenWhileTrackingAndTheReferenceIsResumed) {
-  Bench bench;
-  bench.track();
-  bench.send(setpoint(go_to_12500_nm));
-  bench.rehearsal.run_for(milliseconds(3));
-  EXPECT_TRUE(bench.axis().report().point.live);
-  EXPECT_EQ(bench.counters().taken, 1u);
-  EXPECT_FALSE(bench.rehearsal.controller().axis(1).report().point.live) << "y was not meant";
-  bench.rehearsal.run_for(milliseconds(1500));
-  EXPECT_EQ(bench.axis().report().reference_um, 12.5);
-  EXPECT_NEAR(bench.axis().report().position_um, 12.5, 0.01);
-  bench.send(setpoint(follow_again));
-  bench.rehearsal.run_for(milliseconds(3));
-  EXPECT_FALSE(bench.axis().report().point.live);
-  EXPECT_EQ(bench.counters().taken, 2u);
-  EXPECT_EQ(bench.counters().refused(), 0u);
+TEST(LiveSetpoint, IsFollowedWhileTrackingUntilTheReferenceIsResumed) {
+  ObservedLoop loop;
+  loop.track();
+  loop.send(setpoint(go_to_12500_nm));
+  loop.rehearsal.run_for(milliseconds(3));
+  EXPECT_TRUE(loop.axis().report().point.live);
+  EXPECT_EQ(loop.counters().taken, 1u);
+  EXPECT_FALSE(loop.rehearsal.controller().axis(1).report().point.live) << "the frame is not for y";
+  loop.rehearsal.run_for(milliseconds(1500));
+  EXPECT_EQ(loop.axis().report().reference_um, 12.5);
+  EXPECT_NEAR(loop.axis().report().position_um, 12.5, 0.01);
+  loop.send(setpoint(follow_again));
+  loop.rehearsal.run_for(milliseconds(3));
+  EXPECT_FALSE(loop.axis().report().point.live);
+  EXPECT_EQ(loop.counters().taken, 2u);
+  EXPECT_EQ(loop.counters().refused(), 0u);
 }
 
-TEST(LiveSetpoint, IsRefusedAndCountedWhereItCannotBeFollowed) {
-  Bench bench;
-  bench.rehearsal.run_for(milliseconds(500));  // initialising
-  bench.send(setpoint(go_to_12500_nm));
-  EXPECT_EQ(bench.counters().not_tracking, 1u);
-  bench.track();
-  bench.send(setpoint(go_to_40_um));
-  EXPECT_EQ(bench.counters().out_of_range, 1u);
-  bench.send(setpoint(mode_7));
-  EXPECT_EQ(bench.counters().unknown_mode, 1u);
-  EXPECT_EQ(bench.counters().taken, 0u);
-  bench.rehearsal.run_for(milliseconds(3));
-  EXPECT_FALSE(bench.axis().report().point.live);
-  EXPECT_EQ(describe(bench.counters()),
+TEST(LiveSetpoint, IsRefusedAndCountedWhenItCannotBeFollowed) {
+  ObservedLoop loop;
+  loop.rehearsal.run_for(milliseconds(500));  // initialising
+  loop.send(setpoint(go_to_12500_nm));
+  EXPECT_EQ(loop.counters().not_tracking, 1u);
+  loop.track();
+  loop.send(setpoint(go_to_40_um));
+  EXPECT_EQ(loop.counters().out_of_range, 1u);
+  loop.send(setpoint(mode_7));
+  EXPECT_EQ(loop.counters().unknown_mode, 1u);
+  EXPECT_EQ(loop.counters().taken, 0u);
+  loop.rehearsal.run_for(milliseconds(3));
+  EXPECT_FALSE(loop.axis().report().point.live);
+  EXPECT_EQ(describe(loop.counters()),
             "0 live setpoints taken, refused: 1 not tracking, 1 out of range, 1 unknown mode");
 }
 
-// The model reaches 1.5 um, coming down to its lower threshold, to 30 um at its upper one:
-// config/piezo.model.toml.
-TEST(LiveSetpoint, IsRefusedBeyondWhatTheModelReaches) {
-  Bench bench;
-  bench.track();
+// The model of config/piezo.model.toml reaches from 1.5 um, when it comes down to its lower threshold, to
+// 30 um at its upper one.
+TEST(LiveSetpoint, IsRefusedOutsideTheRangeOfTheModel) {
+  ObservedLoop loop;
+  loop.track();
   can::Encoder<can::Setpoint> encode(*shipped().database.find("XSetpoint"));
   const auto refused = [&](double position_um) {
-    const std::uint64_t before = bench.counters().out_of_range;
-    bench.send(*encode({.position_um = position_um, .mode = can::setpoint_mode::go_to}));
-    return bench.counters().out_of_range != before;
+    const std::uint64_t before = loop.counters().out_of_range;
+    loop.send(*encode({.position_um = position_um, .mode = can::setpoint_mode::go_to}));
+    return loop.counters().out_of_range != before;
   };
   EXPECT_TRUE(refused(1.4));
   EXPECT_FALSE(refused(1.6));
@@ -215,46 +217,46 @@ TEST(LiveSetpoint, IsRefusedBeyondWhatTheModelReaches) {
   EXPECT_TRUE(refused(30.1));
 }
 
-TEST(LiveSetpoint, ThatIsDamagedOrRepeatedIsRejectedByItsCause) {
-  Bench bench;
-  bench.track();
+TEST(LiveSetpoint, IsRejectedWithItsCauseWhenDamagedOrRepeated) {
+  ObservedLoop loop;
+  loop.track();
   can::Frame damaged = setpoint(go_to_12500_nm);
   damaged.data[0] ^= 1;
-  bench.send(damaged);
+  loop.send(damaged);
   can::Frame cut = setpoint(go_to_12500_nm);
   cut.length = 7;
-  bench.send(cut);
-  bench.rehearsal.run_for(milliseconds(3));
-  EXPECT_FALSE(bench.axis().report().point.live);
-  bench.send(setpoint(go_to_12500_nm));
-  bench.send(setpoint(go_to_12500_nm));  // the same counter
-  std::string told;
-  for (const can::RejectedFrames& rejected : bench.rehearsal.controller().rejected())
-    if (rejected.message == "XSetpoint") told = describe(rejected);
-  EXPECT_EQ(told, "XSetpoint: rejected: 1 wrong length, 1 wrong CRC, 1 repeated counter");
-  EXPECT_EQ(bench.counters().taken, 1u);
+  loop.send(cut);
+  loop.rehearsal.run_for(milliseconds(3));
+  EXPECT_FALSE(loop.axis().report().point.live);
+  loop.send(setpoint(go_to_12500_nm));
+  loop.send(setpoint(go_to_12500_nm));  // the same counter
+  std::string description;
+  for (const can::RejectedFrames& rejected : loop.rehearsal.controller().rejected())
+    if (rejected.message == "XSetpoint") description = describe(rejected);
+  EXPECT_EQ(description, "XSetpoint: rejected: 1 wrong length, 1 wrong CRC, 1 repeated counter");
+  EXPECT_EQ(loop.counters().taken, 1u);
 }
 
-TEST(LiveSetpoint, IsNotHeardByAControllerThatIsNotConfiguredTo) {
-  Bench bench(setup_of(false));
-  bench.track();
-  bench.send(setpoint(go_to_12500_nm));
-  bench.rehearsal.run_for(milliseconds(3));
-  EXPECT_FALSE(bench.axis().report().point.live);
-  EXPECT_FALSE(bench.rehearsal.controller().live_setpoints(0));
+TEST(LiveSetpoint, IsIgnoredByAControllerThatIsNotConfiguredForIt) {
+  ObservedLoop loop(setup_of(false));
+  loop.track();
+  loop.send(setpoint(go_to_12500_nm));
+  loop.rehearsal.run_for(milliseconds(3));
+  EXPECT_FALSE(loop.axis().report().point.live);
+  EXPECT_FALSE(loop.rehearsal.controller().live_setpoints(0));
 }
 
-TEST(OwnFrames, AllocateNothing) {
-  Bench bench;
-  bench.track();
-  bench.statuses.reserve(1000);
+TEST(ControllerFrames, AllocateNothing) {
+  ObservedLoop loop;
+  loop.track();
+  loop.statuses.reserve(1000);
   can::Encoder<can::Setpoint> encode(*shipped().database.find("XSetpoint"));
   const std::uint64_t before = support::allocations_so_far();
   for (int i = 0; i < 100; ++i)
-    bench.send(*encode({.position_um = 10.0, .mode = static_cast<std::uint8_t>(i % 2)}));
+    loop.send(*encode({.position_um = 10.0, .mode = static_cast<std::uint8_t>(i % 2)}));
   EXPECT_EQ(support::allocations_so_far(), before);
-  EXPECT_EQ(bench.counters().taken, 100u);
-  EXPECT_GT(bench.statuses.size(), 3u);
+  EXPECT_EQ(loop.counters().taken, 100u);
+  EXPECT_GT(loop.statuses.size(), 3u);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// What the controller tells of its own time, and what it does where it comes too late: on the simulated bus,
-// under a scheduler that oversleeps by a known time.
+// What the controller reports about its own timing, and what it does when it is too late: on the simulated
+// bus, under a scheduler that is late by a known time.
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -18,9 +18,10 @@ using std::chrono::microseconds;
 using std::chrono::milliseconds;
 using support::Oversleeper;
 
-class Loop : public testing::Test {
+class CycleTimingTest : public testing::Test {
  protected:
-  explicit Loop(can::Duration trip = {}) : config_(config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml")) {
+  explicit CycleTimingTest(can::Duration trip = {})
+      : config_(config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml")) {
     config_.controller.wake_up_trip = trip;
     records_.reserve(20'000);
     twin_.emplace(config_.twin, config_.database, clock_, [this](std::span<const can::Filter>) {
@@ -40,7 +41,7 @@ class Loop : public testing::Test {
 
   void run_for(can::Duration time) { clock_.run_until(clock_.now() + time); }
   const controller::Axis& axis() const { return controller_->axis(0); }
-  /// One SYNC `late`, the next ones in time.
+  /// Makes one SYNC late by `late`; the next ones are in time.
   void oversleep_once(can::Duration late) {
     sleeper_.by = late;
     run_for(milliseconds(1));
@@ -57,7 +58,7 @@ class Loop : public testing::Test {
   std::optional<controller::Controller> controller_;
 };
 
-TEST_F(Loop, HasAPeriodOfItsConfigurationInVirtualTime) {
+TEST_F(CycleTimingTest, HasTheConfiguredPeriodInVirtualTime) {
   ASSERT_EQ(axis().state(), AxisState::tracking);
   const controller::CycleTiming& timing = controller_->timing();
   EXPECT_EQ(timing.period.count(), controller_->counters().cycles - 1);
@@ -67,7 +68,7 @@ TEST_F(Loop, HasAPeriodOfItsConfigurationInVirtualTime) {
   EXPECT_EQ(timing.wake_up.summary().max_us, 0.0);
 }
 
-TEST_F(Loop, TellsASyncThatCameTooLateAndThePeriodsAboutIt) {
+TEST_F(CycleTimingTest, ReportsALateSyncAndItsPeriod) {
   oversleep_once(microseconds(300));
   const controller::CycleTiming& timing = controller_->timing();
   EXPECT_NEAR(timing.wake_up.summary().max_us, 300.0, 1e-9);
@@ -83,8 +84,8 @@ TEST_F(Loop, TellsASyncThatCameTooLateAndThePeriodsAboutIt) {
   EXPECT_EQ(late, 2u) << "one cycle of two axes";
 }
 
-/// SYNC, then the samples of both axes one after the other on the wire: at most 67 and 135 us of frame each.
-TEST_F(Loop, TellsThePhasesOfACycle) {
+/// The SYNC and the samples of both axes follow one another on the wire: at most 67 us, and 135 us a sample.
+TEST_F(CycleTimingTest, ReportsThePhasesOfACycle) {
   const CycleRecord& x = records_[records_.size() - 2];
   const CycleRecord& y = records_.back();
   ASSERT_EQ(x.cycle, y.cycle);
@@ -95,17 +96,17 @@ TEST_F(Loop, TellsThePhasesOfACycle) {
     EXPECT_EQ(record->phases.command_sent - record->phases.sample_heard, record->turnaround);
 }
 
-class LoopThatTrips : public Loop {
+class WakeUpTrip : public CycleTimingTest {
  protected:
-  LoopThatTrips() : Loop(microseconds(400)) {}
+  WakeUpTrip() : CycleTimingTest(microseconds(400)) {}
 };
 
-TEST_F(LoopThatTrips, BridgesWhatIsBelow) {
+TEST_F(WakeUpTrip, ToleratesALatenessUpToItsLimit) {
   oversleep_once(microseconds(400));
   EXPECT_EQ(axis().state(), AxisState::tracking);
 }
 
-TEST_F(LoopThatTrips, FaultsAndSendsTheSafeDriveInTheCycleThatIsTooLate) {
+TEST_F(WakeUpTrip, FaultsTheAxesAndSendsTheSafeDriveInTheLateCycle) {
   ASSERT_EQ(axis().state(), AxisState::tracking);
   const std::size_t before = records_.size();
   oversleep_once(microseconds(401));

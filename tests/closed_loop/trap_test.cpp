@@ -1,6 +1,7 @@
 // The control thread allocates nothing, locks nothing, logs nothing and touches no file: it runs under a
-// filter that traps every system call but the few of its event loop, over a heap that counts. Here on the
-// simulated bus, with the telemetry thread, CSV and black box of the real one; on SocketCAN in tests/hil.
+// filter that traps all system calls except the few of its event loop, and on a heap that counts its calls.
+// Here it runs on the simulated bus, with the real telemetry thread, CSV and black box; tests/hil has
+// the same on SocketCAN.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <linux/futex.h>
@@ -51,7 +52,7 @@ Trapped trapped(Work work) {
 
 TEST(Trap, CatchesAnAllocation) {
   const Trapped caught = trapped([] {
-    void* volatile memory = std::malloc(100);  // volatile: else the compiler leaves both calls out
+    void* volatile memory = std::malloc(100);  // volatile: otherwise the compiler removes both calls
     std::free(memory);
     auto* volatile number = new int(1);
     delete number;
@@ -78,7 +79,7 @@ TEST(Trap, CatchesAFileAndASleep) {
   EXPECT_EQ(caught.system_calls, 2u);
 }
 
-/// What a mutex does where somebody else holds it.
+/// A mutex makes this call when another thread holds it.
 TEST(Trap, CatchesAWaitForALock) {
   const Trapped caught = trapped([] {
     int word = 1;
@@ -89,7 +90,7 @@ TEST(Trap, CatchesAWaitForALock) {
   EXPECT_EQ(caught.system_calls, 1u);
 }
 
-/// Tracking, a fault of both axes, and what comes after it; the records go the way they go on a bench.
+/// Covers tracking, a fault of both axes and the time after it. Cycle records go the same way as on real CAN.
 TEST(ControlThread, AllocatesLocksLogsAndOpensNothing) {
   std::string folder = (std::filesystem::path(testing::TempDir()) / "trap-XXXXXX").string();
   ASSERT_NE(mkdtemp(folder.data()), nullptr);

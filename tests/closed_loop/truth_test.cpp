@@ -1,5 +1,5 @@
-// Three signals of one motion: what the stage really did, what its sensor told, what the controller took it
-// for. An error of sign or scale in one of them shows against the two others.
+// Compares three signals of one motion: what the stage really did, what its sensor sent, and what the
+// controller received. An error of sign or scale in one of them shows against the two others.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -21,7 +21,7 @@ struct Cycle {
   controller::AxisReport report;
 };
 
-/// Every cycle of axis x that had a sample, from the shipped piezo stage's whole reference.
+/// All cycles of axis x with a sample, over the whole reference of the shipped piezo stage.
 std::vector<Cycle> cycles() {
   std::optional<twin::Truth> newest;
   std::vector<Cycle> all;
@@ -38,7 +38,9 @@ std::vector<Cycle> cycles() {
   return all;
 }
 
-/// Slope and residual of y = offset + slope x by least squares.
+/// Least-squares fit, with the RMS of its residual:
+///
+///   y = offset + slope x
 struct Line {
   double slope = 0.0;
   double rms = 0.0;
@@ -63,16 +65,16 @@ Line fit(const std::vector<Cycle>& cycles, X x, Y y) {
   return {slope, std::sqrt(std::abs(yy - slope * xy) / n)};
 }
 
-TEST(Truth, IsWhatTheSensorTellsAndTheControllerHears) {
+TEST(Truth, IsWhatTheSensorSendsAndTheControllerReceives) {
   const std::vector<Cycle> all = cycles();
   ASSERT_GT(all.size(), 1000u);
   double worst_um = 0.0;
   for (const Cycle& one : all)
     worst_um = std::max(worst_um, std::abs(one.report.position_um - one.truth.measured_um));
-  EXPECT_LE(worst_um, 0.51 * wire_step_um) << "nothing but the wire's rounding lies between them";
+  EXPECT_LE(worst_um, 0.51 * wire_step_um) << "they differ only by the rounding of the wire";
 
-  // Noise of 0.3 nm and a resolution of 0.1 nm; 1 % is ten standard deviations of an estimate from 10 000
-  // samples of a Gaussian, and some thousands are there.
+  // The noise is 0.3 nm and the resolution 0.1 nm. 1 % is ten standard deviations of an estimate from 10 000
+  // samples of a Gaussian; there are some thousands of samples.
   const Line sensor = fit(
       all, [](const Cycle& c) { return c.truth.position_um; },
       [](const Cycle& c) { return c.truth.measured_um; });
@@ -81,11 +83,11 @@ TEST(Truth, IsWhatTheSensorTellsAndTheControllerHears) {
   EXPECT_NEAR(sensor.rms, expected_um, 0.1 * expected_um);
 }
 
-TEST(Truth, MovesTheWayItIsDriven) {
+TEST(Truth, MovesInTheDirectionOfTheDrive) {
   const std::vector<Cycle> all = cycles();
   const Line stage = fit(
       all, [](const Cycle& c) { return c.truth.drive; }, [](const Cycle& c) { return c.truth.position_um; });
-  EXPECT_NEAR(stage.slope, 0.3, 0.05) << "30 um for 100 V, and a hysteresis about it";
+  EXPECT_NEAR(stage.slope, 0.3, 0.05) << "30 um for 100 V, with a hysteresis";
   const Line amplifier = fit(
       all, [](const Cycle& c) { return c.truth.setpoint; }, [](const Cycle& c) { return c.truth.drive; });
   EXPECT_NEAR(amplifier.slope, 1.0, 0.01);

@@ -1,4 +1,4 @@
-// Two controllers, or two twins, on one bus: who comes second does no harm, and who is disturbed says so.
+// Two controllers, or two twins, on one bus: the second one does no harm, and the disturbed one reports it.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -18,7 +18,7 @@ using controller::Cause;
 using controller::Controller;
 using std::chrono::milliseconds;
 
-/// A rehearsal of the shipped stage with a stranger on its bus.
+/// A rehearsal of the shipped stage with a foreign node on its bus.
 struct SharedBus : testing::Test {
   SharedBus() { rehearsal.start(); }
 
@@ -39,14 +39,14 @@ struct SharedBus : testing::Test {
     return true;
   }
   void send(const can::Frame& frame) {
-    stranger->send(frame);
+    foreign_node->send(frame);
     rehearsal.run_for(milliseconds(2));
   }
 
   const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
   rehearsal::Rehearsal rehearsal{support::setup_of(config), support::ignore};
   Controller& loop = rehearsal.controller();
-  std::unique_ptr<can::Bus> stranger = rehearsal.attach()({});
+  std::unique_ptr<can::Bus> foreign_node = rehearsal.attach()({});
 };
 
 struct SecondController : SharedBus {
@@ -60,7 +60,7 @@ struct SecondController : SharedBus {
   }
 };
 
-TEST_F(SecondController, FaultsBeforeItHasSentAnythingAndTheFirstTracksOn) {
+TEST_F(SecondController, FaultsBeforeItSendsAnyFrameAndTheFirstKeepsTracking) {
   track();
   start_second();
   rehearsal.run_for(milliseconds(5));
@@ -72,12 +72,12 @@ TEST_F(SecondController, FaultsBeforeItHasSentAnythingAndTheFirstTracksOn) {
   EXPECT_EQ(second->bus().counters().sent, 0u) << "not even a safe command";
   EXPECT_EQ(loop.axis(0).state(), AxisState::tracking);
   EXPECT_EQ(loop.axis(1).state(), AxisState::tracking);
-  ASSERT_EQ(records.size(), 2u) << "one record an axis tells the log";
+  ASSERT_EQ(records.size(), 2u) << "one cycle record for each axis goes to the log";
   EXPECT_EQ(records[0].report.cause, Cause::another_controller);
   EXPECT_EQ(to_string(records[0].report.cause), "another controller is on this bus");
 }
 
-TEST_F(SecondController, StartedAtTheSameInstantFaultsBothBeforeTheyArm) {
+TEST_F(SecondController, FaultsBothBeforeTheyArmWhenStartedAtTheSameInstant) {
   start_second();
   rehearsal.run_for(std::chrono::seconds(2));
   expect_faulted(*second);
@@ -85,9 +85,9 @@ TEST_F(SecondController, StartedAtTheSameInstantFaultsBothBeforeTheyArm) {
   EXPECT_TRUE(amplifiers_are_off());
 }
 
-TEST_F(SecondController, AloneListensForAHeartbeatPeriodAndThenBegins) {
+TEST_F(SharedBus, IsListenedToForAHeartbeatPeriodBeforeTheFirstSync) {
   std::vector<can::Time> syncs;
-  stranger->on_frame([&](const can::Frame& frame, can::Time received) {
+  foreign_node->on_frame([&](const can::Frame& frame, can::Time received) {
     if (frame.id == can::sync_id) syncs.push_back(received);
   });
   rehearsal.run_for(milliseconds(110));
@@ -104,31 +104,31 @@ TEST_F(SharedBus, AForeignSyncFaultsEveryAxisWithinACycle) {
   EXPECT_TRUE(amplifiers_are_off());
 }
 
-TEST_F(SharedBus, AHeartbeatOfTheControllersOwnNodeFaultsEveryAxis) {
+TEST_F(SharedBus, AForeignHeartbeatOfTheControllersNodeFaultsEveryAxis) {
   track();
   send(can::heartbeat_frame(config.controller.node, can::NmtState::operational));
   expect_faulted(loop);
 }
 
-TEST_F(SharedBus, ASoundCommandOfSomebodyElseFaultsEveryAxis) {
+TEST_F(SharedBus, AForeignCommandFaultsEveryAxis) {
   track();
   can::Encoder<can::AmpCommand> encode(*config.database.find("YAmpCommand"));
   send(*encode({.setpoint = 20.0, .enable = true, .sync_counter = 1}));
   expect_faulted(loop);
 }
 
-TEST_F(SharedBus, AnAxisStatusOfSomebodyElseFaultsEveryAxis) {
+TEST_F(SharedBus, AForeignAxisStatusFaultsEveryAxis) {
   track();
-  send({.id = 0x283, .length = 8});  // no CRC: nobody's
+  send({.id = 0x283, .length = 8});  // no CRC: it does not count
   EXPECT_EQ(loop.axis(1).state(), AxisState::tracking);
   can::Encoder<can::ControllerStatus> encode(*config.database.find("YControllerStatus"));
   send(*encode({.state = 1}));
   expect_faulted(loop);
 }
 
-TEST_F(SharedBus, WhatIsNoSyncHeartbeatOrCommandIsNobody) {
+TEST_F(SharedBus, AMalformedForeignSyncHeartbeatOrCommandDoesNotDisturbTracking) {
   track();
-  send({.id = 0x080, .length = 1, .data = {0}});  // the counter runs 1..240
+  send({.id = 0x080, .length = 1, .data = {0}});  // the counter runs from 1 to 240
   send({.id = 0x080, .length = 2, .data = {1}});
   send({.id = 0x080, .extended = true, .length = 1, .data = {1}});
   send({.id = 0x77F, .length = 1, .data = {0x11}});  // no state of CiA 301
@@ -139,7 +139,7 @@ TEST_F(SharedBus, WhatIsNoSyncHeartbeatOrCommandIsNobody) {
   EXPECT_EQ(loop.axis(1).state(), AxisState::tracking);
 }
 
-TEST_F(SharedBus, ASecondTwinHearsTheFirstAndKeepsSilent) {
+TEST_F(SharedBus, ASecondTwinDetectsTheFirstAndStaysSilent) {
   track();
   twin::Twin second(config.twin, config.database, rehearsal.clock(), rehearsal.attach());
   second.start();
@@ -150,7 +150,7 @@ TEST_F(SharedBus, ASecondTwinHearsTheFirstAndKeepsSilent) {
   EXPECT_EQ(loop.axis(0).state(), AxisState::tracking);
 }
 
-TEST_F(SharedBus, ANodeThatSomebodyElseIsTooGoesOffAndIsHeardNoMore) {
+TEST_F(SharedBus, ANodeOfTheTwinGoesOffAndStaysSilentWhenAForeignNodeHasItsNumber) {
   track();
   send(can::heartbeat_frame(1, can::NmtState::operational));
   EXPECT_EQ(rehearsal.twin().taken_node(), 1);

@@ -1,4 +1,5 @@
-// Any bytes: CandumpReader either refuses them with a place, or gives frames that it writes as it reads them.
+// For any bytes, CandumpReader either refuses them with their place, or returns frames that are the same when
+// they are written and read again.
 #include <cstddef>
 #include <cstdint>
 #include <sstream>

@@ -1,5 +1,5 @@
-// Any bytes as lines of the control socket: each is answered once at most, `ok` or why not; nothing is
-// thrown. The control thread is one that never answers.
+// For any bytes as lines of the control socket, each line has at most one answer: `ok`, or an error with its
+// reason. Nothing is thrown. The control thread never answers here.
 #include <boost/asio/io_context.hpp>
 #include <filesystem>
 #include <sstream>

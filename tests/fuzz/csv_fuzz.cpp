@@ -1,4 +1,4 @@
-// Any bytes: CsvReader either refuses them with a place, or gives rows of finite numbers.
+// For any bytes, CsvReader either refuses them with their place, or returns rows of finite numbers.
 #include <cmath>
 #include <vector>
 

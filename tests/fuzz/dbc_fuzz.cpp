@@ -1,4 +1,5 @@
-// Any bytes: parse_dbc either refuses them with a place, or gives a database whose every signal can be used.
+// For any bytes, parse_dbc either refuses them with their place, or returns a database in which every
+// signal can be used.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -16,7 +17,7 @@ using namespace hystcan::can;
 using hystcan::fuzz::demand;
 
 void use(const Signal& signal) {
-  if (!is_decodable(signal)) return;  // kept, and not decoded
+  if (!is_decodable(signal)) return;  // the database keeps it, but it is not decoded
   const SignalCodec codec(signal);
   std::vector<std::uint8_t> payload(bytes_needed(signal), 0xA5);
   const std::vector<std::uint8_t> before = payload;

@@ -1,12 +1,12 @@
-// A claim that a fuzz target makes: the fuzzer hears of it where it does not hold.
+// A condition that a fuzz target checks: the program aborts if it does not hold, which the fuzzer reports.
 #pragma once
 
 #include <cstdlib>
 
 namespace hystcan::fuzz {
 
-inline void demand(bool claim) {
-  if (!claim) std::abort();
+inline void demand(bool condition) {
+  if (!condition) std::abort();
 }
 
 }  // namespace hystcan::fuzz

@@ -1,4 +1,5 @@
-// Any bytes: load_memory either refuses them with a place, or gives a state that the model goes on from.
+// For any bytes, load_memory either refuses them with their place, or returns a state from which the model
+// goes on.
 #include <cmath>
 
 #include "config/files/model_file.h"

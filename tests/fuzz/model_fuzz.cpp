@@ -1,5 +1,5 @@
-// Any bytes: load_any_model either refuses them with a place, or gives a model that goes from threshold to
-// threshold and back by its inverse.
+// For any bytes, load_any_model either refuses them with their place, or returns a model that goes from
+// threshold to threshold and back by its inverse.
 #include <cmath>
 #include <variant>
 

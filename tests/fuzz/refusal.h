@@ -1,4 +1,4 @@
-// What a refused file must say: its place and what was expected, in one line.
+// The message about a refused file must contain, in one line, the place and what is expected.
 #pragma once
 
 #include <unistd.h>
@@ -15,7 +15,7 @@
 
 namespace hystcan::fuzz {
 
-/// The bytes as a file of their own, removed again.
+/// A temporary file with these bytes.
 class File {
  public:
   File(const std::uint8_t* data, std::size_t size)
@@ -33,7 +33,7 @@ class File {
   std::filesystem::path path_;
 };
 
-/// Runs `read`; where it refuses the file, it must say so as promised.
+/// Runs `read`. If it refuses the file, the message must have the form above.
 template <class Read>
 void read_or_refuse(const File& file, Read read) {
   try {

@@ -1,5 +1,4 @@
-// Drives a fuzz target over the files and directories it is given, where no fuzzer does; fails if there are
-// none.
+// Runs a fuzz target without a fuzzer on the given files and directories; fails if there are none.
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
@@ -15,7 +14,7 @@ namespace {
 int run(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-  // Every beginning of the file is an input too: it ends where a file should not.
+  // The beginnings of the file are inputs, too: they end where a file should not.
   for (std::size_t size = 0; size <= text.size(); size += 1 + size / 64) {
     const std::string input = text.substr(0, size);
     LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(input.data()), input.size());

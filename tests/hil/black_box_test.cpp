@@ -1,19 +1,19 @@
-// After a fault on vcan0 the last cycles lie in a file: what led to it, and what came of it.
+// After a fault on vcan0 a file holds the cycles before the fault and those after it.
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <sstream>
 
-#include "tests/hil/stage.h"
+#include "tests/hil/live_stage.h"
 
 namespace hystcan {
 namespace {
 
 using hil::json;
+using hil::LiveStage;
 using hil::milliseconds;
-using hil::Stage;
 
-/// The rows of a CSV, header first, without what begins with #.
+/// The rows of a CSV, header first, without the lines that begin with #.
 std::vector<std::vector<std::string>> rows_of(const std::filesystem::path& file) {
   std::vector<std::vector<std::string>> rows;
   std::ifstream stream(file);
@@ -36,11 +36,12 @@ std::vector<std::filesystem::path> black_boxes(const std::string& folder, const 
 }
 
 TEST(BlackBox, HoldsTheCyclesBeforeAFaultTheFaultAndAHundredAfterIt) {
-  Stage stage;
+  LiveStage stage;
   stage.start();
-  ASSERT_TRUE(hil::shell("cansend vcan0 000#0201")) << "somebody stops x's amplifier by NMT";
+  ASSERT_TRUE(hil::shell("cansend vcan0 000#0201"))
+      << "an NMT stop from another node stops the amplifier of x";
   ASSERT_TRUE(stage.bench.controller->says("x: the last ")) << stage.bench.controller->err();
-  EXPECT_EQ(stage.axis_status(1).at("state"), "tracking") << "y is not concerned";
+  EXPECT_EQ(stage.axis_status(1).at("state"), "tracking") << "the fault does not concern y";
 
   const auto files = black_boxes(stage.folder(), "x");
   ASSERT_EQ(files.size(), 1u);
@@ -55,7 +56,7 @@ TEST(BlackBox, HoldsTheCyclesBeforeAFaultTheFaultAndAHundredAfterIt) {
   std::size_t fault_row = 0;
   for (std::size_t i = 1; i < rows.size() && fault_row == 0; ++i)
     if (rows[i].at(state) == "faulted") fault_row = i;
-  ASSERT_GT(fault_row, 500u) << "start-up and tracking lie before it";
+  ASSERT_GT(fault_row, 500u) << "start-up and tracking come before it";
   EXPECT_EQ(rows.at(fault_row - 1).at(state), "tracking");
   EXPECT_EQ(rows.size() - 1 - fault_row, 100u);
   for (std::size_t i = fault_row - 100; i + 1 < rows.size(); ++i)

@@ -1,4 +1,4 @@
-// record, replay, monitor and decode beside can-utils, each against the other.
+// Compares record, replay, monitor and decode with can-utils.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "tests/hil/bench.h"
+#include "tests/hil/live_bench.h"
 #include "tests/support/shipped.h"
 
 namespace hystcan {
@@ -25,7 +25,7 @@ using hil::Process;
 
 const std::string dbc_file = HYSTCAN_SOURCE_DIR "/config/hystcan.dbc";
 
-// One frame of every kind; no two follow so closely that their order could be in doubt.
+// One frame of every kind, at distances at which their order is certain.
 const char* const log_of_candump =
     "(1000000000.000000) vcan0 123#1122\n"
     "(1000000000.010000) vcan0 12345678#\n"
@@ -62,7 +62,7 @@ class BusTools : public testing::Test {
   }
   static void settle() { std::this_thread::sleep_for(milliseconds(300)); }
 
-  /// Lines without their times.
+  /// The lines of a log without their times.
   static std::vector<std::string> frames_of(const std::string& log) {
     std::vector<std::string> frames;
     std::istringstream lines(log);
@@ -113,7 +113,7 @@ TEST_F(BusTools, CanplayerReplaysWhatRecordRecorded) {
   EXPECT_EQ(frames_of(read("again.log")), frames_of(read("in.log")));
 }
 
-TEST_F(BusTools, ReplaySendsWhatCandumpRecordedButErrorFramesNeverEarly) {
+TEST_F(BusTools, ReplaySendsWhatCandumpRecordedExceptErrorFramesAndNeverEarly) {
   write("in.log", log_of_candump);
   Process beside = candump("again.log");
   settle();
@@ -149,19 +149,19 @@ TEST_F(BusTools, ReplayFiltersRepeatsAndTakesAnotherInterface) {
   EXPECT_NE(replay.err().find("8 left out by --filter"), std::string::npos) << replay.err();
 }
 
-TEST_F(BusTools, RecordRefusesToOverwriteUnlessTold) {
+TEST_F(BusTools, RecordRefusesToOverwriteWithoutTheOption) {
   write("here.log", "precious\n");
   Process refused = record({"--output", path("here.log"), "--duration", "0.1"});
   EXPECT_EQ(refused.wait(), 2);
   EXPECT_NE(refused.err().find("--overwrite"), std::string::npos) << refused.err();
   EXPECT_EQ(read("here.log"), "precious\n");
-  Process told = record({"--output", path("here.log"), "--duration", "0.1", "--overwrite"});
-  EXPECT_EQ(told.wait(), 0) << told.err();
+  Process allowed = record({"--output", path("here.log"), "--duration", "0.1", "--overwrite"});
+  EXPECT_EQ(allowed.wait(), 0) << allowed.err();
   EXPECT_EQ(read("here.log"), "");
 }
 
-TEST_F(BusTools, AFullDiskIsSaidAndWhatIsWrittenStaysInWholeLines) {
-  // A file may not pass 4096 bytes (8 blocks of 512): the same refusal as a full disk, with another errno.
+TEST_F(BusTools, RecordReportsAFullDiskAndLeavesWholeLines) {
+  // A file may not exceed 4096 bytes (8 blocks of 512): the refusal of a full disk with another errno.
   Process recorder({"sh", "-c",
                     "trap '' XFSZ; ulimit -f 8; exec " HYSTCAN_PROGRAM " record --interface vcan0 --output " +
                         path("full.log")});
@@ -175,7 +175,7 @@ TEST_F(BusTools, AFullDiskIsSaidAndWhatIsWrittenStaysInWholeLines) {
   EXPECT_TRUE(log.ends_with("#1122334455667788\n")) << log.substr(log.size() - 60);
 }
 
-TEST_F(BusTools, FramesThatTheKernelDropsAreCountedToTheLast) {
+TEST_F(BusTools, RecordCountsEveryFrameThatTheKernelDrops) {
   Process recorder = record({"--output", path("record.log")});
   ASSERT_TRUE(recorder.says("recording vcan0"));
   settle();
@@ -244,7 +244,7 @@ TEST_F(BusTools, MonitorCountsRatesAndRejectionsByCause) {
   EXPECT_NEAR(table.at("rate_Hz"), 1.75, 0.1) << "7 frames in 4 s, or a little more";
 }
 
-TEST_F(BusTools, MonitorPrintsPlainTextWhereThereIsNoTerminal) {
+TEST_F(BusTools, MonitorPrintsPlainTextWithoutATerminal) {
   Process monitor({HYSTCAN_PROGRAM, "monitor", "--dbc", dbc_file, "--interface", "vcan0", "--period", "0.5"});
   settle();
   ASSERT_EQ(shell("cansend vcan0 201#4E61BC00010703D9"), 0);
@@ -282,8 +282,8 @@ TEST_F(KvaserBusTools, ReplayRefusesARealInterfaceUnlessForcedAndLosesNothingInA
   EXPECT_EQ(frames_of(read("record.log")), sent) << replay.err();
 }
 
-// Both cards at once: what one sends it hears as its own echo, the other from the wire. (No remote frame with
-// a length: QEMU's card keeps bytes of it that it never gives back.)
+// Records on both cards at once: one card receives its own frames as an echo, the other from the wire. The
+// test sends no remote frame with a length, because QEMU's card keeps bytes of it and never returns them.
 TEST_F(KvaserBusTools, RecordOnBothCardsWritesWhatCandumpWritesFrameByFrame) {
   Process beside_sender = candump("candump0.log", "can0");
   Process beside_receiver = candump("candump1.log", "can1");
@@ -304,22 +304,22 @@ TEST_F(KvaserBusTools, RecordOnBothCardsWritesWhatCandumpWritesFrameByFrame) {
   }
   EXPECT_EQ(read("record0.log"), read("candump0.log"));
   EXPECT_EQ(read("record1.log"), read("candump1.log"));
-  std::vector<std::string> heard = frames_of(read("record0.log"));
-  for (std::string& frame : heard) frame[3] = '1';
-  EXPECT_EQ(heard.size(), 404U);
-  EXPECT_EQ(frames_of(read("record1.log")), heard) << "the wire carries the same to both";
+  std::vector<std::string> received = frames_of(read("record0.log"));
+  for (std::string& frame : received) frame[3] = '1';
+  EXPECT_EQ(received.size(), 404U);
+  EXPECT_EQ(frames_of(read("record1.log")), received) << "both cards receive the same frames";
 }
 
-/// Only frames of these identifiers.
+/// The frames with this identifier.
 std::vector<std::string> only(std::vector<std::string> frames, const std::string& id) {
   std::erase_if(frames,
                 [&](const std::string& frame) { return frame.find(" " + id + "#") == std::string::npos; });
   return frames;
 }
 
-TEST_F(KvaserBusTools, RecordGoesOnWhereTheInterfaceOfARunningControllerWentDownAndUp) {
-  hil::Bench bench({"can0", "can1"});
-  // -D: without it candump ends where the interface goes down.
+TEST_F(KvaserBusTools, RecordContinuesAfterTheInterfaceOfARunningControllerGoesDownAndUp) {
+  hil::LiveBench bench({"can0", "can1"});
+  // Without -D candump ends when the interface goes down.
   Process beside({"sh", "-c", "exec candump -D -L can0,0:0,#FFFFFFFF >" + path("candump.log")});
   Process recorder = record({"--output", path("record.log")}, "can0");
   ASSERT_TRUE(recorder.says("recording can0"));
@@ -331,7 +331,7 @@ TEST_F(KvaserBusTools, RecordGoesOnWhereTheInterfaceOfARunningControllerWentDown
   ASSERT_EQ(shell("ip link set can0 up"), 0);
   EXPECT_TRUE(bench.controller->says("can0: bus active at")) << bench.controller->err();
   settle();
-  EXPECT_EQ(bench.ended(1).at("axes")[0].at("fault"), "interface down");
+  EXPECT_EQ(bench.stop_and_report(1).at("axes")[0].at("fault"), "interface down");
   ASSERT_EQ(shell("cansend can1 555#C0FFEE"), 0);
   settle();
   recorder.send(SIGINT);
@@ -339,13 +339,13 @@ TEST_F(KvaserBusTools, RecordGoesOnWhereTheInterfaceOfARunningControllerWentDown
   beside.send(SIGINT);
   beside.wait();
   const std::vector<std::string> recorded = frames_of(read("record.log"));
-  EXPECT_EQ(only(recorded, "555").size(), 1U) << "heard after it came back";
+  EXPECT_EQ(only(recorded, "555").size(), 1U) << "received after the interface is up again";
   const std::vector<std::string> by_candump = frames_of(read("candump.log"));
   const auto recorded_commands = static_cast<int>(only(recorded, "201").size());
   const auto all_commands = static_cast<int>(only(by_candump, "201").size());
   EXPECT_GT(recorded_commands, 300);
   EXPECT_LE(all_commands - recorded_commands, 60)
-      << "between up and found again, looked for every 50 ms, frames may be missed";
+      << "record looks for the interface every 50 ms, so that it may miss frames";
   EXPECT_GE(all_commands, recorded_commands);
 }
 

@@ -1,30 +1,30 @@
-// hystcan ctl on a controller that drives the axes of vcan0: what it answers, and what the wire shows of it.
+// hystcan ctl with a controller that drives the axes on vcan0: its answers, and the effect on the wire.
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
 
-#include "tests/hil/stage.h"
+#include "tests/hil/live_stage.h"
 
 namespace hystcan {
 namespace {
 
 using hil::between;
 using hil::json;
+using hil::LiveStage;
 using hil::milliseconds;
 using hil::now_s;
 using hil::OnWire;
 using hil::Process;
 using hil::series;
-using hil::Stage;
 
 constexpr std::size_t x = 0;
 constexpr std::size_t y = 1;
 
 struct Ctl : testing::Test {
-  Stage stage;
+  LiveStage stage;
 
-  /// Once it tracks; x can be waited for.
+  /// Starts and waits until both axes track. Axis x has `in_position`, so that `wait` accepts it.
   void start() {
     stage.files.edit(
         "piezo.toml", "[axis.control.delays]",
@@ -33,20 +33,20 @@ struct Ctl : testing::Test {
     stage.start();
   }
   void expect_done(const std::vector<std::string>& words) const {
-    const Stage::Answer answer = stage.ctl(words);
+    const LiveStage::Answer answer = stage.ctl(words);
     EXPECT_EQ(answer.status, 0) << testing::PrintToString(words) << answer.err;
   }
-  void expect_refused(const std::vector<std::string>& words, const std::string& why) const {
-    const Stage::Answer answer = stage.ctl(words);
+  void expect_refused(const std::vector<std::string>& words, const std::string& reason) const {
+    const LiveStage::Answer answer = stage.ctl(words);
     EXPECT_NE(answer.status, 0) << testing::PrintToString(words);
-    EXPECT_NE(answer.err.find(why), std::string::npos) << testing::PrintToString(words) << answer.err;
+    EXPECT_NE(answer.err.find(reason), std::string::npos) << testing::PrintToString(words) << answer.err;
   }
 };
 
 /// A client that stays connected.
-class Line {
+class Client {
  public:
-  explicit Line(const std::string& file) {
+  explicit Client(const std::string& file) {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     file.copy(address.sun_path, sizeof address.sun_path - 1);
@@ -54,11 +54,11 @@ class Line {
     const timeval limit{.tv_sec = 10, .tv_usec = 0};
     setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
   }
-  ~Line() { close(socket_); }
-  Line(const Line&) = delete;
-  Line& operator=(const Line&) = delete;
+  ~Client() { close(socket_); }
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
 
-  /// Its answer's line; what is no JSON is null.
+  /// Sends the text and returns the line of the answer; null if it is not JSON.
   json says(const std::string& text) const {
     EXPECT_EQ(send(socket_, text.data(), text.size(), MSG_NOSIGNAL), static_cast<ssize_t>(text.size()));
     std::string line;
@@ -71,7 +71,7 @@ class Line {
   int socket_ = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
 };
 
-TEST_F(Ctl, SaysWhatEveryAxisIsDoing) {
+TEST_F(Ctl, ReportsTheStatusOfEveryAxis) {
   start();
   for (const std::size_t axis : {x, y}) {
     const json status = stage.axis_status(axis);
@@ -79,12 +79,12 @@ TEST_F(Ctl, SaysWhatEveryAxisIsDoing) {
     EXPECT_EQ(status.at("fault"), "none");
     EXPECT_LT(std::abs(status.at("error_um").get<double>()), 1.0);
   }
-  const Stage::Answer table = stage.ctl({"status"});
+  const LiveStage::Answer table = stage.ctl({"status"});
   EXPECT_EQ(table.status, 0);
   EXPECT_NE(table.out.find("tracking"), std::string::npos) << table.out;
 }
 
-TEST_F(Ctl, TakesAnAxisToAPositionWaitsForItAndGivesItBackToItsReference) {
+TEST_F(Ctl, MovesAnAxisToAPositionWaitsForItAndResumesItsReference) {
   start();
   expect_done({"go", "x", "12.5"});
   expect_done({"wait", "x", "--timeout", "5"});
@@ -106,18 +106,18 @@ TEST_F(Ctl, TakesAnAxisToAPositionWaitsForItAndGivesItBackToItsReference) {
   EXPECT_TRUE(log.at("first_fault").is_null());
 }
 
-TEST_F(Ctl, DisableRampsOneAxisDownWhileTheOtherTracksOnAndEnableBringsItBack) {
+TEST_F(Ctl, DisableRampsOneAxisDownWhileTheOtherKeepsTrackingAndEnableBringsItBack) {
   start();
   expect_refused({"clear", "x"}, "x: there is no fault to clear");
   expect_refused({"enable", "x"}, "the axis is enabled already");
   expect_done({"disable", "x"});
-  ASSERT_TRUE(stage.comes_to(x, "offline"));
+  ASSERT_TRUE(stage.reaches(x, "offline"));
   const double down_s = now_s();
   std::this_thread::sleep_for(milliseconds(300));
   EXPECT_EQ(stage.axis_status(y).at("state"), "tracking");
   const double enabled_s = now_s();
   expect_done({"enable", "x"});
-  ASSERT_TRUE(stage.comes_to(x, "tracking"));
+  ASSERT_TRUE(stage.reaches(x, "tracking"));
   std::this_thread::sleep_for(milliseconds(300));
 
   const json log = stage.bench.decoded("--series");
@@ -129,47 +129,47 @@ TEST_F(Ctl, DisableRampsOneAxisDownWhileTheOtherTracksOnAndEnableBringsItBack) {
   EXPECT_LT(ramp.back().value, 1e-6);
   const std::vector<OnWire> other = between(series(log, "Y", "SensorSample"), down_s, enabled_s);
   const auto [low, high] = std::ranges::minmax(other, {}, &OnWire::value);
-  EXPECT_GT(high.value - low.value, 1.0) << "y tracks on";
+  EXPECT_GT(high.value - low.value, 1.0) << "y keeps tracking";
   EXPECT_TRUE(log.at("first_fault").is_null());
 }
 
-TEST_F(Ctl, AFaultIsToldWithItsRemedyClearedAndTheAxisTracksAgain) {
+TEST_F(Ctl, ReportsAFaultWithItsRemedyAndTheAxisTracksAgainAfterClearAndEnable) {
   start();
-  ASSERT_TRUE(hil::shell("cansend vcan0 000#0201")) << "somebody stops node 1 by NMT";
-  ASSERT_TRUE(stage.comes_to(x, "faulted"));
+  ASSERT_TRUE(hil::shell("cansend vcan0 000#0201")) << "another node stops node 1 by NMT";
+  ASSERT_TRUE(stage.reaches(x, "faulted"));
   const json status = stage.axis_status(x);
   EXPECT_NE(status.at("fault"), "none");
   EXPECT_FALSE(status.at("remedy").get<std::string>().empty());
-  const Stage::Answer table = stage.ctl({"status"});
+  const LiveStage::Answer table = stage.ctl({"status"});
   EXPECT_NE(table.out.find(status.at("remedy").get<std::string>()), std::string::npos) << table.out;
   std::printf("x: %s; %s\n", status.at("fault").get<std::string>().c_str(),
               status.at("remedy").get<std::string>().c_str());
   expect_refused({"enable", "x"}, "clear the fault first");
   expect_refused({"wait", "x"}, "faulted");
   expect_done({"clear", "x"});
-  ASSERT_TRUE(stage.comes_to(x, "offline"));
+  ASSERT_TRUE(stage.reaches(x, "offline"));
   expect_done({"enable", "x"});
-  ASSERT_TRUE(stage.comes_to(x, "tracking")) << stage.bench.controller->err();
+  ASSERT_TRUE(stage.reaches(x, "tracking")) << stage.bench.controller->err();
   EXPECT_EQ(stage.axis_status(y).at("state"), "tracking");
   expect_done({"stop"});
-  EXPECT_EQ(stage.bench.controller->wait(), 0) << "what was cleared is no reason to fail";
+  EXPECT_EQ(stage.bench.controller->wait(), 0) << "a cleared fault does not change the exit status";
 }
 
-TEST_F(Ctl, StopEndsTheProcessInOrder) {
+TEST_F(Ctl, StopEndsTheControllerCleanly) {
   start();
   expect_done({"stop"});
   EXPECT_EQ(stage.bench.controller->wait(), 0) << stage.bench.controller->err();
-  EXPECT_FALSE(std::filesystem::exists(stage.socket)) << "and its socket is gone";
-  const json log = stage.wire_at_rest();
+  EXPECT_FALSE(std::filesystem::exists(stage.socket)) << "the socket is removed";
+  const json log = stage.log_at_rest();
   hil::expect_both_safe(log);
   EXPECT_EQ(log.at("last_command").at("enable"), 0);
   EXPECT_NEAR(log.at("last_enabled_command").at("setpoint"), 0.0, 0.6) << "one cycle of 500 V/s";
 }
 
-TEST_F(Ctl, OneWriterAtATimeButAnybodyMayLookAndStop) {
+TEST_F(Ctl, AllowsOneWriterAtATimeAndAnyClientToReadAndStop) {
   start();
   {
-    const Line writer(stage.socket);
+    const Client writer(stage.socket);
     EXPECT_TRUE(
         writer.says("{\"do\": \"go_to\", \"axis\": \"x\", \"position_um\": 15.0}\n").value("ok", false));
     expect_refused({"resume", "x"}, "has the right to write until it disconnects");
@@ -178,15 +178,15 @@ TEST_F(Ctl, OneWriterAtATimeButAnybodyMayLookAndStop) {
     expect_done({"wait", "x", "--timeout", "5"});
   }
   expect_done({"resume", "x"});
-  const Line writer(stage.socket);
+  const Client writer(stage.socket);
   EXPECT_TRUE(writer.says("{\"do\": \"resume\", \"axis\": \"x\"}\n").value("ok", false));
   expect_done({"stop"});
   EXPECT_EQ(stage.bench.controller->wait(), 0) << stage.bench.controller->err();
 }
 
-TEST_F(Ctl, GarbageIsAnsweredAndSurvived) {
+TEST_F(Ctl, AnswersGarbageWithAnErrorAndTheControllerKeepsTracking) {
   start();
-  const Line line(stage.socket);
+  const Client line(stage.socket);
   for (const std::string garbage :
        {"\n", "hello\n", "[1, 2]\n", "{\n", "{\"do\": 7}\n", "{\"do\": \"fly\"}\n", "{\"do\": \"go_to\"}\n",
         "{\"do\": \"go_to\", \"axis\": \"z\", \"position_um\": 1}\n", "{\"do\": \"wait\", \"axis\": 1}\n",
@@ -198,13 +198,13 @@ TEST_F(Ctl, GarbageIsAnsweredAndSurvived) {
     EXPECT_FALSE(answer.value("ok", true)) << garbage << answer;
     EXPECT_FALSE(answer.value("error", "").empty()) << garbage;
   }
-  const json too_long = Line(stage.socket).says(std::string(70'000, 'a'));
+  const json too_long = Client(stage.socket).says(std::string(70'000, 'a'));
   EXPECT_NE(too_long.value("error", "").find("longer than"), std::string::npos) << too_long;
   EXPECT_EQ(stage.axis_status(x).at("state"), "tracking");
   EXPECT_TRUE(stage.bench.controller->running());
 }
 
-TEST_F(Ctl, TheSocketIsOwnersAndGroupsAndAStaleOneIsTakenOver) {
+TEST_F(Ctl, SocketIsOpenToOwnerAndGroupAndAStaleSocketIsReplaced) {
   start();
   struct stat found {};
   ASSERT_EQ(stat(stage.socket.c_str(), &found), 0);
@@ -212,13 +212,13 @@ TEST_F(Ctl, TheSocketIsOwnersAndGroupsAndAStaleOneIsTakenOver) {
   EXPECT_EQ(found.st_mode & 0777U, 0660U);
   stage.bench.controller->send(SIGKILL);
   EXPECT_EQ(stage.bench.controller->wait(), 128 + SIGKILL);
-  ASSERT_TRUE(std::filesystem::exists(stage.socket)) << "what the killed one leaves";
+  ASSERT_TRUE(std::filesystem::exists(stage.socket)) << "the killed controller leaves its socket";
   expect_refused({"status"}, "is the controller running");
   stage.start({"--clear-faults"});
   EXPECT_EQ(stage.axis_status(x).at("state"), "tracking");
 }
 
-TEST_F(Ctl, ASecondControllerOnTheSameSocketIsRefusedAndTheFirstTracksOn) {
+TEST_F(Ctl, ASecondControllerOnTheSameSocketIsRefusedAndTheFirstKeepsTracking) {
   start();
   Process second({HYSTCAN_PROGRAM, "controller", stage.config, "--interface", "vcan0"});
   EXPECT_EQ(second.wait(), 1);

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Reads a candump log by docs/protocol.md alone, knowing nothing of hystcan's code, and prints what it found as JSON."""
+"""Reads a candump log by docs/protocol.md alone, without hystcan's code, and prints what it finds as JSON."""
 import json
 import re
 import struct
@@ -20,7 +20,7 @@ def crc8_j1850(data):
 
 
 def frames(log):
-    """(time in s, identifier, is it a classical data frame with a standard identifier, payload)"""
+    """Yields (time in s, identifier, whether it is a classical data frame with a standard identifier, payload)."""
     for line in open(log):
         time, identifier, rest = re.fullmatch(r"\((\S+)\) \S+ ([0-9A-F]+)#(\S*)\n", line).groups()
         classical = len(identifier) == 3 and not rest.startswith(("#", "R"))
@@ -38,7 +38,7 @@ def main(log, with_series=False):
     lengths = {"Nmt": 2, "Sync": 1}
     series = {axis: defaultdict(list) for axis in AXES}
     seen, wrong, last_counter, statuses, commands = Counter(), Counter(), {}, [], []
-    said = {axis: [] for axis in AXES}
+    reported = {axis: [] for axis in AXES}
     for time_s, identifier, classical, data in frames(log):
         name = names.get(identifier)
         if name is None or not classical:
@@ -62,7 +62,7 @@ def main(log, with_series=False):
             if byte4 >= len(STATES) or byte6 & 0x80:
                 wrong["axis status"] += 1
                 continue
-            said[name[0]].append({"state": STATES[byte4], "cause": byte5, "following_error": value * 1e-6,
+            reported[name[0]].append({"state": STATES[byte4], "cause": byte5, "following_error": value * 1e-6,
                                   "limited": byte6 >> 5 & 1})
         series[name[0]][name[1:]].append([time_s, value * 1e-6, byte4])
         if name == "XAmpStatus":
@@ -73,8 +73,8 @@ def main(log, with_series=False):
                       "drive_range": [f(c["setpoint"] for c in commands) for f in (min, max)] if commands else None,
                       "last_enabled_command": next((c for c in reversed(commands) if c["enable"]), None),
                       "axis_states": {axis: [now["state"] for last, now in zip([{"state": None}] + each, each)
-                                             if now["state"] != last["state"]] for axis, each in said.items()},
-                      "last_axis_status": {axis: each[-1] if each else None for axis, each in said.items()},
+                                             if now["state"] != last["state"]] for axis, each in reported.items()},
+                      "last_axis_status": {axis: each[-1] if each else None for axis, each in reported.items()},
                       "last_status": statuses[-1] if statuses else None,
                       "series": series if with_series else None,
                       "first_fault": next((s for s in statuses if s["state"] == 3), None)}))

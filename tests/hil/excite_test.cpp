@@ -1,4 +1,4 @@
-// The round of a new actuator on real SocketCAN (docs/new_actuator.md): excite, identify, check, controller.
+// The way of a new actuator on real SocketCAN (docs/new_actuator.md): excite, identify, check, controller.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,20 +7,20 @@
 #include <fstream>
 
 #include "config/files/dataset_file.h"
-#include "tests/hil/bench.h"
+#include "tests/hil/live_bench.h"
 #include "tests/support/shipped.h"
 
 namespace hystcan {
 namespace {
 
-using hil::Bench;
 using hil::config_file;
 using hil::json;
+using hil::LiveBench;
 using hil::milliseconds;
 using hil::Process;
 using identification::Dataset;
 
-/// Some seconds of it: one major loop, three nested ones, three reversal curves each way.
+/// A program of some seconds: one major loop, three nested ones, three reversal curves each way.
 const std::vector<std::string> short_program{"--period", "1", "--cycles", "1", "--levels", "3"};
 constexpr double slew_V_per_s = 200.0;
 
@@ -28,8 +28,8 @@ std::filesystem::path in_scratch(const char* name) {
   return std::filesystem::path(testing::TempDir()) / name;
 }
 
-/// What the program records on the bench.
-Dataset excited(Bench& bench, std::vector<std::string> options) {
+/// The dataset that `excite` measures on the bus.
+Dataset excited(LiveBench& bench, std::vector<std::string> options) {
   const auto file = in_scratch("excited.csv");
   options.insert(options.end(), {"--output", file.string()});
   bench.start("excite", options);
@@ -46,33 +46,33 @@ Dataset rehearsed(std::vector<std::string> options) {
   return config::load_dataset(file).dataset;
 }
 
-/// Greatest difference between rows of the same time, to the nearest cycle.
+/// The largest difference between rows of the same time, to the nearest cycle.
 struct Difference {
   double input = 0.0;
   double output = 0.0;
   std::size_t rows = 0;
 };
-Difference difference(const Dataset& record, const Dataset& expected) {
+Difference difference(const Dataset& dataset, const Dataset& expected) {
   Difference d;
-  for (std::size_t i = 0; i < record.size(); ++i) {
-    const auto n = static_cast<std::size_t>(std::llround(record.time_s[i] * 1e3));
+  for (std::size_t i = 0; i < dataset.size(); ++i) {
+    const auto n = static_cast<std::size_t>(std::llround(dataset.time_s[i] * 1e3));
     if (n >= expected.size()) continue;
-    d.input = std::max(d.input, std::abs(record.input[i] - expected.input[n]));
-    d.output = std::max(d.output, std::abs(record.output[i] - expected.output[n]));
+    d.input = std::max(d.input, std::abs(dataset.input[i] - expected.input[n]));
+    d.output = std::max(d.output, std::abs(dataset.output[i] - expected.output[n]));
     ++d.rows;
   }
   return d;
 }
 
-// The same drive at the same time, but for the jitter of the cycles: two of them are allowed, at 200 V/s 0.4
-// V, which the steepest part of the curves, 0.4 um/V, and a resonance that doubles it turn into 0.32 um.
-TEST(Vcan, ExciteRecordsWhatItsRehearsalDoesAndNoDriveLeavesTheLimits) {
+// The drive is the same at the same time, except for jitter. Two cycles are allowed: 0.4 V at 200 V/s. The
+// steepest part of the curves, 0.4 um/V, and a resonance that doubles it make 0.32 um of that.
+TEST(Vcan, ExciteMeasuresTheSameDatasetAsItsRehearsalWithinTheDriveLimits) {
   const Dataset expected = rehearsed(short_program);
-  Bench bench({"vcan0", "vcan0"});
-  const Dataset record = excited(bench, short_program);
-  const Difference d = difference(record, expected);
+  LiveBench bench({"vcan0", "vcan0"});
+  const Dataset dataset = excited(bench, short_program);
+  const Difference d = difference(dataset, expected);
   std::printf("excite: %zu rows on vcan0, %zu rehearsed; greatest difference %.6f V, %.6f um\n",
-              record.size(), expected.size(), d.input, d.output);
+              dataset.size(), expected.size(), d.input, d.output);
   EXPECT_GT(d.rows, expected.size() * 95 / 100) << "lost cycles";
   EXPECT_LT(d.input, 2e-3 * slew_V_per_s);
   EXPECT_LT(d.output, 2e-3 * slew_V_per_s * 0.8);
@@ -84,41 +84,41 @@ TEST(Vcan, ExciteRecordsWhatItsRehearsalDoesAndNoDriveLeavesTheLimits) {
   EXPECT_NEAR(log.at("drive_range")[1], 100.0, 1e-6) << "drive_max_V";
   EXPECT_EQ(log.at("last_command").at("enable"), 0);
   EXPECT_EQ(log.at("last_command").at("setpoint"), 0.0);
-  EXPECT_EQ(log.at("seen").value("YAmpCommand", 0), 0) << "the other axis is left alone";
+  EXPECT_EQ(log.at("seen").value("YAmpCommand", 0), 0) << "the other axis is not driven";
   EXPECT_FALSE(log.at("seen").contains("XAmpEmcy"));
 }
 
-// SYNCs are sent some microseconds late. 50 us at 200 V/s are 10 mV, or 4 nm; two records' noise of 0.3 nm,
-// six times its deviation, 2.5 nm more.
-TEST(Icount, ExciteRecordsWhatItsRehearsalDoesToNanometres) {
+// SYNCs are sent some microseconds late. 50 us at 200 V/s are 10 mV, or 4 nm. The noise of two datasets,
+// 0.3 nm each, adds 2.5 nm at six standard deviations.
+TEST(Icount, ExciteMeasuresTheSameDatasetAsItsRehearsalToNanometres) {
   const Dataset expected = rehearsed(short_program);
-  Bench bench({"vcan0", "vcan0"});
-  const Dataset record = excited(bench, short_program);
-  EXPECT_NEAR(static_cast<double>(record.size()), static_cast<double>(expected.size()), 1.0)
+  LiveBench bench({"vcan0", "vcan0"});
+  const Dataset dataset = excited(bench, short_program);
+  EXPECT_NEAR(static_cast<double>(dataset.size()), static_cast<double>(expected.size()), 1.0)
       << "the last cycle may fall on either side of the end";
-  const Difference d = difference(record, expected);
+  const Difference d = difference(dataset, expected);
   EXPECT_LT(d.input, 0.010);
   EXPECT_LT(d.output, 0.0065);
 }
 
-// Nobody has measured the twin's stage: the controller begins with a straight line for a model. What it
-// identifies on the bus is the plant, but for noise and resonance, and tracks it the better: the shipped
-// model is off by 3 % and leaves 0.053 um.
-TEST(Vcan, NewActuatorIsRecordedIdentifiedAndTracked) {
+// The twin's stage is unknown at first: the model is a straight line. The model identified on the bus is the
+// plant, except for noise and resonance. It tracks better than the shipped model, which differs by 3 % and
+// leaves 0.053 um.
+TEST(Vcan, NewActuatorIsMeasuredIdentifiedAndTracked) {
   const support::ShippedCopy stage;
   const std::string config = (stage / "piezo.toml").string(), model = (stage / "piezo.model.toml").string();
-  const std::string record = (stage / "loops.csv").string();
+  const std::string dataset = (stage / "loops.csv").string();
   std::ofstream(model)
       << "[hysteresis]\nkind = \"recursive-memory\"\ninput_unit = \"V\"\noutput_unit = \"um\"\n"
          "input_min = 0.0\ninput_max = 100.0\nbasis = \"power\"\nascending = [0.0, 0.3]\n"
          "descending = [0.0, 0.3]\nk_ascending = 0.01\nk_descending = 0.01\nsymmetry = \"none\"\n";
-  Bench bench({"vcan0", "vcan0"});
+  LiveBench bench({"vcan0", "vcan0"});
   std::vector<std::string> options = short_program;
-  options.insert(options.end(), {"--output", record});
+  options.insert(options.end(), {"--output", dataset});
   bench.start("excite", options, config);
   ASSERT_EQ(bench.controller->wait(), 0) << bench.controller->err();
 
-  Process identify({HYSTCAN_PROGRAM, "identify", record, "--output", model, "--thresholds", "observed",
+  Process identify({HYSTCAN_PROGRAM, "identify", dataset, "--output", model, "--thresholds", "observed",
                     "--order", "3", "--json"});
   ASSERT_EQ(identify.wait(), 0) << identify.err();
   EXPECT_LT(json::parse(identify.out()).at("rms_percent"), 0.1);
@@ -130,11 +130,11 @@ TEST(Vcan, NewActuatorIsRecordedIdentifiedAndTracked) {
   const json axis = json::parse(bench.controller->out()).at("axes")[0];
   std::printf("identified on vcan0: %s; tracked to %s %% RMS\n", identify.out().c_str(),
               axis.at("rms_percent").dump().c_str());
-  EXPECT_LT(axis.at("rms_percent"), 0.17) << "what the shipped model leaves";
+  EXPECT_LT(axis.at("rms_percent"), 0.17) << "the error with the shipped model";
 }
 
 TEST(Vcan, ControlCOnExciteRampsDownAndKeepsTheRowsSoFar) {
-  Bench bench({"vcan0", "vcan0"});
+  LiveBench bench({"vcan0", "vcan0"});
   const auto file = in_scratch("stopped.csv");
   bench.start("excite", {"--output", file.string(), "--low", "20"});
   ASSERT_TRUE(bench.controller->says("x: tracking")) << bench.controller->err();

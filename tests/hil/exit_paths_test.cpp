@@ -1,5 +1,5 @@
-// However the controller ends, the amplifiers end at their safe value: in order by signal or hang-up, by the
-// amplifier's own watchdog where the process dies or hangs.
+// The amplifiers end at their safe value in whatever way the controller ends: by a clean stop on a signal or
+// a hang-up of the terminal, by the amplifier's own watchdog if the process dies or hangs.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <poll.h>
@@ -12,47 +12,47 @@
 #include <filesystem>
 #include <optional>
 
-#include "tests/hil/stage.h"
+#include "tests/hil/live_stage.h"
 
 namespace hystcan {
 namespace {
 
 using hil::between;
 using hil::json;
+using hil::LiveStage;
 using hil::milliseconds;
 using hil::now_s;
 using hil::OnWire;
-using hil::Stage;
 
-struct Leaving : testing::Test {
-  Stage stage;
+struct ControllerProcess : testing::Test {
+  LiveStage stage;
 
-  /// The last command switches off, from a drive that the ramp has brought down.
-  void expect_ended_in_order() {
-    const json log = stage.wire_at_rest();
+  /// The last command switches the amplifier off, after a ramp has brought the drive down.
+  void expect_clean_stop() {
+    const json log = stage.log_at_rest();
     hil::expect_both_safe(log);
     EXPECT_EQ(log.at("last_command").at("enable"), 0);
     EXPECT_NEAR(log.at("last_enabled_command").at("setpoint"), 0.0, 0.6) << "one cycle of 500 V/s";
     EXPECT_TRUE(log.at("first_fault").is_null());
   }
 
-  void ends_in_order_on(int signal) {
+  void stops_cleanly_on(int signal) {
     stage.start();
     stage.bench.controller->send(signal);
     EXPECT_EQ(stage.bench.controller->wait(), 0) << stage.bench.controller->err();
-    expect_ended_in_order();
+    expect_clean_stop();
   }
 
-  /// Without a word from the controller: the amplifiers' own watchdog did it.
+  /// The amplifiers' own watchdog has switched them off, without a command of the controller.
   void expect_tripped() {
-    const json log = stage.wire_at_rest();
+    const json log = stage.log_at_rest();
     hil::expect_both_safe(log);
     ASSERT_FALSE(log.at("first_fault").is_null());
     EXPECT_EQ(log.at("first_fault").at("fault"), 1) << "command timeout";
-    EXPECT_EQ(log.at("last_command").at("enable"), 1) << "it died in the middle of it";
+    EXPECT_EQ(log.at("last_command").at("enable"), 1) << "the controller died while tracking";
   }
 
-  void trips_when_killed_by(int signal) {
+  void amplifiers_trip_after(int signal) {
     stage.start();
     stage.bench.controller->send(signal);
     EXPECT_EQ(stage.bench.controller->wait(), 128 + signal);
@@ -60,13 +60,13 @@ struct Leaving : testing::Test {
   }
 };
 
-TEST_F(Leaving, SigintEndsInOrder) { ends_in_order_on(SIGINT); }
-TEST_F(Leaving, SigtermEndsInOrder) { ends_in_order_on(SIGTERM); }
-TEST_F(Leaving, SigquitEndsInOrder) { ends_in_order_on(SIGQUIT); }
-TEST_F(Leaving, SigabrtIsLeftToTheAmplifiersWatchdog) { trips_when_killed_by(SIGABRT); }
-TEST_F(Leaving, SigkillIsLeftToTheAmplifiersWatchdog) { trips_when_killed_by(SIGKILL); }
+TEST_F(ControllerProcess, StopsCleanlyOnSigint) { stops_cleanly_on(SIGINT); }
+TEST_F(ControllerProcess, StopsCleanlyOnSigterm) { stops_cleanly_on(SIGTERM); }
+TEST_F(ControllerProcess, StopsCleanlyOnSigquit) { stops_cleanly_on(SIGQUIT); }
+TEST_F(ControllerProcess, LeavesTheStopToTheAmplifiersWatchdogOnSigabrt) { amplifiers_trip_after(SIGABRT); }
+TEST_F(ControllerProcess, LeavesTheStopToTheAmplifiersWatchdogOnSigkill) { amplifiers_trip_after(SIGKILL); }
 
-/// The threads of a process but its first, which is the control thread.
+/// The threads of a process without its first, which is the control thread.
 std::vector<pid_t> other_threads(pid_t process) {
   std::vector<pid_t> threads;
   const std::filesystem::path folder = "/proc/" + std::to_string(process) + "/task";
@@ -77,7 +77,7 @@ std::vector<pid_t> other_threads(pid_t process) {
   return threads;
 }
 
-TEST_F(Leaving, ASegmentationFaultInAnotherThreadIsLeftToTheAmplifiersWatchdog) {
+TEST_F(ControllerProcess, LeavesTheStopToTheAmplifiersWatchdogOnASegmentationFaultInAnotherThread) {
   stage.start();
   const pid_t process = stage.bench.controller->pid();
   const std::vector<pid_t> threads = other_threads(process);
@@ -87,7 +87,7 @@ TEST_F(Leaving, ASegmentationFaultInAnotherThreadIsLeftToTheAmplifiersWatchdog) 
   expect_tripped();
 }
 
-/// Where a service manager listens; its address is in the environment while this lives.
+/// The socket of a service manager; its address is in the environment while this object exists.
 class Manager {
  public:
   Manager(std::string address, int watchdog_us) : address_(std::move(address)) {
@@ -106,8 +106,8 @@ class Manager {
   Manager(const Manager&) = delete;
   Manager& operator=(const Manager&) = delete;
 
-  /// What it is told within the time; empty: nothing.
-  std::string hears(milliseconds limit) const {
+  /// The message that arrives within the time, or an empty text.
+  std::string receives(milliseconds limit) const {
     pollfd waiting{.fd = socket_, .events = POLLIN, .revents = 0};
     if (poll(&waiting, 1, static_cast<int>(limit.count())) <= 0) return {};
     std::string text(256, '\0');
@@ -120,22 +120,22 @@ class Manager {
   int socket_ = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
 };
 
-// As systemd does it: SIGABRT when WatchdogSec is over, and SIGCONT that it may be heard.
-TEST_F(Leaving, AControllerThatHangsIsKilledByItsServiceManagerLongAfterTheAmplifiersHaveActed) {
+// systemd sends SIGABRT after WatchdogSec, and SIGCONT so that a stopped process receives it.
+TEST_F(ControllerProcess, IsKilledByItsServiceManagerWhenItHangsLongAfterTheAmplifiersWatchdogs) {
   constexpr milliseconds watchdog{300};
   const Manager manager(stage.folder() + "/notify", 300'000);
   stage.start();
-  EXPECT_EQ(manager.hears(watchdog), "READY=1\n");
-  for (int i = 0; i < 5; ++i) EXPECT_EQ(manager.hears(watchdog), "WATCHDOG=1\n");
+  EXPECT_EQ(manager.receives(watchdog), "READY=1\n");
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(manager.receives(watchdog), "WATCHDOG=1\n");
   stage.bench.controller->send(SIGSTOP);
   const double stopped_s = now_s();
-  while (!manager.hears(watchdog).empty())
-    ASSERT_LT(now_s(), stopped_s + 2.0) << "what it had said before must come to an end";
+  while (!manager.receives(watchdog).empty())
+    ASSERT_LT(now_s(), stopped_s + 2.0) << "messages from before the hang must come to an end";
   const double killed_s = now_s();
   stage.bench.controller->send(SIGABRT);
   stage.bench.controller->send(SIGCONT);
   EXPECT_EQ(stage.bench.controller->wait(), 128 + SIGABRT);
-  const json log = stage.wire_at_rest();
+  const json log = stage.log_at_rest();
   hil::expect_both_safe(log);
   ASSERT_FALSE(log.at("first_fault").is_null());
   EXPECT_EQ(log.at("first_fault").at("fault"), 1) << "command timeout";
@@ -143,7 +143,7 @@ TEST_F(Leaving, AControllerThatHangsIsKilledByItsServiceManagerLongAfterTheAmpli
   EXPECT_TRUE(between(hil::series(log, "X", "AmpCommand"), killed_s, now_s()).empty());
 }
 
-/// A command on a terminal of its own, whose screen is read.
+/// A command on its own terminal, with the text on the screen.
 class OnTerminal {
  public:
   explicit OnTerminal(std::vector<std::string> command) {
@@ -180,7 +180,7 @@ class OnTerminal {
   void hang_up() {
     if (terminal_ >= 0) close(std::exchange(terminal_, -1));
   }
-  /// As a shell would have it; nothing where it goes on for ten seconds.
+  /// The exit status as a shell reports it; empty if the command runs on for ten seconds.
   std::optional<int> status() {
     for (int i = 0; i < 500; ++i) {
       int raw = 0;
@@ -201,19 +201,19 @@ class OnTerminal {
   std::string screen_;
 };
 
-TEST_F(Leaving, ATerminalThatHangsUpEndsInOrder) {
-  OnTerminal controller(hil::first_come_first_served(
+TEST_F(ControllerProcess, StopsCleanlyWhenItsTerminalHangsUp) {
+  OnTerminal controller(hil::with_real_time_priority(
       {HYSTCAN_PROGRAM, "controller", stage.config, "--interface", "vcan0"}, "50"));
   ASSERT_TRUE(controller.shows("x: tracking") && controller.shows("y: tracking")) << controller.screen();
   controller.hang_up();
   EXPECT_EQ(controller.status(), 0);
-  expect_ended_in_order();
+  expect_clean_stop();
 }
 
-// Its log goes to a file, as of a shell's background job; it is still the terminal's.
-TEST_F(Leaving, SoDoesOneWithAllThreeStreamsElsewhere) {
+// Its streams go to files, as in a background job of a shell; the terminal still controls it.
+TEST_F(ControllerProcess, StopsCleanlyWhenItsTerminalHangsUpAndStdinStdoutStderrAreRedirected) {
   const std::string log = stage.folder() + "/log";
-  OnTerminal controller(hil::first_come_first_served(
+  OnTerminal controller(hil::with_real_time_priority(
       {"sh", "-c", "exec " HYSTCAN_PROGRAM " controller " + stage.config + " </dev/null >" + log + " 2>&1"},
       "50"));
   for (int i = 0; i < 300 && support::read_file(log).find("y: tracking") == std::string::npos; ++i)
@@ -221,10 +221,10 @@ TEST_F(Leaving, SoDoesOneWithAllThreeStreamsElsewhere) {
   ASSERT_NE(support::read_file(log).find("y: tracking"), std::string::npos) << support::read_file(log);
   controller.hang_up();
   EXPECT_EQ(controller.status(), 0) << support::read_file(log);
-  expect_ended_in_order();
+  expect_clean_stop();
 }
 
-TEST_F(Leaving, ASighupWithoutATerminalReadsTheConfigurationAgainAndTrackingGoesOn) {
+TEST_F(ControllerProcess, ReadsTheConfigurationAgainOnASighupWithoutATerminalAndKeepsTracking) {
   stage.start();
   stage.set("controller", "heartbeat_ms = 50.0");
   EXPECT_TRUE(stage.bench.controller->says("needs a restart, nothing was changed: controller.heartbeat_ms"));
@@ -232,7 +232,8 @@ TEST_F(Leaving, ASighupWithoutATerminalReadsTheConfigurationAgainAndTrackingGoes
   std::this_thread::sleep_for(milliseconds(500));
   EXPECT_TRUE(stage.bench.controller->running());
   const std::string log = stage.bench.controller->err();
-  EXPECT_NE(log.find("needs a restart"), log.rfind("needs a restart")) << "told again:\n" << log;
+  EXPECT_NE(log.find("needs a restart"), log.rfind("needs a restart")) << "the message must come again:\n"
+                                                                       << log;
   EXPECT_EQ(stage.axis_status(0).at("state"), "tracking");
 }
 

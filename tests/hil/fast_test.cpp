@@ -1,4 +1,4 @@
-// Time in the guest is instructions executed: what the loop itself takes, and nothing of the host.
+// Time in the guest is the number of executed instructions: the time of the loop itself, without the host.
 #include <gtest/gtest.h>
 #include <pthread.h>
 #include <sched.h>
@@ -13,17 +13,17 @@
 #include "can/socketcan/socketcan_bus.h"
 #include "config/schema/config.h"
 #include "controller/controller.h"
-#include "tests/hil/stage.h"
+#include "tests/hil/live_stage.h"
 
 namespace hystcan {
 namespace {
 
 using hil::json;
+using hil::LiveStage;
 using hil::milliseconds;
-using hil::Stage;
 
-/// Axis x alone, 4000 times a second: as a wire of 1 Mbit/s could not carry it, and a configuration file is
-/// refused with that. vcan0 has no bit rate.
+/// Axis x alone at 4 kHz. A wire of 1 Mbit/s cannot carry this, and a configuration file with it is refused;
+/// vcan0 has no bit rate.
 config::Config four_kilohertz() {
   config::Config config = config::load(hil::config_file);
   config.controller.rate_Hz = 4000.0;
@@ -32,7 +32,7 @@ config::Config four_kilohertz() {
   return config;
 }
 
-/// The controller of `config` on vcan0, in this thread, for `watched` once x tracks.
+/// Runs the controller in this thread until x has tracked for `watched`, or has faulted.
 void run(controller::Controller& controller, boost::asio::io_context& context, can::Scheduler& scheduler,
          can::Duration watched) {
   std::optional<can::Time> until;
@@ -49,7 +49,7 @@ void run(controller::Controller& controller, boost::asio::io_context& context, c
   context.run();
 }
 
-void become_first_come_first_served() {
+void use_real_time_priority() {
   const sched_param param{.sched_priority = 50};
   EXPECT_EQ(pthread_setschedparam(pthread_self(), SCHED_FIFO, &param), 0);
 }
@@ -57,8 +57,8 @@ void become_first_come_first_served() {
 TEST(IcountFast, OneAxisAtFourKilohertzMissesNoCycle) {
   const char* asked = std::getenv("HYSTCAN_HIL_FAST_S");
   const int run_s = asked == nullptr ? 5 : std::stoi(asked);
-  hil::Bench bench({"vcan0", "vcan0"});
-  bench.candump.reset();  // the one core is theirs
+  hil::LiveBench bench({"vcan0", "vcan0"});
+  bench.candump.reset();  // controller and twin need the one core
   const config::Config config = four_kilohertz();
   boost::asio::io_context context{1};
   can::AsioScheduler scheduler(context);
@@ -69,7 +69,7 @@ TEST(IcountFast, OneAxisAtFourKilohertzMissesNoCycle) {
       },
       [](const controller::CycleRecord&) {});
   std::thread([&] {
-    become_first_come_first_served();
+    use_real_time_priority();
     run(controller, context, scheduler, std::chrono::seconds(run_s));
     controller.send_safe_commands();
   }).join();
@@ -87,7 +87,7 @@ TEST(IcountFast, OneAxisAtFourKilohertzMissesNoCycle) {
   EXPECT_EQ(counters.late_samples, 0U);
 }
 
-/// Of the guest, which nobody else uses. The log's time goes with it.
+/// Steps the clock of the guest, which runs only this test. The times of the log step with it.
 void step_clock(std::time_t seconds) {
   timespec now{};
   ASSERT_EQ(clock_gettime(CLOCK_REALTIME, &now), 0);
@@ -95,9 +95,9 @@ void step_clock(std::time_t seconds) {
   ASSERT_EQ(clock_settime(CLOCK_REALTIME, &now), 0);
 }
 
-// Deadlines and the loop's time are of the monotonic clock; the kernel stamps frames with the time of day.
-TEST(IcountClockStep, AnHourForwardAndBackIsNothingToTheLoop) {
-  Stage stage;
+// Deadlines and loop time use the monotonic clock; the kernel stamps frames with the time of day.
+TEST(IcountClockStep, OfAnHourForwardAndBackDoesNotDisturbTheLoop) {
+  LiveStage stage;
   stage.bench.start_controller({"--json"});
   ASSERT_TRUE(stage.bench.tracks()) << stage.bench.controller->err();
   for (const std::time_t step_s : {3600, -3600, -3600, 3600}) {
@@ -106,7 +106,7 @@ TEST(IcountClockStep, AnHourForwardAndBackIsNothingToTheLoop) {
   }
   std::this_thread::sleep_for(milliseconds(500));
   EXPECT_EQ(stage.axis_status(0).at("state"), "tracking") << stage.bench.controller->err();
-  const json result = stage.bench.ended(0);
+  const json result = stage.bench.stop_and_report(0);
   EXPECT_EQ(result.at("missed_cycles"), 0);
   EXPECT_EQ(result.at("missing_samples"), 0);
   EXPECT_EQ(result.at("late_samples"), 0);

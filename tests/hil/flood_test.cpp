@@ -1,7 +1,7 @@
-// Foreign frames as fast as they go, while the axes track: only the kernel is to be bothered by them.
+// Foreign frames at the highest rate while the axes track: only the kernel may spend time on them.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <fmt/format.h>
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -12,19 +12,19 @@
 
 #include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
-#include "tests/hil/bench.h"
+#include "tests/hil/live_bench.h"
 #include "tests/support/rehearsed.h"
 
 namespace hystcan {
 namespace {
 
-using hil::Bench;
 using hil::config_file;
 using hil::FreshVcan;
 using hil::json;
+using hil::LiveBench;
 using hil::Process;
 
-/// What the two axes of the shipped configuration speak by (docs/protocol.md).
+/// The identifiers that the two axes of the shipped configuration use (docs/protocol.md).
 std::set<unsigned> own_identifiers() {
   std::set<unsigned> ids{0x000, 0x080, 0x77F};
   for (const unsigned node : {1U, 2U, 3U, 4U})
@@ -32,8 +32,8 @@ std::set<unsigned> own_identifiers() {
   return ids;
 }
 
-/// Every other identifier in turn, as a frame of each kind in turn: what `cangen -I i -L i -D i -m` sends,
-/// less ours.
+/// A frame of each kind for every other identifier: what `cangen -I i -L i -D i -m` sends, without our own
+/// identifiers.
 std::string foreign_frames() {
   const std::set<unsigned> own = own_identifiers();
   std::string log;
@@ -49,7 +49,7 @@ std::string foreign_frames() {
   return log;
 }
 
-json one_pass(Bench& bench) {
+json one_pass(LiveBench& bench) {
   bench.start_controller({"--once", "--json"});
   EXPECT_EQ(bench.controller->wait(), 0) << bench.controller->err();
   return json::parse(bench.controller->out());
@@ -61,13 +61,13 @@ std::int64_t frames_on_vcan0() {
   return frames;
 }
 
-// As in Icount.TracksWithTheErrorThatVirtualTimePredicts, with the same tolerance: a frame that nobody's
-// filter lets through costs the kernel's interrupt some microseconds, by which a cycle may begin later.
-TEST(IcountFlood, OfForeignFramesLeavesTheControlErrorAsItIs) {
+// The tolerance is that of Icount.TracksWithTheErrorThatVirtualTimePredicts. A frame that no filter accepts
+// takes some microseconds of the kernel's interrupt, by which a cycle may begin later.
+TEST(IcountFlood, OfForeignFramesDoesNotChangeTheControlError) {
   const config::Config config = config::load(config_file);
   const rehearsal::Outcome predicted = rehearsal::run_once(support::setup_of(config), 0.1, support::ignore);
   const FreshVcan fresh;
-  Bench bench({"vcan0", "vcan0"});
+  LiveBench bench({"vcan0", "vcan0"});
   bench.candump.reset();
   const json quiet = one_pass(bench);
   const std::string log = (std::filesystem::path(testing::TempDir()) / "foreign.log").string();

@@ -1,18 +1,18 @@
-// What a lab does to a bus while the axes track, on real SocketCAN: the interface goes down, vanishes, the
-// controller goes off the bus, somebody floods it.
+// What happens to a bus in a laboratory while the axes track, on real SocketCAN: the interface goes down or
+// disappears, the CAN controller goes bus-off, another node floods the bus.
 #include <gtest/gtest.h>
 
 #include <string>
 #include <thread>
 
-#include "tests/hil/bench.h"
+#include "tests/hil/live_bench.h"
 
 namespace hystcan {
 namespace {
 
-using hil::Bench;
 using hil::FreshVcan;
 using hil::json;
+using hil::LiveBench;
 using hil::milliseconds;
 using hil::shell;
 
@@ -22,7 +22,7 @@ struct VcanHostile : testing::Test {
     ASSERT_TRUE(bench.tracks()) << bench.controller->err();
   }
   FreshVcan fresh;
-  Bench bench{{"vcan0", "vcan0"}};
+  LiveBench bench{{"vcan0", "vcan0"}};
 };
 
 TEST_F(VcanHostile, TheLinkDownAndUpFaultsBothAxesWithItsCauseAndArmsNothing) {
@@ -32,7 +32,7 @@ TEST_F(VcanHostile, TheLinkDownAndUpFaultsBothAxesWithItsCauseAndArmsNothing) {
   ASSERT_TRUE(shell("ip link set vcan0 up"));
   EXPECT_TRUE(bench.controller->says("vcan0: bus active at")) << bench.controller->err();
   std::this_thread::sleep_for(milliseconds(300));
-  const json result = bench.ended(1);
+  const json result = bench.stop_and_report(1);
   for (const json& axis : result.at("axes")) {
     EXPECT_EQ(axis.at("fault"), "interface down");
     EXPECT_EQ(axis.at("state"), "faulted");
@@ -41,25 +41,25 @@ TEST_F(VcanHostile, TheLinkDownAndUpFaultsBothAxesWithItsCauseAndArmsNothing) {
   EXPECT_GT(result.at("bus").at("send_refused"), 0);
 }
 
-TEST_F(VcanHostile, AnInterfaceDeletedAndMadeAgainIsFoundAgainAndAnotherRunTracks) {
+TEST_F(VcanHostile, AnInterfaceThatIsDeletedAndMadeAgainIsFoundAndANewStartTracks) {
   ASSERT_TRUE(shell("ip link del vcan0"));
   EXPECT_TRUE(bench.controller->says("x: faulted")) << bench.controller->err();
   ASSERT_TRUE(shell("ip link add dev vcan0 type vcan && ip link set vcan0 up"));
   EXPECT_TRUE(bench.controller->says("vcan0: bus active at")) << bench.controller->err();
-  EXPECT_EQ(bench.ended(1).at("axes")[0].at("fault"), "interface down");
+  EXPECT_EQ(bench.stop_and_report(1).at("axes")[0].at("fault"), "interface down");
   bench.start_controller({"--clear-faults"});
   EXPECT_TRUE(bench.tracks()) << bench.controller->err();
 }
 
 // The bytes that canerrsim of can-utils writes for bus-off and for a restart.
-TEST_F(VcanHostile, BusOffDisarmsAtOnceAndOnlyAFreshStartArmsAgain) {
+TEST_F(VcanHostile, BusOffDisarmsAtOnceAndOnlyANewStartArmsAgain) {
   ASSERT_TRUE(shell("cansend vcan0 20000040#0000000000000000"));
   EXPECT_TRUE(bench.controller->says("x: faulted")) << bench.controller->err();
   EXPECT_TRUE(bench.controller->says("vcan0: bus bus-off at")) << bench.controller->err();
   ASSERT_TRUE(shell("cansend vcan0 20000100#0000000000000000"));
   EXPECT_TRUE(bench.controller->says("1 restarts after bus-off")) << bench.controller->err();
   std::this_thread::sleep_for(milliseconds(300));
-  const json result = bench.ended(1);
+  const json result = bench.stop_and_report(1);
   for (const json& axis : result.at("axes")) EXPECT_EQ(axis.at("fault"), "bus-off");
   EXPECT_EQ(result.at("bus").at("bus_offs"), 1);
   EXPECT_EQ(result.at("bus").at("restarts"), 1);
@@ -67,19 +67,20 @@ TEST_F(VcanHostile, BusOffDisarmsAtOnceAndOnlyAFreshStartArmsAgain) {
   EXPECT_TRUE(bench.tracks()) << bench.controller->err();
 }
 
-TEST_F(VcanHostile, WarningAndPassiveAreToldWithTheErrorCountersAndTrackingGoesOn) {
+TEST_F(VcanHostile, WarningAndPassiveAreReportedWithTheErrorCountersAndTrackingContinues) {
   ASSERT_TRUE(shell("cansend vcan0 20000204#0020000000008803"));
   EXPECT_TRUE(bench.controller->says("vcan0: bus passive at")) << bench.controller->err();
   ASSERT_TRUE(shell("cansend vcan0 20000204#0040000000000000"));
   EXPECT_TRUE(bench.controller->says("vcan0: bus active at")) << bench.controller->err();
-  const json result = bench.ended(0);
+  const json result = bench.stop_and_report(0);
   EXPECT_EQ(result.at("bus").at("passives"), 1);
   EXPECT_EQ(result.at("bus").at("error_frames"), 2);
 }
 
-// Every identifier, length and kind of frame as fast as they go: among them NMT commands, SYNCs, and frames
-// in the place of ours. The axes go on tracking or fault with a cause; the amplifiers are safe in the end.
-TEST_F(VcanHostile, AFloodOfEveryKindOfFrameIsSurvivedOrFaultedAndWhatIsWrongIsCounted) {
+// The flood has every identifier, length and kind of frame at the highest rate, also NMT commands, SYNCs
+// and our own identifiers. The axes keep tracking or fault with a cause; the amplifiers are safe at the
+// end.
+TEST_F(VcanHostile, AFloodOfEveryKindOfFrameIsBridgedOrFaultsTheAxesAndRejectedFramesAreCounted) {
   ASSERT_TRUE(shell("cangen vcan0 -g 0 -I i -L i -D i -m -n 40000"));
   std::this_thread::sleep_for(milliseconds(300));
   ASSERT_TRUE(bench.controller->running()) << bench.controller->err();
@@ -94,7 +95,7 @@ TEST_F(VcanHostile, AFloodOfEveryKindOfFrameIsSurvivedOrFaultedAndWhatIsWrongIsC
                 std::string(axis.at("fault")).c_str(), rejected.dump().c_str());
     int frames = 0;
     for (const auto& [cause, count] : rejected.items()) frames += static_cast<int>(count);
-    EXPECT_GT(frames, 0) << "cangen comes by every identifier some times";
+    EXPECT_GT(frames, 0) << "cangen sends every identifier some times";
     EXPECT_TRUE(axis.at("fault") != "none" || axis.at("rms_percent") < 1.0) << axis.dump(2);
   }
   for (const char* message : {"XAmpStatus", "heartbeat of node 2"}) {
@@ -106,11 +107,11 @@ TEST_F(VcanHostile, AFloodOfEveryKindOfFrameIsSurvivedOrFaultedAndWhatIsWrongIsC
   EXPECT_TRUE(status == 0 || status == 1) << status;
   std::this_thread::sleep_for(milliseconds(200));
   bench.twin->send(SIGINT);
-  const bool ended_well = bench.twin->wait() == 0;
-  const std::string told = bench.twin->err();
-  EXPECT_TRUE(ended_well || told.find("is on this bus already") != std::string::npos)
-      << "some frame may be a sound heartbeat of one of its nodes: " << told;
-  EXPECT_NE(told.find("x: amplifier off, at its safe value 0.000"), std::string::npos) << told;
+  const bool ended_cleanly = bench.twin->wait() == 0;
+  const std::string log = bench.twin->err();
+  EXPECT_TRUE(ended_cleanly || log.find("is on this bus already") != std::string::npos)
+      << "a frame may be a valid heartbeat of one of its nodes: " << log;
+  EXPECT_NE(log.find("x: amplifier off, at its safe value 0.000"), std::string::npos) << log;
   EXPECT_NE(bench.twin->out().find("bus active: "), std::string::npos) << bench.twin->out();
   EXPECT_NE(bench.twin->out().find("XAmpCommand: rejected: "), std::string::npos) << bench.twin->out();
 }

@@ -1,20 +1,21 @@
-// Two SJA1000 controllers under their real driver, on one wire, while the axes track. QEMU's model of them
-// acknowledges always and knows no errors of the wire: of the status bits it sets only the receive overrun,
-// error counters and bit timing read 0, two bit rates understand each other. So the driver's own bus-off
-// cannot be had here; error frames as canerrsim writes them stand for it, and what a driver in bus-off does
-// is tried on a serial adapter (tests/can/socketcan/serial_adapter_test.cpp).
+// Two SJA1000 controllers with their real driver on one wire, while the axes track.
+//
+// QEMU's model of them always acknowledges and has no errors of the wire: it sets no status bit except the
+// receive overrun, error counters and bit timing read 0, and nodes with different bit rates understand each
+// other. Therefore the driver's own bus-off cannot occur here. Error frames as canerrsim writes them replace
+// it; tests/can/socketcan/serial_adapter_test.cpp tests what a driver in bus-off does.
 #include <gtest/gtest.h>
 
 #include <string>
 #include <thread>
 
-#include "tests/hil/bench.h"
+#include "tests/hil/live_bench.h"
 
 namespace hystcan {
 namespace {
 
-using hil::Bench;
 using hil::json;
+using hil::LiveBench;
 using hil::milliseconds;
 using hil::shell;
 
@@ -24,23 +25,23 @@ struct KvaserHostile : testing::Test {
     ASSERT_TRUE(bench.tracks()) << bench.controller->err();
   }
   ~KvaserHostile() override { shell("tc qdisc del dev can0 root 2>/dev/null"); }
-  Bench bench{{"can0", "can1"}};
+  LiveBench bench{{"can0", "can1"}};
 };
 
-TEST_F(KvaserHostile, TheLinkDownAndUpFaultsBothAxesAndAFreshStartTracks) {
+TEST_F(KvaserHostile, TheLinkDownAndUpFaultsBothAxesAndANewStartTracks) {
   EXPECT_TRUE(bench.controller->says("can0: 1000 kbit/s")) << bench.controller->err();
   ASSERT_TRUE(shell("ip link set can0 down"));
   EXPECT_TRUE(bench.controller->says("x: faulted")) << bench.controller->err();
   ASSERT_TRUE(shell("ip link set can0 up"));
   EXPECT_TRUE(bench.controller->says("can0: bus active at")) << bench.controller->err();
-  EXPECT_EQ(bench.ended(1).at("axes")[0].at("fault"), "interface down");
+  EXPECT_EQ(bench.stop_and_report(1).at("axes")[0].at("fault"), "interface down");
   bench.start_controller({"--clear-faults"});
   EXPECT_TRUE(bench.tracks()) << bench.controller->err();
 }
 
-// The driver, asked 50 ms later, is not in bus-off; so it ends without a restart frame. The axes stay
-// disarmed.
-TEST_F(KvaserHostile, BusOffThatTheDriverDeniesDisarmsAllTheSame) {
+// 50 ms later the driver reports that it is not in bus-off. The bus-off therefore ends without a restart
+// frame; the axes stay disarmed.
+TEST_F(KvaserHostile, BusOffDisarmsAlsoWhenTheDriverDeniesIt) {
   EXPECT_FALSE(shell("ip link set can0 type can restart 2>/dev/null"))
       << "the driver restarts from bus-off only";
   ASSERT_TRUE(shell("cansend can0 20000040#0000000000000000"));
@@ -48,7 +49,7 @@ TEST_F(KvaserHostile, BusOffThatTheDriverDeniesDisarmsAllTheSame) {
   EXPECT_TRUE(bench.controller->says("can0: bus bus-off at")) << bench.controller->err();
   EXPECT_TRUE(bench.controller->says("can0: bus active at")) << bench.controller->err();
   std::this_thread::sleep_for(milliseconds(300));
-  const json result = bench.ended(1);
+  const json result = bench.stop_and_report(1);
   for (const json& axis : result.at("axes")) EXPECT_EQ(axis.at("fault"), "bus-off");
   EXPECT_EQ(result.at("bus").at("bus_offs"), 1);
   EXPECT_EQ(result.at("bus").at("restarts"), 0);
@@ -56,15 +57,15 @@ TEST_F(KvaserHostile, BusOffThatTheDriverDeniesDisarmsAllTheSame) {
   EXPECT_TRUE(bench.tracks()) << bench.controller->err();
 }
 
-// One frame in 8 ms goes out and two may wait, of three that are sent each millisecond: the kernel refuses
-// the rest (ENOBUFS). As on a bus on which something else holds the wire.
-TEST_F(KvaserHostile, AQueueThatIsFullFaultsWithACauseAndAFreshStartTracks) {
+// The controller sends three frames each millisecond. One frame in 8 ms goes out and two may wait: the kernel
+// refuses the rest (ENOBUFS), as on a bus that another node occupies.
+TEST_F(KvaserHostile, AFullTransmitQueueFaultsWithACauseAndANewStartTracks) {
   ASSERT_TRUE(shell("tc qdisc replace dev can0 root tbf rate 16kbit burst 20 limit 32"));
   EXPECT_TRUE(bench.controller->says("x: faulted")) << bench.controller->err();
   EXPECT_TRUE(bench.controller->says("y: faulted")) << bench.controller->err();
   ASSERT_TRUE(shell("tc qdisc del dev can0 root"));
   std::this_thread::sleep_for(milliseconds(300));
-  const json result = bench.ended(1);
+  const json result = bench.stop_and_report(1);
   for (const json& axis : result.at("axes")) {
     EXPECT_NE(axis.at("fault"), "none");
     std::printf("axis %s: %s\n", std::string(axis.at("name")).c_str(), std::string(axis.at("fault")).c_str());

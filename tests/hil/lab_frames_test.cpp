@@ -1,4 +1,4 @@
-// A lab's own frames between the two processes: 29-bit identifiers, nodes set up by SDO, CAN FD.
+// A laboratory's own frames between the two processes: 29-bit identifiers, nodes set up by SDO, CAN FD.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -6,19 +6,19 @@
 #include <string>
 #include <vector>
 
-#include "tests/hil/bench.h"
+#include "tests/hil/live_bench.h"
 
 namespace hystcan {
 namespace {
 
-using hil::Bench;
 using hil::FreshVcan;
 using hil::json;
+using hil::LiveBench;
 using hil::Process;
 
 using Log = std::vector<std::string>;
 
-/// Those frames of the log that begin with one of the prefixes.
+/// The frames of the log that begin with one of the prefixes.
 Log with(const Log& log, const std::vector<std::string>& prefixes) {
   Log found;
   std::ranges::copy_if(log, std::back_inserter(found), [&](const std::string& frame) {
@@ -30,7 +30,7 @@ Log with(const Log& log, const std::vector<std::string>& prefixes) {
 
 std::size_t count(const Log& log, const std::string& prefix) { return with(log, {prefix}).size(); }
 
-/// CRC-8H2F as AUTOSAR's specification of CRC routines has it, bit by bit.
+/// CRC-8H2F of AUTOSAR's specification of CRC routines, computed bit by bit.
 unsigned crc8_h2f(const std::string& bytes) {
   unsigned crc = 0xFF;
   for (const char byte : bytes) {
@@ -50,9 +50,9 @@ std::string from_hex(const std::string& digits) {
 struct VcanLabFrames : testing::Test {
   std::string config() const { return (folder / "lab_amplifier.toml").string(); }
 
-  /// What candump saw of one pass of the reference, tracked to its end.
+  /// The frames that candump received while the axis tracked the reference once.
   Log one_pass() {
-    Bench bench({"vcan0", "vcan0"}, config());
+    LiveBench bench({"vcan0", "vcan0"}, config());
     bench.start_controller({"--once", "--json"});
     EXPECT_EQ(bench.controller->wait(), 0) << bench.controller->err();
     const json result = json::parse(bench.controller->out());
@@ -63,7 +63,7 @@ struct VcanLabFrames : testing::Test {
     for (const auto& [cause, frames] : axis.at("rejected_samples").items()) EXPECT_EQ(frames, 0) << cause;
     return bench.frames();
   }
-  /// The kind of trouble that ends either process at once.
+  /// Twin and controller both end at once with this message.
   void both_refuse(const std::string& message) {
     for (const char* command : {"twin", "controller"}) {
       Process process({HYSTCAN_PROGRAM, command, config(), "--interface", "vcan0"});
@@ -95,7 +95,7 @@ const char* const setup_by_sdo =
     "[[axis.sensor_setup]]\nindex = 0x2100\nsubindex = 0\nvalue = 7\nbytes = 1\n\n"
     "[axis.frames.command]";
 
-TEST_F(VcanLabFrames, BeginWithEveryObjectWrittenAndReadBackBeforeTheNodeIsStarted) {
+TEST_F(VcanLabFrames, StartANodeOnlyAfterEveryObjectIsWrittenAndReadBack) {
   folder.edit("lab_amplifier.toml", "[axis.frames.command]", setup_by_sdo);
   const Log log = one_pass();
   const auto until_started = [&](const std::vector<std::string>& prefixes, const std::string& start) {
@@ -109,13 +109,13 @@ TEST_F(VcanLabFrames, BeginWithEveryObjectWrittenAndReadBackBeforeTheNodeIsStart
   EXPECT_EQ(
       with(until_started({"602#", "582#", "000#"}, "000#0102"), {"602#", "582#"}),
       (Log{"602#2F00210007000000", "582#6000210000000000", "602#4000210000000000", "582#4F00210007000000"}));
-  EXPECT_EQ(count(log, "601#"), 2U) << "once set up, not again";
+  EXPECT_EQ(count(log, "601#"), 2U) << "the node is set up only once";
 }
 
-TEST_F(VcanLabFrames, FaultWithTheReasonWhereANodeRefusesAnObject) {
+TEST_F(VcanLabFrames, FaultTheAxisWithTheReasonWhenANodeRefusesAnObject) {
   folder.edit("lab_amplifier.toml", "[axis.frames.command]", setup_by_sdo);
   folder.edit("lab_amplifier.toml", "index = 0x2001", "index = 0x1017");  // the twin keeps 0x2000 to 0x5FFF
-  Bench bench({"vcan0", "vcan0"}, config());
+  LiveBench bench({"vcan0", "vcan0"}, config());
   bench.start_controller({"--once", "--json"});
   EXPECT_EQ(bench.controller->wait(), 1) << bench.controller->err();
   EXPECT_EQ(json::parse(bench.controller->out()).at("axes")[0].at("fault"), "node not set up");
@@ -124,7 +124,7 @@ TEST_F(VcanLabFrames, FaultWithTheReasonWhereANodeRefusesAnObject) {
       << bench.controller->err();
   const Log log = bench.frames();
   EXPECT_EQ(count(log, "601#2B1710053412"), 3U) << "tried three times";
-  EXPECT_EQ(count(log, "000#0101"), 0U) << "what is not set up is not started";
+  EXPECT_EQ(count(log, "000#0101"), 0U) << "a node that is not set up is not started";
 }
 
 struct VcanLabFdFrames : VcanLabFrames {
@@ -134,19 +134,20 @@ struct VcanLabFdFrames : VcanLabFrames {
   }
 };
 
-TEST_F(VcanLabFdFrames, TrackOnAnInterfaceThatTakesThem) {
+TEST_F(VcanLabFdFrames, TrackOnAnInterfaceThatAcceptsThem) {
   const Log log = one_pass();
   for (const char* id : {"18EF1001##", "18EE1002##"}) {
     const Log frames = with(log, {id});
     EXPECT_GT(frames.size(), 1000U) << id;
     for (const std::string& frame : frames)
-      ASSERT_EQ(frame.size(), 8U + 2U + 1U + 40U) << frame << ": 18 bytes go as 20, after a digit of flags";
+      ASSERT_EQ(frame.size(), 8U + 2U + 1U + 40U)
+          << frame << ": 18 bytes are sent as 20, after a digit of flags";
   }
   EXPECT_GT(count(log, "18EE1001#"), 100U) << "AmpGet has 4 bytes and stays classical";
   EXPECT_EQ(count(log, "18EE1001##"), 0U);
 }
 
-TEST_F(VcanLabFdFrames, AreRefusedAtStartWithTheCureWhereTheInterfaceTakesNone) {
+TEST_F(VcanLabFdFrames, AreRefusedAtStartWithTheRemedyWhenTheInterfaceAcceptsNone) {
   FreshVcan::make(16);
   both_refuse(
       "interface vcan0 takes no CAN FD frames, expected one that does for AmpSet, SensPos; take it down "
@@ -155,7 +156,7 @@ TEST_F(VcanLabFdFrames, AreRefusedAtStartWithTheCureWhereTheInterfaceTakesNone) 
   one_pass();
 }
 
-TEST_F(VcanLabFrames, NeedNoInterfaceForFdWhereAllAreShort) {
+TEST_F(VcanLabFrames, TrackOnAClassicalInterfaceWhenAllAreShort) {
   FreshVcan::make(16);
   one_pass();
 }

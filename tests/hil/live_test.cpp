@@ -1,8 +1,8 @@
-// The two processes on real SocketCAN, watched with can-utils and python-can.
+// The two processes on real SocketCAN; can-utils and an independent decoder observe them.
 //
 //   Vcan/Live.*    the virtual interface vcan0
 //   Kvaser/Live.*  two Kvaser cards on one wire, can0 and can1, 1 Mbit/s
-//   Icount.*       claims about time, made only where time is the number of instructions executed
+//   Icount.*       tests of time, which run only where time is the number of executed instructions
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,22 +13,22 @@
 
 #include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
-#include "tests/hil/bench.h"
+#include "tests/hil/live_bench.h"
 #include "tests/support/rehearsed.h"
 
 namespace hystcan {
 namespace {
 
-using hil::Bench;
 using hil::config_file;
 using hil::json;
+using hil::LiveBench;
 using hil::milliseconds;
 using hil::Process;
 using hil::Wire;
 
 class Live : public testing::TestWithParam<Wire> {
  protected:
-  Bench bench{GetParam()};
+  LiveBench bench{GetParam()};
 };
 
 constexpr int fault_state = 3;
@@ -58,15 +58,15 @@ TEST_P(Live, BothAxesTrackOnceAndEverythingOnTheWireIsAsDocumented) {
   }
   const double syncs = log.at("seen").at("Sync");
   EXPECT_NEAR(log.at("seen").at("XSensorSample"), syncs, 0.2 * syncs)
-      << "one sample a SYNC once the node is started";
+      << "one sample for each SYNC after the node is started";
 }
 
 class Signalled : public Live {
  protected:
-  void stops_well_on(int signal);
+  void stops_cleanly_on(int signal);
 };
 
-void Signalled::stops_well_on(int signal) {
+void Signalled::stops_cleanly_on(int signal) {
   bench.start_controller();
   ASSERT_TRUE(bench.tracks()) << bench.controller->err();
   bench.controller->send(signal);
@@ -80,7 +80,7 @@ void Signalled::stops_well_on(int signal) {
 }
 
 TEST_P(Signalled, ControlCOnTheControllerRampsDownAndLeavesTheAmplifierAtItsSafeValue) {
-  stops_well_on(SIGINT);
+  stops_cleanly_on(SIGINT);
 }
 
 TEST_P(Live, ControlCOnTheTwinLeavesTheAmplifierAtItsSafeValue) {
@@ -100,7 +100,7 @@ TEST_P(Live, KillingTheTwinFaultsTheControllerWithItsCause) {
   bench.twin->send(SIGKILL);
   EXPECT_TRUE(bench.controller->says("x: faulted")) << bench.controller->err();
   EXPECT_TRUE(bench.controller->says("y: faulted")) << bench.controller->err();
-  EXPECT_TRUE(bench.controller->running()) << "faulted, and goes on sending the safe command";
+  EXPECT_TRUE(bench.controller->running()) << "the faulted controller keeps sending the safe command";
   bench.controller->send(SIGTERM);
   EXPECT_EQ(bench.controller->wait(), 1);
   EXPECT_NE(bench.controller->err().find("hystcan: axis x faulted at"), std::string::npos)
@@ -137,7 +137,7 @@ INSTANTIATE_TEST_SUITE_P(Kvaser, Signalled, testing::Values(Wire{"can0", "can1"}
 INSTANTIATE_TEST_SUITE_P(Kvaser, Live, testing::Values(Wire{"can0", "can1"}),
                          [](const auto&) { return "can0"; });
 
-TEST(Interface, ThatDoesNotExistOrIsDownFailsInOneLineWithTheCure) {
+TEST(Interface, ThatIsAbsentOrDownIsRefusedInOneLineWithTheRemedy) {
   for (const char* command : {"controller", "twin"}) {
     Process absent({HYSTCAN_PROGRAM, command, config_file, "--interface", "vcan9"});
     EXPECT_EQ(absent.wait(), 1);
@@ -157,14 +157,15 @@ TEST(Kvaser, ATwinRefusesARealInterfaceUnlessForced) {
   EXPECT_NE(twin.err().find("--force-interface"), std::string::npos) << twin.err();
 }
 
-// Time in the guest is instructions executed, so that both processes meet their deadlines whatever the host
-// does. The sensor samples at the SYNC's kernel timestamp, the reference is taken at the SYNC's sending, and
-// the setpoint acts at the next SYNC: what is left of jitter moves both by some microseconds. At 480 um/s and
-// 5 us that is 2 nm, which adds in squares to 53 nm: under 1 %. Twice that is allowed.
+// Time in the guest is the number of executed instructions, so that both processes meet their deadlines
+// whatever the host does. The sensor samples at the kernel timestamp of the SYNC, the reference is taken
+// when the SYNC is sent, and the setpoint acts at the next SYNC: the remaining jitter moves both by some
+// microseconds. At 480 um/s, 5 us are 2 nm, which adds in squares to 53 nm: less than 1 %. Twice that is
+// allowed.
 TEST(Icount, TracksWithTheErrorThatVirtualTimePredicts) {
   const config::Config config = config::load(config_file);
   const rehearsal::Outcome predicted = rehearsal::run_once(support::setup_of(config), 0.1, support::ignore);
-  Bench bench({"vcan0", "vcan0"});
+  LiveBench bench({"vcan0", "vcan0"});
   bench.start_controller({"--once", "--json"});
   ASSERT_EQ(bench.controller->wait(), 0) << bench.controller->err();
   const json result = json::parse(bench.controller->out());
@@ -182,7 +183,7 @@ TEST(Icount, TracksWithTheErrorThatVirtualTimePredicts) {
 }
 
 TEST(Icount, TheAmplifierIsSafeWithinItsTimeoutAfterTheControllerIsKilled) {
-  Bench bench({"vcan0", "vcan0"});
+  LiveBench bench({"vcan0", "vcan0"});
   bench.start_controller();
   ASSERT_TRUE(bench.tracks()) << bench.controller->err();
   bench.controller->send(SIGKILL);
@@ -195,7 +196,7 @@ TEST(Icount, TheAmplifierIsSafeWithinItsTimeoutAfterTheControllerIsKilled) {
               1e3 * (safe_s - last_command_s));
   EXPECT_GT(safe_s - last_command_s, 0.018);
   EXPECT_LT(safe_s - last_command_s, 0.025)
-      << "command_timeout_ms = 20, and what burying a process takes the one core";
+      << "command_timeout_ms = 20, and the time in which the one core ends a process";
 }
 
 }  // namespace

@@ -6,21 +6,21 @@
 #include <fstream>
 #include <regex>
 
-#include "tests/hil/stage.h"
+#include "tests/hil/live_stage.h"
 
 namespace hystcan {
 namespace {
 
 using hil::between;
 using hil::json;
+using hil::LiveStage;
 using hil::milliseconds;
 using hil::now_s;
 using hil::OnWire;
 using hil::series;
-using hil::Stage;
 
 struct Reload : testing::Test {
-  Stage stage;
+  LiveStage stage;
   std::string edited = "piezo.toml";
 
   /// The first of its kind in the file, which is x's. As most editors do it: another file in the old one's
@@ -107,7 +107,7 @@ TEST_F(Reload, WhatIsWrongChangesNothingAndSaysWhere) {
   const std::string log = stage.bench.controller->err();
   EXPECT_TRUE(std::regex_search(log, std::regex("not taken over: .*piezo\\.toml:[0-9]+:[0-9]+: .*kp")))
       << log;
-  const Stage::Answer asked = stage.ctl({"reload"});
+  const LiveStage::Answer asked = stage.ctl({"reload"});
   EXPECT_NE(asked.status, 0);
   EXPECT_TRUE(std::regex_search(asked.err, std::regex("piezo\\.toml:[0-9]+:[0-9]+: "))) << asked.err;
 

@@ -1,30 +1,30 @@
-// The state file: what an axis remembers, over a clean stop and a new start.
+// The state file: the memory of an axis from a clean stop to a new start.
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
-#include "tests/hil/stage.h"
+#include "tests/hil/live_stage.h"
 
 namespace hystcan {
 namespace {
 
 using hil::between;
 using hil::json;
+using hil::LiveStage;
 using hil::milliseconds;
 using hil::now_s;
 using hil::OnWire;
 using hil::series;
-using hil::Stage;
 
 struct Restore : testing::Test {
-  Stage stage;
+  LiveStage stage;
   std::filesystem::path state = stage.files / "x.state.toml";
 
   void SetUp() override { stage.set("controller", "state_dir = \"" + stage.folder() + "\""); }
-  /// A run of some passes that ends in order, by another exit status where not.
+  /// Runs for some passes of the reference and expects a clean stop.
   void run_and_stop() {
     stage.start();
-    EXPECT_FALSE(std::filesystem::exists(state)) << "it tells the truth only until the actuator is driven";
+    EXPECT_FALSE(std::filesystem::exists(state)) << "the file is true only until the actuator is driven";
     std::this_thread::sleep_for(milliseconds(500));
     stage.bench.controller->send(SIGTERM);
     ASSERT_EQ(stage.bench.controller->wait(), 0) << stage.bench.controller->err();
@@ -33,10 +33,10 @@ struct Restore : testing::Test {
     stage.files.edit("piezo.toml", "wipe_slew_V_per_s",
                      "start_up           = \"restore\"\nwipe_slew_V_per_s");
   }
-  void expect_refused(const std::string& why) {
+  void expect_refused(const std::string& reason) {
     stage.bench.start_controller();
     EXPECT_EQ(stage.bench.controller->wait(), 2) << stage.bench.controller->err();
-    EXPECT_NE(stage.bench.controller->err().find(why), std::string::npos) << stage.bench.controller->err();
+    EXPECT_NE(stage.bench.controller->err().find(reason), std::string::npos) << stage.bench.controller->err();
   }
 };
 
@@ -45,7 +45,7 @@ double highest(const std::vector<OnWire>& values) {
   return values.empty() ? NAN : std::ranges::max(values, {}, &OnWire::value).value;
 }
 
-TEST_F(Restore, ACleanStopIsTakenUpByTheNextStartWithoutAWayToTheThresholds) {
+TEST_F(Restore, TheMemoryOfACleanStopIsUsedByTheNextStartWithoutWiping) {
   run_and_stop();
   ASSERT_TRUE(std::filesystem::exists(state)) << stage.bench.controller->err();
   const double between_s = now_s();
@@ -56,9 +56,9 @@ TEST_F(Restore, ACleanStopIsTakenUpByTheNextStartWithoutAWayToTheThresholds) {
   EXPECT_FALSE(std::filesystem::exists(state));
   ASSERT_TRUE(stage.bench.controller->says("y: tracking")) << stage.bench.controller->err();
   std::this_thread::sleep_for(milliseconds(1500));
-  const json result = stage.bench.ended(0);
-  EXPECT_LT(result.at("axes").at(0).at("rms_percent"), 1.0) << "the memory is the actuator's";
-  EXPECT_TRUE(std::filesystem::exists(state)) << "and saved again";
+  const json result = stage.bench.stop_and_report(0);
+  EXPECT_LT(result.at("axes").at(0).at("rms_percent"), 1.0) << "the memory is that of the actuator";
+  EXPECT_TRUE(std::filesystem::exists(state)) << "the file is saved again";
   const json log = stage.bench.decoded("--series");
   const std::vector<OnWire> x = series(log, "X", "AmpCommand");
   const std::vector<OnWire> y = series(log, "Y", "AmpCommand");
@@ -66,10 +66,11 @@ TEST_F(Restore, ACleanStopIsTakenUpByTheNextStartWithoutAWayToTheThresholds) {
   EXPECT_GT(highest(between(y, between_s, now_s())), 99.9) << "y wipes again";
   // The way to the first setpoint, 3 um, takes 0.2 s; 3 um are 10 V at most, with the loop's width.
   EXPECT_LT(highest(between(x, between_s, tracking_s)), 10.0);
-  EXPECT_LT(highest(between(x, between_s, now_s())), 99.0) << "27 um are the highest that it is to reach";
+  EXPECT_LT(highest(between(x, between_s, now_s())), 99.0)
+      << "27 um is the highest position of the reference";
 }
 
-TEST_F(Restore, AfterAKillThereIsNothingToTakeUpAndTheStartIsRefused) {
+TEST_F(Restore, AStartAfterAKillIsRefused) {
   run_and_stop();
   ASSERT_TRUE(std::filesystem::exists(state));
   stage.start();
@@ -86,10 +87,10 @@ TEST_F(Restore, TheMemoryOfAnotherModelIsRefused) {
   from_now_on_restore_x();
   stage.files.edit("piezo.model.toml", "k_ascending  = 0.035", "k_ascending  = 0.034");
   expect_refused("the memory of another model");
-  EXPECT_TRUE(std::filesystem::exists(state)) << "its model may come back";
+  EXPECT_TRUE(std::filesystem::exists(state)) << "its model may be used again later";
 }
 
-TEST_F(Restore, ADamagedFileIsRefusedWithItsPlace) {
+TEST_F(Restore, ADamagedFileIsRefusedWithTheFileAndLine) {
   run_and_stop();
   from_now_on_restore_x();
   stage.files.edit("x.state.toml", "[memory]", "[memory");

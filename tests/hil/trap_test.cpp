@@ -12,7 +12,7 @@
 #include "config/schema/config.h"
 #include "controller/black_box.h"
 #include "controller/telemetry.h"
-#include "tests/hil/bench.h"
+#include "tests/hil/live_bench.h"
 #include "tests/support/trap.h"
 
 namespace hystcan {
@@ -22,7 +22,7 @@ using controller::AxisState;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-/// The parts of the program between signal handling and report.
+/// The controller program without signal handling and report.
 class InProcess {
  public:
   InProcess()
@@ -42,7 +42,8 @@ class InProcess {
             },
             [this](const controller::CycleRecord& record) { telemetry_.push(record); }) {}
 
-  /// Until both axes track, and as long again as Asio may still set things up; then trapped for `watched`.
+  /// Runs until the axes track and one second more, in which Asio may still allocate; then it traps the
+  /// thread for `watched`.
   void run(can::Duration watched) {
     const can::Time start = scheduler_.now();
     std::unique_ptr<can::Timer> poll;
@@ -90,7 +91,7 @@ class InProcess {
 };
 
 TEST(Trap, ControlThreadOnSocketCanAllocatesLocksLogsAndOpensNothing) {
-  hil::Bench bench({"vcan0", "vcan0"});
+  hil::LiveBench bench({"vcan0", "vcan0"});
   InProcess program;
   std::thread([&] { program.run(seconds(3)); }).join();
   program.controller().send_safe_commands();
@@ -102,9 +103,9 @@ TEST(Trap, ControlThreadOnSocketCanAllocatesLocksLogsAndOpensNothing) {
   if (!program.refusal().empty()) GTEST_SKIP() << "allocations only: " << program.refusal();
 }
 
-/// Kill the sensor's node while trapped: the way into a fault is as clean as the loop.
-TEST(Trap, ControlThreadOnSocketCanFaultsAsCleanly) {
-  hil::Bench bench({"vcan0", "vcan0"});
+/// The twin is killed while the thread is trapped.
+TEST(Trap, ControlThreadOnSocketCanFaultsWithoutAllocatingLockingLoggingOrOpening) {
+  hil::LiveBench bench({"vcan0", "vcan0"});
   InProcess program;
   std::thread control([&] { program.run(seconds(3)); });
   std::this_thread::sleep_for(seconds(4));

@@ -4,20 +4,20 @@
 #include <cmath>
 #include <cstdio>
 
-#include "tests/hil/bench.h"
+#include "tests/hil/live_bench.h"
 #include "tests/support/shipped.h"
 
 namespace hystcan {
 namespace {
 
-using hil::Bench;
 using hil::json;
+using hil::LiveBench;
 using hil::milliseconds;
 using hil::Process;
 
-// The twin is the one of the rehearsal, so that the bus finds what its rehearsal does, but for the jitter of
-// the SYNC: some microseconds of a delay of 106, some parts in a thousand of frequency and gain.
-TEST(Vcan, TuneProposesOnTheBusWhatItsRehearsalDoes) {
+// The twin is that of the rehearsal, so that both give the same values, except for the jitter of the SYNC:
+// some microseconds of a delay of 106, some parts in a thousand of frequency and gain.
+TEST(Vcan, TuneProposesTheSameValuesOnTheBusAsInItsRehearsal) {
   const support::ShippedCopy stage;
   const std::string config = (stage / "piezo.toml").string(), output = (stage / "tuning.toml").string();
   Process rehearsal({HYSTCAN_PROGRAM, "tune", config, "--rehearse", "--output", output, "--json"});
@@ -25,7 +25,7 @@ TEST(Vcan, TuneProposesOnTheBusWhatItsRehearsalDoes) {
   const json expected = json::parse(rehearsal.out());
   std::filesystem::remove(output);
 
-  Bench bench({"vcan0", "vcan0"});
+  LiveBench bench({"vcan0", "vcan0"});
   bench.start("tune", {"--output", output, "--json"}, config);
   ASSERT_EQ(bench.controller->wait(), 0) << bench.controller->err();
   const json found = json::parse(bench.controller->out());
@@ -47,16 +47,16 @@ TEST(Vcan, TuneProposesOnTheBusWhatItsRehearsalDoes) {
   std::this_thread::sleep_for(milliseconds(100));
   const json log = bench.decoded();
   EXPECT_TRUE(log.at("wrong").empty()) << log.at("wrong");
-  EXPECT_LE(log.at("drive_range")[1].get<double>(), 51.0 + 1e-6) << "1 % about the middle";
+  EXPECT_LE(log.at("drive_range")[1].get<double>(), 51.0 + 1e-6) << "1 % around the middle";
   EXPECT_EQ(log.at("last_command").at("enable"), 0);
   EXPECT_EQ(log.at("last_command").at("setpoint"), 0.0);
-  EXPECT_EQ(log.at("seen").value("YAmpCommand", 0), 0) << "the other axis is left alone";
+  EXPECT_EQ(log.at("seen").value("YAmpCommand", 0), 0) << "the other axis is not driven";
 }
 
 TEST(Vcan, ControlCOnTuneRampsDownAndProposesNothing) {
   const support::ShippedCopy stage;
   const std::string output = (stage / "tuning.toml").string();
-  Bench bench({"vcan0", "vcan0"});
+  LiveBench bench({"vcan0", "vcan0"});
   bench.start("tune", {"--output", output, "--cycles", "100"}, (stage / "piezo.toml").string());
   ASSERT_TRUE(bench.controller->says("x: tracking")) << bench.controller->err();
   std::this_thread::sleep_for(milliseconds(500));

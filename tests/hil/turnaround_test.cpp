@@ -1,5 +1,5 @@
-// From the sample on the wire to its command on the wire, by the kernel's stamps in one candump log: of the
-// controller, and of a bare program that only receives and sends (docs/latency.md).
+// The time from the sample on the wire to its command on the wire, by the kernel's timestamps in a candump
+// log: for the controller, and for a bare program that only receives and sends (docs/latency.md).
 #include <gtest/gtest.h>
 #include <linux/can.h>
 #include <linux/can/raw.h>
@@ -14,12 +14,12 @@
 #include <fstream>
 #include <thread>
 
-#include "tests/hil/bench.h"
+#include "tests/hil/live_bench.h"
 
 namespace hystcan {
 namespace {
 
-using hil::Bench;
+using hil::LiveBench;
 using hil::milliseconds;
 using hil::Process;
 
@@ -37,7 +37,7 @@ int raw_socket(canid_t only) {
   return socket;
 }
 
-/// Receive, send, nothing else, under the controller's own scheduling class. Killed when out of scope.
+/// Only receives and sends, with the scheduling class of the controller. The destructor kills it.
 class BareEcho {
  public:
   BareEcho() : child_(fork()) {
@@ -65,7 +65,7 @@ class BareEcho {
   pid_t child_;
 };
 
-/// Turnarounds in us, ascending: each command after the last sample before it.
+/// Turnarounds in us, ascending: the times from a sample to the next command.
 std::vector<double> turnarounds(const std::string& log) {
   std::vector<double> result;
   double sampled_s = 0.0;  // 0: answered
@@ -124,8 +124,8 @@ std::vector<double> of_bare_echo(int samples) {
 std::vector<double> of_controller() {
   const std::string log = log_of("turnaround.log");
   {
-    Bench bench({"vcan0", "vcan0"});
-    bench.candump.reset();  // the echo has one reader beside it; so has the controller
+    LiveBench bench({"vcan0", "vcan0"});
+    bench.candump.reset();  // the echo has one candump beside it; the controller gets the same
     const Process candump({"sh", "-c", "exec candump -L vcan0,182:7FF,201:7FF >" + log});
     bench.start_controller();
     EXPECT_TRUE(bench.tracks()) << bench.controller->err();
@@ -136,7 +136,7 @@ std::vector<double> of_controller() {
   return turnarounds(log);
 }
 
-// A budget, not a timed test: what is asserted is that both answered; the ratio is printed with its verdict.
+// The ratio is printed with its budget. The test asserts only that both answer, and a looser bound.
 TEST(Icount, TheTurnaroundIsMeasuredBesideABareEcho) {
   const std::vector<double> echo = of_bare_echo(5000);
   const std::vector<double> controller = of_controller();

@@ -1,42 +1,43 @@
-// The twin's faults between two processes on vcan: asked for over the twin's own socket, told by the
-// controller in the same words as on the simulated bus (tests/safety/twin_fault_test.cpp).
+// The twin's faults between two processes on vcan: a test injects them by the twin's own socket, and the
+// controller reports the same causes as on the simulated bus (tests/safety/twin_fault_test.cpp).
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <string>
 #include <vector>
 
-#include "tests/hil/stage.h"
+#include "tests/hil/live_stage.h"
 
 namespace hystcan {
 namespace {
 
 using hil::json;
+using hil::LiveStage;
 using hil::milliseconds;
-using hil::Stage;
 
 constexpr std::size_t x = 0;
 constexpr std::size_t y = 1;
 
 struct TwinFaults : testing::Test {
-  Stage stage;
+  LiveStage stage;
 
   json twin_status() const {
-    const Stage::Answer answer = stage.ctl_twin({"--json", "status"});
+    const LiveStage::Answer answer = stage.ctl_twin({"--json", "status"});
     EXPECT_EQ(answer.status, 0) << answer.err;
     return answer.status == 0 ? json::parse(answer.out) : json();
   }
   void inject(const std::vector<std::string>& words) const {
     std::vector<std::string> command{"inject"};
     command.insert(command.end(), words.begin(), words.end());
-    const Stage::Answer answer = stage.ctl_twin(command);
+    const LiveStage::Answer answer = stage.ctl_twin(command);
     EXPECT_EQ(answer.status, 0) << answer.err;
   }
-  /// Axis x faults for one of these causes, y goes on; healed and cleared, x tracks again.
+  /// Axis x faults with one of these causes and y keeps tracking. After `heal`, clear and enable x tracks
+  /// again.
   void expect_fault_and_return(const std::vector<std::string>& words,
                                const std::vector<std::string>& causes) {
     inject(words);
-    ASSERT_TRUE(stage.comes_to(x, "faulted")) << words.front();
+    ASSERT_TRUE(stage.reaches(x, "faulted")) << words.front();
     const std::string cause = stage.axis_status(x).at("fault");
     EXPECT_NE(std::ranges::find(causes, cause), causes.end()) << words.front() << ": " << cause;
     std::printf("%s: %s\n", words.front().c_str(), cause.c_str());
@@ -44,15 +45,15 @@ struct TwinFaults : testing::Test {
     EXPECT_EQ(stage.ctl_twin({"heal"}).status, 0);
     EXPECT_TRUE(twin_status().at("faults").empty());
     ASSERT_EQ(stage.ctl({"clear", "x"}).status, 0);
-    ASSERT_TRUE(stage.comes_to(x, "offline"));
+    ASSERT_TRUE(stage.reaches(x, "offline"));
     ASSERT_EQ(stage.ctl({"enable", "x"}).status, 0);
-    ASSERT_TRUE(stage.comes_to(x, "tracking")) << words.front();
-    // An amplifier is judged by its status once it has been enabled for half a second.
+    ASSERT_TRUE(stage.reaches(x, "tracking")) << words.front();
+    // The status of an amplifier is judged after it has been enabled for half a second.
     std::this_thread::sleep_for(milliseconds(700));
   }
 };
 
-TEST_F(TwinFaults, OfTheSensorTripAndAreCleared) {
+TEST_F(TwinFaults, OfTheSensorFaultTheAxisAndAreCleared) {
   stage.start();
   expect_fault_and_return({"no_reply", "--axis", "x"}, {"sample missing"});
   expect_fault_and_return({"wrong_crc", "--axis", "x"}, {"sample missing"});
@@ -62,19 +63,19 @@ TEST_F(TwinFaults, OfTheSensorTripAndAreCleared) {
   EXPECT_TRUE(stage.bench.twin->says("sensor of x: no_heartbeat begins")) << stage.bench.twin->err();
 }
 
-TEST_F(TwinFaults, OfTheAmplifierTripAndAreCleared) {
+TEST_F(TwinFaults, OfTheAmplifierFaultTheAxisAndAreCleared) {
   stage.start();
   expect_fault_and_return({"amplifier_trip", "--axis", "x", "--duration", "0.5"}, {"amplifier fault"});
-  // Of a fast triangle the following error tells before the watchdog does, which takes 20 ms.
+  // On a fast triangle the following error may come before the watchdog, which takes 20 ms.
   expect_fault_and_return({"watchdog_trip", "--axis", "x", "--duration", "0.2"},
                           {"amplifier fault", "following error"});
-  // Without its supply the output falls within a millisecond or two, and the stage with it.
+  // Without its supply the output falls within a millisecond or two; the stage follows it.
   expect_fault_and_return({"node_reboot", "--axis", "x", "--node", "amplifier", "--duration", "0.003"},
                           {"node restarted", "amplifier not enabled", "position jumped",
                            "position implausible", "following error"});
 }
 
-TEST_F(TwinFaults, ThatAreBridgedOrWithinTheLoopsReachTripNothing) {
+TEST_F(TwinFaults, ThatAreShortOrSmallFaultNoAxis) {
   stage.start();
   inject({"wrong_crc", "--axis", "x", "--duration", "0.002"});
   inject({"load_step", "--axis", "x", "--value", "1", "--duration", "0.3"});
@@ -85,7 +86,7 @@ TEST_F(TwinFaults, ThatAreBridgedOrWithinTheLoopsReachTripNothing) {
   EXPECT_EQ(stage.axis_status(y).at("state"), "tracking");
 }
 
-TEST_F(TwinFaults, AreRefusedInWordsAndTheTwinEndsWhenToldTo) {
+TEST_F(TwinFaults, AreRefusedInWordsAndTheTwinEndsOnStop) {
   EXPECT_NE(stage.ctl_twin({"inject", "late"}).err.find("\"axis\" is missing"), std::string::npos);
   EXPECT_NE(stage.ctl_twin({"inject", "lat", "--axis", "x"}).err.find("there is no fault"),
             std::string::npos);

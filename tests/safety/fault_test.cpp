@@ -1,6 +1,6 @@
 // Every cause of a fault, injected on the simulated bus between the real controller and the real twin. Each
-// is decided in time, the safe command is on the wire within a cycle of the frame that decided it, it stays
-// so until the fault is cleared, and the axis tracks again once the trouble is gone.
+// fault is decided in time, the safe command is on the wire within a cycle of the deciding frame, the axis
+// stays faulted until the fault is cleared, and it tracks again when the trouble is over.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ using controller::Cause;
 using std::chrono::milliseconds;
 using Kind = controller::Request::Kind;
 
-/// A cycle; the command's own frame and one that it waits for, 135 us each at most.
+/// A cycle, the command's own frame, and one frame that it waits for; a frame takes at most 135 us.
 constexpr double safe_within_ms = 1.0 + 2 * 0.135;
 
 double ms(can::Duration time) { return 1e3 * can::seconds(time); }
@@ -28,13 +28,13 @@ struct Injection {
   Trouble trouble;
   Cause cause;
   double decided_within_ms;
-  bool bus_carries = true;  ///< commands get through: else the amplifier's watchdog acts
+  bool bus_carries = true;  ///< commands reach the amplifier; if not, its watchdog acts
 };
 std::ostream& operator<<(std::ostream& out, const Injection& injection) {
   return out << to_string(injection.trouble);
 }
 
-// What the figures are made of: docs/safety.md. A cycle is 1 ms, and the trouble begins anywhere in one.
+// docs/safety.md derives the figures. A cycle is 1 ms, and the trouble begins anywhere in a cycle.
 const std::vector<Injection> injections{
     {Trouble::sample_lost, Cause::sample_missing, 6.0},
     {Trouble::sample_late, Cause::sample_late, 6.0},
@@ -50,7 +50,7 @@ const std::vector<Injection> injections{
     {Trouble::sensor_stopped, Cause::sample_missing, 6.0},
     {Trouble::amplifier_stopped, Cause::amplifier_not_enabled, 2.0},
     {Trouble::sensor_reset, Cause::node_restarted, 2.0},
-    {Trouble::amplifier_reset, Cause::amplifier_not_enabled, 2.0},  // its status overtakes its boot-up
+    {Trouble::amplifier_reset, Cause::amplifier_not_enabled, 2.0},  // its status comes before its boot-up
     {Trouble::amplifier_trips, Cause::amplifier_fault, 12.0},
     {Trouble::commands_lost, Cause::amplifier_fault, 22.0},
     {Trouble::enable_lost, Cause::amplifier_not_enabled, 3.0},
@@ -69,7 +69,7 @@ const std::vector<Injection> injections{
 config::Config config_for(Trouble trouble) {
   config::Config config = one_axis();
   if (trouble != Trouble::sample_frozen) return config;
-  // Slow, so that the frozen position is told by its bits before the stage is lost.
+  // A slow ramp, so that the frozen position is detected by its bits before the following error is too large.
   config.controller.axes[0].axis.setpoint = {
       {.shape = controller::Ramp{.from_um = 5.0, .to_um = 25.0, .duration_s = 1.0}, .transition_s = 0.1}};
   return config;
@@ -126,13 +126,13 @@ TEST_P(Fault, IsLatchedUntilItIsClearedAndThenTheAxisTracksAgain) {
   ASSERT_EQ(rig.axis().state(), AxisState::faulted);
   rig.end(GetParam().trouble);
   rig.run_for(milliseconds(500));
-  EXPECT_EQ(rig.axis().state(), AxisState::faulted) << "nothing but clear ends it";
+  EXPECT_EQ(rig.axis().state(), AxisState::faulted) << "only clear ends it";
   EXPECT_EQ(rig.axis().fault().cause, GetParam().cause);
   EXPECT_EQ(rig.ask(Kind::enable), "the axis is faulted: clear the fault first");
   EXPECT_EQ(rig.ask(Kind::clear), "");
   EXPECT_EQ(rig.ask(Kind::clear), "there is no fault to clear");
   rig.run_for(milliseconds(100));
-  EXPECT_EQ(rig.axis().state(), AxisState::offline) << "cleared is not enabled";
+  EXPECT_EQ(rig.axis().state(), AxisState::offline) << "clear does not enable the axis";
   EXPECT_EQ(rig.ask(Kind::enable), "");
   EXPECT_TRUE(rig.tracks()) << to_string(rig.axis().state()) << ", " << to_string(rig.axis().fault().cause);
   rig.run_for(milliseconds(350));
@@ -142,12 +142,12 @@ TEST_P(Fault, IsLatchedUntilItIsClearedAndThenTheAxisTracksAgain) {
 }
 
 INSTANTIATE_TEST_SUITE_P(, Fault, testing::ValuesIn(injections),
-                         [](const auto& made_of) { return std::string(to_string(made_of.param.trouble)); });
+                         [](const auto& info) { return std::string(to_string(info.param.trouble)); });
 
-/// What must not trip: single losses, and a lag that is allowed.
-class Bridged : public testing::TestWithParam<Trouble> {};
+/// What must not fault the axis: troubles of up to three cycles.
+class ShortTrouble : public testing::TestWithParam<Trouble> {};
 
-TEST_P(Bridged, IsATroubleOfThreeCycles) {
+TEST_P(ShortTrouble, OfThreeCyclesIsBridged) {
   FaultRig rig(one_axis());
   rig.start();
   ASSERT_TRUE(rig.tracks());
@@ -162,19 +162,19 @@ TEST_P(Bridged, IsATroubleOfThreeCycles) {
   EXPECT_EQ(rig.monitor().violations(), 0u);
 }
 
-INSTANTIATE_TEST_SUITE_P(, Bridged,
+INSTANTIATE_TEST_SUITE_P(, ShortTrouble,
                          testing::Values(Trouble::sample_lost, Trouble::counter_frozen,
                                          Trouble::sample_damaged, Trouble::sample_jumped,
                                          Trouble::sample_frozen, Trouble::commands_lost,
                                          Trouble::bus_passive),
-                         [](const auto& made_of) { return std::string(to_string(made_of.param)); });
+                         [](const auto& info) { return std::string(to_string(info.param)); });
 
-TEST(FaultOfANode, StoppedByNmtBeforeItsEnableIsJudgedIsNotOperational) {
+TEST(NodeFault, IsNotOperationalWhenNmtStopsTheAmplifierBeforeItsEnableIsJudged) {
   FaultRig rig(one_axis());
   rig.start();
   ASSERT_TRUE(rig.reaches(AxisState::initialising, std::chrono::seconds(2)));
   rig.begin(Trouble::amplifier_stopped);
-  ASSERT_TRUE(rig.reaches(AxisState::faulted, milliseconds(102))) << "its next heartbeat tells";
+  ASSERT_TRUE(rig.reaches(AxisState::faulted, milliseconds(102))) << "its next heartbeat reports it";
   EXPECT_EQ(rig.axis().fault().cause, Cause::node_not_operational);
   EXPECT_EQ(rig.ask(Kind::clear), "");
   EXPECT_EQ(rig.ask(Kind::enable), "");
@@ -182,7 +182,7 @@ TEST(FaultOfANode, StoppedByNmtBeforeItsEnableIsJudgedIsNotOperational) {
   EXPECT_EQ(rig.monitor().violations(), 0u);
 }
 
-TEST(FaultOfANode, ThatCannotBeSetUpIsTriedAgainAfterClear) {
+TEST(NodeFault, OfAFailedSetUpIsFollowedByAnotherSetUpAfterClear) {
   config::Config config = one_axis();
   can::AxisWire& wire = config.controller.axes[0].wire;
   wire.sensor_setup = {{.object = {.index = 0x1000, .subindex = 0}, .content = {.value = 1, .bytes = 4}}};
@@ -190,18 +190,18 @@ TEST(FaultOfANode, ThatCannotBeSetUpIsTriedAgainAfterClear) {
   rig.start();
   ASSERT_TRUE(rig.reaches(AxisState::faulted, std::chrono::seconds(2)));
   EXPECT_EQ(rig.axis().fault().cause, Cause::node_not_set_up);
-  const auto asked_before = rig.controller().bus().counters().sent;
+  const auto sent_before = rig.controller().bus().counters().sent;
   EXPECT_EQ(rig.ask(Kind::clear), "");
   EXPECT_EQ(rig.ask(Kind::enable), "");
   rig.run_for(milliseconds(1));
-  EXPECT_EQ(rig.axis().state(), AxisState::waiting) << "it is asked again first";
+  EXPECT_EQ(rig.axis().state(), AxisState::waiting) << "it is set up again first";
   ASSERT_TRUE(rig.reaches(AxisState::faulted, std::chrono::seconds(2)));
-  EXPECT_EQ(rig.axis().fault().cause, Cause::node_not_set_up) << "and still has no such object";
-  EXPECT_GT(rig.controller().bus().counters().sent, asked_before);
+  EXPECT_EQ(rig.axis().fault().cause, Cause::node_not_set_up) << "it still has no such object";
+  EXPECT_GT(rig.controller().bus().counters().sent, sent_before);
   EXPECT_EQ(rig.monitor().violations(), 0u);
 }
 
-TEST(FaultOfACommand, ThatDoesNotFitItsSignalIsFollowedByTheSafeOne) {
+TEST(CommandFault, OfACommandThatDoesNotFitItsSignalIsFollowedByTheSafeCommand) {
   config::Config config = one_axis();
   for (can::Message& message : config.database.messages)
     for (can::Signal& signal : message.signals)
@@ -218,7 +218,7 @@ TEST(FaultOfACommand, ThatDoesNotFitItsSignalIsFollowedByTheSafeOne) {
   EXPECT_EQ(rig.monitor().violations(), 0u);
 }
 
-TEST(FaultOfAFollower, AllowsASlowLagThatIsConfigured) {
+TEST(FollowingErrorFault, DoesNotOccurWithinTheConfiguredLag) {
   for (const bool allowed : {true, false}) {
     config::Config config = one_axis();
     controller::AxisConfig& axis = config.controller.axes[0].axis;
@@ -234,8 +234,8 @@ TEST(FaultOfAFollower, AllowsASlowLagThatIsConfigured) {
   }
 }
 
-/// Clear, and enable in the next cycle: where the amplifier is by then, its last status does not tell.
-TEST(Rearming, BeginsWhereTheAmplifierIsAndNotWhereItWas) {
+/// Enable follows clear in the next cycle: the last status does not say where the amplifier is by then.
+TEST(Rearming, StartsFromThePresentOutputOfTheAmplifier) {
   FaultRig rig(one_axis());
   rig.start();
   ASSERT_TRUE(rig.tracks());

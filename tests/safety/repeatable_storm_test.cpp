@@ -1,4 +1,4 @@
-// A storm of random faults is the same from the same seed, so that what it finds can be found again.
+// A storm of random faults repeats with the same seed, so that whatever it finds can be found again.
 #include <gtest/gtest.h>
 
 #include <utility>
@@ -8,7 +8,7 @@
 namespace hystcan::support {
 namespace {
 
-TEST(Storm, IsTheSameFromTheSameSeed) {
+TEST(Storm, RepeatsWithTheSameSeed) {
   const auto faults_of = [](std::uint64_t seed) {
     const StormResult result = run_storm({.seed = seed, .virtual_s = 30.0});
     return std::pair(result.by_cause, result.commands);

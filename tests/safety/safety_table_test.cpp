@@ -1,4 +1,4 @@
-// docs/safety.md against the sources: it names every cause, and every test that it names is there.
+// Compares docs/safety.md with the sources: it names every cause, and every test that it names exists.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -23,7 +23,7 @@ const std::string& document() {
   return text;
 }
 
-/// Sources of tests, one after the other.
+/// The sources of the tests, one after the other.
 const std::string& sources() {
   static const std::string all = [] {
     std::string text;
@@ -47,16 +47,17 @@ TEST(SafetyTable, HasARowForEveryCause) {
   }
 }
 
-TEST(SafetyTable, NamesNoTestThatIsNotThere) {
-  const std::regex claim("`([A-Z][A-Za-z]+)\\.([A-Z][A-Za-z]+)`");
+TEST(SafetyTable, NamesOnlyTestsThatExist) {
+  const std::regex test_name("`([A-Z][A-Za-z]+)\\.([A-Z][A-Za-z]+)`");
   const std::string& text = document();
   std::size_t named = 0;
-  for (auto it = std::sregex_iterator(text.begin(), text.end(), claim); it != std::sregex_iterator(); ++it) {
+  for (auto it = std::sregex_iterator(text.begin(), text.end(), test_name); it != std::sregex_iterator();
+       ++it) {
     ++named;
-    const std::regex there("TEST(_F|_P)?\\(" + (*it)[1].str() + ",\\s+" + (*it)[2].str() + "\\)");
-    EXPECT_TRUE(std::regex_search(sources(), there)) << (*it)[0];
+    const std::regex definition("TEST(_F|_P)?\\(" + (*it)[1].str() + ",\\s+" + (*it)[2].str() + "\\)");
+    EXPECT_TRUE(std::regex_search(sources(), definition)) << (*it)[0];
   }
-  EXPECT_GE(named, 8u) << "the document is read";
+  EXPECT_GE(named, 8u) << "the document has been read";
 }
 
 TEST(SafetyTable, NamesEveryTroubleThatIsInjected) {

@@ -1,5 +1,5 @@
-// Every fault of the twin against every control structure: begun by the twin's own schedule, each ends in the
-// reaction that docs/twin.md states, and the wire stays safe throughout.
+// Every fault of the twin against every control structure. The twin begins each fault by its own schedule;
+// the fault leads to the reaction that docs/twin.md states, and the wire stays safe throughout.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,6 +10,10 @@
 #include <vector>
 
 #include "tests/support/fault_rig.h"
+
+namespace hystcan::controller {
+inline void PrintTo(Structure structure, std::ostream* out) { *out << to_string(structure); }
+}  // namespace hystcan::controller
 
 namespace hystcan::support {
 namespace {
@@ -22,16 +26,16 @@ using twin::Fault;
 using twin::Node;
 using Kind = controller::Request::Kind;
 
-/// Begins in the sine, between a quarter and a half of it, where the stage moves.
+/// The fault begins between a quarter and a half of the sine, where the stage moves.
 constexpr can::Duration begins = milliseconds(1710);
 
 struct Row {
   Fault kind;
   Node node;
   can::Duration lasts;
-  double value;               ///< where the kind takes one
-  std::vector<Cause> causes;  ///< any of these; empty: it passes
-  double within_ms;           ///< of its begin
+  double value;               ///< for the kinds that take one
+  std::vector<Cause> causes;  ///< any of these; empty: the axis does not fault
+  double within_ms;           ///< from the begin of the fault
 };
 std::string name_of(const Row& row) {
   const bool of_plant = twin::traits(row.kind).site == twin::FaultSite::plant;
@@ -41,14 +45,14 @@ std::string name_of(const Row& row) {
 }
 std::ostream& operator<<(std::ostream& out, const Row& row) { return out << name_of(row); }
 
-constexpr auto brief = milliseconds(3);  ///< as many cycles as are bridged
+constexpr auto brief = milliseconds(3);  ///< the number of cycles that the controller bridges
 constexpr auto half_s = milliseconds(500);
 
-/// An amplifier that says nothing lets the stage go: whichever of the position's judgements is first.
+/// A silent amplifier lets the stage fall: the first of the supervisions of the position decides.
 const std::vector<Cause> stage_falls{Cause::position_jumped, Cause::position_implausible,
                                      Cause::following_error};
 
-// The figures: docs/twin.md. A cycle is 1 ms; the fault begins anywhere in one.
+// docs/twin.md has the figures. A cycle is 1 ms; the fault begins anywhere in a cycle.
 const std::vector<Row> rows{
     {Fault::no_reply, Node::sensor, half_s, 0, {Cause::sample_missing}, 6},
     {Fault::no_reply, Node::sensor, brief, 0, {}, 0},
@@ -100,22 +104,22 @@ config::Config config_for(Structure structure, const Row& row) {
   config::Config config = one_axis();
   controller::AxisConfig& axis = config.controller.axes[0].axis;
   axis.law.structure = structure;
-  // What the structure itself leaves behind is not to be taken for the fault.
+  // The error that the structure itself leaves must not count as the fault.
   if (structure == Structure::pi || structure == Structure::average) axis.following_error.error_um = 9.0;
   config.axes[0].control = axis;
-  twin::FaultSpec order = twin::fault_spec(row.kind, "x");
-  order.node = row.node;
-  order.begins = begins;
-  order.lasts = row.lasts;
-  if (!twin::traits(row.kind).unit.empty()) order.value = row.value;
-  config.twin.faults = {order};
+  twin::FaultSpec spec = twin::fault_spec(row.kind, "x");
+  spec.node = row.node;
+  spec.begins = begins;
+  spec.lasts = row.lasts;
+  if (!twin::traits(row.kind).unit.empty()) spec.value = row.value;
+  config.twin.faults = {spec};
   return config;
 }
 
 class TwinFault : public testing::TestWithParam<std::tuple<Structure, Row>> {};
 
-/// What a saturated bus has held back in the queue of the controller's CAN driver goes out when it is free,
-/// the commands from before the fault too. They find an amplifier whose watchdog has latched.
+/// While the bus is saturated, frames wait in the queue of the controller's CAN driver. When the bus is free
+/// they go out, also commands from before the fault; by then the amplifier's watchdog has latched.
 void expect_safe_wire(const FaultRig& rig, const Row& row) {
   const WireMonitor& monitor = rig.monitor();
   const std::uint64_t stale =
@@ -124,7 +128,7 @@ void expect_safe_wire(const FaultRig& rig, const Row& row) {
   EXPECT_EQ(monitor.violations(), stale) << monitor.found().front();
 }
 
-/// Up to the fault's begin.
+/// Runs until the fault begins.
 void track(FaultRig& rig) {
   rig.start();
   ASSERT_TRUE(rig.tracks()) << to_string(rig.axis().fault().cause);
@@ -132,7 +136,7 @@ void track(FaultRig& rig) {
   ASSERT_EQ(rig.axis().state(), AxisState::tracking) << to_string(rig.axis().fault().cause);
 }
 
-TEST_P(TwinFault, EndsInTheReactionThatIsDocumented) {
+TEST_P(TwinFault, LeadsToTheDocumentedReaction) {
   const auto& [structure, row] = GetParam();
   FaultRig rig(config_for(structure, row));
   ASSERT_NO_FATAL_FAILURE(track(rig));
@@ -156,7 +160,7 @@ TEST_P(TwinFault, IsOverWhenItEndsAndTheAxisTracksAgainOnceCleared) {
   ASSERT_NO_FATAL_FAILURE(track(rig));
   rig.run_for(milliseconds(1));
   EXPECT_EQ(rig.stage_faults().active().size(), 1u);
-  rig.run_for(row.lasts + milliseconds(400));  // and heartbeats of nodes that have come back
+  rig.run_for(row.lasts + milliseconds(400));  // and the heartbeats of nodes that have come back
   EXPECT_EQ(rig.stage_faults().active().size(), 0u);
   if (!row.causes.empty()) {
     ASSERT_EQ(rig.axis().state(), AxisState::faulted);
@@ -175,15 +179,15 @@ INSTANTIATE_TEST_SUITE_P(, TwinFault,
                                                           Structure::pi, Structure::average_pi,
                                                           Structure::inverse_pi),
                                           testing::ValuesIn(rows)),
-                         [](const auto& made_of) {
-                           std::string name(to_string(std::get<0>(made_of.param)));
+                         [](const auto& info) {
+                           std::string name(to_string(std::get<0>(info.param)));
                            std::ranges::replace(name, '+', '_');
-                           const Row& row = std::get<1>(made_of.param);
-                           return name + "_" + name_of(row) + "_" + std::to_string(made_of.index);
+                           const Row& row = std::get<1>(info.param);
+                           return name + "_" + name_of(row) + "_" + std::to_string(info.index);
                          });
 
-/// A row of docs/twin.md tells of this one: kind, where it acts, every cause or none.
-bool tells_of(const std::string& line, const Row& row) {
+/// Whether a line of docs/twin.md describes this row: its kind, where it acts, every cause or none.
+bool describes(const std::string& line, const Row& row) {
   const auto has = [&](const std::string& text) { return line.find(text) != std::string::npos; };
   const bool of_plant = twin::traits(row.kind).site == twin::FaultSite::plant;
   if (!line.starts_with("| `") || !has("`" + std::string(to_string(row.kind)) + "`")) return false;
@@ -195,7 +199,7 @@ bool tells_of(const std::string& line, const Row& row) {
   });
 }
 
-TEST(TwinFaultTable, OfTheDocumentHasEveryKindAndEveryReactionThatIsTested) {
+TEST(TwinFaultTable, InTheDocumentHasEveryKindAndEveryTestedReaction) {
   std::ifstream document(HYSTCAN_SOURCE_DIR "/docs/twin.md");
   std::vector<std::string> lines;
   for (std::string line; std::getline(document, line);) lines.push_back(line);
@@ -207,11 +211,11 @@ TEST(TwinFaultTable, OfTheDocumentHasEveryKindAndEveryReactionThatIsTested) {
               1)
         << kind;
   for (const Row& row : rows)
-    EXPECT_TRUE(std::ranges::any_of(lines, [&](const std::string& line) { return tells_of(line, row); }))
+    EXPECT_TRUE(std::ranges::any_of(lines, [&](const std::string& line) { return describes(line, row); }))
         << row;
 }
 
-TEST(TwinFaultTable, OfTheTestsHasEveryKind) {
+TEST(TwinFaultTable, InTheTestsHasEveryKind) {
   for (std::size_t i = 0; i < twin::fault_count; ++i)
     EXPECT_NE(std::ranges::find(rows, static_cast<Fault>(i), &Row::kind), rows.end())
         << to_string(static_cast<Fault>(i));

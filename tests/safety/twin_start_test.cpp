@@ -1,5 +1,5 @@
-// Who comes when, and how many twins there are, makes no difference to a stage: controller first, twin first,
-// nodes one after another, a twin for each axis; and a node that reboots comes back as at its first start.
+// A stage tracks in any order of start: controller first, twin first, nodes one after another. A twin for
+// each axis gives the same as one twin of both. A node that reboots comes back as at its first start.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -8,6 +8,10 @@
 #include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/fault_rig.h"
+
+namespace hystcan::twin {
+inline void PrintTo(Node node, std::ostream* out) { *out << to_string(node); }
+}  // namespace hystcan::twin
 
 namespace hystcan::support {
 namespace {
@@ -23,8 +27,8 @@ const config::Config& shipped() {
   return config;
 }
 
-/// The controller of both axes, and twins that are switched on one by one.
-class Bench {
+/// The controller of both axes, and twins that are started one by one.
+class StartSequence {
  public:
   void start_controller() { controller_.start(); }
   void start_twin(const twin::Config& config) {
@@ -56,76 +60,76 @@ class Bench {
   std::vector<std::unique_ptr<twin::Twin>> twins_;
 };
 
-TEST(StartUp, OfTheTwinFirst) {
-  Bench bench;
-  bench.start_twin(shipped().twin);
-  bench.run_for(seconds(2));
-  bench.start_controller();
-  EXPECT_TRUE(bench.track());
+TEST(StartUp, TracksWhenTheTwinStartsFirst) {
+  StartSequence sequence;
+  sequence.start_twin(shipped().twin);
+  sequence.run_for(seconds(2));
+  sequence.start_controller();
+  EXPECT_TRUE(sequence.track());
 }
 
-TEST(StartUp, OfTheControllerFirst) {
-  Bench bench;
-  bench.start_controller();
-  bench.run_for(seconds(2));
-  bench.start_twin(shipped().twin);
-  EXPECT_TRUE(bench.track());
+TEST(StartUp, TracksWhenTheControllerStartsFirst) {
+  StartSequence sequence;
+  sequence.start_controller();
+  sequence.run_for(seconds(2));
+  sequence.start_twin(shipped().twin);
+  EXPECT_TRUE(sequence.track());
 }
 
-TEST(StartUp, OfOneAxisAfterTheOther) {
-  Bench bench;
-  bench.start_twin(with_axes(shipped().twin, {"y"}));
-  bench.start_controller();
-  bench.run_for(seconds(2));
-  bench.start_twin(with_axes(shipped().twin, {"x"}));
-  EXPECT_TRUE(bench.track());
+TEST(StartUp, TracksWhenOneAxisStartsAfterTheOther) {
+  StartSequence sequence;
+  sequence.start_twin(with_axes(shipped().twin, {"y"}));
+  sequence.start_controller();
+  sequence.run_for(seconds(2));
+  sequence.start_twin(with_axes(shipped().twin, {"x"}));
+  EXPECT_TRUE(sequence.track());
 }
 
-/// Each node of the two axes is dark at first, and for longer than the one before.
-TEST(StartUp, OfOneNodeAfterTheOther) {
+/// The nodes of both axes are off at first, the second ones for longer than the first ones.
+TEST(StartUp, TracksWhenOneNodeStartsAfterTheOther) {
   for (const bool sensors_first : {true, false}) {
     twin::Config config = shipped().twin;
     for (const char* axis : {"x", "y"})
       for (const Node node : {Node::sensor, Node::amplifier}) {
-        twin::FaultSpec order = twin::fault_spec(Fault::node_reboot, axis);
-        order.node = node;
+        twin::FaultSpec spec = twin::fault_spec(Fault::node_reboot, axis);
+        spec.node = node;
         const bool is_first = (node == Node::sensor) == sensors_first;
-        order.lasts = seconds(is_first ? 1 : 2);
-        config.faults.push_back(order);
+        spec.lasts = seconds(is_first ? 1 : 2);
+        config.faults.push_back(spec);
       }
-    Bench bench;
-    bench.start_controller();
-    bench.start_twin(config);
-    bench.run_for(milliseconds(1500));
-    EXPECT_TRUE(bench.track()) << "sensors first: " << sensors_first;
+    StartSequence sequence;
+    sequence.start_controller();
+    sequence.start_twin(config);
+    sequence.run_for(milliseconds(1500));
+    EXPECT_TRUE(sequence.track()) << "sensors first: " << sensors_first;
   }
 }
 
-TEST(SeveralTwins, OneForEachAxisAreToTheBitTheOneOfBoth) {
-  Bench one;
+TEST(SeveralTwins, GiveTheSameResultToTheBitAsOneTwinOfBothAxes) {
+  StartSequence one;
   one.start_twin(shipped().twin);
-  Bench two;
+  StartSequence two;
   two.start_twin(with_axes(shipped().twin, {"x"}));
   two.start_twin(with_axes(shipped().twin, {"y"}));
-  for (Bench* bench : {&one, &two}) {
-    bench->start_controller();
-    bench->run_for(seconds(3));
+  for (StartSequence* sequence : {&one, &two}) {
+    sequence->start_controller();
+    sequence->run_for(seconds(3));
   }
   ASSERT_GT(one.positions_um.size(), 4000u);
   EXPECT_EQ(one.positions_um, two.positions_um);
 }
 
-TEST(SeveralTwins, AreOfAxesThatThereAre) {
+TEST(SeveralTwins, RefuseAnAxisThatDoesNotExist) {
   EXPECT_THROW(with_axes(shipped().twin, {"x", "z"}), std::invalid_argument);
   twin::Config config = shipped().twin;
   config.faults = {twin::fault_spec(Fault::no_reply, "x"), twin::fault_spec(Fault::no_reply, "y")};
-  EXPECT_EQ(with_axes(config, {"y"}).faults.size(), 1u) << "the other is the other twin's";
+  EXPECT_EQ(with_axes(config, {"y"}).faults.size(), 1u) << "the other fault belongs to the other twin";
 }
 
-class Reboot : public testing::TestWithParam<Node> {};
+class NodeReboot : public testing::TestWithParam<Node> {};
 
-/// Objects written by SDO, a latched fault: gone. The controller sets the node up again before it drives it.
-TEST_P(Reboot, ComesBackAsAtTheFirstStartAndIsSetUpAgain) {
+/// Objects written by SDO and a latched fault are gone. The controller sets the node up before it drives it.
+TEST_P(NodeReboot, LeavesTheNodeAsAtItsFirstStartAndItIsSetUpAgain) {
   constexpr can::SdoObject object{.index = 0x2001, .subindex = 1};
   config::Config config = one_axis();
   const std::vector<can::SdoWrite> setup{{.object = object, .content = {.value = 7, .bytes = 2}}};
@@ -163,8 +167,8 @@ TEST_P(Reboot, ComesBackAsAtTheFirstStartAndIsSetUpAgain) {
   EXPECT_EQ(rig.monitor().violations(), 0u) << rig.monitor().found().front();
 }
 
-INSTANTIATE_TEST_SUITE_P(, Reboot, testing::Values(Node::sensor, Node::amplifier),
-                         [](const auto& made_of) { return std::string(to_string(made_of.param)); });
+INSTANTIATE_TEST_SUITE_P(, NodeReboot, testing::Values(Node::sensor, Node::amplifier),
+                         [](const auto& info) { return std::string(to_string(info.param)); });
 
 }  // namespace
 }  // namespace hystcan::support

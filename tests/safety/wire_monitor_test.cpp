@@ -1,4 +1,4 @@
-// The monitor catches what it is there to catch: frames made by hand, each wrong in one way.
+// The monitor catches frames that are made by hand, each wrong in one way.
 #include "tests/support/wire_monitor.h"
 
 #include <gtest/gtest.h>
@@ -17,26 +17,26 @@ const config::Config& shipped() {
   return config;
 }
 
-/// Slew 20 V a cycle, range 0..100 V, safe value 0 V; a cycle is 1 ms.
-class Wire : public testing::Test {
+/// The slew limit is 20 V a cycle, the range 0..100 V, the safe value 0 V; a cycle is 1 ms.
+class WireMonitorTest : public testing::Test {
  protected:
   void sync() {
     now += milliseconds(1);
     counter = can::next_sync_counter(counter);
-    monitor.hear(can::sync_frame(counter), now);
+    monitor.receive(can::sync_frame(counter), now);
   }
   void cycle(double setpoint, bool enable) {
     sync();
-    monitor.hear(*command({.setpoint = setpoint, .enable = enable, .sync_counter = counter}),
-                 now + microseconds(300));
+    monitor.receive(*command({.setpoint = setpoint, .enable = enable, .sync_counter = counter}),
+                    now + microseconds(300));
   }
   void status(double output, can::AmpState state) {
-    monitor.hear(*amplifier({.output = output, .state = state}), now + microseconds(600));
+    monitor.receive(*amplifier({.output = output, .state = state}), now + microseconds(600));
   }
   void report(controller::AxisState state) {
-    monitor.hear(*controller({.state = static_cast<std::uint8_t>(state)}), now + microseconds(600));
+    monitor.receive(*controller({.state = static_cast<std::uint8_t>(state)}), now + microseconds(600));
   }
-  /// Up to 50 V in steps of 10, the amplifier behind it.
+  /// Goes up to 50 V in steps of 10 V; the amplifier follows.
   void drive_up() {
     for (int i = 0; i <= 5; ++i) {
       cycle(10.0 * i, true);
@@ -54,7 +54,7 @@ class Wire : public testing::Test {
                        .output_min = -20.0,
                        .output_max = 120.0,
                        .settle = milliseconds(3),
-                       .obeys = milliseconds(21),
+                       .off_within = milliseconds(21),
                        .grace = microseconds(1300),
                        .jitter = microseconds(100)},
                       database};
@@ -65,9 +65,7 @@ class Wire : public testing::Test {
   std::uint8_t counter = 0;
 };
 
-using WireMonitorTest = Wire;
-
-TEST_F(WireMonitorTest, FindsNothingInAWholeLifeThatIsInOrder) {
+TEST_F(WireMonitorTest, FindsNoViolationInACorrectRun) {
   cycle(0.0, false);
   status(0.0, can::AmpState::ready);
   drive_up();
@@ -76,7 +74,7 @@ TEST_F(WireMonitorTest, FindsNothingInAWholeLifeThatIsInOrder) {
   report(controller::AxisState::faulted);
   for (int i = 0; i < 5; ++i) cycle(0.0, false);
   status(0.0005, can::AmpState::ready);
-  monitor.cleared();
+  monitor.report_clear();
   report(controller::AxisState::waiting);
   drive_up();
   EXPECT_EQ(monitor.violations(), 0u);
@@ -93,43 +91,43 @@ TEST_F(WireMonitorTest, CatchesADriveOutOfRange) {
 TEST_F(WireMonitorTest, CatchesAStepThatIsTooFast) {
   drive_up();
   cycle(72.0, true);
-  EXPECT_EQ(monitor.violations(), 0u) << "20 V in a cycle, 2 V in the jitter";
+  EXPECT_EQ(monitor.violations(), 0u) << "20 V in a cycle and 2 V in the jitter";
   cycle(94.1, true);
   expect_only(Violation::drive_too_fast);
 }
 
-TEST_F(WireMonitorTest, AllowsAStepForEachCycleThatWasLeftOut) {
+TEST_F(WireMonitorTest, AllowsAFullStepForEachCycleWithoutACommand) {
   drive_up();
   sync();
   cycle(90.0, true);
   EXPECT_EQ(monitor.violations(), 0u);
 }
 
-TEST_F(WireMonitorTest, CatchesAnAxisThatDoesNotStartWhereItsAmplifierIs) {
+TEST_F(WireMonitorTest, CatchesAStartThatIsNotAtTheOutputOfTheAmplifier) {
   cycle(0.0, false);
   status(0.0, can::AmpState::ready);
   for (int i = 0; i < 5; ++i) cycle(0.0, false);
   cycle(50.0, true);
-  expect_only(Violation::starts_elsewhere);
+  expect_only(Violation::start_not_at_output);
 }
 
-TEST_F(WireMonitorTest, CatchesADriveBesideTheSafeValueWhereNotEnabled) {
+TEST_F(WireMonitorTest, CatchesADriveOtherThanTheSafeValueWhileNotEnabled) {
   cycle(0.00001, false);
   expect_only(Violation::unsafe_when_not_enabled);
 }
 
-TEST_F(WireMonitorTest, CatchesACommandThatIsEnabledAfterAFault) {
+TEST_F(WireMonitorTest, CatchesAnEnabledCommandAfterAFault) {
   drive_up();
   report(controller::AxisState::faulted);
   cycle(50.0, true);
-  EXPECT_EQ(monitor.violations(), 0u) << "on its way already";
+  EXPECT_EQ(monitor.violations(), 0u) << "it is already on its way";
   cycle(50.0, true);
   expect_only(Violation::enabled_while_faulted);
 }
 
-TEST_F(WireMonitorTest, IsToldOfAFaultBySomebodyElseToo) {
+TEST_F(WireMonitorTest, CatchesAnEnabledCommandAfterAFaultThatItsCallerReports) {
   drive_up();
-  monitor.faulted(now);
+  monitor.report_fault(now);
   cycle(50.0, true);
   cycle(50.0, true);
   expect_only(Violation::enabled_while_faulted);
@@ -141,7 +139,7 @@ TEST_F(WireMonitorTest, CatchesAnOutputOutOfTheAmplifiersRange) {
   expect_only(Violation::output_out_of_range);
 }
 
-TEST_F(WireMonitorTest, CatchesAnOutputThatDoesNotComeDown) {
+TEST_F(WireMonitorTest, CatchesAnOutputThatDoesNotFallToTheSafeValue) {
   drive_up();
   cycle(0.0, false);
   status(50.0, can::AmpState::ready);
@@ -150,22 +148,22 @@ TEST_F(WireMonitorTest, CatchesAnOutputThatDoesNotComeDown) {
   expect_only(Violation::output_not_safe);
 }
 
-TEST_F(WireMonitorTest, CatchesAnAmplifierThatStaysOn) {
+TEST_F(WireMonitorTest, CatchesAnAmplifierThatStaysEnabled) {
   drive_up();
   for (int i = 0; i < 20; ++i) cycle(0.0, false);
   status(0.0, can::AmpState::enabled);
-  EXPECT_EQ(monitor.violations(), 0u) << "its watchdog has still time";
+  EXPECT_EQ(monitor.violations(), 0u) << "its watchdog still has time";
   cycle(0.0, false);
   status(0.0, can::AmpState::enabled);
   expect_only(Violation::not_switched_off);
 }
 
-TEST_F(WireMonitorTest, TakesADamagedCommandForNone) {
+TEST_F(WireMonitorTest, IgnoresADamagedCommand) {
   drive_up();
   sync();
   can::Frame damaged = *command({.setpoint = 1000.0, .enable = true, .sync_counter = counter});
   damaged.data[7] ^= 1U;
-  monitor.hear(damaged, now);
+  monitor.receive(damaged, now);
   EXPECT_EQ(monitor.violations(), 0u);
   EXPECT_EQ(monitor.commands(), 6u);
 }

@@ -13,7 +13,7 @@ void* operator new(std::size_t size) {
   if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
   throw std::bad_alloc();
 }
-void* operator new(std::size_t size, const std::nothrow_t&) noexcept {  // std::stable_sort asks by this one
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept {  // std::stable_sort calls this one
   ++allocations;
   return std::malloc(size == 0 ? 1 : size);
 }

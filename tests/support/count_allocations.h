@@ -1,4 +1,4 @@
-// Counts what the program allocates: this program's operator new is replaced.
+// Counts the allocations of a program: the program that links this has its operator new replaced.
 #pragma once
 
 #include <cstdint>

@@ -13,13 +13,14 @@ namespace {
 using controller::AxisState;
 using std::chrono::milliseconds;
 
-constexpr std::uint8_t stage_node = 2;      ///< the sensor of axis x
-constexpr std::uint8_t amplifier_node = 1;  ///< config/piezo.toml
+// Axis x of config/piezo.toml.
+constexpr std::uint8_t amplifier_node = 1;
+constexpr std::uint8_t sensor_node = 2;
 constexpr std::uint32_t command_id = can::receive_pdo_base + amplifier_node;
 constexpr std::uint32_t status_id = can::transmit_pdo_base + amplifier_node;
-constexpr std::uint32_t sample_id = can::transmit_pdo_base + stage_node;
+constexpr std::uint32_t sample_id = can::transmit_pdo_base + sensor_node;
 
-// Places of config/hystcan.dbc.
+// Byte positions of config/hystcan.dbc.
 constexpr std::size_t sample_status_byte = 5;
 constexpr std::size_t enable_byte = 4;
 constexpr std::size_t amp_state_byte = 4;
@@ -50,7 +51,7 @@ std::int32_t micrometres(double um) { return static_cast<std::int32_t>(std::lrou
 
 }  // namespace
 
-WireMonitor::Config watch_over(const config::Config& config) {
+WireMonitor::Config monitor_config(const config::Config& config) {
   const config::AxisConfig& axis = config.axes[0];
   const twin::Amplifier::Config& amplifier = axis.twin.plant.amplifier;
   const double range = amplifier.drive_max - amplifier.drive_min;
@@ -66,7 +67,7 @@ WireMonitor::Config watch_over(const config::Config& config) {
           .output_max = amplifier.drive_max,
           .tolerance = tolerance,
           .settle = time(settle_s),
-          .obeys = axis.twin.command_timeout + time(cycle_s + frame_s),
+          .off_within = axis.twin.command_timeout + time(cycle_s + frame_s),
           .grace = time(cycle_s + 2 * frame_s),
           .jitter = time(2 * frame_s)};
 }
@@ -135,8 +136,8 @@ config::Config one_axis() {
 
 FaultRig::FaultRig(const config::Config& config)
     : config_(config), monitor_bus_(bus_.attach()), tester_(bus_.attach()) {
-  monitor_.emplace(watch_over(config_), config_.database);
-  monitor_bus_->on_frame([this](const can::Frame& frame, can::Time when) { monitor_->hear(frame, when); });
+  monitor_.emplace(monitor_config(config_), config_.database);
+  monitor_bus_->on_frame([this](const can::Frame& frame, can::Time when) { monitor_->receive(frame, when); });
   twin_ = std::make_unique<twin::Twin>(
       config_.twin, config_.database, clock_,
       [this](std::span<const can::Filter> filters) { return attach_node(filters); });
@@ -154,7 +155,7 @@ FaultRig::FaultRig(const config::Config& config)
   controller_->listen_to(requests_);
 }
 
-/// The amplifier's node attaches first, then the sensor's (twin/twin.cpp); only the amplifier hears commands.
+/// Only the amplifier's node has a filter for commands (twin/twin.cpp).
 std::unique_ptr<can::Bus> FaultRig::attach_node(std::span<const can::Filter> filters) {
   auto node = bus_.attach(can::TransmitOrder::by_priority);
   const bool is_amplifier = std::ranges::any_of(filters, [](const auto& f) { return f.id == command_id; });
@@ -163,7 +164,7 @@ std::unique_ptr<can::Bus> FaultRig::attach_node(std::span<const can::Filter> fil
         std::move(node), [this](can::Frame& frame) { return sensor_sends(frame); }, Relay::Hook{});
   return std::make_unique<Relay>(
       std::move(node), [this](can::Frame& frame) { return amplifier_sends(frame); },
-      [this](can::Frame& frame) { return amplifier_hears(frame); });
+      [this](can::Frame& frame) { return amplifier_receives(frame); });
 }
 
 void FaultRig::note_fault(can::Time when) {
@@ -171,7 +172,7 @@ void FaultRig::note_fault(can::Time when) {
   if (is_faulted && !was_faulted_) {
     ++faults_;
     decided_at_ = when;
-    monitor_->faulted(when);
+    monitor_->report_fault(when);
   }
   was_faulted_ = is_faulted;
 }
@@ -185,7 +186,7 @@ bool FaultRig::reaches(AxisState state, can::Duration limit) {
 }
 
 bool FaultRig::sensor_sends(can::Frame& frame) {
-  if (frame.id == can::heartbeat_base + stage_node) return !is_on(Trouble::sensor_unheard);
+  if (frame.id == can::heartbeat_base + sensor_node) return !is_on(Trouble::sensor_unheard);
   return frame.id != sample_id || spoil_sample(frame);
 }
 
@@ -193,7 +194,7 @@ bool FaultRig::spoil_sample(can::Frame& frame) {
   const std::int32_t true_value = value_of(frame);
   if (!is_on(Trouble::sample_frozen)) frozen_value_ = true_value;
   if (!is_on(Trouble::counter_frozen)) frozen_counter_ = frame.data[counter_byte];
-  if (std::ranges::none_of(on_, std::identity{})) return true;  // what the twin spoilt is not sealed anew
+  if (std::ranges::none_of(on_, std::identity{})) return true;  // a CRC that the twin made wrong stays
   if (is_on(Trouble::sample_lost)) return false;
   if (is_on(Trouble::position_drifts)) offset_um_ = std::max(offset_um_ - 1.0, -7.5);
   if (is_on(Trouble::load_pulls)) offset_um_ = std::max(offset_um_ - 0.05, -7.0);
@@ -206,11 +207,11 @@ bool FaultRig::spoil_sample(can::Frame& frame) {
   seal(frame);
   if (is_on(Trouble::sample_damaged)) frame.data[crc_byte] ^= 0x10U;
   if (!is_on(Trouble::sample_late)) return true;
-  const bool there_was_one = held_sample_.has_value();
+  const bool has_earlier = held_sample_.has_value();
   const can::Frame earlier = held_sample_.value_or(frame);
   held_sample_ = frame;
   frame = earlier;
-  return there_was_one;
+  return has_earlier;
 }
 
 bool FaultRig::amplifier_sends(can::Frame& frame) {
@@ -223,7 +224,7 @@ bool FaultRig::amplifier_sends(can::Frame& frame) {
   return !is_on(Trouble::amplifier_unheard);
 }
 
-bool FaultRig::amplifier_hears(can::Frame& frame) {
+bool FaultRig::amplifier_receives(can::Frame& frame) {
   if (frame.id != command_id) return true;
   if (is_on(Trouble::enable_lost)) {
     frame.data[enable_byte] = static_cast<std::uint8_t>(frame.data[enable_byte] & ~enable_bit);
@@ -236,13 +237,13 @@ void FaultRig::begin(Trouble trouble) {
   on_[static_cast<std::size_t>(trouble)] = true;
   switch (trouble) {
     case Trouble::sensor_emergency:
-      return send(can::emergency_frame(stage_node, {.code = 0x5000, .error_register = 0x01}));
+      return send(can::emergency_frame(sensor_node, {.code = 0x5000, .error_register = 0x01}));
     case Trouble::sensor_stopped:
-      return send(can::nmt_frame({can::NmtCommand::stop, stage_node}));
+      return send(can::nmt_frame({can::NmtCommand::stop, sensor_node}));
     case Trouble::amplifier_stopped:
       return send(can::nmt_frame({can::NmtCommand::stop, amplifier_node}));
     case Trouble::sensor_reset:
-      return send(can::nmt_frame({can::NmtCommand::reset_node, stage_node}));
+      return send(can::nmt_frame({can::NmtCommand::reset_node, sensor_node}));
     case Trouble::amplifier_reset:
       return send(can::nmt_frame({can::NmtCommand::reset_node, amplifier_node}));
     case Trouble::foreign_sync:
@@ -305,8 +306,8 @@ std::string_view FaultRig::ask(controller::Request::Kind kind) {
   auto request = std::make_unique<controller::Request>();
   request->kind = kind;
   const bool clears = kind == controller::Request::Kind::clear && axis().state() == AxisState::faulted;
-  const std::string_view refused = answer_to(std::move(request));
-  if (clears && refused.empty()) monitor_->cleared();
+  const std::string_view refused = run_until_answered(std::move(request));
+  if (clears && refused.empty()) monitor_->report_clear();
   return refused;
 }
 
@@ -314,10 +315,10 @@ std::string_view FaultRig::retune(const controller::AxisConfig& next) {
   auto request = std::make_unique<controller::Request>();
   request->kind = controller::Request::Kind::retune;
   request->tuning = std::make_unique<controller::AxisTuning>(next, false);
-  return answer_to(std::move(request));
+  return run_until_answered(std::move(request));
 }
 
-std::string_view FaultRig::answer_to(std::unique_ptr<controller::Request> request) {
+std::string_view FaultRig::run_until_answered(std::unique_ptr<controller::Request> request) {
   if (!requests_.ask(std::move(request))) return "too many requests are unanswered";
   for (int cycle = 0; cycle < 100; ++cycle) {
     run_for(milliseconds(1));

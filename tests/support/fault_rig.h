@@ -1,7 +1,6 @@
-// Controller and twin of one axis on the simulated bus, with a hand on everything that can go wrong between
-// them: each node's connection is wrapped, the controller's scheduler too, a tester sends what others would.
-//
-// Troubles begin and end while the loop runs, any number of them at once. A WireMonitor listens throughout.
+// Controller and twin of one axis on the simulated bus, with troubles that a test begins and ends while the
+// loop runs, any number of them at once. The connection of each node is wrapped, and so is the controller's
+// scheduler; a tester sends the frames of other nodes. A WireMonitor receives every frame.
 #pragma once
 
 #include <array>
@@ -19,29 +18,29 @@ namespace hystcan::support {
 
 enum class Trouble : std::uint8_t {
   sample_lost,
-  sample_late,     ///< each comes in the place of the next
-  sample_frozen,   ///< the value, not the counters
-  counter_frozen,  ///< of the message, so that it is rejected
+  sample_late,     ///< each sample comes in the place of the next one
+  sample_frozen,   ///< the value stands still, the counters run
+  counter_frozen,  ///< the message counter stands still, so that the message is rejected
   sample_jumped,   ///< by 8 um
   sample_beyond,   ///< 60 um, outside position_max_um
-  sample_bad,      ///< Status is not 0
+  sample_bad,      ///< its Status is not 0
   sample_damaged,  ///< wrong CRC
   sensor_emergency,
   sensor_unheard,     ///< its heartbeats are lost, its samples are not
-  amplifier_unheard,  ///< its heartbeats and statuses
-  sensor_stopped,     ///< NMT stop, by somebody else
+  amplifier_unheard,  ///< its heartbeats and statuses are lost
+  sensor_stopped,     ///< by an NMT stop of another node
   amplifier_stopped,
   sensor_reset,
   amplifier_reset,
   amplifier_trips,  ///< its status says fault
-  commands_lost,    ///< on their way to the amplifier: its watchdog trips
+  commands_lost,    ///< they do not reach the amplifier, whose watchdog trips
   enable_lost,      ///< Enable does not reach the amplifier
   bus_passive,
   bus_off,
   interface_down,
-  position_drifts,  ///< 1 um a cycle, up to 7.5 um: the stage is not where the reference is
-  load_pulls,       ///< 0.05 um a cycle, up to 7 um: there is no drive that would get there
-  sync_late,        ///< each by half a cycle
+  position_drifts,  ///< by 1 um a cycle, up to 7.5 um: the stage leaves the reference
+  load_pulls,       ///< by 0.05 um a cycle, up to 7 um: no drive reaches the reference
+  sync_late,        ///< each SYNC by half a cycle
   stall,            ///< one SYNC 20 cycles late
   foreign_sync,
   foreign_heartbeat,
@@ -49,14 +48,15 @@ enum class Trouble : std::uint8_t {
 };
 inline constexpr std::size_t trouble_count = 28;
 std::string_view to_string(Trouble trouble);
+inline void PrintTo(Trouble trouble, std::ostream* out) { *out << to_string(trouble); }
 
-/// A connection whose frames can be changed or taken away: a hook gives false for those.
+/// A connection whose frames a hook may change or remove: it returns false for a frame to remove.
 class Relay final : public can::Bus {
  public:
   using Hook = std::function<bool(can::Frame& frame)>;
   Relay(std::unique_ptr<can::Bus> inner, Hook on_send, Hook on_receive);
 
-  /// The state that the owner sees in the place of the true one. Down: nothing passes.
+  /// Shows the owner this state instead of the true one; empty: the true one. While down, no frame passes.
   void pretend(std::optional<can::BusState> state);
   /// Called after each frame that the owner has handled, with its time.
   std::function<void(can::Time received)> after_frame;
@@ -77,11 +77,11 @@ class Relay final : public can::Bus {
   std::optional<can::BusState> pretended_;
 };
 
-/// The shipped piezo axis x alone, with a slow sine, a quick start-up and every judgement switched on.
+/// The shipped piezo axis x alone, with a slow sine, a quick start-up and every supervision switched on.
 config::Config one_axis();
 
-/// What the wire must keep to, of the first axis.
-WireMonitor::Config watch_over(const config::Config& config);
+/// The limits that the frames of the first axis must keep.
+WireMonitor::Config monitor_config(const config::Config& config);
 
 class FaultRig {
  public:
@@ -89,7 +89,7 @@ class FaultRig {
 
   void start() { twin_->start(), controller_->start(); }
   void run_for(can::Duration time);
-  /// False: it did not come to that within `limit`.
+  /// Runs until the axis is in `state`; returns false if it is not within `limit`.
   bool reaches(controller::AxisState state, can::Duration limit);
   bool tracks(can::Duration limit = std::chrono::seconds(5)) {
     return reaches(controller::AxisState::tracking, limit);
@@ -99,7 +99,7 @@ class FaultRig {
   void end(Trouble trouble);
   bool is_on(Trouble trouble) const { return on_[static_cast<std::size_t>(trouble)]; }
 
-  /// By RequestLink, as `hystcan ctl` does. Empty: done.
+  /// Sends the request by RequestLink, as `hystcan ctl` does. Returns why it is refused, or an empty text.
   std::string_view ask(controller::Request::Kind kind);
   std::string_view retune(const controller::AxisConfig& next);
 
@@ -114,7 +114,7 @@ class FaultRig {
   void send(const can::Frame& frame) { tester_->send(frame); }
 
   std::uint64_t faults() const { return faults_; }
-  /// When the last fault was decided: the end of the frame that decided it, or the SYNC that found it.
+  /// The time at which the last fault was decided: the end of the deciding frame, or the SYNC that found it.
   can::Time decided_at() const { return decided_at_; }
 
  private:
@@ -123,8 +123,8 @@ class FaultRig {
   bool sensor_sends(can::Frame& frame);
   bool spoil_sample(can::Frame& frame);
   bool amplifier_sends(can::Frame& frame);
-  bool amplifier_hears(can::Frame& frame);
-  std::string_view answer_to(std::unique_ptr<controller::Request> request);
+  bool amplifier_receives(can::Frame& frame);
+  std::string_view run_until_answered(std::unique_ptr<controller::Request> request);
 
   config::Config config_;
   std::array<bool, trouble_count> on_{};

@@ -1,4 +1,4 @@
-// A scheduler whose alarms go off too late, as on a computer that is kept from its work.
+// A scheduler whose timers expire too late, as on an overloaded computer.
 #pragma once
 
 #include <functional>
@@ -9,7 +9,7 @@
 
 namespace hystcan::support {
 
-/// Alarms that are set while `by` is not zero go off so much too late.
+/// Timers that are set while `by` is not zero expire later by that time.
 class Oversleeper final : public can::Scheduler {
  public:
   explicit Oversleeper(can::Scheduler& clock) : clock_(clock) {}

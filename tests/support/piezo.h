@@ -8,7 +8,7 @@
 
 namespace hystcan::support {
 
-/// 30 um at 100 V, a loop 15 % of the stroke wide.
+/// The stroke is 30 um at 100 V; the loop is 15 % of the stroke wide.
 inline model::HysteresisParameters piezo_model() {
   const model::Interval range{0.0, 100.0};
   return {.input_unit = "V",

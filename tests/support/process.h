@@ -1,4 +1,4 @@
-// A program run by a test as a user would run it.
+// Runs a program in a test as a user runs it.
 #pragma once
 
 #include <signal.h>
@@ -18,13 +18,13 @@
 
 namespace hystcan::support {
 
-/// Standard output and error go to files that can be read while it runs. Killed when it goes out of scope.
+/// Standard output and error go to files that can be read while the program runs. The destructor kills it.
 class Process {
  public:
   explicit Process(const std::vector<std::string>& command) {
     std::string name = (std::filesystem::path(testing::TempDir()) / "process-XXXXXX").string();
     folder_ = mkdtemp(name.data());
-    std::fflush(stdout);  // or the child prints it too
+    std::fflush(stdout);  // otherwise the child prints the buffer again
     child_ = fork();
     if (child_ != 0) return;
     std::vector<char*> arguments;
@@ -48,7 +48,7 @@ class Process {
   pid_t pid() const { return child_; }
   void send(int signal) const { kill(child_, signal); }
 
-  /// Exit status, or 128 + the signal that ended it.
+  /// Returns the exit status, or 128 + the signal that ended the program.
   int wait() {
     if (!status_) {
       int raw = 0;
@@ -63,12 +63,12 @@ class Process {
       status_ = WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw);
     return !status_;
   }
-  /// After wait().
+  /// Valid after wait().
   long peak_resident_kB() const { return usage_.ru_maxrss; }
   std::string out() const { return read_file(folder_ / "out"); }
   std::string err() const { return read_file(folder_ / "err"); }
 
-  /// Waits until standard error has `text` in it, or the program has ended, or the time is up.
+  /// Waits until standard error contains `text`; returns false if the program ends or `limit` passes before.
   bool says(const std::string& text, std::chrono::seconds limit = std::chrono::seconds(30)) {
     const auto deadline = std::chrono::steady_clock::now() + limit;
     while (err().find(text) == std::string::npos) {

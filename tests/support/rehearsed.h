@@ -1,4 +1,4 @@
-// A configuration as a loop in virtual time, and how well it tracked.
+// Makes a rehearsal from a configuration, and reads how well it tracked.
 #pragma once
 
 #include <string>
@@ -18,7 +18,7 @@ inline rehearsal::Setup setup_of(const config::Config& config) {
           .bitrate_bit_per_s = config.bus.bitrate_bit_per_s};
 }
 
-/// A shipped configuration, with other settings in the place of what stands there.
+/// A shipped configuration, with `settings` in the place of its own.
 inline rehearsal::Setup shipped(const std::string& name, const std::vector<config::Setting>& settings = {}) {
   return setup_of(config::load(HYSTCAN_SOURCE_DIR "/config/" + name, settings));
 }

@@ -1,5 +1,5 @@
-// The Preisach model as the textbooks draw it: a triangle of relays, every one of them asked at every step.
-// What the Everett form is tested against, and timed beside.
+// The Preisach model as textbooks draw it: a triangle of relays, each of which is evaluated at every step.
+// The Everett form is tested against it and timed beside it.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +9,11 @@
 
 namespace hystcan::support {
 
-/// Relay (i, j), j <= i, switches on at v >= level i + 1 and off at v <= level j, the levels N + 1
-/// equidistant inputs. At such inputs a cell of the Everett form is wholly on or wholly off, too.
+/// The levels are N + 1 equidistant inputs. Relay (i, j), j <= i, switches
+///
+///   on at v >= level(i + 1),   off at v <= level(j).
+///
+/// At these inputs, each cell of the Everett form is either wholly on or wholly off, too.
 class Relays {
  public:
   explicit Relays(const model::PreisachParameters& parameters) : p_(parameters) {

@@ -1,4 +1,4 @@
-// Property tests draw the same cases on every run; RC_PARAMS in the environment overrides this.
+// Makes property tests draw the same cases on every run; RC_PARAMS in the environment overrides this.
 #include <cstdlib>
 
 namespace {

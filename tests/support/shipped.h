@@ -1,4 +1,4 @@
-// The shipped configuration in a scratch folder, for tests that damage it.
+// A copy of the shipped configuration in a temporary folder, for tests that change it.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ class ShippedCopy {
   const std::filesystem::path& folder() const { return folder_; }
   std::filesystem::path operator/(const char* name) const { return folder_ / name; }
 
-  /// Replaces the first `what` in the file by `with`; what is not there is a mistake in the test.
+  /// Replaces the first `what` in the file by `with`; the test fails if the file does not contain `what`.
   void edit(const char* name, const std::string& what, const std::string& with) const {
     std::string text = read_file(folder_ / name);
     const auto at = text.find(what);

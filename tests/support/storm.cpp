@@ -18,13 +18,13 @@ using controller::Cause;
 using std::chrono::milliseconds;
 using Kind = controller::Request::Kind;
 
-/// What a trouble can be told as when it is alone, and after how long it must have been.
+/// The causes that a trouble can lead to when it is alone, and the time after which it must be detected.
 struct Expected {
-  double told_within_s = 0.0;
+  double detected_within_s = 0.0;
   std::vector<Cause> causes;
 };
 
-/// `told_within_s` as docs/safety.md has it, or longer where it depends on what the reference does.
+/// The times are those of docs/safety.md, or longer where they depend on the reference.
 Expected expected_of(Trouble trouble) {
   using enum Cause;
   switch (trouble) {
@@ -58,7 +58,7 @@ Expected expected_of(Trouble trouble) {
       return {0.0, {node_restarted}};
     case Trouble::amplifier_trips:
       return {0.013, {amplifier_fault}};
-    case Trouble::commands_lost:  // short of it, the drive comes back in one jump
+    case Trouble::commands_lost:  // if shorter, the drive comes back in one jump
       return {0.023,
               {amplifier_fault, node_emergency, position_jumped, position_implausible, following_error}};
     case Trouble::enable_lost:
@@ -69,7 +69,7 @@ Expected expected_of(Trouble trouble) {
       return {0.006, {bus_off, sample_missing, sample_late, cycle_overrun}};
     case Trouble::interface_down:
       return {0.003, {interface_down}};
-    case Trouble::position_drifts:  // short of it, the position comes back in one jump
+    case Trouble::position_drifts:  // if shorter, the position comes back in one jump
       return {0.020, {following_error, position_jumped}};
     case Trouble::load_pulls:
       return {0.8, {saturated, following_error, position_jumped}};
@@ -89,13 +89,13 @@ Expected expected_of(Trouble trouble) {
 class Storm {
  public:
   explicit Storm(const StormConfig& storm) : storm_(storm), random_(storm.seed), rig_(one_axis()) {
-    result_.complaints.reserve(kept);
+    result_.failures.reserve(kept);
     for (std::size_t i = 0; i < trouble_count; ++i) expected_[i] = expected_of(static_cast<Trouble>(i));
   }
 
   StormResult run() {
     rig_.start();
-    if (!rig_.tracks()) complain(result_.stuck, "did not start");
+    if (!rig_.tracks()) note_failure(result_.stuck, "did not start");
     while (now_s() < storm_.virtual_s) {
       episode();
       if (result_.resident_after_warm_up_kB == 0 && now_s() >= storm_.warm_up_s)
@@ -109,7 +109,7 @@ class Storm {
     result_.violations = monitor.violations();
     result_.commands = monitor.commands();
     result_.steepest = monitor.steepest();
-    for (const std::string& found : monitor.found()) result_.complaints.push_back(found);
+    for (const std::string& found : monitor.found()) result_.failures.push_back(found);
     return result_;
   }
 
@@ -131,7 +131,7 @@ class Storm {
   void wait_s(double time_s) { rig_.run_for(can::Duration(std::llround(1e9 * time_s))); }
   const Expected& expected(Trouble trouble) const { return expected_[static_cast<std::size_t>(trouble)]; }
 
-  /// Troubles of this episode: one mostly, up to three at once sometimes, no two the same.
+  /// The troubles of this episode: mostly one, sometimes up to three at once, no two the same.
   std::span<Drawn> draw() {
     const double share = uniform();
     const std::size_t count = share < 0.7 ? 1 : share < 0.9 ? 2 : 3;
@@ -150,16 +150,16 @@ class Storm {
 
   void episode() {
     ++result_.episodes;
-    wait_s(between(0.75, 1.5));  // enabled for longer than half a second, at any place of the sine
+    wait_s(between(0.75, 1.5));  // enabled for longer than half a second, anywhere in the sine
     const std::uint64_t faults_before = rig_.faults();
     const std::span<Drawn> troubles = draw();
-    live_through(troubles);
-    wait_s(0.025);  // what a late SYNC or a watchdog has still to tell
+    run_troubles(troubles);
+    wait_s(0.025);  // a late SYNC or a watchdog may still lead to a fault
     judge(troubles, rig_.faults() != faults_before);
     recover();
   }
 
-  void live_through(std::span<Drawn> troubles) {
+  void run_troubles(std::span<Drawn> troubles) {
     const double start_s = now_s();
     while (std::ranges::any_of(troubles, [](const Drawn& one) { return !one.ended; })) {
       for (Drawn& one : troubles) {
@@ -178,15 +178,15 @@ class Storm {
 
   void judge(std::span<const Drawn> troubles, bool has_faulted) {
     const bool must = std::ranges::any_of(
-        troubles, [&](const Drawn& one) { return one.lasts_s >= expected(one.trouble).told_within_s; });
-    result_.must_be_told += must ? 1 : 0;
-    if (must && !has_faulted) complain(result_.undetected, in_words(troubles));
+        troubles, [&](const Drawn& one) { return one.lasts_s >= expected(one.trouble).detected_within_s; });
+    result_.must_be_detected += must ? 1 : 0;
+    if (must && !has_faulted) note_failure(result_.undetected, in_words(troubles));
     if (!has_faulted) return;
     const Cause cause = rig_.axis().fault().cause;
     ++result_.by_cause[static_cast<std::size_t>(cause)];
     const auto& causes = expected(troubles.front().trouble).causes;
     if (troubles.size() == 1 && std::ranges::find(causes, cause) == causes.end())
-      complain(result_.other_cause, in_words(troubles));
+      note_failure(result_.other_cause, in_words(troubles));
     const bool bus_carries = std::ranges::none_of(troubles, [](const Drawn& one) {
       return one.trouble == Trouble::bus_off || one.trouble == Trouble::interface_down ||
              one.trouble == Trouble::stall || one.trouble == Trouble::sync_late;
@@ -196,7 +196,7 @@ class Storm {
                                        1e3 * can::seconds(rig_.monitor().safe_since() - rig_.decided_at()));
   }
 
-  /// A fault that lasts beyond the clear is faulted anew: that is no stuck axis, a second clear is due then.
+  /// A trouble that outlasts the clear faults the axis again. A second clear follows: the axis is not stuck.
   void recover() {
     for (int attempt = 0; attempt < 3; ++attempt) {
       if (rig_.axis().state() == AxisState::faulted) {
@@ -209,7 +209,7 @@ class Storm {
       }
       if (rig_.tracks()) return;
     }
-    complain(result_.stuck, fmt::format("stuck: {}", to_string(rig_.axis().state())));
+    note_failure(result_.stuck, fmt::format("stuck: {}", to_string(rig_.axis().state())));
   }
 
   std::string in_words(std::span<const Drawn> troubles) {
@@ -220,10 +220,10 @@ class Storm {
                               to_string(rig_.axis().fault().cause));
   }
 
-  void complain(std::uint64_t& counter, const std::string& text) {
+  void note_failure(std::uint64_t& counter, const std::string& text) {
     ++counter;
-    if (result_.complaints.size() < kept)
-      result_.complaints.push_back(fmt::format("{:.4f} s: {}", now_s(), text));
+    if (result_.failures.size() < kept)
+      result_.failures.push_back(fmt::format("{:.4f} s: {}", now_s(), text));
   }
 
   StormConfig storm_;
@@ -252,11 +252,11 @@ void print(const StormResult& r) {
               static_cast<unsigned long long>(r.commands), static_cast<unsigned long long>(r.episodes),
               static_cast<unsigned long long>(r.faults));
   std::printf(
-      "had to be told %llu, undetected %llu, of another cause %llu, stuck %llu, unsafe on the wire %llu\n",
-      static_cast<unsigned long long>(r.must_be_told), static_cast<unsigned long long>(r.undetected),
+      "must be detected %llu, undetected %llu, of another cause %llu, stuck %llu, unsafe on the wire %llu\n",
+      static_cast<unsigned long long>(r.must_be_detected), static_cast<unsigned long long>(r.undetected),
       static_cast<unsigned long long>(r.other_cause), static_cast<unsigned long long>(r.stuck),
       static_cast<unsigned long long>(r.violations));
-  std::printf("safe command at worst %.3f ms after the frame that decided; steepest step %.2f of the limit\n",
+  std::printf("safe command at worst %.3f ms after the deciding frame; steepest step %.2f of the limit\n",
               r.worst_safe_ms, r.steepest);
   std::printf("resident %lld kB after warm-up, %lld kB at the end\n",
               static_cast<long long>(r.resident_after_warm_up_kB),
@@ -265,7 +265,7 @@ void print(const StormResult& r) {
     if (r.by_cause[i] != 0)
       std::printf("  %8llu  %s\n", static_cast<unsigned long long>(r.by_cause[i]),
                   std::string(to_string(static_cast<controller::Cause>(i))).c_str());
-  for (const std::string& complaint : r.complaints) std::printf("! %s\n", complaint.c_str());
+  for (const std::string& failure : r.failures) std::printf("! %s\n", failure.c_str());
 }
 
 }  // namespace hystcan::support

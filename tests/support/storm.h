@@ -1,9 +1,11 @@
-// Hours of faults in virtual time: troubles drawn at random from a seed, alone or several at once, from one
-// cycle to two seconds long; clear and enable by requests at random times after them.
+// Hours of faults in virtual time. Troubles are drawn at random from a seed, alone or several at once; each
+// lasts from one cycle to two seconds. Requests clear and enable the axis at random times after them.
 //
-// What is judged after each: a trouble that lasted long enough to be told must have been; alone, with one of
-// the causes that it can have. Once it is over, clear and enable lead back to tracking. The wire monitor
-// judges every frame.
+// An episode is judged when its troubles are over:
+//   - a trouble that lasted long enough must have been detected;
+//   - a trouble that was alone must have led to one of its causes;
+//   - clear and enable must lead back to tracking.
+// The wire monitor judges every frame.
 #pragma once
 
 #include <array>
@@ -21,33 +23,33 @@ struct StormResult {
   std::uint64_t cycles = 0;
   std::uint64_t episodes = 0;
   std::uint64_t faults = 0;
-  std::uint64_t must_be_told = 0;  ///< episodes with a trouble that lasted long enough
+  std::uint64_t must_be_detected = 0;  ///< episodes with a trouble that lasted long enough
   std::uint64_t undetected = 0;
   std::uint64_t other_cause = 0;
   std::uint64_t stuck = 0;
   std::uint64_t violations = 0;
   std::uint64_t commands = 0;
-  double worst_safe_ms = 0.0;  ///< from the frame that decided to the safe command, where the bus carries it
-  double steepest = 0.0;       ///< of what the slew limit allows
+  double worst_safe_ms = 0.0;  ///< from the deciding frame to the safe command, where the bus carries it
+  double steepest = 0.0;       ///< the largest step, as a part of what the slew limit allows
   std::array<std::uint64_t, controller::cause_count> by_cause{};
   std::array<std::uint64_t, trouble_count> by_trouble{};
   std::int64_t resident_after_warm_up_kB = 0;
   std::int64_t resident_at_end_kB = 0;
-  std::vector<std::string> complaints;  ///< the first few, in words
+  std::vector<std::string> failures;  ///< descriptions of the first few
 
-  bool is_well() const { return undetected + other_cause + stuck + violations == 0; }
+  bool has_passed() const { return undetected + other_cause + stuck + violations == 0; }
 };
 
 struct StormConfig {
   std::uint64_t seed = 1;
   double virtual_s = 60.0;
-  double warm_up_s = 10.0;  ///< memory counts from here on
+  double warm_up_s = 10.0;  ///< the memory of the process is measured from here on
 };
 
 StormResult run_storm(const StormConfig& storm);
 void print(const StormResult& result);
 
-/// Of this process, from /proc/self/statm.
+/// The resident memory of this process, from /proc/self/statm.
 std::int64_t resident_kB();
 
 }  // namespace hystcan::support

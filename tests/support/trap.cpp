@@ -17,7 +17,7 @@
 #include <cstring>
 #include <filesystem>
 
-// glibc's own, under the names by which a replacement reaches them.
+// The functions of glibc, under the names by which a replacement calls them.
 extern "C" {
 void* __libc_malloc(std::size_t size);
 void* __libc_calloc(std::size_t count, std::size_t size);
@@ -49,7 +49,7 @@ constexpr std::uint32_t architecture = AUDIT_ARCH_X86_64;
 #error "tests/support/trap.cpp: the registers of this processor are not known here"
 #endif
 
-/// The call failed before it began: its number and arguments are in the registers.
+/// The call has not begun: its number and arguments are in the registers.
 void on_trapped_call(int, siginfo_t* info, void* context) {
   auto& registers = static_cast<ucontext_t*>(context)->uc_mcontext.gregs;
   if (watching) {
@@ -61,7 +61,7 @@ void on_trapped_call(int, siginfo_t* info, void* context) {
   registers[REG_RAX] = -ENOSYS;
 }
 
-/// Sockets, timers and event counters: what the loop waits on and talks to. No file.
+/// The sockets, timers and event counters, which the loop uses; no file.
 std::vector<std::uint32_t> descriptors_of_the_loop() {
   std::vector<std::uint32_t> numbers;
   for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
@@ -81,7 +81,7 @@ sock_filter load(std::size_t offset) {
   return BPF_STMT(BPF_LD | BPF_W | BPF_ABS, static_cast<std::uint32_t>(offset));
 }
 sock_filter verdict(std::uint32_t what) { return BPF_STMT(BPF_RET | BPF_K, what); }
-/// Skips the next instruction unless the number loaded is `value`.
+/// Skips the next instruction unless the loaded number is `value`.
 sock_filter next_if(std::uint32_t value) { return BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, value, 0, 1); }
 
 std::vector<sock_filter> make_filter() {

@@ -13,15 +13,15 @@ namespace {
 
 constexpr double lsb = 1e-6;  ///< drive units, config/hystcan.dbc
 constexpr std::size_t kept = 12;
-/// A SYNC counter comes again after 240 cycles: what is older was another one, and this one was lost.
+/// A SYNC counter comes again after 240 cycles. An older SYNC is another one: the one named was lost.
 constexpr auto sync_is_recent = std::chrono::milliseconds(100);
 
 }  // namespace
 
 std::string_view to_string(Violation violation) {
   static constexpr std::array<std::string_view, violation_count> names{
-      "drive out of range",    "drive too fast",      "starts elsewhere", "unsafe when not enabled",
-      "enabled while faulted", "output out of range", "output not safe",  "not switched off"};
+      "drive out of range",    "drive too fast",      "start not at the output", "unsafe when not enabled",
+      "enabled while faulted", "output out of range", "output not safe",         "not switched off"};
   return names[static_cast<std::size_t>(violation)];
 }
 
@@ -34,7 +34,7 @@ WireMonitor::WireMonitor(const Config& config, const can::Database& database)
   found_.reserve(kept);
 }
 
-void WireMonitor::hear(const can::Frame& frame, can::Time when) {
+void WireMonitor::receive(const can::Frame& frame, can::Time when) {
   if (frame.id == can::sync_id) {
     if (const auto counter = can::parse_sync(frame)) syncs_[*counter] = when;
   } else if (frame.id == decode_command_.id()) {
@@ -43,17 +43,18 @@ void WireMonitor::hear(const can::Frame& frame, can::Time when) {
     if (const auto status = decode_status_(frame)) on_status(*status, when);
   } else if (frame.id == decode_report_.id()) {
     const auto report = decode_report_(frame);
-    if (report && report->state == static_cast<std::uint8_t>(controller::AxisState::faulted)) faulted(when);
+    if (report && report->state == static_cast<std::uint8_t>(controller::AxisState::faulted))
+      report_fault(when);
   }
 }
 
-void WireMonitor::faulted(can::Time when) {
+void WireMonitor::report_fault(can::Time when) {
   if (latched_) return;
   latched_ = true;
   latched_at_ = when;
 }
 
-void WireMonitor::cleared() { latched_ = false; }
+void WireMonitor::report_clear() { latched_ = false; }
 
 std::uint64_t WireMonitor::violations() const {
   return std::accumulate(counts_.begin(), counts_.end(), std::uint64_t{0});
@@ -92,7 +93,7 @@ void WireMonitor::judge_step(double setpoint, can::Time taken, can::Time when) {
   const bool is_at_rest = !amplifier_enabled_ && when > switched_off_ + config_.settle;
   const double from = is_at_rest ? config_.gate.safe_drive : output_;
   const double allowed = config_.gate.slew_per_s * can::seconds(config_.grace + config_.jitter) + lsb;
-  if (std::abs(setpoint - from) > allowed) note(Violation::starts_elsewhere, when, setpoint);
+  if (std::abs(setpoint - from) > allowed) note(Violation::start_not_at_output, when, setpoint);
 }
 
 can::Time WireMonitor::time_of_sync(std::uint8_t counter, can::Time when) const {
@@ -111,7 +112,7 @@ void WireMonitor::on_status(const can::AmpStatus& status, can::Time when) {
   if (!enabled && when > switched_off_ + config_.settle &&
       std::abs(output_ - config_.gate.safe_drive) > config_.tolerance)
     note(Violation::output_not_safe, when, output_);
-  if (enabled && !enabled_ && when > last_enabled_at_ + config_.obeys)
+  if (enabled && !enabled_ && when > last_enabled_at_ + config_.off_within)
     note(Violation::not_switched_off, when, output_);
 }
 

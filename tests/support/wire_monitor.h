@@ -1,15 +1,18 @@
-// Watches one axis from the wire alone, as a node that never sends: whatever the controller thinks of itself,
-// these frames are what the stage gets.
+// Checks one axis from the wire alone, as a node that never sends: the stage gets these frames, whatever the
+// state of the controller is.
 //
-//   AmpCommand   enabled: drive_min <= u <= drive_max;  |u - u_last| <= slew (dt + jitter) + one LSB, dt
-//   between
-//                the SYNCs that the two commands name; the first one no further than that from where the
-//                amplifier is. Not enabled: u = safe_drive. After a fault none is enabled until it is cleared
-//   AmpStatus    output within the amplifier's own range; at the safe value `settle` after it was switched
-//                off; not enabled `obeys` after the last enabled command
+//   AmpCommand, enabled        drive_min <= u <= drive_max
+//                              |u - u_last| <= slew (dt + jitter) + one LSB,
+//                              dt between the SYNCs that the two commands name
+//                              the first one is no further than such a step from the amplifier's output
+//                              none after a fault until the fault is cleared
+//   AmpCommand, not enabled    u = safe_drive
+//   AmpStatus                  output within the amplifier's own range
+//                              output at the safe value `settle` after the amplifier is switched off
+//                              not enabled `off_within` after the last enabled command
 //
-// A fault is known from ControllerStatus, or told by faulted(); that it was cleared is told by cleared()
-// alone. A command already on its way when the fault was decided has `grace` to pass.
+// The monitor learns of a fault from ControllerStatus or by report_fault(), and of its clearing only by
+// report_clear(). A command that is already on its way when the fault is decided has `grace` to pass.
 #pragma once
 
 #include <array>
@@ -26,7 +29,7 @@ namespace hystcan::support {
 enum class Violation : std::uint8_t {
   drive_out_of_range,
   drive_too_fast,
-  starts_elsewhere,
+  start_not_at_output,
   unsafe_when_not_enabled,
   enabled_while_faulted,
   output_out_of_range,
@@ -41,31 +44,31 @@ class WireMonitor {
   struct Config {
     can::AxisWire wire;
     controller::Gate::Config gate;
-    double output_min = 0.0;  ///< of the amplifier itself, drive units
+    double output_min = 0.0;  ///< range of the amplifier itself, in drive units
     double output_max = 0.0;
-    double tolerance = 1e-3;  ///< of an output at its safe value
-    can::Duration settle{};   ///< slew and lag of the amplifier over its whole range
-    can::Duration obeys{};    ///< its watchdog, and a cycle
-    can::Duration grace{};    ///< a cycle and a frame
-    can::Duration jitter{};   ///< of a SYNC on the wire: the frame that was on it
+    double tolerance = 1e-3;     ///< of an output at the safe value
+    can::Duration settle{};      ///< slew and lag of the amplifier over its whole range
+    can::Duration off_within{};  ///< the amplifier's watchdog time and a cycle
+    can::Duration grace{};       ///< a cycle and a frame
+    can::Duration jitter{};      ///< of a SYNC, which waits for the frame that is on the wire
   };
 
   WireMonitor(const Config& config, const can::Database& database);
 
-  void hear(const can::Frame& frame, can::Time when);
-  void faulted(can::Time when);
-  void cleared();
+  void receive(const can::Frame& frame, can::Time when);
+  void report_fault(can::Time when);
+  void report_clear();
 
   std::uint64_t commands() const { return commands_; }
   std::uint64_t statuses() const { return statuses_; }
   std::uint64_t count(Violation violation) const { return counts_[static_cast<std::size_t>(violation)]; }
   std::uint64_t violations() const;
-  /// The first few, in words.
+  /// Descriptions of the first few violations.
   const std::vector<std::string>& found() const { return found_; }
-  /// When the latest run of commands that are not enabled began.
+  /// The begin of the latest run of commands that are not enabled.
   can::Time safe_since() const { return safe_since_; }
   bool commands_are_safe() const { return !enabled_; }
-  /// The largest step between two enabled commands, as a part of what was allowed.
+  /// The largest step between two enabled commands, as a part of the allowed one.
   double steepest() const { return steepest_; }
 
  private:
@@ -81,10 +84,10 @@ class WireMonitor {
   can::Decoder<can::AmpStatus> decode_status_;
   can::Decoder<can::ControllerStatus> decode_report_;
   std::array<can::Time, can::sync_counter_max + 1U> syncs_{};
-  bool enabled_ = false;         ///< the last command
-  double last_drive_ = 0.0;      ///< of the last enabled one
-  can::Time last_taken_{};       ///< the SYNC it named
-  can::Time last_enabled_at_{};  ///< its own time on the wire
+  bool enabled_ = false;         ///< of the last command
+  double last_drive_ = 0.0;      ///< of the last enabled command
+  can::Time last_taken_{};       ///< time of the SYNC that it named
+  can::Time last_enabled_at_{};  ///< its time on the wire
   can::Time safe_since_{};
   bool amplifier_enabled_ = false;
   double output_ = 0.0;

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "tests/controller/control/stage.h"
+#include "tests/controller/control/ideal_stage.h"
 
 namespace hystcan::controller {
 namespace {
@@ -51,7 +51,7 @@ rc::Gen<AxisConfig> any_tuning() {
 // through I, and an offset of at most 6 um that fades without feedback. At rest this is rounding. A change
 // with a bump would add the whole of P, of the integral, or of the feed-forward: 24 um.
 RC_GTEST_PROP(AxisRetune, MovesTheDriveNoMoreThanTheReferenceDoes, ()) {
-  Stage stage(tracking_axis());
+  IdealStage stage(tracking_axis());
   RC_ASSERT(stage.tracks());
   const std::size_t retunes = *rc::gen::inRange<std::size_t>(1, 8);
   for (std::size_t i = 0; i < retunes; ++i) {
@@ -81,7 +81,7 @@ RC_GTEST_PROP(AxisRetune, MovesTheDriveNoMoreThanTheReferenceDoes, ()) {
 TEST(AxisRetune, ChangesTheDriveAtRestOnlyByRounding) {
   AxisConfig config = tracking_axis();
   config.setpoint = {{.shape = Hold{.level_um = 12.0, .duration_s = 100.0}, .transition_s = 0.05}};
-  Stage stage(config);
+  IdealStage stage(config);
   ASSERT_TRUE(stage.tracks());
   for (int i = 0; i < 2000; ++i) stage.cycle();
   const double drive = stage.command.drive;
@@ -97,7 +97,7 @@ TEST(AxisRetune, ChangesTheDriveAtRestOnlyByRounding) {
 }
 
 TEST(AxisRetune, StartsANewReferenceFromThePresentMotionWhereTheAccelerationIsLimited) {
-  Stage stage(tracking_axis());
+  IdealStage stage(tracking_axis());
   ASSERT_TRUE(stage.tracks());
   AxisConfig config = tracking_axis();
   config.reference_limits.acceleration_um_per_s2 = 15'000.0;
@@ -121,7 +121,7 @@ TEST(AxisRetune, StartsANewReferenceFromThePresentMotionWhereTheAccelerationIsLi
 }
 
 TEST(AxisRetune, IsRefusedCompletelyWhereTheDriveIsOutsideTheNewRange) {
-  Stage stage(tracking_axis());
+  IdealStage stage(tracking_axis());
   ASSERT_TRUE(stage.tracks());
   while (stage.command.drive < 70.0) stage.cycle();
   AxisConfig narrow = tracking_axis();
@@ -144,7 +144,7 @@ TEST(AxisRetune, IsRefusedCompletelyWhereTheDriveIsOutsideTheNewRange) {
 TEST(AxisRetune, IsRefusedInOpenLoop) {
   AxisConfig config = support::piezo_axis();
   config.excitation = Excitation::Hysteresis{.low = 20.0, .high = 60.0};
-  Stage stage(config);
+  IdealStage stage(config);
   AxisTuning tuning(support::piezo_axis(), false);
   EXPECT_EQ(stage.axis.retune(tuning), "the axis runs in open loop");
 }
@@ -164,7 +164,7 @@ AxisConfig feed_forward_axis(StartUp start_up, double safe_drive = 25.0) {
 }
 
 /// The largest error at the end of each hold.
-double error_at_rest_um(Stage& stage) {
+double error_at_rest_um(IdealStage& stage) {
   double largest_um = 0.0;
   for (int cycle = 1; cycle <= 700; ++cycle) {
     stage.cycle();
@@ -190,12 +190,12 @@ model::HysteresisState nested_stage(const model::Hysteresis& actuator) {
 
 TEST(StartUp, AssumeTracksWithoutAVisitToTheThresholdsWhereItsAssumptionIsTrue) {
   const model::Hysteresis actuator(support::piezo_model());
-  Stage stage(feed_forward_axis(StartUp::assume, 40.0), risen_stage(actuator));
+  IdealStage stage(feed_forward_axis(StartUp::assume, 40.0), risen_stage(actuator));
   ASSERT_TRUE(stage.tracks());
   EXPECT_NEAR(stage.highest_drive, 40.0, 2.0) << "the drive stays where it is";
   EXPECT_LT(error_at_rest_um(stage), 1e-6);
 
-  Stage wrong(feed_forward_axis(StartUp::assume), nested_stage(actuator));
+  IdealStage wrong(feed_forward_axis(StartUp::assume), nested_stage(actuator));
   ASSERT_TRUE(wrong.tracks());
   EXPECT_GT(error_at_rest_um(wrong), 0.01) << "ten thousand times the bound above";
 }
@@ -203,7 +203,7 @@ TEST(StartUp, AssumeTracksWithoutAVisitToTheThresholdsWhereItsAssumptionIsTrue) 
 TEST(StartUp, RestoreTracksWithTheSavedMemory) {
   const model::Hysteresis actuator(support::piezo_model());
   const model::HysteresisState memory = nested_stage(actuator);
-  Stage stage(feed_forward_axis(StartUp::restore), memory);
+  IdealStage stage(feed_forward_axis(StartUp::restore), memory);
   stage.axis.restore(memory, {});
   ASSERT_TRUE(stage.tracks());
   EXPECT_NEAR(stage.highest_drive, 25.0, 2.0);
@@ -211,7 +211,7 @@ TEST(StartUp, RestoreTracksWithTheSavedMemory) {
 }
 
 TEST(StartUp, ACleanStopSavesTheMemoryOfTheActuator) {
-  Stage first(feed_forward_axis(StartUp::wipe));
+  IdealStage first(feed_forward_axis(StartUp::wipe));
   ASSERT_TRUE(first.tracks());
   EXPECT_EQ(first.axis.law_to_save(), nullptr) << "the axis is still driven";
   for (int i = 0; i < 450; ++i) first.cycle();
@@ -222,7 +222,7 @@ TEST(StartUp, ACleanStopSavesTheMemoryOfTheActuator) {
   EXPECT_NEAR(law->memory().output, first.memory().output, 1e-9);
   EXPECT_EQ(law->memory().depth(), first.memory().depth());
 
-  Stage second(feed_forward_axis(StartUp::restore), first.memory());
+  IdealStage second(feed_forward_axis(StartUp::restore), first.memory());
   second.axis.restore(law->memory(), law->correction());
   ASSERT_TRUE(second.tracks());
   EXPECT_NEAR(second.highest_drive, 25.0, 2.0);
@@ -233,7 +233,7 @@ TEST(StartUp, VisitsTheThresholdsAgainAfterAFaultWhateverIsConfigured) {
   const model::Hysteresis actuator(support::piezo_model());
   for (const StartUp start_up : all_start_ups) {
     const model::HysteresisState memory = risen_stage(actuator);
-    Stage stage(feed_forward_axis(start_up, 40.0), memory);
+    IdealStage stage(feed_forward_axis(start_up, 40.0), memory);
     stage.axis.restore(memory, {});
     ASSERT_TRUE(stage.tracks());
     stage.cycle([](AxisInput& in) { in.sensor_status_good = false; });
@@ -249,7 +249,7 @@ TEST(StartUp, VisitsTheThresholdsAgainAfterAFaultWhateverIsConfigured) {
 }
 
 TEST(StartUp, RestoreWithoutASavedMemoryWipes) {
-  Stage stage(feed_forward_axis(StartUp::restore));
+  IdealStage stage(feed_forward_axis(StartUp::restore));
   ASSERT_TRUE(stage.tracks());
   EXPECT_EQ(stage.highest_drive, 100.0);
 }

@@ -8,7 +8,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "tests/controller/control/stage.h"
+#include "tests/controller/control/ideal_stage.h"
 #include "tests/support/piezo.h"
 
 namespace hystcan::controller {
@@ -21,7 +21,7 @@ AxisConfig excited_piezo(const Excitation::Config& excitation) {
 }
 
 TEST(Axis, DrivesNothingBeforeItIsStarted) {
-  Stage stage;
+  IdealStage stage;
   EXPECT_FALSE(stage.cycle().enable);
   EXPECT_EQ(stage.axis.state(), AxisState::offline);
 }
@@ -32,7 +32,7 @@ TEST(Axis, WaitsUntilBothNodesAreOperational) {
            [](AxisInput& in) { in.health.amplifier_operational = false; },
            [](AxisInput& in) { in.health.amplifier_ready = false; },
            [](AxisInput& in) { in.position_um.reset(); }}) {
-    Stage stage;
+    IdealStage stage;
     stage.axis.start(false);
     for (int i = 0; i < 100; ++i) EXPECT_FALSE(stage.cycle(missing).enable);
     EXPECT_EQ(stage.axis.state(), AxisState::waiting);
@@ -40,7 +40,7 @@ TEST(Axis, WaitsUntilBothNodesAreOperational) {
 }
 
 TEST(Axis, GoesToBothThresholdsAtStartUpToWipeTheMemoryOut) {
-  Stage stage;
+  IdealStage stage;
   stage.axis.start(false);
   ASSERT_TRUE(stage.reaches(AxisState::ready));
   EXPECT_EQ(stage.highest_drive, 100.0);
@@ -48,7 +48,7 @@ TEST(Axis, GoesToBothThresholdsAtStartUpToWipeTheMemoryOut) {
 }
 
 TEST(Axis, TracksToTheInversesPrecisionAfterTheMemoryIsWipedOut) {
-  Stage stage;
+  IdealStage stage;
   ASSERT_TRUE(stage.tracks());
   for (int i = 0; i < 500; ++i) stage.cycle();
   EXPECT_NEAR(stage.axis.report().position_um, 15.0, 1e-9);
@@ -64,7 +64,7 @@ struct FaultCase {
   friend void PrintTo(const FaultCase& fault, std::ostream* out) { *out << fault.name; }
 };
 
-void expect_the_safe_command_in_the_deciding_cycle_and_ever_after(Stage stage, const FaultCase& fault) {
+void expect_the_safe_command_in_the_deciding_cycle_and_ever_after(IdealStage stage, const FaultCase& fault) {
   ASSERT_TRUE(stage.tracks());
   for (int i = 0; i < 100; ++i) stage.cycle();
   for (int i = 1; i < fault.cycles; ++i) {
@@ -86,11 +86,11 @@ void expect_the_safe_command_in_the_deciding_cycle_and_ever_after(Stage stage, c
 class EveryFault : public testing::TestWithParam<FaultCase> {};
 
 TEST_P(EveryFault, LeadsToTheSafeCommandInTheDecidingCycleAndLatches) {
-  expect_the_safe_command_in_the_deciding_cycle_and_ever_after(Stage(), GetParam());
+  expect_the_safe_command_in_the_deciding_cycle_and_ever_after(IdealStage(), GetParam());
 }
 
 TEST_P(EveryFault, LeadsToTheSafeCommandInOpenLoopTooExceptTheFollowingError) {
-  Stage stage(excited_piezo(Excitation::Hysteresis{.low = 10.0, .high = 90.0}));
+  IdealStage stage(excited_piezo(Excitation::Hysteresis{.low = 10.0, .high = 90.0}));
   if (GetParam().cause != Cause::following_error)
     return expect_the_safe_command_in_the_deciding_cycle_and_ever_after(stage, GetParam());
   ASSERT_TRUE(stage.tracks());
@@ -139,14 +139,14 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& test) { return test.param.name; });
 
 TEST(Axis, TripsWhereTheAmplifierNeverBecomesEnabled) {
-  Stage stage;
+  IdealStage stage;
   stage.axis.start(false);
   for (int i = 0; i < 1000; ++i) stage.cycle([](AxisInput& in) { in.health.amplifier_enabled = false; });
   EXPECT_EQ(stage.axis.fault().cause, Cause::amplifier_not_enabled);
 }
 
 TEST(Axis, BridgesSingleLossesButTripsWhereHalfOfTheSamplesAreLost) {
-  Stage seldom;
+  IdealStage seldom;
   ASSERT_TRUE(seldom.tracks());
   for (int i = 0; i < 10'000; ++i)
     seldom.cycle([&](AxisInput& in) {
@@ -154,7 +154,7 @@ TEST(Axis, BridgesSingleLossesButTripsWhereHalfOfTheSamplesAreLost) {
     });
   EXPECT_EQ(seldom.axis.state(), AxisState::tracking);
 
-  Stage half;
+  IdealStage half;
   ASSERT_TRUE(half.tracks());
   for (int i = 0; i < 100; ++i)
     half.cycle([&](AxisInput& in) {
@@ -168,12 +168,12 @@ TEST(Axis, RefusesAFaultedAmplifierUnlessItIsAskedToClearTheFault) {
     in.health.amplifier_fault = true;
     in.health.amplifier_ready = false;
   };
-  Stage strict;
+  IdealStage strict;
   strict.axis.start(false);
   strict.cycle(faulted);
   EXPECT_EQ(strict.axis.fault().cause, Cause::amplifier_fault);
 
-  Stage clearing;
+  IdealStage clearing;
   clearing.axis.start(true);
   const AxisCommand command = clearing.cycle(faulted);
   EXPECT_TRUE(command.clear_fault);
@@ -183,7 +183,7 @@ TEST(Axis, RefusesAFaultedAmplifierUnlessItIsAskedToClearTheFault) {
 }
 
 TEST(Axis, RampsDownWithinTheSlewLimitAtAStopAndThenSwitchesOff) {
-  Stage stage;
+  IdealStage stage;
   ASSERT_TRUE(stage.tracks());
   for (int i = 0; i < 200; ++i) stage.cycle();
   double before = stage.command.drive;
@@ -199,7 +199,7 @@ TEST(Axis, RampsDownWithinTheSlewLimitAtAStopAndThenSwitchesOff) {
 }
 
 TEST(Axis, StopsWithoutARampWhileItIsWaiting) {
-  Stage stage;
+  IdealStage stage;
   stage.axis.start(false);
   stage.axis.stop();
   EXPECT_FALSE(stage.cycle().enable);
@@ -207,7 +207,7 @@ TEST(Axis, StopsWithoutARampWhileItIsWaiting) {
 }
 
 TEST(Axis, IsClearedOnlyWhereItIsFaultedAndThenStartsFromOffline) {
-  Stage stage;
+  IdealStage stage;
   EXPECT_FALSE(stage.axis.clear());
   ASSERT_TRUE(stage.tracks());
   EXPECT_FALSE(stage.axis.clear());
@@ -224,7 +224,7 @@ TEST(Axis, IsClearedOnlyWhereItIsFaultedAndThenStartsFromOffline) {
 }
 
 TEST(Axis, TracksAgainAfterItWasStopped) {
-  Stage stage;
+  IdealStage stage;
   ASSERT_TRUE(stage.tracks());
   stage.axis.stop();
   ASSERT_TRUE(stage.reaches(AxisState::offline));
@@ -232,7 +232,7 @@ TEST(Axis, TracksAgainAfterItWasStopped) {
 }
 
 TEST(Axis, DoesNotUseAJumpedSample) {
-  Stage stage;
+  IdealStage stage;
   ASSERT_TRUE(stage.tracks());
   for (int i = 0; i < 500; ++i) stage.cycle();
   const double before = stage.command.drive;
@@ -247,7 +247,7 @@ TEST(Axis, TripsWhereItsDriveIsLimitedForTooLong) {
   config.setpoint = {{.shape = Hold{.level_um = 40.0, .duration_s = 100.0}, .transition_s = 0.05}};
   config.following_error.error_um = 100.0;
   config.supervision.saturated_s = 0.2;
-  Stage stage(config);
+  IdealStage stage(config);
   ASSERT_TRUE(stage.tracks());
   ASSERT_TRUE(stage.reaches(AxisState::faulted, 400));
   EXPECT_EQ(stage.axis.fault().cause, Cause::saturated);
@@ -255,7 +255,7 @@ TEST(Axis, TripsWhereItsDriveIsLimitedForTooLong) {
 }
 
 TEST(AxisInOpenLoop, RampsStraightToTheFirstDriveAndNotToTheModelsThresholds) {
-  Stage stage(excited_piezo(Excitation::Hysteresis{.low = 20.0, .high = 60.0}));
+  IdealStage stage(excited_piezo(Excitation::Hysteresis{.low = 20.0, .high = 60.0}));
   stage.axis.start(false);
   double before = 0.0;
   while (stage.axis.state() != AxisState::tracking) {
@@ -271,7 +271,7 @@ TEST(AxisInOpenLoop, AppliesTheExcitationWhateverThePosition) {
   AxisConfig config = excited_piezo(chirp);
   config.supervision.position_jump_um = 0.0;
   config.supervision.frozen_cycles = 0;
-  Stage stage(config);
+  IdealStage stage(config);
   ASSERT_TRUE(stage.tracks());
   const Excitation excitation(chirp);
   const double begun_s = stage.time_s;
@@ -285,7 +285,7 @@ TEST(AxisInOpenLoop, AppliesTheExcitationWhateverThePosition) {
 }
 
 TEST(AxisInOpenLoop, ContinuesTheExcitationThroughALostSample) {
-  Stage stage(excited_piezo(Excitation::Hysteresis{.slew_per_s = 100.0, .rest_s = 0.0}));
+  IdealStage stage(excited_piezo(Excitation::Hysteresis{.slew_per_s = 100.0, .rest_s = 0.0}));
   ASSERT_TRUE(stage.tracks());
   for (int i = 0; i < 100; ++i) stage.cycle();
   const double before = stage.command.drive;
@@ -297,7 +297,7 @@ TEST(AxisInOpenLoop, ContinuesTheExcitationThroughALostSample) {
 TEST(AxisInOpenLoop, LimitsASteepStepToTheSlewOfTheGate) {
   AxisConfig config = excited_piezo(Excitation::Steps{.centre = 50.0, .amplitude = 20.0, .period_s = 0.2});
   config.gate.slew_per_s = 1000.0;
-  Stage stage(config);
+  IdealStage stage(config);
   ASSERT_TRUE(stage.tracks());
   std::uint8_t limits = limit::none;
   for (double before = stage.command.drive; !stage.axis.report().point.finished;
@@ -321,7 +321,7 @@ TEST(AxisInOpenLoop, RefusesAnExcitationThatTheGateWouldLimit) {
 }
 
 TEST(AxisInOpenLoop, RampsDownAtAStopInTheMiddleOfTheExcitation) {
-  Stage stage(excited_piezo(Excitation::Hysteresis{.slew_per_s = 200.0}));
+  IdealStage stage(excited_piezo(Excitation::Hysteresis{.slew_per_s = 200.0}));
   ASSERT_TRUE(stage.tracks());
   for (int i = 0; i < 300; ++i) stage.cycle();
   double before = stage.command.drive;

@@ -1,5 +1,5 @@
-// A twin on vcan0 with a configuration of its own that a test may change, a controller that can be commanded,
-// and the wire's word on what the axes did.
+// A twin on vcan0 with its own configuration, which a test may change; a controller that takes commands; and
+// the values of the axes as the wire carried them.
 #pragma once
 
 #include <algorithm>
@@ -8,11 +8,11 @@
 #include <utility>
 #include <vector>
 
-#include "tests/hil/bench.h"
+#include "tests/hil/live_bench.h"
 
 namespace hystcan::hil {
 
-/// One value of one axis's message, at the kernel's time of arrival.
+/// A value from a message of an axis, with the kernel's time of arrival.
 struct OnWire {
   double time_s = 0.0;
   double value = 0.0;  ///< Output, Setpoint or Position
@@ -34,7 +34,7 @@ inline std::vector<OnWire> between(const std::vector<OnWire>& all, double from_s
   return part;
 }
 
-/// The largest change of a value from one frame to the next; 0 of fewer than two.
+/// The largest change of a value from one frame to the next; 0 for fewer than two frames.
 inline double largest_step(const std::vector<OnWire>& values) {
   double largest = 0.0;
   for (std::size_t i = 1; i < values.size(); ++i)
@@ -42,15 +42,15 @@ inline double largest_step(const std::vector<OnWire>& values) {
   return largest;
 }
 
-/// The wire's clock: of the time of day, as candump prints it.
+/// The time of day, which is the clock of candump.
 inline double now_s() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
 constexpr int amp_enabled = 2;
 
-/// Both amplifiers are at their safe value, 0 V, and not enabled: their own words at the end of the log. The
-/// bandwidth of 1500 Hz leaves less than a millivolt of 100 V some milliseconds after they were switched off.
+/// By their last statuses in the log, both amplifiers are at their safe value, 0 V, and not enabled. The
+/// bandwidth of 1500 Hz leaves less than a millivolt of 100 V some milliseconds after they are switched off.
 inline void expect_both_safe(const json& log) {
   for (const char* axis : {"X", "Y"}) {
     const std::vector<OnWire> statuses = series(log, axis, "AmpStatus");
@@ -60,18 +60,20 @@ inline void expect_both_safe(const json& log) {
   }
 }
 
-struct Stage {
+struct LiveStage {
   support::ShippedCopy files;
   FreshVcan fresh;
   std::string config = (files / "piezo.toml").string();
   std::string socket = (files / "ctl.sock").string();
-  Bench bench{{"vcan0", "vcan0"}, config};
+  LiveBench bench{{"vcan0", "vcan0"}, config};
 
-  Stage() { set("controller", "control_socket = \"" + socket + "\"\nblack_box_dir = \"" + folder() + "\""); }
+  LiveStage() {
+    set("controller", "control_socket = \"" + socket + "\"\nblack_box_dir = \"" + folder() + "\"");
+  }
 
   std::string folder() const { return std::filesystem::path(config).parent_path().string(); }
 
-  /// Adds a line behind the first [table] or [[table]] of that name.
+  /// Adds a line to the first [table] or [[table]] of that name.
   void set(const std::string& table, const std::string& line) const {
     files.edit("piezo.toml", "[" + table + "]\n", "[" + table + "]\n" + line + "\n");
   }
@@ -81,9 +83,9 @@ struct Stage {
     ASSERT_TRUE(bench.tracks()) << bench.controller->err();
   }
 
-  /// The log up to some time after the controller's end. AmpStatus comes with every tenth SYNC: ten more have
-  /// the amplifiers tell what they put out now.
-  json wire_at_rest() {
+  /// The log up to some time after the controller's end. AmpStatus comes with every tenth SYNC: ten more
+  /// SYNCs make the amplifiers send their present output.
+  json log_at_rest() {
     std::this_thread::sleep_for(milliseconds(100));
     EXPECT_TRUE(shell("for i in 1 2 3 4 5 6 7 8 9 10; do cansend vcan0 080#01; done"));
     return bench.decoded("--series");
@@ -95,15 +97,15 @@ struct Stage {
     std::string err;
   };
   Answer ctl(const std::vector<std::string>& words) const { return ask({"--socket", socket}, words); }
-  /// The same of the twin.
+  /// Sends the command to the twin instead of the controller.
   Answer ctl_twin(const std::vector<std::string>& words) const { return ask({"--twin"}, words); }
   json axis_status(std::size_t axis) const {
     const Answer answer = ctl({"--json", "status"});
     EXPECT_EQ(answer.status, 0) << answer.err;
     return answer.status == 0 ? json::parse(answer.out).at("axes").at(axis) : json();
   }
-  /// Polls the axis's state for ten seconds.
-  bool comes_to(std::size_t axis, const std::string& state) const {
+  /// Waits at most ten seconds for the state of the axis.
+  bool reaches(std::size_t axis, const std::string& state) const {
     for (int i = 0; i < 100; ++i) {
       if (axis_status(axis).value("state", "") == state) return true;
       std::this_thread::sleep_for(milliseconds(100));
@@ -112,9 +114,9 @@ struct Stage {
   }
 
  private:
-  static Answer ask(const std::vector<std::string>& whom, const std::vector<std::string>& words) {
+  static Answer ask(const std::vector<std::string>& target, const std::vector<std::string>& words) {
     std::vector<std::string> command{HYSTCAN_PROGRAM, "ctl"};
-    command.insert(command.end(), whom.begin(), whom.end());
+    command.insert(command.end(), target.begin(), target.end());
     command.insert(command.end(), words.begin(), words.end());
     Process process(command);
     const int status = process.wait();

@@ -1,4 +1,4 @@
-// A twin and a controller on real SocketCAN, and a log of what passes between them.
+// A twin and a controller as processes on real SocketCAN, and a bus log of the frames between them.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -31,8 +31,8 @@ struct Wire {
 };
 inline void PrintTo(const Wire& wire, std::ostream* out) { *out << wire.controller_side; }
 
-/// Under a real-time scheduling class where we may, as on a bench.
-inline std::vector<std::string> first_come_first_served(std::vector<std::string> command,
+/// Runs the command with real-time scheduling (FIFO) if the user may, as for a real actuator.
+inline std::vector<std::string> with_real_time_priority(std::vector<std::string> command,
                                                         const char* priority) {
   if (geteuid() == 0) command.insert(command.begin(), {"chrt", "--fifo", priority});
   return command;
@@ -40,7 +40,7 @@ inline std::vector<std::string> first_come_first_served(std::vector<std::string>
 
 inline bool shell(const std::string& command) { return std::system(command.c_str()) == 0; }
 
-/// vcan0 made anew before and after, however a test leaves it.
+/// Makes vcan0 again before and after a test, whatever the test does to it.
 struct FreshVcan {
   FreshVcan() { make(); }
   ~FreshVcan() { make(); }
@@ -53,24 +53,24 @@ struct FreshVcan {
   }
 };
 
-/// A twin, a controller and a log of what passes between them.
-class Bench {
+/// Starts the twin and candump; a test starts the controller.
+class LiveBench {
  public:
-  explicit Bench(Wire wire, std::string config = config_file) : wire_(wire), config_(std::move(config)) {
+  explicit LiveBench(Wire wire, std::string config = config_file) : wire_(wire), config_(std::move(config)) {
     log_ = (std::filesystem::path(testing::TempDir()) / "hil.log").string();
     // -L prints the log format with the kernel's timestamps; the shell only opens the file.
     candump = std::make_unique<Process>(std::vector<std::string>{
         "sh", "-c", std::string("exec candump -L ") + wire.controller_side + " >" + log_});
     std::this_thread::sleep_for(milliseconds(200));
-    // A real node has a processor of its own; the twin shares one with whatever the test starts, and with the
-    // controller, which must not wait for it.
-    twin = std::make_unique<Process>(first_come_first_served(
+    // A real node has its own processor. The twin shares one with everything that the test starts, also with
+    // the controller, which has the higher priority and does not wait for the twin.
+    twin = std::make_unique<Process>(with_real_time_priority(
         {HYSTCAN_PROGRAM, "twin", config_, "--interface", wire.twin_side, "--force-interface"}, "40"));
     EXPECT_TRUE(twin->says("x: amplifier node")) << twin->err();
   }
 
   void start_controller(const std::vector<std::string>& options = {}) { start("controller", options); }
-  /// A command of the controller's side: it becomes `controller`.
+  /// Starts a subcommand on the controller's side of the wire; it becomes `controller`.
   void start(const char* subcommand, const std::vector<std::string>& options) {
     start(subcommand, options, config_);
   }
@@ -78,11 +78,11 @@ class Bench {
     std::vector<std::string> command{HYSTCAN_PROGRAM, subcommand, config, "--interface",
                                      wire_.controller_side};
     command.insert(command.end(), options.begin(), options.end());
-    controller = std::make_unique<Process>(first_come_first_served(command, "50"));
+    controller = std::make_unique<Process>(with_real_time_priority(command, "50"));
   }
   [[nodiscard]] bool tracks() { return controller->says("x: tracking") && controller->says("y: tracking"); }
 
-  /// What an independent reader makes of the log so far. "--series": with every value of every axis.
+  /// The log so far as an independent program decodes it; with every value of every axis for "--series".
   json decoded(const std::string& option = "") {
     std::this_thread::sleep_for(milliseconds(100));
     candump.reset();
@@ -101,8 +101,8 @@ class Bench {
     return result;
   }
 
-  /// Ends the controller, which gives this exit status, and reads what it printed.
-  json ended(int status) {
+  /// Stops the controller, expects this exit status, and returns the JSON that it printed.
+  json stop_and_report(int status) {
     controller->send(SIGTERM);
     EXPECT_EQ(controller->wait(), status) << controller->err();
     return json::parse(controller->out());

@@ -12,11 +12,11 @@ namespace hystcan::controller {
 inline constexpr double cycle_s = 1e-3;
 
 /// An axis with an ideal actuator: the model itself, without dynamics.
-class Stage {
+class IdealStage {
  public:
-  explicit Stage(const AxisConfig& config = support::piezo_axis())
+  explicit IdealStage(const AxisConfig& config = support::piezo_axis())
       : axis(config), actuator_(config.law.model), memory_(actuator_.virgin(0.0)) {}
-  Stage(const AxisConfig& config, const model::HysteresisState& memory)
+  IdealStage(const AxisConfig& config, const model::HysteresisState& memory)
       : axis(config), actuator_(config.law.model), memory_(memory) {}
 
   /// Input of the next cycle.
