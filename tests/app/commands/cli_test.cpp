@@ -2,7 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/read_until.hpp>
+#include <boost/asio/streambuf.hpp>
+#include <boost/asio/write.hpp>
 #include <cmath>
+#include <istream>
 #include <nlohmann/json.hpp>
 
 #include "tests/app/commands/cli.h"
@@ -84,6 +90,37 @@ TEST_F(Cli, AnInterfaceThatIsNotCanIsSaidToBeNone) {
   EXPECT_TRUE(told.find("lo is not a CAN interface") != std::string::npos ||
               told.starts_with("hystcan: this kernel has no CAN support"))
       << told;
+}
+
+TEST_F(Cli, CtlHealSaysThatItIsNowCalledRemove) {
+  for (const char* command : {"heal", "remove"}) {
+    Process program({HYSTCAN_PROGRAM, "ctl", "--socket", path("no.sock"), command, "late", "--axis", "x"});
+    EXPECT_EQ(program.wait(), failed) << command;
+    EXPECT_EQ(program.err().starts_with("hystcan: ctl heal is now called ctl remove\n"),
+              command == std::string("heal"))
+        << program.err();
+    EXPECT_NE(program.err().find("is the twin running"), std::string::npos) << program.err();
+  }
+}
+
+TEST_F(Cli, CtlPrintsTheNumberOfRemovedFaults) {
+  boost::asio::io_context context;
+  using boost::asio::local::stream_protocol;
+  stream_protocol::acceptor acceptor(context, stream_protocol::endpoint(path("twin.sock")));
+  const auto print = [&](const char* command, const std::string& answer) {
+    Process program({HYSTCAN_PROGRAM, "ctl", "--socket", path("twin.sock"), command});
+    stream_protocol::socket client = acceptor.accept();
+    boost::asio::streambuf request;
+    boost::asio::read_until(client, request, '\n');
+    std::istream line(&request);
+    EXPECT_EQ(nlohmann::json::parse(line), (nlohmann::json{{"do", command}}));
+    boost::asio::write(client, boost::asio::buffer(answer + "\n"));
+    EXPECT_EQ(program.wait(), done) << program.err();
+    return program.out();
+  };
+  EXPECT_EQ(print("remove", R"({"ok": true, "removed": 0})"), "0 faults removed\n");
+  EXPECT_EQ(print("remove", R"({"ok": true, "removed": 1})"), "1 fault removed\n");
+  EXPECT_EQ(print("heal", R"({"ok": true, "healed": 2})"), "2 faults removed\n");
 }
 
 TEST_F(Cli, DemoPrintsFiveColumnsAndWritesPictureAndCsv) {
