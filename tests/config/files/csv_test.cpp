@@ -80,7 +80,7 @@ TEST_F(Csv, TellsThatTheFileEndsInMidLine) {
 
 TEST_F(Csv, RefusesAColumnThatIsThereTwice) {
   EXPECT_EQ(refusal("input,output,input\n1,2,3\n"),
-            ":1:14: column input is there twice, expected each name once");
+            ":1:14: column input occurs twice, expected each name once");
 }
 
 TEST_F(Csv, RefusesAHoleAtItsPlace) {
