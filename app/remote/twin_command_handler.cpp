@@ -56,7 +56,7 @@ TwinCommandHandler::TwinCommandHandler(twin::Twin& twin, can::Scheduler& schedul
                                        std::function<void()> stop)
     : twin_(twin), scheduler_(scheduler), started_(scheduler.now()), stop_(std::move(stop)) {}
 
-bool TwinCommandHandler::is_for_everybody(const json& command) const {
+bool TwinCommandHandler::is_open_to_all(const json& command) const {
   const auto what = command.find("do");
   return what != command.end() &&
          (*what == "status" || *what == "remove" || *what == "heal" || *what == "stop");

@@ -22,7 +22,7 @@ class TwinCommandHandler final : public CommandHandler {
 
   void obey(const nlohmann::json& command, Answer answer) override;
   void forget(const void*) override {}  // no command is ever pending
-  bool is_for_everybody(const nlohmann::json& command) const override;
+  bool is_open_to_all(const nlohmann::json& command) const override;
 
  private:
   nlohmann::json carry_out(const nlohmann::json& command);

@@ -200,7 +200,7 @@ TEST_F(Identify, RefusesAFileThatIsNotARecordAndSaysWhere) {
   write("bad.csv", "");
   expect_refused(identify("bad.csv"), "bad.csv:1:1: no header row");
   write("bad.csv", "time_s,input,output\n");
-  expect_refused(identify("bad.csv"), "bad.csv: no rows, expected a record");
+  expect_refused(identify("bad.csv"), "bad.csv: no rows, expected a dataset");
   expect_refused(identify("none.csv"), "none.csv: cannot be read");
 }
 
@@ -208,7 +208,7 @@ TEST_F(Identify, LeavesARowOutThatMayHaveBeenCutInMidNumber) {
   write_damaged("cut.csv", [](std::string& text) { text.resize(text.size() - 2); });
   Process program = identify("cut.csv", {"--order", "3"});
   EXPECT_EQ(program.wait(), done);
-  EXPECT_NE(program.err().find("no line end after the last row, which may have been cut: left out"),
+  EXPECT_NE(program.err().find("the last row has no line end and may be incomplete: left out"),
             std::string::npos)
       << program.err();
 }
@@ -259,9 +259,10 @@ TEST_F(Identify, StopsAtCtrlCWithTheBestSoFar) {
   std::this_thread::sleep_for(std::chrono::milliseconds(100));
   program.send(SIGINT);
   ASSERT_EQ(program.wait(), done) << program.err();
-  EXPECT_NE(program.out().find("stopped before the search was over: the best so far"), std::string::npos)
+  EXPECT_NE(program.out().find("the search was stopped early: this is the best model so far"),
+            std::string::npos)
       << program.out();
-  EXPECT_NE(read("found.toml").find("stopped before the search was over"), std::string::npos);
+  EXPECT_NE(read("found.toml").find("the search was stopped early"), std::string::npos);
   Process check({HYSTCAN_PROGRAM, "check", path("found.toml")});
   EXPECT_EQ(check.wait(), done) << check.err();
 }

@@ -131,7 +131,7 @@ TEST_F(Tune, SaysInTheFragmentWhatEachKeyWas) {
   const std::string fragment = read("tuning.toml");
   for (const char* expected :
        {"axis x of piezo.toml; nothing has been applied", "# was 0.05 um per um", "# was 120.0\n",
-        "# was 1000.0; one cycle", "# was 1500.0; stands for the delay found", "# was 500.0\n",
+        "# was 1000.0; one cycle", "# was 1500.0; represents the identified delay", "# was 500.0\n",
         "# predicted RMS error", "# it rests on the hysteresis"})
     EXPECT_NE(fragment.find(expected), std::string::npos) << expected << "\n" << fragment;
 }
@@ -187,7 +187,7 @@ TEST_F(Tune, RefusesWhatItMayNotDriveAndRulesThatAreNone) {
 TEST_F(Tune, ProposesNothingFromAnExperimentThatTellsNothing) {
   Process program = tune({"--amplitude", "1e-6"});
   EXPECT_EQ(program.wait(), failed);
-  EXPECT_NE(program.err().find("the experiment does not tell"), std::string::npos) << program.err();
+  EXPECT_NE(program.err().find("the experiment is not conclusive"), std::string::npos) << program.err();
   EXPECT_FALSE(written());
 }
 

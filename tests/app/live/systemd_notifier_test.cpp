@@ -46,7 +46,7 @@ class Manager {
 TEST(SystemdNotifier, TellsReadyThenThatCyclesGoOnThreeTimesInATimeout) {
   const Manager manager;
   app::SystemdNotifier service(manager.path(), "300000");
-  for (int ms = 0; ms <= 1000; ++ms) service.tell_cycle(1e-3 * ms);
+  for (int ms = 0; ms <= 1000; ++ms) service.report_cycle(1e-3 * ms);
   const auto told = manager.told();
   ASSERT_GE(told.size(), 2u);
   EXPECT_EQ(told.front(), "READY=1\n");
@@ -64,16 +64,16 @@ TEST(SystemdNotifier, TellsNothingWhileNoCycleComes) {
 TEST(SystemdNotifier, WithoutAWatchdogTellsReadyAlone) {
   const Manager manager;
   app::SystemdNotifier service(manager.path(), "");
-  for (int ms = 0; ms <= 1000; ++ms) service.tell_cycle(1e-3 * ms);
+  for (int ms = 0; ms <= 1000; ++ms) service.report_cycle(1e-3 * ms);
   EXPECT_EQ(manager.told(), std::vector<std::string>{"READY=1\n"});
 }
 
 TEST(SystemdNotifier, WithoutAManagerOrWithOneThatIsGoneIsSilent) {
   app::SystemdNotifier none("", "300000");
   app::SystemdNotifier gone("/nonexistent/notify", "300000");
-  none.tell_cycle(0.0);
-  gone.tell_cycle(0.0);
-  gone.tell_cycle(1.0);
+  none.report_cycle(0.0);
+  gone.report_cycle(0.0);
+  gone.report_cycle(1.0);
 }
 
 }  // namespace

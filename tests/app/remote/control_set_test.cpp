@@ -141,7 +141,7 @@ TEST(LiveConfig, TellsEverythingAgainToAxesOneOfWhichRefused) {
   files.edit("piezo.toml", "drive_max_V        = 100.0", "drive_max_V        = 110.0");
   const LiveConfig::Prepared refused = live.reread();
   ASSERT_EQ(refused.requests.size(), 1u);
-  live.doubt(refused);
+  live.mark_uncertain(refused);
   files.edit("piezo.toml", "drive_max_V        = 110.0", "drive_max_V        = 100.0");
   const LiveConfig::Prepared next = live.reread();
   EXPECT_TRUE(next.at_once.empty()) << "what is in force by the book";

@@ -78,7 +78,7 @@ TEST(ControlSocket, RefusesPositionsThatTheStageDoesNotReachAndThoseThatAreNone)
     EXPECT_TRUE(says(client.ask(go_to("x", none)), "\"position_um\" is missing, expected a number")) << none;
   for (const char* number : {"NaN", "Infinity", "1e999"}) {
     client.send(std::string(R"({"do": "go_to", "axis": "x", "position_um": )") + number + "}\n");
-    EXPECT_TRUE(says(client.read(), "expected one JSON object a line")) << number;
+    EXPECT_TRUE(says(client.read(), "expected one JSON object per line")) << number;
   }
   EXPECT_EQ(client.ask(command("status")).at("axes")[0].at("live_goal"), false) << "nothing was taken";
 }
@@ -126,7 +126,7 @@ TEST(ControlSocket, RefusesWhatItDoesNotKnowAndSaysWhatItExpects) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   Client client = bench.client();
-  EXPECT_TRUE(says(client.ask(command("dance")), "\"dance\" is no command, expected status, enable"));
+  EXPECT_TRUE(says(client.ask(command("dance")), "\"dance\" is not a command, expected status, enable"));
   EXPECT_TRUE(says(client.ask(command("enable", "z")), "there is no axis \"z\", expected x, y"));
   EXPECT_TRUE(says(client.ask(json::object()), "\"do\" is missing"));
   EXPECT_TRUE(says(client.ask({{"do", 7}}), "\"do\" is missing, expected a text"));
@@ -154,7 +154,7 @@ TEST(ControlSocket, TakesLinesAsTheyCome) {
   for (const char* line :
        {"", "status", "[]", "7", "null", "{", "{\"do\": \"status\"} {}", "\xff\xfe", "{\"do\"}"}) {
     client.send(std::string(line) + "\n");
-    EXPECT_TRUE(says(client.read(), "expected one JSON object a line")) << line;
+    EXPECT_TRUE(says(client.read(), "expected one JSON object per line")) << line;
   }
   client.send("{\"do\": \"\xff\"}\n");
   EXPECT_FALSE(is_ok(client.read())) << "no UTF-8";

@@ -79,7 +79,7 @@ TEST(Wait, EndsWithItsOwnTimeout) {
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   json wait = wait_for_x;
   wait["timeout_s"] = 0.02;
-  EXPECT_TRUE(says(bench.client().ask(wait), "waited for timeout_s in vain"));
+  EXPECT_TRUE(says(bench.client().ask(wait), "timed out: not in position within timeout_s"));
 }
 
 TEST(Wait, NeedsAnAxisThatJudgesItsArrival) {

@@ -109,7 +109,7 @@ TEST(SavedStates, AreRemovedAsSoonAsTheAxisIsDriven) {
   EXPECT_FALSE(std::filesystem::exists(stage.state()));
   EXPECT_TRUE(std::filesystem::exists(stage.files / "y.state.toml"));
   stage.set_start_up("restore");
-  expect_refused(stage, "there is none, so the last stop was not a clean one");
+  expect_refused(stage, "there is no such file, so the last stop was not clean");
 }
 
 TEST(SavedStates, OfAFaultedAxisAreNotWritten) {

@@ -141,12 +141,12 @@ TEST_F(TwinCommandHandlerTest, RefusesAnInvalidCommandAndChangesNothing) {
 }
 
 TEST_F(TwinCommandHandlerTest, AllowsEveryConnectionToReadRemoveFaultsAndStopButNotToInject) {
-  EXPECT_TRUE(handler.is_for_everybody({{"do", "status"}}));
-  EXPECT_TRUE(handler.is_for_everybody({{"do", "remove"}}));
-  EXPECT_TRUE(handler.is_for_everybody({{"do", "heal"}}));
-  EXPECT_TRUE(handler.is_for_everybody({{"do", "stop"}}));
-  EXPECT_FALSE(handler.is_for_everybody({{"do", "inject"}}));
-  EXPECT_FALSE(handler.is_for_everybody(json::object()));
+  EXPECT_TRUE(handler.is_open_to_all({{"do", "status"}}));
+  EXPECT_TRUE(handler.is_open_to_all({{"do", "remove"}}));
+  EXPECT_TRUE(handler.is_open_to_all({{"do", "heal"}}));
+  EXPECT_TRUE(handler.is_open_to_all({{"do", "stop"}}));
+  EXPECT_FALSE(handler.is_open_to_all({{"do", "inject"}}));
+  EXPECT_FALSE(handler.is_open_to_all(json::object()));
 }
 
 /// Twin, handler and socket on one thread, as in the program; the clients are on another.

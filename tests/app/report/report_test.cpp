@@ -70,7 +70,7 @@ TEST_F(Report, IsNotWrittenOverItsOwnData) {
   Process process({HYSTCAN_PROGRAM, "identify", path("report/record.csv"), "--output", path("found.toml"),
                    "--report", path("report")});
   EXPECT_EQ(process.wait(), bad_input);
-  EXPECT_NE(process.err().find("is read too"), std::string::npos) << process.err();
+  EXPECT_NE(process.err().find("is an input too"), std::string::npos) << process.err();
 }
 
 }  // namespace
