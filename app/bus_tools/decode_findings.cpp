@@ -27,7 +27,7 @@ std::uint32_t parameter_group(std::uint32_t id) {
 
 std::string kind_of(const can::Signal& signal) {
   if (signal.value_type == can::ValueType::unreadable)
-    return fmt::format("said to be an IEEE 754 number of {} bits", signal.length);
+    return fmt::format("declared as an IEEE 754 number of {} bits", signal.length);
   return fmt::format("of {} bits", signal.length);
 }
 

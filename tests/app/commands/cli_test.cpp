@@ -1,4 +1,4 @@
-// The program from outside: what it prints, writes and returns.
+// The program as a process: its output, files and exit status.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -40,7 +40,7 @@ TEST_F(Cli, ADurationMustBeATime) {
   }
 }
 
-TEST_F(Cli, CheckShowsWhatIsInForce) {
+TEST_F(Cli, CheckPrintsTheValuesInForce) {
   Process program({HYSTCAN_PROGRAM, "check", path("piezo.toml")});
   EXPECT_EQ(program.wait(), done) << program.err();
   EXPECT_NE(program.out().find("heartbeat_timeout_ms = 300  # default"), std::string::npos);
@@ -48,7 +48,7 @@ TEST_F(Cli, CheckShowsWhatIsInForce) {
   EXPECT_NE(program.out().find("# axis y: k_descending = "), std::string::npos) << program.out();
 }
 
-TEST_F(Cli, CheckShowsHowFarKMayGoAndTheseValuesAreAccepted) {
+TEST_F(Cli, CheckPrintsTheAllowedRangeOfKAndItsEndsAreAccepted) {
   Process program({HYSTCAN_PROGRAM, "check", path("piezo.model.toml")});
   EXPECT_EQ(program.wait(), done) << program.err();
   const std::string line = program.out().substr(program.out().find("k_ascending = "));
@@ -67,7 +67,7 @@ TEST_F(Cli, CheckShowsHowFarKMayGoAndTheseValuesAreAccepted) {
   }
 }
 
-TEST_F(Cli, CheckRefusesAMistakeWithItsPlaceInOneLine) {
+TEST_F(Cli, CheckReportsAMistakeInOneLineWithItsPlace) {
   shipped.edit("piezo.toml", "rate_Hz", "rate_hz");
   Process program({HYSTCAN_PROGRAM, "check", path("piezo.toml")});
   EXPECT_EQ(program.wait(), bad_input);
@@ -83,13 +83,13 @@ TEST_F(Cli, AnInterfaceThatDoesNotExistFailsAtRunTime) {
   }
 }
 
-TEST_F(Cli, AnInterfaceThatIsNotCanIsSaidToBeNone) {
+TEST_F(Cli, RefusesAnInterfaceThatIsNotCan) {
   Process program({HYSTCAN_PROGRAM, "twin", path("piezo.toml"), "--interface", "lo"});
   EXPECT_EQ(program.wait(), failed);
-  const std::string told = program.err();
-  EXPECT_TRUE(told.find("lo is not a CAN interface") != std::string::npos ||
-              told.starts_with("hystcan: this kernel has no CAN support"))
-      << told;
+  const std::string error = program.err();
+  EXPECT_TRUE(error.find("lo is not a CAN interface") != std::string::npos ||
+              error.starts_with("hystcan: this kernel has no CAN support"))
+      << error;
 }
 
 TEST_F(Cli, CtlHealSaysThatItIsNowCalledRemove) {
@@ -123,7 +123,7 @@ TEST_F(Cli, CtlPrintsTheNumberOfRemovedFaults) {
   EXPECT_EQ(print("heal", R"({"ok": true, "healed": 2})"), "2 faults removed\n");
 }
 
-TEST_F(Cli, DemoPrintsFiveColumnsAndWritesPictureAndCsv) {
+TEST_F(Cli, DemoPrintsFiveColumnsAndWritesPlotAndCsv) {
   Process program(
       {HYSTCAN_PROGRAM, "demo", "--config", path("piezo.toml"), "--output", path("out"), "--json"});
   ASSERT_EQ(program.wait(), done) << program.err();
@@ -143,7 +143,7 @@ TEST_F(Cli, DemoRunsTheGalfenolStageToo) {
   EXPECT_NE(program.out().find("inverse+pi"), std::string::npos);
 }
 
-TEST_F(Cli, ControllerLeavesFilesAloneUntilTheBusIsOpen) {
+TEST_F(Cli, ControllerWritesNoFileBeforeTheBusIsOpen) {
   const std::string before = read("piezo.toml");
   Process onto_itself({HYSTCAN_PROGRAM, "controller", path("piezo.toml"), "--csv", path("piezo.toml")});
   EXPECT_EQ(onto_itself.wait(), bad_input);
@@ -155,7 +155,7 @@ TEST_F(Cli, ControllerLeavesFilesAloneUntilTheBusIsOpen) {
   EXPECT_EQ(read("run.csv"), "precious");
 }
 
-TEST_F(Cli, DemoFailsWhereAnAxisNeverTracks) {
+TEST_F(Cli, DemoFailsIfAnAxisNeverTracks) {
   shipped.edit("piezo.toml", "wipe_slew_V_per_s  = 500.0 ", "wipe_slew_V_per_s  = 1e-3 ");
   Process program({HYSTCAN_PROGRAM, "demo", "--config", path("piezo.toml"), "--output", path("out")});
   EXPECT_EQ(program.wait(), failed);

@@ -149,7 +149,7 @@ TEST_F(TwinCommandHandlerTest, AllowsEveryConnectionToReadRemoveFaultsAndStopBut
   EXPECT_FALSE(handler.is_open_to_all(json::object()));
 }
 
-/// Twin, handler and socket on one thread, as in the program; the clients are on another.
+/// Twin, handler and socket run on one thread, as in the program; the clients run on another.
 TEST_F(TwinCommandHandlerTest, AllowsOneWriterAtATimeOnItsSocket) {
   const support::ShippedCopy files;
   boost::asio::io_context context{1};

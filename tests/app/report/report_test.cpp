@@ -1,4 +1,4 @@
-// The report of `hystcan identify` from outside.
+// The report of `hystcan identify`.
 #include <cmath>
 #include <filesystem>
 #include <numbers>
@@ -10,7 +10,7 @@ namespace {
 
 class Report : public Cli {
  protected:
-  /// Growing swings between 0 and 100, answered by the shipped model.
+  /// A growing oscillation between 0 and 100, and the output of the shipped model.
   void write_record() const {
     std::ofstream out(shipped / "input.csv");
     out.precision(17);
@@ -45,7 +45,7 @@ TEST_F(Report, HoldsAPageAndTheNumbers) {
     EXPECT_NE(page.find(model), std::string::npos) << model;
 }
 
-TEST_F(Report, LeavesOtherFilesOfItsFolderAlone) {
+TEST_F(Report, ChangesNoOtherFileOfItsFolder) {
   write_record();
   std::filesystem::create_directory(shipped / "report");
   write("report/notes.txt", "mine");
@@ -55,7 +55,7 @@ TEST_F(Report, LeavesOtherFilesOfItsFolderAlone) {
   EXPECT_NE(read("report/report.html"), "earlier");
 }
 
-TEST_F(Report, IsNoFolderThatIsAFile) {
+TEST_F(Report, IsRefusedIfItsFolderIsAFile) {
   write_record();
   write("report", "a file");
   Process process = identify();
@@ -63,7 +63,7 @@ TEST_F(Report, IsNoFolderThatIsAFile) {
   EXPECT_NE(process.err().find("expected one for the report"), std::string::npos) << process.err();
 }
 
-TEST_F(Report, IsNotWrittenOverItsOwnData) {
+TEST_F(Report, NeverOverwritesItsInput) {
   write_record();
   std::filesystem::create_directory(shipped / "report");
   std::filesystem::copy_file(shipped / "data.csv", shipped / "report" / "record.csv");
