@@ -63,7 +63,7 @@ IdentifiedDynamics find(const DynamicsArguments& options) {
 std::string describe(const IdentifiedDynamics& identified) {
   const SecondOrderFit& fit = identified.fit;
   const Tuning& tuning = identified.tuning;
-  return line("record",
+  return line("dataset",
               fmt::format("{}: {} rows at {:.6g} Hz", identified.file, fit.rows, 1.0 / fit.cycle_s)) +
          describe(fit, identified.input_unit, identified.output_unit) +
          line("PI gains", fmt::format("kp {} um per um, ki {} 1/s, at {:.6g} Hz", tuning.gains.kp,

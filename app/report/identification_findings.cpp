@@ -35,8 +35,8 @@ class Findings {
   void say(fmt::format_string<Parts...> format, Parts&&... parts) {
     findings_.push_back(fmt::format(format, std::forward<Parts>(parts)...));
   }
-  std::string of_record(std::size_t i) const {
-    return datasets_.size() > 1 ? fmt::format("record {}: ", i + 1) : std::string();
+  std::string of_dataset(std::size_t i) const {
+    return datasets_.size() > 1 ? fmt::format("dataset {}: ", i + 1) : std::string();
   }
   const std::string& unit() const { return identified_.parameters.input_unit; }
 
@@ -44,19 +44,19 @@ class Findings {
     const Characterisation& is = identified_.datasets[i];
     say("{}{} samples over {:.4g} s, {} cycles, {:.0f} % of the samples on minor loops; {} sampling at "
         "{:.4g} Hz",
-        of_record(i), is.samples, is.duration_s, is.cycles, 100.0 * is.minor_fraction,
+        of_dataset(i), is.samples, is.duration_s, is.cycles, 100.0 * is.minor_fraction,
         is.uniform ? "uniform" : "uneven", 1.0 / is.sample_time_s);
     if (is.uniform && is.samples > 100)
-      say("{}noise from sample to sample about {:.2g} % of the output span{}", of_record(i),
+      say("{}noise from sample to sample about {:.2g} % of the output span{}", of_dataset(i),
           is.noise * percent_,
           is.repeatability
               ? fmt::format("; repeated cycles differ by {:.2g} % RMS", *is.repeatability * percent_)
               : "; no cycle is repeated, so that the repeatability is unknown");
     if (is.rate_spread > 3.0)
       say("{}the input is {:.0f} times faster in some half cycles than in others: the model ignores the rate",
-          of_record(i), is.rate_spread);
+          of_dataset(i), is.rate_spread);
     if (is.cycles < 2)
-      say("{}there is no whole cycle: the dataset shows only a part of a loop", of_record(i));
+      say("{}there is no whole cycle: the dataset shows only a part of a loop", of_dataset(i));
   }
 
   void report_trends(std::size_t i) {
@@ -69,11 +69,11 @@ class Findings {
     if (std::abs(trend.drift) * percent_ > 0.05 && std::abs(trend.drift) > 3.0 * trend.drift_error)
       say("{}the output drifts by {:+.2g} % of its span over the dataset (or creeps, or the initial memory "
           "is not of the assumed kind)",
-          of_record(i), trend.drift * percent_);
+          of_dataset(i), trend.drift * percent_);
     if (std::abs(trend.rate) > identified_.misses[i].rms && std::abs(trend.rate) * percent_ > 0.1)
       say("{}the residual depends on the input's speed, {:+.2g} % of span between fastest rise and fastest "
           "fall: measure more slowly for a quasi-static model",
-          of_record(i), trend.rate * percent_);
+          of_dataset(i), trend.rate * percent_);
   }
 
   void report_steps() {
@@ -93,18 +93,18 @@ class Findings {
       const InitialMemory& memory = identified_.memories[i];
       switch (memory.kind) {
         case InitialMemory::Kind::virgin:
-          say("{}it begins on the ascending reference curve with an empty memory", of_record(i));
+          say("{}it begins on the ascending reference curve with an empty memory", of_dataset(i));
           break;
         case InitialMemory::Kind::from_lower:
-          say("{}it begins as if the input came directly from the lower threshold", of_record(i));
+          say("{}it begins as if the input came directly from the lower threshold", of_dataset(i));
           break;
         case InitialMemory::Kind::from_upper:
-          say("{}it begins as if the input came directly from the upper threshold", of_record(i));
+          say("{}it begins as if the input came directly from the upper threshold", of_dataset(i));
           break;
         case InitialMemory::Kind::nested:
           say("{}it begins after an unknown past, estimated as a decaying oscillation of bias {:+.2g} (0: "
               "demagnetised, above 0: more from below)",
-              of_record(i), memory.bias);
+              of_dataset(i), memory.bias);
       }
     }
   }

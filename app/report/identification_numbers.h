@@ -1,7 +1,7 @@
 // The numbers of an identification's report. Values are in output units unless they are percentages.
 //   residual = measured - model
 //
-//   record.csv      time_s,input,output,predicted,residual,dataset
+//   record.csv      time_s,input,output,predicted,residual,record
 //   curves.csv      input,ascending,descending
 //   landscape.csv   k_ascending,k_descending,rms; an empty line follows each row of the map, for gnuplot
 //   comparison.csv  model,parameters and the model's errors in percent of the output's span

@@ -210,18 +210,18 @@ std::string model_of(const Identified& identified) {
   return part + "</table>\n";
 }
 
-std::string record_name(const IdentificationReport& report, std::size_t i) {
+std::string dataset_name(const IdentificationReport& report, std::size_t i) {
   return report.datasets.size() == 1 ? report.names[i] : fmt::format("{}: {}", i + 1, report.names[i]);
 }
 
-std::string records_of(const IdentificationReport& report) {
+std::string datasets_of(const IdentificationReport& report) {
   const Identified& identified = report.identified;
   const auto in_percent = [&](double error) {
     return fmt::format("{:.3g}", 100.0 * error / identified.output_span);
   };
   std::string part =
-      "<h2>Records</h2>\n<table>\n" + heading_row({"record", "samples", "duration [s]", "cycles", "noise [%]",
-                                                   "repeatability [%]", "RMS [%]", "max [%]"});
+      "<h2>Datasets</h2>\n<table>\n" + heading_row({"dataset", "samples", "duration [s]", "cycles",
+                                                    "noise [%]", "repeatability [%]", "RMS [%]", "max [%]"});
   for (std::size_t i = 0; i < report.datasets.size(); ++i) {
     const identification::Characterisation& is = identified.datasets[i];
     part += fmt::format("<tr><td>{}</td>", escaped(report.names[i])) +
@@ -233,7 +233,7 @@ std::string records_of(const IdentificationReport& report) {
   }
   part += "</table>\n<p class=\"note\">In percent of the output's span. Initial memory: ";
   for (std::size_t i = 0; i < report.datasets.size(); ++i)
-    part += fmt::format("{}{}, {}", i == 0 ? "" : "; ", escaped(record_name(report, i)),
+    part += fmt::format("{}{}, {}", i == 0 ? "" : "; ", escaped(dataset_name(report, i)),
                         memory_text(identified.memories[i]));
   return part + ".</p>\n";
 }
@@ -276,7 +276,7 @@ std::string files_of(const std::filesystem::path& directory, const Identificatio
 std::string page_of(const std::filesystem::path& directory, const IdentificationReport& report,
                     const WrittenReport& written) {
   return fmt::format(head, escaped(title_of(report))) + findings_of(report, written) +
-         comparison_of(report, written.comparison) + model_of(report.identified) + records_of(report) +
+         comparison_of(report, written.comparison) + model_of(report.identified) + datasets_of(report) +
          pictures_of(directory, written) + files_of(directory, report);
 }
 

@@ -29,7 +29,7 @@ set autoscale xfix
 set lmargin at screen 0.12
 set multiplot layout datasets,1
 do for [k = 1:datasets] {
-  if (datasets > 1) { set title sprintf('record %d', k) }
+  if (datasets > 1) { set title sprintf('dataset %d', k) }
   plot 'record.csv' using (of(k, 'time_s')):(100 * column('residual') / span) with lines lc rgb '#0060ad' notitle
 }
 unset multiplot
@@ -118,7 +118,7 @@ std::string preamble(const std::string& name, int height, std::size_t datasets,
          fmt::format("set output '{}.svg'\n", name) +
          "set datafile separator ','\nset datafile missing NaN\nset grid lc rgb '#c0c0c0'\nset key outside "
          "top center horizontal\n" +
-         fmt::format("records = {}\ninput_label = {}\noutput_label = {}\n", datasets,
+         fmt::format("datasets = {}\ninput_label = {}\noutput_label = {}\n", datasets,
                      labelled("input", p.input_unit), labelled("output", p.output_unit)) +
          setting("span", identified.output_span) + setting("thresholds_lo", p.input_range().lo) +
          setting("thresholds_hi", p.input_range().hi) + setting("observed_lo", identified.observed.lo) +

@@ -121,7 +121,7 @@ std::string model_text(const model::HysteresisParameters& parameters, const Iden
       parameters.k_descending, parameters.symmetry == model::Symmetry::even ? "even" : "none");
   text += fmt::format(
       "\n[identification]\nsamples      = {}\ndelay_s      = {:.17g}  # of the output behind the input\n"
-      "rms_percent  = {:.4g}  # of the record's output span\nmax_percent  = {:.4g}\n",
+      "rms_percent  = {:.4g}  # of the dataset's output span\nmax_percent  = {:.4g}\n",
       from.samples, from.delay_s, from.rms_percent, from.max_percent);
   return text;
 }

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <ostream>
-
 #include <string>
 
 #include "config/schema/config.h"
