@@ -79,7 +79,7 @@ class FrameCheck {
            "one that is in every frame");
     if (!can::is_decodable(*signal))
       fail(key, fmt::format("signal {} of message {} has {} bits", name, message_->name, signal->length),
-           "1 to 64, of an IEEE 754 number 32 or 64");
+           "1 to 64, or 32 or 64 for an IEEE 754 number");
     used_.emplace_back(key, signal);
   }
 

@@ -80,16 +80,16 @@ SIG_VALTYPE_ 256 Float16 : 1;
   const std::string expected =
       dbc +
       "message Half: signal Float16, declared as an IEEE 754 number of 16 bits, is left out, expected 1 "
-      "to 64 bits, of an IEEE 754 number 32 or 64\n" +
+      "to 64 bits, or 32 or 64 for an IEEE 754 number\n" +
       dbc +
       "message VehicleId of 17 bytes comes by the transport protocol of J1939 (PGN 65260): its frames "
-      "are not put together, and it is not decoded\n" +
+      "are not assembled, and it is not decoded\n" +
       dbc +
-      "message VehicleId has 17 bytes, of which one frame shows 8: what comes in several frames is not "
-      "put together\n" +
+      "message VehicleId has 17 bytes, of which one frame shows 8: a message of several frames is not "
+      "assembled\n" +
       dbc +
-      "message VehicleId: signal Vin, of 136 bits, is left out, expected 1 to 64 bits, of an IEEE 754 "
-      "number 32 or 64\n";
+      "message VehicleId: signal Vin, of 136 bits, is left out, expected 1 to 64 bits, or 32 or 64 for "
+      "an IEEE 754 number\n";
   EXPECT_NE(program.err().find(expected), std::string::npos) << program.err();
 }
 
