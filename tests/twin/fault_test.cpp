@@ -343,7 +343,7 @@ TEST(FaultAtRunTime, BeginsNowGoesOnAnewAndIsHealed) {
   run.run_for(milliseconds(101));
   ASSERT_EQ(faults.active().size(), 1u);
   run.run_for(seconds(60));
-  EXPECT_EQ(faults.active().size(), 1u) << "without an end until it is healed";
+  EXPECT_EQ(faults.active().size(), 1u) << "without an end until it is removed";
   EXPECT_EQ(faults.remove(Fault::late), 0u);
   EXPECT_EQ(faults.remove(Fault::no_reply, "y"), 0u);
   EXPECT_EQ(faults.remove(Fault::no_reply, "x"), 1u);

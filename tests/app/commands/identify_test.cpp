@@ -224,7 +224,7 @@ TEST_F(Identify, RefusesInvalidOptions) {
   const std::string before = read("record.csv");
   Process overwriting = run({path("record.csv"), "--output", path("record.csv")});
   EXPECT_EQ(overwriting.wait(), bad_input);
-  EXPECT_NE(overwriting.err().find("record.csv: is read too, expected another file"), std::string::npos)
+  EXPECT_NE(overwriting.err().find("record.csv: is an input too, expected another file"), std::string::npos)
       << overwriting.err();
   EXPECT_EQ(read("record.csv"), before);
   expect_refused(identify("record.csv", {"--initial-memory", path("found.toml")}), "is written twice");
@@ -240,7 +240,7 @@ TEST_F(Identify, RefusesDatasetsOfDifferentUnits) {
 TEST_F(Identify, RefusesADatasetWhoseUnitDiffersFromTheCommandLine) {
   write_record("A.csv", piezo_record(10.0), "# input_unit = A\n");
   expect_refused(run({path("A.csv"), "--output", path("found.toml"), "--input-unit", "V"}),
-                 "A.csv: it says input_unit = \"A\", expected \"V\"");
+                 "A.csv: the file says input_unit = \"A\", expected \"V\"");
 }
 
 TEST_F(Identify, NamesTheDatasetThatIsUnfitForIdentification) {
