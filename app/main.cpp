@@ -14,8 +14,8 @@ namespace {
 
 using namespace hystcan;
 
-/// Throws nothing where nobody can be told: the terminal may be gone.
-int complain(const std::exception& error, int status) {
+/// Prints the error. It does not throw if standard error is closed, for example with the terminal.
+int print_error(const std::exception& error, int status) {
   std::fputs(fmt::format("hystcan: {}\n", error.what()).c_str(), stderr);
   return status;
 }
@@ -47,14 +47,14 @@ int main(int argc, char** argv) {
     spdlog::set_default_logger(spdlog::stderr_color_mt("hystcan"));
     return run(argc, argv);
   } catch (const config::Error& error) {
-    return complain(error, app::bad_input);
+    return print_error(error, app::bad_input);
   } catch (const can::DbcError& error) {
-    return complain(error, app::bad_input);
+    return print_error(error, app::bad_input);
   } catch (const can::CandumpError& error) {
-    return complain(error, app::bad_input);
+    return print_error(error, app::bad_input);
   } catch (const std::invalid_argument& error) {
-    return complain(error, app::bad_input);
+    return print_error(error, app::bad_input);
   } catch (const std::exception& error) {  // InterfaceError, RunError, a full disk
-    return complain(error, app::failed);
+    return print_error(error, app::failed);
   }
 }

@@ -1,4 +1,4 @@
-// Which bus to listen to and what its messages mean: named by a configuration, or one by one.
+// The CAN interface to listen to and the database of its messages, from a configuration or from options.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -17,22 +17,22 @@ struct BusOptions {
   std::filesystem::path dbc;
 };
 
-/// [CONFIG] [--interface IF] [--dbc FILE]: the last two go before what the configuration says.
+/// [CONFIG] [--interface IF] [--dbc FILE]. The options override the configuration.
 void add_bus_options(CLI::App& command, BusOptions& options);
 
 struct BusSource {
   std::string interface;
   std::optional<can::Database> database;
-  can::Protections protections;  ///< of the configuration's own messages; none with --dbc, which has others
+  can::Protections protections;  ///< of the configuration's messages; empty with --dbc
 };
 
-/// Throws config::Error where no interface is named; what reading the files throws.
+/// Throws config::Error if no interface is named, and the errors of the files that it reads.
 BusSource find_bus(const BusOptions& options);
 
-/// A duration in seconds on the command line.
+/// Accepts a duration in seconds, > 0 and < 1e9.
 CLI::Validator positive_seconds();
 
-/// Writes to standard output. Throws RunError where that fails, as on a full disk.
+/// Writes to standard output. Throws RunError if the write fails, for example on a full disk.
 void print(std::string_view text);
 void flush_output();
 

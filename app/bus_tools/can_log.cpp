@@ -24,11 +24,11 @@ std::ifstream open_can_log(const std::filesystem::path& path) {
 }
 
 void print_parse_warnings(const can::Database& database) {
-  constexpr std::size_t told_max = 10;
-  const std::size_t told = std::min(told_max, database.warnings.size());
-  for (std::size_t i = 0; i < told; ++i) fmt::print(stderr, "warning: {}\n", database.warnings[i]);
-  if (told < database.warnings.size())
-    fmt::print(stderr, "warning: and {} more\n", database.warnings.size() - told);
+  constexpr std::size_t printed_max = 10;
+  const std::size_t printed = std::min(printed_max, database.warnings.size());
+  for (std::size_t i = 0; i < printed; ++i) fmt::print(stderr, "warning: {}\n", database.warnings[i]);
+  if (printed < database.warnings.size())
+    fmt::print(stderr, "warning: and {} more\n", database.warnings.size() - printed);
 }
 
 }  // namespace hystcan::app

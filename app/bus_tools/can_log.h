@@ -1,4 +1,4 @@
-// A log of candump as input, and the database to read it with.
+// Opens a candump log as input, and prints the warnings of the database that decodes it.
 #pragma once
 
 #include <filesystem>
@@ -8,10 +8,10 @@
 
 namespace hystcan::app {
 
-/// Throws config::Error where it can't be read.
+/// Throws config::Error if the log cannot be read.
 std::ifstream open_can_log(const std::filesystem::path& path);
 
-/// Says on standard error what is odd in a DBC, of much only the beginning.
+/// Prints the warnings of a DBC on standard error, at most the first ten.
 void print_parse_warnings(const can::Database& database);
 
 }  // namespace hystcan::app

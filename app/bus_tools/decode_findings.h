@@ -1,4 +1,4 @@
-// What decoding leaves out, told once for each message that comes.
+// Reports the parts of a message that decoding leaves out, once for each message.
 #pragma once
 
 #include <cstdint>
@@ -11,19 +11,21 @@
 
 namespace hystcan::app {
 
-/// A frame is decoded by itself. Left out are signals that are not decodable, and what a transport protocol
-/// carries in several frames: in a frame of the message's own identifier only its first bytes are seen, and
-/// where J1939 announces it (connection management, PGN 0xEC00: request to send, or broadcast) nothing is.
+/// Each frame is decoded by itself. Decoding leaves out
+///   - signals that cannot be decoded,
+///   - a message longer than a frame: a frame with the message's own identifier shows only its first bytes,
+///   - a message that J1939 announces (connection management, PGN 0xEC00: request to send, or broadcast) and
+///     carries in frames of its transport protocol: nothing of it is decoded.
 class DecodeFindings {
  public:
-  /// The database must outlive this.
+  /// The database must outlive this object.
   explicit DecodeFindings(const can::Database& database) : database_(database) {}
 
-  /// One sentence each; mostly none.
+  /// Returns one sentence for each new finding; usually none.
   std::vector<std::string> add(const can::LoggedFrame& logged);
 
  private:
-  void look_at_transport(const can::Frame& frame, std::vector<std::string>& findings);
+  void examine_transport(const can::Frame& frame, std::vector<std::string>& findings);
 
   const can::Database& database_;
   std::set<const can::Message*> decoded_;

@@ -20,7 +20,8 @@ std::string time_text(std::chrono::microseconds time) {
   return fmt::format("{}.{:06}", time.count() / 1'000'000, time.count() % 1'000'000);
 }
 
-/// Length of the UTF-8 sequence that begins here; 0 where none does. Overlong forms and surrogates are none.
+/// Length of the UTF-8 sequence at the beginning; 0 if there is none. Overlong forms and surrogates are
+/// invalid.
 std::size_t sequence_length(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char first = byte(0);
@@ -61,7 +62,7 @@ std::string utf8(std::string_view text) {
   return result;
 }
 
-/// Control characters would break a line in two.
+/// Replaces control characters, which would break a line in two.
 std::string in_one_line(std::string_view text) {
   std::string result = utf8(text);
   for (char& c : result)
@@ -80,7 +81,7 @@ std::string csv_field(std::string_view text) {
   return quoted + '"';
 }
 
-/// The sign of what is no number says nothing.
+/// The sign of nan has no meaning and is left out.
 std::string csv_number(double value) { return std::isnan(value) ? "nan" : fmt::format("{:.17g}", value); }
 
 std::string_view kind_text(FrameKind kind) {
@@ -97,7 +98,7 @@ std::string_view kind_text(FrameKind kind) {
   return "unknown";
 }
 
-/// Why a frame says less than its message has. Empty: it does not.
+/// The reason why a frame carries only a part of its message; empty if it carries all.
 std::string shortcoming(const can::Frame& frame, const Message& message) {
   if (frame.kind == FrameKind::remote) return "remote";
   if (frame.length < message.length) return fmt::format("{} of {} bytes", frame.length, message.length);

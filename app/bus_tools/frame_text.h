@@ -1,4 +1,4 @@
-// Frames as a reader wants them: with names, values and units by a DBC.
+// Frames as text, with the names, values and units of a DBC.
 #pragma once
 
 #include <cstdint>
@@ -13,29 +13,28 @@
 namespace hystcan::app {
 
 enum class FrameFormat : std::uint8_t {
-  text,  ///< one line to a frame, for people
-  csv,   ///< one row to a signal: time_s,interface,id,message,signal,raw,value,unit,name
-  json,  ///< one object to a frame, in one line
+  text,  ///< one line per frame, for people
+  csv,   ///< one row per signal: time_s,interface,id,message,signal,raw,value,unit,name
+  json,  ///< one object per frame, in one line
 };
 
-/// What csv begins with.
 inline constexpr std::string_view csv_header = "time_s,interface,id,message,signal,raw,value,unit,name\n";
 
-/// Values of csv and json have 17 significant digits; raw values are exact: of an unsigned signal 0 to
-/// 2^64 - 1, of a float signal its bits. A value that is no finite number is `nan`, `inf` in csv, null in
-/// json.
+/// Values in csv and json have 17 significant digits. Raw values are exact: 0 to 2^64 - 1 for an unsigned
+/// signal, the bits for a float signal. A value that is not finite is `nan` or `inf` in csv, null in json.
 class FrameText {
  public:
-  /// The database must outlive this.
+  /// The database must outlive this object.
   FrameText(const can::Database& database, FrameFormat format) : database_(database), format_(format) {}
 
-  /// With line ends; csv has none for a frame without signals. Valid until the next call.
+  /// Returns lines with their ends; for csv an empty text if the frame has no signals. Valid until the next
+  /// call.
   const std::string& operator()(const can::LoggedFrame& logged);
 
-  std::uint64_t frames() const { return frames_; }    ///< that are no error frames
-  std::uint64_t unknown() const { return unknown_; }  ///< of them, that no message matches
+  std::uint64_t frames() const { return frames_; }    ///< without error frames
+  std::uint64_t unknown() const { return unknown_; }  ///< frames that match no message of the database
   std::uint64_t error_frames() const { return error_frames_; }
-  std::uint64_t lost() const { return lost_; }  ///< as drop notices tell
+  std::uint64_t lost() const { return lost_; }  ///< according to the drop notices in the log
 
  private:
   void write_text(const can::LoggedFrame& logged, const can::Message* message);
@@ -54,15 +53,15 @@ class FrameText {
 /// `Position=12.5 um, State=2 (enabled)`, to twelve digits, in UTF-8.
 std::string signals_text(const std::vector<can::DecodedSignal>& signals);
 
-/// An object: name to raw, value, unit and name of the value.
+/// An object that maps each signal name to raw, value, unit and name of the value.
 std::string signals_json(const std::vector<can::DecodedSignal>& signals);
 
-/// An identifier as candump writes it: three digits, or eight of an extended one.
+/// An identifier as candump writes it: three digits, or eight if it is extended.
 std::string id_text(std::uint32_t id, bool extended);
-/// In quotes, escaped; Latin-1, as DBC files have it, becomes UTF-8.
+/// In quotes, escaped. Latin-1, which DBC files use, becomes UTF-8.
 std::string json_string(std::string_view text);
 
-/// 17 significant digits, or null.
+/// 17 significant digits; null if the value is not finite.
 std::string json_number(double value);
 
 /// The raw value of a signal in decimal.

@@ -1,4 +1,4 @@
-// What `monitor` shows: a line on the bus, then a row for each message.
+// The table of `monitor`: one line about the bus, then one row for each message.
 #pragma once
 
 #include <chrono>
@@ -16,10 +16,10 @@ struct BusLine {
   bool up = true;
   can::BusState state = can::BusState::active;
   std::uint64_t lost = 0;           ///< frames the kernel dropped
-  std::chrono::microseconds now{};  ///< since 1970-01-01 UTC; ages count from here
+  std::chrono::microseconds now{};  ///< since 1970-01-01 UTC; ages are relative to it
 };
 
-/// Without line ends, not cut to any width.
+/// Lines without their ends, not cut to any width.
 std::vector<std::string> monitor_lines(const BusLine& bus, const can::Traffic& traffic);
 
 /// One object, in one line.

@@ -21,19 +21,19 @@ struct CheckArguments {
   std::filesystem::path config;
 };
 
-/// How far each k is from where a branch would go the wrong way.
-void show_limits(const std::string& of, const model::HysteresisParameters& p) {
+/// Prints the range of each k in which every branch increases.
+void print_limits(const std::string& of, const model::HysteresisParameters& p) {
   using Limit = std::tuple<const char*, model::Direction, double, const char*>;
-  for (const auto& [name, way, k, other] :
+  for (const auto& [name, direction, k, other] :
        {Limit{"k_ascending", model::Direction::ascending, p.k_ascending, "k_descending"},
         Limit{"k_descending", model::Direction::descending, p.k_descending, "k_ascending"}}) {
-    const auto allowed = model::allowed_k(p, way);
-    fmt::print("# {}: {} = {} 1/{}; with {} as it is, {:.6g} to {:.6g} will do\n", of, name, k, p.input_unit,
-               other, allowed->lo, allowed->hi);
+    const auto allowed = model::allowed_k(p, direction);
+    fmt::print("# {}: {} = {} 1/{}; {:.6g} to {:.6g} is allowed with the present {}\n", of, name, k,
+               p.input_unit, allowed->lo, allowed->hi, other);
   }
 }
 
-/// A model file by itself.
+/// Checks a single model file.
 int check_model(const std::filesystem::path& file) {
   const model::AnyModel model = config::load_any_model(file);
   std::visit(
@@ -45,7 +45,7 @@ int check_model(const std::filesystem::path& file) {
       },
       model);
   if (const auto* recursive = std::get_if<model::Hysteresis>(&model))
-    show_limits(file.string(), recursive->parameters());
+    print_limits(file.string(), recursive->parameters());
   return done;
 }
 
@@ -59,22 +59,21 @@ void show_frame(const config::PlannedFrame& planned) {
              in_us(planned.response), in_us(planned.deadline), planned.in_time() ? "" : "  late");
 }
 
-/// Worst-case response times; of SYNC, samples and commands from the start of the cycle.
+/// Prints worst-case response times. For SYNC, samples and commands they count from the start of the cycle.
 void show_bus(const config::Config& config) {
   const config::BusPlan plan = config::plan_bus(config);
-  fmt::print("# the bus at {} bit/s, every stuff bit counted; times in us:\n", config.bus.bitrate_bit_per_s);
+  fmt::print("# the bus at {} bit/s, with the most stuff bits; times in us:\n", config.bus.bitrate_bit_per_s);
   fmt::print("# {:<22} {:>5} {:>9} {:>6} {:>9} {:>8}\n", "frame", "id", "period", "bits", "response",
              "deadline");
   for (const config::PlannedFrame& planned : plan.frames) show_frame(planned);
-  fmt::print("# emergencies, where an axis stops:\n");
+  fmt::print("# emergencies, sent when an axis stops:\n");
   for (const config::PlannedFrame& planned : plan.emergencies) show_frame(planned);
   fmt::print(
       "# bus load {:.1f} %; the last command begins at most {} us after its SYNC, the cycle is {} us\n",
       1e2 * plan.load, in_us(plan.last_command), in_us(plan.cycle));
 }
 
-/// Nothing is moved and no interface is opened: a configuration is read, checked, and shown with what follows
-/// from it.
+/// Reads, checks and prints a configuration and its consequences. It moves nothing and opens no interface.
 int check(const CheckArguments& options) {
   if (config::is_model_file(options.config)) return check_model(options.config);
   const config::Config config = config::load(options.config);
@@ -91,11 +90,12 @@ int check(const CheckArguments& options) {
     for (const std::string& loss : config::losses(axis.wire))
       fmt::print("# axis {}: {}\n", axis.wire.name, loss);
     for (const std::string& name : config::fd_messages(axis.wire, config.database))
-      fmt::print("# axis {}: {} is longer than 8 bytes: sent as CAN FD, the interface must be one for FD\n",
-                 axis.wire.name, name);
-    show_limits("axis " + axis.wire.name, axis.control.law.model);
+      fmt::print(
+          "# axis {}: {} is longer than 8 bytes: it is sent as CAN FD, and the interface must support FD\n",
+          axis.wire.name, name);
+    print_limits("axis " + axis.wire.name, axis.control.law.model);
     if (const auto* twin = std::get_if<model::HysteresisParameters>(&axis.twin.plant.hysteresis))
-      show_limits("axis " + axis.wire.name + ", twin", *twin);
+      print_limits("axis " + axis.wire.name + ", twin", *twin);
   }
   show_bus(config);
   fmt::print("# {} messages in {}; node ids, identifiers, units and ranges agree\n",
@@ -108,7 +108,8 @@ int check(const CheckArguments& options) {
 
 void add_check(CLI::App& cli, int& status) {
   auto options = std::make_shared<CheckArguments>();
-  CLI::App* command = cli.add_subcommand("check", "Read and check a configuration; show what is in force");
+  CLI::App* command =
+      cli.add_subcommand("check", "Read and check a configuration, and show the values in force");
   command->add_option("CONFIG", options->config, "configuration, or model file (TOML)")->required();
   command->callback([options, &status] { status = check(*options); });
 }

@@ -1,4 +1,4 @@
-// The subcommands: each parses its arguments, wires the rooms together, and runs.
+// The subcommands: each parses its arguments, connects the other folders, and runs.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -7,8 +7,7 @@
 
 namespace hystcan::app {
 
-/// Adds one subcommand to `cli`; `run` is called once if the user chose it, and its result is the exit
-/// status.
+/// Adds one subcommand to `cli`. If the user chooses it, it runs once and sets `status` to the exit status.
 using AddCommand = void (*)(CLI::App& cli, int& status);
 
 void add_check(CLI::App& cli, int& status);

@@ -38,7 +38,7 @@ struct ControllerArguments {
   bool json = false;
 };
 
-/// Everything that is done with a record, on the telemetry thread: log what changes, count, write.
+/// Consumes the cycle records on the telemetry thread: logs changes, counts and writes.
 class CycleRecorder {
  public:
   CycleRecorder(const config::Config& config, const SavedStates& states, const std::filesystem::path& csv)
@@ -60,13 +60,13 @@ class CycleRecorder {
     black_box_.add(record);
     board_.put(record);
     if (record.report.state >= AxisState::initialising) states_.forget(record.axis);
-    service_.tell_cycle(record.time_s);
+    service_.report_cycle(record.time_s);
     statistics_[record.axis].add(record.report);
     if (csv_) csv_->write(record);
   }
 
   const std::vector<std::string>& events() const { return log_.events(); }
-  /// Sampled on the control thread; what is left of it is written when the telemetry thread has ended.
+  /// Sampled on the control thread. Its last lines are written after the telemetry thread has ended.
   can::BusHealthLog& bus_log() { return bus_log_; }
   const StatusBoard& board() const { return board_; }
   controller::BlackBox& black_box() { return black_box_; }
@@ -87,7 +87,7 @@ class CycleRecorder {
   controller::BlackBox black_box_;
   StatusBoard board_;
   SavedStates states_;
-  SystemdNotifier service_ = SystemdNotifier::of_environment();
+  SystemdNotifier service_ = SystemdNotifier::from_environment();
   std::vector<controller::TrackingStatistics> statistics_;
   std::optional<controller::CsvLog> csv_;
 };
@@ -98,7 +98,8 @@ bool all_axes(const controller::Controller& controller, auto predicate) {
   return true;
 }
 
-/// Every axis is at the end of its reference, faulted, or waiting in vain for one that is.
+/// True if every axis is at the end of its reference, is faulted, or cannot track because another has
+/// faulted.
 bool nothing_left_to_do(const controller::Controller& controller) {
   const bool one_faulted =
       !all_axes(controller, [](const controller::Axis& axis) { return axis.state() != AxisState::faulted; });
@@ -165,9 +166,9 @@ int run_controller(const ControllerArguments& options) {
   std::unique_ptr<controller::TelemetryThread> telemetry;
   controller::Controller controller(config.controller, config.database, loop.scheduler(), loop.attach(),
                                     [&](const controller::CycleRecord& record) { telemetry->push(record); });
-  look_at_interface(config, config.bus.interface);
+  check_interface(config, config.bus.interface);
   states.restore(controller);
-  // Only now, with the bus open: a run that never was leaves the last one's CSV.
+  // After the bus has been opened, so that a run that fails to start keeps the CSV of the last run.
   CycleRecorder recorder(config, states, options.csv);
   telemetry = std::make_unique<controller::TelemetryThread>(
       [&](const controller::CycleRecord& record) { recorder.consume(record); });
@@ -215,7 +216,7 @@ void add_controller(CLI::App& cli, int& status) {
           "SECONDS"));
   command->add_flag("--once", options->once, "stop after one pass of the reference");
   command->add_flag("--clear-faults", options->clear_faults,
-                    "clear a fault the amplifier has latched, then start");
+                    "clear a fault that the amplifier has latched, then start");
   command->add_option("--csv", options->csv, "write every cycle to this file");
   command->add_flag("--json", options->json, "print the result as JSON");
   command->callback([options, &status] { status = run_controller(*options); });

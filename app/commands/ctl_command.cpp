@@ -35,8 +35,9 @@ struct CtlArguments {
   std::optional<double> fault_value;
 };
 
-/// One command, one answer.
-nlohmann::json exchange(const std::filesystem::path& file, const nlohmann::json& command, const char* whose) {
+/// Sends one command and returns its answer. `process`: controller or twin, for the message of an error.
+nlohmann::json exchange(const std::filesystem::path& file, const nlohmann::json& command,
+                        const char* process) {
   boost::asio::io_context context;
   boost::asio::local::stream_protocol::socket socket(context);
   try {
@@ -49,7 +50,7 @@ nlohmann::json exchange(const std::filesystem::path& file, const nlohmann::json&
   } catch (const boost::system::system_error& error) {
     throw RunError(
         fmt::format("{}: {}; is the {} running, with this interface? (--interface, --socket, control_socket)",
-                    file.string(), error.code().message(), whose));
+                    file.string(), error.code().message(), process));
   }
 }
 
@@ -85,8 +86,8 @@ void print_twin_status(const nlohmann::json& status) {
                axis.at("amplifier").get<std::string>(), axis.at("sensor").get<std::string>(),
                number(axis.at("drive")), number(axis.at("position_um")));
   for (const nlohmann::json& fault : status.at("faults")) {
-    const std::string struck = fault.value("node", "stage");
-    std::string line = fmt::format("{} of {}: {}", struck, fault.at("axis").get<std::string>(),
+    const std::string site = fault.value("node", "stage");
+    std::string line = fmt::format("{} of {}: {}", site, fault.at("axis").get<std::string>(),
                                    fault.at("kind").get<std::string>());
     if (fault.contains("value")) line += fmt::format(" {:g}", fault.at("value").get<double>());
     line += fmt::format(", since {:.3f} s", fault.at("began_s").get<double>());
@@ -95,11 +96,14 @@ void print_twin_status(const nlohmann::json& status) {
   }
 }
 
+void print_removed(std::size_t faults) { fmt::print("{} fault{} removed\n", faults, faults == 1 ? "" : "s"); }
+
 void print(const nlohmann::json& answer) {
   if (answer.contains("faults")) return print_twin_status(answer);
   if (answer.contains("axes")) return print_status(answer);
   if (answer.contains("fault")) fmt::print("{}\n", answer.at("fault").get<std::string>());
-  if (answer.contains("healed")) fmt::print("{} healed\n", answer.at("healed").get<std::size_t>());
+  for (const char* key : {"removed", "healed"})
+    if (answer.contains(key)) print_removed(answer.at(key).get<std::size_t>());
   if (answer.contains("position_um"))
     fmt::print("in position at {:.4f} um\n", answer.at("position_um").get<double>());
   for (const nlohmann::json& change : answer.value("changed", nlohmann::json::array()))
@@ -108,32 +112,40 @@ void print(const nlohmann::json& answer) {
 }
 
 int run(const CtlArguments& options, const nlohmann::json& command) {
-  const bool to_twin = options.twin || command.at("do") == "inject" || command.at("do") == "heal";
+  const bool to_twin = options.twin || command.at("do") == "inject" || command.at("do") == "remove" ||
+                       command.at("do") == "heal";
   const std::filesystem::path file = !options.socket.empty() ? std::filesystem::path(options.socket)
                                      : to_twin               ? default_twin_socket(options.interface)
                                                              : default_socket(options.interface);
   const nlohmann::json answer = exchange(file, command, to_twin ? "twin" : "controller");
   if (options.json) fmt::print("{}\n", answer.dump(2));
-  if (!answer.value("ok", false)) throw RunError(answer.value("error", "an answer that makes no sense"));
+  if (!answer.value("ok", false)) throw RunError(answer.value("error", "the answer has no \"error\""));
   if (!options.json) print(answer);
   return done;
 }
 
-/// What stands on the command line is a TOML value as it is, or a word, which is a text.
+/// The argument as a number, a boolean or a list; any other word is a string.
 nlohmann::json value_of(const std::string& text) {
   const nlohmann::json parsed = nlohmann::json::parse(text, nullptr, false);
   return parsed.is_discarded() ? nlohmann::json(text) : parsed;
 }
 
-/// What only a twin does.
+nlohmann::json removal_request(const char* verb, const CtlArguments& options) {
+  nlohmann::json request{{"do", verb}};
+  if (!options.kind.empty()) request["kind"] = options.kind;
+  if (!options.axis.empty()) request["axis"] = options.axis;
+  return request;
+}
+
+/// The commands that only a twin accepts.
 void add_twin_commands(const auto& add, const auto& run_as, CtlArguments& options) {
-  CLI::App* inject = add("inject", "a fault of the twin, from now on");
+  CLI::App* inject = add("inject", "inject a fault into the twin; it begins now");
   inject->add_option("KIND", options.kind, "no_reply, late, wrong_crc, node_reboot, load_step, ...")
       ->required();
-  inject->add_option("--axis", options.axis, "may be left out where the twin has one");
-  inject->add_option("--node", options.node, "sensor or amplifier, where the kind of fault acts on either");
-  inject->add_option("--duration", options.duration_s, "seconds; until it is healed if left out");
-  inject->add_option("--value", options.fault_value, "the kind's number, in its own unit");
+  inject->add_option("--axis", options.axis, "may be left out if the twin has only one axis");
+  inject->add_option("--node", options.node, "sensor or amplifier, if the kind of fault can act on either");
+  inject->add_option("--duration", options.duration_s, "seconds; if left out, until the fault is removed");
+  inject->add_option("--value", options.fault_value, "the strength of the fault, in the unit of its kind");
   run_as(inject, [](const CtlArguments& o) {
     nlohmann::json request{{"do", "inject"}, {"kind", o.kind}};
     if (!o.axis.empty()) request["axis"] = o.axis;
@@ -142,14 +154,16 @@ void add_twin_commands(const auto& add, const auto& run_as, CtlArguments& option
     if (o.fault_value) request["value"] = *o.fault_value;
     return request;
   });
-  CLI::App* heal = add("heal", "end faults of the twin");
-  heal->add_option("KIND", options.kind, "all kinds if left out");
-  heal->add_option("--axis", options.axis, "all axes if left out");
+  CLI::App* remove = add("remove", "remove faults that were injected into the twin");
+  CLI::App* heal = add("heal", "the old name of remove");
+  for (CLI::App* command : {remove, heal}) {
+    command->add_option("KIND", options.kind, "all kinds if left out");
+    command->add_option("--axis", options.axis, "all axes if left out");
+  }
+  run_as(remove, [](const CtlArguments& o) { return removal_request("remove", o); });
   run_as(heal, [](const CtlArguments& o) {
-    nlohmann::json request{{"do", "heal"}};
-    if (!o.kind.empty()) request["kind"] = o.kind;
-    if (!o.axis.empty()) request["axis"] = o.axis;
-    return request;
+    fmt::print(stderr, "hystcan: ctl heal is now called ctl remove\n");
+    return removal_request("heal", o);  // the answer to "heal" keeps its key
   });
 }
 
@@ -161,9 +175,10 @@ void add_ctl(CLI::App& cli, int& status) {
       cli.add_subcommand("ctl", "Command a running controller, or a twin, over its control socket");
   ctl->require_subcommand(1);
   ctl->add_option("--socket", options->socket, "the control socket's file");
-  ctl->add_option("--interface", options->interface, "else: of the controller on this CAN interface")
+  ctl->add_option("--interface", options->interface,
+                  "without --socket: the socket of the controller on this CAN interface")
       ->capture_default_str();
-  ctl->add_flag("--twin", options->twin, "the twin on this interface, not the controller");
+  ctl->add_flag("--twin", options->twin, "command the twin on this interface, not the controller");
   ctl->add_flag("--json", options->json, "print the answer as JSON");
   const auto add = [&](const char* name, const char* what) {
     CLI::App* command = ctl->add_subcommand(name, what);
@@ -173,7 +188,7 @@ void add_ctl(CLI::App& cli, int& status) {
   const auto run_as = [&](CLI::App* command, auto make) {
     command->callback([options, make, &status] { status = run(*options, make(*options)); });
   };
-  run_as(add("status", "what every axis is doing"), [](const CtlArguments&) {
+  run_as(add("status", "show the state of every axis"), [](const CtlArguments&) {
     return nlohmann::json{{"do", "status"}};
   });
   run_as(add("reload", "read the configuration file again"), [](const CtlArguments&) {
@@ -185,9 +200,9 @@ void add_ctl(CLI::App& cli, int& status) {
          });
   for (const auto& [name, what] : {std::pair("enable", "start an axis that is offline"),
                                    std::pair("disable", "ramp an axis down and switch it off"),
-                                   std::pair("clear", "forget the fault of an axis, which is offline then"),
+                                   std::pair("clear", "clear the fault of an axis; the axis is then offline"),
                                    std::pair("resume", "follow the configured reference again"),
-                                   std::pair("revert", "forget the correction of the model learnt so far")}) {
+                                   std::pair("revert", "discard the model correction learnt so far")}) {
     CLI::App* command = add(name, what);
     command->add_option("AXIS", options->axis, "all axes if left out");
     run_as(command, [verb = std::string(name)](const CtlArguments& o) {
@@ -196,13 +211,13 @@ void add_ctl(CLI::App& cli, int& status) {
       return request;
     });
   }
-  CLI::App* go = add("go", "leave the reference for a position and stay there");
+  CLI::App* go = add("go", "leave the reference, move to a position and stay there");
   go->add_option("AXIS", options->axis)->required();
   go->add_option("POSITION", options->position_um, "um")->required();
   run_as(go, [](const CtlArguments& o) {
     return nlohmann::json{{"do", "go_to"}, {"axis", o.axis}, {"position_um", o.position_um}};
   });
-  CLI::App* wait = add("wait", "until the axis is in position; fails where it does not come there");
+  CLI::App* wait = add("wait", "wait until the axis is in position; fail if it does not arrive");
   wait->add_option("AXIS", options->axis)->required();
   wait->add_option("--timeout", options->timeout_s, "seconds");
   run_as(wait, [](const CtlArguments& o) {

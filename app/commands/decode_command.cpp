@@ -23,7 +23,7 @@ struct DecodeArguments {
   bool json = false;
 };
 
-/// Frames that come one by one, as from `candump -L can0 |`, are shown as they come.
+/// With `at_once`, each frame is printed when it arrives, for example from `candump -L can0 |`.
 void decode(std::istream& stream, const std::string& name, const DecodeArguments& options, bool at_once,
             FrameText& text, DecodeFindings& findings) {
   can::CandumpReader reader(stream, name);
@@ -36,7 +36,7 @@ void decode(std::istream& stream, const std::string& name, const DecodeArguments
   }
   flush_output();
   const std::uint64_t lost = text.lost() + reader.dropped();
-  fmt::print(stderr, "{}: {} frames, {} of them no message of {}; {} error frames", name, text.frames(),
+  fmt::print(stderr, "{}: {} frames, {} of them not in {}; {} error frames", name, text.frames(),
              text.unknown(), options.dbc.string(), text.error_frames());
   if (lost > 0) fmt::print(stderr, "; {} frames were lost by the recorder", lost);
   fmt::print(stderr, "\n");
@@ -62,7 +62,7 @@ int run_decode(const DecodeArguments& options) {
 
 void add_decode(CLI::App& cli, int& status) {
   auto options = std::make_shared<DecodeArguments>();
-  CLI::App* command = cli.add_subcommand("decode", "Show what a log of candump or record says, by a DBC");
+  CLI::App* command = cli.add_subcommand("decode", "Decode a bus log of candump or record by a DBC");
   command->add_option("LOG", options->log, "log as `candump -L` writes it; - is standard input")->required();
   command->add_option("--dbc", options->dbc, "CAN database (DBC)")->required();
   CLI::Option* csv = command->add_flag(

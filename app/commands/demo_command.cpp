@@ -30,7 +30,7 @@ struct Column {
   rehearsal::Outcome outcome;
 };
 
-/// The shipped configuration: beside the program as built, or as installed.
+/// The shipped configuration, in the source tree or where it is installed.
 std::filesystem::path shipped_config() {
   const auto program = std::filesystem::read_symlink("/proc/self/exe").parent_path();
   for (const auto& folder : {program / "../../config", program / "../share/hystcan"})
@@ -59,7 +59,7 @@ std::vector<Column> run_columns(const config::Config& config, const std::filesys
       if (axis.fault.cause != controller::Cause::none)
         throw RunError(fmt::format("{}: {}", to_string(structure), describe(axis.name, axis.fault)));
       if (axis.statistics.total().samples == 0)
-        throw RunError(fmt::format("{}: axis {} did not come to track its reference: {}",
+        throw RunError(fmt::format("{}: axis {} did not start to track its reference: {}",
                                    to_string(structure), axis.name, to_string(axis.state)));
     }
   }
@@ -173,7 +173,7 @@ int run_demo(const DemoArguments& options) {
 void add_demo(CLI::App& cli, int& status) {
   auto options = std::make_shared<DemoArguments>();
   CLI::App* command = cli.add_subcommand(
-      "demo", "Controller and twin on a simulated bus: hysteresis cancelled, in five columns");
+      "demo", "Run controller and twin on a simulated bus; compare five control structures");
   command->add_option("--config", options->config,
                       "configuration (TOML); the shipped piezo stage if left out");
   command->add_option("--output", options->output, "folder for CSV and plot")->capture_default_str();

@@ -68,7 +68,7 @@ int run_doctor(const DoctorArguments& options) {
 void add_doctor(CLI::App& cli, int& status) {
   auto options = std::make_shared<DoctorArguments>();
   CLI::App* command =
-      cli.add_subcommand("doctor", "Whether this computer and its bus are fit to run a configuration");
+      cli.add_subcommand("doctor", "Check whether this computer and its bus can run a configuration");
   command->add_option("CONFIG", options->config, "configuration (TOML)")->required();
   command->add_option("--interface", options->interface, "CAN interface instead of the configured one");
   command->add_flag("--send", options->send,

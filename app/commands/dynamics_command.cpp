@@ -31,7 +31,7 @@ struct DynamicsArguments {
 };
 
 struct IdentifiedDynamics {
-  std::string file;  ///< the record's name, without its folder
+  std::string file;  ///< the dataset's file name, without its folder
   std::string input_unit;
   std::string output_unit;
   SecondOrderFit fit;
@@ -59,11 +59,11 @@ IdentifiedDynamics find(const DynamicsArguments& options) {
   }
 }
 
-/// What both the reader of the terminal and the reader of the fragment are told.
+/// The text for the terminal and for the comment in the fragment.
 std::string describe(const IdentifiedDynamics& identified) {
   const SecondOrderFit& fit = identified.fit;
   const Tuning& tuning = identified.tuning;
-  return line("record",
+  return line("dataset",
               fmt::format("{}: {} rows at {:.6g} Hz", identified.file, fit.rows, 1.0 / fit.cycle_s)) +
          describe(fit, identified.input_unit, identified.output_unit) +
          line("PI gains", fmt::format("kp {} um per um, ki {} 1/s, at {:.6g} Hz", tuning.gains.kp,
@@ -77,9 +77,10 @@ std::string describe(const IdentifiedDynamics& identified) {
 
 std::string delay_key(const identification::Estimate& delay_s) {
   const auto bandwidth_Hz = bandwidth_Hz_for(delay_s);
-  if (!bandwidth_Hz) return "# amplifier_bandwidth_Hz: as it is, no delay can be told from none\n";
+  if (!bandwidth_Hz)
+    return "# amplifier_bandwidth_Hz: unchanged, the delay cannot be distinguished from zero\n";
   return fmt::format(
-      "amplifier_bandwidth_Hz = {}   # stands for the delay identified: {:.4g} ms = 1 / (2 pi bandwidth)\n",
+      "amplifier_bandwidth_Hz = {}   # represents the identified delay: {:.4g} ms = 1 / (2 pi bandwidth)\n",
       toml_number(*bandwidth_Hz), 1e3 * delay_s.value);
 }
 
@@ -121,14 +122,15 @@ int dynamics(const DynamicsArguments& options) {
 void add_dynamics(CLI::App& cli, int& status) {
   auto options = std::make_shared<DynamicsArguments>();
   CLI::App* command = cli.add_subcommand(
-      "dynamics", "Natural frequency, damping and delay from a small step or chirp; PI gains from these");
+      "dynamics",
+      "Identify natural frequency, damping and delay from a small step or chirp; compute PI gains");
   command
       ->add_option("DATA", options->data,
                    "CSV: time_s,input,output, evenly sampled; the input is the drive in force from a row's "
                    "time until the next row's")
       ->required();
   command->add_option("--output", options->output, "fragment of a configuration to write (TOML)")->required();
-  command->add_option("--rate", options->rate_Hz, "of the controller, Hz (default: the record's)");
+  command->add_option("--rate", options->rate_Hz, "rate of the controller, Hz (default: the dataset's)");
   command->add_flag("--json", options->json, "print the result as JSON");
   command->callback([options, &status] { status = dynamics(*options); });
 }

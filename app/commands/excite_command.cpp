@@ -64,7 +64,7 @@ Excitation::Config excitation(const ExciteArguments& options, const controller::
       .levels = options.levels.value_or(5)};
 }
 
-/// The CSV. What goes wrong with the file while cycles come in is kept until close().
+/// Writes the CSV. An error of the file during the run is kept and thrown by close().
 class DatasetRecorder {
  public:
   DatasetRecorder(const ExciteArguments& options, const config::Config& config) : file_(options.output) {
@@ -94,7 +94,7 @@ class DatasetRecorder {
     }
   }
 
-  /// A record without rows is not kept.
+  /// Keeps the file only if it has rows.
   void close() {
     if (!lost_.empty()) throw RunError(lost_);
     if (record_.rows() > 0) file_.commit();
@@ -146,8 +146,8 @@ int run_excite(const ExciteArguments& options) {
   return done;
 }
 
-/// An option of another signal would be left unheard.
-void refuse_foreign(const CLI::App& command, const std::string& signal) {
+/// Throws config::Error at an option of another signal, which would have no effect.
+void refuse_options_of_other_signals(const CLI::App& command, const std::string& signal) {
   struct Belongs {
     const char* option;
     std::vector<std::string> signals;
@@ -158,16 +158,16 @@ void refuse_foreign(const CLI::App& command, const std::string& signal) {
                            {"--frequency-to", {"chirp"}},        {"--duration", {"chirp"}}};
   for (const Belongs& row : table)
     if (command.count(row.option) > 0 && std::ranges::find(row.signals, signal) == row.signals.end())
-      throw config::Error(fmt::format("{} does not go with --signal {}, expected with {}", row.option, signal,
-                                      fmt::join(row.signals, " or ")));
+      throw config::Error(fmt::format("{} has no meaning with --signal {}, expected with {}", row.option,
+                                      signal, fmt::join(row.signals, " or ")));
 }
 
 }  // namespace
 
 void add_excite(CLI::App& cli, int& status) {
   auto options = std::make_shared<ExciteArguments>();
-  CLI::App* command = cli.add_subcommand(
-      "excite", "Drive one axis in open loop and record what comes of it, to identify from");
+  CLI::App* command =
+      cli.add_subcommand("excite", "Drive one axis in open loop and write a dataset for identification");
   command->add_option("CONFIG", options->run.config, "configuration (TOML); its model is not used")
       ->required();
   command->add_option("--output", options->output, "CSV to write: time_s,input,output, 17 digits")
@@ -179,13 +179,13 @@ void add_excite(CLI::App& cli, int& status) {
       ->capture_default_str();
   command->add_option("--low", options->low, "lowest drive; drive_min if left out");
   command->add_option("--high", options->high,
-                      "highest drive; drive_max if left out. Step and chirp: about the middle of the two");
+                      "highest drive; drive_max if left out. Step and chirp are centred between the two");
   CLI::Option* slew =
       command->add_option("--slew", options->slew_per_s, "hysteresis: drive units per second");
   command
       ->add_option(
           "--period", options->period_s,
-          "seconds of one major loop (2) or of one step up and down (0.4). A loop is quasi-static where "
+          "seconds of one major loop (2) or of one step up and down (0.4). A loop is quasi-static if "
           "it takes 100 / resonance or longer")
       ->excludes(slew);
   command->add_option("--cycles", options->cycles, "major loops (2) or steps up and down (5)");
@@ -197,7 +197,7 @@ void add_excite(CLI::App& cli, int& status) {
   command->add_option("--duration", options->duration_s, "chirp: seconds (10)");
   add_open_loop_options(*command, options->run);
   command->callback([options, command, &status] {
-    refuse_foreign(*command, options->signal);
+    refuse_options_of_other_signals(*command, options->signal);
     status = run_excite(*options);
   });
 }

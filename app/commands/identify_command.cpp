@@ -45,7 +45,7 @@ identification::IdentifyOptions asked_for(const IdentifyArguments& options, Prog
     asked.symmetry = options.symmetry == "even" ? model::Symmetry::even : model::Symmetry::none;
   asked.observed_thresholds = options.thresholds == "observed";
   asked.go_on = [&progress, tries = std::uint64_t{0}]() mutable {
-    progress.at_once(++tries);
+    progress.update_now(++tries);
     return stop_signalled == 0;
   };
   return asked;
@@ -123,14 +123,14 @@ void report_model(const IdentifyArguments& options, const std::vector<Dataset>& 
   Progress progress("comparing models", 0, "trials");
   const WrittenReport written = write_report(options.report, {datasets, names, identified, said},
                                              [&, tries = std::uint64_t{0}]() mutable {
-                                               progress.at_once(++tries);
+                                               progress.update_now(++tries);
                                                return stop_signalled == 0;
                                              });
   if (!written.undrawn.empty())
     fmt::print(stderr, "hystcan: {}: {}\n", options.report.string(), written.undrawn);
 }
 
-// Before anything takes long.
+// Runs before the slow work begins.
 void check_outputs(const IdentifyArguments& options) {
   for (const auto& file : options.data)
     for (const auto& output : {options.output, options.initial_memory}) refuse_to_overwrite(output, file);
@@ -187,20 +187,21 @@ CLI::Validator order_or_auto() {
 
 void add_identify(CLI::App& cli, int& status) {
   auto options = std::make_shared<IdentifyArguments>();
-  CLI::App* command = cli.add_subcommand("identify", "From a measured record to a model file");
+  CLI::App* command =
+      cli.add_subcommand("identify", "Identify a model from a measured dataset and write its model file");
   command->add_option("DATA", options->data, "CSV with time_s,input,output; several: one model for all")
       ->required();
   command->add_option("--output", options->output, "model file to write (TOML)")->required();
-  command->add_option("--order", options->order, "of the reference curves, or auto: by hold-out")
+  command->add_option("--order", options->order, "order of the reference curves, or auto: chosen by hold-out")
       ->check(order_or_auto());
   command->add_option("--symmetry", options->symmetry, "even: x(v) = x(-v)")
       ->check(CLI::IsMember({"auto", "none", "even"}));
   command
       ->add_option("--thresholds", options->thresholds,
-                   "observed: at the ends of the inputs seen, as a controller needs")
+                   "observed: at the ends of the measured inputs, as a controller needs")
       ->check(CLI::IsMember({"auto", "observed"}));
   command->add_option("--initial-memory", options->initial_memory,
-                      "write the memory that the (first) record begins with, for simulate --memory");
+                      "write the memory at the start of the (first) dataset, for simulate --memory");
   command->add_option(
       "--report", options->report,
       "folder for report.html: loops, residuals, curves, and the comparison with other models");

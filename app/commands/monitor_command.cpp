@@ -25,7 +25,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::milliseconds look_every{50};  // for keys and signals
+constexpr std::chrono::milliseconds poll_interval{50};  // of keys and signals
 
 struct MonitorArguments {
   BusOptions bus;
@@ -34,7 +34,7 @@ struct MonitorArguments {
   bool json = false;
 };
 
-/// The terminal's other screen, and keys as they are pressed; as it was when this goes out of scope.
+/// Switches the terminal to its alternate screen and reads single keys. The destructor restores the terminal.
 class Screen {
  public:
   Screen() {
@@ -118,7 +118,7 @@ int run_monitor(const MonitorArguments& options) {
   bool first = true;
   while (stop_signalled == 0 && !(screen && screen->quit())) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(began + period - Clock::now());
-    tap.listen(std::clamp(left, std::chrono::milliseconds{0}, look_every), add);
+    tap.listen(std::clamp(left, std::chrono::milliseconds{0}, poll_interval), add);
     const auto now = Clock::now();
     if (now - began < period) continue;
     traffic.end_period(now - began);
@@ -138,9 +138,10 @@ int run_monitor(const MonitorArguments& options) {
 
 void add_monitor(CLI::App& cli, int& status) {
   auto options = std::make_shared<MonitorArguments>();
-  CLI::App* command = cli.add_subcommand("monitor", "Show what passes on the bus, message by message");
+  CLI::App* command = cli.add_subcommand("monitor", "Show the traffic on the bus, one row per message");
   add_bus_options(*command, options->bus);
-  command->add_option("--period", options->period_s, "seconds between tables, over which rates are taken; 1")
+  command
+      ->add_option("--period", options->period_s, "seconds between tables, also the window of the rates; 1")
       ->check(positive_seconds());
   command->add_flag("--once", options->once, "one table after one period");
   command->add_flag("--json", options->json, "a JSON object in one line for each table");

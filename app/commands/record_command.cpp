@@ -26,7 +26,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// So much is lost at most where the machine loses power, and so often a signal is looked for.
+// At most this much is lost if the machine loses power.
 constexpr std::chrono::milliseconds flush_every{200};
 
 struct RecordArguments {
@@ -37,7 +37,7 @@ struct RecordArguments {
   bool overwrite = false;
 };
 
-/// What was recorded, in numbers.
+/// Counts the recorded frames.
 class Summary {
  public:
   void add(const can::LoggedFrame& logged) {
@@ -79,7 +79,7 @@ class Summary {
   std::uint64_t busiest_ = 0;
 };
 
-/// Says when the interface goes and when it is back.
+/// Logs when the interface goes down and when it is up again.
 class BusLogWatch {
  public:
   explicit BusLogWatch(std::string interface) : interface_(std::move(interface)) {}
@@ -100,9 +100,11 @@ class BusLogWatch {
 int run_record(const RecordArguments& options) {
   const BusSource source = find_bus(options.bus);
   if (options.decode && !source.database)
-    throw config::Error("--decode has no database to decode by, expected a configuration or --dbc");
+    throw config::Error("--decode has no database, expected a configuration or --dbc");
   stop_at_a_signal();
-  std::signal(SIGPIPE, SIG_IGN);  // who reads what is decoded may go; then the log must be closed well
+  std::signal(
+      SIGPIPE,
+      SIG_IGN);  // the reader of standard output may close it; the log must then be closed in good order
   can::BusMonitor tap(source.interface);
   LogFile log(options.output, options.overwrite);
   std::optional<FrameText> text;
@@ -141,7 +143,7 @@ int run_record(const RecordArguments& options) {
     tap.finish(record);
     log.close();
     flush_output();
-  } catch (const RunError&) {  // the disk is full, or nobody reads what is decoded
+  } catch (const RunError&) {  // the disk is full, or the reader has closed standard output
     conclude();
     throw;
   }
@@ -153,10 +155,10 @@ int run_record(const RecordArguments& options) {
 
 void add_record(CLI::App& cli, int& status) {
   auto options = std::make_shared<RecordArguments>();
-  CLI::App* command = cli.add_subcommand("record", "Write everything that passes on the bus to a log");
+  CLI::App* command = cli.add_subcommand("record", "Write all traffic on the bus to a bus log");
   add_bus_options(*command, options->bus);
   command->add_option("--output", options->output, "log to write, in the format of `candump -L`")->required();
-  command->add_flag("--overwrite", options->overwrite, "even where there is such a file already");
+  command->add_flag("--overwrite", options->overwrite, "replace the file if it exists");
   command->add_flag("--decode", options->decode, "show messages and signals on standard output too");
   command->add_option("--duration", options->duration_s, "stop after this many seconds")
       ->check(positive_seconds());

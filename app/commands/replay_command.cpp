@@ -35,9 +35,9 @@ using can::LoggedFrame;
 using can::Time;
 using Clock = std::chrono::steady_clock;
 
-// What a log with microseconds on a bus whose shortest frame takes 47 us may miss by without harm.
+// A frame may be late by this without a warning. The log has microseconds; the shortest frame takes 47 us.
 constexpr std::chrono::milliseconds tolerated_lateness{1};
-constexpr std::chrono::milliseconds longest_sleep{100};  // then a signal is looked for
+constexpr std::chrono::milliseconds longest_sleep{100};  // between checks for a signal
 constexpr std::chrono::microseconds retry_after{200};    // a full queue: about the time of two frames
 
 constexpr std::uint64_t waits_until_said = 5000;
@@ -51,7 +51,7 @@ struct ReplayArguments {
   bool force_interface = false;
 };
 
-/// Identifiers as candump writes them: three digits, or eight where extended.
+/// Identifiers as candump writes them: three digits, or eight if extended.
 class IdFilter {
  public:
   explicit IdFilter(const std::vector<std::string>& ids) {
@@ -74,7 +74,7 @@ class IdFilter {
   std::set<std::pair<bool, std::uint32_t>> ids_;
 };
 
-/// The sockets of one replay, each opened where its interface may be written to.
+/// The sockets of one replay. Each opens only if the replay may write to its interface.
 class Outlets {
  public:
   explicit Outlets(bool force) : force_(force) {}
@@ -89,13 +89,13 @@ class Outlets {
     if (found != sockets_.end()) return found->second;
     if (!force_ && !can::is_virtual_interface(interface))
       throw RunError(
-          fmt::format("{} is a real CAN interface: what is replayed there moves real things; "
-                      "--force-interface if that is what you want",
+          fmt::format("{} is a real CAN interface: a replay on it moves real devices; "
+                      "use --force-interface if you want that",
                       interface));
     return sockets_.emplace(interface, can::open_raw_socket(interface, {})).first->second;
   }
 
-  /// Waits while the queue is full: a replay is complete. Returns how often it had to.
+  /// Waits while the queue is full, so that no frame is lost. Returns the number of waits.
   std::uint64_t send(const LoggedFrame& logged, const std::string& interface) {
     const int socket = open(interface);
     for (std::uint64_t waits = 0;; ++waits) {
@@ -106,7 +106,7 @@ class Outlets {
                                    can::candump_frame(logged.frame, logged.fd_flags), std::strerror(error)));
       if (stop_signalled != 0) return waits;
       if (waits == waits_until_said)
-        spdlog::warn("{}: its queue has been full for {} s: is anybody there to acknowledge?", interface,
+        spdlog::warn("{}: its queue has been full for {} s: is there a node that acknowledges?", interface,
                      waits_until_said * retry_after / std::chrono::seconds{1});
       const timespec pause{0, std::chrono::nanoseconds(retry_after).count()};
       ::clock_nanosleep(CLOCK_MONOTONIC, 0, &pause, nullptr);
@@ -118,7 +118,7 @@ class Outlets {
   std::map<std::string, int> sockets_;
 };
 
-/// False: a signal came first.
+/// Returns false if a signal came first.
 bool sleep_until(Time deadline) {
   for (Time now = Clock::now(); now < deadline && stop_signalled == 0; now = Clock::now()) {
     const Duration until = std::min<Time>(deadline, now + longest_sleep).time_since_epoch();
@@ -133,8 +133,8 @@ class Replay {
   explicit Replay(const ReplayArguments& options)
       : options_(options), filter_(options.ids), outlets_(options.force_interface) {}
 
-  /// Reads it all before the first frame is sent: a log that breaks off in the middle moves nothing, and
-  /// every interface is there.
+  /// Reads the whole log and opens every interface before the first frame is sent, so that a damaged log or a
+  /// missing interface moves nothing.
   void prepare(std::istream& stream) {
     can::CandumpReader reader(stream, options_.log.string());
     while (const auto logged = reader.next())
@@ -142,7 +142,7 @@ class Replay {
     if (!options_.interface.empty()) outlets_.open(options_.interface);
   }
 
-  /// One pass, beginning with a frame that is due at `start`. Returns when the last frame was due.
+  /// Sends the log once; the first frame is due at `start`. Returns the time at which the last frame was due.
   Time pass(std::istream& stream, const std::string& name, Time start) {
     can::CandumpReader reader(stream, name);
     std::optional<std::chrono::microseconds> first;
@@ -154,7 +154,8 @@ class Replay {
       }
       if (!first) first = logged->time;
       const std::chrono::duration<double, std::micro> offset = (logged->time - *first) / options_.speed;
-      // A log of several interfaces may step back a little; a frame is never due before the one ahead of it.
+      // Times in a log of several interfaces may step back a little; a frame is never due before its
+      // predecessor.
       due = std::max(due, start + std::chrono::duration_cast<Duration>(offset));
       if (!sleep_until(due)) break;
       waits_ += outlets_.send(*logged, interface_of(*logged));
@@ -166,7 +167,7 @@ class Replay {
 
   void report() const {
     fmt::print(stderr, "{} frames sent", sent_);
-    if (error_frames_ > 0) fmt::print(stderr, ", {} error frames are not for sending", error_frames_);
+    if (error_frames_ > 0) fmt::print(stderr, ", {} error frames cannot be sent", error_frames_);
     if (filtered_ > 0) fmt::print(stderr, ", {} left out by --filter", filtered_);
     if (waits_ > 0) fmt::print(stderr, "; waited {} times for a full queue", waits_);
     fmt::print(stderr, "; at most {:.3f} ms late\n", 1e3 * can::seconds(latest_));
@@ -201,8 +202,9 @@ class Replay {
 
 int run_replay(const ReplayArguments& options) {
   Replay replay(options);
-  if (options.log == "-") {  // a signal ends the wait for a line as it ends any filter
-    if (options.loop != 1) throw config::Error("--loop: standard input can be read once, expected a file");
+  if (options.log == "-") {  // a signal also ends the wait for a line
+    if (options.loop != 1)
+      throw config::Error("--loop: standard input can be read only once, expected a file");
     replay.pass(std::cin, "standard input", Clock::now());
   } else {
     stop_at_a_signal();
@@ -223,14 +225,16 @@ int run_replay(const ReplayArguments& options) {
 
 void add_replay(CLI::App& cli, int& status) {
   auto options = std::make_shared<ReplayArguments>();
-  CLI::App* command = cli.add_subcommand("replay", "Send a log of candump or record again, in its timing");
+  CLI::App* command =
+      cli.add_subcommand("replay", "Send a bus log of candump or record again with its timing");
   command->add_option("LOG", options->log, "log as `candump -L` writes it; - is standard input")->required();
-  command->add_option("--interface", options->interface, "send all on this one, instead of the log's own");
-  command->add_option("--speed", options->speed, "times as fast as the log; 1 by default")
+  command->add_option("--interface", options->interface,
+                      "send all frames on this interface instead of the log's own");
+  command->add_option("--speed", options->speed, "speed relative to the log; 1 by default")
       ->check(CLI::Range(1e-3, 1e6));
-  command->add_option("--loop", options->loop, "times to send it; 0: until a signal");
+  command->add_option("--loop", options->loop, "number of passes; 0: until a signal");
   command->add_option("--filter", options->ids,
-                      "only these identifiers, as candump writes them (201, 00000201)");
+                      "send only these identifiers, as candump writes them (201, 00000201)");
   command->add_flag("--force-interface", options->force_interface, "allow an interface that is not virtual");
   command->callback([options, &status] { status = run_replay(*options); });
 }

@@ -59,15 +59,15 @@ typename Model::State start(const SimulateArguments& options, const Model& model
   return options.memory.empty() ? at_rest(model) : config::load_memory(options.memory, model, capacity);
 }
 
-/// Row by row, in constant memory.
+/// Reads and writes row by row, in constant memory.
 template <class Model>
 void run(const SimulateArguments& options, model::Simulation<Model>& simulation, OutputFile& out) {
   config::CsvReader reader(options.input, {options.inverse ? "output" : "input"});
-  const bool timed = reader.also("time_s");
+  const bool timed = reader.add_if_present("time_s");
   const auto& parameters = simulation.model().parameters();
   const char* unit = options.inverse ? "output_unit" : "input_unit";
-  refuse_other_unit(options.input, unit, reader.comment(unit),
-                    options.inverse ? parameters.output_unit : parameters.input_unit, ", the model's");
+  require_unit(options.input, unit, reader.comment(unit),
+               options.inverse ? parameters.output_unit : parameters.input_unit, ", the model's");
   std::error_code unknown;
   const auto size = std::filesystem::file_size(options.input, unknown);
   Progress progress("simulating", unknown ? 0 : size);
@@ -81,7 +81,7 @@ void run(const SimulateArguments& options, model::Simulation<Model>& simulation,
     line.clear();
     fmt::format_to(std::back_inserter(line), "{:.17g},{:.17g},{:.17g}\n", time_s, row.input, row.output);
     out.write({line.data(), line.size()});
-    progress.at(reader.bytes_read(), rows);
+    progress.update(reader.bytes_read(), rows);
     if (stop_signalled != 0) throw RunError(fmt::format("stopped in row {}; nothing is written", rows + 1));
   }
   if (simulation.tally().rows == 0)
@@ -107,7 +107,7 @@ void report_simulation(const SimulateArguments& options, const model::Simulation
              options.output.string(), tally.rows, tally.saturated, range.lo, range.hi,
              simulation.model().parameters().input_unit);
   if (tally.not_increasing > 0)
-    fmt::print(stderr, "{} rows lie on a branch that is not increasing: do not trust its inverse there\n",
+    fmt::print(stderr, "{} rows lie on a branch that is not increasing: its inverse is not valid there\n",
                tally.not_increasing);
   if constexpr (requires { simulation.state().merged; })
     if (simulation.state().merged > 0)
@@ -147,7 +147,7 @@ int simulate(const SimulateArguments& options) {
 void add_simulate(CLI::App& cli, int& status) {
   auto options = std::make_shared<SimulateArguments>();
   CLI::App* command =
-      cli.add_subcommand("simulate", "Run a hysteresis model, or its inverse, over a CSV record");
+      cli.add_subcommand("simulate", "Run a hysteresis model, or its inverse, over a CSV file");
   command->add_option("MODEL", options->model, "model file (TOML), of any kind")->required();
   command->add_option("--input", options->input, "CSV with a column `input` (with --inverse: `output`)")
       ->required();
@@ -155,16 +155,17 @@ void add_simulate(CLI::App& cli, int& status) {
       ->required();
   command->add_option("--memory", options->memory,
                       "start from this memory (TOML) instead of the ascending reference curve");
-  command->add_option("--save-memory", options->save_memory, "write the memory at the end, to go on from");
+  command->add_option("--save-memory", options->save_memory,
+                      "write the final memory, from which a next run can continue");
   CLI::Option* inverse =
-      command->add_flag("--inverse", options->inverse, "from output to the input that gives it");
+      command->add_flag("--inverse", options->inverse, "compute the input that gives each output");
   command
       ->add_flag("--negative-drive", options->negative_drive,
-                 "of the two inputs of an even model, the negative one")
+                 "use the negative one of the two inputs of an even model")
       ->needs(inverse);
   command
       ->add_flag("--beyond-limit", options->beyond_limit,
-                 "run a model whose branches do not all increase, to see what it does")
+                 "accept a model whose branches do not all increase, for study")
       ->excludes(inverse);
   command->callback([options, &status] { status = simulate(*options); });
 }

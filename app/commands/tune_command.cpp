@@ -41,7 +41,7 @@ struct TuneArguments {
   bool json = false;
 };
 
-/// About the middle of the stroke, up and down by 1 % of the range of the drive.
+/// Steps up and down around the middle of the stroke, by default with 1 % of the range of the drive.
 Excitation::Steps steps(const TuneArguments& options, const controller::Gate::Config& gate) {
   const double range = gate.drive_max - gate.drive_min;
   return {.centre = options.centre.value_or(gate.drive_min + range / 2.0),
@@ -50,7 +50,7 @@ Excitation::Steps steps(const TuneArguments& options, const controller::Gate::Co
           .cycles = options.cycles};
 }
 
-/// Asked for before anything is driven.
+/// Checks the options before the axis is driven.
 PiRule rule(const TuneArguments& options) {
   PiRule rule{.phase_margin_deg = options.phase_margin_deg};
   if (!(rule.phase_margin_deg > 0.0 && rule.phase_margin_deg < 90.0))
@@ -64,8 +64,8 @@ PiRule rule(const TuneArguments& options) {
   return rule;
 }
 
-/// Drive and position of every cycle of the experiment. The rows stand at whole cycles: both sample and drive
-/// go by the SYNC, so that its jitter, some microseconds, is none of the mode's.
+/// Drive and position in every cycle of the experiment. The rows have the times of whole cycles: sample and
+/// drive both follow the SYNC, so that its jitter of some microseconds does not affect the identified mode.
 Dataset measure(const config::Config& config, const TuneArguments& options) {
   const config::AxisConfig& axis = config.axes[0];
   const double rate_Hz = config.controller.rate_Hz;
@@ -88,8 +88,8 @@ SecondOrderFit fit(const Dataset& record) {
     return identification::fit_second_order(record);
   } catch (const std::invalid_argument& error) {
     throw RunError(fmt::format(
-        "the experiment does not tell: {}; nothing is written. Another --amplitude may: a large step shows "
-        "the curve of the loop, a small one drowns in noise",
+        "the experiment is not conclusive: {}; nothing is written. Try another --amplitude: a large step "
+        "shows the curvature of the loop, a small one is hidden by noise",
         error.what()));
   }
 }
@@ -106,7 +106,7 @@ Setting proposal(const Setting& present, const SecondOrderFit& found, const PiRu
   return proposed;
 }
 
-/// The twin with the mode that was found; an amplifier's lag stands for the delay, where there is one.
+/// Sets the identified mode in the twin. The amplifier's lag represents the delay, if there is one.
 void set_mode(twin::Config& twin, const std::string& axis_name, const SecondOrderFit& found) {
   for (twin::AxisConfig& axis : twin.axes) {
     if (axis.wire.name != axis_name) continue;
@@ -116,7 +116,7 @@ void set_mode(twin::Config& twin, const std::string& axis_name, const SecondOrde
   }
 }
 
-/// The configured reference under each structure, in virtual time.
+/// Runs the configured reference with each structure in virtual time.
 void predict(Setting& setting, const config::Config& config, const SecondOrderFit& found) {
   rehearsal::Setup setup{.controller = config.controller,
                          .twin = config.twin,
@@ -155,7 +155,7 @@ int tune(const TuneArguments& options) {
                       .present = {.pi = axis.control.law.pi, .delays = axis.control.delays},
                       .proposed = {}};
   const config::Config experiment = in_open_loop(config, report.steps);
-  OutputFile out(options.output);  // what cannot be written is known before anything moves
+  OutputFile out(options.output);  // fails before the axis moves if it cannot be written
   report.fit = fit(measure(experiment, options));
   stop_at_a_signal();
   if (report.present.pi.ki_per_s > 0.0)
@@ -176,7 +176,7 @@ int tune(const TuneArguments& options) {
 void add_tune(CLI::App& cli, int& status) {
   auto options = std::make_shared<TuneArguments>();
   CLI::App* command = cli.add_subcommand(
-      "tune", "Small steps in open loop; resonance, damping, delay and PI gains from these, as a proposal");
+      "tune", "Identify resonance, damping and delay by small steps in open loop; propose PI gains");
   command->add_option("CONFIG", options->run.config, "configuration (TOML); it is not changed")->required();
   command->add_option("--output", options->output, "fragment of a configuration to write (TOML)")
       ->capture_default_str();
@@ -185,9 +185,11 @@ void add_tune(CLI::App& cli, int& status) {
   command->add_option("--period", options->period_s, "seconds of one step up and down")
       ->capture_default_str();
   command->add_option("--cycles", options->cycles, "steps up and down")->capture_default_str();
-  command->add_option("--phase-margin", options->phase_margin_deg, "of the proposed gains, degrees")
+  command
+      ->add_option("--phase-margin", options->phase_margin_deg, "phase margin of the proposed gains, degrees")
       ->capture_default_str();
-  command->add_option("--gain-margin", options->gain_margin_dB, "of the proposed gains, dB (a factor of 2)");
+  command->add_option("--gain-margin", options->gain_margin_dB,
+                      "gain margin of the proposed gains, dB (a factor of 2)");
   command->add_flag("--json", options->json, "print the result as JSON");
   add_open_loop_options(*command, options->run);
   command->callback([options, &status] { status = tune(*options); });

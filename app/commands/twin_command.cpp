@@ -35,10 +35,10 @@ struct TwinArguments {
   std::filesystem::path truth;
 };
 
-/// Says what becomes of the amplifiers and of the bus.
+/// Logs the changes of the amplifiers and of the bus.
 class TwinWatch {
  public:
-  /// `on_taken`: somebody else is one of the nodes.
+  /// Calls `on_taken` if another node on the bus has the id of one of the twin's nodes.
   TwinWatch(const twin::Twin& twin, can::Scheduler& scheduler, const std::string& interface,
             std::function<void()> on_taken)
       : twin_(twin),
@@ -90,17 +90,17 @@ BusClosing closing_of(const twin::Twin& twin) {
   return closing;
 }
 
-/// Every fault's begin and end, with the time since the twin's start.
+/// Logs the begin and end of every fault with the time since the twin's start.
 void log_faults(twin::Twin& twin, can::Time started) {
   twin.faults().on_event(
-      [started](const twin::FaultSpec& order, twin::FaultScheduler::Event event, can::Time when) {
+      [started](const twin::FaultSpec& spec, twin::FaultScheduler::Event event, can::Time when) {
         const bool begins = event == twin::FaultScheduler::Event::begins;
-        spdlog::info("{:.3f} s: {} {}", can::seconds(when - started), twin::describe(order),
+        spdlog::info("{:.3f} s: {} {}", can::seconds(when - started), twin::describe(spec),
                      begins ? "begins" : "ends");
       });
 }
 
-/// One that nobody asked for by name is done without where another twin has it already.
+/// Opens the control socket. If the default socket belongs to another twin, this twin runs without one.
 void open_socket(std::optional<ControlSocket>& socket, const TwinArguments& options,
                  const std::string& interface, LiveLoop& loop, TwinCommandHandler& handler) {
   if (options.socket == "none") return;
@@ -138,12 +138,12 @@ int run_twin(const TwinArguments& options) {
   if (!options.force_interface && !can::is_virtual_interface(interface))
     throw RunError(
         fmt::format("{} is a real CAN interface: a twin on it would answer in the place of real nodes; "
-                    "--force-interface if that is what you want",
+                    "use --force-interface if you want that",
                     interface));
   if (!options.truth.empty()) refuse_to_overwrite(options.truth, options.config);
   LiveLoop loop(interface);
   twin::Twin twin(twin_config, config.database, loop.scheduler(), loop.attach());
-  look_at_interface(config, interface);
+  check_interface(config, interface);
   log_faults(twin, loop.scheduler().now());
   std::optional<TruthLog> truth;
   if (!options.truth.empty()) {
@@ -162,7 +162,8 @@ int run_twin(const TwinArguments& options) {
   };
   const auto stopping = loop.scheduler().make_timer(end);
   TwinCommandHandler handler(twin, loop.scheduler(), [&] {
-    stopping->expire_at(loop.scheduler().now() + std::chrono::milliseconds(20));  // the answer goes out first
+    stopping->expire_at(loop.scheduler().now() +
+                        std::chrono::milliseconds(20));  // after the answer has been sent
   });
   std::optional<ControlSocket> socket;
   open_socket(socket, options, interface, loop, handler);
@@ -187,10 +188,11 @@ void add_twin(CLI::App& cli, int& status) {
   command->add_option("CONFIG", options->config, "configuration (TOML)")->required();
   command->add_option("--interface", options->interface, "CAN interface instead of the configured one");
   command->add_flag("--force-interface", options->force_interface, "allow an interface that is not virtual");
-  command->add_option("--axis", options->axes, "this axis alone; may be given again for more")
+  command->add_option("--axis", options->axes, "run only this axis; may be repeated")
       ->allow_extra_args(false);
-  command->add_option("--truth", options->truth, "CSV of what the stages really do, a row for each sample");
-  command->add_option("--socket", options->socket, "file of the control socket; none: there is none");
+  command->add_option("--truth", options->truth,
+                      "write the true motion of the stages (CSV), one row for each sample");
+  command->add_option("--socket", options->socket, "file of the control socket; `none` for no socket");
   command->callback([options, &status] { status = run_twin(*options); });
 }
 

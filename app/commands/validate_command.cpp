@@ -122,7 +122,7 @@ void report_prediction(const ValidateArguments& options, const Dataset& dataset,
     fmt::print("with these: {:.3g} % RMS, {:.3g} % at most\n", outcome.all.rms * percent,
                outcome.all.max * percent);
   if (outcome.outside > 0)
-    fmt::print(stderr, "{} samples lie beyond the model's thresholds and were taken at them\n",
+    fmt::print(stderr, "{} samples lie beyond the model's thresholds and were limited to them\n",
                outcome.outside);
 }
 
@@ -144,22 +144,24 @@ int run_validate(const ValidateArguments& options) {
 
 void add_validate(CLI::App& cli, int& status) {
   auto options = std::make_shared<ValidateArguments>();
-  CLI::App* command = cli.add_subcommand("validate", "Predict a record with a model, and say how well");
+  CLI::App* command = cli.add_subcommand("validate", "Predict a dataset with a model, and report the errors");
   command->add_option("MODEL", options->model, "model file (TOML), recursive-memory")->required();
   command->add_option("DATA", options->data, "CSV with time_s,input,output")->required();
-  CLI::Option* memory = command->add_option("--memory", options->memory,
-                                            "what the actuator remembered at the first row (TOML)");
+  CLI::Option* memory =
+      command->add_option("--memory", options->memory, "memory of the actuator at the first row (TOML)");
   command
-      ->add_option("--estimate-from", options->estimate_s,
-                   "estimate the initial memory and an output offset from so many seconds; without: from all")
+      ->add_option(
+          "--estimate-from", options->estimate_s,
+          "estimate initial memory and output offset from this many seconds; if left out, from all rows")
       ->check(CLI::PositiveNumber)
       ->excludes(memory);
-  command->add_option("--delay", options->delay_s, "of the output, in seconds, instead of the model file's")
+  command
+      ->add_option("--delay", options->delay_s, "delay of the output in seconds, instead of the model file's")
       ->check(CLI::NonNegativeNumber);
-  command->add_flag("--no-offset", options->no_offset, "the record's zero is the model's")->excludes(memory);
+  command->add_flag("--no-offset", options->no_offset, "do not estimate an output offset")->excludes(memory);
   command->add_option("--output", options->output, "write time_s,input,output,predicted (CSV)");
-  command->add_option("--from", options->input.from_s, "leave out what was before this time_s");
-  command->add_option("--to", options->input.to_s, "leave out what came after this time_s");
+  command->add_option("--from", options->input.from_s, "leave out the rows before this time_s");
+  command->add_option("--to", options->input.to_s, "leave out the rows after this time_s");
   command->add_flag("--json", options->json, "print the result as JSON");
   command->callback([options, &status] { status = run_validate(*options); });
 }

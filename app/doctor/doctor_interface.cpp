@@ -20,14 +20,14 @@
 namespace hystcan::app {
 namespace {
 
-/// A socket of ours holds eight frames unsent; more in the interface's queue are others'.
+/// The program's socket holds eight unsent frames; a longer queue holds frames of other programs.
 constexpr std::uint32_t long_queue_frames = 100;
-constexpr unsigned warning_count = 96;  ///< error counters from here on: error-warning (ISO 11898-1)
+constexpr unsigned warning_count = 96;  ///< error counter at which error-warning begins (ISO 11898-1)
 
-/// Beyond this share of the period there is hardly time for the sample, the answer and the other axes.
+/// A round trip above this share of the period leaves hardly any time for sample, answer and other axes.
 constexpr double good_round_trip_share = 0.2;
 constexpr int round_trips = 200;
-constexpr std::uint32_t test_id = 0x7FF;  ///< the last to win the bus, and nobody's in CANopen
+constexpr std::uint32_t test_id = 0x7FF;  ///< lowest priority; unused in CANopen
 
 Finding examine_bit_rate(const config::Config& config, const std::string& name, const can::Interface& found) {
   const double wanted = config.bus.bitrate_bit_per_s;
@@ -57,7 +57,7 @@ Finding examine_restart(const std::string& name, const can::Interface& found) {
           .figure = fmt::format("{}", *found.restart_ms),
           .cure = restarts
                       ? ""
-                      : fmt::format("bus-off lasts until someone ends it: ip link set {0} down; ip link set "
+                      : fmt::format("bus-off lasts until the user ends it: ip link set {0} down; ip link set "
                                     "{0} up type can restart-ms 100",
                                     name)};
 }
@@ -72,16 +72,16 @@ Finding examine_queue(const config::Config& config, const std::string& name, con
   if (found.queue_discipline == "noqueue" || (frames >= needed && frames <= long_queue_frames))
     return finding;
   finding.verdict = Verdict::doubtful;
-  finding.cure =
-      fmt::format("ip link set {} txqueuelen {}: {}", name, std::max(10U, 2 * needed),
-                  frames < needed ? "a cycle's frames must fit" : "what waits in it is old when it is sent");
+  finding.cure = fmt::format("ip link set {} txqueuelen {}: {}", name, std::max(10U, 2 * needed),
+                             frames < needed ? "the frames of one cycle must fit"
+                                             : "frames in a long queue are old when they are sent");
   return finding;
 }
 
 Finding examine_errors(const std::string& name, const can::Interface& found) {
   Finding finding{.check = "errors",
                   .verdict = Verdict::good,
-                  .figure = found.bus_state ? std::string(to_string(*found.bus_state)) : "none told"};
+                  .figure = found.bus_state ? std::string(to_string(*found.bus_state)) : "not reported"};
   if (found.error_counters) {
     const auto [transmit, receive] = *found.error_counters;
     finding.figure += fmt::format(", counters {} transmit, {} receive", transmit, receive);
@@ -115,8 +115,8 @@ class Socket {
   int number_;
 };
 
-/// From one socket to another on the same interface: through the kernel, and on a real one over the wire, for
-/// it is handed on when it has been sent and acknowledged.
+/// Measures the time from one socket to another on the same interface. The frame passes the kernel and, on a
+/// real interface, the wire, because the second socket gets it when it has been sent and acknowledged.
 Finding examine_round_trip(const config::Config& config, const std::string& name) {
   const Socket from(name);
   const Socket to(name);
@@ -131,7 +131,7 @@ Finding examine_round_trip(const config::Config& config, const std::string& name
               .verdict = Verdict::bad,
               .figure = fmt::format("frame {} of {} did not come back{}", i + 1, round_trips,
                                     error != 0 ? ": " + std::generic_category().message(error) : ""),
-              .cure = "nobody acknowledges: check that a node is on the bus, wiring and bit rate"};
+              .cure = "no node acknowledges: check that a node is on the bus, wiring and bit rate"};
     times.add(std::chrono::steady_clock::now() - begun);
   }
   const controller::TimeSummary summary = times.summary();
@@ -175,10 +175,11 @@ std::vector<Finding> examine_interface(const config::Config& config, const std::
   } catch (const can::InterfaceError& error) {
     const std::string text = error.what();
     const auto cut = text.find("; ");
-    return {{.check = "interface",
-             .verdict = Verdict::bad,
-             .figure = text.substr(0, cut),
-             .cure = cut == std::string::npos ? "name another one by --interface" : text.substr(cut + 2)}};
+    return {
+        {.check = "interface",
+         .verdict = Verdict::bad,
+         .figure = text.substr(0, cut),
+         .cure = cut == std::string::npos ? "name another interface by --interface" : text.substr(cut + 2)}};
   }
 }
 

@@ -12,10 +12,10 @@
 namespace hystcan::app {
 namespace {
 
-/// An idle state that takes longer to leave than this share of the period makes itself felt in every cycle.
+/// An idle state whose exit takes longer than this share of the period disturbs every cycle.
 constexpr double idle_share = 0.05;
 
-/// The first line. Empty where there is none.
+/// The first line of the file; empty if there is none.
 std::string read_line(const std::filesystem::path& file) {
   std::ifstream stream(file);
   std::string line;
@@ -43,7 +43,7 @@ Finding examine_kernel(const std::filesystem::path& root) {
           .verdict = Verdict::doubtful,
           .figure = fmt::format("{}, {}", kernel, model),
           .cure =
-              "install a PREEMPT_RT kernel (Debian: linux-image-rt-amd64), or boot with preempt=full where "
+              "install a PREEMPT_RT kernel (Debian: linux-image-rt-amd64), or boot with preempt=full if "
               "the kernel is PREEMPT_DYNAMIC"};
 }
 
@@ -51,15 +51,15 @@ Finding examine_clock(const std::filesystem::path& root) {
   std::string source = read_line(root / "sys/devices/system/clocksource/clocksource0/current_clocksource");
   const bool slow =
       source == "hpet" || source == "acpi_pm" || source == "jiffies" || source == "refined-jiffies";
-  if (source.empty()) source = "not told";
+  if (source.empty()) source = "not reported";
   if (!slow) return {.check = "clock source", .verdict = Verdict::good, .figure = source};
   return {.check = "clock source",
           .verdict = Verdict::doubtful,
           .figure = source + ": each reading is a system call",
-          .cure = "find out from dmesg why the kernel gave the faster one up (tsc marked unstable?)"};
+          .cure = "see in dmesg why the kernel does not use the faster clock (tsc marked unstable?)"};
 }
 
-/// Those that the control thread may run on: as configured, else all that are online.
+/// The processors on which the control thread may run: those configured, else all that are online.
 std::set<std::int64_t> cpus_in_use(const Demand& demand, const std::filesystem::path& root) {
   if (!demand.cpus.empty()) return {demand.cpus.begin(), demand.cpus.end()};
   return parse_cpu_list(read_line(root / "sys/devices/system/cpu/online"));
@@ -78,7 +78,7 @@ Finding examine_governor(const Demand& demand, const std::filesystem::path& root
   if (governors.empty())
     return {.check = "CPU governor",
             .verdict = Verdict::good,
-            .figure = "none: the frequency is not ours to set"};
+            .figure = "none: the system cannot set the frequency"};
   const bool steady = governors == std::set<std::string>{"performance"};
   return {.check = "CPU governor",
           .verdict = steady ? Verdict::good : Verdict::doubtful,
@@ -86,7 +86,7 @@ Finding examine_governor(const Demand& demand, const std::filesystem::path& root
           .cure = steady ? "" : "cpupower frequency-set --governor performance"};
 }
 
-/// The longest exit latency of an idle state that may be entered.
+/// The longest exit latency of all enabled idle states.
 std::optional<std::int64_t> deepest_idle_us(const std::filesystem::path& cpu) {
   std::optional<std::int64_t> deepest;
   std::error_code none;
@@ -101,7 +101,7 @@ Finding examine_idle_states(const Demand& demand, const std::filesystem::path& r
   std::optional<std::int64_t> deepest;
   for (const std::int64_t cpu : cpus_in_use(demand, root))
     deepest = std::max(deepest, deepest_idle_us(folder_of(root, cpu)));
-  if (!deepest) return {.check = "C-states", .verdict = Verdict::good, .figure = "none told"};
+  if (!deepest) return {.check = "C-states", .verdict = Verdict::good, .figure = "not reported"};
   const bool shallow = static_cast<double>(*deepest) <= idle_share * 1e6 * can::seconds(demand.period);
   return {.check = "C-states",
           .verdict = shallow ? Verdict::good : Verdict::doubtful,

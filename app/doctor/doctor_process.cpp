@@ -1,4 +1,4 @@
-// The checks of what this process may ask for, and what it gets: priority, memory, and alarms in time.
+// The checks of the settings that this process can get, and of its timing: priority, memory, alarms.
 #include <fmt/format.h>
 #include <sched.h>
 #include <sys/resource.h>
@@ -14,13 +14,14 @@
 namespace hystcan::app {
 namespace {
 
-/// Up to the first the loop hardly feels it; beyond the second a cycle is as good as lost.
+/// Shares of the period: a lateness below the first hardly affects the loop; above the second the cycle is
+/// lost.
 constexpr double good_wake_up_share = 0.1;
 constexpr double bad_share_of_period = 0.5;
 
 constexpr int usual_priority = 50;
 
-/// What a thread of its own gets, so that this one stays as it is.
+/// Runs the work on a new thread, so that the settings of this thread do not change.
 template <class Result, class Work>
 Result on_a_thread(Work work) {
   Result result;
@@ -40,7 +41,7 @@ Finding examine_priority(const Demand& demand) {
     finding.cure = refusal->substr(refusal->find(';') + 2);
   } else if (demand.priority == 0 && sched_getscheduler(0) == SCHED_OTHER) {
     finding.verdict = Verdict::doubtful;
-    finding.figure += " would be given and is not asked for";
+    finding.figure += " is available but not configured";
     finding.cure = fmt::format("set priority = {} in [controller.realtime]", usual_priority);
   } else {
     finding.figure += " given";
@@ -56,7 +57,7 @@ Finding examine_memory(const Demand& demand) {
     finding.cure = refusal->substr(refusal->find(';') + 2);
   } else if (!demand.lock_memory) {
     finding.verdict = Verdict::doubtful;
-    finding.figure += " and is not";
+    finding.figure += " but is not configured";
     finding.cure = "set lock_memory = true in [controller.realtime]";
   }
   return finding;
@@ -116,7 +117,7 @@ std::vector<Finding> examine_process(const Demand& demand) {
 
 Finding examine_wake_up(const Demand& demand, can::Duration duration) {
   const auto lateness = on_a_thread<controller::TimeStatistics>([&] {
-    if (!demand.cpus.empty()) keep_to_cpus(demand.cpus);  // what is refused has a finding of its own
+    if (!demand.cpus.empty()) keep_to_cpus(demand.cpus);  // a refusal has a finding of its own
     if (demand.priority > 0) take_priority(demand.priority);
     return measure_wake_up(demand.period, duration);
   });
@@ -135,8 +136,7 @@ Finding examine_wake_up(const Demand& demand, can::Duration duration) {
   if (trips) finding.figure += fmt::format(", more than wake_up_trip_us = {:.0f}", trip_us);
   finding.cure =
       "give the control thread a priority and a processor of its own ([controller.realtime]), see the "
-      "findings "
-      "above, end what else runs, or lower rate_Hz";
+      "findings above, end other programs, or lower rate_Hz";
   return finding;
 }
 

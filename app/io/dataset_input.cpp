@@ -12,7 +12,7 @@ namespace {
 
 using identification::Dataset;
 
-/// What a dataset, and what the command line calls a unit; what it is where neither tells.
+/// The name of a unit in a dataset, its option on the command line, and its default.
 struct UnitOf {
   const char* name;
   const char* option;
@@ -21,7 +21,7 @@ struct UnitOf {
 constexpr UnitOf input_unit{"input_unit", "--input-unit", "V"};
 constexpr UnitOf output_unit{"output_unit", "--output-unit", "um"};
 
-void keep_stretch(Dataset& dataset, const DatasetInput& input) {
+void keep_interval(Dataset& dataset, const DatasetInput& input) {
   const auto first = std::ranges::lower_bound(dataset.time_s, input.from_s.value_or(dataset.time_s.front()));
   const auto last = std::ranges::upper_bound(dataset.time_s, input.to_s.value_or(dataset.time_s.back()));
   const auto begin = first - dataset.time_s.begin(), end = std::max(last, first) - dataset.time_s.begin();
@@ -34,12 +34,12 @@ void keep_stretch(Dataset& dataset, const DatasetInput& input) {
 void settle(std::string& unit, const std::string& asked, const UnitOf& of,
             const std::filesystem::path& file) {
   if (!asked.empty()) {
-    refuse_other_unit(file, of.name, unit, asked);
+    require_unit(file, of.name, unit, asked);
     unit = asked;
   }
   if (unit.empty()) {
     unit = of.assumed;
-    fmt::print(stderr, "hystcan: {}: {} is not told, {} assumed\n", file.string(), of.option, of.assumed);
+    fmt::print(stderr, "hystcan: {}: {} is not given, {} assumed\n", file.string(), of.option, of.assumed);
   }
 }
 
@@ -47,11 +47,11 @@ Dataset load(const std::filesystem::path& file, const DatasetInput& input) {
   config::DatasetFile loaded = config::load_dataset(file);
   Dataset dataset = std::move(loaded.dataset);
   if (loaded.last_row_left_out)
-    fmt::print(stderr, "hystcan: {}: no line end after the last row, which may have been cut: left out\n",
+    fmt::print(stderr, "hystcan: {}: the last row has no line end and may be incomplete: left out\n",
                file.string());
-  if (dataset.size() > 0) keep_stretch(dataset, input);
+  if (dataset.size() > 0) keep_interval(dataset, input);
   if (dataset.size() == 0)
-    throw config::Error(fmt::format("{}: no rows{}, expected a record", file.string(),
+    throw config::Error(fmt::format("{}: no rows{}, expected a dataset", file.string(),
                                     input.from_s || input.to_s ? " between --from and --to" : ""));
   settle(dataset.input_unit, input.input_unit, input_unit, file);
   settle(dataset.output_unit, input.output_unit, output_unit, file);
@@ -60,20 +60,20 @@ Dataset load(const std::filesystem::path& file, const DatasetInput& input) {
 
 }  // namespace
 
-void refuse_other_unit(const std::filesystem::path& file, const char* name, const std::string& told,
-                       const std::string& expected, const char* whose) {
-  if (!told.empty() && told != expected)
-    throw config::Error(fmt::format("{}: it says {} = \"{}\", expected \"{}\"{}", file.string(), name, told,
-                                    expected, whose));
+void require_unit(const std::filesystem::path& file, const char* name, const std::string& file_unit,
+                  const std::string& expected, const char* suffix) {
+  if (!file_unit.empty() && file_unit != expected)
+    throw config::Error(fmt::format("{}: the file says {} = \"{}\", expected \"{}\"{}", file.string(), name,
+                                    file_unit, expected, suffix));
 }
 
 void add_dataset_options(CLI::App& command, DatasetInput& input) {
-  command.add_option("--from", input.from_s, "leave out what was before this time_s");
-  command.add_option("--to", input.to_s, "leave out what came after this time_s");
+  command.add_option("--from", input.from_s, "leave out the rows before this time_s");
+  command.add_option("--to", input.to_s, "leave out the rows after this time_s");
   command.add_option(input_unit.option, input.input_unit,
-                     "of the input, where the record does not tell: V, A");
+                     "unit of the input, if the file does not state it: V, A");
   command.add_option(output_unit.option, input.output_unit,
-                     "of the output, where the record does not tell: um");
+                     "unit of the output, if the file does not state it: um");
 }
 
 std::vector<Dataset> load_datasets(const std::vector<std::filesystem::path>& files,

@@ -1,4 +1,4 @@
-// Measured datasets as the commands that identify from them take them: files, a stretch of time, units.
+// Measured datasets as input of the commands that identify: files, an interval of time, units.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -16,17 +16,17 @@ struct DatasetInput {
   std::string input_unit, output_unit;
 };
 
-/// Throws config::Error where the file tells (`# input_unit = "V"`, empty: it does not) another unit than
-/// `expected`. `whose`: ends the sentence.
-void refuse_other_unit(const std::filesystem::path& file, const char* name, const std::string& told,
-                       const std::string& expected, const char* whose = "");
+/// Throws config::Error if the unit that the file states (`# input_unit = "V"`) is not `expected`. An empty
+/// `file_unit` means that the file states none. `suffix` ends the message.
+void require_unit(const std::filesystem::path& file, const char* name, const std::string& file_unit,
+                  const std::string& expected, const char* suffix = "");
 
 /// --from, --to, --input-unit, --output-unit.
 void add_dataset_options(CLI::App& command, DatasetInput& input);
 
-/// Units are the dataset's own, else the option's; V and um, and said so, where neither tells. Throws
-/// config::Error, naming the file, where nothing is left of it, where dataset and option differ, or the units
-/// of one file from another's.
+/// The unit is the one that the dataset states, else the option's, else V or um with a note on standard
+/// error. Throws config::Error with the file's name if no row is left, if dataset and option have different
+/// units, or if the units of two files differ.
 std::vector<identification::Dataset> load_datasets(const std::vector<std::filesystem::path>& files,
                                                    const DatasetInput& input);
 

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t enough_bytes = 1 << 16;
 
-/// Zero, or the errno. `done`: bytes that were written all the same.
+/// Returns zero or the errno. `done` is the number of bytes that were written in either case.
 int write_all(int descriptor, std::string_view text, std::size_t& done) {
   for (done = 0; done < text.size();) {
     const ssize_t count = ::write(descriptor, text.data() + done, text.size() - done);
@@ -39,7 +39,7 @@ LogFile::LogFile(const std::filesystem::path& path, bool overwrite) : path_(path
   descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CLOEXEC | how, 0666);
   if (descriptor_ < 0 && errno == EEXIST)
     throw config::Error(
-        fmt::format("{}: is there already, expected another name, or --overwrite", path_.string()));
+        fmt::format("{}: exists already, expected another name, or --overwrite", path_.string()));
   if (descriptor_ < 0) fail(errno);
 }
 

@@ -1,4 +1,4 @@
-// A log that grows while it is written: what is in it stays, whatever ends the program.
+// A log that grows while it is written: its lines stay in the file, whatever ends the program.
 #pragma once
 
 #include <cstdint>
@@ -8,20 +8,21 @@
 
 namespace hystcan::app {
 
-/// Unlike OutputFile it stands at its place from the start. Whole lines only: where the disk is full, what is
-/// written of the line that no longer fits is taken back. Throws RunError where it can't be written.
+/// Unlike an OutputFile, it has its final name from the start. It holds whole lines only: if the disk is
+/// full, the part of the last line that was written is removed again. Throws RunError if it cannot be
+/// written.
 class LogFile {
  public:
-  /// Throws config::Error where the path is empty, or a file is there and `overwrite` is not set.
+  /// Throws config::Error if the path is empty, or if the file exists and `overwrite` is false.
   LogFile(const std::filesystem::path& path, bool overwrite);
   ~LogFile();
   LogFile(const LogFile&) = delete;
   LogFile& operator=(const LogFile&) = delete;
 
-  /// `line` without its end. Kept back until there is enough to write, or flush().
+  /// Takes a line without its end and buffers it until there is enough to write, or until flush().
   void add(std::string_view line);
   void flush();
-  /// Flushes, and tells what the disk has to say at last. Without it the destructor closes, in silence.
+  /// Flushes and reports a last error of the disk. The destructor also closes, but reports nothing.
   void close();
 
  private:

@@ -29,7 +29,7 @@ OutputFile::OutputFile(const std::filesystem::path& path) : path_(path) {
   open_beside();
 }
 
-// With the permissions that a new file gets: mkstemp gives it to its owner alone.
+// Sets the permissions of a new file, because mkstemp allows only the owner.
 void OutputFile::open_beside() {
   std::string name = path_.string() + ".XXXXXX";
   const int descriptor = mkstemp(name.data());
@@ -66,7 +66,7 @@ void OutputFile::fail(int error) const {
 void refuse_to_overwrite(const std::filesystem::path& output, const std::filesystem::path& input) {
   std::error_code ignored;
   if (std::filesystem::equivalent(output, input, ignored))
-    throw config::Error(fmt::format("{}: is read too, expected another file as output", output.string()));
+    throw config::Error(fmt::format("{}: is an input too, expected another file as output", output.string()));
 }
 
 void refuse_to_share(const std::filesystem::path& one, const std::filesystem::path& other) {

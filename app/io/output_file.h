@@ -1,4 +1,4 @@
-// A file that is complete or not there.
+// An output file that is complete or absent.
 #pragma once
 
 #include <cstdio>
@@ -7,9 +7,9 @@
 
 namespace hystcan::app {
 
-/// Written beside its place, under a name that nothing else has, and moved there by commit(); gone where that
-/// is never called. A link to a file is followed. What is there and is no ordinary file (a device, a pipe) is
-/// written to as it is. Throws RunError where it can't be written, config::Error where the path is empty.
+/// The text goes to a temporary file in the same folder; commit() moves it to the path. Without commit() the
+/// temporary file is removed. A link is followed. If the path is a device or a pipe, the text goes there
+/// directly. Throws RunError if the file cannot be written, config::Error if the path is empty.
 class OutputFile {
  public:
   explicit OutputFile(const std::filesystem::path& path);
@@ -25,14 +25,14 @@ class OutputFile {
   [[noreturn]] void fail(int error) const;
 
   std::filesystem::path path_;
-  std::filesystem::path written_;  ///< empty where it is path_ itself, and once it has been moved
+  std::filesystem::path written_;  ///< temporary file; empty if path_ is written directly, or after commit()
   std::FILE* file_ = nullptr;
 };
 
-/// An output that is one of the inputs would be lost while it is read. Throws config::Error.
+/// Throws config::Error if the output file is an input file too: it would be lost while it is read.
 void refuse_to_overwrite(const std::filesystem::path& output, const std::filesystem::path& input);
 
-/// Two outputs in one file. Throws config::Error.
+/// Throws config::Error if two outputs are the same file.
 void refuse_to_share(const std::filesystem::path& one, const std::filesystem::path& other);
 
 }  // namespace hystcan::app

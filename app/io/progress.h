@@ -1,4 +1,4 @@
-// A progress bar for a person who waits: on a terminal, and nowhere else.
+// A progress bar, shown only on a terminal.
 #pragma once
 
 #include <chrono>
@@ -9,19 +9,19 @@ namespace hystcan::app {
 
 class Progress {
  public:
-  /// `total`: of whatever is counted; 0 where it is not known.
+  /// `total`: the final value of `done`; 0 if it is not known.
   Progress(std::string what, std::uint64_t total, std::string unit = "rows");
-  ~Progress();  ///< wipes the bar
+  ~Progress();  ///< erases the bar
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// Cheap: looks at the clock once in some thousand calls, draws ten times a second.
-  void at(std::uint64_t done, std::uint64_t rows) {
+  /// Cheap: reads the clock once in 4096 calls and draws at most ten times a second.
+  void update(std::uint64_t done, std::uint64_t rows) {
     if (shown_ && (++calls_ & 0xfff) == 0) draw(done, rows);
   }
 
-  /// For what takes long: looks at the clock each time.
-  void at_once(std::uint64_t done) {
+  /// For slow steps: reads the clock in each call.
+  void update_now(std::uint64_t done) {
     if (shown_) draw(done, done);
   }
 

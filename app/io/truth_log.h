@@ -1,4 +1,4 @@
-// Truths of a twin as CSV, a row for each sample of each axis.
+// Writes the truth of a twin as CSV, one row for each sample of each axis.
 #pragma once
 
 #include <filesystem>
@@ -12,11 +12,11 @@ namespace hystcan::app {
 
 class TruthLog {
  public:
-  /// Throws std::runtime_error where the file can't be created.
+  /// Throws std::runtime_error if the file cannot be created.
   TruthLog(const std::filesystem::path& file, std::vector<std::string> axis_names);
 
   void write(const twin::Truth& truth);
-  /// As RowFile::close().
+  /// See RowFile::close().
   std::string close() { return rows_.close(); }
 
  private:

@@ -1,4 +1,4 @@
-// What the two processes on a real bus share: an event loop that a signal ends in good order.
+// The event loop of a process on a real bus. A signal ends it in good order.
 #pragma once
 
 #include <sys/prctl.h>
@@ -17,16 +17,17 @@ namespace hystcan::app {
 
 class LiveLoop {
  public:
-  /// A closed pipe behind standard output is no reason to drop a stage. Nor is a huge page: a kernel that
-  /// zeroes pages as it hands them out (init_on_alloc) zeroes 2 MB in one go, some cycles on a slow core, and
-  /// where it is not preemptible keeps the control thread out that long, whichever thread asked.
+  /// Ignores SIGPIPE: a closed pipe behind standard output must not stop the control of a stage. Disables
+  /// huge pages: a kernel with init_on_alloc zeroes 2 MB at once, which takes some cycles on a slow core,
+  /// and a kernel that is not preemptible blocks the control thread for that time, whichever thread
+  /// allocates.
   explicit LiveLoop(std::string interface) : interface_(std::move(interface)) {
     std::signal(SIGPIPE, SIG_IGN);
     prctl(PR_SET_THP_DISABLE, 1, 0, 0, 0);
   }
 
   can::Scheduler& scheduler() { return scheduler_; }
-  /// For what else runs on this thread: a control socket.
+  /// For a control socket on the same thread.
   boost::asio::io_context& context() { return context_; }
   can::Attach attach() {
     return [this](std::span<const can::Filter> filters) -> std::unique_ptr<can::Bus> {
@@ -34,7 +35,7 @@ class LiveLoop {
     };
   }
 
-  /// Runs until stop(). `on_signal`: at every Ctrl-C, SIGTERM, Ctrl-\\ and SIGHUP.
+  /// Runs until stop(). Calls `on_signal` at every Ctrl-C, SIGTERM, Ctrl-\\ and SIGHUP.
   void run(std::function<void(int signal)> on_signal) {
     on_signal_ = std::move(on_signal);
     for (const int signal : {SIGINT, SIGTERM, SIGQUIT, SIGHUP}) signals_.add(signal);

@@ -50,7 +50,7 @@ void StateLog::add_event(const controller::CycleRecord& record) {
   if (events_.size() < kept) events_.push_back(text);
 }
 
-void look_at_interface(const config::Config& config, const std::string& interface) {
+void check_interface(const config::Config& config, const std::string& interface) {
   const can::Interface found = can::require_can_interface(interface);
   can::require_able_to_send(interface, found);
   std::vector<std::string> fd_messages;
@@ -96,13 +96,14 @@ bool has_terminal() {
   return true;
 }
 
-/// As under nohup.
+/// True under nohup.
 bool ignores_hang_up() {
   struct sigaction action {};
   return sigaction(SIGHUP, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
 }
 
-/// What led to the terminal leads nowhere from here on: a report that can't be printed is no failure.
+/// Redirects the streams of a closed terminal to /dev/null, so that a report that cannot be printed is no
+/// failure.
 void leave_terminal() {
   const int nowhere = open("/dev/null", O_RDWR | O_CLOEXEC);
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
@@ -120,7 +121,7 @@ bool terminal_hung_up() {
 void run_live(LiveLoop& loop, controller::Controller& controller, can::BusHealthLog& bus_log,
               const LiveRun& run) {
   constexpr auto poll_period = std::chrono::milliseconds(20);
-  terminal_hung_up();  // what there is to hang up is seen now
+  terminal_hung_up();  // the first call finds out whether there is a terminal
   const can::Time start = loop.scheduler().now();
   bool stopping = false;
   const auto stop = [&] {

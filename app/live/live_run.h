@@ -1,5 +1,4 @@
-// What the commands that drive axes on a real bus share: from the first SYNC to the safe command on the way
-// out.
+// A run that drives axes on a real bus, from the first SYNC to the safe command at the end.
 #pragma once
 
 #include <functional>
@@ -14,12 +13,12 @@
 
 namespace hystcan::app {
 
-/// Says on the log what becomes of each axis.
+/// Logs every change of state and every event of each axis.
 class StateLog {
  public:
   explicit StateLog(const config::Config& config);
   void add(const controller::CycleRecord& record);
-  /// What the nodes said by emergency, and why one could not be set up: the first hundred.
+  /// The first hundred events: emergencies of the nodes, and reasons why a node could not be set up.
   const std::vector<std::string>& events() const { return events_; }
 
  private:
@@ -31,33 +30,33 @@ class StateLog {
   std::vector<std::string> events_;
 };
 
-/// Whether the interface is fit for a node that sends, and a line on the log that says what it is set to;
-/// warnings where that is doubtful. Throws InterfaceError where it is not.
-void look_at_interface(const config::Config& config, const std::string& interface);
+/// Logs the settings of the interface, with a warning for each doubtful one. Throws InterfaceError if the
+/// interface cannot serve a node that sends.
+void check_interface(const config::Config& config, const std::string& interface);
 
-/// [controller.realtime] for this thread, a warning for each thing refused. Threads that are there by now
-/// keep what they had.
+/// Applies [controller.realtime] to this thread and logs a warning for each setting that is refused. Threads
+/// that exist already keep their settings.
 void become_realtime(const config::Config& config);
 
-/// Puts the lines of a can::BusHealthLog on ours.
+/// Writes the lines of a can::BusHealthLog to the log of the program.
 can::BusHealthLog::Sink bus_log_sink();
 
 BusClosing closing_of(const controller::Controller& controller, const std::vector<std::string>& events);
 
-/// SIGHUP is two things: the terminal is gone, or somebody asks for the configuration to be read again. True
-/// of the first, where this process had a controlling terminal and did not ignore SIGHUP (nohup) when it was
-/// called first; where its streams lead does not matter.
+/// SIGHUP has two meanings: the terminal has closed, or the user asks to read the configuration again.
+/// Returns true if the terminal has closed. This requires that, at the first call, the process had a
+/// controlling terminal and did not ignore SIGHUP (nohup). The targets of its streams do not matter.
 bool terminal_hung_up();
 
 struct LiveRun {
   bool clear_faults = false;
-  std::function<bool(double run_s)> is_done;  ///< asked every 20 ms, told the seconds since start
-  std::function<void()> reload;               ///< at SIGHUP; empty: SIGHUP ends the run
+  std::function<bool(double run_s)> is_done;  ///< called every 20 ms with the seconds since start
+  std::function<void()> reload;               ///< called at SIGHUP; empty: SIGHUP ends the run
 };
 
-/// Runs the controller until it is done, asked to stop, or until a signal; then every axis ramps to its safe
-/// drive and switches off. A second signal does not wait for the ramp. The safe command goes out on every way
-/// out, an exception's too.
+/// Runs the controller until is_done(), until a client asks it to stop, or until a signal. Then every axis
+/// ramps to its safe drive and switches off. A second signal ends the ramp. The safe command is sent in every
+/// case, also after an exception.
 void run_live(LiveLoop& loop, controller::Controller& controller, can::BusHealthLog& bus_log,
               const LiveRun& run);
 

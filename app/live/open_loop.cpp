@@ -27,7 +27,7 @@ bool has_ended(const controller::Axis& axis) {
 }
 
 OpenLoopEnd rehearse(const config::Config& config, const OnRecord& on_record) {
-  // Longer than any start-up or ramp down; who has not got there by then never will.
+  // Longer than any start-up or ramp down: a run that takes longer does not end.
   constexpr double patience_s = 60.0;
   constexpr auto stride = std::chrono::milliseconds(10);
   rehearsal::Rehearsal rehearsal({.controller = config.controller,
@@ -57,7 +57,7 @@ OpenLoopEnd run_on_the_bus(const config::Config& config, const OpenLoopOptions& 
   std::unique_ptr<controller::TelemetryThread> telemetry;
   controller::Controller controller(config.controller, config.database, loop.scheduler(), loop.attach(),
                                     [&](const controller::CycleRecord& record) { telemetry->push(record); });
-  look_at_interface(config, config.bus.interface);
+  check_interface(config, config.bus.interface);
   telemetry = std::make_unique<controller::TelemetryThread>([&](const controller::CycleRecord& record) {
     log.add(record);
     bus_log.write();
@@ -83,8 +83,9 @@ void add_open_loop_options(CLI::App& command, OpenLoopOptions& options) {
   CLI::Option* interface =
       command.add_option("--interface", options.interface, "CAN interface instead of the configured one");
   CLI::Option* clear = command.add_flag("--clear-faults", options.clear_faults,
-                                        "clear a fault the amplifier has latched, then start");
-  command.add_flag("--rehearse", options.rehearse, "on the simulated bus, with the twin, in virtual time")
+                                        "clear a fault that the amplifier has latched, then start");
+  command
+      .add_flag("--rehearse", options.rehearse, "run on the simulated bus, with the twin, in virtual time")
       ->excludes(interface)
       ->excludes(clear);
 }

@@ -1,5 +1,4 @@
-// One axis driven by an excitation, on the bus or with the twin in virtual time: what `excite` and `tune`
-// share.
+// Drives one axis by an excitation, on the bus or with the twin in virtual time, for `excite` and `tune`.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -26,28 +25,29 @@ struct OpenLoopOptions {
 /// --axis, --interface, --clear-faults, --rehearse.
 void add_open_loop_options(CLI::App& command, OpenLoopOptions& options);
 
-/// The configuration with the chosen axis alone. The twin stays whole, as on a bus that is there.
+/// The configuration with the chosen axis only. The twin keeps all axes, as on a real bus.
 config::Config chosen_axis_of(config::Config config, const OpenLoopOptions& options);
 
-/// The one axis of `config`, which is let go of its reference and given a drive. Throws std::invalid_argument
-/// where the gate would not let the drive pass as it is.
+/// The configuration with the excitation as drive of its one axis, in the place of the reference. Throws
+/// std::invalid_argument if the gate would limit the drive.
 config::Config in_open_loop(config::Config config, const controller::Excitation::Config& excitation);
 
-/// `output` must be none of the files that the configuration was read from. Throws config::Error.
+/// Throws config::Error if `output` is one of the files that the configuration was read from.
 void refuse_to_overwrite_inputs(const std::filesystem::path& output, const std::filesystem::path& file,
                                 const config::Config& config);
 
-/// How it ended is told by the axis; of the bus there is something to tell where there was a real one.
+/// The axis at the end of the run, and the closing lines about the bus if it was a real one.
 struct OpenLoopEnd {
   controller::Axis axis;
   std::vector<std::string> closing{};
 
-  /// Throws RunError where the excitation did not come to its end; `afterwards` says what is left of it.
+  /// Throws RunError if the excitation did not finish; `afterwards` says what remains of the output.
   void require_finished(const std::string& axis_name, const std::string& afterwards) const;
 };
 
-/// Runs the excitation of the one axis of `config` to its end, to a fault or to a signal; then the axis ramps
-/// to its safe drive and switches off. `on_record` has every cycle; on the bus another thread calls it.
+/// Runs the excitation of the one axis of `config` until its end, a fault or a signal. Then the axis ramps
+/// to its safe drive and switches off. `on_record` takes every cycle record; on the bus, another thread
+/// calls it.
 OpenLoopEnd drive_in_open_loop(const config::Config& config, const OpenLoopOptions& options,
                                const std::function<void(const controller::CycleRecord&)>& on_record);
 

@@ -30,14 +30,14 @@ void touch(volatile std::byte* memory, std::size_t bytes) {
   for (std::size_t i = 0; i < bytes; i += page_bytes) memory[i] = std::byte{1};
 }
 
-/// More than the deepest call of a cycle takes.
+/// Touches more stack than the deepest call of a cycle needs.
 void touch_stack() {
   std::array<std::byte, 256 * 1024> room;
   touch(room.data(), room.size());
 }
 
-/// What the heap has is kept: freed memory isn't given back, and large blocks come out of it too. The control
-/// thread allocates nothing; this is for what others do in the process.
+/// Keeps the memory of the heap: freed memory is not returned to the kernel, and large blocks come from the
+/// heap too. The control thread allocates nothing; this concerns the other threads of the process.
 void keep_heap() {
   constexpr std::size_t reserve_bytes = 1024 * 1024;
   mallopt(M_TRIM_THRESHOLD, -1);
@@ -90,8 +90,9 @@ std::optional<std::string> find_memory_lock_refusal() {
   rlimit limit{};
   getrlimit(RLIMIT_MEMLOCK, &limit);
   if (limit.rlim_cur == RLIM_INFINITY || has_capability(CAP_IPC_LOCK)) return std::nullopt;
-  return fmt::format("lock_memory is refused: the limit is {} kB and would be met; {}", limit.rlim_cur / 1024,
-                     memory_cure);
+  return fmt::format(
+      "lock_memory is refused: there is a limit of {} kB, which an allocation could exceed; {}",
+      limit.rlim_cur / 1024, memory_cure);
 }
 
 std::optional<std::string> lock_memory() {

@@ -1,4 +1,4 @@
-// What the control thread asks of the kernel, and what it says where it is refused.
+// The real-time settings that the control thread asks the kernel for.
 #pragma once
 
 #include <optional>
@@ -9,19 +9,19 @@
 
 namespace hystcan::app {
 
-/// Applies it to the calling thread (memory: to the process). One line for each thing refused: what, why, and
-/// how to get it. Nothing refused ends a run.
+/// Applies the settings to the calling thread (memory: to the process). Returns one line for each setting
+/// that the kernel refuses: what, why, and the remedy. A refusal does not end a run.
 std::vector<std::string> apply(const controller::Realtime& realtime);
 
-/// The parts; empty where granted. Memory is locked only where no limit can be met later, for with one an
-/// allocation past it would fail in the middle of a run.
+/// The single settings. Each returns the refusal, or nothing if it is granted. lock_memory() refuses if there
+/// is a limit on locked memory: an allocation above that limit would fail in the middle of a run.
 std::optional<std::string> take_priority(int priority);
 std::optional<std::string> keep_to_cpus(const std::vector<std::int64_t>& cpus);
 std::optional<std::string> lock_memory();
-/// Whether lock_memory() would refuse; nothing is locked.
+/// The refusal that lock_memory() would return; locks nothing.
 std::optional<std::string> find_memory_lock_refusal();
 
-/// A capability of this process (linux/capability.h), by its number.
+/// True if this process has the capability with this number (linux/capability.h).
 bool has_capability(int number);
 
 }  // namespace hystcan::app

@@ -13,7 +13,7 @@
 namespace hystcan::app {
 namespace {
 
-constexpr double tellings_per_timeout = 3.0;
+constexpr double notifications_per_timeout = 3.0;
 
 std::string variable(const char* name) {
   const char* value = std::getenv(name);
@@ -29,34 +29,34 @@ SystemdNotifier::SystemdNotifier(std::string socket, std::string_view watchdog_u
   std::uint64_t us = 0;
   const char* const end = watchdog_us.data() + watchdog_us.size();
   if (std::from_chars(watchdog_us.data(), end, us).ec == std::errc() && us > 0)
-    interval_s_ = 1e-6 * static_cast<double>(us) / tellings_per_timeout;
+    interval_s_ = 1e-6 * static_cast<double>(us) / notifications_per_timeout;
 }
 
 SystemdNotifier::~SystemdNotifier() {
   if (socket_ >= 0) ::close(socket_);
 }
 
-SystemdNotifier SystemdNotifier::of_environment() {
+SystemdNotifier SystemdNotifier::from_environment() {
   return {variable("NOTIFY_SOCKET"), variable("WATCHDOG_USEC")};
 }
 
-void SystemdNotifier::tell_cycle(double time_s) {
+void SystemdNotifier::report_cycle(double time_s) {
   if (socket_ < 0) return;
-  if (!told_s_)
-    tell("READY=1\n");
-  else if (!interval_s_ || time_s < *told_s_ + *interval_s_)
+  if (!last_sent_s_)
+    send("READY=1\n");
+  else if (!interval_s_ || time_s < *last_sent_s_ + *interval_s_)
     return;
   else
-    tell("WATCHDOG=1\n");
-  told_s_ = time_s;
+    send("WATCHDOG=1\n");
+  last_sent_s_ = time_s;
 }
 
-/// What the manager does not take is not worth a word: it will act on the silence.
-void SystemdNotifier::tell(std::string_view text) {
+/// Ignores a failure: a manager that receives nothing acts by its watchdog.
+void SystemdNotifier::send(std::string_view text) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   address_.copy(address.sun_path, sizeof address.sun_path - 1);
-  if (address.sun_path[0] == '@') address.sun_path[0] = '\0';  // an abstract one
+  if (address.sun_path[0] == '@') address.sun_path[0] = '\0';  // an abstract socket
   const auto length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + address_.size());
   ::sendto(socket_, text.data(), text.size(), MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&address),
            length);

@@ -8,7 +8,7 @@ namespace hystcan::app {
 
 using nlohmann::json;
 
-json refusal(const std::string& why) { return {{"ok", false}, {"error", why}}; }
+json refusal(const std::string& reason) { return {{"ok", false}, {"error", reason}}; }
 
 std::string text_of(const json& command, const char* key) {
   const auto found = command.find(key);

@@ -1,5 +1,5 @@
-// Who is behind a control socket: obeys commands and answers each once. ControllerCommandHandler of a
-// controller, TwinCommandHandler of a twin.
+// The interface between a control socket and the process that it commands. It has two implementations:
+// ControllerCommandHandler and TwinCommandHandler.
 #pragma once
 
 #include <functional>
@@ -9,16 +9,17 @@
 
 namespace hystcan::app {
 
-/// {"ok": true, ...} or {"ok": false, "error": "..."}; told once to each command.
+/// Sends the answer to a command: {"ok": true, ...} or {"ok": false, "error": "..."}. Each command gets
+/// exactly one answer.
 struct Answer {
-  std::function<void(nlohmann::json)> tell;
-  const void* asker = nullptr;  ///< whom CommandHandler::forget() takes back; null: nobody
-  void operator()(nlohmann::json result) const { tell(std::move(result)); }
+  std::function<void(nlohmann::json)> send;
+  const void* client = nullptr;  ///< for CommandHandler::forget(); may be null
+  void operator()(nlohmann::json result) const { send(std::move(result)); }
 };
 
-nlohmann::json refusal(const std::string& why);
+nlohmann::json refusal(const std::string& reason);
 
-/// The text or number of this key. Throws config::Error where there is none.
+/// The text or number of this key. Throws config::Error if the key is missing or has another type.
 std::string text_of(const nlohmann::json& command, const char* key);
 double number_of(const nlohmann::json& command, const char* key);
 
@@ -29,12 +30,12 @@ class CommandHandler {
   CommandHandler(const CommandHandler&) = delete;
   CommandHandler& operator=(const CommandHandler&) = delete;
 
-  /// A command as it came over the socket: {"do": "enable", "axis": "x"}.
+  /// Carries out a command from the socket: {"do": "enable", "axis": "x"}.
   virtual void obey(const nlohmann::json& command, Answer answer) = 0;
-  /// Whoever asked has gone: nothing of theirs goes on.
-  virtual void forget(const void* asker) = 0;
-  /// True of commands that change nothing, and of those that end something: nobody may be kept from these.
-  virtual bool is_for_everybody(const nlohmann::json& command) const = 0;
+  /// The client has disconnected: drops its pending commands.
+  virtual void forget(const void* client) = 0;
+  /// True if every connection may send the command: it changes nothing, or it ends something.
+  virtual bool is_open_to_all(const nlohmann::json& command) const = 0;
 };
 
 }  // namespace hystcan::app

@@ -10,7 +10,7 @@
 namespace hystcan::app {
 namespace {
 
-void to_nobody(const nlohmann::json&) {}  // the log has it
+void ignore_answer(const nlohmann::json&) {}  // the handler logs it
 
 }  // namespace
 
@@ -18,7 +18,7 @@ ControlService::ControlService(const std::filesystem::path& config_file, const c
                                const std::filesystem::path& socket, const StatusBoard& board)
     : live_(config_file, config),
       handler_(context_, requests_, board, live_),
-      watch_(context_, {config_file}, [this] { handler_.reload({to_nobody}); }) {
+      watch_(context_, {config_file}, [this] { handler_.reload({ignore_answer}); }) {
   if (!socket.empty()) {
     socket_.emplace(context_, socket, handler_);
     spdlog::info("control socket {}: hystcan ctl --socket {} status", socket.string(), socket.string());
@@ -41,7 +41,7 @@ ControlService::~ControlService() {
 }
 
 void ControlService::reload() {
-  boost::asio::post(context_, [this] { handler_.reload({to_nobody}); });
+  boost::asio::post(context_, [this] { handler_.reload({ignore_answer}); });
 }
 
 }  // namespace hystcan::app

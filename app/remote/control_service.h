@@ -1,5 +1,5 @@
-// The thread at which a running controller is reached: control socket, watched configuration file, SIGHUP.
-// Its priority is an ordinary one; the control thread shares nothing with it but two lock-free rings.
+// The thread that serves a running controller's control socket, the watch on its configuration file and
+// SIGHUP. It has an ordinary priority and shares only two lock-free rings with the control thread.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -17,15 +17,15 @@ namespace hystcan::app {
 
 class ControlService {
  public:
-  /// `socket`: empty, there is none. Throws RunError where it can't be opened.
+  /// An empty `socket` means that there is none. Throws RunError if the socket cannot be opened.
   ControlService(const std::filesystem::path& config_file, const config::Config& config,
                  const std::filesystem::path& socket, const StatusBoard& board);
-  ~ControlService();  ///< whoever waits is told; the thread ends
+  ~ControlService();  ///< answers waiting clients and ends the thread
   ControlService(const ControlService&) = delete;
   ControlService& operator=(const ControlService&) = delete;
 
   controller::RequestLink& requests() { return requests_; }
-  /// From any thread: read the file again.
+  /// Reads the file again. May be called from any thread.
   void reload();
 
  private:

@@ -22,7 +22,7 @@ using boost::system::error_code;
 
 constexpr std::size_t longest_line = 65'536;
 
-/// Owner and group; the folder can forbid more.
+/// Read and write for owner and group; the permissions of the folder can restrict this further.
 constexpr mode_t socket_mode = 0660;
 
 pid_t pid_of(stream_protocol::socket& socket) {
@@ -31,7 +31,7 @@ pid_t pid_of(stream_protocol::socket& socket) {
   return getsockopt(socket.native_handle(), SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 ? peer.pid : 0;
 }
 
-/// A file that nobody listens at is left over from a process that was killed.
+/// Removes a socket file without a listener, which remains from a process that was killed.
 void remove_if_dead(boost::asio::io_context& context, const std::filesystem::path& file) {
   stream_protocol::socket probe(context);
   error_code error;
@@ -45,7 +45,7 @@ void remove_if_dead(boost::asio::io_context& context, const std::filesystem::pat
 }  // namespace
 
 nlohmann::json parse_command(const std::string& line) {
-  constexpr int deepest = 8;  // what recurses over the command later shall not run out of stack
+  constexpr int deepest = 8;  // limits the stack that later recursions over the command need
   const auto is_shallow = [](int depth, nlohmann::json::parse_event_t, const nlohmann::json&) {
     return depth <= deepest;
   };
@@ -63,7 +63,7 @@ std::filesystem::path default_twin_socket(const std::string& interface) {
   return default_socket("twin-" + interface);
 }
 
-/// One connection. Lives as long as something of it is under way.
+/// One connection. It lives as long as one of its operations is pending.
 class ControlSocket::Session : public std::enable_shared_from_this<Session> {
  public:
   Session(stream_protocol::socket socket, ControlSocket& owner)
@@ -86,25 +86,25 @@ class ControlSocket::Session : public std::enable_shared_from_this<Session> {
     std::getline(stream, line);
     const nlohmann::json command = parse_command(line);
     if (!command.is_object())
-      return answer(refusal("expected one JSON object a line, like {\"do\": \"status\"}"), false);
-    if (!owner_.handler_.is_for_everybody(command) && !become_writer())
+      return answer(refusal("expected one JSON object per line, like {\"do\": \"status\"}"), false);
+    if (!owner_.handler_.is_open_to_all(command) && !become_writer())
       return answer(refusal(fmt::format("process {} has the right to write until it disconnects",
                                         owner_.writer_.lock()->pid_)),
                     false);
     obey(command);
   }
 
-  /// Until the answer comes only the watch for a client that hangs up keeps the session alive: one that is
-  /// killed while it waits gives the right to write back at once.
+  /// Until the answer is ready, only the wait for a disconnect keeps the session alive. A client that is
+  /// killed while it waits therefore gives up the right to write immediately.
   void obey(const nlohmann::json& command) {
     socket_.async_wait(stream_protocol::socket::wait_error,
                        [self = shared_from_this()](const error_code& error) {
                          if (!error) self->owner_.handler_.forget(self.get());
                        });
-    const auto tell = [waiting = weak_from_this()](nlohmann::json result) {
+    const auto send = [waiting = weak_from_this()](nlohmann::json result) {
       if (const auto self = waiting.lock()) self->answer(result, false);
     };
-    owner_.handler_.obey(command, {tell, this});
+    owner_.handler_.obey(command, {send, this});
   }
 
   bool become_writer() {

@@ -1,7 +1,8 @@
-// The local control socket: a Unix stream socket, one JSON object a line each way, answered in order.
+// The local control socket: a Unix stream socket. A client sends one JSON object per line and receives one
+// JSON object per line, in the same order.
 //
-// Who may open the file may command: its permissions are the access control. One writer at a time: the first
-// connection that changes anything keeps that right until it is closed; all others may look, and stop.
+// The permissions of the file are the access control. There is one writer at a time: the first connection
+// that changes something keeps this right until it closes. Other connections may read the status and stop.
 #pragma once
 
 #include <sys/types.h>
@@ -16,17 +17,19 @@
 
 namespace hystcan::app {
 
-/// Where a controller on `interface` listens unless told otherwise: hystcan-vcan0.sock in the folder that
-/// RUNTIME_DIRECTORY (systemd) or XDG_RUNTIME_DIR name, else in /tmp. A twin: hystcan-twin-vcan0.sock.
+/// The default socket of a controller on `interface`, hystcan-vcan0.sock, or of a twin,
+/// hystcan-twin-vcan0.sock. It is in the folder that RUNTIME_DIRECTORY (systemd) or XDG_RUNTIME_DIR names,
+/// else in /tmp.
 std::filesystem::path default_socket(const std::string& interface);
 std::filesystem::path default_twin_socket(const std::string& interface);
 
-/// One line. No object where the line is no command; what is nested deeper than eight is left out.
+/// Parses one line. Returns something other than an object if the line is not a command. Values nested deeper
+/// than eight levels are left out.
 nlohmann::json parse_command(const std::string& line);
 
 class ControlSocket {
  public:
-  /// Throws RunError where another process listens there, or the file can't be made.
+  /// Throws RunError if another process listens there, or if the file cannot be created.
   ControlSocket(boost::asio::io_context& context, std::filesystem::path file, CommandHandler& handler);
   ~ControlSocket();  ///< removes the file
   ControlSocket(const ControlSocket&) = delete;

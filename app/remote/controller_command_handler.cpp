@@ -21,8 +21,7 @@ using nlohmann::json;
 
 constexpr auto poll_period = std::chrono::milliseconds(5);
 
-/// Of `wait`, where it names no timeout either: twelve days.
-constexpr double longest_wait_s = 1e6;
+constexpr double longest_wait_s = 1e6;  // twelve days; also the default of `wait`
 
 const std::map<std::string, Request::Kind>& acts() {
   static const std::map<std::string, Request::Kind> kinds{
@@ -33,7 +32,7 @@ const std::map<std::string, Request::Kind>& acts() {
   return kinds;
 }
 
-/// As TOML, where all but a table is written as in JSON.
+/// The value as TOML. Only a table is written differently than in JSON.
 std::string toml_of(const json& value) {
   if (!value.is_object()) return value.dump();
   std::vector<std::string> members;
@@ -67,7 +66,7 @@ json to_json(const std::string& name, const controller::CycleRecord& record) {
   return axis;
 }
 
-json told(const std::vector<config::Change>& changes) {
+json changes_json(const std::vector<config::Change>& changes) {
   json list = json::array();
   for (const config::Change& change : changes)
     list.push_back({{"key", change.path}, {"from", change.from}, {"to", change.to}});
@@ -81,7 +80,8 @@ std::string joined(const std::vector<config::Change>& changes) {
   return fmt::format("{}", fmt::join(texts, "; "));
 }
 
-/// Empty: go on waiting. The board lags behind the control thread, and may still tell of the way before.
+/// The answer to `wait`; null while the wait goes on. The board lags behind the control thread: records up to
+/// `since_cycle` may describe an earlier move.
 json outcome_of(const controller::CycleRecord& record, std::uint64_t since_cycle) {
   if (record.cycle <= since_cycle) return {};
   const controller::AxisReport& report = record.report;
@@ -106,7 +106,7 @@ ControllerCommandHandler::ControllerCommandHandler(boost::asio::io_context& cont
       live_(live),
       last_before_act_(live.axis_names().size()) {}
 
-bool ControllerCommandHandler::is_for_everybody(const json& command) const {
+bool ControllerCommandHandler::is_open_to_all(const json& command) const {
   const auto what = command.find("do");
   return what != command.end() &&
          (*what == "status" || *what == "wait" || *what == "disable" || *what == "stop");
@@ -116,18 +116,18 @@ void ControllerCommandHandler::obey(const json& command, Answer answer) {
   static const std::map<std::string, Command> others{{"status", &ControllerCommandHandler::status},
                                                      {"wait", &ControllerCommandHandler::wait},
                                                      {"set", &ControllerCommandHandler::set}};
-  try {  // each is given a copy of `answer`: one that was moved away could not tell of what is thrown
+  try {  // each call gets a copy of `answer`, because the catch below needs it
     const std::string what = text_of(command, "do");
     if (closed_) return answer(refusal("the controller is ending"));
     if (what == "reload") return reload(answer);
     if (const auto found = others.find(what); found != others.end())
       return (this->*found->second)(command, answer);
     if (acts().contains(what)) return act(command, answer);
-    answer(
-        refusal(fmt::format("\"{}\" is no command, expected status, enable, disable, clear, go_to, resume, "
-                            "wait, set, revert, reload or stop",
-                            what)));
-  } catch (const std::exception& error) {  // what was asked for makes no sense; nothing has been changed
+    answer(refusal(
+        fmt::format("\"{}\" is not a command, expected status, enable, disable, clear, go_to, resume, "
+                    "wait, set, revert, reload or stop",
+                    what)));
+  } catch (const std::exception& error) {  // the command is invalid; nothing has changed
     answer(refusal(error.what()));
   }
 }
@@ -146,7 +146,7 @@ void ControllerCommandHandler::status(const json&, Answer answer) {
           {"axes", axes}});
 }
 
-/// The axis that is named; all where none is.
+/// The named axis; all axes if none is named.
 std::vector<std::size_t> ControllerCommandHandler::axes_of(const json& command) const {
   if (command.contains("axis")) return {live_.axis_index(text_of(command, "axis"))};
   std::vector<std::size_t> all(live_.axis_names().size());
@@ -173,43 +173,43 @@ void ControllerCommandHandler::act(const json& command, Answer answer) {
 void ControllerCommandHandler::set(const json& command, Answer answer) {
   const auto value = command.find("value");
   if (value == command.end()) throw config::Error("\"value\" is missing, expected a value as in TOML");
-  take_up(live_.with(text_of(command, "axis"), text_of(command, "key"), toml_of(*value)), std::move(answer));
+  apply(live_.with(text_of(command, "axis"), text_of(command, "key"), toml_of(*value)), std::move(answer));
 }
 
 void ControllerCommandHandler::reload(Answer answer) {
   try {
-    take_up(live_.reread(), answer);
+    apply(live_.reread(), answer);
   } catch (const std::exception& error) {
-    spdlog::error("configuration not taken over: {}", error.what());
+    spdlog::error("configuration not applied: {}", error.what());
     answer(refusal(error.what()));
   }
 }
 
-void ControllerCommandHandler::take_up(LiveConfig::Prepared prepared, Answer answer) {
+void ControllerCommandHandler::apply(LiveConfig::Prepared prepared, Answer answer) {
   if (!prepared.after_restart.empty()) {
-    const std::string why =
+    const std::string reason =
         fmt::format("needs a restart, nothing was changed: {}", joined(prepared.after_restart));
-    spdlog::warn("configuration not taken over: {}", why);
-    return answer(refusal(why));
+    spdlog::warn("configuration not applied: {}", reason);
+    return answer(refusal(reason));
   }
   auto requests = std::move(prepared.requests);
   const auto shared = std::make_shared<LiveConfig::Prepared>(std::move(prepared));
   ask_all(std::move(requests),
           [this, shared, answer = std::move(answer)](const std::vector<std::string>& refusals) {
             if (!refusals.empty()) {
-              const std::string why = fmt::format("{}", fmt::join(refusals, "; "));
-              spdlog::error("configuration not taken over: {}", why);
-              live_.doubt(*shared);
-              return answer(refusal(why));
+              const std::string reason = fmt::format("{}", fmt::join(refusals, "; "));
+              spdlog::error("configuration not applied: {}", reason);
+              live_.mark_uncertain(*shared);
+              return answer(refusal(reason));
             }
             live_.accept(*shared);
             for (const config::Change& change : shared->at_once)
               spdlog::info("configuration: {}", describe(change));
-            answer({{"ok", true}, {"changed", told(shared->at_once)}});
+            answer({{"ok", true}, {"changed", changes_json(shared->at_once)}});
           });
 }
 
-/// `done` is told the refusals of all of them, when all are answered.
+/// Calls `done` with the refusals when all requests are answered.
 void ControllerCommandHandler::ask_all(std::vector<std::unique_ptr<Request>> requests,
                                        std::function<void(const std::vector<std::string>&)> done) {
   struct Round {
@@ -232,7 +232,7 @@ void ControllerCommandHandler::ask_all(std::vector<std::unique_ptr<Request>> req
     if (requests_.ask(std::move(request))) {
       pending_.push_back({asked, close_one});
     } else {
-      Request refused{.axis = asked->axis, .refused_because = "too much is asked at once"};
+      Request refused{.axis = asked->axis, .refused_because = "too many requests at once"};
       close_one(refused);
     }
   }
@@ -267,7 +267,7 @@ void ControllerCommandHandler::arm() {
 
 void ControllerCommandHandler::poll() {
   collect_answers();
-  look_at_waiters();
+  answer_waiters();
 }
 
 void ControllerCommandHandler::collect_answers() {
@@ -281,13 +281,14 @@ void ControllerCommandHandler::collect_answers() {
   }
 }
 
-void ControllerCommandHandler::look_at_waiters() {
+void ControllerCommandHandler::answer_waiters() {
   const auto newest = board_.newest();
   const auto now = std::chrono::steady_clock::now();
   std::vector<Waiter> waiting = std::exchange(waiters_, {});
   for (Waiter& waiter : waiting) {
     json outcome = outcome_of(newest[waiter.axis], waiter.since_cycle);
-    if (outcome.is_null() && now >= waiter.deadline) outcome = refusal("waited for timeout_s in vain");
+    if (outcome.is_null() && now >= waiter.deadline)
+      outcome = refusal("timed out: not in position within timeout_s");
     if (outcome.is_null())
       waiters_.push_back(std::move(waiter));
     else
@@ -295,8 +296,8 @@ void ControllerCommandHandler::look_at_waiters() {
   }
 }
 
-void ControllerCommandHandler::forget(const void* asker) {
-  std::erase_if(waiters_, [&](const Waiter& waiter) { return waiter.answer.asker == asker; });
+void ControllerCommandHandler::forget(const void* client) {
+  std::erase_if(waiters_, [&](const Waiter& waiter) { return waiter.answer.client == client; });
 }
 
 void ControllerCommandHandler::close() {

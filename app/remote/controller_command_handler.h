@@ -1,8 +1,8 @@
-// Where scripts and the configuration file reach a running controller: what they ask becomes requests to the
-// control thread, what it answers goes back to them. Everything here runs on one thread of its own.
+// Turns the commands of the control socket and the changes of the configuration file into requests to the
+// control thread, and returns its answers. All of this runs on one thread, not the control thread.
 //
 //   ControlSocket (line-delimited JSON) ──▶ ControllerCommandHandler ──▶ RequestLink ──▶ control thread
-//   file watch, SIGHUP ──▶ LiveConfig ──────┘    └──▶ StatusBoard (what is going on)
+//   file watch, SIGHUP ──▶ LiveConfig ──────┘    └──▶ StatusBoard (newest cycle records)
 //
 // docs/control_socket.md has the commands.
 #pragma once
@@ -27,11 +27,11 @@ class ControllerCommandHandler final : public CommandHandler {
                            const StatusBoard& board, LiveConfig& live);
 
   void obey(const nlohmann::json& command, Answer answer) override;
-  void forget(const void* asker) override;
-  bool is_for_everybody(const nlohmann::json& command) const override;
-  /// The file again: applied where it is valid, told on the log.
+  void forget(const void* client) override;
+  bool is_open_to_all(const nlohmann::json& command) const override;
+  /// Reads the file again, applies it if it is valid, and logs the result.
   void reload(Answer answer);
-  /// No cycles come any more: who waits is told.
+  /// The controller ends: answers all waiting clients.
   void close();
 
  private:
@@ -52,20 +52,20 @@ class ControllerCommandHandler final : public CommandHandler {
   void wait(const nlohmann::json& command, Answer answer);
   void set(const nlohmann::json& command, Answer answer);
 
-  void take_up(LiveConfig::Prepared prepared, Answer answer);
+  void apply(LiveConfig::Prepared prepared, Answer answer);
   void ask_all(std::vector<std::unique_ptr<controller::Request>> requests,
                std::function<void(const std::vector<std::string>& refusals)> done);
   std::vector<std::size_t> axes_of(const nlohmann::json& command) const;
   void arm();
   void poll();
   void collect_answers();
-  void look_at_waiters();
+  void answer_waiters();
 
   boost::asio::steady_timer timer_;
   controller::RequestLink& requests_;
   const StatusBoard& board_;
   LiveConfig& live_;
-  std::vector<std::uint64_t> last_before_act_;  ///< cycle of each axis; its later records know of the act
+  std::vector<std::uint64_t> last_before_act_;  ///< cycle of each axis; later records show the act
   std::vector<Pending> pending_;
   std::vector<Waiter> waiters_;
   bool armed_ = false;

@@ -32,7 +32,7 @@ void FileWatch::read() {
   events_.async_read_some(boost::asio::buffer(buffer_),
                           [this](const boost::system::error_code& error, std::size_t bytes) {
                             if (error) return;
-                            if (concerns_us(bytes)) {
+                            if (has_watched_name(bytes)) {
                               settle_.expires_after(std::chrono::milliseconds(100));
                               settle_.async_wait([this](const boost::system::error_code& cancelled) {
                                 if (!cancelled) on_change_();
@@ -42,8 +42,8 @@ void FileWatch::read() {
                           });
 }
 
-/// The kernel hands whole events over, each with the padding of its name counted in `len`.
-bool FileWatch::concerns_us(std::size_t bytes) const {
+/// The kernel delivers whole events; `len` of each includes the padding of its name.
+bool FileWatch::has_watched_name(std::size_t bytes) const {
   for (std::size_t at = 0; at + sizeof(inotify_event) <= bytes;) {
     inotify_event event{};
     std::memcpy(&event, buffer_.data() + at, sizeof(event));

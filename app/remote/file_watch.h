@@ -1,5 +1,5 @@
-// Tells when a file has been written or replaced: by inotify on its folder, since editors put a new file in
-// the place of the old one. Several changes within a tenth of a second are one.
+// Reports when a file has been written or replaced. It watches the folder by inotify, because editors replace
+// the file with a new one. Several changes within 0.1 s count as one.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@ namespace hystcan::app {
 
 class FileWatch {
  public:
-  /// Where a folder can't be watched nothing is told of its files; is_watching() says so.
+  /// If a folder cannot be watched, no change of its files is reported, and is_watching() is false.
   FileWatch(boost::asio::io_context& context, const std::vector<std::filesystem::path>& files,
             std::function<void()> on_change);
 
@@ -23,7 +23,7 @@ class FileWatch {
 
  private:
   void read();
-  bool concerns_us(std::size_t bytes) const;
+  bool has_watched_name(std::size_t bytes) const;
 
   std::vector<std::string> names_;
   std::function<void()> on_change_;

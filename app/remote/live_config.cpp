@@ -14,7 +14,7 @@ using controller::Request;
 
 constexpr std::size_t longest_key = 200;
 
-/// What a new trajectory is needed for; without, the reference goes on as it is.
+/// True if a change of this key needs a new trajectory. Without one the reference goes on unchanged.
 bool concerns_reference(const std::string& path) {
   return path.find(".setpoint[") != std::string::npos || path.ends_with(".repeat") ||
          path.find(".reference_") != std::string::npos;
@@ -60,7 +60,7 @@ LiveConfig::Prepared LiveConfig::prepare(std::vector<config::Setting> overrides)
                     .at_once = {},
                     .after_restart = {},
                     .requests = {}};
-  std::map<std::size_t, bool> concerned = doubted_;  // and whether their reference is
+  std::map<std::size_t, bool> concerned = uncertain_;  // axes, and whether their reference changes too
   for (config::Change& change : config::changes(settings_, prepared.settings)) {
     const Effect effect = config::effect_of(change.path);
     if (effect == Effect::after_restart) prepared.after_restart.push_back(std::move(change));
@@ -83,12 +83,12 @@ LiveConfig::Prepared LiveConfig::prepare(std::vector<config::Setting> overrides)
 void LiveConfig::accept(const Prepared& prepared) {
   settings_ = prepared.settings;
   overrides_ = prepared.overrides;
-  doubted_.clear();
+  uncertain_.clear();
 }
 
-void LiveConfig::doubt(const Prepared& prepared) {
+void LiveConfig::mark_uncertain(const Prepared& prepared) {
   for (const config::Change& change : prepared.at_once)
-    doubted_[axis_of(change.path)] |= concerns_reference(change.path);
+    uncertain_[axis_of(change.path)] |= concerns_reference(change.path);
 }
 
 }  // namespace hystcan::app

@@ -1,6 +1,6 @@
-// The configuration of a running controller: what is in force, and what a new version of the file, or a
-// single setting, would change. Nothing is applied here; what is prepared is applied whole, or, where any of
-// it needs a restart, not at all: the file was checked as a whole.
+// The configuration of a running controller: the settings in force, and the changes that a new version of the
+// file, or a single setting, would make. This class prepares changes and applies nothing. The caller applies
+// all prepared changes, or none if one of them needs a restart, because the file was checked as a whole.
 #pragma once
 
 #include <filesystem>
@@ -18,7 +18,7 @@ namespace hystcan::app {
 
 class LiveConfig {
  public:
-  /// What the process was started with.
+  /// The configuration at the start of the process.
   LiveConfig(std::filesystem::path file, const config::Config& config);
 
   struct Prepared {
@@ -28,19 +28,19 @@ class LiveConfig {
     std::vector<config::Change> after_restart;
     std::vector<std::unique_ptr<controller::Request>> requests;  ///< retune, one for each axis concerned
   };
-  /// The file as it is now; single settings made before are forgotten. Throws config::Error, can::DbcError.
+  /// Prepares the file as it is now; discards earlier single settings. Throws config::Error, can::DbcError.
   Prepared reread() const;
-  /// One setting of an axis's control in the place of what is in force: key "kp", "delays.resonance_Hz".
+  /// Prepares one setting of an axis's control: key "kp", "delays.resonance_Hz".
   Prepared with(std::string_view axis, std::string_view key, const std::string& toml_value) const;
-  /// It has been applied.
+  /// Call it when `prepared` has been applied.
   void accept(const Prepared& prepared);
-  /// An axis has refused it, another one may have taken it up: both are told everything with the next
-  /// version.
-  void doubt(const Prepared& prepared);
+  /// Call it when one axis has refused `prepared` and another may have applied it. The next version then
+  /// sends all settings to both.
+  void mark_uncertain(const Prepared& prepared);
 
   const std::filesystem::path& file() const { return file_; }
   const std::vector<std::string>& axis_names() const { return names_; }
-  /// Throws config::Error where there is none of that name.
+  /// Throws config::Error if no axis has that name.
   std::size_t axis_index(std::string_view name) const;
 
  private:
@@ -50,7 +50,7 @@ class LiveConfig {
   std::vector<std::string> names_;
   std::vector<config::Setting> overrides_;
   std::vector<config::Setting> settings_;
-  std::map<std::size_t, bool> doubted_;  ///< axes, and whether their reference too
+  std::map<std::size_t, bool> uncertain_;  ///< axes, and whether their reference is uncertain too
 };
 
 }  // namespace hystcan::app

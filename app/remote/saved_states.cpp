@@ -15,13 +15,13 @@ std::string memory_text(const controller::ControlLaw& law) {
   std::vector<char> buffer(model::Hysteresis::saved_size());
   const controller::ModelCorrection& correction = law.correction();
   return fmt::format(
-      "# What the actuator remembers, as of a clean stop. Removed as soon as it is driven again.\n"
+      "# The memory of the actuator at a clean stop. The controller removes this file when it drives again.\n"
       "[correction]\ngain = {:.17}\noffset_um = {:.17}\n\n{}\n"
-      "[stop]  # The end: without it this is half a file.\nreason = \"stopped\"\n",
+      "[stop]  # The last table: without it the file is incomplete.\nreason = \"stopped\"\n",
       correction.gain, correction.offset_um, law.model().save(law.memory(), buffer));
 }
 
-/// In one step: whoever reads it finds the whole of it or nothing.
+/// Writes the file in one step: a reader finds all of it or nothing.
 void write(const std::filesystem::path& file, const std::string& text) {
   const std::filesystem::path draft = file.string() + ".new";
   std::ofstream stream(draft, std::ios::binary);
@@ -43,11 +43,11 @@ SavedStates::SavedStates(const config::Config& config) {
     const bool restores = axis.control.start_up == StartUp::restore;
     if (restores && folder.empty())
       throw config::Error(
-          fmt::format("{}: axis {} is to restore its memory, expected state_dir in [controller]",
+          fmt::format("{}: axis {} must restore its memory, expected state_dir in [controller]",
                       config.file.string(), axis.wire.name));
     if (restores && !std::filesystem::exists(axes_[i].file))
       throw config::Error(
-          fmt::format("{}: there is none, so the last stop was not a clean one, expected it for "
+          fmt::format("{}: there is no such file, so the last stop was not clean, expected it for "
                       "start_up = \"restore\"; start once with \"wipe\"",
                       axes_[i].file.string()));
     if (axes_[i].file.empty() || !std::filesystem::exists(axes_[i].file)) continue;
@@ -55,7 +55,7 @@ SavedStates::SavedStates(const config::Config& config) {
       axes_[i].state = config::load_state(axes_[i].file, model::Hysteresis(axis.control.law.model));
     } catch (const config::Error& error) {
       if (restores) throw;
-      spdlog::warn("not taken up: {}", error.what());
+      spdlog::warn("saved state not used: {}", error.what());
     }
   }
 }

@@ -1,6 +1,6 @@
-// What each axis remembers, kept in a file over a clean stop: NAME.state.toml in state_dir, a memory file
-// with the correction learnt so far. A file tells the truth only until the actuator is driven again: it is
-// removed then, and written anew, in one step, at the next clean stop.
+// Saves the memory of each axis at a clean stop: NAME.state.toml in state_dir is a memory file that also
+// has the correction learnt so far. The file is valid only until the actuator is driven again. Then it is
+// removed; the next clean stop writes a new one, in one step.
 #pragma once
 
 #include <filesystem>
@@ -16,13 +16,13 @@ namespace hystcan::app {
 
 class SavedStates {
  public:
-  /// Throws config::Error where an axis is to restore what cannot be: no file, or one of another model.
+  /// Throws config::Error if an axis must restore its memory and its file is missing or of another model.
   explicit SavedStates(const config::Config& config);
 
   void restore(controller::Controller& controller) const;
-  /// The axis is driven: its file is removed.
+  /// Removes the file of an axis that is driven now.
   void forget(std::size_t axis);
-  /// Every axis that was stopped cleanly. What can't be written is a warning.
+  /// Saves every axis that was stopped cleanly. Logs a warning if a file cannot be written.
   void save(const controller::Controller& controller) const;
 
  private:

@@ -1,5 +1,4 @@
-// What the axes are doing now, for those who ask: the telemetry thread puts the newest record of each axis
-// up, any other thread reads it.
+// The newest cycle record of each axis: the telemetry thread writes it, any other thread reads it.
 #pragma once
 
 #include <mutex>
@@ -17,7 +16,7 @@ class StatusBoard {
     const std::scoped_lock lock(mutex_);
     newest_[record.axis] = record;
   }
-  /// The newest of each axis; one of an axis that has made none yet is as constructed.
+  /// The newest record of each axis; a default-constructed one if the axis has made none yet.
   std::vector<controller::CycleRecord> newest() const {
     const std::scoped_lock lock(mutex_);
     return newest_;

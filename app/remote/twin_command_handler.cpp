@@ -13,8 +13,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Twelve days.
-constexpr double longest_s = 1e6;
+constexpr double longest_s = 1e6;  // twelve days
 
 std::string_view to_string(can::NmtState state) {
   switch (state) {
@@ -57,15 +56,16 @@ TwinCommandHandler::TwinCommandHandler(twin::Twin& twin, can::Scheduler& schedul
                                        std::function<void()> stop)
     : twin_(twin), scheduler_(scheduler), started_(scheduler.now()), stop_(std::move(stop)) {}
 
-bool TwinCommandHandler::is_for_everybody(const json& command) const {
+bool TwinCommandHandler::is_open_to_all(const json& command) const {
   const auto what = command.find("do");
-  return what != command.end() && (*what == "status" || *what == "heal" || *what == "stop");
+  return what != command.end() &&
+         (*what == "status" || *what == "remove" || *what == "heal" || *what == "stop");
 }
 
 void TwinCommandHandler::obey(const json& command, Answer answer) {
   try {
     answer(carry_out(command));
-  } catch (const std::exception& error) {  // what was asked for makes no sense; nothing has been changed
+  } catch (const std::exception& error) {  // the command is invalid; nothing has changed
     answer(refusal(error.what()));
   }
 }
@@ -74,9 +74,11 @@ json TwinCommandHandler::carry_out(const json& command) {
   const std::string what = text_of(command, "do");
   if (what == "status") return status();
   if (what == "inject") return inject(command);
-  if (what == "heal") return remove(command);
+  if (what == "remove") return remove(command, "removed");
+  if (what == "heal") return remove(command, "healed");  // the old name
   if (what != "stop")
-    throw config::Error(fmt::format("\"{}\" is no command, expected status, inject, heal or stop", what));
+    throw config::Error(
+        fmt::format("\"{}\" is not a command, expected status, inject, remove or stop", what));
   stop_();
   return {{"ok", true}};
 }
@@ -99,44 +101,44 @@ json TwinCommandHandler::status() {
 }
 
 json TwinCommandHandler::describe(const twin::FaultScheduler::Active& fault) const {
-  const twin::FaultSpec& order = fault.spec;
-  const twin::FaultTraits& its = traits(order.kind);
-  json told{{"kind", its.name}, {"axis", order.axis}, {"began_s", time_s(fault.began)}};
-  if (its.site != twin::FaultSite::plant) told["node"] = to_string(order.node);
-  if (!its.unit.empty()) told["value"] = order.value;
-  if (order.lasts > can::Duration::zero()) told["ends_s"] = time_s(fault.ends);
-  return told;
+  const twin::FaultSpec& spec = fault.spec;
+  const twin::FaultTraits& kind = traits(spec.kind);
+  json description{{"kind", kind.name}, {"axis", spec.axis}, {"began_s", time_s(fault.began)}};
+  if (kind.site != twin::FaultSite::plant) description["node"] = to_string(spec.node);
+  if (!kind.unit.empty()) description["value"] = spec.value;
+  if (spec.lasts > can::Duration::zero()) description["ends_s"] = time_s(fault.ends);
+  return description;
 }
 
-/// The only one where none is named.
+/// The axis named in the command; a twin with one axis needs no name.
 std::string TwinCommandHandler::axis_of(const json& command) const {
   if (!command.contains("axis") && twin_.axes().size() == 1) return twin_.axes().front()->name;
   return text_of(command, "axis");
 }
 
 json TwinCommandHandler::inject(const json& command) {
-  twin::FaultSpec order = twin::fault_spec(fault_of(command), axis_of(command));
+  twin::FaultSpec spec = twin::fault_spec(fault_of(command), axis_of(command));
   if (command.contains("node")) {
     const std::string name = text_of(command, "node");
     const auto node = twin::parse_node(name);
     if (!node) throw config::Error(fmt::format("node is \"{}\", expected sensor or amplifier", name));
-    order.node = *node;
+    spec.node = *node;
   }
   if (command.contains("value")) {
-    if (traits(order.kind).unit.empty())
-      throw config::Error(fmt::format("{} takes no number, expected no value", traits(order.kind).name));
-    order.value = number_of(command, "value");
+    if (traits(spec.kind).unit.empty())
+      throw config::Error(fmt::format("{} takes no number, expected no value", traits(spec.kind).name));
+    spec.value = number_of(command, "value");
   }
-  order.lasts = duration_of(command);
-  twin_.faults().inject(order);
-  return {{"ok", true}, {"fault", twin::describe(order)}};
+  spec.lasts = duration_of(command);
+  twin_.faults().inject(spec);
+  return {{"ok", true}, {"fault", twin::describe(spec)}};
 }
 
-json TwinCommandHandler::remove(const json& command) {
+json TwinCommandHandler::remove(const json& command, const char* count_key) {
   std::optional<twin::Fault> kind;
   if (command.contains("kind")) kind = fault_of(command);
   const std::string axis = command.contains("axis") ? text_of(command, "axis") : "";
-  return {{"ok", true}, {"healed", twin_.faults().remove(kind, axis)}};
+  return {{"ok", true}, {count_key, twin_.faults().remove(kind, axis)}};
 }
 
 }  // namespace hystcan::app

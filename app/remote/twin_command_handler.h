@@ -1,6 +1,6 @@
-// What a running twin is asked for over its socket: what its nodes and stages are doing, faults that begin
-// now, their end. Runs on the twin's own thread, between two of its events; every command is answered at
-// once.
+// Handles the commands of a twin's control socket: status of its nodes and stages, injection and removal of
+// faults, stop. It runs on the twin's own thread, between two of its events, and answers every command
+// immediately.
 //
 // docs/twin.md has the commands.
 #pragma once
@@ -17,18 +17,18 @@ std::string_view to_string(can::AmpState state);
 
 class TwinCommandHandler final : public CommandHandler {
  public:
-  /// `stop`: ends the twin.
+  /// `stop` ends the twin.
   TwinCommandHandler(twin::Twin& twin, can::Scheduler& scheduler, std::function<void()> stop);
 
   void obey(const nlohmann::json& command, Answer answer) override;
-  void forget(const void*) override {}  // nothing goes on
-  bool is_for_everybody(const nlohmann::json& command) const override;
+  void forget(const void*) override {}  // no command is ever pending
+  bool is_open_to_all(const nlohmann::json& command) const override;
 
  private:
   nlohmann::json carry_out(const nlohmann::json& command);
   nlohmann::json status();
   nlohmann::json inject(const nlohmann::json& command);
-  nlohmann::json remove(const nlohmann::json& command);
+  nlohmann::json remove(const nlohmann::json& command, const char* count_key);
   nlohmann::json describe(const twin::FaultScheduler::Active& fault) const;
   std::string axis_of(const nlohmann::json& command) const;
   double time_s(can::Time time) const { return can::seconds(time - started_); }

@@ -1,4 +1,4 @@
-// The demo's picture, drawn by gnuplot from the CSV files that the demo has written.
+// The plot of the demo. gnuplot draws it from the CSV files that the demo has written.
 #pragma once
 
 #include <filesystem>
@@ -7,18 +7,18 @@
 namespace hystcan::app {
 
 struct DemoPlot {
-  std::filesystem::path
-      directory;  ///< holds average.csv ... inverse+pi.csv; gets demo.gp, demo.svg, demo.png
+  /// Holds average.csv ... inverse+pi.csv; draw() adds demo.gp, demo.svg and demo.png.
+  std::filesystem::path directory;
   std::string title;
   std::string axis;  ///< name, as in the CSV
   std::string drive_unit;
   double stroke_um = 1.0;
-  double from_s = 0.0;  ///< stretch of time shown in the tracking panel
+  double from_s = 0.0;  ///< interval of time in the tracking panel
   double to_s = 1.0;
 };
 
-/// Writes demo.gp and runs gnuplot on it. Empty where it drew, else why not; the script stays for a later
-/// try.
+/// Writes demo.gp and runs gnuplot on it. Returns an empty text on success, else the reason of the failure.
+/// The script remains for a later attempt.
 std::string draw(const DemoPlot& plot);
 
 }  // namespace hystcan::app

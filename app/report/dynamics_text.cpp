@@ -39,8 +39,8 @@ std::string describe(const SecondOrderFit& fit, const std::string& input_unit,
                      const std::string& output_unit) {
   return line("natural frequency", with_interval(fit.natural_frequency_Hz, 1.0, " Hz")) +
          line("damping ratio", with_interval(fit.damping_ratio, 1.0, "")) +
-         line("delay",
-              with_interval(fit.delay_s, 1e3, " ms") + ", the amplifier's lag and the sensor's delay in it") +
+         line("delay", with_interval(fit.delay_s, 1e3, " ms") +
+                           ", including the amplifier's lag and the sensor's delay") +
          line("gain", with_interval(fit.gain, 1.0, " " + output_unit + " per " + input_unit)) +
          line("residual", fmt::format("{:.3g} {} rms; the mode explains {:.4f} % of the output's variance",
                                       fit.residual_rms, output_unit, 100.0 * fit.explained));
@@ -55,9 +55,10 @@ std::string describe(const Margins& margins) {
 }
 
 std::string describe(const PiRule& rule) {
-  return line("rule", fmt::format("of all kp >= 0 and ki the largest ki with |L| <= 1 where the phase of L "
-                                  "is at {:g} deg or beyond",
-                                  rule.phase_margin_deg - 180.0)) +
+  return line("rule",
+              fmt::format("the largest ki of all pairs of ki and kp >= 0 with |L| <= 1 where the phase of L "
+                          "is at {:g} deg or beyond",
+                          rule.phase_margin_deg - 180.0)) +
          line("", fmt::format("(phase margin {:g} deg) and |L| <= {:.3g} where it is at -180 deg or beyond "
                               "({:.3g} dB, the resonance too)",
                               rule.phase_margin_deg, 1.0 / rule.gain_margin, decibel(rule.gain_margin)));

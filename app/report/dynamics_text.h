@@ -1,5 +1,5 @@
-// What an identified mode, a loop and a fragment of a configuration look like in words, TOML and JSON: what
-// `dynamics` and `tune` share.
+// An identified mode, a loop and a fragment of a configuration as text, TOML and JSON, for `dynamics` and
+// `tune`.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -12,28 +12,30 @@ namespace hystcan::app {
 
 double decibel(double gain);
 
-/// `name`, padded, and `value`.
+/// A line with `name`, padded, and `value`.
 std::string line(const std::string& name, const std::string& value);
 /// Lines: natural frequency, damping ratio, delay, gain, residual.
 std::string describe(const identification::SecondOrderFit& fit, const std::string& input_unit,
                      const std::string& output_unit);
 std::string describe(const identification::Margins& margins);
-/// Lines: the rule that the gains are chosen by.
+/// Lines: the rule that chooses the gains.
 std::string describe(const identification::PiRule& rule);
 
-/// The preview of the reference counts an amplifier's lag 1 / (2 pi bandwidth): the bandwidth that stands for
-/// the delay found, five digits. Empty where no delay can be told from none.
+/// The amplifier bandwidth that represents the identified delay in the preview of the reference, to five
+/// digits:
+///   bandwidth_Hz = 1 / (2 pi delay_s)
+/// Empty if the delay cannot be distinguished from zero.
 std::optional<double> bandwidth_Hz_for(const identification::Estimate& delay_s);
 
-/// A number that TOML reads as a float.
+/// The value in a form that TOML reads as a float.
 std::string toml_number(double value);
-/// Five significant digits.
+/// The value to five significant digits.
 double rounded(double value);
-/// Each line behind `# `.
+/// Puts `# ` before each line.
 std::string as_comment(const std::string& text);
 
 nlohmann::json to_json(const identification::Margins& margins);
-/// The fit's estimates, each under its name, and its residual.
+/// The estimates of the fit by name, and its residual.
 nlohmann::json to_json(const identification::SecondOrderFit& fit);
 
 }  // namespace hystcan::app

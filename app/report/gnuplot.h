@@ -1,4 +1,4 @@
-// Pictures are drawn by gnuplot, where it is installed, from scripts that stay beside them.
+// Draws plots by gnuplot, if it is installed, from scripts that remain beside the plots.
 #pragma once
 
 #include <filesystem>
@@ -7,12 +7,12 @@
 
 namespace hystcan::app {
 
-/// Writes the script to directory/name and runs gnuplot on it there. Empty where it drew, else why not; the
-/// script stays for a later try.
+/// Writes the script to directory/name and runs gnuplot on it there. Returns an empty text on success, else
+/// the reason of the failure. The script remains for a later attempt.
 std::string draw_with_gnuplot(const std::filesystem::path& directory, const std::string& name,
                               std::string_view script);
 
-/// As a string constant of gnuplot's, in quotes; control characters become spaces.
+/// The text as a gnuplot string constant, in quotes; control characters become spaces.
 std::string gnuplot_text(std::string_view text);
 
 }  // namespace hystcan::app

@@ -1,4 +1,4 @@
-// What an identification saw and decided, in sentences for the engineer.
+// The observations and decisions of an identification, in sentences for the engineer.
 #pragma once
 
 #include <string>

@@ -1,9 +1,10 @@
-// The numbers of an identification's report, in output units if not in percent; residual = measured - model.
+// The numbers of an identification's report. Values are in output units unless they are percentages.
+//   residual = measured - model
 //
-//   record.csv       time_s,input,output,predicted,residual,dataset
-//   curves.csv       input,ascending,descending
-//   landscape.csv    k_ascending,k_descending,rms: an empty line after each row of the map, as gnuplot wants
-//   it comparison.csv   model,parameters and its errors in percent of the output's span
+//   record.csv      time_s,input,output,predicted,residual,record
+//   curves.csv      input,ascending,descending
+//   landscape.csv   k_ascending,k_descending,rms; an empty line follows each row of the map, for gnuplot
+//   comparison.csv  model,parameters and the model's errors in percent of the output's span
 #pragma once
 
 #include <filesystem>
@@ -16,14 +17,15 @@
 
 namespace hystcan::app {
 
-/// Rows of record.csv: of more samples, one of each so many is written, the one that is missed by most.
+/// Most rows of record.csv. If there are more samples, one row stands for a group of samples: the sample with
+/// the largest residual.
 inline constexpr std::size_t most_plotted = 20000;
 
-/// One row of record.csv stands for so many samples.
+/// The number of samples for which one row of record.csv stands.
 std::size_t samples_per_row(const std::vector<identification::Dataset>& datasets);
 
-/// record.csv, curves.csv, landscape.csv where there is one, comparison.csv. Throws RunError where one can't
-/// be written.
+/// Writes record.csv, curves.csv, comparison.csv and, if there is a landscape, landscape.csv. Throws
+/// RunError if a file cannot be written.
 void write_numbers(const std::filesystem::path& directory,
                    const std::vector<identification::Dataset>& datasets,
                    const identification::Identified& identified, const identification::Comparison& comparison,

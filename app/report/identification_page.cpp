@@ -86,7 +86,7 @@ std::string title_of(const IdentificationReport& report) {
 std::string findings_of(const IdentificationReport& report, const WrittenReport& written) {
   std::string list;
   if (report.identified.stopped || written.comparison.stopped)
-    list += "<p><strong>Stopped before it was finished: this is the best so far.</strong></p>\n";
+    list += "<p><strong>The search was stopped early: this is the best result so far.</strong></p>\n";
   if (report.findings.empty()) return list;
   list += "<h2>Findings</h2>\n<ul>\n";
   for (const std::string& finding : report.findings) list += fmt::format("<li>{}</li>\n", escaped(finding));
@@ -97,7 +97,7 @@ std::string findings_of(const IdentificationReport& report, const WrittenReport&
 
 double percent(double error, const Comparison& comparison) { return 100.0 * error / comparison.output_span; }
 
-// In output units; none where there is none.
+// Errors in output units; empty if the row has none.
 using ReadError = std::optional<double> (*)(const ComparisonRow&);
 constexpr ReadError error_columns[] = {
     [](const ComparisonRow& row) { return std::optional(row.fit.rms); },
@@ -144,17 +144,17 @@ std::string hold_out_of(const Comparison& comparison) {
 std::string comparison_of(const IdentificationReport& report, const Comparison& comparison) {
   std::string part = "<h2>Comparison</h2>\n";
   const std::string& unit = report.identified.parameters.output_unit;
-  part +=
-      fmt::format("<p>Errors in percent of the output's span, {}; the least of each column is marked.</p>\n",
-                  escaped(with_unit(fmt::format("{:.4g}", comparison.output_span), unit)));
+  part += fmt::format(
+      "<p>Errors in percent of the output's span, {}; the smallest of each column is marked.</p>\n",
+      escaped(with_unit(fmt::format("{:.4g}", comparison.output_span), unit)));
   part += table_of(comparison);
   part += fmt::format("<p>{}</p>\n", escaped(hold_out_of(comparison)));
   for (const std::string& refused : comparison.refused)
     part += fmt::format("<p>Not fitted: {}</p>\n", escaped(refused));
   part +=
       "<p class=\"note\">All models were fitted by least squares to the same samples, with the same delay, "
-      "thresholds and, where that suits them better than their own start, initial memory. Initial memories "
-      "are not counted as parameters, save the plays of a free start.</p>\n";
+      "thresholds and, if it fits better than their own start, initial memory. Initial memories are not "
+      "counted as parameters, except the plays of a free start.</p>\n";
   return part;
 }
 
@@ -179,7 +179,7 @@ std::string pace_text(double k, const identification::PaceRange& range, const Id
   return fmt::format("{:.5g}{}, {:.4g} per span of the thresholds; {}", k, unit.empty() ? "" : " / " + unit,
                      k * identified.parameters.input_range().span(),
                      range.is_fixed ? fmt::format("RMS within 5 % from {:.3g} to {:.3g}", range.lo, range.hi)
-                                    : "the record does not fix it");
+                                    : "the dataset does not determine it");
 }
 
 std::string model_of(const Identified& identified) {
@@ -210,18 +210,18 @@ std::string model_of(const Identified& identified) {
   return part + "</table>\n";
 }
 
-std::string record_name(const IdentificationReport& report, std::size_t i) {
+std::string dataset_name(const IdentificationReport& report, std::size_t i) {
   return report.datasets.size() == 1 ? report.names[i] : fmt::format("{}: {}", i + 1, report.names[i]);
 }
 
-std::string records_of(const IdentificationReport& report) {
+std::string datasets_of(const IdentificationReport& report) {
   const Identified& identified = report.identified;
   const auto in_percent = [&](double error) {
     return fmt::format("{:.3g}", 100.0 * error / identified.output_span);
   };
   std::string part =
-      "<h2>Records</h2>\n<table>\n" + heading_row({"record", "samples", "duration [s]", "cycles", "noise [%]",
-                                                   "repeatability [%]", "RMS [%]", "max [%]"});
+      "<h2>Datasets</h2>\n<table>\n" + heading_row({"dataset", "samples", "duration [s]", "cycles",
+                                                    "noise [%]", "repeatability [%]", "RMS [%]", "max [%]"});
   for (std::size_t i = 0; i < report.datasets.size(); ++i) {
     const identification::Characterisation& is = identified.datasets[i];
     part += fmt::format("<tr><td>{}</td>", escaped(report.names[i])) +
@@ -233,7 +233,7 @@ std::string records_of(const IdentificationReport& report) {
   }
   part += "</table>\n<p class=\"note\">In percent of the output's span. Initial memory: ";
   for (std::size_t i = 0; i < report.datasets.size(); ++i)
-    part += fmt::format("{}{}, {}", i == 0 ? "" : "; ", escaped(record_name(report, i)),
+    part += fmt::format("{}{}, {}", i == 0 ? "" : "; ", escaped(dataset_name(report, i)),
                         memory_text(identified.memories[i]));
   return part + ".</p>\n";
 }
@@ -265,8 +265,8 @@ std::string files_of(const std::filesystem::path& directory, const Identificatio
   part += ". Residuals are measured - model. ";
   part += stride == 1 ? "record.csv and the pictures show every sample."
                       : fmt::format(
-                            "record.csv and the pictures show one of each {} samples: the one that "
-                            "the model misses by most. Errors and fits are of all samples.",
+                            "record.csv and the pictures show one of each {} samples: the one with "
+                            "the largest residual. Errors and fits use all samples.",
                             stride);
   return part + "</p>\n</body>\n</html>\n";
 }
@@ -276,7 +276,7 @@ std::string files_of(const std::filesystem::path& directory, const Identificatio
 std::string page_of(const std::filesystem::path& directory, const IdentificationReport& report,
                     const WrittenReport& written) {
   return fmt::format(head, escaped(title_of(report))) + findings_of(report, written) +
-         comparison_of(report, written.comparison) + model_of(report.identified) + records_of(report) +
+         comparison_of(report, written.comparison) + model_of(report.identified) + datasets_of(report) +
          pictures_of(directory, written) + files_of(directory, report);
 }
 

@@ -1,4 +1,4 @@
-// The page of an identification's report: HTML that needs nothing but the pictures beside it.
+// The page of an identification's report: HTML that needs only the plots beside it.
 #pragma once
 
 #include <filesystem>
@@ -8,7 +8,7 @@
 
 namespace hystcan::app {
 
-/// `directory`: where the pictures are; those that are missing are said to be.
+/// `directory` holds the plots. The page names those that are missing.
 std::string page_of(const std::filesystem::path& directory, const IdentificationReport& report,
                     const WrittenReport& written);
 

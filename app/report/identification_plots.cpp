@@ -29,7 +29,7 @@ set autoscale xfix
 set lmargin at screen 0.12
 set multiplot layout datasets,1
 do for [k = 1:datasets] {
-  if (datasets > 1) { set title sprintf('record %d', k) }
+  if (datasets > 1) { set title sprintf('dataset %d', k) }
   plot 'record.csv' using (of(k, 'time_s')):(100 * column('residual') / span) with lines lc rgb '#0060ad' notitle
 }
 unset multiplot
@@ -109,7 +109,7 @@ std::string labelled(const std::string& what, const std::string& unit) {
 
 std::string setting(const char* name, double value) { return fmt::format("{} = {:.9g}\n", name, value); }
 
-// Terminal, names and numbers that the scripts use.
+// The terminal, names and numbers that the scripts use.
 std::string preamble(const std::string& name, int height, std::size_t datasets,
                      const Identified& identified) {
   const model::HysteresisParameters& p = identified.parameters;
@@ -118,7 +118,7 @@ std::string preamble(const std::string& name, int height, std::size_t datasets,
          fmt::format("set output '{}.svg'\n", name) +
          "set datafile separator ','\nset datafile missing NaN\nset grid lc rgb '#c0c0c0'\nset key outside "
          "top center horizontal\n" +
-         fmt::format("records = {}\ninput_label = {}\noutput_label = {}\n", datasets,
+         fmt::format("datasets = {}\ninput_label = {}\noutput_label = {}\n", datasets,
                      labelled("input", p.input_unit), labelled("output", p.output_unit)) +
          setting("span", identified.output_span) + setting("thresholds_lo", p.input_range().lo) +
          setting("thresholds_hi", p.input_range().hi) + setting("observed_lo", identified.observed.lo) +
@@ -126,7 +126,8 @@ std::string preamble(const std::string& name, int height, std::size_t datasets,
          "of(k, name) = (column('record') == k ? column(name) : NaN)\n";
 }
 
-// The colours end at four times the least: where the best is would not be seen otherwise.
+// The colour scale ends at four times the least error; otherwise the place of the minimum would not be
+// visible.
 std::string of_landscape(const Landscape& map, const Identified& identified) {
   const double span = identified.parameters.input_range().span();
   double least = std::numeric_limits<double>::infinity(), most = 0.0;
@@ -149,23 +150,21 @@ std::string of_landscape(const Landscape& map, const Identified& identified) {
 const std::vector<Picture>& pictures() {
   static const std::vector<Picture> all{
       {"loops", "Loops",
-       "Measured and modelled output over the input. Where the model is right, its line lies within the "
+       "Measured and modelled output over the input. If the model is right, its line lies within the "
        "measured one."},
       {"residual_time", "Residual over time",
-       "What the model leaves unexplained. A slope is drift or creep; a residual that grows or shrinks at "
-       "the "
-       "beginning is an initial memory that was not met."},
+       "The part of the output that the model does not explain. A slope is drift or creep; a residual that "
+       "grows or shrinks at the beginning comes from a wrong initial memory."},
       {"residual_input", "Residual over input",
-       "Rising and falling apart: a wave that both have is the order of the curves; a loop between the two "
-       "is "
-       "a delay or a dependence on the rate; a fan at one end is a threshold."},
+       "Rising and falling input separately. A wave that both have shows that the order of the curves is too "
+       "low; a loop between the two shows a delay or a dependence on the rate; a fan at one end shows a "
+       "wrong threshold."},
       {"curves", "Reference curves",
-       "The two curves that all branches are made from, between the thresholds, and how far they are apart. "
-       "Beyond the inputs observed they are extrapolated."},
+       "The two curves from which all branches are made, between the thresholds, and their distance. Beyond "
+       "the observed inputs they are extrapolated."},
       {"landscape", "Landscape of k",
-       "RMS of the best curves at each pair of k, all else as identified. A long valley is a k that the "
-       "record "
-       "does not tell."}};
+       "RMS of the best curves at each pair of k, with all other parameters as identified. A long valley is "
+       "a k that the dataset does not determine."}};
   return all;
 }
 

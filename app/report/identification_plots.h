@@ -1,4 +1,5 @@
-// The pictures of an identification's report, drawn by gnuplot from its numbers (identification_numbers.h).
+// The plots of an identification's report. gnuplot draws them from the report's numbers
+// (identification_numbers.h).
 #pragma once
 
 #include <filesystem>
@@ -17,7 +18,8 @@ struct Picture {
 };
 const std::vector<Picture>& pictures();
 
-/// Draws what there are numbers of. Empty where all was drawn, else why not.
+/// Draws every plot whose numbers exist. Returns an empty text if all were drawn, else the reason of the
+/// failure.
 std::string draw_pictures(const std::filesystem::path& directory, std::size_t datasets,
                           const identification::Identified& identified,
                           const std::optional<identification::Landscape>& landscape);

@@ -44,9 +44,9 @@ void make_report_folder(const std::filesystem::path& directory) {
   std::error_code error;
   if (directory.empty()) throw config::Error("report folder is \"\", expected a name");
   if (std::filesystem::exists(directory, error) && !std::filesystem::is_directory(directory, error))
-    throw config::Error(fmt::format("{}: is no folder, expected one for the report", directory.string()));
+    throw config::Error(fmt::format("{}: is not a folder, expected one for the report", directory.string()));
   std::filesystem::create_directories(directory, error);
-  if (error) throw RunError(fmt::format("{}: cannot be made: {}", directory.string(), error.message()));
+  if (error) throw RunError(fmt::format("{}: cannot be created: {}", directory.string(), error.message()));
 }
 
 WrittenReport write_report(const std::filesystem::path& directory, const IdentificationReport& report,

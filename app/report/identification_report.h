@@ -1,5 +1,5 @@
-// What an identification found, for a person to read: a folder with one page, its pictures, the numbers they
-// are drawn from, and the scripts that drew them.
+// The report of an identification: a folder with one page, its plots, the numbers of the plots, and the
+// scripts that draw them.
 #pragma once
 
 #include <filesystem>
@@ -17,24 +17,25 @@ struct IdentificationReport {
   const std::vector<identification::Dataset>& datasets;
   std::vector<std::string> names;  ///< of the datasets
   const identification::Identified& identified;
-  std::vector<std::string> findings;  ///< what was detected and decided, a sentence each
+  std::vector<std::string> findings;  ///< observations and decisions, one sentence each
 };
 
 struct WrittenReport {
   identification::Comparison comparison;
-  std::string undrawn;  ///< why a picture is missing; empty where none is
+  std::string undrawn;  ///< the reason why a plot is missing; empty if all are there
 };
 
-/// Names of all files that a report may hold: those of an earlier report are overwritten, or removed where
-/// this one has none; nothing else in the folder is touched.
+/// The names of all files that a report may hold. Files of an earlier report are overwritten, or removed if
+/// this report has no such file. Other files in the folder do not change.
 const std::vector<std::string>& report_files();
 
-/// Throws config::Error where the name is taken by something else than a folder, RunError where it can't be
-/// made.
+/// Throws config::Error if the name belongs to something other than a folder, RunError if the folder cannot
+/// be created.
 void make_report_folder(const std::filesystem::path& directory);
 
-/// Makes the folder, compares with the baselines (identification/baselines/comparison.h), which takes most of
-/// the time, and writes. Where `go_on` says no, what there is so far is written, and the page says so.
+/// Creates the folder, compares with the baselines (identification/baselines/comparison.h), which takes
+/// most of the time, and writes the report. When `go_on` returns false, it writes the results so far, and
+/// the page says so.
 WrittenReport write_report(const std::filesystem::path& directory, const IdentificationReport& report,
                            const std::function<bool()>& go_on);
 

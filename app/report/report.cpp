@@ -94,7 +94,8 @@ std::vector<std::string> describe(const controller::CycleTiming& timing) {
 
 std::string describe(const controller::AxisOutcome& outcome) {
   const controller::ErrorStatistics total = outcome.statistics.total();
-  if (total.samples == 0) return outcome.name + ": no sample of a settled reference; no error to tell";
+  if (total.samples == 0)
+    return outcome.name + ": no sample of a settled reference, so there is no error to report";
   return fmt::format("{}: error RMS {:.4f} um ({:.3f} % of {:g} um), max {:.4f} um over {} samples",
                      outcome.name, total.rms_um(), 100.0 * total.rms_um() / outcome.stroke_um,
                      outcome.stroke_um, total.max_um, total.samples);

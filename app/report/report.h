@@ -1,4 +1,4 @@
-// How tracking results are shown.
+// Tracking results as text and JSON.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -17,21 +17,21 @@ inline constexpr double settle_s = 0.1;
 
 nlohmann::json to_json(const controller::AxisOutcome& outcome);
 nlohmann::json to_json(const can::BusReport& report);
-/// By cause.
+/// The counts by cause.
 nlohmann::json to_json(const can::RejectedFrames& rejected);
 
-/// What there is to tell of the bus when a run on it has ended.
+/// The report about the bus at the end of a run.
 struct BusClosing {
-  std::vector<std::string> events{};  ///< what the nodes said, as the log had it
+  std::vector<std::string> events{};  ///< events of the nodes, in the words of the log
   can::BusReport bus{};
   std::vector<can::RejectedFrames> rejected{};
 };
-/// Events, the bus, and a line for each message that was rejected.
+/// Lines: the events, the bus, and each message with rejected frames.
 std::vector<std::string> describe(const BusClosing& closing);
-/// The bus, and under "rejected" every message with its causes.
+/// The bus, and under "rejected" each message with its causes.
 nlohmann::json to_json(const BusClosing& closing);
 
-/// By period, wake_up, turnaround and execution.
+/// Keys: period, wake_up, turnaround, execution.
 nlohmann::json to_json(const controller::CycleTiming& timing);
 std::vector<std::string> describe(const controller::CycleTiming& timing);
 

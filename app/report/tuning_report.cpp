@@ -27,7 +27,7 @@ std::string margin_cells(const Margins& m) {
 
 std::string margin_rows(const char* name, const Setting& setting) {
   std::string text = fmt::format("{:<14} {:>8.4g} {:>9.4g} ", name, setting.pi.kp, setting.pi.ki_per_s);
-  if (!setting.loop) return text + "  ki is zero: not judged\n";
+  if (!setting.loop) return text + "  ki is zero: there is no loop to judge\n";
   text += margin_cells(setting.loop->margins) + '\n';
   return text + fmt::format("{:<14} {:>8} {:>9} ", "  at the worst", "", "") +
          margin_cells(setting.loop->worst) + '\n';
@@ -37,8 +37,8 @@ std::string margin_table(const TuningReport& report) {
   return fmt::format("{:<14} {:>8} {:>9} {:>11} {:>10} {:>9} {:>12} {:>14}\n", "gains", "kp", "ki [1/s]",
                      "phase [deg]", "gain [dB]", "|L| 180", "sensitivity", "bandwidth [Hz]") +
          margin_rows("present", report.present) + margin_rows("proposed", report.proposed) +
-         "phase, gain: margins; |L| 180: the largest at a phase of -180 deg or beyond; worst: of the corners "
-         "of the intervals;\nbandwidth: of the feedback alone\n";
+         "phase, gain: margins; |L| 180: largest |L| at a phase of -180 deg or beyond; at the worst: of the "
+         "corners of the intervals;\nbandwidth: of the feedback alone\n";
 }
 
 double rms_percent(const AxisOutcome& outcome) {
@@ -57,7 +57,7 @@ std::string prediction_row(const char* name, const Setting& setting) {
   return text + '\n';
 }
 
-std::string rests_on(const TuningReport& report) {
+std::string assumptions(const TuningReport& report) {
   return fmt::format(
       "the hysteresis, the noise and the ranges of {} ([axis.twin]), not measured here; resonance, damping "
       "and delay as found here; and the configured reference of axis {} alone",
@@ -70,7 +70,7 @@ std::string prediction_table(const TuningReport& report) {
   for (const controller::Structure structure : controller::all_structures)
     text += fmt::format(" {:>11}", to_string(structure));
   return text + '\n' + prediction_row("present", report.present) +
-         prediction_row("proposed", report.proposed) + "it rests on " + rests_on(report) + '\n';
+         prediction_row("proposed", report.proposed) + "it rests on " + assumptions(report) + '\n';
 }
 
 std::string was(double value) { return fmt::format("# was {}", toml_number(value)); }
@@ -129,14 +129,14 @@ std::string fragment(const TuningReport& report) {
       key("kp", after.pi.kp, was(before.pi.kp) + " um per um") +
       key("ki_per_s", after.pi.ki_per_s, was(before.pi.ki_per_s)) + "\n[axis.control.delays]\n" +
       key("command_delay_us", command_delay_us(after.delays),
-          was(command_delay_us(before.delays)) + "; one cycle, from whose end the delay was measured");
+          was(command_delay_us(before.delays)) + "; one cycle; the measured delay counts from its end");
   if (bandwidth_Hz_for(report.fit.delay_s))
     text += key("amplifier_bandwidth_Hz", after.delays.amplifier_bandwidth_Hz,
                 was(before.delays.amplifier_bandwidth_Hz) +
-                    fmt::format("; stands for the delay found: {:.4g} ms = 1 / (2 pi bandwidth)",
+                    fmt::format("; represents the identified delay: {:.4g} ms = 1 / (2 pi bandwidth)",
                                 1e3 * report.fit.delay_s.value));
   else
-    text += "# amplifier_bandwidth_Hz: as it is, no delay can be told from none\n";
+    text += "# amplifier_bandwidth_Hz: unchanged, the delay cannot be distinguished from zero\n";
   return text + key("resonance_Hz", after.delays.resonance_Hz, was(before.delays.resonance_Hz)) +
          key("damping_ratio", after.delays.damping_ratio, was(before.delays.damping_ratio));
 }
@@ -156,7 +156,7 @@ nlohmann::json to_json(const TuningReport& report) {
                   {"gain_margin_dB", decibel(report.rule.gain_margin)}};
   json["present"] = to_json(report.present);
   json["proposed"] = to_json(report.proposed);
-  json["prediction_rests_on"] = rests_on(report);
+  json["prediction_rests_on"] = assumptions(report);
   return json;
 }
 

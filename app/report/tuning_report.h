@@ -1,4 +1,4 @@
-// What `hystcan tune` has found, in words, as a fragment of a configuration and as JSON.
+// The result of `hystcan tune` as text, as a fragment of a configuration and as JSON.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -13,12 +13,12 @@
 
 namespace hystcan::app {
 
-/// What an axis is set to, or might be, and what comes of it.
+/// Present or proposed settings of an axis, and their predicted effect.
 struct Setting {
   controller::Pi::Config pi;
   controller::Delays delays;
-  std::optional<identification::Tuning> loop{};      ///< empty: ki is zero, no loop that could be judged
-  std::vector<controller::AxisOutcome> predicted{};  ///< of the configured reference, by all_structures
+  std::optional<identification::Tuning> loop{};      ///< empty if ki is zero: there is no loop to judge
+  std::vector<controller::AxisOutcome> predicted{};  ///< for the configured reference, by all_structures
 };
 
 struct TuningReport {
@@ -36,7 +36,7 @@ struct TuningReport {
 };
 
 std::string describe(const TuningReport& report);
-/// The keys of [axis.control] that are to be replaced, each with what it was.
+/// The keys of [axis.control] to replace, each with its present value in a comment.
 std::string fragment(const TuningReport& report);
 nlohmann::json to_json(const TuningReport& report);
 

@@ -1,4 +1,4 @@
-// What was probably meant.
+// Finds the names that a misspelt name probably means.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace hystcan::config {
 
-/// The candidates nearest to `name` by edit distance, letters' case aside: "A, B, C"; `none` if there is
-/// none.
+/// The candidates with the least edit distance to `name`, regardless of case: "A, B, C"; `none` if there are
+/// no candidates.
 std::string closest(std::string_view name, const std::vector<std::string>& candidates);
 
 }  // namespace hystcan::config

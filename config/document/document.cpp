@@ -42,7 +42,7 @@ Document::Document(std::filesystem::path file, const std::vector<Setting>& overr
   for (const Setting& setting : overrides) put(setting);
 }
 
-/// Tables on the way to the key are made where they are missing, elements of a list are not.
+/// Creates missing tables on the path to the key, but no elements of a list.
 void Document::put(const Setting& setting) {
   const std::size_t dot = setting.path.rfind('.');
   const std::string key = dot == std::string::npos ? setting.path : setting.path.substr(dot + 1);

@@ -1,9 +1,8 @@
-// A TOML file, and the visitors that carry values between its tables and our structs.
+// A TOML file, and the visitors that copy values between its tables and structs.
 //
-// Each struct has one `visit` (config/schema/schema.h) that names its keys, ranges and defaults; a Reader
-// passed through it fills the struct, a Writer shows it.  Unknown keys, missing keys, wrong types and values
-// out of range are errors at their line and column.  A key of a duration carries its unit in its name: _s,
-// _ms or _us.
+// Each struct has one `visit` (config/schema/schema.h) that names its keys, ranges and defaults. A Reader
+// passed to it fills the struct; a Writer prints it. Unknown keys, missing keys, wrong types and values out
+// of range are errors with line and column. The key of a duration has its unit in its name: _s, _ms or _us.
 #pragma once
 
 #include <toml++/toml.h>
@@ -27,16 +26,17 @@ namespace hystcan::config {
 
 class Document {
  public:
-  /// With the overrides in the place of what stands in the file.
+  /// Reads the file; the overrides replace its values.
   explicit Document(std::filesystem::path file, const std::vector<Setting>& overrides = {});
 
   const toml::table& root() const { return root_; }
   const std::filesystem::path& file() const { return file_; }
-  /// A path in the file is relative to the file's own folder.
+  /// Resolves a path of the file, which is relative to the file's own folder.
   std::filesystem::path resolve(const std::filesystem::path& path) const;
 
   [[noreturn]] void fail(const toml::source_region& where, const std::string& what) const;
-  /// At the key with this path ("axis[1].amplifier_node"), or at the nearest table above it.
+  /// Reports the place of the key with this path ("axis[1].amplifier_node"), or of the nearest table above
+  /// it.
   [[noreturn]] void fail_at(std::string_view path, const std::string& what) const;
 
  private:
@@ -46,7 +46,7 @@ class Document {
   toml::table root_;
 };
 
-/// What a number may be.
+/// The allowed range of a number.
 struct Range {
   double lo = -std::numeric_limits<double>::infinity();
   double hi = std::numeric_limits<double>::infinity();
@@ -90,19 +90,19 @@ class Reader {
     optional_choice(key, value, std::span(choices.begin(), choices.size()));
   }
   void optional_choice(std::string_view key, std::string& value, std::span<const std::string_view> choices);
-  /// Some of the choices; optional.
+  /// A list of some of the choices; optional.
   void choices(std::string_view key, std::vector<std::string>& values,
                std::span<const std::string_view> choices);
-  /// Optional, and may be empty.
+  /// Optional; may be empty.
   void numbers(std::string_view key, std::vector<double>& values);
 
-  /// Optional, and may be empty.
+  /// Optional; may be empty.
   void whole_numbers(std::string_view key, std::vector<std::int64_t>& values);
-  /// A limit that may be left out: infinite then.
+  /// A limit; infinite if it is left out.
   void limit(std::string_view key, double& value) { optional(key, value, positive); }
-  /// An end of an interval that may be left out: infinite then.
+  /// An end of an interval; infinite if it is left out.
   void bound(std::string_view key, double& value) { optional(key, value); }
-  /// A name that may be left out: empty then.
+  /// A name; empty if it is left out.
   template <class Text>
   void name(std::string_view key, Text& value) {
     optional(key, value);
@@ -115,21 +115,21 @@ class Reader {
     const toml::node* node = table_.get(key);
     if (node != nullptr && missing_.empty()) read_table(*node, join(key), value.emplace(), visit);
   }
-  /// A sub-table whose keys all have defaults: left out, they stand.
+  /// A sub-table that may be left out because all its keys have defaults.
   template <class T, class Visit>
   void section(std::string_view key, T& value, Visit visit) {
     known_.emplace(key);
     const toml::node* node = table_.get(key);
     if (node != nullptr && missing_.empty()) read_table(*node, join(key), value, visit);
   }
-  /// A sub-table of its own struct: `visit(reader, value)`.
+  /// A sub-table with its own struct: calls `visit(reader, value)`.
   template <class T, class Visit>
   void table(std::string_view key, T& value, Visit visit) {
     const toml::node* node = look_up(key);
-    if (!missing_.empty()) return;  // what is missing may be what the sub-table's keys depend on
+    if (!missing_.empty()) return;  // the sub-table's keys may depend on the missing key
     read_table(*node, join(key), value, visit);
   }
-  /// An array of tables, at least one.
+  /// An array of at least one table.
   template <class T, class Visit>
   void list(std::string_view key, std::vector<T>& values, Visit visit) {
     const toml::node* node = look_up(key);
@@ -147,14 +147,14 @@ class Reader {
     known_.emplace(key);
     if (table_.contains(key)) list(key, values, visit);
   }
-  /// A choice between alternatives, made by their name.
+  /// Makes the alternative with this name.
   template <class Make>
   void alternative(const std::string& name, Make make) {
     make(name);
   }
 
-  /// Any key not asked for is an error; so is a required one that was not there. In this order, because a
-  /// misspelt key is both.
+  /// Fails at an unknown key, then at a missing required key. The order matters because a misspelt key is
+  /// both.
   void finish() const;
 
  private:
@@ -191,7 +191,7 @@ class Reader {
   std::vector<double> read_numbers(const toml::node& node, std::string_view key, Range range) const;
   std::string read_string(const toml::node& node, std::string_view key) const;
 
-  /// The required key's node; where it is absent, null, and finish() will complain.
+  /// The node of a required key; null if it is absent, and finish() then fails.
   const toml::node* look_up(std::string_view key);
   [[noreturn]] void wrong_type(const toml::node& node, std::string_view key,
                                const std::string& expected) const;
@@ -204,7 +204,7 @@ class Reader {
   std::string missing_;  ///< the first required key that is absent
 };
 
-/// Shows structs as TOML.
+/// Writes structs as TOML.
 class Writer {
  public:
   explicit Writer(const Document& document) : document_(document) {}
@@ -294,8 +294,8 @@ class Writer {
   static std::string list_of(const std::vector<double>& values);
 
   const Document& document_;
-  std::string header_;  ///< as TOML writes the table's name
-  std::string path_;    ///< the same with indices
+  std::string header_;  ///< the table's name in TOML
+  std::string path_;    ///< the table's name with indices
   std::string text_;
 };
 

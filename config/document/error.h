@@ -1,4 +1,4 @@
-// The error of everything that a user writes.
+// The error of all input that a user writes.
 #pragma once
 
 #include <algorithm>
@@ -8,8 +8,8 @@
 
 namespace hystcan::config {
 
-/// What the user wrote can't be used. what() is `FILE:LINE:COLUMN: what, expected what`, in one line whatever
-/// is quoted in it.
+/// The input of the user cannot be used. what() is `FILE:LINE:COLUMN: what, expected what`, always in one
+/// line.
 class Error : public std::runtime_error {
  public:
   explicit Error(std::string what) : std::runtime_error(in_one_line(std::move(what))) {}

@@ -1,4 +1,4 @@
-// One key of a configuration by its path.
+// One key of a configuration and its value.
 #pragma once
 
 #include <string>

@@ -26,7 +26,7 @@ void split(std::string_view line, char separator, std::vector<std::string_view>&
   }
 }
 
-// "# NAME = TEXT", quotes around TEXT allowed.
+// Parses "# NAME = TEXT"; TEXT may be in quotes.
 std::string_view named_in_comment(std::string_view line, std::string_view name) {
   line = trim(line.substr(std::min(line.size(), line.find('#') + 1)));
   if (!line.starts_with(name)) return {};
@@ -54,7 +54,7 @@ CsvReader::CsvReader(std::filesystem::path file, std::vector<std::string> column
   for (std::size_t i = 0; i < header_.size(); ++i)
     if (look_up(header_[i]) != i)
       fail(static_cast<std::size_t>(fields_[i].data() - line_.data()),
-           fmt::format("column {} is there twice, expected each name once", header_[i]));
+           fmt::format("column {} occurs twice, expected each name once", header_[i]));
   for (const std::string& name : wanted_) {
     where_.push_back(look_up(name));
     if (where_.back() == header_.size())
@@ -62,12 +62,12 @@ CsvReader::CsvReader(std::filesystem::path file, std::vector<std::string> column
   }
 }
 
-/// Where the header has it; past its end where it has not.
+/// The index of the column in the header; the header's size if it is not there.
 std::size_t CsvReader::look_up(const std::string& column) const {
   return static_cast<std::size_t>(std::ranges::find(header_, column) - header_.begin());
 }
 
-bool CsvReader::also(const std::string& column) {
+bool CsvReader::add_if_present(const std::string& column) {
   const std::size_t where = look_up(column);
   if (where == header_.size()) return false;
   wanted_.push_back(column);
@@ -95,13 +95,14 @@ bool CsvReader::next(std::vector<double>& row) {
   return true;
 }
 
-/// The next line that says something, split into fields.
+/// Reads the next line that is neither empty nor a comment, and splits it into fields.
 bool CsvReader::next_line() {
   while (std::getline(stream_, line_)) {
     ++line_number_;
     bytes_read_ += line_.size() + 1;
     if (line_.ends_with('\r')) line_.pop_back();
-    if (line_number_ == 1 && line_.starts_with("\xEF\xBB\xBF")) line_.replace(0, 3, "   ");  // Excel's mark
+    if (line_number_ == 1 && line_.starts_with("\xEF\xBB\xBF"))
+      line_.replace(0, 3, "   ");  // Excel's mark of the byte order
     if (trim(line_).starts_with('#') && header_.empty()) comments_.push_back(line_);
     if (trim(line_).empty() || trim(line_).starts_with('#')) continue;
     split(line_, separator_, fields_);

@@ -1,6 +1,6 @@
-// Measured or commanded records as CSV: a header row, commas, `#` lines ignored; read row by row in constant
-// memory. Where the header has semicolons or tabs and no comma, these separate the fields, and a decimal
-// comma is read as a point.
+// Reads measured or commanded signals from CSV, row by row in constant memory. The file has a header row
+// and commas; `#` lines are ignored. If the header has semicolons or tabs and no comma, these separate the
+// fields, and a decimal comma is read as a point.
 #pragma once
 
 #include <cstdint>
@@ -14,24 +14,23 @@
 
 namespace hystcan::config {
 
-/// Reads the columns asked for, in the order asked for, whatever else the file holds. Windows line ends are
-/// accepted.
+/// Reads the requested columns in the requested order and ignores all others. Accepts Windows line ends.
 class CsvReader {
  public:
-  /// Throws Error where the file can't be read, lacks a column, or has a name twice.
+  /// Throws Error if the file cannot be read, lacks a column, or has a column name twice.
   CsvReader(std::filesystem::path file, std::vector<std::string> columns);
 
-  /// Asks for one column more, where the file has it: says whether.
-  bool also(const std::string& column);
+  /// Requests one more column if the file has it; returns whether it has.
+  bool add_if_present(const std::string& column);
 
-  /// False at the end of the file. Throws Error at a hole, a row of the wrong length, or what is not a finite
-  /// number.
+  /// Returns false at the end of the file. Throws Error at an empty field, at a row of the wrong length,
+  /// and at a value that is not a finite number.
   bool next(std::vector<double>& row);
 
-  /// What a line `# NAME = TEXT` before the header says; empty where there is none.
+  /// The TEXT of a line `# NAME = TEXT` before the header; empty if there is none.
   std::string comment(std::string_view name) const;
 
-  /// The line read last was the file's last, and no line end follows: it may have been cut.
+  /// True if the last line that was read ends the file without a line end: it may be incomplete.
   bool ends_in_mid_line() const { return stream_.eof(); }
 
   std::uint64_t bytes_read() const { return bytes_read_; }
@@ -48,7 +47,7 @@ class CsvReader {
   std::vector<std::string> wanted_;
   std::vector<std::size_t> where_;  ///< index in the file of each wanted column
   std::vector<std::string> header_;
-  std::vector<std::string> comments_;  ///< before the header
+  std::vector<std::string> comments_;  ///< lines before the header
   char separator_ = ',';
   std::string line_;
   std::vector<std::string_view> fields_;

@@ -1,4 +1,4 @@
-// A measured dataset from a CSV file, whole: what is identified from.
+// Reads a measured dataset for identification from a CSV file.
 #pragma once
 
 #include <filesystem>
@@ -9,11 +9,11 @@ namespace hystcan::config {
 
 struct DatasetFile {
   identification::Dataset dataset;
-  bool last_row_left_out = false;  ///< no line end after it: it may have been cut in the middle of a number
+  bool last_row_left_out = false;  ///< it has no line end, so its last number may be incomplete
 };
 
-/// Columns time_s, input, output; units where lines `# input_unit = ...`, `# output_unit = ...` tell them.
-/// Throws Error at what CsvReader refuses, and where time does not increase.
+/// The columns are time_s, input and output. The lines `# input_unit = ...` and `# output_unit = ...` state
+/// the units, if they exist. Throws the errors of CsvReader, and an Error if time does not increase.
 DatasetFile load_dataset(const std::filesystem::path& file);
 
 }  // namespace hystcan::config

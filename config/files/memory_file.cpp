@@ -9,7 +9,7 @@
 namespace hystcan::config {
 namespace {
 
-/// A memory file as it stands there. The controller's has what it learnt beside the memory.
+/// The contents of a memory file. A file that the controller saved also has the learnt correction.
 struct Contents {
   MemoryFile memory;
   std::optional<controller::ModelCorrection> correction{};
@@ -82,7 +82,7 @@ template model::HysteresisState load_memory(const std::filesystem::path&,
 
 SavedState load_state(const std::filesystem::path& file, const model::Hysteresis& model) {
   const Document document(file);
-  // [stop] comes last: a number cut short before it would be a number too.
+  // [stop] comes last and shows that the file is complete: a number that is cut off is still a valid number.
   for (const char* table : {"correction", "stop"})
     if (!document.root().contains(table))
       document.fail_at(

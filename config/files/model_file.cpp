@@ -30,7 +30,7 @@ ModelFile read_model(const Document& document) {
   return raw;
 }
 
-/// What `make` refuses is an error of the key, or of the table.
+/// Turns an exception of `make` into an error at the key, or at the table.
 template <class Make>
 auto made(const Document& document, const std::string& key, Make make) {
   try {
@@ -72,7 +72,7 @@ model::AnyParameters any_parameters(const Document& document, const ModelFile& r
   return raw.kind == "average" ? model::average(given) : given;
 }
 
-// Asked for first, because the keys depend on it.
+// Reads the kind first, because the keys depend on it.
 model::HysteresisParameters recursive_memory(const Document& document) {
   const auto kind = document.root().at_path("hysteresis.kind").value<std::string>();
   if (kind && *kind != "recursive-memory")
@@ -121,7 +121,7 @@ std::string model_text(const model::HysteresisParameters& parameters, const Iden
       parameters.k_descending, parameters.symmetry == model::Symmetry::even ? "even" : "none");
   text += fmt::format(
       "\n[identification]\nsamples      = {}\ndelay_s      = {:.17g}  # of the output behind the input\n"
-      "rms_percent  = {:.4g}  # of the record's output span\nmax_percent  = {:.4g}\n",
+      "rms_percent  = {:.4g}  # of the dataset's output span\nmax_percent  = {:.4g}\n",
       from.samples, from.delay_s, from.rms_percent, from.max_percent);
   return text;
 }

@@ -1,4 +1,4 @@
-// The keys of model and memory files: one `visit` for each struct, for reading and for showing alike.
+// The keys of model and memory files: one `visit` for each struct, both to read and to print it.
 #pragma once
 
 #include "config/document/document.h"
@@ -6,7 +6,7 @@
 
 namespace hystcan::config {
 
-/// [hysteresis] of a model file, as it stands there. Which keys there are depends on the kind.
+/// [hysteresis] of a model file. The keys depend on the kind.
 struct ModelFile {
   IdentifiedFrom identified_from;
   std::string kind;
@@ -59,7 +59,7 @@ void visit(V& v, IdentifiedFrom& from) {
   v.required("max_percent", from.max_percent, not_negative);
 }
 
-/// What stands beside [memory] in a file that the controller has saved.
+/// [stop] of a file that the controller has saved.
 struct StopFile {
   std::string reason;
 };
@@ -73,7 +73,7 @@ void visit(V& v, controller::ModelCorrection& c) {
   v.required("offset_um", c.offset_um);
 }
 
-/// [memory] of a memory file, as it stands there.
+/// [memory] of a memory file.
 struct MemoryFile {
   std::string kind;
   std::string model;

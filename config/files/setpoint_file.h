@@ -1,4 +1,4 @@
-// A reference as a file: CSV with the columns time_s and position_um.
+// Reads a reference from CSV with the columns time_s and position_um.
 #pragma once
 
 #include <filesystem>
@@ -7,7 +7,7 @@
 
 namespace hystcan::config {
 
-/// Throws Error, at its line, where the file can't be read, has fewer than two rows, or time does not
+/// Throws Error, with its line, if the file cannot be read, has fewer than two rows, or if time does not
 /// increase.
 controller::MonotoneCubic load_setpoint(const std::filesystem::path& file);
 

@@ -14,10 +14,10 @@ namespace {
 using can::Duration;
 using can::PeriodicFrame;
 
-/// Least time between two emergencies of one node: it stays faulted until somebody clears it.
+/// Least time between two emergencies of one node, which stays faulted until it is cleared.
 constexpr Duration emergency_interval = std::chrono::seconds(1);
 
-/// Least time between two live setpoints to one axis, from all who send them together.
+/// Least time between two live setpoints to one axis, from all senders together.
 constexpr Duration live_setpoint_interval = std::chrono::milliseconds(10);
 
 Duration cycle_of(const Config& config) {
@@ -44,8 +44,8 @@ PeriodicFrame of_message(const can::Message& message, Duration period) {
           .deadline = period};
 }
 
-/// The controller's axis statuses, where there are such: all are due with a heartbeat, and one goes out per
-/// cycle, in turn, behind its commands.
+/// Adds the controller's axis statuses, if the database has them. All are due with a heartbeat; the
+/// controller sends one of them per cycle, in turn, after its commands.
 void add_controller_statuses(std::vector<can::ChainSource>& sources, const Config& config) {
   const Duration cycle = cycle_of(config);
   const std::size_t first = sources.size();
@@ -87,7 +87,7 @@ std::vector<can::ChainSource> sources_of(const Config& config) {
   add_controller_statuses(sources, config);
   PeriodicFrame own = heartbeat("ControllerHeartbeat", config.controller.node,
                                 std::max(config.controller.heartbeat_period, cycle));
-  own.jitter = cycle;  // it is due at a SYNC, and waits for the commands of that cycle
+  own.jitter = cycle;  // it is due at a SYNC and waits for the commands of that cycle
   sources.push_back({own, can::ChainRole::heartbeat, 0});
   std::ranges::sort(sources, {}, [](const can::ChainSource& s) { return can::arbitration_order(s.frame); });
   return sources;
@@ -162,8 +162,8 @@ BusPlan plan_bus(const Config& config) {
 
 namespace {
 
-/// The highest rate, to the tenth hertz or hertz, at which the commands make their cycle; 0: none down to 1
-/// Hz.
+/// The highest rate, rounded down to 1 Hz or 10 Hz, at which all commands are in time; 0 if not even 1 Hz
+/// fits.
 double fastest_rate_Hz(Config config) {
   const auto is_in_time = [&](double rate_Hz) {
     config.controller.rate_Hz = rate_Hz;

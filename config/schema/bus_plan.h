@@ -1,10 +1,11 @@
-// What a configuration puts on the bus, and whether every command makes its cycle. docs/theory.md,
-// section 12.
+// The frames that a configuration puts on the bus, and the check that every command is in time.
+// docs/theory.md, section 12.
 //
 //   SYNC(n) -> SensorSample(n) -> AmpCommand(n)      within the cycle T, per axis
 //
-// A command makes its cycle where it has begun by the next SYNC: what has begun is through before that SYNC.
-// can/timing/chain.h bounds when, and says what is assumed; can/timing/schedulability.h has the other frames.
+// A command is in time if its transmission begins before the next SYNC: a frame that has begun ends before
+// that SYNC is sent. can/timing/chain.h bounds the beginning of the command and states the assumptions;
+// can/timing/schedulability.h has the other frames.
 #pragma once
 
 #include <optional>
@@ -17,12 +18,12 @@
 
 namespace hystcan::config {
 
-/// A frame on the bus, with what the table of `hystcan check` says of it.
+/// A frame on the bus and its row in the table of `hystcan check`.
 struct PlannedFrame {
   can::PeriodicFrame frame;
   can::Duration transmission{};
-  /// Worst case, up to the end of the interframe space: of SYNC, samples and commands from the start of the
-  /// cycle, of the others from when they are queued. Empty: without bound.
+  /// Worst-case time to the end of the interframe space. It counts from the start of the cycle for SYNC,
+  /// samples and commands, and from the queueing of the frame for all others. Empty if there is no bound.
   std::optional<can::Duration> response;
   can::Duration deadline{};
 
@@ -30,19 +31,19 @@ struct PlannedFrame {
 };
 
 struct BusPlan {
-  std::vector<PlannedFrame> frames;       ///< by priority, emergencies left out
-  std::vector<PlannedFrame> emergencies;  ///< beside all others
-  double load = 0.0;                      ///< of `frames`, every stuff bit counted
+  std::vector<PlannedFrame> frames;       ///< by priority, without emergencies
+  std::vector<PlannedFrame> emergencies;  ///< each in addition to all `frames`
+  double load = 0.0;                      ///< of `frames`, with the most stuff bits
   can::Duration cycle{};
-  std::optional<can::Duration> last_command;  ///< the latest beginning of a command in its cycle
+  std::optional<can::Duration> last_command;  ///< the latest start of a command in its cycle
 
   bool commands_in_time() const { return last_command && *last_command <= cycle; }
 };
 
-/// Throws std::invalid_argument where the database lacks a message or two frames share an identifier.
+/// Throws std::invalid_argument if the database lacks a message, or if two frames share an identifier.
 BusPlan plan_bus(const Config& config);
 
-/// Throws Error at the rate where a command cannot make its cycle.
+/// Throws Error at the key rate_Hz if a command can be late.
 void check_bus(const Document& document, const Config& config);
 
 }  // namespace hystcan::config

@@ -16,7 +16,8 @@
 namespace hystcan::config {
 namespace {
 
-/// The correction of the model must not interfere with the loop: its time constant in those of the integral.
+/// Least ratio of the time constants of the model's correction and of the integral, so that the correction
+/// does not interfere with the loop.
 constexpr double slower_than_the_loop = 10.0;
 
 /// The checks of one axis, at `path` ("axis[0]").
@@ -63,7 +64,7 @@ class AxisCheck {
     }
   }
 
-  /// One request a cycle: an answer that is late before the next one may be asked for was never waited for.
+  /// The controller sends one request per cycle, so it must wait at least one cycle for the answer.
   void check_setup_timeout() const {
     if (axis_.wire.amplifier_setup.empty() && axis_.wire.sensor_setup.empty()) return;
     const double timeout_ms = 1e3 * can::seconds(axis_.wire.setup_patience.timeout);
@@ -115,7 +116,7 @@ class AxisCheck {
     check_in_position();
   }
 
-  /// Where setpoints are applied on receipt the bus decides: check_receipt_delays.
+  /// For setpoints that take effect on receipt, check_receipt_delays() checks the delay.
   void check_command_delay() const {
     if (axis_.twin.apply != twin::Apply::sync) return;
     const can::Duration delay = axis_.control.delays.command_delay;
@@ -152,7 +153,7 @@ class AxisCheck {
     }
   }
 
-  /// A verdict of failure before there can be one of success would be the only one.
+  /// With timeout < window, every move would fail.
   void check_in_position() const {
     if (!axis_.control.in_position) return;
     const auto& [tolerance_um, window, timeout] = *axis_.control.in_position;
@@ -178,7 +179,7 @@ class AxisCheck {
            law.adaptation->time_constant_s, least_s, slower_than_the_loop);
   }
 
-  static constexpr double rounding = 1.0 + 1e-9;  ///< a shape made to be just at a limit keeps it
+  static constexpr double rounding = 1.0 + 1e-9;  ///< tolerates a shape that is exactly at its limit
   const Document& document_;
   const Config& config_;
   std::size_t index_;

@@ -1,4 +1,4 @@
-// What no single key shows: whether the parts of a configuration agree with each other.
+// Checks whether the parts of a configuration agree with each other.
 #pragma once
 
 #include "config/document/document.h"
@@ -6,7 +6,8 @@
 
 namespace hystcan::config {
 
-/// Node ids, DBC, units, ranges, delays, the time on the bus. Throws Error at the key that is in the way.
+/// Checks node ids, DBC, units, ranges, delays and the timing of the bus. Throws Error at the key in
+/// conflict.
 void check_agreement(const Document& document, const Config& config);
 
 }  // namespace hystcan::config

@@ -13,11 +13,11 @@
 namespace hystcan::config {
 namespace {
 
-/// One message of one axis.
+/// The checks of one message of one axis.
 template <class Payload>
 class FrameCheck {
  public:
-  /// `part`: "command", "status" or "sample"; without meaning for what has standard names only.
+  /// `part` is "command", "status" or "sample". A message with standard names only does not use it.
   FrameCheck(const Document& document, const Config& config, std::size_t index, const char* part)
       : document_(document),
         config_(config),
@@ -25,7 +25,7 @@ class FrameCheck {
         path_(fmt::format("axis[{}]", index)),
         part_(part) {}
 
-  /// `standard_id`: of the standard frame, from the node id.
+  /// `standard_id` is the identifier of the standard frame, from the node id.
   void run(std::uint32_t standard_id) {
     const auto map = can::message_map_in<Payload>(config_.database, axis_.wire);
     if (!map) return;
@@ -42,7 +42,7 @@ class FrameCheck {
  private:
   bool is_own() const { return axis_.wire.frames.has_value() && !can::is_optional<Payload>; }
 
-  /// Own frames: at the key that names it. Standard frames: at the DBC.
+  /// Reports a lab's own frame at the key that names it, a standard frame at the key of the DBC.
   [[noreturn]] void fail(const std::string& key, const std::string& what, const std::string& expected) const {
     const std::string place = is_own() ? fmt::format("{}.frames.{}.{}", path_, part_, key) : "bus.dbc";
     document_.fail_at(place, fmt::format("{} in {}, expected {}", what, config_.bus.dbc.string(), expected));
@@ -79,11 +79,11 @@ class FrameCheck {
            "one that is in every frame");
     if (!can::is_decodable(*signal))
       fail(key, fmt::format("signal {} of message {} has {} bits", name, message_->name, signal->length),
-           "1 to 64, of an IEEE 754 number 32 or 64");
+           "1 to 64, or 32 or 64 for an IEEE 754 number");
     used_.emplace_back(key, signal);
   }
 
-  /// Two of a message's own signals in one bit would change each other.
+  /// Two signals that share a bit would change each other.
   void check_no_overlap() const {
     std::vector<std::uint8_t> taken(message_->length);
     for (const auto& [key, signal] : used_) {
@@ -146,7 +146,7 @@ class FrameCheck {
     if (role == "following_error") check_positions("following errors", -width_um, width_um, signal, codec);
   }
 
-  /// Each comes back as it went: neither out of range nor between two steps of the signal.
+  /// True if the signal carries every integer exactly: each is in range and on a step of the signal.
   static bool holds_integers(const can::SignalCodec& codec, int low, int high) {
     std::array<std::uint8_t, 64> payload{};
     for (int value = low; value <= high; ++value)
@@ -190,7 +190,7 @@ class FrameCheck {
                                   gate.drive_min, gate.drive_max, signal.name, low, high));
   }
 
-  /// Where the sensor could not say that the stage left its range, nothing would trip there.
+  /// The signal must also carry positions outside the allowed range; otherwise no trip is possible there.
   void check_positions(const char* what, double needed_low, double needed_high, const can::Signal& signal,
                        const can::SignalCodec& codec) const {
     const can::DecimalStep step = *can::decimal_step(signal.unit, "um");

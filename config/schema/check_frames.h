@@ -1,4 +1,4 @@
-// Do the axis messages, standard or a lab's own, agree with the DBC?
+// Checks whether the axis messages, standard or a lab's own, agree with the DBC.
 #pragma once
 
 #include <cstddef>
@@ -7,11 +7,11 @@
 
 namespace hystcan::config {
 
-/// Throws Error at the place of the first disagreement: a message or signal that the DBC lacks (with what it
-/// offers), identifiers, overlaps, units, ranges.
+/// Checks messages, signals, identifiers, overlaps, units and ranges. Throws Error at the place of the first
+/// disagreement. If a message or signal is missing, the error names the nearest ones of the DBC.
 void check_frames(const Document& document, const Config& config, std::size_t axis);
 
-/// No two messages that are sent or heard may share an identifier, CANopen's own included.
+/// Throws Error if two messages that are sent or received, including those of CANopen, share an identifier.
 void check_identifiers(const Document& document, const Config& config);
 
 }  // namespace hystcan::config

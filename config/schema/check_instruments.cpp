@@ -88,7 +88,7 @@ class InstrumentCheck {
   std::string path_;
 };
 
-/// The latest end of the axis's command, from its SYNC.
+/// The latest end of the axis's command, counted from its SYNC.
 can::Duration latest_command(const BusPlan& plan, const Config& config, const AxisConfig& axis) {
   const auto map = can::message_map_in<can::AmpCommand>(config.database, axis.wire);
   const std::string& name = can::find_message(config.database, *map).name;

@@ -1,4 +1,4 @@
-// Whether the keys of a twin's amplifier and sensor agree with each other and with the rest.
+// Checks whether the keys of a twin's amplifier and sensor agree with each other and with the rest.
 #pragma once
 
 #include <cstddef>
@@ -8,11 +8,11 @@
 
 namespace hystcan::config {
 
-/// Of one axis, at its key in [axis.twin]. Throws Error.
+/// Checks one axis. Throws Error at the key in [axis.twin].
 void check_instruments(const Document& document, const Config& config, std::size_t axis);
 
-/// command_delay_us of every axis whose setpoints are applied on receipt: within what the bus takes. Of a
-/// configuration whose bus is sound. Throws Error.
+/// Checks command_delay_us of every axis whose setpoints take effect on receipt: more than 0, and at most the
+/// latest end of the command on the bus. The bus must have passed check_bus(). Throws Error.
 void check_receipt_delays(const Document& document, const Config& config);
 
 }  // namespace hystcan::config

@@ -1,8 +1,7 @@
-// What a lab engineer tunes: one TOML file for controller and twin, the model files and the DBC that it
-// names.
+// The configuration of controller and twin: one TOML file, and the model files and the DBC that it names.
 //
-// Every room has its own configuration structs; here they are read, checked against each other, and shown.
-// docs/configuration.md lists the keys.
+// Each part of the program has its own configuration structs. This folder reads them, checks them against
+// each other and prints them. docs/configuration.md lists the keys.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +24,8 @@ struct BusConfig {
   std::string interface = "vcan0";
   std::uint32_t bitrate_bit_per_s = 1'000'000;
   std::filesystem::path dbc;
-  /// From hearing a SYNC to queueing the sample, and from hearing that to queueing the command, together.
+  /// Sum of two times: from receiving a SYNC to queueing the sample (sensor), and from receiving the sample
+  /// to queueing the command (controller).
   can::Duration turnaround{std::chrono::microseconds(50)};
 };
 
@@ -42,17 +42,17 @@ struct AxisConfig {
 struct Config {
   std::filesystem::path file;
   BusConfig bus;
-  controller::Config controller;  ///< its axes filled from `axes`
-  twin::Config twin;              ///< its axes filled from `axes`
+  controller::Config controller;  ///< its axes are copied from `axes`
+  twin::Config twin;              ///< its axes are copied from `axes`
   std::vector<AxisConfig> axes;
   can::Database database;
 };
 
-/// Reads and checks everything that `file` names, with the overrides in the place of what stands there.
-/// Throws Error, or can::DbcError.
+/// Reads and checks `file` and all files that it names; the overrides replace values of `file`. Throws
+/// Error or can::DbcError.
 Config load(const std::filesystem::path& file, const std::vector<Setting>& overrides = {});
 
-/// The configuration in force, as TOML, each value that the file leaves out marked as a default. Throws
+/// The configuration in force as TOML. Each value that the file leaves out is marked as a default. Throws
 /// Error.
 std::string echo(const std::filesystem::path& file, const std::vector<Setting>& overrides = {});
 

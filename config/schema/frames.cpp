@@ -13,29 +13,28 @@ struct Loss {
 constexpr Loss command_losses[] = {
     {"enable",
      "no Enable: the amplifier is on as soon as commands come, is never switched off, only sent the safe "
-     "drive, "
-     "and trips by its own watchdog when the controller ends"},
+     "drive, and trips by its own watchdog when the controller ends"},
     {"clear_fault", "no ClearFault: --clear-faults has no effect, a fault is cleared at the amplifier"},
-    {"sync_counter", "no SyncCounter: the amplifier cannot tell a stale command from a fresh one"}};
+    {"sync_counter", "no SyncCounter: the amplifier cannot distinguish a stale command from a fresh one"}};
 
 constexpr Loss status_losses[] = {
     {"output",
-     "no Output: the ramp-in begins at the safe drive whatever the amplifier puts out, the CSV shows the "
-     "safe "
-     "drive"},
+     "no Output: the ramp-in begins at the safe drive whatever the amplifier's output is, the CSV shows the "
+     "safe drive"},
     {"state", "no State: an amplifier that does not obey Enable is not noticed"},
-    {"fault", "no Fault: of a fault only the State tells"}};
+    {"fault", "no Fault: only the State shows a fault, without its code"}};
 
-constexpr Loss sample_losses[] = {{"sync_counter",
-                                   "no SyncCounter: a sample counts for the cycle it arrives in; one that is "
-                                   "a cycle late is taken for fresh"},
-                                  {"status", "no Status: a sample that the sensor itself doubts is used"}};
+constexpr Loss sample_losses[] = {
+    {"sync_counter",
+     "no SyncCounter: a sample counts for the cycle in which it arrives; a sample "
+     "that is one cycle late counts as fresh"},
+    {"status", "no Status: a sample that the sensor marks as bad is used"}};
 
 void add_integrity(std::vector<std::string>& lines, const std::string& place, can::Integrity integrity) {
   if (integrity == can::Integrity::none)
-    lines.push_back(place + "no counter: a frame that is repeated or frozen is taken for fresh");
+    lines.push_back(place + "no counter: a repeated or frozen frame counts as fresh");
   if (integrity != can::Integrity::counter_crc)
-    lines.push_back(place + "no CRC: a frame damaged outside the bus (in node or gateway) is not noticed");
+    lines.push_back(place + "no CRC: damage to a frame outside the bus (in node or gateway) is not noticed");
 }
 
 void add(std::vector<std::string>& lines, const std::string& place, const can::MessageMap& map,
@@ -45,7 +44,7 @@ void add(std::vector<std::string>& lines, const std::string& place, const can::M
   add_integrity(lines, place, map.integrity);
 }
 
-/// Of the command and the sample; of the status, and of the controller's own, where there are such.
+/// The maps of command and sample, and of amplifier status, controller status and setpoint if they exist.
 std::vector<can::MessageMap> maps_of(const can::AxisWire& axis, const can::Database& database) {
   std::vector<can::MessageMap> maps;
   for (auto& map :

@@ -1,4 +1,4 @@
-// A lab's own frames as the configuration names them, and what is lost where a role has no signal.
+// A lab's own frames in the configuration, and the functions that are lost if a role has no signal.
 #pragma once
 
 #include <string>
@@ -9,16 +9,16 @@
 
 namespace hystcan::config {
 
-/// The roles without which there is nothing to control.
+/// True for the roles without which control is impossible.
 inline bool must_be_carried(std::string_view role) { return role == "setpoint" || role == "position"; }
 
-/// What the controller does without, one sentence each; empty for the standard frames.
+/// The functions that the controller lacks, one sentence each; empty for the standard frames.
 std::vector<std::string> losses(const can::AxisWire& axis);
 
-/// Of the axis's messages those that only CAN FD can carry.
+/// The axis's messages that only CAN FD can carry.
 std::vector<std::string> fd_messages(const can::AxisWire& axis, const can::Database& database);
 
-/// How the axis's messages are protected: the lab's own, or the standard ones.
+/// The protection (counter, CRC) of the axis's messages, standard or the lab's own.
 can::Protections protections(const can::AxisWire& axis, const can::Database& database);
 
 template <class V>

@@ -22,7 +22,7 @@ Config read_config(const Document& document) {
   return config;
 }
 
-/// An axis's parts know what they share, and the models they name.
+/// Copies shared values to the parts of an axis, and loads the models that they name.
 void complete(const Document& document, AxisConfig& axis) {
   axis.control.name = axis.wire.name;
   axis.wire.drive_unit = axis.drive_unit;
@@ -34,7 +34,7 @@ void complete(const Document& document, AxisConfig& axis) {
   axis.twin.plant.hysteresis = load_any_parameters(document.resolve(axis.twin_model));
 }
 
-/// The axes that the couplings of axis i name, at `key` ("axis[0].control.coupling").
+/// Resolves the axes that the couplings of axis i name; `key` is their path ("axis[0].control.coupling").
 template <class Coupling>
 void resolve_couplings(const Document& document, const Config& config, std::size_t i, const std::string& key,
                        std::vector<Coupling>& couplings) {
@@ -48,12 +48,12 @@ void resolve_couplings(const Document& document, const Config& config, std::size
   }
 }
 
-/// A free-running sensor samples, by its own clock, once a cycle.
+/// A free-running sensor without a configured rate takes one sample per cycle by its own clock.
 void set_sample_rate(const Config& config, twin::SampleClock& clock) {
   if (clock.rate_Hz == 0.0) clock.rate_Hz = config.controller.rate_Hz;
 }
 
-/// The axes that the others' couplings name.
+/// Resolves the axes that the couplings of all axes name.
 void resolve_couplings(const Document& document, Config& config) {
   for (std::size_t i = 0; i < config.axes.size(); ++i) {
     AxisConfig& axis = config.axes[i];

@@ -1,4 +1,4 @@
-// The keys of the config and model files: one `visit` for each struct, for reading and for showing alike.
+// The keys of a configuration: one `visit` for each struct, both to read and to print it.
 #pragma once
 
 #include "config/document/document.h"
@@ -143,7 +143,7 @@ void visit(V& v, controller::Adaptation::Config& a) {
   v.required("time_constant_s", a.time_constant_s, positive);
 }
 
-/// What trips an axis, in [axis.control] too.
+/// The limits that trip an axis, also in [axis.control].
 template <class V>
 void visit_supervision(V& v, controller::AxisConfig& c) {
   controller::Supervisor::Config& s = c.supervision;
@@ -172,7 +172,7 @@ void visit(V& v, controller::InPosition::Config& c) {
   v.required("timeout_ms", c.timeout, positive);
 }
 
-/// [axis.control]. `unit`: the drive's, which its keys carry.
+/// [axis.control]. The keys of a drive have its unit in their names.
 template <class V>
 void visit_control(V& v, AxisConfig& axis) {
   const std::string& unit = axis.drive_unit;
@@ -208,8 +208,7 @@ void visit_control(V& v, AxisConfig& axis) {
   v.list("setpoint", c.setpoint, plain);
 }
 
-/// [axis.frames.command], [axis.frames.status], [axis.frames.sample]: a lab's own frames
-/// (config/schema/frames.h).
+/// [axis.frames.command], [axis.frames.status], [axis.frames.sample]: a lab's own frames (frames.h).
 template <class V>
 void visit_frames(V& v, can::AxisFrames& frames) {
   v.table("command", frames.command, [](V& sub, auto& map) { visit_frame<can::AmpCommand>(sub, map); });
@@ -217,7 +216,8 @@ void visit_frames(V& v, can::AxisFrames& frames) {
   v.table("sample", frames.sample, [](V& sub, auto& map) { visit_frame<can::SensorSample>(sub, map); });
 }
 
-/// [[axis.amplifier_setup]], [[axis.sensor_setup]]: an object written by SDO before the node is started.
+/// [[axis.amplifier_setup]], [[axis.sensor_setup]]: an object that is written by SDO before the node is
+/// started.
 template <class V>
 void visit(V& v, can::SdoWrite& write) {
   v.required("index", write.object.index, {.lo = 1});

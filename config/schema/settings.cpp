@@ -11,7 +11,7 @@
 namespace hystcan::config {
 namespace {
 
-/// Numbers as short as they are exact.
+/// The value as text; a number has the fewest digits that are exact.
 std::string text_of(const toml::node& value) {
   if (const auto* number = value.as_floating_point()) return fmt::format("{}", number->get());
   if (const toml::array* list = value.as_array()) {
@@ -47,7 +47,7 @@ std::map<std::string, std::string> by_path(const std::vector<Setting>& settings)
   return result;
 }
 
-/// What a running axis is built on, and cannot be exchanged under it.
+/// Keys that a running axis cannot exchange.
 constexpr std::array foundations{std::string_view("model")};
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The configuration in force, flat: one setting for each key, and what has changed between two of them.
+// The configuration in force as a flat list with one setting per key, and the changes between two lists.
 #pragma once
 
 #include <filesystem>
@@ -10,21 +10,21 @@
 
 namespace hystcan::config {
 
-/// Every key in force, defaults too, in the order of `check`'s output. Throws Error.
+/// All keys in force, including defaults, in the order of `check`'s output. Throws Error.
 std::vector<Setting> settings(const std::filesystem::path& file, const std::vector<Setting>& overrides = {});
 
-/// What takes a change up.
+/// When a change takes effect.
 enum class Effect : std::uint8_t {
-  at_once,        ///< the running controller, between two cycles
-  after_restart,  ///< the controller when it is started again
-  on_twin,        ///< nothing in the controller
+  at_once,        ///< in the running controller, between two cycles
+  after_restart,  ///< when the controller is started again
+  on_twin,        ///< only in the twin
 };
 Effect effect_of(std::string_view path);
 
 struct Change {
   std::string path;
-  std::string from;  ///< as TOML; empty: was not there
-  std::string to;    ///< as TOML; empty: is there no more
+  std::string from;  ///< as TOML; empty if the key is new
+  std::string to;    ///< as TOML; empty if the key is gone
 };
 std::vector<Change> changes(const std::vector<Setting>& before, const std::vector<Setting>& after);
 

@@ -1,5 +1,5 @@
-// The keys of [twin] and [axis.twin]: one `visit` for each struct. What they need of each other is checked in
-// config/schema/check.cpp and config/schema/check_instruments.h.
+// The keys of [twin] and [axis.twin]: one `visit` for each struct. config/schema/check.cpp and
+// config/schema/check_instruments.h check them against each other.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace hystcan::config {
 
-/// A choice by the name of one of `all`.
+/// Reads one of `all` by its name.
 template <class V, class Choice, std::size_t n>
 void visit_choice(V& v, std::string_view key, Choice& choice, const std::array<Choice, n>& all,
                   std::initializer_list<std::string_view> names) {
@@ -21,7 +21,7 @@ void visit_choice(V& v, std::string_view key, Choice& choice, const std::array<C
     if (to_string(one) == name) choice = one;
 }
 
-/// What the load makes of the amplifier: keys of a drive in volts, or in amperes.
+/// Keys of the amplifier's load; they depend on the drive unit, V or A.
 template <class V>
 void visit_load(V& v, const std::string& unit, twin::Amplifier::Config& amplifier) {
   if (unit == "V") {
@@ -34,7 +34,7 @@ void visit_load(V& v, const std::string& unit, twin::Amplifier::Config& amplifie
   v.optional("load_ohm", amplifier.load_ohm, not_negative);
 }
 
-/// What an amplifier has beside range, slew and bandwidth.
+/// Keys of the amplifier other than range, slew and bandwidth.
 template <class V>
 void visit_amplifier(V& v, const std::string& unit, twin::AxisConfig& t) {
   twin::Amplifier::Config& amplifier = t.plant.amplifier;
@@ -49,7 +49,7 @@ void visit_amplifier(V& v, const std::string& unit, twin::AxisConfig& t) {
   visit_choice(v, "apply", t.apply, twin::all_apply, {"sync", "receipt"});
 }
 
-/// [axis.twin.sensor]: what a sensor has beside white noise and resolution.
+/// [axis.twin.sensor]: keys of the sensor other than white noise and resolution.
 template <class V>
 void visit_sensor(V& v, twin::AxisConfig& t) {
   twin::Sensor::Config& sensor = t.sensor;
@@ -93,7 +93,7 @@ void visit(V& v, twin::Coupling& coupling) {
   v.required("um_per_um", coupling.um_per_um, {.lo = -0.5, .hi = 0.5});
 }
 
-/// [axis.twin]: what is physically there.
+/// [axis.twin]: the physical axis.
 template <class V>
 void visit_twin(V& v, AxisConfig& axis) {
   const std::string& unit = axis.drive_unit;
@@ -120,7 +120,7 @@ void visit_twin(V& v, AxisConfig& axis) {
   v.optional_list("coupling", t.couplings, plain);
 }
 
-/// [[twin.fault]]. The kind says which keys there are.
+/// [[twin.fault]]. The keys depend on the kind.
 template <class V>
 void visit(V& v, twin::FaultSpec& f) {
   std::string kind(to_string(f.kind));
@@ -128,16 +128,16 @@ void visit(V& v, twin::FaultSpec& f) {
   v.alternative(kind, [&](const std::string& name) {
     if (const auto chosen = twin::parse_fault(name)) f = twin::fault_spec(*chosen, f.axis);
   });
-  const twin::FaultTraits& its = twin::traits(f.kind);
+  const twin::FaultTraits& traits = twin::traits(f.kind);
   v.required("axis", f.axis);
-  if (its.site != twin::FaultSite::plant) {
+  if (traits.site != twin::FaultSite::plant) {
     std::string node(to_string(f.node));
     v.optional_choice("node", node, {"sensor", "amplifier"});
     f.node = *twin::parse_node(node);
   }
   v.required("at_s", f.begins, not_negative);
   v.required("duration_s", f.lasts, positive);
-  if (!its.unit.empty()) v.optional("value", f.value, {.lo = its.lowest, .hi = its.highest});
+  if (!traits.unit.empty()) v.optional("value", f.value, {.lo = traits.lowest, .hi = traits.highest});
   v.optional("repeat_every_s", f.repeat_every, not_negative);
 }
 

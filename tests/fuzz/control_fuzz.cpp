@@ -34,7 +34,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   for (std::string line; std::getline(lines, line);) {
     const nlohmann::json command = app::parse_command(line);
     if (!command.is_object()) continue;
-    static_cast<void>(handler.is_for_everybody(command));
+    static_cast<void>(handler.is_open_to_all(command));
     const auto answers = std::make_shared<int>(0);
     handler.obey(command, {[answers](const nlohmann::json& answer) {
                    expect_an_answer(answer);

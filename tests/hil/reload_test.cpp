@@ -102,18 +102,16 @@ TEST_F(Reload, GainsStructureLimitsAndSetpointChangeWithoutAJumpAndAreToldAsADif
 TEST_F(Reload, WhatIsWrongChangesNothingAndSaysWhere) {
   stage.start();
   replace("kp                 = 0.05 ", "kp                 = -1.0 ");
-  ASSERT_TRUE(stage.bench.controller->says("configuration not taken over: "))
-      << stage.bench.controller->err();
+  ASSERT_TRUE(stage.bench.controller->says("configuration not applied: ")) << stage.bench.controller->err();
   const std::string log = stage.bench.controller->err();
-  EXPECT_TRUE(std::regex_search(log, std::regex("not taken over: .*piezo\\.toml:[0-9]+:[0-9]+: .*kp")))
-      << log;
+  EXPECT_TRUE(std::regex_search(log, std::regex("not applied: .*piezo\\.toml:[0-9]+:[0-9]+: .*kp"))) << log;
   const LiveStage::Answer asked = stage.ctl({"reload"});
   EXPECT_NE(asked.status, 0);
   EXPECT_TRUE(std::regex_search(asked.err, std::regex("piezo\\.toml:[0-9]+:[0-9]+: "))) << asked.err;
 
   rewrite_in_place("kp                 = -1.0 ", "kp                 = = ");
   std::this_thread::sleep_for(milliseconds(500));
-  EXPECT_EQ(told("configuration not taken over: "), 3u) << stage.bench.controller->err();
+  EXPECT_EQ(told("configuration not applied: "), 3u) << stage.bench.controller->err();
   rewrite_in_place("kp                 = = ", "kp                 = 0.04 ");
   EXPECT_TRUE(stage.bench.controller->says("axis[0].control.kp: 0.05 -> 0.04")) << "nothing had changed it";
   EXPECT_EQ(told("configuration: "), 1u) << stage.bench.controller->err();

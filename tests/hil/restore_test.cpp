@@ -78,7 +78,7 @@ TEST_F(Restore, AStartAfterAKillIsRefused) {
   EXPECT_EQ(stage.bench.controller->wait(), 128 + SIGKILL);
   EXPECT_FALSE(std::filesystem::exists(state));
   from_now_on_restore_x();
-  expect_refused("the last stop was not a clean one");
+  expect_refused("the last stop was not clean");
 }
 
 TEST_F(Restore, TheMemoryOfAnotherModelIsRefused) {

@@ -1,8 +1,14 @@
-// The program from outside: what it prints, writes and returns.
+// The program as a process: its output, files and exit status.
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/read_until.hpp>
+#include <boost/asio/streambuf.hpp>
+#include <boost/asio/write.hpp>
 #include <cmath>
+#include <istream>
 #include <nlohmann/json.hpp>
 
 #include "tests/app/commands/cli.h"
@@ -34,7 +40,7 @@ TEST_F(Cli, ADurationMustBeATime) {
   }
 }
 
-TEST_F(Cli, CheckShowsWhatIsInForce) {
+TEST_F(Cli, CheckPrintsTheValuesInForce) {
   Process program({HYSTCAN_PROGRAM, "check", path("piezo.toml")});
   EXPECT_EQ(program.wait(), done) << program.err();
   EXPECT_NE(program.out().find("heartbeat_timeout_ms = 300  # default"), std::string::npos);
@@ -42,15 +48,12 @@ TEST_F(Cli, CheckShowsWhatIsInForce) {
   EXPECT_NE(program.out().find("# axis y: k_descending = "), std::string::npos) << program.out();
 }
 
-TEST_F(Cli, CheckShowsHowFarKMayGoAndTheseValuesAreAccepted) {
+TEST_F(Cli, CheckPrintsTheAllowedRangeOfKAndItsEndsAreAccepted) {
   Process program({HYSTCAN_PROGRAM, "check", path("piezo.model.toml")});
   EXPECT_EQ(program.wait(), done) << program.err();
   const std::string line = program.out().substr(program.out().find("k_ascending = "));
   double lo = 0.0, hi = 0.0;
-  ASSERT_EQ(std::sscanf(line.c_str(),
-                        "k_ascending = 0.035 1/V; with k_descending as it is, %lf to %lf will do", &lo, &hi),
-            2)
-      << line;
+  ASSERT_EQ(std::sscanf(line.c_str(), "k_ascending = 0.035 1/V; %lf to %lf is allowed", &lo, &hi), 2) << line;
   for (const double end : {lo, hi}) {
     char text[64];
     std::snprintf(text, sizeof text, "k_ascending  = %.6g", end);
@@ -61,7 +64,7 @@ TEST_F(Cli, CheckShowsHowFarKMayGoAndTheseValuesAreAccepted) {
   }
 }
 
-TEST_F(Cli, CheckRefusesAMistakeWithItsPlaceInOneLine) {
+TEST_F(Cli, CheckReportsAMistakeInOneLineWithItsPlace) {
   shipped.edit("piezo.toml", "rate_Hz", "rate_hz");
   Process program({HYSTCAN_PROGRAM, "check", path("piezo.toml")});
   EXPECT_EQ(program.wait(), bad_input);
@@ -77,16 +80,47 @@ TEST_F(Cli, AnInterfaceThatDoesNotExistFailsAtRunTime) {
   }
 }
 
-TEST_F(Cli, AnInterfaceThatIsNotCanIsSaidToBeNone) {
+TEST_F(Cli, RefusesAnInterfaceThatIsNotCan) {
   Process program({HYSTCAN_PROGRAM, "twin", path("piezo.toml"), "--interface", "lo"});
   EXPECT_EQ(program.wait(), failed);
-  const std::string told = program.err();
-  EXPECT_TRUE(told.find("lo is not a CAN interface") != std::string::npos ||
-              told.starts_with("hystcan: this kernel has no CAN support"))
-      << told;
+  const std::string error = program.err();
+  EXPECT_TRUE(error.find("lo is not a CAN interface") != std::string::npos ||
+              error.starts_with("hystcan: this kernel has no CAN support"))
+      << error;
 }
 
-TEST_F(Cli, DemoPrintsFiveColumnsAndWritesPictureAndCsv) {
+TEST_F(Cli, CtlHealSaysThatItIsNowCalledRemove) {
+  for (const char* command : {"heal", "remove"}) {
+    Process program({HYSTCAN_PROGRAM, "ctl", "--socket", path("no.sock"), command, "late", "--axis", "x"});
+    EXPECT_EQ(program.wait(), failed) << command;
+    EXPECT_EQ(program.err().starts_with("hystcan: ctl heal is now called ctl remove\n"),
+              command == std::string("heal"))
+        << program.err();
+    EXPECT_NE(program.err().find("is the twin running"), std::string::npos) << program.err();
+  }
+}
+
+TEST_F(Cli, CtlPrintsTheNumberOfRemovedFaults) {
+  boost::asio::io_context context;
+  using boost::asio::local::stream_protocol;
+  stream_protocol::acceptor acceptor(context, stream_protocol::endpoint(path("twin.sock")));
+  const auto print = [&](const char* command, const std::string& answer) {
+    Process program({HYSTCAN_PROGRAM, "ctl", "--socket", path("twin.sock"), command});
+    stream_protocol::socket client = acceptor.accept();
+    boost::asio::streambuf request;
+    boost::asio::read_until(client, request, '\n');
+    std::istream line(&request);
+    EXPECT_EQ(nlohmann::json::parse(line), (nlohmann::json{{"do", command}}));
+    boost::asio::write(client, boost::asio::buffer(answer + "\n"));
+    EXPECT_EQ(program.wait(), done) << program.err();
+    return program.out();
+  };
+  EXPECT_EQ(print("remove", R"({"ok": true, "removed": 0})"), "0 faults removed\n");
+  EXPECT_EQ(print("remove", R"({"ok": true, "removed": 1})"), "1 fault removed\n");
+  EXPECT_EQ(print("heal", R"({"ok": true, "healed": 2})"), "2 faults removed\n");
+}
+
+TEST_F(Cli, DemoPrintsFiveColumnsAndWritesPlotAndCsv) {
   Process program(
       {HYSTCAN_PROGRAM, "demo", "--config", path("piezo.toml"), "--output", path("out"), "--json"});
   ASSERT_EQ(program.wait(), done) << program.err();
@@ -106,7 +140,7 @@ TEST_F(Cli, DemoRunsTheGalfenolStageToo) {
   EXPECT_NE(program.out().find("inverse+pi"), std::string::npos);
 }
 
-TEST_F(Cli, ControllerLeavesFilesAloneUntilTheBusIsOpen) {
+TEST_F(Cli, ControllerWritesNoFileBeforeTheBusIsOpen) {
   const std::string before = read("piezo.toml");
   Process onto_itself({HYSTCAN_PROGRAM, "controller", path("piezo.toml"), "--csv", path("piezo.toml")});
   EXPECT_EQ(onto_itself.wait(), bad_input);
@@ -118,11 +152,11 @@ TEST_F(Cli, ControllerLeavesFilesAloneUntilTheBusIsOpen) {
   EXPECT_EQ(read("run.csv"), "precious");
 }
 
-TEST_F(Cli, DemoFailsWhereAnAxisNeverTracks) {
+TEST_F(Cli, DemoFailsIfAnAxisNeverTracks) {
   shipped.edit("piezo.toml", "wipe_slew_V_per_s  = 500.0 ", "wipe_slew_V_per_s  = 1e-3 ");
   Process program({HYSTCAN_PROGRAM, "demo", "--config", path("piezo.toml"), "--output", path("out")});
   EXPECT_EQ(program.wait(), failed);
-  EXPECT_NE(program.err().find("axis x did not come to track"), std::string::npos) << program.err();
+  EXPECT_NE(program.err().find("axis x did not start to track"), std::string::npos) << program.err();
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// hystcan decode, and what record and replay refuse where there is no bus at all.
+// hystcan decode, and the errors of record and replay without a bus.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -49,11 +49,12 @@ TEST_F(Decode, ShowsMessagesWithValuesUnitsAndNames) {
             "(1.500000) can0 Muxed Which=1 (first), One=-0.1 A,B [3 of 8 bytes]\n"
             "(2.000000) can0 Muxed Which=2 (second), Two=120 %\n"
             "(2.500000) can0 7FF#AB (no message of the database)\n");
-  EXPECT_NE(sound.err().find("3 frames, 1 of them no message"), std::string::npos) << sound.err();
+  EXPECT_NE(sound.err().find("3 frames, 1 of them not in"), std::string::npos) << sound.err();
 }
 
-// PGN 65260: 17 bytes that no frame can carry, announced to all, and once in a frame of its own.
-TEST_F(Decode, SaysOnceWhatItLeavesOutOfAMessageAndDecodesTheRest) {
+// PGN 65260 has 17 bytes, too many for one frame. The log announces it to all nodes, and has it once in a
+// frame.
+TEST_F(Decode, ReportsOncePerMessageWhatItLeavesOutAndDecodesTheRest) {
   write("truck.dbc", R"(VERSION ""
 BU_: A
 BO_ 2566843392 VehicleId: 17 A
@@ -76,20 +77,20 @@ SIG_VALTYPE_ 256 Float16 : 1;
             "1.000000,can0,100,Half,Count,5,5,,\n2.000000,can0,100,Half,Count,6,6,,\n"
             "6.000000,can0,18FEEC00,VehicleId,First,65,65,,\n");
   const std::string dbc = path("truck.dbc") + ": ";
-  const std::string told =
+  const std::string expected =
       dbc +
-      "message Half: signal Float16, said to be an IEEE 754 number of 16 bits, is left out, expected 1 "
-      "to 64 bits, of an IEEE 754 number 32 or 64\n" +
+      "message Half: signal Float16, declared as an IEEE 754 number of 16 bits, is left out, expected 1 "
+      "to 64 bits, or 32 or 64 for an IEEE 754 number\n" +
       dbc +
       "message VehicleId of 17 bytes comes by the transport protocol of J1939 (PGN 65260): its frames "
-      "are not put together, and it is not decoded\n" +
+      "are not assembled, and it is not decoded\n" +
       dbc +
-      "message VehicleId has 17 bytes, of which one frame shows 8: what comes in several frames is not "
-      "put together\n" +
+      "message VehicleId has 17 bytes, of which one frame shows 8: a message of several frames is not "
+      "assembled\n" +
       dbc +
-      "message VehicleId: signal Vin, of 136 bits, is left out, expected 1 to 64 bits, of an IEEE 754 "
-      "number 32 or 64\n";
-  EXPECT_NE(program.err().find(told), std::string::npos) << program.err();
+      "message VehicleId: signal Vin, of 136 bits, is left out, expected 1 to 64 bits, or 32 or 64 for "
+      "an IEEE 754 number\n";
+  EXPECT_NE(program.err().find(expected), std::string::npos) << program.err();
 }
 
 TEST_F(Decode, CsvHasSeventeenDigitsAndExactRawValues) {
@@ -105,7 +106,7 @@ TEST_F(Decode, CsvHasSeventeenDigitsAndExactRawValues) {
             "3.000000,can0,102,Float,Number,1069547520,1.5,,\n");
 }
 
-TEST_F(Decode, JsonIsAnObjectToAFrame) {
+TEST_F(Decode, JsonHasOneObjectPerFrame) {
   Process program =
       run("(1.500000) can0 100#FFFFFFFFFFFFFFFF\n(2.000000) can0 00000100#AB\n(3.000000) can0 102#0000C07F\n"
           "(4.000000) can0 20000004#0001000000000000\n(5.000000) can0 20000004#000100004C070000\n"
@@ -130,7 +131,7 @@ TEST_F(Decode, JsonIsAnObjectToAFrame) {
   EXPECT_NE(program.err().find("7 frames were lost by the recorder"), std::string::npos) << program.err();
 }
 
-TEST_F(Decode, TheShippedDatabaseAndTheFrameOfTheProtocolDocument) {
+TEST_F(Decode, DecodesTheFrameOfTheProtocolDocumentByTheShippedDatabase) {
   Process program = run("(1.000000) vcan0 201#4E61BC00010703D9\n", {}, "hystcan.dbc");
   EXPECT_EQ(program.wait(), done) << program.err();
   EXPECT_TRUE(program.out().starts_with("(1.000000) vcan0 XAmpCommand Setpoint=12.345678 V, Enable=1"))
@@ -146,7 +147,7 @@ TEST_F(Decode, ReadsStandardInput) {
   EXPECT_NE(program.out().find("Two=131170"), std::string::npos) << program.out();
 }
 
-TEST_F(Decode, BadLogsAreRefusedWithTheirPlace) {
+TEST_F(Decode, RefusesABadLogWithFileAndLine) {
   Process program = run("(1.500000) can0 101#01\n(1.600000) can0 101#0\n");
   EXPECT_EQ(program.wait(), bad_input);
   EXPECT_NE(program.err().find("a.log:2:22: found the end of the line, expected two hexadecimal digits"),
@@ -161,7 +162,7 @@ TEST_F(Decode, BadLogsAreRefusedWithTheirPlace) {
   EXPECT_EQ(binary.wait(), bad_input);
 }
 
-TEST_F(Decode, AFullDiskIsSaid) {
+TEST_F(Decode, ReportsAFullDisk) {
   write("a.log", "(1.500000) can0 101#01FFFF\n");
   Process program({"sh", "-c",
                    std::string(HYSTCAN_PROGRAM) + " decode " + path("a.log") + " --dbc " + path("small.dbc") +

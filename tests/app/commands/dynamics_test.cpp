@@ -1,4 +1,4 @@
-// `hystcan dynamics` from outside.
+// `hystcan dynamics` as a process.
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -22,7 +22,8 @@ class Dynamics : public Cli {
     words.insert(words.end(), more.begin(), more.end());
     return Process(words);
   }
-  /// Steps of 2 V up and down about 50 V every 0.1 s at 1 kHz; a mode of 180 Hz and 0.06 behind 0.4 ms.
+  /// Steps of 2 V up and down around 50 V every 0.1 s at 1 kHz; a mode of 180 Hz and 0.06 with a delay of
+  /// 0.4 ms.
   void write_steps(const char* name, double noise_um, double move_V = 2.0) const {
     std::mt19937_64 random(11);
     std::normal_distribution<double> noise(0.0, noise_um);
@@ -73,7 +74,7 @@ TEST_F(Dynamics, FindsTheModeAndWritesAFragment) {
     EXPECT_NE(fragment.find(expected), std::string::npos) << expected << "\n" << fragment;
 }
 
-TEST_F(Dynamics, TellsAPersonTheIntervalsTheRuleAndTheMargins) {
+TEST_F(Dynamics, PrintsTheIntervalsTheRuleAndTheMargins) {
   write_steps("steps.csv", 0.002);
   Process program = run("steps.csv", {"--rate", "2000"});
   ASSERT_EQ(program.wait(), done) << program.err();
@@ -82,8 +83,8 @@ TEST_F(Dynamics, TellsAPersonTheIntervalsTheRuleAndTheMargins) {
     EXPECT_NE(program.out().find(expected), std::string::npos) << expected << "\n" << program.out();
 }
 
-// The keys of the fragment are keys of a configuration: with them in the place of the shipped ones, it loads.
-TEST_F(Dynamics, WritesKeysThatAConfigurationHas) {
+// The shipped configuration still loads when the fragment's keys replace its own.
+TEST_F(Dynamics, WritesOnlyKeysOfAConfiguration) {
   write_steps("steps.csv", 0.002);
   Process program = run("steps.csv");
   ASSERT_EQ(program.wait(), done) << program.err();
@@ -105,7 +106,7 @@ TEST_F(Dynamics, WritesKeysThatAConfigurationHas) {
   EXPECT_EQ(check.wait(), done) << check.err();
 }
 
-TEST_F(Dynamics, RefusesWhatTellsNothingAndWritesNothing) {
+TEST_F(Dynamics, RefusesADatasetWithoutInformationAndWritesNothing) {
   write_steps("flat.csv", 0.002, 0.0);
   Process program = run("flat.csv");
   EXPECT_EQ(program.wait(), bad_input);
@@ -114,7 +115,7 @@ TEST_F(Dynamics, RefusesWhatTellsNothingAndWritesNothing) {
   EXPECT_FALSE(std::filesystem::exists(shipped / "fragment.toml"));
 }
 
-TEST_F(Dynamics, RefusesARateThatIsNoneAndToOverwriteTheRecord) {
+TEST_F(Dynamics, RefusesAnInvalidRateAndAnOutputThatIsItsInput) {
   write_steps("fragment.toml", 0.002);
   Process overwriting = run("fragment.toml");
   EXPECT_EQ(overwriting.wait(), bad_input);

@@ -1,4 +1,4 @@
-// hystcan excite, rehearsed: what it records, keeps and refuses.
+// hystcan excite, rehearsed: its datasets and its errors.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@ using identification::Dataset;
 
 class Excite : public Cli {
  protected:
-  /// `excite piezo.toml --output record.csv --rehearse`, and more.
+  /// Runs `excite piezo.toml --output record.csv --rehearse` with more options.
   std::vector<std::string> rehearsal(const std::vector<std::string>& options = {}) const {
     std::vector<std::string> command{HYSTCAN_PROGRAM, "excite",           path("piezo.toml"),
                                      "--output",      path("record.csv"), "--rehearse"};
@@ -42,21 +42,21 @@ TEST_F(Excite, RecordsLoopsOverTheWholeRangeWithUnitsAndOneRowPerCycle) {
     ASSERT_NEAR(record.time_s[i] - record.time_s[i - 1], 1e-3, 1e-12) << "virtual time";
 }
 
-TEST_F(Excite, SaysInTheFileWhatWasRecorded) {
+TEST_F(Excite, WritesSignalAxisAndUnitsIntoTheFile) {
   rehearsed({"--axis", "y"});
   EXPECT_TRUE(read("record.csv")
                   .starts_with("# hysteresis excitation of axis y at 1000 Hz, rehearsed with piezo.toml\n"))
       << read("record.csv").substr(0, 200);
 }
 
-TEST_F(Excite, IsTheSameToTheBitEachTime) {
+TEST_F(Excite, WritesTheSameFileInEveryRehearsal) {
   rehearsed();
   const std::string before = read("record.csv");
   rehearsed();
   EXPECT_TRUE(read("record.csv") == before);
 }
 
-/// Mean output at an input where the drive rose, or fell.
+/// Mean output at an input on the rising, or on the falling branch.
 double mean_output(const Dataset& record, double input, double way) {
   double sum = 0.0;
   int count = 0;
@@ -69,18 +69,19 @@ double mean_output(const Dataset& record, double input, double way) {
   return sum / count;
 }
 
-TEST_F(Excite, TheMajorLoopIsTheTwinsHysteresisAndNoLagOfTheRecord) {
+TEST_F(Excite, MajorLoopShowsTheTwinsHysteresisWithoutALagOfTheDataset) {
   const Dataset record = rehearsed({"--period", "5", "--levels", "0"});
-  // piezo.plant.toml: the descending curve lies some 4.5 um over the ascending one in the middle.
+  // In piezo.plant.toml the descending curve lies about 4.5 um above the ascending one in the middle.
   const double width_um = mean_output(record, 50.0, -1.0) - mean_output(record, 50.0, 1.0);
   EXPECT_GT(width_um, 3.0);
   EXPECT_LT(width_um, 6.0);
-  // Twice as slow changes it by the lag alone: one cycle of 1 ms at 40 V/s and 0.3 um/V is 0.012 um each way.
+  // Half the speed changes only the effect of a lag. One cycle, each way:
+  //   1 ms * 40 V/s * 0.3 um/V = 0.012 um
   const Dataset slower = rehearsed({"--period", "10", "--levels", "0"});
   EXPECT_NEAR(mean_output(slower, 50.0, -1.0) - mean_output(slower, 50.0, 1.0), width_um, 0.03);
 }
 
-TEST_F(Excite, StepAndChirpStaySmallAboutTheWorkingPoint) {
+TEST_F(Excite, StepAndChirpStayNearTheWorkingPoint) {
   for (const char* signal : {"step", "chirp"}) {
     const Dataset record = rehearsed({"--signal", signal, "--low", "20", "--high", "60", "--amplitude", "3"});
     const auto [least, most] = std::ranges::minmax(record.input);
@@ -90,7 +91,7 @@ TEST_F(Excite, StepAndChirpStaySmallAboutTheWorkingPoint) {
   }
 }
 
-TEST_F(Excite, DrivesAnotherUnitToo) {
+TEST_F(Excite, DrivesAnAxisInAmperes) {
   Process program({HYSTCAN_PROGRAM, "excite", path("galfenol.toml"), "--output", path("record.csv"),
                    "--rehearse", "--period", "4"});
   ASSERT_EQ(program.wait(), done) << program.err();
@@ -102,14 +103,14 @@ TEST_F(Excite, DrivesAnotherUnitToo) {
 TEST_F(Excite, DoesNotDependOnTheControllersModel) {
   rehearsed();
   const std::string with_its_model = read("record.csv");
-  // No hysteresis at all, half the stroke: a placeholder.
+  // A placeholder model without hysteresis and with half the stroke.
   shipped.edit("piezo.model.toml", "[0, 0.222, 0.00102, -2.4e-06]", "[0, 0.15]");
   shipped.edit("piezo.model.toml", "[1.5, 0.357, -0.00048, -2.4e-06]", "[0, 0.15]");
   rehearsed();
   EXPECT_TRUE(read("record.csv") == with_its_model);
 }
 
-TEST_F(Excite, AFaultEndsItAndWhatWasRecordedIsKept) {
+TEST_F(Excite, KeepsTheRowsBeforeAFault) {
   shipped.edit("piezo.toml", "position_max_um    = 34.0", "position_max_um    = 28.0");
   Process program(rehearsal());
   EXPECT_EQ(program.wait(), failed);
@@ -122,7 +123,7 @@ TEST_F(Excite, AFaultEndsItAndWhatWasRecordedIsKept) {
   EXPECT_GT(std::ranges::max(record.output), 27.5);
 }
 
-TEST_F(Excite, WithoutARowNothingIsWritten) {
+TEST_F(Excite, WritesNoFileWithoutRows) {
   shipped.edit("piezo.toml", "wipe_slew_V_per_s  = 500.0 ", "wipe_slew_V_per_s  = 1e-3 ");
   Process program(rehearsal({"--low", "50"}));
   EXPECT_EQ(program.wait(), failed);
@@ -130,7 +131,7 @@ TEST_F(Excite, WithoutARowNothingIsWritten) {
   EXPECT_FALSE(kept());
 }
 
-TEST_F(Excite, RefusesWhatItMayOrCanNotDrive) {
+TEST_F(Excite, RefusesAnExcitationOutsideTheLimits) {
   const std::vector<std::pair<std::vector<std::string>, std::string>> refused{
       {{"--low", "-1"}, "expected within drive_min and drive_max, 0 and 100"},
       {{"--high", "101"}, "expected within drive_min and drive_max"},
@@ -142,7 +143,7 @@ TEST_F(Excite, RefusesWhatItMayOrCanNotDrive) {
       {{"--period", "1", "--slew", "5"}, "excludes"},
       {{"--signal", "sine"}, "sine"},
       {{"--signal", "chirp", "--frequency-to", "600"}, "half the cycle rate"},
-      {{"--signal", "chirp", "--levels", "3"}, "--levels does not go with --signal chirp"},
+      {{"--signal", "chirp", "--levels", "3"}, "--levels has no meaning with --signal chirp"},
       {{"--signal", "step", "--amplitude", "60"}, "expected within drive_min and drive_max"},
       {{"--axis", "z"}, "no axis z"},
       {{"--interface", "vcan0"}, "excludes"}};
@@ -154,7 +155,7 @@ TEST_F(Excite, RefusesWhatItMayOrCanNotDrive) {
   }
 }
 
-TEST_F(Excite, NeverWritesOverWhatItReads) {
+TEST_F(Excite, NeverOverwritesItsInputs) {
   for (const char* input : {"piezo.toml", "piezo.model.toml", "piezo.plant.toml", "hystcan.dbc"}) {
     const std::string before = read(input);
     Process program({HYSTCAN_PROGRAM, "excite", path("piezo.toml"), "--output", path(input), "--rehearse"});

@@ -1,4 +1,4 @@
-// `hystcan identify` and `hystcan validate` from outside.
+// `hystcan identify` and `hystcan validate` as processes.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -40,7 +40,7 @@ class Identify : public Cli {
     return Process(all);
   }
 
-  /// Of support::piezo_model(), some 1500 rows.
+  /// Writes about 1500 rows of support::piezo_model().
   static Dataset piezo_record(double steps = 75.0) {
     return record_of(model::Hysteresis(support::piezo_model()), steps);
   }
@@ -52,14 +52,14 @@ class Identify : public Cli {
     for (std::size_t i = 0; i < record.size(); ++i)
       out << record.time_s[i] << ',' << record.input[i] << ',' << record.output[i] << line_end;
   }
-  /// `damage` is done to the text of a sound record.
+  /// Applies `damage` to the text of a valid dataset.
   void write_damaged(const char* name, const std::function<void(std::string&)>& damage) const {
     write_record(name, piezo_record(10.0));
     std::string text = read(name);
     damage(text);
     write(name, text);
   }
-  /// Exit 2, one line, and nothing written.
+  /// Expects exit status 2, one line, and no file.
   void expect_refused(Process program, const std::string& words) const {
     EXPECT_EQ(program.wait(), bad_input) << program.err();
     std::string said;  // beside what is only assumed
@@ -122,7 +122,7 @@ TEST_F(Identify, PrintsJson) {
   EXPECT_GE(found["findings"].size(), 3U);
 }
 
-TEST_F(Identify, WritesTheMemoryThatTheRecordBeginsWith) {
+TEST_F(Identify, WritesTheMemoryAtTheStartOfTheDataset) {
   const model::Hysteresis truth(support::piezo_model());
   model::HysteresisState state = truth.at_lower_threshold();
   for (const double v : {90.0, 20.0, 75.0, 45.0}) truth.advance(state, v);
@@ -146,8 +146,8 @@ TEST_F(Identify, WritesTheMemoryThatTheRecordBeginsWith) {
               found["rms_percent"].get<double>(), 1e-3);
 }
 
-// A butterfly at a negative input remembers what it would at the positive one.
-TEST_F(Identify, WritesTheMemoryOfARecordThatBeginsAtANegativeInput) {
+// An even model at a negative input has the same memory as at the positive one.
+TEST_F(Identify, WritesTheMemoryOfADatasetThatBeginsAtANegativeInput) {
   model::HysteresisParameters even = support::piezo_model();
   even.symmetry = model::Symmetry::even;
   const model::Hysteresis truth(even);
@@ -167,7 +167,7 @@ TEST_F(Identify, WritesTheMemoryOfARecordThatBeginsAtANegativeInput) {
               found["rms_percent"].get<double>(), 1e-3);
 }
 
-TEST_F(Identify, ReadsWhatWindowsAndSpreadsheetsWrite) {
+TEST_F(Identify, ReadsCsvFromWindowsAndSpreadsheets) {
   const Dataset record = piezo_record(30.0);
   write_record("plain.csv", record);
   write_record("windows.csv", record, "\xEF\xBB\xBF", "\r\n");
@@ -184,7 +184,7 @@ TEST_F(Identify, ReadsWhatWindowsAndSpreadsheetsWrite) {
   }
 }
 
-TEST_F(Identify, RefusesAFileThatIsNotARecordAndSaysWhere) {
+TEST_F(Identify, RefusesAFileThatIsNotADatasetWithItsPlace) {
   const auto after_header = [](std::string& text, const std::string& rows) {
     text = "time_s,input,output\n" + rows;
   };
@@ -200,20 +200,20 @@ TEST_F(Identify, RefusesAFileThatIsNotARecordAndSaysWhere) {
   write("bad.csv", "");
   expect_refused(identify("bad.csv"), "bad.csv:1:1: no header row");
   write("bad.csv", "time_s,input,output\n");
-  expect_refused(identify("bad.csv"), "bad.csv: no rows, expected a record");
+  expect_refused(identify("bad.csv"), "bad.csv: no rows, expected a dataset");
   expect_refused(identify("none.csv"), "none.csv: cannot be read");
 }
 
-TEST_F(Identify, LeavesARowOutThatMayHaveBeenCutInMidNumber) {
+TEST_F(Identify, LeavesOutALastRowWithoutALineEnd) {
   write_damaged("cut.csv", [](std::string& text) { text.resize(text.size() - 2); });
   Process program = identify("cut.csv", {"--order", "3"});
   EXPECT_EQ(program.wait(), done);
-  EXPECT_NE(program.err().find("no line end after the last row, which may have been cut: left out"),
+  EXPECT_NE(program.err().find("the last row has no line end and may be incomplete: left out"),
             std::string::npos)
       << program.err();
 }
 
-TEST_F(Identify, RefusesWhatItIsAskedInVain) {
+TEST_F(Identify, RefusesInvalidOptions) {
   write_record("record.csv", piezo_record(10.0));
   expect_refused(identify("record.csv", {"--from", "1000"}), "record.csv: no rows between --from and --to");
   expect_refused(identify("record.csv", {"--from", "0.1", "--to", "0.05"}),
@@ -224,26 +224,26 @@ TEST_F(Identify, RefusesWhatItIsAskedInVain) {
   const std::string before = read("record.csv");
   Process overwriting = run({path("record.csv"), "--output", path("record.csv")});
   EXPECT_EQ(overwriting.wait(), bad_input);
-  EXPECT_NE(overwriting.err().find("record.csv: is read too, expected another file"), std::string::npos)
+  EXPECT_NE(overwriting.err().find("record.csv: is an input too, expected another file"), std::string::npos)
       << overwriting.err();
   EXPECT_EQ(read("record.csv"), before);
   expect_refused(identify("record.csv", {"--initial-memory", path("found.toml")}), "is written twice");
 }
 
-TEST_F(Identify, RefusesRecordsOfDifferentUnits) {
+TEST_F(Identify, RefusesDatasetsOfDifferentUnits) {
   write_record("V.csv", piezo_record(10.0), "# input_unit = V\n# output_unit = um\n");
   write_record("A.csv", piezo_record(10.0), "# input_unit = A\n# output_unit = um\n");
   expect_refused(run({path("V.csv"), path("A.csv"), "--output", path("found.toml")}),
                  "A.csv: A to um, expected V to um as in");
 }
 
-TEST_F(Identify, RefusesARecordThatSaysOtherwiseThanTheCommandLine) {
+TEST_F(Identify, RefusesADatasetWhoseUnitDiffersFromTheCommandLine) {
   write_record("A.csv", piezo_record(10.0), "# input_unit = A\n");
   expect_refused(run({path("A.csv"), "--output", path("found.toml"), "--input-unit", "V"}),
-                 "A.csv: it says input_unit = \"A\", expected \"V\"");
+                 "A.csv: the file says input_unit = \"A\", expected \"V\"");
 }
 
-TEST_F(Identify, NamesTheRecordThatNothingCanBeIdentifiedFrom) {
+TEST_F(Identify, NamesTheDatasetThatIsUnfitForIdentification) {
   Dataset record = piezo_record(10.0);
   std::ranges::fill(record.output, 5.0);
   write_record("flat.csv", record);
@@ -251,7 +251,7 @@ TEST_F(Identify, NamesTheRecordThatNothingCanBeIdentifiedFrom) {
                  "flat.csv: the output is constant at 5, expected one that follows the input");
 }
 
-TEST_F(Identify, StopsAtCtrlCWithTheBestSoFar) {
+TEST_F(Identify, StopsAtCtrlCWithTheBestModelSoFar) {
   const Dataset record = with_noise(piezo_record(15000.0), 0.03, 1);
   write_record("large.csv", record);
   Process program = identify("large.csv");
@@ -259,16 +259,17 @@ TEST_F(Identify, StopsAtCtrlCWithTheBestSoFar) {
   std::this_thread::sleep_for(std::chrono::milliseconds(100));
   program.send(SIGINT);
   ASSERT_EQ(program.wait(), done) << program.err();
-  EXPECT_NE(program.out().find("stopped before the search was over: the best so far"), std::string::npos)
+  EXPECT_NE(program.out().find("the search was stopped early: this is the best model so far"),
+            std::string::npos)
       << program.out();
-  EXPECT_NE(read("found.toml").find("stopped before the search was over"), std::string::npos);
+  EXPECT_NE(read("found.toml").find("the search was stopped early"), std::string::npos);
   Process check({HYSTCAN_PROGRAM, "check", path("found.toml")});
   EXPECT_EQ(check.wait(), done) << check.err();
 }
 
 class Validate : public Identify {};
 
-TEST_F(Validate, PrintsHowWellARecordIsPredicted) {
+TEST_F(Validate, PrintsTheErrorsOfThePrediction) {
   write_record("record.csv", piezo_record());
   ASSERT_EQ(identify("record.csv", {"--order", "3"}).wait(), done);
   Process program = validate("record.csv");
@@ -280,7 +281,7 @@ TEST_F(Validate, PrintsHowWellARecordIsPredicted) {
   EXPECT_LT(nlohmann::json::parse(json.out())["rms_percent"].get<double>(), 0.01);
 }
 
-TEST_F(Validate, EstimatesWhatIsUnknownFromTheBeginningAlone) {
+TEST_F(Validate, EstimatesMemoryAndOffsetFromTheFirstSecondsOnly) {
   write_record("record.csv", piezo_record());
   ASSERT_EQ(identify("record.csv", {"--order", "3"}).wait(), done);
   Dataset raised = piezo_record();
@@ -300,7 +301,7 @@ TEST_F(Validate, EstimatesWhatIsUnknownFromTheBeginningAlone) {
               said["rms_percent"].get<double>(), 1e-6);
 }
 
-TEST_F(Validate, WithoutAnOffsetTakesTheZeroOfTheModel) {
+TEST_F(Validate, UsesTheZeroOfTheModelWithNoOffset) {
   write_record("record.csv", piezo_record());
   ASSERT_EQ(identify("record.csv", {"--order", "3"}).wait(), done);
   Dataset raised = piezo_record();
@@ -313,7 +314,7 @@ TEST_F(Validate, WithoutAnOffsetTakesTheZeroOfTheModel) {
   EXPECT_NEAR(said["rms_percent"].get<double>(), 3.0 * percent_of_stroke, 1.0);
 }
 
-TEST_F(Validate, SaysHowManySamplesLieBeyondTheThresholds) {
+TEST_F(Validate, ReportsTheNumberOfSamplesBeyondTheThresholds) {
   write_record("record.csv", piezo_record());
   ASSERT_EQ(identify("record.csv", {"--order", "3", "--thresholds", "observed"}).wait(), done);
   Dataset wider = piezo_record();
@@ -325,7 +326,7 @@ TEST_F(Validate, SaysHowManySamplesLieBeyondTheThresholds) {
       << program.err();
 }
 
-TEST_F(Validate, NeverOverwritesWhatItReads) {
+TEST_F(Validate, NeverOverwritesItsInputs) {
   write_record("record.csv", piezo_record());
   ASSERT_EQ(identify("record.csv", {"--order", "3"}).wait(), done);
   for (const char* name : {"record.csv", "found.toml"}) {

@@ -1,7 +1,8 @@
-// `hystcan simulate` from outside.
+// `hystcan simulate` as a process.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <ostream>
 #include <sstream>
 #include <vector>
 
@@ -23,7 +24,7 @@ class Simulate : public Cli {
               const std::vector<std::string>& more = {}) const {
     return Process(command(model, input, output, more));
   }
-  /// A decaying oscillation inside 0..100, `rows` long.
+  /// Writes `rows` rows of a decaying oscillation between `lo` and `hi`.
   void write_record(const char* name, int rows, double lo = 0.0, double hi = 100.0) const {
     std::ofstream out(shipped / name);
     out.precision(17);
@@ -56,11 +57,13 @@ struct Kind {
   const char* name;
   const char* model;  ///< "": the shipped piezo model
   double input_tolerance = 1e-9;
+
+  friend void PrintTo(const Kind& kind, std::ostream* out) { *out << kind.name; }
 };
 
 class EveryKind : public Simulate, public testing::WithParamInterface<Kind> {};
 
-TEST_P(EveryKind, ThereAndBackAgainIsTheIdentity) {
+TEST_P(EveryKind, InverseThenForwardReturnsTheOutput) {
   const Kind& kind = GetParam();
   if (*kind.model != '\0') write("piezo.model.toml", kind.model);
   write_record("in.csv", 500);
@@ -92,14 +95,14 @@ INSTANTIATE_TEST_SUITE_P(
         Kind{"PrandtlIshlinskii",
              "[hysteresis]\nkind = \"prandtl-ishlinskii\"\n" HYSTCAN_UNITS
              "offset = 0.5\ngain = 0.2\nthresholds = [2.0, 10.0]\nweights = [0.05, 0.04]\n"},
-        // The slope of a Preisach branch starts from the gain: an input follows from an output less well.
+        // A Preisach branch starts with the small slope of the gain, so that the inverse is less exact.
         Kind{"Preisach",
              "[hysteresis]\nkind = \"preisach\"\n" HYSTCAN_UNITS
              "offset = 0.5\ngain = 0.02\nweights = [3.0, 1.0, 4.0, 1.0, 2.0, 3.0]\n",
              1e-8}),
     [](const auto& test) { return test.param.name; });
 
-TEST_F(Simulate, RefusesACsvWithAHoleAndLeavesTheOldOutputAlone) {
+TEST_F(Simulate, RefusesACsvWithAnEmptyFieldAndKeepsTheOldOutput) {
   write("in.csv", "time_s,input\n0,1\n1,\n");
   write("out.csv", "precious");
   Process program = run("piezo.model.toml", "in.csv", "out.csv");
@@ -110,15 +113,15 @@ TEST_F(Simulate, RefusesACsvWithAHoleAndLeavesTheOldOutputAlone) {
   EXPECT_FALSE(std::filesystem::exists(shipped / "out.csv.part"));
 }
 
-TEST_F(Simulate, RefusesARecordInAnotherUnitThanTheModels) {
+TEST_F(Simulate, RefusesADatasetInAnotherUnitThanTheModel) {
   write("in.csv", "# input_unit = \"A\"\ntime_s,input\n0,1\n");
   Process program = run("piezo.model.toml", "in.csv", "out.csv");
   EXPECT_EQ(program.wait(), bad_input);
-  EXPECT_NE(program.err().find("in.csv: it says input_unit = \"A\", expected \"V\""), std::string::npos)
+  EXPECT_NE(program.err().find("in.csv: the file says input_unit = \"A\", expected \"V\""), std::string::npos)
       << program.err();
 }
 
-TEST_F(Simulate, SaysWhereTheDiskIsFullOrTheFolderMissing) {
+TEST_F(Simulate, ReportsAFullDiskAndAMissingFolder) {
   write("in.csv", "time_s,input\n0,1\n");
   Process program = run("piezo.model.toml", "in.csv", "no/such/folder.csv");
   EXPECT_EQ(program.wait(), failed);
@@ -126,7 +129,7 @@ TEST_F(Simulate, SaysWhereTheDiskIsFullOrTheFolderMissing) {
       << program.err();
 }
 
-TEST_F(Simulate, NeverOverwritesWhatItReads) {
+TEST_F(Simulate, NeverOverwritesItsInputs) {
   write("in.csv", "input\n1\n");
   for (const char* output : {"in.csv", "piezo.model.toml"}) {
     const std::string before = read(output);
@@ -136,7 +139,7 @@ TEST_F(Simulate, NeverOverwritesWhatItReads) {
   }
 }
 
-TEST_F(Simulate, WritesToADeviceAsItIs) {
+TEST_F(Simulate, WritesDirectlyToADevice) {
   std::filesystem::create_symlink("/dev/full", shipped / "full.csv");
   write("in.csv", "input\n1\n");
   Process program = run("piezo.model.toml", "in.csv", "full.csv");
@@ -153,7 +156,7 @@ TEST_F(Simulate, RefusesAModelThatCannotBeInverted) {
   EXPECT_NE(program.err().find("k_ascending"), std::string::npos) << program.err();
 }
 
-TEST_F(Simulate, GoesOnFromASavedMemoryAsIfItHadNeverStopped) {
+TEST_F(Simulate, ContinuesFromASavedMemoryAsInOneRun) {
   write_record("in.csv", 400);
   const std::string record = read("in.csv");
   const std::string header = "time_s,input\n";
@@ -189,11 +192,13 @@ struct BadMemory {
   const char* name;
   const char* text;
   const char* message;  ///< with its place
+
+  friend void PrintTo(const BadMemory& memory, std::ostream* out) { *out << memory.name; }
 };
 
 class BadMemories : public Simulate, public testing::WithParamInterface<BadMemory> {};
 
-TEST_P(BadMemories, AreRefusedAtTheirPlaceAndNothingIsWritten) {
+TEST_P(BadMemories, AreRefusedAtTheirPlaceAndWriteNothing) {
   write("memory.toml", GetParam().text);
   write("in.csv", "input\n50\n");
   Process program = run("piezo.model.toml", "in.csv", "out.csv", {"--memory", path("memory.toml")});
@@ -226,7 +231,7 @@ INSTANTIATE_TEST_SUITE_P(
                     BadMemory{"NotFinite", HYSTCAN_MEMORY "input = nan\n", ":4:9: input is nan"}),
     [](const auto& test) { return test.param.name; });
 
-TEST_F(Simulate, FindsTheNegativeDriveOfAnEvenModelWhereAsked) {
+TEST_F(Simulate, FindsTheNegativeDriveOfAnEvenModelOnRequest) {
   write("in.csv", "output\n10\n20\n15\n");
   Process positive = run("galfenol.model.toml", "in.csv", "plus.csv", {"--inverse"});
   ASSERT_EQ(positive.wait(), done) << positive.err();
@@ -248,7 +253,7 @@ TEST_F(Simulate, FindsTheNegativeDriveOfAnEvenModelWhereAsked) {
   EXPECT_NE(not_even.err().find("expected \"even\""), std::string::npos) << not_even.err();
 }
 
-TEST_F(Simulate, RunsBeyondTheLimitOnlyWhereAskedAndCountsTheRows) {
+TEST_F(Simulate, RunsBeyondTheLimitOnlyOnRequestAndCountsTheRows) {
   shipped.edit("piezo.model.toml", "k_ascending  = 0.035", "k_ascending  = 1.0");
   write("in.csv", "input\n100\n40\n45\n");
   Process refused = run("piezo.model.toml", "in.csv", "out.csv");
@@ -263,7 +268,7 @@ TEST_F(Simulate, RunsBeyondTheLimitOnlyWhereAskedAndCountsTheRows) {
   EXPECT_EQ(inverted.wait(), bad_input);
 }
 
-TEST_F(Simulate, NeedsNoMoreMemoryForAMillionRowsAndShowsHowFarItIs) {
+TEST_F(Simulate, NeedsConstantMemoryForAMillionRowsAndShowsProgress) {
   write_record("short.csv", 1000);
   write_record("long.csv", 1'000'000);
   Process few = run("piezo.model.toml", "short.csv", "few.csv");
@@ -272,7 +277,7 @@ TEST_F(Simulate, NeedsNoMoreMemoryForAMillionRowsAndShowsHowFarItIs) {
   ASSERT_EQ(many.wait(), done) << many.err();
   EXPECT_EQ(many.err().find('%'), std::string::npos) << "a bar where there is no terminal";
   EXPECT_NE(many.err().find("1000000 rows"), std::string::npos) << many.err();
-  // One number kept of each row would be 8000 kB.
+  // If the program kept one number of each row, it would need 8000 kB.
   EXPECT_LT(many.peak_resident_kB(), few.peak_resident_kB() + 4000);
 
   std::string on_terminal;
@@ -283,7 +288,7 @@ TEST_F(Simulate, NeedsNoMoreMemoryForAMillionRowsAndShowsHowFarItIs) {
   EXPECT_EQ(read("again.csv"), read("many.csv"));
 }
 
-TEST_F(Simulate, SaysWhereItsMemoryWasFull) {
+TEST_F(Simulate, ReportsTheStepsTakenWithAFullMemory) {
   std::string text = "input\n";
   for (int i = 0; i < 5000; ++i)
     text += std::to_string(50 + (i % 2 == 0 ? 1 : -1) * (49.0 - 0.009 * i)) + "\n";
@@ -293,7 +298,7 @@ TEST_F(Simulate, SaysWhereItsMemoryWasFull) {
   EXPECT_NE(program.err().find("steps were taken with a full memory"), std::string::npos) << program.err();
 }
 
-TEST_F(Simulate, NeverWritesTwoThingsIntoOneFile) {
+TEST_F(Simulate, RefusesTwoOutputsInOneFile) {
   write("in.csv", "input\n1\n");
   for (const std::string& same : {path("x"), path("./x")}) {
     Process program = run("piezo.model.toml", "in.csv", "x", {"--save-memory", same});
@@ -303,7 +308,7 @@ TEST_F(Simulate, NeverWritesTwoThingsIntoOneFile) {
   }
 }
 
-TEST_F(Simulate, FollowsALinkAndLeavesItsFileAloneWhereItFails) {
+TEST_F(Simulate, FollowsALinkAndKeepsItsTargetIfItFails) {
   write("target.csv", "precious");
   std::filesystem::create_symlink("target.csv", shipped / "link.csv");
   write("in.csv", "input\n1\n2\nthree\n");
@@ -317,14 +322,14 @@ TEST_F(Simulate, FollowsALinkAndLeavesItsFileAloneWhereItFails) {
   EXPECT_EQ(rows_of(read("target.csv")).size(), 2u);
 }
 
-TEST_F(Simulate, LeavesNothingBehindWhereItIsStoppedOrTheDiskIsFull) {
+TEST_F(Simulate, LeavesNoFileIfItIsStoppedOrTheDiskIsFull) {
   const auto files = [&] {
     return std::distance(std::filesystem::directory_iterator(shipped / ""),
                          std::filesystem::directory_iterator());
   };
   write_record("in.csv", 1000);
   const auto before = files();
-  // The input never ends: a signal has to.
+  // The input never ends, so that a signal must end the program.
   Process endless({"sh", "-c",
                    "{ echo input; exec yes 1; } | " HYSTCAN_PROGRAM " simulate " + path("piezo.model.toml") +
                        " --input /dev/stdin --output " + path("out.csv") + " & until ls " + path("out.csv") +

@@ -1,4 +1,4 @@
-// `hystcan tune`, rehearsed: what it finds, proposes, predicts and refuses.
+// `hystcan tune`, rehearsed: its estimates, proposals, predictions and errors.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -32,7 +32,7 @@ class Tune : public Cli {
   }
   bool written() const { return std::filesystem::exists(shipped / "tuning.toml"); }
 
-  /// piezo.toml with the fragment's lines in the place of axis x's, its gains times `factor`.
+  /// piezo.toml with the fragment's lines in the place of axis x's; the gains are multiplied by `factor`.
   void paste(const char* name, double factor) const {
     std::string config = read("piezo.toml");
     std::istringstream lines(read("tuning.toml"));
@@ -48,7 +48,7 @@ class Tune : public Cli {
     }
     write(name, config);
   }
-  /// RMS error of axis x under inverse+pi, % of stroke, as the demo has it.
+  /// RMS error of axis x with inverse+pi in the demo, % of stroke.
   double demonstrated(const char* config) const {
     Process demo({HYSTCAN_PROGRAM, "demo", "--config", path(config), "--output", path("demo"), "--json"});
     EXPECT_EQ(demo.wait(), done) << demo.err();
@@ -57,9 +57,9 @@ class Tune : public Cli {
   }
 };
 
-// The twin's own figures: 500 Hz and 0.05. Its amplifier's lag of 0.106 ms is a lag and no delay, which near
-// half the cycle rate makes a difference of some hundredths of a millisecond.
-TEST_F(Tune, FindsTheTwinsModeByAFewSmallSteps) {
+// The twin has 500 Hz and 0.05. Its amplifier has a lag of 0.106 ms, not a delay; near half the cycle rate
+// the two differ by some hundredths of a millisecond.
+TEST_F(Tune, FindsTheTwinsModeFromAFewSmallSteps) {
   const json found = tuned();
   EXPECT_NEAR(found["natural_frequency_Hz"]["value"], 500.0, 5.0);
   EXPECT_NEAR(found["damping_ratio"]["value"], 0.05, 0.005);
@@ -69,8 +69,8 @@ TEST_F(Tune, FindsTheTwinsModeByAFewSmallSteps) {
   EXPECT_EQ(found["rows"], 2400) << "five steps up and down and half a one before and after, 0.4 s each";
 }
 
-// Each rule is kept, and used up: no margin is left lying about where it is the one that binds.
-TEST_F(Tune, ProposesGainsThatKeepTheMarginsAskedFor) {
+// Each rule holds, and the rule that limits the gains holds with equality.
+TEST_F(Tune, ProposesGainsThatKeepTheRequestedMargins) {
   double ki_before = 1e9;
   for (const auto& [phase_deg, gain_dB] :
        {std::pair(45.0, 3.0), std::pair(60.0, 6.0), std::pair(75.0, 12.0)}) {
@@ -78,7 +78,7 @@ TEST_F(Tune, ProposesGainsThatKeepTheMarginsAskedFor) {
         tuned({"--phase-margin", std::to_string(phase_deg), "--gain-margin", std::to_string(gain_dB)});
     const json& proposed = found["proposed"];
     EXPECT_TRUE(proposed["margins"]["stable"]);
-    // The grid of frequencies and the gains' three digits.
+    // Tolerance: the grid of frequencies, and the three digits of the gains.
     EXPECT_GE(proposed["margins"]["phase_margin_deg"], phase_deg - 0.5);
     EXPECT_GE(proposed["margins"]["gain_margin_dB"], gain_dB - 0.1);
     EXPECT_NEAR(20.0 * std::log10(proposed["margins"]["peak_beyond_180"].get<double>()), -gain_dB, 0.2)
@@ -99,21 +99,22 @@ TEST_F(Tune, JudgesThePresentGainsByTheSameLoop) {
   EXPECT_LE(present["worst_margins"]["gain_margin_dB"], present["margins"]["gain_margin_dB"]);
 }
 
-TEST_F(Tune, WritesAFragmentThatAConfigurationTakesAndThatBeatsHalfOfItself) {
+TEST_F(Tune, WritesAFragmentThatLoadsAndTracksBetterThanHalfItsGains) {
   ASSERT_EQ(tune().wait(), done);
   paste("tuned.toml", 1.0);
   paste("halved.toml", 0.5);
   Process check({HYSTCAN_PROGRAM, "check", path("tuned.toml")});
   EXPECT_EQ(check.wait(), done) << check.err();
   const double whole = demonstrated("tuned.toml"), half = demonstrated("halved.toml");
-  // A following error of a ramp falls as 1 / ki: half of the gain leaves almost twice the error.
+  // The following error of a ramp is proportional to 1 / ki: half the gain gives almost twice the error.
   EXPECT_LT(1.3 * whole, half);
 }
 
-// The same twin, but for the delay found, some 0.05 ms longer than the amplifier's lag: unforeseen by the
-// present preview, at the triangle's 480 um/s, that is 0.024 um or 0.08 % of stroke, of which the PI leaves a
-// third.
-TEST_F(Tune, PredictsWhatTheLoopThenDoes) {
+// The predicted twin is the same except for the identified delay, about 0.05 ms longer than the amplifier's
+// lag. The present preview does not include it. At the triangle's 480 um/s it gives
+//   480 um/s * 0.05 ms = 0.024 um, 0.08 % of stroke,
+// and the PI leaves a third of that.
+TEST_F(Tune, PredictsTheErrorThatTheLoopThenHas) {
   const json found = tuned();
   const auto predicted = [&](const char* setting) {
     return found[setting]["predicted"]["inverse+pi"]["rms_percent"].get<double>();
@@ -126,18 +127,19 @@ TEST_F(Tune, PredictsWhatTheLoopThenDoes) {
   EXPECT_NEAR(predicted("present"), demonstrated("piezo.toml"), 0.03);
 }
 
-TEST_F(Tune, SaysInTheFragmentWhatEachKeyWas) {
+TEST_F(Tune, WritesThePresentValueOfEachKeyIntoTheFragment) {
   ASSERT_EQ(tune().wait(), done);
   const std::string fragment = read("tuning.toml");
   for (const char* expected :
        {"axis x of piezo.toml; nothing has been applied", "# was 0.05 um per um", "# was 120.0\n",
-        "# was 1000.0; one cycle", "# was 1500.0; stands for the delay found", "# was 500.0\n",
+        "# was 1000.0; one cycle", "# was 1500.0; represents the identified delay", "# was 500.0\n",
         "# predicted RMS error", "# it rests on the hysteresis"})
     EXPECT_NE(fragment.find(expected), std::string::npos) << expected << "\n" << fragment;
 }
 
-TEST_F(Tune, MeasuresTheAxisItIsTold) {
-  // Half the cycle rate tells no two modes apart that lie as far below it as above: a softer stage.
+TEST_F(Tune, MeasuresTheChosenAxis) {
+  // Two modes at equal distances below and above half the cycle rate look the same, so the stage is softer
+  // here.
   const std::string shipped_text = support::read_file(shipped / "piezo.toml");
   std::ofstream(shipped / "piezo.toml")
       << std::regex_replace(shipped_text, std::regex("(resonance_Hz +)= 500\\.0"), "$1= 310.0");
@@ -147,14 +149,14 @@ TEST_F(Tune, MeasuresTheAxisItIsTold) {
   EXPECT_EQ(found["steps"]["amplitude"], 0.5);
 }
 
-TEST_F(Tune, JudgesNoLoopThatHasNoIntegral) {
+TEST_F(Tune, GivesNoMarginsForALoopWithoutIntegral) {
   shipped.edit("piezo.toml", "ki_per_s           = 120.0", "ki_per_s           = 0.0");
   const json found = tuned();
   EXPECT_TRUE(found["present"]["margins"].is_null());
   EXPECT_GT(found["proposed"]["ki_per_s"], 0.0);
 }
 
-TEST_F(Tune, ChangesNoFileThatItReads) {
+TEST_F(Tune, ChangesNoneOfItsInputFiles) {
   const std::vector<const char*> inputs{"piezo.toml", "piezo.model.toml", "piezo.plant.toml", "hystcan.dbc"};
   std::vector<std::string> before;
   std::ranges::transform(inputs, std::back_inserter(before), [&](const char* name) { return read(name); });
@@ -166,7 +168,7 @@ TEST_F(Tune, ChangesNoFileThatItReads) {
   for (std::size_t i = 0; i < inputs.size(); ++i) EXPECT_EQ(read(inputs[i]), before[i]) << inputs[i];
 }
 
-TEST_F(Tune, RefusesWhatItMayNotDriveAndRulesThatAreNone) {
+TEST_F(Tune, RefusesStepsOutsideTheLimitsAndInvalidRules) {
   const std::vector<std::pair<std::vector<std::string>, std::string>> refused{
       {{"--amplitude", "51"}, "expected within drive_min and drive_max, 0 and 100"},
       {{"--centre", "99.5"}, "expected within drive_min and drive_max"},
@@ -183,15 +185,15 @@ TEST_F(Tune, RefusesWhatItMayNotDriveAndRulesThatAreNone) {
   }
 }
 
-// So far below the resolution of the sensor the steps tell nothing.
-TEST_F(Tune, ProposesNothingFromAnExperimentThatTellsNothing) {
+// Steps this far below the resolution of the sensor contain no information.
+TEST_F(Tune, ProposesNothingFromAnInconclusiveExperiment) {
   Process program = tune({"--amplitude", "1e-6"});
   EXPECT_EQ(program.wait(), failed);
-  EXPECT_NE(program.err().find("the experiment does not tell"), std::string::npos) << program.err();
+  EXPECT_NE(program.err().find("the experiment is not conclusive"), std::string::npos) << program.err();
   EXPECT_FALSE(written());
 }
 
-TEST_F(Tune, AFaultEndsItAndNothingIsWritten) {
+TEST_F(Tune, WritesNothingAfterAFault) {
   shipped.edit("piezo.toml", "position_max_um    = 34.0", "position_max_um    = 12.0");
   shipped.edit("piezo.toml", "cycles       = 10.0", "cycles       = 1.0");
   Process program = tune({"--centre", "60"});

@@ -1,4 +1,4 @@
-// `hystcan doctor`: the checks of /proc and /sys on made-up machines, and the command from outside.
+// `hystcan doctor`: the checks of /proc and /sys on simulated machines, and the command as a process.
 #include "app/doctor/doctor.h"
 
 #include <algorithm>
@@ -13,7 +13,7 @@ using app::Demand;
 using app::Finding;
 using app::Verdict;
 
-/// A tree of files like /proc and /sys: a machine that is as it should be, until a test changes it.
+/// A tree of files like /proc and /sys of a well-configured machine; tests change it.
 class Machine : public testing::Test {
  protected:
   Machine() {
@@ -49,7 +49,7 @@ class Machine : public testing::Test {
   Demand demand;
 };
 
-TEST_F(Machine, ThatIsAsItShouldBeIsGoodThroughout) {
+TEST_F(Machine, IsGoodInEveryCheckIfItIsWellConfigured) {
   for (const Finding& finding : app::examine_machine(demand, root)) {
     EXPECT_EQ(finding.verdict, Verdict::good) << finding.check << ": " << finding.figure;
     EXPECT_EQ(finding.cure, "") << finding.check;
@@ -81,28 +81,28 @@ TEST_F(Machine, IsJudgedByTheProcessorsInUse) {
   EXPECT_EQ(of("C-states").verdict, Verdict::good) << "a state that is never entered";
 }
 
-TEST_F(Machine, MustHaveTheProcessorsThatAreAskedFor) {
+TEST_F(Machine, MustHaveTheConfiguredProcessors) {
   demand.cpus = {3, 4};
   EXPECT_EQ(of("processors").verdict, Verdict::bad);
   demand.cpus = {1};
   EXPECT_EQ(of("processors").verdict, Verdict::doubtful) << "not isolated";
 }
 
-TEST_F(Machine, ThatTellsNothingIsSurvived) {
+TEST_F(Machine, WithoutAnyFilesInProcAndSysIsAccepted) {
   std::filesystem::remove_all(root);
   demand.cpus.clear();
   for (const Finding& finding : app::examine_machine(demand, root))
     EXPECT_NE(finding.verdict, Verdict::bad) << finding.check << ": " << finding.figure;
 }
 
-TEST(CpuList, IsReadAsTheKernelWritesIt) {
+TEST(CpuList, IsParsedInTheFormOfTheKernel) {
   EXPECT_EQ(app::parse_cpu_list("0"), (std::set<std::int64_t>{0}));
   EXPECT_EQ(app::parse_cpu_list("0-2,5,7-8"), (std::set<std::int64_t>{0, 1, 2, 5, 7, 8}));
   for (const char* none : {"", "x", "1-", "-3", "1,,2", "0-99999999999"})
     EXPECT_TRUE(app::parse_cpu_list(none).empty()) << none;
 }
 
-TEST_F(Cli, DoctorTellsACureWithEveryVerdictThatIsNotGoodAndItsStatusFits) {
+TEST_F(Cli, DoctorGivesACureForEveryVerdictThatIsNotGoodAndAMatchingExitStatus) {
   Process program({HYSTCAN_PROGRAM, "doctor", path("piezo.toml"), "--interface", "nocan7", "--json"});
   EXPECT_EQ(program.wait(), failed) << "there is no such interface";
   const nlohmann::json answer = nlohmann::json::parse(program.out());
@@ -118,7 +118,7 @@ TEST_F(Cli, DoctorTellsACureWithEveryVerdictThatIsNotGoodAndItsStatusFits) {
     EXPECT_TRUE(checks.contains(name)) << name;
 }
 
-TEST_F(Cli, DoctorSaysWhereAPriorityIsRefusedAndHowToGetIt) {
+TEST_F(Cli, DoctorReportsARefusedPriorityAndItsCure) {
   if (geteuid() == 0) GTEST_SKIP() << "nothing is refused to root";
   shipped.edit("piezo.toml", "rate_Hz = 1000.0",
                "rate_Hz = 1000.0\nrealtime.priority = 60\nrealtime.cpus = [1023]");
@@ -129,7 +129,7 @@ TEST_F(Cli, DoctorSaysWhereAPriorityIsRefusedAndHowToGetIt) {
   EXPECT_NE(program.out().find("LimitRTPRIO=60"), std::string::npos) << program.out();
 }
 
-TEST_F(Cli, APlaceForBlackBoxesAndTheProcessorsAreChecked) {
+TEST_F(Cli, CheckAcceptsABlackBoxFolderAndRefusesAProcessorOutOfRange) {
   shipped.edit("piezo.toml", "rate_Hz = 1000.0",
                "rate_Hz = 1000.0\nblack_box_dir = \"boxes\"\nrealtime.cpus = [0, 1024]");
   Process program({HYSTCAN_PROGRAM, "check", path("piezo.toml")});

@@ -34,11 +34,11 @@ TEST(TruthLog, HasARowForEachSampleOfAnAxis) {
   std::filesystem::remove(file);
 }
 
-TEST(TruthLog, SaysWhereItCannotBeWritten) {
+TEST(TruthLog, ReportsAFileThatCannotBeWritten) {
   EXPECT_THROW(TruthLog("/no/such/folder/truth.csv", {"x"}), std::runtime_error);
 }
 
-TEST(TruthLog, OnAFullDiskLosesRowsAndSaysSo) {
+TEST(TruthLog, ReportsLostRowsOnAFullDisk) {
   TruthLog log("/dev/full", {"x", "y"});
   for (int i = 0; i < 1000; ++i) log.write(truth);
   const std::string lost = log.close();

@@ -12,7 +12,7 @@
 namespace hystcan {
 namespace {
 
-/// A service manager's end of the notification socket.
+/// The service manager's end of the notification socket.
 class Manager {
  public:
   Manager() : path_(std::filesystem::path(testing::TempDir()) / ("notify-" + std::to_string(getpid()))) {
@@ -30,7 +30,7 @@ class Manager {
   Manager& operator=(const Manager&) = delete;
 
   std::string path() const { return path_.string(); }
-  std::vector<std::string> told() const {
+  std::vector<std::string> messages() const {
     std::vector<std::string> texts;
     std::array<char, 100> text{};
     for (ssize_t n = 0; (n = ::recv(socket_, text.data(), text.size(), MSG_DONTWAIT)) > 0;)
@@ -43,37 +43,37 @@ class Manager {
   int socket_ = ::socket(AF_UNIX, SOCK_DGRAM, 0);
 };
 
-TEST(SystemdNotifier, TellsReadyThenThatCyclesGoOnThreeTimesInATimeout) {
+TEST(SystemdNotifier, SendsReadyThenWatchdogThreeTimesPerTimeout) {
   const Manager manager;
   app::SystemdNotifier service(manager.path(), "300000");
-  for (int ms = 0; ms <= 1000; ++ms) service.tell_cycle(1e-3 * ms);
-  const auto told = manager.told();
-  ASSERT_GE(told.size(), 2u);
-  EXPECT_EQ(told.front(), "READY=1\n");
-  for (std::size_t i = 1; i < told.size(); ++i) EXPECT_EQ(told[i], "WATCHDOG=1\n");
-  EXPECT_GE(told.size() - 1, 9u) << "every 0.1 s, or the cycle after it";
-  EXPECT_LE(told.size() - 1, 10u);
+  for (int ms = 0; ms <= 1000; ++ms) service.report_cycle(1e-3 * ms);
+  const auto messages = manager.messages();
+  ASSERT_GE(messages.size(), 2u);
+  EXPECT_EQ(messages.front(), "READY=1\n");
+  for (std::size_t i = 1; i < messages.size(); ++i) EXPECT_EQ(messages[i], "WATCHDOG=1\n");
+  EXPECT_GE(messages.size() - 1, 9u) << "every 0.1 s, or the cycle after it";
+  EXPECT_LE(messages.size() - 1, 10u);
 }
 
-TEST(SystemdNotifier, TellsNothingWhileNoCycleComes) {
+TEST(SystemdNotifier, SendsNothingWithoutCycles) {
   const Manager manager;
   const app::SystemdNotifier service(manager.path(), "300000");
-  EXPECT_TRUE(manager.told().empty());
+  EXPECT_TRUE(manager.messages().empty());
 }
 
-TEST(SystemdNotifier, WithoutAWatchdogTellsReadyAlone) {
+TEST(SystemdNotifier, SendsOnlyReadyWithoutAWatchdog) {
   const Manager manager;
   app::SystemdNotifier service(manager.path(), "");
-  for (int ms = 0; ms <= 1000; ++ms) service.tell_cycle(1e-3 * ms);
-  EXPECT_EQ(manager.told(), std::vector<std::string>{"READY=1\n"});
+  for (int ms = 0; ms <= 1000; ++ms) service.report_cycle(1e-3 * ms);
+  EXPECT_EQ(manager.messages(), std::vector<std::string>{"READY=1\n"});
 }
 
-TEST(SystemdNotifier, WithoutAManagerOrWithOneThatIsGoneIsSilent) {
+TEST(SystemdNotifier, SendsNothingWithoutAManagerOrAfterItHasGone) {
   app::SystemdNotifier none("", "300000");
   app::SystemdNotifier gone("/nonexistent/notify", "300000");
-  none.tell_cycle(0.0);
-  gone.tell_cycle(0.0);
-  gone.tell_cycle(1.0);
+  none.report_cycle(0.0);
+  gone.report_cycle(0.0);
+  gone.report_cycle(1.0);
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ namespace {
 using controller::AxisState;
 using std::chrono::milliseconds;
 
-/// A test that waits longer hangs.
+/// A test that waits longer than this fails.
 constexpr auto patience = std::chrono::seconds(60);
 
 config::Config prepared(const support::ShippedCopy& files,
@@ -49,7 +49,7 @@ Client::Client(const std::filesystem::path& socket) : socket_(::socket(AF_UNIX, 
 void Client::send(std::string_view bytes) const {
   while (!bytes.empty()) {
     const ssize_t sent = ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
-    if (sent <= 0) return;  // hung up: the answer tells
+    if (sent <= 0) return;  // the other side has disconnected; the answer shows it
     bytes.remove_prefix(static_cast<std::size_t>(sent));
   }
 }

@@ -1,6 +1,6 @@
-// A controller that can be reached, for tests: the shipped two-axis stage in virtual time, which a thread
-// moves on by itself, its control service, and clients that are plain Unix sockets. What is claimed is read
-// off answers and records; the wall clock only ends a test that hangs.
+// A running controller for tests: the shipped two-axis stage in virtual time, which a thread advances, its
+// control service, and clients that are plain Unix sockets. Tests check answers and cycle records; the wall
+// clock only ends a test that hangs.
 #pragma once
 
 #include <atomic>
@@ -22,7 +22,7 @@
 
 namespace hystcan::app {
 
-/// One connection: lines there, lines back.
+/// One connection that sends and receives lines.
 class Client {
  public:
   explicit Client(const std::filesystem::path& socket);
@@ -35,7 +35,7 @@ class Client {
   Client& operator=(Client&&) = delete;
 
   void send(std::string_view bytes) const;
-  /// One answer; null where the other side has hung up.
+  /// One answer; null if the other side has disconnected.
   nlohmann::json read();
   nlohmann::json ask(const nlohmann::json& command) {
     send(command.dump() + "\n");
@@ -49,7 +49,7 @@ class Client {
   std::string unread_;
 };
 
-/// Of one cycle, as much as the claims are about.
+/// The values of one cycle that the tests check.
 struct Step {
   std::uint64_t cycle = 0;
   controller::AxisState state = controller::AxisState::offline;
@@ -70,13 +70,13 @@ class ControlBench {
   std::filesystem::path socket() const { return files_ / "control.sock"; }
   const support::ShippedCopy& files() const { return files_; }
   ControlService& service() { return *service_; }
-  /// The run ends, and the service after it, as in the program.
+  /// Ends the run, then the service, as in the program.
   void end_service();
 
-  /// Time goes on until it is so; false where it never is.
+  /// Lets time run until the condition is true; returns false if it never is.
   bool comes_true(const std::function<bool()>& condition) const;
   bool axis_is(std::size_t axis, controller::AxisState state) const;
-  /// All of an axis so far.
+  /// All cycles of an axis so far.
   std::vector<Step> steps(std::size_t axis) const;
   std::size_t step_count(std::size_t axis) const;
   bool asked_to_stop() const { return asked_to_stop_; }

@@ -1,4 +1,4 @@
-// The examples of docs/control_socket.md, sent to a running controller in their order.
+// Sends the examples of docs/control_socket.md to a running controller in their order.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -41,8 +41,8 @@ std::set<std::string> changes(const json& answer) {
   return texts;
 }
 
-// Numbers are of their run; keys, refusals and changes are what is promised.
-TEST(ControlSocketDocument, GivesAnswersThatComeWhenItsExamplesAreSent) {
+// Numbers differ from run to run; the document promises keys, refusals and changes.
+TEST(ControlSocketDocument, GivesTheAnswersThatTheControllerSends) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, controller::AxisState::tracking));
   Client client = bench.client();

@@ -1,4 +1,4 @@
-// Configuration taken up by a running controller: single settings and the file again.
+// Changes of the configuration of a running controller: single settings, and reading the file again.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ json set(const char* key, const json& value, const char* axis = "x") {
 }
 const json reload{{"do", "reload"}};
 
-/// What an answer tells to have changed: "axis[0].control.kp 0.05 0.2".
+/// The changes in an answer: "axis[0].control.kp 0.05 0.2".
 std::vector<std::string> changes(const json& answer) {
   std::vector<std::string> texts;
   for (const json& change : answer.value("changed", json::array()))
@@ -27,19 +27,19 @@ std::vector<std::string> changes(const json& answer) {
   return texts;
 }
 
-/// x rests at `position_um`.
+/// Moves x to `position_um` and waits until it rests there.
 void rest_at(Client& client, double position_um) {
   ASSERT_TRUE(is_ok(client.ask({{"do", "go_to"}, {"axis", "x"}, {"position_um", position_um}})));
   ASSERT_TRUE(is_ok(client.ask({{"do", "wait"}, {"axis", "x"}})));
 }
 
-/// The bench has gone on by `cycles`.
+/// Waits until the bench has run `cycles` more.
 void pass(const ControlBench& bench, std::size_t cycles) {
   const std::size_t until = bench.step_count(0) + cycles;
   ASSERT_TRUE(bench.comes_true([&] { return bench.step_count(0) >= until; }));
 }
 
-TEST(Set, TellsWhatHasChangedAndOnlyThat) {
+TEST(Set, AnswersWithExactlyTheChangedKeys) {
   const ControlBench bench;
   Client client = bench.client();
   using Texts = std::vector<std::string>;
@@ -57,8 +57,8 @@ TEST(Set, TellsWhatHasChangedAndOnlyThat) {
   EXPECT_EQ(changes(client.ask(set("notch.depth", 0.5))), Texts{"axis[0].control.notch.depth 0.1 0.5"});
 }
 
-// The integral has to take over what the gains gave: a step of 0.45 um per um of the error, which the model's
-// 3 % leaves without an integral, would be more than 0.2 V.
+// The integral must compensate the change of the gain. Without that, the drive would step by more than 0.2 V:
+// 0.45 um per um of the error that the model's 3 % leaves without an integral.
 TEST(Set, OfAGainMovesTheDriveNoMoreThanTheNoise) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
@@ -75,11 +75,11 @@ TEST(Set, OfAGainMovesTheDriveNoMoreThanTheNoise) {
     ASSERT_EQ(changes(client.ask(set("kp", kp))).size(), 1u);
     pass(bench, 50);
   }
-  // 0.3 nm of noise a sample, six deviations both ways, through kp = 0.5 and 0.2 um/V: 9 mV.
+  // Noise of 0.3 nm per sample, six standard deviations each way, kp = 0.5 and 0.2 um/V give 9 mV.
   EXPECT_LT(largest_drive_step(bench.steps(0), first), 0.02);
 }
 
-// pi alone needs the whole position from its integral, 24 um that the inverse's feed-forward gave before.
+// With structure pi, the integral must give the whole position, 24 um that the feed-forward gave before.
 TEST(Set, OfStructureNotchAndDelaysMovesTheDriveNoMoreThanTheNoise) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
@@ -105,9 +105,9 @@ TEST(Set, OfStructureNotchAndDelaysMovesTheDriveNoMoreThanTheNoise) {
 TEST(Set, RefusesNonsenseWithTheKeyAndWhatIsExpected) {
   const ControlBench bench;
   Client client = bench.client();
-  const auto refused = [&](const char* key, const json& value, std::string_view told) {
+  const auto refused = [&](const char* key, const json& value, std::string_view reason) {
     const json answer = client.ask(set(key, value));
-    EXPECT_TRUE(says(answer, told) && says(answer, "expected")) << answer;
+    EXPECT_TRUE(says(answer, reason) && says(answer, "expected")) << answer;
   };
   refused("kp", -1, "kp is -1, expected a number >= 0");
   refused("kp", "high", "kp");
@@ -133,15 +133,15 @@ TEST(Set, OfTheModelNeedsARestart) {
   EXPECT_TRUE(says(answer, "needs a restart, nothing was changed: axis[0].control.model")) << answer;
 }
 
-// An axis whose drive was outside a new range at that moment; the other one has taken the same file up.
-TEST(LiveConfig, TellsEverythingAgainToAxesOneOfWhichRefused) {
+// One axis refused the file because its drive was outside the new range; the other axis has applied it.
+TEST(LiveConfig, SendsAllSettingsAgainAfterOneAxisRefused) {
   const support::ShippedCopy files;
   const std::filesystem::path file = files / "piezo.toml";
   LiveConfig live(file, config::load(file));
   files.edit("piezo.toml", "drive_max_V        = 100.0", "drive_max_V        = 110.0");
   const LiveConfig::Prepared refused = live.reread();
   ASSERT_EQ(refused.requests.size(), 1u);
-  live.doubt(refused);
+  live.mark_uncertain(refused);
   files.edit("piezo.toml", "drive_max_V        = 110.0", "drive_max_V        = 100.0");
   const LiveConfig::Prepared next = live.reread();
   EXPECT_TRUE(next.at_once.empty()) << "what is in force by the book";
@@ -151,7 +151,7 @@ TEST(LiveConfig, TellsEverythingAgainToAxesOneOfWhichRefused) {
   EXPECT_TRUE(live.reread().requests.empty());
 }
 
-TEST(Reload, OfAChangedSetpointGoesOnFromThePresentMotion) {
+TEST(Reload, OfAChangedSetpointContinuesFromThePresentMotion) {
   const ControlBench bench([](const support::ShippedCopy& files) {
     files.edit("piezo.toml", "frequency_Hz = 10.0", "frequency_Hz = 1.0");
   });
@@ -171,12 +171,12 @@ TEST(Reload, OfAChangedSetpointGoesOnFromThePresentMotion) {
     fastest_um = std::max(fastest_um, std::abs(steps[i].reference_um - steps[i - 1].reference_um));
     if (i + 1100 > steps.size()) highest_um = std::max(highest_um, steps[i].reference_um);
   }
-  // At most 24 um in a transition of 0.2 s, 225 um/s at its middle, and the 48 um/s that the reference had.
+  // At most 24 um in a transition of 0.2 s, 225 um/s at its middle, plus the 48 um/s of the reference.
   EXPECT_LT(fastest_um, 0.4) << "um in a cycle";
   EXPECT_NEAR(highest_um, 20.0, 0.5) << "the new triangle";
 }
 
-TEST(Reload, OfAnInvalidFileChangesNothingAndSaysWhere) {
+TEST(Reload, OfAnInvalidFileChangesNothingAndReportsThePlace) {
   const ControlBench bench;
   Client client = bench.client();
   ASSERT_TRUE(is_ok(client.ask(set("kp", 0.2))));
@@ -189,7 +189,7 @@ TEST(Reload, OfAnInvalidFileChangesNothingAndSaysWhere) {
       << "kp was 0.2 still; the file is what counts now";
 }
 
-TEST(Reload, OfAChangeThatNeedsARestartTakesNothingOfTheFile) {
+TEST(Reload, OfAChangeThatNeedsARestartAppliesNothingOfTheFile) {
   const ControlBench bench;
   Client client = bench.client();
   bench.files().edit("piezo.toml", "rate_Hz = 1000.0", "rate_Hz = 1000.0\nheartbeat_ms = 50.0");
@@ -200,7 +200,7 @@ TEST(Reload, OfAChangeThatNeedsARestartTakesNothingOfTheFile) {
   EXPECT_EQ(changes(client.ask(reload)), std::vector<std::string>{"axis[0].control.kp 0.05 0.08"});
 }
 
-TEST(Reload, ComesByItselfWhenTheFileIsWrittenOrReplaced) {
+TEST(Reload, HappensWhenTheFileIsWrittenOrReplaced) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   const auto low_is = [&](double low_um) {
@@ -220,10 +220,10 @@ TEST(Reload, ComesByItselfWhenTheFileIsWrittenOrReplaced) {
   EXPECT_TRUE(low_is(28.5)) << "another put in its place, as editors do";
 }
 
-TEST(Reload, ComesWithASignalToo) {
+TEST(Reload, HappensAtASignal) {
   ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
-  // Overrides end with the file read again, which makes that seen without any change of the file.
+  // Reading the file again discards the overrides, so the test sees it without a change of the file.
   Client client = bench.client();
   ASSERT_TRUE(is_ok(client.ask(set("setpoint[0].high_um", 28.5))));
   pass(bench, 2500);

@@ -1,5 +1,5 @@
-// The control socket against a running controller: every command with its answer, lines as they may come, and
-// who may write.
+// The control socket of a running controller: every command with its answer, lines in any pieces, and the
+// right to write.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -21,7 +21,7 @@ json go_to(const char* axis, const json& position_um) {
   return {{"do", "go_to"}, {"axis", axis}, {"position_um", position_um}};
 }
 
-TEST(ControlSocket, TellsOfEveryAxisAndOfTheCycles) {
+TEST(ControlSocket, ReportsTheStatusOfEveryAxisAndOfTheCycles) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   const json status = bench.client().ask(command("status"));
@@ -38,7 +38,7 @@ TEST(ControlSocket, TellsOfEveryAxisAndOfTheCycles) {
   EXPECT_EQ(status.at("axes")[1].at("name"), "y");
 }
 
-TEST(ControlSocket, LeadsAStageToAPositionAndBackToItsReference) {
+TEST(ControlSocket, MovesAStageToAPositionAndBackToItsReference) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   Client client = bench.client();
@@ -54,9 +54,9 @@ TEST(ControlSocket, LeadsAStageToAPositionAndBackToItsReference) {
   })) << "the triangle's upper end";
 }
 
-// The board still shows the position arrived at before when the second wait is asked for: the record that
-// answers it has to be younger than the go_to.
-TEST(ControlSocket, AWaitIsNeverAnsweredByThePositionBefore) {
+// At the second wait the board still shows the earlier arrival. The record that answers this wait must be
+// newer than the go_to.
+TEST(ControlSocket, AnswersNoWaitFromAnEarlierPosition) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   Client client = bench.client();
@@ -68,7 +68,7 @@ TEST(ControlSocket, AWaitIsNeverAnsweredByThePositionBefore) {
   }
 }
 
-TEST(ControlSocket, RefusesPositionsThatTheStageDoesNotReachAndThoseThatAreNone) {
+TEST(ControlSocket, RefusesUnreachableAndInvalidPositions) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   Client client = bench.client();
@@ -78,7 +78,7 @@ TEST(ControlSocket, RefusesPositionsThatTheStageDoesNotReachAndThoseThatAreNone)
     EXPECT_TRUE(says(client.ask(go_to("x", none)), "\"position_um\" is missing, expected a number")) << none;
   for (const char* number : {"NaN", "Infinity", "1e999"}) {
     client.send(std::string(R"({"do": "go_to", "axis": "x", "position_um": )") + number + "}\n");
-    EXPECT_TRUE(says(client.read(), "expected one JSON object a line")) << number;
+    EXPECT_TRUE(says(client.read(), "expected one JSON object per line")) << number;
   }
   EXPECT_EQ(client.ask(command("status")).at("axes")[0].at("live_goal"), false) << "nothing was taken";
 }
@@ -100,7 +100,7 @@ TEST(ControlSocket, SwitchesAnAxisOffAndOnAgain) {
   EXPECT_EQ(client.ask(command("status")).at("axes")[0].at("state"), "tracking") << "x was left alone";
 }
 
-TEST(ControlSocket, MeansAllAxesWhereNoneIsNamed) {
+TEST(ControlSocket, ActsOnAllAxesIfNoneIsNamed) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   Client client = bench.client();
@@ -113,7 +113,7 @@ TEST(ControlSocket, MeansAllAxesWhereNoneIsNamed) {
   EXPECT_TRUE(is_ok(client.ask(command("enable"))));
 }
 
-TEST(ControlSocket, StopBringsEveryAxisDownAndEndsTheRun) {
+TEST(ControlSocket, StopRampsEveryAxisDownAndEndsTheRun) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   ASSERT_TRUE(is_ok(bench.client().ask(command("stop"))));
@@ -122,11 +122,11 @@ TEST(ControlSocket, StopBringsEveryAxisDownAndEndsTheRun) {
   EXPECT_TRUE(bench.axis_is(1, AxisState::offline));
 }
 
-TEST(ControlSocket, RefusesWhatItDoesNotKnowAndSaysWhatItExpects) {
+TEST(ControlSocket, RefusesUnknownCommandsAndNamesTheExpectedOnes) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   Client client = bench.client();
-  EXPECT_TRUE(says(client.ask(command("dance")), "\"dance\" is no command, expected status, enable"));
+  EXPECT_TRUE(says(client.ask(command("dance")), "\"dance\" is not a command, expected status, enable"));
   EXPECT_TRUE(says(client.ask(command("enable", "z")), "there is no axis \"z\", expected x, y"));
   EXPECT_TRUE(says(client.ask(json::object()), "\"do\" is missing"));
   EXPECT_TRUE(says(client.ask({{"do", 7}}), "\"do\" is missing, expected a text"));
@@ -141,7 +141,7 @@ TEST(ControlSocket, RefusesWhatItDoesNotKnowAndSaysWhatItExpects) {
         << timeout_s;
 }
 
-TEST(ControlSocket, TakesLinesAsTheyCome) {
+TEST(ControlSocket, AcceptsLinesInAnyPieces) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   Client client = bench.client();
@@ -154,14 +154,14 @@ TEST(ControlSocket, TakesLinesAsTheyCome) {
   for (const char* line :
        {"", "status", "[]", "7", "null", "{", "{\"do\": \"status\"} {}", "\xff\xfe", "{\"do\"}"}) {
     client.send(std::string(line) + "\n");
-    EXPECT_TRUE(says(client.read(), "expected one JSON object a line")) << line;
+    EXPECT_TRUE(says(client.read(), "expected one JSON object per line")) << line;
   }
   client.send("{\"do\": \"\xff\"}\n");
   EXPECT_FALSE(is_ok(client.read())) << "no UTF-8";
   EXPECT_TRUE(is_ok(client.ask(command("status"))));
 }
 
-TEST(ControlSocket, HangsUpOnALineThatDoesNotEnd) {
+TEST(ControlSocket, ClosesTheConnectionAtALineWithoutEnd) {
   const ControlBench bench;
   Client endless = bench.client();
   endless.send(std::string(70'000, ' '));
@@ -170,8 +170,8 @@ TEST(ControlSocket, HangsUpOnALineThatDoesNotEnd) {
   EXPECT_FALSE(bench.client().ask(command("enable", "z")).is_null()) << "others are served";
 }
 
-// What recurses over a command must not run out of stack: a writer could end the controller.
-TEST(ControlSocket, StandsNestingAndKeysOfAnyDepth) {
+// Code that recurses over a command must not run out of stack; otherwise a writer could crash the controller.
+TEST(ControlSocket, SurvivesNestingAndKeysOfAnyDepth) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   Client client = bench.client();
@@ -186,7 +186,7 @@ TEST(ControlSocket, StandsNestingAndKeysOfAnyDepth) {
       says(client.ask({{"do", "set"}, {"axis", "x"}, {"key", deep}, {"value", 1}}), "expected at most 200"));
 }
 
-TEST(ControlSocket, HasOneWriterUntilItHangsUp) {
+TEST(ControlSocket, HasOneWriterUntilItDisconnects) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   Client looker = bench.client();
@@ -202,7 +202,7 @@ TEST(ControlSocket, HasOneWriterUntilItHangsUp) {
   EXPECT_TRUE(bench.comes_true([&] { return is_ok(looker.ask(go_to("x", 20.0))); }));
 }
 
-TEST(ControlSocket, LetsEverybodyDisableAndStop) {
+TEST(ControlSocket, LetsEveryConnectionDisableAndStop) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   Client writer = bench.client();
@@ -213,7 +213,7 @@ TEST(ControlSocket, LetsEverybodyDisableAndStop) {
   EXPECT_TRUE(bench.comes_true([&] { return bench.asked_to_stop(); }));
 }
 
-TEST(ControlSocket, IsForOwnerAndGroup) {
+TEST(ControlSocket, IsOpenToOwnerAndGroupOnly) {
   const ControlBench bench;
   struct stat file {};
   ASSERT_EQ(stat(bench.socket().c_str(), &file), 0);
@@ -221,7 +221,7 @@ TEST(ControlSocket, IsForOwnerAndGroup) {
   EXPECT_EQ(file.st_mode & 0777U, 0660U);
 }
 
-TEST(ControlSocket, RefusesASecondControllerAndTakesADeadOnesFileOver) {
+TEST(ControlSocket, RefusesASecondControllerAndReplacesTheFileOfADeadOne) {
   ControlBench bench;
   boost::asio::io_context context;
   controller::RequestLink requests;

@@ -1,4 +1,4 @@
-// What a wait over the control socket ends in.
+// How a wait over the control socket ends.
 #include <gtest/gtest.h>
 
 #include "tests/app/remote/control_bench.h"
@@ -16,7 +16,7 @@ json set(const char* key, double value) {
   return {{"do", "set"}, {"axis", "x"}, {"key", key}, {"value", value}};
 }
 
-TEST(Wait, FailsWhereTheStageDoesNotComeThereInTime) {
+TEST(Wait, FailsIfTheStageDoesNotArriveInTime) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   Client client = bench.client();
@@ -25,7 +25,7 @@ TEST(Wait, FailsWhereTheStageDoesNotComeThereInTime) {
   EXPECT_TRUE(says(client.ask(wait_for_x), "not in position within timeout_ms"));
 }
 
-TEST(Wait, EndsWithTheAxisThatSomebodyDisables) {
+TEST(Wait, EndsWhenAnotherClientDisablesTheAxis) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   Client waiting = bench.client();
@@ -35,7 +35,7 @@ TEST(Wait, EndsWithTheAxisThatSomebodyDisables) {
   EXPECT_TRUE(says(waiting.read(), "the axis was stopped"));
 }
 
-TEST(Wait, EndsWithAFaultAndClearAndEnableLeadBack) {
+TEST(Wait, EndsWithAFaultAndSucceedsAfterClearAndEnable) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   Client client = bench.client();
@@ -54,8 +54,8 @@ TEST(Wait, EndsWithAFaultAndClearAndEnableLeadBack) {
   EXPECT_TRUE(bench.axis_is(0, AxisState::tracking));
 }
 
-// The records on the board are of the axis before: offline, faulted. None of these may answer.
-TEST(Wait, RightAfterEnableIsForTheAxisToComeUp) {
+// The board still shows earlier records of the axis: offline, faulted. None of these may answer the wait.
+TEST(Wait, RightAfterEnableLastsUntilTheAxisHasStarted) {
   const ControlBench bench([](const support::ShippedCopy& files) {
     files.edit("piezo.toml",
                "kind         = \"triangle\"\nlow_um       = 3.0\nhigh_um      = 27.0\nfrequency_Hz = "
@@ -79,16 +79,16 @@ TEST(Wait, EndsWithItsOwnTimeout) {
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   json wait = wait_for_x;
   wait["timeout_s"] = 0.02;
-  EXPECT_TRUE(says(bench.client().ask(wait), "waited for timeout_s in vain"));
+  EXPECT_TRUE(says(bench.client().ask(wait), "timed out: not in position within timeout_s"));
 }
 
-TEST(Wait, NeedsAnAxisThatJudgesItsArrival) {
+TEST(Wait, NeedsAnAxisWithInPosition) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(1, AxisState::tracking));
   EXPECT_TRUE(says(bench.client().ask({{"do", "wait"}, {"axis", "y"}}), "no [axis.control.in_position]"));
 }
 
-TEST(Wait, OfAWriterThatIsKilledGivesTheRightToWriteBack) {
+TEST(Wait, OfAKilledWriterReleasesTheRightToWrite) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   Client killed = bench.client();
@@ -99,7 +99,7 @@ TEST(Wait, OfAWriterThatIsKilledGivesTheRightToWriteBack) {
   EXPECT_TRUE(bench.comes_true([&] { return is_ok(next.ask(set("kp", 0.07))); }));
 }
 
-TEST(Wait, OfWhoOnlySendsNoMoreGoesOn) {
+TEST(Wait, ContinuesIfTheClientClosesOnlyItsSendingSide) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   Client client = bench.client();

@@ -1,4 +1,4 @@
-// What an axis remembers, over a clean stop.
+// The memory of an axis is saved over a clean stop.
 #include "app/remote/saved_states.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ namespace {
 using controller::AxisState;
 using std::chrono::milliseconds;
 
-/// The shipped stage whose axis x has just been stopped cleanly; `record` sees every cycle of the run.
+/// The shipped stage after a clean stop of axis x; `record` takes every cycle record of the run.
 class StoppedStage {
  public:
   explicit StoppedStage(const char* start_up = "wipe") {
@@ -25,11 +25,11 @@ class StoppedStage {
     files.edit("piezo.toml", "wipe_slew_V_per_s", "start_up = \"wipe\"\nwipe_slew_V_per_s");
     set_start_up(start_up);
   }
-  /// Of axis x; y is wiped.
+  /// Start-up of axis x; y is wiped.
   void set_start_up(const std::string& start_up) const {
     files.edit("piezo.toml", "start_up = \"wipe\"", "start_up = \"" + start_up + "\"");
   }
-  /// Power-on, 0.9 s of the reference, a clean stop, and what is to be done then.
+  /// Power-on, 0.9 s of the reference, a clean stop, then the given action.
   void run(const std::function<void(SavedStates&, const controller::Controller&)>& then) {
     const config::Config config = load();
     SavedStates states(config);
@@ -67,16 +67,16 @@ std::string memory_text(const model::Hysteresis& model, const model::HysteresisS
   return std::string(model.save(memory, buffer));
 }
 
-void expect_refused(const StoppedStage& stage, std::string_view told) {
+void expect_refused(const StoppedStage& stage, std::string_view reason) {
   try {
     const SavedStates states(stage.load());
-    FAIL() << "expected: " << told;
+    FAIL() << "expected: " << reason;
   } catch (const config::Error& error) {
-    EXPECT_NE(std::string_view(error.what()).find(told), std::string_view::npos) << error.what();
+    EXPECT_NE(std::string_view(error.what()).find(reason), std::string_view::npos) << error.what();
   }
 }
 
-TEST(SavedStates, AreReadBackToTheBit) {
+TEST(SavedStates, AreReadBackExactly) {
   StoppedStage stage;
   stage.run([&](SavedStates& states, const controller::Controller& controller) {
     states.save(controller);
@@ -91,7 +91,7 @@ TEST(SavedStates, AreReadBackToTheBit) {
   });
 }
 
-TEST(SavedStates, AreTakenUpWithoutAVisitToTheThresholds) {
+TEST(SavedStates, AreRestoredWithoutADriveToTheThresholds) {
   StoppedStage stage;
   stage.run_and_save();
   EXPECT_EQ(stage.highest_initial_drive, 100.0) << "wiped";
@@ -109,7 +109,7 @@ TEST(SavedStates, AreRemovedAsSoonAsTheAxisIsDriven) {
   EXPECT_FALSE(std::filesystem::exists(stage.state()));
   EXPECT_TRUE(std::filesystem::exists(stage.files / "y.state.toml"));
   stage.set_start_up("restore");
-  expect_refused(stage, "there is none, so the last stop was not a clean one");
+  expect_refused(stage, "there is no such file, so the last stop was not clean");
 }
 
 TEST(SavedStates, OfAFaultedAxisAreNotWritten) {
@@ -130,7 +130,7 @@ TEST(SavedStates, OfAFaultedAxisAreNotWritten) {
   EXPECT_FALSE(std::filesystem::exists(stage.state()));
 }
 
-TEST(SavedStates, OfAnotherModelAreRefusedForARestoreAndLeftAloneElse) {
+TEST(SavedStates, OfAnotherModelAreRefusedForARestoreAndIgnoredOtherwise) {
   StoppedStage stage;
   stage.run_and_save();
   stage.files.edit("piezo.model.toml", "k_ascending  = 0.035", "k_ascending  = 0.034");
@@ -139,21 +139,21 @@ TEST(SavedStates, OfAnotherModelAreRefusedForARestoreAndLeftAloneElse) {
   expect_refused(stage, "model");
 }
 
-TEST(SavedStates, OfHalfAFileAreRefused) {
+TEST(SavedStates, InAnIncompleteFileAreRefused) {
   StoppedStage stage;
   stage.run_and_save();
   const std::string whole = support::read_file(stage.state());
   stage.set_start_up("restore");
   ASSERT_NO_THROW(SavedStates(stage.load()));
   const config::Config config = stage.load();
-  // What is cut off last is the newline, without which nothing is missing.
+  // Without the last newline the file is still complete.
   for (std::size_t size = 0; size + 1 < whole.size(); size += 1 + whole.size() / 40) {
     std::ofstream(stage.state(), std::ios::binary) << whole.substr(0, size);
     EXPECT_THROW(SavedStates{config}, config::Error) << whole.substr(0, size);
   }
 }
 
-TEST(SavedStates, ThatCannotBeKeptAnywhereAreRefusedForARestore) {
+TEST(SavedStates, WithoutAFolderAreRefusedForARestore) {
   StoppedStage stage("restore");
   stage.files.edit("piezo.toml", "state_dir = ", "# ");
   expect_refused(stage, "expected state_dir in [controller]");

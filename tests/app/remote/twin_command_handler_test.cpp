@@ -1,5 +1,5 @@
-// The twin's side of its control socket: the examples of docs/twin.md, what is refused, and one conversation
-// over a real socket. The twin is in virtual time, which a test moves on.
+// The twin's side of its control socket: the examples of docs/twin.md, the commands that it refuses, and one
+// conversation over a real socket. The twin runs in virtual time, which each test advances.
 #include "app/remote/twin_command_handler.h"
 
 #include <gtest/gtest.h>
@@ -31,25 +31,25 @@ class TwinCommandHandlerTest : public testing::Test {
   }
   void run_for(can::Duration time) { clock.run_until(clock.now() + time); }
   json ask(const json& command) {
-    json told;
+    json received;
     int answers = 0;
     handler.obey(command, {[&](json answer) {
-                   told = std::move(answer);
+                   received = std::move(answer);
                    ++answers;
                  }});
     EXPECT_EQ(answers, 1) << command;
-    return told;
+    return received;
   }
-  void expect_refused(const json& command, const std::string& why) {
+  void expect_refused(const json& command, const std::string& reason) {
     const json answer = ask(command);
     EXPECT_EQ(answer.at("ok"), false) << command;
-    EXPECT_NE(answer.value("error", "").find(why), std::string::npos) << answer;
+    EXPECT_NE(answer.value("error", "").find(reason), std::string::npos) << answer;
   }
 
   config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
   can::VirtualClock clock;
   can::SimBus bus{clock, 1'000'000};
-  std::unique_ptr<can::Bus> somebody = bus.attach();
+  std::unique_ptr<can::Bus> second_node = bus.attach();  // acknowledges the frames of the twin
   twin::Twin twin{config.twin, config.database, clock, [this](auto) { return bus.attach(); }};
   bool stopped = false;
   TwinCommandHandler handler{twin, clock, [this] { stopped = true; }};
@@ -61,7 +61,7 @@ std::set<std::string> keys(const json& object) {
   return names;
 }
 
-// Numbers are of their run; keys and texts are what is promised.
+// Numbers differ from run to run; the document promises keys and texts.
 TEST_F(TwinCommandHandlerTest, GivesTheAnswersOfTheDocument) {
   std::ifstream document(HYSTCAN_SOURCE_DIR "/docs/twin.md");
   std::set<std::string> commands;
@@ -74,21 +74,22 @@ TEST_F(TwinCommandHandlerTest, GivesTheAnswersOfTheDocument) {
     } else if (line.starts_with("< {")) {
       const json expected = json::parse(line.substr(2));
       EXPECT_EQ(keys(answer), keys(expected)) << answer;
-      for (const char* text : {"ok", "error", "fault", "healed"})
+      for (const char* text : {"ok", "error", "fault", "removed", "healed"})
         EXPECT_EQ(answer.value(text, json()), expected.value(text, json())) << answer;
       for (const char* list : {"axes", "faults"}) {
-        const json theirs = answer.value(list, json::array());
-        const json ours = expected.value(list, json::array());
-        ASSERT_EQ(theirs.size(), ours.size()) << answer;
-        for (std::size_t i = 0; i < theirs.size(); ++i) EXPECT_EQ(keys(theirs[i]), keys(ours[i])) << answer;
+        const json actual = answer.value(list, json::array());
+        const json documented = expected.value(list, json::array());
+        ASSERT_EQ(actual.size(), documented.size()) << answer;
+        for (std::size_t i = 0; i < actual.size(); ++i)
+          EXPECT_EQ(keys(actual[i]), keys(documented[i])) << answer;
       }
     }
   }
-  EXPECT_EQ(commands.size(), 4u) << "every command there is";
+  EXPECT_EQ(commands, (std::set<std::string>{"heal", "inject", "remove", "status", "stop"}));
   EXPECT_TRUE(stopped);
 }
 
-TEST_F(TwinCommandHandlerTest, BeginsAFaultThatEndsByItself) {
+TEST_F(TwinCommandHandlerTest, InjectsAFaultThatEndsAfterItsDuration) {
   EXPECT_TRUE(is_ok(
       ask({{"do", "inject"}, {"kind", "load_step"}, {"axis", "y"}, {"value", 2.0}, {"duration_s", 0.5}})));
   run_for(milliseconds(400));
@@ -96,14 +97,30 @@ TEST_F(TwinCommandHandlerTest, BeginsAFaultThatEndsByItself) {
   EXPECT_NEAR(status.at("axes")[1].at("position_um").get<double>() -
                   status.at("axes")[0].at("position_um").get<double>(),
               2.0, 0.01)
-      << "the mode has not quite come to rest";
+      << "the resonance still rings a little";
   EXPECT_EQ(status.at("faults")[0].at("kind"), "load_step");
   run_for(milliseconds(200));
   EXPECT_TRUE(ask({{"do", "status"}}).at("faults").empty());
 }
 
-TEST_F(TwinCommandHandlerTest, RefusesWhatMakesNoSenseAndChangesNothing) {
-  expect_refused({{"do", "dance"}}, "expected status, inject, heal or stop");
+TEST_F(TwinCommandHandlerTest, RemovesFaultsAndReturnsTheirNumberAsRemoved) {
+  ask({{"do", "inject"}, {"kind", "late"}, {"axis", "x"}});
+  ask({{"do", "inject"}, {"kind", "late"}, {"axis", "y"}});
+  ask({{"do", "inject"}, {"kind", "load_step"}, {"axis", "y"}});
+  EXPECT_EQ(ask({{"do", "remove"}, {"kind", "late"}, {"axis", "y"}}), (json{{"ok", true}, {"removed", 1}}));
+  EXPECT_EQ(ask({{"do", "status"}}).at("faults").size(), 2u);
+  EXPECT_EQ(ask({{"do", "remove"}}), (json{{"ok", true}, {"removed", 2}}));
+  EXPECT_TRUE(ask({{"do", "status"}}).at("faults").empty());
+}
+
+TEST_F(TwinCommandHandlerTest, AcceptsHealAsTheOldNameOfRemoveAndKeepsItsKey) {
+  ask({{"do", "inject"}, {"kind", "late"}, {"axis", "x"}});
+  EXPECT_EQ(ask({{"do", "heal"}, {"kind", "late"}, {"axis", "x"}}), (json{{"ok", true}, {"healed", 1}}));
+  EXPECT_TRUE(ask({{"do", "status"}}).at("faults").empty());
+}
+
+TEST_F(TwinCommandHandlerTest, RefusesAnInvalidCommandAndChangesNothing) {
+  expect_refused({{"do", "dance"}}, "expected status, inject, remove or stop");
   expect_refused(json::object(), "\"do\" is missing");
   expect_refused({{"do", "inject"}, {"axis", "x"}}, "\"kind\" is missing");
   expect_refused({{"do", "inject"}, {"kind", "late"}}, "\"axis\" is missing");
@@ -118,20 +135,22 @@ TEST_F(TwinCommandHandlerTest, RefusesWhatMakesNoSenseAndChangesNothing) {
   expect_refused({{"do", "inject"}, {"kind", "late"}, {"axis", "x"}, {"duration_s", -1}},
                  "expected more than 0");
   expect_refused({{"do", "inject"}, {"kind", "late"}, {"axis", "x"}, {"duration_s", 1e300}}, "up to 1e+06");
+  expect_refused({{"do", "remove"}, {"kind", 7}}, "\"kind\" is missing, expected a text");
   expect_refused({{"do", "heal"}, {"kind", 7}}, "\"kind\" is missing, expected a text");
   EXPECT_TRUE(ask({{"do", "status"}}).at("faults").empty());
 }
 
-TEST_F(TwinCommandHandlerTest, LetsEverybodyLookHealAndStopButOneInject) {
-  EXPECT_TRUE(handler.is_for_everybody({{"do", "status"}}));
-  EXPECT_TRUE(handler.is_for_everybody({{"do", "heal"}}));
-  EXPECT_TRUE(handler.is_for_everybody({{"do", "stop"}}));
-  EXPECT_FALSE(handler.is_for_everybody({{"do", "inject"}}));
-  EXPECT_FALSE(handler.is_for_everybody(json::object()));
+TEST_F(TwinCommandHandlerTest, AllowsEveryConnectionToReadRemoveFaultsAndStopButNotToInject) {
+  EXPECT_TRUE(handler.is_open_to_all({{"do", "status"}}));
+  EXPECT_TRUE(handler.is_open_to_all({{"do", "remove"}}));
+  EXPECT_TRUE(handler.is_open_to_all({{"do", "heal"}}));
+  EXPECT_TRUE(handler.is_open_to_all({{"do", "stop"}}));
+  EXPECT_FALSE(handler.is_open_to_all({{"do", "inject"}}));
+  EXPECT_FALSE(handler.is_open_to_all(json::object()));
 }
 
-/// Twin, handler and socket on one thread, as in the program; the clients are on another.
-TEST_F(TwinCommandHandlerTest, IsReachedOverASocketByOneWriterAtATime) {
+/// Twin, handler and socket run on one thread, as in the program; the clients run on another.
+TEST_F(TwinCommandHandlerTest, AllowsOneWriterAtATimeOnItsSocket) {
   const support::ShippedCopy files;
   boost::asio::io_context context{1};
   const ControlSocket socket(context, files / "twin.sock", handler);
@@ -142,14 +161,14 @@ TEST_F(TwinCommandHandlerTest, IsReachedOverASocketByOneWriterAtATime) {
     EXPECT_TRUE(
         says(other.ask({{"do", "inject"}, {"kind", "late"}, {"axis", "x"}}), "has the right to write"));
     EXPECT_EQ(other.ask({{"do", "status"}}).at("faults").size(), 1u);
-    EXPECT_EQ(other.ask({{"do", "heal"}}).at("healed"), 1);
+    EXPECT_EQ(other.ask({{"do", "remove"}}).at("removed"), 1);
     context.stop();
   });
   context.run();
   clients.join();
 }
 
-TEST(TwinSocket, HasANameOfItsOwn) {
+TEST(TwinSocket, HasAnotherDefaultNameThanTheSocketOfTheController) {
   EXPECT_EQ(default_twin_socket("vcan0").filename(), "hystcan-twin-vcan0.sock");
   EXPECT_NE(default_twin_socket("vcan0"), default_socket("vcan0"));
 }

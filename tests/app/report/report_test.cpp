@@ -1,4 +1,4 @@
-// The report of `hystcan identify` from outside.
+// The report of `hystcan identify`.
 #include <cmath>
 #include <filesystem>
 #include <numbers>
@@ -10,7 +10,7 @@ namespace {
 
 class Report : public Cli {
  protected:
-  /// Growing swings between 0 and 100, answered by the shipped model.
+  /// A growing oscillation between 0 and 100, and the output of the shipped model.
   void write_record() const {
     std::ofstream out(shipped / "input.csv");
     out.precision(17);
@@ -34,6 +34,7 @@ TEST_F(Report, HoldsAPageAndTheNumbers) {
   write_record();
   Process process = identify();
   ASSERT_EQ(process.wait(), done) << process.err();
+  EXPECT_EQ(process.err().find("gnuplot failed"), std::string::npos) << process.err();
   for (const char* name :
        {"report.html", "record.csv", "curves.csv", "landscape.csv", "comparison.csv", "loops.gp"})
     EXPECT_TRUE(std::filesystem::exists(shipped / "report" / name)) << name;
@@ -45,7 +46,7 @@ TEST_F(Report, HoldsAPageAndTheNumbers) {
     EXPECT_NE(page.find(model), std::string::npos) << model;
 }
 
-TEST_F(Report, LeavesOtherFilesOfItsFolderAlone) {
+TEST_F(Report, ChangesNoOtherFileOfItsFolder) {
   write_record();
   std::filesystem::create_directory(shipped / "report");
   write("report/notes.txt", "mine");
@@ -55,7 +56,7 @@ TEST_F(Report, LeavesOtherFilesOfItsFolderAlone) {
   EXPECT_NE(read("report/report.html"), "earlier");
 }
 
-TEST_F(Report, IsNoFolderThatIsAFile) {
+TEST_F(Report, IsRefusedIfItsFolderIsAFile) {
   write_record();
   write("report", "a file");
   Process process = identify();
@@ -63,14 +64,14 @@ TEST_F(Report, IsNoFolderThatIsAFile) {
   EXPECT_NE(process.err().find("expected one for the report"), std::string::npos) << process.err();
 }
 
-TEST_F(Report, IsNotWrittenOverItsOwnData) {
+TEST_F(Report, NeverOverwritesItsInput) {
   write_record();
   std::filesystem::create_directory(shipped / "report");
   std::filesystem::copy_file(shipped / "data.csv", shipped / "report" / "record.csv");
   Process process({HYSTCAN_PROGRAM, "identify", path("report/record.csv"), "--output", path("found.toml"),
                    "--report", path("report")});
   EXPECT_EQ(process.wait(), bad_input);
-  EXPECT_NE(process.err().find("is read too"), std::string::npos) << process.err();
+  EXPECT_NE(process.err().find("is an input too"), std::string::npos) << process.err();
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ TEST_F(Csv, AcceptsWindowsLineEndsCommentsBlankLinesAndAMissingLastNewline) {
   EXPECT_EQ(all("time_s,input\r\n0,1.5\r\n\r\n# pause\r\n1,-2e-3"), (std::vector<double>{1.5, -0.002}));
 }
 
-TEST_F(Csv, AcceptsWhatSpreadsheetsWrite) {
+TEST_F(Csv, AcceptsFilesOfSpreadsheets) {
   EXPECT_EQ(all("\xEF\xBB\xBFinput,time_s\n+1.5,0\n  # pause\n-2,1\n"), (std::vector<double>{1.5, -2.0}));
   EXPECT_EQ(refusal("input\n+-1\n"), ":2:1: input is \"+-1\", expected a finite number");
 }
@@ -60,14 +60,14 @@ TEST_F(Csv, ReadsDecimalCommasBetweenSemicolonsOrTabs) {
   EXPECT_EQ(refusal("input;x\n1,2,3;0\n"), ":2:1: input is \"1,2,3\", expected a finite number");
 }
 
-TEST_F(Csv, TellsWhatACommentBeforeTheHeaderNames) {
+TEST_F(Csv, ReadsANamedValueFromACommentBeforeTheHeader) {
   const CsvReader csv = reader("# input_unit = \"V\"\n#output_unit=um\ninput\n# input_unit = A\n1\n");
   EXPECT_EQ(csv.comment("input_unit"), "V");
   EXPECT_EQ(csv.comment("output_unit"), "um");
   EXPECT_EQ(csv.comment("licence"), "");
 }
 
-TEST_F(Csv, TellsThatTheFileEndsInMidLine) {
+TEST_F(Csv, ReportsAFileThatEndsWithoutALineEnd) {
   EXPECT_EQ(refusal("time_s,input\n0,1\n1"),
             ":3:1: the row has 1 fields and then the file ends, expected 2 as in the header");
   CsvReader csv = reader("input\n1\n2.71");
@@ -78,12 +78,12 @@ TEST_F(Csv, TellsThatTheFileEndsInMidLine) {
   EXPECT_TRUE(csv.ends_in_mid_line());
 }
 
-TEST_F(Csv, RefusesAColumnThatIsThereTwice) {
+TEST_F(Csv, RefusesAColumnThatOccursTwice) {
   EXPECT_EQ(refusal("input,output,input\n1,2,3\n"),
-            ":1:14: column input is there twice, expected each name once");
+            ":1:14: column input occurs twice, expected each name once");
 }
 
-TEST_F(Csv, RefusesAHoleAtItsPlace) {
+TEST_F(Csv, RefusesAnEmptyFieldAtItsPlace) {
   EXPECT_EQ(refusal("time_s,input\n0,1\n1,\n"), ":3:3: input is empty, expected a number");
 }
 

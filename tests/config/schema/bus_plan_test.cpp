@@ -21,7 +21,7 @@ const PlannedFrame& planned(const BusPlan& plan, const std::string& name) {
   return *std::ranges::find(plan.frames, name, [](const PlannedFrame& p) { return p.frame.name; });
 }
 
-TEST(BusPlan, OfTheShippedStageFitsAndIsAsCountedByHand) {
+TEST(BusPlan, OfTheShippedStageFitsAndMatchesACountByHand) {
   const BusPlan plan = plan_bus(shipped("piezo.toml"));
   EXPECT_EQ(plan.frames.size(), 14U);
   EXPECT_EQ(plan.emergencies.size(), 4U);
@@ -40,9 +40,9 @@ TEST(BusPlan, OfTheShippedStageFitsAndIsAsCountedByHand) {
   EXPECT_LT(plan.load, 2.0 / 3.0);
 }
 
-// Anybody's frame may have begun when a sample or a command is queued: two live setpoints of 135 bits in the
-// place of two heartbeats of 65.
-TEST(BusPlan, CountsTheLiveSetpointsOfStrangers) {
+// Any node's frame may be on the bus when a sample or a command is queued: here two live setpoints of 135
+// bits instead of two heartbeats of 65.
+TEST(BusPlan, CountsTheLiveSetpointsOfOtherNodes) {
   Config config = shipped("piezo.toml");
   config.controller.rate_Hz = 800.0;
   const can::Duration before = *plan_bus(config).last_command;
@@ -55,8 +55,8 @@ TEST(BusPlan, CountsTheLiveSetpointsOfStrangers) {
   EXPECT_FALSE(plan_bus(config).commands_in_time()) << "two axes leave no room for them at 1 Mbit/s";
 }
 
-// The statuses of all axes take turns, one a cycle: more axes, no more of them in a cycle.
-TEST(BusPlan, HoldsUpNoCommandForTheControllersStatuses) {
+// The statuses of all axes take turns, one per cycle: more axes do not give more of them in a cycle.
+TEST(BusPlan, DelaysNoCommandByTheControllersStatuses) {
   Config config = shipped("piezo.toml");
   const can::Duration with = *plan_bus(config).last_command;
   std::erase_if(config.database.messages,
@@ -65,12 +65,12 @@ TEST(BusPlan, HoldsUpNoCommandForTheControllersStatuses) {
   EXPECT_EQ(*plan_bus(config).last_command, with);
 }
 
-TEST(BusPlan, OfOneAxisLeavesRoom) {
+TEST(BusPlan, OfOneAxisHasSpareTime) {
   const BusPlan plan = plan_bus(shipped("galfenol.toml"));
   EXPECT_LT(*plan.last_command, 600us);
 }
 
-TEST(BusPlan, SaysWhereTheBusIsOverloaded) {
+TEST(BusPlan, ReportsAnOverloadedBus) {
   Config config = shipped("piezo.toml");
   config.bus.bitrate_bit_per_s = 250'000;
   const BusPlan plan = plan_bus(config);
@@ -94,15 +94,16 @@ void expect_refused(const char* what, const char* with, const std::string& line,
   }
 }
 
-TEST(BusPlan, WhoseCommandsCannotMakeTheirCycleIsRefusedAtTheRate) {
+TEST(BusPlan, WithLateCommandsIsRefusedAtTheRate) {
   expect_refused("1_000_000", "800_000", "14", "the last command may begin as late as");
   expect_refused("1_000_000", "125_000", "14", "the bus is loaded to 510 % of 125000 bit/s");
   expect_refused("\"hystcan.dbc\"", "\"hystcan.dbc\"\nturnaround_us = 100.0", "15",
                  "expected within the cycle");
 }
 
-/// The nodes of a configuration, at their worst: longest frames, phases and work times at random, heartbeats
-/// and statuses when it hurts. Each frame has a node of its own, so that the most urgent goes first.
+/// The nodes of a configuration in the worst case: longest frames, random phases and work times, heartbeats
+/// and statuses at the worst moment. Each frame has a node of its own, so that the most urgent frame goes
+/// first.
 class Traffic {
  public:
   Traffic(const Config& config, std::uint64_t seed)

@@ -1,9 +1,10 @@
-// A lab's own frames in the configuration: what is refused, where, and what is said to be lost.
+// A lab's own frames in the configuration: errors with their place, and the functions that are lost.
 #include "config/schema/frames.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <ostream>
 
 #include "config/schema/config.h"
 #include "tests/support/shipped.h"
@@ -20,11 +21,13 @@ struct BadFrames {
   const char* with;
   const char* at;       ///< the text of the line that the error must point to
   const char* message;  ///< must be in the error
+
+  friend void PrintTo(const BadFrames& frames, std::ostream* out) { *out << frames.name; }
 };
 
 class InvalidFrames : public testing::TestWithParam<BadFrames> {};
 
-TEST_P(InvalidFrames, IsAnErrorAtItsLine) {
+TEST_P(InvalidFrames, AreRefusedAtTheirLine) {
   const BadFrames& bad = GetParam();
   const support::ShippedCopy shipped;
   shipped.edit(bad.in, bad.what, bad.with);
@@ -92,7 +95,7 @@ INSTANTIATE_TEST_SUITE_P(
                   "drive_max_V        = 115.0", "does not fit signal Volt, expected within -20..111.07"}),
     [](const auto& test) { return test.param.name; });
 
-TEST(LabFrames, AreSaidToLackWhatTheyLack) {
+TEST(LabFrames, AreReportedWithTheFunctionsThatTheyLack) {
   const Config config = load(HYSTCAN_SOURCE_DIR "/config/lab_amplifier.toml");
   const std::vector<std::string> lines = losses(config.axes[0].wire);
   const auto says = [&](const std::string& what) {
@@ -113,7 +116,7 @@ TEST(StandardFrames, LackNothing) {
   EXPECT_TRUE(fd_messages(config.axes[0].wire, config.database).empty());
 }
 
-TEST(SetUp, IsReadAndItsValueMustFit) {
+TEST(SetUp, ReadsItsObjectsAndRefusesAValueThatDoesNotFit) {
   const support::ShippedCopy shipped;
   const char* setup = "\n[[axis.amplifier_setup]]\nindex = 0x2001\nsubindex = 1\nvalue = 255\nbytes = 1\n";
   shipped.edit("piezo.toml", "sensor_node    = 2\n", std::string("sensor_node    = 2\n") + setup);
@@ -142,7 +145,7 @@ TEST(LabFrames, WithoutAPrefixTheStandardFramesCannotBeFound) {
   EXPECT_THROW(load(shipped / "piezo.toml"), Error);
 }
 
-TEST(LabFrames, AreShownAsTheyAreInForce) {
+TEST(LabFrames, ArePrintedAsTheyAreInForce) {
   const support::ShippedCopy shipped;
   const std::string text = echo(shipped / file);
   for (const char* line : {"[axis.frames.command]\n", "setpoint = \"Volt\"\n", "data_id = 4257\n",
@@ -157,7 +160,7 @@ struct BadPatience {
   const char* message;
 };
 
-TEST(SetUp, PatienceIsReadAndNonsenseRefused) {
+TEST(SetUp, ReadsTimeoutAndAttemptsAndRefusesInvalidValues) {
   const std::string object =
       "\n[[axis.amplifier_setup]]\nindex = 0x2001\nsubindex = 1\nvalue = 1\nbytes = 1\n";
   const auto load_with = [&](const std::string& keys, const std::string& rate) {
@@ -189,8 +192,8 @@ TEST(SetUp, PatienceIsReadAndNonsenseRefused) {
   }
 }
 
-// What `monitor` checks by is what the controller checks by.
-TEST(Frames, AreProtectedAsTheConfigurationSays) {
+// `monitor` and the controller check frames by the same rules.
+TEST(Frames, HaveTheConfiguredProtection) {
   const Config config = load(HYSTCAN_SOURCE_DIR "/config/lab_amplifier.toml");
   const can::Protections found = protections(config.axes[0].wire, config.database);
   ASSERT_EQ(found.size(), 3u);

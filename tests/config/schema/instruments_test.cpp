@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <ostream>
 
 #include "config/schema/config.h"
 #include "tests/support/shipped.h"
@@ -23,7 +24,7 @@ std::string refusal_of(const char* file, const std::vector<Setting>& settings) {
   }
 }
 
-TEST(Instruments, AreWithoutFlawWhereTheFileSaysNothing) {
+TEST(Instruments, AreIdealByDefault) {
   const Config config = load(piezo);
   const twin::AxisConfig& axis = config.twin.axes[0];
   EXPECT_EQ(axis.plant.amplifier.current_limit_A, twin::Amplifier::unlimited);
@@ -85,7 +86,7 @@ TEST(Instruments, ReadTheSensorsTable) {
   EXPECT_EQ(config.twin.axes[0].sample_clock.skew_ppm, -30.0);
 }
 
-TEST(Instruments, RunFreeAtTheControllersRateUnlessToldOtherwise) {
+TEST(Instruments, RunFreeAtTheControllersRateByDefault) {
   EXPECT_EQ(load(piezo, {of_twin("sensor.sampling", "\"free\"")}).twin.axes[0].sample_clock.rate_Hz, 1000.0);
   const Config faster =
       load(piezo, {of_twin("sensor.sampling", "\"free\""), of_twin("sensor.sample_rate_Hz", "1500.0")});
@@ -93,7 +94,7 @@ TEST(Instruments, RunFreeAtTheControllersRateUnlessToldOtherwise) {
   EXPECT_EQ(faster.twin.axes[0].sample_clock.rate_Hz, 1500.0);
 }
 
-TEST(Instruments, OnReceiptHaveADelayThatTheBusMakes) {
+TEST(Instruments, OnReceiptNeedADelayWithinTheTransmissionOnTheBus) {
   const Setting receipt = of_twin("apply", "\"receipt\"");
   const auto delay = [](const char* us) { return Setting{"axis[0].control.delays.command_delay_us", us}; };
   EXPECT_EQ(load(piezo, {receipt, delay("400.0")}).twin.axes[0].apply, twin::Apply::receipt);
@@ -109,11 +110,13 @@ struct Disagreement {
   const char* file;
   std::vector<Setting> settings;
   const char* message;
+
+  friend void PrintTo(const Disagreement& disagreement, std::ostream* out) { *out << disagreement.name; }
 };
 
 class EveryDisagreement : public testing::TestWithParam<Disagreement> {};
 
-TEST_P(EveryDisagreement, IsAnError) {
+TEST_P(EveryDisagreement, IsRefused) {
   const std::string refusal = refusal_of(GetParam().file, GetParam().settings);
   EXPECT_NE(refusal.find(GetParam().message), std::string::npos) << refusal;
   EXPECT_NE(refusal.find("expected"), std::string::npos) << refusal;

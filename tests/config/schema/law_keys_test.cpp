@@ -15,12 +15,12 @@ Config load_with(const std::string& inserted) {
   return load(files / "piezo.toml");
 }
 
-void expect_refused(const std::string& inserted, const std::string& told) {
+void expect_refused(const std::string& inserted, const std::string& reason) {
   try {
     load_with(inserted);
-    FAIL() << "expected: " << told;
+    FAIL() << "expected: " << reason;
   } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find(told), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find(reason), std::string::npos) << error.what();
   }
 }
 
@@ -48,7 +48,7 @@ TEST(LawKeys, ANotchBeyondHalfTheRateIsRefused) {
                  "frequency_Hz is 500, expected less than half of rate_Hz, 500");
 }
 
-TEST(LawKeys, LearningAsFastAsTheLoopIsRefused) {
+TEST(LawKeys, AnAdaptationAsFastAsTheLoopIsRefused) {
   expect_refused("[axis.control.adaptation]\ngain_max = 0.1\noffset_max_um = 1.0\ntime_constant_s = 0.05\n",
                  "time_constant_s is 0.05, expected at least 0.0833333, 10 / ki_per_s");
 }

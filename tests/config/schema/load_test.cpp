@@ -1,12 +1,14 @@
 #include <gtest/gtest.h>
 
+#include <ostream>
+
 #include "config/schema/config.h"
 #include "tests/support/shipped.h"
 
 namespace hystcan::config {
 namespace {
 
-TEST(Shipped, ConfigurationsAreSound) {
+TEST(Shipped, ConfigurationsLoad) {
   for (const char* name :
        {"piezo.toml", "galfenol.toml", "lab_amplifier.toml", "p733.toml", "galfenol_unimorph.toml"})
     EXPECT_NO_THROW(load(std::string(HYSTCAN_SOURCE_DIR "/config/") + name)) << name;
@@ -29,11 +31,13 @@ struct BadInput {
   const char* what;
   const char* with;
   const char* message;  ///< must be in the error, which must begin with the file's place
+
+  friend void PrintTo(const BadInput& input, std::ostream* out) { *out << input.name; }
 };
 
 class InvalidConfiguration : public testing::TestWithParam<BadInput> {};
 
-TEST_P(InvalidConfiguration, IsAnErrorOfOneLineWithPlaceAndExpectation) {
+TEST_P(InvalidConfiguration, IsRefusedInOneLineWithPlaceAndExpectation) {
   const BadInput& bad = GetParam();
   const support::ShippedCopy shipped;
   shipped.edit(bad.file, bad.what, bad.with);
@@ -161,7 +165,7 @@ INSTANTIATE_TEST_SUITE_P(
                  "ascending is of type string"}),
     [](const auto& test) { return test.param.name; });
 
-TEST(Load, NamesAModelFileThatIsNotThere) {
+TEST(Load, NamesAMissingModelFile) {
   const support::ShippedCopy shipped;
   std::filesystem::remove(shipped / "piezo.model.toml");
   try {
@@ -173,9 +177,9 @@ TEST(Load, NamesAModelFileThatIsNotThere) {
   }
 }
 
-TEST(Load, NamesAConfigurationThatIsNotThere) { EXPECT_THROW(load("/nonexistent/x.toml"), Error); }
+TEST(Load, NamesAMissingConfiguration) { EXPECT_THROW(load("/nonexistent/x.toml"), Error); }
 
-TEST(Load, TakesATruthOfAnyKind) {
+TEST(Load, AcceptsAPlantModelOfAnyKind) {
   const support::ShippedCopy shipped;
   std::ofstream(shipped / "piezo.plant.toml")
       << "[hysteresis]\nkind = \"preisach\"\ninput_unit = \"V\"\noutput_unit = \"um\"\n"
@@ -186,7 +190,7 @@ TEST(Load, TakesATruthOfAnyKind) {
               (std::vector<double>{2.0, 1.0, 2.0}));
 }
 
-TEST(Load, LeavesOutOfThePlantWhatIsNotConfigured) {
+TEST(Load, LeavesUnconfiguredEffectsOutOfThePlant) {
   const Config config = load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
   for (const auto& axis : config.twin.axes) {
     EXPECT_FALSE(axis.plant.second_mode);
@@ -222,7 +226,7 @@ TEST(Load, ReadsTheSlowPhysicsOfThePlant) {
     EXPECT_NE(text.find(table), std::string::npos) << table;
 }
 
-TEST(Echo, ShowsWhatIsInForceAndMarksDefaults) {
+TEST(Echo, PrintsTheValuesInForceAndMarksDefaults) {
   const std::string text = echo(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
   EXPECT_NE(text.find("rate_Hz = 1000\n"), std::string::npos);
   EXPECT_NE(text.find("node = 127  # default"), std::string::npos);
@@ -230,7 +234,7 @@ TEST(Echo, ShowsWhatIsInForceAndMarksDefaults) {
   EXPECT_NE(text.find("[[axis.control.setpoint]]"), std::string::npos);
 }
 
-TEST(Echo, IsAConfigurationItself) {
+TEST(Echo, CanBeLoadedAsAConfiguration) {
   const support::ShippedCopy shipped;
   const std::string once = echo(shipped / "piezo.toml");
   std::ofstream(shipped / "echoed.toml") << once;

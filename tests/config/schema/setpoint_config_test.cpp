@@ -1,4 +1,4 @@
-// The keys of the reference: every shape, limits, in position, and the file of a "csv".
+// The keys of the reference: every shape, limits, in_position, and the file of a "csv".
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -28,7 +28,7 @@ std::string refusal(const std::string& text) {
   return "accepted";
 }
 
-TEST(SetpointFile, IsReadFromItsFirstTimeOn) {
+TEST(SetpointFile, StartsAtItsFirstTime) {
   const support::ShippedCopy folder;
   write(folder / "r.csv", "# a scan\nposition_um,time_s\n3.0,1.5\n7.0,2.0\n5.0,2.5\n");
   const controller::MonotoneCubic curve = load_setpoint(folder / "r.csv");

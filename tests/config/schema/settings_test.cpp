@@ -1,5 +1,4 @@
-// The configuration as a list of settings: what differs, what takes it up, and single values put over the
-// file.
+// The configuration as a list of settings: changes, their effect, and single values that override the file.
 #include "config/schema/settings.h"
 
 #include <gtest/gtest.h>
@@ -27,7 +26,7 @@ std::string refusal_of(const std::vector<Setting>& overrides) {
   return "taken";
 }
 
-TEST(Settings, HaveOneForEachKeyDefaultsToo) {
+TEST(Settings, HaveOneEntryForEachKeyIncludingDefaults) {
   const std::vector<Setting> all = settings(shipped);
   EXPECT_EQ(value_of(all, "axis[0].control.kp"), "0.05");
   EXPECT_EQ(value_of(all, "axis[1].name"), "'y'");
@@ -47,7 +46,7 @@ TEST(Settings, OfTheSameFileDoNotDiffer) {
   EXPECT_TRUE(changes(settings(shipped), settings(shipped)).empty());
 }
 
-TEST(Changes, TellWhatIsOtherwiseNewAndGone) {
+TEST(Changes, ListChangedNewAndRemovedKeys) {
   const std::vector<Setting> before{{"a", "1"}, {"b", "2"}, {"c", "3"}};
   const std::vector<Setting> after{{"a", "1"}, {"b", "5"}, {"d", "4"}};
   const std::vector<Change> found = changes(before, after);
@@ -57,7 +56,7 @@ TEST(Changes, TellWhatIsOtherwiseNewAndGone) {
   EXPECT_EQ(describe(found[2]), "c: 3 -> (none)");
 }
 
-TEST(Changes, OfASegmentMoreAreItsKeys) {
+TEST(Changes, OfAnAddedSegmentListItsKeys) {
   const support::ShippedCopy files;
   const std::vector<Setting> before = settings(files / "piezo.toml");
   files.edit("piezo.toml", "[axis.twin]",
@@ -76,7 +75,7 @@ struct EffectCase {
   Effect effect;
 };
 
-TEST(EffectOf, SeparatesWhatIsTunedFromWhatTheProcessIsBuiltOn) {
+TEST(EffectOf, SeparatesTunableKeysFromThoseThatNeedARestart) {
   for (const auto& [path, effect] : {EffectCase{"axis[0].control.kp", Effect::at_once},
                                      {"axis[12].control.delays.resonance_Hz", Effect::at_once},
                                      {"axis[0].control.setpoint[3].low_um", Effect::at_once},
@@ -95,7 +94,7 @@ TEST(EffectOf, SeparatesWhatIsTunedFromWhatTheProcessIsBuiltOn) {
     EXPECT_EQ(effect_of(path), effect) << path;
 }
 
-TEST(Overrides, StandInThePlaceOfWhatTheFileSays) {
+TEST(Overrides, ReplaceTheValuesOfTheFile) {
   const Config config =
       load(shipped, {{"axis[1].control.kp", "0.25"}, {"axis[0].control.structure", "\"pi\""}});
   EXPECT_EQ(config.axes[1].control.law.pi.kp, 0.25);
@@ -104,7 +103,7 @@ TEST(Overrides, StandInThePlaceOfWhatTheFileSays) {
   EXPECT_EQ(config.controller.axes[1].axis.law.pi.kp, 0.25) << "where the controller looks";
 }
 
-TEST(Overrides, MakeTablesOnTheWayButNoElementsOfAList) {
+TEST(Overrides, CreateMissingTablesButNoElementsOfAList) {
   const std::string notch = "axis[0].control.notch.";
   const Config config =
       load(shipped, {{notch + "frequency_Hz", "300"}, {notch + "depth", "0.1"}, {notch + "width", "0.5"}});
@@ -121,16 +120,16 @@ TEST(Overrides, MakeTablesOnTheWayButNoElementsOfAList) {
       << "a number has no keys";
 }
 
-TEST(Overrides, WhoseValueIsNoTomlAreRefused) {
+TEST(Overrides, WithAValueThatIsNotTomlAreRefused) {
   for (const char* value : {"", "0.1 0.2", "pi", "[", "1\nki_per_s = 2", "\"open", "0.1 # c\nx = 1"}) {
-    const std::string told = refusal_of({{"axis[0].control.kp", value}});
-    EXPECT_NE(told, "taken") << value;
-    EXPECT_NE(told.find("axis[0].control.kp"), std::string::npos) << told;
-    EXPECT_NE(told.find("expected"), std::string::npos) << told;
+    const std::string refusal = refusal_of({{"axis[0].control.kp", value}});
+    EXPECT_NE(refusal, "taken") << value;
+    EXPECT_NE(refusal.find("axis[0].control.kp"), std::string::npos) << refusal;
+    EXPECT_NE(refusal.find("expected"), std::string::npos) << refusal;
   }
 }
 
-TEST(Overrides, ThatAreNoKeysOrOutOfRangeAreRefusedAsInTheFile) {
+TEST(Overrides, WithAnUnknownKeyOrOutOfRangeAreRefusedAsInTheFile) {
   EXPECT_NE(refusal_of({{"axis[0].control.kpp", "0.1"}}).find("kpp"), std::string::npos);
   EXPECT_NE(refusal_of({{"axis[0].control.kp", "-0.1"}}).find("expected a number >= 0"), std::string::npos);
   EXPECT_NE(refusal_of({{"axis[0].control.kp", "nan"}}).find("expected a"), std::string::npos);

@@ -1,6 +1,7 @@
-// [[twin.fault]] and [twin.random_faults] as a file has them.
+// [[twin.fault]] and [twin.random_faults] of a file.
 #include <gtest/gtest.h>
 
+#include <ostream>
 #include <string>
 
 #include "config/schema/config.h"
@@ -29,13 +30,13 @@ struct WithFaults {
   support::ShippedCopy files;
 };
 
-TEST(FaultConfig, OfTheShippedFilesIsNone) {
+TEST(FaultConfig, IsEmptyInTheShippedFiles) {
   const Config config = load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
   EXPECT_TRUE(config.twin.faults.empty());
   EXPECT_FALSE(config.twin.random_faults);
 }
 
-TEST(FaultConfig, HasTheNumbersOfItsKindWhereItGivesNone) {
+TEST(FaultConfig, HasTheDefaultsOfItsKind) {
   const Config config = WithFaults(R"(
 [[twin.fault]]
 kind = "late"
@@ -69,7 +70,7 @@ kinds = ["wrong_crc", "load_step"]
   EXPECT_EQ(config.twin.random_faults->kinds, (std::vector{Fault::wrong_crc, Fault::load_step}));
 }
 
-TEST(FaultConfig, IsShownAsItIsRead) {
+TEST(FaultConfig, IsPrintedAsItIsRead) {
   const WithFaults with("[[twin.fault]]\nkind = \"load_step\"\naxis = \"x\"\nat_s = 1\nduration_s = 2\n");
   const std::string shown = echo(with.files / "piezo.toml");
   EXPECT_NE(shown.find("[[twin.fault]]\nkind"), std::string::npos) << shown;
@@ -81,10 +82,12 @@ struct InvalidKey {
   const char* name;
   const char* lines;
   const char* message;
+
+  friend void PrintTo(const InvalidKey& key, std::ostream* out) { *out << key.name; }
 };
 class InvalidFault : public testing::TestWithParam<InvalidKey> {};
 
-TEST_P(InvalidFault, IsAnErrorWithItsExpectation) {
+TEST_P(InvalidFault, IsRefusedWithItsExpectation) {
   const std::string refusal = WithFaults(std::string(GetParam().lines)).refusal();
   EXPECT_NE(refusal.find(GetParam().message), std::string::npos) << refusal;
   EXPECT_NE(refusal.find("expected"), std::string::npos) << refusal;
@@ -113,10 +116,10 @@ INSTANTIATE_TEST_SUITE_P(
         InvalidKey{"DurationsTurnedRound",
                    "[twin.random_faults]\nrate_per_hour = 1.0\nduration_min_s = 2.0\nduration_max_s = 1.0\n",
                    "duration_max_s is 1"}),
-    [](const auto& made_of) { return std::string(made_of.param.name); });
+    [](const auto& test) { return std::string(test.param.name); });
 #undef FAULT
 
-TEST(FaultConfig, NeedsTheFieldThatItSpoils) {
+TEST(FaultConfig, NeedsTheFieldThatTheFaultChanges) {
   const support::ShippedCopy files;
   files.edit("lab_amplifier.toml", "status    = \"Err\"", "");
   ASSERT_NO_THROW(load(files / "lab_amplifier.toml"));
