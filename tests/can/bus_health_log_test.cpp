@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace hystcan::can {
+namespace hystcan::can::bus_health_log_test {
 namespace {
 using Lines = std::vector<std::string>;
 
@@ -139,4 +139,4 @@ TEST(BusSummary, NamesTheTotalsAndOnlyTheTroublesThatOccurred) {
 }
 
 }  // namespace
-}  // namespace hystcan::can
+}  // namespace hystcan::can::bus_health_log_test

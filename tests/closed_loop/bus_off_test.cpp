@@ -8,7 +8,7 @@
 #include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
 
-namespace hystcan {
+namespace hystcan::bus_off_test {
 namespace {
 
 using can::BusState;
@@ -163,4 +163,4 @@ TEST_F(ControllerOffTheBus, StartsEachNodeAgainAfterABusOffWhileWaiting) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::bus_off_test

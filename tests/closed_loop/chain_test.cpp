@@ -20,7 +20,7 @@
 #include "rehearsal/rehearsal.h"
 #include "tests/support/rehearsed.h"
 
-namespace hystcan {
+namespace hystcan::chain_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -319,4 +319,4 @@ TEST(ControllerHeartbeatAndStatus, AreSentAfterTheCommandsOfTheirCycle) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::chain_test

@@ -15,7 +15,7 @@
 #include "tests/support/count_allocations.h"
 #include "tests/support/rehearsed.h"
 
-namespace hystcan {
+namespace hystcan::closed_loop_test {
 namespace {
 
 using controller::AxisState;
@@ -170,4 +170,4 @@ TEST_F(TrackingLoop, RejectsForeignAndDamagedFramesWithTheIdentifierOfTheSample)
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::closed_loop_test

@@ -7,7 +7,7 @@
 #include "tests/support/count_allocations.h"
 #include "tests/support/rehearsed.h"
 
-namespace hystcan {
+namespace hystcan::instruments_test {
 namespace {
 
 using controller::AxisState;
@@ -131,4 +131,4 @@ TEST(FreeRunningSensor, FaultsTheAxisWithinABeatWhenItsSamplesNameTheirSync) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::instruments_test

@@ -8,7 +8,7 @@
 #include "tests/support/count_allocations.h"
 #include "tests/support/rehearsed.h"
 
-namespace hystcan {
+namespace hystcan::lab_frames_test {
 namespace {
 
 using controller::AxisState;
@@ -111,4 +111,4 @@ TEST(LabFrames, AllocateNothingWhileTracking) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::lab_frames_test

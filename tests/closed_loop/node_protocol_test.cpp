@@ -10,7 +10,7 @@
 #include "rehearsal/rehearsal.h"
 #include "tests/support/rehearsed.h"
 
-namespace hystcan {
+namespace hystcan::node_protocol_test {
 namespace {
 
 using controller::AxisState;
@@ -182,4 +182,4 @@ TEST(ControllerHeartbeat, StopsWhenTheControlLoopHangs) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::node_protocol_test

@@ -16,7 +16,7 @@
 #include "rehearsal/rehearsal.h"
 #include "tests/support/rehearsed.h"
 
-namespace hystcan {
+namespace hystcan::other_truth_test {
 namespace {
 
 using controller::AxisState;
@@ -169,4 +169,4 @@ TEST(CreepWithIntegralAction, LeavesAnErrorBelowThreeNanometres) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::other_truth_test

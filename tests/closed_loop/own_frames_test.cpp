@@ -12,7 +12,7 @@
 #include "tests/support/count_allocations.h"
 #include "tests/support/rehearsed.h"
 
-namespace hystcan {
+namespace hystcan::own_frames_test {
 namespace {
 
 using controller::AxisState;
@@ -260,4 +260,4 @@ TEST(ControllerFrames, AllocateNothing) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::own_frames_test

@@ -8,7 +8,7 @@
 #include "rehearsal/rehearsal.h"
 #include "tests/support/oversleeper.h"
 
-namespace hystcan {
+namespace hystcan::timing_test {
 namespace {
 
 using controller::AxisState;
@@ -123,4 +123,4 @@ TEST_F(WakeUpTrip, FaultsTheAxesAndSendsTheSafeDriveInTheLateCycle) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::timing_test

@@ -20,7 +20,7 @@
 #include "tests/support/rehearsed.h"
 #include "tests/support/trap.h"
 
-namespace hystcan {
+namespace hystcan::trap_test {
 namespace {
 
 using controller::AxisState;
@@ -126,4 +126,4 @@ TEST(ControlThread, AllocatesLocksLogsAndOpensNothing) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::trap_test

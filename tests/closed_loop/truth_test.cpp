@@ -11,7 +11,7 @@
 #include "rehearsal/rehearsal.h"
 #include "tests/support/rehearsed.h"
 
-namespace hystcan {
+namespace hystcan::truth_test {
 namespace {
 
 constexpr double wire_step_um = 1e-6;  // docs/protocol.md
@@ -98,4 +98,4 @@ TEST(Truth, MovesInTheDirectionOfTheDrive) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::truth_test

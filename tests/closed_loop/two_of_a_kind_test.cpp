@@ -10,7 +10,7 @@
 #include "rehearsal/rehearsal.h"
 #include "tests/support/rehearsed.h"
 
-namespace hystcan {
+namespace hystcan::two_of_a_kind_test {
 namespace {
 
 using controller::AxisState;
@@ -162,4 +162,4 @@ TEST_F(SharedBus, ANodeOfTheTwinGoesOffAndStaysSilentWhenAForeignNodeHasItsNumbe
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::two_of_a_kind_test

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <sstream>
 
-namespace hystcan::controller {
+namespace hystcan::controller::black_box_test {
 namespace {
 
 using std::chrono::microseconds;
@@ -205,4 +205,4 @@ TEST_F(BlackBoxes, WarnWhereTheDiskIsFull) {
 }
 
 }  // namespace
-}  // namespace hystcan::controller
+}  // namespace hystcan::controller::black_box_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace hystcan::controller {
+namespace hystcan::controller::excitation_dataset_test {
 namespace {
 
 CycleRecord cycle(std::uint64_t number, double drive, double position_um) {
@@ -71,4 +71,4 @@ TEST(ExcitationDataset, EndsAtTheEndOfTheExcitationAndAtAFault) {
 }
 
 }  // namespace
-}  // namespace hystcan::controller
+}  // namespace hystcan::controller::excitation_dataset_test

@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-namespace hystcan::controller {
+namespace hystcan::controller::request_link_test {
 namespace {
 
 constexpr std::size_t capacity = 64;
@@ -101,4 +101,4 @@ TEST(RequestLink, FreesAnswersThatAreNeverTaken) {
 }
 
 }  // namespace
-}  // namespace hystcan::controller
+}  // namespace hystcan::controller::request_link_test

@@ -6,7 +6,7 @@
 #include <latch>
 #include <sstream>
 
-namespace hystcan::controller {
+namespace hystcan::controller::telemetry_test {
 namespace {
 
 std::filesystem::path scratch(const char* name) { return std::filesystem::path(testing::TempDir()) / name; }
@@ -112,4 +112,4 @@ TEST(CsvLog, RefusesAFileThatItCannotWrite) {
 }
 
 }  // namespace
-}  // namespace hystcan::controller
+}  // namespace hystcan::controller::telemetry_test

@@ -9,7 +9,7 @@
 
 #include "tests/support/count_allocations.h"
 
-namespace hystcan::controller {
+namespace hystcan::controller::timing_test {
 namespace {
 
 using std::chrono::microseconds;
@@ -94,4 +94,4 @@ TEST(TimeStatistics, AllocateNothing) {
 }
 
 }  // namespace
-}  // namespace hystcan::controller
+}  // namespace hystcan::controller::timing_test

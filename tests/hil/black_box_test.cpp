@@ -6,7 +6,7 @@
 
 #include "tests/hil/live_stage.h"
 
-namespace hystcan {
+namespace hystcan::black_box_test {
 namespace {
 
 using hil::json;
@@ -64,4 +64,4 @@ TEST(BlackBox, HoldsTheCyclesBeforeAFaultTheFaultAndAHundredAfterIt) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::black_box_test

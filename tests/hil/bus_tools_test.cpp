@@ -15,7 +15,7 @@
 #include "tests/hil/live_bench.h"
 #include "tests/support/shipped.h"
 
-namespace hystcan {
+namespace hystcan::bus_tools_test {
 namespace {
 
 using hil::config_file;
@@ -350,4 +350,4 @@ TEST_F(KvaserBusTools, RecordContinuesAfterTheInterfaceOfARunningControllerGoesD
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::bus_tools_test

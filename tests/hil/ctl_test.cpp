@@ -6,7 +6,7 @@
 
 #include "tests/hil/live_stage.h"
 
-namespace hystcan {
+namespace hystcan::ctl_test {
 namespace {
 
 using hil::between;
@@ -238,4 +238,4 @@ TEST_F(Ctl, FindsTheSocketOfItsInterfaceInTheRuntimeDirectory) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::ctl_test

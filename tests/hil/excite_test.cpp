@@ -10,7 +10,7 @@
 #include "tests/hil/live_bench.h"
 #include "tests/support/shipped.h"
 
-namespace hystcan {
+namespace hystcan::excite_test {
 namespace {
 
 using hil::config_file;
@@ -153,4 +153,4 @@ TEST(Vcan, ControlCOnExciteRampsDownAndKeepsTheRowsSoFar) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::excite_test

@@ -14,7 +14,7 @@
 
 #include "tests/hil/live_stage.h"
 
-namespace hystcan {
+namespace hystcan::exit_paths_test {
 namespace {
 
 using hil::between;
@@ -238,4 +238,4 @@ TEST_F(ControllerProcess, ReadsTheConfigurationAgainOnASighupWithoutATerminalAnd
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::exit_paths_test

@@ -15,7 +15,7 @@
 #include "controller/controller.h"
 #include "tests/hil/live_stage.h"
 
-namespace hystcan {
+namespace hystcan::fast_test {
 namespace {
 
 using hil::json;
@@ -119,4 +119,4 @@ TEST(IcountClockStep, OfAnHourForwardAndBackDoesNotDisturbTheLoop) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::fast_test

@@ -15,7 +15,7 @@
 #include "tests/hil/live_bench.h"
 #include "tests/support/rehearsed.h"
 
-namespace hystcan {
+namespace hystcan::flood_test {
 namespace {
 
 using hil::config_file;
@@ -97,4 +97,4 @@ TEST(IcountFlood, OfForeignFramesDoesNotChangeTheControlError) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::flood_test

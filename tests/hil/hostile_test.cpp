@@ -7,7 +7,7 @@
 
 #include "tests/hil/live_bench.h"
 
-namespace hystcan {
+namespace hystcan::hostile_test {
 namespace {
 
 using hil::FreshVcan;
@@ -117,4 +117,4 @@ TEST_F(VcanHostile, AFloodOfEveryKindOfFrameIsBridgedOrFaultsTheAxesAndRejectedF
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::hostile_test

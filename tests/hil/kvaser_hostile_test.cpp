@@ -11,7 +11,7 @@
 
 #include "tests/hil/live_bench.h"
 
-namespace hystcan {
+namespace hystcan::kvaser_hostile_test {
 namespace {
 
 using hil::json;
@@ -77,4 +77,4 @@ TEST_F(KvaserHostile, AFullTransmitQueueFaultsWithACauseAndANewStartTracks) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::kvaser_hostile_test

@@ -8,7 +8,7 @@
 
 #include "tests/hil/live_bench.h"
 
-namespace hystcan {
+namespace hystcan::lab_frames_test {
 namespace {
 
 using hil::FreshVcan;
@@ -162,4 +162,4 @@ TEST_F(VcanLabFrames, TrackOnAClassicalInterfaceWhenAllAreShort) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::lab_frames_test

@@ -16,7 +16,7 @@
 #include "tests/hil/live_bench.h"
 #include "tests/support/rehearsed.h"
 
-namespace hystcan {
+namespace hystcan::live_test {
 namespace {
 
 using hil::config_file;
@@ -200,4 +200,4 @@ TEST(Icount, TheAmplifierIsSafeWithinItsTimeoutAfterTheControllerIsKilled) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::live_test

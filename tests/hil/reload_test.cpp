@@ -8,7 +8,7 @@
 
 #include "tests/hil/live_stage.h"
 
-namespace hystcan {
+namespace hystcan::reload_test {
 namespace {
 
 using hil::between;
@@ -153,4 +153,4 @@ TEST_F(Reload, SighupTakesOverWhatIsChangedWhereNobodyWatches) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::reload_test

@@ -5,7 +5,7 @@
 
 #include "tests/hil/live_stage.h"
 
-namespace hystcan {
+namespace hystcan::restore_test {
 namespace {
 
 using hil::between;
@@ -98,4 +98,4 @@ TEST_F(Restore, ADamagedFileIsRefusedWithTheFileAndLine) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::restore_test

@@ -15,7 +15,7 @@
 #include "tests/hil/live_bench.h"
 #include "tests/support/trap.h"
 
-namespace hystcan {
+namespace hystcan::trap_test {
 namespace {
 
 using controller::AxisState;
@@ -119,4 +119,4 @@ TEST(Trap, ControlThreadOnSocketCanFaultsWithoutAllocatingLockingLoggingOrOpenin
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::trap_test

@@ -7,7 +7,7 @@
 #include "tests/hil/live_bench.h"
 #include "tests/support/shipped.h"
 
-namespace hystcan {
+namespace hystcan::tune_test {
 namespace {
 
 using hil::json;
@@ -74,4 +74,4 @@ TEST(Vcan, ControlCOnTuneRampsDownAndProposesNothing) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::tune_test

@@ -16,7 +16,7 @@
 
 #include "tests/hil/live_bench.h"
 
-namespace hystcan {
+namespace hystcan::turnaround_test {
 namespace {
 
 using hil::LiveBench;
@@ -151,4 +151,4 @@ TEST(Icount, TheTurnaroundIsMeasuredBesideABareEcho) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::turnaround_test

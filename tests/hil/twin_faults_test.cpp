@@ -8,7 +8,7 @@
 
 #include "tests/hil/live_stage.h"
 
-namespace hystcan {
+namespace hystcan::twin_faults_test {
 namespace {
 
 using hil::json;
@@ -95,4 +95,4 @@ TEST_F(TwinFaults, AreRefusedInWordsAndTheTwinEndsOnStop) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::twin_faults_test

@@ -11,7 +11,7 @@
 
 #include "tests/support/fault_rig.h"
 
-namespace hystcan::support {
+namespace hystcan::support::fault_test {
 namespace {
 
 using controller::AxisState;
@@ -253,4 +253,4 @@ TEST(Rearming, StartsFromThePresentOutputOfTheAmplifier) {
 }
 
 }  // namespace
-}  // namespace hystcan::support
+}  // namespace hystcan::support::fault_test

@@ -5,7 +5,7 @@
 
 #include "tests/support/storm.h"
 
-namespace hystcan::support {
+namespace hystcan::support::repeatable_storm_test {
 namespace {
 
 TEST(Storm, RepeatsWithTheSameSeed) {
@@ -19,4 +19,4 @@ TEST(Storm, RepeatsWithTheSameSeed) {
 }
 
 }  // namespace
-}  // namespace hystcan::support
+}  // namespace hystcan::support::repeatable_storm_test

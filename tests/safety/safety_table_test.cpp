@@ -10,7 +10,7 @@
 #include "controller/control/fault.h"
 #include "tests/support/fault_rig.h"
 
-namespace hystcan::support {
+namespace hystcan::support::safety_table_test {
 namespace {
 
 std::string text_of(const std::filesystem::path& file) {
@@ -73,4 +73,4 @@ TEST(SafetyTable, NamesEveryTroubleThatIsInjected) {
 }
 
 }  // namespace
-}  // namespace hystcan::support
+}  // namespace hystcan::support::safety_table_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace hystcan::support {
+namespace hystcan::support::storm_test {
 namespace {
 
 TEST(Storm, OfTenMinutesIsDetectedWithoutAnUnsafeFrameOrAStuckAxis) {
@@ -17,4 +17,4 @@ TEST(Storm, OfTenMinutesIsDetectedWithoutAnUnsafeFrameOrAStuckAxis) {
 }
 
 }  // namespace
-}  // namespace hystcan::support
+}  // namespace hystcan::support::storm_test

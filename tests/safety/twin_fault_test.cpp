@@ -15,7 +15,7 @@ namespace hystcan::controller {
 inline void PrintTo(Structure structure, std::ostream* out) { *out << to_string(structure); }
 }  // namespace hystcan::controller
 
-namespace hystcan::support {
+namespace hystcan::support::twin_fault_test {
 namespace {
 
 using controller::AxisState;
@@ -222,4 +222,4 @@ TEST(TwinFaultTable, InTheTestsHasEveryKind) {
 }
 
 }  // namespace
-}  // namespace hystcan::support
+}  // namespace hystcan::support::twin_fault_test

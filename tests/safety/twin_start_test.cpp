@@ -13,7 +13,7 @@ namespace hystcan::twin {
 inline void PrintTo(Node node, std::ostream* out) { *out << to_string(node); }
 }  // namespace hystcan::twin
 
-namespace hystcan::support {
+namespace hystcan::support::twin_start_test {
 namespace {
 
 using controller::AxisState;
@@ -171,4 +171,4 @@ INSTANTIATE_TEST_SUITE_P(, NodeReboot, testing::Values(Node::sensor, Node::ampli
                          [](const auto& info) { return std::string(to_string(info.param)); });
 
 }  // namespace
-}  // namespace hystcan::support
+}  // namespace hystcan::support::twin_start_test

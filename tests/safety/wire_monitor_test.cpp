@@ -6,7 +6,7 @@
 #include "config/schema/config.h"
 #include "controller/control/axis.h"
 
-namespace hystcan::support {
+namespace hystcan::support::wire_monitor_test {
 namespace {
 
 using std::chrono::microseconds;
@@ -169,4 +169,4 @@ TEST_F(WireMonitorTest, IgnoresADamagedCommand) {
 }
 
 }  // namespace
-}  // namespace hystcan::support
+}  // namespace hystcan::support::wire_monitor_test

@@ -8,7 +8,7 @@
 
 #include "twin/amplifier.h"
 
-namespace hystcan::twin {
+namespace hystcan::twin::amplifier_load_test {
 namespace {
 
 constexpr double two_pi = 2.0 * std::numbers::pi;
@@ -206,4 +206,4 @@ TEST(Amplifier, IsDischargedByItsLoadWhileSwitchedOffWhateverItsTarget) {
 }
 
 }  // namespace
-}  // namespace hystcan::twin
+}  // namespace hystcan::twin::amplifier_load_test

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace hystcan::twin {
+namespace hystcan::twin::amplifier_test {
 namespace {
 
 constexpr double two_pi = 2.0 * std::numbers::pi;
@@ -49,4 +49,4 @@ TEST(Amplifier, NeverOvershoots) {
 }
 
 }  // namespace
-}  // namespace hystcan::twin
+}  // namespace hystcan::twin::amplifier_test

@@ -7,7 +7,7 @@
 
 #include "tests/twin/stage.h"
 
-namespace hystcan::twin {
+namespace hystcan::twin::closed_form_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -130,4 +130,4 @@ TEST(Disturbance, IsRefusedWhereItIsNotPhysical) {
 }
 
 }  // namespace
-}  // namespace hystcan::twin
+}  // namespace hystcan::twin::closed_form_test

@@ -7,7 +7,7 @@
 
 #include "tests/twin/twin_bench.h"
 
-namespace hystcan::twin {
+namespace hystcan::twin::drive_noise_test {
 namespace {
 
 using std::chrono::microseconds;
@@ -83,4 +83,4 @@ TEST(DriveNoise, AppearsInTheStatusOfTheAmplifierAndInThePosition) {
 }
 
 }  // namespace
-}  // namespace hystcan::twin
+}  // namespace hystcan::twin::drive_noise_test

@@ -13,7 +13,7 @@
 #include "tests/twin/twin_bench.h"
 #include "twin/twin.h"
 
-namespace hystcan::twin {
+namespace hystcan::twin::fault_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -402,4 +402,4 @@ TEST(FaultNames, AreParsedBackToTheirKind) {
 }
 
 }  // namespace
-}  // namespace hystcan::twin
+}  // namespace hystcan::twin::fault_test

@@ -7,7 +7,7 @@
 
 #include "tests/twin/stage.h"
 
-namespace hystcan::twin {
+namespace hystcan::twin::grid_test {
 namespace {
 
 using std::chrono::microseconds;
@@ -175,4 +175,4 @@ TEST(DriveNoise, IsDrawnOncePerSubstepAndHeldOverIt) {
 }
 
 }  // namespace
-}  // namespace hystcan::twin
+}  // namespace hystcan::twin::grid_test

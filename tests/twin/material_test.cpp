@@ -8,7 +8,7 @@
 
 #include "tests/twin/stage.h"
 
-namespace hystcan::twin {
+namespace hystcan::twin::material_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -131,4 +131,4 @@ TEST(Material, RefusesAnInvalidModel) {
 }
 
 }  // namespace
-}  // namespace hystcan::twin
+}  // namespace hystcan::twin::material_test

@@ -3,7 +3,7 @@
 
 #include "tests/twin/twin_bench.h"
 
-namespace hystcan::twin {
+namespace hystcan::twin::nodes_test {
 namespace {
 
 using can::AmpState;
@@ -179,4 +179,4 @@ TEST_F(TwinOnBus, ShutDownLeavesTheOutputAtTheSafeValueAndReportsIt) {
 }
 
 }  // namespace
-}  // namespace hystcan::twin
+}  // namespace hystcan::twin::nodes_test

@@ -4,7 +4,7 @@
 
 #include "tests/twin/stage.h"
 
-namespace hystcan::twin {
+namespace hystcan::twin::plant_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -68,4 +68,4 @@ TEST(Plant, IgnoresATimeThatHasPassed) {
 }
 
 }  // namespace
-}  // namespace hystcan::twin
+}  // namespace hystcan::twin::plant_test

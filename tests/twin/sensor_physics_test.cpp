@@ -8,7 +8,7 @@
 #include "tests/twin/twin_bench.h"
 #include "twin/sensor.h"
 
-namespace hystcan::twin {
+namespace hystcan::twin::sensor_physics_test {
 namespace {
 
 using std::chrono::microseconds;
@@ -199,4 +199,4 @@ TEST(SensorOnTheBus, SamplesByItsOwnClockAndNamesTheLastSync) {
 }
 
 }  // namespace
-}  // namespace hystcan::twin
+}  // namespace hystcan::twin::sensor_physics_test

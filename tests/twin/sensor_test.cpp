@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace hystcan::twin {
+namespace hystcan::twin::sensor_test {
 namespace {
 
 constexpr can::Time start{};
@@ -45,4 +45,4 @@ TEST(Sensor, TheSameSeedGivesTheSameNoise) {
 }
 
 }  // namespace
-}  // namespace hystcan::twin
+}  // namespace hystcan::twin::sensor_test

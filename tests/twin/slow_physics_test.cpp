@@ -6,7 +6,7 @@
 
 #include "tests/twin/stage.h"
 
-namespace hystcan::twin {
+namespace hystcan::twin::slow_physics_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -122,4 +122,4 @@ TEST(Coupling, AddsTheMotionOfTheOtherAxisFromItsStart) {
 }
 
 }  // namespace
-}  // namespace hystcan::twin
+}  // namespace hystcan::twin::slow_physics_test

@@ -12,6 +12,9 @@ namespace hystcan::twin {
 /// gtest finds it by the namespace of WatchdogAction.
 inline void PrintTo(WatchdogAction action, std::ostream* out) { *out << to_string(action); }
 
+}  // namespace hystcan::twin
+
+namespace hystcan::twin::watchdog_test {
 namespace {
 
 using can::AmpState;
@@ -141,4 +144,4 @@ TEST(Apply, RoundsTheSetpointToTheResolutionOfTheAmplifier) {
 }
 
 }  // namespace
-}  // namespace hystcan::twin
+}  // namespace hystcan::twin::watchdog_test

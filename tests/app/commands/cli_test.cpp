@@ -13,7 +13,7 @@
 
 #include "tests/app/commands/cli.h"
 
-namespace hystcan {
+namespace hystcan::cli_test {
 namespace {
 
 TEST_F(Cli, WithoutASubcommandIsBadUsage) {
@@ -160,4 +160,4 @@ TEST_F(Cli, DemoFailsIfAnAxisNeverTracks) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::cli_test

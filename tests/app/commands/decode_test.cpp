@@ -6,7 +6,7 @@
 
 #include "tests/app/commands/cli.h"
 
-namespace hystcan {
+namespace hystcan::decode_test {
 namespace {
 
 using nlohmann::json;
@@ -193,4 +193,4 @@ TEST_F(Decode, ReplayRefusesABadLogOrFilterBeforeItSends) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::decode_test

@@ -9,7 +9,7 @@
 
 #include "tests/app/commands/cli.h"
 
-namespace hystcan {
+namespace hystcan::dynamics_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -127,4 +127,4 @@ TEST_F(Dynamics, RefusesAnInvalidRateAndAnOutputThatIsItsInput) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::dynamics_test

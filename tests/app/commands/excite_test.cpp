@@ -7,7 +7,7 @@
 #include "config/files/dataset_file.h"
 #include "tests/app/commands/cli.h"
 
-namespace hystcan {
+namespace hystcan::excite_test {
 namespace {
 
 using identification::Dataset;
@@ -165,4 +165,4 @@ TEST_F(Excite, NeverOverwritesItsInputs) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::excite_test

@@ -14,7 +14,7 @@
 #include "tests/identification/made_record.h"
 #include "tests/support/piezo.h"
 
-namespace hystcan {
+namespace hystcan::identify_test {
 namespace {
 
 using namespace identification;
@@ -337,4 +337,4 @@ TEST_F(Validate, NeverOverwritesItsInputs) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::identify_test

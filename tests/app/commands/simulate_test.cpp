@@ -8,7 +8,7 @@
 
 #include "tests/app/commands/cli.h"
 
-namespace hystcan {
+namespace hystcan::simulate_test {
 namespace {
 
 class Simulate : public Cli {
@@ -361,4 +361,4 @@ TEST_F(Simulate, ReadsFromAPipe) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::simulate_test

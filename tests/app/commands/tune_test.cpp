@@ -11,7 +11,7 @@
 
 #include "tests/app/commands/cli.h"
 
-namespace hystcan {
+namespace hystcan::tune_test {
 namespace {
 
 using nlohmann::json;
@@ -202,4 +202,4 @@ TEST_F(Tune, WritesNothingAfterAFault) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::tune_test

@@ -6,7 +6,7 @@
 
 #include "tests/app/commands/cli.h"
 
-namespace hystcan {
+namespace hystcan::doctor_test {
 namespace {
 
 using app::Demand;
@@ -138,4 +138,4 @@ TEST_F(Cli, CheckAcceptsABlackBoxFolderAndRefusesAProcessorOutOfRange) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::doctor_test

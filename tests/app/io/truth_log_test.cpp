@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace hystcan::app {
+namespace hystcan::app::truth_log_test {
 namespace {
 
 const twin::Truth truth{.time = can::Time(std::chrono::milliseconds(1500)),
@@ -46,4 +46,4 @@ TEST(TruthLog, ReportsLostRowsOnAFullDisk) {
 }
 
 }  // namespace
-}  // namespace hystcan::app
+}  // namespace hystcan::app::truth_log_test

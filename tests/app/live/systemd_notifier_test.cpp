@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <vector>
 
-namespace hystcan {
+namespace hystcan::systemd_notifier_test {
 namespace {
 
 /// The service manager's end of the notification socket.
@@ -77,4 +77,4 @@ TEST(SystemdNotifier, SendsNothingWithoutAManagerOrAfterItHasGone) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::systemd_notifier_test

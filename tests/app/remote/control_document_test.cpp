@@ -9,7 +9,7 @@
 
 #include "tests/app/remote/control_bench.h"
 
-namespace hystcan::app {
+namespace hystcan::app::control_document_test {
 namespace {
 
 using nlohmann::json;
@@ -63,4 +63,4 @@ TEST(ControlSocketDocument, GivesTheAnswersThatTheControllerSends) {
 }
 
 }  // namespace
-}  // namespace hystcan::app
+}  // namespace hystcan::app::control_document_test

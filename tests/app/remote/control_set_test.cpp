@@ -7,7 +7,7 @@
 
 #include "tests/app/remote/control_bench.h"
 
-namespace hystcan::app {
+namespace hystcan::app::control_set_test {
 namespace {
 
 using controller::AxisState;
@@ -239,4 +239,4 @@ TEST(Reload, HappensAtASignal) {
 }
 
 }  // namespace
-}  // namespace hystcan::app
+}  // namespace hystcan::app::control_set_test

@@ -9,7 +9,7 @@
 #include "app/io/exit_status.h"
 #include "tests/app/remote/control_bench.h"
 
-namespace hystcan::app {
+namespace hystcan::app::control_test {
 namespace {
 
 using controller::AxisState;
@@ -243,4 +243,4 @@ TEST(ControlSocket, RefusesASecondControllerAndReplacesTheFileOfADeadOne) {
 }
 
 }  // namespace
-}  // namespace hystcan::app
+}  // namespace hystcan::app::control_test

@@ -3,7 +3,7 @@
 
 #include "tests/app/remote/control_bench.h"
 
-namespace hystcan::app {
+namespace hystcan::app::control_wait_test {
 namespace {
 
 using controller::AxisState;
@@ -122,4 +122,4 @@ TEST(Wait, IsAnsweredWhenTheControllerEnds) {
 }
 
 }  // namespace
-}  // namespace hystcan::app
+}  // namespace hystcan::app::control_wait_test

@@ -10,7 +10,7 @@
 #include "rehearsal/rehearsal.h"
 #include "tests/support/shipped.h"
 
-namespace hystcan::app {
+namespace hystcan::app::saved_states_test {
 namespace {
 
 using controller::AxisState;
@@ -160,4 +160,4 @@ TEST(SavedStates, WithoutAFolderAreRefusedForARestore) {
 }
 
 }  // namespace
-}  // namespace hystcan::app
+}  // namespace hystcan::app::saved_states_test

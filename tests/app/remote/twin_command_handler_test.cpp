@@ -17,7 +17,7 @@
 #include "config/schema/config.h"
 #include "tests/app/remote/control_bench.h"
 
-namespace hystcan::app {
+namespace hystcan::app::twin_command_handler_test {
 namespace {
 
 using nlohmann::json;
@@ -174,4 +174,4 @@ TEST(TwinSocket, HasAnotherDefaultNameThanTheSocketOfTheController) {
 }
 
 }  // namespace
-}  // namespace hystcan::app
+}  // namespace hystcan::app::twin_command_handler_test

@@ -5,7 +5,7 @@
 
 #include "tests/app/commands/cli.h"
 
-namespace hystcan {
+namespace hystcan::report_test {
 namespace {
 
 class Report : public Cli {
@@ -75,4 +75,4 @@ TEST_F(Report, NeverOverwritesItsInput) {
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::report_test

@@ -4,7 +4,7 @@
 
 #include "can/dbc/database.h"
 
-namespace hystcan::can {
+namespace hystcan::can::attributes_test {
 namespace {
 
 constexpr const char* lab = R"(BU_: Amp Sensor
@@ -85,4 +85,4 @@ TEST(DbcAttributes, GiveOneWarningForEachIrregularity) {
 }
 
 }  // namespace
-}  // namespace hystcan::can
+}  // namespace hystcan::can::attributes_test

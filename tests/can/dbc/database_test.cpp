@@ -6,7 +6,7 @@
 #include <span>
 #include <string>
 
-namespace hystcan::can {
+namespace hystcan::can::database_test {
 namespace {
 
 std::string refusal(const std::string& text) {
@@ -318,4 +318,4 @@ TEST(ShippedDbc, HasTheSignalPlacesOfTheProtocolTable) {
 }
 
 }  // namespace
-}  // namespace hystcan::can
+}  // namespace hystcan::can::database_test

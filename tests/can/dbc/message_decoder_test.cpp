@@ -6,7 +6,7 @@
 #include <initializer_list>
 #include <string>
 
-namespace hystcan::can {
+namespace hystcan::can::message_decoder_test {
 namespace {
 
 Frame frame_of(std::uint32_t id, std::initializer_list<std::uint8_t> bytes) {
@@ -128,4 +128,4 @@ TEST(DecodeSignals, DistinguishesSignalsOfOneNameByTheirSwitch) {
 }
 
 }  // namespace
-}  // namespace hystcan::can
+}  // namespace hystcan::can::message_decoder_test

@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <vector>
 
-namespace hystcan::can {
+namespace hystcan::can::signal_codec_test {
 namespace {
 
 using Payload = std::vector<std::uint8_t>;
@@ -285,4 +285,4 @@ TEST(SignalCodec, RefusesASignalWithAnUnsupportedLength) {
 }
 
 }  // namespace
-}  // namespace hystcan::can
+}  // namespace hystcan::can::signal_codec_test

@@ -8,7 +8,7 @@
 
 #include "can/dbc/database.h"
 
-namespace hystcan::can {
+namespace hystcan::can::tolerance_test {
 namespace {
 
 using Warnings = std::vector<std::string>;
@@ -218,4 +218,4 @@ TEST(DbcTolerance, ReadsATextThatEndsWithABackslash) {
 }
 
 }  // namespace
-}  // namespace hystcan::can
+}  // namespace hystcan::can::tolerance_test

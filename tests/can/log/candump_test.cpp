@@ -9,7 +9,7 @@
 
 #include <sstream>
 
-namespace hystcan::can {
+namespace hystcan::can::candump_test {
 namespace {
 
 using std::chrono::microseconds;
@@ -159,4 +159,4 @@ RC_GTEST_PROP(Candump, ReadsEveryWrittenFrameUnchanged, ()) {
 }
 
 }  // namespace
-}  // namespace hystcan::can
+}  // namespace hystcan::can::candump_test

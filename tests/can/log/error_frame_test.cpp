@@ -4,7 +4,7 @@
 
 #include <array>
 
-namespace hystcan::can {
+namespace hystcan::can::error_frame_test {
 namespace {
 
 using Payload = std::array<std::uint8_t, 8>;
@@ -86,4 +86,4 @@ TEST(BusStates, HaveTheNamesOfTheLog) {
 }
 
 }  // namespace
-}  // namespace hystcan::can
+}  // namespace hystcan::can::error_frame_test

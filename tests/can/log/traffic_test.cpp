@@ -10,7 +10,7 @@
 #include "can/log/error_words.h"
 #include "can/protocol/layout.h"
 
-namespace hystcan::can {
+namespace hystcan::can::traffic_test {
 namespace {
 
 using std::chrono::microseconds;
@@ -187,4 +187,4 @@ TEST(ErrorWords, NameEveryCauseWithItsNumbers) {
 }
 
 }  // namespace
-}  // namespace hystcan::can
+}  // namespace hystcan::can::traffic_test

@@ -9,7 +9,7 @@
 
 #include "can/dbc/database.h"
 
-namespace hystcan::can {
+namespace hystcan::can::e2e_test {
 namespace {
 
 /// CRC-8/SAE-J1850 one bit at a time, like a shift register.
@@ -155,4 +155,4 @@ TEST(E2eChecker, RejectsAStandardFrameForAnExtendedMessage) {
 }
 
 }  // namespace
-}  // namespace hystcan::can
+}  // namespace hystcan::can::e2e_test

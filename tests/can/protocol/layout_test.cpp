@@ -9,7 +9,7 @@
 
 #include "can/protocol/protocol.h"
 
-namespace hystcan::can {
+namespace hystcan::can::layout_test {
 namespace {
 
 std::vector<std::uint8_t> bytes_of(const Frame& frame) {
@@ -183,4 +183,4 @@ TEST(WireLength, IsTheNextLengthOfCanFd) {
 }
 
 }  // namespace
-}  // namespace hystcan::can
+}  // namespace hystcan::can::layout_test

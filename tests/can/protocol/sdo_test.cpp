@@ -8,7 +8,7 @@
 #include "can/protocol/emergency.h"
 #include "can/protocol/protocol.h"
 
-namespace hystcan::can {
+namespace hystcan::can::sdo_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -227,4 +227,4 @@ TEST(Emergency, HasTheTextOfItsCodeOrElseOfItsGroup) {
 }
 
 }  // namespace
-}  // namespace hystcan::can
+}  // namespace hystcan::can::sdo_test

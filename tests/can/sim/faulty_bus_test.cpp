@@ -9,7 +9,7 @@
 #include "can/sim/sim_bus.h"
 #include "tests/support/count_allocations.h"
 
-namespace hystcan::can {
+namespace hystcan::can::faulty_bus_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -259,4 +259,4 @@ TEST(FaultyBus, ReleasesAFrameThatARemovedRuleHeld) {
 }
 
 }  // namespace
-}  // namespace hystcan::can
+}  // namespace hystcan::can::faulty_bus_test

@@ -5,7 +5,7 @@
 
 #include "can/sim/sim_bus.h"
 
-namespace hystcan::can {
+namespace hystcan::can::frame_bits_test {
 namespace {
 
 std::string bits(std::uint32_t value, unsigned count) {
@@ -110,4 +110,4 @@ TEST(FrameBits, GrowWithTheLengthCodeOfAnFdFrame) {
 }
 
 }  // namespace
-}  // namespace hystcan::can
+}  // namespace hystcan::can::frame_bits_test

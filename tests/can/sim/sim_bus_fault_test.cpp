@@ -6,7 +6,7 @@
 #include "can/sim/fault_confinement.h"
 #include "can/sim/sim_bus.h"
 
-namespace hystcan::can {
+namespace hystcan::can::sim_bus_fault_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -351,4 +351,4 @@ TEST_F(SimBusFaults, AllowANodeToBeDestroyedInItsStateHandlerAndInBusOff) {
 }
 
 }  // namespace
-}  // namespace hystcan::can
+}  // namespace hystcan::can::sim_bus_fault_test

@@ -6,7 +6,7 @@
 
 #include "tests/support/count_allocations.h"
 
-namespace hystcan::can {
+namespace hystcan::can::sim_bus_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -320,4 +320,4 @@ TEST(SimBusRun, RepeatsItsResults) {
 }
 
 }  // namespace
-}  // namespace hystcan::can
+}  // namespace hystcan::can::sim_bus_test

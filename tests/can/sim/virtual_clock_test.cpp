@@ -8,7 +8,7 @@
 
 #include "can/sim/sim_bus.h"
 
-namespace hystcan::can {
+namespace hystcan::can::virtual_clock_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -141,4 +141,4 @@ TEST(VirtualClock, ExpiresTimersInTheOrderOfASortedList) {
 }
 
 }  // namespace
-}  // namespace hystcan::can
+}  // namespace hystcan::can::virtual_clock_test

@@ -8,7 +8,7 @@
 
 #include "can/socketcan/socketcan_bus.h"
 
-namespace hystcan::can {
+namespace hystcan::can::interface_test {
 namespace {
 
 template <class Action>
@@ -56,4 +56,4 @@ TEST(SocketCanBus, IsRefusedIfTheInterfaceIsAbsentOrTheKernelHasNoCan) {
 }
 
 }  // namespace
-}  // namespace hystcan::can
+}  // namespace hystcan::can::interface_test

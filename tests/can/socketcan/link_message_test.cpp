@@ -11,7 +11,7 @@
 
 #include "can/socketcan/socketcan_bus.h"
 
-namespace hystcan::can {
+namespace hystcan::can::link_message_test {
 namespace {
 
 using Octets = std::vector<std::uint8_t>;
@@ -214,4 +214,4 @@ TEST(InterfaceMode, IsRefusedWithItsRemedyIfItHasNoFdAndAMessageNeedsFd) {
 }
 
 }  // namespace
-}  // namespace hystcan::can
+}  // namespace hystcan::can::link_message_test

@@ -8,7 +8,7 @@
 
 #include "can/socketcan/socketcan_bus.h"
 
-namespace hystcan::can {
+namespace hystcan::can::scheduler_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -106,4 +106,4 @@ TEST_F(AsioTimer, MayBeArmedAgainAfterItWasCancelled) {
 }
 
 }  // namespace
-}  // namespace hystcan::can
+}  // namespace hystcan::can::scheduler_test

@@ -8,7 +8,7 @@
 
 #include "tests/can/socketcan/socketcan_fixture.h"
 
-namespace hystcan::can {
+namespace hystcan::can::serial_adapter_test {
 namespace {
 
 struct SocketCanAdapter : OnVcan {
@@ -119,4 +119,4 @@ TEST_F(SocketCanAdapter, IsFoundAgainWithItsFiltersAfterItWasUnplugged) {
 }
 
 }  // namespace
-}  // namespace hystcan::can
+}  // namespace hystcan::can::serial_adapter_test

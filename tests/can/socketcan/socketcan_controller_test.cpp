@@ -2,7 +2,7 @@
 // wire.
 #include "tests/can/socketcan/socketcan_fixture.h"
 
-namespace hystcan::can {
+namespace hystcan::can::socketcan_controller_test {
 namespace {
 
 struct SocketCanController : testing::Test {
@@ -54,4 +54,4 @@ TEST_F(SocketCanController, CarriesFramesToTheOtherController) {
 }
 
 }  // namespace
-}  // namespace hystcan::can
+}  // namespace hystcan::can::socketcan_controller_test

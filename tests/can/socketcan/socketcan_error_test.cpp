@@ -1,7 +1,7 @@
 // SocketCanBus receives error frames: state, error counters and errors of the wire.
 #include "tests/can/socketcan/socketcan_fixture.h"
 
-namespace hystcan::can {
+namespace hystcan::can::socketcan_error_test {
 namespace {
 
 // The error frames are those of canerrsim (can-utils): CAN_ERR_FLAG and the class in the identifier, eight
@@ -58,4 +58,4 @@ TEST_F(SocketCanInterface, EndsBusOffWhenItGoesDownAndUp) {
 }
 
 }  // namespace
-}  // namespace hystcan::can
+}  // namespace hystcan::can::socketcan_error_test

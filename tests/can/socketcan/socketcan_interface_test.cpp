@@ -1,7 +1,7 @@
 // The interface goes down, comes up, disappears and comes back with the same name.
 #include "tests/can/socketcan/socketcan_fixture.h"
 
-namespace hystcan::can {
+namespace hystcan::can::socketcan_interface_test {
 namespace {
 
 std::string refusal(const std::string& interface) {
@@ -86,4 +86,4 @@ TEST_F(SocketCanInterface, IsVirtual) {
 }
 
 }  // namespace
-}  // namespace hystcan::can
+}  // namespace hystcan::can::socketcan_interface_test

@@ -7,7 +7,7 @@
 #include "can/socketcan/raw_socket.h"
 #include "tests/can/socketcan/socketcan_fixture.h"
 
-namespace hystcan::can {
+namespace hystcan::can::socketcan_queue_test {
 namespace {
 
 constexpr int frame_bytes = 16;  // the kernel counts so many for any frame
@@ -91,4 +91,4 @@ TEST_F(SocketCanControllerQueue, HoldsOnlyTheFramesOfTheSendBufferIfItIsLong) {
 }
 
 }  // namespace
-}  // namespace hystcan::can
+}  // namespace hystcan::can::socketcan_queue_test

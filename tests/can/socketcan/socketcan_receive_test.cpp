@@ -1,7 +1,7 @@
 // SocketCanBus receives the frames of its filters in order, with their arrival time, and counts lost frames.
 #include "tests/can/socketcan/socketcan_fixture.h"
 
-namespace hystcan::can {
+namespace hystcan::can::socketcan_receive_test {
 namespace {
 
 using SocketCanReceive = OnVcan;
@@ -104,4 +104,4 @@ TEST_F(SocketCanInterface, CountsLostFramesOnceAfterItWasOpenedAgain) {
 }
 
 }  // namespace
-}  // namespace hystcan::can
+}  // namespace hystcan::can::socketcan_receive_test

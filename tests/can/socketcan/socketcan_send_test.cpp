@@ -10,7 +10,7 @@
 #include "can/dbc/database.h"
 #include "tests/can/socketcan/socketcan_fixture.h"
 
-namespace hystcan::can {
+namespace hystcan::can::socketcan_send_test {
 namespace {
 
 using SocketCanSend = OnVcan;
@@ -129,4 +129,4 @@ TEST_F(SocketCanInterface, ExchangesEveryMessageOfTheDbcWithPythonCan) {
 }
 
 }  // namespace
-}  // namespace hystcan::can
+}  // namespace hystcan::can::socketcan_send_test

@@ -6,7 +6,7 @@
 
 #include <vector>
 
-namespace hystcan::can {
+namespace hystcan::can::chain_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -99,4 +99,4 @@ TEST(Chain, HasNoBoundIfTheBusIsFull) {
 }
 
 }  // namespace
-}  // namespace hystcan::can
+}  // namespace hystcan::can::chain_test

@@ -9,7 +9,7 @@
 
 #include "can/sim/sim_bus.h"
 
-namespace hystcan::can {
+namespace hystcan::can::schedulability_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -295,4 +295,4 @@ TEST(SchedulabilityBound, IsAlmostReachedFromTheCriticalInstant) {
 }
 
 }  // namespace
-}  // namespace hystcan::can
+}  // namespace hystcan::can::schedulability_test

@@ -4,7 +4,7 @@
 
 #include <fstream>
 
-namespace hystcan::config {
+namespace hystcan::config::csv_test {
 namespace {
 
 class Csv : public testing::Test {
@@ -104,4 +104,4 @@ TEST_F(Csv, RefusesAHeaderWithoutTheColumn) {
 TEST_F(Csv, RefusesAnEmptyFile) { EXPECT_EQ(refusal(""), ":1:1: no header row, expected column names"); }
 
 }  // namespace
-}  // namespace hystcan::config
+}  // namespace hystcan::config::csv_test

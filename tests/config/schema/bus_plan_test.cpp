@@ -10,7 +10,7 @@
 #include "can/sim/sim_bus.h"
 #include "tests/support/shipped.h"
 
-namespace hystcan::config {
+namespace hystcan::config::bus_plan_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -219,4 +219,4 @@ TEST(BusPlan, IsNeverExceededByTheSimulatedBus) {
 }
 
 }  // namespace
-}  // namespace hystcan::config
+}  // namespace hystcan::config::bus_plan_test

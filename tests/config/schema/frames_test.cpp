@@ -9,7 +9,7 @@
 #include "config/schema/config.h"
 #include "tests/support/shipped.h"
 
-namespace hystcan::config {
+namespace hystcan::config::frames_test {
 namespace {
 
 constexpr const char* file = "lab_amplifier.toml";
@@ -206,4 +206,4 @@ TEST(Frames, HaveTheConfiguredProtection) {
 }
 
 }  // namespace
-}  // namespace hystcan::config
+}  // namespace hystcan::config::frames_test

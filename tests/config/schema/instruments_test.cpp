@@ -7,7 +7,7 @@
 #include "config/schema/config.h"
 #include "tests/support/shipped.h"
 
-namespace hystcan::config {
+namespace hystcan::config::instruments_test {
 namespace {
 
 constexpr const char* piezo = HYSTCAN_SOURCE_DIR "/config/piezo.toml";
@@ -163,4 +163,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& test) { return test.param.name; });
 
 }  // namespace
-}  // namespace hystcan::config
+}  // namespace hystcan::config::instruments_test

@@ -4,7 +4,7 @@
 #include "config/schema/config.h"
 #include "tests/support/shipped.h"
 
-namespace hystcan::config {
+namespace hystcan::config::law_keys_test {
 namespace {
 
 constexpr const char* before_delays = "[axis.control.delays]";
@@ -54,4 +54,4 @@ TEST(LawKeys, AnAdaptationAsFastAsTheLoopIsRefused) {
 }
 
 }  // namespace
-}  // namespace hystcan::config
+}  // namespace hystcan::config::law_keys_test

@@ -5,7 +5,7 @@
 #include "config/schema/config.h"
 #include "tests/support/shipped.h"
 
-namespace hystcan::config {
+namespace hystcan::config::load_test {
 namespace {
 
 TEST(Shipped, ConfigurationsLoad) {
@@ -242,4 +242,4 @@ TEST(Echo, CanBeLoadedAsAConfiguration) {
 }
 
 }  // namespace
-}  // namespace hystcan::config
+}  // namespace hystcan::config::load_test

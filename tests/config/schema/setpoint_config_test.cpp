@@ -10,7 +10,7 @@
 #include "config/schema/config.h"
 #include "tests/support/shipped.h"
 
-namespace hystcan::config {
+namespace hystcan::config::setpoint_config_test {
 namespace {
 
 void write(const std::filesystem::path& file, const std::string& text) { std::ofstream(file) << text; }
@@ -102,4 +102,4 @@ TEST(SetpointKeys, LimitTheReferenceAndJudgeInPosition) {
 }
 
 }  // namespace
-}  // namespace hystcan::config
+}  // namespace hystcan::config::setpoint_config_test

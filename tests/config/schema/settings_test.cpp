@@ -7,7 +7,7 @@
 
 #include "tests/support/shipped.h"
 
-namespace hystcan::config {
+namespace hystcan::config::settings_test {
 namespace {
 
 const std::filesystem::path shipped = HYSTCAN_SOURCE_DIR "/config/piezo.toml";
@@ -137,4 +137,4 @@ TEST(Overrides, WithAnUnknownKeyOrOutOfRangeAreRefusedAsInTheFile) {
 }
 
 }  // namespace
-}  // namespace hystcan::config
+}  // namespace hystcan::config::settings_test

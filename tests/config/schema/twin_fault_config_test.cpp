@@ -7,7 +7,7 @@
 #include "config/schema/config.h"
 #include "tests/support/shipped.h"
 
-namespace hystcan::config {
+namespace hystcan::config::twin_fault_config_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -137,4 +137,4 @@ TEST(FaultConfig, NeedsTheFieldThatTheFaultChanges) {
 }
 
 }  // namespace
-}  // namespace hystcan::config
+}  // namespace hystcan::config::twin_fault_config_test

@@ -11,7 +11,7 @@
 #include "controller/control/law.h"
 #include "tests/support/piezo.h"
 
-namespace hystcan::controller {
+namespace hystcan::controller::adaptation_test {
 namespace {
 
 constexpr double dt_s = 1e-3;
@@ -128,4 +128,4 @@ RC_GTEST_PROP(Adaptation, StepStaysWithinTheBoundsAndNeverInvertsOrRaisesTheInte
 }
 
 }  // namespace
-}  // namespace hystcan::controller
+}  // namespace hystcan::controller::adaptation_test

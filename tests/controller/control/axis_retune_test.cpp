@@ -7,7 +7,7 @@
 
 #include "tests/controller/control/ideal_stage.h"
 
-namespace hystcan::controller {
+namespace hystcan::controller::axis_retune_test {
 namespace {
 
 constexpr double steepest_V_per_um = 1.0 / 0.2;  // the flattest branch of the model: 0.2 um/V
@@ -255,4 +255,4 @@ TEST(StartUp, RestoreWithoutASavedMemoryWipes) {
 }
 
 }  // namespace
-}  // namespace hystcan::controller
+}  // namespace hystcan::controller::axis_retune_test

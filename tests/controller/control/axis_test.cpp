@@ -11,7 +11,7 @@
 #include "tests/controller/control/ideal_stage.h"
 #include "tests/support/piezo.h"
 
-namespace hystcan::controller {
+namespace hystcan::controller::axis_test {
 namespace {
 
 AxisConfig excited_piezo(const Excitation::Config& excitation) {
@@ -335,4 +335,4 @@ TEST(AxisInOpenLoop, RampsDownAtAStopInTheMiddleOfTheExcitation) {
 }
 
 }  // namespace
-}  // namespace hystcan::controller
+}  // namespace hystcan::controller::axis_test

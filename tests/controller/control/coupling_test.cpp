@@ -8,7 +8,7 @@
 #include "controller/control/axis.h"
 #include "tests/support/piezo.h"
 
-namespace hystcan::controller {
+namespace hystcan::controller::coupling_test {
 namespace {
 
 constexpr double cycle_s = 1e-3;
@@ -82,4 +82,4 @@ TEST(Coupling, FeedForwardCompensatesTheMotionOfTheOtherAxis) {
 }
 
 }  // namespace
-}  // namespace hystcan::controller
+}  // namespace hystcan::controller::coupling_test

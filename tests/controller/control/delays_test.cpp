@@ -8,7 +8,7 @@
 
 #include "controller/control/filter.h"
 
-namespace hystcan::controller {
+namespace hystcan::controller::delays_test {
 namespace {
 
 using Complex = std::complex<double>;
@@ -101,4 +101,4 @@ TEST(Delays, SecondOrderDoesNotChangeARamp) {
 }
 
 }  // namespace
-}  // namespace hystcan::controller
+}  // namespace hystcan::controller::delays_test

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <stdexcept>
 
-namespace hystcan::controller {
+namespace hystcan::controller::filter_test {
 namespace {
 
 using Complex = std::complex<double>;
@@ -84,4 +84,4 @@ TEST(Deadband, IsContinuousAndReducesTheErrorByItsWidth) {
 }
 
 }  // namespace
-}  // namespace hystcan::controller
+}  // namespace hystcan::controller::filter_test

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace hystcan::controller {
+namespace hystcan::controller::gate_test {
 namespace {
 
 constexpr Gate::Config gate{.drive_min = -20.0, .drive_max = 120.0, .slew_per_s = 1000.0, .safe_drive = 0.0};
@@ -64,4 +64,4 @@ TEST(Limits, AreNamed) {
 }
 
 }  // namespace
-}  // namespace hystcan::controller
+}  // namespace hystcan::controller::gate_test

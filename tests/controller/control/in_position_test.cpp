@@ -7,7 +7,7 @@
 #include "controller/control/loop.h"
 #include "tests/support/piezo.h"
 
-namespace hystcan::controller {
+namespace hystcan::controller::in_position_test {
 namespace {
 
 /// Tolerance 10 nm, window 20 ms, timeout 100 ms; a cycle is 1 ms.
@@ -137,4 +137,4 @@ TEST(InPositionOfALoop, IsReachedOneWindowAfterTheTransition) {
 }
 
 }  // namespace
-}  // namespace hystcan::controller
+}  // namespace hystcan::controller::in_position_test

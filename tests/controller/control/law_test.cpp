@@ -8,7 +8,7 @@
 #include "model/simplified.h"
 #include "tests/support/piezo.h"
 
-namespace hystcan::controller {
+namespace hystcan::controller::law_test {
 namespace {
 
 constexpr double dt_s = 1e-3;
@@ -122,4 +122,4 @@ TEST(Structure, NamesAreParsedBackToTheirStructure) {
 }
 
 }  // namespace
-}  // namespace hystcan::controller
+}  // namespace hystcan::controller::law_test

@@ -8,7 +8,7 @@
 #include "controller/control/law.h"
 #include "tests/support/piezo.h"
 
-namespace hystcan::controller {
+namespace hystcan::controller::retune_test {
 namespace {
 
 constexpr double dt_s = 1e-3;
@@ -195,4 +195,4 @@ TEST(Notch, AllowsAntiWindupOfASaturationBehindIt) {
 }
 
 }  // namespace
-}  // namespace hystcan::controller
+}  // namespace hystcan::controller::retune_test

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace hystcan::controller {
+namespace hystcan::controller::statistics_test {
 namespace {
 
 AxisReport report(double error_um, double shape_time_s, bool in_transition = false) {
@@ -35,4 +35,4 @@ TEST(TrackingStatistics, CountsOnlyTheSettledSamplesOfASegment) {
 TEST(ErrorStatistics, AreZeroWithoutSamples) { EXPECT_EQ(ErrorStatistics{}.rms_um(), 0.0); }
 
 }  // namespace
-}  // namespace hystcan::controller
+}  // namespace hystcan::controller::statistics_test

@@ -5,7 +5,7 @@
 #include "controller/control/following_error.h"
 #include "controller/control/gate.h"
 
-namespace hystcan::controller {
+namespace hystcan::controller::supervisor_test {
 namespace {
 
 constexpr double cycle_s = 1e-3;
@@ -174,4 +174,4 @@ TEST(FollowingError, TripsOnlyAfterTheConfiguredCyclesInARow) {
 }
 
 }  // namespace
-}  // namespace hystcan::controller
+}  // namespace hystcan::controller::supervisor_test

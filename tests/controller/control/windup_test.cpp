@@ -8,7 +8,7 @@
 #include "controller/control/law.h"
 #include "tests/support/piezo.h"
 
-namespace hystcan::controller {
+namespace hystcan::controller::windup_test {
 namespace {
 
 constexpr double dt_s = 1e-3;
@@ -181,4 +181,4 @@ TEST(Windup, ASlewLimitedStepArrivesWithoutATailOfTheIntegral) {
 }
 
 }  // namespace
-}  // namespace hystcan::controller
+}  // namespace hystcan::controller::windup_test

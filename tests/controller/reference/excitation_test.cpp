@@ -8,7 +8,7 @@
 #include <numbers>
 #include <stdexcept>
 
-namespace hystcan::controller {
+namespace hystcan::controller::excitation_test {
 namespace {
 
 /// The drive of every cycle, from before the beginning to after the end.
@@ -146,4 +146,4 @@ TEST(Excitation, RefusesNumbersThatDescribeNoDrive) {
 }
 
 }  // namespace
-}  // namespace hystcan::controller
+}  // namespace hystcan::controller::excitation_test

@@ -9,7 +9,7 @@
 #include "controller/reference/trajectory.h"
 #include "tests/support/count_allocations.h"
 
-namespace hystcan::controller {
+namespace hystcan::controller::live_goal_test {
 namespace {
 
 double drawn(double lo, double hi) { return lo + (hi - lo) * *rc::gen::inRange(0, 1'000'001) / 1e6; }
@@ -185,4 +185,4 @@ TEST(Trajectory, AllocatesNothingAfterItsConstruction) {
 }
 
 }  // namespace
-}  // namespace hystcan::controller
+}  // namespace hystcan::controller::live_goal_test

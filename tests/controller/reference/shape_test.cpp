@@ -11,7 +11,7 @@
 
 #include "controller/reference/motion_bounds.h"
 
-namespace hystcan::controller {
+namespace hystcan::controller::shape_test {
 namespace {
 
 MultiSine ten_tones() {
@@ -234,4 +234,4 @@ TEST(MonotoneCubic, RefusesPointsOutOfOrder) {
 }
 
 }  // namespace
-}  // namespace hystcan::controller
+}  // namespace hystcan::controller::shape_test

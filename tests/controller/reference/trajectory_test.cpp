@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace hystcan::controller {
+namespace hystcan::controller::trajectory_test {
 namespace {
 
 TEST(Triangle, GoesUpAndBackDownWithinEachCycle) {
@@ -79,4 +79,4 @@ TEST(SmoothStep, HasNoVelocityAtItsEnds) {
 }
 
 }  // namespace
-}  // namespace hystcan::controller
+}  // namespace hystcan::controller::trajectory_test

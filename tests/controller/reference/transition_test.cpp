@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace hystcan::controller {
+namespace hystcan::controller::transition_test {
 namespace {
 
 double drawn(double lo, double hi) { return lo + (hi - lo) * *rc::gen::inRange(0, 1'000'001) / 1e6; }
@@ -107,4 +107,4 @@ TEST(Transition, FromBeyondTheLimitsIsLetDownWithoutGoingFaster) {
 }
 
 }  // namespace
-}  // namespace hystcan::controller
+}  // namespace hystcan::controller::transition_test
