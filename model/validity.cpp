@@ -251,15 +251,15 @@ std::string remedy(const HysteresisParameters& parameters, Direction direction) 
   const std::string in_use = message_of(name_of_k(direction), " = ", k, " 1/", parameters.input_unit);
   const auto allowed = allowed_k(parameters, direction);
   if (allowed && k > allowed->hi)
-    return message_of(in_use, " is too large, at most ", allowed->hi, " will do");
+    return message_of(in_use, " is too large, at most ", allowed->hi, " is valid");
   if (allowed && k < allowed->lo)
-    return message_of(in_use, " is too small, at least ", allowed->lo, " will do");
+    return message_of(in_use, " is too small, at least ", allowed->lo, " is valid");
   const auto scaled = [&](double factor) { return with_both_k_times(parameters, factor); };
   if (k <= 0.0 || find_decreasing_branch(scaled(0.0)))
-    return message_of(in_use, " is not the cause, but the curves' width at that place");
+    return message_of(in_use, " is not the cause; the curves are too far apart at that place");
   const HysteresisParameters good = scaled(last_good(scaled, 0.0, 1.0));
   return message_of(in_use, " is too large together with ", name_of_k(opposite(direction)), ", ",
-                    good.k_ascending, " ascending and ", good.k_descending, " descending will do");
+                    good.k_ascending, " ascending and ", good.k_descending, " descending are valid");
 }
 
 }  // namespace

@@ -138,7 +138,7 @@ TEST_F(PiezoStage, MoreOrdersFitNoWorse) {
 TEST_F(PiezoStage, RisingAmplitudesArePredictedFromEverySecondCycle) {
   if (!load({"piezo_stage_rising_20hz"})) GTEST_SKIP() << no_record();
   const Dataset& dataset = datasets[0];
-  const Folds folds = deal_into_folds(datasets, {-90.0, 90.0});
+  const Folds folds = assign_folds(datasets, {-90.0, 90.0});
   IdentifyOptions options;
   options.unseen.emplace_back();
   Mask seen, unseen;
@@ -304,7 +304,7 @@ TEST(LargeRecord, AMillionSamplesOfWhiteNoiseAreRefused) {
     identify({dataset}, {});
     ADD_FAILURE() << "a model of noise";
   } catch (const std::invalid_argument& error) {
-    EXPECT_NE(std::string(error.what()).find("it does not follow the input"), std::string::npos)
+    EXPECT_NE(std::string(error.what()).find("the output does not follow the input"), std::string::npos)
         << error.what();
   }
   std::printf("a million samples of noise: refused after %.1f s of processor time\n",

@@ -26,7 +26,7 @@ void expect_refused(const std::vector<Dataset>& datasets, const IdentifyOptions&
   }
 }
 
-TEST(IdentifyRefuses, NoRecordAtAll) { expect_refused({}, {}, "no record, expected at least one"); }
+TEST(IdentifyRefuses, NoRecordAtAll) { expect_refused({}, {}, "no dataset, expected at least one"); }
 
 TEST(IdentifyRefuses, TenSamples) {
   Dataset dataset = sound();
@@ -37,19 +37,19 @@ TEST(IdentifyRefuses, TenSamples) {
 TEST(IdentifyRefuses, AConstantInput) {
   Dataset dataset = sound();
   std::ranges::fill(dataset.input, 7.0);
-  expect_refused({dataset}, {}, "the input is constant at 7, expected one that moves");
+  expect_refused({dataset}, {}, "the input is constant at 7, expected an input that moves");
 }
 
 TEST(IdentifyRefuses, AConstantOutput) {
   Dataset dataset = sound();
   std::ranges::fill(dataset.output, -3.0);
-  expect_refused({dataset}, {}, "the output is constant at -3, expected one that follows the input");
+  expect_refused({dataset}, {}, "the output is constant at -3, expected an output that follows the input");
 }
 
 TEST(IdentifyRefuses, AnOutputThatFallsWhereTheInputRises) {
   Dataset dataset = sound();
   for (double& x : dataset.output) x = -x;
-  expect_refused({dataset}, {}, "the output falls where the input rises");
+  expect_refused({dataset}, {}, "the output falls when the input rises");
 }
 
 TEST(IdentifyRefuses, InputAndOutputInterchanged) {
@@ -82,9 +82,9 @@ TEST(IdentifyRefuses, AnOrderThatTheSamplesCannotTell) {
 TEST(IdentifyRefuses, WhatIsUnseenWhereItIsNotToldOfEverySample) {
   IdentifyOptions options;
   options.unseen.assign(1, std::vector<bool>(7, false));
-  expect_refused({sound()}, options, "seen or not is told of 7 samples, expected ");
+  expect_refused({sound()}, options, "unseen flags of 7 samples, expected ");
   options.unseen.assign(2, std::vector<bool>(sound().size(), false));
-  expect_refused({sound()}, options, "seen or not is told of 2 records, expected 1");
+  expect_refused({sound()}, options, "unseen flags of 2 datasets, expected 1");
   options.unseen.assign(1, std::vector<bool>(sound().size(), true));
   expect_refused({sound()}, options, "0 samples, expected at least 20");
 }

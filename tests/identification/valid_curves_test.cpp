@@ -59,7 +59,7 @@ TEST(ValidCurves, AlwaysMakeAModelThatIsAccepted) {
       const Pace pace{k / range.span(), (random() % 2 == 0 ? k : 0.3 * k) / range.span()};
       const NormalEquations system = system_of(dataset, range, order, pace);
       const ValidCurves::Solution solution = curves.solve(system, range, pace, 10.0, range.span());
-      ASSERT_TRUE(solution.valid) << "order " << order << ", k " << k << ", wrong " << solution.wrong;
+      ASSERT_TRUE(solution.valid) << "order " << order << ", k " << k << ", violation " << solution.violation;
       EXPECT_NO_THROW(Hysteresis(parameters_of(solution.theta, range, pace)))
           << "order " << order << ", k " << k;
       const Eigen::VectorXd free = system.H.completeOrthogonalDecomposition().solve(system.g);
@@ -94,7 +94,7 @@ TEST(ValidCurves, SayHowFarFromValidASystemWasLeft) {
   const Pace pace{1e4, 1e4};  // far beyond what any loop of some width allows
   const NormalEquations system = system_of(dataset, {-1.0, 4.0}, 3, pace);
   const auto solution = curves.solve(system, {-1.0, 4.0}, pace, 10.0, 5.0);
-  EXPECT_EQ(solution.valid, solution.wrong == 0.0);
+  EXPECT_EQ(solution.valid, solution.violation == 0.0);
   EXPECT_TRUE(solution.theta.allFinite());
 }
 

@@ -176,7 +176,7 @@ TEST(AllowedK, IsNoneWhereTheCurvesAloneMakeABranchDecrease) {
   HysteresisParameters p = linear_model(0.0);
   p.ascending = curve({0.0, 0.0, 90e-4, -60e-6});
   p.descending = curve({10.0, 0.0, 60e-4, -40e-6});
-  EXPECT_NE(complaint(p).find("the curves' width"), std::string::npos) << complaint(p);
+  EXPECT_NE(complaint(p).find("the curves are too far apart"), std::string::npos) << complaint(p);
   EXPECT_FALSE(allowed_k(p, Direction::ascending));
 }
 
