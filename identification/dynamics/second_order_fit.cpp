@@ -329,7 +329,7 @@ void check_determined(const SecondOrderFit& fit, const Point& point, const Box& 
   if (at_the_edge || !is_determined(fit.natural_frequency_Hz, 1.5) || !is_determined(fit.damping_ratio, 5.0))
     refuse("natural frequency is anywhere from ", range_of(fit.natural_frequency_Hz),
            " Hz and damping ratio from ", range_of(fit.damping_ratio),
-           "; expected a dataset that shows them: excite more near the resonance, longer, or sample faster;",
+           ", expected a dataset that shows them: excite more near the resonance, longer, or sample faster;",
            " this dataset shows only a lag");
   if (fit.delay_s.hi < 0.0)
     refuse("delay is ", in_three_digits(fit.delay_s.value),

@@ -127,7 +127,7 @@ TEST_F(PiezoStage, RisingAmplitudesAreFittedToAQuarterPercent) {
 
 // Curves of a higher order hold those of a lower one: what they cannot fit better they fit as well, also
 // where many branches are at the edge of going the wrong way.
-TEST_F(PiezoStage, MoreOrdersFitNoWorse) {
+TEST_F(PiezoStage, AHigherOrderHasASmallerError) {
   if (!load({"piezo_stage_rising_20hz"})) GTEST_SKIP() << no_record();
   IdentifyOptions options;
   options.order = 16;
@@ -153,7 +153,7 @@ TEST_F(PiezoStage, RisingAmplitudesArePredictedFromEverySecondCycle) {
   EXPECT_LE(ours.rms, 0.35);
 }
 
-TEST_F(PiezoStage, GrowingAmplitudesFromAnUnknownPastAreFitted) {
+TEST_F(PiezoStage, GrowingAmplitudesWithAnUnknownHistoryAreFitted) {
   if (!load({"piezo_stage_growing5hz_tri100_1"})) GTEST_SKIP() << no_record();
   ErrorNorms ours;
   fitted_beside_plays("growing 5 Hz, fitted", datasets[0], ours);
@@ -254,7 +254,7 @@ TEST_F(Quadrupole, TwoRunsAreFittedTogetherAndPredictTheOthers) {
 class ShapeMemoryWing : public MeasuredRecord {};
 
 // Report only: the branches of shape memory converge in another way than exponentially.
-TEST_F(ShapeMemoryWing, ReversalCurvesThatWereNotSeenArePredictedSomehow) {
+TEST_F(ShapeMemoryWing, UnseenReversalCurvesArePredictedWithAFiniteError) {
   if (!load({"sma_wing_forc_E"})) GTEST_SKIP() << no_record();
   const Dataset& dataset = datasets[0];
   const auto [lo, hi] = std::ranges::minmax(dataset.input);
@@ -281,7 +281,7 @@ TEST_F(ShapeMemoryWing, ReversalCurvesThatWereNotSeenArePredictedSomehow) {
   EXPECT_TRUE(std::isfinite(on_unseen.rms));
 }
 
-TEST(LargeRecord, AHundredThousandSamplesAreFittedAsWellAsAFewThousand) {
+TEST(LargeDataset, AHundredThousandSamplesAreFittedAsWellAsAFewThousand) {
   const Hysteresis truth(model::piezo_model());
   const Dataset dataset = record_of(truth, 6200.0);
   ASSERT_GE(dataset.size(), 100'000U);
@@ -290,7 +290,7 @@ TEST(LargeRecord, AHundredThousandSamplesAreFittedAsWellAsAFewThousand) {
   EXPECT_NEAR(found.parameters.k_ascending, 0.05, 0.005);
 }
 
-TEST(LargeRecord, AMillionSamplesOfWhiteNoiseAreRefused) {
+TEST(LargeDataset, AMillionSamplesOfWhiteNoiseAreRefused) {
   std::mt19937_64 random(12);
   std::normal_distribution<double> noise;
   Dataset dataset{"V", "um", {}, {}, {}};

@@ -26,7 +26,7 @@ void expect_refused(const std::vector<Dataset>& datasets, const IdentifyOptions&
   }
 }
 
-TEST(IdentifyRefuses, NoRecordAtAll) { expect_refused({}, {}, "no dataset, expected at least one"); }
+TEST(IdentifyRefuses, AnEmptyListOfDatasets) { expect_refused({}, {}, "no dataset, expected at least one"); }
 
 TEST(IdentifyRefuses, TenSamples) {
   Dataset dataset = sound();
@@ -46,7 +46,7 @@ TEST(IdentifyRefuses, AConstantOutput) {
   expect_refused({dataset}, {}, "the output is constant at -3, expected an output that follows the input");
 }
 
-TEST(IdentifyRefuses, AnOutputThatFallsWhereTheInputRises) {
+TEST(IdentifyRefuses, AnOutputThatFallsWhenTheInputRises) {
   Dataset dataset = sound();
   for (double& x : dataset.output) x = -x;
   expect_refused({dataset}, {}, "the output falls when the input rises");
@@ -64,7 +64,7 @@ TEST(IdentifyRefuses, AnOutputThatDoesNotFollowTheInput) {
   expect_refused({with_noise(dataset, 1.0, 3)}, {}, "the output ");
 }
 
-TEST(IdentifyRefuses, AnOrderThatTheSamplesCannotTell) {
+TEST(IdentifyRefuses, AnOrderThatIsTooHighForTheSamples) {
   Dataset dataset = record_of(model::Hysteresis(model::piezo_model()), 1.0);
   ASSERT_GE(dataset.size(), 20U);
   ASSERT_LT(dataset.size(), 50U);
@@ -79,7 +79,7 @@ TEST(IdentifyRefuses, AnOrderThatTheSamplesCannotTell) {
   }
 }
 
-TEST(IdentifyRefuses, WhatIsUnseenWhereItIsNotToldOfEverySample) {
+TEST(IdentifyRefuses, UnseenFlagsThatDoNotMatchTheSamples) {
   IdentifyOptions options;
   options.unseen.assign(1, std::vector<bool>(7, false));
   expect_refused({sound()}, options, "unseen flags of 7 samples, expected ");
@@ -89,7 +89,7 @@ TEST(IdentifyRefuses, WhatIsUnseenWhereItIsNotToldOfEverySample) {
   expect_refused({sound()}, options, "0 samples, expected at least 20");
 }
 
-TEST(IdentifyRefuses, TheSecondRecordWhereThatIsTheHopelessOne) {
+TEST(IdentifyRefuses, ASecondDatasetThatCannotBeIdentified) {
   Dataset dataset = sound();
   std::ranges::fill(dataset.output, 1.0);
   expect_refused({sound(), dataset}, {}, "the output is constant");

@@ -78,7 +78,7 @@ ErrorNorms against(const Identified& found, const Dataset& truth, std::size_t da
   return {misses.rms * percent, misses.max * percent};
 }
 
-TEST(Identify, RecoversAPiezosCurvesAndPaceFromARecordWithoutNoise) {
+TEST(Identify, RecoversTheCurvesAndKOfAPiezoFromADatasetWithoutNoise) {
   const Hysteresis truth(piezo_model());
   const Dataset dataset = record_of(truth, piezo_steps);
   ASSERT_GE(dataset.size(), 5000U);
@@ -92,7 +92,7 @@ TEST(Identify, RecoversAPiezosCurvesAndPaceFromARecordWithoutNoise) {
   EXPECT_EQ(found.parameters.input_unit, "V");
 }
 
-TEST(Identify, RecoversAGalfenolButterflyFromARecordWithoutNoise) {
+TEST(Identify, RecoversAGalfenolButterflyFromADatasetWithoutNoise) {
   const Hysteresis truth(galfenol_model());
   const Dataset dataset = galfenol_record(truth);
   ASSERT_GE(dataset.size(), 5000U);
@@ -108,7 +108,7 @@ TEST(Identify, RecoversAGalfenolButterflyFromARecordWithoutNoise) {
 
 // The paper's figures are errors against data; its Galfenol model misses by 0.84 % at most and 0.22 % RMS,
 // its piezo model by 0.45 % and 0.13 %. A normal deviation of 0.1 % reaches 0.37 % once in 5000 samples.
-TEST(Identify, BeatsThePapersFiguresOnAPiezoRecordWithNoise) {
+TEST(Identify, HasSmallerErrorsThanThePaperOnANoisyPiezoDataset) {
   const Dataset truth = record_of(Hysteresis(piezo_model()), piezo_steps);
   const Identified found = identify({with_noise(truth, 1e-3 * span_of(truth.output), 1)}, {});
   report(found);
@@ -121,7 +121,7 @@ TEST(Identify, BeatsThePapersFiguresOnAPiezoRecordWithNoise) {
   EXPECT_LE(found.search.order, 5);
 }
 
-TEST(Identify, BeatsThePapersFiguresOnAGalfenolRecordWithNoise) {
+TEST(Identify, HasSmallerErrorsThanThePaperOnANoisyGalfenolDataset) {
   const Dataset truth = galfenol_record(Hysteresis(galfenol_model()));
   const Identified found = identify({with_noise(truth, 1e-3 * span_of(truth.output), 2)}, {});
   report(found);
@@ -133,7 +133,7 @@ TEST(Identify, BeatsThePapersFiguresOnAGalfenolRecordWithNoise) {
   EXPECT_LT(against(found, truth).rms, 0.1);
 }
 
-TEST(Identify, CopesWithAnUnknownPast) {
+TEST(Identify, FindsTheModelFromADatasetWithAnUnknownHistory) {
   const Hysteresis truth(piezo_model());
   const model::Interval range = truth.input_range();
   model::HysteresisState state = truth.at_lower_threshold();
@@ -167,7 +167,7 @@ TEST(Identify, FindsADelayToATenthOfASample) {
   EXPECT_NEAR(found.delay_s, 1.7e-3, 1e-4);
 }
 
-TEST(Identify, TakesTwoRecordsForOneModel) {
+TEST(Identify, FitsOneModelToTwoDatasets) {
   const Hysteresis truth(piezo_model());
   const model::Interval range = truth.input_range();
   const auto part_of = [&](const std::vector<double>& parts) {
@@ -185,7 +185,7 @@ TEST(Identify, TakesTwoRecordsForOneModel) {
   EXPECT_NEAR(found.parameters.k_ascending, 0.05, 1e-3 * 0.05);
 }
 
-TEST(Identify, KeepsToTheOrderAskedFor) {
+TEST(Identify, UsesTheRequestedOrder) {
   const Dataset dataset = record_of(Hysteresis(piezo_model()), 60.0);
   for (const int order : {1, 2, 7}) {
     IdentifyOptions options;
@@ -197,7 +197,7 @@ TEST(Identify, KeepsToTheOrderAskedFor) {
   }
 }
 
-TEST(Identify, KeepsTheThresholdsAtTheInputsSeenWhereAsked) {
+TEST(Identify, KeepsTheThresholdsAtTheObservedInputsOnRequest) {
   const Hysteresis truth(piezo_model());
   std::vector<double> points = loops_and_reversal_curves();
   for (double& part : points) part = 0.2 + 0.5 * part;  // far from both thresholds
@@ -215,7 +215,7 @@ TEST(Identify, KeepsTheThresholdsAtTheInputsSeenWhereAsked) {
   EXPECT_LT(rms_percent(found), 0.5);
 }
 
-TEST(Identify, DoesNotSeeTheOutputOfUnseenSamples) {
+TEST(Identify, IgnoresTheOutputOfUnseenSamples) {
   const Dataset dataset = record_of(Hysteresis(piezo_model()), 60.0);
   IdentifyOptions options;
   options.unseen.assign(1, std::vector<bool>(dataset.size(), false));
@@ -236,7 +236,7 @@ TEST(Identify, DoesNotSeeTheOutputOfUnseenSamples) {
   EXPECT_EQ(found.delay_s, from_spoilt.delay_s);
 }
 
-TEST(Identify, StopsEarlyWithAModelThatHoldsUp) {
+TEST(Identify, ReturnsAValidModelWhenItIsStoppedEarly) {
   const Dataset dataset = record_of(Hysteresis(piezo_model()), 60.0);
   for (const int allowed : {0, 1, 10, 100}) {
     IdentifyOptions options;
@@ -249,7 +249,7 @@ TEST(Identify, StopsEarlyWithAModelThatHoldsUp) {
   }
 }
 
-TEST(Identify, SaysTheSameEveryTime) {
+TEST(Identify, ReturnsTheSameResultEveryTime) {
   const Dataset dataset = with_noise(record_of(Hysteresis(piezo_model()), 60.0), 0.05, 9);
   const Identified once = identify({dataset}, {}), again = identify({dataset}, {});
   EXPECT_EQ(once.parameters.ascending.chebyshev_coefficients(),
@@ -258,7 +258,7 @@ TEST(Identify, SaysTheSameEveryTime) {
 }
 
 // Congruent minor loops, which the recursion's are not; weights spread unevenly, as a material's are.
-TEST(Identify, ComesNearAPreisachTruth) {
+TEST(Identify, ApproximatesAPreisachTruth) {
   constexpr std::size_t levels = 20;
   std::vector<double> weights;
   for (std::size_t i = 0; i < levels; ++i)
@@ -276,7 +276,7 @@ TEST(Identify, ComesNearAPreisachTruth) {
 
 // dz = (A - (beta sgn(dv z) + gamma) |z|) dv,  x = c v - z: integrated in substeps of a hundredth of a
 // sample's.
-TEST(Identify, ComesNearABoucWenTruth) {
+TEST(Identify, ApproximatesABoucWenTruth) {
   constexpr double A = 0.05, beta = 0.012, gamma = -0.004, gain = 0.3;
   Dataset dataset{"V", "um", {}, {}, {}};
   std::vector<double> points = in_range(loops_and_reversal_curves(), {0.0, 100.0});

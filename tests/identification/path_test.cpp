@@ -27,7 +27,7 @@ Origin any_origin() {
   return *rc::gen::element(Origin::virgin, Origin::lower_threshold, Origin::upper_threshold);
 }
 
-TEST(Path, GivesTheOutputsOfTheModelsOwnMemory) {
+TEST(Path, GivesTheSameOutputsAsTheModel) {
   EXPECT_TRUE(rc::check("rows times theta equal advance", [] {
     const Hysteresis model(model::RandomModel::draw());
     const Origin origin = any_origin();
@@ -42,7 +42,7 @@ TEST(Path, GivesTheOutputsOfTheModelsOwnMemory) {
   }));
 }
 
-TEST(Path, MeetsBothThresholdsAndBeginsAnewThere) {
+TEST(Path, StartsANewBranchAtEachThreshold) {
   EXPECT_TRUE(rc::check("a walk that goes to either end now and then", [] {
     const Hysteresis model(model::RandomModel::draw());
     const model::Interval range = model.input_range();
@@ -67,7 +67,7 @@ TEST(Path, MeetsBothThresholdsAndBeginsAnewThere) {
   }));
 }
 
-TEST(Path, TakesAPrehistoryAsSamplesThatAreNotSeen) {
+TEST(Path, GivesTheSameBranchesForAPrehistoryAsForSamples) {
   EXPECT_TRUE(rc::check("the same branches, whether the beginning is seen or not", [] {
     const model::Interval range{0.0, 10.0};
     const std::vector<double> walk = model::random_walk(range, 40);

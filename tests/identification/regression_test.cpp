@@ -68,7 +68,7 @@ TEST(Regression, SumsTheRowsOfItsSamples) {
   }
 }
 
-TEST(Regression, FoldsAddUpToTheWhole) {
+TEST(Regression, SumOfTheFoldsEqualsTheWhole) {
   const Case made(2);
   Case whole = made;
   for (int& part : whole.fold) part = std::min(part, 0);
@@ -80,7 +80,7 @@ TEST(Regression, FoldsAddUpToTheWhole) {
   expect_same(sum, without += made.explicitly(1, pace));
 }
 
-TEST(Regression, DoesNotSeeASampleThatIsLeftOut) {
+TEST(Regression, IgnoresTheOutputOfALeftOutSample) {
   const Case made(3);
   Case spoilt = made;
   for (std::size_t i = 0; i < spoilt.output.size(); ++i)
@@ -93,7 +93,7 @@ TEST(Regression, DoesNotSeeASampleThatIsLeftOut) {
   }
 }
 
-TEST(Regression, AddsToWhatAnotherRecordGave) {
+TEST(Regression, AddsToTheSumsOfAnotherDataset) {
   const Case made(4);
   const Regression regression(made.path, range, order, made.input, made.output, made.fold, 3);
   std::vector<NormalEquations> twice = made.summed(pace);
@@ -102,7 +102,7 @@ TEST(Regression, AddsToWhatAnotherRecordGave) {
   expect_same(twice[1], once += made.summed(pace)[1]);
 }
 
-TEST(NormalEquations, TellTheSumOfSquaresOfAnyTheta) {
+TEST(NormalEquations, GiveTheSumOfSquaresForEveryTheta) {
   const Case made(5);
   const NormalEquations system = made.summed(pace)[0];
   const Rows rows(made.path, range, order, pace);

@@ -48,7 +48,7 @@ Dataset random_record(std::mt19937_64& random) {
   return dataset;
 }
 
-TEST(ValidCurves, AlwaysMakeAModelThatIsAccepted) {
+TEST(ValidCurves, AlwaysGiveAModelThatIsAccepted) {
   std::mt19937_64 random(20);
   int bent = 0;
   for (int order = 1; order <= 10; ++order) {
@@ -69,7 +69,7 @@ TEST(ValidCurves, AlwaysMakeAModelThatIsAccepted) {
   EXPECT_GE(bent, 35);  // of 70: the bounds are put to the test
 }
 
-TEST(ValidCurves, LeaveABestThatIsValidAlone) {
+TEST(ValidCurves, KeepTheBestSolutionIfItIsValid) {
   for (const auto& truth : {model::piezo_model(), model::galfenol_model()}) {
     const Hysteresis model(truth);
     const int order = (static_cast<int>(theta_of(truth).size()) - 1) / 2;
@@ -87,7 +87,7 @@ TEST(ValidCurves, LeaveABestThatIsValidAlone) {
   }
 }
 
-TEST(ValidCurves, SayHowFarFromValidASystemWasLeft) {
+TEST(ValidCurves, ReportAViolationOfZeroOnlyIfTheSolutionIsValid) {
   std::mt19937_64 random(7);
   ValidCurves curves(3, 50);
   const Dataset dataset = random_record(random);

@@ -107,7 +107,7 @@ TEST(AverageModel, FindsAPolynomial) {
   EXPECT_GT(made.worst(fit_average(made.samples(), 2)), 1e-3);
 }
 
-TEST(LinearMappingFit, FindsItsOwnCurvesFromOthersNearby) {
+TEST(LinearMappingFit, FindsTheTrueCurvesFromNearbyStartCurves) {
   const model::LinearMapping truth(curves(0.0));
   for (const auto& state :
        {truth.at_lower_threshold(), truth.at_upper_threshold(), truth.virgin(swings().front())}) {
@@ -117,7 +117,7 @@ TEST(LinearMappingFit, FindsItsOwnCurvesFromOthersNearby) {
   }
 }
 
-TEST(LinearMappingFit, FoldsTheInputWhereTheModelIsEven) {
+TEST(LinearMappingFit, FoldsTheInputIfSymmetryIsEven) {
   model::HysteresisParameters even = curves(0.0), start = curves(0.02);
   even.symmetry = start.symmetry = model::Symmetry::even;
   const model::LinearMapping truth(even);
@@ -127,7 +127,7 @@ TEST(LinearMappingFit, FoldsTheInputWhereTheModelIsEven) {
   EXPECT_LT(made.worst(fit_linear_mapping(made.samples(), start)), 1e-12);  // rounding
 }
 
-TEST(LinearMappingFit, StaysValidWhereTheRecordAsksForCurvesThatCross) {
+TEST(LinearMappingFit, StaysValidIfTheDatasetNeedsCurvesThatCross) {
   Case made = case_of_plays();
   for (std::size_t n = 0; n < made.input.size(); ++n) made.output[n] = 2.0 * made.input[n] - made.output[n];
   const BaselineModel baseline =
@@ -135,7 +135,7 @@ TEST(LinearMappingFit, StaysValidWhereTheRecordAsksForCurvesThatCross) {
   EXPECT_LT(made.worst(baseline), 0.25);
 }
 
-TEST(PrandtlIshlinskiiFit, FindsItsOwnWeightsAfterAnyOfTheHistories) {
+TEST(PrandtlIshlinskiiFit, FindsTheTrueWeightsAfterEachOfTheHistories) {
   std::vector<model::PlayState> starts{plays().virgin(swings().front()), plays().virgin(0.0),
                                        plays().virgin(0.0)};
   for (const double v : {100.0, 0.0}) plays().advance(starts[1], v);
@@ -146,7 +146,7 @@ TEST(PrandtlIshlinskiiFit, FindsItsOwnWeightsAfterAnyOfTheHistories) {
   }
 }
 
-TEST(PrandtlIshlinskiiFit, TakesTheGivenPrehistoryWhereItIsBest) {
+TEST(PrandtlIshlinskiiFit, UsesTheGivenPrehistoryIfItFitsBest) {
   model::PlayState state = plays().virgin(0.0);
   const Numbers before{0.0, 80.0, 10.0, 60.0, 30.0};
   for (const double v : before) plays().advance(state, v);
@@ -156,7 +156,7 @@ TEST(PrandtlIshlinskiiFit, TakesTheGivenPrehistoryWhereItIsBest) {
   EXPECT_LT(made.worst(fit_prandtl_ishlinskii(made.samples(), 9)), 1e-8 * without);
 }
 
-TEST(PrandtlIshlinskiiFit, FindsTheInitialPlaysWhereTheyAreFree) {
+TEST(PrandtlIshlinskiiFit, FindsTheInitialPlaysIfTheyAreFree) {
   model::PlayState state = plays().virgin(0.0);
   for (const double v : {80.0, 10.0, 60.0, 30.0}) plays().advance(state, v);
   const Case made(plays(), state);
@@ -165,13 +165,13 @@ TEST(PrandtlIshlinskiiFit, FindsTheInitialPlaysWhereTheyAreFree) {
   EXPECT_GT(made.worst(fit_prandtl_ishlinskii(samples, 9)), 1e-3);
 }
 
-TEST(PreisachFit, FindsItsOwnWeights) {
+TEST(PreisachFit, FindsTheTrueWeights) {
   const Case made = case_of_relays();
   EXPECT_LT(made.worst(fit_preisach(made.samples(), 4)), 1e-11);
   EXPECT_GT(made.worst(fit_preisach(made.samples(), 3)), 1e-3);
 }
 
-TEST(Rivals, AreWorseOnATruthOfAnotherClass) {
+TEST(Baselines, HaveLargerErrorsOnATruthOfAnotherClass) {
   const Case recursion = case_of_recursion();
   for (const auto& fit : every_fit()) EXPECT_GT(recursion.worst(fit(recursion.samples())), 1e-4);
   const Case made = case_of_relays();
@@ -179,7 +179,7 @@ TEST(Rivals, AreWorseOnATruthOfAnotherClass) {
   EXPECT_GT(made.worst(fit_average(made.samples(), 9)), 1e-2);
 }
 
-TEST(Rivals, IgnoreSamplesOfWeightZeroButRememberTheirInput) {
+TEST(Baselines, IgnoreSamplesOfWeightZeroButRememberTheirInput) {
   Case made = case_of_recursion();
   for (std::size_t n = 500; n < 1500; ++n) made.weight[n] = 0.0;
   Case spoilt = made;
@@ -188,7 +188,7 @@ TEST(Rivals, IgnoreSamplesOfWeightZeroButRememberTheirInput) {
     EXPECT_EQ(fit(made.samples()).prediction, fit(spoilt.samples()).prediction);
 }
 
-TEST(Rivals, CountTheNumbersThatAreFitted) {
+TEST(Baselines, CountTheFittedNumbers) {
   const Case made = case_of_recursion();
   const std::vector<BaselineModel> all = fit_baselines(made.samples(), curves(0.0));
   ASSERT_EQ(all.size(), 6U);
@@ -200,7 +200,7 @@ TEST(Rivals, CountTheNumbersThatAreFitted) {
   }
 }
 
-TEST(Rivals, RefuseSamplesThatDoNotFitTogether) {
+TEST(Baselines, RefuseInconsistentSamples) {
   const Case good = case_of_plays();
   for (const auto& fit : every_fit()) {
     Case shorter = good, infinite = good, held_out = good, negative = good;

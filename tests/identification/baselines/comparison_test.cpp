@@ -79,7 +79,7 @@ const Comparison& comparison() {
   return made;
 }
 
-TEST(Comparison, TheModelOfTheTruthBeatsAllOthers) {
+TEST(Comparison, GivesTheModelOfTheTruthTheSmallestErrors) {
   ASSERT_EQ(comparison().rows.size(), 7U);
   const ComparisonRow& own = comparison().rows.front();
   ASSERT_TRUE(own.held_out.has_value());
@@ -93,7 +93,7 @@ TEST(Comparison, TheModelOfTheTruthBeatsAllOthers) {
   }
 }
 
-TEST(Comparison, CountsParametersAndWhatIsHeldOut) {
+TEST(Comparison, CountsParametersAndHeldOutSamples) {
   std::vector<std::size_t> parameters;
   for (const ComparisonRow& row : comparison().rows) parameters.push_back(row.parameters);
   // 2 n + 1 of the curves and two k; n + 1; 2 n + 1; m + 2; m + 2; 2 m + 2; N (N + 1) / 2 + 2
@@ -108,13 +108,13 @@ TEST(Comparison, CountsParametersAndWhatIsHeldOut) {
   EXPECT_EQ(comparison().output_span, identified().output_span);
 }
 
-TEST(Comparison, TheModelItselfIsJudgedAsItWasIdentified) {
+TEST(Comparison, ReportsTheErrorsOfTheIdentification) {
   EXPECT_EQ(comparison().rows.front().fit.rms, identified().overall.rms);
   EXPECT_EQ(comparison().rows.front().fit.max, identified().overall.max);
 }
 
 // A model that had looked at the shifted samples would have moved towards them.
-TEST(Comparison, NoModelSeesWhatIsHeldOut) {
+TEST(Comparison, FitsNoModelToHeldOutSamples) {
   std::vector<Dataset> shifted = datasets();
   const double shift = 0.1 * identified().output_span;
   const auto held_out = held_out_samples(identified().folds);
@@ -129,7 +129,7 @@ TEST(Comparison, NoModelSeesWhatIsHeldOut) {
   }
 }
 
-TEST(Comparison, SaysWhyNothingIsHeldOut) {
+TEST(Comparison, GivesTheReasonIfNothingIsHeldOut) {
   const model::Hysteresis truth(truth_parameters());
   const std::vector<Dataset> one{answered(travelled({0, 100, 0}), truth, truth.at_lower_threshold())};
   const Comparison made = compare(one, identify(one, order_3()), [] { return true; });
@@ -141,7 +141,7 @@ TEST(Comparison, SaysWhyNothingIsHeldOut) {
 
 // Plays that lie on the fit's own thresholds are found to rounding, if every sample of both datasets is met
 // with the right memory.
-TEST(Comparison, RivalsTravelToTheNextRecordsMemory) {
+TEST(Comparison, DrivesTheBaselinesToTheInitialMemoryOfTheNextDataset) {
   const model::PrandtlIshlinskii truth({"V",
                                         "um",
                                         range,
@@ -160,7 +160,7 @@ TEST(Comparison, RivalsTravelToTheNextRecordsMemory) {
   EXPECT_LT(made.rows[3].fit.max, 1e-9 * made.output_span) << made.rows[3].name;
 }
 
-TEST(Comparison, FoldsTheInputsOfAllModelsWhereTheTruthIsEven) {
+TEST(Comparison, FoldsTheInputsOfAllModelsIfTheTruthIsEven) {
   model::HysteresisParameters even = truth_parameters();
   even.symmetry = model::Symmetry::even;
   const model::Hysteresis truth(even);
@@ -172,7 +172,7 @@ TEST(Comparison, FoldsTheInputsOfAllModelsWhereTheTruthIsEven) {
     EXPECT_LT(row.fit.rms, 0.05 * found.output_span) << row.name;  // not folded: 20 % and more
 }
 
-TEST(Comparison, KeepsTheRowsSoFarWhenStopped) {
+TEST(Comparison, KeepsTheFinishedRowsWhenStopped) {
   int left = 2;
   const Comparison made = compare(datasets(), identified(), [&] { return left-- > 0; });
   EXPECT_TRUE(made.stopped);

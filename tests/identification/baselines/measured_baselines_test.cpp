@@ -22,7 +22,7 @@ double rms_percent(const BaselineModel& baseline, const std::vector<double>& out
   return 100.0 * std::sqrt(sum / static_cast<double>(output.size())) / (hi - lo);
 }
 
-TEST(MeasuredPiezoStage, PlaysWithAnAssumedStartMissByAboutOnePercent) {
+TEST(MeasuredPiezoStage, IsFittedByThirtyPlaysWithAnErrorOfAboutOnePercent) {
   const std::filesystem::path file = measured("piezo_stage_rising_20hz");
   if (!std::filesystem::exists(file)) GTEST_SKIP() << "no record " << file << "; set HYSTCAN_DATA";
   Dataset dataset = config::load_dataset(file).dataset;

@@ -19,7 +19,7 @@ double step_response(const model::SecondOrder::Config& mode, double t) {
   return 1.0 - std::exp(-zeta * omega * t) * (std::cos(w * t) + zeta / root * std::sin(w * t));
 }
 
-TEST(HeldMode, AnswersALateStepAsTheClosedForm) {
+TEST(HeldMode, FollowsTheClosedFormOfALateStep) {
   const model::SecondOrder::Config mode{430.0, 0.07};
   const double cycle_s = 1e-3;
   for (const double delay_s : {-0.4e-3, 0.0, 1e-9, 0.3e-3, 1e-3, 2.71e-3}) {
@@ -34,7 +34,7 @@ TEST(HeldMode, AnswersALateStepAsTheClosedForm) {
   }
 }
 
-TEST(HeldMode, RespondsToASineAsItsSteadyStateDoes) {
+TEST(HeldMode, RespondsToASineAccordingToItsFrequencyResponse) {
   const HeldMode held({430.0, 0.07}, 2.71e-3, 1e-3);
   const double theta = 1.1;
   const auto drive = [&](int n) { return std::cos(theta * n); };
@@ -51,7 +51,7 @@ TEST(HeldMode, HasAGainOfOneAtRest) {
 }
 
 // Sampled a hundred times a period, the hold is a delay of half a cycle and the rest is the mode itself.
-TEST(HeldMode, PeaksByOneOverTwiceTheDamping) {
+TEST(HeldMode, HasAPeakOfOneOverTwiceTheDamping) {
   const double frequency_Hz = 100.0, cycle_s = 1e-4;
   for (const double zeta : {0.01, 0.05, 0.2})
     EXPECT_NEAR(
@@ -60,7 +60,7 @@ TEST(HeldMode, PeaksByOneOverTwiceTheDamping) {
         1.0, 2e-3);
 }
 
-TEST(HeldMode, RefusesADelayThatIsNone) {
+TEST(HeldMode, RefusesAnInvalidDelayOrCycle) {
   EXPECT_THROW(HeldMode({430.0, 0.07}, std::nan(""), 1e-3), std::invalid_argument);
   EXPECT_THROW(HeldMode({430.0, 0.07}, 1e9, 1e-3), std::invalid_argument);
   EXPECT_THROW(HeldMode({430.0, 0.07}, 0.0, 0.0), std::invalid_argument);

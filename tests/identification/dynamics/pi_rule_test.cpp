@@ -20,7 +20,7 @@ using Mode = model::SecondOrder::Config;
 const Mode fast{2000.0, 0.7};
 constexpr double cycle_s = 0.01;
 
-TEST(Margins, AreThoseOfAPureIntegratorWithDelay) {
+TEST(Margins, AreExactForAnIntegratorWithDelay) {
   for (const int cycles : {0, 1, 3})
     for (const double ki_per_cycle : {0.05, 0.2, 0.35}) {
       const SampledLoop loop(fast, 0.0, cycle_s, cycles);
@@ -36,14 +36,14 @@ TEST(Margins, AreThoseOfAPureIntegratorWithDelay) {
     }
 }
 
-TEST(Margins, TellTheEdgeOfStability) {
+TEST(Margins, ShowTheLimitOfStability) {
   const SampledLoop loop(fast, 0.0, cycle_s, 1);  // ultimate ki T = 2 sin(pi / 6) = 1
   EXPECT_TRUE(loop.margins({0.0, 0.999 / cycle_s}).stable);
   EXPECT_FALSE(loop.margins({0.0, 1.001 / cycle_s}).stable);
 }
 
 // A resonance far below the sampling rate: its peak is ki / omega / (2 zeta), there at -180 degrees.
-TEST(Margins, SeeTheResonanceAsTheContinuousLoopDoes) {
+TEST(Margins, AgreeWithTheContinuousLoopAtAResonance) {
   const double frequency_Hz = 100.0, zeta = 0.05, short_cycle_s = 1e-6, ki_per_s = 20.0;
   const SampledLoop loop({frequency_Hz, zeta}, 0.0, short_cycle_s, 0);
   const double peak = ki_per_s / (2.0 * pi * frequency_Hz) / (2.0 * zeta);
@@ -79,7 +79,7 @@ Drawn draw(std::mt19937_64& random) {
   return {{20.0 * std::pow(50.0, part(random)), 0.005 * std::pow(300.0, part(random))}, 5e-3 * part(random)};
 }
 
-TEST(SuggestedGains, KeepTheRuleAndSettleForAnyMode) {
+TEST(SuggestedGains, SatisfyTheRuleAndSettleForRandomModes) {
   std::mt19937_64 random(7);
   const double period_s = 1e-3;
   for (int i = 0; i < 60; ++i) {
@@ -105,7 +105,7 @@ TEST(SuggestedGains, KeepTheRuleAndSettleForAnyMode) {
   }
 }
 
-TEST(SuggestedGains, StayStableWhateverTheDelayMakesOfTheResonancesPhase) {
+TEST(SuggestedGains, StayStableForEveryDelay) {
   const Mode mode{120.0, 0.02};
   const PiGains gains = SampledLoop(mode, 0.5e-3, 1e-3).suggest();
   for (int percent = 0; percent <= 300; percent += 10)
@@ -115,7 +115,7 @@ TEST(SuggestedGains, StayStableWhateverTheDelayMakesOfTheResonancesPhase) {
 // The shipped gains, found by hand, are stable with a wide gain margin, but only because the delay turns the
 // resonance, which lies at half the sampling rate, the right way: |L| is above 1 there. The rule does not
 // rely on that, and gives less.
-TEST(SuggestedGains, AreMoreCautiousThanThoseOfTheShippedPiezoStage) {
+TEST(SuggestedGains, AreLowerThanThoseOfTheShippedPiezoStage) {
   const SampledLoop loop({500.0, 0.05}, 0.106e-3, 1e-3);
   const Margins shipped = loop.margins({0.05, 120.0});
   EXPECT_TRUE(shipped.stable);
@@ -128,7 +128,7 @@ TEST(SuggestedGains, AreMoreCautiousThanThoseOfTheShippedPiezoStage) {
   EXPECT_NEAR(loop.margins(gains).peak_beyond_180, 0.5, 0.005);
 }
 
-TEST(SuggestedGains, AskForARuleAndGainsThatAreSome) {
+TEST(SuggestedGains, RequireAValidRuleAndValidGains) {
   const SampledLoop loop({500.0, 0.05}, 0.0, 1e-3);
   EXPECT_THROW(loop.suggest({0.0, 2.0}), std::invalid_argument);
   EXPECT_THROW(loop.suggest({60.0, 1.0}), std::invalid_argument);

@@ -104,7 +104,7 @@ TEST_P(SecondOrderFitOf, IsExactForAChirpWithoutNoise) {
 }
 
 // Rows before the cut are not known to the fit; the drive rests for longer than the delay before it.
-TEST(SecondOrderFit, MayBeginInMotion) {
+TEST(SecondOrderFit, AcceptsADatasetThatBeginsInMotion) {
   const Truth truth{130.0, 0.02, 0.4e-3};
   Dataset dataset = measured(truth, step_train(40), 600);
   for (auto* column : {&dataset.time_s, &dataset.input, &dataset.output})
@@ -114,7 +114,7 @@ TEST(SecondOrderFit, MayBeginInMotion) {
 
 // Two hundred seeds, white noise at 2 % of the step: of 95 % intervals, 200 draws put 88 to 99 % over the
 // truth but for one set in ten thousand.
-TEST(SecondOrderFit, CoversTheTruthAsOftenAsItSays) {
+TEST(SecondOrderFit, CoversTheTruthAsOftenAsItsIntervalsState) {
   const Truth truth{210.0, 0.06, 0.35e-3};
   const Dataset exact = measured(truth, step_train(60), 260);
   int frequency = 0, damping = 0, delay = 0, gain = 0;
@@ -180,7 +180,7 @@ TEST(SecondOrderFit, IsExactForAStepTrainBehindHysteresis) {
 }
 
 // 1 / (2 pi 1500 Hz) = 0.106 ms. A lag is not quite a delay: its corner is three times the resonance.
-TEST(SecondOrderFit, SeesAnAmplifiersLagAsDelay) {
+TEST(SecondOrderFit, ReportsTheLagOfAnAmplifierAsDelay) {
   const int fine = 50, rows = 600;
   const model::SecondOrder::Step mode({300.0, 0.05}, cycle_s / fine);
   const model::FirstOrder::Step lag({1500.0}, cycle_s / fine);
@@ -204,7 +204,7 @@ TEST(SecondOrderFit, SeesAnAmplifiersLagAsDelay) {
   EXPECT_NEAR(fit.delay_s.value, 0.106e-3, 0.02e-3);
 }
 
-TEST(SecondOrderFit, RefusesWhatCannotTell) {
+TEST(SecondOrderFit, RefusesADatasetThatDoesNotDetermineTheMode) {
   const Truth truth{210.0, 0.06, 0.35e-3};
   const Dataset good = measured(truth, step_train(60), 260);
   Dataset few = measured(truth, step_train(5), 25);
@@ -223,7 +223,7 @@ TEST(SecondOrderFit, RefusesWhatCannotTell) {
 }
 
 // Up to 8 Hz the mode is a lag of 2 zeta / omega + d, which many modes have.
-TEST(SecondOrderFit, TellsNoModeWhereNothingIsNearTheResonance) {
+TEST(SecondOrderFit, RefusesADatasetWithoutExcitationNearTheResonance) {
   const Dataset slow = measured({480.0, 0.5, 2.0e-3}, chirp(0.5, 8.0, 2000), 2000);
   for (unsigned seed = 1; seed <= 4; ++seed) {
     const std::string reason = refusal(with_noise(slow, 0.01, seed));

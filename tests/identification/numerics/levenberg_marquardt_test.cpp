@@ -50,7 +50,7 @@ TEST(Levenberg, StopsAtAnInequality) {
   EXPECT_NEAR(fit.x[0], curve.dot(problem.wanted) / curve.squaredNorm(), 1e-6);  // where steps end
 }
 
-TEST(Levenberg, RefusesAStartThatIsNoModel) {
+TEST(Levenberg, RefusesAnInvalidStart) {
   EXPECT_THROW(improve(decay(), Vector2d(1.0, -1.0), 50), std::invalid_argument);
 }
 
