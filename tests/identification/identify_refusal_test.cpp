@@ -1,4 +1,4 @@
-// What nothing can be identified from is refused, with the reason.
+// Datasets and options from which nothing can be identified are refused with a reason.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -27,7 +27,7 @@ TEST(HeldMode, FollowsTheClosedFormOfALateStep) {
     const auto drive = [](int n) { return n >= 0 ? 1.0 : 0.0; };
     Eigen::Vector2d state = Eigen::Vector2d::Zero();
     for (int n = -3; n < 30; ++n) {
-      // Rounding of some thirty steps.
+      // The tolerance is the rounding of about thirty steps.
       EXPECT_NEAR(state[0], step_response(mode, n * cycle_s - delay_s), 1e-12) << delay_s << ' ' << n;
       state = held.step(state, drive(n - held.whole_cycles() - 1), drive(n - held.whole_cycles()));
     }
@@ -50,7 +50,7 @@ TEST(HeldMode, HasAGainOfOneAtRest) {
     EXPECT_NEAR(std::abs(HeldMode({430.0, 0.07}, delay_s, 1e-3).response(0.0) - 1.0), 0.0, 1e-12);
 }
 
-// Sampled a hundred times a period, the hold is a delay of half a cycle and the rest is the mode itself.
+// With a hundred samples per period, the hold is only a delay of half a cycle.
 TEST(HeldMode, HasAPeakOfOneOverTwiceTheDamping) {
   const double frequency_Hz = 100.0, cycle_s = 1e-4;
   for (const double zeta : {0.01, 0.05, 0.2})

@@ -39,7 +39,7 @@ LeastSquares gathered(const MatrixXd& a, const VectorXd& b) {
   return sum;
 }
 
-// The columns (or rows) whose bit is set.
+// The indices of the columns (or rows) whose bit is set.
 std::vector<Index> chosen(unsigned bits, Index count) {
   std::vector<Index> some;
   for (Index i = 0; i < count; ++i)
@@ -47,7 +47,7 @@ std::vector<Index> chosen(unsigned bits, Index count) {
   return some;
 }
 
-// The least residual of all subsets of columns whose least squares are not negative.
+// The smallest residual of all subsets of columns with a solution that is not negative.
 double best_nonnegative(const MatrixXd& a, const VectorXd& b) {
   double best = b.norm();
   for (unsigned bits = 1; bits < 1U << a.cols(); ++bits) {
@@ -59,7 +59,7 @@ double best_nonnegative(const MatrixXd& a, const VectorXd& b) {
   return best;
 }
 
-// The least residual of all subsets of inequalities, met as equations, whose least squares meet the others.
+// The smallest residual of all subsets of inequalities, solved as equations, whose solution meets the others.
 double best_within(const MatrixXd& a, const VectorXd& b, const MatrixXd& g, const VectorXd& h) {
   double best = std::numeric_limits<double>::infinity();
   const Index p = a.cols();
@@ -185,7 +185,7 @@ TEST(ConstrainedLeastSquares, IsTheBestOfAllSetsOfActiveInequalities) {
 }
 
 TEST(ConstrainedLeastSquares, MeetsManyInequalitiesInAllUnits) {
-  // An increasing polynomial through noisy points of a curve with a flat step: 300 slopes >= 0.
+  // An increasing polynomial is fitted to noisy points of a curve with a flat step: 300 slopes >= 0.
   for (const double unit : {1e-6, 1.0, 1e6}) {
     Numbers number(7);
     constexpr Index p = 9;
@@ -229,12 +229,12 @@ TEST(ConstrainedLeastSquares, EqualsThePlainSolutionIfNoInequalityIsActive) {
 }
 
 TEST(ConstrainedLeastSquares, MeetsTheInequalitiesIfTheRowsDoNotDetermineTheSolution) {
-  LeastSquares sum(2);  // says x_0 + x_1 = 1 only
+  LeastSquares sum(2);  // determines only x_0 + x_1 = 1
   for (int i = 0; i < 5; ++i) sum.add(Eigen::Vector2d(1.0, 1.0), 1.0);
   MatrixXd g(1, 2);
   g << 1.0, -1.0;
   const Fit fit = sum.solve_with_inequalities(g, VectorXd::Constant(1, 3.0));
-  EXPECT_LT((fit.x - Eigen::Vector2d(2.0, -1.0)).norm(), 1e-6);  // drawn to zero by 1e-7
+  EXPECT_LT((fit.x - Eigen::Vector2d(2.0, -1.0)).norm(), 1e-6);  // pulled to zero by 1e-7
 }
 
 TEST(ConstrainedLeastSquares, RefusesContradictoryInequalities) {
