@@ -30,7 +30,8 @@ void chebyshev_slope_row(model::Interval thresholds, double input, Eigen::Ref<Ei
   }
 }
 
-// Rising (T, 0), falling (T, 1 - T_1, ..., 1 - T_n).
+// Rising:  (T, 0, ..., 0)
+// Falling: (T, 1 - T_1, ..., 1 - T_n)
 Eigen::VectorXd curve_row(model::Direction direction, const Eigen::VectorXd& basis, double one) {
   const Eigen::Index order = basis.size() - 1;
   Eigen::VectorXd row = Eigen::VectorXd::Zero(2 * order + 1);
@@ -55,7 +56,7 @@ model::HysteresisParameters parameters_of(const Eigen::VectorXd& theta, model::I
   return parameters;
 }
 
-// c and S as at a reversal (model/hysteresis.h), for each unknown.
+// Computes c and S as at a reversal (model/hysteresis.h), for each unknown.
 BranchRows::BranchRows(const Path& path, model::Interval thresholds, Eigen::Index order, const Pace& pace)
     : thresholds_(thresholds), order_(order), pace_(pace) {
   const auto count = static_cast<Eigen::Index>(path.branches.size());

@@ -27,12 +27,13 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-// White noise of standard deviation s has second differences of s sqrt(6); 0.6745: median |x| of a normal x.
+// White noise of standard deviation s has second differences of standard deviation s sqrt(6). The median of
+// |x| of a normal x is 0.6745 times its standard deviation.
 double noise_of(const std::vector<double>& output) {
-  std::vector<double> bends;
+  std::vector<double> second_differences;
   for (std::size_t i = 2; i < output.size(); ++i)
-    bends.push_back(std::abs(output[i] - 2.0 * output[i - 1] + output[i - 2]));
-  return bends.empty() ? 0.0 : median(std::move(bends)) / 0.6745 / std::sqrt(6.0);
+    second_differences.push_back(std::abs(output[i] - 2.0 * output[i - 1] + output[i - 2]));
+  return second_differences.empty() ? 0.0 : median(std::move(second_differences)) / 0.6745 / std::sqrt(6.0);
 }
 
 struct HalfCycle {
@@ -52,7 +53,7 @@ std::vector<HalfCycle> half_cycles(const Dataset& dataset, double swing) {
   return halves;
 }
 
-// Output at `input` within one half cycle, interpolated; none where it does not get there.
+// The interpolated output at `input` in one half cycle; none if the half cycle does not reach it.
 std::optional<double> output_at(const Dataset& dataset, const HalfCycle& half, double input) {
   const double way = half.to > half.from ? 1.0 : -1.0;
   const auto first = dataset.input.begin() + static_cast<std::ptrdiff_t>(half.begin);
@@ -65,7 +66,8 @@ std::optional<double> output_at(const Dataset& dataset, const HalfCycle& half, d
          (dataset.output[i] - dataset.output[i - 1]) * (input - dataset.input[i - 1]) / step;
 }
 
-// A half cycle against the latest one before between the same ends, whose own predecessor was the same, too.
+// Compares each half cycle with the previous one between the same ends. The half cycles before them must also
+// have the same ends.
 std::optional<double> repeatability_of(const Dataset& dataset, const std::vector<HalfCycle>& halves,
                                        double near) {
   double square = 0.0, count = 0.0;
@@ -110,7 +112,7 @@ double slope_of(const std::vector<double>& x, const std::vector<double>& y) {
   return xx > 0.0 ? xy / xx : 0.0;
 }
 
-// Mean of the output on rising minus on falling samples, each against the mean curve: negative where the
+// Mean difference between the output on rising and on falling samples at the same input: negative if the
 // output lags.
 double lead(const Dataset& dataset) {
   const model::Interval range = range_of(dataset.input);
@@ -142,31 +144,32 @@ double lead(const Dataset& dataset) {
 }  // namespace
 
 Characterisation characterise(const Dataset& dataset, model::Interval observed) {
-  Characterisation is;
-  is.samples = dataset.size();
-  is.duration_s = dataset.time_s.back() - dataset.time_s.front();
-  is.sample_time_s = is.duration_s / static_cast<double>(dataset.size() - 1);
+  Characterisation found;
+  found.samples = dataset.size();
+  found.duration_s = dataset.time_s.back() - dataset.time_s.front();
+  found.sample_time_s = found.duration_s / static_cast<double>(dataset.size() - 1);
   for (std::size_t i = 1; i < dataset.size(); ++i)
-    if (std::abs(dataset.time_s[i] - dataset.time_s[i - 1] - is.sample_time_s) > 0.01 * is.sample_time_s)
-      is.uniform = false;
+    if (std::abs(dataset.time_s[i] - dataset.time_s[i - 1] - found.sample_time_s) >
+        0.01 * found.sample_time_s)
+      found.uniform = false;
   const auto halves = half_cycles(dataset, 0.02 * observed.span());
-  is.cycles = (halves.size() + 1) / 2;
-  is.noise = noise_of(dataset.output);
-  is.repeatability = repeatability_of(dataset, halves, 0.005 * observed.span());
-  is.rate_spread = rate_spread_of(dataset, halves, 0.1 * observed.span());
+  found.cycles = (halves.size() + 1) / 2;
+  found.noise = noise_of(dataset.output);
+  found.repeatability = repeatability_of(dataset, halves, 0.005 * observed.span());
+  found.rate_spread = rate_spread_of(dataset, halves, 0.1 * observed.span());
   const Path path = trace(observed, model::Origin::lower_threshold, {}, dataset.input);
   std::size_t minor = 0;
   for (const Run& run : path.runs)
     if (path.branches[run.branch].parent != PathBranch::none) minor += run.end - run.begin;
-  is.minor_fraction = static_cast<double>(minor) / static_cast<double>(dataset.size());
-  return is;
+  found.minor_fraction = static_cast<double>(minor) / static_cast<double>(dataset.size());
+  return found;
 }
 
 Trends trends(const Dataset& dataset, const std::vector<double>& residual) {
   Trends found;
   const double duration = dataset.time_s.back() - dataset.time_s.front();
   found.drift = slope_of(dataset.time_s, residual) * duration;
-  constexpr std::size_t blocks = 8;  // what the slope would be without each eighth of the dataset
+  constexpr std::size_t blocks = 8;  // slopes without each eighth of the dataset
   if (dataset.size() >= 10 * blocks) {
     std::vector<double> slopes;
     for (std::size_t b = 0; b < blocks; ++b) {
@@ -180,7 +183,7 @@ Trends trends(const Dataset& dataset, const std::vector<double>& residual) {
     }
     const double mean = std::reduce(slopes.begin(), slopes.end()) / blocks;
     for (const double slope : slopes) found.drift_error += (slope - mean) * (slope - mean);
-    found.drift_error = std::sqrt(found.drift_error * (blocks - 1.0) / blocks);  // the jackknife's
+    found.drift_error = std::sqrt(found.drift_error * (blocks - 1.0) / blocks);  // jackknife
   }
   std::vector<double> rate(dataset.size(), 0.0);
   for (std::size_t i = 1; i < dataset.size(); ++i)
@@ -209,21 +212,21 @@ model::Symmetry symmetry_of(const Dataset& dataset) {
   return odd < 0.01 * even ? model::Symmetry::even : model::Symmetry::none;
 }
 
-void refuse_hopeless(const Dataset& dataset, model::Symmetry symmetry) {
+void check_identifiable(const Dataset& dataset, model::Symmetry symmetry) {
   if (dataset.size() < least_samples) refuse(dataset.size(), " samples, expected at least ", least_samples);
   const Dataset seen = symmetry == model::Symmetry::even ? folded(dataset) : dataset;
   const model::Interval inputs = range_of(seen.input), outputs = range_of(seen.output);
   const auto constant = [](model::Interval range) {
     return range.span() <= 1e-12 * std::max(std::abs(range.lo), std::abs(range.hi));
   };
-  if (constant(inputs)) refuse("the input is constant at ", inputs.lo, ", expected one that moves");
+  if (constant(inputs)) refuse("the input is constant at ", inputs.lo, ", expected an input that moves");
   if (constant(outputs))
-    refuse("the output is constant at ", outputs.lo, ", expected one that follows the input");
+    refuse("the output is constant at ", outputs.lo, ", expected an output that follows the input");
   if (slope_of(seen.input, seen.output) < 0.0)
-    refuse("the output falls where the input rises, expected it to rise: give its negative");
+    refuse("the output falls when the input rises, expected it to rise: change the sign of the output");
   if (lead(seen) > 0.02 * outputs.span())
     refuse("the output leads the input: its loops run clockwise, ", lead(seen),
-           " wide in the mean; expected it to lag: are input and output interchanged?");
+           " wide on average; expected the output to lag: are input and output interchanged?");
 }
 
 }  // namespace hystcan::identification

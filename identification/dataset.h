@@ -1,4 +1,4 @@
-// A measured dataset: what was applied and what came of it.
+// A measured dataset: the applied input and the measured output.
 #pragma once
 
 #include <cstddef>
@@ -7,9 +7,9 @@
 
 namespace hystcan::identification {
 
-/// Columns of equal length; every number finite, time strictly increasing.
+/// Columns of equal length. Every number is finite, and time increases strictly.
 struct Dataset {
-  std::string input_unit;  ///< empty: the dataset does not tell
+  std::string input_unit;  ///< empty: unknown
   std::string output_unit;
   std::vector<double> time_s;
   std::vector<double> input;

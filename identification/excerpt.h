@@ -1,7 +1,7 @@
-// A dataset as the fit sees it: turning points all, samples as many as the search can afford.
+// The part of a dataset that the fit uses: all turning points, and as many samples as the search can afford.
 //
-// What an actuator remembers hangs on the turning points; between them a few samples say as much as many. A
-// delay shifts the input: v(t - tau), interpolated linearly, the turning points kept as they are.
+// The memory of an actuator depends on the turning points; between them a few samples are as good as many. A
+// delay tau shifts the input to v(t - tau), which is interpolated linearly; turning points are kept exactly.
 #pragma once
 
 #include <cstddef>
@@ -19,19 +19,19 @@ struct TurningPoint {
   double input = 0.0;
 };
 
-/// The input's reversals that swing by more than `least_swing`.
+/// The reversals of the input after a swing of more than `least_swing`.
 std::vector<TurningPoint> turning_points(const Dataset& dataset, double least_swing);
 
-/// One dataset, folded where symmetry is even, its samples dealt into folds for hold-out.
+/// One dataset, folded if symmetry is even. Its samples are divided into folds for hold-out.
 class Excerpt {
  public:
-  /// `fold`: of each sample, or none: all in fold 0. `samples`: at most so many are kept, evenly.
+  /// `fold`: the fold of each sample; if empty, all are in fold 0. At most `samples` are kept, evenly.
   Excerpt(const Dataset& dataset, std::vector<int> fold, std::size_t samples, double least_swing);
 
   struct Sequence {
     std::vector<double> input;
     std::vector<double> output;
-    std::vector<int> fold;  ///< Regression::left_out at a turning point put in between
+    std::vector<int> fold;  ///< Regression::left_out at an inserted turning point
   };
   Sequence delayed_by(double delay_s) const;
 
@@ -42,7 +42,7 @@ class Excerpt {
   std::vector<TurningPoint> turning_points_;
 };
 
-/// |v| in the place of v.
+/// The dataset with |v| in the place of v.
 Dataset folded(const Dataset& dataset);
 
 }  // namespace hystcan::identification

@@ -9,9 +9,9 @@ namespace {
 
 constexpr double least_swing_of_range = 0.02;  // of the range
 constexpr double at_the_end = 0.01;            // of the range
-constexpr int most_folds = 4;                  // beside the one never held out
+constexpr int most_folds = 4;                  // without fold 0
 
-// Numbers the cycles of a dataset from `first` on.
+// The number of the cycle of each sample, counted from `first`.
 std::vector<std::size_t> cycles_of(const Dataset& dataset, double swing, std::size_t first) {
   const std::vector<TurningPoint> points = turning_points(dataset, swing);
   std::vector<std::size_t> cycle(dataset.size());
@@ -30,7 +30,7 @@ std::vector<std::size_t> cycles_of(const Dataset& dataset, double swing, std::si
 
 }  // namespace
 
-Folds deal_into_folds(const std::vector<Dataset>& datasets, model::Interval observed) {
+Folds assign_folds(const std::vector<Dataset>& datasets, model::Interval observed) {
   std::vector<std::vector<std::size_t>> cycle;
   Folds folds;
   for (const Dataset& dataset : datasets) {
@@ -49,12 +49,12 @@ Folds deal_into_folds(const std::vector<Dataset>& datasets, model::Interval obse
   const auto highest =
       std::ranges::find_if(reach, [&](auto range) { return range.hi >= observed.hi - near; });
   std::vector<int> fold_of_cycle(folds.cycles, 0);
-  int dealt = 0;
+  int assigned = 0;
   for (std::size_t c = 0; c < folds.cycles; ++c)
     if (c != static_cast<std::size_t>(lowest - reach.begin()) &&
         c != static_cast<std::size_t>(highest - reach.begin()))
-      fold_of_cycle[c] = 1 + dealt++ % most_folds;
-  folds.count = 1 + std::min(dealt, most_folds);
+      fold_of_cycle[c] = 1 + assigned++ % most_folds;
+  folds.count = 1 + std::min(assigned, most_folds);
   for (const auto& cycles : cycle) {
     folds.of.emplace_back();
     for (const std::size_t c : cycles) folds.of.back().push_back(fold_of_cycle[c]);

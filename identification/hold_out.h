@@ -1,4 +1,4 @@
-// Which samples are held out together: whole cycles, so that a model is asked for what it has not seen.
+// Selects the samples that are held out together: whole cycles, so that a model predicts unseen cycles.
 #pragma once
 
 #include <vector>
@@ -8,16 +8,16 @@
 
 namespace hystcan::identification {
 
-/// Fold 0 is never held out: the first cycles that reach the ends of the input range, beyond which no model
-/// is to be asked. The others are dealt in turn to folds 1 to count - 1.
+/// Fold 0 is never held out. It contains the first cycles that reach the ends of the input range, because a
+/// model is not valid beyond them. The other cycles are assigned in turn to folds 1 to count - 1.
 struct Folds {
-  std::vector<std::vector<int>> of;  ///< per dataset, of each sample
+  std::vector<std::vector<int>> of;  ///< the fold of each sample, per dataset
   int count = 1;                     ///< 1: too few cycles to hold any out
   std::size_t cycles = 0;
 };
 
-/// `observed`: inputs of all datasets. A cycle runs from one lower turning point to the next; swings below a
-/// fiftieth of the range are no cycles.
-Folds deal_into_folds(const std::vector<Dataset>& datasets, model::Interval observed);
+/// `observed`: input range of all datasets. A cycle goes from one lower turning point to the next; swings
+/// below a fiftieth of the range do not count as cycles.
+Folds assign_folds(const std::vector<Dataset>& datasets, model::Interval observed);
 
 }  // namespace hystcan::identification

@@ -12,8 +12,8 @@ namespace {
 
 using model::refuse;
 
-constexpr double unexplained = 0.5;                // of the output's standard deviation: no model at all
-constexpr std::size_t most_turning_points = 2000;  // that the search follows; smaller swings are noise
+constexpr double unexplained = 0.5;                // of the output's standard deviation: the model is refused
+constexpr std::size_t most_turning_points = 2000;  // in the search; smaller swings are noise
 
 model::Interval span_over(const std::vector<Dataset>& datasets, const std::vector<double> Dataset::*column) {
   model::Interval range{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
@@ -41,10 +41,10 @@ double deviation(const std::vector<Dataset>& datasets) {
   return std::sqrt(square / count);
 }
 
-// What may be judged by its output.
+// The dataset without the unseen samples.
 Dataset without(const Dataset& dataset, const std::vector<bool>& unseen) {
   if (unseen.size() != dataset.size())
-    refuse("seen or not is told of ", unseen.size(), " samples, expected ", dataset.size());
+    refuse("unseen flags of ", unseen.size(), " samples, expected ", dataset.size());
   Dataset seen{dataset.input_unit, dataset.output_unit, {}, {}, {}};
   for (std::size_t i = 0; i < dataset.size(); ++i) {
     if (unseen[i]) continue;
@@ -55,22 +55,22 @@ Dataset without(const Dataset& dataset, const std::vector<bool>& unseen) {
   return seen;
 }
 
-// Swings that are smaller are left to the samples that are kept.
+// The smallest swing that counts as a turning point. For smaller swings the kept samples are sufficient.
 double least_swing(const Dataset& dataset, double span) {
   double swing = 1e-5 * span;
   while (turning_points(dataset, swing).size() > most_turning_points) swing *= 2.0;
   return swing;
 }
 
-// A butterfly that never comes to zero is folded there all the same.
+// An even model is folded at zero, even if the input never reaches zero.
 model::Interval thresholds_observed(const std::vector<Dataset>& datasets, model::Symmetry symmetry) {
   model::Interval range = span_over(datasets, &Dataset::input);
   if (symmetry == model::Symmetry::even) range.lo = 0.0;
   return range;
 }
 
-// All samples in one fold, unseen ones left out.
-Problem whole(const Problem& excerpt, const std::vector<Dataset>& datasets, const Folds& folds) {
+// The problem with all samples in one fold, without unseen samples.
+Problem unfolded(const Problem& excerpt, const std::vector<Dataset>& datasets, const Folds& folds) {
   Problem problem = excerpt;
   problem.folds = 1;
   problem.excerpts.clear();
@@ -82,7 +82,7 @@ Problem whole(const Problem& excerpt, const std::vector<Dataset>& datasets, cons
   return problem;
 }
 
-// With all samples the best curves may be a hair's breadth from valid: k is lowered until they are.
+// With all samples the best curves can be very slightly invalid: k is lowered until they are valid.
 Fitted fit_to_all(SeparableFit& fit, Trial& trial) {
   Fitted fitted = fit.fit(trial);
   for (int tries = 0; !fitted.valid && tries < 90; ++tries) {
@@ -97,13 +97,13 @@ class Identification {
  public:
   Identification(const std::vector<Dataset>& datasets, const IdentifyOptions& options) : options_(options) {
     if (!options_.go_on) options_.go_on = [] { return true; };
-    if (datasets.empty()) refuse("no record, expected at least one");
+    if (datasets.empty()) refuse("no dataset, expected at least one");
     if (!options.unseen.empty() && options.unseen.size() != datasets.size())
-      refuse("seen or not is told of ", options.unseen.size(), " records, expected ", datasets.size());
+      refuse("unseen flags of ", options.unseen.size(), " datasets, expected ", datasets.size());
     for (std::size_t r = 0; r < datasets.size(); ++r)
       seen_.push_back(options.unseen.empty() ? datasets[r] : without(datasets[r], options.unseen[r]));
     symmetry_ = options.symmetry.value_or(symmetry_of(seen_.front()));
-    for (const Dataset& dataset : seen_) refuse_hopeless(dataset, symmetry_);
+    for (const Dataset& dataset : seen_) check_identifiable(dataset, symmetry_);
     for (const Dataset& dataset : datasets)
       datasets_.push_back(symmetry_ == model::Symmetry::even ? folded(dataset) : dataset);
   }
@@ -114,7 +114,7 @@ class Identification {
     if (result_.search.rms > unexplained * deviation(seen_))
       refuse("the best model misses the output by ",
              std::round(100.0 * result_.search.rms / deviation(seen_)),
-             " % of its standard deviation: it does not follow the input");
+             " % of its standard deviation: the output does not follow the input");
     fit_all();
     result_.pace_ascending = pace_range(&Trial::k_span_ascending);
     result_.pace_descending = pace_range(&Trial::k_span_descending);
@@ -127,7 +127,7 @@ class Identification {
     problem_.symmetry = symmetry_;
     problem_.observed = thresholds_observed(datasets_, symmetry_);
     problem_.output_span = span_over(seen_, &Dataset::output).span();
-    result_.folds = deal_into_folds(datasets_, problem_.observed);
+    result_.folds = assign_folds(datasets_, problem_.observed);
     for (std::size_t r = 0; r < options_.unseen.size(); ++r)
       for (std::size_t i = 0; i < datasets_[r].size(); ++i)
         if (options_.unseen[r][i]) result_.folds.of[r][i] = Regression::left_out;
@@ -161,7 +161,7 @@ class Identification {
     search.order = options_.order;
     search.observed_thresholds = options_.observed_thresholds;
     search.go_on = options_.go_on;
-    // A delay can be told from a loop's width only where a half cycle has samples enough.
+    // A delay can be distinguished from the width of a loop only if a half cycle has enough samples.
     const Characterisation& first = result_.datasets.front();
     if (static_cast<double>(first.samples) > 100.0 * static_cast<double>(first.cycles))
       search.sample_time_s = first.sample_time_s;
@@ -169,7 +169,7 @@ class Identification {
   }
 
   void fit_all() {
-    const Problem all = whole(problem_, datasets_, result_.folds);
+    const Problem all = unfolded(problem_, datasets_, result_.folds);
     SeparableFit fit(all, result_.search.order, SeparableFit::Scan::fine);
     Trial& trial = result_.search.trial;
     const Fitted fitted = fit_to_all(fit, trial);
@@ -177,9 +177,7 @@ class Identification {
     result_.parameters.input_unit = datasets_.front().input_unit;
     result_.parameters.output_unit = datasets_.front().output_unit;
     if (!fitted.valid)
-      refuse(
-          "no model with an inverse fits: its branches do not all increase whatever k; is the record one of "
-          "hysteresis?");
+      refuse("no model with an inverse fits: some branch decreases for every k; is this a hysteresis loop?");
     result_.delay_s = trial.delay_s;
     result_.memories = trial.memories;
     result_.held_out_rms = result_.search.held_out;
@@ -195,20 +193,20 @@ class Identification {
     result_.overall.rms = std::sqrt(square / static_cast<double>(samples_of(datasets_)));
   }
 
-  // Outwards from the best k in steps of a fifth of a decade.
+  // Searches outwards from the best k, in steps that grow by half each time.
   PaceRange pace_range(double Trial::*k) const {
     SeparableFit fit(problem_, result_.search.order, SeparableFit::Scan::coarse);
     Trial trial = result_.search.trial;
-    const double best = trial.*k, enough = 1.05 * fit.fit(trial).rms;
-    const auto will_do = [&](double value) {
+    const double best = trial.*k, largest_rms = 1.05 * fit.fit(trial).rms;
+    const auto is_as_good = [&](double value) {
       trial.*k = value;
       const Fitted fitted = fit.fit(trial);
-      return fitted.valid && fitted.rms <= enough;
+      return fitted.valid && fitted.rms <= largest_rms;
     };
     const double scale = std::max(std::abs(best), 0.03);
     const auto farthest = [&](double way) {
       double last = best, step = 0.05 * scale;
-      for (int i = 0; i < 19 && will_do(best + way * step); ++i, step *= 1.5) last = best + way * step;
+      for (int i = 0; i < 19 && is_as_good(best + way * step); ++i, step *= 1.5) last = best + way * step;
       return last;
     };
     const double lo = farthest(-1.0), hi = farthest(1.0);
@@ -218,7 +216,7 @@ class Identification {
 
   IdentifyOptions options_;
   model::Symmetry symmetry_ = model::Symmetry::none;
-  std::vector<Dataset> seen_;      // without the samples that are not to be seen
+  std::vector<Dataset> seen_;      // without unseen samples
   std::vector<Dataset> datasets_;  // folded
   Problem problem_;
   Identified result_;

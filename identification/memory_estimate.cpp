@@ -17,7 +17,7 @@ class Estimator {
   Estimator(const model::Hysteresis& model, Dataset beginning, double delay_s, bool with_offset)
       : model_(model), beginning_(std::move(beginning)), delay_s_(delay_s), with_offset_(with_offset) {}
 
-  MemoryEstimate tried(const InitialMemory& memory) const {
+  MemoryEstimate estimate_with(const InitialMemory& memory) const {
     const std::vector<double> predicted = predict(model_, beginning_, delay_s_, memory);
     MemoryEstimate estimate{memory, 0.0, 0.0};
     const auto count = static_cast<double>(predicted.size());
@@ -25,24 +25,24 @@ class Estimator {
       for (std::size_t i = 0; i < predicted.size(); ++i)
         estimate.offset += (beginning_.output[i] - predicted[i]) / count;
     for (std::size_t i = 0; i < predicted.size(); ++i) {
-      const double miss = beginning_.output[i] - predicted[i] - estimate.offset;
-      estimate.rms += miss * miss / count;
+      const double error = beginning_.output[i] - predicted[i] - estimate.offset;
+      estimate.rms += error * error / count;
     }
     estimate.rms = std::sqrt(estimate.rms);
     return estimate;
   }
 
-  // A grid, then a golden section around its best.
+  // Searches a grid, then does a golden section search around its best bias.
   MemoryEstimate best_bias() const {
     using Kind = InitialMemory::Kind;
     MemoryEstimate best{{}, 0.0, std::numeric_limits<double>::infinity()};
     for (int i = -widest_bias; i <= widest_bias; ++i)
-      if (const auto now = tried({Kind::nested, i * step}); now.rms < best.rms) best = now;
+      if (const auto now = estimate_with({Kind::nested, i * step}); now.rms < best.rms) best = now;
     double lo = best.memory.bias - step, hi = best.memory.bias + step;
     const double golden = 0.5 * (std::sqrt(5.0) - 1.0);
     while (hi - lo > 1e-4) {
-      const auto left = tried({Kind::nested, hi - golden * (hi - lo)});
-      const auto right = tried({Kind::nested, lo + golden * (hi - lo)});
+      const auto left = estimate_with({Kind::nested, hi - golden * (hi - lo)});
+      const auto right = estimate_with({Kind::nested, lo + golden * (hi - lo)});
       for (const auto& now : {left, right})
         if (now.rms < best.rms) best = now;
       (left.rms < right.rms ? hi : lo) = left.rms < right.rms ? right.memory.bias : left.memory.bias;
@@ -72,7 +72,7 @@ MemoryEstimate estimate_memory(const model::Hysteresis& model, const Dataset& da
   MemoryEstimate best = estimator.best_bias();
   using Kind = InitialMemory::Kind;
   for (const Kind kind : {Kind::virgin, Kind::from_lower, Kind::from_upper})
-    if (const auto now = estimator.tried({kind, 0.0}); now.rms <= best.rms) best = now;
+    if (const auto now = estimator.estimate_with({kind, 0.0}); now.rms <= best.rms) best = now;
   return best;
 }
 

@@ -1,4 +1,4 @@
-// What an actuator remembered when a dataset began, as far as the dataset and a model of it can tell.
+// Estimates the memory of an actuator at the beginning of a dataset, with a model of the actuator.
 #pragma once
 
 #include <cstddef>
@@ -11,11 +11,11 @@ namespace hystcan::identification {
 struct MemoryEstimate {
   InitialMemory memory;
   double offset = 0.0;  ///< to be added to the model's output
-  double rms = 0.0;     ///< over the samples it was estimated from, output units
+  double rms = 0.0;     ///< error over the samples of the estimate, output units
 };
 
-/// From the first `samples` samples: the memory and the offset that the least is missed with. The input is
-/// delayed by `delay_s`. `with_offset`: false, and the offset is 0.
+/// Returns the memory and the offset with the smallest RMS error over the first `samples` samples. The input
+/// is delayed by `delay_s`. Without `with_offset`, the offset is 0.
 MemoryEstimate estimate_memory(const model::Hysteresis& model, const Dataset& dataset, double delay_s,
                                std::size_t samples, bool with_offset);
 

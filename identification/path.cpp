@@ -9,7 +9,7 @@
 namespace hystcan::identification {
 namespace {
 
-// Output = input: all that is left of a hysteresis model then is its memory.
+// A law whose output is the input. Only the memory of the hysteresis model remains.
 class InputLaw {
  public:
   explicit InputLaw(model::Interval range) : range_(range) {}
@@ -31,10 +31,10 @@ class InputLaw {
   model::Interval range_;
 };
 
-// Follows the stack of branches from outside and gives each branch a number of its own.
+// Follows the stack of branches from outside and gives each branch its own number.
 class Tracer {
  public:
-  /// `inputs`: how many there will be.
+  /// `inputs`: number of inputs to expect.
   Tracer(model::Interval thresholds, model::Origin origin, std::size_t inputs)
       : memory_(InputLaw(thresholds)), state_(start(origin, std::min(inputs + 4, most_branches))) {
     begin_at_threshold();
@@ -90,7 +90,7 @@ class Tracer {
 
   model::MemoryModel<InputLaw> memory_;
   model::HysteresisState state_;
-  std::vector<std::size_t> numbers_;  // of the branches remembered
+  std::vector<std::size_t> numbers_;  // numbers of the remembered branches
   std::vector<PathBranch> branches_;
 };
 

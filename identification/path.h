@@ -1,5 +1,5 @@
-// The branches that a sequence of inputs travels. Turning points, wiping out and alignment depend on the
-// inputs and the thresholds alone: the path is found once, whatever the curves and k.
+// The branches along which a sequence of inputs goes. Turning points, wiping out and alignment depend only on
+// the inputs and the thresholds: the path is computed once, for all curves and all k.
 #pragma once
 
 #include <cstddef>
@@ -11,13 +11,13 @@
 
 namespace hystcan::identification {
 
-/// One branch, as in model/memory.h; `below` and `parent` count in Path::branches.
+/// One branch, as in model/memory.h. `below` and `parent` are indices of Path::branches.
 struct PathBranch {
   static constexpr std::size_t none = static_cast<std::size_t>(-1);
   model::Direction direction = model::Direction::ascending;
-  double start = 0.0;         ///< input where it starts
-  double target = 0.0;        ///< input that it goes to
-  std::size_t parent = none;  ///< the branch it was reversed from; none: it starts at a threshold
+  double start = 0.0;         ///< input at its start
+  double target = 0.0;        ///< input at its target
+  std::size_t parent = none;  ///< the branch on which the reversal was; none: it starts at a threshold
   std::size_t below = none;   ///< the branch of its direction broken at the target; none: reference curve
   bool virgin = false;        ///< the ascending reference curve itself
 };
@@ -30,14 +30,14 @@ struct Run {
 };
 
 struct Path {
-  std::vector<PathBranch> branches;  ///< in the order in which they were first travelled
+  std::vector<PathBranch> branches;  ///< in the order of their first use
   std::vector<Run> runs;             ///< cover all samples, in order
 };
 
-/// Where the memory begins: on the virgin curve, or at a threshold.
+/// The path from `origin`: the virgin curve or a threshold.
 ///
-/// `prehistory`: inputs applied before the first sample; `inputs`: of the samples. Both folded already where
-/// symmetry is even, and within the thresholds, or taken at them.
+/// `prehistory` contains the inputs before the first sample, `inputs` those of the samples. Both are already
+/// folded if symmetry is even. Inputs beyond a threshold are replaced by the threshold.
 Path trace(model::Interval thresholds, model::Origin origin, std::span<const double> prehistory,
            std::span<const double> inputs);
 

@@ -9,15 +9,15 @@ namespace hystcan::identification {
 
 ErrorNorms ErrorNorms::of(const std::vector<double>& predicted, const std::vector<double>& measured,
                           std::size_t begin) {
-  ErrorNorms misses;
+  ErrorNorms errors;
   for (std::size_t i = begin; i < measured.size(); ++i) {
-    const double miss = predicted[i] - measured[i];
-    misses.rms += miss * miss;
-    misses.max = std::max(misses.max, std::abs(miss));
+    const double error = predicted[i] - measured[i];
+    errors.rms += error * error;
+    errors.max = std::max(errors.max, std::abs(error));
   }
   if (measured.size() > begin)
-    misses.rms = std::sqrt(misses.rms / static_cast<double>(measured.size() - begin));
-  return misses;
+    errors.rms = std::sqrt(errors.rms / static_cast<double>(measured.size() - begin));
+  return errors;
 }
 
 double span_of(const std::vector<double>& values) {

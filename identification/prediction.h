@@ -1,4 +1,4 @@
-// What a model says of a dataset, sample by sample.
+// A model's prediction for a dataset, sample by sample.
 #pragma once
 
 #include <vector>
@@ -13,7 +13,7 @@ struct ErrorNorms {
   double rms = 0.0;
   double max = 0.0;  ///< largest |error|
 
-  /// Over the samples from `begin` on. Of equal length.
+  /// Errors over the samples from `begin` on. Both vectors have the same length.
   static ErrorNorms of(const std::vector<double>& predicted, const std::vector<double>& measured,
                        std::size_t begin = 0);
 };
@@ -21,8 +21,8 @@ struct ErrorNorms {
 /// max - min.
 double span_of(const std::vector<double>& values);
 
-/// Output at each sample of `dataset`: the input delayed, its turning points kept (excerpt.h).
-/// `state`: the memory at the first input; at the end, the memory at the last one.
+/// Output at each sample of `dataset`. The input is delayed, and its turning points are kept (excerpt.h).
+/// `state` is the memory at the first input, and afterwards the memory at the last one.
 std::vector<double> predict(const model::Hysteresis& model, const Dataset& dataset, double delay_s,
                             model::HysteresisState& state);
 std::vector<double> predict(const model::Hysteresis& model, const Dataset& dataset, double delay_s,

@@ -15,7 +15,7 @@ void add_symmetric(NormalEquations& to, const Eigen::VectorXd& a, const Eigen::V
   to.H.noalias() += b * a.transpose();
 }
 
-// The rows of theta that T_0, ..., T_n stand in: curve_row() as a matrix.
+// curve_row() as a matrix: it maps T_0, ..., T_n to a row of theta.
 Eigen::MatrixXd curve_rows(Direction direction, Eigen::Index order) {
   Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(2 * order + 1, order + 1);
   rows.topRows(order + 1).setIdentity();
@@ -88,7 +88,8 @@ void Regression::sum_up(Sums& run) {
   base.samples += static_cast<double>(run.count);
 }
 
-// row = B T + c - S phi:  H gets B TT' B' (in base_) and two updates of rank two.
+// row = B T + c - S phi
+// H is the sum of B TT' B' (already in base_) and two updates of rank two.
 void Regression::add_run(const Sums& run, const Pace& pace, const BranchRows& rows,
                          NormalEquations& to) const {
   const Direction direction = path_.branches[run.branch].direction;

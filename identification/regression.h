@@ -1,7 +1,6 @@
-// What the outputs of a dataset say of the reference curves, k being given: a linear least-squares problem,
-// its rows as in branch_rows.h.
+// The linear least-squares problem of the reference curves for a given k, with the rows of branch_rows.h.
 //
-// Its normal equations are summed branch by branch: the sums of T_i T_j do not depend on k and are made
+// Its normal equations are summed branch by branch. The sums of T_i T_j do not depend on k and are computed
 // once, so that another k costs one exponential and n + 4 products per sample.
 #pragma once
 
@@ -15,7 +14,8 @@
 
 namespace hystcan::identification {
 
-/// sum (row theta - y)^2 = theta' H theta - 2 g' theta + square.
+/// The normal equations of
+///   sum (row theta - y)^2 = theta' H theta - 2 g' theta + square
 struct NormalEquations {
   Eigen::MatrixXd H;
   Eigen::VectorXd g;
@@ -31,20 +31,20 @@ struct NormalEquations {
 
 class Regression {
  public:
-  /// `fold[i]`: which part sample i belongs to, 0 to folds - 1; a sample of fold `left_out` counts nowhere.
+  /// `fold[i]`: the fold of sample i, 0 to folds - 1. A sample with `left_out` does not count in any fold.
   static constexpr int left_out = -1;
   Regression(Path path, model::Interval thresholds, int order, std::span<const double> input,
              std::span<const double> output, std::span<const int> fold, int folds);
 
   Eigen::Index unknowns() const { return 2 * order_ + 1; }
-  /// Adds to one system per fold.
+  /// Adds the equations of each fold to `folds`.
   void add(const Pace& pace, std::vector<NormalEquations>& folds) const;
 
  private:
-  struct Sums {  // of one run within one fold
+  struct Sums {  // sums over one run within one fold
     std::size_t branch = 0;
     int fold = 0;
-    Eigen::Index begin = 0, count = 0;  // in distance_ and on
+    Eigen::Index begin = 0, count = 0;  // samples, as indices of distance_
     Eigen::VectorXd basis;              // sum of T
     double output = 0.0;
   };
@@ -56,11 +56,11 @@ class Regression {
   Path path_;
   model::Interval thresholds_;
   Eigen::Index order_;
-  std::vector<NormalEquations> base_;  // per fold: what does not depend on k
+  std::vector<NormalEquations> base_;  // per fold: the part that does not depend on k
   std::vector<Sums> runs_;
   Eigen::VectorXd distance_;  // |v - v_s| of each sample that counts
   Eigen::VectorXd output_;
-  Eigen::MatrixXd basis_;  // T of each sample that counts, a column each
+  Eigen::MatrixXd basis_;  // T of each sample that counts, one column per sample
 };
 
 }  // namespace hystcan::identification

@@ -11,13 +11,13 @@ namespace hystcan::identification {
 namespace {
 
 constexpr int first_order = 5;
-constexpr double worth_it = 0.97;         // of the error before: what is taken in must lower it so far
-constexpr double worth_held_out = 0.985;  // of the held-out error
-constexpr double as_good = 1.05;          // of the error before: what is left out may raise it so far
-constexpr double content = 1.3;           // times the least held-out error of all orders is low enough
+constexpr double worth_it = 0.97;         // an added parameter must lower the error to this share
+constexpr double worth_held_out = 0.985;  // and the held-out error to this share
+constexpr double as_good = 1.05;          // a removed parameter may raise the error to this share
+constexpr double low_enough = 1.3;        // times the smallest held-out error of all orders is low enough
 constexpr double widest_k_span = 200.0;
 
-// A number of the trial that the simplex moves, on a scale where steps of one make sense.
+// A number of the trial that the simplex moves, on a scale where a step of one is reasonable.
 struct Unknown {
   std::string what;
   double start = 0.0;
@@ -42,7 +42,7 @@ class Searcher {
     choose_memories();
     choose_k();
     refine(150);
-    take_in_what_helps();
+    add_useful_unknowns();
     if (!options_.order) choose_order();
     refine(300);
     refine(150);
@@ -70,10 +70,11 @@ class Searcher {
       return std::numeric_limits<double>::infinity();
     const Fitted fitted = fit_->fit(trial);
     if (fitted.valid) return fitted.rms;
-    return fitted.rms * (1.01 + 2.0 * fitted.wrong) + 1e-4 * problem_.output_span * (1.0 + fitted.wrong);
+    return fitted.rms * (1.01 + 2.0 * fitted.violation) +
+           1e-4 * problem_.output_span * (1.0 + fitted.violation);
   }
 
-  // Which past fits best, each dataset by itself, roughly.
+  // Chooses roughly the initial memory that fits best, for each dataset separately.
   void choose_memories() {
     best_.memories.assign(first_inputs_.size(), {Kind::from_lower, 0.0});
     for (std::size_t i = 0; i < first_inputs_.size(); ++i) {
@@ -127,7 +128,7 @@ class Searcher {
     return trial;
   }
 
-  // Moves all unknowns; those that end somewhere better start there next time.
+  // Moves all unknowns. The next search starts from the result, with half the steps.
   double descend(std::vector<Unknown>& unknowns, int evaluations) {
     Eigen::VectorXd first_steps(static_cast<Eigen::Index>(unknowns.size()));
     for (std::size_t i = 0; i < unknowns.size(); ++i)
@@ -182,8 +183,8 @@ class Searcher {
     return candidates;
   }
 
-  // The best of what is left, again and again, until nothing is worth it.
-  void take_in_what_helps() {
+  // Adds the best remaining candidate repeatedly, until none lowers the error enough.
+  void add_useful_unknowns() {
     while (options_.go_on()) {
       std::optional<std::vector<Unknown>> chosen;
       double least = worth_it * best_cost_;
@@ -197,17 +198,16 @@ class Searcher {
           chosen = unknowns;
         }
       }
-      if (!chosen || !take_in(*chosen, least)) return;
+      if (!chosen || !add_unknown(*chosen, least)) return;
     }
   }
 
-  bool take_in(const std::vector<Unknown>& unknowns, double c) {
+  bool add_unknown(const std::vector<Unknown>& unknowns, double c) {
     const Trial trial = at(unknowns, starts(unknowns));
-    Step taken{unknowns.back().what, fit_->fit(best_).rms, fit_->fit(trial).rms, fit_->held_out(best_),
-               fit_->held_out(trial)};
-    if (taken.held_out_before && *taken.held_out_after > worth_held_out * *taken.held_out_before)
-      return false;
-    result_.steps.push_back(std::move(taken));
+    Step step{unknowns.back().what, fit_->fit(best_).rms, fit_->fit(trial).rms, fit_->held_out(best_),
+              fit_->held_out(trial)};
+    if (step.held_out_before && *step.held_out_after > worth_held_out * *step.held_out_before) return false;
+    result_.steps.push_back(std::move(step));
     unknowns_ = unknowns;
     for (Unknown& unknown : unknowns_) unknown.step = 0.3;
     best_ = trial;
@@ -216,13 +216,13 @@ class Searcher {
     return true;
   }
 
-  // The lowest order near the best, by held-out samples where there are folds.
+  // Chooses the lowest order with an error near the smallest; held-out samples decide if there are folds.
   void choose_order() {
     const auto score = [](const OrderScore& order) {
       return order.held_out.value_or(order.rms * (1.0 + 0.02 * order.order));
     };
     double least = std::numeric_limits<double>::infinity();
-    int worse = 0;  // orders in a row that were no better
+    int worse = 0;  // consecutive orders that were not better
     for (const int order : {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 18, 20}) {
       if (order > options_.highest_order || !options_.go_on()) break;
       use_order(order);
@@ -234,14 +234,14 @@ class Searcher {
       if (worse == 3) break;
     }
     const auto chosen = std::ranges::find_if(
-        result_.orders, [&](const OrderScore& order) { return score(order) <= content * least; });
+        result_.orders, [&](const OrderScore& order) { return score(order) <= low_enough * least; });
     use_order(chosen == result_.orders.end() ? first_order : chosen->order);
     best_cost_ = cost(best_);
     for (Unknown& unknown : unknowns_) unknown.step = 0.3;
   }
 
-  // Few datasets turn often enough in both directions to tell one k from the other; what this one can't tell
-  // is better taken to be the same.
+  // Few datasets have enough turning points in both directions to distinguish the two k. If this dataset does
+  // not, one common k is used.
   void try_one_k() {
     std::vector<Unknown> unknowns(unknowns_.begin() + 1, unknowns_.end());
     unknowns[0] = {"k", unknowns_[1].start, 0.2, [](Trial& trial, double x) {

@@ -1,6 +1,7 @@
-// The search for what the output is not linear in: k of both directions, always; and what the dataset asks
-// for: initial memory, delay, thresholds beyond the observed inputs. Each is taken in where it lowers the
-// error, held-out samples' too; the order of the curves is the lowest that held-out samples are content with.
+// The search for the parameters in which the output is not linear. The k of both directions are always
+// searched. Initial memory, delay and thresholds beyond the observed inputs are added one by one, if this
+// lowers the error, also of held-out samples. The order of the curves is the lowest one with a held-out error
+// near the smallest.
 #pragma once
 
 #include <functional>
@@ -12,7 +13,7 @@
 
 namespace hystcan::identification {
 
-/// One thing that was taken in, and what it did; errors in output units.
+/// One parameter that the search added, with the errors before and after, in output units.
 struct Step {
   std::string what;  ///< "delay", "lower threshold", "initial memory"
   double rms_before = 0.0, rms_after = 0.0;
@@ -26,11 +27,11 @@ struct OrderScore {
 };
 
 struct SearchOptions {
-  std::optional<int> order;          ///< none: chosen, up to
-  int highest_order = 20;            ///< this one
+  std::optional<int> order;          ///< none: chosen by the search
+  int highest_order = 20;            ///< limit of this choice
   bool observed_thresholds = false;  ///< thresholds stay at the ends of the observed inputs
-  double sample_time_s = 0.0;        ///< 0: no delay is looked for
-  std::function<bool()> go_on;       ///< false: stop with the best so far
+  double sample_time_s = 0.0;        ///< 0: no delay is searched
+  std::function<bool()> go_on;       ///< returns false: stop with the best so far
 };
 
 struct SearchResult {
@@ -39,14 +40,14 @@ struct SearchResult {
   double rms = 0.0;
   std::optional<double> held_out;
   bool valid = false;
-  bool one_k = false;  ///< the dataset can't tell k_ascending from k_descending: they are the same
+  bool one_k = false;  ///< the dataset does not distinguish k_ascending from k_descending: they are equal
   std::vector<Step> steps;
   std::vector<OrderScore> orders;
 };
 
 inline constexpr int highest_order = 20;
 
-/// `first_inputs`: of each dataset, folded.
+/// `first_inputs`: the first input of each dataset, folded.
 SearchResult search(const Problem& problem, const std::vector<double>& first_inputs,
                     const SearchOptions& options);
 

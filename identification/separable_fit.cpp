@@ -68,7 +68,7 @@ Fitted SeparableFit::fit(const Trial& trial) {
   fitted.parameters.symmetry = problem_.symmetry;
   fitted.rms = std::sqrt(all.residual_square(solution.theta) / all.samples);
   fitted.valid = solution.valid;
-  fitted.wrong = solution.wrong;
+  fitted.violation = solution.violation;
   return fitted;
 }
 

@@ -1,5 +1,5 @@
-// Separable least squares (variable projection): for each choice of what the output is not linear in, the
-// best reference curves are one linear problem (regression.h); only the few numbers of a Trial are searched.
+// Separable least squares (variable projection): only the few numbers of a Trial, in which the output is not
+// linear, are searched. For each Trial the best reference curves are one linear problem (regression.h).
 //
 // G. Golub, V. Pereyra, "Separable nonlinear least squares", Inverse Problems 19, 2003.
 #pragma once
@@ -18,17 +18,17 @@ namespace hystcan::identification {
 struct Trial {
   double k_span_ascending = 1.0;  ///< k times the span of the thresholds
   double k_span_descending = 1.0;
-  double below = 0.0;  ///< lower threshold below the lowest input, in observed input spans
-  double above = 0.0;  ///< upper threshold above the highest one
+  double below = 0.0;  ///< lowest input minus lower threshold, in observed input spans
+  double above = 0.0;  ///< upper threshold minus highest input, in observed input spans
   double delay_s = 0.0;
-  std::vector<InitialMemory> memories;  ///< of each dataset
+  std::vector<InitialMemory> memories;  ///< for each dataset
 };
 
-/// What a fit is made for; the same for all trials.
+/// The part of the problem that is the same for all trials.
 struct Problem {
   std::vector<Excerpt> excerpts;
   int folds = 1;
-  model::Interval observed;  ///< inputs that occur, folded
+  model::Interval observed;  ///< range of the inputs that occur, folded
   model::Symmetry symmetry = model::Symmetry::none;
   double output_span = 1.0;
 
@@ -37,22 +37,22 @@ struct Problem {
 
 struct Fitted {
   model::HysteresisParameters parameters;  ///< no units
-  double rms = 0.0;                        ///< output units, over what the excerpts hold
-  bool valid = false;                      ///< curves and branches increase: it has an inverse
-  double wrong = 0.0;                      ///< where not: how far from it (valid_curves.h)
+  double rms = 0.0;                        ///< output units, over the samples of the excerpts
+  bool valid = false;                      ///< curves and branches increase, so that an inverse exists
+  double violation = 0.0;                  ///< 0 if valid; else the distance from it (valid_curves.h)
 };
 
 class SeparableFit {
  public:
-  /// How closely the branches are looked at; what is kept is to be looked at as closely as when loaded.
+  /// Resolution of the check of the branches. The final model is checked with the resolution of a model file.
   enum class Scan : std::size_t { coarse = 50, fine = 200 };
   SeparableFit(const Problem& problem, int order, Scan scan);
 
   /// The best curves that make an invertible model (valid_curves.h) at the trial's k.
   Fitted fit(const Trial& trial);
 
-  /// Root mean square of what the samples of each fold but fold 0 are missed by, fitted without that fold.
-  /// None where the others hold no sample.
+  /// RMS error of the samples of each fold except fold 0, predicted by a fit without that fold. None if these
+  /// folds contain no sample.
   std::optional<double> held_out(const Trial& trial);
 
  private:
@@ -63,7 +63,7 @@ class SeparableFit {
   const Problem& problem_;
   int order_;
   ValidCurves curves_;
-  std::vector<Regression> regressions_;  // of the trial last seen, whatever its k
+  std::vector<Regression> regressions_;  // of the last trial, for all k
   std::optional<Trial> prepared_;
 };
 

@@ -15,13 +15,14 @@ namespace {
 using model::Direction;
 
 constexpr model::Interval unit{0.0, 1.0};
-constexpr Eigen::Index points_per_step = 8;  // curves are looked at more finely than branches
+constexpr Eigen::Index points_per_step = 8;  // the grid of curves is finer than that of branches
 constexpr Eigen::Index kinds = 3;            // slope rising, slope falling, gap
 constexpr double least_slope = 2e-3;         // of the mean slope: flatter curves magnify noise when inverted
 constexpr double least_branch = 1e-3;        // slope of a branch, of the mean slope
 constexpr std::ptrdiff_t most_cuts = 60;     // kept for the next problem
 constexpr int most_rounds = 60;
-// Draws what the samples say nothing of to zero, the higher orders more; far below what they do say.
+// Weak regularisation, stronger for higher orders: coefficients become zero if the samples do not determine
+// them.
 constexpr double ridge = 1e-11;
 
 // (1 - T_i(s)) / (1 - s), and its limit i^2 at s = 1.
@@ -43,7 +44,8 @@ Eigen::LLT<Eigen::MatrixXd> decomposed(const NormalEquations& system) {
   return Eigen::LLT<Eigen::MatrixXd>(H);
 }
 
-// Least squares within rows theta >= bounds, by the triangle of H = R'R, R theta = R'^-1 g.
+// Least squares with rows theta >= bounds, from the triangle R of H = R'R:
+//   R theta = R'^-1 g
 class WithinRows {
  public:
   explicit WithinRows(const NormalEquations& system) : triangle_(system.g.size()) {
@@ -84,17 +86,17 @@ ValidCurves::ValidCurves(int order, std::size_t scan_steps)
   }
 }
 
-// The worst row of every stretch that is broken.
-bool ValidCurves::add_broken_curve_rows(const Eigen::VectorXd& theta, double bound,
-                                        std::vector<Eigen::VectorXd>& rows) const {
+// Adds the worst row of every stretch in which the rows are violated.
+bool ValidCurves::add_violated_curve_rows(const Eigen::VectorXd& theta, double bound,
+                                          std::vector<Eigen::VectorXd>& rows) const {
   const Eigen::VectorXd excess = (curves_ * theta).array() - bound;
   const std::size_t before = rows.size();
   for (Eigen::Index kind = 0; kind < kinds; ++kind) {
     Eigen::Index worst = -1;
     for (Eigen::Index row = kind * points_; row < (kind + 1) * points_; ++row) {
-      const bool broken = excess[row] < -0.1 * bound;
-      if (broken && (worst < 0 || excess[row] < excess[worst])) worst = row;
-      if ((!broken || row + 1 == (kind + 1) * points_) && worst >= 0) {
+      const bool is_violated = excess[row] < -0.1 * bound;
+      if (is_violated && (worst < 0 || excess[row] < excess[worst])) worst = row;
+      if ((!is_violated || row + 1 == (kind + 1) * points_) && worst >= 0) {
         rows.emplace_back(curves_.row(worst).transpose());
         worst = -1;
       }
@@ -104,7 +106,7 @@ bool ValidCurves::add_broken_curve_rows(const Eigen::VectorXd& theta, double bou
 }
 
 void ValidCurves::add_cuts(const std::vector<model::DecreasingBranch>& branches, model::Interval thresholds) {
-  const auto in_spans = [&](double v) {  // the thresholds themselves exactly
+  const auto in_spans = [&](double v) {  // exactly 0 and 1 at the thresholds
     const double t = (v - thresholds.lo) / thresholds.span();
     return t < 1e-9 ? 0.0 : t > 1.0 - 1e-9 ? 1.0 : t;
   };
@@ -113,7 +115,7 @@ void ValidCurves::add_cuts(const std::vector<model::DecreasingBranch>& branches,
         {branch.direction, in_spans(branch.start), in_spans(branch.target), in_spans(branch.input)});
 }
 
-// The branch is reached from the threshold where model/validity.h begins its scan.
+// The path to the branch begins at the threshold where the scan of model/validity.h begins.
 Eigen::VectorXd ValidCurves::row_of(const Cut& cut, model::Interval thresholds, const Pace& pace) const {
   const auto input = [&](double spans) {
     return spans == 1.0 ? thresholds.hi : thresholds.lo + spans * thresholds.span();
@@ -121,45 +123,45 @@ Eigen::VectorXd ValidCurves::row_of(const Cut& cut, model::Interval thresholds, 
   const bool up = cut.direction == Direction::ascending;
   const bool to_threshold = cut.target <= 0.0 || cut.target >= 1.0;
   const bool from_threshold = up ? cut.start <= 0.0 : cut.start >= 1.0;
-  std::vector<double> way;
-  if (!to_threshold) way.push_back(input(cut.target));
-  if (!from_threshold) way.push_back(input(cut.start));
-  way.push_back(input(0.5 * (cut.start + cut.target)));
+  std::vector<double> inputs;
+  if (!to_threshold) inputs.push_back(input(cut.target));
+  if (!from_threshold) inputs.push_back(input(cut.start));
+  inputs.push_back(input(0.5 * (cut.start + cut.target)));
   const bool begins_low = from_threshold ? up : to_threshold ? !up : up;
   const Path path = trace(
-      thresholds, begins_low ? model::Origin::lower_threshold : model::Origin::upper_threshold, {}, way);
+      thresholds, begins_low ? model::Origin::lower_threshold : model::Origin::upper_threshold, {}, inputs);
   const std::size_t last = path.runs.back().branch;
   return BranchRows(path, thresholds, order_, pace).slope(path.branches[last], last, input(cut.input));
 }
 
 // The steepest slope the wrong way of a curve or a branch, in mean slopes.
-double ValidCurves::wrong(const Eigen::VectorXd& theta, model::Interval thresholds, const Pace& pace,
-                          double mean_slope) {
+double ValidCurves::violation(const Eigen::VectorXd& theta, model::Interval thresholds, const Pace& pace,
+                              double mean_slope) {
   const double lowest = (curves_ * theta).minCoeff();
   if (lowest < 0.0) return -lowest / (mean_slope * thresholds.span());
   const auto decreasing =
       model::find_decreasing_branches(parameters_of(theta, thresholds, pace), scan_steps_);
   add_cuts(decreasing, thresholds);
-  double wrong = 0.0;
-  for (const auto& branch : decreasing) wrong = std::max(wrong, -branch.slope / mean_slope);
-  return wrong;
+  double steepest = 0.0;
+  for (const auto& branch : decreasing) steepest = std::max(steepest, -branch.slope / mean_slope);
+  return steepest;
 }
 
-// Curves that cross are drawn apart by a gap 1 - T_1, whose row in curves_ is 1: mixing with a line, which
-// has no gap, would never do it.
-void ValidCurves::draw_apart(Eigen::VectorXd& theta, double bound) const {
+// Separates curves that cross by a gap 1 - T_1, whose row in curves_ is 1. Mixing with a line cannot separate
+// them, because a line has no gap.
+void ValidCurves::separate_curves(Eigen::VectorXd& theta, double bound) const {
   const double gap = (curves_.bottomRows(points_) * theta).minCoeff();
   if (gap < 0.0) theta[order_ + 1] += bound - gap;
 }
 
-// Slopes are linear in theta, and on a straight line without a loop all are its own: mixed with as much of
-// one as they are wrong, they are right.
-void ValidCurves::mix_with_line(Eigen::VectorXd& theta, double wrong, const NormalEquations& system,
+// Slopes are linear in theta, and on a straight line without a loop all slopes are those of the line. Mixing
+// with a share of the line that corresponds to the violation therefore makes all slopes valid.
+void ValidCurves::mix_with_line(Eigen::VectorXd& theta, double violation, const NormalEquations& system,
                                 double least_rise) const {
   Eigen::VectorXd line = Eigen::VectorXd::Zero(theta.size());
   line.head(2) = system.H.topLeftCorner(2, 2).ldlt().solve(system.g.head(2));
   line[1] = std::max(line[1], 0.5 * least_rise);
-  const double share = std::min(1.0, 1.2 * wrong / (0.5 + wrong) + 1e-9);
+  const double share = std::min(1.0, 1.2 * violation / (0.5 + violation) + 1e-9);
   theta += share * (line - theta);
 }
 
@@ -174,9 +176,9 @@ ValidCurves::Solution ValidCurves::solve(const NormalEquations& system, model::I
   Solution solution;
   for (int round = 0; round < most_rounds; ++round) {
     solution.theta = least_squares.theta();
-    if (!add_broken_curve_rows(solution.theta, bound, curve_rows)) {
-      solution.wrong = wrong(solution.theta, thresholds, pace, mean_slope);
-      if (solution.wrong == 0.0) break;
+    if (!add_violated_curve_rows(solution.theta, bound, curve_rows)) {
+      solution.violation = violation(solution.theta, thresholds, pace, mean_slope);
+      if (solution.violation == 0.0) break;
       cuts_used = cuts_.size();
     }
     std::vector<Eigen::VectorXd> rows = curve_rows;
@@ -187,16 +189,16 @@ ValidCurves::Solution ValidCurves::solve(const NormalEquations& system, model::I
     }
     try {
       least_squares.solve(rows, bounds);
-    } catch (const std::invalid_argument&) {  // nothing is within, to rounding
+    } catch (const std::invalid_argument&) {  // to rounding, no theta meets all inequalities
       break;
     }
   }
-  draw_apart(solution.theta, bound);
+  separate_curves(solution.theta, bound);
   for (int round = 0; round < most_rounds; ++round) {
-    solution.wrong = wrong(solution.theta, thresholds, pace, mean_slope);
-    solution.valid = solution.wrong == 0.0;
+    solution.violation = violation(solution.theta, thresholds, pace, mean_slope);
+    solution.valid = solution.violation == 0.0;
     if (solution.valid) break;
-    mix_with_line(solution.theta, solution.wrong, system, mean_slope * thresholds.span());
+    mix_with_line(solution.theta, solution.violation, system, mean_slope * thresholds.span());
   }
   return solution;
 }

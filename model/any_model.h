@@ -1,7 +1,7 @@
 // A model of any kind, chosen at run time: by a model file, by the twin's configuration.
 //
-// Parameters are values, copied and compared at will; a model is made of them once, which is where they are
-// checked. Who computes with one visits the variant, outside the loop where that matters.
+// Parameters are plain values that can be copied and compared. A model is constructed from them once; the
+// constructor checks them. Code that computes with a model visits the variant outside time-critical loops.
 #pragma once
 
 #include <string>
@@ -14,17 +14,17 @@
 
 namespace hystcan::model {
 
-/// Of a LinearMapping: the curves and the symmetry; k plays no part.
+/// Parameters of a LinearMapping: the curves and the symmetry. k is not used.
 struct LinearMappingParameters {
   HysteresisParameters curves;
 };
 
-/// The average model is a recursive-memory one whose curves coincide (model/simplified.h).
+/// The average model is a recursive-memory model whose two curves coincide (model/simplified.h).
 using AnyParameters = std::variant<HysteresisParameters, LinearMappingParameters, PrandtlIshlinskiiParameters,
                                    PreisachParameters>;
 using AnyModel = std::variant<Hysteresis, LinearMapping, PrandtlIshlinskii, Preisach>;
 
-/// Throws std::invalid_argument where the model of that kind does.
+/// Throws std::invalid_argument if the constructor of the model does.
 AnyModel model_of(const AnyParameters& parameters);
 
 const std::string& input_unit(const AnyParameters& parameters);

@@ -25,8 +25,8 @@ void check(const Creep::Config& config, double dt_s) {
   if (!std::isfinite(dt_s) || dt_s <= 0) refuse("dt_s = ", dt_s, ", expected a positive number");
 }
 
-// How far the input pulls beyond the dead zone.
-double pull(double distance, double threshold) {
+// The distance by which the input exceeds the dead zone.
+double beyond_dead_zone(double distance, double threshold) {
   return std::max(distance - threshold, std::min(distance + threshold, 0.0));
 }
 
@@ -46,7 +46,8 @@ Creep::Step::Step(const Config& config, double dt_s) {
 double Creep::Step::operator()(State& state, double input) const {
   if (!std::isfinite(input)) return output(state);
   for (std::size_t i = 0; i < coefficients_.size(); ++i)
-    state.values[i] += coefficients_[i].share * pull(input - state.values[i], coefficients_[i].threshold);
+    state.values[i] +=
+        coefficients_[i].share * beyond_dead_zone(input - state.values[i], coefficients_[i].threshold);
   return output(state);
 }
 

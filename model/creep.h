@@ -2,10 +2,15 @@
 //
 //   y_i' = a_i max(u - y_i - r_i, min(u - y_i + r_i, 0)),    output = sum_i w_i y_i
 //
-// Input u; thresholds r_i >= 0 and memories y_i in input units; rates a_i > 0 in 1/s; weights w_i in output
-// units per input unit.  Each y_i follows u at its own rate and stops r_i short of it; r_i = 0 is the linear
-// lag.  Kuhnen has an operator for every pair of a threshold and a rate; here they are one list.  Exact for
-// an input held during the step:
+//   u          input
+//   y_i        memory of operator i, input units
+//   r_i >= 0   threshold, input units
+//   a_i > 0    rate, 1/s
+//   w_i        weight, output units per input unit
+//
+// Each y_i follows u at its own rate and stops at a distance r_i from it. r_i = 0 gives the linear lag.
+// Kuhnen uses one operator for every pair of a threshold and a rate; here the operators are one list.
+// The step is exact for an input that is held during the step:
 //
 //   y_i[n+1] = y_i[n] + (1 - e^{-a_i dt}) max(u - y_i[n] - r_i, min(u - y_i[n] + r_i, 0))
 //
@@ -31,17 +36,17 @@ struct Creep {
   struct State {
     std::vector<double> values;  ///< y_i, one for each operator
   };
-  /// Settled after an input that was held for ever: every y_i = input.
+  /// The state after the input was held for a very long time: every y_i = input.
   static State settled(const Config& config, double input);
 
-  /// The step of a fixed length, its coefficients computed once. Takes the states of its own Config only:
-  /// as many values as there are operators. Allocates nothing.
+  /// A step of fixed length; its coefficients are computed once. A state must belong to the same Config: it
+  /// has as many values as there are operators. The step allocates nothing.
   class Step {
    public:
-    /// Throws std::invalid_argument, naming the operator's index, where a weight is not finite, a rate not
-    /// positive or a threshold negative; and where dt_s is not positive.
+    /// Throws std::invalid_argument, with the operator's index, if a weight is not finite, a rate is not
+    /// positive or a threshold is negative; also if dt_s is not positive.
     Step(const Config& config, double dt_s);
-    /// The output after `input` was held for dt_s. An input that is not finite changes nothing.
+    /// Returns the output after `input` was held for dt_s. An input that is not finite changes nothing.
     double operator()(State& state, double input) const;
     double output(const State& state) const;  ///< sum_i w_i y_i
 
@@ -59,18 +64,19 @@ struct Creep {
 ///
 /// gamma is 0.01 to 0.02 for piezo actuators.
 /// H. Jung, D.-G. Gweon, "Creep characteristics of piezoelectric actuators", Rev. Sci. Instrum. 71(4), 2000.
-/// It has neither beginning nor end in time, and is approximated by linear operators (r = 0) of weight
-/// gamma / 2, two to a decade of time constants, from 10^{-1/2} from_s to at least 10^2 to_s.
-/// What is approximate, for the creep C(t) after a unit step at rest:
-///   - dC / dlog10(t) is gamma to 0.6 %: 0.23 % of ripple from the spacing, and up to 0.5 % too little near
-///     to_s, where the slower operators are missing.  C(t) - C(from_s) is gamma log10(t / from_s) to 0.24 %
-///     of gamma.
-///   - C(from_s) = 1.00 gamma: what has crept before t_1 belongs to x_0, which is (1 + gamma) times the
-///     response without creep.  gamma is a share of the latter.
-///   - Before from_s the creep starts from zero, linear in time.  After to_s it slows down, and goes on by
-///     2 to 2.5 gamma in all.
-///   - It is linear: successive steps superpose, which real creep with its thresholds does only roughly.
-/// Throws std::invalid_argument where gamma is not finite or not 0 < from_s < to_s.
+/// This law has neither a beginning nor an end in time. It is approximated by linear operators (r = 0) of
+/// weight gamma / 2, two per decade of time constants, from 10^{-1/2} from_s to at least 10^2 to_s.
+/// The approximation errors, for the creep C(t) after a unit step at rest:
+///   - dC / dlog10(t) equals gamma to 0.6 %: the spacing causes a ripple of 0.23 %, and the missing slower
+///     operators make it up to 0.5 % too small near to_s.  C(t) - C(from_s) equals gamma log10(t / from_s)
+///     to 0.24 % of gamma.
+///   - C(from_s) = 1.00 gamma: the creep before t_1 belongs to x_0, which is (1 + gamma) times the response
+///     without creep.  gamma is a share of that response.
+///   - Before from_s the creep starts from zero, linear in time.  After to_s it slows down; it still
+///     increases by 2 to 2.5 gamma in total.
+///   - The approximation is linear: successive steps superpose. Real creep with its thresholds superposes
+///     only roughly.
+/// Throws std::invalid_argument if gamma is not finite or not 0 < from_s < to_s.
 Creep::Config logarithmic_creep(double per_decade, double from_s, double to_s);
 
 }  // namespace hystcan::model

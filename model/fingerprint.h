@@ -1,5 +1,4 @@
-// A number that tells one model's parameters from another's, so that a memory is never restored into a model
-// that it does not belong to.
+// A number that identifies the parameters of a model, so that a memory is never restored into another model.
 #pragma once
 
 #include <bit>
@@ -9,7 +8,7 @@
 
 namespace hystcan::model {
 
-/// FNV-1a, 64 bit, over the bytes of what is added: the same on every machine and in every build.
+/// FNV-1a, 64 bit, over the bytes of all added values. The result is the same on every machine and build.
 class Fingerprint {
  public:
   void add(std::string_view text) {

@@ -12,8 +12,8 @@ struct Shares {
   long double before = 0, after = 0;  // b_0, b_1
 };
 
-// b_0 = -sum j (-tau)^j / (j+1)!,  b_1 = -sum (-tau)^j / (j+1)!,  j = 1, 2, ...: for tau < 1, where the
-// closed form is a difference of nearly equal numbers.
+// For tau < 1, where the closed form is a difference of nearly equal numbers:
+//   b_0 = -sum j (-tau)^j / (j+1)!,    b_1 = -sum (-tau)^j / (j+1)!,    j = 1, 2, ...
 Shares by_series(long double tau) {
   Shares b;
   long double term = tau / 2;  // -(-tau)^j / (j+1)!

@@ -94,8 +94,8 @@ inline double ExponentialConvergence::slope(const Branch& branch, Direction dire
          sign(direction) * branch.coefficient * pace(direction).decay(d);
 }
 
-// e^{k d} f_0' is lowest at the start, where sigma f_0'' + k f_0' turns from negative to positive, or at the
-// end.
+// e^{k d} f_0' is lowest at the start, at the end, or where sigma f_0'' + k f_0' turns from negative to
+// positive.
 bool ExponentialConvergence::is_increasing(const Branch& branch, Direction direction, double target) const {
   const auto rises = [&](double v) { return slope(branch, direction, v) >= -slope_tolerance_; };
   if (!rises(branch.start_input)) return false;
@@ -122,16 +122,17 @@ Branch ExponentialConvergence::virgin_branch() const {
   return {low.input, low.output, 0.0, 0.0, true};
 }
 
-// [x_s - f_below(v_s)] / phi(|v_target - v_s|) of a reversal at the present point.
+// For a reversal at the present point:
+//   [x_s - f_below(v_s)] / phi(|v_target - v_s|)
 //
-// In a tiny loop the distance between its two sides drowns in rounding; there it follows from the difference
-// of their slopes, which is exact to the square of the loop's size. The virgin curve does not pass through
-// its target L_0, so that loops between the two are not tiny.
+// In a tiny loop the distance between its two sides is lost in rounding. It is then computed from the
+// difference of their slopes, which is exact to the square of the loop's size. The virgin curve does not pass
+// through its target L_0, so that loops between the two are not tiny.
 double ExponentialConvergence::added_coefficient(const HysteresisState& state, double offset,
                                                  double target) const {
   const std::size_t top = state.depth() - 1;
-  const Direction old_way = state.direction(), new_way = opposite(old_way);
-  const Convergence& convergence = pace(new_way);
+  const Direction old_direction = state.direction(), new_direction = opposite(old_direction);
+  const Convergence& convergence = pace(new_direction);
   const Branch reference{input_range().lo, 0.0, 0.0, 0.0, true};
   const Branch& below = top > 0 ? state.branches[top - 1] : reference;
   const double size = std::abs(target - state.input);
@@ -139,8 +140,9 @@ double ExponentialConvergence::added_coefficient(const HysteresisState& state, d
   const bool closes = top > 0 || state.origin != Origin::virgin;
   if (closes && size * std::max(1.0 / input_range().span(), largest_k) < 1e-6) {
     const double middle = state.input + (target - state.input) / 2.0;
-    const double opening = slope(below, new_way, middle) - slope(state.branches[top], old_way, middle);
-    return sign(new_way) * opening * size / convergence.precise_phi(size);
+    const double opening =
+        slope(below, new_direction, middle) - slope(state.branches[top], old_direction, middle);
+    return sign(new_direction) * opening * size / convergence.precise_phi(size);
   }
   const double distance =
       offset - below.offset + below.coefficient * convergence.phi(std::abs(state.input - below.start_input));
@@ -158,7 +160,7 @@ Branch ExponentialConvergence::reversed(const HysteresisState& state) const {
     branch.coefficient = below.coefficient * pace(way).decay(std::abs(state.input - below.start_input));
   }
   branch.coefficient += added_coefficient(state, branch.offset, target);
-  const bool overflow = !std::isfinite(branch.coefficient);  // denormal distances to L_0
+  const bool overflow = !std::isfinite(branch.coefficient);  // the distance to L_0 can be denormal
   if (overflow) branch.coefficient = 0.0;
   branch.increasing = !overflow && is_increasing(branch, way, target);
   return branch;

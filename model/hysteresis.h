@@ -1,29 +1,37 @@
 // Recursive memory-based hysteresis (Bashash, Jalili, Evans, Dapino 2009), in a form that costs O(1) per
 // sample.
 //
-// Input v in [v_lo, v_hi], output x; f_0^A <= f_0^D: ascending and descending reference curves, both
-// increasing, meeting at the upper threshold.  U_0 = (v_hi, f_0^A(v_hi)) is the upper threshold point, L_0 =
-// (v_lo, f_0^D(v_lo)) the lower convergence point.  With the turning points U_n, L_n still remembered (paper,
-// eq. 4 and its mirror image), rising from L_n and falling from U_{n+1}:
+//   v in [v_lo, v_hi]           input
+//   x                           output
+//   f_0^A <= f_0^D              ascending and descending reference curves; both increase and meet at v_hi
+//   U_0 = (v_hi, f_0^A(v_hi))   upper threshold point
+//   L_0 = (v_lo, f_0^D(v_lo))   lower convergence point
+//   U_n, L_n                    turning points that are still remembered
+//
+// The branches that rise from L_n and fall from U_{n+1} are (paper, eq. 4 and its mirror image)
 //
 //   f_{n+1}^A(v) = f_n^A(v) + (x_n^L - f_n^A(v_n^L)) g(v_n^U - v; v_n^U - v_n^L, k_A)
 //   f_{n+1}^D(v) = f_n^D(v) + (x_{n+1}^U - f_n^D(v_{n+1}^U)) g(v - v_n^L; v_{n+1}^U - v_n^L, k_D)
 //   g(s; S, k)   = (e^{ks} - 1) / (e^{kS} - 1)
 //
-// The sum over all surrounding loops collapses.  With the distance travelled d = |v - v_s| from the branch's
-// start (v_s, x_s), and phi(d) = -expm1(-k d) / k  (phi(d) = d at k = 0), every branch is
+// The sum over all surrounding loops collapses into one term.  Every branch starts at (v_s, x_s) and is
 //
-//   f(v) = f_0(v) + c - S phi(d),      c = x_s - f_0(v_s),
-//   S    = S_below e^{-k |v_s - v_below|} + [x_s - f_below(v_s)] / phi(|v_target - v_s|)
+//   f(v)   = f_0(v) + c - S phi(d),      c = x_s - f_0(v_s),      d = |v - v_s|
+//   S      = S_below e^{-k |v_s - v_below|} + [x_s - f_below(v_s)] / phi(|v_target - v_s|)
+//   phi(d) = -expm1(-k d) / k            phi(d) = d at k = 0
 //
-// where `below` is the branch of the same direction that was broken at the target (c = S = 0 on a reference
-// curve). c and S are made once, at the reversal; wiping out is a pop.  docs/theory.md derives it.
+// `below` is the branch of the same direction that was broken at the target (c = S = 0 on a reference curve).
+// c and S are computed once, at the reversal.  Wiping out is a pop.  docs/theory.md contains the derivation.
 //
-// A branch is increasing where sigma S e^{-k d} < f_0'(v), sigma = +1 rising, -1 falling: checked at every
-// reversal, at the start where sigma f_0'' + k f_0' >= 0 makes that enough, else wherever that changes its
-// sign, and at the target, too.  One curve cannot keep this: falling branches that leave the virgin curve
-// f_0^A near or below the output of L_0 (which they target) turn upwards, whatever k.  They are flagged where
-// they are met, and gone after the first visit to a threshold.
+// A branch increases if, with sigma = +1 rising and -1 falling,
+//
+//   sigma S e^{-k d} < f_0'(v)
+//
+// Every reversal checks this at the start of the branch.  That is sufficient if sigma f_0'' + k f_0' >= 0;
+// otherwise it is also checked where that expression changes its sign, and at the target.
+// Some branches cannot increase: a falling branch that leaves the virgin curve f_0^A near or below the output
+// of its target L_0 turns upwards for every k.  The model flags such a branch when it is used.  They do not
+// occur after the first visit to a threshold.
 #pragma once
 
 #include <cstdint>
@@ -35,8 +43,8 @@
 
 namespace hystcan::model {
 
-/// The law of a branch: Branch::offset is c, in output units; Branch::coefficient is S, output units per
-/// input unit, >= 0 rising and <= 0 falling in a regular loop.
+/// The law of a branch. Branch::offset is c, in output units. Branch::coefficient is S, in output units per
+/// input unit; in a regular loop it is >= 0 rising and <= 0 falling.
 class ExponentialConvergence {
  public:
   explicit ExponentialConvergence(HysteresisParameters parameters);
@@ -57,13 +65,13 @@ class ExponentialConvergence {
  private:
   /// phi and e^{-k d} of one direction.
   struct Convergence {
-    double k = 0.0;                // 0 where phi(d) = d to rounding
-    double reciprocal = 0.0;       // 1 / k
-    bool lowest_at_start = true;   // sigma f_0'' + k f_0' >= 0: a branch is flattest where it starts
-    bool steep = false;            // |k| times the input range > 1: 1 - e^{-k d} loses nothing that matters
-    std::vector<double> flattest;  // inputs where that turns from negative to positive on the way
-    double phi(double d) const;    // to 1e-16 / k, or to rounding where not steep
-    double precise_phi(double d) const;  // to rounding: what a tiny loop is divided by
+    double k = 0.0;                      // 0 if phi(d) = d to rounding
+    double reciprocal = 0.0;             // 1 / k
+    bool lowest_at_start = true;         // sigma f_0'' + k f_0' >= 0: a branch is flattest at its start
+    bool steep = false;                  // |k| times the input range > 1: 1 - e^{-k d} is accurate enough
+    std::vector<double> flattest;        // inputs where sigma f_0'' + k f_0' turns from negative to positive
+    double phi(double d) const;          // accurate to 1e-16 / k if steep, else to rounding
+    double precise_phi(double d) const;  // accurate to rounding: tiny loops divide by it
     double decay(double d) const;        // e^{-k d}
   };
 
@@ -79,16 +87,17 @@ class ExponentialConvergence {
   double halley_tolerance_ = 0.0;
 };
 
-/// The model: parameters, checked once. All memory is in the HysteresisState that is passed in.
+/// The model holds its parameters, which are checked once. The memory is in the HysteresisState that the
+/// caller passes.
 class Hysteresis : public MemoryModel<ExponentialConvergence> {
  public:
-  /// Throws std::invalid_argument, naming the interval, where a curve does not increase, the curves cross or
-  /// do not meet at the upper threshold, or k is beyond the limit that keeps every branch increasing
+  /// Throws std::invalid_argument, with the interval, if a curve does not increase, if the curves cross or do
+  /// not meet at the upper threshold, or if k exceeds the limit that keeps every branch increasing
   /// (model/validity.h).
   explicit Hysteresis(HysteresisParameters parameters);
 
-  /// For the study of what lies beyond that limit (Fig. 6c and d of the paper): the curves are checked, the
-  /// branches are not, and the inverse is not to be trusted where `increasing` is false.
+  /// For studies beyond that limit (Fig. 6c and d of the paper): the curves are checked, the branches are
+  /// not. Where `increasing` is false, the inverse is not reliable.
   static Hysteresis beyond_limit(HysteresisParameters parameters);
 
   const HysteresisParameters& parameters() const { return law().parameters(); }

@@ -1,8 +1,7 @@
-// What every model of hysteresis here can do, whatever it remembers and however it computes: one interface
-// for simulation, comparison and benchmarks.
+// The common interface of all hysteresis models, for simulation, comparison and benchmarks.
 //
-// A model holds parameters, checked once; everything remembered is in the State that is passed in. forward()
-// and inverse() only look, advance() moves the memory. None of the three allocates.
+// A model holds its parameters, which are checked once. The memory is in the State that the caller passes.
+// forward() and inverse() do not change the memory; advance() does. None of the three allocates.
 #pragma once
 
 #include <concepts>
@@ -14,12 +13,12 @@
 
 namespace hystcan::model {
 
-/// Being limited is not an error but a reason, told beside the value.
+/// A limited value is not an error: the result contains the value and the reason.
 struct Prediction {
   double value = 0.0;      ///< output of forward() and advance(), input of inverse()
-  bool saturated = false;  ///< the request lay outside what can be reached, and was taken at its edge
-  bool increasing = true;  ///< false: the branch in use is not increasing, its inverse is not to be trusted
-  bool finite = true;      ///< false: the request was not a finite number; no memory was changed
+  bool saturated = false;  ///< the request was out of reach; the nearest reachable value was used
+  bool increasing = true;  ///< false: the branch in use does not increase; its inverse is not reliable
+  bool finite = true;      ///< false: the request was not a finite number; the memory was not changed
 };
 
 template <class M>
@@ -28,7 +27,7 @@ concept HysteresisOperator = requires(const M& model, const typename M::State& s
   { model.kind() } -> std::convertible_to<std::string_view>;      // as in a model file
   { model.fingerprint() } -> std::same_as<std::uint64_t>;         // of all parameters
   { model.input_range() } -> std::convertible_to<Interval>;       // thresholds, input units
-  { model.virgin(number) } -> std::same_as<typename M::State>;    // nothing remembered yet, at this input
+  { model.virgin(number) } -> std::same_as<typename M::State>;    // empty memory, at this input
   { model.reachable(state) } -> std::same_as<Interval>;           // outputs within reach from here
   { model.forward(state, number) } -> std::same_as<Prediction>;   // the output that this input would give
   { model.inverse(state, number) } -> std::same_as<Prediction>;   // the input that would give this output

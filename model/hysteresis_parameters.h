@@ -1,4 +1,4 @@
-// The numbers of a recursive memory-based model (model/hysteresis.h): what its branches are made from.
+// The parameters of a recursive memory-based model (model/hysteresis.h).
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace hystcan::model {
 
-/// What is identified and kept in a model file. k in 1/input unit, of either sign.
+/// The identified numbers that a model file contains. k is in 1/input unit, of either sign.
 struct HysteresisParameters {
   std::string input_unit;
   std::string output_unit;
@@ -30,7 +30,7 @@ struct HysteresisParameters {
   Point upper_point() const { return {input_range().hi, ascending.value(input_range().hi)}; }   ///< U_0
 };
 
-/// Adds all but the two k.
+/// Adds all parameters except the two k.
 void add_curves(Fingerprint& sum, const HysteresisParameters& parameters);
 
 }  // namespace hystcan::model

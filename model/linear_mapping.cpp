@@ -24,7 +24,7 @@ Branch AffineMap::joined(Point start, Point target, Direction direction) const {
   const ReferenceCurve& reference = parameters_.curve(direction);
   const double start_value = reference.value(start.input);
   const double rise = reference.value(target.input) - start_value;
-  const bool rises = sign(direction) * rise > 0.0;  // not in a loop as small as rounding
+  const bool rises = sign(direction) * rise > 0.0;  // false in a loop as small as rounding
   const double b = rises ? (target.output - start.output) / rise : 0.0;
   return {start.input, start.output, start.output - b * start_value, b, b > 0.0};
 }

@@ -1,11 +1,11 @@
-// The linear mapping model of the papers before the recursive one (Bashash, Jalili 2006, 2008): the same
-// memory, but every branch is the affine image of its reference curve that joins its start to its target.
+// The linear mapping model (Bashash, Jalili 2006, 2008), the predecessor of the recursive model.  The memory
+// is the same, but every branch is an affine image of its reference curve that joins its start to its target.
 //
 //   f(v) = x_s + b [f_0(v) - f_0(v_s)],      b = (x_target - x_s) / (f_0(v_target) - f_0(v_s))
 //
-// f_0: the reference curve of the branch's direction.  Both ends are met, what lies between is not held
-// within the surrounding loop: the inner branches of a strongly bent curve cross the outer ones, which is why
-// the recursive model was made.  Here to be compared with.
+// f_0 is the reference curve of the branch's direction.  The branch passes through both ends, but between
+// them it can leave the surrounding loop: the inner branches of a strongly bent curve cross the outer ones.
+// The recursive model avoids this.  The linear mapping model is here as a baseline for comparison.
 #pragma once
 
 #include <cstdint>
@@ -42,8 +42,8 @@ class AffineMap {
 
 class LinearMapping : public MemoryModel<AffineMap> {
  public:
-  /// Only the reference curves, the units and the symmetry matter; k plays no part. Throws
-  /// std::invalid_argument where the curves won't do (model/validity.h).
+  /// Uses only the reference curves, the units and the symmetry, not k. Throws std::invalid_argument if the
+  /// curves are not valid (model/validity.h).
   explicit LinearMapping(HysteresisParameters parameters);
 
   const HysteresisParameters& parameters() const { return law().parameters(); }

@@ -1,10 +1,10 @@
-// What an actuator remembers: its turning points, and the branches that were broken at them.
+// The memory of an actuator: its turning points, and the branches that were broken at them.
 //
-// Branches b_0, b_1, ... alternate in direction; the last one is being travelled.  b_0 starts at a threshold
-// point and targets the opposite one; b_j targets the start of b_{j-1} and has b_{j-2} below, the branch of
-// its own direction that was broken at the target.  Reaching the target of b_m pops b_m and b_{m-1} (wiping
-// out): the path continues on b_{m-2} (curve alignment).  At a threshold a single branch remains, which
-// starts there.
+// Branches b_0, b_1, ... alternate in direction; the path is on the last one.  b_0 starts at a threshold
+// point and targets the opposite one.  b_j targets the start of b_{j-1}; `below` it is b_{j-2}, the branch of
+// the same direction that was broken at the target.  When the path reaches the target of b_m, b_m and b_{m-1}
+// are popped (wiping out), and the path continues on b_{m-2} (curve alignment).  At a threshold a single
+// branch remains, which starts there.
 #pragma once
 
 #include <cstddef>
@@ -23,17 +23,17 @@ constexpr Direction opposite(Direction direction) {
   return direction == Direction::ascending ? Direction::descending : Direction::ascending;
 }
 
-/// One remembered branch: the turning point where it started, and the two numbers that shape it; what they
-/// mean is the model's own affair.
+/// One remembered branch: the turning point where it started, and two numbers that describe its shape. Each
+/// model defines the meaning of these two numbers.
 struct Branch {
   double start_input = 0.0;
   double start_output = 0.0;
   double offset = 0.0;
   double coefficient = 0.0;
-  bool increasing = true;  ///< as far as the model's law can tell
+  bool increasing = true;  ///< according to the check of the model's law
 };
 
-/// A stack that never allocates once made, nor do its copies lose capacity.
+/// A stack that allocates only at construction. Its copies keep the capacity.
 class BranchStack {
  public:
   explicit BranchStack(std::size_t capacity = 0) : slots_(capacity) {}
@@ -45,7 +45,7 @@ class BranchStack {
   const Branch& back() const { return slots_[size_ - 1]; }
   const Branch* begin() const { return slots_.data(); }
   const Branch* end() const { return slots_.data() + size_; }
-  void push(const Branch& branch) { slots_[size_++] = branch; }  ///< not where full()
+  void push(const Branch& branch) { slots_[size_++] = branch; }  ///< must not be called when full()
   void keep(std::size_t count) { size_ = count; }                ///< pops until `count` are left
 
  private:
@@ -53,20 +53,20 @@ class BranchStack {
   std::size_t size_ = 0;
 };
 
-/// Where b_0 starts. At `virgin`, b_0 is the ascending reference curve f_0^A itself: its start L_0 is not on
-/// it, but is what every falling branch targets.
+/// Where b_0 starts. For `virgin`, b_0 is the ascending reference curve f_0^A itself. Its start is L_0, the
+/// target of the falling branches; L_0 does not lie on the curve.
 enum class Origin { virgin, lower_threshold, upper_threshold };
 
-/// All that the actuator remembers.
+/// The whole memory of the actuator.
 ///
-/// Memory full: a reversal makes no new branch, the innermost branch is travelled backwards instead, and left
-/// through its start into the branch that was broken there: the new turning point is merged with the
-/// innermost one. The path stays continuous and increasing; what is lost is the loop that would have opened
-/// inside the innermost one. `merged` counts the steps taken so.
+/// When the memory is full, a reversal makes no new branch. The path goes backwards on the innermost branch
+/// and leaves it through its start into the branch that was broken there: the new turning point is merged
+/// with the innermost one. The path stays continuous and increasing; only the loop that would have opened
+/// inside the innermost one is lost. `merged` counts the steps that were taken in this way.
 struct HysteresisState {
-  BranchStack branches;  ///< capacity fixed at construction, never exceeded
+  BranchStack branches;  ///< the capacity is fixed at construction
   Origin origin = Origin::virgin;
-  double input = 0.0;  ///< |v| where symmetry is even
+  double input = 0.0;  ///< |v| if symmetry is even
   double output = 0.0;
   std::size_t merged = 0;
 
@@ -83,12 +83,13 @@ struct Point {
   double output = 0.0;
 };
 
-/// A memory as a list of turning points, outermost first, the threshold where it began left out: what a file
-/// holds. Each turning point lies strictly between the two before it (at first, between the thresholds).
+/// A memory as a list of turning points, outermost first, without the threshold where it began. This is the
+/// content of a memory file. Each turning point lies strictly between the two before it (the first ones
+/// between the thresholds).
 struct TurningPoints {
   Origin origin = Origin::virgin;
   std::vector<double> inputs;   ///< of the turning points
-  std::vector<double> outputs;  ///< as they were reached; or empty, and the model computes them
+  std::vector<double> outputs;  ///< at the turning points; if empty, the model computes them
   double input = 0.0;           ///< at present, between the last turning point and its target
   std::optional<double> output;
   std::size_t merged = 0;

@@ -1,9 +1,9 @@
-// The memory-based framework (Bashash, Jalili 2006 to 2009): a path that turns, remembers where, targets the
-// turning point before, and aligns with the branch broken there.  How a branch runs between its start and its
-// target is the Law's affair; everything else is here, once, for all laws.
+// The memory-based framework (Bashash, Jalili 2006 to 2009).  The path turns, remembers the turning point,
+// targets the turning point before, and aligns with the branch that was broken there.  The Law defines the
+// shape of a branch between its start and its target; everything else is common to all laws and is here.
 //
 // A step costs O(1), amortised: turning points are ordered in input and in output, a reversal pushes one
-// branch, reaching a target pops two.
+// branch, and reaching a target pops two.
 #pragma once
 
 #include <cmath>
@@ -21,7 +21,7 @@
 
 namespace hystcan::model {
 
-/// How branches run. Each is a function of the input that increases from its start to its target.
+/// The shape of branches. Each branch is a function of the input that increases from its start to its target.
 template <class L>
 concept BranchLaw = requires(const L& law, const Branch& branch, const HysteresisState& state,
                              Direction direction, double v) {
@@ -30,24 +30,24 @@ concept BranchLaw = requires(const L& law, const Branch& branch, const Hysteresi
   { law.input_range() } -> std::convertible_to<Interval>;
   { law.symmetry() } -> std::same_as<Symmetry>;
   { law.threshold_branch(direction) } -> std::same_as<Branch>;  // from L_0 up, from U_0 down
-  { law.virgin_branch() } -> std::same_as<Branch>;              // the first path of all; start at L_0
+  { law.virgin_branch() } -> std::same_as<Branch>;              // the very first path; starts at L_0
   { law.reversed(state) } -> std::same_as<Branch>;              // starting at the present point
   { law.value(branch, direction, v) } -> std::same_as<double>;
   { law.jet(branch, direction, v) } -> std::same_as<Jet>;
-  // A step of Halley's method below this leaves an error of rounding; 0 where the slope is not smooth.
+  // A Halley step below this value leaves only a rounding error; 0 if the slope has kinks.
   { law.halley_tolerance() } -> std::same_as<double>;
 };
 
-/// A memory can't be taken up: what() says why, with actual and expected; `index` is the turning point.
+/// A memory can't be restored: what() gives the reason, with actual and expected; `index`: turning point.
 class MemoryError : public std::invalid_argument {
  public:
   MemoryError(std::size_t at, const std::string& what) : std::invalid_argument(what), index(at) {}
   std::size_t index;
 };
 
-/// forward() and inverse() only look; advance() moves the memory. None of them allocates, nor does save().
-/// A non-finite argument to forward() or inverse() gives a NaN value, to advance() no change and the present
-/// output, told as `finite = false`.
+/// forward() and inverse() do not change the memory; advance() does. None of them allocates, nor does save().
+/// A non-finite argument gives `finite = false`: forward() and inverse() return NaN; advance() changes
+/// nothing and returns the present output.
 template <BranchLaw Law>
 class MemoryModel {
  public:
@@ -58,34 +58,35 @@ class MemoryModel {
 
   const Interval& input_range() const { return law_.input_range(); }
   Symmetry symmetry() const { return law_.symmetry(); }
-  /// [L_0, U_0]: outputs that can be reached whatever the memory.
+  /// [L_0, U_0]: the outputs that can be reached from every memory.
   Interval output_range() const { return {lower_.start_output, upper_.start_output}; }
-  /// Outputs within reach from here: what inverse() answers without saturation.
+  /// The outputs that can be reached from this state: inverse() returns them without saturation.
   Interval reachable(const State& state) const;
-  /// The same where the input is confined to `inputs` (>= 0 where symmetry is even): the outputs at its ends.
+  /// The same for an input limited to `inputs` (>= 0 if symmetry is even): the outputs at both ends.
   Interval reachable(const State& state, Interval inputs) const;
 
-  /// Nothing remembered: at `input` on the initial ascending curve. `capacity`: branches, at least 4.
-  /// Throws std::invalid_argument where `input` lies outside the thresholds or the capacity is too small.
+  /// An empty memory, at `input` on the initial ascending curve. `capacity`: branches, at least 4.
+  /// Throws std::invalid_argument if `input` lies outside the thresholds or the capacity is too small.
   State virgin(double input, std::size_t capacity = default_capacity) const;
-  /// At a threshold point: everything before is wiped out.
+  /// At a threshold point: everything before it is wiped out.
   State at_lower_threshold(std::size_t capacity = default_capacity) const;
   State at_upper_threshold(std::size_t capacity = default_capacity) const;
-  /// An explicit memory, or one saved before. Saved outputs are taken over to the bit.
-  /// Throws MemoryError where the points are not nested, lie outside the thresholds, are too many for
-  /// `capacity`, or have outputs that are not this model's (by more than 1e-9 of its output range).
+  /// An explicit or a saved memory. Saved outputs are restored to the bit.
+  /// Throws MemoryError if the points are not nested, lie outside the thresholds, are too many for
+  /// `capacity`, or have outputs that differ from this model's (by more than 1e-9 of its output range).
   State remembering(const TurningPoints& points, std::size_t capacity = default_capacity) const;
 
-  /// Output that `input` would give.
+  /// Returns the output that `input` would give.
   Prediction forward(const State& state, double input) const;
-  /// Input (>= 0 where symmetry is even) that would give `output`: forward(state, inverse(state,
-  /// x).value).value = x. Out of reach, it is the input of the nearest output within.
+  /// Returns the input (>= 0 if symmetry is even) that would give `output`:
+  ///   forward(state, inverse(state, x).value).value = x
+  /// If `output` is out of reach, it is the input of the nearest output within reach.
   Prediction inverse(const State& state, double output) const;
-  /// Applies `input`: turning points are remembered, closed loops wiped out.
+  /// Applies `input`: turning points are remembered, closed loops are wiped out.
   Prediction advance(State& state, double input) const;
 
-  /// The memory as a TOML table (model/memory_text.h); empty where the buffer is smaller than it, which never
-  /// happens with saved_size(capacity).
+  /// The memory as a TOML table (model/memory_text.h); empty if the buffer is too small. A buffer of
+  /// saved_size(capacity) is always large enough.
   std::string_view save(const State& state, std::span<char> buffer) const;
   static constexpr std::size_t saved_size(std::size_t capacity = default_capacity) {
     return 400 + 2 * MemoryText::number_size * (capacity + 2);
@@ -103,7 +104,7 @@ class MemoryModel {
   State from(Origin origin, std::size_t capacity) const;
   const Branch& target(const State& state, std::size_t index) const;
   void go_to(State& state, std::size_t index, const char* what, double input) const;
-  void take_over(State& state, std::size_t index, double output) const;
+  void restore_output(State& state, std::size_t index, double output) const;
   template <double Branch::*axis>
   Segment locate(const State& state, double from, double to) const;
   template <double Branch::*axis>
@@ -115,7 +116,7 @@ class MemoryModel {
   Law law_;
   Branch lower_, upper_;          // the branches that start at L_0 and at U_0
   double output_rounding_ = 0.0;  // of the largest output
-  double least_slope_ = 0.0;      // 0.1 of the mean slope: where one short step more is surely exact
+  double least_slope_ = 0.0;      // 0.1 of the mean slope: above it, one more short step is exact
 };
 
 }  // namespace hystcan::model

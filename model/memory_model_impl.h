@@ -1,4 +1,4 @@
-// The bodies of MemoryModel: for the source files that instantiate it, and no others.
+// The definitions of MemoryModel, only for the source files that instantiate it.
 #pragma once
 
 #include <algorithm>
@@ -11,17 +11,17 @@
 
 namespace hystcan::model {
 
-/// A stretch of path on one branch, with what becomes of the memory when it is taken.
+/// A part of the path on one branch, and the change of the memory when the path takes it.
 template <BranchLaw Law>
 struct MemoryModel<Law>::Segment {
   Branch branch;
   Direction direction = Direction::ascending;  // of the branch
-  Point begin;                                 // of the branch, at or before the goal
-  double end_input = 0.0;                      // of a point of the branch beyond the goal
-  std::size_t kept = 0;  // branches that stay, the one travelled included unless it is new
-  bool is_new = false;
-  bool backwards = false;          // memory full
-  const Branch* passed = nullptr;  // whose start was the last turning point reached
+  Point begin;                                 // a point of the branch, at or before the goal
+  double end_input = 0.0;                      // input of a point of the branch beyond the goal
+  std::size_t kept = 0;                        // branches that stay, with the one in use unless it is new
+  bool is_new = false;                         // the branch starts at the present point
+  bool backwards = false;                      // the memory is full
+  const Branch* passed = nullptr;              // its start is the last turning point that was reached
 };
 
 template <BranchLaw Law>
@@ -78,14 +78,14 @@ HysteresisState MemoryModel<Law>::from(Origin origin, std::size_t capacity) cons
   return state;
 }
 
-// Where b_index goes to, as the branch that starts there.
+// The target of branch `index`, as the branch that starts there.
 template <BranchLaw Law>
 const Branch& MemoryModel<Law>::target(const State& state, std::size_t index) const {
   if (index > 0) return state.branches[index - 1];
   return state.direction(0) == Direction::ascending ? upper_ : lower_;
 }
 
-// On along the branch travelled, to an input strictly before its target.
+// Moves along the present branch to an input strictly before its target.
 template <BranchLaw Law>
 void MemoryModel<Law>::go_to(State& state, std::size_t index, const char* what, double input) const {
   const double before = state.input, end = target(state, state.depth() - 1).start_input;
@@ -97,9 +97,9 @@ void MemoryModel<Law>::go_to(State& state, std::size_t index, const char* what, 
   state.output = law_.value(state.branches.back(), state.direction(), input);
 }
 
-// An output that was saved, where it is this model's.
+// Restores a saved output; throws if this model gives another one.
 template <BranchLaw Law>
-void MemoryModel<Law>::take_over(State& state, std::size_t index, double output) const {
+void MemoryModel<Law>::restore_output(State& state, std::size_t index, double output) const {
   const double tolerance = 1e-9 * (upper_.start_output - lower_.start_output);
   if (!(std::abs(output - state.output) <= tolerance))
     throw MemoryError(index, text_of("output ", output, " at input ", state.input, ", expected ",
@@ -116,20 +116,20 @@ HysteresisState MemoryModel<Law>::remembering(const TurningPoints& points, std::
                                      " turning points, expected as many or none"));
   for (std::size_t i = 0; i < count; ++i) {
     go_to(state, i, "turning point", folded(points.inputs[i]));
-    if (!points.outputs.empty()) take_over(state, i, points.outputs[i]);
+    if (!points.outputs.empty()) restore_output(state, i, points.outputs[i]);
     if (state.branches.full())
       throw MemoryError(i, text_of("more than ", i, " turning points, expected no more for a memory of ",
                                    capacity, " branches"));
     state.branches.push(law_.reversed(state));
   }
   if (folded(points.input) != state.input) go_to(state, count, "input", folded(points.input));
-  if (points.output) take_over(state, count, *points.output);
+  if (points.output) restore_output(state, count, *points.output);
   state.merged = points.merged;
   return state;
 }
 
-// The one search through the memory, by input (forward) or by output (inverse): turning points are ordered in
-// both. `to` lies strictly between the thresholds and differs from `from`.
+// Searches the memory by input (forward) or by output (inverse): turning points are ordered in both. `to`
+// lies strictly between the thresholds and differs from `from`.
 template <BranchLaw Law>
 template <double Branch::*axis>
 typename MemoryModel<Law>::Segment MemoryModel<Law>::locate(const State& state, double from,
@@ -164,8 +164,8 @@ typename MemoryModel<Law>::Segment MemoryModel<Law>::locate(const State& state, 
   return segment;
 }
 
-// Still between the present point and the target of the branch being travelled, by input or by output: most
-// steps.
+// True if `to` lies between the present point and the target of the present branch, by input or by output.
+// This holds for most steps.
 template <BranchLaw Law>
 template <double Branch::*axis>
 bool MemoryModel<Law>::stays_on_branch(const State& state, double from, double to) const {
@@ -239,7 +239,7 @@ Prediction MemoryModel<Law>::inverse(const State& state, double output) const {
   if (output == state.output) return {state.input, false, state.branches.back().increasing, true};
   if (output > state.output && output >= upper_.start_output)
     return {upper_.start_input, output > upper_.start_output, upper_.increasing, true};
-  if (output < state.output && state.output < lower_.start_output)  // on the virgin curve: nothing is lower
+  if (output < state.output && state.output < lower_.start_output)  // on the virgin curve no output is lower
     return {state.input, true, state.branches.back().increasing, true};
   if (output < state.output && output <= lower_.start_output)
     return {lower_.start_input, output < lower_.start_output, lower_.increasing, true};
@@ -251,7 +251,7 @@ Prediction MemoryModel<Law>::inverse(const State& state, double output) const {
   return {input, false, segment.branch.increasing, true};
 }
 
-// Halley's method from the nearest known point, kept inside a bracket that every step narrows.
+// Halley's method from the nearest known point, inside a bracket that every step narrows.
 template <BranchLaw Law>
 double MemoryModel<Law>::solve(const Branch& branch, Direction direction, Point begin, double end,
                                double output) const {
@@ -262,7 +262,7 @@ double MemoryModel<Law>::solve(const Branch& branch, Direction direction, Point 
   double previous_step = hi - lo;
   for (int i = 0; i < 100 && hi - lo > 0.0 && std::abs(residual) > output_rounding_; ++i) {
     (residual < 0.0 ? lo : hi) = v;
-    // v - 2 r f' / (2 f'^2 - r f''), where the bend is mild; else Newton's v - r / f'.
+    // Halley's v - 2 r f' / (2 f'^2 - r f'') if the curvature is small, else Newton's v - r / f'.
     const double square = here.slope * here.slope, bent = 2.0 * square - residual * here.curvature;
     const bool mild = bent > square && bent < 4.0 * square;
     const double step = residual * (mild ? 2.0 * here.slope / bent : 1.0 / here.slope);

@@ -1,5 +1,5 @@
-// Writes a [memory] table (TOML) into a fixed buffer, without allocating. Numbers have as many digits as
-// bring back the same bits.
+// Writes a [memory] table (TOML) into a fixed buffer, without allocating. Numbers have enough digits to
+// restore the same bits.
 //
 //   [memory]
 //   kind   = "recursive-memory"
@@ -20,7 +20,7 @@ namespace hystcan::model {
 
 class MemoryText {
  public:
-  /// The room that one number takes at most, its comma included; the rest takes less than 400 characters.
+  /// The largest size of one number with its comma. The rest of the table needs less than 400 characters.
   static constexpr std::size_t number_size = 26;
 
   MemoryText(std::span<char> buffer, std::string_view kind, std::uint64_t fingerprint) : buffer_(buffer) {
@@ -50,21 +50,21 @@ class MemoryText {
     append(std::string_view(digits, static_cast<std::size_t>(end - digits)));
     append("\n");
   }
-  /// `of(element)` is the number to write.
-  template <class Range, class Of>
-  void list(std::string_view key, const Range& range, Of of) {
+  /// `number_of(element)` is the number to write.
+  template <class Range, class NumberOf>
+  void list(std::string_view key, const Range& range, NumberOf number_of) {
     begin(key);
     append("[");
     const char* separator = "";
     for (const auto& element : range) {
       append(separator);
-      append_number(of(element));
+      append_number(number_of(element));
       separator = ", ";
     }
     append("]\n");
   }
 
-  /// What was written; empty where the buffer was too small.
+  /// The written text; empty if the buffer was too small.
   std::string_view text() const {
     return fits_ ? std::string_view(buffer_.data(), size_) : std::string_view();
   }
@@ -86,7 +86,7 @@ class MemoryText {
     fits_ = fits_ && error == std::errc();
     const std::string_view text(digits, static_cast<std::size_t>(end - digits));
     append(text);
-    if (text.find_first_of(".en") == std::string_view::npos) append(".0");  // TOML tells 1.0 from 1
+    if (text.find_first_of(".en") == std::string_view::npos) append(".0");  // 1 is an integer in TOML
   }
 
   std::span<char> buffer_;

@@ -18,7 +18,7 @@ static_assert(HysteresisOperator<PrandtlIshlinskii>);
 
 namespace {
 
-std::string at(const char* list, std::size_t i) { return text_of(list, "[", i, "]"); }
+std::string element(const char* list, std::size_t i) { return text_of(list, "[", i, "]"); }
 
 void check_finite(const std::string& what, double value) {
   if (!std::isfinite(value)) refuse(what, " = ", value, ", expected a finite number");
@@ -37,9 +37,9 @@ void check_count(const char* what, std::size_t actual, std::size_t expected) {
 void check_thresholds(const std::vector<double>& thresholds) {
   double before = 0.0;
   for (std::size_t i = 0; i < thresholds.size(); ++i) {
-    check_finite(at("thresholds", i), thresholds[i]);
+    check_finite(element("thresholds", i), thresholds[i]);
     if (thresholds[i] <= before)
-      refuse(at("thresholds", i), " = ", thresholds[i], ", expected more than ", before);
+      refuse(element("thresholds", i), " = ", thresholds[i], ", expected more than ", before);
     before = thresholds[i];
   }
 }
@@ -50,11 +50,11 @@ std::vector<double> slopes_of(double gain, const std::vector<double>& weights) {
   std::vector<double> slopes{gain};
   double magnitude = gain;
   for (std::size_t i = 0; i < weights.size(); ++i) {
-    check_finite(at("weights", i), weights[i]);
+    check_finite(element("weights", i), weights[i]);
     slopes.push_back(slopes.back() + weights[i]);
     magnitude += std::abs(weights[i]);
     if (!(slopes.back() > 1e-12 * magnitude))
-      refuse("gain + ... + ", at("weights", i), " = ", slopes.back(),
+      refuse("gain + ... + ", element("weights", i), " = ", slopes.back(),
              ", expected a sum that is positive beyond rounding");
   }
   return slopes;
@@ -78,7 +78,7 @@ auto numbers(std::vector<double>& values) {
   return Eigen::Map<Eigen::ArrayXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
-// All plays at `input`, unevaluated: max(v - r, min(v + r, y)).
+// All plays at `input`, as an unevaluated expression: max(v - r, min(v + r, y)).
 template <class Array>
 auto moved(const Array& plays, const Array& thresholds, double input) {
   return (input - thresholds).max((input + thresholds).min(plays));
@@ -114,7 +114,7 @@ PlayState PrandtlIshlinskii::restore(double input, std::span<const double> plays
   for (std::size_t i = 0; i < plays.size(); ++i) {
     const double room = parameters_.thresholds[i] - threshold_before;
     if (!(std::abs(plays[i] - play_before) <= room + rounding))
-      refuse(at("plays", i), " = ", plays[i], ", expected within ", room, " of ", play_before);
+      refuse(element("plays", i), " = ", plays[i], ", expected within ", room, " of ", play_before);
     play_before = plays[i];
     threshold_before = parameters_.thresholds[i];
   }
@@ -129,7 +129,7 @@ Interval PrandtlIshlinskii::reachable(const State& state) const {
 
 Prediction PrandtlIshlinskii::forward(const State& state, double input) const {
   if (!std::isfinite(input)) return not_finite(nan);
-  return {output_at(state, taken(input)), taken(input) != input};
+  return {output_at(state, clamped(input)), clamped(input) != input};
 }
 
 Prediction PrandtlIshlinskii::inverse(const State& state, double output) const {
@@ -145,7 +145,7 @@ Prediction PrandtlIshlinskii::inverse(const State& state, double output) const {
 
 Prediction PrandtlIshlinskii::advance(State& state, double input) const {
   if (!std::isfinite(input)) return not_finite(state.output);
-  state.input = taken(input);
+  state.input = clamped(input);
   numbers(state.plays) =
       moved(numbers(std::as_const(state.plays)), numbers(parameters_.thresholds), state.input);
   state.output = output_at(state, state.input);
@@ -160,7 +160,7 @@ std::string_view PrandtlIshlinskii::save(const State& state, std::span<char> tex
   return memory.text();
 }
 
-double PrandtlIshlinskii::taken(double input) const {
+double PrandtlIshlinskii::clamped(double input) const {
   return std::clamp(input, input_range().lo, input_range().hi);
 }
 
@@ -169,19 +169,19 @@ double PrandtlIshlinskii::output_at(const State& state, double input) const {
   return (parameters_.offset + parameters_.gain * input) + (numbers(parameters_.weights) * plays).sum();
 }
 
-// From joint to joint: x has slope W_i from where play i joins.
+// Goes from kink to kink: x has slope W_i from the kink where play i starts to move.
 double PrandtlIshlinskii::input_at(const State& state, double output) const {
   const double direction = output > state.output ? 1.0 : -1.0;
   double input = state.input, reached = state.output;
-  std::size_t joined = 0;
-  for (; joined < state.plays.size(); ++joined) {
-    const double joint = state.plays[joined] + direction * parameters_.thresholds[joined];
-    const double there = reached + slopes_[joined] * (joint - input);
-    if (direction * (output - there) <= 0) break;
-    input = joint;
-    reached = there;
+  std::size_t moving = 0;
+  for (; moving < state.plays.size(); ++moving) {
+    const double kink = state.plays[moving] + direction * parameters_.thresholds[moving];
+    const double output_at_kink = reached + slopes_[moving] * (kink - input);
+    if (direction * (output - output_at_kink) <= 0) break;
+    input = kink;
+    reached = output_at_kink;
   }
-  return input + (output - reached) / slopes_[joined];
+  return input + (output - reached) / slopes_[moving];
 }
 
 }  // namespace hystcan::model

@@ -1,28 +1,30 @@
-// Prandtl-Ishlinskii model: a weighted sum of play operators, with its analytic inverse. A baseline to
-// compare with: loops are symmetrical, congruent and independent of where in the range they lie.
+// Prandtl-Ishlinskii model: a weighted sum of play operators, with its analytic inverse. A baseline for
+// comparison: its loops are symmetrical, congruent and independent of their place in the range.
 //
-// Input v in [v_lo, v_hi], output x; thresholds 0 < r_1 < ... < r_m in input units; w_0 (`gain`) and weights
-// w_i in output units per input unit:
+//   v in [v_lo, v_hi]      input
+//   x                      output
+//   0 < r_1 < ... < r_m    thresholds, input units
+//   w_0, w_i               `gain` and weights, output units per input unit
 //
 //   x = x_0 + w_0 v + sum_{i=1..m} w_i y_i
 //   y_i[n] = max(v[n] - r_i, min(v[n] + r_i, y_i[n-1]))                  play of threshold r_i
 //   W_i = w_0 + ... + w_i > 0,  i = 0..m                                 so that x increases with v
 //
 // Inverse.  Plays are nested: with y_0 = v and r_0 = 0, y_i is the play of threshold r_i - r_{i-1} of
-// y_{i-1}, so that |y_i - y_{i-1}| <= r_i - r_{i-1}.  As v rises, the plays therefore join in the order of i,
-// the i-th at v = y_i + r_i, when every earlier one is moving at y_j = v - r_j; from there on x has slope
-// W_i.  (Falling: the same with -r.)  Written in x, the i-th joins at
+// y_{i-1}, so that |y_i - y_{i-1}| <= r_i - r_{i-1}.  While v rises, the plays therefore start to move in the
+// order of i: play i at v = y_i + r_i, when all earlier plays already move at y_j = v - r_j.  From there on
+// x has slope W_i.  (Falling: the same with -r.)  Written in x, play i starts to move at
 //
 //   x - x_0 = y'_i + r'_i,     y'_i = W_i y_i + sum_{j>i} w_j y_j,     r'_i = sum_{j<i} w_j (r_i - r_j)
 //
-// y'_i moves only where play i does, at its edges, and so is itself a play of x - x_0, of threshold r'_i. The
-// slope of v there becomes 1 / W_i: the inverse is again a Prandtl-Ishlinskii model,
+// y'_i moves only when play i moves, at its edges. It is therefore itself a play of x - x_0, of threshold
+// r'_i. The slope of v there becomes 1 / W_i: the inverse is again a Prandtl-Ishlinskii model,
 //
 //   v = w'_0 (x - x_0) + sum_i w'_i y'_i
 //   w'_0 = 1 / w_0,     w'_i = 1 / W_i - 1 / W_{i-1} = -w_i / (W_i W_{i-1})
 //
-// inverse() evaluates it from the present (v, x) outwards, joint by joint: the products w'_i y'_i, which
-// are large and cancel where a W_i is small, never appear, and a small move passes few joints.
+// inverse() evaluates it from the present (v, x) outwards, from one kink to the next. It does not use the
+// products w'_i y'_i, which are large and cancel if a W_i is small. A small move passes few kinks.
 //
 // P. Krejci, K. Kuhnen, "Inverse control of systems with hysteresis and creep", IEE Proc. Control Theory
 // Appl. 148(3), 2001.
@@ -39,7 +41,7 @@
 
 namespace hystcan::model {
 
-/// What is identified and kept in a model file.
+/// The identified numbers that a model file contains.
 struct PrandtlIshlinskiiParameters {
   std::string input_unit;
   std::string output_unit;
@@ -47,29 +49,29 @@ struct PrandtlIshlinskiiParameters {
   double offset = 0.0;             ///< x_0, output units
   double gain = 1.0;               ///< w_0 > 0
   std::vector<double> thresholds;  ///< r_1, ..., r_m; may be empty
-  std::vector<double> weights;     ///< w_1, ..., w_m; negative ones too, while every W_i > 0
+  std::vector<double> weights;     ///< w_1, ..., w_m; may be negative while every W_i > 0
 };
 
-/// All that the actuator remembers. The output is always a function of the input and the plays.
+/// The whole memory of the actuator. The output is always a function of the input and the plays.
 struct PlayState {
   double input = 0.0;
   double output = 0.0;
   std::vector<double> plays;  ///< y_1, ..., y_m
 };
 
-/// The model: parameters, checked once. All memory is in the PlayState that is passed in, one of this model's
-/// own making.
+/// The model holds its parameters, which are checked once. The memory is in the PlayState that the caller
+/// passes; this model must have made it.
 ///
-/// forward() and inverse() only look; advance() moves the memory. None of them allocates; each costs O(m).
-/// Inputs outside input_range() and outputs outside reachable() are taken at the edge, flagged saturated.
-/// A non-finite argument to forward() or inverse() gives a NaN value; to advance(), no change and the present
-/// output; flagged not finite, and not saturated.
+/// forward() and inverse() do not change the memory; advance() does. None of them allocates; each costs O(m).
+/// Inputs outside input_range() and outputs outside reachable() are replaced by the edge and flagged
+/// saturated. A non-finite argument is flagged not finite, and not saturated: forward() and inverse() return
+/// NaN; advance() changes nothing and returns the present output.
 class PrandtlIshlinskii {
  public:
   using State = PlayState;
 
-  /// Throws std::invalid_argument, naming the index, where a number is not finite, the range is not lo < hi,
-  /// the thresholds do not increase from zero or do not match the weights, or a W_i is not positive beyond
+  /// Throws std::invalid_argument, with the index, if a number is not finite, the range is not lo < hi, the
+  /// thresholds do not increase from zero or do not match the weights, or a W_i is not positive beyond
   /// rounding: more than 1e-12 (w_0 + |w_1| + ... + |w_i|).
   explicit PrandtlIshlinskii(PrandtlIshlinskiiParameters parameters);
 
@@ -78,27 +80,27 @@ class PrandtlIshlinskii {
   static std::string_view kind() { return "prandtl-ishlinskii"; }
   std::uint64_t fingerprint() const { return fingerprint_; }
 
-  /// Every play centred: y_i = input. Throws std::invalid_argument where `input` lies outside the range.
+  /// Every play is centred: y_i = input. Throws std::invalid_argument if `input` lies outside the range.
   State virgin(double input) const;
-  /// The state that was saved. Throws std::invalid_argument, naming the index, where it cannot be one of this
-  /// model's: another number of plays, a number that is not finite, an input outside the range, or
-  /// |y_i - y_{i-1}| > r_i - r_{i-1} beyond rounding, and with it |y_i - input| > r_i.
+  /// A saved state. Throws std::invalid_argument, with the index, if it cannot belong to this model: another
+  /// number of plays, a number that is not finite, an input outside the range, or beyond rounding
+  ///   |y_i - y_{i-1}| > r_i - r_{i-1}    (|y_i - input| > r_i implies this for some play up to i)
   State restore(double input, std::span<const double> plays) const;
 
-  /// Outputs within reach of the input range.
+  /// The outputs that can be reached within the input range.
   Interval reachable(const State& state) const;
-  /// Output that `input` would give.
+  /// Returns the output that `input` would give.
   Prediction forward(const State& state, double input) const;
-  /// Input that would give `output`: forward(state, inverse(state, x).value).value = x.
+  /// Returns the input that would give `output`: forward(state, inverse(state, x).value).value = x.
   Prediction inverse(const State& state, double output) const;
   /// Applies `input`.
   Prediction advance(State& state, double input) const;
 
-  /// A [memory] table of kind "prandtl-ishlinskii": input, output, plays. Empty where `text` is too small.
+  /// A [memory] table of kind "prandtl-ishlinskii": input, output, plays. Empty if `text` is too small.
   std::string_view save(const State& state, std::span<char> text) const;
 
  private:
-  double taken(double input) const;
+  double clamped(double input) const;
   double output_at(const State& state, double input) const;
   double input_at(const State& state, double output) const;
 

@@ -71,14 +71,14 @@ EverettLaw::Cell EverettLaw::cell(double input) const {
   return {index, place - static_cast<double>(index)};
 }
 
-double EverettLaw::whole(Cell v) const {
+double EverettLaw::weight_up_to(Cell v) const {
   const std::size_t i = v.index;
   return below(i, i) + v.fraction * (below(i + 1, i) - below(i, i)) +
          v.fraction * v.fraction * on_diagonal(i);
 }
 
-// A cell off the diagonal is a square; of that on the diagonal of column j, all of it in alpha' <= alpha, the
-// share q (2 - q) has beta' <= beta.
+// A cell off the diagonal is a square. In the triangular cell on the diagonal of column j, which lies
+// entirely in alpha' <= alpha, the share q (2 - q) of the weight has beta' <= beta.
 double EverettLaw::left_of(Cell alpha, Cell beta) const {
   const std::size_t i = alpha.index, j = beta.index;
   const double p = alpha.fraction, q = beta.fraction;
@@ -89,7 +89,7 @@ double EverettLaw::left_of(Cell alpha, Cell beta) const {
 
 double EverettLaw::everett(double alpha, double beta) const {
   const Cell a = cell(alpha);
-  return whole(a) - left_of(a, cell(beta));
+  return weight_up_to(a) - left_of(a, cell(beta));
 }
 
 Branch EverettLaw::threshold_branch(Direction direction) const {
@@ -110,7 +110,7 @@ double EverettLaw::value(const Branch& branch, Direction direction, double input
          (direction == Direction::ascending ? moved + everett(input, s) : moved - everett(s, input));
 }
 
-// Rising: of E(v, v_s) by its first argument; falling: of -E(v_s, v) by its second.
+// Rising: derivative of E(v, v_s) by its first argument. Falling: derivative of -E(v_s, v) by its second.
 double EverettLaw::slope(const Branch& branch, Direction direction, double input) const {
   const Cell v = cell(input), s = cell(branch.start_input);
   const std::size_t i = v.index, j = s.index;

@@ -1,16 +1,19 @@
-// The Preisach model on a grid, by its Everett function: the classical model, to compare with.
+// The Preisach model on a grid, computed with its Everett function: a classical model for comparison.
 //
 //   x = x_lo + gain (v - v_lo) + sum_ij w_ij relay_ij[v],     relay in {0, 1}
 //
-// The plane of switching inputs (up at alpha, down at beta <= alpha) is cut into N (N + 1) / 2 cells of equal
-// side h = span / N.  The weight w_ij of row i (alpha) and column j <= i (beta) is spread evenly over its
-// cell, a triangle on the diagonal, so that the output is continuous.  With
+// The plane of switching inputs (up at alpha, down at beta <= alpha) is divided into N (N + 1) / 2 cells of
+// equal side h = span / N.  The weight w_ij of row i (alpha) and column j <= i (beta) is spread evenly over
+// its cell, so that the output is continuous; a cell on the diagonal is a triangle.  A branch that starts at
+// (v_s, x_s) is
 //
-//   E(alpha, beta) = weight of the relays with  beta <= their beta <= their alpha <= alpha
+//   rising     x_s + gain (v - v_s) + E(v, v_s)
+//   falling    x_s - gain (v_s - v) - E(v_s, v)
 //
-// a branch that starts at (v_s, x_s) is  x_s + gain (v - v_s) + E(v, v_s)  rising and
-// x_s - gain (v_s - v) - E(v_s, v)  falling: loops between the same inputs are congruent (Mayergoyz 1986).
-// Memory, wiping out and alignment are those of every memory-based model.
+//   E(alpha, beta) = weight of the relays (alpha', beta') with  beta <= beta' <= alpha' <= alpha
+//
+// Loops between the same inputs are congruent (Mayergoyz 1986).  Memory, wiping out and alignment are those
+// of every memory-based model.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +29,7 @@ struct PreisachParameters {
   std::string input_unit;
   std::string output_unit;
   Interval input_range;
-  double offset = 0.0;          ///< x_lo: output with all relays off, at v_lo
+  double offset = 0.0;          ///< x_lo: output at v_lo with all relays off
   double gain = 0.0;            ///< reversible part, output units per input unit, >= 0
   std::vector<double> weights;  ///< w_00, w_10, w_11, w_20, ...: N (N + 1) / 2 of them, output units, >= 0
 };
@@ -51,26 +54,26 @@ class EverettLaw {
 
  private:
   struct Cell {
-    std::size_t index = 0;  // of the row or column
-    double fraction = 0.0;  // of the way through it
+    std::size_t index = 0;  // row or column
+    double fraction = 0.0;  // position inside it, 0 to 1
   };
   Cell cell(double input) const;
   double below(std::size_t rows, std::size_t columns) const { return below_[rows * (levels_ + 1) + columns]; }
   double on_diagonal(std::size_t i) const { return below(i + 1, i + 1) - below(i + 1, i); }
-  double whole(Cell v) const;                   // weight of alpha <= v
+  double weight_up_to(Cell v) const;            // weight of alpha <= v
   double left_of(Cell alpha, Cell beta) const;  // weight of alpha' <= alpha, beta' <= beta
   double everett(double alpha, double beta) const;
   double slope(const Branch& branch, Direction direction, double input) const;
 
   PreisachParameters parameters_;
   std::size_t levels_ = 0;
-  std::vector<double> below_;  // weight of the first rows and columns, (levels + 1) squared
+  std::vector<double> below_;  // weight of the first rows and columns, (levels + 1)^2 numbers
 };
 
 class Preisach : public MemoryModel<EverettLaw> {
  public:
-  /// Throws std::invalid_argument where the range is not lo < hi, a number is not finite or negative, the
-  /// number of weights is not N (N + 1) / 2, or the output would not rise from threshold to threshold.
+  /// Throws std::invalid_argument if the range is not lo < hi, a number is not finite or negative, the number
+  /// of weights is not N (N + 1) / 2, or the output would not rise from threshold to threshold.
   explicit Preisach(PreisachParameters parameters) : MemoryModel(EverettLaw(std::move(parameters))) {}
 
   const PreisachParameters& parameters() const { return law().parameters(); }

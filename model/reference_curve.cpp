@@ -21,8 +21,8 @@ void check(const std::vector<double>& coefficients, const Interval& domain) {
     refuse("reference curve interval [", domain.lo, ", ", domain.hi, "], expected finite lo < hi");
 }
 
-// Horner's rule on p(centre + radius s), the partial sums held as Chebyshev series: s T_j = (T_{j+1} +
-// T_{|j-1|}) / 2.
+// Horner's rule on p(centre + radius s). The partial sums are Chebyshev series:
+//   s T_j = (T_{j+1} + T_{|j-1|}) / 2
 std::vector<double> chebyshev_from_power(const std::vector<double>& power, const Interval& domain) {
   const long double centre = (static_cast<long double>(domain.lo) + domain.hi) / 2;
   const long double radius = (static_cast<long double>(domain.hi) - domain.lo) / 2;
@@ -81,7 +81,7 @@ ChebyshevSeries::ChebyshevSeries(std::vector<double> coefficients) : chebyshev_(
   std::ranges::transform(powers, powers_.begin(), [](long double a) { return static_cast<double>(a); });
 }
 
-// c'_{j-1} = c'_{j+1} + 2 j c_j, c'_0 halved, scaled by ds/dv.
+// c'_{j-1} = c'_{j+1} + 2 j c_j; then c'_0 is halved, and all are multiplied by ds/dv.
 ChebyshevSeries ChebyshevSeries::derivative(double ds_dv) const {
   const std::size_t n = chebyshev_.size();
   std::vector<double> d(n + 1, 0.0);

@@ -24,17 +24,17 @@ struct Jet {
   double curvature = 0.0;
 };
 
-/// A Chebyshev series on s in [-1, 1], evaluated as a polynomial in s, four terms at a time, where that costs
-/// less than four bits of accuracy: where the sum of the |coefficients| of s^j is at most 16 times that of
-/// the T_j. Otherwise by Clenshaw's recurrence, which is as well conditioned at order 20 as at order 1, and
-/// slower.
+/// A Chebyshev series on s in [-1, 1]. It is evaluated as a polynomial in s, four terms at a time, if that
+/// loses less than four bits of accuracy: if the sum of the |coefficients| of s^j is at most 16 times that of
+/// the T_j. Otherwise Clenshaw's recurrence is used; it is slower, but as well conditioned at order 20 as at
+/// order 1.
 class ChebyshevSeries {
  public:
   explicit ChebyshevSeries(std::vector<double> coefficients);
 
   double operator()(double s) const { return powers_.empty() ? clenshaw(s) : in_powers(s); }
   const std::vector<double>& coefficients() const { return chebyshev_; }
-  const std::vector<double>& powers() const { return powers_; }  ///< of s^0, s^1, ...; empty, or 4 n of them
+  const std::vector<double>& powers() const { return powers_; }  ///< of s^0, s^1, ...; empty or 4 n numbers
   ChebyshevSeries derivative(double ds_dv) const;
 
  private:
@@ -54,17 +54,18 @@ class ChebyshevSeries {
   std::vector<double> powers_;
 };
 
-/// f(v) = sum c_j T_j(s),  s = (2 v - lo - hi) / (hi - lo),  T_j the Chebyshev polynomials of the first kind.
+/// A polynomial on an interval, always stored in the Chebyshev basis of that interval:
 ///
-/// Whatever basis the coefficients come in, the curve is kept in the Chebyshev basis of its interval.
+///   f(v) = sum c_j T_j(s),    s = (2 v - lo - hi) / (hi - lo)
+///
+/// T_j are the Chebyshev polynomials of the first kind.
 class ReferenceCurve {
  public:
-  /// Zero on [0, 1]: a place to be filled. No Hysteresis accepts it.
+  /// Zero on [0, 1], a placeholder. No Hysteresis accepts it.
   ReferenceCurve() : ReferenceCurve(Basis::power, {0.0}, {0.0, 1.0}) {}
 
   /// `coefficients` of v^0, v^1, ... (power) or of T_0, T_1, ... (chebyshev).
-  /// Throws std::invalid_argument where they are empty, more than 33 or not finite, or the interval is not lo
-  /// < hi.
+  /// Throws std::invalid_argument if they are empty, more than 33 or not finite, or if not lo < hi.
   ReferenceCurve(Basis basis, const std::vector<double>& coefficients, Interval domain);
 
   double value(double v) const { return value_(ds_dv_ * (v - centre_)); }
@@ -92,8 +93,8 @@ class ReferenceCurve {
   Interval domain_;
   double centre_;  // s = ds_dv (v - centre)
   double ds_dv_;
-  ChebyshevSeries value_, slope_, curvature_;  // each by v
-  std::vector<double> blocks_;  // their powers of s, by fours: value, slope, curvature; value, ...
+  ChebyshevSeries value_, slope_, curvature_;  // derivatives by v
+  std::vector<double> blocks_;  // their coefficients of s^j, in groups of four: value, slope, curvature; ...
 };
 
 }  // namespace hystcan::model

@@ -1,4 +1,4 @@
-// What a model says where it is given something it can't use.
+// Error messages of the models for parameters that they cannot use.
 #pragma once
 
 #include <charconv>
@@ -9,7 +9,7 @@
 
 namespace hystcan::model {
 
-/// Words and numbers in one text, each number with as many digits as it needs.
+/// Joins words and numbers into one text. Each number has the digits that restore its bits.
 template <class... Parts>
 std::string text_of(const Parts&... parts) {
   std::string text;

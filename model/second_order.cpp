@@ -14,10 +14,13 @@ namespace {
 
 using Matrix = Eigen::Matrix<long double, 4, 4>;
 
-// In tau = omega t, from rest: the response h to an impulse, its derivative, its integral s (to a step) and
-// the integral of that, r (to a ramp). Taylor series of h'' + 2 zeta h' + h = 0, h(0) = 0, h'(0) = 1, for tau
-// < 1: every one is relatively accurate however short the step, where a closed form in sines would lose the
-// input's share (of order tau^2) in a difference of nearly equal numbers.
+// Responses from rest over tau = omega t < 1, from Taylor series:
+//   h          to an impulse:  h'' + 2 zeta h' + h = 0,  h(0) = 0,  h'(0) = 1
+//   h_slope    h'
+//   s          to a step, the integral of h
+//   r          to a ramp, the integral of s
+// The relative accuracy holds for any length of the step. A closed form in sines would lose the input's share
+// (of order tau^2) in a difference of nearly equal numbers.
 struct Responses {
   long double h = 0, h_slope = 0, s = 0, r = 0;
 
@@ -35,7 +38,7 @@ struct Responses {
   }
 };
 
-// What the augmented state (x, dx/dtau, u, du/dtau) becomes after tau: a short enough step, squared up again.
+// The transition of the augmented state (x, dx/dtau, u, du/dtau) over tau: a short step, squared repeatedly.
 Matrix transition(double damping_ratio, long double tau) {
   const long double rate = tau * (2 + 2 * damping_ratio);
   const int halvings = rate > 0.5L ? std::ilogb(rate) + 2 : 0;

@@ -2,10 +2,10 @@
 //
 //   x'' + 2 zeta omega x' + omega^2 x = omega^2 u(t),    omega = 2 pi f
 //
-// Exact for an input that is linear in time between the two ends of a step (first-order hold); a constant
-// input is the special case.  Any damping ratio zeta >= 0.  With the sensitivities b of the exact step and
-// the gain of 1 at rest written into it (a held input equal to the position is an equilibrium to the bit,
-// however short the step):
+// The step is exact for an input that is linear in time between the two ends of the step (first-order hold);
+// a constant input is a special case.  The damping ratio zeta is >= 0.  The b are the sensitivities of the
+// exact step.  The gain of 1 at rest is part of the form: an input that is held equal to the position is an
+// exact equilibrium (to the bit), for any length of the step:
 //
 //   x[n+1] = x[n] + b_xv x'[n] + b_x0 (u[n] - x[n]) + b_x1 (u[n+1] - x[n])
 //   x'[n+1] =       b_vv x'[n] + b_v0 (u[n] - x[n]) + b_v1 (u[n+1] - x[n])
@@ -22,10 +22,10 @@ struct SecondOrder {
     double position = 0.0;  ///< output units
     double velocity = 0.0;  ///< output units per second
   };
-  /// The step of a fixed length, its coefficients computed once.
+  /// A step of fixed length; its coefficients are computed once.
   class Step {
    public:
-    /// Throws std::invalid_argument where a parameter is not finite or out of range, or dt_s <= 0.
+    /// Throws std::invalid_argument if a parameter is not finite or out of range, or if dt_s <= 0.
     Step(const Config& config, double dt_s);
     State operator()(const State& state, double input_before, double input_after) const;
 

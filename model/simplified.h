@@ -1,7 +1,7 @@
-// Models without memory, made from the reference curves: what the full model is compared with.
+// Models without memory, made from the reference curves. The full model is compared with them.
 //
-// Both are hysteresis models whose ascending and descending reference curves coincide, so that every branch
-// lies on the one curve and nothing needs to be remembered.
+// Both are hysteresis models whose ascending and descending reference curves coincide. Every branch lies on
+// this curve, so that no memory is needed.
 #pragma once
 
 #include "model/hysteresis_parameters.h"

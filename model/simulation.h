@@ -1,5 +1,5 @@
-// A model driven row by row, from a recorded input or, inverted, from a wanted output: the core of `hystcan
-// simulate`.
+// Runs a model row by row, from a recorded input or (inverted) from a wanted output: the core of
+// `hystcan simulate`.
 #pragma once
 
 #include <cstddef>
@@ -10,14 +10,14 @@
 namespace hystcan::model {
 
 struct Row {
-  double input = 0.0;   ///< as given to follow_input(); what the inverse found from follow_output()
-  double output = 0.0;  ///< what the model gives at that input
+  double input = 0.0;   ///< the argument of follow_input(), or the input that follow_output() found
+  double output = 0.0;  ///< the model's output at that input
 };
 
 struct Tally {
   std::size_t rows = 0;
-  std::size_t saturated = 0;       ///< beyond what can be reached, taken at the edge
-  std::size_t not_increasing = 0;  ///< on a branch that is not increasing
+  std::size_t saturated = 0;       ///< out of reach, replaced by the edge
+  std::size_t not_increasing = 0;  ///< on a branch that does not increase
 };
 
 template <HysteresisOperator Model>
@@ -25,7 +25,7 @@ class Simulation {
  public:
   using State = typename Model::State;
 
-  /// `drive_sign`: of the inputs that follow_output() finds; -1 makes sense where symmetry is even.
+  /// `drive_sign`: sign of the inputs that follow_output() finds; -1 makes sense only if symmetry is even.
   Simulation(Model model, State start, double drive_sign = 1.0)
       : model_(std::move(model)), state_(std::move(start)), drive_sign_(drive_sign) {}
 

@@ -17,9 +17,9 @@ constexpr std::size_t fine = 200;         // steps
 constexpr double lowest_k_span = -300.0;  // e^{-k span} and its inverse stay far from overflow
 constexpr double highest_k_span = 1e5;
 
-// Numbers with six digits, for people.
+// Joins words and numbers with six digits, for messages.
 template <typename... Parts>
-std::string in_words(const Parts&... parts) {
+std::string message_of(const Parts&... parts) {
   std::ostringstream text;
   text.precision(6);
   (text << ... << parts);
@@ -28,7 +28,7 @@ std::string in_words(const Parts&... parts) {
 
 template <typename... Parts>
 [[noreturn]] void refuse(const Parts&... parts) {
-  throw std::invalid_argument(in_words(parts...));
+  throw std::invalid_argument(message_of(parts...));
 }
 
 const char* name_of_k(Direction direction) {
@@ -57,8 +57,8 @@ void check_ranges(const HysteresisParameters& p) {
   check_k("k_descending", p.k_descending);
 }
 
-// A slope of zero at a point is an increasing curve still, even where rounding hides the rise around it (a
-// butterfly is flat at the origin); over a twentieth of the range it is not.
+// A curve with a slope of zero at a point still counts as increasing, even if rounding hides the rise around
+// it (a butterfly is flat at the origin). A curve that is flat over a twentieth of the range does not.
 void check_increasing(const ReferenceCurve& curve, const char* name, const Units& units) {
   constexpr std::size_t points = 2000;
   const Interval& range = curve.domain();
@@ -104,13 +104,13 @@ void check_meeting(const HysteresisParameters& p) {
   }
 }
 
-// One direction on a grid that counts from the threshold where the scan starts, outputs rising along it.
+// One direction on a grid. The grid counts from the threshold where the scan starts; outputs rise along it.
 struct Grid {
   std::vector<double> value, slope;
-  std::vector<double> phi, decay, growth;  // of i steps: phi, e^{-k d}, e^{k d}
+  std::vector<double> phi, decay, growth;  // for a distance of i steps: phi, e^{-k d}, e^{k d}
 };
 
-// Seen from U_0 with both axes turned round, falling is rising: one scan serves both thresholds.
+// Seen from U_0 with both axes reversed, a falling branch rises: one scan serves both thresholds.
 Grid grid_of(const ReferenceCurve& curve, double k, Direction seen, std::size_t steps) {
   Grid grid;
   const Interval& range = curve.domain();
@@ -127,41 +127,42 @@ Grid grid_of(const ReferenceCurve& curve, double k, Direction seen, std::size_t 
   return grid;
 }
 
-// Slopes of the branches from the start of the grid (rising), of those falling from it and of those rising
-// again.
+// Slopes of the branch from the start of the grid (rising), of the branches that fall from it and of the
+// branches that rise again.
 class Scan {
  public:
   Scan(const HysteresisParameters& p, Direction rising_way, std::size_t steps)
       : p_(p),
         way_(rising_way),
         steps_(steps),
-        rise_(grid_of(p.curve(truly(true)), p.k(truly(true)), rising_way, steps)),
-        fall_(grid_of(p.curve(truly(false)), p.k(truly(false)), rising_way, steps)) {
+        rise_(grid_of(p.curve(true_direction(true)), p.k(true_direction(true)), rising_way, steps)),
+        fall_(grid_of(p.curve(true_direction(false)), p.k(true_direction(false)), rising_way, steps)) {
     const double span = p.ascending.domain().span();
     tolerance_ = 1e-9 *
                  (p.ascending.value(p.ascending.domain().hi) - p.descending.value(p.ascending.domain().lo)) /
                  span;
   }
 
-  /// Calls `found` with branches that go the wrong way until it says to stop: from the threshold, falling
-  /// from each grid point, and of those rising again from each grid point the one farthest beyond its limit.
+  /// Calls `found` with branches that go the wrong way until it returns true: the branch from the threshold,
+  /// the falling branch from each grid point, and, of the branches that rise again from each grid point, the
+  /// one that exceeds its limit most.
   template <class OnFound>
   void run(OnFound found) const {
     const double gap = fall_.value[0] - rise_.value[0];
     const double first = gap / rise_.phi[steps_];
-    if (const auto branch = look_along(true, 0, steps_, first); branch && found(*branch)) return;
+    if (const auto branch = find_on_branch(true, 0, steps_, first); branch && found(*branch)) return;
     std::vector<double> outer(steps_ + 1), falling(steps_ + 1, 0.0), distance(steps_ + 1, 0.0);
     for (std::size_t i = 0; i <= steps_; ++i) outer[i] = rise_.value[i] + gap - first * rise_.phi[i];
     for (std::size_t u = 1; u <= steps_; ++u) {
       distance[u] = fall_.value[u] - outer[u];
       falling[u] = distance[u] / fall_.phi[u];
-      if (const auto branch = look_along(false, u, 0, falling[u]); branch && found(*branch)) return;
+      if (const auto branch = find_on_branch(false, u, 0, falling[u]); branch && found(*branch)) return;
     }
     for (std::size_t l = 1; l < steps_; ++l) {
-      double limit = room(l, 0), farthest = 0.0, steepest = 0.0;
+      double limit = coefficient_limit(l, 0), farthest = 0.0, steepest = 0.0;
       std::size_t target = 0;
       for (std::size_t u = l + 1; u <= steps_; ++u) {
-        limit = std::min(limit, room(u, u - l));
+        limit = std::min(limit, coefficient_limit(u, u - l));
         const double output = fall_.value[l] - distance[u] + falling[u] * fall_.phi[u - l];
         const double coefficient = first * rise_.decay[l] + (output - outer[l]) / rise_.phi[u - l];
         if (coefficient - limit <= farthest) continue;
@@ -170,27 +171,27 @@ class Scan {
         target = u;
       }
       if (target == 0) continue;
-      if (const auto branch = look_along(true, l, target, steepest); branch && found(*branch)) return;
+      if (const auto branch = find_on_branch(true, l, target, steepest); branch && found(*branch)) return;
     }
   }
 
  private:
-  // The largest coefficient that a branch may start with to be increasing still at grid point i, `travelled`
-  // steps on.
-  double room(std::size_t i, std::size_t travelled) const {
+  // The largest initial coefficient of a branch that still increases at grid point i, `travelled` steps from
+  // its start.
+  double coefficient_limit(std::size_t i, std::size_t travelled) const {
     return std::max(rise_.slope[i] + tolerance_, 0.0) * rise_.growth[travelled];
   }
 
-  // As seen from this scan's threshold, rising may be falling in truth.
-  Direction truly(bool rising) const { return rising ? way_ : opposite(way_); }
+  // The true direction: a branch that rises as seen from this scan's threshold may fall in truth.
+  Direction true_direction(bool rising) const { return rising ? way_ : opposite(way_); }
   double input(std::size_t i) const {
     const Interval& range = p_.ascending.domain();
     const double d = range.span() * static_cast<double>(i) / static_cast<double>(steps_);
     return way_ == Direction::ascending ? range.lo + d : range.hi - d;
   }
 
-  std::optional<DecreasingBranch> look_along(bool rising, std::size_t from, std::size_t to,
-                                             double coefficient) const {
+  std::optional<DecreasingBranch> find_on_branch(bool rising, std::size_t from, std::size_t to,
+                                                 double coefficient) const {
     const Grid& grid = rising ? rise_ : fall_;
     const std::size_t length = rising ? to - from : from - to;
     double lowest = 0.0;
@@ -205,10 +206,12 @@ class Scan {
     }
     if (lowest == 0.0) return std::nullopt;
     const auto place = [&](std::size_t j) { return input(rising ? from + j : from - j); };
-    return DecreasingBranch{
-        truly(rising), input(from),
-        input(to),     {std::min(place(first), place(last)), std::max(place(first), place(last))},
-        lowest,        place(lowest_at)};
+    return DecreasingBranch{true_direction(rising),
+                            input(from),
+                            input(to),
+                            {std::min(place(first), place(last)), std::max(place(first), place(last))},
+                            lowest,
+                            place(lowest_at)};
   }
 
   const HysteresisParameters& p_;
@@ -229,8 +232,8 @@ HysteresisParameters with_both_k_times(HysteresisParameters parameters, double f
   return parameters;
 }
 
-// The last number that passes on the way from `good`, which passes, to `bad`: a little before it, so that it
-// passes still when written with six digits.
+// A k that is valid, between `good` (valid) and `bad`: a little before the limit, so that it is still valid
+// when written with six digits.
 template <class Make>
 double last_good(Make make, double good, double bad) {
   if (!find_decreasing_branch(make(bad))) return bad;
@@ -242,20 +245,21 @@ double last_good(Make make, double good, double bad) {
   return good - std::copysign(1e-5 * std::abs(good), bad - good);
 }
 
-// What k would do, the curves as they are.
+// The end of the message: which k would be valid with these curves.
 std::string remedy(const HysteresisParameters& parameters, Direction direction) {
   const double k = parameters.k(direction);
-  const std::string in_use = in_words(name_of_k(direction), " = ", k, " 1/", parameters.input_unit);
+  const std::string in_use = message_of(name_of_k(direction), " = ", k, " 1/", parameters.input_unit);
   const auto allowed = allowed_k(parameters, direction);
-  if (allowed && k > allowed->hi) return in_words(in_use, " is too large, at most ", allowed->hi, " will do");
+  if (allowed && k > allowed->hi)
+    return message_of(in_use, " is too large, at most ", allowed->hi, " is valid");
   if (allowed && k < allowed->lo)
-    return in_words(in_use, " is too small, at least ", allowed->lo, " will do");
+    return message_of(in_use, " is too small, at least ", allowed->lo, " is valid");
   const auto scaled = [&](double factor) { return with_both_k_times(parameters, factor); };
   if (k <= 0.0 || find_decreasing_branch(scaled(0.0)))
-    return in_words(in_use, " is not the cause, but the curves' width at that place");
+    return message_of(in_use, " is not the cause; the curves are too far apart at that place");
   const HysteresisParameters good = scaled(last_good(scaled, 0.0, 1.0));
-  return in_words(in_use, " is too large together with ", name_of_k(opposite(direction)), ", ",
-                  good.k_ascending, " ascending and ", good.k_descending, " descending will do");
+  return message_of(in_use, " is too large together with ", name_of_k(opposite(direction)), ", ",
+                    good.k_ascending, " ascending and ", good.k_descending, " descending are valid");
 }
 
 }  // namespace
@@ -316,13 +320,13 @@ void check_branches(const HysteresisParameters& parameters) {
   if (!found) return;
   const Units units(parameters);
   const auto& [lo, hi] = found->wrong;
-  const std::string where = lo == hi ? in_words("at ", lo) : in_words("between ", lo, " and ", hi);
+  const std::string where = lo == hi ? message_of("at ", lo) : message_of("between ", lo, " and ", hi);
   throw BranchError(
       found->direction,
-      in_words(found->direction == Direction::ascending ? "ascending" : "descending", " branch from ",
-               found->start, " towards ", found->target, " ", units.input, " goes the wrong way ", where, " ",
-               units.input, " (slope ", found->slope, " ", units.slope,
-               "), expected an increasing branch: ", remedy(parameters, found->direction)));
+      message_of(found->direction == Direction::ascending ? "ascending" : "descending", " branch from ",
+                 found->start, " towards ", found->target, " ", units.input, " goes the wrong way ", where,
+                 " ", units.input, " (slope ", found->slope, " ", units.slope,
+                 "), expected an increasing branch: ", remedy(parameters, found->direction)));
 }
 
 }  // namespace hystcan::model

@@ -14,7 +14,7 @@ namespace {
 
 using model::text_of;
 
-// T_0(s), T_1(s), ... of the input's place s in the range, -1 to 1.
+// T_0(s), T_1(s), ... where s, from -1 to 1, is the position of the input in the range.
 Eigen::VectorXd chebyshev(std::size_t order, const model::Interval& range, double input) {
   const double s = (2.0 * input - range.lo - range.hi) / range.span();
   Eigen::VectorXd t(static_cast<Eigen::Index>(order) + 1);
@@ -23,7 +23,7 @@ Eigen::VectorXd chebyshev(std::size_t order, const model::Interval& range, doubl
   return t;
 }
 
-// The one cell j of the grid.
+// A model in which only cell j of the grid has a weight.
 model::Preisach relays(const model::Interval& range, std::size_t cells, std::size_t j) {
   std::vector<double> weights(cells, 0.0);
   weights[j] = 1.0;

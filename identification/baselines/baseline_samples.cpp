@@ -31,7 +31,7 @@ void check(const Samples& samples) {
     refuse("range [", range.lo, ", ", range.hi, "], expected finite lo < hi");
 }
 
-std::vector<std::size_t> chosen(const Samples& samples) {
+std::vector<std::size_t> fitted_samples(const Samples& samples) {
   constexpr std::size_t enough = 5000;
   std::vector<std::size_t> weighted;
   for (std::size_t n = 0; n < samples.weight.size(); ++n)

@@ -1,5 +1,5 @@
-// What every baseline's fit does with the samples: check them, choose which to fit to, tell what may have
-// come before, run an operator over all of them.
+// Common functions of all baseline fits: they check the samples, choose the samples to fit, list the possible
+// histories and run an operator over all samples.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,24 +13,24 @@
 
 namespace hystcan::identification {
 
-/// Inputs applied before the first sample, the first of them from the virgin state; never empty.
+/// Inputs before the first sample, applied from the virgin state; never empty.
 using History = std::vector<double>;
 
-/// Throws std::invalid_argument as told in baselines.h.
+/// Throws std::invalid_argument as described in baseline_models.h.
 void check(const Samples& samples);
 
-/// About 5000 samples of positive weight, evenly.
-std::vector<std::size_t> chosen(const Samples& samples);
+/// Indices of about 5000 samples of positive weight, evenly chosen.
+std::vector<std::size_t> fitted_samples(const Samples& samples);
 
-/// range, widened to hold every input and the prehistory.
+/// The range, widened to contain every input and the prehistory.
 model::Interval widened_range(const Samples& samples);
 
-/// The histories of baselines.h.
+/// The histories of baseline_models.h.
 std::vector<History> histories(const Samples& samples, const model::Interval& range);
 
 Eigen::VectorXd at(const std::vector<std::size_t>& places, std::span<const double> values);
 
-/// The operator's state before the first sample.
+/// The state of the operator after the history, before the first sample.
 template <model::HysteresisOperator Operator>
 typename Operator::State after(const Operator& op, const History& history) {
   const model::Interval range = op.input_range();
@@ -39,7 +39,7 @@ typename Operator::State after(const Operator& op, const History& history) {
   return state;
 }
 
-/// read(state) after each sample.
+/// Returns read(state) after each sample.
 template <model::HysteresisOperator Operator, class Read>
 std::vector<double> run(const Operator& op, const History& history, std::span<const double> input,
                         Read read) {

@@ -11,10 +11,10 @@
 namespace hystcan::identification {
 namespace {
 
-using Mask = std::vector<std::vector<bool>>;  // per dataset, of each sample
+using Mask = std::vector<std::vector<bool>>;  // a flag for each sample, per dataset
 using Kind = InitialMemory::Kind;
 
-// Inputs, the first of them from the virgin state, that leave a baseline with this memory; none: virgin.
+// Inputs from the virgin state that give a baseline this memory; empty for the virgin memory.
 std::vector<double> history_of(const InitialMemory& memory, model::Interval thresholds, double first) {
   std::vector<double> inputs;
   if (memory.kind == Kind::virgin) return inputs;
@@ -24,53 +24,53 @@ std::vector<double> history_of(const InitialMemory& memory, model::Interval thre
   return inputs;
 }
 
-// All datasets in one row, as the baselines take them.
-struct Row {
+// All datasets joined into one sequence for the baselines.
+struct Sequence {
   std::vector<double> history, input, output, weight;
-  std::vector<std::size_t> place;  // of each sample of the datasets
+  std::vector<std::size_t> place;  // index in this sequence, for each sample of the datasets
 
-  void travel(double v) {
+  void add_unweighted(double v) {
     input.push_back(v);
     output.push_back(0.0);
     weight.push_back(0.0);
   }
 };
 
-Row row_of(const std::vector<Dataset>& datasets, const Identified& model, const Mask& fitted) {
+Sequence joined_sequence(const std::vector<Dataset>& datasets, const Identified& model, const Mask& fitted) {
   const model::Interval thresholds = model.parameters.input_range();
-  Row row;
+  Sequence joined;
   for (std::size_t r = 0; r < datasets.size(); ++r) {
     const double first = std::clamp(datasets[r].input.front(), thresholds.lo, thresholds.hi);
     InitialMemory memory = model.memories[r];
     if (r > 0 && memory.kind == Kind::virgin) memory = {Kind::nested, 0.0};
     const std::vector<double> history = history_of(memory, thresholds, first);
-    if (r == 0) row.history = history;
-    if (r > 0) std::ranges::for_each(history, [&](double v) { row.travel(v); });
+    if (r == 0) joined.history = history;
+    if (r > 0) std::ranges::for_each(history, [&](double v) { joined.add_unweighted(v); });
     const auto sequence = Excerpt(datasets[r], {}, datasets[r].size(), 0.0).delayed_by(model.delay_s);
     std::size_t n = 0;
     for (std::size_t i = 0; i < sequence.input.size(); ++i) {
-      row.travel(sequence.input[i]);
+      joined.add_unweighted(sequence.input[i]);
       if (sequence.fold[i] == Regression::left_out) continue;
-      row.place.push_back(row.input.size() - 1);
-      row.output.back() = sequence.output[i];
-      row.weight.back() = fitted[r][n++] ? 1.0 : 0.0;
+      joined.place.push_back(joined.input.size() - 1);
+      joined.output.back() = sequence.output[i];
+      joined.weight.back() = fitted[r][n++] ? 1.0 : 0.0;
     }
   }
-  return row;
+  return joined;
 }
 
-// `predicted`: of all samples, dataset after dataset.
-ErrorNorms misses_of(const std::vector<double>& predicted, const std::vector<Dataset>& datasets,
+// `predicted`: for all samples, dataset after dataset.
+ErrorNorms errors_of(const std::vector<double>& predicted, const std::vector<Dataset>& datasets,
                      const Mask& judged) {
-  std::vector<double> said, measured;
+  std::vector<double> model_output, measured;
   std::size_t n = 0;
   for (std::size_t r = 0; r < datasets.size(); ++r)
     for (std::size_t i = 0; i < datasets[r].size(); ++i, ++n) {
       if (!judged[r][i]) continue;
-      said.push_back(predicted[n]);
+      model_output.push_back(predicted[n]);
       measured.push_back(datasets[r].output[i]);
     }
-  return ErrorNorms::of(said, measured);
+  return ErrorNorms::of(model_output, measured);
 }
 
 std::size_t count(const Mask& mask) {
@@ -79,7 +79,7 @@ std::size_t count(const Mask& mask) {
   return counted;
 }
 
-// Cycles of odd folds are never neighbours.
+// Counts the cycles. Two cycles of odd folds are never neighbours.
 std::size_t cycles_in(const Mask& mask) {
   std::size_t cycles = 0;
   for (const auto& samples : mask)
@@ -96,14 +96,15 @@ Mask samples_where(const Folds& folds, const std::function<bool(int)>& is) {
   return mask;
 }
 
-// Fits the baselines to some samples, judges them and the model by some.
+// Fits the baselines to the samples `fitted`; computes their errors and the model's over the samples
+// `judged`.
 class Contest {
  public:
   Contest(const std::vector<Dataset>& datasets, const Identified& model, const Mask& fitted, Mask judged)
       : datasets_(datasets),
         model_(model),
         judged_(std::move(judged)),
-        row_(row_of(datasets, model, fitted)) {}
+        joined_(joined_sequence(datasets, model, fitted)) {}
 
   ErrorNorms of_model() const {
     const model::Hysteresis hysteresis(model_.parameters);
@@ -112,23 +113,23 @@ class Contest {
       const auto part = predict(hysteresis, datasets_[r], model_.delay_s, model_.memories[r]);
       predicted.insert(predicted.end(), part.begin(), part.end());
     }
-    return misses_of(predicted, datasets_, judged_);
+    return errors_of(predicted, datasets_, judged_);
   }
 
   ComparisonRow of_baseline(const FitBaseline& fit) const {
     const BaselineModel baseline =
-        fit({row_.history, row_.input, row_.output, row_.weight, model_.parameters.input_range()},
+        fit({joined_.history, joined_.input, joined_.output, joined_.weight, model_.parameters.input_range()},
             model_.parameters);
     std::vector<double> predicted;
-    for (const std::size_t place : row_.place) predicted.push_back(baseline.prediction[place]);
-    return {baseline.name, baseline.parameters, misses_of(predicted, datasets_, judged_), std::nullopt};
+    for (const std::size_t place : joined_.place) predicted.push_back(baseline.prediction[place]);
+    return {baseline.name, baseline.parameters, errors_of(predicted, datasets_, judged_), std::nullopt};
   }
 
  private:
   const std::vector<Dataset>& datasets_;
   const Identified& model_;
   Mask judged_;
-  Row row_;
+  Sequence joined_;
 };
 
 class Comparing {
@@ -174,7 +175,7 @@ class Comparing {
     if (result_.held_out_samples == 0)
       result_.no_hold_out =
           model::text_of("too few cycles, ", result_.cycles,
-                         ": those that reach the ends of the input range are always fitted to");
+                         ": the cycles that reach the ends of the input range are never held out");
     else if (const auto again = identify_without(unseen))
       judge_held_out(*again, unseen);
   }

@@ -1,18 +1,19 @@
-// The identified model beside the baselines (baselines.h), all of them fitted to the same samples and judged
-// by the same ones.
+// Compares the identified model with the baselines (baseline_models.h). All are fitted to the same samples,
+// and their errors are computed over the same samples.
 //
-//   fit        fitted to every sample, judged by every sample
-//   held out   fitted again without half of the cycles that are not in fold 0 (hold_out.h; those of the odd
-//              folds), judged by their samples alone
+//   column      fitted to                                                     errors over
+//   fit         every sample                                                  every sample
+//   held out    every sample except those of the odd folds (hold_out.h):      the samples of the odd folds
+//               half of the cycles that are not in fold 0
 //
-// The second time the identified model keeps order and symmetry, and its thresholds at the observed inputs
-// where they were there; k, curves, thresholds, delay and initial memories are found anew. That choice of
-// order has seen all samples.
+// For the held-out column the identified model keeps its order and symmetry; if its thresholds were at the
+// observed inputs, they stay there. k, curves, thresholds, delay and initial memories are identified again.
+// The order was chosen with all samples.
 //
-// Every baseline is given the same delay, thresholds and initial memory as the identified model, and the
-// folded inputs where symmetry is even. Several datasets are one row to it: between two of them it travels
-// the inputs that lead to the next one's initial memory, which count nowhere (a virgin memory: nested loops
-// around the first input that shrink to nothing).
+// Every baseline gets the same delay, thresholds and initial memory as the identified model, and the folded
+// inputs if symmetry is even. Several datasets are joined into one sequence. Between two datasets it has
+// the inputs that lead to the initial memory of the next one; these samples do not count. For a virgin memory
+// they are nested loops around the first input that shrink to zero.
 #pragma once
 
 #include <cstddef>
@@ -31,7 +32,7 @@ struct ComparisonRow {
   std::string name;
   std::size_t parameters = 0;
   ErrorNorms fit;                      ///< output units
-  std::optional<ErrorNorms> held_out;  ///< of the samples that it has not seen
+  std::optional<ErrorNorms> held_out;  ///< over the samples that it has not seen
 };
 
 struct Comparison {
@@ -41,16 +42,16 @@ struct Comparison {
   std::size_t held_out_samples = 0;
   std::size_t cycles = 0;
   std::size_t held_out_cycles = 0;
-  std::string no_hold_out;           ///< why there is none; empty where there is
-  std::vector<std::string> refused;  ///< baselines that could not be fitted, and why
-  bool stopped = false;              ///< by go_on: the rows so far
+  std::string no_hold_out;           ///< reason why nothing is held out; empty if something is
+  std::vector<std::string> refused;  ///< baselines that could not be fitted, with the reason
+  bool stopped = false;              ///< go_on stopped the comparison; these are the rows so far
 };
 
-/// Of each dataset, of each sample: it is in an odd fold. All false where nothing can be held out.
+/// For each sample, per dataset: true if it is in an odd fold. All false if nothing can be held out.
 std::vector<std::vector<bool>> held_out_samples(const Folds& folds);
 
-/// `identified` from these datasets. `go_on` is asked between one model and the next, and in the search.
-/// Samples that `identified` has not seen (IdentifyOptions::unseen) count nowhere.
+/// `identified` is the result for these datasets. `go_on` is called between two models, and in the search.
+/// Samples that `identified` has not seen (IdentifyOptions::unseen) do not count.
 Comparison compare(const std::vector<Dataset>& datasets, const Identified& identified,
                    const std::function<bool()>& go_on);
 

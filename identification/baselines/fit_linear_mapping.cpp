@@ -1,4 +1,4 @@
-// The linear mapping model fitted: Levenberg's method on the coefficients of its curves.
+// Fits the linear mapping model with Levenberg's method on the coefficients of its curves.
 #include <Eigen/Core>
 #include <cmath>
 #include <limits>
@@ -25,8 +25,9 @@ using model::HysteresisState;
 using model::LinearMapping;
 using model::ReferenceCurve;
 
-// Unknowns: the Chebyshev coefficients a_0, ..., a_n of f^A and d_1, ..., d_m of f^D.  The curves meet at the
-// upper threshold, where every T_j is one:  d_0 = sum a - (d_1 + ... + d_m).
+// The unknowns are the Chebyshev coefficients a_0, ..., a_n of f^A and d_1, ..., d_m of f^D.  The curves meet
+// at the upper threshold, where every T_j is one:
+//   d_0 = sum a - (d_1 + ... + d_m)
 class Curves {
  public:
   explicit Curves(const HysteresisParameters& start) : start_(start) {}
@@ -52,7 +53,7 @@ class Curves {
     return p;
   }
 
-  /// How f(v), its value or slope, hangs on the unknowns.
+  /// The row of f(v), its value or its slope, as a function of the unknowns.
   template <class Read>
   VectorXd row(Direction direction, Read read) const {
     VectorXd row(unknowns());
@@ -69,8 +70,8 @@ class Curves {
   HysteresisParameters start_;
 };
 
-// On a grid: both curves rise by at least a thousandth of their mean slope; f^D lies above f^A, and comes
-// down to it at the upper threshold.
+// Inequalities on a grid: both curves rise with at least a thousandth of their mean slope; f^D lies above f^A
+// and approaches it from above at the upper threshold.
 std::pair<MatrixXd, VectorXd> inequalities(const Curves& curves, const HysteresisParameters& start) {
   constexpr Index points = 200;
   const model::Interval range = start.input_range();
@@ -94,11 +95,11 @@ std::pair<MatrixXd, VectorXd> inequalities(const Curves& curves, const Hysteresi
   return {g, h};
 }
 
-// From one history on.
+// The fit after one history.
 class Mapping {
  public:
   Mapping(const Samples& samples, const HysteresisParameters& start, History history)
-      : samples_(samples), curves_(start), history_(std::move(history)), places_(chosen(samples)) {}
+      : samples_(samples), curves_(start), history_(std::move(history)), places_(fitted_samples(samples)) {}
 
   std::vector<double> predicted(const VectorXd& x) const {
     return run(LinearMapping(curves_.parameters(x)), history_, samples_.input,
@@ -118,21 +119,21 @@ class Mapping {
   std::optional<VectorXd> values(const VectorXd& x) const {
     try {
       return at(places_, predicted(x));
-    } catch (const std::invalid_argument&) {  // curves that won't do
+    } catch (const std::invalid_argument&) {  // the curves are not valid
       return std::nullopt;
     }
   }
 
-  // Numerically, to the side where the curves stay valid.
+  // Numerical derivatives, on the side where the curves stay valid.
   MatrixXd jacobian(const VectorXd& x) const {
     const VectorXd here = *values(x);
     const double step = 1e-6 * x.cwiseAbs().maxCoeff();
     MatrixXd result = MatrixXd::Zero(here.size(), x.size());
     for (Index j = 0; j < x.size(); ++j) {
-      for (const double way : {step, -step}) {
-        const auto there = values(x + way * VectorXd::Unit(x.size(), j));
+      for (const double change : {step, -step}) {
+        const auto there = values(x + change * VectorXd::Unit(x.size(), j));
         if (!there) continue;
-        result.col(j) = (*there - here) / way;
+        result.col(j) = (*there - here) / change;
         break;
       }
     }
@@ -145,7 +146,7 @@ class Mapping {
   std::vector<std::size_t> places_;
 };
 
-// The inputs as a model of this symmetry sees them.
+// The inputs for a model of this symmetry.
 std::vector<double> folded(std::span<const double> inputs, model::Symmetry symmetry) {
   std::vector<double> seen(inputs.begin(), inputs.end());
   if (symmetry == model::Symmetry::even)

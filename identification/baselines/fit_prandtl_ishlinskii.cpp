@@ -1,4 +1,4 @@
-// Prandtl-Ishlinskii models fitted: weights alone, then weights and initial plays together.
+// Fits Prandtl-Ishlinskii models: only the weights, or weights and initial plays together.
 #include <Eigen/Core>
 #include <algorithm>
 #include <limits>
@@ -26,14 +26,14 @@ using model::PrandtlIshlinskii;
 std::vector<double> evenly_spaced(const Samples& samples, std::size_t plays) {
   if (plays < 1) model::refuse(plays, " plays, expected at least 1");
   const auto [lo, hi] = std::ranges::minmax(samples.input);
-  if (!(lo < hi)) model::refuse("every input is ", lo, ", expected some movement");
+  if (!(lo < hi)) model::refuse("every input is ", lo, ", expected an input that moves");
   std::vector<double> thresholds;
   for (std::size_t i = 1; i <= plays; ++i)
     thresholds.push_back((hi - lo) / 2.0 * static_cast<double>(i) / static_cast<double>(plays + 1));
   return thresholds;
 }
 
-// Only its plays matter.
+// Only the plays of this operator are used.
 PrandtlIshlinskii operator_of(std::vector<double> thresholds, const model::Interval& range) {
   std::vector<double> weights(thresholds.size(), 0.0);
   return PrandtlIshlinskii({"", "", range, 0.0, 1.0, std::move(thresholds), std::move(weights)});
@@ -49,11 +49,12 @@ WeightedOperators fit_plays(const Samples& samples, const std::vector<double>& t
   return fit_weights(samples, histories, thresholds.size(), column);
 }
 
-// The unknowns x_0, w_0, ..., w_m, y_1[0], ..., y_m[0], the last at the first sample.
+// The unknowns are, with the plays y_i[0] at the first sample,
+//   x_0, w_0, ..., w_m, y_1[0], ..., y_m[0]
 class FreeStart {
  public:
   FreeStart(const Samples& samples, std::vector<double> thresholds)
-      : samples_(samples), thresholds_(std::move(thresholds)), places_(chosen(samples)) {}
+      : samples_(samples), thresholds_(std::move(thresholds)), places_(fitted_samples(samples)) {}
 
   VectorXd start(const WeightedOperators& fit) const {
     const PrandtlIshlinskii plays = operator_of(thresholds_, widened_range(samples_));
@@ -96,7 +97,7 @@ class FreeStart {
     return values;
   }
 
-  // By an initial play: w_i until the play moves.
+  // The derivative by an initial play is w_i until the play moves, and then 0.
   MatrixXd jacobian_at(const VectorXd& x) const {
     MatrixXd jacobian(static_cast<Index>(places_.size()), x.size());
     jacobian.col(0).setOnes();
@@ -114,7 +115,7 @@ class FreeStart {
     return jacobian;
   }
 
-  // w_i >= 0;  |y_i - y_{i-1}| <= r_i - r_{i-1} with y_0 = v, r_0 = 0.
+  // w_i >= 0,    |y_i - y_{i-1}| <= r_i - r_{i-1},    y_0 = v,    r_0 = 0
   std::pair<MatrixXd, VectorXd> inequalities() const {
     MatrixXd g = MatrixXd::Zero(1 + 3 * m(), 2 * m() + 2);
     VectorXd h = VectorXd::Zero(g.rows());

@@ -42,7 +42,7 @@ std::vector<double> predicted(const WeightedOperators& model, std::span<const do
 
 WeightedOperators fit_weights(const Samples& samples, const std::vector<History>& histories,
                               std::size_t operators, const OperatorColumn& column) {
-  const std::vector<std::size_t> places = chosen(samples);
+  const std::vector<std::size_t> places = fitted_samples(samples);
   Fit best{{}, std::numeric_limits<double>::infinity()};
   WeightedOperators result;
   for (const History& history : histories) {

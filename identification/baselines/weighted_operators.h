@@ -1,4 +1,4 @@
-// A weighted sum of operators whose output is linear in the weights: plays, relays.
+// A weighted sum of operators (plays, relays). The output is linear in the weights.
 //
 //   x = x_0 + w_0 v + sum_j w_j o_j[v],     w >= 0
 #pragma once
@@ -11,18 +11,18 @@
 
 namespace hystcan::identification {
 
-/// o_j over every sample, after a history.
+/// The values of o_j at every sample, after a history.
 using OperatorColumn = std::function<std::vector<double>(std::size_t j, const History& history)>;
 
 struct WeightedOperators {
-  History history;      ///< the one of those given that fits best
+  History history;      ///< the given history that fits best
   double offset = 0.0;  ///< x_0
   double gain = 0.0;    ///< w_0
   std::vector<double> weights;
-  std::vector<double> prediction;  ///< of every sample
+  std::vector<double> prediction;  ///< for every sample
 };
 
-/// The samples have been checked.
+/// The caller has checked the samples.
 WeightedOperators fit_weights(const Samples& samples, const std::vector<History>& histories,
                               std::size_t operators, const OperatorColumn& column);
 

@@ -9,14 +9,14 @@ namespace {
 
 using model::SecondOrder;
 
-Eigen::Vector2d taken(const SecondOrder::Step& step, const SecondOrder::State& state, double drive) {
+Eigen::Vector2d state_after(const SecondOrder::Step& step, const SecondOrder::State& state, double drive) {
   const SecondOrder::State after = step(state, drive, drive);
   return {after.position, after.velocity};
 }
 
 Eigen::Matrix2d transition_of(const SecondOrder::Step& step) {
   Eigen::Matrix2d transition;
-  transition << taken(step, {1.0, 0.0}, 0.0), taken(step, {0.0, 1.0}, 0.0);
+  transition << state_after(step, {1.0, 0.0}, 0.0), state_after(step, {0.0, 1.0}, 0.0);
   return transition;
 }
 
@@ -32,13 +32,13 @@ HeldMode::HeldMode(const SecondOrder::Config& mode, double delay_s, double cycle
   const double late_s = delay_s - cycles * cycle_s;  // phi
   const double rest_s = cycle_s - late_s;
   if (late_s <= 0.0) {
-    from_new_ = taken(whole, {}, 1.0);
+    from_new_ = state_after(whole, {}, 1.0);
   } else if (rest_s <= 0.0) {  // rounding
-    from_old_ = taken(whole, {}, 1.0);
+    from_old_ = state_after(whole, {}, 1.0);
   } else {
     const SecondOrder::Step rest(mode, rest_s);
-    from_new_ = taken(rest, {}, 1.0);
-    from_old_ = transition_of(rest) * taken(SecondOrder::Step(mode, late_s), {}, 1.0);
+    from_new_ = state_after(rest, {}, 1.0);
+    from_old_ = transition_of(rest) * state_after(SecondOrder::Step(mode, late_s), {}, 1.0);
   }
 }
 

@@ -1,9 +1,9 @@
-// A second-order mode under a drive that is held from cycle to cycle and arrives late, sampled once a cycle.
+// A second-order mode, sampled once per cycle, with a drive that is held during a cycle and arrives late.
 //
 //   x'' + 2 zeta omega x' + omega^2 x = omega^2 u(t - d),    u(t) = u_n for n T <= t < (n + 1) T
 //
-// With d = m T + phi, 0 <= phi < T, the drive changes once within a cycle, phi after its beginning, so that
-// two exact steps (model/second_order.h) make one exact cycle, whatever the fraction phi:
+// With d = m T + phi, 0 <= phi < T, the drive changes once in a cycle, at the time phi after its beginning.
+// Two exact steps (model/second_order.h) therefore make one exact cycle, for every fraction phi:
 //
 //   X[n+1] = A X[n] + b_old u[n-m-1] + b_new u[n-m],      X = (x, x'),  x[n] = x(n T)
 //   G(z)   = (1 0) (z I - A)^-1 (b_old z^-1 + b_new) z^-m                    (1 at rest, z = 1)
@@ -18,13 +18,13 @@ namespace hystcan::identification {
 
 class HeldMode {
  public:
-  /// A negative delay is an advance. Throws std::invalid_argument where a parameter is not finite or out of
-  /// range, or cycle_s <= 0.
+  /// A negative delay is an advance. Throws std::invalid_argument if a parameter is not finite or out of
+  /// range, or if cycle_s <= 0.
   HeldMode(const model::SecondOrder::Config& mode, double delay_s, double cycle_s);
 
   int whole_cycles() const { return whole_cycles_; }  ///< m
 
-  /// One cycle, given u[n-m-1] and u[n-m].
+  /// One cycle with the drives u[n-m-1] and u[n-m].
   Eigen::Vector2d step(const Eigen::Vector2d& state, double old_drive, double new_drive) const {
     return transition_ * state + from_old_ * old_drive + from_new_ * new_drive;
   }

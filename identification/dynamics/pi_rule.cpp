@@ -15,10 +15,10 @@ namespace {
 
 using Complex = std::complex<double>;
 constexpr double pi = std::numbers::pi;
-constexpr double on_the_axis = -pi + 1e-9;  // rounding
+constexpr double on_the_axis = -pi + 1e-9;  // with room for rounding
 
-/// Even steps, logarithmic ones (0.3 %) for slow loops, and a cluster about the resonance where sampling
-/// shows it.
+/// A grid of even steps, logarithmic steps (0.3 %) for slow loops, and a cluster around the (aliased)
+/// resonance.
 Eigen::ArrayXd frequencies(const model::SecondOrder::Config& mode, double cycle_s) {
   std::vector<double> theta;
   for (int i = 1; i <= 1000; ++i) theta.push_back(pi * i / 1000);
@@ -39,7 +39,7 @@ Complex integrator(double theta) {
   return z / (z - 1.0);
 }
 
-/// Where `f` changes sign between `a` and `b`.
+/// The place between `a` and `b` where `f` changes its sign.
 double bisect(const std::function<double(double)>& f, double a, double b) {
   const bool sign = f(a) < 0.0;
   for (int i = 0; i < 60; ++i) {
@@ -51,7 +51,7 @@ double bisect(const std::function<double(double)>& f, double a, double b) {
 
 double phase_margin_deg(const Complex& loop) { return std::abs(std::arg(-loop)) * 180.0 / pi; }
 
-/// Three significant digits, towards zero.
+/// The value with three significant digits, rounded towards zero.
 double rounded_down(double value) {
   if (value <= 0.0) return 0.0;
   const double unit = std::pow(10.0, std::floor(std::log10(value)) - 2.0);
@@ -59,7 +59,7 @@ double rounded_down(double value) {
   return unit < 1.0 ? steps / std::round(1.0 / unit) : steps * unit;
 }
 
-/// The largest factor of `shape` (the loop at ki T = 1) that keeps the rule.
+/// The largest factor of `shape` (the loop at ki T = 1) that satisfies the rule.
 double largest_factor(const Eigen::ArrayXcd& shape, const PiRule& rule) {
   const double limit = rule.phase_margin_deg * pi / 180.0 - pi;
   double phase = std::arg(shape[0]), worst = 1e-300;
@@ -80,7 +80,7 @@ SampledLoop::SampledLoop(const model::SecondOrder::Config& mode, double delay_s,
       command_cycles_(command_cycles),
       theta_(frequencies(mode, cycle_s)) {
   if (command_cycles < 0) model::refuse("command_cycles = ", command_cycles, ", expected zero or more");
-  answer_ = theta_.unaryExpr(
+  response_ = theta_.unaryExpr(
       [&](double theta) { return std::polar(1.0, -theta * command_cycles) * plant_.response(theta); });
 }
 
@@ -103,8 +103,9 @@ Margins SampledLoop::margins(const PiGains& gains) const {
   const double per_theta_Hz = 1.0 / (2.0 * pi * cycle_s_);
   Margins margins;
   margins.phase_margin_deg = 180.0;
-  double at_180 = 0.0;                                       // the largest |L| where L is real and negative
-  double turned = std::arg(1.0 + loop(theta_[0])) + pi / 2;  // arg(1 + L), from an integrator's -90 degrees
+  double at_180 = 0.0;  // the largest |L| at which L is real and negative
+  double turned =
+      std::arg(1.0 + loop(theta_[0])) + pi / 2;  // arg(1 + L), from the -90 degrees of an integrator
   double phase = std::arg(loop(theta_[0]));
   for (Eigen::Index i = 0; i < theta_.size(); ++i) {
     const double theta = theta_[i];
@@ -139,11 +140,11 @@ PiGains SampledLoop::suggest(const PiRule& rule) const {
   if (!(rule.phase_margin_deg > 0.0 && rule.phase_margin_deg < 90.0))
     model::refuse("phase_margin_deg = ", rule.phase_margin_deg, ", expected more than 0 and less than 90");
   if (!(rule.gain_margin > 1.0)) model::refuse("gain_margin = ", rule.gain_margin, ", expected more than 1");
-  const Eigen::ArrayXcd integral = answer_ * theta_.unaryExpr(&integrator);
+  const Eigen::ArrayXcd integral = response_ * theta_.unaryExpr(&integrator);
   PiGains best;
   for (int i = 0; i <= 250; ++i) {
-    const double kp_per_ki = 0.02 * i;  // in cycles
-    const double ki_per_cycle = largest_factor(integral + kp_per_ki * answer_, rule);
+    const double kp_per_ki = 0.02 * i;  // cycles
+    const double ki_per_cycle = largest_factor(integral + kp_per_ki * response_, rule);
     if (ki_per_cycle <= best.ki_per_s * cycle_s_) continue;
     best = {kp_per_ki * ki_per_cycle, ki_per_cycle / cycle_s_};
   }

@@ -20,14 +20,14 @@ double cycle_of(const std::vector<double>& time_s) {
     const double step_s = time_s[n] - time_s[n - 1];
     if (!(std::abs(step_s - cycle_s) <= unevenness * cycle_s))
       refuse("time_s of row ", n + 1, " is ", step_s, " s after the row before, expected ", cycle_s,
-             " s within 1 %: an evenly sampled record, no row left out");
+             " s within 1 %: an evenly sampled dataset without missing rows");
   }
   return cycle_s;
 }
 
-/// The first row by which `drive` has been at both ends of its range, counted from `from`; the number of rows
-/// where it never is.
-Eigen::Index both_ends_by(const Eigen::VectorXd& drive, Eigen::Index from) {
+/// The first row, from row `from` on, at which `drive` has visited both ends of its range; the number of
+/// rows if it never does.
+Eigen::Index row_after_both_ends(const Eigen::VectorXd& drive, Eigen::Index from) {
   const double lo = drive.minCoeff(), hi = drive.maxCoeff(), near = 0.02 * (hi - lo);
   bool was_low = false, was_high = false;
   for (Eigen::Index n = from; n < drive.size(); ++n) {
@@ -38,7 +38,7 @@ Eigen::Index both_ends_by(const Eigen::VectorXd& drive, Eigen::Index from) {
   return drive.size();
 }
 
-/// The drive, and beside it the columns w_i.
+/// The drive, then the columns w_i.
 Eigen::MatrixXd with_loops(const Eigen::VectorXd& drive) {
   const double middle = 0.5 * (drive.minCoeff() + drive.maxCoeff());
   const double half_range = drive.maxCoeff() - middle;
@@ -57,7 +57,7 @@ Eigen::MatrixXd with_loops(const Eigen::VectorXd& drive) {
   return inputs;
 }
 
-// A drive of two levels, wherever else it may have been on its way, has no loop.
+// A drive with two levels has no loop. Its earlier rows do not matter.
 bool is_of_two_levels(const Eigen::VectorXd& drive) {
   const double lo = drive.minCoeff(), hi = drive.maxCoeff(), near = 0.02 * (hi - lo);
   return ((drive.array() <= lo + near) || (drive.array() >= hi - near)).all();
@@ -70,13 +70,13 @@ Eigen::VectorXd vector_of(const std::vector<double>& column) {
 }  // namespace
 
 Eigen::VectorXd without_line(const Eigen::VectorXd& time, const Eigen::VectorXd& values) {
-  const Eigen::VectorXd about_mean = values.array() - values.mean();  // the times' mean is zero
+  const Eigen::VectorXd about_mean = values.array() - values.mean();  // the mean of the times is zero
   return about_mean - time * (time.dot(about_mean) / time.squaredNorm());
 }
 
 SampledDataset sampled(const Dataset& dataset, Eigen::Index longest_delay_cycles) {
   if (dataset.size() < fewest_rows)
-    refuse("record of ", dataset.size(), " rows, expected at least ", fewest_rows);
+    refuse("dataset of ", dataset.size(), " rows, expected at least ", fewest_rows);
   SampledDataset s;
   s.cycle_s = cycle_of(dataset.time_s);
   Eigen::VectorXd drive = vector_of(dataset.input).array() - dataset.input.front();
@@ -84,8 +84,8 @@ SampledDataset sampled(const Dataset& dataset, Eigen::Index longest_delay_cycles
   if (s.drive_scale == 0.0) refuse("input is constant, expected a step or a chirp");
   drive /= s.drive_scale;
   s.inputs = drive;
-  const Eigen::Index wiped = both_ends_by(drive, 0) + longest_delay_cycles + 1;
-  if (both_ends_by(drive, wiped) + fewest_fitted < drive.size()) {
+  const Eigen::Index wiped = row_after_both_ends(drive, 0) + longest_delay_cycles + 1;
+  if (row_after_both_ends(drive, wiped) + fewest_fitted < drive.size()) {
     s.first = wiped;
     if (!is_of_two_levels(drive.tail(drive.size() - wiped))) s.inputs = with_loops(drive);
   }
@@ -94,7 +94,7 @@ SampledDataset sampled(const Dataset& dataset, Eigen::Index longest_delay_cycles
   s.output.array() -= s.output.mean();
   s.output_scale = std::sqrt(without_line(s.time, s.output).squaredNorm() / static_cast<double>(s.rows()));
   if (!(s.output_scale > 1e-12 * s.output.cwiseAbs().maxCoeff()))
-    refuse("output is a straight line, expected an answer to the input");
+    refuse("output is a straight line, expected a response to the input");
   s.output /= s.output_scale;
   return s;
 }

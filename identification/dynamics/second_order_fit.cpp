@@ -21,7 +21,7 @@ using model::refuse;
 // log(f / Hz), log zeta, d / T.
 using Point = Eigen::Vector3d;
 using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, 3>;
-// The linear part: these, and from `gain` on a column for each input.
+// The columns of the linear part; from `gain` on there is one column for each input.
 enum Linear : Eigen::Index { offset, drift, free_position, free_velocity, gain };
 
 struct Box {
@@ -38,8 +38,8 @@ HeldMode mode_at(const SampledDataset& dataset, const Point& point) {
   return {{std::exp(point[0]), std::exp(point[1])}, point[2] * dataset.cycle_s, dataset.cycle_s};
 }
 
-/// The mode's x[n] of every row fitted, of each of the first `count` inputs, in equilibrium with what came
-/// before.
+/// x[n] of the mode for every fitted row and each of the first `count` inputs. The mode starts in equilibrium
+/// with the input before.
 Eigen::MatrixXd driven(const SampledDataset& dataset, const HeldMode& mode, Eigen::Index count) {
   Eigen::MatrixXd positions(dataset.rows(), count);
   for (Eigen::Index input = 0; input < count; ++input) {
@@ -90,8 +90,8 @@ Projection project(const SampledDataset& dataset, const Point& point) {
   return p;
 }
 
-/// Derivatives of the residual but for the coefficients' own (Kaufman 1975); of the columns by central
-/// differences: the error is of order 1e-10.
+/// Derivatives of the residual, without those of the coefficients (Kaufman 1975). The derivatives of the
+/// columns are central differences with an error of order 1e-10.
 Jacobian residual_slope(const SampledDataset& dataset, const Point& point, const Projection& at) {
   constexpr double h = 1e-5;
   Jacobian slope(dataset.rows(), 3);
@@ -109,7 +109,7 @@ struct LocalMinimum {
   double sum_of_squares;
 };
 
-/// Until no step is longer than `resolution`.
+/// Levenberg-Marquardt until no step is longer than `resolution`.
 LocalMinimum descend(const SampledDataset& dataset, const Box& box, const Point& start, double resolution) {
   Projection at = project(dataset, start);
   LocalMinimum best{start, at.residual.squaredNorm()};
@@ -148,8 +148,8 @@ std::vector<double> steps(double lo, double hi, double step) {
   return values;
 }
 
-// The grid's modes start in equilibrium, and of the linear part only offset and drift are taken out beside
-// the gain: a product of vectors for each place instead of a decomposition.
+// The modes of the grid start in equilibrium, and the linear part is only offset, drift and gain. Each point
+// then costs a product of vectors instead of a decomposition.
 std::vector<LocalMinimum> grid(const SampledDataset& dataset, const Box& box) {
   constexpr double frequency_ratio = 1.15;
   std::vector<LocalMinimum> places;
@@ -166,7 +166,7 @@ std::vector<LocalMinimum> grid(const SampledDataset& dataset, const Box& box) {
   return places;
 }
 
-/// The best few places that lie apart.
+/// The best few points of the grid that lie apart.
 std::vector<Point> starts(const SampledDataset& dataset, const Box& box) {
   constexpr std::size_t most = 6;
   std::vector<Point> chosen;
@@ -181,9 +181,10 @@ std::vector<Point> starts(const SampledDataset& dataset, const Box& box) {
   return chosen;
 }
 
-// The mirror image in half the sampling rate has the same decay per second, zeta omega, and almost the same
-// samples with another delay; near half the sampling rate so has the mode itself.
-std::vector<Point> likenesses(const SampledDataset& dataset, const Box& box, const Point& point) {
+// Points with almost the same samples as `point`. The mirror image of f at half the sampling rate has the
+// same decay per second, zeta omega, and almost the same samples with another delay. Near half the
+// sampling rate the mode itself with another delay is such a point, too.
+std::vector<Point> similar_points(const SampledDataset& dataset, const Box& box, const Point& point) {
   constexpr double reach = 1.5, spacing = 0.1;  // cycles
   const double f = std::exp(point[0]);
   const double image = std::max(1.0 / dataset.cycle_s - f, std::exp(box.lo[0]));
@@ -205,7 +206,7 @@ std::vector<Point> likenesses(const SampledDataset& dataset, const Box& box, con
   return found;
 }
 
-/// Best first.
+/// All minima, the best one first.
 std::vector<LocalMinimum> minima(const SampledDataset& dataset, const Box& box) {
   constexpr int most_rounds = 3;
   constexpr double coarse = 1e-6, fine = 1e-11;
@@ -214,7 +215,7 @@ std::vector<LocalMinimum> minima(const SampledDataset& dataset, const Box& box) 
   std::ranges::sort(found, {}, &LocalMinimum::sum_of_squares);
   for (int round = 0; round < most_rounds; ++round) {
     const double best = found.front().sum_of_squares;
-    for (const Point& start : likenesses(dataset, box, found.front().point))
+    for (const Point& start : similar_points(dataset, box, found.front().point))
       found.push_back(descend(dataset, box, start, coarse));
     std::ranges::sort(found, {}, &LocalMinimum::sum_of_squares);
     if (found.front().sum_of_squares > 0.99 * best) break;
@@ -223,24 +224,24 @@ std::vector<LocalMinimum> minima(const SampledDataset& dataset, const Box& box) 
   return found;
 }
 
-// Of what the drive does: a free decay follows any line in the noise, and would show a frequency where the
-// drive shows none.
+// The sensitivity of the driven response only: a free decay follows any line in the noise and would
+// indicate a frequency even if the drive does not excite it.
 Eigen::MatrixXd sensitivity_at(const SampledDataset& dataset, const Point& point, const Projection& at) {
   constexpr double h = 1e-5;
   const Eigen::Index inputs = dataset.inputs.cols();
-  const auto answer = [&](const Point& there) -> Eigen::VectorXd {
+  const auto response = [&](const Point& there) -> Eigen::VectorXd {
     return driven(dataset, mode_at(dataset, there), inputs) * at.coefficients.tail(inputs);
   };
   Eigen::MatrixXd sensitivity(dataset.rows(), 3 + at.columns.cols());
   for (int i = 0; i < 3; ++i) {
     const Point shift = h * Point::Unit(i);
-    sensitivity.col(i) = (answer(point + shift) - answer(point - shift)) / (2.0 * h);
+    sensitivity.col(i) = (response(point + shift) - response(point - shift)) / (2.0 * h);
   }
   sensitivity.rightCols(at.columns.cols()) = at.columns;
   return sensitivity;
 }
 
-/// sum_l w_l sum_n g_n g_{n+l}' of the header.
+/// sum_l w_l sum_n g_n g_{n+l}', see the header.
 Eigen::MatrixXd scatter(const Eigen::MatrixXd& scores) {
   const Eigen::Index rows = scores.rows();
   const auto reach = static_cast<Eigen::Index>(std::sqrt(static_cast<double>(rows)));
@@ -255,7 +256,7 @@ Eigen::MatrixXd scatter(const Eigen::MatrixXd& scores) {
 
 struct Confidence {
   Eigen::VectorXd standard_error;  ///< of log f, log zeta, d / T, and the linear part
-  double variance = 0.0;           ///< s^2, times what correlation of the residuals adds
+  double variance = 0.0;           ///< s^2, multiplied by the effect of correlated residuals
 };
 
 Confidence confidence_at(const SampledDataset& dataset, const Point& point, const Projection& at) {
@@ -280,7 +281,7 @@ struct Interval {
   double lo, hi;
 };
 
-/// Of one of (log f, log zeta, d / T): about the best minimum, and over those that are as good.
+/// Interval of one of (log f, log zeta, d / T), around the best minimum and all minima that are as good.
 Interval interval_of(int which, const Box& box, const std::vector<LocalMinimum>& found,
                      const Confidence& confidence) {
   const double reach = two_sided_95 * confidence.standard_error[which];
@@ -291,7 +292,7 @@ Interval interval_of(int which, const Box& box, const std::vector<LocalMinimum>&
     interval.lo = std::min(interval.lo, other.point[which]);
     interval.hi = std::max(interval.hi, other.point[which]);
   }
-  // What is not told at all is told to be somewhere in the box that was searched.
+  // If the dataset does not determine the parameter, the interval is the box that was searched.
   return {std::max(interval.lo, box.lo[which]), std::min(interval.hi, box.hi[which])};
 }
 
@@ -314,25 +315,25 @@ std::string range_of(const Estimate& estimate) {
   return model::text_of(in_three_digits(estimate.lo), " to ", in_three_digits(estimate.hi));
 }
 
-bool is_told(const Estimate& estimate, double largest_ratio) {
-  return estimate.hi < largest_ratio * estimate.lo;  // false for what is not a number
+bool is_determined(const Estimate& estimate, double largest_ratio) {
+  return estimate.hi < largest_ratio * estimate.lo;  // false for NaN
 }
 
-void refuse_what_is_not_told(const SecondOrderFit& fit, const Point& point, const Box& box) {
+void check_determined(const SecondOrderFit& fit, const Point& point, const Box& box) {
   if (fit.explained < 0.5)
     refuse("a second-order mode explains ", std::round(100.0 * fit.explained),
-           " % of the output, expected at least 50: a larger step or chirp, or the right columns");
+           " % of the output, expected at least 50: use a larger step or chirp, or the right columns");
   if (point[2] >= box.hi[2])
     refuse("delay is more than ", largest_delay_cycles, " cycles of ", fit.cycle_s, " s, expected less");
   const bool at_the_edge = point[0] >= box.hi[0] - 1e-6 || point[1] >= box.hi[1] - 1e-6;
-  if (at_the_edge || !is_told(fit.natural_frequency_Hz, 1.5) || !is_told(fit.damping_ratio, 5.0))
+  if (at_the_edge || !is_determined(fit.natural_frequency_Hz, 1.5) || !is_determined(fit.damping_ratio, 5.0))
     refuse("natural frequency is anywhere from ", range_of(fit.natural_frequency_Hz),
            " Hz and damping ratio from ", range_of(fit.damping_ratio),
-           ", expected a record that shows them: drive more near the resonance, longer, or sample faster;",
-           " this one tells no more than a lag");
+           ", expected a dataset that shows them: excite more near the resonance, longer, or sample faster;",
+           " this dataset shows only a lag");
   if (fit.delay_s.hi < 0.0)
     refuse("delay is ", in_three_digits(fit.delay_s.value),
-           " s, expected zero or more:", " the input of a row is the drive in force from that row's time on");
+           " s, expected zero or more: the input of a row is the drive in force from that row's time on");
 }
 
 }  // namespace
@@ -360,7 +361,7 @@ SecondOrderFit fit_second_order(const Dataset& dataset) {
   fit.explained = 1.0 - at.residual.squaredNorm() / rows;
   fit.cycle_s = s.cycle_s;
   fit.rows = dataset.size();
-  refuse_what_is_not_told(fit, point, box);
+  check_determined(fit, point, box);
   return fit;
 }
 

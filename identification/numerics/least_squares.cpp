@@ -16,16 +16,16 @@ using Eigen::VectorXd;
 using model::refuse;
 
 constexpr double rank_tolerance = 1e-12;
-constexpr double drawn_to_zero = 1e-7;
+constexpr double pull_to_zero = 1e-7;
 constexpr double too_far = 1e6;
 
-// Lengths of the columns, one where a column is zero.
+// The lengths of the columns; 1 if a column is zero.
 VectorXd scales(const MatrixXd& r) {
   VectorXd lengths = r.colwise().norm();
   return (lengths.array() > 0.0).select(lengths, 1.0);
 }
 
-// Of the first `rows` rows, in place: upper triangular afterwards. Gives the number of rows left.
+// Reduces the first `rows` rows in place to an upper triangle. Returns the number of remaining rows.
 Index reduce(MatrixXd& gathered, Index rows) {
   const Index left = std::min(rows, gathered.cols());
   Eigen::Ref<MatrixXd> block = gathered.topRows(rows);
@@ -41,7 +41,7 @@ Eigen::CompleteOrthogonalDecomposition<MatrixXd> decomposed(const MatrixXd& matr
   return result;
 }
 
-// What is left of G z >= h: rows of length one; none that says nothing.
+// G z >= h with rows of length one, without rows that are zero.
 struct Inequalities {
   MatrixXd g;
   VectorXd h;
@@ -62,7 +62,7 @@ Inequalities normalised(const MatrixXd& g, const VectorXd& h) {
   return kept;
 }
 
-// Row i of G and h_i where dual[i] > 0.
+// The inequalities with dual[i] > 0: row i of G and h_i.
 Inequalities active(const Inequalities& all, const VectorXd& dual) {
   const Index count = (dual.array() > 0.0).count();
   Inequalities some{MatrixXd(count, all.g.cols()), VectorXd(count)};
@@ -74,8 +74,8 @@ Inequalities active(const Inequalities& all, const VectorXd& dual) {
   return some;
 }
 
-// min |z|, G z >= h.  Scaled by the distance of the farthest inequality alone, so that |z| is of order one;
-// nothing is to be done where that is rounding.
+// Solves  min |z|, G z >= h.  h is divided by the distance of the farthest inequality, so that |z| is of
+// order one. If this distance is only rounding, z = 0 is the solution.
 VectorXd least_distance(const Inequalities& all, double rounding) {
   const Index n = all.g.cols();
   const double farthest = all.h.size() == 0 ? 0.0 : all.h.maxCoeff();
@@ -86,7 +86,7 @@ VectorXd least_distance(const Inequalities& all, double rounding) {
   const VectorXd u = solve_nonnegative(dual, last_unit);
   const double squared = (dual * u - last_unit).squaredNorm();  // 1 / (1 + |z|^2), z scaled
   if (squared * too_far * too_far < 1.0)
-    refuse("inequalities contradict each other, expected some x to meet all");
+    refuse("inequalities contradict each other, expected an x that meets all of them");
   const Inequalities tight = active(all, u);
   return decomposed(tight.g).solve(tight.h);
 }
@@ -140,10 +140,10 @@ Fit LeastSquares::solve_with_inequalities(const MatrixXd& g, const VectorXd& h) 
   const VectorXd scale = scales(whole.r);
   Triangle t = whole;
   if (decomposed(t.r * scale.cwiseInverse().asDiagonal()).rank() < unknowns()) {
-    LeastSquares drawn = *this;
+    LeastSquares regularised = *this;
     for (Index j = 0; j < unknowns(); ++j)
-      drawn.add(VectorXd::Unit(unknowns(), j) * drawn_to_zero * scale[j], 0.0);
-    t = drawn.triangle();
+      regularised.add(VectorXd::Unit(unknowns(), j) * pull_to_zero * scale[j], 0.0);
+    t = regularised.triangle();
   }
   const auto upper = t.r.triangularView<Eigen::Upper>();
   const MatrixXd in_z = g.rows() == 0 ? g : MatrixXd(upper.solve<Eigen::OnTheRight>(g));  // G R^-1

@@ -1,14 +1,21 @@
-// Linear least squares, gathered row by row in memory that does not grow with the number of rows.
+// Linear least squares. Rows are added one by one; the memory does not grow with their number.
 //
 //   min sum_i w_i (a_i . x - b_i)^2,     optionally with  x_j >= 0  or with  G x >= h
 //
-// Rows are gathered in blocks; each full block is reduced with what stood before to the triangle of its QR
-// decomposition (Householder), sqrt(w) [A b] = Q [R c; 0 d]: memory O(p^2), a row costs O(p^2), p unknowns.
-// The sum is |R x - c|^2 + d^2.
+// Rows are collected in blocks. Each full block is reduced, together with the previous triangle, to the
+// triangle of its QR decomposition (Householder):
 //
-// Inequalities.  With z = R x - c the problem is the least distance  min |z|, G R^-1 z >= h - G R^-1 c, whose
-// dual is a non-negative least squares problem. The inequalities that it finds active are then met as
-// equations, so that they hold to rounding (magnified by the condition of R on the way back to x).
+//   sqrt(w) [A b] = Q [R c; 0 d],     sum = |R x - c|^2 + d^2
+//
+// With p unknowns, the memory is O(p^2) and a row costs O(p^2).
+//
+// Inequalities.  With z = R x - c the problem is a least-distance problem,
+//
+//   min |z|,     G R^-1 z >= h - G R^-1 c
+//
+// Its dual is a non-negative least squares problem. The inequalities that this finds active are then
+// solved as equations, so that they hold to rounding (magnified by the condition of R in the step back to
+// x).
 //
 // C. L. Lawson, R. J. Hanson, "Solving Least Squares Problems", 1974, chapters 23 and 27.
 #pragma once
@@ -20,27 +27,29 @@ namespace hystcan::identification {
 
 struct Fit {
   Eigen::VectorXd x;
-  double residual = 0.0;  ///< root of the weighted sum of squares, over all rows
+  double residual = 0.0;  ///< square root of the weighted sum of squares over all rows
 };
 
 struct Triangle {
   Eigen::MatrixXd r;      ///< p x p
   Eigen::VectorXd right;  ///< c
-  double rest = 0.0;      ///< d: the residual of the best x
+  double rest = 0.0;      ///< d, the residual of the best x
 
   double residual(const Eigen::VectorXd& x) const;
 };
 
-/// Where the rows do not determine x (rank to 1e-12, columns scaled to length one), solve() gives the
-/// shortest of the best in scaled unknowns, solve_nonnegative() one of the best, and
-/// solve_with_inequalities() nearly the shortest: rows of 1e-7 of each column's length draw it to zero.
+/// If the rows do not determine x (rank to 1e-12, columns scaled to length one), there are several best x:
+///   - solve() returns the shortest one, in scaled unknowns;
+///   - solve_nonnegative() returns one of them;
+///   - solve_with_inequalities() returns nearly the shortest one, because additional rows of 1e-7 of each
+///     column's length pull x to zero.
 class LeastSquares {
  public:
-  /// Throws std::invalid_argument where there is not at least one unknown.
+  /// Throws std::invalid_argument if there is not at least one unknown.
   explicit LeastSquares(Eigen::Index unknowns);
 
-  /// One row; weight 0 leaves it out. Throws std::invalid_argument where its size is not that of the
-  /// unknowns, a number is not finite or the weight negative.
+  /// Adds one row; a row of weight 0 is ignored. Throws std::invalid_argument if the size of the row is
+  /// not the number of unknowns, if a number is not finite, or if the weight is negative.
   void add(const Eigen::Ref<const Eigen::VectorXd>& row, double right, double weight = 1.0);
 
   Eigen::Index unknowns() const { return gathered_.cols() - 1; }
@@ -49,12 +58,13 @@ class LeastSquares {
   Fit solve() const;
   /// `free`: unknowns that may have either sign.
   Fit solve_nonnegative(const std::vector<Eigen::Index>& free = {}) const;
-  /// G x >= h. Throws std::invalid_argument where sizes do not match, a number is not finite, or the
-  /// inequalities contradict each other (or meet only 1e6 times as far off as the farthest one of them).
+  /// Solves with G x >= h. Throws std::invalid_argument if sizes do not match, if a number is not finite,
+  /// or if the inequalities contradict each other (or meet only 1e6 times as far away as the farthest one
+  /// of them).
   Fit solve_with_inequalities(const Eigen::MatrixXd& g, const Eigen::VectorXd& h) const;
 
  private:
-  Eigen::MatrixXd gathered_;  // sqrt(w) [A b]: the triangle so far, the rows since
+  Eigen::MatrixXd gathered_;  // sqrt(w) [A b]: the present triangle, then the rows added since
   Eigen::Index filled_ = 0;
 };
 

@@ -23,7 +23,7 @@ NonlinearFit evaluated(const NonlinearProblem& problem, const VectorXd& x) {
   return {x, values ? cost_of(problem, *values) : std::numeric_limits<double>::infinity()};
 }
 
-// The problem at x, but for the damping, which differs from try to try.
+// The problem linearised at x, without the damping, which is different in each try.
 class Linearised {
  public:
   Linearised(const NonlinearProblem& problem, const VectorXd& x) : problem_(problem), x_(x), rows_(x.size()) {
@@ -52,7 +52,7 @@ class Linearised {
 
 NonlinearFit improve(const NonlinearProblem& problem, const VectorXd& start, int steps) {
   const std::optional<VectorXd> values = problem.values(start);
-  if (!values) model::refuse("the start is no valid model, expected one to improve");
+  if (!values) model::refuse("the start is not a valid model, expected a valid one");
   NonlinearFit fit{start, cost_of(problem, *values)};
   double lambda = 1e-4;
   for (int step = 0; step < steps; ++step) {

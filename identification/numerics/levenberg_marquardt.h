@@ -1,9 +1,12 @@
-// Levenberg's method within linear inequalities: nonlinear least squares from a start that is near.
+// Levenberg's method with linear inequalities: nonlinear least squares from a start near the solution.
 //
 //   min sum_i w_i (f_i(x) - b_i)^2,     G x >= h
 //
-// Each step solves the problem linearised at x, inequalities included, with damping rows
-// sqrt(lambda) |J_j| dx_j = 0; where the sum does not fall, lambda grows tenfold and the step is tried again.
+// Each step solves the problem linearised at x, with the inequalities and with damping rows
+//
+//   sqrt(lambda) |J_j| dx_j = 0
+//
+// If the sum does not fall, lambda grows tenfold and the step is repeated.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,7 +16,7 @@
 namespace hystcan::identification {
 
 struct NonlinearProblem {
-  /// f(x); nothing where x is no valid model.
+  /// f(x); none if x is not a valid model.
   std::function<std::optional<Eigen::VectorXd>(const Eigen::VectorXd& x)> values;
   std::function<Eigen::MatrixXd(const Eigen::VectorXd& x)> jacobian;
   Eigen::VectorXd wanted;  ///< b
@@ -27,8 +30,9 @@ struct NonlinearFit {
   double cost = 0.0;  ///< the weighted sum of squares
 };
 
-/// At most `steps` steps that lower the sum; ends before where it falls by less than a millionth of itself.
-/// Never worse than the start, which must be valid (std::invalid_argument) but may break the inequalities.
+/// Takes at most `steps` steps that lower the sum, and ends earlier if the sum falls by less than a
+/// millionth of itself. The result is never worse than the start. The start must be valid
+/// (std::invalid_argument), but it may violate the inequalities.
 NonlinearFit improve(const NonlinearProblem& problem, const Eigen::VectorXd& start, int steps);
 
 }  // namespace hystcan::identification

@@ -1,4 +1,4 @@
-// The downhill simplex of Nelder and Mead, for a handful of unknowns whose derivatives are not to be had.
+// The downhill simplex method of Nelder and Mead, for a few unknowns without derivatives.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,9 +11,9 @@ struct Minimum {
   double value = 0.0;
 };
 
-/// Starts from `start` with edges `step`; ends when all corners agree to `tolerance` in value, relatively, or
-/// after `evaluations`. A function that is not finite counts as infinite. `go_on`: asked before each
-/// evaluation; false ends the search with the best so far.
+/// Starts from `start` with edges `step`. Ends when the values at all corners agree to the relative
+/// `tolerance`, or after `evaluations`. A function value that is not finite counts as infinite. `go_on` is
+/// called before each move of the simplex; false ends the search with the best point so far.
 ///
 /// J. A. Nelder, R. Mead, "A simplex method for function minimization", Computer Journal 7, 1965; with the
 /// coefficients of F. Gao, L. Han (2012), which depend on the number of unknowns.

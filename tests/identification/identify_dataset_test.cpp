@@ -1,5 +1,5 @@
-// Identified from measured datasets, beside thirty plays fitted to the same; and from datasets so large or so
-// hopeless that it takes its time. Measured ones are skipped where they are not at hand.
+// Identification from measured datasets, compared with thirty plays fitted to the same data, and from very
+// large datasets. Tests with measured datasets are skipped if the files are not available.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -30,9 +30,9 @@ using Mask = std::vector<bool>;
 
 constexpr std::size_t plays = 30;
 
-class MeasuredRecord : public testing::Test {
+class MeasuredDataset : public testing::Test {
  protected:
-  /// False, the test being skipped, where one of them is not there.
+  /// Returns false if one of the files does not exist; the test is then skipped.
   bool load(const std::vector<std::string>& names) {
     for (const std::string& name : names) {
       const std::filesystem::path file = measured(name);
@@ -44,7 +44,7 @@ class MeasuredRecord : public testing::Test {
     }
     return true;
   }
-  std::string no_record() const { return "no record " + missing_ + "; set HYSTCAN_DATA"; }
+  std::string no_dataset() const { return "no dataset " + missing_ + "; set HYSTCAN_DATA"; }
 
   std::vector<Dataset> datasets;
 
@@ -69,7 +69,7 @@ std::vector<double> delayed_input(const Dataset& dataset, double delay_s) {
   return inputs;
 }
 
-/// Thirty plays, fitted to the `seen` samples of datasets that follow each other; what they say of all.
+/// Thirty plays, fitted to the `seen` samples of consecutive datasets; the prediction contains all samples.
 BaselineModel thirty_plays(const std::vector<Dataset>& datasets, double delay_s, const Mask& seen) {
   Dataset all = joined(datasets);
   all.input.clear();
@@ -82,7 +82,7 @@ BaselineModel thirty_plays(const std::vector<Dataset>& datasets, double delay_s,
   return fit_prandtl_ishlinskii({{}, all.input, all.output, weight, {lo, hi}}, plays);
 }
 
-// RMS and largest error of the samples that `which` holds, in percent of the span of all.
+// RMS and largest error of the samples in `which`, in percent of the span of all outputs.
 ErrorNorms percent_of(const std::vector<double>& predicted, const std::vector<double>& output,
                       const Mask& which) {
   std::vector<double> a, b;
@@ -91,54 +91,56 @@ ErrorNorms percent_of(const std::vector<double>& predicted, const std::vector<do
       a.push_back(predicted[i]);
       b.push_back(output[i]);
     }
-  const ErrorNorms misses = ErrorNorms::of(a, b);
+  const ErrorNorms errors = ErrorNorms::of(a, b);
   const double percent = 100.0 / span_of(output);
-  return {misses.rms * percent, misses.max * percent};
+  return {errors.rms * percent, errors.max * percent};
 }
 
 std::vector<double> own_prediction(const Identified& found, const Dataset& dataset, std::size_t i = 0) {
   return predict(Hysteresis(found.parameters), dataset, found.delay_s, found.memories[i]);
 }
 
-void tell(const char* what, const ErrorNorms& ours, std::size_t parameters, const ErrorNorms& baselines) {
+void print_errors(const char* what, const ErrorNorms& ours, std::size_t parameters,
+                  const ErrorNorms& baselines) {
   std::printf("%-58s %7.3f %% RMS %7.3f %% max, %zu parameters; %zu plays: %7.3f %% RMS %7.3f %% max, %zu\n",
               what, ours.rms, ours.max, parameters, plays, baselines.rms, baselines.max, plays + 2);
 }
 
-// Both fitted to all samples of one dataset.
+// Fits the model and the plays to all samples of one dataset.
 Identified fitted_beside_plays(const char* name, const Dataset& dataset, ErrorNorms& ours) {
   const Identified found = identify({dataset}, {});
   const Mask all(dataset.size(), true);
   ours = percent_of(own_prediction(found, dataset), dataset.output, all);
   const BaselineModel baseline = thirty_plays({dataset}, found.delay_s, all);
-  tell(name, ours, found.parameter_count(), percent_of(baseline.prediction, dataset.output, all));
+  print_errors(name, ours, found.parameter_count(), percent_of(baseline.prediction, dataset.output, all));
   return found;
 }
 
-class PiezoStage : public MeasuredRecord {};
+class PiezoStage : public MeasuredDataset {};
 
 TEST_F(PiezoStage, RisingAmplitudesAreFittedToAQuarterPercent) {
-  if (!load({"piezo_stage_rising_20hz"})) GTEST_SKIP() << no_record();
+  if (!load({"piezo_stage_rising_20hz"})) GTEST_SKIP() << no_dataset();
   ErrorNorms ours;
   fitted_beside_plays("rising 20 Hz, fitted", datasets[0], ours);
   EXPECT_LE(ours.rms, 0.25);
   EXPECT_LE(ours.max, 0.9);
 }
 
-// Curves of a higher order hold those of a lower one: what they cannot fit better they fit as well, also
-// where many branches are at the edge of going the wrong way.
-TEST_F(PiezoStage, MoreOrdersFitNoWorse) {
-  if (!load({"piezo_stage_rising_20hz"})) GTEST_SKIP() << no_record();
+// Curves of a higher order include those of a lower order. Their error is therefore not larger, even if many
+// branches are almost at the limit of going the wrong way.
+TEST_F(PiezoStage, AHigherOrderHasASmallerError) {
+  if (!load({"piezo_stage_rising_20hz"})) GTEST_SKIP() << no_dataset();
   IdentifyOptions options;
   options.order = 16;
   const double auto_rms = identify(datasets, {}).overall.rms;
-  EXPECT_LT(identify(datasets, options).overall.rms, auto_rms) << "16, beside what auto takes";
+  EXPECT_LT(identify(datasets, options).overall.rms, auto_rms)
+      << "order 16, compared with the automatic order";
 }
 
 TEST_F(PiezoStage, RisingAmplitudesArePredictedFromEverySecondCycle) {
-  if (!load({"piezo_stage_rising_20hz"})) GTEST_SKIP() << no_record();
+  if (!load({"piezo_stage_rising_20hz"})) GTEST_SKIP() << no_dataset();
   const Dataset& dataset = datasets[0];
-  const Folds folds = deal_into_folds(datasets, {-90.0, 90.0});
+  const Folds folds = assign_folds(datasets, {-90.0, 90.0});
   IdentifyOptions options;
   options.unseen.emplace_back();
   Mask seen, unseen;
@@ -148,20 +150,20 @@ TEST_F(PiezoStage, RisingAmplitudesArePredictedFromEverySecondCycle) {
   const Identified found = identify(datasets, options);
   const ErrorNorms ours = percent_of(own_prediction(found, dataset), dataset.output, unseen);
   const BaselineModel baseline = thirty_plays(datasets, found.delay_s, seen);
-  tell("rising 20 Hz, unseen cycles", ours, found.parameter_count(),
-       percent_of(baseline.prediction, dataset.output, unseen));
+  print_errors("rising 20 Hz, unseen cycles", ours, found.parameter_count(),
+               percent_of(baseline.prediction, dataset.output, unseen));
   EXPECT_LE(ours.rms, 0.35);
 }
 
-TEST_F(PiezoStage, GrowingAmplitudesFromAnUnknownPastAreFitted) {
-  if (!load({"piezo_stage_growing5hz_tri100_1"})) GTEST_SKIP() << no_record();
+TEST_F(PiezoStage, GrowingAmplitudesWithAnUnknownHistoryAreFitted) {
+  if (!load({"piezo_stage_growing5hz_tri100_1"})) GTEST_SKIP() << no_dataset();
   ErrorNorms ours;
   fitted_beside_plays("growing 5 Hz, fitted", datasets[0], ours);
   EXPECT_LE(ours.rms, 0.28);
 }
 
 TEST_F(PiezoStage, GrowingAmplitudesArePredictedFromRisingOnes) {
-  if (!load({"piezo_stage_rising_20hz", "piezo_stage_growing5hz_tri100_1"})) GTEST_SKIP() << no_record();
+  if (!load({"piezo_stage_rising_20hz", "piezo_stage_growing5hz_tri100_1"})) GTEST_SKIP() << no_dataset();
   const Dataset &rising = datasets[0], &growing = datasets[1];
   const Identified found = identify({rising}, {});
   const Hysteresis model(found.parameters);
@@ -182,14 +184,14 @@ TEST_F(PiezoStage, GrowingAmplitudesArePredictedFromRisingOnes) {
   for (std::size_t i = 0; i < first; ++i)
     offset += (growing.output[i] - of_plays[i]) / static_cast<double>(first);
   for (double& x : of_plays) x += offset;
-  tell("growing 5 Hz, predicted from rising 20 Hz", ours, found.parameter_count(),
-       percent_of(of_plays, growing.output, all));
+  print_errors("growing 5 Hz, predicted from rising 20 Hz", ours, found.parameter_count(),
+               percent_of(of_plays, growing.output, all));
   EXPECT_LE(ours.rms, 0.6);
 }
 
-class Quadrupole : public MeasuredRecord {};
+class Quadrupole : public MeasuredDataset {};
 
-// How wide the loop is: what is left of the output beside a straight line.
+// The width of the loop: the span of the difference of the output from a straight line.
 double loop_width(const Dataset& dataset) {
   const double count = static_cast<double>(dataset.size());
   double v = 0.0, x = 0.0, vx = 0.0, vv = 0.0;
@@ -205,30 +207,30 @@ double loop_width(const Dataset& dataset) {
   return span_of(left);
 }
 
-void tell_of_width(const char* what, double rms, double width, std::size_t parameters) {
+void print_width_error(const char* what, double rms, double width, std::size_t parameters) {
   std::printf("%-58s %7.3f %% RMS of the loop's width, %zu parameters\n", what, 100.0 * rms / width,
               parameters);
 }
 
 TEST_F(Quadrupole, EachRunIsFittedToATwentiethOfItsLoop) {
-  if (!load({"slac_quad_run3", "slac_quad_run4"})) GTEST_SKIP() << no_record();
+  if (!load({"slac_quad_run3", "slac_quad_run4"})) GTEST_SKIP() << no_dataset();
   for (const Dataset& dataset : datasets) {
     ErrorNorms ours;
     const Identified found = fitted_beside_plays(
         &dataset == &datasets[0] ? "quadrupole run 3, fitted" : "quadrupole run 4, fitted", dataset, ours);
-    tell_of_width("  the same", found.overall.rms, loop_width(dataset), found.parameter_count());
+    print_width_error("  the same", found.overall.rms, loop_width(dataset), found.parameter_count());
     EXPECT_LE(found.overall.rms, 0.05 * loop_width(dataset));
   }
 }
 
 TEST_F(Quadrupole, TwoRunsAreFittedTogetherAndPredictTheOthers) {
   if (!load({"slac_quad_run3", "slac_quad_run4", "slac_quad_run5", "slac_quad_run6"}))
-    GTEST_SKIP() << no_record();
+    GTEST_SKIP() << no_dataset();
   const std::vector<Dataset> fitted{datasets[0], datasets[1]};
   const Identified found = identify(fitted, {});
   for (std::size_t i = 0; i < 2; ++i) {
-    tell_of_width(i == 0 ? "quadrupole run 3, fitted with 4" : "quadrupole run 4, fitted with 3",
-                  found.misses[i].rms, loop_width(datasets[i]), found.parameter_count());
+    print_width_error(i == 0 ? "quadrupole run 3, fitted with 4" : "quadrupole run 4, fitted with 3",
+                      found.misses[i].rms, loop_width(datasets[i]), found.parameter_count());
     EXPECT_LE(found.misses[i].rms, 0.05 * loop_width(datasets[i])) << "run " << i + 3;
   }
   const Hysteresis model(found.parameters);
@@ -245,17 +247,17 @@ TEST_F(Quadrupole, TwoRunsAreFittedTogetherAndPredictTheOthers) {
                                        baseline.prediction.end());
     const char* name =
         i == 2 ? "quadrupole run 5, predicted from 3 and 4" : "quadrupole run 6, predicted from 3 and 4";
-    tell(name, ours, found.parameter_count(), percent_of(of_plays, dataset.output, all));
-    tell_of_width("  the same", start.rms, loop_width(datasets[0]), found.parameter_count());
+    print_errors(name, ours, found.parameter_count(), percent_of(of_plays, dataset.output, all));
+    print_width_error("  the same", start.rms, loop_width(datasets[0]), found.parameter_count());
     EXPECT_LE(start.rms, 0.15 * loop_width(datasets[0])) << "run " << i + 3;
   }
 }
 
-class ShapeMemoryWing : public MeasuredRecord {};
+class ShapeMemoryWing : public MeasuredDataset {};
 
-// Report only: the branches of shape memory converge in another way than exponentially.
-TEST_F(ShapeMemoryWing, ReversalCurvesThatWereNotSeenArePredictedSomehow) {
-  if (!load({"sma_wing_forc_E"})) GTEST_SKIP() << no_record();
+// This test only reports errors, because the branches of shape memory do not converge exponentially.
+TEST_F(ShapeMemoryWing, UnseenReversalCurvesArePredictedWithAFiniteError) {
+  if (!load({"sma_wing_forc_E"})) GTEST_SKIP() << no_dataset();
   const Dataset& dataset = datasets[0];
   const auto [lo, hi] = std::ranges::minmax(dataset.input);
   Mask unseen(dataset.size(), false), seen;
@@ -273,15 +275,15 @@ TEST_F(ShapeMemoryWing, ReversalCurvesThatWereNotSeenArePredictedSomehow) {
   const Identified found = identify(datasets, options);
   const std::vector<double> ours = own_prediction(found, dataset);
   const BaselineModel baseline = thirty_plays(datasets, found.delay_s, seen);
-  tell("wing, seen reversal curves", percent_of(ours, dataset.output, seen), found.parameter_count(),
-       percent_of(baseline.prediction, dataset.output, seen));
+  print_errors("wing, seen reversal curves", percent_of(ours, dataset.output, seen), found.parameter_count(),
+               percent_of(baseline.prediction, dataset.output, seen));
   const ErrorNorms on_unseen = percent_of(ours, dataset.output, unseen);
-  tell("wing, unseen reversal curves", on_unseen, found.parameter_count(),
-       percent_of(baseline.prediction, dataset.output, unseen));
+  print_errors("wing, unseen reversal curves", on_unseen, found.parameter_count(),
+               percent_of(baseline.prediction, dataset.output, unseen));
   EXPECT_TRUE(std::isfinite(on_unseen.rms));
 }
 
-TEST(LargeRecord, AHundredThousandSamplesAreFittedAsWellAsAFewThousand) {
+TEST(LargeDataset, AHundredThousandSamplesAreFittedAsWellAsAFewThousand) {
   const Hysteresis truth(model::piezo_model());
   const Dataset dataset = record_of(truth, 6200.0);
   ASSERT_GE(dataset.size(), 100'000U);
@@ -290,21 +292,21 @@ TEST(LargeRecord, AHundredThousandSamplesAreFittedAsWellAsAFewThousand) {
   EXPECT_NEAR(found.parameters.k_ascending, 0.05, 0.005);
 }
 
-TEST(LargeRecord, AMillionSamplesOfWhiteNoiseAreRefused) {
+TEST(LargeDataset, AMillionSamplesOfWhiteNoiseAreRefused) {
   std::mt19937_64 random(12);
   std::normal_distribution<double> noise;
   Dataset dataset{"V", "um", {}, {}, {}};
   for (int i = 0; i < 1'000'000; ++i) {
     dataset.time_s.push_back(1e-4 * i);
     dataset.input.push_back(noise(random));
-    dataset.output.push_back(noise(random) + 0.01 * dataset.input.back());  // rising, hardly
+    dataset.output.push_back(noise(random) + 0.01 * dataset.input.back());  // rises very little
   }
   const std::clock_t before = std::clock();
   try {
     identify({dataset}, {});
-    ADD_FAILURE() << "a model of noise";
+    ADD_FAILURE() << "noise was not refused";
   } catch (const std::invalid_argument& error) {
-    EXPECT_NE(std::string(error.what()).find("it does not follow the input"), std::string::npos)
+    EXPECT_NE(std::string(error.what()).find("the output does not follow the input"), std::string::npos)
         << error.what();
   }
   std::printf("a million samples of noise: refused after %.1f s of processor time\n",

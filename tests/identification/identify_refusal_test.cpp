@@ -1,4 +1,4 @@
-// What nothing can be identified from is refused, with the reason.
+// Datasets and options from which nothing can be identified are refused with a reason.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -26,7 +26,7 @@ void expect_refused(const std::vector<Dataset>& datasets, const IdentifyOptions&
   }
 }
 
-TEST(IdentifyRefuses, NoRecordAtAll) { expect_refused({}, {}, "no record, expected at least one"); }
+TEST(IdentifyRefuses, AnEmptyListOfDatasets) { expect_refused({}, {}, "no dataset, expected at least one"); }
 
 TEST(IdentifyRefuses, TenSamples) {
   Dataset dataset = sound();
@@ -37,19 +37,19 @@ TEST(IdentifyRefuses, TenSamples) {
 TEST(IdentifyRefuses, AConstantInput) {
   Dataset dataset = sound();
   std::ranges::fill(dataset.input, 7.0);
-  expect_refused({dataset}, {}, "the input is constant at 7, expected one that moves");
+  expect_refused({dataset}, {}, "the input is constant at 7, expected an input that moves");
 }
 
 TEST(IdentifyRefuses, AConstantOutput) {
   Dataset dataset = sound();
   std::ranges::fill(dataset.output, -3.0);
-  expect_refused({dataset}, {}, "the output is constant at -3, expected one that follows the input");
+  expect_refused({dataset}, {}, "the output is constant at -3, expected an output that follows the input");
 }
 
-TEST(IdentifyRefuses, AnOutputThatFallsWhereTheInputRises) {
+TEST(IdentifyRefuses, AnOutputThatFallsWhenTheInputRises) {
   Dataset dataset = sound();
   for (double& x : dataset.output) x = -x;
-  expect_refused({dataset}, {}, "the output falls where the input rises");
+  expect_refused({dataset}, {}, "the output falls when the input rises");
 }
 
 TEST(IdentifyRefuses, InputAndOutputInterchanged) {
@@ -64,7 +64,7 @@ TEST(IdentifyRefuses, AnOutputThatDoesNotFollowTheInput) {
   expect_refused({with_noise(dataset, 1.0, 3)}, {}, "the output ");
 }
 
-TEST(IdentifyRefuses, AnOrderThatTheSamplesCannotTell) {
+TEST(IdentifyRefuses, AnOrderThatIsTooHighForTheSamples) {
   Dataset dataset = record_of(model::Hysteresis(model::piezo_model()), 1.0);
   ASSERT_GE(dataset.size(), 20U);
   ASSERT_LT(dataset.size(), 50U);
@@ -79,17 +79,17 @@ TEST(IdentifyRefuses, AnOrderThatTheSamplesCannotTell) {
   }
 }
 
-TEST(IdentifyRefuses, WhatIsUnseenWhereItIsNotToldOfEverySample) {
+TEST(IdentifyRefuses, UnseenFlagsThatDoNotMatchTheSamples) {
   IdentifyOptions options;
   options.unseen.assign(1, std::vector<bool>(7, false));
-  expect_refused({sound()}, options, "seen or not is told of 7 samples, expected ");
+  expect_refused({sound()}, options, "unseen flags of 7 samples, expected ");
   options.unseen.assign(2, std::vector<bool>(sound().size(), false));
-  expect_refused({sound()}, options, "seen or not is told of 2 records, expected 1");
+  expect_refused({sound()}, options, "unseen flags of 2 datasets, expected 1");
   options.unseen.assign(1, std::vector<bool>(sound().size(), true));
   expect_refused({sound()}, options, "0 samples, expected at least 20");
 }
 
-TEST(IdentifyRefuses, TheSecondRecordWhereThatIsTheHopelessOne) {
+TEST(IdentifyRefuses, ASecondDatasetThatCannotBeIdentified) {
   Dataset dataset = sound();
   std::ranges::fill(dataset.output, 1.0);
   expect_refused({sound(), dataset}, {}, "the output is constant");

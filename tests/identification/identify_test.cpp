@@ -1,4 +1,4 @@
-// From datasets whose truth is known to models.
+// Identification from datasets with a known truth.
 #include "identification/identify.h"
 
 #include <gtest/gtest.h>
@@ -25,10 +25,10 @@ using model::galfenol_model;
 using model::Hysteresis;
 using model::piezo_model;
 
-constexpr double piezo_steps = 320.0;  // to the range: some 5300 samples
+constexpr double piezo_steps = 320.0;  // steps per range: about 5300 samples
 
-// A butterfly: the parts of the range with alternating sign, swing by swing.
-Dataset galfenol_record(const Hysteresis& truth) {
+// A butterfly: the sign of the inputs alternates from swing to swing.
+Dataset galfenol_dataset(const Hysteresis& truth) {
   std::vector<double> points;
   for (const double part : loops_and_reversal_curves()) points.push_back(part);
   std::vector<double> inputs = travelled(in_range(points, truth.input_range()), 3.0 / piezo_steps);
@@ -42,7 +42,7 @@ Dataset galfenol_record(const Hysteresis& truth) {
   return dataset;
 }
 
-// Once both have been at both ends, what was before is wiped out, or as good as.
+// After both models have visited both ends, the earlier memory is wiped out almost completely.
 double largest_difference(const Hysteresis& model, const Hysteresis& truth, const Dataset& on) {
   model::HysteresisState a = model.at_lower_threshold(), b = truth.at_lower_threshold();
   for (const double v : {truth.input_range().hi, truth.input_range().lo}) {
@@ -55,11 +55,11 @@ double largest_difference(const Hysteresis& model, const Hysteresis& truth, cons
   return largest / span_of(on.output);
 }
 
-// In percent of the dataset's span.
+// Errors in percent of the output span of the dataset.
 double rms_percent(const Identified& found) { return 100.0 * found.overall.rms / found.output_span; }
 double max_percent(const Identified& found) { return 100.0 * found.overall.max / found.output_span; }
 
-// To the test's own report, and for ctest -V.
+// Writes the figures to the test report, and to the output for ctest -V.
 void report(const Identified& found) {
   const testing::TestInfo* test = testing::UnitTest::GetInstance()->current_test_info();
   testing::Test::RecordProperty("rms_percent", std::to_string(rms_percent(found)));
@@ -69,16 +69,16 @@ void report(const Identified& found) {
               max_percent(found));
 }
 
-// On its own dataset, without noise, from the same memory.
+// Errors on the same dataset without noise, from the same initial memory.
 ErrorNorms against(const Identified& found, const Dataset& truth, std::size_t dataset = 0) {
   Dataset seen = found.parameters.symmetry == model::Symmetry::even ? folded(truth) : truth;
   const auto predicted = predict(Hysteresis(found.parameters), seen, found.delay_s, found.memories[dataset]);
-  ErrorNorms misses = ErrorNorms::of(predicted, truth.output);
+  const ErrorNorms errors = ErrorNorms::of(predicted, truth.output);
   const double percent = 100.0 / span_of(truth.output);
-  return {misses.rms * percent, misses.max * percent};
+  return {errors.rms * percent, errors.max * percent};
 }
 
-TEST(Identify, RecoversAPiezosCurvesAndPaceFromARecordWithoutNoise) {
+TEST(Identify, RecoversTheCurvesAndKOfAPiezoFromADatasetWithoutNoise) {
   const Hysteresis truth(piezo_model());
   const Dataset dataset = record_of(truth, piezo_steps);
   ASSERT_GE(dataset.size(), 5000U);
@@ -92,9 +92,9 @@ TEST(Identify, RecoversAPiezosCurvesAndPaceFromARecordWithoutNoise) {
   EXPECT_EQ(found.parameters.input_unit, "V");
 }
 
-TEST(Identify, RecoversAGalfenolButterflyFromARecordWithoutNoise) {
+TEST(Identify, RecoversAGalfenolButterflyFromADatasetWithoutNoise) {
   const Hysteresis truth(galfenol_model());
-  const Dataset dataset = galfenol_record(truth);
+  const Dataset dataset = galfenol_dataset(truth);
   ASSERT_GE(dataset.size(), 5000U);
   IdentifyOptions options;
   options.order = 10;
@@ -106,9 +106,9 @@ TEST(Identify, RecoversAGalfenolButterflyFromARecordWithoutNoise) {
   EXPECT_LT(largest_difference(Hysteresis(found.parameters), truth, dataset), 1e-4);
 }
 
-// The paper's figures are errors against data; its Galfenol model misses by 0.84 % at most and 0.22 % RMS,
-// its piezo model by 0.45 % and 0.13 %. A normal deviation of 0.1 % reaches 0.37 % once in 5000 samples.
-TEST(Identify, BeatsThePapersFiguresOnAPiezoRecordWithNoise) {
+// The paper gives errors against measured data: 0.84 % at most and 0.22 % RMS for its Galfenol model,
+// 0.45 % and 0.13 % for its piezo model. Normal noise of 0.1 % reaches 0.37 % once in 5000 samples.
+TEST(Identify, HasSmallerErrorsThanThePaperOnANoisyPiezoDataset) {
   const Dataset truth = record_of(Hysteresis(piezo_model()), piezo_steps);
   const Identified found = identify({with_noise(truth, 1e-3 * span_of(truth.output), 1)}, {});
   report(found);
@@ -121,8 +121,8 @@ TEST(Identify, BeatsThePapersFiguresOnAPiezoRecordWithNoise) {
   EXPECT_LE(found.search.order, 5);
 }
 
-TEST(Identify, BeatsThePapersFiguresOnAGalfenolRecordWithNoise) {
-  const Dataset truth = galfenol_record(Hysteresis(galfenol_model()));
+TEST(Identify, HasSmallerErrorsThanThePaperOnANoisyGalfenolDataset) {
+  const Dataset truth = galfenol_dataset(Hysteresis(galfenol_model()));
   const Identified found = identify({with_noise(truth, 1e-3 * span_of(truth.output), 2)}, {});
   report(found);
   EXPECT_LT(max_percent(found), 0.84);
@@ -133,7 +133,7 @@ TEST(Identify, BeatsThePapersFiguresOnAGalfenolRecordWithNoise) {
   EXPECT_LT(against(found, truth).rms, 0.1);
 }
 
-TEST(Identify, CopesWithAnUnknownPast) {
+TEST(Identify, FindsTheModelFromADatasetWithAnUnknownHistory) {
   const Hysteresis truth(piezo_model());
   const model::Interval range = truth.input_range();
   model::HysteresisState state = truth.at_lower_threshold();
@@ -145,7 +145,7 @@ TEST(Identify, CopesWithAnUnknownPast) {
       record_of(truth, state, travelled(in_range(points, range), range.span() / piezo_steps));
   const Identified found = identify({dataset}, {});
   report(found);
-  // The history is one number's worth of what it was: 0.3 % of the span at most before the first threshold.
+  // One number represents the history: the error is at most 0.3 % of the span before the first threshold.
   EXPECT_LT(rms_percent(found), 0.1);
   EXPECT_LT(max_percent(found), 0.5);
   EXPECT_LT(largest_difference(Hysteresis(found.parameters), truth, record_of(truth, piezo_steps)), 5e-3);
@@ -154,7 +154,7 @@ TEST(Identify, CopesWithAnUnknownPast) {
 TEST(Identify, FindsADelayToATenthOfASample) {
   const Hysteresis truth(piezo_model());
   const model::Interval range = truth.input_range();
-  // Ten substeps to a sample, the output 17 of them late: 1.7 samples.
+  // A sample has ten substeps, and the output is 17 substeps late: 1.7 samples.
   const Dataset fine = record_of(truth, 10.0 * piezo_steps);
   Dataset dataset{"V", "um", {}, {}, {}};
   for (std::size_t i = 0; i < fine.size(); i += 10) {
@@ -167,7 +167,7 @@ TEST(Identify, FindsADelayToATenthOfASample) {
   EXPECT_NEAR(found.delay_s, 1.7e-3, 1e-4);
 }
 
-TEST(Identify, TakesTwoRecordsForOneModel) {
+TEST(Identify, FitsOneModelToTwoDatasets) {
   const Hysteresis truth(piezo_model());
   const model::Interval range = truth.input_range();
   const auto part_of = [&](const std::vector<double>& parts) {
@@ -185,7 +185,7 @@ TEST(Identify, TakesTwoRecordsForOneModel) {
   EXPECT_NEAR(found.parameters.k_ascending, 0.05, 1e-3 * 0.05);
 }
 
-TEST(Identify, KeepsToTheOrderAskedFor) {
+TEST(Identify, UsesTheRequestedOrder) {
   const Dataset dataset = record_of(Hysteresis(piezo_model()), 60.0);
   for (const int order : {1, 2, 7}) {
     IdentifyOptions options;
@@ -197,7 +197,7 @@ TEST(Identify, KeepsToTheOrderAskedFor) {
   }
 }
 
-TEST(Identify, KeepsTheThresholdsAtTheInputsSeenWhereAsked) {
+TEST(Identify, KeepsTheThresholdsAtTheObservedInputsOnRequest) {
   const Hysteresis truth(piezo_model());
   std::vector<double> points = loops_and_reversal_curves();
   for (double& part : points) part = 0.2 + 0.5 * part;  // far from both thresholds
@@ -215,7 +215,7 @@ TEST(Identify, KeepsTheThresholdsAtTheInputsSeenWhereAsked) {
   EXPECT_LT(rms_percent(found), 0.5);
 }
 
-TEST(Identify, DoesNotSeeTheOutputOfUnseenSamples) {
+TEST(Identify, IgnoresTheOutputOfUnseenSamples) {
   const Dataset dataset = record_of(Hysteresis(piezo_model()), 60.0);
   IdentifyOptions options;
   options.unseen.assign(1, std::vector<bool>(dataset.size(), false));
@@ -236,7 +236,7 @@ TEST(Identify, DoesNotSeeTheOutputOfUnseenSamples) {
   EXPECT_EQ(found.delay_s, from_spoilt.delay_s);
 }
 
-TEST(Identify, StopsEarlyWithAModelThatHoldsUp) {
+TEST(Identify, ReturnsAValidModelWhenItIsStoppedEarly) {
   const Dataset dataset = record_of(Hysteresis(piezo_model()), 60.0);
   for (const int allowed : {0, 1, 10, 100}) {
     IdentifyOptions options;
@@ -249,7 +249,7 @@ TEST(Identify, StopsEarlyWithAModelThatHoldsUp) {
   }
 }
 
-TEST(Identify, SaysTheSameEveryTime) {
+TEST(Identify, ReturnsTheSameResultEveryTime) {
   const Dataset dataset = with_noise(record_of(Hysteresis(piezo_model()), 60.0), 0.05, 9);
   const Identified once = identify({dataset}, {}), again = identify({dataset}, {});
   EXPECT_EQ(once.parameters.ascending.chebyshev_coefficients(),
@@ -257,8 +257,9 @@ TEST(Identify, SaysTheSameEveryTime) {
   EXPECT_EQ(once.parameters.k_ascending, again.parameters.k_ascending);
 }
 
-// Congruent minor loops, which the recursion's are not; weights spread unevenly, as a material's are.
-TEST(Identify, ComesNearAPreisachTruth) {
+// The minor loops of this truth are congruent, unlike those of the recursion. Its weights are uneven, as in a
+// real material.
+TEST(Identify, ApproximatesAPreisachTruth) {
   constexpr std::size_t levels = 20;
   std::vector<double> weights;
   for (std::size_t i = 0; i < levels; ++i)
@@ -274,9 +275,9 @@ TEST(Identify, ComesNearAPreisachTruth) {
   EXPECT_LT(max_percent(found), 1.2);
 }
 
-// dz = (A - (beta sgn(dv z) + gamma) |z|) dv,  x = c v - z: integrated in substeps of a hundredth of a
-// sample's.
-TEST(Identify, ComesNearABoucWenTruth) {
+// Integrated in substeps of a hundredth of a sample:
+//   dz = (A - (beta sgn(dv z) + gamma) |z|) dv,    x = c v - z
+TEST(Identify, ApproximatesABoucWenTruth) {
   constexpr double A = 0.05, beta = 0.012, gamma = -0.004, gain = 0.3;
   Dataset dataset{"V", "um", {}, {}, {}};
   std::vector<double> points = in_range(loops_and_reversal_curves(), {0.0, 100.0});

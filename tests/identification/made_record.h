@@ -1,4 +1,4 @@
-// Records made from a model that is known, for tests of what is identified from them.
+// Datasets computed with a known model, for tests of the identification.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 
 namespace hystcan::identification {
 
-/// Straight from point to point in steps of at most `step`, every point met exactly.
+/// Inputs along straight lines from point to point, in steps of at most `step`. Every point is met exactly.
 inline std::vector<double> travelled(const std::vector<double>& points, double step) {
   std::vector<double> inputs{points.front()};
   for (std::size_t i = 1; i < points.size(); ++i) {
@@ -26,8 +26,8 @@ inline std::vector<double> travelled(const std::vector<double>& points, double s
   return inputs;
 }
 
-/// Two major loops, six nested loops, six first-order reversal curves, in parts of the range; from the lower
-/// threshold.
+/// Two major loops, six nested loops and six first-order reversal curves, as fractions of the range. They
+/// start at the lower threshold.
 inline std::vector<double> loops_and_reversal_curves() {
   std::vector<double> points{0.0, 1.0, 0.0, 1.0, 0.0, 0.95, 0.1, 0.85, 0.2, 0.75, 0.3, 0.65, 0.4, 0.55, 1.0};
   for (const double reversal : {0.85, 0.7, 0.55, 0.4, 0.25, 0.1}) {
@@ -43,7 +43,7 @@ inline std::vector<double> in_range(std::vector<double> parts, model::Interval r
   return parts;
 }
 
-/// 1 kHz, from `state` on.
+/// The response of `truth` from `state`, sampled at 1 kHz.
 template <class Model>
 Dataset record_of(const Model& truth, typename Model::State state, std::vector<double> inputs) {
   Dataset dataset{"V", "um", {}, std::move(inputs), {}};
@@ -54,7 +54,7 @@ Dataset record_of(const Model& truth, typename Model::State state, std::vector<d
   return dataset;
 }
 
-/// From the lower threshold: loops_and_reversal_curves(), `steps` to the range.
+/// The response to loops_and_reversal_curves() from the lower threshold, with `steps` steps per range.
 template <class Model>
 Dataset record_of(const Model& truth, double steps) {
   const model::Interval range = truth.input_range();
@@ -62,7 +62,7 @@ Dataset record_of(const Model& truth, double steps) {
                    travelled(in_range(loops_and_reversal_curves(), range), range.span() / steps));
 }
 
-/// White, of standard deviation `deviation`, output units.
+/// Adds white noise of standard deviation `deviation`, output units.
 inline Dataset with_noise(Dataset dataset, double deviation, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> noise(0.0, deviation);

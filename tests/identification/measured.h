@@ -1,5 +1,5 @@
-// Measured datasets, which are not part of this repository: the directory named by HYSTCAN_DATA, or
-// shared/data beside the repository.
+// Paths of measured datasets, which are not part of this repository. They are in the directory
+// HYSTCAN_DATA, or in shared/data beside the repository.
 #pragma once
 
 #include <cstdlib>

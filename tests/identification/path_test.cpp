@@ -18,7 +18,7 @@ using model::Hysteresis;
 using model::HysteresisState;
 using model::Origin;
 
-HysteresisState begun(const Hysteresis& model, Origin origin, double first) {
+HysteresisState state_at(const Hysteresis& model, Origin origin, double first) {
   if (origin == Origin::virgin) return model.virgin(first);
   return origin == Origin::lower_threshold ? model.at_lower_threshold() : model.at_upper_threshold();
 }
@@ -27,12 +27,12 @@ Origin any_origin() {
   return *rc::gen::element(Origin::virgin, Origin::lower_threshold, Origin::upper_threshold);
 }
 
-TEST(Path, GivesTheOutputsOfTheModelsOwnMemory) {
+TEST(Path, GivesTheSameOutputsAsTheModel) {
   EXPECT_TRUE(rc::check("rows times theta equal advance", [] {
     const Hysteresis model(model::RandomModel::draw());
     const Origin origin = any_origin();
     const std::vector<double> walk = model::random_walk(model.input_range(), 60);
-    HysteresisState state = begun(model, origin, walk[0]);
+    HysteresisState state = state_at(model, origin, walk[0]);
     const Rows rows(trace(model.input_range(), origin, {}, walk), model.parameters());
     const Eigen::VectorXd theta = theta_of(model.parameters());
     const double span = model.output_range().hi - model.output_range().lo;
@@ -42,8 +42,8 @@ TEST(Path, GivesTheOutputsOfTheModelsOwnMemory) {
   }));
 }
 
-TEST(Path, MeetsBothThresholdsAndBeginsAnewThere) {
-  EXPECT_TRUE(rc::check("a walk that goes to either end now and then", [] {
+TEST(Path, StartsANewBranchAtEachThreshold) {
+  EXPECT_TRUE(rc::check("for a walk that sometimes goes to both ends", [] {
     const Hysteresis model(model::RandomModel::draw());
     const model::Interval range = model.input_range();
     const Origin origin = any_origin();
@@ -53,7 +53,7 @@ TEST(Path, MeetsBothThresholdsAndBeginsAnewThere) {
       walk.insert(walk.end(), inside.begin(), inside.end());
       walk.push_back(part % 2 == 0 ? range.hi : range.lo);
     }
-    HysteresisState state = begun(model, origin, walk[0]);
+    HysteresisState state = state_at(model, origin, walk[0]);
     const Path path = trace(range, origin, {}, walk);
     RC_ASSERT(std::ranges::count_if(path.branches, [&](const PathBranch& branch) {
                 return branch.parent == PathBranch::none && !branch.virgin;
@@ -67,8 +67,8 @@ TEST(Path, MeetsBothThresholdsAndBeginsAnewThere) {
   }));
 }
 
-TEST(Path, TakesAPrehistoryAsSamplesThatAreNotSeen) {
-  EXPECT_TRUE(rc::check("the same branches, whether the beginning is seen or not", [] {
+TEST(Path, GivesTheSameBranchesForAPrehistoryAsForSamples) {
+  EXPECT_TRUE(rc::check("the branches do not depend on whether the beginning is prehistory", [] {
     const model::Interval range{0.0, 10.0};
     const std::vector<double> walk = model::random_walk(range, 40);
     const std::vector<double> before(walk.begin(), walk.begin() + 15), seen(walk.begin() + 15, walk.end());
@@ -109,7 +109,7 @@ TEST(BranchRows, GiveTheSlopeOfTheModelsBranch) {
         (model.forward(state, middle + h).value - model.forward(state, middle - h).value) / (2.0 * h);
     const double mean = (model.output_range().hi - model.output_range().lo) / model.input_range().span();
     const double slope = rows.rows.slope(branch, last, middle).dot(theta_of(model.parameters()));
-    RC_ASSERT(std::abs(slope - rise) <= 1e-5 * mean);  // a sixth of h^2 times the third derivative
+    RC_ASSERT(std::abs(slope - rise) <= 1e-5 * mean);  // h^2 / 6 times the third derivative
   }));
 }
 

@@ -37,7 +37,7 @@ struct Case {
     regression.add(at, folds);
     return folds;
   }
-  NormalEquations explicitly(int part, const Pace& at) const {
+  NormalEquations row_by_row(int part, const Pace& at) const {
     NormalEquations sum(2 * order + 1);
     const Rows rows(path, range, order, at);
     for (std::size_t i = 0; i < input.size(); ++i) {
@@ -53,7 +53,7 @@ struct Case {
 };
 
 void expect_same(const NormalEquations& a, const NormalEquations& b) {
-  EXPECT_LE((a.H - b.H).norm(), 1e-11 * b.H.norm());  // rounding of some hundred samples
+  EXPECT_LE((a.H - b.H).norm(), 1e-11 * b.H.norm());  // rounding over some hundred samples
   EXPECT_LE((a.g - b.g).norm(), 1e-11 * b.H.norm());
   EXPECT_NEAR(a.square, b.square, 1e-11 * b.square);
   EXPECT_EQ(a.samples, b.samples);
@@ -64,11 +64,11 @@ TEST(Regression, SumsTheRowsOfItsSamples) {
   for (const Pace& at : {pace, Pace{0.0, 0.0}, Pace{10.0, 40.0}, Pace{-1.5, 2.0}}) {
     const std::vector<NormalEquations> folds = made.summed(at);
     for (int part = 0; part < 3; ++part)
-      expect_same(folds[static_cast<std::size_t>(part)], made.explicitly(part, at));
+      expect_same(folds[static_cast<std::size_t>(part)], made.row_by_row(part, at));
   }
 }
 
-TEST(Regression, FoldsAddUpToTheWhole) {
+TEST(Regression, SumOfTheFoldsEqualsTheWhole) {
   const Case made(2);
   Case whole = made;
   for (int& part : whole.fold) part = std::min(part, 0);
@@ -76,11 +76,11 @@ TEST(Regression, FoldsAddUpToTheWhole) {
   for (const NormalEquations& fold : made.summed(pace)) sum += fold;
   expect_same(sum, whole.summed(pace)[0]);
   sum -= made.summed(pace)[2];
-  NormalEquations without = made.explicitly(0, pace);
-  expect_same(sum, without += made.explicitly(1, pace));
+  NormalEquations without = made.row_by_row(0, pace);
+  expect_same(sum, without += made.row_by_row(1, pace));
 }
 
-TEST(Regression, DoesNotSeeASampleThatIsLeftOut) {
+TEST(Regression, IgnoresTheOutputOfALeftOutSample) {
   const Case made(3);
   Case spoilt = made;
   for (std::size_t i = 0; i < spoilt.output.size(); ++i)
@@ -93,7 +93,7 @@ TEST(Regression, DoesNotSeeASampleThatIsLeftOut) {
   }
 }
 
-TEST(Regression, AddsToWhatAnotherRecordGave) {
+TEST(Regression, AddsToTheSumsOfAnotherDataset) {
   const Case made(4);
   const Regression regression(made.path, range, order, made.input, made.output, made.fold, 3);
   std::vector<NormalEquations> twice = made.summed(pace);
@@ -102,7 +102,7 @@ TEST(Regression, AddsToWhatAnotherRecordGave) {
   expect_same(twice[1], once += made.summed(pace)[1]);
 }
 
-TEST(NormalEquations, TellTheSumOfSquaresOfAnyTheta) {
+TEST(NormalEquations, GiveTheSumOfSquaresForEveryTheta) {
   const Case made(5);
   const NormalEquations system = made.summed(pace)[0];
   const Rows rows(made.path, range, order, pace);

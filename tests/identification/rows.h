@@ -1,4 +1,4 @@
-// The rows of theta sample by sample, as identification/branch_rows.h defines them: the long way round.
+// The rows of theta, computed sample by sample directly from the definition in identification/branch_rows.h.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +12,7 @@
 
 namespace hystcan::identification {
 
-/// a_i, then q_i = a_i - d_i, the shorter curve continued with zeros.
+/// a_i, then q_i = a_i - d_i. Missing coefficients of the shorter curve are zero.
 inline Eigen::VectorXd theta_of(const model::HysteresisParameters& parameters) {
   const auto& a = parameters.ascending.chebyshev_coefficients();
   const auto& d = parameters.descending.chebyshev_coefficients();
@@ -50,7 +50,8 @@ struct Rows {
       : Rows(std::move(travelled), parameters.input_range(), (theta_of(parameters).size() - 1) / 2,
              {parameters.k_ascending, parameters.k_descending}) {}
 
-  /// x = f_0(v) + c - S phi(|v - v_s|) of one sample.
+  /// The row of one sample:
+  ///   x = f_0(v) + c - S phi(|v - v_s|)
   Eigen::VectorXd at(std::size_t sample, double input) const {
     const std::size_t branch = branch_of(path, sample);
     const PathBranch& shape = path.branches[branch];

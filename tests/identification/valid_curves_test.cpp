@@ -30,8 +30,8 @@ NormalEquations system_of(const Dataset& dataset, model::Interval thresholds, in
   return systems.front();
 }
 
-// Monotone on the whole, with a loop and noise: hardly ever what a valid model would give.
-Dataset random_record(std::mt19937_64& random) {
+// Roughly monotone, with a loop and noise. A valid model hardly ever gives such a dataset.
+Dataset random_dataset(std::mt19937_64& random) {
   std::uniform_real_distribution<double> share(0.0, 1.0);
   std::normal_distribution<double> normal;
   const model::Interval range{-1.0, 4.0};
@@ -48,28 +48,28 @@ Dataset random_record(std::mt19937_64& random) {
   return dataset;
 }
 
-TEST(ValidCurves, AlwaysMakeAModelThatIsAccepted) {
+TEST(ValidCurves, AlwaysGiveAModelThatIsAccepted) {
   std::mt19937_64 random(20);
   int bent = 0;
   for (int order = 1; order <= 10; ++order) {
-    ValidCurves curves(order, 200);  // as closely as a model is looked at when loaded
+    ValidCurves curves(order, 200);  // the resolution of the check of a loaded model
     for (const double k : {-3.0, 0.0, 0.5, 2.0, 8.0, 20.0, 50.0}) {
-      const Dataset dataset = random_record(random);
+      const Dataset dataset = random_dataset(random);
       const model::Interval range{-1.0, 4.0};
       const Pace pace{k / range.span(), (random() % 2 == 0 ? k : 0.3 * k) / range.span()};
       const NormalEquations system = system_of(dataset, range, order, pace);
       const ValidCurves::Solution solution = curves.solve(system, range, pace, 10.0, range.span());
-      ASSERT_TRUE(solution.valid) << "order " << order << ", k " << k << ", wrong " << solution.wrong;
+      ASSERT_TRUE(solution.valid) << "order " << order << ", k " << k << ", violation " << solution.violation;
       EXPECT_NO_THROW(Hysteresis(parameters_of(solution.theta, range, pace)))
           << "order " << order << ", k " << k;
       const Eigen::VectorXd free = system.H.completeOrthogonalDecomposition().solve(system.g);
       bent += system.residual_square(solution.theta) > 1.0001 * system.residual_square(free) ? 1 : 0;
     }
   }
-  EXPECT_GE(bent, 35);  // of 70: the bounds are put to the test
+  EXPECT_GE(bent, 35);  // of 70: the bounds are active in at least half of the cases
 }
 
-TEST(ValidCurves, LeaveABestThatIsValidAlone) {
+TEST(ValidCurves, KeepTheBestSolutionIfItIsValid) {
   for (const auto& truth : {model::piezo_model(), model::galfenol_model()}) {
     const Hysteresis model(truth);
     const int order = (static_cast<int>(theta_of(truth).size()) - 1) / 2;
@@ -83,18 +83,18 @@ TEST(ValidCurves, LeaveABestThatIsValidAlone) {
     ASSERT_TRUE(solution.valid);
     const double rms = std::sqrt(system.residual_square(solution.theta) / system.samples);
     EXPECT_LT(rms, 1e-6 * output_span);  // normal equations square the rounding
-    EXPECT_LT((solution.theta - theta_of(truth)).norm(), 1e-3 * output_span);  // the ridge's doing
+    EXPECT_LT((solution.theta - theta_of(truth)).norm(), 1e-3 * output_span);  // caused by the regularisation
   }
 }
 
-TEST(ValidCurves, SayHowFarFromValidASystemWasLeft) {
+TEST(ValidCurves, ReportAViolationOfZeroOnlyIfTheSolutionIsValid) {
   std::mt19937_64 random(7);
   ValidCurves curves(3, 50);
-  const Dataset dataset = random_record(random);
-  const Pace pace{1e4, 1e4};  // far beyond what any loop of some width allows
+  const Dataset dataset = random_dataset(random);
+  const Pace pace{1e4, 1e4};  // far beyond the limit of any loop with some width
   const NormalEquations system = system_of(dataset, {-1.0, 4.0}, 3, pace);
   const auto solution = curves.solve(system, {-1.0, 4.0}, pace, 10.0, 5.0);
-  EXPECT_EQ(solution.valid, solution.wrong == 0.0);
+  EXPECT_EQ(solution.valid, solution.violation == 0.0);
   EXPECT_TRUE(solution.theta.allFinite());
 }
 

@@ -1,4 +1,4 @@
-// A program of its own: its operator new counts.
+// This is a separate program, because its operator new counts allocations.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 namespace hystcan::model {
 namespace {
 
-TEST(Allocation, IsCounted) {
+TEST(Allocation, IsCountedByTheReplacedOperatorNew) {
   const std::uint64_t before = support::allocations_so_far();
   const HysteresisState state = Hysteresis(piezo_model()).virgin(0.0);
   EXPECT_GT(support::allocations_so_far(), before);
@@ -41,7 +41,7 @@ void never_allocates(const Model& model) {
   EXPECT_GT(saved, 0u);
 }
 
-TEST(Allocation, NeverHappensInAStepItsInverseOrASaveToAFixedBuffer) {
+TEST(Allocation, NeverHappensInForwardInverseAdvanceOrSave) {
   never_allocates(Hysteresis(piezo_model()));
   never_allocates(Hysteresis(galfenol_model()));
   never_allocates(LinearMapping(piezo_model()));

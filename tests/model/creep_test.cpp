@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <ostream>
 #include <stdexcept>
 #include <string>
 
@@ -27,7 +28,7 @@ std::string refusal_of(const Creep::Config& config, double dt_s) {
   }
 }
 
-TEST(Creep, FollowsARisingStepAsTheClosedFormAndStopsAThresholdShort) {
+TEST(Creep, FollowsTheClosedFormUpToOneThresholdBelowTheInput) {
   const Creep::Config config{{{0.5, 3.0, 2.0}}};
   const Creep::Step step(config, 0.1);
   Creep::State state = Creep::settled(config, 0.0);
@@ -36,7 +37,7 @@ TEST(Creep, FollowsARisingStepAsTheClosedFormAndStopsAThresholdShort) {
   EXPECT_NEAR(state.values[0], 8.0, 1e-14);
 }
 
-TEST(Creep, FollowsAFallingStepAsTheClosedFormAndStopsAThresholdShort) {
+TEST(Creep, FollowsTheClosedFormDownToOneThresholdAboveTheInput) {
   const Creep::Config config{{{0.5, 3.0, 2.0}}};
   const Creep::Step step(config, 0.1);
   Creep::State state = Creep::settled(config, 10.0);
@@ -45,7 +46,7 @@ TEST(Creep, FollowsAFallingStepAsTheClosedFormAndStopsAThresholdShort) {
   EXPECT_NEAR(state.values[0], 2.0, 1e-14);
 }
 
-TEST(Creep, DoesNotStartWithinItsThreshold) {
+TEST(Creep, DoesNotMoveWhileTheInputStaysWithinItsThreshold) {
   const Creep::Config config{{{0.5, 3.0, 2.0}}};
   const Creep::Step step(config, 0.1);
   Creep::State state = Creep::settled(config, 10.0);
@@ -75,7 +76,7 @@ TEST(Creep, DoesNotDependOnTheSizeOfTheStepsWhileTheInputIsHeld) {
   }
 }
 
-TEST(Creep, RestsToTheBitWhereItHasSettled) {
+TEST(Creep, StaysExactlyAtRestAfterItHasSettled) {
   const Creep::Config config = two_thresholds();
   Creep::State state = Creep::settled(config, 12.345678);
   const Creep::Step step(config, 1e-3);
@@ -84,12 +85,12 @@ TEST(Creep, RestsToTheBitWhereItHasSettled) {
   for (const double y : state.values) EXPECT_EQ(y, 12.345678);
 }
 
-TEST(Creep, TellsTheOutputAtRestAsTheWeightedInput) {
+TEST(Creep, HasTheWeightedInputAsItsOutputAtRest) {
   const Creep::Config config = two_thresholds();
   EXPECT_DOUBLE_EQ(Creep::Step(config, 1.0).output(Creep::settled(config, 5.0)), 0.8 * 5.0);
 }
 
-TEST(Creep, IsExactInTinySteps) {
+TEST(Creep, IsExactForTinySteps) {
   const Creep::Config config{{{1.0, 1e-3, 0.0}}};
   EXPECT_NEAR(crept(config, 1e-12) / 1e-15, 1.0, 1e-15);
 }
@@ -105,7 +106,7 @@ TEST(Creep, IgnoresAnInputThatIsNotFinite) {
   EXPECT_EQ(state.values, kept.values);
 }
 
-TEST(Creep, WithoutOperatorsIsZero) {
+TEST(Creep, IsZeroWithoutOperators) {
   Creep::State state = Creep::settled({}, 3.0);
   EXPECT_EQ(Creep::Step({}, 0.1)(state, 10.0), 0.0);
 }
@@ -125,18 +126,23 @@ TEST(Creep, NamesTheOperatorThatItRefuses) {
 }
 
 struct Span {
+  const char* name;
   double from_s, to_s;
+
+  friend void PrintTo(const Span& span, std::ostream* out) { *out << span.name; }
 };
 class LogarithmicCreep : public testing::TestWithParam<Span> {};
 INSTANTIATE_TEST_SUITE_P(Spans, LogarithmicCreep,
-                         testing::Values(Span{0.1, 1e3}, Span{0.1, 700.0}, Span{1.0, 1e6}, Span{0.01, 0.02},
-                                         Span{1e-3, 1e-3 * 1.001}));
+                         testing::Values(Span{"FourDecades", 0.1, 1e3}, Span{"Almost4Decades", 0.1, 700.0},
+                                         Span{"SixDecades", 1.0, 1e6}, Span{"FactorOfTwo", 0.01, 0.02},
+                                         Span{"APerMille", 1e-3, 1e-3 * 1.001}),
+                         [](const auto& test) { return std::string(test.param.name); });
 
 constexpr double gamma_per_decade = 0.015;
 
-// 0.24 % of gamma, as the header says.
+// The tolerance is 0.24 % of gamma, as stated in the header.
 TEST_P(LogarithmicCreep, FollowsTheLogarithmOverItsSpan) {
-  const auto [from, to] = GetParam();
+  const auto [name, from, to] = GetParam();
   const Creep::Config config = logarithmic_creep(gamma_per_decade, from, to);
   const double at_start = crept(config, from);
   for (int i = 0; i <= 500; ++i) {
@@ -146,9 +152,10 @@ TEST_P(LogarithmicCreep, FollowsTheLogarithmOverItsSpan) {
   }
 }
 
-// 0.6 % of gamma, as the header says. Over 0.02 decades, a 25th of the ripple's period.
+// The tolerance is 0.6 % of gamma, as stated in the header. The rise is measured over 0.02 decades, a 25th of
+// the ripple's period.
 TEST_P(LogarithmicCreep, CreepsGammaPerDecadeEverywhereInItsSpan) {
-  const auto [from, to] = GetParam();
+  const auto [name, from, to] = GetParam();
   const Creep::Config config = logarithmic_creep(gamma_per_decade, from, to);
   for (int i = 0; i <= 500; ++i) {
     const double t = from * std::pow(to / from, i / 500.0);
@@ -157,23 +164,23 @@ TEST_P(LogarithmicCreep, CreepsGammaPerDecadeEverywhereInItsSpan) {
   }
 }
 
-TEST_P(LogarithmicCreep, HasCreptOneGammaWhereItsSpanBegins) {
-  const auto [from, to] = GetParam();
+TEST_P(LogarithmicCreep, HasReachedOneGammaAtTheBeginningOfItsSpan) {
+  const auto [name, from, to] = GetParam();
   const double before = crept(logarithmic_creep(gamma_per_decade, from, to), from);
-  EXPECT_NEAR(before / gamma_per_decade, 1.0, 0.005);  // "1.00"
+  EXPECT_NEAR(before / gamma_per_decade, 1.0, 0.005);  // the header states 1.00
 }
 
-TEST_P(LogarithmicCreep, GoesOnByTwoToTwoAndAHalfGammaAfterItsSpan) {
-  const auto [from, to] = GetParam();
+TEST_P(LogarithmicCreep, IncreasesByTwoToTwoAndAHalfGammaAfterItsSpan) {
+  const auto [name, from, to] = GetParam();
   const Creep::Config config = logarithmic_creep(gamma_per_decade, from, to);
   const double rest = (crept(config, 1e6 * to) - crept(config, to)) / gamma_per_decade;
   EXPECT_GT(rest, 2.0 - 0.005);  // the error of the law at to_s
   EXPECT_LT(rest, 2.5 + 0.005);
 }
 
-TEST(LogarithmicCreep, HasTwoOperatorsToADecade) {
+TEST(LogarithmicCreep, HasTwoOperatorsPerDecade) {
   const Creep::Config config = logarithmic_creep(0.02, 0.1, 1000.0);
-  ASSERT_EQ(config.operators.size(), 14u);  // 4 decades and 2 beyond, both ends counted, and one before
+  ASSERT_EQ(config.operators.size(), 14u);  // two per decade over 4 + 2 decades, both ends, and one before
   EXPECT_DOUBLE_EQ(config.operators.front().rate_per_s, std::sqrt(10.0) / 0.1);
   EXPECT_DOUBLE_EQ(config.operators.back().rate_per_s, 1e-5);
   for (const Creep::Operator& one : config.operators) {
@@ -182,7 +189,7 @@ TEST(LogarithmicCreep, HasTwoOperatorsToADecade) {
   }
 }
 
-TEST(LogarithmicCreep, RefusesWhatIsNotASpan) {
+TEST(LogarithmicCreep, RefusesAnInvalidSpanOrGamma) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(logarithmic_creep(nan, 0.1, 10.0), std::invalid_argument);
   EXPECT_THROW(logarithmic_creep(0.01, 0.0, 10.0), std::invalid_argument);

@@ -17,7 +17,7 @@ constexpr double omega = 2.0 * std::numbers::pi * bandwidth_Hz;
 
 constexpr double dt_of(double tau) { return tau / omega; }
 
-TEST(FirstOrder, DecaysAsTheClosedForm) {
+TEST(FirstOrder, FollowsTheClosedFormOfADecay) {
   const double dt = 1.3e-4;
   const FirstOrder::Step step({bandwidth_Hz}, dt);
   State state{1.0};
@@ -27,7 +27,7 @@ TEST(FirstOrder, DecaysAsTheClosedForm) {
   }
 }
 
-TEST(FirstOrder, RespondsToAStepAsTheClosedForm) {
+TEST(FirstOrder, FollowsTheClosedFormOfAStepResponse) {
   const double dt = 4e-5;
   const FirstOrder::Step step({bandwidth_Hz}, dt);
   State state;
@@ -37,7 +37,7 @@ TEST(FirstOrder, RespondsToAStepAsTheClosedForm) {
   }
 }
 
-TEST(FirstOrder, FollowsARampAsTheClosedForm) {
+TEST(FirstOrder, FollowsTheClosedFormOfARampResponse) {
   const double dt = 3e-4, rate = 500.0;
   const FirstOrder::Step step({bandwidth_Hz}, dt);
   State state;
@@ -60,7 +60,7 @@ TEST(FirstOrder, DoesNotDependOnTheSizeOfTheSteps) {
   }
 }
 
-TEST(FirstOrder, RestsToTheBitAtAHeldInput) {
+TEST(FirstOrder, StaysExactlyAtRestAtAHeldInput) {
   for (const double dt : {1e-16, 1e-6, 1e-3, 1.0, 1e6}) {
     const FirstOrder::Step step({bandwidth_Hz}, dt);
     State state{12.345678};
@@ -69,8 +69,8 @@ TEST(FirstOrder, RestsToTheBitAtAHeldInput) {
   }
 }
 
-// 1e-12: the shares of both inputs are tau / 2, which a closed form would lose in 1 - e^{-tau} - tau.
-TEST(FirstOrder, IsExactInTinySteps) {
+// tau = 1e-12: the shares of both inputs are tau / 2. A closed form would lose them in 1 - e^{-tau} - tau.
+TEST(FirstOrder, IsExactForTinySteps) {
   const double tau = 1e-12;
   const FirstOrder::Step step({bandwidth_Hz}, dt_of(tau));
   EXPECT_NEAR(step({0.0}, 1.0, 1.0).value / tau, 1.0, 2e-12);  // 1 - tau / 2 + ...
@@ -78,7 +78,7 @@ TEST(FirstOrder, IsExactInTinySteps) {
   EXPECT_NEAR(step({0.0}, 0.0, 1.0).value / (tau / 2 - tau * tau / 6), 1.0, 1e-15);
 }
 
-TEST(FirstOrder, IsExactInHugeSteps) {
+TEST(FirstOrder, IsExactForHugeSteps) {
   const double tau = 1e6;
   const FirstOrder::Step step({bandwidth_Hz}, dt_of(tau));
   EXPECT_NEAR(step({1.0}, 0.0, 0.0).value, 0.0, 1e-15);
@@ -86,7 +86,7 @@ TEST(FirstOrder, IsExactInHugeSteps) {
   EXPECT_NEAR(step({0.0}, 0.0, 1.0).value, 1.0 - 1.0 / tau, 1e-15);
 }
 
-TEST(FirstOrder, IsExactWhateverTheSizeOfTheStep) {
+TEST(FirstOrder, IsExactForEverySizeOfTheStep) {
   for (int i = 0; i <= 180; ++i) {
     const double tau = std::pow(10.0, -12.0 + 0.1 * i);  // to 1e6
     const FirstOrder::Step step({bandwidth_Hz}, dt_of(tau));
@@ -97,13 +97,13 @@ TEST(FirstOrder, IsExactWhateverTheSizeOfTheStep) {
   }
 }
 
-TEST(FirstOrder, SpendsAnEqualShareOnBothEndsAsTheStepShrinks) {
+TEST(FirstOrder, WeightsBothEndsOfATinyStepEqually) {
   const FirstOrder::Step step({bandwidth_Hz}, dt_of(1e-9));
   const double before = step({0.0}, 1.0, 0.0).value, after = step({0.0}, 0.0, 1.0).value;
   EXPECT_NEAR(before / after, 1.0, 1e-9);  // 1 - tau / 3 + ...
 }
 
-TEST(FirstOrder, RefusesWhatIsNotALag) {
+TEST(FirstOrder, RefusesAnInvalidBandwidthOrStep) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinity = std::numeric_limits<double>::infinity();
   const auto make = [](double f, double dt) { FirstOrder::Step({f}, dt); };
@@ -115,7 +115,7 @@ TEST(FirstOrder, RefusesWhatIsNotALag) {
   EXPECT_THROW(make(100.0, nan), std::invalid_argument);
 }
 
-TEST(FirstOrder, TellsWhatItRefuses) {
+TEST(FirstOrder, NamesTheParameterThatItRefuses) {
   try {
     const FirstOrder::Step step({-3.0}, 1e-3);
     FAIL();

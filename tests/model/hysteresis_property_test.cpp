@@ -26,9 +26,9 @@ TEST(HysteresisProperty, AgreesWithThePaperToRounding) {
     const double tolerance = 1e-12 * span_of(model);
     for (const double v : walk) {
       const double expected = static_cast<double>(oracle.advance(v));
-      const double told = model.forward(state, v).value;
+      const double predicted = model.forward(state, v).value;
       const double reached = model.advance(state, v).value;
-      RC_ASSERT(told == reached);
+      RC_ASSERT(predicted == reached);
       RC_ASSERT(std::abs(reached - expected) <= tolerance);
       RC_ASSERT(state.output == reached);
       RC_ASSERT(state.input == v);
@@ -37,7 +37,7 @@ TEST(HysteresisProperty, AgreesWithThePaperToRounding) {
 }
 
 TEST(HysteresisProperty, AgreesWithThePaperInDeeplyNestedLoops) {
-  EXPECT_TRUE(rc::check("twenty nested turning points, and out again", [] {
+  EXPECT_TRUE(rc::check("twenty nested turning points, and the way out", [] {
     const Hysteresis model(RandomModel::draw());
     HysteresisState state = model.at_lower_threshold();
     Oracle oracle(model.parameters(), Oracle::Start::lower, state.input);
@@ -54,7 +54,7 @@ TEST(HysteresisProperty, AgreesWithThePaperInDeeplyNestedLoops) {
 }
 
 TEST(HysteresisProperty, DoesNotDependOnTheSizeOfTheSteps) {
-  EXPECT_TRUE(rc::check("a step in one or in eleven", [] {
+  EXPECT_TRUE(rc::check("one step gives the same as eleven smaller steps", [] {
     const Hysteresis model(RandomModel::draw());
     const auto walk = random_walk(model.input_range(), 40);
     HysteresisState big = model.virgin(walk[0]), small = big;
@@ -69,14 +69,14 @@ TEST(HysteresisProperty, DoesNotDependOnTheSizeOfTheSteps) {
   }));
 }
 
-TEST(HysteresisProperty, RemembersItsReturnPoints) {
+TEST(HysteresisProperty, ReturnsToTheSameStateAfterAClosedExcursion) {
   EXPECT_TRUE(rc::check("a closed excursion inside the loop leaves output and memory as they were", [] {
     const Hysteresis model(RandomModel::draw());
     HysteresisState state = model.at_lower_threshold();
     for (const double v : random_walk(model.input_range(), 20)) model.advance(state, v);
     RC_PRE(state.input > model.input_range().lo && state.input < model.input_range().hi);
     const HysteresisState before = state;
-    // Backwards, and back; never past the start of the branch travelled.
+    // Goes back and returns, but never past the start of the present branch.
     const double start = state.branches.back().start_input;
     for (const double v : random_walk({std::min(start, state.input), std::max(start, state.input)}, 10))
       if (v != start) model.advance(state, v);
@@ -87,8 +87,8 @@ TEST(HysteresisProperty, RemembersItsReturnPoints) {
   }));
 }
 
-TEST(HysteresisProperty, WipesOutWhatIsPassed) {
-  EXPECT_TRUE(rc::check("after a larger extreme, the smaller ones might never have been", [] {
+TEST(HysteresisProperty, WipesOutSmallerExtremesAfterALargerOne) {
+  EXPECT_TRUE(rc::check("after a larger extreme the state is the same as without the smaller ones", [] {
     const Hysteresis model(RandomModel::draw());
     const Interval range = model.input_range();
     HysteresisState eventful = model.at_lower_threshold(), plain = eventful;
@@ -104,7 +104,7 @@ TEST(HysteresisProperty, WipesOutWhatIsPassed) {
 }
 
 TEST(HysteresisProperty, AlignsWithTheCurveBrokenAtATurningPoint) {
-  EXPECT_TRUE(rc::check("no jump where a target is passed", [] {
+  EXPECT_TRUE(rc::check("the output does not jump where the path passes a target", [] {
     const Hysteresis model(RandomModel::draw());
     const Interval range = model.input_range();
     HysteresisState state = model.at_lower_threshold();
@@ -121,9 +121,9 @@ TEST(HysteresisProperty, AlignsWithTheCurveBrokenAtATurningPoint) {
   }));
 }
 
-// Where k >= 0 and the width of the reference loop is concave. A negative k can make the two sides of a loop
-// cross: the equations allow it, and so does the model.
-TEST(HysteresisProperty, InnerLoopsLieInsideOuterOnes) {
+// This holds if k >= 0 and the width of the reference loop is concave. With a negative k the two sides of a
+// loop can cross; the equations and the model allow this.
+TEST(HysteresisProperty, KeepsInnerLoopsInsideOuterLoops) {
   EXPECT_TRUE(rc::check("between the sides of the surrounding loop, rising below falling", [] {
     const Hysteresis model(RandomModel::draw());
     RC_PRE(model.parameters().k_ascending >= 0.0 && model.parameters().k_descending >= 0.0);
@@ -144,7 +144,7 @@ TEST(HysteresisProperty, InnerLoopsLieInsideOuterOnes) {
   }));
 }
 
-TEST(HysteresisProperty, AFullMemoryIsContinuous) {
+TEST(HysteresisProperty, IsContinuousWithAFullMemory) {
   EXPECT_TRUE(rc::check("small steps give small changes, forward equals advance", [] {
     const Hysteresis model(RandomModel::draw());
     HysteresisState state = model.at_lower_threshold(4);

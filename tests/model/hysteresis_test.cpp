@@ -18,21 +18,21 @@ namespace {
 
 constexpr double rounding_um = 1e-13;  // a few ulps of 20 um
 
-// f_A = 0.2 v, f_D = 1.5 + 0.185 v, k = 0: g is linear, so that every branch is a straight line from its
-// start to its target and the whole table can be drawn by hand.
-TEST(Hysteresis, OfStraightLinesAndLinearConvergenceIsDrawnByHand) {
+// f_A = 0.2 v, f_D = 1.5 + 0.185 v, k = 0: g is linear. Every branch is a straight line from its start to its
+// target, so that the whole table can be drawn by hand.
+TEST(Hysteresis, AgreesWithAHandDrawnTableForStraightLinesAndLinearConvergence) {
   const Hysteresis model(linear_model(0.0));
   HysteresisState state = model.virgin(0.0);
   EXPECT_EQ(state.output, 0.0);
   const std::vector<std::pair<double, double>> table{
       {50.0, 10.0},   // virgin curve
       {30.0, 6.6},    // towards L_0 = (0, 1.5): 10 - 8.5 * 20 / 50
-      {40.0, 8.3},    // back towards (50, 10)
+      {40.0, 8.3},    // rises towards (50, 10)
       {35.0, 7.45},   // towards (30, 6.6)
       {30.0, 6.6},    // loop closed
-      {10.0, 3.2},    // on towards L_0
+      {10.0, 3.2},    // continues towards L_0
       {60.0, 12.0},   // past (50, 10), the virgin curve again
-      {0.0, 1.5},     // L_0: all wiped out
+      {0.0, 1.5},     // L_0: everything is wiped out
       {40.0, 8.9},    // towards U_0 = (100, 20) from L_0
       {100.0, 20.0},  // U_0
       {20.0, 5.2},    // the descending reference curve
@@ -44,8 +44,9 @@ TEST(Hysteresis, OfStraightLinesAndLinearConvergenceIsDrawnByHand) {
   }
 }
 
-// Figures of eq. 4 by hand, k = 0.05: g(s; S) = (e^{0.05 s} - 1) / (e^{0.05 S} - 1).
-TEST(Hysteresis, OfStraightLinesAndExponentialConvergenceFollowsThePrintedEquation) {
+// Eq. 4 evaluated by hand, k = 0.05:
+//   g(s; S) = (e^{0.05 s} - 1) / (e^{0.05 S} - 1)
+TEST(Hysteresis, FollowsThePrintedEquationForStraightLinesAndExponentialConvergence) {
   const Hysteresis model(linear_model(0.05));
   HysteresisState state = model.virgin(0.0);
   model.advance(state, 50.0);
@@ -68,7 +69,7 @@ TEST(Hysteresis, StartsOnTheAscendingReferenceCurve) {
   EXPECT_EQ(state.depth(), 1u);
 }
 
-TEST(Hysteresis, AThresholdForgetsEverything) {
+TEST(Hysteresis, ForgetsEverythingAtAThreshold) {
   const Hysteresis model(piezo_model());
   HysteresisState state = model.virgin(0.0);
   for (const double v : nested_swings(model.input_range(), 20)) model.advance(state, v);
@@ -96,7 +97,7 @@ TEST(Hysteresis, FallsFromTheUpperThresholdOnTheDescendingReferenceCurve) {
     EXPECT_NEAR(model.advance(state, v).value, model.parameters().descending.value(v), rounding_um);
 }
 
-TEST(Hysteresis, BeyondAThresholdSaturatesAndSaysSo) {
+TEST(Hysteresis, SaturatesBeyondAThresholdAndReportsIt) {
   const Hysteresis model(piezo_model());
   HysteresisState state = model.virgin(40.0);
   EXPECT_EQ(model.forward(state, 130.0).value, model.output_range().hi);
@@ -110,7 +111,7 @@ TEST(Hysteresis, BeyondAThresholdSaturatesAndSaysSo) {
   EXPECT_EQ(state.output, model.output_range().hi);
 }
 
-TEST(Hysteresis, AnInputThatIsNoNumberLeavesTheMemoryUntouched) {
+TEST(Hysteresis, KeepsItsMemoryWhenTheInputIsNotFinite) {
   const Hysteresis model(piezo_model());
   HysteresisState state = model.virgin(0.0);
   for (const double v : {60.0, 30.0, 50.0}) model.advance(state, v);
@@ -129,7 +130,7 @@ TEST(Hysteresis, AnInputThatIsNoNumberLeavesTheMemoryUntouched) {
   }
 }
 
-TEST(Hysteresis, AStepToThePresentInputChangesNothing) {
+TEST(Hysteresis, DoesNotChangeInAStepToThePresentInput) {
   const Hysteresis model(piezo_model());
   HysteresisState state = model.virgin(0.0);
   for (const double v : {60.0, 30.0, 50.0}) model.advance(state, v);
@@ -137,11 +138,11 @@ TEST(Hysteresis, AStepToThePresentInputChangesNothing) {
   EXPECT_EQ(model.advance(state, 50.0).value, present);
   EXPECT_EQ(state.depth(), 3u);
   HysteresisState virgin = model.virgin(0.0);
-  EXPECT_EQ(model.advance(virgin, 0.0).value, 0.0);  // still virgin: L_0 is reached from above alone
+  EXPECT_EQ(model.advance(virgin, 0.0).value, 0.0);  // still virgin: only a fall reaches L_0
   EXPECT_EQ(model.advance(virgin, 10.0).value, model.parameters().ascending.value(10.0));
 }
 
-TEST(Hysteresis, IsEvenWhereTheModelIs) {
+TEST(Hysteresis, IgnoresTheSignOfTheInputIfSymmetryIsEven) {
   const Hysteresis model(galfenol_model());
   HysteresisState positive = model.virgin(0.0), negative = model.virgin(0.0), mixed = model.virgin(-0.0);
   double sign = 1.0;
@@ -155,7 +156,7 @@ TEST(Hysteresis, IsEvenWhereTheModelIs) {
   }
 }
 
-TEST(Hysteresis, WithoutLoopWidthHasNoMemory) {
+TEST(Hysteresis, HasNoMemoryIfTheLoopHasNoWidth) {
   HysteresisParameters parameters = piezo_model();
   parameters.descending = parameters.ascending;
   parameters.k_ascending = parameters.k_descending = 1000.0;
@@ -167,8 +168,7 @@ TEST(Hysteresis, WithoutLoopWidthHasNoMemory) {
   }
 }
 
-// A loop a few ulps wide: its two sides differ by less than the rounding of the outputs.
-TEST(AverageModel, IsTheMeanOfTheTwoCurvesWhateverTheHistory) {
+TEST(AverageModel, IsTheMeanOfTheTwoCurvesAfterEveryHistory) {
   const HysteresisParameters p = piezo_model();
   const Hysteresis model(average(p));
   HysteresisState state = model.virgin(0.0);
@@ -179,21 +179,22 @@ TEST(AverageModel, IsTheMeanOfTheTwoCurvesWhateverTheHistory) {
   }
 }
 
-TEST(Hysteresis, TinyLoopsStayIncreasing) {
+// In a loop a few ulps wide the two sides differ by less than the rounding of the outputs.
+TEST(Hysteresis, StaysIncreasingInTinyLoops) {
   const Hysteresis model(piezo_model());
   for (const double size : {1e-3, 1e-6, 1e-9, 1e-11, 1e-12, 1e-13}) {
     for (double v = 5.0; v < 98.0; v += 0.37) {
       HysteresisState state = model.at_lower_threshold();
       for (const double input : {99.0, v, v + size, v + 0.3 * size, v + 0.7 * size})
         EXPECT_TRUE(model.advance(state, input).increasing) << "loop of " << size << " V at " << v;
-      // S is at most the opening between the reference curves' slopes and k times their distance.
+      // S is at most the difference of the reference curves' slopes plus k times their distance.
       EXPECT_LT(std::abs(state.branches.back().coefficient), 0.5) << "loop of " << size << " V at " << v;
       EXPECT_TRUE(model.inverse(state, state.output + 1.0).increasing);
     }
   }
 }
 
-TEST(Hysteresis, LoopsOfSingleUlpsStayIncreasing) {
+TEST(Hysteresis, StaysIncreasingInLoopsOfSingleUlps) {
   const Hysteresis model(piezo_model());
   for (double v = 5.0; v < 98.0; v += 0.37) {
     const double ulp = std::nextafter(v, 100.0) - v;
@@ -204,7 +205,7 @@ TEST(Hysteresis, LoopsOfSingleUlpsStayIncreasing) {
   }
 }
 
-// A controller that holds a point steps by ulps, to and fro, for a weekend.
+// A controller that holds a point makes steps of ulps in both directions for a whole weekend.
 template <class Model>
 void stays_finite_in_steps_of_ulps(const Model& model) {
   HysteresisState state = model.at_lower_threshold();
@@ -240,8 +241,8 @@ TEST(Hysteresis, StaysFiniteInDenormalStepsFromTheVirginState) {
     EXPECT_TRUE(std::isfinite(model.advance(state, v).value)) << v;
 }
 
-// f_A' = 0.05 + 0.1 (v - 5)^2 on [0, 10], 0.9 um wide at the foot and less so upwards: the branch from L_0
-// dips between its ends alone, at 4.4 to 5.6 V.
+// f_A' = 0.05 + 0.1 (v - 5)^2 on [0, 10]. The loop is 0.9 um wide at the bottom and narrower above. The
+// branch from L_0 falls only between its ends, from 4.4 to 5.6 V.
 TEST(Hysteresis, FlagsABranchThatDipsBetweenItsEnds) {
   const Interval range{0.0, 10.0};
   const Hysteresis model = Hysteresis::beyond_limit(
@@ -253,7 +254,7 @@ TEST(Hysteresis, FlagsABranchThatDipsBetweenItsEnds) {
   EXPECT_FALSE(model.advance(state, 1.0).increasing);
 }
 
-TEST(Inverse, BelowThePresentOutputOnTheVirginCurveStaysWhereItIs) {
+TEST(Inverse, KeepsThePresentInputForALowerOutputOnTheVirginCurve) {
   const Hysteresis model(linear_model());  // L_0 = (0 V, 1.5 um)
   HysteresisState state = model.virgin(4.0);
   const Prediction drive = model.inverse(state, 0.3);
@@ -264,15 +265,15 @@ TEST(Inverse, BelowThePresentOutputOnTheVirginCurveStaysWhereItIs) {
   EXPECT_LE(reach.lo, reach.hi);
 }
 
-// The virgin curve does not pass through L_0, so that the loop between them is wide however short it is.
-TEST(Hysteresis, AShortVirginFallStillTargetsTheLowerConvergencePoint) {
+// The virgin curve does not pass through L_0, so that a loop between them is wide even if it is short.
+TEST(Hysteresis, TargetsTheLowerConvergencePointInAShortFallFromTheVirginCurve) {
   const Hysteresis model(linear_model(0.0));
   HysteresisState state = model.virgin(0.0);
   model.advance(state, 1e-5);
   EXPECT_NEAR(model.advance(state, 0.5e-5).value, 0.5 * (2e-6 + 1.5), rounding_um);
 }
 
-TEST(Hysteresis, AVirginFallBelowTheLowerConvergencePointIsFlagged) {
+TEST(Hysteresis, FlagsAFallFromTheVirginCurveBelowTheLowerConvergencePoint) {
   const Hysteresis model(linear_model(0.05));
   HysteresisState state = model.virgin(0.0);
   EXPECT_TRUE(model.advance(state, 5.0).increasing);  // x = 1 um, L_0 = (0 V, 1.5 um)
@@ -283,7 +284,7 @@ TEST(Hysteresis, AVirginFallBelowTheLowerConvergencePointIsFlagged) {
   EXPECT_TRUE(model.advance(state, 3.0).increasing);
 }
 
-TEST(Hysteresis, AFullMemoryStaysContinuousAndIncreasing) {
+TEST(Hysteresis, StaysContinuousAndIncreasingWithAFullMemory) {
   const Hysteresis model(piezo_model());
   HysteresisState state = model.virgin(0.0, 6);
   for (const double v : nested_swings(model.input_range(), 20)) model.advance(state, v);
@@ -294,8 +295,8 @@ TEST(Hysteresis, AFullMemoryStaysContinuousAndIncreasing) {
     while (way * (to - state.input) > 0.0) {
       const double before = state.output;
       const double v = state.input + way * 0.01;
-      const double told = model.forward(state, v).value;
-      EXPECT_EQ(model.advance(state, v).value, told);
+      const double predicted = model.forward(state, v).value;
+      EXPECT_EQ(model.advance(state, v).value, predicted);
       EXPECT_GT(way * (state.output - before), 0.0) << "at " << v;
       EXPECT_LT(way * (state.output - before), 0.01) << "at " << v;  // slopes are below 0.6 um/V
     }
@@ -308,7 +309,7 @@ TEST(Hysteresis, AFullMemoryStaysContinuousAndIncreasing) {
   EXPECT_LT(state.depth(), 6u);
 }
 
-TEST(Hysteresis, StatesCopyWithTheirCapacity) {
+TEST(Hysteresis, CopiesOfAStateKeepItsCapacity) {
   const Hysteresis model(piezo_model());
   const HysteresisState small = model.virgin(0.0, 4);
   HysteresisState copy = small;
@@ -318,7 +319,7 @@ TEST(Hysteresis, StatesCopyWithTheirCapacity) {
   EXPECT_EQ(small.depth(), 1u);
 }
 
-TEST(Hysteresis, RefusesAStartThatIsNone) {
+TEST(Hysteresis, RefusesAnInvalidInitialInputOrCapacity) {
   const Hysteresis model(piezo_model());
   EXPECT_THROW(model.virgin(-1.0), std::invalid_argument);
   EXPECT_THROW(model.virgin(101.0), std::invalid_argument);
@@ -327,13 +328,13 @@ TEST(Hysteresis, RefusesAStartThatIsNone) {
   EXPECT_EQ(model.virgin(100.0).direction(), Direction::descending);
 }
 
-// Where the printed quotient is a quotient of infinities: the inner loop leaves its turning point and is on
-// the outer curve at once.
-TEST(Hysteresis, StaysExactWhereThePrintedQuotientOverflows) {
+// Here the printed quotient is a quotient of infinities: the inner loop leaves its turning point and is on
+// the outer curve immediately.
+TEST(Hysteresis, StaysExactIfThePrintedQuotientOverflows) {
   HysteresisParameters parameters = piezo_model();
   const std::vector<double> ascending = parameters.ascending.chebyshev_coefficients();
   std::vector<double> descending = ascending;
-  const double gap = 1e-6;  // narrow, so that so large a k is still valid
+  const double gap = 1e-6;  // so narrow that this large k is still valid
   descending[0] += gap / 2;
   descending[1] -= gap / 2;
   parameters.descending = ReferenceCurve(Basis::chebyshev, descending, parameters.ascending.domain());

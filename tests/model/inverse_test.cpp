@@ -30,7 +30,7 @@ TEST(InverseThenForward, ReturnsTheCommandInsideTheMajorLoop) {
 }
 
 TEST(InverseThenForward, ReturnsTheCommandOnRandomModelsAndMemories) {
-  EXPECT_TRUE(rc::check("round trip within 1e-12 of span, and the bound flag told", [] {
+  EXPECT_TRUE(rc::check("the round trip is exact to 1e-12 of the span, without saturation", [] {
     const Hysteresis model(RandomModel::draw());
     HysteresisState state = model.at_lower_threshold();
     for (const double v : random_walk(model.input_range(), 20)) model.advance(state, v);
@@ -56,7 +56,7 @@ TEST(ForwardThenInverse, ReturnsTheInputAndTheSameMemory) {
           const Prediction drive = model.inverse(follower, leader.output);
           model.advance(follower, drive.value);
           RC_ASSERT(std::abs(follower.output - leader.output) <= 1e-12 * span_of(model));
-          // 1e-9: an input follows from an output only as well as the slope allows.
+          // 1e-9: the slope limits the accuracy of an input that is computed from an output.
           RC_ASSERT(std::abs(follower.input - leader.input) <= 1e-9 * model.input_range().span());
         }
         for (int i = 0; i < 10; ++i) {
@@ -67,7 +67,7 @@ TEST(ForwardThenInverse, ReturnsTheInputAndTheSameMemory) {
       }));
 }
 
-TEST(Inverse, OfATurningPointIsThatTurningPoint) {
+TEST(Inverse, ReturnsTheInputOfATurningPointForItsOutput) {
   const Hysteresis model(piezo_model());
   HysteresisState state = model.at_lower_threshold();
   for (const double v : nested_swings(model.input_range(), 12)) model.advance(state, v);
@@ -75,7 +75,7 @@ TEST(Inverse, OfATurningPointIsThatTurningPoint) {
     EXPECT_EQ(model.inverse(state, branch.start_output).value, branch.start_input);
 }
 
-TEST(Inverse, SaturatesBeyondWhatCanBeReached) {
+TEST(Inverse, SaturatesForAnOutputOutOfReach) {
   const Hysteresis model(piezo_model());
   HysteresisState state = model.at_lower_threshold();
   model.advance(state, 50.0);
@@ -89,7 +89,7 @@ TEST(Inverse, SaturatesBeyondWhatCanBeReached) {
   EXPECT_FALSE(model.inverse(state, model.output_range().lo).saturated);
 }
 
-TEST(Inverse, OfThePresentOutputIsThePresentInput) {
+TEST(Inverse, ReturnsThePresentInputForThePresentOutput) {
   const Hysteresis model(piezo_model());
   HysteresisState state = model.at_lower_threshold();
   for (const double v : {70.0, 20.0, 45.0}) {
@@ -98,7 +98,7 @@ TEST(Inverse, OfThePresentOutputIsThePresentInput) {
   }
 }
 
-TEST(Inverse, OnTheVirginCurveBelowTheLowerConvergencePointFollowsThatCurve) {
+TEST(Inverse, FollowsTheVirginCurveBelowTheLowerConvergencePoint) {
   const Hysteresis model(linear_model());  // L_0 = (0 V, 1.5 um), f_0^A = 0.2 um/V
   const HysteresisState state = model.virgin(0.0);
   EXPECT_NEAR(model.inverse(state, 0.6).value, 3.0, 1e-13);
@@ -106,7 +106,7 @@ TEST(Inverse, OnTheVirginCurveBelowTheLowerConvergencePointFollowsThatCurve) {
   EXPECT_TRUE(model.inverse(state, -0.1).saturated);
 }
 
-TEST(Inverse, WorksOnThroughAFullMemory) {
+TEST(Inverse, WorksWithAFullMemory) {
   const Hysteresis model(piezo_model());
   HysteresisState state = model.at_lower_threshold(4);
   for (const double v : nested_swings(model.input_range(), 20)) model.advance(state, v);
@@ -116,7 +116,7 @@ TEST(Inverse, WorksOnThroughAFullMemory) {
   }
 }
 
-TEST(Inverse, AtAFlatOriginIsStillFound) {
+TEST(Inverse, IsFoundNearAFlatOrigin) {
   HysteresisParameters parameters = galfenol_model();
   parameters.ascending = parameters.descending = ReferenceCurve(Basis::power, {0.0, 0.0, 2.0}, {0.0, 3.0});
   const Hysteresis model(parameters);

@@ -57,9 +57,10 @@ TEST(LinearMapping, RoundTripIsExact) {
   }));
 }
 
-// What the recursive model cures (paper, introduction): where the loop narrows faster than the reference
-// curve rises, a mapped inner branch leaves the loop around it, and a large enough k keeps it there.
-TEST(LinearMapping, LeavesTheSurroundingLoopWhereTheRecursiveModelStays) {
+// The recursive model corrects this defect (paper, introduction): where the loop narrows faster than the
+// reference curve rises, a mapped inner branch leaves the loop around it. A sufficiently large k keeps it
+// inside.
+TEST(LinearMapping, LeavesTheSurroundingLoopWhereTheRecursiveModelStaysInside) {
   // f_A = v, f_D = f_A + 0.1 (1 - v) + 0.15 v (1 - v)^2 on [0, 1]
   const Interval range{0.0, 1.0};
   const HysteresisParameters p{"V",

@@ -1,4 +1,4 @@
-// What the model promises, over walks as long as a weekend's: 100 000 steps, a million setpoints.
+// The properties of the model over walks as long as a weekend: 100 000 steps, a million setpoints.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
@@ -13,9 +13,9 @@
 namespace hystcan::model {
 namespace {
 
-TEST(LongWalk, OfAHundredThousandStepsAgreesWithThePaper) {
+TEST(LongWalk, AgreesWithThePaperOverAHundredThousandSteps) {
   std::size_t deepest = 0;
-  EXPECT_TRUE(rc::check("the output at five hundred places, against the whole history before it", [&] {
+  EXPECT_TRUE(rc::check("the output at five hundred places agrees with the whole history before it", [&] {
     const Hysteresis model(RandomModel::draw());
     const auto walk = long_walk(model.input_range(), 100'000, *rc::gen::arbitrary<std::uint32_t>());
     HysteresisState state = model.virgin(walk[0], 1000);
@@ -33,8 +33,8 @@ TEST(LongWalk, OfAHundredThousandStepsAgreesWithThePaper) {
   EXPECT_GT(deepest, 15u);
 }
 
-TEST(LongWalk, WithAnyKFromNothingToAHundredThousandPerSpanAgreesWithThePaper) {
-  EXPECT_TRUE(rc::check("beyond the limit, too: the equations hold where a branch goes the wrong way", [] {
+TEST(LongWalk, AgreesWithThePaperForEveryKUpToAHundredThousandPerSpan) {
+  EXPECT_TRUE(rc::check("the equations also hold beyond the limit, where a branch goes the wrong way", [] {
     const Hysteresis model = Hysteresis::beyond_limit(RandomModel::draw_beyond_limit());
     const auto walk = long_walk(model.input_range(), 150, *rc::gen::arbitrary<std::uint32_t>());
     HysteresisState state = model.at_lower_threshold();
@@ -45,8 +45,8 @@ TEST(LongWalk, WithAnyKFromNothingToAHundredThousandPerSpanAgreesWithThePaper) {
   }));
 }
 
-TEST(LongWalk, OfAMillionSetpointsIsInvertedWithTheMemoryOfTheInputsThatCameOut) {
-  int setpoints = 0, doubtful = 0;
+TEST(LongWalk, InvertsAMillionSetpointsAndRemembersTheReturnedInputs) {
+  int setpoints = 0, not_increasing = 0;
   EXPECT_TRUE(rc::check("round trip within 1e-13 of span", [&] {
     const Hysteresis model(RandomModel::draw());
     const Interval reach = model.output_range();
@@ -60,19 +60,19 @@ TEST(LongWalk, OfAMillionSetpointsIsInvertedWithTheMemoryOfTheInputsThatCameOut)
       if (drive.increasing)
         RC_ASSERT(std::abs(reached.value - x) <= 1e-13 * reach.span());
       else
-        ++doubtful;
+        ++not_increasing;
       RC_ASSERT(inverted.output == driven.output && inverted.depth() == driven.depth());
     }
     RC_ASSERT(std::ranges::equal(inverted.branches, driven.branches, {}, &Branch::coefficient,
                                  &Branch::coefficient));
   }));
   EXPECT_GE(setpoints, 1'000'000);
-  EXPECT_LE(doubtful, setpoints / 1000);
+  EXPECT_LE(not_increasing, setpoints / 1000);
 }
 
-// The scan looks two reversals deep on a grid of 200; loops nest deeper, between its points. At the very
-// limit that leaves slopes of some 1e-5 of the mean below zero, in one step of ten thousand.
-TEST(LongWalk, AtTheLimitOfKNoBranchIsWorseThanTheGridOfTheScanAllows) {
+// The scan checks two reversals on a grid of 200; loops can be nested deeper and lie between its points.
+// At the limit, slopes of about -1e-5 of the mean slope therefore remain, in one step of ten thousand.
+TEST(LongWalk, StaysWithinTheGridErrorOfTheScanAtTheLimitOfK) {
   int steps = 0, flagged = 0;
   EXPECT_TRUE(rc::check("slopes at every reversal", [&] {
     HysteresisParameters p = RandomModel::draw();

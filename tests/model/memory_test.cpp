@@ -1,4 +1,4 @@
-// Explicit memories, and memories saved as text and taken up again.
+// Explicit memories, and memories that are saved as text and restored.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -36,7 +37,7 @@ std::string saved(const Model& model, const HysteresisState& state) {
 }
 
 template <class Model>
-void comes_back_to_the_bit(const Model& model, std::size_t capacity) {
+void is_restored_to_the_bit(const Model& model, std::size_t capacity) {
   const auto walk = random_walk(model.input_range(), 30);
   HysteresisState state = model.virgin(walk[0], capacity);
   for (const double v : walk) {
@@ -46,18 +47,18 @@ void comes_back_to_the_bit(const Model& model, std::size_t capacity) {
   }
 }
 
-TEST(SavedMemory, ComesBackToTheBit) {
+TEST(SavedMemory, IsRestoredToTheBit) {
   EXPECT_TRUE(rc::check("recursive-memory", [] {
-    comes_back_to_the_bit(Hysteresis(RandomModel::draw()), *rc::gen::element<std::size_t>(4, 5, 256));
+    is_restored_to_the_bit(Hysteresis(RandomModel::draw()), *rc::gen::element<std::size_t>(4, 5, 256));
   }));
   EXPECT_TRUE(rc::check("linear-mapping", [] {
-    comes_back_to_the_bit(LinearMapping(RandomModel::draw()), *rc::gen::element<std::size_t>(4, 256));
+    is_restored_to_the_bit(LinearMapping(RandomModel::draw()), *rc::gen::element<std::size_t>(4, 256));
   }));
   EXPECT_TRUE(rc::check("preisach", [] {
-    comes_back_to_the_bit(Preisach({"V", "um", {-1.0, 4.0}, 0.5, 0.1, {1.0, 0.0, 0.3, 0.2, 0.7, 2.0}}),
-                          *rc::gen::element<std::size_t>(4, 256));
+    is_restored_to_the_bit(Preisach({"V", "um", {-1.0, 4.0}, 0.5, 0.1, {1.0, 0.0, 0.3, 0.2, 0.7, 2.0}}),
+                           *rc::gen::element<std::size_t>(4, 256));
   }));
-  EXPECT_TRUE(rc::check("an even model", [] { comes_back_to_the_bit(Hysteresis(galfenol_model()), 256); }));
+  EXPECT_TRUE(rc::check("an even model", [] { is_restored_to_the_bit(Hysteresis(galfenol_model()), 256); }));
 }
 
 TEST(SavedMemory, IsATomlTable) {
@@ -73,7 +74,7 @@ TEST(SavedMemory, IsATomlTable) {
   EXPECT_EQ(value_of(text, "merged"), "0");
 }
 
-TEST(SavedMemory, FitsTheStatedSizeAtWorstAndSaysWhereItDoesNotFit) {
+TEST(SavedMemory, FitsTheStatedSizeAndIsEmptyIfTheBufferIsTooSmall) {
   const Hysteresis model(piezo_model());
   HysteresisState state = model.at_lower_threshold(40);
   for (int i = 0; i < 60; ++i)
@@ -87,7 +88,7 @@ TEST(SavedMemory, FitsTheStatedSizeAtWorstAndSaysWhereItDoesNotFit) {
   EXPECT_EQ(model.save(state, {}), "");
 }
 
-TEST(Fingerprint, TellsModelsApart) {
+TEST(Fingerprint, DiffersBetweenModels) {
   const HysteresisParameters piezo = piezo_model();
   const auto of = [](const HysteresisParameters& p) { return Hysteresis(p).fingerprint(); };
   const std::uint64_t own = of(piezo);
@@ -107,7 +108,7 @@ TEST(Fingerprint, TellsModelsApart) {
   EXPECT_NE(own, LinearMapping(piezo).fingerprint());
 }
 
-TEST(ExplicitMemory, IsThatOfADriveThroughItsTurningPoints) {
+TEST(ExplicitMemory, EqualsTheMemoryOfADriveThroughItsTurningPoints) {
   const Hysteresis model(piezo_model());
   for (const Origin origin : {Origin::virgin, Origin::lower_threshold, Origin::upper_threshold}) {
     HysteresisState driven = origin == Origin::virgin            ? model.virgin(0.0)
@@ -121,7 +122,7 @@ TEST(ExplicitMemory, IsThatOfADriveThroughItsTurningPoints) {
   }
 }
 
-TEST(ExplicitMemory, OfAnEvenModelIsFolded) {
+TEST(ExplicitMemory, IsFoldedIfSymmetryIsEven) {
   const Hysteresis model(galfenol_model());
   const HysteresisState plus = model.remembering({Origin::virgin, {2.0, 1.0}, {}, 1.5, {}, 0});
   const HysteresisState minus = model.remembering({Origin::virgin, {-2.0, 1.0}, {}, -1.5, {}, 0});
@@ -132,19 +133,21 @@ struct Refusal {
   const char* name;
   TurningPoints points;
   std::size_t index;
-  const char* says;
+  const char* message;
+
+  friend void PrintTo(const Refusal& refusal, std::ostream* out) { *out << refusal.name; }
 };
 
 class ExplicitMemoryRefusals : public testing::TestWithParam<Refusal> {};
 
 TEST_P(ExplicitMemoryRefusals, NameTheTurningPoint) {
-  const auto& [name, points, index, says] = GetParam();
+  const auto& [name, points, index, message] = GetParam();
   try {
     Hysteresis(piezo_model()).remembering(points, 6);
-    ADD_FAILURE() << name << " was taken";
+    ADD_FAILURE() << name << " was not refused";
   } catch (const MemoryError& error) {
     EXPECT_EQ(error.index, index) << error.what();
-    EXPECT_NE(std::string(error.what()).find(says), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find(message), std::string::npos) << error.what();
   }
 }
 
@@ -166,8 +169,8 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"ForeignPresentOutput", {Origin::virgin, {80}, {}, 50, 3.0, 0}, 1, "another model"}),
     [](const auto& test) { return test.param.name; });
 
-TEST(ReachableRange, IsWhatTheInverseAnswersWithoutSaturation) {
-  EXPECT_TRUE(rc::check("its ends are reached, a little beyond saturates", [] {
+TEST(ReachableRange, ContainsTheOutputsThatTheInverseReachesWithoutSaturation) {
+  EXPECT_TRUE(rc::check("its ends are reached; outputs slightly beyond them saturate", [] {
     const Hysteresis model(RandomModel::draw());
     const auto walk = random_walk(model.input_range(), 10);
     HysteresisState state = model.virgin(walk[0]);
@@ -181,7 +184,7 @@ TEST(ReachableRange, IsWhatTheInverseAnswersWithoutSaturation) {
   }));
 }
 
-TEST(ReachableRange, UnderALimitedDriveIsThatOfItsEnds) {
+TEST(ReachableRange, EndsAtTheOutputsOfTheEndsOfALimitedDrive) {
   const Hysteresis model(piezo_model());
   HysteresisState state = model.at_lower_threshold();
   for (const double v : {80.0, 20.0, 60.0}) model.advance(state, v);

@@ -1,4 +1,4 @@
-// Models for the tests: three fixed ones, and random ones.
+// Three fixed models and random models for the tests.
 #pragma once
 
 #include <rapidcheck.h>
@@ -28,7 +28,7 @@ inline HysteresisParameters linear_model(double k = 0.05) {
           Symmetry::none};
 }
 
-/// Third order on 0..100 V, 30 um, loops of 12 % of the stroke, as of a piezo stage.
+/// A model like a piezo stage: third order on 0..100 V, 30 um, loops of 12 % of the stroke.
 inline HysteresisParameters piezo_model() {
   const Interval range{0.0, 100.0};
   return {"V",
@@ -72,12 +72,16 @@ inline rc::Gen<double> number(double lo, double hi) {
   return rc::gen::map(rc::gen::inRange(0, 1'000'001), [=](int i) { return lo + (hi - lo) * i / 1e6; });
 }
 
-/// Increasing curves of order 1 to 24 that meet at the top: f_A = x0 + A sum a_i (p_i(t)), p_i = t^i or 1 -
-/// (1 - t)^i, f_D = f_A + a share of what f_A keeps its slope for, as wide as 25 % of the stroke.
+/// Increasing curves of order 1 to 24 that meet at the top, with t = (v - lo) / span:
+///
+///   f_A = A sum a_i p_i(t),     p_i = t^i or 1 - (1 - t)^i
+///   f_D = f_A + gap(t)
+///
+/// The gap is small enough that f_D increases, too; its width parameter is at most 0.25.
 struct RandomModel {
   static HysteresisParameters draw() { return within_validity(draw_unchecked()); }
 
-  /// k from nothing to far beyond the limit, of either sign.
+  /// k of either sign, from zero to far beyond the limit.
   static HysteresisParameters draw_beyond_limit() {
     HysteresisParameters p = draw_unchecked();
     const auto any_k = [&] {
@@ -138,7 +142,7 @@ struct RandomModel {
   }
 };
 
-/// Inputs that wander: nearby steps, big jumps, repeats, and exact returns to inputs met before.
+/// A random walk of inputs: small steps, big jumps, repetitions, and exact returns to earlier inputs.
 inline std::vector<double> random_walk(const Interval& range, int length) {
   std::vector<double> walk{range.lo + range.span() * *number(0.01, 0.99)};
   for (int i = 1; i < length; ++i) {
@@ -153,8 +157,8 @@ inline std::vector<double> random_walk(const Interval& range, int length) {
   return walk;
 }
 
-/// The same by the hundred thousand, from a generator of its own: rapidcheck keeps every number that it
-/// draws. Half the steps go back into the loop that is open, so that loops nest.
+/// The same for a hundred thousand steps, with a separate generator, because rapidcheck stores every number
+/// that it draws. Half of the steps go back into the open loop, so that loops are nested.
 inline std::vector<double> long_walk(const Interval& range, int length, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> share(0.0, 1.0);
@@ -173,7 +177,7 @@ inline std::vector<double> long_walk(const Interval& range, int length, std::uin
   return walk;
 }
 
-/// 0.5 +- shrinking swings: `turns` nested turning points.
+/// Shrinking swings around the middle of the range: `turns` nested turning points.
 inline std::vector<double> nested_swings(const Interval& range, int turns) {
   std::vector<double> walk;
   for (int i = 0; i < turns; ++i) {

@@ -1,9 +1,9 @@
-// The model as the paper writes it, in long double and without a thought for speed.
+// The model as printed in the paper, in long double and without optimisation.
 //
-// What is remembered is the whole input history. At every evaluation the turning points still alive are
-// picked from it (outermost extremes first, later hits wiping out earlier ones), their outputs computed from
-// the outermost inwards, and every curve f_{n+1} from f_n by the printed quotient (eqs. 1 to 4; the
-// descending ones as mirror images).
+// The oracle stores the whole input history. Every evaluation selects the turning points that are still
+// remembered (outermost extremes first; a later extreme wipes out an earlier one) and computes their outputs
+// from the outermost inwards. It computes every curve f_{n+1} from f_n with the printed quotient (eqs. 1
+// to 4; the descending curves as mirror images).
 #pragma once
 
 #include <cmath>
@@ -26,7 +26,7 @@ class Oracle {
     return output();
   }
 
-  /// As advance(), without a look at the output: that takes the whole history every time.
+  /// Like advance(), without the output, whose computation uses the whole history every time.
   void drive(double input) {
     if (input != history_.back()) history_.push_back(input);
   }
@@ -36,13 +36,13 @@ class Oracle {
     return branch(points, points.size() - 1, history_.back());
   }
 
-  /// Turning points alive, b_0's start included.
+  /// The number of remembered turning points, with the start of b_0.
   std::size_t depth() const { return remembered().size(); }
 
  private:
   struct Point {
     long double v = 0, x = 0;
-    long double distance = 0;  // x_n - f_n(v_n), of the branch that starts here
+    long double distance = 0;  // x_n - f_n(v_n) for the branch that starts here
   };
 
   static long double series(const ReferenceCurve& curve, long double v) {
@@ -60,13 +60,13 @@ class Oracle {
 
   static long double quotient(long double s, long double whole, long double k) {
     if (k <= 0) return k == 0 ? s / whole : std::expm1(k * s) / std::expm1(k * whole);
-    // The same times e^{-k whole} above and below, where the printed form overflows.
+    // Numerator and denominator are multiplied by e^{-k whole}, because the printed form overflows.
     return std::exp(k * (s - whole)) * std::expm1(-k * s) / std::expm1(-k * whole);
   }
 
   bool rising(std::size_t j) const { return (j % 2 == 0) == bottom_rises_; }
 
-  // f_j: from points[j], targeting points[j - 1] (or the opposite threshold).
+  // f_j, from points[j] towards points[j - 1] (or the opposite threshold).
   long double branch(const std::vector<Point>& points, std::size_t j, long double v) const {
     const Interval range = p_.ascending.domain();
     const long double target = j > 0 ? points[j - 1].v : (rising(j) ? range.hi : range.lo);

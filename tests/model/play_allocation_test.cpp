@@ -1,4 +1,4 @@
-// A program of its own: its operator new counts.
+// This is a separate program, because its operator new counts allocations.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -11,7 +11,7 @@
 namespace hystcan::model {
 namespace {
 
-TEST(PlayAllocation, IsCounted) {
+TEST(PlayAllocation, IsCountedByTheReplacedOperatorNew) {
   const std::uint64_t before = support::allocations_so_far();
   const Creep::State state = Creep::settled(logarithmic_creep(0.01, 0.1, 1000.0), 0.0);
   EXPECT_GT(support::allocations_so_far(), before);

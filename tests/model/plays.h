@@ -8,8 +8,8 @@
 
 namespace hystcan::model {
 
-// As many as 12 plays; thresholds up to 1.2 of the range; slopes W_i in any order between 0.05 and 1 of their
-// size, so that half the weights are negative.
+// Up to 12 plays, with thresholds up to 1.2 of the range. The slopes W_i lie between 0.05 and 1 of their
+// scale in random order, so that half of the weights are negative.
 inline PrandtlIshlinskiiParameters random_plays() {
   const auto plays = *rc::gen::inRange(0, 13);
   const double lo = *rc::gen::element(0.0, -1.0, 2.5, -50.0);

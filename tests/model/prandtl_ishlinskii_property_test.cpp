@@ -16,9 +16,9 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-// Rounding: a sum of 14 terms as large as the output, whose span is at least a 20th of that.
-TEST(PrandtlIshlinskiiProperty, InverseThenForwardIsTheOutput) {
-  EXPECT_TRUE(rc::check("any output within reach of any memory, to 1e-12 of the reach", [] {
+// Tolerance: rounding of a sum of 14 terms as large as the output. The span is at least a 20th of the output.
+TEST(PrandtlIshlinskiiProperty, ReturnsTheOutputAfterInverseAndForward) {
+  EXPECT_TRUE(rc::check("for any reachable output and any memory, to 1e-12 of the reach", [] {
     const PrandtlIshlinskii model(random_plays());
     const PlayState state = random_state(model);
     const Interval reach = model.reachable(state);
@@ -32,9 +32,9 @@ TEST(PrandtlIshlinskiiProperty, InverseThenForwardIsTheOutput) {
   }));
 }
 
-// As above, divided by a slope of at least a 20th.
-TEST(PrandtlIshlinskiiProperty, ForwardThenInverseIsTheInput) {
-  EXPECT_TRUE(rc::check("any input, to 1e-12 of the range", [] {
+// Tolerance: as above, divided by a slope of at least a 20th.
+TEST(PrandtlIshlinskiiProperty, ReturnsTheInputAfterForwardAndInverse) {
+  EXPECT_TRUE(rc::check("for any input, to 1e-12 of the range", [] {
     const PrandtlIshlinskii model(random_plays());
     const PlayState state = random_state(model);
     for (const double v : random_walk(model.input_range(), 20)) {
@@ -44,8 +44,8 @@ TEST(PrandtlIshlinskiiProperty, ForwardThenInverseIsTheInput) {
   }));
 }
 
-TEST(PrandtlIshlinskiiProperty, TheInverseOfThePresentOutputIsThePresentInputToTheBit) {
-  EXPECT_TRUE(rc::check("whatever the memory", [] {
+TEST(PrandtlIshlinskiiProperty, InvertsThePresentOutputToThePresentInputToTheBit) {
+  EXPECT_TRUE(rc::check("for any memory", [] {
     const PrandtlIshlinskii model(random_plays());
     const PlayState state = random_state(model);
     RC_ASSERT(model.inverse(state, state.output).value == state.input);
@@ -53,8 +53,8 @@ TEST(PrandtlIshlinskiiProperty, TheInverseOfThePresentOutputIsThePresentInputToT
   }));
 }
 
-TEST(PrandtlIshlinskiiProperty, TheInverseIncreases) {
-  EXPECT_TRUE(rc::check("a higher output never takes a lower input, beyond rounding", [] {
+TEST(PrandtlIshlinskiiProperty, HasAnIncreasingInverse) {
+  EXPECT_TRUE(rc::check("a higher output never needs a lower input, apart from rounding", [] {
     const PrandtlIshlinskii model(random_plays());
     const PlayState state = random_state(model);
     const Interval reach = model.reachable(state);
@@ -67,10 +67,10 @@ TEST(PrandtlIshlinskiiProperty, TheInverseIncreases) {
   }));
 }
 
-// The theorem of the header, its formulas written out: r', w', and plays that follow the output alone. The
-// sum of w'_i y'_i cancels to a 20th per play, hence 1e-11.
-TEST(PrandtlIshlinskiiProperty, TheInverseIsAPrandtlIshlinskiiModel) {
-  EXPECT_TRUE(rc::check("one that is driven by the outputs", [] {
+// The theorem of the header with explicit formulas for r' and w', and plays that follow only the output. The
+// sum of w'_i y'_i cancels to a 20th per play; the tolerance is therefore 1e-11.
+TEST(PrandtlIshlinskiiProperty, HasAnInverseThatIsAPrandtlIshlinskiiModel) {
+  EXPECT_TRUE(rc::check("the inverse is a model that the outputs drive", [] {
     PrandtlIshlinskiiParameters p = random_plays();
     p.offset = 0.0;  // the inverse's input is x - x_0
     const PrandtlIshlinskii model(p);
@@ -98,22 +98,22 @@ TEST(PrandtlIshlinskiiProperty, TheInverseIsAPrandtlIshlinskiiModel) {
   }));
 }
 
-TEST(PrandtlIshlinskiiProperty, ForwardTellsWhatAdvanceDoes) {
+TEST(PrandtlIshlinskiiProperty, ForwardAndAdvanceReturnTheSameOutput) {
   EXPECT_TRUE(rc::check("to the bit", [] {
     const PrandtlIshlinskii model(random_plays());
     PlayState state = random_state(model);
     for (const double v : random_walk(model.input_range(), 30)) {
-      const double told = model.forward(state, v).value;
-      RC_ASSERT(same_bits(told, model.advance(state, v).value));
-      RC_ASSERT(same_bits(told, state.output));
-      RC_ASSERT(same_bits(told, model.forward(state, v).value));
+      const double predicted = model.forward(state, v).value;
+      RC_ASSERT(same_bits(predicted, model.advance(state, v).value));
+      RC_ASSERT(same_bits(predicted, state.output));
+      RC_ASSERT(same_bits(predicted, model.forward(state, v).value));
       RC_ASSERT(state.input == v);
     }
   }));
 }
 
-TEST(PrandtlIshlinskiiProperty, FollowingOutputsLeavesTheMemoryOfTheInputsReturned) {
-  EXPECT_TRUE(rc::check("a model that is only told the inputs remembers the same, to the bit", [] {
+TEST(PrandtlIshlinskiiProperty, RemembersTheReturnedInputsWhenItFollowsOutputs) {
+  EXPECT_TRUE(rc::check("a model that gets only the inputs remembers the same, to the bit", [] {
     const PrandtlIshlinskii model(random_plays());
     PlayState state = random_state(model), follower = state;
     std::vector<double> inputs;
@@ -127,8 +127,8 @@ TEST(PrandtlIshlinskiiProperty, FollowingOutputsLeavesTheMemoryOfTheInputsReturn
   }));
 }
 
-TEST(PrandtlIshlinskiiProperty, LoopsOfOutputCloseInTheInput) {
-  EXPECT_TRUE(rc::check("to 1e-12 of the range, after as many reversals", [] {
+TEST(PrandtlIshlinskiiProperty, ClosesTheLoopOfTheInputWhenTheLoopOfTheOutputCloses) {
+  EXPECT_TRUE(rc::check("to 1e-12 of the range, after many reversals", [] {
     const PrandtlIshlinskii model(random_plays());
     PlayState state = after(model, {model.input_range().lo});
     const auto follow = [&](double output) {
@@ -144,8 +144,8 @@ TEST(PrandtlIshlinskiiProperty, LoopsOfOutputCloseInTheInput) {
   }));
 }
 
-TEST(PrandtlIshlinskiiProperty, WipesOutWhatIsPassed) {
-  EXPECT_TRUE(rc::check("after a larger extreme, the smaller ones might never have been", [] {
+TEST(PrandtlIshlinskiiProperty, WipesOutSmallerExtremesAfterALargerOne) {
+  EXPECT_TRUE(rc::check("after a larger extreme the state is the same as without the smaller ones", [] {
     const PrandtlIshlinskii model(random_plays());
     const Interval range = model.input_range();
     PlayState eventful = model.virgin(range.lo), plain = eventful;
@@ -157,7 +157,7 @@ TEST(PrandtlIshlinskiiProperty, WipesOutWhatIsPassed) {
   }));
 }
 
-TEST(PrandtlIshlinskiiProperty, RemembersItsReturnPoints) {
+TEST(PrandtlIshlinskiiProperty, ReturnsToTheSameStateAfterAClosedExcursion) {
   EXPECT_TRUE(rc::check("a closed excursion inside the loop leaves output and memory as they were", [] {
     const PrandtlIshlinskii model(random_plays());
     PlayState state = random_state(model);
@@ -174,7 +174,7 @@ TEST(PrandtlIshlinskiiProperty, RemembersItsReturnPoints) {
 }
 
 TEST(PrandtlIshlinskiiProperty, DoesNotDependOnTheSizeOfTheSteps) {
-  EXPECT_TRUE(rc::check("a step in one or in eleven, to the bit", [] {
+  EXPECT_TRUE(rc::check("one step gives the same as eleven smaller steps, to the bit", [] {
     const PrandtlIshlinskii model(random_plays());
     const auto walk = random_walk(model.input_range(), 30);
     PlayState big = model.virgin(walk[0]), small = big;
@@ -188,7 +188,7 @@ TEST(PrandtlIshlinskiiProperty, DoesNotDependOnTheSizeOfTheSteps) {
   }));
 }
 
-TEST(PrandtlIshlinskiiProperty, ComesBackFromItsTextToTheBit) {
+TEST(PrandtlIshlinskiiProperty, IsRestoredFromItsTextToTheBit) {
   EXPECT_TRUE(rc::check("saved, parsed and restored", [] {
     const PrandtlIshlinskii model(random_plays());
     const PlayState state = random_state(model);

@@ -19,7 +19,8 @@ namespace {
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-// 0..100 V, 30 um or so; the second weight is negative: W = 0.2, 0.25, 0.24, 0.3 um/V.
+// 0..100 V, about 30 um. The second weight is negative:
+//   W = 0.2, 0.25, 0.24, 0.3 um/V
 PrandtlIshlinskiiParameters stage() {
   return {"V", "um", {0.0, 100.0}, 1.5, 0.2, {5.0, 15.0, 30.0}, {0.05, -0.01, 0.06}};
 }
@@ -42,7 +43,7 @@ std::string refusal_of(double input, const std::vector<double>& plays) {
   }
 }
 
-// By hand: each play stays until it is dragged.
+// Computed by hand: each play stays until the input drags it.
 TEST(PrandtlIshlinskii, IsTheSumOfItsPlays) {
   const PrandtlIshlinskii model(stage());
   PlayState state = model.virgin(0.0);
@@ -54,7 +55,7 @@ TEST(PrandtlIshlinskii, IsTheSumOfItsPlays) {
   EXPECT_EQ(state.plays, (std::vector{65.0, 75.0, 70.0}));
 }
 
-// By hand: x = 1.5 at v = 0, slopes 0.2, 0.25, 0.24, 0.3 from v = 0, 5, 15, 30.
+// Computed by hand: x = 1.5 at v = 0; the slopes are 0.2, 0.25, 0.24, 0.3 from v = 0, 5, 15, 30.
 TEST(PrandtlIshlinskii, InvertsItsVirginCurve) {
   const PrandtlIshlinskii model(stage());
   const PlayState state = model.virgin(0.0);
@@ -78,8 +79,8 @@ TEST(PrandtlIshlinskii, StartsWithEveryPlayCentred) {
   EXPECT_EQ(model.virgin(40.0).input, 40.0);
 }
 
-// Where v + r is rounded, a play joins an ulp beside v: times 10 = W_0 / W_1 if the present output were
-// walked to.
+// Because v + r is rounded, a play can start to move an ulp beside v. An inverse that goes to the present
+// output would multiply this error by 10 = W_0 / W_1.
 TEST(PrandtlIshlinskii, InvertsThePresentOutputToTheBitWithAPlayAtItsEdge) {
   const PrandtlIshlinskii model({"V", "um", {-1.0, 1.0}, 0.0, 1.0, {0.3}, {-0.9}});
   for (int i = -600; i < 600; ++i) {
@@ -88,7 +89,7 @@ TEST(PrandtlIshlinskii, InvertsThePresentOutputToTheBitWithAPlayAtItsEdge) {
   }
 }
 
-TEST(PrandtlIshlinskii, TakesInputsOutsideItsRangeAtTheEdge) {
+TEST(PrandtlIshlinskii, ReplacesInputsOutsideItsRangeByTheEdge) {
   const PrandtlIshlinskii model(stage());
   PlayState state = model.virgin(50.0);
   const Interval reach = model.reachable(state);
@@ -100,7 +101,7 @@ TEST(PrandtlIshlinskii, TakesInputsOutsideItsRangeAtTheEdge) {
   EXPECT_EQ(state.output, reach.hi);
 }
 
-TEST(PrandtlIshlinskii, TakesOutputsOutOfReachAtTheEdge) {
+TEST(PrandtlIshlinskii, ReplacesOutputsOutOfReachByTheEdge) {
   const PrandtlIshlinskii model(stage());
   const PlayState state = model.virgin(50.0);
   const Interval reach = model.reachable(state);
@@ -114,7 +115,7 @@ TEST(PrandtlIshlinskii, TakesOutputsOutOfReachAtTheEdge) {
   EXPECT_FALSE(model.inverse(state, reach.lo).saturated);
 }
 
-TEST(PrandtlIshlinskii, ChangesNothingForWhatIsNotFinite) {
+TEST(PrandtlIshlinskii, KeepsItsMemoryWhenTheInputIsNotFinite) {
   const PrandtlIshlinskii model(stage());
   PlayState state = after(model, {0.0, 80.0, 30.0});
   const PlayState before = state;
@@ -139,7 +140,7 @@ TEST(PrandtlIshlinskii, SavesItsMemoryAsToml) {
   EXPECT_EQ(text.substr(text.find("input")), "input = 3.5\noutput = 10.25\nplays = [3.0, 1.5]\n");
 }
 
-TEST(PrandtlIshlinskii, SavesNothingWhereThereIsNoRoom) {
+TEST(PrandtlIshlinskii, SavesNothingIfTheBufferIsTooSmall) {
   const PrandtlIshlinskii model(stage());
   std::array<char, 60> room{};
   EXPECT_TRUE(model.save(model.virgin(50.0), room).empty());
@@ -184,7 +185,7 @@ TEST(PrandtlIshlinskii, NamesTheParameterThatItRefuses) {
             "gain + ... + weights[1] = -0.25, expected a sum that is positive beyond rounding");
 }
 
-// 0.1 + 0.2 - 0.3 is 6e-17 to a computer.
+// In floating point, 0.1 + 0.2 - 0.3 is 6e-17.
 TEST(PrandtlIshlinskii, RefusesASlopeThatIsOnlyRounding) {
   PrandtlIshlinskiiParameters p = stage();
   p.gain = 0.1;
@@ -198,7 +199,7 @@ TEST(PrandtlIshlinskii, RefusesAStartOutsideItsRange) {
     EXPECT_THROW(model.virgin(outside), std::invalid_argument);
 }
 
-TEST(PrandtlIshlinskii, RefusesToRestoreWhatIsForeign) {
+TEST(PrandtlIshlinskii, RefusesToRestoreAMemoryOfAnotherModel) {
   EXPECT_EQ(refusal_of(50.0, {45.0, 35.0, 20.0}), "none");
   EXPECT_EQ(refusal_of(50.0, {45.0, 35.0}), "2 plays, expected 3");
   EXPECT_EQ(refusal_of(50.0, {45.0, nan, 20.0}), "plays[1] = nan, expected within 10 of 45");
@@ -209,12 +210,12 @@ TEST(PrandtlIshlinskii, RefusesToRestoreWhatIsForeign) {
   EXPECT_EQ(refusal_of(50.0, {45.0, 35.0, 19.5}), "plays[2] = 19.5, expected within 15 of 35");
 }
 
-// Each within its threshold of the input, yet no input could have left them so far apart.
+// Each play is within its threshold of the input, but no input leaves two plays so far apart.
 TEST(PrandtlIshlinskii, RefusesToRestorePlaysThatAreNotNested) {
   EXPECT_EQ(refusal_of(50.0, {55.0, 36.0, 50.0}), "plays[1] = 36, expected within 10 of 55");
 }
 
-TEST(PrandtlIshlinskii, ForgivesRoundingInWhatItRestores) {
+TEST(PrandtlIshlinskii, AcceptsRoundingErrorsInARestoredMemory) {
   const PrandtlIshlinskii model(stage());
   const PlayState state = model.restore(50.0, std::vector{45.0 - 5e-11, 35.0, 20.0});
   EXPECT_EQ(state.plays[0], 45.0);

@@ -27,7 +27,7 @@ PreisachParameters random_grid(double gain) {
 }
 
 TEST(Preisach, AgreesWithItsRelaysAtTheLevels) {
-  EXPECT_TRUE(rc::check("any walk from level to level", [] {
+  EXPECT_TRUE(rc::check("for any walk from level to level", [] {
     const PreisachParameters p = random_grid(*rc::gen::element(0.0, 0.02));
     const Preisach model(p);
     support::Relays relays(p);
@@ -42,7 +42,7 @@ TEST(Preisach, AgreesWithItsRelaysAtTheLevels) {
 }
 
 TEST(Preisach, SpreadsTheWeightOfACellEvenly) {
-  // One cell, a triangle: rising to t of the way switches t^2 of it.
+  // There is one cell, a triangle: a rise to the fraction t of the range switches t^2 of its weight.
   const Preisach model({"V", "um", {0.0, 1.0}, 0.0, 0.0, {1.0}});
   HysteresisState state = model.virgin(0.0);
   EXPECT_NEAR(model.advance(state, 0.5).value, 0.25, 1e-15);
@@ -52,12 +52,12 @@ TEST(Preisach, SpreadsTheWeightOfACellEvenly) {
   EXPECT_NEAR(model.advance(state, 0.8).value, 0.64, 1e-15);
 }
 
-TEST(Preisach, IsContinuousAndItsSlopeIsThatOfItsValues) {
+TEST(Preisach, IsContinuousAndHasTheSlopeOfItsValues) {
   EXPECT_TRUE(rc::check("small steps across cells and turning points", [] {
     const EverettLaw law(random_grid(0.01));
     const Interval range = law.input_range();
     const double start = range.lo + range.span() * *number(0.05, 0.95);
-    const double slope_scale = 100.0 / range.span();  // of 12 x 12 weights of up to 1
+    const double slope_scale = 100.0 / range.span();  // for 12 x 12 weights of up to 1
     for (const Direction way : {Direction::ascending, Direction::descending}) {
       const Branch branch{start, 0.0, 0.0, 0.0, true};
       const double end = way == Direction::ascending ? range.hi : range.lo;
@@ -73,7 +73,7 @@ TEST(Preisach, IsContinuousAndItsSlopeIsThatOfItsValues) {
   }));
 }
 
-TEST(Preisach, LoopsBetweenTheSameInputsAreCongruent) {
+TEST(Preisach, HasCongruentLoopsBetweenTheSameInputs) {
   const Preisach model({"V", "um", {0.0, 1.0}, 0.0, 0.1, {0.3, 0.1, 0.5, 0.2, 0.2, 0.4}});
   HysteresisState from_above = model.at_upper_threshold(), from_below = model.at_lower_threshold();
   const auto height = [&](HysteresisState& state) {
@@ -98,8 +98,8 @@ TEST(Preisach, RoundTripIsExact) {
   }));
 }
 
-TEST(Preisach, RefusesWhatIsNoGridOfWeights) {
-  const auto complaint = [](const PreisachParameters& p) -> std::string {
+TEST(Preisach, RefusesAnInvalidGridOfWeights) {
+  const auto refusal = [](const PreisachParameters& p) -> std::string {
     try {
       Preisach{p};
     } catch (const std::invalid_argument& error) {
@@ -108,22 +108,22 @@ TEST(Preisach, RefusesWhatIsNoGridOfWeights) {
     return "";
   };
   const PreisachParameters good{"V", "um", {0.0, 1.0}, 0.0, 0.0, {1.0, 0.5, 0.5}};
-  EXPECT_EQ(complaint(good), "");
+  EXPECT_EQ(refusal(good), "");
   PreisachParameters bad = good;
   bad.weights.pop_back();
-  EXPECT_NE(complaint(bad).find("2 weights, expected N (N + 1) / 2"), std::string::npos);
+  EXPECT_NE(refusal(bad).find("2 weights, expected N (N + 1) / 2"), std::string::npos);
   bad = good;
   bad.weights[1] = -0.1;
-  EXPECT_NE(complaint(bad).find("weight 1 is -0.1"), std::string::npos);
+  EXPECT_NE(refusal(bad).find("weight 1 is -0.1"), std::string::npos);
   bad = good;
   bad.gain = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_NE(complaint(bad).find("gain is"), std::string::npos);
+  EXPECT_NE(refusal(bad).find("gain is"), std::string::npos);
   bad = good;
   bad.input_range = {1.0, 0.0};
-  EXPECT_NE(complaint(bad).find("expected finite lo < hi"), std::string::npos);
+  EXPECT_NE(refusal(bad).find("expected finite lo < hi"), std::string::npos);
   bad = good;
   bad.weights = {0.0};
-  EXPECT_NE(complaint(bad).find("expected an output that rises"), std::string::npos);
+  EXPECT_NE(refusal(bad).find("expected an output that rises"), std::string::npos);
 }
 
 }  // namespace

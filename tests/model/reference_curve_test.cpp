@@ -10,7 +10,7 @@
 namespace hystcan::model {
 namespace {
 
-TEST(ReferenceCurve, OfPowersIsThePolynomial) {
+TEST(ReferenceCurve, EqualsThePolynomialOfItsPowers) {
   const ReferenceCurve curve(Basis::power, {1.0, -2.0, 3.0}, {-1.0, 3.0});
   for (const double v : {-1.0, -0.3, 0.0, 1.0, 2.75, 3.0}) {
     EXPECT_NEAR(curve.value(v), 1.0 - 2.0 * v + 3.0 * v * v, 1e-14);
@@ -20,7 +20,7 @@ TEST(ReferenceCurve, OfPowersIsThePolynomial) {
   EXPECT_EQ(curve.order(), 2);
 }
 
-TEST(ReferenceCurve, InTheChebyshevBasisIsTakenAsGiven) {
+TEST(ReferenceCurve, KeepsGivenChebyshevCoefficients) {
   // T_0, T_1, T_3 = 4 s^3 - 3 s on [0, 4], s = (v - 2) / 2.
   const ReferenceCurve curve(Basis::chebyshev, {1.0, 2.0, 0.0, 0.5}, {0.0, 4.0});
   EXPECT_EQ(curve.chebyshev_coefficients(), (std::vector<double>{1.0, 2.0, 0.0, 0.5}));
@@ -31,7 +31,7 @@ TEST(ReferenceCurve, InTheChebyshevBasisIsTakenAsGiven) {
   EXPECT_DOUBLE_EQ(curve.curvature(3.0), 0.5 * 24.0 * 0.5 / 4.0);
 }
 
-TEST(ReferenceCurve, OfOrderTenOverAHundredVoltsIsRightToTheRoundingOfItsData) {
+TEST(ReferenceCurve, IsExactToRoundingForOrderTenOverAHundredVolts) {
   std::vector<double> power{0.5};
   for (int j = 1; j <= 10; ++j) power.push_back((j % 2 == 0 ? -1.0 : 1.0) * std::pow(100.0, -j) * (3.0 + j));
   const ReferenceCurve curve(Basis::power, power, {0.0, 100.0});
@@ -46,7 +46,7 @@ TEST(ReferenceCurve, OfOrderTenOverAHundredVoltsIsRightToTheRoundingOfItsData) {
   }
 }
 
-TEST(ReferenceCurve, SlopeAndCurvatureAreTheDerivativesOfTheValue) {
+TEST(ReferenceCurve, HasTheDerivativesOfItsValueAsSlopeAndCurvature) {
   const ReferenceCurve curve(Basis::chebyshev, {3.0, 2.0, -0.5, 0.25, 0.1, -0.05, 0.02, 0.01, -0.005},
                              {-2.0, 5.0});
   constexpr double h = 1e-4;
@@ -56,15 +56,16 @@ TEST(ReferenceCurve, SlopeAndCurvatureAreTheDerivativesOfTheValue) {
   }
 }
 
-// Powers of s would lose seven digits of T_20; the bound on their sum tells, and the recurrence is used.
-TEST(ReferenceCurve, OfOrderTwentyAndMoreIsRightToRounding) {
+// Powers of s would lose seven digits of T_20. The bound on their sum detects this, and the recurrence is
+// used.
+TEST(ReferenceCurve, IsExactToRoundingForOrderTwentyAndMore) {
   for (const int order : {20, 25, 32}) {
     std::vector<double> last(static_cast<std::size_t>(order + 1), 0.0);
     last.back() = 1.0;
     const ReferenceCurve curve(Basis::chebyshev, last, {-1.0, 1.0});
     for (int i = 0; i <= 1000; ++i) {
       const double s = -1.0 + 0.002 * i;
-      // The angle's rounding counts order-fold, more so at the ends.
+      // The rounding of the angle is multiplied by the order, and by more at the ends.
       const double exact = static_cast<double>(std::cos(order * std::acos(static_cast<long double>(s))));
       EXPECT_NEAR(curve.value(s), exact, 2e-14 * order) << s;
     }
@@ -76,7 +77,7 @@ TEST(ReferenceCurve, OfOrderTwentyAndMoreIsRightToRounding) {
   }
 }
 
-TEST(ReferenceCurve, JetIsValueSlopeAndCurvature) {
+TEST(ReferenceCurve, ReturnsValueSlopeAndCurvatureInAJet) {
   for (const std::vector<double>& c :
        {std::vector<double>{1.0}, {1.0, 2.0, 0.1}, {0.0, 3.0, 0.3, 0.1, -0.05}}) {
     const ReferenceCurve curve(Basis::chebyshev, c, {-2.0, 5.0});
@@ -88,14 +89,14 @@ TEST(ReferenceCurve, JetIsValueSlopeAndCurvature) {
   }
 }
 
-TEST(ReferenceCurve, OfOrderZeroIsAConstant) {
+TEST(ReferenceCurve, IsConstantForOrderZero) {
   const ReferenceCurve curve(Basis::power, {7.0}, {0.0, 1.0});
   EXPECT_EQ(curve.value(0.3), 7.0);
   EXPECT_EQ(curve.slope(0.3), 0.0);
   EXPECT_EQ(curve.curvature(0.3), 0.0);
 }
 
-TEST(ReferenceCurve, RefusesWhatIsNotACurve) {
+TEST(ReferenceCurve, RefusesInvalidCoefficientsOrIntervals) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto make = [](std::vector<double> c, Interval range) { ReferenceCurve(Basis::power, c, range); };
   EXPECT_THROW(make({}, {0.0, 1.0}), std::invalid_argument);

@@ -1,4 +1,4 @@
-// A saved memory read as a program in any language would, and compared to the bit.
+// Reads a saved memory as any other program would, and compares memories to the bit.
 #pragma once
 
 #include <algorithm>
@@ -34,7 +34,7 @@ inline bool same_bits(const PlayState& a, const PlayState& b) {
          std::ranges::equal(a.plays, b.plays, [](double x, double y) { return same_bits(x, y); });
 }
 
-/// What stands behind `key = `; empty where there is no such line.
+/// The text after `key = `; empty if there is no such line.
 inline std::string value_of(const std::string& text, const std::string& key) {
   const auto start = text.find("\n" + key + " = ");
   if (start == std::string::npos) return "";

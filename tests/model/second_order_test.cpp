@@ -15,7 +15,7 @@ using State = SecondOrder::State;
 constexpr double frequency_Hz = 450.0;
 constexpr double omega = 2.0 * std::numbers::pi * frequency_Hz;
 
-// Free motion from (x0, v0), every damping regime.
+// Free motion from (x0, v0) in every damping regime.
 State free_motion(double zeta, double x0, double v0, double t) {
   const double decay = std::exp(-zeta * omega * t);
   if (zeta < 1.0) {
@@ -39,7 +39,7 @@ class SecondOrderRegimes : public testing::TestWithParam<double> {};
 INSTANTIATE_TEST_SUITE_P(Damping, SecondOrderRegimes,
                          testing::Values(0.0, 0.02, 0.7, 0.999999, 1.0, 1.000001, 3.0));
 
-TEST_P(SecondOrderRegimes, OscillatesFreelyAsTheClosedForm) {
+TEST_P(SecondOrderRegimes, FollowsTheClosedFormOfFreeMotion) {
   const double zeta = GetParam(), dt = 1.3e-4;
   const SecondOrder::Step step({frequency_Hz, zeta}, dt);
   State state{1.0, -0.3 * omega};
@@ -53,7 +53,7 @@ TEST_P(SecondOrderRegimes, OscillatesFreelyAsTheClosedForm) {
   }
 }
 
-TEST_P(SecondOrderRegimes, RespondsToAStepAsTheClosedForm) {
+TEST_P(SecondOrderRegimes, FollowsTheClosedFormOfAStepResponse) {
   const double zeta = GetParam(), dt = 1e-3;
   const SecondOrder::Step step({frequency_Hz, zeta}, dt);
   State state;
@@ -65,7 +65,7 @@ TEST_P(SecondOrderRegimes, RespondsToAStepAsTheClosedForm) {
   }
 }
 
-TEST_P(SecondOrderRegimes, FollowsARampAsTheClosedForm) {
+TEST_P(SecondOrderRegimes, FollowsTheClosedFormOfARampResponse) {
   const double zeta = GetParam(), dt = 3e-4, rate = 500.0;
   const SecondOrder::Step step({frequency_Hz, zeta}, dt);
   const double lag = 2.0 * zeta / omega * rate;  // x -> u - lag
@@ -92,7 +92,7 @@ TEST_P(SecondOrderRegimes, DoesNotDependOnTheSizeOfTheSteps) {
   }
 }
 
-TEST_P(SecondOrderRegimes, RestsToTheBitAtAHeldInput) {
+TEST_P(SecondOrderRegimes, StaysExactlyAtRestAtAHeldInput) {
   for (const double dt : {1e-12, 1e-6, 1e-3, 1.0}) {
     const SecondOrder::Step step({frequency_Hz, GetParam()}, dt);
     State state{12.345678, 0.0};
@@ -102,9 +102,9 @@ TEST_P(SecondOrderRegimes, RestsToTheBitAtAHeldInput) {
   }
 }
 
-// omega dt = 3e-8: the input's share of a step is 4e-16, a millionth of an ulp of a closed form's terms. A
-// quarter period.
-TEST(SecondOrder, IsExactInTinySteps) {
+// omega dt = 3e-8: the input's share of a step is 4e-16. A closed form would lose it in the rounding of its
+// terms.
+TEST(SecondOrder, IsExactForTinySteps) {
   const double dt = 1e-11;
   const SecondOrder::Step step({frequency_Hz, 0.0}, dt);
   const State after = step({0.0, 0.0}, 1.0, 1.0);
@@ -115,14 +115,14 @@ TEST(SecondOrder, IsExactInTinySteps) {
   EXPECT_NEAR(ramped.velocity / (0.5 * omega * omega * dt), 1.0, 1e-14);
 }
 
-TEST(SecondOrder, KeepsItsAmplitudeUndamped) {
+TEST(SecondOrder, KeepsItsAmplitudeWithoutDamping) {
   const SecondOrder::Step step({frequency_Hz, 0.0}, 1e-4);
   State state{1.0, 0.0};
   for (int n = 0; n < 100000; ++n) state = step(state, 0.0, 0.0);
   EXPECT_NEAR(std::hypot(state.position, state.velocity / omega), 1.0, 1e-10);
 }
 
-TEST(SecondOrder, RefusesWhatIsNotAMode) {
+TEST(SecondOrder, RefusesInvalidParameters) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto make = [](double f, double zeta, double dt) { SecondOrder::Step({f, zeta}, dt); };
   EXPECT_THROW(make(0.0, 0.1, 1e-3), std::invalid_argument);

@@ -17,7 +17,7 @@ TEST(Simulation, StartsOnTheAscendingReferenceCurve) {
   EXPECT_NEAR(inverse.follow_output(x).input, 37.0, 1e-12);
 }
 
-TEST(Simulation, OfTheOutputsReturnsTheInputs) {
+TEST(Simulation, ReturnsTheInputsWhenItFollowsTheOutputs) {
   const Hysteresis model(piezo_model());
   Simulation forward(model, model.virgin(0.0)), inverse(model, model.virgin(0.0));
   for (const double v : {60.0, 20.0, 45.0, 30.0, 80.0, 10.0, 90.0}) {
@@ -31,11 +31,11 @@ TEST(Simulation, OfTheOutputsReturnsTheInputs) {
   EXPECT_EQ(forward.tally().saturated, 0u);
 }
 
-TEST(Simulation, CountsWhatWasLimited) {
+TEST(Simulation, CountsSaturatedAndNotIncreasingRows) {
   const Hysteresis model(linear_model());
   Simulation run(model, model.virgin(0.0));
   run.follow_input(5.0);
-  run.follow_input(3.0);  // falls towards L_0, which lies higher: the virgin curve's flaw
+  run.follow_input(3.0);  // falls towards L_0, which lies higher: a defect of the virgin curve
   EXPECT_EQ(run.tally().not_increasing, 1u);
   run.follow_input(120.0);
   EXPECT_EQ(run.tally().saturated, 1u);

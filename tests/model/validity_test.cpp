@@ -12,7 +12,7 @@
 namespace hystcan::model {
 namespace {
 
-std::string complaint(const HysteresisParameters& parameters) {
+std::string refusal(const HysteresisParameters& parameters) {
   try {
     check_curves(parameters);
     check_branches(parameters);
@@ -27,10 +27,10 @@ ReferenceCurve curve(std::vector<double> power, Interval range = {0.0, 100.0}) {
 }
 
 TEST(Validity, AcceptsThePiezoAndTheGalfenolModel) {
-  EXPECT_EQ(complaint(piezo_model()), "");
-  EXPECT_EQ(complaint(galfenol_model()), "");
-  EXPECT_EQ(complaint(linear_model(0.0)), "");
-  EXPECT_EQ(complaint(linear_model(-0.05)), "");
+  EXPECT_EQ(refusal(piezo_model()), "");
+  EXPECT_EQ(refusal(galfenol_model()), "");
+  EXPECT_EQ(refusal(linear_model(0.0)), "");
+  EXPECT_EQ(refusal(linear_model(-0.05)), "");
 }
 
 TEST(Validity, NamesTheCurveAndTheIntervalThatDecreases) {
@@ -38,7 +38,7 @@ TEST(Validity, NamesTheCurveAndTheIntervalThatDecreases) {
   // slope 0.3 - 0.042 v + 0.00126 v^2 < 0 between 10.37 and 22.97 V
   parameters.ascending = curve({0.0, 0.3, -0.021, 0.00042});
   parameters.descending = curve({1.0, 2.39});
-  const std::string text = complaint(parameters);
+  const std::string text = refusal(parameters);
   EXPECT_EQ(text.find("ascending curve decreases between 10.4 and 22.95 V (slope -0.0499"), 0u) << text;
   EXPECT_NE(text.find(" um/V), expected an increasing curve"), std::string::npos) << text;
 }
@@ -46,26 +46,26 @@ TEST(Validity, NamesTheCurveAndTheIntervalThatDecreases) {
 TEST(Validity, RefusesCurvesThatFallCrossOrDoNotMeet) {
   HysteresisParameters parameters = piezo_model();
   parameters.ascending = curve({30.0, -0.3});
-  EXPECT_NE(complaint(parameters).find("ascending curve goes from 30 to 0"), std::string::npos);
+  EXPECT_NE(refusal(parameters).find("ascending curve goes from 30 to 0"), std::string::npos);
   parameters = piezo_model();
   std::swap(parameters.ascending, parameters.descending);
-  EXPECT_NE(complaint(parameters).find("below the ascending curve at"), std::string::npos);
+  EXPECT_NE(refusal(parameters).find("below the ascending curve at"), std::string::npos);
   parameters = piezo_model();
   parameters.descending = curve({0.8, 0.372, -7.9e-4});
-  EXPECT_NE(complaint(parameters).find("expected them to meet"), std::string::npos);
+  EXPECT_NE(refusal(parameters).find("expected them to meet"), std::string::npos);
   parameters.descending = curve({0.8, 0.372, -8e-4}, {0.0, 99.0});
-  EXPECT_NE(complaint(parameters).find("expected the same interval"), std::string::npos);
+  EXPECT_NE(refusal(parameters).find("expected the same interval"), std::string::npos);
   parameters = linear_model();
   parameters.descending = curve({20.0, 0.0});
-  EXPECT_NE(complaint(parameters), "");
+  EXPECT_NE(refusal(parameters), "");
 }
 
-TEST(Validity, RefusesAKThatIsNoNumberOrFarBelowZero) {
+TEST(Validity, RefusesAKThatIsNotFiniteOrFarBelowZero) {
   for (const double k :
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), -3.01}) {
     HysteresisParameters parameters = piezo_model();
     parameters.k_descending = k;
-    EXPECT_NE(complaint(parameters).find("k_descending"), std::string::npos) << k;
+    EXPECT_NE(refusal(parameters).find("k_descending"), std::string::npos) << k;
   }
 }
 
@@ -73,22 +73,22 @@ TEST(Validity, RefusesANegativeRangeOfAnEvenModel) {
   HysteresisParameters parameters = linear_model();
   parameters.ascending = curve({0.0, 0.2}, {-100.0, 100.0});
   parameters.descending = curve({0.0, 0.2}, {-100.0, 100.0});
-  EXPECT_EQ(complaint(parameters), "");
+  EXPECT_EQ(refusal(parameters), "");
   parameters.symmetry = Symmetry::even;
-  EXPECT_NE(complaint(parameters).find("symmetry"), std::string::npos);
+  EXPECT_NE(refusal(parameters).find("symmetry"), std::string::npos);
 }
 
-// For straight lines of gap 1.5 (1 - v / 100) um and slope 0.185 um/V: falling from near the top of the
-// branch out of L_0 a k this large is too steep; the limit found must separate models that are flagged while
-// moving from those never.
-TEST(Validity, LimitSeparatesIncreasingLoopsFromOthers) {
+// The curves are straight lines with a gap of 1.5 (1 - v / 100) um and a slope of 0.185 um/V. If k is too
+// large, a fall from near the top of the branch from L_0 starts too steeply. No step of a model below the
+// limit may be flagged.
+TEST(Validity, FindsALimitOfKBelowWhichAllLoopsIncrease) {
   double valid = 0.05, refused = 5.0;
   while (refused - valid > 1e-4) {
     const double k = 0.5 * (valid + refused);
-    (complaint(linear_model(k)).empty() ? valid : refused) = k;
+    (refusal(linear_model(k)).empty() ? valid : refused) = k;
   }
-  EXPECT_NE(complaint(linear_model(refused)).find("branch from"), std::string::npos);
-  EXPECT_NE(complaint(linear_model(refused)).find("is too large"), std::string::npos);
+  EXPECT_NE(refusal(linear_model(refused)).find("branch from"), std::string::npos);
+  EXPECT_NE(refusal(linear_model(refused)).find("is too large"), std::string::npos);
 
   const Hysteresis model(linear_model(valid));
   for (int high = 5; high < 100; high += 5) {
@@ -101,10 +101,10 @@ TEST(Validity, LimitSeparatesIncreasingLoopsFromOthers) {
   }
 }
 
-// The same for branches, by looking: 2001 points along many of them, none lower than the one before.
+// Samples 2000 points along many falling branches; the output must decrease from each point to the next.
 TEST(Validity, AcceptedModelsIncreaseAlongTheirBranches) {
   for (HysteresisParameters parameters : {piezo_model(), galfenol_model(), linear_model()}) {
-    while (complaint(parameters).empty()) parameters.k_ascending *= 1.01, parameters.k_descending *= 1.01;
+    while (refusal(parameters).empty()) parameters.k_ascending *= 1.01, parameters.k_descending *= 1.01;
     parameters.k_ascending /= 1.01, parameters.k_descending /= 1.01;
     const Hysteresis model(parameters);
     const Interval range = model.input_range();
@@ -132,51 +132,51 @@ TEST(AllowedK, EndsWhereTheModelIsRefused) {
       double& k = way == Direction::ascending ? p.k_ascending : p.k_descending;
       EXPECT_TRUE(allowed->contains(k));
       k = allowed->hi;
-      EXPECT_EQ(complaint(p), "");
+      EXPECT_EQ(refusal(p), "");
       k = allowed->hi * 1.0001 + 1e-3 / span;
-      EXPECT_NE(complaint(p), "");
+      EXPECT_NE(refusal(p), "");
       k = allowed->lo;
-      EXPECT_EQ(complaint(p), "");
+      EXPECT_EQ(refusal(p), "");
       for (const double end : {allowed->lo, allowed->hi}) {
         char six_digits[32];
         std::snprintf(six_digits, sizeof six_digits, "%.6g", end);
         k = std::strtod(six_digits, nullptr);
-        EXPECT_EQ(complaint(p), "");
+        EXPECT_EQ(refusal(p), "");
       }
     }
   }
 }
 
-TEST(AllowedK, IsToldWhereAModelIsRefused) {
+TEST(AllowedK, IsInTheMessageIfAModelIsRefused) {
   HysteresisParameters p = piezo_model();
   const double limit = allowed_k(p, Direction::descending)->hi;
   p.k_descending = 0.5;
-  const std::string text = complaint(p);
+  const std::string text = refusal(p);
   const auto at = text.find("too large, at most ");
   ASSERT_NE(at, std::string::npos) << text;
   EXPECT_NEAR(std::stod(text.substr(at + 19)), limit, 1e-5 * limit);
 }
 
-TEST(AllowedK, OfBothTogetherIsToldWhereNeitherAloneHelps) {
+TEST(AllowedK, IsGivenForBothDirectionsIfOneAloneDoesNotHelp) {
   HysteresisParameters p = piezo_model();
   p.k_ascending = p.k_descending = 0.5;
-  const std::string text = complaint(p);
+  const std::string text = refusal(p);
   const auto at = text.find("too large together with ");
   ASSERT_NE(at, std::string::npos) << text;
-  const double told = std::stod(text.substr(text.find(", ", at) + 2));
-  p.k_ascending = p.k_descending = told;
-  EXPECT_EQ(complaint(p), "");
-  p.k_ascending = p.k_descending = told * (1 + 1e-4);
-  EXPECT_NE(complaint(p), "");
+  const double reported = std::stod(text.substr(text.find(", ", at) + 2));
+  p.k_ascending = p.k_descending = reported;
+  EXPECT_EQ(refusal(p), "");
+  p.k_ascending = p.k_descending = reported * (1 + 1e-4);
+  EXPECT_NE(refusal(p), "");
 }
 
-TEST(AllowedK, IsNoneWhereTheCurvesAloneMakeABranchDecrease) {
-  // Both curves flat at both ends: the branch from L_0 has to come 10 um nearer to f_A, and can do so at no
-  // end.
+TEST(AllowedK, IsNoneIfTheCurvesAloneMakeABranchDecrease) {
+  // Both curves are flat at both ends. The branch from L_0 must approach f_A by 10 um and can do so at
+  // neither end.
   HysteresisParameters p = linear_model(0.0);
   p.ascending = curve({0.0, 0.0, 90e-4, -60e-6});
   p.descending = curve({10.0, 0.0, 60e-4, -40e-6});
-  EXPECT_NE(complaint(p).find("the curves' width"), std::string::npos) << complaint(p);
+  EXPECT_NE(refusal(p).find("the curves are too far apart"), std::string::npos) << refusal(p);
   EXPECT_FALSE(allowed_k(p, Direction::ascending));
 }
 
@@ -186,21 +186,21 @@ TEST(Validity, AcceptsAnOriginSoFlatThatRoundingHidesTheRise) {
     std::vector<double> c(power + 1, 0.0);
     c.back() = 1.0;
     p.ascending = p.descending = curve(c, {0.0, 1.0});
-    EXPECT_EQ(complaint(p), "") << power;
+    EXPECT_EQ(refusal(p), "") << power;
   }
   p.ascending = p.descending = curve({1.0, 0.0}, {0.0, 1.0});
-  EXPECT_NE(complaint(p), "");
+  EXPECT_NE(refusal(p), "");
 }
 
-TEST(Validity, RefusedModelsAreWorthRefusing) {
+TEST(Validity, NamesTheDirectionAndTheKOfARefusedModel) {
   HysteresisParameters parameters = piezo_model();
   parameters.k_descending = 0.5;
-  const std::string text = complaint(parameters);
+  const std::string text = refusal(parameters);
   EXPECT_EQ(text.find("descending branch from "), 0u) << text;
   EXPECT_NE(text.find("k_descending = 0.5 1/V is too large"), std::string::npos) << text;
   parameters = piezo_model();
   parameters.k_ascending = 0.5;
-  EXPECT_EQ(complaint(parameters).find("ascending branch from "), 0u) << complaint(parameters);
+  EXPECT_EQ(refusal(parameters).find("ascending branch from "), 0u) << refusal(parameters);
 }
 
 }  // namespace

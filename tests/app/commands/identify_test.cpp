@@ -248,7 +248,7 @@ TEST_F(Identify, NamesTheDatasetThatIsUnfitForIdentification) {
   std::ranges::fill(record.output, 5.0);
   write_record("flat.csv", record);
   expect_refused(identify("flat.csv"),
-                 "flat.csv: the output is constant at 5, expected one that follows the input");
+                 "flat.csv: the output is constant at 5, expected an output that follows the input");
 }
 
 TEST_F(Identify, StopsAtCtrlCWithTheBestModelSoFar) {

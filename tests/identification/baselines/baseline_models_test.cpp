@@ -22,7 +22,7 @@ using Numbers = std::vector<double>;
 
 constexpr model::Interval range{0.0, 100.0};
 
-// Swings of changing height from 40 V: minor loops at many places, both thresholds visited by the end.
+// Swings of changing height from 40 V: minor loops at many places. By the end they visit both thresholds.
 Numbers swings() {
   Numbers input;
   for (int n = 0; n < 3000; ++n) {
@@ -44,7 +44,7 @@ model::HysteresisParameters curves(double bend) {
           model::Symmetry::none};
 }
 
-// A dataset and what its weights are: all one, if not told otherwise.
+// A dataset with its weights, which are all one by default.
 struct Case {
   Numbers input = swings();
   Numbers output;
@@ -57,7 +57,7 @@ struct Case {
   }
   Samples samples() const { return {prehistory, input, output, weight, range}; }
   double span() const { return *std::ranges::max_element(output) - *std::ranges::min_element(output); }
-  double worst(const BaselineModel& baseline) const {
+  double largest_error(const BaselineModel& baseline) const {
     double error = 0.0;
     for (std::size_t n = 0; n < output.size(); ++n)
       error = std::max(error, std::abs(baseline.prediction.at(n) - output[n]));
@@ -103,83 +103,83 @@ TEST(AverageModel, FindsAPolynomial) {
     const double v = made.input[n];
     made.output[n] = 1.0 + 0.3 * v - 1e-3 * v * v + 1e-5 * v * v * v;
   }
-  EXPECT_LT(made.worst(fit_average(made.samples(), 3)), 1e-12);  // rounding
-  EXPECT_GT(made.worst(fit_average(made.samples(), 2)), 1e-3);
+  EXPECT_LT(made.largest_error(fit_average(made.samples(), 3)), 1e-12);  // rounding
+  EXPECT_GT(made.largest_error(fit_average(made.samples(), 2)), 1e-3);
 }
 
-TEST(LinearMappingFit, FindsItsOwnCurvesFromOthersNearby) {
+TEST(LinearMappingFit, FindsTheTrueCurvesFromNearbyStartCurves) {
   const model::LinearMapping truth(curves(0.0));
   for (const auto& state :
        {truth.at_lower_threshold(), truth.at_upper_threshold(), truth.virgin(swings().front())}) {
     const Case made(truth, state);
-    EXPECT_GT(made.worst({"", 0, Case(model::LinearMapping(curves(0.02)), state).output}), 1e-3);
-    EXPECT_LT(made.worst(fit_linear_mapping(made.samples(), curves(0.02))), 1e-12);  // rounding
+    EXPECT_GT(made.largest_error({"", 0, Case(model::LinearMapping(curves(0.02)), state).output}), 1e-3);
+    EXPECT_LT(made.largest_error(fit_linear_mapping(made.samples(), curves(0.02))), 1e-12);  // rounding
   }
 }
 
-TEST(LinearMappingFit, FoldsTheInputWhereTheModelIsEven) {
+TEST(LinearMappingFit, FoldsTheInputIfSymmetryIsEven) {
   model::HysteresisParameters even = curves(0.0), start = curves(0.02);
   even.symmetry = start.symmetry = model::Symmetry::even;
   const model::LinearMapping truth(even);
   Case made(truth, truth.at_lower_threshold());
   for (std::size_t n = 1; n < made.input.size(); ++n)
     if (n % 2 == 0) made.input[n] = -made.input[n];
-  EXPECT_LT(made.worst(fit_linear_mapping(made.samples(), start)), 1e-12);  // rounding
+  EXPECT_LT(made.largest_error(fit_linear_mapping(made.samples(), start)), 1e-12);  // rounding
 }
 
-TEST(LinearMappingFit, StaysValidWhereTheRecordAsksForCurvesThatCross) {
+TEST(LinearMappingFit, StaysValidIfTheDatasetNeedsCurvesThatCross) {
   Case made = case_of_plays();
   for (std::size_t n = 0; n < made.input.size(); ++n) made.output[n] = 2.0 * made.input[n] - made.output[n];
   const BaselineModel baseline =
-      fit_linear_mapping(made.samples(), curves(0.0));  // throws where curves are not valid
-  EXPECT_LT(made.worst(baseline), 0.25);
+      fit_linear_mapping(made.samples(), curves(0.0));  // throws if the curves are not valid
+  EXPECT_LT(made.largest_error(baseline), 0.25);
 }
 
-TEST(PrandtlIshlinskiiFit, FindsItsOwnWeightsAfterAnyOfTheHistories) {
+TEST(PrandtlIshlinskiiFit, FindsTheTrueWeightsAfterEachOfTheHistories) {
   std::vector<model::PlayState> starts{plays().virgin(swings().front()), plays().virgin(0.0),
                                        plays().virgin(0.0)};
   for (const double v : {100.0, 0.0}) plays().advance(starts[1], v);
   plays().advance(starts[2], 100.0);
   for (const model::PlayState& start : starts) {
     const Case made(plays(), start);
-    EXPECT_LT(made.worst(fit_prandtl_ishlinskii(made.samples(), 9)), 1e-12);  // rounding
+    EXPECT_LT(made.largest_error(fit_prandtl_ishlinskii(made.samples(), 9)), 1e-12);  // rounding
   }
 }
 
-TEST(PrandtlIshlinskiiFit, TakesTheGivenPrehistoryWhereItIsBest) {
+TEST(PrandtlIshlinskiiFit, UsesTheGivenPrehistoryIfItFitsBest) {
   model::PlayState state = plays().virgin(0.0);
   const Numbers before{0.0, 80.0, 10.0, 60.0, 30.0};
   for (const double v : before) plays().advance(state, v);
   Case made(plays(), state);
-  const double without = made.worst(fit_prandtl_ishlinskii(made.samples(), 9));
+  const double without = made.largest_error(fit_prandtl_ishlinskii(made.samples(), 9));
   made.prehistory = before;
-  EXPECT_LT(made.worst(fit_prandtl_ishlinskii(made.samples(), 9)), 1e-8 * without);
+  EXPECT_LT(made.largest_error(fit_prandtl_ishlinskii(made.samples(), 9)), 1e-8 * without);
 }
 
-TEST(PrandtlIshlinskiiFit, FindsTheInitialPlaysWhereTheyAreFree) {
+TEST(PrandtlIshlinskiiFit, FindsTheInitialPlaysIfTheyAreFree) {
   model::PlayState state = plays().virgin(0.0);
   for (const double v : {80.0, 10.0, 60.0, 30.0}) plays().advance(state, v);
   const Case made(plays(), state);
   const Samples samples = made.samples();
-  EXPECT_LT(made.worst(fit_prandtl_ishlinskii_free_start(samples, 9)), 1e-10);
-  EXPECT_GT(made.worst(fit_prandtl_ishlinskii(samples, 9)), 1e-3);
+  EXPECT_LT(made.largest_error(fit_prandtl_ishlinskii_free_start(samples, 9)), 1e-10);
+  EXPECT_GT(made.largest_error(fit_prandtl_ishlinskii(samples, 9)), 1e-3);
 }
 
-TEST(PreisachFit, FindsItsOwnWeights) {
+TEST(PreisachFit, FindsTheTrueWeights) {
   const Case made = case_of_relays();
-  EXPECT_LT(made.worst(fit_preisach(made.samples(), 4)), 1e-11);
-  EXPECT_GT(made.worst(fit_preisach(made.samples(), 3)), 1e-3);
+  EXPECT_LT(made.largest_error(fit_preisach(made.samples(), 4)), 1e-11);
+  EXPECT_GT(made.largest_error(fit_preisach(made.samples(), 3)), 1e-3);
 }
 
-TEST(Rivals, AreWorseOnATruthOfAnotherClass) {
+TEST(Baselines, HaveLargerErrorsOnATruthOfAnotherClass) {
   const Case recursion = case_of_recursion();
-  for (const auto& fit : every_fit()) EXPECT_GT(recursion.worst(fit(recursion.samples())), 1e-4);
+  for (const auto& fit : every_fit()) EXPECT_GT(recursion.largest_error(fit(recursion.samples())), 1e-4);
   const Case made = case_of_relays();
-  EXPECT_GT(made.worst(fit_prandtl_ishlinskii(made.samples(), 9)), 1e-3);
-  EXPECT_GT(made.worst(fit_average(made.samples(), 9)), 1e-2);
+  EXPECT_GT(made.largest_error(fit_prandtl_ishlinskii(made.samples(), 9)), 1e-3);
+  EXPECT_GT(made.largest_error(fit_average(made.samples(), 9)), 1e-2);
 }
 
-TEST(Rivals, IgnoreSamplesOfWeightZeroButRememberTheirInput) {
+TEST(Baselines, IgnoreSamplesOfWeightZeroButRememberTheirInput) {
   Case made = case_of_recursion();
   for (std::size_t n = 500; n < 1500; ++n) made.weight[n] = 0.0;
   Case spoilt = made;
@@ -188,7 +188,7 @@ TEST(Rivals, IgnoreSamplesOfWeightZeroButRememberTheirInput) {
     EXPECT_EQ(fit(made.samples()).prediction, fit(spoilt.samples()).prediction);
 }
 
-TEST(Rivals, CountTheNumbersThatAreFitted) {
+TEST(Baselines, CountTheFittedNumbers) {
   const Case made = case_of_recursion();
   const std::vector<BaselineModel> all = fit_baselines(made.samples(), curves(0.0));
   ASSERT_EQ(all.size(), 6U);
@@ -196,11 +196,11 @@ TEST(Rivals, CountTheNumbersThatAreFitted) {
   for (std::size_t i = 0; i < all.size(); ++i) {
     EXPECT_EQ(all[i].parameters, expected[i]) << all[i].name;
     EXPECT_EQ(all[i].prediction.size(), made.input.size()) << all[i].name;
-    EXPECT_LT(made.worst(all[i]), 0.1) << all[i].name;
+    EXPECT_LT(made.largest_error(all[i]), 0.1) << all[i].name;
   }
 }
 
-TEST(Rivals, RefuseSamplesThatDoNotFitTogether) {
+TEST(Baselines, RefuseInconsistentSamples) {
   const Case good = case_of_plays();
   for (const auto& fit : every_fit()) {
     Case shorter = good, infinite = good, held_out = good, negative = good;

@@ -17,9 +17,9 @@ namespace {
 using Numbers = std::vector<double>;
 
 constexpr model::Interval range{0.0, 100.0};
-constexpr int half_cycle_samples = 40;  // fewer than a delay is looked for in
+constexpr int half_cycle_samples = 40;  // too few for a search of the delay
 
-// Half waves between these turning points: the first cycle has both ends of the range, the others differ.
+// Half waves between these turning points. The first cycle reaches both ends of the range; the others differ.
 const Numbers turns{0, 100, 0, 80, 20, 95, 5, 60, 30, 100, 10, 70, 0, 90, 40, 85, 15, 65, 0, 100, 0};
 
 Dataset travelled(const Numbers& through) {
@@ -44,15 +44,15 @@ model::HysteresisParameters truth_parameters() {
 }
 
 template <class Model>
-Dataset answered(Dataset dataset, const Model& truth, typename Model::State state) {
+Dataset response_of(Dataset dataset, const Model& truth, typename Model::State state) {
   for (const double v : dataset.input) dataset.output.push_back(truth.advance(state, v).value);
   return dataset;
 }
 
-// With noise of 0.02 um, 0.07 % of the span.
-Dataset noisy_record() {
+// A dataset with noise of 0.02 um, 0.07 % of the span.
+Dataset noisy_dataset() {
   const model::Hysteresis truth(truth_parameters());
-  Dataset dataset = answered(travelled(turns), truth, truth.at_lower_threshold());
+  Dataset dataset = response_of(travelled(turns), truth, truth.at_lower_threshold());
   std::mt19937 random(7);
   for (double& x : dataset.output) x += 0.02 * (2.0 * static_cast<double>(random()) / 4294967295.0 - 1.0);
   return dataset;
@@ -67,7 +67,7 @@ IdentifyOptions order_3() {
 }
 
 const std::vector<Dataset>& datasets() {
-  static const std::vector<Dataset> one{noisy_record()};
+  static const std::vector<Dataset> one{noisy_dataset()};
   return one;
 }
 const Identified& identified() {
@@ -79,11 +79,11 @@ const Comparison& comparison() {
   return made;
 }
 
-TEST(Comparison, TheModelOfTheTruthBeatsAllOthers) {
+TEST(Comparison, GivesTheModelOfTheTruthTheSmallestErrors) {
   ASSERT_EQ(comparison().rows.size(), 7U);
   const ComparisonRow& own = comparison().rows.front();
   ASSERT_TRUE(own.held_out.has_value());
-  EXPECT_LT(own.held_out->rms, 0.02);  // the noise's RMS is 0.02 um / sqrt 3
+  EXPECT_LT(own.held_out->rms, 0.02);  // the RMS of the noise is 0.02 um / sqrt 3
   for (std::size_t i = 1; i < comparison().rows.size(); ++i) {
     const ComparisonRow& baseline = comparison().rows[i];
     EXPECT_LT(own.fit.rms, baseline.fit.rms) << baseline.name;
@@ -93,7 +93,7 @@ TEST(Comparison, TheModelOfTheTruthBeatsAllOthers) {
   }
 }
 
-TEST(Comparison, CountsParametersAndWhatIsHeldOut) {
+TEST(Comparison, CountsParametersAndHeldOutSamples) {
   std::vector<std::size_t> parameters;
   for (const ComparisonRow& row : comparison().rows) parameters.push_back(row.parameters);
   // 2 n + 1 of the curves and two k; n + 1; 2 n + 1; m + 2; m + 2; 2 m + 2; N (N + 1) / 2 + 2
@@ -108,13 +108,13 @@ TEST(Comparison, CountsParametersAndWhatIsHeldOut) {
   EXPECT_EQ(comparison().output_span, identified().output_span);
 }
 
-TEST(Comparison, TheModelItselfIsJudgedAsItWasIdentified) {
+TEST(Comparison, ReportsTheErrorsOfTheIdentification) {
   EXPECT_EQ(comparison().rows.front().fit.rms, identified().overall.rms);
   EXPECT_EQ(comparison().rows.front().fit.max, identified().overall.max);
 }
 
-// A model that had looked at the shifted samples would have moved towards them.
-TEST(Comparison, NoModelSeesWhatIsHeldOut) {
+// A fit that used the shifted samples would move towards them.
+TEST(Comparison, FitsNoModelToHeldOutSamples) {
   std::vector<Dataset> shifted = datasets();
   const double shift = 0.1 * identified().output_span;
   const auto held_out = held_out_samples(identified().folds);
@@ -124,14 +124,15 @@ TEST(Comparison, NoModelSeesWhatIsHeldOut) {
   for (std::size_t i = 0; i < made.rows.size(); ++i) {
     const double before = comparison().rows[i].held_out->rms;
     ASSERT_TRUE(made.rows[i].held_out.has_value());
-    // | |e + shift| - shift | <= |e|; a hundredth of the shift for where the search ends elsewhere
+    // | |e + shift| - shift | <= |e|
+    // The search may end at another place; the tolerance for this is a hundredth of the shift.
     EXPECT_NEAR(made.rows[i].held_out->rms, shift, before + 0.01 * shift) << made.rows[i].name;
   }
 }
 
-TEST(Comparison, SaysWhyNothingIsHeldOut) {
+TEST(Comparison, GivesTheReasonIfNothingIsHeldOut) {
   const model::Hysteresis truth(truth_parameters());
-  const std::vector<Dataset> one{answered(travelled({0, 100, 0}), truth, truth.at_lower_threshold())};
+  const std::vector<Dataset> one{response_of(travelled({0, 100, 0}), truth, truth.at_lower_threshold())};
   const Comparison made = compare(one, identify(one, order_3()), [] { return true; });
   EXPECT_NE(made.no_hold_out.find("too few cycles"), std::string::npos) << made.no_hold_out;
   EXPECT_EQ(made.held_out_samples, 0U);
@@ -139,9 +140,9 @@ TEST(Comparison, SaysWhyNothingIsHeldOut) {
   for (const ComparisonRow& row : made.rows) EXPECT_FALSE(row.held_out.has_value()) << row.name;
 }
 
-// Plays that lie on the fit's own thresholds are found to rounding, if every sample of both datasets is met
-// with the right memory.
-TEST(Comparison, RivalsTravelToTheNextRecordsMemory) {
+// The truth has plays at the thresholds of the fit. The fit finds them to rounding if every sample of both
+// datasets has the right memory.
+TEST(Comparison, DrivesTheBaselinesToTheInitialMemoryOfTheNextDataset) {
   const model::PrandtlIshlinskii truth({"V",
                                         "um",
                                         range,
@@ -151,8 +152,8 @@ TEST(Comparison, RivalsTravelToTheNextRecordsMemory) {
                                         {0.03, 0.02, 0.0, 0.02, 0.01, 0.0, 0.015, 0.01, 0.005}});
   model::PlayState start = truth.virgin(0.0);
   for (const double v : {100.0, 0.0}) truth.advance(start, v);
-  const std::vector<Dataset> two{answered(travelled({0, 100, 20, 90, 30, 60}), truth, start),
-                                 answered(travelled({40, 70, 10, 100, 30}), truth, start)};
+  const std::vector<Dataset> two{response_of(travelled({0, 100, 20, 90, 30, 60}), truth, start),
+                                 response_of(travelled({40, 70, 10, 100, 30}), truth, start)};
   const Identified found = identify(two, order_3());
   ASSERT_EQ(found.memories[1].kind, InitialMemory::Kind::from_lower);
   const Comparison made = compare(two, found, [] { return true; });
@@ -160,19 +161,19 @@ TEST(Comparison, RivalsTravelToTheNextRecordsMemory) {
   EXPECT_LT(made.rows[3].fit.max, 1e-9 * made.output_span) << made.rows[3].name;
 }
 
-TEST(Comparison, FoldsTheInputsOfAllModelsWhereTheTruthIsEven) {
+TEST(Comparison, FoldsTheInputsOfAllModelsIfTheTruthIsEven) {
   model::HysteresisParameters even = truth_parameters();
   even.symmetry = model::Symmetry::even;
   const model::Hysteresis truth(even);
-  const std::vector<Dataset> butterfly{answered(
+  const std::vector<Dataset> butterfly{response_of(
       travelled({0, 100, -100, 90, -80, 100, -60, 95, -100, 70, -85, 0}), truth, truth.at_lower_threshold())};
   const Identified found = identify(butterfly, order_3());
   ASSERT_EQ(found.parameters.symmetry, model::Symmetry::even);
   for (const ComparisonRow& row : compare(butterfly, found, [] { return true; }).rows)
-    EXPECT_LT(row.fit.rms, 0.05 * found.output_span) << row.name;  // not folded: 20 % and more
+    EXPECT_LT(row.fit.rms, 0.05 * found.output_span) << row.name;  // without folding: 20 % and more
 }
 
-TEST(Comparison, KeepsTheRowsSoFarWhenStopped) {
+TEST(Comparison, KeepsTheFinishedRowsWhenStopped) {
   int left = 2;
   const Comparison made = compare(datasets(), identified(), [&] { return left-- > 0; });
   EXPECT_TRUE(made.stopped);

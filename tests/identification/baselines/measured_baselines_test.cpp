@@ -1,4 +1,4 @@
-// The baselines on a measured piezo stage. Skipped where the dataset is not at hand.
+// The baselines on a measured piezo stage. The test is skipped if the dataset is not available.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,9 +22,9 @@ double rms_percent(const BaselineModel& baseline, const std::vector<double>& out
   return 100.0 * std::sqrt(sum / static_cast<double>(output.size())) / (hi - lo);
 }
 
-TEST(MeasuredPiezoStage, PlaysWithAnAssumedStartMissByAboutOnePercent) {
+TEST(MeasuredPiezoStage, IsFittedByThirtyPlaysWithAnErrorOfAboutOnePercent) {
   const std::filesystem::path file = measured("piezo_stage_rising_20hz");
-  if (!std::filesystem::exists(file)) GTEST_SKIP() << "no record " << file << "; set HYSTCAN_DATA";
+  if (!std::filesystem::exists(file)) GTEST_SKIP() << "no dataset " << file << "; set HYSTCAN_DATA";
   Dataset dataset = config::load_dataset(file).dataset;
   std::rotate(dataset.input.begin(), dataset.input.end() - 1, dataset.input.end());  // delayed by one sample
   dataset.input.front() = dataset.input[1];

@@ -19,7 +19,7 @@ double step_response(const model::SecondOrder::Config& mode, double t) {
   return 1.0 - std::exp(-zeta * omega * t) * (std::cos(w * t) + zeta / root * std::sin(w * t));
 }
 
-TEST(HeldMode, AnswersALateStepAsTheClosedForm) {
+TEST(HeldMode, FollowsTheClosedFormOfALateStep) {
   const model::SecondOrder::Config mode{430.0, 0.07};
   const double cycle_s = 1e-3;
   for (const double delay_s : {-0.4e-3, 0.0, 1e-9, 0.3e-3, 1e-3, 2.71e-3}) {
@@ -27,14 +27,14 @@ TEST(HeldMode, AnswersALateStepAsTheClosedForm) {
     const auto drive = [](int n) { return n >= 0 ? 1.0 : 0.0; };
     Eigen::Vector2d state = Eigen::Vector2d::Zero();
     for (int n = -3; n < 30; ++n) {
-      // Rounding of some thirty steps.
+      // The tolerance is the rounding of about thirty steps.
       EXPECT_NEAR(state[0], step_response(mode, n * cycle_s - delay_s), 1e-12) << delay_s << ' ' << n;
       state = held.step(state, drive(n - held.whole_cycles() - 1), drive(n - held.whole_cycles()));
     }
   }
 }
 
-TEST(HeldMode, RespondsToASineAsItsSteadyStateDoes) {
+TEST(HeldMode, RespondsToASineAccordingToItsFrequencyResponse) {
   const HeldMode held({430.0, 0.07}, 2.71e-3, 1e-3);
   const double theta = 1.1;
   const auto drive = [&](int n) { return std::cos(theta * n); };
@@ -50,8 +50,8 @@ TEST(HeldMode, HasAGainOfOneAtRest) {
     EXPECT_NEAR(std::abs(HeldMode({430.0, 0.07}, delay_s, 1e-3).response(0.0) - 1.0), 0.0, 1e-12);
 }
 
-// Sampled a hundred times a period, the hold is a delay of half a cycle and the rest is the mode itself.
-TEST(HeldMode, PeaksByOneOverTwiceTheDamping) {
+// With a hundred samples per period, the hold is only a delay of half a cycle.
+TEST(HeldMode, HasAPeakOfOneOverTwiceTheDamping) {
   const double frequency_Hz = 100.0, cycle_s = 1e-4;
   for (const double zeta : {0.01, 0.05, 0.2})
     EXPECT_NEAR(
@@ -60,7 +60,7 @@ TEST(HeldMode, PeaksByOneOverTwiceTheDamping) {
         1.0, 2e-3);
 }
 
-TEST(HeldMode, RefusesADelayThatIsNone) {
+TEST(HeldMode, RefusesAnInvalidDelayOrCycle) {
   EXPECT_THROW(HeldMode({430.0, 0.07}, std::nan(""), 1e-3), std::invalid_argument);
   EXPECT_THROW(HeldMode({430.0, 0.07}, 1e9, 1e-3), std::invalid_argument);
   EXPECT_THROW(HeldMode({430.0, 0.07}, 0.0, 0.0), std::invalid_argument);

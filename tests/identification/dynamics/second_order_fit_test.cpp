@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <ostream>
 #include <random>
 #include <stdexcept>
 #include <string>
@@ -21,10 +22,13 @@ constexpr double cycle_s = 1e-3;
 
 struct Truth {
   double frequency_Hz, damping_ratio, delay_s;
+  const char* name = "";
+
+  friend void PrintTo(const Truth& truth, std::ostream* out) { *out << truth.name; }
 };
 using Drive = std::function<double(int)>;
 
-// Up and down about 50 V, with some dwell; the first change is at row 20.
+// Steps up and down around 50 V, each held for `dwell` rows. The first step is at row 20.
 Drive step_train(int dwell) {
   return [dwell](int n) { return n >= 20 && ((n - 20) / dwell) % 2 == 0 ? 52.0 : 48.0; };
 }
@@ -36,7 +40,7 @@ Drive chirp(double from_Hz, double to_Hz, int rows) {
   };
 }
 
-// An oracle of its own: the closed form's step responses, added up.
+// An independent oracle: the sum of the step responses in closed form.
 Dataset measured(const Truth& truth, const Drive& drive, int rows) {
   const double omega = 2.0 * pi * truth.frequency_Hz, zeta = truth.damping_ratio;
   const double root = std::sqrt(std::abs(1.0 - zeta * zeta)), w = omega * root;
@@ -89,12 +93,16 @@ void expect_found(const Truth& truth, const Dataset& dataset, double tolerance) 
 
 class SecondOrderFitOf : public testing::TestWithParam<Truth> {};
 INSTANTIATE_TEST_SUITE_P(Truths, SecondOrderFitOf,
-                         testing::Values(Truth{500.0, 0.05, 0.106e-3},  // the shipped piezo stage
-                                         Truth{500.0, 0.05, 1.106e-3}, Truth{620.0, 0.02, 0.3e-3},
-                                         Truth{180.0, 0.01, 0.0}, Truth{90.0, 0.3, 2.5e-3},
-                                         Truth{40.0, 0.7, 7.77e-3}, Truth{25.0, 1.5, 0.4e-3}));
+                         testing::Values(Truth{500.0, 0.05, 0.106e-3, "ShippedPiezoStage"},
+                                         Truth{500.0, 0.05, 1.106e-3, "OneMoreCycleOfDelay"},
+                                         Truth{620.0, 0.02, 0.3e-3, "AboveHalfTheSamplingRate"},
+                                         Truth{180.0, 0.01, 0.0, "WithoutDelay"},
+                                         Truth{90.0, 0.3, 2.5e-3, "MediumDamping"},
+                                         Truth{40.0, 0.7, 7.77e-3, "LongDelay"},
+                                         Truth{25.0, 1.5, 0.4e-3, "Overdamped"}),
+                         [](const auto& test) { return std::string(test.param.name); });
 
-// What is left is the rounding of the dataset and the end of the iteration.
+// The tolerance covers the rounding of the dataset and the end of the iteration.
 TEST_P(SecondOrderFitOf, IsExactForAStepTrainWithoutNoise) {
   expect_found(GetParam(), measured(GetParam(), step_train(150), 600), 1e-6);
 }
@@ -103,8 +111,8 @@ TEST_P(SecondOrderFitOf, IsExactForAChirpWithoutNoise) {
   expect_found(GetParam(), measured(GetParam(), chirp(5.0, 450.0, 800), 800), 1e-6);
 }
 
-// Rows before the cut are not known to the fit; the drive rests for longer than the delay before it.
-TEST(SecondOrderFit, MayBeginInMotion) {
+// The fit does not know the rows before the cut. The drive rests for longer than the delay before the cut.
+TEST(SecondOrderFit, AcceptsADatasetThatBeginsInMotion) {
   const Truth truth{130.0, 0.02, 0.4e-3};
   Dataset dataset = measured(truth, step_train(40), 600);
   for (auto* column : {&dataset.time_s, &dataset.input, &dataset.output})
@@ -112,9 +120,9 @@ TEST(SecondOrderFit, MayBeginInMotion) {
   expect_found(truth, dataset, 1e-6);
 }
 
-// Two hundred seeds, white noise at 2 % of the step: of 95 % intervals, 200 draws put 88 to 99 % over the
-// truth but for one set in ten thousand.
-TEST(SecondOrderFit, CoversTheTruthAsOftenAsItSays) {
+// Two hundred seeds of white noise, 2 % of the step. Of 200 intervals of 95 %, 88 to 99 % contain the
+// truth in all but one of ten thousand sets.
+TEST(SecondOrderFit, CoversTheTruthAsOftenAsItsIntervalsState) {
   const Truth truth{210.0, 0.06, 0.35e-3};
   const Dataset exact = measured(truth, step_train(60), 260);
   int frequency = 0, damping = 0, delay = 0, gain = 0;
@@ -139,8 +147,8 @@ TEST(SecondOrderFit, CoversTheTruthAsOftenAsItSays) {
   RecordProperty("gain", gain);
 }
 
-// Noise that is correlated over some ten rows, as of a hum or creep: the plain standard errors would be too
-// small for the gain by a factor of about three.
+// The noise is correlated over about ten rows, like hum or creep. The plain standard error of the gain
+// would be too small by a factor of about three.
 TEST(SecondOrderFit, WidensItsIntervalsForCorrelatedResiduals) {
   const Truth truth{210.0, 0.06, 0.35e-3};
   const Dataset exact = measured(truth, step_train(100), 800);
@@ -157,8 +165,8 @@ TEST(SecondOrderFit, WidensItsIntervalsForCorrelatedResiduals) {
   EXPECT_GE(gain, 32);
 }
 
-// Play operators before the mode, as an actuator's hysteresis is: the first move is not the loop's, and what
-// comes after it is exact for two levels.
+// Play operators before the mode represent the hysteresis of an actuator. The first step does not belong
+// to the loop; the steps after it are exact for two levels.
 TEST(SecondOrderFit, IsExactForAStepTrainBehindHysteresis) {
   const Truth truth{210.0, 0.06, 0.35e-3};
   const Drive drive = step_train(60);
@@ -179,8 +187,8 @@ TEST(SecondOrderFit, IsExactForAStepTrainBehindHysteresis) {
   EXPECT_NEAR(fit.delay_s.value, truth.delay_s, 1e-9);
 }
 
-// 1 / (2 pi 1500 Hz) = 0.106 ms. A lag is not quite a delay: its corner is three times the resonance.
-TEST(SecondOrderFit, SeesAnAmplifiersLagAsDelay) {
+// 1 / (2 pi 1500 Hz) = 0.106 ms. A lag is not exactly a delay; its corner is at five times the resonance.
+TEST(SecondOrderFit, ReportsTheLagOfAnAmplifierAsDelay) {
   const int fine = 50, rows = 600;
   const model::SecondOrder::Step mode({300.0, 0.05}, cycle_s / fine);
   const model::FirstOrder::Step lag({1500.0}, cycle_s / fine);
@@ -204,11 +212,11 @@ TEST(SecondOrderFit, SeesAnAmplifiersLagAsDelay) {
   EXPECT_NEAR(fit.delay_s.value, 0.106e-3, 0.02e-3);
 }
 
-TEST(SecondOrderFit, RefusesWhatCannotTell) {
+TEST(SecondOrderFit, RefusesADatasetThatDoesNotDetermineTheMode) {
   const Truth truth{210.0, 0.06, 0.35e-3};
   const Dataset good = measured(truth, step_train(60), 260);
   Dataset few = measured(truth, step_train(5), 25);
-  EXPECT_NE(refusal(few).find("record of 25 rows"), std::string::npos) << refusal(few);
+  EXPECT_NE(refusal(few).find("dataset of 25 rows"), std::string::npos) << refusal(few);
   Dataset constant = good;
   std::ranges::fill(constant.input, 50.0);
   EXPECT_NE(refusal(constant).find("input is constant"), std::string::npos) << refusal(constant);
@@ -222,12 +230,12 @@ TEST(SecondOrderFit, RefusesWhatCannotTell) {
   EXPECT_NE(refusal(noise).find("explains"), std::string::npos) << refusal(noise);
 }
 
-// Up to 8 Hz the mode is a lag of 2 zeta / omega + d, which many modes have.
-TEST(SecondOrderFit, TellsNoModeWhereNothingIsNearTheResonance) {
+// Up to 8 Hz the mode is only a lag of 2 zeta / omega + d. Many modes have the same lag.
+TEST(SecondOrderFit, RefusesADatasetWithoutExcitationNearTheResonance) {
   const Dataset slow = measured({480.0, 0.5, 2.0e-3}, chirp(0.5, 8.0, 2000), 2000);
   for (unsigned seed = 1; seed <= 4; ++seed) {
     const std::string reason = refusal(with_noise(slow, 0.01, seed));
-    EXPECT_NE(reason.find("no more than a lag"), std::string::npos) << reason;
+    EXPECT_NE(reason.find("shows only a lag"), std::string::npos) << reason;
   }
 }
 

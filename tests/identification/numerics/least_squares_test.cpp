@@ -39,7 +39,7 @@ LeastSquares gathered(const MatrixXd& a, const VectorXd& b) {
   return sum;
 }
 
-// The columns (or rows) whose bit is set.
+// The indices of the columns (or rows) whose bit is set.
 std::vector<Index> chosen(unsigned bits, Index count) {
   std::vector<Index> some;
   for (Index i = 0; i < count; ++i)
@@ -47,7 +47,7 @@ std::vector<Index> chosen(unsigned bits, Index count) {
   return some;
 }
 
-// The least residual of all subsets of columns whose least squares are not negative.
+// The smallest residual of all subsets of columns with a solution that is not negative.
 double best_nonnegative(const MatrixXd& a, const VectorXd& b) {
   double best = b.norm();
   for (unsigned bits = 1; bits < 1U << a.cols(); ++bits) {
@@ -59,7 +59,7 @@ double best_nonnegative(const MatrixXd& a, const VectorXd& b) {
   return best;
 }
 
-// The least residual of all subsets of inequalities, met as equations, whose least squares meet the others.
+// The smallest residual of all subsets of inequalities, solved as equations, whose solution meets the others.
 double best_within(const MatrixXd& a, const VectorXd& b, const MatrixXd& g, const VectorXd& h) {
   double best = std::numeric_limits<double>::infinity();
   const Index p = a.cols();
@@ -79,7 +79,7 @@ double best_within(const MatrixXd& a, const VectorXd& b, const MatrixXd& g, cons
   return best;
 }
 
-TEST(LeastSquares, GatheredRowByRowIsTheSameAsAllAtOnce) {
+TEST(LeastSquares, GivesTheSameResultRowByRowAsAllAtOnce) {
   Numbers number(1);
   for (const Index rows : {7, 8, 31, 32, 33, 500}) {
     const MatrixXd a = number.matrix(rows, 7);
@@ -91,7 +91,7 @@ TEST(LeastSquares, GatheredRowByRowIsTheSameAsAllAtOnce) {
   }
 }
 
-TEST(LeastSquares, AWeightOfFourIsTheRowFourTimesAndOfZeroNotAtAll) {
+TEST(LeastSquares, CountsARowOfWeightFourFourTimesAndARowOfWeightZeroNever) {
   Numbers number(2);
   const MatrixXd a = number.matrix(20, 3);
   const VectorXd b = number.vector(20);
@@ -105,7 +105,7 @@ TEST(LeastSquares, AWeightOfFourIsTheRowFourTimesAndOfZeroNotAtAll) {
   EXPECT_NEAR(weighted.solve().residual, repeated.solve().residual, 1e-13);
 }
 
-TEST(LeastSquares, GivesTheShortestWhereTheRowsDoNotTell) {
+TEST(LeastSquares, GivesTheShortestSolutionIfTheRowsDoNotDetermineIt) {
   LeastSquares sum(3);
   sum.add(Eigen::Vector3d(1.0, 1.0, 0.0), 2.0);
   sum.add(Eigen::Vector3d(2.0, 2.0, 0.0), 4.0);
@@ -113,7 +113,7 @@ TEST(LeastSquares, GivesTheShortestWhereTheRowsDoNotTell) {
   EXPECT_NEAR(sum.solve().residual, 0.0, 1e-12);
 }
 
-TEST(LeastSquares, RefusesWhatItCannotUse) {
+TEST(LeastSquares, RefusesInvalidRowsAndInequalities) {
   EXPECT_THROW(LeastSquares(0), std::invalid_argument);
   LeastSquares sum(2);
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -139,7 +139,7 @@ TEST(NonnegativeLeastSquares, IsTheBestOfAllSubsetsOfColumns) {
   }
 }
 
-TEST(NonnegativeLeastSquares, MeetsTheConditionsOfOptimumWithFreeAndDependentColumns) {
+TEST(NonnegativeLeastSquares, MeetsTheOptimalityConditionsWithFreeAndDependentColumns) {
   Numbers number(4);
   for (int n = 0; n < 20; ++n) {
     MatrixXd a = number.matrix(120, 60).cwiseAbs();
@@ -184,8 +184,8 @@ TEST(ConstrainedLeastSquares, IsTheBestOfAllSetsOfActiveInequalities) {
   EXPECT_GT(at_a_limit, 100);
 }
 
-TEST(ConstrainedLeastSquares, MeetsManyInequalitiesWhateverTheUnits) {
-  // An increasing polynomial through noisy points of a curve with a flat step: 300 slopes >= 0.
+TEST(ConstrainedLeastSquares, MeetsManyInequalitiesInAllUnits) {
+  // An increasing polynomial is fitted to noisy points of a curve with a flat step: 300 slopes >= 0.
   for (const double unit : {1e-6, 1.0, 1e6}) {
     Numbers number(7);
     constexpr Index p = 9;
@@ -219,7 +219,7 @@ TEST(ConstrainedLeastSquares, MeetsManyInequalitiesWhateverTheUnits) {
   }
 }
 
-TEST(ConstrainedLeastSquares, IsThePlainOneWhereNothingIsInTheWay) {
+TEST(ConstrainedLeastSquares, EqualsThePlainSolutionIfNoInequalityIsActive) {
   Numbers number(8);
   const MatrixXd a = number.matrix(30, 4), g = number.matrix(6, 4);
   const VectorXd b = number.vector(30);
@@ -228,16 +228,16 @@ TEST(ConstrainedLeastSquares, IsThePlainOneWhereNothingIsInTheWay) {
   EXPECT_LT((gathered(a, b).solve_with_inequalities(g, h).x - plain.x).norm(), 1e-13);
 }
 
-TEST(ConstrainedLeastSquares, StaysWithinLimitsWhereTheRowsDoNotTell) {
-  LeastSquares sum(2);  // says x_0 + x_1 = 1 only
+TEST(ConstrainedLeastSquares, MeetsTheInequalitiesIfTheRowsDoNotDetermineTheSolution) {
+  LeastSquares sum(2);  // determines only x_0 + x_1 = 1
   for (int i = 0; i < 5; ++i) sum.add(Eigen::Vector2d(1.0, 1.0), 1.0);
   MatrixXd g(1, 2);
   g << 1.0, -1.0;
   const Fit fit = sum.solve_with_inequalities(g, VectorXd::Constant(1, 3.0));
-  EXPECT_LT((fit.x - Eigen::Vector2d(2.0, -1.0)).norm(), 1e-6);  // drawn to zero by 1e-7
+  EXPECT_LT((fit.x - Eigen::Vector2d(2.0, -1.0)).norm(), 1e-6);  // pulled to zero by 1e-7
 }
 
-TEST(ConstrainedLeastSquares, RefusesInequalitiesThatContradict) {
+TEST(ConstrainedLeastSquares, RefusesContradictoryInequalities) {
   Numbers number(9);
   LeastSquares sum = gathered(number.matrix(10, 2), number.vector(10));
   MatrixXd g(2, 2);

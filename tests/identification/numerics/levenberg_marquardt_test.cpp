@@ -13,7 +13,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::VectorXd;
 
-// x_0 e^{-x_1 t}, no valid model where x_1 < 0; made with 2 e^{-3 t}.
+// x_0 e^{-x_1 t}, not a valid model if x_1 < 0. The truth is 2 e^{-3 t}.
 NonlinearProblem decay() {
   const ArrayXd t = ArrayXd::LinSpaced(50, 0.0, 1.0);
   const auto values = [t](const VectorXd& x) -> std::optional<VectorXd> {
@@ -46,11 +46,12 @@ TEST(Levenberg, StopsAtAnInequality) {
   problem.h = VectorXd::Constant(1, -2.0);
   const NonlinearFit fit = improve(problem, Vector2d(1.0, 1.0), 50);
   EXPECT_NEAR(fit.x[1], 2.0, 1e-12);
-  const VectorXd curve = problem.jacobian(fit.x).col(0);  // x_0 is the least squares of what is left
-  EXPECT_NEAR(fit.x[0], curve.dot(problem.wanted) / curve.squaredNorm(), 1e-6);  // where steps end
+  const VectorXd curve = problem.jacobian(fit.x).col(0);  // x_0 is the least-squares solution for this x_1
+  EXPECT_NEAR(fit.x[0], curve.dot(problem.wanted) / curve.squaredNorm(),
+              1e-6);  // tolerance for the end of the steps
 }
 
-TEST(Levenberg, RefusesAStartThatIsNoModel) {
+TEST(Levenberg, RefusesAnInvalidStart) {
   EXPECT_THROW(improve(decay(), Vector2d(1.0, -1.0), 50), std::invalid_argument);
 }
 
