@@ -16,7 +16,7 @@ void check_couplings(const Config& config) {
   for (const WiredAxisConfig& axis : config.axes)
     for (const Coupling& coupling : axis.axis.couplings)
       if (coupling.index >= config.axes.size())
-        throw std::invalid_argument("axis " + axis.axis.name + " is coupled with " + coupling.from +
+        throw std::invalid_argument("axis " + axis.wire.name + " is coupled with " + coupling.from +
                                     ", expected one of the axes that are controlled");
 }
 

@@ -38,7 +38,8 @@
 
 namespace hystcan::controller {
 
-struct Config {
+/// What holds for the controller as a whole.
+struct CommonConfig {
   double rate_Hz = 1000.0;
   std::uint8_t node = 127;  ///< Of the controller's own heartbeat.
   can::Duration heartbeat_period{std::chrono::milliseconds(100)};
@@ -49,6 +50,9 @@ struct Config {
   BlackBox::Config black_box{};
   std::string control_socket;          ///< Empty: the path that default_socket() returns; "none": no socket.
   std::filesystem::path state_folder;  ///< Of what is saved at a clean stop; empty: nothing is saved.
+};
+
+struct Config : CommonConfig {
   std::vector<WiredAxisConfig> axes;
 };
 
@@ -74,6 +78,7 @@ class Controller {
   void send_safe_commands();
 
   std::size_t axis_count() const { return axes_.size(); }
+  const std::string& axis_name(std::size_t i) const { return axes_[i]->wire.name; }
   /// Before start(), to restore what an axis remembers.
   Axis& axis(std::size_t i) { return axes_[i]->axis; }
   const Axis& axis(std::size_t i) const { return axes_[i]->axis; }

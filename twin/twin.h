@@ -29,7 +29,6 @@ struct Coupling {
 };
 
 struct AxisConfig {
-  can::AxisWire wire;
   Plant::Config plant;
   Sensor::Config sensor;
   can::Duration command_timeout{};
@@ -41,12 +40,21 @@ struct AxisConfig {
   SampleClock sample_clock{};
 };
 
-struct Config {
+struct WiredAxisConfig {
+  can::AxisWire wire;
+  AxisConfig axis;
+};
+
+/// What holds for the twin as a whole.
+struct CommonConfig {
   std::uint64_t seed = 1;
   can::Duration heartbeat_period{};
-  std::vector<AxisConfig> axes;
   std::vector<FaultSpec> faults{};  ///< since start()
   std::optional<RandomFaults> random_faults{};
+};
+
+struct Config : CommonConfig {
+  std::vector<WiredAxisConfig> axes;
 };
 
 /// The same twin with these axes alone and their faults; the others are other twins', or real. Throws
@@ -70,7 +78,7 @@ class Twin {
   void shut_down();
 
   struct Axis {
-    Axis(const AxisConfig& config, const Config& common, const can::Database& database,
+    Axis(const WiredAxisConfig& config, const CommonConfig& common, const can::Database& database,
          can::Scheduler& scheduler, const can::Attach& attach);
     Axis(const Axis&) = delete;
     Axis& operator=(const Axis&) = delete;

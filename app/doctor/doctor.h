@@ -33,7 +33,7 @@ struct Demand {
   std::vector<std::int64_t> cpus;
   can::Duration wake_up_trip{};  ///< zero: none
 };
-Demand demand_of(const controller::Config& config);
+Demand demand_of(const controller::CommonConfig& config);
 
 /// "0-3,8" as /sys writes it. What is no such list is empty.
 std::set<std::int64_t> parse_cpu_list(std::string_view text);

@@ -26,7 +26,7 @@ struct OpenLoopOptions {
 /// --axis, --interface, --clear-faults, --rehearse.
 void add_open_loop_options(CLI::App& command, OpenLoopOptions& options);
 
-/// The configuration with the chosen axis alone. The twin stays whole, as on a bus that is there.
+/// The configuration with the chosen axis alone; in open loop it takes no live setpoints.
 config::Config chosen_axis_of(config::Config config, const OpenLoopOptions& options);
 
 /// The one axis of `config`, which is let go of its reference and given a drive. Throws std::invalid_argument
@@ -48,7 +48,9 @@ struct OpenLoopEnd {
 
 /// Runs the excitation of the one axis of `config` to its end, to a fault or to a signal; then the axis ramps
 /// to its safe drive and switches off. `on_record` has every cycle; on the bus another thread calls it.
-OpenLoopEnd drive_in_open_loop(const config::Config& config, const OpenLoopOptions& options,
+/// A rehearsal has `twin`, whole, as the bus has all its nodes.
+OpenLoopEnd drive_in_open_loop(const config::Config& config, const twin::Config& twin,
+                               const OpenLoopOptions& options,
                                const std::function<void(const controller::CycleRecord&)>& on_record);
 
 }  // namespace hystcan::app

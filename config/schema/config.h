@@ -29,9 +29,9 @@ struct BusConfig {
   can::Duration turnaround{std::chrono::microseconds(50)};
 };
 
+/// One axis as both sides of the wire see it.
 struct AxisConfig {
   can::AxisWire wire;
-  std::string drive_unit;
   std::filesystem::path control_model;
   controller::AxisConfig control;
   bool live_setpoint = false;
@@ -42,11 +42,16 @@ struct AxisConfig {
 struct Config {
   std::filesystem::path file;
   BusConfig bus;
-  controller::Config controller;  ///< its axes filled from `axes`
-  twin::Config twin;              ///< its axes filled from `axes`
+  controller::CommonConfig controller;
+  twin::CommonConfig twin;
   std::vector<AxisConfig> axes;
   can::Database database;
 };
+
+/// What the controller's node is made from.
+controller::Config controller_config(const Config& config);
+/// What the twin is made from.
+twin::Config twin_config(const Config& config);
 
 /// Reads and checks everything that `file` names, with the overrides in the place of what stands there.
 /// Throws Error, or can::DbcError.

@@ -96,7 +96,7 @@ void visit(V& v, twin::Coupling& coupling) {
 /// [axis.twin]: what is physically there.
 template <class V>
 void visit_twin(V& v, AxisConfig& axis) {
-  const std::string& unit = axis.drive_unit;
+  const std::string& unit = axis.wire.drive_unit;
   twin::AxisConfig& t = axis.twin;
   v.required("model", axis.twin_model);
   v.required("resonance_Hz", t.plant.mode.natural_frequency_Hz, positive);
@@ -158,7 +158,7 @@ void visit(V& v, twin::RandomFaults& r) {
 }
 
 template <class V>
-void visit(V& v, twin::Config& t) {
+void visit(V& v, twin::CommonConfig& t) {
   v.optional("seed", t.seed);
   v.required("heartbeat_ms", t.heartbeat_period, positive);
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };

@@ -51,7 +51,6 @@ struct Coupling {
 };
 
 struct AxisConfig {
-  std::string name;
   ControlLaw::Config law;
   Gate::Config gate;
   Delays delays;

@@ -98,11 +98,10 @@ const std::vector<Row> rows{
 
 config::Config config_for(Structure structure, const Row& row) {
   config::Config config = one_axis();
-  controller::AxisConfig& axis = config.controller.axes[0].axis;
+  controller::AxisConfig& axis = config.axes[0].control;
   axis.law.structure = structure;
   // What the structure itself leaves behind is not to be taken for the fault.
   if (structure == Structure::pi || structure == Structure::average) axis.following_error.error_um = 9.0;
-  config.axes[0].control = axis;
   twin::FaultSpec order = twin::fault_spec(row.kind, "x");
   order.node = row.node;
   order.begins = begins;

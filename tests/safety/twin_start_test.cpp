@@ -50,7 +50,7 @@ class Bench {
   can::VirtualClock clock_;
   can::SimBus bus_{clock_, shipped().bus.bitrate_bit_per_s};
   controller::Controller controller_{
-      shipped().controller, shipped().database, clock_,
+      controller_config(shipped()), shipped().database, clock_,
       [this](std::span<const can::Filter>) { return bus_.attach(); },
       [this](const controller::CycleRecord& record) { positions_um.push_back(record.report.position_um); }};
   std::vector<std::unique_ptr<twin::Twin>> twins_;
@@ -58,7 +58,7 @@ class Bench {
 
 TEST(StartUp, OfTheTwinFirst) {
   Bench bench;
-  bench.start_twin(shipped().twin);
+  bench.start_twin(twin_config(shipped()));
   bench.run_for(seconds(2));
   bench.start_controller();
   EXPECT_TRUE(bench.track());
@@ -68,23 +68,23 @@ TEST(StartUp, OfTheControllerFirst) {
   Bench bench;
   bench.start_controller();
   bench.run_for(seconds(2));
-  bench.start_twin(shipped().twin);
+  bench.start_twin(twin_config(shipped()));
   EXPECT_TRUE(bench.track());
 }
 
 TEST(StartUp, OfOneAxisAfterTheOther) {
   Bench bench;
-  bench.start_twin(with_axes(shipped().twin, {"y"}));
+  bench.start_twin(with_axes(twin_config(shipped()), {"y"}));
   bench.start_controller();
   bench.run_for(seconds(2));
-  bench.start_twin(with_axes(shipped().twin, {"x"}));
+  bench.start_twin(with_axes(twin_config(shipped()), {"x"}));
   EXPECT_TRUE(bench.track());
 }
 
 /// Each node of the two axes is dark at first, and for longer than the one before.
 TEST(StartUp, OfOneNodeAfterTheOther) {
   for (const bool sensors_first : {true, false}) {
-    twin::Config config = shipped().twin;
+    twin::Config config = twin_config(shipped());
     for (const char* axis : {"x", "y"})
       for (const Node node : {Node::sensor, Node::amplifier}) {
         twin::FaultSpec order = twin::fault_spec(Fault::node_reboot, axis);
@@ -103,10 +103,10 @@ TEST(StartUp, OfOneNodeAfterTheOther) {
 
 TEST(SeveralTwins, OneForEachAxisAreToTheBitTheOneOfBoth) {
   Bench one;
-  one.start_twin(shipped().twin);
+  one.start_twin(twin_config(shipped()));
   Bench two;
-  two.start_twin(with_axes(shipped().twin, {"x"}));
-  two.start_twin(with_axes(shipped().twin, {"y"}));
+  two.start_twin(with_axes(twin_config(shipped()), {"x"}));
+  two.start_twin(with_axes(twin_config(shipped()), {"y"}));
   for (Bench* bench : {&one, &two}) {
     bench->start_controller();
     bench->run_for(seconds(3));
@@ -116,8 +116,8 @@ TEST(SeveralTwins, OneForEachAxisAreToTheBitTheOneOfBoth) {
 }
 
 TEST(SeveralTwins, AreOfAxesThatThereAre) {
-  EXPECT_THROW(with_axes(shipped().twin, {"x", "z"}), std::invalid_argument);
-  twin::Config config = shipped().twin;
+  EXPECT_THROW(with_axes(twin_config(shipped()), {"x", "z"}), std::invalid_argument);
+  twin::Config config = twin_config(shipped());
   config.faults = {twin::fault_spec(Fault::no_reply, "x"), twin::fault_spec(Fault::no_reply, "y")};
   EXPECT_EQ(with_axes(config, {"y"}).faults.size(), 1u) << "the other is the other twin's";
 }
@@ -129,7 +129,7 @@ TEST_P(Reboot, ComesBackAsAtTheFirstStartAndIsSetUpAgain) {
   constexpr can::SdoObject object{.index = 0x2001, .subindex = 1};
   config::Config config = one_axis();
   const std::vector<can::SdoWrite> setup{{.object = object, .content = {.value = 7, .bytes = 2}}};
-  config.controller.axes[0].wire.amplifier_setup = setup;
+  config.axes[0].wire.amplifier_setup = setup;
   FaultRig rig(config);
   rig.start();
   ASSERT_TRUE(rig.tracks());

@@ -62,8 +62,8 @@ TEST(DriveNoise, IsSilentUnlessToldOtherwise) {
 // in what the sensor sees.
 TEST(DriveNoise, IsInWhatTheAmplifierReportsAndInThePosition) {
   Config config = one_axis();
-  config.axes.front().drive_noise = {.ripple = 0.5, .ripple_Hz = 50.0};
-  config.axes.front().status_every = 1;
+  config.axes.front().axis.drive_noise = {.ripple = 0.5, .ripple_Hz = 50.0};
+  config.axes.front().axis.status_every = 1;
   TwinBench bench(config);
   bench.start_nodes();
   bench.drive(40.0, 200);

@@ -14,7 +14,7 @@ using std::chrono::milliseconds;
 
 Config with(WatchdogAction action) {
   Config config = one_axis();
-  AxisConfig& axis = config.axes.front();
+  AxisConfig& axis = config.axes.front().axis;
   axis.watchdog_action = action;
   axis.plant.amplifier.safe_drive = 10.0;
   axis.plant.amplifier.ramp_per_s = 200.0;
@@ -115,7 +115,7 @@ INSTANTIATE_TEST_SUITE_P(Twin, EveryWatchdogAction, testing::ValuesIn(all_watchd
 
 TEST(Apply, OnReceiptIsAtOnceAndWithoutASync) {
   Config config = one_axis();
-  config.axes.front().apply = Apply::receipt;
+  config.axes.front().axis.apply = Apply::receipt;
   TwinBench bench(config);
   bench.start_nodes();
   bench.sync();
@@ -127,7 +127,7 @@ TEST(Apply, OnReceiptIsAtOnceAndWithoutASync) {
 
 TEST(Apply, RoundsTheSetpointToTheConvertersResolution) {
   Config config = one_axis();
-  config.axes.front().plant.amplifier.resolution = 0.5;
+  config.axes.front().axis.plant.amplifier.resolution = 0.5;
   TwinBench bench(config);
   bench.start_nodes();
   bench.drive(50.2, 5);
