@@ -14,7 +14,7 @@ constexpr auto warm_up = std::chrono::milliseconds(20);
 
 void check_couplings(const Config& config) {
   for (const WiredAxisConfig& axis : config.axes)
-    for (const Coupling& coupling : axis.axis.couplings)
+    for (const model::Coupling& coupling : axis.axis.couplings)
       if (coupling.index >= config.axes.size())
         throw std::invalid_argument("axis " + axis.wire.name + " is coupled with " + coupling.from +
                                     ", expected one of the axes that are controlled");
@@ -248,7 +248,7 @@ AxisInput Controller::input_of(WiredAxis& wired, const can::SensorSample* sample
 /// What the other axes will add to this one's position when the command acts.
 double Controller::coupled_um(Axis& axis, const AxisInput& input) const {
   double sum_um = 0.0;
-  for (const Coupling& coupling : axis.config().couplings)
+  for (const model::Coupling& coupling : axis.config().couplings)
     sum_um += coupling.um_per_um *
               axes_[coupling.index]->axis.expected_um(input.time_s + axis.preview_s(input.cycle_s));
   return sum_um;

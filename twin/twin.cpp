@@ -93,8 +93,9 @@ Config with_axes(Config config, const std::vector<std::string>& names) {
   std::erase_if(config.axes, [&](const WiredAxisConfig& axis) { return !is_named(axis.wire.name); });
   std::erase_if(config.faults, [&](const FaultSpec& order) { return !is_named(order.axis); });
   for (WiredAxisConfig& axis : config.axes) {
-    std::erase_if(axis.axis.couplings, [&](const Coupling& coupling) { return !is_named(coupling.from); });
-    for (Coupling& coupling : axis.axis.couplings)
+    std::erase_if(axis.axis.couplings,
+                  [&](const model::Coupling& coupling) { return !is_named(coupling.from); });
+    for (model::Coupling& coupling : axis.axis.couplings)
       coupling.index = static_cast<std::size_t>(
           std::ranges::find(config.axes, coupling.from,
                             [](const WiredAxisConfig& one) { return one.wire.name; }) -
@@ -118,7 +119,7 @@ Twin::Twin(const Config& config, const can::Database& database, can::Scheduler& 
         {its.wire, its.plant, its.amplifier, its.sensor, *its.amplifier_line, *its.sensor_line});
   }
   for (std::size_t i = 0; i < axes_.size(); ++i)
-    for (const Coupling& coupling : config.axes[i].axis.couplings)
+    for (const model::Coupling& coupling : config.axes[i].axis.couplings)
       axes_[i]->plant.couple(axes_.at(coupling.index)->plant, coupling.um_per_um);
   faults_ =
       std::make_unique<FaultScheduler>(scheduler, std::move(targets), config.faults, config.random_faults);

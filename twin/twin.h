@@ -11,6 +11,7 @@
 
 #include "can/bus.h"
 #include "can/dbc/database.h"
+#include "model/coupling.h"
 #include "twin/amplifier_node.h"
 #include "twin/drive_noise.h"
 #include "twin/fault_scheduler.h"
@@ -21,19 +22,12 @@
 
 namespace hystcan::twin {
 
-/// Where another axis moves away from its start, this one's position changes too, by `um_per_um` of it.
-struct Coupling {
-  std::string from;  ///< name of the other axis
-  double um_per_um = 0.0;
-  std::size_t index = 0;  ///< of that axis
-};
-
 struct AxisConfig {
   Plant::Config plant;
   Sensor::Config sensor;
   can::Duration command_timeout{};
   unsigned status_every = 10;
-  std::vector<Coupling> couplings{};
+  std::vector<model::Coupling> couplings{};  ///< Of the way that the other axis is from its start.
   WatchdogAction watchdog_action = WatchdogAction::safe;
   Apply apply = Apply::sync;
   DriveNoise::Config drive_noise{};

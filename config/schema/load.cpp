@@ -32,9 +32,8 @@ void complete(const Document& document, AxisConfig& axis) {
 }
 
 /// The axes that the couplings of axis i name, at `key` ("axis[0].control.coupling").
-template <class Coupling>
 void resolve_couplings(const Document& document, const Config& config, std::size_t i, const std::string& key,
-                       std::vector<Coupling>& couplings) {
+                       std::vector<model::Coupling>& couplings) {
   for (std::size_t j = 0; j < couplings.size(); ++j) {
     const auto from = std::ranges::find(config.axes, couplings[j].from,
                                         [](const AxisConfig& axis) { return axis.wire.name; });

@@ -160,7 +160,7 @@ void visit_supervision(V& v, controller::AxisConfig& c) {
 }
 
 template <class V>
-void visit(V& v, controller::Coupling& c) {
+void visit(V& v, model::Coupling& c) {
   v.required("from", c.from);
   v.required("um_per_um", c.um_per_um, {.lo = -0.5, .hi = 0.5});
 }

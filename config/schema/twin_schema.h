@@ -87,11 +87,6 @@ void visit(V& v, twin::Temperature& temperature) {
   v.required("expansion_um_per_K", temperature.expansion_um_per_K);
   v.required("gain_per_K", temperature.gain_per_K);
 }
-template <class V>
-void visit(V& v, twin::Coupling& coupling) {
-  v.required("from", coupling.from);
-  v.required("um_per_um", coupling.um_per_um, {.lo = -0.5, .hi = 0.5});
-}
 
 /// [axis.twin]: what is physically there.
 template <class V>
