@@ -8,75 +8,96 @@
 namespace hystcan::controller {
 namespace {
 
-/// From start() to the first SYNC: what is set up once in the event loop and its threads is set up by then.
+/// The least time from start() to the first SYNC: in it, the event loop and its threads set up what they set
+/// up once.
 constexpr auto warm_up = std::chrono::milliseconds(20);
 
-/// Of an amplifier that does not report: it rests at its safe value, and obeys.
-can::AmpStatus what_is_not_told(const AxisConfig& axis, const std::optional<can::MessageMap>& status) {
-  can::AmpStatus believed;
-  if (!status || !status->carries("output")) believed.output = axis.gate.safe_drive;
-  if (!status || !status->carries("state")) believed.state = can::AmpState::enabled;
-  return believed;
+void check_couplings(const Config& config) {
+  for (const WiredAxisConfig& axis : config.axes)
+    for (const model::Coupling& coupling : axis.axis.couplings)
+      if (coupling.index >= config.axes.size())
+        throw std::invalid_argument("axis " + axis.wire.name + " is coupled with " + coupling.from +
+                                    ", expected one of the axes that are controlled");
 }
 
-can::E2eChecker checker_of(const can::Layout<can::AmpCommand>& layout) {
-  return {layout.protection(), layout.length(), layout.extended()};
+WiredAxes wired_axes(const Config& config, const can::Database& database) {
+  check_couplings(config);
+  WiredAxes axes;
+  axes.reserve(config.axes.size());
+  for (const WiredAxisConfig& axis : config.axes)
+    axes.push_back(std::make_unique<WiredAxis>(axis, config.heartbeat_timeout, database));
+  return axes;
 }
 
 }  // namespace
-
-Controller::WiredAxis::WiredAxis(const WiredAxisConfig& config, const Config& common,
-                                 const can::Database& database)
-    : wire(config.wire),
-      axis(config.axis),
-      decode_sample(*can::find_layout<can::SensorSample>(database, wire)),
-      encode_command(*can::find_layout<can::AmpCommand>(database, wire)),
-      samples_name_their_sync(can::message_map<can::SensorSample>(wire)->carries("sync_counter")),
-      flags_tell_fault(false),
-      foreign_command(checker_of(*can::find_layout<can::AmpCommand>(database, wire))),
-      status_sender(database, wire),
-      sensor(wire.sensor_node, common.heartbeat_timeout, {wire.sensor_setup, wire.setup_patience}),
-      amplifier(wire.amplifier_node, common.heartbeat_timeout, {wire.amplifier_setup, wire.setup_patience}) {
-  const auto map = can::message_map<can::AmpStatus>(wire);
-  const can::AmpStatus believed = what_is_not_told(config.axis, map);
-  if (auto layout = can::find_layout<can::AmpStatus>(database, wire, believed))
-    decode_status.emplace(std::move(*layout));
-  else
-    status = believed;
-  if (config.live_setpoint) setpoint_receiver.emplace(database, wire);
-  flags_tell_fault = map && (!map->carries("state") || map->states.fault.empty());
-}
 
 Controller::Controller(const Config& config, const can::Database& database, can::Scheduler& scheduler,
                        const can::Attach& attach, RecordHandler on_record)
     : config_(config),
       scheduler_(scheduler),
       on_record_(std::move(on_record)),
+      axes_(wired_axes(config, database)),
+      requests_(axes_),
+      background_({.node = config.node, .heartbeat_period = config.heartbeat_period}, axes_),
       sync_timer_(scheduler.make_timer([this] { tick(); })),
       period_(std::llround(1e9 / config.rate_Hz)) {
-  axes_.reserve(config.axes.size());
-  for (const WiredAxisConfig& axis : config.axes)
-    for (const Coupling& coupling : axis.axis.couplings)
-      if (coupling.index >= config.axes.size())
-        throw std::invalid_argument("axis " + axis.axis.name + " is coupled with " + coupling.from +
-                                    ", expected one of the axes that are controlled");
-  for (const WiredAxisConfig& axis : config.axes)
-    axes_.push_back(std::make_unique<WiredAxis>(axis, config, database));
-  lay_routes();
-  std::vector<can::Filter> filters;
-  filters.reserve(routes_.size());
-  for (const Route& route : routes_) filters.push_back({.id = route.id, .extended = route.extended});
-  bus_ = attach(filters);
+  add_routes();
+  bus_ = attach(router_.filters());
   bus_->on_frame([this](const can::Frame& frame, can::Time received) {
-    heard_ = received;
-    handle(frame);
+    frame_heard_ = received;
+    router_.pass_on(frame);
   });
   bus_->on_state([this](can::BusState state) { on_bus_state(state); });
 }
 
+/// Our own frames never come back to us: a frame with an identifier of ours comes from another controller. A
+/// damaged one, which no node accepts, is ignored.
+void Controller::add_routes() {
+  router_.add_route(can::sync_id, false, [this](const can::Frame& frame) {
+    if (can::parse_sync(frame)) on_another_controller();
+  });
+  router_.add_route(can::heartbeat_base + config_.node, false, [this](const can::Frame& frame) {
+    if (can::is_heartbeat_of(config_.node, frame)) on_another_controller();
+  });
+  for (std::size_t i = 0; i < axes_.size(); ++i) add_routes_of(i);
+}
+
+void Controller::add_routes_of(std::size_t index) {
+  WiredAxis& wired = *axes_[index];
+  router_.add_route(wired.decode_sample.id(), wired.decode_sample.extended(),
+                    [this, index](const can::Frame& frame) { on_sample(index, frame); });
+  if (const auto& decode = wired.decode_status)
+    router_.add_route(decode->id(), decode->extended(),
+                      [&wired](const can::Frame& frame) { wired.handle_status(frame); });
+  router_.add_route(wired.encode_command.id(), wired.encode_command.extended(),
+                    [this, &wired](const can::Frame& frame) {
+                      if (!wired.foreign_command.check(frame)) on_another_controller();
+                    });
+  if (const auto id = wired.status_sender.id())
+    router_.add_route(*id, false, [this, &wired](const can::Frame& frame) {
+      if (wired.status_sender.is_sound(frame)) on_another_controller();
+    });
+  if (const auto& receiver = wired.setpoint_receiver)
+    router_.add_route(receiver->id(), false, [&wired](const can::Frame& frame) {
+      wired.setpoint_receiver->hear(frame, wired.axis);
+    });
+  router_.add_route(
+      can::heartbeat_base + wired.sensor.node(), false,
+      [this, &wired](const can::Frame& frame) { wired.handle_sensor_heartbeat(frame, scheduler_.now()); });
+  router_.add_route(
+      can::heartbeat_base + wired.amplifier.node(), false,
+      [this, &wired](const can::Frame& frame) { wired.handle_amplifier_heartbeat(frame, scheduler_.now()); });
+  for (RemoteNode* node : {&wired.sensor, &wired.amplifier}) {
+    router_.add_route(can::emergency_base + node->node(), false,
+                      [node](const can::Frame& frame) { node->hear_emergency(frame); });
+    router_.add_route(can::sdo_response_base + node->node(), false,
+                      [node](const can::Frame& frame) { node->hear_sdo(frame); });
+  }
+}
+
 void Controller::start(bool clear_amplifier_faults) {
   started_ = scheduler_.now();
-  sync_sent_ = started_;
+  cycle_.sync_sent = started_;
   deadline_ = started_ + std::max<can::Duration>(warm_up, config_.heartbeat_period);
   phase_ = Phase::listening;
   for (const auto& wired : axes_) wired->axis.start(clear_amplifier_faults);
@@ -104,23 +125,8 @@ std::optional<SetpointCounters> Controller::live_setpoints(std::size_t i) const 
 
 std::vector<can::RejectedFrames> Controller::rejected() const {
   std::vector<can::RejectedFrames> all;
-  const auto add = [&](std::string message, const can::E2eChecker& checker) {
-    all.push_back(can::rejected_frames(std::move(message), checker));
-  };
   all.reserve(9 * axes_.size());
-  for (const auto& wired : axes_) {
-    add(can::message_map<can::SensorSample>(wired->wire)->message, wired->decode_sample.checker());
-    if (wired->decode_status)
-      add(can::message_map<can::AmpStatus>(wired->wire)->message, wired->decode_status->checker());
-    if (wired->setpoint_receiver)
-      add(can::message_map<can::Setpoint>(wired->wire)->message, wired->setpoint_receiver->checker());
-    for (const RemoteNode* node : {&wired->amplifier, &wired->sensor}) {
-      const std::string number = std::to_string(node->node());
-      add("heartbeat of node " + number, node->heartbeat_checker());
-      add("emergency of node " + number, node->emergency_checker());
-      add("SDO response of node " + number, node->sdo_checker());
-    }
-  }
+  for (const auto& wired : axes_) wired->append_rejected(all);
   return all;
 }
 
@@ -128,24 +134,11 @@ void Controller::tick() {
   if (phase_ == Phase::silent) return;
   if (phase_ == Phase::listening) {
     phase_ = Phase::running;
-    next_heartbeat_ = scheduler_.now() + config_.heartbeat_period;
-    bus_->send(can::heartbeat_frame(config_.node, can::NmtState::boot_up));
+    background_.start(*bus_, scheduler_.now());
   }
   close_cycle();
-  begin_tracking_ = std::ranges::all_of(axes_, [](const auto& wired) {
-    const AxisState state = wired->axis.state();
-    return state == AxisState::ready || state == AxisState::tracking;
-  });
-
   const can::Time now = scheduler_.now();
-  note_wake_up(now);
-  dt_s_ = can::seconds(now - sync_sent_);
-  sync_sent_ = now;
-  sync_counter_ = can::next_sync_counter(sync_counter_);
-  bus_->send(can::sync_frame(sync_counter_));
-  ++counters_.cycles;
-  for (const auto& wired : axes_) wired->answered = false;
-  house_kept_ = false;
+  begin_cycle(now);
   run_background_tasks();
 
   deadline_ += period_;
@@ -154,19 +147,6 @@ void Controller::tick() {
     ++counters_.overruns;
   }
   sync_timer_->expire_at(deadline_);
-}
-
-/// A SYNC that comes too late tells of a computer that does not keep its time.
-void Controller::note_wake_up(can::Time now) {
-  sync_late_ = now - deadline_;
-  timing_.wake_up.add(sync_late_);
-  if (counters_.cycles != 0) {  // the first SYNC has none before it
-    sync_period_ = now - sync_sent_;
-    timing_.period.add(sync_period_);
-  }
-  if (config_.wake_up_trip == can::Duration::zero() || sync_late_ <= config_.wake_up_trip) return;
-  for (const auto& wired : axes_)
-    if (is_in_use(wired->axis.state())) wired->axis.trip(Cause::cycle_overrun, can::seconds(now - started_));
 }
 
 /// Axes whose sample has not come are stepped without it.
@@ -178,52 +158,97 @@ void Controller::close_cycle() {
   }
 }
 
+void Controller::begin_cycle(can::Time now) {
+  cycle_.begin_tracking = std::ranges::all_of(axes_, [](const auto& wired) {
+    const AxisState state = wired->axis.state();
+    return state == AxisState::ready || state == AxisState::tracking;
+  });
+  note_wake_up(now);
+  cycle_.dt_s = can::seconds(now - cycle_.sync_sent);
+  cycle_.sync_sent = now;
+  cycle_.sync_counter = can::next_sync_counter(cycle_.sync_counter);
+  bus_->send(can::sync_frame(cycle_.sync_counter));
+  ++counters_.cycles;
+  for (const auto& wired : axes_) wired->answered = false;
+  cycle_.background_done = false;
+}
+
+/// A SYNC that is too late shows that the computer does not keep its deadlines.
+void Controller::note_wake_up(can::Time now) {
+  cycle_.sync_late = now - deadline_;
+  timing_.wake_up.add(cycle_.sync_late);
+  if (counters_.cycles != 0) {  // the first SYNC has none before it
+    cycle_.sync_period = now - cycle_.sync_sent;
+    timing_.period.add(cycle_.sync_period);
+  }
+  if (config_.wake_up_trip == can::Duration::zero() || cycle_.sync_late <= config_.wake_up_trip) return;
+  for (const auto& wired : axes_)
+    if (is_in_use(wired->axis.state())) wired->axis.trip(Cause::cycle_overrun, since_start_s(now));
+}
+
+/// What is less urgent than the commands, once a cycle: when the commands of all axes in use have been sent.
+void Controller::run_background_tasks() {
+  if (cycle_.background_done) return;
+  // From the back: samples mostly come in the order of the axes, so that one look is enough before the last.
+  const bool commands_sent = std::all_of(axes_.rbegin(), axes_.rend(), [](const auto& wired) {
+    return wired->answered || !is_in_use(wired->axis.state());
+  });
+  if (!commands_sent) return;
+  cycle_.background_done = true;
+  requests_.answer_next(counters_.cycles);
+  background_.send_next(*bus_, cycle_.sync_sent, scheduler_.now(), since_start_s(cycle_.sync_sent));
+}
+
+void Controller::on_sample(std::size_t index, const can::Frame& frame) {
+  WiredAxis& wired = *axes_[index];
+  const auto sample = wired.decode_sample(frame);
+  if (!sample) return;
+  const bool of_another_cycle = wired.samples_name_their_sync && sample->sync_counter != cycle_.sync_counter;
+  if (of_another_cycle || wired.answered) {
+    ++counters_.late_samples;
+    wired.late_sample = true;
+    return;
+  }
+  step(index, &*sample);
+  run_background_tasks();
+}
+
 void Controller::step(std::size_t index, const can::SensorSample* sample) {
   WiredAxis& wired = *axes_[index];
   wired.answered = true;
-  AxisInput input{.time_s = can::seconds(sync_sent_ - started_),
-                  .dt_s = dt_s_,
+  const AxisInput input = input_of(wired, sample);
+  StepTimes times;
+  times.begun = scheduler_.now();
+  const AxisCommand command = wired.axis.step(input);
+  times.decided = scheduler_.now();
+  const bool is_asleep = wired.axis.state() == AxisState::waiting &&
+                         wired.amplifier.state(cycle_.sync_sent) != can::NmtState::operational;
+  if (!is_asleep) send_command(wired, command);
+  times.sent = scheduler_.now();
+  if (sample != nullptr) times.sample_heard = frame_heard_;
+  record(index, times);
+}
+
+AxisInput Controller::input_of(WiredAxis& wired, const can::SensorSample* sample) const {
+  AxisInput input{.time_s = since_start_s(cycle_.sync_sent),
+                  .dt_s = cycle_.dt_s,
                   .cycle_s = can::seconds(period_),
                   .position_um = std::nullopt,
                   .late_sample = std::exchange(wired.late_sample, false),
-                  .begin_tracking = begin_tracking_,
-                  .health = health(wired)};
+                  .begin_tracking = cycle_.begin_tracking,
+                  .health = wired.take_health(scheduler_.now(), bus_->state())};
   if (sample != nullptr) {
     input.position_um = sample->position_um;
     input.sensor_status_good = sample->status == 0;
   }
   input.coupled_um = coupled_um(wired.axis, input);
-  const can::Time begun = scheduler_.now();
-  const AxisCommand command = wired.axis.step(input);
-  const can::Time decided = scheduler_.now();
-  const bool is_asleep = wired.axis.state() == AxisState::waiting &&
-                         wired.amplifier.state(sync_sent_) != can::NmtState::operational;
-  if (!is_asleep) send_command(wired, command);
-  auto event = wired.amplifier.take_event();
-  if (!event) event = wired.sensor.take_event();
-  const can::Time sent = scheduler_.now();
-  const can::Time heard = sample != nullptr ? heard_ : sent;
-  timing_.execution.add(decided - begun);
-  if (sample != nullptr) timing_.turnaround.add(sent - heard);
-  on_record_({.cycle = counters_.cycles,
-              .time_s = input.time_s,
-              .axis = index,
-              .report = wired.axis.report(),
-              .amplifier_output = wired.status.output,
-              .turnaround = sent - heard,
-              .phases = {.period = sync_period_,
-                         .lateness = sync_late_,
-                         .sample_heard = sample != nullptr ? heard - sync_sent_ : can::Duration::zero(),
-                         .command_sent = sent - sync_sent_,
-                         .execution = decided - begun},
-              .counters = counters_,
-              .event = event});
+  return input;
 }
 
 /// What the other axes will add to this one's position when the command acts.
 double Controller::coupled_um(Axis& axis, const AxisInput& input) const {
   double sum_um = 0.0;
-  for (const Coupling& coupling : axis.config().couplings)
+  for (const model::Coupling& coupling : axis.config().couplings)
     sum_um += coupling.um_per_um *
               axes_[coupling.index]->axis.expected_um(input.time_s + axis.preview_s(input.cycle_s));
   return sum_um;
@@ -234,36 +259,57 @@ void Controller::send_command(WiredAxis& wired, const AxisCommand& command) {
   const auto frame = wired.encode_command({.setpoint = command.drive,
                                            .enable = command.enable,
                                            .clear_fault = command.clear_fault,
-                                           .sync_counter = sync_counter_});
+                                           .sync_counter = cycle_.sync_counter});
   wired.amplifier_moves |= command.enable && wired.decode_status.has_value();
   if (frame)
     bus_->send(*frame);
   else  // the amplifier's watchdog acts on the silence
-    wired.axis.trip(Cause::command_not_sendable, can::seconds(sync_sent_ - started_));
+    wired.axis.trip(Cause::command_not_sendable, since_start_s(cycle_.sync_sent));
 }
 
-NodeHealth Controller::health(WiredAxis& wired) const {
-  const can::Time now = scheduler_.now();
-  const unsigned boot_ups = wired.sensor.boot_ups() + wired.amplifier.boot_ups();
-  const bool restarted = std::exchange(wired.boot_ups_seen, boot_ups) != boot_ups;
-  const bool sensor_emergency = wired.sensor.take_alarm();
-  const bool emergency = wired.amplifier.take_alarm() || sensor_emergency;
-  const bool was_off = std::exchange(wired.bus_off_seen, false);
-  return {.interface_up = bus_->state() != can::BusState::down,
-          .bus_on = bus_->state() != can::BusState::bus_off && !was_off,
-          .bus_passive = bus_->state() == can::BusState::passive,
-          .sensor_alive = wired.sensor.state(now).has_value(),
-          .sensor_operational = wired.sensor.is_operational(now),
-          .amplifier_alive = wired.amplifier.state(now).has_value(),
-          .amplifier_operational = wired.amplifier.is_operational(now),
-          .restarted = restarted,
-          .emergency = emergency,
-          .amplifier_ready =
-              wired.status.state == can::AmpState::ready || wired.status.state == can::AmpState::enabled,
-          .amplifier_enabled = wired.status.state == can::AmpState::enabled,
-          .amplifier_fault = wired.status.state == can::AmpState::fault,
-          .amplifier_output = wired.status.output,
-          .amplifier_moves = wired.amplifier_moves};
+void Controller::record(std::size_t index, const StepTimes& times) {
+  WiredAxis& wired = *axes_[index];
+  const can::Duration execution = times.decided - times.begun;
+  const can::Duration turnaround =
+      times.sample_heard ? times.sent - *times.sample_heard : can::Duration::zero();
+  timing_.execution.add(execution);
+  if (times.sample_heard) timing_.turnaround.add(turnaround);
+  on_record_({.cycle = counters_.cycles,
+              .time_s = since_start_s(cycle_.sync_sent),
+              .axis = index,
+              .report = wired.axis.report(),
+              .amplifier_output = wired.status.output,
+              .turnaround = turnaround,
+              .phases = {.period = cycle_.sync_period,
+                         .lateness = cycle_.sync_late,
+                         .sample_heard = times.sample_heard ? *times.sample_heard - cycle_.sync_sent
+                                                            : can::Duration::zero(),
+                         .command_sent = times.sent - cycle_.sync_sent,
+                         .execution = execution},
+              .counters = counters_,
+              .event = wired.take_event()});
+}
+
+void Controller::on_another_controller() {
+  if (phase_ != Phase::listening && phase_ != Phase::running) return;
+  for (const auto& wired : axes_)
+    if (wired->axis.state() != AxisState::offline)
+      wired->axis.trip(Cause::another_controller, since_start_s(scheduler_.now()));
+  if (phase_ == Phase::listening) keep_silent();
+}
+
+/// The other controller may be driving: not even a safe command of ours may come between. Only the records of
+/// one more step are left to be written.
+void Controller::keep_silent() {
+  phase_ = Phase::silent;
+  sync_timer_->cancel();
+  cycle_.sync_sent = scheduler_.now();
+  for (std::size_t i = 0; i < axes_.size(); ++i) step(i, nullptr);
+}
+
+void Controller::on_bus_state(can::BusState state) {
+  if (state != can::BusState::bus_off && state != can::BusState::down) return;
+  for (const auto& wired : axes_) wired->handle_bus_loss(state);
 }
 
 }  // namespace hystcan::controller

@@ -74,7 +74,7 @@ Outcome run_once(const Setup& setup, double settle_s, const controller::Controll
                   .bus_load = rehearsal.bus().load(),
                   .counters = loop.counters()};
   for (std::size_t i = 0; i < loop.axis_count(); ++i)
-    outcome.axes.push_back(controller::outcome_of(loop.axis(i), std::move(statistics[i])));
+    outcome.axes.push_back(controller::outcome_of(loop.axis_name(i), loop.axis(i), std::move(statistics[i])));
   return outcome;
 }
 

@@ -8,9 +8,10 @@
 namespace hystcan::twin {
 namespace {
 
-AmplifierNode::Config amplifier_config(const AxisConfig& axis, const Config& common) {
+AmplifierNode::Config amplifier_config(const can::AxisWire& wire, const AxisConfig& axis,
+                                       const CommonConfig& common) {
   const Amplifier::Config& amplifier = axis.plant.amplifier;
-  return {.wire = axis.wire,
+  return {.wire = wire,
           .drive_min = amplifier.drive_min,
           .drive_max = amplifier.drive_max,
           .safe_drive = amplifier.safe_drive,
@@ -55,25 +56,25 @@ std::unique_ptr<can::Bus> attach_sensor(const can::AxisWire& wire, const can::At
 
 }  // namespace
 
-Twin::Axis::Axis(const AxisConfig& config, const Config& common, const can::Database& database,
+Twin::Axis::Axis(const WiredAxisConfig& config, const CommonConfig& common, const can::Database& database,
                  can::Scheduler& scheduler, const can::Attach& attach)
     : name(config.wire.name),
       wire(config.wire),
-      plant(config.plant, scheduler.now()),
-      amplifier(amplifier_config(config, common), database, scheduler,
+      plant(config.axis.plant, scheduler.now()),
+      amplifier(amplifier_config(wire, config.axis, common), database, scheduler,
                 attach_with_faults(attach, scheduler, amplifier_line_config(wire, database, common.seed),
                                    amplifier_line),
                 plant),
-      sensor({.wire = config.wire, .heartbeat_period = common.heartbeat_period, .clock = config.sample_clock},
+      sensor({.wire = wire, .heartbeat_period = common.heartbeat_period, .clock = config.axis.sample_clock},
              database, scheduler,
-             attach_sensor(config.wire,
-                           attach_with_faults(attach, scheduler,
-                                              sensor_line_config(wire, database, common.seed), sensor_line)),
+             attach_sensor(
+                 wire, attach_with_faults(attach, scheduler, sensor_line_config(wire, database, common.seed),
+                                          sensor_line)),
              plant,
-             Sensor(config.sensor, common.seed + config.wire.sensor_node, scheduler.now(),
-                    config.plant.substep)),
-      drive_noise(config.drive_noise, config.plant.substep, scheduler.now(),
-                  common.seed + config.wire.amplifier_node) {
+             Sensor(config.axis.sensor, common.seed + wire.sensor_node, scheduler.now(),
+                    config.axis.plant.substep)),
+      drive_noise(config.axis.drive_noise, config.axis.plant.substep, scheduler.now(),
+                  common.seed + wire.amplifier_node) {
   if (!drive_noise.is_silent()) plant.set_drive_noise([this](can::Time time) { return drive_noise(time); });
   if (sensor.follows_the_plant()) {
     sensor.follow(scheduler.now(), plant.position_um());
@@ -86,15 +87,18 @@ Config with_axes(Config config, const std::vector<std::string>& names) {
     return std::ranges::find(names, name) != names.end();
   };
   for (const std::string& name : names)
-    if (std::ranges::none_of(config.axes, [&](const AxisConfig& axis) { return axis.wire.name == name; }))
-      throw std::invalid_argument("there is no axis \"" + name + "\", expected one of the configuration");
-  std::erase_if(config.axes, [&](const AxisConfig& axis) { return !is_named(axis.wire.name); });
-  std::erase_if(config.faults, [&](const FaultSpec& spec) { return !is_named(spec.axis); });
-  for (AxisConfig& axis : config.axes) {
-    std::erase_if(axis.couplings, [&](const Coupling& coupling) { return !is_named(coupling.from); });
-    for (Coupling& coupling : axis.couplings)
+    if (std::ranges::none_of(config.axes,
+                             [&](const WiredAxisConfig& axis) { return axis.wire.name == name; }))
+      throw std::invalid_argument("there is no axis \"" + name + "\", expected one of the configuration's");
+  std::erase_if(config.axes, [&](const WiredAxisConfig& axis) { return !is_named(axis.wire.name); });
+  std::erase_if(config.faults, [&](const FaultSpec& order) { return !is_named(order.axis); });
+  for (WiredAxisConfig& axis : config.axes) {
+    std::erase_if(axis.axis.couplings,
+                  [&](const model::Coupling& coupling) { return !is_named(coupling.from); });
+    for (model::Coupling& coupling : axis.axis.couplings)
       coupling.index = static_cast<std::size_t>(
-          std::ranges::find(config.axes, coupling.from, [](const AxisConfig& one) { return one.wire.name; }) -
+          std::ranges::find(config.axes, coupling.from,
+                            [](const WiredAxisConfig& one) { return one.wire.name; }) -
           config.axes.begin());
   }
   return config;
@@ -108,14 +112,14 @@ Twin::Twin(const Config& config, const can::Database& database, can::Scheduler& 
   std::vector<FaultTarget> targets;
   axes_.reserve(config.axes.size());
   targets.reserve(config.axes.size());
-  for (const AxisConfig& axis : config.axes) {
+  for (const WiredAxisConfig& axis : config.axes) {
     axes_.push_back(std::make_unique<Axis>(axis, config, database, scheduler, attach));
     Axis& created = *axes_.back();
     targets.push_back({created.wire, created.plant, created.amplifier, created.sensor,
                        *created.amplifier_line, *created.sensor_line});
   }
   for (std::size_t i = 0; i < axes_.size(); ++i)
-    for (const Coupling& coupling : config.axes[i].couplings)
+    for (const model::Coupling& coupling : config.axes[i].axis.couplings)
       axes_[i]->plant.couple(axes_.at(coupling.index)->plant, coupling.um_per_um);
   faults_ =
       std::make_unique<FaultScheduler>(scheduler, std::move(targets), config.faults, config.random_faults);

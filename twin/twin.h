@@ -11,6 +11,7 @@
 
 #include "can/bus.h"
 #include "can/dbc/database.h"
+#include "model/coupling.h"
 #include "twin/amplifier_node.h"
 #include "twin/drive_noise.h"
 #include "twin/fault_scheduler.h"
@@ -21,36 +22,37 @@
 
 namespace hystcan::twin {
 
-/// Motion of another axis from its start changes the position of this axis, by `um_per_um` of that motion.
-struct Coupling {
-  std::string from;  ///< name of the other axis
-  double um_per_um = 0.0;
-  std::size_t index = 0;  ///< of the other axis
-};
-
 struct AxisConfig {
-  can::AxisWire wire;
   Plant::Config plant;
   Sensor::Config sensor;
   can::Duration command_timeout{};
   unsigned status_every = 10;
-  std::vector<Coupling> couplings{};
+  std::vector<model::Coupling> couplings{};  ///< Of the way that the other axis is from its start.
   WatchdogAction watchdog_action = WatchdogAction::safe;
   Apply apply = Apply::sync;
   DriveNoise::Config drive_noise{};
   SampleClock sample_clock{};
 };
 
-struct Config {
+struct WiredAxisConfig {
+  can::AxisWire wire;
+  AxisConfig axis;
+};
+
+/// What holds for the twin as a whole.
+struct CommonConfig {
   std::uint64_t seed = 1;
   can::Duration heartbeat_period{};
-  std::vector<AxisConfig> axes;
   std::vector<FaultSpec> faults{};  ///< their times count from start()
   std::optional<RandomFaults> random_faults{};
 };
 
-/// The same twin with only these axes and their faults; other twins or real nodes provide the other axes.
-/// Throws std::invalid_argument where a name is not that of an axis.
+struct Config : CommonConfig {
+  std::vector<WiredAxisConfig> axes;
+};
+
+/// The same twin with these axes alone and their faults; the others are other twins', or real. Throws
+/// std::invalid_argument where there is no axis of a name.
 Config with_axes(Config config, const std::vector<std::string>& names);
 
 class Twin {
@@ -71,7 +73,7 @@ class Twin {
   void shut_down();
 
   struct Axis {
-    Axis(const AxisConfig& config, const Config& common, const can::Database& database,
+    Axis(const WiredAxisConfig& config, const CommonConfig& common, const can::Database& database,
          can::Scheduler& scheduler, const can::Attach& attach);
     Axis(const Axis&) = delete;
     Axis& operator=(const Axis&) = delete;

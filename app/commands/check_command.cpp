@@ -85,7 +85,7 @@ int check(const CheckArguments& options) {
     const double preview_s =
         controller::chain_moments(axis.control.delays, axis.control.law.notch, cycle_s).mean_s;
     fmt::print("# axis {}: {} to {} {} reach {:.4g} to {:.4g} um; the reference is previewed by {:.4g} ms\n",
-               axis.wire.name, hysteresis.input_range().lo, hysteresis.input_range().hi, axis.drive_unit,
+               axis.wire.name, hysteresis.input_range().lo, hysteresis.input_range().hi, axis.wire.drive_unit,
                reach.lo, reach.hi, 1e3 * preview_s);
     for (const std::string& loss : config::losses(axis.wire))
       fmt::print("# axis {}: {}\n", axis.wire.name, loss);

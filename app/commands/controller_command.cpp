@@ -119,7 +119,8 @@ int print_results(const controller::Controller& controller, const CycleRecorder&
                   const ControllerArguments& options, std::uint64_t dropped_records) {
   std::vector<controller::AxisOutcome> outcomes;
   for (std::size_t i = 0; i < controller.axis_count(); ++i)
-    outcomes.push_back(controller::outcome_of(controller.axis(i), recorder.statistics(i)));
+    outcomes.push_back(
+        controller::outcome_of(controller.axis_name(i), controller.axis(i), recorder.statistics(i)));
   const controller::CycleCounters& counters = controller.counters();
   const BusClosing closing = closing_of(controller, recorder.events());
   if (options.json) {
@@ -157,14 +158,15 @@ int run_controller(const ControllerArguments& options) {
   config::Config config = config::load(options.config);
   if (!options.interface.empty()) config.bus.interface = options.interface;
   if (options.once)
-    for (auto& axis : config.controller.axes) axis.axis.repeat = false;
+    for (config::AxisConfig& axis : config.axes) axis.control.repeat = false;
 
   refuse_to_overwrite(options.csv, options.config);
   const SavedStates states(config);
 
   LiveLoop loop(config.bus.interface);
   std::unique_ptr<controller::TelemetryThread> telemetry;
-  controller::Controller controller(config.controller, config.database, loop.scheduler(), loop.attach(),
+  controller::Controller controller(controller_config(config), config.database, loop.scheduler(),
+                                    loop.attach(),
                                     [&](const controller::CycleRecord& record) { telemetry->push(record); });
   check_interface(config, config.bus.interface);
   states.restore(controller);

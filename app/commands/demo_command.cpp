@@ -39,8 +39,8 @@ std::filesystem::path shipped_config() {
 }
 
 std::vector<Column> run_columns(const config::Config& config, const std::filesystem::path& directory) {
-  const rehearsal::Setup setup{.controller = config.controller,
-                               .twin = config.twin,
+  const rehearsal::Setup setup{.controller = controller_config(config),
+                               .twin = twin_config(config),
                                .database = config.database,
                                .bitrate_bit_per_s = config.bus.bitrate_bit_per_s};
   std::vector<std::string> names;
@@ -153,7 +153,7 @@ int run_demo(const DemoArguments& options) {
   const std::string undrawn = draw({.directory = options.output,
                                     .title = config.file.stem().string() + ", axis " + axis.wire.name,
                                     .axis = axis.wire.name,
-                                    .drive_unit = axis.drive_unit,
+                                    .drive_unit = axis.wire.drive_unit,
                                     .stroke_um = columns.front().outcome.axes.front().stroke_um,
                                     .from_s = tracking_s + axis.control.setpoint.front().transition_s,
                                     .to_s = tracking_s + axis.control.setpoint.front().transition_s + 0.3});

@@ -73,7 +73,7 @@ class DatasetRecorder {
                             axis.wire.name, config.controller.rate_Hz,
                             options.run.rehearse ? "rehearsed" : "recorded",
                             config.file.filename().string()));
-    file_.write(fmt::format("# input_unit = \"{}\"\n# output_unit = \"um\"\n", axis.drive_unit));
+    file_.write(fmt::format("# input_unit = \"{}\"\n# output_unit = \"um\"\n", axis.wire.drive_unit));
     file_.write(
         "# input: the drive in force from this row's SYNC to the next; output: the position at this SYNC\n");
     file_.write("time_s,input,output\n");
@@ -133,8 +133,9 @@ int run_excite(const ExciteArguments& options) {
   const config::Config config =
       in_open_loop(chosen, excitation(options, chosen.axes[0].control.gate, chosen.controller.rate_Hz));
   DatasetRecorder recorder(options, config);
-  const OpenLoopEnd end = drive_in_open_loop(
-      config, options.run, [&](const controller::CycleRecord& record) { recorder.add(record); });
+  const OpenLoopEnd end =
+      drive_in_open_loop(config, twin_config(loaded), options.run,
+                         [&](const controller::CycleRecord& record) { recorder.add(record); });
   for (const std::string& line : end.closing) fmt::print(stderr, "{}\n", line);
   recorder.close();
 
@@ -142,7 +143,7 @@ int run_excite(const ExciteArguments& options) {
                                                      ? "stopped before the first row, nothing is written"
                                                      : fmt::format("stopped after {} rows, which are in {}",
                                                                    recorder.rows(), options.output.string()));
-  fmt::print(stderr, "{}: {}\n", options.output.string(), recorder.summary(config.axes[0].drive_unit));
+  fmt::print(stderr, "{}: {}\n", options.output.string(), recorder.summary(config.axes[0].wire.drive_unit));
   return done;
 }
 

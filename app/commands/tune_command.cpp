@@ -66,18 +66,20 @@ PiRule rule(const TuneArguments& options) {
 
 /// Drive and position in every cycle of the experiment. The rows have the times of whole cycles: sample and
 /// drive both follow the SYNC, so that its jitter of some microseconds does not affect the identified mode.
-Dataset measure(const config::Config& config, const TuneArguments& options) {
+Dataset measure(const config::Config& config, const twin::Config& twin, const TuneArguments& options) {
   const config::AxisConfig& axis = config.axes[0];
   const double rate_Hz = config.controller.rate_Hz;
-  Dataset record{.input_unit = axis.drive_unit, .output_unit = "um", .time_s = {}, .input = {}, .output = {}};
+  Dataset record{
+      .input_unit = axis.wire.drive_unit, .output_unit = "um", .time_s = {}, .input = {}, .output = {}};
   controller::ExcitationDataset rows;
-  const OpenLoopEnd end = drive_in_open_loop(config, options.run, [&](const controller::CycleRecord& cycle) {
-    const auto row = rows.add(cycle);
-    if (!row) return;
-    record.time_s.push_back(std::round(row->time_s * rate_Hz) / rate_Hz);
-    record.input.push_back(row->input);
-    record.output.push_back(row->output);
-  });
+  const OpenLoopEnd end =
+      drive_in_open_loop(config, twin, options.run, [&](const controller::CycleRecord& cycle) {
+        const auto row = rows.add(cycle);
+        if (!row) return;
+        record.time_s.push_back(std::round(row->time_s * rate_Hz) / rate_Hz);
+        record.input.push_back(row->input);
+        record.output.push_back(row->output);
+      });
   for (const std::string& text : end.closing) fmt::print(stderr, "{}\n", text);
   end.require_finished(axis.wire.name, "stopped before the end of the experiment, nothing is written");
   return record;
@@ -108,18 +110,19 @@ Setting proposal(const Setting& present, const SecondOrderFit& found, const PiRu
 
 /// Sets the identified mode in the twin. The amplifier's lag represents the delay, if there is one.
 void set_mode(twin::Config& twin, const std::string& axis_name, const SecondOrderFit& found) {
-  for (twin::AxisConfig& axis : twin.axes) {
+  for (twin::WiredAxisConfig& axis : twin.axes) {
     if (axis.wire.name != axis_name) continue;
-    axis.plant.mode = found.mode();
-    axis.plant.amplifier.bandwidth_Hz =
-        bandwidth_Hz_for(found.delay_s).value_or(axis.plant.amplifier.bandwidth_Hz);
+    twin::Plant::Config& plant = axis.axis.plant;
+    plant.mode = found.mode();
+    plant.amplifier.bandwidth_Hz = bandwidth_Hz_for(found.delay_s).value_or(plant.amplifier.bandwidth_Hz);
   }
 }
 
 /// Runs the configured reference with each structure in virtual time.
-void predict(Setting& setting, const config::Config& config, const SecondOrderFit& found) {
-  rehearsal::Setup setup{.controller = config.controller,
-                         .twin = config.twin,
+void predict(Setting& setting, const config::Config& config, const twin::Config& twin,
+             const SecondOrderFit& found) {
+  rehearsal::Setup setup{.controller = controller_config(config),
+                         .twin = twin,
                          .database = config.database,
                          .bitrate_bit_per_s = config.bus.bitrate_bit_per_s};
   controller::AxisConfig& axis = setup.controller.axes[0].axis;
@@ -141,11 +144,12 @@ int tune(const TuneArguments& options) {
   const config::Config loaded = config::load(options.run.config);
   refuse_to_overwrite_inputs(options.output, options.run.config, loaded);
   const config::Config config = chosen_axis_of(loaded, options.run);
+  const twin::Config twin = twin_config(loaded);  // whole, as the bus has all its nodes
   const config::AxisConfig& axis = config.axes[0];
   const double cycle_s = 1.0 / config.controller.rate_Hz;
   TuningReport report{.config = config.file.filename().string(),
                       .axis = axis.wire.name,
-                      .drive_unit = axis.drive_unit,
+                      .drive_unit = axis.wire.drive_unit,
                       .actuator = axis.twin_model.string(),
                       .rehearsed = options.run.rehearse,
                       .steps = steps(options, axis.control.gate),
@@ -156,14 +160,14 @@ int tune(const TuneArguments& options) {
                       .proposed = {}};
   const config::Config experiment = in_open_loop(config, report.steps);
   OutputFile out(options.output);  // fails before the axis moves if it cannot be written
-  report.fit = fit(measure(experiment, options));
+  report.fit = fit(measure(experiment, twin, options));
   stop_at_a_signal();
   if (report.present.pi.ki_per_s > 0.0)
     report.present.loop =
         identification::judge({report.present.pi.kp, report.present.pi.ki_per_s}, report.fit, cycle_s);
   report.proposed = proposal(report.present, report.fit, asked, cycle_s);
-  predict(report.present, config, report.fit);
-  predict(report.proposed, config, report.fit);
+  predict(report.present, config, twin, report.fit);
+  predict(report.proposed, config, twin, report.fit);
   out.write(fragment(report));
   out.commit();
   fmt::print("{}", options.json ? to_json(report).dump(2) + "\n" : describe(report));

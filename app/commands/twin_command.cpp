@@ -116,9 +116,9 @@ void open_socket(std::optional<ControlSocket>& socket, const TwinArguments& opti
 }
 
 twin::Config twin_of(const config::Config& config, const TwinArguments& options) {
-  if (options.axes.empty()) return config.twin;
+  if (options.axes.empty()) return twin_config(config);
   try {
-    return twin::with_axes(config.twin, options.axes);
+    return twin::with_axes(twin_config(config), options.axes);
   } catch (const std::invalid_argument& error) {
     throw config::Error(fmt::format("--axis: {}", error.what()));
   }
@@ -127,13 +127,13 @@ twin::Config twin_of(const config::Config& config, const TwinArguments& options)
 std::vector<std::string> names_of(const twin::Config& config) {
   std::vector<std::string> names;
   names.reserve(config.axes.size());
-  for (const twin::AxisConfig& axis : config.axes) names.push_back(axis.wire.name);
+  for (const twin::WiredAxisConfig& axis : config.axes) names.push_back(axis.wire.name);
   return names;
 }
 
 int run_twin(const TwinArguments& options) {
   const config::Config config = config::load(options.config);
-  const twin::Config twin_config = twin_of(config, options);
+  const twin::Config chosen = twin_of(config, options);
   const std::string interface = options.interface.empty() ? config.bus.interface : options.interface;
   if (!options.force_interface && !can::is_virtual_interface(interface))
     throw RunError(
@@ -142,16 +142,16 @@ int run_twin(const TwinArguments& options) {
                     interface));
   if (!options.truth.empty()) refuse_to_overwrite(options.truth, options.config);
   LiveLoop loop(interface);
-  twin::Twin twin(twin_config, config.database, loop.scheduler(), loop.attach());
+  twin::Twin twin(chosen, config.database, loop.scheduler(), loop.attach());
   check_interface(config, interface);
   log_faults(twin, loop.scheduler().now());
   std::optional<TruthLog> truth;
   if (!options.truth.empty()) {
-    truth.emplace(options.truth, names_of(twin_config));
+    truth.emplace(options.truth, names_of(chosen));
     twin.on_truth([&](const twin::Truth& sampled) { truth->write(sampled); });
   }
   twin.start();
-  for (const twin::AxisConfig& axis : twin_config.axes)
+  for (const twin::WiredAxisConfig& axis : chosen.axes)
     spdlog::info("{}: amplifier node {}, sensor node {} on {}", axis.wire.name, axis.wire.amplifier_node,
                  axis.wire.sensor_node, interface);
   const auto end = [&] {

@@ -35,7 +35,7 @@ struct Demand {
   std::vector<std::int64_t> cpus;
   can::Duration wake_up_trip{};  ///< zero: none
 };
-Demand demand_of(const controller::Config& config);
+Demand demand_of(const controller::CommonConfig& config);
 
 /// Parses a list such as "0-3,8", as /sys writes it; returns an empty set if the text is not a list.
 std::set<std::int64_t> parse_cpu_list(std::string_view text);

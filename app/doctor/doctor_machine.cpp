@@ -154,7 +154,7 @@ std::string_view to_string(Verdict verdict) {
   return "bad";
 }
 
-Demand demand_of(const controller::Config& config) {
+Demand demand_of(const controller::CommonConfig& config) {
   Demand demand{.period = can::Duration(std::llround(1e9 / config.rate_Hz)),
                 .priority = 0,
                 .lock_memory = false,

@@ -82,7 +82,7 @@ BusClosing closing_of(const controller::Controller& controller, const std::vecto
       .events = events, .bus = can::report_of(controller.bus(), 0.0), .rejected = controller.rejected()};
   for (std::size_t i = 0; i < controller.axis_count(); ++i) {
     const std::string text = describe(controller.live_setpoints(i).value_or(controller::SetpointCounters{}));
-    if (!text.empty()) closing.events.push_back(controller.axis(i).config().name + ": " + text);
+    if (!text.empty()) closing.events.push_back(controller.axis_name(i) + ": " + text);
   }
   return closing;
 }

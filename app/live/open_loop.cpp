@@ -26,12 +26,12 @@ bool has_ended(const controller::Axis& axis) {
   return axis.report().point.finished || axis.state() == controller::AxisState::faulted;
 }
 
-OpenLoopEnd rehearse(const config::Config& config, const OnRecord& on_record) {
-  // Longer than any start-up or ramp down: a run that takes longer does not end.
+OpenLoopEnd rehearse(const config::Config& config, const twin::Config& twin, const OnRecord& on_record) {
+  // Longer than any start-up or ramp down; who has not got there by then never will.
   constexpr double patience_s = 60.0;
   constexpr auto stride = std::chrono::milliseconds(10);
-  rehearsal::Rehearsal rehearsal({.controller = config.controller,
-                                  .twin = config.twin,
+  rehearsal::Rehearsal rehearsal({.controller = controller_config(config),
+                                  .twin = twin,
                                   .database = config.database,
                                   .bitrate_bit_per_s = config.bus.bitrate_bit_per_s},
                                  on_record);
@@ -55,7 +55,8 @@ OpenLoopEnd run_on_the_bus(const config::Config& config, const OpenLoopOptions& 
   StateLog log(config);
   can::BusHealthLog bus_log(config.bus.interface, bus_log_sink());
   std::unique_ptr<controller::TelemetryThread> telemetry;
-  controller::Controller controller(config.controller, config.database, loop.scheduler(), loop.attach(),
+  controller::Controller controller(controller_config(config), config.database, loop.scheduler(),
+                                    loop.attach(),
                                     [&](const controller::CycleRecord& record) { telemetry->push(record); });
   check_interface(config, config.bus.interface);
   telemetry = std::make_unique<controller::TelemetryThread>([&](const controller::CycleRecord& record) {
@@ -99,7 +100,7 @@ config::Config chosen_axis_of(config::Config config, const OpenLoopOptions& opti
     throw config::Error(
         fmt::format("{}: no axis {}, expected one of its names", config.file.string(), options.axis));
   config.axes = {config::AxisConfig(*chosen)};
-  config.controller.axes = {{.wire = config.axes[0].wire, .axis = config.axes[0].control}};
+  config.axes[0].live_setpoint = false;
   if (!options.interface.empty()) config.bus.interface = options.interface;
   return config;
 }
@@ -110,7 +111,6 @@ config::Config in_open_loop(config::Config config, const Excitation::Config& exc
                 Excitation(excitation));
   control.excitation = excitation;
   control.couplings.clear();
-  config.controller.axes[0].axis = control;
   return config;
 }
 
@@ -130,9 +130,9 @@ void OpenLoopEnd::require_finished(const std::string& axis_name, const std::stri
   if (!axis.report().point.finished) throw RunError(afterwards);
 }
 
-OpenLoopEnd drive_in_open_loop(const config::Config& config, const OpenLoopOptions& options,
-                               const OnRecord& on_record) {
-  return options.rehearse ? rehearse(config, on_record) : run_on_the_bus(config, options, on_record);
+OpenLoopEnd drive_in_open_loop(const config::Config& config, const twin::Config& twin,
+                               const OpenLoopOptions& options, const OnRecord& on_record) {
+  return options.rehearse ? rehearse(config, twin, on_record) : run_on_the_bus(config, options, on_record);
 }
 
 }  // namespace hystcan::app

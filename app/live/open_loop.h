@@ -48,7 +48,8 @@ struct OpenLoopEnd {
 /// Runs the excitation of the one axis of `config` until its end, a fault or a signal. Then the axis ramps
 /// to its safe drive and switches off. `on_record` takes every cycle record; on the bus, another thread
 /// calls it.
-OpenLoopEnd drive_in_open_loop(const config::Config& config, const OpenLoopOptions& options,
+OpenLoopEnd drive_in_open_loop(const config::Config& config, const twin::Config& twin,
+                               const OpenLoopOptions& options,
                                const std::function<void(const controller::CycleRecord&)>& on_record);
 
 }  // namespace hystcan::app

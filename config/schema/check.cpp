@@ -29,7 +29,7 @@ class AxisCheck {
         index_(index),
         axis_(config.axes[index]),
         path_(fmt::format("axis[{}]", index)),
-        unit_(axis_.drive_unit) {}
+        unit_(axis_.wire.drive_unit) {}
 
   void run() const {
     check_frames(document_, config_, index_);
@@ -213,7 +213,7 @@ void check_names(const Document& document, const Config& config) {
   }
 }
 
-void check_cpus(const Document& document, const controller::Config& controller) {
+void check_cpus(const Document& document, const controller::CommonConfig& controller) {
   if (!controller.realtime) return;
   for (std::size_t i = 0; i < controller.realtime->cpus.size(); ++i)
     if (const std::int64_t cpu = controller.realtime->cpus[i];

@@ -170,7 +170,7 @@ class FrameCheck {
 
   template <class Member>
   void check_unit(const can::Field<Payload, Member>& field, const can::Signal& signal) const {
-    const std::string ours = field.quantity == can::Quantity::drive ? axis_.drive_unit : "um";
+    const std::string ours = field.quantity == can::Quantity::drive ? axis_.wire.drive_unit : "um";
     if (can::decimal_step(signal.unit, ours)) return;
     const std::string place =
         is_own() ? fmt::format("{}.frames.{}.{}", path_, part_, field.role) : path_ + ".drive_unit";
@@ -180,12 +180,12 @@ class FrameCheck {
   }
 
   void check_drive_range(const can::Signal& signal, const can::SignalCodec& codec) const {
-    const can::DecimalStep step = *can::decimal_step(signal.unit, axis_.drive_unit);
+    const can::DecimalStep step = *can::decimal_step(signal.unit, axis_.wire.drive_unit);
     const double low = step.to_ours(codec.minimum());
     const double high = step.to_ours(codec.maximum());
     const controller::Gate::Config& gate = axis_.control.gate;
     if (gate.drive_min >= low && gate.drive_max <= high) return;
-    document_.fail_at(fmt::format("{}.control.drive_max_{}", path_, axis_.drive_unit),
+    document_.fail_at(fmt::format("{}.control.drive_max_{}", path_, axis_.wire.drive_unit),
                       fmt::format("the drive range {}..{} does not fit signal {}, expected within {}..{}",
                                   gate.drive_min, gate.drive_max, signal.name, low, high));
   }

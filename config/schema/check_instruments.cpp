@@ -52,7 +52,7 @@ class InstrumentCheck {
   }
 
   void check_watchdog() const {
-    const std::string ramp = "watchdog_ramp_" + axis_.drive_unit + "_per_s";
+    const std::string ramp = "watchdog_ramp_" + axis_.wire.drive_unit + "_per_s";
     if (twin_.watchdog_action == twin::WatchdogAction::ramp && !std::isfinite(amplifier_.ramp_per_s))
       fail("watchdog_action", "missing key {}, expected the speed of the ramp", ramp);
     if (twin_.watchdog_action == twin::WatchdogAction::off && twin::Amplifier::discharge_s(amplifier_) == 0.0)

@@ -29,9 +29,9 @@ struct BusConfig {
   can::Duration turnaround{std::chrono::microseconds(50)};
 };
 
+/// One axis as both sides of the wire see it.
 struct AxisConfig {
   can::AxisWire wire;
-  std::string drive_unit;
   std::filesystem::path control_model;
   controller::AxisConfig control;
   bool live_setpoint = false;
@@ -42,11 +42,17 @@ struct AxisConfig {
 struct Config {
   std::filesystem::path file;
   BusConfig bus;
-  controller::Config controller;  ///< its axes are copied from `axes`
-  twin::Config twin;              ///< its axes are copied from `axes`
+  controller::CommonConfig controller;
+  twin::CommonConfig twin;
   std::vector<AxisConfig> axes;
   can::Database database;
 };
+
+/// Reads and checks `file` and all files that it names; the overrides replace values of `file`. Throws
+/// Error or can::DbcError.
+controller::Config controller_config(const Config& config);
+/// What the twin is made from.
+twin::Config twin_config(const Config& config);
 
 /// Reads and checks `file` and all files that it names; the overrides replace values of `file`. Throws
 /// Error or can::DbcError.

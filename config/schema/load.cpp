@@ -24,20 +24,16 @@ Config read_config(const Document& document) {
 
 /// Copies shared values to the parts of an axis, and loads the models that they name.
 void complete(const Document& document, AxisConfig& axis) {
-  axis.control.name = axis.wire.name;
-  axis.wire.drive_unit = axis.drive_unit;
   axis.control.law.model = load_model(document.resolve(axis.control_model));
   for (controller::Segment& segment : axis.control.setpoint)
     if (auto* table = std::get_if<controller::Table>(&segment.shape))
       table->curve = load_setpoint(document.resolve(table->file));
-  axis.twin.wire = axis.wire;
   axis.twin.plant.hysteresis = load_any_parameters(document.resolve(axis.twin_model));
 }
 
 /// Resolves the axes that the couplings of axis i name; `key` is their path ("axis[0].control.coupling").
-template <class Coupling>
 void resolve_couplings(const Document& document, const Config& config, std::size_t i, const std::string& key,
-                       std::vector<Coupling>& couplings) {
+                       std::vector<model::Coupling>& couplings) {
   for (std::size_t j = 0; j < couplings.size(); ++j) {
     const auto from = std::ranges::find(config.axes, couplings[j].from,
                                         [](const AxisConfig& axis) { return axis.wire.name; });
@@ -65,6 +61,21 @@ void resolve_couplings(const Document& document, Config& config) {
 
 }  // namespace
 
+controller::Config controller_config(const Config& config) {
+  controller::Config derived{config.controller, {}};
+  derived.axes.reserve(config.axes.size());
+  for (const AxisConfig& axis : config.axes)
+    derived.axes.push_back({.wire = axis.wire, .axis = axis.control, .live_setpoint = axis.live_setpoint});
+  return derived;
+}
+
+twin::Config twin_config(const Config& config) {
+  twin::Config derived{config.twin, {}};
+  derived.axes.reserve(config.axes.size());
+  for (const AxisConfig& axis : config.axes) derived.axes.push_back({.wire = axis.wire, .axis = axis.twin});
+  return derived;
+}
+
 Config load(const std::filesystem::path& file, const std::vector<Setting>& overrides) {
   const Document document(file, overrides);
   Config config = read_config(document);
@@ -73,9 +84,6 @@ Config load(const std::filesystem::path& file, const std::vector<Setting>& overr
   for (AxisConfig& axis : config.axes) {
     complete(document, axis);
     set_sample_rate(config, axis.twin.sample_clock);
-    config.controller.axes.push_back(
-        {.wire = axis.wire, .axis = axis.control, .live_setpoint = axis.live_setpoint});
-    config.twin.axes.push_back(axis.twin);
   }
   std::filesystem::path& black_boxes = config.controller.black_box.folder;
   if (!black_boxes.empty()) black_boxes = document.resolve(black_boxes);

@@ -24,7 +24,7 @@ void visit(V& v, controller::Realtime& r) {
 }
 
 template <class V>
-void visit(V& v, controller::Config& c) {
+void visit(V& v, controller::CommonConfig& c) {
   v.required("rate_Hz", c.rate_Hz, {.lo = 1.0, .hi = 10'000.0});
   v.optional("node", c.node, {.lo = 1, .hi = 127});
   v.optional("heartbeat_ms", c.heartbeat_period, positive);
@@ -160,7 +160,7 @@ void visit_supervision(V& v, controller::AxisConfig& c) {
 }
 
 template <class V>
-void visit(V& v, controller::Coupling& c) {
+void visit(V& v, model::Coupling& c) {
   v.required("from", c.from);
   v.required("um_per_um", c.um_per_um, {.lo = -0.5, .hi = 0.5});
 }
@@ -175,7 +175,7 @@ void visit(V& v, controller::InPosition::Config& c) {
 /// [axis.control]. The keys of a drive have its unit in their names.
 template <class V>
 void visit_control(V& v, AxisConfig& axis) {
-  const std::string& unit = axis.drive_unit;
+  const std::string& unit = axis.wire.drive_unit;
   controller::AxisConfig& c = axis.control;
   std::string structure(to_string(c.law.structure));
   v.required("model", axis.control_model);
@@ -230,7 +230,7 @@ template <class V>
 void visit(V& v, AxisConfig& axis) {
   v.required("name", axis.wire.name);
   v.name("message_prefix", axis.wire.message_prefix);
-  v.required("drive_unit", axis.drive_unit);
+  v.required("drive_unit", axis.wire.drive_unit);
   v.required("amplifier_node", axis.wire.amplifier_node, {.lo = 1, .hi = 127});
   v.required("sensor_node", axis.wire.sensor_node, {.lo = 1, .hi = 127});
   v.optional("live_setpoint", axis.live_setpoint);

@@ -87,16 +87,11 @@ void visit(V& v, twin::Temperature& temperature) {
   v.required("expansion_um_per_K", temperature.expansion_um_per_K);
   v.required("gain_per_K", temperature.gain_per_K);
 }
-template <class V>
-void visit(V& v, twin::Coupling& coupling) {
-  v.required("from", coupling.from);
-  v.required("um_per_um", coupling.um_per_um, {.lo = -0.5, .hi = 0.5});
-}
 
 /// [axis.twin]: the physical axis.
 template <class V>
 void visit_twin(V& v, AxisConfig& axis) {
-  const std::string& unit = axis.drive_unit;
+  const std::string& unit = axis.wire.drive_unit;
   twin::AxisConfig& t = axis.twin;
   v.required("model", axis.twin_model);
   v.required("resonance_Hz", t.plant.mode.natural_frequency_Hz, positive);
@@ -158,7 +153,7 @@ void visit(V& v, twin::RandomFaults& r) {
 }
 
 template <class V>
-void visit(V& v, twin::Config& t) {
+void visit(V& v, twin::CommonConfig& t) {
   v.optional("seed", t.seed);
   v.required("heartbeat_ms", t.heartbeat_period, positive);
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };

@@ -25,6 +25,7 @@
 #include "controller/control/supervisor.h"
 #include "controller/reference/excitation.h"
 #include "controller/reference/trajectory.h"
+#include "model/coupling.h"
 
 namespace hystcan::controller {
 
@@ -43,16 +44,7 @@ enum class StartUp : std::uint8_t {
 inline constexpr std::array all_start_ups{StartUp::wipe, StartUp::assume, StartUp::restore};
 std::string_view to_string(StartUp start_up);
 
-/// Motion of another axis changes the position of this one:
-///   y = own + um_per_um * (position of `from`)
-struct Coupling {
-  std::string from;  ///< name of the other axis
-  double um_per_um = 0.0;
-  std::size_t index = 0;  ///< of the other axis
-};
-
 struct AxisConfig {
-  std::string name;
   ControlLaw::Config law;
   Gate::Config gate;
   Delays delays;
@@ -61,9 +53,11 @@ struct AxisConfig {
   ReferenceLimits reference_limits{};
   std::optional<InPosition::Config> in_position{};  ///< empty: not judged
   StartUp start_up = StartUp::wipe;
-  double wipe_slew_per_s = 100.0;     ///< drive units/s, to the thresholds and at the stop to the safe drive
-  double wipe_dwell_s = 0.1;          ///< rest at each threshold
-  std::vector<Coupling> couplings{};  ///< fed forward; a row of the matrix
+  double wipe_slew_per_s =
+      100.0;  ///< drive units per second, towards the thresholds and, at the end, the safe drive
+  double wipe_dwell_s = 0.1;  ///< rest at each threshold
+  std::vector<model::Coupling>
+      couplings{};  ///< Fed forward, of the other axis's position; a row of the matrix.
   Supervisor::Config supervision{};
   FollowingError::Config following_error{};
   std::optional<Excitation::Config> excitation{};  ///< open loop: replaces law and setpoint

@@ -30,7 +30,7 @@ struct LoopInput {
   double dt_s = 0.0;
   double cycle_s = 0.0;
   std::optional<double> position_um;
-  double coupled_um = 0.0;  ///< what the other axes will add to the position of this one (Coupling)
+  double coupled_um = 0.0;  ///< what the other axes will add to this one's position (model::Coupling)
 };
 
 struct Proposal {

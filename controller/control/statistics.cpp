@@ -37,10 +37,10 @@ ErrorStatistics TrackingStatistics::total() const {
   return sum;
 }
 
-AxisOutcome outcome_of(const Axis& axis, TrackingStatistics statistics) {
+AxisOutcome outcome_of(std::string name, const Axis& axis, TrackingStatistics statistics) {
   const model::ReferenceCurve& ascending = axis.config().law.model.ascending;
   const model::Interval& range = ascending.domain();
-  return {.name = axis.config().name,
+  return {.name = std::move(name),
           .stroke_um = ascending.value(range.hi) - ascending.value(range.lo),
           .state = axis.state(),
           .fault = axis.fault(),

@@ -41,6 +41,6 @@ struct AxisOutcome {
   Fault fault;
   TrackingStatistics statistics;
 };
-AxisOutcome outcome_of(const Axis& axis, TrackingStatistics statistics);
+AxisOutcome outcome_of(std::string name, const Axis& axis, TrackingStatistics statistics);
 
 }  // namespace hystcan::controller

@@ -67,8 +67,8 @@ double model_cycles_per_s(const rehearsal::Setup& setup) {
 int main(int argc, char** argv) {
   const std::string file = argc > 1 ? argv[1] : HYSTCAN_SOURCE_DIR "/config/piezo.toml";
   const config::Config config = config::load(file);
-  const rehearsal::Setup setup{.controller = config.controller,
-                               .twin = config.twin,
+  const rehearsal::Setup setup{.controller = controller_config(config),
+                               .twin = twin_config(config),
                                .database = config.database,
                                .bitrate_bit_per_s = config.bus.bitrate_bit_per_s};
   const double loop = best_of([&] { return loop_cycles_per_s(setup); });

@@ -32,19 +32,16 @@ constexpr double settle_s = 0.1;
 /// Axis x alone, with this cycle rate.
 config::Config at_rate(config::Config config, double rate_Hz) {
   config.axes.resize(1);
-  config.controller.axes.resize(1);
-  config.twin.axes.resize(1);
   const double shipped_Hz = config.controller.rate_Hz;
   config.controller.rate_Hz = rate_Hz;
-  config.controller.axes[0].axis.delays.command_delay = std::chrono::nanoseconds(std::llround(1e9 / rate_Hz));
-  auto& every = config.twin.axes[0].status_every;
+  config.axes[0].control.delays.command_delay = std::chrono::nanoseconds(std::llround(1e9 / rate_Hz));
+  unsigned& every = config.axes[0].twin.status_every;
   every = static_cast<unsigned>(std::lround(every * rate_Hz / shipped_Hz));
-  config.axes[0].twin.status_every = every;
   return config;
 }
 
 identification::SampledLoop loop_of(const config::Config& config) {
-  const twin::Plant::Config& plant = config.twin.axes[0].plant;
+  const twin::Plant::Config& plant = config.axes[0].twin.plant;
   return {plant.mode, 1.0 / (2.0 * std::numbers::pi * plant.amplifier.bandwidth_Hz),
           1.0 / config.controller.rate_Hz};
 }
@@ -56,8 +53,8 @@ controller::Pi::Config gains_by_rule(const config::Config& config) {
 
 /// The RMS error in % of stroke for all_structures; NaN where the axis faulted.
 Row track(const config::Config& config, const controller::Pi::Config& pi, const controller::Shape& shape) {
-  rehearsal::Setup setup{.controller = config.controller,
-                         .twin = config.twin,
+  rehearsal::Setup setup{.controller = controller_config(config),
+                         .twin = twin_config(config),
                          .database = config.database,
                          .bitrate_bit_per_s = static_cast<std::uint32_t>(
                              config.bus.bitrate_bit_per_s * std::max(1.0, config.controller.rate_Hz / 1e3))};
@@ -97,8 +94,8 @@ void print(const std::string& name, const Row& row) {
 }
 
 void print_loop(const config::Config& config, const controller::Pi::Config& pi) {
-  const twin::Plant::Config& plant = config.twin.axes[0].plant;
-  const controller::Delays& delays = config.controller.axes[0].axis.delays;
+  const twin::Plant::Config& plant = config.axes[0].twin.plant;
+  const controller::Delays& delays = config.axes[0].control.delays;
   const auto margins = loop_of(config).margins({pi.kp, pi.ki_per_s});
   std::printf(
       "sample rate %g Hz, command delay %g ms, preview %.3f ms, resonance %g Hz, damping %g, stroke 24 of 30 "
@@ -141,7 +138,7 @@ void print_table(const config::Config& config) {
 int main() {
   const config::Config shipped = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
   const config::Config slow = at_rate(shipped, 1000.0);
-  const controller::Pi::Config gains = slow.controller.axes[0].axis.law.pi;
+  const controller::Pi::Config gains = slow.axes[0].control.law.pi;
   const auto triangle = of_frequency<controller::Triangle>(10.0);
   std::printf("80 %% stroke triangle, 10 Hz; the gains as shipped, then by the rule\n");
   print_loop(slow, gains);

@@ -38,7 +38,7 @@ constexpr double budget = 1.0;
 
 rehearsal::Setup with_everything(rehearsal::Setup setup) {
   for (std::size_t i = 0; i < axes; ++i) {
-    twin::AxisConfig& axis = setup.twin.axes[i];
+    twin::AxisConfig& axis = setup.twin.axes[i].axis;
     axis.plant.second_mode = twin::SecondMode{{.natural_frequency_Hz = 1170.0, .damping_ratio = 0.01}, 0.05};
     axis.plant.creep = twin::LogarithmicCreep{.per_decade = 0.015, .from_s = 0.01, .to_s = 1000.0};
     axis.plant.temperature =
@@ -72,7 +72,7 @@ double speed(const rehearsal::Setup& setup, bool noisy) {
   });
   std::vector<can::Encoder<can::AmpCommand>> commands;
   commands.reserve(axes);
-  for (const twin::AxisConfig& axis : setup.twin.axes)
+  for (const twin::WiredAxisConfig& axis : setup.twin.axes)
     commands.emplace_back(*can::find_layout<can::AmpCommand>(setup.database, axis.wire));
   boost::random::mt19937_64 random(1);
   boost::random::uniform_int_distribution<int> late_ns(0, 10'000);

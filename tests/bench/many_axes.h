@@ -39,12 +39,12 @@ inline std::string database_text(std::size_t axes) {
 
 /// The bit rate grows with the number of axes, so that each axis always has the same part of the bus.
 inline rehearsal::Setup many_axes(const config::Config& config, std::size_t axes) {
-  rehearsal::Setup setup{.controller = config.controller,
-                         .twin = config.twin,
+  rehearsal::Setup setup{.controller = controller_config(config),
+                         .twin = twin_config(config),
                          .database = can::parse_dbc(database_text(axes), "axes"),
                          .bitrate_bit_per_s = static_cast<std::uint32_t>(1'000'000 * axes)};
   const controller::WiredAxisConfig control = setup.controller.axes.front();
-  const twin::AxisConfig twin = setup.twin.axes.front();
+  const twin::WiredAxisConfig twin = setup.twin.axes.front();
   setup.controller.axes.assign(axes, control);
   setup.twin.axes.assign(axes, twin);
   for (std::size_t i = 0; i < axes; ++i) {
@@ -54,7 +54,6 @@ inline rehearsal::Setup many_axes(const config::Config& config, std::size_t axes
     wire.amplifier_node = static_cast<std::uint8_t>(2 * i + 1);
     wire.sensor_node = static_cast<std::uint8_t>(2 * i + 2);
     setup.controller.axes[i].wire = setup.twin.axes[i].wire = wire;
-    setup.controller.axes[i].axis.name = wire.name;
     setup.controller.axes[i].axis.repeat = true;
   }
   return setup;

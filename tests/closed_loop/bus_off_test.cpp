@@ -58,7 +58,7 @@ struct ControllerOffTheBus : testing::Test {
 
   void switch_on(bool clear_faults) {
     controller.emplace(
-        config.controller, config.database, clock,
+        controller_config(config), config.database, clock,
         [this](std::span<const can::Filter>) {
           auto opened = std::make_unique<Connection>(bus.attach());
           connection = opened.get();
@@ -84,7 +84,7 @@ struct ControllerOffTheBus : testing::Test {
   const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
   can::VirtualClock clock;
   can::SimBus bus{clock, 1'000'000};
-  twin::Twin twin{config.twin, config.database, clock, [this](auto) { return bus.attach(); }};
+  twin::Twin twin{twin_config(config), config.database, clock, [this](auto) { return bus.attach(); }};
   Connection* connection = nullptr;
   std::optional<controller::Controller> controller;
 };

@@ -72,8 +72,6 @@ config::Config axes_like_the_shipped(std::size_t count, const Frames& frames, st
   const config::Config shipped = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
   config::Config config = shipped;
   config.axes.clear();
-  config.controller.axes.clear();
-  config.twin.axes.clear();
   config.database.messages.clear();
   Identifiers identifiers(random);
   for (std::size_t i = 0; i < count; ++i) {
@@ -97,10 +95,7 @@ config::Config axes_like_the_shipped(std::size_t count, const Frames& frames, st
       if (!frames.standard) identifiers.assign(message, frames.extended && random() % 4 != 0);
       config.database.messages.push_back(message);
     }
-    axis.twin.wire = axis.wire;
     config.axes.push_back(axis);
-    config.controller.axes.push_back({.wire = axis.wire, .axis = axis.control});
-    config.twin.axes.push_back(axis.twin);
   }
   return config;
 }
@@ -115,11 +110,9 @@ void set_times(config::Config& config, std::mt19937_64& random) {
   config.controller.heartbeat_period = between(1.0, 30.0);
   config.controller.heartbeat_timeout = 100 * cycle;
   const unsigned status_every = 1 + static_cast<unsigned>(random() % 12);
-  for (std::size_t i = 0; i < config.axes.size(); ++i) {
-    for (twin::AxisConfig* axis : {&config.axes[i].twin, &config.twin.axes[i]}) {
-      axis->command_timeout = 20 * cycle;
-      axis->status_every = status_every;
-    }
+  for (config::AxisConfig& axis : config.axes) {
+    axis.twin.command_timeout = 20 * cycle;
+    axis.twin.status_every = status_every;
   }
 }
 

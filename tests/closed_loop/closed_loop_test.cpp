@@ -45,12 +45,12 @@ TEST(PiezoStage, MeetsItsTrackingBudgetWithAMismatchedModel) {
 TEST(PiezoStage, AtRestIsTrackedToTheSensorNoiseWithAPerfectModel) {
   rehearsal::Setup setup = shipped("piezo.toml");
   for (std::size_t i = 0; i < setup.twin.axes.size(); ++i) {
-    setup.twin.axes[i].plant.hysteresis = setup.controller.axes[i].axis.law.model;
+    setup.twin.axes[i].axis.plant.hysteresis = setup.controller.axes[i].axis.law.model;
     setup.controller.axes[i].axis.setpoint = {
         {.shape = controller::Hold{.level_um = 12.0, .duration_s = 0.5}, .transition_s = 0.2}};
   }
   const auto outcome = rehearsal::run_once(with_structure(setup, Structure::inverse), 0.2, ignore);
-  EXPECT_LT(outcome.axes[0].statistics.total().rms_um(), 3 * setup.twin.axes[0].sensor.noise_um_rms);
+  EXPECT_LT(outcome.axes[0].statistics.total().rms_um(), 3 * setup.twin.axes[0].axis.sensor.noise_um_rms);
 }
 
 TEST(Galfenol, IsTrackedThroughItsButterflyCurve) {

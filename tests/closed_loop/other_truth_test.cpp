@@ -24,7 +24,7 @@ using controller::Structure;
 using std::chrono::milliseconds;
 
 const model::HysteresisParameters& shipped_plant(const rehearsal::Setup& setup) {
-  return std::get<model::HysteresisParameters>(setup.twin.axes[0].plant.hysteresis);
+  return std::get<model::HysteresisParameters>(setup.twin.axes[0].axis.plant.hysteresis);
 }
 
 /// E(alpha, beta): the fall of the plant's output from input alpha down to beta, after it has come up from
@@ -86,7 +86,7 @@ model::PrandtlIshlinskiiParameters plays_like(const model::HysteresisParameters&
 
 /// RMS error over the triangle, in % of stroke.
 double triangle_percent(rehearsal::Setup setup, const model::AnyParameters& truth, Structure structure) {
-  for (auto& axis : setup.twin.axes) axis.plant.hysteresis = truth;
+  for (auto& axis : setup.twin.axes) axis.axis.plant.hysteresis = truth;
   const auto outcome = rehearsal::run_once(with_structure(setup, structure), 0.1, support::ignore);
   for (const auto& axis : outcome.axes)
     EXPECT_EQ(axis.state, AxisState::tracking) << to_string(axis.fault.cause);
@@ -115,8 +115,8 @@ TEST(PrandtlIshlinskiiTruth, IsTrackedByTheRecursiveInverse) {
 rehearsal::Setup creeping(Structure structure) {
   rehearsal::Setup setup = support::shipped("piezo.toml");
   for (std::size_t i = 0; i < setup.twin.axes.size(); ++i) {
-    setup.twin.axes[i].plant.hysteresis = setup.controller.axes[i].axis.law.model;
-    setup.twin.axes[i].plant.creep =
+    setup.twin.axes[i].axis.plant.hysteresis = setup.controller.axes[i].axis.law.model;
+    setup.twin.axes[i].axis.plant.creep =
         twin::LogarithmicCreep{.per_decade = 0.015, .from_s = 0.1, .to_s = 100.0};
     setup.controller.axes[i].axis.setpoint = {
         {.shape = controller::Hold{.level_um = 12.0, .duration_s = 60.0}, .transition_s = 0.2}};

@@ -24,11 +24,11 @@ class CycleTimingTest : public testing::Test {
       : config_(config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml")) {
     config_.controller.wake_up_trip = trip;
     records_.reserve(20'000);
-    twin_.emplace(config_.twin, config_.database, clock_, [this](std::span<const can::Filter>) {
+    twin_.emplace(twin_config(config_), config_.database, clock_, [this](std::span<const can::Filter>) {
       return bus_.attach(can::TransmitOrder::by_priority);
     });
     controller_.emplace(
-        config_.controller, config_.database, sleeper_,
+        controller_config(config_), config_.database, sleeper_,
         [this](std::span<const can::Filter>) { return bus_.attach(); },
         [this](const CycleRecord& record) {
           if (records_.size() < records_.capacity()) records_.push_back(record);

@@ -54,7 +54,7 @@ struct SecondController : SharedBus {
   std::optional<Controller> second;
 
   void start_second() {
-    second.emplace(config.controller, config.database, rehearsal.clock(), rehearsal.attach(),
+    second.emplace(controller_config(config), config.database, rehearsal.clock(), rehearsal.attach(),
                    [this](const controller::CycleRecord& record) { records.push_back(record); });
     second->start();
   }
@@ -141,7 +141,7 @@ TEST_F(SharedBus, AMalformedForeignSyncHeartbeatOrCommandDoesNotDisturbTracking)
 
 TEST_F(SharedBus, ASecondTwinDetectsTheFirstAndStaysSilent) {
   track();
-  twin::Twin second(config.twin, config.database, rehearsal.clock(), rehearsal.attach());
+  twin::Twin second(twin_config(config), config.database, rehearsal.clock(), rehearsal.attach());
   second.start();
   rehearsal.run_for(std::chrono::seconds(1));
   EXPECT_TRUE(second.taken_node());

@@ -27,8 +27,8 @@ using hil::milliseconds;
 config::Config four_kilohertz() {
   config::Config config = config::load(hil::config_file);
   config.controller.rate_Hz = 4000.0;
-  config.controller.axes.resize(1);
-  config.controller.axes[0].axis.delays.command_delay = std::chrono::microseconds(250);
+  config.axes.resize(1);
+  config.axes[0].control.delays.command_delay = std::chrono::microseconds(250);
   return config;
 }
 
@@ -63,7 +63,7 @@ TEST(IcountFast, OneAxisAtFourKilohertzMissesNoCycle) {
   boost::asio::io_context context{1};
   can::AsioScheduler scheduler(context);
   controller::Controller controller(
-      config.controller, config.database, scheduler,
+      controller_config(config), config.database, scheduler,
       [&](std::span<const can::Filter> filters) {
         return std::make_unique<can::SocketCanBus>(context, "vcan0", filters);
       },

@@ -36,7 +36,7 @@ class InProcess {
           csv_.write(record);
         }),
         controller_(
-            config_.controller, config_.database, scheduler_,
+            controller_config(config_), config_.database, scheduler_,
             [this](std::span<const can::Filter> filters) {
               return std::make_unique<can::SocketCanBus>(context_, "vcan0", filters);
             },

@@ -70,7 +70,7 @@ config::Config config_for(Trouble trouble) {
   config::Config config = one_axis();
   if (trouble != Trouble::sample_frozen) return config;
   // A slow ramp, so that the frozen position is detected by its bits before the following error is too large.
-  config.controller.axes[0].axis.setpoint = {
+  config.axes[0].control.setpoint = {
       {.shape = controller::Ramp{.from_um = 5.0, .to_um = 25.0, .duration_s = 1.0}, .transition_s = 0.1}};
   return config;
 }
@@ -184,7 +184,7 @@ TEST(NodeFault, IsNotOperationalWhenNmtStopsTheAmplifierBeforeItsEnableIsJudged)
 
 TEST(NodeFault, OfAFailedSetUpIsFollowedByAnotherSetUpAfterClear) {
   config::Config config = one_axis();
-  can::AxisWire& wire = config.controller.axes[0].wire;
+  can::AxisWire& wire = config.axes[0].wire;
   wire.sensor_setup = {{.object = {.index = 0x1000, .subindex = 0}, .content = {.value = 1, .bytes = 4}}};
   FaultRig rig(config);
   rig.start();
@@ -221,7 +221,7 @@ TEST(CommandFault, OfACommandThatDoesNotFitItsSignalIsFollowedByTheSafeCommand) 
 TEST(FollowingErrorFault, DoesNotOccurWithinTheConfiguredLag) {
   for (const bool allowed : {true, false}) {
     config::Config config = one_axis();
-    controller::AxisConfig& axis = config.controller.axes[0].axis;
+    controller::AxisConfig& axis = config.axes[0].control;
     axis.law.structure = controller::Structure::pi;  // behind by more than 4 um at 126 um/s
     axis.law.pi = {.kp = 0.0, .ki_per_s = 20.0};
     axis.following_error.lag = milliseconds(allowed ? 60 : 0);

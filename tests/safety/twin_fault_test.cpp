@@ -102,11 +102,10 @@ const std::vector<Row> rows{
 
 config::Config config_for(Structure structure, const Row& row) {
   config::Config config = one_axis();
-  controller::AxisConfig& axis = config.controller.axes[0].axis;
+  controller::AxisConfig& axis = config.axes[0].control;
   axis.law.structure = structure;
   // The error that the structure itself leaves must not count as the fault.
   if (structure == Structure::pi || structure == Structure::average) axis.following_error.error_um = 9.0;
-  config.axes[0].control = axis;
   twin::FaultSpec spec = twin::fault_spec(row.kind, "x");
   spec.node = row.node;
   spec.begins = begins;

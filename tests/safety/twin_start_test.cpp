@@ -54,7 +54,7 @@ class StartSequence {
   can::VirtualClock clock_;
   can::SimBus bus_{clock_, shipped().bus.bitrate_bit_per_s};
   controller::Controller controller_{
-      shipped().controller, shipped().database, clock_,
+      controller_config(shipped()), shipped().database, clock_,
       [this](std::span<const can::Filter>) { return bus_.attach(); },
       [this](const controller::CycleRecord& record) { positions_um.push_back(record.report.position_um); }};
   std::vector<std::unique_ptr<twin::Twin>> twins_;
@@ -62,7 +62,7 @@ class StartSequence {
 
 TEST(StartUp, TracksWhenTheTwinStartsFirst) {
   StartSequence sequence;
-  sequence.start_twin(shipped().twin);
+  sequence.start_twin(twin_config(shipped()));
   sequence.run_for(seconds(2));
   sequence.start_controller();
   EXPECT_TRUE(sequence.track());
@@ -72,23 +72,23 @@ TEST(StartUp, TracksWhenTheControllerStartsFirst) {
   StartSequence sequence;
   sequence.start_controller();
   sequence.run_for(seconds(2));
-  sequence.start_twin(shipped().twin);
+  sequence.start_twin(twin_config(shipped()));
   EXPECT_TRUE(sequence.track());
 }
 
 TEST(StartUp, TracksWhenOneAxisStartsAfterTheOther) {
   StartSequence sequence;
-  sequence.start_twin(with_axes(shipped().twin, {"y"}));
+  sequence.start_twin(with_axes(twin_config(shipped()), {"y"}));
   sequence.start_controller();
   sequence.run_for(seconds(2));
-  sequence.start_twin(with_axes(shipped().twin, {"x"}));
+  sequence.start_twin(with_axes(twin_config(shipped()), {"x"}));
   EXPECT_TRUE(sequence.track());
 }
 
 /// The nodes of both axes are off at first, the second ones for longer than the first ones.
 TEST(StartUp, TracksWhenOneNodeStartsAfterTheOther) {
   for (const bool sensors_first : {true, false}) {
-    twin::Config config = shipped().twin;
+    twin::Config config = twin_config(shipped());
     for (const char* axis : {"x", "y"})
       for (const Node node : {Node::sensor, Node::amplifier}) {
         twin::FaultSpec spec = twin::fault_spec(Fault::node_reboot, axis);
@@ -107,10 +107,10 @@ TEST(StartUp, TracksWhenOneNodeStartsAfterTheOther) {
 
 TEST(SeveralTwins, GiveTheSameResultToTheBitAsOneTwinOfBothAxes) {
   StartSequence one;
-  one.start_twin(shipped().twin);
+  one.start_twin(twin_config(shipped()));
   StartSequence two;
-  two.start_twin(with_axes(shipped().twin, {"x"}));
-  two.start_twin(with_axes(shipped().twin, {"y"}));
+  two.start_twin(with_axes(twin_config(shipped()), {"x"}));
+  two.start_twin(with_axes(twin_config(shipped()), {"y"}));
   for (StartSequence* sequence : {&one, &two}) {
     sequence->start_controller();
     sequence->run_for(seconds(3));
@@ -120,8 +120,8 @@ TEST(SeveralTwins, GiveTheSameResultToTheBitAsOneTwinOfBothAxes) {
 }
 
 TEST(SeveralTwins, RefuseAnAxisThatDoesNotExist) {
-  EXPECT_THROW(with_axes(shipped().twin, {"x", "z"}), std::invalid_argument);
-  twin::Config config = shipped().twin;
+  EXPECT_THROW(with_axes(twin_config(shipped()), {"x", "z"}), std::invalid_argument);
+  twin::Config config = twin_config(shipped());
   config.faults = {twin::fault_spec(Fault::no_reply, "x"), twin::fault_spec(Fault::no_reply, "y")};
   EXPECT_EQ(with_axes(config, {"y"}).faults.size(), 1u) << "the other fault belongs to the other twin";
 }
@@ -133,7 +133,7 @@ TEST_P(NodeReboot, LeavesTheNodeAsAtItsFirstStartAndItIsSetUpAgain) {
   constexpr can::SdoObject object{.index = 0x2001, .subindex = 1};
   config::Config config = one_axis();
   const std::vector<can::SdoWrite> setup{{.object = object, .content = {.value = 7, .bytes = 2}}};
-  config.controller.axes[0].wire.amplifier_setup = setup;
+  config.axes[0].wire.amplifier_setup = setup;
   FaultRig rig(config);
   rig.start();
   ASSERT_TRUE(rig.tracks());

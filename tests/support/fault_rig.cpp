@@ -117,10 +117,8 @@ void Relay::on_state(StateHandler handler) {
 config::Config one_axis() {
   config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
   config.axes.resize(1);
-  config.twin.axes.resize(1);
-  config.controller.axes.resize(1);
   config.controller.wake_up_trip = std::chrono::microseconds(400);
-  controller::AxisConfig& control = config.controller.axes[0].axis;
+  controller::AxisConfig& control = config.axes[0].control;
   control.setpoint = {
       {.shape = controller::Sine{.low_um = 5.0, .high_um = 25.0, .frequency_Hz = 2.0, .cycles = 1000.0},
        .transition_s = 0.1}};
@@ -130,7 +128,6 @@ config::Config one_axis() {
   control.supervision.position_jump_um = 1.5;
   control.supervision.saturated_s = 0.05;
   control.supervision.bus_passive_s = 0.05;
-  config.axes[0].control = control;
   return config;
 }
 
@@ -139,10 +136,10 @@ FaultRig::FaultRig(const config::Config& config)
   monitor_.emplace(monitor_config(config_), config_.database);
   monitor_bus_->on_frame([this](const can::Frame& frame, can::Time when) { monitor_->receive(frame, when); });
   twin_ = std::make_unique<twin::Twin>(
-      config_.twin, config_.database, clock_,
+      twin_config(config_), config_.database, clock_,
       [this](std::span<const can::Filter> filters) { return attach_node(filters); });
   controller_ = std::make_unique<controller::Controller>(
-      config_.controller, config_.database, sleeper_,
+      controller_config(config_), config_.database, sleeper_,
       [this](std::span<const can::Filter>) {
         auto node = bus_.attach();
         controller_node_ = node.get();
@@ -295,7 +292,7 @@ void FaultRig::end(Trouble trouble) {
       offset_um_ = 0.0;
       return;
     case Trouble::law_not_finite:
-      retune(config_.controller.axes[0].axis);
+      retune(config_.axes[0].control);
       return;
     default:
       return;

@@ -21,7 +21,6 @@ inline model::HysteresisParameters piezo_model() {
 
 inline controller::AxisConfig piezo_axis() {
   controller::AxisConfig config;
-  config.name = "x";
   config.law = {.structure = controller::Structure::inverse_pi,
                 .model = piezo_model(),
                 .pi = {.kp = 0.05, .ki_per_s = 120.0}};

@@ -61,8 +61,8 @@ TEST(DriveNoise, IsZeroByDefault) {
 // A ripple of 0.5 V and 50 Hz about 40 V appears in the amplifier's status and in the position.
 TEST(DriveNoise, AppearsInTheStatusOfTheAmplifierAndInThePosition) {
   Config config = one_axis();
-  config.axes.front().drive_noise = {.ripple = 0.5, .ripple_Hz = 50.0};
-  config.axes.front().status_every = 1;
+  config.axes.front().axis.drive_noise = {.ripple = 0.5, .ripple_Hz = 50.0};
+  config.axes.front().axis.status_every = 1;
   TwinBench bench(config);
   bench.start_nodes();
   bench.drive(40.0, 200);

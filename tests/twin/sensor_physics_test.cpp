@@ -150,8 +150,8 @@ TEST(SensorNoise, FromADensityIsTheSameAtTheSameTime) {
 
 TEST(SensorOnTheBus, MarksASampleBeyondItsRangeInTheStatus) {
   Config config = one_axis();
-  config.axes.front().sensor.range_min_um = -1.0;
-  config.axes.front().sensor.range_max_um = 6.0;
+  config.axes.front().axis.sensor.range_min_um = -1.0;
+  config.axes.front().axis.sensor.range_max_um = 6.0;
   TwinBench bench(config);
   bench.start_nodes();
   bench.drive(10.0, 30);
@@ -163,7 +163,7 @@ TEST(SensorOnTheBus, MarksASampleBeyondItsRangeInTheStatus) {
 
 TEST(SensorOnTheBus, ReadsThePlantWithItsDelay) {
   Config delayed = one_axis();
-  delayed.axes.front().sensor.delay = milliseconds(3);
+  delayed.axes.front().axis.sensor.delay = milliseconds(3);
   TwinBench late(delayed);
   TwinBench prompt;
   for (TwinBench* bench : {&late, &prompt}) bench->start_nodes();
@@ -182,7 +182,8 @@ TEST(SensorOnTheBus, ReadsThePlantWithItsDelay) {
 
 TEST(SensorOnTheBus, SamplesByItsOwnClockAndNamesTheLastSync) {
   Config config = one_axis();
-  config.axes.front().sample_clock = {.sampling = Sampling::free, .rate_Hz = 1000.0, .skew_ppm = 10'000.0};
+  config.axes.front().axis.sample_clock = {
+      .sampling = Sampling::free, .rate_Hz = 1000.0, .skew_ppm = 10'000.0};
   TwinBench bench(config);
   bench.start_nodes();
   bench.run(milliseconds(10));

@@ -23,7 +23,7 @@ using std::chrono::milliseconds;
 
 Config with(WatchdogAction action) {
   Config config = one_axis();
-  AxisConfig& axis = config.axes.front();
+  AxisConfig& axis = config.axes.front().axis;
   axis.watchdog_action = action;
   axis.plant.amplifier.safe_drive = 10.0;
   axis.plant.amplifier.ramp_per_s = 200.0;
@@ -124,7 +124,7 @@ INSTANTIATE_TEST_SUITE_P(Twin, EveryWatchdogAction, testing::ValuesIn(all_watchd
 
 TEST(Apply, OnReceiptTakesEffectAtOnceWithoutASync) {
   Config config = one_axis();
-  config.axes.front().apply = Apply::receipt;
+  config.axes.front().axis.apply = Apply::receipt;
   TwinBench bench(config);
   bench.start_nodes();
   bench.sync();
@@ -136,7 +136,7 @@ TEST(Apply, OnReceiptTakesEffectAtOnceWithoutASync) {
 
 TEST(Apply, RoundsTheSetpointToTheResolutionOfTheAmplifier) {
   Config config = one_axis();
-  config.axes.front().plant.amplifier.resolution = 0.5;
+  config.axes.front().axis.plant.amplifier.resolution = 0.5;
   TwinBench bench(config);
   bench.start_nodes();
   bench.drive(50.2, 5);

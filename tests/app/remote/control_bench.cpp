@@ -29,8 +29,8 @@ config::Config prepared(const support::ShippedCopy& files,
 }
 
 rehearsal::Setup setup_of(const config::Config& config) {
-  return {.controller = config.controller,
-          .twin = config.twin,
+  return {.controller = controller_config(config),
+          .twin = twin_config(config),
           .database = config.database,
           .bitrate_bit_per_s = config.bus.bitrate_bit_per_s};
 }

@@ -34,8 +34,8 @@ class StoppedStage {
     const config::Config config = load();
     SavedStates states(config);
     highest_initial_drive = 0.0;
-    rehearsal::Rehearsal rehearsal({.controller = config.controller,
-                                    .twin = config.twin,
+    rehearsal::Rehearsal rehearsal({.controller = controller_config(config),
+                                    .twin = twin_config(config),
                                     .database = config.database,
                                     .bitrate_bit_per_s = config.bus.bitrate_bit_per_s},
                                    [this](const controller::CycleRecord& record) {
@@ -116,8 +116,8 @@ TEST(SavedStates, OfAFaultedAxisAreNotWritten) {
   StoppedStage stage;
   const config::Config config = stage.load();
   const SavedStates states(config);
-  rehearsal::Rehearsal rehearsal({.controller = config.controller,
-                                  .twin = config.twin,
+  rehearsal::Rehearsal rehearsal({.controller = controller_config(config),
+                                  .twin = twin_config(config),
                                   .database = config.database,
                                   .bitrate_bit_per_s = config.bus.bitrate_bit_per_s},
                                  [](const controller::CycleRecord&) {});

@@ -50,7 +50,7 @@ class TwinCommandHandlerTest : public testing::Test {
   can::VirtualClock clock;
   can::SimBus bus{clock, 1'000'000};
   std::unique_ptr<can::Bus> second_node = bus.attach();  // acknowledges the frames of the twin
-  twin::Twin twin{config.twin, config.database, clock, [this](auto) { return bus.attach(); }};
+  twin::Twin twin{twin_config(config), config.database, clock, [this](auto) { return bus.attach(); }};
   bool stopped = false;
   TwinCommandHandler handler{twin, clock, [this] { stopped = true; }};
 };

@@ -121,7 +121,8 @@ TEST(SetUp, ReadsItsObjectsAndRefusesAValueThatDoesNotFit) {
   const char* setup = "\n[[axis.amplifier_setup]]\nindex = 0x2001\nsubindex = 1\nvalue = 255\nbytes = 1\n";
   shipped.edit("piezo.toml", "sensor_node    = 2\n", std::string("sensor_node    = 2\n") + setup);
   const Config config = load(shipped / "piezo.toml");
-  for (const can::AxisWire& wire : {config.controller.axes[0].wire, config.twin.axes[0].wire}) {
+  for (const can::AxisWire& wire :
+       {controller_config(config).axes[0].wire, twin_config(config).axes[0].wire}) {
     ASSERT_EQ(wire.amplifier_setup.size(), 1u);
     EXPECT_EQ(wire.amplifier_setup[0].object, (can::SdoObject{.index = 0x2001, .subindex = 1}));
     EXPECT_EQ(wire.amplifier_setup[0].content, (can::SdoValue{.value = 255, .bytes = 1}));
@@ -169,7 +170,7 @@ TEST(SetUp, ReadsTimeoutAndAttemptsAndRefusesInvalidValues) {
     if (!rate.empty()) shipped.edit("galfenol.toml", "rate_Hz = 1000.0", "rate_Hz = " + rate);
     if (!rate.empty())
       shipped.edit("galfenol.toml", "command_delay_us       = 1000.0", "command_delay_us = 2e5");
-    return load(shipped / "galfenol.toml").controller.axes[0].wire.setup_patience;
+    return load(shipped / "galfenol.toml").axes[0].wire.setup_patience;
   };
   const can::SdoPatience patience = load_with("setup_timeout_ms = 2500\nsetup_attempts = 1\n", "");
   EXPECT_EQ(patience.timeout, std::chrono::milliseconds(2500));

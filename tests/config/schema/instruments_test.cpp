@@ -26,7 +26,7 @@ std::string refusal_of(const char* file, const std::vector<Setting>& settings) {
 
 TEST(Instruments, AreIdealByDefault) {
   const Config config = load(piezo);
-  const twin::AxisConfig& axis = config.twin.axes[0];
+  const twin::AxisConfig& axis = config.axes[0].twin;
   EXPECT_EQ(axis.plant.amplifier.current_limit_A, twin::Amplifier::unlimited);
   EXPECT_EQ(axis.plant.amplifier.resolution, 0.0);
   EXPECT_EQ(axis.watchdog_action, twin::WatchdogAction::safe);
@@ -45,7 +45,7 @@ TEST(Instruments, OfAVoltageDriveAreReadInTheirUnits) {
                    of_twin("drive_resolution_V", "0.002"), of_twin("drive_noise_V_per_rtHz", "3e-6"),
                    of_twin("ripple_V", "0.001"), of_twin("ripple_Hz", "100.0"),
                    of_twin("watchdog_action", "\"ramp\""), of_twin("watchdog_ramp_V_per_s", "200.0")});
-  const twin::AxisConfig& axis = config.twin.axes[0];
+  const twin::AxisConfig& axis = config.axes[0].twin;
   EXPECT_EQ(axis.plant.amplifier.current_limit_A, 0.14);
   EXPECT_EQ(axis.plant.amplifier.load_uF, 1.5);
   EXPECT_EQ(axis.plant.amplifier.load_ohm, 1e5);
@@ -60,7 +60,7 @@ TEST(Instruments, OfAVoltageDriveAreReadInTheirUnits) {
 TEST(Instruments, OfACurrentDriveAreReadInTheirUnits) {
   const Config config = load(galfenol, {of_twin("voltage_limit_V", "20.0"), of_twin("load_mH", "10.0"),
                                         of_twin("load_ohm", "4.0"), of_twin("watchdog_action", "\"off\"")});
-  const twin::AxisConfig& axis = config.twin.axes[0];
+  const twin::AxisConfig& axis = config.axes[0].twin;
   EXPECT_EQ(axis.plant.amplifier.voltage_limit_V, 20.0);
   EXPECT_EQ(axis.plant.amplifier.load_mH, 10.0);
   EXPECT_EQ(axis.watchdog_action, twin::WatchdogAction::off);
@@ -73,7 +73,7 @@ TEST(Instruments, ReadTheSensorsTable) {
               of_twin("sensor.nonlinearity_percent", "0.03"), of_twin("sensor.range_min_um", "-3.0"),
               of_twin("sensor.range_max_um", "33.0"), of_twin("sensor.gain_error_percent", "0.1"),
               of_twin("sensor.offset_um", "-0.2"), of_twin("sensor.skew_ppm", "-30.0")});
-  const twin::Sensor::Config& sensor = config.twin.axes[0].sensor;
+  const twin::Sensor::Config& sensor = config.axes[0].twin.sensor;
   EXPECT_EQ(sensor.bandwidth_Hz, 10'000.0);
   EXPECT_EQ(sensor.noise_density_um_per_rtHz, 1e-6);
   EXPECT_EQ(sensor.delay, std::chrono::microseconds(20));
@@ -83,21 +83,21 @@ TEST(Instruments, ReadTheSensorsTable) {
   EXPECT_EQ(sensor.range_max_um, 33.0);
   EXPECT_EQ(sensor.gain_error_percent, 0.1);
   EXPECT_EQ(sensor.offset_um, -0.2);
-  EXPECT_EQ(config.twin.axes[0].sample_clock.skew_ppm, -30.0);
+  EXPECT_EQ(config.axes[0].twin.sample_clock.skew_ppm, -30.0);
 }
 
 TEST(Instruments, RunFreeAtTheControllersRateByDefault) {
-  EXPECT_EQ(load(piezo, {of_twin("sensor.sampling", "\"free\"")}).twin.axes[0].sample_clock.rate_Hz, 1000.0);
+  EXPECT_EQ(load(piezo, {of_twin("sensor.sampling", "\"free\"")}).axes[0].twin.sample_clock.rate_Hz, 1000.0);
   const Config faster =
       load(piezo, {of_twin("sensor.sampling", "\"free\""), of_twin("sensor.sample_rate_Hz", "1500.0")});
-  EXPECT_EQ(faster.twin.axes[0].sample_clock.sampling, twin::Sampling::free);
-  EXPECT_EQ(faster.twin.axes[0].sample_clock.rate_Hz, 1500.0);
+  EXPECT_EQ(faster.axes[0].twin.sample_clock.sampling, twin::Sampling::free);
+  EXPECT_EQ(faster.axes[0].twin.sample_clock.rate_Hz, 1500.0);
 }
 
 TEST(Instruments, OnReceiptNeedADelayWithinTheTransmissionOnTheBus) {
   const Setting receipt = of_twin("apply", "\"receipt\"");
   const auto delay = [](const char* us) { return Setting{"axis[0].control.delays.command_delay_us", us}; };
-  EXPECT_EQ(load(piezo, {receipt, delay("400.0")}).twin.axes[0].apply, twin::Apply::receipt);
+  EXPECT_EQ(load(piezo, {receipt, delay("400.0")}).axes[0].twin.apply, twin::Apply::receipt);
   EXPECT_NE(refusal_of(piezo, {receipt, delay("0.0")})
                 .find("command_delay_us is 0, expected more than 0 and at most"),
             std::string::npos);

@@ -16,7 +16,7 @@ TEST(Shipped, ConfigurationsLoad) {
 
 TEST(Shipped, PiezoStageHasTwoAxesAsDocumented) {
   const Config config = load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
-  ASSERT_EQ(config.controller.axes.size(), 2u);
+  ASSERT_EQ(config.axes.size(), 2u);
   EXPECT_EQ(config.controller.rate_Hz, 1000.0);
   EXPECT_EQ(config.axes[1].wire.amplifier_node, 3);
   EXPECT_EQ(config.axes[0].twin.command_timeout, std::chrono::milliseconds(20));
@@ -185,18 +185,18 @@ TEST(Load, AcceptsAPlantModelOfAnyKind) {
       << "[hysteresis]\nkind = \"preisach\"\ninput_unit = \"V\"\noutput_unit = \"um\"\n"
          "input_min = 0.0\ninput_max = 100.0\noffset = 0.0\ngain = 0.25\nweights = [2.0, 1.0, 2.0]\n";
   const Config config = load(shipped / "piezo.toml");
-  for (const auto& axis : config.twin.axes)
-    EXPECT_EQ(std::get<model::PreisachParameters>(axis.plant.hysteresis).weights,
+  for (const auto& axis : config.axes)
+    EXPECT_EQ(std::get<model::PreisachParameters>(axis.twin.plant.hysteresis).weights,
               (std::vector<double>{2.0, 1.0, 2.0}));
 }
 
 TEST(Load, LeavesUnconfiguredEffectsOutOfThePlant) {
   const Config config = load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
-  for (const auto& axis : config.twin.axes) {
-    EXPECT_FALSE(axis.plant.second_mode);
-    EXPECT_FALSE(axis.plant.creep);
-    EXPECT_FALSE(axis.plant.temperature);
-    EXPECT_TRUE(axis.couplings.empty());
+  for (const auto& axis : config.axes) {
+    EXPECT_FALSE(axis.twin.plant.second_mode);
+    EXPECT_FALSE(axis.twin.plant.creep);
+    EXPECT_FALSE(axis.twin.plant.temperature);
+    EXPECT_TRUE(axis.twin.couplings.empty());
   }
 }
 
@@ -209,7 +209,7 @@ TEST(Load, ReadsTheSlowPhysicsOfThePlant) {
                "gain_per_K = 1e-3\n"
                "[[axis.twin.coupling]]\nfrom = \"y\"\num_per_um = 0.01\n[axis.twin]");
   const Config config = load(shipped / "piezo.toml");
-  const twin::AxisConfig& x = config.twin.axes[0];
+  const twin::AxisConfig& x = config.axes[0].twin;
   EXPECT_EQ(x.plant.second_mode->mode.natural_frequency_Hz, 1200.0);
   EXPECT_EQ(x.plant.second_mode->mode.damping_ratio, 0.02);
   EXPECT_EQ(x.plant.second_mode->share, 0.1);
@@ -219,7 +219,7 @@ TEST(Load, ReadsTheSlowPhysicsOfThePlant) {
   EXPECT_EQ(x.plant.temperature->gain_per_K, 1e-3);
   ASSERT_EQ(x.couplings.size(), 1u);
   EXPECT_EQ(x.couplings[0].index, 1u);
-  EXPECT_FALSE(config.twin.axes[1].plant.creep) << "of the other axis nothing was said";
+  EXPECT_FALSE(config.axes[1].twin.plant.creep) << "of the other axis nothing was said";
   const std::string text = echo(shipped / "piezo.toml");
   for (const char* table :
        {"[axis.twin.second_mode]", "[axis.twin.creep]", "[axis.twin.temperature]", "[[axis.twin.coupling]]"})

@@ -67,7 +67,7 @@ TEST(SetpointKeys, MakeEveryShape) {
           "kind = \"multi-sine\"\ncentre_um = 15.0\namplitudes_um = [1.0, 2.0]\nfrequencies_Hz = [5.0, 7.0]\n"
           "phases_deg = [0.0, 90.0]\nduration_s = 1.0" +
           next + "kind = \"csv\"\nfile = \"scan.csv\"");
-  const auto& setpoint = config.controller.axes[0].axis.setpoint;
+  const auto& setpoint = config.axes[0].control.setpoint;
   const auto& step = std::get<controller::Step>(setpoint[0].shape);
   EXPECT_EQ(step.steps, 3u);
   EXPECT_EQ(step.dwell_s, 0.5);
@@ -89,14 +89,14 @@ TEST(SetpointKeys, LimitTheReferenceAndJudgeInPosition) {
   shipped.edit("piezo.toml", "repeat             = true",
                "reference_slew_um_per_s = 2000.0\nreference_acceleration_um_per_s2 = 2e5");
   const Config config = load(shipped / "piezo.toml");
-  const controller::AxisConfig& x = config.controller.axes[0].axis;
+  const controller::AxisConfig& x = config.axes[0].control;
   EXPECT_EQ(x.reference_limits.slew_um_per_s, 2000.0);
   EXPECT_EQ(x.reference_limits.acceleration_um_per_s2, 2e5);
   ASSERT_TRUE(x.in_position);
   EXPECT_EQ(x.in_position->tolerance_um, 0.01);
   EXPECT_EQ(x.in_position->window, std::chrono::milliseconds(20));
   EXPECT_EQ(x.in_position->timeout, std::chrono::milliseconds(500));
-  const controller::AxisConfig& y = config.controller.axes[1].axis;
+  const controller::AxisConfig& y = config.axes[1].control;
   EXPECT_TRUE(std::isinf(y.reference_limits.slew_um_per_s));
   EXPECT_FALSE(y.in_position);
 }

@@ -100,7 +100,7 @@ TEST(Overrides, ReplaceTheValuesOfTheFile) {
   EXPECT_EQ(config.axes[1].control.law.pi.kp, 0.25);
   EXPECT_EQ(config.axes[0].control.law.pi.kp, 0.05);
   EXPECT_EQ(config.axes[0].control.law.structure, controller::Structure::pi);
-  EXPECT_EQ(config.controller.axes[1].axis.law.pi.kp, 0.25) << "where the controller looks";
+  EXPECT_EQ(controller_config(config).axes[1].axis.law.pi.kp, 0.25) << "where the controller looks";
 }
 
 TEST(Overrides, CreateMissingTablesButNoElementsOfAList) {

@@ -57,7 +57,7 @@ double error_of_the_standing_axis_um(bool fed_forward) {
                                  .amplifier_ready = true,
                                  .amplifier_enabled = commands[i].enable,
                                  .amplifier_output = memories[i].input}};
-      for (const Coupling& coupling : configs[i].couplings)
+      for (const model::Coupling& coupling : configs[i].couplings)
         input.coupled_um +=
             coupling.um_per_um * axes[coupling.index]->expected_um(time_s + axes[i]->preview_s(cycle_s));
       commands[i] = axes[i]->step(input);

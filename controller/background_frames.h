@@ -1,0 +1,48 @@
+// What the controller sends beside SYNC and commands: its own heartbeat, axis statuses, and the start-up of
+// nodes.
+//
+// The queue to the bus is first in, first out, and short. A frame put into it before the commands holds them
+// up, and a frame that does not fit is lost. So these frames follow the commands of a cycle, and there is one
+// of them at most beside the heartbeat.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "can/bus.h"
+#include "controller/node_start_up.h"
+#include "controller/wired_axis.h"
+
+namespace hystcan::controller {
+
+class BackgroundFrames {
+ public:
+  struct Config {
+    std::uint8_t node = 127;  ///< Of the controller's own heartbeat.
+    can::Duration heartbeat_period{std::chrono::milliseconds(100)};
+  };
+  struct State {
+    can::Time next_heartbeat{};
+    std::size_t next_status = 0;  ///< The axis whose turn it is to report.
+    bool sent_status = false;     ///< In the last cycle.
+  };
+
+  BackgroundFrames(const Config& config, WiredAxes& axes) : config_(config), axes_(axes), start_up_(axes) {}
+
+  /// Sends the boot-up message. The first heartbeat follows one period later.
+  void start(can::Bus& bus, can::Time now);
+  /// Once in a cycle, after its commands. `time_s`: of this cycle's SYNC, since the controller's start.
+  void send_next(can::Bus& bus, can::Time sync_sent, can::Time now, double time_s);
+
+  const State& state() const { return state_; }
+
+ private:
+  bool send_next_axis_status(can::Bus& bus);
+
+  Config config_;
+  WiredAxes& axes_;
+  NodeStartUp start_up_;
+  State state_;
+};
+
+}  // namespace hystcan::controller

@@ -1,0 +1,79 @@
+#include "controller/request_server.h"
+
+namespace hystcan::controller {
+namespace {
+
+std::string_view refusal_of(LiveSetpoint became) {
+  switch (became) {
+    case LiveSetpoint::taken:
+      return {};
+    case LiveSetpoint::not_tracking:
+      return "the axis does not track a reference";
+    case LiveSetpoint::out_of_range:
+      break;
+  }
+  return "the position is outside position_min_um..position_max_um, or of what the model reaches";
+}
+
+std::string_view enable(Axis& axis) {
+  if (axis.state() == AxisState::faulted) return "the axis is faulted: clear the fault first";
+  if (axis.state() != AxisState::offline) return "the axis is enabled already";
+  axis.start(false);
+  return {};
+}
+
+std::string_view disable(Axis& axis) {
+  if (axis.state() == AxisState::faulted || axis.state() == AxisState::offline)
+    return "the axis is not enabled";
+  axis.stop();
+  return {};
+}
+
+/// A node whose set-up failed is set up once more.
+std::string_view clear(WiredAxis& wired) {
+  if (!wired.axis.clear()) return "there is no fault to clear";
+  wired.sensor.retry_setup();
+  wired.amplifier.retry_setup();
+  return {};
+}
+
+}  // namespace
+
+void RequestServer::answer_next(std::uint64_t cycle) {
+  if (link_ == nullptr) return;
+  Request* request = link_->next();
+  if (request == nullptr) return;
+  request->refused_because = carry_out(*request);
+  request->cycle = cycle;
+  link_->answer(request);
+}
+
+std::string_view RequestServer::carry_out(Request& request) {
+  if (request.axis >= axes_.size()) return "there is no such axis";
+  WiredAxis& wired = *axes_[request.axis];
+  Axis& axis = wired.axis;
+  switch (request.kind) {
+    case Request::Kind::enable:
+      return enable(axis);
+    case Request::Kind::disable:
+      return disable(axis);
+    case Request::Kind::clear:
+      return clear(wired);
+    case Request::Kind::go_to:
+      return refusal_of(axis.go_to(request.position_um));
+    case Request::Kind::resume:
+      return refusal_of(axis.resume());
+    case Request::Kind::retune:
+      return axis.retune(*request.tuning);
+    case Request::Kind::revert:
+      axis.revert_correction();
+      return {};
+    case Request::Kind::stop:
+      for (const auto& each : axes_) each->axis.stop();
+      asked_to_stop_ = true;
+      return {};
+  }
+  return "not a request";
+}
+
+}  // namespace hystcan::controller

@@ -1,0 +1,69 @@
+// One axis with its place on the bus: the axis itself, the codecs of its frames, and what is known of its two
+// nodes.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "can/bus.h"
+#include "can/dbc/database.h"
+#include "can/protocol/protocol.h"
+#include "controller/control/axis.h"
+#include "controller/own_frames.h"
+#include "controller/remote_node.h"
+
+namespace hystcan::controller {
+
+struct WiredAxisConfig {
+  can::AxisWire wire;
+  AxisConfig axis;
+  bool live_setpoint = false;  ///< The axis obeys Setpoint frames, whoever sends them.
+};
+
+struct WiredAxis {
+  /// Throws std::invalid_argument where the database lacks a message or the model is not valid.
+  WiredAxis(const WiredAxisConfig& config, can::Duration heartbeat_timeout, const can::Database& database);
+
+  void handle_status(const can::Frame& frame);
+  void handle_sensor_heartbeat(const can::Frame& frame, can::Time now);
+  void handle_amplifier_heartbeat(const can::Frame& frame, can::Time now);
+  /// The bus is off or the interface is down: what is known of the nodes may no longer hold.
+  void handle_bus_loss(can::BusState state);
+
+  /// What is known of both nodes for the next step. Each event since the last step counts once.
+  NodeHealth take_health(can::Time now, can::BusState bus);
+  /// The oldest event not yet taken; the amplifier's come first.
+  std::optional<NodeEvent> take_event();
+  /// Of every message of this axis that the controller receives.
+  void append_rejected(std::vector<can::RejectedFrames>& all) const;
+
+  can::AxisWire wire;
+  Axis axis;
+  can::Decoder<can::SensorSample> decode_sample;
+  std::optional<can::Decoder<can::AmpStatus>> decode_status;  ///< Empty: the amplifier sends no status.
+  can::Encoder<can::AmpCommand> encode_command;
+  bool samples_name_their_sync;     ///< If false, a sample counts for the cycle in which it arrives.
+  bool flags_report_fault;          ///< The state field alone does not report a fault.
+  can::E2eChecker foreign_command;  ///< Checks commands to this amplifier that another node sends.
+  StatusSender status_sender;
+  std::optional<SetpointReceiver> setpoint_receiver;  ///< Empty: the axis takes no live setpoint.
+  RemoteNode sensor;
+  RemoteNode amplifier;
+
+  // What is remembered from one frame or step to the next.
+  can::AmpStatus status;         ///< The last one received.
+  bool amplifier_moves = false;  ///< Enabled, or ramping down: `status` does not say where the output is.
+  unsigned boot_ups_seen = 0;
+  bool late_sample = false;   ///< A sample of another cycle came since the last step.
+  bool bus_off_seen = false;  ///< The bus was off since the last step, however briefly.
+  bool answered = true;       ///< This cycle's step has been taken.
+
+ private:
+  bool reports_a_move(const can::AmpStatus& next) const;
+};
+
+/// The axes of a controller; their addresses do not change.
+using WiredAxes = std::vector<std::unique_ptr<WiredAxis>>;
+
+}  // namespace hystcan::controller
