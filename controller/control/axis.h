@@ -53,11 +53,9 @@ struct AxisConfig {
   ReferenceLimits reference_limits{};
   std::optional<InPosition::Config> in_position{};  ///< empty: not judged
   StartUp start_up = StartUp::wipe;
-  double wipe_slew_per_s =
-      100.0;  ///< drive units per second, towards the thresholds and, at the end, the safe drive
-  double wipe_dwell_s = 0.1;  ///< rest at each threshold
-  std::vector<model::Coupling>
-      couplings{};  ///< Fed forward, of the other axis's position; a row of the matrix.
+  double wipe_slew_per_s = 100.0;  ///< drive units/s, to the thresholds and at the stop to the safe drive
+  double wipe_dwell_s = 0.1;       ///< rest at each threshold
+  std::vector<model::Coupling> couplings{};  ///< fed forward; a row of the matrix
   Supervisor::Config supervision{};
   FollowingError::Config following_error{};
   std::optional<Excitation::Config> excitation{};  ///< open loop: replaces law and setpoint

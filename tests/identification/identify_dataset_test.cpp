@@ -22,7 +22,7 @@
 #include "tests/identification/measured.h"
 #include "tests/model/models.h"
 
-namespace hystcan::identification {
+namespace hystcan::identification::identify_dataset_test {
 namespace {
 
 using model::Hysteresis;
@@ -314,4 +314,4 @@ TEST(LargeDataset, AMillionSamplesOfWhiteNoiseAreRefused) {
 }
 
 }  // namespace
-}  // namespace hystcan::identification
+}  // namespace hystcan::identification::identify_dataset_test

@@ -11,7 +11,7 @@
 #include "tests/identification/made_record.h"
 #include "tests/model/models.h"
 
-namespace hystcan::identification {
+namespace hystcan::identification::identify_refusal_test {
 namespace {
 
 Dataset sound() { return record_of(model::Hysteresis(model::piezo_model()), 30.0); }
@@ -96,4 +96,4 @@ TEST(IdentifyRefuses, ASecondDatasetThatCannotBeIdentified) {
 }
 
 }  // namespace
-}  // namespace hystcan::identification
+}  // namespace hystcan::identification::identify_refusal_test

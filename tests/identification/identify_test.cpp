@@ -18,7 +18,7 @@
 #include "tests/identification/made_record.h"
 #include "tests/model/models.h"
 
-namespace hystcan::identification {
+namespace hystcan::identification::identify_test {
 namespace {
 
 using model::galfenol_model;
@@ -297,4 +297,4 @@ TEST(Identify, ApproximatesABoucWenTruth) {
 }
 
 }  // namespace
-}  // namespace hystcan::identification
+}  // namespace hystcan::identification::identify_test

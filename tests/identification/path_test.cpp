@@ -11,7 +11,7 @@
 #include "tests/identification/rows.h"
 #include "tests/model/models.h"
 
-namespace hystcan::identification {
+namespace hystcan::identification::path_test {
 namespace {
 
 using model::Hysteresis;
@@ -114,4 +114,4 @@ TEST(BranchRows, GiveTheSlopeOfTheModelsBranch) {
 }
 
 }  // namespace
-}  // namespace hystcan::identification
+}  // namespace hystcan::identification::path_test

@@ -10,7 +10,7 @@
 #include "tests/identification/rows.h"
 #include "tests/model/models.h"
 
-namespace hystcan::identification {
+namespace hystcan::identification::regression_test {
 namespace {
 
 constexpr model::Interval range{-2.0, 3.0};
@@ -114,4 +114,4 @@ TEST(NormalEquations, GiveTheSumOfSquaresForEveryTheta) {
 }
 
 }  // namespace
-}  // namespace hystcan::identification
+}  // namespace hystcan::identification::regression_test

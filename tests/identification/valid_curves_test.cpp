@@ -15,7 +15,7 @@
 #include "tests/identification/rows.h"
 #include "tests/model/models.h"
 
-namespace hystcan::identification {
+namespace hystcan::identification::valid_curves_test {
 namespace {
 
 using model::Hysteresis;
@@ -99,4 +99,4 @@ TEST(ValidCurves, ReportAViolationOfZeroOnlyIfTheSolutionIsValid) {
 }
 
 }  // namespace
-}  // namespace hystcan::identification
+}  // namespace hystcan::identification::valid_curves_test

@@ -10,7 +10,7 @@
 #include "tests/model/models.h"
 #include "tests/support/count_allocations.h"
 
-namespace hystcan::model {
+namespace hystcan::model::allocation_test {
 namespace {
 
 TEST(Allocation, IsCountedByTheReplacedOperatorNew) {
@@ -49,4 +49,4 @@ TEST(Allocation, NeverHappensInForwardInverseAdvanceOrSave) {
 }
 
 }  // namespace
-}  // namespace hystcan::model
+}  // namespace hystcan::model::allocation_test

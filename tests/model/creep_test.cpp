@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace hystcan::model {
+namespace hystcan::model::creep_test {
 namespace {
 
 Creep::Config two_thresholds() { return {{{0.6, 2.0, 0.0}, {0.3, 0.5, 1.0}, {-0.1, 40.0, 4.0}}}; }
@@ -199,4 +199,4 @@ TEST(LogarithmicCreep, RefusesAnInvalidSpanOrGamma) {
 }
 
 }  // namespace
-}  // namespace hystcan::model
+}  // namespace hystcan::model::creep_test

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <stdexcept>
 
-namespace hystcan::model {
+namespace hystcan::model::first_order_test {
 namespace {
 
 using State = FirstOrder::State;
@@ -125,4 +125,4 @@ TEST(FirstOrder, NamesTheParameterThatItRefuses) {
 }
 
 }  // namespace
-}  // namespace hystcan::model
+}  // namespace hystcan::model::first_order_test

@@ -9,7 +9,7 @@
 #include "tests/model/models.h"
 #include "tests/model/oracle.h"
 
-namespace hystcan::model {
+namespace hystcan::model::hysteresis_property_test {
 namespace {
 
 double span_of(const Hysteresis& model) { return model.output_range().hi - model.output_range().lo; }
@@ -161,4 +161,4 @@ TEST(HysteresisProperty, IsContinuousWithAFullMemory) {
 }
 
 }  // namespace
-}  // namespace hystcan::model
+}  // namespace hystcan::model::hysteresis_property_test

@@ -13,7 +13,7 @@
 #include "tests/model/models.h"
 #include "tests/model/oracle.h"
 
-namespace hystcan::model {
+namespace hystcan::model::hysteresis_test {
 namespace {
 
 constexpr double rounding_um = 1e-13;  // a few ulps of 20 um
@@ -354,4 +354,4 @@ TEST(Hysteresis, StaysExactIfThePrintedQuotientOverflows) {
 }
 
 }  // namespace
-}  // namespace hystcan::model
+}  // namespace hystcan::model::hysteresis_test

@@ -7,7 +7,7 @@
 #include "model/hysteresis.h"
 #include "tests/model/models.h"
 
-namespace hystcan::model {
+namespace hystcan::model::inverse_test {
 namespace {
 
 double span_of(const Hysteresis& model) { return model.output_range().hi - model.output_range().lo; }
@@ -126,4 +126,4 @@ TEST(Inverse, IsFoundNearAFlatOrigin) {
 }
 
 }  // namespace
-}  // namespace hystcan::model
+}  // namespace hystcan::model::inverse_test

@@ -9,7 +9,7 @@
 #include "model/hysteresis_operator.h"
 #include "tests/model/models.h"
 
-namespace hystcan::model {
+namespace hystcan::model::linear_mapping_test {
 namespace {
 
 static_assert(HysteresisOperator<LinearMapping>);
@@ -89,4 +89,4 @@ TEST(LinearMapping, RefusesCurvesThatCross) {
 }
 
 }  // namespace
-}  // namespace hystcan::model
+}  // namespace hystcan::model::linear_mapping_test

@@ -10,7 +10,7 @@
 #include "tests/model/models.h"
 #include "tests/model/oracle.h"
 
-namespace hystcan::model {
+namespace hystcan::model::long_walk_test {
 namespace {
 
 TEST(LongWalk, AgreesWithThePaperOverAHundredThousandSteps) {
@@ -100,4 +100,4 @@ TEST(LongWalk, StaysWithinTheGridErrorOfTheScanAtTheLimitOfK) {
 }
 
 }  // namespace
-}  // namespace hystcan::model
+}  // namespace hystcan::model::long_walk_test

@@ -15,7 +15,7 @@
 #include "tests/model/models.h"
 #include "tests/model/saved_text.h"
 
-namespace hystcan::model {
+namespace hystcan::model::memory_test {
 namespace {
 
 TurningPoints read(const std::string& text) {
@@ -195,4 +195,4 @@ TEST(ReachableRange, EndsAtTheOutputsOfTheEndsOfALimitedDrive) {
 }
 
 }  // namespace
-}  // namespace hystcan::model
+}  // namespace hystcan::model::memory_test

@@ -8,7 +8,7 @@
 #include "model/prandtl_ishlinskii.h"
 #include "tests/support/count_allocations.h"
 
-namespace hystcan::model {
+namespace hystcan::model::play_allocation_test {
 namespace {
 
 TEST(PlayAllocation, IsCountedByTheReplacedOperatorNew) {
@@ -47,4 +47,4 @@ TEST(PlayAllocation, NeverHappensInAStepOfCreep) {
 }
 
 }  // namespace
-}  // namespace hystcan::model
+}  // namespace hystcan::model::play_allocation_test

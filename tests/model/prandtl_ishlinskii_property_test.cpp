@@ -11,7 +11,7 @@
 #include "tests/model/plays.h"
 #include "tests/model/saved_text.h"
 
-namespace hystcan::model {
+namespace hystcan::model::prandtl_ishlinskii_property_test {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -201,4 +201,4 @@ TEST(PrandtlIshlinskiiProperty, IsRestoredFromItsTextToTheBit) {
 }
 
 }  // namespace
-}  // namespace hystcan::model
+}  // namespace hystcan::model::prandtl_ishlinskii_property_test

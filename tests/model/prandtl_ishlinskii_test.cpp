@@ -13,7 +13,7 @@
 #include "tests/model/plays.h"
 #include "tests/model/saved_text.h"
 
-namespace hystcan::model {
+namespace hystcan::model::prandtl_ishlinskii_test {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
@@ -222,4 +222,4 @@ TEST(PrandtlIshlinskii, AcceptsRoundingErrorsInARestoredMemory) {
 }
 
 }  // namespace
-}  // namespace hystcan::model
+}  // namespace hystcan::model::prandtl_ishlinskii_test

@@ -12,7 +12,7 @@
 #include "tests/model/models.h"
 #include "tests/support/relays.h"
 
-namespace hystcan::model {
+namespace hystcan::model::preisach_test {
 namespace {
 
 static_assert(HysteresisOperator<Preisach>);
@@ -127,4 +127,4 @@ TEST(Preisach, RefusesAnInvalidGridOfWeights) {
 }
 
 }  // namespace
-}  // namespace hystcan::model
+}  // namespace hystcan::model::preisach_test

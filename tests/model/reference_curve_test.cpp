@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
-namespace hystcan::model {
+namespace hystcan::model::reference_curve_test {
 namespace {
 
 TEST(ReferenceCurve, EqualsThePolynomialOfItsPowers) {
@@ -110,4 +110,4 @@ TEST(ReferenceCurve, RefusesInvalidCoefficientsOrIntervals) {
 }
 
 }  // namespace
-}  // namespace hystcan::model
+}  // namespace hystcan::model::reference_curve_test

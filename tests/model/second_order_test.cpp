@@ -7,7 +7,7 @@
 #include <numbers>
 #include <stdexcept>
 
-namespace hystcan::model {
+namespace hystcan::model::second_order_test {
 namespace {
 
 using State = SecondOrder::State;
@@ -136,4 +136,4 @@ TEST(SecondOrder, RefusesInvalidParameters) {
 }
 
 }  // namespace
-}  // namespace hystcan::model
+}  // namespace hystcan::model::second_order_test

@@ -6,7 +6,7 @@
 
 #include "tests/model/models.h"
 
-namespace hystcan::model {
+namespace hystcan::model::simulation_test {
 namespace {
 
 TEST(Simulation, StartsOnTheAscendingReferenceCurve) {
@@ -46,4 +46,4 @@ TEST(Simulation, CountsSaturatedAndNotIncreasingRows) {
 }
 
 }  // namespace
-}  // namespace hystcan::model
+}  // namespace hystcan::model::simulation_test

@@ -9,7 +9,7 @@
 
 #include "tests/model/models.h"
 
-namespace hystcan::model {
+namespace hystcan::model::validity_test {
 namespace {
 
 std::string refusal(const HysteresisParameters& parameters) {
@@ -204,4 +204,4 @@ TEST(Validity, NamesTheDirectionAndTheKOfARefusedModel) {
 }
 
 }  // namespace
-}  // namespace hystcan::model
+}  // namespace hystcan::model::validity_test

@@ -15,7 +15,7 @@
 #include "model/prandtl_ishlinskii.h"
 #include "model/preisach.h"
 
-namespace hystcan::identification {
+namespace hystcan::identification::baseline_models_test {
 namespace {
 
 using Numbers = std::vector<double>;
@@ -217,4 +217,4 @@ TEST(Baselines, RefuseInconsistentSamples) {
 }
 
 }  // namespace
-}  // namespace hystcan::identification
+}  // namespace hystcan::identification::baseline_models_test

@@ -11,7 +11,7 @@
 #include "model/hysteresis.h"
 #include "model/prandtl_ishlinskii.h"
 
-namespace hystcan::identification {
+namespace hystcan::identification::comparison_test {
 namespace {
 
 using Numbers = std::vector<double>;
@@ -183,4 +183,4 @@ TEST(Comparison, KeepsTheFinishedRowsWhenStopped) {
 }
 
 }  // namespace
-}  // namespace hystcan::identification
+}  // namespace hystcan::identification::comparison_test

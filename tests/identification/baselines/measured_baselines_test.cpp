@@ -11,7 +11,7 @@
 #include "identification/baselines/baseline_models.h"
 #include "tests/identification/measured.h"
 
-namespace hystcan::identification {
+namespace hystcan::identification::measured_baselines_test {
 namespace {
 
 // RMS error in percent of the output's span.
@@ -45,4 +45,4 @@ TEST(MeasuredPiezoStage, IsFittedByThirtyPlaysWithAnErrorOfAboutOnePercent) {
 }
 
 }  // namespace
-}  // namespace hystcan::identification
+}  // namespace hystcan::identification::measured_baselines_test

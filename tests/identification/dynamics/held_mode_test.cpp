@@ -6,7 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 
-namespace hystcan::identification {
+namespace hystcan::identification::held_mode_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -67,4 +67,4 @@ TEST(HeldMode, RefusesAnInvalidDelayOrCycle) {
 }
 
 }  // namespace
-}  // namespace hystcan::identification
+}  // namespace hystcan::identification::held_mode_test

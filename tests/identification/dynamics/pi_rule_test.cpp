@@ -9,7 +9,7 @@
 #include <random>
 #include <stdexcept>
 
-namespace hystcan::identification {
+namespace hystcan::identification::pi_rule_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -140,4 +140,4 @@ TEST(SuggestedGains, RequireAValidRuleAndValidGains) {
 }
 
 }  // namespace
-}  // namespace hystcan::identification
+}  // namespace hystcan::identification::pi_rule_test

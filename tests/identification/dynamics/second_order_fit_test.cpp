@@ -14,7 +14,7 @@
 
 #include "model/first_order.h"
 
-namespace hystcan::identification {
+namespace hystcan::identification::second_order_fit_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -248,4 +248,4 @@ TEST(SecondOrderFit, RefusesADriveThatIsLate) {
 }
 
 }  // namespace
-}  // namespace hystcan::identification
+}  // namespace hystcan::identification::second_order_fit_test

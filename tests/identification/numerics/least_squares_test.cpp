@@ -12,7 +12,7 @@
 
 #include "identification/numerics/nonnegative_least_squares.h"
 
-namespace hystcan::identification {
+namespace hystcan::identification::least_squares_test {
 namespace {
 
 using Eigen::Index;
@@ -248,4 +248,4 @@ TEST(ConstrainedLeastSquares, RefusesContradictoryInequalities) {
 }
 
 }  // namespace
-}  // namespace hystcan::identification
+}  // namespace hystcan::identification::least_squares_test

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace hystcan::identification {
+namespace hystcan::identification::levenberg_marquardt_test {
 namespace {
 
 using Eigen::ArrayXd;
@@ -56,4 +56,4 @@ TEST(Levenberg, RefusesAnInvalidStart) {
 }
 
 }  // namespace
-}  // namespace hystcan::identification
+}  // namespace hystcan::identification::levenberg_marquardt_test
