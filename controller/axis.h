@@ -58,6 +58,7 @@ struct AxisConfig {
   std::vector<Segment> setpoint;
   bool repeat = false;
   ReferenceLimits reference_limits{};
+  ReferenceLimits transition_limits{};  ///< of transitions alone, beside those: default_transition_limits
   std::optional<InPosition::Config> in_position{};  ///< empty: not judged
   StartUp start_up = StartUp::wipe;
   double wipe_slew_per_s =
@@ -68,6 +69,20 @@ struct AxisConfig {
   FollowingError::Config following_error{};
   std::optional<Excitation::Config> excitation{};  ///< open loop: in the place of law and setpoint
 };
+
+/// What transitions keep where the configuration asks for nothing else,
+///
+///   v = S g / 2,   g = (x_hi - x_lo) / (v_hi - v_lo)         S: slew limit of the drive
+///   a = w^2 (x_hi - x_lo) / 1000,   w = 2 pi resonance       x: of the model, at its thresholds v_lo, v_hi
+///
+/// v: where a branch is as flat as half the mean gain g, the drive of a transition just needs S; anywhere
+/// steeper the gate has some left for PI. a: a mode of frequency w lags behind an acceleration a by a / w^2,
+/// here a thousandth of the stroke, less than tracking leaves; so it is not rung at either.
+ReferenceLimits default_transition_limits(const Gate::Config& gate, const model::HysteresisParameters& model,
+                                          const Delays& delays);
+
+/// r(t) as the axis follows it.
+Trajectory reference_of(const AxisConfig& config);
 
 /// Everything about one cycle of one axis that is worth keeping.
 struct AxisReport {
