@@ -99,6 +99,8 @@ class Reader {
   void whole_numbers(std::string_view key, std::vector<std::int64_t>& values);
   /// A limit that may be left out: infinite then.
   void limit(std::string_view key, double& value) { optional(key, value, positive); }
+  /// The same where something else is in force when it is left out: that there is no limit is said by inf.
+  void limit_or_inf(std::string_view key, double& value, double in_its_place);
   /// An end of an interval that may be left out: infinite then.
   void bound(std::string_view key, double& value) { optional(key, value); }
   /// A name that may be left out: empty then.
@@ -233,6 +235,9 @@ class Writer {
   void limit(std::string_view key, double value) {
     if (std::isfinite(value)) write(key, value);
   }
+  /// `in_its_place`: in force where it is left out; infinite: nothing. Shown as a comment, as it is no value
+  /// of the key.
+  void limit_or_inf(std::string_view key, double value, double in_its_place);
   void bound(std::string_view key, double value) { limit(key, value); }
   template <class Text>
   void name(std::string_view key, const Text& value) {

@@ -22,11 +22,30 @@ Config read_config(const Document& document) {
   return config;
 }
 
+/// What transitions keep where the file leaves a limit of the reference open.
+void set_transition_limits(const Document& document, Config& config, std::size_t i) {
+  controller::AxisConfig& control = config.axes[i].control;
+  const controller::ReferenceLimits limits =
+      controller::default_transition_limits(control.gate, control.law.model, control.delays);
+  const auto is_open = [&](const char* key) {
+    return !document.root().at_path(fmt::format("axis[{}].control.{}", i, key));
+  };
+  if (is_open("reference_slew_um_per_s")) control.transition_limits.slew_um_per_s = limits.slew_um_per_s;
+  if (is_open("reference_acceleration_um_per_s2"))
+    control.transition_limits.acceleration_um_per_s2 = limits.acceleration_um_per_s2;
+}
+
+/// The controller's model of axis i, and what follows from it.
+void complete_control(const Document& document, Config& config, std::size_t i) {
+  AxisConfig& axis = config.axes[i];
+  axis.control.law.model = load_model(document.resolve(axis.control_model));
+  set_transition_limits(document, config, i);
+}
+
 /// An axis's parts know what they share, and the models they name.
 void complete(const Document& document, AxisConfig& axis) {
   axis.control.name = axis.wire.name;
   axis.wire.drive_unit = axis.drive_unit;
-  axis.control.law.model = load_model(document.resolve(axis.control_model));
   for (controller::Segment& segment : axis.control.setpoint)
     if (auto* table = std::get_if<controller::Table>(&segment.shape))
       table->curve = load_setpoint(document.resolve(table->file));
@@ -70,7 +89,9 @@ Config load(const std::filesystem::path& file, const std::vector<Setting>& overr
   Config config = read_config(document);
   config.database = can::load_dbc(document.resolve(config.bus.dbc));
   resolve_couplings(document, config);
-  for (AxisConfig& axis : config.axes) {
+  for (std::size_t i = 0; i < config.axes.size(); ++i) {
+    AxisConfig& axis = config.axes[i];
+    complete_control(document, config, i);
     complete(document, axis);
     set_sample_rate(config, axis.twin.sample_clock);
     config.controller.axes.push_back(
@@ -90,6 +111,7 @@ Config load(const std::filesystem::path& file, const std::vector<Setting>& overr
 std::string echo(const std::filesystem::path& file, const std::vector<Setting>& overrides) {
   const Document document(file, overrides);
   Config config = read_config(document);
+  for (std::size_t i = 0; i < config.axes.size(); ++i) complete_control(document, config, i);
   Writer writer(document);
   visit(writer, config);
   return writer.text();
