@@ -133,7 +133,7 @@ class Controller {
   void on_bus_state(can::BusState state);
   double since_start_s(can::Time time) const { return can::seconds(time - started_); }
 
-  Config config_;
+  CommonConfig config_;
   can::Scheduler& scheduler_;
   RecordHandler on_record_;
   WiredAxes axes_;

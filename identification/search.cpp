@@ -204,10 +204,11 @@ class Searcher {
 
   bool add_unknown(const std::vector<Unknown>& unknowns, double c) {
     const Trial trial = at(unknowns, starts(unknowns));
-    Step step{unknowns.back().what, fit_->fit(best_).rms, fit_->fit(trial).rms, fit_->held_out(best_),
-              fit_->held_out(trial)};
-    if (step.held_out_before && *step.held_out_after > worth_held_out * *step.held_out_before) return false;
-    result_.steps.push_back(std::move(step));
+    Step taken{unknowns.back().what, fit_->fit(best_).rms, fit_->fit(trial).rms, fit_->held_out(best_),
+               fit_->held_out(trial)};
+    if (taken.held_out_before && *taken.held_out_after > worth_held_out * *taken.held_out_before)
+      return false;
+    result_.steps.push_back(std::move(taken));
     unknowns_ = unknowns;
     for (Unknown& unknown : unknowns_) unknown.step = 0.3;
     best_ = trial;

@@ -16,8 +16,7 @@ constexpr double start_up_limit_s = 60.0;
 double longest_reference_s(const controller::Config& config) {
   double longest = 0.0;
   for (const auto& axis : config.axes)
-    longest = std::max(
-        longest, controller::Trajectory(axis.axis.setpoint, false, axis.axis.reference_limits).length_s());
+    longest = std::max(longest, controller::reference_of(axis.axis).length_s());
   return longest;
 }
 

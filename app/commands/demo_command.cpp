@@ -148,8 +148,7 @@ int run_demo(const DemoArguments& options) {
 
   const config::AxisConfig& axis = config.axes.front();
   const double tracking_s =
-      columns.front().outcome.virtual_s -
-      controller::Trajectory(axis.control.setpoint, false, axis.control.reference_limits).length_s();
+      columns.front().outcome.virtual_s - controller::reference_of(axis.control).length_s();
   const std::string undrawn = draw({.directory = options.output,
                                     .title = config.file.stem().string() + ", axis " + axis.wire.name,
                                     .axis = axis.wire.name,

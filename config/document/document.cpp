@@ -116,6 +116,13 @@ void Reader::numbers(std::string_view key, std::vector<double>& values) {
     values = read_numbers(*node, key, any);
 }
 
+void Reader::limit_or_inf(std::string_view key, double& value, double /*in_its_place*/) {
+  known_.emplace(key);
+  const toml::node* node = table_.get(key);
+  if (node != nullptr && node->value<double>() != std::numeric_limits<double>::infinity())
+    read(*node, key, value, positive);
+}
+
 void Reader::choices(std::string_view key, std::vector<std::string>& values,
                      std::span<const std::string_view> choices) {
   known_.emplace(key);
@@ -221,6 +228,13 @@ void Writer::line(std::string_view key, const std::string& value) {
   const std::string path = path_.empty() ? std::string(key) : path_ + "." + std::string(key);
   const bool given = static_cast<bool>(document_.root().at_path(path));
   text_ += fmt::format("{} = {}{}\n", key, value, given ? "" : "  # default");
+}
+
+void Writer::limit_or_inf(std::string_view key, double value, double in_its_place) {
+  if (std::isfinite(in_its_place))
+    text_ += fmt::format("# {} = {:.6g}  # default, of transitions alone\n", key, in_its_place);
+  else
+    line(key, number(value));
 }
 
 void Writer::choices(std::string_view key, const std::vector<std::string>& values,

@@ -100,6 +100,8 @@ class Reader {
   void whole_numbers(std::string_view key, std::vector<std::int64_t>& values);
   /// A limit; infinite if it is left out.
   void limit(std::string_view key, double& value) { optional(key, value, positive); }
+  /// A limit; another limit is in force if it is left out. `inf` means that there is no limit.
+  void limit_or_inf(std::string_view key, double& value, double in_its_place);
   /// An end of an interval; infinite if it is left out.
   void bound(std::string_view key, double& value) { optional(key, value); }
   /// A name; empty if it is left out.
@@ -234,6 +236,9 @@ class Writer {
   void limit(std::string_view key, double value) {
     if (std::isfinite(value)) write(key, value);
   }
+  /// `in_its_place`: in force where it is left out; infinite: nothing. Shown as a comment, as it is no value
+  /// of the key.
+  void limit_or_inf(std::string_view key, double value, double in_its_place);
   void bound(std::string_view key, double value) { limit(key, value); }
   template <class Text>
   void name(std::string_view key, const Text& value) {

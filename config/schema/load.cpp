@@ -22,9 +22,28 @@ Config read_config(const Document& document) {
   return config;
 }
 
-/// Copies shared values to the parts of an axis, and loads the models that they name.
-void complete(const Document& document, AxisConfig& axis) {
+/// Sets the limits of transitions for each limit of the reference that the file leaves out.
+void set_transition_limits(const Document& document, Config& config, std::size_t i) {
+  controller::AxisConfig& control = config.axes[i].control;
+  const controller::ReferenceLimits limits =
+      controller::default_transition_limits(control.gate, control.law.model, control.delays);
+  const auto is_open = [&](const char* key) {
+    return !document.root().at_path(fmt::format("axis[{}].control.{}", i, key));
+  };
+  if (is_open("reference_slew_um_per_s")) control.transition_limits.slew_um_per_s = limits.slew_um_per_s;
+  if (is_open("reference_acceleration_um_per_s2"))
+    control.transition_limits.acceleration_um_per_s2 = limits.acceleration_um_per_s2;
+}
+
+/// Loads the controller's model of axis i and sets what is derived from it.
+void complete_control(const Document& document, Config& config, std::size_t i) {
+  AxisConfig& axis = config.axes[i];
   axis.control.law.model = load_model(document.resolve(axis.control_model));
+  set_transition_limits(document, config, i);
+}
+
+/// Loads the setpoint files and the twin's model that an axis names.
+void complete(const Document& document, AxisConfig& axis) {
   for (controller::Segment& segment : axis.control.setpoint)
     if (auto* table = std::get_if<controller::Table>(&segment.shape))
       table->curve = load_setpoint(document.resolve(table->file));
@@ -81,7 +100,9 @@ Config load(const std::filesystem::path& file, const std::vector<Setting>& overr
   Config config = read_config(document);
   config.database = can::load_dbc(document.resolve(config.bus.dbc));
   resolve_couplings(document, config);
-  for (AxisConfig& axis : config.axes) {
+  for (std::size_t i = 0; i < config.axes.size(); ++i) {
+    AxisConfig& axis = config.axes[i];
+    complete_control(document, config, i);
     complete(document, axis);
     set_sample_rate(config, axis.twin.sample_clock);
   }
@@ -98,6 +119,7 @@ Config load(const std::filesystem::path& file, const std::vector<Setting>& overr
 std::string echo(const std::filesystem::path& file, const std::vector<Setting>& overrides) {
   const Document document(file, overrides);
   Config config = read_config(document);
+  for (std::size_t i = 0; i < config.axes.size(); ++i) complete_control(document, config, i);
   Writer writer(document);
   visit(writer, config);
   return writer.text();

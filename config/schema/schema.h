@@ -197,8 +197,10 @@ void visit_control(V& v, AxisConfig& axis) {
   v.optional("wipe_dwell_s", c.wipe_dwell_s, not_negative);
   visit_supervision(v, c);
   v.optional("repeat", c.repeat);
-  v.limit("reference_slew_um_per_s", c.reference_limits.slew_um_per_s);
-  v.limit("reference_acceleration_um_per_s2", c.reference_limits.acceleration_um_per_s2);
+  v.limit_or_inf("reference_slew_um_per_s", c.reference_limits.slew_um_per_s,
+                 c.transition_limits.slew_um_per_s);
+  v.limit_or_inf("reference_acceleration_um_per_s2", c.reference_limits.acceleration_um_per_s2,
+                 c.transition_limits.acceleration_um_per_s2);
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };
   v.optional_table("notch", c.law.notch, plain);
   v.optional_table("adaptation", c.law.adaptation, plain);

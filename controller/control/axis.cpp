@@ -3,9 +3,24 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 namespace hystcan::controller {
 namespace {
+
+/// From the lower threshold, coming down, to the upper one; within what is plausible.
+model::Interval reach_of(const AxisConfig& config) {
+  model::Interval reach{config.supervision.position_min_um, config.supervision.position_max_um};
+  if (config.excitation) return reach;
+  const model::HysteresisParameters& model = config.law.model;
+  const model::Interval& thresholds = model.ascending.domain();
+  return {std::max(reach.lo, model.descending.value(thresholds.lo)),
+          std::min(reach.hi, model.ascending.value(thresholds.hi))};
+}
+
+TransitionLimits transition_limits_of(const AxisConfig& config) {
+  return {.motion = config.transition_limits, .range = reach_of(config)};
+}
 
 ClosedLoop::Config closed_loop_of(const AxisConfig& config) {
   return {.law = config.law,
@@ -13,6 +28,7 @@ ClosedLoop::Config closed_loop_of(const AxisConfig& config) {
           .setpoint = config.setpoint,
           .repeat = config.repeat,
           .reference_limits = config.reference_limits,
+          .transition_limits = transition_limits_of(config),
           .in_position = config.in_position,
           .following_error = config.following_error};
 }
@@ -28,17 +44,6 @@ Supervisor::Config supervision_of(const AxisConfig& config) {
   return supervision;
 }
 
-/// From the descending curve at the lower threshold to the ascending curve at the upper one, and within the
-/// plausible positions.
-model::Interval reach_of(const AxisConfig& config) {
-  model::Interval reach{config.supervision.position_min_um, config.supervision.position_max_um};
-  if (config.excitation) return reach;
-  const model::HysteresisParameters& model = config.law.model;
-  const model::Interval& thresholds = model.ascending.domain();
-  return {std::max(reach.lo, model.descending.value(thresholds.lo)),
-          std::min(reach.hi, model.ascending.value(thresholds.hi))};
-}
-
 }  // namespace
 
 std::string_view to_string(AxisState state) {
@@ -52,9 +57,24 @@ std::string_view to_string(StartUp start_up) {
   return names[static_cast<std::size_t>(start_up)];
 }
 
+ReferenceLimits default_transition_limits(const Gate::Config& gate, const model::HysteresisParameters& model,
+                                          const Delays& delays) {
+  constexpr double share_of_gate = 0.5;
+  constexpr double share_of_stroke = 1e-3;
+  const model::Interval& thresholds = model.ascending.domain();
+  const double stroke_um = model.ascending.value(thresholds.hi) - model.descending.value(thresholds.lo);
+  const double omega = 2.0 * std::numbers::pi * delays.resonance_Hz;
+  return {.slew_um_per_s = share_of_gate * gate.slew_per_s * stroke_um / thresholds.span(),
+          .acceleration_um_per_s2 = share_of_stroke * omega * omega * stroke_um};
+}
+
+Trajectory reference_of(const AxisConfig& config) {
+  return {config.setpoint, config.repeat, config.reference_limits, transition_limits_of(config)};
+}
+
 AxisTuning::AxisTuning(const AxisConfig& next, bool new_reference)
     : config(next), loop(closed_loop_of(next)) {
-  if (new_reference) reference.emplace(next.setpoint, next.repeat, next.reference_limits);
+  if (new_reference) reference = reference_of(next);
 }
 
 Axis::Axis(const AxisConfig& config)

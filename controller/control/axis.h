@@ -51,6 +51,7 @@ struct AxisConfig {
   std::vector<Segment> setpoint;
   bool repeat = false;
   ReferenceLimits reference_limits{};
+  ReferenceLimits transition_limits{};  ///< of transitions alone, beside those: default_transition_limits
   std::optional<InPosition::Config> in_position{};  ///< empty: not judged
   StartUp start_up = StartUp::wipe;
   double wipe_slew_per_s = 100.0;  ///< drive units/s, to the thresholds and at the stop to the safe drive
@@ -60,6 +61,21 @@ struct AxisConfig {
   FollowingError::Config following_error{};
   std::optional<Excitation::Config> excitation{};  ///< open loop: replaces law and setpoint
 };
+
+/// Limits of transitions for which the configuration gives no others:
+///
+///   v = S g / 2,   g = (x_hi - x_lo) / (v_hi - v_lo)         S: slew limit of the drive
+///   a = w^2 (x_hi - x_lo) / 1000,   w = 2 pi resonance       x: of the model, at its thresholds v_lo, v_hi
+///
+/// v: where a branch is half as steep as the mean gain g, the drive of a transition needs exactly S. On steeper
+/// parts the gate leaves the rest to PI.
+/// a: a mode of frequency w lags behind an acceleration a by a / w^2. This is a thousandth of the stroke, less
+/// than the tracking error; a transition therefore does not excite the mode.
+ReferenceLimits default_transition_limits(const Gate::Config& gate, const model::HysteresisParameters& model,
+                                          const Delays& delays);
+
+/// r(t) as the axis follows it.
+Trajectory reference_of(const AxisConfig& config);
 
 /// The logged values of one axis in one cycle.
 struct AxisReport {

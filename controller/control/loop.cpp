@@ -8,7 +8,7 @@ namespace hystcan::controller {
 
 ClosedLoop::ClosedLoop(const Config& config)
     : law_(config.law),
-      trajectory_(config.setpoint, config.repeat, config.reference_limits),
+      trajectory_(config.setpoint, config.repeat, config.reference_limits, config.transition_limits),
       following_error_(config.following_error) {
   apply(config);
 }
@@ -21,21 +21,23 @@ void ClosedLoop::apply(const Config& config) {
 }
 
 void ClosedLoop::retune(const Config& config, std::optional<Trajectory>& reference, double t_s) {
+  const double before_s = previewed_s();
   apply(config);
   law_.retune(config.law);
   following_error_ = FollowingError(config.following_error);
+  trajectory_.keep(config.transition_limits);
   if (!reference) return;
-  reference->continue_from(trajectory_, t_s);
+  reference->continue_from(trajectory_, t_s, before_s);
   std::swap(*reference, trajectory_);
 }
 
 void ClosedLoop::go_to(double t_s, double goal_um) {
-  trajectory_.go_to(t_s, goal_um);
+  trajectory_.go_to(t_s, goal_um, previewed_s());
   in_position_ = {};
 }
 
 void ClosedLoop::resume(double t_s) {
-  trajectory_.resume(t_s);
+  trajectory_.resume(t_s, previewed_s());
   in_position_ = {};
 }
 
@@ -87,6 +89,12 @@ double ClosedLoop::preview_s(double cycle_s) {
     moments_for_s_ = cycle_s;
   }
   return moments_.mean_s;
+}
+
+/// How far ahead the last cycle has looked.
+double ClosedLoop::previewed_s() const {
+  if (moments_for_s_ == 0.0) return 0.0;
+  return moments_.mean_s + (delays_.second_order ? moments_for_s_ : 0.0);
 }
 
 double ClosedLoop::previewed_um(const LoopInput& input) {

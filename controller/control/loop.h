@@ -52,6 +52,7 @@ class ClosedLoop {
     std::vector<Segment> setpoint;
     bool repeat = false;
     ReferenceLimits reference_limits{};
+    TransitionLimits transition_limits{};
     std::optional<InPosition::Config> in_position{};  ///< empty: not judged
     FollowingError::Config following_error;
   };
@@ -82,6 +83,7 @@ class ClosedLoop {
 
  private:
   void apply(const Config& config);
+  double previewed_s() const;
   Arrival judge(const Trajectory::Point& point, const LoopInput& input);
   double previewed_um(const LoopInput& input);
 

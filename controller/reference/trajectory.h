@@ -1,58 +1,75 @@
-// The reference r(t): a sequence of shapes, joined smoothly. It is known ahead of time, so a preview can
-// compensate delays. A live goal can replace the shapes at any time.
+// The reference r(t): a sequence of shapes, joined smoothly, known ahead of time so that delays can be
+// previewed; or, from any moment on, a live goal in their place.
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <vector>
 
+#include "controller/reference/handover.h"
 #include "controller/reference/shape.h"
 #include "controller/reference/transition.h"
+#include "model/reference_curve.h"
 
 namespace hystcan::controller {
 
 struct Segment {
   Shape shape;
-  /// Duration of the smooth transition to the shape's first value; longer where the limits require it.
+  /// Smooth way from wherever the reference is to the shape's first value, as long as this or, where the
+  /// limits ask for it, longer.
   double transition_s = 0.1;
 };
 
-/// r(t), t >= 0. It starts at `start_um`; after the last segment it holds, or begins again where `repeat`.
-/// After go_to() it moves to a goal and holds it, until resume(), go_to() or start_from().
+/// What every transition keeps, whatever the limits of the reference: shapes are exempt.
+struct TransitionLimits {
+  ReferenceLimits motion{};
+  /// Where a motion that is left comes to its stand.
+  model::Interval range{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+};
+
+/// r(t), t from 0. Starts at `start_um`; after the last segment it holds, or starts over where `repeat`. From
+/// go_to() on it is on its way to a goal, then holds it, until resume(), go_to() or start_from().
 ///
-/// Built outside the control thread; only the constructor allocates.
+/// Built off the control thread; all else allocates nothing.
 class Trajectory {
  public:
-  /// Throws std::invalid_argument where the numbers of a shape contradict each other.
-  Trajectory(std::vector<Segment> segments, bool repeat, const ReferenceLimits& limits = {});
+  /// Throws std::invalid_argument where the numbers of a shape do not fit together.
+  Trajectory(std::vector<Segment> segments, bool repeat, const ReferenceLimits& limits = {},
+             const TransitionLimits& transition_limits = {});
 
-  /// Follows the segments from t = 0 on, beginning at rest.
+  /// The segments from t = 0 on, from rest.
   void start_from(double start_um);
 
-  /// Goes to `goal_um` from `t_s` on and holds it. The transition begins with the present motion and is the
-  /// shortest one that keeps the limits; it may overshoot the goal by at most a fifth of velocity times
-  /// duration. Where the acceleration is unlimited, the transition takes transition_s of the first segment
-  /// or longer and begins at rest: a moving reference then has a corner, but no overshoot.
-  void go_to(double t_s, double goal_um);
+  /// From `t_s` on the segments again, from the first one on: it brakes to a stand within the limit of
+  /// acceleration, and goes on from there for transition_s of the first segment, or as much longer as the
+  /// limits ask for. Where the acceleration is unlimited it stands at once: a corner where it moved.
+  ///
+  /// Until `t_s + previewed_s` the reference is what it was before: it has been looked up that far.
+  void resume(double t_s, double previewed_s = 0.0) { continue_from(*this, t_s, previewed_s); }
 
-  /// Follows the segments again from `t_s` on, beginning with the first one, with the same kind of
-  /// transition.
-  void resume(double t_s);
+  /// From `t_s` on these segments, from the first one on, from the motion that `before` has there; as
+  /// resume().
+  void continue_from(const Trajectory& before, double t_s, double previewed_s = 0.0);
 
-  /// Follows these segments from `t_s` on, beginning with the first one, from the motion of `before` at
-  /// `t_s`, with the same kind of transition.
-  void continue_from(const Trajectory& before, double t_s) { begin_at(t_s, before.motion(t_s)); }
+  /// From `t_s` on to `goal_um`, and hold it; as resume(), but where the reference itself has a limit of
+  /// acceleration: from the present motion along the shortest transition that keeps the limits. It may swing
+  /// beyond the goal then, by a fifth of velocity times duration at most.
+  void go_to(double t_s, double goal_um, double previewed_s = 0.0);
+
+  /// Of what is left and entered from now on; transitions from segment to segment stay as they are.
+  void keep(const TransitionLimits& limits) { transition_limits_ = limits; }
 
   struct Point {
     double value_um = 0.0;
-    std::size_t segment = 0;  ///< index; the number of segments where none is followed
+    std::size_t segment = 0;  ///< the number of segments where none is followed
     bool in_transition = false;
     bool finished = false;
-    bool live = false;          ///< moves to a live goal or holds it
-    bool at_rest = false;       ///< the value is constant; a jump between levels does not count as motion
+    bool live = false;          ///< on the way to, or at, a live goal
+    bool at_rest = false;       ///< the value does not change; a jump from level to level is no motion
     double shape_time_s = 0.0;  ///< since the shape's beginning
   };
   Point at(double t_s) const;
-  /// As at(), the value alone: for a preview.
+  /// As at(): all that a preview needs.
   double value_um(double t_s) const;
   Motion motion(double t_s) const;
 
@@ -60,30 +77,33 @@ class Trajectory {
   const std::vector<Segment>& segments() const { return segments_; }
 
  private:
-  /// A transition or the shape after it, and the time since its beginning.
+  /// The way into the first pass, a transition or the shape behind it, and how far into it.
   struct Place {
+    const Handover* handover = nullptr;
     const Transition* transition = nullptr;
     std::size_t segment = 0;
     double t_s = 0.0;
   };
   Place find(double t_s) const;
-  void begin_at(double t_s, const Motion& from);
-  static constexpr double shortest_s = 1e-3;  ///< of a transition; a shorter one is a step
+  static constexpr double shortest_s = 1e-3;  ///< of a transition: less is a step
   double usual_transition_s() const;
-  Transition transition_from(const Motion& from, double to_um, double least_from_rest_s) const;
+  ReferenceLimits limits_of_transitions() const { return tighter(limits_, transition_limits_.motion); }
+  static Handover::Lead lead(const Trajectory& before, double t_s, double previewed_s);
+  Handover braked(const Trajectory& before, double t_s, double previewed_s, double to_um) const;
 
   std::vector<Segment> segments_;
-  std::vector<Transition> entries_;  ///< into each segment; the first one starts at the end of the last
+  std::vector<Transition> entries_;  ///< into each segment; the first: from the end of the last
   std::vector<double> begins_s_;     ///< of each segment's entry, since the first shape's beginning
   bool repeat_;
   ReferenceLimits limits_;
-  double rest_of_pass_s_ = 0.0;  ///< without the transition into the first shape
+  TransitionLimits transition_limits_;
+  double rest_of_pass_s_ = 0.0;  ///< without the way into the first shape
   double end_um_ = 0.0;
-  double begin_s_ = 0.0;    ///< of the first pass
-  Transition first_entry_;  ///< of the first pass
+  double begin_s_ = 0.0;  ///< of the first pass
+  Handover first_entry_;  ///< of the first pass
   bool live_ = false;
   double live_since_s_ = 0.0;
-  Transition to_goal_;
+  Handover to_goal_;
 };
 
 }  // namespace hystcan::controller

@@ -20,7 +20,28 @@ double least_duration_s(const ReferenceLimits& limits, double distance_um) {
                   std::sqrt(smooth_step_peak_curvature * distance_um / limits.acceleration_um_per_s2));
 }
 
+/// A motion that is beyond the limits is let down within what it has.
+ReferenceLimits kept_from(const ReferenceLimits& limits, const Motion& from) {
+  return {.slew_um_per_s = std::max(limits.slew_um_per_s, std::abs(from.velocity_um_per_s)),
+          .acceleration_um_per_s2 = limits.acceleration_um_per_s2};
+}
+
+Motion without_acceleration(const Motion& motion) {
+  return {.value_um = motion.value_um, .velocity_um_per_s = motion.velocity_um_per_s};
+}
+
+/// Where a braking of this duration ends.
+double stand_um(const Motion& from, double duration_s) {
+  return from.value_um +
+         duration_s * (from.velocity_um_per_s / 2.0 + duration_s * from.acceleration_um_per_s2 / 12.0);
+}
+
 }  // namespace
+
+ReferenceLimits tighter(const ReferenceLimits& a, const ReferenceLimits& b) {
+  return {.slew_um_per_s = std::min(a.slew_um_per_s, b.slew_um_per_s),
+          .acceleration_um_per_s2 = std::min(a.acceleration_um_per_s2, b.acceleration_um_per_s2)};
+}
 
 Transition::Transition(const Motion& from, double to_um, double duration_s)
     : to_um_(to_um), duration_s_(duration_s) {
@@ -36,38 +57,65 @@ Transition Transition::within(const ReferenceLimits& limits, const Motion& from,
   const double distance_um = std::abs(to_um - from.value_um);
   const double from_rest_s = std::max(least_s, least_duration_s(limits, distance_um));
   if (is_rest(from)) return {from, to_um, from_rest_s};
-  const double a = limits.acceleration_um_per_s2;
-  const ReferenceLimits kept{
-      .slew_um_per_s = std::max(limits.slew_um_per_s, std::abs(from.velocity_um_per_s)),
-      .acceleration_um_per_s2 = a};
+  const ReferenceLimits kept = kept_from(limits, from);
+  const auto search = [&](const Motion& begin) {
+    // No way is shorter than at the greatest velocity all along.
+    return shortest(kept, begin, std::max(least_s, distance_um / kept.slew_um_per_s),
+                    [&](double) { return to_um; });
+  };
+  if (std::abs(from.acceleration_um_per_s2) <= kept.acceleration_um_per_s2)
+    if (const auto found = search(from)) return *found;
+  const Motion at_constant_velocity = without_acceleration(from);
+  if (const auto found = search(at_constant_velocity)) return *found;
+  return {at_constant_velocity, to_um, from_rest_s};  // numbers beyond all sense
+}
+
+Transition Transition::to_stand(const ReferenceLimits& limits, const Motion& from,
+                                const model::Interval& range) {
+  const Transition at_once({.value_um = from.value_um}, from.value_um, 0.0);
+  if (is_rest(from) || std::isinf(limits.acceleration_um_per_s2)) return at_once;
+  const ReferenceLimits kept = kept_from(limits, from);
+  const auto search = [&](const Motion& begin) {
+    return shortest(kept, begin, 0.0, [&](double duration_s) { return stand_um(begin, duration_s); });
+  };
+  const auto is_well = [&](const std::optional<Transition>& found) {
+    return found && range.contains(found->end_um());
+  };
+  if (std::abs(from.acceleration_um_per_s2) <= kept.acceleration_um_per_s2)
+    if (const auto found = search(from); is_well(found)) return *found;
+  const Motion at_constant_velocity = without_acceleration(from);
+  if (const auto found = search(at_constant_velocity); is_well(found)) return *found;
+  const double room_um = from.velocity_um_per_s > 0.0 ? range.hi - from.value_um : from.value_um - range.lo;
+  if (!(room_um > 0.0)) return at_once;
+  const double duration_s = 2.0 * room_um / std::abs(from.velocity_um_per_s);
+  return {at_constant_velocity, stand_um(at_constant_velocity, duration_s), duration_s};
+}
+
+/// Of those to `to_um(duration in s)`, and not shorter than `least_s`. Empty: there is none.
+template <class Goal>
+std::optional<Transition> Transition::shortest(const ReferenceLimits& kept, const Motion& begin,
+                                               double least_s, const Goal& to_um) {
   constexpr double growth = 1.25;
   constexpr int longer = 64;  // 1.25^64: a million times
   constexpr int halvings = 16;
-  const auto search = [&](const Motion& begin) -> std::optional<Transition> {
-    double too_short_s = 0.0;
-    // No way is shorter than at the greatest velocity all along, nor brakes harder than it may.
-    double duration_s = std::max({least_s, distance_um / kept.slew_um_per_s,
-                                  std::abs(begin.velocity_um_per_s) / kept.acceleration_um_per_s2, 1e-6});
-    Transition found(begin, to_um, duration_s);
-    for (int i = 0; i < longer && !found.keeps(kept); ++i) {
-      too_short_s = duration_s;
-      duration_s *= growth;
-      found = {begin, to_um, duration_s};
-    }
-    if (!found.keeps(kept)) return std::nullopt;
-    for (int i = 0; too_short_s > 0.0 && i < halvings; ++i) {
-      const double middle_s = 0.5 * (too_short_s + duration_s);
-      const Transition shorter(begin, to_um, middle_s);
-      (shorter.keeps(kept) ? duration_s : too_short_s) = middle_s;
-      if (duration_s == middle_s) found = shorter;
-    }
-    return found;
-  };
-  if (std::abs(from.acceleration_um_per_s2) <= a)
-    if (const auto found = search(from)) return *found;
-  const Motion at_constant_velocity{.value_um = from.value_um, .velocity_um_per_s = from.velocity_um_per_s};
-  if (const auto found = search(at_constant_velocity)) return *found;
-  return {at_constant_velocity, to_um, from_rest_s};  // numbers beyond all sense
+  double too_short_s = 0.0;
+  // None brakes harder than it may.
+  double duration_s =
+      std::max({least_s, std::abs(begin.velocity_um_per_s) / kept.acceleration_um_per_s2, 1e-6});
+  Transition found(begin, to_um(duration_s), duration_s);
+  for (int i = 0; i < longer && !found.keeps(kept); ++i) {
+    too_short_s = duration_s;
+    duration_s *= growth;
+    found = {begin, to_um(duration_s), duration_s};
+  }
+  if (!found.keeps(kept)) return std::nullopt;
+  for (int i = 0; too_short_s > 0.0 && i < halvings; ++i) {
+    const double middle_s = 0.5 * (too_short_s + duration_s);
+    const Transition shorter(begin, to_um(middle_s), middle_s);
+    (shorter.keeps(kept) ? duration_s : too_short_s) = middle_s;
+    if (duration_s == middle_s) found = shorter;
+  }
+  return found;
 }
 
 double Transition::value_um(double t_s) const {

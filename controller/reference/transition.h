@@ -13,12 +13,21 @@
 //
 // A motion that is itself beyond the limits is let down within what it has: greater of limit and |v_0|.
 // Allocates nothing; at most 64 + 16 trials.
+//
+// Where only the stand matters and not its place, the quintic of c_5 = 0, i.e. of
+//
+//   D = v_0 T / 2 + a_0 T^2 / 12,      v(s) = v_0 (1 - 3 s^2 + 2 s^3) + a_0 T (s - 2 s^2 + s^3)
+//
+// is a braking. From a_0 = 0 it decelerates by at most 1.5 |v_0| / T, is never faster than |v_0|, and goes on
+// by 0.75 v_0^2 / a where it keeps the acceleration a.
 #pragma once
 
 #include <array>
 #include <limits>
+#include <optional>
 
 #include "controller/reference/shape.h"
+#include "model/reference_curve.h"
 
 namespace hystcan::controller {
 
@@ -27,6 +36,8 @@ struct ReferenceLimits {
   double slew_um_per_s = std::numeric_limits<double>::infinity();
   double acceleration_um_per_s2 = std::numeric_limits<double>::infinity();
 };
+/// The smaller of each.
+ReferenceLimits tighter(const ReferenceLimits& a, const ReferenceLimits& b);
 
 class Transition {
  public:
@@ -37,8 +48,12 @@ class Transition {
 
   /// The shortest that keeps the limits, but not shorter than `least_s`.
   static Transition within(const ReferenceLimits& limits, const Motion& from, double to_um, double least_s);
+  /// The shortest braking to a stand that keeps the limits. The stand is in `range`: where the acceleration
+  /// limit leaves no room for that, it brakes harder. Of no duration where the acceleration is unlimited.
+  static Transition to_stand(const ReferenceLimits& limits, const Motion& from, const model::Interval& range);
 
   double duration_s() const { return duration_s_; }
+  double end_um() const { return to_um_; }
   double value_um(double t_s) const;
   Motion at(double t_s) const;
 
@@ -46,6 +61,9 @@ class Transition {
   double peak_acceleration_um_per_s2() const;
 
  private:
+  template <class Goal>
+  static std::optional<Transition> shortest(const ReferenceLimits& kept, const Motion& begin, double least_s,
+                                            const Goal& to_um);
   bool keeps(const ReferenceLimits& limits) const;
   std::array<double, 4> without_jerk() const;
   double slope(double s) const;      ///< dx/ds

@@ -7,6 +7,7 @@
 #include <regex>
 
 #include "tests/hil/live_stage.h"
+#include "tests/support/drive_step.h"
 
 namespace hystcan::reload_test {
 namespace {
@@ -34,6 +35,10 @@ struct Reload : testing::Test {
   }
   void rewrite_in_place(const std::string& what, const std::string& with) const {
     stage.files.edit(edited.c_str(), what, with);
+  }
+  /// The log comes to have it so often.
+  bool comes_to_be_told(const std::string& text, std::size_t times) const {
+    return hil::comes_true([&] { return told(text) >= times; });
   }
   /// How often the log has it.
   std::size_t told(const std::string& text) const {
@@ -74,9 +79,8 @@ TEST_F(Reload, GainsStructureLimitsAndSetpointChangeWithoutAJumpAndAreToldAsADif
   std::vector<double> changed_s;
   for (const Step& step : steps) {
     step.in_place ? rewrite_in_place(step.what, step.with) : replace(step.what, step.with);
-    EXPECT_TRUE(stage.bench.controller->says(step.diff, std::chrono::seconds(3)))
-        << step.diff << "\n"
-        << stage.bench.controller->err();
+    EXPECT_TRUE(stage.bench.controller->says(step.diff)) << step.diff << "\n"
+                                                         << stage.bench.controller->err();
     changed_s.push_back(now_s());
     std::this_thread::sleep_for(milliseconds(400));
   }
@@ -84,7 +88,7 @@ TEST_F(Reload, GainsStructureLimitsAndSetpointChangeWithoutAJumpAndAreToldAsADif
   EXPECT_LT(std::abs(stage.axis_status(0).at("error_um").get<double>()), 0.5);
   EXPECT_EQ(told("configuration: "), steps.size()) << "and nothing else: " << stage.bench.controller->err();
 
-  // The structures differ in their feed-forward's slope by the width of the loop, 15 %; jitter of a cycle.
+  // At whatever phase of the reference each was taken over: tests/closed_loop/reload_test.cpp tries all.
   const json log = stage.bench.decoded("--series");
   const std::vector<OnWire> commands = series(log, "X", "AmpCommand");
   const double usual_V = hil::largest_step(between(commands, tracking_s, changed_s.front() - 0.4));
@@ -93,7 +97,7 @@ TEST_F(Reload, GainsStructureLimitsAndSetpointChangeWithoutAJumpAndAreToldAsADif
     std::printf("%s: largest step of the drive %.3f V, before any change %.3f V\n", steps[i].diff, step_V,
                 usual_V);
     EXPECT_GT(step_V, 0.0);
-    EXPECT_LT(step_V, 1.3 * usual_V) << steps[i].diff;
+    EXPECT_LT(step_V, support::fair_share_of_own_step * usual_V) << steps[i].diff;
   }
   EXPECT_EQ(log.at("axis_states").at("X").back(), "tracking") << log.at("axis_states");
   EXPECT_TRUE(log.at("first_fault").is_null());
@@ -110,11 +114,11 @@ TEST_F(Reload, WhatIsWrongChangesNothingAndSaysWhere) {
   EXPECT_TRUE(std::regex_search(asked.err, std::regex("piezo\\.toml:[0-9]+:[0-9]+: "))) << asked.err;
 
   rewrite_in_place("kp                 = -1.0 ", "kp                 = = ");
-  std::this_thread::sleep_for(milliseconds(500));
-  EXPECT_EQ(told("configuration not applied: "), 3u) << stage.bench.controller->err();
+  EXPECT_TRUE(comes_to_be_told("configuration not applied: ", 3)) << stage.bench.controller->err();
   rewrite_in_place("kp                 = = ", "kp                 = 0.04 ");
   EXPECT_TRUE(stage.bench.controller->says("axis[0].control.kp: 0.05 -> 0.04")) << "nothing had changed it";
   EXPECT_EQ(told("configuration: "), 1u) << stage.bench.controller->err();
+  EXPECT_EQ(told("configuration not taken over: "), 3u) << stage.bench.controller->err();
   EXPECT_EQ(stage.axis_status(0).at("state"), "tracking");
 }
 
@@ -147,7 +151,7 @@ TEST_F(Reload, SighupTakesOverWhatIsChangedWhereNobodyWatches) {
   std::this_thread::sleep_for(milliseconds(500));
   EXPECT_EQ(told("configuration: "), 0u) << stage.bench.controller->err();
   stage.bench.controller->send(SIGHUP);
-  EXPECT_TRUE(stage.bench.controller->says("axis[0].control.kp: 0.05 -> 0.04", std::chrono::seconds(3)))
+  EXPECT_TRUE(stage.bench.controller->says("axis[0].control.kp: 0.05 -> 0.04"))
       << stage.bench.controller->err();
   EXPECT_EQ(stage.axis_status(0).at("state"), "tracking");
 }

@@ -101,5 +101,38 @@ TEST(SetpointKeys, LimitTheReferenceAndJudgeInPosition) {
   EXPECT_FALSE(y.in_position);
 }
 
+controller::AxisConfig x_of(const Config& config) { return config.controller.axes[0].axis; }
+
+TEST(ReferenceLimits, AreThoseOfDriveAndModeForTransitionsWhereNoneAreGiven) {
+  const Config config = load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
+  const controller::AxisConfig x = x_of(config);
+  const controller::ReferenceLimits expected =
+      controller::default_transition_limits(x.gate, x.law.model, x.delays);
+  EXPECT_EQ(x.transition_limits.slew_um_per_s, expected.slew_um_per_s);
+  EXPECT_EQ(x.transition_limits.acceleration_um_per_s2, expected.acceleration_um_per_s2);
+  EXPECT_TRUE(std::isinf(x.reference_limits.slew_um_per_s)) << "shapes are what was asked for";
+  const std::string text = echo(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
+  for (const char* line : {"# reference_slew_um_per_s = 2850  # default, of transitions alone\n",
+                           "# reference_acceleration_um_per_s2 = 281284  # default, of transitions alone\n"})
+    EXPECT_NE(text.find(line), std::string::npos) << line << text;
+}
+
+TEST(ReferenceLimits, ThatAreGivenAreTheOnlyOnes) {
+  const std::string file = HYSTCAN_SOURCE_DIR "/config/piezo.toml";
+  const std::string control = "axis[0].control.";
+  for (const char* given : {"4000.0", "inf"}) {
+    const std::vector<Setting> slew{{control + "reference_slew_um_per_s", given}};
+    const controller::AxisConfig x = x_of(load(file, slew));
+    EXPECT_EQ(x.reference_limits.slew_um_per_s, std::stod(given));
+    EXPECT_TRUE(std::isinf(x.transition_limits.slew_um_per_s));
+    EXPECT_TRUE(std::isfinite(x.transition_limits.acceleration_um_per_s2)) << "each for itself";
+    const std::string line =
+        std::string("\nreference_slew_um_per_s = ") + (*given == 'i' ? "inf\n" : "4000\n");
+    EXPECT_NE(echo(file, slew).find(line), std::string::npos) << echo(file, slew);
+  }
+  for (const char* wrong : {"-inf", "nan", "0.0", "-5.0"})
+    EXPECT_THROW(load(file, {{control + "reference_acceleration_um_per_s2", wrong}}), Error) << wrong;
+}
+
 }  // namespace
 }  // namespace hystcan::config::setpoint_config_test

@@ -120,6 +120,39 @@ TEST(AxisRetune, StartsANewReferenceFromThePresentMotionWhereTheAccelerationIsLi
   EXPECT_EQ(stage.axis.report().reference_um, 20.0);
 }
 
+// Half of 20 000 V/s at 0.285 um/V; a thousandth of 28.5 um, of which a mode of 500 Hz lags behind.
+TEST(TransitionLimits, AreByDefaultThoseOfTheDrivesSlewAndTheMode) {
+  const AxisConfig axis = support::piezo_axis();
+  const ReferenceLimits limits = default_transition_limits(axis.gate, axis.law.model, axis.delays);
+  EXPECT_NEAR(limits.slew_um_per_s, 2850.0, 1e-9);
+  EXPECT_NEAR(limits.acceleration_um_per_s2, 281'283.7, 1.0);
+}
+
+TEST(AxisRetune, MovesTheDriveNoMoreIntoANewReferenceThanTheOldOneDidWhereTransitionsAreLimited) {
+  AxisConfig config = tracking_axis();
+  config.transition_limits = default_transition_limits(config.gate, config.law.model, config.delays);
+  IdealStage undisturbed(config);
+  ASSERT_TRUE(undisturbed.tracks());
+  double own_V = 0.0;
+  for (int i = 0; i < 700; ++i) {
+    const double before = undisturbed.command.drive;
+    own_V = std::max(own_V, std::abs(undisturbed.cycle().drive - before));
+  }
+  AxisConfig next = config;
+  next.setpoint = {{.shape = Hold{.level_um = 20.0, .duration_s = 100.0}, .transition_s = 0.2}};
+  for (int phase = 0; phase < 700; phase += 7) {
+    IdealStage stage(config);
+    ASSERT_TRUE(stage.tracks());
+    for (int i = 0; i < phase; ++i) stage.cycle();
+    AxisTuning tuning(next, true);
+    ASSERT_EQ(stage.axis.retune(tuning), "");
+    for (int i = 0; i < 50; ++i) {
+      const double before = stage.command.drive;
+      ASSERT_LE(std::abs(stage.cycle().drive - before), 1.05 * own_V) << phase << " + " << i;
+    }
+  }
+}
+
 TEST(AxisRetune, IsRefusedCompletelyWhereTheDriveIsOutsideTheNewRange) {
   IdealStage stage(tracking_axis());
   ASSERT_TRUE(stage.tracks());

@@ -134,6 +134,67 @@ TEST(Trajectory, LeavesAFastMotionWithoutOvershootWhereNothingLimitsIt) {
   }
 }
 
+// A corner of what is left is rounded over a 32nd of the preview.
+TEST(Trajectory, StaysWhatItWasAsFarAsItHasBeenPreviewed) {
+  const std::vector<Segment> segments{
+      {.shape = Triangle{.low_um = 3.0, .high_um = 27.0, .frequency_Hz = 10.0, .cycles = 100.0},
+       .transition_s = 0.2}};
+  const TransitionLimits gentle{.motion = {.slew_um_per_s = 3000.0, .acceleration_um_per_s2 = 3e5},
+                                .range = {0.0, 28.0}};
+  constexpr double preview_s = 2e-3;
+  constexpr double rounding_um = 480.0 * preview_s / Handover::lead_intervals;
+  Trajectory before(segments, false, {}, gentle);
+  before.start_from(3.0);
+  for (double t_s = 0.3; t_s < 0.4; t_s += 0.37e-3) {
+    Trajectory next(segments, false, {}, gentle);
+    next.continue_from(before, t_s, preview_s);
+    Trajectory resumed = before;
+    resumed.resume(t_s, preview_s);
+    Trajectory live = before;
+    live.go_to(t_s, 12.0, preview_s);
+    for (const Trajectory* trajectory : {&next, &resumed, &live}) {
+      EXPECT_TRUE(trajectory->at(t_s).in_transition);
+      double last_um = trajectory->value_um(t_s);
+      for (int i = 0; i < 300; ++i) {
+        const double now_s = t_s + 1e-4 * i;
+        const double now_um = trajectory->value_um(now_s);
+        const bool previewed = now_s < t_s + preview_s;
+        ASSERT_NEAR(now_um, previewed ? before.value_um(now_s) : now_um, rounding_um) << now_s;
+        ASSERT_LE(std::abs(now_um - last_um), 480.0 * 1e-4 * (1.0 + 1e-6)) << now_s;
+        ASSERT_LE(now_um, 28.0 + 1e-9) << "room to brake in";
+        last_um = now_um;
+      }
+      EXPECT_EQ(trajectory->value_um(t_s + 0.1), trajectory->at(t_s + 0.1).value_um);
+    }
+  }
+}
+
+// As a streaming client does it: each goal before the last one's preview is over.
+TEST(Trajectory, TakesAGoalInEveryCycleWithoutAJump) {
+  Trajectory trajectory(smooth_segments(), true, {},
+                        {.motion = {.slew_um_per_s = 3000.0, .acceleration_um_per_s2 = 3e5}});
+  trajectory.start_from(3.0);
+  double last_um = trajectory.value_um(0.1);
+  for (int i = 0; i < 400; ++i) {
+    const double t_s = 0.1 + 1e-3 * i;
+    trajectory.go_to(t_s, 15.0 + 5.0 * std::sin(0.05 * i), 2.7e-3);
+    for (int part = 1; part <= 10; ++part) {
+      const double now_um = trajectory.value_um(t_s + 1e-4 * part);
+      ASSERT_LE(std::abs(now_um - last_um), 700.0 * 1e-4) << i;
+      last_um = now_um;
+    }
+  }
+}
+
+TEST(Trajectory, KeepsTheLimitsOfItsTransitionsFromSegmentToSegmentToo) {
+  const std::vector<Segment> segments{
+      {.shape = Hold{.level_um = 20.0, .duration_s = 1.0}, .transition_s = 1e-3},
+      {.shape = Hold{.level_um = 10.0, .duration_s = 1.0}, .transition_s = 1e-3}};
+  Trajectory trajectory(segments, true, {}, {.motion = {.slew_um_per_s = 37.5}});
+  trajectory.start_from(0.0);  // 1.875 * 20 um / 37.5 um/s = 1 s, then 0.5 s
+  EXPECT_DOUBLE_EQ(trajectory.length_s(), 1.0 + 1.0 + 0.5 + 1.0);
+}
+
 TEST(Trajectory, GoesToAGoalAndHoldsItAfterItsSegmentsHaveFinished) {
   Trajectory trajectory({{.shape = Hold{.level_um = 10.0, .duration_s = 0.1}}}, false);
   trajectory.start_from(10.0);

@@ -106,5 +106,49 @@ TEST(Transition, FromBeyondTheLimitsIsLetDownWithoutGoingFaster) {
   EXPECT_EQ(way.value_um(way.duration_s()), 20.0);
 }
 
+constexpr model::Interval anywhere{-1000.0, 1000.0};
+
+TEST(TransitionProperty, BrakesFromEveryMotionWithinTheLimitsToAStand) {
+  EXPECT_TRUE(rc::check("limits, beginning and end", [] {
+    const ReferenceLimits limits{.slew_um_per_s = drawn(10, 1000), .acceleration_um_per_s2 = drawn(1e3, 1e6)};
+    const Motion from{.value_um = drawn(0, 30),
+                      .velocity_um_per_s = limits.slew_um_per_s * drawn(-1, 1),
+                      .acceleration_um_per_s2 = limits.acceleration_um_per_s2 * drawn(-1, 1)};
+    const Transition way = Transition::to_stand(limits, from, anywhere);
+    const Peaks peaks = seen(way);
+    RC_ASSERT(peaks.slew <= limits.slew_um_per_s * (1.0 + 1e-8));
+    RC_ASSERT(peaks.acceleration <= limits.acceleration_um_per_s2 * (1.0 + 1e-8));
+    RC_ASSERT(std::abs(way.at(0.0).value_um - from.value_um) <= 1e-12);
+    RC_ASSERT(std::abs(way.at(0.0).velocity_um_per_s - from.velocity_um_per_s) <=
+              1e-9 * limits.slew_um_per_s);
+    const Motion end = way.at(way.duration_s() * (1.0 - 1e-9));
+    RC_ASSERT(std::abs(end.value_um - way.end_um()) <= 1e-6);
+    RC_ASSERT(std::abs(end.velocity_um_per_s) <= 1e-6 * limits.slew_um_per_s);
+    // What is still getting faster takes longer: at most the square again of what it has.
+    const double braking_s = 1.5 * limits.slew_um_per_s / limits.acceleration_um_per_s2;
+    RC_ASSERT(way.duration_s() <= 2.0 * braking_s);
+  }));
+}
+
+TEST(Transition, BrakesAsHardAsItMayAndHarderWhereThereIsNoRoom) {
+  const ReferenceLimits limits{.slew_um_per_s = 3000.0, .acceleration_um_per_s2 = 2.4e5};
+  for (const double sign : {1.0, -1.0}) {
+    const Motion from{.value_um = 10.0, .velocity_um_per_s = sign * 480.0};
+    const Transition free = Transition::to_stand(limits, from, anywhere);
+    EXPECT_NEAR(free.duration_s(), 1.5 * 480.0 / 2.4e5, 1e-7);
+    EXPECT_NEAR(free.end_um(), 10.0 + sign * 0.72, 1e-4) << "0.75 v^2 / a";
+    const Transition hard = Transition::to_stand(limits, from, {9.9, 10.1});
+    EXPECT_NEAR(hard.end_um(), 10.0 + sign * 0.1, 1e-12);
+    EXPECT_NEAR(hard.duration_s(), 0.2 / 480.0, 1e-12);
+    EXPECT_LE(seen(hard).slew, 480.0 * (1.0 + 1e-9));
+    const Transition beyond = Transition::to_stand(limits, from, {20.0, 30.0});
+    EXPECT_EQ(beyond.duration_s() == 0.0, sign < 0.0) << "not where it would lead further away";
+  }
+  const Transition corner =
+      Transition::to_stand({}, {.value_um = 10.0, .velocity_um_per_s = 480.0}, anywhere);
+  EXPECT_EQ(corner.duration_s(), 0.0) << "unlimited";
+  EXPECT_EQ(corner.end_um(), 10.0);
+}
+
 }  // namespace
 }  // namespace hystcan::controller::transition_test
