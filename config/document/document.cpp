@@ -116,14 +116,13 @@ void Reader::numbers(std::string_view key, std::vector<double>& values) {
     values = read_numbers(*node, key, any);
 }
 
-void Reader::choices(std::string_view key, std::vector<std::string>& values,
-                     std::span<const std::string_view> choices) {
+bool Reader::read_choices(std::string_view key, std::vector<std::string>& values,
+                          std::span<const std::string_view> choices) {
   known_.emplace(key);
   const toml::node* node = table_.get(key);
-  if (node == nullptr) return;
+  if (node == nullptr) return false;
   const toml::array* array = node->as_array();
   if (array == nullptr) wrong_type(*node, key, "an array of words");
-  values.clear();
   values.reserve(array->size());
   for (const toml::node& element : *array) {
     values.push_back(read_string(element, key));
@@ -131,6 +130,7 @@ void Reader::choices(std::string_view key, std::vector<std::string>& values,
       document_.fail(element.source(), fmt::format("{} has \"{}\", expected some of {}", key, values.back(),
                                                    join_choices(choices)));
   }
+  return true;
 }
 
 void Reader::whole_numbers(std::string_view key, std::vector<std::int64_t>& values) {
@@ -223,11 +223,6 @@ void Writer::line(std::string_view key, const std::string& value) {
   text_ += fmt::format("{} = {}{}\n", key, value, given ? "" : "  # default");
 }
 
-void Writer::choices(std::string_view key, const std::vector<std::string>& values,
-                     std::span<const std::string_view>) {
-  if (!values.empty()) line(key, fmt::format("[\"{}\"]", fmt::join(values, "\", \"")));
-}
-
 void Writer::whole_numbers(std::string_view key, const std::vector<std::int64_t>& values) {
   line(key, fmt::format("[{}]", fmt::join(values, ", ")));
 }
@@ -236,6 +231,10 @@ std::string Writer::number(double value) { return fmt::format("{}", value); }
 
 std::string Writer::list_of(const std::vector<double>& values) {
   return fmt::format("[{}]", fmt::join(values, ", "));
+}
+
+std::string Writer::list_of(const std::vector<std::string_view>& words) {
+  return fmt::format("[{}]", join_choices(words));
 }
 
 }  // namespace hystcan::config

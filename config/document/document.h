@@ -9,7 +9,6 @@
 #include <toml++/toml.h>
 #include <cmath>
 #include <filesystem>
-#include <initializer_list>
 #include <limits>
 #include <optional>
 #include <set>
@@ -22,6 +21,7 @@
 #include "can/scheduler.h"
 #include "config/document/error.h"
 #include "config/document/setting.h"
+#include "model/words.h"
 
 namespace hystcan::config {
 
@@ -81,18 +81,29 @@ class Reader {
     known_.emplace(key);
     if (const toml::node* node = table_.get(key)) read(*node, key, value, range);
   }
-  void choice(std::string_view key, std::string& value, std::initializer_list<std::string_view> choices) {
-    choice(key, value, std::span(choices.begin(), choices.size()));
-  }
   void choice(std::string_view key, std::string& value, std::span<const std::string_view> choices);
-  void optional_choice(std::string_view key, std::string& value,
-                       std::initializer_list<std::string_view> choices) {
-    optional_choice(key, value, std::span(choices.begin(), choices.size()));
-  }
   void optional_choice(std::string_view key, std::string& value, std::span<const std::string_view> choices);
-  /// Some of the choices; optional.
-  void choices(std::string_view key, std::vector<std::string>& values,
-               std::span<const std::string_view> choices);
+  /// One of the enum's words.
+  template <HasWords Enum>
+  void choice(std::string_view key, Enum& value) {
+    std::string word(word_of(value));
+    choice(key, word, words(value));
+    value = *parse_word<Enum>(word);
+  }
+  template <HasWords Enum>
+  void optional_choice(std::string_view key, Enum& value) {
+    std::string word(word_of(value));
+    optional_choice(key, word, words(value));
+    value = *parse_word<Enum>(word);
+  }
+  /// Some of the enum's words; optional.
+  template <HasWords Enum>
+  void choices(std::string_view key, std::vector<Enum>& values) {
+    std::vector<std::string> chosen;
+    if (!read_choices(key, chosen, words(Enum{}))) return;
+    values.clear();
+    for (const std::string& word : chosen) values.push_back(*parse_word<Enum>(word));
+  }
   /// Optional, and may be empty.
   void numbers(std::string_view key, std::vector<double>& values);
 
@@ -147,10 +158,10 @@ class Reader {
     known_.emplace(key);
     if (table_.contains(key)) list(key, values, visit);
   }
-  /// A choice between alternatives, made by their name.
+  /// What the choice before makes of the struct.
   template <class Make>
-  void alternative(const std::string& name, Make make) {
-    make(name);
+  void alternative(Make make) {
+    make();
   }
 
   /// Any key not asked for is an error; so is a required one that was not there. In this order, because a
@@ -185,6 +196,9 @@ class Reader {
     }
   }
 
+  /// False where the key is not there.
+  bool read_choices(std::string_view key, std::vector<std::string>& values,
+                    std::span<const std::string_view> choices);
   bool read_bool(const toml::node& node, std::string_view key) const;
   std::int64_t read_integer(const toml::node& node, std::string_view key, Range range, double type_max) const;
   double read_number(const toml::node& node, std::string_view key, Range range) const;
@@ -217,17 +231,22 @@ class Writer {
   void optional(std::string_view key, const T& value, Range = any) {
     write(key, value);
   }
-  void choice(std::string_view key, const std::string& value, std::initializer_list<std::string_view>) {
-    write(key, value);
-  }
   void choice(std::string_view key, const std::string& value, std::span<const std::string_view>) {
     write(key, value);
   }
-  void choices(std::string_view key, const std::vector<std::string>& values,
-               std::span<const std::string_view>);
-  void optional_choice(std::string_view key, const std::string& value,
-                       std::initializer_list<std::string_view>) {
-    write(key, value);
+  template <HasWords Enum>
+  void choice(std::string_view key, Enum value) {
+    write(key, word_of(value));
+  }
+  template <HasWords Enum>
+  void optional_choice(std::string_view key, Enum value) {
+    write(key, word_of(value));
+  }
+  template <HasWords Enum>
+  void choices(std::string_view key, const std::vector<Enum>& values) {
+    std::vector<std::string_view> chosen;
+    for (const Enum value : values) chosen.push_back(word_of(value));
+    if (!chosen.empty()) line(key, list_of(chosen));
   }
   void whole_numbers(std::string_view key, const std::vector<std::int64_t>& values);
   void numbers(std::string_view key, const std::vector<double>& values) { write(key, values); }
@@ -262,7 +281,7 @@ class Writer {
     list(key, values, visit);
   }
   template <class Make>
-  void alternative(const std::string&, Make) {}
+  void alternative(Make) {}
 
   const std::string& text() const { return text_; }
 
@@ -292,6 +311,7 @@ class Writer {
   void line(std::string_view key, const std::string& value);
   static std::string number(double value);
   static std::string list_of(const std::vector<double>& values);
+  static std::string list_of(const std::vector<std::string_view>& words);
 
   const Document& document_;
   std::string header_;  ///< as TOML writes the table's name

@@ -22,7 +22,7 @@ ModelFile read_model(const Document& document) {
     document.fail_at("hysteresis.input_max",
                      fmt::format("input_max is {}, expected more than input_min, which is {}", raw.input_max,
                                  raw.input_min));
-  if (raw.symmetry == "even" && raw.input_min < 0.0)
+  if (raw.symmetry == model::Symmetry::even && raw.input_min < 0.0)
     document.fail_at("hysteresis.input_min",
                      fmt::format("input_min is {}, expected >= 0 with symmetry \"even\": "
                                  "the model is folded to |input|",
@@ -45,9 +45,8 @@ auto made(const Document& document, const std::string& key, Make make) {
 
 model::HysteresisParameters parameters(const Document& document, const ModelFile& raw) {
   const auto curve = [&](const char* key, const std::vector<double>& coefficients) {
-    const auto basis = raw.basis == "power" ? model::Basis::power : model::Basis::chebyshev;
     return made(document, std::string("hysteresis.") + key, [&] {
-      return model::ReferenceCurve(basis, coefficients, {raw.input_min, raw.input_max});
+      return model::ReferenceCurve(raw.basis, coefficients, {raw.input_min, raw.input_max});
     });
   };
   return {.input_unit = raw.input_unit,
@@ -56,26 +55,26 @@ model::HysteresisParameters parameters(const Document& document, const ModelFile
           .descending = curve("descending", raw.descending),
           .k_ascending = raw.k_ascending,
           .k_descending = raw.k_descending,
-          .symmetry = raw.symmetry == "even" ? model::Symmetry::even : model::Symmetry::none};
+          .symmetry = raw.symmetry};
 }
 
 model::AnyParameters any_parameters(const Document& document, const ModelFile& raw) {
   const model::Interval range{raw.input_min, raw.input_max};
-  if (raw.kind == "prandtl-ishlinskii")
+  if (raw.kind == model::PrandtlIshlinskii::kind())
     return model::PrandtlIshlinskiiParameters{raw.input_unit, raw.output_unit, range,      raw.offset,
                                               raw.gain,       raw.thresholds,  raw.weights};
-  if (raw.kind == "preisach")
+  if (raw.kind == model::Preisach::kind())
     return model::PreisachParameters{raw.input_unit, raw.output_unit, range,
                                      raw.offset,     raw.gain,        raw.weights};
   const model::HysteresisParameters given = parameters(document, raw);
-  if (raw.kind == "linear-mapping") return model::LinearMappingParameters{given};
-  return raw.kind == "average" ? model::average(given) : given;
+  if (raw.kind == model::LinearMapping::kind()) return model::LinearMappingParameters{given};
+  return raw.kind == average_kind ? model::average(given) : given;
 }
 
 // Asked for first, because the keys depend on it.
 model::HysteresisParameters recursive_memory(const Document& document) {
   const auto kind = document.root().at_path("hysteresis.kind").value<std::string>();
-  if (kind && *kind != "recursive-memory")
+  if (kind && *kind != model::Hysteresis::kind())
     document.fail_at("hysteresis.kind",
                      fmt::format("kind is \"{}\", expected \"recursive-memory\" here", *kind));
   return parameters(document, read_model(document));

@@ -46,11 +46,6 @@ std::string_view to_string(AxisState state) {
   return names[static_cast<std::size_t>(state)];
 }
 
-std::string_view to_string(StartUp start_up) {
-  static constexpr std::array<std::string_view, all_start_ups.size()> names{"wipe", "assume", "restore"};
-  return names[static_cast<std::size_t>(start_up)];
-}
-
 AxisTuning::AxisTuning(const AxisConfig& next, bool new_reference)
     : config(next), loop(closed_loop_of(next)) {
   if (new_reference) reference.emplace(next.setpoint, next.repeat, next.reference_limits);

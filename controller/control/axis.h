@@ -40,8 +40,7 @@ enum class StartUp : std::uint8_t {
   assume,   ///< nothing since the lower threshold but the way to the drive that the amplifier reports
   restore,  ///< what was saved at the last clean stop (Axis::restore)
 };
-inline constexpr std::array all_start_ups{StartUp::wipe, StartUp::assume, StartUp::restore};
-std::string_view to_string(StartUp start_up);
+constexpr auto words(StartUp) { return std::to_array<std::string_view>({"wipe", "assume", "restore"}); }
 
 /// Where another axis moves, this one's position changes too:  y = own + um_per_um * (position of `from`).
 struct Coupling {
