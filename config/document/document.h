@@ -59,6 +59,12 @@ inline constexpr Range any{};
 inline constexpr Range positive{.lo = 0.0, .lo_excluded = true};
 inline constexpr Range not_negative{.lo = 0.0};
 
+/// How a file that we make (not a Writer's, which shows what was read) has a number.
+struct Shown {
+  int digits = 17;            ///< significant ones; 17 bring back the same bits
+  std::string_view remark{};  ///< behind it, as a comment
+};
+
 double nanoseconds_per_unit(std::string_view key);
 
 template <class T>
@@ -73,7 +79,7 @@ class Reader {
       : document_(document), table_(table), path_(std::move(path)) {}
 
   template <class T>
-  void required(std::string_view key, T& value, Range range = any) {
+  void required(std::string_view key, T& value, Range range = any, Shown = {}) {
     if (const toml::node* node = look_up(key)) read(*node, key, value, range);
   }
   template <class T>
@@ -224,7 +230,7 @@ class Writer {
   explicit Writer(const Document& document) : document_(document) {}
 
   template <class T>
-  void required(std::string_view key, const T& value, Range = any) {
+  void required(std::string_view key, const T& value, Range = any, Shown = {}) {
     write(key, value);
   }
   template <class T>

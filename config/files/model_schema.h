@@ -69,9 +69,18 @@ void visit(V& v, ModelFile& m) {
 template <class V>
 void visit(V& v, IdentifiedFrom& from) {
   v.required("samples", from.samples, {.lo = 1.0});
-  v.required("delay_s", from.delay_s, not_negative);
-  v.required("rms_percent", from.rms_percent, not_negative);
-  v.required("max_percent", from.max_percent, not_negative);
+  v.required("delay_s", from.delay_s, not_negative, {.remark = "of the output behind the input"});
+  v.required("rms_percent", from.rms_percent, not_negative,
+             {.digits = 4, .remark = "of the record's output span"});
+  v.required("max_percent", from.max_percent, not_negative, {.digits = 4});
+}
+
+/// The tables of a model file.
+template <class V>
+void visit_tables(V& v, ModelFile& m, bool identified) {
+  const auto plain = [](V& sub, auto& value) { visit(sub, value); };
+  v.table("hysteresis", m, plain);
+  if (identified) v.table("identification", m.identified_from, plain);
 }
 
 /// What stands beside [memory] in a file that the controller has saved.
