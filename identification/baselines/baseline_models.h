@@ -69,7 +69,5 @@ using FitBaseline =
 /// The table of a report: average of the order of the ascending curve, linear mapping, Prandtl-Ishlinskii of
 /// 9 and 30 plays and of 30 with a free start, Preisach of 20 levels.
 const std::vector<FitBaseline>& every_baseline();
-std::vector<BaselineModel> fit_baselines(const Samples& samples,
-                                         const model::HysteresisParameters& identified);
 
 }  // namespace hystcan::identification

@@ -12,7 +12,7 @@
 // Both are accurate to rounding for every tau > 0.
 #pragma once
 
-namespace hystcan::model {
+namespace hystcan::support {
 
 struct FirstOrder {
   struct Config {
@@ -33,4 +33,4 @@ struct FirstOrder {
   };
 };
 
-}  // namespace hystcan::model
+}  // namespace hystcan::support
