@@ -13,7 +13,7 @@ namespace {
 class InputLaw {
  public:
   explicit InputLaw(model::Interval range) : range_(range) {}
-  static std::string_view kind() { return "path"; }
+  static constexpr std::string_view kind() { return "path"; }
   static std::uint64_t fingerprint() { return 0; }
   const model::Interval& input_range() const { return range_; }
   static model::Symmetry symmetry() { return model::Symmetry::none; }

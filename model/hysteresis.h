@@ -50,7 +50,7 @@ class ExponentialConvergence {
   explicit ExponentialConvergence(HysteresisParameters parameters);
 
   const HysteresisParameters& parameters() const { return parameters_; }
-  std::string_view kind() const { return "recursive-memory"; }
+  static constexpr std::string_view kind() { return "recursive-memory"; }
   std::uint64_t fingerprint() const;
   const Interval& input_range() const { return parameters_.input_range(); }
   Symmetry symmetry() const { return parameters_.symmetry; }

@@ -1,11 +1,13 @@
 #include "model/hysteresis_parameters.h"
 
+#include "model/words.h"
+
 namespace hystcan::model {
 
 void add_curves(Fingerprint& sum, const HysteresisParameters& parameters) {
   sum.add(parameters.input_unit);
   sum.add(parameters.output_unit);
-  sum.add(parameters.symmetry == Symmetry::even ? "even" : "none");
+  sum.add(word_of(parameters.symmetry));
   for (const ReferenceCurve* curve : {&parameters.ascending, &parameters.descending}) {
     sum.add(curve->domain().lo);
     sum.add(curve->domain().hi);

@@ -22,7 +22,7 @@ class AffineMap {
   explicit AffineMap(HysteresisParameters parameters);
 
   const HysteresisParameters& parameters() const { return parameters_; }
-  std::string_view kind() const { return "linear-mapping"; }
+  static constexpr std::string_view kind() { return "linear-mapping"; }
   std::uint64_t fingerprint() const;
   const Interval& input_range() const { return parameters_.input_range(); }
   Symmetry symmetry() const { return parameters_.symmetry; }

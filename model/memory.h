@@ -7,13 +7,16 @@
 // branch remains, which starts there.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 namespace hystcan::model {
 
 enum class Symmetry { none, even };  ///< even: x(v) = x(-v), the butterfly of magnetostriction
+constexpr auto words(Symmetry) { return std::to_array<std::string_view>({"none", "even"}); }
 
 enum class Direction : int { ascending = 1, descending = -1 };
 
@@ -56,6 +59,9 @@ class BranchStack {
 /// Where b_0 starts. For `virgin`, b_0 is the ascending reference curve f_0^A itself. Its start is L_0, the
 /// target of the falling branches; L_0 does not lie on the curve.
 enum class Origin { virgin, lower_threshold, upper_threshold };
+constexpr auto words(Origin) {
+  return std::to_array<std::string_view>({"virgin", "lower-threshold", "upper-threshold"});
+}
 
 /// The whole memory of the actuator.
 ///

@@ -92,7 +92,7 @@ class MemoryModel {
     return 400 + 2 * MemoryText::number_size * (capacity + 2);
   }
   std::uint64_t fingerprint() const { return law_.fingerprint(); }
-  std::string_view kind() const { return law_.kind(); }
+  static constexpr std::string_view kind() { return Law::kind(); }
 
  protected:
   const Law& law() const { return law_; }

@@ -8,6 +8,7 @@
 #include "model/memory_model.h"
 #include "model/memory_text.h"
 #include "model/refusal.h"
+#include "model/words.h"
 
 namespace hystcan::model {
 
@@ -287,9 +288,8 @@ double MemoryModel<Law>::solve(const Branch& branch, Direction direction, Point 
 template <BranchLaw Law>
 std::string_view MemoryModel<Law>::save(const State& state, std::span<char> buffer) const {
   MemoryText text(buffer, kind(), fingerprint());
-  constexpr std::string_view origins[] = {"virgin", "lower-threshold", "upper-threshold"};
   const std::span<const Branch> turned(state.branches.begin() + 1, state.branches.end());
-  text.line("origin", origins[static_cast<std::size_t>(state.origin)]);
+  text.line("origin", word_of(state.origin));
   text.list("turning_inputs", turned, [](const Branch& branch) { return branch.start_input; });
   text.list("turning_outputs", turned, [](const Branch& branch) { return branch.start_output; });
   text.line("input", state.input);

@@ -77,7 +77,7 @@ class PrandtlIshlinskii {
 
   const PrandtlIshlinskiiParameters& parameters() const { return parameters_; }
   const Interval& input_range() const { return parameters_.input_range; }
-  static std::string_view kind() { return "prandtl-ishlinskii"; }
+  static constexpr std::string_view kind() { return "prandtl-ishlinskii"; }
   std::uint64_t fingerprint() const { return fingerprint_; }
 
   /// Every play is centred: y_i = input. Throws std::invalid_argument if `input` lies outside the range.

@@ -40,7 +40,7 @@ class EverettLaw {
   explicit EverettLaw(PreisachParameters parameters);
 
   const PreisachParameters& parameters() const { return parameters_; }
-  std::string_view kind() const { return "preisach"; }
+  static constexpr std::string_view kind() { return "preisach"; }
   std::uint64_t fingerprint() const;
   const Interval& input_range() const { return parameters_.input_range; }
   Symmetry symmetry() const { return Symmetry::none; }

@@ -1,7 +1,9 @@
 // Reference curves: the increasing polynomials f_0^A and f_0^D that shape every hysteresis loop.
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <string_view>
 #include <vector>
 
 namespace hystcan::model {
@@ -16,6 +18,7 @@ struct Interval {
 };
 
 enum class Basis { power, chebyshev };
+constexpr auto words(Basis) { return std::to_array<std::string_view>({"power", "chebyshev"}); }
 
 /// A function at one input: its value and its first two derivatives.
 struct Jet {

@@ -20,11 +20,8 @@ enum class WatchdogAction : std::uint8_t {
   ramp,  ///< goes to the safe value at the amplifier's ramp
   off    ///< not driven: the load discharges to zero
 };
-inline constexpr std::array all_watchdog_actions{WatchdogAction::safe, WatchdogAction::hold,
-                                                 WatchdogAction::ramp, WatchdogAction::off};
-constexpr std::string_view to_string(WatchdogAction action) {
-  constexpr std::array<std::string_view, 4> names{"safe", "hold", "ramp", "off"};
-  return names[static_cast<std::size_t>(action)];
+constexpr auto words(WatchdogAction) {
+  return std::to_array<std::string_view>({"safe", "hold", "ramp", "off"});
 }
 
 /// When a setpoint takes effect.
@@ -32,8 +29,7 @@ enum class Apply : std::uint8_t {
   sync,    ///< at the next SYNC (synchronous PDO, CiA 301): always one cycle after the SYNC that it answers
   receipt  ///< when its frame arrives: sooner, but the delay depends on the bus
 };
-inline constexpr std::array all_apply{Apply::sync, Apply::receipt};
-constexpr std::string_view to_string(Apply apply) { return apply == Apply::sync ? "sync" : "receipt"; }
+constexpr auto words(Apply) { return std::to_array<std::string_view>({"sync", "receipt"}); }
 
 /// Bit of AmpStatus.Fault beside can::amp_fault: a cause within the amplifier, such as its temperature.
 inline constexpr std::uint8_t internal_fault = 0x80;

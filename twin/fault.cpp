@@ -77,23 +77,9 @@ std::string what_the_frame_lacks(Fault kind, Node node, const can::AxisWire& wir
 
 }  // namespace
 
-std::string_view to_string(Node node) { return node == Node::sensor ? "sensor" : "amplifier"; }
-
-std::optional<Node> parse_node(std::string_view name) {
-  for (const Node node : {Node::sensor, Node::amplifier})
-    if (to_string(node) == name) return node;
-  return std::nullopt;
-}
-
 const FaultTraits& traits(Fault kind) { return kinds[static_cast<std::size_t>(kind)]; }
 
-std::optional<Fault> parse_fault(std::string_view name) {
-  const auto found = std::ranges::find(kinds, name, &FaultTraits::name);
-  if (found == kinds.end()) return std::nullopt;
-  return found->kind;
-}
-
-const std::array<std::string_view, fault_count>& fault_names() {
+const std::array<std::string_view, fault_count>& words(Fault) {
   static const std::array<std::string_view, fault_count> names = [] {
     std::array<std::string_view, fault_count> all;
     std::ranges::transform(kinds, all.begin(), &FaultTraits::name);

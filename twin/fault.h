@@ -7,13 +7,13 @@
 
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "can/protocol/protocol.h"
 #include "can/scheduler.h"
+#include "model/words.h"
 
 namespace hystcan::twin {
 
@@ -44,8 +44,8 @@ enum class Fault : std::uint8_t {
 inline constexpr std::size_t fault_count = 22;
 
 enum class Node : std::uint8_t { sensor, amplifier };
-std::string_view to_string(Node node);
-std::optional<Node> parse_node(std::string_view name);
+constexpr auto words(Node) { return std::to_array<std::string_view>({"sensor", "amplifier"}); }
+constexpr std::string_view to_string(Node node) { return word_of(node); }
 
 /// Where a kind of fault can act.
 enum class FaultSite : std::uint8_t { either_node, sensor, amplifier, plant };
@@ -61,9 +61,8 @@ struct FaultTraits {
 };
 const FaultTraits& traits(Fault kind);
 inline std::string_view to_string(Fault kind) { return traits(kind).name; }
-std::optional<Fault> parse_fault(std::string_view name);
-/// The names of all kinds, in their spec.
-const std::array<std::string_view, fault_count>& fault_names();
+/// The names of all kinds, in their order.
+const std::array<std::string_view, fault_count>& words(Fault);
 
 /// One fault of one axis.
 struct FaultSpec {

@@ -27,10 +27,7 @@ inline constexpr std::uint8_t out_of_range = 0x01;  ///< the reading is saturate
 }  // namespace sensor_status
 
 enum class Sampling : std::uint8_t { sync, free };
-inline constexpr std::array all_samplings{Sampling::sync, Sampling::free};
-constexpr std::string_view to_string(Sampling sampling) {
-  return sampling == Sampling::sync ? "sync" : "free";
-}
+constexpr auto words(Sampling) { return std::to_array<std::string_view>({"sync", "free"}); }
 
 /// When the sensor samples.
 struct SampleClock {

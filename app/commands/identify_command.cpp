@@ -19,6 +19,7 @@
 #include "config/files/model_file.h"
 #include "config/schema/config.h"
 #include "identification/identify.h"
+#include "model/words.h"
 
 namespace hystcan::app {
 namespace {
@@ -41,8 +42,7 @@ struct IdentifyArguments {
 identification::IdentifyOptions asked_for(const IdentifyArguments& options, Progress& progress) {
   identification::IdentifyOptions asked;
   if (options.order != "auto") asked.order = std::stoi(options.order);
-  if (options.symmetry != "auto")
-    asked.symmetry = options.symmetry == "even" ? model::Symmetry::even : model::Symmetry::none;
+  asked.symmetry = parse_word<model::Symmetry>(options.symmetry);
   asked.observed_thresholds = options.thresholds == "observed";
   asked.go_on = [&progress, tries = std::uint64_t{0}]() mutable {
     progress.update_now(++tries);
@@ -194,8 +194,10 @@ void add_identify(CLI::App& cli, int& status) {
   command->add_option("--output", options->output, "model file to write (TOML)")->required();
   command->add_option("--order", options->order, "order of the reference curves, or auto: chosen by hold-out")
       ->check(order_or_auto());
+  std::vector<std::string> symmetries{"auto"};
+  for (const std::string_view symmetry : words(model::Symmetry{})) symmetries.emplace_back(symmetry);
   command->add_option("--symmetry", options->symmetry, "even: x(v) = x(-v)")
-      ->check(CLI::IsMember({"auto", "none", "even"}));
+      ->check(CLI::IsMember(symmetries));
   command
       ->add_option("--thresholds", options->thresholds,
                    "observed: at the ends of the measured inputs, as a controller needs")

@@ -31,9 +31,9 @@ std::string_view to_string(can::NmtState state) {
 
 twin::Fault fault_of(const json& command) {
   const std::string name = text_of(command, "kind");
-  if (const auto kind = twin::parse_fault(name)) return *kind;
+  if (const auto kind = parse_word<twin::Fault>(name)) return *kind;
   throw config::Error(fmt::format("there is no fault \"{}\", expected one of {}", name,
-                                  fmt::join(twin::fault_names(), ", ")));
+                                  fmt::join(words(twin::Fault{}), ", ")));
 }
 
 can::Duration duration_of(const json& command) {
@@ -120,7 +120,7 @@ json TwinCommandHandler::inject(const json& command) {
   twin::FaultSpec spec = twin::fault_spec(fault_of(command), axis_of(command));
   if (command.contains("node")) {
     const std::string name = text_of(command, "node");
-    const auto node = twin::parse_node(name);
+    const auto node = parse_word<twin::Node>(name);
     if (!node) throw config::Error(fmt::format("node is \"{}\", expected sensor or amplifier", name));
     spec.node = *node;
   }

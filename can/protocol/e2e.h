@@ -30,6 +30,7 @@
 namespace hystcan::can {
 
 enum class Crc8 : std::uint8_t { sae_j1850, autosar_8h2f };
+constexpr auto words(Crc8) { return std::to_array<std::string_view>({"SAE-J1850", "CRC-8H2F"}); }
 
 std::uint8_t crc8_j1850(std::span<const std::uint8_t> bytes);
 std::uint8_t crc8_8h2f(std::span<const std::uint8_t> bytes);
@@ -40,6 +41,9 @@ struct DataId {
   Kind kind = Kind::identifier;
   std::uint16_t number = 0;
 };
+constexpr auto words(DataId::Kind) {
+  return std::to_array<std::string_view>({"identifier", "data_id", "payload"});
+}
 
 /// The places of counter and CRC in a message; either may be missing. The CRC is one whole byte.
 struct Protection {

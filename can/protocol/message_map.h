@@ -2,6 +2,7 @@
 // can/protocol/layout.h compiles them.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -15,6 +16,9 @@
 namespace hystcan::can {
 
 enum class Integrity : std::uint8_t { none, counter, counter_crc };
+constexpr auto words(Integrity) {
+  return std::to_array<std::string_view>({"none", "counter", "counter+crc"});
+}
 
 /// Raw values of a state signal. The sender uses the first of each list. An unlisted value reads as off.
 struct StateValues {

@@ -123,14 +123,13 @@ void Reader::limit_or_inf(std::string_view key, double& value, double /*in_its_p
     read(*node, key, value, positive);
 }
 
-void Reader::choices(std::string_view key, std::vector<std::string>& values,
-                     std::span<const std::string_view> choices) {
+bool Reader::read_choices(std::string_view key, std::vector<std::string>& values,
+                          std::span<const std::string_view> choices) {
   known_.emplace(key);
   const toml::node* node = table_.get(key);
-  if (node == nullptr) return;
+  if (node == nullptr) return false;
   const toml::array* array = node->as_array();
   if (array == nullptr) wrong_type(*node, key, "an array of words");
-  values.clear();
   values.reserve(array->size());
   for (const toml::node& element : *array) {
     values.push_back(read_string(element, key));
@@ -138,6 +137,7 @@ void Reader::choices(std::string_view key, std::vector<std::string>& values,
       document_.fail(element.source(), fmt::format("{} has \"{}\", expected some of {}", key, values.back(),
                                                    join_choices(choices)));
   }
+  return true;
 }
 
 void Reader::whole_numbers(std::string_view key, std::vector<std::int64_t>& values) {
@@ -237,11 +237,6 @@ void Writer::limit_or_inf(std::string_view key, double value, double in_its_plac
     line(key, number(value));
 }
 
-void Writer::choices(std::string_view key, const std::vector<std::string>& values,
-                     std::span<const std::string_view>) {
-  if (!values.empty()) line(key, fmt::format("[\"{}\"]", fmt::join(values, "\", \"")));
-}
-
 void Writer::whole_numbers(std::string_view key, const std::vector<std::int64_t>& values) {
   line(key, fmt::format("[{}]", fmt::join(values, ", ")));
 }
@@ -250,6 +245,10 @@ std::string Writer::number(double value) { return fmt::format("{}", value); }
 
 std::string Writer::list_of(const std::vector<double>& values) {
   return fmt::format("[{}]", fmt::join(values, ", "));
+}
+
+std::string Writer::list_of(const std::vector<std::string_view>& words) {
+  return fmt::format("[{}]", join_choices(words));
 }
 
 }  // namespace hystcan::config

@@ -8,7 +8,6 @@
 #include <toml++/toml.h>
 #include <cmath>
 #include <filesystem>
-#include <initializer_list>
 #include <limits>
 #include <optional>
 #include <set>
@@ -21,6 +20,7 @@
 #include "can/scheduler.h"
 #include "config/document/error.h"
 #include "config/document/setting.h"
+#include "model/words.h"
 
 namespace hystcan::config {
 
@@ -59,6 +59,12 @@ inline constexpr Range any{};
 inline constexpr Range positive{.lo = 0.0, .lo_excluded = true};
 inline constexpr Range not_negative{.lo = 0.0};
 
+/// How a file that we make (not a Writer's, which shows what was read) has a number.
+struct Shown {
+  int digits = 17;            ///< significant ones; 17 bring back the same bits
+  std::string_view remark{};  ///< behind it, as a comment
+};
+
 double nanoseconds_per_unit(std::string_view key);
 
 template <class T>
@@ -73,7 +79,7 @@ class Reader {
       : document_(document), table_(table), path_(std::move(path)) {}
 
   template <class T>
-  void required(std::string_view key, T& value, Range range = any) {
+  void required(std::string_view key, T& value, Range range = any, Shown = {}) {
     if (const toml::node* node = look_up(key)) read(*node, key, value, range);
   }
   template <class T>
@@ -81,18 +87,29 @@ class Reader {
     known_.emplace(key);
     if (const toml::node* node = table_.get(key)) read(*node, key, value, range);
   }
-  void choice(std::string_view key, std::string& value, std::initializer_list<std::string_view> choices) {
-    choice(key, value, std::span(choices.begin(), choices.size()));
-  }
   void choice(std::string_view key, std::string& value, std::span<const std::string_view> choices);
-  void optional_choice(std::string_view key, std::string& value,
-                       std::initializer_list<std::string_view> choices) {
-    optional_choice(key, value, std::span(choices.begin(), choices.size()));
-  }
   void optional_choice(std::string_view key, std::string& value, std::span<const std::string_view> choices);
-  /// A list of some of the choices; optional.
-  void choices(std::string_view key, std::vector<std::string>& values,
-               std::span<const std::string_view> choices);
+  /// One of the enum's words.
+  template <HasWords Enum>
+  void choice(std::string_view key, Enum& value) {
+    std::string word(word_of(value));
+    choice(key, word, words(value));
+    value = *parse_word<Enum>(word);
+  }
+  template <HasWords Enum>
+  void optional_choice(std::string_view key, Enum& value) {
+    std::string word(word_of(value));
+    optional_choice(key, word, words(value));
+    value = *parse_word<Enum>(word);
+  }
+  /// A list of some of the enum's words; optional.
+  template <HasWords Enum>
+  void choices(std::string_view key, std::vector<Enum>& values) {
+    std::vector<std::string> chosen;
+    if (!read_choices(key, chosen, words(Enum{}))) return;
+    values.clear();
+    for (const std::string& word : chosen) values.push_back(*parse_word<Enum>(word));
+  }
   /// Optional; may be empty.
   void numbers(std::string_view key, std::vector<double>& values);
 
@@ -151,8 +168,8 @@ class Reader {
   }
   /// Makes the alternative with this name.
   template <class Make>
-  void alternative(const std::string& name, Make make) {
-    make(name);
+  void alternative(Make make) {
+    make();
   }
 
   /// Fails at an unknown key, then at a missing required key. The order matters because a misspelt key is
@@ -187,6 +204,9 @@ class Reader {
     }
   }
 
+  /// False where the key is not there.
+  bool read_choices(std::string_view key, std::vector<std::string>& values,
+                    std::span<const std::string_view> choices);
   bool read_bool(const toml::node& node, std::string_view key) const;
   std::int64_t read_integer(const toml::node& node, std::string_view key, Range range, double type_max) const;
   double read_number(const toml::node& node, std::string_view key, Range range) const;
@@ -212,24 +232,29 @@ class Writer {
   explicit Writer(const Document& document) : document_(document) {}
 
   template <class T>
-  void required(std::string_view key, const T& value, Range = any) {
+  void required(std::string_view key, const T& value, Range = any, Shown = {}) {
     write(key, value);
   }
   template <class T>
   void optional(std::string_view key, const T& value, Range = any) {
     write(key, value);
   }
-  void choice(std::string_view key, const std::string& value, std::initializer_list<std::string_view>) {
-    write(key, value);
-  }
   void choice(std::string_view key, const std::string& value, std::span<const std::string_view>) {
     write(key, value);
   }
-  void choices(std::string_view key, const std::vector<std::string>& values,
-               std::span<const std::string_view>);
-  void optional_choice(std::string_view key, const std::string& value,
-                       std::initializer_list<std::string_view>) {
-    write(key, value);
+  template <HasWords Enum>
+  void choice(std::string_view key, Enum value) {
+    write(key, word_of(value));
+  }
+  template <HasWords Enum>
+  void optional_choice(std::string_view key, Enum value) {
+    write(key, word_of(value));
+  }
+  template <HasWords Enum>
+  void choices(std::string_view key, const std::vector<Enum>& values) {
+    std::vector<std::string_view> chosen;
+    for (const Enum value : values) chosen.push_back(word_of(value));
+    if (!chosen.empty()) line(key, list_of(chosen));
   }
   void whole_numbers(std::string_view key, const std::vector<std::int64_t>& values);
   void numbers(std::string_view key, const std::vector<double>& values) { write(key, values); }
@@ -267,7 +292,7 @@ class Writer {
     list(key, values, visit);
   }
   template <class Make>
-  void alternative(const std::string&, Make) {}
+  void alternative(Make) {}
 
   const std::string& text() const { return text_; }
 
@@ -297,6 +322,7 @@ class Writer {
   void line(std::string_view key, const std::string& value);
   static std::string number(double value);
   static std::string list_of(const std::vector<double>& values);
+  static std::string list_of(const std::vector<std::string_view>& words);
 
   const Document& document_;
   std::string header_;  ///< the table's name in TOML

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <map>
 #include <optional>
 
 #include "config/files/model_file.h"
@@ -38,12 +37,8 @@ Contents read(const Document& document, const Model& model) {
 }
 
 model::TurningPoints turning_points(const Document& document, const MemoryFile& raw) {
-  static const std::map<std::string, model::Origin> origins{
-      {"virgin", model::Origin::virgin},
-      {"lower-threshold", model::Origin::lower_threshold},
-      {"upper-threshold", model::Origin::upper_threshold}};
   const bool has_output = static_cast<bool>(document.root().at_path("memory.output"));
-  return {.origin = origins.at(raw.origin),
+  return {.origin = raw.origin,
           .inputs = raw.turning_inputs,
           .outputs = raw.turning_outputs,
           .input = raw.input,

@@ -13,16 +13,13 @@ namespace {
 ModelFile read_model(const Document& document) {
   ModelFile raw;
   Reader reader(document, document.root(), "");
-  reader.table("hysteresis", raw, [](Reader& sub, ModelFile& value) { visit(sub, value); });
-  if (document.root().contains("identification"))
-    reader.table("identification", raw.identified_from,
-                 [](Reader& sub, IdentifiedFrom& value) { visit(sub, value); });
+  visit_tables(reader, raw, document.root().contains("identification"));
   reader.finish();
   if (!(raw.input_min < raw.input_max))
     document.fail_at("hysteresis.input_max",
                      fmt::format("input_max is {}, expected more than input_min, which is {}", raw.input_max,
                                  raw.input_min));
-  if (raw.symmetry == "even" && raw.input_min < 0.0)
+  if (raw.symmetry == model::Symmetry::even && raw.input_min < 0.0)
     document.fail_at("hysteresis.input_min",
                      fmt::format("input_min is {}, expected >= 0 with symmetry \"even\": "
                                  "the model is folded to |input|",
@@ -45,9 +42,8 @@ auto made(const Document& document, const std::string& key, Make make) {
 
 model::HysteresisParameters parameters(const Document& document, const ModelFile& raw) {
   const auto curve = [&](const char* key, const std::vector<double>& coefficients) {
-    const auto basis = raw.basis == "power" ? model::Basis::power : model::Basis::chebyshev;
     return made(document, std::string("hysteresis.") + key, [&] {
-      return model::ReferenceCurve(basis, coefficients, {raw.input_min, raw.input_max});
+      return model::ReferenceCurve(raw.basis, coefficients, {raw.input_min, raw.input_max});
     });
   };
   return {.input_unit = raw.input_unit,
@@ -56,26 +52,63 @@ model::HysteresisParameters parameters(const Document& document, const ModelFile
           .descending = curve("descending", raw.descending),
           .k_ascending = raw.k_ascending,
           .k_descending = raw.k_descending,
-          .symmetry = raw.symmetry == "even" ? model::Symmetry::even : model::Symmetry::none};
+          .symmetry = raw.symmetry};
 }
 
 model::AnyParameters any_parameters(const Document& document, const ModelFile& raw) {
   const model::Interval range{raw.input_min, raw.input_max};
-  if (raw.kind == "prandtl-ishlinskii")
+  if (raw.kind == model::PrandtlIshlinskii::kind())
     return model::PrandtlIshlinskiiParameters{raw.input_unit, raw.output_unit, range,      raw.offset,
                                               raw.gain,       raw.thresholds,  raw.weights};
-  if (raw.kind == "preisach")
+  if (raw.kind == model::Preisach::kind())
     return model::PreisachParameters{raw.input_unit, raw.output_unit, range,
                                      raw.offset,     raw.gain,        raw.weights};
   const model::HysteresisParameters given = parameters(document, raw);
-  if (raw.kind == "linear-mapping") return model::LinearMappingParameters{given};
-  return raw.kind == "average" ? model::average(given) : given;
+  if (raw.kind == model::LinearMapping::kind()) return model::LinearMappingParameters{given};
+  return raw.kind == average_kind ? model::average(given) : given;
 }
+
+/// Writes a model file: the keys in a column, the numbers to the bit.
+class ModelWriter {
+ public:
+  template <class T>
+  void required(std::string_view key, const T& value, Range = any, Shown style = {}) {
+    if constexpr (std::is_floating_point_v<T>)
+      line(key, fmt::format("{:.{}g}", value, style.digits), style.remark);
+    else if constexpr (std::is_integral_v<T>)
+      line(key, fmt::format("{}", value), style.remark);
+    else if constexpr (IsVector<T>::value)
+      line(key, fmt::format("[{:.17g}]", fmt::join(value, ", ")), style.remark);
+    else
+      line(key, fmt::format("\"{}\"", value), style.remark);
+  }
+  void choice(std::string_view key, const std::string& value, std::span<const std::string_view>) {
+    required(key, value);
+  }
+  template <HasWords Enum>
+  void choice(std::string_view key, Enum value) {
+    required(key, word_of(value));
+  }
+  template <class T, class Visit>
+  void table(std::string_view key, T& value, Visit visit) {
+    text_ += fmt::format("{}[{}]\n", text_.empty() ? "" : "\n", key);
+    visit(*this, value);
+  }
+
+  const std::string& text() const { return text_; }
+
+ private:
+  void line(std::string_view key, const std::string& value, std::string_view remark) {
+    text_ += fmt::format("{:<12} = {}{}{}\n", key, value, remark.empty() ? "" : "  # ", remark);
+  }
+
+  std::string text_;
+};
 
 // Reads the kind first, because the keys depend on it.
 model::HysteresisParameters recursive_memory(const Document& document) {
   const auto kind = document.root().at_path("hysteresis.kind").value<std::string>();
-  if (kind && *kind != "recursive-memory")
+  if (kind && *kind != model::Hysteresis::kind())
     document.fail_at("hysteresis.kind",
                      fmt::format("kind is \"{}\", expected \"recursive-memory\" here", *kind));
   return parameters(document, read_model(document));
@@ -105,25 +138,24 @@ model::HysteresisParameters load_model(const std::filesystem::path& file) {
 }
 
 std::string model_text(const model::HysteresisParameters& parameters, const IdentifiedFrom& from) {
-  const auto numbers = [](const std::vector<double>& values) {
-    return fmt::format("[{:.17g}]", fmt::join(values, ", "));
-  };
   const model::Interval& range = parameters.input_range();
-  std::string text = fmt::format(
-      "[hysteresis]\nkind         = \"recursive-memory\"\ninput_unit   = \"{}\"\noutput_unit  = \"{}\"\n"
-      "input_min    = {:.17g}\ninput_max    = {:.17g}\nbasis        = \"chebyshev\"\n",
-      parameters.input_unit, parameters.output_unit, range.lo, range.hi);
-  text += fmt::format(
-      "ascending    = {}\ndescending   = {}\nk_ascending  = {:.17g}\nk_descending = {:.17g}\n"
-      "symmetry     = \"{}\"\n",
-      numbers(parameters.ascending.chebyshev_coefficients()),
-      numbers(parameters.descending.chebyshev_coefficients()), parameters.k_ascending,
-      parameters.k_descending, parameters.symmetry == model::Symmetry::even ? "even" : "none");
-  text += fmt::format(
-      "\n[identification]\nsamples      = {}\ndelay_s      = {:.17g}  # of the output behind the input\n"
-      "rms_percent  = {:.4g}  # of the dataset's output span\nmax_percent  = {:.4g}\n",
-      from.samples, from.delay_s, from.rms_percent, from.max_percent);
-  return text;
+  ModelFile raw{.identified_from = from,
+                .kind = std::string(model::Hysteresis::kind()),
+                .input_unit = parameters.input_unit,
+                .output_unit = parameters.output_unit,
+                .input_min = range.lo,
+                .input_max = range.hi,
+                .basis = model::Basis::chebyshev,
+                .ascending = parameters.ascending.chebyshev_coefficients(),
+                .descending = parameters.descending.chebyshev_coefficients(),
+                .k_ascending = parameters.k_ascending,
+                .k_descending = parameters.k_descending,
+                .symmetry = parameters.symmetry,
+                .thresholds = {},
+                .weights = {}};
+  ModelWriter writer;
+  visit_tables(writer, raw, true);
+  return writer.text();
 }
 
 IdentifiedFrom load_identified_from(const std::filesystem::path& file) {

@@ -1,10 +1,25 @@
 // The keys of model and memory files: one `visit` for each struct, both to read and to print it.
 #pragma once
 
+#include <array>
+#include <string>
+#include <string_view>
+#include <vector>
+
 #include "config/document/document.h"
 #include "config/files/model_file.h"
 
 namespace hystcan::config {
+
+/// The average model is a recursive-memory model without k. Only a file names it as a kind of its own.
+inline constexpr std::string_view average_kind = "average";
+
+inline constexpr std::array<std::string_view, 5> model_kinds{
+    model::Hysteresis::kind(), average_kind, model::LinearMapping::kind(), model::PrandtlIshlinskii::kind(),
+    model::Preisach::kind()};
+inline constexpr std::array<std::string_view, 4> memory_kinds{
+    model::Hysteresis::kind(), model::LinearMapping::kind(), model::PrandtlIshlinskii::kind(),
+    model::Preisach::kind()};
 
 /// [hysteresis] of a model file. The keys depend on the kind.
 struct ModelFile {
@@ -14,12 +29,12 @@ struct ModelFile {
   std::string output_unit;
   double input_min = 0.0;
   double input_max = 0.0;
-  std::string basis;
+  model::Basis basis = model::Basis::chebyshev;
   std::vector<double> ascending;
   std::vector<double> descending;
   double k_ascending = 0.0;
   double k_descending = 0.0;
-  std::string symmetry = "none";
+  model::Symmetry symmetry = model::Symmetry::none;
   double offset = 0.0;
   double gain = 0.0;
   std::vector<double> thresholds;
@@ -28,35 +43,44 @@ struct ModelFile {
 
 template <class V>
 void visit(V& v, ModelFile& m) {
-  v.choice("kind", m.kind,
-           {"recursive-memory", "average", "linear-mapping", "prandtl-ishlinskii", "preisach"});
+  v.choice("kind", m.kind, model_kinds);
   v.required("input_unit", m.input_unit);
   v.required("output_unit", m.output_unit);
   v.required("input_min", m.input_min);
   v.required("input_max", m.input_max);
-  if (m.kind == "prandtl-ishlinskii" || m.kind == "preisach") {
+  const bool has_thresholds = m.kind == model::PrandtlIshlinskii::kind();
+  if (has_thresholds || m.kind == model::Preisach::kind()) {
     v.required("offset", m.offset);
     v.required("gain", m.gain);
-    if (m.kind == "prandtl-ishlinskii") v.required("thresholds", m.thresholds);
+    if (has_thresholds) v.required("thresholds", m.thresholds);
     v.required("weights", m.weights);
     return;
   }
-  v.choice("basis", m.basis, {"power", "chebyshev"});
+  v.choice("basis", m.basis);
   v.required("ascending", m.ascending);
   v.required("descending", m.descending);
-  if (m.kind == "recursive-memory") {
+  if (m.kind == model::Hysteresis::kind()) {
     v.required("k_ascending", m.k_ascending);
     v.required("k_descending", m.k_descending);
   }
-  v.choice("symmetry", m.symmetry, {"none", "even"});
+  v.choice("symmetry", m.symmetry);
 }
 
 template <class V>
 void visit(V& v, IdentifiedFrom& from) {
   v.required("samples", from.samples, {.lo = 1.0});
-  v.required("delay_s", from.delay_s, not_negative);
-  v.required("rms_percent", from.rms_percent, not_negative);
-  v.required("max_percent", from.max_percent, not_negative);
+  v.required("delay_s", from.delay_s, not_negative, {.remark = "of the output behind the input"});
+  v.required("rms_percent", from.rms_percent, not_negative,
+             {.digits = 4, .remark = "of the record's output span"});
+  v.required("max_percent", from.max_percent, not_negative, {.digits = 4});
+}
+
+/// The tables of a model file.
+template <class V>
+void visit_tables(V& v, ModelFile& m, bool identified) {
+  const auto plain = [](V& sub, auto& value) { visit(sub, value); };
+  v.table("hysteresis", m, plain);
+  if (identified) v.table("identification", m.identified_from, plain);
 }
 
 /// [stop] of a file that the controller has saved.
@@ -77,7 +101,7 @@ void visit(V& v, controller::ModelCorrection& c) {
 struct MemoryFile {
   std::string kind;
   std::string model;
-  std::string origin;
+  model::Origin origin = model::Origin::virgin;
   std::vector<double> turning_inputs;
   std::vector<double> turning_outputs;
   double input = 0.0;
@@ -88,15 +112,15 @@ struct MemoryFile {
 
 template <class V>
 void visit(V& v, MemoryFile& m) {
-  v.choice("kind", m.kind, {"recursive-memory", "linear-mapping", "prandtl-ishlinskii", "preisach"});
+  v.choice("kind", m.kind, memory_kinds);
   v.optional("model", m.model);
   v.required("input", m.input);
   v.optional("output", m.output);
-  if (m.kind == "prandtl-ishlinskii") {
+  if (m.kind == model::PrandtlIshlinskii::kind()) {
     v.required("plays", m.plays);
     return;
   }
-  v.choice("origin", m.origin, {"virgin", "lower-threshold", "upper-threshold"});
+  v.choice("origin", m.origin);
   v.numbers("turning_inputs", m.turning_inputs);
   v.numbers("turning_outputs", m.turning_outputs);
   v.optional("merged", m.merged);

@@ -23,29 +23,15 @@ can::Protections protections(const can::AxisWire& axis, const can::Database& dat
 
 template <class V>
 void visit_crc(V& v, can::MessageMap& map) {
-  std::string polynomial = map.polynomial == can::Crc8::sae_j1850 ? "SAE-J1850" : "CRC-8H2F";
-  std::string covers = map.data_id.kind == can::DataId::Kind::identifier ? "identifier"
-                       : map.data_id.kind == can::DataId::Kind::number   ? "data_id"
-                                                                         : "payload";
   v.required("crc", map.crc);
-  v.choice("polynomial", polynomial, {"SAE-J1850", "CRC-8H2F"});
-  v.choice("crc_covers", covers, {"identifier", "data_id", "payload"});
-  map.polynomial = polynomial == "SAE-J1850" ? can::Crc8::sae_j1850 : can::Crc8::autosar_8h2f;
-  map.data_id.kind = covers == "identifier" ? can::DataId::Kind::identifier
-                     : covers == "data_id"  ? can::DataId::Kind::number
-                                            : can::DataId::Kind::none;
-  if (covers == "data_id") v.required("data_id", map.data_id.number);
+  v.choice("polynomial", map.polynomial);
+  v.choice("crc_covers", map.data_id.kind);
+  if (map.data_id.kind == can::DataId::Kind::number) v.required("data_id", map.data_id.number);
 }
 
 template <class V>
 void visit_integrity(V& v, can::MessageMap& map) {
-  std::string integrity = map.integrity == can::Integrity::none      ? "none"
-                          : map.integrity == can::Integrity::counter ? "counter"
-                                                                     : "counter+crc";
-  v.choice("integrity", integrity, {"none", "counter", "counter+crc"});
-  map.integrity = integrity == "none"      ? can::Integrity::none
-                  : integrity == "counter" ? can::Integrity::counter
-                                           : can::Integrity::counter_crc;
+  v.choice("integrity", map.integrity);
   if (map.integrity == can::Integrity::none) return;
   v.required("counter", map.counter);
   if (map.integrity == can::Integrity::counter_crc) visit_crc(v, map);

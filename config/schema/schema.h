@@ -103,19 +103,8 @@ void visit(V& v, controller::Staircase& s) {
 template <class V>
 void visit(V& v, controller::Segment& segment) {
   std::string kind = to_string(segment.shape);
-  v.choice("kind", kind,
-           {"hold", "step", "ramp", "triangle", "sine", "chirp", "multi-sine", "staircase", "csv"});
-  v.alternative(kind, [&](const std::string& name) {
-    if (name == "hold") segment.shape = controller::Hold{};
-    if (name == "step") segment.shape = controller::Step{};
-    if (name == "ramp") segment.shape = controller::Ramp{};
-    if (name == "triangle") segment.shape = controller::Triangle{};
-    if (name == "sine") segment.shape = controller::Sine{};
-    if (name == "chirp") segment.shape = controller::Chirp{};
-    if (name == "multi-sine") segment.shape = controller::MultiSine{};
-    if (name == "staircase") segment.shape = controller::Staircase{};
-    if (name == "csv") segment.shape = controller::Table{};
-  });
+  v.choice("kind", kind, controller::shape_kinds);
+  v.alternative([&] { segment.shape = controller::shape_of_kind(kind); });
   v.optional("transition_s", segment.transition_s, positive);
   std::visit([&](auto& shape) { visit(v, shape); }, segment.shape);
 }
@@ -177,10 +166,8 @@ template <class V>
 void visit_control(V& v, AxisConfig& axis) {
   const std::string& unit = axis.wire.drive_unit;
   controller::AxisConfig& c = axis.control;
-  std::string structure(to_string(c.law.structure));
   v.required("model", axis.control_model);
-  v.choice("structure", structure, {"average", "inverse", "pi", "average+pi", "inverse+pi"});
-  c.law.structure = *controller::parse_structure(structure);
+  v.choice("structure", c.law.structure);
   v.required("kp", c.law.pi.kp, not_negative);
   v.required("ki_per_s", c.law.pi.ki_per_s, not_negative);
   v.optional("deadband_um", c.law.deadband_um, not_negative);
@@ -189,10 +176,7 @@ void visit_control(V& v, AxisConfig& axis) {
   v.required("drive_max_" + unit, c.gate.drive_max);
   v.required("safe_drive_" + unit, c.gate.safe_drive);
   v.required("slew_" + unit + "_per_s", c.gate.slew_per_s, positive);
-  std::string start_up(to_string(c.start_up));
-  v.optional_choice("start_up", start_up, {"wipe", "assume", "restore"});
-  for (const controller::StartUp one : controller::all_start_ups)
-    if (to_string(one) == start_up) c.start_up = one;
+  v.optional_choice("start_up", c.start_up);
   v.required("wipe_slew_" + unit + "_per_s", c.wipe_slew_per_s, positive);
   v.optional("wipe_dwell_s", c.wipe_dwell_s, not_negative);
   visit_supervision(v, c);

@@ -2,24 +2,11 @@
 // config/schema/check_instruments.h check them against each other.
 #pragma once
 
-#include <array>
-#include <initializer_list>
 #include <string>
-#include <string_view>
 
 #include "config/document/document.h"
 
 namespace hystcan::config {
-
-/// Reads one of `all` by its name.
-template <class V, class Choice, std::size_t n>
-void visit_choice(V& v, std::string_view key, Choice& choice, const std::array<Choice, n>& all,
-                  std::initializer_list<std::string_view> names) {
-  std::string name(to_string(choice));
-  v.optional_choice(key, name, names);
-  for (const Choice one : all)
-    if (to_string(one) == name) choice = one;
-}
 
 /// Keys of the amplifier's load; they depend on the drive unit, V or A.
 template <class V>
@@ -43,10 +30,9 @@ void visit_amplifier(V& v, const std::string& unit, twin::AxisConfig& t) {
   v.optional("drive_noise_" + unit + "_per_rtHz", t.drive_noise.density_per_rtHz, not_negative);
   v.optional("ripple_" + unit, t.drive_noise.ripple, not_negative);
   v.optional("ripple_Hz", t.drive_noise.ripple_Hz, not_negative);
-  visit_choice(v, "watchdog_action", t.watchdog_action, twin::all_watchdog_actions,
-               {"safe", "hold", "ramp", "off"});
+  v.optional_choice("watchdog_action", t.watchdog_action);
   v.limit("watchdog_ramp_" + unit + "_per_s", amplifier.ramp_per_s);
-  visit_choice(v, "apply", t.apply, twin::all_apply, {"sync", "receipt"});
+  v.optional_choice("apply", t.apply);
 }
 
 /// [axis.twin.sensor]: keys of the sensor other than white noise and resolution.
@@ -62,7 +48,7 @@ void visit_sensor(V& v, twin::AxisConfig& t) {
   v.optional("nonlinearity_percent", sensor.nonlinearity_percent, {.lo = -10.0, .hi = 10.0});
   v.bound("range_min_um", sensor.range_min_um);
   v.bound("range_max_um", sensor.range_max_um);
-  visit_choice(v, "sampling", t.sample_clock.sampling, twin::all_samplings, {"sync", "free"});
+  v.optional_choice("sampling", t.sample_clock.sampling);
   v.optional("sample_rate_Hz", t.sample_clock.rate_Hz, {.lo = 0.0, .hi = 10'000.0});
   v.optional("skew_ppm", t.sample_clock.skew_ppm, {.lo = -10'000.0, .hi = 10'000.0});
 }
@@ -118,18 +104,11 @@ void visit_twin(V& v, AxisConfig& axis) {
 /// [[twin.fault]]. The keys depend on the kind.
 template <class V>
 void visit(V& v, twin::FaultSpec& f) {
-  std::string kind(to_string(f.kind));
-  v.choice("kind", kind, twin::fault_names());
-  v.alternative(kind, [&](const std::string& name) {
-    if (const auto chosen = twin::parse_fault(name)) f = twin::fault_spec(*chosen, f.axis);
-  });
-  const twin::FaultTraits& traits = twin::traits(f.kind);
+  v.choice("kind", f.kind);
+  v.alternative([&] { f = twin::fault_spec(f.kind, f.axis); });
+  const twin::FaultTraits& its = twin::traits(f.kind);
   v.required("axis", f.axis);
-  if (traits.site != twin::FaultSite::plant) {
-    std::string node(to_string(f.node));
-    v.optional_choice("node", node, {"sensor", "amplifier"});
-    f.node = *twin::parse_node(node);
-  }
+  if (its.site != twin::FaultSite::plant) v.optional_choice("node", f.node);
   v.required("at_s", f.begins, not_negative);
   v.required("duration_s", f.lasts, positive);
   if (!traits.unit.empty()) v.optional("value", f.value, {.lo = traits.lowest, .hi = traits.highest});
@@ -143,13 +122,7 @@ void visit(V& v, twin::RandomFaults& r) {
   v.required("rate_per_hour", r.rate_per_hour, {.lo = 0.0, .hi = 36'000.0, .lo_excluded = true});
   v.optional("duration_min_s", r.shortest, positive);
   v.optional("duration_max_s", r.longest, positive);
-  std::vector<std::string> kinds;
-  kinds.reserve(twin::fault_count);
-  for (const twin::Fault kind : r.kinds) kinds.emplace_back(to_string(kind));
-  v.choices("kinds", kinds, twin::fault_names());
-  r.kinds.clear();
-  r.kinds.reserve(kinds.size());
-  for (const std::string& kind : kinds) r.kinds.push_back(*twin::parse_fault(kind));
+  v.choices("kinds", r.kinds);
 }
 
 template <class V>

@@ -52,11 +52,6 @@ std::string_view to_string(AxisState state) {
   return names[static_cast<std::size_t>(state)];
 }
 
-std::string_view to_string(StartUp start_up) {
-  static constexpr std::array<std::string_view, all_start_ups.size()> names{"wipe", "assume", "restore"};
-  return names[static_cast<std::size_t>(start_up)];
-}
-
 ReferenceLimits default_transition_limits(const Gate::Config& gate, const model::HysteresisParameters& model,
                                           const Delays& delays) {
   constexpr double share_of_gate = 0.5;

@@ -41,8 +41,7 @@ enum class StartUp : std::uint8_t {
   assume,   ///< assumes that the drive rose monotonically from the lower threshold to the reported drive
   restore,  ///< uses the memory saved at the last clean stop (Axis::restore)
 };
-inline constexpr std::array all_start_ups{StartUp::wipe, StartUp::assume, StartUp::restore};
-std::string_view to_string(StartUp start_up);
+constexpr auto words(StartUp) { return std::to_array<std::string_view>({"wipe", "assume", "restore"}); }
 
 struct AxisConfig {
   ControlLaw::Config law;

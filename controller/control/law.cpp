@@ -7,9 +7,6 @@
 namespace hystcan::controller {
 namespace {
 
-constexpr std::array<std::string_view, all_structures.size()> structure_names{"average", "inverse", "pi",
-                                                                              "average+pi", "inverse+pi"};
-
 /// A demand counts as met below this excess: far below any sensor's resolution, far above rounding.
 constexpr double met_within_um = 1e-6;
 
@@ -20,16 +17,6 @@ constexpr double faded_um = 1e-7;
 constexpr std::size_t least_capacity = 4;
 
 }  // namespace
-
-std::string_view to_string(Structure structure) {
-  return structure_names[static_cast<std::size_t>(structure)];
-}
-
-std::optional<Structure> parse_structure(std::string_view text) {
-  for (const Structure structure : all_structures)
-    if (to_string(structure) == text) return structure;
-  return std::nullopt;
-}
 
 ControlLaw::ControlLaw(const Config& config)
     : config_(config),

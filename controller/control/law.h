@@ -38,16 +38,17 @@
 #include "controller/control/filter.h"
 #include "controller/control/gate.h"
 #include "model/hysteresis.h"
+#include "model/words.h"
 
 namespace hystcan::controller {
 
 enum class Structure : std::uint8_t { average, inverse, pi, average_pi, inverse_pi };
 
-inline constexpr std::array all_structures{Structure::average, Structure::inverse, Structure::pi,
-                                           Structure::average_pi, Structure::inverse_pi};
-
-std::string_view to_string(Structure structure);
-std::optional<Structure> parse_structure(std::string_view text);
+constexpr auto words(Structure) {
+  return std::to_array<std::string_view>({"average", "inverse", "pi", "average+pi", "inverse+pi"});
+}
+constexpr std::string_view to_string(Structure structure) { return word_of(structure); }
+inline constexpr auto all_structures = every<Structure>();
 
 /// Proportional and integral action:  PI(e) = kp e + ki integral(e) dt,  e and the result in um.
 struct Pi {

@@ -192,12 +192,21 @@ void prepare(MultiSine& s) {
                                 ", one for each amplitude, or none");
 }
 
+/// The shape of this index in Shape.
+template <std::size_t i = 0>
+Shape default_shape(std::size_t index) {
+  if constexpr (i + 1 < std::variant_size_v<Shape>) {
+    if (index != i) return default_shape<i + 1>(index);
+  }
+  return Shape(std::in_place_index<i>);
+}
+
 }  // namespace
 
-std::string to_string(const Shape& shape) {
-  static constexpr std::array<const char*, std::variant_size_v<Shape>> names{
-      "hold", "step", "ramp", "triangle", "sine", "chirp", "multi-sine", "staircase", "csv"};
-  return names[shape.index()];
+std::string to_string(const Shape& shape) { return std::string(shape_kinds[shape.index()]); }
+
+Shape shape_of_kind(std::string_view kind) {
+  return default_shape(static_cast<std::size_t>(std::ranges::find(shape_kinds, kind) - shape_kinds.begin()));
 }
 
 Shape prepared(Shape shape) {

@@ -17,7 +17,9 @@
 //   phi_k = -2 pi sum_{j<k} (k - j) p_j,     p_j = a_j^2 / sum of all a^2
 #pragma once
 
+#include <array>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -101,7 +103,13 @@ struct Motion {
   double acceleration_um_per_s2 = 0.0;
 };
 
+/// The kinds of Shape in its order, as the configuration names them.
+inline constexpr std::array<std::string_view, std::variant_size_v<Shape>> shape_kinds{
+    "hold", "step", "ramp", "triangle", "sine", "chirp", "multi-sine", "staircase", "csv"};
+/// Of this shape.
 std::string to_string(const Shape& shape);
+/// A shape of this kind with its defaults; `kind` is one of shape_kinds.
+Shape shape_of_kind(std::string_view kind);
 /// Fills in the defaults that depend on other members. Throws std::invalid_argument where the numbers
 /// contradict each other.
 Shape prepared(Shape shape);

@@ -75,11 +75,4 @@ const std::vector<FitBaseline>& every_baseline() {
   return baselines;
 }
 
-std::vector<BaselineModel> fit_baselines(const Samples& samples,
-                                         const model::HysteresisParameters& identified) {
-  std::vector<BaselineModel> fitted;
-  for (const FitBaseline& fit : every_baseline()) fitted.push_back(fit(samples, identified));
-  return fitted;
-}
-
 }  // namespace hystcan::identification

@@ -74,7 +74,5 @@ using FitBaseline =
 /// The baselines of a report: average of the order of the ascending curve; linear mapping; Prandtl-Ishlinskii
 /// with 9 plays, with 30 plays, and with 30 plays and a free start; Preisach with 20 levels.
 const std::vector<FitBaseline>& every_baseline();
-std::vector<BaselineModel> fit_baselines(const Samples& samples,
-                                         const model::HysteresisParameters& identified);
 
 }  // namespace hystcan::identification

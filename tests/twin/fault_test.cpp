@@ -396,9 +396,9 @@ TEST(FaultAtRunTime, IsRefusedWhereTheConfiguredFramesLackItsField) {
 TEST(FaultNames, AreParsedBackToTheirKind) {
   for (std::size_t i = 0; i < fault_count; ++i) {
     const auto kind = static_cast<Fault>(i);
-    EXPECT_EQ(parse_fault(to_string(kind)), kind);
+    EXPECT_EQ(parse_word<Fault>(to_string(kind)), kind);
   }
-  EXPECT_FALSE(parse_fault("no_such"));
+  EXPECT_FALSE(parse_word<Fault>("no_such"));
 }
 
 }  // namespace

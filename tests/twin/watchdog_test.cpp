@@ -5,6 +5,7 @@
 #include <cmath>
 #include <ostream>
 
+#include "model/words.h"
 #include "tests/twin/twin_bench.h"
 
 namespace hystcan::twin {
@@ -119,8 +120,8 @@ TEST_P(EveryWatchdogAction, IsNotTakenForASetpointOutOfRange) {
   EXPECT_NEAR(bench.output(), 10.0, 1e-3) << "a setpoint out of range leads to the safe drive";
 }
 
-INSTANTIATE_TEST_SUITE_P(Twin, EveryWatchdogAction, testing::ValuesIn(all_watchdog_actions),
-                         [](const auto& test) { return std::string(to_string(test.param)); });
+INSTANTIATE_TEST_SUITE_P(Twin, EveryWatchdogAction, testing::ValuesIn(every<WatchdogAction>()),
+                         [](const auto& test) { return std::string(word_of(test.param)); });
 
 TEST(Apply, OnReceiptTakesEffectAtOnceWithoutASync) {
   Config config = one_axis();

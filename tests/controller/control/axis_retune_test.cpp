@@ -264,7 +264,7 @@ TEST(StartUp, ACleanStopSavesTheMemoryOfTheActuator) {
 
 TEST(StartUp, VisitsTheThresholdsAgainAfterAFaultWhateverIsConfigured) {
   const model::Hysteresis actuator(support::piezo_model());
-  for (const StartUp start_up : all_start_ups) {
+  for (const StartUp start_up : every<StartUp>()) {
     const model::HysteresisState memory = risen_stage(actuator);
     IdealStage stage(feed_forward_axis(start_up, 40.0), memory);
     stage.axis.restore(memory, {});
@@ -276,8 +276,8 @@ TEST(StartUp, VisitsTheThresholdsAgainAfterAFaultWhateverIsConfigured) {
     EXPECT_EQ(stage.axis.law_to_save(), nullptr) << "the path to the safe drive is unknown";
     stage.highest_drive = 0.0;
     ASSERT_TRUE(stage.tracks());
-    EXPECT_EQ(stage.highest_drive, 100.0) << to_string(start_up);
-    EXPECT_LT(error_at_rest_um(stage), 1e-6) << to_string(start_up);
+    EXPECT_EQ(stage.highest_drive, 100.0) << word_of(start_up);
+    EXPECT_LT(error_at_rest_um(stage), 1e-6) << word_of(start_up);
   }
 }
 

@@ -117,8 +117,8 @@ TEST(ControlLaw, MemoryFollowsTheAppliedDriveAndNotTheRequestedDrive) {
 
 TEST(Structure, NamesAreParsedBackToTheirStructure) {
   for (const Structure structure : all_structures)
-    EXPECT_EQ(parse_structure(to_string(structure)), structure);
-  EXPECT_EQ(parse_structure("pid"), std::nullopt);
+    EXPECT_EQ(parse_word<Structure>(to_string(structure)), structure);
+  EXPECT_EQ(parse_word<Structure>("pid"), std::nullopt);
 }
 
 }  // namespace

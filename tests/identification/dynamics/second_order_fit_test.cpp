@@ -12,7 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "model/first_order.h"
+#include "model/second_order.h"
+#include "tests/support/first_order.h"
 
 namespace hystcan::identification::second_order_fit_test {
 namespace {
@@ -191,9 +192,9 @@ TEST(SecondOrderFit, IsExactForAStepTrainBehindHysteresis) {
 TEST(SecondOrderFit, ReportsTheLagOfAnAmplifierAsDelay) {
   const int fine = 50, rows = 600;
   const model::SecondOrder::Step mode({300.0, 0.05}, cycle_s / fine);
-  const model::FirstOrder::Step lag({1500.0}, cycle_s / fine);
+  const support::FirstOrder::Step lag({1500.0}, cycle_s / fine);
   const Drive drive = step_train(150);
-  model::FirstOrder::State amplifier{drive(0)};
+  support::FirstOrder::State amplifier{drive(0)};
   model::SecondOrder::State state{drive(0), 0.0};
   Dataset dataset{"V", "um", {}, {}, {}};
   for (int n = 0; n < rows; ++n) {

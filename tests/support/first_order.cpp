@@ -1,11 +1,11 @@
-#include "model/first_order.h"
+#include "tests/support/first_order.h"
 
 #include <cmath>
 #include <numbers>
 
 #include "model/refusal.h"
 
-namespace hystcan::model {
+namespace hystcan::support {
 namespace {
 
 struct Shares {
@@ -32,7 +32,7 @@ Shares by_closed_form(long double tau) {
 
 void check(const char* what, double value) {
   if (std::isfinite(value) && value > 0) return;
-  refuse(what, " = ", value, ", expected a positive number");
+  model::refuse(what, " = ", value, ", expected a positive number");
 }
 
 }  // namespace
@@ -52,4 +52,4 @@ FirstOrder::State FirstOrder::Step::operator()(const State& state, double input_
   return {x + from_before_ * (input_before - x) + from_after_ * (input_after - x)};
 }
 
-}  // namespace hystcan::model
+}  // namespace hystcan::support

@@ -1,4 +1,4 @@
-#include "model/first_order.h"
+#include "tests/support/first_order.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <numbers>
 #include <stdexcept>
 
-namespace hystcan::model::first_order_test {
+namespace hystcan::support::first_order_test {
 namespace {
 
 using State = FirstOrder::State;
@@ -125,4 +125,4 @@ TEST(FirstOrder, NamesTheParameterThatItRefuses) {
 }
 
 }  // namespace
-}  // namespace hystcan::model::first_order_test
+}  // namespace hystcan::support::first_order_test

@@ -12,7 +12,7 @@
 // b_0 and b_1 are accurate to rounding for every tau > 0.
 #pragma once
 
-namespace hystcan::model {
+namespace hystcan::support {
 
 struct FirstOrder {
   struct Config {
@@ -33,4 +33,4 @@ struct FirstOrder {
   };
 };
 
-}  // namespace hystcan::model
+}  // namespace hystcan::support

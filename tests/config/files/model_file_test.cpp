@@ -1,0 +1,65 @@
+#include "config/files/model_file.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+namespace hystcan::config {
+namespace {
+
+constexpr const char* expected_text = R"([hysteresis]
+kind         = "recursive-memory"
+input_unit   = "V"
+output_unit  = "um"
+input_min    = 0.10000000000000001
+input_max    = 100
+basis        = "chebyshev"
+ascending    = [5, 4.9000000000000004, -0.10000000000000001]
+descending   = [5.2000000000000002, 4.9000000000000004, -0.29999999999999999]
+k_ascending  = 0.0037000000000000002
+k_descending = 0.033333333333333333
+symmetry     = "even"
+
+[identification]
+samples      = 12345
+delay_s      = 0.00125  # of the output behind the input
+rms_percent  = 0.1235  # of the record's output span
+max_percent  = 12
+)";
+
+model::HysteresisParameters written_parameters() {
+  const model::Interval range{0.1, 100.0};
+  return {.input_unit = "V",
+          .output_unit = "um",
+          .ascending = {model::Basis::chebyshev, {5.0, 4.9, -0.1}, range},
+          .descending = {model::Basis::chebyshev, {5.2, 4.9, -0.3}, range},
+          .k_ascending = 0.0037,
+          .k_descending = 1.0 / 30.0,
+          .symmetry = model::Symmetry::even};
+}
+
+constexpr IdentifiedFrom identified_from{
+    .samples = 12345, .delay_s = 0.00125, .rms_percent = 0.123456, .max_percent = 12.0};
+
+TEST(ModelText, IsThisFileToTheByte) {
+  EXPECT_EQ(model_text(written_parameters(), identified_from), expected_text);
+}
+
+TEST(ModelText, ReadBackGivesTheSameParametersToTheBit) {
+  const auto file = std::filesystem::path(testing::TempDir()) / "hystcan_model_text.toml";
+  std::ofstream(file) << expected_text;
+  const model::HysteresisParameters expected = written_parameters();
+  const auto found = std::get<model::HysteresisParameters>(load_any_parameters(file));
+  EXPECT_EQ(found.ascending.chebyshev_coefficients(), expected.ascending.chebyshev_coefficients());
+  EXPECT_EQ(found.descending.chebyshev_coefficients(), expected.descending.chebyshev_coefficients());
+  EXPECT_EQ(found.input_range().lo, expected.input_range().lo);
+  EXPECT_EQ(found.input_range().hi, expected.input_range().hi);
+  EXPECT_EQ(found.k_ascending, expected.k_ascending);
+  EXPECT_EQ(found.k_descending, expected.k_descending);
+  EXPECT_EQ(found.symmetry, expected.symmetry);
+  EXPECT_EQ(load_identified_from(file).samples, identified_from.samples);
+  EXPECT_EQ(load_identified_from(file).delay_s, identified_from.delay_s);
+}
+
+}  // namespace
+}  // namespace hystcan::config
