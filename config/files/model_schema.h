@@ -71,7 +71,7 @@ void visit(V& v, IdentifiedFrom& from) {
   v.required("samples", from.samples, {.lo = 1.0});
   v.required("delay_s", from.delay_s, not_negative, {.remark = "of the output behind the input"});
   v.required("rms_percent", from.rms_percent, not_negative,
-             {.digits = 4, .remark = "of the record's output span"});
+             {.digits = 4, .remark = "of the dataset's output span"});
   v.required("max_percent", from.max_percent, not_negative, {.digits = 4});
 }
 

@@ -111,7 +111,7 @@ void visit(V& v, twin::FaultSpec& f) {
   if (its.site != twin::FaultSite::plant) v.optional_choice("node", f.node);
   v.required("at_s", f.begins, not_negative);
   v.required("duration_s", f.lasts, positive);
-  if (!traits.unit.empty()) v.optional("value", f.value, {.lo = traits.lowest, .hi = traits.highest});
+  if (!its.unit.empty()) v.optional("value", f.value, {.lo = its.lowest, .hi = its.highest});
   v.optional("repeat_every_s", f.repeat_every, not_negative);
 }
 

@@ -20,7 +20,7 @@
 #include "rehearsal/rehearsal.h"
 #include "tests/support/drive_step.h"
 
-namespace hystcan {
+namespace hystcan::reload_test {
 namespace {
 
 using controller::AxisState;
@@ -239,4 +239,4 @@ TEST(LiveGoalAtEveryPhase, OfTheTriangleMakesNoStepThatTheReferenceDoesNotMakeIt
 }
 
 }  // namespace
-}  // namespace hystcan
+}  // namespace hystcan::reload_test

@@ -4,7 +4,7 @@
 
 #include <fstream>
 
-namespace hystcan::config {
+namespace hystcan::config::model_file_test {
 namespace {
 
 constexpr const char* expected_text = R"([hysteresis]
@@ -23,7 +23,7 @@ symmetry     = "even"
 [identification]
 samples      = 12345
 delay_s      = 0.00125  # of the output behind the input
-rms_percent  = 0.1235  # of the record's output span
+rms_percent  = 0.1235  # of the dataset's output span
 max_percent  = 12
 )";
 
@@ -62,4 +62,4 @@ TEST(ModelText, ReadBackGivesTheSameParametersToTheBit) {
 }
 
 }  // namespace
-}  // namespace hystcan::config
+}  // namespace hystcan::config::model_file_test
