@@ -19,6 +19,7 @@
 #include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/drive_step.h"
+#include "tests/support/rehearsed.h"
 
 namespace hystcan::reload_test {
 namespace {
@@ -46,10 +47,7 @@ class Tracking {
  public:
   Tracking() {
     static const config::Config config = config::load(file);
-    rehearsal::Setup setup{.controller = config.controller,
-                           .twin = config.twin,
-                           .database = config.database,
-                           .bitrate_bit_per_s = config.bus.bitrate_bit_per_s};
+    rehearsal::Setup setup = support::setup_of(config);
     setup.controller.axes.resize(1);
     setup.twin.axes.resize(1);
     rehearsal_ = std::make_unique<rehearsal::Rehearsal>(

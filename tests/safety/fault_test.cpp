@@ -142,7 +142,7 @@ TEST_P(Fault, IsLatchedUntilItIsClearedAndThenTheAxisTracksAgain) {
 }
 
 INSTANTIATE_TEST_SUITE_P(, Fault, testing::ValuesIn(injections),
-                         [](const auto& info) { return std::string(to_string(info.param.trouble)); });
+                         [](const auto& test) { return std::string(to_string(test.param.trouble)); });
 
 /// What must not fault the axis: troubles of up to three cycles.
 class ShortTrouble : public testing::TestWithParam<Trouble> {};
@@ -167,7 +167,7 @@ INSTANTIATE_TEST_SUITE_P(, ShortTrouble,
                                          Trouble::sample_damaged, Trouble::sample_jumped,
                                          Trouble::sample_frozen, Trouble::commands_lost,
                                          Trouble::bus_passive),
-                         [](const auto& info) { return std::string(to_string(info.param)); });
+                         [](const auto& test) { return std::string(to_string(test.param)); });
 
 TEST(NodeFault, IsNotOperationalWhenNmtStopsTheAmplifierBeforeItsEnableIsJudged) {
   FaultRig rig(one_axis());

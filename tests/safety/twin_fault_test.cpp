@@ -178,11 +178,11 @@ INSTANTIATE_TEST_SUITE_P(, TwinFault,
                                                           Structure::pi, Structure::average_pi,
                                                           Structure::inverse_pi),
                                           testing::ValuesIn(rows)),
-                         [](const auto& info) {
-                           std::string name(to_string(std::get<0>(info.param)));
+                         [](const auto& test) {
+                           std::string name(to_string(std::get<0>(test.param)));
                            std::ranges::replace(name, '+', '_');
-                           const Row& row = std::get<1>(info.param);
-                           return name + "_" + name_of(row) + "_" + std::to_string(info.index);
+                           const Row& row = std::get<1>(test.param);
+                           return name + "_" + name_of(row) + "_" + std::to_string(test.index);
                          });
 
 /// Whether a line of docs/twin.md describes this row: its kind, where it acts, every cause or none.

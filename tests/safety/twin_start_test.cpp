@@ -168,7 +168,7 @@ TEST_P(NodeReboot, LeavesTheNodeAsAtItsFirstStartAndItIsSetUpAgain) {
 }
 
 INSTANTIATE_TEST_SUITE_P(, NodeReboot, testing::Values(Node::sensor, Node::amplifier),
-                         [](const auto& info) { return std::string(to_string(info.param)); });
+                         [](const auto& test) { return std::string(to_string(test.param)); });
 
 }  // namespace
 }  // namespace hystcan::support::twin_start_test

@@ -11,7 +11,7 @@
 namespace hystcan::twin {
 
 /// gtest finds it by the namespace of WatchdogAction.
-inline void PrintTo(WatchdogAction action, std::ostream* out) { *out << to_string(action); }
+inline void PrintTo(WatchdogAction action, std::ostream* out) { *out << word_of(action); }
 
 }  // namespace hystcan::twin
 

@@ -10,7 +10,7 @@
 #include <chrono>
 #include <cmath>
 
-namespace hystcan::app::control_bench {
+namespace hystcan::app {
 namespace {
 
 using controller::AxisState;
@@ -149,4 +149,4 @@ bool says(const nlohmann::json& answer, std::string_view text) {
 
 bool is_ok(const nlohmann::json& answer) { return answer.is_object() && answer.value("ok", false); }
 
-}  // namespace hystcan::app::control_bench
+}  // namespace hystcan::app

@@ -101,7 +101,7 @@ TEST(SetpointKeys, LimitTheReferenceAndJudgeInPosition) {
   EXPECT_FALSE(y.in_position);
 }
 
-controller::AxisConfig x_of(const Config& config) { return config.controller.axes[0].axis; }
+controller::AxisConfig x_of(const Config& config) { return config.axes[0].control; }
 
 TEST(ReferenceLimits, AreThoseOfDriveAndModeForTransitionsWhereNoneAreGiven) {
   const Config config = load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");

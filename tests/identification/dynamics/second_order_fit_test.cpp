@@ -67,7 +67,7 @@ Dataset measured(const Truth& truth, const Drive& drive, int rows) {
   return dataset;
 }
 
-Dataset with_noise(Dataset dataset, double rms, unsigned seed) {
+Dataset with_seeded_noise(Dataset dataset, double rms, unsigned seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> noise(0.0, rms);
   for (double& output : dataset.output) output += noise(random);
@@ -130,7 +130,7 @@ TEST(SecondOrderFit, CoversTheTruthAsOftenAsItsIntervalsState) {
   constexpr int seeds = 200;
   const auto covers = [](const Estimate& e, double value) { return e.lo <= value && value <= e.hi ? 1 : 0; };
   for (unsigned seed = 1; seed <= seeds; ++seed) {
-    const SecondOrderFit fit = fit_second_order(with_noise(exact, 0.025, seed));
+    const SecondOrderFit fit = fit_second_order(with_seeded_noise(exact, 0.025, seed));
     frequency += covers(fit.natural_frequency_Hz, truth.frequency_Hz);
     damping += covers(fit.damping_ratio, truth.damping_ratio);
     delay += covers(fit.delay_s, truth.delay_s);
@@ -227,7 +227,7 @@ TEST(SecondOrderFit, RefusesADatasetThatDoesNotDetermineTheMode) {
   Dataset gap = good;
   for (auto* column : {&gap.time_s, &gap.input, &gap.output}) column->erase(column->begin() + 100);
   EXPECT_NE(refusal(gap).find("evenly sampled"), std::string::npos) << refusal(gap);
-  const Dataset noise = with_noise(good, 5.0, 1);
+  const Dataset noise = with_seeded_noise(good, 5.0, 1);
   EXPECT_NE(refusal(noise).find("explains"), std::string::npos) << refusal(noise);
 }
 
@@ -235,7 +235,7 @@ TEST(SecondOrderFit, RefusesADatasetThatDoesNotDetermineTheMode) {
 TEST(SecondOrderFit, RefusesADatasetWithoutExcitationNearTheResonance) {
   const Dataset slow = measured({480.0, 0.5, 2.0e-3}, chirp(0.5, 8.0, 2000), 2000);
   for (unsigned seed = 1; seed <= 4; ++seed) {
-    const std::string reason = refusal(with_noise(slow, 0.01, seed));
+    const std::string reason = refusal(with_seeded_noise(slow, 0.01, seed));
     EXPECT_NE(reason.find("shows only a lag"), std::string::npos) << reason;
   }
 }
