@@ -37,7 +37,7 @@ struct Reload : testing::Test {
     stage.files.edit(edited.c_str(), what, with);
   }
   /// The log comes to have it so often.
-  bool comes_to_be_told(const std::string& text, std::size_t times) const {
+  bool comes_to_log(const std::string& text, std::size_t times) const {
     return hil::comes_true([&] { return told(text) >= times; });
   }
   /// How often the log has it.
@@ -116,7 +116,7 @@ TEST_F(Reload, WhatIsWrongChangesNothingAndSaysWhere) {
   EXPECT_TRUE(std::regex_search(asked.err, std::regex("piezo\\.toml:[0-9]+:[0-9]+: "))) << asked.err;
 
   rewrite_in_place("kp                 = -1.0 ", "kp                 = = ");
-  EXPECT_TRUE(comes_to_be_told("configuration not taken over: ", 3)) << stage.bench.controller->err();
+  EXPECT_TRUE(comes_to_log("configuration not taken over: ", 3)) << stage.bench.controller->err();
   rewrite_in_place("kp                 = = ", "kp                 = 0.04 ");
   EXPECT_TRUE(stage.bench.controller->says("axis[0].control.kp: 0.05 -> 0.04")) << "nothing had changed it";
   EXPECT_EQ(told("configuration: "), 1u) << stage.bench.controller->err();
