@@ -10,6 +10,7 @@
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 #include <thread>
 #include <utility>
@@ -40,6 +41,41 @@ inline std::vector<std::string> with_real_time_priority(std::vector<std::string>
 
 inline bool shell(const std::string& command) { return std::system(command.c_str()) == 0; }
 
+/// Checks the condition every 10 ms, for 30 s at most. A test waits for another process in this way, and never
+/// by a sleep of fixed length: in a guest whose time is instructions, an idle processor continues with the next
+/// timer at once, and a sleep may end before the host has read the file that the other process waits for.
+template <class Condition>
+[[nodiscard]] bool comes_true(Condition condition) {
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() > deadline) return condition();
+    std::this_thread::sleep_for(milliseconds(10));
+  }
+  return true;
+}
+
+/// Counts the programs that receive every frame of an interface, as candump, record and monitor do. Construct it
+/// before another one is started.
+class Listeners {
+ public:
+  explicit Listeners(std::string interface) : interface_(std::move(interface)), before_(count()) {}
+  [[nodiscard]] bool are_more_by(std::size_t more) const {
+    return comes_true([&] { return count() >= before_ + more; });
+  }
+
+ private:
+  std::size_t count() const {
+    std::ifstream list("/proc/net/can/rcvlist_all");
+    std::size_t listeners = 0;
+    for (std::string line, device; std::getline(list, line);)
+      if (std::istringstream(line) >> device && device == interface_) ++listeners;
+    return listeners;
+  }
+
+  std::string interface_;
+  std::size_t before_;
+};
+
 /// Makes vcan0 again before and after a test, whatever the test does to it.
 struct FreshVcan {
   FreshVcan() { make(); }
@@ -58,10 +94,12 @@ class LiveBench {
  public:
   explicit LiveBench(Wire wire, std::string config = config_file) : wire_(wire), config_(std::move(config)) {
     log_ = (std::filesystem::path(testing::TempDir()) / "hil.log").string();
-    // -L prints the log format with the kernel's timestamps; the shell only opens the file.
+    // -L prints the log format with the kernel's timestamps; the shell only opens the file. The buffer holds
+    // half a second of frames, for which candump may have to wait for a processor.
+    const Listeners listeners(wire.controller_side);
     candump = std::make_unique<Process>(std::vector<std::string>{
-        "sh", "-c", std::string("exec candump -L ") + wire.controller_side + " >" + log_});
-    std::this_thread::sleep_for(milliseconds(200));
+        "sh", "-c", std::string("exec candump -L -r 4194304 ") + wire.controller_side + " >" + log_});
+    EXPECT_TRUE(listeners.are_more_by(1)) << candump->err();
     // A real node has its own processor. The twin shares one with everything that the test starts, also with
     // the controller, which has the higher priority and does not wait for the twin.
     twin = std::make_unique<Process>(with_real_time_priority(
@@ -84,17 +122,16 @@ class LiveBench {
 
   /// The log so far as an independent program decodes it; with every value of every axis for "--series".
   json decoded(const std::string& option = "") {
-    std::this_thread::sleep_for(milliseconds(100));
-    candump.reset();
-    Process reader({"/usr/bin/python3", HYSTCAN_SOURCE_DIR "/tests/hil/decode.py", log_, option});
+    end_log();
+    // -I, -S: python itself and nothing else that is installed.
+    Process reader({"/usr/bin/python3", "-I", "-S", HYSTCAN_SOURCE_DIR "/tests/hil/decode.py", log_, option});
     EXPECT_EQ(reader.wait(), 0) << reader.err();
     return json::parse(reader.out());
   }
 
   /// Every frame of the log so far as candump writes it, without time and interface: `201#4E61BC00010703D9`.
   std::vector<std::string> frames() {
-    std::this_thread::sleep_for(milliseconds(100));
-    candump.reset();
+    end_log();
     std::ifstream file(log_);
     std::vector<std::string> result;
     for (std::string line; std::getline(file, line);) result.push_back(line.substr(line.rfind(' ') + 1));
@@ -113,6 +150,20 @@ class LiveBench {
   std::unique_ptr<Process> controller;
 
  private:
+  /// With all in it that has been sent so far: candump writes in order, so that a last frame of ours comes
+  /// behind it. It is taken out again, and what follows it.
+  void end_log() {
+    if (!candump) return;
+    const std::string last = "7FE#0E4D";
+    EXPECT_TRUE(shell(std::string("cansend ") + wire_.controller_side + " " + last));
+    const auto place_of_last = [&] { return support::read_file(log_).find(" " + last + "\n"); };
+    EXPECT_TRUE(comes_true([&] { return place_of_last() != std::string::npos; }));
+    candump.reset();
+    const std::string log = support::read_file(log_);
+    const auto line_end = log.rfind('\n', place_of_last());
+    std::ofstream(log_, std::ios::binary) << log.substr(0, line_end == std::string::npos ? 0 : line_end + 1);
+  }
+
   Wire wire_;
   std::string config_;
   std::string log_;

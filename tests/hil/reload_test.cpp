@@ -24,8 +24,8 @@ struct Reload : testing::Test {
   LiveStage stage;
   std::string edited = "piezo.toml";
 
-  /// The first of its kind in the file, which is x's. As most editors do it: another file in the old one's
-  /// place.
+  /// Replaces the first occurrence in the file, which is that of x. As most editors do, it puts another file in
+  /// the place of the old one.
   void replace(const std::string& what, const std::string& with) const {
     const std::filesystem::path file = stage.files / edited.c_str();
     const std::filesystem::path draft = file.string() + ".new";
@@ -36,12 +36,12 @@ struct Reload : testing::Test {
   void rewrite_in_place(const std::string& what, const std::string& with) const {
     stage.files.edit(edited.c_str(), what, with);
   }
-  /// The log comes to have it so often.
-  bool comes_to_be_told(const std::string& text, std::size_t times) const {
-    return hil::comes_true([&] { return told(text) >= times; });
+  /// Waits until the log has the text this often.
+  bool comes_to_log(const std::string& text, std::size_t times) const {
+    return hil::comes_true([&] { return count_in_log(text) >= times; });
   }
-  /// How often the log has it.
-  std::size_t told(const std::string& text) const {
+  /// How often the log has the text.
+  std::size_t count_in_log(const std::string& text) const {
     const std::string log = stage.bench.controller->err();
     std::size_t times = 0;
     for (auto at = log.find(text); at != std::string::npos; at = log.find(text, at + 1)) ++times;
@@ -49,14 +49,14 @@ struct Reload : testing::Test {
   }
 };
 
-/// Wherever it is.
+/// Replaces every occurrence.
 std::string replaced(std::string text, const std::string& what, const std::string& with) {
   for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + with.size()))
     text.replace(at, what.size(), with);
   return text;
 }
 
-TEST_F(Reload, GainsStructureLimitsAndSetpointChangeWithoutAJumpAndAreToldAsADiff) {
+TEST_F(Reload, GainsStructureLimitsAndSetpointChangeWithoutAJumpAndAreLoggedAsADiff) {
   stage.start();
   const double tracking_s = now_s();
   std::this_thread::sleep_for(milliseconds(2600));  // one pass of the reference
@@ -86,7 +86,7 @@ TEST_F(Reload, GainsStructureLimitsAndSetpointChangeWithoutAJumpAndAreToldAsADif
   }
   std::this_thread::sleep_for(milliseconds(800));
   EXPECT_LT(std::abs(stage.axis_status(0).at("error_um").get<double>()), 0.5);
-  EXPECT_EQ(told("configuration: "), steps.size()) << "and nothing else: " << stage.bench.controller->err();
+  EXPECT_EQ(count_in_log("configuration: "), steps.size()) << "and nothing else: " << stage.bench.controller->err();
 
   // At whatever phase of the reference each was taken over: tests/closed_loop/reload_test.cpp tries all.
   const json log = stage.bench.decoded("--series");
@@ -114,11 +114,11 @@ TEST_F(Reload, WhatIsWrongChangesNothingAndSaysWhere) {
   EXPECT_TRUE(std::regex_search(asked.err, std::regex("piezo\\.toml:[0-9]+:[0-9]+: "))) << asked.err;
 
   rewrite_in_place("kp                 = -1.0 ", "kp                 = = ");
-  EXPECT_TRUE(comes_to_be_told("configuration not applied: ", 3)) << stage.bench.controller->err();
+  EXPECT_TRUE(comes_to_log("configuration not applied: ", 3)) << stage.bench.controller->err();
   rewrite_in_place("kp                 = = ", "kp                 = 0.04 ");
   EXPECT_TRUE(stage.bench.controller->says("axis[0].control.kp: 0.05 -> 0.04")) << "nothing had changed it";
-  EXPECT_EQ(told("configuration: "), 1u) << stage.bench.controller->err();
-  EXPECT_EQ(told("configuration not taken over: "), 3u) << stage.bench.controller->err();
+  EXPECT_EQ(count_in_log("configuration: "), 1u) << stage.bench.controller->err();
+  EXPECT_EQ(count_in_log("configuration not applied: "), 3u) << stage.bench.controller->err();
   EXPECT_EQ(stage.axis_status(0).at("state"), "tracking");
 }
 
@@ -149,7 +149,7 @@ TEST_F(Reload, SighupTakesOverWhatIsChangedWhereNobodyWatches) {
   ASSERT_TRUE(stage.bench.tracks()) << stage.bench.controller->err();
   rewrite_in_place("kp                 = 0.05 ", "kp                 = 0.04 ");
   std::this_thread::sleep_for(milliseconds(500));
-  EXPECT_EQ(told("configuration: "), 0u) << stage.bench.controller->err();
+  EXPECT_EQ(count_in_log("configuration: "), 0u) << stage.bench.controller->err();
   stage.bench.controller->send(SIGHUP);
   EXPECT_TRUE(stage.bench.controller->says("axis[0].control.kp: 0.05 -> 0.04"))
       << stage.bench.controller->err();

@@ -2,6 +2,7 @@
 // the controller as `hystcan controller` runs it, in this process, under the trap of tests/support.
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <boost/asio/io_context.hpp>
 #include <memory>
 #include <optional>
@@ -60,7 +61,8 @@ class InProcess {
   }
 
   const std::string& refusal() const { return refusal_; }
-  bool was_watched() const { return watching_until_.has_value(); }
+  /// From any thread.
+  bool is_or_was_watched() const { return watched_; }
   controller::Controller& controller() { return controller_; }
 
  private:
@@ -75,6 +77,7 @@ class InProcess {
     refusal_ = support::trap_this_thread();
     watching_until_ = now + watched;
     support::watch(true);
+    watched_ = true;
   }
 
   config::Config config_;
@@ -87,6 +90,7 @@ class InProcess {
   controller::Controller controller_;
   std::optional<can::Time> settled_;
   std::optional<can::Time> watching_until_;
+  std::atomic<bool> watched_{false};
   std::string refusal_;
 };
 
@@ -95,7 +99,7 @@ TEST(Trap, ControlThreadOnSocketCanAllocatesLocksLogsAndOpensNothing) {
   InProcess program;
   std::thread([&] { program.run(seconds(3)); }).join();
   program.controller().send_safe_commands();
-  ASSERT_TRUE(program.was_watched());
+  ASSERT_TRUE(program.is_or_was_watched());
   EXPECT_EQ(program.controller().axis(0).state(), AxisState::tracking)
       << to_string(program.controller().axis(0).fault().cause);
   EXPECT_EQ(support::heap_calls(), 0u);
@@ -108,10 +112,10 @@ TEST(Trap, ControlThreadOnSocketCanFaultsWithoutAllocatingLockingLoggingOrOpenin
   hil::LiveBench bench({"vcan0", "vcan0"});
   InProcess program;
   std::thread control([&] { program.run(seconds(3)); });
-  std::this_thread::sleep_for(seconds(4));
+  const bool watched = hil::comes_true([&] { return program.is_or_was_watched(); });
   bench.twin->send(SIGKILL);
   control.join();
-  ASSERT_TRUE(program.was_watched());
+  ASSERT_TRUE(watched);
   EXPECT_EQ(program.controller().axis(0).state(), AxisState::faulted);
   EXPECT_EQ(support::heap_calls(), 0u);
   EXPECT_EQ(support::trapped_call_count(), 0u) << testing::PrintToString(support::trapped_calls());
