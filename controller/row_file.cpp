@@ -9,12 +9,12 @@
 
 namespace hystcan::controller {
 
-RowFile::RowFile(const std::filesystem::path& file, const char* header)
+RowFile::RowFile(const std::filesystem::path& file, const char* first_lines)
     : path_(file), file_(std::fopen(file.c_str(), "w")) {
   if (file_ == nullptr)
     throw std::runtime_error(
         fmt::format("{}: cannot be written: {}", file.string(), std::generic_category().message(errno)));
-  std::fputs(header, file_);
+  std::fputs(first_lines, file_);
 }
 
 RowFile::~RowFile() { close(); }

@@ -12,7 +12,7 @@ namespace hystcan::controller {
 class RowFile {
  public:
   /// Throws std::runtime_error where the file can't be created.
-  RowFile(const std::filesystem::path& file, const char* header);
+  RowFile(const std::filesystem::path& file, const char* first_lines);
   ~RowFile();
   RowFile(const RowFile&) = delete;
   RowFile& operator=(const RowFile&) = delete;

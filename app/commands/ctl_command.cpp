@@ -98,7 +98,7 @@ void print_twin_status(const nlohmann::json& status) {
 
 void print_removed(std::size_t faults) { fmt::print("{} fault{} removed\n", faults, faults == 1 ? "" : "s"); }
 
-void print(const nlohmann::json& answer) {
+void print_answer(const nlohmann::json& answer) {
   if (answer.contains("faults")) return print_twin_status(answer);
   if (answer.contains("axes")) return print_status(answer);
   if (answer.contains("fault")) fmt::print("{}\n", answer.at("fault").get<std::string>());
@@ -120,7 +120,7 @@ int run(const CtlArguments& options, const nlohmann::json& command) {
   const nlohmann::json answer = exchange(file, command, to_twin ? "twin" : "controller");
   if (options.json) fmt::print("{}\n", answer.dump(2));
   if (!answer.value("ok", false)) throw RunError(answer.value("error", "the answer has no \"error\""));
-  if (!options.json) print(answer);
+  if (!options.json) print_answer(answer);
   return done;
 }
 

@@ -136,9 +136,11 @@ std::string of_landscape(const Landscape& map, const Identified& identified) {
       least = std::min(least, rms);
       most = std::max(most, rms);
     }
+  // gnuplot refuses a map whose colours have no range: where every k fits alike, or one fits exactly.
+  const double top = std::max(std::min(most, 4.0 * least), least + 1e-6 * identified.output_span);
   const auto place = [&](double k) { return std::asinh(k * span); };
   return "place(k) = asinh(k * (thresholds_hi - thresholds_lo))\n" + setting("least", least) +
-         setting("top", std::min(most, 4.0 * least)) + setting("cut", most > 4.0 * least ? 1.0 : 0.0) +
+         setting("top", top) + setting("cut", most > top ? 1.0 : 0.0) +
          setting("x_lo", place(map.k_ascending.front())) + setting("x_hi", place(map.k_ascending.back())) +
          setting("y_lo", place(map.k_descending.front())) + setting("y_hi", place(map.k_descending.back())) +
          setting("x_best", place(identified.parameters.k_ascending)) +

@@ -133,7 +133,7 @@ TEST_F(Reload, WhatNeedsARestartSaysSoAndTakesNothingElseWithIt) {
   ASSERT_TRUE(
       stage.bench.controller->says("needs a restart, nothing was changed: controller.rate_Hz: 1000 -> 500"))
       << stage.bench.controller->err();
-  EXPECT_EQ(told("ki_per_s: "), 0u) << stage.bench.controller->err();
+  EXPECT_EQ(count_in_log("ki_per_s: "), 0u) << stage.bench.controller->err();
   std::ofstream(stage.config, std::ios::binary) << replaced(before, "= 120.0", "= 100.0");
   EXPECT_TRUE(stage.bench.controller->says("axis[0].control.ki_per_s: 120 -> 100"));
   EXPECT_EQ(stage.axis_status(0).at("state"), "tracking");

@@ -71,6 +71,7 @@ class InProcess {
       if (now > *watching_until_) context_.stop();
       return;
     }
+    if (controller_.axis(0).state() == AxisState::faulted) context_.stop();  // it will never track
     if (controller_.axis(0).state() != AxisState::tracking) return;
     if (!settled_) settled_ = now + seconds(1);
     if (now < *settled_) return;
@@ -99,7 +100,7 @@ TEST(Trap, ControlThreadOnSocketCanAllocatesLocksLogsAndOpensNothing) {
   InProcess program;
   std::thread([&] { program.run(seconds(3)); }).join();
   program.controller().send_safe_commands();
-  ASSERT_TRUE(program.is_or_was_watched());
+  ASSERT_TRUE(program.is_or_was_watched()) << to_string(program.controller().axis(0).fault().cause);
   EXPECT_EQ(program.controller().axis(0).state(), AxisState::tracking)
       << to_string(program.controller().axis(0).fault().cause);
   EXPECT_EQ(support::heap_calls(), 0u);
@@ -115,7 +116,7 @@ TEST(Trap, ControlThreadOnSocketCanFaultsWithoutAllocatingLockingLoggingOrOpenin
   const bool watched = hil::comes_true([&] { return program.is_or_was_watched(); });
   bench.twin->send(SIGKILL);
   control.join();
-  ASSERT_TRUE(watched);
+  ASSERT_TRUE(watched) << to_string(program.controller().axis(0).fault().cause);
   EXPECT_EQ(program.controller().axis(0).state(), AxisState::faulted);
   EXPECT_EQ(support::heap_calls(), 0u);
   EXPECT_EQ(support::trapped_call_count(), 0u) << testing::PrintToString(support::trapped_calls());
