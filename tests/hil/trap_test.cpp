@@ -1,6 +1,9 @@
 // The control thread on real SocketCAN allocates nothing, locks nothing, logs nothing and touches no file:
 // the controller as `hystcan controller` runs it, in this process, under the trap of tests/support.
 #include <gtest/gtest.h>
+#include <pthread.h>
+#include <sched.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <boost/asio/io_context.hpp>
@@ -46,6 +49,9 @@ class InProcess {
   /// Runs until the axes track and one second more, in which Asio may still allocate; then it traps the
   /// thread for `watched`.
   void run(can::Duration watched) {
+    // As hil::with_real_time_priority does for a process: the twin's priority is 40.
+    constexpr sched_param before_the_twin{.sched_priority = 50};
+    if (geteuid() == 0) pthread_setschedparam(pthread_self(), SCHED_FIFO, &before_the_twin);
     const can::Time start = scheduler_.now();
     std::unique_ptr<can::Timer> poll;
     poll = scheduler_.make_timer([&] {
