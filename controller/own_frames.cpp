@@ -47,7 +47,7 @@ std::optional<std::uint32_t> StatusSender::id() const {
 }
 
 bool StatusSender::is_due(const Axis& axis) const {
-  return encode_ && (due_ || axis.state() != told_state_ || axis.fault().cause != told_cause_);
+  return encode_ && (due_ || axis.state() != sent_state_ || axis.fault().cause != sent_cause_);
 }
 
 bool StatusSender::send(const Axis& axis, can::Bus& bus) {
@@ -55,8 +55,8 @@ bool StatusSender::send(const Axis& axis, can::Bus& bus) {
   const auto frame = (*encode_)(status);
   if (frame && !bus.send(*frame)) return false;
   due_ = false;
-  told_state_ = axis.state();
-  told_cause_ = axis.fault().cause;
+  sent_state_ = axis.state();
+  sent_cause_ = axis.fault().cause;
   return true;
 }
 

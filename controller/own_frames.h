@@ -1,7 +1,7 @@
 // The controller's own frames of one axis, where the database has them: ControllerStatus out, Setpoint in.
 //
 //   ControllerStatus   with each heartbeat, and when state or cause have changed
-//   Setpoint           obeyed where the configuration says so; what is refused is counted by its reason
+//   Setpoint           applied where the configuration allows it; refused ones are counted by their reason
 #pragma once
 
 #include <cstdint>
@@ -14,33 +14,33 @@
 
 namespace hystcan::controller {
 
-/// What the axis says of itself. The following error is held within the width of the plausible positions.
+/// The status of the axis. The following error is limited to the width of the plausible positions.
 can::ControllerStatus status_of(const Axis& axis);
 
-/// When the status is to be sent, and its sender.
+/// Sends the status and decides when.
 class StatusSender {
  public:
   StatusSender(const can::Database& database, const can::AxisWire& wire);
 
-  /// Identifier of the status. Empty: the database has none, nothing is ever due.
+  /// Identifier of the status. Empty if the database has no such message; then none is ever due.
   std::optional<std::uint32_t> id() const;
-  /// A heartbeat goes out.
+  /// Call it with each heartbeat.
   void make_due() { due_ = true; }
   bool is_due(const Axis& axis) const;
-  /// False: the bus did not take it; it stays due.
+  /// False if the bus refused the frame, which then stays due.
   bool send(const Axis& axis, can::Bus& bus);
-  /// A sound one that was heard is another controller's.
+  /// True for a valid status frame on the bus: it comes from another controller.
   bool is_sound(const can::Frame& frame) { return foreign_ && !foreign_->check(frame); }
 
  private:
   std::optional<can::Encoder<can::ControllerStatus>> encode_;
   std::optional<can::E2eChecker> foreign_;
   bool due_ = false;
-  AxisState told_state_ = AxisState::offline;
-  Cause told_cause_ = Cause::none;
+  AxisState sent_state_ = AxisState::offline;
+  Cause sent_cause_ = Cause::none;
 };
 
-/// Of the live setpoints that were sound as frames.
+/// Counts the live setpoints whose frames were valid.
 struct SetpointCounters {
   std::uint64_t taken = 0;
   std::uint64_t not_tracking = 0;
@@ -49,10 +49,10 @@ struct SetpointCounters {
 
   std::uint64_t refused() const { return not_tracking + out_of_range + unknown_mode; }
 };
-/// "2 live setpoints taken, refused: 1 not tracking, 3 out of range"; empty where none came.
+/// "2 live setpoints taken, refused: 1 not tracking, 3 out of range"; empty if none has come.
 std::string describe(const SetpointCounters& counters);
 
-/// Hears live setpoints for one axis.
+/// Receives the live setpoints of one axis.
 class SetpointReceiver {
  public:
   /// Throws std::invalid_argument where the database has no such message.

@@ -1,5 +1,4 @@
-// What the controller knows of one other node: its heartbeat, its emergencies, and whether it has been set
-// up.
+// What the controller knows of one other node: its heartbeat, its emergencies, and whether it is set up.
 #pragma once
 
 #include <array>
@@ -16,7 +15,7 @@
 
 namespace hystcan::controller {
 
-/// Something a node said that belongs in the log.
+/// An event of a node for the log.
 struct NodeEvent {
   enum class Kind : std::uint8_t { emergency, not_set_up };
   Kind kind = Kind::emergency;
@@ -29,34 +28,34 @@ static_assert(std::is_trivially_copyable_v<std::optional<NodeEvent>>, "events cr
 /// "node 1: emergency 0x8130: life guard or heartbeat error (error register 0x01)".
 std::string describe(const NodeEvent& event);
 
-/// A node is set up before it is started, and again after each boot-up: it may have lost what it was told.
+/// A node is set up before it is started, and again after each boot-up, because it may have lost its set-up.
 class RemoteNode {
  public:
   RemoteNode(std::uint8_t node, can::Duration heartbeat_timeout, const can::SdoSetup::Config& setup);
 
-  /// True: the node has booted up.
+  /// True if the node has booted up.
   bool hear_heartbeat(const can::Frame& frame, can::Time now);
   void hear_emergency(const can::Frame& frame);
   void hear_sdo(const can::Frame& frame);
 
   std::uint8_t node() const { return node_; }
-  /// Empty: never heard, or silent for too long.
+  /// Empty if no heartbeat has come, or none for too long.
   std::optional<can::NmtState> state(can::Time now) const { return heartbeat_.state(now); }
-  /// Operational, with everything written that was to be.
+  /// Operational, and its set-up is complete.
   bool is_operational(can::Time now) const {
     return setup_.is_done() && state(now) == can::NmtState::operational;
   }
   bool is_set_up() const { return setup_.is_done(); }
   unsigned boot_ups() const { return heartbeat_.boot_ups(); }
-  /// Frames in the place of its heartbeat, emergency or SDO response that were none.
+  /// They count the invalid frames in the place of heartbeat, emergency and SDO response.
   const can::E2eChecker& heartbeat_checker() const { return heartbeat_checker_; }
   const can::E2eChecker& emergency_checker() const { return emergency_checker_; }
   const can::E2eChecker& sdo_checker() const { return sdo_checker_; }
 
-  /// The bus was gone: what was heard, and what was set up, may no longer be so.
+  /// The bus was off: neither the last state nor the set-up may still be valid.
   void forget();
 
-  /// The next request of the set-up, once the node is there to hear it.
+  /// The next request of the set-up, once the node is present.
   std::optional<can::Frame> poll_setup(can::Time now);
   bool setup_has_failed() const { return setup_.has_failed(); }
   /// A set-up that has failed is tried once more.

@@ -1,5 +1,5 @@
-// The reference r(t): a sequence of shapes, joined smoothly, known ahead of time so that delays can be
-// previewed; or, from any moment on, a live goal in their place.
+// The reference r(t): a sequence of shapes, joined smoothly. It is known ahead of time, so a preview can
+// compensate delays. A live goal can replace the shapes at any time.
 #pragma once
 
 #include <cstddef>
@@ -15,53 +15,50 @@ namespace hystcan::controller {
 
 struct Segment {
   Shape shape;
-  /// Smooth way from wherever the reference is to the shape's first value, as long as this or, where the
-  /// limits ask for it, longer.
+  /// Duration of the smooth transition to the shape's first value; longer where the limits require it.
   double transition_s = 0.1;
 };
 
-/// What every transition keeps, whatever the limits of the reference: shapes are exempt.
+/// Limits of every transition, in addition to those of the reference. They do not apply to shapes.
 struct TransitionLimits {
   ReferenceLimits motion{};
-  /// Where a motion that is left comes to its stand.
+  /// The braking of an old reference ends within this range.
   model::Interval range{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
 };
 
-/// r(t), t from 0. Starts at `start_um`; after the last segment it holds, or starts over where `repeat`. From
-/// go_to() on it is on its way to a goal, then holds it, until resume(), go_to() or start_from().
+/// r(t), t >= 0. It starts at `start_um`; after the last segment it holds, or begins again where `repeat`.
+/// After go_to() it moves to a goal and holds it, until resume(), go_to() or start_from().
 ///
-/// Built off the control thread; all else allocates nothing.
+/// Built outside the control thread; only the constructor allocates.
 class Trajectory {
  public:
-  /// Throws std::invalid_argument where the numbers of a shape do not fit together.
+  /// Throws std::invalid_argument where the numbers of a shape contradict each other.
   Trajectory(std::vector<Segment> segments, bool repeat, const ReferenceLimits& limits = {},
              const TransitionLimits& transition_limits = {});
 
-  /// The segments from t = 0 on, from rest.
+  /// Follows the segments from t = 0 on, beginning at rest.
   void start_from(double start_um);
 
-  /// From `t_s` on the segments again, from the first one on: it brakes to a stand within the limit of
-  /// acceleration, and goes on from there for transition_s of the first segment, or as much longer as the
-  /// limits ask for. Where the acceleration is unlimited it stands at once: a corner where it moved.
-  ///
-  /// Until `t_s + previewed_s` the reference is what it was before: it has been looked up that far.
+  /// Follows the segments again, beginning with the first one. The reference stays as it is until
+  /// `t_s + previewed_s`, because the preview has used it up to there. It then brakes to a stand within the
+  /// limit of acceleration, and moves to the first segment for its transition_s, or longer where the limits
+  /// require it. Where the acceleration is unlimited it stands at once: a moving reference then has a corner.
   void resume(double t_s, double previewed_s = 0.0) { continue_from(*this, t_s, previewed_s); }
 
-  /// From `t_s` on these segments, from the first one on, from the motion that `before` has there; as
-  /// resume().
+  /// Follows these segments after `before`, in the same way as resume().
   void continue_from(const Trajectory& before, double t_s, double previewed_s = 0.0);
 
-  /// From `t_s` on to `goal_um`, and hold it; as resume(), but where the reference itself has a limit of
-  /// acceleration: from the present motion along the shortest transition that keeps the limits. It may swing
-  /// beyond the goal then, by a fifth of velocity times duration at most.
+  /// Goes to `goal_um` and holds it, in the same way as resume(). Where the reference itself has a limit of
+  /// acceleration, it does not brake first: the transition is the shortest one from the present motion that
+  /// keeps the limits. It may overshoot the goal by at most a fifth of velocity times duration.
   void go_to(double t_s, double goal_um, double previewed_s = 0.0);
 
-  /// Of what is left and entered from now on; transitions from segment to segment stay as they are.
+  /// Sets the limits of later handovers; transitions from segment to segment stay as they are.
   void keep(const TransitionLimits& limits) { transition_limits_ = limits; }
 
   struct Point {
     double value_um = 0.0;
-    std::size_t segment = 0;  ///< the number of segments where none is followed
+    std::size_t segment = 0;  ///< index; the number of segments where none is followed
     bool in_transition = false;
     bool finished = false;
     bool live = false;          ///< on the way to, or at, a live goal
@@ -69,7 +66,7 @@ class Trajectory {
     double shape_time_s = 0.0;  ///< since the shape's beginning
   };
   Point at(double t_s) const;
-  /// As at(): all that a preview needs.
+  /// The value of at(), which is all that a preview needs.
   double value_um(double t_s) const;
   Motion motion(double t_s) const;
 
@@ -77,7 +74,7 @@ class Trajectory {
   const std::vector<Segment>& segments() const { return segments_; }
 
  private:
-  /// The way into the first pass, a transition or the shape behind it, and how far into it.
+  /// The handover into the first pass, a transition or a shape, and the time since its beginning.
   struct Place {
     const Handover* handover = nullptr;
     const Transition* transition = nullptr;

@@ -1,25 +1,27 @@
-// A smooth way from a motion to rest: the quintic x(s), s = t / T, of least jerk between (x_0, v_0, a_0) and
-// (x_1, 0, 0), with D = x_1 - x_0, c_1 = v_0 T, c_2 = a_0 T^2 / 2:
+// A smooth transition from a motion to rest: the quintic x(s), s = t / T, of least jerk between
+// (x_0, v_0, a_0) and (x_1, 0, 0), with D = x_1 - x_0, c_1 = v_0 T, c_2 = a_0 T^2 / 2:
 //
 //   x(s) = x_0 + c_1 s + c_2 s^2 + (10 D - 6 c_1 - 3 c_2) s^3 + (8 c_1 + 3 c_2 - 15 D) s^4
 //          + (6 D - 3 c_1 - c_2) s^5
 //
-// From rest it is the smooth step, whose peaks are  1.875 |D| / T  in velocity and  5.7735 |D| / T^2  in
-// acceleration (15/8 and 10/sqrt(3)): the least T that keeps both limits is known at once. From a motion the
-// peaks are found exactly, where the jerk (of degree 2) and the acceleration (of degree 3) vanish, and T by
-// lengthening it step by step until they keep the limits and bisecting the last step: the limits are kept,
-// and no T shorter by more than a step's quarter does. Where a_0 stands in the way (near the greatest
-// velocity, still faster) the way begins without it, and there is always a T.
+// From rest this is the smooth step. Its peaks give the least T that keeps both limits at once:
 //
-// A motion that is itself beyond the limits is let down within what it has: greater of limit and |v_0|.
-// Allocates nothing; at most 64 + 16 trials.
+//   max |v| = (15 / 8) |D| / T = 1.875 |D| / T,      max |a| = (10 / sqrt(3)) |D| / T^2 = 5.7735 |D| / T^2
 //
-// Where only the stand matters and not its place, the quintic of c_5 = 0, i.e. of
+// From a motion, the peaks lie where the jerk (of degree 2) and the acceleration (of degree 3) vanish. T is
+// lengthened step by step until the peaks keep the limits, and the last step is bisected. Where a_0 makes
+// this impossible (near the greatest velocity and still faster), the transition begins without a_0; a T then
+// exists.
+//
+// For a motion that is itself beyond the limits, the limit of velocity is |v_0|. Nothing is allocated; there
+// are at most 64 + 16 trials.
+//
+// Where only the stand matters and not its place, the quintic with c_5 = 0 is a braking:
 //
 //   D = v_0 T / 2 + a_0 T^2 / 12,      v(s) = v_0 (1 - 3 s^2 + 2 s^3) + a_0 T (s - 2 s^2 + s^3)
 //
-// is a braking. From a_0 = 0 it decelerates by at most 1.5 |v_0| / T, is never faster than |v_0|, and goes on
-// by 0.75 v_0^2 / a where it keeps the acceleration a.
+// From a_0 = 0 it decelerates by at most 1.5 |v_0| / T and is never faster than |v_0|. With the acceleration a
+// it needs the distance 0.75 v_0^2 / a.
 #pragma once
 
 #include <array>
@@ -31,7 +33,7 @@
 
 namespace hystcan::controller {
 
-/// What a transition keeps. Infinite: unlimited.
+/// Limits of a transition; infinite: unlimited.
 struct ReferenceLimits {
   double slew_um_per_s = std::numeric_limits<double>::infinity();
   double acceleration_um_per_s2 = std::numeric_limits<double>::infinity();
@@ -41,15 +43,16 @@ ReferenceLimits tighter(const ReferenceLimits& a, const ReferenceLimits& b);
 
 class Transition {
  public:
-  /// Of no duration, to 0.
+  /// Has no duration and ends at 0.
   Transition() = default;
-  /// Of exactly `duration_s`, whatever its peaks.
+  /// Lasts exactly `duration_s`, whatever its peaks are.
   Transition(const Motion& from, double to_um, double duration_s);
 
-  /// The shortest that keeps the limits, but not shorter than `least_s`.
+  /// The shortest transition that keeps the limits and lasts at least `least_s`.
   static Transition within(const ReferenceLimits& limits, const Motion& from, double to_um, double least_s);
-  /// The shortest braking to a stand that keeps the limits. The stand is in `range`: where the acceleration
-  /// limit leaves no room for that, it brakes harder. Of no duration where the acceleration is unlimited.
+  /// The shortest braking to a stand that keeps the limits. The stand lies in `range`; where the limit of
+  /// acceleration leaves too little room, the braking is harder. It has no duration where the acceleration is
+  /// unlimited.
   static Transition to_stand(const ReferenceLimits& limits, const Motion& from, const model::Interval& range);
 
   double duration_s() const { return duration_s_; }
