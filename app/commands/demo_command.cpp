@@ -10,6 +10,7 @@
 
 #include "app/commands/commands.h"
 #include "app/io/truth_log.h"
+#include "app/live/rehearsal_setup.h"
 #include "app/report/demo_plot.h"
 #include "app/report/report.h"
 #include "config/schema/config.h"
@@ -39,10 +40,7 @@ std::filesystem::path shipped_config() {
 }
 
 std::vector<Column> run_columns(const config::Config& config, const std::filesystem::path& directory) {
-  const rehearsal::Setup setup{.controller = controller_config(config),
-                               .twin = twin_config(config),
-                               .database = config.database,
-                               .bitrate_bit_per_s = config.bus.bitrate_bit_per_s};
+  const rehearsal::Setup setup = rehearsal_setup(config);
   std::vector<std::string> names;
   for (const auto& axis : config.axes) names.push_back(axis.wire.name);
   std::vector<Column> columns;

@@ -13,6 +13,7 @@
 #include "app/commands/commands.h"
 #include "app/io/output_file.h"
 #include "app/live/open_loop.h"
+#include "app/live/rehearsal_setup.h"
 #include "app/live/stop_signal.h"
 #include "app/report/dynamics_text.h"
 #include "app/report/report.h"
@@ -121,10 +122,7 @@ void set_mode(twin::Config& twin, const std::string& axis_name, const SecondOrde
 /// Runs the configured reference with each structure in virtual time.
 void predict(Setting& setting, const config::Config& config, const twin::Config& twin,
              const SecondOrderFit& found) {
-  rehearsal::Setup setup{.controller = controller_config(config),
-                         .twin = twin,
-                         .database = config.database,
-                         .bitrate_bit_per_s = config.bus.bitrate_bit_per_s};
+  rehearsal::Setup setup = rehearsal_setup(config, twin);
   controller::AxisConfig& axis = setup.controller.axes[0].axis;
   axis.law.pi = setting.pi;
   axis.delays = setting.delays;

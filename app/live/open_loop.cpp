@@ -11,6 +11,7 @@
 #include "app/io/output_file.h"
 #include "app/live/live_loop.h"
 #include "app/live/live_run.h"
+#include "app/live/rehearsal_setup.h"
 #include "app/live/stop_signal.h"
 #include "app/report/report.h"
 #include "controller/telemetry.h"
@@ -27,14 +28,10 @@ bool has_ended(const controller::Axis& axis) {
 }
 
 OpenLoopEnd rehearse(const config::Config& config, const twin::Config& twin, const OnRecord& on_record) {
-  // Longer than any start-up or ramp down; who has not got there by then never will.
+  // Longer than any start-up or ramp down: a run that takes longer does not end.
   constexpr double patience_s = 60.0;
   constexpr auto stride = std::chrono::milliseconds(10);
-  rehearsal::Rehearsal rehearsal({.controller = controller_config(config),
-                                  .twin = twin,
-                                  .database = config.database,
-                                  .bitrate_bit_per_s = config.bus.bitrate_bit_per_s},
-                                 on_record);
+  rehearsal::Rehearsal rehearsal(rehearsal_setup(config, twin), on_record);
   controller::Controller& loop = rehearsal.controller();
   const auto run_until = [&](auto condition, double limit_s) {
     const can::Time start = rehearsal.clock().now();

@@ -10,6 +10,7 @@
 #include "config/schema/config.h"
 #include "model/hysteresis.h"
 #include "rehearsal/rehearsal.h"
+#include "tests/support/rehearsed.h"
 
 namespace {
 
@@ -67,10 +68,7 @@ double model_cycles_per_s(const rehearsal::Setup& setup) {
 int main(int argc, char** argv) {
   const std::string file = argc > 1 ? argv[1] : HYSTCAN_SOURCE_DIR "/config/piezo.toml";
   const config::Config config = config::load(file);
-  const rehearsal::Setup setup{.controller = controller_config(config),
-                               .twin = twin_config(config),
-                               .database = config.database,
-                               .bitrate_bit_per_s = config.bus.bitrate_bit_per_s};
+  const rehearsal::Setup setup = support::setup_of(config);
   const double loop = best_of([&] { return loop_cycles_per_s(setup); });
   const double model = best_of([&] { return model_cycles_per_s(setup); });
   std::printf("whole loop in virtual time, %zu axes: %.0f axis-cycles/s, %.0f ns each; budget %.0f: %s\n",

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "app/live/rehearsal_setup.h"
 #include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
 
@@ -11,12 +12,7 @@ namespace hystcan::support {
 
 constexpr auto ignore = [](const controller::CycleRecord&) {};
 
-inline rehearsal::Setup setup_of(const config::Config& config) {
-  return {.controller = controller_config(config),
-          .twin = twin_config(config),
-          .database = config.database,
-          .bitrate_bit_per_s = config.bus.bitrate_bit_per_s};
-}
+inline rehearsal::Setup setup_of(const config::Config& config) { return app::rehearsal_setup(config); }
 
 /// A shipped configuration, with `settings` in the place of its own.
 inline rehearsal::Setup shipped(const std::string& name, const std::vector<config::Setting>& settings = {}) {

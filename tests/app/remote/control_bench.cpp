@@ -10,6 +10,8 @@
 #include <chrono>
 #include <cmath>
 
+#include "app/live/rehearsal_setup.h"
+
 namespace hystcan::app {
 namespace {
 
@@ -26,13 +28,6 @@ config::Config prepared(const support::ShippedCopy& files,
              "[axis.control.delays]");
   if (prepare) prepare(files);
   return config::load(files / "piezo.toml");
-}
-
-rehearsal::Setup setup_of(const config::Config& config) {
-  return {.controller = controller_config(config),
-          .twin = twin_config(config),
-          .database = config.database,
-          .bitrate_bit_per_s = config.bus.bitrate_bit_per_s};
 }
 
 }  // namespace
@@ -78,7 +73,7 @@ ControlBench::ControlBench(const std::function<void(const support::ShippedCopy&)
     : config_(prepared(files_, prepare)),
       board_(config_.axes.size()),
       steps_(config_.axes.size()),
-      rehearsal_(setup_of(config_),
+      rehearsal_(rehearsal_setup(config_),
                  [this](const controller::CycleRecord& record) {
                    board_.put(record);
                    const controller::AxisReport& report = record.report;

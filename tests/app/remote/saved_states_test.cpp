@@ -8,6 +8,7 @@
 #include <functional>
 
 #include "rehearsal/rehearsal.h"
+#include "tests/support/rehearsed.h"
 #include "tests/support/shipped.h"
 
 namespace hystcan::app::saved_states_test {
@@ -34,15 +35,10 @@ class StoppedStage {
     const config::Config config = load();
     SavedStates states(config);
     highest_initial_drive = 0.0;
-    rehearsal::Rehearsal rehearsal({.controller = controller_config(config),
-                                    .twin = twin_config(config),
-                                    .database = config.database,
-                                    .bitrate_bit_per_s = config.bus.bitrate_bit_per_s},
-                                   [this](const controller::CycleRecord& record) {
-                                     if (record.axis == 0 && record.report.state == AxisState::initialising)
-                                       highest_initial_drive =
-                                           std::max(highest_initial_drive, record.report.drive);
-                                   });
+    rehearsal::Rehearsal rehearsal(support::setup_of(config), [this](const controller::CycleRecord& record) {
+      if (record.axis == 0 && record.report.state == AxisState::initialising)
+        highest_initial_drive = std::max(highest_initial_drive, record.report.drive);
+    });
     states.restore(rehearsal.controller());
     rehearsal.start();
     rehearsal.run_for(milliseconds(2000));
@@ -116,11 +112,7 @@ TEST(SavedStates, OfAFaultedAxisAreNotWritten) {
   StoppedStage stage;
   const config::Config config = stage.load();
   const SavedStates states(config);
-  rehearsal::Rehearsal rehearsal({.controller = controller_config(config),
-                                  .twin = twin_config(config),
-                                  .database = config.database,
-                                  .bitrate_bit_per_s = config.bus.bitrate_bit_per_s},
-                                 [](const controller::CycleRecord&) {});
+  rehearsal::Rehearsal rehearsal(support::setup_of(config), [](const controller::CycleRecord&) {});
   rehearsal.start();
   rehearsal.run_for(milliseconds(2000));
   rehearsal.kill_twin();
