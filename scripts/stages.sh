@@ -1,17 +1,19 @@
 # Sourced: the stages of a script, one line each on standard error; their output only where they fail.
 # shellcheck shell=bash
 
-# stage NAME COMMAND...: runs COMMAND, tells its wall time; on failure shows the log's tail and ends the script.
+# stage NAME COMMAND...: runs COMMAND and prints its wall time and processor time; on failure it prints the end of the log
+# and ends the script.
 stage() {
-  local name=$1 log status=0 begin=$SECONDS
+  local name=$1 log spent status=0
   shift
   log=$(mktemp -t hystcan-stage.XXXXXX)
-  "$@" >"$log" 2>&1 </dev/null || status=$?
+  local TIMEFORMAT='%0R s, processor %0U s + %0S s'
+  spent=$({ time "$@" >"$log" 2>&1 </dev/null; } 2>&1) || status=$?
   if ((status)); then
     tail -n 40 "$log" >&2
-    echo "$name: failed with status $status after $((SECONDS - begin)) s; the whole log: $log" >&2
+    echo "$name: failed with status $status after $spent; the whole log: $log" >&2
     exit "$status"
   fi
   rm -f "$log"
-  echo "$name: $((SECONDS - begin)) s" >&2
+  echo "$name: $spent" >&2
 }
