@@ -32,14 +32,14 @@ void touch(volatile std::byte* memory, std::size_t bytes) {
 
 /// Touches more stack than the deepest call of a cycle needs.
 void touch_stack() {
-  std::array<std::byte, 256 * 1024> room;
+  std::array<std::byte, std::size_t{256} * 1024> room;
   touch(room.data(), room.size());
 }
 
 /// Keeps the memory of the heap: freed memory is not returned to the kernel, and large blocks come from the
 /// heap too. The control thread allocates nothing; this concerns the other threads of the process.
 void keep_heap() {
-  constexpr std::size_t reserve_bytes = 1024 * 1024;
+  constexpr std::size_t reserve_bytes = std::size_t{1024} * 1024;
   mallopt(M_TRIM_THRESHOLD, -1);
   mallopt(M_MMAP_MAX, 0);
   if (auto* memory = static_cast<std::byte*>(std::malloc(reserve_bytes))) {

@@ -101,7 +101,7 @@ class ControlSocket::Session : public std::enable_shared_from_this<Session> {
                        [self = shared_from_this()](const error_code& error) {
                          if (!error) self->owner_.handler_.forget(self.get());
                        });
-    const auto send = [waiting = weak_from_this()](nlohmann::json result) {
+    const auto send = [waiting = weak_from_this()](const nlohmann::json& result) {
       if (const auto self = waiting.lock()) self->answer(result, false);
     };
     owner_.handler_.obey(command, {send, this});

@@ -132,7 +132,7 @@ void ControllerCommandHandler::obey(const json& command, Answer answer) {
   }
 }
 
-void ControllerCommandHandler::status(const json&, Answer answer) {
+void ControllerCommandHandler::status(const json&, const Answer& answer) {
   json axes = json::array();
   const auto newest = board_.newest();
   for (std::size_t i = 0; i < newest.size(); ++i) axes.push_back(to_json(live_.axis_names()[i], newest[i]));
@@ -170,13 +170,13 @@ void ControllerCommandHandler::act(const json& command, Answer answer) {
   });
 }
 
-void ControllerCommandHandler::set(const json& command, Answer answer) {
+void ControllerCommandHandler::set(const json& command, const Answer& answer) {
   const auto value = command.find("value");
   if (value == command.end()) throw config::Error("\"value\" is missing, expected a value as in TOML");
-  apply(live_.with(text_of(command, "axis"), text_of(command, "key"), toml_of(*value)), std::move(answer));
+  apply(live_.with(text_of(command, "axis"), text_of(command, "key"), toml_of(*value)), answer);
 }
 
-void ControllerCommandHandler::reload(Answer answer) {
+void ControllerCommandHandler::reload(const Answer& answer) {
   try {
     apply(live_.reread(), answer);
   } catch (const std::exception& error) {
@@ -239,7 +239,7 @@ void ControllerCommandHandler::ask_all(std::vector<std::unique_ptr<Request>> req
   arm();
 }
 
-void ControllerCommandHandler::wait(const json& command, Answer answer) {
+void ControllerCommandHandler::wait(const json& command, const Answer& answer) {
   const double timeout_s = command.contains("timeout_s") ? number_of(command, "timeout_s") : longest_wait_s;
   if (!(timeout_s > 0.0 && timeout_s <= longest_wait_s))
     return answer(refusal(fmt::format("timeout_s is {}, expected > 0 and <= {}", timeout_s, longest_wait_s)));
@@ -249,7 +249,7 @@ void ControllerCommandHandler::wait(const json& command, Answer answer) {
   waiters_.push_back({.axis = axis,
                       .since_cycle = std::max(board_.newest()[axis].cycle, last_before_act_[axis]),
                       .deadline = std::chrono::steady_clock::now() + duration,
-                      .answer = std::move(answer)});
+                      .answer = answer});
   arm();
 }
 

@@ -30,12 +30,12 @@ class ControllerCommandHandler final : public CommandHandler {
   void forget(const void* client) override;
   bool is_open_to_all(const nlohmann::json& command) const override;
   /// Reads the file again, applies it if it is valid, and logs the result.
-  void reload(Answer answer);
+  void reload(const Answer& answer);
   /// The controller ends: answers all waiting clients.
   void close();
 
  private:
-  using Command = void (ControllerCommandHandler::*)(const nlohmann::json&, Answer);
+  using Command = void (ControllerCommandHandler::*)(const nlohmann::json&, const Answer&);
   struct Waiter {
     std::size_t axis;
     std::uint64_t since_cycle;
@@ -47,10 +47,10 @@ class ControllerCommandHandler final : public CommandHandler {
     std::function<void(controller::Request&)> done;
   };
 
-  void status(const nlohmann::json& command, Answer answer);
+  void status(const nlohmann::json& command, const Answer& answer);
   void act(const nlohmann::json& command, Answer answer);
-  void wait(const nlohmann::json& command, Answer answer);
-  void set(const nlohmann::json& command, Answer answer);
+  void wait(const nlohmann::json& command, const Answer& answer);
+  void set(const nlohmann::json& command, const Answer& answer);
 
   void apply(LiveConfig::Prepared prepared, Answer answer);
   void ask_all(std::vector<std::unique_ptr<controller::Request>> requests,

@@ -55,7 +55,8 @@ LiveConfig::Prepared LiveConfig::with(std::string_view axis, std::string_view ke
 
 LiveConfig::Prepared LiveConfig::prepare(std::vector<config::Setting> overrides) const {
   const config::Config config = config::load(file_, overrides);
-  Prepared prepared{.settings = config::settings(file_, overrides),
+  std::vector<config::Setting> settings = config::settings(file_, overrides);
+  Prepared prepared{.settings = std::move(settings),
                     .overrides = std::move(overrides),
                     .at_once = {},
                     .after_restart = {},
@@ -63,10 +64,12 @@ LiveConfig::Prepared LiveConfig::prepare(std::vector<config::Setting> overrides)
   std::map<std::size_t, bool> concerned = uncertain_;  // axes, and whether their reference changes too
   for (config::Change& change : config::changes(settings_, prepared.settings)) {
     const Effect effect = config::effect_of(change.path);
-    if (effect == Effect::after_restart) prepared.after_restart.push_back(std::move(change));
-    if (effect != Effect::at_once) continue;
-    concerned[axis_of(change.path)] |= concerns_reference(change.path);
-    prepared.at_once.push_back(std::move(change));
+    if (effect == Effect::after_restart) {
+      prepared.after_restart.push_back(std::move(change));
+    } else if (effect == Effect::at_once) {
+      concerned[axis_of(change.path)] |= concerns_reference(change.path);
+      prepared.at_once.push_back(std::move(change));
+    }
   }
   if (!prepared.after_restart.empty()) return prepared;
   prepared.requests.reserve(concerned.size());

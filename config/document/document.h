@@ -253,6 +253,7 @@ class Writer {
   template <HasWords Enum>
   void choices(std::string_view key, const std::vector<Enum>& values) {
     std::vector<std::string_view> chosen;
+    chosen.reserve(values.size());
     for (const Enum value : values) chosen.push_back(word_of(value));
     if (!chosen.empty()) line(key, list_of(chosen));
   }
