@@ -19,13 +19,15 @@ using hil::Process;
 // some microseconds of a delay of 106, some parts in a thousand of frequency and gain.
 TEST(Vcan, TuneProposesTheSameValuesOnTheBusAsInItsRehearsal) {
   const support::ShippedCopy stage;
+  // 500 Hz at 1 kHz is the Nyquist frequency: by the phase of the samples, its ringing may vanish from them.
+  stage.edit("piezo.toml", "resonance_Hz       = 500.0", "resonance_Hz       = 410.0");
   const std::string config = (stage / "piezo.toml").string(), output = (stage / "tuning.toml").string();
   Process rehearsal({HYSTCAN_PROGRAM, "tune", config, "--rehearse", "--output", output, "--json"});
   ASSERT_EQ(rehearsal.wait(), 0) << rehearsal.err();
   const json expected = json::parse(rehearsal.out());
   std::filesystem::remove(output);
 
-  LiveBench bench({"vcan0", "vcan0"});
+  LiveBench bench({"vcan0", "vcan0"}, config);
   bench.start("tune", {"--output", output, "--json"}, config);
   ASSERT_EQ(bench.controller->wait(), 0) << bench.controller->err();
   const json found = json::parse(bench.controller->out());
