@@ -86,7 +86,8 @@ TEST_F(Reload, GainsStructureLimitsAndSetpointChangeWithoutAJumpAndAreLoggedAsAD
   }
   std::this_thread::sleep_for(milliseconds(800));
   EXPECT_LT(std::abs(stage.axis_status(0).at("error_um").get<double>()), 0.5);
-  EXPECT_EQ(count_in_log("configuration: "), steps.size()) << "and nothing else: " << stage.bench.controller->err();
+  EXPECT_EQ(count_in_log("configuration: "), steps.size())
+      << "and nothing else: " << stage.bench.controller->err();
 
   // At whatever phase of the reference each was taken over: tests/closed_loop/reload_test.cpp tries all.
   const json log = stage.bench.decoded("--series");
