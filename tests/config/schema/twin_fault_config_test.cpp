@@ -64,7 +64,7 @@ kinds = ["wrong_crc", "load_step"]
   EXPECT_EQ(first.lasts, milliseconds(250));
   EXPECT_EQ(first.value, 3.0);
   EXPECT_EQ(first.repeat_every, milliseconds(10'000));
-  EXPECT_EQ(config.twin.faults[1].node, twin::Node::amplifier) << "whom it target";
+  EXPECT_EQ(config.twin.faults[1].node, twin::Node::amplifier) << "the node on which it acts";
   ASSERT_TRUE(config.twin.random_faults);
   EXPECT_EQ(config.twin.random_faults->rate_per_hour, 12.0);
   EXPECT_EQ(config.twin.random_faults->kinds, (std::vector{Fault::wrong_crc, Fault::load_step}));
