@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/lockfree/spsc_queue.hpp>
 #include <utility>
 
 namespace hystcan::can {
@@ -85,15 +86,22 @@ std::string describe(const BusReport& report) {
   return text + words_of(report.error_counters);
 }
 
+struct BusHealthLog::Ring {
+  static constexpr std::size_t capacity = 256;
+  boost::lockfree::spsc_queue<BusReport, boost::lockfree::capacity<capacity>> reports;
+};
+
 BusHealthLog::BusHealthLog(std::string interface, Sink sink)
-    : interface_(std::move(interface)), sink_(std::move(sink)) {}
+    : ring_(std::make_unique<Ring>()), interface_(std::move(interface)), sink_(std::move(sink)) {}
+
+BusHealthLog::~BusHealthLog() = default;
 
 void BusHealthLog::sample(const BusReport& report) {
-  ring_.push(report);  // counts are running totals, so a full ring loses no event
+  ring_->reports.push(report);  // counts are running totals, so a full ring loses no event
 }
 
 void BusHealthLog::write() {
-  ring_.consume_all([this](const BusReport& report) { write(report); });
+  ring_->reports.consume_all([this](const BusReport& report) { write(report); });
 }
 
 void BusHealthLog::write(const BusReport& report) {

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <array>
-#include <boost/lockfree/spsc_queue.hpp>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -62,6 +62,7 @@ class BusHealthLog {
   using Sink = std::function<void(Level level, const std::string& line)>;
 
   BusHealthLog(std::string interface, Sink sink);
+  ~BusHealthLog();
 
   void sample(const BusReport& report);
   void write();
@@ -69,11 +70,11 @@ class BusHealthLog {
  private:
   void write(const BusReport& report);
 
-  static constexpr std::size_t capacity = 256;
   static constexpr std::size_t logged_troubles = 8;  ///< the first 8; the others are changes of state
   static constexpr std::size_t state_count = 5;
 
-  boost::lockfree::spsc_queue<BusReport, boost::lockfree::capacity<capacity>> ring_;
+  struct Ring;  // keeps Boost's headers out of this one
+  std::unique_ptr<Ring> ring_;
   std::string interface_;
   Sink sink_;
   BusReport last_;

@@ -1,9 +1,8 @@
-// What may be asked of a running controller from another thread: answered once each, between two cycles, with
-// nothing done by halves. Both ends are wait-free: two rings, one there and one back, of pointers that the
-// asking side makes and frees.
+// Requests to a running controller from another thread. The controller carries out each request as a whole,
+// between two cycles, and answers it once. Neither thread waits: two lock-free rings, one in each direction, carry
+// pointers to requests, which the requesting thread creates and frees.
 #pragma once
 
-#include <boost/lockfree/spsc_queue.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -15,65 +14,45 @@ namespace hystcan::controller {
 
 struct Request {
   enum class Kind : std::uint8_t {
-    enable,   ///< towards tracking, from offline
+    enable,   ///< from offline to tracking
     disable,  ///< ramp to the safe drive, switch off
-    clear,    ///< forget the fault
+    clear,    ///< clear the latched fault
     go_to,    ///< leave the configured reference for `position_um`
-    resume,   ///< back to the configured reference
-    retune,   ///< take `tuning` over; what was in force before is in its place then
-    revert,   ///< forget the correction of the model learnt so far
-    stop,     ///< every axis down, and an end of it all
+    resume,   ///< return to the configured reference
+    retune,   ///< take over `tuning`, which then holds the previous tuning
+    revert,   ///< discard the learnt correction of the model
+    stop,     ///< stop all axes and the controller
   };
   Kind kind = Kind::enable;
   std::size_t axis = 0;
   double position_um = 0.0;
   std::unique_ptr<AxisTuning> tuning{};
   std::string_view refused_because{};  ///< the answer; empty: done
-  std::uint64_t cycle = 0;             ///< the last one that knew nothing of it
+  std::uint64_t cycle = 0;             ///< the last cycle before the request took effect
 };
 
-/// One thread asks, one other (the control thread) answers.
+/// One thread requests, one other thread (the control thread) answers.
 class RequestLink {
  public:
-  RequestLink() = default;
+  RequestLink();
   RequestLink(const RequestLink&) = delete;
   RequestLink& operator=(const RequestLink&) = delete;
-  ~RequestLink() {
-    const auto free = [](Request* request) { delete request; };
-    asked_.consume_all(free);
-    answered_.consume_all(free);
-  }
+  ~RequestLink();
 
-  /// False, and nothing asked: so many are unanswered already.
-  bool ask(std::unique_ptr<Request> request) {
-    if (pending_ == capacity || !asked_.push(request.get())) return false;
-    static_cast<void>(request.release());  // the ring has it
-    ++pending_;
-    return true;
-  }
-  /// The oldest answer that is there; null: none yet.
-  std::unique_ptr<Request> take_answer() {
-    Request* request = nullptr;
-    if (!answered_.pop(request)) return nullptr;
-    --pending_;
-    return std::unique_ptr<Request>(request);
-  }
+  /// False if too many requests are unanswered; the request is then discarded.
+  bool ask(std::unique_ptr<Request> request);
+  /// The oldest answer; null if there is none yet.
+  std::unique_ptr<Request> take_answer();
 
-  /// On the control thread: the next one, null where there is none; then its answer, for which there is room.
-  Request* next() {
-    Request* request = nullptr;
-    asked_.pop(request);
-    return request;
-  }
-  void answer(Request* request) { answered_.push(request); }
+  /// The control thread takes the next request, null if there is none, and returns it with its answer. Neither
+  /// function allocates.
+  Request* next();
+  void answer(Request* request);
 
  private:
-  static constexpr std::size_t capacity = 64;
-  using Ring = boost::lockfree::spsc_queue<Request*, boost::lockfree::capacity<capacity>>;
-
-  Ring asked_;
-  Ring answered_;
-  std::size_t pending_ = 0;  ///< the asking side's own
+  struct Rings;  // keeps Boost's headers out of this one
+  std::unique_ptr<Rings> rings_;
+  std::size_t unanswered_ = 0;  ///< of the requesting thread
 };
 
 }  // namespace hystcan::controller

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <boost/lockfree/spsc_queue.hpp>
 #include <cerrno>
 #include <chrono>
 #include <iterator>
@@ -21,8 +22,13 @@ void yield_to_the_control_thread() {
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 10);
 }
 
+struct TelemetryThread::Ring {
+  static constexpr std::size_t capacity = 16384;
+  boost::lockfree::spsc_queue<CycleRecord, boost::lockfree::capacity<capacity>> records;
+};
+
 TelemetryThread::TelemetryThread(Consumer consume)
-    : consume_(std::move(consume)), thread_([this] { run(); }) {}
+    : ring_(std::make_unique<Ring>()), consume_(std::move(consume)), thread_([this] { run(); }) {}
 
 TelemetryThread::~TelemetryThread() {
   ending_ = true;
@@ -30,14 +36,14 @@ TelemetryThread::~TelemetryThread() {
 }
 
 void TelemetryThread::push(const CycleRecord& record) {
-  if (!ring_.push(record)) dropped_.fetch_add(1, std::memory_order_relaxed);
+  if (!ring_->records.push(record)) dropped_.fetch_add(1, std::memory_order_relaxed);
 }
 
 void TelemetryThread::run() {
   yield_to_the_control_thread();
   while (true) {
     const bool last_round = ending_;
-    ring_.consume_all(consume_);
+    ring_->records.consume_all(consume_);
     if (last_round) return;
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }

@@ -2,10 +2,10 @@
 #pragma once
 
 #include <atomic>
-#include <boost/lockfree/spsc_queue.hpp>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <thread>
 #include <utility>
@@ -36,8 +36,8 @@ class TelemetryThread {
  private:
   void run();
 
-  static constexpr std::size_t capacity = 16384;
-  boost::lockfree::spsc_queue<CycleRecord, boost::lockfree::capacity<capacity>> ring_;
+  struct Ring;  // keeps Boost's headers out of this one
+  std::unique_ptr<Ring> ring_;
   Consumer consume_;
   std::atomic<std::uint64_t> dropped_{0};
   std::atomic<bool> ending_{false};

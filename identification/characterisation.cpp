@@ -1,12 +1,13 @@
 #include "identification/characterisation.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
 #include "identification/branch_rows.h"
 #include "identification/excerpt.h"
+#include "identification/numerics/orthogonal_decomposition.h"
 #include "identification/path.h"
 #include "identification/prediction.h"
 #include "model/refusal.h"
@@ -206,7 +207,7 @@ model::Symmetry symmetry_of(const Dataset& dataset) {
     H += T * T.transpose();
     g += T * dataset.output[i];
   }
-  const Eigen::VectorXd c = H.ldlt().solve(g);
+  const Eigen::VectorXd c = OrthogonalDecomposition(H, 1e-15).solve(g);
   double even = 0.0, odd = 0.0;
   for (Eigen::Index i = 1; i <= order; ++i) (i % 2 == 0 ? even : odd) += c[i] * c[i];
   return odd < 0.01 * even ? model::Symmetry::even : model::Symmetry::none;

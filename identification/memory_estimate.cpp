@@ -9,8 +9,8 @@
 namespace hystcan::identification {
 namespace {
 
-constexpr double step = 0.5;     // of the bias, on the grid
-constexpr int widest_bias = 10;  // in steps
+constexpr double bias_step = 0.5;  // on the grid
+constexpr int widest_bias = 10;    // in steps
 
 class Estimator {
  public:
@@ -37,8 +37,8 @@ class Estimator {
     using Kind = InitialMemory::Kind;
     MemoryEstimate best{{}, 0.0, std::numeric_limits<double>::infinity()};
     for (int i = -widest_bias; i <= widest_bias; ++i)
-      if (const auto now = estimate_with({Kind::nested, i * step}); now.rms < best.rms) best = now;
-    double lo = best.memory.bias - step, hi = best.memory.bias + step;
+      if (const auto now = estimate_with({Kind::nested, i * bias_step}); now.rms < best.rms) best = now;
+    double lo = best.memory.bias - bias_step, hi = best.memory.bias + bias_step;
     const double golden = 0.5 * (std::sqrt(5.0) - 1.0);
     while (hi - lo > 1e-4) {
       const auto left = estimate_with({Kind::nested, hi - golden * (hi - lo)});

@@ -7,11 +7,10 @@
 // Above 1 / (2 dt) there is neither noise nor a ripple.
 #pragma once
 
-#include <boost/random/mersenne_twister.hpp>
-#include <boost/random/normal_distribution.hpp>
 #include <cstdint>
 
 #include "can/scheduler.h"
+#include "twin/normal_numbers.h"
 
 namespace hystcan::twin {
 
@@ -35,8 +34,7 @@ class DriveNoise {
   double ripple_;
   double ripple_rad_per_s_;
   can::Time start_;
-  boost::random::mt19937_64 random_;
-  boost::random::normal_distribution<double> normal_;
+  NormalNumbers normal_;
 };
 
 }  // namespace hystcan::twin

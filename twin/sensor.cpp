@@ -21,7 +21,7 @@ Sensor::Sensor(const Config& config, std::uint64_t seed, can::Time start, can::D
       omega_(2.0 * std::numbers::pi * config.bandwidth_Hz),
       substep_decay_(std::exp(-omega_ * can::seconds(substep))),
       points_(points_needed(config.delay, substep)),
-      random_(seed),
+      normal_(seed),
       density_rms_um_(config.noise_density_um_per_rtHz *
                       std::sqrt(0.5 * std::numbers::pi * config.bandwidth_Hz)) {}
 
@@ -42,7 +42,7 @@ Sensor::Reading Sensor::measure(can::Time time, double position_um) {
   if (config_.nonlinearity_percent != 0.0)
     reading_um += 0.01 * config_.nonlinearity_percent * (hi - lo) *
                   std::sin(2.0 * std::numbers::pi * (held_um - lo) / (hi - lo));
-  reading_um += config_.noise_um_rms * normal_(random_);
+  reading_um += config_.noise_um_rms * normal_.next();
   if (density_rms_um_ > 0.0) reading_um += low_passed_noise(time);
   if (config_.resolution_um > 0.0)
     reading_um = config_.resolution_um * std::round(reading_um / config_.resolution_um);
@@ -85,8 +85,7 @@ double Sensor::delayed_um(const Point& now) const {
 double Sensor::low_passed_noise(can::Time time) {
   const double rho =
       has_sampled_ ? std::exp(-omega_ * can::seconds(std::max(time, last_sample_) - last_sample_)) : 0.0;
-  density_noise_um_ =
-      rho * density_noise_um_ + std::sqrt(1.0 - rho * rho) * density_rms_um_ * normal_(random_);
+  density_noise_um_ = rho * density_noise_um_ + std::sqrt(1.0 - rho * rho) * density_rms_um_ * normal_.next();
   last_sample_ = time;
   has_sampled_ = true;
   return density_noise_um_;

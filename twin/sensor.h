@@ -18,13 +18,12 @@
 // not delayed, because a delay would not change its statistics.
 #pragma once
 
-#include <boost/random/mersenne_twister.hpp>
-#include <boost/random/normal_distribution.hpp>
 #include <cstdint>
 #include <limits>
 #include <vector>
 
 #include "can/scheduler.h"
+#include "twin/normal_numbers.h"
 
 namespace hystcan::twin {
 
@@ -81,8 +80,7 @@ class Sensor {
   std::vector<Point> points_;  ///< a ring that is long enough for the delay
   std::size_t newest_ = 0;
   std::size_t known_ = 0;  ///< number of points in the ring
-  boost::random::mt19937_64 random_;
-  boost::random::normal_distribution<double> normal_;
+  NormalNumbers normal_;
   double density_rms_um_;
   double density_noise_um_ = 0.0;
   can::Time last_sample_{};

@@ -8,11 +8,11 @@
 namespace hystcan::twin {
 
 SensorNode::SensorNode(const Config& config, const can::Database& database, can::Scheduler& scheduler,
-                       std::unique_ptr<can::Bus> bus, Plant& plant, const Sensor& sensor)
+                       std::unique_ptr<can::Bus> bus, Plant& plant, Sensor sensor)
     : scheduler_(scheduler),
       bus_(std::move(bus)),
       plant_(plant),
-      sensor_(sensor),
+      sensor_(std::move(sensor)),
       runs_free_(config.clock.sampling == Sampling::free),
       period_ns_(1e9 / (config.clock.rate_Hz * (1.0 + 1e-6 * config.clock.skew_ppm))),
       clock_(scheduler.make_timer([this] { on_clock(); })),

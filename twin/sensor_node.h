@@ -46,7 +46,7 @@ class SensorNode {
 
   /// Throws std::invalid_argument where a free-running clock has no rate.
   SensorNode(const Config& config, const can::Database& database, can::Scheduler& scheduler,
-             std::unique_ptr<can::Bus> bus, Plant& plant, const Sensor& sensor);
+             std::unique_ptr<can::Bus> bus, Plant& plant, Sensor sensor);
   SensorNode(const SensorNode&) = delete;
   SensorNode& operator=(const SensorNode&) = delete;
 

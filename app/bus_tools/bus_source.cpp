@@ -1,5 +1,6 @@
 #include "app/bus_tools/bus_source.h"
 
+#include <CLI/CLI.hpp>
 #include <cerrno>
 #include <cstdio>
 #include <system_error>

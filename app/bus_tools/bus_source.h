@@ -1,13 +1,17 @@
 // The CAN interface to listen to and the database of its messages, from a configuration or from options.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <optional>
 #include <string>
 
 #include "can/dbc/database.h"
 #include "can/protocol/e2e.h"
+
+namespace CLI {
+class App;
+class Validator;
+}  // namespace CLI
 
 namespace hystcan::app {
 

@@ -1,9 +1,11 @@
 // The subcommands: each parses its arguments, connects the other folders, and runs.
 #pragma once
 
-#include <CLI/CLI.hpp>
-
 #include "app/io/exit_status.h"
+
+namespace CLI {
+class App;
+}  // namespace CLI
 
 namespace hystcan::app {
 

@@ -2,6 +2,7 @@
 #include <spdlog/spdlog.h>
 #include <time.h>
 #include <unistd.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cerrno>

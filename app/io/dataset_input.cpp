@@ -1,6 +1,7 @@
 #include "app/io/dataset_input.h"
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 

@@ -1,13 +1,16 @@
 // Measured datasets as input of the commands that identify: files, an interval of time, units.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "identification/dataset.h"
+
+namespace CLI {
+class App;
+}  // namespace CLI
 
 namespace hystcan::app {
 

@@ -1,7 +1,6 @@
 // Drives one axis by an excitation, on the bus or with the twin in virtual time, for `excite` and `tune`.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -11,6 +10,10 @@
 #include "controller/control/axis.h"
 #include "controller/cycle_record.h"
 #include "controller/reference/excitation.h"
+
+namespace CLI {
+class App;
+}  // namespace CLI
 
 namespace hystcan::app {
 

@@ -1,6 +1,6 @@
 #include "identification/dynamics/second_order_fit.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,6 +11,7 @@
 
 #include "identification/dynamics/held_mode.h"
 #include "identification/dynamics/sampled_dataset.h"
+#include "identification/numerics/orthogonal_decomposition.h"
 #include "model/refusal.h"
 
 namespace hystcan::identification {
@@ -20,6 +21,7 @@ using model::refuse;
 
 // log(f / Hz), log zeta, d / T.
 using Point = Eigen::Vector3d;
+constexpr double rank_tolerance = 1e-15;
 using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 // The columns of the linear part; from `gain` on there is one column for each input.
 enum Linear : Eigen::Index { offset, drift, free_position, free_velocity, gain };
@@ -77,17 +79,17 @@ Eigen::MatrixXd columns_at(const SampledDataset& dataset, const Point& point) {
 
 struct Projection {
   Eigen::MatrixXd columns;
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> decomposed;
+  OrthogonalDecomposition decomposed;
   Eigen::VectorXd coefficients;
   Eigen::VectorXd residual;  ///< output minus fitted
 };
 
 Projection project(const SampledDataset& dataset, const Point& point) {
-  Projection p{columns_at(dataset, point), {}, {}, {}};
-  p.decomposed.compute(p.columns);
-  p.coefficients = p.decomposed.solve(dataset.output);
-  p.residual = dataset.output - p.columns * p.coefficients;
-  return p;
+  Eigen::MatrixXd columns = columns_at(dataset, point);
+  OrthogonalDecomposition decomposed(columns, rank_tolerance);
+  Eigen::VectorXd coefficients = decomposed.solve(dataset.output);
+  Eigen::VectorXd residual = dataset.output - columns * coefficients;
+  return {std::move(columns), std::move(decomposed), std::move(coefficients), std::move(residual)};
 }
 
 /// Derivatives of the residual, without those of the coefficients (Kaufman 1975). The derivatives of the
@@ -122,7 +124,9 @@ LocalMinimum descend(const SampledDataset& dataset, const Box& box, const Point&
     while (damping < 1e9) {
       Eigen::Matrix3d damped = curvature;
       damped.diagonal() = damped.diagonal() * (1.0 + damping) + Point::Constant(1e-300);
-      const Point next = box.clamped(best.point + damped.ldlt().solve(downhill).cwiseMax(-0.5).cwiseMin(0.5));
+      const Point next = box.clamped(
+          best.point +
+          OrthogonalDecomposition(damped, rank_tolerance).solve(downhill).cwiseMax(-0.5).cwiseMin(0.5));
       Projection there = project(dataset, next);
       const double sum = there.residual.squaredNorm();
       if (!(sum < best.sum_of_squares)) {
@@ -264,7 +268,7 @@ Confidence confidence_at(const SampledDataset& dataset, const Point& point, cons
   const Eigen::RowVectorXd scale = sensitivity.colwise().norm().cwiseMax(1e-300);
   const Eigen::MatrixXd scaled = sensitivity.array().rowwise() / scale.array();
   const Eigen::MatrixXd inverse =
-      (scaled.transpose() * scaled).completeOrthogonalDecomposition().pseudoInverse();
+      OrthogonalDecomposition(scaled.transpose() * scaled, rank_tolerance).pseudo_inverse();
   const double freedom = static_cast<double>(dataset.rows() - sensitivity.cols());
   const double variance = at.residual.squaredNorm() / freedom;
   const Eigen::MatrixXd scores = scaled.array().colwise() * at.residual.array();

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "identification/numerics/nonnegative_least_squares.h"
+#include "identification/numerics/orthogonal_decomposition.h"
 #include "model/refusal.h"
 
 namespace hystcan::identification {
@@ -32,13 +33,6 @@ Index reduce(MatrixXd& gathered, Index rows) {
   const Eigen::HouseholderQR<Eigen::Ref<MatrixXd>> in_place(block);
   for (Index j = 0; j + 1 < left; ++j) gathered.col(j).segment(j + 1, left - j - 1).setZero();
   return left;
-}
-
-Eigen::CompleteOrthogonalDecomposition<MatrixXd> decomposed(const MatrixXd& matrix) {
-  Eigen::CompleteOrthogonalDecomposition<MatrixXd> result;
-  result.setThreshold(rank_tolerance);
-  result.compute(matrix);
-  return result;
 }
 
 // G z >= h with rows of length one, without rows that are zero.
@@ -88,7 +82,7 @@ VectorXd least_distance(const Inequalities& all, double rounding) {
   if (squared * too_far * too_far < 1.0)
     refuse("inequalities contradict each other, expected an x that meets all of them");
   const Inequalities tight = active(all, u);
-  return decomposed(tight.g).solve(tight.h);
+  return OrthogonalDecomposition(tight.g, rank_tolerance).solve(tight.h);
 }
 
 }  // namespace
@@ -121,7 +115,8 @@ Triangle LeastSquares::triangle() const {
 Fit LeastSquares::solve() const {
   const Triangle t = triangle();
   const VectorXd scale = scales(t.r);
-  const VectorXd y = decomposed(t.r * scale.cwiseInverse().asDiagonal()).solve(t.right);
+  const VectorXd y =
+      OrthogonalDecomposition(t.r * scale.cwiseInverse().asDiagonal(), rank_tolerance).solve(t.right);
   const VectorXd x = y.cwiseQuotient(scale);
   return {x, t.residual(x)};
 }
@@ -139,7 +134,7 @@ Fit LeastSquares::solve_with_inequalities(const MatrixXd& g, const VectorXd& h) 
   const Triangle whole = triangle();
   const VectorXd scale = scales(whole.r);
   Triangle t = whole;
-  if (decomposed(t.r * scale.cwiseInverse().asDiagonal()).rank() < unknowns()) {
+  if (OrthogonalDecomposition(t.r * scale.cwiseInverse().asDiagonal(), rank_tolerance).rank() < unknowns()) {
     LeastSquares regularised = *this;
     for (Index j = 0; j < unknowns(); ++j)
       regularised.add(VectorXd::Unit(unknowns(), j) * pull_to_zero * scale[j], 0.0);
