@@ -68,10 +68,7 @@ void AmplifierNode::on_sync(std::uint8_t counter, can::Time received) {
 void AmplifierNode::on_command(const can::AmpCommand& command) {
   if (nmt_.state() != can::NmtState::operational) return;
   const int age = (last_sync_ - command.sync_counter + can::sync_counter_max) % can::sync_counter_max;
-  if (commands_name_their_sync_ && age > 1) {
-    ++stale_commands_;
-    return;
-  }
+  if (commands_name_their_sync_ && age > 1) return;
   if (command.clear_fault && state_ == can::AmpState::fault && !has_internal_cause_) {
     fault_ = 0;
     bus_->send(can::emergency_frame(config_.wire.amplifier_node, {.code = emergency_error_reset}));

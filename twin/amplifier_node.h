@@ -64,7 +64,6 @@ class AmplifierNode {
   std::uint8_t fault() const { return fault_; }
   /// The last commanded setpoint, also while the amplifier does not drive.
   double setpoint() const { return setpoint_; }
-  std::uint64_t stale_commands() const { return stale_commands_; }
   const can::SdoServer& objects() const { return sdo_; }
   const can::E2eChecker& checker() const { return decode_command_.checker(); }
   const can::Bus& bus() const { return *bus_; }
@@ -106,7 +105,6 @@ class AmplifierNode {
   double setpoint_ = 0.0;  ///< in force now or from the next SYNC on
   std::uint8_t last_sync_ = 0;
   unsigned syncs_since_status_ = 0;
-  std::uint64_t stale_commands_ = 0;
   bool has_internal_cause_ = false;
   std::optional<can::Encoder<can::AmpStatus>> encode_status_at_power_on_;
 };

@@ -59,7 +59,6 @@ std::optional<SdoMessage> parse_sdo_response(const Frame& frame);
 
 namespace sdo_abort {
 inline constexpr std::uint32_t timed_out = 0x0504'0000;
-inline constexpr std::uint32_t unknown_command = 0x0504'0001;
 inline constexpr std::uint32_t out_of_memory = 0x0504'0005;
 inline constexpr std::uint32_t no_such_object = 0x0602'0000;
 inline constexpr std::uint32_t wrong_length = 0x0607'0010;

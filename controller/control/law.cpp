@@ -61,11 +61,6 @@ double ControlLaw::restart(double position_um) {
   return reference_um;
 }
 
-double ControlLaw::restart_at_lower_threshold(double position_um) {
-  follow(full_.input_range().lo);
-  return restart(position_um);
-}
-
 void ControlLaw::retune(const Config& config) {
   const bool another_structure = config.structure != config_.structure;
   const double proportional_before_um = proportional_um();

@@ -98,8 +98,6 @@ class ControlLaw {
   double restart(double position_um);
   /// Sets a known memory. Allocates only where its capacity is above the default.
   void remember(const model::HysteresisState& memory) { memory_ = memory; }
-  /// As restart(), after a drive to the lower threshold has wiped all memory out.
-  double restart_at_lower_threshold(double position_um);
 
   /// Called between two cycles; does not allocate. Applies everything of `config` but the model, which needs
   /// a restart. The drive does not jump. Where the new structure has no PI, the remaining offset decays over

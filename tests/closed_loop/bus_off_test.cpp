@@ -7,6 +7,7 @@
 
 #include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
+#include "tests/support/hooked_connection.h"
 
 namespace hystcan::bus_off_test {
 namespace {
@@ -15,40 +16,6 @@ using can::BusState;
 using controller::AxisState;
 using controller::Cause;
 using std::chrono::milliseconds;
-
-/// A connection that a test can put off the bus: it then neither sends nor receives.
-class Connection final : public can::Bus {
- public:
-  explicit Connection(std::unique_ptr<can::Bus> inner) : inner_(std::move(inner)) {}
-
-  void enter(BusState state) {
-    state_ = state;
-    if (on_state_) on_state_(state);
-  }
-  int nmt_frames() const { return nmt_frames_; }
-
-  bool send(const can::Frame& frame) override {
-    if (!on()) return false;
-    nmt_frames_ += frame.id == can::nmt_id ? 1 : 0;
-    return inner_->send(frame);
-  }
-  void on_frame(FrameHandler handler) override {
-    inner_->on_frame([this, handler](const can::Frame& frame, can::Time received) {
-      if (on()) handler(frame, received);
-    });
-  }
-  void on_state(StateHandler handler) override { on_state_ = std::move(handler); }
-  BusState state() const override { return state_; }
-  const can::BusCounters& counters() const override { return inner_->counters(); }
-
- private:
-  bool on() const { return state_ != BusState::bus_off && state_ != BusState::down; }
-
-  std::unique_ptr<can::Bus> inner_;
-  StateHandler on_state_;
-  BusState state_ = BusState::active;
-  int nmt_frames_ = 0;
-};
 
 struct ControllerOffTheBus : testing::Test {
   ControllerOffTheBus() {
@@ -60,7 +27,10 @@ struct ControllerOffTheBus : testing::Test {
     controller.emplace(
         controller_config(config), config.database, clock,
         [this](std::span<const can::Filter>) {
-          auto opened = std::make_unique<Connection>(bus.attach());
+          auto opened = std::make_unique<support::HookedConnection>(bus.attach(), [this](can::Frame& frame) {
+            nmt_frames += frame.id == can::nmt_id ? 1 : 0;
+            return true;
+          });
           connection = opened.get();
           return opened;
         },
@@ -85,19 +55,20 @@ struct ControllerOffTheBus : testing::Test {
   can::VirtualClock clock;
   can::SimBus bus{clock, 1'000'000};
   twin::Twin twin{twin_config(config), config.database, clock, [this](auto) { return bus.attach(); }};
-  Connection* connection = nullptr;
+  support::HookedConnection* connection = nullptr;
+  int nmt_frames = 0;  ///< of the controller
   std::optional<controller::Controller> controller;
 };
 
 TEST_F(ControllerOffTheBus, FaultsEveryAxisWithinACycleAndArmsNothingAfterTheRestart) {
   ASSERT_TRUE(tracks());
-  connection->enter(BusState::bus_off);
+  connection->pretend(BusState::bus_off);
   run_for(milliseconds(2));
   EXPECT_TRUE(all_are(AxisState::faulted));
   EXPECT_EQ(controller->axis(0).fault().cause, Cause::bus_off);
   EXPECT_EQ(controller->axis(1).fault().cause, Cause::bus_off);
   run_for(milliseconds(100));
-  connection->enter(BusState::active);
+  connection->pretend(BusState::active);
   run_for(milliseconds(1000));
   EXPECT_TRUE(all_are(AxisState::faulted)) << "a restart of the bus arms nothing";
   EXPECT_TRUE(amplifiers_are_off());
@@ -105,8 +76,8 @@ TEST_F(ControllerOffTheBus, FaultsEveryAxisWithinACycleAndArmsNothingAfterTheRes
 
 TEST_F(ControllerOffTheBus, FaultsAlsoWhenTheBusOffIsShorterThanACycle) {
   ASSERT_TRUE(tracks());
-  connection->enter(BusState::bus_off);
-  connection->enter(BusState::active);
+  connection->pretend(BusState::bus_off);
+  connection->pretend(BusState::active);
   run_for(milliseconds(3));
   EXPECT_TRUE(all_are(AxisState::faulted));
   EXPECT_EQ(controller->axis(0).fault().cause, Cause::bus_off);
@@ -115,25 +86,25 @@ TEST_F(ControllerOffTheBus, FaultsAlsoWhenTheBusOffIsShorterThanACycle) {
 
 TEST_F(ControllerOffTheBus, FaultsWithItsOwnCauseWhenTheInterfaceGoesDown) {
   ASSERT_TRUE(tracks());
-  connection->enter(BusState::down);
+  connection->pretend(BusState::down);
   run_for(milliseconds(2));
   EXPECT_EQ(controller->axis(0).fault().cause, Cause::interface_down);
-  connection->enter(BusState::active);
+  connection->pretend(BusState::active);
   run_for(milliseconds(1000));
   EXPECT_TRUE(all_are(AxisState::faulted));
 }
 
 TEST_F(ControllerOffTheBus, KeepsTrackingWhileTheBusIsInWarningOrPassive) {
   ASSERT_TRUE(tracks());
-  connection->enter(BusState::warning);
-  connection->enter(BusState::passive);
+  connection->pretend(BusState::warning);
+  connection->pretend(BusState::passive);
   run_for(milliseconds(50));
   EXPECT_TRUE(all_are(AxisState::tracking));
 }
 
 TEST_F(ControllerOffTheBus, TracksAgainOnlyAfterANewStartThatMayClearFaults) {
   ASSERT_TRUE(tracks());
-  connection->enter(BusState::bus_off);
+  connection->pretend(BusState::bus_off);
   run_for(milliseconds(100));
   controller.reset();
   run_for(milliseconds(1));  // its last frame may still be on the wire
@@ -150,16 +121,16 @@ TEST_F(ControllerOffTheBus, TracksAgainOnlyAfterANewStartThatMayClearFaults) {
 TEST_F(ControllerOffTheBus, StartsEachNodeAgainAfterABusOffWhileWaiting) {
   run_for(milliseconds(130));  // the nodes are started, but have not yet sent a heartbeat as operational
   ASSERT_NE(controller->axis(0).state(), AxisState::faulted);
-  const int before = connection->nmt_frames();
+  const int before = nmt_frames;
   ASSERT_EQ(controller->axis(0).state(), AxisState::waiting);
-  connection->enter(BusState::bus_off);
+  connection->pretend(BusState::bus_off);
   run_for(milliseconds(50));
-  connection->enter(BusState::active);
+  connection->pretend(BusState::active);
   run_for(milliseconds(1));
   EXPECT_EQ(controller->axis(0).state(), AxisState::waiting)
       << "frames from before the bus-off no longer count";
   EXPECT_TRUE(tracks()) << "no axis was armed, so that no fault has to be cleared";
-  EXPECT_GT(connection->nmt_frames(), before);
+  EXPECT_GT(nmt_frames, before);
 }
 
 }  // namespace

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <numbers>
 #include <utility>
+#include <vector>
 
 namespace hystcan::support {
 namespace {
@@ -21,19 +21,25 @@ constexpr std::uint32_t status_id = can::transmit_pdo_base + amplifier_node;
 constexpr std::uint32_t sample_id = can::transmit_pdo_base + sensor_node;
 
 // Byte positions of config/hystcan.dbc.
-constexpr std::size_t sample_status_byte = 5;
 constexpr std::size_t enable_byte = 4;
 constexpr std::size_t amp_state_byte = 4;
-constexpr std::size_t counter_byte = 6;
 constexpr std::size_t crc_byte = 7;
 constexpr std::uint8_t enable_bit = 0x01;
 
-void seal(can::Frame& frame) {
+std::uint8_t crc_of(const can::Frame& frame) {
   std::array<std::uint8_t, 9> covered{};
   covered[0] = static_cast<std::uint8_t>(frame.id & 0xFFU);
   covered[1] = static_cast<std::uint8_t>(frame.id >> 8U);
   std::copy_n(frame.data.begin(), crc_byte, covered.begin() + 2);
-  frame.data[crc_byte] = can::crc8_j1850(covered);
+  return can::crc8_j1850(covered);
+}
+
+/// Changes a frame. A CRC that was right is right again afterwards, and a wrong one stays wrong.
+template <class Change>
+void change_protected(can::Frame& frame, Change change) {
+  const auto wrong_bits = static_cast<std::uint8_t>(frame.data[crc_byte] ^ crc_of(frame));
+  change(frame);
+  frame.data[crc_byte] = static_cast<std::uint8_t>(crc_of(frame) ^ wrong_bits);
 }
 
 std::int32_t value_of(const can::Frame& frame) {
@@ -48,6 +54,41 @@ void put_value(can::Frame& frame, std::int32_t value) {
 }
 
 std::int32_t micrometres(double um) { return static_cast<std::int32_t>(std::lround(1e6 * um)); }
+
+/// The faults of the twin that this trouble consists of; empty: the twin does not have it.
+std::vector<twin::FaultSpec> twin_faults(Trouble trouble) {
+  using twin::Fault;
+  using twin::Node;
+  const auto of = [](Node node, Fault kind, double value = 0.0) {
+    return twin::FaultSpec{.kind = kind, .axis = "x", .node = node, .value = value};
+  };
+  switch (trouble) {
+    case Trouble::sample_lost:
+      return {of(Node::sensor, Fault::no_reply)};
+    case Trouble::sample_late:
+      return {of(Node::sensor, Fault::late, 1.0)};
+    case Trouble::sample_frozen:
+      return {of(Node::sensor, Fault::frozen_value)};
+    case Trouble::counter_frozen:
+      return {of(Node::sensor, Fault::frozen_counter)};
+    case Trouble::sample_beyond:
+      return {of(Node::sensor, Fault::out_of_range, 60.0)};
+    case Trouble::sample_bad:
+      return {of(Node::sensor, Fault::sensor_bad_status)};
+    case Trouble::sample_damaged:
+      return {of(Node::sensor, Fault::wrong_crc)};
+    case Trouble::sensor_emergency:
+      return {of(Node::sensor, Fault::emergency, 0x5000)};
+    case Trouble::sensor_unheard:
+      return {of(Node::sensor, Fault::no_heartbeat)};
+    case Trouble::amplifier_unheard:
+      return {of(Node::amplifier, Fault::no_heartbeat), of(Node::amplifier, Fault::no_reply)};
+    case Trouble::commands_lost:
+      return {of(Node::amplifier, Fault::watchdog_trip)};
+    default:
+      return {};
+  }
+}
 
 }  // namespace
 
@@ -83,37 +124,6 @@ std::string_view to_string(Trouble trouble) {
   return names[static_cast<std::size_t>(trouble)];
 }
 
-Relay::Relay(std::unique_ptr<can::Bus> inner, Hook on_send, Hook on_receive)
-    : inner_(std::move(inner)), on_send_(std::move(on_send)), on_receive_(std::move(on_receive)) {}
-
-void Relay::pretend(std::optional<can::BusState> state) {
-  pretended_ = state;
-  if (on_state_) on_state_(this->state());
-}
-
-bool Relay::send(const can::Frame& frame) {
-  if (is_down()) return false;
-  can::Frame copy = frame;
-  return on_send_ && !on_send_(copy) ? true : inner_->send(copy);
-}
-
-void Relay::on_frame(FrameHandler handler) {
-  inner_->on_frame([this, handle = std::move(handler)](const can::Frame& frame, can::Time received) {
-    if (is_down()) return;
-    can::Frame copy = frame;
-    if (on_receive_ && !on_receive_(copy)) return;
-    handle(copy, received);
-    if (after_frame) after_frame(received);
-  });
-}
-
-void Relay::on_state(StateHandler handler) {
-  on_state_ = handler;
-  inner_->on_state([this](can::BusState state) {
-    if (!pretended_ && on_state_) on_state_(state);
-  });
-}
-
 config::Config one_axis() {
   config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
   config.axes.resize(1);
@@ -143,12 +153,12 @@ FaultRig::FaultRig(const config::Config& config)
       [this](std::span<const can::Filter>) {
         auto node = bus_.attach();
         controller_node_ = node.get();
-        auto relay = std::make_unique<Relay>(std::move(node), Relay::Hook{}, Relay::Hook{});
-        controller_relay_ = relay.get();
-        return relay;
+        auto connection = std::make_unique<HookedConnection>(std::move(node));
+        controller_connection_ = connection.get();
+        return connection;
       },
       [this](const controller::CycleRecord&) { note_fault(clock_.now()); });
-  controller_relay_->after_frame = [this](can::Time received) { note_fault(received); };
+  controller_connection_->after_frame = [this](can::Time received) { note_fault(received); };
   controller_->listen_to(requests_);
 }
 
@@ -157,9 +167,9 @@ std::unique_ptr<can::Bus> FaultRig::attach_node(std::span<const can::Filter> fil
   auto node = bus_.attach(can::TransmitOrder::by_priority);
   const bool is_amplifier = std::ranges::any_of(filters, [](const auto& f) { return f.id == command_id; });
   if (!is_amplifier)
-    return std::make_unique<Relay>(
-        std::move(node), [this](can::Frame& frame) { return sensor_sends(frame); }, Relay::Hook{});
-  return std::make_unique<Relay>(
+    return std::make_unique<HookedConnection>(std::move(node),
+                                              [this](can::Frame& frame) { return sensor_sends(frame); });
+  return std::make_unique<HookedConnection>(
       std::move(node), [this](can::Frame& frame) { return amplifier_sends(frame); },
       [this](can::Frame& frame) { return amplifier_receives(frame); });
 }
@@ -183,58 +193,40 @@ bool FaultRig::reaches(AxisState state, can::Duration limit) {
 }
 
 bool FaultRig::sensor_sends(can::Frame& frame) {
-  if (frame.id == can::heartbeat_base + sensor_node) return !is_on(Trouble::sensor_unheard);
-  return frame.id != sample_id || spoil_sample(frame);
+  if (frame.id == sample_id) displace(frame);
+  return true;
 }
 
-bool FaultRig::spoil_sample(can::Frame& frame) {
-  const std::int32_t true_value = value_of(frame);
-  if (!is_on(Trouble::sample_frozen)) frozen_value_ = true_value;
-  if (!is_on(Trouble::counter_frozen)) frozen_counter_ = frame.data[counter_byte];
-  if (std::ranges::none_of(on_, std::identity{})) return true;  // a CRC that the twin made wrong stays
-  if (is_on(Trouble::sample_lost)) return false;
+void FaultRig::displace(can::Frame& sample) {
   if (is_on(Trouble::position_drifts)) offset_um_ = std::max(offset_um_ - 1.0, -7.5);
   if (is_on(Trouble::load_pulls)) offset_um_ = std::max(offset_um_ - 0.05, -7.0);
-  std::int32_t value = frozen_value_ + micrometres(offset_um_);
-  if (is_on(Trouble::sample_jumped)) value += micrometres(8.0);
-  if (is_on(Trouble::sample_beyond)) value = micrometres(60.0);
-  put_value(frame, value);
-  if (is_on(Trouble::sample_bad)) frame.data[sample_status_byte] = 1;
-  frame.data[counter_byte] = frozen_counter_;
-  seal(frame);
-  if (is_on(Trouble::sample_damaged)) frame.data[crc_byte] ^= 0x10U;
-  if (!is_on(Trouble::sample_late)) return true;
-  const bool has_earlier = held_sample_.has_value();
-  const can::Frame earlier = held_sample_.value_or(frame);
-  held_sample_ = frame;
-  frame = earlier;
-  return has_earlier;
+  const double jump_um = is_on(Trouble::sample_jumped) ? 8.0 : 0.0;
+  if (offset_um_ + jump_um == 0.0) return;
+  change_protected(sample, [&](can::Frame& frame) {
+    put_value(frame, value_of(frame) + micrometres(offset_um_ + jump_um));
+  });
 }
 
 bool FaultRig::amplifier_sends(can::Frame& frame) {
-  if (frame.id == can::heartbeat_base + amplifier_node) return !is_on(Trouble::amplifier_unheard);
-  if (frame.id != status_id) return true;
-  if (is_on(Trouble::amplifier_trips)) {
-    frame.data[amp_state_byte] = static_cast<std::uint8_t>(can::AmpState::fault);
-    seal(frame);
-  }
-  return !is_on(Trouble::amplifier_unheard);
+  if (frame.id == status_id && is_on(Trouble::amplifier_trips))
+    change_protected(frame, [](can::Frame& status) {
+      status.data[amp_state_byte] = static_cast<std::uint8_t>(can::AmpState::fault);
+    });
+  return true;
 }
 
 bool FaultRig::amplifier_receives(can::Frame& frame) {
-  if (frame.id != command_id) return true;
-  if (is_on(Trouble::enable_lost)) {
-    frame.data[enable_byte] = static_cast<std::uint8_t>(frame.data[enable_byte] & ~enable_bit);
-    seal(frame);
-  }
-  return !is_on(Trouble::commands_lost);
+  if (frame.id == command_id && is_on(Trouble::enable_lost))
+    change_protected(frame, [](can::Frame& command) {
+      command.data[enable_byte] = static_cast<std::uint8_t>(command.data[enable_byte] & ~enable_bit);
+    });
+  return true;
 }
 
 void FaultRig::begin(Trouble trouble) {
   on_[static_cast<std::size_t>(trouble)] = true;
+  for (const twin::FaultSpec& fault : twin_faults(trouble)) twin_->faults().inject(fault);
   switch (trouble) {
-    case Trouble::sensor_emergency:
-      return send(can::emergency_frame(sensor_node, {.code = 0x5000, .error_register = 0x01}));
     case Trouble::sensor_stopped:
       return send(can::nmt_frame({can::NmtCommand::stop, sensor_node}));
     case Trouble::amplifier_stopped:
@@ -248,9 +240,9 @@ void FaultRig::begin(Trouble trouble) {
     case Trouble::foreign_heartbeat:
       return send(can::heartbeat_frame(config_.controller.node, can::NmtState::operational));
     case Trouble::bus_passive:
-      return controller_relay_->pretend(can::BusState::passive);
+      return controller_connection_->pretend(can::BusState::passive);
     case Trouble::interface_down:
-      return controller_relay_->pretend(can::BusState::down);
+      return controller_connection_->pretend(can::BusState::down);
     case Trouble::bus_off:
       return controller_node_->set_faults({.transmit_bit_error = 1.0});
     case Trouble::sync_late:
@@ -274,10 +266,12 @@ void FaultRig::begin(Trouble trouble) {
 
 void FaultRig::end(Trouble trouble) {
   on_[static_cast<std::size_t>(trouble)] = false;
+  end_twin_faults(trouble);
   switch (trouble) {
     case Trouble::bus_passive:
     case Trouble::interface_down:
-      if (!is_on(Trouble::bus_passive) && !is_on(Trouble::interface_down)) controller_relay_->pretend({});
+      if (!is_on(Trouble::bus_passive) && !is_on(Trouble::interface_down))
+        controller_connection_->pretend({});
       return;
     case Trouble::bus_off:
       controller_node_->set_faults({});
@@ -285,8 +279,6 @@ void FaultRig::end(Trouble trouble) {
     case Trouble::sync_late:
       sleeper_.by = {};
       return;
-    case Trouble::sample_late:
-      return held_sample_.reset();
     case Trouble::position_drifts:
     case Trouble::load_pulls:
       offset_um_ = 0.0;
@@ -296,6 +288,16 @@ void FaultRig::end(Trouble trouble) {
       return;
     default:
       return;
+  }
+}
+
+/// The twin ends a kind of fault at both nodes, so another trouble of the same kind begins again.
+void FaultRig::end_twin_faults(Trouble trouble) {
+  for (const twin::FaultSpec& over : twin_faults(trouble)) {
+    twin_->faults().remove(over.kind);
+    for (std::size_t i = 0; i < trouble_count; ++i)
+      for (const twin::FaultSpec& other : twin_faults(static_cast<Trouble>(i)))
+        if (on_[i] && other.kind == over.kind) twin_->faults().inject(other);
   }
 }
 

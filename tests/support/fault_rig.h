@@ -1,6 +1,7 @@
 // Controller and twin of one axis on the simulated bus, with troubles that a test begins and ends while the
-// loop runs, any number of them at once. The connection of each node is wrapped, and so is the controller's
-// scheduler; a tester sends the frames of other nodes. A WireMonitor receives every frame.
+// loop runs, any number of them at once. A trouble of a node is a fault of the twin (twin/fault.h) where the
+// twin has it. The others act on the connections and on the controller's scheduler, and a tester sends the
+// frames of other nodes. A WireMonitor receives every frame.
 #pragma once
 
 #include <array>
@@ -11,6 +12,7 @@
 
 #include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
+#include "tests/support/hooked_connection.h"
 #include "tests/support/oversleeper.h"
 #include "tests/support/wire_monitor.h"
 
@@ -49,33 +51,6 @@ enum class Trouble : std::uint8_t {
 inline constexpr std::size_t trouble_count = 28;
 std::string_view to_string(Trouble trouble);
 inline void PrintTo(Trouble trouble, std::ostream* out) { *out << to_string(trouble); }
-
-/// A connection whose frames a hook may change or remove: it returns false for a frame to remove.
-class Relay final : public can::Bus {
- public:
-  using Hook = std::function<bool(can::Frame& frame)>;
-  Relay(std::unique_ptr<can::Bus> inner, Hook on_send, Hook on_receive);
-
-  /// Shows the owner this state instead of the true one; empty: the true one. While down, no frame passes.
-  void pretend(std::optional<can::BusState> state);
-  /// Called after each frame that the owner has handled, with its time.
-  std::function<void(can::Time received)> after_frame;
-
-  bool send(const can::Frame& frame) override;
-  void on_frame(FrameHandler handler) override;
-  void on_state(StateHandler handler) override;
-  can::BusState state() const override { return pretended_.value_or(inner_->state()); }
-  const can::BusCounters& counters() const override { return inner_->counters(); }
-
- private:
-  bool is_down() const { return pretended_ == can::BusState::down; }
-
-  std::unique_ptr<can::Bus> inner_;
-  Hook on_send_;
-  Hook on_receive_;
-  StateHandler on_state_;
-  std::optional<can::BusState> pretended_;
-};
 
 /// The shipped piezo axis x alone, with a slow sine, a quick start-up and every supervision switched on.
 config::Config one_axis();
@@ -118,10 +93,11 @@ class FaultRig {
   can::Time decided_at() const { return decided_at_; }
 
  private:
+  void end_twin_faults(Trouble trouble);
   std::unique_ptr<can::Bus> attach_node(std::span<const can::Filter> filters);
   void note_fault(can::Time when);
   bool sensor_sends(can::Frame& frame);
-  bool spoil_sample(can::Frame& frame);
+  void displace(can::Frame& sample);
   bool amplifier_sends(can::Frame& frame);
   bool amplifier_receives(can::Frame& frame);
   std::string_view run_until_answered(std::unique_ptr<controller::Request> request);
@@ -137,11 +113,8 @@ class FaultRig {
   controller::RequestLink requests_;
   std::unique_ptr<twin::Twin> twin_;
   can::SimNode* controller_node_ = nullptr;
-  Relay* controller_relay_ = nullptr;
+  HookedConnection* controller_connection_ = nullptr;
   std::unique_ptr<controller::Controller> controller_;
-  std::optional<can::Frame> held_sample_;
-  std::int32_t frozen_value_ = 0;
-  std::uint8_t frozen_counter_ = 0;
   double offset_um_ = 0.0;
   bool was_faulted_ = false;
   std::uint64_t faults_ = 0;

@@ -10,6 +10,7 @@
 
 #include "controller/control/law.h"
 #include "tests/support/piezo.h"
+#include "tests/support/wiped.h"
 
 namespace hystcan::controller::adaptation_test {
 namespace {
@@ -25,7 +26,7 @@ ControlLaw adaptive(std::optional<Adaptation::Config> adaptation) {
                             .pi = {.kp = 0.05, .ki_per_s = 120.0}};
   config.adaptation = adaptation;
   ControlLaw law(config);
-  law.restart_at_lower_threshold(1.5);
+  support::restart_at_lower_threshold(law, 1.5);
   return law;
 }
 

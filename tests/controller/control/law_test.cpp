@@ -7,6 +7,7 @@
 
 #include "model/simplified.h"
 #include "tests/support/piezo.h"
+#include "tests/support/wiped.h"
 
 namespace hystcan::controller::law_test {
 namespace {
@@ -15,7 +16,7 @@ constexpr double dt_s = 1e-3;
 
 ControlLaw law(Structure structure, Pi::Config pi = {.kp = 0.0, .ki_per_s = 100.0}) {
   ControlLaw result({.structure = structure, .model = support::piezo_model(), .pi = pi});
-  result.restart_at_lower_threshold(1.5);
+  support::restart_at_lower_threshold(result, 1.5);
   return result;
 }
 
@@ -51,7 +52,7 @@ TEST(ControlLaw, RestartsWithoutABumpInTheDriveWhateverTheSensorsOffset) {
     ControlLaw restarted = law(structure);
     step(restarted, 12.0, 12.0, 11.0);
     const double measured_um = 4.5;  // the model is at 1.5 um at the lower threshold
-    const double reference_um = restarted.restart_at_lower_threshold(measured_um);
+    const double reference_um = support::restart_at_lower_threshold(restarted, measured_um);
     const ControlLaw::Demand first = restarted.propose({.reference_um = reference_um,
                                                         .previewed_um = reference_um,
                                                         .position_um = measured_um,

@@ -7,6 +7,7 @@
 
 #include "controller/control/law.h"
 #include "tests/support/piezo.h"
+#include "tests/support/wiped.h"
 
 namespace hystcan::controller::retune_test {
 namespace {
@@ -73,7 +74,7 @@ RC_GTEST_PROP(Retune, DoesNotMoveTheDriveWhateverIsChanged, ()) {
 
 TEST(Retune, TheIntegralTakesOverAChangeOfTheProportionalPart) {
   ControlLaw law(config(Structure::inverse_pi));
-  law.restart_at_lower_threshold(1.5);
+  support::restart_at_lower_threshold(law, 1.5);
   const Cycle cycle{10.0, 10.0, 9.0};
   step(law, cycle);
   const double integral_um = law.integral_um();
@@ -85,7 +86,7 @@ TEST(Retune, TheMemoryFollowsTheDriveUnderEveryStructure) {
   const model::Hysteresis stage(support::piezo_model());
   for (const Structure structure : all_structures) {
     ControlLaw law(config(structure, {.kp = 0.3, .ki_per_s = 1.0}));
-    law.restart_at_lower_threshold(1.5);
+    support::restart_at_lower_threshold(law, 1.5);
     model::HysteresisState state = stage.at_lower_threshold();
     for (int n = 0; n < 500; ++n) stage.advance(state, step(law, at(n)));
     EXPECT_GT(state.depth(), 1u);
@@ -96,7 +97,7 @@ TEST(Retune, TheMemoryFollowsTheDriveUnderEveryStructure) {
 
 TEST(Retune, ARemainingOffsetWithoutFeedbackDecaysWithItsTimeConstant) {
   ControlLaw law(config(Structure::inverse_pi));
-  law.restart_at_lower_threshold(4.5);  // 3 um between sensor and model
+  support::restart_at_lower_threshold(law, 4.5);  // 3 um between sensor and model
   const Cycle still{12.0, 12.0, 12.0};
   for (int i = 0; i < 100; ++i) step(law, still);
   const double offset_um = law.predicted_um() - 12.0;
@@ -112,7 +113,7 @@ TEST(Retune, ARemainingOffsetWithoutFeedbackDecaysWithItsTimeConstant) {
 TEST(Retune, ANotchIsInsertedChangedAndRemovedAtRestWithoutABump) {
   ControlLaw::Config changed = config(Structure::inverse_pi);
   ControlLaw law(changed);
-  law.restart_at_lower_threshold(4.5);
+  support::restart_at_lower_threshold(law, 4.5);
   const Cycle still{12.0, 12.0, 12.0};
   for (int i = 0; i < 5; ++i) step(law, still);
   const double drive = step(law, still);
@@ -131,7 +132,7 @@ TEST(Restart, ContinuesWithAKnownMemoryWithoutABumpInTheDrive) {
   for (const double drive : {80.0, 20.0, 60.0, 33.0}) stage.advance(known, drive);
   for (const Structure structure : all_structures) {
     ControlLaw law(config(structure));
-    law.restart_at_lower_threshold(1.5);
+    support::restart_at_lower_threshold(law, 1.5);
     for (int n = 0; n < 50; ++n) step(law, at(n));
     const double measured_um = known.output + 0.7;
     law.remember(known);
@@ -153,7 +154,7 @@ TEST(MeasurementFilter, CausesNoErrorOnARamp) {
   ControlLaw::Config filtered = config(Structure::inverse_pi);
   filtered.measurement_filter_Hz = 20.0;  // 8 ms of lag: 0.8 um here if it filtered the position alone
   ControlLaw law(filtered);
-  law.restart_at_lower_threshold(1.5);
+  support::restart_at_lower_threshold(law, 1.5);
   for (int n = 0; n < 200; ++n) {
     const double r = 1.5 + 0.1 * n;
     step(law, {r, r, r});
@@ -165,7 +166,7 @@ TEST(MeasurementFilter, ReducesTheNoiseInTheProportionalPart) {
   ControlLaw::Config filtered = config(Structure::inverse_pi, {.kp = 1.0, .ki_per_s = 0.0});
   filtered.measurement_filter_Hz = 20.0;
   ControlLaw law(filtered);
-  law.restart_at_lower_threshold(1.5);
+  support::restart_at_lower_threshold(law, 1.5);
   for (int n = 0; n < 400; ++n) step(law, {10.0, 10.0, n % 2 == 0 ? 10.1 : 9.9});
   EXPECT_NEAR(law.predicted_um(), 10.0, 0.01) << "a sixteenth of 0.1 um of alternating noise remains";
 }
@@ -174,7 +175,7 @@ TEST(Deadband, KeepsTheIntegralConstantWithinIt) {
   ControlLaw::Config banded = config(Structure::inverse_pi);
   banded.deadband_um = 0.05;
   ControlLaw law(banded);
-  law.restart_at_lower_threshold(1.5);
+  support::restart_at_lower_threshold(law, 1.5);
   for (int n = 0; n < 100; ++n) step(law, {10.0, 10.0, 9.96});
   EXPECT_NEAR(law.integral_um(), 0.0, 1e-12);
   step(law, {10.0, 10.0, 9.85});
@@ -185,7 +186,7 @@ TEST(Notch, AllowsAntiWindupOfASaturationBehindIt) {
   ControlLaw::Config notched = config(Structure::inverse_pi, {.kp = 0.1, .ki_per_s = 100.0});
   notched.notch = {.frequency_Hz = 100.0, .depth = 0.1, .width = 0.5};
   ControlLaw law(notched);
-  law.restart_at_lower_threshold(1.5);
+  support::restart_at_lower_threshold(law, 1.5);
   for (int i = 0; i < 3000; ++i) {
     law.propose(
         {.reference_um = 10.0, .previewed_um = 10.0, .position_um = 4.0, .dt_s = dt_s, .cycle_s = dt_s});

@@ -7,6 +7,7 @@
 
 #include "controller/control/law.h"
 #include "tests/support/piezo.h"
+#include "tests/support/wiped.h"
 
 namespace hystcan::controller::windup_test {
 namespace {
@@ -24,7 +25,7 @@ class Loop {
         stage_(support::piezo_model()),
         state_(stage_.at_lower_threshold()) {
     positions_um_.fill(true_gain * state_.output);
-    law_.restart_at_lower_threshold(positions_um_[0]);
+    support::restart_at_lower_threshold(law_, positions_um_[0]);
   }
 
   double cycle(double reference_um) { return cycle(reference_um, reference_um); }
@@ -75,7 +76,7 @@ TEST(Windup, ASaturatedIntegralRestsAtLimitMinusFeedForwardForEveryKp) {
     ControlLaw law({.structure = Structure::inverse_pi,
                     .model = support::piezo_model(),
                     .pi = {.kp = kp, .ki_per_s = 100.0}});
-    law.restart_at_lower_threshold(1.5);
+    support::restart_at_lower_threshold(law, 1.5);
     for (int i = 0; i < 2000; ++i) {
       law.propose({.reference_um = 10.0, .previewed_um = 10.0, .position_um = 4.0, .dt_s = dt_s});
       law.commit(45.0);
@@ -93,7 +94,7 @@ TEST(Windup, SaturationByPAloneDoesNotDriveTheIntegralAway) {
   ControlLaw law({.structure = Structure::inverse_pi,
                   .model = support::piezo_model(),
                   .pi = {.kp = 2.0, .ki_per_s = 100.0}});
-  law.restart_at_lower_threshold(1.5);
+  support::restart_at_lower_threshold(law, 1.5);
   for (int i = 0; i < 10; ++i) {
     const auto demand =
         law.propose({.reference_um = 25.0, .previewed_um = 25.0, .position_um = 5.0, .dt_s = dt_s});
