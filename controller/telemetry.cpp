@@ -15,6 +15,14 @@
 #include <utility>
 
 namespace hystcan::controller {
+namespace {
+
+constexpr const char* csv_header =
+    "# drive and amplifier_output in the axis's drive unit; error = reference - position\n"
+    "cycle,time_s,axis,state,fault,segment,reference_um,position_um,error_um,demand_um,"
+    "drive,amplifier_output,limits,sample_missing,turnaround_us\n";
+
+}  // namespace
 
 void yield_to_the_control_thread() {
   const sched_param ordinary{.sched_priority = 0};
@@ -50,13 +58,7 @@ void TelemetryThread::run() {
 }
 
 CsvLog::CsvLog(const std::filesystem::path& file, std::vector<std::string> axis_names)
-    : axis_names_(std::move(axis_names)),
-      rows_(
-          file,
-          "# drive and amplifier_output in the axis's drive unit; error = reference - position\n"
-          "cycle,time_s,axis,state,fault,segment,reference_um,position_um,error_um,demand_um,drive,amplifier_"
-          "output,limits,"
-          "sample_missing,turnaround_us\n") {}
+    : axis_names_(std::move(axis_names)), rows_(file, csv_header) {}
 
 void CsvLog::write(const CycleRecord& record) {
   const AxisReport& report = record.report;

@@ -8,7 +8,7 @@
 namespace hystcan::config {
 namespace {
 
-constexpr std::size_t shown = 5;
+constexpr std::size_t most_shown = 5;
 
 int lower(char letter) { return std::tolower(static_cast<unsigned char>(letter)); }
 
@@ -37,7 +37,7 @@ std::string closest(std::string_view name, const std::vector<std::string>& candi
     ranked.emplace_back(edit_distance(name, candidate), candidate);
   std::ranges::stable_sort(ranked, {}, &std::pair<std::size_t, std::string>::first);
   std::string text;
-  for (std::size_t i = 0; i < std::min(shown, ranked.size()); ++i)
+  for (std::size_t i = 0; i < std::min(most_shown, ranked.size()); ++i)
     text += (i == 0 ? "" : ", ") + ranked[i].second;
   return text.empty() ? "none" : text;
 }
