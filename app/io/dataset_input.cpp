@@ -19,8 +19,8 @@ struct UnitOf {
   const char* option;
   const char* assumed;
 };
-constexpr UnitOf input_unit{"input_unit", "--input-unit", "V"};
-constexpr UnitOf output_unit{"output_unit", "--output-unit", "um"};
+constexpr UnitOf unit_of_input{"input_unit", "--input-unit", "V"};
+constexpr UnitOf unit_of_output{"output_unit", "--output-unit", "um"};
 
 void keep_interval(Dataset& dataset, const DatasetInput& input) {
   const auto first = std::ranges::lower_bound(dataset.time_s, input.from_s.value_or(dataset.time_s.front()));
@@ -54,8 +54,8 @@ Dataset load(const std::filesystem::path& file, const DatasetInput& input) {
   if (dataset.size() == 0)
     throw config::Error(fmt::format("{}: no rows{}, expected a dataset", file.string(),
                                     input.from_s || input.to_s ? " between --from and --to" : ""));
-  settle(dataset.input_unit, input.input_unit, input_unit, file);
-  settle(dataset.output_unit, input.output_unit, output_unit, file);
+  settle(dataset.input_unit, input.input_unit, unit_of_input, file);
+  settle(dataset.output_unit, input.output_unit, unit_of_output, file);
   return dataset;
 }
 
@@ -71,9 +71,9 @@ void require_unit(const std::filesystem::path& file, const char* name, const std
 void add_dataset_options(CLI::App& command, DatasetInput& input) {
   command.add_option("--from", input.from_s, "leave out the rows before this time_s");
   command.add_option("--to", input.to_s, "leave out the rows after this time_s");
-  command.add_option(input_unit.option, input.input_unit,
+  command.add_option(unit_of_input.option, input.input_unit,
                      "unit of the input, if the file does not state it: V, A");
-  command.add_option(output_unit.option, input.output_unit,
+  command.add_option(unit_of_output.option, input.output_unit,
                      "unit of the output, if the file does not state it: um");
 }
 
