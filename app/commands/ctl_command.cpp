@@ -177,7 +177,7 @@ void add_ctl(CLI::App& cli, int& status) {
   ctl->require_subcommand(1);
   ctl->add_option("--socket", options->socket, "the control socket's file");
   ctl->add_option("--interface", options->interface,
-                  "without --socket: the socket of the controller on this CAN interface")
+                  "without --socket: the socket of the controller (or twin) on this CAN interface")
       ->capture_default_str();
   ctl->add_flag("--twin", options->twin, "command the twin on this interface, not the controller");
   ctl->add_flag("--json", options->json, "print the answer as JSON");

@@ -19,7 +19,7 @@ namespace {
 constexpr double good_wake_up_share = 0.1;
 constexpr double bad_share_of_period = 0.5;
 
-constexpr int usual_priority = 50;
+constexpr int usual_priority = 45;  // below the interrupt threads of PREEMPT_RT, which have 50
 
 /// Runs the work on a new thread, so that the settings of this thread do not change.
 template <class Result, class Work>

@@ -32,7 +32,7 @@ struct TwinFaults : testing::Test {
     const LiveStage::Answer answer = stage.ctl_twin(command);
     EXPECT_EQ(answer.status, 0) << answer.err;
   }
-  /// Axis x faults with one of these causes and y keeps tracking. After `heal`, clear and enable x tracks
+  /// Axis x faults with one of these causes and y keeps tracking. After `remove`, clear and enable x tracks
   /// again.
   void expect_fault_and_return(const std::vector<std::string>& words,
                                const std::vector<std::string>& causes) {
@@ -42,7 +42,7 @@ struct TwinFaults : testing::Test {
     EXPECT_NE(std::ranges::find(causes, cause), causes.end()) << words.front() << ": " << cause;
     std::printf("%s: %s\n", words.front().c_str(), cause.c_str());
     EXPECT_EQ(stage.axis_status(y).at("state"), "tracking") << words.front();
-    EXPECT_EQ(stage.ctl_twin({"heal"}).status, 0);
+    EXPECT_EQ(stage.ctl_twin({"remove"}).status, 0);
     EXPECT_TRUE(twin_status().at("faults").empty());
     ASSERT_EQ(stage.ctl({"clear", "x"}).status, 0);
     ASSERT_TRUE(stage.reaches(x, "offline"));
