@@ -10,6 +10,7 @@
 #include <boost/asio/write.hpp>
 #include <cstdlib>
 #include <istream>
+#include <optional>
 #include <utility>
 
 #include "app/io/exit_status.h"
@@ -31,8 +32,23 @@ pid_t pid_of(stream_protocol::socket& socket) {
   return getsockopt(socket.native_handle(), SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 ? peer.pid : 0;
 }
 
-/// Removes a socket file without a listener, which remains from a process that was killed.
+using FileId = std::pair<dev_t, ino_t>;
+
+/// Of the socket itself, not of what a link there points to; empty if there is none.
+std::optional<FileId> id_of_socket(const std::filesystem::path& file) {
+  struct stat found {};
+  if (lstat(file.c_str(), &found) != 0 || !S_ISSOCK(found.st_mode)) return std::nullopt;
+  return FileId{found.st_dev, found.st_ino};
+}
+
+/// Removes a socket file without a listener, which remains from a process that was killed. Throws RunError if
+/// a process listens there, or if the file is no socket: it then belongs to another program.
 void remove_if_dead(boost::asio::io_context& context, const std::filesystem::path& file) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(std::filesystem::symlink_status(file, ignored))) return;
+  if (!id_of_socket(file))
+    throw RunError(
+        fmt::format("{}: is not a socket, expected a new file: name another control_socket", file.string()));
   stream_protocol::socket probe(context);
   error_code error;
   probe.connect(stream_protocol::endpoint(file.string()), error);
@@ -144,6 +160,7 @@ ControlSocket::ControlSocket(boost::asio::io_context& context, std::filesystem::
     umask(before);
     if (error) throw boost::system::system_error(error);
     acceptor_.listen();
+    id_ = id_of_socket(file_);
   } catch (const boost::system::system_error& error) {
     throw RunError(fmt::format("{}: cannot listen there: {}", file_.string(), error.code().message()));
   }
@@ -154,7 +171,7 @@ ControlSocket::~ControlSocket() {
   error_code ignored;
   acceptor_.close(ignored);
   std::error_code also_ignored;
-  std::filesystem::remove(file_, also_ignored);
+  if (id_ && id_of_socket(file_) == id_) std::filesystem::remove(file_, also_ignored);
 }
 
 void ControlSocket::accept() {

@@ -11,7 +11,9 @@
 #include <boost/asio/local/stream_protocol.hpp>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "app/remote/command_handler.h"
 
@@ -29,9 +31,10 @@ nlohmann::json parse_command(const std::string& line);
 
 class ControlSocket {
  public:
-  /// Throws RunError if another process listens there, or if the file cannot be created.
+  /// Throws RunError if another process listens there, if there is a file that is not a socket, or if the file
+  /// cannot be created.
   ControlSocket(boost::asio::io_context& context, std::filesystem::path file, CommandHandler& handler);
-  ~ControlSocket();  ///< removes the file
+  ~ControlSocket();  ///< removes the file, unless it is no longer this socket's own
   ControlSocket(const ControlSocket&) = delete;
   ControlSocket& operator=(const ControlSocket&) = delete;
 
@@ -41,6 +44,7 @@ class ControlSocket {
   void accept();
 
   std::filesystem::path file_;
+  std::optional<std::pair<dev_t, ino_t>> id_;  ///< of the own socket file, the only one that is removed
   CommandHandler& handler_;
   boost::asio::local::stream_protocol::acceptor acceptor_;
   std::weak_ptr<Session> writer_;

@@ -1,10 +1,18 @@
 #include "app/remote/saved_states.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
+#include <stdlib.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
-#include <fstream>
+#include <cerrno>
+#include <cstdio>
+#include <string>
+#include <string_view>
 #include <system_error>
+#include <vector>
 
 namespace hystcan::app {
 namespace {
@@ -21,15 +29,35 @@ std::string memory_text(const controller::ControlLaw& law) {
       correction.gain, correction.offset_um, law.model().save(law.memory(), buffer));
 }
 
-/// Writes the file in one step: a reader finds all of it or nothing.
-void write(const std::filesystem::path& file, const std::string& text) {
-  const std::filesystem::path draft = file.string() + ".new";
-  std::ofstream stream(draft, std::ios::binary);
-  stream << text;
-  stream.close();
-  std::error_code error;
-  if (stream) std::filesystem::rename(draft, file, error);
-  if (!stream || error) spdlog::warn("{}: cannot be written; the next start must not restore", file.string());
+bool write_to_disk(int descriptor, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t count = ::write(descriptor, text.data(), text.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return false;
+    text.remove_prefix(static_cast<std::size_t>(count));
+  }
+  return fsync(descriptor) == 0;
+}
+
+bool sync_folder(const std::filesystem::path& folder) {
+  const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return false;
+  const bool synced = fsync(descriptor) == 0;
+  close(descriptor);
+  return synced;
+}
+
+/// Writes the file in one step: a reader finds all of it or nothing, also after a loss of power. The draft has
+/// a new name, so that no file or link of another user is written.
+bool replace(const std::filesystem::path& file, std::string_view text) {
+  std::string draft = file.string() + ".XXXXXX";
+  const int descriptor = mkstemp(draft.data());
+  if (descriptor < 0) return false;
+  const bool written = fchmod(descriptor, 0644) == 0 && write_to_disk(descriptor, text);
+  if (close(descriptor) == 0 && written && std::rename(draft.c_str(), file.c_str()) == 0)
+    return sync_folder(file.parent_path());
+  unlink(draft.c_str());
+  return false;
 }
 
 }  // namespace
@@ -75,7 +103,9 @@ void SavedStates::forget(std::size_t axis) {
 void SavedStates::save(const controller::Controller& controller) const {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const controller::ControlLaw* law = controller.axis(i).law_to_save();
-    if (law != nullptr && !axes_[i].file.empty()) write(axes_[i].file, memory_text(*law));
+    if (law == nullptr || axes_[i].file.empty()) continue;
+    if (!replace(axes_[i].file, memory_text(*law)))
+      spdlog::warn("{}: cannot be written; the next start must not restore", axes_[i].file.string());
   }
 }
 

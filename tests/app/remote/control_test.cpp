@@ -3,8 +3,12 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <limits>
 #include <memory>
+#include <string>
 
 #include "app/io/exit_status.h"
 #include "tests/app/remote/control_bench.h"
@@ -240,6 +244,45 @@ TEST(ControlSocket, RefusesASecondControllerAndReplacesTheFileOfADeadOne) {
   ASSERT_TRUE(std::filesystem::exists(bench.socket()));
   EXPECT_NO_THROW(ControlSocket(context, bench.socket(), handler));
   EXPECT_THROW(ControlSocket(context, bench.files() / "none/control.sock", handler), RunError);
+}
+
+struct UnusedSocket : testing::Test {
+  const std::filesystem::path& at(const std::filesystem::path& place) {
+    file = place;
+    return file;
+  }
+  ControlBench bench;
+  boost::asio::io_context context;
+  controller::RequestLink requests;
+  StatusBoard board{2};
+  LiveConfig live{bench.files() / "piezo.toml", config::load(bench.files() / "piezo.toml")};
+  ControllerCommandHandler handler{context, requests, board, live};
+  std::filesystem::path file;
+};
+
+TEST_F(UnusedSocket, RefusesAFileThatIsNoSocketAndLeavesItAsItIs) {
+  const auto text_of = [](const std::filesystem::path& path) {
+    std::ifstream stream(path);
+    return std::string(std::istreambuf_iterator<char>(stream), {});
+  };
+  const std::string before = text_of(at(bench.files() / "piezo.toml"));
+  EXPECT_THROW(ControlSocket(context, file, handler), RunError);
+  EXPECT_EQ(text_of(file), before);
+
+  std::filesystem::create_symlink(bench.files() / "piezo.toml", at(bench.files() / "link.sock"));
+  EXPECT_THROW(ControlSocket(context, file, handler), RunError);
+  EXPECT_TRUE(std::filesystem::is_symlink(file));
+  EXPECT_EQ(text_of(bench.files() / "piezo.toml"), before);
+}
+
+TEST_F(UnusedSocket, RemovesOnlyItsOwnFileAtTheEnd) {
+  at(bench.files() / "other.sock");
+  {
+    const ControlSocket socket(context, file, handler);
+    std::filesystem::remove(file);
+    std::ofstream(file) << "of another program";
+  }
+  EXPECT_TRUE(std::filesystem::is_regular_file(file));
 }
 
 }  // namespace

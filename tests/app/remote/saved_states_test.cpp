@@ -145,6 +145,16 @@ TEST(SavedStates, InAnIncompleteFileAreRefused) {
   }
 }
 
+TEST(SavedStates, AreWrittenThroughNoLink) {
+  StoppedStage stage;
+  const std::filesystem::path other = stage.files / "other.txt";
+  std::ofstream(other) << "of another user";
+  for (const char* end : {"", ".new"}) std::filesystem::create_symlink(other, stage.state().string() + end);
+  stage.run_and_save();
+  EXPECT_EQ(support::read_file(other), "of another user");
+  EXPECT_TRUE(std::filesystem::is_regular_file(std::filesystem::symlink_status(stage.state())));
+}
+
 TEST(SavedStates, WithoutAFolderAreRefusedForARestore) {
   StoppedStage stage("restore");
   stage.files.edit("piezo.toml", "state_dir = ", "# ");
