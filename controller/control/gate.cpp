@@ -21,6 +21,7 @@ std::string limits_to_string(std::uint8_t limits) {
 }
 
 Gate::Passed Gate::step(const Config& config, double last, double requested, double dt_s) {
+  if (!std::isfinite(last)) return {.drive = config.safe_drive, .limits = limit::not_finite};
   Passed passed{.drive = std::clamp(last, config.drive_min, config.drive_max)};
   if (!std::isfinite(requested) || !std::isfinite(dt_s)) {
     passed.limits = limit::not_finite;
@@ -31,6 +32,9 @@ Gate::Passed Gate::step(const Config& config, double last, double requested, dou
   const double reach = config.slew_per_s * std::max(dt_s, 0.0);
   const double reachable = std::clamp(in_range, passed.drive - reach, passed.drive + reach);
   if (reachable != in_range) passed.limits |= limit::slew;
+  // Of this result no calculation is trusted: with NaN the comparison is false.
+  if (!(reachable >= config.drive_min && reachable <= config.drive_max))
+    return {.drive = config.safe_drive, .limits = limit::not_finite};
   passed.drive = reachable;
   return passed;
 }

@@ -30,7 +30,7 @@ struct Gate {
     double drive = 0.0;
     std::uint8_t limits = limit::none;
   };
-  /// `last`: the drive that left the gate `dt_s` ago.
+  /// `last`: the drive that left the gate `dt_s` ago. If it is not finite, the safe drive leaves the gate.
   static Passed step(const Config& config, double last, double requested, double dt_s);
 };
 

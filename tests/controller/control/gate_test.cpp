@@ -58,6 +58,23 @@ RC_GTEST_PROP(Gate, PassesOnlyDrivesThatAreFiniteInRangeAndReachable, (std::vect
   }
 }
 
+TEST(Gate, PassesTheSafeDriveWhereTheLastOneIsUnknown) {
+  for (const double last :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    const Gate::Passed passed = Gate::step(gate, last, 80.0, dt_s);
+    EXPECT_EQ(passed.drive, gate.safe_drive);
+    EXPECT_EQ(passed.limits, limit::not_finite);
+  }
+}
+
+// Every argument may have any bit pattern.
+RC_GTEST_PROP(Gate, PassesOnlyFiniteDrivesInRangeWhateverItIsGiven,
+              (std::uint64_t last, std::uint64_t requested, std::uint64_t dt)) {
+  const auto any = [](std::uint64_t bits) { return std::bit_cast<double>(bits * 0x9E3779B97F4A7C15u); };
+  const Gate::Passed passed = Gate::step(gate, any(last), any(requested), any(dt));
+  RC_ASSERT(passed.drive >= gate.drive_min && passed.drive <= gate.drive_max);
+}
+
 TEST(Limits, AreNamed) {
   EXPECT_EQ(limits_to_string(limit::none), "");
   EXPECT_EQ(limits_to_string(limit::range | limit::slew), "range+slew");
