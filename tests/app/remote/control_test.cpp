@@ -5,7 +5,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <limits>
 #include <memory>
 #include <string>
@@ -247,36 +246,28 @@ TEST(ControlSocket, RefusesASecondControllerAndReplacesTheFileOfADeadOne) {
 }
 
 struct UnusedSocket : testing::Test {
-  const std::filesystem::path& at(const std::filesystem::path& place) {
-    file = place;
-    return file;
-  }
   ControlBench bench;
   boost::asio::io_context context;
   controller::RequestLink requests;
   StatusBoard board{2};
   LiveConfig live{bench.files() / "piezo.toml", config::load(bench.files() / "piezo.toml")};
   ControllerCommandHandler handler{context, requests, board, live};
-  std::filesystem::path file;
 };
 
 TEST_F(UnusedSocket, RefusesAFileThatIsNoSocketAndLeavesItAsItIs) {
-  const auto text_of = [](const std::filesystem::path& path) {
-    std::ifstream stream(path);
-    return std::string(std::istreambuf_iterator<char>(stream), {});
-  };
-  const std::string before = text_of(at(bench.files() / "piezo.toml"));
+  const std::filesystem::path file = bench.files() / "piezo.toml", link = bench.files() / "link.sock";
+  const std::string before = support::read_file(file);
   EXPECT_THROW(ControlSocket(context, file, handler), RunError);
-  EXPECT_EQ(text_of(file), before);
+  EXPECT_EQ(support::read_file(file), before);
 
-  std::filesystem::create_symlink(bench.files() / "piezo.toml", at(bench.files() / "link.sock"));
-  EXPECT_THROW(ControlSocket(context, file, handler), RunError);
-  EXPECT_TRUE(std::filesystem::is_symlink(file));
-  EXPECT_EQ(text_of(bench.files() / "piezo.toml"), before);
+  std::filesystem::create_symlink(file, link);
+  EXPECT_THROW(ControlSocket(context, link, handler), RunError);
+  EXPECT_TRUE(std::filesystem::is_symlink(link));
+  EXPECT_EQ(support::read_file(file), before);
 }
 
 TEST_F(UnusedSocket, RemovesOnlyItsOwnFileAtTheEnd) {
-  at(bench.files() / "other.sock");
+  const std::filesystem::path file = bench.files() / "other.sock";
   {
     const ControlSocket socket(context, file, handler);
     std::filesystem::remove(file);
