@@ -111,13 +111,15 @@ struct LocalMinimum {
   double sum_of_squares;
 };
 
-/// Levenberg-Marquardt until no step is longer than `resolution`.
+/// Levenberg-Marquardt until no step is longer than `resolution`. A coordinate whose box is a single value stays.
 LocalMinimum descend(const SampledDataset& dataset, const Box& box, const Point& start, double resolution) {
   Projection at = project(dataset, start);
   LocalMinimum best{start, at.residual.squaredNorm()};
   double damping = 1e-3;
   for (int iteration = 0; iteration < 60; ++iteration) {
-    const Jacobian slope = residual_slope(dataset, best.point, at);
+    Jacobian slope = residual_slope(dataset, best.point, at);
+    for (int i = 0; i < 3; ++i)
+      if (box.lo[i] == box.hi[i]) slope.col(i).setZero();
     const Eigen::Matrix3d curvature = slope.transpose() * slope;
     const Point downhill = -slope.transpose() * at.residual;
     double moved = 0.0;
@@ -285,11 +287,49 @@ struct Interval {
   double lo, hi;
 };
 
-/// Interval of one of (log f, log zeta, d / T), around the best minimum and all minima that are as good.
-Interval interval_of(int which, const Box& box, const std::vector<LocalMinimum>& found,
-                     const Confidence& confidence) {
+/// The dataset without its noise: the output is what the best mode does when driven.
+SampledDataset only_driven(SampledDataset dataset, const Point& point, const Projection& at) {
+  const Eigen::Index inputs = dataset.inputs.cols();
+  dataset.output = driven(dataset, mode_at(dataset, point), inputs) * at.coefficients.tail(inputs);
+  return dataset;
+}
+
+/// How far coordinate `which` can go from `point` in the direction of `longest`, and not further than that, until no
+/// mode responds to the drive as the one at `point` does. In steps of a factor of two, upwards.
+double profile_reach(int which, double longest, const SampledDataset& response, Box box, const Point& point,
+                     double as_good) {
+  constexpr double finest = 1.0 / 256.0, resolution = 1e-4;
+  const Box searched = box;
+  Point from = point;
+  for (double share = finest; share < 1.0; share *= 2.0) {
+    from[which] = point[which] + share * longest;
+    from = searched.clamped(from);
+    box.lo[which] = box.hi[which] = from[which];
+    const LocalMinimum best = descend(response, box, from, resolution);
+    if (best.sum_of_squares > as_good) return share * longest;
+    from = best.point;
+  }
+  return longest;
+}
+
+// At half the sampling rate the samples change with the square of f only: their sensitivity to f vanishes there, and
+// the standard error with it says nothing. A wide interval is therefore looked for in the response itself.
+Interval around(int which, const Box& box, const SampledDataset& response, const Point& point,
+                const Confidence& confidence) {
+  constexpr double wide = 0.01;
   const double reach = two_sided_95 * confidence.standard_error[which];
-  Interval interval{found.front().point[which] - reach, found.front().point[which] + reach};
+  if (reach < wide) return {point[which] - reach, point[which] + reach};
+  const Point widest = box.hi - box.lo;
+  const double longest = std::min(reach, widest[which]);
+  const double as_good = two_sided_95 * two_sided_95 * confidence.variance;
+  return {point[which] + profile_reach(which, -longest, response, box, point, as_good),
+          point[which] + profile_reach(which, longest, response, box, point, as_good)};
+}
+
+/// Interval of one of (log f, log zeta, d / T), around the best minimum and all minima that are as good.
+Interval interval_of(int which, const Box& box, const SampledDataset& response,
+                     const std::vector<LocalMinimum>& found, const Confidence& confidence) {
+  Interval interval = around(which, box, response, found.front().point, confidence);
   const double as_good = found.front().sum_of_squares + two_sided_95 * two_sided_95 * confidence.variance;
   for (const LocalMinimum& other : found) {
     if (other.sum_of_squares > as_good) continue;
@@ -350,7 +390,8 @@ SecondOrderFit fit_second_order(const Dataset& dataset) {
   const Projection at = project(s, point);
   const Confidence confidence = confidence_at(s, point, at);
   const Eigen::VectorXd& error = confidence.standard_error;
-  const auto interval = [&](int which) { return interval_of(which, box, found, confidence); };
+  const SampledDataset response = only_driven(s, point, at);
+  const auto interval = [&](int which) { return interval_of(which, box, response, found, confidence); };
 
   const double rows = static_cast<double>(s.rows());
   const double slope = at.coefficients[gain], slope_error = error[3 + gain];

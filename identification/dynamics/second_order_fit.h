@@ -23,7 +23,9 @@
 //   cov = (J'J)^-1 [sum_l w_l sum_n g_n g_{n+l}'] (J'J)^-1,     w_l = 1 - |l| / (L + 1),  L = sqrt(N)
 //
 // The second is for correlated residuals (Newey and West 1987); the larger standard error of each
-// parameter is used.  Intervals are +-1.96 standard errors (for f and zeta, of their logarithms).  They
+// parameter is used.  Intervals are +-1.96 standard errors (for f and zeta, of their logarithms).  Near half
+// the sampling rate J is singular; an interval of more than +-1 % is made narrower there, to where the
+// fitted response differs by 3.84 s^2 from that of the best mode with this parameter (profile).  Intervals
 // include any other minimum whose sum of squares is not significantly larger (3.84 s^2).
 #pragma once
 

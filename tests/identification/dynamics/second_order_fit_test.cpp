@@ -148,6 +148,22 @@ TEST(SecondOrderFit, CoversTheTruthAsOftenAsItsIntervalsState) {
   RecordProperty("gain", gain);
 }
 
+// There the samples depend on the square of the distance from half the rate: where the best frequency lies nearly on
+// it, the standard error says nothing, although the dataset does.
+TEST(SecondOrderFit, DeterminesAModeAtHalfTheSamplingRate) {
+  const Truth truth{500.0, 0.05, 0.15e-3};
+  const Dataset exact = measured(truth, step_train(150), 900);
+  int frequency = 0, damping = 0;
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    const SecondOrderFit fit = fit_second_order(with_seeded_noise(exact, 0.001, seed));
+    frequency += fit.natural_frequency_Hz.lo <= 500.0 && 500.0 <= fit.natural_frequency_Hz.hi ? 1 : 0;
+    damping += fit.damping_ratio.lo <= 0.05 && 0.05 <= fit.damping_ratio.hi ? 1 : 0;
+    EXPECT_LT(fit.natural_frequency_Hz.hi - fit.natural_frequency_Hz.lo, 25.0);
+  }
+  EXPECT_GE(frequency, 36);
+  EXPECT_GE(damping, 36);
+}
+
 // The noise is correlated over about ten rows, like hum or creep. The plain standard error of the gain
 // would be too small by a factor of about three.
 TEST(SecondOrderFit, WidensItsIntervalsForCorrelatedResiduals) {
