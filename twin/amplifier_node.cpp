@@ -30,7 +30,8 @@ AmplifierNode::AmplifierNode(const Config& config, const can::Database& database
            [this](can::NmtState state) { on_nmt(state); }),
       sdo_(config.wire.amplifier_node),
       commands_name_their_sync_(can::message_map<can::AmpCommand>(config.wire)->carries("sync_counter")),
-      watchdog_(scheduler.make_timer([this] { check_watchdog(); })) {
+      watchdog_(scheduler.make_timer([this] { check_watchdog(); })),
+      relay_(scheduler.make_timer([this] { begin_to_drive(); })) {
   if (auto layout = can::find_layout<can::AmpStatus>(database, config.wire))
     encode_status_.emplace(std::move(*layout));
   encode_status_at_power_on_ = encode_status_;
@@ -80,14 +81,27 @@ void AmplifierNode::on_command(const can::AmpCommand& command) {
     return trip(can::amp_fault::setpoint_out_of_range, emergency_data_set);
   setpoint_ = command.setpoint;
   command_deadline_ = scheduler_.now() + config_.command_timeout;
-  if (state_ != can::AmpState::enabled) {
-    watchdog_->expire_at(command_deadline_);
-    enter(can::AmpState::enabled);
-  }
-  if (config_.apply == Apply::receipt) {
-    plant_.advance_to(scheduler_.now());
-    plant_.set_target(setpoint_);
-  }
+  if (state_ != can::AmpState::enabled) return begin_to_enable();
+  if (config_.apply == Apply::receipt) take_setpoint();
+}
+
+void AmplifierNode::begin_to_enable() {
+  if (std::exchange(is_enabling_, true)) return;
+  if (config_.enable_delay == can::Duration::zero()) return begin_to_drive();
+  relay_->expire_at(scheduler_.now() + config_.enable_delay);
+}
+
+void AmplifierNode::begin_to_drive() {
+  is_enabling_ = false;
+  if (scheduler_.now() >= command_deadline_) return;  // the commands have stopped meanwhile
+  watchdog_->expire_at(command_deadline_);
+  enter(can::AmpState::enabled);
+  if (config_.apply == Apply::receipt) take_setpoint();
+}
+
+void AmplifierNode::take_setpoint() {
+  plant_.advance_to(scheduler_.now());
+  plant_.set_target(setpoint_);
 }
 
 void AmplifierNode::on_nmt(can::NmtState state) {
@@ -137,6 +151,8 @@ void AmplifierNode::enter(can::AmpState state, WatchdogAction action) {
 }
 
 void AmplifierNode::leave_drive(WatchdogAction action) {
+  is_enabling_ = false;
+  relay_->cancel();
   plant_.advance_to(scheduler_.now());
   switch (action) {
     case WatchdogAction::safe:

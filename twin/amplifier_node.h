@@ -49,6 +49,7 @@ class AmplifierNode {
     unsigned status_every = 10;  ///< number of SYNCs per AmpStatus
     WatchdogAction watchdog_action = WatchdogAction::safe;
     Apply apply = Apply::sync;
+    can::Duration enable_delay{};  ///< from Enable to enabled: a relay, a soft start
   };
 
   AmplifierNode(const Config& config, const can::Database& database, can::Scheduler& scheduler,
@@ -82,6 +83,9 @@ class AmplifierNode {
   void on_sync(std::uint8_t counter, can::Time received);
   void on_command(const can::AmpCommand& command);
   void on_nmt(can::NmtState state);
+  void begin_to_enable();
+  void begin_to_drive();
+  void take_setpoint();
   void check_watchdog();
   void trip(std::uint8_t fault, std::uint16_t emergency_code, WatchdogAction action = WatchdogAction::safe);
   void enter(can::AmpState state, WatchdogAction action = WatchdogAction::safe);
@@ -99,6 +103,8 @@ class AmplifierNode {
   bool commands_name_their_sync_;                              ///< false: a command is never stale
   std::optional<can::Encoder<can::AmpStatus>> encode_status_;  ///< empty: the node sends no status
   std::unique_ptr<can::Timer> watchdog_;
+  std::unique_ptr<can::Timer> relay_;  ///< expires when the output is connected
+  bool is_enabling_ = false;
   can::Time command_deadline_{};
   can::AmpState state_ = can::AmpState::off;
   std::uint8_t fault_ = 0;

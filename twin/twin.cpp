@@ -19,7 +19,8 @@ AmplifierNode::Config amplifier_config(const can::AxisWire& wire, const AxisConf
           .heartbeat_period = common.heartbeat_period,
           .status_every = axis.status_every,
           .watchdog_action = axis.watchdog_action,
-          .apply = axis.apply};
+          .apply = axis.apply,
+          .enable_delay = axis.enable_delay};
 }
 
 /// Opens a node's connection, at which faults can act, and sets `line` to it.

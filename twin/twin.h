@@ -30,6 +30,7 @@ struct AxisConfig {
   std::vector<model::Coupling> couplings{};  ///< Of the way that the other axis is from its start.
   WatchdogAction watchdog_action = WatchdogAction::safe;
   Apply apply = Apply::sync;
+  can::Duration enable_delay{};  ///< from Enable to enabled
   DriveNoise::Config drive_noise{};
   SampleClock sample_clock{};
 };

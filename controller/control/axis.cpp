@@ -214,11 +214,12 @@ AxisCommand Axis::wait(const AxisInput& input) {
     if (!clear_amplifier_fault_) trip(Cause::amplifier_fault, input.time_s);
     command.clear_fault = clear_amplifier_fault_;
   } else if (health.sensor_operational && health.amplifier_operational && health.amplifier_ready &&
-             !health.amplifier_moves && input.position_um) {
+             !health.amplifier_moves && std::isfinite(health.amplifier_output) && input.position_um) {
     clear_amplifier_fault_ = false;
     supervisor_.restart();
     drive_ = health.amplifier_output;
     follow(drive_);
+    amplifier_drives_ = false;
     ramp_ = config_.start_up != StartUp::wipe && memory_known_ ? ramp_in_.size() : 0;
     dwelt_s_ = 0.0;
     state_ = AxisState::initialising;
@@ -226,7 +227,14 @@ AxisCommand Axis::wait(const AxisInput& input) {
   return command;
 }
 
+// A relay or a soft start takes up to half a second from Enable to enabled. The output rests meanwhile, so a ramp
+// on the wire would be a step at the stage.
 AxisCommand Axis::initialise(const AxisInput& input) {
+  amplifier_drives_ |= input.health.amplifier_enabled;
+  if (!amplifier_drives_) {
+    ramp_towards(drive_, input.dt_s);
+    return {.drive = drive_, .enable = true};
+  }
   if (ramp_ < ramp_in_.size() && ramp_towards(ramp_in_[ramp_], input.dt_s)) {
     dwelt_s_ += input.dt_s;
     if (dwelt_s_ >= config_.wipe_dwell_s) {

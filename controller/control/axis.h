@@ -172,7 +172,8 @@ class Axis {
   bool stopping_ = false;
   bool clear_amplifier_fault_ = false;
   double drive_ = 0.0;
-  std::size_t ramp_ = 0;  ///< while initialising: index in ramp_in_ of the present target
+  bool amplifier_drives_ = false;  ///< it has reported "enabled" since this axis was last driven
+  std::size_t ramp_ = 0;           ///< while initialising: index in ramp_in_ of the present target
   double dwelt_s_ = 0.0;
   double tracking_since_s_ = 0.0;
   model::Interval reach_;      ///< allowed positions of a live setpoint

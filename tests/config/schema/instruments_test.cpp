@@ -31,6 +31,7 @@ TEST(Instruments, AreIdealByDefault) {
   EXPECT_EQ(axis.plant.amplifier.resolution, 0.0);
   EXPECT_EQ(axis.watchdog_action, twin::WatchdogAction::safe);
   EXPECT_EQ(axis.apply, twin::Apply::sync);
+  EXPECT_EQ(axis.enable_delay, can::Duration::zero());
   EXPECT_EQ(axis.drive_noise.density_per_rtHz, 0.0);
   EXPECT_EQ(axis.drive_noise.ripple, 0.0);
   EXPECT_EQ(axis.sensor.bandwidth_Hz, 0.0);

@@ -31,12 +31,32 @@ TEST(Axis, WaitsUntilBothNodesAreOperational) {
            [](AxisInput& in) { in.health.sensor_operational = false; },
            [](AxisInput& in) { in.health.amplifier_operational = false; },
            [](AxisInput& in) { in.health.amplifier_ready = false; },
+           [](AxisInput& in) { in.health.amplifier_output = std::numeric_limits<double>::quiet_NaN(); },
            [](AxisInput& in) { in.position_um.reset(); }}) {
     IdealStage stage;
     stage.axis.start(false);
     for (int i = 0; i < 100; ++i) EXPECT_FALSE(stage.cycle(missing).enable);
     EXPECT_EQ(stage.axis.state(), AxisState::waiting);
   }
+}
+
+TEST(Axis, HoldsTheOutputUntilTheAmplifierReportsThatItDrives) {
+  const auto not_yet_enabled = [](AxisInput& in) {
+    in.health.amplifier_enabled = false;
+    in.health.amplifier_output = 7.0;
+  };
+  IdealStage stage;
+  stage.axis.start(false);
+  stage.cycle(not_yet_enabled);
+  ASSERT_EQ(stage.axis.state(), AxisState::initialising);
+  for (int i = 0; i < 400; ++i) {
+    const AxisCommand command = stage.cycle(not_yet_enabled);
+    EXPECT_TRUE(command.enable);
+    EXPECT_EQ(command.drive, 7.0);
+  }
+  EXPECT_EQ(stage.axis.state(), AxisState::initialising);
+  EXPECT_TRUE(stage.reaches(AxisState::ready)) << "the whole ramp follows";
+  EXPECT_EQ(stage.highest_drive, 100.0);
 }
 
 TEST(Axis, GoesToBothThresholdsAtStartUpToWipeTheMemoryOut) {
