@@ -7,7 +7,7 @@
 //
 //   ramp_in()                         returns the drives to visit before tracking
 //   follow()                          takes each drive applied on the way there
-//   begin()                           tracking begins
+//   begin()                           tracking begins, with the other axes or after them
 //   propose() -> gate -> commit()     in every cycle
 #pragma once
 
@@ -26,7 +26,7 @@
 namespace hystcan::controller {
 
 struct LoopInput {
-  double t_s = 0.0;  ///< since tracking began
+  double t_s = 0.0;  ///< since the axes began to track
   double dt_s = 0.0;
   double cycle_s = 0.0;
   std::optional<double> position_um;
@@ -63,7 +63,7 @@ class ClosedLoop {
   /// Up to the upper threshold and down to the lower one: this wipes the actuator's memory out.
   std::vector<double> ramp_in() const;
   void follow(double applied_drive) { law_.follow(applied_drive); }
-  void begin(double position_um, double coupled_um);
+  void begin(double t_s, double position_um, double coupled_um);
   Proposal propose(const LoopInput& input);
   void commit(double applied_drive) { law_.commit(applied_drive); }
 
@@ -107,7 +107,7 @@ class OpenLoop {
   /// Straight to the first drive of the excitation.
   std::vector<double> ramp_in() const { return {excitation_.at(0.0)}; }
   void follow(double /*applied_drive*/) {}
-  void begin(double /*position_um*/, double /*coupled_um*/) {}
+  void begin(double /*t_s*/, double /*position_um*/, double /*coupled_um*/) {}
   Proposal propose(const LoopInput& input) const;
   void commit(double /*applied_drive*/) {}
 

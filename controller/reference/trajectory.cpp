@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "controller/reference/motion_bounds.h"
+
 namespace hystcan::controller {
 
 Trajectory::Trajectory(std::vector<Segment> segments, bool repeat, const ReferenceLimits& limits,
@@ -12,7 +14,11 @@ Trajectory::Trajectory(std::vector<Segment> segments, bool repeat, const Referen
       repeat_(repeat),
       limits_(limits),
       transition_limits_(transition_limits) {
-  for (Segment& segment : segments_) segment.shape = prepared(std::move(segment.shape));
+  for (Segment& segment : segments_) {
+    segment.shape = prepared(std::move(segment.shape));
+    const MotionBounds bounds = motion_bounds(segment.shape);
+    followed_ = {std::min(followed_.lo, bounds.lowest_um), std::max(followed_.hi, bounds.highest_um)};
+  }
   if (!segments_.empty())
     end_um_ = controller::value_um(segments_.back().shape, duration_s(segments_.back().shape));
   entries_.reserve(segments_.size());
@@ -33,12 +39,24 @@ Trajectory::Trajectory(std::vector<Segment> segments, bool repeat, const Referen
 void Trajectory::start_from(double start_um) {
   begin_s_ = 0.0;
   live_ = false;
+  share_ = {};
   if (segments_.empty())
     end_um_ = start_um;
   else
     first_entry_ = Handover(Transition::within(limits_of_transitions(), {.value_um = start_um},
                                                controller::value_um(segments_.front().shape, 0.0),
                                                usual_transition_s()));
+}
+
+void Trajectory::join(double t_s, double start_um) {
+  start_from(start_um);
+  if (t_s <= 0.0 || segments_.empty()) return;
+  const double furthest_um = std::max(std::abs(followed_.hi - start_um), std::abs(followed_.lo - start_um));
+  const Transition furthest =
+      Transition::within(limits_of_transitions(), {}, furthest_um, usual_transition_s());
+  share_ = Transition({}, 1.0, furthest.duration_s());
+  joined_s_ = t_s;
+  joined_um_ = start_um;
 }
 
 void Trajectory::continue_from(const Trajectory& before, double t_s, double previewed_s) {
@@ -48,6 +66,7 @@ void Trajectory::continue_from(const Trajectory& before, double t_s, double prev
     first_entry_ = braked(before, t_s, previewed_s, controller::value_um(segments_.front().shape, 0.0));
   begin_s_ = t_s;
   live_ = false;
+  share_ = {};
 }
 
 void Trajectory::go_to(double t_s, double goal_um, double previewed_s) {
@@ -113,6 +132,15 @@ Trajectory::Point Trajectory::at(double t_s) const {
             .at_rest = arrived,
             .shape_time_s = arrived ? on_way_s - to_goal_.duration_s() : 0.0};
   }
+  Point point = point_of_segments(t_s);
+  if (!is_joining(t_s)) return point;
+  point.value_um = value_um(t_s);
+  point.in_transition = true;
+  point.at_rest = false;
+  return point;
+}
+
+Trajectory::Point Trajectory::point_of_segments(double t_s) const {
   const Place place = find(t_s);
   Point point{.segment = place.segment};
   if (place.handover != nullptr) {
@@ -135,6 +163,12 @@ Trajectory::Point Trajectory::at(double t_s) const {
 
 double Trajectory::value_um(double t_s) const {
   if (live_) return to_goal_.value_um(t_s - live_since_s_);
+  const double followed_um = segments_um(t_s);
+  if (!is_joining(t_s)) return followed_um;
+  return joined_um_ + share_.value_um(t_s - joined_s_) * (followed_um - joined_um_);
+}
+
+double Trajectory::segments_um(double t_s) const {
   const Place place = find(t_s);
   if (place.handover != nullptr) return place.handover->value_um(place.t_s);
   if (place.transition != nullptr) return place.transition->value_um(place.t_s);
@@ -144,6 +178,18 @@ double Trajectory::value_um(double t_s) const {
 
 Motion Trajectory::motion(double t_s) const {
   if (live_) return to_goal_.at(t_s - live_since_s_);
+  const Motion followed = motion_of_segments(t_s);
+  if (!is_joining(t_s)) return followed;
+  const Motion share = share_.at(t_s - joined_s_);
+  const double way_um = followed.value_um - joined_um_;
+  return {.value_um = joined_um_ + share.value_um * way_um,
+          .velocity_um_per_s = share.velocity_um_per_s * way_um + share.value_um * followed.velocity_um_per_s,
+          .acceleration_um_per_s2 = share.acceleration_um_per_s2 * way_um +
+                                    2.0 * share.velocity_um_per_s * followed.velocity_um_per_s +
+                                    share.value_um * followed.acceleration_um_per_s2};
+}
+
+Motion Trajectory::motion_of_segments(double t_s) const {
   const Place place = find(t_s);
   if (place.handover != nullptr) return place.handover->at(place.t_s);
   if (place.transition != nullptr) return place.transition->at(place.t_s);

@@ -39,6 +39,14 @@ class Trajectory {
   /// Follows the segments from t = 0 on, beginning at rest.
   void start_from(double start_um);
 
+  /// Follows the segments as if it had from t = 0 on, beginning at rest at `start_um` at `t_s`:
+  ///
+  ///   r(t) = start + share(t) (segments(t) - start)
+  ///
+  /// The share rises smoothly from 0 to 1, so that the reference stays between the two. It takes as long as a transition
+  /// to the furthest value of the segments, so that the motion that the share adds keeps the limits of transitions.
+  void join(double t_s, double start_um);
+
   /// Follows the segments again, beginning with the first one. The reference stays as it is until
   /// `t_s + previewed_s`, because the preview has used it up to there. It then brakes to a stand within the
   /// limit of acceleration, and moves to the first segment for its transition_s, or longer where the limits
@@ -82,6 +90,10 @@ class Trajectory {
     double t_s = 0.0;
   };
   Place find(double t_s) const;
+  Point point_of_segments(double t_s) const;
+  double segments_um(double t_s) const;
+  Motion motion_of_segments(double t_s) const;
+  bool is_joining(double t_s) const { return t_s - joined_s_ < share_.duration_s(); }
   static constexpr double shortest_s = 1e-3;  ///< of a transition: less is a step
   double usual_transition_s() const;
   ReferenceLimits limits_of_transitions() const { return tighter(limits_, transition_limits_.motion); }
@@ -94,10 +106,15 @@ class Trajectory {
   bool repeat_;
   ReferenceLimits limits_;
   TransitionLimits transition_limits_;
+  /// The values of all segments.
+  model::Interval followed_{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
   double rest_of_pass_s_ = 0.0;  ///< without the way into the first shape
   double end_um_ = 0.0;
   double begin_s_ = 0.0;  ///< of the first pass
   Handover first_entry_;  ///< of the first pass
+  Transition share_;      ///< of join(); has no duration where there was none
+  double joined_s_ = 0.0;
+  double joined_um_ = 0.0;
   bool live_ = false;
   double live_since_s_ = 0.0;
   Handover to_goal_;

@@ -55,6 +55,52 @@ TEST(Trajectory, IsContinuousFromEveryStartPosition) {
   }
 }
 
+/// Joined while a triangle of 10 Hz runs. Its transition of 0.1 s is shorter than the limits allow for 25 um.
+struct Joined {
+  static constexpr double at_s = 0.73, start_um = 2.0;
+  static Trajectory made() {
+    return {{{.shape = Triangle{.low_um = 3, .high_um = 27, .frequency_Hz = 10, .cycles = 100}}},
+            true,
+            {.slew_um_per_s = 200.0}};
+  }
+  Trajectory alone = made(), trajectory = made();
+  Joined() {
+    alone.start_from(start_um);
+    trajectory.join(at_s, start_um);
+  }
+};
+
+TEST(TrajectoryThatJoins, StaysBetweenItsStartAndTheSegments) {
+  const Joined joined;
+  EXPECT_NEAR(joined.trajectory.value_um(Joined::at_s), Joined::start_um, 1e-12);
+  EXPECT_NEAR(joined.trajectory.motion(Joined::at_s).velocity_um_per_s, 0.0, 1e-9) << "it begins at rest";
+  for (double t_s = Joined::at_s; t_s < 2.0; t_s += 1e-4) {
+    const double now_um = joined.trajectory.value_um(t_s);
+    EXPECT_GE(now_um, Joined::start_um);
+    EXPECT_LE(now_um, joined.alone.value_um(t_s));
+  }
+}
+
+TEST(TrajectoryThatJoins, FollowsTheSegmentsOnTheirOwnTimeAfterATransitionWithinTheLimits) {
+  const Joined joined;
+  const double whole_s = 1.875 * 25.0 / 200.0;  // of the largest way, 2 um to 27 um
+  EXPECT_TRUE(joined.trajectory.at(Joined::at_s + 0.99 * whole_s).in_transition);
+  for (double t_s = Joined::at_s + 1.01 * whole_s; t_s < 2.0; t_s += 1e-3) {
+    EXPECT_EQ(joined.trajectory.value_um(t_s), joined.alone.value_um(t_s));
+    EXPECT_FALSE(joined.trajectory.at(t_s).in_transition);
+  }
+}
+
+TEST(TrajectoryThatJoins, MovesAsItsMotionSays) {
+  const Joined joined;
+  constexpr double h = 1e-6;
+  for (double t_s = Joined::at_s + 0.0013; t_s < 1.2; t_s += 0.0031) {
+    const double slope =
+        (joined.trajectory.value_um(t_s + h) - joined.trajectory.value_um(t_s - h)) / (2.0 * h);
+    EXPECT_NEAR(joined.trajectory.motion(t_s).velocity_um_per_s, slope, 1e-3);
+  }
+}
+
 TEST(Trajectory, ReportsTheSegmentAndWhenItIsFinished) {
   Trajectory trajectory({{.shape = Hold{.level_um = 1, .duration_s = 1}, .transition_s = 0.5},
                          {.shape = Hold{.level_um = 2, .duration_s = 1}, .transition_s = 0.5}},
