@@ -36,6 +36,10 @@ class SimBus::Port final : public SimNode {
   }
 
   void on_frame(FrameHandler handler) override { node_.on_frame = std::move(handler); }
+  bool on_sent(FrameHandler handler) override {
+    node_.on_sent = std::move(handler);
+    return true;
+  }
   void on_state(StateHandler handler) override { node_.on_state = std::move(handler); }
   BusState state() const override { return node_.reported; }
   std::optional<ErrorCounters> error_counters() const override { return node_.confinement.counters(); }

@@ -43,6 +43,7 @@ struct Node {
 
   const TransmitOrder order;
   Bus::FrameHandler on_frame;
+  Bus::FrameHandler on_sent;
   Bus::StateHandler on_state;
   BusCounters counters;
   std::array<Frame, SimBus::transmit_queue_length> queue;

@@ -103,6 +103,7 @@ void Wire::deliver(std::size_t present) {
     sender_->confinement.transmitted();
     suspend_if_passive(*sender_);
     report_state(*sender_);
+    if (sender_->on_sent) sender_->on_sent(frame_, received);
   }
   for (std::size_t i = 0; i < present; ++i) {
     Node& node = *nodes_[i];

@@ -95,6 +95,8 @@ int open_raw_socket(const std::string& interface, std::span<const Filter> filter
   return socket.release();
 }
 
+void receive_own_frames(int socket) { set_option(socket, SOL_CAN_RAW, CAN_RAW_RECV_OWN_MSGS, 1); }
+
 int write_frame(int socket, const Frame& frame, std::uint8_t fd_flags) {
   const bool fd = frame.kind == FrameKind::fd;
   const bool remote = frame.kind == FrameKind::remote;

@@ -25,6 +25,9 @@ namespace hystcan::can {
 /// error frames and kernel time stamps. The caller closes the socket. Throws InterfaceError.
 int open_raw_socket(const std::string& interface, std::span<const Filter> filters);
 
+/// The socket also receives the echo of its own frames, as far as its filters pass them.
+void receive_own_frames(int socket);
+
 /// Returns 0, or the errno with which the kernel refused the frame. Only an FD frame has `fd_flags`.
 int write_frame(int socket, const Frame& frame, std::uint8_t fd_flags = 0);
 
@@ -46,6 +49,8 @@ class ReceiveBatch {
   /// The kernel's unchanged stamp, the time since 1970-01-01 UTC.
   Duration stamped(std::size_t index) const { return stamped_[index]; }
   std::uint8_t fd_flags(std::size_t index) const { return frames_[index].flags; }
+  /// The echo of a frame that this socket has sent.
+  bool is_own(std::size_t index) const { return (headers_[index].msg_hdr.msg_flags & MSG_CONFIRM) != 0; }
   /// The number of frames that the kernel has dropped on this socket since it was opened.
   std::uint32_t lost() const { return lost_; }
   /// Call this before the first read from a new socket.

@@ -61,6 +61,11 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
     socket_.close(ignored);
   }
 
+  void tell_sent(FrameHandler handler) {
+    on_sent_ = std::move(handler);
+    if (socket_.is_open()) receive_own_frames(socket_.native_handle());
+  }
+
   FrameHandler on_frame;
   StateHandler on_state;
 
@@ -78,6 +83,7 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
 
   void open() {
     socket_.assign(open_raw_socket(interface_, filters_));
+    if (on_sent_) receive_own_frames(socket_.native_handle());
     batch_.restart();
     const auto found = query_interface(interface_);
     state_when_up_ = found ? found->bus_state.value_or(BusState::active) : BusState::active;
@@ -102,7 +108,7 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
         return;
       }
       for (int i = 0; i < count; ++i) {
-        take(batch_.frame(static_cast<std::size_t>(i)), batch_.received(static_cast<std::size_t>(i)));
+        take(static_cast<std::size_t>(i));
         if (closed_) return;
       }
       if (count < static_cast<int>(room)) break;
@@ -110,7 +116,13 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
     wait();
   }
 
-  void take(const Frame& frame, Time received) {
+  void take(std::size_t index) {
+    const Frame frame = batch_.frame(index);
+    const Time received = batch_.received(index);
+    if (batch_.is_own(index)) {
+      if (on_sent_) on_sent_(frame, received);
+      return;
+    }
     counters_.receive_lost = lost_before_ + batch_.lost();
     if (frame.kind == FrameKind::error) {
       take_error(interpret(frame));
@@ -182,6 +194,7 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
     }
   }
 
+  FrameHandler on_sent_;
   std::string interface_;
   std::vector<Filter> filters_;
   asio::posix::basic_stream_descriptor<Executor> socket_;
@@ -207,6 +220,10 @@ SocketCanBus::~SocketCanBus() { impl_->close(); }
 
 bool SocketCanBus::send(const Frame& frame) { return impl_->send(frame); }
 void SocketCanBus::on_frame(FrameHandler handler) { impl_->on_frame = std::move(handler); }
+bool SocketCanBus::on_sent(FrameHandler handler) {
+  impl_->tell_sent(std::move(handler));
+  return true;
+}
 void SocketCanBus::on_state(StateHandler handler) { impl_->on_state = std::move(handler); }
 BusState SocketCanBus::state() const { return impl_->state(); }
 std::optional<ErrorCounters> SocketCanBus::error_counters() const { return impl_->error_counters(); }

@@ -35,7 +35,7 @@ class InterfaceError : public std::runtime_error {
 /// - In bus-off the bus asks the driver every 50 ms for its state, because the error frame of the restart
 ///   may be lost. Until then it sends nothing, because the kernel would keep the frames and send them,
 ///   stale, after the restart.
-/// - The bus's own frames reach the other sockets of the host but not this one.
+/// - The bus's own frames reach the other sockets of the host, but this one only as an echo for on_sent().
 /// - Arrival times are the kernel's stamps.
 class SocketCanBus final : public Bus {
  public:
@@ -46,6 +46,7 @@ class SocketCanBus final : public Bus {
 
   bool send(const Frame& frame) override;
   void on_frame(FrameHandler handler) override;
+  bool on_sent(FrameHandler handler) override;
   void on_state(StateHandler handler) override;
   BusState state() const override;
   std::optional<ErrorCounters> error_counters() const override;

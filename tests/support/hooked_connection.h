@@ -40,6 +40,7 @@ class HookedConnection final : public can::Bus {
       if (after_frame) after_frame(received);
     });
   }
+  bool on_sent(FrameHandler handler) override { return inner_->on_sent(std::move(handler)); }
   void on_state(StateHandler handler) override {
     on_state_ = std::move(handler);
     inner_->on_state([this](can::BusState state) {
