@@ -48,6 +48,17 @@ Controller::Controller(const Config& config, const can::Database& database, can:
     router_.pass_on(frame);
   });
   bus_->on_state([this](can::BusState state) { on_bus_state(state); });
+  listen_to_echoes();
+}
+
+void Controller::listen_to_echoes() {
+  const bool are_reported = bus_->on_sent([this](const can::Frame& frame, can::Time) {
+    for (const auto& wired : axes_)
+      if (frame.id == wired->encode_command.id() && frame.extended == wired->encode_command.extended())
+        wired->pending_commands.confirm(frame);
+  });
+  if (!are_reported) return;
+  for (const auto& wired : axes_) wired->pending_commands.begin_to_count();
 }
 
 /// Our own frames never come back to us: a frame with an identifier of ours comes from another controller. A
@@ -159,10 +170,7 @@ void Controller::close_cycle() {
 }
 
 void Controller::begin_cycle(can::Time now) {
-  cycle_.begin_tracking = std::ranges::all_of(axes_, [](const auto& wired) {
-    const AxisState state = wired->axis.state();
-    return state == AxisState::ready || state == AxisState::tracking;
-  });
+  decide_on_tracking(now);
   note_wake_up(now);
   cycle_.dt_s = can::seconds(now - cycle_.sync_sent);
   cycle_.sync_sent = now;
@@ -171,6 +179,28 @@ void Controller::begin_cycle(can::Time now) {
   ++counters_.cycles;
   for (const auto& wired : axes_) wired->answered = false;
   cycle_.background_done = false;
+}
+
+bool Controller::axes_in(std::initializer_list<AxisState> states) const {
+  return std::ranges::any_of(axes_, [&](const auto& wired) {
+    return std::ranges::find(states, wired->axis.state()) != states.end();
+  });
+}
+
+void Controller::decide_on_tracking(can::Time now) {
+  if (axes_in({AxisState::tracking})) {
+    ready_since_.reset();
+    return;
+  }
+  cycle_.tracking_since_s.reset();
+  if (!axes_in({AxisState::ready})) {
+    ready_since_.reset();
+    return;
+  }
+  if (!ready_since_) ready_since_ = now;
+  const bool waits = config_.start_together && now - *ready_since_ < config_.start_timeout &&
+                     axes_in({AxisState::waiting, AxisState::initialising});
+  if (!waits) cycle_.tracking_since_s = since_start_s(now);
 }
 
 /// A SYNC that is too late shows that the computer does not keep its deadlines.
@@ -235,7 +265,7 @@ AxisInput Controller::input_of(WiredAxis& wired, const can::SensorSample* sample
                   .cycle_s = can::seconds(period_),
                   .position_um = std::nullopt,
                   .late_sample = std::exchange(wired.late_sample, false),
-                  .begin_tracking = cycle_.begin_tracking,
+                  .tracking_since_s = cycle_.tracking_since_s,
                   .health = wired.take_health(scheduler_.now(), bus_->state())};
   if (sample != nullptr) {
     input.position_um = sample->position_um;
@@ -261,10 +291,14 @@ void Controller::send_command(WiredAxis& wired, const AxisCommand& command) {
                                            .clear_fault = command.clear_fault,
                                            .sync_counter = cycle_.sync_counter});
   wired.amplifier_moves |= command.enable && wired.decode_status.has_value();
-  if (frame)
-    bus_->send(*frame);
-  else  // the amplifier's watchdog acts on the silence
+  if (command.withheld) return;
+  const bool is_safe = !command.enable && !command.clear_fault;
+  if (is_safe && wired.pending_commands.is_safe_one_on_its_way()) return;
+  if (frame) {
+    if (bus_->send(*frame)) wired.pending_commands.add(*frame, is_safe);
+  } else {  // the amplifier's watchdog acts on the silence
     wired.axis.trip(Cause::command_not_sendable, since_start_s(cycle_.sync_sent));
+  }
 }
 
 void Controller::record(std::size_t index, const StepTimes& times) {

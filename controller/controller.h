@@ -12,6 +12,10 @@
 // amplifiers. Each of them faults every axis. If the controller receives it while it listens, it stays silent
 // permanently; later, its commands are safe from there on.
 //
+// Axes that are ready begin to track together; none waits for one that is faulted or offline, nor longer than
+// start_timeout for one that is not ready. An axis that becomes ready while others track joins them: all references
+// count from the same time.
+//
 // Bus-off, or the loss of the interface, faults every driven axis with the next step. What was known of the
 // nodes is forgotten: a node must be heard again before its axis is armed again.
 #pragma once
@@ -19,6 +23,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <initializer_list>
 #include <memory>
 #include <optional>
 #include <string>
@@ -46,6 +51,8 @@ struct CommonConfig {
   can::Duration heartbeat_timeout{std::chrono::milliseconds(300)};  ///< Of the other nodes.
   can::Duration wake_up_warn{};  ///< The log reports a SYNC that is later than this; zero: never.
   can::Duration wake_up_trip{};  ///< A later one faults every axis in use (cycle overrun); zero: never.
+  bool start_together = true;    ///< The first axis that is ready waits for the others.
+  can::Duration start_timeout{std::chrono::seconds(5)};  ///< For so long.
   std::optional<Realtime> realtime{};
   BlackBox::Config black_box{};
   std::string control_socket;          ///< Empty: the path that default_socket() returns; "none": no socket.
@@ -104,7 +111,7 @@ class Controller {
     can::Duration sync_late{};    ///< After its deadline.
     can::Duration sync_period{};  ///< From the SYNC before; zero at the first.
     double dt_s = 0.0;            ///< From the SYNC before, or from start().
-    bool begin_tracking = false;  ///< Every axis is ready, or tracks already.
+    std::optional<double> tracking_since_s{};  ///< Of all axes; empty: an axis that is ready does not begin yet.
     bool background_done = true;
   };
   /// When the parts of one step happened.
@@ -115,11 +122,14 @@ class Controller {
     can::Time sent{};
   };
 
+  void listen_to_echoes();
   void add_routes();
   void add_routes_of(std::size_t index);
   void tick();
   void close_cycle();
   void begin_cycle(can::Time now);
+  void decide_on_tracking(can::Time now);
+  bool axes_in(std::initializer_list<AxisState> states) const;
   void note_wake_up(can::Time now);
   void run_background_tasks();
   void on_sample(std::size_t index, const can::Frame& frame);
@@ -148,6 +158,7 @@ class Controller {
   can::Time deadline_{};     ///< Of the next SYNC.
   can::Time frame_heard_{};  ///< Arrival time of the frame that is being handled.
   Cycle cycle_;
+  std::optional<can::Time> ready_since_;  ///< Of the first axis that is ready, while none tracks.
   CycleCounters counters_;
   CycleTiming timing_;
 };

@@ -74,6 +74,7 @@ void WiredAxis::handle_amplifier_heartbeat(const can::Frame& frame, can::Time no
 
 void WiredAxis::handle_bus_loss(can::BusState state) {
   bus_off_seen |= state == can::BusState::bus_off;
+  pending_commands.forget();
   sensor.forget();
   amplifier.forget();
   decode_sample.restart();
@@ -90,6 +91,7 @@ NodeHealth WiredAxis::take_health(can::Time now, can::BusState bus) {
   return {.interface_up = bus != can::BusState::down,
           .bus_on = bus != can::BusState::bus_off && !was_off,
           .bus_passive = bus == can::BusState::passive,
+          .commands_late = pending_commands.are_late(),
           .sensor_alive = sensor.state(now).has_value(),
           .sensor_operational = sensor.is_operational(now),
           .amplifier_alive = amplifier.state(now).has_value(),

@@ -11,6 +11,7 @@
 #include "can/protocol/protocol.h"
 #include "controller/control/axis.h"
 #include "controller/own_frames.h"
+#include "controller/pending_commands.h"
 #include "controller/remote_node.h"
 
 namespace hystcan::controller {
@@ -50,6 +51,8 @@ struct WiredAxis {
   std::optional<SetpointReceiver> setpoint_receiver;  ///< Empty: the axis takes no live setpoint.
   RemoteNode sensor;
   RemoteNode amplifier;
+
+  PendingCommands pending_commands;
 
   // What is remembered from one frame or step to the next.
   can::AmpStatus status;         ///< The last one received.

@@ -1,6 +1,7 @@
 #include "twin/amplifier_node.h"
 
 #include <array>
+#include <cmath>
 #include <utility>
 
 namespace hystcan::twin {
@@ -31,7 +32,7 @@ AmplifierNode::AmplifierNode(const Config& config, const can::Database& database
       sdo_(config.wire.amplifier_node),
       commands_name_their_sync_(can::message_map<can::AmpCommand>(config.wire)->carries("sync_counter")),
       watchdog_(scheduler.make_timer([this] { check_watchdog(); })),
-      relay_(scheduler.make_timer([this] { begin_to_drive(); })) {
+      relay_(scheduler.make_timer([this] { connect(); })) {
   if (auto layout = can::find_layout<can::AmpStatus>(database, config.wire))
     encode_status_.emplace(std::move(*layout));
   encode_status_at_power_on_ = encode_status_;
@@ -62,6 +63,7 @@ void AmplifierNode::on_sync(std::uint8_t counter, can::Time received) {
     plant_.advance_to(received);
     plant_.set_target(setpoint_);
   }
+  if (soft_start_) start_softly(received);
   if (nmt_.state() == can::NmtState::operational && ++syncs_since_status_ >= config_.status_every)
     send_status();
 }
@@ -87,12 +89,27 @@ void AmplifierNode::on_command(const can::AmpCommand& command) {
 
 void AmplifierNode::begin_to_enable() {
   if (std::exchange(is_enabling_, true)) return;
-  if (config_.enable_delay == can::Duration::zero()) return begin_to_drive();
+  if (config_.enable_delay == can::Duration::zero()) return connect();
   relay_->expire_at(scheduler_.now() + config_.enable_delay);
+}
+
+void AmplifierNode::connect() {
+  if (config_.soft_start == can::Duration::zero()) return begin_to_drive();
+  plant_.advance_to(scheduler_.now());
+  soft_start_ = {.begun = scheduler_.now(), .from = plant_.drive()};
+}
+
+void AmplifierNode::start_softly(can::Time now) {
+  if (now >= command_deadline_) return leave_drive(WatchdogAction::safe);
+  const double share = can::seconds(now - soft_start_->begun) / can::seconds(config_.soft_start);
+  if (share >= 1.0) return begin_to_drive();
+  plant_.advance_to(now);
+  plant_.set_target(std::lerp(soft_start_->from, setpoint_, share));
 }
 
 void AmplifierNode::begin_to_drive() {
   is_enabling_ = false;
+  soft_start_.reset();
   if (scheduler_.now() >= command_deadline_) return;  // the commands have stopped meanwhile
   watchdog_->expire_at(command_deadline_);
   enter(can::AmpState::enabled);
@@ -152,6 +169,7 @@ void AmplifierNode::enter(can::AmpState state, WatchdogAction action) {
 
 void AmplifierNode::leave_drive(WatchdogAction action) {
   is_enabling_ = false;
+  soft_start_.reset();
   relay_->cancel();
   plant_.advance_to(scheduler_.now());
   switch (action) {

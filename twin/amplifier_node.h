@@ -49,7 +49,8 @@ class AmplifierNode {
     unsigned status_every = 10;  ///< number of SYNCs per AmpStatus
     WatchdogAction watchdog_action = WatchdogAction::safe;
     Apply apply = Apply::sync;
-    can::Duration enable_delay{};  ///< from Enable to enabled: a relay, a soft start
+    can::Duration enable_delay{};  ///< from Enable until the output is connected, by a relay
+    can::Duration soft_start{};    ///< from there the output goes evenly to its setpoint; only then it is enabled
   };
 
   AmplifierNode(const Config& config, const can::Database& database, can::Scheduler& scheduler,
@@ -84,6 +85,8 @@ class AmplifierNode {
   void on_command(const can::AmpCommand& command);
   void on_nmt(can::NmtState state);
   void begin_to_enable();
+  void connect();
+  void start_softly(can::Time now);
   void begin_to_drive();
   void take_setpoint();
   void check_watchdog();
@@ -105,6 +108,11 @@ class AmplifierNode {
   std::unique_ptr<can::Timer> watchdog_;
   std::unique_ptr<can::Timer> relay_;  ///< expires when the output is connected
   bool is_enabling_ = false;
+  struct SoftStart {
+    can::Time begun{};
+    double from = 0.0;
+  };
+  std::optional<SoftStart> soft_start_;
   can::Time command_deadline_{};
   can::AmpState state_ = can::AmpState::off;
   std::uint8_t fault_ = 0;

@@ -20,7 +20,8 @@ AmplifierNode::Config amplifier_config(const can::AxisWire& wire, const AxisConf
           .status_every = axis.status_every,
           .watchdog_action = axis.watchdog_action,
           .apply = axis.apply,
-          .enable_delay = axis.enable_delay};
+          .enable_delay = axis.enable_delay,
+          .soft_start = axis.soft_start};
 }
 
 /// Opens a node's connection, at which faults can act, and sets `line` to it.

@@ -30,7 +30,8 @@ struct AxisConfig {
   std::vector<model::Coupling> couplings{};  ///< Of the way that the other axis is from its start.
   WatchdogAction watchdog_action = WatchdogAction::safe;
   Apply apply = Apply::sync;
-  can::Duration enable_delay{};  ///< from Enable to enabled
+  can::Duration enable_delay{};  ///< from Enable until the output is connected
+  can::Duration soft_start{};    ///< from there to enabled
   DriveNoise::Config drive_noise{};
   SampleClock sample_clock{};
 };

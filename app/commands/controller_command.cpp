@@ -13,6 +13,7 @@
 #include "app/io/output_file.h"
 #include "app/live/live_loop.h"
 #include "app/live/live_run.h"
+#include "app/live/state_log.h"
 #include "app/live/systemd_notifier.h"
 #include "app/remote/control_service.h"
 #include "app/remote/saved_states.h"
@@ -43,7 +44,7 @@ struct ControllerArguments {
 class CycleRecorder {
  public:
   CycleRecorder(const config::Config& config, const SavedStates& states, const std::filesystem::path& csv)
-      : log_(config),
+      : log_(config, bus_log_sink()),
         lateness_(config.controller.wake_up_warn, bus_log_sink()),
         bus_log_(config.bus.interface, bus_log_sink()),
         black_box_(config.controller.black_box, names_of(config), bus_log_sink()),
@@ -67,6 +68,8 @@ class CycleRecorder {
   }
 
   const std::vector<std::string>& events() const { return log_.events(); }
+  bool has_tracked() const { return log_.has_tracked(); }
+  std::string first_lack() const { return log_.first_lack(); }
   /// Sampled on the control thread. Its last lines are written after the telemetry thread has ended.
   can::BusHealthLog& bus_log() { return bus_log_; }
   const StatusBoard& board() const { return board_; }
@@ -99,14 +102,18 @@ bool all_axes(const controller::Controller& controller, auto predicate) {
   return true;
 }
 
-/// True if every axis is at the end of its reference, is faulted, or cannot track because another has
-/// faulted.
-bool nothing_left_to_do(const controller::Controller& controller) {
-  const bool one_faulted =
-      !all_axes(controller, [](const controller::Axis& axis) { return axis.state() != AxisState::faulted; });
-  return all_axes(controller, [&](const controller::Axis& axis) {
+/// True if every axis is at the end of its reference or is not driven. An axis that still waits counts as such when
+/// another one has ended, and when it had its time.
+bool nothing_left_to_do(const controller::Controller& controller, bool had_their_time) {
+  const auto has_ended = [](const controller::Axis& axis) {
     return axis.report().point.finished || axis.state() == AxisState::faulted ||
-           axis.state() == AxisState::offline || (one_faulted && axis.state() != AxisState::tracking);
+           axis.state() == AxisState::offline;
+  };
+  const bool none_has_ended =
+      all_axes(controller, [&](const controller::Axis& axis) { return !has_ended(axis); });
+  if (none_has_ended) return false;
+  return all_axes(controller, [&](const controller::Axis& axis) {
+    return has_ended(axis) || (had_their_time && axis.state() == AxisState::waiting);
   });
 }
 
@@ -149,6 +156,8 @@ int print_results(const controller::Controller& controller, const CycleRecorder&
   }
   for (const auto& outcome : outcomes)
     if (outcome.fault.cause != controller::Cause::none) throw RunError(describe(outcome.name, outcome.fault));
+  if ((options.once || options.duration_s > 0.0) && !recorder.has_tracked())
+    throw RunError("nothing was tracked: " + recorder.first_lack());
   for (std::size_t i = 0; options.once && i < controller.axis_count(); ++i)
     if (!controller.axis(i).report().point.finished)
       throw RunError(fmt::format("axis {} was stopped before the end of its reference", outcomes[i].name));
@@ -181,12 +190,13 @@ int run_controller(const ControllerArguments& options) {
   spdlog::info("{} axes at {} Hz on {}; Ctrl-C ramps down and stops", config.axes.size(),
                config.controller.rate_Hz, config.bus.interface);
   become_realtime(config);
+  const double start_timeout_s = can::seconds(config.controller.start_timeout);
   run_live(loop, controller, recorder.bus_log(),
            {.clear_faults = options.clear_faults,
             .is_done =
                 [&](double run_s) {
                   return (options.duration_s > 0.0 && run_s > options.duration_s) ||
-                         (options.once && nothing_left_to_do(controller));
+                         (options.once && nothing_left_to_do(controller, run_s > start_timeout_s));
                 },
             .reload = [&] { control->reload(); }});
   control.reset();

@@ -69,6 +69,7 @@ void print_status(const nlohmann::json& status) {
   for (const nlohmann::json& axis : status.at("axes")) {
     std::string remark = axis.value("arrival", "");
     if (const std::string limits = axis.at("limits"); !limits.empty()) remark += " limited by " + limits;
+    if (axis.contains("waits_for")) remark = "waits for " + axis.at("waits_for").get<std::string>();
     if (axis.at("state") == "faulted")
       remark = fmt::format("{} at {:.3f} s; {}", axis.at("fault").get<std::string>(),
                            axis.at("fault_time_s").get<double>(), axis.at("remedy").get<std::string>());

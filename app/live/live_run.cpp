@@ -18,38 +18,6 @@
 
 namespace hystcan::app {
 
-using controller::AxisState;
-
-StateLog::StateLog(const config::Config& config) : states_(config.axes.size()) {
-  for (const config::AxisConfig& axis : config.axes) {
-    names_.push_back(axis.wire.name);
-    nodes_.push_back(
-        fmt::format("amplifier node {} and sensor node {}", axis.wire.amplifier_node, axis.wire.sensor_node));
-  }
-}
-
-void StateLog::add(const controller::CycleRecord& record) {
-  if (record.event) add_event(record);
-  const controller::AxisReport& report = record.report;
-  if (states_[record.axis] == report.state) return;
-  states_[record.axis] = report.state;
-  if (report.state == AxisState::faulted)
-    spdlog::error("{}: faulted at {:.3f} s: {}; {}", names_[record.axis], record.time_s,
-                  to_string(report.cause), remedy(report.cause));
-  else if (report.state == AxisState::waiting)
-    spdlog::info("{}: waiting for {}", names_[record.axis], nodes_[record.axis]);
-  else
-    spdlog::info("{}: {}", names_[record.axis], to_string(report.state));
-}
-
-void StateLog::add_event(const controller::CycleRecord& record) {
-  constexpr std::size_t kept = 100;
-  const std::string text =
-      fmt::format("{}: at {:.3f} s {}", names_[record.axis], record.time_s, describe(*record.event));
-  spdlog::warn("{}", text);
-  if (events_.size() < kept) events_.push_back(text);
-}
-
 void check_interface(const config::Config& config, const std::string& interface) {
   const can::Interface found = can::require_can_interface(interface);
   can::require_able_to_send(interface, found);

@@ -13,23 +13,6 @@
 
 namespace hystcan::app {
 
-/// Logs every change of state and every event of each axis.
-class StateLog {
- public:
-  explicit StateLog(const config::Config& config);
-  void add(const controller::CycleRecord& record);
-  /// The first hundred events: emergencies of the nodes, and reasons why a node could not be set up.
-  const std::vector<std::string>& events() const { return events_; }
-
- private:
-  void add_event(const controller::CycleRecord& record);
-
-  std::vector<std::string> names_;
-  std::vector<std::string> nodes_;
-  std::vector<controller::AxisState> states_;
-  std::vector<std::string> events_;
-};
-
 /// Logs the settings of the interface, with a warning for each doubtful one. Throws InterfaceError if the
 /// interface cannot serve a node that sends.
 void check_interface(const config::Config& config, const std::string& interface);

@@ -13,6 +13,7 @@
 #include "app/live/live_loop.h"
 #include "app/live/live_run.h"
 #include "app/live/rehearsal_setup.h"
+#include "app/live/state_log.h"
 #include "app/live/stop_signal.h"
 #include "app/report/report.h"
 #include "controller/telemetry.h"
@@ -50,7 +51,7 @@ OpenLoopEnd rehearse(const config::Config& config, const twin::Config& twin, con
 OpenLoopEnd run_on_the_bus(const config::Config& config, const OpenLoopOptions& options,
                            const OnRecord& on_record) {
   LiveLoop loop(config.bus.interface);
-  StateLog log(config);
+  StateLog log(config, bus_log_sink());
   can::BusHealthLog bus_log(config.bus.interface, bus_log_sink());
   std::unique_ptr<controller::TelemetryThread> telemetry;
   controller::Controller controller(controller_config(config), config.database, loop.scheduler(),

@@ -11,6 +11,7 @@
 #include "config/schema/bus_plan.h"
 #include "config/schema/check_frames.h"
 #include "config/schema/check_instruments.h"
+#include "config/schema/frames.h"
 #include "controller/reference/motion_bounds.h"
 
 namespace hystcan::config {
@@ -43,6 +44,7 @@ class AxisCheck {
     check_slow_physics();
     check_setpoint();
     check_filters();
+    check_watchdog();
     check_setup("amplifier_setup", axis_.wire.amplifier_setup);
     check_setup("sensor_setup", axis_.wire.sensor_setup);
     check_setup_timeout();
@@ -160,6 +162,11 @@ class AxisCheck {
     if (timeout < window)
       fail("control.in_position.timeout_ms", "timeout_ms is {:g}, expected at least window_ms, {:g}",
            1e3 * can::seconds(timeout), 1e3 * can::seconds(window));
+  }
+
+  void check_watchdog() const {
+    if (axis_.control.verify_watchdog && !reports_state(axis_.wire))
+      fail("control.verify_watchdog", "the amplifier does not report its state, expected a status with the role state");
   }
 
   void check_filters() const {

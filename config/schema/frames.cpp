@@ -57,6 +57,11 @@ std::vector<can::MessageMap> maps_of(const can::AxisWire& axis, const can::Datab
 
 }  // namespace
 
+bool reports_state(const can::AxisWire& axis) {
+  const auto status = can::message_map<can::AmpStatus>(axis);
+  return status && status->carries("state");
+}
+
 std::vector<std::string> losses(const can::AxisWire& axis) {
   std::vector<std::string> lines;
   if (!axis.frames) return lines;
@@ -66,7 +71,7 @@ std::vector<std::string> losses(const can::AxisWire& axis) {
   else
     lines.emplace_back(
         "no status: the amplifier is not read back; a trip, or an Enable that is not obeyed, shows only as a "
-        "following error; the ramp-in begins at the safe drive");
+        "following error; the ramp-in begins at the safe drive, enable_delay_ms after Enable");
   add(lines, "sample: ", axis.frames->sample, sample_losses);
   return lines;
 }

@@ -12,6 +12,9 @@ namespace hystcan::config {
 /// True for the roles without which control is impossible.
 inline bool must_be_carried(std::string_view role) { return role == "setpoint" || role == "position"; }
 
+/// The amplifier's status says when it is enabled and when it has tripped.
+bool reports_state(const can::AxisWire& axis);
+
 /// The functions that the controller lacks, one sentence each; empty for the standard frames.
 std::vector<std::string> losses(const can::AxisWire& axis);
 

@@ -31,6 +31,8 @@ void visit(V& v, controller::CommonConfig& c) {
   v.optional("heartbeat_timeout_ms", c.heartbeat_timeout, positive);
   v.optional("wake_up_warn_us", c.wake_up_warn, not_negative);
   v.optional("wake_up_trip_us", c.wake_up_trip, not_negative);
+  v.optional("start_together", c.start_together);
+  v.optional("start_timeout_s", c.start_timeout, not_negative);
   v.name("control_socket", c.control_socket);
   v.name("state_dir", c.state_folder);
   v.name("black_box_dir", c.black_box.folder);
@@ -161,7 +163,9 @@ void visit(V& v, controller::InPosition::Config& c) {
   v.required("timeout_ms", c.timeout, positive);
 }
 
-/// [axis.control]. The keys of a drive have its unit in their names.
+inline constexpr Range enable_delay_range{.lo = 0.0, .hi = 10'000.0};
+
+/// [axis.control]. An amplifier that does not report its state needs an enable_delay_ms. The keys of a drive have its unit in their names.
 template <class V>
 void visit_control(V& v, AxisConfig& axis) {
   const std::string& unit = axis.wire.drive_unit;
@@ -179,6 +183,11 @@ void visit_control(V& v, AxisConfig& axis) {
   v.optional_choice("start_up", c.start_up);
   v.required("wipe_slew_" + unit + "_per_s", c.wipe_slew_per_s, positive);
   v.optional("wipe_dwell_s", c.wipe_dwell_s, not_negative);
+  if (reports_state(axis.wire))
+    v.optional("enable_delay_ms", c.enable_delay, enable_delay_range);
+  else
+    v.required("enable_delay_ms", c.enable_delay, enable_delay_range);
+  v.optional("verify_watchdog", c.verify_watchdog);
   visit_supervision(v, c);
   v.optional("repeat", c.repeat);
   v.limit_or_inf("reference_slew_um_per_s", c.reference_limits.slew_um_per_s,

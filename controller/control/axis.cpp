@@ -38,6 +38,12 @@ Loop make_loop(const AxisConfig& config) {
   return ClosedLoop(closed_loop_of(config));
 }
 
+/// A reading of the output that is further from the drive than this share of the range has moved.
+constexpr double output_moved = 0.01;
+
+/// An amplifier that does not trip in this time without commands has no watchdog that would protect the stage.
+constexpr double watchdog_timeout_s = 1.0;
+
 Supervisor::Config supervision_of(const AxisConfig& config) {
   Supervisor::Config supervision = config.supervision;
   supervision.drive_range = config.gate.drive_max - config.gate.drive_min;
@@ -84,14 +90,14 @@ Axis::Axis(const AxisConfig& config)
 void Axis::start(bool clear_amplifier_fault) {
   state_ = AxisState::waiting;
   stopping_ = false;
-  clear_amplifier_fault_ |= clear_amplifier_fault;
+  if (clear_amplifier_fault) clear_attempt_.begin();
 }
 
 bool Axis::clear() {
   if (state_ != AxisState::faulted) return false;
   state_ = AxisState::offline;
   fault_ = {};
-  clear_amplifier_fault_ = true;
+  clear_attempt_.begin();
   return true;
 }
 
@@ -166,6 +172,7 @@ AxisCommand Axis::step(const AxisInput& input) {
   now_s_ = input.time_s;
   if (input.position_um) report_.position_um = *input.position_um;
   report_.limits = limit::none;
+  report_.lacks = Lack::nothing;
   report_.sample_missing = !input.position_um.has_value();
   report_.arrival = Arrival::not_judged;
   const AxisCommand command = is_driving() ? supervise(input) : decide(input);
@@ -177,6 +184,7 @@ AxisCommand Axis::step(const AxisInput& input) {
 }
 
 AxisCommand Axis::supervise(const AxisInput& input) {
+  if (withheld_for_s_ && !stopping_) return withhold(input);
   const Supervisor::Verdict verdict = supervisor_.judge(input);
   if (verdict.cause != Cause::none) trip(verdict.cause, input.time_s);
   AxisInput judged = input;
@@ -208,31 +216,35 @@ AxisCommand Axis::decide(const AxisInput& input) {
 }
 
 AxisCommand Axis::wait(const AxisInput& input) {
-  const NodeHealth& health = input.health;
   AxisCommand command = safe();
-  if (health.amplifier_fault) {
-    if (!clear_amplifier_fault_) trip(Cause::amplifier_fault, input.time_s);
-    command.clear_fault = clear_amplifier_fault_;
-  } else if (health.sensor_operational && health.amplifier_operational && health.amplifier_ready &&
-             !health.amplifier_moves && std::isfinite(health.amplifier_output) && input.position_um) {
-    clear_amplifier_fault_ = false;
-    supervisor_.restart();
-    drive_ = health.amplifier_output;
-    follow(drive_);
-    amplifier_drives_ = false;
-    ramp_ = config_.start_up != StartUp::wipe && memory_known_ ? ramp_in_.size() : 0;
-    dwelt_s_ = 0.0;
-    state_ = AxisState::initialising;
-  }
+  command.clear_fault = clear_attempt_.step(input.health, input.dt_s);
+  report_.lacks = lack_of(input, config_.gate);
+  if (report_.lacks == Lack::clear && !command.clear_fault) trip(Cause::amplifier_fault, input.time_s);
+  if (report_.lacks == Lack::nothing) arm(input.health);
   return command;
 }
 
-// A relay or a soft start takes up to half a second from Enable to enabled. The output rests meanwhile, so a ramp
-// on the wire would be a step at the stage.
+void Axis::arm(const NodeHealth& health) {
+  supervisor_.restart();
+  drive_ = std::clamp(health.amplifier_output, config_.gate.drive_min, config_.gate.drive_max);
+  follow(drive_);
+  connected_ = false;
+  enabled_for_s_ = 0.0;
+  withheld_for_s_.reset();
+  ramp_ = config_.start_up != StartUp::wipe && memory_known_ ? ramp_in_.size() : 0;
+  dwelt_s_ = 0.0;
+  state_ = AxisState::initialising;
+}
+
 AxisCommand Axis::initialise(const AxisInput& input) {
-  amplifier_drives_ |= input.health.amplifier_enabled;
-  if (!amplifier_drives_) {
-    ramp_towards(drive_, input.dt_s);
+  if (!is_connected(input)) {
+    report_.lacks = Lack::enabled;
+    follow_output(input.health.amplifier_output, input.dt_s);
+    return {.drive = drive_, .enable = true};
+  }
+  if (config_.verify_watchdog && !watchdog_verified_) {
+    report_.lacks = Lack::watchdog;
+    if (ramp_towards(config_.gate.safe_drive, input.dt_s)) withheld_for_s_ = 0.0;
     return {.drive = drive_, .enable = true};
   }
   if (ramp_ < ramp_in_.size() && ramp_towards(ramp_in_[ramp_], input.dt_s)) {
@@ -246,12 +258,51 @@ AxisCommand Axis::initialise(const AxisInput& input) {
   return {.drive = drive_, .enable = true};
 }
 
+// A relay or a soft start takes up to half a second from Enable to enabled. The output does not follow meanwhile, so a
+// ramp on the wire would be a step at the stage.
+bool Axis::is_connected(const AxisInput& input) {
+  connected_ |= input.health.amplifier_enabled && enabled_for_s_ >= std::chrono::duration<double>(config_.enable_delay).count();
+  enabled_for_s_ += input.dt_s;
+  return connected_;
+}
+
+/// An output that falls while the relay is open would be lifted by a step when it closes.
+void Axis::follow_output(double output, double dt_s) {
+  const double range = config_.gate.drive_max - config_.gate.drive_min;
+  if (!(std::abs(output - drive_) > output_moved * range)) output = drive_;
+  drive_ = Gate::step(config_.gate, drive_, output, dt_s).drive;
+  follow(drive_);
+}
+
+/// Everything but the amplifier's trip is judged as ever. After the trip the axis is armed again.
+AxisCommand Axis::withhold(const AxisInput& input) {
+  report_.lacks = Lack::watchdog;
+  if (input.health.amplifier_fault) {
+    watchdog_verified_ = true;
+    clear_attempt_.begin();
+    state_ = AxisState::waiting;
+    return safe();
+  }
+  AxisInput judged = input;
+  judged.health.emergency = false;  // of the trip, before its status
+  const Cause cause = supervisor_.judge(judged).cause;
+  *withheld_for_s_ += input.dt_s;
+  if (cause != Cause::none) trip(cause, input.time_s);
+  if (*withheld_for_s_ > watchdog_timeout_s) trip(Cause::watchdog_failed, input.time_s);
+  if (state_ == AxisState::faulted) return safe();
+  return {.drive = drive_, .enable = true, .withheld = true};
+}
+
 AxisCommand Axis::hold_ready(const AxisInput& input) {
-  if (!input.begin_tracking || !input.position_um) return {.drive = drive_, .enable = true};
+  if (!input.tracking_since_s || !input.position_um) {
+    report_.lacks = Lack::other_axes;
+    return {.drive = drive_, .enable = true};
+  }
   state_ = AxisState::tracking;
-  tracking_since_s_ = input.time_s;
+  tracking_since_s_ = *input.tracking_since_s;
   memory_known_ = true;
-  std::visit([&](auto& loop) { loop.begin(*input.position_um, input.coupled_um); }, loop_);
+  const double t_s = input.time_s - tracking_since_s_;
+  std::visit([&](auto& loop) { loop.begin(t_s, *input.position_um, input.coupled_um); }, loop_);
   return track(input);
 }
 

@@ -3,21 +3,24 @@
 //   offline -> waiting -> initialising -> ready -> tracking      and from any state to faulted
 //
 //   waiting       the axis waits until both nodes are operational and the amplifier is ready and at rest
-//   initialising  the drive ramps to where tracking begins. In closed loop it goes up to the upper threshold
+//   initialising  the drive is held where the amplifier's output is until the amplifier is enabled; its watchdog is
+//                 tried where that is asked for. The drive then ramps to where tracking begins. In closed loop it goes up to the upper threshold
 //                 and down to the lower one: this wipes the actuator's memory out, and the model's memory
 //                 agrees with it. In open loop it goes straight to the first drive of the excitation
-//   ready         the axis holds that drive until every axis is ready
+//   ready         the axis holds that drive until the axes begin together, or follows those that track already
 //   tracking      the closed loop follows its reference, the open loop its excitation
 //   faulted       the fault is latched with cause and time; the command is safe from the same step on
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "controller/control/arming.h"
 #include "controller/control/fault.h"
 #include "controller/control/gate.h"
 #include "controller/control/law.h"
@@ -55,6 +58,8 @@ struct AxisConfig {
   StartUp start_up = StartUp::wipe;
   double wipe_slew_per_s = 100.0;  ///< drive units/s, to the thresholds and at the stop to the safe drive
   double wipe_dwell_s = 0.1;       ///< rest at each threshold
+  std::chrono::nanoseconds enable_delay{0};  ///< the least time from Enable until the drive moves
+  bool verify_watchdog = false;    ///< withholds commands once, before the first use: the amplifier must trip
   std::vector<model::Coupling> couplings{};  ///< fed forward; a row of the matrix
   Supervisor::Config supervision{};
   FollowingError::Config following_error{};
@@ -79,6 +84,7 @@ Trajectory reference_of(const AxisConfig& config);
 /// The logged values of one axis in one cycle.
 struct AxisReport {
   AxisState state = AxisState::offline;
+  Lack lacks = Lack::nothing;  ///< what the axis waits for
   Cause cause = Cause::none;
   double fault_time_s = 0.0;  ///< since the controller's start
   double reference_um = 0.0;  ///< NaN in open loop
@@ -109,11 +115,12 @@ class Axis {
   /// Throws std::invalid_argument where the model is invalid, or the excitation exceeds the gate's limits.
   explicit Axis(const AxisConfig& config);
 
-  /// Leaves offline towards tracking. `clear_amplifier_fault`: also clears a fault latched in the amplifier.
+  /// Leaves offline towards tracking. `clear_amplifier_fault`: with one attempt to clear a fault that is latched in the
+  /// amplifier.
   void start(bool clear_amplifier_fault);
   /// Ramps to the safe drive, then switches the amplifier off and goes offline.
   void stop() { stopping_ = true; }
-  /// Clears a fault and goes offline; the next start clears the amplifier's fault. False: not faulted.
+  /// Clears a fault and goes offline; the next start attempts once to clear the amplifier's. False: not faulted.
   bool clear();
   void trip(Cause cause, double time_s);
 
@@ -152,7 +159,11 @@ class Axis {
   AxisCommand supervise(const AxisInput& input);
   AxisCommand decide(const AxisInput& input);
   AxisCommand wait(const AxisInput& input);
+  void arm(const NodeHealth& health);
   AxisCommand initialise(const AxisInput& input);
+  bool is_connected(const AxisInput& input);
+  void follow_output(double output, double dt_s);
+  AxisCommand withhold(const AxisInput& input);
   AxisCommand hold_ready(const AxisInput& input);
   AxisCommand track(const AxisInput& input);
   AxisCommand park(const AxisInput& input);
@@ -170,10 +181,13 @@ class Axis {
   Fault fault_;
   AxisReport report_;
   bool stopping_ = false;
-  bool clear_amplifier_fault_ = false;
+  ClearAttempt clear_attempt_;
   double drive_ = 0.0;
-  bool amplifier_drives_ = false;  ///< it has reported "enabled" since this axis was last driven
-  std::size_t ramp_ = 0;           ///< while initialising: index in ramp_in_ of the present target
+  bool connected_ = false;  ///< the amplifier has reported "enabled" since the axis was armed
+  double enabled_for_s_ = 0.0;
+  bool watchdog_verified_ = false;
+  std::optional<double> withheld_for_s_;  ///< of commands, while the amplifier's watchdog is tried
+  std::size_t ramp_ = 0;                  ///< while initialising: index in ramp_in_ of the present target
   double dwelt_s_ = 0.0;
   double tracking_since_s_ = 0.0;
   model::Interval reach_;      ///< allowed positions of a live setpoint

@@ -35,8 +35,10 @@ enum class Cause : std::uint8_t {
   bus_passive,
   saturated,
   model_left_range,
+  watchdog_failed,
+  commands_late,
 };
-inline constexpr std::size_t cause_count = 24;
+inline constexpr std::size_t cause_count = 26;
 
 std::string_view to_string(Cause cause);
 /// One sentence about what the engineer can do.

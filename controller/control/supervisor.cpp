@@ -50,7 +50,8 @@ Cause Supervisor::judge_bus(const AxisInput& input) {
   if (!health.bus_on) return Cause::bus_off;
   passive_for_s_ = time_held(health.bus_passive, passive_for_s_, input.dt_s);
   if (config_.bus_passive_s > 0.0 && passive_for_s_ > config_.bus_passive_s) return Cause::bus_passive;
-  return input.dt_s > stalled_cycles * input.cycle_s ? Cause::cycle_overrun : Cause::none;
+  if (input.dt_s > stalled_cycles * input.cycle_s) return Cause::cycle_overrun;
+  return health.commands_late ? Cause::commands_late : Cause::none;
 }
 
 Cause Supervisor::judge_nodes(const AxisInput& input) const {

@@ -24,6 +24,7 @@ struct NodeHealth {
   bool interface_up = true;
   bool bus_on = true;         ///< not bus-off
   bool bus_passive = false;   ///< our own CAN controller is error-passive
+  bool commands_late = false; ///< two commands are still on their way to the wire
   bool sensor_alive = false;  ///< a heartbeat was received in time
   bool sensor_operational = false;
   bool amplifier_alive = false;
@@ -44,7 +45,7 @@ struct AxisInput {
   std::optional<double> position_um;  ///< empty: no sample came
   bool sensor_status_good = true;
   bool late_sample = false;     ///< a sample of an earlier cycle came since the last step
-  bool begin_tracking = false;  ///< every axis is ready
+  std::optional<double> tracking_since_s{};  ///< when the axes began to track; empty: this one does not begin yet
   double coupled_um = 0.0;      ///< what the other axes will add to the position
   NodeHealth health;
 };
@@ -53,6 +54,7 @@ struct AxisCommand {
   double drive = 0.0;
   bool enable = false;
   bool clear_fault = false;
+  bool withheld = false;  ///< nothing is sent: the amplifier's watchdog is to trip
 };
 
 /// Fills by 1 for every lost sample and leaks by 1/10 for every good one: single losses are bridged, several

@@ -76,5 +76,19 @@ TEST_F(KvaserHostile, AFullTransmitQueueFaultsWithACauseAndANewStartTracks) {
   EXPECT_TRUE(bench.tracks()) << bench.controller->err();
 }
 
+// The queue takes every frame and lets one out in 8 ms, as behind a bus that others fill. Its driver echoes a frame when it
+// has left: the commands are seen to be late before samples are missing.
+TEST_F(KvaserHostile, CommandsThatWaitInTheQueueFaultAsLate) {
+  ASSERT_TRUE(shell("tc qdisc replace dev can0 root tbf rate 16kbit burst 20 limit 3200"));
+  EXPECT_TRUE(bench.controller->says("x: faulted")) << bench.controller->err();
+  EXPECT_TRUE(bench.controller->says("y: faulted")) << bench.controller->err();
+  ASSERT_TRUE(shell("tc qdisc del dev can0 root"));
+  std::this_thread::sleep_for(milliseconds(300));
+  const json result = bench.stop_and_report(1);
+  for (const json& axis : result.at("axes")) EXPECT_EQ(axis.at("fault"), "commands late");
+  bench.start_controller({"--clear-faults"});
+  EXPECT_TRUE(bench.tracks()) << bench.controller->err();
+}
+
 }  // namespace
 }  // namespace hystcan::kvaser_hostile_test

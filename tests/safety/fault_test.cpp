@@ -29,6 +29,7 @@ struct Injection {
   Cause cause;
   double decided_within_ms;
   bool bus_carries = true;  ///< commands reach the amplifier; if not, its watchdog acts
+  int enable_delay_ms = 0;  ///< of the amplifier's relay
 };
 std::ostream& operator<<(std::ostream& out, const Injection& injection) {
   return out << to_string(injection.trouble);
@@ -66,9 +67,15 @@ const std::vector<Injection> injections{
     {Trouble::law_not_finite, Cause::model_left_range, 5.0},
 };
 
-config::Config config_for(Trouble trouble) {
+std::vector<Injection> with_a_relay(std::vector<Injection> all) {
+  for (Injection& injection : all) injection.enable_delay_ms = 100;
+  return all;
+}
+
+config::Config config_for(const Injection& injection) {
   config::Config config = one_axis();
-  if (trouble != Trouble::sample_frozen) return config;
+  config.axes[0].twin.enable_delay = milliseconds(injection.enable_delay_ms);
+  if (injection.trouble != Trouble::sample_frozen) return config;
   // A slow ramp, so that the frozen position is detected by its bits before the following error is too large.
   config.axes[0].control.setpoint = {
       {.shape = controller::Ramp{.from_um = 5.0, .to_um = 25.0, .duration_s = 1.0}, .transition_s = 0.1}};
@@ -95,7 +102,7 @@ class Fault : public testing::TestWithParam<Injection> {
     rig.run_for(milliseconds(2));
   }
 
-  FaultRig rig{config_for(GetParam().trouble)};
+  FaultRig rig{config_for(GetParam())};
   can::Time begun{};
 };
 
@@ -141,8 +148,9 @@ TEST_P(Fault, IsLatchedUntilItIsClearedAndThenTheAxisTracksAgain) {
   EXPECT_EQ(rig.monitor().violations(), 0u) << rig.monitor().found().front();
 }
 
-INSTANTIATE_TEST_SUITE_P(, Fault, testing::ValuesIn(injections),
-                         [](const auto& test) { return std::string(to_string(test.param.trouble)); });
+const auto name_of = [](const auto& test) { return std::string(to_string(test.param.trouble)); };
+INSTANTIATE_TEST_SUITE_P(, Fault, testing::ValuesIn(injections), name_of);
+INSTANTIATE_TEST_SUITE_P(OfAnAmplifierWithARelay, Fault, testing::ValuesIn(with_a_relay(injections)), name_of);
 
 /// What must not fault the axis: troubles of up to three cycles.
 class ShortTrouble : public testing::TestWithParam<Trouble> {};

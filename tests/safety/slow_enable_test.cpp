@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ostream>
+#include <string>
 
 #include "tests/support/fault_rig.h"
 
@@ -14,16 +16,26 @@ using controller::AxisState;
 using controller::Cause;
 using std::chrono::milliseconds;
 
-config::Config with_enable_delay(int delay_ms) {
+struct Way {
+  int delay_ms;
+  int soft_start_ms;
+
+  friend void PrintTo(const Way& way, std::ostream* out) {
+    *out << way.delay_ms << " ms and a soft start of " << way.soft_start_ms << " ms";
+  }
+};
+
+config::Config with(const Way& way) {
   config::Config config = one_axis();
-  config.axes[0].twin.enable_delay = milliseconds(delay_ms);
+  config.axes[0].twin.enable_delay = milliseconds(way.delay_ms);
+  config.axes[0].twin.soft_start = milliseconds(way.soft_start_ms);
   return config;
 }
 
-class SlowEnable : public testing::TestWithParam<int> {};
+class SlowEnable : public testing::TestWithParam<Way> {};
 
 TEST_P(SlowEnable, MakesNoStepAtTheStageAndLeavesTheMemoryWiped) {
-  FaultRig rig(with_enable_delay(GetParam()));
+  FaultRig rig(with(GetParam()));
   const auto drive = [&] {
     rig.stage().plant.advance_to(rig.clock().now());
     return rig.stage().plant.drive();
@@ -43,10 +55,30 @@ TEST_P(SlowEnable, MakesNoStepAtTheStageAndLeavesTheMemoryWiped) {
   EXPECT_EQ(rig.monitor().violations(), 0u) << rig.monitor().found().front();
 }
 
-INSTANTIATE_TEST_SUITE_P(Milliseconds, SlowEnable, testing::Values(0, 1, 20, 100, 300, 480));
+INSTANTIATE_TEST_SUITE_P(, SlowEnable,
+                         testing::Values(Way{0, 0}, Way{1, 0}, Way{20, 0}, Way{100, 0}, Way{300, 0}, Way{480, 0},
+                                         Way{0, 20}, Way{0, 400}, Way{100, 200}),
+                         [](const auto& test) {
+                           return "After" + std::to_string(test.param.delay_ms) + "MsAndASoftStartOf" +
+                                  std::to_string(test.param.soft_start_ms);
+                         });
+
+/// The amplifier reports neither that it is enabled nor that it is not.
+TEST(SilentEnable, IsWaitedForAsLongAsTheConfigurationSays) {
+  config::Config config = with({.delay_ms = 100, .soft_start_ms = 0});
+  config.axes[0].control.enable_delay = milliseconds(150);
+  FaultRig rig(config);
+  rig.start();
+  ASSERT_TRUE(rig.reaches(AxisState::initialising, std::chrono::seconds(1)));
+  rig.run_for(milliseconds(149));
+  EXPECT_EQ(rig.axis().report().lacks, controller::Lack::enabled);
+  EXPECT_EQ(rig.axis().report().drive, 0.0);
+  rig.run_for(milliseconds(20));
+  EXPECT_GT(rig.axis().report().drive, 0.0);
+}
 
 TEST(TooSlowEnable, BeyondHalfASecondIsAFault) {
-  FaultRig rig(with_enable_delay(600));
+  FaultRig rig(with({.delay_ms = 600, .soft_start_ms = 0}));
   rig.start();
   ASSERT_TRUE(rig.reaches(AxisState::faulted, std::chrono::seconds(3)));
   EXPECT_EQ(rig.axis().fault().cause, Cause::amplifier_not_enabled);

@@ -163,6 +163,12 @@ FaultRig::FaultRig(const config::Config& config)
 }
 
 /// Only the amplifier's node has a filter for commands (twin/twin.cpp).
+std::unique_ptr<can::Bus> FaultRig::listen(std::function<void(const can::Frame&)> handler) {
+  std::unique_ptr<can::Bus> node = bus_.attach();
+  node->on_frame([handle = std::move(handler)](const can::Frame& frame, can::Time) { handle(frame); });
+  return node;
+}
+
 std::unique_ptr<can::Bus> FaultRig::attach_node(std::span<const can::Filter> filters) {
   auto node = bus_.attach(can::TransmitOrder::by_priority);
   const bool is_amplifier = std::ranges::any_of(filters, [](const auto& f) { return f.id == command_id; });

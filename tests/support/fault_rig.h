@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string_view>
@@ -87,6 +88,8 @@ class FaultRig {
   const WireMonitor& monitor() const { return *monitor_; }
   const config::Config& config() const { return config_; }
   void send(const can::Frame& frame) { tester_->send(frame); }
+  /// Another node, which hears every frame as long as it lives.
+  std::unique_ptr<can::Bus> listen(std::function<void(const can::Frame&)> handler);
 
   std::uint64_t faults() const { return faults_; }
   /// The time at which the last fault was decided: the end of the deciding frame, or the SYNC that found it.

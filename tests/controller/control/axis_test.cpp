@@ -26,17 +26,44 @@ TEST(Axis, DrivesNothingBeforeItIsStarted) {
   EXPECT_EQ(stage.axis.state(), AxisState::offline);
 }
 
-TEST(Axis, WaitsUntilBothNodesAreOperational) {
-  for (const auto& missing : std::vector<std::function<void(AxisInput&)>>{
-           [](AxisInput& in) { in.health.sensor_operational = false; },
-           [](AxisInput& in) { in.health.amplifier_operational = false; },
-           [](AxisInput& in) { in.health.amplifier_ready = false; },
-           [](AxisInput& in) { in.health.amplifier_output = std::numeric_limits<double>::quiet_NaN(); },
-           [](AxisInput& in) { in.position_um.reset(); }}) {
+TEST(Axis, WaitsForWhatItLacksAndSaysSo) {
+  constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+  for (const auto& [lack, disturb] : std::vector<std::pair<Lack, std::function<void(AxisInput&)>>>{
+           {Lack::sensor_heartbeat, [](AxisInput& in) { in.health.sensor_alive = false; }},
+           {Lack::amplifier_heartbeat, [](AxisInput& in) { in.health.amplifier_alive = false; }},
+           {Lack::sensor_operational, [](AxisInput& in) { in.health.sensor_operational = false; }},
+           {Lack::amplifier_operational, [](AxisInput& in) { in.health.amplifier_operational = false; }},
+           {Lack::amplifier_ready, [](AxisInput& in) { in.health.amplifier_ready = false; }},
+           {Lack::amplifier_output, [](AxisInput& in) { in.health.amplifier_output = not_a_number; }},
+           {Lack::amplifier_output, [](AxisInput& in) { in.health.amplifier_output = -1.1; }},
+           {Lack::amplifier_output, [](AxisInput& in) { in.health.amplifier_output = 101.1; }},
+           {Lack::amplifier_rest, [](AxisInput& in) { in.health.amplifier_moves = true; }},
+           {Lack::sample, [](AxisInput& in) { in.position_um.reset(); }}}) {
     IdealStage stage;
     stage.axis.start(false);
-    for (int i = 0; i < 100; ++i) EXPECT_FALSE(stage.cycle(missing).enable);
+    for (int i = 0; i < 100; ++i) EXPECT_FALSE(stage.cycle(disturb).enable);
     EXPECT_EQ(stage.axis.state(), AxisState::waiting);
+    EXPECT_EQ(stage.axis.report().lacks, lack) << to_string(lack);
+    stage.cycle();
+    EXPECT_EQ(stage.axis.state(), AxisState::initialising) << "nothing else was missing";
+  }
+}
+
+/// An amplifier whose output falls while its relay is open: what it commands when the relay closes is no step.
+TEST(Axis, FollowsAnOutputThatFallsBeforeTheAmplifierIsEnabled) {
+  IdealStage stage;
+  double output = 60.0;
+  const auto discharging = [&](AxisInput& in) {
+    in.health.amplifier_enabled = false;
+    in.health.amplifier_output = output;
+    in.position_um = 0.3 * output;
+  };
+  stage.axis.start(false);
+  stage.cycle(discharging);
+  for (int i = 0; i < 300; ++i) {
+    output *= 0.99;
+    const AxisCommand command = stage.cycle(discharging);
+    ASSERT_NEAR(command.drive, output, 1.01) << to_string(stage.axis.fault().cause);
   }
 }
 

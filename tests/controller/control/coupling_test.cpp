@@ -49,7 +49,7 @@ double error_of_the_standing_axis_um(bool fed_forward) {
                       .dt_s = cycle_s,
                       .cycle_s = cycle_s,
                       .position_um = memories[i].output + crosstalk * memories[1 - i].output,
-                      .begin_tracking = begin,
+                      .tracking_since_s = begin ? std::optional(time_s) : std::nullopt,
                       .health = {.sensor_alive = true,
                                  .sensor_operational = true,
                                  .amplifier_alive = true,

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <optional>
 
 #include "controller/control/axis.h"
 #include "tests/support/piezo.h"
@@ -25,7 +26,7 @@ class IdealStage {
             .dt_s = cycle_s,
             .cycle_s = cycle_s,
             .position_um = memory_.output,
-            .begin_tracking = axis.state() == AxisState::ready,
+            .tracking_since_s = begin_s(),
             .health = {.sensor_alive = true,
                        .sensor_operational = true,
                        .amplifier_alive = true,
@@ -60,6 +61,11 @@ class IdealStage {
   double highest_drive = 0.0;
 
  private:
+  std::optional<double> begin_s() const {
+    if (axis.state() != AxisState::ready) return std::nullopt;
+    return time_s + cycle_s;
+  }
+
   model::Hysteresis actuator_;
   model::HysteresisState memory_;
 };

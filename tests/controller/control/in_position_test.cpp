@@ -107,7 +107,7 @@ Arrival arrival_at(double t_s, const std::optional<InPosition::Config>& in_posit
                    .reference_limits = {},
                    .in_position = in_position,
                    .following_error = {.error_um = 100.0, .lag = {}, .cycles = 1}});
-  loop.begin(0.0, 0.0);
+  loop.begin(0.0, 0.0, 0.0);
   const Trajectory reference = [&] {
     Trajectory trajectory(axis.setpoint, false);
     trajectory.start_from(0.0);

@@ -1,0 +1,45 @@
+// What happens to the axes of a live run, as lines of the log: states, what an axis waits for, events of nodes.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "can/bus_health_log.h"
+#include "config/schema/config.h"
+#include "controller/cycle_record.h"
+
+namespace hystcan::app {
+
+class StateLog {
+ public:
+  StateLog(const config::Config& config, can::BusHealthLog::Sink sink);
+  void add(const controller::CycleRecord& record);
+  /// The first hundred events: emergencies of the nodes, and reasons why a node could not be set up.
+  const std::vector<std::string>& events() const { return events_; }
+  /// Some axis has tracked.
+  bool has_tracked() const { return has_tracked_; }
+  /// What kept the first axis from tracking: "x waited for a heartbeat of the sensor".
+  std::string first_lack() const;
+
+ private:
+  struct Axis {
+    std::string name;
+    std::string nodes;
+    controller::AxisState state = controller::AxisState::offline;
+    controller::Lack lacks = controller::Lack::nothing;
+    controller::Lack last_lack = controller::Lack::nothing;  ///< other than nothing
+    double lacks_since_s = 0.0;
+    bool lack_is_logged = false;
+  };
+  void add_event(const controller::CycleRecord& record);
+  void add_state(Axis& axis, const controller::CycleRecord& record);
+  void add_lack(Axis& axis, const controller::CycleRecord& record);
+  void add_missing_axes();
+
+  can::BusHealthLog::Sink sink_;
+  std::vector<Axis> axes_;
+  std::vector<std::string> events_;
+  bool has_tracked_ = false;
+};
+
+}  // namespace hystcan::app

@@ -1,0 +1,50 @@
+// What an axis needs before it is driven: what it lacks of that, and one attempt to clear the amplifier's fault.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "controller/control/gate.h"
+#include "controller/control/supervisor.h"
+
+namespace hystcan::controller {
+
+/// What an axis waits for, in the order in which it comes. Up to `sample` it is not driven yet.
+enum class Lack : std::uint8_t {
+  nothing,
+  sensor_heartbeat,
+  amplifier_heartbeat,
+  sensor_operational,
+  amplifier_operational,
+  clear,             ///< of the amplifier's latched fault
+  amplifier_ready,   ///< a status that says so
+  amplifier_output,  ///< a status whose output is a number within drive_min..drive_max
+  amplifier_rest,    ///< two statuses with the same output
+  sample,
+  enabled,     ///< a status that says so, and the delay of an amplifier that says nothing
+  watchdog,    ///< the amplifier's reaction to withheld commands
+  other_axes,  ///< which begin together with this one
+};
+inline constexpr std::size_t lack_count = static_cast<std::size_t>(Lack::other_axes) + 1;
+/// "a heartbeat of the sensor"
+std::string_view to_string(Lack lack);
+
+/// The first of those up to `sample` that is missing. An output may be beyond the gate's range by the error of its
+/// reading, 1 % of the range; the gate limits what is commanded.
+Lack lack_of(const AxisInput& input, const Gate::Config& gate);
+
+/// A clear attempts for half a second to clear the amplifier's fault, counted from when the amplifier is operational. A
+/// fault whose cause lasts longer needs another clear: the axis would otherwise be driven whenever the cause ends.
+class ClearAttempt {
+ public:
+  static constexpr double duration_s = 0.5;
+
+  void begin() { left_s_ = duration_s; }
+  /// Once in each cycle of a waiting axis. Returns whether to command ClearFault.
+  bool step(const NodeHealth& health, double dt_s);
+
+ private:
+  double left_s_ = 0.0;
+};
+
+}  // namespace hystcan::controller

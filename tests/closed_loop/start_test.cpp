@@ -1,0 +1,130 @@
+// When the axes of one controller begin to track: together, after a limited wait, and one by one after a fault.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "config/schema/config.h"
+#include "rehearsal/rehearsal.h"
+#include "tests/support/rehearsed.h"
+
+namespace hystcan::start_test {
+namespace {
+
+using controller::AxisState;
+using controller::Lack;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using Kind = controller::Request::Kind;
+
+/// The shipped two-axis stage. Its axis y can be left out.
+class Start : public testing::Test {
+ protected:
+  static rehearsal::Setup setup(const std::vector<config::Setting>& settings = {}) {
+    return support::shipped("piezo.toml", settings);
+  }
+  static rehearsal::Setup without_y(const std::vector<config::Setting>& settings = {}) {
+    rehearsal::Setup setup = Start::setup(settings);
+    setup.twin.axes.pop_back();
+    return setup;
+  }
+  void begin(const rehearsal::Setup& setup) {
+    loop_ = std::make_unique<rehearsal::Rehearsal>(setup, support::ignore);
+    loop_->controller().listen_to(requests_);
+    loop_->start();
+  }
+  const controller::Axis& axis(std::size_t i) { return std::as_const(loop_->controller()).axis(i); }
+  bool reaches(std::size_t i, AxisState state, can::Duration limit) {
+    for (can::Duration spent{}; spent < limit && axis(i).state() != state; spent += milliseconds(1))
+      loop_->run_for(milliseconds(1));
+    return axis(i).state() == state;
+  }
+  void ask(Kind kind, std::size_t i) {
+    auto request = std::make_unique<controller::Request>();
+    request->kind = kind;
+    request->axis = i;
+    ASSERT_TRUE(requests_.ask(std::move(request)));
+    loop_->run_for(milliseconds(2));
+    EXPECT_EQ(requests_.take_answer()->refused_because, "");
+  }
+
+  controller::RequestLink requests_;
+  std::unique_ptr<rehearsal::Rehearsal> loop_;
+};
+
+TEST_F(Start, OfAllAxesIsInTheSameCycle) {
+  begin(setup());
+  ASSERT_TRUE(reaches(0, AxisState::tracking, seconds(5)));
+  EXPECT_EQ(axis(1).state(), AxisState::tracking);
+}
+
+TEST_F(Start, GoesOnAfterFiveSecondsWithoutAnAxisThatIsMissing) {
+  begin(without_y());
+  ASSERT_TRUE(reaches(0, AxisState::ready, seconds(2)));
+  loop_->run_for(milliseconds(4990));
+  EXPECT_EQ(axis(0).state(), AxisState::ready);
+  EXPECT_EQ(axis(0).report().lacks, Lack::other_axes);
+  EXPECT_EQ(axis(1).report().lacks, Lack::sensor_heartbeat) << "the log and the status say so";
+  EXPECT_TRUE(reaches(0, AxisState::tracking, milliseconds(20)));
+}
+
+TEST_F(Start, DoesNotWaitWhereTheAxesNeedNotBeginTogether) {
+  begin(without_y({{"controller.start_together", "false"}}));
+  ASSERT_TRUE(reaches(0, AxisState::ready, seconds(2)));
+  EXPECT_TRUE(reaches(0, AxisState::tracking, milliseconds(2)));
+}
+
+TEST_F(Start, DoesNotWaitForAFaultedAxis) {
+  begin(setup());
+  ASSERT_TRUE(reaches(1, AxisState::initialising, seconds(2)));
+  loop_->twin().axes()[1]->amplifier.begin_internal_fault();
+  ASSERT_TRUE(reaches(1, AxisState::faulted, milliseconds(50)));
+  ASSERT_TRUE(reaches(0, AxisState::ready, seconds(2)));
+  EXPECT_TRUE(reaches(0, AxisState::tracking, milliseconds(2)));
+}
+
+TEST_F(Start, OfAnAxisThatIsArmedAgainIsOnTheTimeOfTheOthers) {
+  begin(setup());
+  rehearsal::Rehearsal undisturbed(setup(), support::ignore);
+  undisturbed.start();
+  ASSERT_TRUE(reaches(1, AxisState::tracking, seconds(5)));
+  loop_->run_for(milliseconds(300));
+  loop_->twin().axes()[1]->amplifier.begin_internal_fault();
+  ASSERT_TRUE(reaches(1, AxisState::faulted, milliseconds(50)));
+  loop_->twin().axes()[1]->amplifier.end_internal_fault();
+  ask(Kind::clear, 1);
+  ask(Kind::enable, 1);
+  ASSERT_TRUE(reaches(1, AxisState::tracking, seconds(3)));
+  EXPECT_EQ(axis(0).state(), AxisState::tracking) << "the other axis has gone on";
+  loop_->run_for(seconds(1));
+  undisturbed.run_for(loop_->clock().now() - undisturbed.clock().now());
+  const controller::Axis& other = std::as_const(undisturbed.controller()).axis(1);
+  ASSERT_EQ(other.state(), AxisState::tracking);
+  EXPECT_NEAR(axis(1).report().reference_um, other.report().reference_um, 1e-9);
+  EXPECT_NEAR(axis(1).report().position_um, other.report().position_um, 0.1);
+}
+
+TEST_F(Start, OfAnAxisThatIsArmedAgainMovesNoFasterThanATransition) {
+  begin(setup());
+  ASSERT_TRUE(reaches(1, AxisState::tracking, seconds(5)));
+  loop_->twin().axes()[1]->amplifier.begin_internal_fault();
+  ASSERT_TRUE(reaches(1, AxisState::faulted, milliseconds(50)));
+  loop_->twin().axes()[1]->amplifier.end_internal_fault();
+  ask(Kind::clear, 1);
+  ask(Kind::enable, 1);
+  ASSERT_TRUE(reaches(1, AxisState::tracking, seconds(3)));
+  double before_um = axis(1).report().reference_um, largest_um = 0.0;
+  EXPECT_NEAR(before_um, axis(1).report().position_um, 1e-9) << "it begins where the stage is";
+  for (int i = 0; i < 400; ++i) {
+    loop_->run_for(milliseconds(1));
+    const double now_um = axis(1).report().reference_um;
+    largest_um = std::max(largest_um, std::abs(now_um - before_um));
+    before_um = now_um;
+  }
+  // A 5 Hz sine of 20 um, and 25 um within 0.2 s.
+  EXPECT_LT(largest_um, 0.314 + 1.875 * 25.0 / 200.0);
+}
+
+}  // namespace
+}  // namespace hystcan::start_test

@@ -1,0 +1,102 @@
+// What must be true before the stage is driven: the amplifier's fault is cleared by somebody who asks for it, and its
+// watchdog has shown that it works.
+#include <gtest/gtest.h>
+
+#include "tests/support/fault_rig.h"
+
+namespace hystcan::support::arming_test {
+namespace {
+
+using controller::AxisState;
+using controller::Cause;
+using controller::Lack;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using Kind = controller::Request::Kind;
+
+/// An interlock of the amplifier, open from `begin` on.
+struct Interlock {
+  FaultRig rig{one_axis()};
+
+  void open_while_tracking() {
+    rig.start();
+    ASSERT_TRUE(rig.tracks());
+    rig.stage().amplifier.begin_internal_fault();
+    ASSERT_TRUE(rig.reaches(AxisState::faulted, milliseconds(20)));
+  }
+  void clear_and_enable() {
+    ASSERT_EQ(rig.ask(Kind::clear), "");
+    ASSERT_EQ(rig.ask(Kind::enable), "");
+  }
+};
+
+TEST(Clear, AttemptsForHalfASecondAndThenFaultsTheAxisAgain) {
+  Interlock interlock;
+  interlock.open_while_tracking();
+  interlock.clear_and_enable();
+  interlock.rig.run_for(milliseconds(450));
+  EXPECT_EQ(interlock.rig.axis().state(), AxisState::waiting);
+  EXPECT_EQ(interlock.rig.axis().report().lacks, Lack::clear);
+  ASSERT_TRUE(interlock.rig.reaches(AxisState::faulted, milliseconds(100)));
+  EXPECT_EQ(interlock.rig.axis().fault().cause, Cause::amplifier_fault);
+}
+
+TEST(Clear, DoesNotDriveAnAxisWhoseInterlockClosesLater) {
+  Interlock interlock;
+  interlock.open_while_tracking();
+  interlock.clear_and_enable();
+  interlock.rig.run_for(seconds(1));
+  interlock.rig.stage().amplifier.end_internal_fault();
+  interlock.rig.run_for(seconds(2));
+  EXPECT_EQ(interlock.rig.axis().state(), AxisState::faulted);
+  EXPECT_EQ(interlock.rig.stage().amplifier.state(), can::AmpState::fault) << "nobody has asked to clear it";
+  interlock.clear_and_enable();
+  EXPECT_TRUE(interlock.rig.tracks());
+  EXPECT_EQ(interlock.rig.monitor().violations(), 0u);
+}
+
+config::Config with_verification() {
+  config::Config config = one_axis();
+  config.axes[0].control.verify_watchdog = true;
+  return config;
+}
+
+TEST(VerifiedWatchdog, TripsOnceBeforeTheFirstUse) {
+  FaultRig rig(with_verification());
+  rig.start();
+  ASSERT_TRUE(rig.reaches(AxisState::initialising, seconds(1)));
+  ASSERT_TRUE(rig.reaches(AxisState::waiting, milliseconds(100))) << "tripped, and to be armed again";
+  EXPECT_EQ(rig.stage().amplifier.fault(), can::amp_fault::command_timeout);
+  ASSERT_TRUE(rig.tracks()) << to_string(rig.axis().fault().cause);
+  EXPECT_EQ(rig.faults(), 0u);
+  EXPECT_EQ(rig.monitor().violations(), 0u) << rig.monitor().found().front();
+}
+
+TEST(VerifiedWatchdog, IsNotTriedAgainAfterAFault) {
+  FaultRig rig(with_verification());
+  rig.start();
+  ASSERT_TRUE(rig.tracks());
+  rig.begin(Trouble::sample_bad);
+  ASSERT_TRUE(rig.reaches(AxisState::faulted, milliseconds(3)));
+  rig.end(Trouble::sample_bad);
+  ASSERT_EQ(rig.ask(Kind::clear), "");
+  ASSERT_EQ(rig.ask(Kind::enable), "");
+  ASSERT_TRUE(rig.reaches(AxisState::initialising, seconds(1)));
+  for (int i = 0; i < 300 && rig.axis().state() != AxisState::tracking; ++i) {
+    rig.run_for(milliseconds(1));
+    ASSERT_NE(rig.stage().amplifier.state(), can::AmpState::fault);
+  }
+}
+
+TEST(VerifiedWatchdog, ThatDoesNotTripIsAFault) {
+  config::Config config = with_verification();
+  config.axes[0].twin.command_timeout = seconds(60);
+  FaultRig rig(config);
+  rig.start();
+  ASSERT_TRUE(rig.reaches(AxisState::faulted, seconds(3)));
+  EXPECT_EQ(rig.axis().fault().cause, Cause::watchdog_failed);
+  EXPECT_NEAR(rig.stage().plant.drive(), 0.0, 1e-3) << "nothing was driven";
+}
+
+}  // namespace
+}  // namespace hystcan::support::arming_test
