@@ -74,6 +74,7 @@ void WiredAxis::handle_amplifier_heartbeat(const can::Frame& frame, can::Time no
 
 void WiredAxis::handle_bus_loss(can::BusState state) {
   bus_off_seen |= state == can::BusState::bus_off;
+  interface_down_seen |= state == can::BusState::down;
   sensor.forget();
   amplifier.forget();
   decode_sample.restart();
@@ -87,7 +88,8 @@ NodeHealth WiredAxis::take_health(can::Time now, can::BusState bus) {
   const bool sensor_emergency = sensor.take_alarm();
   const bool emergency = amplifier.take_alarm() || sensor_emergency;
   const bool was_off = std::exchange(bus_off_seen, false);
-  return {.interface_up = bus != can::BusState::down,
+  const bool was_down = std::exchange(interface_down_seen, false);
+  return {.interface_up = bus != can::BusState::down && !was_down,
           .bus_on = bus != can::BusState::bus_off && !was_off,
           .bus_passive = bus == can::BusState::passive,
           .sensor_alive = sensor.state(now).has_value(),
