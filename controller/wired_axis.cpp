@@ -75,6 +75,7 @@ void WiredAxis::handle_amplifier_heartbeat(const can::Frame& frame, can::Time no
 void WiredAxis::handle_bus_loss(can::BusState state) {
   bus_off_seen |= state == can::BusState::bus_off;
   pending_commands.forget();
+  interface_down_seen |= state == can::BusState::down;
   sensor.forget();
   amplifier.forget();
   decode_sample.restart();
@@ -88,7 +89,8 @@ NodeHealth WiredAxis::take_health(can::Time now, can::BusState bus) {
   const bool sensor_emergency = sensor.take_alarm();
   const bool emergency = amplifier.take_alarm() || sensor_emergency;
   const bool was_off = std::exchange(bus_off_seen, false);
-  return {.interface_up = bus != can::BusState::down,
+  const bool was_down = std::exchange(interface_down_seen, false);
+  return {.interface_up = bus != can::BusState::down && !was_down,
           .bus_on = bus != can::BusState::bus_off && !was_off,
           .bus_passive = bus == can::BusState::passive,
           .commands_late = pending_commands.are_late(),

@@ -17,5 +17,7 @@ int main(int argc, char** argv) {
   print(result);
   const bool memory_is_constant =
       result.resident_at_end_kB <= result.resident_after_warm_up_kB + resident_may_grow_kB;
-  return result.has_passed() && memory_is_constant ? 0 : 1;
+  const bool is_safe_in_time = result.in_a_step.worst_ms <= safe_in_a_step_ms &&
+                               result.between_steps.worst_ms <= safe_between_steps_ms;
+  return result.has_passed() && is_safe_in_time && memory_is_constant ? 0 : 1;
 }

@@ -17,14 +17,16 @@ using std::chrono::milliseconds;
 constexpr std::uint8_t amplifier_node = 1;
 constexpr std::uint8_t sensor_node = 2;
 constexpr std::uint32_t command_id = can::receive_pdo_base + amplifier_node;
-constexpr std::uint32_t status_id = can::transmit_pdo_base + amplifier_node;
 constexpr std::uint32_t sample_id = can::transmit_pdo_base + sensor_node;
 
 // Byte positions of config/hystcan.dbc.
 constexpr std::size_t enable_byte = 4;
-constexpr std::size_t amp_state_byte = 4;
 constexpr std::size_t crc_byte = 7;
 constexpr std::uint8_t enable_bit = 0x01;
+
+/// The longest time that a frame takes which is destroyed at its first bit, at 1 Mbit/s.
+constexpr auto destroyed_frame = std::chrono::microseconds(1 + can::error_flags_max_bits +
+                                                           can::error_delimiter_bits + can::interframe_bits);
 
 std::uint8_t crc_of(const can::Frame& frame) {
   std::array<std::uint8_t, 9> covered{};
@@ -83,6 +85,8 @@ std::vector<twin::FaultSpec> twin_faults(Trouble trouble) {
       return {of(Node::sensor, Fault::no_heartbeat)};
     case Trouble::amplifier_unheard:
       return {of(Node::amplifier, Fault::no_heartbeat), of(Node::amplifier, Fault::no_reply)};
+    case Trouble::amplifier_trips:
+      return {of(Node::amplifier, Fault::amplifier_trip)};
     case Trouble::commands_lost:
       return {of(Node::amplifier, Fault::watchdog_trip)};
     default:
@@ -122,6 +126,11 @@ std::string_view to_string(Trouble trouble) {
       "interface_down",    "position_drifts",   "load_pulls",        "sync_late",        "stall",
       "foreign_sync",      "foreign_heartbeat", "law_not_finite"};
   return names[static_cast<std::size_t>(trouble)];
+}
+
+bool is_between_steps(controller::Cause cause) {
+  using enum controller::Cause;
+  return cause == another_controller || cause == cycle_overrun || cause == command_not_sendable;
 }
 
 config::Config one_axis() {
@@ -175,9 +184,8 @@ std::unique_ptr<can::Bus> FaultRig::attach_node(std::span<const can::Filter> fil
   if (!is_amplifier)
     return std::make_unique<HookedConnection>(std::move(node),
                                               [this](can::Frame& frame) { return sensor_sends(frame); });
-  return std::make_unique<HookedConnection>(
-      std::move(node), [this](can::Frame& frame) { return amplifier_sends(frame); },
-      [this](can::Frame& frame) { return amplifier_receives(frame); });
+  return std::make_unique<HookedConnection>(std::move(node), HookedConnection::Hook{},
+                                            [this](can::Frame& frame) { return amplifier_receives(frame); });
 }
 
 void FaultRig::note_fault(can::Time when) {
@@ -211,14 +219,6 @@ void FaultRig::displace(can::Frame& sample) {
   change_protected(sample, [&](can::Frame& frame) {
     put_value(frame, value_of(frame) + micrometres(offset_um_ + jump_um));
   });
-}
-
-bool FaultRig::amplifier_sends(can::Frame& frame) {
-  if (frame.id == status_id && is_on(Trouble::amplifier_trips))
-    change_protected(frame, [](can::Frame& status) {
-      status.data[amp_state_byte] = static_cast<std::uint8_t>(can::AmpState::fault);
-    });
-  return true;
 }
 
 bool FaultRig::amplifier_receives(can::Frame& frame) {
@@ -281,6 +281,7 @@ void FaultRig::end(Trouble trouble) {
       return;
     case Trouble::bus_off:
       controller_node_->set_faults({});
+      run_for(destroyed_frame);  // the last one is on the wire, and the node may go off at its end
       return controller_node_->restart();
     case Trouble::sync_late:
       sleeper_.by = {};

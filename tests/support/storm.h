@@ -4,7 +4,7 @@
 // An episode is judged when its troubles are over:
 //   - a trouble that lasted long enough must have been detected;
 //   - a trouble that was alone must have led to one of its causes;
-//   - clear and enable must lead back to tracking.
+//   - clear and enable must lead back to tracking, and the axis must track until the next episode begins.
 // The wire monitor judges every frame.
 #pragma once
 
@@ -18,6 +18,12 @@
 
 namespace hystcan::support {
 
+/// The longest time from the deciding frame to the safe command, where the bus carries it.
+struct SafeTime {
+  double worst_ms = 0.0;
+  std::string episode;
+};
+
 struct StormResult {
   double virtual_s = 0.0;
   std::uint64_t cycles = 0;
@@ -27,17 +33,19 @@ struct StormResult {
   std::uint64_t undetected = 0;
   std::uint64_t other_cause = 0;
   std::uint64_t stuck = 0;
-  std::uint64_t violations = 0;
+  std::uint64_t without_trouble = 0;  ///< faults between two episodes
+  std::uint64_t unsafe = 0;           ///< episodes with a violation on the wire
   std::uint64_t commands = 0;
-  double worst_safe_ms = 0.0;  ///< from the deciding frame to the safe command, where the bus carries it
-  double steepest = 0.0;       ///< the largest step, as a part of what the slew limit allows
+  SafeTime in_a_step;      ///< where a step decides
+  SafeTime between_steps;  ///< where the next step sends the safe command
+  double steepest = 0.0;   ///< the largest step, as a part of what the slew limit allows
   std::array<std::uint64_t, controller::cause_count> by_cause{};
   std::array<std::uint64_t, trouble_count> by_trouble{};
   std::int64_t resident_after_warm_up_kB = 0;
   std::int64_t resident_at_end_kB = 0;
-  std::vector<std::string> failures;  ///< descriptions of the first few
+  std::vector<std::string> failures;  ///< descriptions of the first few of each kind
 
-  bool has_passed() const { return undetected + other_cause + stuck + violations == 0; }
+  bool has_passed() const { return undetected + other_cause + stuck + without_trouble + unsafe == 0; }
 };
 
 struct StormConfig {
