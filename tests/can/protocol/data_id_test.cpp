@@ -26,7 +26,7 @@ std::uint8_t shifted_crc(const Bytes& bytes, unsigned polynomial) {
 /// A signal of one byte in a message of eight.
 SignalCodec byte_at(unsigned index) {
   const Database database = parse_dbc("BO_ 1 M: 8 Vector__XXX\n SG_ S : " + std::to_string(8 * index) +
-                                      "|8@1+ (1,0) [0|255] \"\" Vector__XXX\n",
+                                          "|8@1+ (1,0) [0|255] \"\" Vector__XXX\n",
                                       "test.dbc");
   return SignalCodec(*database.find("M")->find("S"));
 }

@@ -96,7 +96,8 @@ TEST(PositionJump, IsAllowedOnceInACycleThatIsShort) {
 
 TEST(PositionJump, IsNotJudgedWhereItsLimitIsZero) {
   Supervisor supervisor(config());
-  EXPECT_EQ(cycles_until_cause([&](int cycle) { return supervisor.judge(sample(cycle % 2 * 30.0)).cause; }), 0);
+  EXPECT_EQ(cycles_until_cause([&](int cycle) { return supervisor.judge(sample(cycle % 2 * 30.0)).cause; }),
+            0);
 }
 
 TEST(PositionJump, IsAlsoJudgedWhereItsLimitIsLessThanOneMicrometre) {
@@ -145,9 +146,8 @@ TEST(BusPassive, TripsAfterItsTimeWithoutABreak) {
   Supervisor lasting(judged);
   EXPECT_EQ(cycles_until_cause([&](int) { return lasting.judge(passive).cause; }), 11);
   Supervisor interrupted(judged);
-  EXPECT_EQ(cycles_until_cause([&](int cycle) {
-              return interrupted.judge(cycle % 11 == 0 ? sample(5.0) : passive).cause;
-            }),
+  EXPECT_EQ(cycles_until_cause(
+                [&](int cycle) { return interrupted.judge(cycle % 11 == 0 ? sample(5.0) : passive).cause; }),
             0);
 }
 
@@ -166,8 +166,9 @@ TEST(Saturated, TripsAfterItsTime) {
 TEST(ModelLeftRange, IsCountedAnewAfterEachGoodCycle) {
   for (const std::uint8_t bad : {limit::not_invertible, limit::not_finite}) {
     Supervisor supervisor(config());
-    EXPECT_EQ(cycles_until_cause(
-                  [&](int cycle) { return supervisor.judge({}, cycle % 3 == 0 ? limit::none : bad, cycle_s); }),
+    EXPECT_EQ(cycles_until_cause([&](int cycle) {
+                return supervisor.judge({}, cycle % 3 == 0 ? limit::none : bad, cycle_s);
+              }),
               0);
   }
 }
@@ -191,7 +192,8 @@ int cycles_until_lost(int losses, int good) {
 TEST(LostSamples, AreCompensatedByTenGoodOnesEach) {
   EXPECT_EQ(cycles_until_lost(1, 10), 0);
   EXPECT_EQ(cycles_until_lost(3, 30), 0);
-  EXPECT_EQ(cycles_until_lost(1, 9), 211) << "each round leaves a tenth; 21 rounds leave more than two samples";
+  EXPECT_EQ(cycles_until_lost(1, 9), 211)
+      << "each round leaves a tenth; 21 rounds leave more than two samples";
 }
 
 TEST(LostSamples, LeaveNothingBehindAfterThirtyGoodOnes) {
@@ -225,7 +227,7 @@ TEST(LostSamples, AreNamedByTheLastRowAlone) {
 
 TEST(LostSamples, AreMissingWhereHalfOfThemCameLate) {
   Supervisor supervisor(config());
-  for (const AxisInput& lost : {late(), late(), sample({})}) supervisor.judge(lost);
+  for (const AxisInput& input : {sample(5.0), late(), late(), sample({})}) supervisor.judge(input);
   EXPECT_EQ(supervisor.judge(sample({})).cause, Cause::sample_missing);
 }
 
@@ -264,8 +266,12 @@ TEST(FrozenPosition, IsAlsoSeenWhereTheDriveFalls) {
 
 TEST(FrozenPosition, IsCountedAnewAfterEachChange) {
   const auto drive = [](int cycle) { return 1.0 * cycle; };
-  EXPECT_EQ(cycles_until_frozen(10, [](int cycle) { return 5.0 + 0.001 * (cycle / 10 % 2); }, drive), 0);
-  EXPECT_EQ(cycles_until_frozen(10, [](int cycle) { return 5.0 + 0.001 * (cycle / 11 % 2); }, drive), 21);
+  EXPECT_EQ(cycles_until_frozen(
+                10, [](int cycle) { return 5.0 + 0.001 * (cycle / 10 % 2); }, drive),
+            0);
+  EXPECT_EQ(cycles_until_frozen(
+                10, [](int cycle) { return 5.0 + 0.001 * (cycle / 11 % 2); }, drive),
+            21);
 }
 
 TEST(FrozenPosition, CountsOnlyTheTravelOfTheDriveSinceItsLastChange) {
