@@ -1,4 +1,4 @@
-"""The single changes that scripts/mutants makes to a C++ source, as text: each one is a mistake that a test must find."""
+"""The single changes that scripts/mutants makes to a C++ source: each one is a mistake that a test must find."""
 import dataclasses
 import re
 
@@ -15,7 +15,8 @@ SWAP = re.compile("|".join(re.escape(swap) for swap in sorted(SWAPS, key=len, re
 WORD = re.compile(r"(?<![\w:])(?:" + "|".join(WORDS) + r")(?![\w<])")
 NOT = re.compile(r"(?<![\w!])!(?=[\w(])")
 NUMBER = re.compile(r"(?<![\w.])(0x[0-9A-Fa-f]+|\d[\d']*(?:\.\d+)?(?:e[+-]?\d+)?)([uUlLfF]*)(?![\w.])")
-SIMPLE = re.compile(r"![\w.()*]+|(?:(?! && | \|\| | == | != ).)*(?: == | != )(?:(?! && | \|\| ).)*", re.DOTALL)  # another rule negates it
+# A condition that another rule negates.
+SIMPLE = re.compile(r"![\w.()*]+|(?:(?! && | \|\| | == | != ).)*(?: == | != )(?:(?! && | \|\| ).)*", re.DOTALL)
 IF = re.compile(r"\bif \(")
 CLAMP = re.compile(r"\bstd::clamp\(")
 QUESTION = re.compile(r" \? ")
@@ -46,13 +47,13 @@ class Mutant:
         return range(self.text.count("\n", 0, self.begin) + 1, self.text.count("\n", 0, self.end) + 2)
 
     @property
-    def change(self):
-        """The changed lines before and after, each in one line: names the mutant also after other lines have moved."""
+    def key(self):
+        """File, changed lines before and after: names the mutant also where other lines have moved."""
         first = self.text.rfind("\n", 0, self.begin) + 1
         last = self.text.find("\n", self.end)
         before = self.text[first:last]
         after = self.text[first:self.begin] + self.replacement + self.text[self.end:last]
-        return " ".join(before.split()), " ".join(after.split())
+        return self.file, " ".join(before.split()), " ".join(after.split())
 
 
 def mutants_of(file, text):
@@ -62,11 +63,11 @@ def mutants_of(file, text):
     mutants = [Mutant(file, text, *place) for place in sorted(found) if text[place[0]:place[1]] != place[2]]
     if not file.endswith(".h"):
         return mutants
-    return [mutant for mutant in mutants if re.search(r"\)[^;]* \{.*\}$", mutant.change[0])]
+    return [mutant for mutant in mutants if re.search(r"\)[^;]* \{.*\}$", mutant.key[1])]
 
 
 def end_of(code, begin, stop):
-    """Index of the first of the characters `stop` outside of all brackets that open after `begin`; None: there is none."""
+    """Index of the first of the characters `stop` that is in no bracket opened after `begin`; None: there is none."""
     depth = 0
     for index in range(begin, len(code)):
         if depth == 0 and code[index] in stop:

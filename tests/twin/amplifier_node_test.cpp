@@ -86,17 +86,19 @@ TEST_F(AmplifierOnBus, AnswersForItsObjectsUnlessNmtHasStoppedIt) {
 TEST_F(AmplifierOnBus, IsSilentAndOffOnceAnotherNodeHasItsNumber) {
   start_nodes();
   drive(50.0, 5);
+  statuses_ = 0;
   tester_->send(can::heartbeat_frame(1, can::NmtState::operational));
   run(milliseconds(1));
   EXPECT_TRUE(amplifier().is_taken());
   EXPECT_FALSE(amplifier().is_on_the_bus());
-  statuses_ = 0;
   amplifier_heartbeats_.clear();
   EXPECT_FALSE(answers());
   amplifier().restart();
   start_nodes();
   drive(50.0, 50);
   run(milliseconds(250));
+  amplifier().shut_down();
+  run(milliseconds(1));
   EXPECT_EQ(statuses_, 0);
   EXPECT_TRUE(amplifier_heartbeats_.empty()) << "also after a return of the supply";
   EXPECT_NEAR(output(), 0.0, 1e-3);
@@ -161,6 +163,34 @@ TEST_F(AmplifierOnBus, ObeysNoCommandBeforeItIsOperational) {
   run(milliseconds(1));
   EXPECT_EQ(amplifier().state(), AmpState::off);
   EXPECT_EQ(amplifier().setpoint(), 0.0);
+}
+
+TEST_F(AmplifierOnBus, ObeysNoCommandAfterAResetBeforeASync) {
+  start_nodes();
+  drive(10.0, 5);
+  nmt(can::NmtCommand::reset_node);
+  start_nodes();
+  for (const std::uint8_t named : {std::uint8_t{1}, counter_}) {
+    tester_->send(*encode_command_({.setpoint = 50.0, .enable = true, .sync_counter = named}));
+    run(milliseconds(1));
+    EXPECT_EQ(amplifier().state(), AmpState::ready) << "it names SYNC " << int{named};
+  }
+}
+
+// The output follows at 1000 V/s from the arrival of the command; 0.5 V are the frame and the bandwidth.
+TEST(AmplifierOnReceipt, TurnsItsOutputAtTheArrivalOfTheCommand) {
+  Config config = one_axis();
+  config.axes.front().axis.apply = Apply::receipt;
+  config.axes.front().axis.plant.amplifier.slew_per_s = 1000.0;
+  TwinBench bench(config);
+  bench.start_nodes();
+  bench.sync();
+  for (int i = 0; i < 8; ++i) {
+    bench.command(50.0, true);
+    bench.run(milliseconds(15));
+  }
+  bench.command(20.0, true);
+  EXPECT_NEAR(bench.output(), 45.0, 0.5) << "5 ms later";
 }
 
 TEST_F(AmplifierOnBus, IsReadyAtTheSafeDriveWithoutEnable) {

@@ -23,12 +23,13 @@ TEST(Rejection, IsDescribedOnlyWhereItOccurred) {
 
 TEST(Rejection, IsCountedByItsCauseInTheReport) {
   E2eChecker checker({}, 8, false);
+  checker.check({.kind = FrameKind::remote, .length = 8});
   checker.check({.length = 7});
   checker.check({.length = 9});
   checker.check({.extended = true, .length = 8});
   const RejectedFrames rejected = rejected_frames("XAmpStatus", checker);
   EXPECT_EQ(rejected.message, "XAmpStatus");
-  EXPECT_EQ(rejected.by_cause, (std::array<std::uint64_t, rejection_count>{0, 1, 2, 0, 0}));
+  EXPECT_EQ(rejected.by_cause, (std::array<std::uint64_t, rejection_count>{1, 1, 2, 0, 0}));
 }
 
 TEST(Rejection, DoesNotOccurWhereAMessageHasNeitherCounterNorCrc) {

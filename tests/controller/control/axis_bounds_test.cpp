@@ -191,6 +191,21 @@ TEST(AxisFault, OfAnAmplifierIsClearedWithTheNextStartAfterClear) {
   EXPECT_EQ(stage.axis.state(), AxisState::waiting);
 }
 
+TEST(AxisFault, OfAnAmplifierIsClearedOnlyInTheStartThatWasToldToClearIt) {
+  const auto faulted = [](AxisInput& in) {
+    in.health.amplifier_fault = true;
+    in.health.amplifier_ready = false;
+  };
+  IdealStage stage;
+  stage.axis.start(true);
+  ASSERT_TRUE(stage.reaches(AxisState::tracking));
+  stage.axis.stop();
+  ASSERT_TRUE(stage.reaches(AxisState::offline));
+  stage.axis.start(false);
+  EXPECT_FALSE(stage.cycle(faulted).clear_fault);
+  EXPECT_EQ(stage.axis.fault().cause, Cause::amplifier_fault);
+}
+
 /// In open loop the drive rises by 10 V/s while the position stands still. The gate is symmetrical.
 TEST(AxisFault, OfAFrozenPositionIsJudgedByTheWholeRangeOfTheDrive) {
   AxisConfig config = support::piezo_axis();
