@@ -177,6 +177,46 @@ TEST_F(AmplifierOnBus, ObeysNoCommandAfterAResetBeforeASync) {
   }
 }
 
+/// Frames that have neither Enable nor a status.
+Config bare_frames() {
+  Config config = one_axis();
+  config.axes.front().wire.frames =
+      can::AxisFrames{.command = {.message = "XAmpCommand",
+                                  .signals = {{"setpoint", "Setpoint"}, {"sync_counter", "SyncCounter"}}},
+                      .sample = {.message = "XSensorSample", .signals = {{"position", "Position"}}}};
+  return config;
+}
+
+TEST(AmplifierWithBareFrames, IsEnabledByACommandAloneAndSendsNoStatus) {
+  TwinBench bench(bare_frames());
+  bench.start_nodes();
+  bench.sync();
+  bench.command(50.0, false);
+  bench.run(milliseconds(1));
+  bench.sync();
+  bench.run(milliseconds(1));
+  EXPECT_EQ(bench.twin_.axes().front()->amplifier.state(), AmpState::enabled);
+  EXPECT_NEAR(bench.output(), 50.0, 1e-3);
+  bench.drive(50.0, 30);
+  EXPECT_EQ(bench.heard_[0x181], 0);
+}
+
+// Falls at 1000 V/s for 20 ms; 0.5 V are the frames and the bandwidth.
+TEST(AmplifierStatus, HasTheOutputAtItsOwnTime) {
+  Config config = one_axis();
+  config.axes.front().axis.plant.amplifier.slew_per_s = 1000.0;
+  config.axes.front().axis.command_timeout = milliseconds(200);
+  TwinBench bench(config);
+  bench.start_nodes();
+  bench.drive(50.0, 100);
+  bench.command(0.0, false);
+  bench.run(milliseconds(20));
+  bench.command(0.0, true);
+  bench.run(milliseconds(1));
+  ASSERT_EQ(bench.status_->state, AmpState::enabled);
+  EXPECT_NEAR(bench.status_->output, 30.0, 0.5);
+}
+
 // The output follows at 1000 V/s from the arrival of the command; 0.5 V are the frame and the bandwidth.
 TEST(AmplifierOnReceipt, TurnsItsOutputAtTheArrivalOfTheCommand) {
   Config config = one_axis();

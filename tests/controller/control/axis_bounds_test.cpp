@@ -278,6 +278,26 @@ TEST(AxisReportTest, HasTheLimitsOfThisCycleAlone) {
   EXPECT_EQ(stage.axis.report().limits, limit::none) << "the step is over";
 }
 
+TEST(AxisReportTest, HasTheDemandToTheInverse) {
+  IdealStage stage;
+  ASSERT_TRUE(stage.tracks());
+  for (int i = 0; i < 500; ++i) stage.cycle();
+  EXPECT_NEAR(stage.axis.report().demand_um, 15.0, 1e-6) << "at rest on an ideal stage: the reference";
+}
+
+TEST(AxisReportTest, HasTheArrivalOnlyWhileTheAxisTracks) {
+  AxisConfig config = support::piezo_axis();
+  config.in_position = {
+      .tolerance_um = 0.1, .window = std::chrono::milliseconds(5), .timeout = std::chrono::milliseconds(100)};
+  IdealStage stage(config);
+  ASSERT_TRUE(stage.tracks());
+  for (int i = 0; i < 500; ++i) stage.cycle();
+  EXPECT_EQ(stage.axis.report().arrival, Arrival::in_position);
+  stage.axis.stop();
+  stage.cycle();
+  EXPECT_EQ(stage.axis.report().arrival, Arrival::not_judged);
+}
+
 TEST(AxisExpectation, IsTheLastPositionUntilTheAxisTracksAndThenTheReference) {
   IdealStage stage;
   stage.cycle([](AxisInput& in) { in.position_um = 7.25; });

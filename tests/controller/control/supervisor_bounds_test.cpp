@@ -289,7 +289,7 @@ Supervisor::Config bridging(unsigned missing_samples) {
 }
 
 TEST(SupervisorRetune, AppliesTheNewNumberOfMissingSamplesAndCountsFromZero) {
-  for (const unsigned missing_samples : {1u, 3u, 7u}) {
+  for (const unsigned missing_samples : {1u, 3u, 20u}) {
     Supervisor supervisor(config());
     for (int i = 0; i < 3; ++i) supervisor.judge(sample({}));
     supervisor.retune(bridging(missing_samples));
