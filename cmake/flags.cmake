@@ -4,6 +4,7 @@ set(HYSTCAN_SANITIZE "" CACHE STRING "Sanitizers to build with, e.g. address,und
 option(HYSTCAN_FUZZ "Build the fuzz targets with libFuzzer, and the rooms for it (needs clang)" OFF)
 
 option(HYSTCAN_UNITY "Compile several sources of a room as one, which spares reading the same headers for each" ON)
+set(HYSTCAN_ALONE "" CACHE STRING "Rooms whose sources are compiled one by one all the same, e.g. control;can")
 
 if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release)
@@ -47,6 +48,9 @@ function(add_room name)
   add_library(hystcan_${name} STATIC ${ARGN})
   target_link_libraries(hystcan_${name} PUBLIC hystcan_flags)
   set_target_properties(hystcan_${name} PROPERTIES UNITY_BUILD ${HYSTCAN_UNITY} UNITY_BUILD_BATCH_SIZE 16)
+  if(name IN_LIST HYSTCAN_ALONE)
+    set_target_properties(hystcan_${name} PROPERTIES UNITY_BUILD OFF)
+  endif()
   if(HYSTCAN_FUZZ)
     target_compile_options(hystcan_${name} PRIVATE -fsanitize=fuzzer-no-link)
   endif()

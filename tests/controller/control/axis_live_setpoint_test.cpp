@@ -1,0 +1,196 @@
+// Live setpoints: which positions an axis takes and when, and that its reference has no jump. Then what a
+// changed configuration and a restored memory have to do with them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tests/controller/control/ideal_stage.h"
+#include "tests/support/piezo.h"
+
+namespace hystcan::controller::axis_live_setpoint_test {
+namespace {
+
+using enum LiveSetpoint;
+
+/// The model reaches 1.5 um, coming down to 0 V, and 30 um at 100 V.
+IdealStage tracking_stage(const AxisConfig& config = support::piezo_axis()) {
+  IdealStage stage(config);
+  EXPECT_TRUE(stage.tracks());
+  for (int i = 0; i < 200; ++i) stage.cycle();
+  return stage;
+}
+
+TEST(AxisLiveSetpoint, MayBeWhatTheModelReachesAndNothingBeyond) {
+  const model::HysteresisParameters model = support::piezo_model();
+  const double lowest_um = model.descending.value(0.0);
+  const double highest_um = model.ascending.value(100.0);
+  IdealStage stage = tracking_stage();
+  EXPECT_EQ(stage.axis.go_to(lowest_um), taken);
+  EXPECT_EQ(stage.axis.go_to(highest_um), taken);
+  EXPECT_EQ(stage.axis.go_to(lowest_um - 1e-9), out_of_range);
+  EXPECT_EQ(stage.axis.go_to(highest_um + 1e-9), out_of_range);
+  EXPECT_EQ(stage.axis.go_to(std::numeric_limits<double>::quiet_NaN()), out_of_range);
+}
+
+TEST(AxisLiveSetpoint, MayOnlyBeAPlausiblePosition) {
+  AxisConfig config = support::piezo_axis();
+  config.supervision.position_min_um = 1.75;
+  config.supervision.position_max_um = 29.0;
+  config.setpoint = {{.shape = Hold{.level_um = 15.0, .duration_s = 1.0}, .transition_s = 0.05}};
+  AxisTuning tuning(config, false);
+  IdealStage stage = tracking_stage();
+  ASSERT_EQ(stage.axis.retune(tuning), "");
+  EXPECT_EQ(stage.axis.go_to(1.75), taken);
+  EXPECT_EQ(stage.axis.go_to(29.0), taken);
+  EXPECT_EQ(stage.axis.go_to(1.74), out_of_range);
+  EXPECT_EQ(stage.axis.go_to(29.01), out_of_range);
+}
+
+TEST(AxisLiveSetpoint, IsRefusedWhereTheAxisDoesNotTrackAReference) {
+  IdealStage stage;
+  EXPECT_EQ(stage.axis.go_to(15.0), not_tracking);
+  EXPECT_EQ(stage.axis.resume(), not_tracking);
+  ASSERT_TRUE(stage.tracks());
+  stage.cycle();
+  EXPECT_EQ(stage.axis.go_to(15.0), taken);
+  EXPECT_EQ(stage.axis.resume(), taken);
+  stage.axis.stop();
+  EXPECT_EQ(stage.axis.go_to(15.0), not_tracking) << "it is about to ramp down";
+  EXPECT_EQ(stage.axis.resume(), not_tracking);
+}
+
+TEST(AxisLiveSetpoint, IsRefusedInOpenLoop) {
+  AxisConfig config = support::piezo_axis();
+  config.excitation = Excitation::Hysteresis{.low = 10.0, .high = 90.0};
+  IdealStage stage(config);
+  ASSERT_TRUE(stage.tracks());
+  EXPECT_EQ(stage.axis.go_to(15.0), not_tracking);
+  EXPECT_EQ(stage.axis.resume(), not_tracking);
+}
+
+/// The largest change of the reference from cycle to cycle.
+double largest_step_um(IdealStage& stage, int cycles) {
+  double largest_um = 0.0;
+  for (int i = 0; i < cycles; ++i) {
+    const double before_um = stage.axis.report().reference_um;
+    stage.cycle();
+    largest_um = std::max(largest_um, std::abs(stage.axis.report().reference_um - before_um));
+  }
+  return largest_um;
+}
+
+AxisConfig limited() {
+  AxisConfig config = support::piezo_axis();
+  config.transition_limits = {.slew_um_per_s = 100.0, .acceleration_um_per_s2 = 10'000.0};
+  return config;
+}
+
+TEST(AxisLiveSetpoint, IsReachedFromThePresentReferenceWithinTheLimits) {
+  IdealStage stage = tracking_stage(limited());
+  ASSERT_EQ(stage.axis.go_to(20.0), taken);
+  EXPECT_LE(largest_step_um(stage, 120), 100.0 * cycle_s * (1 + 1e-9));
+  EXPECT_EQ(stage.axis.report().reference_um, 20.0);
+}
+
+TEST(AxisLiveSetpoint, IsLeftForTheConfiguredReferenceWithinTheLimits) {
+  IdealStage stage = tracking_stage(limited());
+  ASSERT_EQ(stage.axis.go_to(20.0), taken);
+  for (int i = 0; i < 200; ++i) stage.cycle();
+  ASSERT_EQ(stage.axis.resume(), taken);
+  EXPECT_LE(largest_step_um(stage, 120), 100.0 * cycle_s * (1 + 1e-9));
+  EXPECT_EQ(stage.axis.report().reference_um, 15.0);
+}
+
+// ---- a changed configuration
+
+TEST(AxisRetuneAtTheBounds, IsAcceptedWhereTheDriveIsAtABoundOfTheNewRange) {
+  const AxisConfig config = support::piezo_axis();
+  IdealStage stage(config);
+  stage.axis.start(false);
+  while (stage.command.drive < 100.0) stage.cycle();
+  AxisTuning at_the_upper(config, false);
+  EXPECT_EQ(stage.axis.retune(at_the_upper), "");
+  ASSERT_TRUE(stage.reaches(AxisState::ready));
+  ASSERT_EQ(stage.command.drive, 0.0);
+  AxisTuning at_the_lower(config, false);
+  EXPECT_EQ(stage.axis.retune(at_the_lower), "");
+}
+
+TEST(AxisRetuneAtTheBounds, IsRefusedWhereTheDriveIsBelowTheNewRange) {
+  AxisConfig config = support::piezo_axis();
+  IdealStage stage(config);
+  stage.axis.start(false);
+  ASSERT_TRUE(stage.reaches(AxisState::ready));
+  config.gate.drive_min = 1.0;
+  AxisTuning tuning(config, false);
+  EXPECT_EQ(stage.axis.retune(tuning), "the present drive is outside the new drive_min..drive_max");
+}
+
+TEST(AxisRetuneAtTheBounds, ChangesTheSupervision) {
+  AxisConfig config = support::piezo_axis();
+  IdealStage stage = tracking_stage(config);
+  config.supervision.missing_samples = 6;
+  AxisTuning tuning(config, false);
+  ASSERT_EQ(stage.axis.retune(tuning), "");
+  const auto lost = [](AxisInput& in) { in.position_um.reset(); };
+  for (int i = 0; i < 6; ++i) EXPECT_TRUE(stage.cycle(lost).enable) << i;
+  EXPECT_FALSE(stage.cycle(lost).enable);
+}
+
+// ---- a restored memory and correction
+
+AxisConfig adapting(StartUp start_up) {
+  AxisConfig config = support::piezo_axis();
+  config.law.adaptation = Adaptation::Config{};
+  config.start_up = start_up;
+  return config;
+}
+
+/// An axis that was never driven, with a restored correction.
+Axis restored(StartUp start_up) {
+  const AxisConfig config = adapting(start_up);
+  Axis axis(config);
+  axis.restore(model::Hysteresis(config.law.model).at_lower_threshold(), {.gain = 1.01, .offset_um = 0.25});
+  return axis;
+}
+
+TEST(AxisMemory, IsKnownAtOnceWhereItIsAssumedOrRestored) {
+  EXPECT_EQ(restored(StartUp::wipe).law_to_save(), nullptr);
+  EXPECT_NE(restored(StartUp::assume).law_to_save(), nullptr);
+  EXPECT_NE(restored(StartUp::restore).law_to_save(), nullptr);
+}
+
+TEST(AxisCorrection, IsRestoredAndCanBeReverted) {
+  Axis axis = restored(StartUp::restore);
+  const ControlLaw* law = axis.law_to_save();
+  ASSERT_NE(law, nullptr);
+  EXPECT_NEAR(law->correction().gain, 1.01, 1e-12);
+  EXPECT_NEAR(law->correction().offset_um, 0.25, 1e-12);
+  axis.revert_correction();
+  EXPECT_EQ(law->correction().gain, 1.0);
+  EXPECT_EQ(law->correction().offset_um, 0.0);
+}
+
+TEST(AxisCorrection, IsReportedWhileTheAxisTracks) {
+  const model::HysteresisState memory = model::Hysteresis(support::piezo_model()).at_lower_threshold();
+  IdealStage stage(adapting(StartUp::wipe), memory);
+  stage.axis.restore(memory, {.gain = 1.01, .offset_um = 0.25});
+  ASSERT_TRUE(stage.tracks());
+  EXPECT_NEAR(stage.axis.report().correction.gain, 1.01, 1e-3);
+  EXPECT_NEAR(stage.axis.report().correction.offset_um, 0.25, 1e-2);
+}
+
+TEST(AxisMemory, IsNeitherRestoredNorSavedInOpenLoop) {
+  AxisConfig config = support::piezo_axis();
+  config.start_up = StartUp::assume;
+  config.excitation = Excitation::Hysteresis{.low = 10.0, .high = 90.0};
+  Axis axis(config);
+  axis.restore(model::Hysteresis(config.law.model).at_lower_threshold(), {});
+  axis.revert_correction();
+  EXPECT_EQ(axis.law_to_save(), nullptr);
+}
+
+}  // namespace
+}  // namespace hystcan::controller::axis_live_setpoint_test

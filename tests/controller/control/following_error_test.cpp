@@ -1,0 +1,58 @@
+// The following error at its bound, and the cycles in which its slope is not known.
+#include "controller/control/following_error.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace hystcan::controller::following_error_test {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr double cycle_s = 1.0 / 1024.0;
+
+TEST(FollowingErrorBound, MayBeReachedButNotExceededInBothDirections) {
+  const FollowingError::Config config{.error_um = 1.0};
+  EXPECT_TRUE(FollowingError(config).step(5.0, 6.0, cycle_s));
+  EXPECT_TRUE(FollowingError(config).step(5.0, 4.0, cycle_s));
+  EXPECT_FALSE(FollowingError(config).step(5.0, 6.001, cycle_s));
+  EXPECT_FALSE(FollowingError(config).step(5.0, 3.999, cycle_s));
+}
+
+TEST(FollowingErrorBound, GrowsByTheLagWhereTheReferenceFallsAsWhereItRises) {
+  for (const double step_um : {1.0, -1.0}) {
+    FollowingError watch({.error_um = 1.0, .lag = milliseconds(125)});  // 128 cycles
+    watch.step(0.0, 0.0, cycle_s);
+    EXPECT_TRUE(watch.step(step_um, -127.9 * step_um, cycle_s));
+    EXPECT_TRUE(watch.step(2 * step_um, 2 * step_um - 128.9 * step_um, cycle_s));
+    EXPECT_FALSE(watch.step(3 * step_um, 3 * step_um - 129.1 * step_um, cycle_s));
+  }
+}
+
+TEST(FollowingErrorBound, DoesNotGrowWhereNoTimeHasPassed) {
+  FollowingError watch({.error_um = 1.0, .lag = milliseconds(125)});
+  watch.step(0.0, 0.0, cycle_s);
+  EXPECT_FALSE(watch.step(1.05, 0.0, 0.0));
+}
+
+TEST(FollowingErrorBound, DoesNotGrowByTheStepIntoTheFirstCycle) {
+  EXPECT_FALSE(FollowingError({.error_um = 1.0, .lag = milliseconds(125)}).step(10.0, 0.0, cycle_s));
+}
+
+TEST(FollowingErrorBound, IsExceededByWhatIsNotANumber) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(FollowingError({.error_um = 1.0}).step(nan, 0.0, cycle_s));
+  EXPECT_FALSE(FollowingError({.error_um = 1.0}).step(0.0, nan, cycle_s));
+}
+
+TEST(FollowingErrorRestart, ForgetsTheCyclesAndTheLastReference) {
+  FollowingError watch({.error_um = 1.0, .lag = milliseconds(125), .cycles = 2});
+  watch.step(0.0, 2.0, cycle_s);
+  watch.restart();
+  EXPECT_TRUE(watch.step(10.0, 0.0, cycle_s)) << "the first cycle in a row";
+  EXPECT_FALSE(watch.step(10.0, 0.0, cycle_s));
+}
+
+}  // namespace
+}  // namespace hystcan::controller::following_error_test
