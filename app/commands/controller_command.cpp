@@ -16,6 +16,7 @@
 #include "app/live/systemd_notifier.h"
 #include "app/remote/control_service.h"
 #include "app/remote/saved_states.h"
+#include "app/remote/socket_place.h"
 #include "app/remote/status_board.h"
 #include "app/report/report.h"
 #include "config/schema/config.h"

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "app/commands/commands.h"
-#include "app/remote/control_socket.h"
+#include "app/remote/socket_place.h"
 
 namespace hystcan::app {
 namespace {
@@ -116,8 +116,8 @@ int run(const CtlArguments& options, const nlohmann::json& command) {
   const bool to_twin = options.twin || command.at("do") == "inject" || command.at("do") == "remove" ||
                        command.at("do") == "heal";
   const std::filesystem::path file = !options.socket.empty() ? std::filesystem::path(options.socket)
-                                     : to_twin               ? default_twin_socket(options.interface)
-                                                             : default_socket(options.interface);
+                                     : to_twin               ? find_twin_socket(options.interface)
+                                                             : find_socket(options.interface);
   const nlohmann::json answer = exchange(file, command, to_twin ? "twin" : "controller");
   if (options.json) fmt::print("{}\n", answer.dump(2));
   if (!answer.value("ok", false)) throw RunError(answer.value("error", "the answer has no \"error\""));

@@ -9,7 +9,6 @@
 #include <boost/asio/read_until.hpp>
 #include <boost/asio/streambuf.hpp>
 #include <boost/asio/write.hpp>
-#include <cstdlib>
 #include <istream>
 #include <optional>
 #include <utility>
@@ -74,17 +73,6 @@ nlohmann::json parse_command(const std::string& line) {
     return depth <= deepest;
   };
   return nlohmann::json::parse(line, is_shallow, false);
-}
-
-std::filesystem::path default_socket(const std::string& interface) {
-  for (const char* variable : {"RUNTIME_DIRECTORY", "XDG_RUNTIME_DIR"})
-    if (const char* folder = std::getenv(variable); folder != nullptr && *folder != '\0')
-      return std::filesystem::path(folder) / ("hystcan-" + interface + ".sock");
-  return "/tmp/hystcan-" + interface + ".sock";
-}
-
-std::filesystem::path default_twin_socket(const std::string& interface) {
-  return default_socket("twin-" + interface);
 }
 
 /// One connection. It lives as long as one of its operations is pending.

@@ -25,12 +25,6 @@
 
 namespace hystcan::app {
 
-/// The default socket of a controller on `interface`, hystcan-vcan0.sock, or of a twin,
-/// hystcan-twin-vcan0.sock. It is in the folder that RUNTIME_DIRECTORY (systemd) or XDG_RUNTIME_DIR names,
-/// else in /tmp.
-std::filesystem::path default_socket(const std::string& interface);
-std::filesystem::path default_twin_socket(const std::string& interface);
-
 /// Parses one line. Returns something other than an object if the line is not a command. Values nested deeper
 /// than eight levels are left out.
 nlohmann::json parse_command(const std::string& line);
