@@ -1,11 +1,16 @@
 #include <fmt/format.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
 
-#include <cstdio>
+#include <unistd.h>
+#include <chrono>
+#include <memory>
+#include <string>
+#include <string_view>
 
 #include "app/commands/commands.h"
+#include "app/io/bounded_output.h"
+#include "app/live/log_sink.h"
 #include "can/dbc/database.h"
 #include "can/log/candump.h"
 #include "can/socketcan/socketcan_bus.h"
@@ -15,9 +20,13 @@ namespace {
 
 using namespace hystcan;
 
-/// Prints the error. It does not throw if standard error is closed, for example with the terminal.
+/// Prints the error. It neither throws if standard error is closed, for example with the terminal, nor waits forever
+/// for its reader.
 int print_error(const std::exception& error, int status) {
-  std::fputs(fmt::format("hystcan: {}\n", error.what()).c_str(), stderr);
+  const std::string message = fmt::format("hystcan: {}\n", error.what());
+  spdlog::default_logger()->flush();
+  std::string_view rest = message;
+  hystcan::app::write_within(STDERR_FILENO, rest, std::chrono::seconds(1));
   return status;
 }
 
@@ -45,7 +54,8 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   try {
-    spdlog::set_default_logger(spdlog::stderr_color_mt("hystcan"));
+    spdlog::set_default_logger(
+        std::make_shared<spdlog::logger>("hystcan", std::make_shared<app::LogSink>(STDERR_FILENO)));
     return run(argc, argv);
   } catch (const config::Error& error) {
     return print_error(error, app::bad_input);

@@ -2,21 +2,27 @@
 #include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
 
+#include <unistd.h>
+#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/commands/commands.h"
+#include "app/io/bounded_output.h"
 #include "app/io/output_file.h"
+#include "app/live/exit_limit.h"
 #include "app/live/live_loop.h"
 #include "app/live/live_run.h"
 #include "app/live/state_log.h"
 #include "app/live/systemd_notifier.h"
 #include "app/remote/control_service.h"
 #include "app/remote/saved_states.h"
+#include "app/remote/socket_place.h"
 #include "app/remote/status_board.h"
 #include "app/report/report.h"
 #include "config/schema/config.h"
@@ -30,6 +36,9 @@ namespace {
 
 using controller::AxisState;
 
+/// How long the end of the program waits for whoever reads its results.
+constexpr auto reader_patience = std::chrono::seconds(1);
+
 struct ControllerArguments {
   std::filesystem::path config;
   std::string interface;
@@ -40,7 +49,8 @@ struct ControllerArguments {
   bool json = false;
 };
 
-/// Consumes the cycle records on the telemetry thread: logs changes, counts and writes.
+/// Consumes the cycle records on the telemetry thread: counts, writes and logs changes. The status and the black box
+/// come first, the log comes last.
 class CycleRecorder {
  public:
   CycleRecorder(const config::Config& config, const SavedStates& states, const std::filesystem::path& csv)
@@ -56,15 +66,15 @@ class CycleRecorder {
   }
 
   void consume(const controller::CycleRecord& record) {
-    log_.add(record);
-    lateness_.add(record);
-    bus_log_.write();
-    black_box_.add(record);
     board_.put(record);
+    black_box_.add(record);
     if (record.report.state >= AxisState::initialising) states_.forget(record.axis);
     service_.report_cycle(record.time_s);
     statistics_[record.axis].add(record.report);
     if (csv_) csv_->write(record);
+    log_.add(record);
+    lateness_.add(record);
+    bus_log_.write();
   }
 
   const std::vector<std::string>& events() const { return log_.events(); }
@@ -123,37 +133,47 @@ std::filesystem::path socket_of(const config::Config& config) {
   return socket.empty() ? default_socket(config.bus.interface) : std::filesystem::path(socket);
 }
 
+std::string results_text(const controller::Controller& controller, const CycleRecorder& recorder,
+                         const std::vector<controller::AxisOutcome>& outcomes, bool as_json,
+                         std::uint64_t dropped_records) {
+  const controller::CycleCounters& counters = controller.counters();
+  const BusClosing closing = closing_of(controller, recorder.events());
+  if (as_json) {
+    nlohmann::json axes = nlohmann::json::array();
+    for (std::size_t i = 0; i < outcomes.size(); ++i) {
+      axes.push_back(to_json(outcomes[i]));
+      axes.back()["rejected_samples"] = to_json(can::rejected_frames("", controller.sample_checker(i)));
+    }
+    return nlohmann::json{{"cycles", counters.cycles},
+                          {"missed_cycles", counters.overruns},
+                          {"missing_samples", counters.missing_samples},
+                          {"late_samples", counters.late_samples},
+                          {"dropped_records", dropped_records},
+                          {"timing", to_json(controller.timing())},
+                          {"events", closing.events},
+                          {"bus", to_json(closing)},
+                          {"axes", axes}}
+               .dump(2) +
+           "\n";
+  }
+  std::string text = fmt::format("{} cycles, {} missed, {} samples missing, {} late\n", counters.cycles,
+                                 counters.overruns, counters.missing_samples, counters.late_samples);
+  for (const std::string& line : describe(controller.timing())) text += line + "\n";
+  for (const std::string& line : describe(closing)) text += line + "\n";
+  for (const auto& outcome : outcomes) text += describe(outcome) + "\n";
+  return text;
+}
+
 int print_results(const controller::Controller& controller, const CycleRecorder& recorder,
                   const ControllerArguments& options, std::uint64_t dropped_records) {
   std::vector<controller::AxisOutcome> outcomes;
   for (std::size_t i = 0; i < controller.axis_count(); ++i)
     outcomes.push_back(
         controller::outcome_of(controller.axis_name(i), controller.axis(i), recorder.statistics(i)));
-  const controller::CycleCounters& counters = controller.counters();
-  const BusClosing closing = closing_of(controller, recorder.events());
-  if (options.json) {
-    nlohmann::json axes = nlohmann::json::array();
-    for (std::size_t i = 0; i < outcomes.size(); ++i) {
-      axes.push_back(to_json(outcomes[i]));
-      axes.back()["rejected_samples"] = to_json(can::rejected_frames("", controller.sample_checker(i)));
-    }
-    fmt::print("{}\n", nlohmann::json{{"cycles", counters.cycles},
-                                      {"missed_cycles", counters.overruns},
-                                      {"missing_samples", counters.missing_samples},
-                                      {"late_samples", counters.late_samples},
-                                      {"dropped_records", dropped_records},
-                                      {"timing", to_json(controller.timing())},
-                                      {"events", closing.events},
-                                      {"bus", to_json(closing)},
-                                      {"axes", axes}}
-                           .dump(2));
-  } else {
-    fmt::print("{} cycles, {} missed, {} samples missing, {} late\n", counters.cycles, counters.overruns,
-               counters.missing_samples, counters.late_samples);
-    for (const std::string& line : describe(controller.timing())) fmt::print("{}\n", line);
-    for (const std::string& line : describe(closing)) fmt::print("{}\n", line);
-    for (const auto& outcome : outcomes) fmt::print("{}\n", describe(outcome));
-  }
+  const std::string text = results_text(controller, recorder, outcomes, options.json, dropped_records);
+  spdlog::default_logger()->flush();  // its last lines come before the results
+  if (std::string_view rest = text; write_within(STDOUT_FILENO, rest, reader_patience) != Written::all)
+    spdlog::warn("the results are not printed: nobody reads standard output");
   for (const auto& outcome : outcomes)
     if (outcome.fault.cause != controller::Cause::none) throw RunError(describe(outcome.name, outcome.fault));
   if ((options.once || options.duration_s > 0.0) && !recorder.has_tracked())
@@ -162,6 +182,20 @@ int print_results(const controller::Controller& controller, const CycleRecorder&
     if (!controller.axis(i).report().point.finished)
       throw RunError(fmt::format("axis {} was stopped before the end of its reference", outcomes[i].name));
   return done;
+}
+
+/// Returns when every axis is safe. What follows may wait for a disk, but not forever.
+void run_to_the_end(LiveLoop& loop, controller::Controller& controller, ControlService& control,
+                    CycleRecorder& recorder, const ControllerArguments& options, double start_timeout_s) {
+  const ExitLimit limit(std::chrono::seconds(30));
+  run_live(loop, controller, recorder.bus_log(),
+           {.clear_faults = options.clear_faults,
+            .is_done =
+                [&](double run_s) {
+                  return (options.duration_s > 0.0 && run_s > options.duration_s) ||
+                         (options.once && nothing_left_to_do(controller, run_s > start_timeout_s));
+                },
+            .reload = [&] { control.reload(); }});
 }
 
 int run_controller(const ControllerArguments& options) {
@@ -190,15 +224,8 @@ int run_controller(const ControllerArguments& options) {
   spdlog::info("{} axes at {} Hz on {}; Ctrl-C ramps down and stops", config.axes.size(),
                config.controller.rate_Hz, config.bus.interface);
   become_realtime(config);
-  const double start_timeout_s = can::seconds(config.controller.start_timeout);
-  run_live(loop, controller, recorder.bus_log(),
-           {.clear_faults = options.clear_faults,
-            .is_done =
-                [&](double run_s) {
-                  return (options.duration_s > 0.0 && run_s > options.duration_s) ||
-                         (options.once && nothing_left_to_do(controller, run_s > start_timeout_s));
-                },
-            .reload = [&] { control->reload(); }});
+  run_to_the_end(loop, controller, *control, recorder, options,
+                 can::seconds(config.controller.start_timeout));
   control.reset();
 
   const std::uint64_t dropped = telemetry->dropped();

@@ -1,21 +1,19 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/local/stream_protocol.hpp>
-#include <boost/asio/read_until.hpp>
-#include <boost/asio/streambuf.hpp>
-#include <boost/asio/write.hpp>
+#include <chrono>
 #include <filesystem>
-#include <istream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "app/commands/commands.h"
-#include "app/remote/control_socket.h"
+#include "app/io/exit_status.h"
+#include "app/remote/control_client.h"
+#include "app/remote/socket_place.h"
 
 namespace hystcan::app {
 namespace {
@@ -28,7 +26,8 @@ struct CtlArguments {
   double position_um = 0.0;
   std::string key;
   std::string value;
-  double timeout_s = 0.0;
+  double timeout_s = 0.0;  ///< of `wait`
+  double answer_timeout_s = 5.0;
   bool twin = false;
   std::string kind;
   std::string node;
@@ -37,22 +36,27 @@ struct CtlArguments {
 };
 
 /// Sends one command and returns its answer. `process`: controller or twin, for the message of an error.
-nlohmann::json exchange(const std::filesystem::path& file, const nlohmann::json& command,
-                        const char* process) {
-  boost::asio::io_context context;
-  boost::asio::local::stream_protocol::socket socket(context);
+nlohmann::json exchange(const std::filesystem::path& file, const nlohmann::json& command, const char* process,
+                        std::optional<std::chrono::milliseconds> limit) {
   try {
-    socket.connect(boost::asio::local::stream_protocol::endpoint(file.string()));
-    boost::asio::write(socket, boost::asio::buffer(command.dump() + "\n"));
-    boost::asio::streambuf buffer;
-    boost::asio::read_until(socket, buffer, '\n');
-    std::istream stream(&buffer);
-    return nlohmann::json::parse(stream);
-  } catch (const boost::system::system_error& error) {
+    return ask_socket(file, command, limit);
+  } catch (const std::system_error& error) {
+    if (error.code() == std::errc::timed_out)
+      throw RunError(fmt::format("{}: no answer within {:g} s (--timeout): the {} does not read its socket",
+                                 file.string(), std::chrono::duration<double>(*limit).count(), process));
     throw RunError(
         fmt::format("{}: {}; is the {} running, with this interface? (--interface, --socket, control_socket)",
                     file.string(), error.code().message(), process));
   }
+}
+
+/// `wait` may take as long as it says, and without a time as long as it takes.
+std::optional<std::chrono::milliseconds> limit_of(const CtlArguments& options,
+                                                  const nlohmann::json& command) {
+  const bool waits = command.at("do") == "wait";
+  if (waits && options.timeout_s <= 0.0) return std::nullopt;
+  const double limit_s = options.answer_timeout_s + (waits ? options.timeout_s : 0.0);
+  return std::chrono::ceil<std::chrono::milliseconds>(std::chrono::duration<double>(limit_s));
 }
 
 std::string number(const nlohmann::json& value) {
@@ -60,10 +64,11 @@ std::string number(const nlohmann::json& value) {
 }
 
 void print_status(const nlohmann::json& status) {
-  fmt::print(
-      "{:.1f} s: {} cycles, {} missed, {} samples missing, {} late\n", status.at("time_s").get<double>(),
-      status.at("cycles").get<std::uint64_t>(), status.at("missed_cycles").get<std::uint64_t>(),
-      status.at("missing_samples").get<std::uint64_t>(), status.at("late_samples").get<std::uint64_t>());
+  fmt::print("{:.1f} s, {:.2f} s ago: {} cycles, {} missed, {} samples missing, {} late\n",
+             status.at("time_s").get<double>(), status.at("age_s").get<double>(),
+             status.at("cycles").get<std::uint64_t>(), status.at("missed_cycles").get<std::uint64_t>(),
+             status.at("missing_samples").get<std::uint64_t>(),
+             status.at("late_samples").get<std::uint64_t>());
   fmt::print("{:<8} {:<13} {:>13} {:>12} {:>12} {:>10}  {}\n", "axis", "state", "reference um", "position um",
              "error um", "drive", "");
   for (const nlohmann::json& axis : status.at("axes")) {
@@ -117,9 +122,10 @@ int run(const CtlArguments& options, const nlohmann::json& command) {
   const bool to_twin = options.twin || command.at("do") == "inject" || command.at("do") == "remove" ||
                        command.at("do") == "heal";
   const std::filesystem::path file = !options.socket.empty() ? std::filesystem::path(options.socket)
-                                     : to_twin               ? default_twin_socket(options.interface)
-                                                             : default_socket(options.interface);
-  const nlohmann::json answer = exchange(file, command, to_twin ? "twin" : "controller");
+                                     : to_twin               ? find_twin_socket(options.interface)
+                                                             : find_socket(options.interface);
+  const nlohmann::json answer =
+      exchange(file, command, to_twin ? "twin" : "controller", limit_of(options, command));
   if (options.json) fmt::print("{}\n", answer.dump(2));
   if (!answer.value("ok", false)) throw RunError(answer.value("error", "the answer has no \"error\""));
   if (!options.json) print_answer(answer);
@@ -182,6 +188,10 @@ void add_ctl(CLI::App& cli, int& status) {
       ->capture_default_str();
   ctl->add_flag("--twin", options->twin, "command the twin on this interface, not the controller");
   ctl->add_flag("--json", options->json, "print the answer as JSON");
+  ctl->add_option("--timeout", options->answer_timeout_s,
+                  "seconds to wait for the answer; `wait` has its own")
+      ->check(CLI::Range(0.001, 1e6))
+      ->capture_default_str();
   const auto add = [&](const char* name, const char* what) {
     CLI::App* command = ctl->add_subcommand(name, what);
     command->fallthrough();

@@ -19,6 +19,7 @@
 #include "app/live/live_loop.h"
 #include "app/live/live_run.h"
 #include "app/remote/control_socket.h"
+#include "app/remote/socket_place.h"
 #include "app/remote/twin_command_handler.h"
 #include "app/report/report.h"
 #include "config/schema/config.h"
@@ -105,9 +106,9 @@ void log_faults(twin::Twin& twin, can::Time started) {
 void open_socket(std::optional<ControlSocket>& socket, const TwinArguments& options,
                  const std::string& interface, LiveLoop& loop, TwinCommandHandler& handler) {
   if (options.socket == "none") return;
-  const std::filesystem::path file =
-      options.socket.empty() ? default_twin_socket(interface) : std::filesystem::path(options.socket);
   try {
+    const std::filesystem::path file =
+        options.socket.empty() ? default_twin_socket(interface) : std::filesystem::path(options.socket);
     socket.emplace(loop.context(), file, handler);
     spdlog::info("control socket {}: hystcan ctl --socket {} status", file.string(), file.string());
   } catch (const RunError& error) {

@@ -12,7 +12,27 @@ namespace {
 
 void ignore_answer(const nlohmann::json&) {}  // the handler logs it
 
+void log_failure(const char* what) noexcept {
+  try {
+    spdlog::error("the control socket goes on after a failed command: {}", what);
+  } catch (...) {  // the log needs memory too
+    return;
+  }
+}
+
 }  // namespace
+
+void run_despite_exceptions(boost::asio::io_context& context) {
+  while (!context.stopped()) {
+    try {
+      context.run();
+    } catch (const std::exception& error) {
+      log_failure(error.what());
+    } catch (...) {
+      log_failure("an unknown exception");
+    }
+  }
+}
 
 ControlService::ControlService(const std::filesystem::path& config_file, const config::Config& config,
                                const std::filesystem::path& socket, const StatusBoard& board)
@@ -28,7 +48,7 @@ ControlService::ControlService(const std::filesystem::path& config_file, const c
   thread_ = std::thread([this] {
     controller::yield_to_the_control_thread();
     const auto work = boost::asio::make_work_guard(context_);
-    context_.run();
+    run_despite_exceptions(context_);
   });
 }
 

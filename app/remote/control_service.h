@@ -15,6 +15,10 @@
 
 namespace hystcan::app {
 
+/// Runs until the context is stopped. An exception of a handler, also of memory that is not there, ends this handler
+/// and not the process.
+void run_despite_exceptions(boost::asio::io_context& context);
+
 class ControlService {
  public:
   /// An empty `socket` means that there is none. Throws RunError if the socket cannot be opened.

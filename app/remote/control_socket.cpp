@@ -5,10 +5,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <boost/asio/read_until.hpp>
 #include <boost/asio/streambuf.hpp>
 #include <boost/asio/write.hpp>
-#include <cstdlib>
 #include <istream>
 #include <optional>
 #include <utility>
@@ -22,6 +22,13 @@ using boost::asio::local::stream_protocol;
 using boost::system::error_code;
 
 constexpr std::size_t longest_line = 65'536;
+constexpr std::size_t most_sessions = 16;
+
+constexpr auto time_for_a_stop = std::chrono::milliseconds(100);
+constexpr auto time_for_its_answer = std::chrono::seconds(1);
+constexpr auto pause_between_looks = std::chrono::milliseconds(10);
+/// After a failed accept: without it, an exhausted table of file descriptors would keep the thread busy.
+constexpr auto pause_after_failure = std::chrono::milliseconds(100);
 
 /// Read and write for owner and group; the permissions of the folder can restrict this further.
 constexpr mode_t socket_mode = 0660;
@@ -68,22 +75,24 @@ nlohmann::json parse_command(const std::string& line) {
   return nlohmann::json::parse(line, is_shallow, false);
 }
 
-std::filesystem::path default_socket(const std::string& interface) {
-  for (const char* variable : {"RUNTIME_DIRECTORY", "XDG_RUNTIME_DIR"})
-    if (const char* folder = std::getenv(variable); folder != nullptr && *folder != '\0')
-      return std::filesystem::path(folder) / ("hystcan-" + interface + ".sock");
-  return "/tmp/hystcan-" + interface + ".sock";
-}
-
-std::filesystem::path default_twin_socket(const std::string& interface) {
-  return default_socket("twin-" + interface);
-}
-
 /// One connection. It lives as long as one of its operations is pending.
 class ControlSocket::Session : public std::enable_shared_from_this<Session> {
  public:
   Session(stream_protocol::socket socket, ControlSocket& owner)
-      : socket_(std::move(socket)), owner_(owner), pid_(pid_of(socket_)) {}
+      : socket_(std::move(socket)), owner_(owner), pid_(pid_of(socket_)), limit_(socket_.get_executor()) {}
+
+  /// Waits for no answer and has not the right to write.
+  bool is_idle() const { return !obeying_ && owner_.writer_.lock().get() != this; }
+  void close() {
+    error_code ignored;
+    socket_.close(ignored);
+  }
+  /// Allows only one line, which is `stop`, and closes the connection soon.
+  void read_only_a_stop() {
+    stop_only_ = true;
+    close_after(time_for_a_stop);
+    read();
+  }
 
   void read() {
     boost::asio::async_read_until(
@@ -101,6 +110,8 @@ class ControlSocket::Session : public std::enable_shared_from_this<Session> {
     std::string line;
     std::getline(stream, line);
     const nlohmann::json command = parse_command(line);
+    owner_.mark_as_newest(*this);
+    if (stop_only_) return obey_if_stop(command);
     if (!command.is_object())
       return answer(refusal("expected one JSON object per line, like {\"do\": \"status\"}"), false);
     if (!owner_.handler_.is_open_to_all(command) && !become_writer())
@@ -110,15 +121,32 @@ class ControlSocket::Session : public std::enable_shared_from_this<Session> {
     obey(command);
   }
 
+  void obey_if_stop(const nlohmann::json& command) {
+    const bool is_stop = command.is_object() && command.contains("do") && command.at("do") == "stop";
+    if (!is_stop)
+      return answer(refusal(fmt::format("{} connections wait for an answer, expected stop", most_sessions)),
+                    true);
+    close_after(time_for_its_answer);
+    obey(command);
+  }
+
+  void close_after(std::chrono::milliseconds time) {
+    limit_.expires_after(time);
+    limit_.async_wait([self = weak_from_this()](const error_code& cancelled) {
+      if (const auto session = self.lock(); session && !cancelled) session->close();
+    });
+  }
+
   /// Until the answer is ready, only the wait for a disconnect keeps the session alive. A client that is
   /// killed while it waits therefore gives up the right to write immediately.
   void obey(const nlohmann::json& command) {
+    obeying_ = true;
     socket_.async_wait(stream_protocol::socket::wait_error,
                        [self = shared_from_this()](const error_code& error) {
                          if (!error) self->owner_.handler_.forget(self.get());
                        });
     const auto send = [waiting = weak_from_this()](const nlohmann::json& result) {
-      if (const auto self = waiting.lock()) self->answer(result, false);
+      if (const auto self = waiting.lock()) self->answer(result, self->stop_only_);
     };
     owner_.handler_.obey(command, {send, this});
   }
@@ -131,6 +159,7 @@ class ControlSocket::Session : public std::enable_shared_from_this<Session> {
   }
 
   void answer(const nlohmann::json& result, bool last) {
+    obeying_ = false;
     error_code ignored;
     socket_.cancel(ignored);
     out_ = result.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
@@ -143,13 +172,16 @@ class ControlSocket::Session : public std::enable_shared_from_this<Session> {
   stream_protocol::socket socket_;
   ControlSocket& owner_;
   pid_t pid_;
+  boost::asio::steady_timer limit_;
+  bool obeying_ = false;
+  bool stop_only_ = false;
   boost::asio::streambuf buffer_{longest_line};
   std::string out_;
 };
 
 ControlSocket::ControlSocket(boost::asio::io_context& context, std::filesystem::path file,
                              CommandHandler& handler)
-    : file_(std::move(file)), handler_(handler), acceptor_(context) {
+    : file_(std::move(file)), handler_(handler), acceptor_(context), pause_(context) {
   remove_if_dead(context, file_);
   try {
     const stream_protocol::endpoint endpoint(file_.string());
@@ -170,16 +202,56 @@ ControlSocket::ControlSocket(boost::asio::io_context& context, std::filesystem::
 ControlSocket::~ControlSocket() {
   error_code ignored;
   acceptor_.close(ignored);
+  pause_.cancel();
   std::error_code also_ignored;
   if (id_ && id_of_socket(file_) == id_) std::filesystem::remove(file_, also_ignored);
 }
 
 void ControlSocket::accept() {
-  acceptor_.async_accept([this](const error_code& error, stream_protocol::socket socket) {
+  acceptor_.async_accept([this](const error_code& error, stream_protocol::socket connection) {
     if (error == boost::asio::error::operation_aborted) return;
-    if (!error) std::make_shared<Session>(std::move(socket), *this)->read();
-    accept();
+    if (error) return accept_after(pause_after_failure);
+    admit(std::move(connection));
+    if (last_resort_.expired()) return accept();
+    accept_after(pause_between_looks);
   });
+}
+
+void ControlSocket::accept_after(std::chrono::milliseconds pause) {
+  pause_.expires_after(pause);
+  pause_.async_wait([this](const error_code& cancelled) {
+    if (cancelled) return;
+    if (last_resort_.expired()) return accept();
+    accept_after(pause_between_looks);
+  });
+}
+
+void ControlSocket::admit(stream_protocol::socket connection) {
+  const auto session = std::make_shared<Session>(std::move(connection), *this);
+  if (!make_place()) {
+    last_resort_ = session;
+    return session->read_only_a_stop();
+  }
+  sessions_.push_back(session);
+  session->read();
+}
+
+/// Returns false if every place is taken by a connection that is not idle.
+bool ControlSocket::make_place() {
+  std::erase_if(sessions_, [](const std::weak_ptr<Session>& session) { return session.expired(); });
+  if (sessions_.size() < most_sessions) return true;
+  const auto idle = std::ranges::find_if(
+      sessions_, [](const std::weak_ptr<Session>& session) { return session.lock()->is_idle(); });
+  if (idle == sessions_.end()) return false;
+  idle->lock()->close();
+  sessions_.erase(idle);
+  return true;
+}
+
+void ControlSocket::mark_as_newest(const Session& session) {
+  const auto found = std::ranges::find_if(
+      sessions_, [&](const std::weak_ptr<Session>& each) { return each.lock().get() == &session; });
+  if (found != sessions_.end()) std::rotate(found, found + 1, sessions_.end());
 }
 
 }  // namespace hystcan::app

@@ -3,27 +3,27 @@
 //
 // The permissions of the file are the access control. There is one writer at a time: the first connection
 // that changes something keeps this right until it closes. Other connections may read the status and stop.
+//
+// There are at most 16 connections. One more takes the place of the connection that has been idle longest. If none
+// is idle, it may still send one `stop` within 0.1 s.
 #pragma once
 
 #include <sys/types.h>
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "app/remote/command_handler.h"
 
 namespace hystcan::app {
-
-/// The default socket of a controller on `interface`, hystcan-vcan0.sock, or of a twin,
-/// hystcan-twin-vcan0.sock. It is in the folder that RUNTIME_DIRECTORY (systemd) or XDG_RUNTIME_DIR names,
-/// else in /tmp.
-std::filesystem::path default_socket(const std::string& interface);
-std::filesystem::path default_twin_socket(const std::string& interface);
 
 /// Parses one line. Returns something other than an object if the line is not a command. Values nested deeper
 /// than eight levels are left out.
@@ -42,11 +42,18 @@ class ControlSocket {
   class Session;
 
   void accept();
+  void accept_after(std::chrono::milliseconds pause);
+  void admit(boost::asio::local::stream_protocol::socket connection);
+  bool make_place();
+  void mark_as_newest(const Session& session);
 
   std::filesystem::path file_;
   std::optional<std::pair<dev_t, ino_t>> id_;  ///< of the own socket file, the only one that is removed
   CommandHandler& handler_;
   boost::asio::local::stream_protocol::acceptor acceptor_;
+  boost::asio::steady_timer pause_;
+  std::vector<std::weak_ptr<Session>> sessions_;  ///< the one that sent a line last is the last
+  std::weak_ptr<Session> last_resort_;            ///< the one beyond the table, which may only stop
   std::weak_ptr<Session> writer_;
 };
 

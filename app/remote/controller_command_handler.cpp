@@ -140,6 +140,7 @@ void ControllerCommandHandler::status(const json&, const Answer& answer) {
   const controller::CycleCounters& counters = newest.front().counters;
   answer({{"ok", true},
           {"time_s", newest.front().time_s},
+          {"age_s", board_.age_s()},
           {"cycles", counters.cycles},
           {"missed_cycles", counters.overruns},
           {"missing_samples", counters.missing_samples},

@@ -1,6 +1,7 @@
 // The newest cycle record of each axis: the telemetry thread writes it, any other thread reads it.
 #pragma once
 
+#include <chrono>
 #include <mutex>
 #include <vector>
 
@@ -10,11 +11,19 @@ namespace hystcan::app {
 
 class StatusBoard {
  public:
-  explicit StatusBoard(std::size_t axes) : newest_(axes) {}
+  using Clock = std::chrono::steady_clock;
 
-  void put(const controller::CycleRecord& record) {
+  explicit StatusBoard(std::size_t axes, Clock::time_point now = Clock::now()) : newest_(axes), put_(now) {}
+
+  void put(const controller::CycleRecord& record, Clock::time_point now = Clock::now()) {
     const std::scoped_lock lock(mutex_);
     newest_[record.axis] = record;
+    put_ = now;
+  }
+  /// The time since the last record was put, or since the start if there is none.
+  double age_s(Clock::time_point now = Clock::now()) const {
+    const std::scoped_lock lock(mutex_);
+    return std::chrono::duration<double>(now - put_).count();
   }
   /// The newest record of each axis; a default-constructed one if the axis has made none yet.
   std::vector<controller::CycleRecord> newest() const {
@@ -25,6 +34,7 @@ class StatusBoard {
  private:
   mutable std::mutex mutex_;
   std::vector<controller::CycleRecord> newest_;
+  Clock::time_point put_;
 };
 
 }  // namespace hystcan::app

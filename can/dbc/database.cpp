@@ -1,14 +1,11 @@
 #include "can/dbc/database.h"
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
-#include <fstream>
 #include <functional>
-#include <sstream>
 
 #include "can/dbc/grammar.h"
 #include "can/dbc/reader.h"
+#include "can/regular_file.h"
 
 namespace hystcan::can {
 namespace {
@@ -90,17 +87,12 @@ Database parse_dbc(std::string_view text, const std::string& file_name) {
 }
 
 Database load_dbc(const std::filesystem::path& file) {
-  const auto refuse_file = [&](int error) {
-    throw DbcError(file.string() + ": cannot be read: " + std::strerror(error));
-  };
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) refuse_file(errno);
-  std::error_code ignored;
-  if (std::filesystem::is_directory(file, ignored)) refuse_file(EISDIR);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  if (stream.bad()) refuse_file(EIO);
-  return parse_dbc(text.str(), file.string());
+  constexpr std::size_t largest = 64 * 1'048'576;
+  try {
+    return parse_dbc(read_regular_file(file, largest), file.string());
+  } catch (const FileError& error) {
+    throw DbcError(file.string() + ": cannot be read: " + error.what());
+  }
 }
 
 }  // namespace hystcan::can

@@ -3,13 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <sstream>
-#include <system_error>
 #include <utility>
+
+#include "can/regular_file.h"
+#include "config/document/toml_text.h"
 
 namespace hystcan::config {
 namespace {
@@ -24,20 +23,12 @@ std::string join_choices(std::span<const std::string_view> choices) {
 
 }  // namespace
 
-Document::Document(std::filesystem::path file, const std::vector<Setting>& overrides)
+Document::Document(std::filesystem::path file, const std::vector<Setting>& overrides, std::size_t largest)
     : file_(std::move(file)) {
-  std::ifstream stream(file_, std::ios::binary);
-  const int open_error = stream ? 0 : errno;
-  const int unreadable = std::filesystem::is_directory(file_) ? EISDIR : open_error;
-  if (unreadable != 0)
-    throw Error(fmt::format("{}: cannot be read: {}, expected a TOML file", file_.string(),
-                            std::generic_category().message(unreadable)));
-  const std::string text{std::istreambuf_iterator<char>(stream), {}};
   try {
-    root_ = toml::parse(text);
-  } catch (const toml::parse_error& error) {
-    throw Error(
-        fmt::format("{}: {}, expected TOML", place(file_, error.source().begin), error.description()));
+    root_ = parse_toml(can::read_regular_file(file_, largest), file_.string());
+  } catch (const can::FileError& error) {
+    throw Error(fmt::format("{}: cannot be read: {}, expected a TOML file", file_.string(), error.what()));
   }
   for (const Setting& setting : overrides) put(setting);
 }
@@ -49,8 +40,8 @@ void Document::put(const Setting& setting) {
   const std::string above = dot == std::string::npos ? std::string() : setting.path.substr(0, dot);
   toml::table parsed;
   try {
-    parsed = toml::parse("value = " + setting.value + "\n");
-  } catch (const toml::parse_error&) {
+    parsed = parse_toml("value = " + setting.value + "\n", setting.path);
+  } catch (const Error&) {
     throw Error(fmt::format("{} = {}: not a value, expected one as in TOML", setting.path, setting.value));
   }
   if (!above.empty() && !root_.at_path(above)) put({above, "{}"});

@@ -24,10 +24,15 @@
 
 namespace hystcan::config {
 
+/// The greatest size of a configuration in bytes, and of a model file, which may have long lists of weights.
+inline constexpr std::size_t largest_configuration = 1'048'576;
+inline constexpr std::size_t largest_model_file = 16 * largest_configuration;
+
 class Document {
  public:
-  /// Reads the file; the overrides replace its values.
-  explicit Document(std::filesystem::path file, const std::vector<Setting>& overrides = {});
+  /// Reads a regular file of at most `largest` bytes; the overrides replace its values.
+  explicit Document(std::filesystem::path file, const std::vector<Setting>& overrides = {},
+                    std::size_t largest = largest_configuration);
 
   const toml::table& root() const { return root_; }
   const std::filesystem::path& file() const { return file_; }

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <fstream>
+#include <sstream>
 #include <utility>
 
 namespace hystcan::config {
@@ -40,9 +42,22 @@ std::string_view named_in_comment(std::string_view line, std::string_view name) 
 }  // namespace
 
 CsvReader::CsvReader(std::filesystem::path file, std::vector<std::string> columns)
-    : file_(std::move(file)), stream_(file_, std::ios::binary), wanted_(std::move(columns)) {
-  if (!stream_ || std::filesystem::is_directory(file_))
+    : file_(std::move(file)),
+      stream_(std::make_unique<std::ifstream>(file_, std::ios::binary)),
+      wanted_(std::move(columns)) {
+  if (!*stream_ || std::filesystem::is_directory(file_))
     throw Error(fmt::format("{}: cannot be read, expected a CSV file", file_.string()));
+  read_header();
+}
+
+CsvReader::CsvReader(std::filesystem::path file, std::string text, std::vector<std::string> columns)
+    : file_(std::move(file)),
+      stream_(std::make_unique<std::istringstream>(std::move(text))),
+      wanted_(std::move(columns)) {
+  read_header();
+}
+
+void CsvReader::read_header() {
   if (!next_line()) fail(0, "no header row, expected column names");
   for (const char separator : {';', '\t'}) {
     if (line_.find(',') != std::string::npos || line_.find(separator) == std::string::npos) continue;
@@ -97,7 +112,7 @@ bool CsvReader::next(std::vector<double>& row) {
 
 /// Reads the next line that is neither empty nor a comment, and splits it into fields.
 bool CsvReader::next_line() {
-  while (std::getline(stream_, line_)) {
+  while (std::getline(*stream_, line_)) {
     ++line_number_;
     bytes_read_ += line_.size() + 1;
     if (line_.ends_with('\r')) line_.pop_back();
@@ -108,7 +123,7 @@ bool CsvReader::next_line() {
     split(line_, separator_, fields_);
     return true;
   }
-  if (stream_.bad()) throw Error(fmt::format("{}:{}: cannot be read further", file_.string(), line_number_));
+  if (stream_->bad()) throw Error(fmt::format("{}:{}: cannot be read further", file_.string(), line_number_));
   return false;
 }
 

@@ -5,7 +5,8 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
+#include <istream>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,6 +20,8 @@ class CsvReader {
  public:
   /// Throws Error if the file cannot be read, lacks a column, or has a column name twice.
   CsvReader(std::filesystem::path file, std::vector<std::string> columns);
+  /// Reads a text instead; `file` is only its name in messages.
+  CsvReader(std::filesystem::path file, std::string text, std::vector<std::string> columns);
 
   /// Requests one more column if the file has it; returns whether it has.
   bool add_if_present(const std::string& column);
@@ -31,19 +34,20 @@ class CsvReader {
   std::string comment(std::string_view name) const;
 
   /// True if the last line that was read ends the file without a line end: it may be incomplete.
-  bool ends_in_mid_line() const { return stream_.eof(); }
+  bool ends_in_mid_line() const { return stream_->eof(); }
 
   std::uint64_t bytes_read() const { return bytes_read_; }
   std::size_t line_number() const { return line_number_; }
 
  private:
+  void read_header();
   bool next_line();
   std::size_t look_up(const std::string& column) const;
   double number(std::size_t column, const std::string& name) const;
   [[noreturn]] void fail(std::size_t column_start, const std::string& what) const;
 
   std::filesystem::path file_;
-  std::ifstream stream_;
+  std::unique_ptr<std::istream> stream_;
   std::vector<std::string> wanted_;
   std::vector<std::size_t> where_;  ///< index in the file of each wanted column
   std::vector<std::string> header_;

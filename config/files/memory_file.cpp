@@ -63,7 +63,7 @@ model::HysteresisState remembered(const Document& document, const MemoryFile& ra
 template <class Law>
 model::HysteresisState load_memory(const std::filesystem::path& file, const model::MemoryModel<Law>& model,
                                    std::size_t capacity) {
-  const Document document(file);
+  const Document document(file, {}, largest_model_file);
   return remembered(document, read(document, model).memory, model, capacity);
 }
 
@@ -76,7 +76,7 @@ template model::HysteresisState load_memory(const std::filesystem::path&,
                                             const model::MemoryModel<model::EverettLaw>&, std::size_t);
 
 SavedState load_state(const std::filesystem::path& file, const model::Hysteresis& model) {
-  const Document document(file);
+  const Document document(file, {}, largest_model_file);
   // [stop] comes last and shows that the file is complete: a number that is cut off is still a valid number.
   for (const char* table : {"correction", "stop"})
     if (!document.root().contains(table))
@@ -89,7 +89,7 @@ SavedState load_state(const std::filesystem::path& file, const model::Hysteresis
 
 model::PlayState load_memory(const std::filesystem::path& file, const model::PrandtlIshlinskii& model,
                              std::size_t) {
-  const Document document(file);
+  const Document document(file, {}, largest_model_file);
   const MemoryFile raw = read(document, model).memory;
   try {
     return model.restore(raw.input, raw.plays);

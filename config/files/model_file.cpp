@@ -116,23 +116,25 @@ model::HysteresisParameters recursive_memory(const Document& document) {
 
 }  // namespace
 
-bool is_model_file(const std::filesystem::path& file) { return Document(file).root().contains("hysteresis"); }
+bool is_model_file(const std::filesystem::path& file) {
+  return Document(file, {}, largest_model_file).root().contains("hysteresis");
+}
 
 model::AnyModel load_any_model(const std::filesystem::path& file) {
-  const Document document(file);
+  const Document document(file, {}, largest_model_file);
   const ModelFile raw = read_model(document);
   return made(document, "hysteresis", [&] { return model::model_of(any_parameters(document, raw)); });
 }
 
 model::AnyParameters load_any_parameters(const std::filesystem::path& file) {
-  const Document document(file);
+  const Document document(file, {}, largest_model_file);
   model::AnyParameters given = any_parameters(document, read_model(document));
   made(document, "hysteresis", [&] { return model::model_of(given); });
   return given;
 }
 
 model::HysteresisParameters load_model(const std::filesystem::path& file) {
-  const Document document(file);
+  const Document document(file, {}, largest_model_file);
   const model::HysteresisParameters given = recursive_memory(document);
   return made(document, "hysteresis", [&] { return model::Hysteresis(given).parameters(); });
 }
@@ -159,11 +161,11 @@ std::string model_text(const model::HysteresisParameters& parameters, const Iden
 }
 
 IdentifiedFrom load_identified_from(const std::filesystem::path& file) {
-  return read_model(Document(file)).identified_from;
+  return read_model(Document(file, {}, largest_model_file)).identified_from;
 }
 
 model::Hysteresis load_model_beyond_limit(const std::filesystem::path& file) {
-  const Document document(file);
+  const Document document(file, {}, largest_model_file);
   const model::HysteresisParameters given = recursive_memory(document);
   return made(document, "hysteresis", [&] { return model::Hysteresis::beyond_limit(given); });
 }

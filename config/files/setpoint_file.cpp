@@ -5,12 +5,26 @@
 #include <utility>
 #include <vector>
 
+#include "can/regular_file.h"
 #include "config/files/csv.h"
 
 namespace hystcan::config {
+namespace {
+
+/// A running controller reads this file too, so it must not wait for a pipe.
+std::string text_of_setpoint(const std::filesystem::path& file) {
+  constexpr std::size_t largest = 64 * 1'048'576;
+  try {
+    return can::read_regular_file(file, largest);
+  } catch (const can::FileError& error) {
+    throw Error(fmt::format("{}: cannot be read: {}, expected a CSV file", file.string(), error.what()));
+  }
+}
+
+}  // namespace
 
 controller::MonotoneCubic load_setpoint(const std::filesystem::path& file) {
-  CsvReader reader(file, {"time_s", "position_um"});
+  CsvReader reader(file, text_of_setpoint(file), {"time_s", "position_um"});
   std::vector<double> time_s;
   std::vector<double> position_um;
   std::vector<double> row;

@@ -8,6 +8,8 @@
 #include <map>
 #include <sstream>
 
+#include "config/document/toml_text.h"
+
 namespace hystcan::config {
 namespace {
 
@@ -54,7 +56,7 @@ constexpr std::array foundations{std::string_view("model")};
 
 std::vector<Setting> settings(const std::filesystem::path& file, const std::vector<Setting>& overrides) {
   std::vector<Setting> result;
-  collect(toml::parse(echo(file, overrides)), "", result);
+  collect(parse_toml(echo(file, overrides), file.string()), "", result);
   return result;
 }
 

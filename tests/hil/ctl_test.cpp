@@ -227,6 +227,18 @@ TEST_F(Ctl, ASecondControllerOnTheSameSocketIsRefusedAndTheFirstKeepsTracking) {
   EXPECT_EQ(stage.axis_status(y).at("state"), "tracking");
 }
 
+TEST_F(Ctl, StopGetsThroughMoreIdleConnectionsThanTheControllerMayHaveFiles) {
+  start();
+  constexpr rlim_t enough = 1300;
+  const rlimit more{.rlim_cur = enough, .rlim_max = std::max<rlim_t>(enough, 4096)};
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &more), 0) << "of this process, after the start of the controller";
+  std::vector<std::unique_ptr<Client>> idle;
+  for (int i = 0; i < 1100; ++i) idle.push_back(std::make_unique<Client>(stage.socket));
+  EXPECT_EQ(stage.axis_status(x).at("state"), "tracking");
+  expect_done({"stop"});
+  EXPECT_EQ(stage.bench.controller->wait(), 0) << stage.bench.controller->err();
+}
+
 TEST_F(Ctl, FindsTheSocketOfItsInterfaceInTheRuntimeDirectory) {
   setenv("XDG_RUNTIME_DIR", stage.folder().c_str(), 1);
   stage.files.edit("piezo.toml", "control_socket = \"" + stage.socket + "\"\n", "");

@@ -1,6 +1,7 @@
 // The configuration file of a running controller, changed: taken over between two cycles without a jump on
 // the wire, or not at all and with the reason.
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
@@ -138,6 +139,25 @@ TEST_F(Reload, WhatNeedsARestartSaysSoAndTakesNothingElseWithIt) {
   std::ofstream(stage.config, std::ios::binary) << replaced(before, "= 120.0", "= 100.0");
   EXPECT_TRUE(stage.bench.controller->says("axis[0].control.ki_per_s: 120 -> 100"));
   EXPECT_EQ(stage.axis_status(0).at("state"), "tracking");
+}
+
+// A dotted key of 60 000 parts ends a program that recurses over it. A pipe has no end.
+TEST_F(Reload, AFileThatWasMadeToStopTheControllerIsRefusedAndStopStillWorks) {
+  stage.start();
+  std::string deep = "a";
+  for (int i = 0; i < 60'000; ++i) deep += ".a";
+  std::ofstream(stage.files / "draft") << deep << " = 1\n";
+  std::filesystem::rename(stage.files / "draft", stage.config);
+  ASSERT_TRUE(stage.bench.controller->says("piezo.toml:1:32: a key of more than 16 parts"))
+      << stage.bench.controller->err();
+  std::filesystem::remove(stage.config);
+  ASSERT_EQ(mkfifo(stage.config.c_str(), 0600), 0);
+  const LiveStage::Answer reloaded = stage.ctl({"reload"});
+  EXPECT_NE(reloaded.err.find("it is a pipe or a device"), std::string::npos) << reloaded.err;
+  EXPECT_EQ(stage.axis_status(0).at("state"), "tracking");
+  EXPECT_EQ(stage.ctl({"stop"}).status, 0);
+  EXPECT_EQ(stage.bench.controller->wait(), 0) << stage.bench.controller->err();
+  hil::expect_both_safe(stage.log_at_rest());
 }
 
 // What inotify sees of a symbolic link is the link.

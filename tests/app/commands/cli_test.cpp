@@ -120,6 +120,17 @@ TEST_F(Cli, CtlPrintsTheNumberOfRemovedFaults) {
   EXPECT_EQ(print("heal", R"({"ok": true, "healed": 2})"), "2 faults removed\n");
 }
 
+TEST_F(Cli, CtlGivesUpAfterItsTimeout) {
+  boost::asio::io_context context;
+  using boost::asio::local::stream_protocol;
+  const stream_protocol::acceptor silent(context, stream_protocol::endpoint(path("silent.sock")));
+  Process program({HYSTCAN_PROGRAM, "ctl", "--socket", path("silent.sock"), "--timeout", "0.1", "stop"});
+  EXPECT_EQ(program.wait(), failed);
+  EXPECT_EQ(program.err(),
+            "hystcan: " + path("silent.sock") +
+                ": no answer within 0.1 s (--timeout): the controller does not read its socket\n");
+}
+
 TEST_F(Cli, DemoPrintsFiveColumnsAndWritesPlotAndCsv) {
   Process program(
       {HYSTCAN_PROGRAM, "demo", "--config", path("piezo.toml"), "--output", path("out"), "--json"});

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "app/remote/control_socket.h"
+#include "app/remote/socket_place.h"
 #include "can/sim/sim_bus.h"
 #include "config/schema/config.h"
 #include "tests/app/remote/control_bench.h"

@@ -1,0 +1,128 @@
+#include "config/document/toml_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "config/document/error.h"
+
+namespace hystcan::config {
+namespace {
+
+bool is_ascii(char c) { return static_cast<unsigned char>(c) < 0x80; }
+
+/// The place behind the string that begins at `at`, or the end of the text if the string does not end.
+/// A multi-line string may end with two quotes of its own before the three that close it.
+std::size_t end_of_string(std::string_view text, std::size_t at) {
+  const char quote = text[at];
+  const auto run = [&](std::size_t from) {
+    std::size_t length = 0;
+    while (length < 5 && from + length < text.size() && text[from + length] == quote) ++length;
+    return length;
+  };
+  const bool multi_line = run(at) >= 3;
+  for (at += multi_line ? 3 : 1; at < text.size(); ++at) {
+    if (text[at] == '\\' && quote == '"') {
+      ++at;
+    } else if (text[at] == '\n' && !multi_line) {
+      return at;  // the library refuses it
+    } else if (text[at] == quote) {
+      const std::size_t length = run(at);
+      if (!multi_line) return at + 1;
+      if (length >= 3) return at + length;
+      at += length - 1;
+    }
+  }
+  return text.size();
+}
+
+/// Reads a text without its strings and comments, character by character, and keeps what the library would do.
+class Scan {
+ public:
+  /// What is wrong with this character; null if nothing is.
+  const char* add(char c) {
+    constexpr std::string_view before_a_value = " \t\r\n=,[{";
+    constexpr std::string_view behind_a_number = " \t\r\n,]}";
+    constexpr std::string_view digits_and_signs = "0123456789+-";
+    if (!is_ascii(c)) return "a character outside ASCII that is not in a string";
+    if (behind_a_number.find(c) != std::string_view::npos)
+      in_number_ = false;
+    else if (before_a_value.find(last_) != std::string_view::npos)
+      in_number_ = in_number_ || digits_and_signs.find(c) != std::string_view::npos;
+    last_ = c;
+    return count(c);
+  }
+  void add_comment() { in_number_ = false; }
+  /// What is wrong with a string here. The library looks for white space behind a backslash of a multi-line string,
+  /// and up to the end of a number, whatever is there.
+  const char* add_string(std::string_view string) {
+    if (in_number_) return "a string that begins in a number";
+    last_ = string.front();
+    if (string.starts_with("\"\"\"") && !std::ranges::all_of(string, is_ascii))
+      return "a multi-line string with a character outside ASCII";
+    return nullptr;
+  }
+
+ private:
+  const char* count(char c) {
+    if (c == '[' || c == '{') ++depth_;
+    if ((c == ']' || c == '}') && depth_ > 0) --depth_;
+    if (c == '.') ++dots_;
+    if (std::string_view("\n,=[]{}").find(c) != std::string_view::npos) dots_ = 0;
+    if (depth_ > deepest_nesting) return "more than 16 open brackets";
+    if (dots_ >= most_key_parts) return "a key of more than 16 parts";
+    return nullptr;
+  }
+
+  char last_ = '\n';
+  bool in_number_ = false;
+  std::size_t depth_ = 0;
+  std::size_t dots_ = 0;
+};
+static_assert(deepest_nesting == 16 && most_key_parts == 16, "as the messages say");
+
+TextRefusal refusal_at(std::string_view text, std::size_t at, std::string what) {
+  const std::string_view before = text.substr(0, at);
+  const std::size_t line_start = before.rfind('\n') + 1;  // 0 in the first line
+  return {.line = static_cast<std::size_t>(std::ranges::count(before, '\n')) + 1,
+          .column = at - line_start + 1,
+          .what = std::move(what)};
+}
+
+}  // namespace
+
+std::optional<TextRefusal> find_refusal(std::string_view text) {
+  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+  Scan scan;
+  for (std::size_t at = text.starts_with(byte_order_mark) ? byte_order_mark.size() : 0; at < text.size();) {
+    std::size_t next = at + 1;
+    const char* wrong = nullptr;
+    if (text[at] == '#') {
+      scan.add_comment();
+      next = std::min(text.find('\n', at), text.size());
+    } else if (text[at] == '"' || text[at] == '\'') {
+      next = end_of_string(text, at);
+      wrong = scan.add_string(text.substr(at, next - at));
+    } else {
+      wrong = scan.add(text[at]);
+    }
+    if (wrong != nullptr) return refusal_at(text, at, wrong);
+    at = next;
+  }
+  return std::nullopt;
+}
+
+toml::table parse_toml(std::string_view text, const std::string& name) {
+  if (const auto refusal = find_refusal(text))
+    throw Error(
+        fmt::format("{}:{}:{}: {}, expected TOML", name, refusal->line, refusal->column, refusal->what));
+  try {
+    return toml::parse(text);
+  } catch (const toml::parse_error& error) {
+    const toml::source_position place = error.source().begin;
+    throw Error(
+        fmt::format("{}:{}:{}: {}, expected TOML", name, place.line, place.column, error.description()));
+  }
+}
+
+}  // namespace hystcan::config
