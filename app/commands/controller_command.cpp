@@ -37,7 +37,7 @@ namespace {
 using controller::AxisState;
 
 /// How long the end of the program waits for whoever reads its results.
-constexpr auto reader_patience = std::chrono::seconds(1);
+constexpr auto reader_patience = std::chrono::seconds(5);
 
 struct ControllerArguments {
   std::filesystem::path config;

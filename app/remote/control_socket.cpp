@@ -202,7 +202,6 @@ ControlSocket::ControlSocket(boost::asio::io_context& context, std::filesystem::
 ControlSocket::~ControlSocket() {
   error_code ignored;
   acceptor_.close(ignored);
-  pause_.cancel();
   std::error_code also_ignored;
   if (id_ && id_of_socket(file_) == id_) std::filesystem::remove(file_, also_ignored);
 }

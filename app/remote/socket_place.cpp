@@ -42,7 +42,7 @@ std::optional<std::filesystem::path> given_folder(const SocketPlaces& places) {
 }
 
 std::filesystem::path made_folder(const SocketPlaces& places) {
-  const std::filesystem::path folder = temporary_folder(places);
+  std::filesystem::path folder = temporary_folder(places);
   mkdir(folder.c_str(), 0700);  // if this fails, the folder exists or the next line says why
   if (const std::string reason = reason_against(folder, places.user); !reason.empty())
     throw RunError(fmt::format(
