@@ -89,6 +89,17 @@ Expected expected_of(Trouble trouble) {
   return {};
 }
 
+/// Whether the first trouble keeps the frames from being used that the second one changes.
+bool hides(Trouble first, Trouble second) {
+  using enum Trouble;
+  const auto is = [](Trouble trouble, std::initializer_list<Trouble> kinds) {
+    return std::ranges::find(kinds, trouble) != kinds.end();
+  };
+  if (first == commands_lost) return second == enable_lost;
+  return is(first, {sample_lost, sample_late, sample_damaged, counter_frozen, sensor_stopped}) &&
+         is(second, {sample_frozen, sample_jumped, sample_beyond, sample_bad});
+}
+
 class Storm {
  public:
   explicit Storm(const StormConfig& storm) : storm_(storm), random_(storm.seed), rig_(one_axis()) {
@@ -183,9 +194,19 @@ class Storm {
     }
   }
 
+  /// The longest time in which frames show this trouble, without a break.
+  static double visible_s(const Drawn& one, std::span<const Drawn> troubles) {
+    double longest_s = one.lasted_s();
+    for (const Drawn& other : troubles) {
+      if (!hides(other.trouble, one.trouble)) continue;
+      longest_s = std::min(longest_s, std::max(*other.begun_s - *one.begun_s, *one.ended_s - *other.ended_s));
+    }
+    return longest_s;
+  }
+
   void judge(std::span<const Drawn> troubles, bool has_faulted) {
     const bool must = std::ranges::any_of(troubles, [&](const Drawn& one) {
-      return one.lasted_s() >= expected(one.trouble).detected_within_s;
+      return visible_s(one, troubles) >= expected(one.trouble).detected_within_s;
     });
     result_.must_be_detected += must ? 1 : 0;
     in_words_ = in_words(troubles, has_faulted);
