@@ -111,7 +111,8 @@ class Controller {
     can::Duration sync_late{};    ///< After its deadline.
     can::Duration sync_period{};  ///< From the SYNC before; zero at the first.
     double dt_s = 0.0;            ///< From the SYNC before, or from start().
-    std::optional<double> tracking_since_s{};  ///< Of all axes; empty: an axis that is ready does not begin yet.
+    std::optional<double>
+        tracking_since_s{};  ///< Of all axes; empty: an axis that is ready does not begin yet.
     bool background_done = true;
   };
   /// When the parts of one step happened.

@@ -50,7 +50,8 @@ class AmplifierNode {
     WatchdogAction watchdog_action = WatchdogAction::safe;
     Apply apply = Apply::sync;
     can::Duration enable_delay{};  ///< from Enable until the output is connected, by a relay
-    can::Duration soft_start{};    ///< from there the output goes evenly to its setpoint; only then it is enabled
+    can::Duration
+        soft_start{};  ///< from there the output goes evenly to its setpoint; only then it is enabled
   };
 
   AmplifierNode(const Config& config, const can::Database& database, can::Scheduler& scheduler,

@@ -52,8 +52,8 @@ void StateLog::add_state(Axis& axis, const controller::CycleRecord& record) {
 void StateLog::add_missing_axes() {
   for (const Axis& axis : axes_)
     if (is_on_its_way(axis.state))
-      sink_(Level::warning, fmt::format("{}: not ready, waits for {}: the other axes begin without it", axis.name,
-                                        to_string(axis.lacks)));
+      sink_(Level::warning, fmt::format("{}: not ready, waits for {}: the other axes begin without it",
+                                        axis.name, to_string(axis.lacks)));
 }
 
 void StateLog::add_lack(Axis& axis, const controller::CycleRecord& record) {

@@ -166,7 +166,8 @@ class AxisCheck {
 
   void check_watchdog() const {
     if (axis_.control.verify_watchdog && !reports_state(axis_.wire))
-      fail("control.verify_watchdog", "the amplifier does not report its state, expected a status with the role state");
+      fail("control.verify_watchdog",
+           "the amplifier does not report its state, expected a status with the role state");
   }
 
   void check_filters() const {

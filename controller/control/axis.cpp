@@ -261,7 +261,8 @@ AxisCommand Axis::initialise(const AxisInput& input) {
 // A relay or a soft start takes up to half a second from Enable to enabled. The output does not follow meanwhile, so a
 // ramp on the wire would be a step at the stage.
 bool Axis::is_connected(const AxisInput& input) {
-  connected_ |= input.health.amplifier_enabled && enabled_for_s_ >= std::chrono::duration<double>(config_.enable_delay).count();
+  connected_ |= input.health.amplifier_enabled &&
+                enabled_for_s_ >= std::chrono::duration<double>(config_.enable_delay).count();
   enabled_for_s_ += input.dt_s;
   return connected_;
 }

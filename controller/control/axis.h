@@ -59,7 +59,7 @@ struct AxisConfig {
   double wipe_slew_per_s = 100.0;  ///< drive units/s, to the thresholds and at the stop to the safe drive
   double wipe_dwell_s = 0.1;       ///< rest at each threshold
   std::chrono::nanoseconds enable_delay{0};  ///< the least time from Enable until the drive moves
-  bool verify_watchdog = false;    ///< withholds commands once, before the first use: the amplifier must trip
+  bool verify_watchdog = false;  ///< withholds commands once, before the first use: the amplifier must trip
   std::vector<model::Coupling> couplings{};  ///< fed forward; a row of the matrix
   Supervisor::Config supervision{};
   FollowingError::Config following_error{};

@@ -45,7 +45,8 @@ constexpr std::array<CauseText, cause_count> cause_texts{{
      "the model cannot be inverted at this drive: identify the actuator again over its whole range"},
     {"watchdog failed",
      "the amplifier went on without commands: give it a watchdog before anything is driven"},
-    {"commands late", "our commands do not get onto the bus: check its load, its wiring, and that a node is on it"},
+    {"commands late",
+     "our commands do not get onto the bus: check its load, its wiring, and that a node is on it"},
 }};
 
 }  // namespace

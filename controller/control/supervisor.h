@@ -22,10 +22,10 @@ namespace hystcan::controller {
 /// State of the axis's two nodes when a cycle is decided.
 struct NodeHealth {
   bool interface_up = true;
-  bool bus_on = true;         ///< not bus-off
-  bool bus_passive = false;   ///< our own CAN controller is error-passive
-  bool commands_late = false; ///< two commands are still on their way to the wire
-  bool sensor_alive = false;  ///< a heartbeat was received in time
+  bool bus_on = true;          ///< not bus-off
+  bool bus_passive = false;    ///< our own CAN controller is error-passive
+  bool commands_late = false;  ///< two commands are still on their way to the wire
+  bool sensor_alive = false;   ///< a heartbeat was received in time
   bool sensor_operational = false;
   bool amplifier_alive = false;
   bool amplifier_operational = false;
@@ -44,9 +44,10 @@ struct AxisInput {
   double cycle_s = 0.0;               ///< the nominal period
   std::optional<double> position_um;  ///< empty: no sample came
   bool sensor_status_good = true;
-  bool late_sample = false;     ///< a sample of an earlier cycle came since the last step
-  std::optional<double> tracking_since_s{};  ///< when the axes began to track; empty: this one does not begin yet
-  double coupled_um = 0.0;      ///< what the other axes will add to the position
+  bool late_sample = false;  ///< a sample of an earlier cycle came since the last step
+  std::optional<double>
+      tracking_since_s{};   ///< when the axes began to track; empty: this one does not begin yet
+  double coupled_um = 0.0;  ///< what the other axes will add to the position
   NodeHealth health;
 };
 

@@ -107,7 +107,8 @@ class Trajectory {
   ReferenceLimits limits_;
   TransitionLimits transition_limits_;
   /// The values of all segments.
-  model::Interval followed_{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  model::Interval followed_{std::numeric_limits<double>::infinity(),
+                            -std::numeric_limits<double>::infinity()};
   double rest_of_pass_s_ = 0.0;  ///< without the way into the first shape
   double end_um_ = 0.0;
   double begin_s_ = 0.0;  ///< of the first pass

@@ -150,7 +150,8 @@ TEST_P(Fault, IsLatchedUntilItIsClearedAndThenTheAxisTracksAgain) {
 
 const auto name_of = [](const auto& test) { return std::string(to_string(test.param.trouble)); };
 INSTANTIATE_TEST_SUITE_P(, Fault, testing::ValuesIn(injections), name_of);
-INSTANTIATE_TEST_SUITE_P(OfAnAmplifierWithARelay, Fault, testing::ValuesIn(with_a_relay(injections)), name_of);
+INSTANTIATE_TEST_SUITE_P(OfAnAmplifierWithARelay, Fault, testing::ValuesIn(with_a_relay(injections)),
+                         name_of);
 
 /// What must not fault the axis: troubles of up to three cycles.
 class ShortTrouble : public testing::TestWithParam<Trouble> {};

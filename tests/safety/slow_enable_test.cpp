@@ -56,8 +56,8 @@ TEST_P(SlowEnable, MakesNoStepAtTheStageAndLeavesTheMemoryWiped) {
 }
 
 INSTANTIATE_TEST_SUITE_P(, SlowEnable,
-                         testing::Values(Way{0, 0}, Way{1, 0}, Way{20, 0}, Way{100, 0}, Way{300, 0}, Way{480, 0},
-                                         Way{0, 20}, Way{0, 400}, Way{100, 200}),
+                         testing::Values(Way{0, 0}, Way{1, 0}, Way{20, 0}, Way{100, 0}, Way{300, 0},
+                                         Way{480, 0}, Way{0, 20}, Way{0, 400}, Way{100, 200}),
                          [](const auto& test) {
                            return "After" + std::to_string(test.param.delay_ms) + "MsAndASoftStartOf" +
                                   std::to_string(test.param.soft_start_ms);
