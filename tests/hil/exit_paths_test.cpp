@@ -238,5 +238,18 @@ TEST_F(ControllerProcess, ReadsTheConfigurationAgainOnASighupWithoutATerminalAnd
   EXPECT_EQ(stage.axis_status(0).at("state"), "tracking");
 }
 
+/// Nobody else is on the bus.
+TEST(ControllerProcessWithoutNodes, SaysWhatItWaitsForAndEndsWithOne) {
+  hil::FreshVcan fresh;
+  hil::Process controller(
+      {HYSTCAN_PROGRAM, "controller", hil::config_file, "--interface", "vcan0", "--duration", "4"});
+  EXPECT_EQ(controller.wait(), 1);
+  EXPECT_NE(controller.err().find("x: still waits for a heartbeat of the sensor"), std::string::npos)
+      << controller.err();
+  EXPECT_NE(controller.err().find("nothing was tracked: x waited for a heartbeat of the sensor"),
+            std::string::npos)
+      << controller.err();
+}
+
 }  // namespace
 }  // namespace hystcan::exit_paths_test
