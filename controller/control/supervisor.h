@@ -65,7 +65,6 @@ class LeakyBucket {
   explicit LeakyBucket(unsigned capacity) : capacity_(10 * capacity) {}
   void lose() { level_ += 10; }
   void leak() { level_ -= level_ > 0 ? 1 : 0; }
-  void empty() { level_ = 0; }
   bool overflows() const { return level_ > capacity_; }
 
  private:
