@@ -16,7 +16,9 @@ using controller::Lack;
 class StateLogOfTwoAxes : public testing::Test {
  protected:
   void add(std::size_t axis, double time_s, AxisState state, Lack lacks = Lack::nothing) {
-    controller::CycleRecord record{.time_s = time_s, .axis = axis};
+    controller::CycleRecord record;
+    record.time_s = time_s;
+    record.axis = axis;
     record.report.state = state;
     record.report.lacks = lacks;
     log.add(record);
