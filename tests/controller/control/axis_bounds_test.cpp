@@ -119,7 +119,7 @@ TEST(AxisReady, HoldsItsDriveEnabledUntilEveryAxisIsReady) {
   stage.axis.start(false);
   ASSERT_TRUE(stage.reaches(AxisState::ready));
   for (int i = 0; i < 100; ++i) {
-    const AxisCommand command = stage.cycle([](AxisInput& in) { in.begin_tracking = false; });
+    const AxisCommand command = stage.cycle([](AxisInput& in) { in.tracking_since_s.reset(); });
     EXPECT_TRUE(command.enable);
     EXPECT_EQ(command.drive, 0.0);
     EXPECT_EQ(stage.axis.state(), AxisState::ready);
