@@ -24,10 +24,7 @@ void PendingCommands::confirm(const can::Frame& command) {
   count_ -= static_cast<std::size_t>(left);
 }
 
-void PendingCommands::forget() {
-  count_ = 0;
-  answers_ = 0;
-}
+void PendingCommands::forget() { count_ = 0; }
 
 bool PendingCommands::is_safe_one_on_its_way() {
   if (count_ == 0 || !last_is_safe_) return false;

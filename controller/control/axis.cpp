@@ -225,6 +225,7 @@ AxisCommand Axis::wait(const AxisInput& input) {
 }
 
 void Axis::arm(const NodeHealth& health) {
+  clear_attempt_ = {};  // what is left of it is not for a later start
   supervisor_.restart();
   drive_ = std::clamp(health.amplifier_output, config_.gate.drive_min, config_.gate.drive_max);
   follow(drive_);

@@ -56,12 +56,50 @@ TEST(PendingCommands, CountAsLostAfterAHundredCycles) {
   EXPECT_FALSE(pending.is_safe_one_on_its_way());
 }
 
+TEST(PendingCommands, AreCountedAnewAfterTheyHaveCountedAsLost) {
+  PendingCommands pending = counting();
+  pending.add(command(1), true);
+  for (int i = 0; i < 101; ++i) pending.is_safe_one_on_its_way();
+  pending.add(command(2), true);
+  EXPECT_FALSE(pending.are_late()) << "the first one is lost";
+  for (int i = 0; i < 100; ++i) EXPECT_TRUE(pending.is_safe_one_on_its_way());
+}
+
+TEST(PendingCommands, HoldBackSafeOnesForAHundredCyclesFromTheLatest) {
+  PendingCommands pending = counting();
+  pending.add(command(1), true);
+  for (int i = 0; i < 60; ++i) pending.is_safe_one_on_its_way();
+  pending.add(command(2), true);
+  for (int i = 0; i < 100; ++i) EXPECT_TRUE(pending.is_safe_one_on_its_way());
+  EXPECT_FALSE(pending.is_safe_one_on_its_way());
+}
+
 TEST(PendingCommands, AreForgottenWithTheBus) {
   PendingCommands pending = counting();
   pending.add(command(1), false);
-  pending.add(command(2), false);
+  pending.add(command(2), true);
   pending.forget();
+  EXPECT_FALSE(pending.is_safe_one_on_its_way());
+  pending.add(command(3), false);
   EXPECT_FALSE(pending.are_late());
+}
+
+TEST(PendingCommands, KeepTheirOrderWhereMoreArePendingThanTheyCanHold) {
+  PendingCommands pending = counting();
+  for (std::uint8_t i = 1; i <= 10; ++i) pending.add(command(i), false);
+  pending.confirm(command(8));
+  EXPECT_TRUE(pending.are_late()) << "9 and 10";
+  pending.confirm(command(9));
+  EXPECT_FALSE(pending.are_late());
+}
+
+TEST(PendingCommands, DoNotChangeByTheEchoOfACommandThatIsNotPending) {
+  PendingCommands pending = counting();
+  pending.add(command(1), false);
+  pending.confirm(command(3));
+  EXPECT_FALSE(pending.are_late());
+  pending.add(command(2), false);
+  EXPECT_TRUE(pending.are_late());
 }
 
 TEST(PendingCommands, KeepTheLatestWhereMoreArePendingThanTheyCanHold) {

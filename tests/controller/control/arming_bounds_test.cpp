@@ -1,0 +1,416 @@
+// What arms an axis, at its bounds: the order of what it lacks, the time of a clear, where the drive begins, the delay of
+// the amplifier, and its watchdog, which is tried by withholding commands.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <functional>
+#include <limits>
+
+#include "controller/control/arming.h"
+#include "tests/controller/control/ideal_stage.h"
+#include "tests/support/piezo.h"
+
+namespace hystcan::controller::arming_bounds_test {
+namespace {
+
+constexpr double exact_cycle_s = 1.0 / 1024.0;  // sums of it are exact
+
+// ---- what an axis lacks
+
+/// Its range is 100, and the error of a reading is 1.
+constexpr Gate::Config gate_above_zero{.drive_min = 10.0, .drive_max = 110.0};
+
+AxisInput complete() {
+  return {.position_um = 0.0,
+          .health = {.sensor_alive = true,
+                     .sensor_operational = true,
+                     .amplifier_alive = true,
+                     .amplifier_operational = true,
+                     .amplifier_ready = true,
+                     .amplifier_output = 10.0}};
+}
+
+Lack lack_with_output(double output) {
+  AxisInput input = complete();
+  input.health.amplifier_output = output;
+  return lack_of(input, gate_above_zero);
+}
+
+TEST(ArmingLack, IsTheFirstOfThoseThatAreMissing) {
+  AxisInput input;
+  input.health.amplifier_fault = true;
+  input.health.amplifier_moves = true;
+  const auto expect = [&](Lack lack) { EXPECT_EQ(lack_of(input, gate_above_zero), lack) << to_string(lack); };
+  expect(Lack::sensor_heartbeat);
+  input.health.sensor_alive = true;
+  expect(Lack::amplifier_heartbeat);
+  input.health.amplifier_alive = true;
+  expect(Lack::sensor_operational);
+  input.health.sensor_operational = true;
+  expect(Lack::amplifier_operational);
+  input.health.amplifier_operational = true;
+  expect(Lack::clear);
+  input.health.amplifier_fault = false;
+  expect(Lack::amplifier_ready);
+  input.health.amplifier_ready = true;
+  expect(Lack::amplifier_output);
+  input.health.amplifier_output = 10.0;
+  expect(Lack::amplifier_rest);
+  input.health.amplifier_moves = false;
+  expect(Lack::sample);
+  input.position_um = 0.0;
+  expect(Lack::nothing);
+}
+
+TEST(ArmingLack, IsNotAnOutputThatIsBeyondTheGateByTheErrorOfItsReading) {
+  EXPECT_EQ(lack_with_output(9.0), Lack::nothing);
+  EXPECT_EQ(lack_with_output(111.0), Lack::nothing);
+}
+
+TEST(ArmingLack, IsAnOutputThatIsFurtherBeyondTheGate) {
+  EXPECT_EQ(lack_with_output(8.999), Lack::amplifier_output);
+  EXPECT_EQ(lack_with_output(111.001), Lack::amplifier_output);
+  EXPECT_EQ(lack_with_output(std::numeric_limits<double>::quiet_NaN()), Lack::amplifier_output);
+}
+
+// ---- the attempt to clear
+
+constexpr NodeHealth faulty{.amplifier_operational = true, .amplifier_fault = true};
+
+TEST(ClearAttempt, CommandsNothingBeforeItBegins) {
+  EXPECT_FALSE(ClearAttempt().step(faulty, exact_cycle_s));
+}
+
+TEST(ClearAttempt, LastsForHalfASecond) {
+  ClearAttempt attempt;
+  attempt.begin();
+  for (int i = 0; i < 512; ++i) ASSERT_TRUE(attempt.step(faulty, exact_cycle_s)) << i;
+  EXPECT_FALSE(attempt.step(faulty, exact_cycle_s));
+}
+
+TEST(ClearAttempt, DoesNotCountTheTimeInWhichTheAmplifierIsNotOperational) {
+  ClearAttempt attempt;
+  attempt.begin();
+  const NodeHealth stopped{.amplifier_fault = true};
+  for (int i = 0; i < 2000; ++i) ASSERT_TRUE(attempt.step(stopped, exact_cycle_s));
+  for (int i = 0; i < 512; ++i) ASSERT_TRUE(attempt.step(faulty, exact_cycle_s));
+  EXPECT_FALSE(attempt.step(faulty, exact_cycle_s));
+}
+
+TEST(ClearAttempt, CommandsNothingWhereTheAmplifierHasNoFault) {
+  ClearAttempt attempt;
+  attempt.begin();
+  EXPECT_FALSE(attempt.step({.amplifier_operational = true}, exact_cycle_s));
+}
+
+TEST(ClearAttempt, IsMadeOnlyByAStartThatAsksForIt) {
+  for (const bool clears : {false, true}) {
+    IdealStage stage;
+    stage.axis.start(clears);
+    const AxisCommand command = stage.cycle([](AxisInput& in) { in.health.amplifier_fault = true; });
+    EXPECT_EQ(command.clear_fault, clears);
+    EXPECT_EQ(stage.axis.state(), clears ? AxisState::waiting : AxisState::faulted);
+  }
+}
+
+TEST(ClearAttempt, IsMadeAtTheStartAfterAClear) {
+  IdealStage stage;
+  const auto fault = [](AxisInput& in) { in.health.amplifier_fault = true; };
+  stage.axis.start(false);
+  stage.cycle(fault);
+  ASSERT_TRUE(stage.axis.clear());
+  stage.axis.start(false);
+  EXPECT_TRUE(stage.cycle(fault).clear_fault);
+}
+
+// ---- where the drive begins
+
+using Disturbance = std::function<void(AxisInput&)>;
+
+Disturbance with_output(double output, bool enabled) {
+  return [=](AxisInput& in) {
+    in.health.amplifier_enabled = enabled;
+    in.health.amplifier_output = output;
+    in.position_um = 10.0;
+  };
+}
+
+/// The gate is 10..110 V, so 1 % of its range is 1 V.
+AxisConfig above_zero() {
+  AxisConfig config = support::piezo_axis();
+  config.gate = {.drive_min = 10.0, .drive_max = 110.0, .slew_per_s = 20'000.0, .safe_drive = 10.0};
+  return config;
+}
+
+/// The drive in the cycle after the one in which the axis is armed with this output.
+double first_drive(const AxisConfig& config, double output, bool enabled) {
+  IdealStage stage(config);
+  stage.axis.start(false);
+  stage.cycle(with_output(output, enabled));
+  EXPECT_EQ(stage.axis.state(), AxisState::initialising);
+  return stage.cycle(with_output(output, enabled)).drive;
+}
+
+TEST(ArmedDrive, IsWithinTheGateWhereTheReadingIsNot) {
+  AxisConfig config = above_zero();
+  config.start_up = StartUp::assume;  // without a ramp
+  EXPECT_EQ(first_drive(config, 110.5, true), 110.0);
+  EXPECT_EQ(first_drive(config, 9.5, true), 10.0);
+}
+
+TEST(ArmedDrive, StaysWhereTheReadingDiffersByTheErrorOfAReading) {
+  IdealStage stage(above_zero());
+  stage.axis.start(false);
+  stage.cycle(with_output(60.0, false));
+  EXPECT_EQ(stage.cycle(with_output(59.0, false)).drive, 60.0);
+  EXPECT_EQ(stage.cycle(with_output(61.0, false)).drive, 60.0);
+}
+
+TEST(ArmedDrive, FollowsAReadingThatDiffersByMore) {
+  IdealStage stage(above_zero());
+  stage.axis.start(false);
+  stage.cycle(with_output(60.0, false));
+  EXPECT_EQ(stage.cycle(with_output(58.9, false)).drive, 58.9);
+  EXPECT_EQ(stage.cycle(with_output(60.0, false)).drive, 60.0);
+}
+
+TEST(ArmedDrive, StaysWhereTheReadingIsNoNumber) {
+  IdealStage stage(above_zero());
+  stage.axis.start(false);
+  stage.cycle(with_output(60.0, false));
+  EXPECT_EQ(stage.cycle(with_output(std::numeric_limits<double>::quiet_NaN(), false)).drive, 60.0);
+}
+
+TEST(ArmedDrive, IsNotFollowedOnceTheAmplifierIsEnabled) {
+  AxisConfig config = above_zero();
+  config.start_up = StartUp::assume;
+  IdealStage stage(config);
+  stage.axis.start(false);
+  stage.cycle(with_output(60.0, true));
+  EXPECT_EQ(stage.cycle(with_output(30.0, true)).drive, 60.0);
+}
+
+/// The actuator is at 60 V, also while the axis waits; the setpoint is a position, without feedback.
+struct RaisedStage {
+  IdealStage stage;
+
+  explicit RaisedStage(double level_um) : stage(config_for(level_um), raised()) { stage.axis.start(false); }
+
+  static AxisConfig config_for(double level_um) {
+    AxisConfig config = support::piezo_axis();
+    config.start_up = StartUp::assume;
+    config.gate.safe_drive = 60.0;
+    config.law.structure = Structure::inverse;
+    config.setpoint = {{.shape = Hold{.level_um = level_um, .duration_s = 1.0}, .transition_s = 0.05}};
+    return config;
+  }
+  static model::HysteresisState raised() {
+    const model::Hysteresis actuator(support::piezo_model());
+    model::HysteresisState memory = actuator.at_lower_threshold(model::Hysteresis::default_capacity);
+    actuator.advance(memory, 60.0);
+    return memory;
+  }
+  void track() {
+    for (int i = 0; i < 200; ++i) stage.cycle([](AxisInput& in) { in.health.amplifier_enabled = true; });
+    ASSERT_EQ(stage.axis.state(), AxisState::tracking) << to_string(stage.axis.fault().cause);
+  }
+};
+
+/// The fall from 60 V is on a branch that begins there.
+TEST(ArmedDrive, IsPartOfTheModelsMemory) {
+  RaisedStage raised(5.0);
+  raised.track();
+  EXPECT_NEAR(raised.stage.memory().output, 5.0, 1e-6);
+}
+
+/// The turning point at 20 V is passed before the amplifier is enabled.
+TEST(ArmedDrive, IsPartOfTheModelsMemoryAlsoWhileItFollowsTheOutput) {
+  RaisedStage raised(12.0);
+  const auto output = [&](double drive) {
+    raised.stage.cycle([=](AxisInput& in) {
+      in.health.amplifier_enabled = false;
+      in.health.amplifier_output = drive;
+    });
+  };
+  for (double drive = 60.0; drive >= 20.0; drive -= 2.0) output(drive);
+  for (double drive = 22.0; drive <= 40.0; drive += 2.0) output(drive);
+  ASSERT_EQ(raised.stage.axis.report().drive, 40.0) << to_string(raised.stage.axis.fault().cause);
+  raised.track();
+  EXPECT_NEAR(raised.stage.memory().output, 12.0, 1e-6);
+}
+
+// ---- until the amplifier is enabled
+
+Disturbance exact(bool enabled) {
+  return [=](AxisInput& in) {
+    in.dt_s = in.cycle_s = exact_cycle_s;
+    in.health.amplifier_enabled = enabled;
+  };
+}
+
+/// The cycles in which the axis waits for its amplifier, from the cycle after the one that armed it.
+int cycles_until_connected(IdealStage& stage) {
+  int cycles = 0;
+  for (stage.cycle(exact(true)); stage.axis.report().lacks == Lack::enabled; stage.cycle(exact(true)))
+    ++cycles;
+  return cycles;
+}
+
+AxisConfig with_delay_of_eight_cycles() {
+  AxisConfig config = support::piezo_axis();
+  config.enable_delay = std::chrono::nanoseconds(7'812'500);
+  return config;
+}
+
+TEST(EnableDelay, IsCountedFromTheFirstCommandWithEnable) {
+  IdealStage stage(with_delay_of_eight_cycles());
+  stage.axis.start(false);
+  stage.cycle(exact(false));
+  ASSERT_EQ(stage.axis.state(), AxisState::initialising);
+  EXPECT_EQ(cycles_until_connected(stage), 8);
+}
+
+TEST(EnableDelay, IsWaitedForAtEachStart) {
+  IdealStage stage(with_delay_of_eight_cycles());
+  for (int i = 0; i < 3; ++i) {
+    stage.axis.start(false);
+    stage.cycle(exact(true));
+    ASSERT_EQ(stage.axis.state(), AxisState::initialising);
+    EXPECT_EQ(cycles_until_connected(stage), 8);
+    stage.axis.stop();
+    ASSERT_TRUE(stage.reaches(AxisState::offline));
+  }
+}
+
+TEST(EnableDelay, DoesNotReplaceTheReportOfTheAmplifierAtALaterStart) {
+  IdealStage stage;
+  ASSERT_TRUE(stage.tracks());
+  stage.axis.stop();
+  ASSERT_TRUE(stage.reaches(AxisState::offline));
+  stage.axis.start(false);
+  for (int i = 0; i < 100; ++i) stage.cycle(exact(false));
+  EXPECT_EQ(stage.axis.report().lacks, Lack::enabled);
+}
+
+// ---- the watchdog
+
+AxisConfig with_verification() {
+  AxisConfig config = support::piezo_axis();
+  config.verify_watchdog = true;
+  return config;
+}
+
+/// An axis whose commands are withheld since the last cycle.
+struct WithheldAxis {
+  IdealStage stage{with_verification()};
+
+  WithheldAxis() {
+    stage.axis.start(false);
+    for (int i = 0; i < 500 && !stage.command.withheld; ++i) stage.cycle(exact(true));
+    EXPECT_TRUE(stage.command.withheld);
+  }
+  AxisCommand cycle(const Disturbance& disturb = {}) {
+    return stage.cycle([&](AxisInput& in) {
+      exact(true)(in);
+      if (disturb) disturb(in);
+    });
+  }
+};
+
+TEST(WatchdogTrial, BeginsAtTheSafeDriveAfterTheRampThere) {
+  IdealStage stage(with_verification());
+  stage.axis.start(false);
+  stage.cycle(with_output(30.0, true));
+  for (int i = 1; i <= 30; ++i) {  // at wipe_slew, 1000 V/s
+    const AxisCommand command = stage.cycle(with_output(30.0, true));
+    EXPECT_NEAR(command.drive, 30.0 - i, 1e-9);
+    EXPECT_TRUE(command.enable);
+    EXPECT_FALSE(command.withheld);
+    EXPECT_EQ(stage.axis.report().lacks, Lack::watchdog);
+  }
+  const AxisCommand command = stage.cycle(with_output(0.0, true));
+  EXPECT_TRUE(command.withheld);
+  EXPECT_TRUE(command.enable) << "the amplifier stays enabled until it trips";
+  EXPECT_EQ(command.drive, 0.0);
+  EXPECT_EQ(stage.axis.report().lacks, Lack::watchdog);
+}
+
+TEST(WatchdogTrial, LastsForASecond) {
+  WithheldAxis axis;
+  int withheld = 0;
+  for (; axis.stage.command.withheld && withheld < 2000; ++withheld) axis.cycle();
+  EXPECT_EQ(withheld, 1024);
+  EXPECT_EQ(axis.stage.axis.fault().cause, Cause::watchdog_failed);
+}
+
+TEST(WatchdogTrial, EndsWithTheSafeCommandWhereItFails) {
+  WithheldAxis axis;
+  while (axis.stage.axis.state() != AxisState::faulted) axis.cycle();
+  EXPECT_FALSE(axis.stage.command.withheld);
+  EXPECT_FALSE(axis.stage.command.enable);
+}
+
+TEST(WatchdogTrial, PassesByTheTripAndArmsTheAxisAgain) {
+  WithheldAxis axis;
+  const auto trip = [](AxisInput& in) { in.health.amplifier_fault = true; };
+  EXPECT_FALSE(axis.cycle(trip).enable);
+  EXPECT_EQ(axis.stage.axis.state(), AxisState::waiting);
+  EXPECT_TRUE(axis.cycle(trip).clear_fault) << "though the start did not ask for it";
+  EXPECT_TRUE(axis.stage.reaches(AxisState::tracking));
+}
+
+TEST(WatchdogTrial, TakesTheEmergencyOfTheTripForNoFault) {
+  WithheldAxis axis;
+  EXPECT_TRUE(axis.cycle([](AxisInput& in) { in.health.emergency = true; }).withheld);
+}
+
+TEST(WatchdogTrial, IsSupervised) {
+  WithheldAxis axis;
+  const AxisCommand command = axis.cycle([](AxisInput& in) { in.health.bus_on = false; });
+  EXPECT_EQ(axis.stage.axis.fault().cause, Cause::bus_off);
+  EXPECT_FALSE(command.withheld);
+}
+
+TEST(WatchdogTrial, IsEndedByAStop) {
+  WithheldAxis axis;
+  axis.stage.axis.stop();
+  EXPECT_FALSE(axis.cycle().withheld);
+  EXPECT_EQ(axis.stage.axis.state(), AxisState::offline);
+}
+
+TEST(WatchdogTrial, BeginsAnewAtTheStartAfterAStop) {
+  WithheldAxis axis;
+  axis.stage.axis.stop();
+  axis.cycle();
+  axis.stage.axis.start(false);
+  axis.cycle();
+  ASSERT_EQ(axis.stage.axis.state(), AxisState::initialising);
+  const AxisCommand command = axis.cycle([](AxisInput& in) { in.health.amplifier_enabled = false; });
+  EXPECT_FALSE(command.withheld) << "the amplifier is not enabled yet";
+  EXPECT_EQ(axis.stage.axis.report().lacks, Lack::enabled);
+}
+
+// ---- the report
+
+TEST(ArmingReport, SaysWhetherTheOtherAxesAreMissing) {
+  IdealStage stage;
+  stage.axis.start(false);
+  ASSERT_TRUE(stage.reaches(AxisState::ready));
+  stage.cycle([](AxisInput& in) { in.tracking_since_s.reset(); });
+  EXPECT_EQ(stage.axis.report().lacks, Lack::other_axes);
+  stage.cycle();
+  EXPECT_EQ(stage.axis.report().lacks, Lack::nothing);
+}
+
+TEST(ArmingReport, SaysNothingOfAnAxisThatIsOffline) {
+  IdealStage stage;
+  stage.axis.start(false);
+  stage.cycle([](AxisInput& in) { in.health.sensor_alive = false; });
+  ASSERT_EQ(stage.axis.report().lacks, Lack::sensor_heartbeat);
+  stage.axis.stop();
+  stage.cycle();
+  EXPECT_EQ(stage.axis.report().lacks, Lack::nothing);
+}
+
+}  // namespace
+}  // namespace hystcan::controller::arming_bounds_test

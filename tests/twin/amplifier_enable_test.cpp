@@ -1,0 +1,203 @@
+// From Enable to enabled: the relay and the soft start of the amplifier's node, observed at the bus.
+#include <gtest/gtest.h>
+
+#include "tests/twin/twin_bench.h"
+
+namespace hystcan::twin::amplifier_enable_test {
+namespace {
+
+using can::AmpState;
+using std::chrono::milliseconds;
+
+/// Commands may stop for 20 ms. The output can rise or fall by 1 V in a millisecond where `slow`.
+struct Way {
+  can::Duration enable_delay{};
+  can::Duration soft_start{};
+  Apply apply = Apply::sync;
+  can::Duration command_timeout = milliseconds(20);
+  bool slow = false;
+};
+
+Config with(const Way& way) {
+  Config config = one_axis();
+  auto& axis = config.axes.front().axis;
+  axis.enable_delay = way.enable_delay;
+  axis.soft_start = way.soft_start;
+  axis.apply = way.apply;
+  axis.command_timeout = way.command_timeout;
+  if (way.slow) axis.plant.amplifier.slew_per_s = 1000.0;
+  return config;
+}
+
+/// The nodes are operational.
+struct EnableBench : TwinBench {
+  explicit EnableBench(const Way& way) : TwinBench(with(way)) {
+    listener->on_frame(
+        [this](const can::Frame& frame, can::Time received) { arrivals[frame.id] = received; });
+    start_nodes();
+  }
+  AmpState state() { return twin_.axes().front()->amplifier.state(); }
+  /// The output now. This makes the present the plant's time.
+  double drive_now() {
+    Plant& plant = twin_.axes().front()->plant;
+    plant.advance_to(clock_.now());
+    return plant.drive();
+  }
+  /// Returns when the command arrives.
+  can::Time enable(double setpoint) {
+    command(setpoint, true);
+    run(milliseconds(1));
+    return arrivals[0x201];
+  }
+  void sync_that_arrives_at(can::Time time) {
+    sync();
+    const can::Time sent = clock_.now();
+    run(milliseconds(1));
+    const can::Duration on_the_wire = arrivals[can::sync_id] - sent;
+    clock_.run_until(time - on_the_wire);
+    --counter_;  // the same frame again takes the same time
+    sync();
+    run(milliseconds(1));
+    EXPECT_EQ(arrivals[can::sync_id], time);
+  }
+
+  std::unique_ptr<can::Bus> listener = bus_.attach();
+  std::map<std::uint32_t, can::Time> arrivals;
+};
+
+// ---- the relay
+
+TEST(AmplifierRelay, ConnectsTheOutputAfterItsDelayFromTheFirstCommand) {
+  EnableBench bench({.enable_delay = milliseconds(10)});
+  bench.drive(50.0, 10);
+  EXPECT_EQ(bench.state(), AmpState::ready);
+  EXPECT_EQ(bench.drive_now(), 0.0);
+  bench.drive(50.0, 1);
+  EXPECT_EQ(bench.state(), AmpState::enabled);
+}
+
+TEST(AmplifierRelay, DoesNotCloseWhereTheAmplifierIsSwitchedOffMeanwhile) {
+  EnableBench bench({.enable_delay = milliseconds(10)});
+  bench.drive(50.0, 9);
+  bench.sync();
+  bench.command(0.0, false);
+  bench.run(milliseconds(5));
+  EXPECT_EQ(bench.state(), AmpState::ready);
+  bench.drive(50.0, 10);
+  EXPECT_EQ(bench.state(), AmpState::ready) << "the whole delay again";
+  bench.drive(50.0, 1);
+  EXPECT_EQ(bench.state(), AmpState::enabled);
+}
+
+TEST(AmplifierRelay, DoesNotDriveWhereTheCommandsHaveStoppedMeanwhile) {
+  EnableBench bench({.enable_delay = milliseconds(25)});
+  bench.drive(50.0, 1);
+  bench.run(milliseconds(30));
+  EXPECT_EQ(bench.state(), AmpState::ready);
+  bench.drive(50.0, 26);
+  EXPECT_EQ(bench.state(), AmpState::enabled) << "it begins again";
+}
+
+TEST(AmplifierRelay, DoesNotDriveWhereTheCommandsStopAsItCloses) {
+  EnableBench bench({.enable_delay = milliseconds(20)});
+  bench.drive(50.0, 1);
+  bench.run(milliseconds(30));
+  EXPECT_EQ(bench.state(), AmpState::ready);
+  EXPECT_TRUE(bench.emergencies_.empty());
+}
+
+TEST(AmplifierRelay, LetsTheSetpointWaitForASync) {
+  EnableBench bench({.enable_delay = milliseconds(10)});
+  bench.drive(50.0, 1);
+  bench.run(milliseconds(12));
+  ASSERT_EQ(bench.state(), AmpState::enabled);
+  EXPECT_EQ(bench.drive_now(), 0.0);
+  bench.sync();
+  EXPECT_NEAR(bench.output(), 50.0, 1e-3);
+}
+
+TEST(AmplifierRelay, LetsTheSetpointActAtOnceWhereItActsOnReceipt) {
+  EnableBench bench({.enable_delay = milliseconds(10), .apply = Apply::receipt});
+  bench.drive(50.0, 1);
+  bench.run(milliseconds(12));
+  ASSERT_EQ(bench.state(), AmpState::enabled);
+  EXPECT_NEAR(bench.drive_now(), 50.0, 1e-3);
+}
+
+// ---- the soft start
+
+TEST(AmplifierSoftStart, GoesEvenlyToItsSetpointAndIsThenEnabled) {
+  EnableBench bench({.soft_start = milliseconds(100)});
+  bench.drive(50.0, 50);
+  EXPECT_NEAR(bench.drive_now(), 25.0, 1.0) << "0.5 V in a cycle";
+  bench.drive(50.0, 49);
+  EXPECT_EQ(bench.state(), AmpState::ready);
+  bench.drive(50.0, 4);  // the setpoint acts at the SYNC after the last one of the soft start
+  EXPECT_EQ(bench.state(), AmpState::enabled);
+  EXPECT_NEAR(bench.drive_now(), 50.0, 1e-3);
+}
+
+TEST(AmplifierSoftStart, EndsAtTheSyncThatComesAtItsEnd) {
+  EnableBench bench({.soft_start = milliseconds(20), .command_timeout = milliseconds(200)});
+  bench.sync();
+  bench.run(milliseconds(1));
+  bench.sync_that_arrives_at(bench.enable(50.0) + milliseconds(20));
+  EXPECT_EQ(bench.state(), AmpState::enabled);
+}
+
+TEST(AmplifierSoftStart, EndsAtTheSafeDriveWhereTheCommandsStop) {
+  EnableBench bench({.soft_start = milliseconds(100)});
+  bench.drive(50.0, 50);
+  for (int i = 0; i < 25; ++i) {
+    bench.sync();
+    bench.run(milliseconds(1));
+  }
+  EXPECT_NEAR(bench.drive_now(), 0.0, 1e-3);
+  EXPECT_EQ(bench.state(), AmpState::ready);
+  bench.drive(50.0, 50);
+  EXPECT_NEAR(bench.drive_now(), 25.0, 1.0) << "it begins again";
+}
+
+TEST(AmplifierSoftStart, EndsAtTheSyncThatComesAtTheTimeoutOfTheCommands) {
+  EnableBench bench({.soft_start = milliseconds(100)});
+  bench.sync();
+  bench.run(milliseconds(1));
+  bench.sync_that_arrives_at(bench.enable(50.0) + milliseconds(20));
+  EXPECT_NEAR(bench.drive_now(), 0.0, 1e-3);
+}
+
+TEST(AmplifierSoftStart, EndsWhereTheAmplifierIsSwitchedOff) {
+  EnableBench bench({.soft_start = milliseconds(100)});
+  bench.drive(50.0, 50);
+  bench.sync();
+  bench.command(0.0, false);
+  bench.run(milliseconds(1));
+  bench.sync();
+  bench.run(milliseconds(1));
+  EXPECT_NEAR(bench.drive_now(), 0.0, 1e-3);
+}
+
+// The output has fallen for 20 ms from 50 V, and falls until the first SYNC. 0.5 V are the frames and the soft start.
+TEST(AmplifierSoftStart, BeginsWhereTheOutputIs) {
+  EnableBench bench({.soft_start = milliseconds(100), .command_timeout = milliseconds(200), .slow = true});
+  bench.drive(50.0, 200);
+  ASSERT_EQ(bench.state(), AmpState::enabled);
+  bench.command(0.0, false);
+  bench.run(milliseconds(20));
+  bench.command(50.0, true);
+  bench.run(milliseconds(1));
+  bench.sync();
+  EXPECT_NEAR(bench.output(), 30.0, 0.5);
+}
+
+// The target is 30 V at the SYNC, 60 ms after Enable. 0.5 V are the frame and the bandwidth.
+TEST(AmplifierSoftStart, MovesTheTargetAtTheArrivalOfTheSync) {
+  EnableBench bench({.soft_start = milliseconds(100), .command_timeout = milliseconds(200), .slow = true});
+  bench.drive(50.0, 1);
+  bench.run(milliseconds(60));
+  bench.sync();
+  EXPECT_NEAR(bench.output(), 5.0, 0.5) << "5 ms later";
+}
+
+}  // namespace
+}  // namespace hystcan::twin::amplifier_enable_test
