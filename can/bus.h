@@ -68,7 +68,7 @@ class Bus {
   virtual void on_frame(FrameHandler handler) = 0;
   /// `handler` gets the frames of this connection that have left (the echo): they were complete on the wire, or in the
   /// queue of a virtual interface, and a filter passes them. Returns false where the bus does not report that.
-  virtual bool on_sent(FrameHandler /*handler*/) { return false; }
+  virtual bool on_sent(FrameHandler handler) = 0;
   virtual void on_state(StateHandler handler) = 0;
   virtual BusState state() const = 0;
   /// The counters that the bus reported last. Empty: it has reported none (a virtual interface never does).

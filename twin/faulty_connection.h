@@ -74,6 +74,7 @@ class FaultyConnection final : public can::Bus {
 
   bool send(const can::Frame& frame) override;
   void on_frame(FrameHandler handler) override { bus_.on_frame(std::move(handler)); }
+  bool on_sent(FrameHandler handler) override { return bus_.on_sent(std::move(handler)); }
   void on_state(StateHandler handler) override { bus_.on_state(std::move(handler)); }
   can::BusState state() const override { return bus_.state(); }
   std::optional<can::ErrorCounters> error_counters() const override { return bus_.error_counters(); }

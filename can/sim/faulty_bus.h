@@ -60,6 +60,7 @@ class FaultyBus final : public Bus {
   /// Returns true also for a frame that is lost or held: it counts as sent.
   bool send(const Frame& frame) override;
   void on_frame(FrameHandler handler) override { handler_ = std::move(handler); }
+  bool on_sent(FrameHandler handler) override { return within_->on_sent(std::move(handler)); }
   void on_state(StateHandler handler) override { within_->on_state(std::move(handler)); }
   BusState state() const override { return within_->state(); }
   std::optional<ErrorCounters> error_counters() const override { return within_->error_counters(); }

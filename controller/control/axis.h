@@ -177,22 +177,22 @@ class Axis {
   Loop loop_;
   std::vector<double> ramp_in_;  ///< drives to visit and rest at while initialising, in order
   Supervisor supervisor_;
-  AxisState state_ = AxisState::offline;
   Fault fault_;
   AxisReport report_;
-  bool stopping_ = false;
   ClearAttempt clear_attempt_;
   double drive_ = 0.0;
-  bool connected_ = false;  ///< the amplifier has reported "enabled" since the axis was armed
   double enabled_for_s_ = 0.0;
-  bool watchdog_verified_ = false;
   std::optional<double> withheld_for_s_;  ///< of commands, while the amplifier's watchdog is tried
   std::size_t ramp_ = 0;                  ///< while initialising: index in ramp_in_ of the present target
   double dwelt_s_ = 0.0;
   double tracking_since_s_ = 0.0;
-  model::Interval reach_;      ///< allowed positions of a live setpoint
+  model::Interval reach_;  ///< allowed positions of a live setpoint
+  double now_s_ = 0.0;     ///< of the last step
+  AxisState state_ = AxisState::offline;
+  bool stopping_ = false;
+  bool connected_ = false;  ///< the amplifier has reported "enabled" since the axis was armed
+  bool watchdog_verified_ = false;
   bool memory_known_ = false;  ///< the model's memory agrees with the actuator's; false after a fault
-  double now_s_ = 0.0;         ///< of the last step
 };
 
 }  // namespace hystcan::controller

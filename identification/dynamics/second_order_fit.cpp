@@ -298,15 +298,17 @@ SampledDataset only_driven(SampledDataset dataset, const Point& point, const Pro
 /// mode responds to the drive as the one at `point` does. In steps of a factor of two, upwards.
 double profile_reach(int which, double longest, const SampledDataset& response, Box box, const Point& point,
                      double as_good) {
-  constexpr double finest = 1.0 / 256.0, resolution = 1e-4;
+  constexpr int halvings = 8;
+  constexpr double resolution = 1e-4;
   const Box searched = box;
   Point from = point;
-  for (double share = finest; share < 1.0; share *= 2.0) {
-    from[which] = point[which] + share * longest;
+  for (int halved = halvings; halved > 0; --halved) {
+    const double way = std::ldexp(longest, -halved);
+    from[which] = point[which] + way;
     from = searched.clamped(from);
     box.lo[which] = box.hi[which] = from[which];
     const LocalMinimum best = descend(response, box, from, resolution);
-    if (best.sum_of_squares > as_good) return share * longest;
+    if (best.sum_of_squares > as_good) return way;
     from = best.point;
   }
   return longest;

@@ -57,6 +57,7 @@ class DeafBus final : public can::Bus {
     return true;
   }
   void on_frame(FrameHandler handler) override { handler_ = std::move(handler); }
+  bool on_sent(FrameHandler) override { return false; }
   void on_state(StateHandler) override {}
   can::BusState state() const override { return can::BusState::active; }
   const can::BusCounters& counters() const override { return counters_; }
