@@ -55,6 +55,24 @@ TEST(Clear, DoesNotDriveAnAxisWhoseInterlockClosesLater) {
   EXPECT_EQ(interlock.rig.monitor().violations(), 0u);
 }
 
+/// The first fault is cleared within a few milliseconds of the half second.
+TEST(Clear, IsNotLeftForALaterStart) {
+  Interlock interlock;
+  FaultRig& rig = interlock.rig;
+  interlock.open_while_tracking();
+  rig.stage().amplifier.end_internal_fault();
+  interlock.clear_and_enable();
+  ASSERT_TRUE(rig.tracks());
+  ASSERT_EQ(rig.ask(Kind::disable), "");
+  ASSERT_TRUE(rig.reaches(AxisState::offline, seconds(3)));
+  rig.stage().amplifier.begin_internal_fault();
+  rig.stage().amplifier.end_internal_fault();
+  rig.run_for(milliseconds(20));
+  ASSERT_EQ(rig.ask(Kind::enable), "");
+  ASSERT_TRUE(rig.reaches(AxisState::faulted, milliseconds(100)));
+  EXPECT_EQ(rig.axis().fault().cause, Cause::amplifier_fault);
+}
+
 config::Config with_verification() {
   config::Config config = one_axis();
   config.axes[0].control.verify_watchdog = true;
