@@ -53,6 +53,7 @@ void WiredAxis::handle_status(const can::Frame& frame) {
   amplifier_moves = reports_a_move(*received);
   status = *received;
   if (flags_report_fault && received->fault != 0) status.state = can::AmpState::fault;
+  amplifier_fault_seen |= status.state == can::AmpState::fault;
 }
 
 /// The first status after it is switched off still reports the drive from which the amplifier ramps down.
@@ -88,6 +89,7 @@ NodeHealth WiredAxis::take_health(can::Time now, can::BusState bus) {
   const bool restarted = std::exchange(boot_ups_seen, boot_ups) != boot_ups;
   const bool sensor_emergency = sensor.take_alarm();
   const bool emergency = amplifier.take_alarm() || sensor_emergency;
+  const bool fault_seen = std::exchange(amplifier_fault_seen, false);
   const bool was_off = std::exchange(bus_off_seen, false);
   const bool was_down = std::exchange(interface_down_seen, false);
   return {.interface_up = bus != can::BusState::down && !was_down,
@@ -102,7 +104,7 @@ NodeHealth WiredAxis::take_health(can::Time now, can::BusState bus) {
           .emergency = emergency,
           .amplifier_ready = status.state == can::AmpState::ready || status.state == can::AmpState::enabled,
           .amplifier_enabled = status.state == can::AmpState::enabled,
-          .amplifier_fault = status.state == can::AmpState::fault,
+          .amplifier_fault = status.state == can::AmpState::fault || fault_seen,
           .amplifier_output = status.output,
           .amplifier_moves = amplifier_moves};
 }

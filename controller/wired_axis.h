@@ -58,10 +58,11 @@ struct WiredAxis {
   can::AmpStatus status;         ///< The last one received.
   bool amplifier_moves = false;  ///< Enabled, or ramping down: `status` does not say where the output is.
   unsigned boot_ups_seen = 0;
-  bool late_sample = false;          ///< A sample of another cycle came since the last step.
-  bool bus_off_seen = false;         ///< The bus was off since the last step, however briefly.
-  bool interface_down_seen = false;  ///< The interface was down since the last step, however briefly.
-  bool answered = true;              ///< This cycle's step has been taken.
+  bool late_sample = false;           ///< A sample of another cycle came since the last step.
+  bool amplifier_fault_seen = false;  ///< A status said fault since the last step, however briefly.
+  bool bus_off_seen = false;          ///< The bus was off since the last step, however briefly.
+  bool interface_down_seen = false;   ///< The interface was down since the last step, however briefly.
+  bool answered = true;               ///< This cycle's step has been taken.
 
  private:
   bool reports_a_move(const can::AmpStatus& next) const;

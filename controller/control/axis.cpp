@@ -47,6 +47,7 @@ constexpr double watchdog_timeout_s = 1.0;
 Supervisor::Config supervision_of(const AxisConfig& config) {
   Supervisor::Config supervision = config.supervision;
   supervision.drive_range = config.gate.drive_max - config.gate.drive_min;
+  supervision.enable_timeout_s += std::chrono::duration<double>(config.enable_delay).count();
   return supervision;
 }
 
@@ -334,6 +335,7 @@ AxisCommand Axis::track(const AxisInput& input) {
 AxisCommand Axis::park(const AxisInput& input) {
   if (!is_driving() || ramp_towards(config_.gate.safe_drive, input.dt_s)) {
     state_ = AxisState::offline;
+    clear_attempt_ = {};
     return safe();
   }
   state_ = AxisState::ready;

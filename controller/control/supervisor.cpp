@@ -11,9 +11,6 @@ namespace {
 /// A SYNC more cycles than this after the last one is a stall: the reference has moved on, ramps would jump.
 constexpr double stalled_cycles = 10.0;
 
-/// The amplifier reports its state at once; after this time it has not obeyed.
-constexpr double enable_timeout_s = 0.5;
-
 /// Share of the drive's range: after this travel an unchanged position is a frozen one.
 constexpr double frozen_travel = 0.02;
 
@@ -62,7 +59,8 @@ Cause Supervisor::judge_nodes(const AxisInput& input) const {
   if (!health.sensor_alive) return Cause::sensor_silent;
   if (!health.amplifier_alive) return Cause::amplifier_silent;
   if (!health.sensor_operational || !health.amplifier_operational) return Cause::node_not_operational;
-  if (enabled_for_s_ > enable_timeout_s && !health.amplifier_enabled) return Cause::amplifier_not_enabled;
+  if (enabled_for_s_ > config_.enable_timeout_s && !health.amplifier_enabled)
+    return Cause::amplifier_not_enabled;
   return Cause::none;
 }
 

@@ -82,6 +82,7 @@ class Supervisor {
     unsigned frozen_cycles = 50;    ///< 0: not judged
     double saturated_s = 2.0;       ///< 0: not judged
     double bus_passive_s = 0.5;     ///< 0: not judged
+    double enable_timeout_s = 0.5;  ///< from the first command with Enable until the amplifier must report it
     double drive_range = 0.0;       ///< drive_max - drive_min, drive units
   };
   struct Verdict {

@@ -73,6 +73,18 @@ TEST(Clear, IsNotLeftForALaterStart) {
   EXPECT_EQ(rig.axis().fault().cause, Cause::amplifier_fault);
 }
 
+/// A contact that bounces: the next status, in the same cycle, says enabled again.
+TEST(AmplifierFault, ThatEndsWithinACycleIsJudgedInTheNextStep) {
+  const config::Config config = one_axis();
+  const controller::WiredAxisConfig axis = controller_config(config).axes[0];
+  controller::WiredAxis wired(axis, seconds(1), config.database);
+  can::Encoder<can::AmpStatus> encode(*can::find_layout<can::AmpStatus>(config.database, axis.wire));
+  for (const can::AmpState state : {can::AmpState::enabled, can::AmpState::fault, can::AmpState::enabled})
+    wired.handle_status(*encode({.state = state}));
+  EXPECT_TRUE(wired.take_health({}, can::BusState::active).amplifier_fault);
+  EXPECT_FALSE(wired.take_health({}, can::BusState::active).amplifier_fault) << "each event counts once";
+}
+
 config::Config with_verification() {
   config::Config config = one_axis();
   config.axes[0].control.verify_watchdog = true;

@@ -77,6 +77,14 @@ TEST(SilentEnable, IsWaitedForAsLongAsTheConfigurationSays) {
   EXPECT_GT(rig.axis().report().drive, 0.0);
 }
 
+TEST(TooSlowEnable, IsNoneWhereTheConfigurationKnowsTheDelay) {
+  config::Config config = with({.delay_ms = 600, .soft_start_ms = 200});
+  config.axes[0].control.enable_delay = milliseconds(500);
+  FaultRig rig(config);
+  rig.start();
+  EXPECT_TRUE(rig.tracks()) << to_string(rig.axis().fault().cause);
+}
+
 TEST(TooSlowEnable, BeyondHalfASecondIsAFault) {
   FaultRig rig(with({.delay_ms = 600, .soft_start_ms = 0}));
   rig.start();
