@@ -49,6 +49,16 @@ class Start : public testing::Test {
     EXPECT_EQ(requests_.take_answer()->refused_because, "");
   }
 
+  void fault_and_arm_again(std::size_t i) {
+    twin::AmplifierNode& amplifier = loop_->twin().axes()[i]->amplifier;
+    amplifier.begin_internal_fault();
+    ASSERT_TRUE(reaches(i, AxisState::faulted, milliseconds(50)));
+    amplifier.end_internal_fault();
+    ask(Kind::clear, i);
+    ask(Kind::enable, i);
+    ASSERT_TRUE(reaches(i, AxisState::tracking, seconds(3)));
+  }
+
   controller::RequestLink requests_;
   std::unique_ptr<rehearsal::Rehearsal> loop_;
 };
@@ -90,12 +100,7 @@ TEST_F(Start, OfAnAxisThatIsArmedAgainIsOnTheTimeOfTheOthers) {
   undisturbed.start();
   ASSERT_TRUE(reaches(1, AxisState::tracking, seconds(5)));
   loop_->run_for(milliseconds(300));
-  loop_->twin().axes()[1]->amplifier.begin_internal_fault();
-  ASSERT_TRUE(reaches(1, AxisState::faulted, milliseconds(50)));
-  loop_->twin().axes()[1]->amplifier.end_internal_fault();
-  ask(Kind::clear, 1);
-  ask(Kind::enable, 1);
-  ASSERT_TRUE(reaches(1, AxisState::tracking, seconds(3)));
+  ASSERT_NO_FATAL_FAILURE(fault_and_arm_again(1));
   EXPECT_EQ(axis(0).state(), AxisState::tracking) << "the other axis has gone on";
   loop_->run_for(seconds(1));
   undisturbed.run_for(loop_->clock().now() - undisturbed.clock().now());
@@ -108,12 +113,7 @@ TEST_F(Start, OfAnAxisThatIsArmedAgainIsOnTheTimeOfTheOthers) {
 TEST_F(Start, OfAnAxisThatIsArmedAgainMovesNoFasterThanATransition) {
   begin(setup());
   ASSERT_TRUE(reaches(1, AxisState::tracking, seconds(5)));
-  loop_->twin().axes()[1]->amplifier.begin_internal_fault();
-  ASSERT_TRUE(reaches(1, AxisState::faulted, milliseconds(50)));
-  loop_->twin().axes()[1]->amplifier.end_internal_fault();
-  ask(Kind::clear, 1);
-  ask(Kind::enable, 1);
-  ASSERT_TRUE(reaches(1, AxisState::tracking, seconds(3)));
+  ASSERT_NO_FATAL_FAILURE(fault_and_arm_again(1));
   double before_um = axis(1).report().reference_um, largest_um = 0.0;
   EXPECT_NEAR(before_um, axis(1).report().position_um, 1e-9) << "it begins where the stage is";
   for (int i = 0; i < 400; ++i) {

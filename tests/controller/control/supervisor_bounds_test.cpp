@@ -6,6 +6,7 @@
 
 #include "controller/control/gate.h"
 #include "controller/control/supervisor.h"
+#include "tests/controller/control/healthy.h"
 
 namespace hystcan::controller::supervisor_bounds_test {
 namespace {
@@ -25,16 +26,8 @@ Supervisor::Config config() {
 }
 
 AxisInput sample(std::optional<double> position_um) {
-  return {.time_s = 0.0,
-          .dt_s = cycle_s,
-          .cycle_s = cycle_s,
-          .position_um = position_um,
-          .health = {.sensor_alive = true,
-                     .sensor_operational = true,
-                     .amplifier_alive = true,
-                     .amplifier_operational = true,
-                     .amplifier_ready = true,
-                     .amplifier_enabled = true}};
+  return {
+      .time_s = 0.0, .dt_s = cycle_s, .cycle_s = cycle_s, .position_um = position_um, .health = all_is_well};
 }
 
 AxisInput late() {

@@ -4,6 +4,7 @@
 
 #include "controller/control/following_error.h"
 #include "controller/control/gate.h"
+#include "tests/controller/control/healthy.h"
 
 namespace hystcan::controller::supervisor_test {
 namespace {
@@ -22,16 +23,8 @@ Supervisor::Config config() {
 }
 
 AxisInput sample(std::optional<double> position_um) {
-  return {.time_s = 0.0,
-          .dt_s = cycle_s,
-          .cycle_s = cycle_s,
-          .position_um = position_um,
-          .health = {.sensor_alive = true,
-                     .sensor_operational = true,
-                     .amplifier_alive = true,
-                     .amplifier_operational = true,
-                     .amplifier_ready = true,
-                     .amplifier_enabled = true}};
+  return {
+      .time_s = 0.0, .dt_s = cycle_s, .cycle_s = cycle_s, .position_um = position_um, .health = all_is_well};
 }
 
 /// The first cycle, counted from 1, in which `step` returns a cause; 0: none of a thousand cycles.
