@@ -30,6 +30,7 @@ TEST(RateLimit, ReportsSuppressedEventsEvenWithoutNewEvents) {
 struct FakeBus final : Bus {
   bool send(const Frame&) override { return true; }
   void on_frame(FrameHandler) override {}
+  bool on_sent(FrameHandler) override { return false; }
   void on_state(StateHandler) override {}
   BusState state() const override { return now; }
   std::optional<ErrorCounters> error_counters() const override { return errors; }
