@@ -87,7 +87,7 @@ Database parse_dbc(std::string_view text, const std::string& file_name) {
 }
 
 Database load_dbc(const std::filesystem::path& file) {
-  constexpr std::size_t largest = 64 * 1'048'576;
+  constexpr std::size_t largest = std::size_t{64} << 20U;  // 64 MiB
   try {
     return parse_dbc(read_regular_file(file, largest), file.string());
   } catch (const FileError& error) {

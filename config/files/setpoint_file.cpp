@@ -13,7 +13,7 @@ namespace {
 
 /// A running controller reads this file too, so it must not wait for a pipe.
 std::string text_of_setpoint(const std::filesystem::path& file) {
-  constexpr std::size_t largest = 64 * 1'048'576;
+  constexpr std::size_t largest = std::size_t{64} << 20U;  // 64 MiB
   try {
     return can::read_regular_file(file, largest);
   } catch (const can::FileError& error) {
