@@ -123,6 +123,19 @@ TEST(ClearAttempt, IsMadeAtTheStartAfterAClear) {
   EXPECT_TRUE(stage.cycle(fault).clear_fault);
 }
 
+TEST(ClearAttempt, DoesNotOutliveAStop) {
+  IdealStage stage;
+  const auto fault = [](AxisInput& in) { in.health.amplifier_fault = true; };
+  stage.axis.start(true);
+  stage.cycle(fault);
+  stage.axis.stop();
+  stage.cycle(fault);
+  ASSERT_EQ(stage.axis.state(), AxisState::offline);
+  stage.axis.start(false);
+  EXPECT_FALSE(stage.cycle(fault).clear_fault);
+  EXPECT_EQ(stage.axis.state(), AxisState::faulted);
+}
+
 // ---- where the drive begins
 
 using Disturbance = std::function<void(AxisInput&)>;
