@@ -188,15 +188,9 @@ bool Controller::axes_in(std::initializer_list<AxisState> states) const {
 }
 
 void Controller::decide_on_tracking(can::Time now) {
-  if (axes_in({AxisState::tracking})) {
-    ready_since_.reset();
-    return;
-  }
+  if (axes_in({AxisState::tracking})) return ready_since_.reset();
   cycle_.tracking_since_s.reset();
-  if (!axes_in({AxisState::ready})) {
-    ready_since_.reset();
-    return;
-  }
+  if (!axes_in({AxisState::ready})) return ready_since_.reset();
   if (!ready_since_) ready_since_ = now;
   const bool waits = config_.start_together && now - *ready_since_ < config_.start_timeout &&
                      axes_in({AxisState::waiting, AxisState::initialising});
@@ -286,19 +280,17 @@ double Controller::coupled_um(Axis& axis, const AxisInput& input) const {
 
 void Controller::send_command(WiredAxis& wired, const AxisCommand& command) {
   if (phase_ != Phase::running) return;
+  wired.amplifier_moves |= command.enable && wired.decode_status.has_value();
+  const bool is_safe = !command.enable && !command.clear_fault;
+  if (command.withheld || (is_safe && wired.pending_commands.is_safe_one_on_its_way())) return;
   const auto frame = wired.encode_command({.setpoint = command.drive,
                                            .enable = command.enable,
                                            .clear_fault = command.clear_fault,
                                            .sync_counter = cycle_.sync_counter});
-  wired.amplifier_moves |= command.enable && wired.decode_status.has_value();
-  if (command.withheld) return;
-  const bool is_safe = !command.enable && !command.clear_fault;
-  if (is_safe && wired.pending_commands.is_safe_one_on_its_way()) return;
-  if (frame) {
-    if (bus_->send(*frame)) wired.pending_commands.add(*frame, is_safe);
-  } else {  // the amplifier's watchdog acts on the silence
+  if (!frame)  // the amplifier's watchdog acts on the silence
     wired.axis.trip(Cause::command_not_sendable, since_start_s(cycle_.sync_sent));
-  }
+  else if (bus_->send(*frame))
+    wired.pending_commands.add(*frame, is_safe);
 }
 
 void Controller::record(std::size_t index, const StepTimes& times) {
