@@ -7,12 +7,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <cerrno>
 #include <cstdio>
 #include <string>
 #include <string_view>
 #include <system_error>
 #include <vector>
+
+#include "app/io/write_all.h"
 
 namespace hystcan::app {
 namespace {
@@ -30,13 +31,8 @@ std::string memory_text(const controller::ControlLaw& law) {
 }
 
 bool write_to_disk(int descriptor, std::string_view text) {
-  while (!text.empty()) {
-    const ssize_t count = ::write(descriptor, text.data(), text.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) return false;
-    text.remove_prefix(static_cast<std::size_t>(count));
-  }
-  return fsync(descriptor) == 0;
+  std::size_t done = 0;
+  return write_all(descriptor, text, done) == 0 && fsync(descriptor) == 0;
 }
 
 bool sync_folder(const std::filesystem::path& folder) {
