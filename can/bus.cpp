@@ -18,4 +18,18 @@ std::string_view to_string(BusState state) {
   return "unknown";
 }
 
+std::string_view to_string(Refusal refusal) {
+  switch (refusal) {
+    case Refusal::none:
+      return "none";
+    case Refusal::listen_only:
+      return "it is listen-only now";
+    case Refusal::other_bit_rate:
+      return "it has another bit rate now";
+    case Refusal::no_fd:
+      return "it takes no CAN FD frames now";
+  }
+  return "unknown";
+}
+
 }  // namespace hystcan::can

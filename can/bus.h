@@ -18,6 +18,11 @@ enum class BusState : std::uint8_t { active, warning, passive, bus_off, down };
 
 std::string_view to_string(BusState state);
 
+/// Why an interface that was lost and is up again is not used: it differs from what it was at the start.
+enum class Refusal : std::uint8_t { none, listen_only, other_bit_rate, no_fd };
+
+std::string_view to_string(Refusal refusal);
+
 /// Transmit and receive error counter of the CAN controller (ISO 11898-1).
 ///
 ///   warning   either counter >= 96
@@ -71,6 +76,8 @@ class Bus {
   virtual bool on_sent(FrameHandler handler) = 0;
   virtual void on_state(StateHandler handler) = 0;
   virtual BusState state() const = 0;
+  /// Other than none only while the state is `down`.
+  virtual Refusal refusal() const { return Refusal::none; }
   /// The counters that the bus reported last. Empty: it has reported none (a virtual interface never does).
   virtual std::optional<ErrorCounters> error_counters() const { return std::nullopt; }
   virtual const BusCounters& counters() const = 0;

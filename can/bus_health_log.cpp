@@ -49,6 +49,7 @@ std::optional<std::uint64_t> RateLimit::add(std::uint64_t events, double time_s)
 BusReport report_of(const Bus& bus, double time_s) {
   return {.time_s = time_s,
           .state = bus.state(),
+          .refusal = bus.refusal(),
           .error_counters = bus.error_counters(),
           .counters = bus.counters()};
 }
@@ -60,6 +61,7 @@ BusReport report_of(std::span<const Bus* const> connections, double time_s) {
   for (const Bus* bus : connections) {
     const BusReport one = report_of(*bus, time_s);
     all.state = std::max(all.state, one.state);
+    all.refusal = std::max(all.refusal, one.refusal);
     if (one.error_counters) all.error_counters = one.error_counters;
     const std::uint64_t refused = sum.send_refused + one.counters.send_refused;
     const std::uint64_t lost = sum.receive_lost + one.counters.receive_lost;
@@ -111,6 +113,9 @@ void BusHealthLog::write(const BusReport& report) {
           fmt::format("{}: bus {} at {:.3f} s{}{}", interface_, to_string(report.state), report.time_s,
                       *times > 1 ? fmt::format(" ({} times since the last line)", *times) : "",
                       words_of(report.error_counters)));
+  if (report.refusal != last_.refusal && report.refusal != Refusal::none)
+    sink_(Level::error, fmt::format("{}: up again at {:.3f} s, but not used: {}", interface_, report.time_s,
+                                    to_string(report.refusal)));
   for (std::size_t i = 0; i < trouble_limits_.size(); ++i) {
     const std::uint64_t more = report.counters.*troubles[i].count - last_.counters.*troubles[i].count;
     if (const auto events = trouble_limits_[i].add(more, report.time_s))

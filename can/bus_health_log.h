@@ -33,6 +33,7 @@ class RateLimit {
 struct BusReport {
   double time_s = 0.0;  ///< since start
   BusState state = BusState::active;
+  Refusal refusal = Refusal::none;
   std::optional<ErrorCounters> error_counters;
   BusCounters counters;
 };

@@ -65,8 +65,9 @@ void Controller::listen_to_echoes() {
 /// damaged one, which no node accepts, is ignored.
 void Controller::add_routes() {
   router_.add_route(can::sync_id, false, [this](const can::Frame& frame) {
-    if (can::parse_sync(frame)) on_another_controller();
+    if (can::is_sync(frame)) on_another_controller();
   });
+  router_.add_route(can::nmt_id, false, [this](const can::Frame& frame) { on_foreign_nmt(frame); });
   router_.add_route(can::heartbeat_base + config_.node, false, [this](const can::Frame& frame) {
     if (can::is_heartbeat_of(config_.node, frame)) on_another_controller();
   });
@@ -78,8 +79,9 @@ void Controller::add_routes_of(std::size_t index) {
   router_.add_route(wired.decode_sample.id(), wired.decode_sample.extended(),
                     [this, index](const can::Frame& frame) { on_sample(index, frame); });
   if (const auto& decode = wired.decode_status)
-    router_.add_route(decode->id(), decode->extended(),
-                      [&wired](const can::Frame& frame) { wired.handle_status(frame); });
+    router_.add_route(decode->id(), decode->extended(), [this, &wired](const can::Frame& frame) {
+      wired.handle_status(frame, scheduler_.now());
+    });
   router_.add_route(wired.encode_command.id(), wired.encode_command.extended(),
                     [this, &wired](const can::Frame& frame) {
                       if (!wired.foreign_command.check(frame)) on_another_controller();
@@ -103,6 +105,10 @@ void Controller::add_routes_of(std::size_t index) {
                       [node](const can::Frame& frame) { node->hear_emergency(frame); });
     router_.add_route(can::sdo_response_base + node->node(), false,
                       [node](const can::Frame& frame) { node->hear_sdo(frame); });
+    router_.add_route(can::sdo_request_base + node->node(), false,
+                      [this, node, &wired](const can::Frame& frame) {
+                        if (node->hear_foreign_sdo(frame)) trip_if_in_use(wired, Cause::foreign_access);
+                      });
   }
 }
 
@@ -132,6 +138,15 @@ void Controller::send_safe_commands() {
 std::optional<SetpointCounters> Controller::live_setpoints(std::size_t i) const {
   if (!axes_[i]->setpoint_receiver) return std::nullopt;
   return axes_[i]->setpoint_receiver->counters();
+}
+
+std::vector<std::string> Controller::foreign_access() const {
+  std::vector<std::string> lines;
+  for (const auto& wired : axes_)
+    for (const RemoteNode* node : {&wired->amplifier, &wired->sensor})
+      if (const std::string text = describe(node->foreign_access()); !text.empty())
+        lines.push_back("node " + std::to_string(node->node()) + ": " + text);
+  return lines;
 }
 
 std::vector<can::RejectedFrames> Controller::rejected() const {
@@ -206,8 +221,11 @@ void Controller::note_wake_up(can::Time now) {
     timing_.period.add(cycle_.sync_period);
   }
   if (config_.wake_up_trip == can::Duration::zero() || cycle_.sync_late <= config_.wake_up_trip) return;
-  for (const auto& wired : axes_)
-    if (is_in_use(wired->axis.state())) wired->axis.trip(Cause::cycle_overrun, since_start_s(now));
+  for (const auto& wired : axes_) trip_if_in_use(*wired, Cause::cycle_overrun);
+}
+
+void Controller::trip_if_in_use(WiredAxis& wired, Cause cause) {
+  if (is_in_use(wired.axis.state())) wired.axis.trip(cause, since_start_s(scheduler_.now()));
 }
 
 /// What is less urgent than the commands, once a cycle: when the commands of all axes in use have been sent.
@@ -227,6 +245,8 @@ void Controller::on_sample(std::size_t index, const can::Frame& frame) {
   WiredAxis& wired = *axes_[index];
   const auto sample = wired.decode_sample(frame);
   if (!sample) return;
+  if (wired.names_a_sync_again(frame, *sample, counters_.cycles))
+    trip_if_in_use(wired, Cause::sample_doubled);
   const bool of_another_cycle = wired.samples_name_their_sync && sample->sync_counter != cycle_.sync_counter;
   if (of_another_cycle || wired.answered) {
     ++counters_.late_samples;
@@ -314,6 +334,12 @@ void Controller::record(std::size_t index, const StepTimes& times) {
                          .execution = execution},
               .counters = counters_,
               .event = wired.take_event()});
+}
+
+void Controller::on_foreign_nmt(const can::Frame& frame) {
+  for (const auto& wired : axes_)
+    for (RemoteNode* node : {&wired->sensor, &wired->amplifier})
+      if (node->hear_foreign_nmt(frame)) trip_if_in_use(*wired, Cause::foreign_access);
 }
 
 void Controller::on_another_controller() {

@@ -10,7 +10,8 @@
 // Before its first frame the controller listens for one heartbeat period. Four kinds of frame show another
 // controller: a SYNC, a heartbeat of the own node id, an axis status, and a command to one of the own
 // amplifiers. Each of them faults every axis. If the controller receives it while it listens, it stays silent
-// permanently; later, its commands are safe from there on.
+// permanently; later, its commands are safe from there on. An NMT command or an SDO write of another node to a node
+// of an axis in use faults this axis.
 //
 // Axes that are ready begin to track together; none waits for one that is faulted or offline, nor longer than
 // start_timeout for one that is not ready. An axis that becomes ready while others track joins them: all references
@@ -95,6 +96,8 @@ class Controller {
   /// Of every message that the controller receives: samples, statuses, setpoints; of both nodes heartbeats,
   /// emergencies, SDO responses.
   std::vector<can::RejectedFrames> rejected() const;
+  /// A line for each node to which other nodes have sent NMT commands or SDO requests.
+  std::vector<std::string> foreign_access() const;
   const CycleCounters& counters() const { return counters_; }
   /// Since start. On the scheduler's thread, like everything here.
   const CycleTiming& timing() const { return timing_; }
@@ -139,6 +142,8 @@ class Controller {
   double coupled_um(Axis& axis, const AxisInput& input) const;
   void send_command(WiredAxis& wired, const AxisCommand& command);
   void record(std::size_t index, const StepTimes& times);
+  void on_foreign_nmt(const can::Frame& frame);
+  void trip_if_in_use(WiredAxis& wired, Cause cause);
   void on_another_controller();
   void keep_silent();
   void on_bus_state(can::BusState state);

@@ -9,16 +9,47 @@
 
 namespace hystcan::controller {
 
-std::string describe(const NodeEvent& event) {
-  if (event.kind == NodeEvent::Kind::not_set_up)
-    return fmt::format("node {}: not set up: {}", event.node, can::describe(event.failure));
-  const can::Emergency& emergency = event.emergency;
-  std::string text =
-      fmt::format("node {}: emergency 0x{:04X}: {} (error register 0x{:02X}", event.node, emergency.code,
-                  can::emergency_text(emergency.code), emergency.error_register);
+namespace {
+
+std::string describe(const can::Emergency& emergency) {
+  std::string text = fmt::format("emergency 0x{:04X}: {} (error register 0x{:02X}", emergency.code,
+                                 can::emergency_text(emergency.code), emergency.error_register);
   if (emergency.manufacturer != decltype(emergency.manufacturer){})
     text += fmt::format(", manufacturer {:02X}", fmt::join(emergency.manufacturer, " "));
   return text + ")";
+}
+
+std::string what_happened(const NodeEvent& event) {
+  switch (event.kind) {
+    case NodeEvent::Kind::emergency:
+      return describe(event.emergency);
+    case NodeEvent::Kind::not_set_up:
+      return "not set up: " + can::describe(event.failure);
+    case NodeEvent::Kind::foreign_nmt:
+      return fmt::format("another node sends it NMT {} ({})", static_cast<unsigned>(event.command),
+                         to_string(event.command));
+    case NodeEvent::Kind::foreign_sdo:
+      return fmt::format("another node writes its object 0x{:04X}:{:02X}", event.object.index,
+                         event.object.subindex);
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string describe(const NodeEvent& event) {
+  return fmt::format("node {}: {}", event.node, what_happened(event));
+}
+
+std::string describe(const ForeignAccess& access) {
+  std::vector<std::string> parts;
+  const auto add = [&](std::uint64_t count, std::string_view what) {
+    if (count != 0) parts.push_back(fmt::format("{} {}{}", count, what, count == 1 ? "" : "s"));
+  };
+  add(access.nmt, "NMT command");
+  add(access.sdo_writes, "SDO write");
+  add(access.sdo_reads, "SDO read");
+  return parts.empty() ? "" : fmt::format("{} of another node", fmt::join(parts, ", "));
 }
 
 RemoteNode::RemoteNode(std::uint8_t node, can::Duration heartbeat_timeout, const can::SdoSetup::Config& setup)
@@ -29,8 +60,7 @@ bool RemoteNode::hear_heartbeat(const can::Frame& frame, can::Time now) {
   const auto state = can::parse_heartbeat(frame);
   if (state) heartbeat_.heard(*state, now);
   if (state != can::NmtState::boot_up) return false;
-  setup_.restart();
-  failure_told_ = false;
+  set_up_again();
   return true;
 }
 
@@ -44,19 +74,42 @@ void RemoteNode::hear_emergency(const can::Frame& frame) {
 }
 
 void RemoteNode::hear_sdo(const can::Frame& frame) {
-  if (!sdo_checker_.check(frame)) setup_.handle(frame);
+  if (!setup_.handle(frame)) sdo_checker_.check(frame);
+}
+
+bool RemoteNode::hear_foreign_nmt(const can::Frame& frame) {
+  const auto nmt = can::parse_nmt(frame);
+  if (!nmt || (nmt->node != node_ && nmt->node != 0)) return false;
+  ++foreign_.nmt;
+  note({.kind = NodeEvent::Kind::foreign_nmt, .node = node_, .command = nmt->command});
+  return nmt->command != can::NmtCommand::start;  // it is started already
+}
+
+bool RemoteNode::hear_foreign_sdo(const can::Frame& frame) {
+  const auto access = can::sdo_access_of(frame);
+  if (!access) return false;
+  if (!access->writes) {
+    ++foreign_.sdo_reads;
+    return false;
+  }
+  ++foreign_.sdo_writes;
+  note({.kind = NodeEvent::Kind::foreign_sdo, .node = node_, .object = access->object});
+  set_up_again();
+  return true;
+}
+
+void RemoteNode::set_up_again() {
+  setup_.restart();
+  failure_told_ = false;
 }
 
 void RemoteNode::forget() {
   heartbeat_.forget();
-  setup_.restart();
-  failure_told_ = false;
+  set_up_again();
 }
 
 void RemoteNode::retry_setup() {
-  if (!setup_.has_failed()) return;
-  setup_.restart();
-  failure_told_ = false;
+  if (setup_.has_failed()) set_up_again();
 }
 
 std::optional<can::Frame> RemoteNode::poll_setup(can::Time now) {

@@ -17,16 +17,27 @@ namespace hystcan::controller {
 
 /// An event of a node for the log.
 struct NodeEvent {
-  enum class Kind : std::uint8_t { emergency, not_set_up };
+  enum class Kind : std::uint8_t { emergency, not_set_up, foreign_nmt, foreign_sdo };
   Kind kind = Kind::emergency;
   std::uint8_t node = 0;
   can::Emergency emergency{};
   can::SdoFailure failure{};
+  can::NmtCommand command{};  ///< of foreign_nmt
+  can::SdoObject object{};    ///< of foreign_sdo
 };
 static_assert(std::is_trivially_copyable_v<std::optional<NodeEvent>>, "events cross threads in a record");
 
 /// "node 1: emergency 0x8130: life guard or heartbeat error (error register 0x01)".
 std::string describe(const NodeEvent& event);
+
+/// What other nodes have sent to a node that only this controller commands.
+struct ForeignAccess {
+  std::uint64_t nmt = 0;
+  std::uint64_t sdo_writes = 0;
+  std::uint64_t sdo_reads = 0;
+};
+/// "2 NMT commands, 1 SDO write, 30 SDO reads of another node"; empty if there was none.
+std::string describe(const ForeignAccess& access);
 
 /// A node is set up before it is started, and again after each boot-up, because it may have lost its set-up.
 class RemoteNode {
@@ -37,6 +48,10 @@ class RemoteNode {
   bool hear_heartbeat(const can::Frame& frame, can::Time now);
   void hear_emergency(const can::Frame& frame);
   void hear_sdo(const can::Frame& frame);
+  /// An NMT frame, or an SDO request to this node, of another node. True: it may change what the node does. Where it
+  /// may have changed the set-up, the node is set up again before it is used again.
+  bool hear_foreign_nmt(const can::Frame& frame);
+  bool hear_foreign_sdo(const can::Frame& frame);
 
   std::uint8_t node() const { return node_; }
   /// Empty if no heartbeat has come, or none for too long.
@@ -51,6 +66,7 @@ class RemoteNode {
   const can::E2eChecker& heartbeat_checker() const { return heartbeat_checker_; }
   const can::E2eChecker& emergency_checker() const { return emergency_checker_; }
   const can::E2eChecker& sdo_checker() const { return sdo_checker_; }
+  const ForeignAccess& foreign_access() const { return foreign_; }
 
   /// The bus was off: neither the last state nor the set-up may still be valid.
   void forget();
@@ -68,6 +84,7 @@ class RemoteNode {
 
  private:
   void note(const NodeEvent& event);
+  void set_up_again();
 
   std::uint8_t node_;
   can::HeartbeatMonitor heartbeat_;
@@ -75,6 +92,7 @@ class RemoteNode {
   can::E2eChecker emergency_checker_{can::Protection{}, 8, false};
   can::E2eChecker sdo_checker_{can::Protection{}, 8, false};
   can::SdoSetup setup_;
+  ForeignAccess foreign_;
   bool failure_told_ = false;
   bool alarm_ = false;
   std::array<NodeEvent, 4> events_{};

@@ -47,9 +47,10 @@ WiredAxis::WiredAxis(const WiredAxisConfig& config, can::Duration heartbeat_time
   flags_report_fault = map && (!map->carries("state") || map->states.fault.empty());
 }
 
-void WiredAxis::handle_status(const can::Frame& frame) {
+void WiredAxis::handle_status(const can::Frame& frame, can::Time now) {
   const auto received = (*decode_status)(frame);
   if (!received) return;
+  status_heard = now;
   amplifier_moves = reports_a_move(*received);
   status = *received;
   if (flags_report_fault && received->fault != 0) status.state = can::AmpState::fault;
@@ -84,6 +85,14 @@ void WiredAxis::handle_bus_loss(can::BusState state) {
   status = {};
 }
 
+bool WiredAxis::names_a_sync_again(const can::Frame& frame, const can::SensorSample& sample,
+                                   std::uint64_t cycle) {
+  constexpr std::uint64_t forgotten_after = can::sync_counter_max / 2;
+  if (!samples_name_their_sync) return false;
+  const NamedSync last = std::exchange(named_syncs_[sample.sync_counter], {cycle, frame});
+  return last.cycle != 0 && cycle - last.cycle < forgotten_after && !(last.frame == frame);
+}
+
 NodeHealth WiredAxis::take_health(can::Time now, can::BusState bus) {
   const unsigned boot_ups = sensor.boot_ups() + amplifier.boot_ups();
   const bool restarted = std::exchange(boot_ups_seen, boot_ups) != boot_ups;
@@ -92,21 +101,25 @@ NodeHealth WiredAxis::take_health(can::Time now, can::BusState bus) {
   const bool fault_seen = std::exchange(amplifier_fault_seen, false);
   const bool was_off = std::exchange(bus_off_seen, false);
   const bool was_down = std::exchange(interface_down_seen, false);
-  return {.interface_up = bus != can::BusState::down && !was_down,
-          .bus_on = bus != can::BusState::bus_off && !was_off,
-          .bus_passive = bus == can::BusState::passive,
-          .commands_late = pending_commands.are_late(),
-          .sensor_alive = sensor.state(now).has_value(),
-          .sensor_operational = sensor.is_operational(now),
-          .amplifier_alive = amplifier.state(now).has_value(),
-          .amplifier_operational = amplifier.is_operational(now),
-          .restarted = restarted,
-          .emergency = emergency,
-          .amplifier_ready = status.state == can::AmpState::ready || status.state == can::AmpState::enabled,
-          .amplifier_enabled = status.state == can::AmpState::enabled,
-          .amplifier_fault = status.state == can::AmpState::fault || fault_seen,
-          .amplifier_output = status.output,
-          .amplifier_moves = amplifier_moves};
+  NodeHealth health{
+      .interface_up = bus != can::BusState::down && !was_down,
+      .bus_on = bus != can::BusState::bus_off && !was_off,
+      .bus_passive = bus == can::BusState::passive,
+      .commands_late = pending_commands.are_late(),
+      .sensor_alive = sensor.state(now).has_value(),
+      .sensor_operational = sensor.is_operational(now),
+      .amplifier_alive = amplifier.state(now).has_value(),
+      .amplifier_operational = amplifier.is_operational(now),
+      .restarted = restarted,
+      .emergency = emergency,
+      .amplifier_ready = status.state == can::AmpState::ready || status.state == can::AmpState::enabled,
+      .amplifier_enabled = status.state == can::AmpState::enabled,
+      .amplifier_fault = status.state == can::AmpState::fault || fault_seen,
+      .amplifier_output = status.output,
+      .amplifier_moves = amplifier_moves,
+      .status_age_s = decode_status ? can::seconds(now - status_heard) : 0.0};
+  if (is_status_too_old(health, axis.config().supervision.status_timeout)) health.amplifier_ready = false;
+  return health;
 }
 
 std::optional<NodeEvent> WiredAxis::take_event() {

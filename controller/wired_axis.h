@@ -2,6 +2,8 @@
 // nodes.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -26,11 +28,14 @@ struct WiredAxis {
   /// Throws std::invalid_argument where the database lacks a message or the model is not valid.
   WiredAxis(const WiredAxisConfig& config, can::Duration heartbeat_timeout, const can::Database& database);
 
-  void handle_status(const can::Frame& frame);
+  void handle_status(const can::Frame& frame, can::Time now);
   void handle_sensor_heartbeat(const can::Frame& frame, can::Time now);
   void handle_amplifier_heartbeat(const can::Frame& frame, can::Time now);
   /// The bus is off or the interface is down: what is known of the nodes may no longer hold.
   void handle_bus_loss(can::BusState state);
+
+  /// True: this sample and another one, both accepted, name the same SYNC. A frame that is sent twice is no other one.
+  bool names_a_sync_again(const can::Frame& frame, const can::SensorSample& sample, std::uint64_t cycle);
 
   /// What is known of both nodes for the next step. Each event since the last step counts once.
   NodeHealth take_health(can::Time now, can::BusState bus);
@@ -55,7 +60,8 @@ struct WiredAxis {
   PendingCommands pending_commands;
 
   // What is remembered from one frame or step to the next.
-  can::AmpStatus status;         ///< The last one received.
+  can::AmpStatus status;  ///< The last one received.
+  can::Time status_heard{};
   bool amplifier_moves = false;  ///< Enabled, or ramping down: `status` does not say where the output is.
   unsigned boot_ups_seen = 0;
   bool late_sample = false;           ///< A sample of another cycle came since the last step.
@@ -66,6 +72,12 @@ struct WiredAxis {
 
  private:
   bool reports_a_move(const can::AmpStatus& next) const;
+
+  struct NamedSync {
+    std::uint64_t cycle = 0;  ///< 0: none yet
+    can::Frame frame{};
+  };
+  std::array<NamedSync, 256> named_syncs_{};  ///< by SyncCounter: the last sample that named it
 };
 
 /// The axes of a controller; their addresses do not change.

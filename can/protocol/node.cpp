@@ -36,6 +36,7 @@ void NmtSlave::handle(const Frame& frame) {
     case NmtCommand::enter_pre_operational:
       return enter(NmtState::pre_operational);
     case NmtCommand::reset_node:
+    case NmtCommand::reset_communication:
       return start();
   }
 }

@@ -17,6 +17,22 @@ bool is_classical(const Frame& frame, std::uint8_t length) {
 
 }  // namespace
 
+std::string_view to_string(NmtCommand command) {
+  switch (command) {
+    case NmtCommand::start:
+      return "start";
+    case NmtCommand::stop:
+      return "stop";
+    case NmtCommand::enter_pre_operational:
+      return "enter pre-operational";
+    case NmtCommand::reset_node:
+      return "reset node";
+    case NmtCommand::reset_communication:
+      return "reset communication";
+  }
+  return "unknown command";
+}
+
 Frame nmt_frame(Nmt nmt) { return make_frame(nmt_id, {static_cast<std::uint8_t>(nmt.command), nmt.node}); }
 
 Frame sync_frame(std::uint8_t counter) { return make_frame(sync_id, {counter}); }
@@ -42,6 +58,8 @@ std::optional<std::uint8_t> parse_sync(const Frame& frame) {
   if (!is_classical(frame, 1) || frame.data[0] < 1 || frame.data[0] > sync_counter_max) return std::nullopt;
   return frame.data[0];
 }
+
+bool is_sync(const Frame& frame) { return is_classical(frame, 0) || parse_sync(frame).has_value(); }
 
 std::optional<NmtState> parse_heartbeat(const Frame& frame) {
   if (!is_classical(frame, 1)) return std::nullopt;

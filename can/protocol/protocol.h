@@ -33,7 +33,14 @@ namespace hystcan::can {
 
 // ---- CiA 301 ----------------------------------------------------------------------------------------
 
-enum class NmtCommand : std::uint8_t { start = 1, stop = 2, enter_pre_operational = 128, reset_node = 129 };
+enum class NmtCommand : std::uint8_t {
+  start = 1,
+  stop = 2,
+  enter_pre_operational = 128,
+  reset_node = 129,
+  reset_communication = 130
+};
+std::string_view to_string(NmtCommand command);
 enum class NmtState : std::uint8_t {
   boot_up = 0x00,
   stopped = 0x04,
@@ -71,6 +78,8 @@ Frame emergency_frame(std::uint8_t node, Emergency emergency);
 /// Empty if the frame is not well-formed. The caller has checked the identifier.
 std::optional<Nmt> parse_nmt(const Frame& frame);
 std::optional<std::uint8_t> parse_sync(const Frame& frame);
+/// True for every SYNC of CiA 301: with a counter, or without data.
+bool is_sync(const Frame& frame);
 std::optional<NmtState> parse_heartbeat(const Frame& frame);
 std::optional<Emergency> parse_emergency(const Frame& frame);
 /// True: the frame is a heartbeat of this node with a state of CiA 301.

@@ -26,6 +26,8 @@ std::uint8_t command_of(const SdoMessage& message) {
       return 0x40;
     case SdoService::value:
       return with_size(0x40, message.content.bytes);
+    case SdoService::segmented:
+      return 0x41;
     case SdoService::abort:
       break;
   }
@@ -46,30 +48,50 @@ Frame make_frame(std::uint32_t id, const SdoMessage& message) {
   return frame;
 }
 
-/// Parses what both directions share. `sized` is the service that carries a value, in bits 7 to 5 of
-/// `specifier`.
-std::optional<SdoMessage> parse(const Frame& frame, unsigned specifier, SdoService sized) {
-  if (frame.kind != FrameKind::data || frame.extended || frame.length != 8) return std::nullopt;
+constexpr std::uint32_t mask_of(unsigned bytes) { return 0xFFFF'FFFFU >> 8U * (4U - bytes); }
+
+SdoMessage message_of(const Frame& frame, SdoService service) {
+  return {.service = service,
+          .object = {.index = static_cast<std::uint16_t>(frame.data[1] | frame.data[2] << 8),
+                     .subindex = frame.data[3]},
+          .content = {.value = 0, .bytes = 4}};
+}
+
+/// `bytes` of data, from byte 4 on.
+std::uint32_t value_of(const Frame& frame, unsigned bytes) {
+  std::uint32_t value = 0;
+  for (unsigned i = 0; i < bytes; ++i) value |= std::uint32_t{frame.data[4 + i]} << 8 * i;
+  return value;
+}
+
+bool is_sdo(const Frame& frame, std::uint8_t least_length) {
+  return frame.kind == FrameKind::data && !frame.extended && frame.length >= least_length &&
+         frame.length <= 8;
+}
+
+/// The value that an expedited transfer of stated size carries, `specifier` in bits 7 to 5. Empty: it is another one.
+std::optional<SdoMessage> parse_sized(const Frame& frame, unsigned specifier, SdoService service) {
   const unsigned command = frame.data[0];
-  SdoMessage message{.object = {.index = static_cast<std::uint16_t>(frame.data[1] | frame.data[2] << 8),
-                                .subindex = frame.data[3]}};
-  if ((command & 0xF3U) == (specifier | expedited_with_size)) {
-    message.service = sized;
-    message.content.bytes = static_cast<std::uint8_t>(4U - (command >> 2U & 3U));
-  } else if (command != 0x80) {
-    return std::nullopt;
-  }
-  for (unsigned i = 0; i < message.content.bytes; ++i)
-    message.content.value |= std::uint32_t{frame.data[4 + i]} << 8 * i;
+  if ((command & 0xF3U) != (specifier | expedited_with_size)) return std::nullopt;
+  SdoMessage message = message_of(frame, service);
+  message.content.bytes = static_cast<std::uint8_t>(4U - (command >> 2U & 3U));
+  if (frame.length < 4 + message.content.bytes) return std::nullopt;
+  message.content.value = value_of(frame, message.content.bytes);
   return message;
 }
 
-std::optional<SdoMessage> parse_without_value(const Frame& frame, unsigned command, SdoService service) {
-  if (frame.kind != FrameKind::data || frame.extended || frame.length != 8) return std::nullopt;
-  if (frame.data[0] != command) return std::nullopt;
-  return SdoMessage{.service = service,
-                    .object = {.index = static_cast<std::uint16_t>(frame.data[1] | frame.data[2] << 8),
-                               .subindex = frame.data[3]}};
+std::optional<SdoMessage> parse_abort(const Frame& frame) {
+  if (frame.data[0] != 0x80 || frame.length < 8) return std::nullopt;
+  SdoMessage message = message_of(frame, SdoService::abort);
+  message.content.value = value_of(frame, 4);
+  return message;
+}
+
+/// A value of which the node does not state the size: all bytes of the frame.
+SdoMessage unsized_value(const Frame& frame) {
+  SdoMessage message = message_of(frame, SdoService::value);
+  message.content = {.value = value_of(frame, frame.length - 4U), .bytes = 0};
+  return message;
 }
 
 }  // namespace
@@ -82,12 +104,32 @@ Frame sdo_response(std::uint8_t node, const SdoMessage& message) {
 }
 
 std::optional<SdoMessage> parse_sdo_request(const Frame& frame) {
-  if (const auto read = parse_without_value(frame, 0x40, SdoService::read)) return read;
-  return parse(frame, 0x20, SdoService::write);
+  if (!is_sdo(frame, 8)) return std::nullopt;
+  if (frame.data[0] == 0x40) return message_of(frame, SdoService::read);
+  if (const auto write = parse_sized(frame, 0x20, SdoService::write)) return write;
+  return parse_abort(frame);
 }
+
 std::optional<SdoMessage> parse_sdo_response(const Frame& frame) {
-  if (const auto written = parse_without_value(frame, 0x60, SdoService::written)) return written;
-  return parse(frame, 0x40, SdoService::value);
+  if (!is_sdo(frame, 4)) return std::nullopt;
+  if (frame.data[0] == 0x60) return message_of(frame, SdoService::written);
+  if (frame.data[0] == 0x42 && frame.length > 4) return unsized_value(frame);
+  if (frame.data[0] == 0x40 || frame.data[0] == 0x41) return message_of(frame, SdoService::segmented);
+  if (const auto value = parse_sized(frame, 0x40, SdoService::value)) return value;
+  return parse_abort(frame);
+}
+
+std::optional<SdoAccess> sdo_access_of(const Frame& request) {
+  constexpr unsigned download = 1, upload = 2, block_upload = 5, block_download = 6;
+  if (!is_sdo(request, 4)) return std::nullopt;
+  const unsigned specifier = request.data[0] >> 5U;
+  const bool begins_a_block = (request.data[0] & 1U) == 0;
+  const SdoObject object = message_of(request, SdoService::read).object;
+  if (specifier == download || (specifier == block_download && begins_a_block))
+    return SdoAccess{true, object};
+  if (specifier == upload || (specifier == block_upload && (request.data[0] & 3U) == 0))
+    return SdoAccess{false, object};
+  return std::nullopt;
 }
 
 SdoSetup::SdoSetup(std::uint8_t node, Config config) : node_(node), config_(std::move(config)) {}
@@ -119,21 +161,28 @@ std::optional<Frame> SdoSetup::poll(Time now) {
                              .content = {.value = sdo_abort::timed_out, .bytes = 4}});
 }
 
-void SdoSetup::handle(const Frame& frame) {
-  if (is_done() || failed_) return;
-  const auto message = parse_sdo_response(frame);
-  if (!message || message->object != config_.writes[next_].object) return;
+bool SdoSetup::handle(const Frame& frame) {
   const bool waiting = step_ == Step::await_written || step_ == Step::await_value;
-  if (waiting && message->service == SdoService::abort)
+  if (is_done() || failed_ || !waiting) return false;
+  const auto message = parse_sdo_response(frame);
+  if (!message || message->object != config_.writes[next_].object) return false;
+  if (message->service == SdoService::abort)
     fail(SdoFailure::Reason::aborted, message->content.value, 0);
   else if (step_ == Step::await_written && message->service == SdoService::written)
     step_ = Step::read;
   else if (step_ == Step::await_value && message->service == SdoService::value)
     take_value(message->content);
+  else if (step_ == Step::await_value && message->service == SdoService::segmented)
+    fail(SdoFailure::Reason::segmented, 0, 0);
+  else
+    return false;
+  return true;
 }
 
 void SdoSetup::take_value(const SdoValue& value) {
-  if (value != config_.writes[next_].content)
+  const SdoValue& written = config_.writes[next_].content;
+  const std::uint32_t stated = value.bytes == 0 ? value.value & mask_of(written.bytes) : value.value;
+  if (stated != written.value || (value.bytes != 0 && value.bytes != written.bytes))
     return fail(SdoFailure::Reason::read_back_differs, 0, value.value);
   ++next_;
   step_ = Step::write;

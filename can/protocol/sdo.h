@@ -8,7 +8,12 @@
 //   | written                | 0x60                   | index | sub-index | 0                     |
 //   | read                   | 0x40                   | index | sub-index | 0                     |
 //   | read 4, 3, 2, 1 bytes  | 0x43, 0x47, 0x4B, 0x4F | index | sub-index | value                 |
+//   | read, size not stated  | 0x42                   | index | sub-index | value                 |
+//   | read in segments       | 0x40, 0x41             | index | sub-index | number of bytes       |
 //   | abort, either way      | 0x80                   | index | sub-index | abort code            |
+//
+// A response may be shorter than 8 bytes if it holds all that its first byte announces. Nodes send such responses,
+// although CiA 301 asks for 8 bytes.
 //
 // No function here waits or holds a timer. The caller gives the received frames and the time, and sends the
 // frames that are returned.
@@ -35,12 +40,12 @@ struct SdoObject {
 /// A value of 1 to 4 bytes.
 struct SdoValue {
   std::uint32_t value = 0;
-  std::uint8_t bytes = 4;
+  std::uint8_t bytes = 4;  ///< 0 in a response that does not state the size
 
   friend bool operator==(const SdoValue&, const SdoValue&) = default;
 };
 
-enum class SdoService : std::uint8_t { write, written, read, value, abort };
+enum class SdoService : std::uint8_t { write, written, read, value, segmented, abort };
 
 struct SdoMessage {
   SdoService service = SdoService::abort;
@@ -55,7 +60,15 @@ Frame sdo_request(std::uint8_t node, const SdoMessage& message);
 Frame sdo_response(std::uint8_t node, const SdoMessage& message);
 /// Empty if the frame is not a well-formed expedited transfer. The caller has checked the identifier.
 std::optional<SdoMessage> parse_sdo_request(const Frame& frame);
+/// The same, and also the announcement of a value in segments.
 std::optional<SdoMessage> parse_sdo_response(const Frame& frame);
+/// The begin of a transfer of any kind: expedited, in segments, or in blocks.
+struct SdoAccess {
+  bool writes = false;
+  SdoObject object{};
+};
+/// Empty: this request begins no transfer.
+std::optional<SdoAccess> sdo_access_of(const Frame& request);
 
 namespace sdo_abort {
 inline constexpr std::uint32_t timed_out = 0x0504'0000;
@@ -75,7 +88,7 @@ struct SdoWrite {
 
 /// Why the setup of a node failed.
 struct SdoFailure {
-  enum class Reason : std::uint8_t { none, timed_out, aborted, read_back_differs };
+  enum class Reason : std::uint8_t { none, timed_out, aborted, read_back_differs, segmented };
   Reason reason = Reason::none;
   SdoObject object{};
   std::uint32_t abort_code = 0;
@@ -106,8 +119,8 @@ class SdoSetup {
   void restart();
   /// The frame to send now, if there is one. The caller polls once a cycle until is_done() or has_failed().
   std::optional<Frame> poll(Time now);
-  /// Takes a response of this node. A response that does not answer the last request is ignored.
-  void handle(const Frame& frame);
+  /// Takes a response of this node. False: the frame does not answer the last request and is ignored.
+  bool handle(const Frame& frame);
 
   bool is_done() const { return next_ == config_.writes.size(); }
   bool has_failed() const { return failed_; }

@@ -67,6 +67,8 @@ std::string describe(const SdoFailure& failure) {
     case SdoFailure::Reason::read_back_differs:
       return object +
              fmt::format("0x{:X} was written, 0x{:X} was read back", failure.written, failure.read_back);
+    case SdoFailure::Reason::segmented:
+      return object + "the node answers in segments, expected a value of at most 4 bytes";
     case SdoFailure::Reason::none:
       break;
   }

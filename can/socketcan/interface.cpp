@@ -119,6 +119,12 @@ void require_able_to_carry_fd(const std::string& name, const Interface& interfac
                       : "mtu 72"));
 }
 
+Refusal refusal_of(const Interface& now, const Interface& before) {
+  if (now.listen_only && !before.listen_only) return Refusal::listen_only;
+  if (now.bitrate_bit_per_s != before.bitrate_bit_per_s) return Refusal::other_bit_rate;
+  return before.fd && !now.fd ? Refusal::no_fd : Refusal::none;
+}
+
 std::string describe(const std::string& name, const Interface& interface) {
   std::string text = name + ": ";
   if (interface.bitrate_bit_per_s)

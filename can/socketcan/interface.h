@@ -54,6 +54,9 @@ void require_able_to_send(const std::string& name, const Interface& interface);
 void require_able_to_carry_fd(const std::string& name, const Interface& interface,
                               const std::vector<std::string>& messages);
 
+/// Why an interface is not used any more that was `before` at the start.
+Refusal refusal_of(const Interface& now, const Interface& before);
+
 /// One line: `can0: 1000 kbit/s, sample point 75 %, restart-ms 100, qdisc pfifo_fast, 10 frames`.
 std::string describe(const std::string& name, const Interface& interface);
 

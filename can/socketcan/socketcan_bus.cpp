@@ -34,6 +34,7 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
         socket_(context),
         retry_timer_(context),
         restart_timer_(context) {
+    if (const auto found = query_interface(interface_)) at_start_ = *found;
     open();
   }
 
@@ -70,6 +71,7 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
   StateHandler on_state;
 
   BusState state() const { return state_; }
+  Refusal refusal() const { return refusal_; }
   std::optional<ErrorCounters> error_counters() const { return error_counters_; }
   const BusCounters& counters() const { return counters_; }
 
@@ -161,6 +163,9 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
       return;
     }
     try {
+      const auto found = query_interface(interface_);
+      refusal_ = found && found->up ? refusal_of(*found, at_start_) : Refusal::none;
+      if (refusal_ != Refusal::none) return retry_after(retry_period);
       open();
     } catch (const InterfaceError&) {
       retry_after(retry_period);
@@ -201,6 +206,8 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
   SteadyTimer retry_timer_;    ///< searches for the interface after it is lost
   SteadyTimer restart_timer_;  ///< asks, in bus-off, whether it has ended
   ReceiveBatch batch_;
+  Interface at_start_;
+  Refusal refusal_ = Refusal::none;
   BusState state_ = BusState::active;
   BusState state_when_up_ = BusState::active;
   std::optional<ErrorCounters> error_counters_;
@@ -226,6 +233,7 @@ bool SocketCanBus::on_sent(FrameHandler handler) {
 }
 void SocketCanBus::on_state(StateHandler handler) { impl_->on_state = std::move(handler); }
 BusState SocketCanBus::state() const { return impl_->state(); }
+Refusal SocketCanBus::refusal() const { return impl_->refusal(); }
 std::optional<ErrorCounters> SocketCanBus::error_counters() const { return impl_->error_counters(); }
 const BusCounters& SocketCanBus::counters() const { return impl_->counters(); }
 

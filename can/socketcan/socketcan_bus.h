@@ -31,7 +31,8 @@ class InterfaceError : public std::runtime_error {
 /// - send() never blocks. A frame that the kernel refuses (ENOBUFS, EAGAIN, ENETDOWN) is dropped and counted,
 ///   because the next cycle has a newer command.
 /// - When the interface goes down or disappears, the state is `down`. The bus looks every 50 ms for an
-///   interface of this name that is up, and sets its filters again.
+///   interface of this name that is up, and sets its filters again. It does not use an interface that has become
+///   listen-only, has another bit rate, or takes no CAN FD frames any more: refusal() says so.
 /// - In bus-off the bus asks the driver every 50 ms for its state, because the error frame of the restart
 ///   may be lost. Until then it sends nothing, because the kernel would keep the frames and send them,
 ///   stale, after the restart.
@@ -49,6 +50,7 @@ class SocketCanBus final : public Bus {
   bool on_sent(FrameHandler handler) override;
   void on_state(StateHandler handler) override;
   BusState state() const override;
+  Refusal refusal() const override;
   std::optional<ErrorCounters> error_counters() const override;
   const BusCounters& counters() const override;
 

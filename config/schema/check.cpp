@@ -48,6 +48,7 @@ class AxisCheck {
     check_setup("amplifier_setup", axis_.wire.amplifier_setup);
     check_setup("sensor_setup", axis_.wire.sensor_setup);
     check_setup_timeout();
+    check_status_timeout();
   }
 
  private:
@@ -64,6 +65,15 @@ class AxisCheck {
         fail(fmt::format("{}[{}].value", list, i), "value is {}, expected at most {} in {} bytes", value,
              largest, bytes);
     }
+  }
+
+  void check_status_timeout() const {
+    const double timeout_ms = 1e3 * can::seconds(axis_.control.supervision.status_timeout);
+    const double period_ms = 1e3 * axis_.twin.status_every / config_.controller.rate_Hz;
+    if (timeout_ms > 0.0 && timeout_ms < 2.0 * period_ms)
+      fail("control.status_timeout_ms",
+           "status_timeout_ms is {:g}, expected at least two periods of status_every, {:g}, or 0", timeout_ms,
+           2.0 * period_ms);
   }
 
   /// The controller sends one request per cycle, so it must wait at least one cycle for the answer.

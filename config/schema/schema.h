@@ -148,6 +148,7 @@ void visit_supervision(V& v, controller::AxisConfig& c) {
   v.optional("frozen_cycles", s.frozen_cycles);
   v.optional("saturated_s", s.saturated_s, not_negative);
   v.optional("bus_passive_s", s.bus_passive_s, not_negative);
+  v.optional("status_timeout_ms", s.status_timeout, not_negative);
 }
 
 template <class V>

@@ -12,8 +12,8 @@ struct CauseText {
 
 constexpr std::array<CauseText, cause_count> cause_texts{{
     {"none", ""},
-    {"interface down", "bring the CAN interface up and start the controller again"},
-    {"bus-off", "check wiring, termination and bit rate, then start the controller again"},
+    {"interface down", "bring the CAN interface up as it was at the start, then clear and enable the axis"},
+    {"bus-off", "check wiring, termination and bit rate, then clear and enable the axis"},
     {"cycle overrun",
      "the program did not run in time: give the controller a real-time class, [controller.realtime]"},
     {"sample missing", "check the sensor node and the bus load"},
@@ -48,6 +48,12 @@ constexpr std::array<CauseText, cause_count> cause_texts{{
      "the amplifier went on without commands: give it a watchdog before anything is driven"},
     {"commands late",
      "our commands do not get onto the bus: check its load, its wiring, and that a node is on it"},
+    {"sample doubled",
+     "two different samples name the same SYNC: two nodes send this message, or the sensor does not sample at the "
+     "SYNC"},
+    {"status missing",
+     "no status of the amplifier in status_timeout_ms: check the amplifier node and the bus load"},
+    {"foreign NMT or SDO", "another node commands a node of this axis, or writes to it: see the log, end it"},
 }};
 
 }  // namespace

@@ -37,8 +37,11 @@ enum class Cause : std::uint8_t {
   model_left_range,
   watchdog_failed,
   commands_late,
+  sample_doubled,
+  status_missing,
+  foreign_access,
 };
-inline constexpr std::size_t cause_count = 26;
+inline constexpr std::size_t cause_count = 29;
 
 std::string_view to_string(Cause cause);
 /// One sentence about what the engineer can do.

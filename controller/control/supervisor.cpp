@@ -28,6 +28,10 @@ double time_held(bool condition, double so_far_s, double dt_s) { return conditio
 
 }  // namespace
 
+bool is_status_too_old(const NodeHealth& health, std::chrono::nanoseconds timeout) {
+  return timeout.count() > 0 && health.status_age_s > std::chrono::duration<double>(timeout).count();
+}
+
 void Supervisor::retune(const Config& config) {
   config_ = config;
   lost_ = LeakyBucket(config.missing_samples);
@@ -37,7 +41,7 @@ void Supervisor::restart() { *this = Supervisor(config_); }
 
 Supervisor::Verdict Supervisor::judge(const AxisInput& input) {
   if (const Cause cause = judge_bus(input); cause != Cause::none) return {cause, std::nullopt};
-  if (const Cause cause = judge_nodes(input); cause != Cause::none) return {cause, std::nullopt};
+  if (const Cause cause = judge_nodes(input.health); cause != Cause::none) return {cause, std::nullopt};
   return judge_sample(input);
 }
 
@@ -51,8 +55,7 @@ Cause Supervisor::judge_bus(const AxisInput& input) {
   return health.commands_late ? Cause::commands_late : Cause::none;
 }
 
-Cause Supervisor::judge_nodes(const AxisInput& input) const {
-  const NodeHealth& health = input.health;
+Cause Supervisor::judge_nodes(const NodeHealth& health) const {
   if (health.restarted) return Cause::node_restarted;
   if (health.amplifier_fault) return Cause::amplifier_fault;
   if (health.emergency) return Cause::node_emergency;
@@ -61,7 +64,7 @@ Cause Supervisor::judge_nodes(const AxisInput& input) const {
   if (!health.sensor_operational || !health.amplifier_operational) return Cause::node_not_operational;
   if (enabled_for_s_ > config_.enable_timeout_s && !health.amplifier_enabled)
     return Cause::amplifier_not_enabled;
-  return Cause::none;
+  return is_status_too_old(health, config_.status_timeout) ? Cause::status_missing : Cause::none;
 }
 
 Supervisor::Verdict Supervisor::judge_sample(const AxisInput& input) {

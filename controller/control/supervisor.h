@@ -12,6 +12,7 @@
 // Where several things are wrong at once, the cause is the one that explains the most.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <optional>
 
@@ -36,7 +37,11 @@ struct NodeHealth {
   bool amplifier_fault = false;    ///< last status: fault
   double amplifier_output = 0.0;   ///< last status, drive units
   bool amplifier_moves = false;    ///< switched off, and its output is not yet reported at rest
+  double status_age_s = 0.0;       ///< of the last status; 0 where the amplifier sends none
 };
+
+/// `timeout` 0: never.
+bool is_status_too_old(const NodeHealth& health, std::chrono::nanoseconds timeout);
 
 struct AxisInput {
   double time_s = 0.0;                ///< of this cycle's SYNC, since the controller's start
@@ -77,11 +82,12 @@ class Supervisor {
   struct Config {
     double position_min_um = 0.0;  ///< a position outside is implausible: a broken sensor or stage
     double position_max_um = 0.0;
-    double position_jump_um = 0.0;  ///< in one cycle; 0: not judged
-    unsigned missing_samples = 3;   ///< bridged in a row; one more trips
-    unsigned frozen_cycles = 50;    ///< 0: not judged
-    double saturated_s = 2.0;       ///< 0: not judged
-    double bus_passive_s = 0.5;     ///< 0: not judged
+    double position_jump_um = 0.0;                                     ///< in one cycle; 0: not judged
+    unsigned missing_samples = 3;                                      ///< bridged in a row; one more trips
+    unsigned frozen_cycles = 50;                                       ///< 0: not judged
+    double saturated_s = 2.0;                                          ///< 0: not judged
+    double bus_passive_s = 0.5;                                        ///< 0: not judged
+    std::chrono::nanoseconds status_timeout{std::chrono::seconds(1)};  ///< of the amplifier; 0: not judged
     double enable_timeout_s = 0.5;  ///< from the first command with Enable until the amplifier must report it
     double drive_range = 0.0;       ///< drive_max - drive_min, drive units
   };
@@ -104,7 +110,7 @@ class Supervisor {
 
  private:
   Cause judge_bus(const AxisInput& input);
-  Cause judge_nodes(const AxisInput& input) const;
+  Cause judge_nodes(const NodeHealth& health) const;
   Verdict judge_sample(const AxisInput& input);
   Cause count_lost_sample(bool late, Cause cause);
   bool has_jumped(double position_um) const;

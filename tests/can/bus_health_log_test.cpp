@@ -33,10 +33,12 @@ struct FakeBus final : Bus {
   bool on_sent(FrameHandler) override { return false; }
   void on_state(StateHandler) override {}
   BusState state() const override { return now; }
+  Refusal refusal() const override { return refused; }
   std::optional<ErrorCounters> error_counters() const override { return errors; }
   const BusCounters& counters() const override { return totals; }
 
   BusState now = BusState::active;
+  Refusal refused = Refusal::none;
   std::optional<ErrorCounters> errors;
   BusCounters totals;
 };
@@ -97,6 +99,14 @@ TEST_F(BusLogging, WritesEveryStateWithTheErrorCounters) {
             (Lines{"can0: bus active at 0.700 s", "can0: 1 restarts after bus-off by 0.700 s"}));
   EXPECT_EQ(levels, (std::vector{BusHealthLog::Level::warning, BusHealthLog::Level::error,
                                  BusHealthLog::Level::info, BusHealthLog::Level::warning}));
+}
+
+TEST_F(BusLogging, SaysWhyAnInterfaceThatIsUpAgainIsNotUsed) {
+  bus.now = BusState::down;
+  EXPECT_EQ(written_at(0.5), Lines{"can0: bus down at 0.500 s"});
+  bus.refused = Refusal::listen_only;
+  EXPECT_EQ(written_at(0.6), Lines{"can0: up again at 0.600 s, but not used: it is listen-only now"});
+  EXPECT_EQ(written_at(0.7), Lines{});
 }
 
 TEST_F(BusLogging, WritesOneLinePerSecondForAStateThatAlternates) {

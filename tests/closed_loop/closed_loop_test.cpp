@@ -142,8 +142,9 @@ TEST_F(TrackingLoop, StopsAtTheSafeValue) {
 
 TEST_F(TrackingLoop, FaultsWhenANodeRestarts) {
   ASSERT_EQ(state(0), AxisState::tracking);
-  const auto tester = rehearsal_.attach()({});
-  tester->send(can::nmt_frame({can::NmtCommand::reset_node, 2}));
+  twin::FaultSpec reboot = twin::fault_spec(twin::Fault::node_reboot, "x");
+  rehearsal_.twin().faults().inject(reboot);
+  rehearsal_.twin().faults().remove(reboot.kind);
   rehearsal_.run_for(milliseconds(10));
   EXPECT_EQ(cause(0), Cause::node_restarted);
   EXPECT_EQ(state(1), AxisState::tracking) << "no node of the other axis restarts";

@@ -104,6 +104,12 @@ TEST_F(SharedBus, AForeignSyncFaultsEveryAxisWithinACycle) {
   EXPECT_TRUE(amplifiers_are_off());
 }
 
+TEST_F(SharedBus, AForeignSyncWithoutACounterDoesTheSame) {
+  track();
+  send({.id = can::sync_id, .length = 0});
+  expect_faulted(loop);
+}
+
 TEST_F(SharedBus, AForeignHeartbeatOfTheControllersNodeFaultsEveryAxis) {
   track();
   send(can::heartbeat_frame(config.controller.node, can::NmtState::operational));

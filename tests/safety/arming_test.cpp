@@ -80,7 +80,7 @@ TEST(AmplifierFault, ThatEndsWithinACycleIsJudgedInTheNextStep) {
   controller::WiredAxis wired(axis, seconds(1), config.database);
   can::Encoder<can::AmpStatus> encode(*can::find_layout<can::AmpStatus>(config.database, axis.wire));
   for (const can::AmpState state : {can::AmpState::enabled, can::AmpState::fault, can::AmpState::enabled})
-    wired.handle_status(*encode({.state = state}));
+    wired.handle_status(*encode({.state = state}), {});
   EXPECT_TRUE(wired.take_health({}, can::BusState::active).amplifier_fault);
   EXPECT_FALSE(wired.take_health({}, can::BusState::active).amplifier_fault) << "each event counts once";
 }

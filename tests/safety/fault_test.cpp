@@ -48,10 +48,14 @@ const std::vector<Injection> injections{
     {Trouble::sensor_emergency, Cause::node_emergency, 2.0},
     {Trouble::sensor_unheard, Cause::sensor_silent, 302.0},
     {Trouble::amplifier_unheard, Cause::amplifier_silent, 302.0},
-    {Trouble::sensor_stopped, Cause::sample_missing, 6.0},
-    {Trouble::amplifier_stopped, Cause::amplifier_not_enabled, 2.0},
+    {Trouble::sensor_stopped, Cause::foreign_access, 1.0},
+    {Trouble::amplifier_stopped, Cause::foreign_access, 1.0},
+    {Trouble::foreign_write, Cause::foreign_access, 1.0},
+    {Trouble::forged_sample, Cause::sample_doubled, 2.0},
+    {Trouble::statuses_lost, Cause::status_missing, 402.0},
+    {Trouble::sensor_leaves, Cause::node_not_operational, 102.0},
     {Trouble::sensor_reset, Cause::node_restarted, 2.0},
-    {Trouble::amplifier_reset, Cause::amplifier_not_enabled, 2.0},  // its status comes before its boot-up
+    {Trouble::amplifier_reset, Cause::node_restarted, 2.0},
     {Trouble::amplifier_trips, Cause::amplifier_fault, 2.0},
     {Trouble::commands_lost, Cause::amplifier_fault, 22.0},
     {Trouble::enable_lost, Cause::amplifier_not_enabled, 3.0},
@@ -177,19 +181,6 @@ INSTANTIATE_TEST_SUITE_P(, ShortTrouble,
                                          Trouble::sample_frozen, Trouble::commands_lost,
                                          Trouble::bus_passive),
                          [](const auto& test) { return std::string(to_string(test.param)); });
-
-TEST(NodeFault, IsNotOperationalWhenNmtStopsTheAmplifierBeforeItsEnableIsJudged) {
-  FaultRig rig(one_axis());
-  rig.start();
-  ASSERT_TRUE(rig.reaches(AxisState::initialising, std::chrono::seconds(2)));
-  rig.begin(Trouble::amplifier_stopped);
-  ASSERT_TRUE(rig.reaches(AxisState::faulted, milliseconds(102))) << "its next heartbeat reports it";
-  EXPECT_EQ(rig.axis().fault().cause, Cause::node_not_operational);
-  EXPECT_EQ(rig.ask(Kind::clear), "");
-  EXPECT_EQ(rig.ask(Kind::enable), "");
-  EXPECT_TRUE(rig.tracks()) << "a stopped node is started again";
-  EXPECT_EQ(rig.monitor().violations(), 0u);
-}
 
 TEST(NodeFault, OfAFailedSetUpIsFollowedByAnotherSetUpAfterClear) {
   config::Config config = one_axis();

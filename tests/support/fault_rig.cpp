@@ -21,6 +21,7 @@ constexpr std::uint32_t sample_id = can::transmit_pdo_base + sensor_node;
 
 // Byte positions of config/hystcan.dbc.
 constexpr std::size_t enable_byte = 4;
+constexpr std::size_t counter_byte = 6;
 constexpr std::size_t crc_byte = 7;
 constexpr std::uint8_t enable_bit = 0x01;
 
@@ -57,6 +58,15 @@ void put_value(can::Frame& frame, std::int32_t value) {
 
 std::int32_t micrometres(double um) { return static_cast<std::int32_t>(std::lround(1e6 * um)); }
 
+/// A sample that names the same SYNC and is accepted beside the sensor's own.
+can::Frame forged(can::Frame sample) {
+  change_protected(sample, [](can::Frame& frame) {
+    frame.data[counter_byte] = static_cast<std::uint8_t>((frame.data[counter_byte] + 8U) & 0x0FU);
+    put_value(frame, value_of(frame) + micrometres(1.0));
+  });
+  return sample;
+}
+
 /// The faults of the twin that this trouble consists of; empty: the twin does not have it.
 std::vector<twin::FaultSpec> twin_faults(Trouble trouble) {
   using twin::Fault;
@@ -89,6 +99,8 @@ std::vector<twin::FaultSpec> twin_faults(Trouble trouble) {
       return {of(Node::amplifier, Fault::amplifier_trip)};
     case Trouble::commands_lost:
       return {of(Node::amplifier, Fault::watchdog_trip)};
+    case Trouble::statuses_lost:
+      return {of(Node::amplifier, Fault::no_reply)};
     default:
       return {};
   }
@@ -119,18 +131,21 @@ WireMonitor::Config monitor_config(const config::Config& config) {
 
 std::string_view to_string(Trouble trouble) {
   static constexpr std::array<std::string_view, trouble_count> names{
-      "sample_lost",       "sample_late",       "sample_frozen",     "counter_frozen",   "sample_jumped",
-      "sample_beyond",     "sample_bad",        "sample_damaged",    "sensor_emergency", "sensor_unheard",
-      "amplifier_unheard", "sensor_stopped",    "amplifier_stopped", "sensor_reset",     "amplifier_reset",
-      "amplifier_trips",   "commands_lost",     "enable_lost",       "bus_passive",      "bus_off",
-      "interface_down",    "position_drifts",   "load_pulls",        "sync_late",        "stall",
-      "foreign_sync",      "foreign_heartbeat", "law_not_finite"};
+      "sample_lost",       "sample_late",    "sample_frozen",     "counter_frozen",
+      "sample_jumped",     "sample_beyond",  "sample_bad",        "sample_damaged",
+      "sensor_emergency",  "sensor_unheard", "amplifier_unheard", "sensor_stopped",
+      "amplifier_stopped", "sensor_leaves",  "sensor_reset",      "amplifier_reset",
+      "amplifier_trips",   "commands_lost",  "enable_lost",       "bus_passive",
+      "bus_off",           "interface_down", "position_drifts",   "load_pulls",
+      "sync_late",         "stall",          "foreign_sync",      "foreign_heartbeat",
+      "foreign_write",     "forged_sample",  "statuses_lost",     "law_not_finite"};
   return names[static_cast<std::size_t>(trouble)];
 }
 
 bool is_between_steps(controller::Cause cause) {
   using enum controller::Cause;
-  return cause == another_controller || cause == cycle_overrun || cause == command_not_sendable;
+  return cause == another_controller || cause == cycle_overrun || cause == command_not_sendable ||
+         cause == foreign_access || cause == sample_doubled;
 }
 
 config::Config one_axis() {
@@ -147,6 +162,7 @@ config::Config one_axis() {
   control.supervision.position_jump_um = 1.5;
   control.supervision.saturated_s = 0.05;
   control.supervision.bus_passive_s = 0.05;
+  control.supervision.status_timeout = milliseconds(400);
   return config;
 }
 
@@ -207,12 +223,18 @@ bool FaultRig::reaches(AxisState state, can::Duration limit) {
 }
 
 bool FaultRig::sensor_sends(can::Frame& frame) {
-  if (frame.id == sample_id) displace(frame);
+  if (frame.id == can::heartbeat_base + sensor_node && is_on(Trouble::sensor_leaves))
+    frame = can::heartbeat_frame(sensor_node, can::NmtState::pre_operational);
+  if (frame.id != sample_id) return true;
+  displace(frame);
+  if (is_on(Trouble::forged_sample)) send(forged(frame));
   return true;
 }
 
+/// Drift and jump go in one direction, so that they do not cancel each other. The load pulls slowly: the drive
+/// makes up for it until it is saturated.
 void FaultRig::displace(can::Frame& sample) {
-  if (is_on(Trouble::position_drifts)) offset_um_ = std::max(offset_um_ - 1.0, -7.5);
+  if (is_on(Trouble::position_drifts)) offset_um_ = std::min(offset_um_ + 1.0, 7.5);
   if (is_on(Trouble::load_pulls)) offset_um_ = std::max(offset_um_ - 0.05, -7.0);
   const double jump_um = is_on(Trouble::sample_jumped) ? 8.0 : 0.0;
   if (offset_um_ + jump_um == 0.0) return;
@@ -238,9 +260,12 @@ void FaultRig::begin(Trouble trouble) {
     case Trouble::amplifier_stopped:
       return send(can::nmt_frame({can::NmtCommand::stop, amplifier_node}));
     case Trouble::sensor_reset:
-      return send(can::nmt_frame({can::NmtCommand::reset_node, sensor_node}));
+      return interrupt_supply(twin::Node::sensor);
     case Trouble::amplifier_reset:
-      return send(can::nmt_frame({can::NmtCommand::reset_node, amplifier_node}));
+      return interrupt_supply(twin::Node::amplifier);
+    case Trouble::foreign_write:
+      return send(
+          can::sdo_request(amplifier_node, {.service = can::SdoService::write, .object = {.index = 0x2000}}));
     case Trouble::foreign_sync:
       return send(can::sync_frame(can::sync_counter_max));
     case Trouble::foreign_heartbeat:
@@ -268,6 +293,12 @@ void FaultRig::begin(Trouble trouble) {
     default:
       return;
   }
+}
+
+void FaultRig::interrupt_supply(twin::Node node) {
+  const twin::FaultSpec reboot{.kind = twin::Fault::node_reboot, .axis = "x", .node = node};
+  twin_->faults().inject(reboot);
+  twin_->faults().remove(reboot.kind);
 }
 
 void FaultRig::end(Trouble trouble) {

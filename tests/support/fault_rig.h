@@ -33,7 +33,8 @@ enum class Trouble : std::uint8_t {
   amplifier_unheard,  ///< its heartbeats and statuses are lost
   sensor_stopped,     ///< by an NMT stop of another node
   amplifier_stopped,
-  sensor_reset,
+  sensor_leaves,  ///< the state operational, by itself: its heartbeats say so
+  sensor_reset,   ///< by a failure of its supply
   amplifier_reset,
   amplifier_trips,  ///< for a cause within it
   commands_lost,    ///< they do not reach the amplifier, whose watchdog trips
@@ -47,9 +48,12 @@ enum class Trouble : std::uint8_t {
   stall,            ///< one SYNC 20 cycles late
   foreign_sync,
   foreign_heartbeat,
+  foreign_write,   ///< by SDO, to the amplifier
+  forged_sample,   ///< before each sample of the sensor another one, 1 um beside the last
+  statuses_lost,   ///< of the amplifier; its heartbeats are not
   law_not_finite,  ///< a gain that is not a number
 };
-inline constexpr std::size_t trouble_count = 28;
+inline constexpr std::size_t trouble_count = 32;
 std::string_view to_string(Trouble trouble);
 inline void PrintTo(Trouble trouble, std::ostream* out) { *out << to_string(trouble); }
 
@@ -106,6 +110,7 @@ class FaultRig {
   can::Time decided_at() const { return decided_at_; }
 
  private:
+  void interrupt_supply(twin::Node node);
   void end_twin_faults(Trouble trouble);
   std::unique_ptr<can::Bus> attach_node(std::span<const can::Filter> filters);
   void note_fault(can::Time when);

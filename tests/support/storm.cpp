@@ -36,7 +36,15 @@ Expected expected_of(Trouble trouble) {
     case Trouble::sample_damaged:
       return {0.007, {sample_missing}};
     case Trouble::sensor_stopped:
-      return {0.007, {sample_missing, node_not_operational}};
+    case Trouble::amplifier_stopped:
+    case Trouble::foreign_write:
+      return {0.0, {foreign_access}};
+    case Trouble::forged_sample:
+      return {0.002, {sample_doubled}};
+    case Trouble::sensor_leaves:
+      return {0.102, {node_not_operational}};
+    case Trouble::statuses_lost:
+      return {0.402, {status_missing}};
     case Trouble::sample_late:
       return {0.007, {sample_late, sample_missing}};
     case Trouble::sample_frozen:  // the sine turns within a quarter of a second
@@ -53,8 +61,6 @@ Expected expected_of(Trouble trouble) {
       return {0.303, {sensor_silent}};
     case Trouble::amplifier_unheard:
       return {0.303, {amplifier_silent}};
-    case Trouble::amplifier_stopped:  // its heartbeat may come before its status
-      return {0.0, {amplifier_not_enabled, node_not_operational}};
     case Trouble::amplifier_reset:
       return {0.0, {amplifier_not_enabled, node_restarted}};
     case Trouble::sensor_reset:

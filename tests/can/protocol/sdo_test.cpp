@@ -64,13 +64,37 @@ TEST(SdoFrames, AreParsedToTheMessageThatWasSent) {
 }
 
 TEST(SdoFrames, AreRejectedIfTheyAreNotExpedited) {
-  for (const Bytes& bytes : {Bytes{0x41, 1, 0x20, 5, 4, 0, 0, 0},  // segmented: the length follows
-                             Bytes{0x42, 1, 0x20, 5, 4, 0, 0, 0},  // without a size
-                             Bytes{0x00, 1, 0x20, 5, 4, 0, 0, 0}, Bytes{0x4B, 1, 0x20, 5, 4, 0, 0}, Bytes{}})
+  for (const Bytes& bytes :
+       {Bytes{0x00, 1, 0x20, 5, 4, 0, 0, 0}, Bytes{0x42, 1, 0x20, 5}, Bytes{0x60, 1, 0x20},
+        Bytes{0x43, 1, 0x20, 5, 4, 0, 0}, Bytes{0x80, 1, 0x20, 5, 0, 0, 2}, Bytes{}})
     EXPECT_FALSE(parse_sdo_response(frame_of(0x581, bytes)));
   Frame extended = frame_of(0x581, {0x60, 1, 0x20, 5, 0, 0, 0, 0});
   extended.extended = true;
   EXPECT_FALSE(parse_sdo_response(extended));
+}
+
+TEST(SdoFrames, MayBeShortIfTheyHoldWhatTheyAnnounce) {
+  EXPECT_EQ(parse_sdo_response(frame_of(0x581, {0x60, 1, 0x20, 5}))->service, SdoService::written);
+  EXPECT_EQ(parse_sdo_response(frame_of(0x581, {0x4B, 1, 0x20, 5, 0x34, 0x12}))->content,
+            (SdoValue{.value = 0x1234, .bytes = 2}));
+  EXPECT_EQ(parse_sdo_response(frame_of(0x581, {0x42, 1, 0x20, 5, 0x34}))->content,
+            (SdoValue{.value = 0x34, .bytes = 0}));
+}
+
+TEST(SdoAccess, IsTheBeginOfATransferOfAnyKind) {
+  const auto access = [](unsigned command) {
+    return sdo_access_of(frame_of(0x601, {static_cast<std::uint8_t>(command), 0x01, 0x20, 0x05, 0, 0, 0, 0}));
+  };
+  for (const unsigned write : {0x2F, 0x23, 0x22, 0x21, 0x20, 0xC2, 0xC6}) {
+    ASSERT_TRUE(access(write)) << write;
+    EXPECT_TRUE(access(write)->writes) << write;
+    EXPECT_EQ(access(write)->object, object);
+  }
+  for (const unsigned read : {0x40, 0xA0, 0xA4}) {
+    ASSERT_TRUE(access(read)) << read;
+    EXPECT_FALSE(access(read)->writes) << read;
+  }
+  for (const unsigned neither : {0x00, 0x10, 0x60, 0x70, 0x80, 0xA1, 0xC1}) EXPECT_FALSE(access(neither));
 }
 
 TEST(SdoServer, KeepsWrittenObjects) {
@@ -187,6 +211,31 @@ TEST(SdoSetup, FailsIfTheNodeDoesNotKeepAValue) {
   EXPECT_EQ(describe(setup.failure()), "object 0x2001:05: 0x9 was written, 0x8 was read back");
 }
 
+/// Runs the setup of one object of one byte, 9, against a node that answers each read with these bytes.
+SdoSetup set_up_with(const Bytes& answer_to_read) {
+  SdoSetup setup{1, {.writes = {{.object = object, .content = {.value = 9, .bytes = 1}}}}};
+  run(setup, 100, [&](const Frame& request) {
+    const bool write = request.data[0] == 0x2F;
+    return std::optional(frame_of(0x581, write ? Bytes{0x60, 0x01, 0x20, 0x05, 0, 0, 0, 0} : answer_to_read));
+  });
+  return setup;
+}
+
+TEST(SdoSetup, TakesAValueOfWhichTheNodeDoesNotStateTheSize) {
+  EXPECT_TRUE(set_up_with({0x42, 0x01, 0x20, 0x05, 9, 0, 0, 0}).is_done());
+  EXPECT_TRUE(set_up_with({0x42, 0x01, 0x20, 0x05, 9, 7, 7, 7}).is_done()) << "only one byte is meant";
+  EXPECT_TRUE(set_up_with({0x42, 0x01, 0x20, 0x05, 8, 0, 0, 0}).has_failed());
+}
+
+TEST(SdoSetup, SaysThatTheNodeAnswersInSegments) {
+  const SdoSetup setup = set_up_with({0x41, 0x01, 0x20, 0x05, 12, 0, 0, 0});
+  EXPECT_TRUE(setup.has_failed());
+  EXPECT_EQ(describe(setup.failure()),
+            "object 0x2001:05: the node answers in segments, expected a value of at most 4 bytes");
+}
+
+TEST(SdoSetup, TakesShortResponses) { EXPECT_TRUE(set_up_with({0x4F, 0x01, 0x20, 0x05, 9}).is_done()); }
+
 TEST(SdoSetup, IgnoresResponsesThatDoNotAnswerItsRequest) {
   SdoSetup setup = two_writes();
   setup.handle(frame_of(0x581, {0x60, 0x00, 0x20, 0x01, 0, 0, 0, 0}));  // before any request
@@ -197,6 +246,14 @@ TEST(SdoSetup, IgnoresResponsesThatDoNotAnswerItsRequest) {
   EXPECT_FALSE(setup.poll(Time{milliseconds(1)}));
   setup.handle(frame_of(0x581, {0x60, 0x00, 0x20, 0x01, 0, 0, 0, 0}));
   EXPECT_EQ(bytes_of(*setup.poll(Time{milliseconds(2)})), (Bytes{0x40, 0x00, 0x20, 0x01, 0, 0, 0, 0}));
+}
+
+TEST(Sync, MayHaveNoData) {
+  EXPECT_TRUE(is_sync({.id = 0x080, .length = 0}));
+  EXPECT_TRUE(is_sync(sync_frame(240)));
+  EXPECT_FALSE(is_sync({.id = 0x080, .length = 1, .data = {241}}));
+  EXPECT_FALSE(is_sync({.id = 0x080, .length = 2}));
+  EXPECT_FALSE(is_sync({.id = 0x080, .kind = FrameKind::remote, .length = 0}));
 }
 
 TEST(SdoAbort, HasATextForItsCode) {

@@ -174,6 +174,21 @@ TEST(InterfaceDoubts, NameTheModesInWhichFramesAreLost) {
   EXPECT_EQ(find_doubts("can0", interface, 1e6).size(), 2U);
 }
 
+TEST(InterfaceThatIsUpAgain, IsRefusedIfItIsNotAsItWasAtTheStart) {
+  const Interface before = sound();
+  EXPECT_EQ(refusal_of(before, before), Refusal::none);
+  Interface now = before;
+  now.listen_only = true;
+  EXPECT_EQ(refusal_of(now, before), Refusal::listen_only);
+  now = before;
+  now.bitrate_bit_per_s = 500'000;
+  EXPECT_EQ(refusal_of(now, before), Refusal::other_bit_rate);
+  Interface with_fd = before;
+  with_fd.fd = true;
+  EXPECT_EQ(refusal_of(before, with_fd), Refusal::no_fd);
+  EXPECT_EQ(refusal_of(with_fd, before), Refusal::none);
+}
+
 TEST(InterfaceMode, IsRefusedWithItsRemedyIfItIsListenOnly) {
   Interface interface = sound();
   interface.listen_only = true;

@@ -40,6 +40,19 @@ TEST_F(SocketCanController, IsRefusedForASendingNodeIfItIsListenOnly) {
   EXPECT_NO_THROW(require_able_to_send("can1", require_can_interface("can1")));
 }
 
+TEST_F(SocketCanController, IsNotUsedAgainUntilItIsAsItWasAtTheStart) {
+  SocketCanBus bus(context, "can1", {});
+  ASSERT_TRUE(shell("ip link set can1 down && ip link set can1 up type can listen-only on"));
+  run_until(context, [&] { return bus.refusal() == Refusal::listen_only; });
+  EXPECT_EQ(bus.state(), BusState::down);
+  ASSERT_TRUE(shell("ip link set can1 down && ip link set can1 up type can listen-only off bitrate 500000"));
+  run_until(context, [&] { return bus.refusal() == Refusal::other_bit_rate; });
+  EXPECT_FALSE(bus.send({.id = 0x201, .length = 8}));
+  ASSERT_TRUE(shell("ip link set can1 down && ip link set can1 up type can bitrate 1000000"));
+  run_until(context, [&] { return bus.state() == BusState::active; });
+  EXPECT_EQ(bus.refusal(), Refusal::none);
+}
+
 TEST_F(SocketCanController, CarriesFramesToTheOtherController) {
   SocketCanBus sender(context, "can0", {});
   SocketCanBus receiver(context, "can1", std::vector<Filter>{{0x201}});
