@@ -33,7 +33,13 @@ namespace hystcan::can {
 
 // ---- CiA 301 ----------------------------------------------------------------------------------------
 
-enum class NmtCommand : std::uint8_t { start = 1, stop = 2, enter_pre_operational = 128, reset_node = 129 };
+enum class NmtCommand : std::uint8_t {
+  start = 1,
+  stop = 2,
+  enter_pre_operational = 128,
+  reset_node = 129,
+  reset_communication = 130
+};
 enum class NmtState : std::uint8_t {
   boot_up = 0x00,
   stopped = 0x04,
