@@ -65,7 +65,10 @@ struct WiredAxis {
   bool answered = true;               ///< This cycle's step has been taken.
 
  private:
+  void forget_status();
   bool reports_a_move(const can::AmpStatus& next) const;
+
+  can::AmpStatus status_at_first_;  ///< What holds before a status comes, or where none ever comes.
 };
 
 /// The axes of a controller; their addresses do not change.
