@@ -51,7 +51,7 @@ const std::vector<Injection> injections{
     {Trouble::sensor_stopped, Cause::sample_missing, 6.0},
     {Trouble::amplifier_stopped, Cause::amplifier_not_enabled, 2.0},
     {Trouble::sensor_reset, Cause::node_restarted, 2.0},
-    {Trouble::amplifier_reset, Cause::amplifier_not_enabled, 2.0},  // its status comes before its boot-up
+    {Trouble::amplifier_reset, Cause::node_restarted, 2.0},
     {Trouble::amplifier_trips, Cause::amplifier_fault, 2.0},
     {Trouble::commands_lost, Cause::amplifier_fault, 22.0},
     {Trouble::enable_lost, Cause::amplifier_not_enabled, 3.0},
