@@ -4,8 +4,8 @@
 //   ./example_node vcan0 1 2       amplifier node 1 and sensor node 2, which are axis X of config/piezo.toml
 //   ./example_node vcan0 1 0       0: without the sensor, because a real one is on the bus
 //
-// Comments in quotes name a section of docs/protocol.md. To make firmware of it, replace the last two parts:
-// "The device" and "The bus and the clock". All numbers on the wire are integers of 1e-6 units.
+// Comments in quotes name a section of docs/protocol.md. To make firmware of it, replace the last two parts: the device,
+// and the bus and the clock. All numbers on the wire are integers of 1e-6 units.
 #define _DEFAULT_SOURCE
 
 #include <linux/can.h>
@@ -126,7 +126,7 @@ static bool accept_command(struct amplifier* amplifier, const struct can_frame* 
   return true;
 }
 
-// ---- "NMT"
+// ---- "Node life"
 
 static void send_heartbeat(struct node* node, enum nmt_state state) {
   const uint8_t data = (uint8_t)state;
@@ -172,6 +172,7 @@ static uint8_t sync_counter_of(const struct can_frame* frame) {
 
 // ---- "What an amplifier node does"
 
+// "Status": at each change of state, and at the tenth SYNC after the last one.
 static void send_status(struct amplifier* amplifier) {
   amplifier->syncs_since_status = 0;
   send_protected(&amplifier->node, read_output(amplifier), (uint8_t)amplifier->state, amplifier->fault);
@@ -207,6 +208,7 @@ static void clear_fault(struct amplifier* amplifier) {
   enter(amplifier, READY);
 }
 
+// "Node life": every command but start leads to OFF.
 static void on_nmt(struct amplifier* amplifier, uint8_t command, enum nmt_state before) {
   if (command == NMT_RESET_NODE) amplifier->fault = 0;  // reset communication keeps it
   if (command == NMT_RESET_NODE || command == NMT_RESET_COMMUNICATION) {
@@ -227,6 +229,7 @@ static bool is_stale(uint8_t last_sync, uint8_t named) {
   return (last_sync - named + SYNC_COUNTER_MAX) % SYNC_COUNTER_MAX > 1;
 }
 
+// "What an amplifier node does", the table of Enable and ClearFault. The command is accepted.
 static void on_command(struct amplifier* amplifier, const uint8_t* data) {
   const int32_t setpoint = get_i32(data);
   const bool enable = (data[4] & COMMAND_ENABLE) != 0;
@@ -246,7 +249,7 @@ static void on_command(struct amplifier* amplifier, const uint8_t* data) {
   amplifier->setpoint = setpoint;
   amplifier->deadline_ms = now_ms() + COMMAND_TIMEOUT_MS;
   if (amplifier->state == ENABLED || amplifier->is_enabling) return;
-  amplifier->is_enabling = true;  // the state stays READY until the relay has closed
+  amplifier->is_enabling = true;  // "Enabling": the state stays READY until the relay has closed
   amplifier->relay_closed_ms = now_ms() + ENABLE_DELAY_MS;
 }
 
@@ -270,7 +273,7 @@ static void amplifier_on_frame(struct amplifier* amplifier, const struct can_fra
   }
 }
 
-// "Watchdog": it acts on an enabled output only. A relay that closes after the commands have stopped enables nothing.
+// "Watchdog": it acts on an enabled output only. If the commands have stopped, a relay that closes enables nothing.
 static void amplifier_on_time(struct amplifier* amplifier) {
   const uint64_t now = now_ms();
   const bool has_command = now < amplifier->deadline_ms;
@@ -341,24 +344,29 @@ static int open_bus(const char* interface, uint32_t command_id) {
   return bind(bus, (const struct sockaddr*)&address, sizeof address) < 0 ? -1 : bus;
 }
 
-static uint8_t node_id(const char* text) {
-  const long id = strtol(text, NULL, 10);
-  return (uint8_t)(id >= 1 && id <= 127 ? id : 0);
+// Returns -1 if the text is not a number from 0 to 127.
+static int node_id(const char* text) {
+  char* end = NULL;
+  const long id = strtol(text, &end, 10);
+  return end != text && *end == '\0' && id >= 0 && id <= 127 ? (int)id : -1;
 }
 
 int main(int argc, char** argv) {
-  if (argc != 4) {
+  const int amplifier_id = argc == 4 ? node_id(argv[2]) : -1;
+  const int sensor_id = argc == 4 ? node_id(argv[3]) : -1;
+  if (amplifier_id < 0 || sensor_id < 0 || amplifier_id == sensor_id) {
     fprintf(stderr, "usage: %s INTERFACE AMPLIFIER_NODE SENSOR_NODE    (0: without this node)\n", argv[0]);
     return 2;
   }
-  struct amplifier amplifier = {.node = {.id = node_id(argv[2])}, .received_counter = -1};
-  struct sensor sensor = {.node = {.id = node_id(argv[3])}, .stage = &amplifier};
+  struct amplifier amplifier = {.node = {.id = (uint8_t)amplifier_id}, .received_counter = -1};
+  struct sensor sensor = {.node = {.id = (uint8_t)sensor_id}, .stage = &amplifier};
   const int bus = open_bus(argv[1], COMMAND + (uint32_t)amplifier.node.id);
   if (bus < 0) {
     perror(argv[1]);
     return 1;
   }
   amplifier.node.bus = sensor.node.bus = bus;
+  fprintf(stderr, "%s: amplifier node %d, sensor node %d\n", argv[1], amplifier_id, sensor_id);
   if (amplifier.node.id != 0) boot_up(&amplifier.node);
   if (sensor.node.id != 0) boot_up(&sensor.node);
   for (;;) {

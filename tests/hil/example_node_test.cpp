@@ -25,13 +25,13 @@ struct ExampleNode : testing::Test {
 };
 
 // The stage of the example is a straight line within the loop of the model, which is 15 % of the stroke wide. PI
-// corrects the rest.
+// corrects most of the difference: 1.9 and 1.3 % remain.
 TEST_F(ExampleNode, IsTrackedByTheControllerAndEverythingOnTheWireIsAsDocumented) {
   bench.start_controller({"--once", "--json"});
   ASSERT_EQ(bench.controller->wait(), 0) << bench.controller->err();
   for (const json& axis : json::parse(bench.controller->out()).at("axes")) {
     EXPECT_EQ(axis.at("fault"), "none");
-    EXPECT_LT(axis.at("rms_percent"), 5.0) << axis.dump(2);
+    EXPECT_LT(axis.at("rms_percent"), 3.0) << axis.dump(2);
   }
   const json log = bench.decoded();
   EXPECT_TRUE(log.at("wrong").empty()) << log.at("wrong");
@@ -59,6 +59,31 @@ TEST_F(ExampleNode, TripsWithoutCommandsAndTracksAgainOnceItsFaultIsCleared) {
   ASSERT_NE(tripped, frames.end());
   EXPECT_NE(std::find(tripped, frames.end(), "081#0000000000000000"), frames.end());
   EXPECT_EQ(bench.decoded().at("first_fault").at("fault"), 1) << "commands stopped";
+}
+
+// Stop and reset communication keep the fault, ClearFault beside Enable only clears, and a boot-up is followed by no
+// status. Node 1 alone; the frames are literal.
+TEST_F(ExampleNode, ObeysNmtAndClearFaultAsDocumented) {
+  ASSERT_TRUE(x.says("amplifier node 1"));
+  for (const char* frame : {"000#0101", "080#01",
+                            "201#4050360701010044",  // 121 V, Enable: out of range
+                            "000#0201", "000#8201", "000#0101", "080#02",
+                            "201#8096980003020188",  // ClearFault and Enable
+                            "000#8101"})
+    ASSERT_TRUE(hil::shell(std::string("cansend vcan0 ") + frame));
+  std::vector<std::string> answers = bench.frames();
+  std::erase_if(answers, [](const std::string& frame) {
+    return !frame.starts_with("181#") && !frame.starts_with("081#") && frame != "701#00";
+  });
+  EXPECT_EQ(answers,
+            (std::vector<std::string>{"701#00",
+                                      "181#0000000001000039",                          // ready
+                                      "081#0063010000000000", "181#00000000030201BF",  // fault 0x02
+                                      "181#0000000000020214",                          // off, the fault stays
+                                      "701#00",                                        // reset communication
+                                      "181#00000000030200A2",                          // fault 0x02
+                                      "081#0000000000000000", "181#0000000001000124",  // ready, not enabled
+                                      "701#00"}));                                     // reset node
 }
 
 }  // namespace
