@@ -2,6 +2,7 @@
 // page, observed at the bus.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <vector>
 
 #include "can/protocol/sdo.h"
@@ -165,6 +166,22 @@ TEST_F(NodeRules, AnAmplifierSendsOnlyTheBootUpAtAResetOfTheNode) {
   frames_.clear();
   nmt(NmtCommand::reset_node, 1);
   EXPECT_EQ(sent_by_amplifier(), (std::vector<std::uint32_t>{0x701}));
+}
+
+// ---- SYNC
+
+TEST_F(NodeRules, ASyncWithAnotherCounterOrAnotherLengthIsIgnored) {
+  start_nodes();
+  frames_.clear();
+  for (const can::Frame& wrong :
+       {can::sync_frame(0), can::sync_frame(241), can::Frame{.id = 0x080, .length = 0},
+        can::Frame{.id = 0x080, .length = 2, .data = {1, 1}}})
+    tester_->send(wrong);
+  run(milliseconds(2));
+  EXPECT_EQ(frames_.size(), 4u) << "no sample answers";
+  sync();
+  run(milliseconds(1));
+  EXPECT_EQ(frames_.back().id, 0x182u);
 }
 
 // ---- commands
