@@ -42,7 +42,7 @@ WiredAxis::WiredAxis(const WiredAxisConfig& config, can::Duration heartbeat_time
   if (auto layout = can::find_layout<can::AmpStatus>(database, wire, assumed))
     decode_status.emplace(std::move(*layout));
   else
-    status = assumed;
+    status_at_first_ = status = assumed;
   if (config.live_setpoint) setpoint_receiver.emplace(database, wire);
   flags_report_fault = map && (!map->carries("state") || map->states.fault.empty());
 }
@@ -70,8 +70,12 @@ void WiredAxis::handle_sensor_heartbeat(const can::Frame& frame, can::Time now) 
 }
 
 void WiredAxis::handle_amplifier_heartbeat(const can::Frame& frame, can::Time now) {
-  const bool booted = amplifier.hear_heartbeat(frame, now);
-  if (booted && decode_status) decode_status->restart();
+  if (amplifier.hear_heartbeat(frame, now)) forget_status();
+}
+
+void WiredAxis::forget_status() {
+  if (decode_status) decode_status->restart();
+  status = status_at_first_;
 }
 
 void WiredAxis::handle_bus_loss(can::BusState state) {
@@ -81,8 +85,7 @@ void WiredAxis::handle_bus_loss(can::BusState state) {
   sensor.forget();
   amplifier.forget();
   decode_sample.restart();
-  if (decode_status) decode_status->restart();
-  status = {};
+  forget_status();
 }
 
 bool WiredAxis::names_a_sync_again(const can::Frame& frame, const can::SensorSample& sample,

@@ -71,6 +71,7 @@ struct WiredAxis {
   bool answered = true;               ///< This cycle's step has been taken.
 
  private:
+  void forget_status();
   bool reports_a_move(const can::AmpStatus& next) const;
 
   struct NamedSync {
@@ -78,6 +79,7 @@ struct WiredAxis {
     can::Frame frame{};
   };
   std::array<NamedSync, 256> named_syncs_{};  ///< by SyncCounter: the last sample that named it
+  can::AmpStatus status_at_first_;  ///< What holds before a status comes, or where none ever comes.
 };
 
 /// The axes of a controller; their addresses do not change.

@@ -69,15 +69,11 @@ void AmplifierNode::on_sync(std::uint8_t counter, can::Time received) {
 }
 
 void AmplifierNode::on_command(const can::AmpCommand& command) {
-  if (nmt_.state() != can::NmtState::operational) return;
-  const int age = (last_sync_ - command.sync_counter + can::sync_counter_max) % can::sync_counter_max;
-  if (commands_name_their_sync_ && age > 1) return;
-  if (command.clear_fault && state_ == can::AmpState::fault && !has_internal_cause_) {
-    fault_ = 0;
-    bus_->send(can::emergency_frame(config_.wire.amplifier_node, {.code = emergency_error_reset}));
-    enter(can::AmpState::ready);
+  if (nmt_.state() != can::NmtState::operational || is_stale(command)) return;
+  if (state_ == can::AmpState::fault) {
+    if (command.clear_fault && !has_internal_cause_) clear_fault();
+    return;
   }
-  if (state_ == can::AmpState::fault) return;
   if (!command.enable) return enter(can::AmpState::ready);
   if (command.setpoint < config_.drive_min || command.setpoint > config_.drive_max)
     return trip(can::amp_fault::setpoint_out_of_range, emergency_data_set);
@@ -85,6 +81,19 @@ void AmplifierNode::on_command(const can::AmpCommand& command) {
   command_deadline_ = scheduler_.now() + config_.command_timeout;
   if (state_ != can::AmpState::enabled) return begin_to_enable();
   if (config_.apply == Apply::receipt) take_setpoint();
+}
+
+bool AmplifierNode::is_stale(const can::AmpCommand& command) const {
+  if (!commands_name_their_sync_) return false;
+  const int named = command.sync_counter;
+  if (last_sync_ == 0 || named < 1 || named > can::sync_counter_max) return true;
+  return (last_sync_ - named + can::sync_counter_max) % can::sync_counter_max > 1;
+}
+
+void AmplifierNode::clear_fault() {
+  fault_ = 0;
+  bus_->send(can::emergency_frame(config_.wire.amplifier_node, {.code = emergency_error_reset}));
+  enter(can::AmpState::ready);
 }
 
 void AmplifierNode::begin_to_enable() {
@@ -122,19 +131,22 @@ void AmplifierNode::take_setpoint() {
 }
 
 void AmplifierNode::on_nmt(can::NmtState state) {
-  if (state == can::NmtState::boot_up) forget_everything();
+  if (state == can::NmtState::boot_up) return boot_up();
   if (state != can::NmtState::operational) return enter(can::AmpState::off);
   decode_command_.restart();
   enter(fault_ == 0 ? can::AmpState::ready : can::AmpState::fault);
 }
 
-// Sets the state of power-on; the cause of an internal fault may still exist.
-void AmplifierNode::forget_everything() {
-  sdo_.reset();
-  fault_ = has_internal_cause_ ? internal_fault : 0;
+// A node that boots up sends no status. The cause of an internal fault may still exist.
+void AmplifierNode::boot_up() {
+  leave_drive(WatchdogAction::safe);
+  state_ = can::AmpState::off;
   encode_status_ = encode_status_at_power_on_;
   last_sync_ = 0;
   syncs_since_status_ = 0;
+  if (nmt_.last_reset() == can::NmtReset::communication) return;
+  sdo_.reset();
+  fault_ = has_internal_cause_ ? internal_fault : 0;
 }
 
 void AmplifierNode::begin_internal_fault() {

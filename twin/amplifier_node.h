@@ -36,7 +36,7 @@ inline constexpr std::uint8_t internal_fault = 0x80;
 
 /// Drives its plant only while it is operational, enabled and receives commands. It trips when no command
 /// comes for `command_timeout`. The fault is latched until a command clears it; the output is then at the
-/// safe value. NMT and shut_down() also set the safe value, whatever the watchdog action.
+/// safe value. A command that clears does not enable. NMT and shut_down() also set the safe value, whatever the watchdog action.
 class AmplifierNode {
  public:
   struct Config {
@@ -85,6 +85,8 @@ class AmplifierNode {
   void on_sync(std::uint8_t counter, can::Time received);
   void on_command(const can::AmpCommand& command);
   void on_nmt(can::NmtState state);
+  bool is_stale(const can::AmpCommand& command) const;
+  void clear_fault();
   void begin_to_enable();
   void connect();
   void start_softly(can::Time now);
@@ -95,7 +97,7 @@ class AmplifierNode {
   void enter(can::AmpState state, WatchdogAction action = WatchdogAction::safe);
   void leave_drive(WatchdogAction action);
   void send_status();
-  void forget_everything();
+  void boot_up();
 
   Config config_;
   can::Scheduler& scheduler_;

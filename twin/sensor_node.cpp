@@ -37,11 +37,10 @@ void SensorNode::handle(const can::Frame& frame, can::Time received) {
   }
 }
 
-// Sets the state of power-on.
-void SensorNode::forget_everything() {
-  sdo_.reset();
+void SensorNode::boot_up() {
   last_sync_ = 0;
   encode_sample_ = encode_sample_at_power_on_;
+  if (nmt_.last_reset() == can::NmtReset::node) sdo_.reset();
 }
 
 void SensorNode::restart() {
@@ -49,7 +48,7 @@ void SensorNode::restart() {
 }
 
 void SensorNode::on_nmt(can::NmtState state) {
-  if (state == can::NmtState::boot_up) forget_everything();
+  if (state == can::NmtState::boot_up) boot_up();
   clock_->cancel();
   if (!runs_free_ || state != can::NmtState::operational) return;
   clock_started_ = scheduler_.now();

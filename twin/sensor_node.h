@@ -75,7 +75,7 @@ class SensorNode {
   void on_sync(std::uint8_t counter, can::Time received);
   void on_clock();
   void sample(can::Time time);
-  void forget_everything();
+  void boot_up();
 
   can::Scheduler& scheduler_;
   std::unique_ptr<can::Bus> bus_;

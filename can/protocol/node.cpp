@@ -13,8 +13,9 @@ NmtSlave::NmtSlave(Bus& bus, Scheduler& scheduler, std::uint8_t node, Duration h
       on_change_(std::move(on_change)),
       heartbeat_(scheduler.make_timer([this] { send_heartbeat(); })) {}
 
-void NmtSlave::start() {
+void NmtSlave::boot_up(NmtReset reset) {
   if (id_taken_) return;
+  last_reset_ = reset;
   started_ = true;
   state_ = NmtState::boot_up;
   bus_.send(heartbeat_frame(node_, state_));
@@ -36,8 +37,9 @@ void NmtSlave::handle(const Frame& frame) {
     case NmtCommand::enter_pre_operational:
       return enter(NmtState::pre_operational);
     case NmtCommand::reset_node:
+      return boot_up(NmtReset::node);
     case NmtCommand::reset_communication:
-      return start();
+      return boot_up(NmtReset::communication);
   }
 }
 

@@ -10,9 +10,15 @@
 
 namespace hystcan::can {
 
+/// What a boot-up resets.
+enum class NmtReset : std::uint8_t {
+  node,          ///< everything, as at power-on
+  communication  ///< counters and NMT state; what the device keeps for itself stays
+};
+
 /// A node that obeys NMT and sends heartbeats. At start() and at each NMT reset it sends a boot-up message
-/// and becomes pre-operational. It calls the handler for both states; at boot-up the owner takes its power-on
-/// values again.
+/// and becomes pre-operational. It calls the handler for both states; at boot-up the owner resets what
+/// last_reset() says.
 ///
 /// The node is silent before start(). When it receives a heartbeat with its own node id, another node uses
 /// that id: it stops, calls the handler and stays silent permanently.
@@ -23,16 +29,18 @@ class NmtSlave {
   NmtSlave(Bus& bus, Scheduler& scheduler, std::uint8_t node, Duration heartbeat_period,
            ChangeHandler on_change);
 
-  void start();
+  void start() { boot_up(NmtReset::node); }
   /// Obeys an NMT frame to this node or to all nodes, detects another node with this node id, and ignores
   /// every other frame.
   void handle(const Frame& frame);
   NmtState state() const { return state_; }
+  NmtReset last_reset() const { return last_reset_; }
   /// Another node uses this node id.
   bool is_taken() const { return id_taken_; }
   bool is_silent() const { return !started_ || id_taken_; }
 
  private:
+  void boot_up(NmtReset reset);
   void retire();
   void enter(NmtState state);
   void send_heartbeat();
@@ -43,6 +51,7 @@ class NmtSlave {
   Duration period_;
   ChangeHandler on_change_;
   NmtState state_ = NmtState::boot_up;
+  NmtReset last_reset_ = NmtReset::node;
   bool started_ = false;
   bool id_taken_ = false;
   std::unique_ptr<Timer> heartbeat_;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "config/schema/config.h"
+#include "controller/wired_axis.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/rehearsed.h"
 
@@ -91,6 +92,67 @@ TEST(NodeSetUp, IsRepeatedWhenTheNodeRestartsWhileTheAxisWaits) {
   EXPECT_EQ(std::ranges::count_if(loop.frames, [](const can::Frame& f) { return f.id == 0x602; }), 4)
       << "a write and a read, each twice";
   EXPECT_EQ(loop.axis().state(), AxisState::tracking);
+}
+
+TEST(AmpCommands, BeginWhenAHeartbeatSaysThatTheAmplifierIsOperational) {
+  LoggedLoop loop(one_axis());
+  loop.rehearsal.run_for(std::chrono::seconds(1));
+  const auto first =
+      std::ranges::find_if(loop.frames, [](const can::Frame& frame) { return frame.id == 0x201; });
+  ASSERT_NE(first, loop.frames.end());
+  EXPECT_LT(loop.first(0x701, 0x05, 0), first - loop.frames.begin());
+  EXPECT_LT(loop.first(0x080, 0x01, 0), loop.first(0x701, 0x05, 0)) << "the SYNCs begin before";
+  EXPECT_EQ(first->data[4], 0) << "not enabled";
+  EXPECT_EQ(first->data[6], 0) << "counter 0";
+}
+
+// Its last status says off. Without it, the next heartbeat would say stopped, up to 100 ms later.
+TEST(NmtStop, OfAnAmplifierFaultsItsAxisWithinThreeCycles) {
+  LoggedLoop loop(one_axis());
+  loop.rehearsal.run_for(std::chrono::seconds(2));
+  ASSERT_EQ(loop.axis().state(), AxisState::tracking);
+  loop.tester->send(can::nmt_frame({can::NmtCommand::stop, 1}));
+  loop.rehearsal.run_for(milliseconds(3));
+  EXPECT_EQ(loop.axis().fault().cause, Cause::amplifier_not_enabled);
+}
+
+/// One axis without a bus. The test gives it the frames of its amplifier.
+struct LoneAxis {
+  explicit LoneAxis(const rehearsal::Setup& of) : setup(of) {}
+  void hear_status(const can::AmpStatus& status) { wired.handle_status(*encode(status)); }
+  controller::NodeHealth health() { return wired.take_health(can::Time{}, can::BusState::active); }
+
+  rehearsal::Setup setup;
+  controller::WiredAxis wired{setup.controller.axes[0], milliseconds(300), setup.database};
+  can::Encoder<can::AmpStatus> encode{
+      *can::find_layout<can::AmpStatus>(setup.database, setup.controller.axes[0].wire)};
+};
+
+TEST(AmplifierStatus, IsForgottenWhenTheAmplifierBootsUp) {
+  LoneAxis axis(one_axis());
+  axis.hear_status({.output = 50.0, .state = can::AmpState::enabled});
+  ASSERT_TRUE(axis.health().amplifier_enabled);
+  axis.wired.handle_amplifier_heartbeat(can::heartbeat_frame(1, can::NmtState::boot_up), can::Time{});
+  EXPECT_FALSE(axis.health().amplifier_enabled);
+  EXPECT_FALSE(axis.health().amplifier_ready);
+}
+
+TEST(AmplifierStatus, WithFaultFlagsBesideAnotherStateIsNoFault) {
+  LoneAxis axis(one_axis());
+  axis.hear_status({.state = can::AmpState::ready, .fault = 0x81});
+  EXPECT_FALSE(axis.health().amplifier_fault);
+  EXPECT_TRUE(axis.health().amplifier_ready);
+  axis.hear_status({.state = can::AmpState::fault, .fault = 0});
+  EXPECT_TRUE(axis.health().amplifier_fault);
+}
+
+TEST(AmplifierWithoutAStatus, IsTakenForReadyAlsoAfterABusOff) {
+  rehearsal::Setup setup = support::shipped("lab_amplifier.toml");
+  setup.controller.axes[0].wire.frames->status.reset();
+  controller::WiredAxis wired(setup.controller.axes[0], milliseconds(300), setup.database);
+  ASSERT_TRUE(wired.take_health(can::Time{}, can::BusState::active).amplifier_ready);
+  wired.handle_bus_loss(can::BusState::bus_off);
+  EXPECT_TRUE(wired.take_health(can::Time{}, can::BusState::active).amplifier_ready);
 }
 
 TEST(Emergencies, AreRecordedInWordsAndFaultTheirAxis) {

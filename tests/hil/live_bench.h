@@ -89,10 +89,14 @@ struct FreshVcan {
   }
 };
 
-/// Starts the twin and candump; a test starts the controller.
+/// Who answers the controller.
+enum class Nodes : std::uint8_t { twin, of_the_test };
+
+/// Starts candump and the twin, unless the test has nodes of its own; a test starts the controller.
 class LiveBench {
  public:
-  explicit LiveBench(Wire wire, std::string config = config_file) : wire_(wire), config_(std::move(config)) {
+  explicit LiveBench(Wire wire, std::string config = config_file, Nodes nodes = Nodes::twin)
+      : wire_(wire), config_(std::move(config)) {
     log_ = (std::filesystem::path(testing::TempDir()) / "hil.log").string();
     // -L prints the log format with the kernel's timestamps; the shell only opens the file. The buffer holds
     // half a second of frames, for which candump may have to wait for a processor.
@@ -100,10 +104,14 @@ class LiveBench {
     candump = std::make_unique<Process>(std::vector<std::string>{
         "sh", "-c", std::string("exec candump -L -r 4194304 ") + wire.controller_side + " >" + log_});
     EXPECT_TRUE(listeners.are_more_by(1)) << candump->err();
+    if (nodes == Nodes::twin) start_twin();
+  }
+
+  void start_twin() {
     // A real node has its own processor. The twin shares one with everything that the test starts, also with
     // the controller, which has the higher priority and does not wait for the twin.
     twin = std::make_unique<Process>(with_real_time_priority(
-        {HYSTCAN_PROGRAM, "twin", config_, "--interface", wire.twin_side, "--force-interface"}, "40"));
+        {HYSTCAN_PROGRAM, "twin", config_, "--interface", wire_.twin_side, "--force-interface"}, "40"));
     EXPECT_TRUE(twin->says("x: amplifier node")) << twin->err();
   }
 

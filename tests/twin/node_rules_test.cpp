@@ -1,0 +1,281 @@
+// What docs/protocol.md says of an amplifier node and of a sensor node at the edges of their states, in the order of that
+// page, observed at the bus.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "can/protocol/sdo.h"
+#include "tests/twin/twin_bench.h"
+
+namespace hystcan::twin::node_rules_test {
+namespace {
+
+using can::AmpState;
+using can::NmtCommand;
+using std::chrono::milliseconds;
+
+constexpr can::SdoObject object{.index = 0x2001, .subindex = 1};
+
+class NodeRules : public testing::Test, protected TwinBench {
+ protected:
+  NodeRules() {
+    listener_->on_frame([this](const can::Frame& frame, can::Time) { frames_.push_back(frame); });
+    frames_.clear();
+  }
+  AmplifierNode& amplifier() { return twin_.axes().front()->amplifier; }
+  SensorNode& sensor() { return twin_.axes().front()->sensor; }
+  void nmt(NmtCommand command, std::uint8_t node) {
+    tester_->send(can::nmt_frame({command, node}));
+    run(milliseconds(1));
+  }
+  void send(const can::AmpCommand& command) {
+    tester_->send(*encode_command_(command));
+    run(milliseconds(1));
+  }
+  /// The watchdog has tripped.
+  void trip() {
+    start_nodes();
+    drive(50.0, 5);
+    run(milliseconds(50));
+    ASSERT_EQ(status_->fault, can::amp_fault::command_timeout);
+    frames_.clear();
+  }
+  void write_object() {
+    tester_->send(can::sdo_request(
+        1, {.service = can::SdoService::write, .object = object, .content = {.value = 140, .bytes = 2}}));
+    run(milliseconds(1));
+    ASSERT_TRUE(amplifier().objects().object(object));
+  }
+  /// The identifiers of the amplifier's frames since the last clear().
+  std::vector<std::uint32_t> sent_by_amplifier() const {
+    std::vector<std::uint32_t> ids;
+    for (const can::Frame& frame : frames_)
+      if (frame.id == 0x701 || frame.id == 0x181 || frame.id == 0x081) ids.push_back(frame.id);
+    return ids;
+  }
+
+  std::unique_ptr<can::Bus> listener_ = bus_.attach();
+  std::vector<can::Frame> frames_;
+};
+
+// ---- NMT
+
+TEST_F(NodeRules, NmtToNodeZeroReachesEveryNodeAndNmtToAnotherNumberNone) {
+  nmt(NmtCommand::start, 3);
+  EXPECT_EQ(amplifier().state(), AmpState::off);
+  EXPECT_EQ(sensor().state(), can::NmtState::pre_operational);
+  nmt(NmtCommand::start, 0);
+  EXPECT_EQ(amplifier().state(), AmpState::ready);
+  EXPECT_EQ(sensor().state(), can::NmtState::operational);
+}
+
+TEST_F(NodeRules, AnUnknownNmtCommandChangesNothing) {
+  start_nodes();
+  drive(50.0, 5);
+  frames_.clear();
+  for (const int unknown : {0, 3, 127, 131, 255}) nmt(static_cast<NmtCommand>(unknown), 0);
+  EXPECT_EQ(amplifier().state(), AmpState::enabled);
+  EXPECT_EQ(sensor().state(), can::NmtState::operational);
+  EXPECT_TRUE(sent_by_amplifier().empty());
+}
+
+TEST_F(NodeRules, ASecondNmtStartForgetsNoCounter) {
+  start_nodes();
+  sync();
+  const can::Frame first = *encode_command_({.setpoint = 10.0, .enable = true, .sync_counter = counter_});
+  tester_->send(first);
+  run(milliseconds(1));
+  start_nodes();
+  tester_->send(first);
+  run(milliseconds(1));
+  EXPECT_EQ(amplifier().checker().rejected(can::Rejection::repeated_counter), 1u);
+}
+
+TEST_F(NodeRules, ABootUpOfTheControllerChangesNothing) {
+  start_nodes();
+  drive(50.0, 5);
+  frames_.clear();
+  tester_->send(can::heartbeat_frame(127, can::NmtState::boot_up));
+  run(milliseconds(1));
+  EXPECT_EQ(amplifier().state(), AmpState::enabled);
+  EXPECT_TRUE(sent_by_amplifier().empty());
+}
+
+TEST_F(NodeRules, ASensorBootsUpAtResetCommunicationAndCountsFromZero) {
+  start_nodes();
+  drive(10.0, 5);
+  frames_.clear();
+  nmt(static_cast<NmtCommand>(130), 2);
+  ASSERT_EQ(frames_.size(), 2u) << "the command and the boot-up";
+  EXPECT_EQ(frames_.back(), can::heartbeat_frame(2, can::NmtState::boot_up));
+  EXPECT_EQ(sensor().state(), can::NmtState::pre_operational);
+  start_nodes();
+  frames_.clear();
+  sync();
+  run(milliseconds(1));
+  EXPECT_EQ(frames_.back().id, 0x182u);
+  EXPECT_EQ(frames_.back().data[6], 0);
+}
+
+TEST_F(NodeRules, AnAmplifierBootsUpAtResetCommunicationAndIsOff) {
+  start_nodes();
+  drive(50.0, 5);
+  frames_.clear();
+  nmt(static_cast<NmtCommand>(130), 0);
+  EXPECT_EQ(sent_by_amplifier(), (std::vector<std::uint32_t>{0x701})) << "no status after the boot-up";
+  EXPECT_EQ(amplifier().state(), AmpState::off);
+  EXPECT_NEAR(output(), 0.0, 1e-3);
+}
+
+TEST_F(NodeRules, ResetCommunicationKeepsALatchedFaultAndTheObjects) {
+  write_object();
+  trip();
+  nmt(static_cast<NmtCommand>(130), 1);
+  EXPECT_EQ(amplifier().state(), AmpState::off);
+  EXPECT_TRUE(amplifier().objects().object(object));
+  start_nodes();
+  EXPECT_EQ(status_->state, AmpState::fault);
+  EXPECT_EQ(status_->fault, can::amp_fault::command_timeout);
+}
+
+TEST_F(NodeRules, ALatchedFaultSurvivesStopAndPreOperational) {
+  trip();
+  for (const NmtCommand command : {NmtCommand::stop, NmtCommand::enter_pre_operational}) {
+    nmt(command, 1);
+    EXPECT_EQ(status_->state, AmpState::off);
+    EXPECT_EQ(status_->fault, can::amp_fault::command_timeout) << "the flags stay beside State 0";
+    start_nodes();
+    EXPECT_EQ(status_->state, AmpState::fault);
+  }
+}
+
+TEST_F(NodeRules, AnAmplifierReportsOnceThatItLeavesOperational) {
+  for (const NmtCommand command : {NmtCommand::stop, NmtCommand::enter_pre_operational}) {
+    start_nodes();
+    frames_.clear();
+    nmt(command, 1);
+    EXPECT_EQ(sent_by_amplifier(), (std::vector<std::uint32_t>{0x181}));
+    EXPECT_EQ(status_->state, AmpState::off);
+  }
+}
+
+TEST_F(NodeRules, AnAmplifierSendsOnlyTheBootUpAtAResetOfTheNode) {
+  start_nodes();
+  drive(50.0, 5);
+  frames_.clear();
+  nmt(NmtCommand::reset_node, 1);
+  EXPECT_EQ(sent_by_amplifier(), (std::vector<std::uint32_t>{0x701}));
+}
+
+// ---- SYNC
+
+TEST_F(NodeRules, ASyncWithAnotherCounterOrAnotherLengthIsIgnored) {
+  start_nodes();
+  frames_.clear();
+  for (const can::Frame& wrong :
+       {can::sync_frame(0), can::sync_frame(241), can::Frame{.id = 0x080, .length = 0},
+        can::Frame{.id = 0x080, .length = 2, .data = {1, 1}}})
+    tester_->send(wrong);
+  run(milliseconds(2));
+  EXPECT_EQ(frames_.size(), 4u) << "no sample answers";
+  sync();
+  run(milliseconds(1));
+  EXPECT_EQ(frames_.back().id, 0x182u);
+}
+
+// ---- commands
+
+TEST_F(NodeRules, ACommandBeforeTheFirstSyncIsStale) {
+  start_nodes();
+  for (const int named : {0, 1, 239, 240, 241, 255}) {
+    send({.setpoint = 50.0, .enable = true, .sync_counter = static_cast<std::uint8_t>(named)});
+    EXPECT_EQ(amplifier().state(), AmpState::ready) << "it names SYNC " << named;
+  }
+}
+
+TEST_F(NodeRules, ACommandThatNamesNoSyncBetween1And240IsStale) {
+  start_nodes();
+  for (int i = 0; i < 241; ++i) {
+    sync();
+    for (const int named : {0, 241, 248, 255})
+      send({.setpoint = 50.0, .enable = true, .sync_counter = static_cast<std::uint8_t>(named)});
+    ASSERT_EQ(amplifier().state(), AmpState::ready) << "after SYNC " << int{counter_};
+  }
+}
+
+TEST_F(NodeRules, TheSetpointOfACommandWithoutEnableIsNotUsed) {
+  start_nodes();
+  sync();
+  send({.setpoint = 2000.0, .enable = false, .sync_counter = counter_});
+  EXPECT_EQ(amplifier().state(), AmpState::ready);
+  EXPECT_EQ(amplifier().fault(), 0);
+  EXPECT_TRUE(emergencies_.empty());
+}
+
+// ---- faults
+
+TEST_F(NodeRules, TheEmergencyGoesOutBeforeTheStatusOfAFault) {
+  start_nodes();
+  drive(50.0, 3);
+  frames_.clear();
+  run(milliseconds(30));
+  EXPECT_EQ(sent_by_amplifier(), (std::vector<std::uint32_t>{0x081, 0x181}));
+}
+
+TEST_F(NodeRules, TheErrorRegisterIsZeroOnceTheFaultIsCleared) {
+  trip();
+  sync();
+  send({.clear_fault = true, .sync_counter = counter_});
+  ASSERT_EQ(sent_by_amplifier(), (std::vector<std::uint32_t>{0x081, 0x181}));
+  const auto cleared =
+      std::ranges::find_if(frames_, [](const can::Frame& frame) { return frame.id == 0x081; });
+  EXPECT_EQ(*cleared, can::emergency_frame(1, {.code = 0x0000, .error_register = 0x00}));
+}
+
+TEST_F(NodeRules, ClearFaultTogetherWithEnableClearsAndDoesNotEnable) {
+  trip();
+  sync();
+  send({.setpoint = 50.0, .enable = true, .clear_fault = true, .sync_counter = counter_});
+  EXPECT_EQ(status_->state, AmpState::ready);
+  run(milliseconds(30));
+  EXPECT_EQ(status_->state, AmpState::ready);
+  sync();
+  send({.setpoint = 50.0, .enable = true, .sync_counter = counter_});
+  EXPECT_EQ(status_->state, AmpState::enabled);
+}
+
+TEST_F(NodeRules, ClearFaultWithoutAFaultChangesNothing) {
+  start_nodes();
+  drive(50.0, 5);
+  frames_.clear();
+  sync();
+  send({.setpoint = 60.0, .enable = true, .clear_fault = true, .sync_counter = counter_});
+  EXPECT_EQ(amplifier().state(), AmpState::enabled);
+  EXPECT_EQ(amplifier().setpoint(), 60.0);
+  EXPECT_TRUE(sent_by_amplifier().empty());
+}
+
+TEST_F(NodeRules, ClearFaultWhileTheCauseLastsIsNotAnswered) {
+  start_nodes();
+  amplifier().begin_internal_fault();
+  run(milliseconds(1));
+  frames_.clear();
+  sync();
+  send({.clear_fault = true, .sync_counter = counter_});
+  EXPECT_TRUE(sent_by_amplifier().empty());
+  EXPECT_EQ(amplifier().state(), AmpState::fault);
+}
+
+TEST_F(NodeRules, TheWatchdogDoesNotTripAnAmplifierThatIsReady) {
+  start_nodes();
+  sync();
+  send({.sync_counter = counter_});
+  frames_.clear();
+  run(milliseconds(90));
+  EXPECT_TRUE(sent_by_amplifier().empty());
+  EXPECT_EQ(amplifier().state(), AmpState::ready);
+}
+
+}  // namespace
+}  // namespace hystcan::twin::node_rules_test
