@@ -107,19 +107,10 @@ TEST(AmpCommands, BeginWhenAHeartbeatSaysThatTheAmplifierIsOperational) {
 }
 
 // Its last status says off. Without it, the next heartbeat would say stopped, up to 100 ms later.
-TEST(NmtStop, OfAnAmplifierFaultsItsAxisWithinThreeCycles) {
-  LoggedLoop loop(one_axis());
-  loop.rehearsal.run_for(std::chrono::seconds(2));
-  ASSERT_EQ(loop.axis().state(), AxisState::tracking);
-  loop.tester->send(can::nmt_frame({can::NmtCommand::stop, 1}));
-  loop.rehearsal.run_for(milliseconds(3));
-  EXPECT_EQ(loop.axis().fault().cause, Cause::amplifier_not_enabled);
-}
-
 /// One axis without a bus. The test gives it the frames of its amplifier.
 struct LoneAxis {
   explicit LoneAxis(const rehearsal::Setup& of) : setup(of) {}
-  void hear_status(const can::AmpStatus& status) { wired.handle_status(*encode(status)); }
+  void hear_status(const can::AmpStatus& status) { wired.handle_status(*encode(status), {}); }
   controller::NodeHealth health() { return wired.take_health(can::Time{}, can::BusState::active); }
 
   rehearsal::Setup setup;
