@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/commands/commands.h"
+#include "app/io/standard_streams.h"
 #include "app/io/truth_log.h"
 #include "app/live/rehearsal_setup.h"
 #include "app/report/demo_plot.h"
@@ -155,14 +156,12 @@ int run_demo(const DemoArguments& options) {
                                     .stroke_um = columns.front().outcome.axes.front().stroke_um,
                                     .from_s = tracking_s + axis.control.setpoint.front().transition_s,
                                     .to_s = tracking_s + axis.control.setpoint.front().transition_s + 0.3});
-  fmt::print(stderr,
-             "{:.1f} s of virtual time in {:.2f} s, {:.0f} axis-cycles per second with the CSV written\n",
-             virtual_s, wall.count(), axis_cycles / wall.count());
-  fmt::print(
-      stderr, "{}: {}\n", options.output.string(),
-      undrawn.empty()
-          ? "demo.svg, demo.png, and two CSV for each structure: the controller's and the twin's truth"
-          : "two CSV for each structure, the controller's and the twin's truth; no picture: " + undrawn);
+  note("{:.1f} s of virtual time in {:.2f} s, {:.0f} axis-cycles per second with the CSV written\n",
+       virtual_s, wall.count(), axis_cycles / wall.count());
+  note("{}: {}\n", options.output.string(),
+       undrawn.empty()
+           ? "demo.svg, demo.png, and two CSV for each structure: the controller's and the twin's truth"
+           : "two CSV for each structure, the controller's and the twin's truth; no picture: " + undrawn);
   return done;
 }
 

@@ -11,6 +11,7 @@
 #include "app/commands/commands.h"
 #include "app/io/dataset_input.h"
 #include "app/io/output_file.h"
+#include "app/io/standard_streams.h"
 #include "config/files/model_file.h"
 #include "config/schema/config.h"
 #include "identification/excerpt.h"
@@ -123,8 +124,7 @@ void report_prediction(const ValidateArguments& options, const Dataset& dataset,
     fmt::print("with these: {:.3g} % RMS, {:.3g} % at most\n", outcome.all.rms * percent,
                outcome.all.max * percent);
   if (outcome.outside > 0)
-    fmt::print(stderr, "{} samples lie beyond the model's thresholds and were limited to them\n",
-               outcome.outside);
+    note("{} samples lie beyond the model's thresholds and were limited to them\n", outcome.outside);
 }
 
 int run_validate(const ValidateArguments& options) {

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <fstream>
 #include <system_error>
 
@@ -15,6 +16,7 @@ std::string run_gnuplot(const std::filesystem::path& directory, const std::strin
   const pid_t child = fork();
   if (child < 0) return std::generic_category().message(errno);
   if (child == 0) {
+    std::signal(SIGPIPE, SIG_DFL);  // this program ignores it
     if (chdir(directory.c_str()) == 0) execlp("gnuplot", "gnuplot", script.c_str(), nullptr);
     _exit(127);
   }
