@@ -163,6 +163,25 @@ TEST_F(Cli, ControllerWritesNoFileBeforeTheBusIsOpen) {
   EXPECT_EQ(read("run.csv"), "precious");
 }
 
+TEST_F(Cli, DemoGoesOnAfterAStructureThatFaultsAndEndsWithOne) {
+  shipped.edit(
+      "piezo.toml", "[[axis]]",
+      "[[twin.fault]]\nkind = \"amplifier_trip\"\naxis = \"x\"\nat_s = 1.0\nduration_s = 0.1\n\n[[axis]]");
+  Process program(
+      {HYSTCAN_PROGRAM, "demo", "--config", path("piezo.toml"), "--output", path("out"), "--json"});
+  EXPECT_EQ(program.wait(), failed);
+  const auto json = nlohmann::json::parse(program.out());
+  ASSERT_EQ(json.at("columns").size(), 5u);
+  for (const auto& column : json.at("columns")) {
+    const std::string name = column.at("structure");
+    const std::string failure = column.at("failure");
+    EXPECT_TRUE(failure.starts_with("axis x faulted at ")) << failure;
+    EXPECT_NE(program.err().find("hystcan: " + name + ": " + failure + "\n"), std::string::npos)
+        << program.err();
+    EXPECT_TRUE(std::filesystem::exists(shipped / ("out/" + name + ".csv").c_str())) << name;
+  }
+}
+
 TEST_F(Cli, DemoFailsIfAnAxisNeverTracks) {
   shipped.edit("piezo.toml", "wipe_slew_V_per_s  = 500.0 ", "wipe_slew_V_per_s  = 1e-3 ");
   Process program({HYSTCAN_PROGRAM, "demo", "--config", path("piezo.toml"), "--output", path("out")});
