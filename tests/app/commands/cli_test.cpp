@@ -182,6 +182,27 @@ TEST_F(Cli, DemoGoesOnAfterAStructureThatFaultsAndEndsWithOne) {
   }
 }
 
+TEST_F(Cli, DemoLeavesNoPlotThatGnuplotHasNotFinished) {
+  std::filesystem::create_directory(shipped / "bin");
+  write("bin/gnuplot", "#!/bin/sh\necho '<svg' >demo.svg\nexit 1\n");
+  std::filesystem::permissions(shipped / "bin/gnuplot", std::filesystem::perms::owner_all);
+  Process program({"env", "PATH=" + path("bin") + ":/usr/bin:/bin", HYSTCAN_PROGRAM, "demo", "--config",
+                   path("piezo.toml"), "--output", path("out")});
+  EXPECT_EQ(program.wait(), done);
+  EXPECT_NE(program.err().find("no picture: gnuplot failed at demo.gp"), std::string::npos) << program.err();
+  EXPECT_FALSE(std::filesystem::exists(shipped / "out/demo.svg"));
+}
+
+TEST_F(Cli, DemoRemovesTheFilesOfTheRunThatASignalStops) {
+  shipped.edit("piezo.toml", "cycles       = 10.0", "cycles       = 10000.0");
+  Process program({HYSTCAN_PROGRAM, "demo", "--config", path("piezo.toml"), "--output", path("out")});
+  while (program.running() && !std::filesystem::exists(shipped / "out/average.csv")) continue;
+  program.send(SIGINT);
+  EXPECT_EQ(program.wait(), failed);
+  EXPECT_EQ(program.err(), "hystcan: stopped before the end of the comparison\n");
+  EXPECT_TRUE(std::filesystem::is_empty(shipped / "out"));
+}
+
 TEST_F(Cli, DemoFailsIfAnAxisNeverTracks) {
   shipped.edit("piezo.toml", "wipe_slew_V_per_s  = 500.0 ", "wipe_slew_V_per_s  = 1e-3 ");
   Process program({HYSTCAN_PROGRAM, "demo", "--config", path("piezo.toml"), "--output", path("out")});
