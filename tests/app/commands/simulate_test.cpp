@@ -288,6 +288,29 @@ TEST_F(Simulate, NeedsConstantMemoryForAMillionRowsAndShowsProgress) {
   EXPECT_EQ(read("again.csv"), read("many.csv"));
 }
 
+TEST_F(Simulate, ShowsNoBarOnADumbTerminal) {
+  write_record("long.csv", 300'000);
+  std::string on_terminal = "TERM=dumb";
+  for (const auto& word : command("piezo.model.toml", "long.csv", "out.csv")) on_terminal += " " + word;
+  Process program({"script", "--quiet", "--return", "--command", on_terminal, "/dev/null"});
+  ASSERT_EQ(program.wait(), done) << program.err();
+  EXPECT_EQ(program.out().find('%'), std::string::npos) << program.out();
+}
+
+TEST_F(Simulate, ErasesItsBarBeforeItReportsAnError) {
+  write_record("long.csv", 300'000);
+  std::ofstream(shipped / "long.csv", std::ios::app) << "300,x\n";
+  std::string on_terminal = "TERM=xterm";
+  for (const auto& word : command("piezo.model.toml", "long.csv", "out.csv")) on_terminal += " " + word;
+  Process program({"script", "--quiet", "--return", "--command", on_terminal, "/dev/null"});
+  ASSERT_EQ(program.wait(), bad_input) << program.err();
+  const std::string screen = program.out();
+  EXPECT_NE(screen.find("hystcan: "), std::string::npos) << screen;
+  const auto bar = screen.rfind('%');  // none if the machine is fast
+  const bool erased = bar == std::string::npos || screen.find("\r\033[Khystcan: ", bar) != std::string::npos;
+  EXPECT_TRUE(erased) << screen;
+}
+
 TEST_F(Simulate, ReportsTheStepsTakenWithAFullMemory) {
   std::string text = "input\n";
   for (int i = 0; i < 5000; ++i)
