@@ -204,7 +204,8 @@ class Replay {
 
 int run_replay(const ReplayArguments& options) {
   Replay replay(options);
-  if (options.log == "-") {  // a signal also ends the wait for a line
+  if (options.log == "-") {
+    end_at_a_signal();  // also while it waits for a line
     if (options.loop != 1)
       throw config::Error("--loop: standard input can be read only once, expected a file");
     replay.pass(std::cin, "standard input", Clock::now());

@@ -311,6 +311,19 @@ TEST_F(Simulate, ErasesItsBarBeforeItReportsAnError) {
   EXPECT_TRUE(erased) << screen;
 }
 
+// A shell without job control ignores SIGINT in its background jobs.
+TEST_F(Simulate, IsStoppedInTheBackgroundOfAScriptAndLeavesNothingBehind) {
+  std::string job;
+  for (const auto& word : command("piezo.model.toml", "/dev/stdin", "out.csv")) job += word + " ";
+  write("script.sh", "cd " + shipped.folder().string() + "\n" + "{ echo input; yes 1; } | " + job + "&\n" +
+                         "until ls out.csv.?????? 2>/dev/null; do :; done\n" + "kill -INT $!\nwait $!\n");
+  Process program({"sh", path("script.sh")});
+  EXPECT_EQ(program.wait(), failed);
+  EXPECT_NE(program.err().find("nothing is written"), std::string::npos) << program.err();
+  for (const auto& entry : std::filesystem::directory_iterator(shipped.folder()))
+    EXPECT_FALSE(entry.path().filename().string().starts_with("out.csv")) << entry.path();
+}
+
 TEST_F(Simulate, ReportsTheStepsTakenWithAFullMemory) {
   std::string text = "input\n";
   for (int i = 0; i < 5000; ++i)
