@@ -9,6 +9,10 @@
 
 namespace hystcan::controller {
 
+bool are_of_one_kind(const NodeEvent& one, const NodeEvent& other) {
+  return one.kind == other.kind && one.node == other.node && one.emergency.code == other.emergency.code;
+}
+
 std::string describe(const NodeEvent& event) {
   if (event.kind == NodeEvent::Kind::not_set_up)
     return fmt::format("node {}: not set up: {}", event.node, can::describe(event.failure));
@@ -77,6 +81,10 @@ std::optional<NodeEvent> RemoteNode::take_event() {
 }
 
 void RemoteNode::note(const NodeEvent& event) {
+  if (event_count_ > 0 && are_of_one_kind(events_[event_count_ - 1], event)) {
+    events_[event_count_ - 1].times += event.times;
+    return;
+  }
   event_count_ = std::min(event_count_ + 1, events_.size());
   events_[event_count_ - 1] = event;
 }

@@ -72,7 +72,7 @@ class CycleRecorder {
     bus_log_.write();
   }
 
-  const std::vector<std::string>& events() const { return log_.events(); }
+  const EventLog& events() const { return log_.events(); }
   bool has_tracked() const { return log_.has_tracked(); }
   std::string first_lack() const { return log_.first_lack(); }
   /// Sampled on the control thread. Its last lines are written after the telemetry thread has ended.
@@ -146,6 +146,7 @@ std::string results_text(const controller::Controller& controller, const CycleRe
                           {"dropped_records", dropped_records},
                           {"timing", to_json(controller.timing())},
                           {"events", closing.events},
+                          {"events_truncated", closing.events_truncated},
                           {"bus", to_json(closing)},
                           {"axes", axes}}
                .dump(2) +
