@@ -61,6 +61,13 @@ TEST(Outputs, OnAFullDiskEndTwinAndBusToolsWithOne) {
   EXPECT_EQ(recorder.wait(), 1);
   EXPECT_TRUE(says_last(recorder, "No space left on device")) << recorder.err();
   EXPECT_TRUE(support::read_file(stage.folder() + "/r.log").ends_with("\n"));
+  stage.bench.twin->send(SIGTERM);
+  EXPECT_EQ(stage.bench.twin->wait(), 0);
+  Process twin = run(stage, "twin " + stage.config, "> /dev/full");
+  ASSERT_TRUE(twin.says("x: amplifier node")) << twin.err();
+  twin.send(SIGTERM);
+  EXPECT_EQ(twin.wait(), 1);
+  EXPECT_TRUE(says_last(twin, "No space left on device")) << twin.err();
 }
 
 TEST(Outputs, WithoutAReaderEndMonitorQuietlyWithZero) {

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "app/report/report.h"
+
 namespace hystcan::app::event_log_test {
 namespace {
 
@@ -78,6 +80,10 @@ TEST_F(EventLogOfAnAxis, CountsTheEventsBeyondAHundredKinds) {
   EXPECT_EQ(log.lines().size(), EventLog::most_kinds);
   EXPECT_EQ(log.truncated(), 15u);
   EXPECT_EQ(lines.size(), EventLog::most_kinds + 1);
+}
+
+TEST(BusClosing, SaysHowManyEventsHaveNoEntry) {
+  EXPECT_EQ(describe(BusClosing{.events_truncated = 15})[0], "15 events of further kinds are left out");
 }
 
 }  // namespace
