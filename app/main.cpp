@@ -5,11 +5,14 @@
 #include <unistd.h>
 #include <chrono>
 #include <memory>
+#include <sstream>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 #include "app/commands/commands.h"
 #include "app/io/bounded_output.h"
+#include "app/io/standard_streams.h"
 #include "app/live/log_sink.h"
 #include "can/dbc/database.h"
 #include "can/log/candump.h"
@@ -22,13 +25,15 @@ using namespace hystcan;
 
 /// Prints the error. It neither throws if standard error is closed, for example with the terminal, nor waits forever
 /// for its reader.
-int print_error(const std::exception& error, int status) {
-  const std::string message = fmt::format("hystcan: {}\n", error.what());
+int print_error(std::string_view reason, int status) {
+  const std::string message = fmt::format("hystcan: {}\n", reason);
   spdlog::default_logger()->flush();
   std::string_view rest = message;
   hystcan::app::write_within(STDERR_FILENO, rest, std::chrono::seconds(1));
   return status;
 }
+
+int print_error(const std::exception& error, int status) { return print_error(error.what(), status); }
 
 int run(int argc, char** argv) {
   CLI::App cli("Controller for smart-material actuators on a CAN bus, with a simulation twin");
@@ -45,18 +50,23 @@ int run(int argc, char** argv) {
   try {
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return cli.exit(error) == 0 ? app::done : app::bad_input;
+    std::ostringstream asked, refused;
+    const bool is_asked = cli.exit(error, asked, refused) == 0;  // --help, --version
+    app::note_text(refused.str());
+    if (!is_asked) return app::bad_input;
+    return app::print_for_reader([&] {
+      app::print(asked.str());
+      return app::done;
+    });
   }
   return status;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+/// Returns the exit status of the command. Prints what it throws.
+template <class Command>
+int report_errors(const Command& command) {
   try {
-    spdlog::set_default_logger(
-        std::make_shared<spdlog::logger>("hystcan", std::make_shared<app::LogSink>(STDERR_FILENO)));
-    return run(argc, argv);
+    return command();
   } catch (const config::Error& error) {
     return print_error(error, app::bad_input);
   } catch (const can::DbcError& error) {
@@ -65,7 +75,24 @@ int main(int argc, char** argv) {
     return print_error(error, app::bad_input);
   } catch (const std::invalid_argument& error) {
     return print_error(error, app::bad_input);
+  } catch (const std::system_error& error) {
+    if (!app::is_lost_output()) return print_error(error, app::failed);
+    return print_error("standard output: cannot be written: " + error.code().message(), app::failed);
   } catch (const std::exception& error) {  // InterfaceError, RunError, a full disk
     return print_error(error, app::failed);
   }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  app::prepare_standard_streams();
+  spdlog::set_default_logger(
+      std::make_shared<spdlog::logger>("hystcan", std::make_shared<app::LogSink>(STDERR_FILENO)));
+  const int status = report_errors([&] { return run(argc, argv); });
+  const int printed = report_errors([] {
+    app::flush_output();
+    return app::done;
+  });
+  return status == app::done ? printed : status;
 }

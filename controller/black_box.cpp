@@ -155,6 +155,7 @@ void BlackBox::write(Box& box, std::string_view reason, std::chrono::system_cloc
   const std::filesystem::path path = file_for(box, when);
   File file(std::fopen(path.c_str(), "wx"));  // "x": fails where the file exists
   int error = file ? 0 : errno;
+  const bool created = error == 0;
   fmt::memory_buffer text;
   fmt::format_to(std::back_inserter(text),
                  "# axis {}: {}; drive and amplifier_output in the axis's drive unit\n"
@@ -166,12 +167,13 @@ void BlackBox::write(Box& box, std::string_view reason, std::chrono::system_cloc
     text.clear();
   }
   if (file && std::fclose(file.release()) != 0 && error == 0) error = errno;
-  if (error != 0)
-    sink_(Level::warning,
-          fmt::format("{}: no complete black box: {}: {}", box.name, path.string(), words_of(error)));
-  else
+  if (error != 0) {
+    if (created) std::remove(path.c_str());
+    sink_(Level::warning, fmt::format("{}: no black box: {}: {}", box.name, path.string(), words_of(error)));
+  } else {
     sink_(Level::info,
           fmt::format("{}: the last {} cycles are in {}", box.name, box.ring.size(), path.string()));
+  }
 }
 
 }  // namespace hystcan::controller

@@ -9,6 +9,11 @@
 
 namespace hystcan::controller {
 
+bool are_of_one_kind(const NodeEvent& one, const NodeEvent& other) {
+  return one.kind == other.kind && one.node == other.node && one.emergency.code == other.emergency.code &&
+         one.command == other.command && one.object == other.object;
+}
+
 namespace {
 
 std::string describe(const can::Emergency& emergency) {
@@ -130,6 +135,10 @@ std::optional<NodeEvent> RemoteNode::take_event() {
 }
 
 void RemoteNode::note(const NodeEvent& event) {
+  if (event_count_ > 0 && are_of_one_kind(events_[event_count_ - 1], event)) {
+    events_[event_count_ - 1].times += event.times;
+    return;
+  }
   event_count_ = std::min(event_count_ + 1, events_.size());
   events_[event_count_ - 1] = event;
 }

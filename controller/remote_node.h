@@ -24,8 +24,12 @@ struct NodeEvent {
   can::SdoFailure failure{};
   can::NmtCommand command{};  ///< of foreign_nmt
   can::SdoObject object{};    ///< of foreign_sdo
+  std::uint32_t times = 1;  ///< so many of this kind came in a row before the first was taken
 };
 static_assert(std::is_trivially_copyable_v<std::optional<NodeEvent>>, "events cross threads in a record");
+
+/// True for the same failure of the same node: kind and code.
+bool are_of_one_kind(const NodeEvent& one, const NodeEvent& other);
 
 /// "node 1: emergency 0x8130: life guard or heartbeat error (error register 0x01)".
 std::string describe(const NodeEvent& event);
@@ -79,7 +83,8 @@ class RemoteNode {
 
   /// An emergency of another code than "no error" came since the last call.
   bool take_alarm() { return std::exchange(alarm_, false); }
-  /// The oldest event not yet taken. More than four in a cycle are lost but for the last.
+  /// The oldest event not yet taken. Equal ones in a row are counted as one. More than four are lost but for the
+  /// last.
   std::optional<NodeEvent> take_event();
 
  private:

@@ -126,8 +126,13 @@ NodeHealth WiredAxis::take_health(can::Time now, can::BusState bus) {
 }
 
 std::optional<NodeEvent> WiredAxis::take_event() {
-  if (auto event = amplifier.take_event()) return event;
-  return sensor.take_event();
+  // In turn: one node that sends emergencies in every cycle does not hide those of the other.
+  for (int tries = 0; tries < 2; ++tries) {
+    RemoteNode& node = sensor_has_the_turn ? sensor : amplifier;
+    sensor_has_the_turn = !sensor_has_the_turn;
+    if (auto event = node.take_event()) return event;
+  }
+  return std::nullopt;
 }
 
 void WiredAxis::append_rejected(std::vector<can::RejectedFrames>& all) const {

@@ -39,7 +39,7 @@ struct WiredAxis {
 
   /// What is known of both nodes for the next step. Each event since the last step counts once.
   NodeHealth take_health(can::Time now, can::BusState bus);
-  /// The oldest event not yet taken; the amplifier's come first.
+  /// The oldest event not yet taken, of amplifier and sensor in turn.
   std::optional<NodeEvent> take_event();
   /// Of every message of this axis that the controller receives.
   void append_rejected(std::vector<can::RejectedFrames>& all) const;
@@ -69,6 +69,7 @@ struct WiredAxis {
   bool bus_off_seen = false;          ///< The bus was off since the last step, however briefly.
   bool interface_down_seen = false;   ///< The interface was down since the last step, however briefly.
   bool answered = true;               ///< This cycle's step has been taken.
+  bool sensor_has_the_turn = false;   ///< To report an event.
 
  private:
   void forget_status();

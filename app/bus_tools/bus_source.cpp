@@ -1,13 +1,9 @@
 #include "app/bus_tools/bus_source.h"
 
 #include <CLI/CLI.hpp>
-#include <cerrno>
-#include <cstdio>
-#include <system_error>
 #include <utility>
 
 #include "app/bus_tools/can_log.h"
-#include "app/io/exit_status.h"
 #include "config/schema/config.h"
 #include "config/schema/frames.h"
 
@@ -44,22 +40,6 @@ CLI::Validator positive_seconds() {
             return sound ? std::string() : text + ", expected seconds > 0 and < 1e9";
           },
           "SECONDS"};
-}
-
-namespace {
-
-[[noreturn]] void fail_output() {
-  throw RunError("standard output: cannot be written: " + std::generic_category().message(errno));
-}
-
-}  // namespace
-
-void print(std::string_view text) {
-  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size()) fail_output();
-}
-
-void flush_output() {
-  if (std::fflush(stdout) != 0) fail_output();
 }
 
 }  // namespace hystcan::app

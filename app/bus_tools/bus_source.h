@@ -36,8 +36,4 @@ BusSource find_bus(const BusOptions& options);
 /// Accepts a duration in seconds, > 0 and < 1e9.
 CLI::Validator positive_seconds();
 
-/// Writes to standard output. Throws RunError if the write fails, for example on a full disk.
-void print(std::string_view text);
-void flush_output();
-
 }  // namespace hystcan::app

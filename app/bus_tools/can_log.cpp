@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <system_error>
 
+#include "app/io/standard_streams.h"
 #include "config/schema/config.h"
 
 namespace hystcan::app {
@@ -26,9 +27,8 @@ std::ifstream open_can_log(const std::filesystem::path& path) {
 void print_parse_warnings(const can::Database& database) {
   constexpr std::size_t printed_max = 10;
   const std::size_t printed = std::min(printed_max, database.warnings.size());
-  for (std::size_t i = 0; i < printed; ++i) fmt::print(stderr, "warning: {}\n", database.warnings[i]);
-  if (printed < database.warnings.size())
-    fmt::print(stderr, "warning: and {} more\n", database.warnings.size() - printed);
+  for (std::size_t i = 0; i < printed; ++i) note("warning: {}\n", database.warnings[i]);
+  if (printed < database.warnings.size()) note("warning: and {} more\n", database.warnings.size() - printed);
 }
 
 }  // namespace hystcan::app

@@ -9,6 +9,7 @@
 #include <variant>
 
 #include "app/commands/commands.h"
+#include "app/io/standard_streams.h"
 #include "config/files/model_file.h"
 #include "config/schema/bus_plan.h"
 #include "config/schema/config.h"
@@ -112,7 +113,7 @@ void add_check(CLI::App& cli, int& status) {
   CLI::App* command =
       cli.add_subcommand("check", "Read and check a configuration, and show the values in force");
   command->add_option("CONFIG", options->config, "configuration, or model file (TOML)")->required();
-  command->callback([options, &status] { status = check(*options); });
+  command->callback([options, &status] { status = print_for_reader([&] { return check(*options); }); });
 }
 
 }  // namespace hystcan::app

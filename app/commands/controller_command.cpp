@@ -2,19 +2,17 @@
 #include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
 
-#include <unistd.h>
 #include <chrono>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "app/commands/commands.h"
-#include "app/io/bounded_output.h"
 #include "app/io/output_file.h"
+#include "app/io/standard_streams.h"
 #include "app/live/exit_limit.h"
 #include "app/live/live_loop.h"
 #include "app/live/live_run.h"
@@ -35,9 +33,6 @@ namespace hystcan::app {
 namespace {
 
 using controller::AxisState;
-
-/// How long the end of the program waits for whoever reads its results.
-constexpr auto reader_patience = std::chrono::seconds(5);
 
 struct ControllerArguments {
   std::filesystem::path config;
@@ -77,7 +72,7 @@ class CycleRecorder {
     bus_log_.write();
   }
 
-  const std::vector<std::string>& events() const { return log_.events(); }
+  const EventLog& events() const { return log_.events(); }
   bool has_tracked() const { return log_.has_tracked(); }
   std::string first_lack() const { return log_.first_lack(); }
   /// Sampled on the control thread. Its last lines are written after the telemetry thread has ended.
@@ -151,6 +146,7 @@ std::string results_text(const controller::Controller& controller, const CycleRe
                           {"dropped_records", dropped_records},
                           {"timing", to_json(controller.timing())},
                           {"events", closing.events},
+                          {"events_truncated", closing.events_truncated},
                           {"bus", to_json(closing)},
                           {"axes", axes}}
                .dump(2) +
@@ -164,16 +160,19 @@ std::string results_text(const controller::Controller& controller, const CycleRe
   return text;
 }
 
-int print_results(const controller::Controller& controller, const CycleRecorder& recorder,
-                  const ControllerArguments& options, std::uint64_t dropped_records) {
+std::vector<controller::AxisOutcome> outcomes_of(const controller::Controller& controller,
+                                                 const CycleRecorder& recorder) {
   std::vector<controller::AxisOutcome> outcomes;
   for (std::size_t i = 0; i < controller.axis_count(); ++i)
     outcomes.push_back(
         controller::outcome_of(controller.axis_name(i), controller.axis(i), recorder.statistics(i)));
-  const std::string text = results_text(controller, recorder, outcomes, options.json, dropped_records);
-  spdlog::default_logger()->flush();  // its last lines come before the results
-  if (std::string_view rest = text; write_within(STDOUT_FILENO, rest, reader_patience) != Written::all)
-    spdlog::warn("the results are not printed: nobody reads standard output");
+  return outcomes;
+}
+
+/// Throws RunError with the first reason why the run is not a success.
+void require_success(const controller::Controller& controller, const CycleRecorder& recorder,
+                     const ControllerArguments& options,
+                     const std::vector<controller::AxisOutcome>& outcomes) {
   for (const auto& outcome : outcomes)
     if (outcome.fault.cause != controller::Cause::none) throw RunError(describe(outcome.name, outcome.fault));
   if ((options.once || options.duration_s > 0.0) && !recorder.has_tracked())
@@ -181,7 +180,6 @@ int print_results(const controller::Controller& controller, const CycleRecorder&
   for (std::size_t i = 0; options.once && i < controller.axis_count(); ++i)
     if (!controller.axis(i).report().point.finished)
       throw RunError(fmt::format("axis {} was stopped before the end of its reference", outcomes[i].name));
-  return done;
 }
 
 /// Returns when every axis is safe. What follows may wait for a disk, but not forever.
@@ -234,9 +232,14 @@ int run_controller(const ControllerArguments& options) {
   recorder.black_box().finish();
   states.save(controller);
   const std::string lost = recorder.close_csv();
-  const int status = print_results(controller, recorder, options, dropped);
-  if (!lost.empty()) throw RunError(lost);
-  return status;
+  const std::vector<controller::AxisOutcome> outcomes = outcomes_of(controller, recorder);
+  spdlog::default_logger()->flush();  // its last lines come before the results
+  const std::string unprinted =
+      print_patiently(results_text(controller, recorder, outcomes, options.json, dropped));
+  require_success(controller, recorder, options, outcomes);
+  for (const std::string& reason : {lost, unprinted})
+    if (!reason.empty()) throw RunError(reason);
+  return done;
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 
 #include "app/commands/commands.h"
 #include "app/io/exit_status.h"
+#include "app/io/standard_streams.h"
 #include "app/remote/control_client.h"
 #include "app/remote/socket_place.h"
 
@@ -170,7 +171,7 @@ void add_twin_commands(const auto& add, const auto& run_as, CtlArguments& option
   }
   run_as(remove, [](const CtlArguments& o) { return removal_request("remove", o); });
   run_as(heal, [](const CtlArguments& o) {
-    fmt::print(stderr, "hystcan: ctl heal is now called ctl remove\n");
+    note("hystcan: ctl heal is now called ctl remove\n");
     return removal_request("heal", o);  // the answer to "heal" keeps its key
   });
 }

@@ -12,6 +12,7 @@
 #include "app/bus_tools/decode_findings.h"
 #include "app/bus_tools/frame_text.h"
 #include "app/commands/commands.h"
+#include "app/io/standard_streams.h"
 #include "can/log/candump.h"
 
 namespace hystcan::app {
@@ -30,17 +31,16 @@ void decode(std::istream& stream, const std::string& name, const DecodeArguments
   can::CandumpReader reader(stream, name);
   if (options.csv) print(csv_header);
   while (const auto logged = reader.next()) {
-    for (const std::string& finding : findings.add(*logged))
-      fmt::print(stderr, "{}: {}\n", options.dbc.string(), finding);
+    for (const std::string& finding : findings.add(*logged)) note("{}: {}\n", options.dbc.string(), finding);
     print(text(*logged));
     if (at_once) flush_output();
   }
   flush_output();
   const std::uint64_t lost = text.lost() + reader.dropped();
-  fmt::print(stderr, "{}: {} frames, {} of them not in {}; {} error frames", name, text.frames(),
-             text.unknown(), options.dbc.string(), text.error_frames());
-  if (lost > 0) fmt::print(stderr, "; {} frames were lost by the recorder", lost);
-  fmt::print(stderr, "\n");
+  note("{}: {} frames, {} of them not in {}; {} error frames", name, text.frames(), text.unknown(),
+       options.dbc.string(), text.error_frames());
+  if (lost > 0) note("; {} frames were lost by the recorder", lost);
+  note("\n");
 }
 
 int run_decode(const DecodeArguments& options) {
@@ -69,7 +69,7 @@ void add_decode(CLI::App& cli, int& status) {
   CLI::Option* csv = command->add_flag(
       "--csv", options->csv, "a row for each signal: time_s,interface,id,message,signal,raw,value,unit,name");
   command->add_flag("--json", options->json, "a JSON object in one line for each frame")->excludes(csv);
-  command->callback([options, &status] { status = run_decode(*options); });
+  command->callback([options, &status] { status = print_for_reader([&] { return run_decode(*options); }); });
 }
 
 }  // namespace hystcan::app

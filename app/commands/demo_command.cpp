@@ -1,17 +1,21 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/commands/commands.h"
+#include "app/io/standard_streams.h"
 #include "app/io/truth_log.h"
 #include "app/live/rehearsal_setup.h"
+#include "app/live/stop_signal.h"
 #include "app/report/demo_plot.h"
 #include "app/report/report.h"
 #include "config/schema/config.h"
@@ -30,37 +34,62 @@ struct DemoArguments {
 struct Column {
   controller::Structure structure;
   rehearsal::Outcome outcome;
+  std::string failure;  ///< empty if every axis tracked without a fault
 };
 
-/// The shipped configuration, in the source tree or where it is installed.
+/// The shipped configuration, where it is installed or in the source tree.
 std::filesystem::path shipped_config() {
   const auto program = std::filesystem::read_symlink("/proc/self/exe").parent_path();
-  for (const auto& folder : {program / "../../config", program / "../share/hystcan"})
+  for (const auto& folder : {program / "../share/hystcan", program / "../../config"})
     if (auto file = (folder / "piezo.toml").lexically_normal(); std::filesystem::exists(file)) return file;
   return "config/piezo.toml";
 }
 
+std::string failure_of(const rehearsal::Outcome& outcome) {
+  for (const auto& axis : outcome.axes) {
+    if (axis.fault.cause != controller::Cause::none) return describe(axis.name, axis.fault);
+    if (axis.statistics.total().samples == 0)
+      return fmt::format("axis {} did not start to track its reference: {}", axis.name,
+                         to_string(axis.state));
+  }
+  return {};
+}
+
+/// Writes the two CSV files of one structure. They do not remain if the run is stopped.
+Column run_column(const rehearsal::Setup& setup, controller::Structure structure,
+                  const std::vector<std::string>& axis_names, const std::filesystem::path& directory) {
+  const auto log_file = directory / fmt::format("{}.csv", to_string(structure));
+  const auto truth_file = directory / fmt::format("{}.truth.csv", to_string(structure));
+  try {
+    controller::CsvLog csv(log_file, axis_names);
+    TruthLog truth(truth_file, axis_names);
+    rehearsal::Outcome outcome = rehearsal::run_once(
+        with_structure(setup, structure), settle_s,
+        [&](const auto& record) {
+          if (stop_signalled != 0) throw RunError("stopped before the end of the comparison");
+          csv.write(record);
+        },
+        [&](const auto& sampled) { truth.write(sampled); });
+    for (const std::string& lost : {csv.close(), truth.close()})
+      if (!lost.empty()) throw RunError(lost);
+    std::string failure = failure_of(outcome);
+    return {structure, std::move(outcome), std::move(failure)};
+  } catch (const std::exception&) {
+    for (const auto& file : {log_file, truth_file}) std::filesystem::remove(file);
+    throw;
+  }
+}
+
+/// A structure that fails is reported, and the next one runs.
 std::vector<Column> run_columns(const config::Config& config, const std::filesystem::path& directory) {
   const rehearsal::Setup setup = rehearsal_setup(config);
   std::vector<std::string> names;
   for (const auto& axis : config.axes) names.push_back(axis.wire.name);
   std::vector<Column> columns;
   for (const controller::Structure structure : controller::all_structures) {
-    controller::CsvLog csv(directory / fmt::format("{}.csv", to_string(structure)), names);
-    TruthLog truth(directory / fmt::format("{}.truth.csv", to_string(structure)), names);
-    columns.push_back({structure, rehearsal::run_once(
-                                      with_structure(setup, structure), settle_s,
-                                      [&](const auto& record) { csv.write(record); },
-                                      [&](const auto& sampled) { truth.write(sampled); })});
-    for (const std::string& lost : {csv.close(), truth.close()})
-      if (!lost.empty()) throw RunError(lost);
-    for (const auto& axis : columns.back().outcome.axes) {
-      if (axis.fault.cause != controller::Cause::none)
-        throw RunError(fmt::format("{}: {}", to_string(structure), describe(axis.name, axis.fault)));
-      if (axis.statistics.total().samples == 0)
-        throw RunError(fmt::format("{}: axis {} did not start to track its reference: {}",
-                                   to_string(structure), axis.name, to_string(axis.state)));
-    }
+    columns.push_back(run_column(setup, structure, names, directory));
+    if (const std::string& failure = columns.back().failure; !failure.empty())
+      note("hystcan: {}: {}\n", to_string(structure), failure);
   }
   return columns;
 }
@@ -100,6 +129,10 @@ void print_table(const config::Config& config, const std::vector<Column>& column
     fmt::print("  {:>9} {:>7} {:>9} {:>7}", "RMS [um]", "RMS [%]", "max [um]", "max [%]");
   for (const Column& column : columns) {
     const controller::AxisOutcome& outcome = column.outcome.axes.front();
+    if (!column.failure.empty()) {
+      fmt::print("\n{:<12}  failed: {}", to_string(column.structure), column.failure);
+      continue;
+    }
     fmt::print("\n{:<12}  {}", to_string(column.structure),
                error_cells(outcome.statistics.total(), outcome.stroke_um));
     for (const auto& segment : outcome.statistics.segments())
@@ -122,6 +155,7 @@ void print_comparison_json(const config::Config& config, const std::vector<Colum
   for (const Column& column : columns) {
     nlohmann::json entry = to_json(column.outcome.axes.front());
     entry["structure"] = to_string(column.structure);
+    entry["failure"] = column.failure;
     json["columns"].push_back(entry);
   }
   fmt::print("{}\n", json.dump(2));
@@ -130,6 +164,7 @@ void print_comparison_json(const config::Config& config, const std::vector<Colum
 int run_demo(const DemoArguments& options) {
   const config::Config config = config::load(options.config.empty() ? shipped_config() : options.config);
   std::filesystem::create_directories(options.output);
+  stop_at_a_signal();
   const auto start = std::chrono::steady_clock::now();
   const std::vector<Column> columns = run_columns(config, options.output);
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
@@ -155,15 +190,15 @@ int run_demo(const DemoArguments& options) {
                                     .stroke_um = columns.front().outcome.axes.front().stroke_um,
                                     .from_s = tracking_s + axis.control.setpoint.front().transition_s,
                                     .to_s = tracking_s + axis.control.setpoint.front().transition_s + 0.3});
-  fmt::print(stderr,
-             "{:.1f} s of virtual time in {:.2f} s, {:.0f} axis-cycles per second with the CSV written\n",
-             virtual_s, wall.count(), axis_cycles / wall.count());
-  fmt::print(
-      stderr, "{}: {}\n", options.output.string(),
-      undrawn.empty()
-          ? "demo.svg, demo.png, and two CSV for each structure: the controller's and the twin's truth"
-          : "two CSV for each structure, the controller's and the twin's truth; no picture: " + undrawn);
-  return done;
+  note("{:.1f} s of virtual time in {:.2f} s, {:.0f} axis-cycles per second with the CSV written\n",
+       virtual_s, wall.count(), axis_cycles / wall.count());
+  note("{}: {}\n", options.output.string(),
+       undrawn.empty()
+           ? "demo.svg, demo.png, and two CSV for each structure: the controller's and the twin's truth"
+           : "two CSV for each structure, the controller's and the twin's truth; no picture: " + undrawn);
+  const bool failed_once =
+      std::ranges::any_of(columns, [](const Column& column) { return !column.failure.empty(); });
+  return failed_once ? failed : done;
 }
 
 }  // namespace

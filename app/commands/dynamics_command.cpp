@@ -11,6 +11,7 @@
 
 #include "app/commands/commands.h"
 #include "app/io/output_file.h"
+#include "app/live/stop_signal.h"
 #include "app/report/dynamics_text.h"
 #include "config/files/dataset_file.h"
 #include "config/schema/config.h"
@@ -111,6 +112,7 @@ int dynamics(const DynamicsArguments& options) {
   if (options.rate_Hz && !(*options.rate_Hz > 0.0 && std::isfinite(*options.rate_Hz)))
     throw config::Error(fmt::format("--rate is {}, expected a positive number", *options.rate_Hz));
   const IdentifiedDynamics identified = find(options);
+  stop_at_a_signal();  // no unfinished file remains
   OutputFile out(options.output);
   out.write(fragment(identified));
   out.commit();

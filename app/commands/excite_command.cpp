@@ -12,6 +12,7 @@
 
 #include "app/commands/commands.h"
 #include "app/io/output_file.h"
+#include "app/io/standard_streams.h"
 #include "app/live/open_loop.h"
 #include "config/schema/config.h"
 #include "controller/excitation_dataset.h"
@@ -137,14 +138,14 @@ int run_excite(const ExciteArguments& options) {
   const OpenLoopEnd end =
       drive_in_open_loop(config, twin_config(loaded), options.run,
                          [&](const controller::CycleRecord& record) { recorder.add(record); });
-  for (const std::string& line : end.closing) fmt::print(stderr, "{}\n", line);
+  for (const std::string& line : end.closing) note("{}\n", line);
   recorder.close();
 
   end.require_finished(config.axes[0].wire.name, recorder.rows() == 0
                                                      ? "stopped before the first row, nothing is written"
                                                      : fmt::format("stopped after {} rows, which are in {}",
                                                                    recorder.rows(), options.output.string()));
-  fmt::print(stderr, "{}: {}\n", options.output.string(), recorder.summary(config.axes[0].wire.drive_unit));
+  note("{}: {}\n", options.output.string(), recorder.summary(config.axes[0].wire.drive_unit));
   return done;
 }
 

@@ -14,6 +14,7 @@
 #include "app/io/dataset_input.h"
 #include "app/io/output_file.h"
 #include "app/io/progress.h"
+#include "app/io/standard_streams.h"
 #include "app/live/stop_signal.h"
 #include "app/report/identification_findings.h"
 #include "app/report/identification_report.h"
@@ -127,8 +128,7 @@ void report_model(const IdentifyArguments& options, const std::vector<Dataset>& 
                                                progress.update_now(++tries);
                                                return stop_signalled == 0;
                                              });
-  if (!written.undrawn.empty())
-    fmt::print(stderr, "hystcan: {}: {}\n", options.report.string(), written.undrawn);
+  if (!written.undrawn.empty()) note("hystcan: {}: {}\n", options.report.string(), written.undrawn);
 }
 
 // Runs before the slow work begins.

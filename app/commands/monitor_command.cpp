@@ -16,6 +16,7 @@
 #include "app/bus_tools/bus_source.h"
 #include "app/bus_tools/monitor_table.h"
 #include "app/commands/commands.h"
+#include "app/io/standard_streams.h"
 #include "app/live/stop_signal.h"
 #include "can/log/traffic.h"
 #include "can/socketcan/bus_monitor.h"
@@ -146,7 +147,7 @@ void add_monitor(CLI::App& cli, int& status) {
       ->check(positive_seconds());
   command->add_flag("--once", options->once, "one table after one period");
   command->add_flag("--json", options->json, "a JSON object in one line for each table");
-  command->callback([options, &status] { status = run_monitor(*options); });
+  command->callback([options, &status] { status = print_for_reader([&] { return run_monitor(*options); }); });
 }
 
 }  // namespace hystcan::app

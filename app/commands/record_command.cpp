@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <csignal>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -16,6 +15,7 @@
 #include "app/bus_tools/frame_text.h"
 #include "app/commands/commands.h"
 #include "app/io/log_file.h"
+#include "app/io/standard_streams.h"
 #include "app/live/stop_signal.h"
 #include "can/log/error_words.h"
 #include "can/socketcan/bus_monitor.h"
@@ -103,9 +103,6 @@ int run_record(const RecordArguments& options) {
   if (options.decode && !source.database)
     throw config::Error("--decode has no database, expected a configuration or --dbc");
   stop_at_a_signal();
-  std::signal(
-      SIGPIPE,
-      SIG_IGN);  // the reader of standard output may close it; the log must then be closed in good order
   can::BusMonitor tap(source.interface);
   LogFile log(options.output, options.overwrite);
   std::optional<FrameText> text;
@@ -130,7 +127,7 @@ int run_record(const RecordArguments& options) {
            std::chrono::duration<double>(now - start).count() >= options.duration_s;
   };
   const auto conclude = [&] {
-    fmt::print(stderr, "{}", summary.text(source.interface, options.output.string(), tap.lost()));
+    note("{}", summary.text(source.interface, options.output.string(), tap.lost()));
   };
   try {
     for (auto now = start; stop_signalled == 0 && !is_over(now); now = Clock::now()) {
@@ -144,7 +141,7 @@ int run_record(const RecordArguments& options) {
     tap.finish(record);
     log.close();
     flush_output();
-  } catch (const RunError&) {  // the disk is full, or the reader has closed standard output
+  } catch (const std::exception&) {  // the disk is full, or the reader has closed standard output
     conclude();
     throw;
   }

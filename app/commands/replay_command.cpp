@@ -22,6 +22,7 @@
 
 #include "app/bus_tools/can_log.h"
 #include "app/commands/commands.h"
+#include "app/io/standard_streams.h"
 #include "app/live/stop_signal.h"
 #include "can/log/candump.h"
 #include "can/socketcan/raw_socket.h"
@@ -167,14 +168,14 @@ class Replay {
   }
 
   void report() const {
-    fmt::print(stderr, "{} frames sent", sent_);
-    if (error_frames_ > 0) fmt::print(stderr, ", {} error frames cannot be sent", error_frames_);
-    if (filtered_ > 0) fmt::print(stderr, ", {} left out by --filter", filtered_);
-    if (waits_ > 0) fmt::print(stderr, "; waited {} times for a full queue", waits_);
-    fmt::print(stderr, "; at most {:.3f} ms late\n", 1e3 * can::seconds(latest_));
+    note("{} frames sent", sent_);
+    if (error_frames_ > 0) note(", {} error frames cannot be sent", error_frames_);
+    if (filtered_ > 0) note(", {} left out by --filter", filtered_);
+    if (waits_ > 0) note("; waited {} times for a full queue", waits_);
+    note("; at most {:.3f} ms late\n", 1e3 * can::seconds(latest_));
     if (late_ > 0)
-      fmt::print(stderr, "the timing of the log was not kept: {} frames were sent more than {} ms late\n",
-                 late_, tolerated_lateness.count());
+      note("the timing of the log was not kept: {} frames were sent more than {} ms late\n", late_,
+           tolerated_lateness.count());
   }
 
  private:
@@ -203,7 +204,8 @@ class Replay {
 
 int run_replay(const ReplayArguments& options) {
   Replay replay(options);
-  if (options.log == "-") {  // a signal also ends the wait for a line
+  if (options.log == "-") {
+    end_at_a_signal();  // also while it waits for a line
     if (options.loop != 1)
       throw config::Error("--loop: standard input can be read only once, expected a file");
     replay.pass(std::cin, "standard input", Clock::now());

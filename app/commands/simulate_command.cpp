@@ -15,6 +15,7 @@
 #include "app/io/dataset_input.h"
 #include "app/io/output_file.h"
 #include "app/io/progress.h"
+#include "app/io/standard_streams.h"
 #include "app/live/stop_signal.h"
 #include "config/files/csv.h"
 #include "config/files/model_file.h"
@@ -104,18 +105,15 @@ template <class Model>
 void report_simulation(const SimulateArguments& options, const model::Simulation<Model>& simulation) {
   const model::Tally& tally = simulation.tally();
   const model::Interval& range = simulation.model().input_range();
-  fmt::print(stderr, "{}: {} rows, {} of them limited to the thresholds {} and {} {}\n",
-             options.output.string(), tally.rows, tally.saturated, range.lo, range.hi,
-             simulation.model().parameters().input_unit);
+  note("{}: {} rows, {} of them limited to the thresholds {} and {} {}\n", options.output.string(),
+       tally.rows, tally.saturated, range.lo, range.hi, simulation.model().parameters().input_unit);
   if (tally.not_increasing > 0)
-    fmt::print(stderr, "{} rows lie on a branch that is not increasing: its inverse is not valid there\n",
-               tally.not_increasing);
+    note("{} rows lie on a branch that is not increasing: its inverse is not valid there\n",
+         tally.not_increasing);
   if constexpr (requires { simulation.state().merged; })
     if (simulation.state().merged > 0)
-      fmt::print(
-          stderr,
-          "{} steps were taken with a full memory of {} turning points: the innermost loops are lost\n",
-          simulation.state().merged, capacity);
+      note("{} steps were taken with a full memory of {} turning points: the innermost loops are lost\n",
+           simulation.state().merged, capacity);
 }
 
 template <class Model>

@@ -13,6 +13,7 @@
 
 #include "app/commands/commands.h"
 #include "app/io/output_file.h"
+#include "app/io/standard_streams.h"
 #include "app/live/open_loop.h"
 #include "app/live/rehearsal_setup.h"
 #include "app/live/stop_signal.h"
@@ -82,7 +83,7 @@ Dataset measure(const config::Config& config, const twin::Config& twin, const Tu
         record.input.push_back(row->input);
         record.output.push_back(row->output);
       });
-  for (const std::string& text : end.closing) fmt::print(stderr, "{}\n", text);
+  for (const std::string& text : end.closing) note("{}\n", text);
   end.require_finished(axis.wire.name, "stopped before the end of the experiment, nothing is written");
   return record;
 }
@@ -170,7 +171,7 @@ int tune(const TuneArguments& options) {
   out.write(fragment(report));
   out.commit();
   fmt::print("{}", options.json ? to_json(report).dump(2) + "\n" : describe(report));
-  fmt::print(stderr, "{}: proposed, not applied\n", options.output.string());
+  note("{}: proposed, not applied\n", options.output.string());
   return done;
 }
 

@@ -15,6 +15,7 @@
 
 #include "app/commands/commands.h"
 #include "app/io/output_file.h"
+#include "app/io/standard_streams.h"
 #include "app/io/truth_log.h"
 #include "app/live/live_loop.h"
 #include "app/live/live_run.h"
@@ -172,13 +173,15 @@ int run_twin(const TwinArguments& options) {
   TwinWatch watch(twin, loop.scheduler(), interface, end);
   loop.run([&](int) { end(); });
   watch.log_bus();
-  for (const std::string& line : describe(closing_of(twin))) fmt::print("{}\n", line);
+  std::string closing;
+  for (const std::string& line : describe(closing_of(twin))) closing += line + "\n";
   if (truth)
     if (const std::string lost = truth->close(); !lost.empty()) throw RunError(lost);
   if (const auto node = twin.taken_node())
     throw RunError(
         fmt::format("{}: node {} is on this bus already: another twin, or the real node; end one of the two",
                     interface, *node));
+  if (const std::string lost = print_patiently(closing); !lost.empty()) throw RunError(lost);
   return done;
 }
 

@@ -11,6 +11,8 @@
 #include "app/commands/commands.h"
 #include "app/io/dataset_input.h"
 #include "app/io/output_file.h"
+#include "app/io/standard_streams.h"
+#include "app/live/stop_signal.h"
 #include "config/files/model_file.h"
 #include "config/schema/config.h"
 #include "identification/excerpt.h"
@@ -79,6 +81,7 @@ Outcome predict(const ValidateArguments& options, const model::Hysteresis& model
 }
 
 void write(const ValidateArguments& options, const Dataset& dataset, const Outcome& outcome) {
+  stop_at_a_signal();
   OutputFile out(options.output);
   out.write("time_s,input,output,predicted\n");
   fmt::memory_buffer line;
@@ -87,6 +90,7 @@ void write(const ValidateArguments& options, const Dataset& dataset, const Outco
     fmt::format_to(std::back_inserter(line), "{:.17g},{:.17g},{:.17g},{:.17g}\n", dataset.time_s[i],
                    dataset.input[i], dataset.output[i], outcome.predicted[i]);
     out.write({line.data(), line.size()});
+    if (stop_signalled != 0) throw RunError("stopped, nothing is written");
   }
   out.commit();
 }
@@ -123,8 +127,7 @@ void report_prediction(const ValidateArguments& options, const Dataset& dataset,
     fmt::print("with these: {:.3g} % RMS, {:.3g} % at most\n", outcome.all.rms * percent,
                outcome.all.max * percent);
   if (outcome.outside > 0)
-    fmt::print(stderr, "{} samples lie beyond the model's thresholds and were limited to them\n",
-               outcome.outside);
+    note("{} samples lie beyond the model's thresholds and were limited to them\n", outcome.outside);
 }
 
 int run_validate(const ValidateArguments& options) {

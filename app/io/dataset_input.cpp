@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "app/io/standard_streams.h"
 #include "config/files/dataset_file.h"
 #include "config/schema/config.h"
 
@@ -40,7 +41,7 @@ void settle(std::string& unit, const std::string& asked, const UnitOf& of,
   }
   if (unit.empty()) {
     unit = of.assumed;
-    fmt::print(stderr, "hystcan: {}: {} is not given, {} assumed\n", file.string(), of.option, of.assumed);
+    note("hystcan: {}: {} is not given, {} assumed\n", file.string(), of.option, of.assumed);
   }
 }
 
@@ -48,8 +49,7 @@ Dataset load(const std::filesystem::path& file, const DatasetInput& input) {
   config::DatasetFile loaded = config::load_dataset(file);
   Dataset dataset = std::move(loaded.dataset);
   if (loaded.last_row_left_out)
-    fmt::print(stderr, "hystcan: {}: the last row has no line end and may be incomplete: left out\n",
-               file.string());
+    note("hystcan: {}: the last row has no line end and may be incomplete: left out\n", file.string());
   if (dataset.size() > 0) keep_interval(dataset, input);
   if (dataset.size() == 0)
     throw config::Error(fmt::format("{}: no rows{}, expected a dataset", file.string(),

@@ -1,5 +1,6 @@
 #include "app/io/output_file.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <stdlib.h>
 #include <sys/stat.h>
@@ -15,8 +16,25 @@
 
 namespace hystcan::app {
 
-OutputFile::OutputFile(const std::filesystem::path& path) : path_(path) {
+namespace {
+
+/// Returns zero or the errno.
+int sync_folder(const std::filesystem::path& folder) {
+  const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return errno;
+  const int error = ::fsync(descriptor) == 0 ? 0 : errno;
+  ::close(descriptor);
+  return error;
+}
+
+}  // namespace
+
+OutputFile::OutputFile(const std::filesystem::path& path, Kind kind) : kind_(kind), path_(path) {
   if (path_.empty()) throw config::Error("output file is \"\", expected a name");
+  if (kind_ == Kind::durable) {
+    open_beside();
+    return;
+  }
   std::error_code ignored;
   const auto status = std::filesystem::status(path_, ignored);
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
@@ -52,10 +70,16 @@ void OutputFile::write(std::string_view text) {
 }
 
 void OutputFile::commit() {
+  if (kind_ == Kind::durable && (std::fflush(file_) != 0 || ::fsync(::fileno(file_)) != 0)) fail(errno);
   if (std::fclose(std::exchange(file_, nullptr)) != 0) fail(errno);
-  if (written_.empty()) return;
+  if (!written_.empty()) move_to_the_path();
+}
+
+void OutputFile::move_to_the_path() {
   if (std::rename(written_.c_str(), path_.c_str()) != 0) fail(errno);
   written_.clear();
+  if (kind_ == Kind::plain) return;
+  if (const int error = sync_folder(path_.parent_path()); error != 0) fail(error);
 }
 
 void OutputFile::fail(int error) const {

@@ -1,6 +1,7 @@
 // An output file that is complete or absent.
 #pragma once
 
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <string_view>
@@ -12,7 +13,11 @@ namespace hystcan::app {
 /// directly. Throws RunError if the file cannot be written, config::Error if the path is empty.
 class OutputFile {
  public:
-  explicit OutputFile(const std::filesystem::path& path);
+  /// `durable`: commit() returns when the file is on the disk, so that it is complete or absent also after a loss of
+  /// power. A link is not followed but replaced, so that no file of another user is written.
+  enum class Kind : std::uint8_t { plain, durable };
+
+  explicit OutputFile(const std::filesystem::path& path, Kind kind = Kind::plain);
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
@@ -24,6 +29,9 @@ class OutputFile {
   void open_beside();
   [[noreturn]] void fail(int error) const;
 
+  void move_to_the_path();
+
+  Kind kind_;
   std::filesystem::path path_;
   std::filesystem::path written_;  ///< temporary file; empty if path_ is written directly, or after commit()
   std::FILE* file_ = nullptr;

@@ -1,24 +1,61 @@
 #include "app/io/progress.h"
 
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
+#include <charconv>
+#include <cstdlib>
+#include <string_view>
 #include <utility>
 
+#include "app/io/standard_streams.h"
+
 namespace hystcan::app {
+namespace {
+
+constexpr std::size_t longest_bar = 30;
+constexpr std::size_t shortest_bar = 5;
+
+/// A terminal that can go back to the start of a line and erase it.
+bool can_show_a_bar() {
+  const char* kind = std::getenv("TERM");
+  return isatty(STDERR_FILENO) == 1 && (kind == nullptr || std::string_view(kind) != "dumb");
+}
+
+std::size_t columns_of_terminal() {
+  winsize size{};
+  if (::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0) return size.ws_col;
+  const char* const named = std::getenv("COLUMNS");
+  const std::string_view text = named != nullptr ? named : "";
+  std::size_t columns = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), columns);
+  return error == std::errc{} && columns > 0 ? columns : 80;
+}
+
+}  // namespace
+
+std::string progress_line(std::string_view what, double share, std::string_view rest, std::size_t columns) {
+  const std::size_t others = what.size() + rest.size() + std::string_view(" [] ").size();
+  const std::size_t bar = std::min(longest_bar, columns - std::min(columns, others + 1));
+  const auto filled = static_cast<std::size_t>(share * static_cast<double>(bar));
+  const std::string line =
+      bar < shortest_bar ? fmt::format("{} {}", what, rest)
+                         : fmt::format("{} [{:=<{}}{:{}}] {}", what, "", filled, "", bar - filled, rest);
+  return line.substr(0, columns - std::min<std::size_t>(columns, 1));
+}
 
 Progress::Progress(std::string what, std::uint64_t total, std::string unit)
     : what_(std::move(what)),
       total_(total),
       unit_(std::move(unit)),
-      shown_(isatty(STDERR_FILENO) == 1),
+      shown_(can_show_a_bar()),
       start_(Clock::now()),
       last_(start_) {}
 
 Progress::~Progress() {
-  if (last_ != start_) fmt::print(stderr, "\r\033[K");
+  if (last_ != start_) note("\r\033[K");
 }
 
 void Progress::draw(std::uint64_t done, std::uint64_t rows) {
@@ -29,14 +66,15 @@ void Progress::draw(std::uint64_t done, std::uint64_t rows) {
   const std::string counted = rows < 1'000'000
                                   ? fmt::format("{} {}", rows, unit_)
                                   : fmt::format("{:.3g} million {}", static_cast<double>(rows) * 1e-6, unit_);
+  const std::size_t columns = columns_of_terminal();  // the window may have changed
   if (total_ == 0) {
-    fmt::print(stderr, "\r{}: {}, {:.0f} s\033[K", what_, counted, elapsed_s);
-    return;
+    const std::string line = fmt::format("{}: {}, {:.0f} s", what_, counted, elapsed_s);
+    return note("\r{}\033[K", line.substr(0, columns - 1));
   }
   const double share = std::min(1.0, static_cast<double>(done) / static_cast<double>(total_));
-  const auto filled = static_cast<std::size_t>(30.0 * share);
-  fmt::print(stderr, "\r{} [{:=<{}}{:{}}] {:3.0f} %  {}, {:.0f} s left\033[K", what_, "", filled, "",
-             30 - filled, 100.0 * share, counted, share > 0.0 ? elapsed_s * (1.0 - share) / share : 0.0);
+  const double left_s = share > 0.0 ? elapsed_s * (1.0 - share) / share : 0.0;
+  const std::string rest = fmt::format("{:3.0f} %  {}, {:.0f} s left", 100.0 * share, counted, left_s);
+  note("\r{}\033[K", progress_line(what_, share, rest, columns));
 }
 
 }  // namespace hystcan::app

@@ -17,12 +17,10 @@ namespace hystcan::app {
 
 class LiveLoop {
  public:
-  /// Ignores SIGPIPE: a closed pipe behind standard output must not stop the control of a stage. Disables
-  /// huge pages: a kernel with init_on_alloc zeroes 2 MB at once, which takes some cycles on a slow core,
-  /// and a kernel that is not preemptible blocks the control thread for that time, whichever thread
+  /// Disables huge pages: a kernel with init_on_alloc zeroes 2 MB at once, which takes some cycles on a slow
+  /// core, and a kernel that is not preemptible blocks the control thread for that time, whichever thread
   /// allocates.
   explicit LiveLoop(std::string interface) : interface_(std::move(interface)) {
-    std::signal(SIGPIPE, SIG_IGN);
     prctl(PR_SET_THP_DISABLE, 1, 0, 0, 0);
   }
 

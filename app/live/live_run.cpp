@@ -45,9 +45,11 @@ can::BusHealthLog::Sink bus_log_sink() {
   };
 }
 
-BusClosing closing_of(const controller::Controller& controller, const std::vector<std::string>& events) {
-  BusClosing closing{
-      .events = events, .bus = can::report_of(controller.bus(), 0.0), .rejected = controller.rejected()};
+BusClosing closing_of(const controller::Controller& controller, const EventLog& events) {
+  BusClosing closing{.events = events.lines(),
+                     .events_truncated = events.truncated(),
+                     .bus = can::report_of(controller.bus(), 0.0),
+                     .rejected = controller.rejected()};
   std::ranges::copy(controller.foreign_access(), std::back_inserter(closing.events));
   for (std::size_t i = 0; i < controller.axis_count(); ++i) {
     const std::string text = describe(controller.live_setpoints(i).value_or(controller::SetpointCounters{}));

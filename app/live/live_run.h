@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "app/live/event_log.h"
 #include "app/live/live_loop.h"
 #include "app/report/report.h"
 #include "can/bus_health_log.h"
@@ -24,7 +25,7 @@ void become_realtime(const config::Config& config);
 /// Writes the lines of a can::BusHealthLog to the log of the program.
 can::BusHealthLog::Sink bus_log_sink();
 
-BusClosing closing_of(const controller::Controller& controller, const std::vector<std::string>& events);
+BusClosing closing_of(const controller::Controller& controller, const EventLog& events);
 
 /// SIGHUP has two meanings: the terminal has closed, or the user asks to read the configuration again.
 /// Returns true if the terminal has closed. This requires that, at the first call, the process had a

@@ -20,7 +20,8 @@ bool is_on_its_way(AxisState state) {
 
 }  // namespace
 
-StateLog::StateLog(const config::Config& config, can::BusHealthLog::Sink sink) : sink_(std::move(sink)) {
+StateLog::StateLog(const config::Config& config, can::BusHealthLog::Sink sink)
+    : sink_(std::move(sink)), events_(sink_) {
   for (const config::AxisConfig& axis : config.axes)
     axes_.push_back({.name = axis.wire.name,
                      .nodes = fmt::format("amplifier node {} and sensor node {}", axis.wire.amplifier_node,
@@ -28,8 +29,8 @@ StateLog::StateLog(const config::Config& config, can::BusHealthLog::Sink sink) :
 }
 
 void StateLog::add(const controller::CycleRecord& record) {
-  if (record.event) add_event(record);
   Axis& axis = axes_[record.axis];
+  events_.add(axis.name, record);
   if (axis.state != record.report.state) add_state(axis, record);
   add_lack(axis, record);
 }
@@ -70,14 +71,6 @@ void StateLog::add_lack(Axis& axis, const controller::CycleRecord& record) {
 
 std::string StateLog::first_lack() const {
   return fmt::format("{} waited for {}", axes_.front().name, to_string(axes_.front().last_lack));
-}
-
-void StateLog::add_event(const controller::CycleRecord& record) {
-  constexpr std::size_t kept = 100;
-  const std::string text =
-      fmt::format("{}: at {:.3f} s {}", axes_[record.axis].name, record.time_s, describe(*record.event));
-  sink_(Level::warning, text);
-  if (events_.size() < kept) events_.push_back(text);
 }
 
 }  // namespace hystcan::app

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "app/live/event_log.h"
 #include "can/bus_health_log.h"
 #include "config/schema/config.h"
 #include "controller/cycle_record.h"
@@ -14,8 +15,7 @@ class StateLog {
  public:
   StateLog(const config::Config& config, can::BusHealthLog::Sink sink);
   void add(const controller::CycleRecord& record);
-  /// The first hundred events: emergencies of the nodes, and reasons why a node could not be set up.
-  const std::vector<std::string>& events() const { return events_; }
+  const EventLog& events() const { return events_; }
   /// Some axis has tracked.
   bool has_tracked() const { return has_tracked_; }
   /// What kept the first axis from tracking: "x waited for a heartbeat of the sensor".
@@ -31,14 +31,13 @@ class StateLog {
     double lacks_since_s = 0.0;
     bool lack_is_logged = false;
   };
-  void add_event(const controller::CycleRecord& record);
   void add_state(Axis& axis, const controller::CycleRecord& record);
   void add_lack(Axis& axis, const controller::CycleRecord& record);
   void add_missing_axes();
 
   can::BusHealthLog::Sink sink_;
   std::vector<Axis> axes_;
-  std::vector<std::string> events_;
+  EventLog events_;
   bool has_tracked_ = false;
 };
 

@@ -1,19 +1,14 @@
 #include "app/remote/saved_states.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
-#include <stdlib.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
-#include <cstdio>
 #include <string>
-#include <string_view>
 #include <system_error>
 #include <vector>
 
-#include "app/io/write_all.h"
+#include "app/io/exit_status.h"
+#include "app/io/output_file.h"
 
 namespace hystcan::app {
 namespace {
@@ -28,32 +23,6 @@ std::string memory_text(const controller::ControlLaw& law) {
       "[correction]\ngain = {:.17}\noffset_um = {:.17}\n\n{}\n"
       "[stop]  # The last table: without it the file is incomplete.\nreason = \"stopped\"\n",
       correction.gain, correction.offset_um, law.model().save(law.memory(), buffer));
-}
-
-bool write_to_disk(int descriptor, std::string_view text) {
-  std::size_t done = 0;
-  return write_all(descriptor, text, done) == 0 && fsync(descriptor) == 0;
-}
-
-bool sync_folder(const std::filesystem::path& folder) {
-  const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return false;
-  const bool synced = fsync(descriptor) == 0;
-  close(descriptor);
-  return synced;
-}
-
-/// Writes the file in one step: a reader finds all of it or nothing, also after a loss of power. The draft has
-/// a new name, so that no file or link of another user is written.
-bool replace(const std::filesystem::path& file, std::string_view text) {
-  std::string draft = file.string() + ".XXXXXX";
-  const int descriptor = mkstemp(draft.data());
-  if (descriptor < 0) return false;
-  const bool written = fchmod(descriptor, 0644) == 0 && write_to_disk(descriptor, text);
-  if (close(descriptor) == 0 && written && std::rename(draft.c_str(), file.c_str()) == 0)
-    return sync_folder(file.parent_path());
-  unlink(draft.c_str());
-  return false;
 }
 
 }  // namespace
@@ -100,8 +69,13 @@ void SavedStates::save(const controller::Controller& controller) const {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const controller::ControlLaw* law = controller.axis(i).law_to_save();
     if (law == nullptr || axes_[i].file.empty()) continue;
-    if (!replace(axes_[i].file, memory_text(*law)))
-      spdlog::warn("{}: cannot be written; the next start must not restore", axes_[i].file.string());
+    try {
+      OutputFile file(axes_[i].file, OutputFile::Kind::durable);
+      file.write(memory_text(*law));
+      file.commit();
+    } catch (const RunError& error) {
+      spdlog::warn("{}; the next start must not restore", error.what());
+    }
   }
 }
 

@@ -5,8 +5,10 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <fstream>
+#include <csignal>
 #include <system_error>
+
+#include "app/io/output_file.h"
 
 namespace hystcan::app {
 namespace {
@@ -15,6 +17,7 @@ std::string run_gnuplot(const std::filesystem::path& directory, const std::strin
   const pid_t child = fork();
   if (child < 0) return std::generic_category().message(errno);
   if (child == 0) {
+    std::signal(SIGPIPE, SIG_DFL);  // this program ignores it
     if (chdir(directory.c_str()) == 0) execlp("gnuplot", "gnuplot", script.c_str(), nullptr);
     _exit(127);
   }
@@ -26,16 +29,24 @@ std::string run_gnuplot(const std::filesystem::path& directory, const std::strin
   return fmt::format("gnuplot failed at {}", script);
 }
 
+/// What gnuplot has left unfinished, and earlier plots of the same script.
+void remove_plots_of(std::filesystem::path script) {
+  std::error_code ignored;
+  for (const char* ending : {".svg", ".png"})
+    std::filesystem::remove(script.replace_extension(ending), ignored);
+}
+
 }  // namespace
 
 std::string draw_with_gnuplot(const std::filesystem::path& directory, const std::string& name,
                               std::string_view script) {
   const std::filesystem::path path = directory / name;
-  std::ofstream file(path);
-  file << script;
-  file.close();
-  if (!file) return fmt::format("{} cannot be written", path.string());
-  return run_gnuplot(directory, name);
+  OutputFile file(path);
+  file.write(script);
+  file.commit();
+  std::string failure = run_gnuplot(directory, name);
+  if (!failure.empty()) remove_plots_of(path);
+  return failure;
 }
 
 std::string gnuplot_text(std::string_view text) {

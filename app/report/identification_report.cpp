@@ -18,7 +18,7 @@ namespace {
 
 constexpr int landscape_points = 21;
 
-void remove_earlier(const std::filesystem::path& directory) {
+void remove_files(const std::filesystem::path& directory) {
   for (const std::string& name : report_files()) {
     std::error_code error;
     std::filesystem::remove(directory / name, error);
@@ -55,12 +55,17 @@ WrittenReport write_report(const std::filesystem::path& directory, const Identif
   WrittenReport written{identification::compare(report.datasets, report.identified, go_on), {}};
   std::optional<identification::Landscape> map;
   if (go_on()) map = identification::landscape(report.datasets, report.identified, landscape_points);
-  remove_earlier(directory);
-  write_numbers(directory, report.datasets, report.identified, written.comparison, map);
-  written.undrawn = draw_pictures(directory, report.datasets.size(), report.identified, map);
-  OutputFile page(directory / "report.html");
-  page.write(page_of(directory, report, written));
-  page.commit();
+  remove_files(directory);  // of an earlier report
+  try {
+    write_numbers(directory, report.datasets, report.identified, written.comparison, map);
+    written.undrawn = draw_pictures(directory, report.datasets.size(), report.identified, map);
+    OutputFile page(directory / "report.html");
+    page.write(page_of(directory, report, written));
+    page.commit();
+  } catch (const RunError&) {
+    remove_files(directory);  // no part of a report remains
+    throw;
+  }
   return written;
 }
 

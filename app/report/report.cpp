@@ -57,6 +57,8 @@ nlohmann::json to_json(const can::RejectedFrames& rejected) {
 
 std::vector<std::string> describe(const BusClosing& closing) {
   std::vector<std::string> lines = closing.events;
+  if (closing.events_truncated > 0)
+    lines.push_back(fmt::format("{} events of further kinds are left out", closing.events_truncated));
   lines.push_back(describe(closing.bus));
   for (const can::RejectedFrames& rejected : closing.rejected)
     if (std::string line = describe(rejected); !line.empty()) lines.push_back(std::move(line));

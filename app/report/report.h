@@ -1,6 +1,7 @@
 // Tracking results as text and JSON.
 #pragma once
 
+#include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
@@ -22,7 +23,8 @@ nlohmann::json to_json(const can::RejectedFrames& rejected);
 
 /// The report about the bus at the end of a run.
 struct BusClosing {
-  std::vector<std::string> events{};  ///< events of the nodes, in the words of the log
+  std::vector<std::string> events{};   ///< events of the nodes, in the words of the log
+  std::uint64_t events_truncated = 0;  ///< events without a line
   can::BusReport bus{};
   std::vector<can::RejectedFrames> rejected{};
 };

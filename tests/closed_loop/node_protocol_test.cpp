@@ -32,7 +32,9 @@ class LoggedLoop {
  public:
   explicit LoggedLoop(const rehearsal::Setup& setup)
       : rehearsal(setup, [this](const controller::CycleRecord& record) {
-          if (record.event) events.push_back(describe(*record.event));
+          if (!record.event) return;
+          events.push_back(describe(*record.event));
+          emergencies += record.event->times;
         }) {
     tester->on_frame([this](const can::Frame& frame, can::Time) { frames.push_back(frame); });
     rehearsal.start();
@@ -45,6 +47,7 @@ class LoggedLoop {
   }
 
   std::vector<std::string> events;
+  std::uint64_t emergencies = 0;
   std::vector<can::Frame> frames;
   rehearsal::Rehearsal rehearsal;
   std::unique_ptr<can::Bus> tester = rehearsal.attach()({});
@@ -161,6 +164,22 @@ TEST(Emergencies, AreRecordedInWordsAndFaultTheirAxis) {
                                       "node 2: emergency 0x4200: device temperature (error register 0x08)"}))
       << "node 3 does not belong to this axis";
   EXPECT_EQ(loop.axis().fault().cause, controller::Cause::node_emergency);
+}
+
+TEST(Emergencies, OfAFloodAreAllCountedAndHideNotThoseOfTheOtherNode) {
+  LoggedLoop loop(one_axis());
+  loop.rehearsal.run_for(std::chrono::seconds(2));
+  constexpr int cycles = 20, in_a_cycle = 3;
+  for (int i = 0; i < cycles; ++i) {
+    for (int k = 0; k < in_a_cycle; ++k) loop.tester->send(can::emergency_frame(1, {.code = 0x5000}));
+    if (i == cycles / 2) loop.tester->send(can::emergency_frame(2, {.code = 0x4200}));
+    loop.rehearsal.run_for(milliseconds(1));
+  }
+  loop.rehearsal.run_for(milliseconds(5));
+  EXPECT_EQ(loop.emergencies, cycles * in_a_cycle + 1u);
+  EXPECT_EQ(
+      std::ranges::count(loop.events, "node 2: emergency 0x4200: device temperature (error register 0x00)"),
+      1);
 }
 
 TEST(Emergencies, OfAForeignNodeOrWithoutAnErrorChangeNothing) {

@@ -57,5 +57,23 @@ TEST(StuckOutput, HidesNoFaultFromTheStatusAndTheBlackBoxAndTheControllerEnds) {
   EXPECT_EQ(stage.log_at_rest().at("last_command").at("enable"), 0);
 }
 
+TEST(StuckOutput, LeavesNoStageDrivenByExciteAndTune) {
+  LiveStage stage;
+  const std::string file = stage.folder() + "/full";
+  const FullPipe pipe(file);
+  const auto is_driven = [&] {
+    const LiveStage::Answer answer = stage.ctl_twin({"--json", "status"});
+    return answer.status == 0 && hil::json::parse(answer.out).at("axes").at(0).at("amplifier") == "enabled";
+  };
+  for (const std::string command : {"excite --period 1 --cycles 1 --levels 1", "tune"}) {
+    Process program({"sh", "-c",
+                     "exec " HYSTCAN_PROGRAM " " + command + " " + stage.config + " --output " +
+                         stage.folder() + "/result >" + file + " 2>&1"});
+    EXPECT_TRUE(hil::comes_true(is_driven)) << command;
+    EXPECT_TRUE(hil::comes_true([&] { return !is_driven(); })) << command;
+  }
+  EXPECT_EQ(stage.log_at_rest().at("last_command").at("enable"), 0);
+}
+
 }  // namespace
 }  // namespace hystcan::stuck_output_test

@@ -163,6 +163,46 @@ TEST_F(Cli, ControllerWritesNoFileBeforeTheBusIsOpen) {
   EXPECT_EQ(read("run.csv"), "precious");
 }
 
+TEST_F(Cli, DemoGoesOnAfterAStructureThatFaultsAndEndsWithOne) {
+  shipped.edit(
+      "piezo.toml", "[[axis]]",
+      "[[twin.fault]]\nkind = \"amplifier_trip\"\naxis = \"x\"\nat_s = 1.0\nduration_s = 0.1\n\n[[axis]]");
+  Process program(
+      {HYSTCAN_PROGRAM, "demo", "--config", path("piezo.toml"), "--output", path("out"), "--json"});
+  EXPECT_EQ(program.wait(), failed);
+  const auto json = nlohmann::json::parse(program.out());
+  ASSERT_EQ(json.at("columns").size(), 5u);
+  for (const auto& column : json.at("columns")) {
+    const std::string name = column.at("structure");
+    const std::string failure = column.at("failure");
+    EXPECT_TRUE(failure.starts_with("axis x faulted at ")) << failure;
+    EXPECT_NE(program.err().find("hystcan: " + name + ": " + failure + "\n"), std::string::npos)
+        << program.err();
+    EXPECT_TRUE(std::filesystem::exists(shipped / ("out/" + name + ".csv").c_str())) << name;
+  }
+}
+
+TEST_F(Cli, DemoLeavesNoPlotThatGnuplotHasNotFinished) {
+  std::filesystem::create_directory(shipped / "bin");
+  write("bin/gnuplot", "#!/bin/sh\necho '<svg' >demo.svg\nexit 1\n");
+  std::filesystem::permissions(shipped / "bin/gnuplot", std::filesystem::perms::owner_all);
+  Process program({"env", "PATH=" + path("bin") + ":/usr/bin:/bin", HYSTCAN_PROGRAM, "demo", "--config",
+                   path("piezo.toml"), "--output", path("out")});
+  EXPECT_EQ(program.wait(), done);
+  EXPECT_NE(program.err().find("no picture: gnuplot failed at demo.gp"), std::string::npos) << program.err();
+  EXPECT_FALSE(std::filesystem::exists(shipped / "out/demo.svg"));
+}
+
+TEST_F(Cli, DemoRemovesTheFilesOfTheRunThatASignalStops) {
+  shipped.edit("piezo.toml", "cycles       = 10.0", "cycles       = 10000.0");
+  Process program({HYSTCAN_PROGRAM, "demo", "--config", path("piezo.toml"), "--output", path("out")});
+  while (program.running() && !std::filesystem::exists(shipped / "out/average.csv")) continue;
+  program.send(SIGINT);
+  EXPECT_EQ(program.wait(), failed);
+  EXPECT_EQ(program.err(), "hystcan: stopped before the end of the comparison\n");
+  EXPECT_TRUE(std::filesystem::is_empty(shipped / "out"));
+}
+
 TEST_F(Cli, DemoFailsIfAnAxisNeverTracks) {
   shipped.edit("piezo.toml", "wipe_slew_V_per_s  = 500.0 ", "wipe_slew_V_per_s  = 1e-3 ");
   Process program({HYSTCAN_PROGRAM, "demo", "--config", path("piezo.toml"), "--output", path("out")});

@@ -288,6 +288,42 @@ TEST_F(Simulate, NeedsConstantMemoryForAMillionRowsAndShowsProgress) {
   EXPECT_EQ(read("again.csv"), read("many.csv"));
 }
 
+TEST_F(Simulate, ShowsNoBarOnADumbTerminal) {
+  write_record("long.csv", 300'000);
+  std::string on_terminal = "TERM=dumb";
+  for (const auto& word : command("piezo.model.toml", "long.csv", "out.csv")) on_terminal += " " + word;
+  Process program({"script", "--quiet", "--return", "--command", on_terminal, "/dev/null"});
+  ASSERT_EQ(program.wait(), done) << program.err();
+  EXPECT_EQ(program.out().find('%'), std::string::npos) << program.out();
+}
+
+TEST_F(Simulate, ErasesItsBarBeforeItReportsAnError) {
+  write_record("long.csv", 300'000);
+  std::ofstream(shipped / "long.csv", std::ios::app) << "300,x\n";
+  std::string on_terminal = "TERM=xterm";
+  for (const auto& word : command("piezo.model.toml", "long.csv", "out.csv")) on_terminal += " " + word;
+  Process program({"script", "--quiet", "--return", "--command", on_terminal, "/dev/null"});
+  ASSERT_EQ(program.wait(), bad_input) << program.err();
+  const std::string screen = program.out();
+  EXPECT_NE(screen.find("hystcan: "), std::string::npos) << screen;
+  const auto bar = screen.rfind('%');  // none if the machine is fast
+  const bool erased = bar == std::string::npos || screen.find("\r\033[Khystcan: ", bar) != std::string::npos;
+  EXPECT_TRUE(erased) << screen;
+}
+
+// A shell without job control ignores SIGINT in its background jobs.
+TEST_F(Simulate, IsStoppedInTheBackgroundOfAScriptAndLeavesNothingBehind) {
+  std::string job;
+  for (const auto& word : command("piezo.model.toml", "/dev/stdin", "out.csv")) job += word + " ";
+  write("script.sh", "cd " + shipped.folder().string() + "\n" + "{ echo input; yes 1; } | " + job + "&\n" +
+                         "until ls out.csv.?????? 2>/dev/null; do :; done\n" + "kill -INT $!\nwait $!\n");
+  Process program({"sh", path("script.sh")});
+  EXPECT_EQ(program.wait(), failed);
+  EXPECT_NE(program.err().find("nothing is written"), std::string::npos) << program.err();
+  for (const auto& entry : std::filesystem::directory_iterator(shipped.folder()))
+    EXPECT_FALSE(entry.path().filename().string().starts_with("out.csv")) << entry.path();
+}
+
 TEST_F(Simulate, ReportsTheStepsTakenWithAFullMemory) {
   std::string text = "input\n";
   for (int i = 0; i < 5000; ++i)

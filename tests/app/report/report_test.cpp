@@ -56,6 +56,18 @@ TEST_F(Report, ChangesNoOtherFileOfItsFolder) {
   EXPECT_NE(read("report/report.html"), "earlier");
 }
 
+TEST_F(Report, LeavesNoPartOfItselfWhereTheDiskIsFull) {
+  write_record();
+  // The process's limit on file size replaces a full disk: 8 kB are enough for the model, not for the record.
+  Process process({"sh", "-c",
+                   "trap '' XFSZ; ulimit -f 16; exec " HYSTCAN_PROGRAM " identify " + path("data.csv") +
+                       " --order 3 --output " + path("found.toml") + " --report " + path("report")});
+  EXPECT_EQ(process.wait(), failed);
+  EXPECT_NE(process.err().find("record.csv: cannot be written: File too large"), std::string::npos)
+      << process.err();
+  EXPECT_TRUE(std::filesystem::is_empty(shipped / "report"));
+}
+
 TEST_F(Report, IsRefusedIfItsFolderIsAFile) {
   write_record();
   write("report", "a file");

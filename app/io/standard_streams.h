@@ -1,0 +1,42 @@
+// The standard streams of the program. What a command prints on standard output arrives completely, or the command
+// fails.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <functional>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+namespace hystcan::app {
+
+/// Call it first in `main`. A standard stream that is closed gets an open descriptor, so that no file of a command
+/// gets its number: what is written to standard output then fails, as on a closed one. A pipe without a reader is an
+/// error of the write and does not end the process (SIGPIPE).
+void prepare_standard_streams();
+
+/// Writes to standard output. Throws std::system_error if the write fails, for example on a full disk.
+void print(std::string_view text);
+/// Throws also if an earlier write failed that nobody has checked.
+void flush_output();
+/// Writes the results of a live run, which must end: waits at most 5 s for the reader. Returns an empty text, or the
+/// reason why the results are not printed.
+std::string print_patiently(std::string_view text);
+
+/// True if a write to standard output has failed, also one of fmt::print. What is still buffered is then discarded.
+bool is_lost_output();
+
+/// Runs a command that prints for a reader: a stream of frames, a text. A reader that leaves, as in
+/// `hystcan monitor | head -1`, ends the command with `done`.
+int print_for_reader(const std::function<int()>& command);
+
+void note_text(std::string_view text) noexcept;
+/// Writes a remark to standard error. Nobody has to read it: it is no failure if it cannot be written.
+template <class... Values>
+void note(fmt::format_string<Values...> format, Values&&... values) {
+  note_text(fmt::format(format, std::forward<Values>(values)...));
+}
+
+}  // namespace hystcan::app

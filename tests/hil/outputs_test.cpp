@@ -1,0 +1,144 @@
+// Standard output without a reader or without room, and background jobs of a script, on real CAN.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tests/hil/live_stage.h"
+
+namespace hystcan::outputs_test {
+namespace {
+
+using hil::LiveStage;
+using hil::Process;
+
+/// `hystcan ARGUMENTS REDIRECTION`. Descriptor 4 is a pipe without a reader.
+Process run(const LiveStage& stage, const std::string& arguments, const std::string& redirection) {
+  const std::string pipe = stage.folder() + "/pipe";
+  return Process({"sh", "-c",
+                  "rm -f " + pipe + "; mkfifo " + pipe + "; exec 3<>" + pipe + " 4>" + pipe +
+                      " 3>&-; exec " HYSTCAN_PROGRAM " " + arguments + " " + redirection});
+}
+
+bool says_last(const Process& program, const std::string& reason) {
+  return program.err().ends_with("hystcan: standard output: cannot be written: " + reason + "\n");
+}
+
+TEST(Outputs, ThatCannotBeWrittenEndTheControllerWithOneAndALine) {
+  LiveStage stage;
+  for (const std::string redirection : {"> /dev/full", ">&-"}) {
+    Process controller = run(stage, "controller " + stage.config + " --duration 2", redirection);
+    EXPECT_EQ(controller.wait(), 1);
+    EXPECT_TRUE(
+        says_last(controller, redirection == ">&-" ? "Bad file descriptor" : "No space left on device"))
+        << controller.err();
+  }
+}
+
+TEST(Outputs, WithoutAReaderDoNotKillTheController) {
+  LiveStage stage;
+  Process controller = run(stage, "controller " + stage.config, ">&4 2>&4 4>&-");
+  ASSERT_TRUE(hil::comes_true([&] { return stage.ctl({"status"}).status == 0; }));
+  ASSERT_TRUE(stage.reaches(0, "tracking"));
+  EXPECT_EQ(stage.ctl({"stop"}).status, 0);
+  EXPECT_EQ(controller.wait(), 1) << "the results are not printed";
+  hil::expect_both_safe(stage.log_at_rest());
+}
+
+TEST(Outputs, OnAFullDiskEndTwinAndBusToolsWithOne) {
+  LiveStage stage;
+  Process tracked = run(stage, "controller " + stage.config, "");
+  ASSERT_TRUE(tracked.says("x: tracking"));
+  for (const std::string tool : {"monitor --interface vcan0", "monitor --interface vcan0 --once --json"}) {
+    Process program = run(stage, tool, "> /dev/full");
+    EXPECT_EQ(program.wait(), 1) << tool;
+    EXPECT_TRUE(says_last(program, "No space left on device")) << program.err();
+  }
+  Process recorder =
+      run(stage, "record " + stage.config + " --decode --output " + stage.folder() + "/r.log", "> /dev/full");
+  EXPECT_EQ(recorder.wait(), 1);
+  EXPECT_TRUE(says_last(recorder, "No space left on device")) << recorder.err();
+  EXPECT_TRUE(support::read_file(stage.folder() + "/r.log").ends_with("\n"));
+  stage.bench.twin->send(SIGTERM);
+  EXPECT_EQ(stage.bench.twin->wait(), 0);
+  Process twin = run(stage, "twin " + stage.config, "> /dev/full");
+  ASSERT_TRUE(twin.says("x: amplifier node")) << twin.err();
+  twin.send(SIGTERM);
+  EXPECT_EQ(twin.wait(), 1);
+  EXPECT_TRUE(says_last(twin, "No space left on device")) << twin.err();
+}
+
+TEST(Outputs, WithoutAReaderEndMonitorQuietlyWithZero) {
+  const LiveStage stage;
+  for (const std::string option : {"", " --json"}) {
+    Process program = run(stage, "monitor --interface vcan0 --period 0.05" + option, ">&4 4>&-");
+    EXPECT_EQ(program.wait(), 0);
+    EXPECT_EQ(program.err(), "");
+  }
+}
+
+/// A job in the background of a script. The shell makes it ignore SIGINT.
+class Job {
+ public:
+  explicit Job(const std::string& arguments)
+      : shell_({"sh", "-c", HYSTCAN_PROGRAM " " + arguments + " >/dev/null & echo $!; wait $!"}) {
+    EXPECT_TRUE(hil::comes_true([&] { return shell_.out().ends_with("\n"); }));
+  }
+  Process& process() { return shell_; }
+  void interrupt() const { kill(std::stoi(shell_.out()), SIGINT); }
+  /// Its exit status. It is interrupted until it ends, because an early SIGINT is ignored.
+  int end() {
+    EXPECT_TRUE(hil::comes_true([&] {
+      interrupt();
+      return !shell_.running();
+    }));
+    return shell_.wait();
+  }
+
+ private:
+  Process shell_;
+};
+
+TEST(BackgroundJob, OfTheControllerEndsBySigintInGoodOrder) {
+  LiveStage stage;
+  Job job("controller " + stage.config + " --csv " + stage.folder() + "/run.csv");
+  ASSERT_TRUE(job.process().says("x: tracking"));
+  job.interrupt();
+  EXPECT_EQ(job.process().wait(), 0) << job.process().err();
+  EXPECT_TRUE(support::read_file(stage.folder() + "/run.csv").ends_with("\n"));
+  hil::expect_both_safe(stage.log_at_rest());
+}
+
+TEST(BackgroundJob, OfExciteEndsBySigintAndKeepsItsRows) {
+  LiveStage stage;
+  Job job("excite " + stage.config + " --output " + stage.folder() + "/loops.csv");
+  ASSERT_TRUE(job.process().says("x: tracking"));
+  std::this_thread::sleep_for(hil::milliseconds(500));
+  job.interrupt();
+  EXPECT_EQ(job.process().wait(), 1) << job.process().err();
+  EXPECT_NE(job.process().err().find("rows, which are in"), std::string::npos) << job.process().err();
+}
+
+TEST(BackgroundJob, OfABusToolEndsBySigint) {
+  LiveStage stage;
+  const std::string log = stage.folder() + "/r.log";
+  Process tracked = run(stage, "controller " + stage.config, "");
+  ASSERT_TRUE(tracked.says("x: tracking"));
+  Job recorder("record --interface vcan0 --output " + log);
+  ASSERT_TRUE(hil::comes_true([&] { return support::read_file(log).size() > 1000; }));
+  EXPECT_EQ(recorder.end(), 0);
+  EXPECT_TRUE(support::read_file(log).ends_with("\n"));
+  EXPECT_NE(recorder.process().err().find(" frames lost"), std::string::npos) << recorder.process().err();
+  EXPECT_EQ(Job("monitor --interface vcan0").end(), 0);
+  tracked.send(SIGINT);
+  EXPECT_EQ(tracked.wait(), 0);
+  EXPECT_EQ(Job("replay --loop 0 " + log).end(), 1) << "the log has no end";
+  stage.bench.twin->send(SIGTERM);
+  stage.bench.twin->wait();
+  EXPECT_EQ(Job("twin " + stage.config).end(), 0);
+}
+
+}  // namespace
+}  // namespace hystcan::outputs_test
