@@ -27,8 +27,8 @@ void print_parse_warnings(const can::Database& database) {
   constexpr std::size_t printed_max = 10;
   const std::size_t printed = std::min(printed_max, database.warnings.size());
   for (std::size_t i = 0; i < printed; ++i) fmt::print(stderr, "warning: {}\n", database.warnings[i]);
-  if (printed < database.warnings.size())
-    fmt::print(stderr, "warning: and {} more\n", database.warnings.size() - printed);
+  const std::size_t more = database.warnings.size() - printed + database.further_warnings;
+  if (more > 0) fmt::print(stderr, "warning: and {} more\n", more);
 }
 
 }  // namespace hystcan::app
