@@ -40,6 +40,7 @@ constexpr std::chrono::milliseconds tolerated_lateness{1};
 constexpr std::chrono::milliseconds longest_sleep{100};  // between checks for a signal
 constexpr std::chrono::microseconds retry_after{200};    // a full queue: about the time of two frames
 
+constexpr std::size_t most_interfaces = 64;
 constexpr std::uint64_t waits_until_said = 5000;
 constexpr std::chrono::duration<double, std::micro> longest_replay = std::chrono::years{1};
 
@@ -134,18 +135,23 @@ class Replay {
   explicit Replay(const ReplayArguments& options)
       : options_(options), filter_(options.ids), outlets_(options.force_interface) {}
 
-  /// Reads the whole log and opens every interface before the first frame is sent, so that a damaged log or a
-  /// missing interface moves nothing.
+  /// Reads the whole log and then opens every interface before the first frame is sent, so that a damaged log or
+  /// a missing interface moves nothing.
   void prepare(std::istream& stream) {
     can::CandumpReader reader(stream, options_.log.string());
     std::optional<std::chrono::microseconds> first;
+    std::set<std::string> interfaces;
+    if (!options_.interface.empty()) interfaces.insert(options_.interface);
     while (const auto logged = reader.next()) {
       if (!is_sent(*logged)) continue;
       if (!first) first = logged->time;
       offset_of(*logged, *first, reader.line());
-      outlets_.open(interface_of(*logged));
+      interfaces.insert(interface_of(*logged));
+      if (interfaces.size() > most_interfaces)
+        throw config::Error(fmt::format("{}:{}:1: one more interface, expected at most {}",
+                                        options_.log.string(), reader.line(), most_interfaces));
     }
-    if (!options_.interface.empty()) outlets_.open(options_.interface);
+    for (const std::string& interface : interfaces) outlets_.open(interface);
   }
 
   /// Sends the log once; the first frame is due at `start`. Returns the time at which the last frame was due.

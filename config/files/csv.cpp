@@ -64,7 +64,7 @@ std::unique_ptr<std::istream> open_csv(const std::filesystem::path& file) {
 }
 
 std::unique_ptr<char[]> buffer_of_a_line() {
-  return std::make_unique_for_overwrite<char[]>(longest_csv_line + 2);
+  return std::make_unique_for_overwrite<char[]>(longest_csv_line + 1);
 }
 
 }  // namespace
@@ -161,7 +161,7 @@ bool CsvReader::next_line() {
 
 /// Reads a line without its end and without Excel's mark of the byte order; false at the end of the file.
 bool CsvReader::read_line() {
-  stream_->getline(buffer_.get(), longest_csv_line + 2);
+  stream_->getline(buffer_.get(), longest_csv_line + 1);
   auto size = static_cast<std::size_t>(stream_->gcount());
   if (stream_->bad()) throw Error(fmt::format("{}:{}: cannot be read further", file_.string(), line_number_));
   if (stream_->eof() && size == 0) return false;
