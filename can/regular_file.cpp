@@ -9,26 +9,12 @@
 #include <cerrno>
 #include <system_error>
 
+#include "can/descriptor.h"
+
 namespace hystcan::can {
 namespace {
 
 [[noreturn]] void refuse_file(int error) { throw FileError(std::generic_category().message(error)); }
-
-class Descriptor {
- public:
-  explicit Descriptor(const std::filesystem::path& file)
-      : value_(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY)) {
-    if (value_ < 0) refuse_file(errno);
-  }
-  ~Descriptor() { ::close(value_); }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-
-  int value() const { return value_; }
-
- private:
-  int value_;
-};
 
 void require_regular(int descriptor) {
   struct stat found {};
@@ -41,13 +27,14 @@ void require_regular(int descriptor) {
 
 std::string read_regular_file(const std::filesystem::path& file, std::size_t largest) {
   constexpr std::size_t chunk = 65'536;
-  const Descriptor descriptor(file);
-  require_regular(descriptor.value());
+  const Descriptor descriptor(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
+  if (descriptor.get() < 0) refuse_file(errno);
+  require_regular(descriptor.get());
   std::string text;
   while (true) {
     const std::size_t before = text.size();
     text.resize(before + std::min(chunk, largest + 1 - before));
-    const ssize_t received = ::read(descriptor.value(), text.data() + before, text.size() - before);
+    const ssize_t received = ::read(descriptor.get(), text.data() + before, text.size() - before);
     if (received < 0 && errno != EINTR) refuse_file(errno);
     text.resize(before + static_cast<std::size_t>(std::max<ssize_t>(received, 0)));
     if (received == 0) return text;

@@ -3,32 +3,30 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstdio>
-#include <system_error>
 
 #include "app/io/standard_streams.h"
+#include "can/input_stream.h"
+#include "can/regular_file.h"
 #include "config/schema/config.h"
 
 namespace hystcan::app {
 
-std::ifstream open_can_log(const std::filesystem::path& path) {
-  const auto refuse = [&](int error) {
-    throw config::Error(path.string() + ": cannot be read: " + std::generic_category().message(error) +
+std::unique_ptr<std::istream> open_can_log(const std::filesystem::path& path) {
+  try {
+    return can::open_input(path);
+  } catch (const can::FileError& error) {
+    throw config::Error(path.string() + ": cannot be read: " + error.what() +
                         ", expected a log of candump -L");
-  };
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) refuse(errno);
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) refuse(EISDIR);
-  return stream;
+  }
 }
 
 void print_parse_warnings(const can::Database& database) {
   constexpr std::size_t printed_max = 10;
   const std::size_t printed = std::min(printed_max, database.warnings.size());
   for (std::size_t i = 0; i < printed; ++i) note("warning: {}\n", database.warnings[i]);
-  if (printed < database.warnings.size()) note("warning: and {} more\n", database.warnings.size() - printed);
+  const std::size_t more = database.warnings.size() - printed + database.further_warnings;
+  if (more > 0) note("warning: and {} more\n", more);
 }
 
 }  // namespace hystcan::app

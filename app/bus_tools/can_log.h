@@ -2,14 +2,15 @@
 #pragma once
 
 #include <filesystem>
-#include <fstream>
+#include <istream>
+#include <memory>
 
 #include "can/dbc/database.h"
 
 namespace hystcan::app {
 
-/// Throws config::Error if the log cannot be read.
-std::ifstream open_can_log(const std::filesystem::path& path);
+/// Throws config::Error if the log cannot be read. It may be a pipe.
+std::unique_ptr<std::istream> open_can_log(const std::filesystem::path& path);
 
 /// Prints the warnings of a DBC on standard error, at most the first ten.
 void print_parse_warnings(const can::Database& database);

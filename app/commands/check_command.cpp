@@ -103,6 +103,8 @@ int check(const CheckArguments& options) {
   fmt::print("# {} messages in {}; node ids, identifiers, units and ranges agree\n",
              config.database.messages.size(), config.bus.dbc.string());
   for (const std::string& warning : config.database.warnings) fmt::print("# warning: {}\n", warning);
+  if (config.database.further_warnings > 0)
+    fmt::print("# warning: and {} more\n", config.database.further_warnings);
   return done;
 }
 

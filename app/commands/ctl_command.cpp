@@ -13,6 +13,7 @@
 #include "app/commands/commands.h"
 #include "app/io/exit_status.h"
 #include "app/io/standard_streams.h"
+#include "app/remote/command_handler.h"
 #include "app/remote/control_client.h"
 #include "app/remote/socket_place.h"
 
@@ -135,7 +136,7 @@ int run(const CtlArguments& options, const nlohmann::json& command) {
 
 /// The argument as a number, a boolean or a list; any other word is a string.
 nlohmann::json value_of(const std::string& text) {
-  const nlohmann::json parsed = nlohmann::json::parse(text, nullptr, false);
+  const nlohmann::json parsed = parse_command(text);
   return parsed.is_discarded() ? nlohmann::json(text) : parsed;
 }
 

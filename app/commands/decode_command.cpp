@@ -2,7 +2,6 @@
 #include <CLI/CLI.hpp>
 
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <memory>
 #include <string>
@@ -54,8 +53,8 @@ int run_decode(const DecodeArguments& options) {
     decode(std::cin, "standard input", options, true, text, findings);
     return done;
   }
-  std::ifstream stream = open_can_log(options.log);
-  decode(stream, options.log.string(), options, false, text, findings);
+  const auto stream = open_can_log(options.log);
+  decode(*stream, options.log.string(), options, false, text, findings);
   return done;
 }
 

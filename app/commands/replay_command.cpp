@@ -10,7 +10,6 @@
 #include <chrono>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <map>
 #include <memory>
@@ -42,7 +41,9 @@ constexpr std::chrono::milliseconds tolerated_lateness{1};
 constexpr std::chrono::milliseconds longest_sleep{100};  // between checks for a signal
 constexpr std::chrono::microseconds retry_after{200};    // a full queue: about the time of two frames
 
+constexpr std::size_t most_interfaces = 64;
 constexpr std::uint64_t waits_until_said = 5000;
+constexpr std::chrono::duration<double, std::micro> longest_replay = std::chrono::years{1};
 
 struct ReplayArguments {
   std::filesystem::path log;
@@ -135,13 +136,23 @@ class Replay {
   explicit Replay(const ReplayArguments& options)
       : options_(options), filter_(options.ids), outlets_(options.force_interface) {}
 
-  /// Reads the whole log and opens every interface before the first frame is sent, so that a damaged log or a
-  /// missing interface moves nothing.
+  /// Reads the whole log and then opens every interface before the first frame is sent, so that a damaged log or
+  /// a missing interface moves nothing.
   void prepare(std::istream& stream) {
     can::CandumpReader reader(stream, options_.log.string());
-    while (const auto logged = reader.next())
-      if (is_sent(*logged)) outlets_.open(interface_of(*logged));
-    if (!options_.interface.empty()) outlets_.open(options_.interface);
+    std::optional<std::chrono::microseconds> first;
+    std::set<std::string> interfaces;
+    if (!options_.interface.empty()) interfaces.insert(options_.interface);
+    while (const auto logged = reader.next()) {
+      if (!is_sent(*logged)) continue;
+      if (!first) first = logged->time;
+      offset_of(*logged, *first, reader.line());
+      interfaces.insert(interface_of(*logged));
+      if (interfaces.size() > most_interfaces)
+        throw config::Error(fmt::format("{}:{}:1: one more interface, expected at most {}",
+                                        options_.log.string(), reader.line(), most_interfaces));
+    }
+    for (const std::string& interface : interfaces) outlets_.open(interface);
   }
 
   /// Sends the log once; the first frame is due at `start`. Returns the time at which the last frame was due.
@@ -155,10 +166,10 @@ class Replay {
         continue;
       }
       if (!first) first = logged->time;
-      const std::chrono::duration<double, std::micro> offset = (logged->time - *first) / options_.speed;
+      const Duration offset = offset_of(*logged, *first, reader.line());
       // Times in a log of several interfaces may step back a little; a frame is never due before its
       // predecessor.
-      due = std::max(due, start + std::chrono::duration_cast<Duration>(offset));
+      due = std::max(due, start + offset);
       if (!sleep_until(due)) break;
       waits_ += outlets_.send(*logged, interface_of(*logged));
       if (stop_signalled != 0) break;
@@ -182,6 +193,15 @@ class Replay {
   bool is_sent(const LoggedFrame& logged) const {
     return logged.frame.kind != can::FrameKind::error && filter_.accepts(logged.frame);
   }
+  /// The time from the first frame to this one; negative if the log steps back.
+  Duration offset_of(const LoggedFrame& logged, std::chrono::microseconds first, std::size_t line) const {
+    const std::chrono::duration<double, std::micro> offset = (logged.time - first) / options_.speed;
+    if (offset > longest_replay)
+      throw config::Error(
+          fmt::format("{}:{}:1: the frame is due {:.3g} s after the first one, expected at most a year",
+                      options_.log.string(), line, offset.count() / 1e6));
+    return std::chrono::duration_cast<Duration>(std::max(offset, -longest_replay));
+  }
   const std::string& interface_of(const LoggedFrame& logged) const {
     return options_.interface.empty() ? logged.interface : options_.interface;
   }
@@ -202,6 +222,15 @@ class Replay {
   Duration latest_{0};
 };
 
+/// The log is read twice, so that a damaged log moves nothing.
+void require_rereadable(const std::filesystem::path& log) {
+  std::error_code unknown;
+  const auto type = std::filesystem::status(log, unknown).type();
+  if (type == std::filesystem::file_type::fifo || type == std::filesystem::file_type::character)
+    throw config::Error(log.string() +
+                        ": it is a pipe or a device, expected a file, or - for standard input");
+}
+
 int run_replay(const ReplayArguments& options) {
   Replay replay(options);
   if (options.log == "-") {
@@ -211,12 +240,11 @@ int run_replay(const ReplayArguments& options) {
     replay.pass(std::cin, "standard input", Clock::now());
   } else {
     stop_at_a_signal();
-    std::ifstream whole = open_can_log(options.log);
-    replay.prepare(whole);
+    require_rereadable(options.log);
+    replay.prepare(*open_can_log(options.log));
     Time start = Clock::now();
     for (std::uint64_t i = 0; (options.loop == 0 || i < options.loop) && stop_signalled == 0; ++i) {
-      std::ifstream stream = open_can_log(options.log);
-      start = replay.pass(stream, options.log.string(), start);
+      start = replay.pass(*open_can_log(options.log), options.log.string(), start);
     }
   }
   replay.report();

@@ -6,6 +6,14 @@
 
 namespace hystcan::app {
 
+nlohmann::json parse_command(const std::string& line) {
+  constexpr int deepest = 8;  // limits the stack that later recursions over the command need
+  const auto is_shallow = [](int depth, nlohmann::json::parse_event_t, const nlohmann::json&) {
+    return depth <= deepest;
+  };
+  return nlohmann::json::parse(line, is_shallow, false);
+}
+
 using nlohmann::json;
 
 json refusal(const std::string& reason) { return {{"ok", false}, {"error", reason}}; }

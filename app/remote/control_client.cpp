@@ -12,10 +12,14 @@
 #include <string>
 #include <system_error>
 
+#include "app/remote/command_handler.h"
+
 namespace hystcan::app {
 namespace {
 
 using ClientClock = std::chrono::steady_clock;
+
+constexpr std::size_t longest_answer = 1'048'576;  // bytes; a status of 32 axes has some 10 000
 
 [[noreturn]] void fail_with(int error) { throw std::system_error(error, std::generic_category()); }
 
@@ -54,6 +58,7 @@ class Connection {
       if (received == 0) fail_with(ECONNRESET);
       if (received < 0 && errno != EAGAIN && errno != EINTR) fail_with(errno);
       line.append(chunk.data(), static_cast<std::size_t>(std::max<ssize_t>(received, 0)));
+      if (line.size() > longest_answer) fail_with(EMSGSIZE);
     }
     return line;
   }
@@ -96,7 +101,9 @@ nlohmann::json ask_socket(const std::filesystem::path& file, const nlohmann::jso
                           std::optional<std::chrono::milliseconds> limit) {
   Connection connection(file, limit);
   connection.send(command.dump() + "\n");
-  return nlohmann::json::parse(connection.read_line());
+  nlohmann::json answer = parse_command(connection.read_line());
+  if (!answer.is_object()) fail_with(EBADMSG);
+  return answer;
 }
 
 }  // namespace hystcan::app

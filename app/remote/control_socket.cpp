@@ -67,14 +67,6 @@ void remove_if_dead(boost::asio::io_context& context, const std::filesystem::pat
 
 }  // namespace
 
-nlohmann::json parse_command(const std::string& line) {
-  constexpr int deepest = 8;  // limits the stack that later recursions over the command need
-  const auto is_shallow = [](int depth, nlohmann::json::parse_event_t, const nlohmann::json&) {
-    return depth <= deepest;
-  };
-  return nlohmann::json::parse(line, is_shallow, false);
-}
-
 /// One connection. It lives as long as one of its operations is pending.
 class ControlSocket::Session : public std::enable_shared_from_this<Session> {
  public:

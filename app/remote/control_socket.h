@@ -25,10 +25,6 @@
 
 namespace hystcan::app {
 
-/// Parses one line. Returns something other than an object if the line is not a command. Values nested deeper
-/// than eight levels are left out.
-nlohmann::json parse_command(const std::string& line);
-
 class ControlSocket {
  public:
   /// Throws RunError if another process listens there, if there is a file that is not a socket, or if the file

@@ -44,10 +44,6 @@ std::optional<bool> is_fd_format(const AttributeValue* value) {
 
 }  // namespace
 
-void AttributeReader::note(Token at, std::string what) {
-  warnings_.push_back({at.text.data(), std::move(what)});
-}
-
 void AttributeReader::define(const AttributeDefinition& line) {
   can::AttributeDefinition definition;
   definition.object = line.object.text;
@@ -66,7 +62,7 @@ void AttributeReader::define(const AttributeDefinition& line) {
 void AttributeReader::set_default(const AttributeDefault& line) {
   const auto found = database_.attribute_definitions.find(unescaped(line.name.text));
   if (found == database_.attribute_definitions.end()) {
-    note(line.name, "a default for attribute " + cited(line.name) + ", which is not defined");
+    warnings_.add(line.name, "a default for attribute " + cited(line.name) + ", which is not defined");
     return;
   }
   found->second.default_value = value_of(line.name, line.value);
@@ -76,7 +72,7 @@ AttributeValue AttributeReader::value_of(Token name, const Value& value) {
   const std::string_view text = value.token.text;
   const auto found = database_.attribute_definitions.find(unescaped(name.text));
   if (found == database_.attribute_definitions.end()) {
-    note(name, "attribute " + cited(name) + " is not defined");
+    warnings_.add(name, "attribute " + cited(name) + " is not defined");
     return value.quoted ? AttributeValue(unescaped(text)) : number_or_text(text);
   }
   const can::AttributeDefinition& definition = found->second;
@@ -85,8 +81,12 @@ AttributeValue AttributeReader::value_of(Token name, const Value& value) {
       return unescaped(text);
     case Type::enumeration: {
       const auto number = value.quoted ? std::nullopt : to_natural(text);
-      if (number && *number < definition.items.size()) return definition.items[*number];
-      if (number) note(value.token, "attribute " + cited(name) + " has no item " + std::string(text));
+      if (number && *number < definition.items.size()) {
+        copies_.take(value.token, definition.items[*number].size());
+        return definition.items[*number];
+      }
+      if (number)
+        warnings_.add(value.token, "attribute " + cited(name) + " has no item " + std::string(text));
       return number ? number_or_text(text) : AttributeValue(unescaped(text));
     }
     case Type::real:

@@ -5,6 +5,8 @@
 #include <cctype>
 #include <cstdio>
 
+#include "can/dbc/limits.h"
+
 namespace hystcan::can::dbc {
 namespace {
 
@@ -76,6 +78,12 @@ std::string describe(const char* at, const char* end) {
   return byte.data();
 }
 
+Token bounded(Token token, std::size_t longest) {
+  if (token.text.size() <= longest) return token;
+  throw ParseError{token.text.data(), std::to_string(token.text.size()) + " bytes",
+                   "at most " + std::to_string(longest)};
+}
+
 }  // namespace
 
 bool is_section(std::string_view word) {
@@ -106,6 +114,11 @@ bool Cursor::at_line_start() const {
   const char* before = at_;
   while (before != start_ && is_of(" \t", before[-1])) --before;
   return before == start_ || is_of(line_ends, before[-1]);
+}
+
+bool Cursor::is_word(std::string_view text) {
+  Cursor cursor(text);
+  return !text.empty() && cursor.peek_word().text == text;
 }
 
 std::size_t Cursor::word_length() const {
@@ -199,17 +212,17 @@ bool Cursor::take(char mark) {
 }
 
 Token Cursor::need_word(const std::string& words) {
-  if (const auto word = take_word()) return *word;
+  if (const auto word = take_word()) return bounded(*word, longest_name);
   refuse(words);
 }
 
 Token Cursor::need_number(const std::string& words) {
-  if (const auto number = take_number()) return *number;
+  if (const auto number = take_number()) return bounded(*number, longest_name);
   refuse(words);
 }
 
-Token Cursor::need_quoted(const std::string& words) {
-  if (const auto text = take_quoted()) return *text;
+Token Cursor::need_quoted(const std::string& words, std::size_t longest) {
+  if (const auto text = take_quoted()) return bounded(*text, longest);
   refuse(words);
 }
 

@@ -11,10 +11,13 @@
 namespace hystcan::can::dbc {
 
 /// The cursor moves only forward, so that reading is linear in the text. `take_...` does not move if the
-/// token is not there; `need_...` throws a ParseError that expects `words`.
+/// token is not there; `need_...` throws a ParseError that expects `words`, also at a token that is too long.
 class Cursor {
  public:
   explicit Cursor(std::string_view text);
+
+  /// True: the whole text is one word, as take_word() takes it.
+  static bool is_word(std::string_view text);
 
   bool at_end();               ///< only blanks are left
   bool at_line_start() const;  ///< only blanks are between the start of the line and the cursor
@@ -29,7 +32,7 @@ class Cursor {
 
   Token need_word(const std::string& words);
   Token need_number(const std::string& words);
-  Token need_quoted(const std::string& words);
+  Token need_quoted(const std::string& words, std::size_t longest);
   void need(char mark, const std::string& words);
   [[noreturn]] void refuse(const std::string& words);
 

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <functional>
+#include <iterator>
+#include <utility>
 
 #include "can/dbc/grammar.h"
+#include "can/dbc/limits.h"
 #include "can/dbc/reader.h"
 #include "can/regular_file.h"
 
@@ -45,7 +48,11 @@ template <class Named>
 const Named* find_named(const std::vector<Named>& all, std::string_view name) {
   const auto found =
       std::find_if(all.begin(), all.end(), [&](const Named& each) { return each.name == name; });
-  return found == all.end() ? nullptr : &*found;
+  if (found != all.end()) return &*found;
+  const auto has_short_name = [&](const Named& each) { return each.short_name == name && !name.empty(); };
+  const auto first = std::find_if(all.begin(), all.end(), has_short_name);
+  const bool only = first != all.end() && std::none_of(std::next(first), all.end(), has_short_name);
+  return only ? &*first : nullptr;
 }
 
 }  // namespace
@@ -78,7 +85,9 @@ Database parse_dbc(std::string_view text, const std::string& file_name) {
   try {
     dbc::Document document = dbc::parse_document(text);
     Database database = dbc::read_document(document);
-    if (!document.warnings.empty()) database.warnings = located(document.warnings, Places(text, file_name));
+    database.further_warnings = document.warnings.further;
+    if (!document.warnings.kept.empty())
+      database.warnings = located(std::move(document.warnings.kept), Places(text, file_name));
     return database;
   } catch (const dbc::ParseError& error) {
     throw DbcError(Places(text, file_name)(error.where) + ": found " + error.found + ", expected " +
@@ -87,9 +96,8 @@ Database parse_dbc(std::string_view text, const std::string& file_name) {
 }
 
 Database load_dbc(const std::filesystem::path& file) {
-  constexpr std::size_t largest = std::size_t{64} << 20U;  // 64 MiB
   try {
-    return parse_dbc(read_regular_file(file, largest), file.string());
+    return parse_dbc(read_regular_file(file, dbc::largest_file), file.string());
   } catch (const FileError& error) {
     throw DbcError(file.string() + ": cannot be read: " + error.what());
   }

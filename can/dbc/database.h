@@ -8,7 +8,6 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
-#include <unordered_map>
 #include <variant>
 #include <vector>
 
@@ -29,7 +28,8 @@ struct Multiplexing {
   bool is_switch = false;
   std::optional<std::uint32_t> present_at;  ///< from the signal's own line
   std::optional<std::size_t> switched_by;   ///< index of the switch among the message's signals
-  std::vector<Range> ranges;  ///< values of the switch with which it is present (SG_MUL_VAL_, or m3)
+  /// Values of the switch with which it is present (SG_MUL_VAL_, or m3), ascending, without overlaps.
+  std::vector<Range> ranges;
 };
 
 /// The value of an attribute (BA_): INT and HEX, FLOAT, STRING or the name of an ENUM's item.
@@ -44,6 +44,7 @@ using Attributes = std::map<std::string, AttributeValue, std::less<>>;
 /// significant bit of a big-endian one, in the sawtooth numbering of the format.
 struct Signal {
   std::string name;
+  std::string short_name;  ///< in the file, if an attribute has the long name; else empty
   std::uint32_t start_bit = 0;
   std::uint16_t length = 0;  ///< bits; a codec takes 1..64
   ByteOrder byte_order = ByteOrder::little_endian;
@@ -72,6 +73,7 @@ struct Message {
   std::uint32_t id = 0;
   bool extended = false;
   std::string name;
+  std::string short_name;    ///< in the file, if an attribute has the long name; else empty
   std::uint16_t length = 0;  ///< bytes; more than 64 if a transport protocol carries it (J1939)
   bool fd = false;           ///< CAN FD, by VFrameFormat or, without it, by the length
   std::string sender;
@@ -80,11 +82,13 @@ struct Message {
   Attributes attributes;
   std::optional<double> cycle_time_ms;  ///< GenMsgCycleTime; empty if it is 0
 
-  const Signal* find(std::string_view signal) const;  ///< null if absent
+  /// By its name, or by a short name that only one signal has. Null if absent.
+  const Signal* find(std::string_view signal) const;
 };
 
 struct Node {
   std::string name;
+  std::string short_name;  ///< in the file, if an attribute has the long name; else empty
   std::string comment;
   Attributes attributes;
 };
@@ -118,9 +122,11 @@ struct Database {
   Attributes attributes;  ///< attributes of the network
   std::vector<RelationAttribute> relation_attributes;
   std::vector<std::string> warnings;  ///< irregular but readable places: `FILE:LINE:COLUMN: what`
-  std::unordered_map<std::uint32_t, std::size_t> message_by_id;  ///< key_of() to the last such message
+  std::size_t further_warnings = 0;   ///< number of those that are not in `warnings`
+  std::map<std::uint32_t, std::size_t> message_by_id;  ///< key_of() to the last such message
 
-  const Message* find(std::string_view message) const;  ///< the first of this name; null if absent
+  /// The first of this name, or the only one of this short name. Null if absent.
+  const Message* find(std::string_view message) const;
 
   static std::uint32_t key_of(std::uint32_t id, bool extended) { return extended ? id | 1U << 31U : id; }
 };
@@ -134,7 +140,7 @@ class DbcError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Throws DbcError if the text is not a DBC. Known irregularities of real files give a warning;
+/// Throws DbcError if the text is not a DBC, or has more than can/dbc/limits.h allows. Known irregularities of real files give a warning;
 /// docs/protocol.md lists them. All texts are converted to UTF-8.
 Database parse_dbc(std::string_view text, const std::string& file_name);
 

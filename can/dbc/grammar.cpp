@@ -86,12 +86,23 @@ class Parser {
     return true;
   }
 
-  void note(Token at, std::string what) { document_.warnings.push_back({at.text.data(), std::move(what)}); }
+  void note(Token at, std::string what) { document_.warnings.add(at, std::move(what)); }
 
-  /// A missing ';' before the next section gives a warning. At the end of the file it is an error, because
-  /// more of the file may be missing.
+  template <class T>
+  void add(std::vector<T>& list, T item, Token at, std::size_t most, const char* of) {
+    if (list.size() == most) {
+      throw ParseError{at.text.data(), std::to_string(most + 1) + ' ' + of,
+                       "at most " + std::to_string(most)};
+    }
+    list.push_back(std::move(item));
+  }
+
+  /// A missing ';' before the next section, or at the end of the file, gives a warning.
   void need_semicolon() {
     if (cursor_.take(';')) return;
+    if (cursor_.at_end()) {
+      return note({{cursor_.place(), 0}}, "the file ends before the last ';': it may be incomplete");
+    }
     const Token next = cursor_.peek_word();
     if (!is_section(next.text) || !cursor_.at_line_start()) cursor_.refuse(semicolon);
     note(next, "found '" + std::string(next.text) + "' before " + semicolon);
@@ -100,7 +111,7 @@ class Parser {
   // ---- network
 
   void version() {
-    document_.version = cursor_.need_quoted("the version in quotes");
+    document_.version = cursor_.need_quoted("the version in quotes", longest_text);
     cursor_.take(';');
   }
 
@@ -127,7 +138,7 @@ class Parser {
       const Token word = cursor_.peek_word();
       if (word.text.empty() || is_section(word.text)) break;
       if (cursor_.at_line_start() && looks_like_section(word.text)) break;
-      document_.nodes.push_back(*cursor_.take_word());
+      add(document_.nodes, cursor_.need_word("the name of a node"), word, most_nodes, "nodes");
       cursor_.take(',');
     }
     cursor_.take(';');
@@ -148,7 +159,8 @@ class Parser {
       note(block.name, "message " + std::string(block.name.text) + " names no sender");
     }
     cursor_.take(';');
-    document_.messages.push_back(std::move(block));
+    const Token at = block.id;
+    add(document_.messages, std::move(block), at, most_messages, "messages");
   }
 
   void signal() {
@@ -177,12 +189,13 @@ class Parser {
     cursor_.need('|', "'|' in the range" + of);
     line.maximum = cursor_.need_number("the maximum" + of + ", a number");
     cursor_.need(']', "']' after the range" + of);
-    line.unit = cursor_.need_quoted("the unit" + of + " in quotes");
+    line.unit = cursor_.need_quoted("the unit" + of + " in quotes", longest_name);
     if (line.unit.text.find_first_of("\r\n") != std::string_view::npos)
       throw ParseError{line.unit.text.data() - 1, "a text over several lines",
                        "the unit" + of + " in one line"};
     receivers(line.receivers);
-    document_.messages.back().signals.push_back(std::move(line));
+    const Token at = line.name;
+    add(document_.messages.back().signals, std::move(line), at, most_signals, "signals of a message");
   }
 
   Token one_of(std::string_view marks, const std::string& words) {
@@ -197,9 +210,9 @@ class Parser {
     bool more = false;
     while (more || cursor_.next_is_on_this_line()) {
       if (is_section(cursor_.peek_word().text)) break;
-      const auto name = cursor_.take_word();
-      if (!name) break;
-      names.push_back(*name);
+      const Token name = cursor_.peek_word();
+      if (name.text.empty()) break;
+      add(names, cursor_.need_word("a receiver"), name, most_items, "receivers of a signal");
       more = cursor_.take(',');
     }
     cursor_.take(';');
@@ -231,7 +244,7 @@ class Parser {
     Comment comment{subject(), {}};
     if (comment.subject.kind == Subject::Kind::network && next != '"')
       cursor_.refuse("BO_, SG_, BU_, EV_ or a comment in quotes");
-    comment.text = cursor_.need_quoted(quoted_text);
+    comment.text = cursor_.need_quoted(quoted_text, longest_text);
     need_semicolon();
     document_.comments.push_back(comment);
   }
@@ -239,7 +252,8 @@ class Parser {
   std::vector<ValueName> value_names() {
     std::vector<ValueName> names;
     while (const auto raw = cursor_.take_number()) {
-      names.push_back({*raw, cursor_.need_quoted(quoted_text)});
+      const Token name = cursor_.need_quoted(quoted_text, longest_name);
+      add(names, {*raw, name}, *raw, most_items, "names of values");
       cursor_.take(',');
     }
     return names;
@@ -296,7 +310,7 @@ class Parser {
       range.low = cursor_.need_number("a multiplexer value");
       cursor_.need('-', "'-' between two multiplexer values");
       range.high = cursor_.need_number("a multiplexer value");
-      line.ranges.push_back(range);
+      add(line.ranges, range, range.low, most_items, "ranges of a multiplexer");
     } while (cursor_.take(',') || cursor_.next_is_digit());
     need_semicolon();
     document_.multiplexing.push_back(std::move(line));
@@ -307,11 +321,11 @@ class Parser {
   void definition() {
     AttributeDefinition definition;
     if (const auto object = cursor_.take_word()) definition.object = *object;
-    definition.name = cursor_.need_quoted("the name of an attribute in quotes");
+    definition.name = cursor_.need_quoted("the name of an attribute in quotes", longest_name);
     definition.type = cursor_.need_word("INT, HEX, FLOAT, STRING or ENUM");
     while (cursor_.next() != ';' && !cursor_.at_end()) {
       if (const auto item = item_of_definition()) {
-        definition.items.push_back(*item);
+        add(definition.items, *item, *item, most_items, "items of an attribute");
         cursor_.take(',');
       } else {
         break;
@@ -322,19 +336,19 @@ class Parser {
   }
 
   std::optional<Token> item_of_definition() {
-    if (const auto text = cursor_.take_quoted()) return text;
+    if (cursor_.next() == '"') return cursor_.need_quoted(quoted_text, longest_name);
     return cursor_.take_number();
   }
 
   Value value() {
-    if (cursor_.next() == '"') return {cursor_.need_quoted(quoted_text), true};
+    if (cursor_.next() == '"') return {cursor_.need_quoted(quoted_text, longest_text), true};
     if (const auto number = cursor_.take_number()) return {*number, false};
     return {cursor_.need_word("a number or a text in quotes"), true};
   }
 
   void attribute_default() {
     AttributeDefault line;
-    line.name = cursor_.need_quoted("the name of an attribute in quotes");
+    line.name = cursor_.need_quoted("the name of an attribute in quotes", longest_name);
     line.value = value();
     need_semicolon();
     document_.defaults.push_back(line);
@@ -342,7 +356,7 @@ class Parser {
 
   void attribute() {
     AttributeLine line;
-    line.name = cursor_.need_quoted("the name of an attribute in quotes");
+    line.name = cursor_.need_quoted("the name of an attribute in quotes", longest_name);
     line.subject = subject();
     line.value = value();
     need_semicolon();
@@ -351,7 +365,7 @@ class Parser {
 
   void relation() {
     RelationLine line;
-    line.name = cursor_.need_quoted("the name of an attribute in quotes");
+    line.name = cursor_.need_quoted("the name of an attribute in quotes", longest_name);
     const Token kind = cursor_.need_word("BU_SG_REL_, BU_BO_REL_ or BU_EV_REL_");
     line.node = cursor_.need_word("the name of a node");
     if (kind.text == "BU_SG_REL_") {

@@ -1,9 +1,13 @@
 // The syntax of a DBC as tokens of its text. can/dbc/reader.cpp interprets and checks them.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
+
+#include "can/dbc/limits.h"
 
 namespace hystcan::can::dbc {
 
@@ -122,6 +126,19 @@ struct ParseWarning {
   std::string what;
 };
 
+/// The first irregularities, and the number of the others.
+struct Warnings {
+  std::vector<ParseWarning> kept;
+  std::size_t further = 0;
+
+  void add(Token at, std::string what) {
+    if (kept.size() < most_warnings)
+      kept.push_back({at.text.data(), std::move(what)});
+    else
+      ++further;
+  }
+};
+
 struct Document {
   Token version;
   std::vector<Token> nodes;
@@ -135,7 +152,7 @@ struct Document {
   std::vector<AttributeDefault> defaults;
   std::vector<AttributeLine> attributes;
   std::vector<RelationLine> relations;
-  std::vector<ParseWarning> warnings;
+  Warnings warnings;
 };
 
 /// The first place where the text is not a DBC.

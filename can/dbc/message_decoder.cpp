@@ -1,6 +1,7 @@
 #include "can/dbc/message_decoder.h"
 
 #include <algorithm>
+#include <functional>
 
 #include "can/dbc/signal_codec.h"
 
@@ -39,6 +40,7 @@ class Presence {
   }
 
  private:
+  using Range = Multiplexing::Range;
   enum class State : std::uint8_t { unknown, asked, present, absent };
 
   bool is_present(const Signal& signal) const {
@@ -47,9 +49,8 @@ class Presence {
     if (!multiplexing.switched_by) return true;
     if (known_[*multiplexing.switched_by] != State::present) return false;
     const std::uint64_t reads = bits_of(signals_[*multiplexing.switched_by], payload_);
-    return std::ranges::any_of(multiplexing.ranges, [&](const Multiplexing::Range& range) {
-      return range.low <= reads && reads <= range.high;
-    });
+    const auto range = std::ranges::lower_bound(multiplexing.ranges, reads, std::less<>{}, &Range::high);
+    return range != multiplexing.ranges.end() && range->low <= reads;
   }
 
   const std::vector<Signal>& signals_;

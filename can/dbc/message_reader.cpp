@@ -1,6 +1,6 @@
 #include <algorithm>
 #include <cmath>
-#include <unordered_set>
+#include <set>
 #include <utility>
 
 #include "can/dbc/reader.h"
@@ -30,7 +30,7 @@ double finite(Token token, const std::string& what) {
 
 class SignalReader {
  public:
-  SignalReader(const SignalLine& line, std::vector<ParseWarning>& warnings)
+  SignalReader(const SignalLine& line, Warnings& warnings)
       : line_(line), warnings_(warnings), of_(" of signal " + std::string(line.name.text)) {}
 
   Signal read() {
@@ -56,13 +56,16 @@ class SignalReader {
   }
 
  private:
-  void note(Token at, std::string what) { warnings_.push_back({at.text.data(), std::move(what)}); }
+  void note(Token at, std::string what) { warnings_.add(at, std::move(what)); }
 
-  Multiplexing multiplexing() const {
+  /// A switch is `M` or `m3M`. Some tools write `m` and `m3m`.
+  Multiplexing multiplexing() {
     Multiplexing result;
     std::string_view text = line_.multiplexing.text;
     if (text.empty()) return result;
-    result.is_switch = text.ends_with('M');
+    const bool small = text == "m" || (text.ends_with('m') && text.size() > 2);
+    result.is_switch = small || text.ends_with('M');
+    if (small) note(line_.multiplexing, "the switch" + of_ + " is marked with m: read as M");
     if (result.is_switch) text.remove_suffix(1);
     if (text.empty()) return result;
     const auto value = text.starts_with('m') ? to_natural(text.substr(1)) : std::nullopt;
@@ -88,14 +91,13 @@ class SignalReader {
   }
 
   const SignalLine& line_;
-  std::vector<ParseWarning>& warnings_;
+  Warnings& warnings_;
   std::string of_;
 };
 
 class MessageReader {
  public:
-  MessageReader(const MessageBlock& block, std::vector<ParseWarning>& warnings)
-      : block_(block), warnings_(warnings) {}
+  MessageReader(const MessageBlock& block, Warnings& warnings) : block_(block), warnings_(warnings) {}
 
   Message read() {
     message_.name = to_utf8(block_.name.text);
@@ -112,7 +114,7 @@ class MessageReader {
   }
 
  private:
-  void note(Token at, std::string what) { warnings_.push_back({at.text.data(), std::move(what)}); }
+  void note(Token at, std::string what) { warnings_.add(at, std::move(what)); }
 
   void read_identifier() {
     const std::uint64_t id = natural(block_.id, 0, 0xFFFF'FFFF, "the identifier of a message");
@@ -157,12 +159,14 @@ class MessageReader {
     }
   }
 
-  /// Notes overlaps among the signals that are always present.
+  /// Notes overlaps among the signals that are always present and not too long to be decoded.
   void note_overlaps() {
+    if (message_.signals.size() < 2) return;
     std::vector<bool> taken(8U * std::size_t{message_.length});
     for (std::size_t i = 0; i < message_.signals.size(); ++i) {
       const Signal& signal = message_.signals[i];
-      if (signal.multiplexing.present_at || bytes_needed(signal) > message_.length) continue;
+      if (signal.length > max_signal_bits || signal.multiplexing.present_at) continue;
+      if (bytes_needed(signal) > message_.length) continue;
       const bool little = signal.byte_order == ByteOrder::little_endian;
       const std::size_t first = little ? signal.start_bit : signal.start_bit ^ 7U;  // in wire order
       bool overlaps = false;
@@ -179,14 +183,18 @@ class MessageReader {
   }
 
   const MessageBlock& block_;
-  std::vector<ParseWarning>& warnings_;
+  Warnings& warnings_;
   Message message_;
-  std::unordered_set<std::string_view> names_;
+  std::set<std::string_view> names_;
 };
 
 }  // namespace
 
-std::string cited(Token token) { return '\'' + std::string(token.text) + '\''; }
+std::string cited(Token token) {
+  constexpr std::size_t most = 60;
+  const bool whole = token.text.size() <= most;
+  return '\'' + std::string(token.text.substr(0, most)) + (whole ? "'" : "...'");
+}
 
 std::uint64_t natural(Token token, std::uint64_t minimum, std::uint64_t maximum, const std::string& what) {
   const auto number = to_natural(token.text);
@@ -196,7 +204,7 @@ std::uint64_t natural(Token token, std::uint64_t minimum, std::uint64_t maximum,
   return *number;
 }
 
-Message read_message(const MessageBlock& block, std::vector<ParseWarning>& warnings) {
+Message read_message(const MessageBlock& block, Warnings& warnings) {
   return MessageReader(block, warnings).read();
 }
 

@@ -1,8 +1,11 @@
 #include "can/dbc/reader.h"
 
-#include <unordered_map>
+#include <algorithm>
+#include <functional>
+#include <map>
 #include <utility>
 
+#include "can/dbc/cursor.h"
 #include "can/dbc/text.h"
 
 namespace hystcan::can::dbc {
@@ -16,7 +19,9 @@ constexpr std::string_view independent_signals_name = "VECTOR__INDEPENDENT_SIG_M
 class Reader {
  public:
   explicit Reader(Document& document)
-      : document_(document), warnings_(document.warnings), attributes_(database_, document.warnings) {}
+      : document_(document),
+        warnings_(document.warnings),
+        attributes_(database_, document.warnings, copies_) {}
 
   Database run() {
     database_.version = unescaped(document_.version.text);
@@ -33,13 +38,15 @@ class Reader {
     for (const AttributeDefinition& definition : document_.definitions) attributes_.define(definition);
     for (const AttributeDefault& line : document_.defaults) attributes_.set_default(line);
     for (const AttributeLine& line : document_.attributes) set_attribute(line);
+    for (const AttributeLine& line : document_.attributes) set_long_name(line);
+    finish_long_names(database_, blocks_, warnings_, copies_);
     for (const RelationLine& line : document_.relations) add_relation(line);
     attributes_.derive();
     return std::move(database_);
   }
 
  private:
-  void note(Token at, std::string what) { warnings_.push_back({at.text.data(), std::move(what)}); }
+  void note(Token at, std::string what) { warnings_.add(at, std::move(what)); }
 
   // ---- nodes and messages
 
@@ -48,7 +55,7 @@ class Reader {
       note(node, "node " + std::string(node.text) + " occurs a second time");
       return;
     }
-    database_.nodes.push_back({to_utf8(node.text), {}, {}});
+    database_.nodes.push_back({to_utf8(node.text), {}, {}, {}});
   }
 
   void add_message(const MessageBlock& block) {
@@ -68,41 +75,48 @@ class Reader {
                          " occurs a second time: the last message decodes its frames");
     }
     by_id_.emplace(id, index);
+    blocks_.push_back(&block);
     database_.messages.push_back(std::move(message));
   }
 
   // ---- search by identifier and name
 
+  /// `bytes`: what is copied to each object.
   template <class Do>
-  void for_messages(Token id_token, Do&& act) {
+  void for_messages(Token id_token, std::size_t bytes, Do&& act) {
     const std::uint64_t id = natural(id_token, 0, 0xFFFF'FFFF, "the identifier of a message");
     const auto [first, last] = by_id_.equal_range(id);
     if (first == last && id != left_out_) note(id_token, "there is no message " + std::string(id_token.text));
-    for (auto each = first; each != last; ++each) act(each->second);
+    for (auto each = first; each != last; ++each) {
+      if (each != first) copies_.take(id_token, bytes_of_an_entry + bytes);
+      act(each->second);
+    }
   }
 
   template <class Do>
-  void for_signals(Token id, Token name, Do&& act) {
-    for_messages(id, [&](std::size_t index) {
+  void for_signals(Token id, Token name, std::size_t bytes, Do&& act) {
+    for_messages(id, bytes, [&](std::size_t index) {
       Message& message = database_.messages[index];
       const auto [first, last] = signals_named(index, name);
       if (first == last) {
         note(name, "message " + message.name + " has no signal " + std::string(name.text));
       }
-      for (auto each = first; each != last; ++each) act(message, message.signals[each->second]);
+      for (auto each = first; each != last; ++each) {
+        if (each != first) copies_.take(name, bytes_of_an_entry + bytes);
+        act(message, message.signals[each->second]);
+      }
     });
   }
 
-  using SignalIndex = std::unordered_multimap<std::string_view, std::size_t>;
+  using SignalIndex = std::multimap<std::string_view, std::size_t>;  ///< by the name in the text
   std::pair<SignalIndex::const_iterator, SignalIndex::const_iterator> signals_named(std::size_t index,
                                                                                     Token token) {
-    const std::string name = to_utf8(token.text);
     SignalIndex& signals = signals_[index];
-    const Message& message = database_.messages[index];
     if (signals.empty()) {
-      for (std::size_t i = 0; i < message.signals.size(); ++i) signals.emplace(message.signals[i].name, i);
+      const std::vector<SignalLine>& lines = blocks_[index]->signals;
+      for (std::size_t i = 0; i < lines.size(); ++i) signals.emplace(lines[i].name.text, i);
     }
-    return std::as_const(signals).equal_range(name);
+    return std::as_const(signals).equal_range(token.text);
   }
 
   Node* node(Token name) {
@@ -125,10 +139,12 @@ class Reader {
         if (Node* found = node(subject.name)) found->comment = text;
         break;
       case Subject::Kind::message:
-        for_messages(subject.id, [&](std::size_t index) { database_.messages[index].comment = text; });
+        for_messages(subject.id, text.size(),
+                     [&](std::size_t index) { database_.messages[index].comment = text; });
         break;
       case Subject::Kind::signal:
-        for_signals(subject.id, subject.name, [&](Message&, Signal& signal) { signal.comment = text; });
+        for_signals(subject.id, subject.name, text.size(),
+                    [&](Message&, Signal& signal) { signal.comment = text; });
         break;
       case Subject::Kind::environment:
         break;
@@ -148,6 +164,12 @@ class Reader {
     }
   }
 
+  static std::size_t bytes_of(const std::map<std::int64_t, std::string>& names) {
+    std::size_t bytes = 0;
+    for (const auto& [raw, name] : names) bytes += bytes_of_an_entry + name.size();
+    return bytes;
+  }
+
   void add_values(const SignalValues& values) {
     std::map<std::int64_t, std::string> names;
     if (!values.table.text.empty()) {
@@ -155,11 +177,12 @@ class Reader {
       if (table == database_.value_tables.end()) {
         note(values.table, "there is no value table " + std::string(values.table.text));
       } else {
+        copies_.take(values.table, bytes_of(table->second));
         names = table->second;
       }
     }
     add_names(values.names, names);
-    for_signals(values.id, values.signal, [&](Message&, Signal& signal) {
+    for_signals(values.id, values.signal, bytes_of(names), [&](Message&, Signal& signal) {
       for (const auto& [raw, name] : names) signal.values.insert_or_assign(raw, name);
     });
   }
@@ -167,7 +190,7 @@ class Reader {
   /// The length decides between the two types, because real files confuse them.
   void set_value_type(const SignalValueType& line) {
     const std::uint64_t type = natural(line.type, 0, 3, "a value type");
-    for_signals(line.id, line.signal, [&](Message&, Signal& signal) {
+    for_signals(line.id, line.signal, 0, [&](Message&, Signal& signal) {
       if (type != 1 && type != 2) return;
       const bool fits = signal.length == 32 || signal.length == 64;
       if (!fits || signal.length != 32 * type) {
@@ -183,7 +206,7 @@ class Reader {
 
   void set_multiplexing(const SignalMultiplexing& line) {
     const auto ranges = ranges_of(line);
-    for_messages(line.id, [&](std::size_t index) {
+    for_messages(line.id, bytes_of_an_entry * ranges.size(), [&](std::size_t index) {
       Message& message = database_.messages[index];
       const auto [first, last] = signals_named(index, line.signal);
       const auto [first_switch, last_switch] = signals_named(index, line.multiplexer);
@@ -194,6 +217,7 @@ class Reader {
       }
       const bool alone = std::next(first) == last;
       for (auto each = first; each != last; ++each) {
+        if (each != first) copies_.take(line.signal, bytes_of_an_entry);
         Multiplexing& multiplexing = message.signals[each->second].multiplexing;
         multiplexing.switched_by = first_switch->second;
         if (alone) multiplexing.ranges = ranges;
@@ -202,17 +226,38 @@ class Reader {
     });
   }
 
+  /// The same values, in ranges that ascend and do not overlap.
+  static std::vector<Multiplexing::Range> disjoint(std::vector<Multiplexing::Range> ranges) {
+    std::ranges::sort(ranges, std::less<>{}, &Multiplexing::Range::low);
+    std::vector<Multiplexing::Range> result;
+    for (const Multiplexing::Range& range : ranges) {
+      if (result.empty() || range.low > result.back().high) {
+        result.push_back(range);
+      } else {
+        result.back().high = std::max(result.back().high, range.high);
+      }
+    }
+    return result;
+  }
+
   std::vector<Multiplexing::Range> ranges_of(const SignalMultiplexing& line) {
     std::vector<Multiplexing::Range> ranges;
     ranges.reserve(line.ranges.size());
     for (const auto& [low, high] : line.ranges) {
       const Multiplexing::Range range{natural(low, 0, ~std::uint64_t{0}, "a multiplexer value"),
                                       natural(high, 0, ~std::uint64_t{0}, "a multiplexer value")};
-      if (range.low > range.high)
+      if (range.low > range.high) {
         note(low, "no value lies from " + std::string(low.text) + " to " + std::string(high.text));
-      ranges.push_back(range);
+      } else {
+        ranges.push_back(range);
+      }
     }
-    return ranges;
+    return disjoint(std::move(ranges));
+  }
+
+  static std::size_t bytes_of(const std::string& name, const AttributeValue& value) {
+    const auto* text = std::get_if<std::string>(&value);
+    return name.size() + (text != nullptr ? text->size() : 0);
   }
 
   void set_attribute(const AttributeLine& line) {
@@ -227,12 +272,12 @@ class Reader {
         if (Node* found = node(subject.name)) found->attributes.insert_or_assign(name, value);
         break;
       case Subject::Kind::message:
-        for_messages(subject.id, [&](std::size_t index) {
+        for_messages(subject.id, bytes_of(name, value), [&](std::size_t index) {
           database_.messages[index].attributes.insert_or_assign(name, value);
         });
         break;
       case Subject::Kind::signal:
-        for_signals(subject.id, subject.name,
+        for_signals(subject.id, subject.name, bytes_of(name, value),
                     [&](Message&, Signal& signal) { signal.attributes.insert_or_assign(name, value); });
         break;
       case Subject::Kind::environment:
@@ -240,28 +285,76 @@ class Reader {
     }
   }
 
+  // ---- long names
+
+  /// Names of more than 32 characters stand shortened in the file, and whole in an attribute.
+  void set_long_name(const AttributeLine& line) {
+    using Kind = Subject::Kind;
+    const Subject& subject = line.subject;
+    const std::string_view attribute = line.name.text;
+    const bool names_it = (subject.kind == Kind::message && attribute == "SystemMessageLongSymbol") ||
+                          (subject.kind == Kind::signal && attribute == "SystemSignalLongSymbol") ||
+                          (subject.kind == Kind::node && attribute == "SystemNodeLongSymbol");
+    const Token given = line.value.token;
+    if (!names_it || given.text.empty()) return;
+    if (given.text.size() > longest_name || !Cursor::is_word(given.text)) {
+      return note(given, cited(given) + " is not a name: the name in the file stays");
+    }
+    const std::string name = to_utf8(given.text);
+    if (subject.kind == Kind::message) {
+      for_messages(subject.id, name.size(),
+                   [&](std::size_t index) { rename(database_.messages[index], name); });
+    } else if (subject.kind == Kind::signal) {
+      for_signals(subject.id, subject.name, name.size(),
+                  [&](Message&, Signal& signal) { rename(signal, name); });
+    } else if (Node* found = node(subject.name)) {
+      rename(*found, name);
+    }
+  }
+
+  template <class Named>
+  static void rename(Named& named, const std::string& name) {
+    if (named.short_name.empty()) named.short_name = named.name;
+    named.name = name;
+  }
+
+  /// The names of the objects are the long ones.
   void add_relation(const RelationLine& line) {
     RelationAttribute relation{unescaped(line.name.text),
                                to_utf8(line.node.text),
                                {},
                                to_utf8(line.subject.name.text),
                                attributes_.value_of(line.name, line.value)};
+    const auto found = nodes_.find(line.node.text);
+    if (found != nodes_.end()) relation.node = database_.nodes[found->second].name;
+    copies_.take(line.node, relation.node.size());
     if (!line.subject.id.text.empty()) {
-      for_messages(line.subject.id,
-                   [&](std::size_t index) { relation.message = database_.messages[index].name; });
+      for_messages(line.subject.id, 0, [&](std::size_t index) {
+        const Message& message = database_.messages[index];
+        copies_.take(line.subject.id, message.name.size());
+        relation.message = message.name;
+        const auto [first, last] = signals_named(index, line.subject.name);
+        if (first == last) return;
+        const Signal& signal = message.signals[first->second];
+        copies_.take(line.subject.name, signal.name.size());
+        relation.object = signal.name;
+      });
     }
     database_.relation_attributes.push_back(std::move(relation));
   }
 
   Document& document_;
-  std::vector<ParseWarning>& warnings_;
+  Warnings& warnings_;
   Database database_;
+  Copies copies_;
   AttributeReader attributes_;
-  std::unordered_map<std::string_view, std::size_t> nodes_;
-  std::unordered_map<std::string_view, std::size_t> names_;    ///< index of each message
-  std::unordered_multimap<std::uint64_t, std::size_t> by_id_;  ///< by the identifier in the DBC
-  std::vector<SignalIndex> signals_;                           ///< for each message, made at its first use
-  std::optional<std::uint64_t> left_out_;                      ///< Vector's message without a frame
+  // Trees, because the keys of a hash table can be chosen so that each search visits all of them.
+  std::map<std::string_view, std::size_t> nodes_;
+  std::map<std::string_view, std::size_t> names_;    ///< index of each message
+  std::multimap<std::uint64_t, std::size_t> by_id_;  ///< by the identifier in the DBC
+  std::vector<const MessageBlock*> blocks_;          ///< the text of each message
+  std::vector<SignalIndex> signals_;                 ///< for each message, made at its first use
+  std::optional<std::uint64_t> left_out_;            ///< Vector's message without a frame
 };
 
 }  // namespace

@@ -1,5 +1,8 @@
 #include "can/socketcan/link_message.h"
 
+// net/if.h comes first: then linux/if.h leaves out what both declare, also where Asio includes net/if.h later.
+#include <net/if.h>
+
 #include <linux/can.h>
 #include <linux/can/netlink.h>
 #include <linux/if.h>

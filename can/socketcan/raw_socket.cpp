@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "can/descriptor.h"
 #include "can/socketcan/interface.h"
 
 namespace hystcan::can {
@@ -23,21 +24,6 @@ namespace {
 constexpr int send_buffer_bytes = 3072;
 
 constexpr std::chrono::seconds oldest_credible_stamp{1};
-
-class Descriptor {
- public:
-  explicit Descriptor(int number) : number_(number) {}
-  ~Descriptor() {
-    if (number_ >= 0) ::close(number_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int get() const { return number_; }
-  int release() { return std::exchange(number_, -1); }
-
- private:
-  int number_;
-};
 
 template <class Value>
 bool set_option(int socket, int level, int option, const Value& value) {

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "can/regular_file.h"
-#include "config/document/toml_text.h"
 
 namespace hystcan::config {
 namespace {

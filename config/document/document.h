@@ -20,6 +20,7 @@
 #include "can/scheduler.h"
 #include "config/document/error.h"
 #include "config/document/setting.h"
+#include "config/document/toml_text.h"
 #include "model/words.h"
 
 namespace hystcan::config {
@@ -314,7 +315,7 @@ class Writer {
     else if constexpr (IsVector<T>::value)
       line(key, list_of(value));
     else
-      line(key, '"' + std::filesystem::path(value).string() + '"');
+      line(key, toml_string(std::filesystem::path(value).string()));
   }
   template <class Body>
   void enter(std::string_view key, const char* open, const char* close, const std::string& index, Body body) {

@@ -112,6 +112,20 @@ std::optional<TextRefusal> find_refusal(std::string_view text) {
   return std::nullopt;
 }
 
+std::string toml_string(std::string_view text) {
+  std::string result = "\"";
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x20 || byte == 0x7F) {
+      result += fmt::format("\\u{:04X}", byte);
+    } else {
+      if (c == '"' || c == '\\') result += '\\';
+      result += c;
+    }
+  }
+  return result + '"';
+}
+
 toml::table parse_toml(std::string_view text, const std::string& name) {
   if (const auto refusal = find_refusal(text))
     throw Error(

@@ -25,6 +25,9 @@ struct TextRefusal {
 /// Why the library must not see this text; empty if it may.
 std::optional<TextRefusal> find_refusal(std::string_view text);
 
+/// The text as a string of TOML, in quotes: a reader gets the same text back.
+std::string toml_string(std::string_view text);
+
 /// Throws Error `NAME:LINE:COLUMN: what, expected TOML`.
 toml::table parse_toml(std::string_view text, const std::string& name);
 

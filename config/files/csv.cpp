@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
+#include <set>
 #include <sstream>
 #include <utility>
+
+#include "can/input_stream.h"
+#include "can/regular_file.h"
 
 namespace hystcan::config {
 namespace {
@@ -39,21 +42,46 @@ std::string_view named_in_comment(std::string_view line, std::string_view name) 
   return line;
 }
 
+std::string shortened(std::string_view text) {
+  constexpr std::size_t most = 60;
+  return text.size() <= most ? std::string(text) : fmt::format("{}...", text.substr(0, most));
+}
+
+std::string listed(const std::vector<std::string>& names) {
+  constexpr std::size_t most = 20;
+  std::vector<std::string> some;
+  for (std::size_t i = 0; i < std::min(most, names.size()); ++i) some.push_back(shortened(names[i]));
+  const std::string more = names.size() > most ? fmt::format(" and {} more", names.size() - most) : "";
+  return fmt::format("{}{}", fmt::join(some, ", "), more);
+}
+
+std::unique_ptr<std::istream> open_csv(const std::filesystem::path& file) {
+  try {
+    return can::open_input(file);
+  } catch (const can::FileError& error) {
+    throw Error(fmt::format("{}: cannot be read: {}, expected a CSV file", file.string(), error.what()));
+  }
+}
+
+std::unique_ptr<char[]> buffer_of_a_line() {
+  return std::make_unique_for_overwrite<char[]>(longest_csv_line + 1);
+}
+
 }  // namespace
 
 CsvReader::CsvReader(std::filesystem::path file, std::vector<std::string> columns)
     : file_(std::move(file)),
-      stream_(std::make_unique<std::ifstream>(file_, std::ios::binary)),
-      wanted_(std::move(columns)) {
-  if (!*stream_ || std::filesystem::is_directory(file_))
-    throw Error(fmt::format("{}: cannot be read, expected a CSV file", file_.string()));
+      stream_(open_csv(file_)),
+      wanted_(std::move(columns)),
+      buffer_(buffer_of_a_line()) {
   read_header();
 }
 
 CsvReader::CsvReader(std::filesystem::path file, std::string text, std::vector<std::string> columns)
     : file_(std::move(file)),
       stream_(std::make_unique<std::istringstream>(std::move(text))),
-      wanted_(std::move(columns)) {
+      wanted_(std::move(columns)),
+      buffer_(buffer_of_a_line()) {
   read_header();
 }
 
@@ -65,16 +93,23 @@ void CsvReader::read_header() {
     split(line_, separator_, fields_);
     break;
   }
+  if (fields_.size() > most_columns)
+    fail(0, fmt::format("{} columns, expected at most {}", fields_.size(), most_columns));
   header_.assign(fields_.begin(), fields_.end());
-  for (std::size_t i = 0; i < header_.size(); ++i)
-    if (look_up(header_[i]) != i)
-      fail(static_cast<std::size_t>(fields_[i].data() - line_.data()),
-           fmt::format("column {} occurs twice, expected each name once", header_[i]));
+  require_distinct_columns();
   for (const std::string& name : wanted_) {
     where_.push_back(look_up(name));
     if (where_.back() == header_.size())
-      fail(0, fmt::format("no column {}, expected it among {}", name, fmt::join(header_, ", ")));
+      fail(0, fmt::format("no column {}, expected it among {}", name, listed(header_)));
   }
+}
+
+void CsvReader::require_distinct_columns() const {
+  std::set<std::string_view> names;
+  for (const std::string_view name : fields_)
+    if (!names.insert(name).second)
+      fail(static_cast<std::size_t>(name.data() - line_.data()),
+           fmt::format("column {} occurs twice, expected each name once", shortened(name)));
 }
 
 /// The index of the column in the header; the header's size if it is not there.
@@ -112,19 +147,33 @@ bool CsvReader::next(std::vector<double>& row) {
 
 /// Reads the next line that is neither empty nor a comment, and splits it into fields.
 bool CsvReader::next_line() {
-  while (std::getline(*stream_, line_)) {
-    ++line_number_;
-    bytes_read_ += line_.size() + 1;
-    if (line_.ends_with('\r')) line_.pop_back();
-    if (line_number_ == 1 && line_.starts_with("\xEF\xBB\xBF"))
-      line_.replace(0, 3, "   ");  // Excel's mark of the byte order
-    if (trim(line_).starts_with('#') && header_.empty()) comments_.push_back(line_);
-    if (trim(line_).empty() || trim(line_).starts_with('#')) continue;
+  while (read_line()) {
+    const std::string_view text = trim(line_);
+    const bool is_comment = text.starts_with('#');
+    if (is_comment && header_.empty() && comments_.size() < most_comments && text.size() <= longest_comment)
+      comments_.emplace_back(text);
+    if (text.empty() || is_comment) continue;
     split(line_, separator_, fields_);
     return true;
   }
-  if (stream_->bad()) throw Error(fmt::format("{}:{}: cannot be read further", file_.string(), line_number_));
   return false;
+}
+
+/// Reads a line without its end and without Excel's mark of the byte order; false at the end of the file.
+bool CsvReader::read_line() {
+  stream_->getline(buffer_.get(), longest_csv_line + 1);
+  auto size = static_cast<std::size_t>(stream_->gcount());
+  if (stream_->bad()) throw Error(fmt::format("{}:{}: cannot be read further", file_.string(), line_number_));
+  if (stream_->eof() && size == 0) return false;
+  ++line_number_;
+  bytes_read_ += size;
+  if (stream_->fail())
+    fail(longest_csv_line, fmt::format("a longer line, expected at most {} bytes", longest_csv_line));
+  if (!stream_->eof()) --size;  // the end of the line is counted too
+  line_ = {buffer_.get(), size};
+  if (line_.ends_with('\r')) line_.remove_suffix(1);
+  if (line_number_ == 1 && line_.starts_with("\xEF\xBB\xBF")) std::fill_n(buffer_.get(), 3, ' ');
+  return true;
 }
 
 double CsvReader::number(std::size_t column, const std::string& name) const {
@@ -143,7 +192,7 @@ double CsvReader::number(std::size_t column, const std::string& name) const {
   const char* last = digits.data() + digits.size();
   const auto [end, error] = std::from_chars(digits.data(), last, value);
   if (error != std::errc() || end != last || !std::isfinite(value))
-    fail(start, fmt::format("{} is \"{}\", expected a finite number", name, text));
+    fail(start, fmt::format("{} is \"{}\", expected a finite number", name, shortened(text)));
   return value;
 }
 

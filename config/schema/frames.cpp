@@ -78,16 +78,19 @@ std::vector<std::string> losses(const can::AxisWire& axis) {
 
 std::vector<std::string> fd_messages(const can::AxisWire& axis, const can::Database& database) {
   std::vector<std::string> names;
-  for (const can::MessageMap& map : maps_of(axis, database))
-    if (can::wire_kind(can::find_message(database, map).length) == can::FrameKind::fd)
-      names.push_back(map.message);
+  for (const can::MessageMap& map : maps_of(axis, database)) {
+    const can::Message& message = can::find_message(database, map);
+    if (can::wire_kind(message.length) == can::FrameKind::fd) names.push_back(message.name);
+  }
   return names;
 }
 
 can::Protections protections(const can::AxisWire& axis, const can::Database& database) {
   can::Protections found;
-  for (const can::MessageMap& map : maps_of(axis, database))
-    found.emplace(map.message, can::protection_of(can::find_message(database, map), map));
+  for (const can::MessageMap& map : maps_of(axis, database)) {
+    const can::Message& message = can::find_message(database, map);
+    found.emplace(message.name, can::protection_of(message, map));
+  }
   return found;
 }
 

@@ -1,5 +1,6 @@
 // hystcan decode, and the errors of record and replay without a bus.
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -190,6 +191,40 @@ TEST_F(Decode, ReplayRefusesABadLogOrFilterBeforeItSends) {
   Process filter({HYSTCAN_PROGRAM, "replay", path("bad.log"), "--filter", "1234"});
   EXPECT_EQ(filter.wait(), bad_input);
   EXPECT_NE(filter.err().find("'1234', expected an identifier"), std::string::npos) << filter.err();
+}
+
+TEST_F(Decode, ReadsAPipeThatIsNamedAsAFile) {
+  write("a.log", "(1.500000) can0 101#02FFFF\n");
+  Process program({"sh", "-c",
+                   "cat " + path("a.log") + " | " + std::string(HYSTCAN_PROGRAM) +
+                       " decode /dev/stdin --dbc " + path("small.dbc")});
+  EXPECT_EQ(program.wait(), done) << program.err();
+  EXPECT_NE(program.out().find("Two=131170"), std::string::npos) << program.out();
+}
+
+TEST_F(Decode, RefusesADeviceWithoutLinesAndAPipeWithoutAWriter) {
+  Process device({HYSTCAN_PROGRAM, "decode", "/dev/zero", "--dbc", path("small.dbc")});
+  EXPECT_EQ(device.wait(), bad_input);
+  EXPECT_NE(device.err().find("/dev/zero:1:512: found a longer line"), std::string::npos) << device.err();
+  ASSERT_EQ(mkfifo(path("fifo").c_str(), 0600), 0);
+  Process pipe({HYSTCAN_PROGRAM, "decode", path("fifo"), "--dbc", path("small.dbc")});
+  EXPECT_EQ(pipe.wait(), bad_input);
+  EXPECT_NE(pipe.err().find("cannot be read: it is a pipe to which nobody writes"), std::string::npos)
+      << pipe.err();
+}
+
+TEST_F(Decode, ReplayRefusesAPipeAndALogWithAGapOfYears) {
+  ASSERT_EQ(mkfifo(path("fifo").c_str(), 0600), 0);
+  Process pipe({HYSTCAN_PROGRAM, "replay", path("fifo")});
+  EXPECT_EQ(pipe.wait(), bad_input);
+  EXPECT_NE(pipe.err().find("it is a pipe or a device, expected a file, or - for standard input"),
+            std::string::npos)
+      << pipe.err();
+  write("gap.log", "(0.000000) v 001#\n(9223372036853.999999) v 001#\n");
+  Process gap({HYSTCAN_PROGRAM, "replay", path("gap.log")});
+  EXPECT_EQ(gap.wait(), bad_input);
+  EXPECT_NE(gap.err().find("gap.log:2:1: the frame is due 9.22e+12 s after the first one"), std::string::npos)
+      << gap.err();
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <system_error>
+#include <thread>
 
 #include "app/remote/status_board.h"
 #include "tests/app/remote/control_bench.h"
@@ -19,9 +20,9 @@ using std::chrono::milliseconds;
 
 const json status{{"do", "status"}};
 
-std::errc failure_of(const std::filesystem::path& file) {
+std::errc failure_of(const std::filesystem::path& file, milliseconds limit = milliseconds(50)) {
   try {
-    ask_socket(file, status, milliseconds(50));
+    ask_socket(file, status, limit);
     return {};
   } catch (const std::system_error& error) {
     return static_cast<std::errc>(error.code().value());
@@ -42,6 +43,8 @@ class SilentSocket {
   SilentSocket(const SilentSocket&) = delete;
   SilentSocket& operator=(const SilentSocket&) = delete;
 
+  int descriptor() const { return socket_; }
+
  private:
   int socket_ = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
 };
@@ -55,6 +58,40 @@ TEST(ControlClient, GivesUpIfThereIsNoAnswer) {
   const support::ShippedCopy folder;
   const SilentSocket socket(folder / "silent.sock", 10);
   EXPECT_EQ(failure_of(folder / "silent.sock"), std::errc::timed_out);
+}
+
+/// Answers the first connection with this text.
+class Impostor {
+ public:
+  Impostor(const std::filesystem::path& file, std::string text)
+      : listener_(file, 10), thread_([this, text = std::move(text)] { answer(text); }) {}
+
+ private:
+  void answer(const std::string& text) const {
+    const int client = accept(listener_.descriptor(), nullptr, nullptr);
+    for (std::size_t sent = 0; sent < text.size();) {
+      const ssize_t now = send(client, text.data() + sent, text.size() - sent, MSG_NOSIGNAL);
+      if (now < 0) break;
+      sent += static_cast<std::size_t>(now);
+    }
+    close(client);
+  }
+
+  SilentSocket listener_;
+  std::jthread thread_;
+};
+
+TEST(ControlClient, RefusesAnAnswerThatIsNoObjectOrHasNoEnd) {
+  const support::ShippedCopy folder;
+  const auto refusal_of = [&](const std::string& text) {
+    std::filesystem::remove(folder / "false.sock");
+    const Impostor impostor(folder / "false.sock", text);
+    return failure_of(folder / "false.sock", std::chrono::seconds(30));
+  };
+  EXPECT_EQ(refusal_of("hello\n"), std::errc::bad_message);
+  EXPECT_EQ(refusal_of("[1]\n"), std::errc::bad_message);
+  EXPECT_EQ(refusal_of(std::string(100'000, '[') + "\n"), std::errc::bad_message);
+  EXPECT_EQ(refusal_of(std::string(4'000'000, ' ')), std::errc::message_size);
 }
 
 TEST(ControlClient, GivesUpIfNobodyAcceptsItsConnection) {

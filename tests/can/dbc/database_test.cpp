@@ -178,8 +178,8 @@ TEST(DbcError, NamesThePlaceTheFoundTextAndTheExpectedText) {
             "lab.dbc:3:1: found 'BO', expected a section of a DBC, such as BO_, CM_ or VAL_");
   EXPECT_EQ(refusal(message("CM_ BO_ 385 \"never ends;\n")),
             "lab.dbc:2:13: found a string without an end, expected a text in quotes");
-  EXPECT_EQ(refusal(message("CM_ BO_ 385 \"no semicolon\"")),
-            "lab.dbc:3:1: found the end of the file, expected ';' at the end of the section");
+  EXPECT_EQ(refusal(message("CM_ BO_ 385")),
+            "lab.dbc:3:1: found the end of the file, expected a text in quotes");
   EXPECT_EQ(refusal("\x01\x02"),
             "lab.dbc:1:1: found byte 0x01, expected a DBC, which begins with VERSION, NS_, BS_, BU_ or BO_");
 }

@@ -165,6 +165,28 @@ TEST(DbcTolerance, WarnsOfAMissingSemicolon) {
   EXPECT_EQ(database.warnings, Warnings{"lab.dbc:4:1: found 'CM_' before ';' at the end of the section"});
 }
 
+TEST(DbcTolerance, WarnsOfAMissingSemicolonAtTheEndOfTheFile) {
+  const Database database =
+      read(message(" SG_ S : 0|8@1+ (1,0) [0|0] \"\" A") + "VAL_ 385 S 1 \"on\" 0 \"off\"\n");
+  EXPECT_EQ(database.messages[0].signals[0].values.size(), 2U);
+  EXPECT_EQ(database.warnings,
+            Warnings{"lab.dbc:4:1: the file ends before the last ';': it may be incomplete"});
+}
+
+TEST(DbcTolerance, ReadsASwitchThatIsMarkedWithASmallM) {
+  const Database database =
+      read(message(" SG_ A m : 0|8@1+ (1,0) [0|0] \"\" X\n SG_ B m3m : 8|8@1+ (1,0) [0|0] \"\" X\n"
+                   " SG_ C m4 : 8|8@1+ (1,0) [0|0] \"\" X"));
+  const auto& signals = database.messages[0].signals;
+  EXPECT_TRUE(signals[0].multiplexing.is_switch);
+  EXPECT_FALSE(signals[0].multiplexing.present_at);
+  EXPECT_TRUE(signals[1].multiplexing.is_switch);
+  EXPECT_EQ(signals[1].multiplexing.present_at, 3U);
+  EXPECT_EQ(signals[2].multiplexing.switched_by, 0U);
+  EXPECT_EQ(database.warnings, (Warnings{"lab.dbc:2:8: the switch of signal A is marked with m: read as M",
+                                         "lab.dbc:3:8: the switch of signal B is marked with m: read as M"}));
+}
+
 TEST(DbcTolerance, WarnsOfSectionsForAbsentMessagesSignalsAndNodes) {
   const Database database = read(
       "BO_ 1 A: 1 X\nCM_ BO_ 2 \"x\";\nVAL_ 1 B 0 \"x\" ;\nVAL_ Temperature 0 \"x\" ;\n"

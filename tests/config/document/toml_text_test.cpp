@@ -128,10 +128,15 @@ TEST_F(HostileFile, ThatIsAPipeInTheNameOfASetpointIsRefusedAtOnce) {
 }
 
 // A configuration shows its strings to the library a second time, in its echo.
-TEST_F(HostileFile, WithADeepKeyInAStringIsRefused) {
-  shipped.edit("piezo.toml", "[controller]\n",
-               "[controller]\nstate_dir = \"s\\\"\\n" + repeated("a.", 60'000) + "a = \\\"\"\n");
-  EXPECT_THROW(settings(shipped / "piezo.toml"), Error);
+// settings() reads the configuration again from what a Writer has printed of it.
+TEST_F(HostileFile, WithADeepKeyInAStringIsNotReadAsThatKey) {
+  const std::string deep = "s\\\"\\n" + repeated("a.", 60'000) + "a = \\\"";
+  shipped.edit("piezo.toml", "[controller]\n", "[controller]\nstate_dir = \"" + deep + "\"\n");
+  std::string read;
+  for (const Setting& setting : settings(shipped / "piezo.toml"))
+    if (setting.path == "controller.state_dir") read = setting.value;
+  EXPECT_EQ(parse_toml("a = " + read, "read")["a"].value<std::string>(),
+            "s\"\n" + repeated("a.", 60'000) + "a = \"");
 }
 
 }  // namespace

@@ -101,6 +101,54 @@ TEST_F(Csv, RefusesAHeaderWithoutTheColumn) {
   EXPECT_EQ(refusal("time_s,volts\n0,1\n"), ":1:1: no column input, expected it among time_s, volts");
 }
 
+std::string columns(std::size_t count) {
+  std::string header = "input";
+  for (std::size_t i = 1; i < count; ++i) header += ",c" + std::to_string(i);
+  return header;
+}
+
+TEST_F(Csv, HasALimitOfColumns) {
+  EXPECT_EQ(refusal(columns(most_columns) + "\n"), "accepted");
+  EXPECT_EQ(refusal(columns(most_columns + 1) + "\n"), ":1:1: 4097 columns, expected at most 4096");
+  EXPECT_EQ(refusal("a" + columns(100) + "\n").substr(0, 60),
+            ":1:1: no column input, expected it among ainput, c1, c2, c3,");
+  EXPECT_TRUE(refusal("a" + columns(100) + "\n").ends_with("c19 and 80 more"));
+}
+
+TEST_F(Csv, HasALimitOfALine) {
+  const std::string longest = "input\n1" + std::string(longest_csv_line - 1, ' ');
+  EXPECT_EQ(refusal(longest + "\n"), "accepted");
+  EXPECT_EQ(refusal(longest), "accepted") << "the last line has no end";
+  EXPECT_EQ(refusal(longest + " \n"), ":2:1048577: a longer line, expected at most 1048576 bytes");
+  EXPECT_EQ(refusal(std::string(3 * longest_csv_line, '\0')),
+            ":1:1048577: a longer line, expected at most 1048576 bytes");
+}
+
+TEST_F(Csv, LooksForNamedValuesInTheFirstCommentsOnly) {
+  std::string comments;
+  for (std::size_t i = 0; i < most_comments; ++i) comments += "# pause\n";
+  EXPECT_EQ(reader(comments + "# input_unit = V\ninput\n1\n").comment("input_unit"), "");
+  EXPECT_EQ(reader("# input_unit = V\n" + comments + "input\n1\n").comment("input_unit"), "V");
+}
+
+TEST_F(Csv, ShortensALongTextInAMessage) {
+  EXPECT_EQ(refusal("input\n" + std::string(1000, 'x') + "\n"),
+            ":2:1: input is \"" + std::string(60, 'x') + "...\", expected a finite number");
+}
+
+TEST_F(Csv, RefusesADeviceAndAFolderInOneLine) {
+  const auto refusal_of = [](const char* file) -> std::string {
+    try {
+      const CsvReader csv(file, {"input"});
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  EXPECT_EQ(refusal_of("/dev/zero"), "/dev/zero:1:1048577: a longer line, expected at most 1048576 bytes");
+  EXPECT_EQ(refusal_of("/"), "/: cannot be read: Is a directory, expected a CSV file");
+}
+
 TEST_F(Csv, RefusesAnEmptyFile) { EXPECT_EQ(refusal(""), ":1:1: no header row, expected column names"); }
 
 }  // namespace
