@@ -101,7 +101,7 @@ class Parser {
   void need_semicolon() {
     if (cursor_.take(';')) return;
     if (cursor_.at_end()) {
-      return note({{cursor_.place(), 0}}, "the file ends before the last ';': it may be incomplete");
+      return note({cursor_.take_line()}, "the file ends before the last ';': it may be incomplete");
     }
     const Token next = cursor_.peek_word();
     if (!is_section(next.text) || !cursor_.at_line_start()) cursor_.refuse(semicolon);
