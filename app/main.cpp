@@ -10,6 +10,8 @@
 
 #include "app/commands/commands.h"
 #include "app/io/bounded_output.h"
+#include "app/io/error_text.h"
+#include "app/io/usage_error.h"
 #include "app/live/log_sink.h"
 #include "can/dbc/database.h"
 #include "can/log/candump.h"
@@ -20,14 +22,18 @@ namespace {
 
 using namespace hystcan;
 
-/// Prints the error. It neither throws if standard error is closed, for example with the terminal, nor waits forever
+/// Prints a line on standard error. It neither throws if standard error is closed, for example with the terminal, nor waits forever
 /// for its reader.
-int print_error(const std::exception& error, int status) {
-  const std::string message = fmt::format("hystcan: {}\n", error.what());
+int print_line(const std::string& text, int status) {
+  const std::string line = text + "\n";
   spdlog::default_logger()->flush();
-  std::string_view rest = message;
+  std::string_view rest = line;
   hystcan::app::write_within(STDERR_FILENO, rest, std::chrono::seconds(1));
   return status;
+}
+
+int print_error(const std::exception& error, int status) {
+  return print_line(fmt::format("hystcan: {}", app::error_text(error)), status);
 }
 
 int run(int argc, char** argv) {
@@ -45,7 +51,9 @@ int run(int argc, char** argv) {
   try {
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return cli.exit(error) == 0 ? app::done : app::bad_input;
+    if (error.get_exit_code() != 0) return print_line(app::usage_error(cli, error), app::bad_input);
+    cli.exit(error);  // prints the help or the version
+    return app::done;
   }
   return status;
 }

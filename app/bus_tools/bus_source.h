@@ -10,7 +10,6 @@
 
 namespace CLI {
 class App;
-class Validator;
 }  // namespace CLI
 
 namespace hystcan::app {
@@ -32,9 +31,6 @@ struct BusSource {
 
 /// Throws config::Error if no interface is named, and the errors of the files that it reads.
 BusSource find_bus(const BusOptions& options);
-
-/// Accepts a duration in seconds, > 0 and < 1e9.
-CLI::Validator positive_seconds();
 
 /// Writes to standard output. Throws RunError if the write fails, for example on a full disk.
 void print(std::string_view text);

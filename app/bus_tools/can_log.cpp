@@ -16,11 +16,17 @@ std::ifstream open_can_log(const std::filesystem::path& path) {
     throw config::Error(path.string() + ": cannot be read: " + std::generic_category().message(error) +
                         ", expected a log of candump -L");
   };
+  std::error_code ignored;
+  if (std::filesystem::is_character_file(path, ignored))
+    throw config::Error(path.string() + ": is a device, expected a log of candump -L");
   std::ifstream stream(path, std::ios::binary);
   if (!stream) refuse(errno);
-  std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) refuse(EISDIR);
   return stream;
+}
+
+void require_frames(const std::string& name, std::uint64_t frames) {
+  if (frames == 0) throw config::Error(name + ": no frames, expected a log of candump -L");
 }
 
 void print_parse_warnings(const can::Database& database) {

@@ -14,6 +14,7 @@
 
 #include "app/commands/commands.h"
 #include "app/io/bounded_output.h"
+#include "app/io/option_check.h"
 #include "app/io/output_file.h"
 #include "app/live/exit_limit.h"
 #include "app/live/live_loop.h"
@@ -245,15 +246,10 @@ void add_controller(CLI::App& cli, int& status) {
   auto options = std::make_shared<ControllerArguments>();
   CLI::App* command = cli.add_subcommand("controller", "Control the axes on the bus");
   command->add_option("CONFIG", options->config, "configuration (TOML)")->required();
-  command->add_option("--interface", options->interface, "CAN interface instead of the configured one");
+  command->add_option("--interface", options->interface, "CAN interface instead of the configured one")
+      ->check(interface_name());
   command->add_option("--duration", options->duration_s, "stop after this many seconds")
-      ->check(CLI::Validator(
-          [](const std::string& text) {
-            double value = 0.0;
-            const bool sound = CLI::detail::lexical_cast(text, value) && value > 0.0 && value < 1e9;
-            return sound ? std::string() : text + ", expected seconds > 0 and < 1e9";
-          },
-          "SECONDS"));
+      ->check(positive_seconds());
   command->add_flag("--once", options->once, "stop after one pass of the reference");
   command->add_flag("--clear-faults", options->clear_faults,
                     "clear a fault that the amplifier has latched, then start");

@@ -12,6 +12,7 @@
 
 #include "app/commands/commands.h"
 #include "app/io/exit_status.h"
+#include "app/io/option_check.h"
 #include "app/remote/control_client.h"
 #include "app/remote/socket_place.h"
 
@@ -47,6 +48,9 @@ nlohmann::json exchange(const std::filesystem::path& file, const nlohmann::json&
     throw RunError(
         fmt::format("{}: {}; is the {} running, with this interface? (--interface, --socket, control_socket)",
                     file.string(), error.code().message(), process));
+  } catch (const nlohmann::json::exception&) {
+    throw RunError(fmt::format("{}: the answer is not JSON, expected the control socket of a {}",
+                               file.string(), process));
   }
 }
 
@@ -152,8 +156,10 @@ void add_twin_commands(const auto& add, const auto& run_as, CtlArguments& option
       ->required();
   inject->add_option("--axis", options.axis, "may be left out if the twin has only one axis");
   inject->add_option("--node", options.node, "sensor or amplifier, if the kind of fault can act on either");
-  inject->add_option("--duration", options.duration_s, "seconds; if left out, until the fault is removed");
-  inject->add_option("--value", options.fault_value, "the strength of the fault, in the unit of its kind");
+  inject->add_option("--duration", options.duration_s, "seconds; if left out, until the fault is removed")
+      ->check(positive_number());
+  inject->add_option("--value", options.fault_value, "the strength of the fault, in the unit of its kind")
+      ->check(finite_number());
   run_as(inject, [](const CtlArguments& o) {
     nlohmann::json request{{"do", "inject"}, {"kind", o.kind}};
     if (!o.axis.empty()) request["axis"] = o.axis;
@@ -185,12 +191,13 @@ void add_ctl(CLI::App& cli, int& status) {
   ctl->add_option("--socket", options->socket, "the control socket's file");
   ctl->add_option("--interface", options->interface,
                   "without --socket: the socket of the controller (or twin) on this CAN interface")
+      ->check(interface_name())
       ->capture_default_str();
   ctl->add_flag("--twin", options->twin, "command the twin on this interface, not the controller");
   ctl->add_flag("--json", options->json, "print the answer as JSON");
   ctl->add_option("--timeout", options->answer_timeout_s,
                   "seconds to wait for the answer; `wait` has its own")
-      ->check(CLI::Range(0.001, 1e6))
+      ->check(number_between(0.001, 1e6))
       ->capture_default_str();
   const auto add = [&](const char* name, const char* what) {
     CLI::App* command = ctl->add_subcommand(name, what);
@@ -225,13 +232,13 @@ void add_ctl(CLI::App& cli, int& status) {
   }
   CLI::App* go = add("go", "leave the reference, move to a position and stay there");
   go->add_option("AXIS", options->axis)->required();
-  go->add_option("POSITION", options->position_um, "um")->required();
+  go->add_option("POSITION", options->position_um, "um")->required()->check(finite_number());
   run_as(go, [](const CtlArguments& o) {
     return nlohmann::json{{"do", "go_to"}, {"axis", o.axis}, {"position_um", o.position_um}};
   });
   CLI::App* wait = add("wait", "wait until the axis is in position; fail if it does not arrive");
   wait->add_option("AXIS", options->axis)->required();
-  wait->add_option("--timeout", options->timeout_s, "seconds");
+  wait->add_option("--timeout", options->timeout_s, "seconds")->check(number_between(0.001, 1e6));
   run_as(wait, [](const CtlArguments& o) {
     nlohmann::json request{{"do", "wait"}, {"axis", o.axis}};
     if (o.timeout_s > 0.0) request["timeout_s"] = o.timeout_s;

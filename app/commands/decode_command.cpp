@@ -36,6 +36,7 @@ void decode(std::istream& stream, const std::string& name, const DecodeArguments
     if (at_once) flush_output();
   }
   flush_output();
+  require_frames(name, text.frames() + text.error_frames());
   const std::uint64_t lost = text.lost() + reader.dropped();
   fmt::print(stderr, "{}: {} frames, {} of them not in {}; {} error frames", name, text.frames(),
              text.unknown(), options.dbc.string(), text.error_frames());

@@ -129,7 +129,7 @@ void print_comparison_json(const config::Config& config, const std::vector<Colum
 
 int run_demo(const DemoArguments& options) {
   const config::Config config = config::load(options.config.empty() ? shipped_config() : options.config);
-  std::filesystem::create_directories(options.output);
+  create_folder(options.output);
   const auto start = std::chrono::steady_clock::now();
   const std::vector<Column> columns = run_columns(config, options.output);
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;

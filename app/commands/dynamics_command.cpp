@@ -10,6 +10,7 @@
 #include <string>
 
 #include "app/commands/commands.h"
+#include "app/io/option_check.h"
 #include "app/io/output_file.h"
 #include "app/report/dynamics_text.h"
 #include "config/files/dataset_file.h"
@@ -108,8 +109,6 @@ nlohmann::json to_json(const IdentifiedDynamics& identified) {
 
 int dynamics(const DynamicsArguments& options) {
   refuse_to_overwrite(options.output, options.data);
-  if (options.rate_Hz && !(*options.rate_Hz > 0.0 && std::isfinite(*options.rate_Hz)))
-    throw config::Error(fmt::format("--rate is {}, expected a positive number", *options.rate_Hz));
   const IdentifiedDynamics identified = find(options);
   OutputFile out(options.output);
   out.write(fragment(identified));
@@ -131,7 +130,8 @@ void add_dynamics(CLI::App& cli, int& status) {
                    "time until the next row's")
       ->required();
   command->add_option("--output", options->output, "fragment of a configuration to write (TOML)")->required();
-  command->add_option("--rate", options->rate_Hz, "rate of the controller, Hz (default: the dataset's)");
+  command->add_option("--rate", options->rate_Hz, "rate of the controller, Hz (default: the dataset's)")
+      ->check(positive_number());
   command->add_flag("--json", options->json, "print the result as JSON");
   command->callback([options, &status] { status = dynamics(*options); });
 }

@@ -16,6 +16,7 @@
 #include "app/bus_tools/frame_text.h"
 #include "app/commands/commands.h"
 #include "app/io/log_file.h"
+#include "app/io/option_check.h"
 #include "app/live/stop_signal.h"
 #include "can/log/error_words.h"
 #include "can/socketcan/bus_monitor.h"

@@ -22,6 +22,7 @@
 
 #include "app/bus_tools/can_log.h"
 #include "app/commands/commands.h"
+#include "app/io/option_check.h"
 #include "app/live/stop_signal.h"
 #include "can/log/candump.h"
 #include "can/socketcan/raw_socket.h"
@@ -42,6 +43,7 @@ constexpr std::chrono::milliseconds longest_sleep{100};  // between checks for a
 constexpr std::chrono::microseconds retry_after{200};    // a full queue: about the time of two frames
 
 constexpr std::uint64_t waits_until_said = 5000;
+constexpr std::uint64_t most_passes = 1'000'000'000;
 
 struct ReplayArguments {
   std::filesystem::path log;
@@ -129,6 +131,29 @@ bool sleep_until(Time deadline) {
   return stop_signalled == 0;
 }
 
+/// Refuses a log whose time runs backwards: two logs in one file, or a clock that was set. The frames of several
+/// interfaces stand a little out of order, which counts as no step.
+class TimeOrder {
+ public:
+  explicit TimeOrder(std::string name) : name_(std::move(name)) {}
+
+  void check(const LoggedFrame& logged, std::size_t line) {
+    if (frames_++ > 0 && logged.time < latest_ - tolerated)
+      throw config::Error(fmt::format("{}:{}:1: the time steps back by {:.6f} s, expected at most {} s",
+                                      name_, line, can::seconds(latest_ - logged.time),
+                                      can::seconds(tolerated)));
+    latest_ = frames_ == 1 ? logged.time : std::max(latest_, logged.time);
+  }
+  std::uint64_t frames() const { return frames_; }
+
+ private:
+  static constexpr std::chrono::microseconds tolerated{1'000'000};
+
+  std::string name_;
+  std::uint64_t frames_ = 0;
+  std::chrono::microseconds latest_{0};
+};
+
 class Replay {
  public:
   explicit Replay(const ReplayArguments& options)
@@ -137,32 +162,41 @@ class Replay {
   /// Reads the whole log and opens every interface before the first frame is sent, so that a damaged log or a
   /// missing interface moves nothing.
   void prepare(std::istream& stream) {
-    can::CandumpReader reader(stream, options_.log.string());
-    while (const auto logged = reader.next())
-      if (is_sent(*logged)) outlets_.open(interface_of(*logged));
+    const std::string name = options_.log.string();
+    can::CandumpReader reader(stream, name);
+    TimeOrder order(name);
+    std::set<std::string> interfaces;
+    while (const auto logged = reader.next()) {
+      order.check(*logged, reader.line());
+      if (is_sent(*logged)) interfaces.insert(interface_of(*logged));
+    }
+    require_frames(name, order.frames());
+    for (const std::string& interface : interfaces) outlets_.open(interface);
     if (!options_.interface.empty()) outlets_.open(options_.interface);
   }
 
   /// Sends the log once; the first frame is due at `start`. Returns the time at which the last frame was due.
   Time pass(std::istream& stream, const std::string& name, Time start) {
     can::CandumpReader reader(stream, name);
+    TimeOrder order(name);
     std::optional<std::chrono::microseconds> first;
     Time due = start;
     while (const auto logged = reader.next()) {
+      order.check(*logged, reader.line());
       if (!is_sent(*logged)) {
         ++(logged->frame.kind == can::FrameKind::error ? error_frames_ : filtered_);
         continue;
       }
       if (!first) first = logged->time;
       const std::chrono::duration<double, std::micro> offset = (logged->time - *first) / options_.speed;
-      // Times in a log of several interfaces may step back a little; a frame is never due before its
-      // predecessor.
+      // Where the time steps back, a frame is due with its predecessor.
       due = std::max(due, start + std::chrono::duration_cast<Duration>(offset));
       if (!sleep_until(due)) break;
       waits_ += outlets_.send(*logged, interface_of(*logged));
       if (stop_signalled != 0) break;
       account(Clock::now() - due);
     }
+    if (stop_signalled == 0) require_frames(name, order.frames());
     return due;
   }
 
@@ -229,11 +263,14 @@ void add_replay(CLI::App& cli, int& status) {
   CLI::App* command =
       cli.add_subcommand("replay", "Send a bus log of candump or record again with its timing");
   command->add_option("LOG", options->log, "log as `candump -L` writes it; - is standard input")->required();
-  command->add_option("--interface", options->interface,
-                      "send all frames on this interface instead of the log's own");
+  command
+      ->add_option("--interface", options->interface,
+                   "send all frames on this interface instead of the log's own")
+      ->check(interface_name());
   command->add_option("--speed", options->speed, "speed relative to the log; 1 by default")
-      ->check(CLI::Range(1e-3, 1e6));
-  command->add_option("--loop", options->loop, "number of passes; 0: until a signal");
+      ->check(number_between(1e-3, 1e6));
+  command->add_option("--loop", options->loop, "number of passes; 0: until a signal")
+      ->check(whole_number(0, most_passes));
   command->add_option("--filter", options->ids,
                       "send only these identifiers, as candump writes them (201, 00000201)");
   command->add_flag("--force-interface", options->force_interface, "allow an interface that is not virtual");

@@ -75,9 +75,14 @@ void run(const SimulateArguments& options, model::Simulation<Model>& simulation,
   out.write("time_s,input,output\n");
   std::vector<double> given;
   fmt::memory_buffer line;
+  double previous_s = 0.0;
   while (reader.next(given)) {
     const std::size_t rows = simulation.tally().rows;
     const double time_s = timed ? given[1] : static_cast<double>(rows);
+    if (timed && rows > 0 && time_s < previous_s)
+      throw config::Error(fmt::format("{}:{}: time_s is {} after {}, expected time to increase",
+                                      options.input.string(), reader.line_number(), time_s, previous_s));
+    previous_s = time_s;
     const auto row = options.inverse ? simulation.follow_output(given[0]) : simulation.follow_input(given[0]);
     line.clear();
     fmt::format_to(std::back_inserter(line), "{:.17g},{:.17g},{:.17g}\n", time_s, row.input, row.output);

@@ -10,6 +10,7 @@
 
 #include "app/commands/commands.h"
 #include "app/io/dataset_input.h"
+#include "app/io/option_check.h"
 #include "app/io/output_file.h"
 #include "config/files/model_file.h"
 #include "config/schema/config.h"
@@ -58,6 +59,10 @@ Outcome predict(const ValidateArguments& options, const model::Hysteresis& model
   const Dataset dataset = model.symmetry() == model::Symmetry::even ? folded(given) : given;
   Outcome outcome;
   outcome.delay_s = options.delay_s.value_or(config::load_identified_from(options.model).delay_s);
+  if (const double lasts_s = dataset.time_s.back() - dataset.time_s.front();
+      options.delay_s && outcome.delay_s > lasts_s)
+    throw config::Error(fmt::format("--delay is {} s, expected at most the length of {}, {:g} s",
+                                    outcome.delay_s, options.data.string(), lasts_s));
   outcome.output_span = identification::span_of(dataset.output);
   if (!(outcome.output_span > 0.0))
     throw config::Error(fmt::format("{}: the output is constant", options.data.string()));
@@ -154,15 +159,14 @@ void add_validate(CLI::App& cli, int& status) {
       ->add_option(
           "--estimate-from", options->estimate_s,
           "estimate initial memory and output offset from this many seconds; if left out, from all rows")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->excludes(memory);
   command
       ->add_option("--delay", options->delay_s, "delay of the output in seconds, instead of the model file's")
-      ->check(CLI::NonNegativeNumber);
+      ->check(not_negative_number());
   command->add_flag("--no-offset", options->no_offset, "do not estimate an output offset")->excludes(memory);
   command->add_option("--output", options->output, "write time_s,input,output,predicted (CSV)");
-  command->add_option("--from", options->input.from_s, "leave out the rows before this time_s");
-  command->add_option("--to", options->input.to_s, "leave out the rows after this time_s");
+  add_interval_options(*command, options->input);
   command->add_flag("--json", options->json, "print the result as JSON");
   command->callback([options, &status] { status = run_validate(*options); });
 }

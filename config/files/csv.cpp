@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <fstream>
 #include <sstream>
+#include <system_error>
 #include <utility>
 
 namespace hystcan::config {
@@ -39,14 +41,24 @@ std::string_view named_in_comment(std::string_view line, std::string_view name) 
   return line;
 }
 
+/// A device may never end, nor end a line.
+std::unique_ptr<std::istream> open_csv(const std::filesystem::path& file) {
+  const auto refuse = [&](const std::string& reason) {
+    throw Error(fmt::format("{}: cannot be read: {}, expected a CSV file", file.string(), reason));
+  };
+  std::error_code ignored;
+  const auto type = std::filesystem::status(file, ignored).type();
+  if (type == std::filesystem::file_type::character) refuse("it is a device");
+  if (type == std::filesystem::file_type::directory) refuse(std::generic_category().message(EISDIR));
+  auto stream = std::make_unique<std::ifstream>(file, std::ios::binary);
+  if (!*stream) refuse(std::generic_category().message(errno));
+  return stream;
+}
+
 }  // namespace
 
 CsvReader::CsvReader(std::filesystem::path file, std::vector<std::string> columns)
-    : file_(std::move(file)),
-      stream_(std::make_unique<std::ifstream>(file_, std::ios::binary)),
-      wanted_(std::move(columns)) {
-  if (!*stream_ || std::filesystem::is_directory(file_))
-    throw Error(fmt::format("{}: cannot be read, expected a CSV file", file_.string()));
+    : file_(std::move(file)), stream_(open_csv(file_)), wanted_(std::move(columns)) {
   read_header();
 }
 
