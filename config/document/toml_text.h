@@ -25,7 +25,8 @@ struct TextRefusal {
 /// Why the library must not see this text; empty if it may.
 std::optional<TextRefusal> find_refusal(std::string_view text);
 
-/// Throws Error `NAME:LINE:COLUMN: what, expected TOML`.
-toml::table parse_toml(std::string_view text, const std::string& name);
+/// Throws Error `NAME:LINE:COLUMN: what, expected TOML`. The sources of the nodes have `origin` as their path; no path if
+/// it is empty.
+toml::table parse_toml(std::string_view text, const std::string& name, std::string_view origin = {});
 
 }  // namespace hystcan::config
