@@ -25,6 +25,9 @@ struct NodeEvent {
 };
 static_assert(std::is_trivially_copyable_v<std::optional<NodeEvent>>, "events cross threads in a record");
 
+/// True for an emergency that only says that an error has gone (CiA 301: 00xx, "error reset or no error").
+bool is_all_clear(const NodeEvent& event);
+
 /// "node 1: emergency 0x8130: life guard or heartbeat error (error register 0x01)".
 std::string describe(const NodeEvent& event);
 

@@ -26,6 +26,7 @@
 #include "app/remote/socket_place.h"
 #include "app/remote/status_board.h"
 #include "app/report/report.h"
+#include "can/counted.h"
 #include "config/schema/config.h"
 #include "controller/black_box.h"
 #include "controller/control/statistics.h"
@@ -157,8 +158,9 @@ std::string results_text(const controller::Controller& controller, const CycleRe
                .dump(2) +
            "\n";
   }
-  std::string text = fmt::format("{} cycles, {} missed, {} samples missing, {} late\n", counters.cycles,
-                                 counters.overruns, counters.missing_samples, counters.late_samples);
+  std::string text =
+      fmt::format("{}, {} missed, {} missing, {} late\n", can::counted(counters.cycles, "cycle"),
+                  counters.overruns, can::counted(counters.missing_samples, "sample"), counters.late_samples);
   for (const std::string& line : describe(controller.timing())) text += line + "\n";
   for (const std::string& line : describe(closing)) text += line + "\n";
   for (const auto& outcome : outcomes) text += describe(outcome) + "\n";
@@ -222,8 +224,9 @@ int run_controller(const ControllerArguments& options) {
   auto control =
       std::make_unique<ControlService>(options.config, config, socket_of(config), recorder.board());
   controller.listen_to(control->requests());
-  spdlog::info("{} axes at {} Hz on {}; Ctrl-C ramps down and stops", config.axes.size(),
-               config.controller.rate_Hz, config.bus.interface);
+  spdlog::info("{} at {} Hz on {}; Ctrl-C ramps down and stops",
+               can::counted(config.axes.size(), "axis", "axes"), config.controller.rate_Hz,
+               config.bus.interface);
   become_realtime(config);
   run_to_the_end(loop, controller, *control, recorder, options,
                  can::seconds(config.controller.start_timeout));

@@ -15,6 +15,7 @@
 #include "app/io/option_check.h"
 #include "app/remote/control_client.h"
 #include "app/remote/socket_place.h"
+#include "can/counted.h"
 
 namespace hystcan::app {
 namespace {
@@ -68,13 +69,14 @@ std::string number(const nlohmann::json& value) {
 }
 
 void print_status(const nlohmann::json& status) {
-  fmt::print("{:.1f} s, {:.2f} s ago: {} cycles, {} missed, {} samples missing, {} late\n",
+  fmt::print("{:.1f} s, {:.2f} s ago: {}, {} missed, {} missing, {} late\n",
              status.at("time_s").get<double>(), status.at("age_s").get<double>(),
-             status.at("cycles").get<std::uint64_t>(), status.at("missed_cycles").get<std::uint64_t>(),
-             status.at("missing_samples").get<std::uint64_t>(),
+             can::counted(status.at("cycles").get<std::uint64_t>(), "cycle"),
+             status.at("missed_cycles").get<std::uint64_t>(),
+             can::counted(status.at("missing_samples").get<std::uint64_t>(), "sample"),
              status.at("late_samples").get<std::uint64_t>());
-  fmt::print("{:<8} {:<13} {:>13} {:>12} {:>12} {:>10}  {}\n", "axis", "state", "reference um", "position um",
-             "error um", "drive", "");
+  fmt::print("{:<8} {:<13} {:>13} {:>12} {:>12} {:>10} {:>10}  {}\n", "axis", "state", "reference um",
+             "position um", "error um", "drive", "output", "");
   for (const nlohmann::json& axis : status.at("axes")) {
     std::string remark = axis.value("arrival", "");
     if (const std::string limits = axis.at("limits"); !limits.empty()) remark += " limited by " + limits;
@@ -82,10 +84,10 @@ void print_status(const nlohmann::json& status) {
     if (axis.at("state") == "faulted")
       remark = fmt::format("{} at {:.3f} s; {}", axis.at("fault").get<std::string>(),
                            axis.at("fault_time_s").get<double>(), axis.at("remedy").get<std::string>());
-    fmt::print("{:<8} {:<13} {:>13} {:>12} {:>12} {:>10}  {}\n", axis.at("name").get<std::string>(),
+    fmt::print("{:<8} {:<13} {:>13} {:>12} {:>12} {:>10} {:>10}  {}\n", axis.at("name").get<std::string>(),
                axis.at("state").get<std::string>(), number(axis.value("reference_um", nlohmann::json())),
                number(axis.at("position_um")), number(axis.value("error_um", nlohmann::json())),
-               number(axis.at("drive")), remark);
+               number(axis.at("drive")), number(axis.value("amplifier_output", nlohmann::json())), remark);
   }
 }
 
@@ -107,7 +109,7 @@ void print_twin_status(const nlohmann::json& status) {
   }
 }
 
-void print_removed(std::size_t faults) { fmt::print("{} fault{} removed\n", faults, faults == 1 ? "" : "s"); }
+void print_removed(std::size_t faults) { fmt::print("{} removed\n", can::counted(faults, "fault")); }
 
 void print_answer(const nlohmann::json& answer) {
   if (answer.contains("faults")) return print_twin_status(answer);

@@ -12,6 +12,7 @@
 #include "app/bus_tools/decode_findings.h"
 #include "app/bus_tools/frame_text.h"
 #include "app/commands/commands.h"
+#include "can/counted.h"
 #include "can/log/candump.h"
 
 namespace hystcan::app {
@@ -38,9 +39,9 @@ void decode(std::istream& stream, const std::string& name, const DecodeArguments
   flush_output();
   require_frames(name, text.frames() + text.error_frames());
   const std::uint64_t lost = text.lost() + reader.dropped();
-  fmt::print(stderr, "{}: {} frames, {} of them not in {}; {} error frames", name, text.frames(),
-             text.unknown(), options.dbc.string(), text.error_frames());
-  if (lost > 0) fmt::print(stderr, "; {} frames were lost by the recorder", lost);
+  fmt::print(stderr, "{}: {}, {} of them not in {}; {}", name, can::counted(text.frames(), "frame"),
+             text.unknown(), options.dbc.string(), can::counted(text.error_frames(), "error frame"));
+  if (lost > 0) fmt::print(stderr, "; {} lost by the recorder", can::counted(lost, "frame"));
   fmt::print(stderr, "\n");
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/commands/commands.h"
+#include "app/io/output_file.h"
 #include "app/io/truth_log.h"
 #include "app/live/rehearsal_setup.h"
 #include "app/report/demo_plot.h"

@@ -13,6 +13,7 @@
 #include "app/io/option_check.h"
 #include "app/io/output_file.h"
 #include "app/report/dynamics_text.h"
+#include "can/counted.h"
 #include "config/files/dataset_file.h"
 #include "config/schema/config.h"
 #include "identification/dynamics/tuning.h"
@@ -65,8 +66,8 @@ IdentifiedDynamics find(const DynamicsArguments& options) {
 std::string describe(const IdentifiedDynamics& identified) {
   const SecondOrderFit& fit = identified.fit;
   const Tuning& tuning = identified.tuning;
-  return line("dataset",
-              fmt::format("{}: {} rows at {:.6g} Hz", identified.file, fit.rows, 1.0 / fit.cycle_s)) +
+  return line("dataset", fmt::format("{}: {} at {:.6g} Hz", identified.file, can::counted(fit.rows, "row"),
+                                     1.0 / fit.cycle_s)) +
          describe(fit, identified.input_unit, identified.output_unit) +
          line("PI gains", fmt::format("kp {} um per um, ki {} 1/s, at {:.6g} Hz", tuning.gains.kp,
                                       tuning.gains.ki_per_s, identified.rate_Hz)) +

@@ -14,6 +14,7 @@
 #include "app/io/option_check.h"
 #include "app/io/output_file.h"
 #include "app/live/open_loop.h"
+#include "can/counted.h"
 #include "config/schema/config.h"
 #include "controller/excitation_dataset.h"
 
@@ -106,9 +107,9 @@ class DatasetRecorder {
   std::uint64_t rows() const { return record_.rows(); }
 
   std::string summary(const std::string& drive_unit) const {
-    return fmt::format("{} rows, {} cycles left out, input {:g} to {:g} {}, output {:.4f} to {:.4f} um",
-                       record_.rows(), record_.left_out(), input_.least, input_.most, drive_unit,
-                       output_.least, output_.most);
+    return fmt::format("{}, {} left out, input {:g} to {:g} {}, output {:.4f} to {:.4f} um",
+                       can::counted(record_.rows(), "row"), can::counted(record_.left_out(), "cycle"),
+                       input_.least, input_.most, drive_unit, output_.least, output_.most);
   }
 
  private:
@@ -142,10 +143,11 @@ int run_excite(const ExciteArguments& options) {
   for (const std::string& line : end.closing) fmt::print(stderr, "{}\n", line);
   recorder.close();
 
-  end.require_finished(config.axes[0].wire.name, recorder.rows() == 0
-                                                     ? "stopped before the first row, nothing is written"
-                                                     : fmt::format("stopped after {} rows, which are in {}",
-                                                                   recorder.rows(), options.output.string()));
+  end.require_finished(config.axes[0].wire.name,
+                       recorder.rows() == 0
+                           ? "stopped before the first row, nothing is written"
+                           : fmt::format("stopped after {}, to be found in {}",
+                                         can::counted(recorder.rows(), "row"), options.output.string()));
   fmt::print(stderr, "{}: {}\n", options.output.string(), recorder.summary(config.axes[0].wire.drive_unit));
   return done;
 }

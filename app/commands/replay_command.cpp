@@ -24,6 +24,7 @@
 #include "app/commands/commands.h"
 #include "app/io/option_check.h"
 #include "app/live/stop_signal.h"
+#include "can/counted.h"
 #include "can/log/candump.h"
 #include "can/socketcan/raw_socket.h"
 #include "can/socketcan/socketcan_bus.h"
@@ -201,14 +202,15 @@ class Replay {
   }
 
   void report() const {
-    fmt::print(stderr, "{} frames sent", sent_);
-    if (error_frames_ > 0) fmt::print(stderr, ", {} error frames cannot be sent", error_frames_);
+    fmt::print(stderr, "{} sent", can::counted(sent_, "frame"));
+    if (error_frames_ > 0)
+      fmt::print(stderr, ", {} cannot be sent", can::counted(error_frames_, "error frame"));
     if (filtered_ > 0) fmt::print(stderr, ", {} left out by --filter", filtered_);
-    if (waits_ > 0) fmt::print(stderr, "; waited {} times for a full queue", waits_);
+    if (waits_ > 0) fmt::print(stderr, "; waited {} for a full queue", can::counted(waits_, "time"));
     fmt::print(stderr, "; at most {:.3f} ms late\n", 1e3 * can::seconds(latest_));
     if (late_ > 0)
-      fmt::print(stderr, "the timing of the log was not kept: {} frames were sent more than {} ms late\n",
-                 late_, tolerated_lateness.count());
+      fmt::print(stderr, "the timing of the log was not kept: {} sent more than {} ms late\n",
+                 can::counted(late_, "frame"), tolerated_lateness.count());
   }
 
  private:

@@ -16,6 +16,7 @@
 #include "app/io/output_file.h"
 #include "app/io/progress.h"
 #include "app/live/stop_signal.h"
+#include "can/counted.h"
 #include "config/files/csv.h"
 #include "config/files/model_file.h"
 #include "model/simulation.h"
@@ -109,18 +110,16 @@ template <class Model>
 void report_simulation(const SimulateArguments& options, const model::Simulation<Model>& simulation) {
   const model::Tally& tally = simulation.tally();
   const model::Interval& range = simulation.model().input_range();
-  fmt::print(stderr, "{}: {} rows, {} of them limited to the thresholds {} and {} {}\n",
-             options.output.string(), tally.rows, tally.saturated, range.lo, range.hi,
+  fmt::print(stderr, "{}: {}, {} of them limited to the thresholds {} and {} {}\n", options.output.string(),
+             can::counted(tally.rows, "row"), tally.saturated, range.lo, range.hi,
              simulation.model().parameters().input_unit);
   if (tally.not_increasing > 0)
-    fmt::print(stderr, "{} rows lie on a branch that is not increasing: its inverse is not valid there\n",
-               tally.not_increasing);
+    fmt::print(stderr, "{} on a branch that is not increasing: its inverse is not valid there\n",
+               can::counted(tally.not_increasing, "row"));
   if constexpr (requires { simulation.state().merged; })
     if (simulation.state().merged > 0)
-      fmt::print(
-          stderr,
-          "{} steps were taken with a full memory of {} turning points: the innermost loops are lost\n",
-          simulation.state().merged, capacity);
+      fmt::print(stderr, "{} with a full memory of {} turning points: the innermost loops are lost\n",
+                 can::counted(simulation.state().merged, "step"), capacity);
 }
 
 template <class Model>

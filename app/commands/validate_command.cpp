@@ -12,6 +12,7 @@
 #include "app/io/dataset_input.h"
 #include "app/io/option_check.h"
 #include "app/io/output_file.h"
+#include "can/counted.h"
 #include "config/files/model_file.h"
 #include "config/schema/config.h"
 #include "identification/excerpt.h"
@@ -120,16 +121,16 @@ void report_prediction(const ValidateArguments& options, const Dataset& dataset,
              options.data.string(), judged.rms * percent, judged.max * percent, outcome.output_span,
              dataset.output_unit);
   if (options.memory.empty())
-    fmt::print("initial memory{} estimated from {} of {} samples{}; offset {:+.4g} {}, delay {:.3g} s\n",
-               options.no_offset ? "" : " and offset", outcome.estimated_from, dataset.size(),
-               rest ? ", which are not judged" : "", outcome.start.offset, dataset.output_unit,
-               outcome.delay_s);
+    fmt::print("initial memory{} estimated from {} of {}{}; offset {:+.4g} {}, delay {:.3g} s\n",
+               options.no_offset ? "" : " and offset", outcome.estimated_from,
+               can::counted(dataset.size(), "sample"), rest ? ", which are not judged" : "",
+               outcome.start.offset, dataset.output_unit, outcome.delay_s);
   if (rest)
     fmt::print("with these: {:.3g} % RMS, {:.3g} % at most\n", outcome.all.rms * percent,
                outcome.all.max * percent);
   if (outcome.outside > 0)
-    fmt::print(stderr, "{} samples lie beyond the model's thresholds and were limited to them\n",
-               outcome.outside);
+    fmt::print(stderr, "{} beyond the model's thresholds, limited to them\n",
+               can::counted(outcome.outside, "sample"));
 }
 
 int run_validate(const ValidateArguments& options) {
