@@ -12,7 +12,9 @@
 
 #include "app/commands/commands.h"
 #include "app/io/bounded_output.h"
+#include "app/io/error_text.h"
 #include "app/io/standard_streams.h"
+#include "app/io/usage_error.h"
 #include "app/live/log_sink.h"
 #include "can/dbc/database.h"
 #include "can/log/candump.h"
@@ -23,17 +25,23 @@ namespace {
 
 using namespace hystcan;
 
-/// Prints the error. It neither throws if standard error is closed, for example with the terminal, nor waits forever
+/// Prints a line on standard error. It neither throws if standard error is closed, for example with the terminal, nor waits forever
 /// for its reader.
-int print_error(std::string_view reason, int status) {
-  const std::string message = fmt::format("hystcan: {}\n", reason);
+int print_line(const std::string& text, int status) {
+  const std::string line = text + "\n";
   spdlog::default_logger()->flush();
-  std::string_view rest = message;
+  std::string_view rest = line;
   hystcan::app::write_within(STDERR_FILENO, rest, std::chrono::seconds(1));
   return status;
 }
 
-int print_error(const std::exception& error, int status) { return print_error(error.what(), status); }
+int print_error(std::string_view reason, int status) {
+  return print_line(fmt::format("hystcan: {}", reason), status);
+}
+
+int print_error(const std::exception& error, int status) {
+  return print_error(app::error_text(error), status);
+}
 
 int run(int argc, char** argv) {
   CLI::App cli("Controller for smart-material actuators on a CAN bus, with a simulation twin");
@@ -50,10 +58,9 @@ int run(int argc, char** argv) {
   try {
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    std::ostringstream asked, refused;
-    const bool is_asked = cli.exit(error, asked, refused) == 0;  // --help, --version
-    app::note_text(refused.str());
-    if (!is_asked) return app::bad_input;
+    if (error.get_exit_code() != 0) return print_line(app::usage_error(cli, error), app::bad_input);
+    std::ostringstream asked, ignored;
+    cli.exit(error, asked, ignored);  // --help, --version
     return app::print_for_reader([&] {
       app::print(asked.str());
       return app::done;

@@ -6,6 +6,8 @@
 #include <boost/lockfree/spsc_queue.hpp>
 #include <utility>
 
+#include "can/counted.h"
+
 namespace hystcan::can {
 namespace {
 
@@ -78,8 +80,8 @@ BusReport report_of(std::span<const Bus* const> connections, double time_s) {
 std::span<const BusTrouble> bus_troubles() { return troubles; }
 
 std::string describe(const BusReport& report) {
-  std::string text = fmt::format("bus {}: {} frames sent, {} received", to_string(report.state),
-                                 report.counters.sent, report.counters.received);
+  std::string text = fmt::format("bus {}: {} sent, {} received", to_string(report.state),
+                                 counted(report.counters.sent, "frame"), report.counters.received);
   for (const BusTrouble& trouble : troubles) {
     const std::string_view name = trouble.words.substr(0, trouble.words.find(':'));
     if (const std::uint64_t count = report.counters.*trouble.count; count != 0)

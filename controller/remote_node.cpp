@@ -9,6 +9,11 @@
 
 namespace hystcan::controller {
 
+bool is_all_clear(const NodeEvent& event) {
+  constexpr std::uint16_t error_group = 0xFF00;
+  return event.kind == NodeEvent::Kind::emergency && (event.emergency.code & error_group) == 0;
+}
+
 bool are_of_one_kind(const NodeEvent& one, const NodeEvent& other) {
   return one.kind == other.kind && one.node == other.node && one.emergency.code == other.emergency.code &&
          one.command == other.command && one.object == other.object;
@@ -73,9 +78,9 @@ void RemoteNode::hear_emergency(const can::Frame& frame) {
   if (emergency_checker_.check(frame)) return;
   const auto emergency = can::parse_emergency(frame);
   if (!emergency) return;
-  constexpr std::uint16_t no_error_group = 0xFF00;  // CiA 301: 00xx is "error reset or no error"
-  alarm_ |= (emergency->code & no_error_group) != 0;
-  note({.kind = NodeEvent::Kind::emergency, .node = node_, .emergency = *emergency});
+  const NodeEvent event{.kind = NodeEvent::Kind::emergency, .node = node_, .emergency = *emergency};
+  alarm_ |= !is_all_clear(event);
+  note(event);
 }
 
 void RemoteNode::hear_sdo(const can::Frame& frame) {

@@ -24,12 +24,14 @@ struct NodeEvent {
   can::SdoFailure failure{};
   can::NmtCommand command{};  ///< of foreign_nmt
   can::SdoObject object{};    ///< of foreign_sdo
-  std::uint32_t times = 1;  ///< so many of this kind came in a row before the first was taken
+  std::uint32_t times = 1;    ///< so many of this kind came in a row before the first was taken
 };
 static_assert(std::is_trivially_copyable_v<std::optional<NodeEvent>>, "events cross threads in a record");
 
 /// True for the same failure of the same node: kind and code.
 bool are_of_one_kind(const NodeEvent& one, const NodeEvent& other);
+/// True for an emergency that only says that an error has gone (CiA 301: 00xx, "error reset or no error").
+bool is_all_clear(const NodeEvent& event);
 
 /// "node 1: emergency 0x8130: life guard or heartbeat error (error register 0x01)".
 std::string describe(const NodeEvent& event);

@@ -80,7 +80,7 @@ struct WiredAxis {
     can::Frame frame{};
   };
   std::array<NamedSync, 256> named_syncs_{};  ///< by SyncCounter: the last sample that named it
-  can::AmpStatus status_at_first_;  ///< What holds before a status comes, or where none ever comes.
+  can::AmpStatus status_at_first_;            ///< What holds before a status comes, or where none ever comes.
 };
 
 /// The axes of a controller; their addresses do not change.

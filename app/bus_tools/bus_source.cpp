@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "app/bus_tools/can_log.h"
+#include "app/io/option_check.h"
 #include "config/schema/config.h"
 #include "config/schema/frames.h"
 
@@ -11,7 +12,8 @@ namespace hystcan::app {
 
 void add_bus_options(CLI::App& command, BusOptions& options) {
   command.add_option("CONFIG", options.config, "configuration (TOML) that names interface and DBC");
-  command.add_option("--interface", options.interface, "CAN interface instead of the configured one");
+  command.add_option("--interface", options.interface, "CAN interface instead of the configured one")
+      ->check(interface_name());
   command.add_option("--dbc", options.dbc, "CAN database (DBC) instead of the configured one");
 }
 
@@ -31,15 +33,6 @@ BusSource find_bus(const BusOptions& options) {
   if (source.interface.empty())
     throw config::Error("no interface is named, expected a configuration or --interface");
   return source;
-}
-
-CLI::Validator positive_seconds() {
-  return {[](const std::string& text) {
-            double value = 0.0;
-            const bool sound = CLI::detail::lexical_cast(text, value) && value > 0.0 && value < 1e9;
-            return sound ? std::string() : text + ", expected seconds > 0 and < 1e9";
-          },
-          "SECONDS"};
 }
 
 }  // namespace hystcan::app

@@ -10,7 +10,6 @@
 
 namespace CLI {
 class App;
-class Validator;
 }  // namespace CLI
 
 namespace hystcan::app {
@@ -33,7 +32,5 @@ struct BusSource {
 /// Throws config::Error if no interface is named, and the errors of the files that it reads.
 BusSource find_bus(const BusOptions& options);
 
-/// Accepts a duration in seconds, > 0 and < 1e9.
-CLI::Validator positive_seconds();
 
 }  // namespace hystcan::app

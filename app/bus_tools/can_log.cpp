@@ -21,6 +21,10 @@ std::unique_ptr<std::istream> open_can_log(const std::filesystem::path& path) {
   }
 }
 
+void require_frames(const std::string& name, std::uint64_t frames) {
+  if (frames == 0) throw config::Error(name + ": no frames, expected a log of candump -L");
+}
+
 void print_parse_warnings(const can::Database& database) {
   constexpr std::size_t printed_max = 10;
   const std::size_t printed = std::min(printed_max, database.warnings.size());

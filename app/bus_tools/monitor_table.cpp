@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "app/bus_tools/frame_text.h"
+#include "can/counted.h"
 #include "can/dbc/message_decoder.h"
 
 namespace hystcan::app {
@@ -62,8 +63,9 @@ std::vector<std::string> monitor_lines(const BusLine& bus, const Traffic& traffi
   std::string top = fmt::format("{}: {}", bus.interface, state_text(bus));
   if (const auto counters = traffic.error_counters())
     top += fmt::format(", error counters transmit {} receive {}", counters->transmit, counters->receive);
-  top += fmt::format(", {:.1f} frames/s, {} frames, {} error frames, {} lost", traffic.rate_Hz(),
-                     traffic.frames(), traffic.error_frames(), bus.lost);
+  top += fmt::format(", {:.1f} frames/s, {}, {}, {} lost", traffic.rate_Hz(),
+                     can::counted(traffic.frames(), "frame"),
+                     can::counted(traffic.error_frames(), "error frame"), bus.lost);
   std::size_t width = 12;
   for (const auto& [key, of_message] : traffic.messages())
     width = std::max(width, name_of(of_message).size());

@@ -10,6 +10,7 @@
 
 #include "app/commands/commands.h"
 #include "app/io/standard_streams.h"
+#include "can/counted.h"
 #include "config/files/model_file.h"
 #include "config/schema/bus_plan.h"
 #include "config/schema/config.h"
@@ -100,8 +101,8 @@ int check(const CheckArguments& options) {
       print_limits("axis " + axis.wire.name + ", twin", *twin);
   }
   show_bus(config);
-  fmt::print("# {} messages in {}; node ids, identifiers, units and ranges agree\n",
-             config.database.messages.size(), config.bus.dbc.string());
+  fmt::print("# {} in {}; node ids, identifiers, units and ranges agree\n",
+             can::counted(config.database.messages.size(), "message"), config.bus.dbc.string());
   for (const std::string& warning : config.database.warnings) fmt::print("# warning: {}\n", warning);
   if (config.database.further_warnings > 0)
     fmt::print("# warning: and {} more\n", config.database.further_warnings);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "app/commands/commands.h"
+#include "app/io/option_check.h"
 #include "app/io/output_file.h"
 #include "app/io/standard_streams.h"
 #include "app/live/exit_limit.h"
@@ -23,6 +24,7 @@
 #include "app/remote/socket_place.h"
 #include "app/remote/status_board.h"
 #include "app/report/report.h"
+#include "can/counted.h"
 #include "config/schema/config.h"
 #include "controller/black_box.h"
 #include "controller/control/statistics.h"
@@ -152,8 +154,9 @@ std::string results_text(const controller::Controller& controller, const CycleRe
                .dump(2) +
            "\n";
   }
-  std::string text = fmt::format("{} cycles, {} missed, {} samples missing, {} late\n", counters.cycles,
-                                 counters.overruns, counters.missing_samples, counters.late_samples);
+  std::string text =
+      fmt::format("{}, {} missed, {} missing, {} late\n", can::counted(counters.cycles, "cycle"),
+                  counters.overruns, can::counted(counters.missing_samples, "sample"), counters.late_samples);
   for (const std::string& line : describe(controller.timing())) text += line + "\n";
   for (const std::string& line : describe(closing)) text += line + "\n";
   for (const auto& outcome : outcomes) text += describe(outcome) + "\n";
@@ -219,8 +222,9 @@ int run_controller(const ControllerArguments& options) {
   auto control =
       std::make_unique<ControlService>(options.config, config, socket_of(config), recorder.board());
   controller.listen_to(control->requests());
-  spdlog::info("{} axes at {} Hz on {}; Ctrl-C ramps down and stops", config.axes.size(),
-               config.controller.rate_Hz, config.bus.interface);
+  spdlog::info("{} at {} Hz on {}; Ctrl-C ramps down and stops",
+               can::counted(config.axes.size(), "axis", "axes"), config.controller.rate_Hz,
+               config.bus.interface);
   become_realtime(config);
   run_to_the_end(loop, controller, *control, recorder, options,
                  can::seconds(config.controller.start_timeout));
@@ -248,15 +252,10 @@ void add_controller(CLI::App& cli, int& status) {
   auto options = std::make_shared<ControllerArguments>();
   CLI::App* command = cli.add_subcommand("controller", "Control the axes on the bus");
   command->add_option("CONFIG", options->config, "configuration (TOML)")->required();
-  command->add_option("--interface", options->interface, "CAN interface instead of the configured one");
+  command->add_option("--interface", options->interface, "CAN interface instead of the configured one")
+      ->check(interface_name());
   command->add_option("--duration", options->duration_s, "stop after this many seconds")
-      ->check(CLI::Validator(
-          [](const std::string& text) {
-            double value = 0.0;
-            const bool sound = CLI::detail::lexical_cast(text, value) && value > 0.0 && value < 1e9;
-            return sound ? std::string() : text + ", expected seconds > 0 and < 1e9";
-          },
-          "SECONDS"));
+      ->check(positive_seconds());
   command->add_flag("--once", options->once, "stop after one pass of the reference");
   command->add_flag("--clear-faults", options->clear_faults,
                     "clear a fault that the amplifier has latched, then start");

@@ -12,10 +12,12 @@
 
 #include "app/commands/commands.h"
 #include "app/io/exit_status.h"
+#include "app/io/option_check.h"
 #include "app/io/standard_streams.h"
 #include "app/remote/command_handler.h"
 #include "app/remote/control_client.h"
 #include "app/remote/socket_place.h"
+#include "can/counted.h"
 
 namespace hystcan::app {
 namespace {
@@ -49,6 +51,9 @@ nlohmann::json exchange(const std::filesystem::path& file, const nlohmann::json&
     throw RunError(
         fmt::format("{}: {}; is the {} running, with this interface? (--interface, --socket, control_socket)",
                     file.string(), error.code().message(), process));
+  } catch (const nlohmann::json::exception&) {
+    throw RunError(fmt::format("{}: the answer is not JSON, expected the control socket of a {}",
+                               file.string(), process));
   }
 }
 
@@ -66,13 +71,14 @@ std::string number(const nlohmann::json& value) {
 }
 
 void print_status(const nlohmann::json& status) {
-  fmt::print("{:.1f} s, {:.2f} s ago: {} cycles, {} missed, {} samples missing, {} late\n",
+  fmt::print("{:.1f} s, {:.2f} s ago: {}, {} missed, {} missing, {} late\n",
              status.at("time_s").get<double>(), status.at("age_s").get<double>(),
-             status.at("cycles").get<std::uint64_t>(), status.at("missed_cycles").get<std::uint64_t>(),
-             status.at("missing_samples").get<std::uint64_t>(),
+             can::counted(status.at("cycles").get<std::uint64_t>(), "cycle"),
+             status.at("missed_cycles").get<std::uint64_t>(),
+             can::counted(status.at("missing_samples").get<std::uint64_t>(), "sample"),
              status.at("late_samples").get<std::uint64_t>());
-  fmt::print("{:<8} {:<13} {:>13} {:>12} {:>12} {:>10}  {}\n", "axis", "state", "reference um", "position um",
-             "error um", "drive", "");
+  fmt::print("{:<8} {:<13} {:>13} {:>12} {:>12} {:>10} {:>10}  {}\n", "axis", "state", "reference um",
+             "position um", "error um", "drive", "output", "");
   for (const nlohmann::json& axis : status.at("axes")) {
     std::string remark = axis.value("arrival", "");
     if (const std::string limits = axis.at("limits"); !limits.empty()) remark += " limited by " + limits;
@@ -80,10 +86,10 @@ void print_status(const nlohmann::json& status) {
     if (axis.at("state") == "faulted")
       remark = fmt::format("{} at {:.3f} s; {}", axis.at("fault").get<std::string>(),
                            axis.at("fault_time_s").get<double>(), axis.at("remedy").get<std::string>());
-    fmt::print("{:<8} {:<13} {:>13} {:>12} {:>12} {:>10}  {}\n", axis.at("name").get<std::string>(),
+    fmt::print("{:<8} {:<13} {:>13} {:>12} {:>12} {:>10} {:>10}  {}\n", axis.at("name").get<std::string>(),
                axis.at("state").get<std::string>(), number(axis.value("reference_um", nlohmann::json())),
                number(axis.at("position_um")), number(axis.value("error_um", nlohmann::json())),
-               number(axis.at("drive")), remark);
+               number(axis.at("drive")), number(axis.value("amplifier_output", nlohmann::json())), remark);
   }
 }
 
@@ -105,7 +111,7 @@ void print_twin_status(const nlohmann::json& status) {
   }
 }
 
-void print_removed(std::size_t faults) { fmt::print("{} fault{} removed\n", faults, faults == 1 ? "" : "s"); }
+void print_removed(std::size_t faults) { fmt::print("{} removed\n", can::counted(faults, "fault")); }
 
 void print_answer(const nlohmann::json& answer) {
   if (answer.contains("faults")) return print_twin_status(answer);
@@ -154,8 +160,10 @@ void add_twin_commands(const auto& add, const auto& run_as, CtlArguments& option
       ->required();
   inject->add_option("--axis", options.axis, "may be left out if the twin has only one axis");
   inject->add_option("--node", options.node, "sensor or amplifier, if the kind of fault can act on either");
-  inject->add_option("--duration", options.duration_s, "seconds; if left out, until the fault is removed");
-  inject->add_option("--value", options.fault_value, "the strength of the fault, in the unit of its kind");
+  inject->add_option("--duration", options.duration_s, "seconds; if left out, until the fault is removed")
+      ->check(positive_number());
+  inject->add_option("--value", options.fault_value, "the strength of the fault, in the unit of its kind")
+      ->check(finite_number());
   run_as(inject, [](const CtlArguments& o) {
     nlohmann::json request{{"do", "inject"}, {"kind", o.kind}};
     if (!o.axis.empty()) request["axis"] = o.axis;
@@ -187,12 +195,13 @@ void add_ctl(CLI::App& cli, int& status) {
   ctl->add_option("--socket", options->socket, "the control socket's file");
   ctl->add_option("--interface", options->interface,
                   "without --socket: the socket of the controller (or twin) on this CAN interface")
+      ->check(interface_name())
       ->capture_default_str();
   ctl->add_flag("--twin", options->twin, "command the twin on this interface, not the controller");
   ctl->add_flag("--json", options->json, "print the answer as JSON");
   ctl->add_option("--timeout", options->answer_timeout_s,
                   "seconds to wait for the answer; `wait` has its own")
-      ->check(CLI::Range(0.001, 1e6))
+      ->check(number_between(0.001, 1e6))
       ->capture_default_str();
   const auto add = [&](const char* name, const char* what) {
     CLI::App* command = ctl->add_subcommand(name, what);
@@ -227,13 +236,13 @@ void add_ctl(CLI::App& cli, int& status) {
   }
   CLI::App* go = add("go", "leave the reference, move to a position and stay there");
   go->add_option("AXIS", options->axis)->required();
-  go->add_option("POSITION", options->position_um, "um")->required();
+  go->add_option("POSITION", options->position_um, "um")->required()->check(finite_number());
   run_as(go, [](const CtlArguments& o) {
     return nlohmann::json{{"do", "go_to"}, {"axis", o.axis}, {"position_um", o.position_um}};
   });
   CLI::App* wait = add("wait", "wait until the axis is in position; fail if it does not arrive");
   wait->add_option("AXIS", options->axis)->required();
-  wait->add_option("--timeout", options->timeout_s, "seconds");
+  wait->add_option("--timeout", options->timeout_s, "seconds")->check(number_between(0.001, 1e6));
   run_as(wait, [](const CtlArguments& o) {
     nlohmann::json request{{"do", "wait"}, {"axis", o.axis}};
     if (o.timeout_s > 0.0) request["timeout_s"] = o.timeout_s;

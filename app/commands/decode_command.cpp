@@ -12,6 +12,7 @@
 #include "app/bus_tools/frame_text.h"
 #include "app/commands/commands.h"
 #include "app/io/standard_streams.h"
+#include "can/counted.h"
 #include "can/log/candump.h"
 
 namespace hystcan::app {
@@ -35,10 +36,11 @@ void decode(std::istream& stream, const std::string& name, const DecodeArguments
     if (at_once) flush_output();
   }
   flush_output();
+  require_frames(name, text.frames() + text.error_frames());
   const std::uint64_t lost = text.lost() + reader.dropped();
-  note("{}: {} frames, {} of them not in {}; {} error frames", name, text.frames(), text.unknown(),
-       options.dbc.string(), text.error_frames());
-  if (lost > 0) note("; {} frames were lost by the recorder", lost);
+  note("{}: {}, {} of them not in {}; {}", name, can::counted(text.frames(), "frame"), text.unknown(),
+       options.dbc.string(), can::counted(text.error_frames(), "error frame"));
+  if (lost > 0) note("; {} lost by the recorder", can::counted(lost, "frame"));
   note("\n");
 }
 

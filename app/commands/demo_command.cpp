@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "app/commands/commands.h"
+#include "app/io/output_file.h"
 #include "app/io/standard_streams.h"
 #include "app/io/truth_log.h"
 #include "app/live/rehearsal_setup.h"
@@ -163,7 +164,7 @@ void print_comparison_json(const config::Config& config, const std::vector<Colum
 
 int run_demo(const DemoArguments& options) {
   const config::Config config = config::load(options.config.empty() ? shipped_config() : options.config);
-  std::filesystem::create_directories(options.output);
+  create_folder(options.output);
   stop_at_a_signal();
   const auto start = std::chrono::steady_clock::now();
   const std::vector<Column> columns = run_columns(config, options.output);

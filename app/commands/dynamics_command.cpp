@@ -10,9 +10,11 @@
 #include <string>
 
 #include "app/commands/commands.h"
+#include "app/io/option_check.h"
 #include "app/io/output_file.h"
 #include "app/live/stop_signal.h"
 #include "app/report/dynamics_text.h"
+#include "can/counted.h"
 #include "config/files/dataset_file.h"
 #include "config/schema/config.h"
 #include "identification/dynamics/tuning.h"
@@ -65,8 +67,8 @@ IdentifiedDynamics find(const DynamicsArguments& options) {
 std::string describe(const IdentifiedDynamics& identified) {
   const SecondOrderFit& fit = identified.fit;
   const Tuning& tuning = identified.tuning;
-  return line("dataset",
-              fmt::format("{}: {} rows at {:.6g} Hz", identified.file, fit.rows, 1.0 / fit.cycle_s)) +
+  return line("dataset", fmt::format("{}: {} at {:.6g} Hz", identified.file, can::counted(fit.rows, "row"),
+                                     1.0 / fit.cycle_s)) +
          describe(fit, identified.input_unit, identified.output_unit) +
          line("PI gains", fmt::format("kp {} um per um, ki {} 1/s, at {:.6g} Hz", tuning.gains.kp,
                                       tuning.gains.ki_per_s, identified.rate_Hz)) +
@@ -109,8 +111,6 @@ nlohmann::json to_json(const IdentifiedDynamics& identified) {
 
 int dynamics(const DynamicsArguments& options) {
   refuse_to_overwrite(options.output, options.data);
-  if (options.rate_Hz && !(*options.rate_Hz > 0.0 && std::isfinite(*options.rate_Hz)))
-    throw config::Error(fmt::format("--rate is {}, expected a positive number", *options.rate_Hz));
   const IdentifiedDynamics identified = find(options);
   stop_at_a_signal();  // no unfinished file remains
   OutputFile out(options.output);
@@ -133,7 +133,8 @@ void add_dynamics(CLI::App& cli, int& status) {
                    "time until the next row's")
       ->required();
   command->add_option("--output", options->output, "fragment of a configuration to write (TOML)")->required();
-  command->add_option("--rate", options->rate_Hz, "rate of the controller, Hz (default: the dataset's)");
+  command->add_option("--rate", options->rate_Hz, "rate of the controller, Hz (default: the dataset's)")
+      ->check(positive_number());
   command->add_flag("--json", options->json, "print the result as JSON");
   command->callback([options, &status] { status = dynamics(*options); });
 }

@@ -11,9 +11,11 @@
 #include <vector>
 
 #include "app/commands/commands.h"
+#include "app/io/option_check.h"
 #include "app/io/output_file.h"
 #include "app/io/standard_streams.h"
 #include "app/live/open_loop.h"
+#include "can/counted.h"
 #include "config/schema/config.h"
 #include "controller/excitation_dataset.h"
 
@@ -37,8 +39,6 @@ Excitation::Config excitation(const ExciteArguments& options, const controller::
   const double high = options.high.value_or(gate.drive_max);
   if (!(low < high))
     throw config::Error(fmt::format("--low is {}, expected less than --high, {}", low, high));
-  if (options.period_s && !(*options.period_s > 0.0))
-    throw config::Error(fmt::format("--period is {}, expected seconds > 0", *options.period_s));
   const double centre = low + (high - low) / 2.0;
   const double amplitude = options.amplitude.value_or(0.05 * (high - low));
   if (options.signal == "step")
@@ -52,9 +52,12 @@ Excitation::Config excitation(const ExciteArguments& options, const controller::
                                   .from_Hz = options.from_Hz.value_or(rate_Hz / 1000.0),
                                   .to_Hz = options.to_Hz.value_or(0.4 * rate_Hz),
                                   .duration_s = options.duration_s.value_or(10.0)};
-    if (std::max(chirp.from_Hz, chirp.to_Hz) > rate_Hz / 2.0)
-      throw config::Error(fmt::format("the chirp goes to {} Hz, expected at most half the cycle rate, {} Hz",
-                                      std::max(chirp.from_Hz, chirp.to_Hz), rate_Hz / 2.0));
+    if (chirp.from_Hz > chirp.to_Hz)
+      throw config::Error(fmt::format("--frequency-from is {} Hz, expected at most --frequency-to, {} Hz",
+                                      chirp.from_Hz, chirp.to_Hz));
+    if (chirp.to_Hz > rate_Hz / 2.0)
+      throw config::Error(fmt::format("--frequency-to is {} Hz, expected at most half the cycle rate, {} Hz",
+                                      chirp.to_Hz, rate_Hz / 2.0));
     return chirp;
   }
   return Excitation::Hysteresis{
@@ -105,9 +108,9 @@ class DatasetRecorder {
   std::uint64_t rows() const { return record_.rows(); }
 
   std::string summary(const std::string& drive_unit) const {
-    return fmt::format("{} rows, {} cycles left out, input {:g} to {:g} {}, output {:.4f} to {:.4f} um",
-                       record_.rows(), record_.left_out(), input_.least, input_.most, drive_unit,
-                       output_.least, output_.most);
+    return fmt::format("{}, {} left out, input {:g} to {:g} {}, output {:.4f} to {:.4f} um",
+                       can::counted(record_.rows(), "row"), can::counted(record_.left_out(), "cycle"),
+                       input_.least, input_.most, drive_unit, output_.least, output_.most);
   }
 
  private:
@@ -141,10 +144,11 @@ int run_excite(const ExciteArguments& options) {
   for (const std::string& line : end.closing) note("{}\n", line);
   recorder.close();
 
-  end.require_finished(config.axes[0].wire.name, recorder.rows() == 0
-                                                     ? "stopped before the first row, nothing is written"
-                                                     : fmt::format("stopped after {} rows, which are in {}",
-                                                                   recorder.rows(), options.output.string()));
+  end.require_finished(config.axes[0].wire.name,
+                       recorder.rows() == 0
+                           ? "stopped before the first row, nothing is written"
+                           : fmt::format("stopped after {}, to be found in {}",
+                                         can::counted(recorder.rows(), "row"), options.output.string()));
   note("{}: {}\n", options.output.string(), recorder.summary(config.axes[0].wire.drive_unit));
   return done;
 }
@@ -178,26 +182,34 @@ void add_excite(CLI::App& cli, int& status) {
   command
       ->add_option("--signal", options->signal,
                    "hysteresis: slow loops; step, chirp: small and fast, for the dynamics")
-      ->check(CLI::IsMember({"hysteresis", "step", "chirp"}))
+      ->check(one_of({"hysteresis", "step", "chirp"}))
       ->capture_default_str();
-  command->add_option("--low", options->low, "lowest drive; drive_min if left out");
-  command->add_option("--high", options->high,
-                      "highest drive; drive_max if left out. Step and chirp are centred between the two");
-  CLI::Option* slew =
-      command->add_option("--slew", options->slew_per_s, "hysteresis: drive units per second");
+  command->add_option("--low", options->low, "lowest drive; drive_min if left out")->check(finite_number());
+  command
+      ->add_option("--high", options->high,
+                   "highest drive; drive_max if left out. Step and chirp are centred between the two")
+      ->check(finite_number());
+  CLI::Option* slew = command->add_option("--slew", options->slew_per_s, "hysteresis: drive units per second")
+                          ->check(positive_number());
   command
       ->add_option(
           "--period", options->period_s,
           "seconds of one major loop (2) or of one step up and down (0.4). A loop is quasi-static if "
           "it takes 100 / resonance or longer")
+      ->check(positive_number())
       ->excludes(slew);
-  command->add_option("--cycles", options->cycles, "major loops (2) or steps up and down (5)");
-  command->add_option("--levels", options->levels,
-                      "hysteresis: nested loops, and reversal curves each way (5)");
-  command->add_option("--amplitude", options->amplitude, "step, chirp: drive units; 5 % of high - low");
-  command->add_option("--frequency-from", options->from_Hz, "chirp: Hz; a thousandth of the cycle rate");
-  command->add_option("--frequency-to", options->to_Hz, "chirp: Hz; 0.4 of the cycle rate");
-  command->add_option("--duration", options->duration_s, "chirp: seconds (10)");
+  command->add_option("--cycles", options->cycles, "major loops (2) or steps up and down (5)")
+      ->check(whole_number(1, Excitation::most_turns));
+  command
+      ->add_option("--levels", options->levels, "hysteresis: nested loops, and reversal curves each way (5)")
+      ->check(whole_number(0, Excitation::most_turns));
+  command->add_option("--amplitude", options->amplitude, "step, chirp: drive units; 5 % of high - low")
+      ->check(positive_number());
+  command->add_option("--frequency-from", options->from_Hz, "chirp: Hz; a thousandth of the cycle rate")
+      ->check(positive_number());
+  command->add_option("--frequency-to", options->to_Hz, "chirp: Hz; 0.4 of the cycle rate")
+      ->check(positive_number());
+  command->add_option("--duration", options->duration_s, "chirp: seconds (10)")->check(positive_seconds());
   add_open_loop_options(*command, options->run);
   command->callback([options, command, &status] {
     refuse_options_of_other_signals(*command, options->signal);

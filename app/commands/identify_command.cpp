@@ -12,6 +12,7 @@
 
 #include "app/commands/commands.h"
 #include "app/io/dataset_input.h"
+#include "app/io/option_check.h"
 #include "app/io/output_file.h"
 #include "app/io/progress.h"
 #include "app/io/standard_streams.h"
@@ -137,7 +138,7 @@ void check_outputs(const IdentifyArguments& options) {
     for (const auto& output : {options.output, options.initial_memory}) refuse_to_overwrite(output, file);
   if (!options.initial_memory.empty()) refuse_to_share(options.output, options.initial_memory);
   if (options.report.empty()) return;
-  make_report_folder(options.report);
+  create_folder(options.report);
   for (const std::string& name : report_files()) {
     for (const auto& file : options.data) refuse_to_overwrite(options.report / name, file);
     refuse_to_share(options.report / name, options.output);
@@ -175,9 +176,7 @@ int run_identify(const IdentifyArguments& options) {
 
 CLI::Validator order_or_auto() {
   return {[](const std::string& text) {
-            int order = 0;
-            const bool sound = text == "auto" || (CLI::detail::lexical_cast(text, order) && order >= 1 &&
-                                                  order <= identification::highest_order);
+            const bool sound = text == "auto" || whole_number(1, identification::highest_order)(text).empty();
             return sound ? std::string()
                          : fmt::format("{}, expected auto or 1 to {}", text, identification::highest_order);
           },
@@ -197,12 +196,11 @@ void add_identify(CLI::App& cli, int& status) {
       ->check(order_or_auto());
   std::vector<std::string> symmetries{"auto"};
   for (const std::string_view symmetry : words(model::Symmetry{})) symmetries.emplace_back(symmetry);
-  command->add_option("--symmetry", options->symmetry, "even: x(v) = x(-v)")
-      ->check(CLI::IsMember(symmetries));
+  command->add_option("--symmetry", options->symmetry, "even: x(v) = x(-v)")->check(one_of(symmetries));
   command
       ->add_option("--thresholds", options->thresholds,
                    "observed: at the ends of the measured inputs, as a controller needs")
-      ->check(CLI::IsMember({"auto", "observed"}));
+      ->check(one_of({"auto", "observed"}));
   command->add_option("--initial-memory", options->initial_memory,
                       "write the memory at the start of the (first) dataset, for simulate --memory");
   command->add_option(

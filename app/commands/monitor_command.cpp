@@ -16,6 +16,7 @@
 #include "app/bus_tools/bus_source.h"
 #include "app/bus_tools/monitor_table.h"
 #include "app/commands/commands.h"
+#include "app/io/option_check.h"
 #include "app/io/standard_streams.h"
 #include "app/live/stop_signal.h"
 #include "can/log/traffic.h"

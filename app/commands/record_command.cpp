@@ -15,8 +15,10 @@
 #include "app/bus_tools/frame_text.h"
 #include "app/commands/commands.h"
 #include "app/io/log_file.h"
+#include "app/io/option_check.h"
 #include "app/io/standard_streams.h"
 #include "app/live/stop_signal.h"
+#include "can/counted.h"
 #include "can/log/error_words.h"
 #include "can/socketcan/bus_monitor.h"
 #include "can/socketcan/socketcan_bus.h"
@@ -54,13 +56,14 @@ class Summary {
 
   std::string text(const std::string& interface, const std::string& output, std::uint64_t lost) const {
     const double span_s = frames_ > 0 ? std::chrono::duration<double>(*last_ - *first_).count() : 0.0;
-    std::string result = fmt::format("{}: {} frames of {} in {:.3f} s", output, frames_, interface, span_s);
+    std::string result =
+        fmt::format("{}: {} of {} in {:.3f} s", output, can::counted(frames_, "frame"), interface, span_s);
     if (frames_ > 1 && span_s > 0.0)
       result += fmt::format(", {:.1f} per second, {} in the busiest",
                             static_cast<double>(frames_ - 1) / span_s, busiest_);
-    result += fmt::format("\n{} error frames", error_frames_);
+    result += fmt::format("\n{}", can::counted(error_frames_, "error frame"));
     for (const auto& [cause, count] : causes_) result += fmt::format("\n  {}: {}", cause, count);
-    return result + fmt::format("\n{} frames lost\n", lost);
+    return result + fmt::format("\n{} lost\n", can::counted(lost, "frame"));
   }
 
  private:

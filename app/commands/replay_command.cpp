@@ -21,8 +21,10 @@
 
 #include "app/bus_tools/can_log.h"
 #include "app/commands/commands.h"
+#include "app/io/option_check.h"
 #include "app/io/standard_streams.h"
 #include "app/live/stop_signal.h"
+#include "can/counted.h"
 #include "can/log/candump.h"
 #include "can/socketcan/raw_socket.h"
 #include "can/socketcan/socketcan_bus.h"
@@ -44,6 +46,7 @@ constexpr std::chrono::microseconds retry_after{200};    // a full queue: about 
 constexpr std::size_t most_interfaces = 64;
 constexpr std::uint64_t waits_until_said = 5000;
 constexpr std::chrono::duration<double, std::micro> longest_replay = std::chrono::years{1};
+constexpr std::uint64_t most_passes = 1'000'000'000;
 
 struct ReplayArguments {
   std::filesystem::path log;
@@ -131,6 +134,29 @@ bool sleep_until(Time deadline) {
   return stop_signalled == 0;
 }
 
+/// Refuses a log whose time runs backwards: two logs in one file, or a clock that was set. The frames of several
+/// interfaces stand a little out of order, which counts as no step.
+class TimeOrder {
+ public:
+  explicit TimeOrder(std::string name) : name_(std::move(name)) {}
+
+  void check(const LoggedFrame& logged, std::size_t line) {
+    if (frames_++ > 0 && logged.time < latest_ - tolerated)
+      throw config::Error(fmt::format("{}:{}:1: the time steps back by {:.6f} s, expected at most {} s",
+                                      name_, line, can::seconds(latest_ - logged.time),
+                                      can::seconds(tolerated)));
+    latest_ = frames_ == 1 ? logged.time : std::max(latest_, logged.time);
+  }
+  std::uint64_t frames() const { return frames_; }
+
+ private:
+  static constexpr std::chrono::microseconds tolerated{1'000'000};
+
+  std::string name_;
+  std::uint64_t frames_ = 0;
+  std::chrono::microseconds latest_{0};
+};
+
 class Replay {
  public:
   explicit Replay(const ReplayArguments& options)
@@ -139,53 +165,59 @@ class Replay {
   /// Reads the whole log and then opens every interface before the first frame is sent, so that a damaged log or
   /// a missing interface moves nothing.
   void prepare(std::istream& stream) {
-    can::CandumpReader reader(stream, options_.log.string());
+    const std::string name = options_.log.string();
+    can::CandumpReader reader(stream, name);
+    TimeOrder order(name);
     std::optional<std::chrono::microseconds> first;
     std::set<std::string> interfaces;
     if (!options_.interface.empty()) interfaces.insert(options_.interface);
     while (const auto logged = reader.next()) {
+      order.check(*logged, reader.line());
       if (!is_sent(*logged)) continue;
       if (!first) first = logged->time;
       offset_of(*logged, *first, reader.line());
       interfaces.insert(interface_of(*logged));
       if (interfaces.size() > most_interfaces)
-        throw config::Error(fmt::format("{}:{}:1: one more interface, expected at most {}",
-                                        options_.log.string(), reader.line(), most_interfaces));
+        throw config::Error(fmt::format("{}:{}:1: one more interface, expected at most {}", name,
+                                        reader.line(), most_interfaces));
     }
+    require_frames(name, order.frames());
     for (const std::string& interface : interfaces) outlets_.open(interface);
   }
 
   /// Sends the log once; the first frame is due at `start`. Returns the time at which the last frame was due.
   Time pass(std::istream& stream, const std::string& name, Time start) {
     can::CandumpReader reader(stream, name);
+    TimeOrder order(name);
     std::optional<std::chrono::microseconds> first;
     Time due = start;
     while (const auto logged = reader.next()) {
+      order.check(*logged, reader.line());
       if (!is_sent(*logged)) {
         ++(logged->frame.kind == can::FrameKind::error ? error_frames_ : filtered_);
         continue;
       }
       if (!first) first = logged->time;
       const Duration offset = offset_of(*logged, *first, reader.line());
-      // Times in a log of several interfaces may step back a little; a frame is never due before its
-      // predecessor.
+      // Where the time steps back, a frame is due with its predecessor.
       due = std::max(due, start + offset);
       if (!sleep_until(due)) break;
       waits_ += outlets_.send(*logged, interface_of(*logged));
       if (stop_signalled != 0) break;
       account(Clock::now() - due);
     }
+    if (stop_signalled == 0) require_frames(name, order.frames());
     return due;
   }
 
   void report() const {
-    note("{} frames sent", sent_);
-    if (error_frames_ > 0) note(", {} error frames cannot be sent", error_frames_);
+    note("{} sent", can::counted(sent_, "frame"));
+    if (error_frames_ > 0) note(", {} cannot be sent", can::counted(error_frames_, "error frame"));
     if (filtered_ > 0) note(", {} left out by --filter", filtered_);
-    if (waits_ > 0) note("; waited {} times for a full queue", waits_);
+    if (waits_ > 0) note("; waited {} for a full queue", can::counted(waits_, "time"));
     note("; at most {:.3f} ms late\n", 1e3 * can::seconds(latest_));
     if (late_ > 0)
-      note("the timing of the log was not kept: {} frames were sent more than {} ms late\n", late_,
+      note("the timing of the log was not kept: {} sent more than {} ms late\n", can::counted(late_, "frame"),
            tolerated_lateness.count());
   }
 
@@ -259,11 +291,14 @@ void add_replay(CLI::App& cli, int& status) {
   CLI::App* command =
       cli.add_subcommand("replay", "Send a bus log of candump or record again with its timing");
   command->add_option("LOG", options->log, "log as `candump -L` writes it; - is standard input")->required();
-  command->add_option("--interface", options->interface,
-                      "send all frames on this interface instead of the log's own");
+  command
+      ->add_option("--interface", options->interface,
+                   "send all frames on this interface instead of the log's own")
+      ->check(interface_name());
   command->add_option("--speed", options->speed, "speed relative to the log; 1 by default")
-      ->check(CLI::Range(1e-3, 1e6));
-  command->add_option("--loop", options->loop, "number of passes; 0: until a signal");
+      ->check(number_between(1e-3, 1e6));
+  command->add_option("--loop", options->loop, "number of passes; 0: until a signal")
+      ->check(whole_number(0, most_passes));
   command->add_option("--filter", options->ids,
                       "send only these identifiers, as candump writes them (201, 00000201)");
   command->add_flag("--force-interface", options->force_interface, "allow an interface that is not virtual");

@@ -17,6 +17,7 @@
 #include "app/io/progress.h"
 #include "app/io/standard_streams.h"
 #include "app/live/stop_signal.h"
+#include "can/counted.h"
 #include "config/files/csv.h"
 #include "config/files/model_file.h"
 #include "model/simulation.h"
@@ -76,9 +77,14 @@ void run(const SimulateArguments& options, model::Simulation<Model>& simulation,
   out.write("time_s,input,output\n");
   std::vector<double> given;
   fmt::memory_buffer line;
+  double previous_s = 0.0;
   while (reader.next(given)) {
     const std::size_t rows = simulation.tally().rows;
     const double time_s = timed ? given[1] : static_cast<double>(rows);
+    if (timed && rows > 0 && time_s < previous_s)
+      throw config::Error(fmt::format("{}:{}: time_s is {} after {}, expected time to increase",
+                                      options.input.string(), reader.line_number(), time_s, previous_s));
+    previous_s = time_s;
     const auto row = options.inverse ? simulation.follow_output(given[0]) : simulation.follow_input(given[0]);
     line.clear();
     fmt::format_to(std::back_inserter(line), "{:.17g},{:.17g},{:.17g}\n", time_s, row.input, row.output);
@@ -105,15 +111,16 @@ template <class Model>
 void report_simulation(const SimulateArguments& options, const model::Simulation<Model>& simulation) {
   const model::Tally& tally = simulation.tally();
   const model::Interval& range = simulation.model().input_range();
-  note("{}: {} rows, {} of them limited to the thresholds {} and {} {}\n", options.output.string(),
-       tally.rows, tally.saturated, range.lo, range.hi, simulation.model().parameters().input_unit);
+  note("{}: {}, {} of them limited to the thresholds {} and {} {}\n", options.output.string(),
+       can::counted(tally.rows, "row"), tally.saturated, range.lo, range.hi,
+       simulation.model().parameters().input_unit);
   if (tally.not_increasing > 0)
-    note("{} rows lie on a branch that is not increasing: its inverse is not valid there\n",
-         tally.not_increasing);
+    note("{} on a branch that is not increasing: its inverse is not valid there\n",
+         can::counted(tally.not_increasing, "row"));
   if constexpr (requires { simulation.state().merged; })
     if (simulation.state().merged > 0)
-      note("{} steps were taken with a full memory of {} turning points: the innermost loops are lost\n",
-           simulation.state().merged, capacity);
+      note("{} with a full memory of {} turning points: the innermost loops are lost\n",
+           can::counted(simulation.state().merged, "step"), capacity);
 }
 
 template <class Model>

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "app/commands/commands.h"
+#include "app/io/option_check.h"
 #include "app/io/output_file.h"
 #include "app/io/standard_streams.h"
 #include "app/live/open_loop.h"
@@ -53,17 +54,9 @@ Excitation::Steps steps(const TuneArguments& options, const controller::Gate::Co
           .cycles = options.cycles};
 }
 
-/// Checks the options before the axis is driven.
 PiRule rule(const TuneArguments& options) {
   PiRule rule{.phase_margin_deg = options.phase_margin_deg};
-  if (!(rule.phase_margin_deg > 0.0 && rule.phase_margin_deg < 90.0))
-    throw config::Error(
-        fmt::format("--phase-margin is {}, expected more than 0 and less than 90", rule.phase_margin_deg));
-  if (!options.gain_margin_dB) return rule;
-  if (!(*options.gain_margin_dB > 0.0 && *options.gain_margin_dB <= 60.0))
-    throw config::Error(
-        fmt::format("--gain-margin is {}, expected dB, more than 0, at most 60", *options.gain_margin_dB));
-  rule.gain_margin = std::pow(10.0, *options.gain_margin_dB / 20.0);
+  if (options.gain_margin_dB) rule.gain_margin = std::pow(10.0, *options.gain_margin_dB / 20.0);
   return rule;
 }
 
@@ -184,16 +177,24 @@ void add_tune(CLI::App& cli, int& status) {
   command->add_option("CONFIG", options->run.config, "configuration (TOML); it is not changed")->required();
   command->add_option("--output", options->output, "fragment of a configuration to write (TOML)")
       ->capture_default_str();
-  command->add_option("--centre", options->centre, "drive; the middle of drive_min and drive_max");
-  command->add_option("--amplitude", options->amplitude, "drive units; 1 % of drive_max - drive_min");
+  command->add_option("--centre", options->centre, "drive; the middle of drive_min and drive_max")
+      ->check(finite_number());
+  command->add_option("--amplitude", options->amplitude, "drive units; 1 % of drive_max - drive_min")
+      ->check(positive_number());
   command->add_option("--period", options->period_s, "seconds of one step up and down")
+      ->check(positive_number())
       ->capture_default_str();
-  command->add_option("--cycles", options->cycles, "steps up and down")->capture_default_str();
+  command->add_option("--cycles", options->cycles, "steps up and down")
+      ->check(whole_number(1, Excitation::most_turns))
+      ->capture_default_str();
   command
       ->add_option("--phase-margin", options->phase_margin_deg, "phase margin of the proposed gains, degrees")
+      ->check(number_between(0.1, 89.9))
       ->capture_default_str();
-  command->add_option("--gain-margin", options->gain_margin_dB,
-                      "gain margin of the proposed gains, dB (a factor of 2)");
+  command
+      ->add_option("--gain-margin", options->gain_margin_dB,
+                   "gain margin of the proposed gains, dB (a factor of 2)")
+      ->check(number_between(0.1, 60.0));
   command->add_flag("--json", options->json, "print the result as JSON");
   add_open_loop_options(*command, options->run);
   command->callback([options, &status] { status = tune(*options); });

@@ -10,9 +10,11 @@
 
 #include "app/commands/commands.h"
 #include "app/io/dataset_input.h"
+#include "app/io/option_check.h"
 #include "app/io/output_file.h"
 #include "app/io/standard_streams.h"
 #include "app/live/stop_signal.h"
+#include "can/counted.h"
 #include "config/files/model_file.h"
 #include "config/schema/config.h"
 #include "identification/excerpt.h"
@@ -60,6 +62,10 @@ Outcome predict(const ValidateArguments& options, const model::Hysteresis& model
   const Dataset dataset = model.symmetry() == model::Symmetry::even ? folded(given) : given;
   Outcome outcome;
   outcome.delay_s = options.delay_s.value_or(config::load_identified_from(options.model).delay_s);
+  if (const double lasts_s = dataset.time_s.back() - dataset.time_s.front();
+      options.delay_s && outcome.delay_s > lasts_s)
+    throw config::Error(fmt::format("--delay is {} s, expected at most the length of {}, {:g} s",
+                                    outcome.delay_s, options.data.string(), lasts_s));
   outcome.output_span = identification::span_of(dataset.output);
   if (!(outcome.output_span > 0.0))
     throw config::Error(fmt::format("{}: the output is constant", options.data.string()));
@@ -119,15 +125,15 @@ void report_prediction(const ValidateArguments& options, const Dataset& dataset,
              options.data.string(), judged.rms * percent, judged.max * percent, outcome.output_span,
              dataset.output_unit);
   if (options.memory.empty())
-    fmt::print("initial memory{} estimated from {} of {} samples{}; offset {:+.4g} {}, delay {:.3g} s\n",
-               options.no_offset ? "" : " and offset", outcome.estimated_from, dataset.size(),
-               rest ? ", which are not judged" : "", outcome.start.offset, dataset.output_unit,
-               outcome.delay_s);
+    fmt::print("initial memory{} estimated from {} of {}{}; offset {:+.4g} {}, delay {:.3g} s\n",
+               options.no_offset ? "" : " and offset", outcome.estimated_from,
+               can::counted(dataset.size(), "sample"), rest ? ", which are not judged" : "",
+               outcome.start.offset, dataset.output_unit, outcome.delay_s);
   if (rest)
     fmt::print("with these: {:.3g} % RMS, {:.3g} % at most\n", outcome.all.rms * percent,
                outcome.all.max * percent);
   if (outcome.outside > 0)
-    note("{} samples lie beyond the model's thresholds and were limited to them\n", outcome.outside);
+    note("{} beyond the model's thresholds, limited to them\n", can::counted(outcome.outside, "sample"));
 }
 
 int run_validate(const ValidateArguments& options) {
@@ -157,15 +163,14 @@ void add_validate(CLI::App& cli, int& status) {
       ->add_option(
           "--estimate-from", options->estimate_s,
           "estimate initial memory and output offset from this many seconds; if left out, from all rows")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->excludes(memory);
   command
       ->add_option("--delay", options->delay_s, "delay of the output in seconds, instead of the model file's")
-      ->check(CLI::NonNegativeNumber);
+      ->check(not_negative_number());
   command->add_flag("--no-offset", options->no_offset, "do not estimate an output offset")->excludes(memory);
   command->add_option("--output", options->output, "write time_s,input,output,predicted (CSV)");
-  command->add_option("--from", options->input.from_s, "leave out the rows before this time_s");
-  command->add_option("--to", options->input.to_s, "leave out the rows after this time_s");
+  add_interval_options(*command, options->input);
   command->add_flag("--json", options->json, "print the result as JSON");
   command->callback([options, &status] { status = run_validate(*options); });
 }

@@ -12,6 +12,7 @@
 #include <system_error>
 
 #include "app/doctor/doctor.h"
+#include "can/counted.h"
 #include "can/socketcan/interface.h"
 #include "can/socketcan/raw_socket.h"
 #include "config/schema/frames.h"
@@ -67,7 +68,7 @@ Finding examine_queue(const config::Config& config, const std::string& name, con
   const auto needed = static_cast<std::uint32_t>(config.axes.size() + 2);  // commands, SYNC, housekeeping
   Finding finding{.check = "queue",
                   .verdict = Verdict::good,
-                  .figure = fmt::format("{} frames, {}", frames,
+                  .figure = fmt::format("{}, {}", can::counted(frames, "frame"),
                                         found.queue_discipline.empty() ? "none" : found.queue_discipline)};
   if (found.queue_discipline == "noqueue" || (frames >= needed && frames <= long_queue_frames))
     return finding;
@@ -88,7 +89,8 @@ Finding examine_errors(const std::string& name, const can::Interface& found) {
     if (std::max(transmit, receive) >= warning_count) finding.verdict = Verdict::doubtful;
   }
   if (found.driver_statistics && found.driver_statistics->bus_offs > 0)
-    finding.figure += fmt::format(", {} times bus-off so far", found.driver_statistics->bus_offs);
+    finding.figure +=
+        fmt::format(", {} bus-off so far", can::counted(found.driver_statistics->bus_offs, "time"));
   if (found.bus_state && *found.bus_state > can::BusState::active) finding.verdict = Verdict::doubtful;
   if (found.bus_state && *found.bus_state >= can::BusState::bus_off) finding.verdict = Verdict::bad;
   if (found.loopback || found.one_shot) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "app/io/option_check.h"
 #include "app/io/standard_streams.h"
 #include "config/files/dataset_file.h"
 #include "config/schema/config.h"
@@ -68,9 +69,13 @@ void require_unit(const std::filesystem::path& file, const char* name, const std
                                     file_unit, expected, suffix));
 }
 
+void add_interval_options(CLI::App& command, DatasetInput& input) {
+  command.add_option("--from", input.from_s, "leave out the rows before this time_s")->check(finite_number());
+  command.add_option("--to", input.to_s, "leave out the rows after this time_s")->check(finite_number());
+}
+
 void add_dataset_options(CLI::App& command, DatasetInput& input) {
-  command.add_option("--from", input.from_s, "leave out the rows before this time_s");
-  command.add_option("--to", input.to_s, "leave out the rows after this time_s");
+  add_interval_options(command, input);
   command.add_option(unit_of_input.option, input.input_unit,
                      "unit of the input, if the file does not state it: V, A");
   command.add_option(unit_of_output.option, input.output_unit,
@@ -79,6 +84,8 @@ void add_dataset_options(CLI::App& command, DatasetInput& input) {
 
 std::vector<Dataset> load_datasets(const std::vector<std::filesystem::path>& files,
                                    const DatasetInput& input) {
+  if (input.from_s && input.to_s && *input.from_s > *input.to_s)
+    throw config::Error(fmt::format("--from is {}, expected at most --to, {}", *input.from_s, *input.to_s));
   std::vector<Dataset> datasets;
   for (const auto& file : files) {
     datasets.push_back(load(file, input));

@@ -87,6 +87,15 @@ void OutputFile::fail(int error) const {
       fmt::format("{}: cannot be written: {}", path_.string(), std::generic_category().message(error)));
 }
 
+void create_folder(const std::filesystem::path& folder) {
+  if (folder.empty()) throw config::Error("output folder is \"\", expected a name");
+  std::error_code error;
+  if (std::filesystem::exists(folder, error) && !std::filesystem::is_directory(folder, error))
+    throw config::Error(fmt::format("{}: is not a folder, expected one for the output", folder.string()));
+  std::filesystem::create_directories(folder, error);
+  if (error) throw RunError(fmt::format("{}: cannot be created: {}", folder.string(), error.message()));
+}
+
 void refuse_to_overwrite(const std::filesystem::path& output, const std::filesystem::path& input) {
   std::error_code ignored;
   if (std::filesystem::equivalent(output, input, ignored))

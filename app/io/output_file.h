@@ -37,6 +37,10 @@ class OutputFile {
   std::FILE* file_ = nullptr;
 };
 
+/// Creates the folder and those above it. Throws config::Error if the name is empty or there is a file of this name,
+/// RunError if it cannot be created.
+void create_folder(const std::filesystem::path& folder);
+
 /// Throws config::Error if the output file is an input file too: it would be lost while it is read.
 void refuse_to_overwrite(const std::filesystem::path& output, const std::filesystem::path& input);
 

@@ -15,6 +15,10 @@ std::string at(const std::string& axis, double time_s, const controller::NodeEve
   return fmt::format("{}: at {:.3f} s {}", axis, time_s, describe(event));
 }
 
+Level level_of(const controller::NodeEvent& event) {
+  return is_all_clear(event) ? Level::info : Level::warning;
+}
+
 }  // namespace
 
 void EventLog::add(const std::string& axis, const controller::CycleRecord& record) {
@@ -47,14 +51,15 @@ void EventLog::count(Kind& kind, const controller::CycleRecord& record) {
   if (!is_new) return;
   kind.line_s = record.time_s;
   --kind.pending;
-  sink_(Level::warning, at(kind.axis, record.time_s, *record.event));
+  sink_(level_of(kind.event), at(kind.axis, record.time_s, *record.event));
 }
 
 void EventLog::log_pending(double time_s) {
   for (Kind& kind : kinds_) {
     if (kind.pending == 0 || time_s - kind.line_s < between_lines_s) continue;
-    sink_(Level::warning, fmt::format("{}: {}, {} more times in {:.1f} s", kind.axis, describe(kind.event),
-                                      std::exchange(kind.pending, 0), time_s - kind.line_s));
+    sink_(level_of(kind.event),
+          fmt::format("{}: {}, {} more times in {:.1f} s", kind.axis, describe(kind.event),
+                      std::exchange(kind.pending, 0), time_s - kind.line_s));
     kind.line_s = time_s;
   }
 }

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "app/io/bounded_output.h"
+#include "can/counted.h"
 #include "controller/telemetry.h"
 
 namespace hystcan::app {
@@ -28,7 +29,8 @@ std::string_view colour_of(spdlog::level::level_enum level) {
 }
 
 std::string note_of(std::size_t dropped) {
-  return fmt::format("[hystcan] [warning] {} lines of this log are lost: nobody read it in time\n", dropped);
+  return fmt::format("[hystcan] [warning] {} of this log lost: nobody read it in time\n",
+                     can::counted(dropped, "line"));
 }
 
 }  // namespace

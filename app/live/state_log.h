@@ -1,6 +1,7 @@
 // What happens to the axes of a live run, as lines of the log: states, what an axis waits for, events of nodes.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -24,16 +25,23 @@ class StateLog {
  private:
   struct Axis {
     std::string name;
-    std::string nodes;
+    std::uint8_t amplifier_node = 0;
+    std::uint8_t sensor_node = 0;
+    double drive_min = 0.0;
+    double drive_max = 0.0;
+    std::string drive_unit;
     controller::AxisState state = controller::AxisState::offline;
     controller::Lack lacks = controller::Lack::nothing;
     controller::Lack last_lack = controller::Lack::nothing;  ///< other than nothing
     double lacks_since_s = 0.0;
+    double amplifier_output = 0.0;
     bool lack_is_logged = false;
   };
   void add_state(Axis& axis, const controller::CycleRecord& record);
   void add_lack(Axis& axis, const controller::CycleRecord& record);
   void add_missing_axes();
+  /// What the axis waits for, with the node, the value or the axes that it is about.
+  std::string lack_text(const Axis& axis, controller::Lack lack) const;
 
   can::BusHealthLog::Sink sink_;
   std::vector<Axis> axes_;

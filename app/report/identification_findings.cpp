@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "can/counted.h"
+
 namespace hystcan::app {
 namespace {
 
@@ -42,10 +44,10 @@ class Findings {
 
   void describe(std::size_t i) {
     const Characterisation& is = identified_.datasets[i];
-    say("{}{} samples over {:.4g} s, {} cycles, {:.0f} % of the samples on minor loops; {} sampling at "
+    say("{}{} over {:.4g} s, {}, {:.0f} % of the samples on minor loops; {} sampling at "
         "{:.4g} Hz",
-        of_dataset(i), is.samples, is.duration_s, is.cycles, 100.0 * is.minor_fraction,
-        is.uniform ? "uniform" : "uneven", 1.0 / is.sample_time_s);
+        of_dataset(i), can::counted(is.samples, "sample"), is.duration_s, can::counted(is.cycles, "cycle"),
+        100.0 * is.minor_fraction, is.uniform ? "uniform" : "uneven", 1.0 / is.sample_time_s);
     if (is.uniform && is.samples > 100)
       say("{}noise from sample to sample about {:.2g} % of the output span{}", of_dataset(i),
           is.noise * percent_,

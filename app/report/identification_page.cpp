@@ -10,6 +10,7 @@
 
 #include "app/report/identification_numbers.h"
 #include "app/report/identification_plots.h"
+#include "can/counted.h"
 
 namespace hystcan::app {
 namespace {
@@ -135,10 +136,11 @@ std::string table_of(const Comparison& comparison) {
 std::string hold_out_of(const Comparison& comparison) {
   if (!comparison.no_hold_out.empty()) return "Nothing was held out: " + comparison.no_hold_out + ".";
   return fmt::format(
-      "Held out: {} of {} cycles, {} of {} samples, every other cycle of those that are not needed to reach "
+      "Held out: {} of {}, {} of {}, every other cycle of those that are not needed to reach "
       "the ends of the input range. Every model was fitted again without them, the identified one with the "
       "order found from all samples.",
-      comparison.held_out_cycles, comparison.cycles, comparison.held_out_samples, comparison.samples);
+      comparison.held_out_cycles, can::counted(comparison.cycles, "cycle"), comparison.held_out_samples,
+      can::counted(comparison.samples, "sample"));
 }
 
 std::string comparison_of(const IdentificationReport& report, const Comparison& comparison) {

@@ -40,18 +40,9 @@ const std::vector<std::string>& report_files() {
   return names;
 }
 
-void make_report_folder(const std::filesystem::path& directory) {
-  std::error_code error;
-  if (directory.empty()) throw config::Error("report folder is \"\", expected a name");
-  if (std::filesystem::exists(directory, error) && !std::filesystem::is_directory(directory, error))
-    throw config::Error(fmt::format("{}: is not a folder, expected one for the report", directory.string()));
-  std::filesystem::create_directories(directory, error);
-  if (error) throw RunError(fmt::format("{}: cannot be created: {}", directory.string(), error.message()));
-}
-
 WrittenReport write_report(const std::filesystem::path& directory, const IdentificationReport& report,
                            const std::function<bool()>& go_on) {
-  make_report_folder(directory);
+  create_folder(directory);
   WrittenReport written{identification::compare(report.datasets, report.identified, go_on), {}};
   std::optional<identification::Landscape> map;
   if (go_on()) map = identification::landscape(report.datasets, report.identified, landscape_points);

@@ -29,10 +29,6 @@ struct WrittenReport {
 /// this report has no such file. Other files in the folder do not change.
 const std::vector<std::string>& report_files();
 
-/// Throws config::Error if the name belongs to something other than a folder, RunError if the folder cannot
-/// be created.
-void make_report_folder(const std::filesystem::path& directory);
-
 /// Creates the folder, compares with the baselines (identification/baselines/comparison.h), which takes
 /// most of the time, and writes the report. When `go_on` returns false, it writes the results so far, and
 /// the page says so.

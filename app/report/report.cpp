@@ -7,6 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "can/counted.h"
+
 namespace hystcan::app {
 namespace {
 
@@ -98,9 +100,9 @@ std::string describe(const controller::AxisOutcome& outcome) {
   const controller::ErrorStatistics total = outcome.statistics.total();
   if (total.samples == 0)
     return outcome.name + ": no sample of a settled reference, so there is no error to report";
-  return fmt::format("{}: error RMS {:.4f} um ({:.3f} % of {:g} um), max {:.4f} um over {} samples",
-                     outcome.name, total.rms_um(), 100.0 * total.rms_um() / outcome.stroke_um,
-                     outcome.stroke_um, total.max_um, total.samples);
+  return fmt::format("{}: error RMS {:.4f} um ({:.3f} % of {:g} um), max {:.4f} um over {}", outcome.name,
+                     total.rms_um(), 100.0 * total.rms_um() / outcome.stroke_um, outcome.stroke_um,
+                     total.max_um, can::counted(total.samples, "sample"));
 }
 
 std::string describe(const std::string& axis, const controller::Fault& fault) {

@@ -7,6 +7,7 @@
 
 #include "app/report/dynamics_text.h"
 #include "app/report/report.h"
+#include "can/counted.h"
 
 namespace hystcan::app {
 namespace {
@@ -104,12 +105,13 @@ nlohmann::json to_json(const Setting& setting) {
 std::string describe(const TuningReport& report) {
   const controller::Excitation::Steps& s = report.steps;
   const controller::Delays& now = report.present.delays;
-  return line("experiment", fmt::format("axis {} of {}, {}: {} steps of {:g} {} about {:g} {}, {:g} s each, "
-                                        "{} rows at {:g} Hz",
+  return line("experiment", fmt::format("axis {} of {}, {}: {} of {:g} {} about {:g} {}, {:g} s each, "
+                                        "{} at {:g} Hz",
                                         report.axis, report.config,
-                                        report.rehearsed ? "rehearsed with its twin" : "on the bus", s.cycles,
-                                        2.0 * s.amplitude, report.drive_unit, s.centre, report.drive_unit,
-                                        s.period_s, report.fit.rows, report.rate_Hz)) +
+                                        report.rehearsed ? "rehearsed with its twin" : "on the bus",
+                                        can::counted(s.cycles, "step"), 2.0 * s.amplitude, report.drive_unit,
+                                        s.centre, report.drive_unit, s.period_s,
+                                        can::counted(report.fit.rows, "row"), report.rate_Hz)) +
          describe(report.fit, report.drive_unit, "um") +
          line("configured",
               fmt::format("{:g} Hz, damping {:g}, amplifier {:g} Hz, command delay {:g} ms", now.resonance_Hz,

@@ -28,18 +28,33 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row[b.size()];
 }
 
-}  // namespace
+using Ranked = std::pair<std::size_t, std::string>;
 
-std::string closest(std::string_view name, const std::vector<std::string>& candidates) {
-  std::vector<std::pair<std::size_t, std::string>> ranked;
+/// The nearest first.
+std::vector<Ranked> by_distance(std::string_view name, const std::vector<std::string>& candidates) {
+  std::vector<Ranked> ranked;
   ranked.reserve(candidates.size());
   for (const std::string& candidate : candidates)
     ranked.emplace_back(edit_distance(name, candidate), candidate);
-  std::ranges::stable_sort(ranked, {}, &std::pair<std::size_t, std::string>::first);
+  std::ranges::stable_sort(ranked, {}, &Ranked::first);
+  return ranked;
+}
+
+}  // namespace
+
+std::string closest(std::string_view name, const std::vector<std::string>& candidates) {
+  const std::vector<Ranked> ranked = by_distance(name, candidates);
   std::string text;
   for (std::size_t i = 0; i < std::min(most_shown, ranked.size()); ++i)
     text += (i == 0 ? "" : ", ") + ranked[i].second;
   return text.empty() ? "none" : text;
+}
+
+std::optional<std::string> meant_by(std::string_view name, const std::vector<std::string>& candidates) {
+  const std::vector<Ranked> ranked = by_distance(name, candidates);
+  if (ranked.empty() || 3 * ranked.front().first > std::max(name.size(), ranked.front().second.size()))
+    return std::nullopt;
+  return ranked.front().second;
 }
 
 }  // namespace hystcan::config

@@ -8,6 +8,8 @@
 #include <utility>
 
 #include "can/regular_file.h"
+#include "config/document/closest.h"
+#include "config/document/toml_text.h"
 
 namespace hystcan::config {
 namespace {
@@ -18,6 +20,11 @@ std::string place(const std::filesystem::path& file, const toml::source_position
 
 std::string join_choices(std::span<const std::string_view> choices) {
   return fmt::format("\"{}\"", fmt::join(choices, "\", \""));
+}
+
+std::string meant_instead_of(std::string_view key, const std::set<std::string, std::less<>>& known) {
+  const auto meant = meant_by(key, {known.begin(), known.end()});
+  return meant ? fmt::format(" (did you mean {}?)", *meant) : std::string();
 }
 
 }  // namespace
@@ -39,7 +46,7 @@ void Document::put(const Setting& setting) {
   const std::string above = dot == std::string::npos ? std::string() : setting.path.substr(0, dot);
   toml::table parsed;
   try {
-    parsed = parse_toml("value = " + setting.value + "\n", setting.path);
+    parsed = parse_toml("value = " + setting.value + "\n", setting.path, setting.path);
   } catch (const Error&) {
     throw Error(fmt::format("{} = {}: not a value, expected one as in TOML", setting.path, setting.value));
   }
@@ -48,7 +55,9 @@ void Document::put(const Setting& setting) {
   if (table == nullptr || key.find('[') != std::string::npos || parsed.size() != 1)
     throw Error(
         fmt::format("{}: there is no such key to set, expected one of the configuration", setting.path));
-  table->insert_or_assign(key, std::move(*parsed.get("value")));
+  toml::node& value = *parsed.get("value");
+  const toml::source_region origin = value.source();
+  table->insert_or_assign(toml::key(key, toml::source_region(origin)), std::move(value));
 }
 
 std::filesystem::path Document::resolve(const std::filesystem::path& path) const {
@@ -56,6 +65,8 @@ std::filesystem::path Document::resolve(const std::filesystem::path& path) const
 }
 
 void Document::fail(const toml::source_region& where, const std::string& what) const {
+  if (where.path)
+    throw Error(fmt::format("{}: {}", *where.path, what));  // it stands in an override, not in the file
   const toml::source_position position = where.begin ? where.begin : toml::source_position{1, 1};
   throw Error(fmt::format("{}: {}", place(file_, position), what));
 }
@@ -148,8 +159,8 @@ void Reader::whole_numbers(std::string_view key, std::vector<std::int64_t>& valu
 void Reader::finish() const {
   for (const auto& [key, node] : table_)
     if (!known_.contains(key.str()))
-      document_.fail(key.source(),
-                     fmt::format("unknown key {}, expected one of {}", key.str(), fmt::join(known_, ", ")));
+      document_.fail(key.source(), fmt::format("unknown key {}{}, expected one of {}", key.str(),
+                                               meant_instead_of(key.str(), known_), fmt::join(known_, ", ")));
   if (!missing_.empty())
     document_.fail(table_.source(), fmt::format("missing key {}, expected in {}", missing_,
                                                 path_.empty() ? "the file" : "[" + path_ + "]"));

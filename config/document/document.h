@@ -40,6 +40,7 @@ class Document {
   /// Resolves a path of the file, which is relative to the file's own folder.
   std::filesystem::path resolve(const std::filesystem::path& path) const;
 
+  /// The message begins with FILE:LINE:COLUMN, or with the key where an override stands.
   [[noreturn]] void fail(const toml::source_region& where, const std::string& what) const;
   /// Reports the place of the key with this path ("axis[1].amplifier_node"), or of the nearest table above
   /// it.

@@ -126,12 +126,12 @@ std::string toml_string(std::string_view text) {
   return result + '"';
 }
 
-toml::table parse_toml(std::string_view text, const std::string& name) {
+toml::table parse_toml(std::string_view text, const std::string& name, std::string_view origin) {
   if (const auto refusal = find_refusal(text))
     throw Error(
         fmt::format("{}:{}:{}: {}, expected TOML", name, refusal->line, refusal->column, refusal->what));
   try {
-    return toml::parse(text);
+    return origin.empty() ? toml::parse(text) : toml::parse(text, origin);
   } catch (const toml::parse_error& error) {
     const toml::source_position place = error.source().begin;
     throw Error(

@@ -3,12 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <set>
 #include <sstream>
+#include <system_error>
 #include <utility>
 
+#include "can/counted.h"
 #include "can/input_stream.h"
 #include "can/regular_file.h"
 
@@ -136,8 +139,9 @@ bool CsvReader::next(std::vector<double>& row) {
   if (fields_.size() != header_.size()) {
     const bool cut = ends_in_mid_line() && fields_.size() < header_.size();
     const bool commas = separator_ == ',' && fields_.size() == 2 * header_.size();
-    fail(0, fmt::format("the row has {} fields{}, expected {} as in the header{}", fields_.size(),
-                        cut ? " and then the file ends" : "", header_.size(),
+    fail(0, fmt::format("the row has {}{}, expected {} as in the header{}",
+                        can::counted(fields_.size(), "field"), cut ? " and then the file ends" : "",
+                        header_.size(),
                         commas ? ": decimal commas are read where semicolons stand between the fields" : ""));
   }
   row.resize(wanted_.size());

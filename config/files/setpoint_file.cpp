@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "can/counted.h"
 #include "can/regular_file.h"
 #include "config/files/csv.h"
 
@@ -36,8 +37,8 @@ controller::MonotoneCubic load_setpoint(const std::filesystem::path& file) {
     position_um.push_back(row[1]);
   }
   if (time_s.size() < 2)
-    throw Error(fmt::format("{}:{}:1: a reference of {} rows, expected two or more", file.string(),
-                            reader.line_number(), time_s.size()));
+    throw Error(fmt::format("{}:{}:1: a reference of {}, expected two or more", file.string(),
+                            reader.line_number(), can::counted(time_s.size(), "row")));
   return {std::move(time_s), std::move(position_um)};
 }
 

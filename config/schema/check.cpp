@@ -8,6 +8,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "can/interface_name.h"
 #include "config/schema/bus_plan.h"
 #include "config/schema/check_frames.h"
 #include "config/schema/check_instruments.h"
@@ -241,6 +242,12 @@ void check_cpus(const Document& document, const controller::CommonConfig& contro
           fmt::format("processor {}, expected 0 to {}", cpu, controller::Realtime::cpus_max - 1));
 }
 
+void check_interface_name(const Document& document, const std::string& name) {
+  if (!can::is_interface_name(name))
+    document.fail_at("bus.interface",
+                     fmt::format("interface is \"{}\", expected {}", name, can::expected_interface_name));
+}
+
 void check_faults(const Document& document, const Config& config) {
   const std::vector<twin::FaultSpec>& faults = config.twin.faults;
   for (std::size_t i = 0; i < faults.size(); ++i) {
@@ -266,6 +273,7 @@ void check_faults(const Document& document, const Config& config) {
 }  // namespace
 
 void check_agreement(const Document& document, const Config& config) {
+  check_interface_name(document, config.bus.interface);
   check_names(document, config);
   check_cpus(document, config.controller);
   check_nodes(document, config);

@@ -1,8 +1,11 @@
-#include <variant>
-
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <filesystem>
+#include <system_error>
+#include <variant>
 
 #include "config/files/model_file.h"
 #include "config/files/setpoint_file.h"
@@ -11,6 +14,21 @@
 
 namespace hystcan::config {
 namespace {
+
+/// The file that the key at `path` names. If it cannot be read, the message has the place of the key.
+std::filesystem::path named_file(const Document& document, const std::string& path,
+                                 const std::filesystem::path& name) {
+  std::filesystem::path file = document.resolve(name);
+  std::error_code ignored;
+  const std::string key = path.substr(path.rfind('.') + 1);
+  if (std::filesystem::is_directory(file, ignored))
+    document.fail_at(path, fmt::format("{}: {} is a folder, expected a file", key, file.string()));
+  if (::access(file.c_str(), R_OK) == 0) return file;
+  const int error = errno;
+  if (error == ENOENT) document.fail_at(path, fmt::format("{}: no such file: {}", key, file.string()));
+  document.fail_at(path, fmt::format("{}: {} cannot be read: {}", key, file.string(),
+                                     std::generic_category().message(error)));
+}
 
 Config read_config(const Document& document) {
   Config config;
@@ -38,16 +56,20 @@ void set_transition_limits(const Document& document, Config& config, std::size_t
 /// Loads the controller's model of axis i and sets what is derived from it.
 void complete_control(const Document& document, Config& config, std::size_t i) {
   AxisConfig& axis = config.axes[i];
-  axis.control.law.model = load_model(document.resolve(axis.control_model));
+  axis.control.law.model =
+      load_model(named_file(document, fmt::format("axis[{}].control.model", i), axis.control_model));
   set_transition_limits(document, config, i);
 }
 
-/// Loads the setpoint files and the twin's model that an axis names.
-void complete(const Document& document, AxisConfig& axis) {
-  for (controller::Segment& segment : axis.control.setpoint)
-    if (auto* table = std::get_if<controller::Table>(&segment.shape))
-      table->curve = load_setpoint(document.resolve(table->file));
-  axis.twin.plant.hysteresis = load_any_parameters(document.resolve(axis.twin_model));
+/// Loads the setpoint files and the twin's model that axis i names.
+void complete(const Document& document, AxisConfig& axis, std::size_t i) {
+  std::vector<controller::Segment>& segments = axis.control.setpoint;
+  for (std::size_t j = 0; j < segments.size(); ++j)
+    if (auto* table = std::get_if<controller::Table>(&segments[j].shape))
+      table->curve = load_setpoint(
+          named_file(document, fmt::format("axis[{}].control.setpoint[{}].file", i, j), table->file));
+  axis.twin.plant.hysteresis =
+      load_any_parameters(named_file(document, fmt::format("axis[{}].twin.model", i), axis.twin_model));
 }
 
 /// Resolves the axes that the couplings of axis i name; `key` is their path ("axis[0].control.coupling").
@@ -98,12 +120,12 @@ twin::Config twin_config(const Config& config) {
 Config load(const std::filesystem::path& file, const std::vector<Setting>& overrides) {
   const Document document(file, overrides);
   Config config = read_config(document);
-  config.database = can::load_dbc(document.resolve(config.bus.dbc));
+  config.database = can::load_dbc(named_file(document, "bus.dbc", config.bus.dbc));
   resolve_couplings(document, config);
   for (std::size_t i = 0; i < config.axes.size(); ++i) {
     AxisConfig& axis = config.axes[i];
     complete_control(document, config, i);
-    complete(document, axis);
+    complete(document, axis, i);
     set_sample_rate(config, axis.twin.sample_clock);
   }
   std::filesystem::path& black_boxes = config.controller.black_box.folder;

@@ -174,6 +174,7 @@ AxisCommand Axis::step(const AxisInput& input) {
   if (input.position_um) report_.position_um = *input.position_um;
   report_.limits = limit::none;
   report_.lacks = Lack::nothing;
+  report_.watchdog_tripped_after_s.reset();
   report_.sample_missing = !input.position_um.has_value();
   report_.arrival = Arrival::not_judged;
   const AxisCommand command = is_driving() ? supervise(input) : decide(input);
@@ -282,6 +283,7 @@ AxisCommand Axis::withhold(const AxisInput& input) {
   report_.lacks = Lack::watchdog;
   if (input.health.amplifier_fault) {
     watchdog_verified_ = true;
+    report_.watchdog_tripped_after_s = *withheld_for_s_;
     clear_attempt_.begin();
     state_ = AxisState::waiting;
     return safe();

@@ -82,9 +82,11 @@ ReferenceLimits default_transition_limits(const Gate::Config& gate, const model:
 Trajectory reference_of(const AxisConfig& config);
 
 /// The logged values of one axis in one cycle.
-struct AxisReport {
+struct AxisReport {  // NOLINT(clang-analyzer-optin.performance.Padding)
   AxisState state = AxisState::offline;
   Lack lacks = Lack::nothing;  ///< what the axis waits for
+  /// In the one cycle in which the amplifier's watchdog has passed its trial: the time without commands until it tripped.
+  std::optional<double> watchdog_tripped_after_s{};
   Cause cause = Cause::none;
   double fault_time_s = 0.0;  ///< since the controller's start
   double reference_um = 0.0;  ///< NaN in open loop

@@ -13,7 +13,6 @@ namespace {
 
 /// Longer than any measurement: a mistyped number, which would fill a disk.
 constexpr double longest_s = 1e6;
-constexpr unsigned most_turns = 10'000;
 
 std::string number(double value) {
   std::array<char, 32> text{};
@@ -30,8 +29,9 @@ void expect_positive(const char* name, double value) {
 }
 
 void expect_count(const char* name, unsigned value, unsigned least) {
-  expect(value >= least && value <= most_turns, std::string(name) + " is " + std::to_string(value),
-         std::to_string(least) + " to " + std::to_string(most_turns));
+  expect(value >= least && value <= Excitation::most_turns,
+         std::string(name) + " is " + std::to_string(value),
+         std::to_string(least) + " to " + std::to_string(Excitation::most_turns));
 }
 
 void expect_finite(const char* name, double value) {

@@ -26,6 +26,9 @@ namespace hystcan::controller {
 
 class Excitation {
  public:
+  /// The greatest number of loops, levels or cycles.
+  static constexpr unsigned most_turns = 10'000;
+
   struct Hysteresis {
     double low = 0.0;
     double high = 100.0;

@@ -108,7 +108,7 @@ TEST_F(BusTools, RecordWritesWhatCandumpWritesByteForByte) {
   EXPECT_EQ(frames_of(read("record.log")).size(), 7U);
   const std::string span = fmt::format("6 frames of vcan0 in {:.3f} s", span_s(read("candump.log")));
   EXPECT_NE(recorder.err().find(span), std::string::npos) << span << recorder.err();
-  EXPECT_NE(recorder.err().find("1 error frames\n  transmit errors: warning: 1\n0 frames lost"),
+  EXPECT_NE(recorder.err().find("1 error frame\n  transmit errors: warning: 1\n0 frames lost"),
             std::string::npos)
       << recorder.err();
 }
@@ -143,7 +143,7 @@ TEST_F(BusTools, ReplaySendsWhatCandumpRecordedExceptErrorFramesAndNeverEarly) {
   settle();
   const std::string log = read("again.log");
   EXPECT_EQ(frames_of(log), without_error_frames(frames_of(read("in.log"))));
-  EXPECT_NE(replay.err().find("6 frames sent, 1 error frames cannot be sent"), std::string::npos)
+  EXPECT_NE(replay.err().find("6 frames sent, 1 error frame cannot be sent"), std::string::npos)
       << replay.err();
   const double last_s = std::stod(log.substr(log.rfind('(') + 1));
   EXPECT_GT(last_s - started_s, 0.120) << "behind the first one in the log, which may itself be late";

@@ -24,14 +24,8 @@ constexpr std::size_t y = 1;
 struct Ctl : testing::Test {
   LiveStage stage;
 
-  /// Starts and waits until both axes track. Axis x has `in_position`, so that `wait` accepts it.
-  void start() {
-    stage.files.edit(
-        "piezo.toml", "[axis.control.delays]",
-        "[axis.control.in_position]\ntolerance_um = 0.02\nwindow_ms = 50.0\ntimeout_ms = 2000.0\n\n"
-        "[axis.control.delays]");
-    stage.start();
-  }
+  /// Starts and waits until both axes track.
+  void start() { stage.start(); }
   void expect_done(const std::vector<std::string>& words) const {
     const LiveStage::Answer answer = stage.ctl(words);
     EXPECT_EQ(answer.status, 0) << testing::PrintToString(words) << answer.err;
@@ -91,7 +85,6 @@ TEST_F(Ctl, MovesAnAxisToAPositionWaitsForItAndResumesItsReference) {
   const double arrived_s = now_s();
   std::this_thread::sleep_for(milliseconds(100));
   const double resumed_s = now_s();
-  expect_refused({"wait", "y"}, "in_position");
   expect_refused({"go", "x", "500"}, "outside");
   expect_refused({"go", "x", "-10"}, "outside");
   expect_done({"resume", "x"});

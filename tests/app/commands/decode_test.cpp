@@ -129,7 +129,7 @@ TEST_F(Decode, JsonHasOneObjectPerFrame) {
   EXPECT_EQ(objects[4]["lost"], 7);
   EXPECT_EQ(objects[5]["kind"], "remote");
   EXPECT_TRUE(objects[5]["signals"].empty());
-  EXPECT_NE(program.err().find("7 frames were lost by the recorder"), std::string::npos) << program.err();
+  EXPECT_NE(program.err().find("7 frames lost by the recorder"), std::string::npos) << program.err();
 }
 
 TEST_F(Decode, DecodesTheFrameOfTheProtocolDocumentByTheShippedDatabase) {

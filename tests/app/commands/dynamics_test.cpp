@@ -122,7 +122,7 @@ TEST_F(Dynamics, RefusesAnInvalidRateAndAnOutputThatIsItsInput) {
   write_steps("steps.csv", 0.002);
   Process program = run("steps.csv", {"--rate", "0"});
   EXPECT_EQ(program.wait(), bad_input);
-  EXPECT_NE(program.err().find("--rate is 0, expected a positive number"), std::string::npos)
+  EXPECT_NE(program.err().find("--rate: 0, expected a finite number > 0"), std::string::npos)
       << program.err();
 }
 

@@ -172,10 +172,10 @@ TEST_F(Tune, RefusesStepsOutsideTheLimitsAndInvalidRules) {
   const std::vector<std::pair<std::vector<std::string>, std::string>> refused{
       {{"--amplitude", "51"}, "expected within drive_min and drive_max, 0 and 100"},
       {{"--centre", "99.5"}, "expected within drive_min and drive_max"},
-      {{"--period", "0"}, "expected a number > 0"},
+      {{"--period", "0"}, "--period: 0, expected a finite number > 0"},
       {{"--axis", "z"}, "no axis z"},
-      {{"--phase-margin", "90"}, "--phase-margin is 90"},
-      {{"--gain-margin", "0"}, "--gain-margin is 0"},
+      {{"--phase-margin", "90"}, "--phase-margin: 90"},
+      {{"--gain-margin", "0"}, "--gain-margin: 0"},
       {{"--interface", "vcan0"}, "excludes"}};
   for (const auto& [options, reason] : refused) {
     Process program = tune(options);

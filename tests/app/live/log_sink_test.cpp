@@ -98,7 +98,7 @@ TEST(LogSink, NeitherWaitsForItsReaderNorHidesThatLinesAreLost) {
   const std::size_t whole = lines.size() - 2;
   for (std::size_t i = 0; i < whole; ++i) EXPECT_EQ(lines[i], "line " + std::to_string(i));
   EXPECT_EQ(lines[whole], "[hystcan] [warning] " + std::to_string(logged - whole) +
-                              " lines of this log are lost: nobody read it in time");
+                              " lines of this log lost: nobody read it in time");
   EXPECT_EQ(lines[whole + 1], "after");
 }
 

@@ -24,14 +24,18 @@ class StateLogOfTwoAxes : public testing::Test {
     log.add(record);
   }
   std::vector<std::string> lines;
+  std::vector<can::BusHealthLog::Level> levels;
   StateLog log{config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml"),
-               [this](can::BusHealthLog::Level, const std::string& line) { lines.push_back(line); }};
+               [this](can::BusHealthLog::Level level, const std::string& line) {
+                 levels.push_back(level);
+                 lines.push_back(line);
+               }};
 };
 
 TEST_F(StateLogOfTwoAxes, SaysOnceAfterTwoSecondsWhatAnAxisWaitsFor) {
   for (int i = 0; i < 10; ++i) add(0, 0.5 * i, AxisState::waiting, Lack::sensor_heartbeat);
   const std::vector<std::string> expected{"x: waiting for amplifier node 1 and sensor node 2",
-                                          "x: still waits for a heartbeat of the sensor"};
+                                          "x: still waits for a heartbeat of the sensor (node 2)"};
   EXPECT_EQ(lines, expected);
 }
 
@@ -46,15 +50,56 @@ TEST_F(StateLogOfTwoAxes, NamesTheAxisWithoutWhichTheOthersBegin) {
   add(1, 0.0, AxisState::waiting, Lack::amplifier_ready);
   add(0, 0.0, AxisState::tracking);
   ASSERT_EQ(lines.size(), 3u);
-  EXPECT_EQ(lines.back(),
-            "y: not ready, waits for an amplifier status that says ready: the other axes begin without it");
+  EXPECT_EQ(
+      lines.back(),
+      "y: not ready, waits for an amplifier status that says ready (node 3): the other axes begin without it");
+}
+
+TEST_F(StateLogOfTwoAxes, NamesTheAxesThatAReadyAxisWaitsFor) {
+  add(1, 0.0, AxisState::waiting, Lack::sensor_heartbeat);
+  for (const double time_s : {0.0, 2.5}) add(0, time_s, AxisState::ready, Lack::other_axes);
+  EXPECT_EQ(lines.back(), "x: still waits for the other axes: y");
+}
+
+TEST_F(StateLogOfTwoAxes, SaysTheOutputThatIsOutOfRange) {
+  for (const double time_s : {0.0, 2.5}) {
+    controller::CycleRecord record;
+    record.time_s = time_s;
+    record.amplifier_output = 120.0;
+    record.report.state = AxisState::waiting;
+    record.report.lacks = Lack::amplifier_output;
+    log.add(record);
+  }
+  EXPECT_EQ(
+      lines.back(),
+      "x: still waits for an amplifier output within drive_min..drive_max (node 1): it is 120, expected 0 to 100 V");
+}
+
+TEST_F(StateLogOfTwoAxes, SaysThatTheWatchdogHasPassedItsTrial) {
+  controller::CycleRecord record;
+  record.report.watchdog_tripped_after_s = 0.021;
+  log.add(record);
+  ASSERT_FALSE(lines.empty());
+  EXPECT_EQ(lines.front(), "x: watchdog of the amplifier (node 1) verified: tripped after 21 ms");
+}
+
+TEST_F(StateLogOfTwoAxes, AnErrorResetIsNoWarning) {
+  for (const std::uint16_t code : std::initializer_list<std::uint16_t>{0x8130, 0x0000}) {
+    controller::CycleRecord record;
+    controller::NodeEvent event;
+    event.emergency.code = code;
+    record.event = event;
+    log.add(record);
+  }
+  using Level = can::BusHealthLog::Level;
+  EXPECT_EQ(levels, (std::vector{Level::warning, Level::info}));
 }
 
 TEST_F(StateLogOfTwoAxes, KnowsWhetherAnythingWasTracked) {
   add(0, 0.0, AxisState::waiting, Lack::sample);
   add(0, 0.1, AxisState::initialising);
   EXPECT_FALSE(log.has_tracked());
-  EXPECT_EQ(log.first_lack(), "x waited for a sample");
+  EXPECT_EQ(log.first_lack(), "x waited for a sample (node 2)");
   add(0, 0.2, AxisState::tracking);
   EXPECT_TRUE(log.has_tracked());
 }

@@ -23,9 +23,6 @@ constexpr auto patience = std::chrono::seconds(60);
 
 config::Config prepared(const support::ShippedCopy& files,
                         const std::function<void(const support::ShippedCopy&)>& prepare) {
-  files.edit("piezo.toml", "[axis.control.delays]",
-             "[axis.control.in_position]\ntolerance_um = 0.05\nwindow_ms = 5.0\ntimeout_ms = 500.0\n\n"
-             "[axis.control.delays]");
   if (prepare) prepare(files);
   return config::load(files / "piezo.toml");
 }

@@ -60,7 +60,7 @@ struct Step {
 
 class ControlBench {
  public:
-  /// `prepare` may edit the shipped files; x has an [axis.control.in_position].
+  /// `prepare` may edit the shipped files.
   explicit ControlBench(const std::function<void(const support::ShippedCopy&)>& prepare = {});
   ~ControlBench();
   ControlBench(const ControlBench&) = delete;

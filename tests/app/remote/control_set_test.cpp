@@ -109,10 +109,10 @@ TEST(Set, RefusesNonsenseWithTheKeyAndWhatIsExpected) {
     const json answer = client.ask(set(key, value));
     EXPECT_TRUE(says(answer, reason) && says(answer, "expected")) << answer;
   };
-  refused("kp", -1, "kp is -1, expected a number >= 0");
+  refused("kp", -1, "axis[0].control.kp: kp is -1, expected a number >= 0");
   refused("kp", "high", "kp");
   refused("kp", json(), "expected one as in TOML");
-  refused("kpp", 0.1, "unknown key kpp");
+  refused("kpp", 0.1, "axis[0].control.kpp: unknown key kpp (did you mean kp?)");
   refused("structure", "pid", "structure is \"pid\", expected one of");
   refused("notch.depth", 0.1, "missing key frequency_Hz");  // one key of a table that is not there
   refused("setpoint[0].low_um", -50.0, "the setpoint goes to -50 um");

@@ -73,7 +73,7 @@ TEST_F(Report, IsRefusedIfItsFolderIsAFile) {
   write("report", "a file");
   Process process = identify();
   EXPECT_EQ(process.wait(), bad_input);
-  EXPECT_NE(process.err().find("expected one for the report"), std::string::npos) << process.err();
+  EXPECT_NE(process.err().find("expected one for the output"), std::string::npos) << process.err();
 }
 
 TEST_F(Report, NeverOverwritesItsInput) {

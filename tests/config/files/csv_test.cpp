@@ -69,7 +69,7 @@ TEST_F(Csv, ReadsANamedValueFromACommentBeforeTheHeader) {
 
 TEST_F(Csv, ReportsAFileThatEndsWithoutALineEnd) {
   EXPECT_EQ(refusal("time_s,input\n0,1\n1"),
-            ":3:1: the row has 1 fields and then the file ends, expected 2 as in the header");
+            ":3:1: the row has 1 field and then the file ends, expected 2 as in the header");
   CsvReader csv = reader("input\n1\n2.71");
   std::vector<double> row;
   ASSERT_TRUE(csv.next(row));
@@ -94,7 +94,7 @@ TEST_F(Csv, RefusesWhatIsNotAFiniteNumberAtItsPlace) {
 }
 
 TEST_F(Csv, RefusesARowThatEndsEarly) {
-  EXPECT_EQ(refusal("time_s,input\n0,1\n1\n"), ":3:1: the row has 1 fields, expected 2 as in the header");
+  EXPECT_EQ(refusal("time_s,input\n0,1\n1\n"), ":3:1: the row has 1 field, expected 2 as in the header");
 }
 
 TEST_F(Csv, RefusesAHeaderWithoutTheColumn) {

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <ostream>
 
 #include "config/schema/config.h"
@@ -129,13 +130,10 @@ INSTANTIATE_TEST_SUITE_P(
             "kind = \"multi-sine\"\ncentre_um = 15.0\namplitudes_um = [1.0, 2.0]\nfrequencies_Hz = [5.0]\n"
             "duration_s = 1.0\n[[axis.control.setpoint]]\nkind = \"triangle\"",
             "1 frequencies, expected 2"},
-        BadInput{"InPositionWithoutATolerance", "piezo.toml", "[axis.control.delays]",
-                 "[axis.control.in_position]\nwindow_ms = 20.0\ntimeout_ms = 500.0\n[axis.control.delays]",
+        BadInput{"InPositionWithoutATolerance", "piezo.toml", "tolerance_um = 0.05\n", "",
                  "missing key tolerance_um"},
-        BadInput{"InPositionTimeoutWithinItsWindow", "piezo.toml", "[axis.control.delays]",
-                 "[axis.control.in_position]\ntolerance_um = 0.01\nwindow_ms = 20.0\ntimeout_ms = 10.0\n"
-                 "[axis.control.delays]",
-                 "timeout_ms is 10, expected at least window_ms, 20"},
+        BadInput{"InPositionTimeoutWithinItsWindow", "piezo.toml", "timeout_ms   = 1000.0",
+                 "timeout_ms = 10.0", "timeout_ms is 10, expected at least window_ms, 20"},
         BadInput{"HeartbeatTimeoutTooShort", "piezo.toml", "rate_Hz = 1000.0",
                  "rate_Hz = 1000.0\nheartbeat_timeout_ms = 150.0", "heartbeat_timeout_ms is shorter"},
         BadInput{"StatusTimeoutTooShort", "piezo.toml", "[axis.control.delays]",
@@ -168,16 +166,46 @@ INSTANTIATE_TEST_SUITE_P(
                  "ascending is of type string"}),
     [](const auto& test) { return test.param.name; });
 
-TEST(Load, NamesAMissingModelFile) {
+/// Replaces `what` in a copy of the shipped configuration. Expects a refusal in the line of `name`, and returns the rest
+/// of the message.
+std::string refused_at(const std::string& name, const std::string& what, const std::string& with) {
   const support::ShippedCopy shipped;
-  std::filesystem::remove(shipped / "piezo.model.toml");
+  shipped.edit("piezo.toml", what, with);
+  const std::string text = support::read_file(shipped / "piezo.toml");
+  const std::string folder = shipped.folder().string() + "/";
+  const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<long>(text.find(name)), '\n');
   try {
     load(shipped / "piezo.toml");
-    FAIL();
+    return "nothing was refused";
   } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("piezo.model.toml: cannot be read"), std::string::npos)
-        << error.what();
+    std::string message = error.what();
+    for (auto at = message.find(folder); at != std::string::npos; at = message.find(folder))
+      message.erase(at, folder.size());
+    EXPECT_TRUE(message.starts_with("piezo.toml:" + std::to_string(line) + ":")) << message;
+    return message.substr(message.find(": ") + 2);
   }
+}
+
+TEST(Load, AMissingFileIsReportedAtTheKeyThatNamesIt) {
+  EXPECT_EQ(refused_at("x.model.toml", "\"piezo.model.toml\"", "\"x.model.toml\""),
+            "model: no such file: x.model.toml");
+  EXPECT_EQ(refused_at("x.plant.toml", "\"piezo.plant.toml\"", "\"x.plant.toml\""),
+            "model: no such file: x.plant.toml");
+  EXPECT_EQ(refused_at("x.dbc", "\"hystcan.dbc\"", "\"x.dbc\""), "dbc: no such file: x.dbc");
+  EXPECT_EQ(
+      refused_at("x.csv", "[[axis.control.setpoint]]",
+                 "[[axis.control.setpoint]]\nkind = \"csv\"\nfile = \"x.csv\"\n[[axis.control.setpoint]]"),
+      "file: no such file: x.csv");
+}
+
+TEST(Load, AFolderInPlaceOfAFileIsReportedAtTheKeyThatNamesIt) {
+  EXPECT_EQ(refused_at("\"/\"", "\"piezo.model.toml\"", "\"/\""), "model: / is a folder, expected a file");
+}
+
+TEST(Load, AnInterfaceHasANameThatLinuxTakes) {
+  EXPECT_EQ(refused_at("abcdefghijklmnop", "\"vcan0\"", "\"abcdefghijklmnop\""),
+            "interface is \"abcdefghijklmnop\", expected the name of an interface: "
+            "1 to 15 characters without spaces, / and :");
 }
 
 TEST(Load, NamesAMissingConfiguration) { EXPECT_THROW(load("/nonexistent/x.toml"), Error); }

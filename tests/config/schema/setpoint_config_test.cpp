@@ -41,7 +41,7 @@ TEST(SetpointFile, StartsAtItsFirstTime) {
 TEST(SetpointFile, IsRefusedWithItsLine) {
   EXPECT_EQ(refusal("time_s,position_um\n0,1\n0.5,2\n0.5,3\n"),
             "r.csv:4:1: time_s is 0.5 after 0.5, expected time to increase");
-  EXPECT_EQ(refusal("time_s,position_um\n0,1\n"), "r.csv:2:1: a reference of 1 rows, expected two or more");
+  EXPECT_EQ(refusal("time_s,position_um\n0,1\n"), "r.csv:2:1: a reference of 1 row, expected two or more");
   EXPECT_EQ(refusal("time_s,position_um\n0,1\n1,nan\n"),
             "r.csv:3:3: position_um is \"nan\", expected a finite number");
   EXPECT_EQ(refusal("time_s,x\n0,1\n"), "r.csv:1:1: no column position_um, expected it among time_s, x");
@@ -83,9 +83,7 @@ TEST(SetpointKeys, MakeEveryShape) {
 
 TEST(SetpointKeys, LimitTheReferenceAndJudgeInPosition) {
   const support::ShippedCopy shipped;
-  shipped.edit("piezo.toml", "[axis.control.delays]",
-               "[axis.control.in_position]\ntolerance_um = 0.01\nwindow_ms = 20.0\ntimeout_ms = 500.0\n\n"
-               "[axis.control.delays]");
+  shipped.edit("piezo.toml", "tolerance_um = 0.05", "tolerance_um = 0.01");
   shipped.edit("piezo.toml", "repeat             = true",
                "reference_slew_um_per_s = 2000.0\nreference_acceleration_um_per_s2 = 2e5");
   const Config config = load(shipped / "piezo.toml");
@@ -95,10 +93,11 @@ TEST(SetpointKeys, LimitTheReferenceAndJudgeInPosition) {
   ASSERT_TRUE(x.in_position);
   EXPECT_EQ(x.in_position->tolerance_um, 0.01);
   EXPECT_EQ(x.in_position->window, std::chrono::milliseconds(20));
-  EXPECT_EQ(x.in_position->timeout, std::chrono::milliseconds(500));
+  EXPECT_EQ(x.in_position->timeout, std::chrono::milliseconds(1000));
   const controller::AxisConfig& y = config.axes[1].control;
   EXPECT_TRUE(std::isinf(y.reference_limits.slew_um_per_s));
-  EXPECT_FALSE(y.in_position);
+  ASSERT_TRUE(y.in_position);
+  EXPECT_EQ(y.in_position->tolerance_um, 0.05);
 }
 
 controller::AxisConfig x_of(const Config& config) { return config.axes[0].control; }

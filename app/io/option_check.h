@@ -1,0 +1,29 @@
+// Checks of the values that the options of a command take. What they refuse is a usage error, which names the option.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace CLI {
+class Validator;
+}  // namespace CLI
+
+namespace hystcan::app {
+
+/// Every option with a number has one of these checks: infinities, NaN and numbers with a rest are refused.
+CLI::Validator finite_number();
+CLI::Validator positive_number();
+CLI::Validator not_negative_number();
+/// lo <= value <= hi.
+CLI::Validator number_between(double lo, double hi);
+/// The length of a run: > 0 and < 1e9.
+CLI::Validator positive_seconds();
+CLI::Validator whole_number(std::uint64_t lo, std::uint64_t hi);
+
+CLI::Validator one_of(const std::vector<std::string>& words);
+
+/// The name of a network interface, as Linux takes it.
+CLI::Validator interface_name();
+
+}  // namespace hystcan::app
