@@ -231,9 +231,10 @@ void Controller::trip_if_in_use(WiredAxis& wired, Cause cause) {
 /// What is less urgent than the commands, once a cycle: when the commands of all axes in use have been sent.
 void Controller::run_background_tasks() {
   if (cycle_.background_done) return;
-  // From the back: samples mostly come in the order of the axes, so that one look is enough before the last.
+  // From the back: samples mostly come in the order of the axes, so that one look is enough before the last. An axis
+  // that has faulted since its last step still has its safe command to send.
   const bool commands_sent = std::all_of(axes_.rbegin(), axes_.rend(), [](const auto& wired) {
-    return wired->answered || !is_in_use(wired->axis.state());
+    return wired->answered || !is_in_use(wired->axis.report().state);
   });
   if (!commands_sent) return;
   cycle_.background_done = true;

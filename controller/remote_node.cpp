@@ -92,7 +92,16 @@ bool RemoteNode::hear_foreign_nmt(const can::Frame& frame) {
   if (!nmt || (nmt->node != node_ && nmt->node != 0)) return false;
   ++foreign_.nmt;
   note({.kind = NodeEvent::Kind::foreign_nmt, .node = node_, .command = nmt->command});
-  return nmt->command != can::NmtCommand::start;  // it is started already
+  switch (nmt->command) {
+    case can::NmtCommand::stop:
+    case can::NmtCommand::enter_pre_operational:
+    case can::NmtCommand::reset_node:
+    case can::NmtCommand::reset_communication:
+      return true;
+    case can::NmtCommand::start:  // it is started already
+      break;
+  }
+  return false;  // a node ignores every other command
 }
 
 bool RemoteNode::hear_foreign_sdo(const can::Frame& frame) {

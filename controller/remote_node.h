@@ -85,7 +85,7 @@ class RemoteNode {
 
   /// An emergency of another code than "no error" came since the last call.
   bool take_alarm() { return std::exchange(alarm_, false); }
-  /// The oldest event not yet taken. Equal ones in a row are counted as one. More than four are lost but for the
+  /// The oldest event not yet taken. Equal ones in a row are counted as one. More than sixteen are lost but for the
   /// last.
   std::optional<NodeEvent> take_event();
 
@@ -102,7 +102,7 @@ class RemoteNode {
   ForeignAccess foreign_;
   bool failure_told_ = false;
   bool alarm_ = false;
-  std::array<NodeEvent, 4> events_{};
+  std::array<NodeEvent, 16> events_{};
   std::size_t event_count_ = 0;
 };
 

@@ -55,6 +55,7 @@ void WiredAxis::handle_status(const can::Frame& frame, can::Time now) {
   status = *received;
   if (flags_report_fault && received->fault != 0) status.state = can::AmpState::fault;
   amplifier_fault_seen |= status.state == can::AmpState::fault;
+  not_enabled_seen |= status.state != can::AmpState::enabled;
 }
 
 /// The first status after it is switched off still reports the drive from which the amplifier ramps down.
@@ -102,6 +103,7 @@ NodeHealth WiredAxis::take_health(can::Time now, can::BusState bus) {
   const bool sensor_emergency = sensor.take_alarm();
   const bool emergency = amplifier.take_alarm() || sensor_emergency;
   const bool fault_seen = std::exchange(amplifier_fault_seen, false);
+  const bool dropped_out = std::exchange(not_enabled_seen, false);
   const bool was_off = std::exchange(bus_off_seen, false);
   const bool was_down = std::exchange(interface_down_seen, false);
   NodeHealth health{
@@ -116,7 +118,7 @@ NodeHealth WiredAxis::take_health(can::Time now, can::BusState bus) {
       .restarted = restarted,
       .emergency = emergency,
       .amplifier_ready = status.state == can::AmpState::ready || status.state == can::AmpState::enabled,
-      .amplifier_enabled = status.state == can::AmpState::enabled,
+      .amplifier_enabled = status.state == can::AmpState::enabled && !dropped_out,
       .amplifier_fault = status.state == can::AmpState::fault || fault_seen,
       .amplifier_output = status.output,
       .amplifier_moves = amplifier_moves,

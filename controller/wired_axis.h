@@ -66,6 +66,7 @@ struct WiredAxis {
   unsigned boot_ups_seen = 0;
   bool late_sample = false;           ///< A sample of another cycle came since the last step.
   bool amplifier_fault_seen = false;  ///< A status said fault since the last step, however briefly.
+  bool not_enabled_seen = false;      ///< A status said another state than enabled since the last step.
   bool bus_off_seen = false;          ///< The bus was off since the last step, however briefly.
   bool interface_down_seen = false;   ///< The interface was down since the last step, however briefly.
   bool answered = true;               ///< This cycle's step has been taken.

@@ -32,5 +32,4 @@ struct BusSource {
 /// Throws config::Error if no interface is named, and the errors of the files that it reads.
 BusSource find_bus(const BusOptions& options);
 
-
 }  // namespace hystcan::app

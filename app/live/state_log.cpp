@@ -46,7 +46,7 @@ void StateLog::add_state(Axis& axis, const controller::CycleRecord& record) {
   const controller::AxisReport& report = record.report;
   axis.state = report.state;
   if (report.state == AxisState::faulted)
-    sink_(Level::error, fmt::format("{}: faulted at {:.3f} s: {}; {}", axis.name, record.time_s,
+    sink_(Level::error, fmt::format("{}: faulted at {:.3f} s: {}; {}", axis.name, report.fault_time_s,
                                     to_string(report.cause), remedy(report.cause)));
   else if (report.state == AxisState::waiting)
     sink_(Level::info, fmt::format("{}: waiting for amplifier node {} and sensor node {}", axis.name,

@@ -208,12 +208,6 @@ TEST_F(Limits, ASimulationRefusesATimeThatRunsBackwards) {
             "hystcan: " + path("back.csv") + ":4: time_s is 1 after 2, expected time to increase\n");
 }
 
-TEST_F(Limits, ACsvThatIsADeviceIsRefusedBecauseItMayNeverEnd) {
-  EXPECT_EQ(
-      refusal_of({"simulate", path("piezo.model.toml"), "--input", "/dev/zero", "--output", path("o.csv")}),
-      "hystcan: /dev/zero: cannot be read: it is a device, expected a CSV file\n");
-}
-
 TEST_F(Limits, AFolderThatCannotBeMadeIsNamedInAPlainSentence) {
   EXPECT_EQ(refusal_of({"demo", "--config", path("piezo.toml"), "--output", path("piezo.toml")}),
             "hystcan: " + path("piezo.toml") + ": is not a folder, expected one for the output\n");
