@@ -197,13 +197,16 @@ TEST(ForeignAccess, ThatOnlyReadsOrStartsIsCountedAndChangesNothing) {
   for (int i = 0; i < 3; ++i)
     loop.tester->send(can::sdo_request(1, {.service = can::SdoService::read, .object = current_limit}));
   loop.tester->send(can::nmt_frame({can::NmtCommand::start, 2}));
+  loop.tester->send(can::nmt_frame({static_cast<can::NmtCommand>(119), 2}));
   loop.tester->send(can::nmt_frame({can::NmtCommand::reset_node, 9}));
   loop.rehearsal.run_for(milliseconds(5));
   EXPECT_EQ(loop.axis().state(), AxisState::tracking);
-  EXPECT_EQ(loop.events, std::vector<std::string>{"node 2: another node sends it NMT 1 (start)"});
+  EXPECT_EQ(loop.events,
+            (std::vector<std::string>{"node 2: another node sends it NMT 1 (start)",
+                                      "node 2: another node sends it NMT 119 (unknown command)"}));
   EXPECT_EQ(loop.rehearsal.controller().foreign_access(),
             (std::vector<std::string>{"node 1: 3 SDO reads of another node",
-                                      "node 2: 1 NMT command of another node"}));
+                                      "node 2: 2 NMT commands of another node"}));
 }
 
 TEST(ForeignAccess, ThatWritesFaultsTheAxisAndIsNamed) {
@@ -213,6 +216,18 @@ TEST(ForeignAccess, ThatWritesFaultsTheAxisAndIsNamed) {
   loop.rehearsal.run_for(milliseconds(2));
   EXPECT_EQ(loop.axis().fault().cause, Cause::foreign_access);
   EXPECT_EQ(loop.events, std::vector<std::string>{"node 2: another node writes its object 0x2001:01"});
+}
+
+/// The fault is decided between two steps. The status of the axis must not delay the safe command.
+TEST(ForeignAccess, IsFollowedByTheSafeCommandBeforeTheStatusOfTheAxis) {
+  LoggedLoop loop(one_axis());
+  loop.rehearsal.run_for(std::chrono::seconds(2));
+  loop.frames.clear();
+  loop.tester->send(can::nmt_frame({can::NmtCommand::stop, 2}));
+  loop.rehearsal.run_for(milliseconds(5));
+  constexpr auto faulted = static_cast<std::uint8_t>(AxisState::faulted);
+  ASSERT_LT(loop.first(0x281, faulted, 4), std::ssize(loop.frames));
+  EXPECT_LT(loop.first(0x201, 0, 4), loop.first(0x281, faulted, 4));
 }
 
 TEST(ForeignAccess, ThatWritesToAWaitingNodeIsFollowedByItsSetUp) {

@@ -85,6 +85,17 @@ TEST(AmplifierFault, ThatEndsWithinACycleIsJudgedInTheNextStep) {
   EXPECT_FALSE(wired.take_health({}, can::BusState::active).amplifier_fault) << "each event counts once";
 }
 
+TEST(AmplifierStatus, ThatSaysReadyBetweenTwoThatSayEnabledIsJudgedInTheNextStep) {
+  const config::Config config = one_axis();
+  const controller::WiredAxisConfig axis = controller_config(config).axes[0];
+  controller::WiredAxis wired(axis, seconds(1), config.database);
+  can::Encoder<can::AmpStatus> encode(*can::find_layout<can::AmpStatus>(config.database, axis.wire));
+  for (const can::AmpState state : {can::AmpState::enabled, can::AmpState::ready, can::AmpState::enabled})
+    wired.handle_status(*encode({.state = state}), {});
+  EXPECT_FALSE(wired.take_health({}, can::BusState::active).amplifier_enabled);
+  EXPECT_TRUE(wired.take_health({}, can::BusState::active).amplifier_enabled) << "each event counts once";
+}
+
 config::Config with_verification() {
   config::Config config = one_axis();
   config.axes[0].control.verify_watchdog = true;
