@@ -30,8 +30,8 @@ void add_interval_options(CLI::App& command, DatasetInput& input);
 void add_dataset_options(CLI::App& command, DatasetInput& input);
 
 /// The unit is the one that the dataset states, else the option's, else V or um with a note on standard
-/// error. Throws config::Error if --from lies after --to, with the file's name if no row is left, if dataset and option have different
-/// units, or if the units of two files differ.
+/// error. Throws config::Error if --from lies after --to, with the name of the file if no row is left, if dataset and
+/// option have different units, or if the units of two files differ.
 std::vector<identification::Dataset> load_datasets(const std::vector<std::filesystem::path>& files,
                                                    const DatasetInput& input);
 

@@ -335,6 +335,11 @@ AxisCommand Axis::track(const AxisInput& input) {
 }
 
 AxisCommand Axis::park(const AxisInput& input) {
+  if (state_ == AxisState::initialising && !connected_) {  // there is nothing to ramp behind an open relay
+    follow(config_.gate.safe_drive);
+    state_ = AxisState::offline;
+    return safe();
+  }
   if (!is_driving() || ramp_towards(config_.gate.safe_drive, input.dt_s)) {
     state_ = AxisState::offline;
     clear_attempt_ = {};

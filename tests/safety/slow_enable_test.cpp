@@ -55,6 +55,21 @@ TEST_P(SlowEnable, MakesNoStepAtTheStageAndLeavesTheMemoryWiped) {
   EXPECT_EQ(rig.monitor().violations(), 0u) << rig.monitor().found().front();
 }
 
+/// Behind an open relay there is nothing to ramp down.
+TEST(StopBeforeTheRelayCloses, SwitchesOffAtOnce) {
+  FaultRig rig(with({300, 0}));
+  rig.start();
+  ASSERT_TRUE(rig.reaches(AxisState::initialising, std::chrono::seconds(1)));
+  rig.run_for(milliseconds(50));
+  rig.controller().request_stop();
+  rig.run_for(milliseconds(2));
+  EXPECT_EQ(rig.axis().state(), AxisState::offline);
+  EXPECT_TRUE(rig.monitor().commands_are_safe());
+  rig.run_for(milliseconds(400));
+  EXPECT_EQ(rig.stage().amplifier.state(), can::AmpState::ready);
+  EXPECT_EQ(rig.monitor().violations(), 0u) << rig.monitor().found().front();
+}
+
 INSTANTIATE_TEST_SUITE_P(, SlowEnable,
                          testing::Values(Way{0, 0}, Way{1, 0}, Way{20, 0}, Way{100, 0}, Way{300, 0},
                                          Way{480, 0}, Way{0, 20}, Way{0, 400}, Way{100, 200}),
