@@ -8,15 +8,15 @@
 namespace hystcan::app {
 namespace {
 
-using Level = can::BusHealthLog::Level;
+using LogLevel = can::BusHealthLog::Level;
 constexpr double between_lines_s = 1.0;
 
 std::string at(const std::string& axis, double time_s, const controller::NodeEvent& event) {
   return fmt::format("{}: at {:.3f} s {}", axis, time_s, describe(event));
 }
 
-Level level_of(const controller::NodeEvent& event) {
-  return is_all_clear(event) ? Level::info : Level::warning;
+LogLevel level_of(const controller::NodeEvent& event) {
+  return is_all_clear(event) ? LogLevel::info : LogLevel::warning;
 }
 
 }  // namespace
@@ -36,7 +36,7 @@ void EventLog::add(const std::string& axis, const controller::CycleRecord& recor
                         .line_s = record.time_s - between_lines_s});
       count(kinds_.back(), record);
     } else if (std::exchange(truncated_, truncated_ + record.event->times) == 0) {
-      sink_(Level::warning, fmt::format("{}; more than {} kinds of events: further ones are only counted",
+      sink_(LogLevel::warning, fmt::format("{}; more than {} kinds of events: further ones are only counted",
                                         at(axis, record.time_s, *record.event), most_kinds));
     }
   }
