@@ -85,16 +85,17 @@ TEST(SdoAccess, IsTheBeginOfATransferOfAnyKind) {
   const auto access = [](unsigned command) {
     return sdo_access_of(frame_of(0x601, {static_cast<std::uint8_t>(command), 0x01, 0x20, 0x05, 0, 0, 0, 0}));
   };
-  for (const unsigned write : {0x2F, 0x23, 0x22, 0x21, 0x20, 0xC2, 0xC6}) {
+  for (const unsigned write : {0x2FU, 0x23U, 0x22U, 0x21U, 0x20U, 0xC2U, 0xC6U}) {
     ASSERT_TRUE(access(write)) << write;
     EXPECT_TRUE(access(write)->writes) << write;
     EXPECT_EQ(access(write)->object, object);
   }
-  for (const unsigned read : {0x40, 0xA0, 0xA4}) {
+  for (const unsigned read : {0x40U, 0xA0U, 0xA4U}) {
     ASSERT_TRUE(access(read)) << read;
     EXPECT_FALSE(access(read)->writes) << read;
   }
-  for (const unsigned neither : {0x00, 0x10, 0x60, 0x70, 0x80, 0xA1, 0xC1}) EXPECT_FALSE(access(neither));
+  for (const unsigned neither : {0x00U, 0x10U, 0x60U, 0x70U, 0x80U, 0xA1U, 0xC1U})
+    EXPECT_FALSE(access(neither));
 }
 
 TEST(SdoServer, KeepsWrittenObjects) {
