@@ -202,11 +202,15 @@ std::optional<MessageMap> message_map(const AxisWire& axis) {
   if constexpr (is_optional<Payload>) {
     if (axis.message_prefix.empty()) return std::nullopt;
     return standard_map<Payload>(axis.message_prefix);
+  } else {
+    if (!axis.frames) return standard_map<Payload>(axis.message_prefix);
+    if constexpr (std::is_same_v<Payload, AmpCommand>)
+      return axis.frames->command;
+    else if constexpr (std::is_same_v<Payload, AmpStatus>)
+      return axis.frames->status;
+    else
+      return axis.frames->sample;
   }
-  if (!axis.frames) return standard_map<Payload>(axis.message_prefix);
-  if constexpr (std::is_same_v<Payload, AmpCommand>) return axis.frames->command;
-  if constexpr (std::is_same_v<Payload, AmpStatus>) return axis.frames->status;
-  if constexpr (std::is_same_v<Payload, SensorSample>) return axis.frames->sample;
 }
 
 /// Throws std::invalid_argument if the database lacks the message.
