@@ -294,8 +294,9 @@ static void sensor_on_frame(struct sensor* sensor, const struct can_frame* frame
     obey_nmt(node, frame);
     return;
   }
+  const bool is_repeated = sync == node->last_sync;  // the same SYNC, received twice
   node->last_sync = sync;
-  if (node->state != OPERATIONAL) return;
+  if (is_repeated || node->state != OPERATIONAL) return;
   int32_t position = 0;
   const bool is_good = read_position(sensor, &position);
   send_protected(node, position, sync, is_good ? 0x00 : 0x01);

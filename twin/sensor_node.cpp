@@ -57,7 +57,8 @@ void SensorNode::on_nmt(can::NmtState state) {
 }
 
 void SensorNode::on_sync(std::uint8_t counter, can::Time received) {
-  last_sync_ = counter;
+  const bool is_repeated = std::exchange(last_sync_, counter) == counter;  // the same SYNC, received twice
+  if (is_repeated) return;
   if (!runs_free_ && nmt_.state() == can::NmtState::operational) sample(received);
 }
 

@@ -92,6 +92,19 @@ TEST_F(NodeRules, ASecondNmtStartForgetsNoCounter) {
   EXPECT_EQ(amplifier().checker().rejected(can::Rejection::repeated_counter), 1u);
 }
 
+TEST_F(NodeRules, ASensorTakesNoSecondSampleAtTheSameSync) {
+  start_nodes();
+  sync();
+  run(milliseconds(1));
+  const int before = heard_[0x182];
+  tester_->send(can::sync_frame(counter_));
+  run(milliseconds(1));
+  EXPECT_EQ(heard_[0x182], before);
+  sync();
+  run(milliseconds(1));
+  EXPECT_EQ(heard_[0x182], before + 1);
+}
+
 TEST_F(NodeRules, ABootUpOfTheControllerChangesNothing) {
   start_nodes();
   drive(50.0, 5);
