@@ -29,6 +29,12 @@ inline Config one_axis() {
   return config;
 }
 
+/// A sender that keeps no limits of the DBC.
+inline can::Message without_limits(can::Message message) {
+  for (can::Signal& signal : message.signals) signal.minimum = signal.maximum = 0.0;
+  return message;
+}
+
 /// A bus with the twin, and a tester that keeps the received frames. The nodes have booted up.
 class TwinBench {
  public:
@@ -76,7 +82,7 @@ class TwinBench {
   can::SimBus bus_{clock_, 1'000'000};
   can::Database database_ = can::load_dbc(HYSTCAN_SOURCE_DIR "/config/hystcan.dbc");
   std::unique_ptr<can::Bus> tester_ = bus_.attach();
-  can::Encoder<can::AmpCommand> encode_command_{*database_.find("XAmpCommand")};
+  can::Encoder<can::AmpCommand> encode_command_{without_limits(*database_.find("XAmpCommand"))};
   can::Decoder<can::AmpStatus> decode_status_{*database_.find("XAmpStatus")};
   can::Decoder<can::SensorSample> decode_sample_{*database_.find("XSensorSample")};
   Twin twin_;
