@@ -176,13 +176,14 @@ int run_twin(const TwinArguments& options) {
   watch.log_bus();
   std::string closing;
   for (const std::string& line : describe(closing_of(twin))) closing += line + "\n";
+  const std::string lost_output = print_patiently(closing);
   if (truth)
     if (const std::string lost = truth->close(); !lost.empty()) throw RunError(lost);
   if (const auto node = twin.taken_node())
     throw RunError(
         fmt::format("{}: node {} is on this bus already: another twin, or the real node; end one of the two",
                     interface, *node));
-  if (const std::string lost = print_patiently(closing); !lost.empty()) throw RunError(lost);
+  if (!lost_output.empty()) throw RunError(lost_output);
   return done;
 }
 

@@ -118,7 +118,7 @@ TEST(BackgroundJob, OfExciteEndsBySigintAndKeepsItsRows) {
   std::this_thread::sleep_for(hil::milliseconds(500));
   job.interrupt();
   EXPECT_EQ(job.process().wait(), 1) << job.process().err();
-  EXPECT_NE(job.process().err().find("rows, which are in"), std::string::npos) << job.process().err();
+  EXPECT_NE(job.process().err().find("rows, to be found in"), std::string::npos) << job.process().err();
 }
 
 TEST(BackgroundJob, OfABusToolEndsBySigint) {
