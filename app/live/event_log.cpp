@@ -37,7 +37,7 @@ void EventLog::add(const std::string& axis, const controller::CycleRecord& recor
       count(kinds_.back(), record);
     } else if (std::exchange(truncated_, truncated_ + record.event->times) == 0) {
       sink_(LogLevel::warning, fmt::format("{}; more than {} kinds of events: further ones are only counted",
-                                        at(axis, record.time_s, *record.event), most_kinds));
+                                           at(axis, record.time_s, *record.event), most_kinds));
     }
   }
   log_pending(record.time_s);
