@@ -137,9 +137,9 @@ void AmplifierNode::on_nmt(can::NmtState state) {
   enter(fault_ == 0 ? can::AmpState::ready : can::AmpState::fault);
 }
 
-// A node that boots up sends no status. The cause of an internal fault may still exist.
+// A node that boots up sends no status; the state pre-operational, which follows, leaves the drive. The cause of an
+// internal fault may still exist.
 void AmplifierNode::boot_up() {
-  leave_drive(WatchdogAction::safe);
   state_ = can::AmpState::off;
   encode_status_ = encode_status_at_power_on_;
   last_sync_ = 0;

@@ -336,7 +336,6 @@ AxisCommand Axis::track(const AxisInput& input) {
 
 AxisCommand Axis::park(const AxisInput& input) {
   if (state_ == AxisState::initialising && !connected_) {  // there is nothing to ramp behind an open relay
-    follow(config_.gate.safe_drive);
     state_ = AxisState::offline;
     return safe();
   }

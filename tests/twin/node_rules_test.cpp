@@ -217,6 +217,18 @@ TEST_F(NodeRules, ACommandThatNamesNoSyncBetween1And240IsStale) {
   }
 }
 
+TEST(FramesWithoutASyncCounter, AreNeverStale) {
+  Config config = one_axis();
+  config.axes.front().wire.frames =
+      can::AxisFrames{.command = {.message = "XAmpCommand", .signals = {{"setpoint", "Setpoint"}}},
+                      .sample = {.message = "XSensorSample", .signals = {{"position", "Position"}}}};
+  TwinBench bench(config);
+  bench.start_nodes();
+  bench.command(50.0, true);
+  bench.run(milliseconds(1));
+  EXPECT_EQ(bench.twin_.axes().front()->amplifier.state(), AmpState::enabled) << "before the first SYNC";
+}
+
 TEST_F(NodeRules, TheSetpointOfACommandWithoutEnableIsNotUsed) {
   start_nodes();
   sync();

@@ -403,6 +403,35 @@ TEST(WatchdogTrial, BeginsAnewAtTheStartAfterAStop) {
   EXPECT_EQ(axis.stage.axis.report().lacks, Lack::enabled);
 }
 
+TEST(WatchdogTrial, ReportsItsTimeInTheCycleThatEndsIt) {
+  WithheldAxis axis;
+  for (int i = 0; i < 9; ++i) axis.cycle();
+  EXPECT_FALSE(axis.stage.axis.report().watchdog_tripped_after_s);
+  axis.cycle([](AxisInput& in) { in.health.amplifier_fault = true; });
+  EXPECT_NEAR(axis.stage.axis.report().watchdog_tripped_after_s.value_or(0.0), 0.010, 0.0015);
+  axis.cycle();
+  EXPECT_FALSE(axis.stage.axis.report().watchdog_tripped_after_s);
+}
+
+TEST(StopBeforeTheAmplifierIsEnabled, SwitchesOffAtOnceWhereverItsOutputIs) {
+  IdealStage stage;
+  stage.axis.start(false);
+  for (int i = 0; i < 3; ++i) stage.cycle(with_output(30.0, false));
+  ASSERT_EQ(stage.axis.state(), AxisState::initialising);
+  stage.axis.stop();
+  EXPECT_FALSE(stage.cycle(with_output(30.0, false)).enable);
+  EXPECT_EQ(stage.axis.state(), AxisState::offline);
+}
+
+TEST(StopAfterTheAmplifierIsEnabled, RampsDown) {
+  IdealStage stage;
+  stage.axis.start(false);
+  for (int i = 0; i < 3; ++i) stage.cycle(with_output(30.0, true));
+  ASSERT_EQ(stage.axis.state(), AxisState::initialising);
+  stage.axis.stop();
+  EXPECT_TRUE(stage.cycle(with_output(30.0, true)).enable);
+}
+
 // ---- the report
 
 TEST(ArmingReport, SaysWhetherTheOtherAxesAreMissing) {

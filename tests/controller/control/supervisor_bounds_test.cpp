@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 
 #include "controller/control/gate.h"
 #include "controller/control/supervisor.h"
@@ -307,6 +308,22 @@ TEST(SupervisorRetune, LetsTheTimersContinue) {
   supervisor.retune(judged);
   EXPECT_EQ(cycles_until_cause([&](int) { return supervisor.judge({}, limit::range, cycle_s); }), 3);
 }
+
+// ---- the amplifier's statuses
+
+bool is_too_old(double age_s, std::chrono::nanoseconds timeout) {
+  NodeHealth health = all_is_well;
+  health.status_age_s = age_s;
+  return is_status_too_old(health, timeout);
+}
+
+TEST(StatusAge, IsJudgedBeyondTheTimeoutAlone) {
+  EXPECT_FALSE(is_too_old(0.5, std::chrono::milliseconds(500)));
+  EXPECT_TRUE(is_too_old(0.501, std::chrono::milliseconds(500)));
+  EXPECT_TRUE(is_too_old(0.001, std::chrono::nanoseconds(1)));
+}
+
+TEST(StatusAge, IsNotJudgedWithATimeoutOfZero) { EXPECT_FALSE(is_too_old(1000.0, {})); }
 
 }  // namespace
 }  // namespace hystcan::controller::supervisor_bounds_test
