@@ -41,6 +41,9 @@ void WireMonitor::receive(const can::Frame& frame, can::Time when) {
     if (const auto command = decode_command_(frame)) on_command(*command, when);
   } else if (frame.id == decode_status_.id()) {
     if (const auto status = decode_status_(frame)) on_status(*status, when);
+  } else if (frame.id == can::heartbeat_base + config_.wire.amplifier_node) {
+    if (can::parse_heartbeat(frame) == can::NmtState::boot_up)
+      decode_status_.restart();  // it counts from 0 again
   } else if (frame.id == decode_report_.id()) {
     const auto report = decode_report_(frame);
     if (report && report->state == static_cast<std::uint8_t>(controller::AxisState::faulted))
