@@ -25,8 +25,8 @@ namespace {
 
 using namespace hystcan;
 
-/// Prints a line on standard error. It neither throws if standard error is closed, as with the terminal, nor waits forever
-/// for its reader.
+/// Prints a line on standard error. It neither throws if standard error is closed, as with the terminal, nor waits
+/// forever for its reader.
 int print_line(const std::string& text, int status) {
   const std::string line = text + "\n";
   spdlog::default_logger()->flush();
@@ -84,7 +84,7 @@ int report_errors(const Command& command) {
     return print_error(error, app::bad_input);
   } catch (const std::system_error& error) {
     if (!app::is_lost_output()) return print_error(error, app::failed);
-    return print_error("standard output: cannot be written: " + error.code().message(), app::failed);
+    return print_error(app::lost_output_text(error.code().message()), app::failed);
   } catch (const std::exception& error) {  // InterfaceError, RunError, a full disk
     return print_error(error, app::failed);
   }

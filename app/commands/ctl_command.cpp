@@ -51,9 +51,6 @@ nlohmann::json exchange(const std::filesystem::path& file, const nlohmann::json&
     throw RunError(
         fmt::format("{}: {}; is the {} running, with this interface? (--interface, --socket, control_socket)",
                     file.string(), error.code().message(), process));
-  } catch (const nlohmann::json::exception&) {
-    throw RunError(fmt::format("{}: the answer is not JSON, expected the control socket of a {}",
-                               file.string(), process));
   }
 }
 

@@ -10,13 +10,23 @@
 #include <utility>
 
 #include "app/io/exit_status.h"
-#include "app/io/write_all.h"
 #include "config/schema/config.h"
 
 namespace hystcan::app {
 namespace {
 
 constexpr std::size_t enough_bytes = 1 << 16;
+
+/// Returns zero or the errno. `done` is the number of bytes that were written in either case.
+int write_all(int descriptor, std::string_view text, std::size_t& done) {
+  for (done = 0; done < text.size();) {
+    const ssize_t count = ::write(descriptor, text.data() + done, text.size() - done);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return errno;
+    done += static_cast<std::size_t>(count);
+  }
+  return 0;
+}
 
 }  // namespace
 

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "app/io/exit_status.h"
+#include "can/descriptor.h"
 #include "config/schema/config.h"
 
 namespace hystcan::app {
@@ -20,11 +21,9 @@ namespace {
 
 /// Returns zero or the errno.
 int sync_folder(const std::filesystem::path& folder) {
-  const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return errno;
-  const int error = ::fsync(descriptor) == 0 ? 0 : errno;
-  ::close(descriptor);
-  return error;
+  const can::Descriptor descriptor(
+      ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  return descriptor.get() >= 0 && ::fsync(descriptor.get()) == 0 ? 0 : errno;
 }
 
 }  // namespace

@@ -15,9 +15,7 @@
 namespace hystcan::app {
 namespace {
 
-constexpr const char* what_is_lost = "standard output: cannot be written";
-
-[[noreturn]] void fail_output() { throw std::system_error(errno, std::generic_category(), what_is_lost); }
+[[noreturn]] void fail_output() { throw std::system_error(errno, std::generic_category()); }
 
 void discard_output() {
   __fpurge(stdout);
@@ -42,11 +40,15 @@ void flush_output() {
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) fail_output();
 }
 
+std::string lost_output_text(std::string_view reason) {
+  return fmt::format("standard output: cannot be written: {}", reason);
+}
+
 std::string print_patiently(std::string_view text) {
   const Written written = write_within(STDOUT_FILENO, text, std::chrono::seconds(5));
   if (written == Written::all) return {};
-  return fmt::format("{}: {}", what_is_lost,
-                     written == Written::failed ? std::generic_category().message(errno) : "nobody reads it");
+  return lost_output_text(written == Written::failed ? std::generic_category().message(errno)
+                                                     : "nobody reads it");
 }
 
 bool is_lost_output() {

@@ -21,6 +21,8 @@ void prepare_standard_streams();
 void print(std::string_view text);
 /// Throws also if an earlier write failed that nobody has checked.
 void flush_output();
+/// "standard output: cannot be written: No space left on device".
+std::string lost_output_text(std::string_view reason);
 /// Writes the results of a live run, which must end: waits at most 5 s for the reader. Returns an empty text, or the
 /// reason why the results are not printed.
 std::string print_patiently(std::string_view text);

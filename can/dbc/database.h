@@ -140,8 +140,8 @@ class DbcError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Throws DbcError if the text is not a DBC, or has more than can/dbc/limits.h allows. Known irregularities of real files give a warning;
-/// docs/protocol.md lists them. All texts are converted to UTF-8.
+/// Throws DbcError if the text is not a DBC, or has more than can/dbc/limits.h allows. Known irregularities of real
+/// files give a warning; docs/protocol.md lists them. All texts are converted to UTF-8.
 Database parse_dbc(std::string_view text, const std::string& file_name);
 
 /// Throws DbcError, also if the file can't be read.

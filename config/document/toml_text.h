@@ -28,8 +28,8 @@ std::optional<TextRefusal> find_refusal(std::string_view text);
 /// The text as a string of TOML, in quotes: a reader gets the same text back.
 std::string toml_string(std::string_view text);
 
-/// Throws Error `NAME:LINE:COLUMN: what, expected TOML`. The sources of the nodes have `origin` as their path; no path if
-/// it is empty.
+/// Throws Error `NAME:LINE:COLUMN: what, expected TOML`. The sources of the nodes have `origin` as their path; no
+/// path if it is empty.
 toml::table parse_toml(std::string_view text, const std::string& name, std::string_view origin = {});
 
 }  // namespace hystcan::config

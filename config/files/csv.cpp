@@ -3,12 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <set>
 #include <sstream>
-#include <system_error>
 #include <utility>
 
 #include "can/counted.h"

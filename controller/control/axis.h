@@ -85,7 +85,8 @@ Trajectory reference_of(const AxisConfig& config);
 struct AxisReport {  // NOLINT(clang-analyzer-optin.performance.Padding)
   AxisState state = AxisState::offline;
   Lack lacks = Lack::nothing;  ///< what the axis waits for
-  /// In the one cycle in which the amplifier's watchdog has passed its trial: the time without commands until it tripped.
+  /// In the one cycle in which the amplifier's watchdog has passed its trial: the time without commands until it
+  /// tripped.
   std::optional<double> watchdog_tripped_after_s{};
   Cause cause = Cause::none;
   double fault_time_s = 0.0;  ///< since the controller's start

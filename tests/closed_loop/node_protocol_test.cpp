@@ -9,6 +9,7 @@
 #include "config/schema/config.h"
 #include "controller/wired_axis.h"
 #include "rehearsal/rehearsal.h"
+#include "tests/support/lone_axis.h"
 #include "tests/support/rehearsed.h"
 
 namespace hystcan::node_protocol_test {
@@ -109,21 +110,10 @@ TEST(AmpCommands, BeginWhenAHeartbeatSaysThatTheAmplifierIsOperational) {
   EXPECT_EQ(first->data[6], 0) << "counter 0";
 }
 
-// Its last status says off. Without it, the next heartbeat would say stopped, up to 100 ms later.
-/// One axis without a bus. The test gives it the frames of its amplifier.
-struct LoneAxis {
-  explicit LoneAxis(const rehearsal::Setup& of) : setup(of) {}
-  void hear_status(const can::AmpStatus& status) { wired.handle_status(*encode(status), {}); }
-  controller::NodeHealth health() { return wired.take_health(can::Time{}, can::BusState::active); }
-
-  rehearsal::Setup setup;
-  controller::WiredAxis wired{setup.controller.axes[0], milliseconds(300), setup.database};
-  can::Encoder<can::AmpStatus> encode{
-      *can::find_layout<can::AmpStatus>(setup.database, setup.controller.axes[0].wire)};
-};
+support::LoneAxis lone(const rehearsal::Setup& setup) { return {setup.controller.axes[0], setup.database}; }
 
 TEST(AmplifierStatus, IsForgottenWhenTheAmplifierBootsUp) {
-  LoneAxis axis(one_axis());
+  support::LoneAxis axis = lone(one_axis());
   axis.hear_status({.output = 50.0, .state = can::AmpState::enabled});
   ASSERT_TRUE(axis.health().amplifier_enabled);
   axis.wired.handle_amplifier_heartbeat(can::heartbeat_frame(1, can::NmtState::boot_up), can::Time{});
@@ -132,7 +122,7 @@ TEST(AmplifierStatus, IsForgottenWhenTheAmplifierBootsUp) {
 }
 
 TEST(AmplifierStatus, WithFaultFlagsBesideAnotherStateIsNoFault) {
-  LoneAxis axis(one_axis());
+  support::LoneAxis axis = lone(one_axis());
   axis.hear_status({.state = can::AmpState::ready, .fault = 0x81});
   EXPECT_FALSE(axis.health().amplifier_fault);
   EXPECT_TRUE(axis.health().amplifier_ready);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/fault_rig.h"
+#include "tests/support/lone_axis.h"
 
 namespace hystcan::support::arming_test {
 namespace {
@@ -73,27 +74,25 @@ TEST(Clear, IsNotLeftForALaterStart) {
   EXPECT_EQ(rig.axis().fault().cause, Cause::amplifier_fault);
 }
 
-/// A contact that bounces: the next status, in the same cycle, says enabled again.
-TEST(AmplifierFault, ThatEndsWithinACycleIsJudgedInTheNextStep) {
+/// An amplifier that is enabled and says something else for less than a cycle, as a contact that bounces.
+LoneAxis with_a_bounce(can::AmpState state) {
   const config::Config config = one_axis();
-  const controller::WiredAxisConfig axis = controller_config(config).axes[0];
-  controller::WiredAxis wired(axis, seconds(1), config.database);
-  can::Encoder<can::AmpStatus> encode(*can::find_layout<can::AmpStatus>(config.database, axis.wire));
-  for (const can::AmpState state : {can::AmpState::enabled, can::AmpState::fault, can::AmpState::enabled})
-    wired.handle_status(*encode({.state = state}), {});
-  EXPECT_TRUE(wired.take_health({}, can::BusState::active).amplifier_fault);
-  EXPECT_FALSE(wired.take_health({}, can::BusState::active).amplifier_fault) << "each event counts once";
+  LoneAxis axis(controller_config(config).axes[0], config.database);
+  for (const can::AmpState said : {can::AmpState::enabled, state, can::AmpState::enabled})
+    axis.hear_status({.state = said});
+  return axis;
+}
+
+TEST(AmplifierFault, ThatEndsWithinACycleIsJudgedInTheNextStep) {
+  LoneAxis axis = with_a_bounce(can::AmpState::fault);
+  EXPECT_TRUE(axis.health().amplifier_fault);
+  EXPECT_FALSE(axis.health().amplifier_fault) << "each event counts once";
 }
 
 TEST(AmplifierStatus, ThatSaysReadyBetweenTwoThatSayEnabledIsJudgedInTheNextStep) {
-  const config::Config config = one_axis();
-  const controller::WiredAxisConfig axis = controller_config(config).axes[0];
-  controller::WiredAxis wired(axis, seconds(1), config.database);
-  can::Encoder<can::AmpStatus> encode(*can::find_layout<can::AmpStatus>(config.database, axis.wire));
-  for (const can::AmpState state : {can::AmpState::enabled, can::AmpState::ready, can::AmpState::enabled})
-    wired.handle_status(*encode({.state = state}), {});
-  EXPECT_FALSE(wired.take_health({}, can::BusState::active).amplifier_enabled);
-  EXPECT_TRUE(wired.take_health({}, can::BusState::active).amplifier_enabled) << "each event counts once";
+  LoneAxis axis = with_a_bounce(can::AmpState::ready);
+  EXPECT_FALSE(axis.health().amplifier_enabled);
+  EXPECT_TRUE(axis.health().amplifier_enabled) << "each event counts once";
 }
 
 config::Config with_verification() {

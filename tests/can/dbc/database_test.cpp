@@ -6,17 +6,12 @@
 #include <span>
 #include <string>
 
+#include "tests/can/dbc/refusal.h"
+
 namespace hystcan::can::database_test {
 namespace {
 
-std::string refusal(const std::string& text) {
-  try {
-    parse_dbc(text, "lab.dbc");
-  } catch (const DbcError& error) {
-    return error.what();
-  }
-  return "accepted";
-}
+using dbc_refusal::refusal;
 
 /// A message of eight bytes whose signals are the given lines.
 std::string message(const std::string& signals) { return "BO_ 385 Status: 8 Amp\n" + signals + "\n"; }

@@ -9,6 +9,7 @@
 
 #include "can/dbc/database.h"
 #include "can/dbc/message_decoder.h"
+#include "tests/can/dbc/refusal.h"
 #include "tests/support/shipped.h"
 
 namespace hystcan::can::dbc_limits_test {
@@ -16,14 +17,7 @@ namespace {
 
 using namespace dbc;
 
-std::string refusal(const std::string& text) {
-  try {
-    parse_dbc(text, "lab.dbc");
-  } catch (const DbcError& error) {
-    return error.what();
-  }
-  return "accepted";
-}
+using dbc_refusal::refusal;
 
 std::string repeat(std::size_t times, const std::string& text) {
   std::string all;
