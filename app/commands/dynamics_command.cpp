@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -17,7 +18,6 @@
 #include "can/counted.h"
 #include "config/files/dataset_file.h"
 #include "config/schema/config.h"
-#include "identification/dynamics/tuning.h"
 
 namespace hystcan::app {
 namespace {
@@ -25,7 +25,6 @@ namespace {
 using app::describe;
 using app::to_json;
 using identification::SecondOrderFit;
-using identification::Tuning;
 
 struct DynamicsArguments {
   std::filesystem::path data;
@@ -40,11 +39,21 @@ struct IdentifiedDynamics {
   std::string output_unit;
   SecondOrderFit fit;
   double rate_Hz = 0.0;  ///< of the loop
-  Tuning tuning;
+  controller::JudgedLoop loop;
 };
 
 std::string unit_or(const std::string& unit, const char* otherwise) {
   return unit.empty() ? otherwise : unit;
+}
+
+/// The gains of the cautious rule in a loop whose commands take effect at the next SYNC.
+controller::JudgedLoop designed(const SecondOrderFit& fit, double cycle_s) {
+  const IdentifiedPlant plant =
+      plant_of(fit, {.command_delay = std::chrono::nanoseconds(std::llround(1e9 * cycle_s)),
+                     .amplifier_bandwidth_Hz = 1e9});
+  const controller::LoopConfig loop{.delays = plant.delays, .cycle_s = cycle_s};
+  return controller::judge(loop, plant.uncertainty,
+                           controller::largest_gains(loop, controller::CautiousRule{}));
 }
 
 IdentifiedDynamics find(const DynamicsArguments& options) {
@@ -56,7 +65,7 @@ IdentifiedDynamics find(const DynamicsArguments& options) {
     identified.output_unit = unit_or(file.dataset.output_unit, "output unit");
     identified.fit = identification::fit_second_order(file.dataset);
     identified.rate_Hz = options.rate_Hz.value_or(1.0 / identified.fit.cycle_s);
-    identified.tuning = identification::tune(identified.fit, 1.0 / identified.rate_Hz);
+    identified.loop = designed(identified.fit, 1.0 / identified.rate_Hz);
     return identified;
   } catch (const std::invalid_argument& error) {
     throw config::Error(fmt::format("{}: {}", options.data.string(), error.what()));
@@ -66,17 +75,17 @@ IdentifiedDynamics find(const DynamicsArguments& options) {
 /// The text for the terminal and for the comment in the fragment.
 std::string describe(const IdentifiedDynamics& identified) {
   const SecondOrderFit& fit = identified.fit;
-  const Tuning& tuning = identified.tuning;
+  const controller::JudgedLoop& loop = identified.loop;
   return line("dataset", fmt::format("{}: {} at {:.6g} Hz", identified.file, can::counted(fit.rows, "row"),
                                      1.0 / fit.cycle_s)) +
          describe(fit, identified.input_unit, identified.output_unit) +
-         line("PI gains", fmt::format("kp {} um per um, ki {} 1/s, at {:.6g} Hz", tuning.gains.kp,
-                                      tuning.gains.ki_per_s, identified.rate_Hz)) +
-         line("loop", describe(tuning.margins)) +
-         line("at the worst", describe(tuning.worst) + " (corners of the intervals)") +
+         line("PI gains", fmt::format("kp {} um per um, ki {} 1/s, at {:.6g} Hz", loop.pi.kp,
+                                      loop.pi.ki_per_s, identified.rate_Hz)) +
+         line("loop", describe(loop.margins)) +
+         line("at the worst", describe(loop.worst) + " (corners of the intervals)") +
          line("speed", fmt::format("crossover {:.4g} Hz, bandwidth of the feedback alone {:.4g} Hz",
-                                   tuning.margins.crossover_Hz, tuning.margins.bandwidth_Hz)) +
-         describe(identification::PiRule{});
+                                   loop.margins.crossover_Hz, loop.margins.bandwidth_Hz)) +
+         describe(controller::CautiousRule{});
 }
 
 std::string delay_key(const identification::Estimate& delay_s) {
@@ -92,7 +101,7 @@ std::string fragment(const IdentifiedDynamics& identified) {
   return "# Second-order dynamics of one axis: these keys replace those of its [axis.control].\n#\n" +
          as_comment(describe(identified)) +
          fmt::format("\n[axis.control]\nkp       = {}   # um per um\nki_per_s = {}\n",
-                     toml_number(identified.tuning.gains.kp), toml_number(identified.tuning.gains.ki_per_s)) +
+                     toml_number(identified.loop.pi.kp), toml_number(identified.loop.pi.ki_per_s)) +
          "\n[axis.control.delays]\n" + delay_key(identified.fit.delay_s) +
          fmt::format("resonance_Hz  = {}\ndamping_ratio = {}\n",
                      toml_number(rounded(identified.fit.natural_frequency_Hz.value)),
@@ -102,10 +111,10 @@ std::string fragment(const IdentifiedDynamics& identified) {
 nlohmann::json to_json(const IdentifiedDynamics& identified) {
   nlohmann::json json = to_json(identified.fit);
   json["rate_Hz"] = identified.rate_Hz;
-  json["kp"] = identified.tuning.gains.kp;
-  json["ki_per_s"] = identified.tuning.gains.ki_per_s;
-  json["margins"] = to_json(identified.tuning.margins);
-  json["worst_margins"] = to_json(identified.tuning.worst);
+  json["kp"] = identified.loop.pi.kp;
+  json["ki_per_s"] = identified.loop.pi.ki_per_s;
+  json["margins"] = to_json(identified.loop.margins);
+  json["worst_margins"] = to_json(identified.loop.worst);
   return json;
 }
 

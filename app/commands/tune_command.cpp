@@ -29,9 +29,9 @@
 namespace hystcan::app {
 namespace {
 
+using controller::CautiousRule;
 using controller::Excitation;
 using identification::Dataset;
-using identification::PiRule;
 using identification::SecondOrderFit;
 
 struct TuneArguments {
@@ -40,7 +40,7 @@ struct TuneArguments {
   std::optional<double> centre, amplitude;
   double period_s = 0.4;
   unsigned cycles = 5;
-  double phase_margin_deg = PiRule{}.phase_margin_deg;
+  double phase_margin_deg = CautiousRule{}.phase_margin_deg;
   std::optional<double> gain_margin_dB;
   bool json = false;
 };
@@ -54,8 +54,8 @@ Excitation::Steps steps(const TuneArguments& options, const controller::Gate::Co
           .cycles = options.cycles};
 }
 
-PiRule rule(const TuneArguments& options) {
-  PiRule rule{.phase_margin_deg = options.phase_margin_deg};
+CautiousRule rule(const TuneArguments& options) {
+  CautiousRule rule{.phase_margin_deg = options.phase_margin_deg};
   if (options.gain_margin_dB) rule.gain_margin = std::pow(10.0, *options.gain_margin_dB / 20.0);
   return rule;
 }
@@ -92,15 +92,14 @@ SecondOrderFit fit(const Dataset& record) {
   }
 }
 
-Setting proposal(const Setting& present, const SecondOrderFit& found, const PiRule& rule, double cycle_s) {
+Setting proposal(const Setting& present, const IdentifiedPlant& plant, const CautiousRule& rule,
+                 double cycle_s) {
   Setting proposed = present;
-  proposed.loop = identification::tune(found, cycle_s, rule);
-  proposed.pi = {.kp = proposed.loop->gains.kp, .ki_per_s = proposed.loop->gains.ki_per_s};
-  proposed.delays = {.command_delay = std::chrono::nanoseconds(std::llround(1e9 * cycle_s)),
-                     .amplifier_bandwidth_Hz =
-                         bandwidth_Hz_for(found.delay_s).value_or(present.delays.amplifier_bandwidth_Hz),
-                     .resonance_Hz = rounded(found.natural_frequency_Hz.value),
-                     .damping_ratio = rounded(found.damping_ratio.value)};
+  proposed.delays = plant.delays;
+  proposed.delays.command_delay = std::chrono::nanoseconds(std::llround(1e9 * cycle_s));
+  const controller::LoopConfig loop{.delays = proposed.delays, .cycle_s = cycle_s};
+  proposed.pi = controller::largest_gains(loop, rule);
+  proposed.loop = controller::judge(loop, plant.uncertainty, proposed.pi);
   return proposed;
 }
 
@@ -133,7 +132,7 @@ void predict(Setting& setting, const config::Config& config, const twin::Config&
 }
 
 int tune(const TuneArguments& options) {
-  const PiRule asked = rule(options);
+  const CautiousRule asked = rule(options);
   const config::Config loaded = config::load(options.run.config);
   refuse_to_overwrite_inputs(options.output, options.run.config, loaded);
   const config::Config config = chosen_axis_of(loaded, options.run);
@@ -155,10 +154,11 @@ int tune(const TuneArguments& options) {
   OutputFile out(options.output);  // fails before the axis moves if it cannot be written
   report.fit = fit(measure(experiment, twin, options));
   stop_at_a_signal();
+  const IdentifiedPlant plant = plant_of(report.fit, report.present.delays);
+  const controller::LoopConfig loop = controller::loop_config_of(axis.control.law, plant.delays, cycle_s);
   if (report.present.pi.ki_per_s > 0.0)
-    report.present.loop =
-        identification::judge({report.present.pi.kp, report.present.pi.ki_per_s}, report.fit, cycle_s);
-  report.proposed = proposal(report.present, report.fit, asked, cycle_s);
+    report.present.loop = controller::judge(loop, plant.uncertainty, report.present.pi);
+  report.proposed = proposal(report.present, plant, asked, cycle_s);
   predict(report.present, config, twin, report.fit);
   predict(report.proposed, config, twin, report.fit);
   out.write(fragment(report));

@@ -10,9 +10,9 @@ namespace hystcan::app {
 namespace {
 
 using app::to_json;
+using controller::CautiousRule;
+using controller::Margins;
 using identification::Estimate;
-using identification::Margins;
-using identification::PiRule;
 using identification::SecondOrderFit;
 
 std::string with_interval(const Estimate& estimate, double scale, const std::string& unit) {
@@ -54,7 +54,7 @@ std::string describe(const Margins& margins) {
       margins.peak_beyond_180, margins.peak_sensitivity);
 }
 
-std::string describe(const PiRule& rule) {
+std::string describe(const CautiousRule& rule) {
   return line("rule",
               fmt::format("the largest ki of all pairs of ki and kp >= 0 with |L| <= 1 where the phase of L "
                           "is at {:g} deg or beyond",
@@ -67,6 +67,21 @@ std::string describe(const PiRule& rule) {
 std::optional<double> bandwidth_Hz_for(const Estimate& delay_s) {
   if (delay_s.lo <= 0.0) return std::nullopt;
   return rounded(1.0 / (2.0 * std::numbers::pi * delay_s.value));
+}
+
+IdentifiedPlant plant_of(const SecondOrderFit& fit, const controller::Delays& present) {
+  IdentifiedPlant plant{
+      .delays = present,
+      .uncertainty = {.resonance_Hz = {fit.natural_frequency_Hz.lo, fit.natural_frequency_Hz.hi},
+                      .damping_ratio = {fit.damping_ratio.lo, fit.damping_ratio.hi}}};
+  plant.delays.resonance_Hz = rounded(fit.natural_frequency_Hz.value);
+  plant.delays.damping_ratio = rounded(fit.damping_ratio.value);
+  Estimate own = fit.delay_s;  // without the sensor's
+  for (double* of : {&own.value, &own.lo, &own.hi}) *of -= present.sensor_s();
+  plant.delays.amplifier_bandwidth_Hz = bandwidth_Hz_for(own).value_or(present.amplifier_bandwidth_Hz);
+  const double lag_s = 1.0 / (2.0 * std::numbers::pi * plant.delays.amplifier_bandwidth_Hz);
+  plant.uncertainty.longer_s = {own.lo - lag_s, own.hi - lag_s};
+  return plant;
 }
 
 std::string toml_number(double value) {

@@ -6,7 +6,8 @@
 #include <optional>
 #include <string>
 
-#include "identification/dynamics/tuning.h"
+#include "controller/analysis/loop_design.h"
+#include "identification/dynamics/second_order_fit.h"
 
 namespace hystcan::app {
 
@@ -17,9 +18,17 @@ std::string line(const std::string& name, const std::string& value);
 /// Lines: natural frequency, damping ratio, delay, gain, residual.
 std::string describe(const identification::SecondOrderFit& fit, const std::string& input_unit,
                      const std::string& output_unit);
-std::string describe(const identification::Margins& margins);
+std::string describe(const controller::Margins& margins);
 /// Lines: the rule that chooses the gains.
-std::string describe(const identification::PiRule& rule);
+std::string describe(const controller::CautiousRule& rule);
+
+/// The plant of an identified mode in a loop of this cycle. Only the sum of the delays can be identified: what is more
+/// than the sensor's of `present` becomes the amplifier's lag, where it can be distinguished from zero.
+struct IdentifiedPlant {
+  controller::Delays delays;
+  controller::PlantUncertainty uncertainty;
+};
+IdentifiedPlant plant_of(const identification::SecondOrderFit& fit, const controller::Delays& present);
 
 /// The amplifier bandwidth that represents the identified delay in the preview of the reference, to five
 /// digits:
@@ -34,7 +43,7 @@ double rounded(double value);
 /// Puts `# ` before each line.
 std::string as_comment(const std::string& text);
 
-nlohmann::json to_json(const identification::Margins& margins);
+nlohmann::json to_json(const controller::Margins& margins);
 /// The estimates of the fit by name, and its residual.
 nlohmann::json to_json(const identification::SecondOrderFit& fit);
 

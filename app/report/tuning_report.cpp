@@ -14,7 +14,7 @@ namespace {
 
 using app::to_json;
 using controller::AxisOutcome;
-using identification::Margins;
+using controller::Margins;
 
 double command_delay_us(const controller::Delays& delays) {
   return std::chrono::duration<double, std::micro>(delays.command_delay).count();

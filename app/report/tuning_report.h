@@ -6,10 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "controller/analysis/loop_design.h"
 #include "controller/control/law.h"
 #include "controller/control/statistics.h"
 #include "controller/reference/excitation.h"
-#include "identification/dynamics/tuning.h"
+#include "identification/dynamics/second_order_fit.h"
 
 namespace hystcan::app {
 
@@ -17,7 +18,7 @@ namespace hystcan::app {
 struct Setting {
   controller::Pi::Config pi;
   controller::Delays delays;
-  std::optional<identification::Tuning> loop{};      ///< empty if ki is zero: there is no loop to judge
+  std::optional<controller::JudgedLoop> loop{};      ///< empty if ki is zero: there is no loop to judge
   std::vector<controller::AxisOutcome> predicted{};  ///< for the configured reference, by all_structures
 };
 
@@ -30,7 +31,7 @@ struct TuningReport {
   controller::Excitation::Steps steps;
   double rate_Hz = 0.0;
   identification::SecondOrderFit fit;
-  identification::PiRule rule;
+  controller::CautiousRule rule;
   Setting present;
   Setting proposed;
 };

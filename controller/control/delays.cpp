@@ -14,4 +14,9 @@ Moments Delays::moments(double cycle_s) const {
                          (4.0 * damping_ratio * damping_ratio - 2.0) / (omega * omega)};
 }
 
+double Delays::sensor_s() const {
+  const double delay_s = std::chrono::duration<double>(sensor_delay).count();
+  return sensor_bandwidth_Hz > 0.0 ? delay_s + 1.0 / (2.0 * std::numbers::pi * sensor_bandwidth_Hz) : delay_s;
+}
+
 }  // namespace hystcan::controller

@@ -34,10 +34,17 @@ struct Delays {
   double amplifier_bandwidth_Hz = 1e3;        ///< first-order lag of the amplifier
   double resonance_Hz = 100.0;                ///< omega = 2 pi resonance
   double damping_ratio = 0.1;                 ///< zeta
+  bool interpolated = false;                  ///< the amplifier moves straight to a setpoint within a cycle
+  std::chrono::nanoseconds sensor_delay{0};   ///< from the position to its sample
+  double sensor_bandwidth_Hz = 0.0;           ///< first-order lag of the sensor; 0: none
   bool second_order = false;                  ///< true: compensates mean and variance; false: the mean alone
 
   Moments moments(double cycle_s) const;
   double preview_s(double cycle_s) const { return moments(cycle_s).mean_s; }
+  /// The pure delays from a command to a sample.
+  double pure_s() const { return std::chrono::duration<double>(command_delay + sensor_delay).count(); }
+  /// Mean delay of the sensor: the sample shows the position of this long ago.
+  double sensor_s() const;
 };
 
 /// The feed-forward for which a chain of these moments puts out r(t), to second order. It needs no

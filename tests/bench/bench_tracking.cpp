@@ -17,7 +17,7 @@
 
 #include "config/schema/bus_plan.h"
 #include "config/schema/config.h"
-#include "identification/dynamics/pi_rule.h"
+#include "controller/analysis/loop_design.h"
 #include "rehearsal/rehearsal.h"
 
 namespace {
@@ -40,15 +40,14 @@ config::Config at_rate(config::Config config, double rate_Hz) {
   return config;
 }
 
-identification::SampledLoop loop_of(const config::Config& config) {
-  const twin::Plant::Config& plant = config.axes[0].twin.plant;
-  return {plant.mode, 1.0 / (2.0 * std::numbers::pi * plant.amplifier.bandwidth_Hz),
-          1.0 / config.controller.rate_Hz};
+controller::LoopConfig loop_of(const config::Config& config) {
+  const controller::AxisConfig& control = config.axes[0].control;
+  return controller::loop_config_of(control.law, control.delays, 1.0 / config.controller.rate_Hz);
 }
 
 controller::Pi::Config gains_by_rule(const config::Config& config) {
-  const identification::PiGains gains = loop_of(config).suggest();
-  return {.kp = gains.kp, .ki_per_s = gains.ki_per_s};
+  return controller::largest_gains(loop_of(config), controller::around(config.axes[0].control.delays, 0.0),
+                                   controller::SensitivityRule{});
 }
 
 /// The RMS error in % of stroke for all_structures; NaN where the axis faulted.
@@ -96,7 +95,7 @@ void print(const std::string& name, const Row& row) {
 void print_loop(const config::Config& config, const controller::Pi::Config& pi) {
   const twin::Plant::Config& plant = config.axes[0].twin.plant;
   const controller::Delays& delays = config.axes[0].control.delays;
-  const auto margins = loop_of(config).margins({pi.kp, pi.ki_per_s});
+  const auto margins = controller::margins_of(controller::LinearLoop(loop_of(config)), pi);
   std::printf(
       "sample rate %g Hz, command delay %g ms, preview %.3f ms, resonance %g Hz, damping %g, stroke 24 of 30 "
       "um; kp %g, ki %g/s: phase margin %.0f deg, gain margin %.1f dB\n",

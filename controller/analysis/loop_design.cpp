@@ -1,0 +1,235 @@
+#include "controller/analysis/loop_design.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "model/refusal.h"
+
+namespace hystcan::controller {
+namespace {
+
+using Complex = std::complex<double>;
+
+/// Frequencies of a search, as a share of those of margins_of().
+constexpr double search_density = 0.15, exact_density = 0.6;
+
+/// kp / (ki T).
+constexpr double largest_ratio = 6.0;
+
+/// The value with three significant digits, rounded towards zero.
+double rounded_down(double value) {
+  if (value <= 0.0) return 0.0;
+  const double unit = std::pow(10.0, std::floor(std::log10(value)) - 2.0);
+  return std::floor(value / unit * (1.0 + 1e-12)) * unit;
+}
+
+/// The loop of every corner at every frequency, for ki T = 1: X = integral + kp / (ki T) proportional.
+struct Responses {
+  Eigen::ArrayXcd integral, proportional;
+};
+
+Responses responses_of(const LoopConfig& config, const PlantUncertainty& uncertainty, double density) {
+  std::vector<Complex> integral, proportional;
+  for (const LinearLoop& corner : corners_of(config, uncertainty))
+    for (const double theta : frequencies_for(corner.config(), density)) {
+      const Complex plant = corner.without_gains(theta), z = std::polar(1.0, theta);
+      proportional.push_back(plant);
+      integral.push_back(plant * z / (z - 1.0));
+    }
+  const auto array = [](const std::vector<Complex>& values) -> Eigen::ArrayXcd {
+    return Eigen::Map<const Eigen::ArrayXcd>(values.data(), static_cast<Eigen::Index>(values.size()));
+  };
+  return {array(integral), array(proportional)};
+}
+
+/// The largest ki T with this kp / (ki T).
+double largest_ki(const Responses& of, double ratio, double peak_sensitivity) {
+  const double rest = 1.0 - 1.0 / (peak_sensitivity * peak_sensitivity);
+  double most = std::numeric_limits<double>::infinity();
+  for (Eigen::Index i = 0; i < of.integral.size(); ++i) {
+    const Complex x = of.integral[i] + ratio * of.proportional[i];
+    if (x.real() >= 0.0) continue;
+    const double square = std::norm(x), discriminant = x.real() * x.real() - square * rest;
+    if (discriminant > 0.0) most = std::min(most, (-x.real() - std::sqrt(discriminant)) / square);
+  }
+  return most;
+}
+
+/// The best ratio of `count` in steps of `step` from `from` on, and its ki T.
+struct Best {
+  double ratio = 0.0;
+  double ki_per_cycle = 0.0;
+};
+Best best_ratio(const Responses& of, double peak_sensitivity, double from, double step, int count) {
+  Best best;
+  for (int i = 0; i < count; ++i) {
+    const double ratio = from + step * i;
+    if (ratio < 0.0) continue;
+    const double ki_per_cycle = largest_ki(of, ratio, peak_sensitivity);
+    if (std::isfinite(ki_per_cycle) && ki_per_cycle > best.ki_per_cycle) best = {ratio, ki_per_cycle};
+  }
+  return best;
+}
+
+constexpr int coarse_ratios = 25;
+constexpr double coarse_step = largest_ratio / (coarse_ratios - 1);
+
+void require(const SensitivityRule& rule) {
+  if (!(rule.peak_sensitivity > 1.0) || !std::isfinite(rule.peak_sensitivity))
+    model::refuse("peak_sensitivity = ", rule.peak_sensitivity, ", expected more than 1");
+}
+
+/// The largest ki T of a coarse search.
+double worth(const LoopConfig& config, const PlantUncertainty& uncertainty, const SensitivityRule& rule) {
+  const Responses of = responses_of(config, uncertainty, search_density);
+  return best_ratio(of, rule.peak_sensitivity, 0.0, coarse_step, coarse_ratios).ki_per_cycle;
+}
+
+/// `config` with the best low pass; unchanged where none is better than that.
+LoopConfig with_low_pass(const LoopConfig& config, const PlantUncertainty& uncertainty,
+                         const SensitivityRule& rule) {
+  constexpr std::array shares_of_rate{0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2, 0.3};
+  LoopConfig best = config, tried = config;
+  double most = worth(config, uncertainty, rule);
+  for (const double share : shares_of_rate) {
+    tried.measurement_filter_Hz = rounded_down(share / config.cycle_s);
+    const double now = worth(tried, uncertainty, rule);
+    if (now > most) {
+      most = now;
+      best = tried;
+    }
+  }
+  return best;
+}
+
+LoopConfig with_notch(const LoopConfig& config, const PlantUncertainty& uncertainty,
+                      const SensitivityRule& rule) {
+  constexpr std::array places{0.9, 0.95, 1.0, 1.05};
+  constexpr std::array depths{0.02, 0.1, 0.3};
+  constexpr std::array widths{0.1, 0.2, 0.35, 0.6, 1.0};
+  const double highest_Hz = 0.49 / config.cycle_s;
+  LoopConfig best = config, tried = config;
+  double most = worth(config, uncertainty, rule);
+  for (const double place : places)
+    for (const double depth : depths)
+      for (const double width : widths) {
+        const double frequency_Hz = std::min(place * config.delays.resonance_Hz, highest_Hz);
+        tried.notch =
+            Notch::Config{.frequency_Hz = rounded_down(frequency_Hz), .depth = depth, .width = width};
+        const double now = worth(tried, uncertainty, rule);
+        if (now > most) {
+          most = now;
+          best = tried;
+        }
+      }
+  return best;
+}
+
+bool has_filter(const LoopConfig& config) { return config.notch || config.measurement_filter_Hz > 0.0; }
+
+/// The largest factor of `shape` (the loop at ki T = 1) that satisfies the cautious rule.
+double largest_factor(const Eigen::ArrayXcd& shape, const CautiousRule& rule) {
+  constexpr double pi = std::numbers::pi, on_the_real_axis = -pi + 1e-9;
+  const double limit = rule.phase_margin_deg * pi / 180.0 - pi;
+  double phase = std::arg(shape[0]), worst = 1e-300;
+  for (Eigen::Index i = 0; i < shape.size(); ++i) {
+    if (i > 0) phase += std::arg(shape[i] / shape[i - 1]);
+    if (phase <= limit) worst = std::max(worst, std::abs(shape[i]));
+    if (phase <= on_the_real_axis) worst = std::max(worst, rule.gain_margin * std::abs(shape[i]));
+  }
+  return 1.0 / worst;
+}
+
+}  // namespace
+
+PlantUncertainty widened(PlantUncertainty uncertainty, double percent) {
+  uncertainty.resonance_Hz.lo *= 1.0 - 0.01 * percent;
+  uncertainty.resonance_Hz.hi *= 1.0 + 0.01 * percent;
+  return uncertainty;
+}
+
+PlantUncertainty around(const Delays& delays, double percent) {
+  return widened({.resonance_Hz = {delays.resonance_Hz, delays.resonance_Hz},
+                  .damping_ratio = {delays.damping_ratio, delays.damping_ratio}},
+                 percent);
+}
+
+std::vector<LinearLoop> corners_of(const LoopConfig& config, const PlantUncertainty& uncertainty) {
+  constexpr int resonances = 5;
+  std::vector<LinearLoop> corners{LinearLoop(config)};
+  const auto& [resonance, damping, longer] = uncertainty;
+  for (int i = 0; i < resonances; ++i)
+    for (const double zeta : {damping.lo, damping.hi})
+      for (const double longer_s : {longer.lo, longer.hi}) {
+        LoopConfig corner = config;
+        corner.delays.resonance_Hz = resonance.lo + resonance.span() * i / (resonances - 1);
+        corner.delays.damping_ratio = zeta;
+        corners.emplace_back(corner, longer_s);
+        if (longer.span() == 0.0) break;
+      }
+  return corners;
+}
+
+Pi::Config largest_gains(const LoopConfig& config, const PlantUncertainty& uncertainty,
+                         const SensitivityRule& rule) {
+  require(rule);
+  const Responses of = responses_of(config, widened(uncertainty, rule.resonance_percent), exact_density);
+  const Best coarse = best_ratio(of, rule.peak_sensitivity, 0.0, coarse_step, coarse_ratios);
+  const double fine = coarse_step / 10.0;
+  const Best best = best_ratio(of, rule.peak_sensitivity, coarse.ratio - coarse_step, fine, 21);
+  return {.kp = rounded_down(best.ratio * best.ki_per_cycle),
+          .ki_per_s = rounded_down(best.ki_per_cycle / config.cycle_s)};
+}
+
+Pi::Config largest_gains(const LoopConfig& config, const CautiousRule& rule) {
+  if (!(rule.phase_margin_deg > 0.0 && rule.phase_margin_deg < 90.0))
+    model::refuse("phase_margin_deg = ", rule.phase_margin_deg, ", expected more than 0 and less than 90");
+  if (!(rule.gain_margin > 1.0)) model::refuse("gain_margin = ", rule.gain_margin, ", expected more than 1");
+  const LinearLoop loop(config);
+  const Eigen::ArrayXd theta = frequencies_for(config);
+  const Eigen::ArrayXcd plant = theta.unaryExpr([&](double t) { return loop.without_gains(t); });
+  const Eigen::ArrayXcd integral = plant * theta.unaryExpr([](double t) {
+    const Complex z = std::polar(1.0, t);
+    return z / (z - 1.0);
+  });
+  Best best;
+  for (int i = 0; i <= 250; ++i) {
+    const double ratio = 0.02 * i;
+    const double ki_per_cycle = largest_factor(integral + ratio * plant, rule);
+    if (ki_per_cycle > best.ki_per_cycle) best = {ratio, ki_per_cycle};
+  }
+  return {.kp = rounded_down(best.ratio * best.ki_per_cycle),
+          .ki_per_s = rounded_down(best.ki_per_cycle / config.cycle_s)};
+}
+
+std::vector<LoopSetting> designs(const LoopConfig& config, const PlantUncertainty& uncertainty,
+                                 const SensitivityRule& rule) {
+  require(rule);
+  const PlantUncertainty corners = widened(uncertainty, rule.resonance_percent);
+  LoopConfig plain = config;
+  plain.measurement_filter_Hz = 0.0;
+  plain.notch.reset();
+  std::vector<LoopSetting> settings;
+  for (const LoopConfig& one :
+       {plain, with_low_pass(plain, corners, rule), with_notch(plain, corners, rule)}) {
+    if (!settings.empty() && !has_filter(one)) continue;
+    settings.push_back({.pi = largest_gains(one, uncertainty, rule),
+                        .measurement_filter_Hz = one.measurement_filter_Hz,
+                        .notch = one.notch});
+  }
+  std::ranges::stable_sort(settings, std::greater{}, [](const LoopSetting& of) { return of.pi.ki_per_s; });
+  return settings;
+}
+
+JudgedLoop judge(const LoopConfig& config, const PlantUncertainty& uncertainty, const Pi::Config& pi) {
+  JudgedLoop judged{.pi = pi, .margins = margins_of(LinearLoop(config), pi), .worst = {}};
+  judged.worst = judged.margins;
+  for (const LinearLoop& corner : corners_of(config, uncertainty))
+    judged.worst = worse_of(judged.worst, margins_of(corner, pi));
+  return judged;
+}
+
+}  // namespace hystcan::controller

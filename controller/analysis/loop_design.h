@@ -1,0 +1,80 @@
+// Gains, notch and low pass for an identified plant.
+//
+// Rule: among all kp >= 0 and ki, the largest ki with
+//
+//   |S| = 1 / |1 + L| <= M    at every frequency and every corner of what is uncertain
+//
+// The integrated error of a disturbance is 1 / ki, and |S| = omega / ki at low frequencies. M bounds every margin
+// at once: gain margin >= M / (M - 1), phase margin >= 2 arcsin(1 / 2 M) (Astrom, Hagglund, Advanced PID Control, 2006).
+// With X the loop at ki = 1 and a given kp / ki, |1 + ki X| = 1 / M is a quadratic equation:
+//
+//   |X|^2 ki^2 + 2 Re(X) ki + 1 - 1 / M^2 = 0
+//
+// Its smallest positive root over all frequencies is the largest ki. From ki = 0 to there |1 + L| never comes to zero,
+// so the loop is stable like that of ki = 0. The phase counts: a resonance may stand out of the unit circle where
+// its phase allows that at every corner.
+//
+// The cautious rule counts no phase at and beyond -180 degrees, so that no delay makes the loop unstable:
+//
+//   |L| <= 1 / gain_margin     where the phase of L, unwrapped from -90 degrees, is at -180 or beyond
+//   |L| <= 1                   where it is at -180 + phase_margin or beyond
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "controller/analysis/margins.h"
+#include "model/reference_curve.h"
+
+namespace hystcan::controller {
+
+/// What the plant may be: the corners of these intervals. The middle is the LoopConfig's.
+struct PlantUncertainty {
+  model::Interval resonance_Hz;
+  model::Interval damping_ratio;
+  model::Interval longer_s{0.0, 0.0};  ///< added to the delays
+};
+/// These intervals, with the resonance wider by `percent` on both sides.
+PlantUncertainty widened(PlantUncertainty uncertainty, double percent);
+/// What is known of a configured plant: its resonance within `percent`.
+PlantUncertainty around(const Delays& delays, double percent);
+
+/// The plants at the corners, and within the interval of the resonance.
+std::vector<LinearLoop> corners_of(const LoopConfig& config, const PlantUncertainty& uncertainty);
+
+struct SensitivityRule {
+  double peak_sensitivity = 1.7;    ///< M > 1
+  double resonance_percent = 10.0;  ///< the resonance may be this far outside its interval
+};
+struct CautiousRule {
+  double phase_margin_deg = 60.0;
+  double gain_margin = 2.0;  ///< 6 dB
+};
+
+/// What a rule chooses.
+struct LoopSetting {
+  Pi::Config pi;
+  double measurement_filter_Hz = 0.0;
+  std::optional<Notch::Config> notch{};
+};
+
+/// The largest gains with the notch and the low pass of `config`. Throws std::invalid_argument where the rule is out of
+/// range.
+Pi::Config largest_gains(const LoopConfig& config, const PlantUncertainty& uncertainty,
+                         const SensitivityRule& rule);
+/// The same by the cautious rule, for the plant of `config`.
+Pi::Config largest_gains(const LoopConfig& config, const CautiousRule& rule);
+
+/// The best gains without a filter, with the best low pass and with the best notch, in the order of descending ki.
+/// A filter that allows no more ki than none is left out.
+std::vector<LoopSetting> designs(const LoopConfig& config, const PlantUncertainty& uncertainty,
+                                 const SensitivityRule& rule);
+
+struct JudgedLoop {
+  Pi::Config pi;
+  Margins margins;  ///< for the plant of the configuration
+  Margins worst;    ///< each has its worst value at the corners
+};
+JudgedLoop judge(const LoopConfig& config, const PlantUncertainty& uncertainty, const Pi::Config& pi);
+
+}  // namespace hystcan::controller

@@ -1,0 +1,129 @@
+#include "controller/analysis/loop_design.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <stdexcept>
+
+#include "tests/controller/analysis/simulated_loop.h"
+
+namespace hystcan::controller::loop_design_test {
+namespace {
+
+LoopConfig draw(std::mt19937_64& random) {
+  std::uniform_real_distribution<double> part(0.0, 1.0);
+  return {.delays = {.command_delay = std::chrono::microseconds(std::lround(500.0 + 2000.0 * part(random))),
+                     .amplifier_bandwidth_Hz = 300.0 * std::pow(10.0, part(random)),
+                     .resonance_Hz = 30.0 * std::pow(30.0, part(random)),
+                     .damping_ratio = 0.01 * std::pow(50.0, part(random))}};
+}
+
+LoopConfig stage(double resonance_Hz, double damping_ratio) {
+  return {.delays = {.command_delay = std::chrono::milliseconds(1),
+                     .amplifier_bandwidth_Hz = 1000.0,
+                     .resonance_Hz = resonance_Hz,
+                     .damping_ratio = damping_ratio}};
+}
+
+LoopConfig with(LoopConfig config, const LoopSetting& setting) {
+  config.measurement_filter_Hz = setting.measurement_filter_Hz;
+  config.notch = setting.notch;
+  return config;
+}
+
+// The steps of the search's grid and the three digits of the gains allow a little more than the rule.
+constexpr double grid_tolerance = 0.03;
+
+TEST(SensitivityRule, HoldsAtEveryCornerForRandomPlants) {
+  std::mt19937_64 random(7);
+  for (int i = 0; i < 25; ++i) {
+    const LoopConfig config = draw(random);
+    SCOPED_TRACE(testing::Message() << config.delays.resonance_Hz << " Hz " << config.delays.damping_ratio);
+    const PlantUncertainty known = around(config.delays, 0.0);
+    const SensitivityRule rule;
+    const Pi::Config gains = largest_gains(config, known, rule);
+    EXPECT_GT(gains.ki_per_s, 0.0);
+    const Margins worst = judge(config, widened(known, rule.resonance_percent), gains).worst;
+    EXPECT_TRUE(worst.stable);
+    EXPECT_LE(worst.peak_sensitivity, rule.peak_sensitivity + grid_tolerance);
+    EXPECT_GE(worst.gain_margin, rule.peak_sensitivity / (rule.peak_sensitivity - 1.0) - 0.1);
+  }
+}
+
+TEST(SensitivityRule, UsesUpTheSensitivityThatItAllows) {
+  for (const double allowed : {1.3, 1.7, 2.0}) {
+    const LoopConfig config = stage(220.0, 0.05);
+    const SensitivityRule rule{.peak_sensitivity = allowed, .resonance_percent = 5.0};
+    const PlantUncertainty known = around(config.delays, 0.0);
+    const Margins worst = judge(config, widened(known, 5.0), largest_gains(config, known, rule)).worst;
+    EXPECT_NEAR(worst.peak_sensitivity, allowed, grid_tolerance);
+  }
+}
+
+TEST(SensitivityRule, GivesLessKiForALessCertainPlant) {
+  const LoopConfig config = stage(300.0, 0.03);
+  const PlantUncertainty known = around(config.delays, 0.0);
+  double before = 1e9;
+  for (const double percent : {0.0, 5.0, 10.0, 20.0}) {
+    const double ki_per_s =
+        largest_gains(config, known, SensitivityRule{.resonance_percent = percent}).ki_per_s;
+    EXPECT_LE(ki_per_s, before) << percent;
+    before = ki_per_s;
+  }
+}
+
+TEST(Designs, MultiplyTheIntegralOfASoftStageByANotchOrALowPass) {
+  const LoopConfig soft = stage(220.0, 0.02);
+  const auto settings = designs(soft, around(soft.delays, 0.0), {});
+  ASSERT_EQ(settings.size(), 3u) << "low pass, notch, none";
+  EXPECT_GT(settings[0].pi.ki_per_s, 5.0 * settings[2].pi.ki_per_s);
+  EXPECT_GT(settings[1].pi.ki_per_s, 5.0 * settings[2].pi.ki_per_s);
+  EXPECT_FALSE(settings[2].notch);
+}
+
+TEST(Designs, SettleInTheTimeDomainWhereTheResonanceIsOffByATenth) {
+  const LoopConfig soft = stage(220.0, 0.02);
+  for (const LoopSetting& setting : designs(soft, around(soft.delays, 0.0), {}))
+    for (const double factor : {0.9, 1.0, 1.1}) {
+      LoopConfig actual = with(soft, setting);
+      actual.delays.resonance_Hz *= factor;
+      EXPECT_LT(simulated::error_after(actual, setting.pi, 2000), 1e-3)
+          << factor << " ki " << setting.pi.ki_per_s;
+    }
+}
+
+TEST(CautiousRule, HoldsForRandomPlantsAndStaysStableForEveryDelay) {
+  std::mt19937_64 random(7);
+  for (int i = 0; i < 25; ++i) {
+    LoopConfig config = draw(random);
+    const Pi::Config gains = largest_gains(config, CautiousRule{});
+    const Margins margins = margins_of(LinearLoop(config), gains);
+    EXPECT_TRUE(margins.stable);
+    EXPECT_GE(margins.phase_margin_deg, 59.5);  // tolerance for the steps of the grid
+    EXPECT_GE(margins.gain_margin, 1.99);
+  }
+  LoopConfig soft = stage(120.0, 0.02);
+  const Pi::Config gains = largest_gains(soft, CautiousRule{});
+  for (int delay_us = 0; delay_us <= 2500; delay_us += 100) {
+    soft.delays.command_delay = std::chrono::microseconds(delay_us);
+    EXPECT_TRUE(margins_of(LinearLoop(soft), gains).stable) << delay_us;
+  }
+}
+
+TEST(CautiousRule, GivesAFractionOfWhatTheSensitivityAllows) {
+  const LoopConfig shipped = stage(500.0, 0.05);
+  EXPECT_LT(4.0 * largest_gains(shipped, CautiousRule{}).ki_per_s,
+            largest_gains(shipped, around(shipped.delays, 0.0), SensitivityRule{}).ki_per_s);
+}
+
+TEST(Rules, RequireNumbersWithinTheirRange) {
+  const LoopConfig config = stage(500.0, 0.05);
+  EXPECT_THROW(largest_gains(config, CautiousRule{.phase_margin_deg = 0.0}), std::invalid_argument);
+  EXPECT_THROW(largest_gains(config, CautiousRule{.gain_margin = 1.0}), std::invalid_argument);
+  EXPECT_THROW(largest_gains(config, around(config.delays, 0.0), SensitivityRule{.peak_sensitivity = 1.0}),
+               std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace hystcan::controller::loop_design_test
