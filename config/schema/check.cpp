@@ -12,6 +12,7 @@
 #include "config/schema/bus_plan.h"
 #include "config/schema/check_frames.h"
 #include "config/schema/check_instruments.h"
+#include "config/schema/check_loop.h"
 #include "config/schema/frames.h"
 #include "controller/reference/motion_bounds.h"
 
@@ -45,6 +46,7 @@ class AxisCheck {
     check_slow_physics();
     check_setpoint();
     check_filters();
+    check_loop(document_, config_, index_);
     check_watchdog();
     check_setup("amplifier_setup", axis_.wire.amplifier_setup);
     check_setup("sensor_setup", axis_.wire.sensor_setup);

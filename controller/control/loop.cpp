@@ -55,7 +55,7 @@ void ClosedLoop::begin(double t_s, double position_um, double coupled_um) {
 }
 
 Proposal ClosedLoop::propose(const LoopInput& input) {
-  Proposal proposal{.point = trajectory_.at(input.t_s)};
+  Proposal proposal{.point = trajectory_.at(input.t_s - delays_.sensor_s())};
   proposal.reference_um = proposal.point.value_um;
   proposal.follows =
       !input.position_um || following_error_.step(proposal.reference_um, *input.position_um, input.dt_s);

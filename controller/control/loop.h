@@ -34,9 +34,9 @@ struct LoopInput {
 };
 
 struct Proposal {
-  bool follows = true;  ///< false: the stage has lost its reference; the other members mean nothing
-  double drive = 0.0;   ///< requested, before the gate
-  double reference_um = 0.0;
+  bool follows = true;        ///< false: the stage has lost its reference; the other members mean nothing
+  double drive = 0.0;         ///< requested, before the gate
+  double reference_um = 0.0;  ///< that the sample is compared with: of the time that it shows
   double demand_um = 0.0;
   std::uint8_t limits = limit::none;
   ModelCorrection correction{};
