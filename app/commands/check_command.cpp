@@ -93,6 +93,8 @@ int check(const CheckArguments& options) {
                reach.lo, reach.hi, 1e3 * preview_s);
     for (const std::string& finding : config::findings_of_loop(axis, config.controller.rate_Hz))
       fmt::print("# axis {}: {}\n", axis.wire.name, finding);
+    for (const std::string& finding : config::findings_of_learning(axis, config.controller.rate_Hz))
+      fmt::print("# axis {}: {}\n", axis.wire.name, finding);
     for (const std::string& loss : config::losses(axis.wire))
       fmt::print("# axis {}: {}\n", axis.wire.name, loss);
     for (const std::string& name : config::fd_messages(axis.wire, config.database))

@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <stdexcept>
+
+#include "controller/analysis/learning_design.h"
 
 namespace hystcan::config {
 namespace {
@@ -47,6 +50,14 @@ void check_loop(const Document& document, const Config& config, std::size_t inde
                                gains_of(pi), stable.kp));
 }
 
+void plan_learning(const Document& document, Config& config, std::size_t index) {
+  try {
+    controller::plan_learning(config.axes[index].control, config.controller.rate_Hz);
+  } catch (const std::invalid_argument& error) {
+    document.fail_at(fmt::format("axis[{}].control.learning", index), error.what());
+  }
+}
+
 controller::JudgedLoop judged_loop(const AxisConfig& axis, double rate_Hz) {
   return controller::judge(loop_of(axis, rate_Hz),
                            controller::around(axis.control.delays, resonance_off_percent),
@@ -68,6 +79,29 @@ std::vector<std::string> findings_of_loop(const AxisConfig& axis, double rate_Hz
     lines.push_back(fmt::format("{}with the resonance {:g} % off: {}",
                                 loop.worst.peak_sensitivity > too_sensitive ? "warning: little margin " : "",
                                 resonance_off_percent, text_of(loop.worst)));
+  return lines;
+}
+
+std::vector<std::string> findings_of_learning(const AxisConfig& axis, double rate_Hz) {
+  constexpr double negligible_cycles = 1e-6;
+  controller::AxisConfig control = axis.control;
+  const auto designs = controller::plan_learning(control, rate_Hz);
+  std::vector<std::string> lines;
+  for (std::size_t i = 0; i < designs.size(); ++i) {
+    if (!designs[i]) continue;
+    const controller::LearningDesign& design = *designs[i];
+    std::string line = fmt::format(
+        "setpoint[{}] is learnt up to {:.3g} Hz, with the resonance within {:g} %: to a tenth within {:.0f} "
+        "periods (slowest at {:.3g} Hz)",
+        i, design.highest_Hz, design.resonance_percent, std::ceil(design.slowest_periods), design.slowest_Hz);
+    if (design.periods > 1)
+      line += fmt::format("; {} periods together, {} cycles", design.periods, design.plan.phases);
+    if (design.slip_cycles > negligible_cycles)
+      line +=
+          fmt::format("; they are no whole number of cycles: the phases shift by {:.2g} of a cycle each time",
+                      design.slip_cycles);
+    lines.push_back(line);
+  }
   return lines;
 }
 

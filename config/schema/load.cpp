@@ -10,6 +10,7 @@
 #include "config/files/model_file.h"
 #include "config/files/setpoint_file.h"
 #include "config/schema/check.h"
+#include "config/schema/check_loop.h"
 #include "config/schema/schema.h"
 
 namespace hystcan::config {
@@ -135,6 +136,7 @@ Config load(const std::filesystem::path& file, const std::vector<Setting>& overr
   std::string& socket = config.controller.control_socket;
   if (!socket.empty() && socket != "none") socket = document.resolve(socket).string();
   check_agreement(document, config);
+  for (std::size_t i = 0; i < config.axes.size(); ++i) plan_learning(document, config, i);
   return config;
 }
 

@@ -130,6 +130,15 @@ void visit(V& v, controller::Notch::Config& n) {
 }
 
 template <class V>
+void visit(V& v, controller::Learning::Config& l) {
+  v.required("correction_max_um", l.correction_max_um, positive);
+  v.optional("rate", l.rate, {.lo = 0.0, .hi = 1.0, .lo_excluded = true});
+  v.optional("forget_percent", l.forget_percent, {.lo = 0.0, .hi = 50.0, .lo_excluded = true});
+  v.optional("resonance_percent", l.resonance_percent, {.lo = 0.0, .hi = 50.0});
+  v.optional("frozen", l.frozen);
+}
+
+template <class V>
 void visit(V& v, controller::Adaptation::Config& a) {
   v.required("gain_max", a.gain_max, {.lo = 0.0, .hi = 0.5});
   v.required("offset_max_um", a.offset_max_um, not_negative);
@@ -200,6 +209,7 @@ void visit_control(V& v, AxisConfig& axis) {
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };
   v.optional_table("notch", c.law.notch, plain);
   v.optional_table("adaptation", c.law.adaptation, plain);
+  v.optional_table("learning", c.learning, plain);
   v.table("delays", c.delays, plain);
   v.optional_table("in_position", c.in_position, plain);
   v.optional_list("coupling", c.couplings, plain);

@@ -20,6 +20,7 @@
 #include "controller/control/gate.h"
 #include "controller/control/in_position.h"
 #include "controller/control/law.h"
+#include "controller/control/learning.h"
 #include "controller/reference/excitation.h"
 #include "controller/reference/trajectory.h"
 
@@ -40,6 +41,7 @@ struct Proposal {
   double demand_um = 0.0;
   std::uint8_t limits = limit::none;
   ModelCorrection correction{};
+  Learning::Report learning{};
   Trajectory::Point point;
   Arrival arrival = Arrival::not_judged;
 };
@@ -50,6 +52,7 @@ class ClosedLoop {
     ControlLaw::Config law;
     Delays delays;
     std::vector<Segment> setpoint;
+    std::optional<Learning::Config> learning{};  ///< empty: it learns nothing
     bool repeat = false;
     ReferenceLimits reference_limits{};
     TransitionLimits transition_limits{};
@@ -65,25 +68,31 @@ class ClosedLoop {
   void follow(double applied_drive) { law_.follow(applied_drive); }
   void begin(double t_s, double position_um, double coupled_um);
   Proposal propose(const LoopInput& input);
-  void commit(double applied_drive) { law_.commit(applied_drive); }
+  /// `limits`: all that were active for this drive.
+  void commit(double applied_drive, std::uint8_t limits);
 
   void go_to(double t_s, double goal_um);
   void resume(double t_s);
   /// Called between two cycles; has no bump and does not allocate. Applies everything of `config` but the
   /// model and the setpoint. A given `reference` starts from the present motion; it is exchanged for the
   /// former one.
-  void retune(const Config& config, std::optional<Trajectory>& reference, double t_s);
+  /// So is a given `learning`; without one the present one ends.
+  void retune(const Config& config, std::optional<Trajectory>& reference, std::optional<Learning>& learning,
+              double t_s);
 
   /// How far ahead the reference is looked up.
   double preview_s(double cycle_s);
   double reference_um(double t_s) const { return trajectory_.value_um(t_s); }
 
+  Learning* learning() { return learning_ ? &*learning_ : nullptr; }
+  const Learning* learning() const { return learning_ ? &*learning_ : nullptr; }
   const ControlLaw& law() const { return law_; }
   ControlLaw& law() { return law_; }
 
  private:
   void apply(const Config& config);
   double previewed_s() const;
+  Learning::Correction learn(const Proposal& proposal, const LoopInput& input);
   Arrival judge(const Trajectory::Point& point, const LoopInput& input);
   double previewed_um(const LoopInput& input);
 
@@ -94,6 +103,8 @@ class ClosedLoop {
   Trajectory trajectory_;
   InPosition::State in_position_;
   FollowingError following_error_;
+  std::optional<Learning> learning_;
+  bool is_limited_ = false;     ///< the last drive was
   Moments moments_;             ///< from demand to position
   double moments_for_s_ = 0.0;  ///< the cycle time for which moments_ was computed; 0: none yet
   double coupled_at_first_um_ = 0.0;
@@ -109,7 +120,7 @@ class OpenLoop {
   void follow(double /*applied_drive*/) {}
   void begin(double /*t_s*/, double /*position_um*/, double /*coupled_um*/) {}
   Proposal propose(const LoopInput& input) const;
-  void commit(double /*applied_drive*/) {}
+  void commit(double /*applied_drive*/, std::uint8_t /*limits*/) {}
 
  private:
   Excitation excitation_;
