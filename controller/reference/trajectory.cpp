@@ -125,18 +125,21 @@ Trajectory::Point Trajectory::at(double t_s) const {
   if (live_) {
     const double on_way_s = t_s - live_since_s_;
     const bool arrived = on_way_s >= to_goal_.duration_s();
-    return {.value_um = to_goal_.value_um(on_way_s),
+    const double value_um = to_goal_.value_um(on_way_s);
+    return {.value_um = value_um,
             .segment = segments_.size(),
             .in_transition = !arrived,
             .live = true,
             .at_rest = arrived,
-            .shape_time_s = arrived ? on_way_s - to_goal_.duration_s() : 0.0};
+            .shape_time_s = arrived ? on_way_s - to_goal_.duration_s() : 0.0,
+            .ideal_um = value_um};
   }
   Point point = point_of_segments(t_s);
   if (!is_joining(t_s)) return point;
-  point.value_um = value_um(t_s);
+  point.value_um = point.ideal_um = value_um(t_s);
   point.in_transition = true;
   point.at_rest = false;
+  point.scan.reset();
   return point;
 }
 
@@ -157,7 +160,11 @@ Trajectory::Point Trajectory::point_of_segments(double t_s) const {
     point.value_um = controller::value_um(shape, place.t_s);
     point.at_rest = rests(shape, place.t_s);
     point.shape_time_s = place.t_s;
+    point.ideal_um = controller::ideal_um(shape, place.t_s);
+    point.scan = place_in_scan(shape, place.t_s);
+    return point;
   }
+  point.ideal_um = point.value_um;
   return point;
 }
 

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "controller/reference/handover.h"
@@ -72,6 +73,9 @@ class Trajectory {
     bool live = false;          ///< on the way to, or at, a live goal
     bool at_rest = false;       ///< the value does not change; a jump from level to level is no motion
     double shape_time_s = 0.0;  ///< since the shape's beginning
+    /// The value with sharp corners in the place of turnarounds; value_um in a transition.
+    double ideal_um = 0.0;
+    std::optional<ScanPlace> scan{};  ///< empty where no line of a raster is followed
   };
   Point at(double t_s) const;
   /// The value of at(), which is all that a preview needs.
