@@ -48,8 +48,17 @@ void Trajectory::start_from(double start_um) {
                                                usual_transition_s()));
 }
 
-void Trajectory::join(double t_s, double start_um) {
-  start_from(start_um);
+double Trajectory::pass_s() const {
+  return segments_.empty() ? 0.0 : rest_of_pass_s_ + entries_.front().duration_s();
+}
+
+double Trajectory::begins_s(std::size_t segment) const {
+  return begins_s_[segment] + (segment == 0 ? 0.0 : entries_[segment].duration_s());
+}
+
+void Trajectory::join(double t_s, double start_um, bool goes_on) {
+  live_ = false;
+  if (!goes_on || segments_.empty()) start_from(start_um);
   if (t_s <= 0.0 || segments_.empty()) return;
   const double furthest_um = std::max(std::abs(followed_.hi - start_um), std::abs(followed_.lo - start_um));
   const Transition furthest =

@@ -100,6 +100,79 @@ TEST(SetpointKeys, LimitTheReferenceAndJudgeInPosition) {
   EXPECT_EQ(y.in_position->tolerance_um, 0.05);
 }
 
+TEST(SetpointKeys, GiveATriangleTurnaroundsThatSpareTheMode) {
+  const support::ShippedCopy shipped;
+  shipped.edit("piezo.toml", "cycles       = 10.0", "cycles = 10.0\nturnaround_percent = 4.0");
+  const Config config = load(shipped / "piezo.toml");
+  const auto& triangle = std::get<controller::Triangle>(config.axes[0].control.setpoint[0].shape);
+  EXPECT_EQ(triangle.turnaround_percent, 4.0);
+  EXPECT_EQ(triangle.mode_period_s, 1.0 / 500.0);
+}
+
+TEST(SetpointKeys, MakeARaster) {
+  const support::ShippedCopy shipped;
+  shipped.edit(
+      "raster.toml", "turnaround_percent = 10.0 ",
+      "both_directions = false\nflyback_percent = 25.0\nframes = 3\nslow = \"ramp\"\nturnaround_percent = 8.0");
+  shipped.edit("raster.toml", "turnaround_percent = 10.0 ",
+               "both_directions = false\nflyback_percent = 25.0\nframes = 3\nturnaround_percent = 8.0");
+  const Config config = load(shipped / "raster.toml");
+  const auto& fast = std::get<controller::Raster>(config.axes[0].control.setpoint[0].shape);
+  EXPECT_EQ(fast.role, controller::ScanRole::fast);
+  EXPECT_EQ(fast.lines, 32U);
+  EXPECT_EQ(fast.return_lines, 2U);
+  EXPECT_EQ(fast.frames, 3U);
+  EXPECT_EQ(fast.pixels, 32U);
+  EXPECT_FALSE(fast.both_directions);
+  EXPECT_EQ(fast.flyback_percent, 25.0);
+  EXPECT_EQ(fast.slow, controller::SlowMotion::ramp);
+  EXPECT_EQ(std::get<controller::Raster>(config.axes[1].control.setpoint[0].shape).role,
+            controller::ScanRole::slow);
+}
+
+/// The refusal of the shipped scan with this edit.
+std::string refusal_of_scan(const std::string& what, const std::string& with) {
+  const support::ShippedCopy shipped;
+  shipped.edit("raster.toml", what, with);
+  try {
+    load(shipped / "raster.toml");
+  } catch (const Error& error) {
+    const std::string message = error.what();
+    return message.substr(message.find(": ") + 2);
+  }
+  return "accepted";
+}
+
+TEST(Scan, IsRefusedWhereItsAxesHaveDifferentLines) {
+  EXPECT_EQ(refusal_of_scan("lines              = 32", "lines = 64"),
+            "lines is 32, expected 64 as on axis x, with which it scans");
+  EXPECT_EQ(refusal_of_scan("line_rate_Hz       = 20.0", "line_rate_Hz = 10.0"),
+            "line_rate_Hz is 20, expected 10 as on axis x, with which it scans");
+  EXPECT_EQ(refusal_of_scan("turnaround_percent = 10.0", "turnaround_percent = 20.0"),
+            "turnaround_percent is 10, expected 20 as on axis x, with which it scans");
+}
+
+TEST(Scan, IsRefusedWhereItsAxesBeginItAtDifferentTimes) {
+  EXPECT_EQ(
+      refusal_of_scan("transition_s       = 0.2", "transition_s = 0.3"),
+      "the time from the start to the scan in s is 0.2, expected 0.3 as on axis x, with which it scans");
+  EXPECT_EQ(refusal_of_scan("repeat             = true", "repeat = false"),
+            "the reference repeats, expected the same as that of axis x, with which it scans");
+}
+
+// 27 um at 100 um/s along the smooth step take 1.875 * 27 / 100 s and a little more, from the far end.
+TEST(Scan, IsRefusedWhereTheWayToItDependsOnThePlaceOfTheStage) {
+  EXPECT_NE(refusal_of_scan("repeat             = true", "repeat = true\nreference_slew_um_per_s = 600.0")
+                .find("transition_s is 0.2, expected at least"),
+            std::string::npos)
+      << refusal_of_scan("repeat             = true", "repeat = true\nreference_slew_um_per_s = 600.0");
+}
+
+TEST(Scan, IsRefusedWhereItsNumbersContradictEachOther) {
+  EXPECT_NE(refusal_of_scan("return_lines       = 2", "return_lines = 1").find("expected an even number"),
+            std::string::npos);
+}
+
 controller::AxisConfig x_of(const Config& config) { return config.axes[0].control; }
 
 TEST(ReferenceLimits, AreThoseOfDriveAndModeForTransitionsWhereNoneAreGiven) {
