@@ -115,7 +115,10 @@ controller::Config controller_config(const Config& config) {
   controller::Config derived{config.controller, {}};
   derived.axes.reserve(config.axes.size());
   for (const AxisConfig& axis : config.axes)
-    derived.axes.push_back({.wire = axis.wire, .axis = axis.control, .live_setpoint = axis.live_setpoint});
+    derived.axes.push_back({.wire = axis.wire,
+                            .axis = axis.control,
+                            .live_setpoint = axis.live_setpoint,
+                            .scan_marker = axis.scan_marker});
   return derived;
 }
 

@@ -250,6 +250,7 @@ void visit(V& v, AxisConfig& axis) {
   v.required("amplifier_node", axis.wire.amplifier_node, {.lo = 1, .hi = 127});
   v.required("sensor_node", axis.wire.sensor_node, {.lo = 1, .hi = 127});
   v.optional("live_setpoint", axis.live_setpoint);
+  v.optional("scan_marker", axis.scan_marker);
   v.optional("setup_timeout_ms", axis.wire.setup_patience.timeout, {.lo = 1.0, .hi = 60'000.0});
   v.optional("setup_attempts", axis.wire.setup_patience.attempts, {.lo = 1, .hi = 100});
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };

@@ -134,6 +134,54 @@ TEST_F(Scan, HasBothAxesOnTheSameLineWhereTheyDoNotBeginTogether) {
   EXPECT_GT(cycles_on_the_same_line(seconds(4)), 2 * 32 * 50 - 100);
 }
 
+/// The scan markers of x on the bus, from the start on.
+TEST_F(Scan, SendsAMarkerAtTheBeginningOfEachLine) {
+  begin();
+  const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/raster.toml");
+  can::Decoder<can::ScanMarker> decode{*config.database.find("XScanMarker")};
+  std::vector<can::ScanMarker> markers;
+  const std::unique_ptr<can::Bus> observer = loop_->attach()({});
+  std::uint8_t sync = 0;
+  observer->on_frame([&](const can::Frame& frame, can::Time) {
+    if (const auto counter = frame.id == can::sync_id ? can::parse_sync(frame) : std::nullopt)
+      sync = *counter;
+    const auto marker = frame.id == 0x381 ? decode(frame) : std::nullopt;
+    if (!marker) return;
+    markers.push_back(*marker);
+    EXPECT_EQ(marker->sync_counter, sync) << "it comes within the cycle";
+  });
+  ASSERT_TRUE(reaches(0, AxisState::tracking, seconds(5)));
+  loop_->run_for(
+      milliseconds(200 + 1900 + 10));  // the transition and a pass, with the return and the way back
+  ASSERT_EQ(markers.size(), 33U);
+  for (std::size_t i = 0; i < markers.size(); ++i) {
+    EXPECT_EQ(markers[i].line, i % 32) << i;
+    EXPECT_EQ(markers[i].frame, 0U);
+  }
+}
+
+// docs/protocol.md explains these bytes.
+TEST(ScanMarkerFrame, HasTheDocumentedBytes) {
+  const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/raster.toml");
+  can::Encoder<can::ScanMarker> encode(*config.database.find("XScanMarker"));
+  const auto frame = encode({.line = 300, .frame = 2, .sync_counter = 77});
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(*frame,
+            (can::Frame{.id = 0x381, .length = 8, .data = {0x2C, 0x01, 0x02, 0x00, 0x4D, 0x00, 0x00, 0xAB}}));
+}
+
+TEST_F(Scan, SendsNoMarkerFromAnAxisThatHasFaulted) {
+  begin();
+  ASSERT_TRUE(reaches(0, AxisState::tracking, seconds(5)));
+  loop_->run_for(milliseconds(733));
+  ASSERT_NO_FATAL_FAILURE(silence(0));
+  int markers = 0;
+  const std::unique_ptr<can::Bus> observer = loop_->attach()({});
+  observer->on_frame([&](const can::Frame& frame, can::Time) { markers += frame.id == 0x381 ? 1 : 0; });
+  loop_->run_for(seconds(1));
+  EXPECT_EQ(markers, 0);
+}
+
 TEST_F(Scan, IsTrackedWellOnItsLines) {
   const rehearsal::Outcome outcome =
       rehearsal::run_once(support::shipped("raster.toml"), 0.1, support::ignore);

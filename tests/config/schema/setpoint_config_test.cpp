@@ -160,12 +160,36 @@ TEST(Scan, IsRefusedWhereItsAxesBeginItAtDifferentTimes) {
             "the reference repeats, expected the same as that of axis x, with which it scans");
 }
 
-// 27 um at 100 um/s along the smooth step take 1.875 * 27 / 100 s and a little more, from the far end.
+// 25 um, from the far end, along the smooth step at 380 um/s take 0.123 s.
 TEST(Scan, IsRefusedWhereTheWayToItDependsOnThePlaceOfTheStage) {
-  EXPECT_NE(refusal_of_scan("repeat             = true", "repeat = true\nreference_slew_um_per_s = 600.0")
-                .find("transition_s is 0.2, expected at least"),
-            std::string::npos)
-      << refusal_of_scan("repeat             = true", "repeat = true\nreference_slew_um_per_s = 600.0");
+  const std::string file = HYSTCAN_SOURCE_DIR "/config/raster.toml";
+  std::vector<Setting> settings{{"axis[1].control.reference_slew_um_per_s", "380"},
+                                {"axis[0].control.setpoint[0].transition_s", "0.13"},
+                                {"axis[1].control.setpoint[0].transition_s", "0.13"}};
+  EXPECT_NO_THROW(load(file, settings));
+  settings[1].value = settings[2].value = "0.1";
+  try {
+    load(file, settings);
+    FAIL() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("transition_s is 0.1, expected at least 0.12"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
+TEST(Scan, NeedsAMessageForItsMarkers) {
+  const support::ShippedCopy shipped;
+  shipped.edit("hystcan.dbc", "BO_ 897 XScanMarker", "BO_ 897 XScanMark");
+  try {
+    load(shipped / "raster.toml");
+    FAIL() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_NE(
+        std::string(error.what()).find("no message XScanMarker in hystcan.dbc, expected one for scan_marker"),
+        std::string::npos)
+        << error.what();
+  }
 }
 
 TEST(Scan, IsRefusedWhereItsNumbersContradictEachOther) {
