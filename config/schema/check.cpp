@@ -13,6 +13,7 @@
 #include "config/schema/check_frames.h"
 #include "config/schema/check_instruments.h"
 #include "config/schema/check_loop.h"
+#include "config/schema/check_scan.h"
 #include "config/schema/frames.h"
 #include "controller/reference/motion_bounds.h"
 
@@ -287,6 +288,7 @@ void check_agreement(const Document& document, const Config& config) {
     AxisCheck(document, config, i).run();
     check_instruments(document, config, i);
   }
+  check_scans(document, config);
   check_faults(document, config);
   check_identifiers(document, config);
   check_bus(document, config);

@@ -58,6 +58,8 @@ void visit(V& v, controller::Ramp& s) {
   v.required("to_um", s.to_um);
   v.required("duration_s", s.duration_s, positive);
 }
+inline constexpr Range turnaround_range{.lo = 0.0, .hi = 50.0};
+
 template <class V, class Periodic>
 void visit_periodic(V& v, Periodic& s) {
   v.required("low_um", s.low_um);
@@ -68,6 +70,7 @@ void visit_periodic(V& v, Periodic& s) {
 template <class V>
 void visit(V& v, controller::Triangle& s) {
   visit_periodic(v, s);
+  v.optional("turnaround_percent", s.turnaround_percent, turnaround_range);
 }
 template <class V>
 void visit(V& v, controller::Sine& s) {
@@ -100,6 +103,23 @@ void visit(V& v, controller::Staircase& s) {
   v.required("levels_um", s.levels_um);
   v.optional("rise_s", s.rise_s, not_negative);
   v.required("dwell_s", s.dwell_s, positive);
+}
+
+template <class V>
+void visit(V& v, controller::Raster& s) {
+  constexpr Range counted{.lo = 1, .hi = 65'535};
+  v.choice("role", s.role);
+  v.required("low_um", s.low_um);
+  v.required("high_um", s.high_um);
+  v.required("line_rate_Hz", s.line_rate_Hz, positive);
+  v.required("lines", s.lines, {.lo = 2, .hi = counted.hi});
+  v.optional("return_lines", s.return_lines, counted);
+  v.optional("frames", s.frames, counted);
+  v.optional("pixels", s.pixels, {.lo = 0, .hi = counted.hi});
+  v.optional("both_directions", s.both_directions);
+  if (!s.both_directions) v.optional("flyback_percent", s.flyback_percent, {.lo = 1.0, .hi = 99.0});
+  v.optional_choice("slow", s.slow);
+  v.optional("turnaround_percent", s.turnaround_percent, turnaround_range);
 }
 
 template <class V>
@@ -242,6 +262,7 @@ void visit(V& v, AxisConfig& axis) {
   v.required("amplifier_node", axis.wire.amplifier_node, {.lo = 1, .hi = 127});
   v.required("sensor_node", axis.wire.sensor_node, {.lo = 1, .hi = 127});
   v.optional("live_setpoint", axis.live_setpoint);
+  v.optional("scan_marker", axis.scan_marker);
   v.optional("setup_timeout_ms", axis.wire.setup_patience.timeout, {.lo = 1.0, .hi = 60'000.0});
   v.optional("setup_attempts", axis.wire.setup_patience.attempts, {.lo = 1, .hi = 100});
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };

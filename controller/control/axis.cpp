@@ -319,10 +319,11 @@ AxisCommand Axis::hold_ready(const AxisInput& input) {
     return {.drive = drive_, .enable = true};
   }
   state_ = AxisState::tracking;
+  const bool goes_on = tracking_since_s_ == *input.tracking_since_s;
   tracking_since_s_ = *input.tracking_since_s;
   memory_known_ = true;
   const double t_s = input.time_s - tracking_since_s_;
-  std::visit([&](auto& loop) { loop.begin(t_s, *input.position_um, input.coupled_um); }, loop_);
+  std::visit([&](auto& loop) { loop.begin(t_s, *input.position_um, input.coupled_um, goes_on); }, loop_);
   return track(input);
 }
 

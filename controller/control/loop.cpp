@@ -54,11 +54,11 @@ std::vector<double> ClosedLoop::ramp_in() const {
 }
 
 /// The integral takes what the other axes add at the start; what they add later is fed forward.
-void ClosedLoop::begin(double t_s, double position_um, double coupled_um) {
+void ClosedLoop::begin(double t_s, double position_um, double coupled_um, bool goes_on) {
   coupled_at_first_um_ = coupled_um;
   following_error_.restart();
   in_position_ = {};
-  trajectory_.join(t_s, law_.restart(position_um));
+  trajectory_.join(t_s, law_.restart(position_um), goes_on);
 }
 
 Proposal ClosedLoop::propose(const LoopInput& input) {

@@ -66,7 +66,8 @@ class ClosedLoop {
   /// Up to the upper threshold and down to the lower one: this wipes the actuator's memory out.
   std::vector<double> ramp_in() const;
   void follow(double applied_drive) { law_.follow(applied_drive); }
-  void begin(double t_s, double position_um, double coupled_um);
+  /// `goes_on`: the loop has tracked before, on the same time.
+  void begin(double t_s, double position_um, double coupled_um, bool goes_on = false);
   Proposal propose(const LoopInput& input);
   /// `limits`: all that were active for this drive.
   void commit(double applied_drive, std::uint8_t limits);
@@ -118,7 +119,7 @@ class OpenLoop {
   /// Straight to the first drive of the excitation.
   std::vector<double> ramp_in() const { return {excitation_.at(0.0)}; }
   void follow(double /*applied_drive*/) {}
-  void begin(double /*t_s*/, double /*position_um*/, double /*coupled_um*/) {}
+  void begin(double /*t_s*/, double /*position_um*/, double /*coupled_um*/, bool /*goes_on*/) {}
   Proposal propose(const LoopInput& input) const;
   void commit(double /*applied_drive*/, std::uint8_t /*limits*/) {}
 

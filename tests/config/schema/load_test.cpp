@@ -11,7 +11,7 @@ namespace {
 
 TEST(Shipped, ConfigurationsLoad) {
   for (const char* name : {"piezo.toml", "galfenol.toml", "lab_amplifier.toml", "p733.toml",
-                           "galfenol_unimorph.toml", "soft_stage.toml"})
+                           "galfenol_unimorph.toml", "raster.toml", "soft_stage.toml"})
     EXPECT_NO_THROW(load(std::string(HYSTCAN_SOURCE_DIR "/config/") + name)) << name;
 }
 
