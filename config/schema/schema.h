@@ -117,6 +117,7 @@ void visit(V& v, controller::Delays& d) {
   v.required("amplifier_bandwidth_Hz", d.amplifier_bandwidth_Hz, positive);
   v.required("resonance_Hz", d.resonance_Hz, positive);
   v.required("damping_ratio", d.damping_ratio, not_negative);
+  v.optional("interpolated", d.interpolated);
   v.optional("second_order", d.second_order);
 }
 
