@@ -78,6 +78,8 @@ class ClosedLoop {
   double preview_s(double cycle_s);
   double reference_um(double t_s) const { return trajectory_.value_um(t_s); }
 
+  Trajectory::Point reference_at(double t_s) const { return trajectory_.at(t_s); }
+
   const ControlLaw& law() const { return law_; }
   ControlLaw& law() { return law_; }
 
