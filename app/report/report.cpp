@@ -22,15 +22,20 @@ nlohmann::json error_to_json(const controller::ErrorStatistics& error, double st
 
 }  // namespace
 
+nlohmann::json to_json(const controller::TrackingStatistics& statistics, double stroke_um) {
+  nlohmann::json json = error_to_json(statistics.total(), stroke_um);
+  json["segments"] = nlohmann::json::array();
+  for (const auto& segment : statistics.segments())
+    json["segments"].push_back(error_to_json(segment, stroke_um));
+  return json;
+}
+
 nlohmann::json to_json(const controller::AxisOutcome& outcome) {
-  nlohmann::json json = error_to_json(outcome.statistics.total(), outcome.stroke_um);
+  nlohmann::json json = to_json(outcome.statistics, outcome.stroke_um);
   json["name"] = outcome.name;
   json["stroke_um"] = outcome.stroke_um;
   json["state"] = to_string(outcome.state);
   json["fault"] = to_string(outcome.fault.cause);
-  json["segments"] = nlohmann::json::array();
-  for (const auto& segment : outcome.statistics.segments())
-    json["segments"].push_back(error_to_json(segment, outcome.stroke_um));
   return json;
 }
 
