@@ -5,6 +5,8 @@
 #include <span>
 #include <utility>
 
+#include "rehearsal/true_error.h"
+
 namespace hystcan::rehearsal {
 namespace {
 
@@ -45,10 +47,14 @@ Outcome run_once(const Setup& setup, double settle_s, const controller::Controll
     axis.axis.repeat = false;
     statistics.emplace_back(axis.axis.setpoint.size(), settle_s);
   }
+  TrueErrors* truth = nullptr;
   Rehearsal rehearsal(once, [&](const controller::CycleRecord& record) {
     statistics[record.axis].add(record.report);
+    truth->add(record);
     on_record(record);
   });
+  TrueErrors true_errors(once.twin, rehearsal.twin(), rehearsal.controller(), rehearsal.attach(), settle_s);
+  truth = &true_errors;
   if (on_truth) rehearsal.twin().on_truth(on_truth);
   rehearsal.start();
 
@@ -69,6 +75,7 @@ Outcome run_once(const Setup& setup, double settle_s, const controller::Controll
     rehearsal.run_for(std::chrono::milliseconds(10));
 
   Outcome outcome{.axes = {},
+                  .true_errors = true_errors.statistics(),
                   .virtual_s = can::seconds(rehearsal.clock().now().time_since_epoch()),
                   .bus_load = rehearsal.bus().load(),
                   .counters = loop.counters()};

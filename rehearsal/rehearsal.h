@@ -48,6 +48,9 @@ class Rehearsal {
 /// Result of one pass of every axis's reference.
 struct Outcome {
   std::vector<controller::AxisOutcome> axes;
+  /// Per axis: the error of the twin's true position at every sub-step, also between the samples
+  /// (rehearsal/true_error.h).
+  std::vector<controller::TrackingStatistics> true_errors;
   double virtual_s = 0.0;
   double bus_load = 0.0;  ///< 0..1
   controller::CycleCounters counters;

@@ -67,29 +67,35 @@ double Amplifier::discharge_s(const Config& config) {
   return 1e-6 * config.load_uF * config.load_ohm;
 }
 
+DriveLimits Amplifier::limits(const Config& config) {
+  const bool has_coil = config.load_mH > 0.0 && config.load_ohm > 0.0;
+  return {.omega = 2.0 * std::numbers::pi * config.bandwidth_Hz,
+          .slew_per_s = slew_into_the_load(config),
+          .load_rate_per_s = has_coil ? 1e3 * config.load_ohm / config.load_mH : 0.0,
+          .load_limit = has_coil ? config.voltage_limit_V / config.load_ohm : unlimited};
+}
+
 Amplifier::Step::Step(const Config& config, double dt_s)
     : dt_s_(dt_s),
-      omega_(2.0 * std::numbers::pi * config.bandwidth_Hz),
-      slew_per_s_(slew_into_the_load(config)),
-      ramp_per_s_(std::min(slew_per_s_, config.ramp_per_s)),
-      linear_error_(slew_per_s_ / omega_),
-      decay_(std::exp(-omega_ * dt_s)),
-      load_rate_per_s_(config.load_mH > 0.0 ? 1e3 * config.load_ohm / config.load_mH : 0.0),
-      load_limit_(load_rate_per_s_ > 0.0 ? config.voltage_limit_V / config.load_ohm : unlimited),
-      load_decay_(std::isinf(load_limit_) ? 0.0 : std::exp(-load_rate_per_s_ * dt_s)),
+      limits_(limits(config)),
+      ramp_per_s_(std::min(limits_.slew_per_s, config.ramp_per_s)),
+      linear_error_(limits_.slew_per_s / limits_.omega),
+      decay_(std::exp(-limits_.omega * dt_s)),
+      load_decay_(std::isinf(limits_.load_limit) ? 0.0 : std::exp(-limits_.load_rate_per_s * dt_s)),
       discharge_s_(discharge_s(config)) {}
 
 Amplifier::State Amplifier::Step::operator()(const State& state) const {
+  if (state.rate_per_s != 0.0) return follow(state);
   State next = state;
   const bool ramps = state.course == Course::ramp;
   if (state.course == Course::off)
     next.output = discharge_s_ > 0.0 ? state.output * std::exp(-dt_s_ / discharge_s_) : 0.0;
-  else if (!std::isinf(load_limit_))
-    next.output = drive_the_coil(state, ramps ? ramp_per_s_ : slew_per_s_);
+  else if (!std::isinf(limits_.load_limit))
+    next.output = drive_the_coil(state, ramps ? ramp_per_s_ : limits_.slew_per_s);
   else if (ramps)
-    next.output = drive(state, ramp_per_s_, ramp_per_s_ / omega_);
+    next.output = drive(state, ramp_per_s_, ramp_per_s_ / limits_.omega);
   else
-    next.output = drive(state, slew_per_s_, linear_error_);
+    next.output = drive(state, limits_.slew_per_s, linear_error_);
   return next;
 }
 
@@ -99,13 +105,27 @@ double Amplifier::Step::drive(const State& state, double slew_per_s, double line
   if (std::abs(error) <= linear_error) return state.target - error * decay_;
   const double slewing_s = (std::abs(error) - linear_error) / slew_per_s;
   if (dt_s_ <= slewing_s) return state.output + std::copysign(slew_per_s * dt_s_, error);
-  return state.target - std::copysign(linear_error, error) * std::exp(-omega_ * (dt_s_ - slewing_s));
+  return state.target - std::copysign(linear_error, error) * std::exp(-limits_.omega * (dt_s_ - slewing_s));
+}
+
+/// A moving target. The first form is that of a step within the lag alone.
+Amplifier::State Amplifier::Step::follow(const State& state) const {
+  State next = state;
+  next.target += state.rate_per_s * dt_s_;
+  const double lag = state.rate_per_s / limits_.omega;
+  const double error = state.target - state.output;
+  const double error_after = lag + (error - lag) * decay_;
+  if (std::isinf(limits_.load_limit) && std::max(std::abs(error), std::abs(error_after)) <= linear_error_)
+    next.output = next.target - error_after;
+  else
+    next.output = MovingTarget{state.output, state.target, state.rate_per_s}.output_after(limits_, dt_s_);
+  return next;
 }
 
 double Amplifier::Step::drive_the_coil(const State& state, double slew_per_s) const {
   const double sign = state.target < state.output ? -1.0 : 1.0;
-  return sign * rise(sign * state.output, slew_per_s, {omega_, sign * state.target, decay_},
-                     {load_rate_per_s_, load_limit_, load_decay_}, dt_s_);
+  return sign * rise(sign * state.output, slew_per_s, {limits_.omega, sign * state.target, decay_},
+                     {limits_.load_rate_per_s, limits_.load_limit, load_decay_}, dt_s_);
 }
 
 }  // namespace hystcan::twin

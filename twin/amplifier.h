@@ -17,7 +17,8 @@
 //   v(t) = p - (p - v(0)) e^{-rate t},   rate = omega and p = target, or rate = R / L and p = V / R
 //
 // A falling v is the mirror image. Between two changes of the target v is monotone, so the hysteresis turns
-// only where the target changes.
+// only where the target changes. A target may also move in a straight line: then v may turn once in between
+// (twin/moving_target.h).
 //
 // When the amplifier is switched off, its power stage is disconnected and the load discharges by itself:
 //
@@ -26,6 +27,8 @@
 
 #include <cstdint>
 #include <limits>
+
+#include "twin/moving_target.h"
 
 namespace hystcan::twin {
 
@@ -56,12 +59,15 @@ struct Amplifier {
     double output = 0.0;  ///< v
     double target = 0.0;
     Course course = Course::drive;
+    double rate_per_s = 0.0;  ///< of the target
   };
 
   /// The target for a setpoint: rounded to the resolution and limited to the range.
   static double target_of(const Config& config, double setpoint);
   /// tau of the load that discharges by itself; 0 where it is not given: the output is zero at once.
   static double discharge_s(const Config& config);
+  /// omega, slew and load, as v meets them in Course::drive.
+  static DriveLimits limits(const Config& config);
 
   /// A step of fixed length; its decays are computed once.
   class Step {
@@ -72,17 +78,15 @@ struct Amplifier {
    private:
     double drive(const State& state, double slew_per_s, double linear_error) const;
     double drive_the_coil(const State& state, double slew_per_s) const;
+    State follow(const State& state) const;
 
     double dt_s_;
-    double omega_;
-    double slew_per_s_;
+    DriveLimits limits_;
     double ramp_per_s_;
-    double linear_error_;     ///< below this error the lag is slower than the slew limit
-    double decay_;            ///< e^{-omega dt}
-    double load_rate_per_s_;  ///< R / L
-    double load_limit_;       ///< V / R; infinite: the voltage is not limited
-    double load_decay_;       ///< e^{-dt R / L}
-    double discharge_s_;      ///< tau
+    double linear_error_;  ///< below this error the lag is slower than the slew limit
+    double decay_;         ///< e^{-omega dt}
+    double load_decay_;    ///< e^{-dt R / L}
+    double discharge_s_;   ///< tau
   };
 };
 

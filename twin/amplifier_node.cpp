@@ -61,7 +61,7 @@ void AmplifierNode::on_sync(std::uint8_t counter, can::Time received) {
   last_sync_ = counter;
   if (state_ == can::AmpState::enabled && config_.apply == Apply::sync) {
     plant_.advance_to(received);
-    plant_.set_target(setpoint_);
+    aim_at(setpoint_);
   }
   if (soft_start_) start_softly(received);
   if (nmt_.state() == can::NmtState::operational && ++syncs_since_status_ >= config_.status_every)
@@ -113,7 +113,7 @@ void AmplifierNode::start_softly(can::Time now) {
   const double share = can::seconds(now - soft_start_->begun) / can::seconds(config_.soft_start);
   if (share >= 1.0) return begin_to_drive();
   plant_.advance_to(now);
-  plant_.set_target(std::lerp(soft_start_->from, setpoint_, share));
+  aim_at(std::lerp(soft_start_->from, setpoint_, share));
 }
 
 void AmplifierNode::begin_to_drive() {
@@ -129,6 +129,8 @@ void AmplifierNode::take_setpoint() {
   plant_.advance_to(scheduler_.now());
   plant_.set_target(setpoint_);
 }
+
+void AmplifierNode::aim_at(double drive) { plant_.move_target(drive, config_.interpolation); }
 
 void AmplifierNode::on_nmt(can::NmtState state) {
   if (state == can::NmtState::boot_up) return boot_up();

@@ -50,6 +50,9 @@ class AmplifierNode {
     unsigned status_every = 10;  ///< number of SYNCs per AmpStatus
     WatchdogAction watchdog_action = WatchdogAction::safe;
     Apply apply = Apply::sync;
+    /// From one SYNC to the next: the output's target moves in a straight line to a setpoint in this time.
+    /// Zero: it is there at once.
+    can::Duration interpolation{};
     can::Duration enable_delay{};  ///< from Enable until the output is connected, by a relay
     can::Duration
         soft_start{};  ///< from there the output goes evenly to its setpoint; only then it is enabled
@@ -93,6 +96,7 @@ class AmplifierNode {
   void start_softly(can::Time now);
   void begin_to_drive();
   void take_setpoint();
+  void aim_at(double drive);
   void check_watchdog();
   void trip(std::uint8_t fault, std::uint16_t emergency_code, WatchdogAction action = WatchdogAction::safe);
   void enter(can::AmpState state, WatchdogAction action = WatchdogAction::safe);

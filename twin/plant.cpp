@@ -90,12 +90,29 @@ Plant::Plant(const Config& config, can::Time start)
       next_grid_(start + config.substep) {}
 
 void Plant::advance_to(can::Time time) {
+  while (ramp_ && ramp_->turn.value_or(ramp_->end) <= time) pass_turn_or_end();
+  go_on_to(time);
+}
+
+void Plant::pass_turn_or_end() {
+  go_on_to(ramp_->turn.value_or(ramp_->end));
+  if (ramp_->turn) {
+    split();
+    ramp_->turn.reset();
+  } else {
+    aim({.target = ramp_->to, .course = Amplifier::Course::drive});
+    ramp_.reset();
+  }
+}
+
+void Plant::go_on_to(can::Time time) {
   if (time <= present_.time) return;
   while (next_grid_ <= time) {
     const double output_before = settled_.amplifier.output;
     const can::Duration length = next_grid_ - settled_.time;
     move(settled_, step_of(length), [this](double drive) { return material_.go_to(drive); });
-    const bool drive_rests = length >= config_.substep && settled_.amplifier.output == output_before;
+    const bool drive_rests =
+        length >= config_.substep && !ramp_ && settled_.amplifier.output == output_before;
     if (drive_rests && has_settled())
       settled_.time += (time - settled_.time) / config_.substep * config_.substep;
     begin_substep(drive_rests && drifts_evenly() ? even_substeps * config_.substep : config_.substep);
@@ -107,11 +124,33 @@ void Plant::advance_to(can::Time time) {
 
 void Plant::set_target(double drive, Amplifier::Course course) {
   const double target = Amplifier::target_of(config_.amplifier, drive);
-  if (target == present_.amplifier.target && course == present_.amplifier.course) return;
+  if (!ramp_ && target == present_.amplifier.target && course == present_.amplifier.course) return;
+  aim({.target = target, .course = course});
+  ramp_.reset();
+}
+
+void Plant::move_target(double drive, can::Duration time) {
+  const double target = Amplifier::target_of(config_.amplifier, drive);
+  const double way = target - present_.amplifier.target;
+  if (way == 0.0 || time <= can::Duration::zero()) return set_target(drive);
+  aim({.target = present_.amplifier.target,
+       .course = Amplifier::Course::drive,
+       .rate_per_s = way / can::seconds(time)});
+  ramp_ = {.end = present_.time + time, .to = target, .turn = {}};
+  const MovingTarget moving{present_.amplifier.output, present_.amplifier.target,
+                            present_.amplifier.rate_per_s};
+  const double turn_s = moving.turns_after_s(Amplifier::limits(config_.amplifier), can::seconds(time));
+  if (std::isfinite(turn_s))
+    ramp_->turn = std::min(ramp_->end, present_.time + can::Duration(std::llround(1e9 * turn_s)));
+}
+
+/// From the present time on; the output goes on from where it is.
+void Plant::aim(const Amplifier::State& at) {
   split();
   for (Motion* motion : {&settled_, &present_}) {
-    motion->amplifier.target = target;
-    motion->amplifier.course = course;
+    motion->amplifier.target = at.target;
+    motion->amplifier.course = at.course;
+    motion->amplifier.rate_per_s = at.rate_per_s;
   }
 }
 
@@ -176,7 +215,7 @@ void Plant::begin_substep(can::Duration length) {
     settled_.hysteresis_um = material_.go_to(settled_.amplifier.output + noise_);
     settled_.input_um = input_um(settled_);
   }
-  if (on_grid_) on_grid_(settled_.time, own_position_um(settled_));
+  for (const GridHandler& handler : on_grid_) handler(settled_.time, own_position_um(settled_));
 }
 
 bool Plant::has_settled() {

@@ -14,7 +14,8 @@
 // Sub-steps lie on a fixed grid, at whole multiples of `substep` from the start. A change of the target or a
 // disturbance splits the sub-step in which it falls. Amplifier and modes are exact for any length; between
 // those points u is linear in time, and the creep's input is constant, the mean of both ends. v is monotone
-// between them, so no turning point is missed.
+// between them, so no turning point is missed. A target that moves in a straight line splits it twice more: where
+// v turns, if it does, and where the target arrives.
 //
 // A look at the plant changes nothing, to the bit: the motion between the last such point and the time of the
 // look is computed on a copy. A plant at rest is not stepped; with temperature or drive noise it never rests.
@@ -83,6 +84,9 @@ class Plant {
   void advance_to(can::Time time);
   /// Sets the amplifier's target and course from the present time on; the target is limited to its range.
   void set_target(double drive, Amplifier::Course course = Amplifier::Course::drive);
+  /// Moves the amplifier's target from the present time on in a straight line, from where it is to `drive`,
+  /// which it reaches after `time`; the end is limited to the amplifier's range.
+  void move_target(double drive, can::Duration time);
   /// Disturbs the stage from the present time on. Throws std::invalid_argument where a number is not finite
   /// or resonance <= 0.
   void disturb(const Disturbance& disturbance);
@@ -90,11 +94,11 @@ class Plant {
   /// does not excite the modes. Every read of the position reads `from`, so it must live as long as this.
   void couple(Plant& from, double um_per_um) { couplings_.push_back({&from, um_per_um}); }
 
-  /// Called at the end of every sub-step of the fixed grid, with the position without couplings; it is linear
+  /// Each handler is called at the end of every sub-step of the fixed grid, with the position without couplings; it is linear
   /// in between. A rest counts as one sub-step, a whole number of times as long: the handler is called at its
   /// end.
   using GridHandler = std::function<void(can::Time, double position_um)>;
-  void on_grid(GridHandler handler) { on_grid_ = std::move(handler); }
+  void on_grid(GridHandler handler) { on_grid_.push_back(std::move(handler)); }
   /// Noise in drive units, added to the amplifier's output from the next sub-step on. `noise` is called once
   /// for each sub-step, with the time of its beginning; the value is held over the sub-step.
   using DriveNoise = std::function<double(can::Time)>;
@@ -133,8 +137,18 @@ class Plant {
     double um_per_um;
   };
 
+  /// The rest of the way of a moving target.
+  struct Ramp {
+    can::Time end;
+    double to = 0.0;
+    std::optional<can::Time> turn;  ///< of v, until it is passed
+  };
+
   template <class Hysteresis>
   void move(Motion& motion, const Step& step, Hysteresis hysteresis);
+  void go_on_to(can::Time time);
+  void pass_turn_or_end();
+  void aim(const Amplifier::State& at);
   void split();
   void begin_substep(can::Duration length);
   bool has_settled();
@@ -155,8 +169,9 @@ class Plant {
   Motion settled_;  ///< at the last grid point, change of target, or disturbance
   Motion present_;  ///< at the present time
   can::Time next_grid_;
+  std::optional<Ramp> ramp_;
   double noise_ = 0.0;
-  GridHandler on_grid_;
+  std::vector<GridHandler> on_grid_;
   DriveNoise drive_noise_;
   std::vector<Coupled> couplings_;
 };

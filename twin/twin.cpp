@@ -20,6 +20,7 @@ AmplifierNode::Config amplifier_config(const can::AxisWire& wire, const AxisConf
           .status_every = axis.status_every,
           .watchdog_action = axis.watchdog_action,
           .apply = axis.apply,
+          .interpolation = axis.interpolate ? common.cycle : can::Duration::zero(),
           .enable_delay = axis.enable_delay,
           .soft_start = axis.soft_start};
 }

@@ -30,6 +30,7 @@ struct AxisConfig {
   std::vector<model::Coupling> couplings{};  ///< Of the way that the other axis is from its start.
   WatchdogAction watchdog_action = WatchdogAction::safe;
   Apply apply = Apply::sync;
+  bool interpolate = false;      ///< moves to a setpoint in a straight line within a cycle
   can::Duration enable_delay{};  ///< from Enable until the output is connected
   can::Duration soft_start{};    ///< from there to enabled
   DriveNoise::Config drive_noise{};
@@ -45,6 +46,7 @@ struct WiredAxisConfig {
 struct CommonConfig {
   std::uint64_t seed = 1;
   can::Duration heartbeat_period{};
+  can::Duration cycle{};            ///< of the SYNCs, as set in an amplifier that interpolates
   std::vector<FaultSpec> faults{};  ///< their times count from start()
   std::optional<RandomFaults> random_faults{};
 };

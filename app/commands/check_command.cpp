@@ -77,6 +77,15 @@ void show_bus(const config::Config& config) {
       1e2 * plan.load, in_us(plan.last_command), in_us(plan.cycle));
 }
 
+/// A mismatch is allowed: it rehearses a bench whose amplifier is not what the controller is told.
+void show_mismatch(const config::AxisConfig& axis) {
+  if (axis.twin.interpolate == axis.control.delays.interpolated) return;
+  fmt::print(
+      "# warning: axis {}: the twin has interpolate = {}, axis.control.delays has interpolated = {}; the preview is "
+      "half a cycle off\n",
+      axis.wire.name, axis.twin.interpolate, axis.control.delays.interpolated);
+}
+
 /// Reads, checks and prints a configuration and its consequences. It moves nothing and opens no interface.
 int check(const CheckArguments& options) {
   if (config::is_model_file(options.config)) return check_model(options.config);
@@ -108,6 +117,7 @@ int check(const CheckArguments& options) {
   show_bus(config);
   fmt::print("# {} in {}; node ids, identifiers, units and ranges agree\n",
              can::counted(config.database.messages.size(), "message"), config.bus.dbc.string());
+  for (const config::AxisConfig& axis : config.axes) show_mismatch(axis);
   for (const std::string& warning : config.database.warnings) fmt::print("# warning: {}\n", warning);
   if (config.database.further_warnings > 0)
     fmt::print("# warning: and {} more\n", config.database.further_warnings);

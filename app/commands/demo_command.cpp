@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,6 +21,7 @@
 #include "app/report/demo_plot.h"
 #include "app/report/report.h"
 #include "config/schema/config.h"
+#include "controller/analysis/tracking_floor.h"
 #include "controller/telemetry.h"
 #include "rehearsal/rehearsal.h"
 
@@ -101,45 +103,72 @@ double preview_ms(const config::Config& config) {
   return 1e3 * controller::chain_moments(control.delays, control.law.notch, cycle_s).mean_s;
 }
 
+/// What no setpoints can avoid: the floor of the true error of each segment, um; empty where there is none.
+std::vector<std::optional<double>> floors_um(const config::Config& config) {
+  const config::AxisConfig& axis = config.axes.front();
+  const twin::Plant::Config& plant = axis.twin.plant;
+  const controller::Delays chain{.amplifier_bandwidth_Hz = plant.amplifier.bandwidth_Hz,
+                                 .resonance_Hz = plant.mode.natural_frequency_Hz,
+                                 .damping_ratio = plant.mode.damping_ratio,
+                                 .interpolated = axis.twin.interpolate};
+  std::vector<std::optional<double>> floors;
+  for (const auto& segment : axis.control.setpoint)
+    floors.push_back(plant.second_mode ? std::nullopt
+                                       : controller::tracking_floor_um(chain, 1.0 / config.controller.rate_Hz,
+                                                                       segment.shape));
+  return floors;
+}
+
 std::string error_cells(const controller::ErrorStatistics& error, double stroke_um) {
   return fmt::format("{:>9.4f} {:>7.3f} {:>9.4f} {:>7.3f}", error.rms_um(),
                      100.0 * error.rms_um() / stroke_um, error.max_um, 100.0 * error.max_um / stroke_um);
 }
 
-void print_table(const config::Config& config, const std::vector<Column>& columns) {
+void print_heading(const config::Config& config, double stroke_um) {
   const config::AxisConfig& axis = config.axes.front();
   const twin::Plant::Config& plant = axis.twin.plant;
-  const controller::AxisOutcome& first = columns.front().outcome.axes.front();
   fmt::print(
       "{}, axis {}: sample rate {:g} Hz, command delay {:g} ms, preview {:.3f} ms, resonance {:g} Hz, "
       "damping {:g}, stroke {:g} um\n",
       config.file.filename().string(), axis.wire.name, config.controller.rate_Hz,
       std::chrono::duration<double, std::milli>(axis.control.delays.command_delay).count(),
-      preview_ms(config), plant.mode.natural_frequency_Hz, plant.mode.damping_ratio, first.stroke_um);
+      preview_ms(config), plant.mode.natural_frequency_Hz, plant.mode.damping_ratio, stroke_um);
   fmt::print(
-      "error = reference - measured; the twin's actuator differs from the controller's model ({} against "
-      "{})\n\n",
+      "at the samples: reference - measured; true: reference - position of the twin, every {:g} us\n"
+      "floor: the least true RMS error that any {} setpoints can have\n"
+      "the twin's actuator differs from the controller's model ({} against {})\n\n",
+      1e6 * can::seconds(plant.substep), axis.twin.interpolate ? "interpolated" : "held",
       axis.twin_model.string(), axis.control_model.string());
-
-  std::vector<std::string> headings{"whole reference"};
-  for (const auto& segment : axis.control.setpoint) headings.push_back(to_string(segment.shape));
-  fmt::print("{:<12}", "");
-  for (const std::string& heading : headings) fmt::print("  {:^35}", heading);
-  fmt::print("\n{:<12}", "structure");
-  for (std::size_t i = 0; i < headings.size(); ++i)
+  fmt::print("{:<12} {:<15}  {:^35}  {:^35}  {:>9}\n{:<12} {:<15}", "", "", "at the samples", "true", "floor",
+             "structure", "segment");
+  for (int i = 0; i < 2; ++i)
     fmt::print("  {:>9} {:>7} {:>9} {:>7}", "RMS [um]", "RMS [%]", "max [um]", "max [%]");
-  for (const Column& column : columns) {
-    const controller::AxisOutcome& outcome = column.outcome.axes.front();
-    if (!column.failure.empty()) {
-      fmt::print("\n{:<12}  failed: {}", to_string(column.structure), column.failure);
-      continue;
-    }
-    fmt::print("\n{:<12}  {}", to_string(column.structure),
-               error_cells(outcome.statistics.total(), outcome.stroke_um));
-    for (const auto& segment : outcome.statistics.segments())
-      fmt::print("  {}", error_cells(segment, outcome.stroke_um));
+  fmt::print("  {:>9}\n", "RMS [%]");
+}
+
+void print_column(const config::Config& config, const Column& column,
+                  const std::vector<std::optional<double>>& floors) {
+  if (!column.failure.empty()) {
+    fmt::print("{:<12} failed: {}\n", to_string(column.structure), column.failure);
+    return;
   }
-  fmt::print("\n\n");
+  const controller::AxisOutcome& outcome = column.outcome.axes.front();
+  const controller::TrackingStatistics& truth = column.outcome.true_errors.front();
+  const double stroke_um = outcome.stroke_um;
+  fmt::print("{:<12} {:<15}  {}  {}\n", to_string(column.structure), "whole reference",
+             error_cells(outcome.statistics.total(), stroke_um), error_cells(truth.total(), stroke_um));
+  for (std::size_t i = 0; i < floors.size(); ++i)
+    fmt::print("{:<12} {:<15}  {}  {}{}\n", "", to_string(config.axes.front().control.setpoint[i].shape),
+               error_cells(outcome.statistics.segments()[i], stroke_um),
+               error_cells(truth.segments()[i], stroke_um),
+               floors[i] ? fmt::format("  {:>9.3f}", 100.0 * *floors[i] / stroke_um) : "");
+}
+
+void print_table(const config::Config& config, const std::vector<Column>& columns) {
+  print_heading(config, columns.front().outcome.axes.front().stroke_um);
+  const auto floors = floors_um(config);
+  for (const Column& column : columns) print_column(config, column, floors);
+  fmt::print("\n");
 }
 
 void print_comparison_json(const config::Config& config, const std::vector<Column>& columns,
@@ -152,11 +181,15 @@ void print_comparison_json(const config::Config& config, const std::vector<Colum
                       {"resonance_hz", axis.twin.plant.mode.natural_frequency_Hz},
                       {"damping_ratio", axis.twin.plant.mode.damping_ratio},
                       {"axis_cycles_per_s", cycles_per_s},
+                      {"floors_um", nlohmann::json::array()},
                       {"columns", nlohmann::json::array()}};
+  for (const std::optional<double>& floor_um : floors_um(config))
+    json["floors_um"].push_back(floor_um ? nlohmann::json(*floor_um) : nlohmann::json());
   for (const Column& column : columns) {
     nlohmann::json entry = to_json(column.outcome.axes.front());
     entry["structure"] = to_string(column.structure);
     entry["failure"] = column.failure;
+    entry["true"] = to_json(column.outcome.true_errors.front(), column.outcome.axes.front().stroke_um);
     json["columns"].push_back(entry);
   }
   fmt::print("{}\n", json.dump(2));

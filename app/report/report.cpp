@@ -29,21 +29,25 @@ void add_ideal(nlohmann::json& json, const controller::ErrorStatistics& error,
 
 }  // namespace
 
+nlohmann::json to_json(const controller::TrackingStatistics& statistics, double stroke_um) {
+  nlohmann::json json = error_to_json(statistics.total(), stroke_um);
+  add_ideal(json, statistics.total(), statistics.total_against_ideal(), stroke_um);
+  json["segments"] = nlohmann::json::array();
+  for (std::size_t i = 0; i < statistics.segments().size(); ++i) {
+    const controller::ErrorStatistics& error = statistics.segments()[i];
+    nlohmann::json segment = error_to_json(error, stroke_um);
+    add_ideal(segment, error, statistics.against_ideal()[i], stroke_um);
+    json["segments"].push_back(std::move(segment));
+  }
+  return json;
+}
+
 nlohmann::json to_json(const controller::AxisOutcome& outcome) {
-  const controller::TrackingStatistics& statistics = outcome.statistics;
-  nlohmann::json json = error_to_json(statistics.total(), outcome.stroke_um);
-  add_ideal(json, statistics.total(), statistics.total_against_ideal(), outcome.stroke_um);
+  nlohmann::json json = to_json(outcome.statistics, outcome.stroke_um);
   json["name"] = outcome.name;
   json["stroke_um"] = outcome.stroke_um;
   json["state"] = to_string(outcome.state);
   json["fault"] = to_string(outcome.fault.cause);
-  json["segments"] = nlohmann::json::array();
-  for (std::size_t i = 0; i < statistics.segments().size(); ++i) {
-    const controller::ErrorStatistics& error = statistics.segments()[i];
-    nlohmann::json segment = error_to_json(error, outcome.stroke_um);
-    add_ideal(segment, error, statistics.against_ideal()[i], outcome.stroke_um);
-    json["segments"].push_back(std::move(segment));
-  }
   return json;
 }
 

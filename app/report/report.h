@@ -17,6 +17,8 @@ namespace hystcan::app {
 inline constexpr double settle_s = 0.1;
 
 nlohmann::json to_json(const controller::AxisOutcome& outcome);
+/// The whole reference, and under "segments" each of them.
+nlohmann::json to_json(const controller::TrackingStatistics& statistics, double stroke_um);
 nlohmann::json to_json(const can::BusReport& report);
 /// The counts by cause.
 nlohmann::json to_json(const can::RejectedFrames& rejected);

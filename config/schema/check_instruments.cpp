@@ -23,6 +23,7 @@ class InstrumentCheck {
     check_load();
     check_voltage();
     check_watchdog();
+    check_interpolation();
     check_ripple();
     check_sensor();
   }
@@ -57,6 +58,13 @@ class InstrumentCheck {
       fail("watchdog_action", "missing key {}, expected the speed of the ramp", ramp);
     if (twin_.watchdog_action == twin::WatchdogAction::off && twin::Amplifier::discharge_s(amplifier_) == 0.0)
       fail("watchdog_action", "the load's time constant is 0, expected load_ohm with load_uF or load_mH");
+  }
+
+  void check_interpolation() const {
+    if (twin_.interpolate && twin_.apply == twin::Apply::receipt)
+      fail("interpolate",
+           "interpolate is true with apply \"receipt\", expected apply = \"sync\": the way to a "
+           "setpoint takes the time from one SYNC to the next");
   }
 
   void check_ripple() const {

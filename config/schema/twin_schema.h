@@ -33,6 +33,7 @@ void visit_amplifier(V& v, const std::string& unit, twin::AxisConfig& t) {
   v.optional_choice("watchdog_action", t.watchdog_action);
   v.limit("watchdog_ramp_" + unit + "_per_s", amplifier.ramp_per_s);
   v.optional_choice("apply", t.apply);
+  v.optional("interpolate", t.interpolate);
   v.optional("enable_delay_ms", t.enable_delay, {.lo = 0.0, .hi = 10'000.0});
   v.optional("soft_start_ms", t.soft_start, {.lo = 0.0, .hi = 10'000.0});
 }

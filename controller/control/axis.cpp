@@ -184,6 +184,12 @@ double Axis::expected_um(double time_s) const {
   return loop->reference_um(time_s - tracking_since_s_);
 }
 
+std::optional<Trajectory::Point> Axis::reference_at(double time_s) const {
+  const auto* loop = std::get_if<ClosedLoop>(&loop_);
+  if (loop == nullptr || state_ != AxisState::tracking || time_s < tracking_since_s_) return std::nullopt;
+  return loop->reference_at(time_s - tracking_since_s_);
+}
+
 AxisCommand Axis::step(const AxisInput& input) {
   now_s_ = input.time_s;
   if (input.position_um) report_.position_um = *input.position_um;

@@ -158,6 +158,9 @@ class Axis {
   /// The reference at that time; the last measured position where the axis does not track a reference.
   double expected_um(double time_s) const;
 
+  /// The point of the reference at that time; empty where the axis does not track a reference.
+  std::optional<Trajectory::Point> reference_at(double time_s) const;
+
   /// Called exactly once per cycle.
   AxisCommand step(const AxisInput& input);
 

@@ -8,6 +8,7 @@
 //   link                          mu                  var
 //   pure delay d                  d                   0
 //   drive held for a cycle T      T / 2               T^2 / 12
+//   drive interpolated over T     T                   T^2 / 6       held, then the mean over a cycle
 //   1 / (1 + tau s)               tau                 tau^2
 //   second-order mode             2 zeta / omega      (4 zeta^2 - 2) / omega^2
 //

@@ -60,7 +60,7 @@ std::optional<double> Learning::target_um(const Trajectory::Point& point) const 
 }
 
 double Learning::Output::step(const std::optional<double>& target_um, double decay) {
-  if (!follows) fading_um = last_um;
+  if (follows != target_um.has_value()) fading_um = last_um - target_um.value_or(0.0);
   follows = target_um.has_value();
   fading_um *= decay;
   last_um = target_um.value_or(0.0) + fading_um;

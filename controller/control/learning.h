@@ -113,7 +113,7 @@ class Learning {
   /// A correction that is put out.
   struct Output {
     double last_um = 0.0;
-    double fading_um = 0.0;  ///< what is left of one that has ended
+    double fading_um = 0.0;  ///< what is left of a jump
     bool follows = false;
     double step(const std::optional<double>& target_um, double decay);
   };

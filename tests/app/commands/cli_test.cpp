@@ -40,6 +40,19 @@ TEST_F(Cli, ADurationMustBeATime) {
   }
 }
 
+TEST_F(Cli, CheckWarnsWhereTwinAndControllerDisagreeAboutInterpolation) {
+  const std::string warning = "# warning: axis x: the twin has interpolate = true";
+  shipped.edit("piezo.toml", "safe_drive_V       = 0.0\nslew_V_per_s       = 93_000.0",
+               "interpolate = true\nsafe_drive_V       = 0.0\nslew_V_per_s       = 93_000.0");
+  Process disagreeing({HYSTCAN_PROGRAM, "check", path("piezo.toml")});
+  EXPECT_EQ(disagreeing.wait(), done) << disagreeing.err();
+  EXPECT_NE(disagreeing.out().find(warning), std::string::npos) << disagreeing.out();
+  shipped.edit("piezo.toml", "resonance_Hz           = 500.0", "interpolated = true\nresonance_Hz = 500.0");
+  Process agreeing({HYSTCAN_PROGRAM, "check", path("piezo.toml")});
+  EXPECT_EQ(agreeing.wait(), done) << agreeing.err();
+  EXPECT_EQ(agreeing.out().find(warning), std::string::npos) << agreeing.out();
+}
+
 TEST_F(Cli, CheckPrintsTheValuesInForce) {
   Process program({HYSTCAN_PROGRAM, "check", path("piezo.toml")});
   EXPECT_EQ(program.wait(), done) << program.err();

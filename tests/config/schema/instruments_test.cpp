@@ -31,6 +31,7 @@ TEST(Instruments, AreIdealByDefault) {
   EXPECT_EQ(axis.plant.amplifier.resolution, 0.0);
   EXPECT_EQ(axis.watchdog_action, twin::WatchdogAction::safe);
   EXPECT_EQ(axis.apply, twin::Apply::sync);
+  EXPECT_FALSE(axis.interpolate);
   EXPECT_EQ(axis.enable_delay, can::Duration::zero());
   EXPECT_EQ(axis.drive_noise.density_per_rtHz, 0.0);
   EXPECT_EQ(axis.drive_noise.ripple, 0.0);
@@ -104,6 +105,20 @@ TEST(Instruments, OnReceiptNeedADelayWithinTheTransmissionOnTheBus) {
             std::string::npos);
   EXPECT_NE(refusal_of(piezo, {receipt, delay("1500.0")}).find("takes effect on receipt"), std::string::npos);
   EXPECT_NE(refusal_of(piezo, {delay("400.0")}).find("expected 1000, one cycle"), std::string::npos);
+}
+
+TEST(Instruments, InterpolateOnlyFromSyncToSync) {
+  const Setting interpolate = of_twin("interpolate", "true");
+  EXPECT_TRUE(load(piezo, {interpolate}).axes[0].twin.interpolate);
+  EXPECT_NE(refusal_of(piezo, {interpolate,
+                               of_twin("apply", "\"receipt\""),
+                               {"axis[0].control.delays.command_delay_us", "400.0"}})
+                .find("interpolate is true with apply \"receipt\", expected apply = \"sync\""),
+            std::string::npos);
+}
+
+TEST(Instruments, InterpolateOverTheCycleThatTheControllerHas) {
+  EXPECT_EQ(twin_config(load(piezo)).cycle, std::chrono::milliseconds(1));
 }
 
 struct Disagreement {

@@ -22,11 +22,18 @@ constexpr Notch::Config notch{.frequency_Hz = 300.0, .depth = 0.2, .width = 0.4}
 
 double omega(double frequency_Hz) { return 2.0 * std::numbers::pi * frequency_Hz; }
 
-/// The exact response from demand to position: delay, held drive, amplifier, mode.
-Complex chain(double frequency_Hz) {
-  const Complex s(0.0, omega(frequency_Hz)), u = s / omega(piezo.resonance_Hz);
-  return std::exp(-s * 1e-3) * (1.0 - std::exp(-s * cycle_s)) / (s * cycle_s) /
-         (1.0 + s / omega(piezo.amplifier_bandwidth_Hz)) / (1.0 + 2.0 * piezo.damping_ratio * u + u * u);
+constexpr Delays interpolated_piezo() {
+  Delays delays = piezo;
+  delays.interpolated = true;
+  return delays;
+}
+
+/// The exact response from demand to position: delay, held or interpolated drive, amplifier, mode.
+Complex chain(double frequency_Hz, const Delays& delays = piezo) {
+  const Complex s(0.0, omega(frequency_Hz)), u = s / omega(delays.resonance_Hz);
+  const Complex held = (1.0 - std::exp(-s * cycle_s)) / (s * cycle_s);
+  return std::exp(-s * 1e-3) * (delays.interpolated ? held * held : held) /
+         (1.0 + s / omega(delays.amplifier_bandwidth_Hz)) / (1.0 + 2.0 * delays.damping_ratio * u + u * u);
 }
 
 Complex notch_response(double frequency_Hz) {
@@ -52,14 +59,21 @@ TEST(Delays, AddUpToThePreview) {
 }
 
 TEST(Delays, MomentsAreTheFirstTwoOfTheChainsExactResponse) {
-  const Moments moments = piezo.moments(cycle_s);
-  for (const double f : {1.0, 2.0, 4.0}) {
-    const Complex log_gain = std::log(chain(f));
-    const double w = omega(f);
-    EXPECT_NEAR(-log_gain.imag() / w, moments.mean_s, 1e-3 * moments.mean_s) << f;
-    // The next term of the real part is of the order w^4 / resonance^4.
-    EXPECT_NEAR(-2.0 * log_gain.real() / (w * w), moments.variance_s2, 1e-3 * std::abs(moments.variance_s2));
+  for (const Delays& delays : {piezo, interpolated_piezo()}) {
+    const Moments moments = delays.moments(cycle_s);
+    for (const double f : {1.0, 2.0, 4.0}) {
+      const Complex log_gain = std::log(chain(f, delays));
+      const double w = omega(f);
+      EXPECT_NEAR(-log_gain.imag() / w, moments.mean_s, 1e-3 * moments.mean_s) << f;
+      // The next term of the real part is of the order w^4 / resonance^4.
+      EXPECT_NEAR(-2.0 * log_gain.real() / (w * w), moments.variance_s2,
+                  1e-3 * std::abs(moments.variance_s2));
+    }
   }
+}
+
+TEST(Delays, OfAnInterpolatedDriveAreHalfACycleLonger) {
+  EXPECT_NEAR(interpolated_piezo().preview_s(cycle_s), piezo.preview_s(cycle_s) + cycle_s / 2.0, 1e-15);
 }
 
 TEST(Delays, MomentsOfTheNotchAreThoseOfTheDiscreteFilter) {

@@ -1,0 +1,32 @@
+// The smallest tracking error that any sequence of setpoints can have, between the samples too.
+//
+// A setpoint changes once in a cycle T. What the position does in between follows from hold, amplifier and mode alone,
+// so even the best sequence leaves an error. For a reference of N cycles per period with the harmonics R_q, the setpoints
+// u[0..N-1] have the DFT U_k, k = 0..N-1. They reach every harmonic q = k + m N, m any whole number:
+//
+//   X_q = P_q U_k,   P(s) = h(s) / (1 + s / w_a) * w^2 / (s^2 + 2 zeta w s + w^2),   s = 2 pi i q / (N T)
+//   h = (1 - e^{-sT}) / (sT)  held,   h^2  interpolated                  (a pure delay shifts u and changes nothing)
+//
+// The mean square of the error, sum |R_q - P_q U_k|^2, falls apart into one least-squares problem per k:
+//
+//   floor^2 = sum_k ( sum_m |R_q|^2 - |sum_m conj(P_q) R_q|^2 / sum_m |P_q|^2 )
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "controller/control/delays.h"
+#include "controller/reference/shape.h"
+
+namespace hystcan::controller {
+
+/// RMS of the error, um, for a reference that repeats every `cycles` cycles. R_q is taken from about a hundred values
+/// per cycle of 1 ms, at least 16. The pure delays and the sensor of `delays` have no part in it.
+double tracking_floor_um(const Delays& delays, double cycle_s, std::size_t cycles,
+                         const std::function<double(double t_s)>& reference_um);
+
+/// Of a shape that repeats, without its beginning. Empty where the shape does not repeat, or where no 100 of its periods
+/// are a whole number of cycles.
+std::optional<double> tracking_floor_um(const Delays& delays, double cycle_s, const Shape& shape);
+
+}  // namespace hystcan::controller

@@ -1,0 +1,100 @@
+#include "rehearsal/true_error.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+
+#include "can/protocol/protocol.h"
+
+namespace hystcan::rehearsal {
+
+TrueErrors::TrueErrors(const twin::Config& config, twin::Twin& twin, const controller::Controller& controller,
+                       const can::Attach& attach, double settle_s)
+    : controller_(controller), bus_(attach(std::array{can::Filter{can::sync_id}})) {
+  bus_->on_frame([this](const can::Frame& frame, can::Time received) {
+    if (frame.id == can::sync_id && can::parse_sync(frame)) last_sync_ = received;
+  });
+  for (std::size_t i = 0; i < twin.axes().size(); ++i) {
+    twin::Plant& plant = twin.axes()[i]->plant;
+    const twin::AxisConfig& stage = config.axes[i].axis;
+    axes_.push_back(std::make_unique<Axis>(
+        Axis{.substep = stage.plant.substep,
+             .couplings = stage.couplings,
+             .start_um = plant.position_um(),
+             .points = {},
+             .statistics = controller::TrackingStatistics(
+                 i < controller.axis_count() ? controller.axis(i).config().setpoint.size() : 0, settle_s)}));
+    plant.on_grid([this, &axis = *axes_.back()](can::Time time, double own_um) { take(axis, time, own_um); });
+  }
+}
+
+/// A rest, and what is taken as one long sub-step, is a straight line.
+void TrueErrors::take(Axis& axis, can::Time time, double own_um) {
+  if (!axis.points.empty()) {
+    const Point last = axis.points.back();
+    const double steps = can::seconds(time - last.time) / can::seconds(axis.substep);
+    for (int step = 1; last.time + step * axis.substep < time; ++step)
+      axis.points.push_back({last.time + step * axis.substep, std::lerp(last.own_um, own_um, step / steps)});
+  }
+  axis.points.push_back({time, own_um});
+}
+
+void TrueErrors::add(const controller::CycleRecord& record) {
+  if (!last_sync_ || (!cycles_.empty() && cycles_.back().begins == *last_sync_)) return;
+  cycles_.push_back({*last_sync_, record.time_s});
+  while (cycles_.size() > 1 && is_known_until(cycles_[1].begins)) {
+    for (std::size_t i = 0; i < controller_.axis_count(); ++i) judge(i, cycles_[0], cycles_[1].begins);
+    for (const auto& axis : axes_)
+      while (axis->points.size() > 1 && axis->points[1].time < cycles_[1].begins) axis->points.pop_front();
+    cycles_.pop_front();
+  }
+}
+
+/// No plant has a sub-step before `time` left to compute.
+bool TrueErrors::is_known_until(can::Time time) const {
+  return std::ranges::all_of(axes_, [&](const auto& axis) {
+    return !axis->points.empty() && axis->points.back().time + axis->substep >= time;
+  });
+}
+
+void TrueErrors::judge(std::size_t index, const Cycle& cycle, can::Time end) {
+  Axis& axis = *axes_[index];
+  for (const Point& point : axis.points) {
+    if (point.time < cycle.begins || point.time >= end) continue;
+    const auto reference =
+        controller_.axis(index).reference_at(cycle.time_s + can::seconds(point.time - cycle.begins));
+    if (!reference) continue;
+    controller::AxisReport report;
+    report.state = controller::AxisState::tracking;
+    report.point = *reference;
+    report.reference_um = reference->value_um;
+    report.position_um = point.own_um + coupled_um(axis, point.time);
+    axis.statistics.add(report);
+  }
+}
+
+double TrueErrors::coupled_um(const Axis& axis, can::Time time) const {
+  double sum_um = 0.0;
+  for (const model::Coupling& coupling : axis.couplings) {
+    const Axis& from = *axes_[coupling.index];
+    const auto after = std::ranges::lower_bound(from.points, time, {}, &Point::time);
+    if (after == from.points.end() || (after->time != time && after == from.points.begin())) continue;
+    double own_um = after->own_um;
+    if (after->time != time) {
+      const auto before = std::prev(after);
+      const double share = can::seconds(time - before->time) / can::seconds(after->time - before->time);
+      own_um = std::lerp(before->own_um, after->own_um, share);
+    }
+    sum_um += coupling.um_per_um * (own_um - from.start_um);
+  }
+  return sum_um;
+}
+
+std::vector<controller::TrackingStatistics> TrueErrors::statistics() const {
+  std::vector<controller::TrackingStatistics> all;
+  for (std::size_t i = 0; i < controller_.axis_count(); ++i) all.push_back(axes_[i]->statistics);
+  return all;
+}
+
+}  // namespace hystcan::rehearsal
