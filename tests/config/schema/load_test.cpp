@@ -10,9 +10,8 @@ namespace hystcan::config::load_test {
 namespace {
 
 TEST(Shipped, ConfigurationsLoad) {
-  for (const char* name :
-       {"piezo.toml", "galfenol.toml", "lab_amplifier.toml", "p733.toml", "galfenol_unimorph.toml",
-        "raster.toml"})
+  for (const char* name : {"piezo.toml", "galfenol.toml", "lab_amplifier.toml", "p733.toml",
+                           "galfenol_unimorph.toml", "raster.toml"})
     EXPECT_NO_THROW(load(std::string(HYSTCAN_SOURCE_DIR "/config/") + name)) << name;
 }
 
