@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "config/document/document.h"
+#include "config/schema/config.h"
 
 namespace hystcan::config {
 

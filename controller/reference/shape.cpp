@@ -229,6 +229,12 @@ double value_um(const Shape& shape, double t_s) {
   return std::visit([&](const auto& s) { return motion_of(s, t_s).value_um; }, shape);
 }
 
+bool has_turnarounds(const Shape& shape) {
+  if (const auto* triangle = std::get_if<Triangle>(&shape)) return triangle->turnaround_percent > 0.0;
+  const auto* raster = std::get_if<Raster>(&shape);
+  return raster != nullptr && raster->turnaround_percent > 0.0;
+}
+
 double ideal_um(const Shape& shape, double t_s) {
   return std::visit([&](const auto& s) { return ideal_of(s, t_s); }, shape);
 }

@@ -119,6 +119,8 @@ Shape prepared(Shape shape);
 double duration_s(const Shape& shape);
 /// Value `t_s` seconds after the shape's beginning. This and the next functions need a prepared shape.
 double value_um(const Shape& shape, double t_s);
+/// A triangle or raster whose corners are rounded.
+bool has_turnarounds(const Shape& shape);
 /// As value_um(), with a sharp corner in the place of each turnaround.
 double ideal_um(const Shape& shape, double t_s);
 /// At a corner or a jump: the motion after it.

@@ -169,7 +169,7 @@ Trajectory::Point Trajectory::point_of_segments(double t_s) const {
     point.value_um = controller::value_um(shape, place.t_s);
     point.at_rest = rests(shape, place.t_s);
     point.shape_time_s = place.t_s;
-    point.ideal_um = controller::ideal_um(shape, place.t_s);
+    point.ideal_um = has_turnarounds(shape) ? controller::ideal_um(shape, place.t_s) : point.value_um;
     point.scan = place_in_scan(shape, place.t_s);
     return point;
   }

@@ -110,6 +110,26 @@ TEST_F(Start, OfAnAxisThatIsArmedAgainIsOnTheTimeOfTheOthers) {
   EXPECT_NEAR(axis(1).report().position_um, other.report().position_um, 0.1);
 }
 
+// Its reference has begun again after a live goal, later than that of the other axis.
+TEST_F(Start, OfAnAxisThatIsArmedAgainKeepsTheBeginningOfItsReference) {
+  begin(setup());
+  rehearsal::Rehearsal undisturbed(setup(), support::ignore);
+  undisturbed.start();
+  ASSERT_TRUE(reaches(1, AxisState::tracking, seconds(5)));
+  undisturbed.run_for(loop_->clock().now() - undisturbed.clock().now());
+  for (rehearsal::Rehearsal* loop : {loop_.get(), &undisturbed}) {
+    EXPECT_EQ(loop->controller().axis(1).go_to(12.0), controller::LiveSetpoint::taken);
+    loop->run_for(milliseconds(317));
+    EXPECT_EQ(loop->controller().axis(1).resume(), controller::LiveSetpoint::taken);
+    loop->run_for(milliseconds(500));
+  }
+  ASSERT_NO_FATAL_FAILURE(fault_and_arm_again(1));
+  loop_->run_for(seconds(1));
+  undisturbed.run_for(loop_->clock().now() - undisturbed.clock().now());
+  const controller::Axis& other = std::as_const(undisturbed.controller()).axis(1);
+  EXPECT_NEAR(axis(1).report().reference_um, other.report().reference_um, 1e-9);
+}
+
 TEST_F(Start, OfAnAxisThatIsArmedAgainMovesNoFasterThanATransition) {
   begin(setup());
   ASSERT_TRUE(reaches(1, AxisState::tracking, seconds(5)));
