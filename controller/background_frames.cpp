@@ -10,7 +10,8 @@ void BackgroundFrames::start(can::Bus& bus, can::Time now) {
 }
 
 /// Axis statuses and the start-up of nodes take turns. Where a heartbeat is due and an axis waits for its
-/// nodes, the nodes come first. A status goes before the heartbeat, which is the least urgent frame of all.
+/// nodes, the nodes come first. A status goes before the heartbeat, which is the least urgent frame of all. A scan
+/// marker is the most urgent one: it takes the turn of a status.
 void BackgroundFrames::send_next(can::Bus& bus, can::Time sync_sent, can::Time now, double time_s) {
   const bool heartbeat_due = sync_sent >= state_.next_heartbeat;
   if (heartbeat_due)
@@ -18,7 +19,8 @@ void BackgroundFrames::send_next(can::Bus& bus, can::Time sync_sent, can::Time n
   const bool nodes_first = heartbeat_due && std::ranges::any_of(axes_, [](const auto& wired) {
                              return wired->axis.state() == AxisState::waiting;
                            });
-  bool sent_status = !state_.sent_status && !nodes_first && send_next_axis_status(bus);
+  bool sent_status =
+      send_next_scan_marker(bus) || (!state_.sent_status && !nodes_first && send_next_axis_status(bus));
   if (heartbeat_due) {
     state_.next_heartbeat = sync_sent + config_.heartbeat_period;
     bus.send(can::heartbeat_frame(config_.node, can::NmtState::operational));
@@ -26,6 +28,12 @@ void BackgroundFrames::send_next(can::Bus& bus, can::Time sync_sent, can::Time n
   }
   if (!sent_status && !start_up_.send_next(bus, now, time_s)) sent_status = send_next_axis_status(bus);
   state_.sent_status = sent_status;
+}
+
+bool BackgroundFrames::send_next_scan_marker(can::Bus& bus) {
+  for (const auto& wired : axes_)
+    if (auto& marker = wired->scan_marker_sender; marker && marker->is_due()) return marker->send(bus);
+  return false;
 }
 
 /// The next status that is due; the axes take turns.

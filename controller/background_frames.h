@@ -1,5 +1,5 @@
-// What the controller sends beside SYNC and commands: its own heartbeat, axis statuses, and the start-up of
-// nodes.
+// What the controller sends beside SYNC and commands: its own heartbeat, axis statuses, scan markers, and the
+// start-up of nodes.
 //
 // The queue to the bus is first in, first out, and short. A frame put into it before the commands holds them
 // up, and a frame that does not fit is lost. So these frames follow the commands of a cycle, and there is one
@@ -24,7 +24,7 @@ class BackgroundFrames {
   struct State {
     can::Time next_heartbeat{};
     std::size_t next_status = 0;  ///< The axis whose turn it is to report.
-    bool sent_status = false;     ///< In the last cycle.
+    bool sent_status = false;     ///< Or a marker, in the last cycle.
   };
 
   BackgroundFrames(const Config& config, WiredAxes& axes) : config_(config), axes_(axes), start_up_(axes) {}
@@ -37,6 +37,7 @@ class BackgroundFrames {
   const State& state() const { return state_; }
 
  private:
+  bool send_next_scan_marker(can::Bus& bus);
   bool send_next_axis_status(can::Bus& bus);
 
   Config config_;

@@ -266,6 +266,7 @@ void Controller::step(std::size_t index, const can::SensorSample* sample) {
   times.begun = scheduler_.now();
   const AxisCommand command = wired.axis.step(input);
   times.decided = scheduler_.now();
+  if (auto& marker = wired.scan_marker_sender) marker->note(wired.axis.report(), cycle_.sync_counter);
   const bool is_asleep = wired.axis.state() == AxisState::waiting &&
                          wired.amplifier.state(cycle_.sync_sent) != can::NmtState::operational;
   if (!is_asleep) send_command(wired, command);

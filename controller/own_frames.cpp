@@ -11,10 +11,11 @@
 namespace hystcan::controller {
 namespace {
 
-can::Layout<can::Setpoint> layout_of_setpoint(const can::Database& database, const can::AxisWire& wire) {
-  if (auto layout = can::find_layout<can::Setpoint>(database, wire)) return std::move(*layout);
-  throw std::invalid_argument("no message " + wire.message_prefix + std::string(can::Setpoint::name) +
-                              ", expected one for the live setpoints of axis " + wire.name);
+template <class Payload>
+can::Layout<Payload> layout_of(const can::Database& database, const can::AxisWire& wire, const char* what) {
+  if (auto layout = can::find_layout<Payload>(database, wire)) return std::move(*layout);
+  throw std::invalid_argument("no message " + wire.message_prefix + std::string(Payload::name) +
+                              ", expected one for the " + what + " of axis " + wire.name);
 }
 
 }  // namespace
@@ -60,6 +61,26 @@ bool StatusSender::send(const Axis& axis, can::Bus& bus) {
   return true;
 }
 
+ScanMarkerSender::ScanMarkerSender(const can::Database& database, const can::AxisWire& wire)
+    : encode_(layout_of<can::ScanMarker>(database, wire, "scan markers")) {}
+
+void ScanMarkerSender::note(const AxisReport& report, std::uint8_t sync_counter) {
+  const std::optional<ScanPlace> now =
+      report.state == AxisState::tracking ? report.point.scan : std::optional<ScanPlace>{};
+  const std::optional<ScanPlace> before = std::exchange(place_, now);
+  if (!now || (before && before->line == now->line && before->frame == now->frame)) return;
+  due_ = {.line = static_cast<std::uint16_t>(now->line),
+          .frame = static_cast<std::uint16_t>(now->frame),
+          .sync_counter = sync_counter};
+}
+
+bool ScanMarkerSender::send(can::Bus& bus) {
+  const auto frame = encode_(*due_);
+  if (frame && !bus.send(*frame)) return false;
+  due_.reset();
+  return true;
+}
+
 std::string describe(const SetpointCounters& counters) {
   if (counters.taken + counters.refused() == 0) return {};
   std::string text = fmt::format("{} live setpoints taken", counters.taken);
@@ -74,7 +95,7 @@ std::string describe(const SetpointCounters& counters) {
 }
 
 SetpointReceiver::SetpointReceiver(const can::Database& database, const can::AxisWire& wire)
-    : decode_(layout_of_setpoint(database, wire)) {}
+    : decode_(layout_of<can::Setpoint>(database, wire, "live setpoints")) {}
 
 void SetpointReceiver::hear(const can::Frame& frame, Axis& axis) {
   const auto setpoint = decode_(frame);

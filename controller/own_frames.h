@@ -1,6 +1,8 @@
-// The controller's own frames of one axis, where the database has them: ControllerStatus out, Setpoint in.
+// The controller's own frames of one axis, where the database has them: ControllerStatus and ScanMarker out, Setpoint
+// in.
 //
 //   ControllerStatus   with each heartbeat, and when state or cause have changed
+//   ScanMarker         at the beginning of each line of a raster, where the configuration asks for it
 //   Setpoint           applied where the configuration allows it; refused ones are counted by their reason
 #pragma once
 
@@ -38,6 +40,24 @@ class StatusSender {
   bool due_ = false;
   AxisState sent_state_ = AxisState::offline;
   Cause sent_cause_ = Cause::none;
+};
+
+/// Sends a marker for each line of a scan.
+class ScanMarkerSender {
+ public:
+  /// Throws std::invalid_argument where the database has no such message.
+  ScanMarkerSender(const can::Database& database, const can::AxisWire& wire);
+
+  /// Once for each step of the axis. A line that begins becomes due, in the place of one that was not sent.
+  void note(const AxisReport& report, std::uint8_t sync_counter);
+  bool is_due() const { return due_.has_value(); }
+  /// False if the bus refused the frame, which then stays due.
+  bool send(can::Bus& bus);
+
+ private:
+  can::Encoder<can::ScanMarker> encode_;
+  std::optional<ScanPlace> place_;  ///< in the last step
+  std::optional<can::ScanMarker> due_;
 };
 
 /// Counts the live setpoints whose frames were valid.

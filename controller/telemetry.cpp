@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <chrono>
 #include <iterator>
+#include <optional>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
@@ -20,7 +21,18 @@ namespace {
 constexpr const char* csv_header =
     "# drive and amplifier_output in the axis's drive unit; error = reference - position\n"
     "cycle,time_s,axis,state,fault,segment,reference_um,position_um,error_um,demand_um,"
-    "drive,amplifier_output,limits,sample_missing,turnaround_us\n";
+    "drive,amplifier_output,limits,sample_missing,turnaround_us,scan_frame,scan_line,scan_pixel\n";
+
+/// The last three columns; empty beside the lines of a scan, the pixel also in its turnarounds.
+void append_scan(fmt::memory_buffer& line, const std::optional<ScanPlace>& scan) {
+  const auto out = std::back_inserter(line);
+  if (scan)
+    fmt::format_to(out, "{},{},", scan->frame, scan->line);
+  else
+    fmt::format_to(out, ",,");
+  if (scan && scan->pixel != ScanPlace::no_pixel) fmt::format_to(out, "{}", scan->pixel);
+  fmt::format_to(out, "\n");
+}
 
 }  // namespace
 
@@ -72,9 +84,10 @@ void CsvLog::write(const CycleRecord& record) {
                    report.demand_um);
   else
     fmt::format_to(std::back_inserter(line), ",,{:.6f},,,", report.position_um);
-  fmt::format_to(std::back_inserter(line), "{:.6f},{:.6f},{},{},{:.3f}\n", report.drive,
+  fmt::format_to(std::back_inserter(line), "{:.6f},{:.6f},{},{},{:.3f},", report.drive,
                  record.amplifier_output, limits_to_string(report.limits), report.sample_missing ? 1 : 0,
                  std::chrono::duration<double, std::micro>(record.turnaround).count());
+  append_scan(line, tracking ? report.point.scan : std::nullopt);
   rows_.write({line.data(), line.size()});
 }
 

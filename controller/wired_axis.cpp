@@ -44,6 +44,7 @@ WiredAxis::WiredAxis(const WiredAxisConfig& config, can::Duration heartbeat_time
   else
     status_at_first_ = status = assumed;
   if (config.live_setpoint) setpoint_receiver.emplace(database, wire);
+  if (config.scan_marker) scan_marker_sender.emplace(database, wire);
   flags_report_fault = map && (!map->carries("state") || map->states.fault.empty());
 }
 

@@ -22,6 +22,7 @@ struct WiredAxisConfig {
   can::AxisWire wire;
   AxisConfig axis;
   bool live_setpoint = false;  ///< The axis obeys Setpoint frames, whoever sends them.
+  bool scan_marker = false;    ///< A ScanMarker is sent for each line of a scan.
 };
 
 struct WiredAxis {
@@ -54,6 +55,7 @@ struct WiredAxis {
   can::E2eChecker foreign_command;  ///< Checks commands to this amplifier that another node sends.
   StatusSender status_sender;
   std::optional<SetpointReceiver> setpoint_receiver;  ///< Empty: the axis takes no live setpoint.
+  std::optional<ScanMarkerSender> scan_marker_sender;
   RemoteNode sensor;
   RemoteNode amplifier;
 

@@ -13,6 +13,7 @@
 #include "can/counted.h"
 #include "config/files/model_file.h"
 #include "config/schema/bus_plan.h"
+#include "config/schema/check_loop.h"
 #include "config/schema/config.h"
 #include "config/schema/frames.h"
 #include "model/validity.h"
@@ -99,6 +100,10 @@ int check(const CheckArguments& options) {
     fmt::print("# axis {}: {} to {} {} reach {:.4g} to {:.4g} um; the reference is previewed by {:.4g} ms\n",
                axis.wire.name, hysteresis.input_range().lo, hysteresis.input_range().hi, axis.wire.drive_unit,
                reach.lo, reach.hi, 1e3 * preview_s);
+    for (const std::string& finding : config::findings_of_loop(axis, config.controller.rate_Hz))
+      fmt::print("# axis {}: {}\n", axis.wire.name, finding);
+    for (const std::string& finding : config::findings_of_learning(axis, config.controller.rate_Hz))
+      fmt::print("# axis {}: {}\n", axis.wire.name, finding);
     for (const std::string& loss : config::losses(axis.wire))
       fmt::print("# axis {}: {}\n", axis.wire.name, loss);
     for (const std::string& name : config::fd_messages(axis.wire, config.database))

@@ -222,7 +222,7 @@ void add_ctl(CLI::App& cli, int& status) {
                                    std::pair("disable", "ramp an axis down and switch it off"),
                                    std::pair("clear", "clear the fault of an axis; the axis is then offline"),
                                    std::pair("resume", "follow the configured reference again"),
-                                   std::pair("revert", "discard the model correction learnt so far")}) {
+                                   std::pair("revert", "discard all that the axis has learnt so far")}) {
     CLI::App* command = add(name, what);
     command->add_option("AXIS", options->axis, "all axes if left out");
     run_as(command, [verb = std::string(name)](const CtlArguments& o) {

@@ -64,6 +64,14 @@ json to_json(const std::string& name, const controller::CycleRecord& record) {
   axis["live_goal"] = report.point.live;
   axis["arrival"] = to_string(report.arrival);
   axis["correction"] = {{"gain", report.correction.gain}, {"offset_um", report.correction.offset_um}};
+  if (const controller::Learning::Report& learning = report.learning;
+      learning.state != controller::LearningState::off)
+    axis["learning"] = {{"state", to_string(learning.state)},
+                        {"periods", learning.periods},
+                        {"rms_um", learning.rms_um},
+                        {"first_rms_um", learning.first_rms_um},
+                        {"correction_um", learning.correction_um},
+                        {"correction_max_um", learning.correction_max_um}};
   return axis;
 }
 

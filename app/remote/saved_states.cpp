@@ -15,14 +15,23 @@ namespace {
 
 using controller::StartUp;
 
-std::string memory_text(const controller::ControlLaw& law) {
+/// A table for each segment, an empty one where it does not repeat.
+std::string learnt_text(const controller::Learning* learning) {
+  std::string text;
+  if (learning == nullptr) return text;
+  for (const std::vector<double>& segment : learning->table())
+    text += fmt::format("[[learning]]\ncorrection_um = [{:.6g}]\n\n", fmt::join(segment, ", "));
+  return text;
+}
+
+std::string memory_text(const controller::ControlLaw& law, const controller::Learning* learning) {
   std::vector<char> buffer(model::Hysteresis::saved_size());
   const controller::ModelCorrection& correction = law.correction();
   return fmt::format(
       "# The memory of the actuator at a clean stop. The controller removes this file when it drives again.\n"
-      "[correction]\ngain = {:.17}\noffset_um = {:.17}\n\n{}\n"
+      "[correction]\ngain = {:.17}\noffset_um = {:.17}\n\n{}\n{}"
       "[stop]  # The last table: without it the file is incomplete.\nreason = \"stopped\"\n",
-      correction.gain, correction.offset_um, law.model().save(law.memory(), buffer));
+      correction.gain, correction.offset_um, law.model().save(law.memory(), buffer), learnt_text(learning));
 }
 
 }  // namespace
@@ -54,8 +63,15 @@ SavedStates::SavedStates(const config::Config& config) {
 }
 
 void SavedStates::restore(controller::Controller& controller) const {
-  for (std::size_t i = 0; i < axes_.size(); ++i)
-    if (axes_[i].state) controller.axis(i).restore(axes_[i].state->memory, axes_[i].state->correction);
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    const auto& state = axes_[i].state;
+    if (!state) continue;
+    controller::Axis& axis = controller.axis(i);
+    axis.restore(state->memory, state->correction);
+    if (!state->learnt.empty() && !axis.restore(state->learnt))
+      spdlog::warn("{}: what was learnt belongs to another reference, it is not used",
+                   axes_[i].file.string());
+  }
 }
 
 void SavedStates::forget(std::size_t axis) {
@@ -71,7 +87,7 @@ void SavedStates::save(const controller::Controller& controller) const {
     if (law == nullptr || axes_[i].file.empty()) continue;
     try {
       OutputFile file(axes_[i].file, OutputFile::Kind::durable);
-      file.write(memory_text(*law));
+      file.write(memory_text(*law, controller.axis(i).learning()));
       file.commit();
     } catch (const RunError& error) {
       spdlog::warn("{}; the next start must not restore", error.what());

@@ -20,13 +20,25 @@ nlohmann::json error_to_json(const controller::ErrorStatistics& error, double st
           {"max_percent", 100.0 * error.max_um / stroke_um}};
 }
 
+/// Adds the error against the reference with sharp corners where there are turnarounds.
+void add_ideal(nlohmann::json& json, const controller::ErrorStatistics& error,
+               const controller::ErrorStatistics& against_ideal, double stroke_um) {
+  if (against_ideal.sum_of_squares != error.sum_of_squares)
+    json["against_ideal"] = error_to_json(against_ideal, stroke_um);
+}
+
 }  // namespace
 
 nlohmann::json to_json(const controller::TrackingStatistics& statistics, double stroke_um) {
   nlohmann::json json = error_to_json(statistics.total(), stroke_um);
+  add_ideal(json, statistics.total(), statistics.total_against_ideal(), stroke_um);
   json["segments"] = nlohmann::json::array();
-  for (const auto& segment : statistics.segments())
-    json["segments"].push_back(error_to_json(segment, stroke_um));
+  for (std::size_t i = 0; i < statistics.segments().size(); ++i) {
+    const controller::ErrorStatistics& error = statistics.segments()[i];
+    nlohmann::json segment = error_to_json(error, stroke_um);
+    add_ideal(segment, error, statistics.against_ideal()[i], stroke_um);
+    json["segments"].push_back(std::move(segment));
+  }
   return json;
 }
 
@@ -105,9 +117,13 @@ std::string describe(const controller::AxisOutcome& outcome) {
   const controller::ErrorStatistics total = outcome.statistics.total();
   if (total.samples == 0)
     return outcome.name + ": no sample of a settled reference, so there is no error to report";
-  return fmt::format("{}: error RMS {:.4f} um ({:.3f} % of {:g} um), max {:.4f} um over {}", outcome.name,
-                     total.rms_um(), 100.0 * total.rms_um() / outcome.stroke_um, outcome.stroke_um,
-                     total.max_um, can::counted(total.samples, "sample"));
+  std::string line = fmt::format("{}: error RMS {:.4f} um ({:.3f} % of {:g} um), max {:.4f} um over {}",
+                                 outcome.name, total.rms_um(), 100.0 * total.rms_um() / outcome.stroke_um,
+                                 outcome.stroke_um, total.max_um, can::counted(total.samples, "sample"));
+  const controller::ErrorStatistics ideal = outcome.statistics.total_against_ideal();
+  if (ideal.sum_of_squares != total.sum_of_squares)
+    line += fmt::format("; against sharp corners RMS {:.4f} um, max {:.4f} um", ideal.rms_um(), ideal.max_um);
+  return line;
 }
 
 std::string describe(const std::string& axis, const controller::Fault& fault) {

@@ -8,6 +8,7 @@
 //   AmpCommand                0x200 + node
 //   ControllerStatus          0x280 + node
 //   Setpoint                  0x300 + node
+//   ScanMarker                0x380 + node
 //   SDO response              0x580 + node
 //   SDO request               0x600 + node
 //   heartbeat                 0x700 + node
@@ -55,6 +56,7 @@ inline constexpr std::uint32_t transmit_pdo_base = 0x180;  ///< AmpStatus, Senso
 inline constexpr std::uint32_t receive_pdo_base = 0x200;   ///< AmpCommand
 inline constexpr std::uint32_t controller_status_base = 0x280;
 inline constexpr std::uint32_t setpoint_base = 0x300;
+inline constexpr std::uint32_t scan_marker_base = 0x380;
 inline constexpr std::uint32_t sdo_response_base = 0x580;  ///< server to client
 inline constexpr std::uint32_t sdo_request_base = 0x600;   ///< client to server
 inline constexpr std::uint32_t heartbeat_base = 0x700;
@@ -178,10 +180,24 @@ struct Setpoint {
   }
 };
 
+/// A line of a scan begins on this axis. Both numbers count from 0.
+struct ScanMarker {
+  static constexpr std::string_view name = "ScanMarker";
+  std::uint16_t line = 0;
+  std::uint16_t frame = 0;
+  std::uint8_t sync_counter = 0;  ///< counter of the SYNC of the first cycle of the line
+
+  static constexpr auto fields() {
+    return std::tuple{Field{"scan_line", "Line", &ScanMarker::line},
+                      Field{"scan_frame", "Frame", &ScanMarker::frame},
+                      Field{"sync_counter", "SyncCounter", &ScanMarker::sync_counter}};
+  }
+};
+
 /// The controller's own messages. They have only their standard names, and a database may lack them.
 template <class Payload>
-inline constexpr bool is_optional =
-    std::is_same_v<Payload, ControllerStatus> || std::is_same_v<Payload, Setpoint>;
+inline constexpr bool is_optional = std::is_same_v<Payload, ControllerStatus> ||
+                                    std::is_same_v<Payload, Setpoint> || std::is_same_v<Payload, ScanMarker>;
 
 /// Names and nodes of one axis on the wire.
 struct AxisWire {

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "config/files/model_file.h"
 #include "config/files/model_schema.h"
@@ -12,6 +14,7 @@ namespace {
 struct Contents {
   MemoryFile memory;
   std::optional<controller::ModelCorrection> correction{};
+  std::vector<LearntFile> learnt{};
   std::optional<StopFile> stop{};
 };
 
@@ -23,6 +26,7 @@ Contents read(const Document& document, const Model& model) {
   reader.table("memory", raw.memory, plain);
   reader.optional_table("stop", raw.stop, plain);
   reader.optional_table("correction", raw.correction, plain);
+  reader.optional_list("learning", raw.learnt, plain);
   reader.finish();
   const MemoryFile& memory = raw.memory;
   if (memory.kind != model.kind())
@@ -82,9 +86,12 @@ SavedState load_state(const std::filesystem::path& file, const model::Hysteresis
     if (!document.root().contains(table))
       document.fail_at(
           "", fmt::format("missing table [{}], expected a whole file that a controller has saved", table));
-  const Contents raw = read(document, model);
+  Contents raw = read(document, model);
+  std::vector<std::vector<double>> learnt;
+  for (LearntFile& segment : raw.learnt) learnt.push_back(std::move(segment.correction_um));
   return {.memory = remembered(document, raw.memory, model, model::Hysteresis::default_capacity),
-          .correction = *raw.correction};
+          .correction = *raw.correction,
+          .learnt = std::move(learnt)};
 }
 
 model::PlayState load_memory(const std::filesystem::path& file, const model::PrandtlIshlinskii& model,

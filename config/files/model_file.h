@@ -44,6 +44,7 @@ model::HysteresisState load_memory(const std::filesystem::path& file, const mode
 struct SavedState {
   model::HysteresisState memory;
   controller::ModelCorrection correction;
+  std::vector<std::vector<double>> learnt;  ///< controller::Learning::table(); empty: nothing
 };
 /// Throws Error, also if the state belongs to another model.
 SavedState load_state(const std::filesystem::path& file, const model::Hysteresis& model);

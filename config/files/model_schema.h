@@ -83,6 +83,15 @@ void visit_tables(V& v, ModelFile& m, bool identified) {
   if (identified) v.table("identification", m.identified_from, plain);
 }
 
+/// [[learning]] of a file that the controller has saved: one segment.
+struct LearntFile {
+  std::vector<double> correction_um;
+};
+template <class V>
+void visit(V& v, LearntFile& l) {
+  v.numbers("correction_um", l.correction_um);
+}
+
 /// [stop] of a file that the controller has saved.
 struct StopFile {
   std::string reason;

@@ -44,19 +44,36 @@ PeriodicFrame of_message(const can::Message& message, Duration period) {
           .deadline = period};
 }
 
-/// Adds the controller's axis statuses, if the database has them. All are due with a heartbeat; the
-/// controller sends one of them per cycle, in turn, after its commands.
-void add_controller_statuses(std::vector<can::ChainSource>& sources, const Config& config) {
+/// The shortest line of the axis's scans; a whole heartbeat period where there is none.
+Duration line_of(const Config& config, const AxisConfig& axis) {
+  double line_s = can::seconds(config.controller.heartbeat_period);
+  for (const controller::Segment& segment : axis.control.setpoint)
+    if (const auto* raster = std::get_if<controller::Raster>(&segment.shape))
+      line_s = std::min(line_s, raster->line_s());
+  return can::Duration(std::llround(1e9 * line_s));
+}
+
+/// Adds the controller's scan markers and axis statuses, if the database has them. All statuses are due with a
+/// heartbeat; the controller sends one marker or status per cycle, in turn, after its commands.
+void add_own_frames(std::vector<can::ChainSource>& sources, const Config& config) {
   const Duration cycle = cycle_of(config);
   const std::size_t first = sources.size();
   for (std::size_t i = 0; i < config.axes.size(); ++i)
     if (const auto map = can::message_map_in<can::ControllerStatus>(config.database, config.axes[i].wire))
       sources.push_back({of_message(can::find_message(config.database, *map), cycle),
                          can::ChainRole::controller_status, i});
+  const std::size_t statuses_end = sources.size();
+  for (std::size_t i = 0; i < config.axes.size(); ++i)
+    if (config.axes[i].scan_marker)
+      if (const auto map = can::message_map_in<can::ScanMarker>(config.database, config.axes[i].wire))
+        sources.push_back(
+            {of_message(can::find_message(config.database, *map), line_of(config, config.axes[i])),
+             can::ChainRole::controller_status, i});
   const auto round = static_cast<Duration::rep>(sources.size() - first) * cycle;
   for (std::size_t i = first; i < sources.size(); ++i) {
     can::PeriodicFrame& frame = sources[i].frame;
-    frame.period = frame.deadline = std::max(config.controller.heartbeat_period, round);
+    if (i < statuses_end) frame.period = std::max(config.controller.heartbeat_period, round);
+    frame.deadline = frame.period;
     frame.jitter = round;
   }
 }
@@ -84,7 +101,7 @@ std::vector<can::ChainSource> sources_of(const Config& config) {
     add(heartbeat(prefix + "AmpHeartbeat", axis.wire.amplifier_node, beat), can::ChainRole::heartbeat);
     add(heartbeat(prefix + "SensorHeartbeat", axis.wire.sensor_node, beat), can::ChainRole::heartbeat);
   }
-  add_controller_statuses(sources, config);
+  add_own_frames(sources, config);
   PeriodicFrame own = heartbeat("ControllerHeartbeat", config.controller.node,
                                 std::max(config.controller.heartbeat_period, cycle));
   own.jitter = cycle;  // it is due at a SYNC and waits for the commands of that cycle

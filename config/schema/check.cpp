@@ -12,6 +12,8 @@
 #include "config/schema/bus_plan.h"
 #include "config/schema/check_frames.h"
 #include "config/schema/check_instruments.h"
+#include "config/schema/check_loop.h"
+#include "config/schema/check_scan.h"
 #include "config/schema/frames.h"
 #include "controller/reference/motion_bounds.h"
 
@@ -45,6 +47,7 @@ class AxisCheck {
     check_slow_physics();
     check_setpoint();
     check_filters();
+    check_loop(document_, config_, index_);
     check_watchdog();
     check_setup("amplifier_setup", axis_.wire.amplifier_setup);
     check_setup("sensor_setup", axis_.wire.sensor_setup);
@@ -285,6 +288,7 @@ void check_agreement(const Document& document, const Config& config) {
     AxisCheck(document, config, i).run();
     check_instruments(document, config, i);
   }
+  check_scans(document, config);
   check_faults(document, config);
   check_identifiers(document, config);
   check_bus(document, config);

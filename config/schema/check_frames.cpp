@@ -136,6 +136,8 @@ class FrameCheck {
       expect_integers(field.role, signal, codec, 1);
     if (role == "axis_state") expect_integers(field.role, signal, codec, controller::axis_state_count - 1);
     if (role == "cause") expect_integers(field.role, signal, codec, controller::cause_count - 1);
+    if ((role == "scan_line" || role == "scan_frame") && axis_.scan_marker)
+      expect_integers(field.role, signal, codec, 65'535);
     if (role == "mode") expect_integers(field.role, signal, codec, can::setpoint_mode::go_to);
     if (role == "setpoint") check_drive_range(signal, codec);
     const controller::AxisConfig& control = axis_.control;
@@ -252,10 +254,19 @@ void check_frames(const Document& document, const Config& config, std::size_t ax
   FrameCheck<can::ControllerStatus>(document, config, axis, "")
       .run(can::controller_status_base + wire.amplifier_node);
   FrameCheck<can::Setpoint>(document, config, axis, "").run(can::setpoint_base + wire.amplifier_node);
-  if (config.axes[axis].live_setpoint && !can::message_map_in<can::Setpoint>(config.database, wire))
-    document.fail_at(fmt::format("axis[{}].live_setpoint", axis),
-                     fmt::format("no message {}{} in {}, expected one for live_setpoint", wire.message_prefix,
-                                 can::Setpoint::name, config.bus.dbc.string()));
+  FrameCheck<can::ScanMarker>(document, config, axis, "").run(can::scan_marker_base + wire.amplifier_node);
+  const auto expect = [&](const char* key, bool is_there, std::string_view message) {
+    if (is_there) return;
+    document.fail_at(fmt::format("axis[{}].{}", axis, key),
+                     fmt::format("no message {}{} in {}, expected one for {}", wire.message_prefix, message,
+                                 config.bus.dbc.string(), key));
+  };
+  if (config.axes[axis].live_setpoint)
+    expect("live_setpoint", can::message_map_in<can::Setpoint>(config.database, wire).has_value(),
+           can::Setpoint::name);
+  if (config.axes[axis].scan_marker)
+    expect("scan_marker", can::message_map_in<can::ScanMarker>(config.database, wire).has_value(),
+           can::ScanMarker::name);
 }
 
 void check_identifiers(const Document& document, const Config& config) {
@@ -287,6 +298,7 @@ void check_identifiers(const Document& document, const Config& config) {
     take(can::message_map<can::SensorSample>(wire), path + ".sample.message");
     take(can::message_map_in<can::ControllerStatus>(config.database, wire), "bus.dbc");
     take(can::message_map_in<can::Setpoint>(config.database, wire), "bus.dbc");
+    take(can::message_map_in<can::ScanMarker>(config.database, wire), "bus.dbc");
   }
 }
 

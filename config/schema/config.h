@@ -35,6 +35,7 @@ struct AxisConfig {
   std::filesystem::path control_model;
   controller::AxisConfig control;
   bool live_setpoint = false;
+  bool scan_marker = false;
   std::filesystem::path twin_model;
   twin::AxisConfig twin;
 };

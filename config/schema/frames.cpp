@@ -44,13 +44,14 @@ void add(std::vector<std::string>& lines, const std::string& place, const can::M
   add_integrity(lines, place, map.integrity);
 }
 
-/// The maps of command and sample, and of amplifier status, controller status and setpoint if they exist.
+/// The maps of command and sample, and of amplifier status, controller status, setpoint and scan marker if they exist.
 std::vector<can::MessageMap> maps_of(const can::AxisWire& axis, const can::Database& database) {
   std::vector<can::MessageMap> maps;
   for (auto& map :
        {can::message_map<can::AmpCommand>(axis), can::message_map<can::AmpStatus>(axis),
         can::message_map<can::SensorSample>(axis), can::message_map_in<can::ControllerStatus>(database, axis),
-        can::message_map_in<can::Setpoint>(database, axis)})
+        can::message_map_in<can::Setpoint>(database, axis),
+        can::message_map_in<can::ScanMarker>(database, axis)})
     if (map) maps.push_back(*map);
   return maps;
 }

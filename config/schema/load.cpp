@@ -10,6 +10,7 @@
 #include "config/files/model_file.h"
 #include "config/files/setpoint_file.h"
 #include "config/schema/check.h"
+#include "config/schema/check_loop.h"
 #include "config/schema/schema.h"
 
 namespace hystcan::config {
@@ -53,12 +54,21 @@ void set_transition_limits(const Document& document, Config& config, std::size_t
     control.transition_limits.acceleration_um_per_s2 = limits.acceleration_um_per_s2;
 }
 
+/// The turnarounds of a shape spare the mode of the stage.
+void set_mode(controller::Shape& shape, double resonance_Hz) {
+  if (auto* triangle = std::get_if<controller::Triangle>(&shape))
+    triangle->mode_period_s = 1.0 / resonance_Hz;
+  if (auto* raster = std::get_if<controller::Raster>(&shape)) raster->mode_period_s = 1.0 / resonance_Hz;
+}
+
 /// Loads the controller's model of axis i and sets what is derived from it.
 void complete_control(const Document& document, Config& config, std::size_t i) {
   AxisConfig& axis = config.axes[i];
   axis.control.law.model =
       load_model(named_file(document, fmt::format("axis[{}].control.model", i), axis.control_model));
   set_transition_limits(document, config, i);
+  for (controller::Segment& segment : axis.control.setpoint)
+    set_mode(segment.shape, axis.control.delays.resonance_Hz);
 }
 
 /// Loads the setpoint files and the twin's model that axis i names.
@@ -106,7 +116,10 @@ controller::Config controller_config(const Config& config) {
   controller::Config derived{config.controller, {}};
   derived.axes.reserve(config.axes.size());
   for (const AxisConfig& axis : config.axes)
-    derived.axes.push_back({.wire = axis.wire, .axis = axis.control, .live_setpoint = axis.live_setpoint});
+    derived.axes.push_back({.wire = axis.wire,
+                            .axis = axis.control,
+                            .live_setpoint = axis.live_setpoint,
+                            .scan_marker = axis.scan_marker});
   return derived;
 }
 
@@ -136,6 +149,7 @@ Config load(const std::filesystem::path& file, const std::vector<Setting>& overr
   std::string& socket = config.controller.control_socket;
   if (!socket.empty() && socket != "none") socket = document.resolve(socket).string();
   check_agreement(document, config);
+  for (std::size_t i = 0; i < config.axes.size(); ++i) plan_learning(document, config, i);
   return config;
 }
 

@@ -58,6 +58,8 @@ void visit(V& v, controller::Ramp& s) {
   v.required("to_um", s.to_um);
   v.required("duration_s", s.duration_s, positive);
 }
+inline constexpr Range turnaround_range{.lo = 0.0, .hi = 50.0};
+
 template <class V, class Periodic>
 void visit_periodic(V& v, Periodic& s) {
   v.required("low_um", s.low_um);
@@ -68,6 +70,7 @@ void visit_periodic(V& v, Periodic& s) {
 template <class V>
 void visit(V& v, controller::Triangle& s) {
   visit_periodic(v, s);
+  v.optional("turnaround_percent", s.turnaround_percent, turnaround_range);
 }
 template <class V>
 void visit(V& v, controller::Sine& s) {
@@ -103,6 +106,23 @@ void visit(V& v, controller::Staircase& s) {
 }
 
 template <class V>
+void visit(V& v, controller::Raster& s) {
+  constexpr Range counted{.lo = 1, .hi = 65'535};
+  v.choice("role", s.role);
+  v.required("low_um", s.low_um);
+  v.required("high_um", s.high_um);
+  v.required("line_rate_Hz", s.line_rate_Hz, positive);
+  v.required("lines", s.lines, {.lo = 2, .hi = counted.hi});
+  v.optional("return_lines", s.return_lines, counted);
+  v.optional("frames", s.frames, counted);
+  v.optional("pixels", s.pixels, {.lo = 0, .hi = counted.hi});
+  v.optional("both_directions", s.both_directions);
+  if (!s.both_directions) v.optional("flyback_percent", s.flyback_percent, {.lo = 1.0, .hi = 99.0});
+  v.optional_choice("slow", s.slow);
+  v.optional("turnaround_percent", s.turnaround_percent, turnaround_range);
+}
+
+template <class V>
 void visit(V& v, controller::Segment& segment) {
   std::string kind = to_string(segment.shape);
   v.choice("kind", kind, controller::shape_kinds);
@@ -119,6 +139,8 @@ void visit(V& v, controller::Delays& d) {
   v.required("damping_ratio", d.damping_ratio, not_negative);
   v.optional("interpolated", d.interpolated);
   v.optional("second_order", d.second_order);
+  v.optional("sensor_delay_us", d.sensor_delay, {.lo = 0.0, .hi = 100'000.0});
+  v.optional("sensor_bandwidth_Hz", d.sensor_bandwidth_Hz, not_negative);
 }
 
 template <class V>
@@ -126,6 +148,15 @@ void visit(V& v, controller::Notch::Config& n) {
   v.required("frequency_Hz", n.frequency_Hz, positive);
   v.required("depth", n.depth, {.lo = 0.0, .hi = 1.0});
   v.required("width", n.width, positive);
+}
+
+template <class V>
+void visit(V& v, controller::Learning::Config& l) {
+  v.required("correction_max_um", l.correction_max_um, positive);
+  v.optional("rate", l.rate, {.lo = 0.0, .hi = 1.0, .lo_excluded = true});
+  v.optional("forget_percent", l.forget_percent, {.lo = 0.0, .hi = 50.0, .lo_excluded = true});
+  v.optional("resonance_percent", l.resonance_percent, {.lo = 0.0, .hi = 50.0});
+  v.optional("frozen", l.frozen);
 }
 
 template <class V>
@@ -199,6 +230,7 @@ void visit_control(V& v, AxisConfig& axis) {
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };
   v.optional_table("notch", c.law.notch, plain);
   v.optional_table("adaptation", c.law.adaptation, plain);
+  v.optional_table("learning", c.learning, plain);
   v.table("delays", c.delays, plain);
   v.optional_table("in_position", c.in_position, plain);
   v.optional_list("coupling", c.couplings, plain);
@@ -231,6 +263,7 @@ void visit(V& v, AxisConfig& axis) {
   v.required("amplifier_node", axis.wire.amplifier_node, {.lo = 1, .hi = 127});
   v.required("sensor_node", axis.wire.sensor_node, {.lo = 1, .hi = 127});
   v.optional("live_setpoint", axis.live_setpoint);
+  v.optional("scan_marker", axis.scan_marker);
   v.optional("setup_timeout_ms", axis.wire.setup_patience.timeout, {.lo = 1.0, .hi = 60'000.0});
   v.optional("setup_attempts", axis.wire.setup_patience.attempts, {.lo = 1, .hi = 100});
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };

@@ -128,6 +128,20 @@ LoopConfig with_notch(const LoopConfig& config, const PlantUncertainty& uncertai
   return best;
 }
 
+/// Zeros of twice the mode's damping at the mode, and poles of these damping ratios.
+std::vector<LoopConfig> with_cancelling_notches(const LoopConfig& config) {
+  constexpr std::array widths{0.2, 0.35, 0.6, 1.0};
+  const double frequency_Hz = std::min(config.delays.resonance_Hz, 0.49 / config.cycle_s);
+  std::vector<LoopConfig> notched;
+  for (const double width : widths) {
+    const double depth = std::clamp(2.0 * config.delays.damping_ratio / width, 0.02, 0.5);
+    notched.push_back(config);
+    notched.back().notch = Notch::Config{
+        .frequency_Hz = rounded_down(frequency_Hz), .depth = rounded_down(depth), .width = width};
+  }
+  return notched;
+}
+
 bool has_filter(const LoopConfig& config) { return config.notch || config.measurement_filter_Hz > 0.0; }
 
 /// The largest factor of `shape` (the loop at ki T = 1) that satisfies the cautious rule.
@@ -212,13 +226,14 @@ std::vector<LoopSetting> designs(const LoopConfig& config, const PlantUncertaint
   LoopConfig plain = config;
   plain.measurement_filter_Hz = 0.0;
   plain.notch.reset();
-  std::vector<LoopSetting> settings;
-  for (const LoopConfig& one :
-       {plain, with_low_pass(plain, corners, rule), with_notch(plain, corners, rule)}) {
-    if (!settings.empty() && !has_filter(one)) continue;
-    settings.push_back({.pi = largest_gains(one, uncertainty, rule),
-                        .measurement_filter_Hz = one.measurement_filter_Hz,
-                        .notch = one.notch});
+  std::vector<LoopConfig> filtered = with_cancelling_notches(plain);
+  for (const LoopConfig& one : {with_low_pass(plain, corners, rule), with_notch(plain, corners, rule)})
+    if (has_filter(one)) filtered.push_back(one);
+  std::vector<LoopSetting> settings{{.pi = largest_gains(plain, uncertainty, rule)}};
+  for (const LoopConfig& one : filtered) {
+    const Pi::Config pi = largest_gains(one, uncertainty, rule);
+    if (pi.ki_per_s > settings.front().pi.ki_per_s)
+      settings.push_back({.pi = pi, .measurement_filter_Hz = one.measurement_filter_Hz, .notch = one.notch});
   }
   std::ranges::stable_sort(settings, std::greater{}, [](const LoopSetting& of) { return of.pi.ki_per_s; });
   return settings;

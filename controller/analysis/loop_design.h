@@ -65,8 +65,9 @@ Pi::Config largest_gains(const LoopConfig& config, const PlantUncertainty& uncer
 /// The same by the cautious rule, for the plant of `config`.
 Pi::Config largest_gains(const LoopConfig& config, const CautiousRule& rule);
 
-/// The best gains without a filter, with the best low pass and with the best notch, in the order of descending ki.
-/// A filter that allows no more ki than none is left out.
+/// Gains without a filter, with the best low pass, with the best notch, and with notches of several widths that cancel
+/// the mode, in the order of descending ki. Which one tracks best depends on the reference: a notch delays and shapes
+/// the feed-forward too. A filter that allows no more ki than none is left out.
 std::vector<LoopSetting> designs(const LoopConfig& config, const PlantUncertainty& uncertainty,
                                  const SensitivityRule& rule);
 

@@ -26,6 +26,7 @@ ClosedLoop::Config closed_loop_of(const AxisConfig& config) {
   return {.law = config.law,
           .delays = config.delays,
           .setpoint = config.setpoint,
+          .learning = config.learning,
           .repeat = config.repeat,
           .reference_limits = config.reference_limits,
           .transition_limits = transition_limits_of(config),
@@ -77,6 +78,7 @@ Trajectory reference_of(const AxisConfig& config) {
 AxisTuning::AxisTuning(const AxisConfig& next, bool new_reference)
     : config(next), loop(closed_loop_of(next)) {
   if (new_reference) reference = reference_of(next);
+  if (next.learning) learning.emplace(*next.learning);
 }
 
 Axis::Axis(const AxisConfig& config)
@@ -136,7 +138,7 @@ std::string_view Axis::retune(AxisTuning& tuning) {
   std::swap(config_, tuning.config);
   reach_ = reach_of(config_);
   supervisor_.retune(supervision_of(config_));
-  loop->retune(tuning.loop, tuning.reference, now_s_ - tracking_since_s_);
+  loop->retune(tuning.loop, tuning.reference, tuning.learning, now_s_ - tracking_since_s_);
   return {};
 }
 
@@ -154,8 +156,21 @@ void Axis::restore(const model::HysteresisState& memory, const ModelCorrection& 
   memory_known_ = true;
 }
 
+const Learning* Axis::learning() const {
+  const auto* loop = std::get_if<ClosedLoop>(&loop_);
+  return loop == nullptr ? nullptr : loop->learning();
+}
+
+bool Axis::restore(const std::vector<std::vector<double>>& learnt) {
+  auto* loop = std::get_if<ClosedLoop>(&loop_);
+  return loop != nullptr && loop->learning() != nullptr && loop->learning()->restore(learnt);
+}
+
 void Axis::revert_correction() {
-  if (auto* loop = std::get_if<ClosedLoop>(&loop_)) loop->law().set_correction({});
+  auto* loop = std::get_if<ClosedLoop>(&loop_);
+  if (loop == nullptr) return;
+  loop->law().set_correction({});
+  if (Learning* learning = loop->learning()) learning->reset();
 }
 
 double Axis::preview_s(double cycle_s) {
@@ -310,10 +325,11 @@ AxisCommand Axis::hold_ready(const AxisInput& input) {
     return {.drive = drive_, .enable = true};
   }
   state_ = AxisState::tracking;
+  const bool goes_on = tracking_since_s_ == *input.tracking_since_s;
   tracking_since_s_ = *input.tracking_since_s;
   memory_known_ = true;
   const double t_s = input.time_s - tracking_since_s_;
-  std::visit([&](auto& loop) { loop.begin(t_s, *input.position_um, input.coupled_um); }, loop_);
+  std::visit([&](auto& loop) { loop.begin(t_s, *input.position_um, input.coupled_um, goes_on); }, loop_);
   return track(input);
 }
 
@@ -332,11 +348,12 @@ AxisCommand Axis::track(const AxisInput& input) {
     return safe();
   }
   const Gate::Passed passed = Gate::step(config_.gate, drive_, proposal.drive, input.dt_s);
-  std::visit([&](auto& loop) { loop.commit(passed.drive); }, loop_);
+  report_.limits = proposal.limits | passed.limits;
+  std::visit([&](auto& loop) { loop.commit(passed.drive, report_.limits); }, loop_);
   drive_ = passed.drive;
   report_.demand_um = proposal.demand_um;
   report_.correction = proposal.correction;
-  report_.limits = proposal.limits | passed.limits;
+  report_.learning = proposal.learning;
   return {.drive = drive_, .enable = true};
 }
 

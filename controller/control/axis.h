@@ -24,6 +24,7 @@
 #include "controller/control/fault.h"
 #include "controller/control/gate.h"
 #include "controller/control/law.h"
+#include "controller/control/learning.h"
 #include "controller/control/loop.h"
 #include "controller/control/supervisor.h"
 #include "controller/reference/excitation.h"
@@ -51,6 +52,7 @@ struct AxisConfig {
   Gate::Config gate;
   Delays delays;
   std::vector<Segment> setpoint;
+  std::optional<Learning::Config> learning{};  ///< empty: it learns nothing
   bool repeat = false;
   ReferenceLimits reference_limits{};
   ReferenceLimits transition_limits{};  ///< of transitions alone, beside those: default_transition_limits
@@ -96,6 +98,7 @@ struct AxisReport {  // NOLINT(clang-analyzer-optin.performance.Padding)
   double drive = 0.0;         ///< output of the gate
   std::uint8_t limits = limit::none;
   ModelCorrection correction;  ///< learnt so far
+  Learning::Report learning;
   bool sample_missing = false;
   Trajectory::Point point;
   Arrival arrival = Arrival::not_judged;  ///< judged while tracking
@@ -108,6 +111,7 @@ struct AxisTuning {
   AxisConfig config;
   ClosedLoop::Config loop;
   std::optional<Trajectory> reference;
+  std::optional<Learning> learning;
 };
 
 /// Result of a live setpoint.
@@ -142,7 +146,11 @@ class Axis {
   const ControlLaw* law_to_save() const;
   /// Called before the first start with the saved values. Sets the memory only where start-up is `restore`.
   void restore(const model::HysteresisState& memory, const ModelCorrection& correction);
-  /// Resets the learnt correction.
+  /// What the axis has learnt of a reference that repeats; null: it does not learn.
+  const Learning* learning() const;
+  /// False: what was learnt belongs to another reference.
+  bool restore(const std::vector<std::vector<double>>& learnt);
+  /// Resets all that was learnt.
   void revert_correction();
 
   /// How far ahead of a cycle its reference is looked up; 0 in open loop.

@@ -10,6 +10,7 @@ ClosedLoop::ClosedLoop(const Config& config)
     : law_(config.law),
       trajectory_(config.setpoint, config.repeat, config.reference_limits, config.transition_limits),
       following_error_(config.following_error) {
+  if (config.learning) learning_.emplace(*config.learning);
   apply(config);
 }
 
@@ -20,9 +21,15 @@ void ClosedLoop::apply(const Config& config) {
   moments_for_s_ = 0.0;
 }
 
-void ClosedLoop::retune(const Config& config, std::optional<Trajectory>& reference, double t_s) {
+void ClosedLoop::retune(const Config& config, std::optional<Trajectory>& reference,
+                        std::optional<Learning>& learning, double t_s) {
   const double before_s = previewed_s();
   apply(config);
+  if (learning && learning_) learning->continue_from(*learning_);
+  if (learning)
+    std::swap(learning, learning_);
+  else if (learning_)
+    learning_->retire();
   law_.retune(config.law);
   following_error_ = FollowingError(config.following_error);
   trajectory_.keep(config.transition_limits);
@@ -47,32 +54,49 @@ std::vector<double> ClosedLoop::ramp_in() const {
 }
 
 /// The integral takes what the other axes add at the start; what they add later is fed forward.
-void ClosedLoop::begin(double t_s, double position_um, double coupled_um) {
+void ClosedLoop::begin(double t_s, double position_um, double coupled_um, bool goes_on) {
   coupled_at_first_um_ = coupled_um;
   following_error_.restart();
   in_position_ = {};
-  trajectory_.join(t_s, law_.restart(position_um));
+  trajectory_.join(t_s, law_.restart(position_um), goes_on);
 }
 
 Proposal ClosedLoop::propose(const LoopInput& input) {
-  Proposal proposal{.point = trajectory_.at(input.t_s)};
+  Proposal proposal{.point = trajectory_.at(input.t_s - delays_.sensor_s())};
   proposal.reference_um = proposal.point.value_um;
   proposal.follows =
       !input.position_um || following_error_.step(proposal.reference_um, *input.position_um, input.dt_s);
   if (!proposal.follows) return proposal;
   proposal.arrival = judge(proposal.point, input);
-  const ControlLaw::Demand demand =
-      law_.propose({.reference_um = proposal.reference_um,
-                    .previewed_um = previewed_um(input) - input.coupled_um + coupled_at_first_um_,
-                    .position_um = input.position_um,
-                    .dt_s = input.dt_s,
-                    .cycle_s = input.cycle_s,
-                    .steady = !proposal.point.in_transition});
+  const Learning::Correction learnt = learn(proposal, input);
+  if (learning_) proposal.learning = learning_->report();
+  const ControlLaw::Demand demand = law_.propose(
+      {.reference_um = proposal.reference_um + learnt.now_um,
+       .previewed_um = previewed_um(input) + learnt.ahead_um - input.coupled_um + coupled_at_first_um_,
+       .position_um = input.position_um,
+       .dt_s = input.dt_s,
+       .cycle_s = input.cycle_s,
+       .steady = !proposal.point.in_transition});
   proposal.drive = demand.drive;
   proposal.demand_um = demand.position_um;
   proposal.limits = demand.limits;
   proposal.correction = law_.correction();
   return proposal;
+}
+
+void ClosedLoop::commit(double applied_drive, std::uint8_t limits) {
+  is_limited_ = limits != limit::none;
+  law_.commit(applied_drive);
+}
+
+Learning::Correction ClosedLoop::learn(const Proposal& proposal, const LoopInput& input) {
+  if (!learning_) return {};
+  std::optional<double> error_um;
+  if (input.position_um) error_um = proposal.reference_um - *input.position_um;
+  learning_->learn(proposal.point, error_um, !is_limited_);
+  const double ahead_s = static_cast<double>(learning_->ahead_cycles()) * input.cycle_s;
+  return learning_->correct(proposal.point, trajectory_.at(input.t_s - delays_.sensor_s() + ahead_s),
+                            input.dt_s);
 }
 
 Arrival ClosedLoop::judge(const Trajectory::Point& point, const LoopInput& input) {

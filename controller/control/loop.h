@@ -20,6 +20,7 @@
 #include "controller/control/gate.h"
 #include "controller/control/in_position.h"
 #include "controller/control/law.h"
+#include "controller/control/learning.h"
 #include "controller/reference/excitation.h"
 #include "controller/reference/trajectory.h"
 
@@ -34,12 +35,13 @@ struct LoopInput {
 };
 
 struct Proposal {
-  bool follows = true;  ///< false: the stage has lost its reference; the other members mean nothing
-  double drive = 0.0;   ///< requested, before the gate
-  double reference_um = 0.0;
+  bool follows = true;        ///< false: the stage has lost its reference; the other members mean nothing
+  double drive = 0.0;         ///< requested, before the gate
+  double reference_um = 0.0;  ///< that the sample is compared with: of the time that it shows
   double demand_um = 0.0;
   std::uint8_t limits = limit::none;
   ModelCorrection correction{};
+  Learning::Report learning{};
   Trajectory::Point point;
   Arrival arrival = Arrival::not_judged;
 };
@@ -50,6 +52,7 @@ class ClosedLoop {
     ControlLaw::Config law;
     Delays delays;
     std::vector<Segment> setpoint;
+    std::optional<Learning::Config> learning{};  ///< empty: it learns nothing
     bool repeat = false;
     ReferenceLimits reference_limits{};
     TransitionLimits transition_limits{};
@@ -63,29 +66,35 @@ class ClosedLoop {
   /// Up to the upper threshold and down to the lower one: this wipes the actuator's memory out.
   std::vector<double> ramp_in() const;
   void follow(double applied_drive) { law_.follow(applied_drive); }
-  void begin(double t_s, double position_um, double coupled_um);
+  /// `goes_on`: the loop has tracked before, on the same time.
+  void begin(double t_s, double position_um, double coupled_um, bool goes_on = false);
   Proposal propose(const LoopInput& input);
-  void commit(double applied_drive) { law_.commit(applied_drive); }
+  /// `limits`: all that were active for this drive.
+  void commit(double applied_drive, std::uint8_t limits);
 
   void go_to(double t_s, double goal_um);
   void resume(double t_s);
   /// Called between two cycles; has no bump and does not allocate. Applies everything of `config` but the
   /// model and the setpoint. A given `reference` starts from the present motion; it is exchanged for the
   /// former one.
-  void retune(const Config& config, std::optional<Trajectory>& reference, double t_s);
+  /// So is a given `learning`; without one the present one ends.
+  void retune(const Config& config, std::optional<Trajectory>& reference, std::optional<Learning>& learning,
+              double t_s);
 
   /// How far ahead the reference is looked up.
   double preview_s(double cycle_s);
   double reference_um(double t_s) const { return trajectory_.value_um(t_s); }
-
   Trajectory::Point reference_at(double t_s) const { return trajectory_.at(t_s); }
 
+  Learning* learning() { return learning_ ? &*learning_ : nullptr; }
+  const Learning* learning() const { return learning_ ? &*learning_ : nullptr; }
   const ControlLaw& law() const { return law_; }
   ControlLaw& law() { return law_; }
 
  private:
   void apply(const Config& config);
   double previewed_s() const;
+  Learning::Correction learn(const Proposal& proposal, const LoopInput& input);
   Arrival judge(const Trajectory::Point& point, const LoopInput& input);
   double previewed_um(const LoopInput& input);
 
@@ -96,6 +105,8 @@ class ClosedLoop {
   Trajectory trajectory_;
   InPosition::State in_position_;
   FollowingError following_error_;
+  std::optional<Learning> learning_;
+  bool is_limited_ = false;     ///< the last drive was
   Moments moments_;             ///< from demand to position
   double moments_for_s_ = 0.0;  ///< the cycle time for which moments_ was computed; 0: none yet
   double coupled_at_first_um_ = 0.0;
@@ -109,9 +120,9 @@ class OpenLoop {
   /// Straight to the first drive of the excitation.
   std::vector<double> ramp_in() const { return {excitation_.at(0.0)}; }
   void follow(double /*applied_drive*/) {}
-  void begin(double /*t_s*/, double /*position_um*/, double /*coupled_um*/) {}
+  void begin(double /*t_s*/, double /*position_um*/, double /*coupled_um*/, bool /*goes_on*/) {}
   Proposal propose(const LoopInput& input) const;
-  void commit(double /*applied_drive*/) {}
+  void commit(double /*applied_drive*/, std::uint8_t /*limits*/) {}
 
  private:
   Excitation excitation_;

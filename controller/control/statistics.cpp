@@ -5,6 +5,19 @@
 #include <utility>
 
 namespace hystcan::controller {
+namespace {
+
+ErrorStatistics sum_of(const std::vector<ErrorStatistics>& segments) {
+  ErrorStatistics sum;
+  for (const ErrorStatistics& segment : segments) {
+    sum.samples += segment.samples;
+    sum.sum_of_squares += segment.sum_of_squares;
+    sum.max_um = std::max(sum.max_um, segment.max_um);
+  }
+  return sum;
+}
+
+}  // namespace
 
 void ErrorStatistics::add(double error_um) {
   ++samples;
@@ -23,19 +36,17 @@ void TrackingStatistics::add(const AxisReport& report) {
     return;
   if (point.shape_time_s < settle_s_) return;
   // A new setpoint may have more segments.
-  if (point.segment >= segments_.size()) segments_.resize(point.segment + 1);
+  if (point.segment >= segments_.size()) {
+    segments_.resize(point.segment + 1);
+    against_ideal_.resize(point.segment + 1);
+  }
   segments_[point.segment].add(report.reference_um - report.position_um);
+  against_ideal_[point.segment].add(point.ideal_um - report.position_um);
 }
 
-ErrorStatistics TrackingStatistics::total() const {
-  ErrorStatistics sum;
-  for (const ErrorStatistics& segment : segments_) {
-    sum.samples += segment.samples;
-    sum.sum_of_squares += segment.sum_of_squares;
-    sum.max_um = std::max(sum.max_um, segment.max_um);
-  }
-  return sum;
-}
+ErrorStatistics TrackingStatistics::total() const { return sum_of(segments_); }
+
+ErrorStatistics TrackingStatistics::total_against_ideal() const { return sum_of(against_ideal_); }
 
 AxisOutcome outcome_of(std::string name, const Axis& axis, TrackingStatistics statistics) {
   const model::ReferenceCurve& ascending = axis.config().law.model.ascending;

@@ -22,15 +22,21 @@ struct ErrorStatistics {
 /// segments, live goals and the first `settle_s` of each segment do not count.
 class TrackingStatistics {
  public:
-  TrackingStatistics(std::size_t segments, double settle_s) : settle_s_(settle_s), segments_(segments) {}
+  TrackingStatistics(std::size_t segments, double settle_s)
+      : settle_s_(settle_s), segments_(segments), against_ideal_(segments) {}
 
   void add(const AxisReport& report);
   const std::vector<ErrorStatistics>& segments() const { return segments_; }
   ErrorStatistics total() const;
+  /// The error against the reference with sharp corners (Trajectory::Point::ideal_um), per segment. It is that of
+  /// segments() where the reference has no turnarounds.
+  const std::vector<ErrorStatistics>& against_ideal() const { return against_ideal_; }
+  ErrorStatistics total_against_ideal() const;
 
  private:
   double settle_s_;
   std::vector<ErrorStatistics> segments_;
+  std::vector<ErrorStatistics> against_ideal_;
 };
 
 /// Result of one axis's run.

@@ -47,6 +47,18 @@ MotionBounds motion_bounds_of(const Ramp& s) {
 MotionBounds motion_bounds_of(const Triangle& s) {
   MotionBounds bounds = between(s.low_um, s.high_um);
   bounds.peak_slew_um_per_s = 2.0 * s.frequency_Hz * (bounds.highest_um - bounds.lowest_um);
+  if (s.turnaround_percent == 0.0) return bounds;
+  const Sawtooth wave = rounded(s);
+  bounds.peak_slew_um_per_s = wave.peak_slew_um_per_s();
+  bounds.peak_acceleration_um_per_s2 = wave.peak_acceleration_um_per_s2();
+  return bounds;
+}
+
+MotionBounds motion_bounds_of(const Raster& s) {
+  MotionBounds bounds = between(s.low_um, s.high_um);
+  const Motion peak = peak_motion(s);
+  bounds.peak_slew_um_per_s = peak.velocity_um_per_s;
+  bounds.peak_acceleration_um_per_s2 = peak.acceleration_um_per_s2;
   return bounds;
 }
 

@@ -26,21 +26,6 @@ bool is_within(const Periodic& shape, double t_s) {
   return t_s >= 0.0 && t_s * shape.frequency_Hz < shape.cycles;
 }
 
-/// The smooth step from 0 to 1 in `rise_s`; its derivatives in 1/s and 1/s^2.
-struct Rise {
-  double value = 0.0;
-  double slope_per_s = 0.0;
-  double curvature_per_s2 = 0.0;
-};
-Rise smooth_rise(double t_s, double rise_s) {
-  const double s = t_s / rise_s;
-  if (!(s > 0.0)) return {};
-  if (s >= 1.0) return {.value = 1.0};
-  return {.value = smooth_step(s),
-          .slope_per_s = 30.0 * s * s * (1.0 - s) * (1.0 - s) / rise_s,
-          .curvature_per_s2 = 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / (rise_s * rise_s)};
-}
-
 /// Fades in within the first `fade_s`, is 1 for duration_s, fades out within the last `fade_s`.
 template <class Fading>
 Rise envelope(const Fading& shape, double t_s) {
@@ -72,6 +57,11 @@ Motion motion_of(const Ramp& s, double t_s) {
 }
 
 Motion motion_of(const Triangle& s, double t_s) {
+  if (s.turnaround_percent > 0.0) {
+    const double in_cycles_s = phase(s, t_s) / s.frequency_Hz;
+    const Motion turning = rounded(s).at(in_cycles_s);
+    return is_within(s, t_s) ? turning : Motion{.value_um = turning.value_um};
+  }
   const double p = phase(s, t_s);
   const double slew = 2.0 * (s.high_um - s.low_um) * s.frequency_Hz;
   const double direction = p < 0.5 ? 1.0 : -1.0;
@@ -140,6 +130,15 @@ Motion motion_of(const Table& s, double t_s) {
   return {point.value, point.slope, point.curvature};
 }
 
+double ideal_of(const Triangle& s, double t_s) {
+  if (s.turnaround_percent == 0.0 || !is_within(s, t_s)) return motion_of(s, t_s).value_um;
+  return rounded(s).ideal_um(phase(s, t_s) / s.frequency_Hz);
+}
+template <class Plain>
+double ideal_of(const Plain& s, double t_s) {
+  return motion_of(s, t_s).value_um;
+}
+
 double duration_of(const Step& s) { return (s.steps + 1.0) * s.dwell_s; }
 double duration_of(const Triangle& s) { return s.cycles / s.frequency_Hz; }
 double duration_of(const Sine& s) { return s.cycles / s.frequency_Hz; }
@@ -149,6 +148,7 @@ double duration_of(const Staircase& s) {
   return static_cast<double>(s.levels_um.size()) * (s.rise_s + s.dwell_s);
 }
 double duration_of(const Table& s) { return s.curve.length(); }
+double duration_of(const Raster& s) { return s.duration_s(); }
 template <class Plain>
 double duration_of(const Plain& s) {
   return s.duration_s;
@@ -203,6 +203,12 @@ Shape default_shape(std::size_t index) {
 
 }  // namespace
 
+Sawtooth rounded(const Triangle& s) {
+  const double period_s = 1.0 / s.frequency_Hz;
+  return {s.low_um, s.high_um, period_s, 0.5,
+          Turnaround(0.005 * s.turnaround_percent * period_s, s.mode_period_s)};
+}
+
 std::string to_string(const Shape& shape) { return std::string(shape_kinds[shape.index()]); }
 
 Shape shape_of_kind(std::string_view kind) {
@@ -211,6 +217,7 @@ Shape shape_of_kind(std::string_view kind) {
 
 Shape prepared(Shape shape) {
   if (auto* multi_sine = std::get_if<MultiSine>(&shape)) prepare(*multi_sine);
+  if (auto* raster = std::get_if<Raster>(&shape)) prepare(*raster);
   return shape;
 }
 
@@ -222,6 +229,10 @@ double value_um(const Shape& shape, double t_s) {
   return std::visit([&](const auto& s) { return motion_of(s, t_s).value_um; }, shape);
 }
 
+double ideal_um(const Shape& shape, double t_s) {
+  return std::visit([&](const auto& s) { return ideal_of(s, t_s); }, shape);
+}
+
 Motion motion(const Shape& shape, double t_s) {
   return std::visit([&](const auto& s) { return motion_of(s, t_s); }, shape);
 }
@@ -230,9 +241,9 @@ bool rests(const Shape& shape, double t_s) {
   return std::visit([&](const auto& s) { return rests_in(s, t_s); }, shape);
 }
 
-double smooth_step(double s) {
-  s = std::clamp(s, 0.0, 1.0);
-  return s * s * s * (10.0 + s * (-15.0 + 6.0 * s));
+std::optional<ScanPlace> place_in_scan(const Shape& shape, double t_s) {
+  const auto* raster = std::get_if<Raster>(&shape);
+  return raster == nullptr ? std::nullopt : place_of(*raster, t_s);
 }
 
 }  // namespace hystcan::controller

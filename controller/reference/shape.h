@@ -1,8 +1,8 @@
 // The shapes of a reference over time, each with its value, velocity and acceleration.
 //
-// A shape begins at t = 0; it is held before its beginning and after its end. Triangle, Ramp, Step and a
-// Staircase without a rise have corners or jumps: these are requested by the user. All others begin and end
-// at rest, a Sine only where the number of its cycles is whole.
+// A shape begins at t = 0; it is held before its beginning and after its end. Ramp, Step, a Staircase without
+// a rise, and a Triangle or Raster without a turnaround have corners or jumps: these are requested by the user.
+// All others begin and end at rest, a Sine or a Triangle only where the number of its cycles is whole.
 //
 // Chirp and MultiSine swing about a centre. Their envelope w fades in and out along the smooth step:
 //
@@ -18,12 +18,16 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
 
 #include "controller/reference/monotone_cubic.h"
+#include "controller/reference/motion.h"
+#include "controller/reference/raster.h"
+#include "controller/reference/sawtooth.h"
 
 namespace hystcan::controller {
 
@@ -47,13 +51,18 @@ struct Ramp {
   double duration_s = 1.0;
 };
 
-/// From `low_um` up to `high_um` and back, `cycles` times.
+/// From `low_um` up to `high_um` and back, `cycles` times. Its two turnarounds (turnaround.h) take
+/// `turnaround_percent` of the period together: each takes half of it, and a quarter comes before its corner.
 struct Triangle {
   double low_um = 0.0;
   double high_um = 1.0;
   double frequency_Hz = 1.0;
   double cycles = 1.0;
+  double turnaround_percent = 0.0;
+  double mode_period_s = 0.0;  ///< of the stage
 };
+/// The way of a triangle with turnarounds, from its beginning on.
+Sawtooth rounded(const Triangle& triangle);
 
 /// As Triangle, along (1 - cos) / 2.
 struct Sine {
@@ -95,17 +104,11 @@ struct Table {
   MonotoneCubic curve;
 };
 
-using Shape = std::variant<Hold, Step, Ramp, Triangle, Sine, Chirp, MultiSine, Staircase, Table>;
-
-struct Motion {
-  double value_um = 0.0;
-  double velocity_um_per_s = 0.0;
-  double acceleration_um_per_s2 = 0.0;
-};
+using Shape = std::variant<Hold, Step, Ramp, Triangle, Sine, Chirp, MultiSine, Staircase, Table, Raster>;
 
 /// The kinds of Shape in its order, as the configuration names them.
 inline constexpr std::array<std::string_view, std::variant_size_v<Shape>> shape_kinds{
-    "hold", "step", "ramp", "triangle", "sine", "chirp", "multi-sine", "staircase", "csv"};
+    "hold", "step", "ramp", "triangle", "sine", "chirp", "multi-sine", "staircase", "csv", "raster"};
 /// Of this shape.
 std::string to_string(const Shape& shape);
 /// A shape of this kind with its defaults; `kind` is one of shape_kinds.
@@ -114,17 +117,15 @@ Shape shape_of_kind(std::string_view kind);
 /// contradict each other.
 Shape prepared(Shape shape);
 double duration_s(const Shape& shape);
-/// Value `t_s` seconds after the shape's beginning. This and the next two functions need a prepared shape.
+/// Value `t_s` seconds after the shape's beginning. This and the next functions need a prepared shape.
 double value_um(const Shape& shape, double t_s);
+/// As value_um(), with a sharp corner in the place of each turnaround.
+double ideal_um(const Shape& shape, double t_s);
 /// At a corner or a jump: the motion after it.
 Motion motion(const Shape& shape, double t_s);
+/// Empty where the shape is no raster.
+std::optional<ScanPlace> place_in_scan(const Shape& shape, double t_s);
 /// True where the value is constant: a hold, a step's levels, the dwell of a staircase.
 bool rests(const Shape& shape, double t_s);
-
-/// The smooth step (least jerk), 0 for s <= 0 and 1 for s >= 1:  10 s^3 - 15 s^4 + 6 s^5
-/// Its greatest slope is 15/8, its greatest curvature 10/sqrt(3).
-double smooth_step(double s);
-inline constexpr double smooth_step_peak_slope = 1.875;
-inline constexpr double smooth_step_peak_curvature = 5.773502691896258;
 
 }  // namespace hystcan::controller

@@ -48,8 +48,17 @@ void Trajectory::start_from(double start_um) {
                                                usual_transition_s()));
 }
 
-void Trajectory::join(double t_s, double start_um) {
-  start_from(start_um);
+double Trajectory::pass_s() const {
+  return segments_.empty() ? 0.0 : rest_of_pass_s_ + entries_.front().duration_s();
+}
+
+double Trajectory::begins_s(std::size_t segment) const {
+  return begins_s_[segment] + (segment == 0 ? 0.0 : entries_[segment].duration_s());
+}
+
+void Trajectory::join(double t_s, double start_um, bool goes_on) {
+  live_ = false;
+  if (!goes_on || segments_.empty()) start_from(start_um);
   if (t_s <= 0.0 || segments_.empty()) return;
   const double furthest_um = std::max(std::abs(followed_.hi - start_um), std::abs(followed_.lo - start_um));
   const Transition furthest =
@@ -125,18 +134,21 @@ Trajectory::Point Trajectory::at(double t_s) const {
   if (live_) {
     const double on_way_s = t_s - live_since_s_;
     const bool arrived = on_way_s >= to_goal_.duration_s();
-    return {.value_um = to_goal_.value_um(on_way_s),
+    const double value_um = to_goal_.value_um(on_way_s);
+    return {.value_um = value_um,
             .segment = segments_.size(),
             .in_transition = !arrived,
             .live = true,
             .at_rest = arrived,
-            .shape_time_s = arrived ? on_way_s - to_goal_.duration_s() : 0.0};
+            .shape_time_s = arrived ? on_way_s - to_goal_.duration_s() : 0.0,
+            .ideal_um = value_um};
   }
   Point point = point_of_segments(t_s);
   if (!is_joining(t_s)) return point;
-  point.value_um = value_um(t_s);
+  point.value_um = point.ideal_um = value_um(t_s);
   point.in_transition = true;
   point.at_rest = false;
+  point.scan.reset();
   return point;
 }
 
@@ -157,7 +169,11 @@ Trajectory::Point Trajectory::point_of_segments(double t_s) const {
     point.value_um = controller::value_um(shape, place.t_s);
     point.at_rest = rests(shape, place.t_s);
     point.shape_time_s = place.t_s;
+    point.ideal_um = controller::ideal_um(shape, place.t_s);
+    point.scan = place_in_scan(shape, place.t_s);
+    return point;
   }
+  point.ideal_um = point.value_um;
   return point;
 }
 

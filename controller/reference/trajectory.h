@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "controller/reference/handover.h"
@@ -39,13 +40,14 @@ class Trajectory {
   /// Follows the segments from t = 0 on, beginning at rest.
   void start_from(double start_um);
 
-  /// Follows the segments as if it had from t = 0 on, beginning at rest at `start_um` at `t_s`:
+  /// Follows the segments as if it had from t = 0 on, beginning at rest at `start_um` at `t_s`. Where it `goes_on`, as
+  /// if it had never stopped: a reference that resume() or continue_from() began later keeps this beginning.
   ///
   ///   r(t) = start + share(t) (segments(t) - start)
   ///
   /// The share rises smoothly from 0 to 1, so that the reference stays between the two. It takes as long as a transition
   /// to the furthest value of the segments, so that the motion that the share adds keeps the limits of transitions.
-  void join(double t_s, double start_um);
+  void join(double t_s, double start_um, bool goes_on = false);
 
   /// Follows the segments again, beginning with the first one. The reference stays as it is until
   /// `t_s + previewed_s`, because the preview has used it up to there. It then brakes to a stand within the
@@ -72,6 +74,9 @@ class Trajectory {
     bool live = false;          ///< on the way to, or at, a live goal
     bool at_rest = false;       ///< the value does not change; a jump from level to level is no motion
     double shape_time_s = 0.0;  ///< since the shape's beginning
+    /// The value with sharp corners in the place of turnarounds; value_um in a transition.
+    double ideal_um = 0.0;
+    std::optional<ScanPlace> scan{};  ///< empty where no line of a raster is followed
   };
   Point at(double t_s) const;
   /// The value of at(), which is all that a preview needs.
@@ -79,6 +84,10 @@ class Trajectory {
   Motion motion(double t_s) const;
 
   double length_s() const { return first_entry_.duration_s() + rest_of_pass_s_; }  ///< of the first pass
+  /// Of a pass that is repeated: from one beginning of the first shape to the next.
+  double pass_s() const;
+  /// From the beginning of the first shape to that of this segment's shape.
+  double begins_s(std::size_t segment) const;
   const std::vector<Segment>& segments() const { return segments_; }
 
  private:

@@ -69,9 +69,33 @@ TEST(CsvLog, WritesARowForEachRecord) {
   text << stream.rdbuf();
   EXPECT_NE(text.str().find(
                 "\n7,0.007000000,y,tracking,none,0,3.000000,2.500000,0.500000,3.250000,10.000000,0.000000,,0,"
-                "12.000\n"),
+                "12.000,,,\n"),
             std::string::npos)
       << text.str();
+}
+
+TEST(CsvLog, HasThePlaceInTheScanInItsLastColumns) {
+  const auto file = scratch("hystcan_csv_scan.csv");
+  {
+    CsvLog log(file, {"x"});
+    CycleRecord record = numbered(7);
+    record.report.state = AxisState::tracking;
+    record.report.point.scan = ScanPlace{.frame = 2, .line = 31, .pixel = 5};
+    log.write(record);
+    record.report.point.scan->pixel = ScanPlace::no_pixel;
+    log.write(record);
+    record.report.state = AxisState::faulted;
+    log.write(record);
+    EXPECT_EQ(log.close(), "");
+  }
+  std::ifstream stream(file);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  ASSERT_EQ(lines.size(), 5U);
+  EXPECT_TRUE(lines[1].ends_with(",turnaround_us,scan_frame,scan_line,scan_pixel")) << lines[1];
+  EXPECT_TRUE(lines[2].ends_with(",0.000,2,31,5")) << lines[2];
+  EXPECT_TRUE(lines[3].ends_with(",0.000,2,31,")) << lines[3];
+  EXPECT_TRUE(lines[4].ends_with(",0.000,,,")) << lines[4];
 }
 
 TEST(CsvLog, ReportsAFullDisk) {

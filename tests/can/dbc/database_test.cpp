@@ -245,6 +245,8 @@ constexpr Expected second_axis[] = {
     {"YSensorSample", 0x184, 8},    {"YAmpCommand", 0x203, 8},       {"YAmpHeartbeat", 0x703, 1},
     {"YSensorHeartbeat", 0x704, 1}, {"YControllerStatus", 0x283, 8}, {"YSetpoint", 0x303, 8}};
 
+constexpr Expected scan_markers[] = {{"XScanMarker", 0x381, 8}, {"YScanMarker", 0x383, 8}};
+
 void expect_messages(const Database& database, std::span<const Expected> messages) {
   for (const auto& [name, id, length] : messages) {
     const Message* found = database.find(name);
@@ -266,10 +268,23 @@ TEST(ShippedDbc, HasTheMessagesOfTheProtocolTable) {
   const Database piezo = load_dbc(HYSTCAN_SOURCE_DIR "/config/hystcan.dbc");
   expect_messages(piezo, one_axis);
   expect_messages(piezo, second_axis);
-  EXPECT_EQ(piezo.messages.size(), std::size(one_axis) + std::size(second_axis));
+  expect_messages(piezo, scan_markers);
+  EXPECT_EQ(piezo.messages.size(), std::size(one_axis) + std::size(second_axis) + std::size(scan_markers));
   const Database galfenol = load_dbc(HYSTCAN_SOURCE_DIR "/config/galfenol.dbc");
   expect_messages(galfenol, one_axis);
   EXPECT_EQ(galfenol.messages.size(), std::size(one_axis));
+}
+
+TEST(ShippedDbc, HasTheSignalPlacesOfTheScanMarker) {
+  const Database database = load_dbc(HYSTCAN_SOURCE_DIR "/config/hystcan.dbc");
+  for (const char* name : {"XScanMarker", "YScanMarker"}) {
+    const Message& marker = *database.find(name);
+    expect_signal(marker, "Line", 0, 16);
+    expect_signal(marker, "Frame", 16, 16);
+    expect_signal(marker, "SyncCounter", 32, 8);
+    expect_signal(marker, "Counter", 48, 4);
+    expect_signal(marker, "Crc", 56, 8);
+  }
 }
 
 TEST(ShippedDbc, HasTheSignalPlacesOfTheProtocolTable) {

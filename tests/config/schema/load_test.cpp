@@ -10,8 +10,8 @@ namespace hystcan::config::load_test {
 namespace {
 
 TEST(Shipped, ConfigurationsLoad) {
-  for (const char* name :
-       {"piezo.toml", "galfenol.toml", "lab_amplifier.toml", "p733.toml", "galfenol_unimorph.toml"})
+  for (const char* name : {"piezo.toml", "galfenol.toml", "lab_amplifier.toml", "p733.toml",
+                           "galfenol_unimorph.toml", "raster.toml", "soft_stage.toml"})
     EXPECT_NO_THROW(load(std::string(HYSTCAN_SOURCE_DIR "/config/") + name)) << name;
 }
 

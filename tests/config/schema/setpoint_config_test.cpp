@@ -100,6 +100,103 @@ TEST(SetpointKeys, LimitTheReferenceAndJudgeInPosition) {
   EXPECT_EQ(y.in_position->tolerance_um, 0.05);
 }
 
+TEST(SetpointKeys, GiveATriangleTurnaroundsThatSpareTheMode) {
+  const support::ShippedCopy shipped;
+  shipped.edit("piezo.toml", "cycles       = 10.0", "cycles = 10.0\nturnaround_percent = 4.0");
+  const Config config = load(shipped / "piezo.toml");
+  const auto& triangle = std::get<controller::Triangle>(config.axes[0].control.setpoint[0].shape);
+  EXPECT_EQ(triangle.turnaround_percent, 4.0);
+  EXPECT_EQ(triangle.mode_period_s, 1.0 / 500.0);
+}
+
+TEST(SetpointKeys, MakeARaster) {
+  const support::ShippedCopy shipped;
+  shipped.edit(
+      "raster.toml", "turnaround_percent = 10.0 ",
+      "both_directions = false\nflyback_percent = 25.0\nframes = 3\nslow = \"ramp\"\nturnaround_percent = 8.0");
+  shipped.edit("raster.toml", "turnaround_percent = 10.0 ",
+               "both_directions = false\nflyback_percent = 25.0\nframes = 3\nturnaround_percent = 8.0");
+  const Config config = load(shipped / "raster.toml");
+  const auto& fast = std::get<controller::Raster>(config.axes[0].control.setpoint[0].shape);
+  EXPECT_EQ(fast.role, controller::ScanRole::fast);
+  EXPECT_EQ(fast.lines, 32U);
+  EXPECT_EQ(fast.return_lines, 2U);
+  EXPECT_EQ(fast.frames, 3U);
+  EXPECT_EQ(fast.pixels, 32U);
+  EXPECT_FALSE(fast.both_directions);
+  EXPECT_EQ(fast.flyback_percent, 25.0);
+  EXPECT_EQ(fast.slow, controller::SlowMotion::ramp);
+  EXPECT_EQ(std::get<controller::Raster>(config.axes[1].control.setpoint[0].shape).role,
+            controller::ScanRole::slow);
+}
+
+/// The refusal of the shipped scan with this edit.
+std::string refusal_of_scan(const std::string& what, const std::string& with) {
+  const support::ShippedCopy shipped;
+  shipped.edit("raster.toml", what, with);
+  try {
+    load(shipped / "raster.toml");
+  } catch (const Error& error) {
+    const std::string message = error.what();
+    return message.substr(message.find(": ") + 2);
+  }
+  return "accepted";
+}
+
+TEST(Scan, IsRefusedWhereItsAxesHaveDifferentLines) {
+  EXPECT_EQ(refusal_of_scan("lines              = 32", "lines = 64"),
+            "lines is 32, expected 64 as on axis x, with which it scans");
+  EXPECT_EQ(refusal_of_scan("line_rate_Hz       = 20.0", "line_rate_Hz = 10.0"),
+            "line_rate_Hz is 20, expected 10 as on axis x, with which it scans");
+  EXPECT_EQ(refusal_of_scan("turnaround_percent = 10.0", "turnaround_percent = 20.0"),
+            "turnaround_percent is 10, expected 20 as on axis x, with which it scans");
+}
+
+TEST(Scan, IsRefusedWhereItsAxesBeginItAtDifferentTimes) {
+  EXPECT_EQ(
+      refusal_of_scan("transition_s       = 0.2", "transition_s = 0.3"),
+      "the time from the start to the scan in s is 0.2, expected 0.3 as on axis x, with which it scans");
+  EXPECT_EQ(refusal_of_scan("repeat             = true", "repeat = false"),
+            "the reference repeats, expected the same as that of axis x, with which it scans");
+}
+
+// 25 um, from the far end, along the smooth step at 380 um/s take 0.123 s.
+TEST(Scan, IsRefusedWhereTheWayToItDependsOnThePlaceOfTheStage) {
+  const std::string file = HYSTCAN_SOURCE_DIR "/config/raster.toml";
+  std::vector<Setting> settings{{"axis[1].control.reference_slew_um_per_s", "380"},
+                                {"axis[0].control.setpoint[0].transition_s", "0.13"},
+                                {"axis[1].control.setpoint[0].transition_s", "0.13"}};
+  EXPECT_NO_THROW(load(file, settings));
+  settings[1].value = settings[2].value = "0.1";
+  try {
+    load(file, settings);
+    FAIL() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("transition_s is 0.1, expected at least 0.12"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
+TEST(Scan, NeedsAMessageForItsMarkers) {
+  const support::ShippedCopy shipped;
+  shipped.edit("hystcan.dbc", "BO_ 897 XScanMarker", "BO_ 897 XScanMark");
+  try {
+    load(shipped / "raster.toml");
+    FAIL() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_NE(
+        std::string(error.what()).find("no message XScanMarker in hystcan.dbc, expected one for scan_marker"),
+        std::string::npos)
+        << error.what();
+  }
+}
+
+TEST(Scan, IsRefusedWhereItsNumbersContradictEachOther) {
+  EXPECT_NE(refusal_of_scan("return_lines       = 2", "return_lines = 1").find("expected an even number"),
+            std::string::npos);
+}
+
 controller::AxisConfig x_of(const Config& config) { return config.axes[0].control; }
 
 TEST(ReferenceLimits, AreThoseOfDriveAndModeForTransitionsWhereNoneAreGiven) {

@@ -12,7 +12,10 @@ AxisReport report(double error_um, double shape_time_s, bool in_transition = fal
   result.state = AxisState::tracking;
   result.reference_um = 10.0 + error_um;
   result.position_um = 10.0;
-  result.point = {.segment = 1, .in_transition = in_transition, .shape_time_s = shape_time_s};
+  result.point = {.segment = 1,
+                  .in_transition = in_transition,
+                  .shape_time_s = shape_time_s,
+                  .ideal_um = result.reference_um};
   return result;
 }
 
@@ -30,6 +33,16 @@ TEST(TrackingStatistics, CountsOnlyTheSettledSamplesOfASegment) {
   EXPECT_EQ(statistics.segments()[1].samples, 2u);
   EXPECT_DOUBLE_EQ(statistics.segments()[1].rms_um(), std::sqrt(12.5));
   EXPECT_DOUBLE_EQ(statistics.total().max_um, 4.0);
+}
+
+TEST(TrackingStatistics, AlsoHaveTheErrorAgainstTheIdealReference) {
+  TrackingStatistics statistics(2, 0.1);
+  AxisReport turning = report(1.0, 0.2);
+  turning.point.ideal_um = turning.reference_um + 2.0;
+  statistics.add(turning);
+  EXPECT_DOUBLE_EQ(statistics.total().max_um, 1.0);
+  EXPECT_DOUBLE_EQ(statistics.against_ideal()[1].max_um, 3.0);
+  EXPECT_DOUBLE_EQ(statistics.total_against_ideal().rms_um(), 3.0);
 }
 
 TEST(ErrorStatistics, AreZeroWithoutSamples) { EXPECT_EQ(ErrorStatistics{}.rms_um(), 0.0); }

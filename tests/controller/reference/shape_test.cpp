@@ -30,9 +30,26 @@ Table bumps() {
 
 struct ShapeCase {
   Shape shape;
+  std::string variant{};
 
-  friend void PrintTo(const ShapeCase& test, std::ostream* out) { *out << to_string(test.shape); }
+  std::string name() const { return to_string(shape) + variant; }
+  friend void PrintTo(const ShapeCase& test, std::ostream* out) { *out << test.name(); }
 };
+
+Shape scan(ScanRole role, SlowMotion slow, bool both_directions) {
+  return prepared(Raster{.role = role,
+                         .low_um = 5.0,
+                         .high_um = 20.0,
+                         .line_rate_Hz = 20.0,
+                         .lines = 6,
+                         .return_lines = 2,
+                         .frames = 2,
+                         .both_directions = both_directions,
+                         .flyback_percent = 30.0,
+                         .slow = slow,
+                         .turnaround_percent = 20.0,
+                         .mode_period_s = 2e-3});
+}
 
 const std::vector<ShapeCase>& shapes() {
   static const std::vector<ShapeCase> all{
@@ -44,6 +61,18 @@ const std::vector<ShapeCase>& shapes() {
       {Chirp{.low_um = 5.0, .high_um = 25.0, .from_Hz = 2.0, .to_Hz = 40.0, .duration_s = 0.5}},
       {prepared(ten_tones())},
       {Staircase{.levels_um = {10.0, 20.0, 5.0}, .rise_s = 0.1, .dwell_s = 0.2}},
+      {Triangle{.low_um = 3.0,
+                .high_um = 27.0,
+                .frequency_Hz = 10.0,
+                .cycles = 2.0,
+                .turnaround_percent = 10.0,
+                .mode_period_s = 2e-3},
+       "WithTurnarounds"},
+      {scan(ScanRole::fast, SlowMotion::step, true), "FastBothWays"},
+      {scan(ScanRole::fast, SlowMotion::step, false), "FastOneWay"},
+      {scan(ScanRole::slow, SlowMotion::step, true), "SlowInSteps"},
+      {scan(ScanRole::slow, SlowMotion::step, false), "SlowInStepsDuringTheFlyback"},
+      {scan(ScanRole::slow, SlowMotion::ramp, true), "SlowOnARamp"},
       {bumps()}};
   return all;
 }
@@ -108,7 +137,7 @@ TEST_P(EveryShape, RestsExactlyWhereItsValueIsConstant) {
 
 INSTANTIATE_TEST_SUITE_P(Shape, EveryShape, testing::ValuesIn(shapes().begin(), shapes().end() - 1),
                          [](const auto& test) {
-                           std::string name = to_string(test.param.shape);
+                           std::string name = test.param.name();
                            std::erase(name, '-');
                            return name;
                          });

@@ -101,6 +101,24 @@ TEST(TrajectoryThatJoins, MovesAsItsMotionSays) {
   }
 }
 
+TEST(TrajectoryThatJoins, GoesOnWithAReferenceThatBeganAgainLater) {
+  Trajectory undisturbed = Joined::made();
+  undisturbed.start_from(Joined::start_um);
+  undisturbed.resume(0.517, 1e-3);
+  Trajectory trajectory = undisturbed;
+  trajectory.join(0.73, Joined::start_um, true);
+  for (double t_s = 1.2; t_s < 2.0; t_s += 1e-3)
+    EXPECT_EQ(trajectory.value_um(t_s), undisturbed.value_um(t_s)) << t_s;
+}
+
+TEST(TrajectoryThatJoins, LeavesALiveGoal) {
+  Trajectory trajectory = Joined::made();
+  trajectory.start_from(Joined::start_um);
+  trajectory.go_to(0.3, 20.0);
+  trajectory.join(0.73, Joined::start_um, true);
+  EXPECT_FALSE(trajectory.at(1.5).live);
+}
+
 TEST(Trajectory, ReportsTheSegmentAndWhenItIsFinished) {
   Trajectory trajectory({{.shape = Hold{.level_um = 1, .duration_s = 1}, .transition_s = 0.5},
                          {.shape = Hold{.level_um = 2, .duration_s = 1}, .transition_s = 0.5}},

@@ -1,0 +1,108 @@
+#include "config/schema/check_loop.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <stdexcept>
+
+#include "controller/analysis/learning_design.h"
+
+namespace hystcan::config {
+namespace {
+
+using controller::Margins;
+
+controller::LoopConfig loop_of(const AxisConfig& axis, double rate_Hz) {
+  return controller::loop_config_of(axis.control.law, axis.control.delays, 1.0 / rate_Hz);
+}
+
+std::string gains_of(const controller::Pi::Config& pi) {
+  return fmt::format("kp {:g}, ki_per_s {:g}", pi.kp, pi.ki_per_s);
+}
+
+std::string text_of(const Margins& margins) {
+  return fmt::format("phase margin {:.0f} deg, gain margin {:.1f} dB, sensitivity at most {:.2f}",
+                     margins.phase_margin_deg, 20.0 * std::log10(margins.gain_margin),
+                     margins.peak_sensitivity);
+}
+
+/// With less the error of a disturbance is amplified more than threefold.
+constexpr double too_sensitive = 3.0;
+
+}  // namespace
+
+void check_loop(const Document& document, const Config& config, std::size_t index) {
+  const AxisConfig& axis = config.axes[index];
+  const controller::Pi::Config& pi = axis.control.law.pi;
+  const controller::LinearLoop loop(loop_of(axis, config.controller.rate_Hz));
+  if (controller::margins_of(loop, pi).stable) return;
+  const controller::StableGains stable = controller::largest_stable_gains(loop, pi);
+  const std::string path = fmt::format("axis[{}].control.", index);
+  if (stable.ki_per_s)
+    document.fail_at(
+        path + "ki_per_s",
+        fmt::format("the loop is unstable with {}, expected ki_per_s of at most {:g} for the plant in "
+                    "delays; `hystcan tune` finds gains with margin",
+                    gains_of(pi), *stable.ki_per_s));
+  document.fail_at(path + "kp",
+                   fmt::format("the loop is unstable with {}, expected kp of less than {:g} for the plant "
+                               "in delays; `hystcan tune` finds gains with margin",
+                               gains_of(pi), stable.kp));
+}
+
+void plan_learning(const Document& document, Config& config, std::size_t index) {
+  try {
+    controller::plan_learning(config.axes[index].control, config.controller.rate_Hz);
+  } catch (const std::invalid_argument& error) {
+    document.fail_at(fmt::format("axis[{}].control.learning", index), error.what());
+  }
+}
+
+controller::JudgedLoop judged_loop(const AxisConfig& axis, double rate_Hz) {
+  return controller::judge(loop_of(axis, rate_Hz),
+                           controller::around(axis.control.delays, resonance_off_percent),
+                           axis.control.law.pi);
+}
+
+std::vector<std::string> findings_of_loop(const AxisConfig& axis, double rate_Hz) {
+  const controller::JudgedLoop loop = judged_loop(axis, rate_Hz);
+  if (loop.pi.kp == 0.0 && loop.pi.ki_per_s == 0.0)
+    return {"kp and ki_per_s are 0: there is no loop to judge"};
+  std::vector<std::string> lines{fmt::format("the loop is stable: {}; bandwidth {:.3g} Hz",
+                                             text_of(loop.margins), loop.margins.bandwidth_Hz)};
+  if (!loop.worst.stable)
+    lines.push_back(
+        fmt::format("warning: with the resonance {:g} % off the loop is unstable: lower ki_per_s, or set a "
+                    "notch; `hystcan tune` finds both",
+                    resonance_off_percent));
+  else
+    lines.push_back(fmt::format("{}with the resonance {:g} % off: {}",
+                                loop.worst.peak_sensitivity > too_sensitive ? "warning: little margin " : "",
+                                resonance_off_percent, text_of(loop.worst)));
+  return lines;
+}
+
+std::vector<std::string> findings_of_learning(const AxisConfig& axis, double rate_Hz) {
+  constexpr double negligible_cycles = 1e-6;
+  controller::AxisConfig control = axis.control;
+  const auto designs = controller::plan_learning(control, rate_Hz);
+  std::vector<std::string> lines;
+  for (std::size_t i = 0; i < designs.size(); ++i) {
+    if (!designs[i]) continue;
+    const controller::LearningDesign& design = *designs[i];
+    std::string line = fmt::format(
+        "setpoint[{}] is learnt up to {:.3g} Hz, with the resonance within {:g} %: to a tenth within {:.0f} "
+        "periods (slowest at {:.3g} Hz)",
+        i, design.highest_Hz, design.resonance_percent, std::ceil(design.slowest_periods), design.slowest_Hz);
+    if (design.periods > 1)
+      line += fmt::format("; {} periods together, {} cycles", design.periods, design.plan.phases);
+    if (design.slip_cycles > negligible_cycles)
+      line +=
+          fmt::format("; they are no whole number of cycles: the phases shift by {:.2g} of a cycle each time",
+                      design.slip_cycles);
+    lines.push_back(line);
+  }
+  return lines;
+}
+
+}  // namespace hystcan::config

@@ -1,0 +1,208 @@
+#include "controller/analysis/learning_design.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "controller/analysis/loop_design.h"
+#include "model/refusal.h"
+
+namespace hystcan::controller {
+namespace {
+
+using Complex = std::complex<double>;
+constexpr double pi_ = std::numbers::pi;
+
+constexpr int half_grid = 768;  ///< frequencies from 0 to pi
+constexpr std::size_t most_taps = 97;
+constexpr double regularisation = 0.02;
+
+double theta_of(int i, int half) { return pi_ * i / half; }
+
+/// m.
+double ahead_cycles(const LoopConfig& loop) {
+  return std::max(
+      0.0, std::round((chain_moments(loop.delays, loop.notch, loop.cycle_s).mean_s + loop.delays.sensor_s()) /
+                      loop.cycle_s));
+}
+
+/// T of every resonance at every frequency.
+class Responses {
+ public:
+  Responses(const LoopConfig& loop, const Pi::Config& pi, double resonance_percent) {
+    constexpr int resonances = 11;
+    const double ahead = ahead_cycles(loop);
+    for (int i = 0; i < resonances; ++i) {
+      LoopConfig actual = loop;
+      actual.delays.resonance_Hz *= 1.0 + 0.01 * resonance_percent * (2.0 * i / (resonances - 1) - 1.0);
+      const LinearLoop linear(actual);
+      Eigen::ArrayXcd response(half_grid + 1);
+      for (int k = 0; k <= half_grid; ++k) {
+        const double theta = k == 0 ? 1e-9 : theta_of(k, half_grid);
+        const Complex path = linear.plant(theta), error_to_demand = pi_response(pi, loop.cycle_s, theta) *
+                                                                    linear.without_gains(theta) / path;
+        response[k] =
+            path * (std::polar(1.0, theta * ahead) + error_to_demand) / (1.0 + error_to_demand * path);
+      }
+      of_.push_back(std::move(response));
+    }
+  }
+
+  /// H, without a cut-off.
+  Eigen::ArrayXcd inverse() const {
+    Eigen::ArrayXcd h(half_grid + 1);
+    for (int k = 0; k <= half_grid; ++k) {
+      Complex lo(1e300, 1e300), hi(-1e300, -1e300);
+      for (const Eigen::ArrayXcd& t : of_) {
+        lo = {std::min(lo.real(), t[k].real()), std::min(lo.imag(), t[k].imag())};
+        hi = {std::max(hi.real(), t[k].real()), std::max(hi.imag(), t[k].imag())};
+      }
+      const Complex middle = 0.5 * (lo + hi);
+      double radius = 0.0;
+      for (const Eigen::ArrayXcd& t : of_) radius = std::max(radius, std::abs(t[k] - middle));
+      const double certain = std::max(0.0, 1.0 - radius / std::abs(middle));
+      h[k] = certain * certain * std::conj(middle) / (std::norm(middle) + regularisation);
+    }
+    return h;
+  }
+
+  /// The largest |1 - forget - rate H T| at frequency k.
+  double growth(const Complex& h, double forget, double rate, int k) const {
+    double largest = 0.0;
+    for (const Eigen::ArrayXcd& t : of_)
+      largest = std::max(largest, std::abs(1.0 - forget - rate * h * t[k]));
+    return largest;
+  }
+
+ private:
+  std::vector<Eigen::ArrayXcd> of_;
+};
+
+/// 1 below the corner, 0 above 1.5 times the corner, smooth in between; of frequencies as a share of half the rate.
+double low_pass_share(double share, double corner) { return 1.0 - smooth_step((share / corner - 1.0) / 0.5); }
+
+/// h_k = 1 / (2 pi) integral H e^{-i theta k}: as many taps as a period has phases, or windowed.
+std::vector<double> taps_of(const Eigen::ArrayXcd& response, double corner, std::size_t phases) {
+  const std::size_t count = std::min(most_taps, phases - (phases % 2 == 0 ? 1 : 0));
+  const int late = static_cast<int>(count / 2);
+  std::vector<double> taps(count);
+  for (int k = -late; k <= late; ++k) {
+    double sum = 0.0;
+    for (int i = 0; i <= half_grid; ++i) {
+      const double theta = theta_of(i, half_grid), ends = i == 0 || i == half_grid ? 0.5 : 1.0;
+      sum += ends * low_pass_share(theta / pi_, corner) * (response[i] * std::polar(1.0, -theta * k)).real();
+    }
+    const double window = 0.5 + 0.5 * std::cos(pi_ * k / (late + 1.0));
+    taps[static_cast<std::size_t>(k + late)] = window * sum / half_grid;
+  }
+  return taps;
+}
+
+/// H of the taps.
+Complex response_of(const std::vector<double>& taps, double theta) {
+  const int late = static_cast<int>(taps.size() / 2);
+  Complex sum = 0.0;
+  for (int k = -late; k <= late; ++k)
+    sum += taps[static_cast<std::size_t>(k + late)] * std::polar(1.0, theta * k);
+  return sum;
+}
+
+/// Judges the taps as they are; false where some error would grow.
+bool judge(const Responses& responses, const Learning::Config& config, double cycle_s,
+           LearningDesign& design) {
+  const double forget = 0.01 * config.forget_percent;
+  design.largest_growth = design.highest_Hz = design.slowest_Hz = 0.0;
+  double slowest = 0.0;
+  bool lower = true;
+  for (int k = 0; k <= half_grid; ++k) {
+    const double theta = theta_of(k, half_grid), frequency_Hz = theta / (2.0 * pi_ * cycle_s);
+    const double growth = responses.growth(response_of(design.plan.taps, theta), forget, config.rate, k);
+    design.largest_growth = std::max(design.largest_growth, growth);
+    lower = lower && growth < 1.0 - 2.0 * forget;
+    if (!lower) continue;
+    design.highest_Hz = frequency_Hz;
+    if (growth > slowest) {
+      slowest = growth;
+      design.slowest_Hz = frequency_Hz;
+    }
+  }
+  design.slowest_periods = slowest > 0.0 ? std::log(0.1) / std::log(slowest) : 0.0;
+  return design.largest_growth <= 1.0 - 0.5 * forget;
+}
+
+/// As few periods as are a whole number of cycles together, or else those that are nearest to one.
+void set_phases(LearningDesign& design, double cycles) {
+  constexpr unsigned most_periods = 10;
+  constexpr double near_enough = 0.01;
+  design.slip_cycles = 1.0;
+  for (unsigned periods = 1; periods <= most_periods; ++periods) {
+    const double slip = std::abs(periods * cycles - std::round(periods * cycles));
+    if (slip >= design.slip_cycles) continue;
+    design.slip_cycles = slip;
+    design.periods = periods;
+    if (slip < near_enough) return;
+  }
+}
+
+}  // namespace
+
+std::optional<double> period_s(const Shape& shape) {
+  const auto of = [](const auto& s) -> std::optional<double> {
+    if constexpr (requires {
+                    s.frequency_Hz;
+                    s.cycles;
+                  })
+      return 1.0 / s.frequency_Hz;
+    else
+      return std::nullopt;
+  };
+  return std::visit(of, shape);
+}
+
+LearningDesign design_learning(const LoopConfig& loop, const Pi::Config& pi, const Shape& shape,
+                               const Learning::Config& config) {
+  constexpr double fewest_cycles = 4.0;
+  const std::optional<double> period = period_s(shape);
+  if (!period)
+    model::refuse("a ", to_string(shape), " does not repeat, expected a shape with a frequency_Hz");
+  const double cycles = *period / loop.cycle_s;
+  if (!(cycles >= fewest_cycles && cycles <= longest_period_cycles))
+    model::refuse("a period of ", cycles, " cycles, expected ", fewest_cycles, " to ", longest_period_cycles);
+  LearningDesign design;
+  design.resonance_percent = config.resonance_percent;
+  set_phases(design, cycles);
+  design.plan.phases = static_cast<std::size_t>(std::lround(design.periods * cycles));
+  design.plan.cycle_s = loop.cycle_s;
+  design.plan.duration_s = duration_s(shape);
+  if (design.plan.duration_s < (design.periods + 1.5) * *period)
+    model::refuse("a ", to_string(shape), " of ", design.plan.duration_s / *period, " periods, expected ",
+                  design.periods + 1.5, " or more: the first ", design.periods, " settle");
+  const Responses responses(loop, pi, config.resonance_percent);
+  const Eigen::ArrayXcd inverse = responses.inverse();
+  for (double corner = 2.0; corner > 0.01; corner *= 0.9) {
+    design.plan.taps = taps_of(inverse, corner, design.plan.phases);
+    if (judge(responses, config, loop.cycle_s, design)) return design;
+  }
+  model::refuse("no filter learns with the resonance ", config.resonance_percent,
+                " % off, expected a smaller resonance_percent, a notch, or less gain");
+}
+
+std::vector<std::optional<LearningDesign>> plan_learning(AxisConfig& axis, double rate_Hz) {
+  std::vector<std::optional<LearningDesign>> designs(axis.setpoint.size());
+  if (!axis.learning) return designs;
+  const LoopConfig loop = loop_config_of(axis.law, axis.delays, 1.0 / rate_Hz);
+  Learning::Config& learning = *axis.learning;
+  learning.ahead_cycles = static_cast<std::size_t>(ahead_cycles(loop));
+  learning.plans.assign(axis.setpoint.size(), {});
+  for (std::size_t i = 0; i < designs.size(); ++i) {
+    if (!period_s(axis.setpoint[i].shape)) continue;
+    designs[i] = design_learning(loop, axis.law.pi, axis.setpoint[i].shape, learning);
+    learning.plans[i] = designs[i]->plan;
+  }
+  if (std::ranges::none_of(designs, [](const auto& design) { return design.has_value(); }))
+    model::refuse("no segment of the reference repeats, expected a triangle, a sine or a raster");
+  return designs;
+}
+
+}  // namespace hystcan::controller

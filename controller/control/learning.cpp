@@ -1,0 +1,180 @@
+#include "controller/control/learning.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "model/refusal.h"
+
+namespace hystcan::controller {
+namespace {
+
+/// The correction comes in and goes out within this time at both ends of a segment.
+constexpr double ends_s = 0.01;
+
+/// Time constant of a correction that ends.
+constexpr double fade_s = 0.02;
+
+/// The error may grow by this factor over that of the first period for so many periods in a row.
+constexpr double grown_factor = 1.3;
+constexpr unsigned grown_periods = 3;
+
+/// Cycles since the segment's beginning.
+std::size_t cycle_of(const Learning::Plan& plan, double shape_time_s) {
+  return static_cast<std::size_t>(std::lround(std::max(shape_time_s, 0.0) / plan.cycle_s));
+}
+
+/// Smoothly 0 at both ends of the segment, where the correction of a neighbour is 0.
+double share_of(const Learning::Plan& plan, double shape_time_s) {
+  return smooth_step(shape_time_s / ends_s) * smooth_step((plan.duration_s - shape_time_s) / ends_s);
+}
+
+}  // namespace
+
+Learning::Learning(const Config& config) : config_(config) {
+  segments_.resize(config_.plans.size());
+  for (std::size_t i = 0; i < segments_.size(); ++i) {
+    const Plan& plan = config_.plans[i];
+    if (plan.taps.empty()) continue;
+    if (plan.taps.size() % 2 == 0 || plan.taps.size() > plan.phases || !(plan.cycle_s > 0.0))
+      model::refuse("a filter of ", plan.taps.size(), " taps for ", plan.phases,
+                    " phases, expected an odd number of at most as many");
+    segments_[i].correction_um.assign(plan.phases, 0.0);
+    segments_[i].errors_um.assign(2 * plan.taps.size(), 0.0);
+  }
+}
+
+const Learning::Plan* Learning::plan_at(const Trajectory::Point& point) const {
+  if (point.in_transition || point.finished || point.live || point.segment >= config_.plans.size())
+    return nullptr;
+  const Plan& plan = config_.plans[point.segment];
+  return plan.taps.empty() ? nullptr : &plan;
+}
+
+std::optional<double> Learning::target_um(const Trajectory::Point& point) const {
+  const Plan* plan = plan_at(point);
+  if (plan == nullptr || diverged_ || retired_) return std::nullopt;
+  const std::vector<double>& of = segments_[point.segment].correction_um;
+  return share_of(*plan, point.shape_time_s) * of[cycle_of(*plan, point.shape_time_s) % plan->phases];
+}
+
+double Learning::Output::step(const std::optional<double>& target_um, double decay) {
+  if (follows != target_um.has_value()) fading_um = last_um - target_um.value_or(0.0);
+  follows = target_um.has_value();
+  fading_um *= decay;
+  last_um = target_um.value_or(0.0) + fading_um;
+  return last_um;
+}
+
+Learning::Correction Learning::correct(const Trajectory::Point& now, const Trajectory::Point& ahead,
+                                       double dt_s) {
+  const double decay = dt_s < fade_s ? 1.0 - dt_s / fade_s : 0.0;
+  report_.correction_um = now_.step(target_um(now), decay);
+  return {.now_um = report_.correction_um, .ahead_um = ahead_.step(target_um(ahead), decay)};
+}
+
+void Learning::learn(const Trajectory::Point& point, std::optional<double> error_um, bool undisturbed) {
+  const Plan* plan = plan_at(point);
+  if (plan == nullptr || !error_um || !undisturbed || diverged_ || retired_) return interrupt();
+  Segment& segment = segments_[point.segment];
+  const std::size_t cycle = cycle_of(*plan, point.shape_time_s);
+  if (cycle < plan->phases) return interrupt();                           // the first period still settles
+  if (segment.valid > 0 && cycle != segment.last_cycle + 1) interrupt();  // one is missing
+  segment.last_cycle = cycle;
+  take(point.segment, cycle % plan->phases, *error_um);
+}
+
+void Learning::interrupt() {
+  for (Segment& segment : segments_) segment.valid = 0;
+  judged_ = 0;
+  sum_of_squares_ = 0.0;
+}
+
+void Learning::take(std::size_t index, std::size_t phase, double error_um) {
+  const Plan& plan = config_.plans[index];
+  Segment& segment = segments_[index];
+  const std::size_t window = plan.taps.size();
+  segment.newest = (segment.newest + 1) % window;
+  segment.errors_um[segment.newest] = segment.errors_um[segment.newest + window] = error_um;
+  segment.valid = std::min(segment.valid + 1, window);
+  judge(error_um, judged_ == plan.phases);
+  if (segment.valid < window || config_.frozen) return;
+  const std::size_t late = window / 2;  // K
+  correct(plan, segment, (phase + plan.phases - late) % plan.phases);
+}
+
+void Learning::correct(const Plan& plan, Segment& segment, std::size_t phase) {
+  const auto taps = static_cast<Eigen::Index>(plan.taps.size());
+  const Eigen::Map<const Eigen::VectorXd> h(plan.taps.data(), taps);
+  const Eigen::Map<const Eigen::VectorXd> errors(segment.errors_um.data() + segment.newest + 1, taps);
+  double& correction_um = segment.correction_um[phase];
+  const double kept_um = (1.0 - 0.01 * config_.forget_percent) * correction_um;
+  correction_um = std::clamp(kept_um + config_.rate * h.dot(errors), -config_.correction_max_um,
+                             config_.correction_max_um);
+  largest_um_ = std::max(largest_um_, std::abs(correction_um));
+}
+
+/// Judges the periods that were undisturbed from end to end.
+void Learning::judge(double error_um, bool new_period) {
+  if (new_period) {
+    report_.rms_um = std::sqrt(sum_of_squares_ / static_cast<double>(judged_));
+    report_.correction_max_um = largest_um_;
+    if (report_.periods++ == 0) report_.first_rms_um = report_.rms_um;
+    grown_ = report_.rms_um > grown_factor * report_.first_rms_um ? grown_ + 1 : 0;
+    diverged_ = diverged_ || (grown_ >= grown_periods && largest_um_ > 0.0);
+    judged_ = 0;
+    sum_of_squares_ = largest_um_ = 0.0;
+  }
+  ++judged_;
+  sum_of_squares_ += error_um * error_um;
+}
+
+void Learning::reset() {
+  for (Segment& segment : segments_) std::ranges::fill(segment.correction_um, 0.0);
+  interrupt();
+  now_.follows = ahead_.follows = false;
+  const double correction_um = report_.correction_um;
+  report_ = {.correction_um = correction_um};
+  diverged_ = false;
+  grown_ = 0;
+  largest_um_ = 0.0;
+}
+
+void Learning::continue_from(const Learning& before) {
+  diverged_ = before.diverged_;
+  report_ = before.report_;
+  for (const auto& [own, its] : {std::pair(&now_, &before.now_), std::pair(&ahead_, &before.ahead_)})
+    *own = {.last_um = its->last_um};
+  for (std::size_t i = 0; i < std::min(segments_.size(), before.segments_.size()); ++i)
+    if (segments_[i].correction_um.size() == before.segments_[i].correction_um.size())
+      std::ranges::copy(before.segments_[i].correction_um, segments_[i].correction_um.begin());
+}
+
+Learning::Report Learning::report() const {
+  Report report = report_;
+  report.state = diverged_        ? LearningState::diverged
+                 : config_.frozen ? LearningState::frozen
+                                  : LearningState::learning;
+  return report;
+}
+
+std::vector<std::vector<double>> Learning::table() const {
+  std::vector<std::vector<double>> table;
+  table.reserve(segments_.size());
+  for (const Segment& segment : segments_) table.push_back(segment.correction_um);
+  return table;
+}
+
+bool Learning::restore(const std::vector<std::vector<double>>& table) {
+  if (table.size() != segments_.size()) return false;
+  for (std::size_t i = 0; i < table.size(); ++i)
+    if (table[i].size() != segments_[i].correction_um.size()) return false;
+  for (std::size_t i = 0; i < table.size(); ++i)
+    std::ranges::transform(table[i], segments_[i].correction_um.begin(), [&](double correction_um) {
+      return std::clamp(correction_um, -config_.correction_max_um, config_.correction_max_um);
+    });
+  return true;
+}
+
+}  // namespace hystcan::controller

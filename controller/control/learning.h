@@ -1,0 +1,140 @@
+// Learning for references that repeat: a correction c of the reference for each phase of a period.
+//
+// Plug-in repetitive control (Longman, Iterative learning control and repetitive control for engineering practice,
+// Int. J. Control 73, 2000). The corrected reference r + c drives the feed-forward and is what PI compares with; the
+// error is that of r. Once a cycle, one phase j of the period is corrected by the errors around it:
+//
+//   c[j] <- (1 - forget) c[j] + rate sum_k h_k e[j + k],    |c| <= bound,    k = -K .. K
+//
+// h is nearly the inverse of the loop and non-causal, so phase j is corrected K cycles after it has passed, in time for
+// the next period. With T the loop's response to c and H that of h (docs/theory.md), the error decays where
+//
+//   |1 - forget - rate H(theta) T(theta)| < 1        for all theta
+//
+// controller/analysis/learning_design.h finds an h that keeps this for a resonance that is not known exactly.
+//
+// Phases are cycles. Where a period is not a whole number of them, few periods together nearly are; what is left over
+// shifts the phases a little from period to period, and c follows as it learns.
+//
+// It learns from nothing but a whole window of errors of an undisturbed run: no transition, no first period, no lost
+// sample, no limiter. Where the error grows beyond what it was without learning, the correction fades out, for good.
+// A correction that ends, is reset or is taken back fades out: it does not jump.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "controller/reference/trajectory.h"
+#include "model/words.h"
+
+namespace hystcan::controller {
+
+enum class LearningState : std::uint8_t {
+  off,       ///< not configured, or this segment does not repeat
+  learning,  ///< corrects, and learns where the run is undisturbed
+  frozen,    ///< corrects, does not learn
+  diverged   ///< the error grew: the correction has been taken back
+};
+constexpr auto words(LearningState) {
+  return std::to_array<std::string_view>({"off", "learning", "frozen", "diverged"});
+}
+constexpr std::string_view to_string(LearningState state) { return word_of(state); }
+
+class Learning {
+ public:
+  /// The filter of one segment; no taps: the segment does not repeat.
+  struct Plan {
+    std::size_t phases = 0;  ///< cycles of a period, or of a few periods together
+    double cycle_s = 1e-3;
+    std::vector<double> taps{};  ///< h, from -K on; 2 K + 1 of them, fewer than phases
+    double duration_s = 0.0;     ///< of the segment
+  };
+  /// What the user states.
+  struct Config {
+    double rate = 0.5;                ///< share of the error that a period corrects, > 0 to 1
+    double forget_percent = 0.2;      ///< of the correction, per period
+    double correction_max_um = 0.0;   ///< bound
+    double resonance_percent = 10.0;  ///< the filter is designed for a resonance that is this far off
+    bool frozen = false;              ///< corrects with what it has learnt, and learns no more
+    std::size_t ahead_cycles = 0;     ///< of the correction in the feed-forward
+    std::vector<Plan> plans{};        ///< one for each segment; ahead_cycles and plans are designed
+  };
+  struct Report {
+    LearningState state = LearningState::off;
+    std::uint32_t periods = 0;       ///< judged since the last reset
+    double rms_um = 0.0;             ///< error of the last one
+    double first_rms_um = 0.0;       ///< of the first one
+    double correction_um = 0.0;      ///< at present
+    double correction_max_um = 0.0;  ///< the largest in the last period
+  };
+
+  /// Throws std::invalid_argument where a plan contradicts itself.
+  explicit Learning(const Config& config);
+
+  const Config& config() const { return config_; }
+  std::size_t ahead_cycles() const { return config_.ahead_cycles; }
+
+  /// c of a cycle, at the points of its sample and of its feed-forward. Called exactly once per cycle.
+  struct Correction {
+    double now_um = 0.0;
+    double ahead_um = 0.0;
+  };
+  Correction correct(const Trajectory::Point& now, const Trajectory::Point& ahead, double dt_s);
+  /// Learns from the error of a sample at this point. `undisturbed`: no limiter was active. Empty: the sample is lost.
+  void learn(const Trajectory::Point& point, std::optional<double> error_um, bool undisturbed);
+
+  /// Forgets all that was learnt.
+  void reset();
+  /// Ends the correction, for good.
+  void retire() { retired_ = true; }
+  /// Takes over what `before` has learnt where its segments repeat alike, and what it puts out at present. Does not
+  /// allocate.
+  void continue_from(const Learning& before);
+
+  Report report() const;
+
+  /// The correction of each phase of each segment; to be saved, and restored where the sizes agree.
+  std::vector<std::vector<double>> table() const;
+  bool restore(const std::vector<std::vector<double>>& table);
+
+ private:
+  struct Segment {
+    std::vector<double> correction_um;
+    std::vector<double> errors_um;  ///< the last ones, twice, so that each window lies in one piece
+    std::size_t newest = 0;
+    std::size_t valid = 0;       ///< errors without a gap
+    std::size_t last_cycle = 0;  ///< since the segment's beginning
+  };
+
+  /// A correction that is put out.
+  struct Output {
+    double last_um = 0.0;
+    double fading_um = 0.0;  ///< what is left of a jump
+    bool follows = false;
+    double step(const std::optional<double>& target_um, double decay);
+  };
+
+  const Plan* plan_at(const Trajectory::Point& point) const;
+  std::optional<double> target_um(const Trajectory::Point& point) const;
+  void interrupt();
+  void take(std::size_t index, std::size_t phase, double error_um);
+  void correct(const Plan& plan, Segment& segment, std::size_t phase);
+  void judge(double error_um, bool new_period);
+
+  Config config_;
+  std::vector<Segment> segments_;
+  Report report_;
+  Output now_, ahead_;
+  bool diverged_ = false;
+  bool retired_ = false;
+  double sum_of_squares_ = 0.0;
+  std::size_t judged_ = 0;
+  double largest_um_ = 0.0;
+  unsigned grown_ = 0;  ///< periods in a row with a larger error than the first
+};
+
+}  // namespace hystcan::controller

@@ -1,0 +1,202 @@
+// Learning with a stage that answers at once: what it learns from, when it rests, and how it ends.
+#include "controller/control/learning.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <stdexcept>
+
+#include "tests/support/count_allocations.h"
+
+namespace hystcan::controller::learning_test {
+namespace {
+
+constexpr std::size_t phases = 20;
+constexpr double cycle_s = 1e-3;
+
+/// A period of 20 cycles, a filter of one tap: the error of a phase corrects that phase.
+Learning::Config simple() {
+  Learning::Config config{.rate = 0.5, .forget_percent = 0.0, .correction_max_um = 1.0};
+  config.plans = {{.phases = phases, .cycle_s = cycle_s, .taps = {1.0}, .duration_s = 1e3}};
+  return config;
+}
+
+/// A stage that stands where the corrected reference is, plus a disturbance that repeats.
+struct Bench {
+  explicit Bench(const Learning::Config& config) : learning(config) {}
+  Learning learning;
+  std::size_t cycle = 1000;  // away from the beginning of the segment
+  double gain = 1.0;
+  double correction_um = 0.0, error_um = 0.0, largest_step_um = 0.0;
+  std::function<double(std::size_t)> disturbance = [](std::size_t phase) {
+    return 0.1 * std::sin(2.0 * std::numbers::pi * static_cast<double>(phase) / phases);
+  };
+
+  Trajectory::Point point() const { return {.shape_time_s = static_cast<double>(cycle) * cycle_s}; }
+  void step(bool has_sample = true, bool undisturbed = true) { step_at(point(), has_sample, undisturbed); }
+  void step_at(const Trajectory::Point& now, bool has_sample = true, bool undisturbed = true) {
+    const double before_um = correction_um;
+    correction_um = learning.correct(now, now, cycle_s).now_um;
+    largest_step_um = std::max(largest_step_um, std::abs(correction_um - before_um));
+    error_um = disturbance(cycle % phases) - gain * correction_um;
+    learning.learn(now, has_sample ? std::optional(error_um) : std::nullopt, undisturbed);
+    ++cycle;
+  }
+  double rms_of_periods(int periods) {
+    double sum = 0.0;
+    for (int i = 0; i < periods * static_cast<int>(phases); ++i) {
+      step();
+      sum += error_um * error_um;
+    }
+    return std::sqrt(sum / (periods * static_cast<double>(phases)));
+  }
+};
+
+TEST(Learning, TakesAwayWhatRepeats) {
+  Bench run(simple());
+  EXPECT_NEAR(run.rms_of_periods(1), 0.0707, 1e-3);
+  run.rms_of_periods(20);
+  EXPECT_LT(run.rms_of_periods(1), 1e-6);
+  EXPECT_EQ(run.learning.report().state, LearningState::learning);
+  EXPECT_GT(run.learning.report().periods, 15u);
+  EXPECT_LT(run.learning.report().rms_um, 1e-5);
+}
+
+TEST(Learning, KeepsToItsBound) {
+  Bench run(simple());
+  run.disturbance = [](std::size_t) { return 50.0; };
+  run.rms_of_periods(20);
+  EXPECT_EQ(run.learning.report().correction_max_um, 1.0);
+  EXPECT_LE(std::abs(run.correction_um), 1.0);
+}
+
+TEST(Learning, RestsWithoutSamplesAndAtALimit) {
+  for (const bool has_sample : {false, true}) {
+    Bench run(simple());
+    for (int i = 0; i < 200; ++i) run.step(has_sample, !has_sample);
+    EXPECT_EQ(run.correction_um, 0.0) << has_sample;
+  }
+}
+
+TEST(Learning, RestsInTransitionsAndAtLiveGoals) {
+  Bench run(simple());
+  for (int i = 0; i < 200; ++i) {
+    Trajectory::Point point = run.point();
+    (i % 2 == 0 ? point.in_transition : point.live) = true;
+    run.step_at(point);
+  }
+  for (const auto& segment : run.learning.table())
+    for (const double correction_um : segment) EXPECT_EQ(correction_um, 0.0);
+}
+
+TEST(Learning, LearnsNothingFromTheFirstPeriodOfASegment) {
+  Bench run(simple());
+  run.cycle = 0;
+  for (std::size_t i = 0; i < phases; ++i) run.step();
+  EXPECT_EQ(run.learning.report().correction_um, 0.0);
+  EXPECT_EQ(run.learning.table()[0][3], 0.0);
+}
+
+TEST(Learning, NoticesThatItDivergesAndTakesTheCorrectionBack) {
+  Bench run(simple());
+  run.gain = -1.0;  // every correction makes it worse
+  run.rms_of_periods(40);
+  EXPECT_EQ(run.learning.report().state, LearningState::diverged);
+  EXPECT_NEAR(run.correction_um, 0.0, 1e-9);
+  EXPECT_NEAR(run.rms_of_periods(1), 0.0707, 1e-3) << "as without learning";
+  EXPECT_LT(run.largest_step_um, 0.3) << "the correction fades out";
+}
+
+TEST(Learning, ForgetsWhatDoesNotRepeatAnyMore) {
+  Learning::Config config = simple();
+  config.forget_percent = 2.0;
+  Bench run(config);
+  run.rms_of_periods(20);
+  const double learnt_um = run.learning.report().correction_max_um;
+  run.disturbance = [](std::size_t) { return 0.0; };
+  run.gain = 0.0;  // no error tells it so
+  run.rms_of_periods(200);
+  EXPECT_LT(run.learning.report().correction_max_um, 0.05 * learnt_um);
+}
+
+TEST(Learning, LeavesWithoutAJump) {
+  const auto leaves = [](auto leave) {
+    Bench run(simple());
+    run.disturbance = [](std::size_t) { return 0.5; };
+    run.rms_of_periods(30);
+    EXPECT_NEAR(run.correction_um, 0.5, 1e-3);
+    run.largest_step_um = 0.0;
+    leave(run);
+    EXPECT_LT(run.largest_step_um, 0.06);
+    EXPECT_NEAR(run.correction_um, 0.0, 0.01);
+  };
+  leaves([](Bench& run) {
+    for (int i = 0; i < 200; ++i) {
+      Trajectory::Point point = run.point();
+      point.live = true;
+      run.step_at(point);
+    }
+  });
+  leaves([](Bench& run) {
+    run.learning.retire();
+    for (int i = 0; i < 200; ++i) run.step();
+  });
+  leaves([](Bench& run) {
+    run.disturbance = [](std::size_t) { return 0.0; };
+    run.gain = 0.0;
+    run.learning.reset();
+    for (int i = 0; i < 200; ++i) run.step();
+  });
+}
+
+TEST(Learning, FrozenCorrectsButLearnsNoMore) {
+  Bench run(simple());
+  run.rms_of_periods(10);
+  Learning::Config frozen = simple();
+  frozen.frozen = true;
+  Learning next(frozen);
+  next.continue_from(run.learning);
+  const auto before = next.table();
+  EXPECT_EQ(before, run.learning.table());
+  run.learning = next;
+  run.disturbance = [](std::size_t) { return 0.3; };
+  run.rms_of_periods(5);
+  EXPECT_EQ(run.learning.table(), before);
+  EXPECT_EQ(run.learning.report().state, LearningState::frozen);
+}
+
+TEST(Learning, RestoresOnlyATableOfItsOwnSize) {
+  Bench run(simple());
+  run.rms_of_periods(10);
+  Learning other(simple());
+  EXPECT_TRUE(other.restore(run.learning.table()));
+  EXPECT_EQ(other.table(), run.learning.table());
+  EXPECT_FALSE(other.restore({}));
+  EXPECT_FALSE(other.restore({{1.0, 2.0}}));
+  EXPECT_EQ(other.table(), run.learning.table());
+}
+
+TEST(Learning, AllocatesNothingInACycle) {
+  Bench run(simple());
+  run.disturbance = nullptr;
+  const Trajectory::Point point = run.point();
+  const auto before = support::allocations_so_far();
+  run.learning.correct(point, point, cycle_s);
+  run.learning.learn(point, 0.1, true);
+  run.learning.reset();
+  EXPECT_EQ(support::allocations_so_far(), before);
+}
+
+TEST(Learning, RefusesAFilterThatIsNone) {
+  Learning::Config config = simple();
+  config.plans[0].taps = {0.5, 0.5};
+  EXPECT_THROW(Learning{config}, std::invalid_argument);
+  config.plans[0].taps.assign(phases + 1, 0.1);
+  EXPECT_THROW(Learning{config}, std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace hystcan::controller::learning_test
