@@ -84,8 +84,8 @@ class ClosedLoop {
   /// How far ahead the reference is looked up.
   double preview_s(double cycle_s);
   double reference_um(double t_s) const { return trajectory_.value_um(t_s); }
-
   Trajectory::Point reference_at(double t_s) const { return trajectory_.at(t_s); }
+
   Learning* learning() { return learning_ ? &*learning_ : nullptr; }
   const Learning* learning() const { return learning_ ? &*learning_ : nullptr; }
   const ControlLaw& law() const { return law_; }

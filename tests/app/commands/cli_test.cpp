@@ -157,6 +157,10 @@ TEST_F(Cli, DemoPrintsFiveColumnsAndWritesPlotAndCsv) {
   EXPECT_EQ(json.at("columns")[4].at("structure"), "inverse+pi");
   EXPECT_LT(json.at("columns")[4].at("rms_percent"), 0.25);
   EXPECT_GT(json.at("columns")[2].at("rms_percent"), 5.0);
+  const auto& truth = json.at("columns")[4].at("true").at("segments").at(0);
+  EXPECT_GT(truth.at("samples"), 10'000) << "every 50 us of 0.9 s";
+  EXPECT_GT(truth.at("rms_um"), json.at("floors_um").at(0)) << "of the triangle";
+  EXPECT_TRUE(json.at("floors_um").at(1).is_null()) << "the staircase does not repeat";
   for (const char* file : {"out/demo.svg", "out/demo.png", "out/inverse+pi.csv", "out/inverse+pi.truth.csv"})
     EXPECT_GT(std::filesystem::file_size(shipped / file), 10'000u) << file;
 }
