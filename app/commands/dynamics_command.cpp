@@ -9,11 +9,14 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "app/commands/commands.h"
 #include "app/io/option_check.h"
 #include "app/io/output_file.h"
+#include "app/live/open_loop.h"
 #include "app/live/stop_signal.h"
+#include "app/report/config_edit.h"
 #include "app/report/dynamics_text.h"
 #include "can/counted.h"
 #include "config/files/dataset_file.h"
@@ -29,7 +32,11 @@ using identification::SecondOrderFit;
 struct DynamicsArguments {
   std::filesystem::path data;
   std::filesystem::path output;
+  std::filesystem::path config;  ///< empty: none
+  std::filesystem::path written;
+  std::string axis;
   std::optional<double> rate_Hz;
+  bool cautious = false;
   bool json = false;
 };
 
@@ -39,24 +46,44 @@ struct IdentifiedDynamics {
   std::string output_unit;
   SecondOrderFit fit;
   double rate_Hz = 0.0;  ///< of the loop
-  controller::JudgedLoop loop;
+  IdentifiedPlant plant;
+  std::optional<double> sensor_s{};              ///< the configured part of the delay
+  std::vector<controller::LoopSetting> designs;  ///< the first one is proposed
+  std::vector<controller::JudgedLoop> loops;     ///< of the designs
+
+  const controller::LoopSetting& proposed() const { return designs.front(); }
 };
 
 std::string unit_or(const std::string& unit, const char* otherwise) {
   return unit.empty() ? otherwise : unit;
 }
 
-/// The gains of the cautious rule in a loop whose commands take effect at the next SYNC.
-controller::JudgedLoop designed(const SecondOrderFit& fit, double cycle_s) {
-  const IdentifiedPlant plant =
-      plant_of(fit, {.command_delay = std::chrono::nanoseconds(std::llround(1e9 * cycle_s)),
-                     .amplifier_bandwidth_Hz = 1e9});
-  const controller::LoopConfig loop{.delays = plant.delays, .cycle_s = cycle_s};
-  return controller::judge(loop, plant.uncertainty,
-                           controller::largest_gains(loop, controller::CautiousRule{}));
+/// The delays to start from: those of the configured axis, or an amplifier without lag and a sensor without delay.
+controller::Delays configured_delays(const std::optional<config::Config>& config, std::size_t axis) {
+  return config ? config->axes[axis].control.delays : controller::Delays{.amplifier_bandwidth_Hz = 1e9};
 }
 
-IdentifiedDynamics find(const DynamicsArguments& options) {
+/// Designs for a loop whose commands take effect at the next SYNC.
+void design(IdentifiedDynamics& identified, bool cautious) {
+  const double cycle_s = 1.0 / identified.rate_Hz;
+  identified.plant.delays.command_delay = std::chrono::nanoseconds(std::llround(1e9 * cycle_s));
+  const controller::SensitivityRule rule;
+  const controller::LoopConfig plain{.delays = identified.plant.delays, .cycle_s = cycle_s};
+  if (cautious)
+    identified.designs = {{.pi = controller::largest_gains(plain, controller::CautiousRule{})}};
+  else
+    identified.designs = controller::designs(plain, identified.plant.uncertainty, rule);
+  for (const controller::LoopSetting& setting : identified.designs) {
+    controller::LoopConfig loop = plain;
+    loop.measurement_filter_Hz = setting.measurement_filter_Hz;
+    loop.notch = setting.notch;
+    identified.loops.push_back(controller::judge(
+        loop, controller::widened(identified.plant.uncertainty, rule.resonance_percent), setting.pi));
+  }
+}
+
+IdentifiedDynamics find(const DynamicsArguments& options, const std::optional<config::Config>& config,
+                        std::size_t axis) {
   const config::DatasetFile file = config::load_dataset(options.data);
   try {
     IdentifiedDynamics identified;
@@ -64,68 +91,133 @@ IdentifiedDynamics find(const DynamicsArguments& options) {
     identified.input_unit = unit_or(file.dataset.input_unit, "input unit");
     identified.output_unit = unit_or(file.dataset.output_unit, "output unit");
     identified.fit = identification::fit_second_order(file.dataset);
-    identified.rate_Hz = options.rate_Hz.value_or(1.0 / identified.fit.cycle_s);
-    identified.loop = designed(identified.fit, 1.0 / identified.rate_Hz);
+    identified.rate_Hz =
+        options.rate_Hz.value_or(config ? config->controller.rate_Hz : 1.0 / identified.fit.cycle_s);
+    const controller::Delays configured = configured_delays(config, axis);
+    if (config) identified.sensor_s = configured.sensor_s();
+    identified.plant = plant_of(identified.fit, configured);
+    design(identified, options.cautious);
     return identified;
   } catch (const std::invalid_argument& error) {
     throw config::Error(fmt::format("{}: {}", options.data.string(), error.what()));
   }
 }
 
+std::string filters_of(const controller::LoopSetting& setting) {
+  if (setting.notch) return fmt::format(", notch {} (Hz, depth, width)", describe(*setting.notch));
+  if (setting.measurement_filter_Hz > 0.0)
+    return fmt::format(", low pass {} Hz", setting.measurement_filter_Hz);
+  return ", no filter";
+}
+
+std::string delay_shares(const IdentifiedDynamics& identified) {
+  if (!identified.sensor_s) return line("", "--config tells the sensor's share, if the configuration has it");
+  return line(
+      "", fmt::format("sensor {:.4g} ms ([axis.control.delays]); the rest is counted as the amplifier's lag",
+                      1e3 * *identified.sensor_s));
+}
+
 /// The text for the terminal and for the comment in the fragment.
 std::string describe(const IdentifiedDynamics& identified) {
   const SecondOrderFit& fit = identified.fit;
-  const controller::JudgedLoop& loop = identified.loop;
-  return line("dataset", fmt::format("{}: {} at {:.6g} Hz", identified.file, can::counted(fit.rows, "row"),
-                                     1.0 / fit.cycle_s)) +
-         describe(fit, identified.input_unit, identified.output_unit) +
-         line("PI gains", fmt::format("kp {} um per um, ki {} 1/s, at {:.6g} Hz", loop.pi.kp,
-                                      loop.pi.ki_per_s, identified.rate_Hz)) +
-         line("loop", describe(loop.margins)) +
-         line("at the worst", describe(loop.worst) + " (corners of the intervals)") +
-         line("speed", fmt::format("crossover {:.4g} Hz, bandwidth of the feedback alone {:.4g} Hz",
-                                   loop.margins.crossover_Hz, loop.margins.bandwidth_Hz)) +
-         describe(controller::CautiousRule{});
+  std::string text =
+      line("dataset", fmt::format("{}: {} at {:.6g} Hz{}", identified.file, can::counted(fit.rows, "row"),
+                                  1.0 / fit.cycle_s, left_out_text(fit))) +
+      describe(fit, identified.input_unit, identified.output_unit) + delay_shares(identified);
+  for (std::size_t i = 0; i < identified.designs.size(); ++i) {
+    const controller::LoopSetting& setting = identified.designs[i];
+    const controller::JudgedLoop& loop = identified.loops[i];
+    text += line(i == 0 ? "PI gains" : "less fast",
+                 fmt::format("kp {} um per um, ki {} 1/s, at {:.6g} Hz{}", setting.pi.kp, setting.pi.ki_per_s,
+                             identified.rate_Hz, filters_of(setting))) +
+            line("loop", describe(loop.margins)) +
+            line("at the worst", describe(loop.worst) + " (corners of the intervals)") +
+            line("speed", fmt::format("crossover {:.4g} Hz, bandwidth of the feedback alone {:.4g} Hz",
+                                      loop.margins.crossover_Hz, loop.margins.bandwidth_Hz));
+  }
+  return text;
 }
 
-std::string delay_key(const identification::Estimate& delay_s) {
-  const auto bandwidth_Hz = bandwidth_Hz_for(delay_s);
-  if (!bandwidth_Hz)
+std::string rule_text(bool cautious) {
+  return cautious ? describe(controller::CautiousRule{}) : describe(controller::SensitivityRule{});
+}
+
+std::string delay_key(const IdentifiedDynamics& identified, const controller::Delays& configured) {
+  const double bandwidth_Hz = identified.plant.delays.amplifier_bandwidth_Hz;
+  if (bandwidth_Hz == configured.amplifier_bandwidth_Hz)
     return "# amplifier_bandwidth_Hz: unchanged, the delay cannot be distinguished from zero\n";
   return fmt::format(
-      "amplifier_bandwidth_Hz = {}   # represents the identified delay: {:.4g} ms = 1 / (2 pi bandwidth)\n",
-      toml_number(*bandwidth_Hz), 1e3 * delay_s.value);
+      "amplifier_bandwidth_Hz = {}   # represents the identified delay: {:.4g} ms{}\n",
+      toml_number(bandwidth_Hz), 1e3 * identified.fit.delay_s.value,
+      identified.sensor_s.value_or(0.0) > 0.0 ? ", less the sensor's" : " = 1 / (2 pi bandwidth)");
 }
 
-std::string fragment(const IdentifiedDynamics& identified) {
-  return "# Second-order dynamics of one axis: these keys replace those of its [axis.control].\n#\n" +
-         as_comment(describe(identified)) +
-         fmt::format("\n[axis.control]\nkp       = {}   # um per um\nki_per_s = {}\n",
-                     toml_number(identified.loop.pi.kp), toml_number(identified.loop.pi.ki_per_s)) +
-         "\n[axis.control.delays]\n" + delay_key(identified.fit.delay_s) +
+std::string filter_keys(const controller::LoopSetting& setting) {
+  if (setting.notch)
+    return fmt::format("\n[axis.control.notch]\nfrequency_Hz = {}\ndepth        = {}\nwidth        = {}\n",
+                       toml_number(setting.notch->frequency_Hz), toml_number(setting.notch->depth),
+                       toml_number(setting.notch->width));
+  return {};
+}
+
+std::string fragment(const IdentifiedDynamics& identified, const controller::Delays& configured,
+                     const std::string& comment) {
+  const controller::LoopSetting& setting = identified.proposed();
+  std::string text =
+      "# Second-order dynamics of one axis: these keys replace those of its [axis.control].\n#\n" +
+      as_comment(comment) +
+      fmt::format("\n[axis.control]\nkp       = {}   # um per um\nki_per_s = {}\n",
+                  toml_number(setting.pi.kp), toml_number(setting.pi.ki_per_s));
+  if (setting.measurement_filter_Hz > 0.0)
+    text += fmt::format("measurement_filter_Hz = {}\n", toml_number(setting.measurement_filter_Hz));
+  return text + "\n[axis.control.delays]\n" + delay_key(identified, configured) +
          fmt::format("resonance_Hz  = {}\ndamping_ratio = {}\n",
-                     toml_number(rounded(identified.fit.natural_frequency_Hz.value)),
-                     toml_number(rounded(identified.fit.damping_ratio.value)));
+                     toml_number(identified.plant.delays.resonance_Hz),
+                     toml_number(identified.plant.delays.damping_ratio)) +
+         filter_keys(setting);
 }
 
 nlohmann::json to_json(const IdentifiedDynamics& identified) {
   nlohmann::json json = to_json(identified.fit);
+  const controller::LoopSetting& setting = identified.proposed();
   json["rate_Hz"] = identified.rate_Hz;
-  json["kp"] = identified.loop.pi.kp;
-  json["ki_per_s"] = identified.loop.pi.ki_per_s;
-  json["margins"] = to_json(identified.loop.margins);
-  json["worst_margins"] = to_json(identified.loop.worst);
+  json["kp"] = setting.pi.kp;
+  json["ki_per_s"] = setting.pi.ki_per_s;
+  json["measurement_filter_Hz"] = setting.measurement_filter_Hz;
+  json["notch"] = to_json(setting.notch);
+  json["amplifier_bandwidth_Hz"] = identified.plant.delays.amplifier_bandwidth_Hz;
+  json["margins"] = to_json(identified.loops.front().margins);
+  json["worst_margins"] = to_json(identified.loops.front().worst);
   return json;
+}
+
+/// The configuration with the result in it, if it was asked for.
+void write_config(const DynamicsArguments& options, const config::Config& config, std::size_t axis,
+                  const IdentifiedDynamics& identified) {
+  OutputFile out(options.written);
+  out.write(with_loop_keys(config, axis, {identified.proposed(), identified.plant.delays}));
+  out.commit();
 }
 
 int dynamics(const DynamicsArguments& options) {
   refuse_to_overwrite(options.output, options.data);
-  const IdentifiedDynamics identified = find(options);
+  std::optional<config::Config> config;
+  std::size_t axis = 0;
+  if (!options.config.empty()) {
+    config = config::load(options.config);
+    axis = index_of_axis(*config, options.axis);
+    refuse_to_overwrite_inputs(options.output, options.config, *config);
+    if (!options.written.empty())
+      refuse_to_write_into(options.written, *config, options.output, options.data);
+  }
+  const IdentifiedDynamics identified = find(options, config, axis);
   stop_at_a_signal();  // no unfinished file remains
+  const std::string text = describe(identified) + rule_text(options.cautious);
   OutputFile out(options.output);
-  out.write(fragment(identified));
+  out.write(fragment(identified, configured_delays(config, axis), text));
+  if (!options.written.empty()) write_config(options, *config, axis, identified);
   out.commit();
-  fmt::print("{}", options.json ? to_json(identified).dump(2) + "\n" : describe(identified));
+  fmt::print("{}", options.json ? to_json(identified).dump(2) + "\n" : text);
   return done;
 }
 
@@ -142,8 +234,20 @@ void add_dynamics(CLI::App& cli, int& status) {
                    "time until the next row's")
       ->required();
   command->add_option("--output", options->output, "fragment of a configuration to write (TOML)")->required();
-  command->add_option("--rate", options->rate_Hz, "rate of the controller, Hz (default: the dataset's)")
+  command
+      ->add_option("--rate", options->rate_Hz,
+                   "rate of the controller, Hz (default: the configuration's, or the dataset's)")
       ->check(positive_number());
+  CLI::Option* with_config =
+      command->add_option("--config", options->config,
+                          "configuration (TOML): its sensor's delay, its rate, and what --write starts from");
+  command->add_option("--axis", options->axis, "name of its axis; the first one if left out")
+      ->needs(with_config);
+  command
+      ->add_option("--write", options->written, "copy of the configuration to write, with the result in it")
+      ->needs(with_config);
+  command->add_flag("--cautious", options->cautious,
+                    "the rule that counts no phase beyond -180 degrees; stays stable with any delay");
   command->add_flag("--json", options->json, "print the result as JSON");
   command->callback([options, &status] { status = dynamics(*options); });
 }

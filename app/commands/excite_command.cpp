@@ -15,6 +15,8 @@
 #include "app/io/output_file.h"
 #include "app/io/standard_streams.h"
 #include "app/live/open_loop.h"
+#include "app/live/safe_amplitude.h"
+#include "app/report/config_edit.h"
 #include "can/counted.h"
 #include "config/schema/config.h"
 #include "controller/excitation_dataset.h"
@@ -32,6 +34,10 @@ struct ExciteArguments {
   std::optional<unsigned> cycles, levels;
 };
 
+double usual_amplitude(const ExciteArguments& options, const controller::Gate::Config& gate) {
+  return 0.05 * (options.high.value_or(gate.drive_max) - options.low.value_or(gate.drive_min));
+}
+
 Excitation::Config excitation(const ExciteArguments& options, const controller::Gate::Config& gate,
                               double rate_Hz) {
   constexpr double rest_cycles = 10.0;
@@ -40,7 +46,7 @@ Excitation::Config excitation(const ExciteArguments& options, const controller::
   if (!(low < high))
     throw config::Error(fmt::format("--low is {}, expected less than --high, {}", low, high));
   const double centre = low + (high - low) / 2.0;
-  const double amplitude = options.amplitude.value_or(0.05 * (high - low));
+  const double amplitude = options.amplitude.value_or(usual_amplitude(options, gate));
   if (options.signal == "step")
     return Excitation::Steps{.centre = centre,
                              .amplitude = amplitude,
@@ -131,16 +137,33 @@ class DatasetRecorder {
   std::string lost_;
 };
 
+/// The stated excitation. A step or chirp without a stated amplitude is made smaller where the twin comes near a limit.
+Excitation::Config chosen_excitation(const ExciteArguments& options, const config::Config& config,
+                                     const twin::Config& twin) {
+  const config::AxisConfig& axis = config.axes[0];
+  const auto with = [&](std::optional<double> amplitude) {
+    ExciteArguments chosen = options;
+    if (amplitude) chosen.amplitude = amplitude;
+    return excitation(chosen, axis.control.gate, config.controller.rate_Hz);
+  };
+  if (options.signal == "hysteresis" || options.amplitude) return with(options.amplitude);
+  const double usual = usual_amplitude(options, axis.control.gate);
+  const double amplitude = amplitude_with_margin(config, twin, usual, with);
+  if (amplitude < usual)
+    note("amplitude {:g} {}, not {:g}: the twin comes near a limit with more\n", amplitude,
+         axis.wire.drive_unit, usual);
+  return with(amplitude);
+}
+
 int run_excite(const ExciteArguments& options) {
   const config::Config loaded = config::load(options.run.config);
   refuse_to_overwrite_inputs(options.output, options.run.config, loaded);
   const config::Config chosen = chosen_axis_of(loaded, options.run);
-  const config::Config config =
-      in_open_loop(chosen, excitation(options, chosen.axes[0].control.gate, chosen.controller.rate_Hz));
+  const twin::Config twin = twin_config(loaded);
+  const config::Config config = in_open_loop(chosen, chosen_excitation(options, chosen, twin));
   DatasetRecorder recorder(options, config);
-  const OpenLoopEnd end =
-      drive_in_open_loop(config, twin_config(loaded), options.run,
-                         [&](const controller::CycleRecord& record) { recorder.add(record); });
+  const OpenLoopEnd end = drive_in_open_loop(
+      config, twin, options.run, [&](const controller::CycleRecord& record) { recorder.add(record); });
   for (const std::string& line : end.closing) note("{}\n", line);
   recorder.close();
 
@@ -203,7 +226,9 @@ void add_excite(CLI::App& cli, int& status) {
   command
       ->add_option("--levels", options->levels, "hysteresis: nested loops, and reversal curves each way (5)")
       ->check(whole_number(0, Excitation::most_turns));
-  command->add_option("--amplitude", options->amplitude, "step, chirp: drive units; 5 % of high - low")
+  command
+      ->add_option("--amplitude", options->amplitude,
+                   "step, chirp: drive units; 5 % of high - low, less where the twin comes near a limit")
       ->check(positive_number());
   command->add_option("--frequency-from", options->from_Hz, "chirp: Hz; a thousandth of the cycle rate")
       ->check(positive_number());

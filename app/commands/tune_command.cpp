@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -12,19 +11,22 @@
 #include <vector>
 
 #include "app/commands/commands.h"
+#include "app/commands/tune_candidates.h"
 #include "app/io/option_check.h"
 #include "app/io/output_file.h"
 #include "app/io/standard_streams.h"
 #include "app/live/open_loop.h"
-#include "app/live/rehearsal_setup.h"
+#include "app/live/safe_amplitude.h"
 #include "app/live/stop_signal.h"
+#include "app/report/config_edit.h"
 #include "app/report/dynamics_text.h"
+#include "app/report/frequency_response.h"
 #include "app/report/report.h"
 #include "app/report/tuning_report.h"
 #include "config/schema/config.h"
 #include "controller/excitation_dataset.h"
 #include "identification/dataset.h"
-#include "rehearsal/rehearsal.h"
+#include "identification/dynamics/empirical_response.h"
 
 namespace hystcan::app {
 namespace {
@@ -37,9 +39,12 @@ using identification::SecondOrderFit;
 struct TuneArguments {
   OpenLoopOptions run;
   std::filesystem::path output = "tuning.toml";
+  std::filesystem::path written, picture, table;  ///< empty: not asked for
   std::optional<double> centre, amplitude;
   double period_s = 0.4;
   unsigned cycles = 5;
+  controller::SensitivityRule sensitivity;
+  bool cautious = false;
   double phase_margin_deg = CautiousRule{}.phase_margin_deg;
   std::optional<double> gain_margin_dB;
   bool json = false;
@@ -54,7 +59,7 @@ Excitation::Steps steps(const TuneArguments& options, const controller::Gate::Co
           .cycles = options.cycles};
 }
 
-CautiousRule rule(const TuneArguments& options) {
+CautiousRule cautious_rule(const TuneArguments& options) {
   CautiousRule rule{.phase_margin_deg = options.phase_margin_deg};
   if (options.gain_margin_dB) rule.gain_margin = std::pow(10.0, *options.gain_margin_dB / 20.0);
   return rule;
@@ -92,77 +97,109 @@ SecondOrderFit fit(const Dataset& record) {
   }
 }
 
-Setting proposal(const Setting& present, const IdentifiedPlant& plant, const CautiousRule& rule,
-                 double cycle_s) {
-  Setting proposed = present;
-  proposed.delays = plant.delays;
-  proposed.delays.command_delay = std::chrono::nanoseconds(std::llround(1e9 * cycle_s));
-  const controller::LoopConfig loop{.delays = proposed.delays, .cycle_s = cycle_s};
-  proposed.pi = controller::largest_gains(loop, rule);
-  proposed.loop = controller::judge(loop, plant.uncertainty, proposed.pi);
-  return proposed;
+/// The stated amplitude, or the default one, made smaller where the twin comes near a limit with it.
+Excitation::Steps chosen_steps(const TuneArguments& options, const config::Config& config,
+                               const twin::Config& twin) {
+  Excitation::Steps chosen = steps(options, config.axes[0].control.gate);
+  in_open_loop(config, chosen);  // refuses what is outside the range
+  if (options.amplitude) return chosen;
+  const double usual = chosen.amplitude;
+  chosen.amplitude = amplitude_with_margin(config, twin, usual, [&](double amplitude) {
+    Excitation::Steps smaller = chosen;
+    smaller.amplitude = amplitude;
+    return smaller;
+  });
+  if (chosen.amplitude < usual)
+    note("amplitude {:g} {}, not {:g}: the twin comes near a limit with more\n", chosen.amplitude,
+         config.axes[0].wire.drive_unit, usual);
+  return chosen;
 }
 
-/// Sets the identified mode in the twin. The amplifier's lag represents the delay, if there is one.
-void set_mode(twin::Config& twin, const std::string& axis_name, const SecondOrderFit& found) {
-  for (twin::WiredAxisConfig& axis : twin.axes) {
-    if (axis.wire.name != axis_name) continue;
-    twin::Plant::Config& plant = axis.axis.plant;
-    plant.mode = found.mode();
-    plant.amplifier.bandwidth_Hz = bandwidth_Hz_for(found.delay_s).value_or(plant.amplifier.bandwidth_Hz);
+/// The files that were asked for, opened before the axis moves.
+struct AskedFiles {
+  AskedFiles(const TuneArguments& options, const config::Config& loaded) {
+    refuse_to_overwrite_inputs(options.output, options.run.config, loaded);
+    if (!options.written.empty()) {
+      refuse_to_write_into(options.written, loaded, options.output);
+      written.emplace(options.written);
+    }
+    if (!options.table.empty()) {
+      refuse_to_overwrite_inputs(options.table, options.run.config, loaded);
+      refuse_to_share(options.table, options.output);
+      table.emplace(options.table);
+    }
+    if (!options.picture.empty()) {
+      require_picture(options.picture);
+      refuse_to_overwrite_inputs(options.picture, options.run.config, loaded);
+    }
+    fragment.emplace(options.output);
   }
+  std::optional<OutputFile> fragment, written, table;
+};
+
+void put(std::optional<OutputFile>& file, const std::string& text) {
+  if (!file) return;
+  file->write(text);
+  file->commit();
 }
 
-/// Runs the configured reference with each structure in virtual time.
-void predict(Setting& setting, const config::Config& config, const twin::Config& twin,
-             const SecondOrderFit& found) {
-  rehearsal::Setup setup = rehearsal_setup(config, twin);
-  controller::AxisConfig& axis = setup.controller.axes[0].axis;
-  axis.law.pi = setting.pi;
-  axis.delays = setting.delays;
-  set_mode(setup.twin, config.axes[0].wire.name, found);
-  setting.predicted.reserve(controller::all_structures.size());
-  for (const controller::Structure structure : controller::all_structures) {
-    rehearsal::Outcome outcome =
-        rehearsal::run_once(with_structure(setup, structure), settle_s, [](const controller::CycleRecord&) {
-          if (stop_signalled != 0) throw RunError("stopped, nothing is written");
-        });
-    setting.predicted.push_back(std::move(outcome.axes[0]));
-  }
+FrequencyResponse response_of(const TuningReport& report, const Dataset& record,
+                              const config::Config& config) {
+  const IdentifiedPlant plant = identified_plant(config, report.fit);
+  const auto loop = [&](const Candidate& of) -> FrequencyResponse::Loop {
+    return {{.delays = plant.delays,
+             .cycle_s = report.fit.cycle_s,
+             .measurement_filter_Hz = of.setting.measurement_filter_Hz,
+             .notch = of.setting.notch},
+            of.setting.pi};
+  };
+  return {.title = fmt::format("axis {} of {}: {}", report.axis, report.config, report.proposed().name),
+          .measured = identification::empirical_response(record),
+          .fit = report.fit,
+          .before = loop(report.present()),
+          .after = loop(report.proposed())};
 }
 
 int tune(const TuneArguments& options) {
-  const CautiousRule asked = rule(options);
+  const CandidateRules rules{options.sensitivity, cautious_rule(options), options.cautious};
   const config::Config loaded = config::load(options.run.config);
-  refuse_to_overwrite_inputs(options.output, options.run.config, loaded);
+  AskedFiles files(options, loaded);
   const config::Config config = chosen_axis_of(loaded, options.run);
   const twin::Config twin = twin_config(loaded);  // whole, as the bus has all its nodes
   const config::AxisConfig& axis = config.axes[0];
-  const double cycle_s = 1.0 / config.controller.rate_Hz;
   TuningReport report{.config = config.file.filename().string(),
                       .axis = axis.wire.name,
                       .drive_unit = axis.wire.drive_unit,
                       .actuator = axis.twin_model.string(),
                       .rehearsed = options.run.rehearse,
-                      .steps = steps(options, axis.control.gate),
+                      .steps = chosen_steps(options, config, twin),
                       .rate_Hz = config.controller.rate_Hz,
                       .fit = {},
-                      .rule = asked,
-                      .present = {.pi = axis.control.law.pi, .delays = axis.control.delays},
-                      .proposed = {}};
-  const config::Config experiment = in_open_loop(config, report.steps);
-  OutputFile out(options.output);  // fails before the axis moves if it cannot be written
-  report.fit = fit(measure(experiment, twin, options));
+                      .rule = rules.sensitivity,
+                      .cautious_rule = rules.cautious,
+                      .only_cautious = rules.only_cautious,
+                      .candidates = {},
+                      .best = 0};
+  const Dataset record = measure(in_open_loop(config, report.steps), twin, options);
+  report.fit = fit(record);
   stop_at_a_signal();
-  const IdentifiedPlant plant = plant_of(report.fit, report.present.delays);
-  const controller::LoopConfig loop = controller::loop_config_of(axis.control.law, plant.delays, cycle_s);
-  if (report.present.pi.ki_per_s > 0.0)
-    report.present.loop = controller::judge(loop, plant.uncertainty, report.present.pi);
-  report.proposed = proposal(report.present, plant, asked, cycle_s);
-  predict(report.present, config, twin, report.fit);
-  predict(report.proposed, config, twin, report.fit);
-  out.write(fragment(report));
-  out.commit();
+  report.candidates = rehearsed_candidates(config, twin, report.fit, rules);
+  report.best = best_of(report.candidates);
+  if (!report.proposed().has_run())
+    throw RunError(
+        "no candidate tracks the configured reference in the rehearsal, nothing is written: look at its limits "
+        "and at [axis.twin] with `hystcan demo`");
+  predict_structures(report.candidates[0], config, twin, report.fit);
+  if (report.best > 0) predict_structures(report.candidates[report.best], config, twin, report.fit);
+  const FrequencyResponse response = response_of(report, record, config);
+  const Candidate& best = report.proposed();
+  put(files.fragment, fragment(report));
+  put(files.table, table_of(response));
+  put(files.written,
+      with_loop_keys(loaded, index_of_axis(loaded, options.run.axis), {best.setting, best.delays}));
+  if (!options.picture.empty())
+    if (const std::string failure = draw(response, options.picture); !failure.empty())
+      note("{}: not drawn: {}\n", options.picture.string(), failure);
   fmt::print("{}", options.json ? to_json(report).dump(2) + "\n" : describe(report));
   note("{}: proposed, not applied\n", options.output.string());
   return done;
@@ -177,6 +214,11 @@ void add_tune(CLI::App& cli, int& status) {
   command->add_option("CONFIG", options->run.config, "configuration (TOML); it is not changed")->required();
   command->add_option("--output", options->output, "fragment of a configuration to write (TOML)")
       ->capture_default_str();
+  command->add_option("--write", options->written,
+                      "copy of CONFIG to write, with the proposal in it; beside CONFIG (TOML)");
+  command->add_option("--response", options->table,
+                      "frequency response to write: measured, model, loops (CSV)");
+  command->add_option("--plot", options->picture, "picture of it to draw with gnuplot (.svg, .png)");
   command->add_option("--centre", options->centre, "drive; the middle of drive_min and drive_max")
       ->check(finite_number());
   command->add_option("--amplitude", options->amplitude, "drive units; 1 % of drive_max - drive_min")
@@ -187,14 +229,29 @@ void add_tune(CLI::App& cli, int& status) {
   command->add_option("--cycles", options->cycles, "steps up and down")
       ->check(whole_number(1, Excitation::most_turns))
       ->capture_default_str();
+  CLI::Option* cautious = command->add_flag(
+      "--cautious", options->cautious,
+      "only the rule that counts no phase beyond -180 degrees; stays stable with any delay");
   command
-      ->add_option("--phase-margin", options->phase_margin_deg, "phase margin of the proposed gains, degrees")
+      ->add_option("--peak-sensitivity", options->sensitivity.peak_sensitivity,
+                   "largest |1 / (1 + L)| of the proposed loop")
+      ->check(number_between(1.05, 10.0))
+      ->excludes(cautious)
+      ->capture_default_str();
+  command
+      ->add_option("--resonance-percent", options->sensitivity.resonance_percent,
+                   "the resonance may be this far outside its interval")
+      ->check(number_between(0.0, 50.0))
+      ->capture_default_str();
+  command->add_option("--phase-margin", options->phase_margin_deg, "with --cautious: phase margin, degrees")
       ->check(number_between(0.1, 89.9))
+      ->needs(cautious)
       ->capture_default_str();
   command
       ->add_option("--gain-margin", options->gain_margin_dB,
-                   "gain margin of the proposed gains, dB (a factor of 2)")
-      ->check(number_between(0.1, 60.0));
+                   "with --cautious: gain margin, dB (a factor of 2)")
+      ->check(number_between(0.1, 60.0))
+      ->needs(cautious);
   command->add_flag("--json", options->json, "print the result as JSON");
   add_open_loop_options(*command, options->run);
   command->callback([options, &status] { status = tune(*options); });

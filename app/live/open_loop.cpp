@@ -10,7 +10,6 @@
 
 #include "app/io/exit_status.h"
 #include "app/io/option_check.h"
-#include "app/io/output_file.h"
 #include "app/live/live_loop.h"
 #include "app/live/live_run.h"
 #include "app/live/rehearsal_setup.h"
@@ -113,16 +112,6 @@ config::Config in_open_loop(config::Config config, const Excitation::Config& exc
   control.excitation = excitation;
   control.couplings.clear();
   return config;
-}
-
-void refuse_to_overwrite_inputs(const std::filesystem::path& output, const std::filesystem::path& file,
-                                const config::Config& config) {
-  const auto folder = file.parent_path();
-  refuse_to_overwrite(output, file);
-  refuse_to_overwrite(output, folder / config.bus.dbc);
-  for (const config::AxisConfig& axis : config.axes)
-    for (const auto& model : {axis.control_model, axis.twin_model})
-      refuse_to_overwrite(output, folder / model);
 }
 
 void OpenLoopEnd::require_finished(const std::string& axis_name, const std::string& afterwards) const {

@@ -35,10 +35,6 @@ config::Config chosen_axis_of(config::Config config, const OpenLoopOptions& opti
 /// std::invalid_argument if the gate would limit the drive.
 config::Config in_open_loop(config::Config config, const controller::Excitation::Config& excitation);
 
-/// Throws config::Error if `output` is one of the files that the configuration was read from.
-void refuse_to_overwrite_inputs(const std::filesystem::path& output, const std::filesystem::path& file,
-                                const config::Config& config);
-
 /// The axis at the end of the run, and the closing lines about the bus if it was a real one.
 struct OpenLoopEnd {
   controller::Axis axis;

@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "can/counted.h"
+
 namespace hystcan::app {
 namespace {
 
@@ -40,10 +42,16 @@ std::string describe(const SecondOrderFit& fit, const std::string& input_unit,
   return line("natural frequency", with_interval(fit.natural_frequency_Hz, 1.0, " Hz")) +
          line("damping ratio", with_interval(fit.damping_ratio, 1.0, "")) +
          line("delay", with_interval(fit.delay_s, 1e3, " ms") +
-                           ", including the amplifier's lag and the sensor's delay") +
+                           ", one sum: drive and position cannot tell the amplifier's lag from the "
+                           "sensor's delay") +
          line("gain", with_interval(fit.gain, 1.0, " " + output_unit + " per " + input_unit)) +
          line("residual", fmt::format("{:.3g} {} rms; the mode explains {:.4f} % of the output's variance",
                                       fit.residual_rms, output_unit, 100.0 * fit.explained));
+}
+
+std::string left_out_text(const SecondOrderFit& fit) {
+  return fit.left_out == 0 ? std::string()
+                           : fmt::format(", {} left out", can::counted(fit.left_out, "cycle"));
 }
 
 std::string describe(const Margins& margins) {
@@ -54,8 +62,24 @@ std::string describe(const Margins& margins) {
       margins.peak_beyond_180, margins.peak_sensitivity);
 }
 
-std::string describe(const CautiousRule& rule) {
+std::string describe(const controller::Notch::Config& notch) {
+  return fmt::format("{:.4g}, {:g}, {:g}", notch.frequency_Hz, notch.depth, notch.width);
+}
+
+std::string describe(const controller::SensitivityRule& rule) {
   return line("rule",
+              fmt::format("the largest ki of all pairs of ki and kp >= 0 with |1 / (1 + L)| <= {:g} at every "
+                          "frequency, at all corners of the intervals",
+                          rule.peak_sensitivity)) +
+         line("",
+              fmt::format(
+                  "with {:g} % more of resonance on both sides; without a filter, with a low pass, with a "
+                  "notch",
+                  rule.resonance_percent));
+}
+
+std::string describe(const CautiousRule& rule) {
+  return line("cautious rule",
               fmt::format("the largest ki of all pairs of ki and kp >= 0 with |L| <= 1 where the phase of L "
                           "is at {:g} deg or beyond",
                           rule.phase_margin_deg - 180.0)) +
@@ -69,6 +93,11 @@ std::optional<double> bandwidth_Hz_for(const Estimate& delay_s) {
   return rounded(1.0 / (2.0 * std::numbers::pi * delay_s.value));
 }
 
+Estimate later(Estimate delay_s, double s) {
+  for (double* of : {&delay_s.value, &delay_s.lo, &delay_s.hi}) *of += s;
+  return delay_s;
+}
+
 IdentifiedPlant plant_of(const SecondOrderFit& fit, const controller::Delays& present) {
   IdentifiedPlant plant{
       .delays = present,
@@ -76,8 +105,8 @@ IdentifiedPlant plant_of(const SecondOrderFit& fit, const controller::Delays& pr
                       .damping_ratio = {fit.damping_ratio.lo, fit.damping_ratio.hi}}};
   plant.delays.resonance_Hz = rounded(fit.natural_frequency_Hz.value);
   plant.delays.damping_ratio = rounded(fit.damping_ratio.value);
-  Estimate own = fit.delay_s;  // without the sensor's
-  for (double* of : {&own.value, &own.lo, &own.hi}) *of -= present.sensor_s();
+  const double amplifier_s = present.interpolated ? 0.5 * fit.cycle_s : 0.0;
+  const Estimate own = later(fit.delay_s, -present.sensor_s() - amplifier_s);
   plant.delays.amplifier_bandwidth_Hz = bandwidth_Hz_for(own).value_or(present.amplifier_bandwidth_Hz);
   const double lag_s = 1.0 / (2.0 * std::numbers::pi * plant.delays.amplifier_bandwidth_Hz);
   plant.uncertainty.longer_s = {own.lo - lag_s, own.hi - lag_s};
@@ -111,8 +140,14 @@ nlohmann::json to_json(const Margins& margins) {
           {"bandwidth_Hz", margins.bandwidth_Hz}};
 }
 
+nlohmann::json to_json(const std::optional<controller::Notch::Config>& notch) {
+  if (!notch) return nullptr;
+  return {{"frequency_Hz", notch->frequency_Hz}, {"depth", notch->depth}, {"width", notch->width}};
+}
+
 nlohmann::json to_json(const SecondOrderFit& fit) {
   return {{"rows", fit.rows},
+          {"left_out", fit.left_out},
           {"record_rate_Hz", 1.0 / fit.cycle_s},
           {"natural_frequency_Hz", to_json(fit.natural_frequency_Hz)},
           {"damping_ratio", to_json(fit.damping_ratio)},

@@ -19,8 +19,16 @@ std::string line(const std::string& name, const std::string& value);
 std::string describe(const identification::SecondOrderFit& fit, const std::string& input_unit,
                      const std::string& output_unit);
 std::string describe(const controller::Margins& margins);
+/// ", 2 cycles left out", or nothing.
+std::string left_out_text(const identification::SecondOrderFit& fit);
+/// "220 Hz, 0.1, 0.35": frequency, depth, width.
+std::string describe(const controller::Notch::Config& notch);
 /// Lines: the rule that chooses the gains.
+std::string describe(const controller::SensitivityRule& rule);
 std::string describe(const controller::CautiousRule& rule);
+
+/// The estimate, moved by `s`.
+identification::Estimate later(identification::Estimate delay_s, double s);
 
 /// The plant of an identified mode in a loop of this cycle. Only the sum of the delays can be identified: what is more
 /// than the sensor's of `present` becomes the amplifier's lag, where it can be distinguished from zero.
@@ -28,6 +36,7 @@ struct IdentifiedPlant {
   controller::Delays delays;
   controller::PlantUncertainty uncertainty;
 };
+/// An amplifier that interpolates is half a cycle later by itself.
 IdentifiedPlant plant_of(const identification::SecondOrderFit& fit, const controller::Delays& present);
 
 /// The amplifier bandwidth that represents the identified delay in the preview of the reference, to five
@@ -44,6 +53,7 @@ double rounded(double value);
 std::string as_comment(const std::string& text);
 
 nlohmann::json to_json(const controller::Margins& margins);
+nlohmann::json to_json(const std::optional<controller::Notch::Config>& notch);
 /// The estimates of the fit by name, and its residual.
 nlohmann::json to_json(const identification::SecondOrderFit& fit);
 

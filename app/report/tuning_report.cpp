@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "app/report/dynamics_text.h"
@@ -20,41 +21,80 @@ double command_delay_us(const controller::Delays& delays) {
   return std::chrono::duration<double, std::micro>(delays.command_delay).count();
 }
 
-std::string margin_cells(const Margins& m) {
-  return fmt::format("{:>11.1f} {:>10.1f} {:>9.2f} {:>12.2f} {:>14.4g}{}", m.phase_margin_deg,
-                     decibel(m.gain_margin), m.peak_beyond_180, m.peak_sensitivity, m.bandwidth_Hz,
-                     m.stable ? "" : "  NOT STABLE");
-}
-
-std::string margin_rows(const char* name, const Setting& setting) {
-  std::string text = fmt::format("{:<14} {:>8.4g} {:>9.4g} ", name, setting.pi.kp, setting.pi.ki_per_s);
-  if (!setting.loop) return text + "  ki is zero: there is no loop to judge\n";
-  text += margin_cells(setting.loop->margins) + '\n';
-  return text + fmt::format("{:<14} {:>8} {:>9} ", "  at the worst", "", "") +
-         margin_cells(setting.loop->worst) + '\n';
-}
-
-std::string margin_table(const TuningReport& report) {
-  return fmt::format("{:<14} {:>8} {:>9} {:>11} {:>10} {:>9} {:>12} {:>14}\n", "gains", "kp", "ki [1/s]",
-                     "phase [deg]", "gain [dB]", "|L| 180", "sensitivity", "bandwidth [Hz]") +
-         margin_rows("present", report.present) + margin_rows("proposed", report.proposed) +
-         "phase, gain: margins; |L| 180: largest |L| at a phase of -180 deg or beyond; at the worst: of the "
-         "corners of the intervals;\nbandwidth: of the feedback alone\n";
-}
-
-double rms_percent(const AxisOutcome& outcome) {
-  return 100.0 * outcome.statistics.total().rms_um() / outcome.stroke_um;
-}
-
-bool has_run(const AxisOutcome& outcome) {
+bool outcome_has_run(const AxisOutcome& outcome) {
   return outcome.fault.cause == controller::Cause::none && outcome.statistics.total().samples > 0;
 }
 
-std::string prediction_row(const char* name, const Setting& setting) {
+double rms_percent_of(const AxisOutcome& outcome) {
+  return 100.0 * outcome.statistics.total().rms_um() / outcome.stroke_um;
+}
+
+/// Of the first one that was rehearsed: 0 if none is stable.
+double stroke_um(const TuningReport& report) {
+  for (const Candidate& of : report.candidates)
+    if (of.predicted) return of.predicted->stroke_um;
+  return 0.0;
+}
+
+std::string margin_cells(const Margins& m) {
+  return fmt::format(" {:>11.1f} {:>9.1f} {:>7.2f} {:>11.2f} {:>14.4g}", m.phase_margin_deg,
+                     decibel(m.gain_margin), m.peak_beyond_180, m.peak_sensitivity, m.bandwidth_Hz);
+}
+
+std::string filter_cells(const Candidate& of) {
+  const std::string low_pass = of.setting.measurement_filter_Hz > 0.0
+                                   ? fmt::format("{:.4g}", of.setting.measurement_filter_Hz)
+                                   : std::string("-");
+  const std::string notch = of.setting.notch ? describe(*of.setting.notch) : std::string("-");
+  return fmt::format(" {:>13} {:>21} {:>7}", low_pass, notch, of.delays.second_order ? "2nd" : "mean");
+}
+
+std::string error_cell(const Candidate& of) {
+  if (of.has_run()) return fmt::format(" {:>11.3f}\n", of.rms_percent());
+  return of.predicted ? "     faulted\n" : "  NOT STABLE\n";
+}
+
+std::string candidate_rows(const Candidate& of, bool is_proposed) {
+  const std::string first = fmt::format("{:<2}{:<12} {:>7.4g} {:>9.4g}", is_proposed ? ">" : "", of.name,
+                                        of.setting.pi.kp, of.setting.pi.ki_per_s) +
+                            filter_cells(of);
+  if (!of.loop) return first + fmt::format(" {:>56}", "ki is zero: no loop to judge") + error_cell(of);
+  return first + margin_cells(of.loop->margins) + error_cell(of) +
+         fmt::format("{:<2}{:<73}", "", "  at the worst") + margin_cells(of.loop->worst) +
+         (of.loop->worst.stable ? "\n" : "  NOT STABLE\n");
+}
+
+std::string candidate_table(const TuningReport& report) {
+  std::string text =
+      fmt::format("{:<14} {:>7} {:>9} {:>13} {:>21} {:>7} {:>11} {:>9} {:>7} {:>11} {:>14} {:>11}\n",
+                  "candidate", "kp", "ki [1/s]", "low pass [Hz]", "notch [Hz]", "preview", "phase [deg]",
+                  "gain [dB]", "|L| 180", "sensitivity", "bandwidth [Hz]", "RMS [%]");
+  for (std::size_t i = 0; i < report.candidates.size(); ++i)
+    text += candidate_rows(report.candidates[i], i == report.best);
+  return text +
+         fmt::format(
+             "phase, gain: margins; |L| 180: largest |L| at a phase of -180 deg or beyond; bandwidth: of the "
+             "feedback alone;\nnotch: frequency, depth, width; at the worst: of the corners of the intervals, "
+             "with {:g} % more of resonance;\nRMS: predicted error of the configured reference, % of {:g} um\n",
+             report.rule.resonance_percent, stroke_um(report));
+}
+
+std::string choice(const TuningReport& report) {
+  const Candidate &present = report.present(), &best = report.proposed();
+  if (report.best == 0)
+    return line("proposed", "the present setting, unchanged: no candidate is predicted to track better");
+  return line("proposed", fmt::format("{}: the smallest predicted error, {:.3f} %; present {}", best.name,
+                                      best.rms_percent(),
+                                      present.has_run() ? fmt::format("{:.3f} %", present.rms_percent())
+                                                        : std::string("not stable, or faulted")));
+}
+
+std::string prediction_row(const char* name, const Candidate& of) {
   std::string text = fmt::format("{:<14}", name);
-  for (const AxisOutcome& outcome : setting.predicted)
-    text += has_run(outcome) ? fmt::format(" {:>11.3f}", rms_percent(outcome))
-                             : fmt::format(" {:>11}", "faulted");
+  if (of.by_structure.empty()) text += "  not rehearsed";
+  for (const AxisOutcome& outcome : of.by_structure)
+    text += outcome_has_run(outcome) ? fmt::format(" {:>11.3f}", rms_percent_of(outcome))
+                                     : fmt::format(" {:>11}", "faulted");
   return text + '\n';
 }
 
@@ -66,12 +106,16 @@ std::string assumptions(const TuningReport& report) {
 }
 
 std::string prediction_table(const TuningReport& report) {
-  std::string text = fmt::format("predicted RMS error, % of {:g} um\n{:<14}",
-                                 report.proposed.predicted.front().stroke_um, "");
+  std::string text =
+      fmt::format("predicted RMS error of each structure, % of {:g} um\n{:<14}", stroke_um(report), "");
   for (const controller::Structure structure : controller::all_structures)
     text += fmt::format(" {:>11}", to_string(structure));
-  return text + '\n' + prediction_row("present", report.present) +
-         prediction_row("proposed", report.proposed) + "it rests on " + assumptions(report) + '\n';
+  return text + '\n' + prediction_row("present", report.present()) +
+         prediction_row("proposed", report.proposed()) + "it rests on " + assumptions(report) + '\n';
+}
+
+std::string rules(const TuningReport& report) {
+  return (report.only_cautious ? std::string() : describe(report.rule)) + describe(report.cautious_rule);
 }
 
 std::string was(double value) { return fmt::format("# was {}", toml_number(value)); }
@@ -80,67 +124,114 @@ std::string key(const char* name, double value, const std::string& comment) {
   return fmt::format("{:<22} = {:<10} {}\n", name, toml_number(value), comment);
 }
 
-nlohmann::json to_json(const Setting& setting) {
-  nlohmann::json json{{"kp", setting.pi.kp},
-                      {"ki_per_s", setting.pi.ki_per_s},
+std::string notch_keys(const Candidate& before, const Candidate& after) {
+  if (after.setting.notch) {
+    const controller::Notch::Config& notch = *after.setting.notch;
+    return "\n[axis.control.notch]" +
+           (before.setting.notch ? "         # was " + describe(*before.setting.notch) : std::string()) +
+           '\n' +
+           fmt::format("frequency_Hz = {}\ndepth        = {}\nwidth        = {}\n",
+                       toml_number(notch.frequency_Hz), toml_number(notch.depth), toml_number(notch.width));
+  }
+  return before.setting.notch ? "# remove [axis.control.notch]: " + describe(*before.setting.notch) + '\n'
+                              : "";
+}
+
+nlohmann::json to_json(const Candidate& of) {
+  nlohmann::json json{{"name", of.name},
+                      {"kp", of.setting.pi.kp},
+                      {"ki_per_s", of.setting.pi.ki_per_s},
+                      {"measurement_filter_Hz", of.setting.measurement_filter_Hz},
+                      {"notch", to_json(of.setting.notch)},
                       {"margins", nullptr},
                       {"worst_margins", nullptr},
                       {"delays",
-                       {{"command_delay_us", command_delay_us(setting.delays)},
-                        {"amplifier_bandwidth_Hz", setting.delays.amplifier_bandwidth_Hz},
-                        {"resonance_Hz", setting.delays.resonance_Hz},
-                        {"damping_ratio", setting.delays.damping_ratio}}},
-                      {"predicted", nlohmann::json::object()}};
-  if (setting.loop) {
-    json["margins"] = to_json(setting.loop->margins);
-    json["worst_margins"] = to_json(setting.loop->worst);
+                       {{"command_delay_us", command_delay_us(of.delays)},
+                        {"amplifier_bandwidth_Hz", of.delays.amplifier_bandwidth_Hz},
+                        {"resonance_Hz", of.delays.resonance_Hz},
+                        {"damping_ratio", of.delays.damping_ratio},
+                        {"second_order", of.delays.second_order}}},
+                      {"predicted_rms_percent", nullptr}};
+  if (of.has_run()) json["predicted_rms_percent"] = of.rms_percent();
+  if (of.loop) {
+    json["margins"] = to_json(of.loop->margins);
+    json["worst_margins"] = to_json(of.loop->worst);
   }
-  for (std::size_t i = 0; i < setting.predicted.size(); ++i)
-    json["predicted"][std::string(to_string(controller::all_structures[i]))] = to_json(setting.predicted[i]);
+  return json;
+}
+
+/// With the prediction of each structure.
+nlohmann::json to_whole_json(const Candidate& of) {
+  nlohmann::json json = to_json(of);
+  json["predicted"] = nlohmann::json::object();
+  for (std::size_t i = 0; i < of.by_structure.size(); ++i)
+    json["predicted"][std::string(to_string(controller::all_structures[i]))] = to_json(of.by_structure[i]);
   return json;
 }
 
 }  // namespace
 
+bool Candidate::has_run() const { return predicted && outcome_has_run(*predicted); }
+double Candidate::rms_percent() const { return rms_percent_of(*predicted); }
+
+std::size_t best_of(const std::vector<Candidate>& candidates) {
+  std::size_t best = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < candidates.size(); ++i)
+    if (candidates[i].has_run() && candidates[i].rms_percent() < least) {
+      least = candidates[i].rms_percent();
+      best = i;
+    }
+  return best;
+}
+
 std::string describe(const TuningReport& report) {
   const controller::Excitation::Steps& s = report.steps;
-  const controller::Delays& now = report.present.delays;
-  return line("experiment", fmt::format("axis {} of {}, {}: {} of {:g} {} about {:g} {}, {:g} s each, "
-                                        "{} at {:g} Hz",
-                                        report.axis, report.config,
-                                        report.rehearsed ? "rehearsed with its twin" : "on the bus",
-                                        can::counted(s.cycles, "step"), 2.0 * s.amplitude, report.drive_unit,
-                                        s.centre, report.drive_unit, s.period_s,
-                                        can::counted(report.fit.rows, "row"), report.rate_Hz)) +
+  const controller::Delays& now = report.present().delays;
+  return line("experiment",
+              fmt::format("axis {} of {}, {}: {} of {:g} {} about {:g} {}, {:g} s each, "
+                          "{} at {:g} Hz{}",
+                          report.axis, report.config,
+                          report.rehearsed ? "rehearsed with its twin" : "on the bus",
+                          can::counted(s.cycles, "step"), 2.0 * s.amplitude, report.drive_unit, s.centre,
+                          report.drive_unit, s.period_s, can::counted(report.fit.rows, "row"), report.rate_Hz,
+                          left_out_text(report.fit))) +
          describe(report.fit, report.drive_unit, "um") +
          line("configured",
               fmt::format("{:g} Hz, damping {:g}, amplifier {:g} Hz, command delay {:g} ms", now.resonance_Hz,
                           now.damping_ratio, now.amplifier_bandwidth_Hz, 1e-3 * command_delay_us(now))) +
-         describe(report.rule) + '\n' + margin_table(report) + '\n' + prediction_table(report);
+         rules(report) + '\n' + candidate_table(report) + choice(report) + '\n' + prediction_table(report);
 }
 
 std::string fragment(const TuningReport& report) {
-  const Setting& before = report.present;
-  const Setting& after = report.proposed;
+  const Candidate &before = report.present(), &after = report.proposed();
   std::string text =
       fmt::format(
           "# Proposed for axis {} of {}; nothing has been applied. These keys replace those of its "
           "[axis.control].\n#\n",
           report.axis, report.config) +
       as_comment(describe(report)) + "\n[axis.control]\n" +
-      key("kp", after.pi.kp, was(before.pi.kp) + " um per um") +
-      key("ki_per_s", after.pi.ki_per_s, was(before.pi.ki_per_s)) + "\n[axis.control.delays]\n" +
-      key("command_delay_us", command_delay_us(after.delays),
-          was(command_delay_us(before.delays)) + "; one cycle; the measured delay counts from its end");
-  if (bandwidth_Hz_for(report.fit.delay_s))
+      key("kp", after.setting.pi.kp, was(before.setting.pi.kp) + " um per um") +
+      key("ki_per_s", after.setting.pi.ki_per_s, was(before.setting.pi.ki_per_s));
+  if (after.setting.measurement_filter_Hz > 0.0 || before.setting.measurement_filter_Hz > 0.0)
+    text += key("measurement_filter_Hz", after.setting.measurement_filter_Hz,
+                was(before.setting.measurement_filter_Hz));
+  text += "\n[axis.control.delays]\n" +
+          key("command_delay_us", command_delay_us(after.delays),
+              was(command_delay_us(before.delays)) + "; one cycle; the measured delay counts from its end");
+  if (after.delays.amplifier_bandwidth_Hz != before.delays.amplifier_bandwidth_Hz)
     text += key("amplifier_bandwidth_Hz", after.delays.amplifier_bandwidth_Hz,
                 was(before.delays.amplifier_bandwidth_Hz) +
-                    fmt::format("; represents the identified delay: {:.4g} ms = 1 / (2 pi bandwidth)",
+                    fmt::format("; represents the identified delay: {:.4g} ms, less the sensor's",
                                 1e3 * report.fit.delay_s.value));
   else
-    text += "# amplifier_bandwidth_Hz: unchanged, the delay cannot be distinguished from zero\n";
-  return text + key("resonance_Hz", after.delays.resonance_Hz, was(before.delays.resonance_Hz)) +
-         key("damping_ratio", after.delays.damping_ratio, was(before.delays.damping_ratio));
+    text += "# amplifier_bandwidth_Hz: unchanged\n";
+  text += key("resonance_Hz", after.delays.resonance_Hz, was(before.delays.resonance_Hz)) +
+          key("damping_ratio", after.delays.damping_ratio, was(before.delays.damping_ratio));
+  if (after.delays.second_order != before.delays.second_order)
+    text += fmt::format("{:<22} = {:<10} # was {}\n", "second_order", after.delays.second_order,
+                        before.delays.second_order);
+  return text + notch_keys(before, after);
 }
 
 nlohmann::json to_json(const TuningReport& report) {
@@ -154,10 +245,14 @@ nlohmann::json to_json(const TuningReport& report) {
                    {"amplitude", report.steps.amplitude},
                    {"period_s", report.steps.period_s},
                    {"cycles", report.steps.cycles}};
-  json["rule"] = {{"phase_margin_deg", report.rule.phase_margin_deg},
-                  {"gain_margin_dB", decibel(report.rule.gain_margin)}};
-  json["present"] = to_json(report.present);
-  json["proposed"] = to_json(report.proposed);
+  json["rule"] = {{"phase_margin_deg", report.cautious_rule.phase_margin_deg},
+                  {"gain_margin_dB", decibel(report.cautious_rule.gain_margin)},
+                  {"resonance_percent", report.rule.resonance_percent}};
+  if (!report.only_cautious) json["rule"]["peak_sensitivity"] = report.rule.peak_sensitivity;
+  json["candidates"] = nlohmann::json::array();
+  for (const Candidate& candidate : report.candidates) json["candidates"].push_back(to_json(candidate));
+  json["present"] = to_whole_json(report.present());
+  json["proposed"] = to_whole_json(report.proposed());
   json["prediction_rests_on"] = assumptions(report);
   return json;
 }

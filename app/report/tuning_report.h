@@ -14,13 +14,24 @@
 
 namespace hystcan::app {
 
-/// Present or proposed settings of an axis, and their predicted effect.
-struct Setting {
-  controller::Pi::Config pi;
+/// One way to set the loop of an axis, and its predicted effect.
+struct Candidate {
+  std::string name;  ///< "present", "plain", "low pass", "notch", "mode notch", "cautious"
+  controller::LoopSetting setting;
   controller::Delays delays;
-  std::optional<controller::JudgedLoop> loop{};      ///< empty if ki is zero: there is no loop to judge
-  std::vector<controller::AxisOutcome> predicted{};  ///< for the configured reference, by all_structures
+  std::optional<controller::JudgedLoop> loop{};  ///< empty if ki is zero: there is no loop to judge
+  /// Of the configured reference, with the configured structure and limits; empty: not rehearsed, as it is not stable.
+  std::optional<controller::AxisOutcome> predicted{};
+  /// The same without following-error limit, by all_structures; of the present and the proposed ones only.
+  std::vector<controller::AxisOutcome> by_structure{};
+
+  bool has_run() const;
+  double rms_percent() const;  ///< of the stroke
 };
+
+/// Index of the one with the smallest predicted error. The first one, the present one, is chosen unless another one is
+/// better.
+std::size_t best_of(const std::vector<Candidate>& candidates);
 
 struct TuningReport {
   std::string config;  ///< the file's name, without its folder
@@ -31,9 +42,14 @@ struct TuningReport {
   controller::Excitation::Steps steps;
   double rate_Hz = 0.0;
   identification::SecondOrderFit fit;
-  controller::CautiousRule rule;
-  Setting present;
-  Setting proposed;
+  controller::SensitivityRule rule;
+  controller::CautiousRule cautious_rule;
+  bool only_cautious = false;
+  std::vector<Candidate> candidates;  ///< the present one is the first
+  std::size_t best = 0;
+
+  const Candidate& present() const { return candidates.front(); }
+  const Candidate& proposed() const { return candidates[best]; }
 };
 
 std::string describe(const TuningReport& report);

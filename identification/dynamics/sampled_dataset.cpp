@@ -14,17 +14,6 @@ constexpr std::size_t fewest_rows = 30;
 constexpr Eigen::Index fewest_fitted = 20;
 constexpr double unevenness = 0.01;
 
-double cycle_of(const std::vector<double>& time_s) {
-  const double cycle_s = (time_s.back() - time_s.front()) / static_cast<double>(time_s.size() - 1);
-  for (std::size_t n = 1; n < time_s.size(); ++n) {
-    const double step_s = time_s[n] - time_s[n - 1];
-    if (!(std::abs(step_s - cycle_s) <= unevenness * cycle_s))
-      refuse("time_s of row ", n + 1, " is ", step_s, " s after the row before, expected ", cycle_s,
-             " s within 1 %: an evenly sampled dataset without missing rows");
-  }
-  return cycle_s;
-}
-
 /// The first row, from row `from` on, at which `drive` has visited both ends of its range; the number of
 /// rows if it never does.
 Eigen::Index row_after_both_ends(const Eigen::VectorXd& drive, Eigen::Index from) {
@@ -63,23 +52,77 @@ bool is_of_two_levels(const Eigen::VectorXd& drive) {
   return ((drive.array() <= lo + near) || (drive.array() >= hi - near)).all();
 }
 
-Eigen::VectorXd vector_of(const std::vector<double>& column) {
-  return Eigen::Map<const Eigen::VectorXd>(column.data(), static_cast<Eigen::Index>(column.size()));
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
 }
 
 }  // namespace
+
+Grid grid_of(const std::vector<double>& time_s) {
+  std::vector<double> steps_s(time_s.size() - 1);
+  for (std::size_t n = 1; n < time_s.size(); ++n) steps_s[n - 1] = time_s[n] - time_s[n - 1];
+  const double usual_s = median(steps_s);
+  Grid grid{.cycles = {0}};
+  for (const double step_s : steps_s)
+    grid.cycles.push_back(grid.cycles.back() +
+                          static_cast<Eigen::Index>(std::clamp(std::round(step_s / usual_s), 1.0, 1e9)));
+  grid.cycle_s = (time_s.back() - time_s.front()) / static_cast<double>(grid.cycles.back());
+  for (std::size_t n = 1; n < time_s.size(); ++n) {
+    const double cycles = static_cast<double>(grid.cycles[n] - grid.cycles[n - 1]);
+    if (!(std::abs(steps_s[n - 1] - cycles * grid.cycle_s) <= unevenness * grid.cycle_s))
+      refuse("time_s of row ", n + 1, " is ", steps_s[n - 1],
+             " s after the row before, expected a whole multiple of ", grid.cycle_s,
+             " s within 1 % of it: an evenly sampled dataset");
+  }
+  if (grid.length() > 2 * static_cast<Eigen::Index>(time_s.size()))
+    refuse(grid.length() - static_cast<Eigen::Index>(time_s.size()), " of ", grid.length(),
+           " cycles have no row, expected most of them");
+  return grid;
+}
+
+Eigen::VectorXd held_on(const Grid& grid, const std::vector<double>& column) {
+  Eigen::VectorXd held(grid.length());
+  for (std::size_t n = 0; n < column.size(); ++n) {
+    const Eigen::Index end = n + 1 < column.size() ? grid.cycles[n + 1] : grid.length();
+    held.segment(grid.cycles[n], end - grid.cycles[n]).setConstant(column[n]);
+  }
+  return held;
+}
 
 Eigen::VectorXd without_line(const Eigen::VectorXd& time, const Eigen::VectorXd& values) {
   const Eigen::VectorXd about_mean = values.array() - values.mean();  // the mean of the times is zero
   return about_mean - time * (time.dot(about_mean) / time.squaredNorm());
 }
 
+namespace {
+
+/// The rows from s.first on.
+void fit_rows_of(const Dataset& dataset, const Grid& grid, SampledDataset& s) {
+  const auto begin = std::ranges::lower_bound(grid.cycles, s.first);
+  for (auto cycle = begin; cycle != grid.cycles.end(); ++cycle) s.cycles.push_back(*cycle - s.first);
+  const auto rows = static_cast<Eigen::Index>(s.cycles.size());
+  s.output =
+      Eigen::Map<const Eigen::VectorXd>(dataset.output.data(), static_cast<Eigen::Index>(dataset.size()))
+          .tail(rows);
+  s.output.array() -= s.output.mean();
+  s.time.resize(rows);
+  for (Eigen::Index n = 0; n < rows; ++n)
+    s.time[n] = 2.0 * static_cast<double>(s.cycles[static_cast<std::size_t>(n)]) /
+                static_cast<double>(s.length() - 1);
+  s.time.array() -= s.time.mean();
+}
+
+}  // namespace
+
 SampledDataset sampled(const Dataset& dataset, Eigen::Index longest_delay_cycles) {
   if (dataset.size() < fewest_rows)
     refuse("dataset of ", dataset.size(), " rows, expected at least ", fewest_rows);
   SampledDataset s;
-  s.cycle_s = cycle_of(dataset.time_s);
-  Eigen::VectorXd drive = vector_of(dataset.input).array() - dataset.input.front();
+  const Grid grid = grid_of(dataset.time_s);
+  s.cycle_s = grid.cycle_s;
+  Eigen::VectorXd drive = held_on(grid, dataset.input).array() - dataset.input.front();
   s.drive_scale = drive.cwiseAbs().maxCoeff();
   if (s.drive_scale == 0.0) refuse("input is constant, expected a step or a chirp");
   drive /= s.drive_scale;
@@ -89,9 +132,7 @@ SampledDataset sampled(const Dataset& dataset, Eigen::Index longest_delay_cycles
     s.first = wiped;
     if (!is_of_two_levels(drive.tail(drive.size() - wiped))) s.inputs = with_loops(drive);
   }
-  s.output = vector_of(dataset.output).tail(drive.size() - s.first);
-  s.time = Eigen::VectorXd::LinSpaced(s.output.size(), -1.0, 1.0);
-  s.output.array() -= s.output.mean();
+  fit_rows_of(dataset, grid, s);
   s.output_scale = std::sqrt(without_line(s.time, s.output).squaredNorm() / static_cast<double>(s.rows()));
   if (!(s.output_scale > 1e-12 * s.output.cwiseAbs().maxCoeff()))
     refuse("output is a straight line, expected a response to the input");

@@ -50,19 +50,21 @@ Eigen::MatrixXd driven(const SampledDataset& dataset, const HeldMode& mode, Eige
       return dataset.inputs(std::clamp<Eigen::Index>(row, 0, dataset.inputs.rows() - 1), input);
     };
     Eigen::Vector2d state(at(-1), 0.0);
-    for (Eigen::Index n = 0; n < dataset.rows(); ++n) {
-      positions(n, input) = state[0];
-      state = mode.step(state, at(n - 1), at(n));
+    Eigen::Index n = 0;
+    for (Eigen::Index row = 0; row < dataset.rows(); ++row) {
+      for (; n < dataset.cycle_of(row); ++n) state = mode.step(state, at(n - 1), at(n));
+      positions(row, input) = state[0];
     }
   }
   return positions;
 }
 
 template <class Column>
-void decay_freely(Column column, const HeldMode& mode, Eigen::Vector2d state) {
-  for (double& position : column) {
-    position = state[0];
-    state = mode.step(state, 0.0, 0.0);
+void decay_freely(Column column, const SampledDataset& dataset, const HeldMode& mode, Eigen::Vector2d state) {
+  Eigen::Index n = 0;
+  for (Eigen::Index row = 0; row < dataset.rows(); ++row) {
+    for (; n < dataset.cycle_of(row); ++n) state = mode.step(state, 0.0, 0.0);
+    column[row] = state[0];
   }
 }
 
@@ -71,8 +73,8 @@ Eigen::MatrixXd columns_at(const SampledDataset& dataset, const Point& point) {
   Eigen::MatrixXd columns(dataset.rows(), gain + dataset.inputs.cols());
   columns.col(offset).setOnes();
   columns.col(drift) = dataset.time;
-  decay_freely(columns.col(free_position), mode, {1.0, 0.0});
-  decay_freely(columns.col(free_velocity), mode, {0.0, 2.0 * std::numbers::pi * std::exp(point[0])});
+  decay_freely(columns.col(free_position), dataset, mode, {1.0, 0.0});
+  decay_freely(columns.col(free_velocity), dataset, mode, {0.0, 2.0 * std::numbers::pi * std::exp(point[0])});
   columns.rightCols(dataset.inputs.cols()) = driven(dataset, mode, dataset.inputs.cols());
   return columns;
 }
@@ -408,6 +410,7 @@ SecondOrderFit fit_second_order(const Dataset& dataset) {
   fit.explained = 1.0 - at.residual.squaredNorm() / rows;
   fit.cycle_s = s.cycle_s;
   fit.rows = dataset.size();
+  fit.left_out = static_cast<std::size_t>(s.inputs.rows()) - dataset.size();
   check_determined(fit, point, box);
   return fit;
 }

@@ -4,7 +4,8 @@
 //   x'' + 2 zeta omega x' + omega^2 x = omega^2 u(t - d),    omega = 2 pi f
 //
 // The drive u[n] of a row is in force from the time of that row until the next row (held). Before the
-// first row the drive of the first row was in force for at least d.  The discretisation is exact, also for
+// first row the drive of the first row was in force for at least d.  Cycles may have no row
+// (identification/dynamics/sampled_dataset.h).  The discretisation is exact, also for
 // fractional delays (identification/dynamics/held_mode.h), so that f may lie near or above half the
 // sampling rate. The gain is that of a minor loop from end to end; in general this is not the slope of the
 // major loop. The width of the loop enters as further inputs of the same mode
@@ -53,6 +54,7 @@ struct SecondOrderFit {
   double explained = 0.0;     ///< share of the output's variance around a straight line, 0 to 1
   double cycle_s = 0.0;       ///< T
   std::size_t rows = 0;       ///< of the dataset
+  std::size_t left_out = 0;   ///< cycles between them that have no row
 
   model::SecondOrder::Config mode() const { return {natural_frequency_Hz.value, damping_ratio.value}; }
 };
@@ -63,7 +65,7 @@ inline constexpr int largest_delay_cycles = 10;
 inline constexpr double largest_frequency_cycles = 0.65;
 
 /// Throws std::invalid_argument with the reason if the dataset does not determine the mode: it is too
-/// short or unevenly sampled (beyond 1 %), the drive is constant, the output has another cause, there is
+/// short or unevenly sampled (beyond 1 %; cycles may be left out), the drive is constant, the output has another cause, there is
 /// no excitation near the resonance, or the frequency is too high for the sampling.
 SecondOrderFit fit_second_order(const Dataset& dataset);
 

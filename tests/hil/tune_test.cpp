@@ -22,29 +22,36 @@ TEST(Vcan, TuneProposesTheSameValuesOnTheBusAsInItsRehearsal) {
   // 500 Hz at 1 kHz is the Nyquist frequency: by the phase of the samples, its ringing may vanish from them.
   stage.edit("piezo.toml", "resonance_Hz       = 500.0", "resonance_Hz       = 410.0");
   const std::string config = (stage / "piezo.toml").string(), output = (stage / "tuning.toml").string();
+  const std::string tuned = (stage / "tuned.toml").string();
   Process rehearsal({HYSTCAN_PROGRAM, "tune", config, "--rehearse", "--output", output, "--json"});
   ASSERT_EQ(rehearsal.wait(), 0) << rehearsal.err();
   const json expected = json::parse(rehearsal.out());
   std::filesystem::remove(output);
 
   LiveBench bench({"vcan0", "vcan0"}, config);
-  bench.start("tune", {"--output", output, "--json"}, config);
+  bench.start("tune", {"--output", output, "--write", tuned, "--json"}, config);
   ASSERT_EQ(bench.controller->wait(), 0) << bench.controller->err();
   const json found = json::parse(bench.controller->out());
   const auto value = [](const json& of, const char* name) { return of[name]["value"].get<double>(); };
+  // Without a filter: which design is proposed may hang on the last digit of two predicted errors.
+  const auto ki_per_s = [](const json& of) {
+    for (const json& candidate : of["candidates"])
+      if (candidate["name"] == "plain") return candidate["ki_per_s"].get<double>();
+    return 0.0;
+  };
   std::printf(
       "tune on vcan0: %.2f Hz, damping %.4f, delay %.4f ms, ki %.1f/s; rehearsed %.2f, %.4f, %.4f, %.1f\n",
       value(found, "natural_frequency_Hz"), value(found, "damping_ratio"), 1e3 * value(found, "delay_s"),
-      found["proposed"]["ki_per_s"].get<double>(), value(expected, "natural_frequency_Hz"),
-      value(expected, "damping_ratio"), 1e3 * value(expected, "delay_s"),
-      expected["proposed"]["ki_per_s"].get<double>());
+      ki_per_s(found), value(expected, "natural_frequency_Hz"), value(expected, "damping_ratio"),
+      1e3 * value(expected, "delay_s"), ki_per_s(expected));
   EXPECT_FALSE(found["rehearsed"]);
   EXPECT_NEAR(value(found, "natural_frequency_Hz"), value(expected, "natural_frequency_Hz"), 5.0);
   EXPECT_NEAR(value(found, "damping_ratio"), value(expected, "damping_ratio"), 0.005);
   EXPECT_NEAR(value(found, "delay_s"), value(expected, "delay_s"), 0.03e-3);
-  EXPECT_NEAR(found["proposed"]["ki_per_s"].get<double>() / expected["proposed"]["ki_per_s"].get<double>(),
-              1.0, 0.1);
+  EXPECT_NEAR(ki_per_s(found) / ki_per_s(expected), 1.0, 0.1);
   EXPECT_TRUE(std::filesystem::exists(output));
+  Process check({HYSTCAN_PROGRAM, "check", tuned});
+  EXPECT_EQ(check.wait(), 0) << check.err();
 
   std::this_thread::sleep_for(milliseconds(100));
   const json log = bench.decoded();

@@ -30,24 +30,14 @@ class Tune : public Cli {
     EXPECT_EQ(program.wait(), done) << program.err();
     return json::parse(program.out());
   }
+  static json named(const json& found, const std::string& name) {
+    for (const json& candidate : found["candidates"])
+      if (candidate["name"] == name) return candidate;
+    ADD_FAILURE() << "no candidate " << name;
+    return nullptr;
+  }
   bool written() const { return std::filesystem::exists(shipped / "tuning.toml"); }
 
-  /// piezo.toml with the fragment's lines in the place of axis x's; the gains are multiplied by `factor`.
-  void paste(const char* name, double factor) const {
-    std::string config = read("piezo.toml");
-    std::istringstream lines(read("tuning.toml"));
-    for (std::string line; std::getline(lines, line);) {
-      const std::size_t equals = line.find('=');
-      if (line.empty() || line[0] == '#' || line[0] == '[' || equals == std::string::npos) continue;
-      const std::string key = line.substr(0, line.find(' '));
-      if (key == "kp" || key == "ki_per_s")
-        line = key + " = " + std::to_string(factor * std::stod(line.substr(equals + 1)));
-      const std::size_t at = config.find("\n" + key + " ");
-      ASSERT_NE(at, std::string::npos) << key;
-      config.replace(at + 1, config.find('\n', at + 1) - at - 1, line);
-    }
-    write(name, config);
-  }
   /// RMS error of axis x with inverse+pi in the demo, % of stroke.
   double demonstrated(const char* config) const {
     Process demo({HYSTCAN_PROGRAM, "demo", "--config", path(config), "--output", path("demo"), "--json"});
@@ -70,61 +60,90 @@ TEST_F(Tune, FindsTheTwinsModeFromAFewSmallSteps) {
 }
 
 // Each rule holds, and the rule that limits the gains holds with equality.
-TEST_F(Tune, ProposesGainsThatKeepTheRequestedMargins) {
+TEST_F(Tune, ProposesCautiousGainsThatKeepTheRequestedMargins) {
   double ki_before = 1e9;
   for (const auto& [phase_deg, gain_dB] :
        {std::pair(45.0, 3.0), std::pair(60.0, 6.0), std::pair(75.0, 12.0)}) {
-    const json found =
-        tuned({"--phase-margin", std::to_string(phase_deg), "--gain-margin", std::to_string(gain_dB)});
-    const json& proposed = found["proposed"];
-    EXPECT_TRUE(proposed["margins"]["stable"]);
+    const json cautious = named(tuned({"--cautious", "--phase-margin", std::to_string(phase_deg),
+                                       "--gain-margin", std::to_string(gain_dB)}),
+                                "cautious");
+    EXPECT_TRUE(cautious["margins"]["stable"]);
     // Tolerance: the grid of frequencies, and the three digits of the gains.
-    EXPECT_GE(proposed["margins"]["phase_margin_deg"], phase_deg - 0.5);
-    EXPECT_GE(proposed["margins"]["gain_margin_dB"], gain_dB - 0.1);
-    EXPECT_NEAR(20.0 * std::log10(proposed["margins"]["peak_beyond_180"].get<double>()), -gain_dB, 0.2)
+    EXPECT_GE(cautious["margins"]["phase_margin_deg"], phase_deg - 0.5);
+    EXPECT_GE(cautious["margins"]["gain_margin_dB"], gain_dB - 0.1);
+    EXPECT_NEAR(20.0 * std::log10(cautious["margins"]["peak_beyond_180"].get<double>()), -gain_dB, 0.2)
         << "the resonance is what binds here";
-    EXPECT_LT(proposed["ki_per_s"], ki_before) << "more margin, less gain";
-    ki_before = proposed["ki_per_s"];
+    EXPECT_LT(cautious["ki_per_s"], ki_before) << "more margin, less gain";
+    ki_before = cautious["ki_per_s"];
   }
+}
+
+// Tolerance: the rule is met on the frequencies of the search.
+TEST_F(Tune, DesignsKeepTheSensitivityPeakAtAllCorners) {
+  for (const double most : {1.4, 1.7}) {
+    const json found = tuned({"--peak-sensitivity", std::to_string(most)});
+    EXPECT_GE(found["candidates"].size(), 3u);
+    for (const json& candidate : found["candidates"])
+      EXPECT_LT(candidate["worst_margins"]["peak_sensitivity"], most + 0.02) << candidate["name"];
+    EXPECT_NEAR(found["proposed"]["worst_margins"]["peak_sensitivity"], most, 0.02);
+  }
+}
+
+TEST_F(Tune, ProposesTheCandidateWithTheSmallestPredictedError) {
+  const json found = tuned();
+  const double proposed = found["proposed"]["predicted_rms_percent"];
+  for (const json& candidate : found["candidates"])
+    EXPECT_LE(proposed, candidate["predicted_rms_percent"]) << candidate["name"];
+  EXPECT_LT(proposed, 0.10) << "0.193 as shipped";
+}
+
+// The cautious gains are slower than the shipped ones.
+TEST_F(Tune, ProposesThePresentSettingUnchangedWhereNothingIsPredictedToBeBetter) {
+  const json found = tuned({"--cautious"});
+  EXPECT_EQ(found["proposed"]["name"], "present");
+  EXPECT_EQ(found["proposed"]["delays"], found["present"]["delays"]);
+  EXPECT_NE(read("tuning.toml").find("the present setting, unchanged"), std::string::npos);
 }
 
 TEST_F(Tune, JudgesThePresentGainsByTheSameLoop) {
   const json present = tuned()["present"];
   EXPECT_EQ(present["kp"], 0.05);
   EXPECT_EQ(present["ki_per_s"], 120.0);
-  // tests/identification/dynamics/pi_rule_test.cpp has the margins of the twin's true mode: 85.5
-  // degrees, 5.54 (14.9 dB).
+  // tests/controller/analysis/margins_test.cpp has the margins of the twin's true mode.
   EXPECT_NEAR(present["margins"]["phase_margin_deg"], 85.5, 1.0);
   EXPECT_NEAR(present["margins"]["gain_margin_dB"], 14.9, 1.0);
   EXPECT_LE(present["worst_margins"]["gain_margin_dB"], present["margins"]["gain_margin_dB"]);
 }
 
-TEST_F(Tune, WritesAFragmentThatLoadsAndTracksBetterThanHalfItsGains) {
-  ASSERT_EQ(tune().wait(), done);
-  paste("tuned.toml", 1.0);
-  paste("halved.toml", 0.5);
-  Process check({HYSTCAN_PROGRAM, "check", path("tuned.toml")});
-  EXPECT_EQ(check.wait(), done) << check.err();
-  const double whole = demonstrated("tuned.toml"), half = demonstrated("halved.toml");
-  // The following error of a ramp is proportional to 1 / ki: half the gain gives almost twice the error.
-  EXPECT_LT(1.3 * whole, half);
+TEST_F(Tune, CountsAConfiguredNotchAndLowPassInThePresentLoop) {
+  const json plain = tuned()["present"];
+  shipped.edit("piezo.toml", "kp                 = 0.05", "measurement_filter_Hz = 200.0\nkp = 0.05");
+  shipped.edit(
+      "piezo.toml", "[axis.control.in_position]",
+      "[axis.control.notch]\nfrequency_Hz = 450.0\ndepth = 0.1\nwidth = 0.5\n\n[axis.control.in_position]");
+  const json present = tuned()["present"];
+  EXPECT_EQ(present["notch"]["frequency_Hz"], 450.0);
+  EXPECT_EQ(present["measurement_filter_Hz"], 200.0);
+  EXPECT_LT(present["margins"]["peak_beyond_180"], 0.7 * plain["margins"]["peak_beyond_180"].get<double>());
 }
 
-// The predicted twin is the same except for the identified delay, about 0.05 ms longer than the amplifier's
-// lag. The present preview does not include it. At the triangle's 480 um/s it gives
-//   480 um/s * 0.05 ms = 0.024 um, 0.08 % of stroke,
-// and the PI leaves a third of that.
-TEST_F(Tune, PredictsTheErrorThatTheLoopThenHas) {
+// It is stable on the plant that the configuration states, but not on the one that is found. An unstable loop is neither rehearsed nor proposed.
+TEST_F(Tune, SaysThatThePresentLoopIsNotStable) {
+  shipped.edit("piezo.toml", "kp                 = 0.05", "kp                 = 0.5");
+  shipped.edit("piezo.toml", "resonance_Hz           = 500.0", "resonance_Hz           = 2000.0");
+  shipped.edit("piezo.toml", "damping_ratio          = 0.05", "damping_ratio          = 0.7");
+  shipped.edit("piezo.toml", "resonance_Hz       = 500.0", "resonance_Hz       = 310.0");
+  Process program = tune();
+  ASSERT_EQ(program.wait(), done) << program.err();
+  EXPECT_NE(program.out().find("NOT STABLE"), std::string::npos) << program.out();
+  EXPECT_NE(program.out().find("; present not stable"), std::string::npos) << program.out();
+}
+
+TEST_F(Tune, PredictsEachStructure) {
   const json found = tuned();
-  const auto predicted = [&](const char* setting) {
-    return found[setting]["predicted"]["inverse+pi"]["rms_percent"].get<double>();
-  };
   EXPECT_EQ(found["proposed"]["predicted"].size(), 5u);
   for (const auto& [structure, outcome] : found["proposed"]["predicted"].items())
     EXPECT_EQ(outcome["fault"], "none") << structure;
-  paste("tuned.toml", 1.0);
-  EXPECT_NEAR(predicted("proposed"), demonstrated("tuned.toml"), 0.03);
-  EXPECT_NEAR(predicted("present"), demonstrated("piezo.toml"), 0.03);
 }
 
 TEST_F(Tune, WritesThePresentValueOfEachKeyIntoTheFragment) {
@@ -174,8 +193,12 @@ TEST_F(Tune, RefusesStepsOutsideTheLimitsAndInvalidRules) {
       {{"--centre", "99.5"}, "expected within drive_min and drive_max"},
       {{"--period", "0"}, "--period: 0, expected a finite number > 0"},
       {{"--axis", "z"}, "no axis z"},
-      {{"--phase-margin", "90"}, "--phase-margin: 90"},
-      {{"--gain-margin", "0"}, "--gain-margin: 0"},
+      {{"--cautious", "--phase-margin", "90"}, "--phase-margin: 90"},
+      {{"--cautious", "--gain-margin", "0"}, "--gain-margin: 0"},
+      {{"--gain-margin", "6"}, "--gain-margin requires --cautious"},
+      {{"--cautious", "--peak-sensitivity", "1.5"}, "excludes"},
+      {{"--peak-sensitivity", "1"}, "--peak-sensitivity: 1"},
+      {{"--plot", "bode.pdf"}, "expected a name that ends with .svg or .png"},
       {{"--interface", "vcan0"}, "excludes"}};
   for (const auto& [options, reason] : refused) {
     Process program = tune(options);
@@ -191,6 +214,30 @@ TEST_F(Tune, ProposesNothingFromAnInconclusiveExperiment) {
   EXPECT_EQ(program.wait(), failed);
   EXPECT_NE(program.err().find("the experiment is not conclusive"), std::string::npos) << program.err();
   EXPECT_FALSE(written());
+}
+
+// A step of 20 V moves the sample by more than position_jump_um: that sample counts as lost.
+TEST_F(Tune, AcceptsARecordWithLostSamples) {
+  Process program({HYSTCAN_PROGRAM, "tune", path("p733.toml"), "--rehearse", "--output", path("tuning.toml"),
+                   "--amplitude", "10", "--json"});
+  ASSERT_EQ(program.wait(), done) << program.err();
+  const json found = json::parse(program.out());
+  EXPECT_GT(found["left_out"], 0);
+  EXPECT_NEAR(found["natural_frequency_Hz"]["value"], 500.0, 5.0);
+}
+
+TEST_F(Tune, TakesASmallerAmplitudeByItselfWhereTheTwinComesNearALimit) {
+  shipped.edit("piezo.toml", "position_jump_um   = 5.0", "position_jump_um   = 0.3");
+  shipped.edit("piezo.toml", "frequency_Hz = 10.0", "frequency_Hz = 2.0");  // slow enough for that
+  shipped.edit("piezo.toml", "cycles       = 10.0", "cycles       = 2.0");
+  shipped.edit("piezo.toml", "rise_s       = 0.03", "rise_s       = 0.3");
+  shipped.edit("piezo.toml", "transition_s = 0.1", "transition_s = 1.0");
+  Process program = tune({"--json"});
+  ASSERT_EQ(program.wait(), done) << program.err();
+  EXPECT_EQ(json::parse(program.out())["steps"]["amplitude"], 0.25);
+  EXPECT_NE(program.err().find("amplitude 0.25 V, not 1: the twin comes near a limit with more"),
+            std::string::npos)
+      << program.err();
 }
 
 TEST_F(Tune, WritesNothingAfterAFault) {

@@ -229,6 +229,31 @@ TEST(SecondOrderFit, ReportsTheLagOfAnAmplifierAsDelay) {
   EXPECT_NEAR(fit.delay_s.value, 0.106e-3, 0.02e-3);
 }
 
+TEST(SecondOrderFit, FindsTheModeWhereRowsAreLeftOut) {
+  const Truth truth{210.0, 0.06, 0.35e-3};
+  Dataset gaps = measured(truth, step_train(60), 400);
+  for (const std::ptrdiff_t row : {391, 300, 299, 298, 205, 151, 150, 97, 83, 30})
+    for (auto* column : {&gaps.time_s, &gaps.input, &gaps.output}) column->erase(column->begin() + row);
+  const SecondOrderFit fit = fit_second_order(gaps);
+  EXPECT_EQ(fit.left_out, 10u);
+  EXPECT_EQ(fit.rows, 390u);
+  EXPECT_NEAR(fit.natural_frequency_Hz.value, 210.0, 0.01);
+  EXPECT_NEAR(fit.damping_ratio.value, 0.06, 1e-4);
+  EXPECT_NEAR(fit.delay_s.value, 0.35e-3, 1e-6);
+  EXPECT_NEAR(fit.cycle_s, cycle_s, 1e-12);
+}
+
+TEST(SecondOrderFit, RefusesADatasetWithFewerRowsThanGaps) {
+  const Dataset whole = measured({210.0, 0.06, 0.35e-3}, step_train(60), 400);
+  Dataset gaps = whole;
+  for (auto [to, from] : {std::pair(&gaps.time_s, &whole.time_s), std::pair(&gaps.input, &whole.input),
+                          std::pair(&gaps.output, &whole.output)}) {
+    to->assign(from->begin(), from->begin() + 120);
+    to->push_back(from->back());
+  }
+  EXPECT_NE(refusal(gaps).find("279 of 400 cycles have no row"), std::string::npos) << refusal(gaps);
+}
+
 TEST(SecondOrderFit, RefusesADatasetThatDoesNotDetermineTheMode) {
   const Truth truth{210.0, 0.06, 0.35e-3};
   const Dataset good = measured(truth, step_train(60), 260);
@@ -240,9 +265,9 @@ TEST(SecondOrderFit, RefusesADatasetThatDoesNotDetermineTheMode) {
   Dataset flat = good;
   std::ranges::fill(flat.output, 5.0);
   EXPECT_NE(refusal(flat).find("output is a straight line"), std::string::npos) << refusal(flat);
-  Dataset gap = good;
-  for (auto* column : {&gap.time_s, &gap.input, &gap.output}) column->erase(column->begin() + 100);
-  EXPECT_NE(refusal(gap).find("evenly sampled"), std::string::npos) << refusal(gap);
+  Dataset uneven = good;
+  uneven.time_s[100] += 0.3e-3;
+  EXPECT_NE(refusal(uneven).find("evenly sampled"), std::string::npos) << refusal(uneven);
   const Dataset noise = with_seeded_noise(good, 5.0, 1);
   EXPECT_NE(refusal(noise).find("explains"), std::string::npos) << refusal(noise);
 }

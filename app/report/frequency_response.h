@@ -1,0 +1,36 @@
+// The frequency response of an experiment, of the identified mode and of two loops, as a table and as a picture.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "controller/analysis/linear_loop.h"
+#include "identification/dynamics/empirical_response.h"
+#include "identification/dynamics/second_order_fit.h"
+
+namespace hystcan::app {
+
+struct FrequencyResponse {
+  struct Loop {
+    controller::LoopConfig config;
+    controller::Pi::Config pi;
+  };
+  std::string title;
+  std::vector<identification::ResponsePoint> measured;
+  identification::SecondOrderFit fit;
+  Loop before, after;
+};
+
+/// CSV, a row for each measured frequency. Gains of plant and model are 1 at rest; phases are in degrees, those of the
+/// loops from -90 on without a leap.
+std::string table_of(const FrequencyResponse& response);
+
+/// Draws `picture` (.svg or .png) with gnuplot, whose script remains beside it as .gnuplot. Returns an empty text, or why
+/// there is no picture.
+std::string draw(const FrequencyResponse& response, const std::filesystem::path& picture);
+
+/// Throws config::Error unless the name ends with .svg or .png.
+void require_picture(const std::filesystem::path& picture);
+
+}  // namespace hystcan::app

@@ -1,0 +1,254 @@
+#include "config/document/toml_edit.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <functional>
+#include <utility>
+
+#include "can/regular_file.h"
+#include "config/document/document.h"
+#include "config/document/error.h"
+#include "config/document/toml_text.h"
+
+namespace hystcan::config {
+namespace {
+
+/// "a[1].b" as "a", "[1]", "b".
+std::vector<std::string> parts_of(const std::string& path) {
+  std::vector<std::string> parts{""};
+  for (const char c : path) {
+    if (c == '.' || c == '[') parts.emplace_back();
+    if (c != '.') parts.back() += c;
+  }
+  std::erase(parts, "");
+  return parts;
+}
+
+bool is_index(const std::string& part) { return part.starts_with('['); }
+
+const toml::node* child_of(const toml::node& node, const std::string& part) {
+  if (!is_index(part)) return node.is_table() ? node.as_table()->get(part) : nullptr;
+  std::size_t index = 0;
+  std::from_chars(part.data() + 1, part.data() + part.size(), index);
+  return node.is_array() ? node.as_array()->get(index) : nullptr;
+}
+
+/// An inline table and a value are no tables with a header; a table of dotted keys has none, too.
+bool begins_with_bracket(const toml::node& node, std::string_view text_there) {
+  if (const toml::table* table = node.as_table()) return !table->is_inline() && text_there.starts_with('[');
+  return node.is_array() && text_there.starts_with("[[") && node.as_array()->is_array_of_tables();
+}
+
+bool same(const toml::source_position& a, const toml::source_position& b) {
+  return a.line == b.line && a.column == b.column;
+}
+
+}  // namespace
+
+/// What there is of a path.
+struct TomlEdit::Place {
+  std::vector<std::string> parts;
+  std::vector<const toml::node*> nodes;  ///< the root, then one for each part that exists
+  bool within_inline = false;  ///< the deepest node stands in an inline table or in a list of values
+
+  bool is_complete() const { return nodes.size() == parts.size() + 1; }
+  const toml::node& deepest() const { return *nodes.back(); }
+  /// The first `count` parts without indices: the name in a header.
+  std::string header(std::size_t count) const {
+    std::string name;
+    for (std::size_t i = 0; i < count; ++i)
+      if (!is_index(parts[i])) name += (name.empty() ? "" : ".") + parts[i];
+    return name;
+  }
+};
+
+TomlEdit::TomlEdit(std::string text, std::string name) : name_(std::move(name)) { take(std::move(text)); }
+
+TomlEdit TomlEdit::of_file(const std::filesystem::path& file) {
+  try {
+    return {can::read_regular_file(file, largest_configuration), file.string()};
+  } catch (const can::FileError& error) {
+    throw Error(fmt::format("{}: cannot be read: {}, expected a TOML file", file.string(), error.what()));
+  }
+}
+
+void TomlEdit::take(std::string text) {
+  root_ = parse_toml(text, name_);
+  text_ = std::move(text);
+}
+
+void TomlEdit::fail(const toml::source_region& where, const std::string& what) const {
+  throw Error(fmt::format("{}:{}:{}: {}", name_, where.begin.line, where.begin.column, what));
+}
+
+std::size_t TomlEdit::line_start(std::size_t line) const {
+  std::size_t at = 0;
+  for (std::size_t i = 1; i < line; ++i) at = text_.find('\n', at) + 1;
+  return at;
+}
+
+std::string_view TomlEdit::line_at(std::size_t line) const {
+  const std::size_t start = line_start(line);
+  return std::string_view(text_).substr(start, text_.find('\n', start) - start);
+}
+
+/// toml++ counts columns in characters, not in bytes.
+std::size_t TomlEdit::offset_of(const toml::source_position& position) const {
+  std::size_t at = line_start(position.line);
+  if (at == 0 && text_.starts_with("\xEF\xBB\xBF")) at = 3;
+  const auto continues = [&] {
+    return at < text_.size() && (static_cast<unsigned char>(text_[at]) & 0xC0) == 0x80;
+  };
+  for (std::size_t column = 1; column < position.column; ++column) {
+    ++at;
+    while (continues()) ++at;
+  }
+  return at;
+}
+
+TomlEdit::Place TomlEdit::find(const std::string& path) const {
+  Place place{.parts = parts_of(path), .nodes = {&root_}};
+  for (const std::string& part : place.parts) {
+    const toml::node& above = place.deepest();
+    const toml::node* node = child_of(above, part);
+    if (node == nullptr) break;
+    place.within_inline = place.within_inline || (above.is_table() && above.as_table()->is_inline()) ||
+                          (above.is_array() && !above.as_array()->is_array_of_tables());
+    place.nodes.push_back(node);
+  }
+  return place;
+}
+
+bool TomlEdit::contains(const std::string& path) const { return find(path).is_complete(); }
+
+void TomlEdit::replace_value(const toml::source_region& at, const std::string& value) {
+  const std::size_t from = offset_of(at.begin), to = offset_of(at.end);
+  std::size_t comment = to;
+  while (comment < text_.size() && text_[comment] == ' ') ++comment;
+  std::string spaces = text_.substr(to, comment - to);
+  if (comment < text_.size() &&
+      text_[comment] == '#') {  // the comment stays in its column where there is room
+    const std::size_t room = comment - from;
+    spaces.assign(room > value.size() ? room - value.size() : 1, ' ');
+  }
+  take(text_.substr(0, from) + value + spaces + text_.substr(comment));
+}
+
+void TomlEdit::insert_below(std::size_t line, const std::vector<std::string>& lines) {
+  const std::string_view end = text_.find("\r\n") != std::string::npos ? "\r\n" : "\n";
+  const std::size_t newline = text_.find('\n', line_start(line));
+  std::string added;
+  if (newline == std::string::npos) {
+    for (const std::string& one : lines) added.append(end).append(one);
+    take(text_ + added);
+    return;
+  }
+  for (const std::string& one : lines) added.append(one).append(end);
+  std::string text = text_;
+  take(text.insert(newline + 1, added));
+}
+
+namespace {
+
+/// The lines of a table's own keys.
+struct OwnLines {
+  std::size_t last = 0;
+  std::size_t last_key = 0;  ///< where the last value begins
+  bool has_tables = false;   ///< with headers of their own
+};
+
+using HasHeader = std::function<bool(const toml::node&)>;
+
+void add_lines_of(const toml::node& node, const HasHeader& has_header, OwnLines& lines) {
+  if (has_header(node)) {
+    lines.has_tables = true;
+  } else if (node.is_table() && !node.as_table()->is_inline()) {  // dotted keys
+    for (const auto& [key, value] : *node.as_table()) add_lines_of(value, has_header, lines);
+  } else if (node.source().end.line > lines.last) {
+    lines.last = node.source().end.line;
+    lines.last_key = node.source().begin.line;
+  }
+}
+
+OwnLines own_lines_of(const toml::table& table, const HasHeader& has_header) {
+  OwnLines lines{.last = table.source().begin.line, .last_key = table.source().begin.line};
+  for (const auto& [key, value] : table) add_lines_of(value, has_header, lines);
+  return lines;
+}
+
+/// `key = value`, with the equals sign below that of `above`, if there is one.
+std::string aligned(const std::string& key, const std::string& value, std::string_view above) {
+  const std::size_t indent = std::min(above.find_first_not_of(" \t"), above.size());
+  const bool is_key = indent < above.size() && above[indent] != '[' && above[indent] != '#';
+  const std::size_t equals = is_key ? above.find('=') : std::string_view::npos;
+  std::string text = std::string(above.substr(0, indent)) + key;
+  if (equals != std::string_view::npos && text.size() + 1 < equals)
+    text.append(equals - 1 - text.size(), ' ');
+  return text + " = " + value;
+}
+
+}  // namespace
+
+void TomlEdit::set(const std::string& path, const std::string& value) {
+  if (parse_toml("value = " + value, path).size() != 1)
+    throw Error(fmt::format("{} = {}: not a value, expected one as in TOML", path, value));
+  const Place place = find(path);
+  const toml::node& node = place.deepest();
+  const toml::source_region where = node.source();
+  const auto has_header = [&](const toml::node& of) {
+    return begins_with_bracket(of, std::string_view(text_).substr(offset_of(of.source().begin)));
+  };
+  if (place.is_complete()) {
+    if (node.is_table() || has_header(node))
+      fail(where, fmt::format("{} is a table, expected a value", path));
+    replace_value(where, value);
+    return;
+  }
+  const std::size_t found = place.nodes.size() - 1, missing = place.parts.size() - found;
+  const std::string header = place.header(found);
+  if (found == 0 || !node.is_table() || is_index(place.parts[found]) || missing > 2)
+    fail(where, fmt::format("there is no place for {}, expected the table above it", path));
+  const toml::table& table = *node.as_table();
+  const bool only_implied = std::ranges::any_of(table, [&](const auto& entry) {
+    return has_header(entry.second) && same(entry.second.source().begin, where.begin);
+  });
+  if (place.within_inline || !has_header(node) || only_implied)
+    fail(where, fmt::format("{} is missing in {}, which has no header of its own, expected a table [{}]",
+                            path, header, header));
+  const OwnLines own = own_lines_of(table, has_header);
+  if (missing == 1)
+    insert_below(own.last, {aligned(place.parts.back(), value, line_at(own.last_key))});
+  else
+    insert_below(own.last, {"", fmt::format("[{}]", place.header(found + 1)),
+                            fmt::format("{} = {}", place.parts.back(), value)});
+}
+
+void TomlEdit::comment_out(const std::string& path) {
+  const Place place = find(path);
+  if (!place.is_complete()) return;
+  const toml::node& node = place.deepest();
+  const auto has_header = [&](const toml::node& of) {
+    return begins_with_bracket(of, std::string_view(text_).substr(offset_of(of.source().begin)));
+  };
+  if (place.within_inline || place.nodes.size() < 2 || is_index(place.parts.back()))
+    fail(node.source(),
+         fmt::format("{} stands in a list or in a table within one line, expected a line of its own", path));
+  std::size_t first = node.source().begin.line, last = node.source().end.line;
+  if (node.is_table() && !node.as_table()->is_inline()) {
+    const OwnLines own = own_lines_of(*node.as_table(), has_header);
+    if (own.has_tables || !has_header(node))
+      fail(node.source(), fmt::format("{} has tables or dotted keys, expected [{}] with plain keys", path,
+                                      place.header(place.parts.size())));
+    last = own.last;
+  }
+  std::string text = text_;
+  for (std::size_t line = last; line >= first; --line) {
+    const std::string_view there = line_at(line);
+    if (there.find_first_not_of(" \t\r") != std::string_view::npos) text.insert(line_start(line), "# ");
+  }
+  take(std::move(text));
+}
+
+}  // namespace hystcan::config
