@@ -149,13 +149,10 @@ void set_phases(LearningDesign& design, double cycles) {
 
 std::optional<double> period_s(const Shape& shape) {
   const auto of = [](const auto& s) -> std::optional<double> {
-    if constexpr (requires {
-                    s.frequency_Hz;
-                    s.cycles;
-                  })
-      return 1.0 / s.frequency_Hz;
-    else
-      return std::nullopt;
+    if constexpr (requires { s.frequency_Hz; }) return 1.0 / s.frequency_Hz;
+    if constexpr (requires { s.line_rate_Hz; })
+      return s.role == ScanRole::fast ? (s.both_directions ? 2.0 : 1.0) * s.line_s() : s.frame_s();
+    return std::nullopt;
   };
   return std::visit(of, shape);
 }

@@ -33,7 +33,7 @@ constexpr double cycle_s = 1e-3;
 constexpr double triangle_um_per_s = 480.0;    // 24 um up and down again, ten times a second
 constexpr double staircase_um_per_s = 1375.0;  // 15/8 of 22 um in 30 ms
 /// What PI adds to one cycle's demand: twice kp and once ki T of an error of 0.2 um.
-constexpr double pi_um = (2.0 * 0.08 + 120.0 * cycle_s) * 0.2;
+constexpr double pi_um = (2.0 * 0.08 + 409.0 * cycle_s) * 0.2;
 /// By the default limit of acceleration the mode lags by a thousandth of the stroke: as the reference brakes,
 /// as it sets out and as it arrives, at worst all at once.
 constexpr double mode_um = 3.0 * 28.5e-3;
