@@ -80,7 +80,7 @@ ReferenceLimits default_transition_limits(const Gate::Config& gate, const model:
                                           const Delays& delays);
 
 /// The amplitude at which an oscillation of the error is an unstable loop: half of following_error_um and a third
-/// of position_jump_um, so that it is decided before these two, and at most a twentieth of the plausible positions.
+/// of position_jump_um, so that it is mostly decided before these two, and at most a twentieth of the plausible positions.
 /// Infinite where the law has no feedback.
 double oscillation_amplitude_um(const AxisConfig& config);
 
