@@ -16,6 +16,7 @@
 #include "config/schema/check_loop.h"
 #include "config/schema/config.h"
 #include "config/schema/frames.h"
+#include "config/schema/setpoint_warnings.h"
 #include "model/validity.h"
 
 namespace hystcan::app {
@@ -118,6 +119,7 @@ int check(const CheckArguments& options) {
   fmt::print("# {} in {}; node ids, identifiers, units and ranges agree\n",
              can::counted(config.database.messages.size(), "message"), config.bus.dbc.string());
   for (const config::AxisConfig& axis : config.axes) show_mismatch(axis);
+  for (const std::string& warning : config::setpoint_warnings(config)) fmt::print("# warning: {}\n", warning);
   for (const std::string& warning : config.database.warnings) fmt::print("# warning: {}\n", warning);
   if (config.database.further_warnings > 0)
     fmt::print("# warning: and {} more\n", config.database.further_warnings);

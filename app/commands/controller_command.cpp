@@ -26,6 +26,7 @@
 #include "app/report/report.h"
 #include "can/counted.h"
 #include "config/schema/config.h"
+#include "config/schema/setpoint_warnings.h"
 #include "controller/black_box.h"
 #include "controller/control/statistics.h"
 #include "controller/controller.h"
@@ -58,7 +59,8 @@ class CycleRecorder {
         board_(config.axes.size()),
         states_(states) {
     for (const config::AxisConfig& axis : config.axes)
-      statistics_.emplace_back(axis.control.setpoint.size(), settle_s);
+      statistics_.emplace_back(axis.control.setpoint.size(), settle_s,
+                               controller::settling_band_um(axis.control));
     if (!csv.empty()) csv_.emplace(csv, names_of(config));
   }
 
@@ -159,7 +161,10 @@ std::string results_text(const controller::Controller& controller, const CycleRe
                   counters.overruns, can::counted(counters.missing_samples, "sample"), counters.late_samples);
   for (const std::string& line : describe(controller.timing())) text += line + "\n";
   for (const std::string& line : describe(closing)) text += line + "\n";
-  for (const auto& outcome : outcomes) text += describe(outcome) + "\n";
+  for (const auto& outcome : outcomes) {
+    text += describe(outcome) + "\n";
+    for (const std::string& line : describe_segments(outcome)) text += line + "\n";
+  }
   return text;
 }
 
@@ -172,23 +177,27 @@ std::vector<controller::AxisOutcome> outcomes_of(const controller::Controller& c
   return outcomes;
 }
 
-/// Throws RunError with the first reason why the run is not a success.
+/// Throws RunError with the first reason why the run is not a success. `was_enabled`: some axis was when the run was
+/// asked to end. A user may leave all axes disabled.
 void require_success(const controller::Controller& controller, const CycleRecorder& recorder,
-                     const ControllerArguments& options,
+                     const ControllerArguments& options, bool was_enabled,
                      const std::vector<controller::AxisOutcome>& outcomes) {
   for (const auto& outcome : outcomes)
     if (outcome.fault.cause != controller::Cause::none) throw RunError(describe(outcome.name, outcome.fault));
-  if ((options.once || options.duration_s > 0.0) && !recorder.has_tracked())
+  const bool was_to_track = options.once || options.duration_s > 0.0 || was_enabled;
+  if (was_to_track && !recorder.has_tracked())
     throw RunError("nothing was tracked: " + recorder.first_lack());
   for (std::size_t i = 0; options.once && i < controller.axis_count(); ++i)
     if (!controller.axis(i).report().point.finished)
       throw RunError(fmt::format("axis {} was stopped before the end of its reference", outcomes[i].name));
 }
 
-/// Returns when every axis is safe. What follows may wait for a disk, but not forever.
-void run_to_the_end(LiveLoop& loop, controller::Controller& controller, ControlService& control,
+/// Returns when every axis is safe: whether some axis was enabled until then. What follows may wait for a disk, but not
+/// forever.
+bool run_to_the_end(LiveLoop& loop, controller::Controller& controller, ControlService& control,
                     CycleRecorder& recorder, const ControllerArguments& options, double start_timeout_s) {
   const ExitLimit limit(std::chrono::seconds(30));
+  bool is_enabled = true;  // from the start on
   run_live(loop, controller, recorder.bus_log(),
            {.clear_faults = options.clear_faults,
             .is_done =
@@ -196,7 +205,14 @@ void run_to_the_end(LiveLoop& loop, controller::Controller& controller, ControlS
                   return (options.duration_s > 0.0 && run_s > options.duration_s) ||
                          (options.once && nothing_left_to_do(controller, run_s > start_timeout_s));
                 },
+            .before_stop =
+                [&] {
+                  is_enabled = !all_axes(controller, [](const controller::Axis& axis) {
+                    return axis.state() == AxisState::offline;
+                  });
+                },
             .reload = [&] { control.reload(); }});
+  return is_enabled;
 }
 
 int run_controller(const ControllerArguments& options) {
@@ -225,9 +241,10 @@ int run_controller(const ControllerArguments& options) {
   spdlog::info("{} at {} Hz on {}; Ctrl-C ramps down and stops",
                can::counted(config.axes.size(), "axis", "axes"), config.controller.rate_Hz,
                config.bus.interface);
+  for (const std::string& warning : config::setpoint_warnings(config)) spdlog::warn(warning);
   become_realtime(config);
-  run_to_the_end(loop, controller, *control, recorder, options,
-                 can::seconds(config.controller.start_timeout));
+  const bool was_enabled = run_to_the_end(loop, controller, *control, recorder, options,
+                                          can::seconds(config.controller.start_timeout));
   control.reset();
 
   const std::uint64_t dropped = telemetry->dropped();
@@ -240,7 +257,7 @@ int run_controller(const ControllerArguments& options) {
   spdlog::default_logger()->flush();  // its last lines come before the results
   const std::string unprinted =
       print_patiently(results_text(controller, recorder, outcomes, options.json, dropped));
-  require_success(controller, recorder, options, outcomes);
+  require_success(controller, recorder, options, was_enabled, outcomes);
   for (const std::string& reason : {lost, unprinted})
     if (!reason.empty()) throw RunError(reason);
   return done;

@@ -49,8 +49,10 @@ std::filesystem::path shipped_config() {
 }
 
 std::string failure_of(const rehearsal::Outcome& outcome) {
-  for (const auto& axis : outcome.axes) {
+  // The fault of one axis ends the run of all: it is why another has not tracked.
+  for (const auto& axis : outcome.axes)
     if (axis.fault.cause != controller::Cause::none) return describe(axis.name, axis.fault);
+  for (const auto& axis : outcome.axes) {
     if (axis.statistics.total().samples == 0)
       return fmt::format("axis {} did not start to track its reference: {}", axis.name,
                          to_string(axis.state));
@@ -169,6 +171,11 @@ void print_table(const config::Config& config, const std::vector<Column>& column
   const auto floors = floors_um(config);
   for (const Column& column : columns) print_column(config, column, floors);
   fmt::print("\n");
+  const controller::Structure configured = config.axes.front().control.law.structure;
+  for (const Column& column : columns)
+    if (column.structure == configured && column.failure.empty())
+      for (const std::string& line : describe_segments(column.outcome.axes.front()))
+        fmt::print("{}: {}\n", to_string(configured), line);
 }
 
 void print_comparison_json(const config::Config& config, const std::vector<Column>& columns,

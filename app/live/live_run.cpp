@@ -97,6 +97,7 @@ void run_live(LiveLoop& loop, controller::Controller& controller, can::BusHealth
   bool stopping = false;
   const auto stop = [&] {
     stopping = true;
+    if (run.before_stop) run.before_stop();
     controller.request_stop();
   };
   const auto must_stop = [&](can::Time now) {

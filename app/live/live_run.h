@@ -35,6 +35,7 @@ bool terminal_hung_up();
 struct LiveRun {
   bool clear_faults = false;
   std::function<bool(double run_s)> is_done;  ///< called every 20 ms with the seconds since start
+  std::function<void()> before_stop{};        ///< called once, before the axes ramp down; may be empty
   std::function<void()> reload;               ///< called at SIGHUP; empty: SIGHUP ends the run
 };
 

@@ -27,6 +27,34 @@ void add_ideal(nlohmann::json& json, const controller::ErrorStatistics& error,
     json["against_ideal"] = error_to_json(against_ideal, stroke_um);
 }
 
+/// Empty where the segment has no levels.
+nlohmann::json levels_to_json(const controller::LevelStatistics& levels, double band_um) {
+  nlohmann::json json = nlohmann::json::object();
+  if (const controller::StepResponse::Result steps = levels.steps.result(); steps.steps > 0) {
+    json["steps"] = {{"count", steps.steps},
+                     {"not_settled", steps.not_settled},
+                     {"settling_s", steps.settling_s},
+                     {"overshoot_percent", 100.0 * steps.overshoot}};
+    json["steps"][band_um > 0.0 ? "band_um" : "band_percent"] = band_um > 0.0 ? band_um : 1.0;
+  }
+  if (levels.hold.samples() > 0)
+    json["hold"] = {{"samples", levels.hold.samples()}, {"noise_um_rms", levels.hold.rms_um()}};
+  return json;
+}
+
+std::string describe_steps(const controller::StepResponse::Result& steps, double band_um) {
+  const std::string band = band_um > 0.0 ? fmt::format("{:g} um", band_um) : "1 % of the step";
+  std::string text = fmt::format("; {}: ", can::counted(steps.steps, "step"));
+  if (steps.not_settled < steps.steps)
+    text += fmt::format("settled to {} within {:.4g} s, ", band, steps.settling_s);
+  if (steps.not_settled > 0) text += fmt::format("{} not settled to {}, ", steps.not_settled, band);
+  return text + fmt::format("overshoot {:.2f} % of the step", 100.0 * steps.overshoot);
+}
+
+std::string segment_kind(const controller::AxisOutcome& outcome, std::size_t segment) {
+  return segment < outcome.segment_kinds.size() ? outcome.segment_kinds[segment] : "former setpoint";
+}
+
 }  // namespace
 
 nlohmann::json to_json(const controller::TrackingStatistics& statistics, double stroke_um) {
@@ -48,6 +76,11 @@ nlohmann::json to_json(const controller::AxisOutcome& outcome) {
   json["stroke_um"] = outcome.stroke_um;
   json["state"] = to_string(outcome.state);
   json["fault"] = to_string(outcome.fault.cause);
+  const controller::TrackingStatistics& statistics = outcome.statistics;
+  for (std::size_t i = 0; i < statistics.levels().size(); ++i) {
+    json["segments"][i]["kind"] = segment_kind(outcome, i);
+    json["segments"][i].update(levels_to_json(statistics.levels()[i], statistics.band_um()));
+  }
   return json;
 }
 
@@ -124,6 +157,25 @@ std::string describe(const controller::AxisOutcome& outcome) {
   if (ideal.sum_of_squares != total.sum_of_squares)
     line += fmt::format("; against sharp corners RMS {:.4f} um, max {:.4f} um", ideal.rms_um(), ideal.max_um);
   return line;
+}
+
+std::vector<std::string> describe_segments(const controller::AxisOutcome& outcome) {
+  std::vector<std::string> lines;
+  const controller::TrackingStatistics& statistics = outcome.statistics;
+  for (std::size_t i = 0; i < statistics.segments().size(); ++i) {
+    const controller::ErrorStatistics& error = statistics.segments()[i];
+    const controller::LevelStatistics& levels = statistics.levels()[i];
+    const controller::StepResponse::Result steps = levels.steps.result();
+    if (error.samples == 0 && steps.steps == 0) continue;
+    std::string line = fmt::format("{}, setpoint[{}], {}: error RMS {:.4f} um, max {:.4f} um", outcome.name,
+                                   i, segment_kind(outcome, i), error.rms_um(), error.max_um);
+    if (steps.steps > 0) line += describe_steps(steps, statistics.band_um());
+    if (levels.hold.samples() > 0)
+      line += fmt::format("; hold noise {:.2g} um RMS over {}", levels.hold.rms_um(),
+                          can::counted(levels.hold.samples(), "sample"));
+    lines.push_back(line);
+  }
+  return lines;
 }
 
 std::string describe(const std::string& axis, const controller::Fault& fault) {

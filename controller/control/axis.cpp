@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace hystcan::controller {
@@ -71,6 +72,18 @@ ReferenceLimits default_transition_limits(const Gate::Config& gate, const model:
           .acceleration_um_per_s2 = share_of_stroke * omega * omega * stroke_um};
 }
 
+double oscillation_amplitude_um(const AxisConfig& config) {
+  constexpr double infinite = std::numeric_limits<double>::infinity();
+  const ControlLaw::Config& law = config.law;
+  const bool has_feedback = law.structure != Structure::average && law.structure != Structure::inverse &&
+                            (law.pi.kp > 0.0 || law.pi.ki_per_s > 0.0);
+  if (config.excitation || !has_feedback) return infinite;
+  const Supervisor::Config& limits = config.supervision;
+  const double jump_um = limits.position_jump_um > 0.0 ? limits.position_jump_um : infinite;
+  return std::min({config.following_error.error_um / 2.0, jump_um / 3.0,
+                   (limits.position_max_um - limits.position_min_um) / 20.0});
+}
+
 Trajectory reference_of(const AxisConfig& config) {
   return {config.setpoint, config.repeat, config.reference_limits, transition_limits_of(config)};
 }
@@ -86,6 +99,7 @@ Axis::Axis(const AxisConfig& config)
       loop_(make_loop(config)),
       ramp_in_(std::visit([](const auto& loop) { return loop.ramp_in(); }, loop_)),
       supervisor_(supervision_of(config)),
+      oscillation_({oscillation_amplitude_um(config)}),
       drive_(config.gate.safe_drive),
       reach_(reach_of(config)),
       memory_known_(config.start_up == StartUp::assume) {}
@@ -138,6 +152,7 @@ std::string_view Axis::retune(AxisTuning& tuning) {
   std::swap(config_, tuning.config);
   reach_ = reach_of(config_);
   supervisor_.retune(supervision_of(config_));
+  oscillation_ = Oscillation({oscillation_amplitude_um(config_)});
   loop->retune(tuning.loop, tuning.reference, tuning.learning, now_s_ - tracking_since_s_);
   return {};
 }
@@ -328,6 +343,7 @@ AxisCommand Axis::hold_ready(const AxisInput& input) {
   const bool goes_on = tracking_since_s_ == *input.tracking_since_s;
   tracking_since_s_ = *input.tracking_since_s;
   memory_known_ = true;
+  oscillation_.restart();
   const double t_s = input.time_s - tracking_since_s_;
   std::visit([&](auto& loop) { loop.begin(t_s, *input.position_um, input.coupled_um, goes_on); }, loop_);
   return track(input);
@@ -343,10 +359,12 @@ AxisCommand Axis::track(const AxisInput& input) {
   report_.point = proposal.point;
   report_.reference_um = proposal.reference_um;
   report_.arrival = proposal.arrival;
-  if (!proposal.follows) {
+  // An unstable loop loses its reference too: the oscillation explains more.
+  if (is_unstable(proposal.reference_um, input.position_um))
+    trip(Cause::loop_unstable, input.time_s);
+  else if (!proposal.follows)
     trip(Cause::following_error, input.time_s);
-    return safe();
-  }
+  if (state_ == AxisState::faulted) return safe();
   const Gate::Passed passed = Gate::step(config_.gate, drive_, proposal.drive, input.dt_s);
   report_.limits = proposal.limits | passed.limits;
   std::visit([&](auto& loop) { loop.commit(passed.drive, report_.limits); }, loop_);
@@ -355,6 +373,10 @@ AxisCommand Axis::track(const AxisInput& input) {
   report_.correction = proposal.correction;
   report_.learning = proposal.learning;
   return {.drive = drive_, .enable = true};
+}
+
+bool Axis::is_unstable(double reference_um, const std::optional<double>& position_um) {
+  return position_um && oscillation_.step(reference_um, *position_um);
 }
 
 AxisCommand Axis::park(const AxisInput& input) {

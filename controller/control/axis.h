@@ -26,6 +26,7 @@
 #include "controller/control/law.h"
 #include "controller/control/learning.h"
 #include "controller/control/loop.h"
+#include "controller/control/oscillation.h"
 #include "controller/control/supervisor.h"
 #include "controller/reference/excitation.h"
 #include "controller/reference/trajectory.h"
@@ -79,6 +80,11 @@ struct AxisConfig {
 /// than the tracking error; a transition therefore does not excite the mode.
 ReferenceLimits default_transition_limits(const Gate::Config& gate, const model::HysteresisParameters& model,
                                           const Delays& delays);
+
+/// The amplitude at which an oscillation of the error is an unstable loop: half of following_error_um and a third
+/// of position_jump_um, so that it is mostly decided before these two, and at most a twentieth of the plausible positions.
+/// Infinite where the law has no feedback.
+double oscillation_amplitude_um(const AxisConfig& config);
 
 /// r(t) as the axis follows it.
 Trajectory reference_of(const AxisConfig& config);
@@ -180,6 +186,7 @@ class Axis {
   AxisCommand withhold(const AxisInput& input);
   AxisCommand hold_ready(const AxisInput& input);
   AxisCommand track(const AxisInput& input);
+  bool is_unstable(double reference_um, const std::optional<double>& position_um);
   AxisCommand park(const AxisInput& input);
   AxisCommand safe() const;
   bool ramp_towards(double target, double dt_s);
@@ -191,6 +198,7 @@ class Axis {
   Loop loop_;
   std::vector<double> ramp_in_;  ///< drives to visit and rest at while initialising, in order
   Supervisor supervisor_;
+  Oscillation oscillation_;
   Fault fault_;
   AxisReport report_;
   ClearAttempt clear_attempt_;

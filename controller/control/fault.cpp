@@ -30,9 +30,9 @@ constexpr std::array<CauseText, cause_count> cause_texts{{
     {"amplifier fault",
      "the amplifier has tripped, or is still faulted: find out why, then clear and enable the axis"},
     {"amplifier not enabled",
-     "the amplifier does not report that it is enabled: check its interlocks; if it needs longer to start, raise "
-     "enable_delay_ms"},
-    {"following error", "the stage does not follow: check load and model, or raise following_error_um"},
+     "the amplifier does not report that it is enabled: check its interlocks, and in its data sheet how long it takes "
+     "to start (enable_delay_ms)"},
+    {"following error", "the stage does not follow: check load, model and gains"},
     {"command not sendable",
      "the drive does not fit the Setpoint signal: check the DBC against drive_min and drive_max"},
     {"another controller is on this bus",
@@ -58,6 +58,8 @@ constexpr std::array<CauseText, cause_count> cause_texts{{
     {"status missing",
      "no status of the amplifier in status_timeout_ms: check the amplifier node and the bus load"},
     {"foreign NMT or SDO", "another node commands a node of this axis, or writes to it: see the log, end it"},
+    {"loop unstable",
+     "the loop oscillates: lower kp and ki_per_s, set a notch at the resonance; `hystcan tune` finds both"},
 }};
 
 }  // namespace

@@ -40,8 +40,9 @@ enum class Cause : std::uint8_t {
   sample_doubled,
   status_missing,
   foreign_access,
+  loop_unstable,
 };
-inline constexpr std::size_t cause_count = 29;
+inline constexpr std::size_t cause_count = 30;
 
 std::string_view to_string(Cause cause);
 /// One sentence about what the engineer can do.

@@ -32,16 +32,45 @@ double ErrorStatistics::rms_um() const {
 void TrackingStatistics::add(const AxisReport& report) {
   const Trajectory::Point& point = report.point;
   if (report.state != AxisState::tracking || report.sample_missing || point.in_transition || point.finished ||
-      point.live)
+      point.live) {
+    // A bridged sample leaves the level as it is.
+    if (!report.sample_missing) leave_level();
     return;
-  if (point.shape_time_s < settle_s_) return;
-  // A new setpoint may have more segments.
-  if (point.segment >= segments_.size()) {
-    segments_.resize(point.segment + 1);
-    against_ideal_.resize(point.segment + 1);
   }
+  make_room(point.segment + 1);  // a new setpoint may have more segments
+  add_level(report);
+  if (point.shape_time_s < settle_s_) return;
   segments_[point.segment].add(report.reference_um - report.position_um);
   against_ideal_[point.segment].add(point.ideal_um - report.position_um);
+}
+
+void TrackingStatistics::make_room(std::size_t segments) {
+  if (segments <= segments_.size()) return;
+  segments_.resize(segments);
+  against_ideal_.resize(segments);
+  levels_.resize(segments, {StepResponse(band_um_), HoldNoise()});
+}
+
+void TrackingStatistics::add_level(const AxisReport& report) {
+  const Trajectory::Point& point = report.point;
+  if (level_of_ != point.segment) leave_level();
+  level_of_ = point.segment;
+  LevelStatistics& level = levels_[point.segment];
+  level.steps.add(point.shape_time_s, report.reference_um, report.position_um, point.at_rest);
+  const double band_um = level.steps.band_um() > 0.0 ? level.steps.band_um() : band_um_;
+  const bool counts = point.at_rest && point.shape_time_s >= settle_s_;
+  level.hold.add(report.reference_um, report.position_um, band_um, counts);
+}
+
+void TrackingStatistics::leave_level() {
+  if (!level_of_) return;
+  levels_[*level_of_].steps.leave();
+  levels_[*level_of_].hold.leave();
+  level_of_.reset();
+}
+
+double settling_band_um(const AxisConfig& config) {
+  return config.in_position ? config.in_position->tolerance_um : 0.0;
 }
 
 ErrorStatistics TrackingStatistics::total() const { return sum_of(segments_); }
@@ -51,11 +80,14 @@ ErrorStatistics TrackingStatistics::total_against_ideal() const { return sum_of(
 AxisOutcome outcome_of(std::string name, const Axis& axis, TrackingStatistics statistics) {
   const model::ReferenceCurve& ascending = axis.config().law.model.ascending;
   const model::Interval& range = ascending.domain();
+  std::vector<std::string> kinds;
+  for (const Segment& segment : axis.config().setpoint) kinds.push_back(to_string(segment.shape));
   return {.name = std::move(name),
           .stroke_um = ascending.value(range.hi) - ascending.value(range.lo),
           .state = axis.state(),
           .fault = axis.fault(),
-          .statistics = std::move(statistics)};
+          .statistics = std::move(statistics),
+          .segment_kinds = std::move(kinds)};
 }
 
 }  // namespace hystcan::controller

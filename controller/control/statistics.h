@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "controller/control/axis.h"
+#include "controller/control/step_response.h"
 
 namespace hystcan::controller {
 
@@ -18,15 +20,26 @@ struct ErrorStatistics {
   double rms_um() const;
 };
 
+/// How the stage arrived at the levels of one segment, and how quietly it stayed there.
+struct LevelStatistics {
+  StepResponse steps;
+  HoldNoise hold;
+};
+
 /// Error (reference minus measured) of every tracking cycle, per segment. The smooth transitions between
-/// segments, live goals and the first `settle_s` of each segment do not count.
+/// segments, live goals and the first `settle_s` of each segment do not count. Steps count from their beginning.
 class TrackingStatistics {
  public:
-  TrackingStatistics(std::size_t segments, double settle_s)
-      : settle_s_(settle_s), segments_(segments), against_ideal_(segments) {}
+  /// `band_um`: of StepResponse.
+  TrackingStatistics(std::size_t segments, double settle_s, double band_um = 0.0)
+      : settle_s_(settle_s), band_um_(band_um) {
+    make_room(segments);
+  }
 
   void add(const AxisReport& report);
   const std::vector<ErrorStatistics>& segments() const { return segments_; }
+  const std::vector<LevelStatistics>& levels() const { return levels_; }
+  double band_um() const { return band_um_; }
   ErrorStatistics total() const;
   /// The error against the reference with sharp corners (Trajectory::Point::ideal_um), per segment. It is that of
   /// segments() where the reference has no turnarounds.
@@ -34,10 +47,20 @@ class TrackingStatistics {
   ErrorStatistics total_against_ideal() const;
 
  private:
+  void make_room(std::size_t segments);
+  void add_level(const AxisReport& report);
+  void leave_level();
+
   double settle_s_;
+  double band_um_;
   std::vector<ErrorStatistics> segments_;
   std::vector<ErrorStatistics> against_ideal_;
+  std::vector<LevelStatistics> levels_;
+  std::optional<std::size_t> level_of_;  ///< the segment whose levels are followed now
 };
+
+/// The band in which a stage has settled: in_position.tolerance_um; 0 where it is not configured.
+double settling_band_um(const AxisConfig& config);
 
 /// Result of one axis's run.
 struct AxisOutcome {
@@ -46,6 +69,7 @@ struct AxisOutcome {
   AxisState state = AxisState::offline;  ///< at the end
   Fault fault;
   TrackingStatistics statistics;
+  std::vector<std::string> segment_kinds;
 };
 AxisOutcome outcome_of(std::string name, const Axis& axis, TrackingStatistics statistics);
 

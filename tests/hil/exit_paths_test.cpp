@@ -251,5 +251,26 @@ TEST(ControllerProcessWithoutNodes, SaysWhatItWaitsForAndEndsWithOne) {
       << controller.err();
 }
 
+TEST(ControllerProcessWithoutNodes, EndsWithOneOnSigtermToo) {
+  hil::FreshVcan fresh;
+  hil::Process controller({HYSTCAN_PROGRAM, "controller", hil::config_file, "--interface", "vcan0"});
+  ASSERT_TRUE(controller.says("x: waiting for amplifier node"));
+  controller.send(SIGTERM);
+  EXPECT_EQ(controller.wait(), 1);
+  EXPECT_NE(controller.err().find("nothing was tracked: x waited for"), std::string::npos)
+      << controller.err();
+}
+
+TEST(ControllerProcessWithoutNodes, EndsWithZeroWhereTheUserHasDisabledEveryAxis) {
+  hil::FreshVcan fresh;
+  hil::Process controller({HYSTCAN_PROGRAM, "controller", hil::config_file, "--interface", "vcan0"});
+  ASSERT_TRUE(controller.says("x: waiting for amplifier node"));
+  hil::Process disable({HYSTCAN_PROGRAM, "ctl", "disable"});
+  ASSERT_EQ(disable.wait(), 0) << disable.err();
+  ASSERT_TRUE(controller.says("y: offline"));
+  controller.send(SIGTERM);
+  EXPECT_EQ(controller.wait(), 0) << controller.err();
+}
+
 }  // namespace
 }  // namespace hystcan::exit_paths_test

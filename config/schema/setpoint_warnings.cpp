@@ -1,0 +1,115 @@
+#include "config/schema/setpoint_warnings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+#include "model/hysteresis.h"
+
+namespace hystcan::config {
+namespace {
+
+/// What one segment of the reference needs.
+struct SegmentNeeds {
+  double lowest_um = std::numeric_limits<double>::infinity();
+  double highest_um = -std::numeric_limits<double>::infinity();
+  double slew_per_s = 0.0;  ///< of the drive, in drive units
+  double motion_um = 0.0;   ///< in one cycle
+  double step_um = 0.0;     ///< from level to level at once
+};
+
+std::vector<SegmentNeeds> needs_of(const controller::AxisConfig& axis, double rate_Hz) {
+  constexpr double most_cycles = 2e6;
+  controller::AxisConfig once = axis;
+  once.repeat = false;
+  controller::Trajectory reference = controller::reference_of(once);
+  const model::Hysteresis model(axis.law.model);
+  auto memory = model.at_lower_threshold();
+  reference.start_from(memory.output);
+
+  std::vector<SegmentNeeds> needs(axis.setpoint.size());
+  const auto cycles = static_cast<std::size_t>(std::min(reference.length_s() * rate_Hz, most_cycles));
+  double last_um = memory.output, last_drive = memory.input;
+  bool follows_segment = false;  // the last cycle was of a segment, not of a transition
+  for (std::size_t n = 0; n < cycles; ++n) {
+    const controller::Trajectory::Point point = reference.at(static_cast<double>(n) / rate_Hz);
+    const bool reached = model.reachable(memory).contains(point.value_um);
+    model.advance(memory, model.inverse(memory, point.value_um).value);
+    if (!point.in_transition && point.segment < needs.size()) {
+      SegmentNeeds& segment = needs[point.segment];
+      segment.lowest_um = std::min(segment.lowest_um, point.value_um);
+      segment.highest_um = std::max(segment.highest_um, point.value_um);
+      const double moved_um = follows_segment ? std::abs(point.value_um - last_um) : 0.0;
+      segment.motion_um = std::max(segment.motion_um, moved_um);
+      if (point.at_rest)
+        segment.step_um = std::max(segment.step_um, moved_um);
+      else if (follows_segment && reached)
+        segment.slew_per_s = std::max(segment.slew_per_s, rate_Hz * std::abs(memory.input - last_drive));
+    }
+    follows_segment = !point.in_transition;
+    last_um = point.value_um;
+    last_drive = memory.input;
+  }
+  return needs;
+}
+
+void warn_of_reach(const AxisConfig& axis, const SegmentNeeds& needs, const std::string& place,
+                   std::vector<std::string>& warnings) {
+  const model::HysteresisParameters& model = axis.control.law.model;
+  const model::Interval& thresholds = model.ascending.domain();
+  const model::Interval reach{model.descending.value(thresholds.lo), model.ascending.value(thresholds.hi)};
+  if (needs.lowest_um >= reach.lo && needs.highest_um <= reach.hi) return;
+  warnings.push_back(
+      fmt::format("{}: {:.6g} to {:.6g} um, but the model reaches {:.6g} to {:.6g} um with {:g} to {:g} {}: "
+                  "the drive will stand at its limit; keep the setpoint within the reach",
+                  place, needs.lowest_um, needs.highest_um, reach.lo, reach.hi, thresholds.lo, thresholds.hi,
+                  axis.wire.drive_unit));
+}
+
+void warn_of_slew(const AxisConfig& axis, const SegmentNeeds& needs, const std::string& place,
+                  std::vector<std::string>& warnings) {
+  if (needs.slew_per_s <= axis.control.gate.slew_per_s) return;
+  const std::string& unit = axis.wire.drive_unit;
+  warnings.push_back(fmt::format(
+      "{}: the drive must change by up to {:.4g} {}/s, but slew_{}_per_s is {:g}: a reference that is {:.3g} "
+      "times as slow would do",
+      place, needs.slew_per_s, unit, unit, axis.control.gate.slew_per_s,
+      needs.slew_per_s / axis.control.gate.slew_per_s));
+}
+
+void warn_of_jump(const AxisConfig& axis, const SegmentNeeds& needs, const std::string& place,
+                  std::vector<std::string>& warnings) {
+  const double jump_um = axis.control.supervision.position_jump_um;
+  if (jump_um > 0.0 && needs.motion_um > jump_um)
+    warnings.push_back(fmt::format(
+        "{}: the reference moves by up to {:.4g} um in a cycle, but position_jump_um is {:g}: a stage "
+        "that follows trips `position jumped`; a slower reference would do (rise_s of a staircase)",
+        place, needs.motion_um, jump_um));
+  const controller::FollowingError::Config& following = axis.control.following_error;
+  if (needs.step_um > following.error_um)
+    warnings.push_back(fmt::format(
+        "{}: a step of {:.4g} um, but following_error_um is {:g}: the stage must be within it after {} cycles; "
+        "smaller steps, or a rise, would do",
+        place, needs.step_um, following.error_um, following.cycles));
+}
+
+}  // namespace
+
+std::vector<std::string> setpoint_warnings(const Config& config) {
+  std::vector<std::string> warnings;
+  for (const AxisConfig& axis : config.axes) {
+    const std::vector<SegmentNeeds> needs = needs_of(axis.control, config.controller.rate_Hz);
+    for (std::size_t i = 0; i < needs.size(); ++i) {
+      const std::string place = fmt::format("axis {}, setpoint[{}]", axis.wire.name, i);
+      warn_of_reach(axis, needs[i], place, warnings);
+      warn_of_slew(axis, needs[i], place, warnings);
+      warn_of_jump(axis, needs[i], place, warnings);
+    }
+  }
+  return warnings;
+}
+
+}  // namespace hystcan::config

@@ -1,0 +1,113 @@
+#include "controller/control/oscillation.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hystcan::controller {
+namespace {
+
+constexpr double smallest_turn = 1.0 / 32.0;  // of T
+constexpr std::size_t few = 4, many = 8;      // pairs of half-periods
+constexpr double fast_growth = 4.0;           // from the first of a few pairs to the last
+constexpr double slow_growth = 3.0;           // from the first of many pairs to the last
+constexpr double before_growth = 1.0 / 8.0;   // a knock has nothing before it
+constexpr double no_decay = 0.95;             // over eight half-periods
+constexpr std::size_t unevenness = 4;         // most to fewest cycles beyond the middle
+constexpr double amplification = 30.0;        // of the reference by a mode with a damping of 0.017
+
+}  // namespace
+
+void Oscillation::Bend::add(double value_um) {
+  const double step_um = value_um - last_um;
+  sum_um += std::abs(step_um - last_step_um);
+  last_step_um = step_um;
+  last_um = value_um;
+}
+
+bool Oscillation::step(double reference_um, double position_um) {
+  const double error_um = reference_um - position_um;
+  reference_.add(reference_um);
+  error_.add(error_um);
+  if (samples_ < 3) {
+    ++samples_;
+    reference_.sum_um = error_.sum_um = 0.0;
+    turn_um_ = extreme_um_ = error_um;
+    return false;
+  }
+  return turns(error_um) && (grows(few) || grows(many) || stays());
+}
+
+/// True: a half-period has ended.
+bool Oscillation::turns(double error_um) {
+  const double further = rises_ ? error_um - extreme_um_ : extreme_um_ - error_um;
+  if (further >= 0.0) extreme_um_ = error_um;
+  const bool has_turned = further < -smallest_turn * config_.amplitude_um;
+  if (has_turned) close(error_um);
+  if ((error_um > middle_um_) == rises_) ++cycles_;
+  return has_turned;
+}
+
+void Oscillation::close(double error_um) {
+  newest_ = (newest_ + 1) % kept;
+  past_[newest_] = {cycles_, std::abs(extreme_um_ - turn_um_), reference_.sum_um, error_.sum_um};
+  closed_ = std::min(closed_ + 1, kept);
+  middle_um_ = 0.5 * (turn_um_ + extreme_um_);
+  turn_um_ = extreme_um_;
+  extreme_um_ = error_um;
+  rises_ = !rises_;
+  cycles_ = 0;
+  reference_.sum_um = error_.sum_um = 0.0;
+}
+
+double Oscillation::pair_um(std::size_t j) const {
+  return std::max(ago(2 * j).swing_um, ago(2 * j + 1).swing_um);
+}
+
+bool Oscillation::grows(std::size_t pairs) const {
+  if (closed_ < 2 * pairs) return false;
+  if (pair_um(0) < 2.0 * config_.amplitude_um) return false;
+  if (pair_um(1) < 2.0 * config_.amplitude_um * before_growth) return false;
+  for (std::size_t j = 0; j + 1 < pairs; ++j)
+    if (!(pair_um(j) > pair_um(j + 1))) return false;
+  return pair_um(0) > (pairs == few ? fast_growth : slow_growth) * pair_um(pairs - 1) && is_even(2 * pairs) &&
+         !is_forced(2 * pairs);
+}
+
+bool Oscillation::stays() const {
+  if (closed_ < kept) return false;
+  double recent_um = 0.0, former_um = 0.0;
+  for (std::size_t j = 0; j < kept / 2; ++j) {
+    const double swing_um = pair_um(j);
+    if (swing_um < 2.0 * config_.amplitude_um) return false;
+    double& largest_um = j < kept / 4 ? recent_um : former_um;
+    largest_um = std::max(largest_um, swing_um);
+  }
+  return recent_um >= no_decay * former_um && is_even(kept) && !is_forced(kept);
+}
+
+bool Oscillation::is_even(std::size_t half_periods) const {
+  std::size_t shortest = ago(0).cycles, longest = shortest;
+  for (std::size_t k = 1; k < half_periods; ++k) {
+    shortest = std::min(shortest, ago(k).cycles);
+    longest = std::max(longest, ago(k).cycles);
+  }
+  return longest <= unevenness * std::max<std::size_t>(shortest, 1) + 1;
+}
+
+double Oscillation::error_bend_um(std::size_t pair) const {
+  return ago(2 * pair).error_bend_um + ago(2 * pair + 1).error_bend_um;
+}
+
+double Oscillation::reference_bend_um(std::size_t pair) const {
+  return ago(2 * pair).reference_bend_um + ago(2 * pair + 1).reference_bend_um;
+}
+
+bool Oscillation::is_forced(std::size_t half_periods) const {
+  const std::size_t pairs = half_periods / 2;
+  std::size_t forced = 0;
+  for (std::size_t j = 0; j < pairs; ++j)
+    if (error_bend_um(0) < amplification * reference_bend_um(j)) ++forced;
+  return 2 * forced > pairs;
+}
+
+}  // namespace hystcan::controller

@@ -1,0 +1,83 @@
+// Detects a loop that is unstable: an oscillation of the error e = r - y that grows, or that stays large.
+//
+// A half-period k is the motion of e from one turning point to the next. A turn counts where e has come back by more
+// than T/32, so noise below that makes none. T is `amplitude_um`, s_k the swing (peak to peak) of half-period k, and
+//
+//   p_j = max(s_(k-2j), s_(k-2j-1)),  j = 0, 1, ...      sampled peaks vary from half-period to half-period
+//
+//   grows   p_0 >= 2 T,  p_1 >= 2 T / 8,   p_0 > p_1 > ... > p_n,  p_0 > 4 p_3 or p_0 > 3 p_7
+//   stays   p_j >= 2 T for j = 0..7,       max(p_0..p_3) >= 0.95 max(p_4..p_7)
+//
+// "stays" finds slow growth and the limit cycle that ends growth at the limits of the drive. After a knock, a step or
+// a corner, the mode of a stable loop decays: by e^(-pi damping) each half-period, which is more than "stays" allows
+// from a damping of 0.002 on.
+//
+// In such a half-period e spends some cycles beyond the middle of the half-period before. The most of these cycles are
+// at most four times the fewest and one: a spike of the sensor is short, the time to the next one is not.
+//
+// A pair of half-periods is forced where the reference itself bends so much that a lightly damped mode explains the
+// error:
+//
+//   sum |e''| of the newest pair < 30 sum |r''|         '' : second difference from cycle to cycle
+//
+// Where more than half of the pairs are forced, nothing is judged: a sine or a chirp through a resonance makes a large
+// error and no unstable loop. A corner of a triangle forces a single pair.
+//
+// Everything is counted in half-periods, so any rate will do. O(1), no allocation.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+namespace hystcan::controller {
+
+class Oscillation {
+ public:
+  struct Config {
+    double amplitude_um = 0.0;  ///< T; infinite: nothing is judged
+  };
+
+  explicit Oscillation(const Config& config) : config_(config) {}
+
+  void restart() { *this = Oscillation(config_); }
+  /// Called once in each cycle with a sample, in closed loop. True: the loop is unstable.
+  bool step(double reference_um, double position_um);
+
+ private:
+  struct HalfPeriod {
+    std::size_t cycles = 0;  ///< beyond the middle of the half-period before
+    double swing_um = 0.0;
+    double reference_bend_um = 0.0;  ///< sum |r''|
+    double error_bend_um = 0.0;      ///< sum |e''|
+  };
+  /// Sum of absolute second differences.
+  struct Bend {
+    double last_um = 0.0, last_step_um = 0.0, sum_um = 0.0;
+    void add(double value_um);
+  };
+  static constexpr std::size_t kept = 16;
+
+  bool turns(double error_um);
+  void close(double swing_um);
+  const HalfPeriod& ago(std::size_t k) const { return past_[(newest_ + kept - k) % kept]; }
+  double pair_um(std::size_t j) const;
+  double error_bend_um(std::size_t pair) const;
+  double reference_bend_um(std::size_t pair) const;
+  bool grows(std::size_t pairs) const;
+  bool stays() const;
+  bool is_even(std::size_t half_periods) const;
+  bool is_forced(std::size_t half_periods) const;
+
+  Config config_;
+  Bend reference_, error_;
+  std::array<HalfPeriod, kept> past_{};
+  std::size_t newest_ = 0, closed_ = 0;
+  std::size_t cycles_ = 0;   ///< of this half-period, beyond middle_um_
+  double middle_um_ = 0.0;   ///< of the half-period before
+  unsigned samples_ = 0;     ///< up to 3: the first have no second difference
+  double turn_um_ = 0.0;     ///< e at the last turning point
+  double extreme_um_ = 0.0;  ///< furthest e since then
+  bool rises_ = true;
+};
+
+}  // namespace hystcan::controller
