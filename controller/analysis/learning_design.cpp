@@ -12,13 +12,19 @@ namespace hystcan::controller {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double pi_ = std::numbers::pi;
+constexpr double half_turn = std::numbers::pi;
 
 constexpr int half_grid = 768;  ///< frequencies from 0 to pi
 constexpr std::size_t most_taps = 97;
 constexpr double regularisation = 0.02;
 
-double theta_of(int i, int half) { return pi_ * i / half; }
+/// What is left of an error after a period that is a tenth after 20 periods.
+constexpr double soon = 0.891;
+
+/// Periods of a segment beyond those that settle, so that something is learnt.
+constexpr double settling_periods = 1.5;
+
+double theta_of(int i, int half) { return half_turn * i / half; }
 
 /// m.
 double ahead_cycles(const LoopConfig& loop) {
@@ -28,9 +34,9 @@ double ahead_cycles(const LoopConfig& loop) {
 }
 
 /// T of every resonance at every frequency.
-class Responses {
+class LearningResponses {
  public:
-  Responses(const LoopConfig& loop, const Pi::Config& pi, double resonance_percent) {
+  LearningResponses(const LoopConfig& loop, const Pi::Config& pi, double resonance_percent) {
     constexpr int resonances = 11;
     const double ahead = ahead_cycles(loop);
     for (int i = 0; i < resonances; ++i) {
@@ -80,7 +86,7 @@ class Responses {
 };
 
 /// 1 below the corner, 0 above 1.5 times the corner, smooth in between; of frequencies as a share of half the rate.
-double low_pass_share(double share, double corner) { return 1.0 - smooth_step((share / corner - 1.0) / 0.5); }
+double cut_off(double share, double corner) { return 1.0 - smooth_step((share / corner - 1.0) / 0.5); }
 
 /// h_k = 1 / (2 pi) integral H e^{-i theta k}: as many taps as a period has phases, or windowed.
 std::vector<double> taps_of(const Eigen::ArrayXcd& response, double corner, std::size_t phases) {
@@ -91,9 +97,9 @@ std::vector<double> taps_of(const Eigen::ArrayXcd& response, double corner, std:
     double sum = 0.0;
     for (int i = 0; i <= half_grid; ++i) {
       const double theta = theta_of(i, half_grid), ends = i == 0 || i == half_grid ? 0.5 : 1.0;
-      sum += ends * low_pass_share(theta / pi_, corner) * (response[i] * std::polar(1.0, -theta * k)).real();
+      sum += ends * cut_off(theta / half_turn, corner) * (response[i] * std::polar(1.0, -theta * k)).real();
     }
-    const double window = 0.5 + 0.5 * std::cos(pi_ * k / (late + 1.0));
+    const double window = 0.5 + 0.5 * std::cos(half_turn * k / (late + 1.0));
     taps[static_cast<std::size_t>(k + late)] = window * sum / half_grid;
   }
   return taps;
@@ -109,17 +115,17 @@ Complex response_of(const std::vector<double>& taps, double theta) {
 }
 
 /// Judges the taps as they are; false where some error would grow.
-bool judge(const Responses& responses, const Learning::Config& config, double cycle_s,
-           LearningDesign& design) {
+bool converges(const LearningResponses& responses, const Learning::Config& config, double cycle_s,
+               LearningDesign& design) {
   const double forget = 0.01 * config.forget_percent;
   design.largest_growth = design.highest_Hz = design.slowest_Hz = 0.0;
   double slowest = 0.0;
   bool lower = true;
   for (int k = 0; k <= half_grid; ++k) {
-    const double theta = theta_of(k, half_grid), frequency_Hz = theta / (2.0 * pi_ * cycle_s);
+    const double theta = theta_of(k, half_grid), frequency_Hz = theta / (2.0 * half_turn * cycle_s);
     const double growth = responses.growth(response_of(design.plan.taps, theta), forget, config.rate, k);
     design.largest_growth = std::max(design.largest_growth, growth);
-    lower = lower && growth < 1.0 - 2.0 * forget;
+    lower = lower && growth < soon;
     if (!lower) continue;
     design.highest_Hz = frequency_Hz;
     if (growth > slowest) {
@@ -129,6 +135,17 @@ bool judge(const Responses& responses, const Learning::Config& config, double cy
   }
   design.slowest_periods = slowest > 0.0 ? std::log(0.1) / std::log(slowest) : 0.0;
   return design.largest_growth <= 1.0 - 0.5 * forget;
+}
+
+/// Lowers the corner until no error grows.
+bool finds_filter(const LearningResponses& responses, const Learning::Config& config, double cycle_s,
+                  LearningDesign& design) {
+  const Eigen::ArrayXcd inverse = responses.inverse();
+  for (double corner = 2.0; corner > 0.01; corner *= 0.9) {
+    design.plan.taps = taps_of(inverse, corner, design.plan.phases);
+    if (converges(responses, config, cycle_s, design)) return true;
+  }
+  return false;
 }
 
 /// As few periods as are a whole number of cycles together, or else those that are nearest to one.
@@ -169,18 +186,20 @@ LearningDesign design_learning(const LoopConfig& loop, const Pi::Config& pi, con
   LearningDesign design;
   design.resonance_percent = config.resonance_percent;
   set_phases(design, cycles);
-  design.plan.phases = static_cast<std::size_t>(std::lround(design.periods * cycles));
   design.plan.cycle_s = loop.cycle_s;
   design.plan.duration_s = duration_s(shape);
-  if (design.plan.duration_s < (design.periods + 1.5) * *period)
-    model::refuse("a ", to_string(shape), " of ", design.plan.duration_s / *period, " periods, expected ",
-                  design.periods + 1.5, " or more: the first ", design.periods, " settle");
-  const Responses responses(loop, pi, config.resonance_percent);
-  const Eigen::ArrayXcd inverse = responses.inverse();
-  for (double corner = 2.0; corner > 0.01; corner *= 0.9) {
-    design.plan.taps = taps_of(inverse, corner, design.plan.phases);
-    if (judge(responses, config, loop.cycle_s, design)) return design;
-  }
+  const double periods = design.plan.duration_s / *period;
+  if (periods < design.periods + settling_periods)
+    model::refuse("a ", to_string(shape), " of ", periods, " periods, expected ",
+                  design.periods + settling_periods, " or more: the first ", design.periods, " settle");
+  const LearningResponses responses(loop, pi, config.resonance_percent);
+  const unsigned together = design.periods;
+  // A short period has a short filter. Several of them together have a longer one, and learn more slowly.
+  do {
+    design.plan.phases = static_cast<std::size_t>(std::lround(design.periods * cycles));
+    if (finds_filter(responses, config, loop.cycle_s, design)) return design;
+    design.periods += together;
+  } while (design.plan.phases < most_taps && periods >= design.periods + settling_periods);
   model::refuse("no filter learns with the resonance ", config.resonance_percent,
                 " % off, expected a smaller resonance_percent, a notch, or less gain");
 }

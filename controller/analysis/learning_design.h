@@ -13,7 +13,8 @@
 //
 //   |1 - forget - rate H T| <= 1 - forget / 2
 //
-// Where this does not hold, H is cut off by a low pass with a lower and lower corner until it does.
+// Where this does not hold, H is cut off by a low pass with a lower and lower corner until it does; for a short period
+// also with several periods learnt together, which allows a longer filter.
 #pragma once
 
 #include <optional>
@@ -29,8 +30,8 @@ struct LearningDesign {
   Learning::Plan plan;
   unsigned periods = 1;          ///< learnt together, because they are a whole number of cycles, or nearly
   double slip_cycles = 0.0;      ///< what they are off from it: the phases shift by as much
-  double highest_Hz = 0.0;       ///< up to here at least half of the error is learnt in the end
-  double slowest_Hz = 0.0;       ///< the harmonic below it that is learnt slowest
+  double highest_Hz = 0.0;       ///< up to here an error falls to a tenth within 20 periods
+  double slowest_Hz = 0.0;       ///< the frequency below it that is learnt slowest
   double slowest_periods = 0.0;  ///< until its error is a tenth
   double largest_growth = 0.0;   ///< the largest |1 - forget - rate H T| over resonances and frequencies
   double resonance_percent = 0.0;
