@@ -187,10 +187,16 @@ bool Candidate::has_run() const { return predicted && outcome_has_run(*predicted
 double Candidate::rms_percent() const { return rms_percent_of(*predicted); }
 
 std::size_t best_of(const std::vector<Candidate>& candidates) {
+  const Candidate& present = candidates.front();
+  const auto is_worse_between_samples = [&](const Candidate& of) {
+    return present.has_run() && of.true_rms_um && present.true_rms_um &&
+           *of.true_rms_um > *present.true_rms_um;
+  };
   std::size_t best = 0;
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < candidates.size(); ++i)
-    if (candidates[i].has_run() && candidates[i].rms_percent() < least) {
+    if (candidates[i].has_run() && !is_worse_between_samples(candidates[i]) &&
+        candidates[i].rms_percent() < least) {
       least = candidates[i].rms_percent();
       best = i;
     }

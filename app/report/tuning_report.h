@@ -31,8 +31,8 @@ struct Candidate {
   double rms_percent() const;  ///< of the stroke
 };
 
-/// Index of the one with the smallest predicted error. The first one, the present one, is chosen unless another one is
-/// better.
+/// Index of the one with the smallest predicted error at the samples. The first one, the present one, is chosen unless
+/// another one is better there and, where that is known, not worse between the samples.
 std::size_t best_of(const std::vector<Candidate>& candidates);
 
 struct TuningReport {

@@ -133,6 +133,9 @@ TEST_F(TuneFiles, ProposesAndWritesForEachShippedConfiguration) {
     const json found = written(name.c_str());
     EXPECT_LE(found["proposed"]["predicted_rms_percent"], found["present"]["predicted_rms_percent"]) << name;
     EXPECT_LT(found["proposed"]["worst_margins"]["peak_sensitivity"], 1.75) << name;
+    const json &truth = found["proposed"]["predicted_true_rms_percent"],
+               &before = found["present"]["predicted_true_rms_percent"];
+    EXPECT_TRUE(before.is_null() || truth <= before) << name << ' ' << truth;
     expect_checks("new.toml");
     std::filesystem::remove(shipped / "new.toml");
     std::filesystem::remove(shipped / "tuning.toml");
