@@ -1,6 +1,5 @@
 #include "app/commands/tune_candidates.h"
 
-#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <numbers>
@@ -54,15 +53,15 @@ rehearsal::Setup setup_of(const Candidate& candidate, const config::Config& conf
   axis.law.measurement_filter_Hz = candidate.setting.measurement_filter_Hz;
   axis.law.notch = candidate.setting.notch;
   axis.delays = candidate.delays;
+  axis.learning.reset();  // its filters are designed for the present loop
   set_mode(setup.twin, config.axes[0].wire.name, fit);
   return setup;
 }
 
-controller::AxisOutcome outcome_of(const rehearsal::Setup& setup) {
-  rehearsal::Outcome outcome = rehearsal::run_once(setup, settle_s, [](const controller::CycleRecord&) {
+rehearsal::Outcome outcome_of(const rehearsal::Setup& setup) {
+  return rehearsal::run_once(setup, settle_s, [](const controller::CycleRecord&) {
     if (stop_signalled != 0) throw RunError("stopped, nothing is written");
   });
-  return std::move(outcome.axes[0]);
 }
 
 bool may_run(const Candidate& candidate) { return !candidate.loop || candidate.loop->worst.stable; }
@@ -94,7 +93,6 @@ class Rehearsed {
       : config_(config),
         twin_(twin),
         fit_(fit),
-        rules_(rules),
         plant_{.identified = identified_plant(config, fit), .cycle_s = 1.0 / config.controller.rate_Hz},
         corners_(controller::widened(plant_.identified.uncertainty, rules.sensitivity.resonance_percent)) {}
 
@@ -114,57 +112,23 @@ class Rehearsed {
     return is_better(other, configured) ? other : configured;
   }
 
-  /// The notch that has the poles of the mode as its zeros, depth width = zeta, and so puts a mode of the same frequency
-  /// with the damping `width` in its place. Best of a few widths, then of a few greater depths; empty where the samples are
-  /// too few for such a notch.
-  std::optional<Candidate> mode_notch() const {
-    const controller::Delays& mode = plant_.identified.delays;
-    constexpr double coarse = 0.1, narrowest = 0.5, widest = 1.2;
-    if (mode.resonance_Hz > 0.45 / plant_.cycle_s || mode.damping_ratio >= narrowest) return std::nullopt;
-    std::optional<Candidate> best;
-    const auto attempt = [&](double width, double share) {
-      Candidate now = with_mode_notch(width, share);
-      if (best && !is_better(now, *best)) return false;
-      best = std::move(now);
-      return true;
-    };
-    double width = narrowest;
-    for (int i = 0; narrowest + coarse * i < widest; ++i)
-      if (attempt(narrowest + coarse * i, 1.0)) width = narrowest + coarse * i;
-    for (const double step : {-coarse / 2.0, coarse / 2.0, -coarse / 4.0, coarse / 4.0})
-      if (attempt(width + step, 1.0)) width += step;
-    for (const double share : {1.5, 2.0, 3.0}) attempt(width, share);
-    return best;
-  }
-
  private:
-  /// depth width = share zeta
-  Candidate with_mode_notch(double width, double share) const {
-    const controller::Delays& mode = plant_.identified.delays;
-    controller::LoopSetting setting{.pi = {},
-                                    .measurement_filter_Hz = 0.0,
-                                    .notch = controller::Notch::Config{
-                                        .frequency_Hz = rounded(mode.resonance_Hz),
-                                        .depth = std::min(rounded(share * mode.damping_ratio / width), 1.0),
-                                        .width = rounded(width)}};
-    setting.pi =
-        controller::largest_gains(plant_.loop(setting), plant_.identified.uncertainty, rules_.sensitivity);
-    return design("mode notch", setting);
-  }
-
   Candidate predicted(const char* name, const controller::LoopSetting& setting,
                       const controller::Delays& delays) const {
     Candidate candidate{.name = name, .setting = setting, .delays = delays};
     if (setting.pi.ki_per_s > 0.0)
       candidate.loop = controller::judge(plant_.loop(setting), corners_, setting.pi);
-    if (may_run(candidate)) candidate.predicted = outcome_of(setup_of(candidate, config_, twin_, fit_));
+    if (!may_run(candidate)) return candidate;
+    rehearsal::Outcome outcome = outcome_of(setup_of(candidate, config_, twin_, fit_));
+    candidate.predicted = std::move(outcome.axes[0]);
+    // With more axes in the twin, its first one need not be this one.
+    if (twin_.axes.size() == 1) candidate.true_rms_um = outcome.true_errors[0].total().rms_um();
     return candidate;
   }
 
   const config::Config& config_;
   const twin::Config& twin_;
   const SecondOrderFit& fit_;
-  const CandidateRules& rules_;
   PlantOfDesign plant_;
   controller::PlantUncertainty corners_;
 };
@@ -176,12 +140,10 @@ std::vector<Candidate> rehearsed_candidates(const config::Config& config, const 
   const Rehearsed rehearsed(config, twin, fit, rules);
   const PlantOfDesign& plant = rehearsed.plant();
   std::vector<Candidate> candidates{rehearsed.present()};
-  if (!rules.only_cautious) {
+  if (!rules.only_cautious)
     for (const controller::LoopSetting& setting :
          controller::designs(plant.loop(), plant.identified.uncertainty, rules.sensitivity))
       candidates.push_back(rehearsed.design(name_of(setting), setting));
-    if (auto candidate = rehearsed.mode_notch()) candidates.push_back(std::move(*candidate));
-  }
   candidates.push_back(
       rehearsed.design("cautious", {.pi = controller::largest_gains(plant.loop(), rules.cautious)}));
   return candidates;
@@ -191,8 +153,8 @@ void predict_structures(Candidate& candidate, const config::Config& config, cons
                         const SecondOrderFit& fit) {
   if (!may_run(candidate)) return;
   for (const controller::Structure structure : controller::all_structures)
-    candidate.by_structure.push_back(
-        outcome_of(rehearsal::with_structure(setup_of(candidate, config, twin, fit), structure)));
+    candidate.by_structure.push_back(std::move(
+        outcome_of(rehearsal::with_structure(setup_of(candidate, config, twin, fit), structure)).axes[0]));
 }
 
 }  // namespace hystcan::app

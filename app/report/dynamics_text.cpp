@@ -11,7 +11,6 @@
 namespace hystcan::app {
 namespace {
 
-using app::to_json;
 using controller::CautiousRule;
 using controller::Margins;
 using identification::Estimate;

@@ -49,9 +49,17 @@ std::string filter_cells(const Candidate& of) {
   return fmt::format(" {:>13} {:>21} {:>7}", low_pass, notch, of.delays.second_order ? "2nd" : "mean");
 }
 
+std::optional<double> true_rms_percent(const Candidate& of) {
+  if (!of.predicted || !of.true_rms_um) return std::nullopt;
+  return 100.0 * *of.true_rms_um / of.predicted->stroke_um;
+}
+
 std::string error_cell(const Candidate& of) {
-  if (of.has_run()) return fmt::format(" {:>11.3f}\n", of.rms_percent());
-  return of.predicted ? "     faulted\n" : "  NOT STABLE\n";
+  const auto percent = true_rms_percent(of);
+  if (of.has_run())
+    return fmt::format(" {:>11.3f} {:>8}\n", of.rms_percent(),
+                       percent ? fmt::format("{:.3f}", *percent) : std::string("-"));
+  return of.predicted ? "              faulted\n" : "           NOT STABLE\n";
 }
 
 std::string candidate_rows(const Candidate& of, bool is_proposed) {
@@ -66,16 +74,16 @@ std::string candidate_rows(const Candidate& of, bool is_proposed) {
 
 std::string candidate_table(const TuningReport& report) {
   std::string text =
-      fmt::format("{:<14} {:>7} {:>9} {:>13} {:>21} {:>7} {:>11} {:>9} {:>7} {:>11} {:>14} {:>11}\n",
+      fmt::format("{:<14} {:>7} {:>9} {:>13} {:>21} {:>7} {:>11} {:>9} {:>7} {:>11} {:>14} {:>11} {:>8}\n",
                   "candidate", "kp", "ki [1/s]", "low pass [Hz]", "notch [Hz]", "preview", "phase [deg]",
-                  "gain [dB]", "|L| 180", "sensitivity", "bandwidth [Hz]", "RMS [%]");
+                  "gain [dB]", "|L| 180", "sensitivity", "bandwidth [Hz]", "RMS [%]", "true [%]");
   for (std::size_t i = 0; i < report.candidates.size(); ++i)
     text += candidate_rows(report.candidates[i], i == report.best);
   return text +
          fmt::format(
              "phase, gain: margins; |L| 180: largest |L| at a phase of -180 deg or beyond; bandwidth: of the "
              "feedback alone;\nnotch: frequency, depth, width; at the worst: of the corners of the intervals, "
-             "with {:g} % more of resonance;\nRMS: predicted error of the configured reference, % of {:g} um\n",
+             "with {:g} % more of resonance;\nRMS: predicted error of the configured reference at the samples, true: between them too, % of {:g} um\n",
              report.rule.resonance_percent, stroke_um(report));
 }
 
@@ -151,8 +159,12 @@ nlohmann::json to_json(const Candidate& of) {
                         {"resonance_Hz", of.delays.resonance_Hz},
                         {"damping_ratio", of.delays.damping_ratio},
                         {"second_order", of.delays.second_order}}},
-                      {"predicted_rms_percent", nullptr}};
-  if (of.has_run()) json["predicted_rms_percent"] = of.rms_percent();
+                      {"predicted_rms_percent", nullptr},
+                      {"predicted_true_rms_percent", nullptr}};
+  if (of.has_run()) {
+    json["predicted_rms_percent"] = of.rms_percent();
+    if (const auto percent = true_rms_percent(of)) json["predicted_true_rms_percent"] = *percent;
+  }
   if (of.loop) {
     json["margins"] = to_json(of.loop->margins);
     json["worst_margins"] = to_json(of.loop->worst);
@@ -175,10 +187,16 @@ bool Candidate::has_run() const { return predicted && outcome_has_run(*predicted
 double Candidate::rms_percent() const { return rms_percent_of(*predicted); }
 
 std::size_t best_of(const std::vector<Candidate>& candidates) {
+  const Candidate& present = candidates.front();
+  const auto is_worse_between_samples = [&](const Candidate& of) {
+    return present.has_run() && of.true_rms_um && present.true_rms_um &&
+           *of.true_rms_um > *present.true_rms_um;
+  };
   std::size_t best = 0;
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < candidates.size(); ++i)
-    if (candidates[i].has_run() && candidates[i].rms_percent() < least) {
+    if (candidates[i].has_run() && !is_worse_between_samples(candidates[i]) &&
+        candidates[i].rms_percent() < least) {
       least = candidates[i].rms_percent();
       best = i;
     }

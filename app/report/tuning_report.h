@@ -16,12 +16,14 @@ namespace hystcan::app {
 
 /// One way to set the loop of an axis, and its predicted effect.
 struct Candidate {
-  std::string name;  ///< "present", "plain", "low pass", "notch", "mode notch", "cautious"
+  std::string name;  ///< "present", "plain", "low pass", "notch", "cautious"
   controller::LoopSetting setting;
   controller::Delays delays;
   std::optional<controller::JudgedLoop> loop{};  ///< empty if ki is zero: there is no loop to judge
-  /// Of the configured reference, with the configured structure and limits; empty: not rehearsed, as it is not stable.
+  /// Of the configured reference, with the configured structure and limits, without learning; empty: not rehearsed, as
+  /// it is not stable.
   std::optional<controller::AxisOutcome> predicted{};
+  std::optional<double> true_rms_um{};  ///< of the same run, between the samples too; empty: not known
   /// The same without following-error limit, by all_structures; of the present and the proposed ones only.
   std::vector<controller::AxisOutcome> by_structure{};
 
@@ -29,8 +31,8 @@ struct Candidate {
   double rms_percent() const;  ///< of the stroke
 };
 
-/// Index of the one with the smallest predicted error. The first one, the present one, is chosen unless another one is
-/// better.
+/// Index of the one with the smallest predicted error at the samples. The first one, the present one, is chosen unless
+/// another one is better there and, where that is known, not worse between the samples.
 std::size_t best_of(const std::vector<Candidate>& candidates);
 
 struct TuningReport {

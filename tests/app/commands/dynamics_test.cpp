@@ -93,6 +93,19 @@ TEST_F(Dynamics, SaysThatTheDelayIsOneSum) {
       << program.out();
 }
 
+// The delay of 0.4 ms: half of it is stated to be the sensor's.
+TEST_F(Dynamics, AttributesWhatIsNotTheConfiguredSensorsToTheAmplifier) {
+  write_steps("steps.csv", 0.002);
+  shipped.edit("piezo.toml", "[axis.control.delays]\n", "[axis.control.delays]\nsensor_delay_us = 200.0\n");
+  const auto bandwidth_Hz = [&](const std::vector<std::string>& more) {
+    Process program = run("steps.csv", more);
+    EXPECT_EQ(program.wait(), done) << program.err();
+    return nlohmann::json::parse(program.out())["amplifier_bandwidth_Hz"].get<double>();
+  };
+  EXPECT_NEAR(bandwidth_Hz({"--json"}), 1.0 / (2.0 * pi * 0.4e-3), 10.0);
+  EXPECT_NEAR(bandwidth_Hz({"--json", "--config", path("piezo.toml")}), 1.0 / (2.0 * pi * 0.2e-3), 40.0);
+}
+
 TEST_F(Dynamics, AcceptsRowsThatAreLeftOut) {
   write_steps("steps.csv", 0.002);
   std::istringstream all(read("steps.csv"));
