@@ -9,7 +9,7 @@ namespace hystcan::controller {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double two_pi = 2.0 * std::numbers::pi;
+constexpr double whole_turn = 2.0 * std::numbers::pi;
 
 void require_positive(const char* name, double value) {
   if (!(value > 0.0) || !std::isfinite(value))
@@ -31,13 +31,13 @@ std::vector<Complex> poles_of(const Delays& delays) {
   require_positive("amplifier_bandwidth_Hz", delays.amplifier_bandwidth_Hz);
   if (!(delays.damping_ratio >= 0.0) || !std::isfinite(delays.damping_ratio))
     model::refuse("damping_ratio = ", delays.damping_ratio, ", expected a number, zero or more");
-  const double omega = two_pi * delays.resonance_Hz, zeta = delays.damping_ratio;
+  const double omega = whole_turn * delays.resonance_Hz, zeta = delays.damping_ratio;
   const Complex root = std::sqrt(Complex(zeta * zeta - 1.0));
   std::vector<Complex> poles;
   add_pole(poles, omega * (-zeta + root));
   add_pole(poles, omega * (-zeta - root));
-  add_pole(poles, -two_pi * delays.amplifier_bandwidth_Hz);
-  if (delays.sensor_bandwidth_Hz > 0.0) add_pole(poles, -two_pi * delays.sensor_bandwidth_Hz);
+  add_pole(poles, -whole_turn * delays.amplifier_bandwidth_Hz);
+  if (delays.sensor_bandwidth_Hz > 0.0) add_pole(poles, -whole_turn * delays.sensor_bandwidth_Hz);
   return poles;
 }
 

@@ -172,8 +172,7 @@ TEST_F(Reload, SighupTakesOverWhatIsChangedWhereNobodyWatches) {
   std::this_thread::sleep_for(milliseconds(500));
   EXPECT_EQ(count_in_log("configuration: "), 0u) << stage.bench.controller->err();
   stage.bench.controller->send(SIGHUP);
-  EXPECT_TRUE(stage.bench.controller->says("axis[0].control.kp: 0 -> 0.04"))
-      << stage.bench.controller->err();
+  EXPECT_TRUE(stage.bench.controller->says("axis[0].control.kp: 0 -> 0.04")) << stage.bench.controller->err();
   EXPECT_EQ(stage.axis_status(0).at("state"), "tracking");
 }
 
