@@ -153,6 +153,8 @@ config::Config one_axis() {
   config.axes.resize(1);
   config.controller.wake_up_trip = std::chrono::microseconds(400);
   controller::AxisConfig& control = config.axes[0].control;
+  // A slow loop: a faster one follows a sensor that drifts until the drive stands at its limit.
+  control.law.pi = {.kp = 0.05, .ki_per_s = 120.0};
   control.setpoint = {
       {.shape = controller::Sine{.low_um = 5.0, .high_um = 25.0, .frequency_Hz = 2.0, .cycles = 1000.0},
        .transition_s = 0.1}};

@@ -155,8 +155,8 @@ TEST_F(Cli, DemoPrintsFiveColumnsAndWritesPlotAndCsv) {
   EXPECT_EQ(json.at("rate_hz"), 1000.0);
   ASSERT_EQ(json.at("columns").size(), 5u);
   EXPECT_EQ(json.at("columns")[4].at("structure"), "inverse+pi");
-  EXPECT_LT(json.at("columns")[4].at("rms_percent"), 0.25);
-  EXPECT_GT(json.at("columns")[2].at("rms_percent"), 5.0);
+  EXPECT_LT(json.at("columns")[4].at("rms_percent"), 0.12);
+  EXPECT_GT(json.at("columns")[2].at("rms_percent"), 3.0);
   const auto& truth = json.at("columns")[4].at("true").at("segments").at(0);
   EXPECT_GT(truth.at("samples"), 10'000) << "every 50 us of 0.9 s";
   EXPECT_GT(truth.at("rms_um"), json.at("floors_um").at(0)) << "of the triangle";

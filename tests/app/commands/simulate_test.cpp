@@ -227,7 +227,7 @@ INSTANTIATE_TEST_SUITE_P(
                     BadMemory{"InputOutside", HYSTCAN_MEMORY "input = 300\n", ":4:9: "},
                     BadMemory{"InputMissing", HYSTCAN_MEMORY, ":1:1: missing key input"},
                     BadMemory{"NotTheFile", "[hysteresis]\n",
-                              ":1:2: unknown key hysteresis, expected one of correction, memory"},
+                              ":1:2: unknown key hysteresis, expected one of correction, learning, memory, stop"},
                     BadMemory{"NotFinite", HYSTCAN_MEMORY "input = nan\n", ":4:9: input is nan"}),
     [](const auto& test) { return test.param.name; });
 

@@ -168,6 +168,7 @@ TEST(SetUp, ReadsTimeoutAndAttemptsAndRefusesInvalidValues) {
     const support::ShippedCopy shipped;
     shipped.edit("galfenol.toml", "sensor_node    = 2\n", "sensor_node    = 2\n" + keys + object);
     if (!rate.empty()) shipped.edit("galfenol.toml", "rate_Hz = 1000.0", "rate_Hz = " + rate);
+    if (!rate.empty()) shipped.edit("galfenol.toml", "ki_per_s           = 217.0", "ki_per_s = 1.0");
     if (!rate.empty())
       shipped.edit("galfenol.toml", "command_delay_us       = 1000.0", "command_delay_us = 2e5");
     return load(shipped / "galfenol.toml").axes[0].wire.setup_patience;

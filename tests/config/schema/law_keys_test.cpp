@@ -49,8 +49,8 @@ TEST(LawKeys, ANotchBeyondHalfTheRateIsRefused) {
 }
 
 TEST(LawKeys, AnAdaptationAsFastAsTheLoopIsRefused) {
-  expect_refused("[axis.control.adaptation]\ngain_max = 0.1\noffset_max_um = 1.0\ntime_constant_s = 0.05\n",
-                 "time_constant_s is 0.05, expected at least 0.0833333, 10 / ki_per_s");
+  expect_refused("[axis.control.adaptation]\ngain_max = 0.1\noffset_max_um = 1.0\ntime_constant_s = 0.02\n",
+                 "time_constant_s is 0.02, expected at least 0.0244499, 10 / ki_per_s");
 }
 
 }  // namespace

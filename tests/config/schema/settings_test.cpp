@@ -28,7 +28,7 @@ std::string refusal_of(const std::vector<Setting>& overrides) {
 
 TEST(Settings, HaveOneEntryForEachKeyIncludingDefaults) {
   const std::vector<Setting> all = settings(shipped);
-  EXPECT_EQ(value_of(all, "axis[0].control.kp"), "0.05");
+  EXPECT_EQ(value_of(all, "axis[0].control.kp"), "0");
   EXPECT_EQ(value_of(all, "axis[1].name"), "'y'");
   EXPECT_EQ(value_of(all, "axis[0].control.setpoint[0].high_um"), "27");
   EXPECT_EQ(value_of(all, "axis[1].control.setpoint[1].levels_um"), "[25, 6, 22, 9, 19, 12, 16]");
@@ -98,7 +98,7 @@ TEST(Overrides, ReplaceTheValuesOfTheFile) {
   const Config config =
       load(shipped, {{"axis[1].control.kp", "0.25"}, {"axis[0].control.structure", "\"pi\""}});
   EXPECT_EQ(config.axes[1].control.law.pi.kp, 0.25);
-  EXPECT_EQ(config.axes[0].control.law.pi.kp, 0.05);
+  EXPECT_EQ(config.axes[0].control.law.pi.kp, 0.0);
   EXPECT_EQ(config.axes[0].control.law.structure, controller::Structure::pi);
   EXPECT_EQ(controller_config(config).axes[1].axis.law.pi.kp, 0.25) << "where the controller looks";
 }
