@@ -214,21 +214,21 @@ TEST_P(BadMemories, AreRefusedAtTheirPlaceAndWriteNothing) {
 
 INSTANTIATE_TEST_SUITE_P(
     Of, BadMemories,
-    testing::Values(BadMemory{"AnotherModel", HYSTCAN_MEMORY "input = 3\nmodel = \"0123456789abcdef\"\n",
-                              ":5:9: model is \"0123456789abcdef\""},
-                    BadMemory{"AnotherKind",
-                              "[memory]\nkind = \"prandtl-ishlinskii\"\ninput = 3\nplays = [1]\n",
-                              ":2:8: kind is \"prandtl-ishlinskii\", expected \"recursive-memory\""},
-                    BadMemory{"NotNested", HYSTCAN_MEMORY "turning_inputs = [60, 20, 70]\ninput = 3\n",
-                              ":4:27: turning point is 70"},
-                    BadMemory{"OutputsOfAnotherModel",
-                              HYSTCAN_MEMORY "turning_inputs = [60]\nturning_outputs = [5.5]\ninput = 3\n",
-                              ":4:19: output 5.5"},
-                    BadMemory{"InputOutside", HYSTCAN_MEMORY "input = 300\n", ":4:9: "},
-                    BadMemory{"InputMissing", HYSTCAN_MEMORY, ":1:1: missing key input"},
-                    BadMemory{"NotTheFile", "[hysteresis]\n",
-                              ":1:2: unknown key hysteresis, expected one of correction, learning, memory, stop"},
-                    BadMemory{"NotFinite", HYSTCAN_MEMORY "input = nan\n", ":4:9: input is nan"}),
+    testing::Values(
+        BadMemory{"AnotherModel", HYSTCAN_MEMORY "input = 3\nmodel = \"0123456789abcdef\"\n",
+                  ":5:9: model is \"0123456789abcdef\""},
+        BadMemory{"AnotherKind", "[memory]\nkind = \"prandtl-ishlinskii\"\ninput = 3\nplays = [1]\n",
+                  ":2:8: kind is \"prandtl-ishlinskii\", expected \"recursive-memory\""},
+        BadMemory{"NotNested", HYSTCAN_MEMORY "turning_inputs = [60, 20, 70]\ninput = 3\n",
+                  ":4:27: turning point is 70"},
+        BadMemory{"OutputsOfAnotherModel",
+                  HYSTCAN_MEMORY "turning_inputs = [60]\nturning_outputs = [5.5]\ninput = 3\n",
+                  ":4:19: output 5.5"},
+        BadMemory{"InputOutside", HYSTCAN_MEMORY "input = 300\n", ":4:9: "},
+        BadMemory{"InputMissing", HYSTCAN_MEMORY, ":1:1: missing key input"},
+        BadMemory{"NotTheFile", "[hysteresis]\n",
+                  ":1:2: unknown key hysteresis, expected one of correction, learning, memory, stop"},
+        BadMemory{"NotFinite", HYSTCAN_MEMORY "input = nan\n", ":4:9: input is nan"}),
     [](const auto& test) { return test.param.name; });
 
 TEST_F(Simulate, FindsTheNegativeDriveOfAnEvenModelOnRequest) {
