@@ -15,7 +15,13 @@ TrueErrors::TrueErrors(const twin::Config& config, twin::Twin& twin, const contr
   bus_->on_frame([this](const can::Frame& frame, can::Time received) {
     if (frame.id == can::sync_id && can::parse_sync(frame)) last_sync_ = received;
   });
+  for (std::size_t i = 0; i < controller.axis_count(); ++i) {
+    const auto same = [&](const auto& axis) { return axis->name == controller.axis_name(i); };
+    stages_.push_back(
+        static_cast<std::size_t>(std::ranges::find_if(twin.axes(), same) - twin.axes().begin()));
+  }
   for (std::size_t i = 0; i < twin.axes().size(); ++i) {
+    const auto controlled = std::ranges::find(stages_, i);
     twin::Plant& plant = twin.axes()[i]->plant;
     const twin::AxisConfig& stage = config.axes[i].axis;
     axes_.push_back(std::make_unique<Axis>(
@@ -24,7 +30,12 @@ TrueErrors::TrueErrors(const twin::Config& config, twin::Twin& twin, const contr
              .start_um = plant.position_um(),
              .points = {},
              .statistics = controller::TrackingStatistics(
-                 i < controller.axis_count() ? controller.axis(i).config().setpoint.size() : 0, settle_s)}));
+                 controlled == stages_.end()
+                     ? 0
+                     : controller.axis(static_cast<std::size_t>(controlled - stages_.begin()))
+                           .config()
+                           .setpoint.size(),
+                 settle_s)}));
     plant.on_grid([this, &axis = *axes_.back()](can::Time time, double own_um) { take(axis, time, own_um); });
   }
 }
@@ -44,7 +55,8 @@ void TrueErrors::add(const controller::CycleRecord& record) {
   if (!last_sync_ || (!cycles_.empty() && cycles_.back().begins == *last_sync_)) return;
   cycles_.push_back({*last_sync_, record.time_s});
   while (cycles_.size() > 1 && is_known_until(cycles_[1].begins)) {
-    for (std::size_t i = 0; i < controller_.axis_count(); ++i) judge(i, cycles_[0], cycles_[1].begins);
+    for (std::size_t i = 0; i < stages_.size(); ++i)
+      if (stages_[i] < axes_.size()) judge(i, cycles_[0], cycles_[1].begins);
     for (const auto& axis : axes_)
       while (axis->points.size() > 1 && axis->points[1].time < cycles_[1].begins) axis->points.pop_front();
     cycles_.pop_front();
@@ -59,7 +71,7 @@ bool TrueErrors::is_known_until(can::Time time) const {
 }
 
 void TrueErrors::judge(std::size_t index, const Cycle& cycle, can::Time end) {
-  Axis& axis = *axes_[index];
+  Axis& axis = *axes_[stages_[index]];
   for (const Point& point : axis.points) {
     if (point.time < cycle.begins || point.time >= end) continue;
     const auto reference =
@@ -93,7 +105,8 @@ double TrueErrors::coupled_um(const Axis& axis, can::Time time) const {
 
 std::vector<controller::TrackingStatistics> TrueErrors::statistics() const {
   std::vector<controller::TrackingStatistics> all;
-  for (std::size_t i = 0; i < controller_.axis_count(); ++i) all.push_back(axes_[i]->statistics);
+  for (const std::size_t stage : stages_)
+    all.push_back(stage < axes_.size() ? axes_[stage]->statistics : controller::TrackingStatistics(0, 0.0));
   return all;
 }
 

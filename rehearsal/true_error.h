@@ -35,7 +35,7 @@ class TrueErrors {
   /// Takes the records of the controller, in their order.
   void add(const controller::CycleRecord& record);
 
-  /// Per axis.
+  /// Per axis of the controller.
   std::vector<controller::TrackingStatistics> statistics() const;
 
  private:
@@ -61,7 +61,8 @@ class TrueErrors {
   double coupled_um(const Axis& axis, can::Time time) const;
 
   const controller::Controller& controller_;
-  std::vector<std::unique_ptr<Axis>> axes_;
+  std::vector<std::unique_ptr<Axis>> axes_;  ///< of the twin
+  std::vector<std::size_t> stages_;          ///< index in axes_ of each axis of the controller
   std::unique_ptr<can::Bus> bus_;
   std::optional<can::Time> last_sync_;
   std::deque<Cycle> cycles_;

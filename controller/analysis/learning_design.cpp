@@ -93,14 +93,15 @@ std::vector<double> taps_of(const Eigen::ArrayXcd& response, double corner, std:
   const std::size_t count = std::min(most_taps, phases - (phases % 2 == 0 ? 1 : 0));
   const int late = static_cast<int>(count / 2);
   std::vector<double> taps(count);
-  for (int k = -late; k <= late; ++k) {
+  for (std::size_t tap = 0; tap < count; ++tap) {
+    const int k = static_cast<int>(tap) - late;
     double sum = 0.0;
     for (int i = 0; i <= half_grid; ++i) {
       const double theta = theta_of(i, half_grid), ends = i == 0 || i == half_grid ? 0.5 : 1.0;
       sum += ends * cut_off(theta / half_turn, corner) * (response[i] * std::polar(1.0, -theta * k)).real();
     }
     const double window = 0.5 + 0.5 * std::cos(half_turn * k / (late + 1.0));
-    taps[static_cast<std::size_t>(k + late)] = window * sum / half_grid;
+    taps[tap] = window * sum / half_grid;
   }
   return taps;
 }
@@ -109,8 +110,8 @@ std::vector<double> taps_of(const Eigen::ArrayXcd& response, double corner, std:
 Complex response_of(const std::vector<double>& taps, double theta) {
   const int late = static_cast<int>(taps.size() / 2);
   Complex sum = 0.0;
-  for (int k = -late; k <= late; ++k)
-    sum += taps[static_cast<std::size_t>(k + late)] * std::polar(1.0, theta * k);
+  for (std::size_t tap = 0; tap < taps.size(); ++tap)
+    sum += taps[tap] * std::polar(1.0, theta * (static_cast<int>(tap) - late));
   return sum;
 }
 
@@ -141,8 +142,9 @@ bool converges(const LearningResponses& responses, const Learning::Config& confi
 bool finds_filter(const LearningResponses& responses, const Learning::Config& config, double cycle_s,
                   LearningDesign& design) {
   const Eigen::ArrayXcd inverse = responses.inverse();
-  for (double corner = 2.0; corner > 0.01; corner *= 0.9) {
-    design.plan.taps = taps_of(inverse, corner, design.plan.phases);
+  constexpr int steps = 50;
+  for (int step = 0; step < steps; ++step) {
+    design.plan.taps = taps_of(inverse, 2.0 * std::pow(0.9, step), design.plan.phases);
     if (converges(responses, config, cycle_s, design)) return true;
   }
   return false;

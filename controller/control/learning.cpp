@@ -41,7 +41,8 @@ Learning::Learning(const Config& config) : config_(config) {
       model::refuse("a filter of ", plan.taps.size(), " taps for ", plan.phases,
                     " phases, expected an odd number of at most as many");
     segments_[i].correction_um.assign(plan.phases, 0.0);
-    segments_[i].errors_um.assign(2 * plan.taps.size(), 0.0);
+    segments_[i].taps.assign(plan.taps.begin(), plan.taps.end());
+    segments_[i].errors_um.assign(2 * plan.taps.size(), 0.0F);
   }
 }
 
@@ -96,22 +97,23 @@ void Learning::take(std::size_t index, std::size_t phase, double error_um) {
   Segment& segment = segments_[index];
   const std::size_t window = plan.taps.size();
   segment.newest = (segment.newest + 1) % window;
-  segment.errors_um[segment.newest] = segment.errors_um[segment.newest + window] = error_um;
+  segment.errors_um[segment.newest] = segment.errors_um[segment.newest + window] =
+      static_cast<float>(error_um);
   segment.valid = std::min(segment.valid + 1, window);
   judge(error_um, judged_ == plan.phases);
   if (segment.valid < window || config_.frozen) return;
   const std::size_t late = window / 2;  // K
-  correct(plan, segment, (phase + plan.phases - late) % plan.phases);
+  correct(segment, (phase + plan.phases - late) % plan.phases);
 }
 
-void Learning::correct(const Plan& plan, Segment& segment, std::size_t phase) {
-  const auto taps = static_cast<Eigen::Index>(plan.taps.size());
-  const Eigen::Map<const Eigen::VectorXd> h(plan.taps.data(), taps);
-  const Eigen::Map<const Eigen::VectorXd> errors(segment.errors_um.data() + segment.newest + 1, taps);
+void Learning::correct(Segment& segment, std::size_t phase) {
+  const auto taps = static_cast<Eigen::Index>(segment.taps.size());
+  const Eigen::Map<const Eigen::VectorXf> h(segment.taps.data(), taps);
+  const Eigen::Map<const Eigen::VectorXf> errors(segment.errors_um.data() + segment.newest + 1, taps);
   double& correction_um = segment.correction_um[phase];
   const double kept_um = (1.0 - 0.01 * config_.forget_percent) * correction_um;
-  correction_um = std::clamp(kept_um + config_.rate * h.dot(errors), -config_.correction_max_um,
-                             config_.correction_max_um);
+  correction_um = std::clamp(kept_um + config_.rate * static_cast<double>(h.dot(errors)),
+                             -config_.correction_max_um, config_.correction_max_um);
   largest_um_ = std::max(largest_um_, std::abs(correction_um));
 }
 

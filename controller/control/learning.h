@@ -104,7 +104,8 @@ class Learning {
  private:
   struct Segment {
     std::vector<double> correction_um;
-    std::vector<double> errors_um;  ///< the last ones, twice, so that each window lies in one piece
+    std::vector<float> taps;       ///< h; single precision is far below the noise, and twice as fast
+    std::vector<float> errors_um;  ///< the last ones, twice, so that each window lies in one piece
     std::size_t newest = 0;
     std::size_t valid = 0;       ///< errors without a gap
     std::size_t last_cycle = 0;  ///< since the segment's beginning
@@ -122,7 +123,7 @@ class Learning {
   std::optional<double> target_um(const Trajectory::Point& point) const;
   void interrupt();
   void take(std::size_t index, std::size_t phase, double error_um);
-  void correct(const Plan& plan, Segment& segment, std::size_t phase);
+  void correct(Segment& segment, std::size_t phase);
   void judge(double error_um, bool new_period);
 
   Config config_;

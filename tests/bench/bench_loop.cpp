@@ -1,13 +1,14 @@
 // The whole closed loop in virtual time: frames encoded and decoded both ways, the simulated bus in between.
 //
 //   bench_loop        prints axis-cycles per second beside the budget, and beside the model alone in the
-//                     same run
+//                     same run; then the cost of learning
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <string>
 
 #include "config/schema/config.h"
+#include "controller/analysis/learning_design.h"
 #include "model/hysteresis.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/rehearsed.h"
@@ -63,6 +64,39 @@ double model_cycles_per_s(const rehearsal::Setup& setup) {
   return cycles / seconds_since(start);
 }
 
+/// Nanoseconds of a cycle that looks its reference up, and that learns where `learning` is not null.
+double reference_ns(const controller::Trajectory& trajectory, controller::Learning* learning) {
+  constexpr int cycles = 200'000;
+  constexpr double cycle_s = 1e-3;
+  double sum = 0.0;
+  const auto start = Clock::now();
+  for (int i = 0; i < cycles; ++i) {
+    const controller::Trajectory::Point now = trajectory.at(1.0 + cycle_s * i);
+    sum += now.value_um;
+    if (learning == nullptr) continue;
+    learning->learn(now, 1e-4 * now.value_um, true);
+    const auto ahead = trajectory.at(1.0 + cycle_s * (i + 2));
+    sum += learning->correct(now, ahead, cycle_s).ahead_um;
+  }
+  const double elapsed_s = seconds_since(start);
+  return sum == 0.0 ? 0.0 : 1e9 * elapsed_s / cycles;
+}
+
+void print_cost_of_learning(rehearsal::Setup setup) {
+  constexpr double budget_ns = 60.0;
+  controller::AxisConfig& axis = setup.controller.axes[0].axis;
+  axis.setpoint = {
+      {.shape = controller::Triangle{.low_um = 3.0, .high_um = 27.0, .frequency_Hz = 10.0, .cycles = 1e5}}};
+  axis.learning = {.correction_max_um = 1.0};
+  controller::plan_learning(axis, setup.controller.rate_Hz);
+  const controller::Trajectory trajectory = controller::reference_of(axis);
+  controller::Learning learning(*axis.learning);
+  const double without = 1e9 / best_of([&] { return 1e9 / reference_ns(trajectory, nullptr); });
+  const double with = 1e9 / best_of([&] { return 1e9 / reference_ns(trajectory, &learning); });
+  std::printf("learning: %.0f ns a cycle, its look-up of the reference included; budget %.0f: %s\n",
+              with - without, budget_ns, with - without <= budget_ns ? "met" : "missed");
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -76,4 +110,5 @@ int main(int argc, char** argv) {
   std::printf(
       "model alone (inverse, two advances):  %.0f cycles/s, %.0f ns each; the loop costs %.1f times that\n",
       model, 1e9 / model, model / loop);
+  print_cost_of_learning(setup);
 }
