@@ -63,14 +63,10 @@ TEST(InstrumentPreset, AllocatesNothing) {
 /// The error of the shipped piezo stage when the amplifier applies setpoints on receipt.
 double on_receipt_percent(const char* delay_us, const char* status_every) {
   const std::vector<config::Setting> settings{
-      {"axis[0].twin.apply", "\"receipt\""},
-      {"axis[0].control.delays.command_delay_us", delay_us},
-      {"axis[0].twin.status_every", status_every},
-      {"axis[1].twin.status_every", status_every},
-      {"axis[0].control.kp", "0.05"},
+      {"axis[0].twin.apply", "\"receipt\""},       {"axis[0].control.delays.command_delay_us", delay_us},
+      {"axis[0].twin.status_every", status_every}, {"axis[1].twin.status_every", status_every},
       {"axis[0].control.ki_per_s", "120.0"},  // with less delay the mode allows half the gain
-      {"axis[0].control.status_timeout_ms", "0"},
-      {"axis[1].control.status_timeout_ms", "0"}};
+      {"axis[0].control.status_timeout_ms", "0"},  {"axis[1].control.status_timeout_ms", "0"}};
   const auto outcome = rehearsal::run_once(shipped("piezo.toml", settings), 0.1, ignore);
   EXPECT_EQ(outcome.axes[0].state, AxisState::tracking) << to_string(outcome.axes[0].fault.cause);
   return triangle_percent(outcome);
