@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <limits>
 #include <span>
+#include <stdexcept>
 #include <utility>
 
+#include "controller/analysis/learning_design.h"
 #include "rehearsal/true_error.h"
 
 namespace hystcan::rehearsal {
@@ -84,10 +86,25 @@ Outcome run_once(const Setup& setup, double settle_s, const controller::Controll
   return outcome;
 }
 
+namespace {
+
+/// A structure for which no filter converges learns nothing.
+void plan_learning_anew(controller::AxisConfig& axis, double rate_Hz) {
+  try {
+    controller::plan_learning(axis, rate_Hz);
+  } catch (const std::invalid_argument&) {
+    axis.learning.reset();
+  }
+}
+
+}  // namespace
+
 Setup with_structure(Setup setup, controller::Structure structure) {
   for (auto& axis : setup.controller.axes) {
     axis.axis.law.structure = structure;
-    axis.axis.following_error.error_um = std::numeric_limits<double>::infinity();
+    axis.axis.following_error.cycles =
+        std::numeric_limits<unsigned>::max();  // an oscillation is judged as ever
+    plan_learning_anew(axis.axis, setup.controller.rate_Hz);
   }
   return setup;
 }

@@ -63,10 +63,12 @@ void TrueErrors::add(const controller::CycleRecord& record) {
   }
 }
 
-/// No plant has a sub-step before `time` left to compute.
+/// No plant that is controlled has a sub-step before `time` left to compute. One that is not rests: it may never step.
 bool TrueErrors::is_known_until(can::Time time) const {
-  return std::ranges::all_of(axes_, [&](const auto& axis) {
-    return !axis->points.empty() && axis->points.back().time + axis->substep >= time;
+  return std::ranges::all_of(stages_, [&](std::size_t stage) {
+    if (stage >= axes_.size()) return true;
+    const Axis& axis = *axes_[stage];
+    return !axis.points.empty() && axis.points.back().time + axis.substep >= time;
   });
 }
 

@@ -174,8 +174,9 @@ void print_table(const config::Config& config, const std::vector<Column>& column
   const controller::Structure configured = config.axes.front().control.law.structure;
   for (const Column& column : columns)
     if (column.structure == configured && column.failure.empty())
-      for (const std::string& line : describe_segments(column.outcome.axes.front()))
-        fmt::print("{}: {}\n", to_string(configured), line);
+      for (const controller::AxisOutcome& outcome : column.outcome.axes)
+        for (const std::string& line : describe_segments(outcome))
+          fmt::print("{}: {}\n", to_string(configured), line);
 }
 
 void print_comparison_json(const config::Config& config, const std::vector<Column>& columns,

@@ -18,6 +18,7 @@
 #include "app/live/stop_signal.h"
 #include "app/report/config_edit.h"
 #include "app/report/dynamics_text.h"
+#include "app/report/identified_plant.h"
 #include "can/counted.h"
 #include "config/files/dataset_file.h"
 #include "config/schema/config.h"
@@ -47,7 +48,8 @@ struct IdentifiedDynamics {
   SecondOrderFit fit;
   double rate_Hz = 0.0;  ///< of the loop
   IdentifiedPlant plant;
-  std::optional<double> sensor_s{};              ///< the configured part of the delay
+  controller::Delays stated;         ///< with the identified resonance where there is no configuration
+  std::optional<double> sensor_s{};  ///< the configured part of the delay
   std::vector<controller::LoopSetting> designs;  ///< the first one is proposed
   std::vector<controller::JudgedLoop> loops;     ///< of the designs
 
@@ -95,7 +97,8 @@ IdentifiedDynamics find(const DynamicsArguments& options, const std::optional<co
         options.rate_Hz.value_or(config ? config->controller.rate_Hz : 1.0 / identified.fit.cycle_s);
     const controller::Delays configured = configured_delays(config, axis);
     if (config) identified.sensor_s = configured.sensor_s();
-    identified.plant = plant_of(identified.fit, configured);
+    identified.plant = identified_plant(file.dataset, identified.fit, configured);
+    identified.stated = config ? configured : identified.plant.delays;
     design(identified, options.cautious);
     return identified;
   } catch (const std::invalid_argument& error) {
@@ -123,7 +126,8 @@ std::string describe(const IdentifiedDynamics& identified) {
   std::string text =
       line("dataset", fmt::format("{}: {} at {:.6g} Hz{}", identified.file, can::counted(fit.rows, "row"),
                                   1.0 / fit.cycle_s, left_out_text(fit))) +
-      describe(fit, identified.input_unit, identified.output_unit) + delay_shares(identified);
+      describe(fit, identified.input_unit, identified.output_unit) + delay_shares(identified) +
+      describe(identified.plant.delays, identified.stated);
   for (std::size_t i = 0; i < identified.designs.size(); ++i) {
     const controller::LoopSetting& setting = identified.designs[i];
     const controller::JudgedLoop& loop = identified.loops[i];
@@ -146,10 +150,9 @@ std::string delay_key(const IdentifiedDynamics& identified, const controller::De
   const double bandwidth_Hz = identified.plant.delays.amplifier_bandwidth_Hz;
   if (bandwidth_Hz == configured.amplifier_bandwidth_Hz)
     return "# amplifier_bandwidth_Hz: unchanged, the delay cannot be distinguished from zero\n";
-  return fmt::format(
-      "amplifier_bandwidth_Hz = {}   # represents the identified delay: {:.4g} ms{}\n",
-      toml_number(bandwidth_Hz), 1e3 * identified.fit.delay_s.value,
-      identified.sensor_s.value_or(0.0) > 0.0 ? ", less the sensor's" : " = 1 / (2 pi bandwidth)");
+  return fmt::format("amplifier_bandwidth_Hz = {}   # seen as a delay of {:.4g} ms{}\n",
+                     toml_number(bandwidth_Hz), 1e3 * identified.fit.delay_s.value,
+                     identified.sensor_s.value_or(0.0) > 0.0 ? ", with the sensor's" : "");
 }
 
 std::string filter_keys(const controller::LoopSetting& setting) {

@@ -8,14 +8,14 @@
 #include "app/io/exit_status.h"
 #include "app/live/rehearsal_setup.h"
 #include "app/live/stop_signal.h"
-#include "app/report/dynamics_text.h"
 #include "app/report/report.h"
+#include "controller/analysis/feed_forward_design.h"
 #include "rehearsal/rehearsal.h"
 
 namespace hystcan::app {
 namespace {
 
-using identification::SecondOrderFit;
+constexpr const char* present_name = "present";
 
 /// The loop of a candidate on the identified plant, and what is uncertain about that.
 struct PlantOfDesign {
@@ -30,31 +30,40 @@ struct PlantOfDesign {
   }
 };
 
-/// Sets the identified mode in the twin. The amplifier's lag represents the part of the delay that is not the twin's
-/// sensor's.
-void set_mode(twin::Config& twin, const std::string& axis_name, const SecondOrderFit& found) {
+/// Sets the identified plant in the twin. The amplifier's lag takes what the twin's sensor and way to a setpoint have not.
+void set_plant(twin::Config& twin, const std::string& axis_name, const controller::Delays& found,
+               double cycle_s) {
   for (twin::WiredAxisConfig& axis : twin.axes) {
     if (axis.wire.name != axis_name) continue;
     twin::Plant::Config& plant = axis.axis.plant;
-    const twin::Sensor::Config& sensor = axis.axis.sensor;
-    double sensor_s = std::chrono::duration<double>(sensor.delay).count();
-    if (sensor.bandwidth_Hz > 0.0) sensor_s += 1.0 / (2.0 * std::numbers::pi * sensor.bandwidth_Hz);
-    plant.mode = found.mode();
-    plant.amplifier.bandwidth_Hz =
-        bandwidth_Hz_for(later(found.delay_s, -sensor_s)).value_or(plant.amplifier.bandwidth_Hz);
+    const controller::Delays own{.amplifier_bandwidth_Hz = found.amplifier_bandwidth_Hz,
+                                 .resonance_Hz = found.resonance_Hz,
+                                 .damping_ratio = found.damping_ratio,
+                                 .interpolated = axis.axis.interpolate,
+                                 .sensor_delay = axis.axis.sensor.delay,
+                                 .sensor_bandwidth_Hz = axis.axis.sensor.bandwidth_Hz};
+    const auto without_commands = [&](const controller::Delays& of) {
+      return of.preview_s(cycle_s) - std::chrono::duration<double>(of.command_delay).count() + of.sensor_s();
+    };
+    plant.mode.natural_frequency_Hz = found.resonance_Hz;
+    plant.mode.damping_ratio = found.damping_ratio;
+    const double lag_s = 1.0 / (2.0 * std::numbers::pi * found.amplifier_bandwidth_Hz) +
+                         without_commands(found) - without_commands(own);
+    if (lag_s > 0.0) plant.amplifier.bandwidth_Hz = 1.0 / (2.0 * std::numbers::pi * lag_s);
   }
 }
 
 rehearsal::Setup setup_of(const Candidate& candidate, const config::Config& config, const twin::Config& twin,
-                          const SecondOrderFit& fit) {
+                          const IdentifiedPlant& plant) {
   rehearsal::Setup setup = rehearsal_setup(config, twin);
   controller::AxisConfig& axis = setup.controller.axes[0].axis;
   axis.law.pi = candidate.setting.pi;
   axis.law.measurement_filter_Hz = candidate.setting.measurement_filter_Hz;
   axis.law.notch = candidate.setting.notch;
   axis.delays = candidate.delays;
+  controller::plan_feed_forward(axis, config.controller.rate_Hz);
   axis.learning.reset();  // its filters are designed for the present loop
-  set_mode(setup.twin, config.axes[0].wire.name, fit);
+  set_plant(setup.twin, config.axes[0].wire.name, plant.delays, 1.0 / config.controller.rate_Hz);
   return setup;
 }
 
@@ -64,7 +73,11 @@ rehearsal::Outcome outcome_of(const rehearsal::Setup& setup) {
   });
 }
 
-bool may_run(const Candidate& candidate) { return !candidate.loop || candidate.loop->worst.stable; }
+/// The present setting is compared with, however little margin it has.
+bool may_run(const Candidate& candidate) {
+  if (!candidate.loop) return true;
+  return candidate.name == present_name ? candidate.loop->margins.stable : candidate.loop->worst.stable;
+}
 
 bool is_better(const Candidate& a, const Candidate& b) {
   return a.has_run() && (!b.has_run() || a.rms_percent() < b.rms_percent());
@@ -75,41 +88,37 @@ const char* name_of(const controller::LoopSetting& setting) {
   return setting.measurement_filter_Hz > 0.0 ? "low pass" : "plain";
 }
 
-}  // namespace
-
-IdentifiedPlant identified_plant(const config::Config& config, const SecondOrderFit& fit) {
-  IdentifiedPlant plant = plant_of(fit, config.axes[0].control.delays);
-  plant.delays.command_delay = std::chrono::nanoseconds(std::llround(1e9 / config.controller.rate_Hz));
-  return plant;
-}
-
-namespace {
-
 /// Designs for one identified plant, judged and rehearsed.
 class Rehearsed {
  public:
-  Rehearsed(const config::Config& config, const twin::Config& twin, const SecondOrderFit& fit,
+  Rehearsed(const config::Config& config, const twin::Config& twin, const IdentifiedPlant& plant,
             const CandidateRules& rules)
       : config_(config),
         twin_(twin),
-        fit_(fit),
-        plant_{.identified = identified_plant(config, fit), .cycle_s = 1.0 / config.controller.rate_Hz},
+        plant_{.identified = plant, .cycle_s = 1.0 / config.controller.rate_Hz},
         corners_(controller::widened(plant_.identified.uncertainty, rules.sensitivity.resonance_percent)) {}
 
   const PlantOfDesign& plant() const { return plant_; }
 
   Candidate present() const {
     const controller::AxisConfig& axis = config_.axes[0].control;
-    return predicted("present", {axis.law.pi, axis.law.measurement_filter_Hz, axis.law.notch}, axis.delays);
+    return predicted(present_name, {axis.law.pi, axis.law.measurement_filter_Hz, axis.law.notch},
+                     axis.delays);
   }
 
-  /// With the delays compensated to the first or to the second order.
+  /// With the feed-forward that tracks best.
   Candidate design(const char* name, const controller::LoopSetting& setting) const {
     controller::Delays delays = plant_.identified.delays;
-    Candidate configured = predicted(name, setting, delays);
-    delays.second_order = !delays.second_order;
-    Candidate other = predicted(name, setting, delays);
-    return is_better(other, configured) ? other : configured;
+    Candidate best = predicted(name, setting, delays);
+    for (const auto& [second_order, plant_inverse] :
+         {std::pair(false, false), std::pair(true, false), std::pair(false, true)}) {
+      if (second_order == best.delays.second_order && plant_inverse == best.delays.plant_inverse) continue;
+      delays.second_order = second_order;
+      delays.plant_inverse = plant_inverse;
+      Candidate other = predicted(name, setting, delays);
+      if (is_better(other, best)) best = std::move(other);
+    }
+    return best;
   }
 
  private:
@@ -119,16 +128,14 @@ class Rehearsed {
     if (setting.pi.ki_per_s > 0.0)
       candidate.loop = controller::judge(plant_.loop(setting), corners_, setting.pi);
     if (!may_run(candidate)) return candidate;
-    rehearsal::Outcome outcome = outcome_of(setup_of(candidate, config_, twin_, fit_));
+    rehearsal::Outcome outcome = outcome_of(setup_of(candidate, config_, twin_, plant_.identified));
     candidate.predicted = std::move(outcome.axes[0]);
-    // With more axes in the twin, its first one need not be this one.
-    if (twin_.axes.size() == 1) candidate.true_rms_um = outcome.true_errors[0].total().rms_um();
+    candidate.true_rms_um = outcome.true_errors[0].total().rms_um();
     return candidate;
   }
 
   const config::Config& config_;
   const twin::Config& twin_;
-  const SecondOrderFit& fit_;
   PlantOfDesign plant_;
   controller::PlantUncertainty corners_;
 };
@@ -136,8 +143,8 @@ class Rehearsed {
 }  // namespace
 
 std::vector<Candidate> rehearsed_candidates(const config::Config& config, const twin::Config& twin,
-                                            const SecondOrderFit& fit, const CandidateRules& rules) {
-  const Rehearsed rehearsed(config, twin, fit, rules);
+                                            const IdentifiedPlant& identified, const CandidateRules& rules) {
+  const Rehearsed rehearsed(config, twin, identified, rules);
   const PlantOfDesign& plant = rehearsed.plant();
   std::vector<Candidate> candidates{rehearsed.present()};
   if (!rules.only_cautious)
@@ -150,11 +157,11 @@ std::vector<Candidate> rehearsed_candidates(const config::Config& config, const 
 }
 
 void predict_structures(Candidate& candidate, const config::Config& config, const twin::Config& twin,
-                        const SecondOrderFit& fit) {
+                        const IdentifiedPlant& plant) {
   if (!may_run(candidate)) return;
   for (const controller::Structure structure : controller::all_structures)
     candidate.by_structure.push_back(std::move(
-        outcome_of(rehearsal::with_structure(setup_of(candidate, config, twin, fit), structure)).axes[0]));
+        outcome_of(rehearsal::with_structure(setup_of(candidate, config, twin, plant), structure)).axes[0]));
 }
 
 }  // namespace hystcan::app

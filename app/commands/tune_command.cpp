@@ -143,11 +143,9 @@ void put(std::optional<OutputFile>& file, const std::string& text) {
   file->commit();
 }
 
-FrequencyResponse response_of(const TuningReport& report, const Dataset& record,
-                              const config::Config& config) {
-  const IdentifiedPlant plant = identified_plant(config, report.fit);
+FrequencyResponse response_of(const TuningReport& report, const Dataset& record) {
   const auto loop = [&](const Candidate& of) -> FrequencyResponse::Loop {
-    return {{.delays = plant.delays,
+    return {{.delays = report.plant.delays,
              .cycle_s = report.fit.cycle_s,
              .measurement_filter_Hz = of.setting.measurement_filter_Hz,
              .notch = of.setting.notch},
@@ -175,6 +173,7 @@ int tune(const TuneArguments& options) {
                       .steps = chosen_steps(options, config, twin),
                       .rate_Hz = config.controller.rate_Hz,
                       .fit = {},
+                      .plant = {},
                       .rule = rules.sensitivity,
                       .cautious_rule = rules.cautious,
                       .only_cautious = rules.only_cautious,
@@ -182,16 +181,19 @@ int tune(const TuneArguments& options) {
                       .best = 0};
   const Dataset record = measure(in_open_loop(config, report.steps), twin, options);
   report.fit = fit(record);
+  report.plant = identified_plant(record, report.fit, axis.control.delays);
+  report.plant.delays.command_delay = std::chrono::nanoseconds(std::llround(1e9 / report.rate_Hz));
   stop_at_a_signal();
-  report.candidates = rehearsed_candidates(config, twin, report.fit, rules);
-  report.best = best_of(report.candidates);
+  report.candidates = rehearsed_candidates(config, twin, report.plant, rules);
+  report.best = best_of(report.candidates, rules.only_cautious ? std::numeric_limits<double>::infinity()
+                                                               : rules.sensitivity.peak_sensitivity);
   if (!report.proposed().has_run())
     throw RunError(
         "no candidate tracks the configured reference in the rehearsal, nothing is written: look at its limits "
         "and at [axis.twin] with `hystcan demo`");
-  predict_structures(report.candidates[0], config, twin, report.fit);
-  if (report.best > 0) predict_structures(report.candidates[report.best], config, twin, report.fit);
-  const FrequencyResponse response = response_of(report, record, config);
+  predict_structures(report.candidates[0], config, twin, report.plant);
+  if (report.best > 0) predict_structures(report.candidates[report.best], config, twin, report.plant);
+  const FrequencyResponse response = response_of(report, record);
   const Candidate& best = report.proposed();
   put(files.fragment, fragment(report));
   put(files.table, table_of(response));

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <system_error>
 
 #include "app/io/output_file.h"
@@ -13,8 +14,9 @@
 namespace hystcan::app {
 namespace {
 
+/// Whole ones, as the configuration has them.
 double microseconds(std::chrono::nanoseconds duration) {
-  return std::chrono::duration<double, std::micro>(duration).count();
+  return std::round(std::chrono::duration<double, std::micro>(duration).count());
 }
 
 class LoopEdit {
@@ -79,6 +81,7 @@ std::string with_loop_keys(const config::Config& config, std::size_t axis, const
   edit.number("delays.resonance_Hz", was.resonance_Hz, now.resonance_Hz);
   edit.number("delays.damping_ratio", was.damping_ratio, now.damping_ratio);
   edit.truth("delays.second_order", was.second_order, now.second_order);
+  edit.truth("delays.plant_inverse", was.plant_inverse, now.plant_inverse);
   edit.notch(before.setting.notch, keys.setting.notch);
   return text.text();
 }
@@ -98,6 +101,8 @@ void refuse_to_write_into(const std::filesystem::path& written, const config::Co
   refuse_to_overwrite_inputs(written, config.file, config);
   refuse_to_share(written, output);
   if (!data.empty()) refuse_to_overwrite(written, data);
+  if (std::filesystem::exists(written))
+    throw config::Error(fmt::format("{}: exists already, expected a new file", written.string()));
   const auto folder = [](const std::filesystem::path& file) {
     std::error_code ignored;
     return std::filesystem::weakly_canonical(std::filesystem::absolute(file, ignored), ignored).parent_path();

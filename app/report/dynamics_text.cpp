@@ -61,6 +61,22 @@ std::string describe(const Margins& margins) {
       margins.peak_beyond_180, margins.peak_sensitivity);
 }
 
+std::string describe(const controller::Delays& found, const controller::Delays& stated) {
+  constexpr double far = 1.5;
+  std::string text =
+      line("chain",
+           fmt::format(
+               "{:.5g} Hz, damping {:.4g}, amplifier {:.5g} Hz: what looks like this mode in these samples",
+               found.resonance_Hz, found.damping_ratio, found.amplifier_bandwidth_Hz));
+  const double ratio = found.resonance_Hz / stated.resonance_Hz;
+  if (ratio > far || ratio < 1.0 / far)
+    text += line("warning",
+                 fmt::format("the stated resonance is {:g} Hz: above half the rate a mode shows as another "
+                             "one; trust neither before a record at a higher rate",
+                             stated.resonance_Hz));
+  return text;
+}
+
 std::string describe(const controller::Notch::Config& notch) {
   return fmt::format("{:.4g}, {:g}, {:g}", notch.frequency_Hz, notch.depth, notch.width);
 }
@@ -95,21 +111,6 @@ std::optional<double> bandwidth_Hz_for(const Estimate& delay_s) {
 Estimate later(Estimate delay_s, double s) {
   for (double* of : {&delay_s.value, &delay_s.lo, &delay_s.hi}) *of += s;
   return delay_s;
-}
-
-IdentifiedPlant plant_of(const SecondOrderFit& fit, const controller::Delays& present) {
-  IdentifiedPlant plant{
-      .delays = present,
-      .uncertainty = {.resonance_Hz = {fit.natural_frequency_Hz.lo, fit.natural_frequency_Hz.hi},
-                      .damping_ratio = {fit.damping_ratio.lo, fit.damping_ratio.hi}}};
-  plant.delays.resonance_Hz = rounded(fit.natural_frequency_Hz.value);
-  plant.delays.damping_ratio = rounded(fit.damping_ratio.value);
-  const double amplifier_s = present.interpolated ? 0.5 * fit.cycle_s : 0.0;
-  const Estimate own = later(fit.delay_s, -present.sensor_s() - amplifier_s);
-  plant.delays.amplifier_bandwidth_Hz = bandwidth_Hz_for(own).value_or(present.amplifier_bandwidth_Hz);
-  const double lag_s = 1.0 / (2.0 * std::numbers::pi * plant.delays.amplifier_bandwidth_Hz);
-  plant.uncertainty.longer_s = {own.lo - lag_s, own.hi - lag_s};
-  return plant;
 }
 
 std::string toml_number(double value) {

@@ -19,6 +19,8 @@ std::string line(const std::string& name, const std::string& value);
 std::string describe(const identification::SecondOrderFit& fit, const std::string& input_unit,
                      const std::string& output_unit);
 std::string describe(const controller::Margins& margins);
+/// Lines: the chain that a loop is designed for, and a warning where its resonance is far from the stated one.
+std::string describe(const controller::Delays& found, const controller::Delays& stated);
 /// ", 2 cycles left out", or nothing.
 std::string left_out_text(const identification::SecondOrderFit& fit);
 /// "220 Hz, 0.1, 0.35": frequency, depth, width.
@@ -29,15 +31,6 @@ std::string describe(const controller::CautiousRule& rule);
 
 /// The estimate, moved by `s`.
 identification::Estimate later(identification::Estimate delay_s, double s);
-
-/// The plant of an identified mode in a loop of this cycle. Only the sum of the delays can be identified: what is more
-/// than the sensor's of `present` becomes the amplifier's lag, where it can be distinguished from zero.
-struct IdentifiedPlant {
-  controller::Delays delays;
-  controller::PlantUncertainty uncertainty;
-};
-/// An amplifier that interpolates is half a cycle later by itself.
-IdentifiedPlant plant_of(const identification::SecondOrderFit& fit, const controller::Delays& present);
 
 /// The amplifier bandwidth that represents the identified delay in the preview of the reference, to five
 /// digits:

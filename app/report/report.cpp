@@ -33,8 +33,9 @@ nlohmann::json levels_to_json(const controller::LevelStatistics& levels, double 
   if (const controller::StepResponse::Result steps = levels.steps.result(); steps.steps > 0) {
     json["steps"] = {{"count", steps.steps},
                      {"not_settled", steps.not_settled},
-                     {"settling_s", steps.settling_s},
+                     {"settling_s", nullptr},
                      {"overshoot_percent", 100.0 * steps.overshoot}};
+    if (steps.not_settled < steps.steps) json["steps"]["settling_s"] = steps.settling_s;
     json["steps"][band_um > 0.0 ? "band_um" : "band_percent"] = band_um > 0.0 ? band_um : 1.0;
   }
   if (levels.hold.samples() > 0)
@@ -159,6 +160,15 @@ std::string describe(const controller::AxisOutcome& outcome) {
   return line;
 }
 
+std::string describe(const controller::Learning::Report& learning) {
+  const std::string errors =
+      fmt::format("error RMS {:.4f} um in the first period, {:.4f} um in the last of {}",
+                  learning.first_rms_um, learning.rms_um, learning.periods);
+  if (learning.state == controller::LearningState::diverged)
+    return errors + "; warning: the error grew, so the correction was taken back for good";
+  return errors + fmt::format("; correction up to {:.4f} um", learning.correction_max_um);
+}
+
 std::vector<std::string> describe_segments(const controller::AxisOutcome& outcome) {
   std::vector<std::string> lines;
   const controller::TrackingStatistics& statistics = outcome.statistics;
@@ -175,6 +185,8 @@ std::vector<std::string> describe_segments(const controller::AxisOutcome& outcom
                           can::counted(levels.hold.samples(), "sample"));
     lines.push_back(line);
   }
+  if (outcome.learning && outcome.learning->periods > 0)
+    lines.push_back(outcome.name + ", learning: " + describe(*outcome.learning));
   return lines;
 }
 

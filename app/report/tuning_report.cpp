@@ -41,12 +41,17 @@ std::string margin_cells(const Margins& m) {
                      decibel(m.gain_margin), m.peak_beyond_180, m.peak_sensitivity, m.bandwidth_Hz);
 }
 
+const char* preview_of(const controller::Delays& delays) {
+  if (delays.plant_inverse) return "inverse";
+  return delays.second_order ? "2nd" : "mean";
+}
+
 std::string filter_cells(const Candidate& of) {
   const std::string low_pass = of.setting.measurement_filter_Hz > 0.0
                                    ? fmt::format("{:.4g}", of.setting.measurement_filter_Hz)
                                    : std::string("-");
   const std::string notch = of.setting.notch ? describe(*of.setting.notch) : std::string("-");
-  return fmt::format(" {:>13} {:>21} {:>7}", low_pass, notch, of.delays.second_order ? "2nd" : "mean");
+  return fmt::format(" {:>13} {:>21} {:>7}", low_pass, notch, preview_of(of.delays));
 }
 
 std::optional<double> true_rms_percent(const Candidate& of) {
@@ -158,7 +163,8 @@ nlohmann::json to_json(const Candidate& of) {
                         {"amplifier_bandwidth_Hz", of.delays.amplifier_bandwidth_Hz},
                         {"resonance_Hz", of.delays.resonance_Hz},
                         {"damping_ratio", of.delays.damping_ratio},
-                        {"second_order", of.delays.second_order}}},
+                        {"second_order", of.delays.second_order},
+                        {"plant_inverse", of.delays.plant_inverse}}},
                       {"predicted_rms_percent", nullptr},
                       {"predicted_true_rms_percent", nullptr}};
   if (of.has_run()) {
@@ -186,16 +192,21 @@ nlohmann::json to_whole_json(const Candidate& of) {
 bool Candidate::has_run() const { return predicted && outcome_has_run(*predicted); }
 double Candidate::rms_percent() const { return rms_percent_of(*predicted); }
 
-std::size_t best_of(const std::vector<Candidate>& candidates) {
+std::size_t best_of(const std::vector<Candidate>& candidates, double peak_sensitivity) {
+  constexpr double rounding = 1.001;
   const Candidate& present = candidates.front();
   const auto is_worse_between_samples = [&](const Candidate& of) {
     return present.has_run() && of.true_rms_um && present.true_rms_um &&
            *of.true_rms_um > *present.true_rms_um;
   };
   std::size_t best = 0;
-  double least = std::numeric_limits<double>::infinity();
+  // Another setting must be worth the change; where none is, the present one stays.
+  constexpr double least_gain = 0.02;
+  double least = present.has_run() ? (1.0 - least_gain) * present.rms_percent()
+                                   : std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < candidates.size(); ++i)
     if (candidates[i].has_run() && !is_worse_between_samples(candidates[i]) &&
+        (!candidates[i].loop || candidates[i].loop->worst.peak_sensitivity <= rounding * peak_sensitivity) &&
         candidates[i].rms_percent() < least) {
       least = candidates[i].rms_percent();
       best = i;
@@ -214,7 +225,7 @@ std::string describe(const TuningReport& report) {
                           can::counted(s.cycles, "step"), 2.0 * s.amplitude, report.drive_unit, s.centre,
                           report.drive_unit, s.period_s, can::counted(report.fit.rows, "row"), report.rate_Hz,
                           left_out_text(report.fit))) +
-         describe(report.fit, report.drive_unit, "um") +
+         describe(report.fit, report.drive_unit, "um") + describe(report.plant.delays, now) +
          line("configured",
               fmt::format("{:g} Hz, damping {:g}, amplifier {:g} Hz, command delay {:g} ms", now.resonance_Hz,
                           now.damping_ratio, now.amplifier_bandwidth_Hz, 1e-3 * command_delay_us(now))) +
@@ -238,17 +249,20 @@ std::string fragment(const TuningReport& report) {
           key("command_delay_us", command_delay_us(after.delays),
               was(command_delay_us(before.delays)) + "; one cycle; the measured delay counts from its end");
   if (after.delays.amplifier_bandwidth_Hz != before.delays.amplifier_bandwidth_Hz)
-    text += key("amplifier_bandwidth_Hz", after.delays.amplifier_bandwidth_Hz,
-                was(before.delays.amplifier_bandwidth_Hz) +
-                    fmt::format("; represents the identified delay: {:.4g} ms, less the sensor's",
-                                1e3 * report.fit.delay_s.value));
+    text += key(
+        "amplifier_bandwidth_Hz", after.delays.amplifier_bandwidth_Hz,
+        was(before.delays.amplifier_bandwidth_Hz) +
+            fmt::format("; seen as a delay of {:.4g} ms, with the sensor's", 1e3 * report.fit.delay_s.value));
   else
     text += "# amplifier_bandwidth_Hz: unchanged\n";
   text += key("resonance_Hz", after.delays.resonance_Hz, was(before.delays.resonance_Hz)) +
           key("damping_ratio", after.delays.damping_ratio, was(before.delays.damping_ratio));
-  if (after.delays.second_order != before.delays.second_order)
-    text += fmt::format("{:<22} = {:<10} # was {}\n", "second_order", after.delays.second_order,
-                        before.delays.second_order);
+  const auto truth = [&](const char* name, bool controller::Delays::*of) {
+    if (after.delays.*of == before.delays.*of) return;
+    text += fmt::format("{:<22} = {:<10} # was {}\n", name, after.delays.*of, before.delays.*of);
+  };
+  truth("second_order", &controller::Delays::second_order);
+  truth("plant_inverse", &controller::Delays::plant_inverse);
   return text + notch_keys(before, after);
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/report/identified_plant.h"
 #include "controller/analysis/loop_design.h"
 #include "controller/control/law.h"
 #include "controller/control/statistics.h"
@@ -31,9 +32,10 @@ struct Candidate {
   double rms_percent() const;  ///< of the stroke
 };
 
-/// Index of the one with the smallest predicted error at the samples. The first one, the present one, is chosen unless
-/// another one is better there and, where that is known, not worse between the samples.
-std::size_t best_of(const std::vector<Candidate>& candidates);
+/// Index of the one with the smallest predicted error at the samples, of those that are at most this sensitive at all
+/// corners. The first one, the present one, is chosen unless another one is better there by 2 % and, where that is known,
+/// not worse between the samples.
+std::size_t best_of(const std::vector<Candidate>& candidates, double peak_sensitivity);
 
 struct TuningReport {
   std::string config;  ///< the file's name, without its folder
@@ -44,6 +46,7 @@ struct TuningReport {
   controller::Excitation::Steps steps;
   double rate_Hz = 0.0;
   identification::SecondOrderFit fit;
+  IdentifiedPlant plant;
   controller::SensitivityRule rule;
   controller::CautiousRule cautious_rule;
   bool only_cautious = false;

@@ -185,7 +185,9 @@ std::int64_t Reader::read_integer(const toml::node& node, std::string_view key, 
 
 double Reader::read_number(const toml::node& node, std::string_view key, Range range) const {
   if (!node.is_number()) wrong_type(node, key, range.describe());
-  const double value = *node.value<double>();
+  // value<double>() is empty for an integer that no double is equal to.
+  const double value =
+      node.is_integer() ? static_cast<double>(**node.as_integer()) : **node.as_floating_point();
   if (!std::isfinite(value) || !range.contains(value))
     document_.fail(node.source(), fmt::format("{} is {}, expected {}", key, value, range.describe()));
   return value;

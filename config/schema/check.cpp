@@ -190,6 +190,9 @@ class AxisCheck {
     if (law.notch && !(law.notch->frequency_Hz < highest_Hz))
       fail("control.notch.frequency_Hz", "frequency_Hz is {}, expected less than half of rate_Hz, {}",
            law.notch->frequency_Hz, highest_Hz);
+    if (axis_.control.delays.second_order && axis_.control.delays.plant_inverse)
+      fail("control.delays.plant_inverse",
+           "plant_inverse and second_order are both true, expected one of them: each is a feed-forward");
     if (!law.adaptation) return;
     const double ki_per_s = law.pi.ki_per_s;
     const double least_s = slower_than_the_loop / ki_per_s;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "controller/analysis/feed_forward_design.h"
 #include "controller/analysis/learning_design.h"
 
 namespace hystcan::config {
@@ -45,12 +46,13 @@ void check_loop(const Document& document, const Config& config, std::size_t inde
                     "delays; `hystcan tune` finds gains with margin",
                     gains_of(pi), *stable.ki_per_s));
   document.fail_at(path + "kp",
-                   fmt::format("the loop is unstable with {}, expected kp of less than {:g} for the plant "
-                               "in delays; `hystcan tune` finds gains with margin",
+                   fmt::format("the loop is unstable with {}, expected kp of less than {:g} without ki_per_s "
+                               "for the plant in delays; `hystcan tune` finds gains with margin",
                                gains_of(pi), stable.kp));
 }
 
-void plan_learning(const Document& document, Config& config, std::size_t index) {
+void plan_filters(const Document& document, Config& config, std::size_t index) {
+  controller::plan_feed_forward(config.axes[index].control, config.controller.rate_Hz);
   try {
     controller::plan_learning(config.axes[index].control, config.controller.rate_Hz);
   } catch (const std::invalid_argument& error) {
@@ -97,9 +99,8 @@ std::vector<std::string> findings_of_learning(const AxisConfig& axis, double rat
     if (design.periods > 1)
       line += fmt::format("; {} periods together, {} cycles", design.periods, design.plan.phases);
     if (design.slip_cycles > negligible_cycles)
-      line +=
-          fmt::format("; they are no whole number of cycles: the phases shift by {:.2g} of a cycle each time",
-                      design.slip_cycles);
+      line += fmt::format("; {:.2f} of a cycle off a whole number, the phases are interpolated",
+                          design.slip_cycles);
     lines.push_back(line);
   }
   return lines;

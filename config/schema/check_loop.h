@@ -16,8 +16,9 @@ inline constexpr double resonance_off_percent = 10.0;
 /// Throws Error where the loop is unstable for the delays that the axis itself states.
 void check_loop(const Document& document, const Config& config, std::size_t axis);
 
-/// Designs the filters of the axis's learning, if it has one. Throws Error where it cannot learn.
-void plan_learning(const Document& document, Config& config, std::size_t axis);
+/// Designs the filters of the axis: of its feed-forward and of its learning, where it has them. Throws Error where it
+/// cannot learn.
+void plan_filters(const Document& document, Config& config, std::size_t axis);
 
 /// Margins for the stated plant, and the worst ones with its resonance off.
 controller::JudgedLoop judged_loop(const AxisConfig& axis, double rate_Hz);

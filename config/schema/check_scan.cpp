@@ -74,10 +74,8 @@ class ScanAxis {
   template <class Value>
   [[noreturn]] void fail(const std::string& place, const char* what, Value here, Value there,
                          const ScanAxis& other) const {
-    document_.fail_at(
-        key_ + place,
-        fmt::format("{} is {:g}, expected {:g} as on axis {}, with which it scans", what,
-                    static_cast<double>(here), static_cast<double>(there), other.axis_.wire.name));
+    document_.fail_at(key_ + place, fmt::format("{} is {}, expected {} as on axis {}, with which it scans",
+                                                what, here, there, other.axis_.wire.name));
   }
 
   void compare(std::size_t segment, const ScanAxis& other, std::size_t other_segment) const {

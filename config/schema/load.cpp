@@ -149,7 +149,7 @@ Config load(const std::filesystem::path& file, const std::vector<Setting>& overr
   std::string& socket = config.controller.control_socket;
   if (!socket.empty() && socket != "none") socket = document.resolve(socket).string();
   check_agreement(document, config);
-  for (std::size_t i = 0; i < config.axes.size(); ++i) plan_learning(document, config, i);
+  for (std::size_t i = 0; i < config.axes.size(); ++i) plan_filters(document, config, i);
   return config;
 }
 

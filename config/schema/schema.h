@@ -139,6 +139,7 @@ void visit(V& v, controller::Delays& d) {
   v.required("damping_ratio", d.damping_ratio, not_negative);
   v.optional("interpolated", d.interpolated);
   v.optional("second_order", d.second_order);
+  v.optional("plant_inverse", d.plant_inverse);
   v.optional("sensor_delay_us", d.sensor_delay, {.lo = 0.0, .hi = 100'000.0});
   v.optional("sensor_bandwidth_Hz", d.sensor_bandwidth_Hz, not_negative);
 }

@@ -96,6 +96,28 @@ void warn_of_jump(const AxisConfig& axis, const SegmentNeeds& needs, const std::
         place, needs.step_um, following.error_um, following.cycles));
 }
 
+/// The highest frequency of a shape that swings; 0: it does not.
+double highest_frequency_Hz(const controller::Shape& shape) {
+  return std::visit(
+      [](const auto& s) {
+        if constexpr (requires { s.frequency_Hz; }) return s.frequency_Hz;
+        if constexpr (requires { s.from_Hz; }) return std::max(s.from_Hz, s.to_Hz);
+        return 0.0;
+      },
+      shape);
+}
+
+void warn_of_rate(const controller::Shape& shape, double rate_Hz, const std::string& place,
+                  std::vector<std::string>& warnings) {
+  constexpr double fewest_cycles = 4.0;  // of a period
+  const double frequency_Hz = highest_frequency_Hz(shape);
+  if (rate_Hz < fewest_cycles * frequency_Hz)
+    warnings.push_back(fmt::format(
+        "{}: {:g} Hz at a rate of {:g} Hz: a period has {:.3g} cycles, the drive cannot follow it and "
+        "the samples do not show it; at most {:g} Hz would do",
+        place, frequency_Hz, rate_Hz, rate_Hz / frequency_Hz, rate_Hz / fewest_cycles));
+}
+
 }  // namespace
 
 std::vector<std::string> setpoint_warnings(const Config& config) {
@@ -104,6 +126,7 @@ std::vector<std::string> setpoint_warnings(const Config& config) {
     const std::vector<SegmentNeeds> needs = needs_of(axis.control, config.controller.rate_Hz);
     for (std::size_t i = 0; i < needs.size(); ++i) {
       const std::string place = fmt::format("axis {}, setpoint[{}]", axis.wire.name, i);
+      warn_of_rate(axis.control.setpoint[i].shape, config.controller.rate_Hz, place, warnings);
       warn_of_reach(axis, needs[i], place, warnings);
       warn_of_slew(axis, needs[i], place, warnings);
       warn_of_jump(axis, needs[i], place, warnings);

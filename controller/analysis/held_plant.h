@@ -16,9 +16,8 @@
 #pragma once
 
 #include <complex>
-#include <vector>
 
-#include "controller/control/delays.h"
+#include "controller/control/plant_inverse.h"
 
 namespace hystcan::controller {
 
@@ -29,16 +28,17 @@ class HeldPlant {
 
   /// G(e^{i theta}), theta = 2 pi f T.
   std::complex<double> response(double theta) const;
+  /// The same as a recursion, without a notch.
+  const PlantRecursion::Config& recursion() const { return plant_; }
 
  private:
-  struct Term {
-    std::complex<double> share;  ///< c_i e^{p_i tau};  interpolated: c_i e^{p_i tau} / (p_i T)
-    std::complex<double> decay;  ///< e^{p_i T}
-  };
-  bool interpolated_;
-  double cycles_;          ///< j
-  double constant_ = 0.0;  ///< interpolated: (tau - sum c_i / p_i) / T
-  std::vector<Term> terms_;
+  /// share: c_i e^{p_i tau};  interpolated: c_i e^{p_i tau} / (p_i T). constant: (tau - sum c_i / p_i) / T
+  PlantRecursion::Config plant_;
 };
+
+/// From the setpoints to the position between the samples, without pure delays and without the sensor:
+///
+///   P(s) = h(s) / (1 + s / w_a) * w^2 / (s^2 + 2 zeta w s + w^2),   h = (1 - e^{-sT}) / (sT) held,  h^2 interpolated
+std::complex<double> response_between_samples(const Delays& delays, double cycle_s, double frequency_Hz);
 
 }  // namespace hystcan::controller

@@ -18,8 +18,8 @@ constexpr int half_grid = 768;  ///< frequencies from 0 to pi
 constexpr std::size_t most_taps = 97;
 constexpr double regularisation = 0.02;
 
-/// What is left of an error after a period that is a tenth after 20 periods.
-constexpr double soon = 0.891;
+/// What is left of an error after a period that is a tenth after 20 periods, with the default rate.
+double soon(double rate) { return 1.0 - 0.109 * rate / Learning::Config{}.rate; }
 
 /// Periods of a segment beyond those that settle, so that something is learnt.
 constexpr double settling_periods = 1.5;
@@ -46,10 +46,10 @@ class LearningResponses {
       Eigen::ArrayXcd response(half_grid + 1);
       for (int k = 0; k <= half_grid; ++k) {
         const double theta = k == 0 ? 1e-9 : theta_of(k, half_grid);
-        const Complex path = linear.plant(theta), error_to_demand = pi_response(pi, loop.cycle_s, theta) *
-                                                                    linear.without_gains(theta) / path;
-        response[k] =
-            path * (std::polar(1.0, theta * ahead) + error_to_demand) / (1.0 + error_to_demand * path);
+        const Complex path = linear.plant(theta);
+        const Complex forward = feeds_forward(loop.structure) ? std::polar(1.0, theta * ahead) : 0.0;
+        const Complex feedback = feeds_back(loop.structure) ? linear(pi, theta) : 0.0;
+        response[k] = (path * forward + feedback) / (1.0 + feedback);
       }
       of_.push_back(std::move(response));
     }
@@ -126,7 +126,7 @@ bool converges(const LearningResponses& responses, const Learning::Config& confi
     const double theta = theta_of(k, half_grid), frequency_Hz = theta / (2.0 * half_turn * cycle_s);
     const double growth = responses.growth(response_of(design.plan.taps, theta), forget, config.rate, k);
     design.largest_growth = std::max(design.largest_growth, growth);
-    lower = lower && growth < soon;
+    lower = lower && growth < soon(config.rate);
     if (!lower) continue;
     design.highest_Hz = frequency_Hz;
     if (growth > slowest) {
@@ -199,6 +199,7 @@ LearningDesign design_learning(const LoopConfig& loop, const Pi::Config& pi, con
   // A short period has a short filter. Several of them together have a longer one, and learn more slowly.
   do {
     design.plan.phases = static_cast<std::size_t>(std::lround(design.periods * cycles));
+    design.plan.period_s = design.periods * *period;
     if (finds_filter(responses, config, loop.cycle_s, design)) return design;
     design.periods += together;
   } while (design.plan.phases < most_taps && periods >= design.periods + settling_periods);

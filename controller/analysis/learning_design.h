@@ -3,6 +3,7 @@
 // The correction goes m whole cycles ahead into the feed-forward, and into what PI compares with:
 //
 //   T = P (z^m + PI F) / (1 + L)                    controller/analysis/linear_loop.h; m: the preview, rounded
+//   T = L / (1 + L)  without feed-forward (pi),     T = P z^m  without PI (average, inverse)
 //
 // With the resonance anywhere in its interval, T lies within a disc of middle M and radius R. The inverse of the middle,
 // regularised, learns best from all of them; the more it must doubt the phase, the less it learns:
@@ -28,10 +29,10 @@ namespace hystcan::controller {
 
 struct LearningDesign {
   Learning::Plan plan;
-  unsigned periods = 1;          ///< learnt together, because they are a whole number of cycles, or nearly
-  double slip_cycles = 0.0;      ///< what they are off from it: the phases shift by as much
-  double highest_Hz = 0.0;       ///< up to here an error falls to a tenth within 20 periods
-  double slowest_Hz = 0.0;       ///< the frequency below it that is learnt slowest
+  unsigned periods = 1;      ///< learnt together, because they are a whole number of cycles, or nearly
+  double slip_cycles = 0.0;  ///< what they are off from it: the phases are interpolated
+  double highest_Hz = 0.0;   ///< up to here an error falls to a tenth within 20 periods, at the default rate
+  double slowest_Hz = 0.0;   ///< the frequency below it that is learnt slowest
   double slowest_periods = 0.0;  ///< until its error is a tenth
   double largest_growth = 0.0;   ///< the largest |1 - forget - rate H T| over resonances and frequencies
   double resonance_percent = 0.0;

@@ -6,11 +6,6 @@
 //   F                                              low pass of the error (measurement_filter_Hz)
 //   N                                              notch of the demand
 //   G                                              the held plant with all delays (controller/analysis/held_plant.h)
-//
-// What the reference does, with the feed-forward V looked up ahead of time (delays.h) and the reference of the error
-// late by the sensor's delay, D:
-//
-//   y = T r,   T = P (V + PI F D) / (1 + L)        without feed-forward V = 0
 #pragma once
 
 #include <complex>
@@ -22,12 +17,13 @@
 
 namespace hystcan::controller {
 
-/// What closes the loop beside the gains.
+/// What closes the loop beside the gains, and what the reference does in it.
 struct LoopConfig {
   Delays delays;
   double cycle_s = 1e-3;
   double measurement_filter_Hz = 0.0;  ///< 0: none
   std::optional<Notch::Config> notch{};
+  Structure structure = Structure::inverse_pi;
 };
 LoopConfig loop_config_of(const ControlLaw::Config& law, const Delays& delays, double cycle_s);
 
@@ -41,6 +37,8 @@ class LinearLoop {
 
   const LoopConfig& config() const { return config_; }
 
+  /// N.
+  std::complex<double> notch(double theta) const;
   /// P, from the demand to the sample.
   std::complex<double> plant(double theta) const;
   /// F P: the loop without its gains.
@@ -49,17 +47,14 @@ class LinearLoop {
   std::complex<double> operator()(const Pi::Config& pi, double theta) const {
     return pi_response(pi, config_.cycle_s, theta) * without_gains(theta);
   }
-  /// T, for a structure with feed-forward.
-  std::complex<double> tracking(const Pi::Config& pi, double theta) const;
 
  private:
   std::complex<double> filter(double theta) const;
 
   LoopConfig config_;
   HeldPlant plant_;
-  Notch::Coefficients notch_;
+  Notch::Coefficients coefficients_;
   double filter_pole_ = 0.0;  ///< e^{-2 pi f T}
-  Moments moments_;           ///< of the feed-forward's preview
 };
 
 }  // namespace hystcan::controller

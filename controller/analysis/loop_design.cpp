@@ -22,8 +22,10 @@ constexpr double largest_ratio = 6.0;
 /// The value with three significant digits, rounded towards zero.
 double rounded_down(double value) {
   if (value <= 0.0) return 0.0;
-  const double unit = std::pow(10.0, std::floor(std::log10(value)) - 2.0);
-  return std::floor(value / unit * (1.0 + 1e-12)) * unit;
+  const double digits = 2.0 - std::floor(std::log10(value));
+  const double down = std::floor(value * std::pow(10.0, digits) * (1.0 + 1e-12));
+  // A power of ten is exact, its inverse is not: 46 / 10, not 46 * 0.1.
+  return digits < 0.0 ? down * std::pow(10.0, -digits) : down / std::pow(10.0, digits);
 }
 
 /// The loop of every corner at every frequency, for ki T = 1: X = integral + kp / (ki T) proportional.

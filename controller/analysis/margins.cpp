@@ -116,6 +116,8 @@ Eigen::ArrayXd frequencies_for(const LoopConfig& config, double density) {
   std::vector<double> theta;
   for (int i = 1; i <= even; ++i) theta.push_back(pi_ * i / even);
   for (int i = 0; i < slow; ++i) theta.push_back(pi_ * std::pow(10.0, -4.0 + 4.0 * i / slow));
+  constexpr int per_decade = 10;  // far below the crossover of any useful loop
+  for (int i = 0; i < 3 * per_decade; ++i) theta.push_back(pi_ * std::pow(10.0, -7.0 + 1.0 * i / per_decade));
   const double omega = 2.0 * pi_ * config.delays.resonance_Hz * config.cycle_s;
   for (int i = -close; i <= close; ++i) {
     const double width = omega * std::max(config.delays.damping_ratio, 1e-6);
@@ -149,7 +151,7 @@ StableGains largest_stable_gains(const LinearLoop& loop, const Pi::Config& pi) {
   if (const auto ki_per_s = largest(with_ki, least_share * most_ki_per_s, most_ki_per_s))
     return {.kp = pi.kp, .ki_per_s = ki_per_s};
   const auto with_kp = [&](double kp) { return is_stable(loop, {.kp = kp}); };
-  return {.kp = largest(with_kp, least_share * std::max(pi.kp, 1.0), std::max(pi.kp, 10.0)).value_or(0.0)};
+  return {.kp = largest(with_kp, least_share, std::max(pi.kp, 10.0)).value_or(0.0)};
 }
 
 }  // namespace hystcan::controller

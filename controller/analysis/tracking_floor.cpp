@@ -3,23 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <numbers>
 #include <unsupported/Eigen/FFT>
 #include <vector>
 
+#include "controller/analysis/held_plant.h"
+
 namespace hystcan::controller {
 namespace {
-
-/// P.
-std::complex<double> response_between_samples(const Delays& delays, double cycle_s, double frequency_Hz) {
-  constexpr double two_pi = 2.0 * std::numbers::pi;
-  const std::complex<double> s(0.0, two_pi * frequency_Hz);
-  const std::complex<double> u = s / (two_pi * delays.resonance_Hz);
-  const std::complex<double> st = s * cycle_s;
-  const std::complex<double> held = frequency_Hz == 0.0 ? 1.0 : (1.0 - std::exp(-st)) / st;
-  return (delays.interpolated ? held * held : held) / (1.0 + s / (two_pi * delays.amplifier_bandwidth_Hz)) /
-         (1.0 + 2.0 * delays.damping_ratio * u + u * u);
-}
 
 /// The least number of periods that is a whole number of cycles; 0 where there is none.
 unsigned whole_periods(double cycles_per_period) {

@@ -4,8 +4,7 @@
 // so even the best sequence leaves an error. For a reference of N cycles per period with the harmonics R_q, the setpoints
 // u[0..N-1] have the DFT U_k, k = 0..N-1. They reach every harmonic q = k + m N, m any whole number:
 //
-//   X_q = P_q U_k,   P(s) = h(s) / (1 + s / w_a) * w^2 / (s^2 + 2 zeta w s + w^2),   s = 2 pi i q / (N T)
-//   h = (1 - e^{-sT}) / (sT)  held,   h^2  interpolated                  (a pure delay shifts u and changes nothing)
+//   X_q = P_q U_k,   P: response_between_samples() in controller/analysis/held_plant.h (a delay changes nothing)
 //
 // The mean square of the error, sum |R_q - P_q U_k|^2, falls apart into one least-squares problem per k:
 //

@@ -26,6 +26,7 @@ TransitionLimits transition_limits_of(const AxisConfig& config) {
 ClosedLoop::Config closed_loop_of(const AxisConfig& config) {
   return {.law = config.law,
           .delays = config.delays,
+          .plant_inverse = config.plant_inverse,
           .setpoint = config.setpoint,
           .learning = config.learning,
           .repeat = config.repeat,
@@ -53,6 +54,12 @@ Supervisor::Config supervision_of(const AxisConfig& config) {
   return supervision;
 }
 
+/// Gains this small do not make the mode grow, even with an eighth of its damping: what rings is the reference.
+bool can_oscillate(const Pi::Config& pi, const Delays& delays) {
+  const double integral = pi.ki_per_s / (2.0 * std::numbers::pi * delays.resonance_Hz);
+  return 8.0 * std::hypot(pi.kp, integral) > 2.0 * delays.damping_ratio;
+}
+
 }  // namespace
 
 std::string_view to_string(AxisState state) {
@@ -75,9 +82,8 @@ ReferenceLimits default_transition_limits(const Gate::Config& gate, const model:
 double oscillation_amplitude_um(const AxisConfig& config) {
   constexpr double infinite = std::numeric_limits<double>::infinity();
   const ControlLaw::Config& law = config.law;
-  const bool has_feedback = law.structure != Structure::average && law.structure != Structure::inverse &&
-                            (law.pi.kp > 0.0 || law.pi.ki_per_s > 0.0);
-  if (config.excitation || !has_feedback) return infinite;
+  if (config.excitation || !feeds_back(law.structure) || !can_oscillate(law.pi, config.delays))
+    return infinite;
   const Supervisor::Config& limits = config.supervision;
   const double jump_um = limits.position_jump_um > 0.0 ? limits.position_jump_um : infinite;
   return std::min({config.following_error.error_um / 2.0, jump_um / 3.0,

@@ -27,6 +27,7 @@
 #include "controller/control/learning.h"
 #include "controller/control/loop.h"
 #include "controller/control/oscillation.h"
+#include "controller/control/plant_inverse.h"
 #include "controller/control/supervisor.h"
 #include "controller/reference/excitation.h"
 #include "controller/reference/trajectory.h"
@@ -52,6 +53,7 @@ struct AxisConfig {
   ControlLaw::Config law;
   Gate::Config gate;
   Delays delays;
+  std::optional<PlantInverse::Config> plant_inverse{};  ///< designed for `delays`, where these ask for it
   std::vector<Segment> setpoint;
   std::optional<Learning::Config> learning{};  ///< empty: it learns nothing
   bool repeat = false;

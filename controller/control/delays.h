@@ -38,7 +38,8 @@ struct Delays {
   bool interpolated = false;                  ///< the amplifier moves straight to a setpoint within a cycle
   std::chrono::nanoseconds sensor_delay{0};   ///< from the position to its sample
   double sensor_bandwidth_Hz = 0.0;           ///< first-order lag of the sensor; 0: none
-  bool second_order = false;                  ///< true: compensates mean and variance; false: the mean alone
+  bool second_order = false;                  ///< compensates mean and variance; else the mean alone
+  bool plant_inverse = false;                 ///< compensates the whole chain (PlantInverse)
 
   Moments moments(double cycle_s) const;
   double preview_s(double cycle_s) const { return moments(cycle_s).mean_s; }

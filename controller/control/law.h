@@ -49,6 +49,10 @@ constexpr auto words(Structure) {
 }
 constexpr std::string_view to_string(Structure structure) { return word_of(structure); }
 inline constexpr auto all_structures = every<Structure>();
+constexpr bool feeds_forward(Structure structure) { return structure != Structure::pi; }
+constexpr bool feeds_back(Structure structure) {
+  return structure != Structure::average && structure != Structure::inverse;
+}
 
 /// Proportional and integral action:  PI(e) = kp e + ki integral(e) dt,  e and the result in um.
 struct Pi {
@@ -122,10 +126,8 @@ class ControlLaw {
   void set_correction(const ModelCorrection& correction);
 
  private:
-  bool feeds_forward() const { return config_.structure != Structure::pi; }
-  bool feeds_back() const {
-    return config_.structure != Structure::average && config_.structure != Structure::inverse;
-  }
+  bool feeds_forward() const { return controller::feeds_forward(config_.structure); }
+  bool feeds_back() const { return controller::feeds_back(config_.structure); }
   double feed_forward_um() const { return feeds_forward() ? previewed_um_ : 0.0; }
   double proportional_um() const { return feeds_back() ? config_.pi.kp * error_um_ : 0.0; }
   const model::HysteresisState& inverted_memory() const;

@@ -25,6 +25,13 @@ std::size_t cycle_of(const Learning::Plan& plan, double shape_time_s) {
   return static_cast<std::size_t>(std::lround(std::max(shape_time_s, 0.0) / plan.cycle_s));
 }
 
+/// Phases since the segment's beginning.
+double phases_of(const Learning::Plan& plan, double shape_time_s) {
+  const double phase_s =
+      plan.period_s > 0.0 ? plan.period_s / static_cast<double>(plan.phases) : plan.cycle_s;
+  return std::max(shape_time_s, 0.0) / phase_s;
+}
+
 /// Smoothly 0 at both ends of the segment, where the correction of a neighbour is 0.
 double share_of(const Learning::Plan& plan, double shape_time_s) {
   return smooth_step(shape_time_s / ends_s) * smooth_step((plan.duration_s - shape_time_s) / ends_s);
@@ -57,7 +64,10 @@ std::optional<double> Learning::target_um(const Trajectory::Point& point) const 
   const Plan* plan = plan_at(point);
   if (plan == nullptr || diverged_ || retired_) return std::nullopt;
   const std::vector<double>& of = segments_[point.segment].correction_um;
-  return share_of(*plan, point.shape_time_s) * of[cycle_of(*plan, point.shape_time_s) % plan->phases];
+  const double phases = phases_of(*plan, point.shape_time_s), whole = std::floor(phases);
+  const std::size_t phase = static_cast<std::size_t>(whole) % plan->phases;
+  const double here_um = of[phase], next_um = of[(phase + 1) % plan->phases];
+  return share_of(*plan, point.shape_time_s) * (here_um + (phases - whole) * (next_um - here_um));
 }
 
 double Learning::Output::step(const std::optional<double>& target_um, double decay) {
@@ -83,7 +93,8 @@ void Learning::learn(const Trajectory::Point& point, std::optional<double> error
   if (cycle < plan->phases) return interrupt();                           // the first period still settles
   if (segment.valid > 0 && cycle != segment.last_cycle + 1) interrupt();  // one is missing
   segment.last_cycle = cycle;
-  take(point.segment, cycle % plan->phases, *error_um);
+  const auto phases = static_cast<std::size_t>(std::lround(phases_of(*plan, point.shape_time_s)));
+  take(point.segment, phases % plan->phases, *error_um);
 }
 
 void Learning::interrupt() {

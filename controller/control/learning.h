@@ -14,7 +14,7 @@
 // controller/analysis/learning_design.h finds an h that keeps this for a resonance that is not known exactly.
 //
 // Phases are cycles. Where a period is not a whole number of them, few periods together nearly are; what is left over
-// shifts the phases a little from period to period, and c follows as it learns.
+// stretches the phases a little: c is interpolated between two of them, and learns at the nearest one.
 //
 // It learns from nothing but a whole window of errors of an undisturbed run: no transition, no first period, no lost
 // sample, no limiter. Where the error grows beyond what it was without learning, the correction fades out, for good.
@@ -50,6 +50,7 @@ class Learning {
   struct Plan {
     std::size_t phases = 0;  ///< cycles of a period, or of a few periods together
     double cycle_s = 1e-3;
+    double period_s = 0.0;       ///< of all phases; 0: phases cycles
     std::vector<double> taps{};  ///< h, from -K on; 2 K + 1 of them, fewer than phases
     double duration_s = 0.0;     ///< of the segment
   };

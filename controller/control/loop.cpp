@@ -16,6 +16,12 @@ ClosedLoop::ClosedLoop(const Config& config)
 
 void ClosedLoop::apply(const Config& config) {
   delays_ = config.delays;
+  if (!config.plant_inverse || !feeds_forward(config.law.structure))
+    plant_inverse_.reset();
+  else if (plant_inverse_)
+    plant_inverse_->retune(*config.plant_inverse);
+  else
+    plant_inverse_.emplace(*config.plant_inverse);
   notch_ = config.law.notch;
   judged_by_ = config.in_position;
   moments_for_s_ = 0.0;
@@ -56,6 +62,7 @@ std::vector<double> ClosedLoop::ramp_in() const {
 /// The integral takes what the other axes add at the start; what they add later is fed forward.
 void ClosedLoop::begin(double t_s, double position_um, double coupled_um, bool goes_on) {
   coupled_at_first_um_ = coupled_um;
+  if (plant_inverse_) plant_inverse_->restart();
   following_error_.restart();
   in_position_ = {};
   trajectory_.join(t_s, law_.restart(position_um), goes_on);
@@ -68,10 +75,11 @@ Proposal ClosedLoop::propose(const LoopInput& input) {
       !input.position_um || following_error_.step(proposal.reference_um, *input.position_um, input.dt_s);
   if (!proposal.follows) return proposal;
   proposal.arrival = judge(proposal.point, input);
-  const Learning::Correction learnt = learn(proposal, input);
+  const double expected = expected_um(proposal.point, input);
+  const Learning::Correction learnt = learn(proposal.point, expected, input);
   if (learning_) proposal.learning = learning_->report();
   const ControlLaw::Demand demand = law_.propose(
-      {.reference_um = proposal.reference_um + learnt.now_um,
+      {.reference_um = expected + learnt.now_um,
        .previewed_um = previewed_um(input) + learnt.ahead_um - input.coupled_um + coupled_at_first_um_,
        .position_um = input.position_um,
        .dt_s = input.dt_s,
@@ -89,14 +97,14 @@ void ClosedLoop::commit(double applied_drive, std::uint8_t limits) {
   law_.commit(applied_drive);
 }
 
-Learning::Correction ClosedLoop::learn(const Proposal& proposal, const LoopInput& input) {
+Learning::Correction ClosedLoop::learn(const Trajectory::Point& point, double expected_um,
+                                       const LoopInput& input) {
   if (!learning_) return {};
   std::optional<double> error_um;
-  if (input.position_um) error_um = proposal.reference_um - *input.position_um;
-  learning_->learn(proposal.point, error_um, !is_limited_);
+  if (input.position_um) error_um = expected_um - *input.position_um;
+  learning_->learn(point, error_um, !is_limited_);
   const double ahead_s = static_cast<double>(learning_->ahead_cycles()) * input.cycle_s;
-  return learning_->correct(proposal.point, trajectory_.at(input.t_s - delays_.sensor_s() + ahead_s),
-                            input.dt_s);
+  return learning_->correct(point, trajectory_.at(input.t_s - delays_.sensor_s() + ahead_s), input.dt_s);
 }
 
 Arrival ClosedLoop::judge(const Trajectory::Point& point, const LoopInput& input) {
@@ -118,14 +126,24 @@ double ClosedLoop::preview_s(double cycle_s) {
 /// How far ahead the last cycle has looked.
 double ClosedLoop::previewed_s() const {
   if (moments_for_s_ == 0.0) return 0.0;
-  return moments_.mean_s + (delays_.second_order ? moments_for_s_ : 0.0);
+  const double cycles = plant_inverse_ ? ReferenceFilter::reach : delays_.second_order ? 1.0 : 0.0;
+  return moments_.mean_s + cycles * moments_for_s_;
 }
 
 double ClosedLoop::previewed_um(const LoopInput& input) {
   const double mean_s = preview_s(input.cycle_s);
-  const auto reference = [&](double ahead_s) { return trajectory_.value_um(input.t_s + ahead_s); };
-  if (!delays_.second_order) return reference(mean_s);
-  return second_order_preview(moments_, input.cycle_s, reference);
+  const auto reference = [&](double t_s) { return trajectory_.value_um(t_s); };
+  if (plant_inverse_) return plant_inverse_->feed_forward(input.t_s + mean_s, input.cycle_s, reference);
+  if (!delays_.second_order) return reference(input.t_s + mean_s);
+  return second_order_preview(moments_, input.cycle_s,
+                              [&](double ahead_s) { return reference(input.t_s + ahead_s); });
+}
+
+/// What PI compares the sample with.
+double ClosedLoop::expected_um(const Trajectory::Point& point, const LoopInput& input) {
+  if (!plant_inverse_) return point.value_um;
+  return plant_inverse_->expected(input.t_s + preview_s(input.cycle_s), input.cycle_s,
+                                  [&](double t_s) { return trajectory_.value_um(t_s); });
 }
 
 OpenLoop::OpenLoop(const Excitation::Config& config, const Gate::Config& gate) : excitation_(config) {

@@ -21,6 +21,7 @@
 #include "controller/control/in_position.h"
 #include "controller/control/law.h"
 #include "controller/control/learning.h"
+#include "controller/control/plant_inverse.h"
 #include "controller/reference/excitation.h"
 #include "controller/reference/trajectory.h"
 
@@ -51,6 +52,7 @@ class ClosedLoop {
   struct Config {
     ControlLaw::Config law;
     Delays delays;
+    std::optional<PlantInverse::Config> plant_inverse{};  ///< instead of the preview by moments
     std::vector<Segment> setpoint;
     std::optional<Learning::Config> learning{};  ///< empty: it learns nothing
     bool repeat = false;
@@ -94,11 +96,13 @@ class ClosedLoop {
  private:
   void apply(const Config& config);
   double previewed_s() const;
-  Learning::Correction learn(const Proposal& proposal, const LoopInput& input);
+  Learning::Correction learn(const Trajectory::Point& point, double expected_um, const LoopInput& input);
   Arrival judge(const Trajectory::Point& point, const LoopInput& input);
   double previewed_um(const LoopInput& input);
+  double expected_um(const Trajectory::Point& point, const LoopInput& input);
 
   Delays delays_;
+  std::optional<PlantInverse> plant_inverse_;
   std::optional<Notch::Config> notch_;
   std::optional<InPosition::Config> judged_by_;
   ControlLaw law_;

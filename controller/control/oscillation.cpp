@@ -9,10 +9,12 @@ namespace {
 constexpr double smallest_turn = 1.0 / 32.0;  // of T
 constexpr std::size_t few = 4, many = 8;      // pairs of half-periods
 constexpr double fast_growth = 4.0;           // from the first of a few pairs to the last
-constexpr double slow_growth = 3.0;           // from the first of many pairs to the last
+constexpr double slow_growth = 1.5;           // from the first of many pairs to the last
 constexpr double before_growth = 1.0 / 8.0;   // a knock has nothing before it
 constexpr double no_decay = 0.95;             // over eight half-periods
-constexpr std::size_t unevenness = 4;         // most to fewest cycles beyond the middle
+constexpr std::size_t unevenness = 4;         // most to fewest cycles beyond the middle, of one direction
+constexpr std::size_t longer_way = 16;        // of both directions
+constexpr std::size_t short_spike = 4;        // cycles
 constexpr double amplification = 30.0;        // of the reference by a mode with a damping of 0.017
 
 }  // namespace
@@ -86,12 +88,16 @@ bool Oscillation::stays() const {
 }
 
 bool Oscillation::is_even(std::size_t half_periods) const {
-  std::size_t shortest = ago(0).cycles, longest = shortest;
-  for (std::size_t k = 1; k < half_periods; ++k) {
-    shortest = std::min(shortest, ago(k).cycles);
-    longest = std::max(longest, ago(k).cycles);
+  std::array<std::size_t, 2> shortest{ago(0).cycles, ago(1).cycles}, longest = shortest;
+  for (std::size_t k = 2; k < half_periods; ++k) {
+    shortest[k % 2] = std::min(shortest[k % 2], ago(k).cycles);
+    longest[k % 2] = std::max(longest[k % 2], ago(k).cycles);
   }
-  return longest <= unevenness * std::max<std::size_t>(shortest, 1) + 1;
+  const std::size_t fewest = std::min(shortest[0], shortest[1]);
+  const std::size_t most = std::max(longest[0], longest[1]);
+  if (fewest < short_spike) return most <= unevenness * std::max<std::size_t>(fewest, 1) + 1;
+  return longest[0] <= unevenness * shortest[0] && longest[1] <= unevenness * shortest[1] &&
+         most <= longer_way * fewest;
 }
 
 double Oscillation::error_bend_um(std::size_t pair) const {

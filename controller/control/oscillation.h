@@ -5,7 +5,7 @@
 //
 //   p_j = max(s_(k-2j), s_(k-2j-1)),  j = 0, 1, ...      sampled peaks vary from half-period to half-period
 //
-//   grows   p_0 >= 2 T,  p_1 >= 2 T / 8,   p_0 > p_1 > ... > p_n,  p_0 > 4 p_3 or p_0 > 3 p_7
+//   grows   p_0 >= 2 T,  p_1 >= 2 T / 8,   p_0 > p_1 > ... > p_n,  p_0 > 4 p_3 or p_0 > 1.5 p_7
 //   stays   p_j >= 2 T for j = 0..7,       max(p_0..p_3) >= 0.95 max(p_4..p_7)
 //
 // "stays" finds slow growth and the limit cycle that ends growth at the limits of the drive. After a knock, a step or
@@ -13,7 +13,9 @@
 // from a damping of 0.002 on.
 //
 // In such a half-period e spends some cycles beyond the middle of the half-period before. The most of these cycles are
-// at most four times the fewest and one: a spike of the sensor is short, the time to the next one is not.
+// at most four times the fewest and one: a spike of the sensor is short, the time to the next one is not. Where even the
+// fewest are more than a spike has, only half-periods of one direction are compared so, and both by a factor of 16: an
+// oscillation that stands at a limit of the drive is uneven.
 //
 // A pair of half-periods is forced where the reference itself bends so much that a lightly damped mode explains the
 // error:

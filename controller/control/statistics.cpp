@@ -87,7 +87,8 @@ AxisOutcome outcome_of(std::string name, const Axis& axis, TrackingStatistics st
           .state = axis.state(),
           .fault = axis.fault(),
           .statistics = std::move(statistics),
-          .segment_kinds = std::move(kinds)};
+          .segment_kinds = std::move(kinds),
+          .learning = axis.learning() == nullptr ? std::nullopt : std::optional(axis.learning()->report())};
 }
 
 }  // namespace hystcan::controller

@@ -70,6 +70,7 @@ struct AxisOutcome {
   Fault fault;
   TrackingStatistics statistics;
   std::vector<std::string> segment_kinds;
+  std::optional<Learning::Report> learning{};  ///< empty: it learns nothing
 };
 AxisOutcome outcome_of(std::string name, const Axis& axis, TrackingStatistics statistics);
 

@@ -7,6 +7,12 @@
 #include "controller/reference/motion_bounds.h"
 
 namespace hystcan::controller {
+namespace {
+
+/// A time this close to the beginning of a part belongs to it: the times of the cycles are sums and differences.
+constexpr double time_rounding_s = 1e-9;
+
+}  // namespace
 
 Trajectory::Trajectory(std::vector<Segment> segments, bool repeat, const ReferenceLimits& limits,
                        const TransitionLimits& transition_limits)
@@ -112,22 +118,26 @@ Handover Trajectory::braked(const Trajectory& before, double t_s, double preview
 Trajectory::Place Trajectory::find(double t_s) const {
   if (segments_.empty()) return {};
   t_s -= begin_s_;
-  if (t_s < first_entry_.duration_s()) return {.handover = &first_entry_, .segment = 0, .t_s = t_s};
+  if (t_s < first_entry_.duration_s() - time_rounding_s)
+    return {.handover = &first_entry_, .segment = 0, .t_s = t_s};
   t_s -= first_entry_.duration_s();  // since the first shape's beginning
-  if (t_s >= rest_of_pass_s_) {
+  if (t_s >= rest_of_pass_s_ - time_rounding_s) {
     if (!repeat_) return {.segment = segments_.size()};
     const Transition& entry = entries_.front();
-    t_s = std::fmod(t_s - rest_of_pass_s_, rest_of_pass_s_ + entry.duration_s());
-    if (t_s < entry.duration_s()) return {.transition = &entry, .segment = 0, .t_s = t_s};
+    t_s = std::fmod(t_s - rest_of_pass_s_ + time_rounding_s, rest_of_pass_s_ + entry.duration_s()) -
+          time_rounding_s;
+    if (t_s < entry.duration_s() - time_rounding_s)
+      return {.transition = &entry, .segment = 0, .t_s = std::max(t_s, 0.0)};
     t_s -= entry.duration_s();
   }
-  const auto next = std::upper_bound(begins_s_.begin() + 1, begins_s_.end(), t_s);
+  const auto next = std::upper_bound(begins_s_.begin() + 1, begins_s_.end(), t_s + time_rounding_s);
   const auto i = static_cast<std::size_t>(next - begins_s_.begin() - 1);
   t_s -= begins_s_[i];
-  if (i == 0) return {.segment = 0, .t_s = t_s};
+  if (i == 0) return {.segment = 0, .t_s = std::max(t_s, 0.0)};
   const Transition& entry = entries_[i];
-  if (t_s < entry.duration_s()) return {.transition = &entry, .segment = i, .t_s = t_s};
-  return {.segment = i, .t_s = t_s - entry.duration_s()};
+  if (t_s < entry.duration_s() - time_rounding_s)
+    return {.transition = &entry, .segment = i, .t_s = std::max(t_s, 0.0)};
+  return {.segment = i, .t_s = std::max(t_s - entry.duration_s(), 0.0)};
 }
 
 Trajectory::Point Trajectory::at(double t_s) const {

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "controller/analysis/feed_forward_design.h"
 #include "controller/analysis/tracking_floor.h"
 #include "tests/support/rehearsed.h"
 
@@ -51,6 +52,20 @@ TEST(TrueError, IsNeverBelowTheFloor) {
     const double floor_um = controller::tracking_floor_um(axis.delays, 1e-3, axis.setpoint[0].shape).value();
     EXPECT_GT(of_first_segment(setup).truly, 100.0 * floor_um / 30.0) << interpolated;
   }
+}
+
+// The feed-forward that inverts the plant is for the position, not for the samples.
+TEST(TrueError, IsLessThanHalfWithThePlantInverseAndAnInterpolatingAmplifier) {
+  rehearsal::Setup setup = matched(true);
+  const Percent before = of_first_segment(setup);
+  controller::AxisConfig& axis = setup.controller.axes[0].axis;
+  axis.delays.plant_inverse = true;
+  controller::plan_feed_forward(axis, setup.controller.rate_Hz);
+  const Percent inverted = of_first_segment(setup);
+  EXPECT_LT(inverted.truly, 0.5 * before.truly) << before.truly;
+  EXPECT_LT(
+      inverted.truly,
+      1.35 * 100.0 / 30.0 * controller::tracking_floor_um(axis.delays, 1e-3, axis.setpoint[0].shape).value());
 }
 
 /// The same stage with a sine of 24 um.

@@ -91,7 +91,8 @@ TEST(Set, OfStructureNotchAndDelaysMovesTheDriveNoMoreThanTheNoise) {
   for (const json& change :
        {set("structure", "pi"), set("structure", "average+pi"), set("notch", notch),
         set("delays.resonance_Hz", 300.0), set("notch.frequency_Hz", 200.0), set("structure", "inverse+pi"),
-        set("measurement_filter_Hz", 100.0), set("delays.second_order", true)}) {
+        set("measurement_filter_Hz", 100.0), set("delays.second_order", true),
+        set("delays.second_order", false), set("delays.plant_inverse", true)}) {
     const json answer = client.ask(change);
     ASSERT_FALSE(changes(answer).empty()) << change << answer;
     pass(bench, 50);

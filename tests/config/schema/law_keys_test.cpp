@@ -48,6 +48,25 @@ TEST(LawKeys, ANotchBeyondHalfTheRateIsRefused) {
                  "frequency_Hz is 500, expected less than half of rate_Hz, 500");
 }
 
+TEST(LawKeys, TheFeedForwardThatInvertsThePlantIsDesignedWithTheConfiguration) {
+  Config config =
+      load(HYSTCAN_SOURCE_DIR "/config/piezo.toml", {{"axis[0].control.delays.plant_inverse", "true"}});
+  EXPECT_TRUE(config.axes[0].control.plant_inverse);
+  EXPECT_FALSE(config.axes[1].control.plant_inverse);
+}
+
+TEST(LawKeys, TwoFeedForwardsAreRefused) {
+  try {
+    load(HYSTCAN_SOURCE_DIR "/config/piezo.toml",
+         {{"axis[0].control.delays.plant_inverse", "true"}, {"axis[0].control.delays.second_order", "true"}});
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("plant_inverse and second_order are both true"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
 TEST(LawKeys, AnAdaptationAsFastAsTheLoopIsRefused) {
   expect_refused("[axis.control.adaptation]\ngain_max = 0.1\noffset_max_um = 1.0\ntime_constant_s = 0.02\n",
                  "time_constant_s is 0.02, expected at least 0.0244499, 10 / ki_per_s");

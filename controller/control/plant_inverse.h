@@ -1,0 +1,132 @@
+// The feed-forward that inverts the plant with its mode, and what the plant then does.
+//
+//   u = V r:   u(t) = sum_k w_k r(t + mu + k T),  k = -4 .. 4         mu: mean delay of the chain, T: a cycle
+//   y = G u    the nominal plant, in the samples
+//
+// PI and learning compare the sample with y instead of r. The two differ at the corners of r, which no drive that is set
+// once in a cycle can follow: what the feed-forward has weighed there is not taken back.
+//
+// With poles p_i the plant is a recursion (controller/analysis/held_plant.h). d u: the difference to the last cycle
+//
+//   held          y = u + sum_i x_i,                x_i <- e^{p_i T} x_i + s_i d u
+//   interpolated  y = u_{-1} + c d u + sum_i x_i,   x_i <- e^{p_i T} x_i + s_i (d u - d u_{-1})
+#pragma once
+
+#include <array>
+#include <complex>
+#include <cstddef>
+
+#include "controller/control/filter.h"
+
+namespace hystcan::controller {
+
+struct ReferenceFilter {
+  static constexpr int reach = 4;
+  static constexpr std::size_t size = 2 * reach + 1;
+  std::array<double, size> weights{};  ///< w_k
+};
+
+/// The values of a reference that a filter needs. A cycle looks up only the newest one: what was looked up does not
+/// change any more, because the reference stays as it is until the end of the preview.
+class ReferenceWindow {
+ public:
+  void clear() { filled_ = false; }
+  /// False where the last call was not a cycle before: then everything is looked up anew.
+  bool continues(double t_s, double cycle_s) const;
+  /// Called once per cycle. `reference(t_s)`.
+  template <class Reference>
+  double filtered(const ReferenceFilter& filter, double t_s, double cycle_s, const Reference& reference);
+
+ private:
+  void push(double value);
+
+  std::array<double, 2 * ReferenceFilter::size> values_{};  ///< twice, so that each window lies in one piece
+  std::size_t oldest_ = 0;
+  double last_s_ = 0.0;
+  bool filled_ = false;
+};
+
+/// The nominal plant, from the demand to the sample.
+struct PlantRecursion {
+  struct Term {
+    std::complex<double> share;  ///< s_i; 0: no term
+    std::complex<double> decay;  ///< e^{p_i T}
+  };
+  struct Config {
+    int delay_cycles = 0;  ///< of y; u is taken from so many cycles ago
+    bool interpolated = false;
+    double constant = 0.0;  ///< c
+    std::array<Term, 4> terms{};
+    Notch::Coefficients notch{};
+  };
+  struct State {
+    double input = 0.0;
+    double difference = 0.0;
+    std::array<std::complex<double>, 4> terms{};
+    Notch::State notch{};
+  };
+
+  static State at_rest(double input) { return {.input = input, .notch = Notch::at_rest(input)}; }
+  static double step(const Config& config, State& state, double input);
+};
+
+class PlantInverse {
+ public:
+  struct Config {
+    ReferenceFilter feed_forward;
+    PlantRecursion::Config plant;
+  };
+
+  explicit PlantInverse(const Config& config) : config_(config) {}
+
+  /// Forgets the state: for a reference that was at rest, or another plant.
+  void restart();
+  void retune(const Config& config);
+
+  /// u at `t_s`, mean delay included.
+  template <class Reference>
+  double feed_forward(double t_s, double cycle_s, const Reference& reference) {
+    return ahead_.filtered(config_.feed_forward, t_s, cycle_s, reference);
+  }
+  /// y of the sample that belongs to that cycle.
+  template <class Reference>
+  double expected(double t_s, double cycle_s, const Reference& reference);
+
+ private:
+  static constexpr int warm_up_cycles = 128;
+
+  Config config_;
+  ReferenceWindow ahead_, late_;
+  PlantRecursion::State plant_;
+};
+
+template <class Reference>
+double ReferenceWindow::filtered(const ReferenceFilter& filter, double t_s, double cycle_s,
+                                 const Reference& reference) {
+  if (continues(t_s, cycle_s))
+    push(reference(t_s + ReferenceFilter::reach * cycle_s));
+  else
+    for (int k = -ReferenceFilter::reach; k <= ReferenceFilter::reach; ++k)
+      push(reference(t_s + k * cycle_s));
+  last_s_ = t_s;
+  filled_ = true;
+  double sum = 0.0;
+  for (std::size_t i = 0; i < filter.weights.size(); ++i) sum += filter.weights[i] * values_[oldest_ + i];
+  return sum;
+}
+
+template <class Reference>
+double PlantInverse::expected(double t_s, double cycle_s, const Reference& reference) {
+  const double late_s = t_s - config_.plant.delay_cycles * cycle_s;
+  const auto input = [&](int cycles_ago) {
+    return late_.filtered(config_.feed_forward, late_s - cycles_ago * cycle_s, cycle_s, reference);
+  };
+  if (!late_.continues(late_s, cycle_s)) {
+    late_.clear();
+    plant_ = PlantRecursion::at_rest(input(warm_up_cycles));
+    for (int k = warm_up_cycles - 1; k > 0; --k) PlantRecursion::step(config_.plant, plant_, input(k));
+  }
+  return PlantRecursion::step(config_.plant, plant_, input(0));
+}
+
+}  // namespace hystcan::controller
