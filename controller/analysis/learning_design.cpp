@@ -21,6 +21,9 @@ constexpr double regularisation = 0.02;
 /// What is left of an error after a period that is a tenth after 20 periods, with the default rate.
 double soon(double rate) { return 1.0 - 0.109 * rate / Learning::Config{}.rate; }
 
+/// A whole number of cycles.
+constexpr double near_enough = 0.01;
+
 /// Periods of a segment beyond those that settle, so that something is learnt.
 constexpr double settling_periods = 1.5;
 
@@ -153,7 +156,6 @@ bool finds_filter(const LearningResponses& responses, const Learning::Config& co
 /// As few periods as are a whole number of cycles together, or else those that are nearest to one.
 void set_phases(LearningDesign& design, double cycles) {
   constexpr unsigned most_periods = 10;
-  constexpr double near_enough = 0.01;
   design.slip_cycles = 1.0;
   for (unsigned periods = 1; periods <= most_periods; ++periods) {
     const double slip = std::abs(periods * cycles - std::round(periods * cycles));
@@ -162,6 +164,15 @@ void set_phases(LearningDesign& design, double cycles) {
     design.periods = periods;
     if (slip < near_enough) return;
   }
+}
+
+/// A corner falls on a sample in one period and between two in another, which shows another error. As many periods are
+/// judged together as it takes from sample to sample.
+std::size_t judged_cycles(const LearningDesign& design, double cycles) {
+  constexpr double most_periods = 10.0;
+  if (design.slip_cycles < near_enough) return 0;
+  const double periods = std::min(1.0 / design.slip_cycles, most_periods) * design.periods;
+  return static_cast<std::size_t>(std::lround(periods * cycles));
 }
 
 }  // namespace
@@ -200,6 +211,7 @@ LearningDesign design_learning(const LoopConfig& loop, const Pi::Config& pi, con
   do {
     design.plan.phases = static_cast<std::size_t>(std::lround(design.periods * cycles));
     design.plan.period_s = design.periods * *period;
+    design.plan.judged = judged_cycles(design, cycles);
     if (finds_filter(responses, config, loop.cycle_s, design)) return design;
     design.periods += together;
   } while (design.plan.phases < most_taps && periods >= design.periods + settling_periods);

@@ -20,20 +20,9 @@ constexpr double fade_s = 0.02;
 constexpr double grown_factor = 1.3;
 constexpr unsigned grown_periods = 3;
 
-/// Cycles since the segment's beginning.
-std::size_t cycle_of(const Learning::Plan& plan, double shape_time_s) {
-  return static_cast<std::size_t>(std::lround(std::max(shape_time_s, 0.0) / plan.cycle_s));
-}
-
-/// Phases since the segment's beginning.
-double phases_of(const Learning::Plan& plan, double shape_time_s) {
-  const double phase_s =
-      plan.period_s > 0.0 ? plan.period_s / static_cast<double>(plan.phases) : plan.cycle_s;
-  return std::max(shape_time_s, 0.0) / phase_s;
-}
-
 /// Smoothly 0 at both ends of the segment, where the correction of a neighbour is 0.
 double share_of(const Learning::Plan& plan, double shape_time_s) {
+  if (shape_time_s >= ends_s && shape_time_s <= plan.duration_s - ends_s) return 1.0;
   return smooth_step(shape_time_s / ends_s) * smooth_step((plan.duration_s - shape_time_s) / ends_s);
 }
 
@@ -48,6 +37,9 @@ Learning::Learning(const Config& config) : config_(config) {
       model::refuse("a filter of ", plan.taps.size(), " taps for ", plan.phases,
                     " phases, expected an odd number of at most as many");
     segments_[i].correction_um.assign(plan.phases, 0.0);
+    segments_[i].cycles_per_s = 1.0 / plan.cycle_s;
+    segments_[i].phases_per_s =
+        plan.period_s > 0.0 ? static_cast<double>(plan.phases) / plan.period_s : 1.0 / plan.cycle_s;
     segments_[i].taps.assign(plan.taps.begin(), plan.taps.end());
     segments_[i].errors_um.assign(2 * plan.taps.size(), 0.0F);
   }
@@ -60,14 +52,29 @@ const Learning::Plan* Learning::plan_at(const Trajectory::Point& point) const {
   return plan.taps.empty() ? nullptr : &plan;
 }
 
+bool Learning::covers(const Trajectory::Point& point) const {
+  const Plan* plan = plan_at(point);
+  return plan != nullptr && point.shape_time_s < plan->duration_s;
+}
+
 std::optional<double> Learning::target_um(const Trajectory::Point& point) const {
   const Plan* plan = plan_at(point);
   if (plan == nullptr || diverged_ || retired_) return std::nullopt;
-  const std::vector<double>& of = segments_[point.segment].correction_um;
-  const double phases = phases_of(*plan, point.shape_time_s), whole = std::floor(phases);
-  const std::size_t phase = static_cast<std::size_t>(whole) % plan->phases;
-  const double here_um = of[phase], next_um = of[(phase + 1) % plan->phases];
-  return share_of(*plan, point.shape_time_s) * (here_um + (phases - whole) * (next_um - here_um));
+  const Segment& segment = segments_[point.segment];
+  const Phase phase = segment.phase_at(point.shape_time_s);
+  const double here_um = segment.correction_um[phase.index], next_um = segment.correction_um[phase.next];
+  return share_of(*plan, point.shape_time_s) * (here_um + phase.share * (next_um - here_um));
+}
+
+Learning::Phase Learning::Segment::phase_at(double shape_time_s) const {
+  const std::size_t count = correction_um.size();
+  const double phases = std::max(shape_time_s, 0.0) * phases_per_s;
+  const double whole = std::floor(phases / static_cast<double>(count)) * static_cast<double>(count);
+  const double in_period = std::max(phases - whole, 0.0);
+  std::size_t index = static_cast<std::size_t>(in_period);
+  const double share = in_period - static_cast<double>(index);
+  if (index >= count) index -= count;
+  return {index, after(index), share};
 }
 
 double Learning::Output::step(const std::optional<double>& target_um, double decay) {
@@ -89,12 +96,11 @@ void Learning::learn(const Trajectory::Point& point, std::optional<double> error
   const Plan* plan = plan_at(point);
   if (plan == nullptr || !error_um || !undisturbed || diverged_ || retired_) return interrupt();
   Segment& segment = segments_[point.segment];
-  const std::size_t cycle = cycle_of(*plan, point.shape_time_s);
+  const auto cycle = static_cast<std::size_t>(std::max(point.shape_time_s, 0.0) * segment.cycles_per_s + 0.5);
   if (cycle < plan->phases) return interrupt();                           // the first period still settles
   if (segment.valid > 0 && cycle != segment.last_cycle + 1) interrupt();  // one is missing
   segment.last_cycle = cycle;
-  const auto phases = static_cast<std::size_t>(std::lround(phases_of(*plan, point.shape_time_s)));
-  take(point.segment, phases % plan->phases, *error_um);
+  take(point.segment, segment.phase_at(point.shape_time_s), *error_um);
 }
 
 void Learning::interrupt() {
@@ -103,28 +109,30 @@ void Learning::interrupt() {
   sum_of_squares_ = 0.0;
 }
 
-void Learning::take(std::size_t index, std::size_t phase, double error_um) {
+void Learning::take(std::size_t index, const Phase& phase, double error_um) {
   const Plan& plan = config_.plans[index];
   Segment& segment = segments_[index];
   const std::size_t window = plan.taps.size();
-  segment.newest = (segment.newest + 1) % window;
+  if (++segment.newest == window) segment.newest = 0;
   segment.errors_um[segment.newest] = segment.errors_um[segment.newest + window] =
       static_cast<float>(error_um);
   segment.valid = std::min(segment.valid + 1, window);
-  judge(error_um, judged_ == plan.phases);
+  judge(error_um, judged_ == std::max(plan.phases, plan.judged));
   if (segment.valid < window || config_.frozen) return;
-  const std::size_t late = window / 2;  // K
-  correct(segment, (phase + plan.phases - late) % plan.phases);
-}
-
-void Learning::correct(Segment& segment, std::size_t phase) {
-  const auto taps = static_cast<Eigen::Index>(segment.taps.size());
+  const auto taps = static_cast<Eigen::Index>(window);
   const Eigen::Map<const Eigen::VectorXf> h(segment.taps.data(), taps);
   const Eigen::Map<const Eigen::VectorXf> errors(segment.errors_um.data() + segment.newest + 1, taps);
+  const double learnt_um = config_.rate * static_cast<double>(h.dot(errors));
+  const std::size_t late = window / 2;  // K
+  const std::size_t learnt = phase.index >= late ? phase.index - late : phase.index + plan.phases - late;
+  correct(segment, learnt, 1.0 - phase.share, learnt_um);
+  correct(segment, segment.after(learnt), phase.share, learnt_um);
+}
+
+void Learning::correct(Segment& segment, std::size_t phase, double share, double learnt_um) {
   double& correction_um = segment.correction_um[phase];
-  const double kept_um = (1.0 - 0.01 * config_.forget_percent) * correction_um;
-  correction_um = std::clamp(kept_um + config_.rate * static_cast<double>(h.dot(errors)),
-                             -config_.correction_max_um, config_.correction_max_um);
+  correction_um += share * (learnt_um - 0.01 * config_.forget_percent * correction_um);
+  correction_um = std::clamp(correction_um, -config_.correction_max_um, config_.correction_max_um);
   largest_um_ = std::max(largest_um_, std::abs(correction_um));
 }
 

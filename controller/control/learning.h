@@ -14,7 +14,8 @@
 // controller/analysis/learning_design.h finds an h that keeps this for a resonance that is not known exactly.
 //
 // Phases are cycles. Where a period is not a whole number of them, few periods together nearly are; what is left over
-// stretches the phases a little: c is interpolated between two of them, and learns at the nearest one.
+// stretches the phases a little: c is interpolated between two of them, and what is learnt is shared out to the two in
+// the same way. Between phases this weakens high frequencies, by 1 - 2 f (1 - f) (1 - cos theta), and shifts none.
 //
 // It learns from nothing but a whole window of errors of an undisturbed run: no transition, no first period, no lost
 // sample, no limiter. Where the error grows beyond what it was without learning, the correction fades out, for good.
@@ -51,6 +52,7 @@ class Learning {
     std::size_t phases = 0;  ///< cycles of a period, or of a few periods together
     double cycle_s = 1e-3;
     double period_s = 0.0;       ///< of all phases; 0: phases cycles
+    std::size_t judged = 0;      ///< cycles whose errors are judged together; 0: phases
     std::vector<double> taps{};  ///< h, from -K on; 2 K + 1 of them, fewer than phases
     double duration_s = 0.0;     ///< of the segment
   };
@@ -79,6 +81,9 @@ class Learning {
   const Config& config() const { return config_; }
   std::size_t ahead_cycles() const { return config_.ahead_cycles; }
 
+  /// False: the time of this point is beyond what repeats, so that only the trajectory knows where it is.
+  bool covers(const Trajectory::Point& point) const;
+
   /// c of a cycle, at the points of its sample and of its feed-forward. Called exactly once per cycle.
   struct Correction {
     double now_um = 0.0;
@@ -103,8 +108,19 @@ class Learning {
   bool restore(const std::vector<std::vector<double>>& table);
 
  private:
+  /// A time lies this share of the way from one phase to the next.
+  struct Phase {
+    std::size_t index, next;
+    double share;
+  };
+
   struct Segment {
+    Phase phase_at(double shape_time_s) const;
+    std::size_t after(std::size_t index) const { return index + 1 < correction_um.size() ? index + 1 : 0; }
+
     std::vector<double> correction_um;
+    double cycles_per_s = 0.0;
+    double phases_per_s = 0.0;
     std::vector<float> taps;       ///< h; single precision is far below the noise, and twice as fast
     std::vector<float> errors_um;  ///< the last ones, twice, so that each window lies in one piece
     std::size_t newest = 0;
@@ -123,8 +139,8 @@ class Learning {
   const Plan* plan_at(const Trajectory::Point& point) const;
   std::optional<double> target_um(const Trajectory::Point& point) const;
   void interrupt();
-  void take(std::size_t index, std::size_t phase, double error_um);
-  void correct(Segment& segment, std::size_t phase);
+  void take(std::size_t index, const Phase& phase, double error_um);
+  void correct(Segment& segment, std::size_t phase, double share, double learnt_um);
   void judge(double error_um, bool new_period);
 
   Config config_;

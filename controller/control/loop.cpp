@@ -104,7 +104,10 @@ Learning::Correction ClosedLoop::learn(const Trajectory::Point& point, double ex
   if (input.position_um) error_um = expected_um - *input.position_um;
   learning_->learn(point, error_um, !is_limited_);
   const double ahead_s = static_cast<double>(learning_->ahead_cycles()) * input.cycle_s;
-  return learning_->correct(point, trajectory_.at(input.t_s - delays_.sensor_s() + ahead_s), input.dt_s);
+  Trajectory::Point ahead = point;
+  ahead.shape_time_s += ahead_s;
+  if (!learning_->covers(ahead)) ahead = trajectory_.at(input.t_s - delays_.sensor_s() + ahead_s);
+  return learning_->correct(point, ahead, input.dt_s);
 }
 
 Arrival ClosedLoop::judge(const Trajectory::Point& point, const LoopInput& input) {

@@ -7,15 +7,17 @@ namespace hystcan::controller {
 namespace {
 
 constexpr double smallest_turn = 1.0 / 32.0;  // of T
-constexpr std::size_t few = 4, many = 8;      // pairs of half-periods
-constexpr double fast_growth = 4.0;           // from the first of a few pairs to the last
-constexpr double slow_growth = 1.5;           // from the first of many pairs to the last
-constexpr double before_growth = 1.0 / 8.0;   // a knock has nothing before it
-constexpr double no_decay = 0.95;             // over eight half-periods
-constexpr std::size_t unevenness = 4;         // most to fewest cycles beyond the middle, of one direction
-constexpr std::size_t longer_way = 16;        // of both directions
-constexpr std::size_t short_spike = 4;        // cycles
-constexpr double amplification = 30.0;        // of the reference by a mode with a damping of 0.017
+constexpr double smallest_share =
+    1.0 / 8.0;                            // of the pair before: the mode rings where the drive stands still
+constexpr std::size_t few = 4, many = 8;  // pairs of half-periods
+constexpr double fast_growth = 4.0;       // from the first of a few pairs to the last
+constexpr double slow_growth = 1.5;       // from the first of many pairs to the last
+constexpr double before_growth = 1.0 / 8.0;  // a knock has nothing before it
+constexpr double no_decay = 0.95;            // over eight half-periods
+constexpr std::size_t unevenness = 4;        // most to fewest cycles beyond the middle, of one direction
+constexpr std::size_t longer_way = 16;       // of both directions
+constexpr std::size_t short_spike = 4;       // cycles
+constexpr double amplification = 30.0;       // of the reference by a mode with a damping of 0.017
 
 }  // namespace
 
@@ -43,7 +45,9 @@ bool Oscillation::step(double reference_um, double position_um) {
 bool Oscillation::turns(double error_um) {
   const double further = rises_ ? error_um - extreme_um_ : extreme_um_ - error_um;
   if (further >= 0.0) extreme_um_ = error_um;
-  const bool has_turned = further < -smallest_turn * config_.amplitude_um;
+  const double swing_um = closed_ < 2 ? 0.0 : pair_um(0);
+  const bool has_turned =
+      further < -std::max(smallest_turn * config_.amplitude_um, smallest_share * swing_um);
   if (has_turned) close(error_um);
   if ((error_um > middle_um_) == rises_) ++cycles_;
   return has_turned;

@@ -1,7 +1,7 @@
 // Detects a loop that is unstable: an oscillation of the error e = r - y that grows, or that stays large.
 //
 // A half-period k is the motion of e from one turning point to the next. A turn counts where e has come back by more
-// than T/32, so noise below that makes none. T is `amplitude_um`, s_k the swing (peak to peak) of half-period k, and
+// than T/32, so noise below that makes none, and by more than an eighth of the pair before. T is `amplitude_um`, s_k the swing (peak to peak) of half-period k, and
 //
 //   p_j = max(s_(k-2j), s_(k-2j-1)),  j = 0, 1, ...      sampled peaks vary from half-period to half-period
 //

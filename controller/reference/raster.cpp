@@ -159,10 +159,11 @@ std::optional<ScanPlace> place_of(const Raster& raster, double t_s) {
   const double line_s = raster.line_s();
   const double rise_s = raster.both_directions ? line_s : (1.0 - 0.01 * raster.flyback_percent) * line_s;
   const double straight_s = rise_s - turnaround_s(raster);
-  double share = (t_s - lines * line_s - 0.5 * (raster.way_up_s - straight_s)) / straight_s;
-  if (raster.both_directions && place.line % 2 != 0) share = 1.0 - share;
+  const double share = (t_s - lines * line_s - 0.5 * (raster.way_up_s - straight_s)) / straight_s;
   const double pixel = std::floor(share * raster.pixels + rounding);
-  if (pixel >= 0.0 && pixel < raster.pixels) place.pixel = static_cast<std::int32_t>(pixel);
+  if (!(pixel >= 0.0 && pixel < raster.pixels)) return place;
+  const bool comes_back = raster.both_directions && place.line % 2 != 0;
+  place.pixel = static_cast<std::int32_t>(comes_back ? raster.pixels - 1.0 - pixel : pixel);
   return place;
 }
 

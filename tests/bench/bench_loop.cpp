@@ -75,7 +75,9 @@ double reference_ns(const controller::Trajectory& trajectory, controller::Learni
     sum += now.value_um;
     if (learning == nullptr) continue;
     learning->learn(now, 1e-4 * now.value_um, true);
-    const auto ahead = trajectory.at(1.0 + cycle_s * (i + 2));
+    controller::Trajectory::Point ahead = now;  // as ClosedLoop does
+    ahead.shape_time_s += 2.0 * cycle_s;
+    if (!learning->covers(ahead)) ahead = trajectory.at(1.0 + cycle_s * (i + 2));
     sum += learning->correct(now, ahead, cycle_s).ahead_um;
   }
   const double elapsed_s = seconds_since(start);

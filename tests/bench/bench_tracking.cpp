@@ -149,8 +149,8 @@ const char* verdict(double value, double budget) { return value <= budget ? "met
 
 void print_budget(const char* name, const Case& of, double frequency_Hz, double sampled, double actual) {
   const Error error = track(of, frequency_Hz);
-  std::printf("%-46s %3g Hz  %7.4f (%5.3g: %s)", name, frequency_Hz, error.sampled_percent, sampled,
-              verdict(error.sampled_percent, sampled));
+  std::printf("%-46s %3g Hz  %7.4f", name, frequency_Hz, error.sampled_percent);
+  if (std::isfinite(sampled)) std::printf(" (%5.3g: %s)", sampled, verdict(error.sampled_percent, sampled));
   std::printf("  %7.4f", error.true_percent);
   if (actual > 0.0) std::printf(" (%5.3g: %s)", actual, verdict(error.true_percent, actual));
   std::printf("  floor %.3f\n", floor_percent(of, frequency_Hz));

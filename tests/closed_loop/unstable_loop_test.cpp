@@ -60,5 +60,49 @@ TEST(UnstableLoop, IsTheCauseOfAProportionalGainThatIsTooHigh) {
     EXPECT_EQ(to_string(cause_with(stages[0], &controller::Pi::Config::kp, kp)), "loop unstable") << kp;
 }
 
+Cause cause_with_sensor_delay(double ki_per_s, std::chrono::microseconds delay) {
+  rehearsal::Setup setup = support::shipped("piezo.toml");
+  setup.controller.axes.resize(1);
+  controller::AxisConfig& axis = setup.controller.axes[0].axis;
+  axis.law.pi.ki_per_s = ki_per_s;
+  axis.setpoint = {{.shape = controller::Hold{.level_um = 15.0, .duration_s = 10.0}}};
+  setup.twin.axes.resize(1);
+  setup.twin.axes[0].axis.sensor.delay = delay;
+  setup = with_structure(setup, controller::Structure::inverse_pi);  // without the following error
+  rehearsal::Rehearsal loop(setup, support::ignore);
+  loop.start();
+  loop.run_for(std::chrono::seconds(10));
+  return loop.controller().axis(0).fault().cause;
+}
+
+// 0.5 to 31 um at 16 Hz: the drive stands at its limits for half of the time, where the mode rings.
+TEST(UnstableLoop, IsTheCauseOfASlowOscillationFromLimitToLimit) {
+  EXPECT_EQ(to_string(cause_with_sensor_delay(150.0, std::chrono::milliseconds(20))), "loop unstable");
+  EXPECT_EQ(to_string(cause_with_sensor_delay(100.0, std::chrono::milliseconds(40))), "loop unstable");
+}
+
+// Twofold in eight periods.
+TEST(UnstableLoop, IsTheCauseOfAnOscillationThatGrowsSteadilyButNotFast) {
+  for (const int delay_us : {600, 620, 640})
+    EXPECT_EQ(to_string(cause_with_sensor_delay(409.0, std::chrono::microseconds(delay_us))), "loop unstable")
+        << delay_us;
+}
+
+// A triangle whose seventh harmonic is the mode. With ki 0.1 the loop gain at the mode is 0.002.
+TEST(UnstableLoop, IsNoCauseWhereTheReferenceAloneRingsTheMode) {
+  rehearsal::Setup setup = support::shipped("soft_stage.toml");
+  controller::AxisConfig& axis = setup.controller.axes[0].axis;
+  axis.law.notch.reset();
+  axis.law.pi = {.ki_per_s = 0.1};
+  axis.delays.second_order = false;
+  axis.setpoint = {{.shape = controller::Triangle{
+                        .low_um = 30.0, .high_um = 70.0, .frequency_Hz = 220.0 / 7.0, .cycles = 100.0}}};
+  setup = with_structure(setup, controller::Structure::inverse_pi);
+  rehearsal::Rehearsal loop(setup, support::ignore);
+  loop.start();
+  loop.run_for(std::chrono::seconds(6));
+  EXPECT_EQ(to_string(loop.controller().axis(0).fault().cause), "none");
+}
+
 }  // namespace
 }  // namespace hystcan::unstable_loop_test

@@ -115,6 +115,14 @@ TEST_F(TuneFiles, WritesANotchAndASecondOrderPreviewIntoTheConfiguration) {
             read("new.toml").find("\n[axis.control.notch]\n") != std::string::npos);
 }
 
+TEST_F(TuneFiles, RefusesToWriteOverAnyFile) {
+  const std::string before = read("raster.toml");
+  Process program = tune("piezo.toml", {"--write", path("raster.toml")});
+  EXPECT_EQ(program.wait(), bad_input);
+  EXPECT_NE(program.err().find("exists already, expected a new file"), std::string::npos) << program.err();
+  EXPECT_EQ(read("raster.toml"), before);
+}
+
 TEST_F(TuneFiles, RefusesToWriteAnInputOrIntoAnotherFolder) {
   const std::string before = read("piezo.toml");
   for (const char* name :

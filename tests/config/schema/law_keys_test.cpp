@@ -67,6 +67,17 @@ TEST(LawKeys, TwoFeedForwardsAreRefused) {
   }
 }
 
+// 2^53 + 1 and the largest integer have no double that is equal to them.
+TEST(LawKeys, AnIntegerIsReadAsTheNearestNumber) {
+  const auto read = [](const char* text) {
+    return load(HYSTCAN_SOURCE_DIR "/config/piezo.toml", {{"axis[0].control.following_error_um", text}})
+        .axes[0]
+        .control.following_error.error_um;
+  };
+  EXPECT_EQ(read("9007199254740993"), 9007199254740992.0);
+  EXPECT_EQ(read("9223372036854775807"), 9223372036854775808.0);
+}
+
 TEST(LawKeys, AnAdaptationAsFastAsTheLoopIsRefused) {
   expect_refused("[axis.control.adaptation]\ngain_max = 0.1\noffset_max_um = 1.0\ntime_constant_s = 0.02\n",
                  "time_constant_s is 0.02, expected at least 0.0244499, 10 / ki_per_s");

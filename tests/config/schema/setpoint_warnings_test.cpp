@@ -37,6 +37,11 @@ TEST(SetpointWarnings, NameADriveThatMustChangeFasterThanItsSlew) {
   EXPECT_FALSE(warns({fast[0]}, "slew_V_per_s"));
 }
 
+TEST(SetpointWarnings, NameAFrequencyThatTheCyclesCannotShow) {
+  EXPECT_TRUE(warns({{"axis[0].control.setpoint[0].frequency_Hz", "600.0"}}, "a period has 1.67 cycles"));
+  EXPECT_FALSE(warns({{"axis[0].control.setpoint[0].frequency_Hz", "40.0"}}, "a period has"));
+}
+
 TEST(SetpointWarnings, NameAStepThatIsLargerThanTheFollowingErrorAndTheJump) {
   const std::vector<Setting> step{{"axis[0].control.setpoint[1].rise_s", "0.0"}};
   EXPECT_TRUE(warns(step, "a step of 22 um, but following_error_um is 4"));

@@ -64,6 +64,32 @@ TEST(LearningDesign, ConvergesAtEveryHarmonicForEveryResonanceInItsInterval) {
       }
 }
 
+// Without feed-forward the correction acts through PI alone, T = L / (1 + L); without PI through the feed-forward alone.
+TEST(LearningDesign, ConvergesForEveryStructure) {
+  const Pi::Config pi{.ki_per_s = 200.0};
+  for (const Structure structure : all_structures) {
+    LoopConfig loop = stage(500.0, 0.05);
+    loop.structure = structure;
+    const Learning::Config config = learning(5.0);
+    const LearningDesign design = design_learning(loop, pi, triangle(10.0), config);
+    const LinearLoop linear(loop);
+    const double ahead =
+        std::round(chain_moments(loop.delays, loop.notch, loop.cycle_s).mean_s / loop.cycle_s);
+    for (int harmonic = 1; harmonic < 50; ++harmonic) {
+      const double theta = 2.0 * std::numbers::pi * 0.01 * harmonic;
+      const std::complex<double> forward =
+          feeds_forward(structure) ? linear.plant(theta) * std::polar(1.0, theta * ahead) : 0.0;
+      const std::complex<double> feedback = feeds_back(structure) ? linear(pi, theta) : 0.0;
+      std::complex<double> h = 0.0;
+      const int late = static_cast<int>(design.plan.taps.size() / 2);
+      for (int k = -late; k <= late; ++k)
+        h += design.plan.taps[static_cast<std::size_t>(k + late)] * std::polar(1.0, theta * k);
+      EXPECT_LT(std::abs(1.0 - config.rate * h * (forward + feedback) / (1.0 + feedback)), 1.0)
+          << to_string(structure) << ", harmonic " << harmonic;
+    }
+  }
+}
+
 TEST(LearningDesign, LearnsLessOfHighHarmonicsWhereTheResonanceIsLessCertain) {
   const LoopConfig loop = stage(220.0, 0.05);
   double before_Hz = 1e9;

@@ -65,6 +65,24 @@ TEST(Learning, TakesAwayWhatRepeats) {
   EXPECT_LT(run.learning.report().rms_um, 1e-5);
 }
 
+// 40.5 cycles: 40 phases, each a little longer than a cycle.
+TEST(Learning, TakesAwayWhatRepeatsInAPeriodThatIsNoWholeNumberOfCycles) {
+  Learning::Config config = simple();
+  constexpr double period_s = 40.5 * cycle_s;
+  config.plans[0].period_s = period_s;
+  Learning learning(config);
+  double sum_of_squares = 0.0;
+  constexpr int all = 81 * 40, counted = 81 * 10;
+  for (int n = 0; n < all; ++n) {
+    const Trajectory::Point now{.shape_time_s = (1000 + n) * cycle_s};
+    const double disturbance_um = 0.1 * std::sin(2.0 * std::numbers::pi * now.shape_time_s / period_s);
+    const double error_um = disturbance_um - learning.correct(now, now, cycle_s).now_um;
+    learning.learn(now, error_um, true);
+    if (n >= all - counted) sum_of_squares += error_um * error_um;
+  }
+  EXPECT_LT(std::sqrt(sum_of_squares / counted), 0.003);
+}
+
 TEST(Learning, KeepsToItsBound) {
   Bench run(simple());
   run.disturbance = [](std::size_t) { return 50.0; };

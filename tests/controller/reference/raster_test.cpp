@@ -7,6 +7,7 @@
 #include <string>
 
 #include "controller/reference/shape.h"
+#include "controller/reference/trajectory.h"
 
 namespace hystcan::controller::raster_test {
 namespace {
@@ -141,6 +142,29 @@ TEST(ScanPlace, BeginsALineInTheCycleInWhichItBegins) {
   }
   EXPECT_FALSE(place_in_scan(fast, 0.9)) << "after the last frame";
   EXPECT_FALSE(place_in_scan(Hold{}, 0.5));
+}
+
+TEST(ScanPlace, HasAPixelFromTheFirstCycleOfALineThatComesBackWithoutATurnaround) {
+  Raster sharp = both_ways(ScanRole::fast);
+  sharp.turnaround_percent = 0.0;
+  const auto fast = std::get<Raster>(prepared(sharp));
+  EXPECT_EQ(place_of(fast, 0.0)->pixel, 0);
+  EXPECT_EQ(place_of(fast, 0.05)->pixel, 9);
+  EXPECT_EQ(place_of(fast, 0.1 - 1e-4)->pixel, 0);
+}
+
+// The times of the cycles are sums: 0.4 + 0.6 need not be 1.
+TEST(ScanPlace, BeginsWithTheFirstCycleAfterTheTransition) {
+  for (const double transition_s : {0.1, 0.2, 0.3, 0.7}) {
+    Trajectory reference({{.shape = prepared(both_ways(ScanRole::fast)), .transition_s = transition_s}},
+                         false);
+    reference.start_from(0.0);
+    const double begins_s = reference.length_s() - 0.9;
+    const auto first = reference.at(std::nextafter(begins_s, 0.0));
+    EXPECT_FALSE(first.in_transition) << transition_s;
+    ASSERT_TRUE(first.scan) << transition_s;
+    EXPECT_EQ(first.scan->line, 0u);
+  }
 }
 
 TEST(ScanPlace, CountsThePixelsFromTheLowEndInBothDirections) {
