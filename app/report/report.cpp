@@ -161,6 +161,8 @@ std::string describe(const controller::AxisOutcome& outcome) {
 }
 
 std::string describe(const controller::Learning::Report& learning) {
+  if (learning.periods == 0)
+    return "nothing learnt: no period was without a limit of the drive and with all its samples";
   const std::string errors =
       fmt::format("error RMS {:.4f} um in the first period, {:.4f} um in the last of {}",
                   learning.first_rms_um, learning.rms_um, learning.periods);
@@ -185,8 +187,7 @@ std::vector<std::string> describe_segments(const controller::AxisOutcome& outcom
                           can::counted(levels.hold.samples(), "sample"));
     lines.push_back(line);
   }
-  if (outcome.learning && outcome.learning->periods > 0)
-    lines.push_back(outcome.name + ", learning: " + describe(*outcome.learning));
+  if (outcome.learning) lines.push_back(outcome.name + ", learning: " + describe(*outcome.learning));
   return lines;
 }
 

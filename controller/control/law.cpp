@@ -1,5 +1,6 @@
 #include "controller/control/law.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "model/simplified.h"
@@ -121,9 +122,11 @@ ControlLaw::Demand ControlLaw::propose(const Input& input) {
   return demand;
 }
 
-// One low pass for the difference is equal to one each for reference and measurement.
+// One low pass for the difference is equal to one each for reference and measurement. Cycles that were left out are not
+// integrated, as those without a sample are not: the error after them is that of the pause, and it is over.
 void ControlLaw::update_error(const Input& input) {
-  integrated_s_ = input.position_um ? input.dt_s : 0.0;
+  const double elapsed_s = input.cycle_s > 0.0 ? std::min(input.dt_s, input.cycle_s) : input.dt_s;
+  integrated_s_ = input.position_um ? elapsed_s : 0.0;
   if (!input.position_um) return;
   const double error_um = input.reference_um - *input.position_um;
   const double corner_Hz = config_.measurement_filter_Hz;

@@ -96,7 +96,8 @@ void Learning::learn(const Trajectory::Point& point, std::optional<double> error
   const Plan* plan = plan_at(point);
   if (plan == nullptr || !error_um || !undisturbed || diverged_ || retired_) return interrupt();
   Segment& segment = segments_[point.segment];
-  const auto cycle = static_cast<std::size_t>(std::max(point.shape_time_s, 0.0) * segment.cycles_per_s + 0.5);
+  const auto cycle =
+      static_cast<std::size_t>(std::lround(std::max(point.shape_time_s, 0.0) * segment.cycles_per_s));
   if (cycle < plan->phases) return interrupt();                           // the first period still settles
   if (segment.valid > 0 && cycle != segment.last_cycle + 1) interrupt();  // one is missing
   segment.last_cycle = cycle;

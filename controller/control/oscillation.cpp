@@ -17,6 +17,7 @@ constexpr double no_decay = 0.95;            // over eight half-periods
 constexpr std::size_t unevenness = 4;        // most to fewest cycles beyond the middle, of one direction
 constexpr std::size_t longer_way = 16;       // of both directions
 constexpr std::size_t short_spike = 4;       // cycles
+constexpr double step_response = 1.5;        // swing of a mode after a step, to twice the step
 constexpr double amplification = 30.0;       // of the reference by a mode with a damping of 0.017
 
 }  // namespace
@@ -115,9 +116,12 @@ double Oscillation::reference_bend_um(std::size_t pair) const {
 bool Oscillation::is_forced(std::size_t half_periods) const {
   const std::size_t pairs = half_periods / 2;
   std::size_t forced = 0;
-  for (std::size_t j = 0; j < pairs; ++j)
+  double bends_um = 0.0;
+  for (std::size_t j = 0; j < pairs; ++j) {
     if (error_bend_um(0) < amplification * reference_bend_um(j)) ++forced;
-  return 2 * forced > pairs;
+    bends_um += reference_bend_um(j);
+  }
+  return 2 * forced > pairs || pair_um(0) < step_response * bends_um;
 }
 
 }  // namespace hystcan::controller

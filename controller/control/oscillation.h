@@ -23,7 +23,8 @@
 //   sum |e''| of the newest pair < 30 sum |r''|         '' : second difference from cycle to cycle
 //
 // Where more than half of the pairs are forced, nothing is judged: a sine or a chirp through a resonance makes a large
-// error and no unstable loop. A corner of a triangle forces a single pair.
+// error and no unstable loop. A corner of a triangle forces a single pair. Nor is anything judged where the newest swing is
+// less than 1.5 sum |r''| of all pairs: a step, whose |r''| add up to twice its height, makes a mode ring.
 //
 // Everything is counted in half-periods, so any rate will do. O(1), no allocation.
 #pragma once

@@ -104,5 +104,36 @@ TEST(UnstableLoop, IsNoCauseWhereTheReferenceAloneRingsTheMode) {
   EXPECT_EQ(to_string(loop.controller().axis(0).fault().cause), "none");
 }
 
+struct SteppedStage {
+  double resonance_Hz, damping_ratio, ki_per_s;
+  bool interpolated;
+};
+
+// Gain margins of 12 to 20 dB: each step rings the mode, and the ringing decays.
+TEST(UnstableLoop, IsNoCauseWhereStepsRingALightlyDampedMode) {
+  for (const SteppedStage& of :
+       {SteppedStage{90.0, 0.02, 8.0, true}, SteppedStage{220.0, 0.05, 95.9, true},
+        SteppedStage{220.0, 0.02, 22.9, false}, SteppedStage{400.0, 0.02, 60.0, false}})
+    for (const double height_um : {3.0, 3.5}) {
+      rehearsal::Setup setup = support::shipped("piezo.toml");
+      setup.controller.axes.resize(1);
+      setup.twin.axes.resize(1);
+      controller::AxisConfig& axis = setup.controller.axes[0].axis;
+      axis.law.pi = {.ki_per_s = of.ki_per_s};
+      axis.delays.resonance_Hz = of.resonance_Hz;
+      axis.delays.damping_ratio = of.damping_ratio;
+      axis.delays.interpolated = of.interpolated;
+      axis.setpoint = {
+          {.shape = controller::Step{.from_um = 8.0, .to_um = 8.0 + height_um, .dwell_s = 0.3, .steps = 6}}};
+      setup.twin.axes[0].axis.plant.mode = {of.resonance_Hz, of.damping_ratio};
+      setup.twin.axes[0].axis.interpolate = of.interpolated;
+      rehearsal::Rehearsal loop(setup, support::ignore);
+      loop.start();
+      loop.run_for(std::chrono::seconds(4));
+      EXPECT_NE(to_string(loop.controller().axis(0).fault().cause), "loop unstable")
+          << of.resonance_Hz << " Hz, damping " << of.damping_ratio << ", " << height_um << " um";
+    }
+}
+
 }  // namespace
 }  // namespace hystcan::unstable_loop_test

@@ -28,6 +28,22 @@ double step(ControlLaw& law, double reference_um, double previewed_um, std::opti
   return demand.drive;
 }
 
+// After five cycles without one the error is that of the pause. Over 6 ms it would move the integral by 0.6 of itself.
+TEST(ControlLaw, IntegratesNoCyclesThatWereLeftOut) {
+  ControlLaw paused = law(Structure::inverse_pi), steady = law(Structure::inverse_pi);
+  const auto after = [](ControlLaw& of, double elapsed_s) {
+    const double before_um = of.integral_um();
+    const ControlLaw::Demand demand = of.propose({.reference_um = 12.0,
+                                                  .previewed_um = 12.0,
+                                                  .position_um = 11.0,
+                                                  .dt_s = elapsed_s,
+                                                  .cycle_s = dt_s});
+    of.commit(demand.drive);
+    return of.integral_um() - before_um;
+  };
+  EXPECT_DOUBLE_EQ(after(paused, 6.0 * dt_s), after(steady, dt_s));
+}
+
 TEST(ControlLaw, InverseDrivesTheModelToThePreviewedReference) {
   ControlLaw feed_forward = law(Structure::inverse);
   const model::Hysteresis actuator(support::piezo_model());
