@@ -40,7 +40,7 @@ double us(can::Duration duration) { return std::chrono::duration<double, std::mi
 constexpr std::string_view header =
     "cycle,time_s,state,fault,segment,reference_um,position_um,error_um,demand_um,drive,limits,"
     "amplifier_output,next_position_um,period_us,sync_late_us,sample_heard_us,command_sent_us,execution_us,"
-    "overruns,missing_samples,late_samples\n";
+    "overruns,missing_samples,late_samples,learnt_um\n";
 
 /// `next`: the record after this one, or null.
 void format_row(fmt::memory_buffer& text, const CycleRecord& record, const CycleRecord* next) {
@@ -59,9 +59,11 @@ void format_row(fmt::memory_buffer& text, const CycleRecord& record, const Cycle
     fmt::format_to(out, "{:.6f}", next->report.position_um);
   fmt::format_to(out, ",{:.3f},{:.3f},", us(record.phases.period), us(record.phases.lateness));
   if (!report.sample_missing) fmt::format_to(out, "{:.3f}", us(record.phases.sample_heard));
-  fmt::format_to(out, ",{:.3f},{:.3f},{},{},{}\n", us(record.phases.command_sent),
-                 us(record.phases.execution), record.counters.overruns, record.counters.missing_samples,
-                 record.counters.late_samples);
+  fmt::format_to(out, ",{:.3f},{:.3f},{},{},{},", us(record.phases.command_sent), us(record.phases.execution),
+                 record.counters.overruns, record.counters.missing_samples, record.counters.late_samples);
+  if (report.learning.state != LearningState::off)
+    fmt::format_to(out, "{:.6f}", report.learning.correction_um);
+  fmt::format_to(out, "\n");
 }
 
 }  // namespace

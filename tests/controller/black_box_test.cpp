@@ -108,6 +108,7 @@ TEST_F(BlackBoxes, HaveARowForEachCycle) {
                 .sample_heard = microseconds(300),
                 .command_sent = microseconds(312),
                 .execution = std::chrono::nanoseconds(450)};
+  one.report.learning = {.state = LearningState::learning, .correction_um = 0.125};
   one.counters = {.cycles = 7, .overruns = 1, .missing_samples = 2, .late_samples = 3};
   box.add(one);
   CycleRecord lost = record(8, AxisState::tracking);
@@ -120,10 +121,11 @@ TEST_F(BlackBoxes, HaveARowForEachCycle) {
   ASSERT_EQ(lines.size(), 3u);
   const std::string limits = limits_to_string(limit::slew);
   EXPECT_EQ(lines[0], "7,0.007000000,tracking,none,2,3.000000,2.500000,0.500000,3.250000,10.000000," +
-                          limits + ",9.500000,,1001.000,2.000,300.000,312.000,0.450,1,2,3")
+                          limits + ",9.500000,,1001.000,2.000,300.000,312.000,0.450,1,2,3,0.125000")
       << "cycle 8 has no sample for command 7";
   EXPECT_EQ(cell(lines[1], 12), "109.000000") << "the sample of cycle 9 is the response to command 8";
   EXPECT_EQ(cell(lines[1], 15), "") << "no sample was received";
+  EXPECT_EQ(cell(lines[1], 21), "") << "nothing is learnt";
 }
 
 TEST_F(BlackBoxes, AreWrittenOnceAtTheEndOfTheRun) {
