@@ -2,6 +2,7 @@
 #include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <memory>
@@ -20,6 +21,7 @@
 #include "app/live/state_log.h"
 #include "app/live/systemd_notifier.h"
 #include "app/remote/control_service.h"
+#include "app/remote/cycle_samples.h"
 #include "app/remote/saved_states.h"
 #include "app/remote/socket_place.h"
 #include "app/remote/status_board.h"
@@ -57,6 +59,7 @@ class CycleRecorder {
         bus_log_(config.bus.interface, bus_log_sink()),
         black_box_(config.controller.black_box, names_of(config), bus_log_sink()),
         board_(config.axes.size()),
+        samples_(cycle_columns.size(), samples_of_a_second(config)),
         states_(states) {
     for (const config::AxisConfig& axis : config.axes)
       statistics_.emplace_back(axis.control.setpoint.size(), settle_s,
@@ -66,6 +69,7 @@ class CycleRecorder {
 
   void consume(const controller::CycleRecord& record) {
     board_.put(record);
+    if (samples_.is_listening()) samples_.put(sample_of(record));
     black_box_.add(record);
     if (record.report.state >= AxisState::initialising) states_.forget(record.axis);
     service_.report_cycle(record.time_s);
@@ -82,11 +86,16 @@ class CycleRecorder {
   /// Sampled on the control thread. Its last lines are written after the telemetry thread has ended.
   can::BusHealthLog& bus_log() { return bus_log_; }
   const StatusBoard& board() const { return board_; }
+  SampleBoard& samples() { return samples_; }
   controller::BlackBox& black_box() { return black_box_; }
   std::string close_csv() { return csv_ ? csv_->close() : std::string(); }
   const controller::TrackingStatistics& statistics(std::size_t axis) const { return statistics_[axis]; }
 
  private:
+  /// More never waits: a batch is taken every 20 ms.
+  static std::size_t samples_of_a_second(const config::Config& config) {
+    return config.axes.size() * static_cast<std::size_t>(std::max(config.controller.rate_Hz, 1.0));
+  }
   static std::vector<std::string> names_of(const config::Config& config) {
     std::vector<std::string> names;
     names.reserve(config.axes.size());
@@ -99,6 +108,7 @@ class CycleRecorder {
   can::BusHealthLog bus_log_;
   controller::BlackBox black_box_;
   StatusBoard board_;
+  SampleBoard samples_;
   SavedStates states_;
   SystemdNotifier service_ = SystemdNotifier::from_environment();
   std::vector<controller::TrackingStatistics> statistics_;
@@ -236,7 +246,8 @@ int run_controller(const ControllerArguments& options) {
   telemetry = std::make_unique<controller::TelemetryThread>(
       [&](const controller::CycleRecord& record) { recorder.consume(record); });
   auto control =
-      std::make_unique<ControlService>(options.config, config, socket_of(config), recorder.board());
+      std::make_unique<ControlService>(options.config, config, socket_of(config), recorder.board(),
+                                       recorder.samples());
   controller.listen_to(control->requests());
   spdlog::info("{} at {} Hz on {}; Ctrl-C ramps down and stops",
                can::counted(config.axes.size(), "axis", "axes"), config.controller.rate_Hz,

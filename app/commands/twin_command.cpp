@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -21,7 +22,9 @@
 #include "app/live/live_loop.h"
 #include "app/live/live_run.h"
 #include "app/remote/control_socket.h"
+#include "app/remote/sample_stream.h"
 #include "app/remote/socket_place.h"
+#include "app/remote/truth_samples.h"
 #include "app/remote/twin_command_handler.h"
 #include "app/report/report.h"
 #include "config/schema/config.h"
@@ -104,14 +107,21 @@ void log_faults(twin::Twin& twin, can::Time started) {
       });
 }
 
-/// Opens the control socket. If the default socket belongs to another twin, this twin runs without one.
-void open_socket(std::optional<ControlSocket>& socket, const TwinArguments& options,
-                 const std::string& interface, LiveLoop& loop, TwinCommandHandler& handler) {
+/// The control socket and the stream beside it.
+struct TwinSockets {
+  std::optional<ControlSocket> control;
+  std::optional<SampleStream> stream;
+};
+
+/// If the default socket belongs to another twin, this twin runs without one.
+void open(TwinSockets& sockets, const TwinArguments& options, const std::string& interface, LiveLoop& loop,
+          TwinCommandHandler& handler, const std::string& greeting, SampleBoard& samples) {
   if (options.socket == "none") return;
   try {
     const std::filesystem::path file =
         options.socket.empty() ? default_twin_socket(interface) : std::filesystem::path(options.socket);
-    socket.emplace(loop.context(), file, handler);
+    sockets.control.emplace(loop.context(), file, handler);
+    sockets.stream.emplace(loop.context(), stream_beside(file), greeting, samples);
     spdlog::info("control socket {}: hystcan ctl --socket {} status", file.string(), file.string());
   } catch (const RunError& error) {
     if (!options.socket.empty()) throw;
@@ -150,10 +160,12 @@ int run_twin(const TwinArguments& options) {
   check_interface(config, interface);
   log_faults(twin, loop.scheduler().now());
   std::optional<TruthLog> truth;
-  if (!options.truth.empty()) {
-    truth.emplace(options.truth, names_of(chosen));
-    twin.on_truth([&](const twin::Truth& sampled) { truth->write(sampled); });
-  }
+  if (!options.truth.empty()) truth.emplace(options.truth, names_of(chosen));
+  SampleBoard samples(truth_columns.size(), 10'000);
+  twin.on_truth([&, started = loop.scheduler().now()](const twin::Truth& sampled) {
+    if (truth) truth->write(sampled);
+    if (samples.is_listening()) samples.put(sample_of(sampled, started));
+  });
   twin.start();
   for (const twin::WiredAxisConfig& axis : chosen.axes)
     spdlog::info("{}: amplifier node {}, sensor node {} on {}", axis.wire.name, axis.wire.amplifier_node,
@@ -169,8 +181,8 @@ int run_twin(const TwinArguments& options) {
     stopping->expire_at(loop.scheduler().now() +
                         std::chrono::milliseconds(20));  // after the answer has been sent
   });
-  std::optional<ControlSocket> socket;
-  open_socket(socket, options, interface, loop, handler);
+  TwinSockets sockets;
+  open(sockets, options, interface, loop, handler, stream_greeting(config, chosen).dump(), samples);
   TwinWatch watch(twin, loop.scheduler(), interface, end);
   loop.run([&](int) { end(); });
   watch.log_bus();

@@ -5,6 +5,7 @@
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/post.hpp>
 
+#include "app/remote/cycle_samples.h"
 #include "controller/telemetry.h"
 
 namespace hystcan::app {
@@ -35,12 +36,14 @@ void run_despite_exceptions(boost::asio::io_context& context) {
 }
 
 ControlService::ControlService(const std::filesystem::path& config_file, const config::Config& config,
-                               const std::filesystem::path& socket, const StatusBoard& board)
+                               const std::filesystem::path& socket, const StatusBoard& board,
+                               SampleBoard& samples)
     : live_(config_file, config),
       handler_(context_, requests_, board, live_),
       watch_(context_, {config_file}, [this] { handler_.reload({ignore_answer}); }) {
   if (!socket.empty()) {
     socket_.emplace(context_, socket, handler_);
+    stream_.emplace(context_, stream_beside(socket), stream_greeting(config).dump(), samples);
     spdlog::info("control socket {}: hystcan ctl --socket {} status", socket.string(), socket.string());
   }
   if (!watch_.is_watching())
@@ -55,6 +58,7 @@ ControlService::ControlService(const std::filesystem::path& config_file, const c
 ControlService::~ControlService() {
   boost::asio::post(context_, [this] {
     handler_.close();
+    stream_.reset();
     boost::asio::post(context_, [this] { context_.stop(); });
   });
   thread_.join();

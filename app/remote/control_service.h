@@ -12,6 +12,7 @@
 #include "app/remote/controller_command_handler.h"
 #include "app/remote/file_watch.h"
 #include "app/remote/live_config.h"
+#include "app/remote/sample_stream.h"
 
 namespace hystcan::app {
 
@@ -21,9 +22,9 @@ void run_despite_exceptions(boost::asio::io_context& context);
 
 class ControlService {
  public:
-  /// An empty `socket` means that there is none. Throws RunError if the socket cannot be opened.
+  /// An empty `socket` means that there is none, and no stream beside it. Throws RunError if one cannot be opened.
   ControlService(const std::filesystem::path& config_file, const config::Config& config,
-                 const std::filesystem::path& socket, const StatusBoard& board);
+                 const std::filesystem::path& socket, const StatusBoard& board, SampleBoard& samples);
   ~ControlService();  ///< answers waiting clients and ends the thread
   ControlService(const ControlService&) = delete;
   ControlService& operator=(const ControlService&) = delete;
@@ -38,6 +39,7 @@ class ControlService {
   LiveConfig live_;
   ControllerCommandHandler handler_;
   std::optional<ControlSocket> socket_;
+  std::optional<SampleStream> stream_;
   FileWatch watch_;
   std::thread thread_;
 };

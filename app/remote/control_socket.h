@@ -8,29 +8,23 @@
 // is idle, it may still send one `stop` within 0.1 s.
 #pragma once
 
-#include <sys/types.h>
-
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <filesystem>
 #include <memory>
-#include <optional>
-#include <string>
-#include <utility>
 #include <vector>
 
 #include "app/remote/command_handler.h"
+#include "app/remote/local_listener.h"
 
 namespace hystcan::app {
 
 class ControlSocket {
  public:
-  /// Throws RunError if another process listens there, if there is a file that is not a socket, or if the file
-  /// cannot be created.
+  /// Throws RunError as LocalListener.
   ControlSocket(boost::asio::io_context& context, std::filesystem::path file, CommandHandler& handler);
-  ~ControlSocket();  ///< removes the file, unless it is no longer this socket's own
   ControlSocket(const ControlSocket&) = delete;
   ControlSocket& operator=(const ControlSocket&) = delete;
 
@@ -43,10 +37,8 @@ class ControlSocket {
   bool make_place();
   void mark_as_newest(const Session& session);
 
-  std::filesystem::path file_;
-  std::optional<std::pair<dev_t, ino_t>> id_;  ///< of the own socket file, the only one that is removed
   CommandHandler& handler_;
-  boost::asio::local::stream_protocol::acceptor acceptor_;
+  LocalListener listener_;
   boost::asio::steady_timer pause_;
   std::vector<std::weak_ptr<Session>> sessions_;  ///< the one that sent a line last is the last
   std::weak_ptr<Session> last_resort_;            ///< the one beyond the table, which may only stop

@@ -11,6 +11,7 @@
 #include <cmath>
 
 #include "app/live/rehearsal_setup.h"
+#include "app/remote/cycle_samples.h"
 
 namespace hystcan::app {
 namespace {
@@ -69,16 +70,18 @@ void Client::hang_up() {
 ControlBench::ControlBench(const std::function<void(const support::ShippedCopy&)>& prepare)
     : config_(prepared(files_, prepare)),
       board_(config_.axes.size()),
+      samples_(cycle_columns.size(), 4000),
       steps_(config_.axes.size()),
       rehearsal_(rehearsal_setup(config_),
                  [this](const controller::CycleRecord& record) {
                    board_.put(record);
+                   if (samples_.is_listening()) samples_.put(sample_of(record));
                    const controller::AxisReport& report = record.report;
                    const std::scoped_lock lock(mutex_);
                    steps_[record.axis].push_back(
                        {record.cycle, report.state, report.reference_um, report.position_um, report.drive});
                  }),
-      service_(std::make_unique<ControlService>(files_ / "piezo.toml", config_, socket(), board_)) {
+      service_(std::make_unique<ControlService>(files_ / "piezo.toml", config_, socket(), board_, samples_)) {
   rehearsal_.controller().listen_to(service_->requests());
   thread_ = std::thread([this] { run(); });
 }

@@ -88,6 +88,7 @@ class ControlBench {
   support::ShippedCopy files_;
   config::Config config_;
   StatusBoard board_;
+  SampleBoard samples_;
   mutable std::mutex mutex_;
   std::vector<std::vector<Step>> steps_;
   rehearsal::Rehearsal rehearsal_;
