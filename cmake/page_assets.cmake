@@ -1,0 +1,94 @@
+# The library hystcan_page_assets: the files of app/page/web, and uPlot from npm, as constants of the program.
+set(HYSTCAN_PAGE AUTO CACHE STRING "Build the operator's page: ON needs npm, AUTO leaves the page out without npm, OFF")
+set_property(CACHE HYSTCAN_PAGE PROPERTY STRINGS AUTO ON OFF)
+if(HYSTCAN_PAGE)  # AUTO too
+  find_program(NPM npm)
+endif()
+if(HYSTCAN_PAGE AND NOT HYSTCAN_PAGE STREQUAL AUTO AND NOT NPM)
+  message(FATAL_ERROR "HYSTCAN_PAGE is ${HYSTCAN_PAGE} and npm is missing: scripts/packages test installs it")
+endif()
+
+set(page_web ${PROJECT_SOURCE_DIR}/app/page/web)
+set(page_npm ${PROJECT_BINARY_DIR}/page)  # node_modules lies there
+set(page_list "")                         # "PATH|FILE": a browser asks for PATH
+
+if(HYSTCAN_PAGE AND NPM)
+  set(page_npm_ci "${NPM} ci --ignore-scripts --no-audit --no-fund --prefer-offline")
+  if(NOT HYSTCAN_TESTS OR HYSTCAN_SANITIZE)
+    string(APPEND page_npm_ci " --omit=dev")  # what only the browser tests need
+  endif()
+  set(uplot ${page_npm}/node_modules/uplot)
+  add_custom_command(OUTPUT ${page_npm}/installed
+    BYPRODUCTS ${uplot}/dist/uPlot.esm.js ${uplot}/dist/uPlot.min.css ${uplot}/LICENSE
+    COMMAND ${CMAKE_COMMAND} -E copy ${page_web}/package.json ${page_web}/package-lock.json ${page_npm}
+    COMMAND sh -c "${page_npm_ci} || { echo 'cmake -DHYSTCAN_PAGE=OFF builds without the page' >&2; exit 1; }"
+    COMMAND ${CMAKE_COMMAND} -E touch ${page_npm}/installed
+    DEPENDS ${page_web}/package.json ${page_web}/package-lock.json
+    WORKING_DIRECTORY ${page_npm} COMMENT "Installing the page's npm packages" VERBATIM)
+  file(MAKE_DIRECTORY ${page_npm})
+  install(FILES ${uplot}/LICENSE DESTINATION share/doc/hystcan RENAME uPlot.LICENSE.txt)
+
+  file(GLOB page_sources CONFIGURE_DEPENDS RELATIVE ${page_web} ${page_web}/*.html ${page_web}/*.css ${page_web}/*.js)
+  foreach(name IN LISTS page_sources)
+    list(APPEND page_list "/${name}|${page_web}/${name}")
+  endforeach()
+  list(APPEND page_list "/uPlot.esm.js|${uplot}/dist/uPlot.esm.js" "/uPlot.min.css|${uplot}/dist/uPlot.min.css"
+    "/uPlot.LICENSE.txt|${uplot}/LICENSE")
+  list(TRANSFORM page_list REPLACE "^/index\\.html" "/")
+  list(SORT page_list)
+endif()
+
+# The assembler copies the files (.incbin): that takes no time to compile.
+set(page_symbols "")
+set(page_directives "")
+set(page_rows "")
+set(page_files "")
+set(page_number 0)
+set(type_of_.html "text/html; charset=utf-8")
+set(type_of_.css "text/css; charset=utf-8")
+set(type_of_.js "text/javascript; charset=utf-8")
+set(type_of_ "text/plain; charset=utf-8")  # LICENSE
+foreach(entry IN LISTS page_list)
+  string(REGEX MATCH "^(.*)\\|(.*)$" entry "${entry}")
+  set(path ${CMAKE_MATCH_1})
+  set(file ${CMAKE_MATCH_2})
+  cmake_path(GET file EXTENSION LAST_ONLY extension)
+  list(APPEND page_files ${file})
+  set(symbol hystcan_page_${page_number})
+  string(APPEND page_symbols "extern \"C\" const char ${symbol}[], ${symbol}_end[];\n")
+  string(APPEND page_directives
+    ".global ${symbol}, ${symbol}_end\n${symbol}: .incbin \"${file}\"\n${symbol}_end: .byte 0\n")
+  string(APPEND page_rows "      {\"${path}\", \"${type_of_${extension}}\", {${symbol}, ${symbol}_end}},\n")
+  math(EXPR page_number "${page_number} + 1")
+endforeach()
+if(page_number EQUAL 0)
+  set(page_body "  return {};\n")
+else()
+  set(page_body "  static const auto assets = std::to_array<Asset>({\n${page_rows}  });\n  return assets;\n")
+endif()
+file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/page_assets.cpp @ONLY CONTENT [[
+// Written by cmake/page_assets.cmake.
+#include "app/page/assets.h"
+
+#include <array>
+
+asm(R"(
+.pushsection .rodata
+@page_directives@.popsection
+)");
+
+@page_symbols@
+namespace hystcan::app {
+
+std::span<const Asset> page_assets() {
+@page_body@}
+
+}  // namespace hystcan::app
+]])
+set_source_files_properties(${PROJECT_BINARY_DIR}/page_assets.cpp PROPERTIES OBJECT_DEPENDS "${page_files}")
+
+add_library(hystcan_page_assets STATIC ${PROJECT_BINARY_DIR}/page_assets.cpp)
+if(page_files)
+  target_sources(hystcan_page_assets PRIVATE ${page_npm}/installed)
+endif()
+target_link_libraries(hystcan_page_assets PRIVATE hystcan_flags)
