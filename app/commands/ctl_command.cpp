@@ -118,7 +118,8 @@ void print_answer(const nlohmann::json& answer) {
     if (answer.contains(key)) print_removed(answer.at(key).get<std::size_t>());
   if (answer.contains("position_um"))
     fmt::print("in position at {:.4f} um\n", answer.at("position_um").get<double>());
-  for (const nlohmann::json& change : answer.value("changed", nlohmann::json::array()))
+  const char* changes = answer.contains("unsaved") ? "unsaved" : "changed";
+  for (const nlohmann::json& change : answer.value(changes, nlohmann::json::array()))
     fmt::print("{}: {} -> {}\n", change.at("key").get<std::string>(), change.at("from").get<std::string>(),
                change.at("to").get<std::string>());
 }
@@ -214,6 +215,13 @@ void add_ctl(CLI::App& cli, int& status) {
   run_as(add("reload", "read the configuration file again"), [](const CtlArguments&) {
     return nlohmann::json{{"do", "reload"}};
   });
+  run_as(add("undo", "take back the last set since the file was read"), [](const CtlArguments&) {
+    return nlohmann::json{{"do", "undo"}};
+  });
+  run_as(add("settings", "show what is in force and not in the file; with --json all keys"),
+         [](const CtlArguments&) {
+           return nlohmann::json{{"do", "settings"}};
+         });
   run_as(add("stop", "ramp every axis down, switch off, and end the controller, or the twin"),
          [](const CtlArguments&) {
            return nlohmann::json{{"do", "stop"}};

@@ -5,6 +5,7 @@
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/post.hpp>
 
+#include "app/io/exit_status.h"
 #include "app/remote/cycle_samples.h"
 #include "controller/telemetry.h"
 
@@ -43,7 +44,7 @@ ControlService::ControlService(const std::filesystem::path& config_file, const c
       watch_(context_, {config_file}, [this] { handler_.reload({ignore_answer}); }) {
   if (!socket.empty()) {
     socket_.emplace(context_, socket, handler_);
-    stream_.emplace(context_, stream_beside(socket), stream_greeting(config).dump(), samples);
+    open_stream(stream_beside(socket), stream_greeting(config).dump(), samples);
     spdlog::info("control socket {}: hystcan ctl --socket {} status", socket.string(), socket.string());
   }
   if (!watch_.is_watching())
@@ -53,6 +54,16 @@ ControlService::ControlService(const std::filesystem::path& config_file, const c
     const auto work = boost::asio::make_work_guard(context_);
     run_despite_exceptions(context_);
   });
+}
+
+/// A controller runs without a stream rather than not at all.
+void ControlService::open_stream(const std::filesystem::path& file, const std::string& greeting,
+                                 SampleBoard& samples) {
+  try {
+    stream_.emplace(context_, file, greeting, samples);
+  } catch (const RunError& error) {
+    spdlog::warn("{}; no stream of cycles, the page shows none", error.what());
+  }
 }
 
 ControlService::~ControlService() {

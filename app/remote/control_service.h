@@ -22,7 +22,7 @@ void run_despite_exceptions(boost::asio::io_context& context);
 
 class ControlService {
  public:
-  /// An empty `socket` means that there is none, and no stream beside it. Throws RunError if one cannot be opened.
+  /// An empty `socket` means that there is none, and no stream beside it. Throws RunError if it cannot be opened.
   ControlService(const std::filesystem::path& config_file, const config::Config& config,
                  const std::filesystem::path& socket, const StatusBoard& board, SampleBoard& samples);
   ~ControlService();  ///< answers waiting clients and ends the thread
@@ -34,6 +34,8 @@ class ControlService {
   void reload();
 
  private:
+  void open_stream(const std::filesystem::path& file, const std::string& greeting, SampleBoard& samples);
+
   boost::asio::io_context context_{1};
   controller::RequestLink requests_;
   LiveConfig live_;

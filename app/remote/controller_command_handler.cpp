@@ -117,14 +117,16 @@ ControllerCommandHandler::ControllerCommandHandler(boost::asio::io_context& cont
 
 bool ControllerCommandHandler::is_open_to_all(const json& command) const {
   const auto what = command.find("do");
-  return what != command.end() &&
-         (*what == "status" || *what == "wait" || *what == "disable" || *what == "stop");
+  return what != command.end() && (*what == "status" || *what == "settings" || *what == "wait" ||
+                                   *what == "disable" || *what == "stop");
 }
 
 void ControllerCommandHandler::obey(const json& command, Answer answer) {
   static const std::map<std::string, Command> others{{"status", &ControllerCommandHandler::status},
                                                      {"wait", &ControllerCommandHandler::wait},
-                                                     {"set", &ControllerCommandHandler::set}};
+                                                     {"set", &ControllerCommandHandler::set},
+                                                     {"undo", &ControllerCommandHandler::undo},
+                                                     {"settings", &ControllerCommandHandler::settings}};
   try {  // each call gets a copy of `answer`, because the catch below needs it
     const std::string what = text_of(command, "do");
     if (closed_) return answer(refusal("the controller is ending"));
@@ -132,10 +134,10 @@ void ControllerCommandHandler::obey(const json& command, Answer answer) {
     if (const auto found = others.find(what); found != others.end())
       return (this->*found->second)(command, answer);
     if (acts().contains(what)) return act(command, answer);
-    answer(refusal(
-        fmt::format("\"{}\" is not a command, expected status, enable, disable, clear, go_to, resume, "
-                    "wait, set, revert, reload or stop",
-                    what)));
+    answer(refusal(fmt::format(
+        "\"{}\" is not a command, expected status, settings, enable, disable, clear, go_to, resume, "
+        "wait, set, undo, revert, reload or stop",
+        what)));
   } catch (const std::exception& error) {  // the command is invalid; nothing has changed
     answer(refusal(error.what()));
   }
@@ -184,6 +186,21 @@ void ControllerCommandHandler::set(const json& command, const Answer& answer) {
   const auto value = command.find("value");
   if (value == command.end()) throw config::Error("\"value\" is missing, expected a value as in TOML");
   apply(live_.with(text_of(command, "axis"), text_of(command, "key"), toml_of(*value)), answer);
+}
+
+void ControllerCommandHandler::undo(const json&, const Answer& answer) {
+  apply(live_.without_the_last(), answer);
+}
+
+void ControllerCommandHandler::settings(const json&, const Answer& answer) {
+  json list = json::array();
+  for (const config::Setting& setting : live_.settings())
+    list.push_back({{"key", setting.path}, {"value", setting.value}});
+  answer({{"ok", true},
+          {"file", std::filesystem::absolute(live_.file()).string()},
+          {"settings", list},
+          {"unsaved", changes_json(config::changes(config::settings(live_.file()), live_.settings()))},
+          {"undo", live_.single_settings()}});
 }
 
 void ControllerCommandHandler::reload(const Answer& answer) {

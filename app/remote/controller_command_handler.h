@@ -51,6 +51,8 @@ class ControllerCommandHandler final : public CommandHandler {
   void act(const nlohmann::json& command, Answer answer);
   void wait(const nlohmann::json& command, const Answer& answer);
   void set(const nlohmann::json& command, const Answer& answer);
+  void undo(const nlohmann::json& command, const Answer& answer);
+  void settings(const nlohmann::json& command, const Answer& answer);
 
   void apply(LiveConfig::Prepared prepared, Answer answer);
   void ask_all(std::vector<std::unique_ptr<controller::Request>> requests,

@@ -19,24 +19,12 @@ struct SampleColumn {
 nlohmann::json columns_to_json(std::span<const SampleColumn> columns);
 
 inline constexpr auto cycle_columns = std::to_array<SampleColumn>({
-    {"cycle", ""},
-    {"time_s", "s"},
-    {"axis", ""},
-    {"state", ""},
-    {"fault", ""},
-    {"limits", ""},
-    {"sample_missing", ""},
-    {"segment", ""},
-    {"shape_time_s", "s"},
-    {"reference_um", "um"},
-    {"position_um", "um"},
-    {"demand_um", "um"},
-    {"learnt_um", "um"},
-    {"drive", "drive"},
-    {"amplifier_output", "drive"},
-    {"turnaround_us", "us"},
-    {"lateness_us", "us"},
-    {"scan_line", ""},
+    {"cycle", ""},           {"time_s", "s"},       {"axis", ""},
+    {"state", ""},           {"fault", ""},         {"limits", ""},
+    {"sample_missing", ""},  {"segment", ""},       {"shape_time_s", "s"},
+    {"reference_um", "um"},  {"position_um", "um"}, {"demand_um", "um"},
+    {"learnt_um", "um"},     {"drive", "drive"},    {"amplifier_output", "drive"},
+    {"turnaround_us", "us"}, {"lateness_us", "us"}, {"scan_line", ""},
     {"scan_pixel", ""},
 });
 

@@ -13,6 +13,7 @@ using controller::AxisTuning;
 using controller::Request;
 
 constexpr std::size_t longest_key = 200;
+constexpr std::size_t most_undone = 100;
 
 /// True if a change of this key needs a new trajectory. Without one the reference goes on unchanged.
 bool concerns_reference(const std::string& path) {
@@ -39,7 +40,7 @@ std::size_t LiveConfig::axis_index(std::string_view name) const {
   return static_cast<std::size_t>(found - names_.begin());
 }
 
-LiveConfig::Prepared LiveConfig::reread() const { return prepare({}); }
+LiveConfig::Prepared LiveConfig::reread() const { return prepare({}, {}); }
 
 LiveConfig::Prepared LiveConfig::with(std::string_view axis, std::string_view key,
                                       const std::string& toml_value) const {
@@ -50,14 +51,28 @@ LiveConfig::Prepared LiveConfig::with(std::string_view axis, std::string_view ke
   const std::string path = fmt::format("axis[{}].control.{}", axis_index(axis), key);
   std::erase_if(overrides, [&](const config::Setting& setting) { return setting.path == path; });
   overrides.push_back({path, toml_value});
-  return prepare(std::move(overrides));
+  std::vector<Overrides> earlier = earlier_;
+  if (earlier.size() == most_undone) earlier.erase(earlier.begin());
+  earlier.push_back(overrides_);
+  Prepared prepared = prepare(std::move(overrides), std::move(earlier));
+  if (prepared.at_once.empty()) prepared.earlier = earlier_;  // it is so already
+  return prepared;
 }
 
-LiveConfig::Prepared LiveConfig::prepare(std::vector<config::Setting> overrides) const {
+LiveConfig::Prepared LiveConfig::without_the_last() const {
+  if (earlier_.empty()) throw config::Error("there is no setting to take back since the file was read");
+  std::vector<Overrides> earlier = earlier_;
+  Overrides overrides = std::move(earlier.back());
+  earlier.pop_back();
+  return prepare(std::move(overrides), std::move(earlier));
+}
+
+LiveConfig::Prepared LiveConfig::prepare(Overrides overrides, std::vector<Overrides> earlier) const {
   const config::Config config = config::load(file_, overrides);
   std::vector<config::Setting> settings = config::settings(file_, overrides);
   Prepared prepared{.settings = std::move(settings),
                     .overrides = std::move(overrides),
+                    .earlier = std::move(earlier),
                     .at_once = {},
                     .after_restart = {},
                     .requests = {}};
@@ -86,6 +101,7 @@ LiveConfig::Prepared LiveConfig::prepare(std::vector<config::Setting> overrides)
 void LiveConfig::accept(const Prepared& prepared) {
   settings_ = prepared.settings;
   overrides_ = prepared.overrides;
+  earlier_ = prepared.earlier;
   uncertain_.clear();
 }
 

@@ -57,6 +57,37 @@ TEST(Set, AnswersWithExactlyTheChangedKeys) {
   EXPECT_EQ(changes(client.ask(set("notch.depth", 0.5))), Texts{"axis[0].control.notch.depth 0.1 0.5"});
 }
 
+TEST(Undo, TakesBackOneSetAfterTheOther) {
+  const ControlBench bench;
+  Client client = bench.client();
+  using Texts = std::vector<std::string>;
+  const json undo{{"do", "undo"}};
+  EXPECT_TRUE(says(client.ask(undo), "there is no setting to take back"));
+  client.ask(set("kp", 0.2));
+  client.ask(set("kp", 0.2));  // changes nothing, so nothing is to be taken back
+  client.ask(set("notch", {{"frequency_Hz", 400.0}, {"depth", 0.1}, {"width", 0.5}}));
+  client.ask(set("kp", 0.3));
+  EXPECT_EQ(changes(client.ask(undo)), Texts{"axis[0].control.kp 0.3 0.2"});
+  EXPECT_EQ(changes(client.ask(undo)).front(), "axis[0].control.notch.depth 0.1 ") << "gone again";
+  EXPECT_EQ(changes(client.ask(undo)), Texts{"axis[0].control.kp 0.2 0"});
+  EXPECT_FALSE(is_ok(client.ask(undo)));
+}
+
+TEST(Settings, AreThoseInForceAndSayWhatTheFileDoesNotHave) {
+  const ControlBench bench;
+  Client client = bench.client();
+  client.ask(set("kp", 0.2));
+  const json answer = client.ask({{"do", "settings"}});
+  const auto kp = std::ranges::find(answer.at("settings"), "axis[0].control.kp",
+                                    [](const json& setting) { return setting.at("key"); });
+  ASSERT_NE(kp, answer.at("settings").end());
+  EXPECT_EQ(kp->at("value"), "0.2");
+  EXPECT_EQ(answer.at("unsaved"), (json{{{"key", "axis[0].control.kp"}, {"from", "0"}, {"to", "0.2"}}}));
+  EXPECT_EQ(answer.at("undo"), 1);
+  client.ask(reload);
+  EXPECT_TRUE(client.ask({{"do", "settings"}}).at("unsaved").empty());
+}
+
 // The integral must compensate the change of the gain. Without that, the drive would step by more than 0.2 V:
 // 0.45 um per um of the error that the model's 3 % leaves without an integral.
 TEST(Set, OfAGainMovesTheDriveNoMoreThanTheNoise) {

@@ -129,7 +129,7 @@ TEST(ControlSocket, RefusesUnknownCommandsAndNamesTheExpectedOnes) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   Client client = bench.client();
-  EXPECT_TRUE(says(client.ask(command("dance")), "\"dance\" is not a command, expected status, enable"));
+  EXPECT_TRUE(says(client.ask(command("dance")), "\"dance\" is not a command, expected status, settings"));
   EXPECT_TRUE(says(client.ask(command("enable", "z")), "there is no axis \"z\", expected x, y"));
   EXPECT_TRUE(says(client.ask(json::object()), "\"do\" is missing"));
   EXPECT_TRUE(says(client.ask({{"do", 7}}), "\"do\" is missing, expected a text"));

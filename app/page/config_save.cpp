@@ -1,0 +1,88 @@
+#include "app/page/config_save.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string_view>
+#include <vector>
+
+#include "config/document/toml_edit.h"
+
+namespace hystcan::app {
+namespace {
+
+constexpr std::size_t context_lines = 2;
+constexpr std::size_t most_lines = 5'000;
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+struct DiffLine {
+  char mark;
+  std::string_view text;
+};
+
+/// By the longest common subsequence of what lies between the common beginning and the common end.
+std::vector<DiffLine> compare(std::span<const std::string> before, std::span<const std::string> after) {
+  std::vector<std::vector<std::size_t>> longest(before.size() + 1, std::vector<std::size_t>(after.size() + 1));
+  for (std::size_t i = before.size(); i-- > 0;)
+    for (std::size_t k = after.size(); k-- > 0;)
+      longest[i][k] = before[i] == after[k] ? longest[i + 1][k + 1] + 1 : std::max(longest[i + 1][k], longest[i][k + 1]);
+  std::vector<DiffLine> lines;
+  std::size_t i = 0, k = 0;
+  while (i < before.size() || k < after.size()) {
+    if (i < before.size() && k < after.size() && before[i] == after[k]) {
+      lines.push_back({' ', before[i]});
+      ++i, ++k;
+    } else if (i < before.size() && (k == after.size() || longest[i + 1][k] >= longest[i][k + 1])) {
+      lines.push_back({'-', before[i++]});
+    } else {
+      lines.push_back({'+', after[k++]});
+    }
+  }
+  return lines;
+}
+
+}  // namespace
+
+std::string line_diff(const std::string& before, const std::string& after) {
+  const std::vector<std::string> old_lines = lines_of(before), new_lines = lines_of(after);
+  if (old_lines.size() > most_lines || new_lines.size() > most_lines)
+    return before == after ? "" : "  (too long to show)\n";
+  const std::vector<DiffLine> lines = compare(old_lines, new_lines);
+  std::vector<bool> is_shown(lines.size());
+  for (std::size_t i = 0; i < lines.size(); ++i)
+    for (std::size_t k = i - std::min(i, context_lines); lines[i].mark != ' ' && k < std::min(i + context_lines + 1, lines.size()); ++k)
+      is_shown[k] = true;
+  std::string text;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    if (!is_shown[i]) continue;
+    if (i > 0 && !is_shown[i - 1] && !text.empty()) text += "  ...\n";
+    text += fmt::format("{} {}\n", lines[i].mark, lines[i].text);
+  }
+  return text;
+}
+
+ConfigSave save_of(const std::filesystem::path& file, const nlohmann::json& unsaved) {
+  config::TomlEdit edit = config::TomlEdit::of_file(file);
+  const std::string before = edit.text();
+  for (const nlohmann::json& change : unsaved) {
+    const auto& key = change.at("key").get_ref<const std::string&>();
+    const auto& value = change.at("to").get_ref<const std::string&>();
+    if (value.empty())
+      edit.comment_out(key);
+    else
+      edit.set(key, value);
+  }
+  return {edit.text(), line_diff(before, edit.text()),
+          fmt::format("{:016x}", std::hash<std::string>()(before + '\0' + edit.text()))};
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,100 @@
+#include "app/page/control_link.h"
+
+#include <fmt/format.h>
+
+#include <boost/asio/post.hpp>
+#include <boost/asio/read_until.hpp>
+#include <boost/asio/write.hpp>
+#include <chrono>
+#include <istream>
+#include <utility>
+
+#include "app/remote/command_handler.h"
+
+namespace hystcan::app {
+namespace {
+
+using boost::asio::local::stream_protocol;
+using boost::system::error_code;
+
+constexpr auto longest_wait = std::chrono::seconds(5);
+constexpr std::size_t longest_line = 1'048'576;
+constexpr std::size_t most_waiting = 64;
+
+}  // namespace
+
+ControlLink::ControlLink(boost::asio::io_context& context, std::function<std::filesystem::path()> place)
+    : place_(std::move(place)), socket_(context), limit_(context), received_(longest_line) {}
+
+void ControlLink::ask(const nlohmann::json& command, Done done) {
+  if (waiting_.size() >= most_waiting) return done(refusal("too many commands at once"));
+  waiting_.push_back({command.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n", std::move(done)});
+  if (waiting_.size() == 1) begin();
+}
+
+void ControlLink::close() {
+  if (socket_.is_open()) fail("the connection was given up");
+}
+
+void ControlLink::begin() {
+  limit_.expires_after(longest_wait);
+  limit_.async_wait([this, connection = connection_](const error_code& cancelled) {
+    if (!cancelled && connection == connection_) fail("no answer within 5 s");
+  });
+  socket_.is_open() ? write() : connect();
+}
+
+void ControlLink::connect() {
+  try {
+    file_ = place_();
+    socket_.async_connect(stream_protocol::endpoint(file_.string()),
+                          [this, connection = connection_](const error_code& error) {
+                            if (connection != connection_) return;
+                            if (error) return fail(error.message() + "; is the controller running?");
+                            write();
+                          });
+  } catch (const std::exception& error) {
+    fail(error.what());
+  }
+}
+
+void ControlLink::write() {
+  boost::asio::async_write(socket_, boost::asio::buffer(waiting_.front().line),
+                           [this, connection = connection_](const error_code& error, std::size_t) {
+                             if (connection != connection_) return;
+                             if (error) return fail(error.message());
+                             read();
+                           });
+}
+
+void ControlLink::read() {
+  boost::asio::async_read_until(socket_, received_, '\n',
+                                [this, connection = connection_](const error_code& error, std::size_t) {
+                                  if (connection != connection_) return;
+                                  if (error) return fail(error.message());
+                                  std::istream stream(&received_);
+                                  std::string line;
+                                  std::getline(stream, line);
+                                  nlohmann::json answer = parse_command(line);
+                                  if (!answer.is_object()) return fail("the answer is no JSON object");
+                                  const Done done = std::move(waiting_.front().done);
+                                  waiting_.pop_front();
+                                  limit_.cancel();
+                                  if (!waiting_.empty()) begin();
+                                  done(std::move(answer));
+                                });
+}
+
+/// Everything that waits is refused: a command that was sent may have been carried out, so none is sent twice.
+void ControlLink::fail(const std::string& reason) {
+  ++connection_;
+  limit_.cancel();
+  error_code ignored;
+  socket_.close(ignored);
+  received_.consume(received_.size());
+  const nlohmann::json refused = refusal(fmt::format("{}: {}", file_.string(), reason));
+  for (const Command& command : std::exchange(waiting_, {}))
+    boost::asio::post(socket_.get_executor(), [done = command.done, refused] { done(refused); });
+}
+
+}  // namespace hystcan::app

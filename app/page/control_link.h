@@ -1,0 +1,50 @@
+// A connection to a control socket that does not wait: commands are answered in their order. Connects when there is a
+// command. Every command gets one answer, also if nobody is there.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/streambuf.hpp>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace hystcan::app {
+
+class ControlLink {
+ public:
+  using Done = std::function<void(nlohmann::json answer)>;
+
+  /// `place`: where the socket is, asked before each connection.
+  ControlLink(boost::asio::io_context& context, std::function<std::filesystem::path()> place);
+
+  void ask(const nlohmann::json& command, Done done);
+  /// Gives the right to write back. Commands under way are answered as refused.
+  void close();
+  bool is_busy() const { return !waiting_.empty(); }
+
+ private:
+  struct Command {
+    std::string line;
+    Done done;
+  };
+
+  void begin();
+  void connect();
+  void write();
+  void read();
+  void fail(const std::string& reason);
+
+  std::function<std::filesystem::path()> place_;
+  boost::asio::local::stream_protocol::socket socket_;
+  boost::asio::steady_timer limit_;
+  boost::asio::streambuf received_;
+  std::filesystem::path file_;
+  std::deque<Command> waiting_;
+  std::uint64_t connection_ = 0;  ///< what is left of an earlier one does not count
+};
+
+}  // namespace hystcan::app

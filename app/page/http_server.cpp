@@ -1,0 +1,302 @@
+#include "app/page/http_server.h"
+
+#include <fmt/format.h>
+
+#include <utility>  // before Beast 1.74, which uses std::exchange without it
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+#include <chrono>
+#include <deque>
+#include <optional>
+
+#include "app/io/exit_status.h"
+
+namespace hystcan::app {
+namespace {
+
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using boost::asio::ip::tcp;
+using beast::error_code;
+
+constexpr std::size_t most_connections = 32;
+constexpr std::uint32_t longest_header = 8'192;
+constexpr std::size_t longest_message = 16'384;
+constexpr std::size_t most_waiting = 4 * 1'048'576;
+constexpr std::size_t most_waiting_rows = 262'144;
+constexpr int send_buffer = 262'144;
+constexpr auto longest_request = std::chrono::seconds(10);
+constexpr auto longest_write = std::chrono::seconds(5);
+constexpr auto longest_silence = std::chrono::seconds(20);  // of a client: then a ping, which it must answer
+constexpr auto pause_after_failed_accept = std::chrono::milliseconds(100);
+
+/// Nothing but the page's own files may run, be shown or be asked; nobody may frame it.
+constexpr const char* content_policy =
+    "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' blob: data:; "
+    "frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
+
+using Request = http::request<http::empty_body>;
+using Response = http::response<http::string_body>;
+
+HttpRequest plain(const Request& request, const tcp::socket& socket) {
+  error_code ignored;
+  const auto text = [&](http::field field) { return std::string(request[field]); };
+  return {.method = std::string(request.method_string()),
+          .target = std::string(request.target()),
+          .host = text(http::field::host),
+          .origin = text(http::field::origin),
+          .local_address = socket.local_endpoint(ignored).address().to_string()};
+}
+
+Response wired(const HttpResponse& answer, unsigned version, bool keep_alive) {
+  Response response(http::int_to_status(answer.status), version);
+  response.set(http::field::content_type, answer.type);
+  response.set(http::field::cache_control, "no-store");
+  response.set("Content-Security-Policy", content_policy);
+  response.set("X-Content-Type-Options", "nosniff");
+  response.set("Referrer-Policy", "no-referrer");
+  response.set("Cross-Origin-Resource-Policy", "same-origin");
+  response.set("Cross-Origin-Opener-Policy", "same-origin");
+  if (answer.status == 405) response.set(http::field::allow, "GET, HEAD");
+  response.keep_alive(keep_alive);
+  response.body() = answer.body;
+  response.prepare_payload();
+  return response;
+}
+
+/// What is sent as one message.
+struct Outgoing {
+  bool is_text = true;
+  std::string text{};
+  RowHead head{};
+  RowBlock rows{};
+
+  std::size_t bytes() const { return text.size() + (rows ? sizeof head + rows->size() * sizeof(double) : 0); }
+};
+
+class WebSession final : public WebClient, public std::enable_shared_from_this<WebSession> {
+ public:
+  WebSession(tcp::socket socket, PageHandler& handler, std::shared_ptr<std::size_t> place)
+      : stream_(std::move(socket)), timer_(stream_.get_executor()), handler_(handler), place_(std::move(place)) {}
+
+  void start(const Request& upgrade) {
+    websocket::stream_base::timeout limits = websocket::stream_base::timeout::suggested(beast::role_type::server);
+    limits.handshake_timeout = longest_request;
+    limits.idle_timeout = longest_silence;
+    limits.keep_alive_pings = true;
+    stream_.set_option(limits);
+    stream_.read_message_max(longest_message);
+    stream_.auto_fragment(false);
+    stream_.async_accept(upgrade, [self = shared_from_this()](const error_code& error) {
+      if (error) return;
+      self->is_open_ = true;
+      self->handler_.opened(*self);
+      self->read();
+    });
+  }
+
+  void send_text(std::string text) override { send({.text = std::move(text)}); }
+
+  bool send_rows(const RowHead& head, const RowBlock& rows) override {
+    if (waiting_bytes_ > most_waiting_rows) return false;
+    send({.is_text = false, .head = head, .rows = rows});
+    return true;
+  }
+
+  void cut_off() override {
+    if (!is_open_) return;
+    handler_.count_cut_off();
+    end();
+  }
+
+  void end() {
+    timer_.cancel();
+    error_code ignored;
+    beast::get_lowest_layer(stream_).close(ignored);  // the pending read ends the session
+  }
+
+ private:
+  void read() {
+    stream_.async_read(received_, [self = shared_from_this()](const error_code& error, std::size_t) {
+      if (error == websocket::error::message_too_big) self->cut_off();
+      if (error) return self->closed();
+      if (!self->stream_.got_text()) {
+        self->cut_off();
+        return self->closed();
+      }
+      const std::string text = beast::buffers_to_string(self->received_.data());
+      self->received_.consume(self->received_.size());
+      self->handler_.received(*self, text);
+      self->read();
+    });
+  }
+
+  void closed() {
+    timer_.cancel();
+    if (std::exchange(is_open_, false)) handler_.closed(*this);
+  }
+
+  void send(Outgoing message) {
+    if (!is_open_) return;
+    waiting_bytes_ += message.bytes();
+    if (waiting_bytes_ > most_waiting) return cut_off();
+    waiting_.push_back(std::move(message));
+    if (waiting_.size() == 1) write();
+  }
+
+  void write() {
+    const Outgoing& message = waiting_.front();
+    timer_.expires_after(longest_write);
+    timer_.async_wait([self = weak_from_this()](const error_code& cancelled) {
+      if (const auto session = self.lock(); session && !cancelled) session->cut_off();
+    });
+    stream_.text(message.is_text);
+    const auto written = [self = shared_from_this()](const error_code& error, std::size_t) {
+      self->timer_.cancel();
+      if (error) return self->end();
+      self->waiting_bytes_ -= self->waiting_.front().bytes();
+      self->waiting_.pop_front();
+      if (!self->waiting_.empty()) self->write();
+    };
+    if (message.is_text) return stream_.async_write(boost::asio::buffer(message.text), written);
+    stream_.async_write(std::array<boost::asio::const_buffer, 2>{boost::asio::buffer(message.head),
+                                                                 boost::asio::buffer(*message.rows)},
+                        written);
+  }
+
+  websocket::stream<tcp::socket> stream_;
+  boost::asio::steady_timer timer_;
+  PageHandler& handler_;
+  std::shared_ptr<std::size_t> place_;
+  beast::flat_buffer received_;
+  std::deque<Outgoing> waiting_;
+  std::size_t waiting_bytes_ = 0;
+  bool is_open_ = false;
+};
+
+class HttpSession : public std::enable_shared_from_this<HttpSession> {
+ public:
+  HttpSession(tcp::socket socket, PageHandler& handler, std::shared_ptr<std::size_t> place,
+              std::vector<std::weak_ptr<WebSession>>& web)
+      : stream_(std::move(socket)), handler_(handler), place_(std::move(place)), web_(web) {}
+
+  void read() {
+    parser_.emplace();
+    parser_->header_limit(longest_header);
+    parser_->body_limit(0);
+    stream_.expires_after(longest_request);
+    http::async_read(stream_, received_, *parser_,
+                     [self = shared_from_this()](const error_code& error, std::size_t) { self->obey(error); });
+  }
+
+ private:
+  void obey(const error_code& error) {
+    if (error == http::error::header_limit) return respond({.status = 431, .body = "header too long\n"}, false);
+    if (error == http::error::body_limit) return respond({.status = 413, .body = "no body is read\n"}, false);
+    if (error && error.category() == http::make_error_code(http::error::bad_method).category() &&
+        error != http::error::end_of_stream && error != http::error::partial_message)
+      return respond({.status = 400, .body = "not HTTP\n"}, false);
+    if (error) return;
+    const Request& request = parser_->get();
+    const HttpRequest asked = plain(request, stream_.socket());
+    if (!websocket::is_upgrade(request))
+      return respond(handler_.answer(asked), request.keep_alive(), request.method() == http::verb::head);
+    const HttpResponse admitted = handler_.admit(asked);
+    if (admitted.status != 101) return respond(admitted, false);
+    stream_.expires_never();
+    const auto session = std::make_shared<WebSession>(stream_.release_socket(), handler_, place_);
+    web_.push_back(session);
+    session->start(request);
+  }
+
+  void respond(const HttpResponse& answer, bool keep_alive, bool head_only = false) {
+    const unsigned version = parser_->is_header_done() ? parser_->get().version() : 11;
+    response_ = wired(answer, version, keep_alive);
+    if (head_only) response_.body().clear();
+    stream_.expires_after(longest_request);
+    const auto written = [self = shared_from_this(), keep_alive](const error_code& error, std::size_t) {
+      if (error) return;
+      if (keep_alive) return self->read();
+      error_code ignored;
+      self->stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+    };
+    http::async_write(stream_, response_, written);
+  }
+
+  beast::tcp_stream stream_;
+  PageHandler& handler_;
+  std::shared_ptr<std::size_t> place_;
+  std::vector<std::weak_ptr<WebSession>>& web_;
+  beast::flat_buffer received_;
+  std::optional<http::request_parser<http::empty_body>> parser_;
+  Response response_;
+};
+
+}  // namespace
+
+class HttpServer::Listener {
+ public:
+  Listener(boost::asio::io_context& context, const tcp::endpoint& endpoint, PageHandler& handler)
+      : acceptor_(context, endpoint), pause_(context), handler_(handler) {
+    accept();
+  }
+  ~Listener() {
+    for (const auto& session : web_)
+      if (const auto open = session.lock()) open->end();
+  }
+  Listener(const Listener&) = delete;
+  Listener& operator=(const Listener&) = delete;
+
+  std::uint16_t port() const { return acceptor_.local_endpoint().port(); }
+
+ private:
+  void accept() {
+    acceptor_.async_accept([this](const error_code& error, tcp::socket socket) {
+      if (error == boost::asio::error::operation_aborted) return;
+      if (error) return accept_later();
+      admit(std::move(socket));
+      accept();
+    });
+  }
+  void accept_later() {
+    pause_.expires_after(pause_after_failed_accept);
+    pause_.async_wait([this](const error_code& cancelled) {
+      if (!cancelled) accept();
+    });
+  }
+  void admit(tcp::socket socket) {
+    std::erase_if(web_, [](const auto& session) { return session.expired(); });
+    if (static_cast<std::size_t>(open_.use_count()) > most_connections) return handler_.count_cut_off();
+    error_code ignored;
+    socket.set_option(tcp::no_delay(true), ignored);
+    socket.set_option(boost::asio::socket_base::send_buffer_size(send_buffer), ignored);
+    std::make_shared<HttpSession>(std::move(socket), handler_, open_, web_)->read();
+  }
+
+  tcp::acceptor acceptor_;
+  boost::asio::steady_timer pause_;
+  PageHandler& handler_;
+  /// Each connection holds it: its count is that of the connections, and one.
+  std::shared_ptr<std::size_t> open_ = std::make_shared<std::size_t>(0);
+  std::vector<std::weak_ptr<WebSession>> web_;
+};
+
+HttpServer::HttpServer(boost::asio::io_context& context, const std::string& address, std::uint16_t port,
+                       PageHandler& handler) {
+  try {
+    listener_ = std::make_unique<Listener>(context, tcp::endpoint(boost::asio::ip::make_address(address), port), handler);
+  } catch (const boost::system::system_error& error) {
+    throw RunError(fmt::format("{}:{}: {}; name another address with --listen", address, port, error.code().message()));
+  }
+}
+
+HttpServer::~HttpServer() = default;
+
+std::uint16_t HttpServer::port() const { return listener_->port(); }
+
+}  // namespace hystcan::app

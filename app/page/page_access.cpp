@@ -1,0 +1,133 @@
+#include "app/page/page_access.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/random.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <boost/asio/ip/address.hpp>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "app/io/exit_status.h"
+
+namespace hystcan::app {
+namespace {
+
+constexpr std::size_t token_bytes = 16;
+
+/// "LOCALHOST:8080" -> "localhost", "[::1]:8080" -> "::1".
+std::string name_of(const std::string& host) {
+  std::string name = host;
+  if (name.starts_with('[')) {
+    name = name.substr(1, name.find(']') == std::string::npos ? std::string::npos : name.find(']') - 1);
+  } else if (std::ranges::count(name, ':') == 1) {
+    name = name.substr(0, name.find(':'));
+  }
+  std::ranges::transform(name, name.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return name;
+}
+
+class Descriptor {
+ public:
+  explicit Descriptor(int number) : number_(number) {}
+  ~Descriptor() {
+    if (number_ >= 0) ::close(number_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int number() const { return number_; }
+
+ private:
+  int number_;
+};
+
+[[noreturn]] void fail(const std::filesystem::path& file, const std::string& what) {
+  throw RunError(fmt::format("{}: {}", file.string(), what));
+}
+
+bool is_hexadecimal(std::string_view text) {
+  return std::ranges::all_of(text, [](unsigned char c) { return std::isxdigit(c) != 0; });
+}
+
+std::string read_token(const std::filesystem::path& file, const Descriptor& opened) {
+  struct stat found {};
+  if (fstat(opened.number(), &found) != 0) fail(file, std::strerror(errno));
+  if (!S_ISREG(found.st_mode)) fail(file, "is no file, expected the token of the page");
+  if (found.st_uid != geteuid() || (found.st_mode & 077U) != 0)
+    fail(file, "is not the user's own or others may read it, expected mode 0600; remove it for a new token");
+  std::array<char, 2 * token_bytes + 2> text{};
+  const ssize_t size = ::read(opened.number(), text.data(), text.size());
+  if (size < 0) fail(file, std::strerror(errno));
+  std::string token(text.data(), static_cast<std::size_t>(size));
+  if (token.ends_with('\n')) token.pop_back();
+  if (token.size() != 2 * token_bytes || !is_hexadecimal(token))
+    fail(file, "holds no token, expected 32 hexadecimal digits; remove it for a new token");
+  return token;
+}
+
+}  // namespace
+
+PageAccess::PageAccess(std::vector<std::string> names, std::string token)
+    : names_(std::move(names)), token_(std::move(token)) {
+  for (std::string& name : names_) name = name_of(name);
+}
+
+HttpResponse PageAccess::judge(const HttpRequest& request) const {
+  const std::string host = name_of(request.host);
+  const bool is_own = (host == "localhost" && is_loopback(request.local_address)) ||
+                      (!host.empty() && host == name_of(request.local_address)) ||
+                      std::ranges::find(names_, host) != names_.end();
+  if (!is_own)
+    return {.status = 421,
+            .body = "This server has another name: ask for its address, or start it with --name NAME.\n"};
+  if (!request.origin.empty() && request.origin != "http://" + request.host)
+    return {.status = 403, .body = "A page of another origin may not ask this server.\n"};
+  return {};
+}
+
+bool PageAccess::is_token(std::string_view text) const {
+  unsigned difference = text.size() == token_.size() ? 0 : 1;
+  for (std::size_t i = 0; i < token_.size(); ++i)
+    difference |= static_cast<unsigned char>(token_[i]) ^ static_cast<unsigned char>(i < text.size() ? text[i] : '\0');
+  return difference == 0;
+}
+
+bool is_loopback(const std::string& address) {
+  boost::system::error_code error;
+  const auto parsed = boost::asio::ip::make_address(address, error);
+  return !error && parsed.is_loopback();
+}
+
+std::string new_token() {
+  std::array<unsigned char, token_bytes> bytes{};
+  if (getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
+    throw RunError(fmt::format("no random numbers for a token: {}", std::strerror(errno)));
+  std::string token;
+  for (const unsigned char byte : bytes) token += fmt::format("{:02x}", byte);
+  return token;
+}
+
+std::string token_of(const std::filesystem::path& file) {
+  const Descriptor made(::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
+  if (made.number() < 0) {
+    if (errno != EEXIST) fail(file, fmt::format("cannot be created: {}", std::strerror(errno)));
+    const Descriptor opened(::open(file.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
+    if (opened.number() < 0) fail(file, fmt::format("cannot be read: {}", std::strerror(errno)));
+    return read_token(file, opened);
+  }
+  std::string token = new_token();
+  const std::string line = token + "\n";
+  if (::write(made.number(), line.data(), line.size()) != static_cast<ssize_t>(line.size())) {
+    const int error = errno;
+    ::unlink(file.c_str());
+    fail(file, fmt::format("cannot be written: {}", std::strerror(error)));
+  }
+  return token;
+}
+
+}  // namespace hystcan::app
