@@ -7,14 +7,11 @@
 #include <sched.h>
 #include <sys/socket.h>
 
-#include <algorithm>
-#include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <fstream>
 #include <thread>
 
 #include "tests/hil/live_bench.h"
+#include "tests/hil/turnarounds.h"
 
 namespace hystcan::turnaround_test {
 namespace {
@@ -22,6 +19,8 @@ namespace {
 using hil::LiveBench;
 using hil::milliseconds;
 using hil::Process;
+using hil::quantile;
+using hil::turnarounds;
 
 constexpr canid_t sample_id = 0x182;
 constexpr canid_t command_id = 0x201;
@@ -64,39 +63,6 @@ class BareEcho {
   }
   pid_t child_;
 };
-
-/// Turnarounds in us, ascending: the times from a sample to the next command.
-std::vector<double> turnarounds(const std::string& log) {
-  std::vector<double> result;
-  double sampled_s = 0.0;  // 0: answered
-  std::ifstream file(log);
-  for (std::string line; std::getline(file, line);) {
-    const double time_s = std::strtod(line.c_str() + 1, nullptr);
-    const std::string frame = line.substr(line.rfind(' ') + 1);
-    if (frame.starts_with("182#")) sampled_s = time_s;
-    if (!frame.starts_with("201#") || sampled_s == 0.0) continue;
-    result.push_back(1e6 * (time_s - sampled_s));
-    sampled_s = 0.0;
-  }
-  std::ranges::sort(result);
-  return result;
-}
-
-double quantile(const std::vector<double>& ascending, double q) {
-  return ascending.at(static_cast<std::size_t>(q * static_cast<double>(ascending.size() - 1)));
-}
-
-void print(const char* who, const std::vector<double>& us) {
-  std::printf("%-10s %6zu turnarounds: p50 %6.1f us, p99 %6.1f us, p99.9 %6.1f us, max %6.1f us\n", who,
-              us.size(), quantile(us, 0.5), quantile(us, 0.99), quantile(us, 0.999), us.back());
-  constexpr double bin_us = 5.0;
-  for (std::size_t i = 0; i < us.size();) {
-    const double top = bin_us * (std::floor(us[i] / bin_us) + 1.0);
-    const std::size_t first = i;
-    while (i < us.size() && us[i] < top) ++i;
-    std::printf("    %5.0f..%-5.0f us %6zu\n", top - bin_us, top, i - first);
-  }
-}
 
 std::string log_of(const char* name) { return (std::filesystem::path(testing::TempDir()) / name).string(); }
 
@@ -144,8 +110,8 @@ TEST(Icount, TheTurnaroundIsMeasuredBesideABareEcho) {
   const std::vector<double> controller = of_controller();
   ASSERT_GT(echo.size(), 4900U);
   ASSERT_GT(controller.size(), 5000U);
-  print("echo", echo);
-  print("controller", controller);
+  hil::print_turnarounds("echo", echo);
+  hil::print_turnarounds("controller", controller);
   const double ratio = quantile(controller, 0.999) / quantile(echo, 0.999);
   std::printf("turnaround p99.9: controller / bare echo = %.2f, budget 1.5: %s\n", ratio,
               ratio <= 1.5 ? "met" : "MISSED");

@@ -1,0 +1,82 @@
+// Who may ask the server at all: plain HTTP, without a browser.
+import assert from 'node:assert/strict';
+import http from 'node:http';
+import { after, before, test } from 'node:test';
+
+import { startDemo } from './support.mjs';
+
+let demo;
+before(async () => {
+  demo = await startDemo();
+});
+after(() => demo.stop());
+
+/** Status, headers and text of the answer to a request with these headers. */
+function ask(path, { method = 'GET', headers = {} } = {}) {
+  return new Promise((done, fail) => {
+    const request = http.request({ host: '127.0.0.1', port: demo.port, path, method, headers, agent: false });
+    request.on('response', (response) => {
+      let text = '';
+      response.on('data', (part) => (text += part));
+      response.on('end', () => done({ status: response.statusCode, headers: response.headers, text }));
+    });
+    request.on('upgrade', (response, socket) => {
+      socket.destroy();
+      done({ status: response.statusCode, headers: response.headers, text: '' });
+    });
+    request.on('error', fail);
+    request.end();
+  });
+}
+
+const upgrade = {
+  Connection: 'Upgrade', Upgrade: 'websocket', 'Sec-WebSocket-Version': '13',
+  'Sec-WebSocket-Key': 'dGhlIHNhbXBsZSBub25jZQ==',
+};
+const own = () => `127.0.0.1:${demo.port}`;
+
+test('A foreign Host gets 421', async () => {
+  assert.equal((await ask('/', { headers: { Host: 'example.org' } })).status, 421);
+  assert.equal((await ask('/', { headers: { Host: `example.org:${demo.port}` } })).status, 421);
+  assert.equal((await ask('/socket', { headers: { ...upgrade, Host: 'example.org' } })).status, 421);
+});
+
+test('A foreign Origin gets 403', async () => {
+  const headers = { ...upgrade, Host: own(), Origin: 'http://example.org' };
+  assert.equal((await ask('/socket', { headers })).status, 403);
+  assert.equal((await ask('/', { headers: { Host: own(), Origin: 'null' } })).status, 403);
+});
+
+test('The own Origin, and none, may open the socket', async () => {
+  assert.equal((await ask('/socket', { headers: { ...upgrade, Host: own(), Origin: `http://${own()}` } })).status, 101);
+  assert.equal((await ask('/socket', { headers: { ...upgrade, Host: own() } })).status, 101);
+});
+
+test('Another method gets 405, another path 404', async () => {
+  for (const method of ['POST', 'PUT', 'DELETE']) assert.equal((await ask('/', { method })).status, 405, method);
+  assert.equal((await ask('/no_such_file.js')).status, 404);
+  assert.equal((await ask('/../../etc/passwd')).status, 404);
+});
+
+test('A header of more than 8 KiB gets 431', async () => {
+  assert.equal((await ask('/', { headers: { 'X-Long': 'x'.repeat(9000) } })).status, 431);
+});
+
+test('The page comes with a content security policy that names no other host', async () => {
+  const answer = await ask('/');
+  assert.equal(answer.status, 200);
+  assert.match(answer.headers['content-type'], /^text\/html/);
+  assert.match(answer.headers['content-security-policy'], /default-src 'none'/);
+  assert.doesNotMatch(answer.headers['content-security-policy'], /unsafe|https?:|\*/);
+});
+
+test('The metrics are OpenMetrics text', async () => {
+  const answer = await ask('/metrics');
+  assert.equal(answer.status, 200);
+  assert.match(answer.text, /^# (HELP|TYPE) hystcan_/m);
+  assert.match(answer.text, /# EOF\n$/);
+});
+
+test('The licence of uPlot is there', async () => {
+  assert.match((await ask('/uPlot.LICENSE.txt')).text, /MIT License/);
+});
