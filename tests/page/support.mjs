@@ -106,6 +106,30 @@ export async function openPage(browser, demo, options = {}) {
   return page;
 }
 
+/** The canvases of a chart as one text. */
+export async function pictureOf(page, chart) {
+  return page.evaluate((selector) => {
+    const place = document.querySelector(selector);
+    return [...(place.matches('canvas') ? [place] : place.querySelectorAll('canvas'))].map((one) => one.toDataURL()).join();
+  }, chart);
+}
+
+/** Takes control, with the token if the page asks for it, from another page if need be. */
+export async function takeControl(page, demo) {
+  await page.click('#take-control');
+  const token = page.locator('#token');
+  await until('control is taken', async () => {
+    if (await token.isVisible()) {
+      await token.fill(demo.token);
+      await token.press('Enter');
+      await until('the dialog closes', async () => !(await token.isVisible()));
+    }
+    const takeOver = page.getByRole('button', { name: /take over/i });
+    if (await takeOver.isVisible()) await takeOver.click();
+    return page.locator('#save').isEnabled();
+  });
+}
+
 /** Waits until the page has drawn rows of the axis. */
 export async function seesTheLoopRun(page, axis = 0) {
   await page.waitForFunction((index) => window.hystcanPage?.rows(index) > 100 && window.hystcanPage.firstPlotMs > 0, axis);
