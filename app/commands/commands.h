@@ -22,6 +22,7 @@ void add_dynamics(CLI::App& cli, int& status);
 void add_excite(CLI::App& cli, int& status);
 void add_identify(CLI::App& cli, int& status);
 void add_monitor(CLI::App& cli, int& status);
+void add_page(CLI::App& cli, int& status);
 void add_record(CLI::App& cli, int& status);
 void add_replay(CLI::App& cli, int& status);
 void add_simulate(CLI::App& cli, int& status);

@@ -245,9 +245,8 @@ int run_controller(const ControllerArguments& options) {
   CycleRecorder recorder(config, states, options.csv);
   telemetry = std::make_unique<controller::TelemetryThread>(
       [&](const controller::CycleRecord& record) { recorder.consume(record); });
-  auto control =
-      std::make_unique<ControlService>(options.config, config, socket_of(config), recorder.board(),
-                                       recorder.samples());
+  auto control = std::make_unique<ControlService>(options.config, config, socket_of(config), recorder.board(),
+                                                  recorder.samples());
   controller.listen_to(control->requests());
   spdlog::info("{} at {} Hz on {}; Ctrl-C ramps down and stops",
                can::counted(config.axes.size(), "axis", "axes"), config.controller.rate_Hz,

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "app/commands/commands.h"
+#include "app/commands/demo_page.h"
 #include "app/io/output_file.h"
 #include "app/io/standard_streams.h"
 #include "app/io/truth_log.h"
@@ -32,6 +33,7 @@ struct DemoArguments {
   std::filesystem::path config;
   std::filesystem::path output = "hystcan-demo";
   bool json = false;
+  std::string page;  ///< address; empty: none
 };
 
 struct Column {
@@ -204,6 +206,7 @@ void print_comparison_json(const config::Config& config, const std::vector<Colum
 }
 
 int run_demo(const DemoArguments& options) {
+  if (!options.page.empty()) return run_demo_page(options.config, shipped_config(), options.page);
   const config::Config config = config::load(options.config.empty() ? shipped_config() : options.config);
   create_folder(options.output);
   stop_at_a_signal();
@@ -253,6 +256,12 @@ void add_demo(CLI::App& cli, int& status) {
                       "configuration (TOML); the shipped piezo stage if left out");
   command->add_option("--output", options->output, "folder for CSV and plot")->capture_default_str();
   command->add_flag("--json", options->json, "print the table as JSON");
+  command
+      ->add_option(
+          "--page", options->page,
+          "instead: run without end, paced in real time, and serve the operator's page at this address")
+      ->expected(0, 1)
+      ->default_str("127.0.0.1:8080");
   command->callback([options, &status] { status = run_demo(*options); });
 }
 

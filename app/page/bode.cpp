@@ -21,8 +21,10 @@ nlohmann::json bode_of(const config::AxisConfig& axis, double cycle_s) {
   const controller::LinearLoop loop(
       controller::loop_config_of(axis.control.law, axis.control.delays, cycle_s));
   const controller::Pi::Config& pi = axis.control.law.pi;
-  nlohmann::json curves{{"frequency_Hz", nlohmann::json::array()}, {"loop_dB", nlohmann::json::array()},
-                        {"loop_deg", nlohmann::json::array()},     {"sensitivity_dB", nlohmann::json::array()},
+  nlohmann::json curves{{"frequency_Hz", nlohmann::json::array()},
+                        {"loop_dB", nlohmann::json::array()},
+                        {"loop_deg", nlohmann::json::array()},
+                        {"sensitivity_dB", nlohmann::json::array()},
                         {"closed_dB", nlohmann::json::array()}};
   const double highest_Hz = 0.5 / cycle_s;
   double last_deg = -90.0;
@@ -40,7 +42,9 @@ nlohmann::json bode_of(const config::AxisConfig& axis, double cycle_s) {
     curves["closed_dB"].push_back(decibels(std::abs(open / (1.0 + open))));
   }
   const controller::Margins margins = controller::margins_of(loop, pi);
-  const auto number = [](double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(); };
+  const auto number = [](double value) {
+    return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json();
+  };
   curves["stable"] = margins.stable;
   curves["gain_margin_dB"] = number(decibels(margins.gain_margin));
   curves["phase_margin_deg"] = number(margins.phase_margin_deg);

@@ -45,7 +45,9 @@ std::string BusCounters::state() const {
 }
 
 nlohmann::json BusCounters::report(Clock::time_point now) {
-  const auto number = [](const std::optional<double>& value) { return value ? nlohmann::json(*value) : nlohmann::json(); };
+  const auto number = [](const std::optional<double>& value) {
+    return value ? nlohmann::json(*value) : nlohmann::json();
+  };
   const std::optional<Count> counted = count(now);
   if (!counted || !last_ || counted->frames < last_->frames) {
     frames_per_s_ = load_percent_ = std::nullopt;
@@ -56,7 +58,8 @@ nlohmann::json BusCounters::report(Clock::time_point now) {
     const auto bytes = static_cast<double>(counted->bytes - last_->bytes);
     frames_per_s_ = frames / time_s;
     if (bitrate_bit_per_s_ > 0.0)
-      load_percent_ = 100.0 * stuffing * (frames * bits_of_a_frame + 8.0 * bytes) / (time_s * bitrate_bit_per_s_);
+      load_percent_ =
+          100.0 * stuffing * (frames * bits_of_a_frame + 8.0 * bytes) / (time_s * bitrate_bit_per_s_);
     last_ = counted;
   }
   return {{"interface", interface_},

@@ -15,8 +15,11 @@ class BusCounters {
   using Clock = std::chrono::steady_clock;
 
   /// An empty interface is a simulated bus. `bitrate_bit_per_s`: 0 if it is not known.
-  BusCounters(std::string interface, double bitrate_bit_per_s, std::filesystem::path network = "/sys/class/net")
-      : interface_(std::move(interface)), bitrate_bit_per_s_(bitrate_bit_per_s), network_(std::move(network)) {}
+  BusCounters(std::string interface, double bitrate_bit_per_s,
+              std::filesystem::path network = "/sys/class/net")
+      : interface_(std::move(interface)),
+        bitrate_bit_per_s_(bitrate_bit_per_s),
+        network_(std::move(network)) {}
 
   /// Rates since the call before, if that is long enough ago. docs/page_protocol.md has the keys.
   nlohmann::json report(Clock::time_point now = Clock::now());

@@ -68,7 +68,8 @@ Trigger Trigger::of(const json& request, const json& greeting) {
   trigger.pre_s = seconds_of(request, "pre_s");
   trigger.post_s = seconds_of(request, "post_s");
   if (trigger.pre_s + trigger.post_s > longest_s)
-    throw config::Error(fmt::format("pre_s + post_s is {}, expected at most {}", trigger.pre_s + trigger.post_s, longest_s));
+    throw config::Error(
+        fmt::format("pre_s + post_s is {}, expected at most {}", trigger.pre_s + trigger.post_s, longest_s));
   if (request.contains("repeat")) trigger.repeat = request.at("repeat") == true;
   if (trigger.on == On::step || trigger.on == On::level) trigger.level = number_of(request, "level");
   if (trigger.on == On::level) {
@@ -84,15 +85,20 @@ bool CaptureTrigger::fires(std::span<const double> row) const {
   if (before_.empty()) return false;
   const auto was = [&](std::size_t column) { return before_[column]; };
   switch (trigger_.on) {
-    case Trigger::On::step: return std::abs(row[at_.reference] - was(at_.reference)) > trigger_.level;
-    case Trigger::On::fault: return row[at_.fault] != was(at_.fault) && row[at_.fault] != 0.0;
-    case Trigger::On::line: return std::isfinite(row[at_.line]) && row[at_.line] != was(at_.line);
-    default: break;
+    case Trigger::On::step:
+      return std::abs(row[at_.reference] - was(at_.reference)) > trigger_.level;
+    case Trigger::On::fault:
+      return row[at_.fault] != was(at_.fault) && row[at_.fault] != 0.0;
+    case Trigger::On::line:
+      return std::isfinite(row[at_.line]) && row[at_.line] != was(at_.line);
+    default:
+      break;
   }
   const double from = was(trigger_.signal), to = row[trigger_.signal];
   const bool rises = from < trigger_.level && to >= trigger_.level;
   const bool falls = from > trigger_.level && to <= trigger_.level;
-  return (rises && trigger_.edge != Trigger::Edge::falling) || (falls && trigger_.edge != Trigger::Edge::rising);
+  return (rises && trigger_.edge != Trigger::Edge::falling) ||
+         (falls && trigger_.edge != Trigger::Edge::rising);
 }
 
 std::optional<Capture> CaptureTrigger::put(std::span<const double> row, const RowHistory& history) {

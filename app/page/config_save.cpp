@@ -31,10 +31,12 @@ struct DiffLine {
 
 /// By the longest common subsequence of what lies between the common beginning and the common end.
 std::vector<DiffLine> compare(std::span<const std::string> before, std::span<const std::string> after) {
-  std::vector<std::vector<std::size_t>> longest(before.size() + 1, std::vector<std::size_t>(after.size() + 1));
+  std::vector<std::vector<std::size_t>> longest(before.size() + 1,
+                                                std::vector<std::size_t>(after.size() + 1));
   for (std::size_t i = before.size(); i-- > 0;)
     for (std::size_t k = after.size(); k-- > 0;)
-      longest[i][k] = before[i] == after[k] ? longest[i + 1][k + 1] + 1 : std::max(longest[i + 1][k], longest[i][k + 1]);
+      longest[i][k] =
+          before[i] == after[k] ? longest[i + 1][k + 1] + 1 : std::max(longest[i + 1][k], longest[i][k + 1]);
   std::vector<DiffLine> lines;
   std::size_t i = 0, k = 0;
   while (i < before.size() || k < after.size()) {
@@ -59,7 +61,8 @@ std::string line_diff(const std::string& before, const std::string& after) {
   const std::vector<DiffLine> lines = compare(old_lines, new_lines);
   std::vector<bool> is_shown(lines.size());
   for (std::size_t i = 0; i < lines.size(); ++i)
-    for (std::size_t k = i - std::min(i, context_lines); lines[i].mark != ' ' && k < std::min(i + context_lines + 1, lines.size()); ++k)
+    for (std::size_t k = i - std::min(i, context_lines);
+         lines[i].mark != ' ' && k < std::min(i + context_lines + 1, lines.size()); ++k)
       is_shown[k] = true;
   std::string text;
   for (std::size_t i = 0; i < lines.size(); ++i) {

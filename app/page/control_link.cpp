@@ -28,7 +28,8 @@ ControlLink::ControlLink(boost::asio::io_context& context, std::function<std::fi
 
 void ControlLink::ask(const nlohmann::json& command, Done done) {
   if (waiting_.size() >= most_waiting) return done(refusal("too many commands at once"));
-  waiting_.push_back({command.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n", std::move(done)});
+  waiting_.push_back(
+      {command.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n", std::move(done)});
   if (waiting_.size() == 1) begin();
 }
 

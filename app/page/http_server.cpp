@@ -21,8 +21,8 @@ namespace {
 namespace beast = boost::beast;
 namespace http = beast::http;
 namespace websocket = beast::websocket;
-using boost::asio::ip::tcp;
 using beast::error_code;
+using boost::asio::ip::tcp;
 
 constexpr std::size_t most_connections = 32;
 constexpr std::uint32_t longest_header = 8'192;
@@ -82,10 +82,14 @@ struct Outgoing {
 class WebSession final : public WebClient, public std::enable_shared_from_this<WebSession> {
  public:
   WebSession(tcp::socket socket, PageHandler& handler, std::shared_ptr<std::size_t> place)
-      : stream_(std::move(socket)), timer_(stream_.get_executor()), handler_(handler), place_(std::move(place)) {}
+      : stream_(std::move(socket)),
+        timer_(stream_.get_executor()),
+        handler_(handler),
+        place_(std::move(place)) {}
 
   void start(const Request& upgrade) {
-    websocket::stream_base::timeout limits = websocket::stream_base::timeout::suggested(beast::role_type::server);
+    websocket::stream_base::timeout limits =
+        websocket::stream_base::timeout::suggested(beast::role_type::server);
     limits.handshake_timeout = longest_request;
     limits.idle_timeout = longest_silence;
     limits.keep_alive_pings = true;
@@ -109,7 +113,7 @@ class WebSession final : public WebClient, public std::enable_shared_from_this<W
   }
 
   void cut_off() override {
-    if (!is_open_) return;
+    if (!is_open_ || std::exchange(is_ending_, true)) return;
     handler_.count_cut_off();
     end();
   }
@@ -142,7 +146,7 @@ class WebSession final : public WebClient, public std::enable_shared_from_this<W
   }
 
   void send(Outgoing message) {
-    if (!is_open_) return;
+    if (!is_open_ || is_ending_) return;
     waiting_bytes_ += message.bytes();
     if (waiting_bytes_ > most_waiting) return cut_off();
     waiting_.push_back(std::move(message));
@@ -177,6 +181,7 @@ class WebSession final : public WebClient, public std::enable_shared_from_this<W
   std::deque<Outgoing> waiting_;
   std::size_t waiting_bytes_ = 0;
   bool is_open_ = false;
+  bool is_ending_ = false;
 };
 
 class HttpSession : public std::enable_shared_from_this<HttpSession> {
@@ -190,13 +195,15 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     parser_->header_limit(longest_header);
     parser_->body_limit(0);
     stream_.expires_after(longest_request);
-    http::async_read(stream_, received_, *parser_,
-                     [self = shared_from_this()](const error_code& error, std::size_t) { self->obey(error); });
+    http::async_read(
+        stream_, received_, *parser_,
+        [self = shared_from_this()](const error_code& error, std::size_t) { self->obey(error); });
   }
 
  private:
   void obey(const error_code& error) {
-    if (error == http::error::header_limit) return respond({.status = 431, .body = "header too long\n"}, false);
+    if (error == http::error::header_limit)
+      return respond({.status = 431, .body = "header too long\n"}, false);
     if (error == http::error::body_limit) return respond({.status = 413, .body = "no body is read\n"}, false);
     if (error && error.category() == http::make_error_code(http::error::bad_method).category() &&
         error != http::error::end_of_stream && error != http::error::partial_message)
@@ -289,9 +296,11 @@ class HttpServer::Listener {
 HttpServer::HttpServer(boost::asio::io_context& context, const std::string& address, std::uint16_t port,
                        PageHandler& handler) {
   try {
-    listener_ = std::make_unique<Listener>(context, tcp::endpoint(boost::asio::ip::make_address(address), port), handler);
+    listener_ = std::make_unique<Listener>(
+        context, tcp::endpoint(boost::asio::ip::make_address(address), port), handler);
   } catch (const boost::system::system_error& error) {
-    throw RunError(fmt::format("{}:{}: {}; name another address with --listen", address, port, error.code().message()));
+    throw RunError(
+        fmt::format("{}:{}: {}; name another address with --listen", address, port, error.code().message()));
   }
 }
 

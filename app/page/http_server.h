@@ -67,7 +67,8 @@ class PageHandler {
 class HttpServer {
  public:
   /// Port 0: any free one. Throws RunError if the address cannot be used.
-  HttpServer(boost::asio::io_context& context, const std::string& address, std::uint16_t port, PageHandler& handler);
+  HttpServer(boost::asio::io_context& context, const std::string& address, std::uint16_t port,
+             PageHandler& handler);
   ~HttpServer();
   HttpServer(const HttpServer&) = delete;
   HttpServer& operator=(const HttpServer&) = delete;

@@ -28,7 +28,8 @@ std::string name_of(const std::string& host) {
   } else if (std::ranges::count(name, ':') == 1) {
     name = name.substr(0, name.find(':'));
   }
-  std::ranges::transform(name, name.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::ranges::transform(name, name.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return name;
 }
 
@@ -93,7 +94,8 @@ HttpResponse PageAccess::judge(const HttpRequest& request) const {
 bool PageAccess::is_token(std::string_view text) const {
   unsigned difference = text.size() == token_.size() ? 0 : 1;
   for (std::size_t i = 0; i < token_.size(); ++i)
-    difference |= static_cast<unsigned char>(token_[i]) ^ static_cast<unsigned char>(i < text.size() ? text[i] : '\0');
+    difference |=
+        static_cast<unsigned char>(token_[i]) ^ static_cast<unsigned char>(i < text.size() ? text[i] : '\0');
   return difference == 0;
 }
 

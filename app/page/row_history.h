@@ -24,10 +24,14 @@ class RowHistory {
   /// Rows [first(), end()) are there; rows are counted from the beginning of the stream.
   std::uint64_t first() const { return count_ > most_rows_ ? count_ - most_rows_ : 0; }
   std::uint64_t end() const { return count_; }
-  std::span<const double> row(std::uint64_t number) const { return std::span(values_).subspan(place(number), columns_); }
+  std::span<const double> row(std::uint64_t number) const {
+    return std::span(values_).subspan(place(number), columns_);
+  }
 
  private:
-  std::size_t place(std::uint64_t number) const { return static_cast<std::size_t>(number % most_rows_) * columns_; }
+  std::size_t place(std::uint64_t number) const {
+    return static_cast<std::size_t>(number % most_rows_) * columns_;
+  }
 
   std::size_t columns_, most_rows_;
   std::uint64_t count_ = 0;

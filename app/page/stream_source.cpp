@@ -103,7 +103,8 @@ void StreamSource::read_rows(std::uint32_t rows, std::uint32_t lost) {
                             if (attempt != attempt_) return;
                             if (error) return fail(error.message());
                             std::vector<double> values(bytes / sizeof(double));
-                            received_.sgetn(reinterpret_cast<char*>(values.data()), static_cast<std::streamsize>(bytes));
+                            received_.sgetn(reinterpret_cast<char*>(values.data()),
+                                            static_cast<std::streamsize>(bytes));
                             handler_.received(values, lost);
                             read_head();
                           });

@@ -33,7 +33,8 @@ class StreamHandler {
 class StreamSource {
  public:
   /// `place`: where the socket is, asked before each attempt.
-  StreamSource(boost::asio::io_context& context, std::function<std::filesystem::path()> place, StreamHandler& handler);
+  StreamSource(boost::asio::io_context& context, std::function<std::filesystem::path()> place,
+               StreamHandler& handler);
 
  private:
   void connect();

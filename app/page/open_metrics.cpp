@@ -1,0 +1,119 @@
+#include "app/page/open_metrics.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+namespace hystcan::app {
+namespace {
+
+using nlohmann::json;
+
+class MetricsText {
+ public:
+  void family(std::string_view name, std::string_view type, std::string_view help,
+              std::string_view unit = {}) {
+    text_ += fmt::format("# TYPE hystcan_{} {}\n", name, type);
+    if (!unit.empty()) text_ += fmt::format("# UNIT hystcan_{} {}\n", name, unit);
+    text_ += fmt::format("# HELP hystcan_{} {}\n", name, help);
+  }
+  /// `labels`: with braces, or empty. No line if the value is no number.
+  void sample(std::string_view name, const std::string& labels, const json& value) {
+    if (!value.is_number()) return;
+    text_ += fmt::format("hystcan_{}{} {}\n", name, labels, value.dump());
+  }
+  void counter(const std::string& name, std::string_view help, const json& value) {
+    family(name, "counter", help);
+    sample(name + "_total", "", value);
+  }
+  void gauge(const std::string& name, std::string_view help, const json& value) {
+    family(name, "gauge", help);
+    sample(name, "", value);
+  }
+  void histogram(const std::string& name, std::string_view help, const TimingHistogram& times) {
+    family(name, "histogram", help, "seconds");
+    std::uint64_t below = 0;
+    for (std::size_t i = 0; i < times.counts().size(); ++i) {
+      below += times.counts()[i];
+      const std::string edge = i < TimingHistogram::upper_us.size()
+                                   ? fmt::format("{:.6f}", 1e-6 * TimingHistogram::upper_us[i])
+                                   : "+Inf";
+      sample(name + "_bucket", fmt::format("{{le=\"{}\"}}", edge), below);
+    }
+    sample(name + "_count", "", times.samples());
+    sample(name + "_sum", "", 1e-6 * times.sum_us());
+  }
+  std::string end() { return text_ + "# EOF\n"; }
+
+ private:
+  std::string text_;
+};
+
+std::string label_value(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) {
+    if (c == '\\' || c == '"') escaped += '\\';
+    escaped += c == '\n' ? std::string("\\n") : std::string(1, c);
+  }
+  return escaped;
+}
+
+std::string axis_label(const json& axis) {
+  return fmt::format("axis=\"{}\"", label_value(axis.at("name").get<std::string>()));
+}
+
+void put_axes(MetricsText& text, const json& axes, const json& states) {
+  text.family("axis_state", "stateset", "state of the axis");
+  for (const json& axis : axes)
+    for (const json& state : states)
+      text.sample("axis_state",
+                  fmt::format("{{{},hystcan_axis_state=\"{}\"}}", axis_label(axis),
+                              label_value(state.get<std::string>())),
+                  axis.at("state") == state ? 1 : 0);
+  text.family("axis_fault", "info", "latched fault of the axis");
+  for (const json& axis : axes)
+    text.sample("axis_fault_info",
+                fmt::format("{{{},cause=\"{}\"}}", axis_label(axis),
+                            label_value(axis.at("fault").get<std::string>())),
+                1);
+  for (const auto& [key, name, help] :
+       {std::array{"position_um", "axis_position_um", "measured position, um"},
+        std::array{"reference_um", "axis_reference_um", "reference, um"},
+        std::array{"error_um", "axis_error_um", "reference - position, um"},
+        std::array{"drive", "axis_drive", "commanded drive, in the drive unit of the axis"}}) {
+    text.family(name, "gauge", help);
+    for (const json& axis : axes)
+      text.sample(name, fmt::format("{{{}}}", axis_label(axis)), axis.value(key, json()));
+  }
+}
+
+}  // namespace
+
+std::string open_metrics(const json& status, const json& states, const json& bus,
+                         const TimingHistogram& turnaround, const TimingHistogram& lateness,
+                         const PageCounters& page) {
+  MetricsText text;
+  const bool is_up = status.is_object() && status.value("ok", false);
+  text.gauge("up", "1 if the controller answers", is_up ? 1 : 0);
+  if (is_up) {
+    text.counter("cycles", "cycles of the controller since its start", status.value("cycles", json()));
+    text.counter("missed_cycles", "cycles left out", status.value("missed_cycles", json()));
+    text.counter("missing_samples", "cycles without a sample", status.value("missing_samples", json()));
+    text.counter("late_samples", "samples after the end of their cycle",
+                 status.value("late_samples", json()));
+    put_axes(text, status.at("axes"), states.is_array() ? states : json::array());
+  }
+  text.histogram("turnaround_seconds", "from the received sample to the sent command", turnaround);
+  text.histogram("lateness_seconds", "begin of a cycle after its time", lateness);
+  text.gauge("bus_frames_per_second", "frames on the interface", bus.value("frames_per_s", json()));
+  text.gauge("bus_load_percent", "estimated from the counters of the interface",
+             bus.value("load_percent", json()));
+  text.gauge("page_clients", "clients at the page", page.clients);
+  text.counter("page_cut_off", "clients that did not read or sent too much", page.cut_off);
+  text.counter("page_refused", "requests of a foreign host or origin, or with a wrong token", page.refused);
+  text.counter("page_lost_rows", "rows that did not reach a client", page.lost_rows);
+  return text.end();
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,83 @@
+#include "app/page/page_host.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <boost/asio/ip/address.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <charconv>
+#include <csignal>
+#include <utility>
+
+#include "app/io/exit_status.h"
+#include "app/page/assets.h"
+#include "config/document/error.h"
+
+namespace hystcan::app {
+namespace {
+
+void require_intended(const PageListening& listening) {
+  if (is_loopback(listening.at.address)) return;
+  if (!listening.expose)
+    throw config::Error(fmt::format(
+        "--listen {}: other machines can reach this address. The page is not encrypted: who listens on the network "
+        "sees the token, and can then move the stage. Forward the port instead (ssh -L 8080:localhost:8080 HOST), or "
+        "say --expose",
+        listening.at.address));
+  spdlog::warn(
+      "the page is open to the network, unencrypted: who listens there sees the token and can move the stage");
+}
+
+}  // namespace
+
+ListenAddress ListenAddress::of(const std::string& text) {
+  const auto colon = text.rfind(':');
+  const auto fail = [&]() -> void {
+    throw config::Error(
+        fmt::format("\"{}\" is no address, expected one like 127.0.0.1:8080 or [::1]:8080", text));
+  };
+  if (colon == std::string::npos) fail();
+  ListenAddress result{.address = text.substr(0, colon), .port = 0};
+  if (result.address.starts_with('[') && result.address.ends_with(']'))
+    result.address = result.address.substr(1, result.address.size() - 2);
+  if (result.address == "localhost") result.address = "127.0.0.1";
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data() + colon + 1, end, result.port);
+  boost::system::error_code invalid;
+  boost::asio::ip::make_address(result.address, invalid);
+  if (error != std::errc() || rest != end || invalid) fail();
+  return result;
+}
+
+PageHost::PageHost(PageOptions options, const PageListening& listening, const std::string& token)
+    : address_(listening.at.address) {
+  if (!page_is_built())
+    throw RunError(
+        "this program was built without its page, because npm was not there; build it with: scripts/packages test && "
+        "cmake --preset release && cmake --build --preset release");
+  require_intended(listening);
+  options.exposed = !is_loopback(address_);
+  service_ = std::make_unique<PageService>(context_, std::move(options), PageAccess(listening.names, token));
+  server_ = std::make_unique<HttpServer>(context_, address_, listening.at.port, *service_);
+}
+
+std::string PageHost::url() const {
+  const bool is_v6 = address_.find(':') != std::string::npos;
+  return fmt::format("http://{}:{}/", is_v6 ? "[" + address_ + "]" : address_, server_->port());
+}
+
+void PageHost::run() {
+  boost::asio::signal_set signals(context_, SIGINT, SIGTERM);
+  signals.async_wait([this](const boost::system::error_code& error, int) {
+    if (!error) context_.stop();
+  });
+  while (!context_.stopped()) {
+    try {
+      context_.run();
+    } catch (const std::exception& error) {  // of one handler
+      spdlog::error("page: {}", error.what());
+    }
+  }
+}
+
+}  // namespace hystcan::app

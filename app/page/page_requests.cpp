@@ -1,0 +1,250 @@
+// What the clients of the page ask for.
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "app/io/output_file.h"
+#include "app/page/bode.h"
+#include "app/page/config_save.h"
+#include "app/page/page_service.h"
+#include "app/remote/command_handler.h"
+#include "app/report/config_edit.h"
+#include "config/document/error.h"
+
+namespace hystcan::app {
+namespace {
+
+using nlohmann::json;
+
+constexpr int most_messages_per_s = 50;
+constexpr auto answer_to_a_wrong_token = std::chrono::seconds(1);
+constexpr double slowest_view_Hz = 10.0;
+constexpr double fastest_view_Hz = 1000.0;
+constexpr const char* no_token = "this needs the token: hystcan page CONFIG --token shows it";
+constexpr const char* no_role = "another page, or none, has the writer's role: take it first";
+
+/// What the control socket may be asked for through the page; `stop` has its own request.
+constexpr auto page_commands = std::to_array<std::string_view>(
+    {"go_to", "resume", "set", "undo", "reload", "revert", "enable", "disable", "clear"});
+
+/// The overrides that give the settings in force.
+std::vector<config::Setting> overrides_of(const json& unsaved) {
+  std::vector<config::Setting> overrides;
+  for (const json& change : unsaved)
+    if (const std::string value = change.at("to"); !value.empty())
+      overrides.push_back({change.at("key").get<std::string>(), value});
+  return overrides;
+}
+
+}  // namespace
+
+void PageService::received(WebClient& web, std::string_view text) {
+  const auto found = clients_.find(&web);
+  if (found == clients_.end()) return;
+  Client& client = found->second;
+  if (is_too_much(client)) return web.cut_off();
+  const json request = parse_command(std::string(text));
+  Asked asked{client.number, nullptr};
+  if (!request.is_object()) return refuse(asked, "expected a JSON object");
+  if (const auto id = request.find("id"); id != request.end() && id->is_number()) asked.id = *id;
+  if (asked.id.is_null()) return refuse(asked, "\"id\" is missing, expected a number");
+  try {
+    obey(client, asked, request);
+  } catch (const std::exception& error) {  // the request is invalid; nothing has changed
+    refuse(asked, error.what());
+  }
+}
+
+bool PageService::is_too_much(Client& client) const {
+  const Clock::time_point now = Clock::now();
+  if (now - client.second >= std::chrono::seconds(1)) {
+    client.second = now;
+    client.messages = 0;
+  }
+  return ++client.messages > most_messages_per_s;
+}
+
+void PageService::obey(Client& client, const Asked& asked, const json& request) {
+  enum class Needs : std::uint8_t { nothing, token, role };
+  struct Entry {
+    Request request;
+    Needs needs;
+  };
+  static const std::map<std::string, Entry> requests{
+      {"token", {&PageService::token, Needs::nothing}},
+      {"view", {&PageService::view, Needs::nothing}},
+      {"settings", {&PageService::settings, Needs::nothing}},
+      {"bode", {&PageService::bode, Needs::nothing}},
+      {"trigger", {&PageService::trigger, Needs::nothing}},
+      {"untrigger", {&PageService::untrigger, Needs::nothing}},
+      {"stop", {&PageService::stop, Needs::token}},
+      {"take_writer", {&PageService::take_writer, Needs::token}},
+      {"release_writer", {&PageService::release_writer, Needs::nothing}},
+      {"command", {&PageService::command, Needs::role}},
+      {"save", {&PageService::save, Needs::role}}};
+  const std::string what = text_of(request, "do");
+  const auto found = requests.find(what);
+  if (found == requests.end()) return refuse(asked, fmt::format("\"{}\" is not a request", what));
+  if (found->second.needs != Needs::nothing && !client.is_authorised) {
+    ++counters_.refused;
+    return refuse(asked, no_token);
+  }
+  if (found->second.needs == Needs::role && writer_ != client.number) return refuse(asked, no_role);
+  (this->*found->second.request)(client, asked, request);
+}
+
+void PageService::reply(const Asked& asked, json answer) {
+  answer["type"] = "answer";
+  answer["id"] = asked.id;
+  for (auto& [web, client] : clients_)
+    if (client.number == asked.client)
+      return client.web.send_text(answer.dump(-1, ' ', false, json::error_handler_t::replace));
+}
+
+void PageService::refuse(const Asked& asked, const std::string& reason) { reply(asked, refusal(reason)); }
+
+void PageService::token(Client& client, const Asked& asked, const json& request) {
+  if (client.waits_for_token) return refuse(asked, "the answer to the last token is under way");
+  if (access_.is_token(text_of(request, "token"))) {
+    client.is_authorised = true;
+    reply(asked, {{"ok", true}});
+    return send_writer(client);
+  }
+  ++counters_.refused;
+  client.waits_for_token = true;
+  const auto later = std::make_shared<boost::asio::steady_timer>(context_, answer_to_a_wrong_token);
+  later->async_wait([this, later, asked](const boost::system::error_code&) {
+    for (auto& [web, waiting] : clients_)
+      if (waiting.number == asked.client) waiting.waits_for_token = false;
+    refuse(asked, "this is not the token: hystcan page CONFIG --token shows it");
+  });
+}
+
+void PageService::view(Client& client, const Asked& asked, const json& request) {
+  const double rate = number_of(request, "rate_Hz");
+  if (!(rate >= slowest_view_Hz && rate <= fastest_view_Hz))
+    return refuse(asked,
+                  fmt::format("rate_Hz is {}, expected {} to {}", rate, slowest_view_Hz, fastest_view_Hz));
+  client.rate = std::round(rate);
+  set_rates();
+  reply(asked, {{"ok", true}});
+}
+
+/// Throws config::Error if the controller runs with another file than the page's.
+void PageService::require_the_same_file(const json& settings) const {
+  const std::filesystem::path of_controller = settings.at("file").get<std::string>();
+  std::error_code error;
+  if (!std::filesystem::equivalent(of_controller, options_.config, error))
+    throw config::Error(
+        fmt::format("the controller runs with {}, this page with {}: start it with the same file",
+                    of_controller.string(), options_.config.string()));
+}
+
+void PageService::settings(Client&, const Asked& asked, const json&) {
+  reader_.ask({{"do", "settings"}}, [this, asked](json answer) {
+    answer.erase("file");
+    reply(asked, std::move(answer));
+  });
+}
+
+void PageService::bode(Client&, const Asked& asked, const json& request) {
+  const std::string axis = text_of(request, "axis");
+  reader_.ask({{"do", "settings"}}, [this, asked, axis](const json& answer) {
+    try {
+      if (!answer.value("ok", false)) return reply(asked, answer);
+      require_the_same_file(answer);
+      const config::Config config = config::load(options_.config, overrides_of(answer.at("unsaved")));
+      json curves = bode_of(config.axes[index_of_axis(config, axis)], 1.0 / config.controller.rate_Hz);
+      curves["ok"] = true;
+      reply(asked, std::move(curves));
+    } catch (const std::exception& error) {
+      refuse(asked, error.what());
+    }
+  });
+}
+
+void PageService::trigger(Client& client, const Asked& asked, const json& request) {
+  if (!controller_.is_there()) return refuse(asked, "no cycles come: there is nothing to capture");
+  client.trigger.emplace(Trigger::of(request, controller_.greeting()), watch_.columns());
+  reply(asked, {{"ok", true}});
+}
+
+void PageService::untrigger(Client& client, const Asked& asked, const json&) {
+  client.trigger.reset();
+  reply(asked, {{"ok", true}});
+}
+
+void PageService::give_role_to(std::uint64_t client) {
+  if (writer_ == client) return;
+  writing_.close();  // the controller's right to write goes with the role
+  writer_ = client;
+  for (auto& [web, other] : clients_) send_writer(other);
+}
+
+void PageService::take_writer(Client& client, const Asked& asked, const json& request) {
+  const bool is_forced = request.contains("force") && request.at("force") == true;
+  if (writer_ != 0 && writer_ != client.number && !is_forced)
+    return refuse(asked, "another page has the writer's role");
+  give_role_to(client.number);
+  reply(asked, {{"ok", true}});
+}
+
+void PageService::release_writer(Client& client, const Asked& asked, const json&) {
+  if (writer_ == client.number) give_role_to(0);
+  reply(asked, {{"ok", true}});
+}
+
+void PageService::command(Client&, const Asked& asked, const json& request) {
+  const auto command = request.find("command");
+  if (command == request.end() || !command->is_object())
+    return refuse(asked, "\"command\" is missing, expected a command of the control socket");
+  const std::string what = text_of(*command, "do");
+  if (std::ranges::find(page_commands, what) == page_commands.end())
+    return refuse(asked, fmt::format("\"{}\" is no command of the page, expected {}", what,
+                                     fmt::join(page_commands, ", ")));
+  spdlog::info("page {}: {}", asked.client, command->dump(-1, ' ', true, json::error_handler_t::replace));
+  writing_.ask(*command, [this, asked](const json& answer) {
+    const bool is_done = answer.value("ok", false);
+    json told{{"ok", is_done}, {"answer", answer}};
+    if (!is_done) told["error"] = answer.value("error", "refused");
+    reply(asked, std::move(told));
+  });
+}
+
+void PageService::stop(Client&, const Asked& asked, const json&) {
+  spdlog::warn("page {}: stop", asked.client);
+  stopping_.ask({{"do", "stop"}}, [this, asked](const json& answer) {
+    reply(asked, answer);
+    stopping_.close();
+  });
+}
+
+void PageService::save(Client&, const Asked& asked, const json& request) {
+  const std::string digest = request.contains("digest") ? text_of(request, "digest") : "";
+  reader_.ask({{"do", "settings"}}, [this, asked, digest](const json& answer) {
+    try {
+      if (!answer.value("ok", false)) return reply(asked, answer);
+      require_the_same_file(answer);
+      const ConfigSave save = save_of(options_.config, answer.at("unsaved"));
+      if (digest.empty()) return reply(asked, {{"ok", true}, {"diff", save.diff}, {"digest", save.digest}});
+      if (digest != save.digest)
+        return refuse(asked,
+                      "the file or the settings have changed since the difference was shown: look again");
+      OutputFile file(options_.config);
+      file.write(save.text);
+      file.commit();
+      spdlog::info("page {}: {} saved", asked.client, options_.config.string());
+      reply(asked, {{"ok", true}});
+    } catch (const std::exception& error) {
+      refuse(asked, error.what());
+    }
+  });
+}
+
+}  // namespace hystcan::app

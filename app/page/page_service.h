@@ -1,0 +1,121 @@
+// The operator's page behind its server: passes the streams on to the clients, and their commands to the control socket.
+// docs/page_protocol.md has all messages. One thread.
+//
+//   PageStream (controller, twin) ──▶ CycleWatch, captures, lanes ──▶ clients
+//   clients ──▶ requests (page_requests.cpp) ──▶ ControlLink ──▶ control socket
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "app/page/bus_counters.h"
+#include "app/page/capture.h"
+#include "app/page/control_link.h"
+#include "app/page/cycle_watch.h"
+#include "app/page/http_server.h"
+#include "app/page/open_metrics.h"
+#include "app/page/page_access.h"
+#include "app/page/page_stream.h"
+#include "app/page/stream_source.h"
+
+namespace hystcan::app {
+
+struct PageOptions {
+  std::filesystem::path config;
+  std::string source = "controller";  ///< or "demo"
+  std::string interface{};            ///< empty: simulated
+  double bitrate_bit_per_s = 0.0;     ///< 0: not known
+  bool exposed = false;
+  std::string start_command;
+  std::function<std::filesystem::path()> controller_socket, twin_socket;
+};
+
+class PageService final : public PageHandler {
+ public:
+  PageService(boost::asio::io_context& context, PageOptions options, PageAccess access);
+
+  HttpResponse answer(const HttpRequest& request) override;
+  HttpResponse admit(const HttpRequest& request) override;
+  void opened(WebClient& client) override;
+  void received(WebClient& client, std::string_view text) override;
+  void closed(WebClient& client) override;
+  void count_cut_off() override { ++counters_.cut_off; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Client {
+    WebClient& web;
+    std::uint64_t number;
+    bool is_authorised = false;
+    bool waits_for_token = false;                   ///< the answer to a wrong one is under way
+    double rate = 500.0;                            ///< rows per axis and second
+    std::map<std::uint32_t, std::uint32_t> lost{};  ///< rows of each kind since the last message
+    std::optional<CaptureTrigger> trigger{};
+    Clock::time_point second{};  ///< begin of the second in which messages are counted
+    int messages = 0;
+  };
+  struct Asked {
+    std::uint64_t client;
+    nlohmann::json id;
+  };
+  using Request = void (PageService::*)(Client&, const Asked&, const nlohmann::json&);
+
+  void greet(Client& client);
+  void send_stream(Client& client, const PageStream& stream);
+  void stream_changed(const PageStream& stream);
+  void row_of_controller(std::span<const double> row);
+  void batch(const PageStream& stream, std::uint32_t lost);
+  void send_rows(Client& client, const PageStream& stream, const RowBlock& rows);
+  void send_capture(Client& client, const Capture& capture);
+  void set_rates();
+  void look();  ///< asks for the state, five times a second
+  void send_status();
+  void send_writer(Client& client) const;
+  void broadcast(const nlohmann::json& message);
+
+  void reply(const Asked& asked, nlohmann::json answer);
+  void refuse(const Asked& asked, const std::string& reason);
+  bool is_too_much(Client& client) const;
+  void obey(Client& client, const Asked& asked, const nlohmann::json& request);
+
+  void token(Client&, const Asked&, const nlohmann::json&);
+  void view(Client&, const Asked&, const nlohmann::json&);
+  void settings(Client&, const Asked&, const nlohmann::json&);
+  void bode(Client&, const Asked&, const nlohmann::json&);
+  void trigger(Client&, const Asked&, const nlohmann::json&);
+  void untrigger(Client&, const Asked&, const nlohmann::json&);
+  void take_writer(Client&, const Asked&, const nlohmann::json&);
+  void release_writer(Client&, const Asked&, const nlohmann::json&);
+  void command(Client&, const Asked&, const nlohmann::json&);
+  void stop(Client&, const Asked&, const nlohmann::json&);
+  void save(Client&, const Asked&, const nlohmann::json&);
+  void give_role_to(std::uint64_t client);
+  void require_the_same_file(const nlohmann::json& settings) const;
+
+  PageOptions options_;
+  PageAccess access_;
+  PageCounters counters_;
+  std::map<WebClient*, Client> clients_;
+  std::uint64_t next_client_ = 1;
+  std::uint64_t writer_ = 0;  ///< number of the client that has the role; 0: none
+  std::uint32_t next_capture_ = 1;
+
+  CycleWatch watch_;
+  PageStream controller_, twin_;
+  BusCounters bus_;
+  nlohmann::json status_, bus_report_;
+  boost::asio::steady_timer timer_;
+  boost::asio::io_context& context_;
+  ControlLink reader_, writing_, stopping_;
+  StreamSource controller_source_, twin_source_;
+};
+
+}  // namespace hystcan::app
