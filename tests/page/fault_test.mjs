@@ -18,10 +18,10 @@ after(async () => {
 });
 
 test('A fault appears with the words and the remedy of the server', async () => {
-  const injected = await ctl(demo, 'inject', 'sensor_death', '--axis', 'x');
+  const injected = await ctl(demo.twinSocket, 'inject', 'sensor_death', '--axis', 'x');
   assert.equal(injected.status, 0, injected.output);
   await until('the axis is shown as faulted', async () => /faulted/i.test(await page.textContent('#axis-0-state')));
-  const status = JSON.parse((await ctl(demo, '--json', 'status')).output).axes[0];
+  const status = JSON.parse((await ctl(demo.socket, '--json', 'status')).output).axes[0];
   const shown = await until('the remedy', async () => {
     const text = await page.textContent('#axis-0-fault');
     return text.includes(status.remedy) && text;
