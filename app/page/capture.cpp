@@ -18,6 +18,7 @@ namespace {
 using nlohmann::json;
 
 constexpr double longest_s = 10.0;
+constexpr double time_resolution_s = 1e-9;
 constexpr double shortest_rest_s = 0.2;  // between two captures of one trigger
 constexpr auto occasions = std::to_array<std::string_view>({"step", "level", "fault", "line", "now"});
 constexpr auto edges = std::to_array<std::string_view>({"rising", "falling", "either"});
@@ -105,7 +106,7 @@ std::optional<Capture> CaptureTrigger::put(std::span<const double> row, const Ro
   if (row[at_.axis] != static_cast<double>(trigger_.axis)) return std::nullopt;
   if (!fired_s_ && row[at_.time] >= rests_until_s_ && fires(row)) fired_s_ = row[at_.time];
   before_.assign(row.begin(), row.end());
-  if (!fired_s_ || row[at_.time] < *fired_s_ + trigger_.post_s) return std::nullopt;
+  if (!fired_s_ || row[at_.time] < *fired_s_ + trigger_.post_s - time_resolution_s) return std::nullopt;
   Capture capture = collect(history);
   fired_s_.reset();
   rests_until_s_ = row[at_.time] + std::max(trigger_.pre_s, shortest_rest_s);
@@ -117,7 +118,9 @@ Capture CaptureTrigger::collect(const RowHistory& history) const {
   for (std::uint64_t i = history.first(); i < history.end(); ++i) {
     const std::span<const double> row = history.row(i);
     const double time_s = row[at_.time];
-    if (row[at_.axis] != static_cast<double>(trigger_.axis) || time_s < *fired_s_ - trigger_.pre_s) continue;
+    if (row[at_.axis] != static_cast<double>(trigger_.axis) ||
+        time_s < *fired_s_ - trigger_.pre_s - time_resolution_s)
+      continue;
     if (time_s < *fired_s_) ++capture.trigger_row;
     capture.rows.insert(capture.rows.end(), row.begin(), row.end());
   }

@@ -2,7 +2,7 @@
 // refuses and what a message means. All of Boost.Beast is in http_server.cpp.
 //
 // Bounds, whatever a client does: 32 connections; a header of 8 KiB within 10 s and no body; a message of 16 KiB; what waits
-// for a client that does not read: 256 KiB of rows (further rows are left out and counted) and 4 MiB in all (it is cut off). A
+// for a client that does not read: 1 MiB of rows (further rows are left out and counted) and 8 MiB in all (it is cut off). A
 // client that takes nothing for 5 s is cut off.
 #pragma once
 

@@ -24,7 +24,8 @@ constexpr std::size_t token_bytes = 16;
 std::string name_of(const std::string& host) {
   std::string name = host;
   if (name.starts_with('[')) {
-    name = name.substr(1, name.find(']') == std::string::npos ? std::string::npos : name.find(']') - 1);
+    const auto end = name.find(']');
+    name = end == std::string::npos ? "" : name.substr(1, end - 1);
   } else if (std::ranges::count(name, ':') == 1) {
     name = name.substr(0, name.find(':'));
   }

@@ -31,7 +31,7 @@ namespace hystcan::app {
 struct PageOptions {
   std::filesystem::path config;
   std::string source = "controller";  ///< or "demo"
-  std::string interface{};            ///< empty: simulated
+  std::string interface {};           ///< empty: simulated
   double bitrate_bit_per_s = 0.0;     ///< 0: not known
   bool exposed = false;
   std::string start_command;

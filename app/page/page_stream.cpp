@@ -10,7 +10,7 @@ namespace {
 constexpr double history_s = 60.0;
 constexpr double shortest_history_s = 12.0;  // what the longest capture needs, and some
 constexpr double most_history_rows = 200'000.0;
-constexpr double rows_of_the_past = 6'000.0;
+constexpr double rows_of_the_past = 4'000.0;
 constexpr double fastest_Hz = 1e5;
 constexpr std::size_t most_axes = 64;
 

@@ -21,7 +21,7 @@ constexpr int most_reads = 4;
 
 bool reads_the_configuration(const nlohmann::json& command) {
   const auto what = command.find("do");
-  return what != command.end() && (*what == "set" || *what == "reload");
+  return what != command.end() && (*what == "set" || *what == "reload" || *what == "settings");
 }
 
 void expect_an_answer(const nlohmann::json& answer) {

@@ -1,0 +1,127 @@
+// What the page says besides rows: the difference to the file, the bus, metrics.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+
+#include "app/page/bode.h"
+#include "app/page/bus_counters.h"
+#include "app/page/config_save.h"
+#include "app/page/open_metrics.h"
+#include "config/schema/config.h"
+#include "tests/support/shipped.h"
+
+namespace hystcan::app::page_reports_test {
+namespace {
+
+using nlohmann::json;
+
+TEST(LineDiff, ShowsWhatChangesWithTwoLinesAround) {
+  EXPECT_EQ(line_diff("a\nb\nc\nd\ne\nf\n", "a\nb\nc\nD\ne\nf\n"), "  b\n  c\n- d\n+ D\n  e\n  f\n");
+  EXPECT_EQ(line_diff("1\n2\n3\n4\n5\n6\n7\n8\n9\n", "1\n2\n3\n4\n5\n6\n7\n8\n9\n"), "");
+  EXPECT_EQ(line_diff("1\n2\n3\n4\n5\n6\n7\n8\n9\n", "0\n2\n3\n4\n5\n6\n7\n8\n0\n"),
+            "- 1\n+ 0\n  2\n  3\n  ...\n  7\n  8\n- 9\n+ 0\n");
+  EXPECT_EQ(line_diff("a\n", "a\nb\n"), "  a\n+ b\n");
+}
+
+TEST(ConfigSave, KeepsCommentsAndSaysWhatItChanges) {
+  const support::ShippedCopy files;
+  const json unsaved{{{"key", "axis[0].control.kp"}, {"from", "0"}, {"to", "0.25"}},
+                     {{"key", "axis[0].control.notch.frequency_Hz"}, {"from", ""}, {"to", "480.0"}},
+                     {{"key", "axis[0].control.ki_per_s"}, {"from", "409"}, {"to", ""}}};
+  const ConfigSave save = save_of(files / "piezo.toml", unsaved);
+  EXPECT_NE(save.text.find("kp                 = 0.25"), std::string::npos);
+  EXPECT_NE(save.diff.find("+ # ki_per_s           = 409.0"), std::string::npos) << save.diff;
+  EXPECT_NE(save.diff.find("+ frequency_Hz = 480.0"), std::string::npos) << save.diff;
+  EXPECT_EQ(support::read_file(files / "piezo.toml").find("0.25"), std::string::npos)
+      << "nothing is written yet";
+  EXPECT_NE(save_of(files / "piezo.toml", json::array()).digest, save.digest);
+}
+
+class FakeInterface : public testing::Test {
+ protected:
+  void count(std::uint64_t frames, std::uint64_t bytes) const {
+    std::filesystem::create_directories(network_ / "can0/statistics");
+    for (const auto& [name, number] : {std::pair("tx_packets", frames), std::pair("tx_bytes", bytes)})
+      std::ofstream(network_ / "can0/statistics" / name) << number << "\n";
+    std::ofstream(network_ / "can0/flags") << "0x40081\n";
+  }
+  support::ShippedCopy folder_;
+  std::filesystem::path network_ = folder_ / "net";
+};
+
+TEST_F(FakeInterface, HasTheRateAndTheLoadOfItsCounters) {
+  BusCounters bus("can0", 1e6, network_);
+  const BusCounters::Clock::time_point start;
+  count(1000, 8000);
+  EXPECT_TRUE(bus.report(start).at("frames_per_s").is_null());
+  count(3000, 24'000);
+  const json report = bus.report(start + std::chrono::seconds(1));
+  EXPECT_EQ(report.at("state"), "up");
+  EXPECT_DOUBLE_EQ(report.at("frames_per_s"), 2000.0);
+  EXPECT_NEAR(report.at("load_percent"), 100.0 * 2000 * 111 * 1.1 / 1e6, 1e-9);
+}
+
+TEST_F(FakeInterface, SaysThatItIsNotThereOrSimulated) {
+  EXPECT_EQ(BusCounters("can9", 1e6, network_).report().at("state"), "missing");
+  EXPECT_EQ(BusCounters("", 0.0, network_).report().at("state"), "simulated");
+}
+
+// https://prometheus.io/docs/specs/om/open_metrics_spec: a family before its samples, counters end in _total, the end.
+TEST(OpenMetrics, NamesTheFamilyOfEachSampleAndEnds) {
+  TimingHistogram times;
+  for (const double time_us : {0.5, 30.0, 1e9}) times.put(time_us);
+  const json status{{"ok", true},
+                    {"cycles", 12},
+                    {"axes",
+                     {{{"name", "a\"b"},
+                       {"state", "tracking"},
+                       {"fault", "none"},
+                       {"position_um", 1.5},
+                       {"drive", nullptr}}}}};
+  const std::string text =
+      open_metrics(status, {"offline", "tracking"}, {{"frames_per_s", 3.5}}, times, times, {.clients = 2});
+  std::istringstream lines(text);
+  std::string family, last;
+  std::set<std::string> families;
+  for (std::string line; std::getline(lines, line); last = line) {
+    if (line.starts_with("# TYPE ")) {
+      family = line.substr(7, line.find(' ', 7) - 7);
+      EXPECT_TRUE(families.insert(family).second) << family << " comes twice";
+    }
+    if (!line.starts_with("#")) {
+      EXPECT_TRUE(line.starts_with(family)) << line << " is not of " << family;
+    }
+  }
+  EXPECT_EQ(last, "# EOF");
+  for (const char* line : {"hystcan_up 1\n", "hystcan_cycles_total 12\n",
+                           "hystcan_axis_state{axis=\"a\\\"b\",hystcan_axis_state=\"tracking\"} 1\n",
+                           "hystcan_turnaround_seconds_bucket{le=\"0.000050\"} 2\n",
+                           "hystcan_turnaround_seconds_bucket{le=\"+Inf\"} 3\n", "hystcan_page_clients 2\n"})
+    EXPECT_NE(text.find(line), std::string::npos) << line << text;
+}
+
+TEST(OpenMetrics, SayThatTheControllerIsNotThere) {
+  const std::string text = open_metrics(nullptr, nullptr, json::object(), {}, {}, {});
+  EXPECT_NE(text.find("hystcan_up 0\n"), std::string::npos);
+  EXPECT_EQ(text.find("hystcan_cycles"), std::string::npos);
+}
+
+TEST(Bode, HasTheMarginsOfTheLoopThatCheckPrints) {
+  const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
+  const json curves = bode_of(config.axes[0], 1e-3);
+  const std::size_t points = curves.at("frequency_Hz").size();
+  for (const char* name : {"loop_dB", "loop_deg", "sensitivity_dB", "closed_dB"})
+    EXPECT_EQ(curves.at(name).size(), points) << name;
+  EXPECT_DOUBLE_EQ(curves.at("frequency_Hz").back(), 500.0);
+  double peak_dB = 0.0;
+  for (const double sensitivity_dB : curves.at("sensitivity_dB")) peak_dB = std::max(peak_dB, sensitivity_dB);
+  EXPECT_NEAR(std::pow(10.0, peak_dB / 20.0), curves.at("peak_sensitivity"), 0.02);
+  EXPECT_TRUE(curves.at("stable"));
+}
+
+}  // namespace
+}  // namespace hystcan::app::page_reports_test

@@ -1,0 +1,249 @@
+// The page's server as a browser, or a stranger, sees it: a running controller in virtual time behind it, and plain sockets
+// before it. The wall clock only ends a test that hangs.
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <thread>
+
+#include "app/page/page_service.h"
+#include "tests/app/page/web_peer.h"
+#include "tests/app/remote/control_bench.h"
+
+namespace hystcan::app::page_server_test {
+namespace {
+
+using nlohmann::json;
+
+const std::string token_text = "00112233445566778899aabbccddeeff";
+
+class PageServer : public testing::Test {
+ protected:
+  PageServer() {
+    PageOptions options{.config = bench_.files() / "piezo.toml",
+                        .start_command = "hystcan controller piezo.toml",
+                        .controller_socket = [this] { return bench_.socket(); },
+                        .twin_socket = [this] { return bench_.files() / "no.sock"; }};
+    service_ = std::make_unique<PageService>(context_, options, PageAccess({}, token_text));
+    server_ = std::make_unique<HttpServer>(context_, "127.0.0.1", std::uint16_t{0}, *service_);
+    thread_ = std::thread([this] { context_.run(); });
+    EXPECT_TRUE(bench_.axis_is(0, controller::AxisState::tracking));
+  }
+  ~PageServer() override {
+    context_.stop();
+    thread_.join();
+  }
+
+  std::unique_ptr<WebPeer> page() {
+    auto peer = std::make_unique<WebPeer>(server_->port());
+    EXPECT_EQ(peer->upgrade(), 101);
+    return peer;
+  }
+  std::unique_ptr<WebPeer> writer() {
+    auto peer = page();
+    EXPECT_TRUE(peer->is_ok({{"do", "token"}, {"token", token_text}}));
+    EXPECT_TRUE(peer->is_ok({{"do", "take_writer"}, {"force", true}}));
+    return peer;
+  }
+  int status_of(const std::string& first_line, const std::string& lines = "Host: localhost\r\n") {
+    return WebPeer(server_->port()).request(first_line, lines);
+  }
+  static json command(const char* what) {
+    return {{"do", "command"}, {"command", {{"do", what}, {"axis", "x"}}}};
+  }
+  static json set_kp(double kp) {
+    return {{"do", "command"}, {"command", {{"do", "set"}, {"axis", "x"}, {"key", "kp"}, {"value", kp}}}};
+  }
+
+  ControlBench bench_;
+  boost::asio::io_context context_{1};
+  std::unique_ptr<PageService> service_;
+  std::unique_ptr<HttpServer> server_;
+  std::thread thread_;
+};
+
+TEST_F(PageServer, AnswersItsOwnNamesOnly) {
+  EXPECT_EQ(status_of("GET /metrics HTTP/1.1", "Host: 127.0.0.1:8080\r\n"), 200);
+  EXPECT_EQ(status_of("GET /metrics HTTP/1.1", "Host: rebound.example\r\n"), 421);
+  EXPECT_EQ(status_of("GET /metrics HTTP/1.1", ""), 421);
+  EXPECT_EQ(WebPeer(server_->port()).upgrade("Host: rebound.example\r\n"), 421);
+}
+
+TEST_F(PageServer, RefusesAPageOfAnotherOrigin) {
+  EXPECT_EQ(WebPeer(server_->port()).upgrade("Host: localhost\r\nOrigin: http://evil.example\r\n"), 403);
+  EXPECT_EQ(WebPeer(server_->port()).upgrade("Host: localhost\r\nOrigin: null\r\n"), 403);
+  EXPECT_EQ(WebPeer(server_->port()).upgrade("Host: localhost\r\nOrigin: http://localhost\r\n"), 101);
+}
+
+TEST_F(PageServer, ChangesNothingByHttp) {
+  for (const char* method : {"POST", "PUT", "DELETE", "PATCH"})
+    EXPECT_EQ(status_of(std::string(method) + " /metrics HTTP/1.1"), 405) << method;
+  EXPECT_EQ(status_of("GET /../../etc/passwd HTTP/1.1"), 404);
+  EXPECT_EQ(status_of("GET /socket HTTP/1.1"), 426);
+}
+
+TEST_F(PageServer, RefusesALongHeaderABodyAndWhatIsNoHttp) {
+  EXPECT_EQ(status_of("GET /metrics HTTP/1.1", "Host: localhost\r\nX: " + std::string(9000, 'x') + "\r\n"),
+            431);
+  EXPECT_EQ(status_of("POST / HTTP/1.1", "Host: localhost\r\nContent-Length: 10\r\n"), 413);
+  EXPECT_EQ(status_of("\x16\x03\x01 what a TLS client says"), 400);
+}
+
+TEST_F(PageServer, SendsEveryCycleOfTheController) {
+  const auto peer = page();
+  EXPECT_EQ(peer->next("hello").at("config"), "piezo.toml");
+  const json greeting = peer->next("stream").at("greeting");
+  const std::size_t columns = greeting.at("columns").size();
+  EXPECT_TRUE(peer->is_ok({{"do", "view"}, {"rate_Hz", 1000}}));
+  peer->next_rows(1);
+  double last = 0.0;
+  for (int messages = 0; messages < 20; ++messages) {
+    const WebPeer::Message message = peer->next_rows(1);
+    EXPECT_EQ(message.rows.size(), message.head[1] * columns);
+    for (std::size_t i = 0; i < message.rows.size(); i += columns) {
+      if (message.rows[i + 2] != 0.0) continue;  // axis
+      if (last != 0.0 && message.head[2] == 0) {
+        EXPECT_EQ(message.rows[i], last + 1.0) << "cycle";
+      }
+      last = message.rows[i];
+    }
+  }
+}
+
+TEST_F(PageServer, GivesTheStateOfTheControllerAndSaysThatThereIsNoTwin) {
+  const auto peer = page();
+  EXPECT_FALSE(peer->next("stream").at("greeting").is_null());
+  const json twin = peer->next("stream");
+  EXPECT_TRUE(twin.at("greeting").is_null());
+  EXPECT_NE(twin.at("reason").get<std::string>().find("No such file"), std::string::npos) << twin;
+  EXPECT_EQ(peer->next("status").at("controller").at("axes")[0].at("state"), "tracking");
+}
+
+TEST_F(PageServer, RefusesToWriteWithoutTheToken) {
+  const auto peer = page();
+  for (const json& request :
+       {command("disable"), json{{"do", "stop"}}, json{{"do", "take_writer"}}, json{{"do", "save"}}})
+    EXPECT_TRUE(says(peer->ask(request), "this needs the token")) << request;
+  EXPECT_TRUE(says(peer->ask({{"do", "token"}, {"token", token_text.substr(1)}}), "this is not the token"));
+  EXPECT_FALSE(bench_.asked_to_stop());
+  EXPECT_TRUE(bench_.axis_is(0, controller::AxisState::tracking));
+}
+
+TEST_F(PageServer, GivesTheWritersRoleToOnePageAndTellsTheOther) {
+  const auto one = writer();
+  EXPECT_TRUE(one->is_ok(set_kp(0.1)));
+  const auto other = page();
+  EXPECT_TRUE(other->is_ok({{"do", "token"}, {"token", token_text}}));
+  EXPECT_TRUE(says(other->ask(set_kp(0.2)), "take it first"));
+  EXPECT_TRUE(says(other->ask({{"do", "take_writer"}}), "another page has the writer's role"));
+  EXPECT_TRUE(other->is_ok({{"do", "take_writer"}, {"force", true}}));
+  EXPECT_EQ(one->next("writer").at("role"), "taken");
+  EXPECT_TRUE(other->is_ok(set_kp(0.2)));
+  EXPECT_TRUE(says(one->ask(set_kp(0.3)), "take it first"));
+}
+
+TEST_F(PageServer, GivesTheRightToWriteBackWithTheRole) {
+  {
+    const auto peer = writer();
+    EXPECT_TRUE(peer->is_ok(set_kp(0.1)));
+    Client script = bench_.client();
+    EXPECT_TRUE(says(script.ask({{"do", "reload"}}), "has the right to write"));
+  }
+  EXPECT_TRUE(bench_.comes_true([&] { return is_ok(bench_.client().ask({{"do", "reload"}})); }));
+}
+
+TEST_F(PageServer, StopsWithTheTokenWhoeverHasTheRole) {
+  const auto one = writer();
+  EXPECT_TRUE(one->is_ok(set_kp(0.1)));
+  const auto other = page();
+  EXPECT_TRUE(other->is_ok({{"do", "token"}, {"token", token_text}}));
+  EXPECT_TRUE(other->is_ok({{"do", "stop"}}));
+  EXPECT_TRUE(bench_.comes_true([&] { return bench_.asked_to_stop(); }));
+}
+
+TEST_F(PageServer, TakesASettingBackAndSavesTheOtherWithItsComment) {
+  const auto peer = writer();
+  EXPECT_TRUE(peer->is_ok(set_kp(0.1)));
+  EXPECT_TRUE(peer->is_ok(set_kp(0.2)));
+  EXPECT_TRUE(peer->is_ok(command("undo")));
+  const json shown = peer->ask({{"do", "save"}});
+  EXPECT_NE(shown.at("diff").get<std::string>().find("\n+ kp                 = 0.1          # um per um\n"),
+            std::string::npos)
+      << shown;
+  EXPECT_TRUE(says(peer->ask({{"do", "save"}, {"digest", "0"}}), "have changed since"));
+  EXPECT_TRUE(peer->is_ok({{"do", "save"}, {"digest", shown.at("digest")}}));
+  EXPECT_NE(
+      support::read_file(bench_.files() / "piezo.toml").find("kp                 = 0.1          # um per um"),
+      std::string::npos);
+}
+
+TEST_F(PageServer, CapturesEachCycleAroundATrigger) {
+  const auto peer = page();
+  EXPECT_TRUE(peer->is_ok({{"do", "trigger"},
+                           {"on", "level"},
+                           {"axis", 0},
+                           {"signal", "position_um"},
+                           {"level", 15.0},
+                           {"edge", "rising"},
+                           {"pre_s", 0.02},
+                           {"post_s", 0.03}}));
+  const json capture = peer->next("capture");
+  EXPECT_EQ(capture.at("trigger_row"), 20);
+  const WebPeer::Message rows = peer->next_rows(3);
+  EXPECT_EQ(rows.head[1], 51u);
+  EXPECT_EQ(rows.head[3], capture.at("number"));
+}
+
+TEST_F(PageServer, CutsAClientOffThatSendsTooMuch) {
+  const auto long_message = page();
+  long_message->send_frame(std::string(20'000, ' '));
+  long_message->read_to_the_end();
+  const auto many = page();
+  for (int i = 0; i < 60; ++i) many->send_frame("{}");
+  many->read_to_the_end();
+  const auto binary = page();
+  binary->send_frame("bytes", 2);
+  binary->read_to_the_end();
+  EXPECT_EQ(page()->next("status").at("page").at("cut_off"), 3);
+}
+
+TEST_F(PageServer, AnswersWhatIsNoRequestWithItsReason) {
+  const auto peer = page();
+  for (const char* text : {"[]", "{", "3", "{\"do\": \"stop\"}", "{\"id\": \"1\", \"do\": \"stop\"}"}) {
+    peer->send_frame(text);
+    EXPECT_FALSE(peer->next("answer").at("ok").get<bool>()) << text;
+  }
+  EXPECT_TRUE(says(peer->ask({{"do", "dance"}}), "\"dance\" is not a request"));
+  EXPECT_TRUE(says(peer->ask({{"do", "view"}, {"rate_Hz", 5000}}), "expected 10 to 1000"));
+}
+
+TEST_F(PageServer, CutsAClientOffThatDoesNotReadAndServesTheOther) {
+  const auto dead = page(), alive = page();
+  json page_counters;
+  do page_counters = alive->next("status").at("page");
+  while (page_counters.at("cut_off") == 0);
+  EXPECT_EQ(page_counters.at("clients"), 1);
+}
+
+TEST_F(PageServer, TakesNoMoreThan32Connections) {
+  std::vector<std::unique_ptr<WebPeer>> all;
+  for (int i = 0; i < 32; ++i) all.push_back(page());
+  EXPECT_EQ(WebPeer(server_->port()).upgrade(), 0) << "closed at once";
+  all.pop_back();
+  EXPECT_TRUE(bench_.comes_true([&] { return WebPeer(server_->port()).upgrade() == 101; }));
+}
+
+TEST_F(PageServer, SaysWhenTheControllerHasEnded) {
+  const auto peer = page();
+  peer->next("stream"), peer->next("stream");
+  bench_.end_service();
+  const json ended = peer->next("stream");
+  EXPECT_TRUE(ended.at("greeting").is_null());
+  EXPECT_FALSE(ended.at("reason").get<std::string>().empty());
+  json status;
+  do status = peer->next("status");
+  while (!status.at("controller").is_null());
+  EXPECT_TRUE(says(peer->ask({{"do", "settings"}}), "is the controller running?"));
+}
+
+}  // namespace
+}  // namespace hystcan::app::page_server_test

@@ -1,0 +1,56 @@
+// A client of the page's server: HTTP and WebSocket over a plain socket, as docs/page_protocol.md has them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace hystcan::app {
+
+class WebPeer {
+ public:
+  explicit WebPeer(std::uint16_t port);
+  ~WebPeer();
+  WebPeer(const WebPeer&) = delete;
+  WebPeer& operator=(const WebPeer&) = delete;
+
+  void send(std::string_view bytes) const;
+  /// The status of the answer to these lines; 0 if the server closes the connection instead.
+  int request(const std::string& first_line, const std::string& further_lines = "Host: localhost\r\n");
+  std::string body();
+  /// The status of the upgrade: 101 if it is done.
+  int upgrade(const std::string& further_lines = "Host: localhost\r\n");
+
+  void send_frame(std::string_view payload, unsigned char opcode = 1) const;
+  struct Message {
+    nlohmann::json text{};  ///< null for rows
+    std::vector<std::uint32_t> head{};
+    std::vector<double> rows{};
+  };
+  /// Empty if the server has closed the connection.
+  std::optional<Message> read();
+  /// The next text message of this type; null if the connection ends before.
+  nlohmann::json next(const std::string& type);
+  /// The next rows of this kind; empty if the connection ends before.
+  Message next_rows(std::uint32_t kind);
+  /// Sends a request and reads until its answer.
+  nlohmann::json ask(nlohmann::json request);
+  bool is_ok(const nlohmann::json& request) { return ask(request).value("ok", false); }
+  /// Reads until the server has closed the connection.
+  void read_to_the_end();
+
+ private:
+  std::optional<std::string> take(std::size_t bytes);
+  std::optional<std::string> line();
+
+  int socket_;
+  std::string unread_;
+  std::size_t body_size_ = 0;
+  int last_id_ = 0;
+};
+
+}  // namespace hystcan::app
