@@ -105,18 +105,19 @@ SampleStream::~SampleStream() {
 }
 
 void SampleStream::accept() {
-  listener_.acceptor().async_accept([this](const error_code& error, stream_protocol::socket connection) {
-    if (error == boost::asio::error::operation_aborted) return;
-    if (error) {
-      pause_.expires_after(pause_after_failed_accept);
-      pause_.async_wait([this](const error_code& cancelled) {
-        if (!cancelled) accept();
+  listener_.acceptor().async_accept(
+      [this, alive = std::weak_ptr(alive_)](const error_code& error, stream_protocol::socket connection) {
+        if (alive.expired()) return;
+        if (error) {
+          pause_.expires_after(pause_after_failed_accept);
+          pause_.async_wait([this, alive](const error_code&) {
+            if (!alive.expired()) accept();
+          });
+          return;
+        }
+        admit(std::move(connection));
+        accept();
       });
-      return;
-    }
-    admit(std::move(connection));
-    accept();
-  });
 }
 
 void SampleStream::admit(stream_protocol::socket connection) {
@@ -132,8 +133,8 @@ void SampleStream::admit(stream_protocol::socket connection) {
 
 void SampleStream::arm() {
   timer_.expires_after(batch_time);
-  timer_.async_wait([this](const error_code& cancelled) {
-    if (!cancelled) send();
+  timer_.async_wait([this, alive = std::weak_ptr(alive_)](const error_code&) {
+    if (!alive.expired()) send();
   });
 }
 

@@ -45,6 +45,8 @@ class SampleStream {
   boost::asio::steady_timer timer_, pause_;
   std::vector<std::weak_ptr<Session>> sessions_;
   bool armed_ = false;
+  /// A handler that was due when the stream ended is called all the same, without an error.
+  std::shared_ptr<const bool> alive_ = std::make_shared<const bool>(true);
 };
 
 /// Of the stream beside this control socket: hystcan-vcan0.sock has hystcan-vcan0.stream.sock.

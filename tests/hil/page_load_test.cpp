@@ -29,14 +29,14 @@ std::string port_of(const std::string& output) {
                        output.find('/', begin + address.size()) - begin - address.size());
 }
 
-struct Run {
+struct Tracked {
   std::vector<double> turnarounds_us;
   json report;   ///< of the controller
   json clients;  ///< what each reader received; null without them
 };
 
-Run track(bool with_clients) {
-  Run run;
+Tracked track(bool with_clients) {
+  Tracked run;
   LiveStage stage;
   const std::string log = stage.folder() + "/turnaround.log";
   stage.bench.candump = std::make_unique<Process>(
@@ -64,8 +64,8 @@ Run track(bool with_clients) {
 }
 
 TEST(IcountPage, TwentyClientsAndOneThatNeverReadsCostNoCycle) {
-  const Run quiet = track(false);
-  const Run busy = track(true);
+  const Tracked quiet = track(false);
+  const Tracked busy = track(true);
   ASSERT_GT(quiet.turnarounds_us.size(), 9000U);
   ASSERT_GT(busy.turnarounds_us.size(), 9000U);
   hil::print_turnarounds("alone", quiet.turnarounds_us);

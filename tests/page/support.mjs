@@ -37,26 +37,29 @@ export function copyOfConfig(name = 'piezo.toml') {
   return join(folder, name);
 }
 
+const names = { page: 'url', token: 'token', 'control socket': 'socket', 'twin socket': 'twinSocket' };
 const running = new Set();
 process.on('exit', () => running.forEach((child) => child.kill('SIGKILL')));
 
-/** Starts `hystcan demo --page` and returns what it says: url, token, socket. */
+/** Starts `hystcan demo --page` and returns what it says: url, token, socket, twinSocket. */
 export async function startDemo({ config, port = 0, options = [] } = {}) {
   const words = ['demo', '--page', `127.0.0.1:${port}`, ...options];
   if (config) words.push('--config', config);
-  const child = spawn(process.env.HYSTCAN, words, { cwd: scratchFolder(), stdio: ['ignore', 'pipe', 'pipe'] });
+  const folder = scratchFolder();  // a demo that is killed leaves its files there
+  const environment = { ...process.env, TMPDIR: folder };
+  const child = spawn(process.env.HYSTCAN, words, { cwd: folder, env: environment, stdio: ['ignore', 'pipe', 'pipe'] });
   running.add(child);
-  const demo = { child, log: '', url: '', token: '', socket: '', status: null };
+  const demo = { child, log: '', url: '', token: '', socket: '', twinSocket: '', status: null };
   demo.ended = new Promise((done) => child.once('exit', (status, signal) => done((demo.status = status ?? signal))));
   demo.ended.then(() => running.delete(child));
   child.stderr.on('data', (text) => (demo.log += text));
   createInterface(child.stdout).on('line', (line) => {
-    const said = /^(page|token|control socket): (.*)$/.exec(line);
-    if (said) demo[{ page: 'url', token: 'token', 'control socket': 'socket' }[said[1]]] = said[2];
+    const said = /^(page|token|control socket|twin socket): (.*)$/.exec(line);
+    if (said) demo[names[said[1]]] = said[2];
   });
   await until('the demo gives its page, token and control socket', () => {
     if (demo.status !== null) throw new Error(`the demo ended with status ${demo.status}: ${demo.log}`);
-    return demo.url && demo.token && demo.socket;
+    return demo.url && demo.token && demo.socket && demo.twinSocket;
   });
   demo.port = Number(new URL(demo.url).port);
   demo.stop = async (signal = 'SIGTERM') => {
@@ -66,9 +69,9 @@ export async function startDemo({ config, port = 0, options = [] } = {}) {
   return demo;
 }
 
-/** Runs `hystcan ctl` against the demo and returns its status and output. */
-export async function ctl(demo, ...words) {
-  const child = spawn(process.env.HYSTCAN, ['ctl', '--socket', demo.socket, ...words]);
+/** Runs `hystcan ctl` with the socket of the demo's controller, or of its twin; returns status and output. */
+export async function ctl(socket, ...words) {
+  const child = spawn(process.env.HYSTCAN, ['ctl', '--socket', socket, ...words]);
   let output = '';
   child.stdout.on('data', (text) => (output += text));
   child.stderr.on('data', (text) => (output += text));
@@ -104,6 +107,30 @@ export async function openPage(browser, demo, options = {}) {
   });
   await page.goto(demo.url);
   return page;
+}
+
+/** The canvases of a chart as one text. */
+export async function pictureOf(page, chart) {
+  return page.evaluate((selector) => {
+    const place = document.querySelector(selector);
+    return [...(place.matches('canvas') ? [place] : place.querySelectorAll('canvas'))].map((one) => one.toDataURL()).join();
+  }, chart);
+}
+
+/** Takes control, with the token if the page asks for it, from another page if need be. */
+export async function takeControl(page, demo) {
+  await page.click('#take-control');
+  const token = page.locator('#token');
+  await until('control is taken', async () => {
+    if (await token.isVisible()) {
+      await token.fill(demo.token);
+      await token.press('Enter');
+      await until('the dialog closes', async () => !(await token.isVisible()));
+    }
+    const takeOver = page.getByRole('button', { name: /take over/i });
+    if (await takeOver.isVisible()) await takeOver.click();
+    return page.locator('#save').isEnabled();
+  });
 }
 
 /** Waits until the page has drawn rows of the axis. */

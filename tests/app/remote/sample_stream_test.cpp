@@ -11,6 +11,7 @@
 #include <boost/asio/post.hpp>
 #include <chrono>
 #include <cstring>
+#include <future>
 #include <thread>
 
 #include "tests/app/remote/control_bench.h"
@@ -132,6 +133,23 @@ TEST_F(SampleStreamTest, TellsHowManyRowsHadNoPlace) {
   }
   EXPECT_EQ(rows + lost, 5000u);
   EXPECT_GE(lost, 1000u);
+}
+
+TEST_F(SampleStreamTest, EndsWhileABatchIsDue) {
+  Listener listener(file());
+  listener.greeting();
+  wait_for_a_listener();
+  std::promise<void> ended;
+  boost::asio::post(context_, [&] {
+    // The next look at the timers finds the batch due, and puts it behind the end of the stream.
+    std::this_thread::sleep_for(milliseconds(50));
+    boost::asio::post(context_, [&] {
+      stream_.reset();
+      boost::asio::post(context_, [&] { boost::asio::post(context_, [&] { ended.set_value(); }); });
+    });
+  });
+  ended.get_future().wait();
+  EXPECT_FALSE(board_.is_listening());
 }
 
 TEST_F(SampleStreamTest, ClosesAListenerThatDoesNotReadAndServesTheOther) {

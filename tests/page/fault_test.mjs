@@ -1,0 +1,34 @@
+// A fault is shown with its cause and its remedy, and can be cleared.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+
+import { ctl, openPage, seesTheLoopRun, startBrowser, startDemo, until } from './support.mjs';
+
+let demo, browser, page;
+before(async () => {
+  demo = await startDemo();
+  browser = await startBrowser();
+  page = await openPage(browser, demo);
+  await seesTheLoopRun(page);
+  await until('the first axis tracks', async () => /tracking/i.test(await page.textContent('#axis-0-state')));
+});
+after(async () => {
+  await browser.close();
+  await demo.stop();
+});
+
+test('A fault appears with the words and the remedy of the server', async () => {
+  const injected = await ctl(demo.twinSocket, 'inject', 'sensor_death', '--axis', 'x');
+  assert.equal(injected.status, 0, injected.output);
+  await until('the axis is shown as faulted', async () => /faulted/i.test(await page.textContent('#axis-0-state')));
+  const status = JSON.parse((await ctl(demo.socket, '--json', 'status')).output).axes[0];
+  const shown = await until('the remedy', async () => {
+    const text = await page.textContent('#axis-0-fault');
+    return text.includes(status.remedy) && text;
+  });
+  assert.match(shown.replaceAll('_', ' '), new RegExp(status.fault.replaceAll('_', ' '), 'i'));
+});
+
+test('The fault is in the list of events', async () => {
+  await until('the event', async () => /fault|missing|sample/i.test(await page.textContent('#events')));
+});

@@ -1,0 +1,121 @@
+// Who may write, what a change does, and what Save puts into the file.
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { after, before, test } from 'node:test';
+
+import { copyOfConfig, openPage, seesTheLoopRun, startBrowser, startDemo, takeControl, until } from './support.mjs';
+
+let demo, browser, page, config;
+before(async () => {
+  config = copyOfConfig();
+  demo = await startDemo({ config });
+  browser = await startBrowser();
+  page = await openPage(browser, demo);
+  await seesTheLoopRun(page);
+});
+after(async () => {
+  await browser.close();
+  await demo.stop();
+});
+
+/** The answer to one message on a WebSocket of its own, which has not given the token. */
+function askWithoutToken(message) {
+  return page.evaluate((text) => new Promise((done, fail) => {
+    const socket = new WebSocket(`ws://${location.host}/socket`);
+    socket.binaryType = 'arraybuffer';
+    socket.onopen = () => socket.send(text);
+    socket.onerror = () => fail(new Error('no connection'));
+    socket.onmessage = ({ data }) => {
+      const answer = typeof data === 'string' ? JSON.parse(data) : {};
+      if (answer.type !== 'answer') return;
+      socket.close();
+      done(answer);
+    };
+  }), JSON.stringify({ id: 1, ...message }));
+}
+
+/** The value of a setting in force, as TOML. */
+async function valueInForce(key) {
+  const { settings } = await askWithoutToken({ do: 'settings' });
+  return settings.find((setting) => setting.key === key)?.value;
+}
+
+for (const message of [
+  { do: 'command', command: { do: 'set', axis: 'x', key: 'kp', value: 0.05 } }, { do: 'stop' },
+  { do: 'take_writer' }, { do: 'save' }])
+  test(`Without the token the server refuses ${message.do} and says why`, async () => {
+    const answer = await askWithoutToken(message);
+    assert.equal(answer.ok, false);
+    assert.match(answer.error, /token/);
+  });
+
+test('What writes is disabled until control is taken', async () => {
+  assert.ok(await page.locator('#save').isDisabled());
+  assert.ok(await page.locator('#undo').isDisabled());
+});
+
+test('A wrong token is refused, the right one gives control', async () => {
+  await page.click('#take-control');
+  await page.fill('#token', 'wrong');
+  await page.press('#token', 'Enter');
+  await until('the refusal', async () => /wrong|refused|not the token/i.test(await page.textContent('#token-dialog')));
+  await page.fill('#token', demo.token);
+  await page.press('#token', 'Enter');
+  await until('the gain can be changed', () => gain().isEnabled());
+});
+
+const gain = () => page.getByRole('textbox', { name: /\bkp\b/i }).or(page.getByRole('spinbutton', { name: /\bkp\b/i })).first();
+
+test('A gain takes effect on Enter', async () => {
+  await gain().fill('0.0123');
+  await gain().press('Enter');
+  await until('the gain is in force', async () => Number(await valueInForce('axis[0].control.kp')) === 0.0123);
+});
+
+test('A value out of range is refused in the server\'s words', async () => {
+  await gain().fill('-1');
+  await gain().press('Enter');
+  await until('the refusal', async () => /kp is -1, expected a number >= 0/.test(await page.textContent('body')));
+  assert.equal(Number(await valueInForce('axis[0].control.kp')), 0.0123);
+});
+
+test('Undo takes the change back', async () => {
+  const original = /^\s*kp\s*=\s*(\S+)/m.exec(readFileSync(config, 'utf8'))?.[1] ?? '0';
+  await page.click('#undo');
+  await until('the old gain is in force', async () => Number(await valueInForce('axis[0].control.kp')) === Number(original));
+});
+
+test('Save shows the difference and writes the file with its comments', async () => {
+  const before = readFileSync(config, 'utf8');
+  await gain().fill('0.0456');
+  await gain().press('Enter');
+  await until('the gain is in force', async () => Number(await valueInForce('axis[0].control.kp')) === 0.0456);
+  await page.click('#save');
+  await until('the difference', async () => /kp.*0\.0456/.test(await page.textContent('#save-dialog')));
+  assert.equal(readFileSync(config, 'utf8'), before, 'nothing is written before it is confirmed');
+  await page.locator('#save-dialog').getByRole('button', { name: /^(save|write)/i }).click();
+  const now = await until('the file is written', () => {
+    const text = readFileSync(config, 'utf8');
+    return text !== before && text;
+  });
+  assert.match(now, /^\s*kp\s*= 0\.0456/m);
+  const comments = (text) => text.match(/#.*/g);
+  assert.deepEqual(comments(now), comments(before));
+  const lines = (text) => text.split('\n').filter((line) => !/^\s*kp\s*=/.test(line));
+  assert.deepEqual(lines(now), lines(before));
+});
+
+test('A second page sees who writes, and can take over', async () => {
+  const second = await openPage(browser, demo);
+  await seesTheLoopRun(second);
+  await until('the second page says that another one has control',
+    async () => /another/i.test(await second.textContent('body')));
+  await takeControl(second, demo);
+  await until('the first page has lost control', () => page.locator('#save').isDisabled());
+  assert.deepEqual(second.problems, []);
+  await second.context().close();
+});
+
+test('Nothing went wrong meanwhile', () => {
+  assert.deepEqual(page.problems, []);
+});

@@ -1,0 +1,67 @@
+// Stop: by the button, by the key, with and without the token.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+
+import { openPage, seesTheLoopRun, startBrowser, startDemo, takeControl, until } from './support.mjs';
+
+let browser;
+before(async () => {
+  browser = await startBrowser();
+});
+after(() => browser.close());
+
+async function started() {
+  const demo = await startDemo();
+  const page = await openPage(browser, demo);
+  await seesTheLoopRun(page);
+  return { demo, page };
+}
+
+/** No axis is driven: every axis is offline, or the controller is gone. */
+async function standsStill(page) {
+  await until('no axis is driven', async () => !/tracking|ready|initialising/i.test(await page.textContent('#axis-0-state')));
+}
+
+async function giveToken(page, demo) {
+  await until('the page asks for the token', () => page.locator('#token').isVisible());
+  await page.fill('#token', demo.token);
+  await page.press('#token', 'Enter');
+}
+
+test('The button asks for the token and stops', async () => {
+  const { demo, page } = await started();
+  await page.click('#stop');
+  await giveToken(page, demo);
+  await standsStill(page);
+  await demo.stop();
+});
+
+test('Esc stops, whatever has the focus', async () => {
+  const { demo, page } = await started();
+  await takeControl(page, demo);
+  await page.locator('input[type=text], input[type=number], input:not([type])').first().focus();
+  await page.keyboard.press('Escape');
+  await standsStill(page);
+  await demo.stop();
+});
+
+test('Esc stops while a dialog is open', async () => {
+  const { demo, page } = await started();
+  await takeControl(page, demo);
+  await page.evaluate(() => document.activeElement?.blur());
+  await page.keyboard.press('?');
+  await until('the help', () => page.locator('dialog[open]').first().isVisible());
+  await page.keyboard.press('Escape');
+  await standsStill(page);
+  await demo.stop();
+});
+
+test('After Stop the page says what happened', async () => {
+  const { demo, page } = await started();
+  await page.click('#stop');
+  await giveToken(page, demo);
+  await standsStill(page);
+  await until('the words', async () => /stopped|switched off|ramp/i.test(await page.textContent('body')));
+  assert.deepEqual(page.problems.filter((problem) => !/WebSocket/.test(problem)), []);
+  await demo.stop();
+});
