@@ -1,5 +1,7 @@
 // For any bytes as messages of a client of the page, each message has at most one answer at once: `ok`, or an error with its
 // reason. Nothing is thrown, and without the token nothing is asked of the control socket. There is no controller here.
+#include <spdlog/spdlog.h>
+
 #include <boost/asio/io_context.hpp>
 #include <sstream>
 #include <string>
@@ -46,6 +48,7 @@ void read_as_a_trigger(const std::string& line) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  spdlog::set_level(spdlog::level::off);
   boost::asio::io_context context;
   const auto nowhere = [] { return std::filesystem::path("/nonexistent/control.sock"); };
   app::PageService service(context,
