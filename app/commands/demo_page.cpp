@@ -10,6 +10,7 @@
 #include <optional>
 #include <thread>
 
+#include "app/io/exit_status.h"
 #include "app/io/standard_streams.h"
 #include "app/live/rehearsal_setup.h"
 #include "app/page/page_host.h"

@@ -12,6 +12,7 @@
 #include "app/page/page_host.h"
 #include "app/remote/socket_place.h"
 #include "config/schema/config.h"
+#include "controller/telemetry.h"
 
 namespace hystcan::app {
 namespace {
@@ -60,6 +61,7 @@ int run_page(const PageArguments& arguments) {
   flush_output();
   spdlog::info("the token to write is in {}: hystcan page {} --token shows it", file.string(),
                arguments.config.string());
+  controller::yield_to_the_control_thread();
   host.run();
   return done;
 }

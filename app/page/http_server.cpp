@@ -27,7 +27,7 @@ using boost::asio::ip::tcp;
 constexpr std::size_t most_connections = 32;
 constexpr std::uint32_t longest_header = 8'192;
 constexpr std::size_t longest_message = 16'384;
-constexpr std::size_t most_waiting = 8 * 1'048'576;
+constexpr std::size_t most_waiting = 8'388'608;
 constexpr std::size_t most_waiting_rows = 1'048'576;
 constexpr int send_buffer = 262'144;
 constexpr auto longest_request = std::chrono::seconds(10);
@@ -186,9 +186,8 @@ class WebSession final : public WebClient, public std::enable_shared_from_this<W
 
 class HttpSession : public std::enable_shared_from_this<HttpSession> {
  public:
-  HttpSession(tcp::socket socket, PageHandler& handler, std::shared_ptr<std::size_t> place,
-              std::vector<std::weak_ptr<WebSession>>& web)
-      : stream_(std::move(socket)), handler_(handler), place_(std::move(place)), web_(web) {}
+  HttpSession(tcp::socket socket, PageHandler& handler, std::shared_ptr<std::size_t> place)
+      : stream_(std::move(socket)), handler_(handler), place_(std::move(place)) {}
 
   void read() {
     parser_.emplace();
@@ -217,7 +216,6 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     if (admitted.status != 101) return respond(admitted, false);
     stream_.expires_never();
     const auto session = std::make_shared<WebSession>(stream_.release_socket(), handler_, place_);
-    web_.push_back(session);
     session->start(request);
   }
 
@@ -238,7 +236,6 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   beast::tcp_stream stream_;
   PageHandler& handler_;
   std::shared_ptr<std::size_t> place_;
-  std::vector<std::weak_ptr<WebSession>>& web_;
   beast::flat_buffer received_;
   std::optional<http::request_parser<http::empty_body>> parser_;
   Response response_;
@@ -252,13 +249,6 @@ class HttpServer::Listener {
       : acceptor_(context, endpoint), pause_(context), handler_(handler) {
     accept();
   }
-  ~Listener() {
-    for (const auto& session : web_)
-      if (const auto open = session.lock()) open->end();
-  }
-  Listener(const Listener&) = delete;
-  Listener& operator=(const Listener&) = delete;
-
   std::uint16_t port() const { return acceptor_.local_endpoint().port(); }
 
  private:
@@ -277,12 +267,11 @@ class HttpServer::Listener {
     });
   }
   void admit(tcp::socket socket) {
-    std::erase_if(web_, [](const auto& session) { return session.expired(); });
     if (static_cast<std::size_t>(open_.use_count()) > most_connections) return handler_.count_cut_off();
     error_code ignored;
     socket.set_option(tcp::no_delay(true), ignored);
     socket.set_option(boost::asio::socket_base::send_buffer_size(send_buffer), ignored);
-    std::make_shared<HttpSession>(std::move(socket), handler_, open_, web_)->read();
+    std::make_shared<HttpSession>(std::move(socket), handler_, open_)->read();
   }
 
   tcp::acceptor acceptor_;
@@ -290,7 +279,6 @@ class HttpServer::Listener {
   PageHandler& handler_;
   /// Each connection holds it: its count is that of the connections, and one.
   std::shared_ptr<std::size_t> open_ = std::make_shared<std::size_t>(0);
-  std::vector<std::weak_ptr<WebSession>> web_;
 };
 
 HttpServer::HttpServer(boost::asio::io_context& context, const std::string& address, std::uint16_t port,

@@ -114,7 +114,7 @@ void PageService::send_stream(Client& client, const PageStream& stream) {
   client.web.send_text(text_of_message(stream.message()));
   if (!stream.is_there()) return;
   client.lost[stream.kind()] = 0;
-  if (const RowBlock past = stream.past()) send_rows(client, stream, past);
+  for (const RowBlock& block : stream.past()) send_rows(client, stream, block);
 }
 
 void PageService::stream_changed(const PageStream& stream) {

@@ -34,7 +34,7 @@ struct PageOptions {
   std::string interface {};           ///< empty: simulated
   double bitrate_bit_per_s = 0.0;     ///< 0: not known
   bool exposed = false;
-  std::string start_command;
+  std::string start_command{};
   std::function<std::filesystem::path()> controller_socket, twin_socket;
 };
 

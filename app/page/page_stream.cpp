@@ -11,6 +11,7 @@ constexpr double history_s = 60.0;
 constexpr double shortest_history_s = 12.0;  // what the longest capture needs, and some
 constexpr double most_history_rows = 200'000.0;
 constexpr double rows_of_the_past = 4'000.0;
+constexpr std::size_t rows_of_a_block = 100;
 constexpr double fastest_Hz = 1e5;
 constexpr std::size_t most_axes = 64;
 
@@ -88,11 +89,18 @@ RowBlock PageStream::rows_at(double rate) const {
   return lane == lanes_.end() ? nullptr : lane->second.rows;
 }
 
-RowBlock PageStream::past() const {
+std::vector<RowBlock> PageStream::past() const {
   const auto rows = static_cast<double>(history_->end() - history_->first());
   RowDecimator decimator(columns_, axis_column_, RowDecimator::bucket_for(rows, rows_of_the_past));
   for (std::uint64_t i = history_->first(); i < history_->end(); ++i) decimator.put(history_->row(i));
-  return block_of(decimator.take());
+  const std::vector<double> values = decimator.take();
+  std::vector<RowBlock> blocks;
+  for (auto rest = std::span(values); !rest.empty();
+       rest = rest.subspan(std::min(rest.size(), rows_of_a_block * columns_))) {
+    const auto block = rest.first(std::min(rest.size(), rows_of_a_block * columns_));
+    blocks.push_back(std::make_shared<const std::vector<double>>(block.begin(), block.end()));
+  }
+  return blocks;
 }
 
 }  // namespace hystcan::app

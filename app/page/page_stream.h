@@ -44,8 +44,9 @@ class PageStream final : public StreamHandler {
   void set_rates(const std::set<double>& rates);
   /// What the last batch gave at this rate; null if nothing.
   RowBlock rows_at(double rate) const;
-  /// What is in the history, in a few thousand rows.
-  RowBlock past() const;
+  /// What is in the history, in a few thousand rows. In small blocks: on one processor, a kernel that is not preemptible
+  /// does nothing else while it takes a block.
+  std::vector<RowBlock> past() const;
 
  private:
   struct Lane {

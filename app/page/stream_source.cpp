@@ -21,7 +21,7 @@ using boost::system::error_code;
 constexpr auto pause_before_next = std::chrono::milliseconds(500);
 constexpr auto longest_pause = std::chrono::seconds(3);  // a batch comes every 20 ms
 constexpr std::size_t longest_greeting = 65'536;
-constexpr std::size_t longest_batch = 16 * 1'048'576;
+constexpr std::size_t longest_batch = 16'777'216;
 
 }  // namespace
 

@@ -1,0 +1,68 @@
+// For any bytes as messages of a client of the page, each message has at most one answer at once: `ok`, or an error with its
+// reason. Nothing is thrown, and without the token nothing is asked of the control socket. There is no controller here.
+#include <spdlog/spdlog.h>
+
+#include <boost/asio/io_context.hpp>
+#include <sstream>
+#include <string>
+
+#include "app/page/page_service.h"
+#include "app/remote/command_handler.h"
+#include "config/document/error.h"
+#include "tests/fuzz/demand.h"
+
+using namespace hystcan;
+
+namespace {
+
+const nlohmann::json greeting = nlohmann::json::parse(R"({"axes": [{"name": "x"}, {"name": "y"}], "columns": [
+  {"name": "time_s"}, {"name": "axis"}, {"name": "state"}, {"name": "fault"}, {"name": "reference_um"},
+  {"name": "scan_line"}, {"name": "turnaround_us"}, {"name": "lateness_us"}, {"name": "position_um"}]})");
+
+class CountingClient final : public app::WebClient {
+ public:
+  void send_text(std::string text) override {
+    const nlohmann::json message = nlohmann::json::parse(text);
+    if (message.at("type") != "answer") return;
+    ++answers;
+    fuzz::demand(message.at("ok").is_boolean());
+    fuzz::demand(message.at("ok") == true || !message.at("error").get<std::string>().empty());
+  }
+  bool send_rows(const app::RowHead&, const app::RowBlock&) override { return true; }
+  void cut_off() override { is_cut_off = true; }
+
+  int answers = 0;
+  bool is_cut_off = false;
+};
+
+void read_as_a_trigger(const std::string& line) {
+  const nlohmann::json request = app::parse_command(line);
+  if (!request.is_object()) return;
+  try {
+    const app::Trigger trigger = app::Trigger::of(request, greeting);
+    fuzz::demand(trigger.axis < 2 && trigger.signal < 9 && trigger.pre_s + trigger.post_s <= 10.0);
+  } catch (const config::Error&) {  // refused with its reason
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  spdlog::set_level(spdlog::level::off);
+  boost::asio::io_context context;
+  const auto nowhere = [] { return std::filesystem::path("/nonexistent/control.sock"); };
+  app::PageService service(context,
+                           {.config = "none.toml", .controller_socket = nowhere, .twin_socket = nowhere},
+                           app::PageAccess({}, "00112233445566778899aabbccddeeff"));
+  CountingClient client;
+  service.opened(client);
+  std::istringstream lines(std::string(reinterpret_cast<const char*>(data), size));
+  for (std::string line; !client.is_cut_off && std::getline(lines, line);) {
+    read_as_a_trigger(line);
+    client.answers = 0;
+    service.received(client, line);
+    fuzz::demand(client.answers <= 1);
+  }
+  service.closed(client);
+  return 0;
+}
