@@ -1,0 +1,99 @@
+// Two cursors over all charts of time. They stand still on the screen while the charts run, as on an oscilloscope.
+
+import { byId, element, setText } from './dom.js';
+import { compact, plain } from './format.js';
+
+const step = 0.005; // of the width, for an arrow key
+
+export class Cursors {
+  places = [0.35, 0.65]; // share of the width
+  isOn = false;
+
+  constructor(view) {
+    this.view = view;
+    view.cursorChanged = () => this.#place();
+    byId('cursors').addEventListener('click', () => {
+      this.isOn = !this.isOn;
+      byId('cursors').setAttribute('aria-pressed', String(this.isOn));
+      byId('cursor-readout').hidden = !this.isOn;
+      this.#place();
+      this.show();
+    });
+  }
+
+  /** Brings the readout up to date. */
+  show() {
+    if (!this.isOn) return;
+    const [from_s, to_s] = this.view.range;
+    const times = this.places.map((place) => from_s + place * (to_s - from_s));
+    const apart_s = times[1] - times[0];
+    const origin_s = this.view.stores.controller?.offset_s ?? 0;
+    const rows = [['time, s', ...times.map((time) => plain(time - origin_s, 4)), plain(apart_s, 4)],
+      ['1/\u0394t, Hz', '', '', Math.abs(apart_s) > 1e-9 ? compact(1 / apart_s, 5) : '-']];
+    for (const chart of this.view.timeCharts) {
+      if (chart.host.hidden) continue;
+      const [a, b] = times.map((time) => chart.valuesAt(time));
+      chart.lines.forEach(({ label, unit }, at) =>
+        rows.push([`${label}${unit ? `, ${unit}` : ''}`, plain(a[at], 4), plain(b[at], 4), plain(b[at] - a[at], 4)]));
+    }
+    this.#fill(rows);
+  }
+
+  #fill(rows) {
+    const body = byId('cursor-rows');
+    while (body.rows.length > rows.length) body.lastElementChild.remove();
+    while (body.rows.length < rows.length)
+      body.append(element('tr', {}, element('th', { scope: 'row' }), element('td'), element('td'), element('td')));
+    rows.forEach((texts, row) => texts.forEach((text, cell) => setText(body.rows[row].cells[cell], text)));
+  }
+
+  #place() {
+    for (const chart of this.view.timeCharts) {
+      const { uplot } = chart;
+      if (!uplot) continue;
+      uplot.over.querySelectorAll('.cursor').forEach((old) => old.remove());
+      if (this.isOn) this.places.forEach((_, which) => uplot.over.append(this.#handle(which, uplot.over)));
+    }
+    this.#move();
+  }
+
+  #handle(which, over) {
+    const name = 'AB'[which];
+    const handle = element('div', {
+      class: `cursor cursor-${name}`, role: 'slider', tabindex: '0', 'aria-label': `Cursor ${name}`, 'aria-valuemin': '0',
+      'aria-valuemax': '100', 'data-name': name,
+    });
+    const follow = ({ clientX }) => {
+      const { left, width } = over.getBoundingClientRect();
+      this.#set(which, (clientX - left) / width);
+    };
+    for (const kind of ['mousedown', 'dblclick']) handle.addEventListener(kind, (event) => event.stopPropagation());
+    handle.addEventListener('pointerdown', (event) => {
+      handle.setPointerCapture(event.pointerId);
+      handle.addEventListener('pointermove', follow);
+    });
+    handle.addEventListener('pointerup', () => handle.removeEventListener('pointermove', follow));
+    handle.addEventListener('keydown', (event) => {
+      const ways = { ArrowLeft: -step, ArrowRight: step, PageDown: -10 * step, PageUp: 10 * step };
+      if (!(event.key in ways)) return;
+      event.preventDefault();
+      this.#set(which, this.places[which] + ways[event.key]);
+    });
+    return handle;
+  }
+
+  #set(which, place) {
+    this.places[which] = Math.min(1, Math.max(0, place));
+    this.#move();
+    this.show();
+  }
+
+  #move() {
+    document.querySelectorAll('.cursor').forEach((handle) => {
+      const place = this.places[handle.dataset.name === 'A' ? 0 : 1];
+      handle.style.left = `${100 * place}%`;
+      handle.setAttribute('aria-valuenow', (100 * place).toFixed(1));
+      handle.setAttribute('aria-valuetext', `${(100 * place).toFixed(1)} % of the shown time`);
+    });
+  }
+}

@@ -1,0 +1,36 @@
+// Building and changing elements. Text of the server goes in as text, never as markup.
+
+export const byId = (id) => document.getElementById(id);
+
+/** An element with properties (`class`, `text`, `aria-...`, `data-...`, events as functions `onclick`) and children. */
+export function element(tag, properties = {}, ...children) {
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(properties)) {
+    if (value === undefined || value === null || value === false) continue;
+    if (name === 'text') made.textContent = value;
+    else if (typeof value === 'function') made.addEventListener(name.slice(2), value);
+    else made.setAttribute(name === 'class' ? 'class' : name, value === true ? '' : value);
+  }
+  made.append(...children);
+  return made;
+}
+
+/** Changes the text only where it is another one: screen readers then announce only what is new. */
+export function setText(target, text) {
+  if (target.textContent !== text) target.textContent = text;
+}
+
+export function setOptions(select, options) {
+  const chosen = select.value;
+  select.replaceChildren(...options.map(([value, text]) => element('option', { value, text })));
+  if (options.some(([value]) => String(value) === chosen)) select.value = chosen;
+}
+
+/** Gives the browser a file to store. */
+export function download(name, content) {
+  const link = element('a', { href: URL.createObjectURL(content), download: name });
+  document.body.append(link);
+  link.click();
+  link.remove();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+}

@@ -1,0 +1,80 @@
+// CSV with every digit, and the visible charts as one picture.
+
+import { download } from './dom.js';
+import { palette } from './theme.js';
+
+const most = 1_000_000; // lines of one file
+const stamp = () => new Date().toISOString().slice(0, 19).replaceAll(':', '-');
+
+/** `columns`: list of {name, unit}; `rows`: an iterable of lists of numbers. A number that does not exist is empty. */
+export function saveCsv(name, columns, rows) {
+  const head = columns.map(({ name: word, unit }) => (unit ? `${word} [${unit}]` : word)).join(',');
+  const parts = [`${head}\n`];
+  for (const row of rows) {
+    if (parts.length > most) break;
+    parts.push(`${Array.from(row, (value) => (Number.isNaN(value) ? '' : value)).join(',')}\n`);
+  }
+  download(`hystcan-${name}-${stamp()}.csv`, new Blob(parts, { type: 'text/csv' }));
+  return parts.length - 1;
+}
+
+/** The rows of all axes of a store between two times, as they came from the controller. */
+export function* rowsOfStore(store, from_s, to_s) {
+  for (const axis of store.axes) {
+    const columns = [...store.units.keys()].map((name) => axis.columns.get(name));
+    const timeAt = [...store.units.keys()].indexOf('time_s');
+    for (let row = axis.rowAt(from_s); row < axis.end && axis.time[row & axis.mask] <= to_s; ++row) {
+      const values = columns.map((column) => column[row & axis.mask]);
+      values[timeAt] -= store.offset_s;
+      yield values;
+    }
+  }
+}
+
+/** The charts with their titles and legends, as they are laid out on the screen, as a PNG. */
+export async function savePng(charts, title) {
+  const ratio = devicePixelRatio;
+  const boxes = charts.map(({ host }) => host.getBoundingClientRect());
+  const left = Math.min(...boxes.map((box) => box.left));
+  const top = Math.min(...boxes.map((box) => box.top));
+  const headline = 28;
+  const canvas = document.createElement('canvas');
+  canvas.width = (Math.max(...boxes.map((box) => box.right)) - left) * ratio;
+  canvas.height = (Math.max(...boxes.map((box) => box.bottom)) - top + headline) * ratio;
+  const context = canvas.getContext('2d');
+  context.scale(ratio, ratio);
+  context.fillStyle = palette().paper;
+  context.fillRect(0, 0, canvas.width, canvas.height);
+  context.fillStyle = palette().ink;
+  context.font = 'bold 14px system-ui, sans-serif';
+  context.fillText(title, 8, 19);
+  charts.forEach((chart, at) => {
+    const x = boxes[at].left - left;
+    paintLegend(context, chart, x + 8, boxes[at].top - top + headline + 14);
+    const picture = chart.plot.querySelector('canvas');
+    const box = picture.getBoundingClientRect();
+    context.drawImage(picture, box.left - left, box.top - top + headline, box.width, box.height);
+  });
+  const blob = await new Promise((done) => canvas.toBlob(done, 'image/png'));
+  download(`hystcan-charts-${stamp()}.png`, blob);
+}
+
+function paintLegend(context, { title, legendItems }, x, y) {
+  context.font = 'bold 12px system-ui, sans-serif';
+  context.fillStyle = palette().ink;
+  context.fillText(title, x, y);
+  x += context.measureText(title).width + 14;
+  context.font = '12px system-ui, sans-serif';
+  for (const { label, colour, dash } of legendItems) {
+    context.strokeStyle = colour;
+    context.lineWidth = 2;
+    context.setLineDash(dash);
+    context.beginPath();
+    context.moveTo(x, y - 4);
+    context.lineTo(x + 22, y - 4);
+    context.stroke();
+    context.setLineDash([]);
+    context.fillText(label, x + 27, y);
+    x += 27 + context.measureText(label).width + 14;
+  }
+}

@@ -1,0 +1,205 @@
+// Puts the page together: the connection, the memory of the rows, the views and the keys.
+
+import { Access } from './access.js';
+import { CaptureView } from './captures.js';
+import { Connection } from './connection.js';
+import { Cursors } from './cursors.js';
+import { byId, element, setText } from './dom.js';
+import { EventList } from './event_list.js';
+import { rowsOfStore, saveCsv, savePng } from './export.js';
+import { quantity } from './format.js';
+import { startDialogs, startKeyboard, startTabs } from './keyboard.js';
+import { LiveView } from './live_view.js';
+import { ResponseView } from './response.js';
+import { RowStore, rowsOfMessage } from './row_store.js';
+import { StatusView } from './status_view.js';
+import { Steering } from './steering.js';
+import { startTheme } from './theme.js';
+import { rowsBetween, traceOfAxis } from './trace.js';
+import { shiftOfTwin } from './twin_clock.js';
+
+const fullRate_Hz = 1000;
+const hiddenRate_Hz = 50; // a page that nobody sees needs little
+const slow_ms = 200; // between two updates of texts
+
+const connection = new Connection(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/socket`);
+let twinShift_s = 0;
+const streams = { controller: null, twin: null, twinShift_s: () => twinShift_s };
+const derived = {
+  error_um: { unit: 'um', value: (columns, at) => columns.get('reference_um')[at] - columns.get('position_um')[at] },
+};
+
+startTheme();
+const events = new EventList();
+const access = new Access(connection);
+const view = new LiveView(streams);
+const cursors = new Cursors(view);
+const status = new StatusView(errorsOf);
+const captures = new CaptureView(connection, streams);
+const steering = new Steering(connection, access);
+const response = new ResponseView(connection, streams, captures);
+startDialogs();
+startKeyboard({
+  stop: () => access.stop(), pause: () => view.setPaused(!view.isPaused), capture: () => captures.captureNow(),
+  help: () => byId('help-dialog').showModal(),
+});
+startTabs((panel) => {
+  if (panel === 'steering') steering.refresh();
+  if (panel === 'response') response.refresh();
+  if (panel === 'capture') captures.redraw();
+});
+
+// ---- the connection
+
+let startCommand = '';
+let stopSent = false;
+
+function tellConnection(state, text) {
+  byId('connection').dataset.state = state;
+  setText(byId('connection'), text);
+}
+
+connection.on('open', () => {
+  tellConnection('connected', 'connected');
+  events.note('info', 'the page is connected');
+  sendRate();
+  steering.refresh();
+});
+connection.on('closed', () => {
+  if (byId('connection').dataset.state === 'connected') events.note('warning', 'the page has lost its server');
+  tellConnection('lost', 'not connected: trying again');
+});
+connection.on('hello', ({ program, config, source, exposed, start_command: command }) => {
+  startCommand = command ?? '';
+  setText(byId('program'), program);
+  setText(byId('config'), config);
+  document.title = `${config} - ${program}`;
+  byId('source').hidden = source !== 'demo' && !exposed;
+  setText(byId('source'), [source === 'demo' ? 'simulation' : '', exposed ? 'open to the network' : ''].filter(Boolean).join(', '));
+});
+connection.on('stream', ({ name, greeting, reason }) => {
+  if (name === 'controller') tellOfController(greeting, reason);
+  if (!greeting) return;
+  if (streams[name]?.fits(greeting)) return streams[name].begin(greeting);
+  view.setPaused(false);
+  streams[name] = new RowStore(greeting, name === 'controller' ? derived : {});
+  if (name === 'controller') {
+    status.units = greeting.axes.map(({ drive_unit: unit }) => unit);
+    captures.begin(greeting);
+    steering.begin(greeting);
+    response.begin(greeting);
+  }
+  view.rebuild();
+});
+connection.on('rows', (buffer) => {
+  const kind = new Uint32Array(buffer, 0, 1)[0];
+  const store = kind === 2 ? streams.twin : streams.controller;
+  if (!store) return;
+  const message = rowsOfMessage(buffer, store.names.length);
+  if (kind === 3) return captures.take(message);
+  store.append(message);
+});
+connection.on('status', (message) => status.show(message));
+connection.on('event', (message) => events.add(message));
+connection.on('capture', (message) => captures.announce(message));
+
+function tellOfController(greeting, reason) {
+  const place = byId('stream-message');
+  if (greeting) {
+    if (place.textContent) events.note('info', 'the controller is there');
+    if (stopSent) setText(byId('stop-message'), '');
+    stopSent = false;
+    place.replaceChildren();
+    return tellConnection('connected', 'connected');
+  }
+  tellConnection('waiting', 'connected, no controller');
+  captures.disarmed('no controller');
+  events.note('warning', `no controller: ${reason ?? ''}`);
+  place.replaceChildren(stopSent ? 'The controller has ended after Stop. ' : `There is no controller: ${reason ?? ''}. `,
+    'The charts keep what has come. The page connects when it starts: ', element('code', { text: startCommand }));
+}
+
+access.stopped = (isDone, error) => {
+  const told = {
+    true: 'Stop is done: every axis ramps down to its safe drive and is switched off. Then the controller ends.',
+    false: `Stop has failed: ${error}. Run "hystcan ctl stop", or switch the amplifiers off.`,
+    null: 'Stop is sent.',
+  }[String(isDone)];
+  setText(byId('stop-message'), told);
+  if (isDone !== null) events.note(isDone ? 'warning' : 'error', told);
+  stopSent ||= isDone === true;
+};
+access.changed = () => steering.refresh();
+
+const sendRate = () => connection.ask({ do: 'view', rate_Hz: document.hidden ? hiddenRate_Hz : fullRate_Hz });
+document.addEventListener('visibilitychange', () => connection.isOpen && sendRate());
+
+// ---- the charts
+
+/** RMS and peak of the error of an axis over the shown time. */
+function errorsOf(axis) {
+  const rows = view.stores.controller?.axes[axis];
+  if (!rows) return { rms_um: NaN, peak_um: NaN };
+  const trace = traceOfAxis(rows, 'error_um');
+  const [begin, end] = rowsBetween(trace, ...view.range);
+  let [sum, number, peak] = [0, 0, 0];
+  for (let row = begin; row < end; ++row) {
+    const error = trace.values[row & trace.mask];
+    if (error !== error) continue;
+    sum += error * error;
+    peak = Math.max(peak, Math.abs(error));
+    ++number;
+  }
+  return number ? { rms_um: Math.sqrt(sum / number), peak_um: peak } : { rms_um: NaN, peak_um: NaN };
+}
+
+byId('export-csv').addEventListener('click', () => {
+  const store = view.stores.controller;
+  if (!store) return setText(byId('export-answer'), 'there are no rows yet');
+  const columns = [...store.units].map(([name, unit]) => ({ name, unit: unit === 'drive' ? store.unitOf(name, 0) : unit }));
+  const number = saveCsv('live', columns, rowsOfStore(store, ...view.range));
+  setText(byId('export-answer'), `${number} rows`);
+});
+byId('export-png').addEventListener('click', () => {
+  const when = quantity(view.range[1] - (view.stores.controller?.offset_s ?? 0), 's');
+  savePng(view.charts, `${byId('config').textContent}, to ${when}, ${new Date().toLocaleString('en-GB')}`);
+});
+
+const frames = new Float64Array(120); // times of the last frames
+let frameNumber = 0;
+let slowAt_ms = 0;
+let twinAt_ms = 0;
+
+function frame(now_ms) {
+  frames[frameNumber++ % frames.length] = now_ms;
+  view.frame();
+  if (now_ms - slowAt_ms > slow_ms) {
+    slowAt_ms = now_ms;
+    view.showValues();
+    cursors.show();
+  }
+  if (now_ms - twinAt_ms > 2000 && streams.twin && streams.controller) {
+    twinAt_ms = now_ms;
+    twinShift_s = shiftOfTwin(streams.controller, streams.twin) ?? twinShift_s;
+  }
+  requestAnimationFrame(frame);
+}
+requestAnimationFrame(frame);
+connection.connect();
+
+/** For benchmarks and tests of the page. */
+window.hystcanPage = {
+  framesPerSecond() {
+    const number = Math.min(frameNumber, frames.length);
+    if (number < 2) return 0;
+    const newest = frames[(frameNumber - 1) % frames.length];
+    const oldest = frames[(frameNumber - number) % frames.length];
+    return (1000 * (number - 1)) / (newest - oldest);
+  },
+  get firstPlotMs() { return view.firstPlotMs; },
+  get paused() { return view.isPaused; },
+  rows: (axis) => streams.controller?.received[axis] ?? 0,
+  latest: (axis) => streams.controller?.latest(axis) ?? null,
+  get lostRows() { return streams.controller?.lost ?? 0; },
+  get captures() { return captures.captures.length; },
+};

@@ -1,0 +1,148 @@
+// The states of the axes, the bus, the counters and the timing, from the messages `status`.
+
+import { byId, element, setText } from './dom.js';
+import { clock, count, plain, quantity } from './format.js';
+
+/** The rows of the table of axes: a name and the text from the axis's status and its drive unit. */
+const axisRows = [
+  ['Position', ({ position_um }) => quantity(position_um, 'um')],
+  ['Reference', ({ reference_um }) => quantity(reference_um, 'um')],
+  ['Following error', ({ error_um }) => quantity(error_um, 'um')],
+  ['Error, RMS', (_, __, { rms_um }) => quantity(rms_um, 'um')],
+  ['Error, peak', (_, __, { peak_um }) => quantity(peak_um, 'um')],
+  ['Drive', ({ drive }, unit) => quantity(drive, unit)],
+  ['Amplifier output', ({ amplifier_output }, unit) => quantity(amplifier_output, unit)],
+  ['Limited by', ({ limits }) => limits || 'nothing'],
+  ['Goal', ({ live_goal, finished, state }) => (state !== 'tracking' ? '-' : live_goal ? 'position of go to' : finished ? 'reference, at its end' : 'reference')],
+  ['Arrival', ({ arrival }) => arrival ?? '-'],
+  ['Sample', ({ sample_missing }) => (sample_missing === undefined ? '-' : sample_missing ? 'missing' : 'received')],
+  ['Adaptation', ({ correction }) => (correction ? `gain ${plain(correction.gain, 4)}, offset ${quantity(correction.offset_um, 'um')}` : '-')],
+  ['Learning', ({ learning }) => learningText(learning)],
+];
+
+/** Sign and word of a state: never colour alone. */
+const signs = { tracking: '\u25b6', ready: '\u25cf', initialising: '\u25d0', waiting: '\u25cb', offline: '\u25a0', faulted: '\u25b2' };
+
+function learningText(learning) {
+  if (!learning) return 'off';
+  const { state, periods, ...further } = learning;
+  const errors = Object.entries(further).filter(([, value]) => typeof value === 'number')
+    .map(([name, value]) => `${name.replace(/_um$/, '').replaceAll('_', ' ')} ${quantity(value, name.endsWith('_um') ? 'um' : '', 4)}`);
+  return [`${state}, ${count(periods)} periods`, ...errors].join('; ');
+}
+
+export class StatusView {
+  #names = [];
+
+  /** `units`: the drive units of the axes; `errors(axis)`: {rms_um, peak_um} over the shown time. */
+  constructor(errors) {
+    this.errors = errors;
+    this.units = [];
+    byId('reveal-histogram').addEventListener('change', () => this.#showTiming(this.timing));
+  }
+
+  show({ controller, bus, timing, page }) {
+    this.last = controller;
+    this.#showAxes(controller);
+    this.#showCounters(controller, page);
+    this.#showBus(bus);
+    this.timing = timing;
+    this.#showTiming(timing);
+    setText(byId('time'), controller ? clock(controller.time_s) : '-');
+    setText(byId('age'), controller && controller.age_s > 0.5 ? `values are ${plain(controller.age_s, 1)} s old` : '');
+  }
+
+  #build(names) {
+    this.#names = names;
+    byId('axis-head').replaceChildren(element('th', { scope: 'col', text: 'Axis' }),
+      ...names.map((name) => element('th', { scope: 'col', text: name })));
+    const row = (title, cells) => element('tr', {}, element('th', { scope: 'row', text: title }), ...cells);
+    this.states = names.map((_, axis) => element('td', { id: `axis-${axis}-state`, class: 'state' }));
+    this.cells = axisRows.map(([title]) => [title, names.map(() => element('td'))]);
+    byId('axis-rows').replaceChildren(row('State', this.states), ...this.cells.map(([title, cells]) => row(title, cells)));
+    this.waits = names.map((_, axis) => element('p', { id: `axis-${axis}-waits`, class: 'waits' }));
+    this.faults = names.map((_, axis) => element('p', { id: `axis-${axis}-fault`, class: 'fault', role: 'alert' }));
+    byId('faults').replaceChildren(...this.faults, ...this.waits);
+  }
+
+  #showAxes(controller) {
+    const axes = controller?.axes ?? this.#names.map((name) => ({ name, state: 'no controller' }));
+    const names = axes.map(({ name }) => name);
+    if (names.join('\n') !== this.#names.join('\n')) this.#build(names);
+    axes.forEach((axis, at) => {
+      setText(this.states[at], `${signs[axis.state] ?? '\u25a1'} ${axis.state}`);
+      this.states[at].dataset.state = axis.state;
+      const errors = this.errors(at);
+      axisRows.forEach(([, text], row) => setText(this.cells[row][1][at], text(axis, this.units[at] ?? '', errors)));
+      setText(this.waits[at], axis.waits_for ? `Axis ${axis.name} waits for: ${axis.waits_for}` : '');
+      setText(this.faults[at], faultText(axis));
+    });
+  }
+
+  #showCounters(controller, page) {
+    const table = [
+      ['Cycles', count(controller?.cycles)], ['Missed cycles', count(controller?.missed_cycles)],
+      ['Missing samples', count(controller?.missing_samples)], ['Late samples', count(controller?.late_samples)],
+      ['Pages that are open', count(page.clients)], ['Pages cut off', count(page.cut_off)],
+      ['Requests refused', count(page.refused)], ['Rows lost to pages', count(page.lost_rows)]];
+    fill(byId('counters'), table);
+    const alarming = ['missed_cycles', 'missing_samples', 'late_samples'].map((key) => controller?.[key] ?? 0);
+    setText(byId('health'), controller
+      ? `${count(alarming[0])} missed cycles, ${count(alarming[1])} missing and ${count(alarming[2])} late samples`
+      : 'no controller');
+  }
+
+  #showBus(bus) {
+    if (!bus) return;
+    const load = bus.load_percent === null || bus.load_percent === undefined ? 'load not known' : `load ${quantity(bus.load_percent, '%', 1)}`;
+    const rate = `${count(Math.round(bus.frames_per_s))} frames/s`;
+    fill(byId('bus'), [['Interface', bus.interface], ['State', bus.state], ['Frames', rate], ['Load', load.replace('load ', '')]]);
+    setText(byId('bus-line'), `${bus.interface} ${bus.state}, ${rate}, ${load}`);
+  }
+
+  #showTiming(timing) {
+    if (!timing || byId('system').hidden) return;
+    const isLog = byId('reveal-histogram').checked;
+    for (const name of ['turnaround_us', 'lateness_us']) {
+      const told = timing[name];
+      const counts = told?.counts ?? told ?? [];
+      drawBars(byId(name), told?.upper_us ?? timing.upper_us ?? [], counts, isLog);
+    }
+  }
+}
+
+/** "" without a fault. */
+export function faultText({ name, state, fault, fault_time_s, remedy }) {
+  if (state !== 'faulted' && (!fault || fault === 'none')) return '';
+  const when = Number.isFinite(fault_time_s) ? ` at ${quantity(fault_time_s, 's')}` : '';
+  return `\u25b2 Axis ${name} is faulted: ${fault}${when}. ${remedy ?? ''}`.trim();
+}
+
+function fill(body, table) {
+  if (body.rows.length !== table.length)
+    body.replaceChildren(...table.map(([name]) => element('tr', {}, element('th', { scope: 'row', text: name }), element('td'))));
+  table.forEach(([, text], at) => setText(body.rows[at].cells[1], String(text)));
+}
+
+function drawBars(host, upper, counts, isLog) {
+  const total = counts.reduce((sum, one) => sum + one, 0);
+  const height = isLog ? (one) => Math.log10(one + 1) : (one) => one;
+  const most = Math.max(...counts.map(height), 1e-9);
+  if (host.childElementCount !== counts.length)
+    host.replaceChildren(...counts.map((_, at) => element('div', { class: 'class' },
+      element('span', { class: 'bar' }), element('span', { class: 'edge', text: at < upper.length ? `\u2264 ${upper[at]}` : `> ${upper.at(-1)}` }),
+      element('span', { class: 'number' }))));
+  counts.forEach((one, at) => {
+    const [bar, , number] = host.children[at].children;
+    bar.style.width = `${(100 * height(one)) / most}%`;
+    setText(number, count(one));
+  });
+  const edgeOf = (share) => {
+    let sum = 0;
+    const at = counts.findIndex((one) => (sum += one) >= share * total);
+    return at < upper.length ? `at most ${upper[at]} us` : `more than ${upper.at(-1)} us`;
+  };
+  host.setAttribute('aria-label', total === 0 ? 'no cycles yet'
+    : `${count(total)} cycles; half of them ${edgeOf(0.5)}, 99 % ${edgeOf(0.99)}, all ${edgeOf(1)}`);
+  setText(host.nextElementSibling, host.getAttribute('aria-label'));
+}

@@ -1,0 +1,195 @@
+// Steering and settings of the axes, applied while the controller runs.
+
+import { byId, element, setText } from './dom.js';
+import { settingField, valueOfText } from './setting_field.js';
+
+const structures = ['average', 'inverse', 'pi', 'average+pi', 'inverse+pi'];
+const settingsEvery_ms = 3000; // another program may change them too
+
+const tuning = [
+  { key: 'structure', label: 'Structure', choices: structures },
+  { key: 'kp', label: 'Proportional gain kp', unit: 'um/um' },
+  { key: 'ki_per_s', label: 'Integral gain ki', unit: '1/s' },
+  { key: 'measurement_filter_Hz', label: 'Measurement filter', unit: 'Hz' },
+];
+const notch = [
+  { key: 'notch.frequency_Hz', label: 'Notch frequency', unit: 'Hz' },
+  { key: 'notch.depth', label: 'Notch depth', unit: '1' },
+  { key: 'notch.width', label: 'Notch width', unit: '1' },
+];
+const learning = [
+  { key: 'learning.correction_max_um', label: 'Largest correction', unit: 'um' },
+  { key: 'learning.rate', label: 'Learning rate', unit: '1' },
+  { key: 'learning.forget_percent', label: 'Forgotten in a period', unit: '%' },
+  { key: 'learning.resonance_percent', label: 'Resonance uncertain by', unit: '%' },
+  { key: 'learning.frozen', label: 'Learning frozen', choices: ['false', 'true'] },
+];
+
+export class Steering {
+  #fields = []; // of all axes: {key, show(toml, isUnsaved)}
+  #asked = false;
+
+  constructor(connection, access) {
+    this.connection = connection;
+    this.access = access;
+    byId('undo').addEventListener('click', () => this.#settingsCommand({ do: 'undo' }));
+    byId('reload').addEventListener('click', () => this.#settingsCommand({ do: 'reload' }));
+    byId('save').addEventListener('click', () => this.#openSave());
+    byId('save-confirm').addEventListener('click', () => this.#confirmSave());
+    setInterval(() => !document.hidden && !byId('steering').hidden && this.refresh(), settingsEvery_ms);
+  }
+
+  begin(greeting) {
+    this.#fields = [];
+    this.segments = new Map(); // per axis: the place of its setpoint's fields and their keys
+    byId('steering-axes').replaceChildren(...greeting.axes.map((axis, at) => this.#card(axis, at)));
+    this.refresh();
+  }
+
+  /** Asks for the settings in force and shows them. */
+  async refresh() {
+    if (this.#asked || !this.connection.isOpen) return;
+    this.#asked = true;
+    const answer = await this.connection.ask({ do: 'settings' });
+    this.#asked = false;
+    if (answer.ok) this.#show(answer);
+  }
+
+  #show({ settings, unsaved, undo }) {
+    const values = new Map(settings.map(({ key, value }) => [key, value]));
+    const changed = new Set(unsaved.map(({ key }) => key));
+    this.#showSegments(values);
+    for (const field of this.#fields) field.show(values.get(field.key), changed.has(field.key));
+    setText(byId('undo'), `Undo (${undo})`);
+    byId('undo').disabled = undo === 0;
+    byId('save').disabled = unsaved.length === 0;
+    setText(byId('unsaved'), unsaved.length === 0 ? 'The file has all settings in force.'
+      : `In force, not in the file: ${unsaved.map(({ key, from, to }) => `${key}: ${from || 'none'} \u2192 ${to || 'none'}`).join('; ')}`);
+  }
+
+  #card({ name }, axis) {
+    const answer = element('p', { class: 'answer', role: 'status' });
+    const act = (command) => async () => tell(answer, await this.#command({ axis: name, ...command }), `${command.do} is done`);
+    const button = (text, command) => element('button', { type: 'button', text, 'aria-label': `${text} axis ${name}`, onclick: act(command) });
+    const position = element('input', { type: 'text', inputmode: 'decimal', 'aria-label': `Go to position of axis ${name}, um` });
+    const goTo = async () => {
+      const position_um = Number(position.value);
+      if (position.value.trim() === '' || Number.isNaN(position_um)) return tell(answer, { error: `"${position.value}" is not a number` });
+      tell(answer, await this.#command({ do: 'go_to', axis: name, position_um }), `goes to ${position_um} um`);
+    };
+    position.addEventListener('keydown', ({ key }) => key === 'Enter' && goTo());
+    const segments = element('div', { class: 'fields' });
+    this.segments.set(axis, { place: segments, keys: '', name });
+    return element('section', { class: 'axis-card', 'aria-label': `Axis ${name}` },
+      element('h3', { text: `Axis ${name}` }),
+      element('div', { class: 'tools' },
+        element('span', { class: 'entry' }, position, ' um '), element('button', { type: 'button', text: 'Go to', 'aria-label': `Go to, axis ${name}`, onclick: goTo }),
+        button('Resume', { do: 'resume' }), button('Enable', { do: 'enable' }), button('Disable', { do: 'disable' }),
+        button('Clear fault', { do: 'clear' }), button('Revert learnt', { do: 'revert' })),
+      answer,
+      element('div', { class: 'fields' }, ...tuning.map((about) => this.#field(axis, name, about))),
+      this.#group('Notch', [...notch.map((about) => this.#field(axis, name, about)), this.#wholeNotch(axis, name)]),
+      this.#group('Learning', learning.map((about) => this.#field(axis, name, about))),
+      this.#group('Setpoint segments', [segments]),
+      this.#group('Any other key', [this.#anyKey(name)]));
+  }
+
+  #group(title, children) {
+    const isList = children[0].classList.contains('fields');
+    return element('details', {}, element('summary', { text: title }), isList ? children[0] : element('div', { class: 'fields' }, ...children));
+  }
+
+  #field(axis, name, about) {
+    const field = settingField(`axis[${axis}].control.${about.key}`, { ...about, axis: name }, (value) => this.#set(name, about.key, value));
+    this.#fields.push(field);
+    return field.root;
+  }
+
+  /** All three values at once: a notch that is not there yet cannot get one key alone. */
+  #wholeNotch(axis, name) {
+    const answer = element('p', { class: 'answer', role: 'status' });
+    const apply = async () => {
+      const own = this.#fields.filter(({ key }) => key.startsWith(`axis[${axis}].control.notch.`));
+      const value = Object.fromEntries(own.map(({ key, typed }) => [key.split('.').at(-1), valueOfText(typed())]));
+      const result = await this.#set(name, 'notch', value);
+      if (result.ok) own.forEach((field) => field.reset());
+      tell(answer, result, 'in force');
+    };
+    return element('div', { class: 'field' }, element('button', { type: 'button', text: 'Apply the three together', onclick: apply }), answer);
+  }
+
+  #anyKey(name) {
+    const key = element('input', { type: 'text', 'aria-label': `Key of axis.control, axis ${name}`, placeholder: 'key, as deadband_um', spellcheck: 'false' });
+    const value = element('input', { type: 'text', 'aria-label': `Value of the key, axis ${name}`, placeholder: 'value', spellcheck: 'false' });
+    const answer = element('p', { class: 'answer', role: 'status' });
+    const apply = async () => tell(answer, await this.#set(name, key.value.trim(), valueOfText(value.value)), 'in force');
+    for (const input of [key, value]) input.addEventListener('keydown', (event) => event.key === 'Enter' && apply());
+    return element('div', { class: 'field wide' }, key, value, element('span', { text: '' }),
+      element('button', { type: 'button', text: 'Apply', 'aria-label': `Apply the key, axis ${name}`, onclick: apply }), answer);
+  }
+
+  #showSegments(values) {
+    for (const [axis, segments] of this.segments ?? []) {
+      const start = `axis[${axis}].control.`;
+      const keys = [...values.keys()].filter((key) => key.startsWith(`${start}setpoint[`));
+      if (keys.join() === segments.keys) continue;
+      segments.keys = keys.join();
+      this.#fields = this.#fields.filter(({ key }) => !key.startsWith(`${start}setpoint[`));
+      segments.place.replaceChildren(...keys.map((key) => {
+        const own = key.slice(start.length);
+        return this.#field(axis, segments.name, { key: own, label: own, unit: unitOfKey(own) });
+      }));
+    }
+  }
+
+  #command(command) {
+    return this.connection.ask({ do: 'command', command });
+  }
+
+  async #set(axis, key, value) {
+    const answer = await this.#command({ do: 'set', axis, key, value });
+    this.refresh();
+    return answer;
+  }
+
+  async #settingsCommand(command) {
+    const answer = await this.#command(command);
+    const changed = answer.answer?.changed ?? [];
+    const words = changed.map(({ key, from, to }) => `${key}: ${from || 'none'} \u2192 ${to || 'none'}`).join('; ');
+    tell(byId('settings-answer'), answer, words || 'nothing has changed');
+    this.refresh();
+  }
+
+  async #openSave() {
+    const answer = await this.connection.ask({ do: 'save' });
+    this.digest = answer.digest;
+    setText(byId('save-answer'), answer.ok ? '' : answer.error);
+    setText(byId('save-text'), answer.ok ? 'The file gets these lines. Comments and everything else stay.' : '');
+    byId('save-diff').replaceChildren(...(answer.diff ?? '').split('\n').map((text) => element('span', {
+      class: text.startsWith('+') ? 'added' : text.startsWith('-') ? 'removed' : '', text: `${text}\n` })));
+    byId('save-confirm').disabled = !answer.ok || !answer.digest;
+    byId('save-dialog').showModal();
+  }
+
+  async #confirmSave() {
+    const answer = await this.connection.ask({ do: 'save', digest: this.digest });
+    if (!answer.ok) return setText(byId('save-answer'), answer.error);
+    byId('save-dialog').close();
+    tell(byId('settings-answer'), answer, 'the file is written');
+    this.refresh();
+  }
+}
+
+/** The unit at the end of a key: low_um, frequency_Hz, ki_per_s. */
+function unitOfKey(key) {
+  const found = /_(um_per_s2|um_per_s|um_per_um|per_s|um|Hz|ms|us|s|percent|deg|cycles)$/.exec(key)?.[1] ?? '';
+  return { percent: '%', per_s: '1/s', um_per_s: 'um/s', um_per_s2: 'um/s^2', um_per_um: 'um/um' }[found] ?? found;
+}
+
+export function tell(place, answer, done) {
+  place.classList.toggle('done', Boolean(answer.ok));
+  place.classList.toggle('refused', !answer.ok);
+  place.classList.add('answer');
+  setText(place, answer.ok ? done : answer.error ?? 'refused');
+}
+

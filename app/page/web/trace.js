@@ -1,0 +1,115 @@
+// What a line of a chart shows: times and values, somewhere in memory, and how they become a path.
+//
+// A trace is {time, values, mask, first, end, shift_s}: row k, first <= k < end, is at `k & mask`; `shift_s` is added to
+// its time. For plain arrays the mask is -1. A value that is NaN is a gap; so are times that are far apart.
+
+const gap_s = 0.3;
+
+export const traceOfArrays = (time, values, shift_s = 0) => ({
+  time, values, mask: -1, first: 0, end: time.length, shift_s,
+});
+
+export const traceOfAxis = (axis, column, shift_s = 0) => ({
+  time: axis.time, values: axis.columns.get(column), mask: axis.mask, first: axis.first, end: axis.end, shift_s,
+});
+
+function rowAt({ time, mask, first, end }, time_s) {
+  let [low, high] = [first, end];
+  while (low < high) {
+    const middle = Math.floor((low + high) / 2);
+    if (time[middle & mask] < time_s) low = middle + 1;
+    else high = middle;
+  }
+  return low;
+}
+
+/** The value of the trace at a time: of the nearest row, NaN where none is near. */
+export function valueAt(trace, time_s) {
+  const { time, values, mask, first, end, shift_s } = trace;
+  const after = rowAt(trace, time_s - shift_s);
+  let [best, distance] = [NaN, gap_s];
+  for (const row of [after - 1, after]) {
+    if (row < first || row >= end) continue;
+    const away = Math.abs(time[row & mask] + shift_s - time_s);
+    if (away < distance) [best, distance] = [values[row & mask], away];
+  }
+  return best;
+}
+
+/** The rows between two times, with one more at each side: [begin, end). */
+export function rowsBetween(trace, from_s, to_s) {
+  return [Math.max(rowAt(trace, from_s - trace.shift_s) - 1, trace.first),
+    Math.min(rowAt(trace, to_s - trace.shift_s) + 1, trace.end)];
+}
+
+/** Least and largest value between two times; Infinity and -Infinity without values. */
+export function extent(trace, from_s, to_s, range = { low: Infinity, high: -Infinity }) {
+  const [begin, end] = rowsBetween(trace, from_s, to_s);
+  const { values, mask } = trace;
+  for (let row = begin; row < end; ++row) {
+    const value = values[row & mask];
+    if (value < range.low) range.low = value;
+    if (value > range.high) range.high = value;
+  }
+  return range;
+}
+
+/**
+ * The path of the trace between two times. `toX` and `toY` are {scale, offset} from value to canvas pixel. With more
+ * than two rows for a pixel, the path goes through the least and the largest value of each pixel; pixels are counted
+ * from time 0, so that a moving picture does not flicker.
+ */
+export function pathOf(trace, from_s, to_s, toX, toY) {
+  const [begin, end] = rowsBetween(trace, from_s, to_s);
+  const pixels = Math.max(1, (to_s - from_s) * toX.scale);
+  return end - begin > 2 * pixels ? pathOfExtremes(trace, begin, end, toX, toY) : pathOfRows(trace, begin, end, toX, toY);
+}
+
+function pathOfRows({ time, values, mask, shift_s }, begin, end, toX, toY) {
+  const path = new Path2D();
+  let before_s = -Infinity;
+  for (let row = begin; row < end; ++row) {
+    const value = values[row & mask];
+    const time_s = time[row & mask] + shift_s;
+    if (value !== value) {
+      before_s = -Infinity;
+      continue;
+    }
+    const x = time_s * toX.scale + toX.offset;
+    const y = value * toY.scale + toY.offset;
+    if (time_s - before_s < gap_s) path.lineTo(x, y);
+    else path.moveTo(x, y);
+    before_s = time_s;
+  }
+  return path;
+}
+
+function pathOfExtremes({ time, values, mask, shift_s }, begin, end, toX, toY) {
+  const path = new Path2D();
+  let [pixel, low, high, last, before] = [-1e18, 0, 0, 0, -1e18];
+  const finish = () => {
+    const x = pixel + toX.offset;
+    if (pixel - before > gap_s * toX.scale + 1) path.moveTo(x, low * toY.scale + toY.offset);
+    else path.lineTo(x, low * toY.scale + toY.offset);
+    path.lineTo(x, high * toY.scale + toY.offset);
+    path.lineTo(x, last * toY.scale + toY.offset);
+    before = pixel;
+  };
+  for (let row = begin; row < end; ++row) {
+    const value = values[row & mask];
+    if (value !== value) {
+      if (pixel > -1e17) finish();
+      pixel = before = -1e18;
+      continue;
+    }
+    const at = Math.floor((time[row & mask] + shift_s) * toX.scale);
+    if (at !== pixel) {
+      if (pixel > -1e17) finish();
+      [pixel, low, high] = [at, value, value];
+    } else if (value < low) low = value;
+    else if (value > high) high = value;
+    last = value;
+  }
+  if (pixel > -1e17) finish();
+  return path;
+}
