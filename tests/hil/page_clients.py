@@ -43,7 +43,7 @@ class Client:
     def read(self):
         """Takes what has come; False at the end of the connection."""
         try:
-            part = self.socket.recv(1 << 20)
+            part = self.socket.recv(1 << 16)
         except ConnectionError:
             part = b""
         if not part:

@@ -5,7 +5,9 @@ import { after, before, test } from 'node:test';
 
 import { openPage, seesTheLoopRun, startBrowser, startDemo, until } from './support.mjs';
 
-const pre_s = 0.5, post_s = 0.25, rate_Hz = 1000;
+const pre_s = 0.5;
+const post_s = 0.25;
+const rate_Hz = 1000;
 let demo, browser, page;
 before(async () => {
   demo = await startDemo();
@@ -23,35 +25,53 @@ async function download(button) {
   return { name: file.suggestedFilename(), content: readFileSync(await file.path()) };
 }
 
-const captures = () => page.locator('#capture-list').locator('li, tbody tr').count();
+const captures = () => page.locator('#capture-list > li').count();
 
-test('A capture has its time before and after the trigger, each cycle of it', async () => {
-  await page.evaluate(() => document.getElementById('arm').scrollIntoView());
-  await page.getByLabel(/before|^pre/i).fill(String(pre_s));
-  await page.getByLabel(/after|^post/i).fill(String(post_s));
-  await page.getByLabel(/^(trigger|on|kind)/i).first().selectOption('now');
+async function arm(kind) {
+  await page.getByRole('tab', { name: 'Capture' }).click();
+  await page.getByLabel('Trigger on').selectOption(kind);
+  await page.getByLabel('Before').fill(String(pre_s));
+  await page.getByLabel('After').fill(String(post_s));
+}
+
+/** Columns and rows of a CSV. */
+function parse(content) {
+  const lines = content.toString().trim().split('\n');
+  return { columns: lines[0].split(','), rows: lines.slice(1).map((line) => line.split(',')) };
+}
+const named = (columns, name) => columns.findIndex((column) => column.startsWith(`${name} [`) || column === name);
+
+test('A capture on a level has its time before and after the trigger, each cycle of it', async () => {
+  await arm('level');
+  await page.getByLabel('Signal').first().selectOption({ label: 'position' });
+  const level_um = 8;
+  await page.locator('#capture-level').fill(String(level_um));
+  await page.getByLabel('Edge').selectOption('rising');
   await page.click('#arm');
   await until('a capture', async () => (await captures()) === 1);
-  const { name, content } = await download('#export-csv');
-  assert.match(name, /\.csv$/);
-  const lines = content.toString().trim().split(/\r?\n/).filter((line) => !line.startsWith('#'));
-  const columns = lines[0].split(',');
-  const times = lines.slice(1).map((line) => Number(line.split(',')[columns.findIndex((column) => /^time_s/.test(column))]));
-  assert.ok(Math.abs(times.length - (pre_s + post_s) * rate_Hz) <= 2, `${times.length} rows`);
-  const steps = times.slice(1).map((time, i) => time - times[i]);
-  assert.ok(steps.every((step) => Math.abs(step - 1 / rate_Hz) < 1e-6), `steps of ${Math.min(...steps)}..${Math.max(...steps)} s`);
+  const { columns, rows } = parse((await download('#capture-csv')).content);
+  const column = (name) => rows.map((row) => Number(row[named(columns, name)]));
+  const time = column('time_s'), position = column('position_um');
+  assert.ok(Math.abs(rows.length - (pre_s + post_s) * rate_Hz) <= 2, `${rows.length} rows`);
+  const steps = time.slice(1).map((at, i) => at - time[i]);
+  assert.ok(steps.every((step) => Math.abs(step - 1 / rate_Hz) < 1e-6), `${Math.min(...steps)}..${Math.max(...steps)} s`);
+  const trigger = Math.round(pre_s * rate_Hz);
+  assert.ok(position.slice(trigger - 2, trigger + 2).some((value, i, near) => near[i - 1] < level_um && value >= level_um),
+    `the level is crossed ${pre_s} s after the first row`);
 });
 
 test('The CSV has a name and a unit for each column and every digit', async () => {
-  const { content } = await download('#export-csv');
-  const lines = content.toString().trim().split(/\r?\n/).filter((line) => !line.startsWith('#'));
-  const columns = lines[0].split(',');
-  for (const column of ['reference_um', 'position_um', 'drive'])
-    assert.ok(columns.some((name) => name.startsWith(column)), `${column} in ${lines[0]}`);
-  assert.match(lines[0], /V/);
-  assert.ok(lines.slice(1).every((line) => line.split(',').length === columns.length));
-  const position = columns.findIndex((name) => name.startsWith('position_um'));
-  assert.ok(lines.slice(1).some((line) => line.split(',')[position].replace(/[-.]/g, '').length >= 8), 'full precision');
+  const { columns, rows } = parse((await download('#capture-csv')).content);
+  for (const column of ['time_s [s]', 'reference_um [um]', 'position_um [um]', 'drive [V]'])
+    assert.ok(columns.includes(column), `${column} in ${columns}`);
+  assert.ok(rows.every((row) => row.length === columns.length));
+  assert.ok(rows.some((row) => row[named(columns, 'position_um')].replace(/[-.]/g, '').length >= 12), 'every digit');
+});
+
+test('What the live charts show can be exported too', async () => {
+  const { columns, rows } = parse((await download('#export-csv')).content);
+  assert.ok(columns.includes('position_um [um]'), String(columns));
+  assert.ok(rows.length > 100, `${rows.length} rows`);
 });
 
 test('The PNG is a picture of some size', async () => {

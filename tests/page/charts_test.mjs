@@ -75,17 +75,41 @@ test('A drag zooms in, a double click shows all again', async () => {
   await pause(false);
 });
 
-test('Two cursors give the differences with their units', async () => {
+/** The readout of the cursors: name of the row -> texts of A, B and B - A. */
+async function readout() {
+  const rows = await page.locator('#cursor-readout tbody tr').evaluateAll((all) =>
+    all.map((row) => [...row.cells].map((cell) => cell.textContent.replace('\u2212', '-'))));
+  return new Map(rows.map(([name, ...texts]) => [name, texts]));
+}
+
+test('Two cursors give the differences with their units while the charts run', async () => {
   await page.click('#cursors');
-  const box = await plotBox('#tracking-chart');
-  for (const part of [0.25, 0.75]) await page.mouse.click(box.x + part * box.width, box.y + 0.5 * box.height);
-  const text = await until('the differences', async () => {
-    const readout = await page.textContent('#cursor-readout');
-    return /Δt/.test(readout) && /\d/.test(readout) && readout;
+  const first = await until('the readout', async () => {
+    const rows = await readout();
+    return rows.has('time, s') && [...rows.keys()].some((name) => /position, um/.test(name)) && rows;
   });
-  assert.match(text, /Δt[^Δ]*\d[^Δ]*\bm?s\b/);
-  assert.match(text, /1\/Δt[^Δ]*Hz/);
-  assert.match(text, /um|µm|μm/);
+  const apart_s = Number(first.get('time, s')[2]);
+  assert.ok(apart_s > 0);
+  assert.ok(Math.abs(Number(first.get('1/Δt, Hz')[2]) * apart_s - 1) < 1e-3);
+  for (const [a, b, difference] of [...first.values()].filter((texts) => texts[0] && texts[0] !== '-'))
+    assert.ok(Math.abs(Number(b) - Number(a) - Number(difference)) < 2e-3, `${a} ${b} ${difference}`);
+  await until('other times', async () => (await readout()).get('time, s')[0] !== first.get('time, s')[0]);
+});
+
+test('A cursor moves with the arrow keys and with the pointer', async () => {
+  const apart = async () => Number((await readout()).get('time, s')[2]);
+  const before = await apart();
+  const cursor = page.locator('#tracking-chart').getByRole('slider', { name: 'Cursor B' });
+  await cursor.focus();
+  await page.keyboard.press('ArrowRight');
+  await until('a larger distance', async () => (await apart()) > before);
+  const [box, chart] = [await cursor.boundingBox(), await plotBox('#tracking-chart')];
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  await page.mouse.down();
+  await page.mouse.move(chart.x + 0.4 * chart.width, box.y + box.height / 2, { steps: 5 });
+  await page.mouse.up();
+  await until('a smaller distance', async () => (await apart()) < before);
+  await page.click('#cursors');
 });
 
 test('The window shows the last seconds that were chosen', async () => {
