@@ -43,7 +43,7 @@ const named = (columns, name) => columns.findIndex((column) => column.startsWith
 
 test('A capture on a level has its time before and after the trigger, each cycle of it', async () => {
   await arm('level');
-  await page.getByLabel('Signal').first().selectOption({ label: 'position' });
+  await page.selectOption('#capture-signal', 'position_um');
   const level_um = 8;
   await page.locator('#capture-level').fill(String(level_um));
   await page.getByLabel('Edge').selectOption('rising');

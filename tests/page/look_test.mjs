@@ -49,10 +49,8 @@ test('The scheme of the system decides, and the switch changes it', async () => 
   const light = await openPage(browser, demo, { colorScheme: 'light' });
   assert.ok(brightness(await background(dark)) < 80, await background(dark));
   assert.ok(brightness(await background(light)) > 180, await background(light));
-  const before = await background(light);
-  await light.click('#theme');
-  for (let i = 0; i < 2 && (await background(light)) === before; ++i) await light.click('#theme');
-  assert.notEqual(await background(light), before);
+  await light.selectOption('#theme', 'dark');
+  assert.equal(await background(light), await background(dark));
   await dark.context().close();
   await light.context().close();
 });
@@ -84,7 +82,8 @@ test('Tables have headers, dialogs have names, faults and connection are live re
   const page = await openPage(browser, demo);
   await seesTheLoopRun(page);
   const wrong = await page.evaluate(() => [
-    ...[...document.querySelectorAll('table')].filter((table) => !table.querySelector('th')).map(() => 'a table without th'),
+    ...[...document.querySelectorAll('table')].filter((table) => table.querySelector('td') && !table.querySelector('th'))
+      .map((table) => `a table without th: ${table.outerHTML.slice(0, 100)}`),
     ...[...document.querySelectorAll('dialog')]
       .filter((dialog) => !dialog.hasAttribute('aria-label') && !dialog.hasAttribute('aria-labelledby'))
       .map((dialog) => `dialog ${dialog.id} without a name`),
