@@ -4,7 +4,7 @@ import { Access } from './access.js';
 import { CaptureView } from './captures.js';
 import { Connection } from './connection.js';
 import { Cursors } from './cursors.js';
-import { byId, element, setText } from './dom.js';
+import { byId, element, openDialog, setText } from './dom.js';
 import { EventList } from './event_list.js';
 import { rowsOfStore, saveCsv, savePng } from './export.js';
 import { quantity } from './format.js';
@@ -41,7 +41,7 @@ const response = new ResponseView(connection, streams, captures);
 startDialogs();
 startKeyboard({
   stop: () => access.stop(), pause: () => view.setPaused(!view.isPaused), capture: () => captures.captureNow(),
-  help: () => byId('help-dialog').showModal(),
+  help: () => openDialog('help-dialog'),
 });
 startTabs((panel) => {
   if (panel === 'steering') steering.refresh();

@@ -13,7 +13,7 @@ const axisRows = [
   ['Drive', ({ drive }, unit) => quantity(drive, unit)],
   ['Amplifier output', ({ amplifier_output }, unit) => quantity(amplifier_output, unit)],
   ['Limited by', ({ limits }) => limits || 'nothing'],
-  ['Goal', ({ live_goal, finished, state }) => (state !== 'tracking' ? '-' : live_goal ? 'position of go to' : finished ? 'reference, at its end' : 'reference')],
+  ['Goal', ({ live_goal, finished, state }) => (state !== 'tracking' ? '-' : live_goal ? 'go to' : finished ? 'at its end' : 'reference')],
   ['Arrival', ({ arrival }) => arrival ?? '-'],
   ['Sample', ({ sample_missing }) => (sample_missing === undefined ? '-' : sample_missing ? 'missing' : 'received')],
   ['Adaptation', ({ correction }) => adaptationText(correction)],
