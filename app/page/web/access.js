@@ -38,7 +38,10 @@ export class Access {
   async stop() {
     const { connection } = this;
     if (!connection.isOpen) return this.stopped(false, 'the page is not connected to its server');
-    if (!this.isAuthorised && !(await this.#askForToken('Stop needs the token. With the right token the stage stops at once.')))
+    if (
+      !this.isAuthorised &&
+      !(await this.#askForToken('Stop needs the token. With the right token the stage stops at once.'))
+    )
       return;
     this.stopped(null, '');
     const answer = await connection.ask({ do: 'stop' }, stopPatience_ms);
@@ -47,7 +50,11 @@ export class Access {
 
   async #takeOrRelease() {
     if (this.role === 'yours') return void (await this.connection.ask({ do: 'release_writer' }));
-    if (!this.isAuthorised && !(await this.#askForToken('To change settings and to drive, the page needs the token.'))) return;
+    if (
+      !this.isAuthorised &&
+      !(await this.#askForToken('To change settings and to drive, the page needs the token.'))
+    )
+      return;
     if (this.role === 'taken') return openDialog('take-over-dialog');
     await this.#askForRole(false);
   }

@@ -29,23 +29,48 @@ export class Cursors {
     const apart_s = times[1] - times[0];
     const origin_s = this.view.stores.controller?.offset_s ?? 0;
     const [a_s, b_s] = times.map((time) => plain(time - origin_s, 4));
-    setText(byId('cursor-times'), `A ${a_s} s, B ${b_s} s, \u0394t ${plain(apart_s, 4)} s, `
-      + `1/\u0394t ${Math.abs(apart_s) > 1e-9 ? compact(1 / apart_s, 5) : '-'} Hz`);
+    setText(
+      byId('cursor-times'),
+      `A ${a_s} s, B ${b_s} s, \u0394t ${plain(apart_s, 4)} s, ` +
+        `1/\u0394t ${Math.abs(apart_s) > 1e-9 ? compact(1 / apart_s, 5) : '-'} Hz`,
+    );
     const charts = this.view.timeCharts.filter(({ host }) => !host.hidden);
     this.#build(charts.map(({ title }) => title));
     charts.forEach((chart, at) => {
       const [a, b] = times.map((time) => chart.valuesAt(time));
-      fill(byId('cursor-tables').children[at].tBodies[0], chart.lines.map(({ label, unit }, row) =>
-        [`${label}${unit ? `, ${unit}` : ''}`, plain(a[row], 4), plain(b[row], 4), plain(b[row] - a[row], 4)]));
+      fill(
+        byId('cursor-tables').children[at].tBodies[0],
+        chart.lines.map(({ label, unit }, row) => [
+          `${label}${unit ? `, ${unit}` : ''}`,
+          plain(a[row], 4),
+          plain(b[row], 4),
+          plain(b[row] - a[row], 4),
+        ]),
+      );
     });
   }
 
   #build(titles) {
     if (titles.join() === this.titles) return;
     this.titles = titles.join();
-    byId('cursor-tables').replaceChildren(...titles.map((title) => element('table', { class: 'values' },
-      element('thead', {}, element('tr', {}, ...[title, 'A', 'B', 'B \u2212 A'].map((text) => element('th', { scope: 'col', text })))),
-      element('tbody'))));
+    byId('cursor-tables').replaceChildren(
+      ...titles.map((title) =>
+        element(
+          'table',
+          { class: 'values' },
+          element(
+            'thead',
+            {},
+            element(
+              'tr',
+              {},
+              ...[title, 'A', 'B', 'B \u2212 A'].map((text) => element('th', { scope: 'col', text })),
+            ),
+          ),
+          element('tbody'),
+        ),
+      ),
+    );
   }
 
   #place() {
@@ -53,16 +78,22 @@ export class Cursors {
       const { uplot } = chart;
       if (!uplot) continue;
       uplot.over.querySelectorAll('.cursor').forEach((old) => old.remove());
-      if (this.isOn) this.places.forEach((_, which) => uplot.over.append(this.#handle(which, uplot.over)));
+      if (this.isOn)
+        this.places.forEach((_, which) => uplot.over.append(this.#handle(which, uplot.over, chart.title)));
     }
     this.#move();
   }
 
-  #handle(which, over) {
+  #handle(which, over, title) {
     const name = 'AB'[which];
     const handle = element('div', {
-      class: `cursor cursor-${name}`, role: 'slider', tabindex: '0', 'aria-label': `Cursor ${name}`, 'aria-valuemin': '0',
-      'aria-valuemax': '100', 'data-name': name,
+      class: `cursor cursor-${name}`,
+      role: 'slider',
+      tabindex: '0',
+      'aria-label': `Cursor ${name}, chart ${title}`,
+      'aria-valuemin': '0',
+      'aria-valuemax': '100',
+      'data-name': name,
     });
     const follow = ({ clientX }) => {
       const { left, width } = over.getBoundingClientRect();

@@ -2,7 +2,7 @@
 
 export const byId = (id) => document.getElementById(id);
 
-/** An element with properties (`class`, `text`, `aria-...`, `data-...`, events as functions `onclick`) and children. */
+/** An element with properties (`class`, `text`, `aria-...`, functions for events as `onclick`) and children. */
 export function element(tag, properties = {}, ...children) {
   const made = document.createElement(tag);
   for (const [name, value] of Object.entries(properties)) {

@@ -24,8 +24,15 @@ export class EventList {
 
   #show(when, level, text) {
     const list = byId('events');
-    list.prepend(element('li', { class: level }, element('span', { class: 'when', text: when }),
-      element('span', { class: 'level', text: `${signs[level] ?? ''} ${level}` }), element('span', { text })));
+    list.prepend(
+      element(
+        'li',
+        { class: level },
+        element('span', { class: 'when', text: when }),
+        element('span', { class: 'level', text: `${signs[level] ?? ''} ${level}` }),
+        element('span', { text }),
+      ),
+    );
     while (list.childElementCount > most) list.lastElementChild.remove();
   }
 }

@@ -6,7 +6,7 @@ import { palette } from './theme.js';
 const most = 1_000_000; // lines of one file
 const stamp = () => new Date().toISOString().slice(0, 19).replaceAll(':', '-');
 
-/** `columns`: list of {name, unit}; `rows`: an iterable of lists of numbers. A number that does not exist is empty. */
+/** `columns`: list of {name, unit}; `rows`: an iterable of lists of numbers. NaN becomes an empty field. */
 export function saveCsv(name, columns, rows) {
   const head = columns.map(({ name: word, unit }) => (unit ? `${word} [${unit}]` : word)).join(',');
   const parts = [`${head}\n`];
@@ -64,14 +64,27 @@ function paintLegend(context, legend, left, top) {
     const style = getComputedStyle(part);
     context.font = `${style.fontWeight} ${style.fontSize} system-ui, sans-serif`;
     context.fillStyle = palette().ink;
-    context.fillText([...part.childNodes].map(({ textContent }) => textContent).join(' ').trim(), x - left, y - top);
+    context.fillText(
+      [...part.childNodes]
+        .map(({ textContent }) => textContent)
+        .join(' ')
+        .trim(),
+      x - left,
+      y - top,
+    );
   };
   const [title, ...keys] = legend.children;
   text(title, title.getBoundingClientRect().left, title.getBoundingClientRect().bottom - 4);
   for (const key of keys) {
     const box = key.getBoundingClientRect();
     const picture = key.querySelector('canvas').getBoundingClientRect();
-    context.drawImage(key.querySelector('canvas'), picture.left - left, picture.top - top, picture.width, picture.height);
+    context.drawImage(
+      key.querySelector('canvas'),
+      picture.left - left,
+      picture.top - top,
+      picture.width,
+      picture.height,
+    );
     text(key, picture.right + 5, box.bottom - 4);
   }
 }

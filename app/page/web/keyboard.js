@@ -7,21 +7,25 @@ const takesSpace = (target) => target.closest?.('button, summary, input, select,
 
 /** `actions`: stop, pause, capture, help. */
 export function startKeyboard(actions) {
-  addEventListener('keydown', (event) => {
-    if (event.key === 'Escape') {
-      event.preventDefault(); // it stops the stage and closes nothing
-      event.stopPropagation();
-      if (!event.repeat) actions.stop();
-      return;
-    }
-    if (event.ctrlKey || event.altKey || event.metaKey || takesText(event.target)) return;
-    if (document.querySelector('dialog[open]')) return;
-    if (event.key === ' ' && takesSpace(event.target)) return;
-    const action = { ' ': actions.pause, c: actions.capture, '?': actions.help }[event.key];
-    if (!action) return;
-    event.preventDefault();
-    action();
-  }, { capture: true });
+  addEventListener(
+    'keydown',
+    (event) => {
+      if (event.key === 'Escape') {
+        event.preventDefault(); // it stops the stage and closes nothing
+        event.stopPropagation();
+        if (!event.repeat) actions.stop();
+        return;
+      }
+      if (event.ctrlKey || event.altKey || event.metaKey || takesText(event.target)) return;
+      if (document.querySelector('dialog[open]')) return;
+      if (event.key === ' ' && takesSpace(event.target)) return;
+      const action = { ' ': actions.pause, c: actions.capture, '?': actions.help }[event.key];
+      if (!action) return;
+      event.preventDefault();
+      action();
+    },
+    { capture: true },
+  );
 }
 
 export function startDialogs() {
