@@ -179,25 +179,29 @@ export class TimeChart {
   }
 
   #series(line, at) {
+    const width = line.width ?? 1.5;
     const dash = (dashes[line.dash ?? 0] ?? []).map((part) => part * devicePixelRatio);
     return {
       label: line.label,
       scale: `y ${line.unit}`,
       auto: false,
       points: { show: false },
-      width: line.width ?? 1.5,
+      width,
       stroke: () => colourOf(line),
       dash,
       cap: 'butt',
       paths: (uplot) => {
         const trace = this.traces?.[at];
         if (!trace) return null;
-        const { left, top, width, height } = uplot.bbox;
+        const { left, top, width: across, height } = uplot.bbox;
         const y = uplot.scales[`y ${line.unit}`];
-        const toX = linear(uplot.scales.x.min, uplot.scales.x.max, left, width);
+        const toX = linear(uplot.scales.x.min, uplot.scales.x.max, left, across);
         const toY = linear(y.min, y.max, top + height, -height);
         const { path, isDense } = pathOf(trace, ...this.shown, toX, toY);
-        uplot.series[at + 1].dash = isDense ? [] : dash; // there a dash would only be costly
+        const series = uplot.series[at + 1];
+        // Where the rows are dense, a dash and a broad line cost much and show nothing.
+        series.dash = isDense ? [] : dash;
+        series.width = isDense ? Math.min(width, line.alpha ? 3 : 1) : width;
         return { stroke: path, fill: null, clip: null, flags: 2 };
       },
     };

@@ -34,6 +34,9 @@ export class LiveView {
     this.timeCharts = [this.tracking, this.error, this.drive, this.free];
     byId('window-seconds').addEventListener('change', () => this.#resetZoom());
     byId('pause').addEventListener('click', () => this.setPaused(!this.isPaused));
+    addEventListener('click', ({ target }) => {
+      if (!byId('signals').contains(target)) byId('signals').open = false;
+    });
     onThemeChange(() => [this.loop, ...this.timeCharts].forEach((one) => one.recolour()));
   }
 

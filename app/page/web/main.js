@@ -111,7 +111,7 @@ connection.on('status', (message) => {
   isNoted = true;
   events.note('info', 'the page is connected'); // after the older events, which the server sends first
 });
-connection.on('event', (message) => events.add(message));
+connection.on('event', (message) => events.add(message, streams.controller?.offset_s ?? 0, !isNoted));
 connection.on('capture', (message) => captures.announce(message));
 
 function tellOfController(greeting, reason) {
