@@ -75,7 +75,7 @@ export class CurveChart {
         cursor: { points: { show: false }, drag: { x: true, y: true, uni: 24 } },
         axes: [
           { ...axis, label: 'frequency, Hz', size: 22, ...log },
-          { ...axis, size: 52, incrs: this.steps, ...(this.yLog ? log : {}) },
+          { ...axis, size: 52, space: 22, incrs: this.steps, ...(this.yLog ? log : {}) },
         ],
         series: [
           {},
@@ -105,5 +105,8 @@ function logMarks(_, __, min, max) {
 /** Words at 1, 10, 100; over less than two decades at 2 and 5 too. */
 function logWords(_, marks) {
   const digits = marks.at(-1) / marks[0] < 100 ? '125' : '1';
-  return marks.map((mark) => (digits.includes(mark.toExponential(0)[0]) ? compact(mark, 3) : ''));
+  return marks.map((mark) => {
+    const word = mark.toExponential(0);
+    return digits.includes(word[0]) ? (mark < 0.001 ? word : compact(mark, 3)) : '';
+  });
 }

@@ -78,7 +78,7 @@ export class ResponseView {
       values.push(error[at]);
     }
     if (values.length < 256)
-      return { reason: 'The live rows do not have every cycle. Make a capture and choose it as the data.' };
+      return { reason: 'The axis does not track, or some cycles are missing in the live rows. A capture can be the data.' };
     return { values: Float64Array.from(values.reverse()), rate_Hz };
   }
 
@@ -93,7 +93,7 @@ export class ResponseView {
     setText(
       byId('spectrum-text'),
       `Largest: ${compact(told[kind][top], 3)} ${unit} at ${compact(told.frequency_Hz[top], 4)} Hz. ` +
-        `Hann window, ${told.segments} segments of ${told.size} cycles, ${compact(rate_Hz / told.size, 3)} Hz apart.`,
+        `Hann window, segments of ${told.size} cycles: ${told.segments}, ${compact(rate_Hz / told.size, 3)} Hz apart.`,
     );
   }
 
