@@ -18,20 +18,26 @@ export class CaptureView {
   constructor(connection, streams) {
     this.connection = connection;
     this.streams = streams;
-    this.chart = new TimeChart(byId('overlay-chart'), { title: 'Captures', timeLabel: 'time from the trigger, s', zoomed: (from_s, to_s) => {
-      this.zoom = [from_s, to_s];
-      this.redraw();
-    }, reset: () => {
-      this.zoom = null;
-      this.redraw();
-    } });
+    this.chart = new TimeChart(byId('overlay-chart'), {
+      title: 'Captures',
+      timeLabel: 'time from the trigger, s',
+      zoomed: (from_s, to_s) => {
+        this.zoom = [from_s, to_s];
+        this.redraw();
+      },
+      reset: () => {
+        this.zoom = null;
+        this.redraw();
+      },
+    });
     byId('capture-form').addEventListener('submit', (event) => {
       event.preventDefault();
       this.#arm(this.#request());
     });
     byId('capture-now').addEventListener('click', () => this.captureNow());
     byId('disarm').addEventListener('click', () => this.#disarm());
-    for (const id of ['capture-on', 'capture-signal', 'capture-axis']) byId(id).addEventListener('change', () => this.#fitForm());
+    for (const id of ['capture-on', 'capture-signal', 'capture-axis'])
+      byId(id).addEventListener('change', () => this.#fitForm());
     byId('overlay-signal').addEventListener('change', () => this.#showChosen());
     byId('capture-csv').addEventListener('click', () => this.#save(this.#shown()));
     byId('capture-clear').addEventListener('click', () => {
@@ -48,12 +54,24 @@ export class CaptureView {
 
   begin(greeting) {
     this.greeting = greeting;
-    setOptions(byId('capture-axis'), greeting.axes.map(({ name }, at) => [at, name]));
-    const signals = greeting.columns.map(({ name }) => name).filter((name) => !['cycle', 'time_s', 'axis'].includes(name));
-    setOptions(byId('capture-signal'), signals.map((name) => [name, columnWord(name)]));
+    setOptions(
+      byId('capture-axis'),
+      greeting.axes.map(({ name }, at) => [at, name]),
+    );
+    const signals = greeting.columns
+      .map(({ name }) => name)
+      .filter((name) => !['cycle', 'time_s', 'axis'].includes(name));
+    setOptions(
+      byId('capture-signal'),
+      signals.map((name) => [name, columnWord(name)]),
+    );
     if (!byId('capture-signal').dataset.chosen) byId('capture-signal').value = 'position_um';
     byId('capture-signal').dataset.chosen = 'yes';
-    setOptions(byId('overlay-signal'), [['tracking', 'reference and position'], ['error_um', 'error'], ...signals.map((name) => [name, columnWord(name)])]);
+    setOptions(byId('overlay-signal'), [
+      ['tracking', 'reference and position'],
+      ['error_um', 'error'],
+      ...signals.map((name) => [name, columnWord(name)]),
+    ]);
     this.#fitForm();
   }
 
@@ -76,13 +94,32 @@ export class CaptureView {
     this.#announced.delete(capture);
     if (!told) return;
     const names = this.greeting.columns.map(({ name }) => name);
-    const columns = new Map(names.map((name, at) => [name, Float64Array.from({ length: rows }, (_, row) => values[row * names.length + at])]));
+    const columns = new Map(
+      names.map((name, at) => [
+        name,
+        Float64Array.from({ length: rows }, (_, row) => values[row * names.length + at]),
+      ]),
+    );
     const position = columns.get('position_um');
-    columns.set('error_um', columns.get('reference_um').map((reference, row) => reference - position[row]));
-    this.captures.unshift({ number: told.number, on: told.on, axis: told.axis, time_s: told.trigger_time_s, triggerAt: told.trigger_row,
-      columns, rows, isShown: true, name: this.greeting.axes[told.axis].name });
+    columns.set(
+      'error_um',
+      columns.get('reference_um').map((reference, row) => reference - position[row]),
+    );
+    this.captures.unshift({
+      number: told.number,
+      on: told.on,
+      axis: told.axis,
+      time_s: told.trigger_time_s,
+      triggerAt: told.trigger_row,
+      columns,
+      rows,
+      isShown: true,
+      name: this.greeting.axes[told.axis].name,
+    });
     this.captures.length = Math.min(this.captures.length, most);
-    this.#shown().slice(shownAtOnce).forEach((old) => (old.isShown = false));
+    this.#shown()
+      .slice(shownAtOnce)
+      .forEach((old) => (old.isShown = false));
     if (!this.isRepeating) this.#tell('idle', `capture ${told.number} is here`);
     else this.#tell('armed', `armed, capture ${told.number} is here`);
     this.#listChanged();
@@ -104,9 +141,16 @@ export class CaptureView {
   #request() {
     const number = (id) => Number(byId(id).value);
     const on = byId('capture-on').value;
-    const request = { do: 'trigger', on, axis: number('capture-axis'), pre_s: number('capture-pre'), post_s: number('capture-post'),
-      repeat: byId('capture-repeat').checked };
-    if (on === 'level') Object.assign(request, { signal: byId('capture-signal').value, edge: byId('capture-edge').value });
+    const request = {
+      do: 'trigger',
+      on,
+      axis: number('capture-axis'),
+      pre_s: number('capture-pre'),
+      post_s: number('capture-post'),
+      repeat: byId('capture-repeat').checked,
+    };
+    if (on === 'level')
+      Object.assign(request, { signal: byId('capture-signal').value, edge: byId('capture-edge').value });
     if (on === 'level' || on === 'step') request.level = number('capture-level');
     return request;
   }
@@ -114,7 +158,10 @@ export class CaptureView {
   async #arm(request) {
     this.isRepeating = request.repeat;
     const word = byId('capture-on').selectedOptions[0].textContent;
-    this.#tell('armed', `armed: ${request.on === 'now' ? 'now' : word}, axis ${this.greeting?.axes[request.axis]?.name ?? '-'}`);
+    this.#tell(
+      'armed',
+      `armed: ${request.on === 'now' ? 'now' : word}, axis ${this.greeting?.axes[request.axis]?.name ?? '-'}`,
+    );
     const answer = await this.connection.ask(request);
     if (!answer.ok) this.#tell('refused', `not armed: ${answer.error}`);
   }
@@ -137,7 +184,10 @@ export class CaptureView {
     if (!this.greeting) return;
     const name = on === 'level' ? byId('capture-signal').value : 'reference_um';
     const unit = this.greeting.columns.find((column) => column.name === name)?.unit ?? '';
-    setText(byId('capture-level-unit'), unit === 'drive' ? this.greeting.axes[byId('capture-axis').value]?.drive_unit ?? '' : unit);
+    setText(
+      byId('capture-level-unit'),
+      unit === 'drive' ? (this.greeting.axes[byId('capture-axis').value]?.drive_unit ?? '') : unit,
+    );
   }
 
   #listChanged() {
@@ -148,13 +198,31 @@ export class CaptureView {
   }
 
   #item(one) {
-    const box = element('input', { type: 'checkbox', onchange: () => {
-      one.isShown = box.checked;
-      this.#showChosen();
-    } });
+    const box = element('input', {
+      type: 'checkbox',
+      onchange: () => {
+        one.isShown = box.checked;
+        this.#showChosen();
+      },
+    });
     box.checked = one.isShown;
-    const label = element('label', {}, box, `#${one.number}  ${one.on}, axis ${one.name}, at ${quantity(one.time_s, 's')}, ${one.rows} rows`);
-    return element('li', {}, label, element('button', { type: 'button', 'aria-label': `CSV of capture ${one.number}`, text: 'CSV', onclick: () => this.#save([one]) }));
+    const label = element(
+      'label',
+      {},
+      box,
+      `#${one.number}  ${one.on}, axis ${one.name}, ${quantity(one.time_s, 's')}, ${one.rows} rows`,
+    );
+    return element(
+      'li',
+      {},
+      label,
+      element('button', {
+        type: 'button',
+        'aria-label': `CSV of capture ${one.number}`,
+        text: 'CSV',
+        onclick: () => this.#save([one]),
+      }),
+    );
   }
 
   #showChosen() {
@@ -162,30 +230,56 @@ export class CaptureView {
     byId('capture-csv').disabled = shown.length === 0;
     const signal = byId('overlay-signal').value || 'tracking';
     const line = (one, column, at, look = {}) => ({
-      label: `#${one.number} ${one.name} ${columnWord(column)}`, unit: this.#unitOf(column, one.axis), colour: at, dash: at % 7, ...look,
+      label: `#${one.number} ${one.name} ${columnWord(column)}`,
+      unit: this.#unitOf(column, one.axis),
+      colour: at,
+      dash: at % 7,
+      ...look,
       trace: () => traceOfArrays(one.columns.get('time_s'), one.columns.get(column), -one.time_s),
     });
-    this.chart.setLines(shown.slice(0, shownAtOnce).flatMap((one, at) => (signal === 'tracking'
-      ? [line(one, 'position_um', at), line(one, 'reference_um', at, { colour: 'reference', dash: 2, width: 1 })] : [line(one, signal, at)])));
+    this.chart.setLines(
+      shown
+        .slice(0, shownAtOnce)
+        .flatMap((one, at) =>
+          signal === 'tracking'
+            ? [
+                line(one, 'position_um', at),
+                line(one, 'reference_um', at, { colour: 'reference', dash: 2, width: 1 }),
+              ]
+            : [line(one, signal, at)],
+        ),
+    );
     this.zoom = null;
     this.redraw();
     this.chart.showValues();
   }
 
   #unitOf(column, axis) {
-    const unit = column === 'error_um' ? 'um' : this.greeting.columns.find(({ name }) => name === column)?.unit ?? '';
+    const unit =
+      column === 'error_um' ? 'um' : (this.greeting.columns.find(({ name }) => name === column)?.unit ?? '');
     return unit === 'drive' ? this.greeting.axes[axis].drive_unit : unit;
   }
 
   #save(captures) {
     if (!captures.length) return;
     const names = [...captures[0].columns.keys()];
-    const columns = [{ name: 'capture' }, { name: 'time_from_trigger', unit: 's' },
-      ...names.map((name) => ({ name, unit: this.#unitOf(name, captures[0].axis) }))];
-    saveCsv('captures', columns, (function* rows() {
-      for (const one of captures)
-        for (let row = 0; row < one.rows; ++row)
-          yield [one.number, one.columns.get('time_s')[row] - one.time_s, ...names.map((name) => one.columns.get(name)[row])];
-    })());
+    const columns = [
+      { name: 'capture' },
+      { name: 'time_from_trigger', unit: 's' },
+      ...names.map((name) => ({ name, unit: this.#unitOf(name, captures[0].axis) })),
+    ];
+    saveCsv(
+      'captures',
+      columns,
+      (function* rows() {
+        for (const one of captures)
+          for (let row = 0; row < one.rows; ++row)
+            yield [
+              one.number,
+              one.columns.get('time_s')[row] - one.time_s,
+              ...names.map((name) => one.columns.get(name)[row]),
+            ];
+      })(),
+    );
   }
 }

@@ -1,6 +1,7 @@
 // A chart over time: uPlot draws axes and grid and handles the pointer; the lines come from traces.
 //
-// A line is {label, unit, colour (a number of theme.js, or 'reference'), dash (a number), width, trace: () => trace}.
+// A line is {label, unit, colour (a number of theme.js, or 'reference'), alpha (two hexadecimal digits),
+// dash (a number), width, trace: () => trace}.
 // uPlot itself gets two points only; the function `paths` of each series draws the trace between them.
 
 import uPlot from './uPlot.esm.js';
@@ -12,7 +13,8 @@ import { extent, pathOf, valueAt } from './trace.js';
 
 const digitsOf = { um: 4, V: 2, A: 3, s: 4, us: 0 };
 const leastDrag_px = 8;
-const colourOf = ({ colour }) => (colour === 'reference' ? palette().reference : lineColour(colour));
+const colourOf = ({ colour, alpha = '' }) =>
+  colour === 'reference' ? palette().reference : lineColour(colour) + alpha;
 
 export class TimeChart {
   /** `host`: a figure; `zoomed(from_s, to_s)` and `reset()` are called for a drag in time and a double click. */
@@ -71,7 +73,9 @@ export class TimeChart {
       const text = plain(values[at], digitsOf[unit] ?? 3);
       if (this.values[at].textContent !== text) this.values[at].textContent = text;
     });
-    const spoken = this.lines.map(({ label, unit }, at) => `${label} ${plain(values[at], digitsOf[unit] ?? 3)} ${unit}`);
+    const spoken = this.lines.map(
+      ({ label, unit }, at) => `${label} ${plain(values[at], digitsOf[unit] ?? 3)} ${unit}`,
+    );
     this.plot.setAttribute('aria-label', `${this.title}: ${spoken.join(', ')}`);
   }
 
@@ -87,30 +91,34 @@ export class TimeChart {
     this.uplot?.redraw();
   }
 
-  get legendItems() {
-    return this.lines.map((line) => ({
-      label: `${line.label}${line.unit ? `, ${line.unit}` : ''}`, colour: colourOf(line), dash: dashes[line.dash ?? 0],
-    }));
-  }
-
   #buildLegend() {
     this.values = this.lines.map(() => element('output', { class: 'value', text: '-' }));
     this.legend.replaceChildren(
       element('b', { text: this.title }),
       ...this.lines.map((line, at) => {
-        const item = element('span', { class: 'key' }, swatch(colourOf(line), dashes[line.dash ?? 0]), line.label);
+        const item = element(
+          'span',
+          { class: 'key' },
+          swatch(colourOf(line), dashes[line.dash ?? 0], line.width),
+          line.label,
+        );
         item.append(this.values[at], element('span', { class: 'unit', text: line.unit }));
         return item;
-      }));
+      }),
+    );
   }
 
   #size() {
-    return { width: Math.max(120, this.plot.clientWidth), height: this.fixedHeight ?? Math.max(90, this.plot.clientHeight) };
+    return {
+      width: Math.max(120, this.plot.clientWidth),
+      height: this.fixedHeight ?? Math.max(90, this.plot.clientHeight),
+    };
   }
 
   #fit() {
     const { width, height } = this.#size();
-    if (this.uplot && (this.uplot.width !== width || this.uplot.height !== height)) this.uplot.setSize({ width, height });
+    if (this.uplot && (this.uplot.width !== width || this.uplot.height !== height))
+      this.uplot.setSize({ width, height });
   }
 
   #build() {
@@ -118,49 +126,82 @@ export class TimeChart {
     this.x = new Float64Array([0, 1]);
     this.data = [this.x, ...this.lines.map(() => new Float64Array(2))];
     const scales = { x: { time: false } };
-    for (const unit of this.units) scales[`y ${unit}`] = { auto: false, range: (_, low, high) => [low ?? 0, high ?? 1] };
-    this.uplot = new uPlot({
-      ...this.#size(), scales, legend: { show: false }, padding: [6, 10, 0, 0],
-      cursor: {
-        points: { show: false }, drag: { x: true, y: true, uni: 24, setScale: false },
-        bind: { dblclick: () => () => this.#unzoom() },
+    for (const unit of this.units)
+      scales[`y ${unit}`] = { auto: false, range: (_, low, high) => [low ?? 0, high ?? 1] };
+    this.uplot = new uPlot(
+      {
+        ...this.#size(),
+        scales,
+        legend: { show: false },
+        padding: [6, 10, 0, 0],
+        cursor: {
+          points: { show: false },
+          drag: { x: true, y: true, uni: 24, setScale: false },
+          bind: { dblclick: () => () => this.#unzoom() },
+        },
+        axes: [this.#axisOfTime(), ...this.units.map((unit, at) => this.#axisOfValue(unit, at))],
+        series: [{}, ...this.lines.map((line, at) => this.#series(line, at))],
+        hooks: { setSelect: [(uplot) => this.#select(uplot)] },
       },
-      axes: [this.#axisOfTime(), ...this.units.map((unit, at) => this.#axisOfValue(unit, at))],
-      series: [{}, ...this.lines.map((line, at) => this.#series(line, at))],
-      hooks: { setSelect: [(uplot) => this.#select(uplot)] },
-    }, this.data, this.plot);
+      this.data,
+      this.plot,
+    );
   }
 
   #axisOfTime() {
     return {
-      ...colours(), size: this.timeLabel ? 38 : 24, label: this.timeLabel || undefined, labelSize: 16, labelGap: 0, space: 60,
-      splits: (_, __, min, max, step) => marks(min - this.origin_s, max - this.origin_s, step).map((mark) => mark + this.origin_s),
-      values: (_, splits) => splits.map((mark) => compact(Math.abs(mark - this.origin_s) < 1e-9 ? 0 : mark - this.origin_s, 7)),
+      ...colours(),
+      size: 22,
+      label: this.timeLabel || undefined,
+      labelSize: 15,
+      labelGap: 0,
+      space: 60,
+      splits: (_, __, min, max, step) =>
+        marks(min - this.origin_s, max - this.origin_s, step).map((mark) => mark + this.origin_s),
+      values: (_, splits) =>
+        splits.map((mark) => compact(Math.abs(mark - this.origin_s) < 1e-9 ? 0 : mark - this.origin_s, 7)),
     };
   }
 
   #axisOfValue(unit, at) {
     return {
-      ...colours(), scale: `y ${unit}`, side: at === 0 ? 3 : 1, size: 52, label: unit || 'number', labelSize: 16, labelGap: 0,
-      space: 26, grid: { ...colours().grid, show: at === 0 },
+      ...colours(),
+      scale: `y ${unit}`,
+      side: at === 0 ? 3 : 1,
+      size: 46,
+      label: unit || 'number',
+      labelSize: 16,
+      labelGap: 0,
+      space: 26,
+      grid: { ...colours().grid, show: at === 0 },
       values: (_, splits) => splits.map((mark) => (mark === null ? '' : compact(mark, 6))),
     };
   }
 
   #series(line, at) {
+    const width = line.width ?? 1.5;
     const dash = (dashes[line.dash ?? 0] ?? []).map((part) => part * devicePixelRatio);
     return {
-      label: line.label, scale: `y ${line.unit}`, auto: false, points: { show: false }, width: line.width ?? 1.5,
-      stroke: () => colourOf(line), dash, cap: 'butt',
+      label: line.label,
+      scale: `y ${line.unit}`,
+      auto: false,
+      points: { show: false },
+      width,
+      stroke: () => colourOf(line),
+      dash,
+      cap: 'butt',
       paths: (uplot) => {
         const trace = this.traces?.[at];
         if (!trace) return null;
-        const { left, top, width, height } = uplot.bbox;
+        const { left, top, width: across, height } = uplot.bbox;
         const y = uplot.scales[`y ${line.unit}`];
-        const toX = linear(uplot.scales.x.min, uplot.scales.x.max, left, width);
+        const toX = linear(uplot.scales.x.min, uplot.scales.x.max, left, across);
         const toY = linear(y.min, y.max, top + height, -height);
         const { path, isDense } = pathOf(trace, ...this.shown, toX, toY);
-        uplot.series[at + 1].dash = isDense ? [] : dash; // there a dash would only be costly
+        const series = uplot.series[at + 1];
+        // Where the rows are dense, a dash and a broad line cost much and show nothing.
+        series.dash = isDense ? [] : dash;
+        series.width = isDense ? Math.min(width, line.alpha ? 3 : 1) : width;
         return { stroke: path, fill: null, clip: null, flags: 2 };
       },
     };
@@ -193,15 +234,18 @@ export function linear(low, high, start, size) {
 }
 
 export const colours = () => ({
-  stroke: () => palette().faint, font: '11px system-ui, sans-serif', labelFont: '11px system-ui, sans-serif',
-  grid: { stroke: () => palette().grid, width: 1 }, ticks: { stroke: () => palette().grid, width: 1, size: 4 },
+  stroke: () => palette().faint,
+  font: '11px system-ui, sans-serif',
+  labelFont: '11px system-ui, sans-serif',
+  grid: { stroke: () => palette().grid, width: 1 },
+  ticks: { stroke: () => palette().grid, width: 1, size: 4 },
 });
 
-export function swatch(colour, dash) {
+export function swatch(colour, dash, width = 2) {
   const canvas = element('canvas', { class: 'swatch', width: 44, height: 8, 'aria-hidden': 'true' });
   const context = canvas.getContext('2d');
   context.strokeStyle = colour;
-  context.lineWidth = 4;
+  context.lineWidth = Math.max(3, Math.min(8, 2 * width));
   context.setLineDash((dash ?? []).map((part) => part * 2));
   context.beginPath();
   context.moveTo(0, 4);

@@ -7,10 +7,12 @@ import { compact } from './format.js';
 import { dashes, line as lineColour } from './theme.js';
 
 export class CurveChart {
-  constructor(host, { title, yLog = false }) {
+  /** `steps`: the distances of marks that may be chosen. */
+  constructor(host, { title, yLog = false, steps }) {
     this.host = host;
     this.title = title;
     this.yLog = yLog;
+    this.steps = steps;
     this.legend = element('figcaption', { class: 'legend' }, element('b', { text: title }));
     this.plot = element('div', { class: 'plot', role: 'img', 'aria-label': title });
     host.append(this.legend, this.plot);
@@ -20,7 +22,12 @@ export class CurveChart {
   /** `curves`: list of {label, values, colour, dash}; `yRange` cuts the range where the values go further. */
   show(frequency_Hz, curves, yRange) {
     this.yRange = yRange;
-    const data = [frequency_Hz, ...curves.map(({ values }) => values.map((value) => (Number.isFinite(value) && (!this.yLog || value > 0) ? value : null)))];
+    const data = [
+      frequency_Hz,
+      ...curves.map(({ values }) =>
+        values.map((value) => (Number.isFinite(value) && (!this.yLog || value > 0) ? value : null)),
+      ),
+    ];
     const shape = curves.map(({ label }) => label).join();
     if (shape === this.shape && this.uplot) this.uplot.setData(data);
     else this.#build(data, curves);
@@ -38,8 +45,12 @@ export class CurveChart {
   }
 
   #buildLegend() {
-    this.legend.replaceChildren(element('b', { text: this.title }), ...this.curves.map(({ label, colour, dash }) =>
-      element('span', { class: 'key' }, swatch(lineColour(colour), dashes[dash]), label)));
+    this.legend.replaceChildren(
+      element('b', { text: this.title }),
+      ...this.curves.map(({ label, colour, dash }) =>
+        element('span', { class: 'key' }, swatch(lineColour(colour), dashes[dash]), label),
+      ),
+    );
   }
 
   #build(data, curves) {
@@ -47,18 +58,55 @@ export class CurveChart {
     this.curves = curves;
     this.#buildLegend();
     const axis = { ...colours(), labelSize: 16, labelGap: 0 };
-    const decades = (_, splits) => splits.map((mark) => (mark !== null && isRound(mark) ? compact(mark, 3) : ''));
-    const range = (_, low, high) => (this.yRange ? [Math.max(low, this.yRange[0]), Math.min(high + 2, Math.max(this.yRange[1], 0))] : uPlot.rangeNum(low, high, 0.1, true));
-    this.uplot = new uPlot({
-      ...this.#size(), legend: { show: false }, padding: [6, 12, 0, 0],
-      scales: { x: { time: false, distr: 3 }, y: this.yLog ? { distr: 3 } : { range } },
-      cursor: { points: { show: false }, drag: { x: true, y: true, uni: 24 } },
-      axes: [{ ...axis, label: 'frequency, Hz', size: 40, values: decades }, { ...axis, size: 52, values: this.yLog ? decades : undefined }],
-      series: [{}, ...curves.map(({ label, colour, dash }) => ({ label, width: 1.6, points: { show: false }, stroke: () => lineColour(colour),
-        dash: dashes[dash].map((part) => part * devicePixelRatio) }))],
-    }, data, this.plot);
+    const log = { splits: logMarks, filter: (_, splits) => splits, values: logWords };
+    const range = (_, low, high) =>
+      this.yRange
+        ? [Math.max(low, this.yRange[0]), Math.min(high + 2, Math.max(this.yRange[1], 0))]
+        : uPlot.rangeNum(low, high, 0.1, true);
+    this.uplot = new uPlot(
+      {
+        ...this.#size(),
+        legend: { show: false },
+        padding: [6, 18, 0, 0],
+        scales: {
+          x: { time: false, distr: 3, range: (_, low, high) => [low, high] },
+          y: this.yLog ? { distr: 3 } : { range },
+        },
+        cursor: { points: { show: false }, drag: { x: true, y: true, uni: 24 } },
+        axes: [
+          { ...axis, label: 'frequency, Hz', size: 22, ...log },
+          { ...axis, size: 52, space: 22, incrs: this.steps, ...(this.yLog ? log : {}) },
+        ],
+        series: [
+          {},
+          ...curves.map(({ label, colour, dash }) => ({
+            label,
+            width: 1.6,
+            points: { show: false },
+            stroke: () => lineColour(colour),
+            dash: dashes[dash].map((part) => part * devicePixelRatio),
+          })),
+        ],
+      },
+      data,
+      this.plot,
+    );
   }
 }
 
-/** 1, 10, 100 ... */
-const isRound = (value) => Math.abs(Math.log10(value) - Math.round(Math.log10(value))) < 1e-6;
+/** 1, 2, ... 9, 10, 20, ... within the scale. */
+function logMarks(_, __, min, max) {
+  const marks = [];
+  for (let decade = Math.floor(Math.log10(min)); decade <= Math.log10(max); ++decade)
+    for (let digit = 1; digit < 10; ++digit) marks.push(Number(`${digit}e${decade}`));
+  return marks.filter((mark) => mark >= min && mark <= max);
+}
+
+/** Words at 1, 10, 100; over less than two decades at 2 and 5 too. */
+function logWords(_, marks) {
+  const digits = marks.at(-1) / marks[0] < 100 ? '125' : '1';
+  return marks.map((mark) => {
+    const word = mark.toExponential(0);
+    return digits.includes(word[0]) ? (mark < 0.001 ? word : compact(mark, 3)) : '';
+  });
+}

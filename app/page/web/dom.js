@@ -2,7 +2,7 @@
 
 export const byId = (id) => document.getElementById(id);
 
-/** An element with properties (`class`, `text`, `aria-...`, `data-...`, events as functions `onclick`) and children. */
+/** An element with properties (`class`, `text`, `aria-...`, functions for events as `onclick`) and children. */
 export function element(tag, properties = {}, ...children) {
   const made = document.createElement(tag);
   for (const [name, value] of Object.entries(properties)) {
@@ -33,4 +33,11 @@ export function download(name, content) {
   link.click();
   link.remove();
   setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+}
+
+/** Opens a dialog that leaves the rest of the page in use: Stop must always be within reach of the pointer. */
+export function openDialog(id) {
+  const dialog = byId(id);
+  if (!dialog.open) dialog.show();
+  dialog.querySelector('input, button').focus();
 }

@@ -7,14 +7,15 @@ const most = 200;
 const signs = { info: '\u2139', warning: '\u26a0', error: '\u25b2' };
 
 export class EventList {
-  #seen = new Set(); // the server repeats the last events after each connection
+  #seen = new Set();
 
-  add({ time_s, axis, level, text, remedy }) {
-    const key = `${time_s} ${axis} ${text}`;
-    if (this.#seen.has(key)) return;
+  /** `run` tells the runs of the controller apart; `mayRepeat`: the server sends its last events after a connection. */
+  add({ time_s, axis, level, text, remedy }, run, mayRepeat) {
+    const key = `${run} ${time_s} ${axis} ${text}`;
+    if (mayRepeat && this.#seen.has(key)) return;
     this.#seen.add(key);
     if (this.#seen.size > 2 * most) this.#seen = new Set([...this.#seen].slice(-most));
-    this.#show(quantity(time_s, 's'), level, remedy ? `${text}. ${remedy}` : text);
+    this.#show(quantity(time_s, 's'), level, remedy ? `${text}. Remedy: ${remedy}.` : text);
   }
 
   /** What the page itself has seen, with the time of day. */
@@ -24,8 +25,15 @@ export class EventList {
 
   #show(when, level, text) {
     const list = byId('events');
-    list.prepend(element('li', { class: level }, element('span', { class: 'when', text: when }),
-      element('span', { class: 'level', text: `${signs[level] ?? ''} ${level}` }), element('span', { text })));
+    list.prepend(
+      element(
+        'li',
+        { class: level },
+        element('span', { class: 'when', text: when }),
+        element('span', { class: 'level', text: `${signs[level] ?? ''} ${level}` }),
+        element('span', { text }),
+      ),
+    );
     while (list.childElementCount > most) list.lastElementChild.remove();
   }
 }

@@ -32,10 +32,20 @@ export function clock(seconds) {
 }
 
 const words = {
-  reference_um: 'reference', position_um: 'position', demand_um: 'demand', learnt_um: 'learnt correction',
-  amplifier_output: 'amplifier output', turnaround_us: 'turnaround', lateness_us: 'lateness', error_um: 'error',
-  sample_missing: 'sample missing', shape_time_s: 'time in segment', scan_line: 'scan line', scan_pixel: 'scan pixel',
-  measured_um: 'measured position', hysteresis_um: 'hysteresis',
+  reference_um: 'reference',
+  position_um: 'position',
+  demand_um: 'demand',
+  learnt_um: 'learnt correction',
+  amplifier_output: 'amplifier output',
+  turnaround_us: 'turnaround',
+  lateness_us: 'lateness',
+  error_um: 'error',
+  sample_missing: 'sample missing',
+  shape_time_s: 'time in segment',
+  scan_line: 'scan line',
+  scan_pixel: 'scan pixel',
+  measured_um: 'measured position',
+  hysteresis_um: 'hysteresis',
 };
 
 /** The word of a column for a reader. */

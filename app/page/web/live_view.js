@@ -19,9 +19,13 @@ export class LiveView {
     this.streams = streams;
     this.frozen = null;
     this.firstPlotMs = 0;
-    const chart = (id, title, timeLabel) => new TimeChart(byId(id), {
-      title, timeLabel, zoomed: (from_s, to_s) => this.#zoomTo(from_s, to_s), reset: () => this.#resetZoom(),
-    });
+    const chart = (id, title, timeLabel) =>
+      new TimeChart(byId(id), {
+        title,
+        timeLabel,
+        zoomed: (from_s, to_s) => this.#zoomTo(from_s, to_s),
+        reset: () => this.#resetZoom(),
+      });
     this.loop = new LoopChart(byId('loop-chart'), `Hysteresis loop, last ${longest_s} s at most`);
     this.tracking = chart('tracking-chart', 'Tracking');
     this.error = chart('error-chart', 'Following error');
@@ -30,6 +34,9 @@ export class LiveView {
     this.timeCharts = [this.tracking, this.error, this.drive, this.free];
     byId('window-seconds').addEventListener('change', () => this.#resetZoom());
     byId('pause').addEventListener('click', () => this.setPaused(!this.isPaused));
+    addEventListener('click', ({ target }) => {
+      if (!byId('signals').contains(target)) byId('signals').open = false;
+    });
     onThemeChange(() => [this.loop, ...this.timeCharts].forEach((one) => one.recolour()));
   }
 
@@ -102,27 +109,42 @@ export class LiveView {
     const names = store.greeting.axes.map(({ name }) => name);
     const boxes = (host, items) => {
       const checked = new Map([...host.querySelectorAll('input')].map(({ value, checked }) => [value, checked]));
-      host.replaceChildren(...items.map(([value, text, isOn]) => {
-        const box = element('input', { type: 'checkbox', value, onchange: () => this.#buildLines() });
-        box.checked = checked.get(value) ?? isOn;
-        return element('label', {}, box, text);
-      }));
+      host.replaceChildren(
+        ...items.map(([value, text, isOn]) => {
+          const box = element('input', { type: 'checkbox', value, onchange: () => this.#buildLines() });
+          box.checked = checked.get(value) ?? isOn;
+          return element('label', {}, box, text);
+        }),
+      );
     };
-    boxes(byId('axes'), names.map((name, at) => [String(at), `axis ${name}`, true]));
+    boxes(
+      byId('axes'),
+      names.map((name, at) => [String(at), `axis ${name}`, true]),
+    );
     boxes(byId('twin-choice'), this.streams.twin ? [['twin', 'true values of the twin', true]] : []);
     const columns = [...store.units.keys()].filter((name) => !['time_s', 'axis'].includes(name));
     const ofTwin = this.streams.twin ? [...this.streams.twin.units.keys()] : [];
     boxes(byId('signal-choice'), [
-      ...names.flatMap((name, axis) => columns.map((column) => [`controller ${axis} ${column}`, `${name} ${columnWord(column)}`, false])),
-      ...names.flatMap((name, axis) => ofTwin.filter((column) => !['time_s', 'axis'].includes(column))
-        .map((column) => [`twin ${axis} ${column}`, `${name} ${columnWord(column)} (twin)`, false]))]);
+      ...names.flatMap((name, axis) =>
+        columns.map((column) => [`controller ${axis} ${column}`, `${name} ${columnWord(column)}`, false]),
+      ),
+      ...names.flatMap((name, axis) =>
+        ofTwin
+          .filter((column) => !['time_s', 'axis'].includes(column))
+          .map((column) => [`twin ${axis} ${column}`, `${name} ${columnWord(column)} (twin)`, false]),
+      ),
+    ]);
   }
 
   #line(axis, column, look, stream = 'controller') {
     const { greeting } = this.streams.controller;
     return {
-      label: `${greeting.axes[axis].name} ${columnWord(column)}`, unit: this.streams[stream].unitOf(column, axis), ...look,
-      axis, column, stream,
+      label: `${greeting.axes[axis].name} ${columnWord(column)}`,
+      unit: this.streams[stream].unitOf(column, axis),
+      ...look,
+      axis,
+      column,
+      stream,
       trace: () => {
         const rows = this.stores[stream]?.axes[axis];
         return rows && traceOfAxis(rows, column, stream === 'twin' ? this.stores.twinShift_s() : 0);
@@ -134,27 +156,45 @@ export class LiveView {
     const axes = [...byId('axes').querySelectorAll('input:checked')].map(({ value }) => Number(value));
     const withTwin = Boolean(this.streams.twin && byId('twin-choice').querySelector('input')?.checked);
     const each = (make) => axes.flatMap((axis) => make(axis).filter(Boolean));
-    const truth = (axis, column, label) => withTwin && {
-      ...this.#line(axis, column, { colour: axis + 2, dash: 5, width: 2 }, 'twin'),
-      label: `${this.streams.controller.greeting.axes[axis].name} ${label}`,
-    };
-    this.tracking.setLines(each((axis) => [
-      this.#line(axis, 'position_um', { colour: axis, dash: dashOf(axis), width: 2 }),
-      this.#line(axis, 'reference_um', { colour: 'reference', dash: 1 + 2 * axis, width: 1.3 }),
-      truth(axis, 'position_um', 'true position')]));
-    this.error.setLines(each((axis) => [this.#line(axis, 'error_um', { colour: axis, dash: dashOf(axis) })]));
-    this.drive.setLines(each((axis) => [
-      this.#line(axis, 'drive', { colour: axis, dash: dashOf(axis) }), truth(axis, 'driven', 'driven output')]));
-    this.loop.setLoops(axes.map((axis) => {
-      const drive = this.#line(axis, 'drive', {});
-      return {
-        label: `axis ${this.streams.controller.greeting.axes[axis].name}`, unit: drive.unit, colour: axis,
-        dash: dashOf(axis), drive: drive.trace, position: this.#line(axis, 'position_um', {}).trace,
+    const truth = (axis, column, label) =>
+      withTwin && {
+        ...this.#line(axis, column, { colour: axis + 2, alpha: '88', width: 5 }, 'twin'),
+        label: `${this.streams.controller.greeting.axes[axis].name} ${label}`,
       };
-    }));
+    this.tracking.setLines(
+      each((axis) => [
+        truth(axis, 'position_um', 'true'), // a pale band under the others
+        this.#line(axis, 'reference_um', { colour: 'reference', dash: 1 + 2 * axis, width: 1.3 }),
+        this.#line(axis, 'position_um', { colour: axis, dash: dashOf(axis), width: 2 }),
+      ]),
+    );
+    this.error.setLines(each((axis) => [this.#line(axis, 'error_um', { colour: axis, dash: dashOf(axis) })]));
+    this.drive.setLines(
+      each((axis) => [
+        truth(axis, 'driven', 'driven'),
+        this.#line(axis, 'drive', { colour: axis, dash: dashOf(axis) }),
+      ]),
+    );
+    this.loop.setLoops(
+      axes.map((axis) => {
+        const drive = this.#line(axis, 'drive', {});
+        return {
+          label: `axis ${this.streams.controller.greeting.axes[axis].name}`,
+          unit: drive.unit,
+          colour: axis,
+          dash: dashOf(axis),
+          drive: drive.trace,
+          position: this.#line(axis, 'position_um', {}).trace,
+        };
+      }),
+    );
     const chosen = [...byId('signal-choice').querySelectorAll('input:checked')].map(({ value }) => value.split(' '));
     this.free.host.hidden = chosen.length === 0;
-    this.free.setLines(chosen.map(([stream, axis, column], at) => this.#line(Number(axis), column, { colour: at, dash: at % 7 }, stream)));
+    this.free.setLines(
+      chosen.map(([stream, axis, column], at) =>
+        this.#line(Number(axis), column, { colour: at, dash: at % 7 }, stream),
+      ),
+    );
     this.isDirty = true;
     this.cursorChanged();
   }

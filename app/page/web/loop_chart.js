@@ -53,7 +53,8 @@ export class LoopChart {
     const newest = this.loops.map(({ label, unit, drive, position }) => {
       const pair = pairOf(drive(), position(), -Infinity, Infinity);
       const at = pair && pair.end > pair.begin ? (pair.end - 1) & pair.mask : -1;
-      return `${label} ${plain(at < 0 ? NaN : pair.drive[at], 2)} ${unit}, ${plain(at < 0 ? NaN : pair.position[at], 3)} um`;
+      const [x, y] = at < 0 ? [NaN, NaN] : [pair.drive[at], pair.position[at]];
+      return `${label} ${plain(x, 2)} ${unit}, ${plain(y, 3)} um`;
     });
     this.plot.setAttribute('aria-label', `${this.title}: ${newest.join('; ')}`);
   }
@@ -63,13 +64,13 @@ export class LoopChart {
     this.uplot?.redraw();
   }
 
-  get legendItems() {
-    return this.loops.map(({ label, colour, dash }) => ({ label, colour: lineColour(colour), dash: dashes[dash] }));
-  }
-
   #buildLegend() {
-    this.legend.replaceChildren(element('b', { text: this.title }), ...this.loops.map(({ label, colour, dash }) =>
-      element('span', { class: 'key' }, swatch(lineColour(colour), dashes[dash]), label)));
+    this.legend.replaceChildren(
+      element('b', { text: this.title }),
+      ...this.loops.map(({ label, colour, dash }) =>
+        element('span', { class: 'key' }, swatch(lineColour(colour), dashes[dash]), label),
+      ),
+    );
   }
 
   #size() {
@@ -80,26 +81,43 @@ export class LoopChart {
     this.uplot?.destroy();
     this.data = [new Float64Array([0, 1]), new Float64Array(2)];
     const units = [...new Set(this.loops.map(({ unit }) => unit))].join(' or ');
-    const axis = { ...colours(), labelSize: 16, labelGap: 0, values: (_, splits) => splits.map((mark) => compact(mark, 6)) };
+    const axis = {
+      ...colours(),
+      labelSize: 16,
+      labelGap: 0,
+      values: (_, splits) => splits.map((mark) => compact(mark, 6)),
+    };
     const range = (_, low, high) => [low ?? 0, high ?? 1];
-    this.uplot = new uPlot({
-      ...this.#size(), legend: { show: false }, padding: [6, 10, 0, 0],
-      scales: { x: { time: false, range }, y: { auto: false, range } },
-      cursor: {
-        points: { show: false }, drag: { x: true, y: true, uni: 12, setScale: false },
-        bind: { dblclick: () => () => this.#zoomTo(null) },
+    this.uplot = new uPlot(
+      {
+        ...this.#size(),
+        legend: { show: false },
+        padding: [6, 10, 0, 0],
+        scales: { x: { time: false, range }, y: { auto: false, range } },
+        cursor: {
+          points: { show: false },
+          drag: { x: true, y: true, uni: 12, setScale: false },
+          bind: { dblclick: () => () => this.#zoomTo(null) },
+        },
+        axes: [
+          { ...axis, label: `drive, ${units}`, size: 22, space: 50 },
+          { ...axis, label: 'position, um', size: 40, space: 30 },
+        ],
+        series: [{}, { scale: 'y', auto: false, points: { show: false }, paths: () => null }],
+        hooks: { draw: [(uplot) => this.#paint(uplot)], setSelect: [(uplot) => this.#select(uplot)] },
       },
-      axes: [{ ...axis, label: `drive, ${units}`, size: 40, space: 50 }, { ...axis, label: 'position, um', size: 52, space: 30 }],
-      series: [{}, { scale: 'y', auto: false, points: { show: false }, paths: () => null }],
-      hooks: { draw: [(uplot) => this.#paint(uplot)], setSelect: [(uplot) => this.#select(uplot)] },
-    }, this.data, this.plot);
+      this.data,
+      this.plot,
+    );
   }
 
   #select(uplot) {
     const { left, top, width, height } = uplot.select;
     if (width < 8 && height < 8) return;
-    this.#zoomTo([[uplot.posToVal(left, 'x'), uplot.posToVal(left + width, 'x')],
-      [uplot.posToVal(top + height, 'y'), uplot.posToVal(top, 'y')]]);
+    this.#zoomTo([
+      [uplot.posToVal(left, 'x'), uplot.posToVal(left + width, 'x')],
+      [uplot.posToVal(top + height, 'y'), uplot.posToVal(top, 'y')],
+    ]);
     uplot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
   }
 

@@ -4,7 +4,7 @@ import { Access } from './access.js';
 import { CaptureView } from './captures.js';
 import { Connection } from './connection.js';
 import { Cursors } from './cursors.js';
-import { byId, element, setText } from './dom.js';
+import { byId, element, openDialog, setText } from './dom.js';
 import { EventList } from './event_list.js';
 import { rowsOfStore, saveCsv, savePng } from './export.js';
 import { quantity } from './format.js';
@@ -40,8 +40,10 @@ const steering = new Steering(connection, access);
 const response = new ResponseView(connection, streams, captures);
 startDialogs();
 startKeyboard({
-  stop: () => access.stop(), pause: () => view.setPaused(!view.isPaused), capture: () => captures.captureNow(),
-  help: () => byId('help-dialog').showModal(),
+  stop: () => access.stop(),
+  pause: () => view.setPaused(!view.isPaused),
+  capture: () => captures.captureNow(),
+  help: () => openDialog('help-dialog'),
 });
 startTabs((panel) => {
   if (panel === 'steering') steering.refresh();
@@ -53,6 +55,7 @@ startTabs((panel) => {
 
 let startCommand = '';
 let stopSent = false;
+let isNoted = true; // the new connection, in the events
 
 function tellConnection(state, text) {
   byId('connection').dataset.state = state;
@@ -61,7 +64,7 @@ function tellConnection(state, text) {
 
 connection.on('open', () => {
   tellConnection('connected', 'connected');
-  events.note('info', 'the page is connected');
+  isNoted = false;
   sendRate();
   steering.refresh();
 });
@@ -75,7 +78,10 @@ connection.on('hello', ({ program, config, source, exposed, start_command: comma
   setText(byId('config'), config);
   document.title = `${config} - ${program}`;
   byId('source').hidden = source !== 'demo' && !exposed;
-  setText(byId('source'), [source === 'demo' ? 'simulation' : '', exposed ? 'open to the network' : ''].filter(Boolean).join(', '));
+  setText(
+    byId('source'),
+    [source === 'demo' ? 'simulation' : '', exposed ? 'open to the network' : ''].filter(Boolean).join(', '),
+  );
 });
 connection.on('stream', ({ name, greeting, reason }) => {
   if (name === 'controller') tellOfController(greeting, reason);
@@ -99,8 +105,13 @@ connection.on('rows', (buffer) => {
   if (kind === 3) return captures.take(message);
   store.append(message);
 });
-connection.on('status', (message) => status.show(message));
-connection.on('event', (message) => events.add(message));
+connection.on('status', (message) => {
+  status.show(message);
+  if (isNoted) return;
+  isNoted = true;
+  events.note('info', 'the page is connected'); // after the older events, which the server sends first
+});
+connection.on('event', (message) => events.add(message, streams.controller?.offset_s ?? 0, !isNoted));
 connection.on('capture', (message) => captures.announce(message));
 
 function tellOfController(greeting, reason) {
@@ -113,15 +124,19 @@ function tellOfController(greeting, reason) {
     return tellConnection('connected', 'connected');
   }
   tellConnection('waiting', 'connected, no controller');
+  if (stopSent) setText(byId('stop-message'), 'Stopped: the controller has ended.');
   captures.disarmed('no controller');
   events.note('warning', `no controller: ${reason ?? ''}`);
-  place.replaceChildren(stopSent ? 'The controller has ended after Stop. ' : `There is no controller: ${reason ?? ''}. `,
-    'The charts keep what has come. The page connects when it starts: ', element('code', { text: startCommand }));
+  place.replaceChildren(
+    stopSent ? '' : `There is no controller: ${reason ?? ''}. `,
+    'The charts keep what has come. The page connects when it starts: ',
+    element('code', { text: startCommand }),
+  );
 }
 
 access.stopped = (isDone, error) => {
   const told = {
-    true: 'Stop is done: every axis ramps down to its safe drive and is switched off. Then the controller ends.',
+    true: 'Stop is under way: every axis ramps down to its safe drive and is switched off. Then the controller ends.',
     false: `Stop has failed: ${error}. Run "hystcan ctl stop", or switch the amplifiers off.`,
     null: 'Stop is sent.',
   }[String(isDone)];
@@ -156,7 +171,10 @@ function errorsOf(axis) {
 byId('export-csv').addEventListener('click', () => {
   const store = view.stores.controller;
   if (!store) return setText(byId('export-answer'), 'there are no rows yet');
-  const columns = [...store.units].map(([name, unit]) => ({ name, unit: unit === 'drive' ? store.unitOf(name, 0) : unit }));
+  const columns = [...store.units].map(([name, unit]) => ({
+    name,
+    unit: unit === 'drive' ? store.unitOf(name, 0) : unit,
+  }));
   const number = saveCsv('live', columns, rowsOfStore(store, ...view.range));
   setText(byId('export-answer'), `${number} rows`);
 });
@@ -199,11 +217,21 @@ window.hystcanPage = {
     const oldest = frames[(frameNumber - number) % frames.length];
     return (1000 * (number - 1)) / (newest - oldest);
   },
-  get drawingMs() { return drawing_ms; },
-  get firstPlotMs() { return view.firstPlotMs; },
-  get paused() { return view.isPaused; },
+  get drawingMs() {
+    return drawing_ms;
+  },
+  get firstPlotMs() {
+    return view.firstPlotMs;
+  },
+  get paused() {
+    return view.isPaused;
+  },
   rows: (axis) => streams.controller?.received[axis] ?? 0,
   latest: (axis) => streams.controller?.latest(axis) ?? null,
-  get lostRows() { return streams.controller?.lost ?? 0; },
-  get captures() { return captures.captures.length; },
+  get lostRows() {
+    return streams.controller?.lost ?? 0;
+  },
+  get captures() {
+    return captures.captures.length;
+  },
 };

@@ -16,9 +16,13 @@ export class ResponseView {
     this.captures = captures;
     captures.changed = () => this.#listSources();
     this.spectrumChart = new CurveChart(byId('spectrum-chart'), { title: 'Spectrum of the error', yLog: true });
-    this.magnitude = new CurveChart(byId('bode-chart'), { title: 'Bode: magnitude, dB' });
-    this.phase = new CurveChart(byId('phase-chart'), { title: 'Bode: phase of the loop, deg' });
-    for (const id of ['response-axis', 'response-source', 'spectrum-kind']) byId(id).addEventListener('change', () => this.refresh());
+    this.magnitude = new CurveChart(byId('bode-chart'), { title: 'Bode: magnitude, dB', steps: [5, 10, 20, 40] });
+    this.phase = new CurveChart(byId('phase-chart'), {
+      title: 'Bode: phase of the loop, deg',
+      steps: [15, 30, 45, 90, 180],
+    });
+    for (const id of ['response-axis', 'response-source', 'spectrum-kind'])
+      byId(id).addEventListener('change', () => this.refresh());
     byId('response-axis').addEventListener('change', () => this.#askBode());
     byId('bode-update').addEventListener('click', () => this.#askBode());
     setInterval(() => this.#isSeen && byId('response-source').value === 'live' && this.#showSpectrum(), every_ms);
@@ -31,7 +35,10 @@ export class ResponseView {
 
   begin(greeting) {
     this.greeting = greeting;
-    setOptions(byId('response-axis'), greeting.axes.map(({ name }, at) => [at, name]));
+    setOptions(
+      byId('response-axis'),
+      greeting.axes.map(({ name }, at) => [at, name]),
+    );
   }
 
   refresh() {
@@ -42,8 +49,10 @@ export class ResponseView {
   }
 
   #listSources() {
-    setOptions(byId('response-source'), [['live', `live, the newest ${newest_s} s`],
-      ...this.captures.captures.map((one) => [one.number, `capture #${one.number}: ${one.on}, axis ${one.name}`])]);
+    setOptions(byId('response-source'), [
+      ['live', `live, the newest ${newest_s} s`],
+      ...this.captures.captures.map((one) => [one.number, `capture #${one.number}: ${one.on}, axis ${one.name}`]),
+    ]);
     this.refresh();
   }
 
@@ -68,7 +77,8 @@ export class ResponseView {
       if (row < rows.end - 1 && cycle[(row + 1) & rows.mask] - cycle[at] !== 1) break;
       values.push(error[at]);
     }
-    if (values.length < 256) return { reason: 'The live rows do not have every cycle. Make a capture and choose it as the data.' };
+    if (values.length < 256)
+      return { reason: 'The axis does not track, or some cycles are missing in the live rows. A capture can be the data.' };
     return { values: Float64Array.from(values.reverse()), rate_Hz };
   }
 
@@ -80,23 +90,44 @@ export class ResponseView {
     const unit = kind === 'density' ? 'um/sqrt(Hz)' : 'um';
     this.spectrumChart.show(told.frequency_Hz, [{ label: `error, ${unit}`, values: told[kind], colour: 0, dash: 0 }]);
     const top = told[kind].indexOf(Math.max(...told[kind]));
-    setText(byId('spectrum-text'), `Largest: ${compact(told[kind][top], 3)} ${unit} at ${compact(told.frequency_Hz[top], 4)} Hz. `
-      + `Hann window, ${told.segments} segments of ${told.size} cycles, ${compact(rate_Hz / told.size, 3)} Hz apart.`);
+    setText(
+      byId('spectrum-text'),
+      `Largest: ${compact(told[kind][top], 3)} ${unit} at ${compact(told.frequency_Hz[top], 4)} Hz. ` +
+        `Hann window, segments of ${told.size} cycles: ${told.segments}, ${compact(rate_Hz / told.size, 3)} Hz apart.`,
+    );
   }
 
   #showStep() {
     const capture = this.#capture();
     const column = (name) => capture.columns.get(name);
-    const told = capture && stepResponse(column('time_s'), column('reference_um'), column('position_um'), capture.triggerAt);
-    const table = told ? [
-      ['Step', `${plain(told.from_um, 3)} to ${plain(told.to_um, 3)} um`], ['Overshoot', quantity(told.overshoot_percent, '%')],
-      ['Rise time, 10 to 90 %', quantity(1000 * told.rise_s, 'ms', 1)],
-      ['Settling time, 2 %', Number.isNaN(told.settling_s) ? 'not settled' : quantity(1000 * told.settling_s, 'ms', 1)],
-      ['Steady error', quantity(told.steady_error_um, 'um')], ['Judged over', quantity(1000 * told.judged_s, 'ms', 1)]] : [];
-    byId('step-rows').replaceChildren(...table.map(([name, text]) =>
-      element('tr', {}, element('th', { scope: 'row', text: name }), element('td', { text }))));
-    setText(byId('step-text'), told ? '' : capture ? 'The reference of this capture does not step at its trigger.'
-      : 'Capture a step of the reference (panel Capture) and choose it as the data.');
+    const told =
+      capture && stepResponse(column('time_s'), column('reference_um'), column('position_um'), capture.triggerAt);
+    const table = told
+      ? [
+          ['Step', `${plain(told.from_um, 3)} to ${plain(told.to_um, 3)} um`],
+          ['Overshoot', quantity(told.overshoot_percent, '%')],
+          ['Rise time, 10 to 90 %', quantity(1000 * told.rise_s, 'ms', 2)],
+          [
+            'Settling time, 2 %',
+            Number.isNaN(told.settling_s) ? 'not settled' : quantity(1000 * told.settling_s, 'ms', 1),
+          ],
+          ['Steady error', quantity(told.steady_error_um, 'um')],
+          ['Judged over', quantity(1000 * told.judged_s, 'ms', 1)],
+        ]
+      : [];
+    byId('step-rows').replaceChildren(
+      ...table.map(([name, text]) =>
+        element('tr', {}, element('th', { scope: 'row', text: name }), element('td', { text })),
+      ),
+    );
+    setText(
+      byId('step-text'),
+      told
+        ? ''
+        : capture
+          ? 'The reference of this capture does not step at its trigger.'
+          : 'Capture a step of the reference (panel Capture) and choose it as the data.',
+    );
   }
 
   async #askBode() {
@@ -106,18 +137,33 @@ export class ResponseView {
     const answer = await this.connection.ask({ do: 'bode', axis });
     setText(byId('response-answer'), answer.ok ? '' : answer.error);
     if (!answer.ok) return setText(byId('bode-text'), '');
-    this.magnitude.show(answer.frequency_Hz, [
-      { label: 'loop', values: answer.loop_dB, colour: 0, dash: 0 }, { label: 'sensitivity', values: answer.sensitivity_dB, colour: 1, dash: 1 },
-      { label: 'closed loop', values: answer.closed_dB, colour: 2, dash: 2 }], [-60, 20]);
+    this.magnitude.show(
+      answer.frequency_Hz,
+      [
+        { label: 'loop', values: answer.loop_dB, colour: 0, dash: 0 },
+        { label: 'sensitivity', values: answer.sensitivity_dB, colour: 1, dash: 1 },
+        { label: 'closed loop', values: answer.closed_dB, colour: 2, dash: 2 },
+      ],
+      [-60, 20],
+    );
     this.phase.show(answer.frequency_Hz, [{ label: 'loop', values: answer.loop_deg, colour: 0, dash: 0 }]);
     setText(byId('bode-text'), marginsInWords(axis, answer));
   }
 }
 
-function marginsInWords(axis, { gain_margin_dB: gain, phase_margin_deg: phase, crossover_Hz: crossover, peak_sensitivity: peak, stable }) {
+function marginsInWords(
+  axis,
+  { gain_margin_dB: gain, phase_margin_deg: phase, crossover_Hz: crossover, peak_sensitivity: peak, stable },
+) {
   const part = (value, text) => (Number.isFinite(value) ? text : null);
-  const parts = [part(phase, `phase margin ${quantity(phase, 'deg', 0)}`), part(gain, `gain margin ${quantity(gain, 'dB')}`),
-    part(crossover, `crossover ${quantity(crossover, 'Hz', 1)}`), part(peak, `sensitivity at most ${plain(peak, 2)}`)].filter(Boolean);
+  const parts = [
+    part(phase, `phase margin ${quantity(phase, 'deg', 0)}`),
+    part(gain, `gain margin ${quantity(gain, 'dB')}`),
+    part(crossover, `crossover ${quantity(crossover, 'Hz', 1)}`),
+    part(peak, `sensitivity at most ${plain(peak, 2)}`),
+  ].filter(Boolean);
   const start = stable === false ? 'the loop is unstable' : 'the loop';
-  return parts.length ? `Axis ${axis}, ${start}: ${parts.join(', ')}.` : `Axis ${axis}: there is no feedback loop in this structure.`;
+  return parts.length
+    ? `Axis ${axis}, ${start}: ${parts.join(', ')}.`
+    : `Axis ${axis}: there is no feedback loop in this structure.`;
 }

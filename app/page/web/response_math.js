@@ -57,13 +57,14 @@ export function spectrum(values, rate_Hz, longest = 4096) {
     frequency_Hz: kept.map((k) => (k * rate_Hz) / size),
     density: kept.map((k) => Math.sqrt((2 * power[k]) / segments / (rate_Hz * ofSquares))),
     amplitude: kept.map((k) => (2 * Math.sqrt(power[k] / segments)) / ofWindow),
-    segments, size,
+    segments,
+    size,
   };
 }
 
 /**
- * The response to the step of the reference at `triggerAt`, until the reference leaves the new level: sizes in um, times
- * in s from the step. The settling band is 2 % of the step around the new level. Null where there is no step.
+ * The response to the step of the reference at `triggerAt`, until the reference leaves the new level: sizes in um,
+ * times in s from the step. The settling band is 2 % of the step around the new level. Null where there is no step.
  */
 export function stepResponse(time, reference, position, triggerAt) {
   const from = reference[triggerAt - 1];
@@ -75,20 +76,27 @@ export function stepResponse(time, reference, position, triggerAt) {
   if (end - triggerAt < 5) return null;
   const level = mean(position, Math.max(0, triggerAt - 10), triggerAt);
   const share = (row) => (position[row] - level) / (to - level);
-  const since = (row) => (row < 0 ? NaN : time[row] - time[triggerAt]);
-  let [peak, outside, tenth, ninetieth] = [-Infinity, triggerAt - 1, -1, -1];
+  const since = (row) => time[row] - time[triggerAt];
+  let [peak, outside, tenth_s, ninetieth_s] = [-Infinity, triggerAt - 1, NaN, NaN];
+  // The time at which the line from the row before reaches this part of the step.
+  const crossing = (row, part) => {
+    const [before, now] = [row > 0 ? share(row - 1) : 0, share(row)];
+    return time[row] - (time[row] - time[Math.max(0, row - 1)]) * Math.min(1, (now - part) / (now - before));
+  };
   for (let row = triggerAt; row < end; ++row) {
     const part = share(row);
     peak = Math.max(peak, (position[row] - to) / step);
     if (!(Math.abs(position[row] - to) <= 0.02 * Math.abs(step))) outside = row;
-    if (tenth < 0 && part >= 0.1) tenth = row;
-    if (ninetieth < 0 && part >= 0.9) ninetieth = row;
+    if (Number.isNaN(tenth_s) && part >= 0.1) tenth_s = crossing(row, 0.1);
+    if (Number.isNaN(ninetieth_s) && part >= 0.9) ninetieth_s = crossing(row, 0.9);
   }
   const rest = Math.max(triggerAt, Math.floor(end - 0.2 * (end - triggerAt)));
   return {
-    from_um: from, to_um: to, step_um: step,
+    from_um: from,
+    to_um: to,
+    step_um: step,
     overshoot_percent: Math.max(0, 100 * peak),
-    rise_s: since(ninetieth) - since(tenth),
+    rise_s: ninetieth_s - tenth_s,
     settling_s: outside + 1 < end ? since(outside + 1) : NaN,
     steady_error_um: to - mean(position, rest, end),
     judged_s: since(end - 1),

@@ -1,7 +1,7 @@
 // The newest rows of one stream in memory of a fixed size: a ring for each column of each axis.
 //
-// Times are those of the page: the stream's `time_s` plus an offset that grows when the controller starts again, so that
-// older rows stay to the left of the newer ones.
+// Times are those of the page: the stream's `time_s` plus an offset that grows when the controller starts again,
+// so that older rows stay to the left of the newer ones.
 
 const capacity = 1 << 16; // rows of an axis: 65 s at 1 kHz. A power of two, so that `index & mask` is the place
 const restart_s = 0.5; // a first block that ends so far before the newest row is of a new run
@@ -39,7 +39,13 @@ class AxisRows {
   copy() {
     const made = Object.create(AxisRows.prototype);
     const columns = new Map([...this.columns].map(([name, values]) => [name, values.slice()]));
-    return Object.assign(made, { first: this.first, end: this.end, mask: this.mask, columns, time: columns.get('time_s') });
+    return Object.assign(made, {
+      first: this.first,
+      end: this.end,
+      mask: this.mask,
+      columns,
+      time: columns.get('time_s'),
+    });
   }
 }
 

@@ -12,28 +12,45 @@ const axisRows = [
   ['Error, peak', (_, __, { peak_um }) => quantity(peak_um, 'um')],
   ['Drive', ({ drive }, unit) => quantity(drive, unit)],
   ['Amplifier output', ({ amplifier_output }, unit) => quantity(amplifier_output, unit)],
-  ['Limited by', ({ limits }) => limits || 'nothing'],
-  ['Goal', ({ live_goal, finished, state }) => (state !== 'tracking' ? '-' : live_goal ? 'position of go to' : finished ? 'reference, at its end' : 'reference')],
+  ['Limited by', ({ limits }) => (limits === undefined ? '-' : limits || 'nothing')],
+  [
+    'Goal',
+    ({ live_goal, finished, state }) =>
+      state !== 'tracking' ? '-' : live_goal ? 'go to' : finished ? 'at its end' : 'reference',
+  ],
   ['Arrival', ({ arrival }) => arrival ?? '-'],
   ['Sample', ({ sample_missing }) => (sample_missing === undefined ? '-' : sample_missing ? 'missing' : 'received')],
   ['Adaptation', ({ correction }) => adaptationText(correction)],
-  ['Learning', ({ learning }) => learningText(learning)],
+  ['Learning', ({ learning, state }) => (state === 'no controller' ? '-' : learningText(learning))],
 ];
 
 /** Sign and word of a state: never colour alone. */
-const signs = { tracking: '\u25b6', ready: '\u25cf', initialising: '\u25d0', waiting: '\u25cb', offline: '\u25a0', faulted: '\u25b2' };
+const signs = {
+  tracking: '\u25b6',
+  ready: '\u25cf',
+  initialising: '\u25d0',
+  waiting: '\u25cb',
+  offline: '\u25a0',
+  faulted: '\u25b2',
+};
 
 function adaptationText(correction) {
   if (!correction) return '-';
   const { gain, offset_um } = correction;
-  return (gain === 0 || gain === 1) && offset_um === 0 ? 'none' : `gain ${plain(gain, 4)}, offset ${quantity(offset_um, 'um')}`;
+  return (gain === 0 || gain === 1) && offset_um === 0
+    ? 'none'
+    : `gain ${plain(gain, 4)}, offset ${quantity(offset_um, 'um')}`;
 }
 
 function learningText(learning) {
   if (!learning) return 'off';
   const { state, periods, ...further } = learning;
-  const errors = Object.entries(further).filter(([, value]) => typeof value === 'number')
-    .map(([name, value]) => `${name.replace(/_um$/, '').replaceAll('_', ' ')} ${quantity(value, name.endsWith('_um') ? 'um' : '', 4)}`);
+  const errors = Object.entries(further)
+    .filter(([, value]) => typeof value === 'number')
+    .map(
+      ([name, value]) =>
+        `${name.replace(/_um$/, '').replaceAll('_', ' ')} ${quantity(value, name.endsWith('_um') ? 'um' : '', 4)}`,
+    );
   return [`${state}, ${count(periods)} periods`, ...errors].join('; ');
 }
 
@@ -55,17 +72,25 @@ export class StatusView {
     this.timing = timing;
     this.#showTiming(timing);
     setText(byId('time'), controller ? clock(controller.time_s) : '-');
-    setText(byId('age'), controller && controller.age_s > 0.5 ? `values are ${plain(controller.age_s, 1)} s old` : '');
+    setText(
+      byId('age'),
+      controller && controller.age_s > 0.5 ? `values are ${plain(controller.age_s, 1)} s old` : '',
+    );
   }
 
   #build(names) {
     this.#names = names;
-    byId('axis-head').replaceChildren(element('th', { scope: 'col', text: 'Axis' }),
-      ...names.map((name) => element('th', { scope: 'col', text: name })));
+    byId('axis-head').replaceChildren(
+      element('th', { scope: 'col', text: 'Axis' }),
+      ...names.map((name) => element('th', { scope: 'col', text: name })),
+    );
     const row = (title, cells) => element('tr', {}, element('th', { scope: 'row', text: title }), ...cells);
     this.states = names.map((_, axis) => element('td', { id: `axis-${axis}-state`, class: 'state' }));
     this.cells = axisRows.map(([title]) => [title, names.map(() => element('td'))]);
-    byId('axis-rows').replaceChildren(row('State', this.states), ...this.cells.map(([title, cells]) => row(title, cells)));
+    byId('axis-rows').replaceChildren(
+      row('State', this.states),
+      ...this.cells.map(([title, cells]) => row(title, cells)),
+    );
     this.waits = names.map((_, axis) => element('p', { id: `axis-${axis}-waits`, class: 'waits' }));
     this.faults = names.map((_, axis) => element('p', { id: `axis-${axis}-fault`, class: 'fault', role: 'alert' }));
     byId('faults').replaceChildren(...this.faults, ...this.waits);
@@ -87,22 +112,38 @@ export class StatusView {
 
   #showCounters(controller, page) {
     const table = [
-      ['Cycles', count(controller?.cycles)], ['Missed cycles', count(controller?.missed_cycles)],
-      ['Missing samples', count(controller?.missing_samples)], ['Late samples', count(controller?.late_samples)],
-      ['Pages that are open', count(page.clients)], ['Pages cut off', count(page.cut_off)],
-      ['Requests refused', count(page.refused)], ['Rows lost to pages', count(page.lost_rows)]];
+      ['Cycles', count(controller?.cycles)],
+      ['Missed cycles', count(controller?.missed_cycles)],
+      ['Missing samples', count(controller?.missing_samples)],
+      ['Late samples', count(controller?.late_samples)],
+      ['Pages that are open', count(page.clients)],
+      ['Pages cut off', count(page.cut_off)],
+      ['Requests refused', count(page.refused)],
+      ['Rows lost to pages', count(page.lost_rows)],
+    ];
     fill(byId('counters'), table);
     const alarming = ['missed_cycles', 'missing_samples', 'late_samples'].map((key) => controller?.[key] ?? 0);
-    setText(byId('health'), controller
-      ? `${count(alarming[0])} missed cycles, ${count(alarming[1])} missing and ${count(alarming[2])} late samples`
-      : 'no controller');
+    setText(
+      byId('health'),
+      controller
+        ? `${count(alarming[0])} missed cycles, ${count(alarming[1])} missing and ${count(alarming[2])} late samples`
+        : 'no controller',
+    );
   }
 
   #showBus(bus) {
     if (!bus) return;
-    const load = bus.load_percent === null || bus.load_percent === undefined ? 'load not known' : `load ${quantity(bus.load_percent, '%', 1)}`;
+    const load =
+      bus.load_percent === null || bus.load_percent === undefined
+        ? 'load not known'
+        : `load ${quantity(bus.load_percent, '%', 1)}`;
     const rate = `${count(Math.round(bus.frames_per_s))} frames/s`;
-    fill(byId('bus'), [['Interface', bus.interface], ['State', bus.state], ['Frames', rate], ['Load', load.replace('load ', '')]]);
+    fill(byId('bus'), [
+      ['Interface', bus.interface],
+      ['State', bus.state],
+      ['Frames', rate],
+      ['Load', load.replace('load ', '')],
+    ]);
     setText(byId('bus-line'), `${bus.interface} ${bus.state}, ${rate}, ${load}`);
   }
 
@@ -121,12 +162,14 @@ export class StatusView {
 export function faultText({ name, state, fault, fault_time_s, remedy }) {
   if (state !== 'faulted' && (!fault || fault === 'none')) return '';
   const when = Number.isFinite(fault_time_s) ? ` at ${quantity(fault_time_s, 's')}` : '';
-  return `\u25b2 Axis ${name} is faulted: ${fault}${when}. ${remedy ?? ''}`.trim();
+  return `\u25b2 Axis ${name} is faulted: ${fault}${when}.${remedy ? ` Remedy: ${remedy}.` : ''}`;
 }
 
 function fill(body, table) {
   if (body.rows.length !== table.length)
-    body.replaceChildren(...table.map(([name]) => element('tr', {}, element('th', { scope: 'row', text: name }), element('td'))));
+    body.replaceChildren(
+      ...table.map(([name]) => element('tr', {}, element('th', { scope: 'row', text: name }), element('td'))),
+    );
   table.forEach(([, text], at) => setText(body.rows[at].cells[1], String(text)));
 }
 
@@ -135,9 +178,17 @@ function drawBars(host, upper, counts, isLog) {
   const height = isLog ? (one) => Math.log10(one + 1) : (one) => one;
   const most = Math.max(...counts.map(height), 1e-9);
   if (host.childElementCount !== counts.length)
-    host.replaceChildren(...counts.map((_, at) => element('div', { class: 'class' },
-      element('span', { class: 'bar' }), element('span', { class: 'edge', text: at < upper.length ? `\u2264 ${upper[at]}` : `> ${upper.at(-1)}` }),
-      element('span', { class: 'number' }))));
+    host.replaceChildren(
+      ...counts.map((_, at) =>
+        element(
+          'div',
+          { class: 'class' },
+          element('span', { class: 'bar' }),
+          element('span', { class: 'edge', text: at < upper.length ? `\u2264 ${upper[at]}` : `> ${upper.at(-1)}` }),
+          element('span', { class: 'number' }),
+        ),
+      ),
+    );
   counts.forEach((one, at) => {
     const [bar, , number] = host.children[at].children;
     bar.style.width = `${(100 * height(one)) / most}%`;
@@ -148,7 +199,11 @@ function drawBars(host, upper, counts, isLog) {
     const at = counts.findIndex((one) => (sum += one) >= share * total);
     return at < upper.length ? `at most ${upper[at]} us` : `more than ${upper.at(-1)} us`;
   };
-  host.setAttribute('aria-label', total === 0 ? 'no cycles yet'
-    : `${count(total)} cycles; half of them ${edgeOf(0.5)}, 99 % ${edgeOf(0.99)}, all ${edgeOf(1)}`);
+  host.setAttribute(
+    'aria-label',
+    total === 0
+      ? 'no cycles yet'
+      : `${count(total)} cycles; half of them ${edgeOf(0.5)}, 99 % ${edgeOf(0.99)}, all ${edgeOf(1)}`,
+  );
   setText(host.nextElementSibling, host.getAttribute('aria-label'));
 }

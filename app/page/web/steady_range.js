@@ -13,7 +13,7 @@ export class SteadyRange {
   /** Takes the least and the largest value; returns [low, high]. */
   follow(low, high, now_ms = performance.now()) {
     if (!(low <= high)) return [this.low, this.high];
-    const least = Math.max(Math.abs(low), Math.abs(high), 1e-3) * 1e-4; // a constant value gets a range too
+    const least = Math.max(Math.abs(low), Math.abs(high)) * 1e-4 || 1; // a constant value gets a range too
     const span = Math.max(high - low, least);
     const fits = low >= this.low && high <= this.high;
     const isSmall = span < shrinksBelow * (this.high - this.low);

@@ -3,11 +3,19 @@
 import { byId } from './dom.js';
 
 const light = {
-  ink: '#1c2429', faint: '#5b666d', grid: '#e1e5e8', paper: '#ffffff', reference: '#59636a',
+  ink: '#1c2429',
+  faint: '#5b666d',
+  grid: '#e1e5e8',
+  paper: '#ffffff',
+  reference: '#59636a',
   lines: ['#0072b2', '#d55e00', '#009e73', '#cc79a7', '#e69f00', '#56b4e9', '#000000'],
 };
 const dark = {
-  ink: '#e4e9ec', faint: '#a3afb6', grid: '#2b343a', paper: '#161c20', reference: '#b4bec4',
+  ink: '#e4e9ec',
+  faint: '#a3afb6',
+  grid: '#2b343a',
+  paper: '#161c20',
+  reference: '#b4bec4',
   lines: ['#56b4e9', '#e69f00', '#009e73', '#cc79a7', '#f0e442', '#d55e00', '#ffffff'],
 };
 /** Dashes of lines in the order of `lines`, so that nothing depends on colour alone. */

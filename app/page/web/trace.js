@@ -1,16 +1,26 @@
 // What a line of a chart shows: times and values, somewhere in memory, and how they become a path.
 //
-// A trace is {time, values, mask, first, end, shift_s}: row k, first <= k < end, is at `k & mask`; `shift_s` is added to
-// its time. For plain arrays the mask is -1. A value that is NaN is a gap; so are times that are far apart.
+// A trace is {time, values, mask, first, end, shift_s}: row k, first <= k < end, is at `k & mask`; `shift_s` is
+// added to its time. For plain arrays the mask is -1. A value that is NaN is a gap; so are times that are far apart.
 
 const gap_s = 0.3;
 
 export const traceOfArrays = (time, values, shift_s = 0) => ({
-  time, values, mask: -1, first: 0, end: time.length, shift_s,
+  time,
+  values,
+  mask: -1,
+  first: 0,
+  end: time.length,
+  shift_s,
 });
 
 export const traceOfAxis = (axis, column, shift_s = 0) => ({
-  time: axis.time, values: axis.columns.get(column), mask: axis.mask, first: axis.first, end: axis.end, shift_s,
+  time: axis.time,
+  values: axis.columns.get(column),
+  mask: axis.mask,
+  first: axis.first,
+  end: axis.end,
+  shift_s,
 });
 
 function rowAt({ time, mask, first, end }, time_s) {
@@ -38,8 +48,10 @@ export function valueAt(trace, time_s) {
 
 /** The rows between two times, with one more at each side: [begin, end). */
 export function rowsBetween(trace, from_s, to_s) {
-  return [Math.max(rowAt(trace, from_s - trace.shift_s) - 1, trace.first),
-    Math.min(rowAt(trace, to_s - trace.shift_s) + 1, trace.end)];
+  return [
+    Math.max(rowAt(trace, from_s - trace.shift_s) - 1, trace.first),
+    Math.min(rowAt(trace, to_s - trace.shift_s) + 1, trace.end),
+  ];
 }
 
 /** Least and largest value between two times; Infinity and -Infinity without values. */
@@ -56,8 +68,8 @@ export function extent(trace, from_s, to_s, range = { low: Infinity, high: -Infi
 
 /**
  * The path of the trace between two times. `toX` and `toY` are {scale, offset} from value to canvas pixel. With more
- * than two rows for a pixel (`isDense`), the path goes through the least and the largest value of each pixel; pixels are counted
- * from time 0, so that a moving picture does not flicker.
+ * than two rows for a pixel (`isDense`), the path goes through the least and the largest value of each pixel; pixels
+ * are counted from time 0, so that a moving picture does not flicker.
  */
 export function pathOf(trace, from_s, to_s, toX, toY) {
   const [begin, end] = rowsBetween(trace, from_s, to_s);
@@ -84,7 +96,7 @@ function pathOfRows({ time, values, mask, shift_s }, begin, end, toX, toY) {
   return path;
 }
 
-/** One upright stroke for each pixel, so long that it meets its neighbour. Cheaper to paint than a line with joints. */
+/** One upright stroke for each pixel, so long that it meets its neighbour: cheaper to paint than a joined line. */
 function pathOfExtremes({ time, values, mask, shift_s }, begin, end, toX, toY) {
   const path = new Path2D();
   const none = -1e18;
@@ -92,9 +104,10 @@ function pathOfExtremes({ time, values, mask, shift_s }, begin, end, toX, toY) {
   const finish = () => {
     const isNear = pixel - before < gap_s * toX.scale + 1;
     const x = pixel + toX.offset;
-    if (isNear && pixel - before > 1.5) { // pixels without a row between them
-      path.moveTo(before + toX.offset, (lowBefore + highBefore) / 2 * toY.scale + toY.offset);
-      path.lineTo(x, (low + high) / 2 * toY.scale + toY.offset);
+    if (isNear && pixel - before > 1.5) {
+      // pixels without a row between them
+      path.moveTo(before + toX.offset, ((lowBefore + highBefore) / 2) * toY.scale + toY.offset);
+      path.lineTo(x, ((low + high) / 2) * toY.scale + toY.offset);
     }
     const bottom = isNear ? Math.min(low, highBefore) : low;
     const top = isNear ? Math.max(high, lowBefore) : high;

@@ -30,7 +30,8 @@ function shiftOfAxis(ours, theirs) {
   for (let shift = -reach; shift <= reach; ++shift) {
     let sum = 0;
     for (let row = 0; row < compared && sum < least; ++row) {
-      const away = position[(at + row) & ours.mask] - measured[(theirs.end - reach - compared + row + shift) & theirs.mask];
+      const away =
+        position[(at + row) & ours.mask] - measured[(theirs.end - reach - compared + row + shift) & theirs.mask];
       if (away === away) sum += Math.abs(away);
     }
     if (sum < least) [best, least] = [shift, sum];
