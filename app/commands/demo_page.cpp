@@ -107,7 +107,7 @@ class PacedRehearsal {
     context_.restart();
     context_.poll();
     service_.reset();
-    spdlog::info("the rehearsal has ended; Ctrl-C ends the page");
+    if (!ending_) spdlog::info("the rehearsal has ended; Ctrl-C ends the page");
   }
 
   StatusBoard board_;

@@ -40,10 +40,12 @@ class Connection {
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 
+  /// A server that has hung up already may have said why: what it sent can still be read.
   void send(std::string_view text) {
     while (!text.empty()) {
       await(POLLOUT);
       const ssize_t sent = ::send(socket_, text.data(), text.size(), MSG_NOSIGNAL);
+      if (sent < 0 && errno == EPIPE) return;
       if (sent < 0 && errno != EAGAIN && errno != EINTR) fail_with(errno);
       text.remove_prefix(static_cast<std::size_t>(std::max<ssize_t>(sent, 0)));
     }

@@ -133,7 +133,7 @@ export class TimeChart {
 
   #axisOfTime() {
     return {
-      ...colours(), size: this.timeLabel ? 40 : 24, label: this.timeLabel || undefined, labelSize: 16, labelGap: 0, space: 60,
+      ...colours(), size: this.timeLabel ? 38 : 24, label: this.timeLabel || undefined, labelSize: 16, labelGap: 0, space: 60,
       splits: (_, __, min, max, step) => marks(min - this.origin_s, max - this.origin_s, step).map((mark) => mark + this.origin_s),
       values: (_, splits) => splits.map((mark) => compact(Math.abs(mark - this.origin_s) < 1e-9 ? 0 : mark - this.origin_s, 7)),
     };
@@ -148,10 +148,10 @@ export class TimeChart {
   }
 
   #series(line, at) {
-    const ratio = devicePixelRatio;
+    const dash = (dashes[line.dash ?? 0] ?? []).map((part) => part * devicePixelRatio);
     return {
       label: line.label, scale: `y ${line.unit}`, auto: false, points: { show: false }, width: line.width ?? 1.5,
-      stroke: () => colourOf(line), dash: (dashes[line.dash ?? 0] ?? []).map((part) => part * ratio),
+      stroke: () => colourOf(line), dash, cap: 'butt',
       paths: (uplot) => {
         const trace = this.traces?.[at];
         if (!trace) return null;
@@ -159,7 +159,9 @@ export class TimeChart {
         const y = uplot.scales[`y ${line.unit}`];
         const toX = linear(uplot.scales.x.min, uplot.scales.x.max, left, width);
         const toY = linear(y.min, y.max, top + height, -height);
-        return { stroke: pathOf(trace, ...this.shown, toX, toY), fill: null, clip: null, flags: 2 };
+        const { path, isDense } = pathOf(trace, ...this.shown, toX, toY);
+        uplot.series[at + 1].dash = isDense ? [] : dash; // there a dash would only be costly
+        return { stroke: path, fill: null, clip: null, flags: 2 };
       },
     };
   }

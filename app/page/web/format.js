@@ -9,7 +9,9 @@ export function quantity(value, unit, digits = decimals[unit] ?? 3) {
 }
 
 export function plain(value, digits) {
-  return typeof value === 'number' && Number.isFinite(value) ? value.toFixed(digits).replace('-', '\u2212') : '-';
+  if (typeof value !== 'number' || !Number.isFinite(value)) return '-';
+  const text = value.toFixed(digits);
+  return Number(text) === 0 ? text.replace('-', '') : text.replace('-', '\u2212');
 }
 
 /** A short number for the marks of an axis and for small or large values. */

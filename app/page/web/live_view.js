@@ -22,7 +22,7 @@ export class LiveView {
     const chart = (id, title, timeLabel) => new TimeChart(byId(id), {
       title, timeLabel, zoomed: (from_s, to_s) => this.#zoomTo(from_s, to_s), reset: () => this.#resetZoom(),
     });
-    this.loop = new LoopChart(byId('loop-chart'), 'Hysteresis loop');
+    this.loop = new LoopChart(byId('loop-chart'), `Hysteresis loop, last ${longest_s} s at most`);
     this.tracking = chart('tracking-chart', 'Tracking');
     this.error = chart('error-chart', 'Following error');
     this.drive = chart('drive-chart', 'Drive', 'time since the start of the controller, s');
@@ -135,7 +135,7 @@ export class LiveView {
     const withTwin = Boolean(this.streams.twin && byId('twin-choice').querySelector('input')?.checked);
     const each = (make) => axes.flatMap((axis) => make(axis).filter(Boolean));
     const truth = (axis, column, label) => withTwin && {
-      ...this.#line(axis, column, { colour: axis + 2, dash: 2, width: 2 }, 'twin'),
+      ...this.#line(axis, column, { colour: axis + 2, dash: 5, width: 2 }, 'twin'),
       label: `${this.streams.controller.greeting.axes[axis].name} ${label}`,
     };
     this.tracking.setLines(each((axis) => [
@@ -148,7 +148,7 @@ export class LiveView {
     this.loop.setLoops(axes.map((axis) => {
       const drive = this.#line(axis, 'drive', {});
       return {
-        label: `${this.streams.controller.greeting.axes[axis].name}: last ${longest_s} s at most`, unit: drive.unit, colour: axis,
+        label: `axis ${this.streams.controller.greeting.axes[axis].name}`, unit: drive.unit, colour: axis,
         dash: dashOf(axis), drive: drive.trace, position: this.#line(axis, 'position_um', {}).trace,
       };
     }));

@@ -8,10 +8,10 @@ import { SteadyRange } from './steady_range.js';
 import { dashes, line as lineColour } from './theme.js';
 import { rowsBetween } from './trace.js';
 
-const shades = 12; // steps of the fading
+const shades = 10; // steps of the fading
 const faintest = 0.1;
-const leastStep_px = 0.7; // nearer points are left out
-export const longest_s = 10;
+const leastStep_px = 1.5; // nearer points are left out
+export const longest_s = 5;
 
 export class LoopChart {
   constructor(host, title) {
@@ -116,7 +116,7 @@ export class LoopChart {
     ctx.beginPath();
     ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
     ctx.clip();
-    ctx.lineJoin = 'round';
+    ctx.lineJoin = 'bevel';
     this.pairs?.forEach((pair, at) => pair && paintLoop(ctx, pair, this.loops[at], toX, toY));
     ctx.restore();
   }

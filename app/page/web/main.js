@@ -167,12 +167,15 @@ byId('export-png').addEventListener('click', () => {
 
 const frames = new Float64Array(120); // times of the last frames
 let frameNumber = 0;
+let drawing_ms = 0; // of a frame, smoothed
 let slowAt_ms = 0;
 let twinAt_ms = 0;
 
 function frame(now_ms) {
   frames[frameNumber++ % frames.length] = now_ms;
+  const begin_ms = performance.now();
   view.frame();
+  drawing_ms += 0.05 * (performance.now() - begin_ms - drawing_ms);
   if (now_ms - slowAt_ms > slow_ms) {
     slowAt_ms = now_ms;
     view.showValues();
@@ -196,6 +199,7 @@ window.hystcanPage = {
     const oldest = frames[(frameNumber - number) % frames.length];
     return (1000 * (number - 1)) / (newest - oldest);
   },
+  get drawingMs() { return drawing_ms; },
   get firstPlotMs() { return view.firstPlotMs; },
   get paused() { return view.isPaused; },
   rows: (axis) => streams.controller?.received[axis] ?? 0,

@@ -16,12 +16,18 @@ const axisRows = [
   ['Goal', ({ live_goal, finished, state }) => (state !== 'tracking' ? '-' : live_goal ? 'position of go to' : finished ? 'reference, at its end' : 'reference')],
   ['Arrival', ({ arrival }) => arrival ?? '-'],
   ['Sample', ({ sample_missing }) => (sample_missing === undefined ? '-' : sample_missing ? 'missing' : 'received')],
-  ['Adaptation', ({ correction }) => (correction ? `gain ${plain(correction.gain, 4)}, offset ${quantity(correction.offset_um, 'um')}` : '-')],
+  ['Adaptation', ({ correction }) => adaptationText(correction)],
   ['Learning', ({ learning }) => learningText(learning)],
 ];
 
 /** Sign and word of a state: never colour alone. */
 const signs = { tracking: '\u25b6', ready: '\u25cf', initialising: '\u25d0', waiting: '\u25cb', offline: '\u25a0', faulted: '\u25b2' };
+
+function adaptationText(correction) {
+  if (!correction) return '-';
+  const { gain, offset_um } = correction;
+  return (gain === 0 || gain === 1) && offset_um === 0 ? 'none' : `gain ${plain(gain, 4)}, offset ${quantity(offset_um, 'um')}`;
+}
 
 function learningText(learning) {
   if (!learning) return 'off';

@@ -56,13 +56,13 @@ export function extent(trace, from_s, to_s, range = { low: Infinity, high: -Infi
 
 /**
  * The path of the trace between two times. `toX` and `toY` are {scale, offset} from value to canvas pixel. With more
- * than two rows for a pixel, the path goes through the least and the largest value of each pixel; pixels are counted
+ * than two rows for a pixel (`isDense`), the path goes through the least and the largest value of each pixel; pixels are counted
  * from time 0, so that a moving picture does not flicker.
  */
 export function pathOf(trace, from_s, to_s, toX, toY) {
   const [begin, end] = rowsBetween(trace, from_s, to_s);
-  const pixels = Math.max(1, (to_s - from_s) * toX.scale);
-  return end - begin > 2 * pixels ? pathOfExtremes(trace, begin, end, toX, toY) : pathOfRows(trace, begin, end, toX, toY);
+  const isDense = end - begin > 2 * Math.max(1, (to_s - from_s) * toX.scale);
+  return { isDense, path: (isDense ? pathOfExtremes : pathOfRows)(trace, begin, end, toX, toY) };
 }
 
 function pathOfRows({ time, values, mask, shift_s }, begin, end, toX, toY) {
@@ -84,32 +84,38 @@ function pathOfRows({ time, values, mask, shift_s }, begin, end, toX, toY) {
   return path;
 }
 
+/** One upright stroke for each pixel, so long that it meets its neighbour. Cheaper to paint than a line with joints. */
 function pathOfExtremes({ time, values, mask, shift_s }, begin, end, toX, toY) {
   const path = new Path2D();
-  let [pixel, low, high, last, before] = [-1e18, 0, 0, 0, -1e18];
+  const none = -1e18;
+  let [pixel, low, high, before, lowBefore, highBefore] = [none, 0, 0, none, 0, 0];
   const finish = () => {
+    const isNear = pixel - before < gap_s * toX.scale + 1;
     const x = pixel + toX.offset;
-    if (pixel - before > gap_s * toX.scale + 1) path.moveTo(x, low * toY.scale + toY.offset);
-    else path.lineTo(x, low * toY.scale + toY.offset);
-    path.lineTo(x, high * toY.scale + toY.offset);
-    path.lineTo(x, last * toY.scale + toY.offset);
-    before = pixel;
+    if (isNear && pixel - before > 1.5) { // pixels without a row between them
+      path.moveTo(before + toX.offset, (lowBefore + highBefore) / 2 * toY.scale + toY.offset);
+      path.lineTo(x, (low + high) / 2 * toY.scale + toY.offset);
+    }
+    const bottom = isNear ? Math.min(low, highBefore) : low;
+    const top = isNear ? Math.max(high, lowBefore) : high;
+    path.moveTo(x, bottom * toY.scale + toY.offset + 0.5);
+    path.lineTo(x, top * toY.scale + toY.offset - 0.5);
+    [before, lowBefore, highBefore] = [pixel, low, high];
   };
   for (let row = begin; row < end; ++row) {
     const value = values[row & mask];
     if (value !== value) {
-      if (pixel > -1e17) finish();
-      pixel = before = -1e18;
+      if (pixel !== none) finish();
+      pixel = before = none;
       continue;
     }
     const at = Math.floor((time[row & mask] + shift_s) * toX.scale);
     if (at !== pixel) {
-      if (pixel > -1e17) finish();
+      if (pixel !== none) finish();
       [pixel, low, high] = [at, value, value];
     } else if (value < low) low = value;
     else if (value > high) high = value;
-    last = value;
   }
-  if (pixel > -1e17) finish();
+  if (pixel !== none) finish();
   return path;
 }
