@@ -1,6 +1,6 @@
 // The token, the writer's role, and Stop.
 
-import { byId, setText } from './dom.js';
+import { byId, openDialog, setText } from './dom.js';
 
 const tokenKey = 'hystcan token';
 const stopPatience_ms = 3000;
@@ -48,21 +48,21 @@ export class Access {
   async #takeOrRelease() {
     if (this.role === 'yours') return void (await this.connection.ask({ do: 'release_writer' }));
     if (!this.isAuthorised && !(await this.#askForToken('To change settings and to drive, the page needs the token.'))) return;
-    if (this.role === 'taken') return byId('take-over-dialog').showModal();
+    if (this.role === 'taken') return openDialog('take-over-dialog');
     await this.#askForRole(false);
   }
 
   async #askForRole(isForced) {
     const answer = await this.connection.ask(isForced ? { do: 'take_writer', force: true } : { do: 'take_writer' });
     setText(byId('role-answer'), answer.ok ? '' : answer.error);
-    if (!answer.ok && !isForced && this.role === 'taken') byId('take-over-dialog').showModal();
+    if (!answer.ok && !isForced && this.role === 'taken') openDialog('take-over-dialog');
   }
 
   #askForToken(why) {
     setText(byId('token-why'), why);
     setText(byId('token-answer'), '');
     byId('token').value = '';
-    if (!byId('token-dialog').open) byId('token-dialog').showModal();
+    openDialog('token-dialog');
     byId('token').focus();
     return new Promise((resolve) => {
       this.#finish(false); // of an earlier question

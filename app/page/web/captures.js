@@ -153,7 +153,7 @@ export class CaptureView {
       this.#showChosen();
     } });
     box.checked = one.isShown;
-    const label = element('label', {}, box, `#${one.number}  ${one.on}, axis ${one.name}, at ${quantity(one.time_s, 's')}, ${one.rows} rows`);
+    const label = element('label', {}, box, `#${one.number}  ${one.on}, axis ${one.name}, ${quantity(one.time_s, 's')}, ${one.rows} rows`);
     return element('li', {}, label, element('button', { type: 'button', 'aria-label': `CSV of capture ${one.number}`, text: 'CSV', onclick: () => this.#save([one]) }));
   }
 

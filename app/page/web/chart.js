@@ -1,6 +1,7 @@
 // A chart over time: uPlot draws axes and grid and handles the pointer; the lines come from traces.
 //
-// A line is {label, unit, colour (a number of theme.js, or 'reference'), dash (a number), width, trace: () => trace}.
+// A line is {label, unit, colour (a number of theme.js, or 'reference'), alpha (two hexadecimal digits), dash (a number),
+// width, trace: () => trace}.
 // uPlot itself gets two points only; the function `paths` of each series draws the trace between them.
 
 import uPlot from './uPlot.esm.js';
@@ -12,7 +13,7 @@ import { extent, pathOf, valueAt } from './trace.js';
 
 const digitsOf = { um: 4, V: 2, A: 3, s: 4, us: 0 };
 const leastDrag_px = 8;
-const colourOf = ({ colour }) => (colour === 'reference' ? palette().reference : lineColour(colour));
+const colourOf = ({ colour, alpha = '' }) => (colour === 'reference' ? palette().reference : lineColour(colour) + alpha);
 
 export class TimeChart {
   /** `host`: a figure; `zoomed(from_s, to_s)` and `reset()` are called for a drag in time and a double click. */
@@ -87,18 +88,12 @@ export class TimeChart {
     this.uplot?.redraw();
   }
 
-  get legendItems() {
-    return this.lines.map((line) => ({
-      label: `${line.label}${line.unit ? `, ${line.unit}` : ''}`, colour: colourOf(line), dash: dashes[line.dash ?? 0],
-    }));
-  }
-
   #buildLegend() {
     this.values = this.lines.map(() => element('output', { class: 'value', text: '-' }));
     this.legend.replaceChildren(
       element('b', { text: this.title }),
       ...this.lines.map((line, at) => {
-        const item = element('span', { class: 'key' }, swatch(colourOf(line), dashes[line.dash ?? 0]), line.label);
+        const item = element('span', { class: 'key' }, swatch(colourOf(line), dashes[line.dash ?? 0], line.width), line.label);
         item.append(this.values[at], element('span', { class: 'unit', text: line.unit }));
         return item;
       }));
@@ -133,7 +128,7 @@ export class TimeChart {
 
   #axisOfTime() {
     return {
-      ...colours(), size: this.timeLabel ? 38 : 24, label: this.timeLabel || undefined, labelSize: 16, labelGap: 0, space: 60,
+      ...colours(), size: 22, label: this.timeLabel || undefined, labelSize: 15, labelGap: 0, space: 60,
       splits: (_, __, min, max, step) => marks(min - this.origin_s, max - this.origin_s, step).map((mark) => mark + this.origin_s),
       values: (_, splits) => splits.map((mark) => compact(Math.abs(mark - this.origin_s) < 1e-9 ? 0 : mark - this.origin_s, 7)),
     };
@@ -141,7 +136,7 @@ export class TimeChart {
 
   #axisOfValue(unit, at) {
     return {
-      ...colours(), scale: `y ${unit}`, side: at === 0 ? 3 : 1, size: 52, label: unit || 'number', labelSize: 16, labelGap: 0,
+      ...colours(), scale: `y ${unit}`, side: at === 0 ? 3 : 1, size: 46, label: unit || 'number', labelSize: 16, labelGap: 0,
       space: 26, grid: { ...colours().grid, show: at === 0 },
       values: (_, splits) => splits.map((mark) => (mark === null ? '' : compact(mark, 6))),
     };
@@ -197,11 +192,11 @@ export const colours = () => ({
   grid: { stroke: () => palette().grid, width: 1 }, ticks: { stroke: () => palette().grid, width: 1, size: 4 },
 });
 
-export function swatch(colour, dash) {
+export function swatch(colour, dash, width = 2) {
   const canvas = element('canvas', { class: 'swatch', width: 44, height: 8, 'aria-hidden': 'true' });
   const context = canvas.getContext('2d');
   context.strokeStyle = colour;
-  context.lineWidth = 4;
+  context.lineWidth = Math.max(3, Math.min(8, 2 * width));
   context.setLineDash((dash ?? []).map((part) => part * 2));
   context.beginPath();
   context.moveTo(0, 4);

@@ -28,23 +28,24 @@ export class Cursors {
     const times = this.places.map((place) => from_s + place * (to_s - from_s));
     const apart_s = times[1] - times[0];
     const origin_s = this.view.stores.controller?.offset_s ?? 0;
-    const rows = [['time, s', ...times.map((time) => plain(time - origin_s, 4)), plain(apart_s, 4)],
-      ['1/\u0394t, Hz', '', '', Math.abs(apart_s) > 1e-9 ? compact(1 / apart_s, 5) : '-']];
-    for (const chart of this.view.timeCharts) {
-      if (chart.host.hidden) continue;
+    const [a_s, b_s] = times.map((time) => plain(time - origin_s, 4));
+    setText(byId('cursor-times'), `A ${a_s} s, B ${b_s} s, \u0394t ${plain(apart_s, 4)} s, `
+      + `1/\u0394t ${Math.abs(apart_s) > 1e-9 ? compact(1 / apart_s, 5) : '-'} Hz`);
+    const charts = this.view.timeCharts.filter(({ host }) => !host.hidden);
+    this.#build(charts.map(({ title }) => title));
+    charts.forEach((chart, at) => {
       const [a, b] = times.map((time) => chart.valuesAt(time));
-      chart.lines.forEach(({ label, unit }, at) =>
-        rows.push([`${label}${unit ? `, ${unit}` : ''}`, plain(a[at], 4), plain(b[at], 4), plain(b[at] - a[at], 4)]));
-    }
-    this.#fill(rows);
+      fill(byId('cursor-tables').children[at].tBodies[0], chart.lines.map(({ label, unit }, row) =>
+        [`${label}${unit ? `, ${unit}` : ''}`, plain(a[row], 4), plain(b[row], 4), plain(b[row] - a[row], 4)]));
+    });
   }
 
-  #fill(rows) {
-    const body = byId('cursor-rows');
-    while (body.rows.length > rows.length) body.lastElementChild.remove();
-    while (body.rows.length < rows.length)
-      body.append(element('tr', {}, element('th', { scope: 'row' }), element('td'), element('td'), element('td')));
-    rows.forEach((texts, row) => texts.forEach((text, cell) => setText(body.rows[row].cells[cell], text)));
+  #build(titles) {
+    if (titles.join() === this.titles) return;
+    this.titles = titles.join();
+    byId('cursor-tables').replaceChildren(...titles.map((title) => element('table', { class: 'values' },
+      element('thead', {}, element('tr', {}, ...[title, 'A', 'B', 'B \u2212 A'].map((text) => element('th', { scope: 'col', text })))),
+      element('tbody'))));
   }
 
   #place() {
@@ -96,4 +97,11 @@ export class Cursors {
       handle.setAttribute('aria-valuetext', `${(100 * place).toFixed(1)} % of the shown time`);
     });
   }
+}
+
+function fill(body, rows) {
+  while (body.rows.length > rows.length) body.lastElementChild.remove();
+  while (body.rows.length < rows.length)
+    body.append(element('tr', {}, element('th', { scope: 'row' }), element('td'), element('td'), element('td')));
+  rows.forEach((texts, row) => texts.forEach((text, cell) => setText(body.rows[row].cells[cell], text)));
 }

@@ -7,10 +7,12 @@ import { compact } from './format.js';
 import { dashes, line as lineColour } from './theme.js';
 
 export class CurveChart {
-  constructor(host, { title, yLog = false }) {
+  /** `steps`: the distances of marks that may be chosen. */
+  constructor(host, { title, yLog = false, steps }) {
     this.host = host;
     this.title = title;
     this.yLog = yLog;
+    this.steps = steps;
     this.legend = element('figcaption', { class: 'legend' }, element('b', { text: title }));
     this.plot = element('div', { class: 'plot', role: 'img', 'aria-label': title });
     host.append(this.legend, this.plot);
@@ -50,10 +52,11 @@ export class CurveChart {
     const decades = (_, splits) => splits.map((mark) => (mark !== null && isRound(mark) ? compact(mark, 3) : ''));
     const range = (_, low, high) => (this.yRange ? [Math.max(low, this.yRange[0]), Math.min(high + 2, Math.max(this.yRange[1], 0))] : uPlot.rangeNum(low, high, 0.1, true));
     this.uplot = new uPlot({
-      ...this.#size(), legend: { show: false }, padding: [6, 12, 0, 0],
-      scales: { x: { time: false, distr: 3 }, y: this.yLog ? { distr: 3 } : { range } },
+      ...this.#size(), legend: { show: false }, padding: [6, 18, 0, 0],
+      scales: { x: { time: false, distr: 3, range: (_, low, high) => [low, high] }, y: this.yLog ? { distr: 3 } : { range } },
       cursor: { points: { show: false }, drag: { x: true, y: true, uni: 24 } },
-      axes: [{ ...axis, label: 'frequency, Hz', size: 40, values: decades }, { ...axis, size: 52, values: this.yLog ? decades : undefined }],
+      axes: [{ ...axis, label: 'frequency, Hz', size: 22, values: decades },
+        { ...axis, size: 52, incrs: this.steps, values: this.yLog ? decades : undefined }],
       series: [{}, ...curves.map(({ label, colour, dash }) => ({ label, width: 1.6, points: { show: false }, stroke: () => lineColour(colour),
         dash: dashes[dash].map((part) => part * devicePixelRatio) }))],
     }, data, this.plot);

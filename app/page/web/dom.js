@@ -34,3 +34,10 @@ export function download(name, content) {
   link.remove();
   setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
 }
+
+/** Opens a dialog that leaves the rest of the page in use: Stop must always be within reach of the pointer. */
+export function openDialog(id) {
+  const dialog = byId(id);
+  if (!dialog.open) dialog.show();
+  dialog.querySelector('input, button').focus();
+}

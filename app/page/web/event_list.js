@@ -14,7 +14,7 @@ export class EventList {
     if (this.#seen.has(key)) return;
     this.#seen.add(key);
     if (this.#seen.size > 2 * most) this.#seen = new Set([...this.#seen].slice(-most));
-    this.#show(quantity(time_s, 's'), level, remedy ? `${text}. ${remedy}` : text);
+    this.#show(quantity(time_s, 's'), level, remedy ? `${text}. Remedy: ${remedy}.` : text);
   }
 
   /** What the page itself has seen, with the time of day. */

@@ -48,33 +48,30 @@ export async function savePng(charts, title) {
   context.fillStyle = palette().ink;
   context.font = 'bold 14px system-ui, sans-serif';
   context.fillText(title, 8, 19);
-  charts.forEach((chart, at) => {
-    const x = boxes[at].left - left;
-    paintLegend(context, chart, x + 8, boxes[at].top - top + headline + 14);
+  for (const chart of charts) {
+    paintLegend(context, chart.legend, left, top - headline);
     const picture = chart.plot.querySelector('canvas');
     const box = picture.getBoundingClientRect();
     context.drawImage(picture, box.left - left, box.top - top + headline, box.width, box.height);
-  });
+  }
   const blob = await new Promise((done) => canvas.toBlob(done, 'image/png'));
   download(`hystcan-charts-${stamp()}.png`, blob);
 }
 
-function paintLegend(context, { title, legendItems }, x, y) {
-  context.font = 'bold 12px system-ui, sans-serif';
-  context.fillStyle = palette().ink;
-  context.fillText(title, x, y);
-  x += context.measureText(title).width + 14;
-  context.font = '12px system-ui, sans-serif';
-  for (const { label, colour, dash } of legendItems) {
-    context.strokeStyle = colour;
-    context.lineWidth = 2;
-    context.setLineDash(dash);
-    context.beginPath();
-    context.moveTo(x, y - 4);
-    context.lineTo(x + 22, y - 4);
-    context.stroke();
-    context.setLineDash([]);
-    context.fillText(label, x + 27, y);
-    x += 27 + context.measureText(label).width + 14;
+/** The legend as it stands on the screen: its title, and swatch, words and value of each line. */
+function paintLegend(context, legend, left, top) {
+  const text = (part, x, y) => {
+    const style = getComputedStyle(part);
+    context.font = `${style.fontWeight} ${style.fontSize} system-ui, sans-serif`;
+    context.fillStyle = palette().ink;
+    context.fillText([...part.childNodes].map(({ textContent }) => textContent).join(' ').trim(), x - left, y - top);
+  };
+  const [title, ...keys] = legend.children;
+  text(title, title.getBoundingClientRect().left, title.getBoundingClientRect().bottom - 4);
+  for (const key of keys) {
+    const box = key.getBoundingClientRect();
+    const picture = key.querySelector('canvas').getBoundingClientRect();
+    context.drawImage(key.querySelector('canvas'), picture.left - left, picture.top - top, picture.width, picture.height);
+    text(key, picture.right + 5, box.bottom - 4);
   }
 }

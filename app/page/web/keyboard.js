@@ -1,6 +1,6 @@
 // Keys, dialogs and tabs.
 
-import { byId } from './dom.js';
+import { byId, openDialog } from './dom.js';
 
 const takesText = (target) => target.closest?.('input:not([type=checkbox]), select, textarea') !== null;
 const takesSpace = (target) => target.closest?.('button, summary, input, select, a, [role=tab]') !== null;
@@ -9,7 +9,7 @@ const takesSpace = (target) => target.closest?.('button, summary, input, select,
 export function startKeyboard(actions) {
   addEventListener('keydown', (event) => {
     if (event.key === 'Escape') {
-      event.preventDefault(); // else the browser closes the dialog, and only that
+      event.preventDefault(); // it stops the stage and closes nothing
       event.stopPropagation();
       if (!event.repeat) actions.stop();
       return;
@@ -26,10 +26,9 @@ export function startKeyboard(actions) {
 
 export function startDialogs() {
   for (const dialog of document.querySelectorAll('dialog')) {
-    dialog.addEventListener('cancel', (event) => event.preventDefault()); // Esc stops the stage and closes nothing
     dialog.querySelector('button.close').addEventListener('click', () => dialog.close());
   }
-  byId('help').addEventListener('click', () => byId('help-dialog').showModal());
+  byId('help').addEventListener('click', () => openDialog('help-dialog'));
 }
 
 /** `shown(panel)` is called with the id of the panel. */

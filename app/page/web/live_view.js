@@ -135,16 +135,16 @@ export class LiveView {
     const withTwin = Boolean(this.streams.twin && byId('twin-choice').querySelector('input')?.checked);
     const each = (make) => axes.flatMap((axis) => make(axis).filter(Boolean));
     const truth = (axis, column, label) => withTwin && {
-      ...this.#line(axis, column, { colour: axis + 2, dash: 5, width: 2 }, 'twin'),
+      ...this.#line(axis, column, { colour: axis + 2, alpha: '88', width: 5 }, 'twin'),
       label: `${this.streams.controller.greeting.axes[axis].name} ${label}`,
     };
     this.tracking.setLines(each((axis) => [
-      this.#line(axis, 'position_um', { colour: axis, dash: dashOf(axis), width: 2 }),
+      truth(axis, 'position_um', 'true'), // a pale band under the others
       this.#line(axis, 'reference_um', { colour: 'reference', dash: 1 + 2 * axis, width: 1.3 }),
-      truth(axis, 'position_um', 'true position')]));
+      this.#line(axis, 'position_um', { colour: axis, dash: dashOf(axis), width: 2 })]));
     this.error.setLines(each((axis) => [this.#line(axis, 'error_um', { colour: axis, dash: dashOf(axis) })]));
     this.drive.setLines(each((axis) => [
-      this.#line(axis, 'drive', { colour: axis, dash: dashOf(axis) }), truth(axis, 'driven', 'driven output')]));
+      truth(axis, 'driven', 'driven'), this.#line(axis, 'drive', { colour: axis, dash: dashOf(axis) })]));
     this.loop.setLoops(axes.map((axis) => {
       const drive = this.#line(axis, 'drive', {});
       return {

@@ -63,10 +63,6 @@ export class LoopChart {
     this.uplot?.redraw();
   }
 
-  get legendItems() {
-    return this.loops.map(({ label, colour, dash }) => ({ label, colour: lineColour(colour), dash: dashes[dash] }));
-  }
-
   #buildLegend() {
     this.legend.replaceChildren(element('b', { text: this.title }), ...this.loops.map(({ label, colour, dash }) =>
       element('span', { class: 'key' }, swatch(lineColour(colour), dashes[dash]), label)));
@@ -89,7 +85,7 @@ export class LoopChart {
         points: { show: false }, drag: { x: true, y: true, uni: 12, setScale: false },
         bind: { dblclick: () => () => this.#zoomTo(null) },
       },
-      axes: [{ ...axis, label: `drive, ${units}`, size: 40, space: 50 }, { ...axis, label: 'position, um', size: 52, space: 30 }],
+      axes: [{ ...axis, label: `drive, ${units}`, size: 22, space: 50 }, { ...axis, label: 'position, um', size: 40, space: 30 }],
       series: [{}, { scale: 'y', auto: false, points: { show: false }, paths: () => null }],
       hooks: { draw: [(uplot) => this.#paint(uplot)], setSelect: [(uplot) => this.#select(uplot)] },
     }, this.data, this.plot);

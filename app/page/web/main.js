@@ -4,7 +4,7 @@ import { Access } from './access.js';
 import { CaptureView } from './captures.js';
 import { Connection } from './connection.js';
 import { Cursors } from './cursors.js';
-import { byId, element, setText } from './dom.js';
+import { byId, element, openDialog, setText } from './dom.js';
 import { EventList } from './event_list.js';
 import { rowsOfStore, saveCsv, savePng } from './export.js';
 import { quantity } from './format.js';
@@ -41,7 +41,7 @@ const response = new ResponseView(connection, streams, captures);
 startDialogs();
 startKeyboard({
   stop: () => access.stop(), pause: () => view.setPaused(!view.isPaused), capture: () => captures.captureNow(),
-  help: () => byId('help-dialog').showModal(),
+  help: () => openDialog('help-dialog'),
 });
 startTabs((panel) => {
   if (panel === 'steering') steering.refresh();
@@ -53,6 +53,7 @@ startTabs((panel) => {
 
 let startCommand = '';
 let stopSent = false;
+let isNoted = true; // the new connection, in the events
 
 function tellConnection(state, text) {
   byId('connection').dataset.state = state;
@@ -61,7 +62,7 @@ function tellConnection(state, text) {
 
 connection.on('open', () => {
   tellConnection('connected', 'connected');
-  events.note('info', 'the page is connected');
+  isNoted = false;
   sendRate();
   steering.refresh();
 });
@@ -99,7 +100,12 @@ connection.on('rows', (buffer) => {
   if (kind === 3) return captures.take(message);
   store.append(message);
 });
-connection.on('status', (message) => status.show(message));
+connection.on('status', (message) => {
+  status.show(message);
+  if (isNoted) return;
+  isNoted = true;
+  events.note('info', 'the page is connected'); // after the older events, which the server sends first
+});
 connection.on('event', (message) => events.add(message));
 connection.on('capture', (message) => captures.announce(message));
 

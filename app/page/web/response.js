@@ -16,8 +16,8 @@ export class ResponseView {
     this.captures = captures;
     captures.changed = () => this.#listSources();
     this.spectrumChart = new CurveChart(byId('spectrum-chart'), { title: 'Spectrum of the error', yLog: true });
-    this.magnitude = new CurveChart(byId('bode-chart'), { title: 'Bode: magnitude, dB' });
-    this.phase = new CurveChart(byId('phase-chart'), { title: 'Bode: phase of the loop, deg' });
+    this.magnitude = new CurveChart(byId('bode-chart'), { title: 'Bode: magnitude, dB', steps: [5, 10, 20, 40] });
+    this.phase = new CurveChart(byId('phase-chart'), { title: 'Bode: phase of the loop, deg', steps: [15, 30, 45, 90, 180] });
     for (const id of ['response-axis', 'response-source', 'spectrum-kind']) byId(id).addEventListener('change', () => this.refresh());
     byId('response-axis').addEventListener('change', () => this.#askBode());
     byId('bode-update').addEventListener('click', () => this.#askBode());

@@ -20,15 +20,15 @@ export function valueOfText(text) {
 }
 
 /** `apply(value)` gives the answer of the controller. */
-export function settingField(key, { label, unit, choices, axis }, apply) {
+export function settingField(key, { label, long = label, unit, choices, axis }, apply) {
   const id = `setting-${nextId++}`;
   const input = choices ? element('select', { id }, ...choices.map((value) => element('option', { value, text: value })))
     : element('input', { id, type: 'text', spellcheck: 'false', autocomplete: 'off' });
-  input.setAttribute('aria-label', `${label}${unit && unit !== '1' ? `, ${unit}` : ''}, axis ${axis}`);
+  input.setAttribute('aria-label', `${long}${unit && unit !== '1' ? `, ${unit}` : ''}, axis ${axis}`);
   input.dataset.key = key;
   const answer = element('p', { class: 'answer', role: 'status' });
-  const button = element('button', { type: 'button', text: 'Apply', 'aria-label': `Apply ${label}, axis ${axis}` });
-  const root = element('div', { class: 'field' }, element('label', { for: id, text: label, title: key }),
+  const button = element('button', { type: 'button', text: 'Apply', 'aria-label': `Apply ${long}, axis ${axis}` });
+  const root = element('div', { class: 'field' }, element('label', { for: id, text: label, title: `${long}: ${key}` }),
     element('span', { class: 'entry' }, input, element('span', { class: 'unit', text: unit ?? '' })), button, answer);
   let inForce = '';
   let isTyped = false;

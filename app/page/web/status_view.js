@@ -12,12 +12,12 @@ const axisRows = [
   ['Error, peak', (_, __, { peak_um }) => quantity(peak_um, 'um')],
   ['Drive', ({ drive }, unit) => quantity(drive, unit)],
   ['Amplifier output', ({ amplifier_output }, unit) => quantity(amplifier_output, unit)],
-  ['Limited by', ({ limits }) => limits || 'nothing'],
-  ['Goal', ({ live_goal, finished, state }) => (state !== 'tracking' ? '-' : live_goal ? 'position of go to' : finished ? 'reference, at its end' : 'reference')],
+  ['Limited by', ({ limits }) => (limits === undefined ? '-' : limits || 'nothing')],
+  ['Goal', ({ live_goal, finished, state }) => (state !== 'tracking' ? '-' : live_goal ? 'go to' : finished ? 'at its end' : 'reference')],
   ['Arrival', ({ arrival }) => arrival ?? '-'],
   ['Sample', ({ sample_missing }) => (sample_missing === undefined ? '-' : sample_missing ? 'missing' : 'received')],
   ['Adaptation', ({ correction }) => adaptationText(correction)],
-  ['Learning', ({ learning }) => learningText(learning)],
+  ['Learning', ({ learning, state }) => (state === 'no controller' ? '-' : learningText(learning))],
 ];
 
 /** Sign and word of a state: never colour alone. */
@@ -121,7 +121,7 @@ export class StatusView {
 export function faultText({ name, state, fault, fault_time_s, remedy }) {
   if (state !== 'faulted' && (!fault || fault === 'none')) return '';
   const when = Number.isFinite(fault_time_s) ? ` at ${quantity(fault_time_s, 's')}` : '';
-  return `\u25b2 Axis ${name} is faulted: ${fault}${when}. ${remedy ?? ''}`.trim();
+  return `\u25b2 Axis ${name} is faulted: ${fault}${when}.${remedy ? ` Remedy: ${remedy}.` : ''}`;
 }
 
 function fill(body, table) {

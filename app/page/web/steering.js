@@ -1,6 +1,6 @@
 // Steering and settings of the axes, applied while the controller runs.
 
-import { byId, element, setText } from './dom.js';
+import { byId, element, openDialog, setText } from './dom.js';
 import { settingField, valueOfText } from './setting_field.js';
 
 const structures = ['average', 'inverse', 'pi', 'average+pi', 'inverse+pi'];
@@ -8,21 +8,21 @@ const settingsEvery_ms = 3000; // another program may change them too
 
 const tuning = [
   { key: 'structure', label: 'Structure', choices: structures },
-  { key: 'kp', label: 'Proportional gain kp', unit: 'um/um' },
-  { key: 'ki_per_s', label: 'Integral gain ki', unit: '1/s' },
-  { key: 'measurement_filter_Hz', label: 'Measurement filter', unit: 'Hz' },
+  { key: 'kp', label: 'Gain kp', long: 'Proportional gain kp', unit: 'um/um' },
+  { key: 'ki_per_s', label: 'Gain ki', long: 'Integral gain ki', unit: '1/s' },
+  { key: 'measurement_filter_Hz', label: 'Filter', long: 'Measurement filter', unit: 'Hz' },
 ];
 const notch = [
-  { key: 'notch.frequency_Hz', label: 'Notch frequency', unit: 'Hz' },
-  { key: 'notch.depth', label: 'Notch depth', unit: '1' },
-  { key: 'notch.width', label: 'Notch width', unit: '1' },
+  { key: 'notch.frequency_Hz', label: 'Frequency', long: 'Notch frequency', unit: 'Hz' },
+  { key: 'notch.depth', label: 'Depth', long: 'Notch depth', unit: '1' },
+  { key: 'notch.width', label: 'Width', long: 'Notch width', unit: '1' },
 ];
 const learning = [
   { key: 'learning.correction_max_um', label: 'Largest correction', unit: 'um' },
-  { key: 'learning.rate', label: 'Learning rate', unit: '1' },
-  { key: 'learning.forget_percent', label: 'Forgotten in a period', unit: '%' },
-  { key: 'learning.resonance_percent', label: 'Resonance uncertain by', unit: '%' },
-  { key: 'learning.frozen', label: 'Learning frozen', choices: ['false', 'true'] },
+  { key: 'learning.rate', label: 'Rate', long: 'Learning rate', unit: '1' },
+  { key: 'learning.forget_percent', label: 'Forgotten', long: 'Forgotten in a period', unit: '%' },
+  { key: 'learning.resonance_percent', label: 'Resonance +-', long: 'Resonance uncertain by', unit: '%' },
+  { key: 'learning.frozen', label: 'Frozen', long: 'Learning frozen', choices: ['false', 'true'] },
 ];
 
 export class Steering {
@@ -137,7 +137,7 @@ export class Steering {
       this.#fields = this.#fields.filter(({ key }) => !key.startsWith(`${start}setpoint[`));
       segments.place.replaceChildren(...keys.map((key) => {
         const own = key.slice(start.length);
-        return this.#field(axis, segments.name, { key: own, label: own, unit: unitOfKey(own) });
+        return this.#field(axis, segments.name, { key: own, label: own.replace('setpoint', ''), long: own, unit: unitOfKey(own) });
       }));
     }
   }
@@ -168,7 +168,7 @@ export class Steering {
     byId('save-diff').replaceChildren(...(answer.diff ?? '').split('\n').map((text) => element('span', {
       class: text.startsWith('+') ? 'added' : text.startsWith('-') ? 'removed' : '', text: `${text}\n` })));
     byId('save-confirm').disabled = !answer.ok || !answer.digest;
-    byId('save-dialog').showModal();
+    openDialog('save-dialog');
   }
 
   async #confirmSave() {
