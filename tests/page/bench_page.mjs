@@ -61,4 +61,9 @@ function rows() {
   return page.evaluate(() => window.hystcanPage.rows(0));
 }
 
-async function showSixSignalsAtFullRate() {}
+/** The page asks for 1 kHz by itself; six signals in one chart beside those that are there anyway. */
+async function showSixSignalsAtFullRate() {
+  await page.click('#signals summary');
+  for (const column of ['position_um', 'reference_um', 'drive'])
+    for (const axis of [0, 1]) await page.check(`#signal-choice input[value="controller ${axis} ${column}"]`);
+}

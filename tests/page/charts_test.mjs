@@ -59,29 +59,37 @@ test('Space pauses and goes on', async () => {
   await until('it goes on', async () => !(await isPaused()));
 });
 
-/** The readout of the cursors: name of the row -> texts of A, B and B - A. */
-async function readout() {
+/** Where the cursors are, from the line of the readout: "A 0.6 s, B 1.2 s, Δt 0.6 s, 1/Δt 1.6667 Hz". */
+async function cursorTimes() {
+  const text = (await page.textContent('#cursor-readout')).replaceAll('\u2212', '-');
+  const number = '(-?[\\d.]+)';
+  const found = new RegExp(`A ${number} s, B ${number} s, Δt ${number} s, 1/Δt ${number} Hz`).exec(text);
+  return found && { a_s: Number(found[1]), b_s: Number(found[2]), apart_s: Number(found[3]), rate_Hz: Number(found[4]) };
+}
+
+/** Name with unit of each signal, and its values at A, at B and their difference. */
+async function cursorValues() {
   const rows = await page.locator('#cursor-readout tbody tr').evaluateAll((all) =>
-    all.map((row) => [...row.cells].map((cell) => cell.textContent.replace('\u2212', '-'))));
-  return new Map(rows.map(([name, ...texts]) => [name, texts]));
+    all.map((row) => [...row.cells].map((cell) => cell.textContent.replaceAll('\u2212', '-'))));
+  return rows.map(([name, ...values]) => ({ name, values: values.map(Number) }));
 }
 
 test('Two cursors give the differences with their units while the charts run', async () => {
   await page.click('#cursors');
-  const first = await until('the readout', async () => {
-    const rows = await readout();
-    return rows.has('time, s') && [...rows.keys()].some((name) => /position, um/.test(name)) && rows;
+  const values = await until('values at both cursors', async () => {
+    const all = (await cursorValues()).filter(({ values: three }) => three.every(Number.isFinite));
+    return all.some(({ name }) => /position, um/.test(name)) && all.some(({ name }) => /drive, V/.test(name)) && all;
   });
-  const apart_s = Number(first.get('time, s')[2]);
-  assert.ok(apart_s > 0);
-  assert.ok(Math.abs(Number(first.get('1/Δt, Hz')[2]) * apart_s - 1) < 1e-3);
-  for (const [a, b, difference] of [...first.values()].filter((texts) => texts[0] && texts[0] !== '-'))
-    assert.ok(Math.abs(Number(b) - Number(a) - Number(difference)) < 2e-3, `${a} ${b} ${difference}`);
-  await until('other times', async () => (await readout()).get('time, s')[0] !== first.get('time, s')[0]);
+  for (const { name, values: [a, b, difference] } of values)
+    assert.ok(Math.abs(b - a - difference) < 2e-4, `${name}: ${a} ${b} ${difference}`);
+  const times = await cursorTimes();
+  assert.ok(Math.abs(times.b_s - times.a_s - times.apart_s) < 2e-4 && times.apart_s > 0, JSON.stringify(times));
+  assert.ok(Math.abs(times.rate_Hz * times.apart_s - 1) < 1e-3, JSON.stringify(times));
+  await until('other times', async () => (await cursorTimes()).a_s !== times.a_s);
 });
 
 test('A cursor moves with the arrow keys and with the pointer', async () => {
-  const apart = async () => Number((await readout()).get('time, s')[2]);
+  const apart = async () => (await cursorTimes()).apart_s;
   const before = await apart();
   const cursor = page.locator('#tracking-chart').getByRole('slider', { name: 'Cursor B' });
   await cursor.focus();
@@ -99,7 +107,7 @@ test('A cursor moves with the arrow keys and with the pointer', async () => {
 test('A drag zooms in, a double click shows all again', async () => {
   await pause(true);
   await page.click('#cursors');
-  const apart_s = async () => Number((await readout()).get('time, s')?.[2]);
+  const apart_s = async () => (await cursorTimes())?.apart_s;
   const whole_s = await until('the cursors', apart_s);
   const box = await plotBox('#tracking-chart');
   const y = box.y + 0.5 * box.height;

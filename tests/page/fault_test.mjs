@@ -18,7 +18,7 @@ after(async () => {
 });
 
 test('A fault appears with the words and the remedy of the server', async () => {
-  const injected = await ctl(demo.twinSocket, 'inject', 'sensor_death', '--axis', 'x');
+  const injected = await ctl(demo.twinSocket, 'inject', 'wrong_crc', '--axis', 'x', '--node', 'sensor');
   assert.equal(injected.status, 0, injected.output);
   await until('the axis is shown as faulted', async () => /faulted/i.test(await page.textContent('#axis-0-state')));
   const status = JSON.parse((await ctl(demo.socket, '--json', 'status')).output).axes[0];

@@ -111,7 +111,7 @@ test('A second page sees who writes, and can take over', async () => {
   await until('the second page says that another one has control',
     async () => /another/i.test(await second.textContent('body')));
   await takeControl(second, demo);
-  await until('the first page has lost control', () => page.locator('#save').isDisabled());
+  await until('the first page has lost control', async () => !(await gain().isEnabled()));
   assert.deepEqual(second.problems, []);
   await second.context().close();
 });

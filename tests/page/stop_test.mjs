@@ -10,8 +10,9 @@ before(async () => {
 });
 after(() => browser.close());
 
-async function started() {
+async function started(t) {
   const demo = await startDemo();
+  t.after(() => demo.stop());
   const page = await openPage(browser, demo);
   await seesTheLoopRun(page);
   return { demo, page };
@@ -28,40 +29,36 @@ async function giveToken(page, demo) {
   await page.press('#token', 'Enter');
 }
 
-test('The button asks for the token and stops', async () => {
-  const { demo, page } = await started();
+test('The button asks for the token and stops', async (t) => {
+  const { demo, page } = await started(t);
   await page.click('#stop');
   await giveToken(page, demo);
   await standsStill(page);
-  await demo.stop();
 });
 
-test('Esc stops, whatever has the focus', async () => {
-  const { demo, page } = await started();
+test('Esc stops, whatever has the focus', async (t) => {
+  const { demo, page } = await started(t);
   await takeControl(page, demo);
-  await page.locator('input[type=text], input[type=number], input:not([type])').first().focus();
+  await page.locator('#steering-axes input:not([type=checkbox])').first().focus();
   await page.keyboard.press('Escape');
   await standsStill(page);
-  await demo.stop();
 });
 
-test('Esc stops while a dialog is open', async () => {
-  const { demo, page } = await started();
+test('Esc stops while a dialog is open', async (t) => {
+  const { demo, page } = await started(t);
   await takeControl(page, demo);
   await page.evaluate(() => document.activeElement?.blur());
   await page.keyboard.press('?');
   await until('the help', () => page.locator('dialog[open]').first().isVisible());
   await page.keyboard.press('Escape');
   await standsStill(page);
-  await demo.stop();
 });
 
-test('After Stop the page says what happened', async () => {
-  const { demo, page } = await started();
+test('After Stop the page says what happened', async (t) => {
+  const { demo, page } = await started(t);
   await page.click('#stop');
   await giveToken(page, demo);
   await standsStill(page);
   await until('the words', async () => /stopped|switched off|ramp/i.test(await page.textContent('body')));
   assert.deepEqual(page.problems.filter((problem) => !/WebSocket/.test(problem)), []);
-  await demo.stop();
 });

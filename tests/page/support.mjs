@@ -129,7 +129,7 @@ export async function takeControl(page, demo) {
     }
     const takeOver = page.getByRole('button', { name: /take over/i });
     if (await takeOver.isVisible()) await takeOver.click();
-    return page.locator('#save').isEnabled();
+    return (await page.textContent('#take-control')) === 'Release';
   });
 }
 
