@@ -133,18 +133,17 @@ export class StatusView {
 
   #showBus(bus) {
     if (!bus) return;
-    const load =
-      bus.load_percent === null || bus.load_percent === undefined
-        ? 'load not known'
-        : `load ${quantity(bus.load_percent, '%', 1)}`;
-    const rate = `${count(Math.round(bus.frames_per_s))} frames/s`;
+    const load = quantity(bus.load_percent, '%', 1);
+    const rate = typeof bus.frames_per_s === 'number' ? `${count(Math.round(bus.frames_per_s))} frames/s` : '-';
+    const name = bus.interface || 'bus';
     fill(byId('bus'), [
-      ['Interface', bus.interface],
+      ['Interface', name],
       ['State', bus.state],
       ['Frames', rate],
-      ['Load', load.replace('load ', '')],
+      ['Load', load],
     ]);
-    setText(byId('bus-line'), `${bus.interface} ${bus.state}, ${rate}, ${load}`);
+    const known = [rate, load === '-' ? load : `load ${load}`].filter((text) => text !== '-');
+    setText(byId('bus-line'), [`${name} ${bus.state}`, ...known].join(', '));
   }
 
   #showTiming(timing) {
