@@ -199,6 +199,8 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
         [self = shared_from_this()](const error_code& error, std::size_t) { self->obey(error); });
   }
 
+  void close() { stream_.close(); }
+
  private:
   void obey(const error_code& error) {
     if (error == http::error::header_limit)
@@ -267,16 +269,29 @@ class HttpServer::Listener {
     });
   }
   void admit(tcp::socket socket) {
-    if (static_cast<std::size_t>(open_.use_count()) > most_connections) return handler_.count_cut_off();
+    const bool is_full = static_cast<std::size_t>(open_.use_count()) > most_connections;
+    if (is_full && !make_room()) return handler_.count_cut_off();
     error_code ignored;
     socket.set_option(tcp::no_delay(true), ignored);
     socket.set_option(boost::asio::socket_base::send_buffer_size(send_buffer), ignored);
-    std::make_shared<HttpSession>(std::move(socket), handler_, open_)->read();
+    const auto session = std::make_shared<HttpSession>(std::move(socket), handler_, open_);
+    requests_.push_back(session);
+    session->read();
+  }
+  /// Strangers who hold all places do not keep an operator out.
+  bool make_room() {
+    std::erase_if(requests_, [](const auto& request) { return request.expired(); });
+    if (requests_.empty()) return handler_.make_room();
+    requests_.front().lock()->close();
+    requests_.pop_front();
+    handler_.count_cut_off();
+    return true;
   }
 
   tcp::acceptor acceptor_;
   boost::asio::steady_timer pause_;
   PageHandler& handler_;
+  std::deque<std::weak_ptr<HttpSession>> requests_;  ///< the oldest first
   /// Each connection holds it: its count is that of the connections, and one.
   std::shared_ptr<std::size_t> open_ = std::make_shared<std::size_t>(0);
 };

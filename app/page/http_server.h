@@ -1,7 +1,7 @@
 // A small HTTP and WebSocket server on one thread. It knows nothing of the page: a PageHandler says what is served, whom it
 // refuses and what a message means. All of Boost.Beast is in http_server.cpp.
 //
-// Bounds, whatever a client does: 32 connections; a header of 8 KiB within 10 s and no body; a message of 16 KiB; what waits
+// Bounds, whatever a client does: 32 connections, of which the oldest that has asked for nothing makes room; a header of 8 KiB within 10 s and no body; a message of 16 KiB; what waits
 // for a client that does not read: 1 MiB of rows (further rows are left out and counted) and 8 MiB in all (it is cut off). A
 // client that takes nothing for 5 s is cut off.
 #pragma once
@@ -60,6 +60,8 @@ class PageHandler {
   virtual void opened(WebClient& client) = 0;
   virtual void received(WebClient& client, std::string_view text) = 0;
   virtual void closed(WebClient& client) = 0;
+  /// All connections are taken: cuts off a client that others may take the place of. False if there is none.
+  virtual bool make_room() = 0;
   /// A client was cut off, or was one too many.
   virtual void count_cut_off() = 0;
 };

@@ -48,8 +48,10 @@ void PageService::received(WebClient& web, std::string_view text) {
   const auto found = clients_.find(&web);
   if (found == clients_.end()) return;
   Client& client = found->second;
-  if (is_too_much(client)) return web.cut_off();
   const json request = parse_command(std::string(text));
+  if (is_too_much(client) &&
+      !(client.is_authorised && request.is_object() && request.value("do", json()) == "stop"))
+    return web.cut_off();
   Asked asked{client.number, nullptr};
   if (!request.is_object()) return refuse(asked, "expected a JSON object");
   if (const auto id = request.find("id"); id != request.end() && id->is_number()) asked.id = *id;
@@ -86,7 +88,7 @@ void PageService::obey(Client& client, const Asked& asked, const json& request) 
       {"stop", {&PageService::stop, Needs::token}},
       {"take_writer", {&PageService::take_writer, Needs::token}},
       {"release_writer", {&PageService::release_writer, Needs::nothing}},
-      {"command", {&PageService::command, Needs::role}},
+      {"command", {&PageService::command, Needs::token}},
       {"save", {&PageService::save, Needs::role}}};
   const std::string what = text_of(request, "do");
   const auto found = requests.find(what);
@@ -200,7 +202,8 @@ void PageService::release_writer(Client& client, const Asked& asked, const json&
   reply(asked, {{"ok", true}});
 }
 
-void PageService::command(Client&, const Asked& asked, const json& request) {
+/// `disable` ends something: like `stop`, it needs no role.
+void PageService::command(Client& client, const Asked& asked, const json& request) {
   const auto command = request.find("command");
   if (command == request.end() || !command->is_object())
     return refuse(asked, "\"command\" is missing, expected a command of the control socket");
@@ -208,8 +211,10 @@ void PageService::command(Client&, const Asked& asked, const json& request) {
   if (std::ranges::find(page_commands, what) == page_commands.end())
     return refuse(asked, fmt::format("\"{}\" is no command of the page, expected {}", what,
                                      fmt::join(page_commands, ", ")));
+  const bool is_open_to_all = what == "disable";
+  if (!is_open_to_all && writer_ != client.number) return refuse(asked, no_role);
   spdlog::info("page {}: {}", asked.client, command->dump(-1, ' ', true, json::error_handler_t::replace));
-  writing_.ask(*command, [this, asked](const json& answer) {
+  (is_open_to_all ? stopping_ : writing_).ask(*command, [this, asked](const json& answer) {
     const bool is_done = answer.value("ok", false);
     json told{{"ok", is_done}, {"answer", answer}};
     if (!is_done) told["error"] = answer.value("error", "refused");

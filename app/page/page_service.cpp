@@ -97,6 +97,15 @@ void PageService::closed(WebClient& web) {
   if (had_role) give_role_to(0);
 }
 
+bool PageService::make_room() {
+  Client* oldest = nullptr;
+  for (auto& [web, client] : clients_)
+    if (!client.is_authorised && (oldest == nullptr || client.number < oldest->number)) oldest = &client;
+  if (oldest == nullptr) return false;
+  oldest->web.cut_off();
+  return true;
+}
+
 void PageService::greet(Client& client) {
   client.web.send_text(text_of_message({{"type", "hello"},
                                         {"version", 1},

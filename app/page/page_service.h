@@ -47,6 +47,7 @@ class PageService final : public PageHandler {
   void opened(WebClient& client) override;
   void received(WebClient& client, std::string_view text) override;
   void closed(WebClient& client) override;
+  bool make_room() override;
   void count_cut_off() override { ++counters_.cut_off; }
 
  private:

@@ -25,21 +25,18 @@ PageStream::PageStream(std::string name, std::uint32_t kind, Hooks hooks)
     : name_(std::move(name)), kind_(kind), hooks_(std::move(hooks)) {}
 
 void PageStream::begun(const nlohmann::json& greeting) {
-  const nlohmann::json& columns = greeting.at("columns");
-  const auto axis =
-      std::ranges::find(columns, "axis", [](const nlohmann::json& column) { return column.at("name"); });
+  RowLayout layout = RowLayout::of(greeting);
   const double rate = greeting.at("rate_Hz").get<double>();
   const std::size_t axes = greeting.at("axes").size();
   if (greeting.at("stream") != name_) throw std::runtime_error("it is the stream of another process");
-  if (axis == columns.end() || axes == 0 || axes > most_axes || !(rate > 0.0 && rate <= fastest_Hz))
-    throw std::runtime_error("its axes or its rate are not given");
-  columns_ = columns.size();
-  axis_column_ = static_cast<std::size_t>(axis - columns.begin());
+  if (axes == 0 || axes > most_axes || !(rate > 0.0 && rate <= fastest_Hz))
+    throw std::runtime_error("its axes or its rate are not those of a stream");
+  layout_ = std::move(layout);
   axes_ = axes;
   const double rows_per_s = rate * static_cast<double>(axes);
   const double rows =
       std::clamp(history_s * rows_per_s, 1.0, std::max(most_history_rows, shortest_history_s * rows_per_s));
-  history_.emplace(columns_, static_cast<std::size_t>(rows));
+  history_.emplace(layout_.columns, static_cast<std::size_t>(rows));
   greeting_ = greeting;
   lanes_.clear();
   set_rates(std::exchange(rates_, {}));
@@ -47,9 +44,9 @@ void PageStream::begun(const nlohmann::json& greeting) {
 }
 
 void PageStream::received(std::span<const double> values, std::uint32_t lost) {
-  for (; values.size() >= columns_; values = values.subspan(columns_)) {
-    const std::span<const double> row = values.first(columns_);
-    if (!(row[axis_column_] >= 0.0 && row[axis_column_] < static_cast<double>(axes_))) continue;
+  for (; values.size() >= layout_.columns; values = values.subspan(layout_.columns)) {
+    const std::span<const double> row = values.first(layout_.columns);
+    if (!(row[layout_.axis] >= 0.0 && row[layout_.axis] < static_cast<double>(axes_))) continue;
     history_->put(row);
     for (auto& [rate, lane] : lanes_) lane.decimator.put(row);
     hooks_.row(row);
@@ -73,7 +70,7 @@ nlohmann::json PageStream::message() const {
 }
 
 PageStream::Lane PageStream::lane_for(double rate) const {
-  return {RowDecimator(columns_, axis_column_, RowDecimator::bucket_for(rate_Hz(), rate))};
+  return {RowDecimator(layout_, RowDecimator::bucket_for(rate_Hz(), rate))};
 }
 
 void PageStream::set_rates(const std::set<double>& rates) {
@@ -91,13 +88,13 @@ RowBlock PageStream::rows_at(double rate) const {
 
 std::vector<RowBlock> PageStream::past() const {
   const auto rows = static_cast<double>(history_->end() - history_->first());
-  RowDecimator decimator(columns_, axis_column_, RowDecimator::bucket_for(rows, rows_of_the_past));
+  RowDecimator decimator(layout_, RowDecimator::bucket_for(rows, rows_of_the_past));
   for (std::uint64_t i = history_->first(); i < history_->end(); ++i) decimator.put(history_->row(i));
   const std::vector<double> values = decimator.take();
   std::vector<RowBlock> blocks;
   for (auto rest = std::span(values); !rest.empty();
-       rest = rest.subspan(std::min(rest.size(), rows_of_a_block * columns_))) {
-    const auto block = rest.first(std::min(rest.size(), rows_of_a_block * columns_));
+       rest = rest.subspan(std::min(rest.size(), rows_of_a_block * layout_.columns))) {
+    const auto block = rest.first(std::min(rest.size(), rows_of_a_block * layout_.columns));
     blocks.push_back(std::make_shared<const std::vector<double>>(block.begin(), block.end()));
   }
   return blocks;

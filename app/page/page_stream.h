@@ -62,7 +62,8 @@ class PageStream final : public StreamHandler {
   Hooks hooks_;
   nlohmann::json greeting_;
   std::string reason_ = "not connected yet";
-  std::size_t columns_ = 0, axis_column_ = 0, axes_ = 0;
+  RowLayout layout_;
+  std::size_t axes_ = 0;
   std::optional<RowHistory> history_;
   std::set<double> rates_;
   std::map<double, Lane> lanes_;

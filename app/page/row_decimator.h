@@ -1,18 +1,30 @@
-// Fewer rows that show the same: of each `bucket` consecutive rows of an axis the least and the largest value of each
-// column. NaN counts only if all are NaN.
+// Fewer rows that show the same: of some consecutive rows of an axis the least and the largest value of each column. NaN
+// counts only if all are NaN. A change of a state is never within such rows, and a bit that was set is set in the second one.
 #pragma once
 
 #include <cstddef>
 #include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <span>
 #include <vector>
 
 namespace hystcan::app {
 
+/// What the columns of a stream mean for decimation.
+struct RowLayout {
+  std::size_t columns = 0;
+  std::size_t axis = 0;               ///< column with the axis of a row
+  std::vector<std::size_t> states{};  ///< columns `state` and `fault`
+  std::optional<std::size_t> bits{};  ///< column `limits`
+  /// Throws std::runtime_error if there is no column `axis`.
+  static RowLayout of(const nlohmann::json& greeting);
+};
+
 class RowDecimator {
  public:
-  /// `axis_column` has the axis of a row. A bucket of 1 or 2 rows: each row as it is.
-  RowDecimator(std::size_t columns, std::size_t axis_column, std::size_t bucket);
+  /// `bucket`: rows that become two. 1 or 2: each row as it is.
+  RowDecimator(RowLayout layout, std::size_t bucket) : layout_(std::move(layout)), bucket_(bucket) {}
   /// The bucket that leaves at most `most_Hz` rows of an axis from `rate_Hz`.
   static std::size_t bucket_for(double rate_Hz, double most_Hz);
 
@@ -26,7 +38,12 @@ class RowDecimator {
     std::size_t rows = 0;
   };
 
-  std::size_t columns_, axis_column_, bucket_;
+  bool is_another_state(const Bucket& bucket, std::span<const double> row) const;
+  void join(Bucket& bucket, std::span<const double> row) const;
+  void empty(Bucket& bucket);
+
+  RowLayout layout_;
+  std::size_t bucket_;
   std::map<std::size_t, Bucket> open_;  ///< per axis
   std::vector<double> out_;
 };

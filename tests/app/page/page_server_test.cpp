@@ -224,12 +224,38 @@ TEST_F(PageServer, CutsAClientOffThatDoesNotReadAndServesTheOther) {
   EXPECT_EQ(page_counters.at("clients"), 1);
 }
 
-TEST_F(PageServer, TakesNoMoreThan32Connections) {
+TEST_F(PageServer, GivesTheOldestPlaceOfAStrangerToTheNext) {
+  std::vector<std::unique_ptr<WebPeer>> strangers;
+  for (int i = 0; i < 32; ++i) strangers.push_back(page());
+  const auto operating = writer();
+  EXPECT_TRUE(operating->is_ok({{"do", "stop"}}));
+  strangers.front()->read_to_the_end();
+  EXPECT_FALSE(strangers.back()->next("status").is_null());
+}
+
+TEST_F(PageServer, TakesNoMoreThan32WhoHaveTheToken) {
   std::vector<std::unique_ptr<WebPeer>> all;
-  for (int i = 0; i < 32; ++i) all.push_back(page());
+  for (int i = 0; i < 32; ++i) all.push_back(writer());
   EXPECT_EQ(WebPeer(server_->port()).upgrade(), 0) << "closed at once";
   all.pop_back();
   EXPECT_TRUE(bench_.comes_true([&] { return WebPeer(server_->port()).upgrade() == 101; }));
+}
+
+TEST_F(PageServer, TakesAStopThatComesWithTooMuch) {
+  const auto peer = writer();
+  for (int i = 0; i < 48; ++i) peer->send_frame("{}");
+  peer->send_frame(R"({"id": 1, "do": "stop"})");
+  EXPECT_TRUE(bench_.comes_true([&] { return bench_.asked_to_stop(); }));
+}
+
+TEST_F(PageServer, DisablesAnAxisForWhoeverHasTheToken) {
+  const auto one = writer();
+  EXPECT_TRUE(one->is_ok(set_kp(0.1)));
+  const auto other = page();
+  EXPECT_TRUE(says(other->ask(command("disable")), "this needs the token"));
+  EXPECT_TRUE(other->is_ok({{"do", "token"}, {"token", token_text}}));
+  EXPECT_TRUE(other->is_ok(command("disable")));
+  EXPECT_TRUE(bench_.axis_is(0, controller::AxisState::offline));
 }
 
 TEST_F(PageServer, SaysWhenTheControllerHasEnded) {

@@ -22,7 +22,7 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 RC_GTEST_PROP(RowDecimator, KeepsTheLeastAndTheLargestValueOfEachBucket, ()) {
   const auto bucket = *rc::gen::inRange<std::size_t>(1, 20);
   const auto values = *rc::gen::container<std::vector<int>>(rc::gen::inRange(-100, 100));
-  RowDecimator decimator(2, 0, bucket);
+  RowDecimator decimator({.columns = 2}, bucket);
   for (const int value : values)
     for (const double axis : {0.0, 1.0}) decimator.put(std::array{axis, axis == 0.0 ? value : -1.0 * value});
   const std::vector<double> out = decimator.take();
@@ -53,11 +53,20 @@ TEST(RowDecimator, LeavesNoMoreRowsThanAskedFor) {
 }
 
 TEST(RowDecimator, PrefersANumberToNone) {
-  RowDecimator decimator(2, 0, 3);
+  RowDecimator decimator({.columns = 2}, 3);
   for (const double value : {nan, 2.0, nan}) decimator.put(std::array{0.0, value});
   EXPECT_EQ(decimator.take(), (std::vector<double>{0.0, 2.0, 0.0, 2.0}));
   for (int i = 0; i < 3; ++i) decimator.put(std::array{0.0, nan});
   EXPECT_TRUE(std::isnan(decimator.take()[1]));
+}
+
+// Axis, state, limits.
+TEST(RowDecimator, HidesNoChangeOfStateAndNoLimit) {
+  RowDecimator decimator({.columns = 3, .axis = 0, .states = {1}, .bits = 2}, 4);
+  for (const double limits : {1.0, 4.0, 0.0, 2.0}) decimator.put(std::array{0.0, 5.0, limits});
+  EXPECT_EQ(decimator.take(), (std::vector<double>{0, 5, 1, 0, 5, 7}));
+  for (const double state : {4.0, 5.0, 5.0, 3.0}) decimator.put(std::array{0.0, state, 0.0});
+  EXPECT_EQ(decimator.take(), (std::vector<double>{0, 4, 0, 0, 5, 0, 0, 5, 0})) << "3 is still open";
 }
 
 TEST(RowHistory, KeepsTheNewestRows) {
