@@ -11,11 +11,27 @@ namespace hystcan::app {
 namespace {
 
 constexpr int points_of_a_curve = 400;
+constexpr int points_of_a_reference = 101;
 constexpr double lowest_Hz = 0.1;
 
 double decibels(double ratio) { return 20.0 * std::log10(ratio); }
 
 }  // namespace
+
+nlohmann::json reference_curves_of(const config::AxisConfig& axis) {
+  const model::HysteresisParameters& model = axis.control.law.model;
+  const model::Interval& range = model.input_range();
+  nlohmann::json curves{{"drive", nlohmann::json::array()},
+                        {"ascending_um", nlohmann::json::array()},
+                        {"descending_um", nlohmann::json::array()}};
+  for (int i = 0; i < points_of_a_reference; ++i) {
+    const double drive = range.lo + (range.hi - range.lo) * i / (points_of_a_reference - 1);
+    curves["drive"].push_back(drive);
+    curves["ascending_um"].push_back(model.ascending.value(drive));
+    curves["descending_um"].push_back(model.descending.value(drive));
+  }
+  return curves;
+}
 
 nlohmann::json bode_of(const config::AxisConfig& axis, double cycle_s) {
   const controller::LinearLoop loop(

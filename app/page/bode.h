@@ -1,4 +1,4 @@
-// The loop of an axis with the settings in force, as curves (docs/page_protocol.md).
+// Model and loop of an axis with the settings in force, as curves (docs/page_protocol.md).
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -6,6 +6,9 @@
 #include "config/schema/config.h"
 
 namespace hystcan::app {
+
+/// The reference curves of the controller's model.
+nlohmann::json reference_curves_of(const config::AxisConfig& axis);
 
 nlohmann::json bode_of(const config::AxisConfig& axis, double cycle_s);
 

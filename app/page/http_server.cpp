@@ -50,6 +50,7 @@ HttpRequest plain(const Request& request, const tcp::socket& socket) {
           .target = std::string(request.target()),
           .host = text(http::field::host),
           .origin = text(http::field::origin),
+          .accept = text(http::field::accept),
           .local_address = socket.local_endpoint(ignored).address().to_string()};
 }
 

@@ -18,7 +18,8 @@ namespace hystcan::app {
 
 struct HttpRequest {
   std::string method, target, host, origin;  ///< host, origin: empty if there is none
-  std::string local_address;                 ///< of the connection, without port: "127.0.0.1"
+  std::string accept{};                      ///< header Accept
+  std::string local_address{};               ///< of the connection, without port: "127.0.0.1"
 };
 
 struct HttpResponse {

@@ -12,10 +12,13 @@ using nlohmann::json;
 
 class MetricsText {
  public:
+  explicit MetricsText(MetricsFormat format) : is_open_(format == MetricsFormat::open_metrics) {}
+
   void family(std::string_view name, std::string_view type, std::string_view help,
               std::string_view unit = {}) {
-    text_ += fmt::format("# TYPE hystcan_{} {}\n", name, type);
-    if (!unit.empty()) text_ += fmt::format("# UNIT hystcan_{} {}\n", name, unit);
+    const bool is_only_open = type == "stateset" || type == "info";
+    text_ += fmt::format("# TYPE hystcan_{} {}\n", name, is_only_open && !is_open_ ? "gauge" : type);
+    if (!unit.empty() && is_open_) text_ += fmt::format("# UNIT hystcan_{} {}\n", name, unit);
     text_ += fmt::format("# HELP hystcan_{} {}\n", name, help);
   }
   /// `labels`: with braces, or empty. No line if the value is no number.
@@ -24,7 +27,7 @@ class MetricsText {
     text_ += fmt::format("hystcan_{}{} {}\n", name, labels, value.dump());
   }
   void counter(const std::string& name, std::string_view help, const json& value) {
-    family(name, "counter", help);
+    family(is_open_ ? name : name + "_total", "counter", help);
     sample(name + "_total", "", value);
   }
   void gauge(const std::string& name, std::string_view help, const json& value) {
@@ -44,9 +47,11 @@ class MetricsText {
     sample(name + "_count", "", times.samples());
     sample(name + "_sum", "", 1e-6 * times.sum_us());
   }
-  std::string end() { return text_ + "# EOF\n"; }
+  std::string end() { return is_open_ ? text_ + "# EOF\n" : text_; }
+  bool is_open() const { return is_open_; }
 
  private:
+  bool is_open_;
   std::string text_;
 };
 
@@ -71,7 +76,7 @@ void put_axes(MetricsText& text, const json& axes, const json& states) {
                   fmt::format("{{{},hystcan_axis_state=\"{}\"}}", axis_label(axis),
                               label_value(state.get<std::string>())),
                   axis.at("state") == state ? 1 : 0);
-  text.family("axis_fault", "info", "latched fault of the axis");
+  text.family(text.is_open() ? "axis_fault" : "axis_fault_info", "info", "latched fault of the axis");
   for (const json& axis : axes)
     text.sample("axis_fault_info",
                 fmt::format("{{{},cause=\"{}\"}}", axis_label(axis),
@@ -90,10 +95,20 @@ void put_axes(MetricsText& text, const json& axes, const json& states) {
 
 }  // namespace
 
-std::string open_metrics(const json& status, const json& states, const json& bus,
+MetricsFormat metrics_format_for(std::string_view accept) {
+  return accept.find("application/openmetrics-text") == std::string_view::npos ? MetricsFormat::prometheus
+                                                                               : MetricsFormat::open_metrics;
+}
+
+const char* content_type(MetricsFormat format) {
+  return format == MetricsFormat::open_metrics ? "application/openmetrics-text; version=1.0.0; charset=utf-8"
+                                               : "text/plain; version=0.0.4; charset=utf-8";
+}
+
+std::string metrics_text(MetricsFormat format, const json& status, const json& states, const json& bus,
                          const TimingHistogram& turnaround, const TimingHistogram& lateness,
                          const PageCounters& page) {
-  MetricsText text;
+  MetricsText text(format);
   const bool is_up = status.is_object() && status.value("ok", false);
   text.gauge("up", "1 if the controller answers", is_up ? 1 : 0);
   if (is_up) {

@@ -1,9 +1,11 @@
-// States and counters as OpenMetrics text, for Prometheus and others (https://openmetrics.io).
+// States and counters for Prometheus and others: as OpenMetrics text (https://openmetrics.io), or in the older text format of
+// Prometheus, which knows neither stateset nor info.
 #pragma once
 
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <string_view>
 
 #include "app/page/timing_histogram.h"
 
@@ -16,11 +18,14 @@ struct PageCounters {
   std::uint64_t lost_rows = 0;
 };
 
-inline constexpr const char* open_metrics_type = "application/openmetrics-text; version=1.0.0; charset=utf-8";
+enum class MetricsFormat : std::uint8_t { prometheus, open_metrics };
+/// What a client that sends this header `Accept` understands.
+MetricsFormat metrics_format_for(std::string_view accept);
+const char* content_type(MetricsFormat format);
 
 /// `status`: the answer of the control socket, or null. `states`: all there are; null if not known. `bus`: as
 /// BusCounters::report().
-std::string open_metrics(const nlohmann::json& status, const nlohmann::json& states,
+std::string metrics_text(MetricsFormat format, const nlohmann::json& status, const nlohmann::json& states,
                          const nlohmann::json& bus, const TimingHistogram& turnaround,
                          const TimingHistogram& lateness, const PageCounters& page);
 

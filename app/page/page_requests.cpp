@@ -83,6 +83,7 @@ void PageService::obey(Client& client, const Asked& asked, const json& request) 
       {"view", {&PageService::view, Needs::nothing}},
       {"settings", {&PageService::settings, Needs::nothing}},
       {"bode", {&PageService::bode, Needs::nothing}},
+      {"curves", {&PageService::curves, Needs::nothing}},
       {"trigger", {&PageService::trigger, Needs::nothing}},
       {"untrigger", {&PageService::untrigger, Needs::nothing}},
       {"stop", {&PageService::stop, Needs::token}},
@@ -155,19 +156,32 @@ void PageService::settings(Client&, const Asked& asked, const json&) {
   });
 }
 
-void PageService::bode(Client&, const Asked& asked, const json& request) {
+/// Replies with what `make` makes of the axis with the settings in force.
+void PageService::reply_of_axis(const Asked& asked, const json& request, MakeOfAxis make) {
   const std::string axis = text_of(request, "axis");
-  reader_.ask({{"do", "settings"}}, [this, asked, axis](const json& answer) {
+  reader_.ask({{"do", "settings"}}, [this, asked, axis, make](const json& answer) {
     try {
       if (!answer.value("ok", false)) return reply(asked, answer);
       require_the_same_file(answer);
       const config::Config config = config::load(options_.config, overrides_of(answer.at("unsaved")));
-      json curves = bode_of(config.axes[index_of_axis(config, axis)], 1.0 / config.controller.rate_Hz);
-      curves["ok"] = true;
-      reply(asked, std::move(curves));
+      json made = make(config, config.axes[index_of_axis(config, axis)]);
+      made["ok"] = true;
+      reply(asked, std::move(made));
     } catch (const std::exception& error) {
       refuse(asked, error.what());
     }
+  });
+}
+
+void PageService::bode(Client&, const Asked& asked, const json& request) {
+  reply_of_axis(asked, request, [](const config::Config& config, const config::AxisConfig& axis) {
+    return bode_of(axis, 1.0 / config.controller.rate_Hz);
+  });
+}
+
+void PageService::curves(Client&, const Asked& asked, const json& request) {
+  reply_of_axis(asked, request, [](const config::Config&, const config::AxisConfig& axis) {
+    return reference_curves_of(axis);
   });
 }
 

@@ -61,8 +61,9 @@ HttpResponse PageService::answer(const HttpRequest& request) {
   const std::string path = request.target.substr(0, request.target.find('?'));
   if (path == "/metrics") {
     const json states = controller_.is_there() ? controller_.greeting().value("states", json()) : json();
-    return {.type = open_metrics_type,
-            .body = open_metrics(status_, states, bus_report_, watch_.turnaround(), watch_.lateness(),
+    const MetricsFormat format = metrics_format_for(request.accept);
+    return {.type = content_type(format),
+            .body = metrics_text(format, status_, states, bus_report_, watch_.turnaround(), watch_.lateness(),
                                  counters_)};
   }
   if (path == "/socket") return {.status = 426, .body = "This is a WebSocket.\n"};

@@ -25,6 +25,7 @@
 #include "app/page/page_access.h"
 #include "app/page/page_stream.h"
 #include "app/page/stream_source.h"
+#include "config/schema/config.h"
 
 namespace hystcan::app {
 
@@ -90,6 +91,9 @@ class PageService final : public PageHandler {
   void token(Client&, const Asked&, const nlohmann::json&);
   void view(Client&, const Asked&, const nlohmann::json&);
   void settings(Client&, const Asked&, const nlohmann::json&);
+  using MakeOfAxis = std::function<nlohmann::json(const config::Config&, const config::AxisConfig&)>;
+  void reply_of_axis(const Asked& asked, const nlohmann::json& request, MakeOfAxis make);
+  void curves(Client&, const Asked&, const nlohmann::json&);
   void bode(Client&, const Asked&, const nlohmann::json&);
   void trigger(Client&, const Asked&, const nlohmann::json&);
   void untrigger(Client&, const Asked&, const nlohmann::json&);

@@ -1,5 +1,6 @@
 // Who may ask the server at all: plain HTTP, without a browser.
 import assert from 'node:assert/strict';
+import { spawnSync } from 'node:child_process';
 import http from 'node:http';
 import { after, before, test } from 'node:test';
 
@@ -70,13 +71,21 @@ test('The page comes with a content security policy that names no other host', a
   assert.doesNotMatch(answer.headers['content-security-policy'], /unsafe|https?:|\*/);
 });
 
-test('The metrics are OpenMetrics text', async () => {
-  const answer = await ask('/metrics');
+test('The metrics are OpenMetrics text for who asks for it', async () => {
+  const answer = await ask('/metrics', { headers: { Accept: 'application/openmetrics-text;version=1.0.0' } });
   assert.equal(answer.status, 200);
+  assert.match(answer.headers['content-type'], /^application\/openmetrics-text/);
   assert.match(answer.text, /^# (HELP|TYPE) hystcan_/m);
   assert.match(answer.text, /# EOF\n$/);
 });
 
 test('The licence of uPlot is there', async () => {
   assert.match((await ask('/uPlot.LICENSE.txt')).text, /MIT License/);
+});
+
+const promtool = spawnSync('promtool', ['--version']).status === 0;
+test('Prometheus reads the metrics', { skip: promtool ? false : 'promtool is not installed' }, async () => {
+  const { text } = await ask('/metrics', { headers: { Host: own() } });
+  const checked = spawnSync('promtool', ['check', 'metrics'], { input: text, encoding: 'utf8' });
+  assert.equal(checked.status, 0, checked.stdout + checked.stderr);
 });

@@ -24,6 +24,7 @@ export class LoopChart {
     this.x = new SteadyRange();
     this.y = new SteadyRange();
     this.zoomedTo = null;
+    this.references = []; // of the model, behind the loops: {drive, ascending_um, descending_um}
     new ResizeObserver(() => this.uplot?.setSize(this.#size())).observe(this.plot);
   }
 
@@ -34,6 +35,12 @@ export class LoopChart {
     this.zoomedTo = null;
     this.#buildLegend();
     this.#build();
+  }
+
+  setReferences(references) {
+    this.references = references;
+    this.#buildLegend();
+    this.uplot?.redraw();
   }
 
   draw(from_s, to_s) {
@@ -70,6 +77,9 @@ export class LoopChart {
       ...this.loops.map(({ label, colour, dash }) =>
         element('span', { class: 'key' }, swatch(lineColour(colour), dashes[dash]), label),
       ),
+      ...(this.references.length
+        ? [element('span', { class: 'key' }, swatch(colours().stroke(), [5, 4]), 'reference curves of the model')]
+        : []),
     );
   }
 
@@ -135,6 +145,7 @@ export class LoopChart {
     ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
     ctx.clip();
     ctx.lineJoin = 'bevel';
+    this.references.forEach((curves) => paintReference(ctx, curves, toX, toY));
     this.pairs?.forEach((pair, at) => pair && paintLoop(ctx, pair, this.loops[at], toX, toY));
     ctx.restore();
   }
@@ -161,6 +172,18 @@ function reachOf(pairs) {
     }
   }
   return reach;
+}
+
+function paintReference(ctx, { drive, ascending_um: up, descending_um: down }, toX, toY) {
+  ctx.strokeStyle = colours().stroke();
+  ctx.setLineDash([5, 4].map((part) => part * devicePixelRatio));
+  ctx.lineWidth = devicePixelRatio;
+  ctx.globalAlpha = 1;
+  for (const position of [up, down]) {
+    ctx.beginPath();
+    drive.forEach((x, at) => ctx.lineTo(x * toX.scale + toX.offset, position[at] * toY.scale + toY.offset));
+    ctx.stroke();
+  }
 }
 
 function paintLoop(ctx, { drive, position, mask, begin, end }, { colour, dash }, toX, toY) {

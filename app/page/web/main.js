@@ -94,9 +94,16 @@ connection.on('stream', ({ name, greeting, reason }) => {
     captures.begin(greeting);
     steering.begin(greeting);
     response.begin(greeting);
+    showReferences(greeting);
   }
   view.rebuild();
 });
+
+/** The reference curves of the controller's models, behind the loops. */
+async function showReferences(greeting) {
+  const answers = await Promise.all(greeting.axes.map(({ name }) => connection.ask({ do: 'curves', axis: name })));
+  view.loop.setReferences(answers.filter(({ ok }) => ok));
+}
 connection.on('rows', (buffer) => {
   const kind = new Uint32Array(buffer, 0, 1)[0];
   const store = kind === 2 ? streams.twin : streams.controller;

@@ -1,6 +1,8 @@
 // What the page says besides rows: the difference to the file, the bus, metrics.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -82,8 +84,8 @@ TEST(OpenMetrics, NamesTheFamilyOfEachSampleAndEnds) {
                        {"fault", "none"},
                        {"position_um", 1.5},
                        {"drive", nullptr}}}}};
-  const std::string text =
-      open_metrics(status, {"offline", "tracking"}, {{"frames_per_s", 3.5}}, times, times, {.clients = 2});
+  const std::string text = metrics_text(MetricsFormat::open_metrics, status, {"offline", "tracking"},
+                                        {{"frames_per_s", 3.5}}, times, times, {.clients = 2});
   std::istringstream lines(text);
   std::string family, last;
   std::set<std::string> families;
@@ -104,10 +106,32 @@ TEST(OpenMetrics, NamesTheFamilyOfEachSampleAndEnds) {
     EXPECT_NE(text.find(line), std::string::npos) << line << text;
 }
 
+TEST(Metrics, AreInTheOlderFormatWithoutWhatItDoesNotKnow) {
+  EXPECT_EQ(metrics_format_for("*/*"), MetricsFormat::prometheus);
+  EXPECT_EQ(metrics_format_for("application/openmetrics-text;version=1.0.0;q=0.5,text/plain;q=0.2"),
+            MetricsFormat::open_metrics);
+  const json status{{"ok", true}, {"cycles", 12}, {"axes", json::array()}};
+  const std::string text =
+      metrics_text(MetricsFormat::prometheus, status, {"offline"}, json::object(), {}, {}, {});
+  for (const char* unknown : {"stateset", " info\n", "# UNIT", "# EOF"})
+    EXPECT_EQ(text.find(unknown), std::string::npos) << unknown;
+  EXPECT_NE(text.find("# TYPE hystcan_cycles_total counter\n"), std::string::npos);
+}
+
 TEST(OpenMetrics, SayThatTheControllerIsNotThere) {
-  const std::string text = open_metrics(nullptr, nullptr, json::object(), {}, {}, {});
+  const std::string text =
+      metrics_text(MetricsFormat::open_metrics, nullptr, nullptr, json::object(), {}, {}, {});
   EXPECT_NE(text.find("hystcan_up 0\n"), std::string::npos);
   EXPECT_EQ(text.find("hystcan_cycles"), std::string::npos);
+}
+
+TEST(ReferenceCurves, MeetAtTheUpperThresholdAndIncrease) {
+  const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
+  const json curves = reference_curves_of(config.axes[0]);
+  const std::vector<double> up = curves.at("ascending_um"), down = curves.at("descending_um");
+  EXPECT_TRUE(std::ranges::is_sorted(up) && std::ranges::is_sorted(down));
+  EXPECT_NEAR(up.back(), down.back(), 1e-6);
+  EXPECT_GT(down[50] - up[50], 1.0) << "um: hysteresis";
 }
 
 TEST(Bode, HasTheMarginsOfTheLoopThatCheckPrints) {
