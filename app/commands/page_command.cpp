@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/commands/commands.h"
+#include "app/io/option_check.h"
 #include "app/io/standard_streams.h"
 #include "app/page/page_host.h"
 #include "app/remote/socket_place.h"
@@ -74,7 +75,8 @@ void add_page(CLI::App& cli, int& status) {
       cli.add_subcommand("page", "Serve the operator's page of a running controller, or twin, to browsers");
   command->add_option("CONFIG", options->config, "configuration (TOML) that the controller runs with")
       ->required();
-  command->add_option("--interface", options->interface, "CAN interface instead of the configured one");
+  command->add_option("--interface", options->interface, "CAN interface instead of the configured one")
+      ->check(interface_name());
   command->add_option("--listen", options->listen, "address and port; port 0 is any free one")
       ->capture_default_str();
   command->add_flag("--expose", options->expose,

@@ -12,7 +12,7 @@ struct Asset {
   std::string_view content;
 };
 
-/// Sorted by path. Empty in a program that was built without npm.
+/// Empty in a program that was built without npm.
 std::span<const Asset> page_assets();
 
 inline bool page_is_built() { return !page_assets().empty(); }
