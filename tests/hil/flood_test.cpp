@@ -2,9 +2,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -14,6 +11,7 @@
 
 #include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
+#include "tests/hil/lateness.h"
 #include "tests/hil/live_bench.h"
 #include "tests/support/rehearsed.h"
 
@@ -63,12 +61,6 @@ std::int64_t frames_on_vcan0() {
   return frames;
 }
 
-/// By how much a stage at `speed_um_per_s` must be late to make `rms_um` of `expected_um`: the two errors are
-/// independent of each other.
-double lateness_s(double rms_um, double expected_um, double speed_um_per_s) {
-  return std::sqrt(std::max(0.0, rms_um * rms_um - expected_um * expected_um)) / speed_um_per_s;
-}
-
 // A frame that no filter accepts takes some microseconds of the kernel's interrupt, by which a cycle may begin
 // later. A frame that the controller reads takes several times as much, and 40 of them come with every cycle.
 TEST(IcountFlood, OfForeignFramesDoesNotChangeTheControlError) {
@@ -92,7 +84,6 @@ TEST(IcountFlood, OfForeignFramesDoesNotChangeTheControlError) {
               static_cast<int>(flooded.at("missed_cycles")), static_cast<int>(flooded.at("missing_samples")));
   EXPECT_GT(per_cycle, 20.0) << "more than a wire of 1 Mbit/s can carry";
   EXPECT_EQ(flooded.at("missing_samples"), 0);
-  const std::array<double, 2> speeds_um_per_s{480.0, 200.0};  // of the triangles in config/piezo.toml
   for (std::size_t i = 0; i < 2; ++i) {
     const json& axis = flooded.at("axes")[i];
     const double expected_um = predicted.axes[i].statistics.total().rms_um();
@@ -101,7 +92,8 @@ TEST(IcountFlood, OfForeignFramesDoesNotChangeTheControlError) {
                 static_cast<double>(quiet.at("axes")[i].at("rms_um")), expected_um);
     EXPECT_EQ(axis.at("fault"), "none");
     EXPECT_GT(axis.at("rms_um"), 0.98 * expected_um) << predicted.axes[i].name;
-    EXPECT_LT(lateness_s(axis.at("rms_um"), expected_um, speeds_um_per_s[i]), 30e-6)
+    EXPECT_LT(hil::lateness_s(axis.at("rms_um"), expected_um, hil::shipped_speeds_um_per_s[i]),
+              hil::timer_slack_s)
         << predicted.axes[i].name;
     for (const auto& [cause, frames] : axis.at("rejected_samples").items()) EXPECT_EQ(frames, 0) << cause;
   }
