@@ -69,7 +69,8 @@ void StreamSource::read_greeting() {
         std::istream stream(&received_);
         std::string line;
         std::getline(stream, line);
-        if (line.size() > longest_greeting) return fail("is not a stream of hystcan: its greeting is too long");
+        if (line.size() > longest_greeting)
+          return fail("is not a stream of hystcan: its greeting is too long");
         try {
           const nlohmann::json greeting = parse_command(line);
           columns_ = greeting.at("columns").size();
