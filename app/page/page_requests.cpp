@@ -105,9 +105,14 @@ void PageService::obey(Client& client, const Asked& asked, const json& request) 
 void PageService::reply(const Asked& asked, json answer) {
   answer["type"] = "answer";
   answer["id"] = asked.id;
-  for (auto& [web, client] : clients_)
-    if (client.number == asked.client)
-      return client.web.send_text(answer.dump(-1, ' ', false, json::error_handler_t::replace));
+  if (Client* client = client_with(asked.client))
+    client->web.send_text(answer.dump(-1, ' ', false, json::error_handler_t::replace));
+}
+
+PageService::Client* PageService::client_with(std::uint64_t number) {
+  const auto found =
+      std::ranges::find(clients_, number, [](const auto& client) { return client.second.number; });
+  return found == clients_.end() ? nullptr : &found->second;
 }
 
 void PageService::refuse(const Asked& asked, const std::string& reason) { reply(asked, refusal(reason)); }
@@ -123,8 +128,7 @@ void PageService::token(Client& client, const Asked& asked, const json& request)
   client.waits_for_token = true;
   const auto later = std::make_shared<boost::asio::steady_timer>(context_, answer_to_a_wrong_token);
   later->async_wait([this, later, asked](const boost::system::error_code&) {
-    for (auto& [web, waiting] : clients_)
-      if (waiting.number == asked.client) waiting.waits_for_token = false;
+    if (Client* waiting = client_with(asked.client)) waiting->waits_for_token = false;
     refuse(asked, "this is not the token: hystcan page CONFIG --token shows it");
   });
 }
@@ -157,7 +161,7 @@ void PageService::settings(Client&, const Asked& asked, const json&) {
 }
 
 /// Replies with what `make` makes of the axis with the settings in force.
-void PageService::reply_of_axis(const Asked& asked, const json& request, MakeOfAxis make) {
+void PageService::reply_of_axis(const Asked& asked, const json& request, const MakeOfAxis& make) {
   const std::string axis = text_of(request, "axis");
   reader_.ask({{"do", "settings"}}, [this, asked, axis, make](const json& answer) {
     try {

@@ -51,11 +51,14 @@ PageService::PageService(boost::asio::io_context& context, PageOptions options, 
   look();
 }
 
+HttpResponse PageService::judge(const HttpRequest& request) {
+  HttpResponse judged = access_.judge(request);
+  if (judged.status != 200) ++counters_.refused;
+  return judged;
+}
+
 HttpResponse PageService::answer(const HttpRequest& request) {
-  if (HttpResponse judged = access_.judge(request); judged.status != 200) {
-    ++counters_.refused;
-    return judged;
-  }
+  if (HttpResponse judged = judge(request); judged.status != 200) return judged;
   if (request.method != "GET" && request.method != "HEAD")
     return {.status = 405, .body = "Nothing changes by HTTP; expected GET.\n"};
   const std::string path = request.target.substr(0, request.target.find('?'));
@@ -73,10 +76,7 @@ HttpResponse PageService::answer(const HttpRequest& request) {
 }
 
 HttpResponse PageService::admit(const HttpRequest& request) {
-  if (HttpResponse judged = access_.judge(request); judged.status != 200) {
-    ++counters_.refused;
-    return judged;
-  }
+  if (HttpResponse judged = judge(request); judged.status != 200) return judged;
   if (request.target != "/socket") return {.status = 404, .body = "The WebSocket is at /socket.\n"};
   return {.status = 101};
 }

@@ -70,6 +70,9 @@ class PageService final : public PageHandler {
   };
   using Request = void (PageService::*)(Client&, const Asked&, const nlohmann::json&);
 
+  HttpResponse judge(const HttpRequest& request);
+  /// Null if it has left.
+  Client* client_with(std::uint64_t number);
   void greet(Client& client);
   void send_stream(Client& client, const PageStream& stream);
   void stream_changed(const PageStream& stream);
@@ -92,7 +95,7 @@ class PageService final : public PageHandler {
   void view(Client&, const Asked&, const nlohmann::json&);
   void settings(Client&, const Asked&, const nlohmann::json&);
   using MakeOfAxis = std::function<nlohmann::json(const config::Config&, const config::AxisConfig&)>;
-  void reply_of_axis(const Asked& asked, const nlohmann::json& request, MakeOfAxis make);
+  void reply_of_axis(const Asked& asked, const nlohmann::json& request, const MakeOfAxis& make);
   void curves(Client&, const Asked&, const nlohmann::json&);
   void bode(Client&, const Asked&, const nlohmann::json&);
   void trigger(Client&, const Asked&, const nlohmann::json&);
