@@ -54,7 +54,7 @@ int run(int argc, char** argv) {
        {app::add_demo, app::add_controller, app::add_twin, app::add_excite, app::add_identify,
         app::add_validate, app::add_dynamics, app::add_tune, app::add_simulate, app::add_check,
         app::add_doctor, app::add_ctl, app::add_page, app::add_record, app::add_replay, app::add_monitor,
-        app::add_decode})
+        app::add_decode, app::add_runs, app::add_export})
     add(cli, status);
   try {
     cli.parse(argc, argv);

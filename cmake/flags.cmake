@@ -10,6 +10,7 @@ if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release)
 endif()
 set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)  # the Python module is a shared library made of the same rooms
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 find_program(CCACHE ccache)
 if(CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
@@ -21,7 +22,7 @@ add_library(hystcan_flags INTERFACE)
 target_compile_features(hystcan_flags INTERFACE cxx_std_20)
 target_include_directories(hystcan_flags INTERFACE ${PROJECT_SOURCE_DIR})
 target_compile_options(hystcan_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
-  -Wnon-virtual-dtor -Wold-style-cast -Woverloaded-virtual -fno-math-errno
+  -Wnon-virtual-dtor -Wold-style-cast -Woverloaded-virtual -fno-math-errno -fno-semantic-interposition
   $<$<BOOL:${HYSTCAN_WERROR}>:-Werror>)
 # GCC 12 sees overlapping copies in std::string's operator+ where there are none (GCC bug 105651).
 if(CMAKE_CXX_COMPILER_ID STREQUAL GNU AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)

@@ -6,22 +6,17 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdio>
-#include <iterator>
-#include <memory>
 #include <system_error>
 #include <utility>
+
+#include "controller/cycle_columns.h"
+#include "storage/append_file.h"
 
 namespace hystcan::controller {
 namespace {
 
 using Level = can::BusHealthLog::Level;
 constexpr std::string_view prefix = "blackbox_";
-
-struct CloseFile {
-  void operator()(std::FILE* file) const { std::fclose(file); }
-};
-using File = std::unique_ptr<std::FILE, CloseFile>;
 
 std::string words_of(int error) { return std::generic_category().message(error); }
 
@@ -35,35 +30,11 @@ std::string plain(std::string name) {
   return name;
 }
 
-double us(can::Duration duration) { return std::chrono::duration<double, std::micro>(duration).count(); }
-
-constexpr std::string_view header =
-    "cycle,time_s,state,fault,segment,reference_um,position_um,error_um,demand_um,drive,limits,"
-    "amplifier_output,next_position_um,period_us,sync_late_us,sample_heard_us,command_sent_us,execution_us,"
-    "overruns,missing_samples,late_samples,learnt_um\n";
-
-/// `next`: the record after this one, or null.
-void format_row(fmt::memory_buffer& text, const CycleRecord& record, const CycleRecord* next) {
-  const auto out = std::back_inserter(text);
-  const AxisReport& report = record.report;
-  fmt::format_to(out, "{},{:.9f},{},{},", record.cycle, record.time_s, to_string(report.state),
-                 to_string(report.cause));
-  if (report.state == AxisState::tracking)
-    fmt::format_to(out, "{},{:.6f},{:.6f},{:.6f},{:.6f},", report.point.segment, report.reference_um,
-                   report.position_um, report.reference_um - report.position_um, report.demand_um);
-  else
-    fmt::format_to(out, ",,{:.6f},,,", report.position_um);
-  fmt::format_to(out, "{:.6f},{},{:.6f},", report.drive, limits_to_string(report.limits),
-                 record.amplifier_output);
+/// The last column of a row: the sample of the cycle `next` after `record`, if it is known.
+void append_next_position(std::string& row, const CycleRecord& record, const CycleRecord* next) {
+  row += ',';
   if (next != nullptr && next->cycle == record.cycle + 1 && !next->report.sample_missing)
-    fmt::format_to(out, "{:.6f}", next->report.position_um);
-  fmt::format_to(out, ",{:.3f},{:.3f},", us(record.phases.period), us(record.phases.lateness));
-  if (!report.sample_missing) fmt::format_to(out, "{:.3f}", us(record.phases.sample_heard));
-  fmt::format_to(out, ",{:.3f},{:.3f},{},{},{},", us(record.phases.command_sent), us(record.phases.execution),
-                 record.counters.overruns, record.counters.missing_samples, record.counters.late_samples);
-  if (report.learning.state != LearningState::off)
-    fmt::format_to(out, "{:.6f}", report.learning.correction_um);
-  fmt::format_to(out, "\n");
+    append_fixed(row, next->report.position_um, find_cycle_column("position_um")->decimals);
 }
 
 }  // namespace
@@ -82,11 +53,11 @@ const CycleRecord& RecordRing::operator[](std::size_t age) const {
 }
 
 BlackBox::BlackBox(const Config& config, std::vector<std::string> axis_names, Sink sink, UtcNow utc_now)
-    : config_(config), sink_(std::move(sink)), utc_now_(std::move(utc_now)) {
+    : config_(config), names_(std::move(axis_names)), sink_(std::move(sink)), utc_now_(std::move(utc_now)) {
   if (config_.folder.empty()) config_.folder = ".";
-  boxes_.reserve(axis_names.size());
-  for (std::string& name : axis_names)
-    boxes_.push_back({.name = std::move(name),
+  boxes_.reserve(names_.size());
+  for (const std::string& name : names_)
+    boxes_.push_back({.name = name,
                       .ring = RecordRing(config_.cycles),
                       .faulted = false,
                       .cycles_to_go = 0,
@@ -155,23 +126,27 @@ void BlackBox::write(Box& box, std::string_view reason, std::chrono::system_cloc
     return;
   }
   const std::filesystem::path path = file_for(box, when);
-  File file(std::fopen(path.c_str(), "wx"));  // "x": fails where the file exists
-  int error = file ? 0 : errno;
-  const bool created = error == 0;
-  fmt::memory_buffer text;
-  fmt::format_to(std::back_inserter(text),
-                 "# axis {}: {}; drive and amplifier_output in the axis's drive unit\n"
-                 "# next_position_um: the sample of the next cycle; *_us from the SYNC of the cycle on\n{}",
-                 box.name, reason, header);
-  for (std::size_t i = 0; error == 0 && i < box.ring.size(); ++i) {
-    format_row(text, box.ring[i], i + 1 < box.ring.size() ? &box.ring[i + 1] : nullptr);
-    if (std::fwrite(text.data(), 1, text.size(), file.get()) != text.size()) error = errno;
-    text.clear();
+  std::error_code error;
+  try {
+    storage::AppendFile file(path, storage::AppendFile::Existing::refuse);
+    std::string row = fmt::format(
+        "# axis {}: {}\n# next_position_um: the sample of the next cycle; *_us from the SYNC of the cycle on\n{}",
+        box.name, reason, cycle_units);
+    append_cycle_header(row);
+    file.add(row += ",next_position_um\n");
+    for (std::size_t i = 0; i < box.ring.size(); ++i) {
+      row.clear();
+      append_cycle_row(row, box.ring[i], names_);
+      append_next_position(row, box.ring[i], i + 1 < box.ring.size() ? &box.ring[i + 1] : nullptr);
+      file.add(row += '\n');
+    }
+    error = file.close();
+    if (error) std::filesystem::remove(path);
+  } catch (const std::system_error& refused) {
+    error = refused.code();
   }
-  if (file && std::fclose(file.release()) != 0 && error == 0) error = errno;
-  if (error != 0) {
-    if (created) std::remove(path.c_str());
-    sink_(Level::warning, fmt::format("{}: no black box: {}: {}", box.name, path.string(), words_of(error)));
+  if (error) {
+    sink_(Level::warning, fmt::format("{}: no black box: {}: {}", box.name, path.string(), error.message()));
   } else {
     sink_(Level::info,
           fmt::format("{}: the last {} cycles are in {}", box.name, box.ring.size(), path.string()));

@@ -8,7 +8,8 @@
 // warnings; the run continues.
 //
 // A row is a cycle n: SYNC, sample, command. next_position_um is the sample of cycle n+1, the first one that
-// command n can influence; it is empty where cycle n+1 has no sample or was not recorded.
+// command n can influence; it is empty where cycle n+1 has no sample or was not recorded. The other columns are those of
+// controller/cycle_columns.h.
 #pragma once
 
 #include <atomic>
@@ -79,6 +80,7 @@ class BlackBox {
   std::filesystem::path file_for(const Box& box, std::chrono::system_clock::time_point when) const;
 
   Config config_;
+  std::vector<std::string> names_;
   Sink sink_;
   UtcNow utc_now_;
   std::vector<Box> boxes_;

@@ -9,33 +9,11 @@
 #include <boost/lockfree/spsc_queue.hpp>
 #include <cerrno>
 #include <chrono>
-#include <iterator>
-#include <optional>
-#include <stdexcept>
-#include <system_error>
 #include <utility>
 
+#include "controller/cycle_columns.h"
+
 namespace hystcan::controller {
-namespace {
-
-constexpr const char* csv_header =
-    "# drive and amplifier_output in the axis's drive unit; error = reference - position\n"
-    "cycle,time_s,axis,state,fault,segment,reference_um,position_um,error_um,demand_um,"
-    "drive,amplifier_output,limits,sample_missing,turnaround_us,scan_frame,scan_line,scan_pixel\n";
-
-/// The last three columns; empty beside the lines of a scan, the pixel also in its turnarounds.
-void append_scan(fmt::memory_buffer& line, const std::optional<ScanPlace>& scan) {
-  const auto out = std::back_inserter(line);
-  if (scan)
-    fmt::format_to(out, "{},{},", scan->frame, scan->line);
-  else
-    fmt::format_to(out, ",,");
-  if (scan && scan->pixel != ScanPlace::no_pixel) fmt::format_to(out, "{}", scan->pixel);
-  fmt::format_to(out, "\n");
-}
-
-}  // namespace
-
 void yield_to_the_control_thread() {
   const sched_param ordinary{.sched_priority = 0};
   pthread_setschedparam(pthread_self(), SCHED_OTHER, &ordinary);
@@ -70,25 +48,21 @@ void TelemetryThread::run() {
 }
 
 CsvLog::CsvLog(const std::filesystem::path& file, std::vector<std::string> axis_names)
-    : axis_names_(std::move(axis_names)), rows_(file, csv_header) {}
+    : axis_names_(std::move(axis_names)), file_(file, storage::AppendFile::Existing::replace) {
+  row_ = cycle_units;
+  append_cycle_header(row_);
+  file_.add(row_ += '\n');
+}
 
 void CsvLog::write(const CycleRecord& record) {
-  const AxisReport& report = record.report;
-  const bool tracking = report.state == AxisState::tracking;
-  fmt::memory_buffer line;
-  fmt::format_to(std::back_inserter(line), "{},{:.9f},{},{},{},", record.cycle, record.time_s,
-                 axis_names_[record.axis], to_string(report.state), to_string(report.cause));
-  if (tracking)
-    fmt::format_to(std::back_inserter(line), "{},{:.6f},{:.6f},{:.6f},{:.6f},", report.point.segment,
-                   report.reference_um, report.position_um, report.reference_um - report.position_um,
-                   report.demand_um);
-  else
-    fmt::format_to(std::back_inserter(line), ",,{:.6f},,,", report.position_um);
-  fmt::format_to(std::back_inserter(line), "{:.6f},{:.6f},{},{},{:.3f},", report.drive,
-                 record.amplifier_output, limits_to_string(report.limits), report.sample_missing ? 1 : 0,
-                 std::chrono::duration<double, std::micro>(record.turnaround).count());
-  append_scan(line, tracking ? report.point.scan : std::nullopt);
-  rows_.write({line.data(), line.size()});
+  row_.clear();
+  append_cycle_row(row_, record, axis_names_);
+  file_.add(row_ += '\n');
+}
+
+std::string CsvLog::close() {
+  file_.close();
+  return file_.error_text().empty() ? "" : file_.error_text() + "; later rows are lost";
 }
 
 void LatenessLog::add(const CycleRecord& record) {

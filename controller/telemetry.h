@@ -13,7 +13,7 @@
 
 #include "can/bus_health_log.h"
 #include "controller/cycle_record.h"
-#include "controller/row_file.h"
+#include "storage/append_file.h"
 
 namespace hystcan::controller {
 
@@ -44,19 +44,21 @@ class TelemetryThread {
   std::thread thread_;
 };
 
-/// Writes cycle records as CSV.
+/// Writes cycle records as CSV (controller/cycle_columns.h).
 class CsvLog {
  public:
-  /// Throws std::runtime_error where the file can't be created.
+  /// Replaces the file. Throws std::system_error where it can't be created.
   CsvLog(const std::filesystem::path& file, std::vector<std::string> axis_names);
 
+  /// A full disk loses rows and does not stop the run.
   void write(const CycleRecord& record);
-  /// As RowFile::close().
-  std::string close() { return rows_.close(); }
+  /// The reason where rows were lost; empty where none were.
+  std::string close();
 
  private:
   std::vector<std::string> axis_names_;
-  RowFile rows_;
+  storage::AppendFile file_;
+  std::string row_;
 };
 
 /// Reports SYNCs that came more than `warn` after their deadline, at most one line per second. Runs on the

@@ -21,18 +21,19 @@
 #include "app/live/state_log.h"
 #include "app/live/systemd_notifier.h"
 #include "app/remote/control_service.h"
-#include "app/remote/cycle_samples.h"
+#include "app/remote/cycle_outlets.h"
 #include "app/remote/saved_states.h"
 #include "app/remote/socket_place.h"
-#include "app/remote/status_board.h"
 #include "app/report/report.h"
 #include "can/counted.h"
 #include "config/schema/config.h"
 #include "config/schema/setpoint_warnings.h"
+#include "config/schema/settings.h"
 #include "controller/black_box.h"
 #include "controller/control/statistics.h"
 #include "controller/controller.h"
 #include "controller/telemetry.h"
+#include "runs/run_folder.h"
 
 namespace hystcan::app {
 namespace {
@@ -43,6 +44,7 @@ struct ControllerArguments {
   std::filesystem::path config;
   std::string interface;
   std::filesystem::path csv;
+  std::filesystem::path record;
   double duration_s = 0.0;
   bool once = false;
   bool clear_faults = false;
@@ -58,8 +60,7 @@ class CycleRecorder {
         lateness_(config.controller.wake_up_warn, bus_log_sink()),
         bus_log_(config.bus.interface, bus_log_sink()),
         black_box_(config.controller.black_box, names_of(config), bus_log_sink()),
-        board_(config.axes.size()),
-        samples_(cycle_columns.size(), samples_of_a_second(config)),
+        outlets_(config, runs::describe(config, config::settings(config.file), "controller"), bus_log_sink()),
         states_(states) {
     for (const config::AxisConfig& axis : config.axes)
       statistics_.emplace_back(axis.control.setpoint.size(), settle_s,
@@ -68,8 +69,7 @@ class CycleRecorder {
   }
 
   void consume(const controller::CycleRecord& record) {
-    board_.put(record);
-    if (samples_.is_listening()) samples_.put(sample_of(record));
+    outlets_.put(record);
     black_box_.add(record);
     if (record.report.state >= AxisState::initialising) states_.forget(record.axis);
     service_.report_cycle(record.time_s);
@@ -85,17 +85,12 @@ class CycleRecorder {
   std::string first_lack() const { return log_.first_lack(); }
   /// Sampled on the control thread. Its last lines are written after the telemetry thread has ended.
   can::BusHealthLog& bus_log() { return bus_log_; }
-  const StatusBoard& board() const { return board_; }
-  SampleBoard& samples() { return samples_; }
+  CycleOutlets& outlets() { return outlets_; }
   controller::BlackBox& black_box() { return black_box_; }
   std::string close_csv() { return csv_ ? csv_->close() : std::string(); }
   const controller::TrackingStatistics& statistics(std::size_t axis) const { return statistics_[axis]; }
 
  private:
-  /// More never waits: a batch is taken every 20 ms.
-  static std::size_t samples_of_a_second(const config::Config& config) {
-    return config.axes.size() * static_cast<std::size_t>(std::max(config.controller.rate_Hz, 1.0));
-  }
   static std::vector<std::string> names_of(const config::Config& config) {
     std::vector<std::string> names;
     names.reserve(config.axes.size());
@@ -107,8 +102,7 @@ class CycleRecorder {
   controller::LatenessLog lateness_;
   can::BusHealthLog bus_log_;
   controller::BlackBox black_box_;
-  StatusBoard board_;
-  SampleBoard samples_;
+  CycleOutlets outlets_;
   SavedStates states_;
   SystemdNotifier service_ = SystemdNotifier::from_environment();
   std::vector<controller::TrackingStatistics> statistics_;
@@ -225,11 +219,23 @@ bool run_to_the_end(LiveLoop& loop, controller::Controller& controller, ControlS
   return is_enabled;
 }
 
+/// A run that was asked for and cannot be recorded does not begin.
+void start_recording(runs::Recorder& recorder) {
+  try {
+    spdlog::info("recording to {}", recorder.start().string());
+  } catch (const std::exception& error) {
+    throw RunError(fmt::format("no run can be recorded: {}", error.what()));
+  }
+}
+
 int run_controller(const ControllerArguments& options) {
   config::Config config = config::load(options.config);
   if (!options.interface.empty()) config.bus.interface = options.interface;
   if (options.once)
     for (config::AxisConfig& axis : config.axes) axis.control.repeat = false;
+
+  if (!options.record.empty()) config.record.folder = options.record;
+  if (!options.record.empty()) config.record.at_start = true;
 
   refuse_to_overwrite(options.csv, options.config);
   const SavedStates states(config);
@@ -243,10 +249,11 @@ int run_controller(const ControllerArguments& options) {
   states.restore(controller);
   // After the bus has been opened, so that a run that fails to start keeps the CSV of the last run.
   CycleRecorder recorder(config, states, options.csv);
+  if (config.record.at_start) start_recording(recorder.outlets().recorder);
   telemetry = std::make_unique<controller::TelemetryThread>(
       [&](const controller::CycleRecord& record) { recorder.consume(record); });
-  auto control = std::make_unique<ControlService>(options.config, config, socket_of(config), recorder.board(),
-                                                  recorder.samples());
+  auto control =
+      std::make_unique<ControlService>(options.config, config, socket_of(config), recorder.outlets());
   controller.listen_to(control->requests());
   spdlog::info("{} at {} Hz on {}; Ctrl-C ramps down and stops",
                can::counted(config.axes.size(), "axis", "axes"), config.controller.rate_Hz,
@@ -259,6 +266,7 @@ int run_controller(const ControllerArguments& options) {
 
   const std::uint64_t dropped = telemetry->dropped();
   telemetry.reset();
+  recorder.outlets().recorder.finish();
   recorder.bus_log().write();
   recorder.black_box().finish();
   states.save(controller);
@@ -287,6 +295,7 @@ void add_controller(CLI::App& cli, int& status) {
   command->add_flag("--clear-faults", options->clear_faults,
                     "clear a fault that the amplifier has latched, then start");
   command->add_option("--csv", options->csv, "write every cycle to this file");
+  command->add_option("--record", options->record, "record a run in this folder, from the start on");
   command->add_flag("--json", options->json, "print the result as JSON");
   command->callback([options, &status] { status = run_controller(*options); });
 }

@@ -67,6 +67,18 @@ std::string number(const nlohmann::json& value) {
   return value.is_number() ? fmt::format("{:.4f}", value.get<double>()) : "-";
 }
 
+/// "recording runs/run_...: 120000 rows, 25.1 MB".
+std::string recording_text(const nlohmann::json& recording) {
+  std::string text = fmt::format(
+      "{} {}: {}, {:.1f} MB", recording.at("on") == true ? "recording" : "recorded",
+      recording.at("run").get<std::string>(), can::counted(recording.at("rows").get<std::uint64_t>(), "row"),
+      1e-6 * recording.at("bytes").get<double>());
+  if (const auto lost = recording.at("rows_lost").get<std::uint64_t>(); lost > 0)
+    text += fmt::format(", {} lost", can::counted(lost, "row"));
+  if (recording.contains("failure")) text += "; it ended: " + recording.at("failure").get<std::string>();
+  return text;
+}
+
 void print_status(const nlohmann::json& status) {
   fmt::print("{:.1f} s, {:.2f} s ago: {}, {} missed, {} missing, {} late\n",
              status.at("time_s").get<double>(), status.at("age_s").get<double>(),
@@ -74,6 +86,9 @@ void print_status(const nlohmann::json& status) {
              status.at("missed_cycles").get<std::uint64_t>(),
              can::counted(status.at("missing_samples").get<std::uint64_t>(), "sample"),
              status.at("late_samples").get<std::uint64_t>());
+  if (const nlohmann::json recording = status.value("recording", nlohmann::json::object());
+      recording.contains("run"))
+    fmt::print("{}\n", recording_text(recording));
   fmt::print("{:<8} {:<13} {:>13} {:>12} {:>12} {:>10} {:>10}  {}\n", "axis", "state", "reference um",
              "position um", "error um", "drive", "output", "");
   for (const nlohmann::json& axis : status.at("axes")) {
@@ -116,6 +131,7 @@ void print_answer(const nlohmann::json& answer) {
   if (answer.contains("fault")) fmt::print("{}\n", answer.at("fault").get<std::string>());
   for (const char* key : {"removed", "healed"})
     if (answer.contains(key)) print_removed(answer.at(key).get<std::size_t>());
+  if (answer.contains("run")) fmt::print("{}\n", answer.at("run").get<std::string>());
   if (answer.contains("position_um"))
     fmt::print("in position at {:.4f} um\n", answer.at("position_um").get<double>());
   const char* changes = answer.contains("unsaved") ? "unsaved" : "changed";
@@ -149,6 +165,22 @@ nlohmann::json removal_request(const char* verb, const CtlArguments& options) {
   if (!options.kind.empty()) request["kind"] = options.kind;
   if (!options.axis.empty()) request["axis"] = options.axis;
   return request;
+}
+
+/// record and set.
+void add_commands_with_values(const auto& add, const auto& run_as, CtlArguments& options) {
+  CLI::App* record = add("record", "record a run, or end it: on, off");
+  record->add_option("ON", options.value, "on or off")->required()->check(one_of({"on", "off"}));
+  run_as(record, [](const CtlArguments& o) {
+    return nlohmann::json{{"do", "record"}, {"on", o.value == "on"}};
+  });
+  CLI::App* set = add("set", "change one key of [axis.control] until the file is read again");
+  set->add_option("AXIS", options.axis)->required();
+  set->add_option("KEY", options.key, "kp, structure, delays.resonance_Hz, ...")->required();
+  set->add_option("VALUE", options.value)->required();
+  run_as(set, [](const CtlArguments& o) {
+    return nlohmann::json{{"do", "set"}, {"axis", o.axis}, {"key", o.key}, {"value", value_of(o.value)}};
+  });
 }
 
 /// The commands that only a twin accepts.
@@ -253,13 +285,7 @@ void add_ctl(CLI::App& cli, int& status) {
     if (o.timeout_s > 0.0) request["timeout_s"] = o.timeout_s;
     return request;
   });
-  CLI::App* set = add("set", "change one key of [axis.control] until the file is read again");
-  set->add_option("AXIS", options->axis)->required();
-  set->add_option("KEY", options->key, "kp, structure, delays.resonance_Hz, ...")->required();
-  set->add_option("VALUE", options->value)->required();
-  run_as(set, [](const CtlArguments& o) {
-    return nlohmann::json{{"do", "set"}, {"axis", o.axis}, {"key", o.key}, {"value", value_of(o.value)}};
-  });
+  add_commands_with_values(add, run_as, *options);
   add_twin_commands(add, run_as, *options);
 }
 

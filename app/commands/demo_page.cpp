@@ -12,12 +12,15 @@
 
 #include "app/io/exit_status.h"
 #include "app/io/standard_streams.h"
+#include "app/live/live_run.h"
 #include "app/live/rehearsal_setup.h"
 #include "app/page/page_host.h"
 #include "app/remote/control_service.h"
-#include "app/remote/cycle_samples.h"
+#include "app/remote/cycle_outlets.h"
 #include "app/remote/truth_samples.h"
 #include "app/remote/twin_command_handler.h"
+#include "config/schema/settings.h"
+#include "runs/run_folder.h"
 
 namespace hystcan::app {
 namespace {
@@ -58,11 +61,11 @@ class PacedRehearsal {
  public:
   PacedRehearsal(const std::filesystem::path& file, const config::Config& config,
                  const TemporaryFolder& folder)
-      : board_(config.axes.size()),
-        cycles_(cycle_columns.size(), 20'000),
+      : outlets_(config, runs::describe(config, config::settings(config.file), "demo"), bus_log_sink()),
         truths_(truth_columns.size(), 20'000),
-        rehearsal_(rehearsal_setup(config), [this](const controller::CycleRecord& record) { take(record); }),
-        service_(std::in_place, file, config, folder / "control.sock", board_, cycles_),
+        rehearsal_(rehearsal_setup(config),
+                   [this](const controller::CycleRecord& record) { outlets_.put(record); }),
+        service_(std::in_place, file, config, folder / "control.sock", outlets_),
         twin_handler_(rehearsal_.twin(), rehearsal_.clock(), [this] { ending_ = true; }),
         twin_socket_(std::in_place, context_, folder / "twin.sock", twin_handler_),
         twin_stream_(std::in_place, context_, stream_beside(folder / "twin.sock"),
@@ -81,11 +84,6 @@ class PacedRehearsal {
   PacedRehearsal& operator=(const PacedRehearsal&) = delete;
 
  private:
-  void take(const controller::CycleRecord& record) {
-    board_.put(record);
-    if (cycles_.is_listening()) cycles_.put(sample_of(record));
-  }
-
   void run() {
     rehearsal_.start();
     auto last = std::chrono::steady_clock::now();
@@ -110,8 +108,8 @@ class PacedRehearsal {
     if (!ending_) spdlog::info("the rehearsal has ended; Ctrl-C ends the page");
   }
 
-  StatusBoard board_;
-  SampleBoard cycles_, truths_;
+  CycleOutlets outlets_;
+  SampleBoard truths_;
   rehearsal::Rehearsal rehearsal_;
   std::optional<ControlService> service_;
   boost::asio::io_context context_{1};

@@ -14,7 +14,6 @@
 #include "app/bus_tools/decode_findings.h"
 #include "app/bus_tools/frame_text.h"
 #include "app/commands/commands.h"
-#include "app/io/log_file.h"
 #include "app/io/option_check.h"
 #include "app/io/standard_streams.h"
 #include "app/live/stop_signal.h"
@@ -23,6 +22,7 @@
 #include "can/socketcan/bus_monitor.h"
 #include "can/socketcan/socketcan_bus.h"
 #include "config/schema/config.h"
+#include "storage/append_file.h"
 
 namespace hystcan::app {
 namespace {
@@ -101,13 +101,31 @@ class BusLogWatch {
   bool up_ = true;
 };
 
+/// Throws config::Error if the file exists and is to be kept.
+std::unique_ptr<storage::AppendFile> create_log(const RecordArguments& options) {
+  using Existing = storage::AppendFile::Existing;
+  if (options.output.empty()) throw config::Error("output file is \"\", expected a name");
+  try {
+    return std::make_unique<storage::AppendFile>(options.output,
+                                                 options.overwrite ? Existing::replace : Existing::refuse);
+  } catch (const std::system_error& error) {
+    if (error.code() != std::errc::file_exists) throw RunError(error.what());
+    throw config::Error(
+        fmt::format("{}: exists already, expected another name, or --overwrite", options.output.string()));
+  }
+}
+
+void require_written(const storage::AppendFile& log) {
+  if (const std::string reason = log.error_text(); !reason.empty()) throw RunError(reason);
+}
+
 int run_record(const RecordArguments& options) {
   const BusSource source = find_bus(options.bus);
   if (options.decode && !source.database)
     throw config::Error("--decode has no database, expected a configuration or --dbc");
   stop_at_a_signal();
   can::BusMonitor tap(source.interface);
-  LogFile log(options.output, options.overwrite);
+  const auto log = create_log(options);
   std::optional<FrameText> text;
   std::optional<DecodeFindings> findings;
   if (options.decode) text.emplace(*source.database, FrameFormat::text);
@@ -116,7 +134,8 @@ int run_record(const RecordArguments& options) {
   Summary summary;
   BusLogWatch watch(source.interface);
   const can::BusMonitor::Handler record = [&](const can::LoggedFrame& logged) {
-    log.add(can::candump_line(logged));
+    log->add(can::candump_line(logged) + "\n");
+    require_written(*log);
     summary.add(logged);
     if (!text) return;
     for (const std::string& finding : findings->add(logged)) spdlog::warn(finding);
@@ -138,11 +157,13 @@ int run_record(const RecordArguments& options) {
       watch.look(tap.up());
       if (now - flushed < flush_every) continue;
       flushed = now;
-      log.flush();
+      log->flush();
+      require_written(*log);
       flush_output();
     }
     tap.finish(record);
-    log.close();
+    log->close();
+    require_written(*log);
     flush_output();
   } catch (const std::exception&) {  // the disk is full, or the reader has closed standard output
     conclude();

@@ -5,23 +5,23 @@
 #include <string>
 #include <vector>
 
-#include "controller/row_file.h"
+#include "storage/append_file.h"
 #include "twin/truth.h"
 
 namespace hystcan::app {
 
 class TruthLog {
  public:
-  /// Throws std::runtime_error if the file cannot be created.
+  /// Replaces the file. Throws std::system_error if the file cannot be created.
   TruthLog(const std::filesystem::path& file, std::vector<std::string> axis_names);
 
   void write(const twin::Truth& truth);
-  /// See RowFile::close().
-  std::string close() { return rows_.close(); }
+  /// The reason if rows were lost; empty if none were.
+  std::string close();
 
  private:
   std::vector<std::string> axis_names_;
-  controller::RowFile rows_;
+  storage::AppendFile rows_;
 };
 
 }  // namespace hystcan::app

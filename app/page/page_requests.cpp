@@ -31,7 +31,7 @@ constexpr const char* no_role = "another page, or none, has the writer's role: t
 
 /// What the control socket may be asked for through the page; `stop` has its own request.
 constexpr auto page_commands = std::to_array<std::string_view>(
-    {"go_to", "resume", "set", "undo", "reload", "revert", "enable", "disable", "clear"});
+    {"go_to", "resume", "set", "undo", "reload", "revert", "enable", "disable", "clear", "record"});
 
 /// The overrides that give the settings in force.
 std::vector<config::Setting> overrides_of(const json& unsaved) {

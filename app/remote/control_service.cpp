@@ -37,14 +37,13 @@ void run_despite_exceptions(boost::asio::io_context& context) {
 }
 
 ControlService::ControlService(const std::filesystem::path& config_file, const config::Config& config,
-                               const std::filesystem::path& socket, const StatusBoard& board,
-                               SampleBoard& samples)
+                               const std::filesystem::path& socket, CycleOutlets& outlets)
     : live_(config_file, config),
-      handler_(context_, requests_, board, live_),
+      handler_(context_, requests_, outlets, live_),
       watch_(context_, {config_file}, [this] { handler_.reload({ignore_answer}); }) {
   if (!socket.empty()) {
     socket_.emplace(context_, socket, handler_);
-    open_stream(stream_beside(socket), stream_greeting(config).dump(), samples);
+    open_stream(stream_beside(socket), stream_greeting(config).dump(), outlets.samples);
     spdlog::info("control socket {}: hystcan ctl --socket {} status", socket.string(), socket.string());
   }
   if (!watch_.is_watching())

@@ -24,7 +24,7 @@ class ControlService {
  public:
   /// An empty `socket` means that there is none, and no stream beside it. Throws RunError if it cannot be opened.
   ControlService(const std::filesystem::path& config_file, const config::Config& config,
-                 const std::filesystem::path& socket, const StatusBoard& board, SampleBoard& samples);
+                 const std::filesystem::path& socket, CycleOutlets& outlets);
   ~ControlService();  ///< answers waiting clients and ends the thread
   ControlService(const ControlService&) = delete;
   ControlService& operator=(const ControlService&) = delete;

@@ -75,6 +75,17 @@ json to_json(const std::string& name, const controller::CycleRecord& record) {
   return axis;
 }
 
+json to_json(const runs::Recorder::Status& status) {
+  json recording{{"on", status.is_recording}};
+  if (status.run.empty()) return recording;
+  recording.update({{"run", status.run.string()},
+                    {"rows", status.of_run.rows},
+                    {"rows_lost", status.of_run.rows_lost},
+                    {"bytes", status.of_run.bytes}});
+  if (!status.of_run.failure.empty()) recording["failure"] = status.of_run.failure;
+  return recording;
+}
+
 json changes_json(const std::vector<config::Change>& changes) {
   json list = json::array();
   for (const config::Change& change : changes)
@@ -107,11 +118,11 @@ json outcome_of(const controller::CycleRecord& record, std::uint64_t since_cycle
 }  // namespace
 
 ControllerCommandHandler::ControllerCommandHandler(boost::asio::io_context& context,
-                                                   controller::RequestLink& requests,
-                                                   const StatusBoard& board, LiveConfig& live)
+                                                   controller::RequestLink& requests, CycleOutlets& outlets,
+                                                   LiveConfig& live)
     : timer_(context),
       requests_(requests),
-      board_(board),
+      outlets_(outlets),
       live_(live),
       last_before_act_(live.axis_names().size()) {}
 
@@ -122,11 +133,10 @@ bool ControllerCommandHandler::is_open_to_all(const json& command) const {
 }
 
 void ControllerCommandHandler::obey(const json& command, Answer answer) {
-  static const std::map<std::string, Command> others{{"status", &ControllerCommandHandler::status},
-                                                     {"wait", &ControllerCommandHandler::wait},
-                                                     {"set", &ControllerCommandHandler::set},
-                                                     {"undo", &ControllerCommandHandler::undo},
-                                                     {"settings", &ControllerCommandHandler::settings}};
+  static const std::map<std::string, Command> others{
+      {"status", &ControllerCommandHandler::status},     {"wait", &ControllerCommandHandler::wait},
+      {"set", &ControllerCommandHandler::set},           {"undo", &ControllerCommandHandler::undo},
+      {"settings", &ControllerCommandHandler::settings}, {"record", &ControllerCommandHandler::record}};
   try {  // each call gets a copy of `answer`, because the catch below needs it
     const std::string what = text_of(command, "do");
     if (closed_) return answer(refusal("the controller is ending"));
@@ -136,7 +146,7 @@ void ControllerCommandHandler::obey(const json& command, Answer answer) {
     if (acts().contains(what)) return act(command, answer);
     answer(refusal(fmt::format(
         "\"{}\" is not a command, expected status, settings, enable, disable, clear, go_to, resume, "
-        "wait, set, undo, revert, reload or stop",
+        "wait, set, undo, revert, record, reload or stop",
         what)));
   } catch (const std::exception& error) {  // the command is invalid; nothing has changed
     answer(refusal(error.what()));
@@ -145,17 +155,33 @@ void ControllerCommandHandler::obey(const json& command, Answer answer) {
 
 void ControllerCommandHandler::status(const json&, const Answer& answer) {
   json axes = json::array();
-  const auto newest = board_.newest();
+  const auto newest = outlets_.board.newest();
   for (std::size_t i = 0; i < newest.size(); ++i) axes.push_back(to_json(live_.axis_names()[i], newest[i]));
   const controller::CycleCounters& counters = newest.front().counters;
   answer({{"ok", true},
           {"time_s", newest.front().time_s},
-          {"age_s", board_.age_s()},
+          {"age_s", outlets_.board.age_s()},
           {"cycles", counters.cycles},
           {"missed_cycles", counters.overruns},
           {"missing_samples", counters.missing_samples},
           {"late_samples", counters.late_samples},
+          {"recording", to_json(outlets_.recorder.status())},
           {"axes", axes}});
+}
+
+void ControllerCommandHandler::record(const json& command, const Answer& answer) {
+  const auto on = command.find("on");
+  if (on == command.end() || !on->is_boolean())
+    throw config::Error("\"on\" is missing, expected true to record, or false to end the recording");
+  if (*on == true) {
+    const std::filesystem::path run = outlets_.recorder.start();
+    spdlog::info("recording to {}", run.string());
+    return answer({{"ok", true}, {"run", run.string()}});
+  }
+  const std::filesystem::path run = outlets_.recorder.stop();
+  if (run.empty()) return answer(refusal("nothing is recorded"));
+  spdlog::info("the recording to {} ends", run.string());
+  answer({{"ok", true}, {"run", run.string()}});
 }
 
 /// The named axis; all axes if none is named.
@@ -230,6 +256,7 @@ void ControllerCommandHandler::apply(LiveConfig::Prepared prepared, Answer answe
               return answer(refusal(reason));
             }
             live_.accept(*shared);
+            outlets_.recorder.add(shared->at_once);
             for (const config::Change& change : shared->at_once)
               spdlog::info("configuration: {}", describe(change));
             answer({{"ok", true}, {"changed", changes_json(shared->at_once)}});
@@ -274,7 +301,7 @@ void ControllerCommandHandler::wait(const json& command, const Answer& answer) {
   const auto duration = std::chrono::duration_cast<std::chrono::steady_clock::duration>(
       std::chrono::duration<double>(timeout_s));
   waiters_.push_back({.axis = axis,
-                      .since_cycle = std::max(board_.newest()[axis].cycle, last_before_act_[axis]),
+                      .since_cycle = std::max(outlets_.board.newest()[axis].cycle, last_before_act_[axis]),
                       .deadline = std::chrono::steady_clock::now() + duration,
                       .answer = answer});
   arm();
@@ -309,7 +336,7 @@ void ControllerCommandHandler::collect_answers() {
 }
 
 void ControllerCommandHandler::answer_waiters() {
-  const auto newest = board_.newest();
+  const auto newest = outlets_.board.newest();
   const auto now = std::chrono::steady_clock::now();
   std::vector<Waiter> waiting = std::exchange(waiters_, {});
   for (Waiter& waiter : waiting) {

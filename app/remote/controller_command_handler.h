@@ -2,7 +2,7 @@
 // control thread, and returns its answers. All of this runs on one thread, not the control thread.
 //
 //   ControlSocket (line-delimited JSON) ──▶ ControllerCommandHandler ──▶ RequestLink ──▶ control thread
-//   file watch, SIGHUP ──▶ LiveConfig ──────┘    └──▶ StatusBoard (newest cycle records)
+//   file watch, SIGHUP ──▶ LiveConfig ──────┘    └──▶ CycleOutlets (newest cycle records, recorder)
 //
 // docs/control_socket.md has the commands.
 #pragma once
@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "app/remote/command_handler.h"
+#include "app/remote/cycle_outlets.h"
 #include "app/remote/live_config.h"
-#include "app/remote/status_board.h"
 #include "controller/request_link.h"
 
 namespace hystcan::app {
@@ -24,7 +24,7 @@ namespace hystcan::app {
 class ControllerCommandHandler final : public CommandHandler {
  public:
   ControllerCommandHandler(boost::asio::io_context& context, controller::RequestLink& requests,
-                           const StatusBoard& board, LiveConfig& live);
+                           CycleOutlets& outlets, LiveConfig& live);
 
   void obey(const nlohmann::json& command, Answer answer) override;
   void forget(const void* client) override;
@@ -53,6 +53,7 @@ class ControllerCommandHandler final : public CommandHandler {
   void set(const nlohmann::json& command, const Answer& answer);
   void undo(const nlohmann::json& command, const Answer& answer);
   void settings(const nlohmann::json& command, const Answer& answer);
+  void record(const nlohmann::json& command, const Answer& answer);
 
   void apply(LiveConfig::Prepared prepared, Answer answer);
   void ask_all(std::vector<std::unique_ptr<controller::Request>> requests,
@@ -65,7 +66,7 @@ class ControllerCommandHandler final : public CommandHandler {
 
   boost::asio::steady_timer timer_;
   controller::RequestLink& requests_;
-  const StatusBoard& board_;
+  CycleOutlets& outlets_;
   LiveConfig& live_;
   std::vector<std::uint64_t> last_before_act_;  ///< cycle of each axis; later records show the act
   std::vector<Pending> pending_;

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <nlohmann/json_fwd.hpp>
-#include <span>
 #include <string_view>
 
 #include "config/schema/config.h"
@@ -11,24 +10,13 @@
 
 namespace hystcan::app {
 
-struct SampleColumn {
-  std::string_view name;
-  std::string_view unit;  ///< "drive": the axis's drive unit; empty: none
-};
+/// Of controller/cycle_columns.h, in the order of the stream. A later version adds at the end only.
+inline constexpr auto streamed_columns = std::to_array<std::string_view>(
+    {"cycle", "time_s", "axis", "state", "fault", "limits", "sample_missing", "segment", "shape_time_s",
+     "reference_um", "position_um", "demand_um", "learnt_um", "drive", "amplifier_output", "turnaround_us",
+     "lateness_us", "scan_line", "scan_pixel"});
 
-nlohmann::json columns_to_json(std::span<const SampleColumn> columns);
-
-inline constexpr auto cycle_columns = std::to_array<SampleColumn>({
-    {"cycle", ""},           {"time_s", "s"},       {"axis", ""},
-    {"state", ""},           {"fault", ""},         {"limits", ""},
-    {"sample_missing", ""},  {"segment", ""},       {"shape_time_s", "s"},
-    {"reference_um", "um"},  {"position_um", "um"}, {"demand_um", "um"},
-    {"learnt_um", "um"},     {"drive", "drive"},    {"amplifier_output", "drive"},
-    {"turnaround_us", "us"}, {"lateness_us", "us"}, {"scan_line", ""},
-    {"scan_pixel", ""},
-});
-
-using CycleSample = std::array<double, cycle_columns.size()>;
+using CycleSample = std::array<double, streamed_columns.size()>;
 
 /// NaN where a cycle has no such value.
 CycleSample sample_of(const controller::CycleRecord& record);

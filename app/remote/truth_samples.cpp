@@ -20,8 +20,10 @@ nlohmann::json stream_greeting(const config::Config& config, const twin::Config&
   nlohmann::json greeting{{"stream", "twin"},
                           {"version", 1},
                           {"rate_Hz", config.controller.rate_Hz},
-                          {"columns", columns_to_json(truth_columns)},
+                          {"columns", nlohmann::json::array()},
                           {"axes", nlohmann::json::array()}};
+  for (const SampleColumn& column : truth_columns)
+    greeting["columns"].push_back({{"name", column.name}, {"unit", column.unit}});
   for (const twin::WiredAxisConfig& axis : twin.axes) {
     const auto same = [&](const config::AxisConfig& of) { return of.wire.name == axis.wire.name; };
     greeting["axes"].push_back(

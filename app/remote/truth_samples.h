@@ -3,13 +3,19 @@
 
 #include <array>
 #include <nlohmann/json_fwd.hpp>
+#include <string_view>
 
-#include "app/remote/cycle_samples.h"
 #include "can/scheduler.h"
+#include "config/schema/config.h"
 #include "twin/truth.h"
 #include "twin/twin.h"
 
 namespace hystcan::app {
+
+struct SampleColumn {
+  std::string_view name;
+  std::string_view unit;  ///< "drive": the axis's drive unit; empty: none
+};
 
 inline constexpr auto truth_columns = std::to_array<SampleColumn>({
     {"sync_counter", ""},

@@ -40,10 +40,21 @@ struct AxisConfig {
   twin::AxisConfig twin;
 };
 
+/// [record]: runs on disk (runs/recorder.h).
+struct RecordConfig {
+  std::filesystem::path folder = "runs";  ///< of the runs; relative to the working directory
+  bool at_start = false;                  ///< else from a command on
+  bool bus_log = false;
+  double part_MB = 256.0;                          ///< of a CSV, then the next part begins
+  can::Duration part_time{std::chrono::hours(1)};  ///< likewise
+  double limit_GB = 20.0;                          ///< of the folder
+};
+
 struct Config {
   std::filesystem::path file;
   BusConfig bus;
   controller::CommonConfig controller;
+  RecordConfig record;
   twin::CommonConfig twin;
   std::vector<AxisConfig> axes;
   can::Database database;

@@ -276,10 +276,21 @@ void visit(V& v, AxisConfig& axis) {
 }
 
 template <class V>
+void visit(V& v, RecordConfig& r) {
+  v.name("dir", r.folder);
+  v.optional("at_start", r.at_start);
+  v.optional("bus_log", r.bus_log);
+  v.optional("part_MB", r.part_MB, {.lo = 1.0, .hi = 1e5});
+  v.optional("part_s", r.part_time, {.lo = 1.0, .hi = 1e6});
+  v.optional("limit_GB", r.limit_GB, {.lo = 0.01, .hi = 1e6});
+}
+
+template <class V>
 void visit(V& v, Config& config) {
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };
   v.table("bus", config.bus, plain);
   v.table("controller", config.controller, plain);
+  v.section("record", config.record, plain);
   v.table("twin", config.twin, plain);
   v.list("axis", config.axes, plain);
 }

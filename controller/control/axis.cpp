@@ -375,6 +375,9 @@ AxisCommand Axis::track(const AxisInput& input) {
   report_.limits = proposal.limits | passed.limits;
   std::visit([&](auto& loop) { loop.commit(passed.drive, report_.limits); }, loop_);
   drive_ = passed.drive;
+  report_.previewed_um = proposal.previewed_um;
+  report_.integral_um = proposal.integral_um;
+  report_.memory_depth = proposal.memory_depth;
   report_.demand_um = proposal.demand_um;
   report_.correction = proposal.correction;
   report_.learning = proposal.learning;

@@ -102,10 +102,13 @@ struct AxisReport {  // NOLINT(clang-analyzer-optin.performance.Padding)
   double fault_time_s = 0.0;  ///< since the controller's start
   double reference_um = 0.0;  ///< NaN in open loop
   double position_um = 0.0;   ///< last measured
+  double previewed_um = 0.0;  ///< fed forward
+  double integral_um = 0.0;   ///< of PI
   double demand_um = 0.0;     ///< input of the inverse; NaN in open loop
   double drive = 0.0;         ///< output of the gate
   std::uint8_t limits = limit::none;
-  ModelCorrection correction;  ///< learnt so far
+  std::uint32_t memory_depth = 0;  ///< branches in the model's memory; 0 in open loop
+  ModelCorrection correction;      ///< learnt so far
   Learning::Report learning;
   bool sample_missing = false;
   Trajectory::Point point;

@@ -78,17 +78,19 @@ Proposal ClosedLoop::propose(const LoopInput& input) {
   const double expected = expected_um(proposal.point, input);
   const Learning::Correction learnt = learn(proposal.point, expected, input);
   if (learning_) proposal.learning = learning_->report();
-  const ControlLaw::Demand demand = law_.propose(
-      {.reference_um = expected + learnt.now_um,
-       .previewed_um = previewed_um(input) + learnt.ahead_um - input.coupled_um + coupled_at_first_um_,
-       .position_um = input.position_um,
-       .dt_s = input.dt_s,
-       .cycle_s = input.cycle_s,
-       .steady = !proposal.point.in_transition});
+  proposal.previewed_um = previewed_um(input) + learnt.ahead_um - input.coupled_um + coupled_at_first_um_;
+  const ControlLaw::Demand demand = law_.propose({.reference_um = expected + learnt.now_um,
+                                                  .previewed_um = proposal.previewed_um,
+                                                  .position_um = input.position_um,
+                                                  .dt_s = input.dt_s,
+                                                  .cycle_s = input.cycle_s,
+                                                  .steady = !proposal.point.in_transition});
   proposal.drive = demand.drive;
   proposal.demand_um = demand.position_um;
   proposal.limits = demand.limits;
   proposal.correction = law_.correction();
+  proposal.integral_um = law_.integral_um();
+  proposal.memory_depth = static_cast<std::uint32_t>(law_.memory().depth());
   return proposal;
 }
 

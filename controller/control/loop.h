@@ -39,8 +39,11 @@ struct Proposal {
   bool follows = true;        ///< false: the stage has lost its reference; the other members mean nothing
   double drive = 0.0;         ///< requested, before the gate
   double reference_um = 0.0;  ///< that the sample is compared with: of the time that it shows
+  double previewed_um = 0.0;  ///< input of the feed-forward
+  double integral_um = 0.0;
   double demand_um = 0.0;
   std::uint8_t limits = limit::none;
+  std::uint32_t memory_depth = 0;
   ModelCorrection correction{};
   Learning::Report learning{};
   Trajectory::Point point;

@@ -12,6 +12,7 @@ import { startDialogs, startKeyboard, startTabs } from './keyboard.js';
 import { LiveView } from './live_view.js';
 import { ResponseView } from './response.js';
 import { RowStore, rowsOfMessage } from './row_store.js';
+import { Recording } from './recording.js';
 import { StatusView } from './status_view.js';
 import { Steering } from './steering.js';
 import { startTheme } from './theme.js';
@@ -37,6 +38,7 @@ const cursors = new Cursors(view);
 const status = new StatusView(errorsOf);
 const captures = new CaptureView(connection, streams);
 const steering = new Steering(connection, access);
+const recording = new Recording(connection);
 const response = new ResponseView(connection, streams, captures);
 startDialogs();
 startKeyboard({
@@ -114,6 +116,7 @@ connection.on('rows', (buffer) => {
 });
 connection.on('status', (message) => {
   status.show(message);
+  recording.show(message.controller);
   if (isNoted) return;
   isNoted = true;
   events.note('info', 'the page is connected'); // after the older events, which the server sends first

@@ -11,7 +11,8 @@
 #include <cmath>
 
 #include "app/live/rehearsal_setup.h"
-#include "app/remote/cycle_samples.h"
+#include "config/schema/settings.h"
+#include "runs/run_folder.h"
 
 namespace hystcan::app {
 namespace {
@@ -69,19 +70,18 @@ void Client::hang_up() {
 
 ControlBench::ControlBench(const std::function<void(const support::ShippedCopy&)>& prepare)
     : config_(prepared(files_, prepare)),
-      board_(config_.axes.size()),
-      samples_(cycle_columns.size(), 4000),
+      outlets_(config_, runs::describe(config_, config::settings(config_.file), "test"),
+               [](can::BusHealthLog::Level, const std::string&) {}),
       steps_(config_.axes.size()),
       rehearsal_(rehearsal_setup(config_),
                  [this](const controller::CycleRecord& record) {
-                   board_.put(record);
-                   if (samples_.is_listening()) samples_.put(sample_of(record));
+                   outlets_.put(record);
                    const controller::AxisReport& report = record.report;
                    const std::scoped_lock lock(mutex_);
                    steps_[record.axis].push_back(
                        {record.cycle, report.state, report.reference_um, report.position_um, report.drive});
                  }),
-      service_(std::make_unique<ControlService>(files_ / "piezo.toml", config_, socket(), board_, samples_)) {
+      service_(std::make_unique<ControlService>(files_ / "piezo.toml", config_, socket(), outlets_)) {
   rehearsal_.controller().listen_to(service_->requests());
   thread_ = std::thread([this] { run(); });
 }
@@ -117,7 +117,7 @@ bool ControlBench::comes_true(const std::function<bool()>& condition) const {
 }
 
 bool ControlBench::axis_is(std::size_t axis, AxisState state) const {
-  return comes_true([&] { return board_.newest()[axis].report.state == state; });
+  return comes_true([&] { return outlets_.board.newest()[axis].report.state == state; });
 }
 
 std::vector<Step> ControlBench::steps(std::size_t axis) const {

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "app/remote/control_service.h"
-#include "app/remote/status_board.h"
+#include "app/remote/cycle_outlets.h"
 #include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/shipped.h"
@@ -87,8 +87,7 @@ class ControlBench {
 
   support::ShippedCopy files_;
   config::Config config_;
-  StatusBoard board_;
-  SampleBoard samples_;
+  CycleOutlets outlets_;
   mutable std::mutex mutex_;
   std::vector<std::vector<Step>> steps_;
   rehearsal::Rehearsal rehearsal_;

@@ -228,10 +228,10 @@ TEST(ControlSocket, RefusesASecondControllerAndReplacesTheFileOfADeadOne) {
   ControlBench bench;
   boost::asio::io_context context;
   controller::RequestLink requests;
-  const StatusBoard board(2);
   const std::filesystem::path config = bench.files() / "piezo.toml";
   LiveConfig live(config, config::load(config));
-  ControllerCommandHandler handler(context, requests, board, live);
+  CycleOutlets outlets(config::load(config), {}, {});
+  ControllerCommandHandler handler(context, requests, outlets, live);
   EXPECT_THROW(ControlSocket(context, bench.socket(), handler), RunError);
   EXPECT_TRUE(is_ok(bench.client().ask(command("status")))) << "the first one still listens";
 
@@ -249,9 +249,9 @@ struct UnusedSocket : testing::Test {
   ControlBench bench;
   boost::asio::io_context context;
   controller::RequestLink requests;
-  StatusBoard board{2};
+  CycleOutlets outlets{config::load(bench.files() / "piezo.toml"), {}, {}};
   LiveConfig live{bench.files() / "piezo.toml", config::load(bench.files() / "piezo.toml")};
-  ControllerCommandHandler handler{context, requests, board, live};
+  ControllerCommandHandler handler{context, requests, outlets, live};
 };
 
 TEST_F(UnusedSocket, RefusesAFileThatIsNoSocketAndLeavesItAsItIs) {

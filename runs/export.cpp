@@ -1,0 +1,104 @@
+#include "runs/export.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <iterator>
+
+#include "config/document/error.h"
+#include "controller/control/gate.h"
+#include "controller/cycle_columns.h"
+
+namespace hystcan::runs {
+namespace {
+
+constexpr std::size_t enough_bytes = 1 << 18;
+
+void append_number(std::string& text, double value) {
+  char digits[32];
+  text.append(std::begin(digits), std::to_chars(std::begin(digits), std::end(digits), value).ptr);
+}
+
+void append_value(std::string& text, const Signal& signal, double value) {
+  if (std::isnan(value)) return;
+  if (signal.words.empty()) return append_number(text, value);
+  const auto index = static_cast<std::size_t>(value);
+  if (signal.name == "limits")
+    text += controller::limits_to_string(static_cast<std::uint8_t>(index));
+  else
+    text += signal.words.at(index);
+}
+
+}  // namespace
+
+std::vector<std::size_t> axes_of(const Run& run, const Selection& selection) {
+  if (selection.axis) return {run.axis_index(*selection.axis)};
+  std::vector<std::size_t> all(run.info().axes.size());
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
+  return all;
+}
+
+std::vector<std::string> signals_of(const Run& run, std::size_t axis, const Selection& selection) {
+  std::vector<std::string> names{"time_s"};
+  const std::vector<Signal> present = run.signals(axis);
+  const auto add = [&](const std::string& name) {
+    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+  };
+  for (const std::string& name : selection.signals) {
+    if (std::ranges::find(present, name, &Signal::name) != present.end()) {
+      add(name);
+      continue;
+    }
+    std::vector<std::string> known(present.size());
+    std::ranges::transform(present, known.begin(), &Signal::name);
+    throw config::Error(fmt::format("{}: no signal {}, expected one of {}", run.path().string(), name,
+                                    fmt::join(known, ", ")));
+  }
+  if (selection.signals.empty())
+    for (const Signal& signal : present) add(signal.name);
+  return names;
+}
+
+std::uint64_t export_csv(const Run& run, const Selection& selection,
+                         const std::function<void(std::string_view)>& write) {
+  const std::vector<std::size_t> axes = axes_of(run, selection);
+  if (axes.size() != 1) {
+    std::vector<std::string> names(run.info().axes.size());
+    std::ranges::transform(run.info().axes, names.begin(), &RunAxis::name);
+    throw config::Error(fmt::format("{}: has {} axes, expected --axis, one of {}", run.path().string(),
+                                    axes.size(), fmt::join(names, ", ")));
+  }
+  const std::vector<std::string> names = signals_of(run, axes.front(), selection);
+  std::vector<Signal> signals;
+  for (const std::string& name : names) {
+    const std::vector<Signal> present = run.signals(axes.front());
+    signals.push_back(*std::ranges::find(present, name, &Signal::name));
+  }
+  std::string text = fmt::format("# run {}, axis {}\n", run.name(), run.info().axes[axes.front()].name);
+  for (const Signal& signal : signals)
+    if (!signal.unit.empty()) text += fmt::format("# {}_unit = \"{}\"\n", signal.name, signal.unit);
+  text += fmt::format("{}\n", fmt::join(names, ","));
+  std::uint64_t rows = 0;
+  run.read_blocks(axes.front(), names, selection.span, [&](std::span<const std::vector<double>> columns) {
+    for (std::size_t row = 0; row < columns.front().size(); ++row) {
+      for (std::size_t i = 0; i < columns.size(); ++i) {
+        if (i > 0) text += ',';
+        append_value(text, signals[i], columns[i][row]);
+      }
+      text += '\n';
+      if (text.size() < enough_bytes) continue;
+      write(text);
+      text.clear();
+    }
+    rows += columns.front().size();
+  });
+  if (rows == 0)
+    throw config::Error(fmt::format("{}: no rows are selected, expected some between {:g} and {:g} s",
+                                    run.path().string(), run.info().first_s, run.info().last_s));
+  write(text);
+  return rows;
+}
+
+}  // namespace hystcan::runs

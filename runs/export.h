@@ -1,0 +1,31 @@
+// A recorded run, or a part of it, as one CSV.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "runs/run.h"
+
+namespace hystcan::runs {
+
+struct Selection {
+  std::optional<std::string> axis;   ///< may be left out where the run has one axis
+  std::vector<std::string> signals;  ///< empty: all that the run has
+  TimeSpan span;
+};
+
+/// The axes that are selected: the named one, else all. Throws config::Error.
+std::vector<std::size_t> axes_of(const Run& run, const Selection& selection);
+/// The names of the selected columns, `time_s` first. Throws config::Error at an unknown one.
+std::vector<std::string> signals_of(const Run& run, std::size_t axis, const Selection& selection);
+
+/// Writes the rows of one axis: `# NAME_unit = "V"` for each unit, a header, and the shortest digits that read back to the
+/// same bits; words for states and causes; an empty field where there is no value. Returns the number of rows. Throws
+/// config::Error if no row is selected, and what `write` throws.
+std::uint64_t export_csv(const Run& run, const Selection& selection,
+                         const std::function<void(std::string_view)>& write);
+
+}  // namespace hystcan::runs

@@ -1,0 +1,69 @@
+// A recorded run, to be read: a run's folder, or one CSV with columns of cycles (`controller --csv`, `demo`, a black box).
+//
+// A run that was killed, or that is still being recorded, is read up to its last whole line.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "runs/run_info.h"
+
+namespace hystcan::runs {
+
+/// Of time_s, both ends included.
+struct TimeSpan {
+  double from_s = -std::numeric_limits<double>::infinity();
+  double to_s = std::numeric_limits<double>::infinity();
+};
+
+struct Signal {
+  std::string name;                ///< of the column
+  std::string unit;                ///< the drive unit resolved: "V"; empty: none
+  std::vector<std::string> words;  ///< of a state or cause, by their number; empty: the values are numbers
+};
+
+/// Columns of equal length; NaN where a row has no value.
+struct Signals {
+  std::vector<Signal> signals;
+  std::vector<std::vector<double>> columns;  ///< in the order of `signals`
+  std::size_t rows() const { return columns.empty() ? 0 : columns.front().size(); }
+};
+
+class Run {
+ public:
+  /// Throws config::Error if it is neither a run's folder nor a CSV of cycles.
+  explicit Run(std::filesystem::path path);
+
+  const std::filesystem::path& path() const { return path_; }
+  /// For a single CSV: axes and rows are counted, the rest is empty.
+  const RunInfo& info() const { return info_; }
+  /// The folder's or file's name, for titles: run_20261123T092000.123Z.
+  std::string name() const;
+  std::size_t axis_index(const std::string& axis) const;
+  /// All columns that its CSV has, but `axis`.
+  std::vector<Signal> signals(std::size_t axis) const;
+
+  /// These columns of one axis; each of `names` as in cycles_*.csv. Throws config::Error at a name that the run does not
+  /// have, and at a row that is no cycle: FILE:LINE: what, expected what.
+  Signals read(std::size_t axis, std::span<const std::string> names, const TimeSpan& span = {}) const;
+
+  /// In constant memory: calls `take` with blocks of the columns of one axis, in order of time.
+  using Block = std::function<void(std::span<const std::vector<double>> columns)>;
+  void read_blocks(std::size_t axis, std::span<const std::string> names, const TimeSpan& span,
+                   const Block& take) const;
+
+ private:
+  void look_through();
+
+  std::filesystem::path path_;
+  std::vector<std::filesystem::path> parts_;
+  std::vector<std::string> header_;
+  RunInfo info_;
+};
+
+}  // namespace hystcan::runs

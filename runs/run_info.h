@@ -1,0 +1,76 @@
+// What a run says of itself: `run.json` in its folder.
+//
+//   DIR/run_20261123T092000.123Z/
+//     run.json            when, where, by what; axes and units; columns; settings in force; outcome
+//     config/             copies of the configuration and of all files that it names
+//     cycles_0001.csv     every cycle of every axis: the truth; the next part after rotation is 0002
+//     bus_0001.log        the bus log (candump format), where it was asked for
+//     changes.csv         settings that were changed during the run
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace hystcan::runs {
+
+inline constexpr const char* run_prefix = "run_";
+inline constexpr const char* info_name = "run.json";
+
+/// A fault of an axis.
+struct RunFault {
+  std::string cause;
+  double time_s = 0.0;
+};
+
+/// What an axis did while it tracked.
+struct AxisSummary {
+  std::uint64_t tracked_rows = 0;
+  double rms_um = 0.0;  ///< of the error
+  double max_um = 0.0;  ///< greatest magnitude of the error
+  std::vector<RunFault> faults;
+};
+
+struct RunAxis {
+  std::string name;
+  std::string drive_unit;
+  double stroke_um = 0.0;  ///< of its model, between the thresholds; 0: unknown
+  AxisSummary summary;
+};
+
+struct RunInfo {
+  std::string version;  ///< of hystcan
+  std::string host;
+  std::string command;  ///< "controller"
+  std::string config;   ///< name of the configuration's file
+  std::string interface;
+  double rate_Hz = 0.0;
+  std::string started;                 ///< ISO 8601, UTC
+  std::string ended;                   ///< empty: under way, or killed
+  std::string failure;                 ///< why the recording ended before the run; empty: it did not
+  double first_s = 0.0, last_s = 0.0;  ///< time_s of the first and the last row
+  std::uint64_t rows = 0;
+  std::uint64_t rows_lost = 0;
+  std::vector<RunAxis> axes;
+  std::vector<std::pair<std::string, std::string>>
+      settings;  ///< keys in force at the start, with their values as TOML
+};
+
+nlohmann::json to_json(const RunInfo& info);
+/// Reads RUN/run.json. Throws config::Error with the name of the file if it is no such file.
+RunInfo read_run_info(const std::filesystem::path& run);
+/// Replaces RUN/run.json in one step. Throws std::system_error.
+void write_run_info(const std::filesystem::path& run, const RunInfo& info);
+
+/// The parts of a run in order: cycles_0001.csv, ...
+std::vector<std::filesystem::path> parts_of(const std::filesystem::path& run);
+/// The file of part `number`, from 1: part_name("cycles", 1, ".csv").
+std::string part_name(const char* what, unsigned number, const char* ending);
+
+/// Names of the folders of runs in `folder`, oldest first. Throws config::Error if it cannot be read.
+std::vector<std::filesystem::path> runs_in(const std::filesystem::path& folder);
+
+}  // namespace hystcan::runs

@@ -1,0 +1,99 @@
+// Writes one run: a thread of its own that waits for the disk, so that nobody else does.
+//
+//   telemetry thread ── add() ──▶ text in memory (bounded) ── every half second ──▶ cycles_0001.csv
+//
+// What was added half a second ago survives SIGKILL. If the disk is full, slow or gone, the rows that find no place are
+// counted, and the run says why it ended.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "can/bus_health_log.h"
+#include "config/schema/config.h"
+#include "config/schema/settings.h"
+#include "controller/cycle_record.h"
+#include "runs/run_folder.h"
+#include "runs/run_info.h"
+#include "runs/run_summary.h"
+#include "storage/append_file.h"
+
+namespace hystcan::runs {
+
+class BusLog;
+
+class RunWriter {
+ public:
+  using Sink = can::BusHealthLog::Sink;
+  /// Rows that wait for the disk, bytes.
+  static constexpr std::size_t most_waiting = 16 << 20;
+
+  struct Status {
+    std::uint64_t rows = 0;
+    std::uint64_t rows_lost = 0;
+    std::uint64_t bytes = 0;  ///< of the CSVs
+    std::string failure;      ///< why it ended before it was asked to; empty: it did not
+  };
+
+  /// Makes the folder and the first part. Throws std::system_error, std::filesystem::filesystem_error or
+  /// can::InterfaceError.
+  RunWriter(const config::Config& config, const RunInfo& info, Sink sink, UtcNow utc_now);
+  ~RunWriter();
+  RunWriter(const RunWriter&) = delete;
+  RunWriter& operator=(const RunWriter&) = delete;
+
+  const std::filesystem::path& run() const { return run_; }
+
+  /// Does not wait for the disk.
+  void add(const controller::CycleRecord& record);
+  void add(const config::Change& change);
+  /// Writes until end(). Called once, on a thread of its own.
+  void write_until_the_end();
+  void end();
+  /// No more rows are taken, and the CSVs are closed.
+  bool is_closed() const;
+  /// Waits until write_until_the_end() has returned.
+  void await() const;
+  Status status() const;
+
+ private:
+  void open_part();
+  void close_part();
+  void write(std::string& rows, std::string& changes);
+  bool is_part_full() const;
+  void keep_limit();
+  void fail(const std::string& reason);
+  void close();
+
+  config::RecordConfig config_;
+  Sink sink_;
+  UtcNow utc_now_;
+  std::vector<std::string> axis_names_;
+  std::filesystem::path run_;
+  RunLock lock_;
+  RunInfo info_;
+
+  // of the thread that writes
+  std::unique_ptr<storage::AppendFile> part_, changes_file_;
+  unsigned part_number_ = 0;
+  std::uint64_t closed_bytes_ = 0;
+  std::chrono::steady_clock::time_point part_began_, limit_kept_;
+  std::unique_ptr<BusLog> bus_log_;
+
+  mutable std::mutex mutex_;
+  mutable std::condition_variable changed_;
+  std::string rows_, changes_;  ///< that wait to be written
+  RunSummary summary_;
+  Status status_;
+  bool ending_ = false;
+  bool closed_ = false;
+  bool returned_ = false;
+};
+
+}  // namespace hystcan::runs

@@ -1,0 +1,24 @@
+// For any bytes, a CSV of cycles is refused with its place, or read: axes, summary and columns agree.
+#include <string>
+#include <vector>
+
+#include "runs/run.h"
+#include "tests/fuzz/refusal.h"
+
+using namespace hystcan;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const fuzz::File file(data, size);
+  fuzz::read_or_refuse(file, [&] {
+    const runs::Run run(file.path());
+    std::uint64_t rows = 0;
+    for (std::size_t axis = 0; axis < run.info().axes.size(); ++axis) {
+      const std::vector<std::string> names{"time_s", "position_um"};
+      const runs::Signals signals = run.read(axis, names);
+      fuzz::demand(signals.columns[1].size() == signals.rows());
+      rows += signals.rows();
+    }
+    fuzz::demand(rows <= run.info().rows);  // a row without a time lies in no span
+  });
+  return 0;
+}

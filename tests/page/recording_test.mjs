@@ -1,0 +1,39 @@
+// The Record button: a run on disk, begun and ended from the page.
+import assert from 'node:assert/strict';
+import { existsSync, readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { after, before, test } from 'node:test';
+
+import { openPage, seesTheLoopRun, startBrowser, startDemo, takeControl, until } from './support.mjs';
+
+let demo, browser, page;
+before(async () => {
+  demo = await startDemo();
+  browser = await startBrowser();
+  page = await openPage(browser, demo);
+  await seesTheLoopRun(page);
+});
+after(async () => {
+  await browser.close();
+  await demo.stop();
+});
+
+const words = () => page.textContent('#recording');
+
+test('Nothing is recorded, and nobody without control can begin', async () => {
+  await until('the state of the recording', async () => (await words()) === 'nothing is recorded');
+  assert.ok(await page.locator('#record').isDisabled());
+});
+
+test('Record writes a run beside the controller and tells where', async () => {
+  await takeControl(page, demo);
+  await page.click('#record');
+  await until('rows on the disk', async () => /^recording \S+run_\S+: [\d,]+ rows, [\d.]*[1-9] MB$/.test(await words()));
+  const run = /recording (\S+):/.exec(await words())[1];
+  assert.equal(await page.textContent('#record'), 'End recording');
+  await page.click('#record');
+  await until('the end', async () => (await words()).startsWith(`recorded ${run}: `));
+  await until('the summary', () => JSON.parse(readFileSync(join(run, 'run.json'))).ended !== '');
+  assert.ok(existsSync(join(run, 'config', 'piezo.toml')));
+  assert.match(readFileSync(join(run, 'cycles_0001.csv'), 'utf8'), /^# .*\ncycle,time_s,axis,state,/);
+});

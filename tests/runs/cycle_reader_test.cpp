@@ -1,0 +1,76 @@
+#include "runs/cycle_reader.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "config/document/error.h"
+#include "tests/runs/scratch_runs.h"
+
+namespace hystcan::runs::cycle_reader_test {
+namespace {
+
+class CyclesOfAFile : public ScratchRuns {
+ protected:
+  std::filesystem::path write(const std::string& text) const {
+    std::ofstream(folder / "c.csv") << text;
+    return folder / "c.csv";
+  }
+  std::string refusal_of(const std::string& text, const std::string& column = "position_um") const {
+    try {
+      CycleReader reader(write(text));
+      reader.add(column);
+      std::vector<double> row;
+      for (std::string_view axis; reader.next(row, axis);) {
+      }
+    } catch (const config::Error& error) {
+      return error.what();
+    }
+    return {};
+  }
+  const std::string header = "cycle,time_s,axis,state,fault,position_um,limits\n";
+};
+
+TEST_F(CyclesOfAFile, AreReadByTheNamesOfTheirColumns) {
+  CycleReader reader(
+      write("# remark\n" + header + "7,0.5,x,tracking,none,1.25,slew+model\n8,0.6,y,faulted,none,,\n"));
+  for (const char* column : {"limits", "state", "position_um"}) EXPECT_TRUE(reader.add(column));
+  EXPECT_FALSE(reader.add("integral_um")) << "an older version did not write it";
+  std::vector<double> row;
+  std::string_view axis;
+  ASSERT_TRUE(reader.next(row, axis));
+  EXPECT_EQ(axis, "x");
+  EXPECT_EQ(row, (std::vector<double>{10.0, 4.0, 1.25}));
+  ASSERT_TRUE(reader.next(row, axis));
+  EXPECT_EQ(axis, "y");
+  EXPECT_EQ(row[0], 0.0);
+  EXPECT_TRUE(std::isnan(row[2]));
+  EXPECT_FALSE(reader.next(row, axis));
+}
+
+TEST_F(CyclesOfAFile, EndBeforeALastLineWithoutItsEnd) {
+  CycleReader reader(write(header + "7,0.5,x,tracking,none,1.25,\n8,0.6,x,trac"));
+  reader.add("cycle");
+  std::vector<double> row;
+  std::string_view axis;
+  EXPECT_TRUE(reader.next(row, axis));
+  EXPECT_FALSE(reader.next(row, axis));
+}
+
+TEST_F(CyclesOfAFile, AreRefusedWithTheirLine) {
+  const std::string file = (folder / "c.csv").string();
+  EXPECT_EQ(refusal_of(header + "7,0.5,x\n"), file + ":2: the row has 3 fields, expected 7 as in the header");
+  EXPECT_EQ(refusal_of(header + "7,0.5,x,tracking,none,far,\n"),
+            file + ":2: position_um is \"far\", expected a number");
+  EXPECT_EQ(refusal_of(header + "7,0.5,x,flying,none,1,\n", "state"),
+            file + ":2: state is \"flying\", expected a name that this version knows");
+  EXPECT_EQ(refusal_of("time_s,input,output\n"),
+            file + ":1: no column cycle, expected a run's folder or a CSV of cycles");
+  EXPECT_EQ(refusal_of(""), file + ":1: no header row, expected a CSV of cycles");
+  EXPECT_NE(refusal_of(header + std::string(100'000, 'x') + "\n"), "");
+  EXPECT_NE(refusal_of(header, "velocity").find("no signal velocity, expected one of cycle, time_s"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace hystcan::runs::cycle_reader_test

@@ -1,0 +1,53 @@
+#include "runs/export.h"
+
+#include <gtest/gtest.h>
+
+#include "config/document/error.h"
+#include "tests/runs/scratch_runs.h"
+
+namespace hystcan::runs::export_test {
+namespace {
+
+class Export : public ScratchRuns {
+ protected:
+  std::filesystem::path record(std::uint64_t cycles) {
+    Recorder recorder = make();
+    const auto run = recorder.start();
+    for (std::uint64_t cycle = 1; cycle <= cycles; ++cycle)
+      for (const std::size_t axis : {0U, 1U}) recorder.add(tracked(cycle, axis));
+    recorder.finish();
+    return run;
+  }
+  static std::string csv(const std::filesystem::path& run, const Selection& selection) {
+    std::string text;
+    export_csv(RecordedRun(run), selection, [&](std::string_view part) { text += part; });
+    return text;
+  }
+};
+
+TEST_F(Export, WritesTheSelectedSignalsOfAnAxisWithTheirUnits) {
+  const std::string text =
+      csv(record(3), {.axis = "y", .signals = {"drive", "state"}, .span = {.from_s = 0.002}});
+  EXPECT_NE(
+      text.find("# time_s_unit = \"s\"\n# drive_unit = \"V\"\ntime_s,drive,state\n0.002,0.5,tracking\n0.003,"
+                "0.75,tracking\n"),
+      std::string::npos)
+      << text;
+}
+
+TEST_F(Export, WritesAllSignalsWhereNoneIsNamed) {
+  const std::string text = csv(record(1), {.axis = "x", .signals = {}, .span = {}});
+  EXPECT_NE(text.find("\ntime_s,cycle,state,fault,"), std::string::npos) << text;
+}
+
+TEST_F(Export, RefusesWhatTheRunDoesNotHave) {
+  const auto run = record(3);
+  EXPECT_THROW(csv(run, {.axis = {}, .signals = {}, .span = {}}), config::Error)
+      << "of two axes, one is asked for";
+  EXPECT_THROW(csv(run, {.axis = "z", .signals = {}, .span = {}}), config::Error);
+  EXPECT_THROW(csv(run, {.axis = "x", .signals = {"speed"}, .span = {}}), config::Error);
+  EXPECT_THROW(csv(run, {.axis = "x", .signals = {}, .span = {.from_s = 5.0}}), config::Error);
+}
+
+}  // namespace
+}  // namespace hystcan::runs::export_test

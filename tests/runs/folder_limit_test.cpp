@@ -1,0 +1,84 @@
+#include "runs/folder_limit.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/runs/scratch_runs.h"
+
+namespace hystcan::runs::folder_limit_test {
+namespace {
+
+class FolderLimit : public ScratchRuns {
+ protected:
+  /// A run of 1 MB and a little.
+  std::filesystem::path add(const std::string& name, bool faulted = false) {
+    const std::filesystem::path run = config.record.folder / name;
+    std::filesystem::create_directories(run);
+    RunInfo info = describe(config, {}, "test");
+    if (faulted) info.axes[0].summary.faults.push_back({"following error", 1.0});
+    write_run_info(run, info);
+    std::ofstream(run / "cycles_0001.csv") << std::string(1'000'000, '\n');
+    return run;
+  }
+  LimitOutcome keep(const std::filesystem::path& current, std::uintmax_t bytes) const {
+    return keep_limit(config.record.folder, current, bytes);
+  }
+};
+
+TEST_F(FolderLimit, LeavesAllWhereThereIsRoom) {
+  const auto current = add("run_3");
+  add("run_1");
+  EXPECT_TRUE(keep(current, 3'000'000).removed.empty());
+}
+
+TEST_F(FolderLimit, RemovesTheOldestRunWithoutAFaultFirst) {
+  add("run_1", true);
+  add("run_2");
+  add("run_3");
+  const auto current = add("run_4");
+  EXPECT_EQ(keep(current, 3'500'000).removed, std::vector<std::string>{"run_2"});
+  EXPECT_EQ(keep(current, 2'500'000).removed, std::vector<std::string>{"run_3"});
+  EXPECT_EQ(keep(current, 1'500'000).removed, std::vector<std::string>{"run_1"});
+}
+
+TEST_F(FolderLimit, NeverRemovesWhatIsToBeKeptOrRecordedOrNoRun) {
+  std::ofstream(add("run_1") / "keep") << "";
+  const auto recorded = add("run_2");
+  const RunLock lock(recorded);
+  const auto current = add("run_3");
+  std::filesystem::create_directories(config.record.folder / "run_of_mine");
+  std::ofstream(config.record.folder / "run_of_mine" / "thesis.txt") << "text";
+  const LimitOutcome outcome = keep(current, 1000);
+  EXPECT_TRUE(outcome.removed.empty());
+  EXPECT_FALSE(outcome.is_kept);
+  EXPECT_TRUE(exists(config.record.folder / "run_of_mine" / "thesis.txt"));
+}
+
+TEST_F(FolderLimit, RemovesTheOldestPartsOfTheRunUnderWayLast) {
+  add("run_1");
+  const auto current = add("run_2");
+  std::filesystem::copy_file(current / "cycles_0001.csv", current / "cycles_0002.csv");
+  std::filesystem::copy_file(current / "cycles_0001.csv", current / "cycles_0003.csv");
+  const LimitOutcome outcome = keep(current, 2'500'000);
+  EXPECT_EQ(outcome.removed, (std::vector<std::string>{"run_1", "run_2/cycles_0001"}));
+  EXPECT_TRUE(outcome.is_kept);
+  EXPECT_FALSE(keep(current, 1000).is_kept) << "the part that is being written stays";
+  EXPECT_TRUE(exists(current / "cycles_0003.csv"));
+}
+
+TEST_F(FolderLimit, EndsTheRecordingWhereNothingMoreMayGo) {
+  config.record.limit_GB = 1e-6;
+  Recorder recorder = make();
+  const auto run = recorder.start();
+  std::uint64_t cycle = 0;
+  while (recorder.status().is_recording) {
+    for (int i = 0; i < 100; ++i) recorder.add(tracked(++cycle));
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_NE(recorder.status().of_run.failure.find("limit_GB is 1e-06"), std::string::npos)
+      << recorder.status().of_run.failure;
+  recorder.finish();
+  EXPECT_TRUE(exists(run / "cycles_0001.csv"));
+}
+
+}  // namespace
+}  // namespace hystcan::runs::folder_limit_test

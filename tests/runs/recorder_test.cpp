@@ -1,0 +1,204 @@
+#include "runs/recorder.h"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <random>
+#include <thread>
+
+#include "rehearsal/rehearsal.h"
+#include "runs/run.h"
+#include "tests/runs/scratch_runs.h"
+
+namespace hystcan::runs::recorder_test {
+namespace {
+
+using std::chrono::milliseconds;
+using Recording = ScratchRuns;
+
+TEST_F(Recording, HoldsEveryCycleWithAllThatDescribesIt) {
+  std::filesystem::path run;
+  {
+    Recorder recorder = make();
+    run = recorder.start();
+    EXPECT_TRUE(is_being_recorded(run));
+    for (std::uint64_t cycle = 1; cycle <= 1000; ++cycle)
+      for (const std::size_t axis : {0U, 1U}) recorder.add(tracked(cycle, axis));
+    recorder.finish();
+  }
+  EXPECT_FALSE(is_being_recorded(run));
+  const RecordedRun read(run);
+  EXPECT_EQ(read.info().rows, 2000u);
+  EXPECT_EQ(read.info().rows_lost, 0u);
+  EXPECT_EQ(read.info().config, "piezo.toml");
+  EXPECT_FALSE(read.info().version.empty());
+  EXPECT_FALSE(read.info().host.empty());
+  EXPECT_FALSE(read.info().ended.empty());
+  EXPECT_EQ(read.info().axes.at(0).drive_unit, "V");
+  EXPECT_DOUBLE_EQ(read.info().axes.at(1).summary.rms_um, 0.5);
+  const auto is_kp = [](const auto& setting) { return setting.first == "axis[0].control.kp"; };
+  EXPECT_TRUE(std::ranges::any_of(read.info().settings, is_kp));
+  for (const char* file : {"piezo.toml", "piezo.model.toml", "piezo.plant.toml", "hystcan.dbc"})
+    EXPECT_EQ(text_of(run / "config" / file),
+              text_of(std::filesystem::path(HYSTCAN_SOURCE_DIR) / "config" / file));
+}
+
+TEST_F(Recording, OfARehearsalReadsBackWhatTheControllerDid) {
+  Recorder recorder = make();
+  const std::filesystem::path run = recorder.start();
+  std::vector<double> positions;
+  rehearsal::Rehearsal loop({.controller = config::controller_config(config),
+                             .twin = config::twin_config(config),
+                             .database = config.database},
+                            [&](const controller::CycleRecord& record) {
+                              recorder.add(record);
+                              if (record.axis == 0) positions.push_back(record.report.position_um);
+                            });
+  loop.start();
+  loop.run_for(std::chrono::seconds(3));
+  recorder.finish();
+  const RecordedRun read(run);
+  const std::vector<std::string> names{"position_um", "memory_depth", "previewed_um"};
+  const Signals signals = read.read(0, names);
+  ASSERT_EQ(signals.rows(), positions.size());
+  for (std::size_t i = 0; i < positions.size(); ++i) ASSERT_NEAR(signals.columns[0][i], positions[i], 1e-6);
+  EXPECT_GE(signals.columns[1].back(), 1.0) << "branches in the memory of the model";
+  EXPECT_EQ(signals.signals[2].unit, "um");
+}
+
+TEST_F(Recording, BeginsTheNextPartWhenOneIsFull) {
+  config.record.part_MB = 0.05;
+  Recorder recorder = make();
+  const std::filesystem::path run = recorder.start();
+  for (std::uint64_t cycle = 1; cycle <= 3000; ++cycle) {
+    recorder.add(tracked(cycle));
+    if (cycle % 1000 == 0)
+      std::this_thread::sleep_for(milliseconds(700));  // a part is closed when it is written
+  }
+  recorder.finish();
+  EXPECT_GE(parts_of(run).size(), 2u);
+  const std::vector<std::string> names{"cycle"};
+  const Signals cycles = RecordedRun(run).read(0, names);
+  ASSERT_EQ(cycles.rows(), 3000u);
+  for (std::size_t i = 0; i < 3000; ++i) ASSERT_EQ(cycles.columns[0][i], static_cast<double>(i + 1));
+}
+
+TEST_F(Recording, KeepsTheChangesOfSettings) {
+  Recorder recorder = make();
+  const std::filesystem::path run = recorder.start();
+  recorder.add(std::vector<config::Change>{{"axis[0].control.kp", "0.0", "0.1"}});
+  recorder.finish();
+  EXPECT_NE(text_of(run / "changes.csv").find("Z,axis[0].control.kp,\"0.0\",\"0.1\"\n"), std::string::npos);
+}
+
+TEST_F(Recording, RefusesASecondRunAndCanBeginAgainAfterTheEnd) {
+  Recorder recorder = make();
+  const std::filesystem::path first = recorder.start();
+  EXPECT_THROW(recorder.start(), std::runtime_error);
+  EXPECT_EQ(recorder.stop(), first);
+  while (recorder.status().is_recording) std::this_thread::sleep_for(milliseconds(1));
+  EXPECT_TRUE(recorder.stop().empty());
+  std::this_thread::sleep_for(milliseconds(2));  // a run is named for its millisecond
+  EXPECT_NE(recorder.start(), first);
+}
+
+/// The limit of a process on the size of its files acts as a full disk does: a write fails in the middle of a row.
+TEST_F(Recording, EndsWithAWarningWhereTheDiskIsFullAndKeepsWholeRows) {
+  signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  Recorder recorder = make();
+  const std::filesystem::path run = recorder.start();
+  const rlimit small{.rlim_cur = 100'000, .rlim_max = before.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &small);
+  for (std::uint64_t cycle = 1; recorder.status().is_recording; ++cycle) {
+    recorder.add(tracked(cycle));
+    if (cycle % 2000 == 0) std::this_thread::sleep_for(milliseconds(20));
+  }
+  setrlimit(RLIMIT_FSIZE, &before);
+  recorder.add(tracked(1));
+  const Recorder::Status status = recorder.status();
+  EXPECT_NE(status.of_run.failure.find("File too large"), std::string::npos) << status.of_run.failure;
+  EXPECT_GT(status.of_run.rows_lost, 0u);
+  recorder.finish();
+  ASSERT_FALSE(logged().empty());
+  EXPECT_NE(logged()[0].find("control goes on"), std::string::npos) << logged()[0];
+  EXPECT_TRUE(text_of(run / "cycles_0001.csv").ends_with("\n"));
+  EXPECT_GT(RecordedRun(run).info().rows, 0u);
+}
+
+TEST_F(Recording, EndsWithAWarningWhereItsFolderVanishes) {
+  Recorder recorder = make();
+  std::filesystem::remove_all(recorder.start());
+  for (std::uint64_t cycle = 1; recorder.status().is_recording; ++cycle) {
+    recorder.add(tracked(cycle));
+    std::this_thread::sleep_for(milliseconds(1));
+  }
+  EXPECT_NE(recorder.status().of_run.failure.find("was removed"), std::string::npos);
+}
+
+TEST_F(Recording, ThatCannotBeginSaysWhy) {
+  config.record.folder = "/dev/null/runs";
+  Recorder recorder = make();
+  EXPECT_THROW(recorder.start(), std::exception);
+  EXPECT_FALSE(recorder.status().is_recording);
+}
+
+/// Records until it is killed, and tells through the pipe how many bytes the recorder says are written.
+[[noreturn]] void record_forever(Recorder& recorder, int pipe,
+                                 const std::function<controller::CycleRecord(std::uint64_t)>& next) {
+  recorder.start();
+  for (std::uint64_t cycle = 1, told = 0;; ++cycle) {
+    recorder.add(next(cycle));
+    if (const std::uint64_t bytes = recorder.status().of_run.bytes; bytes != told) {
+      told = bytes;
+      if (::write(pipe, &told, sizeof told) != sizeof told) _exit(1);
+    }
+    if (cycle % 20 == 0) std::this_thread::sleep_for(milliseconds(1));
+  }
+}
+
+/// Twenty times at a random moment. How much time it loses is a matter of the guest (tests/hil/recording_test.cpp).
+TEST_F(Recording, KeepsWhatIsWrittenThroughAKill) {
+  std::mt19937 random(20261123);
+  std::uniform_int_distribution<int> moment_ms(0, 600);
+  for (int round = 0; round < 20; ++round) {
+    config.record.folder = folder / std::to_string(round);
+    int ends[2] = {};
+    ASSERT_EQ(::pipe(ends), 0);
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      Recorder recorder = make();
+      record_forever(recorder, ends[1], [](std::uint64_t cycle) { return tracked(cycle); });
+    }
+    ::close(ends[1]);
+    std::uint64_t told = 0;
+    ASSERT_EQ(::read(ends[0], &told, sizeof told), static_cast<ssize_t>(sizeof told));
+    std::this_thread::sleep_for(milliseconds(moment_ms(random)));
+    kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
+    while (::read(ends[0], &told, sizeof told) == sizeof told) {
+    }
+    ::close(ends[0]);
+    const std::vector<std::filesystem::path> runs = runs_in(config.record.folder);
+    ASSERT_EQ(runs.size(), 1U);
+    EXPECT_GE(std::filesystem::file_size(runs.front() / "cycles_0001.csv"), told);
+    const RecordedRun run(runs.front());
+    EXPECT_TRUE(run.info().ended.empty());
+    const std::vector<std::string> names{"cycle"};
+    const Signals read = run.read(0, names);
+    ASSERT_GT(read.rows(), 0U);
+    for (std::size_t i = 0; i < read.rows(); ++i)
+      ASSERT_EQ(read.columns[0][i], static_cast<double>(i + 1)) << "no row is missing before the last one";
+  }
+}
+
+}  // namespace
+}  // namespace hystcan::runs::recorder_test
