@@ -3,27 +3,21 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <iterator>
 
 #include "config/document/error.h"
 #include "controller/control/gate.h"
 #include "controller/cycle_columns.h"
+#include "storage/number_text.h"
 
 namespace hystcan::runs {
 namespace {
 
 constexpr std::size_t enough_bytes = 1 << 18;
 
-void append_number(std::string& text, double value) {
-  char digits[32];
-  text.append(std::begin(digits), std::to_chars(std::begin(digits), std::end(digits), value).ptr);
-}
-
 void append_value(std::string& text, const Signal& signal, double value) {
   if (std::isnan(value)) return;
-  if (signal.words.empty()) return append_number(text, value);
+  if (signal.words.empty()) return storage::append_shortest(text, value);
   const auto index = static_cast<std::size_t>(value);
   if (signal.name == "limits")
     text += controller::limits_to_string(static_cast<std::uint8_t>(index));

@@ -48,7 +48,7 @@ identification::IdentifyOptions asked_for(const IdentifyArguments& options, Prog
   asked.symmetry = parse_word<model::Symmetry>(options.symmetry);
   asked.observed_thresholds = options.thresholds == "observed";
   asked.go_on = [&progress, tries = std::uint64_t{0}]() mutable {
-    progress.update_now(++tries);
+    progress.update(++tries);
     return stop_signalled == 0;
   };
   return asked;
@@ -126,7 +126,7 @@ void report_model(const IdentifyArguments& options, const std::vector<Dataset>& 
   Progress progress("comparing models", 0, "trials");
   const WrittenReport written = write_report(options.report, {datasets, names, identified, said},
                                              [&, tries = std::uint64_t{0}]() mutable {
-                                               progress.update_now(++tries);
+                                               progress.update(++tries);
                                                return stop_signalled == 0;
                                              });
   if (!written.undrawn.empty()) note("hystcan: {}: {}\n", options.report.string(), written.undrawn);

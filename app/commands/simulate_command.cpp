@@ -2,7 +2,6 @@
 #include <CLI/CLI.hpp>
 
 #include <filesystem>
-#include <iterator>
 #include <memory>
 #include <optional>
 #include <string>
@@ -14,11 +13,12 @@
 #include "app/commands/commands.h"
 #include "app/io/dataset_input.h"
 #include "app/io/output_file.h"
+#include "app/io/pipeline.h"
 #include "app/io/progress.h"
+#include "app/io/row_files.h"
 #include "app/io/standard_streams.h"
 #include "app/live/stop_signal.h"
 #include "can/counted.h"
-#include "config/files/csv.h"
 #include "config/files/model_file.h"
 #include "model/simulation.h"
 
@@ -62,39 +62,40 @@ typename Model::State start(const SimulateArguments& options, const Model& model
   return options.memory.empty() ? at_rest(model) : config::load_memory(options.memory, model, capacity);
 }
 
-/// Reads and writes row by row, in constant memory.
 template <class Model>
-void run(const SimulateArguments& options, model::Simulation<Model>& simulation, OutputFile& out) {
-  config::CsvReader reader(options.input, {options.inverse ? "output" : "input"});
-  const bool timed = reader.add_if_present("time_s");
-  const auto& parameters = simulation.model().parameters();
-  const char* unit = options.inverse ? "output_unit" : "input_unit";
-  require_unit(options.input, unit, reader.comment(unit),
-               options.inverse ? parameters.output_unit : parameters.input_unit, ", the model's");
-  std::error_code unknown;
-  const auto size = std::filesystem::file_size(options.input, unknown);
-  Progress progress("simulating", unknown ? 0 : size);
-  out.write("time_s,input,output\n");
-  std::vector<double> given;
-  fmt::memory_buffer line;
-  double previous_s = 0.0;
-  while (reader.next(given)) {
-    const std::size_t rows = simulation.tally().rows;
-    const double time_s = timed ? given[1] : static_cast<double>(rows);
-    if (timed && rows > 0 && time_s < previous_s)
-      throw config::Error(fmt::format("{}:{}: time_s is {} after {}, expected time to increase",
-                                      options.input.string(), reader.line_number(), time_s, previous_s));
-    previous_s = time_s;
-    const auto row = options.inverse ? simulation.follow_output(given[0]) : simulation.follow_input(given[0]);
-    line.clear();
-    fmt::format_to(std::back_inserter(line), "{:.17g},{:.17g},{:.17g}\n", time_s, row.input, row.output);
-    out.write({line.data(), line.size()});
-    progress.update(reader.bytes_read(), rows);
-    if (stop_signalled != 0) throw RunError(fmt::format("stopped in row {}; nothing is written", rows + 1));
+void compute(model::Simulation<Model>& simulation, bool inverse, RowBlock& block) {
+  block.input.resize(block.given.size());
+  block.output.resize(block.given.size());
+  for (std::size_t i = 0; i < block.given.size(); ++i) {
+    const model::Row row =
+        inverse ? simulation.follow_output(block.given[i]) : simulation.follow_input(block.given[i]);
+    block.input[i] = row.input;
+    block.output[i] = row.output;
   }
-  if (simulation.tally().rows == 0)
-    throw config::Error(
-        fmt::format("{}: has a header only, expected at least one row", options.input.string()));
+}
+
+/// In constant memory.
+template <class Model>
+void run(const SimulateArguments& options, model::Simulation<Model>& simulation, RowOutput& out) {
+  const std::unique_ptr<RowInput> rows = open_rows(options.input, options.inverse ? "output" : "input");
+  const auto& parameters = simulation.model().parameters();
+  require_unit(options.input, options.inverse ? "output_unit" : "input_unit", rows->unit(),
+               options.inverse ? parameters.output_unit : parameters.input_unit, ", the model's");
+  Progress progress("simulating", rows->size());
+  std::uint64_t count = 0;
+  run_pipeline<RowBlock>(
+      [&](RowBlock& block) {
+        if (stop_signalled != 0)
+          throw RunError(fmt::format("stopped in row {}; nothing is written", count + 1));
+        const bool is_one = rows->next(block);
+        count += block.given.size();
+        progress.update(rows->done(), count);
+        return is_one;
+      },
+      [&](RowBlock& block) { compute(simulation, options.inverse, block); },
+      [&](const RowBlock& block) { out.write(block); });
+  if (count == 0)
+    throw config::Error(fmt::format("{}: has no rows, expected at least one", options.input.string()));
 }
 
 template <class Model>
@@ -129,11 +130,12 @@ void simulate(const SimulateArguments& options, const Model& model) {
     throw config::Error(fmt::format("{}: symmetry is \"none\", expected \"even\" with --negative-drive",
                                     options.model.string()));
   model::Simulation<Model> simulation(model, start(options, model), options.negative_drive ? -1.0 : 1.0);
-  OutputFile out(options.output);
+  const auto& parameters = model.parameters();
+  const auto out = make_rows(options.output, {parameters.input_unit, parameters.output_unit});
   std::optional<OutputFile> memory;
   if (!options.save_memory.empty()) memory.emplace(options.save_memory);
-  run(options, simulation, out);
-  out.commit();
+  run(options, simulation, *out);
+  out->commit();
   if (memory) save(*memory, simulation);
   report_simulation(options, simulation);
 }
@@ -155,9 +157,12 @@ void add_simulate(CLI::App& cli, int& status) {
   CLI::App* command =
       cli.add_subcommand("simulate", "Run a hysteresis model, or its inverse, over a CSV file");
   command->add_option("MODEL", options->model, "model file (TOML), of any kind")->required();
-  command->add_option("--input", options->input, "CSV with a column `input` (with --inverse: `output`)")
+  command
+      ->add_option("--input", options->input, "CSV or HDF5 with a column `input` (with --inverse: `output`)")
       ->required();
-  command->add_option("--output", options->output, "CSV to write: time_s,input,output, 17 digits")
+  command
+      ->add_option("--output", options->output,
+                   "file to write: time_s,input,output; HDF5 if its name ends in .h5, else CSV")
       ->required();
   command->add_option("--memory", options->memory,
                       "start from this memory (TOML) instead of the ascending reference curve");

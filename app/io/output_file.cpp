@@ -74,6 +74,11 @@ void OutputFile::commit() {
   if (!written_.empty()) move_to_the_path();
 }
 
+const std::filesystem::path& OutputFile::written() const {
+  if (written_.empty()) throw config::Error(fmt::format("{}: is no file, expected one", path_.string()));
+  return written_;
+}
+
 void OutputFile::move_to_the_path() {
   if (std::rename(written_.c_str(), path_.c_str()) != 0) fail(errno);
   written_.clear();

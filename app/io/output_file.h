@@ -25,6 +25,9 @@ class OutputFile {
   void write(std::string_view text);
   void commit();
 
+  /// The temporary file, for a library that writes to a file by its name. Throws config::Error for a device or a pipe.
+  const std::filesystem::path& written() const;
+
  private:
   void open_beside();
   [[noreturn]] void fail(int error) const;

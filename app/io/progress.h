@@ -21,14 +21,10 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// Cheap: reads the clock once in 4096 calls and draws at most ten times a second.
+  /// Reads the clock and draws at most ten times a second.
+  void update(std::uint64_t done) { update(done, done); }
   void update(std::uint64_t done, std::uint64_t rows) {
-    if (shown_ && (++calls_ & 0xfff) == 0) draw(done, rows);
-  }
-
-  /// For slow steps: reads the clock in each call.
-  void update_now(std::uint64_t done) {
-    if (shown_) draw(done, done);
+    if (shown_) draw(done, rows);
   }
 
  private:
@@ -40,7 +36,6 @@ class Progress {
   std::uint64_t total_;
   std::string unit_;
   bool shown_;
-  std::uint64_t calls_ = 0;
   Clock::time_point start_, last_;
 };
 

@@ -387,6 +387,40 @@ TEST_F(Simulate, LeavesNoFileIfItIsStoppedOrTheDiskIsFull) {
   EXPECT_EQ(files(), before);
 }
 
+TEST_F(Simulate, WritesTheShortestDigitsThatReadBackToTheSameBits) {
+  write("in.csv", "time_s,input\n0.1,50\n0.30000000000000004,50.1\n");
+  ASSERT_EQ(run("piezo.model.toml", "in.csv", "out.csv").wait(), done);
+  const std::string text = read("out.csv");
+  EXPECT_NE(text.find("\n0.1,50,"), std::string::npos) << text;
+  EXPECT_NE(text.find("\n0.30000000000000004,50.1,"), std::string::npos) << text;
+}
+
+TEST_F(Simulate, ReadsAndWritesTheSameRowsInHdf5AsInCsv) {
+  write_record("in.csv", 10'000);
+  ASSERT_EQ(run("piezo.model.toml", "in.csv", "out.csv").wait(), done);
+  Process to_hdf5 = run("piezo.model.toml", "in.csv", "out.h5");
+  ASSERT_EQ(to_hdf5.wait(), done) << to_hdf5.err();
+  // Its column `input` is what was read, so the same comes out again.
+  Process from_hdf5 = run("piezo.model.toml", "out.h5", "again.csv");
+  ASSERT_EQ(from_hdf5.wait(), done) << from_hdf5.err();
+  EXPECT_EQ(read("again.csv"), read("out.csv"));
+  Process inverse = run("piezo.model.toml", "out.h5", "back.h5", {"--inverse"});
+  ASSERT_EQ(inverse.wait(), done) << inverse.err();
+}
+
+TEST_F(Simulate, RefusesAnHdf5FileWithItsPlaceAndLeavesNothing) {
+  write_record("in.csv", 100);
+  ASSERT_EQ(run("piezo.model.toml", "in.csv", "out.h5").wait(), done);
+  const std::string whole = read("out.h5");
+  write("cut.h5", whole.substr(0, whole.size() / 2));
+  Process cut = run("piezo.model.toml", "cut.h5", "never.csv");
+  EXPECT_EQ(cut.wait(), bad_input);
+  EXPECT_NE(cut.err().find("cut.h5: cannot be read, expected an HDF5 file"), std::string::npos) << cut.err();
+  Process folder = run("piezo.model.toml", "in.csv", "none/out.h5");
+  EXPECT_EQ(folder.wait(), failed);
+  EXPECT_FALSE(std::filesystem::exists(shipped / "never.csv"));
+}
+
 TEST_F(Simulate, ReadsFromAPipe) {
   write("in.csv", "input,time_s\n50,1\n20,2\n");
   Process program({"sh", "-c",

@@ -1,0 +1,98 @@
+// `hystcan simulate` over 10^7 rows, as a process: CSV to CSV and HDF5 to HDF5, beside the model alone in memory.
+//
+//   bench_simulate [FOLDER]      default: the temporary folder; it takes 1.5 GB there
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "config/files/model_file.h"
+#include "model/simulation.h"
+#include "storage/number_text.h"
+
+namespace {
+
+using namespace hystcan;
+using Clock = std::chrono::steady_clock;
+
+constexpr int rows = 10'000'000;
+constexpr int repetitions = 3;
+constexpr const char* model_file = HYSTCAN_SOURCE_DIR "/config/piezo.model.toml";
+
+double input(int row) {
+  const double time_s = 1e-4 * row;
+  return 50.0 + 35.0 * std::sin(8.2 * time_s) * std::exp(-time_s / 2000.0) + 3.0 * std::sin(44.6 * time_s);
+}
+
+void write_input(const std::filesystem::path& file) {
+  std::ofstream out(file);
+  std::string text = "time_s,input\n";
+  for (int i = 0; i < rows; ++i) {
+    storage::append_shortest(text, 1e-4 * i);
+    text += ',';
+    storage::append_shortest(text, input(i));
+    text += '\n';
+    if (text.size() < 1 << 20) continue;
+    out << text;
+    text.clear();
+  }
+  out << text;
+}
+
+template <class Work>
+double best_s(const Work& work) {
+  double best = 1e9;
+  for (int i = 0; i < repetitions; ++i) {
+    const auto begin = Clock::now();
+    work();
+    best = std::min(best, std::chrono::duration<double>(Clock::now() - begin).count());
+  }
+  return best;
+}
+
+double model_alone_s() {
+  std::vector<double> inputs(rows), outputs(rows);
+  for (int i = 0; i < rows; ++i) inputs[static_cast<std::size_t>(i)] = input(i);
+  const model::Hysteresis model = config::load_model(model_file);
+  return best_s([&] {
+    model::Simulation<model::Hysteresis> simulation(model, model.virgin(model.input_range().lo, 4096));
+    for (std::size_t i = 0; i < inputs.size(); ++i) outputs[i] = simulation.follow_input(inputs[i]).output;
+  });
+}
+
+double program_s(const std::string& program, const std::filesystem::path& from,
+                 const std::filesystem::path& to) {
+  const std::string command = fmt::format("'{}' simulate '{}' --input '{}' --output '{}' 2>/dev/null",
+                                          program, model_file, from.string(), to.string());
+  return best_s([&] {
+    if (std::system(command.c_str()) != 0) throw std::runtime_error("failed: " + command);
+  });
+}
+
+void print(const char* what, double seconds, double alone_s, double budget_s) {
+  fmt::print("{:<14} {:5.2f} s  {:4.1f} x the model alone  budget {:.1f} s {}\n", what, seconds,
+             seconds / alone_s, budget_s, seconds <= budget_s ? "met" : "missed");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::filesystem::path folder =
+      std::filesystem::path(argc > 1 ? argv[1] : std::filesystem::temp_directory_path()) /
+      "hystcan-bench-simulate";
+  const std::string program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "hystcan";
+  std::filesystem::create_directories(folder);
+  write_input(folder / "in.csv");
+  const double alone_s = model_alone_s();
+  fmt::print("{:<14} {:5.2f} s  {} rows\n", "model alone", alone_s, rows);
+  print("CSV to CSV", program_s(program, folder / "in.csv", folder / "out.csv"), alone_s, 2.5);
+  program_s(program, folder / "in.csv", folder / "in.h5");
+  print("HDF5 to HDF5", program_s(program, folder / "in.h5", folder / "out.h5"), alone_s, 1.0);
+  std::filesystem::remove_all(folder);
+}
