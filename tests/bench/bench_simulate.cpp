@@ -59,7 +59,7 @@ double best_s(const Work& work) {
 double model_alone_s() {
   std::vector<double> inputs(rows), outputs(rows);
   for (int i = 0; i < rows; ++i) inputs[static_cast<std::size_t>(i)] = input(i);
-  const model::Hysteresis model = config::load_model(model_file);
+  const model::Hysteresis model{config::load_model(model_file)};
   return best_s([&] {
     model::Simulation<model::Hysteresis> simulation(model, model.virgin(model.input_range().lo, 4096));
     for (std::size_t i = 0; i < inputs.size(); ++i) outputs[i] = simulation.follow_input(inputs[i]).output;
