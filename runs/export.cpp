@@ -55,6 +55,12 @@ std::vector<std::string> signals_of(const Run& run, std::size_t axis, const Sele
   return names;
 }
 
+void require_rows(const Run& run, std::uint64_t rows) {
+  if (rows == 0)
+    throw config::Error(fmt::format("{}: no rows are selected, expected some between {:g} and {:g} s",
+                                    run.path().string(), run.info().first_s, run.info().last_s));
+}
+
 std::uint64_t export_csv(const Run& run, const Selection& selection,
                          const std::function<void(std::string_view)>& write) {
   const std::vector<std::size_t> axes = axes_of(run, selection);
@@ -65,32 +71,27 @@ std::uint64_t export_csv(const Run& run, const Selection& selection,
                                     axes.size(), fmt::join(names, ", ")));
   }
   const std::vector<std::string> names = signals_of(run, axes.front(), selection);
-  std::vector<Signal> signals;
-  for (const std::string& name : names) {
-    const std::vector<Signal> present = run.signals(axes.front());
-    signals.push_back(*std::ranges::find(present, name, &Signal::name));
-  }
+  const std::vector<Signal> signals = run.signals(axes.front(), names);
   std::string text = fmt::format("# run {}, axis {}\n", run.name(), run.info().axes[axes.front()].name);
   for (const Signal& signal : signals)
     if (!signal.unit.empty()) text += fmt::format("# {}_unit = \"{}\"\n", signal.name, signal.unit);
   text += fmt::format("{}\n", fmt::join(names, ","));
   std::uint64_t rows = 0;
-  run.read_blocks(axes.front(), names, selection.span, [&](std::span<const std::vector<double>> columns) {
-    for (std::size_t row = 0; row < columns.front().size(); ++row) {
-      for (std::size_t i = 0; i < columns.size(); ++i) {
-        if (i > 0) text += ',';
-        append_value(text, signals[i], columns[i][row]);
-      }
-      text += '\n';
-      if (text.size() < enough_bytes) continue;
-      write(text);
-      text.clear();
-    }
-    rows += columns.front().size();
-  });
-  if (rows == 0)
-    throw config::Error(fmt::format("{}: no rows are selected, expected some between {:g} and {:g} s",
-                                    run.path().string(), run.info().first_s, run.info().last_s));
+  run.read_blocks(axes, names, selection.span,
+                  [&](std::size_t, std::span<const std::vector<double>> columns) {
+                    for (std::size_t row = 0; row < columns.front().size(); ++row) {
+                      for (std::size_t i = 0; i < columns.size(); ++i) {
+                        if (i > 0) text += ',';
+                        append_value(text, signals[i], columns[i][row]);
+                      }
+                      text += '\n';
+                      if (text.size() < enough_bytes) continue;
+                      write(text);
+                      text.clear();
+                    }
+                    rows += columns.front().size();
+                  });
+  require_rows(run, rows);
   write(text);
   return rows;
 }

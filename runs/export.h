@@ -1,6 +1,7 @@
 // A recorded run, or a part of it, as one CSV.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -21,6 +22,9 @@ struct Selection {
 std::vector<std::size_t> axes_of(const Run& run, const Selection& selection);
 /// The names of the selected columns, `time_s` first. Throws config::Error at an unknown one.
 std::vector<std::string> signals_of(const Run& run, std::size_t axis, const Selection& selection);
+
+/// Throws config::Error if `rows` is 0.
+void require_rows(const Run& run, std::uint64_t rows);
 
 /// Writes the rows of one axis: `# NAME_unit = "V"` for each unit, a header, and the shortest digits that read back to the
 /// same bits; words for states and causes; an empty field where there is no value. Returns the number of rows. Throws

@@ -4,6 +4,7 @@
 #include <system_error>
 
 #include "config/document/error.h"
+#include "runs/part_converter.h"
 #include "runs/run_folder.h"
 #include "runs/run_info.h"
 
@@ -70,8 +71,10 @@ LimitOutcome keep_limit(const Path& folder, const Path& current, std::uintmax_t 
   }
   for (const Path& part : dispensable_parts(current)) {
     if (outcome.bytes <= most_bytes) return outcome;
-    const std::uintmax_t size = std::filesystem::file_size(part, ignored);
-    if (std::filesystem::remove(part, ignored)) outcome.bytes -= std::min(outcome.bytes, size);
+    for (const Path& file : {part, hdf5_of(part)}) {
+      const std::uintmax_t size = std::filesystem::file_size(file, ignored);
+      if (std::filesystem::remove(file, ignored)) outcome.bytes -= std::min(outcome.bytes, size);
+    }
     outcome.removed.push_back(current.filename().string() + "/" + part.stem().string());
   }
   outcome.is_kept = outcome.bytes <= most_bytes;

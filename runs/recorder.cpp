@@ -6,8 +6,13 @@
 
 namespace hystcan::runs {
 
-Recorder::Recorder(const config::Config& config, RunInfo info, RunWriter::Sink sink, UtcNow utc_now)
-    : config_(config), info_(std::move(info)), sink_(std::move(sink)), utc_now_(std::move(utc_now)) {}
+Recorder::Recorder(const config::Config& config, RunInfo info, RunWriter::Sink sink,
+                   RunWriter::OnPart on_part, UtcNow utc_now)
+    : config_(config),
+      info_(std::move(info)),
+      sink_(std::move(sink)),
+      on_part_(std::move(on_part)),
+      utc_now_(std::move(utc_now)) {}
 
 std::shared_ptr<RunWriter> Recorder::writer() const {
   const std::scoped_lock lock(mutex_);
@@ -17,7 +22,7 @@ std::shared_ptr<RunWriter> Recorder::writer() const {
 std::filesystem::path Recorder::start() {
   if (const auto present = writer(); present && !present->is_closed())
     throw std::runtime_error("a run is recorded already: " + present->run().string());
-  auto next = std::make_shared<RunWriter>(config_, info_, sink_, utc_now_);
+  auto next = std::make_shared<RunWriter>(config_, info_, sink_, on_part_, utc_now_);
   std::thread([next] { next->write_until_the_end(); }).detach();
   const std::scoped_lock lock(mutex_);
   writer_ = next;

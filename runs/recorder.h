@@ -18,8 +18,8 @@ namespace hystcan::runs {
 
 class Recorder {
  public:
-  /// `info`: of every run (describe()).
-  Recorder(const config::Config& config, RunInfo info, RunWriter::Sink sink,
+  /// `info`: of every run (describe()). `on_part` may be empty.
+  Recorder(const config::Config& config, RunInfo info, RunWriter::Sink sink, RunWriter::OnPart on_part = {},
            UtcNow utc_now = std::chrono::system_clock::now);
   ~Recorder() { finish(); }
   Recorder(const Recorder&) = delete;
@@ -48,6 +48,7 @@ class Recorder {
   config::Config config_;
   RunInfo info_;
   RunWriter::Sink sink_;
+  RunWriter::OnPart on_part_;
   UtcNow utc_now_;
   mutable std::mutex mutex_;
   std::shared_ptr<RunWriter> writer_;  ///< of the present or the last run

@@ -18,6 +18,16 @@ using controller::CycleColumn;
 
 constexpr std::size_t block_rows = 65'536;
 
+std::filesystem::path folder_of(const std::filesystem::path& file) {
+  return std::filesystem::absolute(file).parent_path();
+}
+
+/// Whether the CSV lies in the folder of a run, which describes it.
+bool is_part(const std::filesystem::path& file) {
+  return file.filename().string().starts_with("cycles_") &&
+         std::filesystem::exists(folder_of(file) / info_name);
+}
+
 Signal signal_of(const CycleColumn& column, const std::string& drive_unit) {
   return {.name = std::string(column.name),
           .unit = column.unit == "drive" ? drive_unit : std::string(column.unit),
@@ -34,9 +44,10 @@ Run::Run(std::filesystem::path path) : path_(std::move(path)) {
       throw config::Error(fmt::format("{}: has no cycles_*.csv, expected a run's folder", path_.string()));
   } else {
     parts_ = {path_};
+    if (is_part(path_)) info_ = read_run_info(folder_of(path_));
   }
   header_ = CycleReader(parts_.front()).header();
-  if (info_.axes.empty() || info_.ended.empty()) look_through();
+  if (path_ == parts_.front() || info_.ended.empty()) look_through();
 }
 
 std::string Run::name() const {
@@ -92,45 +103,61 @@ std::vector<Signal> Run::signals(std::size_t axis) const {
   return signals;
 }
 
-Signals Run::read(std::size_t axis, std::span<const std::string> names, const TimeSpan& span) const {
-  Signals result;
-  for (const std::string& name : names) {
+std::vector<Signal> Run::signals(std::size_t axis, std::span<const std::string> names) const {
+  std::vector<Signal> signals(names.size());
+  std::ranges::transform(names, signals.begin(), [&](const std::string& name) {
     const CycleColumn* column = controller::find_cycle_column(name);
-    result.signals.push_back(column == nullptr ? Signal{}
-                                               : signal_of(*column, info_.axes.at(axis).drive_unit));
-  }
+    return column == nullptr ? Signal{} : signal_of(*column, info_.axes.at(axis).drive_unit);
+  });
+  return signals;
+}
+
+Signals Run::read(std::size_t axis, std::span<const std::string> names, const TimeSpan& span) const {
+  Signals result{.signals = signals(axis, names), .columns = {}};
   result.columns.resize(names.size());
-  read_blocks(axis, names, span, [&](std::span<const std::vector<double>> block) {
+  read_blocks({&axis, 1}, names, span, [&](std::size_t, std::span<const std::vector<double>> block) {
     for (std::size_t i = 0; i < block.size(); ++i)
       result.columns[i].insert(result.columns[i].end(), block[i].begin(), block[i].end());
   });
   return result;
 }
 
-void Run::read_blocks(std::size_t axis, std::span<const std::string> names, const TimeSpan& span,
-                      const Block& take) const {
-  const std::string& axis_name = info_.axes.at(axis).name;
-  std::vector<std::vector<double>> block(names.size());
-  const auto pass_on = [&] {
-    if (block.empty() || block.front().empty()) return;
-    take(block);
-    for (auto& column : block) column.clear();
+void Run::read_blocks(std::span<const std::size_t> axes, std::span<const std::string> names,
+                      const TimeSpan& span, const Block& take) const {
+  std::vector<std::vector<std::vector<double>>> blocks(axes.size(),
+                                                       std::vector<std::vector<double>>(names.size()));
+  const auto pass_on = [&](std::size_t i) {
+    if (names.empty() || blocks[i].front().empty()) return;
+    take(axes[i], blocks[i]);
+    for (auto& column : blocks[i]) column.clear();
   };
-  for (const std::filesystem::path& part : parts_) {
-    CycleReader reader(part);
-    reader.add("time_s");
-    for (const std::string& name : names)
-      if (!reader.add(name))
-        throw config::Error(fmt::format("{}: no column {}, expected it in its header", part.string(), name));
-    std::vector<double> row;
-    for (std::string_view of; reader.next(row, of);) {
-      if (of != axis_name || row[0] < span.from_s) continue;
-      if (row[0] > span.to_s) return pass_on();
-      for (std::size_t i = 0; i < block.size(); ++i) block[i].push_back(row[i + 1]);
-      if (block.front().size() == block_rows) pass_on();
-    }
+  for (const std::filesystem::path& part : parts_)
+    read_part(part, names, span, [&](std::string_view name, const std::vector<double>& row) {
+      const auto found =
+          std::ranges::find_if(axes, [&](std::size_t axis) { return info_.axes[axis].name == name; });
+      if (found == axes.end()) return;
+      const auto i = static_cast<std::size_t>(found - axes.begin());
+      for (std::size_t column = 0; column < names.size(); ++column)
+        blocks[i][column].push_back(row[column + 1]);
+      if (!names.empty() && blocks[i].front().size() == block_rows) pass_on(i);
+    });
+  for (std::size_t i = 0; i < axes.size(); ++i) pass_on(i);
+}
+
+/// Rows of all axes: time_s, then the columns.
+void Run::read_part(const std::filesystem::path& part, std::span<const std::string> names,
+                    const TimeSpan& span,
+                    const std::function<void(std::string_view, const std::vector<double>&)>& take) const {
+  CycleReader reader(part);
+  reader.add("time_s");
+  for (const std::string& name : names)
+    if (!reader.add(name))
+      throw config::Error(fmt::format("{}: no column {}, expected it in its header", part.string(), name));
+  std::vector<double> row;
+  for (std::string_view axis; reader.next(row, axis);) {
+    if (row[0] > span.to_s) return;
+    if (row[0] >= span.from_s) take(axis, row);
   }
-  pass_on();
 }
 
 }  // namespace hystcan::runs

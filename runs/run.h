@@ -1,4 +1,5 @@
-// A recorded run, to be read: a run's folder, or one CSV with columns of cycles (`controller --csv`, `demo`, a black box).
+// A recorded run, to be read: a run's folder, one part of it, or a CSV with columns of cycles (`controller --csv`, `demo`,
+// a black box).
 //
 // A run that was killed, or that is still being recorded, is read up to its last whole line.
 #pragma once
@@ -9,6 +10,7 @@
 #include <limits>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "runs/run_info.h"
@@ -47,18 +49,23 @@ class Run {
   std::size_t axis_index(const std::string& axis) const;
   /// All columns that its CSV has, but `axis`.
   std::vector<Signal> signals(std::size_t axis) const;
+  /// Of these columns, which are columns of cycles.
+  std::vector<Signal> signals(std::size_t axis, std::span<const std::string> names) const;
 
   /// These columns of one axis; each of `names` as in cycles_*.csv. Throws config::Error at a name that the run does not
   /// have, and at a row that is no cycle: FILE:LINE: what, expected what.
   Signals read(std::size_t axis, std::span<const std::string> names, const TimeSpan& span = {}) const;
 
-  /// In constant memory: calls `take` with blocks of the columns of one axis, in order of time.
-  using Block = std::function<void(std::span<const std::vector<double>> columns)>;
-  void read_blocks(std::size_t axis, std::span<const std::string> names, const TimeSpan& span,
-                   const Block& take) const;
+  /// In constant memory: calls `take` with blocks of the columns of these axes, for each axis in order of time.
+  using Block = std::function<void(std::size_t axis, std::span<const std::vector<double>> columns)>;
+  void read_blocks(std::span<const std::size_t> axes, std::span<const std::string> names,
+                   const TimeSpan& span, const Block& take) const;
 
  private:
   void look_through();
+  void read_part(
+      const std::filesystem::path& part, std::span<const std::string> names, const TimeSpan& span,
+      const std::function<void(std::string_view axis, const std::vector<double>& row)>& take) const;
 
   std::filesystem::path path_;
   std::vector<std::filesystem::path> parts_;

@@ -31,6 +31,8 @@ class BusLog;
 class RunWriter {
  public:
   using Sink = can::BusHealthLog::Sink;
+  /// Gets each CSV when it is complete, on the thread that writes; must not wait.
+  using OnPart = std::function<void(const std::filesystem::path& part)>;
   /// Rows that wait for the disk, bytes.
   static constexpr std::size_t most_waiting = 16 << 20;
 
@@ -43,7 +45,7 @@ class RunWriter {
 
   /// Makes the folder and the first part. Throws std::system_error, std::filesystem::filesystem_error or
   /// can::InterfaceError.
-  RunWriter(const config::Config& config, const RunInfo& info, Sink sink, UtcNow utc_now);
+  RunWriter(const config::Config& config, const RunInfo& info, Sink sink, OnPart on_part, UtcNow utc_now);
   ~RunWriter();
   RunWriter(const RunWriter&) = delete;
   RunWriter& operator=(const RunWriter&) = delete;
@@ -73,6 +75,7 @@ class RunWriter {
 
   config::RecordConfig config_;
   Sink sink_;
+  OnPart on_part_;
   UtcNow utc_now_;
   std::vector<std::string> axis_names_;
   std::filesystem::path run_;

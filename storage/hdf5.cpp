@@ -29,18 +29,23 @@ std::vector<std::filesystem::path> places() {
   return places;
 }
 
+/// Empty if it is nowhere.
+std::filesystem::path module_file() {
+  std::error_code ignored;
+  for (const std::filesystem::path& place : places())
+    if (const auto file = (place / module_name).lexically_normal(); std::filesystem::exists(file, ignored))
+      return file;
+  return {};
+}
+
 Loaded load() {
-  std::string reason = std::string("there is no ") + module_name;
-  for (const std::filesystem::path& place : places()) {
-    const auto file = (place / module_name).lexically_normal();
-    if (!std::filesystem::exists(file)) continue;
-    void* const module = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
-    void* const entry = module == nullptr ? nullptr : ::dlsym(module, "hystcan_hdf5");
-    if (entry != nullptr) return {reinterpret_cast<Hdf5Entry*>(entry)(), {}};
-    const char* const why = ::dlerror();
-    reason = why == nullptr ? file.string() : why;
-  }
-  return {nullptr, reason};
+  const std::filesystem::path file = module_file();
+  if (file.empty()) return {nullptr, std::string("there is no ") + module_name};
+  void* const module = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+  void* const entry = module == nullptr ? nullptr : ::dlsym(module, "hystcan_hdf5");
+  if (entry != nullptr) return {reinterpret_cast<Hdf5Entry*>(entry)(), {}};
+  const char* const why = ::dlerror();
+  return {nullptr, why == nullptr ? file.string() : why};
 }
 
 const Loaded& loaded() {
@@ -58,7 +63,7 @@ const Hdf5Library& library_for(const std::filesystem::path& file) {
 
 }  // namespace
 
-bool has_hdf5() { return loaded().library != nullptr; }
+bool has_hdf5() { return !module_file().empty(); }
 
 std::unique_ptr<Hdf5Writer> create_hdf5(const std::filesystem::path& file) {
   return library_for(file).create(file);

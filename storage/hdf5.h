@@ -68,7 +68,7 @@ class Hdf5Reader {
   virtual std::optional<std::string> text(const std::string& object, const std::string& name) const = 0;
 };
 
-/// Whether hystcan was built with HDF5 and the library is where it belongs.
+/// Whether the library is there; does not load it.
 bool has_hdf5();
 /// Replaces the file. Throws Hdf5Error.
 std::unique_ptr<Hdf5Writer> create_hdf5(const std::filesystem::path& file);

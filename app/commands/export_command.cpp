@@ -10,10 +10,13 @@
 #include "app/commands/commands.h"
 #include "app/io/dataset_input.h"
 #include "app/io/output_file.h"
+#include "app/io/row_files.h"
 #include "app/io/standard_streams.h"
 #include "can/counted.h"
 #include "config/document/error.h"
 #include "runs/export.h"
+#include "runs/hdf5_export.h"
+#include "storage/hdf5.h"
 
 namespace hystcan::app {
 namespace {
@@ -23,6 +26,7 @@ struct ExportArguments {
   std::filesystem::path output;
   runs::Selection selection;
   DatasetInput interval;
+  bool csv = false, hdf5 = false;
 };
 
 runs::TimeSpan span_of(const DatasetInput& interval) {
@@ -33,18 +37,36 @@ runs::TimeSpan span_of(const DatasetInput& interval) {
   return span;
 }
 
+std::uint64_t write_csv(const runs::Run& run, const ExportArguments& options) {
+  OutputFile file(options.output);
+  const std::uint64_t rows =
+      runs::export_csv(run, options.selection, [&](std::string_view text) { file.write(text); });
+  file.commit();
+  return rows;
+}
+
+std::uint64_t write_hdf5(const runs::Run& run, const ExportArguments& options) {
+  OutputFile file(options.output);
+  const auto hdf5 = storage::create_hdf5(file.written());
+  const std::uint64_t rows = runs::export_hdf5(run, options.selection, *hdf5);
+  hdf5->close();
+  file.commit();
+  return rows;
+}
+
 int export_run(ExportArguments options) {
   options.selection.span = span_of(options.interval);
   const runs::Run run(options.run);
+  if (options.hdf5 && options.output.empty())
+    options.output = is_directory(options.run) ? run.name() + ".h5" : options.run.stem().string() + ".h5";
   if (options.output.empty())
     return print_for_reader([&] {
       runs::export_csv(run, options.selection, [](std::string_view text) { print(std::string(text)); });
       return done;
     });
-  OutputFile file(options.output);
-  const std::uint64_t rows =
-      runs::export_csv(run, options.selection, [&](std::string_view text) { file.write(text); });
-  file.commit();
+  refuse_to_overwrite(options.output, options.run);
+  const bool is_hdf5 = options.hdf5 || (!options.csv && has_hdf5_name(options.output));
+  const std::uint64_t rows = is_hdf5 ? write_hdf5(run, options) : write_csv(run, options);
   note("{}: {}\n", options.output.string(), can::counted(rows, "row"));
   return done;
 }
@@ -53,10 +75,18 @@ int export_run(ExportArguments options) {
 
 void add_export(CLI::App& cli, int& status) {
   auto options = std::make_shared<ExportArguments>();
-  CLI::App* command = cli.add_subcommand("export", "Write a recorded run, or a part of it, as one CSV");
-  command->add_option("RUN", options->run, "folder of a run, or a CSV of cycles")->required();
-  command->add_option("--output", options->output, "file to write; standard output if left out");
-  command->add_option("--axis", options->selection.axis, "may be left out if the run has one axis");
+  CLI::App* command =
+      cli.add_subcommand("export", "Write a recorded run, or a part of it, as one CSV or HDF5 file");
+  command->add_option("RUN", options->run, "folder of a run, one of its CSVs, or another CSV of cycles")
+      ->required();
+  command->add_option(
+      "--output", options->output,
+      "file to write: HDF5 if its name ends in .h5, else CSV; left out: CSV to standard output");
+  CLI::Option* csv = command->add_flag("--csv", options->csv, "write CSV, whatever the name");
+  command->add_flag("--hdf5", options->hdf5, "write HDF5; without --output to NAME-OF-THE-RUN.h5 here")
+      ->excludes(csv);
+  command->add_option("--axis", options->selection.axis,
+                      "may be left out if the run has one axis; HDF5 has all then");
   command->add_option("--signals", options->selection.signals, "columns beside time_s; all if left out")
       ->delimiter(',')
       ->allow_extra_args(false);

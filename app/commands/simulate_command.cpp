@@ -63,7 +63,7 @@ typename Model::State start(const SimulateArguments& options, const Model& model
 }
 
 template <class Model>
-void compute(model::Simulation<Model>& simulation, bool inverse, RowBlock& block) {
+void compute(model::Simulation<Model>& simulation, bool inverse, SampleBlock& block) {
   block.input.resize(block.given.size());
   block.output.resize(block.given.size());
   for (std::size_t i = 0; i < block.given.size(); ++i) {
@@ -83,8 +83,8 @@ void run(const SimulateArguments& options, model::Simulation<Model>& simulation,
                options.inverse ? parameters.output_unit : parameters.input_unit, ", the model's");
   Progress progress("simulating", rows->size());
   std::uint64_t count = 0;
-  run_pipeline<RowBlock>(
-      [&](RowBlock& block) {
+  run_pipeline<SampleBlock>(
+      [&](SampleBlock& block) {
         if (stop_signalled != 0)
           throw RunError(fmt::format("stopped in row {}; nothing is written", count + 1));
         const bool is_one = rows->next(block);
@@ -92,8 +92,8 @@ void run(const SimulateArguments& options, model::Simulation<Model>& simulation,
         progress.update(rows->done(), count);
         return is_one;
       },
-      [&](RowBlock& block) { compute(simulation, options.inverse, block); },
-      [&](const RowBlock& block) { out.write(block); });
+      [&](SampleBlock& block) { compute(simulation, options.inverse, block); },
+      [&](const SampleBlock& block) { out.write(block); });
   if (count == 0)
     throw config::Error(fmt::format("{}: has no rows, expected at least one", options.input.string()));
 }

@@ -35,10 +35,10 @@ class CsvRows final : public RowInput {
     size_ = unknown ? 0 : size;
   }
 
-  bool next(RowBlock& block) override {
+  bool next(SampleBlock& block) override {
     block.time_s.clear();
     block.given.clear();
-    while (block.given.size() < RowBlock::most && reader_.next(row_)) {
+    while (block.given.size() < SampleBlock::most && reader_.next(row_)) {
       const double time_s = timed_ ? row_[1] : static_cast<double>(rows_);
       if (time_s < previous_s_)
         throw config::Error(fmt::format("{}:{}: time_s is {} after {}, expected time to increase",
@@ -90,8 +90,8 @@ class Hdf5Rows final : public RowInput {
     });
   }
 
-  bool next(RowBlock& block) override {
-    const std::size_t count = std::min<std::uint64_t>(RowBlock::most, rows_ - read_);
+  bool next(SampleBlock& block) override {
+    const std::size_t count = std::min<std::uint64_t>(SampleBlock::most, rows_ - read_);
     block.given.resize(count);
     block.time_s.resize(count);
     if (count == 0) return false;
@@ -135,7 +135,7 @@ class CsvRowOutput final : public RowOutput {
     file_.write("time_s,input,output\n");
   }
 
-  void write(const RowBlock& block) override {
+  void write(const SampleBlock& block) override {
     text_.clear();
     for (std::size_t i = 0; i < block.input.size(); ++i) {
       storage::append_shortest(text_, block.time_s[i]);
@@ -163,7 +163,7 @@ class Hdf5RowOutput final : public RowOutput {
         storage::Hdf5Writer::Compression::none);
   }
 
-  void write(const RowBlock& block) override {
+  void write(const SampleBlock& block) override {
     columns_ = {block.time_s, block.input, block.output};
     table_->append(columns_);
   }

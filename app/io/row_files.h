@@ -12,7 +12,7 @@
 namespace hystcan::app {
 
 /// Columns of equal length.
-struct RowBlock {
+struct SampleBlock {
   static constexpr std::size_t most = 4096;  ///< rows
   std::vector<double> time_s, given, input, output;
 };
@@ -25,7 +25,7 @@ class RowInput {
   virtual ~RowInput() = default;
   /// Fills time_s and given. False at the end. Throws config::Error at a value that is not finite, at a row that is none,
   /// and where time decreases, with the place.
-  virtual bool next(RowBlock& block) = 0;
+  virtual bool next(SampleBlock& block) = 0;
   /// That the file states for its column; empty: none.
   virtual std::string unit() const = 0;
   /// What was read of `size()`, for a progress bar.
@@ -40,7 +40,7 @@ std::unique_ptr<RowInput> open_rows(const std::filesystem::path& file, const std
 class RowOutput {
  public:
   virtual ~RowOutput() = default;
-  virtual void write(const RowBlock& block) = 0;
+  virtual void write(const SampleBlock& block) = 0;
   /// Without it no file remains.
   virtual void commit() = 0;
 };

@@ -280,6 +280,7 @@ void visit(V& v, RecordConfig& r) {
   v.name("dir", r.folder);
   v.optional("at_start", r.at_start);
   v.optional("bus_log", r.bus_log);
+  v.optional("hdf5", r.hdf5);
   v.optional("part_MB", r.part_MB, {.lo = 1.0, .hi = 1e5});
   v.optional("part_s", r.part_time, {.lo = 1.0, .hi = 1e6});
   v.optional("limit_GB", r.limit_GB, {.lo = 0.01, .hi = 1e6});

@@ -53,6 +53,18 @@ TEST(RecordedRun, OfAKilledControllerIsListedAndExported) {
   EXPECT_TRUE(bus_log.ends_with("\n"));
 }
 
+TEST(RecordedRun, IsThereInHdf5WhenTheControllerHasEnded) {
+  LiveStage stage;
+  const std::string runs = stage.folder() + "/runs";
+  stage.start({"--record", runs});
+  std::this_thread::sleep_for(milliseconds(1500));
+  EXPECT_EQ(stage.ctl({"stop"}).status, 0);
+  EXPECT_EQ(stage.bench.controller->wait(), 0) << stage.bench.controller->err();
+  const json listed = json::parse(output_of({"runs", runs, "--json"}));
+  const std::string file = listed[0].at("run").get<std::string>() + "/cycles_0001.h5";
+  EXPECT_TRUE(hil::comes_true([&] { return support::read_file(file).starts_with("\x89HDF"); }));
+}
+
 /// Twenty times at a random moment. The clock is the guest's, which counts instructions.
 TEST(IcountRecording, LosesAtMostASecondByAKill) {
   LiveStage stage;

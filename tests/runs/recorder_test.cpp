@@ -89,6 +89,22 @@ TEST_F(Recording, BeginsTheNextPartWhenOneIsFull) {
   for (std::size_t i = 0; i < 3000; ++i) ASSERT_EQ(cycles.columns[0][i], static_cast<double>(i + 1));
 }
 
+TEST_F(Recording, HandsEachCompletePartOnInOrder) {
+  config.record.part_MB = 0.05;
+  std::vector<std::filesystem::path> complete;
+  Recorder recorder(
+      config, describe(config, {}, "test"), [](can::BusHealthLog::Level, const std::string&) {},
+      [&](const std::filesystem::path& part) { complete.push_back(part); });
+  const std::filesystem::path run = recorder.start();
+  for (std::uint64_t cycle = 1; cycle <= 1000; ++cycle) recorder.add(tracked(cycle));
+  while (parts_of(run).size() < 2) std::this_thread::sleep_for(milliseconds(10));
+  recorder.finish();
+  EXPECT_EQ(complete, parts_of(run));
+  const RecordedRun part(complete.front());
+  EXPECT_EQ(part.info().axes.front().drive_unit, "V") << "a part is described by its run";
+  EXPECT_EQ(part.info().rows, 1000u);
+}
+
 TEST_F(Recording, KeepsTheChangesOfSettings) {
   Recorder recorder = make();
   const std::filesystem::path run = recorder.start();

@@ -1,0 +1,96 @@
+"""What `hystcan export --hdf5` makes is opened by h5py and numpy, also of a run that was killed.
+
+hdf5_test.py HYSTCAN BENCH_RECORDER: BENCH_RECORDER records 8 axes at 4 kHz until it is killed.
+"""
+import pathlib
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+import h5py
+import numpy
+
+HYSTCAN, RECORDER = sys.argv[1:3]
+KILLS = 5
+
+
+def hystcan(*words, folder):
+    subprocess.run([HYSTCAN, *map(str, words)], cwd=folder, check=True, capture_output=True, text=True)
+
+
+class Hdf5(unittest.TestCase):
+    def setUp(self):
+        scratch = tempfile.TemporaryDirectory()
+        self.addCleanup(scratch.cleanup)
+        self.folder = pathlib.Path(scratch.name)
+
+    def killed_run(self, seconds):
+        """Every row is of a whole cycle of eight axes, until the kill."""
+        folder = self.folder / str(seconds)
+        recorder = subprocess.Popen([RECORDER, "60", folder], stdout=subprocess.DEVNULL)
+        while not any(csv.stat().st_size > 10_000 for csv in folder.glob("run_*/cycles_0001.csv")):
+            time.sleep(0.01)
+        time.sleep(seconds)
+        recorder.send_signal(signal.SIGKILL)
+        recorder.wait()
+        return next(folder.glob("run_*"))
+
+    def test_killed_runs_open_in_h5py_with_every_row_that_the_csv_holds(self):
+        moments = random.Random(20261123)
+        for _ in range(KILLS):
+            run = self.killed_run(moments.uniform(0.0, 1.0))
+            hystcan("export", run, "--hdf5", folder=self.folder)
+            rows = (run / "cycles_0001.csv").read_text().splitlines()[2:]
+            if len(rows[-1].split(",")) != len(rows[0].split(",")):
+                rows.pop()
+            with h5py.File(self.folder / (run.name + ".h5")) as file:
+                self.assertEqual(file.attrs["ended"], "")
+                self.assertEqual(sum(file[f"axis{i}/cycle"].size for i in range(8)), len(rows))
+                for axis in range(8):
+                    cycles = numpy.asarray(file[f"axis{axis}/cycle"])
+                    numpy.testing.assert_array_equal(cycles, numpy.arange(1, cycles.size + 1))
+
+    def test_columns_are_those_of_the_csv_with_units_and_words(self):
+        run = self.killed_run(0.1)
+        hystcan("export", run, "--axis", "axis3", "--output", "a.h5", folder=self.folder)
+        hystcan("export", run, "--axis", "axis3", "--output", "a.csv", folder=self.folder)
+        lines = [line for line in (self.folder / "a.csv").read_text().splitlines() if not line.startswith("#")]
+        csv = numpy.genfromtxt(lines, delimiter=",", names=True, dtype=None, encoding="utf-8")
+        with h5py.File(self.folder / "a.h5") as file:
+            axis = file["axis3"]
+            self.assertEqual(set(axis), set(csv.dtype.names))
+            self.assertEqual(axis["drive"].attrs["unit"], "V")
+            self.assertEqual(axis.attrs["drive_unit"], "V")
+            for name in ("time_s", "reference_um", "position_um", "drive", "turnaround_us"):
+                numpy.testing.assert_array_equal(numpy.asarray(axis[name]), csv[name])
+            words = {number: word for word, number in h5py.check_enum_dtype(axis["state"].dtype).items()}
+            self.assertEqual([words[state] for state in axis["state"]], list(csv["state"]))
+            self.assertIn("[bus]", file["config/piezo.toml"][()].decode())
+
+    def test_interval_and_signals_are_selected(self):
+        run = self.killed_run(0.1)
+        hystcan("export", run, "--hdf5", "--axis", "axis0", "--signals", "drive", "--from", "0.01", "--to", "0.02",
+                "--output", "part.h5", folder=self.folder)
+        with h5py.File(self.folder / "part.h5") as file:
+            self.assertEqual(set(file["axis0"]), {"time_s", "drive"})
+            self.assertEqual((file["axis0/time_s"][0], file["axis0/time_s"][-1]), (0.01, 0.02))
+
+    def test_rows_of_simulate_are_written_and_read(self):
+        with h5py.File(self.folder / "in.h5", "w") as file:
+            file["time_s"] = numpy.arange(1000) * 1e-3
+            file["input"] = 50 + 40 * numpy.sin(numpy.arange(1000) * 0.01)
+            file["input"].attrs["unit"] = "V"
+        model = pathlib.Path(__file__).parents[2] / "config/piezo.model.toml"
+        hystcan("simulate", model, "--input", "in.h5", "--output", "out.h5", folder=self.folder)
+        with h5py.File(self.folder / "in.h5") as given, h5py.File(self.folder / "out.h5") as made:
+            numpy.testing.assert_array_equal(given["input"], made["input"])
+            self.assertEqual(made["output"].attrs["unit"], "um")
+            self.assertTrue(numpy.isfinite(made["output"]).all())
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
