@@ -20,13 +20,16 @@ endif()
 
 add_library(hystcan_flags INTERFACE)
 target_compile_features(hystcan_flags INTERFACE cxx_std_20)
-target_include_directories(hystcan_flags INTERFACE ${PROJECT_SOURCE_DIR})
-target_compile_options(hystcan_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
-  -Wnon-virtual-dtor -Wold-style-cast -Woverloaded-virtual -fno-math-errno -fno-semantic-interposition
-  $<$<BOOL:${HYSTCAN_WERROR}>:-Werror>)
+target_include_directories(hystcan_flags INTERFACE $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>)
+set(own_flags -Wall -Wextra -Wpedantic -Wshadow -Wconversion
+  -Wnon-virtual-dtor -Wold-style-cast -Woverloaded-virtual -fno-math-errno -fno-semantic-interposition)
+if(HYSTCAN_WERROR)
+  list(APPEND own_flags -Werror)
+endif()
+target_compile_options(hystcan_flags INTERFACE "$<BUILD_INTERFACE:${own_flags}>")
 # GCC 12 sees overlapping copies in std::string's operator+ where there are none (GCC bug 105651).
 if(CMAKE_CXX_COMPILER_ID STREQUAL GNU AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
-  target_compile_options(hystcan_flags INTERFACE -Wno-restrict)
+  target_compile_options(hystcan_flags INTERFACE $<BUILD_INTERFACE:-Wno-restrict>)
 endif()
 
 if(HYSTCAN_SANITIZE)
