@@ -19,6 +19,7 @@
 #include "app/live/stop_signal.h"
 #include "app/report/identification_findings.h"
 #include "app/report/identification_report.h"
+#include "app/report/identification_result.h"
 #include "config/files/model_file.h"
 #include "config/schema/config.h"
 #include "identification/identify.h"
@@ -65,17 +66,6 @@ Identified identify(const IdentifyArguments& options, const std::vector<Dataset>
   }
 }
 
-std::string model_text(const Identified& identified, const std::vector<std::string>& said) {
-  const double percent = 100.0 / identified.output_span;
-  std::size_t samples = 0;
-  for (const auto& dataset : identified.datasets) samples += dataset.samples;
-  std::string text = "# Identified by hystcan identify.\n";
-  for (const std::string& finding : said) text += "# - " + finding + "\n";
-  return text + config::model_text(identified.parameters,
-                                   {samples, identified.delay_s, identified.overall.rms * percent,
-                                    identified.overall.max * percent});
-}
-
 void save_memory(const IdentifyArguments& options, const Dataset& dataset, const Identified& identified) {
   const model::Hysteresis model(identified.parameters);
   const auto state = state_of(model, identified.memories.front(), dataset.input.front());
@@ -83,40 +73,6 @@ void save_memory(const IdentifyArguments& options, const Dataset& dataset, const
   OutputFile out(options.initial_memory);
   out.write(model.save(state, buffer));
   out.commit();
-}
-
-nlohmann::json to_json(const Identified& identified, const std::vector<std::string>& said) {
-  const double percent = 100.0 / identified.output_span;
-  const auto optional = [&](const std::optional<double>& value) {
-    return value ? nlohmann::json(*value * percent) : nlohmann::json();
-  };
-  nlohmann::json datasets = nlohmann::json::array();
-  for (std::size_t i = 0; i < identified.datasets.size(); ++i)
-    datasets.push_back({{"samples", identified.datasets[i].samples},
-                        {"cycles", identified.datasets[i].cycles},
-                        {"minor_fraction", identified.datasets[i].minor_fraction},
-                        {"noise_percent", identified.datasets[i].noise * percent},
-                        {"repeatability_percent", optional(identified.datasets[i].repeatability)},
-                        {"rms_percent", identified.misses[i].rms * percent},
-                        {"max_percent", identified.misses[i].max * percent}});
-  const auto range = [](const identification::PaceRange& k) { return nlohmann::json{k.lo, k.hi}; };
-  const model::Interval& thresholds = identified.parameters.input_range();
-  return {{"order", identified.search.order},
-          {"parameters", identified.parameter_count()},
-          {"k_ascending", identified.parameters.k_ascending},
-          {"k_descending", identified.parameters.k_descending},
-          {"k_ascending_range", range(identified.pace_ascending)},
-          {"k_descending_range", range(identified.pace_descending)},
-          {"input_min", thresholds.lo},
-          {"input_max", thresholds.hi},
-          {"delay_s", identified.delay_s},
-          {"output_span", identified.output_span},
-          {"rms_percent", identified.overall.rms * percent},
-          {"max_percent", identified.overall.max * percent},
-          {"held_out_rms_percent", optional(identified.held_out_rms)},
-          {"stopped", identified.stopped},
-          {"records", datasets},
-          {"findings", said}};
 }
 
 void report_model(const IdentifyArguments& options, const std::vector<Dataset>& datasets,
@@ -153,13 +109,13 @@ int run_identify(const IdentifyArguments& options) {
   const Identified identified = identify(options, datasets);
   const std::vector<std::string> said = findings(datasets, identified);
   OutputFile out(options.output);
-  out.write(model_text(identified, said));
+  out.write(identified_model_text(identified, said));
   out.commit();
   if (!options.initial_memory.empty()) save_memory(options, datasets.front(), identified);
   if (!options.report.empty()) report_model(options, datasets, identified, said);
   const double percent = 100.0 / identified.output_span;
   if (options.json) {
-    fmt::print("{}\n", to_json(identified, said).dump(2));
+    fmt::print("{}\n", identification_json(identified, said).dump(2));
   } else {
     for (const std::string& finding : said) fmt::print("- {}\n", finding);
     fmt::print(

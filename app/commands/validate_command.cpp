@@ -14,11 +14,10 @@
 #include "app/io/output_file.h"
 #include "app/io/standard_streams.h"
 #include "app/live/stop_signal.h"
+#include "app/report/identification_result.h"
 #include "can/counted.h"
 #include "config/files/model_file.h"
 #include "config/schema/config.h"
-#include "identification/excerpt.h"
-#include "identification/memory_estimate.h"
 #include "identification/prediction.h"
 
 namespace hystcan::app {
@@ -26,7 +25,6 @@ namespace {
 
 using identification::Dataset;
 using identification::ErrorNorms;
-using identification::MemoryEstimate;
 
 struct ValidateArguments {
   std::filesystem::path model;
@@ -40,53 +38,32 @@ struct ValidateArguments {
   bool json = false;
 };
 
-struct Outcome {
-  MemoryEstimate start;
-  double delay_s = 0.0;
-  std::vector<double> predicted;
-  std::size_t estimated_from = 0;  ///< samples
-  ErrorNorms all, rest;
-  double output_span = 0.0;
-  std::size_t outside = 0;  ///< samples beyond the thresholds
-};
-
-std::size_t samples_until(const Dataset& dataset, const std::optional<double>& estimate_s) {
-  std::size_t samples = 0;
-  while (samples < dataset.size() &&
-         (!estimate_s || dataset.time_s[samples] - dataset.time_s[0] <= *estimate_s))
-    ++samples;
-  return samples;
+ValidationOptions asked_for(const ValidateArguments& options, const model::Hysteresis& model) {
+  ValidationOptions asked{
+      .delay_s = options.delay_s.value_or(config::load_identified_from(options.model).delay_s),
+      .estimate_s = options.estimate_s,
+      .estimates_offset = !options.no_offset,
+      .memory = {}};
+  if (!options.memory.empty())
+    asked.memory = config::load_memory(options.memory, model, model::Hysteresis::default_capacity);
+  return asked;
 }
 
-Outcome predict(const ValidateArguments& options, const model::Hysteresis& model, const Dataset& given) {
-  const Dataset dataset = model.symmetry() == model::Symmetry::even ? folded(given) : given;
-  Outcome outcome;
-  outcome.delay_s = options.delay_s.value_or(config::load_identified_from(options.model).delay_s);
+Validation predict(const ValidateArguments& options, const model::Hysteresis& model, const Dataset& dataset) {
   if (const double lasts_s = dataset.time_s.back() - dataset.time_s.front();
-      options.delay_s && outcome.delay_s > lasts_s)
+      options.delay_s && *options.delay_s > lasts_s)
     throw config::Error(fmt::format("--delay is {} s, expected at most the length of {}, {:g} s",
-                                    outcome.delay_s, options.data.string(), lasts_s));
-  outcome.output_span = identification::span_of(dataset.output);
-  if (!(outcome.output_span > 0.0))
-    throw config::Error(fmt::format("{}: the output is constant", options.data.string()));
-  if (options.memory.empty()) {
-    outcome.estimated_from = samples_until(dataset, options.estimate_s);
-    outcome.start =
-        estimate_memory(model, dataset, outcome.delay_s, outcome.estimated_from, !options.no_offset);
-    outcome.predicted = identification::predict(model, dataset, outcome.delay_s, outcome.start.memory);
-  } else {
-    model::HysteresisState state =
-        config::load_memory(options.memory, model, model::Hysteresis::default_capacity);
-    outcome.predicted = identification::predict(model, dataset, outcome.delay_s, state);
+                                    *options.delay_s, options.data.string(), lasts_s));
+  try {
+    return validate(model, dataset, asked_for(options, model));
+  } catch (const config::Error&) {
+    throw;
+  } catch (const std::invalid_argument& error) {
+    throw config::Error(fmt::format("{}: {}", options.data.string(), error.what()));
   }
-  for (double& output : outcome.predicted) output += outcome.start.offset;
-  outcome.all = ErrorNorms::of(outcome.predicted, dataset.output);
-  outcome.rest = ErrorNorms::of(outcome.predicted, dataset.output, outcome.estimated_from);
-  for (const double input : dataset.input) outcome.outside += model.input_range().contains(input) ? 0 : 1;
-  return outcome;
 }
 
-void write(const ValidateArguments& options, const Dataset& dataset, const Outcome& outcome) {
+void write(const ValidateArguments& options, const Dataset& dataset, const Validation& outcome) {
   stop_at_a_signal();
   OutputFile out(options.output);
   out.write("time_s,input,output,predicted\n");
@@ -101,23 +78,11 @@ void write(const ValidateArguments& options, const Dataset& dataset, const Outco
   out.commit();
 }
 
-void report_prediction(const ValidateArguments& options, const Dataset& dataset, const Outcome& outcome) {
+void report_prediction(const ValidateArguments& options, const Dataset& dataset, const Validation& outcome) {
   const double percent = 100.0 / outcome.output_span;
-  const bool rest = outcome.estimated_from > 0 && outcome.estimated_from < dataset.size();
+  const bool rest = outcome.has_rest();
   if (options.json) {
-    fmt::print("{}\n",
-               nlohmann::json{
-                   {"samples", dataset.size()},
-                   {"rms_percent", outcome.all.rms * percent},
-                   {"max_percent", outcome.all.max * percent},
-                   {"estimated_from_samples", outcome.estimated_from},
-                   {"rest_rms_percent", rest ? nlohmann::json(outcome.rest.rms * percent) : nlohmann::json()},
-                   {"rest_max_percent", rest ? nlohmann::json(outcome.rest.max * percent) : nlohmann::json()},
-                   {"offset", outcome.start.offset},
-                   {"delay_s", outcome.delay_s},
-                   {"output_span", outcome.output_span},
-                   {"samples_outside_thresholds", outcome.outside}}
-                   .dump(2));
+    fmt::print("{}\n", validation_json(outcome).dump(2));
     return;
   }
   const ErrorNorms& judged = rest ? outcome.rest : outcome.all;
@@ -144,7 +109,7 @@ int run_validate(const ValidateArguments& options) {
   input.input_unit = model.parameters().input_unit;
   input.output_unit = model.parameters().output_unit;
   const Dataset dataset = load_datasets({options.data}, input).front();
-  const Outcome outcome = predict(options, model, dataset);
+  const Validation outcome = predict(options, model, dataset);
   if (!options.output.empty()) write(options, dataset, outcome);
   report_prediction(options, dataset, outcome);
   return done;

@@ -1,0 +1,115 @@
+#include "app/report/identification_result.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <utility>
+
+#include "config/files/model_file.h"
+#include "identification/excerpt.h"
+
+namespace hystcan::app {
+namespace {
+
+std::size_t samples_until(const identification::Dataset& dataset, const std::optional<double>& estimate_s) {
+  std::size_t samples = 0;
+  while (samples < dataset.size() &&
+         (!estimate_s || dataset.time_s[samples] - dataset.time_s[0] <= *estimate_s))
+    ++samples;
+  return samples;
+}
+
+}  // namespace
+
+using identification::ErrorNorms;
+using identification::Identified;
+
+std::string identified_model_text(const Identified& identified, const std::vector<std::string>& findings) {
+  const double percent = 100.0 / identified.output_span;
+  std::size_t samples = 0;
+  for (const auto& dataset : identified.datasets) samples += dataset.samples;
+  std::string text = "# Identified by hystcan identify.\n";
+  for (const std::string& finding : findings) text += "# - " + finding + "\n";
+  return text + config::model_text(identified.parameters,
+                                   {samples, identified.delay_s, identified.overall.rms * percent,
+                                    identified.overall.max * percent});
+}
+
+nlohmann::json identification_json(const Identified& identified, const std::vector<std::string>& findings) {
+  const double percent = 100.0 / identified.output_span;
+  const auto optional = [&](const std::optional<double>& value) {
+    return value ? nlohmann::json(*value * percent) : nlohmann::json();
+  };
+  nlohmann::json datasets = nlohmann::json::array();
+  for (std::size_t i = 0; i < identified.datasets.size(); ++i)
+    datasets.push_back({{"samples", identified.datasets[i].samples},
+                        {"cycles", identified.datasets[i].cycles},
+                        {"minor_fraction", identified.datasets[i].minor_fraction},
+                        {"noise_percent", identified.datasets[i].noise * percent},
+                        {"repeatability_percent", optional(identified.datasets[i].repeatability)},
+                        {"rms_percent", identified.misses[i].rms * percent},
+                        {"max_percent", identified.misses[i].max * percent}});
+  const auto range = [](const identification::PaceRange& k) { return nlohmann::json{k.lo, k.hi}; };
+  const model::Interval& thresholds = identified.parameters.input_range();
+  return {{"order", identified.search.order},
+          {"parameters", identified.parameter_count()},
+          {"k_ascending", identified.parameters.k_ascending},
+          {"k_descending", identified.parameters.k_descending},
+          {"k_ascending_range", range(identified.pace_ascending)},
+          {"k_descending_range", range(identified.pace_descending)},
+          {"input_min", thresholds.lo},
+          {"input_max", thresholds.hi},
+          {"delay_s", identified.delay_s},
+          {"output_span", identified.output_span},
+          {"rms_percent", identified.overall.rms * percent},
+          {"max_percent", identified.overall.max * percent},
+          {"held_out_rms_percent", optional(identified.held_out_rms)},
+          {"stopped", identified.stopped},
+          {"records", datasets},
+          {"findings", findings}};
+}
+
+Validation validate(const model::Hysteresis& model, const identification::Dataset& given,
+                    ValidationOptions options) {
+  const identification::Dataset dataset = model.symmetry() == model::Symmetry::even ? folded(given) : given;
+  Validation result;
+  result.delay_s = options.delay_s;
+  if (const double lasts_s = dataset.time_s.back() - dataset.time_s.front(); options.delay_s > lasts_s)
+    throw std::invalid_argument(fmt::format(
+        "the delay is {} s, expected at most the length of the dataset, {:g} s", options.delay_s, lasts_s));
+  result.output_span = identification::span_of(dataset.output);
+  if (!(result.output_span > 0.0)) throw std::invalid_argument("the output is constant");
+  if (options.memory) {
+    result.predicted = identification::predict(model, dataset, result.delay_s, *options.memory);
+  } else {
+    result.estimated_from = samples_until(dataset, options.estimate_s);
+    result.start =
+        estimate_memory(model, dataset, result.delay_s, result.estimated_from, options.estimates_offset);
+    result.predicted = identification::predict(model, dataset, result.delay_s, result.start.memory);
+  }
+  for (double& output : result.predicted) output += result.start.offset;
+  result.all = ErrorNorms::of(result.predicted, dataset.output);
+  result.rest = ErrorNorms::of(result.predicted, dataset.output, result.estimated_from);
+  for (const double input : dataset.input) result.outside += model.input_range().contains(input) ? 0 : 1;
+  return result;
+}
+
+nlohmann::json validation_json(const Validation& validation) {
+  const double percent = 100.0 / validation.output_span;
+  const auto of_the_rest = [&](double error) {
+    return validation.has_rest() ? nlohmann::json(error * percent) : nlohmann::json();
+  };
+  return {{"samples", validation.predicted.size()},
+          {"rms_percent", validation.all.rms * percent},
+          {"max_percent", validation.all.max * percent},
+          {"estimated_from_samples", validation.estimated_from},
+          {"rest_rms_percent", of_the_rest(validation.rest.rms)},
+          {"rest_max_percent", of_the_rest(validation.rest.max)},
+          {"offset", validation.start.offset},
+          {"delay_s", validation.delay_s},
+          {"output_span", validation.output_span},
+          {"samples_outside_thresholds", validation.outside}};
+}
+
+}  // namespace hystcan::app
