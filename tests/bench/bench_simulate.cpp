@@ -1,6 +1,7 @@
 // `hystcan simulate` over 10^7 rows, as a process: CSV to CSV and HDF5 to HDF5, beside the model alone in memory.
 //
 //   bench_simulate [FOLDER]      default: the temporary folder; it takes 1.5 GB there
+//   bench_simulate --model       the model alone
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "config/files/model_file.h"
@@ -57,10 +59,11 @@ double best_s(const Work& work) {
 }
 
 double model_alone_s() {
-  std::vector<double> inputs(rows), outputs(rows);
+  std::vector<double> inputs(rows);
   for (int i = 0; i < rows; ++i) inputs[static_cast<std::size_t>(i)] = input(i);
   const model::Hysteresis model{config::load_model(model_file)};
   return best_s([&] {
+    std::vector<double> outputs(rows);
     model::Simulation<model::Hysteresis> simulation(model, model.virgin(model.input_range().lo, 4096));
     for (std::size_t i = 0; i < inputs.size(); ++i) outputs[i] = simulation.follow_input(inputs[i]).output;
   });
@@ -83,14 +86,15 @@ void print(const char* what, double seconds, double alone_s, double budget_s) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  const double alone_s = model_alone_s();
+  fmt::print("{:<14} {:5.3f} s  {} rows\n", "model alone", alone_s, rows);
+  if (argc > 1 && std::string_view(argv[1]) == "--model") return 0;
   const std::filesystem::path folder =
       std::filesystem::path(argc > 1 ? argv[1] : std::filesystem::temp_directory_path()) /
       "hystcan-bench-simulate";
   const std::string program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "hystcan";
   std::filesystem::create_directories(folder);
   write_input(folder / "in.csv");
-  const double alone_s = model_alone_s();
-  fmt::print("{:<14} {:5.2f} s  {} rows\n", "model alone", alone_s, rows);
   print("CSV to CSV", program_s(program, folder / "in.csv", folder / "out.csv"), alone_s, 2.5);
   program_s(program, folder / "in.csv", folder / "in.h5");
   print("HDF5 to HDF5", program_s(program, folder / "in.h5", folder / "out.h5"), alone_s, 1.0);

@@ -1,0 +1,114 @@
+#include "python/any_model.h"
+
+#include <string_view>
+#include <type_traits>
+#include <utility>
+
+#include "model/simulation.h"
+
+namespace hystcan::python {
+namespace {
+
+constexpr std::size_t capacity = 4096;  // branches, as in `simulate`
+
+template <class State>
+inline constexpr bool has_branches = std::is_same_v<State, model::HysteresisState>;
+
+AnyState at_rest(const model::AnyModel& model) {
+  return std::visit(
+      [](const auto& each) -> AnyState {
+        using State = typename std::decay_t<decltype(each)>::State;
+        if constexpr (has_branches<State>)
+          return each.virgin(each.input_range().lo, capacity);
+        else
+          return each.virgin(each.input_range().lo);
+      },
+      model);
+}
+
+/// Calls `work(model, state)` with the types that belong together.
+template <class Any, class Work>
+auto with(const model::AnyModel& model, Any& state, Work work) {
+  return std::visit(
+      [&](const auto& each) {
+        using State = typename std::decay_t<decltype(each)>::State;
+        return work(each, std::get<State>(state));
+      },
+      model);
+}
+
+template <class Model>
+Pass pass_of(const model::Simulation<Model>& simulation, std::vector<double> values) {
+  const model::Tally& tally = simulation.tally();
+  return {std::move(values), tally.saturated, tally.not_increasing};
+}
+
+}  // namespace
+
+Memory::Memory(SharedModel model) : model_(std::move(model)), state_(at_rest(*model_)) {}
+
+Memory Memory::load(SharedModel model, const std::filesystem::path& file) {
+  Memory memory(std::move(model));
+  memory.state_ =
+      std::visit([&](const auto& each) -> AnyState { return config::load_memory(file, each, capacity); },
+                 *memory.model_);
+  return memory;
+}
+
+double Memory::input() const {
+  return std::visit([](const auto& state) { return state.input; }, state_);
+}
+
+double Memory::output() const {
+  return std::visit([](const auto& state) { return state.output; }, state_);
+}
+
+model::Interval Memory::reachable() const {
+  return with(*model_, state_, [](const auto& model, const auto& state) { return model.reachable(state); });
+}
+
+std::vector<double> Memory::turning_inputs() const {
+  std::vector<double> inputs;
+  if (const auto* const state = std::get_if<model::HysteresisState>(&state_))
+    for (std::size_t i = 1; i < state->depth(); ++i) inputs.push_back(state->branches[i].start_input);
+  return inputs;
+}
+
+std::string Memory::text() const {
+  std::vector<char> buffer(4096);
+  return with(*model_, state_, [&](const auto& model, const auto& state) {
+    std::string_view text;
+    while ((text = model.save(state, buffer)).empty()) buffer.resize(2 * buffer.size());
+    return std::string(text);
+  });
+}
+
+double Memory::step(double input) {
+  return with(*model_, state_,
+              [&](const auto& model, auto& state) { return model.advance(state, input).value; });
+}
+
+Pass Memory::simulate(std::span<const double> inputs) {
+  return with(*model_, state_, [&](const auto& model, auto& state) {
+    Pass pass{std::vector<double>(inputs.size())};
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+      const model::Prediction step = model.advance(state, inputs[i]);
+      pass.values[i] = state.output;
+      pass.saturated += step.saturated ? 1 : 0;
+      pass.not_increasing += step.increasing ? 0 : 1;
+    }
+    return pass;
+  });
+}
+
+Pass Memory::inverse(std::span<const double> outputs, double drive_sign) {
+  return with(*model_, state_, [&](const auto& model, auto& state) {
+    model::Simulation simulation(model, state, drive_sign);
+    std::vector<double> inputs(outputs.size());
+    for (std::size_t i = 0; i < outputs.size(); ++i) inputs[i] = simulation.follow_output(outputs[i]).input;
+    state = simulation.state();
+    return pass_of(simulation, std::move(inputs));
+  });
+}
+
+}  // namespace hystcan::python

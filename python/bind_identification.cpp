@@ -1,0 +1,198 @@
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "app/io/output_file.h"
+#include "app/report/identification_findings.h"
+#include "app/report/identification_result.h"
+#include "identification/identify.h"
+#include "model/words.h"
+#include "python/arrays.h"
+#include "python/bindings.h"
+#include "python/model.h"
+
+namespace hystcan::python {
+namespace {
+
+using identification::Dataset;
+
+struct Units {
+  std::string input, output;
+};
+
+Dataset dataset_of(const Array& t, const Array& u, const Array& y, const Units& units) {
+  Dataset dataset{.input_unit = units.input,
+                  .output_unit = units.output,
+                  .time_s = vector_of(t, "t"),
+                  .input = vector_of(u, "u"),
+                  .output = vector_of(y, "y")};
+  const std::size_t rows = dataset.time_s.size();
+  if (dataset.input.size() != rows || dataset.output.size() != rows)
+    throw py::value_error(fmt::format("t, u, y have {}, {}, {} values, expected as many of each", rows,
+                                      dataset.input.size(), dataset.output.size()));
+  if (rows == 0) throw py::value_error("t, u, y are empty, expected values");
+  for (std::size_t i = 1; i < rows; ++i)
+    if (!(dataset.time_s[i] > dataset.time_s[i - 1]))
+      throw py::value_error(fmt::format("t[{}] is {} after {}, expected time to increase", i,
+                                        dataset.time_s[i], dataset.time_s[i - 1]));
+  return dataset;
+}
+
+/// Arrays of one record, or sequences of arrays of several.
+std::vector<Dataset> datasets_of(const py::object& t, const py::object& u, const py::object& y,
+                                 const Units& units) {
+  const auto is_several = [](const py::object& given) {
+    if (!py::isinstance<py::list>(given) && !py::isinstance<py::tuple>(given)) return false;
+    const auto sequence = given.cast<py::sequence>();
+    return sequence.size() > 0 && !py::isinstance<py::float_>(sequence[0]) &&
+           !py::isinstance<py::int_>(sequence[0]) && py::hasattr(sequence[0], "__len__");
+  };
+  if (!is_several(t)) return {dataset_of(t.cast<Array>(), u.cast<Array>(), y.cast<Array>(), units)};
+  const auto times = t.cast<py::sequence>(), inputs = u.cast<py::sequence>(),
+             outputs = y.cast<py::sequence>();
+  if (inputs.size() != times.size() || outputs.size() != times.size())
+    throw py::value_error(fmt::format("t, u, y are {}, {}, {} records, expected as many of each",
+                                      times.size(), inputs.size(), outputs.size()));
+  std::vector<Dataset> datasets;
+  for (std::size_t i = 0; i < times.size(); ++i)
+    datasets.push_back(
+        dataset_of(times[i].cast<Array>(), inputs[i].cast<Array>(), outputs[i].cast<Array>(), units));
+  return datasets;
+}
+
+struct Result {
+  Model model;
+  py::object report;
+  std::string text;
+  std::vector<double> first_memory;
+};
+
+identification::IdentifyOptions options_of(const std::optional<int>& order,
+                                           const std::optional<std::string>& symmetry,
+                                           const std::string& thresholds) {
+  identification::IdentifyOptions options;
+  options.order = order;
+  if (symmetry) {
+    options.symmetry = parse_word<model::Symmetry>(*symmetry);
+    if (!options.symmetry)
+      throw py::value_error(fmt::format("symmetry is \"{}\", expected \"none\" or \"even\"", *symmetry));
+  }
+  if (thresholds != "auto" && thresholds != "observed")
+    throw py::value_error(fmt::format("thresholds is \"{}\", expected \"auto\" or \"observed\"", thresholds));
+  options.observed_thresholds = thresholds == "observed";
+  options.go_on = [] {
+    check_signals();
+    return true;
+  };
+  return options;
+}
+
+Result identify(const py::object& t, const py::object& u, const py::object& y,
+                const std::optional<int>& order, const std::optional<std::string>& symmetry,
+                const std::string& thresholds, const std::string& input_unit,
+                const std::string& output_unit) {
+  const std::vector<Dataset> datasets = datasets_of(t, u, y, {input_unit, output_unit});
+  if (order && (*order < 1 || *order > identification::highest_order))
+    throw py::value_error(
+        fmt::format("order is {}, expected 1 to {}", *order, identification::highest_order));
+  const identification::IdentifyOptions options = options_of(order, symmetry, thresholds);
+  std::optional<identification::Identified> identified;
+  std::vector<std::string> said;
+  {
+    const py::gil_scoped_release released;
+    identified = identification::identify(datasets, options);
+    said = app::findings(datasets, *identified);
+  }
+  Model model;
+  model.model = std::make_shared<const model::AnyModel>(model::Hysteresis(identified->parameters));
+  model.name = "identified";
+  model.input_unit = identified->parameters.input_unit;
+  model.output_unit = identified->parameters.output_unit;
+  model.delay_s = identified->delay_s;
+  return {std::move(model),
+          python_of(app::identification_json(*identified, said)),
+          app::identified_model_text(*identified, said),
+          {}};
+}
+
+void save_result(const Result& result, const std::filesystem::path& path) {
+  app::OutputFile file(path);
+  file.write(result.text);
+  file.commit();
+}
+
+py::dict validate(const Model& model, const Array& t, const Array& u, const Array& y,
+                  const std::optional<double>& delay_s, const std::optional<double>& estimate_from_s,
+                  bool offset) {
+  const auto* const hysteresis = std::get_if<model::Hysteresis>(model.model.get());
+  if (hysteresis == nullptr)
+    throw py::value_error(fmt::format("{}: kind is {}, expected recursive-memory", model.name, model.kind()));
+  const Dataset dataset = dataset_of(t, u, y, {model.input_unit, model.output_unit});
+  app::Validation validation;
+  {
+    const py::gil_scoped_release released;
+    validation = app::validate(*hysteresis, dataset,
+                               {.delay_s = delay_s.value_or(model.delay_s),
+                                .estimate_s = estimate_from_s,
+                                .estimates_offset = offset,
+                                .memory = {}});
+  }
+  auto report = python_of(app::validation_json(validation)).cast<py::dict>();
+  report["predicted"] = array_of(std::move(validation.predicted));
+  return report;
+}
+
+}  // namespace
+
+void bind_identification(py::module_& module) {
+  py::class_<Result>(module, "Identified", "What identify() found.")
+      .def_readonly("model", &Result::model, "The model.")
+      .def_readonly(
+          "report", &Result::report,
+          "Figures and findings, as `hystcan identify --json` prints them; errors in percent of the span.")
+      .def("save", &save_result, py::arg("path"),
+           R"(Write the model file, which `Model.load` and a configuration take.
+
+Raises RuntimeError if the file cannot be written.
+)");
+  module.def("identify", &identify, py::arg("t"), py::arg("u"), py::arg("y"), py::kw_only(),
+             py::arg("order") = py::none(), py::arg("symmetry") = py::none(), py::arg("thresholds") = "auto",
+             py::arg("input_unit") = "V", py::arg("output_unit") = "um",
+             R"(Identify a model from measured records and return it with its figures.
+
+t, u, y: time in seconds, input and output, each of shape (n,); or lists of such arrays, one for each record.
+order: of the reference curves; chosen by hold-out if left out. symmetry: "none" or "even"; found if left out.
+thresholds: "observed" puts them at the ends of the inputs, as a controller needs.
+Raises ValueError for what is no record, Error if no model can be identified. Ctrl-C raises KeyboardInterrupt.
+
+>>> import hystcan, numpy
+>>> t = numpy.arange(8000) * 1e-3
+>>> u = 50 - 50 * (1 - t / 16) * numpy.cos(7 * t)
+>>> true = hystcan.Model.load(hystcan.shipped("piezo.model.toml"))
+>>> found = hystcan.identify(t, u, true.simulate(u))
+>>> found.report["rms_percent"] < 0.1
+True
+)");
+  module.def("validate", &validate, py::arg("model"), py::arg("t"), py::arg("u"), py::arg("y"), py::kw_only(),
+             py::arg("delay_s") = py::none(), py::arg("estimate_from_s") = py::none(),
+             py::arg("offset") = true,
+             R"(Predict a record with a model and return the errors, and the prediction in "predicted".
+
+t, u, y: as in identify, one record. delay_s: instead of the model's. estimate_from_s: initial memory and offset are
+estimated from that many seconds, which are then not judged; from all samples if left out.
+Raises ValueError for what is no record.
+
+>>> import hystcan, numpy
+>>> model = hystcan.Model.load(hystcan.shipped("piezo.model.toml"))
+>>> t = numpy.arange(2000) * 1e-3
+>>> u = 50 - 45 * numpy.cos(7 * t)
+>>> hystcan.validate(model, t, u, model.simulate(u))["rms_percent"] < 0.1
+True
+)");
+}
+
+}  // namespace hystcan::python

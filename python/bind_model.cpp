@@ -1,0 +1,200 @@
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "app/io/output_file.h"
+#include "model/simulation.h"
+#include "python/any_model.h"
+#include "python/arrays.h"
+#include "python/bindings.h"
+#include "python/model.h"
+
+namespace hystcan::python {
+namespace {
+
+/// RuntimeWarning, which a notebook shows once and a test can make an error.
+void warn_of(const Pass& pass, const char* what, const Model& model) {
+  std::string text;
+  if (pass.saturated > 0)
+    text = fmt::format("{} of {} {} are out of reach and limited", pass.saturated, pass.values.size(), what);
+  if (pass.not_increasing > 0)
+    text += fmt::format("{}{} of {} lie on a branch that does not increase", text.empty() ? "" : "; ",
+                        pass.not_increasing, pass.values.size());
+  if (text.empty()) return;
+  if (PyErr_WarnEx(PyExc_RuntimeWarning, fmt::format("{}: {}", model.name, text).c_str(), 2) != 0)
+    throw py::error_already_set();
+}
+
+/// Runs `work` on the memory given, which it advances, or on a new one.
+template <class Work>
+py::array_t<double> run(const Model& model, Memory* memory, const char* what, Work work) {
+  if (memory != nullptr && memory->model() != model.model)
+    throw py::value_error("the memory belongs to another model, expected one of this model");
+  std::optional<Memory> fresh;
+  Memory& state = memory != nullptr ? *memory : fresh.emplace(model.model);
+  Pass pass;
+  {
+    const py::gil_scoped_release released;
+    pass = work(state);
+  }
+  warn_of(pass, what, model);
+  return array_of(std::move(pass.values));
+}
+
+py::array_t<double> simulate(const Model& model, const Array& u, Memory* memory) {
+  const auto inputs = column(u, "u");
+  return run(model, memory, "inputs", [&](Memory& state) { return state.simulate(inputs); });
+}
+
+py::array_t<double> inverse(const Model& model, const Array& y, Memory* memory, bool negative_drive) {
+  const auto outputs = column(y, "y");
+  if (negative_drive && !model.is_even())
+    throw py::value_error(model.name + ": symmetry is \"none\", expected \"even\" with negative_drive");
+  return run(model, memory, "outputs",
+             [&](Memory& state) { return state.inverse(outputs, negative_drive ? -1.0 : 1.0); });
+}
+
+std::pair<double, double> pair_of(const model::Interval& interval) { return {interval.lo, interval.hi}; }
+
+double step_memory(Memory& memory, double u) {
+  if (!std::isfinite(u)) throw py::value_error(fmt::format("u is {}, expected a finite number", u));
+  return memory.step(u);
+}
+
+void save_memory(const Memory& memory, const std::filesystem::path& path) {
+  app::OutputFile file(path);
+  file.write(memory.text());
+  file.commit();
+}
+
+void bind_memory(py::module_& module) {
+  py::class_<Memory>(module, "Memory",
+                     R"(The memory of an actuator: what its output depends on beside the input.
+
+A copy is independent: try something on it, and go on from the original.
+
+>>> import hystcan
+>>> memory = hystcan.Model.load(hystcan.shipped("piezo.model.toml")).memory()
+>>> y = [memory.step(u) for u in (0.0, 80.0, 20.0)]
+>>> memory.turning_inputs
+array([80.])
+)")
+      .def("step", &step_memory, py::arg("u"),
+           R"(Apply one input, in input units, and return the output, in output units.
+
+Raises ValueError if `u` is not finite. An input beyond the thresholds is limited to them.
+
+>>> import hystcan
+>>> memory = hystcan.Model.load(hystcan.shipped("piezo.model.toml")).memory()
+>>> memory.step(50.0) < memory.step(60.0)
+True
+)")
+      .def(
+          "copy", [](const Memory& memory) { return memory; }, "Return an independent copy.")
+      .def("__copy__", [](const Memory& memory) { return memory; })
+      .def("__deepcopy__", [](const Memory& memory, const py::dict&) { return memory; })
+      .def("save", &save_memory, py::arg("path"),
+           R"(Write the memory as TOML, from which it is restored to the bit.
+
+Raises RuntimeError if the file cannot be written.
+)")
+      .def_property_readonly("input", &Memory::input, "The present input, in input units.")
+      .def_property_readonly("output", &Memory::output, "The present output, in output units.")
+      .def_property_readonly(
+          "turning_inputs", [](const Memory& memory) { return array_of(memory.turning_inputs()); },
+          "Inputs at the remembered turning points, oldest first; shape (n,). Empty for play operators.");
+}
+
+}  // namespace
+
+void bind_model(py::module_& module) {
+  bind_memory(module);
+  py::class_<Model>(module, "Model", R"(A hysteresis model of any kind, with its exact inverse.
+
+>>> import hystcan, numpy
+>>> model = hystcan.Model.load(hystcan.shipped("piezo.model.toml"))
+>>> u = 50 + 40 * numpy.sin(numpy.linspace(0, 6, 1000))
+>>> y = model.simulate(u)
+>>> bool(numpy.abs(model.inverse(y) - u).max() < 1e-9)
+True
+)")
+      .def_static("load", &Model::load, py::arg("path"), py::kw_only(), py::arg("beyond_limit") = false,
+                  R"(Read a model file (TOML).
+
+beyond_limit: accept a model whose branches do not all increase, for study; it has no exact inverse.
+Raises Error, with the place in the file, if it is no model file.
+
+>>> import hystcan
+>>> hystcan.Model.load(hystcan.shipped("piezo.model.toml")).kind
+'recursive-memory'
+)")
+      .def("simulate", &simulate, py::arg("u"), py::arg("memory") = py::none(),
+           R"(Return the outputs of the inputs u, shape (n,), in output units.
+
+memory: where the actuator is at the beginning; it is advanced to the end. Without it, the actuator begins on the
+ascending reference curve at the lower threshold.
+Raises ValueError if u is not one-dimensional or not finite. Warns if inputs lie beyond the thresholds.
+
+>>> import hystcan
+>>> model = hystcan.Model.load(hystcan.shipped("piezo.model.toml"))
+>>> model.simulate([0.0, 50.0, 100.0, 50.0]).round(3)[[1, 3]]
+array([13.35, 17.85])
+)")
+      .def("inverse", &inverse, py::arg("y"), py::arg("memory") = py::none(), py::kw_only(),
+           py::arg("negative_drive") = false,
+           R"(Return the inputs that give the outputs y, shape (n,), in input units.
+
+memory: as in simulate. negative_drive: the negative one of the two inputs of an even model.
+Raises ValueError if y is not one-dimensional or not finite. Warns if outputs are out of reach.
+
+>>> import hystcan
+>>> model = hystcan.Model.load(hystcan.shipped("piezo.model.toml"))
+>>> model.simulate(model.inverse([10.0, 20.0, 15.0])).round(9)
+array([10., 20., 15.])
+)")
+      .def(
+          "output_range",
+          [](const Model& model, const Memory* memory) {
+            return pair_of(memory != nullptr ? memory->reachable() : Memory(model.model).reachable());
+          },
+          py::arg("memory") = py::none(),
+          R"(Return the outputs (lowest, highest) within reach from this memory.
+
+>>> import hystcan
+>>> lowest, highest = hystcan.Model.load(hystcan.shipped("piezo.model.toml")).output_range()
+>>> round(highest, 9)
+30.0
+)")
+      .def(
+          "memory", [](const Model& model) { return Memory(model.model); },
+          "Return a new Memory, on the ascending reference curve at the lower threshold.")
+      .def(
+          "load_memory",
+          [](const Model& model, const std::filesystem::path& path) {
+            return Memory::load(model.model, path);
+          },
+          py::arg("path"),
+          R"(Read a memory that was saved, by Memory.save or `hystcan simulate --save-memory`.
+
+Raises Error, with the place in the file, also if the memory belongs to another model.
+)")
+      .def_property_readonly("kind", &Model::kind, "As in the model file: \"recursive-memory\", ...")
+      .def_property_readonly(
+          "input_range", [](const Model& model) { return pair_of(model.input_range()); },
+          "The thresholds (lower, upper), in input units.")
+      .def_readonly("input_unit", &Model::input_unit, "Of the model file: \"V\".")
+      .def_readonly("output_unit", &Model::output_unit, "Of the model file: \"um\".")
+      .def_readonly("delay_s", &Model::delay_s,
+                    "Delay of the output that was identified with the model; else 0.")
+      .def("__repr__", [](const Model& model) {
+        const model::Interval range = model.input_range();
+        return fmt::format("<hystcan.Model {} {}, {:g} to {:g} {}>", model.name, model.kind(), range.lo,
+                           range.hi, model.input_unit);
+      });
+}
+
+}  // namespace hystcan::python

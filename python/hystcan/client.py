@@ -1,0 +1,157 @@
+"""Commands a running controller over its control socket (docs/control_socket.md)."""
+from __future__ import annotations
+
+import json
+import os
+import pathlib
+import socket
+from types import TracebackType
+from typing import Any
+
+
+class Refused(RuntimeError):
+    """The controller has refused a command; the text is its reason."""
+
+
+def _default_socket(interface: str) -> pathlib.Path:
+    folders = [os.environ.get("RUNTIME_DIRECTORY") or os.environ.get("XDG_RUNTIME_DIR"), f"/run/user/{os.getuid()}",
+               f"/tmp/hystcan-{os.getuid()}"]
+    for folder in folders:
+        if folder and (path := pathlib.Path(folder) / f"hystcan-{interface}.sock").exists():
+            return path
+    raise FileNotFoundError(f"no control socket hystcan-{interface}.sock: is the controller running?")
+
+
+class Client:
+    """A connection to a running controller.
+
+    socket_path: as the controller logs it; found by the interface's name if left out. timeout_s: for each answer.
+    Raises OSError if nobody listens.
+
+    In a `with` block, an exception stops the stage: every axis ramps to its safe drive and the controller ends. Without
+    an exception the stage goes on as it is.
+
+    >>> with Client("/run/user/1000/hystcan-can0.sock") as stage:    # doctest: +SKIP
+    ...     stage.go_to("x", 12.5)
+    ...     stage.wait("x")
+    12.5003
+    """
+
+    def __init__(self, socket_path: str | os.PathLike[str] | None = None, *, interface: str = "can0",
+                 timeout_s: float = 10.0) -> None:
+        self._timeout_s = timeout_s
+        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        try:
+            self._socket.settimeout(timeout_s)
+            self._socket.connect(os.fspath(socket_path or _default_socket(interface)))
+        except BaseException:
+            self._socket.close()
+            raise
+        self._received = b""
+
+    def __enter__(self) -> Client:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        try:
+            if kind is not None:
+                self._stop_after_an_error()
+        finally:
+            self.close()
+
+    def _stop_after_an_error(self) -> None:
+        """On a connection of its own: this one may be in the middle of an answer."""
+        try:
+            fresh = Client(self._socket.getpeername(), timeout_s=self._timeout_s)
+            try:
+                fresh.stop()
+            finally:
+                fresh.close()
+        except (OSError, Refused):
+            pass  # the controller has ended; the first error is the one to report
+
+    def close(self) -> None:
+        """Close the connection. The stage goes on as it is."""
+        self._socket.close()
+
+    def command(self, do: str, **arguments: Any) -> dict[str, Any]:
+        """Send a command of docs/control_socket.md and return the answer.
+
+        Raises Refused if the controller refuses it, TimeoutError if it does not answer.
+        """
+        line = json.dumps({"do": do, **{name: value for name, value in arguments.items() if value is not None}})
+        self._socket.sendall(line.encode() + b"\n")
+        answer: dict[str, Any] = json.loads(self._line())
+        if not answer["ok"]:
+            raise Refused(answer["error"])
+        return answer
+
+    def _line(self) -> bytes:
+        while b"\n" not in self._received:
+            part = self._socket.recv(65_536)
+            if not part:
+                raise ConnectionError("the controller has closed the connection")
+            self._received += part
+        line, self._received = self._received.split(b"\n", 1)
+        return line
+
+    def status(self) -> dict[str, Any]:
+        """Return the newest cycle of every axis, counters, and the recording."""
+        return self.command("status")
+
+    def axis(self, axis: str) -> dict[str, Any]:
+        """Return the newest cycle of one axis: state, position_um, drive, ... Raises KeyError if there is none."""
+        for each in self.status()["axes"]:
+            if each["name"] == axis:
+                return dict(each)
+        raise KeyError(axis)
+
+    def settings(self) -> dict[str, Any]:
+        """Return the configuration in force."""
+        return self.command("settings")
+
+    def enable(self, axis: str | None = None) -> None:
+        """From offline to tracking; all axes if none is named."""
+        self.command("enable", axis=axis)
+
+    def disable(self, axis: str | None = None) -> None:
+        """Ramp to the safe drive and switch off."""
+        self.command("disable", axis=axis)
+
+    def clear(self, axis: str | None = None) -> None:
+        """Clear the latched fault."""
+        self.command("clear", axis=axis)
+
+    def go_to(self, axis: str, position_um: float) -> None:
+        """Leave the reference and move to a position."""
+        self.command("go_to", axis=axis, position_um=position_um)
+
+    def wait(self, axis: str, timeout_s: float = 30.0) -> float:
+        """Wait until the axis is in position after its last move; return the position in um. Needs in_position."""
+        self._socket.settimeout(timeout_s + self._timeout_s)
+        try:
+            return float(self.command("wait", axis=axis, timeout_s=timeout_s)["position_um"])
+        finally:
+            self._socket.settimeout(self._timeout_s)
+
+    def resume(self, axis: str | None = None) -> None:
+        """Follow the configured reference again."""
+        self.command("resume", axis=axis)
+
+    def set(self, axis: str, key: str, value: Any) -> list[dict[str, str]]:
+        """Change a key of [axis.control]; return the changes."""
+        changed: list[dict[str, str]] = self.command("set", axis=axis, key=key, value=value)["changed"]
+        return changed
+
+    def undo(self) -> None:
+        """Take the last setting back."""
+        self.command("undo")
+
+    def record(self, on: bool = True) -> pathlib.Path:
+        """Begin or end a run; return its folder."""
+        return pathlib.Path(self.command("record", on=on)["run"])
+
+    def stop(self) -> None:
+        """Every axis ramps to its safe drive, and the controller ends."""
+        self.command("stop")

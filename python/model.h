@@ -1,0 +1,24 @@
+// A model with what its file says beside its parameters.
+#pragma once
+
+#include <string>
+
+#include "python/any_model.h"
+
+namespace hystcan::python {
+
+class Model {
+ public:
+  static Model load(const std::filesystem::path& file, bool beyond_limit);
+
+  std::string kind() const;
+  model::Interval input_range() const;
+  bool is_even() const;
+
+  SharedModel model;
+  std::string name;  ///< of the file
+  std::string input_unit, output_unit;
+  double delay_s = 0.0;
+};
+
+}  // namespace hystcan::python

@@ -1,0 +1,57 @@
+#include <cerrno>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <system_error>
+
+#include "can/dbc/database.h"
+#include "config/document/error.h"
+#include "python/bindings.h"
+#include "storage/hdf5.h"
+
+namespace hystcan::python {
+
+namespace py = pybind11;
+
+void bind_errors(py::module_& module) {
+  static const py::exception<config::Error> error(module, "Error", PyExc_ValueError);
+  module.attr("Error").attr("__doc__") =
+      "A file, a value or a dataset that hystcan refuses; the text is that of the command line.";
+  py::register_exception_translator([](std::exception_ptr thrown) {
+    try {
+      if (thrown) std::rethrow_exception(thrown);
+    } catch (const config::Error& refused) {
+      PyErr_SetString(error.ptr(), refused.what());
+    } catch (const can::DbcError& refused) {
+      PyErr_SetString(error.ptr(), refused.what());
+    } catch (const storage::Hdf5Error& refused) {
+      PyErr_SetString(error.ptr(), refused.what());
+    } catch (const std::invalid_argument& refused) {
+      PyErr_SetString(error.ptr(), refused.what());
+    } catch (const std::system_error& failed) {
+      const py::object arguments = py::make_tuple(failed.code().value(), failed.what());
+      PyErr_SetObject(PyExc_OSError, arguments.ptr());
+    }
+  });
+}
+
+py::object python_of(const nlohmann::json& value) {
+  return py::module_::import("json").attr("loads")(value.dump());
+}
+
+void check_signals() {
+  const py::gil_scoped_acquire python;
+  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+}
+
+}  // namespace hystcan::python
+
+PYBIND11_MODULE(_hystcan, module) {
+  namespace python = hystcan::python;
+  module.attr("__version__") = HYSTCAN_VERSION;
+  python::bind_errors(module);
+  python::bind_model(module);
+  python::bind_identification(module);
+  python::bind_run(module);
+  python::bind_rehearsal(module);
+}

@@ -1,0 +1,255 @@
+"""The package does what the command line does, and says what it refuses. package_test.py HYSTCAN"""
+import copy
+import json
+import pathlib
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import unittest
+import warnings
+
+import hystcan
+import numpy
+
+PROGRAM = sys.argv.pop(1)
+MODEL = hystcan.shipped("piezo.model.toml")
+STAGE = hystcan.shipped("piezo.toml")
+
+
+def oscillation(rows, amplitude=45.0):
+    t = numpy.arange(rows) * 1e-3
+    return t, 50 + amplitude * numpy.sin(5 * t) * numpy.cos(0.3 * t)
+
+
+class Scratch(unittest.TestCase):
+    def setUp(self):
+        scratch = tempfile.TemporaryDirectory()
+        self.addCleanup(scratch.cleanup)
+        self.folder = pathlib.Path(scratch.name)
+
+    def write(self, name, header, *columns):
+        numpy.savetxt(self.folder / name, numpy.column_stack(columns), delimiter=",", header=header, comments="",
+                      fmt="%.17g")
+
+    def hystcan(self, *words):
+        done = subprocess.run([PROGRAM, *map(str, words)], cwd=self.folder, check=True, capture_output=True, text=True)
+        return done.stdout
+
+    def columns(self, name):
+        return numpy.loadtxt(self.folder / name, delimiter=",", skiprows=1, unpack=True)
+
+
+class Models(Scratch):
+    def test_simulate_gives_the_bits_of_the_command(self):
+        t, u = oscillation(5000)
+        self.write("in.csv", "time_s,input", t, u)
+        for kind in ("piezo", "galfenol"):
+            model = hystcan.shipped(kind + ".model.toml")
+            self.hystcan("simulate", model, "--input", "in.csv", "--output", "out.csv")
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                y = hystcan.Model.load(model).simulate(u)
+            numpy.testing.assert_array_equal(y, self.columns("out.csv")[2])
+
+    def test_inverse_and_simulate_are_a_round_trip(self):
+        model = hystcan.Model.load(MODEL)
+        y = 15 + 12 * numpy.sin(numpy.arange(2000) * 0.02)
+        numpy.testing.assert_allclose(model.simulate(model.inverse(y)), y, atol=1e-9)
+
+    def test_a_memory_goes_on_where_it_was(self):
+        model = hystcan.Model.load(MODEL)
+        _, u = oscillation(1000)
+        memory = model.memory()
+        parts = [model.simulate(part, memory) for part in (u[:300], u[300:])]
+        numpy.testing.assert_array_equal(numpy.concatenate(parts), model.simulate(u))
+
+    def test_copies_of_a_memory_are_independent(self):
+        memory = hystcan.Model.load(MODEL).memory()
+        memory.step(80.0)
+        for same in (memory.copy(), copy.copy(memory), copy.deepcopy(memory)):
+            same.step(10.0)
+        self.assertEqual(memory.input, 80.0)
+
+    def test_a_saved_memory_is_restored_to_the_bit(self):
+        model = hystcan.Model.load(MODEL)
+        memory = model.memory()
+        model.simulate(oscillation(500)[1], memory)
+        memory.save(self.folder / "memory.toml")
+        again = model.load_memory(self.folder / "memory.toml")
+        numpy.testing.assert_array_equal(again.turning_inputs, memory.turning_inputs)
+        _, u = oscillation(500, 30.0)
+        numpy.testing.assert_array_equal(model.simulate(u, again), model.simulate(u, memory))
+
+    def test_inputs_beyond_the_thresholds_are_limited_with_a_warning(self):
+        model = hystcan.Model.load(MODEL)
+        with self.assertWarnsRegex(RuntimeWarning, "1 of 2 inputs are out of reach"):
+            y = model.simulate([120.0, 50.0])
+        self.assertAlmostEqual(y[0], model.output_range()[1])
+
+    def test_what_is_no_signal_is_refused(self):
+        model = hystcan.Model.load(MODEL)
+        with self.assertRaisesRegex(ValueError, r"u\[1\] is nan, expected a finite number"):
+            model.simulate([1.0, numpy.nan])
+        with self.assertRaisesRegex(ValueError, "u has 2 dimensions, expected 1"):
+            model.simulate(numpy.zeros((2, 2)))
+        with self.assertRaisesRegex(ValueError, "belongs to another model"):
+            model.simulate([1.0], hystcan.Model.load(MODEL).memory())
+        with self.assertRaisesRegex(hystcan.Error, "none.toml: cannot be read"):
+            hystcan.Model.load(self.folder / "none.toml")
+
+    def test_arrays_of_other_kinds_are_taken(self):
+        model = hystcan.Model.load(MODEL)
+        u = numpy.arange(20, dtype=numpy.int32)
+        numpy.testing.assert_array_equal(model.simulate(u[::2]), model.simulate(u.astype(float)[::2].copy()))
+
+
+class Identification(Scratch):
+    def test_identify_finds_what_the_command_finds(self):
+        t, u = oscillation(4000)
+        y = hystcan.Model.load(MODEL).simulate(u)
+        self.write("record.csv", "time_s,input,output", t, u, y)
+        command = json.loads(self.hystcan("identify", "record.csv", "--output", "model.toml", "--json", "--order", "4"))
+        found = hystcan.identify(t, u, y, order=4)
+        self.assertEqual(found.report, command)
+        found.save(self.folder / "again.toml")
+        self.assertEqual((self.folder / "again.toml").read_text(), (self.folder / "model.toml").read_text())
+        numpy.testing.assert_array_equal(found.model.simulate(u),
+                                         hystcan.Model.load(self.folder / "model.toml").simulate(u))
+        command = json.loads(self.hystcan("validate", "model.toml", "record.csv", "--json"))
+        report = hystcan.validate(found.model, t, u, y)
+        self.assertEqual(report.pop("predicted").size, t.size)
+        self.assertEqual(report, command)
+
+    def test_several_records_are_one_model(self):
+        records = [oscillation(3000), oscillation(3000, 30.0)]
+        model = hystcan.Model.load(MODEL)
+        t, u = zip(*records)
+        found = hystcan.identify(t, u, [model.simulate(each) for each in u], order=4)
+        self.assertEqual(len(found.report["records"]), 2)
+
+    def test_what_is_no_record_is_refused(self):
+        t, u = oscillation(100)
+        with self.assertRaisesRegex(ValueError, "100, 100, 99 values"):
+            hystcan.identify(t, u, u[1:])
+        with self.assertRaisesRegex(ValueError, "expected time to increase"):
+            hystcan.identify(t[::-1], u, u)
+        with self.assertRaisesRegex(ValueError, "expected \"none\" or \"even\""):
+            hystcan.identify(t, u, u, symmetry="odd")
+        with self.assertRaises(hystcan.Error):
+            hystcan.identify(t, u, numpy.zeros(100))
+
+
+class Rehearsals(Scratch):
+    def test_a_rehearsal_is_what_the_demo_does(self):
+        self.hystcan("demo", "--output", "demo")
+        demo = hystcan.Run.open(self.folder / "demo/inverse+pi.csv").read(["reference_um", "position_um"], axis="x")
+        ours = hystcan.Rehearsal(STAGE).run()["x"]
+        rows = min(demo["time_s"].size, ours["time_s"].size) - 20  # at its end the demo holds, the rehearsal repeats
+        self.assertGreater(rows, 2000)
+        numpy.testing.assert_allclose(ours["position_um"][:rows], demo["position_um"][:rows], atol=1e-6)
+
+    def test_settings_change_between_steps(self):
+        stage = hystcan.Rehearsal(STAGE)
+        stage.step(2.0)
+        self.assertEqual(stage.status(), {"x": "tracking", "y": "tracking"})
+        stage.go_to("x", 12.5)
+        stage.set("x", "kp", 0.1)
+        stage.step(1.0)
+        self.assertAlmostEqual(stage.signals("x")["true_position_um"][-1], 12.5, delta=0.05)
+        with self.assertRaises(hystcan.Error):
+            stage.set("x", "kp", -1.0)
+        with self.assertRaisesRegex(hystcan.Error, "outside"):
+            stage.go_to("x", 1e3)
+
+    def test_another_trajectory_is_followed_once(self):
+        t = numpy.linspace(0.0, 1.0, 101)
+        y = 10 + 4 * numpy.sin(2 * numpy.pi * t) ** 2
+        stage = hystcan.Rehearsal(STAGE, reference={"x": (t, y)}, settings={"axis[0].control.kp": 0.05})
+        x = stage.run()["x"]
+        tracked = x["state"] == 4
+        self.assertAlmostEqual(numpy.nanmax(x["reference_um"][tracked]), 14.0, places=2)
+        self.assertLess(numpy.sqrt(numpy.nanmean(x["error_um"][tracked] ** 2)), 0.3)
+
+    def test_what_the_controller_refuses_is_refused(self):
+        with self.assertRaisesRegex(hystcan.Error, "kp"):
+            hystcan.Rehearsal(STAGE, settings={"axis[0].control.kp": -5})
+        with self.assertRaisesRegex(hystcan.Error, "no axis z"):
+            hystcan.Rehearsal(STAGE, reference={"z": ([0, 1], [1, 2])})
+
+
+class Runs(Scratch):
+    def setUp(self):
+        super().setUp()
+        (self.folder / "c.csv").write_text("cycle,time_s,axis,state,fault,error_um,position_um\n"
+                                           "1,0.001,x,tracking,none,0.5,1.25\n2,0.002,x,tracking,none,,1.5\n")
+
+    def test_a_run_is_read_as_arrays(self):
+        run = hystcan.Run.open(self.folder / "c.csv")
+        self.assertEqual(run.axes, ["x"])
+        x = run.read(["position_um", "error_um"])
+        numpy.testing.assert_array_equal(x["position_um"], [1.25, 1.5])
+        self.assertTrue(numpy.isnan(x["error_um"][1]))
+        self.assertEqual(run.words()["state"][4], "tracking")
+        self.assertEqual(run.units()["position_um"], "um")
+        self.assertEqual(run.read(from_s=0.0015)["cycle"], [2.0])
+
+    def test_what_it_does_not_have_is_refused(self):
+        run = hystcan.Run.open(self.folder / "c.csv")
+        with self.assertRaisesRegex(hystcan.Error, "no signal speed"):
+            run.read(["speed"])
+        with self.assertRaisesRegex(hystcan.Error, "no axis z"):
+            run.read(axis="z")
+        with self.assertRaises(hystcan.Error):
+            hystcan.Run.open(self.folder)
+
+
+class Commands(Scratch):
+    """A server of our own answers as docs/control_socket.md says."""
+
+    def serve(self, *answers):
+        listener = socket.socket(socket.AF_UNIX)
+        listener.bind(str(self.folder / "s"))
+        listener.listen()
+        self.asked = []
+        left = list(answers)
+
+        def answer(connection):
+            with connection, connection.makefile("rw") as lines:
+                while left and (line := lines.readline()):
+                    self.asked.append(json.loads(line))
+                    lines.write(json.dumps(left.pop(0)) + "\n")
+                    lines.flush()
+
+        def accept():
+            while True:
+                threading.Thread(target=answer, args=(listener.accept()[0],), daemon=True).start()
+
+        threading.Thread(target=accept, daemon=True).start()
+        return self.folder / "s"
+
+    def test_commands_are_lines_of_the_protocol(self):
+        path = self.serve({"ok": True}, {"ok": True, "position_um": 12.5}, {"ok": True, "changed": []})
+        with hystcan.Client(path) as stage:
+            stage.go_to("x", 12.5)
+            self.assertEqual(stage.wait("x", 5.0), 12.5)
+            stage.set("x", "kp", 0.08)
+        self.assertEqual(self.asked, [{"do": "go_to", "axis": "x", "position_um": 12.5},
+                                      {"do": "wait", "axis": "x", "timeout_s": 5.0},
+                                      {"do": "set", "axis": "x", "key": "kp", "value": 0.08}])
+
+    def test_an_exception_stops_the_stage(self):
+        path = self.serve({"ok": False, "error": "x: faulted"}, {"ok": True})
+        with self.assertRaisesRegex(hystcan.Refused, "x: faulted"):
+            with hystcan.Client(path) as stage:
+                stage.enable("x")
+        self.assertEqual(self.asked[-1], {"do": "stop"})
+
+    def test_nobody_listening_is_an_os_error(self):
+        with self.assertRaises(OSError):
+            hystcan.Client(self.folder / "none")
+
+
+if __name__ == "__main__":
+    unittest.main()
