@@ -48,14 +48,8 @@ int run(int argc, char** argv) {
   cli.name("hystcan");
   cli.set_version_flag("--version", HYSTCAN_VERSION);
   cli.require_subcommand(1);
-  cli.footer("Exit status: 0 done, 1 failed while running, 2 bad usage, config, model or data.");
   int status = app::done;
-  for (const app::AddCommand add :
-       {app::add_demo, app::add_controller, app::add_twin, app::add_excite, app::add_identify,
-        app::add_validate, app::add_dynamics, app::add_tune, app::add_simulate, app::add_check,
-        app::add_doctor, app::add_ctl, app::add_page, app::add_record, app::add_replay, app::add_monitor,
-        app::add_decode, app::add_runs, app::add_export})
-    add(cli, status);
+  app::add_commands(cli, status);
   try {
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -108,11 +108,4 @@ std::string monitor_json(const BusLine& bus, const Traffic& traffic) {
   return text + "]}\n";
 }
 
-std::string_view cut(std::string_view line, std::size_t columns) {
-  std::size_t at = 0;
-  for (std::size_t seen = 0; at < line.size(); ++at)
-    if ((static_cast<unsigned char>(line[at]) & 0xC0U) != 0x80 && ++seen > columns) break;
-  return line.substr(0, at);
-}
-
 }  // namespace hystcan::app

@@ -25,7 +25,4 @@ std::vector<std::string> monitor_lines(const BusLine& bus, const can::Traffic& t
 /// One object, in one line.
 std::string monitor_json(const BusLine& bus, const can::Traffic& traffic);
 
-/// The first `columns` characters of a line of UTF-8.
-std::string_view cut(std::string_view line, std::size_t columns);
-
 }  // namespace hystcan::app

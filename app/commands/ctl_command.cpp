@@ -17,6 +17,7 @@
 #include "app/remote/command_handler.h"
 #include "app/remote/control_client.h"
 #include "app/remote/socket_place.h"
+#include "app/report/status_text.h"
 #include "can/counted.h"
 
 namespace hystcan::app {
@@ -67,44 +68,6 @@ std::string number(const nlohmann::json& value) {
   return value.is_number() ? fmt::format("{:.4f}", value.get<double>()) : "-";
 }
 
-/// "recording runs/run_...: 120000 rows, 25.1 MB".
-std::string recording_text(const nlohmann::json& recording) {
-  std::string text = fmt::format(
-      "{} {}: {}, {:.1f} MB", recording.at("on") == true ? "recording" : "recorded",
-      recording.at("run").get<std::string>(), can::counted(recording.at("rows").get<std::uint64_t>(), "row"),
-      1e-6 * recording.at("bytes").get<double>());
-  if (const auto lost = recording.at("rows_lost").get<std::uint64_t>(); lost > 0)
-    text += fmt::format(", {} lost", can::counted(lost, "row"));
-  if (recording.contains("failure")) text += "; it ended: " + recording.at("failure").get<std::string>();
-  return text;
-}
-
-void print_status(const nlohmann::json& status) {
-  fmt::print("{:.1f} s, {:.2f} s ago: {}, {} missed, {} missing, {} late\n",
-             status.at("time_s").get<double>(), status.at("age_s").get<double>(),
-             can::counted(status.at("cycles").get<std::uint64_t>(), "cycle"),
-             status.at("missed_cycles").get<std::uint64_t>(),
-             can::counted(status.at("missing_samples").get<std::uint64_t>(), "sample"),
-             status.at("late_samples").get<std::uint64_t>());
-  if (const nlohmann::json recording = status.value("recording", nlohmann::json::object());
-      recording.contains("run"))
-    fmt::print("{}\n", recording_text(recording));
-  fmt::print("{:<8} {:<13} {:>13} {:>12} {:>12} {:>10} {:>10}  {}\n", "axis", "state", "reference um",
-             "position um", "error um", "drive", "output", "");
-  for (const nlohmann::json& axis : status.at("axes")) {
-    std::string remark = axis.value("arrival", "");
-    if (const std::string limits = axis.at("limits"); !limits.empty()) remark += " limited by " + limits;
-    if (axis.contains("waits_for")) remark = "waits for " + axis.at("waits_for").get<std::string>();
-    if (axis.at("state") == "faulted")
-      remark = fmt::format("{} at {:.3f} s; {}", axis.at("fault").get<std::string>(),
-                           axis.at("fault_time_s").get<double>(), axis.at("remedy").get<std::string>());
-    fmt::print("{:<8} {:<13} {:>13} {:>12} {:>12} {:>10} {:>10}  {}\n", axis.at("name").get<std::string>(),
-               axis.at("state").get<std::string>(), number(axis.value("reference_um", nlohmann::json())),
-               number(axis.at("position_um")), number(axis.value("error_um", nlohmann::json())),
-               number(axis.at("drive")), number(axis.value("amplifier_output", nlohmann::json())), remark);
-  }
-}
-
 void print_twin_status(const nlohmann::json& status) {
   fmt::print("{:.1f} s\n", status.at("time_s").get<double>());
   fmt::print("{:<8} {:<10} {:<16} {:>10} {:>12}\n", "axis", "amplifier", "sensor", "drive", "position um");
@@ -127,7 +90,10 @@ void print_removed(std::size_t faults) { fmt::print("{} removed\n", can::counted
 
 void print_answer(const nlohmann::json& answer) {
   if (answer.contains("faults")) return print_twin_status(answer);
-  if (answer.contains("axes")) return print_status(answer);
+  if (answer.contains("axes")) {
+    for (const std::string& line : status_lines(answer)) fmt::print("{}\n", line);
+    return;
+  }
   if (answer.contains("fault")) fmt::print("{}\n", answer.at("fault").get<std::string>());
   for (const char* key : {"removed", "healed"})
     if (answer.contains(key)) print_removed(answer.at(key).get<std::size_t>());

@@ -1,13 +1,9 @@
 #include <fmt/format.h>
-#include <poll.h>
-#include <sys/ioctl.h>
-#include <termios.h>
 #include <unistd.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,6 +13,7 @@
 #include "app/bus_tools/monitor_table.h"
 #include "app/commands/commands.h"
 #include "app/io/option_check.h"
+#include "app/io/screen.h"
 #include "app/io/standard_streams.h"
 #include "app/live/stop_signal.h"
 #include "can/log/traffic.h"
@@ -35,52 +32,6 @@ struct MonitorArguments {
   double period_s = 1.0;
   bool once = false;
   bool json = false;
-};
-
-/// Switches the terminal to its alternate screen and reads single keys. The destructor restores the terminal.
-class Screen {
- public:
-  Screen() {
-    if (::tcgetattr(STDIN_FILENO, &before_) == 0) {
-      termios now = before_;
-      now.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
-      keys_ = ::tcsetattr(STDIN_FILENO, TCSANOW, &now) == 0;
-    }
-    std::fputs("\x1b[?1049h\x1b[?25l", stdout);
-  }
-  ~Screen() {
-    std::fputs("\x1b[?25h\x1b[?1049l", stdout);
-    std::fflush(stdout);
-    if (keys_) ::tcsetattr(STDIN_FILENO, TCSANOW, &before_);
-  }
-  Screen(const Screen&) = delete;
-  Screen& operator=(const Screen&) = delete;
-
-  void show(const std::vector<std::string>& lines) const {
-    winsize size{};
-    if (::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_row == 0 || size.ws_col == 0)
-      size = {24, 80, 0, 0};
-    std::string text = "\x1b[H";
-    for (std::size_t i = 0; i < std::min<std::size_t>(lines.size(), size.ws_row); ++i) {
-      if (i > 0) text += "\r\n";
-      text += cut(lines[i], size.ws_col);
-      text += "\x1b[K";
-    }
-    print(text + "\x1b[J");
-    flush_output();
-  }
-
-  bool quit() const {
-    pollfd waiting{STDIN_FILENO, POLLIN, 0};
-    char key = '\0';
-    while (keys_ && ::poll(&waiting, 1, 0) > 0 && ::read(STDIN_FILENO, &key, 1) == 1)
-      if (key == 'q' || key == 'Q') return true;
-    return false;
-  }
-
- private:
-  termios before_{};
-  bool keys_ = false;
 };
 
 std::chrono::microseconds time_of_day() {

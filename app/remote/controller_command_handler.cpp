@@ -86,6 +86,14 @@ json to_json(const runs::Recorder::Status& status) {
   return recording;
 }
 
+json timing_json(const controller::CycleRecord& record) {
+  const auto us = [](can::Duration duration) { return 1e6 * can::seconds(duration); };
+  return {{"period_us", us(record.phases.period)},
+          {"lateness_us", us(record.phases.lateness)},
+          {"turnaround_us", us(record.turnaround)},
+          {"execution_us", us(record.phases.execution)}};
+}
+
 json changes_json(const std::vector<config::Change>& changes) {
   json list = json::array();
   for (const config::Change& change : changes)
@@ -158,15 +166,19 @@ void ControllerCommandHandler::status(const json&, const Answer& answer) {
   const auto newest = outlets_.board.newest();
   for (std::size_t i = 0; i < newest.size(); ++i) axes.push_back(to_json(live_.axis_names()[i], newest[i]));
   const controller::CycleCounters& counters = newest.front().counters;
-  answer({{"ok", true},
-          {"time_s", newest.front().time_s},
-          {"age_s", outlets_.board.age_s()},
-          {"cycles", counters.cycles},
-          {"missed_cycles", counters.overruns},
-          {"missing_samples", counters.missing_samples},
-          {"late_samples", counters.late_samples},
-          {"recording", to_json(outlets_.recorder.status())},
-          {"axes", axes}});
+  json status{{"ok", true},
+              {"time_s", newest.front().time_s},
+              {"age_s", outlets_.board.age_s()},
+              {"cycles", counters.cycles},
+              {"missed_cycles", counters.overruns},
+              {"missing_samples", counters.missing_samples},
+              {"late_samples", counters.late_samples},
+              {"timing", timing_json(newest.front())},
+              {"recording", to_json(outlets_.recorder.status())},
+              {"axes", axes}};
+  if (const auto event = outlets_.board.last_event())
+    status["last_event"] = {{"text", describe(*event->event)}, {"time_s", event->time_s}};
+  answer(status);
 }
 
 void ControllerCommandHandler::record(const json& command, const Answer& answer) {

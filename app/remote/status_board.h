@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "controller/cycle_record.h"
@@ -18,7 +19,13 @@ class StatusBoard {
   void put(const controller::CycleRecord& record, Clock::time_point now = Clock::now()) {
     const std::scoped_lock lock(mutex_);
     newest_[record.axis] = record;
+    if (record.event) last_event_ = record;
     put_ = now;
+  }
+  /// The newest record with an event of a node; none yet: empty.
+  std::optional<controller::CycleRecord> last_event() const {
+    const std::scoped_lock lock(mutex_);
+    return last_event_;
   }
   /// The time since the last record was put, or since the start if there is none.
   double age_s(Clock::time_point now = Clock::now()) const {
@@ -34,6 +41,7 @@ class StatusBoard {
  private:
   mutable std::mutex mutex_;
   std::vector<controller::CycleRecord> newest_;
+  std::optional<controller::CycleRecord> last_event_;
   Clock::time_point put_;
 };
 

@@ -6,7 +6,8 @@
 
 int main() {
   using namespace hystcan;
-  identification::Dataset loop{.input_unit = "V", .output_unit = "um", .time_s = {}, .input = {}, .output = {}};
+  identification::Dataset loop{
+      .input_unit = "V", .output_unit = "um", .time_s = {}, .input = {}, .output = {}};
   double play = 0.0;
   for (int i = 0; i < 4000; ++i) {
     const double drive = 50.0 - 50.0 * (1.0 - i / 8000.0) * std::cos(0.01 * i);

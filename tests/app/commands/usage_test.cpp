@@ -52,7 +52,8 @@ std::vector<Words> below(const Words& command) {
   std::istringstream help(run(with(command, {"--help"})).out);
   std::vector<Words> found;
   bool listed = false;
-  for (std::string line; std::getline(help, line); listed = listed || line == "Subcommands:")
+  for (std::string line; std::getline(help, line) && !(listed && line.empty());
+       listed = listed || line == "Subcommands:")
     if (std::smatch match; listed && std::regex_search(line, match, std::regex("^  ([a-z]+) ")))
       found.push_back(with(command, {match[1]}));
   return found;

@@ -1,0 +1,18 @@
+// The state of a running controller as lines of text.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+namespace hystcan::app {
+
+/// Of the answer to `status` (docs/control_socket.md): counters, recording, a row for each axis. Not cut to any width.
+std::vector<std::string> status_lines(const nlohmann::json& status);
+
+/// The same for a screen: with timing, the last event of a node, and the interface (docs/page_protocol.md: `bus`).
+/// `status` may be null: nobody answers, and `trouble` says why.
+std::vector<std::string> status_screen(const nlohmann::json& status, const nlohmann::json& bus,
+                                       const std::string& trouble);
+
+}  // namespace hystcan::app
