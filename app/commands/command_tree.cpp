@@ -19,7 +19,7 @@ using Examples = std::map<std::string_view, std::vector<std::string_view>>;
 /// By the words of the command below `hystcan`.
 const Examples& examples() {
   static const Examples lines{
-      {"demo", {"hystcan demo", "hystcan demo config/galfenol.toml --output galfenol-demo"}},
+      {"demo", {"hystcan demo", "hystcan demo --config config/galfenol.toml --output galfenol-demo"}},
       {"controller",
        {"hystcan controller config/piezo.toml",
         "hystcan controller config/piezo.toml --interface can0 --record runs"}},
@@ -62,6 +62,9 @@ const Examples& examples() {
       {"export",
        {"hystcan export runs/run_20261123T092000.123Z --axis x --signals reference_um,position_um --from 10 --to 12",
         "hystcan export runs/run_20261123T092000.123Z --hdf5"}},
+      {"plot",
+       {"hystcan plot runs/run_20261123T092000.123Z --output plots",
+        "hystcan plot hystcan-demo/pi.csv hystcan-demo/inverse+pi.csv --kind comparison --table latex"}},
       {"completion", {"hystcan completion bash > ~/.local/share/bash-completion/completions/hystcan"}},
   };
   return lines;
@@ -83,9 +86,10 @@ void add_examples(CLI::App& cli) {
 
 void add_commands(CLI::App& cli, int& status) {
   for (const AddCommand add :
-       {add_demo,   add_controller, add_twin,    add_excite, add_identify, add_validate, add_dynamics,
-        add_tune,   add_simulate,   add_check,   add_doctor, add_ctl,      add_status,   add_page,
-        add_record, add_replay,     add_monitor, add_decode, add_runs,     add_export,   add_completion})
+       {add_demo,     add_controller, add_twin,     add_excite,    add_identify, add_validate,
+        add_dynamics, add_tune,       add_simulate, add_check,     add_doctor,   add_ctl,
+        add_status,   add_page,       add_record,   add_replay,    add_monitor,  add_decode,
+        add_runs,     add_plot,       add_export,   add_completion})
     add(cli, status);
   add_examples(cli);
 }

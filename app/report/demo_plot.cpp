@@ -3,69 +3,63 @@
 #include <fmt/format.h>
 
 #include "app/report/gnuplot.h"
+#include "app/report/plot_look.h"
 
 namespace hystcan::app {
 namespace {
 
-constexpr const char* script_template = R"(# gnuplot demo.gp: draws demo.svg and demo.png
-set datafile separator ','
-axis = '{axis}'
+constexpr PictureSize demo_size{.width_mm = 240.0, .height_mm = 190.0};
+
+/// Rows of this axis while tracking. The drive that has acted when a position is measured is the command
+/// of two cycles before.
+constexpr const char* demo_functions = R"(axis = {axis}
 stroke = {stroke}
-# rows of this axis while tracking
-set datafile missing NaN
 of(v) = (strcol('axis') eq axis && strcol('state') eq 'tracking' ? v : NaN)
-# the drive that has acted when a position is measured: the command of two cycles before
-d0 = d1 = d2 = NaN
 acting(drive) = (strcol('axis') eq axis ? (d2 = d1, d1 = d0, d0 = drive, d2) : NaN)
+)";
 
-do for [terminal in "svg png"] {{
-  if (terminal eq 'svg') {{ set terminal svg size 1200,900 enhanced background 'white'; set output 'demo.svg' }}
-  if (terminal eq 'png') {{ set terminal pngcairo size 1200,900 enhanced; set output 'demo.png' }}
-  set multiplot layout 2,2 title '{title}'
-  set grid
-  set key default
-  set key inside top left
+constexpr const char* demo_panels = R"(d0 = d1 = d2 = NaN
+set multiplot layout 2,2 title {title}
+set title 'The actuator: hysteresis'
+set xlabel {drive}
+set ylabel 'position (um)'
+plot 'inverse+pi.csv' using (of(acting(column('drive')))):'position_um' with lines ls 2 dt 1 title 'measured'
 
-  set title 'The actuator: hysteresis'
-  set xlabel 'drive [{unit}]'
-  set ylabel 'position [um]'
-  plot 'inverse+pi.csv' using (of(acting(column('drive')))):(column('position_um')) with lines lc rgb '#c05020' title 'measured'
+set title 'Wanted against measured: before and after'
+set xlabel 'reference (um)'
+plot 'average.csv' using (of(column('reference_um'))):'position_um' with lines ls 5 title 'average (open loop)', \
+     'inverse+pi.csv' using (of(column('reference_um'))):'position_um' with lines ls 1 title 'inverse+pi'
 
-  set title 'Wanted against measured: before and after'
-  set xlabel 'reference [um]'
-  plot 'average.csv' using (of(column('reference_um'))):(column('position_um')) with lines \
-         lc rgb '#999999' title 'average (open loop)', \
-       'inverse+pi.csv' using (of(column('reference_um'))):(column('position_um')) with lines \
-         lc rgb '#0060ad' title 'inverse+pi'
+set title 'Tracking'
+set xlabel 'time (s)'
+set ylabel 'position (um)'
+set xrange [{from}:{to}]
+plot 'inverse+pi.csv' using (of(column('time_s'))):'reference_um' with lines ls 6 lw 2 title 'reference', \
+     'pi.csv' using (of(column('time_s'))):'position_um' with lines ls 2 title 'pi', \
+     'average+pi.csv' using (of(column('time_s'))):'position_um' with lines ls 3 title 'average+pi', \
+     'inverse+pi.csv' using (of(column('time_s'))):'position_um' with lines ls 1 title 'inverse+pi'
+set xrange [*:*]
 
-  set key above
-  set title 'Tracking'
-  set xlabel 'time [s]'
-  set xrange [{from}:{to}]
-  plot 'inverse+pi.csv' using (of(column('time_s'))):(column('reference_um')) with lines lw 2 lc rgb 'black' title 'reference', \
-       'pi.csv' using (of(column('time_s'))):(column('position_um')) with lines lc rgb '#c05020' title 'pi', \
-       'average+pi.csv' using (of(column('time_s'))):(column('position_um')) with lines lc rgb '#50a050' title 'average+pi', \
-       'inverse+pi.csv' using (of(column('time_s'))):(column('position_um')) with lines lc rgb '#0060ad' title 'inverse+pi'
-  set xrange [*:*]
-
-  set title 'Error'
-  set ylabel 'error [% of stroke]'
-  plot 'pi.csv' using (of(column('time_s'))):(100*column('error_um')/stroke) with lines lc rgb '#c05020' title 'pi', \
-       'average+pi.csv' using (of(column('time_s'))):(100*column('error_um')/stroke) with lines lc rgb '#50a050' title 'average+pi', \
-       'inverse+pi.csv' using (of(column('time_s'))):(100*column('error_um')/stroke) with lines lc rgb '#0060ad' title 'inverse+pi'
-  unset multiplot
-  unset output
-}}
+set title 'Error'
+set ylabel 'error (% of stroke)'
+plot 'pi.csv' using (of(column('time_s'))):(100*column('error_um')/stroke) with lines ls 2 dt 1 title 'pi', \
+     'average+pi.csv' using (of(column('time_s'))):(100*column('error_um')/stroke) with lines ls 3 dt 1 title 'average+pi', \
+     'inverse+pi.csv' using (of(column('time_s'))):(100*column('error_um')/stroke) with lines ls 1 title 'inverse+pi'
+unset multiplot
 )";
 
 }  // namespace
 
 std::string draw(const DemoPlot& plot) {
-  return draw_with_gnuplot(
-      plot.directory, "demo.gp",
-      fmt::format(script_template, fmt::arg("axis", plot.axis), fmt::arg("stroke", plot.stroke_um),
-                  fmt::arg("title", plot.title), fmt::arg("unit", plot.drive_unit),
-                  fmt::arg("from", plot.from_s), fmt::arg("to", plot.to_s)));
+  const std::string body =
+      fmt::format(demo_panels, fmt::arg("title", gnuplot_text(plot.title)),
+                  fmt::arg("drive", gnuplot_text(fmt::format("drive ({})", plot.drive_unit))),
+                  fmt::arg("from", plot.from_s), fmt::arg("to", plot.to_s));
+  return draw_with_gnuplot(plot.directory, "demo.gp",
+                           "# gnuplot demo.gp: draws demo.svg and demo.png\n" +
+                               fmt::format(demo_functions, fmt::arg("axis", gnuplot_text(plot.axis)),
+                                           fmt::arg("stroke", plot.stroke_um)) +
+                               drawn_as("demo", {"svg", "png"}, demo_size, body));
 }
 
 }  // namespace hystcan::app

@@ -106,18 +106,20 @@ constexpr const char* panels = R"(
 set multiplot layout 3,1 title title_text noenhanced
 set logscale x
 set xrange [0.5:*]
-set grid
+set border 3 lw 0.6
+set tics nomirror out scale 0.6
+set grid lw 0.4 lc rgb '#dddddd'
 set key outside right
 set cbrange [0:1]
-set palette defined (0 '#d0d0d0', 1 '#1f4e79')
+set palette defined (0 '#d0d0d0', 1 '#0072b2')
 set cblabel 'coherence'
 set ylabel 'plant, gain [dB]'
-plot $measured using 1:2:4 with points pt 7 ps 0.4 palette title 'measured', $curves using 1:2 with lines lc rgb '#c0504d' title 'model'
+plot $measured using 1:2:4 with points pt 7 ps 0.4 palette title 'measured', $curves using 1:2 with lines lc rgb '#d55e00' title 'model'
 set ylabel 'plant, phase [deg]'
-plot $measured using 1:3:4 with points pt 7 ps 0.4 palette title 'measured', $curves using 1:3 with lines lc rgb '#c0504d' title 'model'
+plot $measured using 1:3:4 with points pt 7 ps 0.4 palette title 'measured', $curves using 1:3 with lines lc rgb '#d55e00' title 'model'
 set ylabel 'loop, gain [dB]'
 set xlabel 'frequency [Hz]'
-plot $curves using 1:4 with lines lc rgb '#7f7f7f' title 'L before', $curves using 1:5 with lines lc rgb '#1f4e79' title 'L after', $curves using 1:6 with lines dt 2 lc rgb '#7f7f7f' title '1/(1+L) before', $curves using 1:7 with lines dt 2 lc rgb '#1f4e79' title '1/(1+L) after'
+plot $curves using 1:4 with lines lc rgb '#7f7f7f' title 'L before', $curves using 1:5 with lines lc rgb '#0072b2' title 'L after', $curves using 1:6 with lines dt 2 lc rgb '#7f7f7f' title '1/(1+L) before', $curves using 1:7 with lines dt 2 lc rgb '#0072b2' title '1/(1+L) after'
 unset multiplot
 )";
 

@@ -32,7 +32,7 @@ std::string run_gnuplot(const std::filesystem::path& directory, const std::strin
 /// What gnuplot has left unfinished, and earlier plots of the same script.
 void remove_plots_of(std::filesystem::path script) {
   std::error_code ignored;
-  for (const char* ending : {".svg", ".png"})
+  for (const char* ending : {".svg", ".png", ".pdf"})
     std::filesystem::remove(script.replace_extension(ending), ignored);
 }
 

@@ -8,7 +8,7 @@
 namespace hystcan::app {
 
 /// Writes the script to directory/name and runs gnuplot on it there. Returns an empty text on success, else
-/// the reason of the failure. The script remains for a later attempt; no plot of its name remains (.svg, .png).
+/// the reason of the failure. The script remains for a later attempt; no plot of its name remains (.svg, .png, .pdf).
 /// Throws RunError if the script cannot be written.
 std::string draw_with_gnuplot(const std::filesystem::path& directory, const std::string& name,
                               std::string_view script);

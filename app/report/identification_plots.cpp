@@ -16,9 +16,9 @@ using identification::Landscape;
 
 constexpr const char* loops_script = R"(set xlabel input_label
 set ylabel output_label
-plot for [k = 1:datasets] 'record.csv' using (of(k, 'input')):(of(k, 'output')) with lines lw 4 lc rgb '#f4b183' \
+plot for [k = 1:datasets] 'record.csv' using (of(k, 'input')):(of(k, 'output')) with lines lw 4 lc rgb '#e69f00' \
        title (k == 1 ? 'measured' : ''), \
-     for [k = 1:datasets] 'record.csv' using (of(k, 'input')):(of(k, 'predicted')) with lines lw 1.5 lc rgb '#0060ad' \
+     for [k = 1:datasets] 'record.csv' using (of(k, 'input')):(of(k, 'predicted')) with lines lw 1.5 lc rgb '#0072b2' \
        title (k == 1 ? 'model' : '')
 )";
 
@@ -30,7 +30,7 @@ set lmargin at screen 0.12
 set multiplot layout datasets,1
 do for [k = 1:datasets] {
   if (datasets > 1) { set title sprintf('dataset %d', k) }
-  plot 'record.csv' using (of(k, 'time_s')):(100 * column('residual') / span) with lines lc rgb '#0060ad' notitle
+  plot 'record.csv' using (of(k, 'time_s')):(100 * column('residual') / span) with lines lc rgb '#0072b2' notitle
 }
 unset multiplot
 )";
@@ -44,11 +44,11 @@ size = STATS_records > 2000 ? 0.25 : 0.6
 before = way = NaN
 way_of(v) = (way = (v > before ? 1 : v < before ? -1 : way), before = v, way)
 plot 'record.csv' using (way_of(column('input')) > 0 ? column('input') : NaN):(100 * column('residual') / span) \
-       with points pt 7 ps size lc rgb '#c05020' notitle, \
+       with points pt 7 ps size lc rgb '#d55e00' notitle, \
      'record.csv' using (way_of(column('input')) < 0 ? column('input') : NaN):(100 * column('residual') / span) \
-       with points pt 7 ps size lc rgb '#0060ad' notitle, \
-     NaN with points pt 7 lc rgb '#c05020' title 'rising', \
-     NaN with points pt 7 lc rgb '#0060ad' title 'falling'
+       with points pt 7 ps size lc rgb '#0072b2' notitle, \
+     NaN with points pt 7 lc rgb '#d55e00' title 'rising', \
+     NaN with points pt 7 lc rgb '#0072b2' title 'falling'
 )";
 
 constexpr const char* curves_script = R"(set lmargin at screen 0.13
@@ -63,8 +63,8 @@ set yrange [STATS_min - 0.5 * span < * : * < STATS_max + 0.5 * span]
 set ylabel output_label
 plot for [k = 1:datasets] 'record.csv' using (of(k, 'input')):(of(k, 'output')) with lines lw 1 lc rgb '#d0d0d0' \
        title (k == 1 ? 'measured' : ''), \
-     'curves.csv' using (column('input')):(column('ascending')) with lines lw 2 lc rgb '#c05020' title 'ascending', \
-     'curves.csv' using (column('input')):(column('descending')) with lines lw 2 lc rgb '#0060ad' title 'descending', \
+     'curves.csv' using (column('input')):(column('ascending')) with lines lw 2 lc rgb '#d55e00' title 'ascending', \
+     'curves.csv' using (column('input')):(column('descending')) with lines lw 2 lc rgb '#0072b2' title 'descending', \
      NaN with lines dt 3 lw 1.5 lc rgb '#404040' title 'ends of the inputs observed'
 set yrange [0:*]
 set ylabel 'distance [% of span]'
@@ -116,7 +116,7 @@ std::string preamble(const std::string& name, int height, std::size_t datasets,
   return fmt::format("# gnuplot {0}.gp: draws {0}.svg\n", name) +
          fmt::format("set terminal svg size 1000,{} noenhanced font 'sans,16' background 'white'\n", height) +
          fmt::format("set output '{}.svg'\n", name) +
-         "set datafile separator ','\nset datafile missing NaN\nset grid lc rgb '#c0c0c0'\nset key outside "
+         "set datafile separator ','\nset datafile missing NaN\nset border 3 lw 0.6\nset tics nomirror out scale 0.6\nset grid lw 0.4 lc rgb '#dddddd'\nset key outside "
          "top center horizontal\n" +
          fmt::format("datasets = {}\ninput_label = {}\noutput_label = {}\n", datasets,
                      labelled("input", p.input_unit), labelled("output", p.output_unit)) +

@@ -78,6 +78,16 @@ TEST_F(Ctl, ReportsTheStatusOfEveryAxis) {
   EXPECT_NE(table.out.find("tracking"), std::string::npos) << table.out;
 }
 
+TEST_F(Ctl, WatchShowsTheStatusAgainAndAgainUntilItIsInterrupted) {
+  start();
+  support::Process watch(
+      {HYSTCAN_PROGRAM, "status", "--watch", "--interface", "vcan0", "--socket", stage.socket});
+  for (const char* part : {"bus vcan0: up", "SYNC late", "nodes: ", "tracking"})
+    EXPECT_TRUE(hil::comes_true([&] { return watch.out().find(part) != std::string::npos; })) << part;
+  watch.send(SIGINT);
+  EXPECT_EQ(watch.wait(), 0) << watch.err();
+}
+
 TEST_F(Ctl, MovesAnAxisToAPositionWaitsForItAndResumesItsReference) {
   start();
   expect_done({"go", "x", "12.5"});
