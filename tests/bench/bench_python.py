@@ -47,4 +47,5 @@ with tempfile.TemporaryDirectory() as scratch:
                                            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                                            env={"PATH": "/nonexistent"}))
     structures = len(list(pathlib.Path(scratch).glob("*.truth.csv")))
-report("Rehearsal in Python", best_s(lambda: hystcan.Rehearsal(stage).run()), "one of the demo's", demo_s / structures, 1.2)
+report("Rehearsal in Python", best_s(lambda: hystcan.Rehearsal(stage).run()), "one of the demo's",
+       demo_s / structures, 1.2)
