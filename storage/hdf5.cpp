@@ -33,7 +33,7 @@ std::vector<std::filesystem::path> places() {
 std::filesystem::path module_file() {
   std::error_code ignored;
   for (const std::filesystem::path& place : places())
-    if (const auto file = (place / module_name).lexically_normal(); std::filesystem::exists(file, ignored))
+    if (auto file = (place / module_name).lexically_normal(); std::filesystem::exists(file, ignored))
       return file;
   return {};
 }
