@@ -214,10 +214,9 @@ void RunWriter::close() {
   } catch (const std::exception& error) {
     sink_(Level::warning, fmt::format("{}: is not closed: {}", run_.string(), error.what()));
   }
-  {
-    const std::scoped_lock lock(mutex_);
-    closed_ = true;
-  }
+  lock_.reset();
+  const std::scoped_lock lock(mutex_);
+  closed_ = true;
 }
 
 }  // namespace hystcan::runs

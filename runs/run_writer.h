@@ -12,6 +12,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -79,7 +80,7 @@ class RunWriter {
   UtcNow utc_now_;
   std::vector<std::string> axis_names_;
   std::filesystem::path run_;
-  RunLock lock_;
+  std::optional<RunLock> lock_;  ///< until it is closed
   RunInfo info_;
 
   // of the thread that writes
