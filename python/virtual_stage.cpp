@@ -26,6 +26,12 @@ config::Config configuration(const std::filesystem::path& file, const std::vecto
         std::ranges::find_if(config.axes, [&](const auto& each) { return each.wire.name == name; });
     if (axis == config.axes.end())
       throw config::Error(fmt::format("{}: no axis {}, which a reference is given for", file.string(), name));
+    const controller::MonotoneCubic::Range range = curve.range();
+    const auto& supervision = axis->control.supervision;
+    if (range.lowest < supervision.position_min_um || range.highest > supervision.position_max_um)
+      throw config::Error(
+          fmt::format("the reference of {} goes from {:g} to {:g} um, expected {:g} to {:g} um", name,
+                      range.lowest, range.highest, supervision.position_min_um, supervision.position_max_um));
     axis->control.setpoint.assign(1, {.shape = controller::Table{.file = "reference", .curve = curve}});
     axis->control.repeat = false;
   }

@@ -12,6 +12,9 @@
 
 namespace hystcan::storage {
 
+/// Errors are told by exceptions: keeps the library from printing them too. It remembers that for each thread.
+void keep_quiet();
+
 /// The reason that the library gives for its last failure, and an empty stack of errors.
 std::string last_reason();
 

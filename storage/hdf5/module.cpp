@@ -1,6 +1,5 @@
 // The entry of hystcan_hdf5.so.
-#include <cerrno>
-#include <system_error>
+#include <string_view>
 
 #include "storage/hdf5/handle.h"
 
@@ -13,8 +12,23 @@ herr_t take_description(unsigned, const H5E_error2_t* error, void* into) {
   return 0;
 }
 
-std::unique_ptr<Hdf5Writer> create(const std::filesystem::path& file) { return make_writer(file); }
-std::unique_ptr<Hdf5Reader> open(const std::filesystem::path& file) { return make_reader(file); }
+std::unique_ptr<Hdf5Writer> create(const std::filesystem::path& file) {
+  keep_quiet();
+  return make_writer(file);
+}
+std::unique_ptr<Hdf5Reader> open(const std::filesystem::path& file) {
+  keep_quiet();
+  return make_reader(file);
+}
+
+/// "No space left on device" out of "file write failed: time = ..., errno = 28, error message = '...', ...".
+std::string in_short(const std::string& reason) {
+  constexpr std::string_view before = "error message = '";
+  const auto at = reason.find(before);
+  if (at == std::string::npos) return reason;
+  const auto begin = at + before.size();
+  return reason.substr(begin, reason.find('\'', begin) - begin);
+}
 
 }  // namespace
 
@@ -27,13 +41,18 @@ std::string last_reason() {
       },
       &reason);
   H5Eclear2(H5E_DEFAULT);
-  return reason.empty() ? "the library gives no reason" : reason;
+  return reason.empty() ? "the library gives no reason" : in_short(reason);
+}
+
+void keep_quiet() {
+  thread_local const bool once = H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr) >= 0;
+  static_cast<void>(once);
 }
 
 }  // namespace hystcan::storage
 
 extern "C" __attribute__((visibility("default"))) const hystcan::storage::Hdf5Library* hystcan_hdf5() {
+  H5dont_atexit();  // its end would write once more what a full disk has refused, and crash
   static const hystcan::storage::Hdf5Library library{&hystcan::storage::create, &hystcan::storage::open};
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are told by exceptions
   return &library;
 }

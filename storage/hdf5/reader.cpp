@@ -31,6 +31,7 @@ class Reader final : public Hdf5Reader {
   }
 
   void read(const std::string& dataset, std::uint64_t from, std::span<double> into) const override {
+    keep_quiet();
     const Handle opened = dataset_of(dataset);
     const Handle there = checked(H5Dget_space(opened.get()), H5Sclose, path_, dataset);
     const hsize_t first = from, count = into.size();

@@ -37,6 +37,7 @@ class Table final : public Hdf5Table {
 
   void append(std::span<const std::vector<double>> columns) override {
     if (columns.empty() || columns.front().empty()) return;
+    keep_quiet();
     const hsize_t from = rows_, count = columns.front().size();
     rows_ += count;
     for (std::size_t i = 0; i < datasets_.size(); ++i) append_to(datasets_[i], columns[i], from, count);
@@ -132,6 +133,7 @@ class Writer final : public Hdf5Writer {
   }
 
   void close() override {
+    keep_quiet();
     if (H5Fflush(file_.get(), H5F_SCOPE_LOCAL) < 0 || file_.close() < 0) refuse(path_, "cannot be written");
   }
 

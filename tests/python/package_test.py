@@ -175,6 +175,8 @@ class Rehearsals(Scratch):
     def test_what_the_controller_refuses_is_refused(self):
         with self.assertRaisesRegex(hystcan.Error, "kp"):
             hystcan.Rehearsal(STAGE, settings={"axis[0].control.kp": -5})
+        with self.assertRaisesRegex(hystcan.Error, "goes from 0 to 1e\\+09 um, expected"):
+            hystcan.Rehearsal(STAGE, reference={"x": ([0, 1], [0, 1e9])})
         with self.assertRaisesRegex(hystcan.Error, "no axis z"):
             hystcan.Rehearsal(STAGE, reference={"z": ([0, 1], [1, 2])})
 

@@ -381,6 +381,16 @@ TEST_F(Simulate, LeavesNoFileIfItIsStoppedOrTheDiskIsFull) {
   EXPECT_NE(full.err().find("cannot be written: File too large"), std::string::npos) << full.err();
   EXPECT_EQ(files(), before);
 
+  write_record("long.csv", 100'000);
+  const auto with_long = files();
+  Process full_hdf5({"sh", "-c",
+                     "trap '' XFSZ; ulimit -f 8; " HYSTCAN_PROGRAM " simulate " + path("piezo.model.toml") +
+                         " --input " + path("long.csv") + " --output " + path("out.h5")});
+  EXPECT_EQ(full_hdf5.wait(), failed) << full_hdf5.err();
+  EXPECT_TRUE(full_hdf5.err().ends_with("cannot be written: File too large\n")) << full_hdf5.err();
+  EXPECT_EQ(files(), with_long);
+  std::filesystem::remove(shipped / "long.csv");
+
   Process nameless(
       {HYSTCAN_PROGRAM, "simulate", path("piezo.model.toml"), "--input", path("in.csv"), "--output", ""});
   EXPECT_EQ(nameless.wait(), bad_input);
