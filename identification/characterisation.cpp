@@ -166,8 +166,11 @@ Characterisation characterise(const Dataset& dataset, model::Interval observed) 
   return found;
 }
 
-Trends trends(const Dataset& dataset, const std::vector<double>& residual) {
+Trends trends(const Dataset& dataset, const std::vector<double>& predicted) {
   Trends found;
+  std::vector<double> residual = dataset.output;
+  for (std::size_t i = 0; i < residual.size(); ++i) residual[i] -= predicted[i];
+  found.gain = slope_of(predicted, residual) * span_of(predicted);
   const double duration = dataset.time_s.back() - dataset.time_s.front();
   found.drift = slope_of(dataset.time_s, residual) * duration;
   constexpr std::size_t blocks = 8;  // slopes without each eighth of the dataset

@@ -28,13 +28,14 @@ struct Characterisation {
 /// `observed`: range of the inputs that occur. If symmetry is even, the inputs are folded.
 Characterisation characterise(const Dataset& dataset, model::Interval observed);
 
-/// Linear trends in the residual of a model, output units.
+/// Linear trends in the residual of a model (measured - predicted), output units.
 struct Trends {
   double drift = 0.0;        ///< from the first sample to the last
   double drift_error = 0.0;  ///< standard error of the drift, from a block jackknife
   double rate = 0.0;         ///< between the fastest rise and the fastest fall
+  double gain = 0.0;         ///< between the lowest and the highest prediction
 };
-Trends trends(const Dataset& dataset, const std::vector<double>& residual);
+Trends trends(const Dataset& dataset, const std::vector<double>& predicted);
 
 /// Even if the output hardly changes with the sign of the input: x(v) = x(-v).
 model::Symmetry symmetry_of(const Dataset& dataset);

@@ -49,6 +49,7 @@ Excerpt::Sequence Excerpt::delayed_by(double delay_s) const {
   for (std::size_t i = 0; i < input_.size(); i += stride_) {
     const double t = time_s_[i] - delay_s;
     for (; next < turning_points_.size() && turning_points_[next].time_s < t; ++next) {
+      sequence.time_s.push_back(time_s_[i]);
       sequence.input.push_back(turning_points_[next].input);
       sequence.output.push_back(0.0);
       sequence.fold.push_back(Regression::left_out);
@@ -57,6 +58,7 @@ Excerpt::Sequence Excerpt::delayed_by(double delay_s) const {
     double v = input_[before];
     if (t > time_s_[before] && before + 1 < input_.size())
       v += (input_[before + 1] - v) * (t - time_s_[before]) / (time_s_[before + 1] - time_s_[before]);
+    sequence.time_s.push_back(time_s_[i]);
     sequence.input.push_back(v);
     sequence.output.push_back(output_[i]);
     sequence.fold.push_back(fold_[i]);

@@ -29,6 +29,7 @@ class Excerpt {
   Excerpt(const Dataset& dataset, std::vector<int> fold, std::size_t samples, double least_swing);
 
   struct Sequence {
+    std::vector<double> time_s;  ///< of the output
     std::vector<double> input;
     std::vector<double> output;
     std::vector<int> fold;  ///< Regression::left_out at an inserted turning point

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "identification/excerpt.h"
+#include "identification/knot_places.h"
 #include "model/refusal.h"
 
 namespace hystcan::identification {
@@ -13,6 +14,8 @@ namespace {
 using model::refuse;
 
 constexpr double unexplained = 0.5;                // of the output's standard deviation: the model is refused
+constexpr int most_pieces = 22;                    // of a spline
+constexpr std::size_t finer_samples = 5;           // times those of the search, for its last steps
 constexpr std::size_t most_turning_points = 2000;  // in the search; smaller swings are noise
 
 model::Interval span_over(const std::vector<Dataset>& datasets, const std::vector<double> Dataset::*column) {
@@ -102,6 +105,8 @@ class Identification {
       refuse("unseen flags of ", options.unseen.size(), " datasets, expected ", datasets.size());
     for (std::size_t r = 0; r < datasets.size(); ++r)
       seen_.push_back(options.unseen.empty() ? datasets[r] : without(datasets[r], options.unseen[r]));
+    if (options_.delay_s && !(*options_.delay_s >= 0.0))
+      refuse("delay ", *options_.delay_s, " s, expected 0 or more");
     symmetry_ = options.symmetry.value_or(symmetry_of(seen_.front()));
     for (const Dataset& dataset : seen_) check_identifiable(dataset, symmetry_);
     for (const Dataset& dataset : datasets)
@@ -110,7 +115,10 @@ class Identification {
 
   Identified run() {
     set_up();
-    result_.search = search(problem_, first_inputs(), search_options());
+    SearchOptions options = search_options();
+    const Problem finer = excerpts_of(finer_samples * options_.search_samples);
+    options.finer = &finer;
+    result_.search = search(problem_, first_inputs(), options);
     if (result_.search.rms > unexplained * deviation(seen_))
       refuse("the best model misses the output by ",
              std::round(100.0 * result_.search.rms / deviation(seen_)),
@@ -118,6 +126,7 @@ class Identification {
     fit_all();
     result_.pace_ascending = pace_range(&Trial::k_span_ascending);
     result_.pace_descending = pace_range(&Trial::k_span_descending);
+    if (searches_delay_ && options_.go_on()) result_.delay_range = find_delay_range();
     result_.stopped = !options_.go_on();
     return result_;
   }
@@ -132,16 +141,26 @@ class Identification {
       for (std::size_t i = 0; i < datasets_[r].size(); ++i)
         if (options_.unseen[r][i]) result_.folds.of[r][i] = Regression::left_out;
     problem_.folds = result_.folds.count;
+    for (std::size_t i = 0; i < datasets_.size(); ++i) {
+      result_.datasets.push_back(characterise(datasets_[i], problem_.observed));
+      problem_.nuisances.push_back({i > 0 && !options_.common_zero, options_.drift});
+    }
+    problem_ = excerpts_of(options_.search_samples);
+    result_.observed = problem_.observed;
+    result_.output_span = problem_.output_span;
+  }
+
+  Problem excerpts_of(std::size_t search_samples) const {
+    Problem problem = problem_;
+    problem.excerpts.clear();
     const std::size_t samples = samples_of(datasets_);
     for (std::size_t i = 0; i < datasets_.size(); ++i) {
       const Dataset& dataset = datasets_[i];
-      const std::size_t share = std::max<std::size_t>(50, options_.search_samples * dataset.size() / samples);
-      problem_.excerpts.emplace_back(dataset, result_.folds.of[i], share,
-                                     least_swing(dataset, problem_.observed.span()));
-      result_.datasets.push_back(characterise(dataset, problem_.observed));
+      const std::size_t share = std::max<std::size_t>(50, search_samples * dataset.size() / samples);
+      problem.excerpts.emplace_back(dataset, result_.folds.of[i], share,
+                                    least_swing(dataset, problem.observed.span()));
     }
-    result_.observed = problem_.observed;
-    result_.output_span = problem_.output_span;
+    return problem;
   }
 
   std::vector<double> first_inputs() const {
@@ -150,27 +169,38 @@ class Identification {
     return first;
   }
 
-  SearchOptions search_options() const {
+  SearchOptions search_options() {
     const auto samples = static_cast<int>(std::min<std::size_t>(samples_of(datasets_), 10000));
     SearchOptions search;
     search.highest_order = std::clamp((samples / 3 - 3) / 2, 1, highest_order);
-    if (options_.order && *options_.order < 1) refuse("order ", *options_.order, ", expected at least 1");
-    if (options_.order && *options_.order > search.highest_order)
-      refuse("order ", *options_.order, " from ", samples, " samples, expected at most ",
-             search.highest_order);
-    search.order = options_.order;
+    if (const auto& shape = options_.shape; shape && !shape->is_spline()) {
+      if (shape->order < 1) refuse("order ", shape->order, ", expected at least 1");
+      if (shape->order > search.highest_order)
+        refuse("order ", shape->order, " from ", samples, " samples, expected at most ",
+               search.highest_order);
+    }
+    search.curves = options_.curves;
+    search.shape = options_.shape;
+    search.delay_s = options_.delay_s;
+    if (options_.longest_delay_s) search.longest_delay_s = *options_.longest_delay_s;
+    search.knots = [places = KnotPlaces(datasets_, problem_.observed)](int pieces) {
+      return places.knots(pieces);
+    };
+    search.most_pieces = std::min(most_pieces, (samples / 3 - 3) / 2 - 2);
     search.observed_thresholds = options_.observed_thresholds;
     search.go_on = options_.go_on;
     // A delay can be distinguished from the width of a loop only if a half cycle has enough samples.
-    const Characterisation& first = result_.datasets.front();
-    if (static_cast<double>(first.samples) > 100.0 * static_cast<double>(first.cycles))
-      search.sample_time_s = first.sample_time_s;
+    for (const Characterisation& is : result_.datasets)
+      if (static_cast<double>(is.samples) > 100.0 * static_cast<double>(is.cycles))
+        search.sample_time_s =
+            search.sample_time_s > 0.0 ? std::min(search.sample_time_s, is.sample_time_s) : is.sample_time_s;
+    searches_delay_ = search.sample_time_s > 0.0 && !options_.delay_s;
     return search;
   }
 
   void fit_all() {
     const Problem all = unfolded(problem_, datasets_, result_.folds);
-    SeparableFit fit(all, result_.search.order, SeparableFit::Scan::fine);
+    SeparableFit fit(all, result_.search.shape, SeparableFit::Scan::fine);
     Trial& trial = result_.search.trial;
     const Fitted fitted = fit_to_all(fit, trial);
     result_.parameters = fitted.parameters;
@@ -180,12 +210,16 @@ class Identification {
       refuse("no model with an inverse fits: some branch decreases for every k; is this a hysteresis loop?");
     result_.delay_s = trial.delay_s;
     result_.memories = trial.memories;
+    result_.offsets = fitted.offsets;
+    result_.drifts = fitted.drifts;
+    std::vector<Dataset> on_one_zero = seen_;
+    for (std::size_t i = 0; i < on_one_zero.size(); ++i)
+      for (double& output : on_one_zero[i].output) output -= result_.offsets[i];
+    result_.output_span = span_over(on_one_zero, &Dataset::output).span();
     result_.held_out_rms = result_.search.held_out;
-    const model::Hysteresis model(result_.parameters);
     double square = 0.0;
     for (std::size_t i = 0; i < datasets_.size(); ++i) {
-      const auto predicted = predict(model, datasets_[i], result_.delay_s, result_.memories[i]);
-      const ErrorNorms misses = ErrorNorms::of(predicted, datasets_[i].output);
+      const ErrorNorms misses = ErrorNorms::of(predict(result_, datasets_, i), datasets_[i].output);
       result_.misses.push_back(misses);
       result_.overall.max = std::max(result_.overall.max, misses.max);
       square += misses.rms * misses.rms * static_cast<double>(datasets_[i].size());
@@ -195,7 +229,7 @@ class Identification {
 
   // Searches outwards from the best k, in steps that grow by half each time.
   PaceRange pace_range(double Trial::*k) const {
-    SeparableFit fit(problem_, result_.search.order, SeparableFit::Scan::coarse);
+    SeparableFit fit(problem_, result_.search.shape, SeparableFit::Scan::coarse);
     Trial trial = result_.search.trial;
     const double best = trial.*k, largest_rms = 1.05 * fit.fit(trial).rms;
     const auto is_as_good = [&](double value) {
@@ -214,7 +248,10 @@ class Identification {
     return {lo / span, hi / span, lo * hi > 0.0 && std::max(lo / hi, hi / lo) < 10.0};
   }
 
+  DelayRange find_delay_range() { return delay_range(problem_, result_.search, datasets_, options_.go_on); }
+
   IdentifyOptions options_;
+  bool searches_delay_ = false;
   model::Symmetry symmetry_ = model::Symmetry::none;
   std::vector<Dataset> seen_;      // without unseen samples
   std::vector<Dataset> datasets_;  // folded
@@ -226,9 +263,22 @@ class Identification {
 
 std::size_t Identified::parameter_count() const {
   const Trial& trial = search.trial;
-  const auto curves = 2 * static_cast<std::size_t>(search.order) + 1;
+  const auto curves = 2 * static_cast<std::size_t>(search.shape.coefficients()) - 1;
   return curves + (search.one_k ? 1 : 2) + (trial.below > 0.0 ? 1 : 0) + (trial.above > 0.0 ? 1 : 0) +
          (delay_s > 0.0 ? 1 : 0);
+}
+
+std::vector<double> predict(const Identified& identified, const std::vector<Dataset>& datasets,
+                            std::size_t i) {
+  const Dataset dataset =
+      identified.parameters.symmetry == model::Symmetry::even ? folded(datasets[i]) : datasets[i];
+  std::vector<double> predicted =
+      predict(model::Hysteresis(identified.parameters), dataset, identified.delay_s, identified.memories[i]);
+  const double begin = dataset.time_s.front(), lasts = dataset.time_s.back() - begin;
+  for (std::size_t j = 0; j < predicted.size(); ++j)
+    predicted[j] +=
+        identified.offsets[i] + identified.drifts[i] * ((dataset.time_s[j] - begin) / lasts - 0.5);
+  return predicted;
 }
 
 Identified identify(const std::vector<Dataset>& datasets, const IdentifyOptions& options) {
@@ -247,7 +297,9 @@ Landscape landscape(const std::vector<Dataset>& datasets, const Identified& iden
   for (const Dataset& dataset : seen)
     problem.excerpts.emplace_back(dataset, std::vector<int>{}, 1000,
                                   least_swing(dataset, problem.observed.span()));
-  SeparableFit fit(problem, identified.search.order, SeparableFit::Scan::coarse);
+  for (std::size_t i = 0; i < datasets.size(); ++i)
+    problem.nuisances.push_back({identified.offsets[i] != 0.0, identified.drifts[i] != 0.0});
+  SeparableFit fit(problem, identified.search.shape, SeparableFit::Scan::coarse);
   const double span = identified.parameters.input_range().span();
   const auto grid = [&](double best) {
     const double middle = std::asinh(best * span);

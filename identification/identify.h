@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "identification/characterisation.h"
+#include "identification/delay_range.h"
 #include "identification/hold_out.h"
 #include "identification/prediction.h"
 #include "identification/search.h"
@@ -14,11 +15,16 @@
 namespace hystcan::identification {
 
 struct IdentifyOptions {
-  std::optional<int> order;                 ///< of the reference curves; none: chosen by hold-out
+  CurveChoice curves = CurveChoice::automatic;
+  std::optional<CurveShape> shape;          ///< of the reference curves; none: chosen by hold-out
   std::optional<model::Symmetry> symmetry;  ///< none: determined from the dataset
   bool observed_thresholds = false;         ///< thresholds at the ends of the observed input range
-  std::size_t search_samples = 3000;        ///< samples that the search uses; the last fit uses all
-  std::function<bool()> go_on;              ///< returns false: stop with the best so far; none: never stop
+  bool common_zero = false;                 ///< several datasets: no offsets between them
+  bool drift = false;                       ///< each dataset has a linear drift of its own
+  std::optional<double> delay_s;            ///< known; none: searched
+  std::optional<double> longest_delay_s;
+  std::size_t search_samples = 3000;  ///< samples that the search uses; the last fit uses all
+  std::function<bool()> go_on;        ///< returns false: stop with the best so far; none: never stop
   /// A flag for each sample, per dataset. The fit does not use the output of an unseen sample, but it applies
   /// its input. Empty: no sample is unseen.
   std::vector<std::vector<bool>> unseen;
@@ -35,19 +41,27 @@ struct Identified {
   model::HysteresisParameters parameters;
   double delay_s = 0.0;
   std::vector<InitialMemory> memories;  ///< for each dataset
+  std::vector<double> offsets;          ///< of each dataset's output, output units; that of the first is zero
+  std::vector<double> drifts;           ///< from a dataset's first sample to its last, output units
   SearchResult search;
   Folds folds;
   std::vector<Characterisation> datasets;
-  std::vector<ErrorNorms> misses;  ///< errors for each dataset, over all samples, also unseen ones
+  std::vector<ErrorNorms> misses;  ///< for each dataset, with its offset and drift; also of unseen samples
   ErrorNorms overall;
   std::optional<double> held_out_rms;
-  double output_span = 0.0;  ///< over all datasets, without unseen samples
+  double output_span = 0.0;  ///< over all datasets, without their offsets and unseen samples
   model::Interval observed;
   PaceRange pace_ascending, pace_descending;
-  bool stopped = false;  ///< go_on stopped the search; this is the best so far
+  std::optional<DelayRange> delay_range;  ///< none: the delay was given, or no delay can be determined
+  bool stopped = false;                   ///< go_on stopped the search; this is the best so far
 
-  std::size_t parameter_count() const;  ///< curves, k, thresholds, delay; without initial memories
+  std::size_t parameter_count()
+      const;  ///< curves, k, thresholds, delay; not what each dataset has of its own
 };
+
+/// The model's prediction of a dataset that it was identified from, with its offset and drift.
+std::vector<double> predict(const Identified& identified, const std::vector<Dataset>& datasets,
+                            std::size_t i);
 
 /// Throws std::invalid_argument with the reason if nothing can be identified (characterisation.h), if the
 /// output does not follow the input, or if the samples cannot determine curves of the requested order.

@@ -1,7 +1,10 @@
 // The linear least-squares problem of the reference curves for a given k, with the rows of branch_rows.h.
 //
-// Its normal equations are summed branch by branch. The sums of T_i T_j do not depend on k and are computed
+// Its normal equations are summed branch by branch. The sums of B_i B_j do not depend on k and are computed
 // once, so that another k costs one exponential and n + 4 products per sample.
+//
+// A dataset can have a zero and a slow drift of its own: after theta come the columns of its nuisances, 1 and
+// its time from -1/2 to 1/2.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,6 +16,14 @@
 #include "identification/path.h"
 
 namespace hystcan::identification {
+
+/// What a dataset has of its own beside the curves.
+struct Nuisances {
+  bool offset = false;
+  bool drift = false;
+
+  Eigen::Index count() const { return (offset ? 1 : 0) + (drift ? 1 : 0); }
+};
 
 /// The normal equations of
 ///   sum (row theta - y)^2 = theta' H theta - 2 g' theta + square
@@ -26,17 +37,44 @@ struct NormalEquations {
       : H(Eigen::MatrixXd::Zero(unknowns, unknowns)), g(Eigen::VectorXd::Zero(unknowns)) {}
   NormalEquations& operator+=(const NormalEquations& other);
   NormalEquations& operator-=(const NormalEquations& other);
+  /// Adds equations whose first `shared` unknowns are the first ones here; the others stand from `own` on.
+  void add(const NormalEquations& other, Eigen::Index shared, Eigen::Index own);
+  /// False if a k is so negative that branches grow beyond every number.
+  bool is_finite() const { return H.allFinite() && g.allFinite(); }
   double residual_square(const Eigen::VectorXd& theta) const;
+};
+
+/// Equations of which the last unknowns are eliminated: for every value of the others they are at their best.
+class Eliminated {
+ public:
+  /// `kept`: the first unknowns.
+  Eliminated(const NormalEquations& system, Eigen::Index kept);
+
+  const NormalEquations& rest() const { return rest_; }
+  /// `theta`, then the best values of the eliminated unknowns.
+  Eigen::VectorXd completed(const Eigen::VectorXd& theta) const;
+
+ private:
+  NormalEquations rest_;
+  Eigen::VectorXd alone_;     // the eliminated unknowns at theta = 0
+  Eigen::MatrixXd by_theta_;  // how they follow theta
 };
 
 class Regression {
  public:
-  /// `fold[i]`: the fold of sample i, 0 to folds - 1. A sample with `left_out` does not count in any fold.
+  /// `sequence.fold[i]`: the fold of sample i, 0 to folds - 1. A sample with `left_out` does not count in any
+  /// fold.
   static constexpr int left_out = -1;
-  Regression(Path path, model::Interval thresholds, int order, std::span<const double> input,
-             std::span<const double> output, std::span<const int> fold, int folds);
+  struct Samples {
+    std::span<const double> time_s;  ///< used for a drift only; else it may be empty
+    std::span<const double> input;
+    std::span<const double> output;
+    std::span<const int> fold;
+  };
+  Regression(Path path, CurveBasis basis, const Samples& samples, int folds, Nuisances nuisances = {});
 
-  Eigen::Index unknowns() const { return 2 * order_ + 1; }
+  /// theta, then the nuisances.
+  Eigen::Index unknowns() const { return basis_.unknowns() + nuisances_.count(); }
   /// Adds the equations of each fold to `folds`.
   void add(const Pace& pace, std::vector<NormalEquations>& folds) const;
 
@@ -45,22 +83,23 @@ class Regression {
     std::size_t branch = 0;
     int fold = 0;
     Eigen::Index begin = 0, count = 0;  // samples, as indices of distance_
-    Eigen::VectorXd basis;              // sum of T
+    Eigen::VectorXd basis;              // sum of B
     double output = 0.0;
   };
 
-  void gather(std::span<const double> input, std::span<const double> output, std::span<const int> fold);
+  void gather(const Samples& samples);
   void sum_up(Sums& run);
   void add_run(const Sums& run, const Pace& pace, const BranchRows& rows, NormalEquations& to) const;
 
   Path path_;
-  model::Interval thresholds_;
-  Eigen::Index order_;
+  CurveBasis basis_;
+  Nuisances nuisances_;
   std::vector<NormalEquations> base_;  // per fold: the part that does not depend on k
   std::vector<Sums> runs_;
   Eigen::VectorXd distance_;  // |v - v_s| of each sample that counts
   Eigen::VectorXd output_;
-  Eigen::MatrixXd basis_;  // T of each sample that counts, one column per sample
+  Eigen::MatrixXd values_;    // B of each sample that counts, one column per sample
+  Eigen::MatrixXd nuisance_;  // its nuisances, likewise
 };
 
 }  // namespace hystcan::identification

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
+#include <utility>
 
 #include "identification/numerics/nelder_mead.h"
 
@@ -14,8 +16,12 @@ constexpr int first_order = 5;
 constexpr double worth_it = 0.97;         // an added parameter must lower the error to this share
 constexpr double worth_held_out = 0.985;  // and the held-out error to this share
 constexpr double as_good = 1.05;          // a removed parameter may raise the error to this share
-constexpr double low_enough = 1.3;        // times the smallest held-out error of all orders is low enough
-constexpr double widest_k_span = 200.0;
+constexpr double low_enough = 1.01;       // times the smallest held-out error of all orders is low enough
+constexpr double worth_a_spline = 0.9;    // of the held-out error with polynomials
+constexpr double poor = 0.01;             // of the output span: with a polynomial that misses so much, the
+                                          // other choices may be wrong, too
+constexpr double worth_a_restart = 0.99;  // of the error before it
+constexpr double widest_k_span = 200.0;   // with steep parts this is of them, not of the thresholds
 
 // A number of the trial that the simplex moves, on a scale where a step of one is reasonable.
 struct Unknown {
@@ -30,48 +36,103 @@ using Kind = InitialMemory::Kind;
 class Searcher {
  public:
   Searcher(const Problem& problem, const std::vector<double>& first_inputs, const SearchOptions& options)
-      : problem_(problem), first_inputs_(first_inputs), options_(options) {
-    unknowns_.push_back({"k_ascending", std::asinh(1.0), 0.7,
-                         [](Trial& trial, double x) { trial.k_span_ascending = std::sinh(x); }});
-    unknowns_.push_back({"k_descending", std::asinh(1.0), 0.7,
-                         [](Trial& trial, double x) { trial.k_span_descending = std::sinh(x); }});
+      : problem_(&problem), first_inputs_(first_inputs), options_(options) {
+    unknowns_ = two_k();
+    best_.delay_s = options_.delay_s.value_or(0.0);
   }
 
   SearchResult run() {
-    use_order(options_.order.value_or(std::min(first_order, options_.highest_order)));
-    choose_memories();
-    choose_k();
-    refine(150);
-    add_useful_unknowns();
-    if (!options_.order) choose_order();
-    refine(300);
-    refine(150);
-    try_one_k();
+    const CurveShape first = CurveShape::polynomial(std::min(first_order, options_.highest_order));
+    const bool is_rich =
+        options_.shape && !options_.shape->is_spline() && options_.shape->order > first_order;
+    begin_with(is_rich ? first : options_.shape.value_or(first));
+    if (is_rich) {
+      use(*options_.shape);
+      best_cost_ = cost(best_);
+    }
+    if (!options_.shape) choose_order();
+    finish();
+    if (options_.most_pieces > 1 && !options_.shape && options_.curves != CurveChoice::polynomial)
+      try_splines();
+    const std::optional<double> held_out = fit_->held_out(best_);
+    polish();
     SearchResult found = result_;
     found.trial = best_;
-    found.order = order_;
+    found.shape = shape_;
     const Fitted fitted = fit_->fit(best_);
     found.rms = fitted.rms;
     found.valid = fitted.valid;
-    found.held_out = fit_->held_out(best_);
+    found.held_out = held_out;
     return found;
   }
 
  private:
-  void use_order(int order) {
-    order_ = order;
-    fit_.emplace(problem_, order, SeparableFit::Scan::coarse);
+  std::vector<Unknown> two_k() const {
+    return {{"k_ascending", std::asinh(best_.k_span_ascending), 0.7,
+             [](Trial& trial, double x) { trial.k_span_ascending = std::sinh(x); }},
+            {"k_descending", std::asinh(best_.k_span_descending), 0.7,
+             [](Trial& trial, double x) { trial.k_span_descending = std::sinh(x); }}};
+  }
+
+  void begin_with(CurveShape shape) {
+    use(std::move(shape));
+    choose_memories();
+    choose_k();
+    refine(150);
+    add_useful_unknowns();
+  }
+
+  // A simplex can stop early in many dimensions: it begins again while that pays.
+  void finish() {
+    refine(300);
+    for (double before = std::numeric_limits<double>::infinity();
+         best_cost_ < worth_a_restart * before && options_.go_on();) {
+      before = best_cost_;
+      for (Unknown& unknown : unknowns_) unknown.step = 0.3;
+      refine(150);
+    }
+    try_one_k();
+  }
+
+  // More samples make all unknowns more exact, the delay above all.
+  void polish() {
+    if (options_.finer == nullptr || !options_.go_on()) return;
+    problem_ = options_.finer;
+    use(shape_);
+    best_cost_ = cost(best_);
+    for (Unknown& unknown : unknowns_) unknown.step = 0.05;
+    refine(100);
+  }
+
+  void use(CurveShape shape) {
+    shape_ = std::move(shape);
+    fit_.emplace(*problem_, shape_, SeparableFit::Scan::coarse);
   }
 
   double cost(const Trial& trial) {
     if (trial.below < 0.0 || trial.above < 0.0 || trial.below > 3.0 || trial.above > 3.0 ||
-        trial.delay_s < 0.0 ||
-        std::max(std::abs(trial.k_span_ascending), std::abs(trial.k_span_descending)) > widest_k_span)
+        trial.delay_s < 0.0 || trial.delay_s > options_.longest_delay_s ||
+        std::min(trial.k_span_ascending, trial.k_span_descending) < -widest_k_span ||
+        std::max(trial.k_span_ascending, trial.k_span_descending) > widest_k_span * steepness())
       return std::numeric_limits<double>::infinity();
     const Fitted fitted = fit_->fit(trial);
-    if (fitted.valid) return fitted.rms;
+    if (fitted.valid || !std::isfinite(fitted.rms)) return fitted.rms;
     return fitted.rms * (1.01 + 2.0 * fitted.violation) +
-           1e-4 * problem_.output_span * (1.0 + fitted.violation);
+           1e-4 * problem_->output_span * (1.0 + fitted.violation);
+  }
+
+  // Where nearly all of the output happens in a small part of the inputs, loops are as small as that part.
+  double steepness() const {
+    double narrowest = problem_->observed.span();
+    for (std::size_t i = 1; i < shape_.knots.size(); ++i)
+      narrowest = std::min(narrowest, shape_.knots[i] - shape_.knots[i - 1]);
+    return std::max(1.0, 0.05 * problem_->observed.span() / narrowest);
+  }
+  // k times the span that are worth a try: these, and larger ones on steep curves.
+  std::vector<double> paces(std::vector<double> k_spans) const {
+    const double largest = k_spans.back() * steepness();
+    while (3.0 * k_spans.back() <= largest) k_spans.push_back(3.0 * k_spans.back());
+    return k_spans;
   }
 
   // Chooses roughly the initial memory that fits best, for each dataset separately.
@@ -82,11 +143,11 @@ class Searcher {
       InitialMemory chosen;
       for (const Kind kind : {Kind::from_lower, Kind::virgin, Kind::from_upper, Kind::nested}) {
         const bool mid_range =
-            first_inputs_[i] > problem_.observed.lo && first_inputs_[i] < problem_.observed.hi;
+            first_inputs_[i] > problem_->observed.lo && first_inputs_[i] < problem_->observed.hi;
         if (!mid_range && (kind == Kind::from_upper || kind == Kind::nested)) continue;
         Trial trial = best_;
         trial.memories[i] = {kind, 0.0};
-        for (const double k : {0.3, 2.0, 6.0}) {
+        for (const double k : paces({0.3, 2.0, 6.0})) {
           trial.k_span_ascending = trial.k_span_descending = k;
           if (const double c = cost(trial); c < least * (kind == Kind::from_lower ? 1.0 : worth_it)) {
             least = c;
@@ -102,8 +163,9 @@ class Searcher {
 
   void choose_k() {
     double least = std::numeric_limits<double>::infinity();
-    for (const double ascending : {-1.0, 0.3, 1.0, 3.0, 10.0, 30.0})
-      for (const double descending : {-1.0, 0.3, 1.0, 3.0, 10.0, 30.0}) {
+    const std::vector<double> tried = paces({-1.0, 0.3, 1.0, 3.0, 10.0, 30.0});
+    for (const double ascending : tried)
+      for (const double descending : tried) {
         Trial trial = best_;
         trial.k_span_ascending = ascending;
         trial.k_span_descending = descending;
@@ -170,13 +232,13 @@ class Searcher {
                                                                    : 0.0));
     }
     const bool extends = !options_.observed_thresholds;
-    if (extends && !is_used("lower threshold") && problem_.symmetry == model::Symmetry::none)
+    if (extends && !is_used("lower threshold") && problem_->symmetry == model::Symmetry::none)
       candidates.push_back(
           {"lower threshold", std::log(0.1), 0.7, [](Trial& trial, double x) { trial.below = std::exp(x); }});
     if (extends && !is_used("upper threshold"))
       candidates.push_back({"upper threshold", std::log(0.05), 0.7,
                             [](Trial& trial, double x) { trial.above = std::exp(x); }});
-    if (!is_used("delay") && options_.sample_time_s > 0.0)
+    if (!is_used("delay") && !options_.delay_s && options_.sample_time_s > 0.0)
       candidates.push_back({"delay", 1.0, 1.0, [dt = options_.sample_time_s](Trial& trial, double x) {
                               trial.delay_s = x * dt;
                             }});
@@ -217,28 +279,74 @@ class Searcher {
     return true;
   }
 
-  // Chooses the lowest order with an error near the smallest; held-out samples decide if there are folds.
-  void choose_order() {
-    const auto score = [](const OrderScore& order) {
-      return order.held_out.value_or(order.rms * (1.0 + 0.02 * order.order));
-    };
+  // Held-out samples decide if there are folds; else each coefficient must pay for itself.
+  static double score(const ShapeScore& tried) {
+    return tried.held_out.value_or(tried.rms * (1.0 + 0.02 * (tried.shape.coefficients() - 1)));
+  }
+  ShapeScore scored() { return {shape_, fit_->fit(best_).rms, fit_->held_out(best_)}; }
+
+  // Chooses the first shape with an error near the smallest, at the present trial.
+  void choose_shape(const std::vector<CurveShape>& shapes) {
     double least = std::numeric_limits<double>::infinity();
-    int worse = 0;  // consecutive orders that were not better
-    for (const int order : {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 18, 20}) {
-      if (order > options_.highest_order || !options_.go_on()) break;
-      use_order(order);
-      const Fitted fitted = fit_->fit(best_);
-      result_.orders.push_back({order, fitted.rms, fit_->held_out(best_)});
-      const double now = score(result_.orders.back());
+    int worse = 0;  // consecutive shapes that were not better
+    const std::size_t first = result_.shapes.size();
+    for (const CurveShape& shape : shapes) {
+      if (!options_.go_on()) break;
+      use(shape);
+      result_.shapes.push_back(scored());
+      const double now = score(result_.shapes.back());
       worse = now < 0.98 * least ? 0 : worse + 1;
       least = std::min(least, now);
       if (worse == 3) break;
     }
-    const auto chosen = std::ranges::find_if(
-        result_.orders, [&](const OrderScore& order) { return score(order) <= low_enough * least; });
-    use_order(chosen == result_.orders.end() ? first_order : chosen->order);
+    const auto tried = std::span(result_.shapes).subspan(first);
+    const auto chosen =
+        std::ranges::find_if(tried, [&](const ShapeScore& now) { return score(now) <= low_enough * least; });
+    use(chosen == tried.end() ? CurveShape::polynomial(first_order) : chosen->shape);
     best_cost_ = cost(best_);
     for (Unknown& unknown : unknowns_) unknown.step = 0.3;
+  }
+
+  void choose_order() {
+    std::vector<CurveShape> polynomials;
+    for (const int order : {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 18, 20})
+      if (order <= options_.highest_order) polynomials.push_back(CurveShape::polynomial(order));
+    choose_shape(polynomials);
+  }
+
+  // Splines need not begin where the polynomials ended: where these miss the output, their k, thresholds and
+  // memories make up for the shape.
+  void try_splines() {
+    const Searcher polynomial = *this;
+    const double before = score(scored());
+    std::vector<CurveShape> splines;
+    for (const int pieces : {2, 3, 4, 5, 6, 8, 10, 12, 15, 18, 22})
+      if (pieces <= options_.most_pieces) splines.push_back(CurveShape::spline(options_.knots(pieces)));
+    std::vector<Unknown> unknowns = two_k();
+    unknowns.insert(unknowns.end(), unknowns_.begin() + (result_.one_k ? 1 : 2), unknowns_.end());
+    unknowns_ = unknowns;
+    result_.one_k = false;
+    if (before > poor * problem_->output_span) {
+      unknowns_ = two_k();
+      result_.steps.clear();
+      best_.below = best_.above = 0.0;
+      best_.delay_s = options_.delay_s.value_or(0.0);
+      begin_with(splines[std::min<std::size_t>(splines.size() - 1, 7)]);
+    }
+    choose_shape(splines);
+    finish();
+    if (options_.curves == CurveChoice::spline || score(scored()) < worth_a_spline * before) return;
+    const std::vector<ShapeScore> tried = result_.shapes;
+    take(polynomial);
+    result_.shapes = tried;
+  }
+
+  void take(const Searcher& other) {
+    unknowns_ = other.unknowns_;
+    best_ = other.best_;
+    best_cost_ = other.best_cost_;
+    result_ = other.result_;
+    use(other.shape_);
   }
 
   // Few datasets have enough turning points in both directions to distinguish the two k. If this dataset does
@@ -260,12 +368,12 @@ class Searcher {
     result_.one_k = true;
   }
 
-  const Problem& problem_;
+  const Problem* problem_;
   const std::vector<double>& first_inputs_;
   const SearchOptions& options_;
   std::vector<Unknown> unknowns_;
   std::optional<SeparableFit> fit_;
-  int order_ = first_order;
+  CurveShape shape_;
   Trial best_;
   double best_cost_ = std::numeric_limits<double>::infinity();
   SearchResult result_;

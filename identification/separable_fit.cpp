@@ -1,6 +1,8 @@
 #include "identification/separable_fit.h"
 
 #include <cmath>
+#include <limits>
+#include <utility>
 
 namespace hystcan::identification {
 namespace {
@@ -24,30 +26,48 @@ model::Interval Problem::thresholds(const Trial& trial) const {
   return {observed.lo - trial.below * span, observed.hi + trial.above * span};
 }
 
-SeparableFit::SeparableFit(const Problem& problem, int order, Scan scan)
-    : problem_(problem), order_(order), curves_(order, static_cast<std::size_t>(scan)) {}
+SeparableFit::SeparableFit(const Problem& problem, CurveShape shape, Scan scan)
+    : problem_(problem), shape_(std::move(shape)), curves_(shape_, static_cast<std::size_t>(scan)) {}
 
 void SeparableFit::prepare(const Trial& trial) {
   if (prepared_ && same_path(*prepared_, trial)) return;
   regressions_.clear();
   const model::Interval thresholds = problem_.thresholds(trial);
+  const CurveBasis basis(shape_, thresholds);
   for (std::size_t i = 0; i < problem_.excerpts.size(); ++i) {
     const Excerpt::Sequence dataset = problem_.excerpts[i].delayed_by(trial.delay_s);
     const InitialMemory& memory = trial.memories[i];
     Path path = trace(thresholds, memory.origin(), prehistory(memory, thresholds, dataset.input.front()),
                       dataset.input);
-    regressions_.emplace_back(std::move(path), thresholds, order_, dataset.input, dataset.output,
-                              dataset.fold, problem_.folds);
+    regressions_.emplace_back(
+        std::move(path), basis,
+        Regression::Samples{dataset.time_s, dataset.input, dataset.output, dataset.fold}, problem_.folds,
+        nuisances(i));
   }
   prepared_ = trial;
 }
 
+// theta, then the nuisances of one dataset after the other.
 std::vector<NormalEquations> SeparableFit::systems(const Trial& trial) {
   prepare(trial);
-  std::vector<NormalEquations> folds(static_cast<std::size_t>(problem_.folds),
-                                     NormalEquations(regressions_.front().unknowns()));
+  const Eigen::Index n = curve_unknowns();
+  Eigen::Index unknowns = n;
+  for (const Regression& regression : regressions_) unknowns += regression.unknowns() - n;
+  const auto count = static_cast<std::size_t>(problem_.folds);
+  std::vector<NormalEquations> folds(count, NormalEquations(unknowns));
   const Pace pace = pace_of(trial, problem_.thresholds(trial));
-  for (const Regression& regression : regressions_) regression.add(pace, folds);
+  Eigen::Index at = n;
+  for (const Regression& regression : regressions_) {
+    const Eigen::Index own = regression.unknowns() - n;
+    if (own == 0 && unknowns == n) {
+      regression.add(pace, folds);
+      continue;
+    }
+    std::vector<NormalEquations> part(count, NormalEquations(n + own));
+    regression.add(pace, part);
+    for (std::size_t fold = 0; fold < count; ++fold) folds[fold].add(part[fold], n, at);
+    at += own;
+  }
   return folds;
 }
 
@@ -61,14 +81,24 @@ Fitted SeparableFit::fit(const Trial& trial) {
   const std::vector<NormalEquations> folds = systems(trial);
   NormalEquations all = folds.front();
   for (std::size_t i = 1; i < folds.size(); ++i) all += folds[i];
-  const ValidCurves::Solution solution = solve(all, trial);
-  const model::Interval thresholds = problem_.thresholds(trial);
   Fitted fitted;
-  fitted.parameters = parameters_of(solution.theta, thresholds, pace_of(trial, thresholds));
+  if (!all.is_finite()) {
+    fitted.rms = std::numeric_limits<double>::infinity();
+    return fitted;
+  }
+  const Eliminated system(all, curve_unknowns());
+  const ValidCurves::Solution solution = solve(system.rest(), trial);
+  fitted.parameters = curves_.basis().parameters(solution.theta, pace_of(trial, problem_.thresholds(trial)));
   fitted.parameters.symmetry = problem_.symmetry;
-  fitted.rms = std::sqrt(all.residual_square(solution.theta) / all.samples);
+  fitted.rms = std::sqrt(system.rest().residual_square(solution.theta) / all.samples);
   fitted.valid = solution.valid;
   fitted.violation = solution.violation;
+  const Eigen::VectorXd completed = system.completed(solution.theta);
+  Eigen::Index at = curve_unknowns();
+  for (std::size_t i = 0; i < problem_.excerpts.size(); ++i) {
+    fitted.offsets.push_back(nuisances(i).offset ? completed[at++] : 0.0);
+    fitted.drifts.push_back(nuisances(i).drift ? completed[at++] : 0.0);
+  }
   return fitted;
 }
 
@@ -77,11 +107,13 @@ std::optional<double> SeparableFit::held_out(const Trial& trial) {
   if (folds.size() < 2) return std::nullopt;
   NormalEquations all = folds.front();
   for (std::size_t i = 1; i < folds.size(); ++i) all += folds[i];
+  if (!all.is_finite()) return std::numeric_limits<double>::infinity();
   double square = 0.0, samples = 0.0;
   for (std::size_t i = 1; i < folds.size(); ++i) {
     NormalEquations rest = all;
     rest -= folds[i];
-    square += folds[i].residual_square(solve(rest, trial).theta);
+    const Eliminated system(rest, curve_unknowns());
+    square += folds[i].residual_square(system.completed(solve(system.rest(), trial).theta));
     samples += folds[i].samples;
   }
   if (samples == 0.0) return std::nullopt;

@@ -27,6 +27,7 @@ struct Trial {
 /// The part of the problem that is the same for all trials.
 struct Problem {
   std::vector<Excerpt> excerpts;
+  std::vector<Nuisances> nuisances;  ///< of each excerpt; empty: none
   int folds = 1;
   model::Interval observed;  ///< range of the inputs that occur, folded
   model::Symmetry symmetry = model::Symmetry::none;
@@ -37,16 +38,17 @@ struct Problem {
 
 struct Fitted {
   model::HysteresisParameters parameters;  ///< no units
-  double rms = 0.0;                        ///< output units, over the samples of the excerpts
+  double rms = 0.0;                        ///< output units, over the samples of the excerpts; or infinite
   bool valid = false;                      ///< curves and branches increase, so that an inverse exists
   double violation = 0.0;                  ///< 0 if valid; else the distance from it (valid_curves.h)
+  std::vector<double> offsets, drifts;     ///< of each excerpt, output units; see Problem::nuisances
 };
 
 class SeparableFit {
  public:
   /// Resolution of the check of the branches. The final model is checked with the resolution of a model file.
   enum class Scan : std::size_t { coarse = 50, fine = 200 };
-  SeparableFit(const Problem& problem, int order, Scan scan);
+  SeparableFit(const Problem& problem, CurveShape shape, Scan scan);
 
   /// The best curves that make an invertible model (valid_curves.h) at the trial's k.
   Fitted fit(const Trial& trial);
@@ -59,9 +61,13 @@ class SeparableFit {
   std::vector<NormalEquations> systems(const Trial& trial);
   void prepare(const Trial& trial);
   ValidCurves::Solution solve(const NormalEquations& system, const Trial& trial);
+  Nuisances nuisances(std::size_t excerpt) const {
+    return problem_.nuisances.empty() ? Nuisances{} : problem_.nuisances[excerpt];
+  }
+  Eigen::Index curve_unknowns() const { return 2 * shape_.coefficients() - 1; }
 
   const Problem& problem_;
-  int order_;
+  CurveShape shape_;
   ValidCurves curves_;
   std::vector<Regression> regressions_;  // of the last trial, for all k
   std::optional<Trial> prepared_;

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 
 #include "identification/numerics/least_squares.h"
 
@@ -14,42 +15,19 @@ namespace {
 
 using model::Direction;
 
-constexpr model::Interval unit{0.0, 1.0};
 constexpr Eigen::Index points_per_step = 8;  // the grid of curves is finer than that of branches
 constexpr Eigen::Index kinds = 3;            // slope rising, slope falling, gap
 constexpr double least_slope = 2e-3;         // of the mean slope: flatter curves magnify noise when inverted
 constexpr double least_branch = 1e-3;        // slope of a branch, of the mean slope
 constexpr std::ptrdiff_t most_cuts = 60;     // kept for the next problem
 constexpr int most_rounds = 60;
-// Weak regularisation, stronger for higher orders: coefficients become zero if the samples do not determine
-// them.
-constexpr double ridge = 1e-11;
-
-// (1 - T_i(s)) / (1 - s), and its limit i^2 at s = 1.
-Eigen::VectorXd gap_shapes(Eigen::Index order, double t) {
-  Eigen::VectorXd shapes(order + 1);
-  chebyshev_row(unit, t, shapes);
-  for (Eigen::Index i = 0; i <= order; ++i)
-    shapes[i] = t < 1.0 - 1e-9 ? (1.0 - shapes[i]) / (2.0 - 2.0 * t) : static_cast<double>(i * i);
-  return shapes.tail(order);
-}
-
-Eigen::LLT<Eigen::MatrixXd> decomposed(const NormalEquations& system) {
-  Eigen::MatrixXd H = system.H;
-  const Eigen::Index order = (H.rows() - 1) / 2;
-  for (Eigen::Index i = 0; i < H.rows(); ++i) {
-    const auto j = static_cast<double>(i <= order ? i : i - order);
-    H(i, i) += ridge * (1.0 + j * j) * system.H(0, 0);
-  }
-  return Eigen::LLT<Eigen::MatrixXd>(H);
-}
 
 // Least squares with rows theta >= bounds, from the triangle R of H = R'R:
 //   R theta = R'^-1 g
 class WithinRows {
  public:
-  explicit WithinRows(const NormalEquations& system) : triangle_(system.g.size()) {
-    const auto cholesky = decomposed(system);
+  WithinRows(const NormalEquations& system, const CurveBasis& basis) : triangle_(system.g.size()) {
+    const Eigen::LLT<Eigen::MatrixXd> cholesky(system.H + system.samples * basis.regularisation());
     const Eigen::MatrixXd R = cholesky.matrixU();
     const Eigen::VectorXd right = cholesky.matrixL().solve(system.g);
     for (Eigen::Index i = 0; i < R.rows(); ++i) triangle_.add(R.row(i).transpose(), right[i]);
@@ -70,19 +48,34 @@ class WithinRows {
 
 }  // namespace
 
-ValidCurves::ValidCurves(int order, std::size_t scan_steps)
-    : order_(order),
+ValidCurves::ValidCurves(CurveShape shape, std::size_t scan_steps)
+    : shape_(std::move(shape)),
+      basis_(shape_, {0.0, 1.0}),
       scan_steps_(scan_steps),
       points_(points_per_step * static_cast<Eigen::Index>(scan_steps) + 1),
-      curves_(Eigen::MatrixXd::Zero(kinds * points_, 2 * order + 1)) {
-  Eigen::VectorXd slopes(order_ + 1);
+      curves_(Eigen::MatrixXd::Zero(0, basis_.unknowns())) {}
+
+// The rows of a polynomial are the same for all thresholds; those of a spline are not.
+void ValidCurves::use(model::Interval thresholds) {
+  const model::Interval& present = basis_.thresholds();
+  if (curves_.rows() > 0 && present.lo == thresholds.lo && present.hi == thresholds.hi) return;
+  const bool fills = curves_.rows() == 0 || shape_.is_spline();
+  basis_ = CurveBasis(shape_, thresholds);
+  if (!fills) return;
+  curves_.resize(kinds * points_, basis_.unknowns());
+  Eigen::VectorXd slopes(basis_.size());
+  const std::vector<double> between =
+      model::grid_of(thresholds, shape_.knots, static_cast<std::size_t>(points_ - 1));
   for (Eigen::Index j = 0; j < points_; ++j) {
-    const double t =
-        0.5 - 0.5 * std::cos(std::numbers::pi * static_cast<double>(j) / static_cast<double>(points_ - 1));
-    chebyshev_slope_row(unit, t, slopes);
-    curves_.row(j) = curve_row(Direction::ascending, slopes, 0.0);
-    curves_.row(points_ + j) = curve_row(Direction::descending, slopes, 0.0);
-    curves_.row(2 * points_ + j).tail(order) = gap_shapes(order_, t);
+    const double t = shape_.is_spline()
+                         ? (between[static_cast<std::size_t>(j)] - thresholds.lo) / thresholds.span()
+                         : 0.5 - 0.5 * std::cos(std::numbers::pi * static_cast<double>(j) /
+                                                static_cast<double>(points_ - 1));
+    basis_.slopes(thresholds.lo + t * thresholds.span(), slopes);
+    slopes *= thresholds.span();
+    curves_.row(j) = basis_.row(Direction::ascending, slopes);
+    curves_.row(points_ + j) = basis_.row(Direction::descending, slopes);
+    curves_.row(2 * points_ + j) = basis_.gap(t);
   }
 }
 
@@ -105,7 +98,8 @@ bool ValidCurves::add_violated_curve_rows(const Eigen::VectorXd& theta, double b
   return rows.size() > before;
 }
 
-void ValidCurves::add_cuts(const std::vector<model::DecreasingBranch>& branches, model::Interval thresholds) {
+void ValidCurves::add_cuts(const std::vector<model::DecreasingBranch>& branches) {
+  const model::Interval& thresholds = basis_.thresholds();
   const auto in_spans = [&](double v) {  // exactly 0 and 1 at the thresholds
     const double t = (v - thresholds.lo) / thresholds.span();
     return t < 1e-9 ? 0.0 : t > 1.0 - 1e-9 ? 1.0 : t;
@@ -116,7 +110,8 @@ void ValidCurves::add_cuts(const std::vector<model::DecreasingBranch>& branches,
 }
 
 // The path to the branch begins at the threshold where the scan of model/validity.h begins.
-Eigen::VectorXd ValidCurves::row_of(const Cut& cut, model::Interval thresholds, const Pace& pace) const {
+Eigen::VectorXd ValidCurves::row_of(const Cut& cut, const Pace& pace) const {
+  const model::Interval& thresholds = basis_.thresholds();
   const auto input = [&](double spans) {
     return spans == 1.0 ? thresholds.hi : thresholds.lo + spans * thresholds.span();
   };
@@ -131,43 +126,44 @@ Eigen::VectorXd ValidCurves::row_of(const Cut& cut, model::Interval thresholds, 
   const Path path = trace(
       thresholds, begins_low ? model::Origin::lower_threshold : model::Origin::upper_threshold, {}, inputs);
   const std::size_t last = path.runs.back().branch;
-  return BranchRows(path, thresholds, order_, pace).slope(path.branches[last], last, input(cut.input));
+  return BranchRows(path, basis_, pace).slope(path.branches[last], last, input(cut.input));
 }
 
 // The steepest slope the wrong way of a curve or a branch, in mean slopes.
-double ValidCurves::violation(const Eigen::VectorXd& theta, model::Interval thresholds, const Pace& pace,
-                              double mean_slope) {
+double ValidCurves::violation(const Eigen::VectorXd& theta, const Pace& pace, double mean_slope) {
   const double lowest = (curves_ * theta).minCoeff();
-  if (lowest < 0.0) return -lowest / (mean_slope * thresholds.span());
-  const auto decreasing =
-      model::find_decreasing_branches(parameters_of(theta, thresholds, pace), scan_steps_);
-  add_cuts(decreasing, thresholds);
+  if (lowest < 0.0) return -lowest / (mean_slope * basis_.thresholds().span());
+  const auto decreasing = model::find_decreasing_branches(basis_.parameters(theta, pace), scan_steps_);
+  add_cuts(decreasing);
   double steepest = 0.0;
   for (const auto& branch : decreasing) steepest = std::max(steepest, -branch.slope / mean_slope);
   return steepest;
 }
 
-// Separates curves that cross by a gap 1 - T_1, whose row in curves_ is 1. Mixing with a line cannot separate
+// Separates curves that cross by a gap whose row in curves_ is 1. Mixing with a line cannot separate
 // them, because a line has no gap.
 void ValidCurves::separate_curves(Eigen::VectorXd& theta, double bound) const {
   const double gap = (curves_.bottomRows(points_) * theta).minCoeff();
-  if (gap < 0.0) theta[order_ + 1] += bound - gap;
+  if (gap < 0.0) theta += (bound - gap) * basis_.open();
 }
 
 // Slopes are linear in theta, and on a straight line without a loop all slopes are those of the line. Mixing
 // with a share of the line that corresponds to the violation therefore makes all slopes valid.
 void ValidCurves::mix_with_line(Eigen::VectorXd& theta, double violation, const NormalEquations& system,
                                 double least_rise) const {
-  Eigen::VectorXd line = Eigen::VectorXd::Zero(theta.size());
-  line.head(2) = system.H.topLeftCorner(2, 2).ldlt().solve(system.g.head(2));
-  line[1] = std::max(line[1], 0.5 * least_rise);
+  Eigen::MatrixXd lines(theta.size(), 2);
+  lines << basis_.constant(), basis_.line();
+  Eigen::Vector2d best = (lines.transpose() * system.H * lines).ldlt().solve(lines.transpose() * system.g);
+  best[1] = std::max(best[1], 0.5 * least_rise);
+  const Eigen::VectorXd line = lines * best;
   const double share = std::min(1.0, 1.2 * violation / (0.5 + violation) + 1e-9);
   theta += share * (line - theta);
 }
 
 ValidCurves::Solution ValidCurves::solve(const NormalEquations& system, model::Interval thresholds,
                                          const Pace& pace, double output_span, double input_span) {
-  WithinRows least_squares(system);
+  use(thresholds);
+  WithinRows least_squares(system, basis_);
   const double mean_slope = output_span / input_span;
   const double bound = least_slope * mean_slope * thresholds.span();
   if (std::ssize(cuts_) > most_cuts) cuts_.erase(cuts_.begin(), cuts_.end() - most_cuts);
@@ -177,14 +173,14 @@ ValidCurves::Solution ValidCurves::solve(const NormalEquations& system, model::I
   for (int round = 0; round < most_rounds; ++round) {
     solution.theta = least_squares.theta();
     if (!add_violated_curve_rows(solution.theta, bound, curve_rows)) {
-      solution.violation = violation(solution.theta, thresholds, pace, mean_slope);
+      solution.violation = violation(solution.theta, pace, mean_slope);
       if (solution.violation == 0.0) break;
       cuts_used = cuts_.size();
     }
     std::vector<Eigen::VectorXd> rows = curve_rows;
     std::vector<double> bounds(rows.size(), bound);
     for (std::size_t i = 0; i < cuts_used; ++i) {
-      rows.push_back(row_of(cuts_[i], thresholds, pace));
+      rows.push_back(row_of(cuts_[i], pace));
       bounds.push_back(least_branch * mean_slope);
     }
     try {
@@ -195,7 +191,7 @@ ValidCurves::Solution ValidCurves::solve(const NormalEquations& system, model::I
   }
   separate_curves(solution.theta, bound);
   for (int round = 0; round < most_rounds; ++round) {
-    solution.violation = violation(solution.theta, thresholds, pace, mean_slope);
+    solution.violation = violation(solution.theta, pace, mean_slope);
     solution.valid = solution.violation == 0.0;
     if (solution.valid) break;
     mix_with_line(solution.theta, solution.violation, system, mean_slope * thresholds.span());

@@ -18,7 +18,7 @@ namespace hystcan::identification {
 class ValidCurves {
  public:
   /// `scan_steps`: size of the grid on which branches are checked (model/validity.h).
-  ValidCurves(int order, std::size_t scan_steps);
+  ValidCurves(CurveShape shape, std::size_t scan_steps);
 
   struct Solution {
     Eigen::VectorXd theta;
@@ -28,6 +28,8 @@ class ValidCurves {
   /// `output_span` is the span of the outputs of the dataset, `input_span` that of its inputs.
   Solution solve(const NormalEquations& system, model::Interval thresholds, const Pace& pace,
                  double output_span, double input_span);
+  /// The basis of theta in the last solution.
+  const CurveBasis& basis() const { return basis_; }
 
  private:
   struct Cut {  // a branch must increase at `input`; 0 is the lower threshold, 1 the upper one
@@ -35,20 +37,21 @@ class ValidCurves {
     double start = 0.0, target = 1.0, input = 0.0;
   };
 
-  double violation(const Eigen::VectorXd& theta, model::Interval thresholds, const Pace& pace,
-                   double mean_slope);
+  void use(model::Interval thresholds);
+  double violation(const Eigen::VectorXd& theta, const Pace& pace, double mean_slope);
   void separate_curves(Eigen::VectorXd& theta, double bound) const;
   void mix_with_line(Eigen::VectorXd& theta, double violation, const NormalEquations& system,
                      double least_rise) const;
   bool add_violated_curve_rows(const Eigen::VectorXd& theta, double bound,
                                std::vector<Eigen::VectorXd>& rows) const;
-  void add_cuts(const std::vector<model::DecreasingBranch>& branches, model::Interval thresholds);
-  Eigen::VectorXd row_of(const Cut& cut, model::Interval thresholds, const Pace& pace) const;
+  void add_cuts(const std::vector<model::DecreasingBranch>& branches);
+  Eigen::VectorXd row_of(const Cut& cut, const Pace& pace) const;
 
-  Eigen::Index order_;
+  CurveShape shape_;
+  CurveBasis basis_;
   std::size_t scan_steps_;
   Eigen::Index points_;     // size of the grid on which curves are checked
-  Eigen::MatrixXd curves_;  // rows: slopes of both curves and their gap on this grid, span 1
+  Eigen::MatrixXd curves_;  // rows: slopes of both curves, for a span of 1, and their gap, on this grid
   std::vector<Cut> cuts_;   // found so far: a cut that was violated once is likely to be violated again
 };
 

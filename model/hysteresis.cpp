@@ -49,15 +49,14 @@ ExponentialConvergence::Convergence ExponentialConvergence::convergence(Directio
     return sign(direction) * parameters_.curve(direction).curvature(v) +
            k * parameters_.curve(direction).slope(v);
   };
-  constexpr int points = 400;
-  const bool up = direction == Direction::ascending;
-  const double start = up ? input_range().lo : input_range().hi;
-  const double step = sign(direction) * input_range().span() / points;
-  for (int i = 0; i <= points; ++i) {
-    double flatter = start + step * i, steeper = start + step * (i + 1);
-    if (bend(flatter) >= 0.0) continue;
+  constexpr std::size_t points = 400;
+  std::vector<double> grid = grid_of(input_range(), parameters_.curve(direction).knots(), points);
+  if (direction == Direction::descending) std::ranges::reverse(grid);
+  for (std::size_t i = 0; i <= points; ++i) {
+    if (bend(grid[i]) >= 0.0) continue;
     pace.lowest_at_start = false;
-    if (i >= points - 1 || bend(steeper) < 0.0) continue;
+    if (i + 1 >= points || bend(grid[i + 1]) < 0.0) continue;
+    double flatter = grid[i], steeper = grid[i + 1];
     for (int j = 0; j < 40; ++j) {
       const double middle = flatter + (steeper - flatter) / 2.0;
       (bend(middle) < 0.0 ? flatter : steeper) = middle;

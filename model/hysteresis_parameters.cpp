@@ -11,7 +11,8 @@ void add_curves(Fingerprint& sum, const HysteresisParameters& parameters) {
   for (const ReferenceCurve* curve : {&parameters.ascending, &parameters.descending}) {
     sum.add(curve->domain().lo);
     sum.add(curve->domain().hi);
-    sum.add(curve->chebyshev_coefficients());
+    sum.add(curve->coefficients());
+    if (curve->basis() == Basis::spline) sum.add(curve->knots());
   }
 }
 

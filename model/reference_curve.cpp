@@ -11,9 +11,12 @@ namespace {
 
 constexpr std::size_t max_coefficients = 33;
 
-void check(const std::vector<double>& coefficients, const Interval& domain) {
+void check_count(const std::vector<double>& coefficients) {
   if (coefficients.empty() || coefficients.size() > max_coefficients)
     refuse("reference curve has ", coefficients.size(), " coefficients, expected 1 to ", max_coefficients);
+}
+
+void check_numbers(const std::vector<double>& coefficients, const Interval& domain) {
   for (const double c : coefficients)
     if (!std::isfinite(c)) refuse("reference curve coefficient is ", c, ", expected a finite number");
   if (!std::isfinite(domain.lo) || !std::isfinite(domain.hi) || !(domain.lo < domain.hi) ||
@@ -64,7 +67,8 @@ long double sum_of_magnitudes(const Numbers& numbers) {
 }
 
 std::vector<double> checked(Basis basis, const std::vector<double>& coefficients, const Interval& domain) {
-  check(coefficients, domain);
+  check_count(coefficients);
+  check_numbers(coefficients, domain);
   std::vector<double> result =
       basis == Basis::power ? chebyshev_from_power(coefficients, domain) : coefficients;
   if (!std::ranges::all_of(result, [](double c) { return std::isfinite(c); }))
@@ -114,6 +118,50 @@ ReferenceCurve::ReferenceCurve(Basis basis, const std::vector<double>& coefficie
     for (const ChebyshevSeries* series : {&value_, &slope_, &curvature_})
       for (std::size_t j = i; j < i + 4; ++j)
         blocks_.push_back(j < series->powers().size() ? series->powers()[j] : 0.0);
+}
+
+ReferenceCurve::ReferenceCurve(CubicSpline spline, Interval domain)
+    : ReferenceCurve(Basis::chebyshev, {0.0}, domain) {
+  check_numbers(spline.coefficients(), domain);
+  if (spline.knots().front() < domain.lo || spline.knots().back() > domain.hi)
+    refuse("spline knots from ", spline.knots().front(), " to ", spline.knots().back(),
+           ", expected them in [", domain.lo, ", ", domain.hi, "]");
+  spline_ = std::move(spline);
+}
+
+const std::vector<double>& ReferenceCurve::knots() const {
+  static const std::vector<double> none;
+  return spline_ ? spline_->knots() : none;
+}
+
+ReferenceCurve ReferenceCurve::with(const std::vector<double>& coefficients) const {
+  if (spline_) return {CubicSpline(spline_->knots(), coefficients), domain_};
+  return {Basis::chebyshev, coefficients, domain_};
+}
+
+// The grid is even in F(v), half of which grows evenly with v and half with the pieces of the spline.
+std::vector<double> grid_of(Interval range, const std::vector<double>& knots, std::size_t steps) {
+  std::vector<double> inputs{range.lo}, share{0.0};
+  const double pieces = knots.empty() ? 0.0 : static_cast<double>(knots.size() - 1);
+  const auto add = [&](double v, double passed) {
+    if (!(v > inputs.back())) return;
+    const double even = (v - range.lo) / range.span();
+    inputs.push_back(v);
+    share.push_back(pieces > 0.0 ? 0.5 * even + 0.5 * passed / pieces : even);
+  };
+  for (std::size_t i = 0; i < knots.size(); ++i)
+    if (knots[i] < range.hi) add(knots[i], static_cast<double>(i));
+  add(range.hi, pieces);
+  std::vector<double> grid{range.lo};
+  std::size_t after = 1;
+  for (std::size_t i = 1; i < steps; ++i) {
+    const double wanted = static_cast<double>(i) / static_cast<double>(steps);
+    while (after + 1 < share.size() && share[after] < wanted) ++after;
+    const double part = (wanted - share[after - 1]) / (share[after] - share[after - 1]);
+    grid.push_back(inputs[after - 1] + part * (inputs[after] - inputs[after - 1]));
+  }
+  grid.push_back(range.hi);
+  return grid;
 }
 
 }  // namespace hystcan::model

@@ -1,10 +1,13 @@
-// Reference curves: the increasing polynomials f_0^A and f_0^D that shape every hysteresis loop.
+// Reference curves: the increasing functions f_0^A and f_0^D that shape every hysteresis loop.
 #pragma once
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <string_view>
 #include <vector>
+
+#include "model/cubic_spline.h"
 
 namespace hystcan::model {
 
@@ -17,15 +20,8 @@ struct Interval {
   bool contains(double v) const { return lo <= v && v <= hi; }
 };
 
-enum class Basis { power, chebyshev };
-constexpr auto words(Basis) { return std::to_array<std::string_view>({"power", "chebyshev"}); }
-
-/// A function at one input: its value and its first two derivatives.
-struct Jet {
-  double value = 0.0;
-  double slope = 0.0;
-  double curvature = 0.0;
-};
+enum class Basis { power, chebyshev, spline };
+constexpr auto words(Basis) { return std::to_array<std::string_view>({"power", "chebyshev", "spline"}); }
 
 /// A Chebyshev series on s in [-1, 1]. It is evaluated as a polynomial in s, four terms at a time, if that
 /// loses less than four bits of accuracy: if the sum of the |coefficients| of s^j is at most 16 times that of
@@ -57,7 +53,8 @@ class ChebyshevSeries {
   std::vector<double> powers_;
 };
 
-/// A polynomial on an interval, always stored in the Chebyshev basis of that interval:
+/// A polynomial or a cubic spline on an interval. A polynomial is always stored in the Chebyshev basis of the
+/// interval:
 ///
 ///   f(v) = sum c_j T_j(s),    s = (2 v - lo - hi) / (hi - lo)
 ///
@@ -67,14 +64,22 @@ class ReferenceCurve {
   /// Zero on [0, 1], a placeholder. No Hysteresis accepts it.
   ReferenceCurve() : ReferenceCurve(Basis::power, {0.0}, {0.0, 1.0}) {}
 
-  /// `coefficients` of v^0, v^1, ... (power) or of T_0, T_1, ... (chebyshev).
+  /// A polynomial. `coefficients` of v^0, v^1, ... (power) or of T_0, T_1, ... (chebyshev).
   /// Throws std::invalid_argument if they are empty, more than 33 or not finite, or if not lo < hi.
   ReferenceCurve(Basis basis, const std::vector<double>& coefficients, Interval domain);
 
-  double value(double v) const { return value_(ds_dv_ * (v - centre_)); }
-  double slope(double v) const { return slope_(ds_dv_ * (v - centre_)); }          ///< df/dv
-  double curvature(double v) const { return curvature_(ds_dv_ * (v - centre_)); }  ///< d2f/dv2
+  /// Throws std::invalid_argument if a coefficient is not finite, or if the knots do not lie in the interval.
+  ReferenceCurve(CubicSpline spline, Interval domain);
+
+  double value(double v) const { return spline_ ? spline_->value(v) : value_(ds_dv_ * (v - centre_)); }
+  double slope(double v) const {  ///< df/dv
+    return spline_ ? spline_->slope(v) : slope_(ds_dv_ * (v - centre_));
+  }
+  double curvature(double v) const {  ///< d2f/dv2
+    return spline_ ? spline_->curvature(v) : curvature_(ds_dv_ * (v - centre_));
+  }
   Jet jet(double v) const {
+    if (spline_) return spline_->jet(v);
     if (blocks_.empty()) return {value(v), slope(v), curvature(v)};
     const double s = ds_dv_ * (v - centre_), q = s * s, qq = q * q;
     const auto block = [&](const double* a) { return (a[0] + a[1] * s) + q * (a[2] + a[3] * s); };
@@ -89,8 +94,14 @@ class ReferenceCurve {
   }
 
   const Interval& domain() const { return domain_; }
-  int order() const { return static_cast<int>(chebyshev_coefficients().size()) - 1; }
-  const std::vector<double>& chebyshev_coefficients() const { return value_.coefficients(); }
+  /// Basis::chebyshev or Basis::spline.
+  Basis basis() const { return spline_ ? Basis::spline : Basis::chebyshev; }
+  const std::vector<double>& coefficients() const {
+    return spline_ ? spline_->coefficients() : value_.coefficients();
+  }
+  const std::vector<double>& knots() const;  ///< empty if it is a polynomial
+  /// A curve of the same basis, knots and interval.
+  ReferenceCurve with(const std::vector<double>& coefficients) const;
 
  private:
   Interval domain_;
@@ -98,6 +109,10 @@ class ReferenceCurve {
   double ds_dv_;
   ChebyshevSeries value_, slope_, curvature_;  // derivatives by v
   std::vector<double> blocks_;  // their coefficients of s^j, in groups of four: value, slope, curvature; ...
+  std::optional<CubicSpline> spline_;
 };
+
+/// steps + 1 inputs from lo to hi on which a curve is checked: evenly spaced, but closer where knots are close.
+std::vector<double> grid_of(Interval range, const std::vector<double>& knots, std::size_t steps);
 
 }  // namespace hystcan::model

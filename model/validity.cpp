@@ -46,6 +46,9 @@ void check_ranges(const HysteresisParameters& p) {
   if (a.lo != d.lo || a.hi != d.hi)
     refuse("ascending curve on [", a.lo, ", ", a.hi, "], descending curve on [", d.lo, ", ", d.hi,
            "], expected the same interval");
+  if (p.ascending.knots() != p.descending.knots())
+    refuse("ascending curve with ", p.ascending.knots().size(), " knots, descending curve with ",
+           p.descending.knots().size(), ", expected the same knots");
   if (p.symmetry == Symmetry::even && a.lo < 0.0)
     refuse("interval starts at ", a.lo, " ", p.input_unit, ", expected 0 or more where symmetry is even");
   const auto check_k = [&](const char* name, double k) {
@@ -62,9 +65,8 @@ void check_ranges(const HysteresisParameters& p) {
 void check_increasing(const ReferenceCurve& curve, const char* name, const Units& units) {
   constexpr std::size_t points = 2000;
   const Interval& range = curve.domain();
-  const auto at = [&](std::size_t i) {
-    return i == points ? range.hi : range.lo + range.span() * static_cast<double>(i) / points;
-  };
+  const std::vector<double> grid = grid_of(range, curve.knots(), points);
+  const auto at = [&](std::size_t i) { return grid[i]; };
   const double mean = (curve.value(range.hi) - curve.value(range.lo)) / range.span();
   if (!(mean > 0.0))
     refuse(name, " curve goes from ", curve.value(range.lo), " to ", curve.value(range.hi), " between ",
@@ -95,34 +97,40 @@ void check_meeting(const HysteresisParameters& p) {
     refuse("descending curve starts at ", p.descending.value(range.lo), " ", p.output_unit,
            ", expected less than the ", p.ascending.value(range.hi), " of the upper threshold");
   const auto below = [&](double v) { return p.descending.value(v) - p.ascending.value(v) < -tolerance; };
-  for (std::size_t i = 0; i <= 10 * fine; ++i) {
-    const double v = range.lo + range.span() * static_cast<double>(i) / (10.0 * fine);
+  for (const double v : grid_of(range, p.ascending.knots(), 10 * fine))
     if (below(v))
       refuse("descending curve lies ", p.ascending.value(v) - p.descending.value(v), " ", p.output_unit,
              " below the ascending curve at ", v, " ", p.input_unit,
              ", expected it above (clockwise loops?)");
-  }
 }
 
 // One direction on a grid. The grid counts from the threshold where the scan starts; outputs rise along it.
 struct Grid {
   std::vector<double> value, slope;
-  std::vector<double> phi, decay, growth;  // for a distance of i steps: phi, e^{-k d}, e^{k d}
+  std::vector<double> distance;  // from the threshold
+  double k = 0.0;
+  bool straight = true;  // phi(d) = d to rounding
+
+  double between(std::size_t i, std::size_t j) const { return std::abs(distance[i] - distance[j]); }
+  double phi(std::size_t i, std::size_t j) const {
+    return straight ? between(i, j) : -std::expm1(-k * between(i, j)) / k;
+  }
+  double decay(std::size_t i, std::size_t j) const { return std::exp(-k * between(i, j)); }
+  double growth(std::size_t i, std::size_t j) const { return std::exp(k * between(i, j)); }
 };
 
 // Seen from U_0 with both axes reversed, a falling branch rises: one scan serves both thresholds.
 Grid grid_of(const ReferenceCurve& curve, double k, Direction seen, std::size_t steps) {
   Grid grid;
   const Interval& range = curve.domain();
-  const double sign = seen == Direction::ascending ? 1.0 : -1.0;
-  for (std::size_t i = 0; i <= steps; ++i) {
-    const double d = range.span() * static_cast<double>(i) / static_cast<double>(steps);
-    const double v = seen == Direction::ascending ? range.lo + d : range.hi - d;
-    grid.value.push_back(sign * curve.value(v));
+  grid.k = k;
+  grid.straight = std::abs(k) * range.span() <= 1e-17;
+  std::vector<double> inputs = grid_of(range, curve.knots(), steps);
+  if (seen == Direction::descending) std::ranges::reverse(inputs);
+  for (const double v : inputs) {
+    grid.value.push_back(sign(seen) * curve.value(v));
     grid.slope.push_back(curve.slope(v));
-    grid.phi.push_back(std::abs(k) * range.span() > 1e-17 ? -std::expm1(-k * d) / k : d);
-    grid.decay.push_back(std::exp(-k * d));
-    grid.growth.push_back(std::exp(k * d));
+    grid.distance.push_back(std::abs(v - inputs.front()));
   }
   return grid;
 }
@@ -149,22 +157,22 @@ class Scan {
   template <class OnFound>
   void run(OnFound found) const {
     const double gap = fall_.value[0] - rise_.value[0];
-    const double first = gap / rise_.phi[steps_];
+    const double first = gap / rise_.phi(steps_, 0);
     if (const auto branch = find_on_branch(true, 0, steps_, first); branch && found(*branch)) return;
     std::vector<double> outer(steps_ + 1), falling(steps_ + 1, 0.0), distance(steps_ + 1, 0.0);
-    for (std::size_t i = 0; i <= steps_; ++i) outer[i] = rise_.value[i] + gap - first * rise_.phi[i];
+    for (std::size_t i = 0; i <= steps_; ++i) outer[i] = rise_.value[i] + gap - first * rise_.phi(i, 0);
     for (std::size_t u = 1; u <= steps_; ++u) {
       distance[u] = fall_.value[u] - outer[u];
-      falling[u] = distance[u] / fall_.phi[u];
+      falling[u] = distance[u] / fall_.phi(u, 0);
       if (const auto branch = find_on_branch(false, u, 0, falling[u]); branch && found(*branch)) return;
     }
     for (std::size_t l = 1; l < steps_; ++l) {
-      double limit = coefficient_limit(l, 0), farthest = 0.0, steepest = 0.0;
+      double limit = coefficient_limit(l, l), farthest = 0.0, steepest = 0.0;
       std::size_t target = 0;
       for (std::size_t u = l + 1; u <= steps_; ++u) {
-        limit = std::min(limit, coefficient_limit(u, u - l));
-        const double output = fall_.value[l] - distance[u] + falling[u] * fall_.phi[u - l];
-        const double coefficient = first * rise_.decay[l] + (output - outer[l]) / rise_.phi[u - l];
+        limit = std::min(limit, coefficient_limit(u, l));
+        const double output = fall_.value[l] - distance[u] + falling[u] * fall_.phi(u, l);
+        const double coefficient = first * rise_.decay(l, 0) + (output - outer[l]) / rise_.phi(u, l);
         if (coefficient - limit <= farthest) continue;
         farthest = coefficient - limit;
         steepest = coefficient;
@@ -176,18 +184,17 @@ class Scan {
   }
 
  private:
-  // The largest initial coefficient of a branch that still increases at grid point i, `travelled` steps from
-  // its start.
-  double coefficient_limit(std::size_t i, std::size_t travelled) const {
-    return std::max(rise_.slope[i] + tolerance_, 0.0) * rise_.growth[travelled];
+  // The largest initial coefficient of a branch from `start` that still increases at grid point i.
+  double coefficient_limit(std::size_t i, std::size_t start) const {
+    return std::max(rise_.slope[i] + tolerance_, 0.0) * rise_.growth(i, start);
   }
 
   // The true direction: a branch that rises as seen from this scan's threshold may fall in truth.
   Direction true_direction(bool rising) const { return rising ? way_ : opposite(way_); }
   double input(std::size_t i) const {
     const Interval& range = p_.ascending.domain();
-    const double d = range.span() * static_cast<double>(i) / static_cast<double>(steps_);
-    return way_ == Direction::ascending ? range.lo + d : range.hi - d;
+    if (i == steps_) return way_ == Direction::ascending ? range.hi : range.lo;
+    return way_ == Direction::ascending ? range.lo + rise_.distance[i] : range.hi - rise_.distance[i];
   }
 
   std::optional<DecreasingBranch> find_on_branch(bool rising, std::size_t from, std::size_t to,
@@ -197,7 +204,8 @@ class Scan {
     double lowest = 0.0;
     std::size_t first = 0, last = 0, lowest_at = 0;
     for (std::size_t j = 0; j <= length; ++j) {
-      const double slope = grid.slope[rising ? from + j : from - j] - coefficient * grid.decay[j];
+      const std::size_t at = rising ? from + j : from - j;
+      const double slope = grid.slope[at] - coefficient * grid.decay(at, from);
       if (slope >= -tolerance_) continue;
       if (lowest == 0.0) first = j;
       last = j;

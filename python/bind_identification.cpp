@@ -73,9 +73,14 @@ struct Result {
 
 identification::IdentifyOptions options_of(const std::optional<int>& order,
                                            const std::optional<std::string>& symmetry,
-                                           const std::string& thresholds) {
+                                           const std::string& thresholds, const std::string& curves) {
   identification::IdentifyOptions options;
-  options.order = order;
+  if (order) options.shape = identification::CurveShape::polynomial(*order);
+  const auto choice = parse_word<identification::CurveChoice>(curves);
+  if (!choice)
+    throw py::value_error(
+        fmt::format("curves is \"{}\", expected \"auto\", \"polynomial\" or \"spline\"", curves));
+  options.curves = *choice;
   if (symmetry) {
     options.symmetry = parse_word<model::Symmetry>(*symmetry);
     if (!options.symmetry)
@@ -93,13 +98,17 @@ identification::IdentifyOptions options_of(const std::optional<int>& order,
 
 Result identify(const py::object& t, const py::object& u, const py::object& y,
                 const std::optional<int>& order, const std::optional<std::string>& symmetry,
-                const std::string& thresholds, const std::string& input_unit,
-                const std::string& output_unit) {
+                const std::string& thresholds, const std::string& curves,
+                const std::optional<double>& delay_s, bool common_zero, bool drift,
+                const std::string& input_unit, const std::string& output_unit) {
   const std::vector<Dataset> datasets = datasets_of(t, u, y, {input_unit, output_unit});
   if (order && (*order < 1 || *order > identification::highest_order))
     throw py::value_error(
         fmt::format("order is {}, expected 1 to {}", *order, identification::highest_order));
-  const identification::IdentifyOptions options = options_of(order, symmetry, thresholds);
+  identification::IdentifyOptions options = options_of(order, symmetry, thresholds, curves);
+  options.delay_s = delay_s;
+  options.common_zero = common_zero;
+  options.drift = drift;
   std::optional<identification::Identified> identified;
   std::vector<std::string> said;
   {
@@ -161,12 +170,14 @@ Raises RuntimeError if the file cannot be written.
 )");
   module.def("identify", &identify, py::arg("t"), py::arg("u"), py::arg("y"), py::kw_only(),
              py::arg("order") = py::none(), py::arg("symmetry") = py::none(), py::arg("thresholds") = "auto",
-             py::arg("input_unit") = "V", py::arg("output_unit") = "um",
+             py::arg("curves") = "auto", py::arg("delay_s") = py::none(), py::arg("common_zero") = false,
+             py::arg("drift") = false, py::arg("input_unit") = "V", py::arg("output_unit") = "um",
              R"(Identify a model from measured records and return it with its figures.
 
 t, u, y: time in seconds, input and output, each of shape (n,); or lists of such arrays, one for each record.
-order: of the reference curves; chosen by hold-out if left out. symmetry: "none" or "even"; found if left out.
-thresholds: "observed" puts them at the ends of the inputs, as a controller needs.
+order: of polynomial reference curves; chosen by hold-out if left out. curves: "auto", "polynomial" or "spline".
+symmetry: "none" or "even"; found if left out. thresholds: "observed" puts them at the ends of the inputs.
+delay_s: if known; else it is searched. Several records have a zero each, unless common_zero; drift: it also drifts.
 Raises ValueError for what is no record, Error if no model can be identified. Ctrl-C raises KeyboardInterrupt.
 
 >>> import hystcan, numpy

@@ -87,6 +87,22 @@ void show_mismatch(const config::AxisConfig& axis) {
       axis.wire.name, axis.twin.interpolate, axis.control.delays.interpolated);
 }
 
+/// Where the start-up takes the actuator to, so that it remembers nothing that the model does not know.
+std::string start_up_text(const config::AxisConfig& axis) {
+  const controller::Gate::Config& gate = axis.control.gate;
+  const model::Interval& thresholds = axis.control.law.model.input_range();
+  const std::string& unit = axis.wire.drive_unit;
+  const bool low = gate.drive_min <= thresholds.lo, high = gate.drive_max >= thresholds.hi;
+  if (low && high)
+    return fmt::format("a start-up that wipes drives to both thresholds, {:.6g} and {:.6g} {}", thresholds.hi,
+                       thresholds.lo, unit);
+  return fmt::format(
+      "a start-up that wipes drives to the {} threshold alone, {:.6g} {}: the drive cannot reach the "
+      "other one, {:.6g} {}",
+      low ? "lower" : "upper", low ? thresholds.lo : thresholds.hi, unit, low ? thresholds.hi : thresholds.lo,
+      unit);
+}
+
 /// Reads, checks and prints a configuration and its consequences. It moves nothing and opens no interface.
 int check(const CheckArguments& options) {
   if (config::is_model_file(options.config)) return check_model(options.config);
@@ -95,12 +111,13 @@ int check(const CheckArguments& options) {
   const double cycle_s = 1.0 / config.controller.rate_Hz;
   for (const config::AxisConfig& axis : config.axes) {
     const model::Hysteresis hysteresis(axis.control.law.model);
-    const model::Interval reach = hysteresis.output_range();
+    const model::Interval reach = controller::model_reach_um(axis.control.law.model, axis.control.gate);
     const double preview_s =
         controller::chain_moments(axis.control.delays, axis.control.law.notch, cycle_s).mean_s;
     fmt::print("# axis {}: {} to {} {} reach {:.4g} to {:.4g} um; the reference is previewed by {:.4g} ms\n",
                axis.wire.name, hysteresis.input_range().lo, hysteresis.input_range().hi, axis.wire.drive_unit,
                reach.lo, reach.hi, 1e3 * preview_s);
+    fmt::print("# axis {}: {}\n", axis.wire.name, start_up_text(axis));
     for (const std::string& finding : config::findings_of_loop(axis, config.controller.rate_Hz))
       fmt::print("# axis {}: {}\n", axis.wire.name, finding);
     for (const std::string& finding : config::findings_of_learning(axis, config.controller.rate_Hz))

@@ -38,6 +38,10 @@ struct IdentifyArguments {
   std::filesystem::path report;
   DatasetInput input;
   std::string order = "auto";
+  std::string curves = "auto";
+  std::optional<double> delay_s, longest_delay_s;
+  bool common_zero = false;
+  bool drift = false;
   std::string symmetry = "auto";
   std::string thresholds = "auto";
   bool json = false;
@@ -45,7 +49,12 @@ struct IdentifyArguments {
 
 identification::IdentifyOptions asked_for(const IdentifyArguments& options, Progress& progress) {
   identification::IdentifyOptions asked;
-  if (options.order != "auto") asked.order = std::stoi(options.order);
+  if (options.order != "auto") asked.shape = identification::CurveShape::polynomial(std::stoi(options.order));
+  asked.curves = *parse_word<identification::CurveChoice>(options.curves);
+  asked.delay_s = options.delay_s;
+  asked.longest_delay_s = options.longest_delay_s;
+  asked.common_zero = options.common_zero;
+  asked.drift = options.drift;
   asked.symmetry = parse_word<model::Symmetry>(options.symmetry);
   asked.observed_thresholds = options.thresholds == "observed";
   asked.go_on = [&progress, tries = std::uint64_t{0}]() mutable {
@@ -119,9 +128,9 @@ int run_identify(const IdentifyArguments& options) {
   } else {
     for (const std::string& finding : said) fmt::print("- {}\n", finding);
     fmt::print(
-        "{}: order {}, {} parameters, misses the output by {:.3g} % RMS, {:.3g} % at most{}, of its span "
+        "{}: {}, {} parameters, misses the output by {:.3g} % RMS, {:.3g} % at most{}, of its span "
         "{:.5g} {}\n",
-        options.output.string(), identified.search.order, identified.parameter_count(),
+        options.output.string(), identified.search.shape.text(), identified.parameter_count(),
         identified.overall.rms * percent, identified.overall.max * percent,
         identified.held_out_rms ? fmt::format(" ({:.3g} % RMS held out)", *identified.held_out_rms * percent)
                                 : "",
@@ -148,14 +157,27 @@ void add_identify(CLI::App& cli, int& status) {
   command->add_option("DATA", options->data, "CSV with time_s,input,output; several: one model for all")
       ->required();
   command->add_option("--output", options->output, "model file to write (TOML)")->required();
-  command->add_option("--order", options->order, "order of the reference curves, or auto: chosen by hold-out")
+  command
+      ->add_option("--order", options->order,
+                   "order of polynomial reference curves, or auto: chosen by hold-out")
       ->check(order_or_auto());
+  command->add_option("--curves", options->curves, "polynomials, splines, or the better of both (auto)")
+      ->check(one_of({"auto", "polynomial", "spline"}));
+  CLI::Option* delay =
+      command->add_option("--delay", options->delay_s, "known delay of the output in seconds")
+          ->check(not_negative_number());
+  command->add_option("--delay-max", options->longest_delay_s, "longest delay that is searched, in seconds")
+      ->check(not_negative_number())
+      ->excludes(delay);
+  command->add_flag("--common-zero", options->common_zero,
+                    "several datasets: their outputs have the same zero; if left out, each has its own");
+  command->add_flag("--drift", options->drift, "the zero of each dataset drifts linearly");
   std::vector<std::string> symmetries{"auto"};
   for (const std::string_view symmetry : words(model::Symmetry{})) symmetries.emplace_back(symmetry);
   command->add_option("--symmetry", options->symmetry, "even: x(v) = x(-v)")->check(one_of(symmetries));
   command
       ->add_option("--thresholds", options->thresholds,
-                   "observed: at the ends of the measured inputs, as a controller needs")
+                   "observed: at the ends of the measured inputs, so that a drive reaches both")
       ->check(one_of({"auto", "observed"}));
   command->add_option("--initial-memory", options->initial_memory,
                       "write the memory at the start of the (first) dataset, for simulate --memory");

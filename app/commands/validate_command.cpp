@@ -97,6 +97,10 @@ void report_prediction(const ValidateArguments& options, const Dataset& dataset,
   if (rest)
     fmt::print("with these: {:.3g} % RMS, {:.3g} % at most\n", outcome.all.rms * percent,
                outcome.all.max * percent);
+  if (outcome.by_rate.size() > 1)
+    for (const auto& of : outcome.by_rate)
+      fmt::print("at about {:.3g} {}/s: {:.3g} % RMS of {}\n", of.speed, dataset.input_unit, of.rms * percent,
+                 can::counted(of.samples, "sample"));
   if (outcome.outside > 0)
     note("{} beyond the model's thresholds, limited to them\n", can::counted(outcome.outside, "sample"));
 }

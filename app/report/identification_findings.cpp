@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "can/counted.h"
 
@@ -23,7 +25,9 @@ class Findings {
     }
     if (identified_.parameters.symmetry == model::Symmetry::even)
       say("the output hardly changes with the input's sign: the model is even, folded to |input|");
+    report_zeros();
     report_steps();
+    report_delay();
     report_memories();
     report_order();
     report_k();
@@ -64,10 +68,11 @@ class Findings {
   void report_trends(std::size_t i) {
     const Dataset seen =
         identified_.parameters.symmetry == model::Symmetry::even ? folded(datasets_[i]) : datasets_[i];
-    const model::Hysteresis model(identified_.parameters);
-    std::vector<double> residual = predict(model, seen, identified_.delay_s, identified_.memories[i]);
-    for (std::size_t j = 0; j < residual.size(); ++j) residual[j] = seen.output[j] - residual[j];
-    const Trends trend = trends(seen, residual);
+    const Trends trend = trends(seen, predict(identified_, datasets_, i));
+    if (datasets_.size() > 1 && std::abs(trend.gain) * percent_ > 0.1)
+      say("{}its output moves {:+.2g} % of the span more than the model's, from its lowest point to its highest: "
+          "a gain that differs between the records (amplifier, sensor, creep at another rate)",
+          of_dataset(i), trend.gain * percent_);
     if (std::abs(trend.drift) * percent_ > 0.05 && std::abs(trend.drift) > 3.0 * trend.drift_error)
       say("{}the output drifts by {:+.2g} % of its span over the dataset (or creeps, or the initial memory "
           "is not of the assumed kind)",
@@ -85,9 +90,34 @@ class Findings {
           step.held_out_after ? fmt::format(", of held-out cycles {:.3g} -> {:.3g} %",
                                             *step.held_out_before * percent_, *step.held_out_after * percent_)
                               : std::string());
+  }
+
+  void report_zeros() {
+    for (std::size_t i = 0; i < datasets_.size(); ++i) {
+      if (identified_.offsets[i] != 0.0)
+        say("{}its zero lies {:+.4g} {} from that of dataset 1: each has its own (--common-zero: none has)",
+            of_dataset(i), identified_.offsets[i], datasets_.front().output_unit);
+      if (identified_.drifts[i] != 0.0)
+        say("{}its zero drifts by {:+.3g} {} from beginning to end", of_dataset(i), identified_.drifts[i],
+            datasets_.front().output_unit);
+    }
+  }
+
+  void report_delay() {
     if (identified_.delay_s > 0.0)
       say("the output follows {:.3g} s after the input; the model file has this as delay_s",
           identified_.delay_s);
+    if (!identified_.delay_range) return;
+    const DelayRange& range = *identified_.delay_range;
+    if (range.hi_s <= 0.0) return;
+    const double twice = range.at_twice_the_rate * percent_, five = range.at_five_times_the_rate * percent_;
+    say("delays from {:.3g} to {:.3g} s do nearly as well, but predict inputs twice as fast differently by "
+        "{:.2g} % of the span, five times as fast by {:.2g} %{}",
+        range.lo_s, range.hi_s, twice, five,
+        five > 2.0 * identified_.overall.rms * percent_
+            ? ": a delay hardly differs from a wider loop at one rate; add a record at another rate, or give "
+              "--delay"
+            : "");
   }
 
   void report_memories() {
@@ -112,10 +142,22 @@ class Findings {
   }
 
   void report_order() {
-    if (identified_.search.orders.empty()) return;
-    const bool held_out = identified_.search.orders.front().held_out.has_value();
-    say("order {} is the lowest that {} accepts", identified_.search.order,
-        held_out ? "the error of held-out cycles" : "the error (there are too few cycles to hold any out)");
+    const auto& shapes = identified_.search.shapes;
+    if (shapes.empty()) return;
+    const CurveShape& chosen = identified_.search.shape;
+    const bool held_out = shapes.front().held_out.has_value();
+    const char* judge =
+        held_out ? "the error of held-out cycles" : "the error (there are too few cycles to hold any out)";
+    if (!chosen.is_spline()) {
+      say("order {} is the lowest that {} accepts", chosen.order, judge);
+      return;
+    }
+    const auto error = [](const ShapeScore& tried) { return tried.held_out.value_or(tried.rms); };
+    double polynomial = std::numeric_limits<double>::infinity();
+    for (const ShapeScore& tried : shapes)
+      if (!tried.shape.is_spline()) polynomial = std::min(polynomial, error(tried));
+    say("the curves are splines of {} pieces: the best polynomial misses by {:.3g} %, by {}",
+        chosen.knots.size() - 1, polynomial * percent_, judge);
   }
 
   void report_k() {
@@ -138,8 +180,8 @@ class Findings {
     const model::Interval& range = identified_.parameters.input_range();
     if (range.lo == identified_.observed.lo && range.hi == identified_.observed.hi) return;
     say("thresholds {:.5g} and {:.5g} {} lie beyond the measured inputs, {:.5g} to {:.5g}: outside those the "
-        "curves are extrapolated, to {:.5g} and {:.5g} {}. A controller can reach its thresholds only if the "
-        "drive may go there; otherwise identify with --thresholds observed",
+        "curves are extrapolated, to {:.5g} and {:.5g} {}. A controller wipes out what the "
+        "actuator remembers at one of them: the drive must reach one; --thresholds observed puts both at the inputs",
         range.lo, range.hi, unit(), identified_.observed.lo, identified_.observed.hi,
         identified_.parameters.ascending.value(range.lo), identified_.parameters.ascending.value(range.hi),
         datasets_.front().output_unit);

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "app/io/output_file.h"
-#include "identification/excerpt.h"
 
 namespace hystcan::app {
 namespace {
@@ -33,14 +32,11 @@ void write_file(const std::filesystem::path& path, const std::string& text) {
 }
 
 std::string record_rows(const std::vector<Dataset>& datasets, const Identified& identified) {
-  const model::Hysteresis hysteresis(identified.parameters);
-  const bool even = identified.parameters.symmetry == model::Symmetry::even;
   const std::size_t stride = samples_per_row(datasets);
   std::string rows = unit_lines(identified) + "time_s,input,output,predicted,residual,record\n";
   for (std::size_t r = 0; r < datasets.size(); ++r) {
     const Dataset& dataset = datasets[r];
-    const auto predicted = identification::predict(hysteresis, even ? folded(dataset) : dataset,
-                                                   identified.delay_s, identified.memories[r]);
+    const auto predicted = identification::predict(identified, datasets, r);
     const auto miss = [&](std::size_t i) { return std::abs(dataset.output[i] - predicted[i]); };
     for (std::size_t begin = 0; begin < dataset.size(); begin += stride) {
       std::size_t i = begin;

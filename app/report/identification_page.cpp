@@ -191,7 +191,7 @@ std::string model_of(const Identified& identified) {
     part += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", what, escaped(value));
   };
   row("symmetry", p.symmetry == model::Symmetry::even ? "even: x(v) = x(-v)" : "none");
-  row("order of the reference curves", fmt::format("{}", identified.search.order));
+  row("reference curves", identified.search.shape.text());
   const auto interval = [&](model::Interval range) {
     return with_unit(fmt::format("{:.6g} to {:.6g}", range.lo, range.hi), p.input_unit);
   };
@@ -201,9 +201,11 @@ std::string model_of(const Identified& identified) {
   row("k descending", pace_text(p.k_descending, identified.pace_descending, identified));
   row("delay", fmt::format("{:.4g} s", identified.delay_s));
   row("parameters", fmt::format("{}", identified.parameter_count()));
-  part += "</table>\n<table>\n" + heading_row({"Chebyshev coefficient", "ascending", "descending"});
-  const auto& up = p.ascending.chebyshev_coefficients();
-  const auto& down = p.descending.chebyshev_coefficients();
+  part += "</table>\n<table>\n" +
+          heading_row({identified.search.shape.is_spline() ? "B-spline coefficient" : "Chebyshev coefficient",
+                       "ascending", "descending"});
+  const auto& up = p.ascending.coefficients();
+  const auto& down = p.descending.coefficients();
   const auto term = [](const std::vector<double>& c, std::size_t j) {
     return number_cell(j < c.size() ? fmt::format("{:.9g}", c[j]) : "");
   };

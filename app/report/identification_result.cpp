@@ -8,6 +8,7 @@
 
 #include "config/files/model_file.h"
 #include "identification/excerpt.h"
+#include "model/words.h"
 
 namespace hystcan::app {
 namespace {
@@ -49,10 +50,15 @@ nlohmann::json identification_json(const Identified& identified, const std::vect
                         {"noise_percent", identified.datasets[i].noise * percent},
                         {"repeatability_percent", optional(identified.datasets[i].repeatability)},
                         {"rms_percent", identified.misses[i].rms * percent},
-                        {"max_percent", identified.misses[i].max * percent}});
+                        {"max_percent", identified.misses[i].max * percent},
+                        {"offset", identified.offsets[i]},
+                        {"drift", identified.drifts[i]}});
   const auto range = [](const identification::PaceRange& k) { return nlohmann::json{k.lo, k.hi}; };
   const model::Interval& thresholds = identified.parameters.input_range();
-  return {{"order", identified.search.order},
+  const identification::CurveShape& shape = identified.search.shape;
+  return {{"order", shape.order},
+          {"basis", word_of(shape.is_spline() ? model::Basis::spline : model::Basis::chebyshev)},
+          {"pieces", shape.is_spline() ? shape.knots.size() - 1 : 1},
           {"parameters", identified.parameter_count()},
           {"k_ascending", identified.parameters.k_ascending},
           {"k_descending", identified.parameters.k_descending},
@@ -61,6 +67,9 @@ nlohmann::json identification_json(const Identified& identified, const std::vect
           {"input_min", thresholds.lo},
           {"input_max", thresholds.hi},
           {"delay_s", identified.delay_s},
+          {"delay_range_s", identified.delay_range
+                                ? nlohmann::json{identified.delay_range->lo_s, identified.delay_range->hi_s}
+                                : nlohmann::json()},
           {"output_span", identified.output_span},
           {"rms_percent", identified.overall.rms * percent},
           {"max_percent", identified.overall.max * percent},
@@ -91,6 +100,7 @@ Validation validate(const model::Hysteresis& model, const identification::Datase
   for (double& output : result.predicted) output += result.start.offset;
   result.all = ErrorNorms::of(result.predicted, dataset.output);
   result.rest = ErrorNorms::of(result.predicted, dataset.output, result.estimated_from);
+  result.by_rate = errors_by_rate(dataset, result.predicted);
   for (const double input : dataset.input) result.outside += model.input_range().contains(input) ? 0 : 1;
   return result;
 }
@@ -100,7 +110,11 @@ nlohmann::json validation_json(const Validation& validation) {
   const auto of_the_rest = [&](double error) {
     return validation.has_rest() ? nlohmann::json(error * percent) : nlohmann::json();
   };
+  nlohmann::json rates = nlohmann::json::array();
+  for (const auto& of : validation.by_rate)
+    rates.push_back({{"input_per_s", of.speed}, {"rms_percent", of.rms * percent}, {"samples", of.samples}});
   return {{"samples", validation.predicted.size()},
+          {"by_rate", rates},
           {"rms_percent", validation.all.rms * percent},
           {"max_percent", validation.all.max * percent},
           {"estimated_from_samples", validation.estimated_from},

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "identification/dataset.h"
+#include "identification/error_by_rate.h"
 #include "identification/identify.h"
 #include "identification/memory_estimate.h"
 #include "identification/prediction.h"
@@ -36,6 +37,7 @@ struct Validation {
   std::size_t estimated_from = 0;  ///< samples, which are not judged
   identification::ErrorNorms all, rest;
   double output_span = 0.0;
+  std::vector<identification::RateError> by_rate;
   std::size_t outside = 0;  ///< samples beyond the thresholds
 
   bool has_rest() const { return estimated_from > 0 && estimated_from < predicted.size(); }

@@ -42,8 +42,10 @@ auto made(const Document& document, const std::string& key, Make make) {
 
 model::HysteresisParameters parameters(const Document& document, const ModelFile& raw) {
   const auto curve = [&](const char* key, const std::vector<double>& coefficients) {
-    return made(document, std::string("hysteresis.") + key, [&] {
-      return model::ReferenceCurve(raw.basis, coefficients, {raw.input_min, raw.input_max});
+    return made(document, std::string("hysteresis.") + key, [&]() -> model::ReferenceCurve {
+      const model::Interval range{raw.input_min, raw.input_max};
+      if (raw.basis == model::Basis::spline) return {model::CubicSpline(raw.knots, coefficients), range};
+      return {raw.basis, coefficients, range};
     });
   };
   return {.input_unit = raw.input_unit,
@@ -147,9 +149,10 @@ std::string model_text(const model::HysteresisParameters& parameters, const Iden
                 .output_unit = parameters.output_unit,
                 .input_min = range.lo,
                 .input_max = range.hi,
-                .basis = model::Basis::chebyshev,
-                .ascending = parameters.ascending.chebyshev_coefficients(),
-                .descending = parameters.descending.chebyshev_coefficients(),
+                .basis = parameters.ascending.basis(),
+                .knots = parameters.ascending.knots(),
+                .ascending = parameters.ascending.coefficients(),
+                .descending = parameters.descending.coefficients(),
                 .k_ascending = parameters.k_ascending,
                 .k_descending = parameters.k_descending,
                 .symmetry = parameters.symmetry,

@@ -30,6 +30,7 @@ struct ModelFile {
   double input_min = 0.0;
   double input_max = 0.0;
   model::Basis basis = model::Basis::chebyshev;
+  std::vector<double> knots;
   std::vector<double> ascending;
   std::vector<double> descending;
   double k_ascending = 0.0;
@@ -57,6 +58,7 @@ void visit(V& v, ModelFile& m) {
     return;
   }
   v.choice("basis", m.basis);
+  if (m.basis == model::Basis::spline) v.required("knots", m.knots);
   v.required("ascending", m.ascending);
   v.required("descending", m.descending);
   if (m.kind == model::Hysteresis::kind()) {

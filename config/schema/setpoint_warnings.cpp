@@ -27,7 +27,10 @@ std::vector<SegmentNeeds> needs_of(const controller::AxisConfig& axis, double ra
   once.repeat = false;
   controller::Trajectory reference = controller::reference_of(once);
   const model::Hysteresis model(axis.law.model);
-  auto memory = model.at_lower_threshold();
+  const model::Interval& thresholds = model.input_range();
+  auto memory =
+      axis.gate.drive_min <= thresholds.lo ? model.at_lower_threshold() : model.at_upper_threshold();
+  model.advance(memory, std::max(thresholds.lo, axis.gate.drive_min));
   reference.start_from(memory.output);
 
   std::vector<SegmentNeeds> needs(axis.setpoint.size());
@@ -59,8 +62,10 @@ std::vector<SegmentNeeds> needs_of(const controller::AxisConfig& axis, double ra
 void warn_of_reach(const AxisConfig& axis, const SegmentNeeds& needs, const std::string& place,
                    std::vector<std::string>& warnings) {
   const model::HysteresisParameters& model = axis.control.law.model;
-  const model::Interval& thresholds = model.ascending.domain();
-  const model::Interval reach{model.descending.value(thresholds.lo), model.ascending.value(thresholds.hi)};
+  const controller::Gate::Config& gate = axis.control.gate;
+  const model::Interval thresholds{std::max(model.input_range().lo, gate.drive_min),
+                                   std::min(model.input_range().hi, gate.drive_max)};
+  const model::Interval reach = controller::model_reach_um(model, gate);
   if (needs.lowest_um >= reach.lo && needs.highest_um <= reach.hi) return;
   warnings.push_back(
       fmt::format("{}: {:.6g} to {:.6g} um, but the model reaches {:.6g} to {:.6g} um with {:g} to {:g} {}: "

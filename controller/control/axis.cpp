@@ -9,14 +9,18 @@
 namespace hystcan::controller {
 namespace {
 
-/// From the lower threshold, coming down, to the upper one; within what is plausible.
+/// What the model reaches, within what is plausible.
 model::Interval reach_of(const AxisConfig& config) {
-  model::Interval reach{config.supervision.position_min_um, config.supervision.position_max_um};
-  if (config.excitation) return reach;
-  const model::HysteresisParameters& model = config.law.model;
-  const model::Interval& thresholds = model.ascending.domain();
-  return {std::max(reach.lo, model.descending.value(thresholds.lo)),
-          std::min(reach.hi, model.ascending.value(thresholds.hi))};
+  const model::Interval plausible{config.supervision.position_min_um, config.supervision.position_max_um};
+  if (config.excitation) return plausible;
+  const model::Interval reach = model_reach_um(config.law.model, config.gate);
+  return {std::max(plausible.lo, reach.lo), std::min(plausible.hi, reach.hi)};
+}
+
+/// Each threshold wipes out all memory. One that the drive can't reach is left out.
+std::vector<double> reachable(std::vector<double> drives, const Gate::Config& gate) {
+  std::erase_if(drives, [&](double drive) { return drive < gate.drive_min || drive > gate.drive_max; });
+  return drives;
 }
 
 TransitionLimits transition_limits_of(const AxisConfig& config) {
@@ -62,6 +66,12 @@ bool can_oscillate(const Pi::Config& pi, const Delays& delays) {
 
 }  // namespace
 
+model::Interval model_reach_um(const model::HysteresisParameters& model, const Gate::Config& gate) {
+  const model::Interval& thresholds = model.input_range();
+  return {model.descending.value(std::max(thresholds.lo, gate.drive_min)),
+          model.ascending.value(std::min(thresholds.hi, gate.drive_max))};
+}
+
 std::string_view to_string(AxisState state) {
   static constexpr std::array<std::string_view, axis_state_count> names{"offline", "waiting",  "initialising",
                                                                         "ready",   "tracking", "faulted"};
@@ -103,7 +113,7 @@ AxisTuning::AxisTuning(const AxisConfig& next, bool new_reference)
 Axis::Axis(const AxisConfig& config)
     : config_(config),
       loop_(make_loop(config)),
-      ramp_in_(std::visit([](const auto& loop) { return loop.ramp_in(); }, loop_)),
+      ramp_in_(reachable(std::visit([](const auto& loop) { return loop.ramp_in(); }, loop_), config.gate)),
       supervisor_(supervision_of(config)),
       oscillation_({oscillation_amplitude_um(config)}),
       drive_(config.gate.safe_drive),

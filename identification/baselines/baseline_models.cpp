@@ -63,7 +63,7 @@ const std::vector<FitBaseline>& every_baseline() {
   using Parameters = model::HysteresisParameters;
   static const std::vector<FitBaseline> baselines{
       [](const Samples& samples, const Parameters& identified) {
-        return fit_average(samples, static_cast<std::size_t>(identified.ascending.order()));
+        return fit_average(samples, identified.ascending.coefficients().size() - 1);
       },
       fit_linear_mapping,
       [](const Samples& samples, const Parameters&) { return fit_prandtl_ishlinskii(samples, 9); },

@@ -107,10 +107,9 @@ class Contest {
         joined_(joined_sequence(datasets, model, fitted)) {}
 
   ErrorNorms of_model() const {
-    const model::Hysteresis hysteresis(model_.parameters);
     std::vector<double> predicted;
     for (std::size_t r = 0; r < datasets_.size(); ++r) {
-      const auto part = predict(hysteresis, datasets_[r], model_.delay_s, model_.memories[r]);
+      const auto part = predict(model_, datasets_, r);
       predicted.insert(predicted.end(), part.begin(), part.end());
     }
     return errors_of(predicted, datasets_, judged_);
@@ -132,13 +131,24 @@ class Contest {
   Sequence joined_;
 };
 
+// The baselines have no zero for each dataset: they are given the outputs without it.
+Dataset without_own_zero(Dataset dataset, double offset, double drift) {
+  const double begin = dataset.time_s.front(), lasts = dataset.time_s.back() - begin;
+  for (std::size_t i = 0; i < dataset.size(); ++i)
+    dataset.output[i] -= offset + drift * ((dataset.time_s[i] - begin) / lasts - 0.5);
+  return dataset;
+}
+
 class Comparing {
  public:
   Comparing(const std::vector<Dataset>& datasets, const Identified& identified,
             const std::function<bool()>& go_on)
       : identified_(identified), go_on_(go_on) {
     const bool even = identified.parameters.symmetry == model::Symmetry::even;
-    for (const Dataset& dataset : datasets) datasets_.push_back(even ? folded(dataset) : dataset);
+    for (std::size_t i = 0; i < datasets.size(); ++i)
+      datasets_.push_back(without_own_zero(even ? folded(datasets[i]) : datasets[i], identified.offsets[i],
+                                           identified.drifts[i]));
+    for (auto* own : {&identified_.offsets, &identified_.drifts}) std::ranges::fill(*own, 0.0);
   }
 
   Comparison run() {
@@ -155,7 +165,7 @@ class Comparing {
  private:
   void fit_all(const Mask& seen) {
     const Contest trial(datasets_, identified_, seen, seen);
-    result_.rows.push_back({model::text_of("recursive memory-based, order ", identified_.search.order),
+    result_.rows.push_back({"recursive memory-based, " + identified_.search.shape.text(),
                             identified_.parameter_count(), trial.of_model(), std::nullopt});
     for (const FitBaseline& fit : every_baseline()) {
       if (!go_on_()) return;
@@ -182,7 +192,7 @@ class Comparing {
 
   std::optional<Identified> identify_without(const Mask& unseen) {
     IdentifyOptions options;
-    options.order = identified_.search.order;
+    options.shape = identified_.search.shape;
     options.symmetry = identified_.parameters.symmetry;
     options.observed_thresholds =
         identified_.search.trial.below == 0.0 && identified_.search.trial.above == 0.0;
@@ -215,7 +225,7 @@ class Comparing {
     }
   }
 
-  const Identified& identified_;
+  Identified identified_;  // of datasets with a common zero
   const std::function<bool()>& go_on_;
   std::vector<Dataset> datasets_;
   std::vector<const FitBaseline*> baselines_;  // of the rows after the first

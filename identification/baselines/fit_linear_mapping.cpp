@@ -25,31 +25,37 @@ using model::HysteresisState;
 using model::LinearMapping;
 using model::ReferenceCurve;
 
-// The unknowns are the Chebyshev coefficients a_0, ..., a_n of f^A and d_1, ..., d_m of f^D.  The curves meet
-// at the upper threshold, where every T_j is one:
-//   d_0 = sum a - (d_1 + ... + d_m)
+// The unknowns are the coefficients of f^A and, except one, those of f^D. That one closes the loop at the upper
+// threshold:
+//   sum a_i B_i(v_hi) = sum d_i B_i(v_hi)
 class Curves {
  public:
-  explicit Curves(const HysteresisParameters& start) : start_(start) {}
+  explicit Curves(const HysteresisParameters& start)
+      : start_(start), up_(ends(start.ascending)), down_(ends(start.descending)) {
+    down_.cwiseAbs().maxCoeff(&closing_);
+  }
 
-  Index rising() const { return start_.ascending.order() + 1; }
-  Index unknowns() const { return rising() + start_.descending.order(); }
+  Index unknowns() const { return up_.size() + down_.size() - 1; }
 
   VectorXd coefficients() const {
-    const std::vector<double>& a = start_.ascending.chebyshev_coefficients();
-    const std::vector<double>& d = start_.descending.chebyshev_coefficients();
+    const std::vector<double>& a = start_.ascending.coefficients();
+    std::vector<double> d = start_.descending.coefficients();
+    d.erase(d.begin() + closing_);
     VectorXd x(unknowns());
     for (Index j = 0; j < x.size(); ++j)
-      x[j] = j < rising() ? a[static_cast<std::size_t>(j)] : d[static_cast<std::size_t>(j - rising() + 1)];
+      x[j] = j < up_.size() ? a[static_cast<std::size_t>(j)] : d[static_cast<std::size_t>(j - up_.size())];
     return x;
   }
 
   HysteresisParameters parameters(const VectorXd& x) const {
     HysteresisParameters p = start_;
-    std::vector<double> d{x.head(rising()).sum() - x.tail(x.size() - rising()).sum()};
-    d.insert(d.end(), x.begin() + rising(), x.end());
-    p.ascending = curve({x.begin(), x.begin() + rising()});
-    p.descending = curve(d);
+    const VectorXd a = x.head(up_.size());
+    std::vector<double> d(x.begin() + up_.size(), x.end());
+    d.insert(d.begin() + closing_, 0.0);
+    const double open = up_.dot(a) - down_.dot(Eigen::Map<const VectorXd>(d.data(), down_.size()));
+    d[static_cast<std::size_t>(closing_)] = open / down_[closing_];
+    p.ascending = start_.ascending.with({a.begin(), a.end()});
+    p.descending = start_.descending.with(d);
     return p;
   }
 
@@ -63,11 +69,21 @@ class Curves {
   }
 
  private:
-  ReferenceCurve curve(const std::vector<double>& coefficients) const {
-    return {model::Basis::chebyshev, coefficients, start_.input_range()};
+  // B_i(v_hi)
+  static VectorXd ends(const ReferenceCurve& curve) {
+    const std::size_t count = curve.coefficients().size();
+    VectorXd ends(static_cast<Index>(count));
+    for (std::size_t i = 0; i < count; ++i) {
+      std::vector<double> unit(count, 0.0);
+      unit[i] = 1.0;
+      ends[static_cast<Index>(i)] = curve.with(unit).value(curve.domain().hi);
+    }
+    return ends;
   }
 
   HysteresisParameters start_;
+  VectorXd up_, down_;
+  Index closing_ = 0;
 };
 
 // Inequalities on a grid: both curves rise with at least a thousandth of their mean slope; f^D lies above f^A

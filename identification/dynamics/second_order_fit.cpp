@@ -21,7 +21,7 @@ using model::refuse;
 
 // log(f / Hz), log zeta, d / T.
 using Point = Eigen::Vector3d;
-constexpr double rank_tolerance = 1e-15;
+constexpr double normal_tolerance = 1e-15;
 using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 // The columns of the linear part; from `gain` on there is one column for each input.
 enum Linear : Eigen::Index { offset, drift, free_position, free_velocity, gain };
@@ -88,7 +88,7 @@ struct Projection {
 
 Projection project(const SampledDataset& dataset, const Point& point) {
   Eigen::MatrixXd columns = columns_at(dataset, point);
-  OrthogonalDecomposition decomposed(columns, rank_tolerance);
+  OrthogonalDecomposition decomposed(columns, normal_tolerance);
   Eigen::VectorXd coefficients = decomposed.solve(dataset.output);
   Eigen::VectorXd residual = dataset.output - columns * coefficients;
   return {std::move(columns), std::move(decomposed), std::move(coefficients), std::move(residual)};
@@ -130,7 +130,7 @@ LocalMinimum descend(const SampledDataset& dataset, const Box& box, const Point&
       damped.diagonal() = damped.diagonal() * (1.0 + damping) + Point::Constant(1e-300);
       const Point next = box.clamped(
           best.point +
-          OrthogonalDecomposition(damped, rank_tolerance).solve(downhill).cwiseMax(-0.5).cwiseMin(0.5));
+          OrthogonalDecomposition(damped, normal_tolerance).solve(downhill).cwiseMax(-0.5).cwiseMin(0.5));
       Projection there = project(dataset, next);
       const double sum = there.residual.squaredNorm();
       if (!(sum < best.sum_of_squares)) {
@@ -216,12 +216,12 @@ std::vector<Point> similar_points(const SampledDataset& dataset, const Box& box,
 
 /// All minima, the best one first.
 std::vector<LocalMinimum> minima(const SampledDataset& dataset, const Box& box) {
-  constexpr int most_rounds = 3;
+  constexpr int most_refinements = 3;
   constexpr double coarse = 1e-6, fine = 1e-11;
   std::vector<LocalMinimum> found;
   for (const Point& start : starts(dataset, box)) found.push_back(descend(dataset, box, start, coarse));
   std::ranges::sort(found, {}, &LocalMinimum::sum_of_squares);
-  for (int round = 0; round < most_rounds; ++round) {
+  for (int round = 0; round < most_refinements; ++round) {
     const double best = found.front().sum_of_squares;
     for (const Point& start : similar_points(dataset, box, found.front().point))
       found.push_back(descend(dataset, box, start, coarse));
@@ -272,7 +272,7 @@ Confidence confidence_at(const SampledDataset& dataset, const Point& point, cons
   const Eigen::RowVectorXd scale = sensitivity.colwise().norm().cwiseMax(1e-300);
   const Eigen::MatrixXd scaled = sensitivity.array().rowwise() / scale.array();
   const Eigen::MatrixXd inverse =
-      OrthogonalDecomposition(scaled.transpose() * scaled, rank_tolerance).pseudo_inverse();
+      OrthogonalDecomposition(scaled.transpose() * scaled, normal_tolerance).pseudo_inverse();
   const double freedom = static_cast<double>(dataset.rows() - sensitivity.cols());
   const double variance = at.residual.squaredNorm() / freedom;
   const Eigen::MatrixXd scores = scaled.array().colwise() * at.residual.array();

@@ -59,6 +59,10 @@ def identify(
     order: int | None = None,
     symmetry: str | None = None,
     thresholds: str = "auto",
+    curves: str = "auto",
+    delay_s: float | None = None,
+    common_zero: bool = False,
+    drift: bool = False,
     input_unit: str = "V",
     output_unit: str = "um",
 ) -> Identified: ...

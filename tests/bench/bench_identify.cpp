@@ -56,7 +56,7 @@ Dataset made(std::size_t count) {
 
 Identified identified(const Dataset& dataset, std::optional<int> order) {
   IdentifyOptions options;
-  options.order = order;
+  if (order) options.shape = identification::CurveShape::polynomial(*order);
   return identify({dataset}, options);
 }
 
@@ -70,7 +70,7 @@ void time_it(const char* what, const Dataset& dataset, std::optional<int> order)
     best_s = i == 0 ? now_s : std::min(best_s, now_s);
   }
   std::printf("%zu samples, %s: %.2f s, order %d, %.3f %% RMS; budget %.1f s: %s\n", dataset.size(), what,
-              best_s, found.search.order, 100.0 * found.overall.rms / found.output_span, budget_s,
+              best_s, found.search.shape.order, 100.0 * found.overall.rms / found.output_span, budget_s,
               best_s <= budget_s ? "met" : "missed");
 }
 

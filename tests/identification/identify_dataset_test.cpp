@@ -131,10 +131,12 @@ TEST_F(PiezoStage, RisingAmplitudesAreFittedToAQuarterPercent) {
 TEST_F(PiezoStage, AHigherOrderHasASmallerError) {
   if (!load({"piezo_stage_rising_20hz"})) GTEST_SKIP() << no_dataset();
   IdentifyOptions options;
-  options.order = 16;
-  const double auto_rms = identify(datasets, {}).overall.rms;
+  options.shape = CurveShape::polynomial(20);
+  IdentifyOptions chosen;
+  chosen.curves = CurveChoice::polynomial;
+  const double auto_rms = identify(datasets, chosen).overall.rms;
   EXPECT_LT(identify(datasets, options).overall.rms, auto_rms)
-      << "order 16, compared with the automatic order";
+      << "order 20, compared with the automatic order";
 }
 
 TEST_F(PiezoStage, RisingAmplitudesArePredictedFromEverySecondCycle) {
@@ -153,6 +155,43 @@ TEST_F(PiezoStage, RisingAmplitudesArePredictedFromEverySecondCycle) {
   print_errors("rising 20 Hz, unseen cycles", ours, found.parameter_count(),
                percent_of(baseline.prediction, dataset.output, unseen));
   EXPECT_LE(ours.rms, 0.35);
+}
+
+// The zeros of the three sessions differ by 0.77 V, a tenth of the stroke.
+TEST_F(PiezoStage, ThreeSessionsAtThreeRatesAreFittedTogether) {
+  if (!load({"piezo_stage_rising_20hz", "piezo_stage_growing5hz_tri100_1", "piezo_stage_rising_40hz"}))
+    GTEST_SKIP() << no_dataset();
+  const Identified found = identify(datasets, {});
+  for (std::size_t i = 0; i < datasets.size(); ++i) {
+    const double percent = 100.0 * found.misses[i].rms / found.output_span;
+    std::printf("session %zu of three: %.3f %% RMS, zero %+.3f, delay %.3f ms\n", i + 1, percent,
+                found.offsets[i], 1e3 * found.delay_s);
+    EXPECT_LE(percent, 0.45);
+  }
+  EXPECT_NEAR(found.offsets[2], 0.77, 0.02);
+}
+
+TEST_F(PiezoStage, AFasterSessionIsPredictedWithAKnownDelay) {
+  if (!load({"piezo_stage_rising_40hz", "piezo_stage_rising_20hz"})) GTEST_SKIP() << no_dataset();
+  IdentifyOptions options;
+  options.delay_s = 1e-4;
+  const Identified found = identify({datasets[0]}, options);
+  const MemoryEstimate start =
+      estimate_memory(Hysteresis(found.parameters), datasets[1], found.delay_s, datasets[1].size(), true);
+  const double percent = 100.0 * start.rms / span_of(datasets[1].output);
+  std::printf("rising 20 Hz, predicted from rising 40 Hz: %.3f %% RMS\n", percent);
+  EXPECT_LE(percent, 0.5);
+}
+
+class Iron : public MeasuredDataset {};
+
+// Nearly all of the output happens within 0.1 % of the inputs.
+TEST_F(Iron, IsFittedBySplines) {
+  if (!load({"iron_bh_sample6_virgin_major"})) GTEST_SKIP() << no_dataset();
+  const Identified found = identify(datasets, {});
+  const double percent = 100.0 * found.overall.rms / found.output_span;
+  std::printf("iron: %s, %.2f %% RMS\n", found.search.shape.text().c_str(), percent);
+  EXPECT_LE(percent, 3.5);
 }
 
 TEST_F(PiezoStage, GrowingAmplitudesWithAnUnknownHistoryAreFitted) {

@@ -69,12 +69,12 @@ TEST(IdentifyRefuses, AnOrderThatIsTooHighForTheSamples) {
   ASSERT_GE(dataset.size(), 20U);
   ASSERT_LT(dataset.size(), 50U);
   IdentifyOptions options;
-  options.order = 10;
+  options.shape = CurveShape::polynomial(10);
   expect_refused({dataset}, options, "order 10 from");
-  options.order = 21;
+  options.shape = CurveShape::polynomial(21);
   expect_refused({sound()}, options, "expected at most 20");
   for (const int none : {0, -1}) {
-    options.order = none;
+    options.shape = CurveShape::polynomial(none);
     expect_refused({sound()}, options, "order " + std::to_string(none) + ", expected at least 1");
   }
 }

@@ -65,7 +65,7 @@ void report(const Identified& found) {
   testing::Test::RecordProperty("rms_percent", std::to_string(rms_percent(found)));
   testing::Test::RecordProperty("max_percent", std::to_string(max_percent(found)));
   std::printf("%s: order %d, %zu parameters, delay %.3f ms, %.4f %% RMS, %.4f %% max\n", test->name(),
-              found.search.order, found.parameter_count(), 1e3 * found.delay_s, rms_percent(found),
+              found.search.shape.order, found.parameter_count(), 1e3 * found.delay_s, rms_percent(found),
               max_percent(found));
 }
 
@@ -83,7 +83,7 @@ TEST(Identify, RecoversTheCurvesAndKOfAPiezoFromADatasetWithoutNoise) {
   const Dataset dataset = record_of(truth, piezo_steps);
   ASSERT_GE(dataset.size(), 5000U);
   IdentifyOptions options;
-  options.order = 3;
+  options.shape = CurveShape::polynomial(3);
   const Identified found = identify({dataset}, options);
   EXPECT_NEAR(found.parameters.k_ascending, 0.05, 1e-3 * 0.05);
   EXPECT_NEAR(found.parameters.k_descending, 0.04, 1e-3 * 0.04);
@@ -97,7 +97,7 @@ TEST(Identify, RecoversAGalfenolButterflyFromADatasetWithoutNoise) {
   const Dataset dataset = galfenol_dataset(truth);
   ASSERT_GE(dataset.size(), 5000U);
   IdentifyOptions options;
-  options.order = 10;
+  options.shape = CurveShape::polynomial(10);
   const Identified found = identify({dataset}, options);
   EXPECT_EQ(found.parameters.symmetry, model::Symmetry::even);
   EXPECT_NEAR(found.parameters.k_ascending, 1.0, 1e-3);
@@ -118,7 +118,7 @@ TEST(Identify, HasSmallerErrorsThanThePaperOnANoisyPiezoDataset) {
               against(found, truth).max);
   EXPECT_LT(against(found, truth).max, 0.1);
   EXPECT_LT(against(found, truth).rms, 0.02);
-  EXPECT_LE(found.search.order, 5);
+  EXPECT_LE(found.search.shape.order, 5);
 }
 
 TEST(Identify, HasSmallerErrorsThanThePaperOnANoisyGalfenolDataset) {
@@ -177,7 +177,7 @@ TEST(Identify, FitsOneModelToTwoDatasets) {
   const std::vector<Dataset> datasets{part_of({0.0, 1.0, 0.0, 0.9, 0.2, 0.8, 0.3, 1.0, 0.0}),
                                       part_of({0.0, 0.7, 0.1, 0.5, 0.2, 1.0, 0.5, 1.0, 0.0})};
   IdentifyOptions options;
-  options.order = 3;
+  options.shape = CurveShape::polynomial(3);
   const Identified found = identify(datasets, options);
   ASSERT_EQ(found.misses.size(), 2U);
   ASSERT_EQ(found.memories.size(), 2U);
@@ -185,15 +185,113 @@ TEST(Identify, FitsOneModelToTwoDatasets) {
   EXPECT_NEAR(found.parameters.k_ascending, 0.05, 1e-3 * 0.05);
 }
 
+// Two sessions of one stage: another zero, another history, other rates.
+std::vector<Dataset> sessions_of(const Hysteresis& truth, double delay_s, double zero) {
+  const model::Interval range = truth.input_range();
+  std::vector<Dataset> datasets;
+  for (const double rate : {1.0, 2.0, 4.0}) {
+    std::vector<double> points = loops_and_reversal_curves();
+    if (rate == 2.0) points.insert(points.begin() + 1, {0.8, 0.3, 0.7, 0.0});
+    const auto late = static_cast<std::size_t>(std::lround(1e4 * delay_s));  // steps of 0.1 ms
+    const Dataset fine = record_of(truth, truth.at_lower_threshold(),
+                                   travelled(in_range(points, range), rate * range.span() / 1200.0));
+    Dataset dataset{"V", "um", {}, {}, {}};
+    for (std::size_t i = 0; i < fine.size(); ++i) {
+      dataset.time_s.push_back(1e-4 * static_cast<double>(i));
+      dataset.input.push_back(fine.input[i]);
+      dataset.output.push_back(fine.output[i < late ? 0 : i - late] + (rate == 2.0 ? zero : 0.0));
+    }
+    datasets.push_back(with_noise(dataset, 1e-3 * span_of(dataset.output), static_cast<std::uint64_t>(rate)));
+  }
+  return datasets;
+}
+
+TEST(Identify, FindsTheZeroOfEachDatasetAndOneDelayForAll) {
+  const Hysteresis truth(piezo_model());
+  const double zero = 3.0;
+  const Identified found = identify(sessions_of(truth, 7e-4, zero), {});
+  report(found);
+  EXPECT_NEAR(found.offsets[1], zero, 5e-4 * found.output_span);
+  EXPECT_NEAR(found.offsets[2], 0.0, 5e-4 * found.output_span);
+  EXPECT_NEAR(found.delay_s, 7e-4, 5e-6);
+  EXPECT_NEAR(found.parameters.k_ascending, 0.05, 0.02 * 0.05);
+  EXPECT_NEAR(found.parameters.k_descending, 0.04, 0.02 * 0.04);
+}
+
+TEST(Identify, WithACommonZeroHasNoOffsets) {
+  IdentifyOptions options;
+  options.common_zero = true;
+  options.shape = CurveShape::polynomial(3);
+  const Identified found = identify(sessions_of(Hysteresis(piezo_model()), 0.0, 3.0), options);
+  EXPECT_EQ(found.offsets, (std::vector<double>{0.0, 0.0, 0.0}));
+  EXPECT_GT(rms_percent(found), 2.0);  // the curves cannot make up for it
+}
+
+TEST(Identify, FindsADriftOfTheZero) {
+  Dataset dataset = record_of(Hysteresis(piezo_model()), piezo_steps);
+  const double lasts_s = dataset.time_s.back();
+  for (std::size_t i = 0; i < dataset.size(); ++i) dataset.output[i] += 0.5 * dataset.time_s[i] / lasts_s;
+  IdentifyOptions options;
+  options.drift = true;
+  options.shape = CurveShape::polynomial(3);
+  const Identified found = identify({dataset}, options);
+  EXPECT_NEAR(found.drifts[0], 0.5, 5e-3);
+  EXPECT_LT(rms_percent(found), 0.01);
+}
+
+TEST(Identify, KeepsTheGivenDelay) {
+  IdentifyOptions options;
+  options.delay_s = 3e-4;
+  options.shape = CurveShape::polynomial(3);
+  const Identified found = identify({record_of(Hysteresis(piezo_model()), piezo_steps)}, options);
+  EXPECT_EQ(found.delay_s, 3e-4);
+  EXPECT_FALSE(found.delay_range);
+}
+
+TEST(Identify, SaysThatOneRateHardlyTellsADelay) {
+  const std::vector<Dataset> sessions = sessions_of(Hysteresis(piezo_model()), 7e-4, 0.0);
+  const Identified one = identify({sessions[0]}, {}), all = identify(sessions, {});
+  ASSERT_TRUE(one.delay_range && all.delay_range);
+  EXPECT_LE(all.delay_range->lo_s, 7e-4);
+  EXPECT_GE(all.delay_range->hi_s, 7e-4);
+  EXPECT_GT(one.delay_range->hi_s - one.delay_range->lo_s, all.delay_range->hi_s - all.delay_range->lo_s);
+}
+
+// Steep in the middle, flat at both ends, as a magnetic material that saturates.
+Hysteresis saturating_truth() {
+  const model::Interval range{-100.0, 100.0};
+  const std::vector<double> knots{-100.0, -60.0, -30.0, -20.0, -8.0, 0.0, 8.0, 20.0, 30.0, 60.0, 100.0};
+  const auto curve = [&](double coercive) {
+    std::vector<double> c;
+    for (const double v : model::greville_points(knots))
+      c.push_back(std::tanh((v + coercive) / 8.0) + 5e-3 * v);
+    const double top = model::CubicSpline(knots, c).value(range.hi);
+    for (double& x : c) x -= top;
+    return model::ReferenceCurve(model::CubicSpline(knots, c), range);
+  };
+  return Hysteresis({"A/m", "T", curve(-1.0), curve(1.0), 0.1, 0.1, model::Symmetry::none});
+}
+
+TEST(Identify, TakesSplinesForCurvesThatNoPolynomialFits) {
+  const Dataset truth = record_of(saturating_truth(), 300.0);
+  const Identified found = identify({with_noise(truth, 1e-3 * span_of(truth.output), 5)}, {});
+  report(found);
+  ASSERT_TRUE(found.search.shape.is_spline());
+  EXPECT_LT(against(found, truth).rms, 0.1);
+  IdentifyOptions options;
+  options.curves = CurveChoice::polynomial;
+  EXPECT_GT(rms_percent(identify({truth}, options)), 0.3);
+}
+
 TEST(Identify, UsesTheRequestedOrder) {
   const Dataset dataset = record_of(Hysteresis(piezo_model()), 60.0);
   for (const int order : {1, 2, 7}) {
     IdentifyOptions options;
-    options.order = order;
+    options.shape = CurveShape::polynomial(order);
     const Identified found = identify({dataset}, options);
-    EXPECT_EQ(found.search.order, order);
-    EXPECT_LE(found.parameters.ascending.order(), order);
-    EXPECT_EQ(found.search.orders.size(), 0U);
+    EXPECT_EQ(found.search.shape.order, order);
+    EXPECT_LE(std::ssize(found.parameters.ascending.coefficients()) - 1, order);
+    EXPECT_EQ(found.search.shapes.size(), 0U);
   }
 }
 
@@ -226,13 +324,11 @@ TEST(Identify, IgnoresTheOutputOfUnseenSamples) {
     spoilt.output[i] = 1e3 * std::uniform_real_distribution<double>(-1.0, 1.0)(random);
   }
   const Identified found = identify({dataset}, options), from_spoilt = identify({spoilt}, options);
-  EXPECT_EQ(found.search.order, from_spoilt.search.order);
+  EXPECT_EQ(found.search.shape.order, from_spoilt.search.shape.order);
   EXPECT_EQ(found.parameters.k_ascending, from_spoilt.parameters.k_ascending);
   EXPECT_EQ(found.parameters.k_descending, from_spoilt.parameters.k_descending);
-  EXPECT_EQ(found.parameters.ascending.chebyshev_coefficients(),
-            from_spoilt.parameters.ascending.chebyshev_coefficients());
-  EXPECT_EQ(found.parameters.descending.chebyshev_coefficients(),
-            from_spoilt.parameters.descending.chebyshev_coefficients());
+  EXPECT_EQ(found.parameters.ascending.coefficients(), from_spoilt.parameters.ascending.coefficients());
+  EXPECT_EQ(found.parameters.descending.coefficients(), from_spoilt.parameters.descending.coefficients());
   EXPECT_EQ(found.delay_s, from_spoilt.delay_s);
 }
 
@@ -252,8 +348,7 @@ TEST(Identify, ReturnsAValidModelWhenItIsStoppedEarly) {
 TEST(Identify, ReturnsTheSameResultEveryTime) {
   const Dataset dataset = with_noise(record_of(Hysteresis(piezo_model()), 60.0), 0.05, 9);
   const Identified once = identify({dataset}, {}), again = identify({dataset}, {});
-  EXPECT_EQ(once.parameters.ascending.chebyshev_coefficients(),
-            again.parameters.ascending.chebyshev_coefficients());
+  EXPECT_EQ(once.parameters.ascending.coefficients(), again.parameters.ascending.coefficients());
   EXPECT_EQ(once.parameters.k_ascending, again.parameters.k_ascending);
 }
 

@@ -16,6 +16,7 @@ namespace {
 constexpr model::Interval range{-2.0, 3.0};
 constexpr int order = 6;
 constexpr Pace pace{0.8, -0.3};
+const CurveBasis basis(CurveShape::polynomial(order), range);
 
 struct Case {
   std::vector<double> input = model::long_walk(range, 400, 3);
@@ -31,15 +32,16 @@ struct Case {
       fold.push_back(static_cast<int>(random() % 4) - 1);  // Regression::left_out, 0, 1, 2
     }
   }
+  Regression of(const std::vector<int>& parts) const { return {path, basis, {{}, input, output, parts}, 3}; }
   std::vector<NormalEquations> summed(const Pace& at) const {
-    const Regression regression(path, range, order, input, output, fold, 3);
+    const Regression regression = of(fold);
     std::vector<NormalEquations> folds(3, NormalEquations(regression.unknowns()));
     regression.add(at, folds);
     return folds;
   }
   NormalEquations row_by_row(int part, const Pace& at) const {
     NormalEquations sum(2 * order + 1);
-    const Rows rows(path, range, order, at);
+    const Rows rows(path, basis, at);
     for (std::size_t i = 0; i < input.size(); ++i) {
       if (fold[i] != part) continue;
       const Eigen::VectorXd row = rows.at(i, input[i]);
@@ -95,7 +97,7 @@ TEST(Regression, IgnoresTheOutputOfALeftOutSample) {
 
 TEST(Regression, AddsToTheSumsOfAnotherDataset) {
   const Case made(4);
-  const Regression regression(made.path, range, order, made.input, made.output, made.fold, 3);
+  const Regression regression = made.of(made.fold);
   std::vector<NormalEquations> twice = made.summed(pace);
   regression.add(pace, twice);
   NormalEquations once = made.summed(pace)[1];
@@ -105,7 +107,7 @@ TEST(Regression, AddsToTheSumsOfAnotherDataset) {
 TEST(NormalEquations, GiveTheSumOfSquaresForEveryTheta) {
   const Case made(5);
   const NormalEquations system = made.summed(pace)[0];
-  const Rows rows(made.path, range, order, pace);
+  const Rows rows(made.path, basis, pace);
   const Eigen::VectorXd theta = Eigen::VectorXd::LinSpaced(2 * order + 1, -1.0, 2.0);
   double square = 0.0;
   for (std::size_t i = 0; i < made.input.size(); ++i)

@@ -12,19 +12,28 @@
 
 namespace hystcan::identification {
 
-/// a_i, then q_i = a_i - d_i. Missing coefficients of the shorter curve are zero.
+inline CurveShape shape_of(const model::HysteresisParameters& parameters) {
+  const auto &up = parameters.ascending, &down = parameters.descending;
+  if (up.basis() == model::Basis::spline) return CurveShape::spline(up.knots());
+  return CurveShape::polynomial(
+      static_cast<int>(std::max(up.coefficients().size(), down.coefficients().size())) - 1);
+}
+
+/// a_i, then q_i: a_i - d_i for i > 0 (polynomials; missing coefficients of the shorter curve are zero), d_i - a_i
+/// for i < n (splines).
 inline Eigen::VectorXd theta_of(const model::HysteresisParameters& parameters) {
-  const auto& a = parameters.ascending.chebyshev_coefficients();
-  const auto& d = parameters.descending.chebyshev_coefficients();
-  const auto order = static_cast<Eigen::Index>(std::max(a.size(), d.size())) - 1;
+  const auto& a = parameters.ascending.coefficients();
+  const auto& d = parameters.descending.coefficients();
+  const CurveShape shape = shape_of(parameters);
+  const Eigen::Index n = shape.coefficients() - 1;
   const auto coefficient = [](const std::vector<double>& of, Eigen::Index i) {
     return i < std::ssize(of) ? of[static_cast<std::size_t>(i)] : 0.0;
   };
-  Eigen::VectorXd theta(2 * order + 1);
-  for (Eigen::Index i = 0; i <= order; ++i) {
-    theta[i] = coefficient(a, i);
-    if (i > 0) theta[order + i] = coefficient(a, i) - coefficient(d, i);
-  }
+  Eigen::VectorXd theta(2 * n + 1);
+  for (Eigen::Index i = 0; i <= n; ++i) theta[i] = coefficient(a, i);
+  for (Eigen::Index i = 0; i < n; ++i)
+    theta[n + 1 + i] = shape.is_spline() ? coefficient(d, i) - coefficient(a, i)
+                                         : coefficient(a, i + 1) - coefficient(d, i + 1);
   return theta;
 }
 
@@ -35,19 +44,14 @@ inline std::size_t branch_of(const Path& path, std::size_t sample) {
 
 struct Rows {
   Path path;
-  model::Interval thresholds;
   Pace pace;
-  Eigen::Index order;
+  CurveBasis basis;
   BranchRows rows;
 
-  Rows(Path travelled, model::Interval between, Eigen::Index of_order, Pace at_pace)
-      : path(std::move(travelled)),
-        thresholds(between),
-        pace(at_pace),
-        order(of_order),
-        rows(path, thresholds, order, pace) {}
+  Rows(Path travelled, CurveBasis of_basis, Pace at_pace)
+      : path(std::move(travelled)), pace(at_pace), basis(std::move(of_basis)), rows(path, basis, pace) {}
   Rows(Path travelled, const model::HysteresisParameters& parameters)
-      : Rows(std::move(travelled), parameters.input_range(), (theta_of(parameters).size() - 1) / 2,
+      : Rows(std::move(travelled), {shape_of(parameters), parameters.input_range()},
              {parameters.k_ascending, parameters.k_descending}) {}
 
   /// The row of one sample:
@@ -56,10 +60,10 @@ struct Rows {
     const std::size_t branch = branch_of(path, sample);
     const PathBranch& shape = path.branches[branch];
     const double k = pace.k(shape.direction), d = std::abs(input - shape.start);
-    Eigen::VectorXd basis(order + 1);
-    chebyshev_row(thresholds, input, basis);
+    Eigen::VectorXd here(basis.size());
+    basis.values(input, here);
     const double phi = k == 0.0 ? d : -std::expm1(-k * d) / k;
-    return curve_row(shape.direction, basis, 1.0) + rows.offset(branch) - phi * rows.convergence(branch);
+    return basis.row(shape.direction, here) + rows.offset(branch) - phi * rows.convergence(branch);
   }
 };
 

@@ -332,7 +332,7 @@ TEST(Hysteresis, RefusesAnInvalidInitialInputOrCapacity) {
 // the outer curve immediately.
 TEST(Hysteresis, StaysExactIfThePrintedQuotientOverflows) {
   HysteresisParameters parameters = piezo_model();
-  const std::vector<double> ascending = parameters.ascending.chebyshev_coefficients();
+  const std::vector<double> ascending = parameters.ascending.coefficients();
   std::vector<double> descending = ascending;
   const double gap = 1e-6;  // so narrow that this large k is still valid
   descending[0] += gap / 2;

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <numbers>
+#include <numeric>
 #include <random>
 #include <stdexcept>
 #include <vector>
@@ -79,7 +80,33 @@ inline rc::Gen<double> number(double lo, double hi) {
 ///
 /// The gap is small enough that f_D increases, too; its width parameter is at most 0.25.
 struct RandomModel {
-  static HysteresisParameters draw() { return within_validity(draw_unchecked()); }
+  /// Every third one has splines.
+  static HysteresisParameters draw() {
+    const HysteresisParameters drawn = draw_unchecked();
+    return within_validity(*rc::gen::inRange(0, 3) == 0 ? with_splines(drawn) : drawn);
+  }
+
+  /// The curves as splines of 1 to 12 pieces. Coefficients that are values of an increasing function make an
+  /// increasing spline.
+  static HysteresisParameters with_splines(HysteresisParameters p) {
+    const Interval& range = p.input_range();
+    std::vector<double> knots{range.lo};
+    const auto widths = *rc::gen::container<std::vector<double>>(
+        static_cast<std::size_t>(*rc::gen::inRange(1, 13)), number(0.02, 1.0));
+    const double sum = std::accumulate(widths.begin(), widths.end(), 0.0);
+    for (const double width : widths) knots.push_back(knots.back() + width / sum * range.span());
+    knots.back() = range.hi;
+    const auto spline = [&](const ReferenceCurve& curve) {
+      std::vector<double> coefficients;
+      for (const double v : greville_points(knots)) coefficients.push_back(curve.value(v));
+      coefficients.back() = p.upper_point().output;
+      return ReferenceCurve(CubicSpline(knots, coefficients), range);
+    };
+    const ReferenceCurve ascending = spline(p.ascending);
+    p.descending = spline(p.descending);
+    p.ascending = ascending;
+    return p;
+  }
 
   /// k of either sign, from zero to far beyond the limit.
   static HysteresisParameters draw_beyond_limit() {

@@ -46,15 +46,45 @@ class Oracle {
   };
 
   static long double series(const ReferenceCurve& curve, long double v) {
+    if (curve.basis() == Basis::spline) return of_splines(curve, v);
     const long double lo = curve.domain().lo, hi = curve.domain().hi;
     const long double s = (2 * v - lo - hi) / (hi - lo);
     long double before = 1, now = s, sum = 0;
-    for (const double c : curve.chebyshev_coefficients()) {
+    for (const double c : curve.coefficients()) {
       sum += c * before;
       const long double next = 2 * s * now - before;
       before = now;
       now = next;
     }
+    return sum;
+  }
+
+  // de Boor's recursion from its definition: a B-spline is a mean of two of the degree below.
+  static long double b_spline(const std::vector<long double>& t, std::size_t i, int degree, long double v) {
+    if (degree == 0) {
+      const bool last = t[i] < t[i + 1] && t[i + 1] == t.back();
+      return t[i] <= v && (v < t[i + 1] || (last && v == t[i + 1])) ? 1.0L : 0.0L;
+    }
+    const auto d = static_cast<std::size_t>(degree);
+    long double sum = 0;
+    if (t[i + d] > t[i]) sum += (v - t[i]) / (t[i + d] - t[i]) * b_spline(t, i, degree - 1, v);
+    if (t[i + d + 1] > t[i + 1])
+      sum += (t[i + d + 1] - v) / (t[i + d + 1] - t[i + 1]) * b_spline(t, i + 1, degree - 1, v);
+    return sum;
+  }
+  // Beyond the knots on the tangents: their slopes are those of the first and the last two coefficients.
+  static long double of_splines(const ReferenceCurve& curve, long double v) {
+    const std::vector<double>&knots = curve.knots(), &c = curve.coefficients();
+    const std::size_t n = c.size();
+    if (v < knots[0]) return c[0] + (v - knots[0]) * 3 * (c[1] - c[0]) / (knots[1] - knots[0]);
+    if (v > knots.back())
+      return c[n - 1] +
+             (v - knots.back()) * 3 * (c[n - 1] - c[n - 2]) / (knots.back() - knots[knots.size() - 2]);
+    std::vector<long double> t(3, knots.front());
+    t.insert(t.end(), knots.begin(), knots.end());
+    t.insert(t.end(), 3, knots.back());
+    long double sum = 0;
+    for (std::size_t i = 0; i < n; ++i) sum += c[i] * b_spline(t, i, 3, v);
     return sum;
   }
 

@@ -16,7 +16,8 @@ int main() {
     loop.input.push_back(drive);
     loop.output.push_back(0.4 * drive + 0.1 * play);
   }
-  const model::Hysteresis model{identification::identify({loop}, {.order = 4}).parameters};
+  const model::Hysteresis model{
+      identification::identify({loop}, {.shape = identification::CurveShape::polynomial(4)}).parameters};
   auto memory = model.virgin(model.input_range().lo, 64);
   const model::Prediction drive = model.inverse(memory, 20.0);
   std::printf("20 um at %.2f V\n", drive.value);

@@ -50,8 +50,8 @@ TEST(ModelText, ReadBackGivesTheSameParametersToTheBit) {
   std::ofstream(file) << expected_text;
   const model::HysteresisParameters expected = written_parameters();
   const auto found = std::get<model::HysteresisParameters>(load_any_parameters(file));
-  EXPECT_EQ(found.ascending.chebyshev_coefficients(), expected.ascending.chebyshev_coefficients());
-  EXPECT_EQ(found.descending.chebyshev_coefficients(), expected.descending.chebyshev_coefficients());
+  EXPECT_EQ(found.ascending.coefficients(), expected.ascending.coefficients());
+  EXPECT_EQ(found.descending.coefficients(), expected.descending.coefficients());
   EXPECT_EQ(found.input_range().lo, expected.input_range().lo);
   EXPECT_EQ(found.input_range().hi, expected.input_range().hi);
   EXPECT_EQ(found.k_ascending, expected.k_ascending);
@@ -59,6 +59,54 @@ TEST(ModelText, ReadBackGivesTheSameParametersToTheBit) {
   EXPECT_EQ(found.symmetry, expected.symmetry);
   EXPECT_EQ(load_identified_from(file).samples, identified_from.samples);
   EXPECT_EQ(load_identified_from(file).delay_s, identified_from.delay_s);
+}
+
+std::filesystem::path written(const std::string& text) {
+  const auto file = std::filesystem::path(testing::TempDir()) / "hystcan_spline_model.toml";
+  std::ofstream(file) << text;
+  return file;
+}
+
+TEST(ModelText, OfSplinesReadBackGivesTheSameParametersToTheBit) {
+  model::HysteresisParameters expected = written_parameters();
+  const std::vector<double> knots{0.1, 1.0 / 3.0, 70.0, 99.0};
+  const auto curve = [&](std::vector<double> c) {
+    return model::ReferenceCurve(model::CubicSpline(knots, std::move(c)), expected.input_range());
+  };
+  expected.ascending = curve({0.0, 0.1, 2.0, 5.0, 9.0, 10.0});
+  expected.descending = curve({0.3, 0.4, 2.3, 5.1, 9.0, 10.0});
+  expected.k_ascending = expected.k_descending = 0.0;
+  const auto file = written(model_text(expected, identified_from));
+  const auto found = load_model(file);
+  EXPECT_EQ(found.ascending.basis(), model::Basis::spline);
+  EXPECT_EQ(found.ascending.knots(), knots);
+  EXPECT_EQ(found.ascending.coefficients(), expected.ascending.coefficients());
+  EXPECT_EQ(found.descending.coefficients(), expected.descending.coefficients());
+}
+
+TEST(ModelFile, RefusesASplineWithKnotsInTheWrongOrderAtItsCurve) {
+  const auto file = written(R"(
+[hysteresis]
+kind         = "recursive-memory"
+input_unit   = "V"
+output_unit  = "um"
+input_min    = 0.0
+input_max    = 10.0
+basis        = "spline"
+knots        = [0.0, 6.0, 5.0, 10.0]
+ascending    = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]
+descending   = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]
+k_ascending  = 0.0
+k_descending = 0.0
+symmetry     = "none"
+)");
+  try {
+    load_model(file);
+    FAIL() << "the knots were accepted";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find(":10:"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("spline knot 5 after 6"), std::string::npos) << error.what();
+  }
 }
 
 }  // namespace

@@ -60,7 +60,7 @@ Dataset noisy_dataset() {
 
 IdentifyOptions order_3() {
   IdentifyOptions options;
-  options.order = 3;
+  options.shape = CurveShape::polynomial(3);
   options.observed_thresholds = true;
   options.go_on = [] { return true; };
   return options;
@@ -154,7 +154,9 @@ TEST(Comparison, DrivesTheBaselinesToTheInitialMemoryOfTheNextDataset) {
   for (const double v : {100.0, 0.0}) truth.advance(start, v);
   const std::vector<Dataset> two{response_of(travelled({0, 100, 20, 90, 30, 60}), truth, start),
                                  response_of(travelled({40, 70, 10, 100, 30}), truth, start)};
-  const Identified found = identify(two, order_3());
+  IdentifyOptions options = order_3();
+  options.common_zero = true;
+  const Identified found = identify(two, options);
   ASSERT_EQ(found.memories[1].kind, InitialMemory::Kind::from_lower);
   const Comparison made = compare(two, found, [] { return true; });
   EXPECT_EQ(made.samples, two[0].size() + two[1].size());
