@@ -15,12 +15,15 @@ constexpr int k_evaluations = 60;
 class Delays {
  public:
   Delays(const Problem& problem, const SearchResult& found, const std::function<bool()>& go_on)
-      : trial_(found.trial), fit_(problem, found.shape, SeparableFit::Scan::coarse), go_on_(go_on) {
+      : trial_(found.trial),
+        fit_(problem, found.shape, SeparableFit::Scan::coarse),
+        fine_(problem, found.shape, SeparableFit::Scan::fine),
+        go_on_(go_on) {
     largest_rms_ = delay_as_good * fit_.fit(trial_).rms;
   }
 
   /// The last delay in this direction that is as good, to a quarter of the step, and its model.
-  std::pair<double, model::HysteresisParameters> farthest(double step_s) {
+  std::pair<double, Fitted> farthest(double step_s) {
     Trial last = trial_;
     double beyond_s = 0.0;  // from the best delay: not as good
     const auto try_at = [&](double from_best_s) {
@@ -43,7 +46,7 @@ class Delays {
       const double middle = as_good_s + 0.5 * (beyond_s - as_good_s);
       if (!try_at(middle)) beyond_s = middle;
     }
-    return {last.delay_s, fit_.fit(last).parameters};
+    return {last.delay_s, fine_.fit(last)};
   }
 
  private:
@@ -67,14 +70,16 @@ class Delays {
 
   Trial trial_;
   SeparableFit fit_;
+  SeparableFit fine_;  // for the models at the ends
   const std::function<bool()>& go_on_;
   double largest_rms_ = 0.0;
 };
 
 }  // namespace
 
-DelayRange delay_range(const Problem& problem, const SearchResult& found,
-                       const std::vector<Dataset>& datasets, const std::function<bool()>& go_on) {
+std::optional<DelayRange> delay_range(const Problem& problem, const SearchResult& found,
+                                      const std::vector<Dataset>& datasets,
+                                      const std::function<bool()>& go_on) {
   double shortest_s = std::numeric_limits<double>::infinity();
   for (const Dataset& dataset : datasets)
     shortest_s = std::min(shortest_s, (dataset.time_s.back() - dataset.time_s.front()) /
@@ -83,14 +88,17 @@ DelayRange delay_range(const Problem& problem, const SearchResult& found,
   const double step_s = std::max(0.1 * shortest_s, 0.05 * found.trial.delay_s);
   const auto [lo_s, low] = delays.farthest(-step_s);
   const auto [hi_s, high] = delays.farthest(step_s);
+  if (!low.valid || !high.valid) return std::nullopt;
   DelayRange range{lo_s, hi_s, 0.0, 0.0};
   const auto difference = [&](double faster) {
     double square = 0.0, samples = 0.0;
     for (std::size_t i = 0; i < datasets.size(); ++i) {
       Dataset fast = datasets[i];
       for (double& t : fast.time_s) t /= faster;
-      const auto a = predict(model::Hysteresis::beyond_limit(low), fast, lo_s, found.trial.memories[i]);
-      const auto b = predict(model::Hysteresis::beyond_limit(high), fast, hi_s, found.trial.memories[i]);
+      const auto a =
+          predict(model::Hysteresis::beyond_limit(low.parameters), fast, lo_s, found.trial.memories[i]);
+      const auto b =
+          predict(model::Hysteresis::beyond_limit(high.parameters), fast, hi_s, found.trial.memories[i]);
       const ErrorNorms norms = ErrorNorms::of(a, b);
       square += norms.rms * norms.rms * static_cast<double>(a.size());
       samples += static_cast<double>(a.size());

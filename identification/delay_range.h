@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "identification/dataset.h"
@@ -17,8 +18,9 @@ struct DelayRange {
   double at_twice_the_rate = 0.0, at_five_times_the_rate = 0.0;
 };
 
-/// `datasets`: as in the problem. Thresholds and initial memories are those that the search found.
-DelayRange delay_range(const Problem& problem, const SearchResult& found,
-                       const std::vector<Dataset>& datasets, const std::function<bool()>& go_on);
+/// None if the models of its ends have no inverse. `datasets`: as in the problem. Thresholds and initial memories are those that the search found.
+std::optional<DelayRange> delay_range(const Problem& problem, const SearchResult& found,
+                                      const std::vector<Dataset>& datasets,
+                                      const std::function<bool()>& go_on);
 
 }  // namespace hystcan::identification

@@ -248,7 +248,9 @@ class Identification {
     return {lo / span, hi / span, lo * hi > 0.0 && std::max(lo / hi, hi / lo) < 10.0};
   }
 
-  DelayRange find_delay_range() { return delay_range(problem_, result_.search, datasets_, options_.go_on); }
+  std::optional<DelayRange> find_delay_range() {
+    return delay_range(problem_, result_.search, datasets_, options_.go_on);
+  }
 
   IdentifyOptions options_;
   bool searches_delay_ = false;

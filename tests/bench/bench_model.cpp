@@ -75,13 +75,28 @@ struct Sweep {
   }
 };
 
-Sweep<Hysteresis> sweep_at(std::int64_t order, std::int64_t depth) {
-  const Hysteresis model(curves(order));
+/// The curves of tenth order as splines of twelve pieces, narrower at one end.
+HysteresisParameters splines() {
+  HysteresisParameters p = curves(10);
+  std::vector<double> knots;
+  for (int i = 0; i <= 12; ++i) knots.push_back(3.0 * std::pow(i / 12.0, 1.5));
+  for (ReferenceCurve* curve : {&p.ascending, &p.descending}) {
+    std::vector<double> coefficients;
+    for (const double v : greville_points(knots)) coefficients.push_back(curve->value(v));
+    *curve = {CubicSpline(knots, coefficients), p.input_range()};
+  }
+  return p;
+}
+
+Sweep<Hysteresis> sweep_at(const HysteresisParameters& parameters, std::int64_t depth) {
+  const Hysteresis model(parameters);
   HysteresisState state = model.at_lower_threshold(1100);
   if (depth > 1) nest(model, state, depth - 1);
   const double back = state.branches.back().start_input;
   return {model, state, depth == 1 ? 1.5 : state.input + 0.9 * (back - state.input)};
 }
+
+Sweep<Hysteresis> sweep_at(std::int64_t order, std::int64_t depth) { return sweep_at(curves(order), depth); }
 
 Sweep<PrandtlIshlinskii> sweep_of_plays(std::int64_t count) {
   const PrandtlIshlinskii model = plays(count);
@@ -115,6 +130,8 @@ void inverse(benchmark::State& run, const Sweep<Model>& sweep) {
 
 void forward_step(benchmark::State& run) { forward(run, sweep_at(run.range(0), run.range(1))); }
 void inverse_step(benchmark::State& run) { inverse(run, sweep_at(run.range(0), run.range(1))); }
+void spline_forward(benchmark::State& run) { forward(run, sweep_at(splines(), run.range(0))); }
+void spline_inverse(benchmark::State& run) { inverse(run, sweep_at(splines(), run.range(0))); }
 void plays_forward(benchmark::State& run) { forward(run, sweep_of_plays(run.range(0))); }
 void plays_inverse(benchmark::State& run) { inverse(run, sweep_of_plays(run.range(0))); }
 
@@ -223,6 +240,8 @@ void construction(benchmark::State& run) {
 void orders_and_depths(benchmark::internal::Benchmark* of) { of->ArgsProduct({{3, 10}, {1, 10, 100, 1000}}); }
 BENCHMARK(forward_step)->Apply(orders_and_depths);
 BENCHMARK(inverse_step)->Apply(orders_and_depths);
+BENCHMARK(spline_forward)->Arg(1)->Arg(100);
+BENCHMARK(spline_inverse)->Arg(1)->Arg(100);
 BENCHMARK(bare_arithmetic)->Arg(3)->Arg(10);
 BENCHMARK(plays_forward)->Arg(9)->Arg(30)->Arg(100);
 BENCHMARK(plays_inverse)->Arg(9)->Arg(30)->Arg(100);
@@ -258,6 +277,8 @@ class Reporter : public benchmark::BenchmarkReporter {
     const double step = ns("forward_step/10/1"), deep = ns("forward_step/10/1000");
     const double back = ns("inverse_step/10/100");
     budget("forward step, depth 1, ns", step, 10.0);
+    budget("the same with splines / with polynomials", ns("spline_forward/1") / step, 1.0);
+    budget("inverse, depth 100, with splines / with polynomials", ns("spline_inverse/100") / back, 1.0);
     budget("forward step, depth 1000, ns", deep, 10.0);
     budget("forward step, depth 1000 / depth 1", deep / step, 1.2);
     budget("forward step / 30 play operators", step / ns("plays_forward/30"), 1.0);
