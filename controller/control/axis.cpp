@@ -17,10 +17,12 @@ model::Interval reach_of(const AxisConfig& config) {
   return {std::max(plausible.lo, reach.lo), std::min(plausible.hi, reach.hi)};
 }
 
-/// Each threshold wipes out all memory. One that the drive can't reach is left out.
-std::vector<double> reachable(std::vector<double> drives, const Gate::Config& gate) {
-  std::erase_if(drives, [&](double drive) { return drive < gate.drive_min || drive > gate.drive_max; });
-  return drives;
+/// Each threshold wipes out all memory. One that the drive can't reach is left out if it reaches the other.
+std::vector<double> reachable(const std::vector<double>& drives, const Gate::Config& gate) {
+  std::vector<double> reached;
+  for (const double drive : drives)
+    if (drive >= gate.drive_min && drive <= gate.drive_max) reached.push_back(drive);
+  return reached.empty() ? drives : reached;
 }
 
 TransitionLimits transition_limits_of(const AxisConfig& config) {
