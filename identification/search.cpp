@@ -17,6 +17,7 @@ constexpr double worth_it = 0.97;         // an added parameter must lower the e
 constexpr double worth_held_out = 0.985;  // and the held-out error to this share
 constexpr double as_good = 1.05;          // a removed parameter may raise the error to this share
 constexpr double low_enough = 1.01;       // times the smallest held-out error of all orders is low enough
+constexpr double exact = 1e-6;            // of the output span: smaller errors do not count
 constexpr double worth_a_spline = 0.9;    // of the held-out error with polynomials
 constexpr double poor = 0.01;             // of the output span: with a polynomial that misses so much, the
                                           // other choices may be wrong, too
@@ -300,8 +301,9 @@ class Searcher {
       if (worse == 3) break;
     }
     const auto tried = std::span(result_.shapes).subspan(first);
-    const auto chosen =
-        std::ranges::find_if(tried, [&](const ShapeScore& now) { return score(now) <= low_enough * least; });
+    const auto chosen = std::ranges::find_if(tried, [&](const ShapeScore& now) {
+      return score(now) <= low_enough * least + exact * problem_->output_span;
+    });
     use(chosen == tried.end() ? CurveShape::polynomial(first_order) : chosen->shape);
     best_cost_ = cost(best_);
     for (Unknown& unknown : unknowns_) unknown.step = 0.3;
@@ -319,6 +321,7 @@ class Searcher {
   void try_splines() {
     const Searcher polynomial = *this;
     const double before = score(scored());
+    if (before < exact * problem_->output_span && options_.curves == CurveChoice::automatic) return;
     std::vector<CurveShape> splines;
     for (const int pieces : {2, 3, 4, 5, 6, 8, 10, 12, 15, 18, 22})
       if (pieces <= options_.most_pieces) splines.push_back(CurveShape::spline(options_.knots(pieces)));

@@ -283,6 +283,12 @@ TEST(Identify, TakesSplinesForCurvesThatNoPolynomialFits) {
   EXPECT_GT(rms_percent(identify({truth}, options)), 0.3);
 }
 
+TEST(Identify, TakesNoMoreCoefficientsThanAnExactDatasetNeeds) {
+  const Identified found = identify({record_of(Hysteresis(piezo_model()), piezo_steps)}, {});
+  EXPECT_FALSE(found.search.shape.is_spline());
+  EXPECT_EQ(found.search.shape.order, 3);
+}
+
 TEST(Identify, UsesTheRequestedOrder) {
   const Dataset dataset = record_of(Hysteresis(piezo_model()), 60.0);
   for (const int order : {1, 2, 7}) {
