@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -92,15 +93,13 @@ std::string start_up_text(const config::AxisConfig& axis) {
   const controller::Gate::Config& gate = axis.control.gate;
   const model::Interval& thresholds = axis.control.law.model.input_range();
   const std::string& unit = axis.wire.drive_unit;
-  const bool low = gate.drive_min <= thresholds.lo, high = gate.drive_max >= thresholds.hi;
-  if (low && high)
+  if (gate.drive_min <= thresholds.lo)
     return fmt::format("a start-up that wipes drives to both thresholds, {:.6g} and {:.6g} {}", thresholds.hi,
                        thresholds.lo, unit);
   return fmt::format(
-      "a start-up that wipes drives to the {} threshold alone, {:.6g} {}: the drive cannot reach the "
-      "other one, {:.6g} {}",
-      low ? "lower" : "upper", low ? thresholds.lo : thresholds.hi, unit, low ? thresholds.hi : thresholds.lo,
-      unit);
+      "a start-up that wipes drives to the upper threshold alone, {:.6g} {}: the drive does not reach the "
+      "lower one, {:.6g} {}",
+      thresholds.hi, unit, thresholds.lo, unit);
 }
 
 /// Reads, checks and prints a configuration and its consequences. It moves nothing and opens no interface.
@@ -115,8 +114,8 @@ int check(const CheckArguments& options) {
     const double preview_s =
         controller::chain_moments(axis.control.delays, axis.control.law.notch, cycle_s).mean_s;
     fmt::print("# axis {}: {} to {} {} reach {:.4g} to {:.4g} um; the reference is previewed by {:.4g} ms\n",
-               axis.wire.name, hysteresis.input_range().lo, hysteresis.input_range().hi, axis.wire.drive_unit,
-               reach.lo, reach.hi, 1e3 * preview_s);
+               axis.wire.name, std::max(axis.control.gate.drive_min, hysteresis.input_range().lo),
+               hysteresis.input_range().hi, axis.wire.drive_unit, reach.lo, reach.hi, 1e3 * preview_s);
     fmt::print("# axis {}: {}\n", axis.wire.name, start_up_text(axis));
     for (const std::string& finding : config::findings_of_loop(axis, config.controller.rate_Hz))
       fmt::print("# axis {}: {}\n", axis.wire.name, finding);

@@ -180,8 +180,8 @@ class Findings {
     const model::Interval& range = identified_.parameters.input_range();
     if (range.lo == identified_.observed.lo && range.hi == identified_.observed.hi) return;
     say("thresholds {:.5g} and {:.5g} {} lie beyond the measured inputs, {:.5g} to {:.5g}: outside those the "
-        "curves are extrapolated, to {:.5g} and {:.5g} {}. A controller wipes out what the "
-        "actuator remembers at one of them: the drive must reach one; --thresholds observed puts both at the inputs",
+        "curves are extrapolated, to {:.5g} and {:.5g} {}. A controller must reach the upper "
+        "one, where it wipes out what the actuator remembers; --thresholds observed puts both at the inputs",
         range.lo, range.hi, unit(), identified_.observed.lo, identified_.observed.hi,
         identified_.parameters.ascending.value(range.lo), identified_.parameters.ascending.value(range.hi),
         datasets_.front().output_unit);

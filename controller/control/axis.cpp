@@ -17,12 +17,12 @@ model::Interval reach_of(const AxisConfig& config) {
   return {std::max(plausible.lo, reach.lo), std::min(plausible.hi, reach.hi)};
 }
 
-/// Each threshold wipes out all memory. One that the drive can't reach is left out if it reaches the other.
-std::vector<double> reachable(const std::vector<double>& drives, const Gate::Config& gate) {
-  std::vector<double> reached;
-  for (const double drive : drives)
-    if (drive >= gate.drive_min && drive <= gate.drive_max) reached.push_back(drive);
-  return reached.empty() ? drives : reached;
+/// The upper threshold wipes out all memory. A lower one that the drive can't reach is left out: from there on the model
+/// knows the memory wherever the drive turns.
+std::vector<double> reachable(std::vector<double> drives, const Gate::Config& gate) {
+  if (drives.size() > 1 && drives.front() <= gate.drive_max)
+    std::erase_if(drives, [&](double drive) { return drive < gate.drive_min; });
+  return drives;
 }
 
 TransitionLimits transition_limits_of(const AxisConfig& config) {
