@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "identification/excerpt.h"
 #include "identification/knot_places.h"
@@ -96,6 +97,27 @@ Fitted fit_to_all(SeparableFit& fit, Trial& trial) {
   return fitted;
 }
 
+// A zero of its own can be told from the curves only where others have the same inputs: each dataset must be tied to
+// the first, directly or through others.
+void check_common_inputs(const std::vector<Dataset>& datasets) {
+  std::vector<model::Interval> ranges;
+  for (const Dataset& dataset : datasets) ranges.push_back(span_over({dataset}, &Dataset::input));
+  std::vector<std::size_t> apart(datasets.size() - 1);
+  std::iota(apart.begin(), apart.end(), 1);
+  model::Interval tied = ranges.front();
+  for (bool grows = true; grows;)
+    grows = std::erase_if(apart, [&](std::size_t i) {
+              const bool common = std::min(ranges[i].hi, tied.hi) > std::max(ranges[i].lo, tied.lo);
+              if (common) tied = {std::min(ranges[i].lo, tied.lo), std::max(ranges[i].hi, tied.hi)};
+              return common;
+            }) > 0;
+  if (apart.empty()) return;
+  const std::size_t i = apart.front();
+  refuse("dataset ", i + 1, " has inputs from ", ranges[i].lo, " to ", ranges[i].hi, ", the others from ",
+         tied.lo, " to ", tied.hi,
+         ": without common inputs its zero is unknown; expected some, or a common zero");
+}
+
 class Identification {
  public:
   Identification(const std::vector<Dataset>& datasets, const IdentifyOptions& options) : options_(options) {
@@ -111,6 +133,8 @@ class Identification {
     for (const Dataset& dataset : seen_) check_identifiable(dataset, symmetry_);
     for (const Dataset& dataset : datasets)
       datasets_.push_back(symmetry_ == model::Symmetry::even ? folded(dataset) : dataset);
+    if (!options_.common_zero) check_common_inputs(datasets_);
+    for (const Dataset& dataset : datasets_) check_delay(dataset);
   }
 
   Identified run() {
@@ -132,6 +156,12 @@ class Identification {
   }
 
  private:
+  void check_delay(const Dataset& dataset) const {
+    const double lasts_s = dataset.time_s.back() - dataset.time_s.front();
+    if (options_.delay_s && !(*options_.delay_s < lasts_s))
+      refuse("delay ", *options_.delay_s, " s, expected less than a dataset lasts, ", lasts_s, " s");
+  }
+
   void set_up() {
     problem_.symmetry = symmetry_;
     problem_.observed = thresholds_observed(datasets_, symmetry_);

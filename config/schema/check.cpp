@@ -94,7 +94,7 @@ class AxisCheck {
     if (input_unit(model) != unit_)
       fail(key, "the model's input_unit is \"{}\", expected \"{}\" as drive_unit", input_unit(model), unit_);
     if (output_unit(model) != "um")
-      fail(key, "the model's output_unit is \"{}\", expected \"um\"", output_unit(model));
+      fail(key, "the model's output_unit is \"{}\", expected a length: um, nm, mm or m", output_unit(model));
   }
 
   void check_drive_range(const std::string& section, double min, double max, double safe,

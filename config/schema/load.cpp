@@ -12,6 +12,7 @@
 #include "config/schema/check.h"
 #include "config/schema/check_loop.h"
 #include "config/schema/schema.h"
+#include "model/output_unit.h"
 
 namespace hystcan::config {
 namespace {
@@ -64,8 +65,8 @@ void set_mode(controller::Shape& shape, double resonance_Hz) {
 /// Loads the controller's model of axis i and sets what is derived from it.
 void complete_control(const Document& document, Config& config, std::size_t i) {
   AxisConfig& axis = config.axes[i];
-  axis.control.law.model =
-      load_model(named_file(document, fmt::format("axis[{}].control.model", i), axis.control_model));
+  axis.control.law.model = std::get<model::HysteresisParameters>(model::in_um(
+      load_model(named_file(document, fmt::format("axis[{}].control.model", i), axis.control_model))));
   set_transition_limits(document, config, i);
   for (controller::Segment& segment : axis.control.setpoint)
     set_mode(segment.shape, axis.control.delays.resonance_Hz);
@@ -78,8 +79,8 @@ void complete(const Document& document, AxisConfig& axis, std::size_t i) {
     if (auto* table = std::get_if<controller::Table>(&segments[j].shape))
       table->curve = load_setpoint(
           named_file(document, fmt::format("axis[{}].control.setpoint[{}].file", i, j), table->file));
-  axis.twin.plant.hysteresis =
-      load_any_parameters(named_file(document, fmt::format("axis[{}].twin.model", i), axis.twin_model));
+  axis.twin.plant.hysteresis = model::in_um(
+      load_any_parameters(named_file(document, fmt::format("axis[{}].twin.model", i), axis.twin_model)));
 }
 
 /// Resolves the axes that the couplings of axis i name; `key` is their path ("axis[0].control.coupling").

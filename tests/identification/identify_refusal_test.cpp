@@ -89,6 +89,27 @@ TEST(IdentifyRefuses, UnseenFlagsThatDoNotMatchTheSamples) {
   expect_refused({sound()}, options, "0 samples, expected at least 20");
 }
 
+TEST(IdentifyRefuses, DatasetsWithoutCommonInputsUnlessTheyHaveACommonZero) {
+  const model::Hysteresis truth(model::piezo_model());
+  const auto part = [&](double lo, double hi) {
+    return record_of(truth, truth.at_lower_threshold(), travelled({0.0, hi, lo, hi, lo, hi}, 1.0));
+  };
+  Dataset low = part(0.0, 40.0), high = part(60.0, 100.0);
+  for (auto* column : {&high.time_s, &high.input, &high.output})
+    column->erase(column->begin(), column->begin() + 61);
+  expect_refused({low, high}, {}, "dataset 2 has inputs from 60 to 100, the others from 0 to 40");
+  IdentifyOptions options;
+  options.common_zero = true;
+  EXPECT_NO_THROW(identify({low, high}, options));
+  EXPECT_NO_THROW(identify({low, high, part(20.0, 80.0)}, {})) << "the third one ties them together";
+}
+
+TEST(IdentifyRefuses, ADelayAsLongAsTheDataset) {
+  IdentifyOptions options;
+  options.delay_s = sound().time_s.back();
+  expect_refused({sound()}, options, "expected less than a dataset lasts");
+}
+
 TEST(IdentifyRefuses, ASecondDatasetThatCannotBeIdentified) {
   Dataset dataset = sound();
   std::ranges::fill(dataset.output, 1.0);
