@@ -217,6 +217,7 @@ class Identification {
       return places.knots(pieces);
     };
     search.most_pieces = std::min(most_pieces, (samples / 3 - 3) / 2 - 2);
+    search.own_gains = datasets_.size() > 1 && !options_.common_gain;
     search.observed_thresholds = options_.observed_thresholds;
     search.go_on = options_.go_on;
     // A delay can be distinguished from the width of a loop only if a half cycle has enough samples.
@@ -242,9 +243,10 @@ class Identification {
     result_.memories = trial.memories;
     result_.offsets = fitted.offsets;
     result_.drifts = fitted.drifts;
+    for (std::size_t i = 0; i < datasets_.size(); ++i) result_.gains.push_back(trial.gain(i));
     std::vector<Dataset> on_one_zero = seen_;
     for (std::size_t i = 0; i < on_one_zero.size(); ++i)
-      for (double& output : on_one_zero[i].output) output -= result_.offsets[i];
+      for (double& output : on_one_zero[i].output) output = (output - result_.offsets[i]) / result_.gains[i];
     result_.output_span = span_over(on_one_zero, &Dataset::output).span();
     result_.held_out_rms = result_.search.held_out;
     double square = 0.0;
@@ -308,8 +310,8 @@ std::vector<double> predict(const Identified& identified, const std::vector<Data
       predict(model::Hysteresis(identified.parameters), dataset, identified.delay_s, identified.memories[i]);
   const double begin = dataset.time_s.front(), lasts = dataset.time_s.back() - begin;
   for (std::size_t j = 0; j < predicted.size(); ++j)
-    predicted[j] +=
-        identified.offsets[i] + identified.drifts[i] * ((dataset.time_s[j] - begin) / lasts - 0.5);
+    predicted[j] = identified.gains[i] * predicted[j] + identified.offsets[i] +
+                   identified.drifts[i] * ((dataset.time_s[j] - begin) / lasts - 0.5);
   return predicted;
 }
 

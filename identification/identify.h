@@ -20,6 +20,7 @@ struct IdentifyOptions {
   std::optional<model::Symmetry> symmetry;  ///< none: determined from the dataset
   bool observed_thresholds = false;         ///< thresholds at the ends of the observed input range
   bool common_zero = false;                 ///< several datasets: no offsets between them
+  bool common_gain = false;                 ///< several datasets: no gains between them
   bool drift = false;                       ///< each dataset has a linear drift of its own
   std::optional<double> delay_s;            ///< known; none: searched
   std::optional<double> longest_delay_s;
@@ -42,14 +43,16 @@ struct Identified {
   double delay_s = 0.0;
   std::vector<InitialMemory> memories;  ///< for each dataset
   std::vector<double> offsets;          ///< of each dataset's output, output units; that of the first is zero
+  std::vector<double> gains;            ///< of each dataset's output; that of the first is 1
   std::vector<double> drifts;           ///< from a dataset's first sample to its last, output units
   SearchResult search;
   Folds folds;
   std::vector<Characterisation> datasets;
-  std::vector<ErrorNorms> misses;  ///< for each dataset, with its offset and drift; also of unseen samples
+  std::vector<ErrorNorms>
+      misses;  ///< for each dataset, with its offset, gain and drift; also of unseen samples
   ErrorNorms overall;
   std::optional<double> held_out_rms;
-  double output_span = 0.0;  ///< over all datasets, without their offsets and unseen samples
+  double output_span = 0.0;  ///< over all datasets, in the first one's zero and gain, without unseen samples
   model::Interval observed;
   PaceRange pace_ascending, pace_descending;
   std::optional<DelayRange> delay_range;  ///< none: the delay was given, or no delay can be determined
@@ -59,7 +62,7 @@ struct Identified {
       const;  ///< curves, k, thresholds, delay; not what each dataset has of its own
 };
 
-/// The model's prediction of a dataset that it was identified from, with its offset and drift.
+/// The model's prediction of a dataset that it was identified from, with its offset, gain and drift.
 std::vector<double> predict(const Identified& identified, const std::vector<Dataset>& datasets,
                             std::size_t i);
 

@@ -46,6 +46,11 @@ void NormalEquations::add(const NormalEquations& other, Eigen::Index shared, Eig
   samples += other.samples;
 }
 
+void NormalEquations::divide_outputs(double gain) {
+  g /= gain;
+  square /= gain * gain;
+}
+
 double NormalEquations::residual_square(const Eigen::VectorXd& theta) const {
   return std::max(0.0, theta.dot(H * theta - 2.0 * g) + square);
 }

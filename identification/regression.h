@@ -41,6 +41,8 @@ struct NormalEquations {
   void add(const NormalEquations& other, Eigen::Index shared, Eigen::Index own);
   /// False if a k is so negative that branches grow beyond every number.
   bool is_finite() const { return H.allFinite() && g.allFinite(); }
+  /// The equations for outputs divided by `gain`.
+  void divide_outputs(double gain);
   double residual_square(const Eigen::VectorXd& theta) const;
 };
 

@@ -239,6 +239,12 @@ class Searcher {
     if (extends && !is_used("upper threshold"))
       candidates.push_back({"upper threshold", std::log(0.05), 0.7,
                             [](Trial& trial, double x) { trial.above = std::exp(x); }});
+    for (std::size_t i = 1; options_.own_gains && i < best_.memories.size(); ++i)
+      if (const std::string what = "gain of dataset " + std::to_string(i + 1); !is_used(what))
+        candidates.push_back({what, 0.0, 0.2, [i](Trial& trial, double x) {
+                                trial.gains.resize(trial.memories.size(), 1.0);
+                                trial.gains[i] = std::exp(0.1 * std::clamp(x, -5.0, 5.0));
+                              }});
     if (!is_used("delay") && !options_.delay_s && options_.sample_time_s > 0.0)
       candidates.push_back({"delay", 1.0, 1.0, [dt = options_.sample_time_s](Trial& trial, double x) {
                               trial.delay_s = x * dt;
@@ -333,6 +339,7 @@ class Searcher {
       unknowns_ = two_k();
       result_.steps.clear();
       best_.below = best_.above = 0.0;
+      best_.gains.clear();
       best_.delay_s = options_.delay_s.value_or(0.0);
       begin_with(splines[std::min<std::size_t>(splines.size() - 1, 7)]);
     }

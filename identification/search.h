@@ -1,5 +1,5 @@
 // The search for the parameters in which the output is not linear. The k of both directions are always
-// searched. Initial memory, delay and thresholds beyond the observed inputs are added one by one, if this
+// searched. Initial memory, delay, gains of datasets and thresholds beyond the observed inputs are added one by one, if this
 // lowers the error, also of held-out samples. The order of the curves is the lowest one with a held-out error
 // near the smallest. Splines take the place of polynomials if held-out errors are clearly smaller with them.
 #pragma once
@@ -18,7 +18,7 @@ namespace hystcan::identification {
 
 /// One parameter that the search added, with the errors before and after, in output units.
 struct Step {
-  std::string what;  ///< "delay", "lower threshold", "initial memory"
+  std::string what;  ///< "delay", "lower threshold", "initial memory", "gain"
   double rms_before = 0.0, rms_after = 0.0;
   std::optional<double> held_out_before, held_out_after;
 };
@@ -39,6 +39,7 @@ struct SearchOptions {
   std::optional<CurveShape> shape;   ///< none: chosen by the search
   int highest_order = 20;            ///< limit of this choice
   bool observed_thresholds = false;  ///< thresholds stay at the ends of the observed inputs
+  bool own_gains = false;            ///< each dataset but the first can have a gain
   double sample_time_s = 0.0;        ///< 0: no delay is searched
   std::optional<double> delay_s;     ///< known; none: searched
   double longest_delay_s = std::numeric_limits<double>::infinity();

@@ -59,13 +59,17 @@ std::vector<NormalEquations> SeparableFit::systems(const Trial& trial) {
   Eigen::Index at = n;
   for (const Regression& regression : regressions_) {
     const Eigen::Index own = regression.unknowns() - n;
-    if (own == 0 && unknowns == n) {
+    const double gain = trial.gain(static_cast<std::size_t>(&regression - regressions_.data()));
+    if (own == 0 && unknowns == n && gain == 1.0) {
       regression.add(pace, folds);
       continue;
     }
     std::vector<NormalEquations> part(count, NormalEquations(n + own));
     regression.add(pace, part);
-    for (std::size_t fold = 0; fold < count; ++fold) folds[fold].add(part[fold], n, at);
+    for (std::size_t fold = 0; fold < count; ++fold) {
+      part[fold].divide_outputs(gain);
+      folds[fold].add(part[fold], n, at);
+    }
     at += own;
   }
   return folds;
@@ -96,8 +100,8 @@ Fitted SeparableFit::fit(const Trial& trial) {
   const Eigen::VectorXd completed = system.completed(solution.theta);
   Eigen::Index at = curve_unknowns();
   for (std::size_t i = 0; i < problem_.excerpts.size(); ++i) {
-    fitted.offsets.push_back(nuisances(i).offset ? completed[at++] : 0.0);
-    fitted.drifts.push_back(nuisances(i).drift ? completed[at++] : 0.0);
+    fitted.offsets.push_back(nuisances(i).offset ? trial.gain(i) * completed[at++] : 0.0);
+    fitted.drifts.push_back(nuisances(i).drift ? trial.gain(i) * completed[at++] : 0.0);
   }
   return fitted;
 }

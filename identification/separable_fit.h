@@ -22,6 +22,9 @@ struct Trial {
   double above = 0.0;  ///< upper threshold minus highest input, in observed input spans
   double delay_s = 0.0;
   std::vector<InitialMemory> memories;  ///< for each dataset
+  std::vector<double> gains;            ///< of each dataset's output against the model's; empty: all 1
+
+  double gain(std::size_t dataset) const { return gains.empty() ? 1.0 : gains[dataset]; }
 };
 
 /// The part of the problem that is the same for all trials.

@@ -99,7 +99,7 @@ identification::IdentifyOptions options_of(const std::optional<int>& order,
 Result identify(const py::object& t, const py::object& u, const py::object& y,
                 const std::optional<int>& order, const std::optional<std::string>& symmetry,
                 const std::string& thresholds, const std::string& curves,
-                const std::optional<double>& delay_s, bool common_zero, bool drift,
+                const std::optional<double>& delay_s, bool common_zero, bool common_gain, bool drift,
                 const std::string& input_unit, const std::string& output_unit) {
   const std::vector<Dataset> datasets = datasets_of(t, u, y, {input_unit, output_unit});
   if (order && (*order < 1 || *order > identification::highest_order))
@@ -108,6 +108,7 @@ Result identify(const py::object& t, const py::object& u, const py::object& y,
   identification::IdentifyOptions options = options_of(order, symmetry, thresholds, curves);
   options.delay_s = delay_s;
   options.common_zero = common_zero;
+  options.common_gain = common_gain;
   options.drift = drift;
   std::optional<identification::Identified> identified;
   std::vector<std::string> said;
@@ -171,13 +172,15 @@ Raises RuntimeError if the file cannot be written.
   module.def("identify", &identify, py::arg("t"), py::arg("u"), py::arg("y"), py::kw_only(),
              py::arg("order") = py::none(), py::arg("symmetry") = py::none(), py::arg("thresholds") = "auto",
              py::arg("curves") = "auto", py::arg("delay_s") = py::none(), py::arg("common_zero") = false,
-             py::arg("drift") = false, py::arg("input_unit") = "V", py::arg("output_unit") = "um",
+             py::arg("common_gain") = false, py::arg("drift") = false, py::arg("input_unit") = "V",
+             py::arg("output_unit") = "um",
              R"(Identify a model from measured records and return it with its figures.
 
 t, u, y: time in seconds, input and output, each of shape (n,); or lists of such arrays, one for each record.
 order: of polynomial reference curves; chosen by hold-out if left out. curves: "auto", "polynomial" or "spline".
 symmetry: "none" or "even"; found if left out. thresholds: "observed" puts them at the ends of the inputs.
-delay_s: if known; else it is searched. Several records have a zero each, unless common_zero; drift: it also drifts.
+delay_s: if known; else it is searched. Several records have a zero and a gain each, unless common_zero or
+common_gain; drift: the zero also drifts.
 Raises ValueError for what is no record, Error if no model can be identified. Ctrl-C raises KeyboardInterrupt.
 
 >>> import hystcan, numpy

@@ -41,6 +41,7 @@ struct IdentifyArguments {
   std::string curves = "auto";
   std::optional<double> delay_s, longest_delay_s;
   bool common_zero = false;
+  bool common_gain = false;
   bool drift = false;
   std::string symmetry = "auto";
   std::string thresholds = "auto";
@@ -54,6 +55,7 @@ identification::IdentifyOptions asked_for(const IdentifyArguments& options, Prog
   asked.delay_s = options.delay_s;
   asked.longest_delay_s = options.longest_delay_s;
   asked.common_zero = options.common_zero;
+  asked.common_gain = options.common_gain;
   asked.drift = options.drift;
   asked.symmetry = parse_word<model::Symmetry>(options.symmetry);
   asked.observed_thresholds = options.thresholds == "observed";
@@ -171,6 +173,8 @@ void add_identify(CLI::App& cli, int& status) {
       ->excludes(delay);
   command->add_flag("--common-zero", options->common_zero,
                     "several datasets: their outputs have the same zero; if left out, each has its own");
+  command->add_flag("--common-gain", options->common_gain,
+                    "several datasets: their outputs have the same gain; if left out, each can have its own");
   command->add_flag("--drift", options->drift, "the zero of each dataset drifts linearly");
   std::vector<std::string> symmetries{"auto"};
   for (const std::string_view symmetry : words(model::Symmetry{})) symmetries.emplace_back(symmetry);

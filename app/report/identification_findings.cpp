@@ -71,7 +71,7 @@ class Findings {
     const Trends trend = trends(seen, predict(identified_, datasets_, i));
     if (datasets_.size() > 1 && std::abs(trend.gain) * percent_ > 0.1)
       say("{}its output moves {:+.2g} % of the span more than the model's, from its lowest point to its highest: "
-          "a gain that differs between the records (amplifier, sensor, creep at another rate)",
+          "what is left is a gain",
           of_dataset(i), trend.gain * percent_);
     if (std::abs(trend.drift) * percent_ > 0.05 && std::abs(trend.drift) > 3.0 * trend.drift_error)
       say("{}the output drifts by {:+.2g} % of its span over the dataset (or creeps, or the initial memory "
@@ -97,6 +97,10 @@ class Findings {
       if (identified_.offsets[i] != 0.0)
         say("{}its zero lies {:+.4g} {} from that of dataset 1: each has its own (--common-zero: none has)",
             of_dataset(i), identified_.offsets[i], datasets_.front().output_unit);
+      if (identified_.gains[i] != 1.0)
+        say("{}its output moves {:.4g} times as far as that of dataset 1 (amplifier, sensor, creep at another rate); "
+            "the model has the gain of dataset 1 (--common-gain: all the same)",
+            of_dataset(i), identified_.gains[i]);
       if (identified_.drifts[i] != 0.0)
         say("{}its zero drifts by {:+.3g} {} from beginning to end", of_dataset(i), identified_.drifts[i],
             datasets_.front().output_unit);

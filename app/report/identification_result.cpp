@@ -52,6 +52,7 @@ nlohmann::json identification_json(const Identified& identified, const std::vect
                         {"rms_percent", identified.misses[i].rms * percent},
                         {"max_percent", identified.misses[i].max * percent},
                         {"offset", identified.offsets[i]},
+                        {"gain", identified.gains[i]},
                         {"drift", identified.drifts[i]}});
   const auto range = [](const identification::PaceRange& k) { return nlohmann::json{k.lo, k.hi}; };
   const model::Interval& thresholds = identified.parameters.input_range();

@@ -131,11 +131,12 @@ class Contest {
   Sequence joined_;
 };
 
-// The baselines have no zero for each dataset: they are given the outputs without it.
-Dataset without_own_zero(Dataset dataset, double offset, double drift) {
+// The baselines have no zero and no gain for each dataset: they are given the outputs without them.
+Dataset on_common_scale(Dataset dataset, double offset, double gain, double drift) {
   const double begin = dataset.time_s.front(), lasts = dataset.time_s.back() - begin;
   for (std::size_t i = 0; i < dataset.size(); ++i)
-    dataset.output[i] -= offset + drift * ((dataset.time_s[i] - begin) / lasts - 0.5);
+    dataset.output[i] =
+        (dataset.output[i] - offset - drift * ((dataset.time_s[i] - begin) / lasts - 0.5)) / gain;
   return dataset;
 }
 
@@ -146,9 +147,10 @@ class Comparing {
       : identified_(identified), go_on_(go_on) {
     const bool even = identified.parameters.symmetry == model::Symmetry::even;
     for (std::size_t i = 0; i < datasets.size(); ++i)
-      datasets_.push_back(without_own_zero(even ? folded(datasets[i]) : datasets[i], identified.offsets[i],
-                                           identified.drifts[i]));
+      datasets_.push_back(on_common_scale(even ? folded(datasets[i]) : datasets[i], identified.offsets[i],
+                                          identified.gains[i], identified.drifts[i]));
     for (auto* own : {&identified_.offsets, &identified_.drifts}) std::ranges::fill(*own, 0.0);
+    std::ranges::fill(identified_.gains, 1.0);
   }
 
   Comparison run() {
@@ -225,7 +227,7 @@ class Comparing {
     }
   }
 
-  Identified identified_;  // of datasets with a common zero
+  Identified identified_;  // of datasets with a common zero and gain
   const std::function<bool()>& go_on_;
   std::vector<Dataset> datasets_;
   std::vector<const FitBaseline*> baselines_;  // of the rows after the first

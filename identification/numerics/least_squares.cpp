@@ -16,7 +16,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using model::refuse;
 
-constexpr double rank_tolerance = 1e-12;
+constexpr double dependent_tolerance = 1e-12;
 constexpr double pull_to_zero = 1e-7;
 constexpr double too_far = 1e6;
 
@@ -82,7 +82,7 @@ VectorXd least_distance(const Inequalities& all, double rounding) {
   if (squared * too_far * too_far < 1.0)
     refuse("inequalities contradict each other, expected an x that meets all of them");
   const Inequalities tight = active(all, u);
-  return OrthogonalDecomposition(tight.g, rank_tolerance).solve(tight.h);
+  return OrthogonalDecomposition(tight.g, dependent_tolerance).solve(tight.h);
 }
 
 }  // namespace
@@ -116,7 +116,7 @@ Fit LeastSquares::solve() const {
   const Triangle t = triangle();
   const VectorXd scale = scales(t.r);
   const VectorXd y =
-      OrthogonalDecomposition(t.r * scale.cwiseInverse().asDiagonal(), rank_tolerance).solve(t.right);
+      OrthogonalDecomposition(t.r * scale.cwiseInverse().asDiagonal(), dependent_tolerance).solve(t.right);
   const VectorXd x = y.cwiseQuotient(scale);
   return {x, t.residual(x)};
 }
@@ -134,7 +134,7 @@ Fit LeastSquares::solve_with_inequalities(const MatrixXd& g, const VectorXd& h) 
   const Triangle whole = triangle();
   const VectorXd scale = scales(whole.r);
   Triangle t = whole;
-  if (OrthogonalDecomposition(t.r * scale.cwiseInverse().asDiagonal(), rank_tolerance).rank() < unknowns()) {
+  if (OrthogonalDecomposition(t.r * scale.cwiseInverse().asDiagonal(), dependent_tolerance).rank() < unknowns()) {
     LeastSquares regularised = *this;
     for (Index j = 0; j < unknowns(); ++j)
       regularised.add(VectorXd::Unit(unknowns(), j) * pull_to_zero * scale[j], 0.0);

@@ -62,6 +62,7 @@ def identify(
     curves: str = "auto",
     delay_s: float | None = None,
     common_zero: bool = False,
+    common_gain: bool = False,
     drift: bool = False,
     input_unit: str = "V",
     output_unit: str = "um",
