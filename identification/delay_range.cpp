@@ -12,6 +12,11 @@ namespace {
 constexpr double delay_as_good = 1.1;  // times the best error
 constexpr int k_evaluations = 60;
 
+struct End {
+  double delay_s = 0.0;
+  Fitted fitted;
+};
+
 class Delays {
  public:
   Delays(const Problem& problem, const SearchResult& found, const std::function<bool()>& go_on)
@@ -23,7 +28,7 @@ class Delays {
   }
 
   /// The last delay in this direction that is as good, to a quarter of the step, and its model.
-  std::pair<double, Fitted> farthest(double step_s) {
+  End farthest(double step_s) {
     Trial last = trial_;
     double beyond_s = 0.0;  // from the best delay: not as good
     const auto try_at = [&](double from_best_s) {
@@ -86,19 +91,19 @@ std::optional<DelayRange> delay_range(const Problem& problem, const SearchResult
                                           static_cast<double>(dataset.size() - 1));
   Delays delays(problem, found, go_on);
   const double step_s = std::max(0.1 * shortest_s, 0.05 * found.trial.delay_s);
-  const auto [lo_s, low] = delays.farthest(-step_s);
-  const auto [hi_s, high] = delays.farthest(step_s);
-  if (!low.valid || !high.valid) return std::nullopt;
-  DelayRange range{lo_s, hi_s, 0.0, 0.0};
+  const End low = delays.farthest(-step_s);
+  const End high = delays.farthest(step_s);
+  if (!low.fitted.valid || !high.fitted.valid) return std::nullopt;
+  DelayRange range{low.delay_s, high.delay_s, 0.0, 0.0};
   const auto difference = [&](double faster) {
     double square = 0.0, samples = 0.0;
     for (std::size_t i = 0; i < datasets.size(); ++i) {
       Dataset fast = datasets[i];
       for (double& t : fast.time_s) t /= faster;
-      const auto a =
-          predict(model::Hysteresis::beyond_limit(low.parameters), fast, lo_s, found.trial.memories[i]);
-      const auto b =
-          predict(model::Hysteresis::beyond_limit(high.parameters), fast, hi_s, found.trial.memories[i]);
+      const auto a = predict(model::Hysteresis::beyond_limit(low.fitted.parameters), fast, low.delay_s,
+                             found.trial.memories[i]);
+      const auto b = predict(model::Hysteresis::beyond_limit(high.fitted.parameters), fast, high.delay_s,
+                             found.trial.memories[i]);
       const ErrorNorms norms = ErrorNorms::of(a, b);
       square += norms.rms * norms.rms * static_cast<double>(a.size());
       samples += static_cast<double>(a.size());
