@@ -37,6 +37,7 @@ std::vector<RateError> errors_by_rate(const Dataset& dataset, const std::vector<
   }
   if (dataset.size() > begin + 1) add(dataset.size());
   std::vector<RateError> errors;
+  errors.reserve(classes.size());
   for (const auto& [octave, of] : classes)
     errors.push_back(
         {of.way / of.lasts_s, std::sqrt(of.square / static_cast<double>(of.samples)), of.samples});

@@ -101,6 +101,7 @@ Fitted fit_to_all(SeparableFit& fit, Trial& trial) {
 // the first, directly or through others.
 void check_common_inputs(const std::vector<Dataset>& datasets) {
   std::vector<model::Interval> ranges;
+  ranges.reserve(datasets.size());
   for (const Dataset& dataset : datasets) ranges.push_back(span_over({dataset}, &Dataset::input));
   std::vector<std::size_t> apart(datasets.size() - 1);
   std::iota(apart.begin(), apart.end(), 1);
