@@ -134,7 +134,8 @@ Fit LeastSquares::solve_with_inequalities(const MatrixXd& g, const VectorXd& h) 
   const Triangle whole = triangle();
   const VectorXd scale = scales(whole.r);
   Triangle t = whole;
-  if (OrthogonalDecomposition(t.r * scale.cwiseInverse().asDiagonal(), dependent_tolerance).rank() < unknowns()) {
+  if (OrthogonalDecomposition(t.r * scale.cwiseInverse().asDiagonal(), dependent_tolerance).rank() <
+      unknowns()) {
     LeastSquares regularised = *this;
     for (Index j = 0; j < unknowns(); ++j)
       regularised.add(VectorXd::Unit(unknowns(), j) * pull_to_zero * scale[j], 0.0);
