@@ -15,12 +15,15 @@ async function started(t) {
   t.after(() => demo.stop());
   const page = await openPage(browser, demo);
   await seesTheLoopRun(page);
+  await until('the page says that an axis is driven', () => isDriven(page));
   return { demo, page };
 }
 
+const isDriven = async (page) => /tracking|ready|initialising/i.test(await page.textContent('#axis-0-state'));
+
 /** No axis is driven: every axis is offline, or the controller is gone. */
 async function standsStill(page) {
-  await until('no axis is driven', async () => !/tracking|ready|initialising/i.test(await page.textContent('#axis-0-state')));
+  await until('no axis is driven', async () => !(await isDriven(page)));
 }
 
 async function giveToken(page, demo) {

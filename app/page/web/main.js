@@ -92,7 +92,7 @@ connection.on('stream', ({ name, greeting, reason }) => {
   view.setPaused(false);
   streams[name] = new RowStore(greeting, name === 'controller' ? derived : {});
   if (name === 'controller') {
-    status.units = greeting.axes.map(({ drive_unit: unit }) => unit);
+    status.begin(greeting);
     captures.begin(greeting);
     steering.begin(greeting);
     response.begin(greeting);

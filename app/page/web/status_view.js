@@ -56,12 +56,18 @@ function learningText(learning) {
 
 export class StatusView {
   #names = [];
+  #units = []; // of the drives
 
-  /** `units`: the drive units of the axes; `errors(axis)`: {rms_um, peak_um} over the shown time. */
+  /** `errors(axis)`: {rms_um, peak_um} over the shown time. */
   constructor(errors) {
     this.errors = errors;
-    this.units = [];
     byId('reveal-histogram').addEventListener('change', () => this.#showTiming(this.timing));
+  }
+
+  /** The table of the controller's axes, which stays when the controller ends before its first status. */
+  begin({ axes }) {
+    this.#units = axes.map(({ drive_unit: unit }) => unit);
+    this.#nameAxes(axes.map(({ name }) => name));
   }
 
   show({ controller, bus, timing, page }) {
@@ -78,7 +84,8 @@ export class StatusView {
     );
   }
 
-  #build(names) {
+  #nameAxes(names) {
+    if (names.join('\n') === this.#names.join('\n')) return;
     this.#names = names;
     byId('axis-head').replaceChildren(
       element('th', { scope: 'col', text: 'Axis' }),
@@ -98,13 +105,12 @@ export class StatusView {
 
   #showAxes(controller) {
     const axes = controller?.axes ?? this.#names.map((name) => ({ name, state: 'no controller' }));
-    const names = axes.map(({ name }) => name);
-    if (names.join('\n') !== this.#names.join('\n')) this.#build(names);
+    this.#nameAxes(axes.map(({ name }) => name));
     axes.forEach((axis, at) => {
       setText(this.states[at], `${signs[axis.state] ?? '\u25a1'} ${axis.state}`);
       this.states[at].dataset.state = axis.state;
       const errors = this.errors(at);
-      axisRows.forEach(([, text], row) => setText(this.cells[row][1][at], text(axis, this.units[at] ?? '', errors)));
+      axisRows.forEach(([, text], row) => setText(this.cells[row][1][at], text(axis, this.#units[at] ?? '', errors)));
       setText(this.waits[at], axis.waits_for ? `Axis ${axis.name} waits for: ${axis.waits_for}` : '');
       setText(this.faults[at], faultText(axis));
     });
