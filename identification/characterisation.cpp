@@ -37,23 +37,6 @@ double noise_of(const std::vector<double>& output) {
   return second_differences.empty() ? 0.0 : median(std::move(second_differences)) / 0.6745 / std::sqrt(6.0);
 }
 
-struct HalfCycle {
-  std::size_t begin = 0, end = 0;  // samples
-  double from = 0.0, to = 0.0;     // input
-};
-
-std::vector<HalfCycle> half_cycles(const Dataset& dataset, double swing) {
-  std::vector<HalfCycle> halves;
-  std::size_t begin = 0, i = 0;
-  for (const TurningPoint& point : turning_points(dataset, swing)) {
-    while (i < dataset.size() && dataset.time_s[i] < point.time_s) ++i;
-    halves.push_back({begin, i + 1, dataset.input[begin], dataset.input[i]});
-    begin = i;
-  }
-  halves.push_back({begin, dataset.size(), dataset.input[begin], dataset.input.back()});
-  return halves;
-}
-
 // The interpolated output at `input` in one half cycle; none if the half cycle does not reach it.
 std::optional<double> output_at(const Dataset& dataset, const HalfCycle& half, double input) {
   const double way = half.to > half.from ? 1.0 : -1.0;

@@ -55,20 +55,21 @@ std::string CurveShape::text() const {
 CurveBasis::CurveBasis(CurveShape shape, model::Interval thresholds)
     : shape_(std::move(shape)), thresholds_(thresholds), gaps_(gaps_of(*this, shape_.is_spline())) {}
 
-void CurveBasis::values(double input, Eigen::Ref<VectorXd> row) const {
-  if (!shape_.is_spline()) return chebyshev_row(thresholds_, input, row);
+void CurveBasis::of_splines(double input, double model::Jet::*part, Eigen::Ref<VectorXd> row) const {
   const model::BSplines splines = model::bsplines(shape_.knots, input);
   row.setZero();
   for (std::size_t i = 0; i < splines.at.size(); ++i)
-    row[static_cast<Index>(splines.first + i)] = splines.at[i].value;
+    row[static_cast<Index>(splines.first + i)] = splines.at[i].*part;
+}
+
+void CurveBasis::values(double input, Eigen::Ref<VectorXd> row) const {
+  if (shape_.is_spline()) return of_splines(input, &model::Jet::value, row);
+  chebyshev_row(thresholds_, input, row);
 }
 
 void CurveBasis::slopes(double input, Eigen::Ref<VectorXd> row) const {
-  if (!shape_.is_spline()) return chebyshev_slope_row(thresholds_, input, row);
-  const model::BSplines splines = model::bsplines(shape_.knots, input);
-  row.setZero();
-  for (std::size_t i = 0; i < splines.at.size(); ++i)
-    row[static_cast<Index>(splines.first + i)] = splines.at[i].slope;
+  if (shape_.is_spline()) return of_splines(input, &model::Jet::slope, row);
+  chebyshev_slope_row(thresholds_, input, row);
 }
 
 // Rising:  (B, 0)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -17,5 +18,10 @@ struct Dataset {
 
   std::size_t size() const { return input.size(); }
 };
+
+/// Time from -1/2 at the first sample to 1/2 at the last one: the course of a linear drift.
+inline double drift_course(std::span<const double> time_s, std::size_t i) {
+  return (time_s[i] - time_s.front()) / (time_s.back() - time_s.front()) - 0.5;
+}
 
 }  // namespace hystcan::identification

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "identification/numerics/nelder_mead.h"
 #include "identification/prediction.h"
@@ -94,25 +95,22 @@ std::optional<DelayRange> delay_range(const Problem& problem, const SearchResult
   const End low = delays.farthest(-step_s);
   const End high = delays.farthest(step_s);
   if (!low.fitted.valid || !high.fitted.valid) return std::nullopt;
-  DelayRange range{low.delay_s, high.delay_s, 0.0, 0.0};
+  const auto first = model::Hysteresis::beyond_limit(low.fitted.parameters);
+  const auto last = model::Hysteresis::beyond_limit(high.fitted.parameters);
   const auto difference = [&](double faster) {
     double square = 0.0, samples = 0.0;
     for (std::size_t i = 0; i < datasets.size(); ++i) {
       Dataset fast = datasets[i];
       for (double& t : fast.time_s) t /= faster;
-      const auto a = predict(model::Hysteresis::beyond_limit(low.fitted.parameters), fast, low.delay_s,
-                             found.trial.memories[i]);
-      const auto b = predict(model::Hysteresis::beyond_limit(high.fitted.parameters), fast, high.delay_s,
-                             found.trial.memories[i]);
+      const auto a = predict(first, fast, low.delay_s, found.trial.memories[i]);
+      const auto b = predict(last, fast, high.delay_s, found.trial.memories[i]);
       const ErrorNorms norms = ErrorNorms::of(a, b);
       square += norms.rms * norms.rms * static_cast<double>(a.size());
       samples += static_cast<double>(a.size());
     }
     return std::sqrt(square / samples);
   };
-  range.at_twice_the_rate = difference(2.0);
-  range.at_five_times_the_rate = difference(5.0);
-  return range;
+  return DelayRange{low.delay_s, high.delay_s, difference(2.0), difference(5.0)};
 }
 
 }  // namespace hystcan::identification

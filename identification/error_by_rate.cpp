@@ -1,6 +1,5 @@
 #include "identification/error_by_rate.h"
 
-#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -16,26 +15,17 @@ std::vector<RateError> errors_by_rate(const Dataset& dataset, const std::vector<
     std::size_t samples = 0;
   };
   std::map<int, Class> classes;
-  std::size_t begin = 0;
-  const auto add = [&](std::size_t end) {
-    const double way = std::abs(dataset.input[end - 1] - dataset.input[begin]);
-    const double lasts_s = dataset.time_s[end - 1] - dataset.time_s[begin];
-    if (way > 0.05 * range && lasts_s > 0.0) {
-      Class& of = classes[static_cast<int>(std::floor(std::log2(way / lasts_s)))];
-      of.way += way;
-      of.lasts_s += lasts_s;
-      of.samples += end - begin;
-      for (std::size_t i = begin; i < end; ++i)
-        of.square += (predicted[i] - dataset.output[i]) * (predicted[i] - dataset.output[i]);
-    }
-    begin = end - 1;
-  };
-  std::size_t i = 0;
-  for (const TurningPoint& point : turning_points(dataset, 0.02 * range)) {
-    while (i < dataset.size() && dataset.time_s[i] < point.time_s) ++i;
-    if (i > begin) add(i + 1);
+  for (const HalfCycle& half : half_cycles(dataset, 0.02 * range)) {
+    const double way = std::abs(half.to - half.from);
+    const double lasts_s = dataset.time_s[half.end - 1] - dataset.time_s[half.begin];
+    if (!(way > 0.05 * range) || !(lasts_s > 0.0)) continue;
+    Class& of = classes[static_cast<int>(std::floor(std::log2(way / lasts_s)))];
+    of.way += way;
+    of.lasts_s += lasts_s;
+    of.samples += half.end - half.begin;
+    for (std::size_t i = half.begin; i < half.end; ++i)
+      of.square += (predicted[i] - dataset.output[i]) * (predicted[i] - dataset.output[i]);
   }
-  if (dataset.size() > begin + 1) add(dataset.size());
   std::vector<RateError> errors;
   errors.reserve(classes.size());
   for (const auto& [octave, of] : classes)

@@ -27,6 +27,18 @@ std::vector<TurningPoint> turning_points(const Dataset& dataset, double least_sw
   return points;
 }
 
+std::vector<HalfCycle> half_cycles(const Dataset& dataset, double least_swing) {
+  std::vector<HalfCycle> halves;
+  std::size_t begin = 0, i = 0;
+  for (const TurningPoint& point : turning_points(dataset, least_swing)) {
+    while (i < dataset.size() && dataset.time_s[i] < point.time_s) ++i;
+    halves.push_back({begin, i + 1, dataset.input[begin], dataset.input[i]});
+    begin = i;
+  }
+  halves.push_back({begin, dataset.size(), dataset.input[begin], dataset.input.back()});
+  return halves;
+}
+
 Dataset folded(const Dataset& dataset) {
   Dataset folded = dataset;
   for (double& v : folded.input) v = std::abs(v);

@@ -22,6 +22,15 @@ struct TurningPoint {
 /// The reversals of the input after a swing of more than `least_swing`.
 std::vector<TurningPoint> turning_points(const Dataset& dataset, double least_swing);
 
+/// The samples from one turning point to the next, both included.
+struct HalfCycle {
+  std::size_t begin = 0, end = 0;  ///< samples
+  double from = 0.0, to = 0.0;     ///< input
+};
+
+/// All samples, divided at the turning points.
+std::vector<HalfCycle> half_cycles(const Dataset& dataset, double least_swing);
+
 /// One dataset, folded if symmetry is even. Its samples are divided into folds for hold-out.
 class Excerpt {
  public:

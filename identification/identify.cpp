@@ -151,7 +151,8 @@ class Identification {
     fit_all();
     result_.pace_ascending = pace_range(&Trial::k_span_ascending);
     result_.pace_descending = pace_range(&Trial::k_span_descending);
-    if (searches_delay_ && options_.go_on()) result_.delay_range = find_delay_range();
+    if (options.sample_time_s > 0.0 && !options.delay_s && options_.go_on())
+      result_.delay_range = delay_range(problem_, result_.search, datasets_, options_.go_on);
     result_.stopped = !options_.go_on();
     return result_;
   }
@@ -200,7 +201,7 @@ class Identification {
     return first;
   }
 
-  SearchOptions search_options() {
+  SearchOptions search_options() const {
     const auto samples = static_cast<int>(std::min<std::size_t>(samples_of(datasets_), 10000));
     SearchOptions search;
     search.highest_order = std::clamp((samples / 3 - 3) / 2, 1, highest_order);
@@ -226,7 +227,6 @@ class Identification {
       if (static_cast<double>(is.samples) > 100.0 * static_cast<double>(is.cycles))
         search.sample_time_s =
             search.sample_time_s > 0.0 ? std::min(search.sample_time_s, is.sample_time_s) : is.sample_time_s;
-    searches_delay_ = search.sample_time_s > 0.0 && !options_.delay_s;
     return search;
   }
 
@@ -281,12 +281,7 @@ class Identification {
     return {lo / span, hi / span, lo * hi > 0.0 && std::max(lo / hi, hi / lo) < 10.0};
   }
 
-  std::optional<DelayRange> find_delay_range() {
-    return delay_range(problem_, result_.search, datasets_, options_.go_on);
-  }
-
   IdentifyOptions options_;
-  bool searches_delay_ = false;
   model::Symmetry symmetry_ = model::Symmetry::none;
   std::vector<Dataset> seen_;      // without unseen samples
   std::vector<Dataset> datasets_;  // folded
@@ -309,10 +304,9 @@ std::vector<double> predict(const Identified& identified, const std::vector<Data
       identified.parameters.symmetry == model::Symmetry::even ? folded(datasets[i]) : datasets[i];
   std::vector<double> predicted =
       predict(model::Hysteresis(identified.parameters), dataset, identified.delay_s, identified.memories[i]);
-  const double begin = dataset.time_s.front(), lasts = dataset.time_s.back() - begin;
   for (std::size_t j = 0; j < predicted.size(); ++j)
     predicted[j] = identified.gains[i] * predicted[j] + identified.offsets[i] +
-                   identified.drifts[i] * ((dataset.time_s[j] - begin) / lasts - 0.5);
+                   identified.drifts[i] * drift_course(dataset.time_s, j);
   return predicted;
 }
 

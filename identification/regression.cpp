@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "identification/dataset.h"
+
 namespace hystcan::identification {
 namespace {
 
@@ -105,10 +107,7 @@ void Regression::gather(const Samples& samples) {
       const double v = std::clamp(samples.input[i], thresholds.lo, thresholds.hi);
       basis_.values(v, values_.col(row));
       if (nuisances_.offset) nuisance_(0, row) = 1.0;
-      if (nuisances_.drift) {
-        const double begin = samples.time_s.front(), lasts = samples.time_s.back() - begin;
-        nuisance_(nuisances_.count() - 1, row) = (samples.time_s[i] - begin) / lasts - 0.5;
-      }
+      if (nuisances_.drift) nuisance_(nuisances_.count() - 1, row) = drift_course(samples.time_s, i);
       distance_[row] = std::abs(v - path_.branches[run.branch].start);
       output_[row] = samples.output[i];
       runs_.back().count = ++row - runs_.back().begin;

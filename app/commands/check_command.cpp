@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -109,13 +108,13 @@ int check(const CheckArguments& options) {
   fmt::print("# {}, as in force\n{}\n", options.config.string(), config::echo(options.config));
   const double cycle_s = 1.0 / config.controller.rate_Hz;
   for (const config::AxisConfig& axis : config.axes) {
-    const model::Hysteresis hysteresis(axis.control.law.model);
+    const model::Interval drives = controller::model_drives(axis.control.law.model, axis.control.gate);
     const model::Interval reach = controller::model_reach_um(axis.control.law.model, axis.control.gate);
     const double preview_s =
         controller::chain_moments(axis.control.delays, axis.control.law.notch, cycle_s).mean_s;
     fmt::print("# axis {}: {} to {} {} reach {:.4g} to {:.4g} um; the reference is previewed by {:.4g} ms\n",
-               axis.wire.name, std::max(axis.control.gate.drive_min, hysteresis.input_range().lo),
-               hysteresis.input_range().hi, axis.wire.drive_unit, reach.lo, reach.hi, 1e3 * preview_s);
+               axis.wire.name, drives.lo, drives.hi, axis.wire.drive_unit, reach.lo, reach.hi,
+               1e3 * preview_s);
     fmt::print("# axis {}: {}\n", axis.wire.name, start_up_text(axis));
     for (const std::string& finding : config::findings_of_loop(axis, config.controller.rate_Hz))
       fmt::print("# axis {}: {}\n", axis.wire.name, finding);

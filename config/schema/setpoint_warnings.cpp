@@ -27,10 +27,8 @@ std::vector<SegmentNeeds> needs_of(const controller::AxisConfig& axis, double ra
   once.repeat = false;
   controller::Trajectory reference = controller::reference_of(once);
   const model::Hysteresis model(axis.law.model);
-  const model::Interval& thresholds = model.input_range();
-  auto memory =
-      axis.gate.drive_min <= thresholds.lo ? model.at_lower_threshold() : model.at_upper_threshold();
-  model.advance(memory, std::max(thresholds.lo, axis.gate.drive_min));
+  auto memory = model.at_upper_threshold();
+  model.advance(memory, controller::model_drives(axis.law.model, axis.gate).lo);
   reference.start_from(memory.output);
 
   std::vector<SegmentNeeds> needs(axis.setpoint.size());
@@ -63,14 +61,13 @@ void warn_of_reach(const AxisConfig& axis, const SegmentNeeds& needs, const std:
                    std::vector<std::string>& warnings) {
   const model::HysteresisParameters& model = axis.control.law.model;
   const controller::Gate::Config& gate = axis.control.gate;
-  const model::Interval thresholds{std::max(model.input_range().lo, gate.drive_min),
-                                   std::min(model.input_range().hi, gate.drive_max)};
+  const model::Interval drives = controller::model_drives(model, gate);
   const model::Interval reach = controller::model_reach_um(model, gate);
   if (needs.lowest_um >= reach.lo && needs.highest_um <= reach.hi) return;
   warnings.push_back(
       fmt::format("{}: {:.6g} to {:.6g} um, but the model reaches {:.6g} to {:.6g} um with {:g} to {:g} {}: "
                   "the drive will stand at its limit; keep the setpoint within the reach",
-                  place, needs.lowest_um, needs.highest_um, reach.lo, reach.hi, thresholds.lo, thresholds.hi,
+                  place, needs.lowest_um, needs.highest_um, reach.lo, reach.hi, drives.lo, drives.hi,
                   axis.wire.drive_unit));
 }
 

@@ -17,14 +17,6 @@ model::Interval reach_of(const AxisConfig& config) {
   return {std::max(plausible.lo, reach.lo), std::min(plausible.hi, reach.hi)};
 }
 
-/// The upper threshold wipes out all memory. A lower one that the drive can't reach is left out: from there on the model
-/// knows the memory wherever the drive turns.
-std::vector<double> reachable(std::vector<double> drives, const Gate::Config& gate) {
-  if (drives.size() > 1 && drives.front() <= gate.drive_max)
-    std::erase_if(drives, [&](double drive) { return drive < gate.drive_min; });
-  return drives;
-}
-
 TransitionLimits transition_limits_of(const AxisConfig& config) {
   return {.motion = config.transition_limits, .range = reach_of(config)};
 }
@@ -68,10 +60,14 @@ bool can_oscillate(const Pi::Config& pi, const Delays& delays) {
 
 }  // namespace
 
-model::Interval model_reach_um(const model::HysteresisParameters& model, const Gate::Config& gate) {
+model::Interval model_drives(const model::HysteresisParameters& model, const Gate::Config& gate) {
   const model::Interval& thresholds = model.input_range();
-  return {model.descending.value(std::max(thresholds.lo, gate.drive_min)),
-          model.ascending.value(std::min(thresholds.hi, gate.drive_max))};
+  return {std::max(thresholds.lo, gate.drive_min), std::min(thresholds.hi, gate.drive_max)};
+}
+
+model::Interval model_reach_um(const model::HysteresisParameters& model, const Gate::Config& gate) {
+  const model::Interval drives = model_drives(model, gate);
+  return {model.descending.value(drives.lo), model.ascending.value(drives.hi)};
 }
 
 std::string_view to_string(AxisState state) {
@@ -115,7 +111,7 @@ AxisTuning::AxisTuning(const AxisConfig& next, bool new_reference)
 Axis::Axis(const AxisConfig& config)
     : config_(config),
       loop_(make_loop(config)),
-      ramp_in_(reachable(std::visit([](const auto& loop) { return loop.ramp_in(); }, loop_), config.gate)),
+      ramp_in_(std::visit([&](const auto& loop) { return loop.ramp_in(config.gate); }, loop_)),
       supervisor_(supervision_of(config)),
       oscillation_({oscillation_amplitude_um(config)}),
       drive_(config.gate.safe_drive),

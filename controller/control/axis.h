@@ -128,6 +128,9 @@ struct AxisTuning {
 /// Result of a live setpoint.
 enum class LiveSetpoint : std::uint8_t { taken, not_tracking, out_of_range };
 
+/// Drives between the model's thresholds.
+model::Interval model_drives(const model::HysteresisParameters& model, const Gate::Config& gate);
+
 /// Positions that the model reaches with this drive: from its lower threshold (or drive_min), coming down from the
 /// upper one, to the upper threshold (or drive_max) on the ascending reference curve.
 model::Interval model_reach_um(const model::HysteresisParameters& model, const Gate::Config& gate);

@@ -54,8 +54,10 @@ void ClosedLoop::resume(double t_s) {
   in_position_ = {};
 }
 
-std::vector<double> ClosedLoop::ramp_in() const {
+// The upper threshold wipes out all memory: from there on the model knows it wherever the drive turns.
+std::vector<double> ClosedLoop::ramp_in(const Gate::Config& gate) const {
   const model::Interval& thresholds = law_.inverted().input_range();
+  if (gate.drive_max >= thresholds.hi && gate.drive_min > thresholds.lo) return {thresholds.hi};
   return {thresholds.hi, thresholds.lo};
 }
 

@@ -5,7 +5,7 @@
 //
 // Calls, in this order:
 //
-//   ramp_in()                         returns the drives to visit before tracking
+//   ramp_in(gate)                     returns the drives to visit before tracking
 //   follow()                          takes each drive applied on the way there
 //   begin()                           tracking begins, with the other axes or after them
 //   propose() -> gate -> commit()     in every cycle
@@ -69,7 +69,7 @@ class ClosedLoop {
   explicit ClosedLoop(const Config& config);
 
   /// Up to the upper threshold and down to the lower one: this wipes the actuator's memory out.
-  std::vector<double> ramp_in() const;
+  std::vector<double> ramp_in(const Gate::Config& gate) const;
   void follow(double applied_drive) { law_.follow(applied_drive); }
   /// `goes_on`: the loop has tracked before, on the same time.
   void begin(double t_s, double position_um, double coupled_um, bool goes_on = false);
@@ -125,7 +125,7 @@ class OpenLoop {
   OpenLoop(const Excitation::Config& config, const Gate::Config& gate);
 
   /// Straight to the first drive of the excitation.
-  std::vector<double> ramp_in() const { return {excitation_.at(0.0)}; }
+  std::vector<double> ramp_in(const Gate::Config&) const { return {excitation_.at(0.0)}; }
   void follow(double /*applied_drive*/) {}
   void begin(double /*t_s*/, double /*position_um*/, double /*coupled_um*/, bool /*goes_on*/) {}
   Proposal propose(const LoopInput& input) const;

@@ -133,10 +133,8 @@ class Contest {
 
 // The baselines have no zero and no gain for each dataset: they are given the outputs without them.
 Dataset on_common_scale(Dataset dataset, double offset, double gain, double drift) {
-  const double begin = dataset.time_s.front(), lasts = dataset.time_s.back() - begin;
   for (std::size_t i = 0; i < dataset.size(); ++i)
-    dataset.output[i] =
-        (dataset.output[i] - offset - drift * ((dataset.time_s[i] - begin) / lasts - 0.5)) / gain;
+    dataset.output[i] = (dataset.output[i] - offset - drift * drift_course(dataset.time_s, i)) / gain;
   return dataset;
 }
 
