@@ -152,8 +152,7 @@ Branch ExponentialConvergence::reversed(const HysteresisState& state) const {
   const std::size_t top = state.depth() - 1;
   const Direction way = opposite(state.direction());
   const double target = state.branches[top].start_input;
-  Branch branch{state.input, state.output, state.output - parameters_.curve(way).value(state.input), 0.0,
-                true};
+  Branch branch{state.input, state.level, state.level - parameters_.curve(way).value(state.input), 0.0, true};
   if (top > 0) {
     const Branch& below = state.branches[top - 1];
     branch.coefficient = below.coefficient * pace(way).decay(std::abs(state.input - below.start_input));

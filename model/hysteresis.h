@@ -35,6 +35,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -54,6 +55,7 @@ class ExponentialConvergence {
   std::uint64_t fingerprint() const;
   const Interval& input_range() const { return parameters_.input_range(); }
   Symmetry symmetry() const { return parameters_.symmetry; }
+  const std::optional<OutputMap>& output_map() const { return parameters_.output_map; }
 
   Branch threshold_branch(Direction direction) const;
   Branch virgin_branch() const;

@@ -1,10 +1,12 @@
 // The parameters of a recursive memory-based model (model/hysteresis.h).
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "model/fingerprint.h"
 #include "model/memory.h"
+#include "model/output_map.h"
 #include "model/reference_curve.h"
 
 namespace hystcan::model {
@@ -18,6 +20,7 @@ struct HysteresisParameters {
   double k_ascending = 0.0;
   double k_descending = 0.0;
   Symmetry symmetry = Symmetry::none;
+  std::optional<OutputMap> output_map{};  ///< of a butterfly; the curves are then those of m
 
   const Interval& input_range() const { return ascending.domain(); }
   const ReferenceCurve& curve(Direction direction) const {
@@ -28,6 +31,18 @@ struct HysteresisParameters {
   }
   Point lower_point() const { return {input_range().lo, descending.value(input_range().lo)}; }  ///< L_0
   Point upper_point() const { return {input_range().hi, ascending.value(input_range().hi)}; }   ///< U_0
+  /// Output where a curve has this value.
+  double output(double level) const { return output_map ? output_map->value(level) : level; }
+  /// Outputs from the one of `low` to the one of `high`, without what lies before a butterfly's valley.
+  Interval outputs(double low, double high) const {
+    return output_map ? output_map->beyond_valley({low, high}) : Interval{low, high};
+  }
+  /// From L_0 to U_0.
+  Interval output_range() const { return outputs(lower_point().output, upper_point().output); }
+  /// From the start of the ascending curve to the upper threshold point.
+  double stroke() const {
+    return outputs(ascending.value(input_range().lo), ascending.value(input_range().hi)).span();
+  }
 };
 
 /// Adds all parameters except the two k.

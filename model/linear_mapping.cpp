@@ -41,7 +41,7 @@ Branch AffineMap::virgin_branch() const {
 
 Branch AffineMap::reversed(const HysteresisState& state) const {
   const Branch& travelled = state.branches.back();
-  return joined({state.input, state.output}, {travelled.start_input, travelled.start_output},
+  return joined({state.input, state.level}, {travelled.start_input, travelled.start_output},
                 opposite(state.direction()));
 }
 

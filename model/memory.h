@@ -74,6 +74,7 @@ struct HysteresisState {
   Origin origin = Origin::virgin;
   double input = 0.0;  ///< |v| if symmetry is even
   double output = 0.0;
+  double level = 0.0;  ///< on the branch: the output, or what it is a map of (model/output_map.h)
   std::size_t merged = 0;
 
   std::size_t depth() const { return branches.size(); }
@@ -95,7 +96,7 @@ struct Point {
 struct TurningPoints {
   Origin origin = Origin::virgin;
   std::vector<double> inputs;   ///< of the turning points
-  std::vector<double> outputs;  ///< at the turning points; if empty, the model computes them
+  std::vector<double> outputs;  ///< levels at the turning points; if empty, the model computes them
   double input = 0.0;           ///< at present, between the last turning point and its target
   std::optional<double> output;
   std::size_t merged = 0;

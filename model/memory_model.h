@@ -10,6 +10,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -18,6 +19,7 @@
 #include "model/hysteresis_operator.h"
 #include "model/memory.h"
 #include "model/memory_text.h"
+#include "model/output_map.h"
 
 namespace hystcan::model {
 
@@ -36,6 +38,12 @@ concept BranchLaw = requires(const L& law, const Branch& branch, const Hysteresi
   { law.jet(branch, direction, v) } -> std::same_as<Jet>;
   // A Halley step below this value leaves only a rounding error; 0 if the slope has kinks.
   { law.halley_tolerance() } -> std::same_as<double>;
+};
+
+/// The branches are those of an inner variable, the level. The output is a map of it, where the model has one.
+template <class L>
+concept MapsOutput = requires(const L& law) {
+  { law.output_map() } -> std::convertible_to<const std::optional<OutputMap>&>;
 };
 
 /// A memory can't be restored: what() gives the reason, with actual and expected; `index`: turning point.
@@ -58,8 +66,8 @@ class MemoryModel {
 
   const Interval& input_range() const { return law_.input_range(); }
   Symmetry symmetry() const { return law_.symmetry(); }
-  /// [L_0, U_0]: the outputs that can be reached from every memory.
-  Interval output_range() const { return {lower_.start_output, upper_.start_output}; }
+  /// [L_0, U_0]: the outputs that can be reached from every memory; of a butterfly those beyond the valley.
+  Interval output_range() const { return shown(Interval{lower_.start_output, upper_.start_output}); }
   /// The outputs that can be reached from this state: inverse() returns them without saturation.
   Interval reachable(const State& state) const;
   /// The same for an input limited to `inputs` (>= 0 if symmetry is even): the outputs at both ends.
@@ -80,7 +88,8 @@ class MemoryModel {
   Prediction forward(const State& state, double input) const;
   /// Returns the input (>= 0 if symmetry is even) that would give `output`:
   ///   forward(state, inverse(state, x).value).value = x
-  /// If `output` is out of reach, it is the input of the nearest output within reach.
+  /// If `output` is out of reach, it is the input of the nearest output within reach. Of a butterfly it is the input
+  /// beyond the valley; lower outputs than the valley's are out of reach.
   Prediction inverse(const State& state, double output) const;
   /// Applies `input`: turning points are remembered, closed loops are wiped out.
   Prediction advance(State& state, double input) const;
@@ -101,6 +110,11 @@ class MemoryModel {
   struct Segment;
 
   double folded(double input) const { return symmetry() == Symmetry::even ? std::abs(input) : input; }
+  double shown(double level) const;
+  Interval shown(Interval levels) const;
+  void put(State& state, double input, double level) const;
+  Prediction level(const State& state, double input) const;
+  Prediction inverse_of_level(const State& state, double level) const;
   State from(Origin origin, std::size_t capacity) const;
   const Branch& target(const State& state, std::size_t index) const;
   void go_to(State& state, std::size_t index, const char* what, double input) const;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "model/memory_model.h"
 #include "model/memory_text.h"
@@ -36,13 +37,13 @@ MemoryModel<Law>::MemoryModel(Law law)
 
 template <BranchLaw Law>
 Interval MemoryModel<Law>::reachable(const State& state) const {
-  return {std::min(state.output, lower_.start_output), upper_.start_output};
+  return shown(Interval{std::min(state.level, lower_.start_output), upper_.start_output});
 }
 
 template <BranchLaw Law>
 Interval MemoryModel<Law>::reachable(const State& state, Interval inputs) const {
-  const auto [lo, hi] = std::minmax({forward(state, inputs.lo).value, forward(state, inputs.hi).value});
-  return {lo, hi};
+  const auto [lo, hi] = std::minmax({level(state, inputs.lo).value, level(state, inputs.hi).value});
+  return shown(Interval{lo, hi});
 }
 
 template <BranchLaw Law>
@@ -52,8 +53,7 @@ HysteresisState MemoryModel<Law>::virgin(double input, std::size_t capacity) con
     refuse("initial input ", input, ", expected ", input_range().lo, " to ", input_range().hi);
   if (input == input_range().hi) return at_upper_threshold(capacity);
   State state = from(Origin::virgin, capacity);
-  state.input = input;
-  state.output = law_.value(state.branches.back(), Direction::ascending, input);
+  put(state, input, law_.value(state.branches.back(), Direction::ascending, input));
   return state;
 }
 
@@ -73,10 +73,33 @@ HysteresisState MemoryModel<Law>::from(Origin origin, std::size_t capacity) cons
   const Branch branch = origin == Origin::virgin            ? law_.virgin_branch()
                         : origin == Origin::lower_threshold ? lower_
                                                             : upper_;
-  State state{BranchStack(capacity), origin, branch.start_input, branch.start_output, 0};
-  if (origin == Origin::virgin) state.output = law_.value(branch, Direction::ascending, branch.start_input);
+  State state{BranchStack(capacity), origin};
+  const bool starts_elsewhere = origin == Origin::virgin;
+  put(state, branch.start_input,
+      starts_elsewhere ? law_.value(branch, Direction::ascending, branch.start_input) : branch.start_output);
   state.branches.push(branch);
   return state;
+}
+
+template <BranchLaw Law>
+double MemoryModel<Law>::shown(double level) const {
+  if constexpr (MapsOutput<Law>)
+    if (const std::optional<OutputMap>& map = law_.output_map()) return map->value(level);
+  return level;
+}
+
+template <BranchLaw Law>
+Interval MemoryModel<Law>::shown(Interval levels) const {
+  if constexpr (MapsOutput<Law>)
+    if (const std::optional<OutputMap>& map = law_.output_map()) return map->beyond_valley(levels);
+  return levels;
+}
+
+template <BranchLaw Law>
+void MemoryModel<Law>::put(State& state, double input, double level) const {
+  state.input = input;
+  state.level = level;
+  state.output = shown(level);
 }
 
 // The target of branch `index`, as the branch that starts there.
@@ -94,18 +117,17 @@ void MemoryModel<Law>::go_to(State& state, std::size_t index, const char* what, 
     throw MemoryError(
         index, text_of(what, " is ", input, ", expected it strictly between the two before it, ", before,
                        " and ", end));
-  state.input = input;
-  state.output = law_.value(state.branches.back(), state.direction(), input);
+  put(state, input, law_.value(state.branches.back(), state.direction(), input));
 }
 
 // Restores a saved output; throws if this model gives another one.
 template <BranchLaw Law>
 void MemoryModel<Law>::restore_output(State& state, std::size_t index, double output) const {
   const double tolerance = 1e-9 * (upper_.start_output - lower_.start_output);
-  if (!(std::abs(output - state.output) <= tolerance))
-    throw MemoryError(index, text_of("output ", output, " at input ", state.input, ", expected ",
-                                     state.output, ": another model's memory?"));
-  state.output = output;
+  if (!(std::abs(output - state.level) <= tolerance))
+    throw MemoryError(index, text_of("output ", output, " at input ", state.input, ", expected ", state.level,
+                                     ": another model's memory?"));
+  put(state, state.input, output);
 }
 
 template <BranchLaw Law>
@@ -141,7 +163,7 @@ typename MemoryModel<Law>::Segment MemoryModel<Law>::locate(const State& state, 
   const auto reached = [&](const Branch& target) { return sign(way) * (to - target.*axis) >= 0.0; };
 
   Segment segment;
-  segment.begin = {state.input, state.output};
+  segment.begin = {state.input, state.level};
   segment.kept = top + 1;
   const bool turned = way != state.direction();
   if (turned && (top == 0 || !reached(branches[top]))) {
@@ -182,12 +204,19 @@ Prediction MemoryModel<Law>::on_branch(const State& state, double input) const {
 
 template <BranchLaw Law>
 Prediction MemoryModel<Law>::forward(const State& state, double input) const {
+  Prediction step = level(state, input);
+  step.value = shown(step.value);
+  return step;
+}
+
+template <BranchLaw Law>
+Prediction MemoryModel<Law>::level(const State& state, double input) const {
   input = folded(input);
   if (stays_on_branch<&Branch::start_input>(state, state.input, input)) return on_branch(state, input);
   if (!std::isfinite(input)) return {std::numeric_limits<double>::quiet_NaN(), false, true, false};
   const double v = std::clamp(input, lower_.start_input, upper_.start_input);
   const bool saturated = v != input;
-  if (v == state.input) return {state.output, saturated, state.branches.back().increasing, true};
+  if (v == state.input) return {state.level, saturated, state.branches.back().increasing, true};
   if (v == lower_.start_input) return {lower_.start_output, saturated, lower_.increasing, true};
   if (v == upper_.start_input) return {upper_.start_output, saturated, upper_.increasing, true};
   const Segment segment = locate<&Branch::start_input>(state, state.input, v);
@@ -198,9 +227,9 @@ template <BranchLaw Law>
 Prediction MemoryModel<Law>::advance(State& state, double input) const {
   input = folded(input);
   if (stays_on_branch<&Branch::start_input>(state, state.input, input)) {
-    const Prediction step = on_branch(state, input);
-    state.input = input;
-    state.output = step.value;
+    Prediction step = on_branch(state, input);
+    put(state, input, step.value);
+    step.value = state.output;
     return step;
   }
   if (!std::isfinite(input)) return {state.output, false, state.branches.back().increasing, false};
@@ -210,10 +239,10 @@ Prediction MemoryModel<Law>::advance(State& state, double input) const {
     state.origin = low ? Origin::lower_threshold : Origin::upper_threshold;
     state.branches.keep(0);
     state.branches.push(low ? lower_ : upper_);
-    state.output = state.branches.back().start_output;
+    put(state, v, state.branches.back().start_output);
   } else if (v != state.input) {
     const Segment segment = locate<&Branch::start_input>(state, state.input, v);
-    state.output = follow(segment, v);
+    put(state, v, follow(segment, v));
     state.branches.keep(segment.kept);
     if (segment.is_new) state.branches.push(segment.branch);
     if (segment.backwards) ++state.merged;
@@ -230,21 +259,33 @@ double MemoryModel<Law>::follow(const Segment& segment, double input) const {
 
 template <BranchLaw Law>
 Prediction MemoryModel<Law>::inverse(const State& state, double output) const {
-  if (stays_on_branch<&Branch::start_output>(state, state.output, output)) {
+  if constexpr (MapsOutput<Law>)
+    if (const std::optional<OutputMap>& map = law_.output_map(); map && std::isfinite(output)) {
+      const OutputMap::Found wanted = map->inverse(output);
+      Prediction found = inverse_of_level(state, wanted.m);
+      found.saturated |= wanted.saturated;
+      return found;
+    }
+  return inverse_of_level(state, output);
+}
+
+template <BranchLaw Law>
+Prediction MemoryModel<Law>::inverse_of_level(const State& state, double output) const {
+  if (stays_on_branch<&Branch::start_output>(state, state.level, output)) {
     const Branch& branch = state.branches.back();
     const double end = target(state, state.depth() - 1).start_input;
-    const double input = solve(branch, state.direction(), {state.input, state.output}, end, output);
+    const double input = solve(branch, state.direction(), {state.input, state.level}, end, output);
     return {input, false, branch.increasing, true};
   }
   if (!std::isfinite(output)) return {std::numeric_limits<double>::quiet_NaN(), false, true, false};
-  if (output == state.output) return {state.input, false, state.branches.back().increasing, true};
-  if (output > state.output && output >= upper_.start_output)
+  if (output == state.level) return {state.input, false, state.branches.back().increasing, true};
+  if (output > state.level && output >= upper_.start_output)
     return {upper_.start_input, output > upper_.start_output, upper_.increasing, true};
-  if (output < state.output && state.output < lower_.start_output)  // on the virgin curve no output is lower
+  if (output < state.level && state.level < lower_.start_output)  // on the virgin curve no output is lower
     return {state.input, true, state.branches.back().increasing, true};
-  if (output < state.output && output <= lower_.start_output)
+  if (output < state.level && output <= lower_.start_output)
     return {lower_.start_input, output < lower_.start_output, lower_.increasing, true};
-  const Segment segment = locate<&Branch::start_output>(state, state.output, output);
+  const Segment segment = locate<&Branch::start_output>(state, state.level, output);
   const bool at_turning_point = segment.passed && segment.passed->start_output == output;
   const double input =
       at_turning_point ? segment.passed->start_input
@@ -293,7 +334,7 @@ std::string_view MemoryModel<Law>::save(const State& state, std::span<char> buff
   text.list("turning_inputs", turned, [](const Branch& branch) { return branch.start_input; });
   text.list("turning_outputs", turned, [](const Branch& branch) { return branch.start_output; });
   text.line("input", state.input);
-  text.line("output", state.output);
+  text.line("output", state.level);
   text.line("merged", state.merged);
   return text.text();
 }

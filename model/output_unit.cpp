@@ -14,9 +14,13 @@ std::vector<double> times(std::vector<double> numbers, double factor) {
 }
 
 void scale(HysteresisParameters& p, double factor) {
+  p.output_unit = "um";
+  if (p.output_map) {
+    p.output_map.emplace(times(p.output_map->coefficients(), factor), p.output_map->inner());
+    return;
+  }
   p.ascending = p.ascending.with(times(p.ascending.coefficients(), factor));
   p.descending = p.descending.with(times(p.descending.coefficients(), factor));
-  p.output_unit = "um";
 }
 
 void scale(LinearMappingParameters& p, double factor) { scale(p.curves, factor); }

@@ -100,7 +100,7 @@ Branch EverettLaw::threshold_branch(Direction direction) const {
 }
 
 Branch EverettLaw::reversed(const HysteresisState& state) const {
-  return {state.input, state.output, 0.0, 0.0, true};
+  return {state.input, state.level, 0.0, 0.0, true};
 }
 
 double EverettLaw::value(const Branch& branch, Direction direction, double input) const {

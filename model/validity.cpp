@@ -104,6 +104,19 @@ void check_meeting(const HysteresisParameters& p) {
              ", expected it above (clockwise loops?)");
 }
 
+void check_output_map(const HysteresisParameters& p) {
+  if (!p.output_map) return;
+  const Interval& inner = p.output_map->inner();
+  const Interval levels{std::min(p.lower_point().output, p.ascending.value(p.input_range().lo)),
+                        p.upper_point().output};
+  const double tolerance = 1e-9 * levels.span();
+  if (inner.lo > levels.lo + tolerance || std::abs(inner.hi - levels.hi) > tolerance)
+    refuse("output map of ", inner.lo, " to ", inner.hi, ", expected one of what the curves reach, ",
+           levels.lo, " to ", levels.hi);
+  if (p.symmetry == Symmetry::even)
+    refuse("symmetry is even and there is an output map, expected one of the two");
+}
+
 // One direction on a grid. The grid counts from the threshold where the scan starts; outputs rise along it.
 struct Grid {
   std::vector<double> value, slope;
@@ -278,6 +291,7 @@ void check_curves(const HysteresisParameters& parameters) {
   check_increasing(parameters.ascending, "ascending", units);
   check_increasing(parameters.descending, "descending", units);
   check_meeting(parameters);
+  check_output_map(parameters);
 }
 
 std::optional<DecreasingBranch> find_decreasing_branch(const HysteresisParameters& parameters) {

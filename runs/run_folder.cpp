@@ -62,11 +62,9 @@ RunInfo describe(const config::Config& config, const std::vector<config::Setting
                .axes = {},
                .settings = {}};
   for (const config::AxisConfig& axis : config.axes) {
-    const model::HysteresisParameters& model = axis.control.law.model;
-    const model::Interval range = model.input_range();
     info.axes.push_back({.name = axis.wire.name,
                          .drive_unit = axis.wire.drive_unit,
-                         .stroke_um = model.ascending.value(range.hi) - model.ascending.value(range.lo),
+                         .stroke_um = axis.control.law.model.stroke(),
                          .summary = {}});
   }
   for (const config::Setting& setting : settings) info.settings.emplace_back(setting.path, setting.value);

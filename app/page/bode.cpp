@@ -27,8 +27,8 @@ nlohmann::json reference_curves_of(const config::AxisConfig& axis) {
   for (int i = 0; i < points_of_a_reference; ++i) {
     const double drive = range.lo + (range.hi - range.lo) * i / (points_of_a_reference - 1);
     curves["drive"].push_back(drive);
-    curves["ascending_um"].push_back(model.ascending.value(drive));
-    curves["descending_um"].push_back(model.descending.value(drive));
+    curves["ascending_um"].push_back(model.output(model.ascending.value(drive)));
+    curves["descending_um"].push_back(model.output(model.descending.value(drive)));
   }
   return curves;
 }

@@ -187,7 +187,8 @@ class Findings {
         "curves are extrapolated, to {:.5g} and {:.5g} {}. A controller must reach the upper "
         "one, where it wipes out what the actuator remembers; --thresholds observed puts both at the inputs",
         range.lo, range.hi, unit(), identified_.observed.lo, identified_.observed.hi,
-        identified_.parameters.ascending.value(range.lo), identified_.parameters.ascending.value(range.hi),
+        identified_.parameters.output(identified_.parameters.ascending.value(range.lo)),
+        identified_.parameters.output(identified_.parameters.ascending.value(range.hi)),
         datasets_.front().output_unit);
   }
 

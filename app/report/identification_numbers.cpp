@@ -55,7 +55,8 @@ std::string curve_rows(const Identified& identified) {
   std::string rows = unit_lines(identified) + "input,ascending,descending\n";
   for (int i = 0; i <= points; ++i) {
     const double v = p.input_range().lo + p.input_range().span() * i / points;
-    rows += fmt::format("{:.9g},{:.9g},{:.9g}\n", v, p.ascending.value(v), p.descending.value(v));
+    rows += fmt::format("{:.9g},{:.9g},{:.9g}\n", v, p.output(p.ascending.value(v)),
+                        p.output(p.descending.value(v)));
   }
   return rows;
 }

@@ -48,13 +48,19 @@ model::HysteresisParameters parameters(const Document& document, const ModelFile
       return {raw.basis, coefficients, range};
     });
   };
-  return {.input_unit = raw.input_unit,
-          .output_unit = raw.output_unit,
-          .ascending = curve("ascending", raw.ascending),
-          .descending = curve("descending", raw.descending),
-          .k_ascending = raw.k_ascending,
-          .k_descending = raw.k_descending,
-          .symmetry = raw.symmetry};
+  model::HysteresisParameters parameters{.input_unit = raw.input_unit,
+                                         .output_unit = raw.output_unit,
+                                         .ascending = curve("ascending", raw.ascending),
+                                         .descending = curve("descending", raw.descending),
+                                         .k_ascending = raw.k_ascending,
+                                         .k_descending = raw.k_descending,
+                                         .symmetry = raw.symmetry};
+  if (!raw.output_map.empty())
+    made(document, "hysteresis.output_map", [&] {
+      parameters.output_map.emplace(raw.output_map, model::Interval{parameters.ascending.value(raw.input_min),
+                                                                    parameters.upper_point().output});
+    });
+  return parameters;
 }
 
 model::AnyParameters any_parameters(const Document& document, const ModelFile& raw) {
@@ -83,6 +89,9 @@ class ModelWriter {
       line(key, fmt::format("[{:.17g}]", fmt::join(value, ", ")), style.remark);
     else
       line(key, fmt::format("\"{}\"", value), style.remark);
+  }
+  void numbers(std::string_view key, const std::vector<double>& values) {
+    if (!values.empty()) required(key, values);
   }
   void choice(std::string_view key, const std::string& value, std::span<const std::string_view>) {
     required(key, value);
@@ -153,11 +162,13 @@ std::string model_text(const model::HysteresisParameters& parameters, const Iden
                 .knots = parameters.ascending.knots(),
                 .ascending = parameters.ascending.coefficients(),
                 .descending = parameters.descending.coefficients(),
+                .output_map = {},
                 .k_ascending = parameters.k_ascending,
                 .k_descending = parameters.k_descending,
                 .symmetry = parameters.symmetry,
                 .thresholds = {},
                 .weights = {}};
+  if (parameters.output_map) raw.output_map = parameters.output_map->coefficients();
   ModelWriter writer;
   visit_tables(writer, raw, true);
   return writer.text();

@@ -33,6 +33,7 @@ struct ModelFile {
   std::vector<double> knots;
   std::vector<double> ascending;
   std::vector<double> descending;
+  std::vector<double> output_map;
   double k_ascending = 0.0;
   double k_descending = 0.0;
   model::Symmetry symmetry = model::Symmetry::none;
@@ -65,6 +66,7 @@ void visit(V& v, ModelFile& m) {
     v.required("k_ascending", m.k_ascending);
     v.required("k_descending", m.k_descending);
   }
+  if (m.kind == model::Hysteresis::kind() || m.kind == average_kind) v.numbers("output_map", m.output_map);
   v.choice("symmetry", m.symmetry);
 }
 

@@ -33,11 +33,9 @@ class ScanAxis {
   void check_first_way() const {
     const controller::AxisConfig& control = axis_.control;
     const controller::Segment& first = control.setpoint.front();
-    const model::Interval& thresholds = control.law.model.ascending.domain();
+    const model::Interval reach = control.law.model.output_range();
     const double first_um = value_um(prepared(first.shape), 0.0);
-    const double furthest_um =
-        std::max(std::abs(first_um - control.law.model.descending.value(thresholds.lo)),
-                 std::abs(first_um - control.law.model.ascending.value(thresholds.hi)));
+    const double furthest_um = std::max(std::abs(first_um - reach.lo), std::abs(first_um - reach.hi));
     const double least_s =
         controller::Transition::within(tighter(control.reference_limits, control.transition_limits), {},
                                        furthest_um, first.transition_s)

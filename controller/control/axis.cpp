@@ -67,7 +67,7 @@ model::Interval model_drives(const model::HysteresisParameters& model, const Gat
 
 model::Interval model_reach_um(const model::HysteresisParameters& model, const Gate::Config& gate) {
   const model::Interval drives = model_drives(model, gate);
-  return {model.descending.value(drives.lo), model.ascending.value(drives.hi)};
+  return model.outputs(model.descending.value(drives.lo), model.ascending.value(drives.hi));
 }
 
 std::string_view to_string(AxisState state) {
@@ -81,7 +81,7 @@ ReferenceLimits default_transition_limits(const Gate::Config& gate, const model:
   constexpr double share_of_gate = 0.5;
   constexpr double share_of_stroke = 1e-3;
   const model::Interval& thresholds = model.ascending.domain();
-  const double stroke_um = model.ascending.value(thresholds.hi) - model.descending.value(thresholds.lo);
+  const double stroke_um = model.output_range().span();
   const double omega = 2.0 * std::numbers::pi * delays.resonance_Hz;
   return {.slew_um_per_s = share_of_gate * gate.slew_per_s * stroke_um / thresholds.span(),
           .acceleration_um_per_s2 = share_of_stroke * omega * omega * stroke_um};

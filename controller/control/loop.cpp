@@ -54,10 +54,13 @@ void ClosedLoop::resume(double t_s) {
   in_position_ = {};
 }
 
-// The upper threshold wipes out all memory: from there on the model knows it wherever the drive turns.
+// The upper threshold wipes out all memory: from there on the model knows it wherever the drive turns. A butterfly
+// stays on that side of its valley.
 std::vector<double> ClosedLoop::ramp_in(const Gate::Config& gate) const {
-  const model::Interval& thresholds = law_.inverted().input_range();
-  if (gate.drive_max >= thresholds.hi && gate.drive_min > thresholds.lo) return {thresholds.hi};
+  const model::HysteresisParameters& model = law_.model().parameters();
+  const model::Interval& thresholds = model.input_range();
+  const bool is_enough = gate.drive_min > thresholds.lo || model.output_map;
+  if (gate.drive_max >= thresholds.hi && is_enough) return {thresholds.hi};
   return {thresholds.hi, thresholds.lo};
 }
 

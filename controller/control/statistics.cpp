@@ -78,12 +78,10 @@ ErrorStatistics TrackingStatistics::total() const { return sum_of(segments_); }
 ErrorStatistics TrackingStatistics::total_against_ideal() const { return sum_of(against_ideal_); }
 
 AxisOutcome outcome_of(std::string name, const Axis& axis, TrackingStatistics statistics) {
-  const model::ReferenceCurve& ascending = axis.config().law.model.ascending;
-  const model::Interval& range = ascending.domain();
   std::vector<std::string> kinds;
   for (const Segment& segment : axis.config().setpoint) kinds.push_back(to_string(segment.shape));
   return {.name = std::move(name),
-          .stroke_um = ascending.value(range.hi) - ascending.value(range.lo),
+          .stroke_um = axis.config().law.model.stroke(),
           .state = axis.state(),
           .fault = axis.fault(),
           .statistics = std::move(statistics),

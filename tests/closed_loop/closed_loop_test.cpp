@@ -61,6 +61,44 @@ TEST(Galfenol, IsTrackedThroughItsButterflyCurve) {
   EXPECT_GE(triangle_percent(average) / triangle_percent(inverse), 2.0);
 }
 
+/// The piezo stage with a butterfly of a material with coercivity, from -30 V. The branches cross near -28 and 28 V.
+rehearsal::Setup butterfly_stage() {
+  const model::Interval range{-100.0, 100.0};
+  const auto butterfly = [&](double share) {
+    model::HysteresisParameters p{.input_unit = "V",
+                                  .output_unit = "um",
+                                  .ascending = {model::Basis::power, {-0.3, 0.01, 3e-5}, range},
+                                  .descending = {model::Basis::power, {0.3, 0.01, -3e-5}, range},
+                                  .k_ascending = 0.005 * share,
+                                  .k_descending = 0.005 * share};
+    p.output_map.emplace(std::vector<double>{15.0, 0.0, 15.0}, model::Interval{-1.0, 1.0});
+    return p;
+  };
+  rehearsal::Setup setup = shipped("piezo.toml");
+  for (std::size_t i = 0; i < setup.twin.axes.size(); ++i) {
+    setup.twin.axes[i].axis.plant.hysteresis = butterfly(0.8);
+    setup.controller.axes[i].axis.law.model = butterfly(1.0);
+    setup.controller.axes[i].axis.gate.drive_min = -30.0;
+  }
+  return setup;
+}
+
+TEST(Butterfly, WithCoercivityIsTrackedOnTheSideBeyondItsValley) {
+  const rehearsal::Setup setup = butterfly_stage();
+  double lowest_drive = 0.0;
+  const auto outcome =
+      rehearsal::run_once(with_structure(setup, Structure::inverse_pi), 0.3, [&](const auto& record) {
+        if (record.report.state == AxisState::tracking)
+          lowest_drive = std::min(lowest_drive, record.report.drive);
+      });
+  for (const auto& axis : outcome.axes)
+    ASSERT_EQ(axis.state, AxisState::tracking) << to_string(axis.fault.cause);
+  EXPECT_GE(lowest_drive, -30.0);
+  const auto average = rehearsal::run_once(with_structure(setup, Structure::average_pi), 0.3, ignore);
+  EXPECT_GE(triangle_percent(average) / triangle_percent(outcome), 2.0);
+  EXPECT_LE(triangle_percent(outcome), 0.5);
+}
+
 TEST(Rehearsal, RepeatsToTheBitWithTheSameSeed) {
   const auto positions = [](std::uint64_t seed) {
     rehearsal::Setup setup = shipped("piezo.toml");

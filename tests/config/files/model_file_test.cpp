@@ -45,6 +45,33 @@ TEST(ModelText, IsThisFileToTheByte) {
   EXPECT_EQ(model_text(written_parameters(), identified_from), expected_text);
 }
 
+TEST(ModelText, OfAButterflyHasItsOutputMap) {
+  model::HysteresisParameters given = written_parameters();
+  given.symmetry = model::Symmetry::none;
+  const std::vector<double> map{15.0, 0.25, 15.125};
+  given.output_map.emplace(map, model::Interval{given.ascending.value(0.1), given.upper_point().output});
+  const auto file = std::filesystem::path(testing::TempDir()) / "hystcan_butterfly.toml";
+  std::ofstream(file) << model_text(given, identified_from);
+  const model::HysteresisParameters found = load_model(file);
+  ASSERT_TRUE(found.output_map);
+  EXPECT_EQ(found.output_map->coefficients(), map);
+  EXPECT_EQ(found.output_map->inner().lo, given.output_map->inner().lo);
+}
+
+TEST(ModelFile, WithAnOutputMapThatHasACrestIsRefusedAtItsKey) {
+  const auto file = std::filesystem::path(testing::TempDir()) / "hystcan_crest.toml";
+  std::string text = expected_text;
+  text.insert(text.find("symmetry"), "output_map = [0, 0, -1]\n");
+  std::ofstream(file) << text;
+  try {
+    load_model(file);
+    FAIL() << "it was taken";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("12:14: output map falls at"), std::string::npos)
+        << error.what();
+  }
+}
+
 TEST(ModelText, ReadBackGivesTheSameParametersToTheBit) {
   const auto file = std::filesystem::path(testing::TempDir()) / "hystcan_model_text.toml";
   std::ofstream(file) << expected_text;

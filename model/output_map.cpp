@@ -1,0 +1,65 @@
+#include "model/output_map.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "model/refusal.h"
+
+namespace hystcan::model {
+namespace {
+
+constexpr int scanned = 1000;  // steps over the range
+
+// m where the slope changes its sign, between two inputs with slopes below and above zero.
+double zero_of_slope(const ReferenceCurve& series, double lo, double hi) {
+  for (int i = 0; i < 100; ++i) {
+    const double middle = lo + (hi - lo) / 2.0;
+    (series.slope(middle) < 0.0 ? lo : hi) = middle;
+  }
+  return lo + (hi - lo) / 2.0;
+}
+
+}  // namespace
+
+OutputMap::OutputMap(std::vector<double> coefficients, Interval inner)
+    : series_(Basis::chebyshev, std::move(coefficients), inner), valley_(inner.lo) {
+  const double step = inner.span() / scanned;
+  const double flat = 1e-9 * std::abs(series_.value(inner.hi) - series_.value(inner.lo)) / inner.span();
+  bool rises = series_.slope(inner.lo) > -flat;
+  for (int i = 1; i <= scanned; ++i) {
+    const double m = i < scanned ? inner.lo + i * step : inner.hi;
+    const double slope = series_.slope(m);
+    if (rises && slope < -flat)
+      refuse("output map falls at ", m, " after it has risen, expected one valley and no crest");
+    if (rises || slope < 0.0) continue;
+    rises = true;
+    valley_ = zero_of_slope(series_, m - step, m);
+  }
+  if (!rises) refuse("output map falls as far as its end at ", inner.hi, ", expected it to rise there");
+}
+
+Interval OutputMap::beyond_valley(Interval m) const {
+  return {value(std::max(m.lo, valley_)), value(std::max(m.hi, valley_))};
+}
+
+// Newton's method inside a bracket that every step narrows.
+OutputMap::Found OutputMap::inverse(double output) const {
+  double lo = valley_, hi = inner().hi;
+  const double least = value(lo), most = value(hi);
+  if (output <= least) return {lo, output < least};
+  if (output >= most) return {hi, output > most};
+  const double rounding = 2e-16 * std::max(std::abs(least), std::abs(most));
+  double m = lo + (hi - lo) * std::sqrt((output - least) / (most - least));
+  for (int i = 0; i < 100; ++i) {
+    const double residual = value(m) - output;
+    if (std::abs(residual) <= rounding) break;
+    (residual < 0.0 ? lo : hi) = m;
+    const double next = m - residual / slope(m);
+    const double middle = lo + (hi - lo) / 2.0;
+    if (middle == lo || middle == hi) break;
+    m = next > lo && next < hi ? next : middle;
+  }
+  return {m, false};
+}
+
+}  // namespace hystcan::model
