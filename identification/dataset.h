@@ -15,6 +15,9 @@ struct Dataset {
   std::vector<double> time_s;
   std::vector<double> input;
   std::vector<double> output;
+  std::vector<double> weight{};  ///< of each sample's error in a fit; empty: all 1
+  std::vector<std::vector<double>>
+      regressors{};  ///< columns that are fitted to it beside the curves, not weighted
 
   std::size_t size() const { return input.size(); }
 };

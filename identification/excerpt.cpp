@@ -49,14 +49,18 @@ Excerpt::Excerpt(const Dataset& dataset, std::vector<int> fold, std::size_t samp
     : time_s_(dataset.time_s),
       input_(dataset.input),
       output_(dataset.output),
+      weight_(dataset.weight),
+      regressors_(dataset.regressors),
       fold_(std::move(fold)),
       stride_(std::max<std::size_t>(1, (dataset.size() + samples - 1) / samples)),
       turning_points_(turning_points(dataset, least_swing)) {
   if (fold_.empty()) fold_.assign(dataset.size(), 0);
+  if (weight_.empty()) weight_.assign(dataset.size(), 1.0);
 }
 
 Excerpt::Sequence Excerpt::delayed_by(double delay_s) const {
   Sequence sequence;
+  sequence.regressors.resize(regressors_.size());
   std::size_t next = 0, before = 0;
   for (std::size_t i = 0; i < input_.size(); i += stride_) {
     const double t = time_s_[i] - delay_s;
@@ -64,6 +68,8 @@ Excerpt::Sequence Excerpt::delayed_by(double delay_s) const {
       sequence.time_s.push_back(time_s_[i]);
       sequence.input.push_back(turning_points_[next].input);
       sequence.output.push_back(0.0);
+      sequence.weight.push_back(0.0);
+      for (std::vector<double>& column : sequence.regressors) column.push_back(0.0);
       sequence.fold.push_back(Regression::left_out);
     }
     while (before + 1 < input_.size() && time_s_[before + 1] <= t) ++before;
@@ -73,6 +79,8 @@ Excerpt::Sequence Excerpt::delayed_by(double delay_s) const {
     sequence.time_s.push_back(time_s_[i]);
     sequence.input.push_back(v);
     sequence.output.push_back(output_[i]);
+    sequence.weight.push_back(weight_[i]);
+    for (std::size_t r = 0; r < regressors_.size(); ++r) sequence.regressors[r].push_back(regressors_[r][i]);
     sequence.fold.push_back(fold_[i]);
   }
   return sequence;

@@ -41,12 +41,16 @@ class Excerpt {
     std::vector<double> time_s;  ///< of the output
     std::vector<double> input;
     std::vector<double> output;
-    std::vector<int> fold;  ///< Regression::left_out at an inserted turning point
+    std::vector<double> weight;                   ///< of the output's error
+    std::vector<std::vector<double>> regressors;  ///< as the dataset's
+    std::vector<int> fold;                        ///< Regression::left_out at an inserted turning point
   };
   Sequence delayed_by(double delay_s) const;
 
  private:
-  std::vector<double> time_s_, input_, output_;  // all samples: the input is interpolated between them
+  std::vector<double> time_s_, input_, output_,
+      weight_;  // all samples: the input is interpolated between them
+  std::vector<std::vector<double>> regressors_;
   std::vector<int> fold_;
   std::size_t stride_;
   std::vector<TurningPoint> turning_points_;

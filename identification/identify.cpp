@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "identification/butterfly.h"
 #include "identification/excerpt.h"
 #include "identification/knot_places.h"
 #include "model/refusal.h"
@@ -15,6 +16,7 @@ namespace {
 using model::refuse;
 
 constexpr double unexplained = 0.5;                // of the output's standard deviation: the model is refused
+constexpr double worth_a_map = 0.9;                // of the held-out error without it
 constexpr int most_pieces = 22;                    // of a spline
 constexpr std::size_t finer_samples = 5;           // times those of the search, for its last steps
 constexpr std::size_t most_turning_points = 2000;  // in the search; smaller swings are noise
@@ -130,7 +132,9 @@ class Identification {
       seen_.push_back(options.unseen.empty() ? datasets[r] : without(datasets[r], options.unseen[r]));
     if (options_.delay_s && !(*options_.delay_s >= 0.0))
       refuse("delay ", *options_.delay_s, " s, expected 0 or more");
-    symmetry_ = options.symmetry.value_or(symmetry_of(seen_.front()));
+    symmetry_ = options.output == ShapeOfOutput::automatic ? symmetry_of(seen_.front())
+                : options.output == ShapeOfOutput::even    ? model::Symmetry::even
+                                                           : model::Symmetry::none;
     for (const Dataset& dataset : seen_) check_identifiable(dataset, symmetry_);
     for (const Dataset& dataset : datasets)
       datasets_.push_back(symmetry_ == model::Symmetry::even ? folded(dataset) : dataset);
@@ -175,7 +179,8 @@ class Identification {
     problem_.folds = result_.folds.count;
     for (std::size_t i = 0; i < datasets_.size(); ++i) {
       result_.datasets.push_back(characterise(datasets_[i], problem_.observed));
-      problem_.nuisances.push_back({i > 0 && !options_.common_zero, options_.drift});
+      problem_.nuisances.push_back({i > 0 && !options_.common_zero, options_.drift,
+                                    static_cast<Eigen::Index>(datasets_[i].regressors.size())});
     }
     problem_ = excerpts_of(options_.search_samples);
     result_.observed = problem_.observed;
@@ -289,13 +294,25 @@ class Identification {
   Identified result_;
 };
 
+// The butterfly has to pay for its map.
+Identified better_of(const Identified& plain, Identified butterfly) {
+  const bool held_out = plain.held_out_rms && butterfly.held_out_rms;
+  const double before = held_out ? *plain.held_out_rms : plain.overall.rms;
+  const double after = held_out ? *butterfly.held_out_rms : butterfly.overall.rms;
+  if (!(after < worth_a_map * before)) return plain;
+  butterfly.search.steps.insert(
+      butterfly.search.steps.begin(),
+      {"output map", plain.overall.rms, butterfly.overall.rms, plain.held_out_rms, butterfly.held_out_rms});
+  return butterfly;
+}
+
 }  // namespace
 
 std::size_t Identified::parameter_count() const {
   const Trial& trial = search.trial;
   const auto curves = 2 * static_cast<std::size_t>(search.shape.coefficients()) - 1;
   return curves + (search.one_k ? 1 : 2) + (trial.below > 0.0 ? 1 : 0) + (trial.above > 0.0 ? 1 : 0) +
-         (delay_s > 0.0 ? 1 : 0);
+         (delay_s > 0.0 ? 1 : 0) + (parameters.output_map ? parameters.output_map->coefficients().size() : 0);
 }
 
 std::vector<double> predict(const Identified& identified, const std::vector<Dataset>& datasets,
@@ -311,13 +328,32 @@ std::vector<double> predict(const Identified& identified, const std::vector<Data
 }
 
 Identified identify(const std::vector<Dataset>& datasets, const IdentifyOptions& options) {
-  return Identification(datasets, options).run();
+  const IdentifyCurves curves = [](const std::vector<Dataset>& given, const IdentifyOptions& asked) {
+    return Identification(given, asked).run();
+  };
+  if (options.output == ShapeOfOutput::butterfly) return identify_butterfly(datasets, options, curves);
+  const bool may_be = options.output == ShapeOfOutput::automatic && !datasets.empty() &&
+                      std::ranges::all_of(datasets, passes_valley);
+  if (!may_be) return curves(datasets, options);
+  const auto or_nothing = [](const auto& find) -> std::optional<Identified> {
+    try {
+      return find();
+    } catch (const std::invalid_argument&) {
+      return std::nullopt;
+    }
+  };
+  const auto plain = or_nothing([&] { return curves(datasets, options); });
+  if (plain && plain->stopped) return *plain;
+  if (!plain) return identify_butterfly(datasets, options, curves);
+  const auto butterfly = or_nothing([&] { return identify_butterfly(datasets, options, curves); });
+  return butterfly ? better_of(*plain, *butterfly) : *plain;
 }
 
 Landscape landscape(const std::vector<Dataset>& datasets, const Identified& identified, int points) {
   std::vector<Dataset> seen;
   seen.reserve(datasets.size());
-  for (const Dataset& dataset : datasets)
+  for (const Dataset& dataset :
+       identified.parameters.output_map ? linearised(datasets, identified) : datasets)
     seen.push_back(identified.parameters.symmetry == model::Symmetry::even ? folded(dataset) : dataset);
   Problem problem;
   problem.observed = identified.observed;
@@ -327,7 +363,8 @@ Landscape landscape(const std::vector<Dataset>& datasets, const Identified& iden
     problem.excerpts.emplace_back(dataset, std::vector<int>{}, 1000,
                                   least_swing(dataset, problem.observed.span()));
   for (std::size_t i = 0; i < datasets.size(); ++i)
-    problem.nuisances.push_back({identified.offsets[i] != 0.0, identified.drifts[i] != 0.0});
+    problem.nuisances.push_back({identified.offsets[i] != 0.0, identified.drifts[i] != 0.0,
+                                 static_cast<Eigen::Index>(seen[i].regressors.size())});
   SeparableFit fit(problem, identified.search.shape, SeparableFit::Scan::coarse);
   const double span = identified.parameters.input_range().span();
   const auto grid = [&](double best) {

@@ -14,15 +14,22 @@
 
 namespace hystcan::identification {
 
+/// Of the model: a symmetry, or a butterfly with an output map. automatic: determined from the dataset, the butterfly by
+/// hold-out where the output passes a valley inside a swing of the input.
+enum class ShapeOfOutput { automatic, none, even, butterfly };
+constexpr auto words(ShapeOfOutput) {
+  return std::to_array<std::string_view>({"auto", "none", "even", "butterfly"});
+}
+
 struct IdentifyOptions {
   CurveChoice curves = CurveChoice::automatic;
-  std::optional<CurveShape> shape;          ///< of the reference curves; none: chosen by hold-out
-  std::optional<model::Symmetry> symmetry;  ///< none: determined from the dataset
-  bool observed_thresholds = false;         ///< thresholds at the ends of the observed input range
-  bool common_zero = false;                 ///< several datasets: no offsets between them
-  bool common_gain = false;                 ///< several datasets: no gains between them
-  bool drift = false;                       ///< each dataset has a linear drift of its own
-  std::optional<double> delay_s;            ///< known; none: searched
+  std::optional<CurveShape> shape;  ///< of the reference curves; none: chosen by hold-out
+  ShapeOfOutput output = ShapeOfOutput::automatic;
+  bool observed_thresholds = false;  ///< thresholds at the ends of the observed input range
+  bool common_zero = false;          ///< several datasets: no offsets between them
+  bool common_gain = false;          ///< several datasets: no gains between them
+  bool drift = false;                ///< each dataset has a linear drift of its own
+  std::optional<double> delay_s;     ///< known; none: searched
   std::optional<double> longest_delay_s;
   std::size_t search_samples = 3000;  ///< samples that the search uses; the last fit uses all
   std::function<bool()> go_on;        ///< returns false: stop with the best so far; none: never stop

@@ -96,6 +96,7 @@ void Regression::gather(const Samples& samples) {
   values_.resize(basis_.size(), counted);
   nuisance_.resize(nuisances_.count(), counted);
   distance_.resize(counted);
+  weight_.setOnes(counted);
   output_.resize(counted);
   Eigen::Index row = 0;
   const model::Interval& thresholds = basis_.thresholds();
@@ -103,13 +104,17 @@ void Regression::gather(const Samples& samples) {
     for (std::size_t i = run.begin; i < run.end; ++i) {
       if (samples.fold[i] == left_out) continue;
       if (runs_.empty() || runs_.back().branch != run.branch || runs_.back().fold != samples.fold[i])
-        runs_.push_back({run.branch, samples.fold[i], row, 0, {}, 0.0});
+        runs_.push_back({run.branch, samples.fold[i], row, 0, {}, 0.0, 0.0});
       const double v = std::clamp(samples.input[i], thresholds.lo, thresholds.hi);
       basis_.values(v, values_.col(row));
       if (nuisances_.offset) nuisance_(0, row) = 1.0;
+      for (Eigen::Index r = 0; r < nuisances_.regressors; ++r)
+        nuisance_((nuisances_.offset ? 1 : 0) + r, row) = samples.regressors[static_cast<std::size_t>(r)][i];
       if (nuisances_.drift) nuisance_(nuisances_.count() - 1, row) = drift_course(samples.time_s, i);
       distance_[row] = std::abs(v - path_.branches[run.branch].start);
-      output_[row] = samples.output[i];
+      if (!samples.weight.empty()) weight_[row] = samples.weight[i];
+      values_.col(row) *= weight_[row];
+      output_[row] = weight_[row] * samples.output[i];
       runs_.back().count = ++row - runs_.back().begin;
     }
 }
@@ -118,8 +123,10 @@ void Regression::sum_up(Sums& run) {
   const auto B = values_.middleCols(run.begin, run.count);
   const auto Z = nuisance_.middleCols(run.begin, run.count);
   const auto y = output_.segment(run.begin, run.count);
-  run.basis = B.rowwise().sum();
-  run.output = y.sum();
+  const auto w = weight_.segment(run.begin, run.count);
+  run.basis = B * w;
+  run.output = y.dot(w);
+  run.square = w.squaredNorm();
   const Eigen::MatrixXd rows = basis_.rows(path_.branches[run.branch].direction);
   const Eigen::Index n = basis_.unknowns(), own = nuisances_.count();
   NormalEquations& base = base_[static_cast<std::size_t>(run.fold)];
@@ -144,19 +151,21 @@ void Regression::add_run(const Sums& run, const Pace& pace, const BranchRows& ro
   const double k = pace.k(direction);
   const auto d = distance_.segment(run.begin, run.count).array();
   const auto y = output_.segment(run.begin, run.count);
-  Eigen::VectorXd phi = d;
+  const auto w = weight_.segment(run.begin, run.count);
+  Eigen::VectorXd phi = d;  // weighted, as B and y are
   if (std::abs(k) * basis_.thresholds().span() > 1e-6) phi = (1.0 - (-k * d).exp()) / k;
+  phi.array() *= w.array();
   const Eigen::Index n = basis_.unknowns(), own = nuisances_.count();
   const auto c = rows.offset(run.branch), S = rows.convergence(run.branch);
   const Eigen::VectorXd B_phi = values_.middleCols(run.begin, run.count) * phi;
-  const double sum_phi = phi.sum(), count = static_cast<double>(run.count);
+  const double sum_phi = phi.dot(w);
   auto H = to.H.topLeftCorner(n, n);
-  add_symmetric(H, c, basis_.row(direction, run.basis) + 0.5 * count * c - sum_phi * S);
+  add_symmetric(H, c, basis_.row(direction, run.basis) + 0.5 * run.square * c - sum_phi * S);
   add_symmetric(H, S, 0.5 * phi.squaredNorm() * S - basis_.row(direction, B_phi));
   to.g.head(n) += c * run.output - S * phi.dot(y);
   if (own == 0) return;
   const auto Z = nuisance_.middleCols(run.begin, run.count);
-  const Eigen::MatrixXd shared = c * Z.rowwise().sum().transpose() - S * (Z * phi).transpose();
+  const Eigen::MatrixXd shared = c * (Z * w).transpose() - S * (Z * phi).transpose();
   to.H.topRightCorner(n, own) += shared;
   to.H.bottomLeftCorner(own, n) += shared.transpose();
 }

@@ -4,7 +4,7 @@
 // once, so that another k costs one exponential and n + 4 products per sample.
 //
 // A dataset can have a zero and a slow drift of its own: after theta come the columns of its nuisances, 1 and
-// its time from -1/2 to 1/2.
+// its time from -1/2 to 1/2. Between them come the dataset's regressors, if it has some.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,8 +21,9 @@ namespace hystcan::identification {
 struct Nuisances {
   bool offset = false;
   bool drift = false;
+  Eigen::Index regressors = 0;  ///< further columns
 
-  Eigen::Index count() const { return (offset ? 1 : 0) + (drift ? 1 : 0); }
+  Eigen::Index count() const { return (offset ? 1 : 0) + regressors + (drift ? 1 : 0); }
 };
 
 /// The normal equations of
@@ -72,6 +73,8 @@ class Regression {
     std::span<const double> input;
     std::span<const double> output;
     std::span<const int> fold;
+    std::span<const double> weight{};  ///< of the error of each; empty: all 1. The nuisances are not weighted
+    std::span<const std::vector<double>> regressors{};
   };
   Regression(Path path, CurveBasis basis, const Samples& samples, int folds, Nuisances nuisances = {});
 
@@ -81,12 +84,13 @@ class Regression {
   void add(const Pace& pace, std::vector<NormalEquations>& folds) const;
 
  private:
-  struct Sums {  // sums over one run within one fold
+  struct Sums {  // sums over one run within one fold, weighted
     std::size_t branch = 0;
     int fold = 0;
     Eigen::Index begin = 0, count = 0;  // samples, as indices of distance_
     Eigen::VectorXd basis;              // sum of B
     double output = 0.0;
+    double square = 0.0;  // of the weights
   };
 
   void gather(const Samples& samples);
@@ -99,9 +103,10 @@ class Regression {
   std::vector<NormalEquations> base_;  // per fold: the part that does not depend on k
   std::vector<Sums> runs_;
   Eigen::VectorXd distance_;  // |v - v_s| of each sample that counts
-  Eigen::VectorXd output_;
-  Eigen::MatrixXd values_;    // B of each sample that counts, one column per sample
-  Eigen::MatrixXd nuisance_;  // its nuisances, likewise
+  // Each times the weight of the sample, one column per sample.
+  Eigen::VectorXd weight_, output_;
+  Eigen::MatrixXd values_;    // B
+  Eigen::MatrixXd nuisance_;  // not weighted
 };
 
 }  // namespace hystcan::identification

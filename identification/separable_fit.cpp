@@ -39,10 +39,10 @@ void SeparableFit::prepare(const Trial& trial) {
     const InitialMemory& memory = trial.memories[i];
     Path path = trace(thresholds, memory.origin(), prehistory(memory, thresholds, dataset.input.front()),
                       dataset.input);
-    regressions_.emplace_back(
-        std::move(path), basis,
-        Regression::Samples{dataset.time_s, dataset.input, dataset.output, dataset.fold}, problem_.folds,
-        nuisances(i));
+    regressions_.emplace_back(std::move(path), basis,
+                              Regression::Samples{dataset.time_s, dataset.input, dataset.output, dataset.fold,
+                                                  dataset.weight, dataset.regressors},
+                              problem_.folds, nuisances(i));
   }
   prepared_ = trial;
 }
@@ -101,6 +101,7 @@ Fitted SeparableFit::fit(const Trial& trial) {
   Eigen::Index at = curve_unknowns();
   for (std::size_t i = 0; i < problem_.excerpts.size(); ++i) {
     fitted.offsets.push_back(nuisances(i).offset ? trial.gain(i) * completed[at++] : 0.0);
+    at += nuisances(i).regressors;
     fitted.drifts.push_back(nuisances(i).drift ? trial.gain(i) * completed[at++] : 0.0);
   }
   return fitted;

@@ -82,9 +82,11 @@ identification::IdentifyOptions options_of(const std::optional<int>& order,
         fmt::format("curves is \"{}\", expected \"auto\", \"polynomial\" or \"spline\"", curves));
   options.curves = *choice;
   if (symmetry) {
-    options.symmetry = parse_word<model::Symmetry>(*symmetry);
-    if (!options.symmetry)
-      throw py::value_error(fmt::format("symmetry is \"{}\", expected \"none\" or \"even\"", *symmetry));
+    const auto output = parse_word<identification::ShapeOfOutput>(*symmetry);
+    if (!output)
+      throw py::value_error(
+          fmt::format("symmetry is \"{}\", expected \"none\", \"even\" or \"butterfly\"", *symmetry));
+    options.output = *output;
   }
   if (thresholds != "auto" && thresholds != "observed")
     throw py::value_error(fmt::format("thresholds is \"{}\", expected \"auto\" or \"observed\"", thresholds));
@@ -178,7 +180,7 @@ Raises RuntimeError if the file cannot be written.
 
 t, u, y: time in seconds, input and output, each of shape (n,); or lists of such arrays, one for each record.
 order: of polynomial reference curves; chosen by hold-out if left out. curves: "auto", "polynomial" or "spline".
-symmetry: "none" or "even"; found if left out. thresholds: "observed" puts them at the ends of the inputs.
+symmetry: "none", "even" or "butterfly"; found if left out. thresholds: "observed" puts them at the ends of the inputs.
 delay_s: if known; else it is searched. Several records have a zero and a gain each, unless common_zero or
 common_gain; drift: the zero also drifts.
 Raises ValueError for what is no record, Error if no model can be identified. Ctrl-C raises KeyboardInterrupt.

@@ -57,7 +57,7 @@ identification::IdentifyOptions asked_for(const IdentifyArguments& options, Prog
   asked.common_zero = options.common_zero;
   asked.common_gain = options.common_gain;
   asked.drift = options.drift;
-  asked.symmetry = parse_word<model::Symmetry>(options.symmetry);
+  asked.output = *parse_word<identification::ShapeOfOutput>(options.symmetry);
   asked.observed_thresholds = options.thresholds == "observed";
   asked.go_on = [&progress, tries = std::uint64_t{0}]() mutable {
     progress.update(++tries);
@@ -176,9 +176,13 @@ void add_identify(CLI::App& cli, int& status) {
   command->add_flag("--common-gain", options->common_gain,
                     "several datasets: their outputs have the same gain; if left out, each can have its own");
   command->add_flag("--drift", options->drift, "the zero of each dataset drifts linearly");
-  std::vector<std::string> symmetries{"auto"};
-  for (const std::string_view symmetry : words(model::Symmetry{})) symmetries.emplace_back(symmetry);
-  command->add_option("--symmetry", options->symmetry, "even: x(v) = x(-v)")->check(one_of(symmetries));
+  std::vector<std::string> symmetries;
+  for (const std::string_view symmetry : words(identification::ShapeOfOutput{}))
+    symmetries.emplace_back(symmetry);
+  command
+      ->add_option("--symmetry", options->symmetry,
+                   "even: x(v) = x(-v); butterfly: the branches cross beside zero (coercivity)")
+      ->check(one_of(symmetries));
   command
       ->add_option("--thresholds", options->thresholds,
                    "observed: at the ends of the measured inputs, so that a drive reaches both")

@@ -25,6 +25,10 @@ class Findings {
     }
     if (identified_.parameters.symmetry == model::Symmetry::even)
       say("the output hardly changes with the input's sign: the model is even, folded to |input|");
+    if (identified_.parameters.output_map)
+      say("the output passes a valley on both sides of zero input: the model is a butterfly, with an output map; a "
+          "controller works beyond the valley, from {:.5g} {} on",
+          identified_.parameters.output_range().lo, datasets_.front().output_unit);
     report_zeros();
     report_steps();
     report_delay();

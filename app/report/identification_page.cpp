@@ -190,7 +190,9 @@ std::string model_of(const Identified& identified) {
   const auto row = [&](const char* what, const std::string& value) {
     part += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", what, escaped(value));
   };
-  row("symmetry", p.symmetry == model::Symmetry::even ? "even: x(v) = x(-v)" : "none");
+  row("symmetry", p.symmetry == model::Symmetry::even ? "even: x(v) = x(-v)"
+                  : p.output_map                      ? "butterfly: an output map of the curves"
+                                                      : "none");
   row("reference curves", identified.search.shape.text());
   const auto interval = [&](model::Interval range) {
     return with_unit(fmt::format("{:.6g} to {:.6g}", range.lo, range.hi), p.input_unit);

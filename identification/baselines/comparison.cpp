@@ -193,7 +193,9 @@ class Comparing {
   std::optional<Identified> identify_without(const Mask& unseen) {
     IdentifyOptions options;
     options.shape = identified_.search.shape;
-    options.symmetry = identified_.parameters.symmetry;
+    options.output = identified_.parameters.output_map                          ? ShapeOfOutput::butterfly
+                     : identified_.parameters.symmetry == model::Symmetry::even ? ShapeOfOutput::even
+                                                                                : ShapeOfOutput::none;
     options.observed_thresholds =
         identified_.search.trial.below == 0.0 && identified_.search.trial.above == 0.0;
     options.go_on = go_on_;

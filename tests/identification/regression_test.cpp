@@ -70,6 +70,32 @@ TEST(Regression, SumsTheRowsOfItsSamples) {
   }
 }
 
+TEST(Regression, WeighsTheRowsOfItsSamplesButNotTheNuisances) {
+  const Case made(4);
+  std::vector<double> weight;
+  std::vector<std::vector<double>> column(1);
+  for (std::size_t i = 0; i < made.input.size(); ++i) {
+    weight.push_back(0.1 + static_cast<double>(i % 7));
+    column[0].push_back(std::sin(static_cast<double>(i)));
+  }
+  const Regression regression(made.path, basis, {{}, made.input, made.output, made.fold, weight, column}, 3,
+                              {.offset = true, .regressors = 1});
+  std::vector<NormalEquations> folds(3, NormalEquations(regression.unknowns()));
+  regression.add(pace, folds);
+  NormalEquations expected(2 * order + 3);
+  const Rows rows(made.path, basis, pace);
+  for (std::size_t i = 0; i < made.input.size(); ++i) {
+    if (made.fold[i] != 1) continue;
+    Eigen::VectorXd row(expected.g.size());
+    row << weight[i] * rows.at(i, made.input[i]), 1.0, column[0][i];
+    expected.H += row * row.transpose();
+    expected.g += weight[i] * made.output[i] * row;
+    expected.square += weight[i] * made.output[i] * weight[i] * made.output[i];
+    expected.samples += 1.0;
+  }
+  expect_same(folds[1], expected);
+}
+
 TEST(Regression, SumOfTheFoldsEqualsTheWhole) {
   const Case made(2);
   Case whole = made;
