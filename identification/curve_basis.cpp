@@ -55,7 +55,7 @@ std::string CurveShape::text() const {
 CurveBasis::CurveBasis(CurveShape shape, model::Interval thresholds)
     : shape_(std::move(shape)), thresholds_(thresholds), gaps_(gaps_of(*this, shape_.is_spline())) {}
 
-void CurveBasis::of_splines(double input, double model::Jet::*part, Eigen::Ref<VectorXd> row) const {
+void CurveBasis::of_splines(double input, double model::Jet::*part, Eigen::Ref<VectorXd>& row) const {
   const model::BSplines splines = model::bsplines(shape_.knots, input);
   row.setZero();
   for (std::size_t i = 0; i < splines.at.size(); ++i)

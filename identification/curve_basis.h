@@ -76,7 +76,7 @@ class CurveBasis {
   model::HysteresisParameters parameters(const Eigen::VectorXd& theta, const Pace& pace) const;
 
  private:
-  void of_splines(double input, double model::Jet::*part, Eigen::Ref<Eigen::VectorXd> row) const;
+  void of_splines(double input, double model::Jet::*part, Eigen::Ref<Eigen::VectorXd>& row) const;
   model::ReferenceCurve curve(const Eigen::VectorXd& coefficients) const;
 
   CurveShape shape_;

@@ -23,10 +23,10 @@ export async function until(what, condition) {
   }
 }
 
-/** A folder that is removed at the end of the process. */
+/** A folder that is removed at the end of the process, when the last program of it has ended. */
 export function scratchFolder() {
   const folder = mkdtempSync(join(tmpdir(), 'hystcan-page.'));
-  process.on('exit', () => rmSync(folder, { recursive: true, force: true }));
+  process.on('exit', () => rmSync(folder, { recursive: true, force: true, maxRetries: 50, retryDelay: 100 }));
   return folder;
 }
 
