@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <limits>
 #include <numeric>
 
@@ -335,18 +336,21 @@ Identified identify(const std::vector<Dataset>& datasets, const IdentifyOptions&
   const bool may_be = options.output == ShapeOfOutput::automatic && !datasets.empty() &&
                       std::ranges::all_of(datasets, passes_valley);
   if (!may_be) return curves(datasets, options);
-  const auto or_nothing = [](const auto& find) -> std::optional<Identified> {
+  std::exception_ptr reason;  // of the first that finds nothing
+  const auto or_nothing = [&reason](const auto& find) -> std::optional<Identified> {
     try {
       return find();
     } catch (const std::invalid_argument&) {
+      if (!reason) reason = std::current_exception();
       return std::nullopt;
     }
   };
   const auto plain = or_nothing([&] { return curves(datasets, options); });
   if (plain && plain->stopped) return *plain;
-  if (!plain) return identify_butterfly(datasets, options, curves);
   const auto butterfly = or_nothing([&] { return identify_butterfly(datasets, options, curves); });
-  return butterfly ? better_of(*plain, *butterfly) : *plain;
+  if (plain && butterfly) return better_of(*plain, *butterfly);
+  if (!plain && !butterfly) std::rethrow_exception(reason);
+  return plain ? *plain : *butterfly;
 }
 
 Landscape landscape(const std::vector<Dataset>& datasets, const Identified& identified, int points) {

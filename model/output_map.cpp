@@ -21,8 +21,8 @@ double zero_of_slope(const ReferenceCurve& series, double lo, double hi) {
 
 }  // namespace
 
-OutputMap::OutputMap(std::vector<double> coefficients, Interval inner)
-    : series_(Basis::chebyshev, std::move(coefficients), inner), valley_(inner.lo) {
+OutputMap::OutputMap(const std::vector<double>& coefficients, Interval inner)
+    : series_(Basis::chebyshev, coefficients, inner), valley_(inner.lo) {
   const double step = inner.span() / scanned;
   const double flat = 1e-9 * std::abs(series_.value(inner.hi) - series_.value(inner.lo)) / inner.span();
   bool rises = series_.slope(inner.lo) > -flat;

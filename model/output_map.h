@@ -16,7 +16,7 @@ class OutputMap {
  public:
   /// A Chebyshev series on `inner`, the range of m. Throws std::invalid_argument if it does not rise at its end, or if
   /// it has another valley, or a crest.
-  OutputMap(std::vector<double> coefficients, Interval inner);
+  OutputMap(const std::vector<double>& coefficients, Interval inner);
 
   double value(double m) const { return series_.value(m); }
   double slope(double m) const { return series_.slope(m); }
@@ -27,7 +27,7 @@ class OutputMap {
 
   struct Found {
     double m = 0.0;
-    bool saturated = false;  ///< the valley and the upper end are as near as the side comes to the output
+    bool saturated = false;  ///< the output lies below the valley or above the upper end: m is there
   };
   /// m beyond the valley. value() of it is `output` to rounding.
   Found inverse(double output) const;

@@ -135,7 +135,7 @@ class Identification(Scratch):
             hystcan.identify(t, u, u[1:])
         with self.assertRaisesRegex(ValueError, "expected time to increase"):
             hystcan.identify(t[::-1], u, u)
-        with self.assertRaisesRegex(ValueError, "expected \"none\" or \"even\""):
+        with self.assertRaisesRegex(ValueError, "expected \"none\", \"even\" or \"butterfly\""):
             hystcan.identify(t, u, u, symmetry="odd")
         with self.assertRaises(hystcan.Error):
             hystcan.identify(t, u, numpy.zeros(100))

@@ -84,7 +84,7 @@ TEST(Terminal, BashCompletesCommandsOptionsAndWords) {
   EXPECT_EQ(completed("hystcan simulate --inv"), "--inverse\n");
   EXPECT_EQ(completed("hystcan ctl --json st"), "status stop\n");
   EXPECT_EQ(completed("hystcan ctl go --js"), "--json\n");
-  EXPECT_EQ(completed("hystcan identify --symmetry ''"), "auto none even\n");
+  EXPECT_EQ(completed("hystcan identify --symmetry ''"), "auto none even butterfly\n");
   EXPECT_EQ(completed("hystcan completion z"), "zsh\n");
   EXPECT_NE(completed("hystcan monitor --interface ''").find("lo"), std::string::npos);
   EXPECT_EQ(completed("hystcan simulate --input ''"), "\n") << "names of files are bash's";
@@ -98,7 +98,7 @@ TEST(Terminal, ZshCompletesTheSame) {
   Process shell({"zsh", "-f", "-c", script});
   EXPECT_EQ(shell.wait(), 0) << shell.err();
   EXPECT_NE(shell.out().find("--inverse"), std::string::npos) << shell.out();
-  EXPECT_NE(shell.out().find("\nauto none even\nfiles\n"), std::string::npos) << shell.out();
+  EXPECT_NE(shell.out().find("\nauto none even butterfly\nfiles\n"), std::string::npos) << shell.out();
 }
 
 TEST(Terminal, EveryCommandHasAManPageWithItsOptions) {
