@@ -120,6 +120,8 @@ Linear linear_datasets(const std::vector<Dataset>& given, const std::vector<doub
     Dataset& dataset = linear.datasets[i];
     dataset.weight.resize(dataset.size());
     dataset.regressors = regressors_of(levels[i], map.inner());
+    dataset.regressors.insert(dataset.regressors.end(), given[i].regressors.begin(),
+                              given[i].regressors.end());
     for (std::size_t j = 0; j < dataset.size(); ++j) {
       const double m = levels[i][j], slope = map.slope(m);
       const double steep = std::copysign(std::max(std::abs(slope), least_weight * largest), slope);
@@ -137,7 +139,7 @@ Levels levels_of(const model::HysteresisParameters& curves, const Identified& fo
   const model::Hysteresis model(curves);
   Levels levels;
   for (std::size_t i = 0; i < datasets.size(); ++i)
-    levels.push_back(predict(model, datasets[i], found.delay_s, found.memories[i]));
+    levels.push_back(predict(model, datasets[i], {found.delay_s}, found.memories[i]));
   return levels;
 }
 
@@ -149,7 +151,7 @@ struct FittedMap {
 class Butterfly {
  public:
   Butterfly(const std::vector<Dataset>& datasets, const IdentifyOptions& options,
-            const IdentifyCurves& curves)
+            const IdentifyDatasets& curves)
       : given_(datasets), options_(options), curves_(curves) {
     options_.output = ShapeOfOutput::none;
     options_.common_gain = true;
@@ -190,6 +192,7 @@ class Butterfly {
     }
     for (std::size_t i = 0; i < given_.size(); ++i) {
       Dataset linear = given_[i];
+      linear.regressors.clear();
       const std::vector<double> sides = sides_of(linear, swings_of(linear));
       linear.weight.resize(linear.size());
       for (std::size_t j = 0; j < linear.size(); ++j) {
@@ -258,28 +261,20 @@ class Butterfly {
                          model::Interval{p.ascending.value(p.input_range().lo), p.upper_point().output});
     found.offsets = offsets_;
     for (double& drift : found.drifts) drift *= linear_.unit;
-    judge(found);
+    measure(found);
     in_units_of_output(found);
     return found;
   }
 
-  void judge(Identified& found) const {
-    found.misses.clear();
-    found.overall = {};
+  void measure(Identified& found) const {
+    judge(found, given_);
     model::Interval outputs{std::numeric_limits<double>::infinity(),
                             -std::numeric_limits<double>::infinity()};
-    double square = 0.0, samples = 0.0;
     for (std::size_t i = 0; i < given_.size(); ++i) {
       found.datasets[i] = characterise(given_[i], found.observed);
-      const ErrorNorms misses = ErrorNorms::of(predict(found, given_, i), given_[i].output);
-      found.misses.push_back(misses);
-      found.overall.max = std::max(found.overall.max, misses.max);
-      square += misses.rms * misses.rms * static_cast<double>(given_[i].size());
-      samples += static_cast<double>(given_[i].size());
       const auto [low, high] = std::ranges::minmax(given_[i].output);
       outputs = {std::min(outputs.lo, low - offsets_[i]), std::max(outputs.hi, high - offsets_[i])};
     }
-    found.overall.rms = std::sqrt(square / samples);
     found.output_span = outputs.span();
   }
 
@@ -307,7 +302,7 @@ class Butterfly {
 
   const std::vector<Dataset>& given_;
   IdentifyOptions options_;
-  const IdentifyCurves& curves_;
+  const IdentifyDatasets& curves_;
   Linear linear_;
   Levels levels_;
   std::vector<double> offsets_;  // of x
@@ -321,7 +316,7 @@ bool passes_valley(const Dataset& dataset) {
 }
 
 Identified identify_butterfly(const std::vector<Dataset>& datasets, const IdentifyOptions& options,
-                              const IdentifyCurves& curves) {
+                              const IdentifyDatasets& curves) {
   return Butterfly(datasets, options, curves).run();
 }
 

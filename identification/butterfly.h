@@ -8,7 +8,6 @@
 // changes where x passes a valley between two turning points of the input.
 #pragma once
 
-#include <functional>
 #include <vector>
 
 #include "identification/dataset.h"
@@ -19,12 +18,10 @@ namespace hystcan::identification {
 /// True if the output passes a valley well inside a swing of the input, away from its turning points.
 bool passes_valley(const Dataset& dataset);
 
-using IdentifyCurves = std::function<Identified(const std::vector<Dataset>&, const IdentifyOptions&)>;
-
 /// `curves` identifies a model without a map. The result has one; its errors are those of x.
 /// Throws std::invalid_argument if a dataset does not pass a valley, or if `curves` does.
 Identified identify_butterfly(const std::vector<Dataset>& datasets, const IdentifyOptions& options,
-                              const IdentifyCurves& curves);
+                              const IdentifyDatasets& curves);
 
 /// The datasets of m, as the last step had them, for studies of an identified butterfly.
 std::vector<Dataset> linearised(const std::vector<Dataset>& datasets, const Identified& identified);

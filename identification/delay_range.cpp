@@ -99,18 +99,19 @@ std::optional<DelayRange> delay_range(const Problem& problem, const SearchResult
   const auto last = model::Hysteresis::beyond_limit(high.fitted.parameters);
   const auto difference = [&](double faster) {
     double square = 0.0, samples = 0.0;
-    for (std::size_t i = 0; i < datasets.size(); ++i) {
+    for (std::size_t i = 0; i < datasets.size() && go_on(); ++i) {
       Dataset fast = datasets[i];
       for (double& t : fast.time_s) t /= faster;
-      const auto a = predict(first, fast, low.delay_s, found.trial.memories[i]);
-      const auto b = predict(last, fast, high.delay_s, found.trial.memories[i]);
+      const auto a = predict(first, fast, {low.delay_s}, found.trial.memories[i]);
+      const auto b = predict(last, fast, {high.delay_s}, found.trial.memories[i]);
       const ErrorNorms norms = ErrorNorms::of(a, b);
       square += norms.rms * norms.rms * static_cast<double>(a.size());
       samples += static_cast<double>(a.size());
     }
     return std::sqrt(square / samples);
   };
-  return DelayRange{low.delay_s, high.delay_s, difference(2.0), difference(5.0)};
+  const DelayRange range{low.delay_s, high.delay_s, difference(2.0), difference(5.0)};
+  return go_on() ? std::optional(range) : std::nullopt;
 }
 
 }  // namespace hystcan::identification

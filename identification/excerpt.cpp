@@ -60,6 +60,10 @@ Excerpt::Excerpt(const Dataset& dataset, std::vector<int> fold, std::size_t samp
 
 Excerpt::Sequence Excerpt::delayed_by(double delay_s) const {
   Sequence sequence;
+  const std::size_t samples = (input_.size() + stride_ - 1) / stride_ + turning_points_.size();
+  for (auto* column : {&sequence.time_s, &sequence.input, &sequence.output, &sequence.weight})
+    column->reserve(samples);
+  sequence.fold.reserve(samples);
   sequence.regressors.resize(regressors_.size());
   std::size_t next = 0, before = 0;
   for (std::size_t i = 0; i < input_.size(); i += stride_) {

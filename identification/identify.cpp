@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "identification/butterfly.h"
+#include "identification/dynamics/joint_dynamics.h"
 #include "identification/excerpt.h"
 #include "identification/knot_places.h"
 #include "model/refusal.h"
@@ -178,10 +179,10 @@ class Identification {
       for (std::size_t i = 0; i < datasets_[r].size(); ++i)
         if (options_.unseen[r][i]) result_.folds.of[r][i] = Regression::left_out;
     problem_.folds = result_.folds.count;
+    problem_.regressors = static_cast<Eigen::Index>(datasets_.front().regressors.size());
     for (std::size_t i = 0; i < datasets_.size(); ++i) {
       result_.datasets.push_back(characterise(datasets_[i], problem_.observed));
-      problem_.nuisances.push_back({i > 0 && !options_.common_zero, options_.drift,
-                                    static_cast<Eigen::Index>(datasets_[i].regressors.size())});
+      problem_.nuisances.push_back({i > 0 && !options_.common_zero, options_.drift});
     }
     problem_ = excerpts_of(options_.search_samples);
     result_.observed = problem_.observed;
@@ -237,7 +238,7 @@ class Identification {
   }
 
   void fit_all() {
-    const Problem all = unfolded(problem_, datasets_, result_.folds);
+    const Problem all = options_.go_on() ? unfolded(problem_, datasets_, result_.folds) : problem_;
     SeparableFit fit(all, result_.search.shape, SeparableFit::Scan::fine);
     Trial& trial = result_.search.trial;
     const Fitted fitted = fit_to_all(fit, trial);
@@ -256,14 +257,7 @@ class Identification {
       for (double& output : on_one_zero[i].output) output = (output - result_.offsets[i]) / result_.gains[i];
     result_.output_span = span_over(on_one_zero, &Dataset::output).span();
     result_.held_out_rms = result_.search.held_out;
-    double square = 0.0;
-    for (std::size_t i = 0; i < datasets_.size(); ++i) {
-      const ErrorNorms misses = ErrorNorms::of(predict(result_, datasets_, i), datasets_[i].output);
-      result_.misses.push_back(misses);
-      result_.overall.max = std::max(result_.overall.max, misses.max);
-      square += misses.rms * misses.rms * static_cast<double>(datasets_[i].size());
-    }
-    result_.overall.rms = std::sqrt(square / static_cast<double>(samples_of(datasets_)));
+    judge(result_, datasets_);
   }
 
   // Searches outwards from the best k, in steps that grow by half each time.
@@ -313,7 +307,8 @@ std::size_t Identified::parameter_count() const {
   const Trial& trial = search.trial;
   const auto curves = 2 * static_cast<std::size_t>(search.shape.coefficients()) - 1;
   return curves + (search.one_k ? 1 : 2) + (trial.below > 0.0 ? 1 : 0) + (trial.above > 0.0 ? 1 : 0) +
-         (delay_s > 0.0 ? 1 : 0) + (parameters.output_map ? parameters.output_map->coefficients().size() : 0);
+         (delay_s > 0.0 ? 1 : 0) + (dynamics ? 3 : 0) +
+         (parameters.output_map ? parameters.output_map->coefficients().size() : 0);
 }
 
 std::vector<double> predict(const Identified& identified, const std::vector<Dataset>& datasets,
@@ -321,15 +316,33 @@ std::vector<double> predict(const Identified& identified, const std::vector<Data
   const Dataset dataset =
       identified.parameters.symmetry == model::Symmetry::even ? folded(datasets[i]) : datasets[i];
   std::vector<double> predicted =
-      predict(model::Hysteresis(identified.parameters), dataset, identified.delay_s, identified.memories[i]);
+      predict(model::Hysteresis(identified.parameters), dataset, identified.lag(), identified.memories[i]);
   for (std::size_t j = 0; j < predicted.size(); ++j)
     predicted[j] = identified.gains[i] * predicted[j] + identified.offsets[i] +
                    identified.drifts[i] * drift_course(dataset.time_s, j);
   return predicted;
 }
 
+void judge(Identified& identified, const std::vector<Dataset>& datasets) {
+  identified.misses.clear();
+  identified.overall = {};
+  double square = 0.0;
+  for (std::size_t i = 0; i < datasets.size(); ++i) {
+    const ErrorNorms misses = ErrorNorms::of(predict(identified, datasets, i), datasets[i].output);
+    identified.misses.push_back(misses);
+    identified.overall.max = std::max(identified.overall.max, misses.max);
+    square += misses.rms * misses.rms * static_cast<double>(datasets[i].size());
+  }
+  identified.overall.rms = std::sqrt(square / static_cast<double>(samples_of(datasets)));
+}
+
 Identified identify(const std::vector<Dataset>& datasets, const IdentifyOptions& options) {
-  const IdentifyCurves curves = [](const std::vector<Dataset>& given, const IdentifyOptions& asked) {
+  if (options.dynamics) {
+    IdentifyOptions quasi_static = options;
+    quasi_static.dynamics = false;
+    return identify_dynamics(datasets, quasi_static, identify);
+  }
+  const IdentifyDatasets curves = [](const std::vector<Dataset>& given, const IdentifyOptions& asked) {
     return Identification(given, asked).run();
   };
   if (options.output == ShapeOfOutput::butterfly) return identify_butterfly(datasets, options, curves);
@@ -356,8 +369,8 @@ Identified identify(const std::vector<Dataset>& datasets, const IdentifyOptions&
 Landscape landscape(const std::vector<Dataset>& datasets, const Identified& identified, int points) {
   std::vector<Dataset> seen;
   seen.reserve(datasets.size());
-  for (const Dataset& dataset :
-       identified.parameters.output_map ? linearised(datasets, identified) : datasets)
+  const std::vector<Dataset> still = identified.dynamics ? without_dynamics(datasets, identified) : datasets;
+  for (const Dataset& dataset : identified.parameters.output_map ? linearised(still, identified) : still)
     seen.push_back(identified.parameters.symmetry == model::Symmetry::even ? folded(dataset) : dataset);
   Problem problem;
   problem.observed = identified.observed;
@@ -367,8 +380,8 @@ Landscape landscape(const std::vector<Dataset>& datasets, const Identified& iden
     problem.excerpts.emplace_back(dataset, std::vector<int>{}, 1000,
                                   least_swing(dataset, problem.observed.span()));
   for (std::size_t i = 0; i < datasets.size(); ++i)
-    problem.nuisances.push_back({identified.offsets[i] != 0.0, identified.drifts[i] != 0.0,
-                                 static_cast<Eigen::Index>(seen[i].regressors.size())});
+    problem.nuisances.push_back({identified.offsets[i] != 0.0, identified.drifts[i] != 0.0});
+  problem.regressors = static_cast<Eigen::Index>(seen.front().regressors.size());
   SeparableFit fit(problem, identified.search.shape, SeparableFit::Scan::coarse);
   const double span = identified.parameters.input_range().span();
   const auto grid = [&](double best) {

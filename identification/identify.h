@@ -13,6 +13,7 @@
 #include "identification/hold_out.h"
 #include "identification/prediction.h"
 #include "identification/search.h"
+#include "model/dynamics.h"
 
 namespace hystcan::identification {
 
@@ -31,6 +32,7 @@ struct IdentifyOptions {
   bool common_zero = false;          ///< several datasets: no offsets between them
   bool common_gain = false;          ///< several datasets: no gains between them
   bool drift = false;                ///< each dataset has a linear drift of its own
+  bool dynamics = false;             ///< a mode and a delay behind the hysteresis; needs even sampling
   std::optional<double> delay_s;     ///< known; none: searched
   std::optional<double> longest_delay_s;
   std::size_t search_samples = 3000;  ///< samples that the search uses; the last fit uses all
@@ -49,11 +51,12 @@ struct PaceRange {
 
 struct Identified {
   model::HysteresisParameters parameters;
-  double delay_s = 0.0;
-  std::vector<InitialMemory> memories;  ///< for each dataset
-  std::vector<double> offsets;          ///< of each dataset's output, output units; that of the first is zero
-  std::vector<double> gains;            ///< of each dataset's output; that of the first is 1
-  std::vector<double> drifts;           ///< from a dataset's first sample to its last, output units
+  double delay_s = 0.0;                       ///< of a quasi-static model
+  std::optional<model::Dynamics> dynamics{};  ///< behind the hysteresis, with the delay
+  std::vector<InitialMemory> memories;        ///< for each dataset
+  std::vector<double> offsets;  ///< of each dataset's output, output units; that of the first is zero
+  std::vector<double> gains;    ///< of each dataset's output; that of the first is 1
+  std::vector<double> drifts;   ///< from a dataset's first sample to its last, output units
   SearchResult search;
   Folds folds;
   std::vector<Characterisation> datasets;
@@ -67,11 +70,17 @@ struct Identified {
   std::optional<DelayRange> delay_range;  ///< none: the delay was given, or no delay can be determined
   bool stopped = false;                   ///< go_on stopped the search; this is the best so far
 
-  std::size_t parameter_count()
-      const;  ///< curves, k, thresholds, delay; not what each dataset has of its own
+  /// Curves, k, thresholds, delay, dynamics; not what each dataset has of its own.
+  std::size_t parameter_count() const;
+  Lag lag() const { return {delay_s, dynamics}; }
 };
 
-/// The model's prediction of a dataset that it was identified from, with its offset, gain and drift.
+using IdentifyDatasets = std::function<Identified(const std::vector<Dataset>&, const IdentifyOptions&)>;
+
+/// Sets `misses` and `overall` from the predictions.
+void judge(Identified& identified, const std::vector<Dataset>& datasets);
+
+/// The model's prediction of a dataset that it was identified from, with its dynamics, offset, gain and drift.
 std::vector<double> predict(const Identified& identified, const std::vector<Dataset>& datasets,
                             std::size_t i);
 

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include "identification/prediction.h"
+#include <utility>
 
 namespace hystcan::identification {
 namespace {
@@ -14,11 +13,11 @@ constexpr int widest_bias = 10;    // in steps
 
 class Estimator {
  public:
-  Estimator(const model::Hysteresis& model, Dataset beginning, double delay_s, bool with_offset)
-      : model_(model), beginning_(std::move(beginning)), delay_s_(delay_s), with_offset_(with_offset) {}
+  Estimator(const model::Hysteresis& model, Dataset beginning, Lag lag, bool with_offset)
+      : model_(model), beginning_(std::move(beginning)), lag_(std::move(lag)), with_offset_(with_offset) {}
 
   MemoryEstimate estimate_with(const InitialMemory& memory) const {
-    const std::vector<double> predicted = predict(model_, beginning_, delay_s_, memory);
+    const std::vector<double> predicted = predict(model_, beginning_, lag_, memory);
     MemoryEstimate estimate{memory, 0.0, 0.0};
     const auto count = static_cast<double>(predicted.size());
     if (with_offset_)
@@ -53,7 +52,7 @@ class Estimator {
  private:
   const model::Hysteresis& model_;
   Dataset beginning_;
-  double delay_s_;
+  Lag lag_;
   bool with_offset_;
 };
 
@@ -65,9 +64,9 @@ Dataset beginning_of(const Dataset& dataset, std::size_t samples) {
 
 }  // namespace
 
-MemoryEstimate estimate_memory(const model::Hysteresis& model, const Dataset& dataset, double delay_s,
+MemoryEstimate estimate_memory(const model::Hysteresis& model, const Dataset& dataset, const Lag& lag,
                                std::size_t samples, bool with_offset) {
-  const Estimator estimator(model, beginning_of(dataset, std::min(samples, dataset.size())), delay_s,
+  const Estimator estimator(model, beginning_of(dataset, std::min(samples, dataset.size())), lag,
                             with_offset);
   MemoryEstimate best = estimator.best_bias();
   using Kind = InitialMemory::Kind;

@@ -5,6 +5,7 @@
 
 #include "identification/dataset.h"
 #include "identification/initial_memory.h"
+#include "identification/prediction.h"
 
 namespace hystcan::identification {
 
@@ -14,9 +15,8 @@ struct MemoryEstimate {
   double rms = 0.0;     ///< error over the samples of the estimate, output units
 };
 
-/// Returns the memory and the offset with the smallest RMS error over the first `samples` samples. The input
-/// is delayed by `delay_s`. Without `with_offset`, the offset is 0.
-MemoryEstimate estimate_memory(const model::Hysteresis& model, const Dataset& dataset, double delay_s,
+/// Returns the memory and the offset with the smallest RMS error over the first `samples` samples. Without `with_offset`, the offset is 0.
+MemoryEstimate estimate_memory(const model::Hysteresis& model, const Dataset& dataset, const Lag& lag,
                                std::size_t samples, bool with_offset);
 
 }  // namespace hystcan::identification

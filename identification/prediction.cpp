@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "identification/dynamics/quasi_static.h"
 #include "identification/excerpt.h"
 
 namespace hystcan::identification {
@@ -25,11 +26,15 @@ double span_of(const std::vector<double>& values) {
   return *high - *low;
 }
 
-std::vector<double> predict(const model::Hysteresis& model, const Dataset& dataset, double delay_s,
+std::vector<double> predict(const model::Hysteresis& model, const Dataset& dataset, const Lag& lag,
                             model::HysteresisState& state) {
-  const Excerpt::Sequence sequence = Excerpt(dataset, {}, dataset.size(), 0.0).delayed_by(delay_s);
   std::vector<double> predicted;
   predicted.reserve(dataset.size());
+  if (lag.dynamics || lag.delay_s == 0.0) {
+    for (const double v : dataset.input) predicted.push_back(model.advance(state, v).value);
+    return lag.dynamics ? respond(*lag.dynamics, dataset.time_s, predicted) : predicted;
+  }
+  const Excerpt::Sequence sequence = Excerpt(dataset, {}, dataset.size(), 0.0).delayed_by(lag.delay_s);
   for (std::size_t i = 0; i < sequence.input.size(); ++i) {
     const double output = model.advance(state, sequence.input[i]).value;
     if (sequence.fold[i] != Regression::left_out) predicted.push_back(output);
@@ -37,12 +42,12 @@ std::vector<double> predict(const model::Hysteresis& model, const Dataset& datas
   return predicted;
 }
 
-std::vector<double> predict(const model::Hysteresis& model, const Dataset& dataset, double delay_s,
+std::vector<double> predict(const model::Hysteresis& model, const Dataset& dataset, const Lag& lag,
                             const InitialMemory& memory) {
   const double first =
       model.symmetry() == model::Symmetry::even ? std::abs(dataset.input.front()) : dataset.input.front();
   model::HysteresisState state = state_of(model, memory, first);
-  return predict(model, dataset, delay_s, state);
+  return predict(model, dataset, lag, state);
 }
 
 }  // namespace hystcan::identification

@@ -1,10 +1,12 @@
 // A model's prediction for a dataset, sample by sample.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "identification/dataset.h"
 #include "identification/initial_memory.h"
+#include "model/dynamics.h"
 #include "model/hysteresis.h"
 
 namespace hystcan::identification {
@@ -21,11 +23,17 @@ struct ErrorNorms {
 /// max - min.
 double span_of(const std::vector<double>& values);
 
-/// Output at each sample of `dataset`. The input is delayed, and its turning points are kept (excerpt.h).
-/// `state` is the memory at the first input, and afterwards the memory at the last one.
-std::vector<double> predict(const model::Hysteresis& model, const Dataset& dataset, double delay_s,
+/// What stands between the output of a model and the measured one.
+struct Lag {
+  double delay_s = 0.0;                       ///< of the input; its turning points are kept (excerpt.h)
+  std::optional<model::Dynamics> dynamics{};  ///< with a delay of their own: delay_s is then not used
+};
+
+/// Output at each sample of `dataset`. `state` is the memory at the first input, and afterwards the memory at the last
+/// one. Throws std::invalid_argument if there are dynamics and the dataset is not evenly sampled.
+std::vector<double> predict(const model::Hysteresis& model, const Dataset& dataset, const Lag& lag,
                             model::HysteresisState& state);
-std::vector<double> predict(const model::Hysteresis& model, const Dataset& dataset, double delay_s,
+std::vector<double> predict(const model::Hysteresis& model, const Dataset& dataset, const Lag& lag,
                             const InitialMemory& memory);
 
 }  // namespace hystcan::identification

@@ -85,7 +85,10 @@ Eigen::VectorXd Eliminated::completed(const Eigen::VectorXd& theta) const {
 }
 
 Regression::Regression(Path path, CurveBasis basis, const Samples& samples, int folds, Nuisances nuisances)
-    : path_(std::move(path)), basis_(std::move(basis)), nuisances_(nuisances) {
+    : path_(std::move(path)),
+      basis_(std::move(basis)),
+      regressors_(std::ssize(samples.regressors)),
+      nuisances_(nuisances) {
   base_.assign(static_cast<std::size_t>(folds), NormalEquations(unknowns()));
   gather(samples);
   for (Sums& run : runs_) sum_up(run);
@@ -94,7 +97,7 @@ Regression::Regression(Path path, CurveBasis basis, const Samples& samples, int 
 void Regression::gather(const Samples& samples) {
   const auto counted = std::ranges::count_if(samples.fold, [](int part) { return part != left_out; });
   values_.resize(basis_.size(), counted);
-  nuisance_.resize(nuisances_.count(), counted);
+  beside_.resize(regressors_ + nuisances_.count(), counted);
   distance_.resize(counted);
   weight_.setOnes(counted);
   output_.resize(counted);
@@ -107,10 +110,10 @@ void Regression::gather(const Samples& samples) {
         runs_.push_back({run.branch, samples.fold[i], row, 0, {}, 0.0, 0.0});
       const double v = std::clamp(samples.input[i], thresholds.lo, thresholds.hi);
       basis_.values(v, values_.col(row));
-      if (nuisances_.offset) nuisance_(0, row) = 1.0;
-      for (Eigen::Index r = 0; r < nuisances_.regressors; ++r)
-        nuisance_((nuisances_.offset ? 1 : 0) + r, row) = samples.regressors[static_cast<std::size_t>(r)][i];
-      if (nuisances_.drift) nuisance_(nuisances_.count() - 1, row) = drift_course(samples.time_s, i);
+      for (Eigen::Index r = 0; r < regressors_; ++r)
+        beside_(r, row) = samples.regressors[static_cast<std::size_t>(r)][i];
+      if (nuisances_.offset) beside_(regressors_, row) = 1.0;
+      if (nuisances_.drift) beside_(beside_.rows() - 1, row) = drift_course(samples.time_s, i);
       distance_[row] = std::abs(v - path_.branches[run.branch].start);
       if (!samples.weight.empty()) weight_[row] = samples.weight[i];
       values_.col(row) *= weight_[row];
@@ -121,14 +124,14 @@ void Regression::gather(const Samples& samples) {
 
 void Regression::sum_up(Sums& run) {
   const auto B = values_.middleCols(run.begin, run.count);
-  const auto Z = nuisance_.middleCols(run.begin, run.count);
+  const auto Z = beside_.middleCols(run.begin, run.count);
   const auto y = output_.segment(run.begin, run.count);
   const auto w = weight_.segment(run.begin, run.count);
   run.basis = B * w;
   run.output = y.dot(w);
   run.square = w.squaredNorm();
   const Eigen::MatrixXd rows = basis_.rows(path_.branches[run.branch].direction);
-  const Eigen::Index n = basis_.unknowns(), own = nuisances_.count();
+  const Eigen::Index n = basis_.unknowns(), own = beside_.rows();
   NormalEquations& base = base_[static_cast<std::size_t>(run.fold)];
   base.H.topLeftCorner(n, n) += rows * (B * B.transpose()) * rows.transpose();
   base.g.head(n) += rows * (B * y);
@@ -155,7 +158,7 @@ void Regression::add_run(const Sums& run, const Pace& pace, const BranchRows& ro
   Eigen::VectorXd phi = d;  // weighted, as B and y are
   if (std::abs(k) * basis_.thresholds().span() > 1e-6) phi = (1.0 - (-k * d).exp()) / k;
   phi.array() *= w.array();
-  const Eigen::Index n = basis_.unknowns(), own = nuisances_.count();
+  const Eigen::Index n = basis_.unknowns(), own = beside_.rows();
   const auto c = rows.offset(run.branch), S = rows.convergence(run.branch);
   const Eigen::VectorXd B_phi = values_.middleCols(run.begin, run.count) * phi;
   const double sum_phi = phi.dot(w);
@@ -164,7 +167,7 @@ void Regression::add_run(const Sums& run, const Pace& pace, const BranchRows& ro
   add_symmetric(H, S, 0.5 * phi.squaredNorm() * S - basis_.row(direction, B_phi));
   to.g.head(n) += c * run.output - S * phi.dot(y);
   if (own == 0) return;
-  const auto Z = nuisance_.middleCols(run.begin, run.count);
+  const auto Z = beside_.middleCols(run.begin, run.count);
   const Eigen::MatrixXd shared = c * (Z * w).transpose() - S * (Z * phi).transpose();
   to.H.topRightCorner(n, own) += shared;
   to.H.bottomLeftCorner(own, n) += shared.transpose();

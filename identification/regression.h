@@ -3,8 +3,8 @@
 // Its normal equations are summed branch by branch. The sums of B_i B_j do not depend on k and are computed
 // once, so that another k costs one exponential and n + 4 products per sample.
 //
-// A dataset can have a zero and a slow drift of its own: after theta come the columns of its nuisances, 1 and
-// its time from -1/2 to 1/2. Between them come the dataset's regressors, if it has some.
+// After theta come further linear unknowns: those of regressors, which all datasets share, then what a dataset has of its
+// own, a zero and a slow drift (columns 1 and its time from -1/2 to 1/2).
 #pragma once
 
 #include <Eigen/Core>
@@ -21,9 +21,8 @@ namespace hystcan::identification {
 struct Nuisances {
   bool offset = false;
   bool drift = false;
-  Eigen::Index regressors = 0;  ///< further columns
 
-  Eigen::Index count() const { return (offset ? 1 : 0) + regressors + (drift ? 1 : 0); }
+  Eigen::Index count() const { return (offset ? 1 : 0) + (drift ? 1 : 0); }
 };
 
 /// The normal equations of
@@ -73,13 +72,14 @@ class Regression {
     std::span<const double> input;
     std::span<const double> output;
     std::span<const int> fold;
-    std::span<const double> weight{};  ///< of the error of each; empty: all 1. The nuisances are not weighted
+    std::span<const double>
+        weight{};  ///< of the error of each; empty: all 1. Regressors and nuisances are not weighted
     std::span<const std::vector<double>> regressors{};
   };
   Regression(Path path, CurveBasis basis, const Samples& samples, int folds, Nuisances nuisances = {});
 
-  /// theta, then the nuisances.
-  Eigen::Index unknowns() const { return basis_.unknowns() + nuisances_.count(); }
+  /// theta, the regressors, then the nuisances.
+  Eigen::Index unknowns() const { return basis_.unknowns() + regressors_ + nuisances_.count(); }
   /// Adds the equations of each fold to `folds`.
   void add(const Pace& pace, std::vector<NormalEquations>& folds) const;
 
@@ -99,14 +99,15 @@ class Regression {
 
   Path path_;
   CurveBasis basis_;
+  Eigen::Index regressors_;
   Nuisances nuisances_;
   std::vector<NormalEquations> base_;  // per fold: the part that does not depend on k
   std::vector<Sums> runs_;
   Eigen::VectorXd distance_;  // |v - v_s| of each sample that counts
   // Each times the weight of the sample, one column per sample.
   Eigen::VectorXd weight_, output_;
-  Eigen::MatrixXd values_;    // B
-  Eigen::MatrixXd nuisance_;  // not weighted
+  Eigen::MatrixXd values_;  // B
+  Eigen::MatrixXd beside_;  // regressors and nuisances, not weighted
 };
 
 }  // namespace hystcan::identification

@@ -47,10 +47,10 @@ void SeparableFit::prepare(const Trial& trial) {
   prepared_ = trial;
 }
 
-// theta, then the nuisances of one dataset after the other.
+// theta, the regressors, then the nuisances of one dataset after the other.
 std::vector<NormalEquations> SeparableFit::systems(const Trial& trial) {
   prepare(trial);
-  const Eigen::Index n = curve_unknowns();
+  const Eigen::Index n = shared_unknowns();
   Eigen::Index unknowns = n;
   for (const Regression& regression : regressions_) unknowns += regression.unknowns() - n;
   const auto count = static_cast<std::size_t>(problem_.folds);
@@ -98,10 +98,9 @@ Fitted SeparableFit::fit(const Trial& trial) {
   fitted.valid = solution.valid;
   fitted.violation = solution.violation;
   const Eigen::VectorXd completed = system.completed(solution.theta);
-  Eigen::Index at = curve_unknowns();
+  Eigen::Index at = shared_unknowns();
   for (std::size_t i = 0; i < problem_.excerpts.size(); ++i) {
     fitted.offsets.push_back(nuisances(i).offset ? trial.gain(i) * completed[at++] : 0.0);
-    at += nuisances(i).regressors;
     fitted.drifts.push_back(nuisances(i).drift ? trial.gain(i) * completed[at++] : 0.0);
   }
   return fitted;

@@ -31,6 +31,7 @@ struct Trial {
 struct Problem {
   std::vector<Excerpt> excerpts;
   std::vector<Nuisances> nuisances;  ///< of each excerpt; empty: none
+  Eigen::Index regressors = 0;       ///< that each excerpt has
   int folds = 1;
   model::Interval observed;  ///< range of the inputs that occur, folded
   model::Symmetry symmetry = model::Symmetry::none;
@@ -68,6 +69,7 @@ class SeparableFit {
     return problem_.nuisances.empty() ? Nuisances{} : problem_.nuisances[excerpt];
   }
   Eigen::Index curve_unknowns() const { return 2 * shape_.coefficients() - 1; }
+  Eigen::Index shared_unknowns() const { return curve_unknowns() + problem_.regressors; }
 
   const Problem& problem_;
   CurveShape shape_;

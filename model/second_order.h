@@ -17,6 +17,8 @@ struct SecondOrder {
   struct Config {
     double natural_frequency_Hz = 100.0;  ///< f > 0
     double damping_ratio = 0.1;           ///< zeta >= 0
+
+    bool operator==(const Config&) const = default;
   };
   struct State {
     double position = 0.0;  ///< output units

@@ -102,7 +102,7 @@ Result identify(const py::object& t, const py::object& u, const py::object& y,
                 const std::optional<int>& order, const std::optional<std::string>& symmetry,
                 const std::string& thresholds, const std::string& curves,
                 const std::optional<double>& delay_s, bool common_zero, bool common_gain, bool drift,
-                const std::string& input_unit, const std::string& output_unit) {
+                bool dynamics, const std::string& input_unit, const std::string& output_unit) {
   const std::vector<Dataset> datasets = datasets_of(t, u, y, {input_unit, output_unit});
   if (order && (*order < 1 || *order > identification::highest_order))
     throw py::value_error(
@@ -112,6 +112,7 @@ Result identify(const py::object& t, const py::object& u, const py::object& y,
   options.common_zero = common_zero;
   options.common_gain = common_gain;
   options.drift = drift;
+  options.dynamics = dynamics;
   std::optional<identification::Identified> identified;
   std::vector<std::string> said;
   {
@@ -124,7 +125,7 @@ Result identify(const py::object& t, const py::object& u, const py::object& y,
   model.name = "identified";
   model.input_unit = identified->parameters.input_unit;
   model.output_unit = identified->parameters.output_unit;
-  model.delay_s = identified->delay_s;
+  model.lag = identified->lag();
   return {std::move(model),
           python_of(app::identification_json(*identified, said)),
           app::identified_model_text(*identified, said),
@@ -140,6 +141,8 @@ void save_result(const Result& result, const std::filesystem::path& path) {
 py::dict validate(const Model& model, const Array& t, const Array& u, const Array& y,
                   const std::optional<double>& delay_s, const std::optional<double>& estimate_from_s,
                   bool offset) {
+  identification::Lag lag = model.lag;
+  if (delay_s) (lag.dynamics ? lag.dynamics->delay_s : lag.delay_s) = *delay_s;
   const auto* const hysteresis = std::get_if<model::Hysteresis>(model.model.get());
   if (hysteresis == nullptr)
     throw py::value_error(fmt::format("{}: kind is {}, expected recursive-memory", model.name, model.kind()));
@@ -147,11 +150,9 @@ py::dict validate(const Model& model, const Array& t, const Array& u, const Arra
   app::Validation validation;
   {
     const py::gil_scoped_release released;
-    validation = app::validate(*hysteresis, dataset,
-                               {.delay_s = delay_s.value_or(model.delay_s),
-                                .estimate_s = estimate_from_s,
-                                .estimates_offset = offset,
-                                .memory = {}});
+    validation =
+        app::validate(*hysteresis, dataset,
+                      {.lag = lag, .estimate_s = estimate_from_s, .estimates_offset = offset, .memory = {}});
   }
   auto report = python_of(app::validation_json(validation)).cast<py::dict>();
   report["predicted"] = array_of(std::move(validation.predicted));
@@ -174,15 +175,15 @@ Raises RuntimeError if the file cannot be written.
   module.def("identify", &identify, py::arg("t"), py::arg("u"), py::arg("y"), py::kw_only(),
              py::arg("order") = py::none(), py::arg("symmetry") = py::none(), py::arg("thresholds") = "auto",
              py::arg("curves") = "auto", py::arg("delay_s") = py::none(), py::arg("common_zero") = false,
-             py::arg("common_gain") = false, py::arg("drift") = false, py::arg("input_unit") = "V",
-             py::arg("output_unit") = "um",
+             py::arg("common_gain") = false, py::arg("drift") = false, py::arg("dynamics") = false,
+             py::arg("input_unit") = "V", py::arg("output_unit") = "um",
              R"(Identify a model from measured records and return it with its figures.
 
 t, u, y: time in seconds, input and output, each of shape (n,); or lists of such arrays, one for each record.
 order: of polynomial reference curves; chosen by hold-out if left out. curves: "auto", "polynomial" or "spline".
 symmetry: "none", "even" or "butterfly"; found if left out. thresholds: "observed" puts them at the ends of the inputs.
 delay_s: if known; else it is searched. Several records have a zero and a gain each, unless common_zero or
-common_gain; drift: the zero also drifts.
+common_gain; drift: the zero also drifts. dynamics: a mode and a delay behind the hysteresis; then delay_s is its delay.
 Raises ValueError for what is no record, Error if no model can be identified. Ctrl-C raises KeyboardInterrupt.
 
 >>> import hystcan, numpy

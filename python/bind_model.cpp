@@ -188,8 +188,20 @@ Raises Error, with the place in the file, also if the memory belongs to another 
           "The thresholds (lower, upper), in input units.")
       .def_readonly("input_unit", &Model::input_unit, "Of the model file: \"V\".")
       .def_readonly("output_unit", &Model::output_unit, "Of the model file: \"um\".")
-      .def_readonly("delay_s", &Model::delay_s,
-                    "Delay of the output that was identified with the model; else 0.")
+      .def_property_readonly(
+          "delay_s", [](const Model& model) { return model.lag.delay_s; },
+          "Delay of the output that was identified with the model; else 0.")
+      .def_property_readonly(
+          "dynamics",
+          [](const Model& model) -> py::object {
+            if (!model.lag.dynamics) return py::none();
+            py::dict dynamics;
+            dynamics["resonance_Hz"] = model.lag.dynamics->mode.natural_frequency_Hz;
+            dynamics["damping_ratio"] = model.lag.dynamics->mode.damping_ratio;
+            dynamics["delay_s"] = model.lag.dynamics->delay_s;
+            return dynamics;
+          },
+          "The mode and the delay behind the hysteresis, [dynamics] of the model file: a dict, or None.")
       .def("__repr__", [](const Model& model) {
         const model::Interval range = model.input_range();
         return fmt::format("<hystcan.Model {} {}, {:g} to {:g} {}>", model.name, model.kind(), range.lo,

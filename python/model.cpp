@@ -23,7 +23,7 @@ Model Model::load(const std::filesystem::path& file, bool beyond_limit) {
       },
       *model.model);
   if (std::holds_alternative<model::Hysteresis>(*model.model))
-    model.delay_s = config::load_identified_from(file).delay_s;
+    model.lag = {config::load_identified_from(file).delay_s, config::load_dynamics(file)};
   return model;
 }
 

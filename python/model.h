@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "identification/prediction.h"
 #include "python/any_model.h"
 
 namespace hystcan::python {
@@ -18,7 +19,7 @@ class Model {
   SharedModel model;
   std::string name;  ///< of the file
   std::string input_unit, output_unit;
-  double delay_s = 0.0;
+  identification::Lag lag{};  ///< that was identified with it
 };
 
 }  // namespace hystcan::python

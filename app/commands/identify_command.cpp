@@ -43,6 +43,7 @@ struct IdentifyArguments {
   bool common_zero = false;
   bool common_gain = false;
   bool drift = false;
+  bool dynamics = false;
   std::string symmetry = "auto";
   std::string thresholds = "auto";
   bool json = false;
@@ -57,6 +58,7 @@ identification::IdentifyOptions asked_for(const IdentifyArguments& options, Prog
   asked.common_zero = options.common_zero;
   asked.common_gain = options.common_gain;
   asked.drift = options.drift;
+  asked.dynamics = options.dynamics;
   asked.output = *parse_word<identification::ShapeOfOutput>(options.symmetry);
   asked.observed_thresholds = options.thresholds == "observed";
   asked.go_on = [&progress, tries = std::uint64_t{0}]() mutable {
@@ -176,6 +178,9 @@ void add_identify(CLI::App& cli, int& status) {
   command->add_flag("--common-gain", options->common_gain,
                     "several datasets: their outputs have the same gain; if left out, each can have its own");
   command->add_flag("--drift", options->drift, "the zero of each dataset drifts linearly");
+  command->add_flag(
+      "--dynamics", options->dynamics,
+      "a mechanical mode and a delay behind the hysteresis, from fast, evenly sampled datasets");
   std::vector<std::string> symmetries;
   for (const std::string_view symmetry : words(identification::ShapeOfOutput{}))
     symmetries.emplace_back(symmetry);

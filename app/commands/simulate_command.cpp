@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -20,6 +21,7 @@
 #include "app/live/stop_signal.h"
 #include "can/counted.h"
 #include "config/files/model_file.h"
+#include "model/dynamics.h"
 #include "model/simulation.h"
 
 namespace hystcan::app {
@@ -36,6 +38,7 @@ struct SimulateArguments {
   bool inverse = false;
   bool negative_drive = false;
   bool beyond_limit = false;
+  bool dynamics = false;
 };
 
 model::AnyModel load(const SimulateArguments& options) {
@@ -74,6 +77,56 @@ void compute(model::Simulation<Model>& simulation, bool inverse, SampleBlock& bl
   }
 }
 
+/// The positions of a stage whose model file has [dynamics], at an even rate.
+class Stage {
+ public:
+  Stage(const SimulateArguments& options)
+      : input_(options.input), dynamics_(config::load_dynamics(options.model)) {
+    if (!dynamics_)
+      throw config::Error(
+          fmt::format("{}: has no [dynamics], expected that table with --dynamics; `hystcan identify "
+                      "--dynamics` finds it",
+                      options.model.string()));
+  }
+
+  void move(SampleBlock& block) {
+    for (std::size_t i = 0; i < block.output.size(); ++i, ++row_)
+      block.output[i] = next(block.time_s[i], block.output[i]);
+  }
+
+ private:
+  // The cycle is known with the second row. At the first one the stage is at rest.
+  double next(double time_s, double quasi_static) {
+    if (row_ == 0) {
+      first_ = quasi_static;
+      before_s_ = time_s;
+      return quasi_static;
+    }
+    const double step_s = time_s - before_s_;
+    before_s_ = time_s;
+    if (!output_) {
+      if (!(step_s > 0.0)) refuse(step_s, "a positive step");
+      cycle_s_ = step_s;
+      output_.emplace(*dynamics_, cycle_s_, first_);
+      output_->advance(first_);
+    }
+    if (!(std::abs(step_s - cycle_s_) <= 0.01 * cycle_s_))
+      refuse(step_s, fmt::format("{:g} s within 1 %", cycle_s_));
+    return output_->advance(quasi_static);
+  }
+  [[noreturn]] void refuse(double step_s, const std::string& expected) const {
+    throw config::Error(
+        fmt::format("{}: row {} is {:g} s after the row before, expected {}: --dynamics needs an even rate",
+                    input_.string(), row_ + 1, step_s, expected));
+  }
+
+  std::filesystem::path input_;
+  std::optional<model::Dynamics> dynamics_;
+  std::optional<model::DynamicOutput> output_;
+  std::uint64_t row_ = 0;
+  double first_ = 0.0, before_s_ = 0.0, cycle_s_ = 0.0;
+};
+
 /// In constant memory.
 template <class Model>
 void run(const SimulateArguments& options, model::Simulation<Model>& simulation, RowOutput& out) {
@@ -83,6 +136,8 @@ void run(const SimulateArguments& options, model::Simulation<Model>& simulation,
                options.inverse ? parameters.output_unit : parameters.input_unit, ", the model's");
   Progress progress("simulating", rows->size());
   std::uint64_t count = 0;
+  std::optional<Stage> stage;
+  if (options.dynamics) stage.emplace(options);
   run_pipeline<SampleBlock>(
       [&](SampleBlock& block) {
         if (stop_signalled != 0)
@@ -92,7 +147,10 @@ void run(const SimulateArguments& options, model::Simulation<Model>& simulation,
         progress.update(rows->done(), count);
         return is_one;
       },
-      [&](SampleBlock& block) { compute(simulation, options.inverse, block); },
+      [&](SampleBlock& block) {
+        compute(simulation, options.inverse, block);
+        if (stage) stage->move(block);
+      },
       [&](const SampleBlock& block) { out.write(block); });
   if (count == 0)
     throw config::Error(fmt::format("{}: has no rows, expected at least one", options.input.string()));
@@ -170,6 +228,10 @@ void add_simulate(CLI::App& cli, int& status) {
                       "write the final memory, from which a next run can continue");
   CLI::Option* inverse =
       command->add_flag("--inverse", options->inverse, "compute the input that gives each output");
+  command
+      ->add_flag("--dynamics", options->dynamics,
+                 "the position of the stage, with [dynamics] of the model file")
+      ->excludes(inverse);
   command
       ->add_flag("--negative-drive", options->negative_drive,
                  "use the negative one of the two inputs of an even model")

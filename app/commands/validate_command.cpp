@@ -34,16 +34,18 @@ struct ValidateArguments {
   DatasetInput input;
   std::optional<double> estimate_s;
   std::optional<double> delay_s;
+  bool quasi_static = false;
   bool no_offset = false;
   bool json = false;
 };
 
 ValidationOptions asked_for(const ValidateArguments& options, const model::Hysteresis& model) {
+  identification::Lag lag{.delay_s =
+                              options.delay_s.value_or(config::load_identified_from(options.model).delay_s)};
+  if (!options.quasi_static) lag.dynamics = config::load_dynamics(options.model);
+  if (lag.dynamics && options.delay_s) lag.dynamics->delay_s = *options.delay_s;
   ValidationOptions asked{
-      .delay_s = options.delay_s.value_or(config::load_identified_from(options.model).delay_s),
-      .estimate_s = options.estimate_s,
-      .estimates_offset = !options.no_offset,
-      .memory = {}};
+      .lag = lag, .estimate_s = options.estimate_s, .estimates_offset = !options.no_offset, .memory = {}};
   if (!options.memory.empty())
     asked.memory = config::load_memory(options.memory, model, model::Hysteresis::default_capacity);
   return asked;
@@ -93,7 +95,11 @@ void report_prediction(const ValidateArguments& options, const Dataset& dataset,
     fmt::print("initial memory{} estimated from {} of {}{}; offset {:+.4g} {}, delay {:.3g} s\n",
                options.no_offset ? "" : " and offset", outcome.estimated_from,
                can::counted(dataset.size(), "sample"), rest ? ", which are not judged" : "",
-               outcome.start.offset, dataset.output_unit, outcome.delay_s);
+               outcome.start.offset, dataset.output_unit,
+               outcome.lag.dynamics ? outcome.lag.dynamics->delay_s : outcome.lag.delay_s);
+  if (outcome.lag.dynamics)
+    fmt::print("with the mode at {:.5g} Hz, damping ratio {:.3g}, of the model file\n",
+               outcome.lag.dynamics->mode.natural_frequency_Hz, outcome.lag.dynamics->mode.damping_ratio);
   if (rest)
     fmt::print("with these: {:.3g} % RMS, {:.3g} % at most\n", outcome.all.rms * percent,
                outcome.all.max * percent);
@@ -137,6 +143,7 @@ void add_validate(CLI::App& cli, int& status) {
   command
       ->add_option("--delay", options->delay_s, "delay of the output in seconds, instead of the model file's")
       ->check(not_negative_number());
+  command->add_flag("--quasi-static", options->quasi_static, "leave out [dynamics] of the model file");
   command->add_flag("--no-offset", options->no_offset, "do not estimate an output offset")->excludes(memory);
   command->add_option("--output", options->output, "write time_s,input,output,predicted (CSV)");
   add_interval_options(*command, options->input);

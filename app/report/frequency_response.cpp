@@ -10,7 +10,7 @@
 #include "app/report/gnuplot.h"
 #include "config/document/error.h"
 #include "controller/analysis/margins.h"
-#include "identification/dynamics/held_mode.h"
+#include "model/held_mode.h"
 
 namespace hystcan::app {
 namespace {
@@ -61,7 +61,7 @@ class Curves {
 
  private:
   const FrequencyResponse& of_;
-  identification::HeldMode model_;
+  model::HeldMode model_;
   controller::LinearLoop before_, after_;
   Phase model_phase_, before_phase_, after_phase_;
 };

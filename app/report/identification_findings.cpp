@@ -32,6 +32,7 @@ class Findings {
     report_zeros();
     report_steps();
     report_delay();
+    report_dynamics();
     report_memories();
     report_order();
     report_k();
@@ -126,6 +127,14 @@ class Findings {
             ? ": a delay hardly differs from a wider loop at one rate; add a record at another rate, or give "
               "--delay"
             : "");
+  }
+
+  void report_dynamics() {
+    if (!identified_.dynamics) return;
+    const model::Dynamics& dynamics = *identified_.dynamics;
+    say("behind the hysteresis stand a mode at {:.5g} Hz with a damping ratio of {:.3g}, and a delay of {:.4g} s: the model "
+        "file has them as [dynamics]",
+        dynamics.mode.natural_frequency_Hz, dynamics.mode.damping_ratio, dynamics.delay_s);
   }
 
   void report_memories() {

@@ -21,6 +21,13 @@ std::size_t samples_until(const identification::Dataset& dataset, const std::opt
   return samples;
 }
 
+nlohmann::json json_of(const std::optional<model::Dynamics>& dynamics) {
+  if (!dynamics) return {};
+  return {{"resonance_Hz", dynamics->mode.natural_frequency_Hz},
+          {"damping_ratio", dynamics->mode.damping_ratio},
+          {"delay_s", dynamics->delay_s}};
+}
+
 }  // namespace
 
 using identification::ErrorNorms;
@@ -34,7 +41,8 @@ std::string identified_model_text(const Identified& identified, const std::vecto
   for (const std::string& finding : findings) text += "# - " + finding + "\n";
   return text + config::model_text(identified.parameters,
                                    {samples, identified.delay_s, identified.overall.rms * percent,
-                                    identified.overall.max * percent});
+                                    identified.overall.max * percent},
+                                   identified.dynamics);
 }
 
 nlohmann::json identification_json(const Identified& identified, const std::vector<std::string>& findings) {
@@ -71,6 +79,7 @@ nlohmann::json identification_json(const Identified& identified, const std::vect
           {"delay_range_s", identified.delay_range
                                 ? nlohmann::json{identified.delay_range->lo_s, identified.delay_range->hi_s}
                                 : nlohmann::json()},
+          {"dynamics", json_of(identified.dynamics)},
           {"output_span", identified.output_span},
           {"rms_percent", identified.overall.rms * percent},
           {"max_percent", identified.overall.max * percent},
@@ -84,19 +93,20 @@ Validation validate(const model::Hysteresis& model, const identification::Datase
                     ValidationOptions options) {
   const identification::Dataset dataset = model.symmetry() == model::Symmetry::even ? folded(given) : given;
   Validation result;
-  result.delay_s = options.delay_s;
-  if (const double lasts_s = dataset.time_s.back() - dataset.time_s.front(); options.delay_s > lasts_s)
+  result.lag = options.lag;
+  const double delay_s = result.lag.dynamics ? result.lag.dynamics->delay_s : result.lag.delay_s;
+  if (const double lasts_s = dataset.time_s.back() - dataset.time_s.front(); delay_s > lasts_s)
     throw std::invalid_argument(fmt::format(
-        "the delay is {} s, expected at most the length of the dataset, {:g} s", options.delay_s, lasts_s));
+        "the delay is {} s, expected at most the length of the dataset, {:g} s", delay_s, lasts_s));
   result.output_span = identification::span_of(dataset.output);
   if (!(result.output_span > 0.0)) throw std::invalid_argument("the output is constant");
   if (options.memory) {
-    result.predicted = identification::predict(model, dataset, result.delay_s, *options.memory);
+    result.predicted = identification::predict(model, dataset, result.lag, *options.memory);
   } else {
     result.estimated_from = samples_until(dataset, options.estimate_s);
     result.start =
-        estimate_memory(model, dataset, result.delay_s, result.estimated_from, options.estimates_offset);
-    result.predicted = identification::predict(model, dataset, result.delay_s, result.start.memory);
+        estimate_memory(model, dataset, result.lag, result.estimated_from, options.estimates_offset);
+    result.predicted = identification::predict(model, dataset, result.lag, result.start.memory);
   }
   for (double& output : result.predicted) output += result.start.offset;
   result.all = ErrorNorms::of(result.predicted, dataset.output);
@@ -122,7 +132,8 @@ nlohmann::json validation_json(const Validation& validation) {
           {"rest_rms_percent", of_the_rest(validation.rest.rms)},
           {"rest_max_percent", of_the_rest(validation.rest.max)},
           {"offset", validation.start.offset},
-          {"delay_s", validation.delay_s},
+          {"delay_s", validation.lag.delay_s},
+          {"dynamics", json_of(validation.lag.dynamics)},
           {"output_span", validation.output_span},
           {"samples_outside_thresholds", validation.outside}};
 }

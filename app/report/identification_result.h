@@ -23,7 +23,7 @@ nlohmann::json identification_json(const identification::Identified& identified,
                                    const std::vector<std::string>& findings);
 
 struct ValidationOptions {
-  double delay_s = 0.0;
+  identification::Lag lag;
   std::optional<double> estimate_s;  ///< initial memory and offset from this many seconds; none: from all
   bool estimates_offset = true;
   std::optional<model::HysteresisState> memory;  ///< at the first sample, instead of an estimate
@@ -32,7 +32,7 @@ struct ValidationOptions {
 /// How a model predicts a dataset.
 struct Validation {
   identification::MemoryEstimate start;
-  double delay_s = 0.0;
+  identification::Lag lag;
   std::vector<double> predicted;
   std::size_t estimated_from = 0;  ///< samples, which are not judged
   identification::ErrorNorms all, rest;
@@ -43,7 +43,8 @@ struct Validation {
   bool has_rest() const { return estimated_from > 0 && estimated_from < predicted.size(); }
 };
 
-/// Throws std::invalid_argument if the output is constant, or if the delay is longer than the dataset.
+/// Throws std::invalid_argument if the output is constant, if the delay is longer than the dataset, or if dynamics are given
+/// and the dataset is not evenly sampled.
 Validation validate(const model::Hysteresis& model, const identification::Dataset& dataset,
                     ValidationOptions options);
 nlohmann::json validation_json(const Validation& validation);

@@ -106,6 +106,11 @@ class ModelWriter {
     visit(*this, value);
   }
 
+  template <class T, class Visit>
+  void optional_table(std::string_view key, std::optional<T>& value, Visit visit) {
+    if (value) table(key, *value, visit);
+  }
+
   const std::string& text() const { return text_; }
 
  private:
@@ -150,9 +155,11 @@ model::HysteresisParameters load_model(const std::filesystem::path& file) {
   return made(document, "hysteresis", [&] { return model::Hysteresis(given).parameters(); });
 }
 
-std::string model_text(const model::HysteresisParameters& parameters, const IdentifiedFrom& from) {
+std::string model_text(const model::HysteresisParameters& parameters, const IdentifiedFrom& from,
+                       const std::optional<model::Dynamics>& dynamics) {
   const model::Interval& range = parameters.input_range();
   ModelFile raw{.identified_from = from,
+                .dynamics = dynamics,
                 .kind = std::string(model::Hysteresis::kind()),
                 .input_unit = parameters.input_unit,
                 .output_unit = parameters.output_unit,
@@ -176,6 +183,10 @@ std::string model_text(const model::HysteresisParameters& parameters, const Iden
 
 IdentifiedFrom load_identified_from(const std::filesystem::path& file) {
   return read_model(Document(file, {}, largest_model_file)).identified_from;
+}
+
+std::optional<model::Dynamics> load_dynamics(const std::filesystem::path& file) {
+  return read_model(Document(file, {}, largest_model_file)).dynamics;
 }
 
 model::Hysteresis load_model_beyond_limit(const std::filesystem::path& file) {

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 
 #include "controller/control/adaptation.h"
 #include "model/any_model.h"
+#include "model/dynamics.h"
 
 namespace hystcan::config {
 
@@ -31,10 +33,14 @@ struct IdentifiedFrom {
 };
 
 /// The text of a model file. load_model() reads exactly the same parameters from it.
-std::string model_text(const model::HysteresisParameters& parameters, const IdentifiedFrom& from);
+std::string model_text(const model::HysteresisParameters& parameters, const IdentifiedFrom& from,
+                       const std::optional<model::Dynamics>& dynamics = {});
 
 /// Returns zeros if the file has no [identification]. Throws Error.
 IdentifiedFrom load_identified_from(const std::filesystem::path& file);
+
+/// [dynamics] of a model file of any kind; none if it has no such table. Throws Error.
+std::optional<model::Dynamics> load_dynamics(const std::filesystem::path& file);
 
 /// Reads a memory of `model` that was saved or written by hand. Throws Error.
 template <class Law>

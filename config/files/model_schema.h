@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,6 +25,7 @@ inline constexpr std::array<std::string_view, 4> memory_kinds{
 /// [hysteresis] of a model file. The keys depend on the kind.
 struct ModelFile {
   IdentifiedFrom identified_from;
+  std::optional<model::Dynamics> dynamics{};
   std::string kind;
   std::string input_unit;
   std::string output_unit;
@@ -79,11 +81,19 @@ void visit(V& v, IdentifiedFrom& from) {
   v.required("max_percent", from.max_percent, not_negative, {.digits = 4});
 }
 
+template <class V>
+void visit(V& v, model::Dynamics& d) {
+  v.required("resonance_Hz", d.mode.natural_frequency_Hz, positive);
+  v.required("damping_ratio", d.mode.damping_ratio, not_negative);
+  v.required("delay_s", d.delay_s, not_negative);
+}
+
 /// The tables of a model file.
 template <class V>
 void visit_tables(V& v, ModelFile& m, bool identified) {
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };
   v.table("hysteresis", m, plain);
+  v.optional_table("dynamics", m.dynamics, plain);
   if (identified) v.table("identification", m.identified_from, plain);
 }
 

@@ -3,8 +3,13 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <filesystem>
+#include <numbers>
+#include <optional>
+#include <string>
 #include <system_error>
+#include <utility>
 #include <variant>
 
 #include "config/files/model_file.h"
@@ -62,11 +67,53 @@ void set_mode(controller::Shape& shape, double resonance_Hz) {
   if (auto* raster = std::get_if<controller::Raster>(&shape)) raster->mode_period_s = 1.0 / resonance_Hz;
 }
 
+/// Where a table leaves out what the dynamics of its model file say, it is taken from there.
+class Dynamics {
+ public:
+  Dynamics(const Document& document, std::string table, const std::filesystem::path& model)
+      : document_(document), table_(std::move(table)), dynamics_(load_dynamics(model)) {}
+
+  void mode(double& resonance_Hz, double& damping_ratio) const {
+    if (is_open("resonance_Hz")) resonance_Hz = dynamics_->mode.natural_frequency_Hz;
+    if (is_open("damping_ratio")) damping_ratio = dynamics_->mode.damping_ratio;
+  }
+  /// The amplifier's lag is what the delay has more than the sensor's part of it.
+  void amplifier(const char* key, double& bandwidth_Hz, double sensor_s) const {
+    if (!is_open(key)) return;
+    const double lag_s = dynamics_->delay_s - sensor_s;
+    if (!(lag_s > 0.0))
+      document_.fail_at(
+          table_, fmt::format("missing key {}, expected in [{}]: the model's delay of {:g} s is no more than "
+                              "the sensor's, {:g} s",
+                              key, table_, dynamics_->delay_s, sensor_s));
+    bandwidth_Hz = 1.0 / (2.0 * std::numbers::pi * lag_s);
+  }
+
+ private:
+  bool is_open(const char* key) const {
+    if (document_.root().at_path(table_ + "." + key)) return false;
+    if (!dynamics_)
+      document_.fail_at(
+          table_,
+          fmt::format("missing key {}, expected in [{}], or [dynamics] in its model file", key, table_));
+    return true;
+  }
+
+  const Document& document_;
+  std::string table_;
+  std::optional<model::Dynamics> dynamics_;
+};
+
 /// Loads the controller's model of axis i and sets what is derived from it.
 void complete_control(const Document& document, Config& config, std::size_t i) {
   AxisConfig& axis = config.axes[i];
-  axis.control.law.model = std::get<model::HysteresisParameters>(model::in_um(
-      load_model(named_file(document, fmt::format("axis[{}].control.model", i), axis.control_model))));
+  const std::filesystem::path file =
+      named_file(document, fmt::format("axis[{}].control.model", i), axis.control_model);
+  axis.control.law.model = std::get<model::HysteresisParameters>(model::in_um(load_model(file)));
+  controller::Delays& delays = axis.control.delays;
+  const Dynamics dynamics(document, fmt::format("axis[{}].control.delays", i), file);
+  dynamics.mode(delays.resonance_Hz, delays.damping_ratio);
+  dynamics.amplifier("amplifier_bandwidth_Hz", delays.amplifier_bandwidth_Hz, delays.sensor_s());
   set_transition_limits(document, config, i);
   for (controller::Segment& segment : axis.control.setpoint)
     set_mode(segment.shape, axis.control.delays.resonance_Hz);
@@ -79,8 +126,14 @@ void complete(const Document& document, AxisConfig& axis, std::size_t i) {
     if (auto* table = std::get_if<controller::Table>(&segments[j].shape))
       table->curve = load_setpoint(
           named_file(document, fmt::format("axis[{}].control.setpoint[{}].file", i, j), table->file));
-  axis.twin.plant.hysteresis = model::in_um(
-      load_any_parameters(named_file(document, fmt::format("axis[{}].twin.model", i), axis.twin_model)));
+  const std::filesystem::path file =
+      named_file(document, fmt::format("axis[{}].twin.model", i), axis.twin_model);
+  twin::Plant::Config& plant = axis.twin.plant;
+  plant.hysteresis = model::in_um(load_any_parameters(file));
+  const Dynamics dynamics(document, fmt::format("axis[{}].twin", i), file);
+  dynamics.mode(plant.mode.natural_frequency_Hz, plant.mode.damping_ratio);
+  dynamics.amplifier("bandwidth_Hz", plant.amplifier.bandwidth_Hz,
+                     std::chrono::duration<double>(axis.twin.sensor.delay).count());
 }
 
 /// Resolves the axes that the couplings of axis i name; `key` is their path ("axis[0].control.coupling").

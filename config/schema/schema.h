@@ -134,9 +134,10 @@ void visit(V& v, controller::Segment& segment) {
 template <class V>
 void visit(V& v, controller::Delays& d) {
   v.required("command_delay_us", d.command_delay, not_negative);
-  v.required("amplifier_bandwidth_Hz", d.amplifier_bandwidth_Hz, positive);
-  v.required("resonance_Hz", d.resonance_Hz, positive);
-  v.required("damping_ratio", d.damping_ratio, not_negative);
+  v.optional("amplifier_bandwidth_Hz", d.amplifier_bandwidth_Hz,
+             positive);  // these three: else of the model file
+  v.optional("resonance_Hz", d.resonance_Hz, positive);
+  v.optional("damping_ratio", d.damping_ratio, not_negative);
   v.optional("interpolated", d.interpolated);
   v.optional("second_order", d.second_order);
   v.optional("plant_inverse", d.plant_inverse);

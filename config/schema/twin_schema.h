@@ -83,13 +83,14 @@ void visit_twin(V& v, AxisConfig& axis) {
   const std::string& unit = axis.wire.drive_unit;
   twin::AxisConfig& t = axis.twin;
   v.required("model", axis.twin_model);
-  v.required("resonance_Hz", t.plant.mode.natural_frequency_Hz, positive);
-  v.required("damping_ratio", t.plant.mode.damping_ratio, not_negative);
+  v.optional("resonance_Hz", t.plant.mode.natural_frequency_Hz,
+             positive);  // and bandwidth_Hz: else of the model file
+  v.optional("damping_ratio", t.plant.mode.damping_ratio, not_negative);
   v.required("drive_min_" + unit, t.plant.amplifier.drive_min);
   v.required("drive_max_" + unit, t.plant.amplifier.drive_max);
   v.required("safe_drive_" + unit, t.plant.amplifier.safe_drive);
   v.required("slew_" + unit + "_per_s", t.plant.amplifier.slew_per_s, positive);
-  v.required("bandwidth_Hz", t.plant.amplifier.bandwidth_Hz, positive);
+  v.optional("bandwidth_Hz", t.plant.amplifier.bandwidth_Hz, positive);
   v.required("command_timeout_ms", t.command_timeout, positive);
   v.optional("status_every", t.status_every, {.lo = 1, .hi = 1000});
   v.required("noise_um_rms", t.sensor.noise_um_rms, not_negative);

@@ -37,7 +37,7 @@ BaselineModel fit_average(const Samples& samples, std::size_t order) {
   if (order > 32) model::refuse("order ", order, ", expected 0 to 32");
   const model::Interval range = widened_range(samples);
   LeastSquares sum(static_cast<Eigen::Index>(order) + 1);
-  for (std::size_t n = 0; n < samples.input.size(); ++n)
+  for (const std::size_t n : fitted_samples(samples))
     sum.add(chebyshev(order, range, samples.input[n]), samples.output[n], samples.weight[n]);
   const Eigen::VectorXd coefficients = sum.solve().x;
   BaselineModel baseline{text_of("average, order ", order), order + 1, {}};
@@ -52,7 +52,7 @@ BaselineModel fit_preisach(const Samples& samples, std::size_t levels) {
   const model::Interval range = widened_range(samples);
   const std::size_t cells = levels * (levels + 1) / 2;
   const auto column = [&](std::size_t j, const History& history) {
-    return run(relays(range, cells, j), history, samples.input,
+    return run(relays(range, cells, j), history, samples,
                [](const model::HysteresisState& state) { return state.output; });
   };
   WeightedOperators fit = fit_weights(samples, histories(samples, range), cells, column);

@@ -25,6 +25,7 @@
 #include <cstddef>
 #include <functional>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -39,6 +40,12 @@ struct Samples {
   std::span<const double> output;
   std::span<const double> weight;  ///< of the squared error; 0: held out, only predicted
   model::Interval range;           ///< thresholds of the identified model
+  /// Asked before each run over the samples; false: the fit throws Stopped. None: never stops.
+  std::function<bool()> go_on{};
+};
+
+struct Stopped : std::runtime_error {
+  Stopped() : std::runtime_error("stopped") {}
 };
 
 struct BaselineModel {

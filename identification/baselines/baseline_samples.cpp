@@ -31,6 +31,10 @@ void check(const Samples& samples) {
     refuse("range [", range.lo, ", ", range.hi, "], expected finite lo < hi");
 }
 
+void look(const Samples& samples) {
+  if (samples.go_on && !samples.go_on()) throw Stopped();
+}
+
 std::vector<std::size_t> fitted_samples(const Samples& samples) {
   constexpr std::size_t enough = 5000;
   std::vector<std::size_t> weighted;

@@ -39,14 +39,17 @@ typename Operator::State after(const Operator& op, const History& history) {
   return state;
 }
 
+/// Throws Stopped if the samples' go_on says so.
+void look(const Samples& samples);
+
 /// Returns read(state) after each sample.
 template <model::HysteresisOperator Operator, class Read>
-std::vector<double> run(const Operator& op, const History& history, std::span<const double> input,
-                        Read read) {
+std::vector<double> run(const Operator& op, const History& history, const Samples& samples, Read read) {
+  look(samples);
   typename Operator::State state = after(op, history);
   std::vector<double> values;
-  values.reserve(input.size());
-  for (const double v : input) {
+  values.reserve(samples.input.size());
+  for (const double v : samples.input) {
     op.advance(state, v);
     values.push_back(read(state));
   }

@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "identification/baselines/baseline_models.h"
+#include "identification/butterfly.h"
+#include "identification/dynamics/joint_dynamics.h"
 #include "identification/excerpt.h"
 #include "model/refusal.h"
 
@@ -53,7 +55,7 @@ Sequence joined_sequence(const std::vector<Dataset>& datasets, const Identified&
       if (sequence.fold[i] == Regression::left_out) continue;
       joined.place.push_back(joined.input.size() - 1);
       joined.output.back() = sequence.output[i];
-      joined.weight.back() = fitted[r][n++] ? 1.0 : 0.0;
+      joined.weight.back() = fitted[r][n++] ? sequence.weight[i] * sequence.weight[i] : 0.0;
     }
   }
   return joined;
@@ -97,14 +99,17 @@ Mask samples_where(const Folds& folds, const std::function<bool(int)>& is) {
 }
 
 // Fits the baselines to the samples `fitted`; computes their errors and the model's over the samples
-// `judged`.
+// `judged`. The baselines of a butterfly are those of its inner variable: they have the model's map.
 class Contest {
  public:
-  Contest(const std::vector<Dataset>& datasets, const Identified& model, const Mask& fitted, Mask judged)
+  Contest(const std::vector<Dataset>& datasets, const Identified& model, const Mask& fitted, Mask judged,
+          std::function<bool()> go_on)
       : datasets_(datasets),
         model_(model),
         judged_(std::move(judged)),
-        joined_(joined_sequence(datasets, model, fitted)) {}
+        go_on_(std::move(go_on)),
+        joined_(joined_sequence(model.parameters.output_map ? linearised(datasets, model) : datasets, model,
+                                fitted)) {}
 
   ErrorNorms of_model() const {
     std::vector<double> predicted;
@@ -116,11 +121,13 @@ class Contest {
   }
 
   ComparisonRow of_baseline(const FitBaseline& fit) const {
-    const BaselineModel baseline =
-        fit({joined_.history, joined_.input, joined_.output, joined_.weight, model_.parameters.input_range()},
-            model_.parameters);
+    model::HysteresisParameters inner = model_.parameters;
+    inner.output_map.reset();
+    const BaselineModel baseline = fit(
+        {joined_.history, joined_.input, joined_.output, joined_.weight, inner.input_range(), go_on_}, inner);
     std::vector<double> predicted;
-    for (const std::size_t place : joined_.place) predicted.push_back(baseline.prediction[place]);
+    for (const std::size_t place : joined_.place)
+      predicted.push_back(model_.parameters.output(baseline.prediction[place]));
     return {baseline.name, baseline.parameters, errors_of(predicted, datasets_, judged_), std::nullopt};
   }
 
@@ -128,10 +135,11 @@ class Contest {
   const std::vector<Dataset>& datasets_;
   const Identified& model_;
   Mask judged_;
+  std::function<bool()> go_on_;
   Sequence joined_;
 };
 
-// The baselines have no zero and no gain for each dataset: they are given the outputs without them.
+// The baselines have no dynamics, and no zero and gain for each dataset: they are given the outputs without them.
 Dataset on_common_scale(Dataset dataset, double offset, double gain, double drift) {
   for (std::size_t i = 0; i < dataset.size(); ++i)
     dataset.output[i] = (dataset.output[i] - offset - drift * drift_course(dataset.time_s, i)) / gain;
@@ -144,9 +152,12 @@ class Comparing {
             const std::function<bool()>& go_on)
       : identified_(identified), go_on_(go_on) {
     const bool even = identified.parameters.symmetry == model::Symmetry::even;
-    for (std::size_t i = 0; i < datasets.size(); ++i)
-      datasets_.push_back(on_common_scale(even ? folded(datasets[i]) : datasets[i], identified.offsets[i],
+    const std::vector<Dataset> still =
+        identified.dynamics ? without_dynamics(datasets, identified) : datasets;
+    for (std::size_t i = 0; i < still.size(); ++i)
+      datasets_.push_back(on_common_scale(even ? folded(still[i]) : still[i], identified.offsets[i],
                                           identified.gains[i], identified.drifts[i]));
+    identified_.dynamics.reset();
     for (auto* own : {&identified_.offsets, &identified_.drifts}) std::ranges::fill(*own, 0.0);
     std::ranges::fill(identified_.gains, 1.0);
   }
@@ -156,15 +167,20 @@ class Comparing {
     result_.output_span = identified_.output_span;
     result_.samples = count(seen);
     result_.cycles = identified_.folds.cycles;
-    fit_all(seen);
-    hold_out();
-    result_.stopped = !go_on_();
+    try {
+      fit_all(seen);
+      hold_out();
+      result_.stopped = !go_on_();
+    } catch (const Stopped&) {
+      result_.stopped = true;
+      result_.no_hold_out = "stopped before it was made";
+    }
     return result_;
   }
 
  private:
   void fit_all(const Mask& seen) {
-    const Contest trial(datasets_, identified_, seen, seen);
+    const Contest trial(datasets_, identified_, seen, seen, go_on_);
     result_.rows.push_back({"recursive memory-based, " + identified_.search.shape.text(),
                             identified_.parameter_count(), trial.of_model(), std::nullopt});
     for (const FitBaseline& fit : every_baseline()) {
@@ -216,7 +232,7 @@ class Comparing {
 
   void judge_held_out(const Identified& again, const Mask& unseen) {
     const Mask seen = samples_where(identified_.folds, [](int part) { return part >= 0 && part % 2 == 0; });
-    const Contest trial(datasets_, again, seen, unseen);
+    const Contest trial(datasets_, again, seen, unseen, go_on_);
     result_.rows.front().held_out = trial.of_model();
     for (std::size_t i = 0; i < baselines_.size() && go_on_(); ++i) {
       try {

@@ -118,7 +118,7 @@ class Mapping {
       : samples_(samples), curves_(start), history_(std::move(history)), places_(fitted_samples(samples)) {}
 
   std::vector<double> predicted(const VectorXd& x) const {
-    return run(LinearMapping(curves_.parameters(x)), history_, samples_.input,
+    return run(LinearMapping(curves_.parameters(x)), history_, samples_,
                [](const HysteresisState& state) { return state.output; });
   }
 
@@ -177,7 +177,7 @@ BaselineModel fit_linear_mapping(const Samples& samples, const HysteresisParamet
   const LinearMapping checked(start);
   const std::vector<double> input = folded(samples.input, start.symmetry);
   const std::vector<double> prehistory = folded(samples.prehistory, start.symmetry);
-  const Samples seen{prehistory, input, samples.output, samples.weight, start.input_range()};
+  const Samples seen{prehistory, input, samples.output, samples.weight, start.input_range(), samples.go_on};
   const Curves curves(start);
   const auto limits = inequalities(curves, start);
   double least = std::numeric_limits<double>::infinity();

@@ -43,7 +43,7 @@ WeightedOperators fit_plays(const Samples& samples, const std::vector<double>& t
                             const std::vector<History>& histories) {
   const model::Interval range = widened_range(samples);
   const auto column = [&](std::size_t j, const History& history) {
-    return run(operator_of({thresholds[j]}, range), history, samples.input,
+    return run(operator_of({thresholds[j]}, range), history, samples,
                [](const PlayState& state) { return state.plays.front(); });
   };
   return fit_weights(samples, histories, thresholds.size(), column);
@@ -90,6 +90,7 @@ class FreeStart {
   }
 
   std::vector<double> play(Index i, double y) const {
+    look(samples_);
     std::vector<double> values;
     values.reserve(samples_.input.size());
     for (const double v : samples_.input)

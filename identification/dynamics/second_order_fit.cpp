@@ -9,14 +9,15 @@
 #include <utility>
 #include <vector>
 
-#include "identification/dynamics/held_mode.h"
 #include "identification/dynamics/sampled_dataset.h"
 #include "identification/numerics/orthogonal_decomposition.h"
+#include "model/held_mode.h"
 #include "model/refusal.h"
 
 namespace hystcan::identification {
 namespace {
 
+using model::HeldMode;
 using model::refuse;
 
 // log(f / Hz), log zeta, d / T.

@@ -6,7 +6,7 @@
 // The drive u[n] of a row is in force from the time of that row until the next row (held). Before the
 // first row the drive of the first row was in force for at least d.  Cycles may have no row
 // (identification/dynamics/sampled_dataset.h).  The discretisation is exact, also for
-// fractional delays (identification/dynamics/held_mode.h), so that f may lie near or above half the
+// fractional delays (model/held_mode.h), so that f may lie near or above half the
 // sampling rate. The gain is that of a minor loop from end to end; in general this is not the slope of the
 // major loop. The width of the loop enters as further inputs of the same mode
 // (identification/dynamics/sampled_dataset.h), linear like the gain.  The fit cannot distinguish a

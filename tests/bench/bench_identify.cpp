@@ -1,5 +1,6 @@
-// The identification of a model from a dataset of 100 000 samples: seconds of processor time beside the
-// budget, with the order chosen and with order 10; then the memory against the number of samples.
+// The identification of a model from a dataset of 100 000 samples, and from three with a million: seconds of processor
+// time beside the budget; then the memory against the number of samples. The longest time without a look at the stop
+// signal is how long Ctrl-C waits, in the identification and in the comparison of a report.
 //
 //   bench_identify
 #include <sys/resource.h>
@@ -7,6 +8,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
@@ -14,7 +16,10 @@
 #include <numbers>
 #include <optional>
 #include <random>
+#include <utility>
+#include <vector>
 
+#include "identification/baselines/comparison.h"
 #include "identification/identify.h"
 #include "model/hysteresis.h"
 
@@ -24,7 +29,7 @@ using namespace hystcan;
 using namespace hystcan::identification;
 
 constexpr std::size_t samples = 100'000;
-constexpr double budget_s = 2.0;
+constexpr double budget_s = 2.0, budget_of_a_million_s = 5.0, budget_of_an_answer_s = 0.2;
 constexpr int repetitions = 3;
 
 /// Thirty cycles of 30 um between a fixed lower and a rising upper turning point, then nested ones; the noise
@@ -74,6 +79,53 @@ void time_it(const char* what, const Dataset& dataset, std::optional<int> order)
               best_s <= budget_s ? "met" : "missed");
 }
 
+/// The longest time between two calls.
+class Patience {
+ public:
+  bool look() {
+    const Clock::time_point now = Clock::now();
+    longest_s_ = std::max(longest_s_, std::chrono::duration<double>(now - last_).count());
+    last_ = now;
+    return true;
+  }
+  double longest_s() {
+    look();
+    return longest_s_;
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point last_ = Clock::now();
+  double longest_s_ = 0.0;
+};
+
+/// Three datasets with zeros of their own, at three rates.
+void time_three(std::size_t count) {
+  std::vector<Dataset> datasets;
+  for (int i = 0; i < 3; ++i) {
+    datasets.push_back(made(count / 3));
+    for (double& t : datasets.back().time_s) t /= 1.0 + i;
+    for (double& x : datasets.back().output) x += 0.5 * i;
+  }
+  Patience search;
+  IdentifyOptions options;
+  options.go_on = [&search] { return search.look(); };
+  const std::clock_t before = std::clock();
+  const Identified found = identify(datasets, options);
+  const double took_s = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
+  const double answer_s = search.longest_s();
+  std::printf("%zu samples in three datasets: %.2f s, %s, %.3f %% RMS; budget %.1f s: %s\n", count, took_s,
+              found.search.shape.text().c_str(), 100.0 * found.overall.rms / found.output_span,
+              budget_of_a_million_s, took_s <= budget_of_a_million_s ? "met" : "missed");
+  Patience report;
+  compare(datasets, found, [&report] { return report.look(); });
+  const double report_s = report.longest_s();
+  for (const auto& [what, seconds] :
+       {std::pair{"identification", answer_s}, std::pair{"comparison", report_s}})
+    std::printf("%s, longest time without a look at the stop signal: %.2f s; budget %.1f s: %s\n", what,
+                seconds, budget_of_an_answer_s, seconds <= budget_of_an_answer_s ? "met" : "missed");
+}
+
 /// The peak memory of a child process that makes the dataset and, if `identifying`, identifies from it.
 double peak_MB(std::size_t count, bool identifying) {
   const pid_t child = fork();
@@ -96,6 +148,7 @@ int main() {
   const Dataset dataset = made(samples);
   time_it("order chosen", dataset, std::nullopt);
   time_it("order 10", dataset, 10);
+  time_three(1'000'000);
   std::printf(
       "memory beside the dataset's own: %zu samples %.1f MB, %zu samples %.1f MB, %.2f times; linear (4.4): "
       "%s\n",

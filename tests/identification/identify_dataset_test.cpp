@@ -97,7 +97,7 @@ ErrorNorms percent_of(const std::vector<double>& predicted, const std::vector<do
 }
 
 std::vector<double> own_prediction(const Identified& found, const Dataset& dataset, std::size_t i = 0) {
-  return predict(Hysteresis(found.parameters), dataset, found.delay_s, found.memories[i]);
+  return predict(Hysteresis(found.parameters), dataset, {found.delay_s}, found.memories[i]);
 }
 
 void print_errors(const char* what, const ErrorNorms& ours, std::size_t parameters,
@@ -176,7 +176,7 @@ TEST_F(PiezoStage, AFasterSessionIsPredictedWithAKnownDelay) {
   options.delay_s = 1e-4;
   const Identified found = identify({datasets[0]}, options);
   const MemoryEstimate start =
-      estimate_memory(Hysteresis(found.parameters), datasets[1], found.delay_s, datasets[1].size(), true);
+      estimate_memory(Hysteresis(found.parameters), datasets[1], {found.delay_s}, datasets[1].size(), true);
   const double percent = 100.0 * start.rms / span_of(datasets[1].output);
   std::printf("rising 20 Hz, predicted from rising 40 Hz: %.3f %% RMS\n", percent);
   EXPECT_LE(percent, 0.5);
@@ -207,8 +207,8 @@ TEST_F(PiezoStage, GrowingAmplitudesArePredictedFromRisingOnes) {
   const Hysteresis model(found.parameters);
   const auto first =
       static_cast<std::size_t>(std::ranges::upper_bound(growing.time_s, 0.25) - growing.time_s.begin());
-  const MemoryEstimate start = estimate_memory(model, growing, found.delay_s, first, true);
-  std::vector<double> predicted = predict(model, growing, found.delay_s, start.memory);
+  const MemoryEstimate start = estimate_memory(model, growing, {found.delay_s}, first, true);
+  std::vector<double> predicted = predict(model, growing, {found.delay_s}, start.memory);
   for (double& x : predicted) x += start.offset;
   const Mask all(growing.size(), true);
   const ErrorNorms ours = percent_of(predicted, growing.output, all);
@@ -274,10 +274,10 @@ TEST_F(Quadrupole, TwoRunsAreFittedTogetherAndPredictTheOthers) {
   const Hysteresis model(found.parameters);
   for (std::size_t i = 2; i < 4; ++i) {
     const Dataset& dataset = datasets[i];
-    const MemoryEstimate start = estimate_memory(model, dataset, found.delay_s, dataset.size(), false);
+    const MemoryEstimate start = estimate_memory(model, dataset, {found.delay_s}, dataset.size(), false);
     const Mask all(dataset.size(), true);
     const ErrorNorms ours =
-        percent_of(predict(model, dataset, found.delay_s, start.memory), dataset.output, all);
+        percent_of(predict(model, dataset, {found.delay_s}, start.memory), dataset.output, all);
     Mask seen(datasets[0].size() + datasets[1].size(), true);
     seen.resize(seen.size() + dataset.size(), false);
     const BaselineModel baseline = thirty_plays({datasets[0], datasets[1], dataset}, found.delay_s, seen);

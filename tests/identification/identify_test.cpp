@@ -72,7 +72,8 @@ void report(const Identified& found) {
 // Errors on the same dataset without noise, from the same initial memory.
 ErrorNorms against(const Identified& found, const Dataset& truth, std::size_t dataset = 0) {
   Dataset seen = found.parameters.symmetry == model::Symmetry::even ? folded(truth) : truth;
-  const auto predicted = predict(Hysteresis(found.parameters), seen, found.delay_s, found.memories[dataset]);
+  const auto predicted =
+      predict(Hysteresis(found.parameters), seen, {found.delay_s}, found.memories[dataset]);
   const ErrorNorms errors = ErrorNorms::of(predicted, truth.output);
   const double percent = 100.0 / span_of(truth.output);
   return {errors.rms * percent, errors.max * percent};

@@ -79,7 +79,7 @@ TEST(Regression, WeighsTheRowsOfItsSamplesButNotTheNuisances) {
     column[0].push_back(std::sin(static_cast<double>(i)));
   }
   const Regression regression(made.path, basis, {{}, made.input, made.output, made.fold, weight, column}, 3,
-                              {.offset = true, .regressors = 1});
+                              {.offset = true});
   std::vector<NormalEquations> folds(3, NormalEquations(regression.unknowns()));
   regression.add(pace, folds);
   NormalEquations expected(2 * order + 3);
@@ -87,7 +87,7 @@ TEST(Regression, WeighsTheRowsOfItsSamplesButNotTheNuisances) {
   for (std::size_t i = 0; i < made.input.size(); ++i) {
     if (made.fold[i] != 1) continue;
     Eigen::VectorXd row(expected.g.size());
-    row << weight[i] * rows.at(i, made.input[i]), 1.0, column[0][i];
+    row << weight[i] * rows.at(i, made.input[i]), column[0][i], 1.0;
     expected.H += row * row.transpose();
     expected.g += weight[i] * made.output[i] * row;
     expected.square += weight[i] * made.output[i] * weight[i] * made.output[i];

@@ -440,5 +440,24 @@ TEST_F(Simulate, ReadsFromAPipe) {
   EXPECT_EQ(rows_of(read("out.csv"))[1].time_s, 2.0);
 }
 
+TEST_F(Simulate, WithDynamicsNeedsThemInTheModelFileAndAnEvenRate) {
+  write_record("record.csv", 100);
+  Process without = run("piezo.model.toml", "record.csv", "out.csv", {"--dynamics"});
+  EXPECT_EQ(without.wait(), bad_input);
+  EXPECT_NE(without.err().find("has no [dynamics], expected that table with --dynamics"), std::string::npos);
+  std::ofstream(shipped / "piezo.model.toml", std::ios::app)
+      << "\n[dynamics]\nresonance_Hz = 200.0\ndamping_ratio = 0.1\ndelay_s = 0.001\n";
+  write("uneven.csv", "time_s,input\n0,0\n0.001,1\n0.003,2\n");
+  Process uneven = run("piezo.model.toml", "uneven.csv", "out.csv", {"--dynamics"});
+  EXPECT_EQ(uneven.wait(), bad_input);
+  EXPECT_NE(
+      uneven.err().find("uneven.csv: row 3 is 0.002 s after the row before, expected 0.001 s within 1 %"),
+      std::string::npos)
+      << uneven.err();
+  EXPECT_FALSE(std::filesystem::exists(shipped / "out.csv"));
+  Process moved = run("piezo.model.toml", "record.csv", "out.csv", {"--dynamics"});
+  EXPECT_EQ(moved.wait(), done) << moved.err();
+}
+
 }  // namespace
 }  // namespace hystcan::simulate_test

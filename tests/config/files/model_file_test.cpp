@@ -58,6 +58,20 @@ TEST(ModelText, OfAButterflyHasItsOutputMap) {
   EXPECT_EQ(found.output_map->inner().lo, given.output_map->inner().lo);
 }
 
+TEST(ModelText, WithDynamicsReadsBackToTheSameDynamics) {
+  const auto file = std::filesystem::path(testing::TempDir()) / "hystcan_dynamic.toml";
+  const model::Dynamics given{{512.25, 1.0 / 30.0}, 0.0003125};
+  std::ofstream(file) << model_text(written_parameters(), identified_from, given);
+  EXPECT_EQ(load_dynamics(file), given);
+  EXPECT_NO_THROW(load_model(file));
+}
+
+TEST(ModelFile, WithoutDynamicsHasNone) {
+  const auto file = std::filesystem::path(testing::TempDir()) / "hystcan_static.toml";
+  std::ofstream(file) << expected_text;
+  EXPECT_FALSE(load_dynamics(file));
+}
+
 TEST(ModelFile, WithAnOutputMapThatHasACrestIsRefusedAtItsKey) {
   const auto file = std::filesystem::path(testing::TempDir()) / "hystcan_crest.toml";
   std::string text = expected_text;

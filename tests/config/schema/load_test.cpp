@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <fstream>
+#include <numbers>
 #include <ostream>
 
 #include "config/schema/config.h"
@@ -24,6 +26,49 @@ TEST(Shipped, PiezoStageHasTwoAxesAsDocumented) {
   EXPECT_EQ(config.axes[0].control.delays.command_delay, std::chrono::milliseconds(1));
   EXPECT_EQ(config.axes[0].control.law.structure, controller::Structure::inverse_pi);
   EXPECT_EQ(to_string(config.axes[0].control.setpoint[1].shape), "staircase");
+}
+
+constexpr const char* dynamics_text =
+    "\n[dynamics]\nresonance_Hz = 700.0\ndamping_ratio = 0.03\ndelay_s = 0.0002\n";
+
+void append_to_models(const support::ShippedCopy& shipped) {
+  for (const char* model : {"piezo.model.toml", "piezo.plant.toml"})
+    std::ofstream(shipped / model, std::ios::app) << dynamics_text;
+}
+
+TEST(Load, TakesTheModeAndTheLagThatAreLeftOutFromTheDynamicsOfTheModelFiles) {
+  const support::ShippedCopy shipped;
+  append_to_models(shipped);
+  shipped.edit(
+      "piezo.toml",
+      "amplifier_bandwidth_Hz = 1500.0\nresonance_Hz           = 500.0\ndamping_ratio          = 0.05\n",
+      "sensor_delay_us = 50.0\n");
+  shipped.edit("piezo.toml", "resonance_Hz       = 500.0        # P-733.2CL data sheet, unloaded\n", "");
+  const Config config = load(shipped / "piezo.toml");
+  const controller::Delays& delays = config.axes[0].control.delays;
+  EXPECT_EQ(delays.resonance_Hz, 700.0);
+  EXPECT_EQ(delays.damping_ratio, 0.03);
+  EXPECT_NEAR(delays.amplifier_bandwidth_Hz, 1.0 / (2.0 * std::numbers::pi * 150e-6), 1e-9);
+  EXPECT_EQ(config.axes[0].twin.plant.mode.natural_frequency_Hz, 700.0);
+  EXPECT_EQ(config.axes[0].twin.plant.mode.damping_ratio, 0.05);  // the file says so
+  EXPECT_EQ(config.axes[0].twin.plant.amplifier.bandwidth_Hz, 1500.0);
+  EXPECT_EQ(config.axes[1].control.delays.resonance_Hz, 500.0);
+}
+
+TEST(Load, RefusesALagThatTheSensorAloneExceeds) {
+  const support::ShippedCopy shipped;
+  append_to_models(shipped);
+  shipped.edit("piezo.toml", "amplifier_bandwidth_Hz = 1500.0\n", "sensor_delay_us = 300.0\n");
+  try {
+    load(shipped / "piezo.toml");
+    FAIL() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what())
+                  .find("missing key amplifier_bandwidth_Hz, expected in [axis[0].control.delays]: the "
+                        "model's delay of 0.0002 s is no more than the sensor's, 0.0003 s"),
+              std::string::npos)
+        << error.what();
+  }
 }
 
 struct BadInput {
@@ -66,6 +111,12 @@ INSTANTIATE_TEST_SUITE_P(
                  "unknown key rate"},
         BadInput{"UnknownTable", "piezo.toml", "[bus]", "[buss]\nx = 1\n[bus]", "unknown key buss"},
         BadInput{"MissingKey", "piezo.toml", "ki_per_s           = 409.0", "", "missing key ki_per_s"},
+        BadInput{
+            "MissingResonance", "piezo.toml", "resonance_Hz           = 500.0\n", "",
+            "missing key resonance_Hz, expected in [axis[0].control.delays], or [dynamics] in its model file"},
+        BadInput{"MissingBandwidthOfTheTwin", "piezo.toml",
+                 "bandwidth_Hz       = 1500.0       # assumed, small signal into 1.5 uF\n", "",
+                 "missing key bandwidth_Hz, expected in [axis[0].twin], or [dynamics] in its model file"},
         BadInput{"MisspeltKey", "piezo.toml", "rate_Hz = 1000.0", "rate_hz = 1000.0", "unknown key rate_hz"},
         BadInput{"MissingTable", "piezo.toml", "[twin]\nseed         = 1\nheartbeat_ms = 100.0\n", "",
                  "missing key twin"},

@@ -6,13 +6,13 @@
 #include <numbers>
 #include <random>
 
-#include "identification/dynamics/held_mode.h"
+#include "model/held_mode.h"
 
 namespace hystcan::identification::empirical_response_test {
 namespace {
 
 constexpr double cycle_s = 1e-3;
-const HeldMode mode({150.0, 0.1}, 0.4e-3, cycle_s);
+const model::HeldMode mode({150.0, 0.1}, 0.4e-3, cycle_s);
 
 /// Steps up and down by 1 about 50, each of 200 rows; the mode's answer times 0.3, with noise.
 Dataset stepped(double noise) {

@@ -1,4 +1,4 @@
-#include "identification/dynamics/held_mode.h"
+#include "model/held_mode.h"
 
 #include <gtest/gtest.h>
 
@@ -6,13 +6,13 @@
 #include <numbers>
 #include <stdexcept>
 
-namespace hystcan::identification::held_mode_test {
+namespace hystcan::model::held_mode_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
 
 // x(t) of an underdamped mode after a unit step at t = 0.
-double step_response(const model::SecondOrder::Config& mode, double t) {
+double step_response(const SecondOrder::Config& mode, double t) {
   if (t <= 0.0) return 0.0;
   const double omega = 2.0 * pi * mode.natural_frequency_Hz, zeta = mode.damping_ratio;
   const double root = std::sqrt(1.0 - zeta * zeta), w = omega * root;
@@ -20,7 +20,7 @@ double step_response(const model::SecondOrder::Config& mode, double t) {
 }
 
 TEST(HeldMode, FollowsTheClosedFormOfALateStep) {
-  const model::SecondOrder::Config mode{430.0, 0.07};
+  const SecondOrder::Config mode{430.0, 0.07};
   const double cycle_s = 1e-3;
   for (const double delay_s : {-0.4e-3, 0.0, 1e-9, 0.3e-3, 1e-3, 2.71e-3}) {
     const HeldMode held(mode, delay_s, cycle_s);
@@ -67,4 +67,4 @@ TEST(HeldMode, RefusesAnInvalidDelayOrCycle) {
 }
 
 }  // namespace
-}  // namespace hystcan::identification::held_mode_test
+}  // namespace hystcan::model::held_mode_test

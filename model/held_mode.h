@@ -14,13 +14,13 @@
 
 #include "model/second_order.h"
 
-namespace hystcan::identification {
+namespace hystcan::model {
 
 class HeldMode {
  public:
   /// A negative delay is an advance. Throws std::invalid_argument if a parameter is not finite or out of
   /// range, or if cycle_s <= 0.
-  HeldMode(const model::SecondOrder::Config& mode, double delay_s, double cycle_s);
+  HeldMode(const SecondOrder::Config& mode, double delay_s, double cycle_s);
 
   int whole_cycles() const { return whole_cycles_; }  ///< m
 
@@ -38,4 +38,4 @@ class HeldMode {
   Eigen::Vector2d from_new_ = Eigen::Vector2d::Zero();  // b_new
 };
 
-}  // namespace hystcan::identification
+}  // namespace hystcan::model

@@ -1,13 +1,11 @@
-#include "identification/dynamics/held_mode.h"
+#include "model/held_mode.h"
 
 #include <cmath>
 
 #include "model/refusal.h"
 
-namespace hystcan::identification {
+namespace hystcan::model {
 namespace {
-
-using model::SecondOrder;
 
 Eigen::Vector2d state_after(const SecondOrder::Step& step, const SecondOrder::State& state, double drive) {
   const SecondOrder::State after = step(state, drive, drive);
@@ -24,7 +22,7 @@ Eigen::Matrix2d transition_of(const SecondOrder::Step& step) {
 
 HeldMode::HeldMode(const SecondOrder::Config& mode, double delay_s, double cycle_s) {
   if (!std::isfinite(delay_s) || std::abs(delay_s) > 1e6 * cycle_s)
-    model::refuse("delay_s = ", delay_s, ", expected less than a million cycles");
+    refuse("delay_s = ", delay_s, ", expected less than a million cycles");
   const SecondOrder::Step whole(mode, cycle_s);
   transition_ = transition_of(whole);
   const double cycles = std::floor(delay_s / cycle_s);
@@ -51,4 +49,4 @@ std::complex<double> HeldMode::response(double theta) const {
          std::polar(1.0, -theta * whole_cycles_);
 }
 
-}  // namespace hystcan::identification
+}  // namespace hystcan::model

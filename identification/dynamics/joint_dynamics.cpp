@@ -1,0 +1,286 @@
+#include "identification/dynamics/joint_dynamics.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "identification/dynamics/quasi_static.h"
+#include "identification/dynamics/sampled_dataset.h"
+#include "identification/dynamics/second_order_fit.h"
+#include "identification/numerics/levenberg_marquardt.h"
+#include "model/refusal.h"
+
+namespace hystcan::identification {
+namespace {
+
+using model::Dynamics;
+
+constexpr int most_passes = 8;
+constexpr int passes_with_shape = 2;  // that choose the shape of the curves again
+constexpr int steps_in_a_pass = 10;
+constexpr double worth_a_pass = 0.995;   // of the error before it
+constexpr double worth_dynamics = 0.97;  // of the error of the quasi-static model
+constexpr std::size_t rows_for_the_start = 20'000;
+constexpr std::size_t unknowns = 3;
+
+using Outputs = std::vector<std::vector<double>>;  // of each dataset
+
+/// log f, log zeta, d / `cycle_s`.
+struct Point {
+  Eigen::Vector3d at;
+  double cycle_s = 0.0;
+
+  Dynamics dynamics() const { return {{std::exp(at[0]), std::exp(at[1])}, std::max(0.0, at[2] * cycle_s)}; }
+};
+
+double own(const Identified& found, const Dataset& dataset, std::size_t i, std::size_t row) {
+  return found.offsets[i] + found.drifts[i] * drift_course(dataset.time_s, row);
+}
+
+/// The quasi-static output of the model, without zero, gain and drift of a dataset.
+Outputs quasi_static_outputs(const std::vector<Dataset>& datasets, const Identified& found) {
+  const model::Hysteresis model(found.parameters);
+  Outputs outputs;
+  for (std::size_t i = 0; i < datasets.size(); ++i)
+    outputs.push_back(
+        predict(model, found.parameters.symmetry == model::Symmetry::even ? folded(datasets[i]) : datasets[i],
+                {}, found.memories[i]));
+  return outputs;
+}
+
+/// x + G (y - F x), in the zero, gain and drift of each dataset. `outputs`: x.
+std::vector<Dataset> corrected(std::vector<Dataset> datasets, const Identified& found,
+                               const Outputs& outputs) {
+  for (std::size_t i = 0; i < datasets.size(); ++i) {
+    Dataset& dataset = datasets[i];
+    std::vector<double> change = respond(*found.dynamics, dataset.time_s, outputs[i]);
+    for (std::size_t row = 0; row < change.size(); ++row)
+      change[row] = dataset.output[row] - found.gains[i] * change[row] - own(found, dataset, i, row);
+    change = before_dynamics(*found.dynamics, dataset.time_s, change);
+    for (std::size_t row = 0; row < change.size(); ++row)
+      dataset.output[row] = found.gains[i] * outputs[i][row] + own(found, dataset, i, row) + change[row];
+  }
+  return datasets;
+}
+
+/// The rows that move most.
+Dataset liveliest(const Dataset& dataset) {
+  if (dataset.size() <= rows_for_the_start) return dataset;
+  std::vector<double> way(dataset.size(), 0.0);
+  for (std::size_t i = 1; i < way.size(); ++i)
+    way[i] = way[i - 1] + std::abs(dataset.input[i] - dataset.input[i - 1]);
+  std::size_t first = 0;
+  for (std::size_t i = 0; i + rows_for_the_start < way.size(); i += rows_for_the_start / 10)
+    if (way[i + rows_for_the_start - 1] - way[i] > way[first + rows_for_the_start - 1] - way[first])
+      first = i;
+  const auto part = [&](const std::vector<double>& column) {
+    const auto begin = column.begin() + static_cast<std::ptrdiff_t>(first);
+    return std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(rows_for_the_start));
+  };
+  return {dataset.input_unit, dataset.output_unit, part(dataset.time_s), part(dataset.input),
+          part(dataset.output)};
+}
+
+double cycle_s_of(const std::vector<Dataset>& datasets, std::size_t i) {
+  try {
+    return grid_of(datasets[i].time_s).cycle_s;
+  } catch (const std::invalid_argument& error) {
+    model::refuse("dataset ", i + 1, ": ", error.what());
+  }
+}
+
+class JointDynamics {
+ public:
+  JointDynamics(const std::vector<Dataset>& datasets, const IdentifyOptions& options,
+                const IdentifyDatasets& quasi_static)
+      : datasets_(datasets), options_(options), quasi_static_(quasi_static) {
+    if (!options_.go_on) options_.go_on = [] { return true; };
+    point_.cycle_s = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < datasets_.size(); ++i) {
+      point_.cycle_s = std::min(point_.cycle_s, cycle_s_of(datasets_, i));
+      longest_s_ = std::max(longest_s_, datasets_[i].time_s.back() - datasets_[i].time_s.front());
+    }
+  }
+
+  Identified run() {
+    const Identified before = quasi_static_(datasets_, options_);
+    if (!options_.go_on()) return before;
+    begin(before);
+    Identified best = with_dynamics(before);
+    IdentifyOptions options = options_;
+    options.delay_s = 0.0;
+    options.longest_delay_s.reset();
+    for (int pass = 0; pass < most_passes && options_.go_on(); ++pass) {
+      if (pass >= passes_with_shape) options.shape = best.search.shape;
+      Identified next = with_dynamics(quasi_static_(linearised_at(best), options));
+      const bool is_worth_another = next.overall.rms < worth_a_pass * best.overall.rms;
+      if (next.overall.rms < best.overall.rms) best = std::move(next);
+      if (!is_worth_another) break;
+    }
+    best.stopped = best.stopped || !options_.go_on();
+    return compared(before, std::move(best));
+  }
+
+ private:
+  /// The datasets of x, with the regressors of p.
+  std::vector<Dataset> linearised_at(const Identified& found) {
+    std::vector<Dataset> linear = corrected(datasets_, found, outputs_);
+    for (int p = 0; p < point_.at.size(); ++p) {
+      double largest = 0.0;
+      for (std::size_t i = 0; i < linear.size(); ++i) {
+        linear[i].regressors.push_back(before_dynamics(*found.dynamics, linear[i].time_s, slope(i, p)));
+        for (const double value : linear[i].regressors.back()) largest = std::max(largest, std::abs(value));
+      }
+      if (largest == 0.0) continue;
+      for (Dataset& dataset : linear)
+        for (double& value : dataset.regressors.back()) value /= largest;
+    }
+    return linear;
+  }
+
+  /// The model, with the best p for it.
+  Identified with_dynamics(Identified found) {
+    outputs_ = quasi_static_outputs(datasets_, found);
+    improve_dynamics(found);
+    found.dynamics = point_.dynamics();
+    found.delay_s = 0.0;
+    judge(found, datasets_);
+    return found;
+  }
+
+  /// The mode that the clearest dataset shows.
+  void begin(const Identified& before) {
+    outputs_ = quasi_static_outputs(datasets_, before);
+    std::optional<SecondOrderFit> clearest;
+    std::string reason;
+    const auto width = [](const SecondOrderFit& fit) {
+      return std::log(fit.natural_frequency_Hz.hi / fit.natural_frequency_Hz.lo);
+    };
+    for (std::size_t i = 0; i < datasets_.size() && options_.go_on(); ++i) {
+      Dataset driven = datasets_[i];
+      driven.input = outputs_[i];
+      try {
+        const SecondOrderFit fit = fit_second_order(liveliest(driven));
+        if (!clearest || width(fit) < width(*clearest)) clearest = fit;
+      } catch (const std::invalid_argument& error) {
+        reason += model::text_of(reason.empty() ? "" : "; ", "dataset ", i + 1, ": ", error.what());
+      }
+    }
+    if (!clearest) model::refuse("no dataset shows a mode: ", reason);
+    point_.at = {std::log(clearest->natural_frequency_Hz.value), std::log(clearest->damping_ratio.value),
+                 clearest->delay_s.value / point_.cycle_s};
+    point_.at = point_.at.cwiseMax(lowest()).cwiseMin(highest());
+  }
+
+  Eigen::Vector3d lowest() const {
+    return {std::log(0.3 / longest_s_), std::log(1e-4), options_.delay_s.value_or(0.0) / point_.cycle_s};
+  }
+  Eigen::Vector3d highest() const {
+    const double longest_s = options_.longest_delay_s.value_or(largest_delay_cycles * point_.cycle_s);
+    return {std::log(largest_frequency_cycles / point_.cycle_s), std::log(5.0),
+            options_.delay_s.value_or(longest_s) / point_.cycle_s};
+  }
+
+  /// dF/dp x, by differences.
+  std::vector<double> slope(std::size_t i, int p) const {
+    constexpr double h = 1e-4;
+    Point more = point_, less = point_;
+    more.at[p] += h;
+    less.at[p] -= h;
+    if (p == 2) less.at[p] = std::max(less.at[p], 0.0);
+    std::vector<double> slope = respond(more.dynamics(), datasets_[i].time_s, outputs_[i]);
+    const std::vector<double> below = respond(less.dynamics(), datasets_[i].time_s, outputs_[i]);
+    for (std::size_t row = 0; row < slope.size(); ++row)
+      slope[row] = (slope[row] - below[row]) / (more.at[p] - less.at[p]);
+    return slope;
+  }
+
+  template <class Column>
+  void all_rows(Column column, const std::function<std::vector<double>(std::size_t)>& of) const {
+    Eigen::Index at = 0;
+    for (std::size_t i = 0; i < datasets_.size(); ++i)
+      for (const double value : of(i)) column[at++] = value;
+  }
+
+  /// The best p for the present quasi-static output.
+  void improve_dynamics(const Identified& found) {
+    Eigen::Index rows = 0;
+    for (const Dataset& dataset : datasets_) rows += static_cast<Eigen::Index>(dataset.size());
+    NonlinearProblem problem;
+    problem.wanted.resize(rows);
+    problem.weight.setOnes(rows);
+    all_rows(Eigen::Ref<Eigen::VectorXd>(problem.wanted), [&](std::size_t i) {
+      std::vector<double> wanted = datasets_[i].output;
+      for (std::size_t row = 0; row < wanted.size(); ++row)
+        wanted[row] = (wanted[row] - own(found, datasets_[i], i, row)) / found.gains[i];
+      return wanted;
+    });
+    if (!options_.unseen.empty())
+      all_rows(Eigen::Ref<Eigen::VectorXd>(problem.weight), [&](std::size_t i) {
+        std::vector<double> weight;
+        for (const bool unseen : options_.unseen[i]) weight.push_back(unseen ? 0.0 : 1.0);
+        return weight;
+      });
+    const auto moved = [&](const Eigen::VectorXd& at) { return Point{at, point_.cycle_s}; };
+    problem.values = [&](const Eigen::VectorXd& at) -> std::optional<Eigen::VectorXd> {
+      if (!options_.go_on()) return Eigen::VectorXd::Constant(rows, 1e150);  // ends the steps
+      Eigen::VectorXd values(rows);
+      all_rows(Eigen::Ref<Eigen::VectorXd>(values), [&](std::size_t i) {
+        return respond(moved(at).dynamics(), datasets_[i].time_s, outputs_[i]);
+      });
+      return values;
+    };
+    problem.jacobian = [&](const Eigen::VectorXd& at) {
+      point_ = moved(at);
+      Eigen::MatrixXd jacobian(rows, unknowns);
+      for (int p = 0; p < jacobian.cols(); ++p)
+        all_rows(jacobian.col(p), [&](std::size_t i) { return slope(i, p); });
+      return jacobian;
+    };
+    problem.g.resize(2 * unknowns, unknowns);
+    problem.g << Eigen::Matrix3d::Identity(), -Eigen::Matrix3d::Identity();
+    problem.h.resize(2 * unknowns);
+    problem.h << lowest(), -highest();
+    point_ = moved(improve(problem, point_.at, steps_in_a_pass).x);
+  }
+
+  Identified compared(const Identified& before, Identified best) const {
+    if (best.overall.rms > worth_dynamics * before.overall.rms)
+      model::refuse("a mode at ", std::round(best.dynamics->mode.natural_frequency_Hz),
+                    " Hz does not lower the error, ", before.overall.rms, " ", best.parameters.output_unit,
+                    " RMS without it: faster inputs would show the dynamics");
+    for (std::size_t i = 0; i < datasets_.size(); ++i)
+      best.datasets[i] = characterise(datasets_[i], best.observed);
+    best.output_span = before.output_span;
+    best.search.steps.insert(best.search.steps.begin(),
+                             {"a mode with a delay", before.overall.rms, best.overall.rms,
+                              before.held_out_rms, best.held_out_rms});
+    return best;
+  }
+
+  const std::vector<Dataset>& datasets_;
+  IdentifyOptions options_;
+  const IdentifyDatasets& quasi_static_;
+  Point point_;
+  double longest_s_ = 0.0;
+  Outputs outputs_;  // x of each dataset
+};
+
+}  // namespace
+
+Identified identify_dynamics(const std::vector<Dataset>& datasets, const IdentifyOptions& options,
+                             const IdentifyDatasets& quasi_static) {
+  return JointDynamics(datasets, options, quasi_static).run();
+}
+
+std::vector<Dataset> without_dynamics(const std::vector<Dataset>& datasets, const Identified& identified) {
+  return corrected(datasets, identified, quasi_static_outputs(datasets, identified));
+}
+
+}  // namespace hystcan::identification

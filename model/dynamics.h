@@ -1,0 +1,41 @@
+// The dynamics of a stage: a second-order mode and a pure delay behind the hysteresis.
+//
+//   h_n  = H[v_n]                                      quasi-static output at row n, of any hysteresis model
+//   x'' + 2 zeta omega x' + omega^2 x = omega^2 h(t - d),    h(t) = h_n for n T <= t < (n + 1) T
+//
+// A delay of the input and one of the output are the same, because the hysteresis does not depend on the rate. The
+// stage begins at rest.
+#pragma once
+
+#include <vector>
+
+#include "model/held_mode.h"
+#include "model/second_order.h"
+
+namespace hystcan::model {
+
+struct Dynamics {
+  SecondOrder::Config mode;
+  double delay_s = 0.0;  ///< d >= 0
+
+  bool operator==(const Dynamics&) const = default;
+};
+
+/// The position of a stage, row by row, at an even rate.
+class DynamicOutput {
+ public:
+  /// `first`: the quasi-static output of the first row. Throws std::invalid_argument if a parameter is not finite or out
+  /// of range, if cycle_s <= 0, or for a delay of more than a million cycles.
+  DynamicOutput(const Dynamics& dynamics, double cycle_s, double first);
+
+  /// x(n T), where `quasi_static` is h_n.
+  double advance(double quasi_static);
+
+ private:
+  HeldMode mode_;
+  Eigen::Vector2d state_;
+  std::vector<double> past_;  // the last m + 2 outputs, a ring
+  std::size_t oldest_ = 0;
+};
+
+}  // namespace hystcan::model
