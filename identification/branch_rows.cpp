@@ -19,18 +19,21 @@ BranchRows::BranchRows(const Path& path, const CurveBasis& basis, const Pace& pa
     const PathBranch& branch = path.branches[static_cast<std::size_t>(j)];
     if (branch.virgin) continue;
     const double k = pace.k(branch.direction);
-    const double length = std::abs(branch.target - branch.start);
+    const auto distance = [&](double from) {
+      return std::abs(basis.place(branch.start) - basis.place(from));
+    };
+    const double length = distance(branch.target);
     basis.values(branch.start, here);
     Eigen::VectorXd start = basis.row(opposite(branch.direction), here);
     if (branch.parent != PathBranch::none) {
-      const double d = std::abs(branch.start - path.branches[branch.parent].start);
+      const double d = distance(path.branches[branch.parent].start);
       start +=
           offset(branch.parent) - convergence(branch.parent) * phi(pace.k(opposite(branch.direction)), d);
     }
     offset_.col(j) = start - basis.row(branch.direction, here);
     Eigen::VectorXd gap = offset_.col(j);
     if (branch.below != PathBranch::none) {
-      const double d = std::abs(branch.start - path.branches[branch.below].start);
+      const double d = distance(path.branches[branch.below].start);
       gap -= offset(branch.below) - convergence(branch.below) * phi(k, d);
       convergence_.col(j) = convergence(branch.below) * std::exp(-k * d);
     }
@@ -41,8 +44,10 @@ BranchRows::BranchRows(const Path& path, const CurveBasis& basis, const Pace& pa
 Eigen::VectorXd BranchRows::slope(const PathBranch& shape, std::size_t branch, double input) const {
   Eigen::VectorXd here(basis_.size());
   basis_.slopes(input, here);
-  const double decay = std::exp(-pace_.k(shape.direction) * std::abs(input - shape.start));
-  return basis_.row(shape.direction, here) - sign(shape.direction) * decay * convergence(branch);
+  const double d = std::abs(basis_.place(input) - basis_.place(shape.start));
+  const double decay = std::exp(-pace_.k(shape.direction) * d);
+  return basis_.row(shape.direction, here) / basis_.stretch(input) -
+         sign(shape.direction) * decay * convergence(branch);
 }
 
 }  // namespace hystcan::identification

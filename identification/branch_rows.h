@@ -1,7 +1,7 @@
 // Outputs and slopes along a path for a given k, as rows of the linear problem in theta, the coefficients of the
 // reference curves (curve_basis.h). On each branch of a path
 //
-//   x = f_0(v) + c - S phi(|v - v_s|)
+//   x = f_0(v) + c - S phi(d),    d = |h(v) - h(v_s)|
 //
 // c and S are linear in theta (model/hysteresis.h). Each branch has one row for c and one for S, which are
 // computed at its reversal.
@@ -23,7 +23,7 @@ class BranchRows {
   auto convergence(std::size_t branch) const {
     return convergence_.col(static_cast<Eigen::Index>(branch));
   }  // S
-  /// dx/dv at `input` on a branch of the path.
+  /// dx/dh at `input` on a branch of the path.
   Eigen::VectorXd slope(const PathBranch& shape, std::size_t branch, double input) const;
 
  private:

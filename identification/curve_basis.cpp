@@ -47,9 +47,22 @@ void chebyshev_row(model::Interval thresholds, double input, Eigen::Ref<VectorXd
   for (Index i = 2; i < row.size(); ++i) row[i] = 2.0 * s * row[i - 1] - row[i - 2];
 }
 
+// The Greville points and increasing values there make an increasing spline.
+CurveShape CurveShape::mapped(const std::function<double(double)>& course, model::Interval observed,
+                              double share) const {
+  const double low = course(observed.lo), rise = course(observed.hi) - low;
+  std::vector<double> places = model::greville_points(knots);
+  for (double& place : places)
+    place = (1.0 - share) * place + share * (observed.lo + observed.span() * (course(place) - low) / rise);
+  CurveShape mapped = *this;
+  mapped.input_map.emplace(knots, std::move(places));
+  return mapped;
+}
+
 std::string CurveShape::text() const {
-  return is_spline() ? "a spline of " + std::to_string(knots.size() - 1) + " pieces"
-                     : "order " + std::to_string(order);
+  if (!is_spline()) return "order " + std::to_string(order);
+  return "a spline of " + std::to_string(knots.size() - 1) + " pieces" +
+         (input_map ? " and an input map" : "");
 }
 
 CurveBasis::CurveBasis(CurveShape shape, model::Interval thresholds)
@@ -170,6 +183,7 @@ model::HysteresisParameters CurveBasis::parameters(const VectorXd& theta, const 
   parameters.descending = curve(rising + gaps_.transpose() * theta.tail(size() - 1));
   parameters.k_ascending = pace.k_ascending;
   parameters.k_descending = pace.k_descending;
+  parameters.input_map = shape_.input_map;
   return parameters;
 }
 

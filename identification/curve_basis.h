@@ -9,6 +9,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -28,19 +30,24 @@ struct Pace {
   }
 };
 
-/// A polynomial of some order, or a cubic spline with these knots (input units).
+/// A polynomial of some order, or a cubic spline with these knots (input units); how distances along a branch count.
 struct CurveShape {
   int order = 1;
-  std::vector<double> knots;  ///< empty: a polynomial
+  std::vector<double> knots;                         ///< empty: a polynomial
+  std::optional<model::CubicSpline> input_map = {};  ///< h, with the same knots; none: h(v) = v
 
   static CurveShape polynomial(int order) { return {order, {}}; }
   static CurveShape spline(std::vector<double> knots) { return {3, std::move(knots)}; }
+  /// The spline with an input map: `share` of it follows `course`, which never falls, the rest is h(v) = v. It maps both
+  /// ends of `observed` to themselves.
+  CurveShape mapped(const std::function<double(double)>& course, model::Interval observed,
+                    double share) const;
 
   bool is_spline() const { return !knots.empty(); }
   int coefficients() const {  ///< of one curve
     return is_spline() ? static_cast<int>(knots.size()) + 2 : order + 1;
   }
-  std::string text() const;  ///< "order 5", "a spline of 8 pieces"
+  std::string text() const;  ///< "order 5", "a spline of 8 pieces and an input map"
 };
 
 class CurveBasis {
@@ -50,6 +57,9 @@ class CurveBasis {
   const model::Interval& thresholds() const { return thresholds_; }
   Eigen::Index size() const { return shape_.coefficients(); }  ///< n + 1
   Eigen::Index unknowns() const { return 2 * size() - 1; }     ///< of theta
+  /// h(v), of which differences are distances along a branch; and h'(v).
+  double place(double input) const { return shape_.input_map ? shape_.input_map->value(input) : input; }
+  double stretch(double input) const { return shape_.input_map ? shape_.input_map->slope(input) : 1.0; }
 
   /// B_0 ... B_n at `input`, and their derivatives by the input.
   void values(double input, Eigen::Ref<Eigen::VectorXd> row) const;

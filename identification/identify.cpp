@@ -7,9 +7,9 @@
 #include <numeric>
 
 #include "identification/butterfly.h"
-#include "identification/dynamics/joint_dynamics.h"
 #include "identification/excerpt.h"
 #include "identification/knot_places.h"
+#include "identification/quasi_static.h"
 #include "model/refusal.h"
 
 namespace hystcan::identification {
@@ -318,8 +318,7 @@ std::vector<double> predict(const Identified& identified, const std::vector<Data
   std::vector<double> predicted =
       predict(model::Hysteresis(identified.parameters), dataset, identified.lag(), identified.memories[i]);
   for (std::size_t j = 0; j < predicted.size(); ++j)
-    predicted[j] = identified.gains[i] * predicted[j] + identified.offsets[i] +
-                   identified.drifts[i] * drift_course(dataset.time_s, j);
+    predicted[j] = identified.gains[i] * predicted[j] + identified.zero_at(i, dataset.time_s, j);
   return predicted;
 }
 
@@ -337,11 +336,6 @@ void judge(Identified& identified, const std::vector<Dataset>& datasets) {
 }
 
 Identified identify(const std::vector<Dataset>& datasets, const IdentifyOptions& options) {
-  if (options.dynamics) {
-    IdentifyOptions quasi_static = options;
-    quasi_static.dynamics = false;
-    return identify_dynamics(datasets, quasi_static, identify);
-  }
   const IdentifyDatasets curves = [](const std::vector<Dataset>& given, const IdentifyOptions& asked) {
     return Identification(given, asked).run();
   };

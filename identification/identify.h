@@ -4,6 +4,7 @@
 #include <array>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -32,7 +33,6 @@ struct IdentifyOptions {
   bool common_zero = false;          ///< several datasets: no offsets between them
   bool common_gain = false;          ///< several datasets: no gains between them
   bool drift = false;                ///< each dataset has a linear drift of its own
-  bool dynamics = false;             ///< a mode and a delay behind the hysteresis; needs even sampling
   std::optional<double> delay_s;     ///< known; none: searched
   std::optional<double> longest_delay_s;
   std::size_t search_samples = 3000;  ///< samples that the search uses; the last fit uses all
@@ -52,7 +52,7 @@ struct PaceRange {
 struct Identified {
   model::HysteresisParameters parameters;
   double delay_s = 0.0;                       ///< of a quasi-static model
-  std::optional<model::Dynamics> dynamics{};  ///< behind the hysteresis, with the delay
+  std::optional<model::Dynamics> dynamics{};  ///< behind the hysteresis (dynamics/joint_dynamics.h)
   std::vector<InitialMemory> memories;        ///< for each dataset
   std::vector<double> offsets;  ///< of each dataset's output, output units; that of the first is zero
   std::vector<double> gains;    ///< of each dataset's output; that of the first is 1
@@ -73,6 +73,10 @@ struct Identified {
   /// Curves, k, thresholds, delay, dynamics; not what each dataset has of its own.
   std::size_t parameter_count() const;
   Lag lag() const { return {delay_s, dynamics}; }
+  /// Zero and drift of a dataset at one of its rows.
+  double zero_at(std::size_t dataset, std::span<const double> time_s, std::size_t row) const {
+    return offsets[dataset] + drifts[dataset] * drift_course(time_s, row);
+  }
 };
 
 using IdentifyDatasets = std::function<Identified(const std::vector<Dataset>&, const IdentifyOptions&)>;

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "identification/dynamics/quasi_static.h"
 #include "identification/excerpt.h"
+#include "identification/quasi_static.h"
 
 namespace hystcan::identification {
 

@@ -114,7 +114,7 @@ void Regression::gather(const Samples& samples) {
         beside_(r, row) = samples.regressors[static_cast<std::size_t>(r)][i];
       if (nuisances_.offset) beside_(regressors_, row) = 1.0;
       if (nuisances_.drift) beside_(beside_.rows() - 1, row) = drift_course(samples.time_s, i);
-      distance_[row] = std::abs(v - path_.branches[run.branch].start);
+      distance_[row] = std::abs(basis_.place(v) - basis_.place(path_.branches[run.branch].start));
       if (!samples.weight.empty()) weight_[row] = samples.weight[i];
       values_.col(row) *= weight_[row];
       output_[row] = weight_[row] * samples.output[i];

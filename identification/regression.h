@@ -103,7 +103,7 @@ class Regression {
   Nuisances nuisances_;
   std::vector<NormalEquations> base_;  // per fold: the part that does not depend on k
   std::vector<Sums> runs_;
-  Eigen::VectorXd distance_;  // |v - v_s| of each sample that counts
+  Eigen::VectorXd distance_;  // d of each sample that counts
   // Each times the weight of the sample, one column per sample.
   Eigen::VectorXd weight_, output_;
   Eigen::MatrixXd values_;  // B

@@ -7,30 +7,26 @@
 #include <span>
 #include <utility>
 
+#include "identification/mean_course.h"
 #include "identification/numerics/nelder_mead.h"
+#include "identification/unknowns.h"
 
 namespace hystcan::identification {
 namespace {
 
 constexpr int first_order = 5;
-constexpr double worth_it = 0.97;         // an added parameter must lower the error to this share
-constexpr double worth_held_out = 0.985;  // and the held-out error to this share
-constexpr double as_good = 1.05;          // a removed parameter may raise the error to this share
-constexpr double low_enough = 1.01;       // times the smallest held-out error of all orders is low enough
-constexpr double exact = 1e-6;            // of the output span: smaller errors do not count
-constexpr double worth_a_spline = 0.9;    // of the held-out error with polynomials
-constexpr double poor = 0.01;             // of the output span: with a polynomial that misses so much, the
-                                          // other choices may be wrong, too
-constexpr double worth_a_restart = 0.99;  // of the error before it
-constexpr double widest_k_span = 200.0;   // with steep parts this is of them, not of the thresholds
-
-// A number of the trial that the simplex moves, on a scale where a step of one is reasonable.
-struct Unknown {
-  std::string what;
-  double start = 0.0;
-  double step = 0.5;
-  std::function<void(Trial&, double)> set;
-};
+constexpr double worth_it = 0.97;           // an added parameter must lower the error to this share
+constexpr double worth_held_out = 0.985;    // and the held-out error to this share
+constexpr double as_good = 1.05;            // a removed parameter may raise the error to this share
+constexpr double low_enough = 1.01;         // times the smallest held-out error of all orders is low enough
+constexpr double exact = 1e-6;              // of the output span: smaller errors do not count
+constexpr double worth_a_spline = 0.9;      // of the held-out error with polynomials
+constexpr double worth_an_input_map = 0.9;  // of the held-out error without it
+constexpr double poor = 0.01;               // of the output span: with a polynomial that misses so much, the
+                                            // other choices may be wrong, too
+constexpr std::size_t usual_spline = 7;     // of those that are tried: 12 pieces
+constexpr double worth_a_restart = 0.99;    // of the error before it
+constexpr double widest_k_span = 200.0;     // with steep parts this is of them, not of the thresholds
 
 using Kind = InitialMemory::Kind;
 
@@ -38,7 +34,7 @@ class Searcher {
  public:
   Searcher(const Problem& problem, const std::vector<double>& first_inputs, const SearchOptions& options)
       : problem_(&problem), first_inputs_(first_inputs), options_(options) {
-    unknowns_ = two_k();
+    unknowns_ = both_k(best_);
     best_.delay_s = options_.delay_s.value_or(0.0);
   }
 
@@ -68,19 +64,22 @@ class Searcher {
   }
 
  private:
-  std::vector<Unknown> two_k() const {
-    return {{"k_ascending", std::asinh(best_.k_span_ascending), 0.7,
-             [](Trial& trial, double x) { trial.k_span_ascending = std::sinh(x); }},
-            {"k_descending", std::asinh(best_.k_span_descending), 0.7,
-             [](Trial& trial, double x) { trial.k_span_descending = std::sinh(x); }}};
-  }
-
   void begin_with(CurveShape shape) {
     use(std::move(shape));
     choose_memories();
     choose_k();
     refine(150);
     add_useful_unknowns();
+  }
+
+  void begin_again(const CurveShape& shape) {
+    unknowns_ = both_k(best_);
+    result_.steps.clear();
+    result_.one_k = false;
+    best_.below = best_.above = 0.0;
+    best_.gains.clear();
+    best_.delay_s = options_.delay_s.value_or(0.0);
+    begin_with(shape);
   }
 
   // A simplex can stop early in many dimensions: it begins again while that pays.
@@ -214,50 +213,12 @@ class Searcher {
     best_cost_ = c;
   }
 
-  static Unknown bias_of(std::size_t dataset, double start) {
-    return {"initial memory", start, 0.7, [dataset](Trial& trial, double x) {
-              trial.memories[dataset] = {Kind::nested, std::clamp(x, -6.0, 6.0)};
-            }};
-  }
-
-  std::vector<Unknown> candidates() const {
-    std::vector<Unknown> candidates;
-    const auto is_used = [&](const std::string& what) {
-      return std::ranges::any_of(unknowns_, [&](const Unknown& unknown) { return unknown.what == what; });
-    };
-    for (std::size_t i = 0; i < best_.memories.size(); ++i) {
-      const Kind kind = best_.memories[i].kind;
-      if (kind != Kind::nested)
-        candidates.push_back(bias_of(i, kind == Kind::from_lower   ? 1.0
-                                        : kind == Kind::from_upper ? -1.0
-                                                                   : 0.0));
-    }
-    const bool extends = !options_.observed_thresholds;
-    if (extends && !is_used("lower threshold") && problem_->symmetry == model::Symmetry::none)
-      candidates.push_back(
-          {"lower threshold", std::log(0.1), 0.7, [](Trial& trial, double x) { trial.below = std::exp(x); }});
-    if (extends && !is_used("upper threshold"))
-      candidates.push_back({"upper threshold", std::log(0.05), 0.7,
-                            [](Trial& trial, double x) { trial.above = std::exp(x); }});
-    for (std::size_t i = 1; options_.own_gains && i < best_.memories.size(); ++i)
-      if (const std::string what = "gain of dataset " + std::to_string(i + 1); !is_used(what))
-        candidates.push_back({what, 0.0, 0.2, [i](Trial& trial, double x) {
-                                trial.gains.resize(trial.memories.size(), 1.0);
-                                trial.gains[i] = std::exp(0.1 * std::clamp(x, -5.0, 5.0));
-                              }});
-    if (!is_used("delay") && !options_.delay_s && options_.sample_time_s > 0.0)
-      candidates.push_back({"delay", 1.0, 1.0, [dt = options_.sample_time_s](Trial& trial, double x) {
-                              trial.delay_s = x * dt;
-                            }});
-    return candidates;
-  }
-
   // Adds the best remaining candidate repeatedly, until none lowers the error enough.
   void add_useful_unknowns() {
     while (options_.go_on()) {
       std::optional<std::vector<Unknown>> chosen;
       double least = worth_it * best_cost_;
-      for (const Unknown& candidate : candidates()) {
+      for (const Unknown& candidate : candidates(best_, unknowns_, problem_->symmetry, options_)) {
         std::vector<Unknown> unknowns = unknowns_;
         for (Unknown& known : unknowns) known.step = 0.2;
         unknowns.push_back(candidate);
@@ -331,24 +292,54 @@ class Searcher {
     std::vector<CurveShape> splines;
     for (const int pieces : {2, 3, 4, 5, 6, 8, 10, 12, 15, 18, 22})
       if (pieces <= options_.most_pieces) splines.push_back(CurveShape::spline(options_.knots(pieces)));
-    std::vector<Unknown> unknowns = two_k();
-    unknowns.insert(unknowns.end(), unknowns_.begin() + (result_.one_k ? 1 : 2), unknowns_.end());
-    unknowns_ = unknowns;
-    result_.one_k = false;
-    if (before > poor * problem_->output_span) {
-      unknowns_ = two_k();
-      result_.steps.clear();
-      best_.below = best_.above = 0.0;
-      best_.gains.clear();
-      best_.delay_s = options_.delay_s.value_or(0.0);
-      begin_with(splines[std::min<std::size_t>(splines.size() - 1, 7)]);
-    }
+    part_the_k();
+    if (before > poor * problem_->output_span)
+      begin_again(splines[std::min(splines.size() - 1, usual_spline)]);
     choose_shape(splines);
     finish();
+    try_input_maps(splines);
     if (options_.curves == CurveChoice::spline || score(scored()) < worth_a_spline * before) return;
     const std::vector<ShapeScore> tried = result_.shapes;
     take(polynomial);
     result_.shapes = tried;
+  }
+
+  void part_the_k() {
+    std::vector<Unknown> unknowns = both_k(best_);
+    unknowns.insert(unknowns.end(), unknowns_.begin() + (result_.one_k ? 1 : 2), unknowns_.end());
+    unknowns_ = unknowns;
+    result_.one_k = false;
+  }
+
+  // Where the outputs are steep, loops close in a small part of the inputs: a rate that follows the course of the outputs.
+  void try_input_maps(std::vector<CurveShape> splines) {
+    const ShapeScore before = scored();
+    if (score(before) < poor * problem_->output_span) return;
+    const Searcher plain = *this;
+    const std::size_t rich = std::min(splines.size() - 1, usual_spline);
+    const MeanCourse course(*problem_, best_, fit_->fit(best_).offsets);
+    double least = worth_an_input_map * score(before);
+    std::optional<double> share;
+    for (const double tried : {0.5, 0.8, 0.95}) {
+      take(plain);
+      part_the_k();
+      use(splines[rich].mapped(course, problem_->observed, tried));
+      choose_k();
+      refine(150);
+      if (const double now = score(scored()); now < least && options_.go_on()) {
+        least = now;
+        share = tried;
+      }
+    }
+    take(plain);
+    if (!share) return;
+    for (CurveShape& spline : splines) spline = spline.mapped(course, problem_->observed, *share);
+    begin_again(splines[rich]);
+    choose_shape(splines);
+    finish();
+    const ShapeScore after = scored();
+    result_.steps.push_back({"an input map", before.rms, after.rms, before.held_out, after.held_out});
+    if (score(after) > worth_an_input_map * score(before)) take(plain);
   }
 
   void take(const Searcher& other) {

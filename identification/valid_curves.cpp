@@ -71,8 +71,9 @@ void ValidCurves::use(model::Interval thresholds) {
                          ? (between[static_cast<std::size_t>(j)] - thresholds.lo) / thresholds.span()
                          : 0.5 - 0.5 * std::cos(std::numbers::pi * static_cast<double>(j) /
                                                 static_cast<double>(points_ - 1));
-    basis_.slopes(thresholds.lo + t * thresholds.span(), slopes);
-    slopes *= thresholds.span();
+    const double v = thresholds.lo + t * thresholds.span();
+    basis_.slopes(v, slopes);
+    slopes *= thresholds.span() / basis_.stretch(v);
     curves_.row(j) = basis_.row(Direction::ascending, slopes);
     curves_.row(points_ + j) = basis_.row(Direction::descending, slopes);
     curves_.row(2 * points_ + j) = basis_.gap(t);

@@ -27,8 +27,13 @@ ExponentialConvergence::ExponentialConvergence(HysteresisParameters parameters)
   const double reach = parameters_.upper_point().output - parameters_.lower_point().output;
   const double steepest_k = std::max(std::abs(parameters_.k_ascending), std::abs(parameters_.k_descending));
   slope_tolerance_ = 1e-9 * reach / range.span();
-  halley_tolerance_ =
-      range.span() * std::cbrt(1e-16) / std::pow(100.0 + steepest_k * range.span(), 2.0 / 3.0);
+  if (!parameters_.input_map)  // with a map, its bends count too: the steps go on to rounding
+    halley_tolerance_ =
+        range.span() * std::cbrt(1e-16) / std::pow(100.0 + steepest_k * range.span(), 2.0 / 3.0);
+}
+
+inline double ExponentialConvergence::between(double a, double b) const {
+  return std::abs(parameters_.place(a) - parameters_.place(b));
 }
 
 std::uint64_t ExponentialConvergence::fingerprint() const {
@@ -43,11 +48,15 @@ std::uint64_t ExponentialConvergence::fingerprint() const {
 ExponentialConvergence::Convergence ExponentialConvergence::convergence(Direction direction) const {
   const double k = parameters_.k(direction);
   Convergence pace;
-  const double k_span = std::abs(k) * input_range().span();
+  const double k_span = std::abs(k) * between(input_range().lo, input_range().hi);
   if (k_span > 1e-17) pace = {k, 1.0 / k, true, k_span > 1.0, {}};
   const auto bend = [&](double v) {
-    return sign(direction) * parameters_.curve(direction).curvature(v) +
-           k * parameters_.curve(direction).slope(v);
+    const Jet curve = parameters_.curve(direction).jet(v);
+    if (!parameters_.input_map) return sign(direction) * curve.curvature + k * curve.slope;
+    const Jet map = parameters_.input_map->jet(v);
+    return sign(direction) * (curve.curvature * map.slope - curve.slope * map.curvature) /
+               (map.slope * map.slope) +
+           k * curve.slope;
   };
   constexpr std::size_t points = 400;
   std::vector<double> grid = grid_of(input_range(), parameters_.curve(direction).knots(), points);
@@ -71,26 +80,31 @@ inline const ExponentialConvergence::Convergence& ExponentialConvergence::pace(D
 }
 
 inline double ExponentialConvergence::value(const Branch& branch, Direction direction, double input) const {
-  const double d = std::abs(input - branch.start_input);
+  const double d = between(input, branch.start_input);
   return parameters_.curve(direction).value(input) +
          (branch.offset - branch.coefficient * pace(direction).phi(d));
 }
 
 inline Jet ExponentialConvergence::jet(const Branch& branch, Direction direction, double input) const {
-  const double d = std::abs(input - branch.start_input);
+  const double d = between(input, branch.start_input);
   const Convergence& convergence = pace(direction);
   const double decay = convergence.decay(d);
   const double phi = convergence.steep ? (1.0 - decay) * convergence.reciprocal : convergence.phi(d);
   const double fading = branch.coefficient * decay;
   const Jet reference = parameters_.curve(direction).jet(input);
-  return {reference.value + (branch.offset - branch.coefficient * phi),
-          reference.slope - sign(direction) * fading, reference.curvature + convergence.k * fading};
+  const double value = reference.value + (branch.offset - branch.coefficient * phi);
+  if (!parameters_.input_map)
+    return {value, reference.slope - sign(direction) * fading, reference.curvature + convergence.k * fading};
+  const Jet map = parameters_.input_map->jet(input);
+  return {value, reference.slope - sign(direction) * fading * map.slope,
+          reference.curvature +
+              fading * (convergence.k * map.slope * map.slope - sign(direction) * map.curvature)};
 }
 
 inline double ExponentialConvergence::slope(const Branch& branch, Direction direction, double input) const {
-  const double d = std::abs(input - branch.start_input);
+  const double d = between(input, branch.start_input);
   return parameters_.curve(direction).slope(input) -
-         sign(direction) * branch.coefficient * pace(direction).decay(d);
+         sign(direction) * branch.coefficient * pace(direction).decay(d) * parameters_.stretch(input);
 }
 
 // e^{k d} f_0' is lowest at the start, at the end, or where sigma f_0'' + k f_0' turns from negative to
@@ -111,7 +125,7 @@ Branch ExponentialConvergence::threshold_branch(Direction direction) const {
       direction == Direction::ascending ? std::pair(low, high) : std::pair(high, low);
   const double offset = start.output - parameters_.curve(direction).value(start.input);
   Branch branch{start.input, start.output, offset, 0.0, true};
-  branch.coefficient = branch.offset / pace(direction).phi(input_range().span());
+  branch.coefficient = branch.offset / pace(direction).phi(between(start.input, target.input));
   branch.increasing = is_increasing(branch, direction, target.input);
   return branch;
 }
@@ -122,7 +136,7 @@ Branch ExponentialConvergence::virgin_branch() const {
 }
 
 // For a reversal at the present point:
-//   [x_s - f_below(v_s)] / phi(|v_target - v_s|)
+//   [x_s - f_below(v_s)] / phi(d),   d from v_s to v_target
 //
 // In a tiny loop the distance between its two sides is lost in rounding. It is then computed from the
 // difference of their slopes, which is exact to the square of the loop's size. The virgin curve does not pass
@@ -134,18 +148,18 @@ double ExponentialConvergence::added_coefficient(const HysteresisState& state, d
   const Convergence& convergence = pace(new_direction);
   const Branch reference{input_range().lo, 0.0, 0.0, 0.0, true};
   const Branch& below = top > 0 ? state.branches[top - 1] : reference;
-  const double size = std::abs(target - state.input);
+  const double size = std::abs(target - state.input), d = between(target, state.input);
   const double largest_k = std::max(std::abs(ascending_.k), std::abs(descending_.k));
   const bool closes = top > 0 || state.origin != Origin::virgin;
-  if (closes && size * std::max(1.0 / input_range().span(), largest_k) < 1e-6) {
+  if (closes && std::max(size / input_range().span(), d * largest_k) < 1e-6) {
     const double middle = state.input + (target - state.input) / 2.0;
     const double opening =
         slope(below, new_direction, middle) - slope(state.branches[top], old_direction, middle);
-    return sign(new_direction) * opening * size / convergence.precise_phi(size);
+    return sign(new_direction) * opening * size / convergence.precise_phi(d);
   }
   const double distance =
-      offset - below.offset + below.coefficient * convergence.phi(std::abs(state.input - below.start_input));
-  return distance / convergence.precise_phi(size);
+      offset - below.offset + below.coefficient * convergence.phi(between(state.input, below.start_input));
+  return distance / convergence.precise_phi(d);
 }
 
 Branch ExponentialConvergence::reversed(const HysteresisState& state) const {
@@ -155,7 +169,7 @@ Branch ExponentialConvergence::reversed(const HysteresisState& state) const {
   Branch branch{state.input, state.level, state.level - parameters_.curve(way).value(state.input), 0.0, true};
   if (top > 0) {
     const Branch& below = state.branches[top - 1];
-    branch.coefficient = below.coefficient * pace(way).decay(std::abs(state.input - below.start_input));
+    branch.coefficient = below.coefficient * pace(way).decay(between(state.input, below.start_input));
   }
   branch.coefficient += added_coefficient(state, branch.offset, target);
   const bool overflow = !std::isfinite(branch.coefficient);  // the distance to L_0 can be denormal

@@ -23,11 +23,13 @@
 // `below` is the branch of the same direction that was broken at the target (c = S = 0 on a reference curve).
 // c and S are computed once, at the reversal.  Wiping out is a pop.  docs/theory.md contains the derivation.
 //
+// With an input map h, all distances are d = |h(v) - h(v_s)|: convergence is fast where h is steep.
+//
 // A branch increases if, with sigma = +1 rising and -1 falling,
 //
-//   sigma S e^{-k d} < f_0'(v)
+//   sigma S e^{-k d} < f_0'(v) / h'(v)
 //
-// Every reversal checks this at the start of the branch.  That is sufficient if sigma f_0'' + k f_0' >= 0;
+// Every reversal checks this at the start of the branch.  That is sufficient if sigma (f_0' / h')' + k f_0' >= 0;
 // otherwise it is also checked where that expression changes its sign, and at the target.
 // Some branches cannot increase: a falling branch that leaves the virgin curve f_0^A near or below the output
 // of its target L_0 turns upwards for every k.  The model flags such a branch when it is used.  They do not
@@ -45,7 +47,7 @@
 namespace hystcan::model {
 
 /// The law of a branch. Branch::offset is c, in output units. Branch::coefficient is S, in output units per
-/// input unit; in a regular loop it is >= 0 rising and <= 0 falling.
+/// unit of h; in a regular loop it is >= 0 rising and <= 0 falling.
 class ExponentialConvergence {
  public:
   explicit ExponentialConvergence(HysteresisParameters parameters);
@@ -67,17 +69,18 @@ class ExponentialConvergence {
  private:
   /// phi and e^{-k d} of one direction.
   struct Convergence {
-    double k = 0.0;                      // 0 if phi(d) = d to rounding
-    double reciprocal = 0.0;             // 1 / k
-    bool lowest_at_start = true;         // sigma f_0'' + k f_0' >= 0: a branch is flattest at its start
-    bool steep = false;                  // |k| times the input range > 1: 1 - e^{-k d} is accurate enough
-    std::vector<double> flattest;        // inputs where sigma f_0'' + k f_0' turns from negative to positive
-    double phi(double d) const;          // accurate to 1e-16 / k if steep, else to rounding
+    double k = 0.0;                // 0 if phi(d) = d to rounding
+    double reciprocal = 0.0;       // 1 / k
+    bool lowest_at_start = true;   // a branch is flattest at its start
+    bool steep = false;            // |k| times the input range > 1: 1 - e^{-k d} is accurate enough
+    std::vector<double> flattest;  // inputs where sigma (f_0' / h')' + k f_0' turns from negative to positive
+    double phi(double d) const;    // accurate to 1e-16 / k if steep, else to rounding
     double precise_phi(double d) const;  // accurate to rounding: tiny loops divide by it
     double decay(double d) const;        // e^{-k d}
   };
 
   Convergence convergence(Direction direction) const;
+  double between(double a, double b) const;  // d
   const Convergence& pace(Direction direction) const;
   double slope(const Branch& branch, Direction direction, double input) const;
   bool is_increasing(const Branch& branch, Direction direction, double target) const;

@@ -14,6 +14,10 @@ void add_curves(Fingerprint& sum, const HysteresisParameters& parameters) {
     sum.add(curve->coefficients());
     if (curve->basis() == Basis::spline) sum.add(curve->knots());
   }
+  if (parameters.input_map) {
+    sum.add(parameters.input_map->knots());
+    sum.add(parameters.input_map->coefficients());
+  }
   if (!parameters.output_map) return;
   sum.add(parameters.output_map->inner().lo);
   sum.add(parameters.output_map->inner().hi);

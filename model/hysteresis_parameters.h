@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "model/cubic_spline.h"
 #include "model/fingerprint.h"
 #include "model/memory.h"
 #include "model/output_map.h"
@@ -21,6 +22,8 @@ struct HysteresisParameters {
   double k_descending = 0.0;
   Symmetry symmetry = Symmetry::none;
   std::optional<OutputMap> output_map{};  ///< of a butterfly; the curves are then those of m
+  /// h: a branch converges with the distance |h(v) - h(v_s)|, so that the rate at v is k h'(v). None: h(v) = v.
+  std::optional<CubicSpline> input_map{};
 
   const Interval& input_range() const { return ascending.domain(); }
   const ReferenceCurve& curve(Direction direction) const {
@@ -29,6 +32,8 @@ struct HysteresisParameters {
   double k(Direction direction) const {
     return direction == Direction::ascending ? k_ascending : k_descending;
   }
+  double place(double v) const { return input_map ? input_map->value(v) : v; }                  ///< h
+  double stretch(double v) const { return input_map ? input_map->slope(v) : 1.0; }              ///< h'
   Point lower_point() const { return {input_range().lo, descending.value(input_range().lo)}; }  ///< L_0
   Point upper_point() const { return {input_range().hi, ascending.value(input_range().hi)}; }   ///< U_0
   /// Output where a curve has this value.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
@@ -51,10 +52,12 @@ void check_ranges(const HysteresisParameters& p) {
            p.descending.knots().size(), ", expected the same knots");
   if (p.symmetry == Symmetry::even && a.lo < 0.0)
     refuse("interval starts at ", a.lo, " ", p.input_unit, ", expected 0 or more where symmetry is even");
+  if (p.input_map && !std::ranges::is_sorted(p.input_map->coefficients(), std::less_equal{}))
+    refuse("input map falls or stays somewhere, expected coefficients that increase");
+  const double span = p.place(a.hi) - p.place(a.lo);
   const auto check_k = [&](const char* name, double k) {
-    if (!std::isfinite(k) || k * a.span() < lowest_k_span)
-      refuse(name, " = ", k, " 1/", p.input_unit, ", expected a number of at least ",
-             lowest_k_span / a.span());
+    if (!std::isfinite(k) || k * span < lowest_k_span)
+      refuse(name, " = ", k, " 1/", p.input_unit, ", expected a number of at least ", lowest_k_span / span);
   };
   check_k("k_ascending", p.k_ascending);
   check_k("k_descending", p.k_descending);
@@ -119,8 +122,9 @@ void check_output_map(const HysteresisParameters& p) {
 
 // One direction on a grid. The grid counts from the threshold where the scan starts; outputs rise along it.
 struct Grid {
-  std::vector<double> value, slope;
-  std::vector<double> distance;  // from the threshold
+  std::vector<double> input, value;
+  std::vector<double> slope;     // per unit of h
+  std::vector<double> distance;  // from the threshold, in h
   double k = 0.0;
   bool straight = true;  // phi(d) = d to rounding
 
@@ -133,17 +137,19 @@ struct Grid {
 };
 
 // Seen from U_0 with both axes reversed, a falling branch rises: one scan serves both thresholds.
-Grid grid_of(const ReferenceCurve& curve, double k, Direction seen, std::size_t steps) {
+Grid grid_of(const HysteresisParameters& p, Direction direction, Direction seen, std::size_t steps) {
   Grid grid;
+  const ReferenceCurve& curve = p.curve(direction);
   const Interval& range = curve.domain();
-  grid.k = k;
-  grid.straight = std::abs(k) * range.span() <= 1e-17;
-  std::vector<double> inputs = grid_of(range, curve.knots(), steps);
-  if (seen == Direction::descending) std::ranges::reverse(inputs);
-  for (const double v : inputs) {
+  grid.k = p.k(direction);
+  grid.straight = std::abs(grid.k) * (p.place(range.hi) - p.place(range.lo)) <= 1e-17;
+  grid.input = grid_of(range, curve.knots(), steps);
+  if (seen == Direction::descending) std::ranges::reverse(grid.input);
+  const double threshold = p.place(grid.input.front());
+  for (const double v : grid.input) {
     grid.value.push_back(sign(seen) * curve.value(v));
-    grid.slope.push_back(curve.slope(v));
-    grid.distance.push_back(std::abs(v - inputs.front()));
+    grid.slope.push_back(curve.slope(v) / p.stretch(v));
+    grid.distance.push_back(std::abs(p.place(v) - threshold));
   }
   return grid;
 }
@@ -153,11 +159,10 @@ Grid grid_of(const ReferenceCurve& curve, double k, Direction seen, std::size_t 
 class Scan {
  public:
   Scan(const HysteresisParameters& p, Direction rising_way, std::size_t steps)
-      : p_(p),
-        way_(rising_way),
+      : way_(rising_way),
         steps_(steps),
-        rise_(grid_of(p.curve(true_direction(true)), p.k(true_direction(true)), rising_way, steps)),
-        fall_(grid_of(p.curve(true_direction(false)), p.k(true_direction(false)), rising_way, steps)) {
+        rise_(grid_of(p, true_direction(true), rising_way, steps)),
+        fall_(grid_of(p, true_direction(false), rising_way, steps)) {
     const double span = p.ascending.domain().span();
     tolerance_ = 1e-9 *
                  (p.ascending.value(p.ascending.domain().hi) - p.descending.value(p.ascending.domain().lo)) /
@@ -204,11 +209,7 @@ class Scan {
 
   // The true direction: a branch that rises as seen from this scan's threshold may fall in truth.
   Direction true_direction(bool rising) const { return rising ? way_ : opposite(way_); }
-  double input(std::size_t i) const {
-    const Interval& range = p_.ascending.domain();
-    if (i == steps_) return way_ == Direction::ascending ? range.hi : range.lo;
-    return way_ == Direction::ascending ? range.lo + rise_.distance[i] : range.hi - rise_.distance[i];
-  }
+  double input(std::size_t i) const { return rise_.input[i]; }
 
   std::optional<DecreasingBranch> find_on_branch(bool rising, std::size_t from, std::size_t to,
                                                  double coefficient) const {
@@ -235,7 +236,6 @@ class Scan {
                             place(lowest_at)};
   }
 
-  const HysteresisParameters& p_;
   Direction way_;
   std::size_t steps_;
   Grid rise_, fall_;
@@ -326,7 +326,8 @@ std::vector<DecreasingBranch> find_decreasing_branches(const HysteresisParameter
 }
 
 std::optional<Interval> allowed_k(const HysteresisParameters& parameters, Direction direction) {
-  const double span = parameters.ascending.domain().span();
+  const double span =
+      parameters.place(parameters.input_range().hi) - parameters.place(parameters.input_range().lo);
   double inside = parameters.k(direction);
   if (find_decreasing_branch(parameters)) {
     inside = 0.0;
@@ -347,8 +348,8 @@ void check_branches(const HysteresisParameters& parameters) {
       found->direction,
       message_of(found->direction == Direction::ascending ? "ascending" : "descending", " branch from ",
                  found->start, " towards ", found->target, " ", units.input, " goes the wrong way ", where,
-                 " ", units.input, " (slope ", found->slope, " ", units.slope,
-                 "), expected an increasing branch: ", remedy(parameters, found->direction)));
+                 " ", units.input, " (slope ", found->slope * parameters.stretch(found->input), " ",
+                 units.slope, "), expected an increasing branch: ", remedy(parameters, found->direction)));
 }
 
 }  // namespace hystcan::model

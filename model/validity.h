@@ -2,7 +2,7 @@
 //
 // Every branch is
 //
-//   f(v) = f_0(v) + c - S phi(d),    increasing if  sigma S e^{-k d} < f_0'(v)
+//   f(v) = f_0(v) + c - S phi(d),    increasing if  sigma S e^{-k d} < f_0'(v) / h'(v)
 //
 // A large k gives a large S at a reversal, so that the branch first goes the wrong way (paper, text under
 // Fig. 6).  The limit of k follows from the width of the loop and the slope of the curves: for wide loops it
@@ -28,7 +28,7 @@
 namespace hystcan::model {
 
 /// Throws std::invalid_argument with the defect, its place and the expected value: intervals that differ; a k
-/// that is not finite or below -300 per input range; a curve that decreases; curves that cross or do not meet
+/// that is not finite or below -300 per input range; an input map that does not increase; a curve that decreases; curves that cross or do not meet
 /// at the upper threshold (to 1e-9 of the output span).
 void check_curves(const HysteresisParameters& parameters);
 
@@ -37,7 +37,7 @@ struct DecreasingBranch {
   double start = 0.0;   ///< input at its start
   double target = 0.0;  ///< input at its target
   Interval wrong;       ///< inputs where it goes the wrong way
-  double slope = 0.0;   ///< the lowest slope there, output units per input unit
+  double slope = 0.0;   ///< the lowest slope there, output units per unit of h (model/hysteresis.h)
   double input = 0.0;   ///< the place of the lowest slope
 };
 

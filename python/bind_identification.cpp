@@ -9,6 +9,7 @@
 #include "app/io/output_file.h"
 #include "app/report/identification_findings.h"
 #include "app/report/identification_result.h"
+#include "identification/dynamics/joint_dynamics.h"
 #include "identification/identify.h"
 #include "model/words.h"
 #include "python/arrays.h"
@@ -112,12 +113,12 @@ Result identify(const py::object& t, const py::object& u, const py::object& y,
   options.common_zero = common_zero;
   options.common_gain = common_gain;
   options.drift = drift;
-  options.dynamics = dynamics;
   std::optional<identification::Identified> identified;
   std::vector<std::string> said;
   {
     const py::gil_scoped_release released;
-    identified = identification::identify(datasets, options);
+    identified = dynamics ? identification::identify_dynamics(datasets, options)
+                          : identification::identify(datasets, options);
     said = app::findings(datasets, *identified);
   }
   Model model;

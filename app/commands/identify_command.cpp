@@ -22,6 +22,7 @@
 #include "app/report/identification_result.h"
 #include "config/files/model_file.h"
 #include "config/schema/config.h"
+#include "identification/dynamics/joint_dynamics.h"
 #include "identification/identify.h"
 #include "model/words.h"
 
@@ -58,7 +59,6 @@ identification::IdentifyOptions asked_for(const IdentifyArguments& options, Prog
   asked.common_zero = options.common_zero;
   asked.common_gain = options.common_gain;
   asked.drift = options.drift;
-  asked.dynamics = options.dynamics;
   asked.output = *parse_word<identification::ShapeOfOutput>(options.symmetry);
   asked.observed_thresholds = options.thresholds == "observed";
   asked.go_on = [&progress, tries = std::uint64_t{0}]() mutable {
@@ -71,7 +71,9 @@ identification::IdentifyOptions asked_for(const IdentifyArguments& options, Prog
 Identified identify(const IdentifyArguments& options, const std::vector<Dataset>& datasets) {
   Progress progress("identifying", 0, "trials");
   try {
-    return identification::identify(datasets, asked_for(options, progress));
+    const identification::IdentifyOptions asked = asked_for(options, progress);
+    return options.dynamics ? identification::identify_dynamics(datasets, asked)
+                            : identification::identify(datasets, asked);
   } catch (const std::invalid_argument& error) {
     std::string names;
     for (const auto& file : options.data) names += (names.empty() ? "" : ", ") + file.string();

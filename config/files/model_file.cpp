@@ -3,7 +3,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+#include <functional>
+
 #include "config/files/model_schema.h"
+#include "model/refusal.h"
 #include "model/simplified.h"
 #include "model/validity.h"
 
@@ -55,6 +59,12 @@ model::HysteresisParameters parameters(const Document& document, const ModelFile
                                          .k_ascending = raw.k_ascending,
                                          .k_descending = raw.k_descending,
                                          .symmetry = raw.symmetry};
+  if (!raw.input_map.empty())
+    made(document, "hysteresis.input_map", [&] {
+      parameters.input_map.emplace(raw.knots, raw.input_map);
+      if (!std::ranges::is_sorted(raw.input_map, std::less_equal{}))
+        model::refuse("input_map falls or stays somewhere, expected coefficients that increase");
+    });
   if (!raw.output_map.empty())
     made(document, "hysteresis.output_map", [&] {
       parameters.output_map.emplace(raw.output_map, model::Interval{parameters.ascending.value(raw.input_min),
@@ -169,12 +179,14 @@ std::string model_text(const model::HysteresisParameters& parameters, const Iden
                 .knots = parameters.ascending.knots(),
                 .ascending = parameters.ascending.coefficients(),
                 .descending = parameters.descending.coefficients(),
+                .input_map = {},
                 .output_map = {},
                 .k_ascending = parameters.k_ascending,
                 .k_descending = parameters.k_descending,
                 .symmetry = parameters.symmetry,
                 .thresholds = {},
                 .weights = {}};
+  if (parameters.input_map) raw.input_map = parameters.input_map->coefficients();
   if (parameters.output_map) raw.output_map = parameters.output_map->coefficients();
   ModelWriter writer;
   visit_tables(writer, raw, true);

@@ -35,6 +35,7 @@ struct ModelFile {
   std::vector<double> knots;
   std::vector<double> ascending;
   std::vector<double> descending;
+  std::vector<double> input_map;
   std::vector<double> output_map;
   double k_ascending = 0.0;
   double k_descending = 0.0;
@@ -67,6 +68,7 @@ void visit(V& v, ModelFile& m) {
   if (m.kind == model::Hysteresis::kind()) {
     v.required("k_ascending", m.k_ascending);
     v.required("k_descending", m.k_descending);
+    if (m.basis == model::Basis::spline) v.numbers("input_map", m.input_map);
   }
   if (m.kind == model::Hysteresis::kind() || m.kind == average_kind) v.numbers("output_map", m.output_map);
   v.choice("symmetry", m.symmetry);

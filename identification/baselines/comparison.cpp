@@ -6,8 +6,8 @@
 
 #include "identification/baselines/baseline_models.h"
 #include "identification/butterfly.h"
-#include "identification/dynamics/joint_dynamics.h"
 #include "identification/excerpt.h"
+#include "identification/quasi_static.h"
 #include "model/refusal.h"
 
 namespace hystcan::identification {

@@ -10,10 +10,10 @@
 #include <string>
 #include <utility>
 
-#include "identification/dynamics/quasi_static.h"
 #include "identification/dynamics/sampled_dataset.h"
 #include "identification/dynamics/second_order_fit.h"
 #include "identification/numerics/levenberg_marquardt.h"
+#include "identification/quasi_static.h"
 #include "model/refusal.h"
 
 namespace hystcan::identification {
@@ -27,47 +27,17 @@ constexpr int steps_in_a_pass = 10;
 constexpr double worth_a_pass = 0.995;   // of the error before it
 constexpr double worth_dynamics = 0.97;  // of the error of the quasi-static model
 constexpr std::size_t rows_for_the_start = 20'000;
-constexpr std::size_t unknowns = 3;
+constexpr Eigen::Index dynamics_unknowns = 3;
 
 using Outputs = std::vector<std::vector<double>>;  // of each dataset
 
 /// log f, log zeta, d / `cycle_s`.
-struct Point {
+struct DynamicsPoint {
   Eigen::Vector3d at;
   double cycle_s = 0.0;
 
   Dynamics dynamics() const { return {{std::exp(at[0]), std::exp(at[1])}, std::max(0.0, at[2] * cycle_s)}; }
 };
-
-double own(const Identified& found, const Dataset& dataset, std::size_t i, std::size_t row) {
-  return found.offsets[i] + found.drifts[i] * drift_course(dataset.time_s, row);
-}
-
-/// The quasi-static output of the model, without zero, gain and drift of a dataset.
-Outputs quasi_static_outputs(const std::vector<Dataset>& datasets, const Identified& found) {
-  const model::Hysteresis model(found.parameters);
-  Outputs outputs;
-  for (std::size_t i = 0; i < datasets.size(); ++i)
-    outputs.push_back(
-        predict(model, found.parameters.symmetry == model::Symmetry::even ? folded(datasets[i]) : datasets[i],
-                {}, found.memories[i]));
-  return outputs;
-}
-
-/// x + G (y - F x), in the zero, gain and drift of each dataset. `outputs`: x.
-std::vector<Dataset> corrected(std::vector<Dataset> datasets, const Identified& found,
-                               const Outputs& outputs) {
-  for (std::size_t i = 0; i < datasets.size(); ++i) {
-    Dataset& dataset = datasets[i];
-    std::vector<double> change = respond(*found.dynamics, dataset.time_s, outputs[i]);
-    for (std::size_t row = 0; row < change.size(); ++row)
-      change[row] = dataset.output[row] - found.gains[i] * change[row] - own(found, dataset, i, row);
-    change = before_dynamics(*found.dynamics, dataset.time_s, change);
-    for (std::size_t row = 0; row < change.size(); ++row)
-      dataset.output[row] = found.gains[i] * outputs[i][row] + own(found, dataset, i, row) + change[row];
-  }
-  return datasets;
-}
 
 /// The rows that move most.
 Dataset liveliest(const Dataset& dataset) {
@@ -97,9 +67,8 @@ double cycle_s_of(const std::vector<Dataset>& datasets, std::size_t i) {
 
 class JointDynamics {
  public:
-  JointDynamics(const std::vector<Dataset>& datasets, const IdentifyOptions& options,
-                const IdentifyDatasets& quasi_static)
-      : datasets_(datasets), options_(options), quasi_static_(quasi_static) {
+  JointDynamics(const std::vector<Dataset>& datasets, const IdentifyOptions& options)
+      : datasets_(datasets), options_(options) {
     if (!options_.go_on) options_.go_on = [] { return true; };
     point_.cycle_s = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < datasets_.size(); ++i) {
@@ -109,7 +78,7 @@ class JointDynamics {
   }
 
   Identified run() {
-    const Identified before = quasi_static_(datasets_, options_);
+    const Identified before = identify(datasets_, options_);
     if (!options_.go_on()) return before;
     begin(before);
     Identified best = with_dynamics(before);
@@ -118,7 +87,7 @@ class JointDynamics {
     options.longest_delay_s.reset();
     for (int pass = 0; pass < most_passes && options_.go_on(); ++pass) {
       if (pass >= passes_with_shape) options.shape = best.search.shape;
-      Identified next = with_dynamics(quasi_static_(linearised_at(best), options));
+      Identified next = with_dynamics(identify(linearised_at(best), options));
       const bool is_worth_another = next.overall.rms < worth_a_pass * best.overall.rms;
       if (next.overall.rms < best.overall.rms) best = std::move(next);
       if (!is_worth_another) break;
@@ -130,7 +99,7 @@ class JointDynamics {
  private:
   /// The datasets of x, with the regressors of p.
   std::vector<Dataset> linearised_at(const Identified& found) {
-    std::vector<Dataset> linear = corrected(datasets_, found, outputs_);
+    std::vector<Dataset> linear = without_dynamics(datasets_, found, outputs_);
     for (int p = 0; p < point_.at.size(); ++p) {
       double largest = 0.0;
       for (std::size_t i = 0; i < linear.size(); ++i) {
@@ -190,7 +159,7 @@ class JointDynamics {
   /// dF/dp x, by differences.
   std::vector<double> slope(std::size_t i, int p) const {
     constexpr double h = 1e-4;
-    Point more = point_, less = point_;
+    DynamicsPoint more = point_, less = point_;
     more.at[p] += h;
     less.at[p] -= h;
     if (p == 2) less.at[p] = std::max(less.at[p], 0.0);
@@ -218,7 +187,7 @@ class JointDynamics {
     all_rows(Eigen::Ref<Eigen::VectorXd>(problem.wanted), [&](std::size_t i) {
       std::vector<double> wanted = datasets_[i].output;
       for (std::size_t row = 0; row < wanted.size(); ++row)
-        wanted[row] = (wanted[row] - own(found, datasets_[i], i, row)) / found.gains[i];
+        wanted[row] = (wanted[row] - found.zero_at(i, datasets_[i].time_s, row)) / found.gains[i];
       return wanted;
     });
     if (!options_.unseen.empty())
@@ -227,7 +196,7 @@ class JointDynamics {
         for (const bool unseen : options_.unseen[i]) weight.push_back(unseen ? 0.0 : 1.0);
         return weight;
       });
-    const auto moved = [&](const Eigen::VectorXd& at) { return Point{at, point_.cycle_s}; };
+    const auto moved = [&](const Eigen::VectorXd& at) { return DynamicsPoint{at, point_.cycle_s}; };
     problem.values = [&](const Eigen::VectorXd& at) -> std::optional<Eigen::VectorXd> {
       if (!options_.go_on()) return Eigen::VectorXd::Constant(rows, 1e150);  // ends the steps
       Eigen::VectorXd values(rows);
@@ -238,14 +207,14 @@ class JointDynamics {
     };
     problem.jacobian = [&](const Eigen::VectorXd& at) {
       point_ = moved(at);
-      Eigen::MatrixXd jacobian(rows, unknowns);
+      Eigen::MatrixXd jacobian(rows, dynamics_unknowns);
       for (int p = 0; p < jacobian.cols(); ++p)
         all_rows(jacobian.col(p), [&](std::size_t i) { return slope(i, p); });
       return jacobian;
     };
-    problem.g.resize(2 * unknowns, unknowns);
+    problem.g.resize(2 * dynamics_unknowns, dynamics_unknowns);
     problem.g << Eigen::Matrix3d::Identity(), -Eigen::Matrix3d::Identity();
-    problem.h.resize(2 * unknowns);
+    problem.h.resize(2 * dynamics_unknowns);
     problem.h << lowest(), -highest();
     point_ = moved(improve(problem, point_.at, steps_in_a_pass).x);
   }
@@ -266,21 +235,15 @@ class JointDynamics {
 
   const std::vector<Dataset>& datasets_;
   IdentifyOptions options_;
-  const IdentifyDatasets& quasi_static_;
-  Point point_;
+  DynamicsPoint point_;
   double longest_s_ = 0.0;
   Outputs outputs_;  // x of each dataset
 };
 
 }  // namespace
 
-Identified identify_dynamics(const std::vector<Dataset>& datasets, const IdentifyOptions& options,
-                             const IdentifyDatasets& quasi_static) {
-  return JointDynamics(datasets, options, quasi_static).run();
-}
-
-std::vector<Dataset> without_dynamics(const std::vector<Dataset>& datasets, const Identified& identified) {
-  return corrected(datasets, identified, quasi_static_outputs(datasets, identified));
+Identified identify_dynamics(const std::vector<Dataset>& datasets, const IdentifyOptions& options) {
+  return JointDynamics(datasets, options).run();
 }
 
 }  // namespace hystcan::identification

@@ -1,5 +1,5 @@
 // Identification of a stage with dynamics: y = F[x], x = H[v] (model/dynamics.h): Gauss-Newton steps from the quasi-static
-// model. With x and p = (log f, log zeta, d) from before and G nearly the inverse of F (quasi_static.h),
+// model. With x and p = (log f, log zeta, d) from before and G nearly the inverse of F (identification/quasi_static.h),
 //
 //   x + G (y - F x)
 //
@@ -16,13 +16,8 @@
 
 namespace hystcan::identification {
 
-/// `quasi_static` identifies a model without dynamics. The result has them; its errors are those of y.
-/// Throws std::invalid_argument if a dataset is not evenly sampled, if none shows the mode, if the dynamics do not lower
-/// the error, or if `quasi_static` does.
-Identified identify_dynamics(const std::vector<Dataset>& datasets, const IdentifyOptions& options,
-                             const IdentifyDatasets& quasi_static);
-
-/// The datasets x + G (y - F x) of an identified stage with dynamics, for studies of its quasi-static model.
-std::vector<Dataset> without_dynamics(const std::vector<Dataset>& datasets, const Identified& identified);
+/// As identify(), with dynamics. Throws std::invalid_argument also if a dataset is not evenly sampled, if none shows the
+/// mode, or if the dynamics do not lower the error.
+Identified identify_dynamics(const std::vector<Dataset>& datasets, const IdentifyOptions& options);
 
 }  // namespace hystcan::identification

@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "identification/dataset.h"
+#include "identification/sampling_grid.h"
 
 namespace hystcan::identification {
 
@@ -39,19 +40,6 @@ struct SampledDataset {
   Eigen::Index length() const { return inputs.rows() - first; }
   double duration_s() const { return static_cast<double>(length() - 1) * cycle_s; }
 };
-
-/// The cycle of each row, counted from the first row.
-struct Grid {
-  double cycle_s = 0.0;
-  std::vector<Eigen::Index> cycles;
-
-  Eigen::Index length() const { return cycles.back() + 1; }
-};
-/// Throws std::invalid_argument where a time is not a whole multiple of the cycle, within 1 % of it, or if most cycles
-/// have no row.
-Grid grid_of(const std::vector<double>& time_s);
-/// The column in every cycle; that of a cycle without a row is that of the row before.
-Eigen::VectorXd held_on(const Grid& grid, const std::vector<double>& column);
 
 /// Throws std::invalid_argument if there are too few rows, where grid_of() does, or if a column is constant. The fit begins `longest_delay_cycles` after the drive has visited both ends.
 SampledDataset sampled(const Dataset& dataset, Eigen::Index longest_delay_cycles);

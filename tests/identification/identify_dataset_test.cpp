@@ -185,12 +185,13 @@ TEST_F(PiezoStage, AFasterSessionIsPredictedWithAKnownDelay) {
 class Iron : public MeasuredDataset {};
 
 // Nearly all of the output happens within 0.1 % of the inputs.
-TEST_F(Iron, IsFittedBySplines) {
+TEST_F(Iron, IsFittedBySplinesWithAnInputMap) {
   if (!load({"iron_bh_sample6_virgin_major"})) GTEST_SKIP() << no_dataset();
   const Identified found = identify(datasets, {});
   const double percent = 100.0 * found.overall.rms / found.output_span;
   std::printf("iron: %s, %.2f %% RMS\n", found.search.shape.text().c_str(), percent);
-  EXPECT_LE(percent, 3.5);
+  EXPECT_TRUE(found.search.shape.input_map);
+  EXPECT_LE(percent, 2.0);
 }
 
 TEST_F(PiezoStage, GrowingAmplitudesWithAnUnknownHistoryAreFitted) {
@@ -293,8 +294,16 @@ TEST_F(Quadrupole, TwoRunsAreFittedTogetherAndPredictTheOthers) {
 
 class ShapeMemoryWing : public MeasuredDataset {};
 
-// This test only reports errors, because the branches of shape memory do not converge exponentially.
-TEST_F(ShapeMemoryWing, UnseenReversalCurvesArePredictedWithAFiniteError) {
+TEST_F(ShapeMemoryWing, IsFittedBySplinesWithAnInputMap) {
+  if (!load({"sma_wing_forc_E"})) GTEST_SKIP() << no_dataset();
+  const Identified found = identify(datasets, {});
+  const double percent = 100.0 * found.overall.rms / found.output_span;
+  std::printf("wing: %s, %.2f %% RMS\n", found.search.shape.text().c_str(), percent);
+  EXPECT_TRUE(found.search.shape.input_map);
+  EXPECT_LE(percent, 3.0);
+}
+
+TEST_F(ShapeMemoryWing, UnseenReversalCurvesArePredicted) {
   if (!load({"sma_wing_forc_E"})) GTEST_SKIP() << no_dataset();
   const Dataset& dataset = datasets[0];
   const auto [lo, hi] = std::ranges::minmax(dataset.input);
@@ -318,7 +327,7 @@ TEST_F(ShapeMemoryWing, UnseenReversalCurvesArePredictedWithAFiniteError) {
   const ErrorNorms on_unseen = percent_of(ours, dataset.output, unseen);
   print_errors("wing, unseen reversal curves", on_unseen, found.parameter_count(),
                percent_of(baseline.prediction, dataset.output, unseen));
-  EXPECT_TRUE(std::isfinite(on_unseen.rms));
+  EXPECT_LE(on_unseen.rms, 4.0);
 }
 
 TEST(LargeDataset, AHundredThousandSamplesAreFittedAsWellAsAFewThousand) {

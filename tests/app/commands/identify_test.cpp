@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "identification/dynamics/quasi_static.h"
+#include "identification/quasi_static.h"
 #include "model/hysteresis.h"
 #include "tests/app/commands/cli.h"
 #include "tests/identification/made_record.h"

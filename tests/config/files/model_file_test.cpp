@@ -125,6 +125,49 @@ TEST(ModelText, OfSplinesReadBackGivesTheSameParametersToTheBit) {
   EXPECT_EQ(found.descending.coefficients(), expected.descending.coefficients());
 }
 
+TEST(ModelText, OfAnInputMapReadsBackToTheBit) {
+  model::HysteresisParameters given = written_parameters();
+  const std::vector<double> knots{0.1, 70.0, 99.0}, map{0.1, 0.2, 1.0 / 3.0, 98.0, 99.0};
+  const auto curve = [&](std::vector<double> c) {
+    return model::ReferenceCurve(model::CubicSpline(knots, std::move(c)), {0.1, 99.0});
+  };
+  given.ascending = curve({0.0, 1.0, 2.0, 3.0, 4.0});
+  given.descending = given.ascending;
+  given.k_ascending = given.k_descending = 0.0;
+  given.input_map.emplace(knots, map);
+  const model::HysteresisParameters found = load_model(written(model_text(given, identified_from)));
+  ASSERT_TRUE(found.input_map);
+  EXPECT_EQ(found.input_map->coefficients(), map);
+  EXPECT_EQ(found.input_map->knots(), knots);
+}
+
+TEST(ModelFile, RefusesAnInputMapThatFallsAtItsKey) {
+  const auto file = written(R"(
+[hysteresis]
+kind         = "recursive-memory"
+input_unit   = "V"
+output_unit  = "um"
+input_min    = 0.0
+input_max    = 10.0
+basis        = "spline"
+knots        = [0.0, 5.0, 10.0]
+ascending    = [0.0, 1.0, 2.0, 3.0, 4.0]
+descending   = [0.0, 1.0, 2.0, 3.0, 4.0]
+input_map    = [0.0, 2.0, 2.0, 8.0, 10.0]
+k_ascending  = 0.0
+k_descending = 0.0
+symmetry     = "none"
+)");
+  try {
+    load_model(file);
+    FAIL() << "the map was accepted";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find(":12:16: input_map falls or stays somewhere, expected"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
 TEST(ModelFile, RefusesASplineWithKnotsInTheWrongOrderAtItsCurve) {
   const auto file = written(R"(
 [hysteresis]

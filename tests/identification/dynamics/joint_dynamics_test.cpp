@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "identification/dynamics/quasi_static.h"
+#include "identification/quasi_static.h"
 #include "tests/identification/made_record.h"
 
 namespace hystcan::identification::joint_dynamics_test {
@@ -47,15 +47,9 @@ Dataset fast_record(double frequency_Hz, int cycles, std::uint64_t seed, double 
   return with_noise(dataset, 0.03, seed);
 }
 
-IdentifyOptions with_dynamics() {
-  IdentifyOptions options;
-  options.dynamics = true;
-  return options;
-}
-
 /// Of curves of a known order: faster.
 IdentifyOptions of_order_3() {
-  IdentifyOptions options = with_dynamics();
+  IdentifyOptions options;
   options.shape = CurveShape::polynomial(3);
   return options;
 }
@@ -71,7 +65,7 @@ void expect_truth(const Identified& found) {
 TEST(IdentifyDynamics, FindsModeAndDelayBesideTheHysteresis) {
   const std::vector<Dataset> datasets{fast_record(5.0, 8, 1), fast_record(60.0, 60, 2)};
   const Identified plain = identify(datasets, {});
-  const Identified found = identify(datasets, with_dynamics());
+  const Identified found = identify_dynamics(datasets, {});
   std::printf("quasi-static %.3f %%, with dynamics %.4f %%: %.2f Hz, %.4f, %.4f ms, k %.4f %.4f\n",
               100.0 * plain.overall.rms / plain.output_span, 100.0 * found.overall.rms / found.output_span,
               found.dynamics->mode.natural_frequency_Hz, found.dynamics->mode.damping_ratio,
@@ -83,7 +77,7 @@ TEST(IdentifyDynamics, FindsModeAndDelayBesideTheHysteresis) {
 }
 
 TEST(IdentifyDynamics, FindsThemFromOneFastRecord) {
-  const Identified found = identify({fast_record(60.0, 50, 3)}, of_order_3());
+  const Identified found = identify_dynamics({fast_record(60.0, 50, 3)}, of_order_3());
   std::printf("%.4f %%: %.2f Hz, %.4f, %.4f ms\n", 100.0 * found.overall.rms / found.output_span,
               found.dynamics->mode.natural_frequency_Hz, found.dynamics->mode.damping_ratio,
               1e3 * found.dynamics->delay_s);
@@ -91,21 +85,22 @@ TEST(IdentifyDynamics, FindsThemFromOneFastRecord) {
 }
 
 TEST(IdentifyDynamics, KeepsTheZeroOfEachDataset) {
-  const Identified found = identify({fast_record(20.0, 15, 4), fast_record(60.0, 50, 5, 1.5)}, of_order_3());
+  const Identified found =
+      identify_dynamics({fast_record(20.0, 15, 4), fast_record(60.0, 50, 5, 1.5)}, of_order_3());
   expect_truth(found);
   EXPECT_NEAR(found.offsets[1], 1.5, 0.015);
 }
 
 TEST(IdentifyDynamics, PredictsItsDatasetAsItSays) {
   const std::vector<Dataset> datasets{fast_record(60.0, 60, 6)};
-  const Identified found = identify(datasets, of_order_3());
+  const Identified found = identify_dynamics(datasets, of_order_3());
   EXPECT_EQ(ErrorNorms::of(predict(found, datasets, 0), datasets[0].output).rms, found.misses[0].rms);
 }
 
 TEST(IdentifyDynamics, TakesADelayThatIsKnown) {
   IdentifyOptions options = of_order_3();
   options.delay_s = 0.3e-3;
-  const Identified found = identify({fast_record(60.0, 60, 7)}, options);
+  const Identified found = identify_dynamics({fast_record(60.0, 60, 7)}, options);
   EXPECT_EQ(found.dynamics->delay_s, 0.3e-3);
   expect_truth(found);
 }
@@ -119,7 +114,7 @@ TEST(IdentifyDynamics, OfASlowRecordAreRefused) {
     slow.output.push_back(dense.output[i]);
   }
   try {
-    identify({slow}, with_dynamics());
+    identify_dynamics({slow}, {});
     FAIL() << "nothing was thrown";
   } catch (const std::invalid_argument& error) {
     EXPECT_EQ(std::string(error.what()).substr(0, 24), "no dataset shows a mode:");
@@ -131,7 +126,7 @@ TEST(IdentifyDynamics, OfUnevenSamplesAreRefusedWithTheDataset) {
   for (std::size_t i = 0; i < uneven.time_s.size(); ++i)
     uneven.time_s[i] += 5e-5 * std::sin(static_cast<double>(i));
   try {
-    identify({fast_record(60.0, 60, 10), uneven}, with_dynamics());
+    identify_dynamics({fast_record(60.0, 60, 10), uneven}, {});
     FAIL() << "nothing was thrown";
   } catch (const std::invalid_argument& error) {
     EXPECT_EQ(std::string(error.what()).substr(0, 10), "dataset 2:");

@@ -1,4 +1,4 @@
-#include "identification/dynamics/quasi_static.h"
+#include "identification/quasi_static.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,8 @@
 #include <numbers>
 #include <unsupported/Eigen/FFT>
 
-#include "identification/dynamics/sampled_dataset.h"
+#include "identification/excerpt.h"
+#include "identification/sampling_grid.h"
 
 namespace hystcan::identification {
 namespace {
@@ -64,6 +65,37 @@ std::vector<double> before_dynamics(const model::Dynamics& dynamics, const std::
   rows.reserve(change.size());
   for (const Eigen::Index cycle : grid.cycles) rows.push_back(signal[static_cast<std::size_t>(cycle)]);
   return rows;
+}
+
+std::vector<std::vector<double>> quasi_static_outputs(const std::vector<Dataset>& datasets,
+                                                      const Identified& identified) {
+  const model::Hysteresis model(identified.parameters);
+  const bool even = identified.parameters.symmetry == model::Symmetry::even;
+  std::vector<std::vector<double>> outputs;
+  for (std::size_t i = 0; i < datasets.size(); ++i)
+    outputs.push_back(predict(model, even ? folded(datasets[i]) : datasets[i], {}, identified.memories[i]));
+  return outputs;
+}
+
+std::vector<Dataset> without_dynamics(std::vector<Dataset> datasets, const Identified& identified,
+                                      const std::vector<std::vector<double>>& outputs) {
+  for (std::size_t i = 0; i < datasets.size(); ++i) {
+    Dataset& dataset = datasets[i];
+    const auto modelled = [&](const std::vector<double>& x, std::size_t row) {
+      return identified.gains[i] * x[row] + identified.zero_at(i, dataset.time_s, row);
+    };
+    std::vector<double> change = respond(*identified.dynamics, dataset.time_s, outputs[i]);
+    for (std::size_t row = 0; row < change.size(); ++row)
+      change[row] = dataset.output[row] - modelled(change, row);
+    change = before_dynamics(*identified.dynamics, dataset.time_s, change);
+    for (std::size_t row = 0; row < change.size(); ++row)
+      dataset.output[row] = modelled(outputs[i], row) + change[row];
+  }
+  return datasets;
+}
+
+std::vector<Dataset> without_dynamics(const std::vector<Dataset>& datasets, const Identified& identified) {
+  return without_dynamics(datasets, identified, quasi_static_outputs(datasets, identified));
 }
 
 }  // namespace hystcan::identification

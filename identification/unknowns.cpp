@@ -1,0 +1,58 @@
+#include "identification/unknowns.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hystcan::identification {
+namespace {
+
+using Kind = InitialMemory::Kind;
+
+}  // namespace
+
+std::vector<Unknown> both_k(const Trial& trial) {
+  return {{"k_ascending", std::asinh(trial.k_span_ascending), 0.7,
+           [](Trial& moved, double x) { moved.k_span_ascending = std::sinh(x); }},
+          {"k_descending", std::asinh(trial.k_span_descending), 0.7,
+           [](Trial& moved, double x) { moved.k_span_descending = std::sinh(x); }}};
+}
+
+Unknown bias_of(std::size_t dataset, double start) {
+  return {"initial memory", start, 0.7, [dataset](Trial& trial, double x) {
+            trial.memories[dataset] = {Kind::nested, std::clamp(x, -6.0, 6.0)};
+          }};
+}
+
+std::vector<Unknown> candidates(const Trial& trial, const std::vector<Unknown>& used,
+                                model::Symmetry symmetry, const SearchOptions& options) {
+  std::vector<Unknown> candidates;
+  const auto is_used = [&](const std::string& what) {
+    return std::ranges::any_of(used, [&](const Unknown& unknown) { return unknown.what == what; });
+  };
+  for (std::size_t i = 0; i < trial.memories.size(); ++i) {
+    const Kind kind = trial.memories[i].kind;
+    if (kind != Kind::nested)
+      candidates.push_back(bias_of(i, kind == Kind::from_lower   ? 1.0
+                                      : kind == Kind::from_upper ? -1.0
+                                                                 : 0.0));
+  }
+  const bool extends = !options.observed_thresholds;
+  if (extends && !is_used("lower threshold") && symmetry == model::Symmetry::none)
+    candidates.push_back(
+        {"lower threshold", std::log(0.1), 0.7, [](Trial& moved, double x) { moved.below = std::exp(x); }});
+  if (extends && !is_used("upper threshold"))
+    candidates.push_back(
+        {"upper threshold", std::log(0.05), 0.7, [](Trial& moved, double x) { moved.above = std::exp(x); }});
+  for (std::size_t i = 1; options.own_gains && i < trial.memories.size(); ++i)
+    if (const std::string what = "gain of dataset " + std::to_string(i + 1); !is_used(what))
+      candidates.push_back({what, 0.0, 0.2, [i](Trial& moved, double x) {
+                              moved.gains.resize(moved.memories.size(), 1.0);
+                              moved.gains[i] = std::exp(0.1 * std::clamp(x, -5.0, 5.0));
+                            }});
+  if (!is_used("delay") && !options.delay_s && options.sample_time_s > 0.0)
+    candidates.push_back({"delay", 1.0, 1.0,
+                          [dt = options.sample_time_s](Trial& moved, double x) { moved.delay_s = x * dt; }});
+  return candidates;
+}
+
+}  // namespace hystcan::identification

@@ -1,0 +1,29 @@
+// The numbers of a trial that the search moves.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "identification/search.h"
+
+namespace hystcan::identification {
+
+/// One of them, on a scale where a step of one is reasonable.
+struct Unknown {
+  std::string what;
+  double start = 0.0;
+  double step = 0.5;
+  std::function<void(Trial&, double)> set;
+};
+
+/// k_ascending, then k_descending.
+std::vector<Unknown> both_k(const Trial& trial);
+/// The bias of the initial memory of a dataset.
+Unknown bias_of(std::size_t dataset, double start);
+/// What can be searched beside `used`.
+std::vector<Unknown> candidates(const Trial& trial, const std::vector<Unknown>& used,
+                                model::Symmetry symmetry, const SearchOptions& options);
+
+}  // namespace hystcan::identification
