@@ -13,8 +13,8 @@ constexpr int widest_bias = 10;    // in steps
 
 class Estimator {
  public:
-  Estimator(const model::Hysteresis& model, Dataset beginning, Lag lag, bool with_offset)
-      : model_(model), beginning_(std::move(beginning)), lag_(std::move(lag)), with_offset_(with_offset) {}
+  Estimator(const model::Hysteresis& model, Dataset beginning, const Lag& lag, bool with_offset)
+      : model_(model), beginning_(std::move(beginning)), lag_(lag), with_offset_(with_offset) {}
 
   MemoryEstimate estimate_with(const InitialMemory& memory) const {
     const std::vector<double> predicted = predict(model_, beginning_, lag_, memory);

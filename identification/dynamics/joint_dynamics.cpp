@@ -78,7 +78,7 @@ class JointDynamics {
   }
 
   Identified run() {
-    const Identified before = identify(datasets_, options_);
+    Identified before = identify(datasets_, options_);
     if (!options_.go_on()) return before;
     begin(before);
     Identified best = with_dynamics(before);
