@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "app/commands/commands.h"
+#include "app/io/dataset_input.h"
 #include "app/io/option_check.h"
 #include "app/io/output_file.h"
 #include "app/live/open_loop.h"
@@ -20,7 +21,6 @@
 #include "app/report/dynamics_text.h"
 #include "app/report/identified_plant.h"
 #include "can/counted.h"
-#include "config/files/dataset_file.h"
 #include "config/schema/config.h"
 
 namespace hystcan::app {
@@ -39,6 +39,7 @@ struct DynamicsArguments {
   std::optional<double> rate_Hz;
   bool cautious = false;
   bool json = false;
+  config::DatasetLayout layout{};
 };
 
 struct IdentifiedDynamics {
@@ -86,18 +87,18 @@ void design(IdentifiedDynamics& identified, bool cautious) {
 
 IdentifiedDynamics find(const DynamicsArguments& options, const std::optional<config::Config>& config,
                         std::size_t axis) {
-  const config::DatasetFile file = config::load_dataset(options.data);
+  const identification::Dataset record = load_noting(options.data, options.layout);
   try {
     IdentifiedDynamics identified;
     identified.file = options.data.filename().string();
-    identified.input_unit = unit_or(file.dataset.input_unit, "input unit");
-    identified.output_unit = unit_or(file.dataset.output_unit, "output unit");
-    identified.fit = identification::fit_second_order(file.dataset);
+    identified.input_unit = unit_or(record.input_unit, "input unit");
+    identified.output_unit = unit_or(record.output_unit, "output unit");
+    identified.fit = identification::fit_second_order(record);
     identified.rate_Hz =
         options.rate_Hz.value_or(config ? config->controller.rate_Hz : 1.0 / identified.fit.cycle_s);
     const controller::Delays configured = configured_delays(config, axis);
     if (config) identified.sensor_s = configured.sensor_s();
-    identified.plant = identified_plant(file.dataset, identified.fit, configured);
+    identified.plant = identified_plant(record, identified.fit, configured);
     identified.stated = config ? configured : identified.plant.delays;
     design(identified, options.cautious);
     return identified;
@@ -249,6 +250,7 @@ void add_dynamics(CLI::App& cli, int& status) {
   command
       ->add_option("--write", options->written, "copy of the configuration to write, with the result in it")
       ->needs(with_config);
+  add_column_options(*command, options->layout);
   command->add_flag("--cautious", options->cautious,
                     "the rule that counts no phase beyond -180 degrees; stays stable with any delay");
   command->add_flag("--json", options->json, "print the result as JSON");

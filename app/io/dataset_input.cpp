@@ -47,10 +47,7 @@ void settle(std::string& unit, const std::string& asked, const UnitOf& of,
 }
 
 Dataset load(const std::filesystem::path& file, const DatasetInput& input) {
-  config::DatasetFile loaded = config::load_dataset(file);
-  Dataset dataset = std::move(loaded.dataset);
-  if (loaded.last_row_left_out)
-    note("hystcan: {}: the last row has no line end and may be incomplete: left out\n", file.string());
+  Dataset dataset = load_noting(file, input.layout);
   if (dataset.size() > 0) keep_interval(dataset, input);
   if (dataset.size() == 0)
     throw config::Error(fmt::format("{}: no rows{}, expected a dataset", file.string(),
@@ -62,6 +59,15 @@ Dataset load(const std::filesystem::path& file, const DatasetInput& input) {
 
 }  // namespace
 
+Dataset load_noting(const std::filesystem::path& file, const config::DatasetLayout& layout) {
+  config::DatasetFile loaded = config::load_dataset(file, layout);
+  if (!loaded.taken.empty())
+    note("hystcan: {}: {} (--columns says otherwise)\n", file.string(), loaded.taken);
+  if (loaded.last_row_left_out)
+    note("hystcan: {}: the last row has no line end and may be incomplete: left out\n", file.string());
+  return std::move(loaded.dataset);
+}
+
 void require_unit(const std::filesystem::path& file, const char* name, const std::string& file_unit,
                   const std::string& expected, const char* suffix) {
   if (!file_unit.empty() && file_unit != expected)
@@ -69,7 +75,23 @@ void require_unit(const std::filesystem::path& file, const char* name, const std
                                     file_unit, expected, suffix));
 }
 
+void add_column_options(CLI::App& command, config::DatasetLayout& layout) {
+  command.add_option(
+      "--columns", layout.columns,
+      "the columns of time, input and output, by name or number: t,V,x; if left out, by likeness");
+  command
+      .add_option(
+          "--output-scale", layout.output_scale,
+          "um of one unit of the output column, where it is no length: 12.5 for a sensor of 12.5 um/V")
+      ->check(finite_number());
+}
+
 void add_interval_options(CLI::App& command, DatasetInput& input) {
+  add_column_options(command, input.layout);
+  command
+      .add_option("--rate", input.layout.rate_Hz,
+                  "sampling rate in Hz, where there is no time or it is the number of the sample")
+      ->check(positive_number());
   command.add_option("--from", input.from_s, "leave out the rows before this time_s")->check(finite_number());
   command.add_option("--to", input.to_s, "leave out the rows after this time_s")->check(finite_number());
 }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "config/files/dataset_columns.h"
 #include "identification/dataset.h"
 
 namespace CLI {
@@ -17,6 +18,7 @@ namespace hystcan::app {
 struct DatasetInput {
   std::optional<double> from_s, to_s;
   std::string input_unit, output_unit;
+  config::DatasetLayout layout;
 };
 
 /// Throws config::Error if the unit that the file states (`# input_unit = "V"`) is not `expected`. An empty
@@ -24,10 +26,15 @@ struct DatasetInput {
 void require_unit(const std::filesystem::path& file, const char* name, const std::string& file_unit,
                   const std::string& expected, const char* suffix = "");
 
-/// --from, --to.
+/// --columns, --output-scale.
+void add_column_options(CLI::App& command, config::DatasetLayout& layout);
+/// These, --rate, --from, --to.
 void add_interval_options(CLI::App& command, DatasetInput& input);
-/// --from, --to, --input-unit, --output-unit.
+/// All of them, --input-unit, --output-unit.
 void add_dataset_options(CLI::App& command, DatasetInput& input);
+
+/// Loads a dataset and notes on standard error which columns it took by likeness, and whether the last row was left out.
+identification::Dataset load_noting(const std::filesystem::path& file, const config::DatasetLayout& layout);
 
 /// The unit is the one that the dataset states, else the option's, else V or um with a note on standard
 /// error. Throws config::Error if --from lies after --to, with the name of the file if no row is left, if dataset and

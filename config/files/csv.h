@@ -5,21 +5,13 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <istream>
-#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "config/document/error.h"
+#include "config/files/csv_lines.h"
 
 namespace hystcan::config {
-
-inline constexpr std::size_t most_columns = 4096;
-inline constexpr std::size_t longest_csv_line = 1'048'576;  ///< bytes
-/// Lines before the header in which comment() looks.
-inline constexpr std::size_t most_comments = 1000;
-inline constexpr std::size_t longest_comment = 1024;  ///< bytes
 
 /// Reads the requested columns in the requested order and ignores all others. Accepts Windows line ends.
 class CsvReader {
@@ -34,39 +26,30 @@ class CsvReader {
   bool add_if_present(const std::string& column);
 
   /// Returns false at the end of the file. Throws Error at an empty field, at a row of the wrong length,
-  /// and at a value that is not a finite number. Also throws Error beyond the limits above.
+  /// and at a value that is not a finite number. Also throws Error beyond the limits of csv_lines.h.
   bool next(std::vector<double>& row);
 
   /// The TEXT of a line `# NAME = TEXT` before the header; empty if there is none.
-  std::string comment(std::string_view name) const;
+  std::string comment(std::string_view name) const { return lines_.comment(name); }
 
   /// True if the last line that was read ends the file without a line end: it may be incomplete.
-  bool ends_in_mid_line() const { return stream_->eof(); }
+  bool ends_in_mid_line() const { return lines_.end_in_mid_line(); }
 
-  std::uint64_t bytes_read() const { return bytes_read_; }
-  std::size_t line_number() const { return line_number_; }
+  std::uint64_t bytes_read() const { return lines_.bytes_read(); }
+  std::size_t line_number() const { return lines_.number(); }
 
  private:
   void read_header();
-  bool next_line();
-  bool read_line();
   void require_distinct_columns() const;
   std::size_t look_up(const std::string& column) const;
   double number(std::size_t column, const std::string& name) const;
-  [[noreturn]] void fail(std::size_t column_start, const std::string& what) const;
 
-  std::filesystem::path file_;
-  std::unique_ptr<std::istream> stream_;
+  CsvLines lines_;
   std::vector<std::string> wanted_;
   std::vector<std::size_t> where_;  ///< index in the file of each wanted column
   std::vector<std::string> header_;
-  std::vector<std::string> comments_;  ///< lines before the header
   char separator_ = ',';
-  std::unique_ptr<char[]> buffer_;  ///< of the longest line; the system provides only what is used
-  std::string_view line_;
   std::vector<std::string_view> fields_;
-  std::size_t line_number_ = 0;
-  std::uint64_t bytes_read_ = 0;
 };
 
 }  // namespace hystcan::config

@@ -2,29 +2,59 @@
 
 #include <fmt/format.h>
 
-#include "config/files/csv.h"
+#include <vector>
 
 namespace hystcan::config {
+namespace {
 
-DatasetFile load_dataset(const std::filesystem::path& file, std::size_t most_rows) {
-  CsvReader reader(file, {"time_s", "input", "output"});
+std::string taken_by_likeness(const LabCsvReader& reader, const DatasetColumns& columns) {
+  if (!columns.by_likeness) return {};
+  std::string text;
+  const std::size_t first = columns.has_time() ? 0 : 1;
+  for (std::size_t i = 0; i < columns.selected.size(); ++i) {
+    const CsvColumn& column = reader.columns()[columns.selected[i]];
+    text += fmt::format("{}{} from {}{}", i == 0 ? "" : ", ", column_meanings[i + first], column.title,
+                        column.unit.empty() ? "" : fmt::format(" in {}", column.unit));
+  }
+  return text;
+}
+
+/// Unit of a comment, else of the header.
+std::string unit_of(const LabCsvReader& reader, const char* name, const std::string& in_header) {
+  const std::string in_comment = reader.comment(name);
+  return in_comment.empty() ? in_header : in_comment;
+}
+
+}  // namespace
+
+DatasetFile load_dataset(const std::filesystem::path& file, const DatasetLayout& layout,
+                         std::size_t most_rows) {
+  LabCsvReader reader(file);
+  const DatasetColumns columns = dataset_columns(reader, layout);
+  reader.select(columns.selected);
   DatasetFile loaded;
+  loaded.taken = taken_by_likeness(reader, columns);
   identification::Dataset& dataset = loaded.dataset;
-  dataset.input_unit = reader.comment("input_unit");
-  dataset.output_unit = reader.comment("output_unit");
+  dataset.input_unit = unit_of(reader, "input_unit", columns.input_unit);
+  dataset.output_unit =
+      layout.output_scale ? columns.output_unit : unit_of(reader, "output_unit", columns.output_unit);
+  const std::size_t first = columns.has_time() ? 1 : 0;
   std::vector<double> row;
   while (reader.next(row)) {
-    if (!dataset.time_s.empty() && row[0] <= dataset.time_s.back())
-      throw Error(fmt::format("{}:{}: time_s is {} after {}, expected time to increase", file.string(),
-                              reader.line_number(), row[0], dataset.time_s.back()));
+    const double t = columns.has_time() ? row[0] : static_cast<double>(dataset.size());
+    const double time_s = columns.seconds * t;
+    if (!dataset.time_s.empty() && time_s <= dataset.time_s.back())
+      throw Error(fmt::format("{}:{}: {} is {} after {}, expected time to increase", file.string(),
+                              reader.line_number(), columns.titles[0], t,
+                              dataset.time_s.back() / columns.seconds));
     if (dataset.size() == most_rows)
       throw Error(fmt::format("{}:{}:1: one more row, expected at most {} rows", file.string(),
                               reader.line_number(), most_rows));
     loaded.last_row_left_out = reader.ends_in_mid_line();
     if (loaded.last_row_left_out) break;
-    dataset.time_s.push_back(row[0]);
-    dataset.input.push_back(row[1]);
-    dataset.output.push_back(row[2]);
+    dataset.time_s.push_back(time_s);
+    dataset.input.push_back(columns.input_scale * row[first]);
+    dataset.output.push_back(columns.output_scale * row[first + 1]);
   }
   return loaded;
 }

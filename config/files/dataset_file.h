@@ -3,7 +3,9 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <string>
 
+#include "config/files/dataset_columns.h"
 #include "identification/dataset.h"
 
 namespace hystcan::config {
@@ -12,13 +14,16 @@ namespace hystcan::config {
 inline constexpr std::size_t most_dataset_rows = 50'000'000;
 
 struct DatasetFile {
-  identification::Dataset dataset;
-  bool last_row_left_out = false;  ///< it has no line end, so its last number may be incomplete
+  identification::Dataset dataset;  ///< in s, V or A where the file has multiples of them
+  bool last_row_left_out = false;   ///< it has no line end, so its last number may be incomplete
+  std::string taken;  ///< which columns were taken by likeness: "time from t [ms], ..."; empty: none
 };
 
-/// The columns are time_s, input and output. The lines `# input_unit = ...` and `# output_unit = ...` state
-/// the units, if they exist. Throws the errors of CsvReader, and an Error if time does not increase, or if there
-/// are more than `most_rows`.
-DatasetFile load_dataset(const std::filesystem::path& file, std::size_t most_rows = most_dataset_rows);
+/// The columns are time_s, input and output, or what `layout` and the header say (lab_csv.h, dataset_columns.h). The
+/// lines `# input_unit = ...` and `# output_unit = ...` state the units, if they exist. Throws Error if the file
+/// cannot be read, with the place where a row is none; if time does not increase; or if there are more than
+/// `most_rows`.
+DatasetFile load_dataset(const std::filesystem::path& file, const DatasetLayout& layout = {},
+                         std::size_t most_rows = most_dataset_rows);
 
 }  // namespace hystcan::config

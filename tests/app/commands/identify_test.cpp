@@ -189,9 +189,11 @@ TEST_F(Identify, RefusesAFileThatIsNotADatasetWithItsPlace) {
   const auto after_header = [](std::string& text, const std::string& rows) {
     text = "time_s,input,output\n" + rows;
   };
-  write_damaged("bad.csv", [](std::string& text) { text.replace(text.find("output"), 6, "stroke"); });
-  expect_refused(identify("bad.csv"),
-                 "bad.csv:1:1: no column output, expected it among time_s, input, stroke");
+  write_damaged("bad.csv", [](std::string& text) { text.replace(text.find("output"), 6, "oops"); });
+  expect_refused(
+      identify("bad.csv"),
+      "bad.csv:1:1: no column is the output among time_s, input, oops, expected time_s, input, output, or "
+      "--columns TIME,INPUT,OUTPUT");
   write_damaged("bad.csv", [&](std::string& text) { after_header(text, "0,1,2\n1,nan,3\n"); });
   expect_refused(identify("bad.csv"), "bad.csv:3:3: input is \"nan\", expected a finite number");
   write_damaged("bad.csv", [&](std::string& text) { after_header(text, "0,1,2\n1,2,3\n1,3,4\n"); });

@@ -14,9 +14,9 @@ TEST(DatasetFile, HasALimitOfRows) {
   const support::ShippedCopy folder;
   const std::filesystem::path file = folder / "loops.csv";
   std::ofstream(file) << "time_s,input,output\n0,1,2\n1,2,3\n2,3,4\n";
-  EXPECT_EQ(load_dataset(file, 3).dataset.size(), 3U);
+  EXPECT_EQ(load_dataset(file, {}, 3).dataset.size(), 3U);
   try {
-    load_dataset(file, 2);
+    load_dataset(file, {}, 2);
     FAIL() << "accepted";
   } catch (const Error& error) {
     EXPECT_EQ(error.what(), file.string() + ":4:1: one more row, expected at most 2 rows");

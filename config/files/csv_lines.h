@@ -1,0 +1,81 @@
+// The lines of a CSV file and the parts of a line: what the readers of CSV share.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <istream>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/document/error.h"
+
+namespace hystcan::config {
+
+inline constexpr std::size_t most_columns = 4096;
+inline constexpr std::size_t longest_csv_line = 1'048'576;  ///< bytes
+/// Lines before the header in which comment() looks.
+inline constexpr std::size_t most_comments = 1000;
+inline constexpr std::size_t longest_comment = 1024;  ///< bytes
+
+/// Without blanks and tabs at both ends.
+std::string_view trimmed(std::string_view text);
+
+/// The fields of a line, trimmed. A separator between double quotes does not separate. `' '`: any number of blanks and
+/// tabs.
+void split_fields(std::string_view line, char separator, std::vector<std::string_view>& fields);
+
+/// A number, also not a finite one; quotes around it are left out. None if the text is none, or has more than one.
+std::optional<double> csv_number(std::string_view text, bool decimal_comma);
+
+/// For a message: the beginning of a long text.
+std::string shortened(std::string_view text);
+/// For a message: the first of many names.
+std::string listed(const std::vector<std::string>& names);
+
+/// Lines without their ends (also Windows') and without Excel's mark of the byte order. Lines beginning with # are
+/// comments; they and empty lines are passed over.
+class CsvLines {
+ public:
+  /// The file may be a pipe (can/input_stream.h). Throws Error if it cannot be read.
+  explicit CsvLines(std::filesystem::path file);
+  /// Reads a text instead; `file` is only its name in messages.
+  CsvLines(std::filesystem::path file, std::string text);
+
+  /// Goes to the next line; false at the end of the file. Throws Error at a line beyond the limit.
+  bool next();
+  /// The present line, valid until next().
+  std::string_view text() const { return line_; }
+  std::size_t number() const { return line_number_; }
+  const std::filesystem::path& file() const { return file_; }
+
+  /// From here on comments are not kept.
+  void end_comments() { keeps_comments_ = false; }
+  /// The TEXT of a comment `# NAME = TEXT` that was kept; empty if there is none.
+  std::string comment(std::string_view name) const;
+
+  /// True if the present line ends the file without a line end.
+  bool end_in_mid_line() const { return stream_->eof(); }
+  std::uint64_t bytes_read() const { return bytes_read_; }
+
+  /// Throws Error with the place: `at` points into the present line.
+  [[noreturn]] void fail(std::string_view at, const std::string& what) const;
+  [[noreturn]] void fail(const std::string& what) const;  ///< at the beginning of the line
+
+ private:
+  bool read_line();
+  [[noreturn]] void fail_in_column(std::size_t column, const std::string& what) const;
+
+  std::filesystem::path file_;
+  std::unique_ptr<std::istream> stream_;
+  std::vector<std::string> comments_;
+  bool keeps_comments_ = true;
+  std::unique_ptr<char[]> buffer_;  ///< of the longest line; the system provides only what is used
+  std::string_view line_;
+  std::size_t line_number_ = 0;
+  std::uint64_t bytes_read_ = 0;
+};
+
+}  // namespace hystcan::config

@@ -1,0 +1,216 @@
+#include "config/files/lab_csv.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "can/counted.h"
+
+namespace hystcan::config {
+namespace {
+
+constexpr std::size_t most_header_lines = 1000;
+constexpr std::array<std::string_view, 18> known_units{"s", "ms", "us", "ns", "min", "h",  "V", "mV", "kV",
+                                                       "A", "mA", "Hz", "nm", "um",  "mm", "m", "%",  "T"};
+
+std::string without_quotes(std::string_view text) {
+  if (text.size() >= 2 && (text.front() == '"' || text.front() == '\'') && text.back() == text.front())
+    text = text.substr(1, text.size() - 2);
+  return std::string(trimmed(text));
+}
+
+/// Both letters that are written for a millionth, in UTF-8 or Latin 1, as u.
+std::string with_u(std::string text) {
+  for (const std::string_view micro : {"\xC2\xB5", "\xCE\xBC", "\xB5"})
+    for (std::size_t at = text.find(micro); at != std::string::npos; at = text.find(micro))
+      text.replace(at, micro.size(), "u");
+  return text;
+}
+
+bool is_known(std::string_view unit) { return std::ranges::find(known_units, unit) != known_units.end(); }
+
+/// Of a line of units: "V", "(V)", or nothing.
+std::optional<std::string> only_unit(std::string_view field) {
+  if (field.empty()) return std::string();
+  const CsvColumn column = csv_column(field);
+  if (column.name.empty()) return column.unit;
+  std::string text = with_u(column.title);
+  if (!is_known(text)) return std::nullopt;
+  return text;
+}
+
+}  // namespace
+
+CsvColumn csv_column(std::string_view title) {
+  CsvColumn column{.title = without_quotes(title), .name = {}, .unit = {}};
+  const std::string text = with_u(column.title);
+  column.name = text;
+  for (const auto& [open, close] : {std::pair{'(', ')'}, std::pair{'[', ']'}, std::pair{'<', '>'}})
+    if (const auto at = text.find_last_of(open); at != std::string::npos && text.back() == close) {
+      column.name = trimmed(std::string_view(text).substr(0, at));
+      column.unit = trimmed(std::string_view(text).substr(at + 1, text.size() - at - 2));
+      return column;
+    }
+  for (const char mark : {'/', '_'})
+    if (const auto at = text.find_last_of(mark); at != std::string::npos && at > 0)
+      if (const std::string unit(trimmed(std::string_view(text).substr(at + 1))); is_known(unit)) {
+        column.name = trimmed(std::string_view(text).substr(0, at));
+        column.unit = unit;
+        return column;
+      }
+  return column;
+}
+
+LabCsvReader::LabCsvReader(std::filesystem::path file) : lines_(std::move(file)) { find_header(); }
+
+LabCsvReader::Likeness LabCsvReader::row_likeness(std::string_view line, char separator) {
+  split_fields(line, separator, fields_);
+  std::size_t numbers = 0, texts = 0;
+  for (const std::string_view field : fields_) {
+    if (csv_number(field, separator != ','))
+      ++numbers;
+    else if (!field.empty())
+      ++texts;
+  }
+  return numbers < 2 || numbers < texts ? Likeness::none : texts > 0 ? Likeness::some : Likeness::full;
+}
+
+// A line of numbers is the first row if the line before has as many fields, or if the next line is one, too.
+void LabCsvReader::find_header() {
+  std::vector<Line> before;
+  std::size_t fields = 0;
+  const auto fields_of = [&](const Line& line) {
+    split_fields(line.text, separator_, fields_);
+    return fields_.size();
+  };
+  while (lines_.next()) {
+    Line line{lines_.number(), std::string(lines_.text()), lines_.end_in_mid_line()};
+    if (before.size() > most_header_lines)
+      lines_.fail(fmt::format("no rows of numbers in the first {} lines, expected a header and rows below it",
+                              most_header_lines));
+    if (!rows_.empty()) {
+      if (before.empty() ||
+          (row_likeness(line.text, separator_) != Likeness::none && fields_.size() == fields)) {
+        rows_.push_back(std::move(line));
+        break;
+      }
+      before.push_back(std::move(rows_.front()));
+      rows_.clear();
+    }
+    Likeness likeness = Likeness::none;
+    for (const char separator : {';', '\t', ',', ' '}) {
+      likeness = row_likeness(line.text, separator);
+      separator_ = separator;
+      if (likeness != Likeness::none) break;
+    }
+    fields = fields_.size();
+    if (likeness == Likeness::none) {
+      before.push_back(std::move(line));
+      continue;
+    }
+    rows_.push_back(std::move(line));
+    if (likeness == Likeness::full && !before.empty() && fields_of(before.back()) == fields) break;
+  }
+  lines_.end_comments();
+  if (before.empty() && rows_.empty()) lines_.fail("no header row, expected column names");
+  if (rows_.empty()) {  // rows that cannot be read, or none
+    for (const char separator : {' ', ',', '\t', ';'})
+      if (before.front().text.find(separator) != std::string::npos) separator_ = separator;
+    rows_.assign(std::make_move_iterator(before.begin() + 1), std::make_move_iterator(before.end()));
+    before.resize(1);
+    fields = fields_of(before.front());
+  } else {
+    fields = fields_of(rows_.front());
+  }
+  if (fields > most_columns)
+    lines_.fail(fmt::format("{} columns, expected at most {}", fields, most_columns));
+  read_names(before, fields);
+}
+
+void LabCsvReader::read_names(const std::vector<Line>& before, std::size_t fields) {
+  const auto fits = [&](std::size_t i) {
+    split_fields(before[i].text, separator_, fields_);
+    return fields_.size() == fields || fields_.size() + 1 == fields;
+  };
+  std::optional<std::size_t> header;
+  if (!before.empty() && (fits(before.size() - 1) || before.size() == 1)) header = before.size() - 1;
+  std::vector<std::string> units;
+  if (header && *header > 0 && fits(*header - 1)) {
+    split_fields(before[*header].text, separator_, fields_);
+    for (const std::string_view field : fields_)
+      if (const std::optional<std::string> unit = only_unit(field)) units.push_back(*unit);
+    if (units.size() == fields_.size())
+      --*header;
+    else
+      units.clear();
+  }
+  if (header) {
+    split_fields(before[*header].text, separator_, fields_);
+    header_line_ = before[*header].number;
+    has_header_ = true;
+    for (const std::string_view field : fields_) columns_.push_back(csv_column(field));
+  }
+  for (std::size_t i = columns_.size(); i < fields && !has_header_; ++i)
+    columns_.push_back({std::to_string(i + 1), std::to_string(i + 1), ""});
+  for (std::size_t i = 0; i < std::min(units.size(), columns_.size()); ++i) columns_[i].unit = units[i];
+  std::set<std::string_view> names;
+  for (const CsvColumn& column : columns_)
+    if (!column.title.empty() && !names.insert(column.title).second)
+      fail_at_header(fmt::format("column {} occurs twice, expected each name once", shortened(column.title)));
+}
+
+void LabCsvReader::fail_at_header(const std::string& what) const {
+  throw Error(fmt::format("{}:{}:1: {}", lines_.file().string(), header_line_, what));
+}
+
+void LabCsvReader::fail(std::string_view line, std::string_view at, const std::string& what) const {
+  throw Error(
+      fmt::format("{}:{}:{}: {}", lines_.file().string(), line_number_, at.data() - line.data() + 1, what));
+}
+
+bool LabCsvReader::next(std::vector<double>& row) {
+  Line kept;
+  std::string_view line;
+  if (!rows_.empty()) {
+    kept = std::move(rows_.front());
+    rows_.pop_front();
+    line = kept.text;
+    line_number_ = kept.number;
+    in_mid_line_ = kept.ends_the_file;
+  } else {
+    if (!lines_.next()) return false;
+    line = lines_.text();
+    line_number_ = lines_.number();
+    in_mid_line_ = lines_.end_in_mid_line();
+  }
+  split_fields(line, separator_, fields_);
+  if (fields_.size() == columns_.size() + 1 && fields_.back().empty()) fields_.pop_back();
+  if (fields_.size() != columns_.size()) {
+    const bool cut = in_mid_line_ && fields_.size() < columns_.size();
+    const bool commas = separator_ == ',' && fields_.size() == 2 * columns_.size();
+    fail(
+        line, line,
+        fmt::format("the row has {}{}, expected {} as in the header{}", can::counted(fields_.size(), "field"),
+                    cut ? " and then the file ends" : "", columns_.size(),
+                    commas ? ": decimal commas are read where semicolons stand between the fields" : ""));
+  }
+  row.resize(selected_.size());
+  for (std::size_t i = 0; i < selected_.size(); ++i) {
+    const std::string_view text = fields_[selected_[i]];
+    const std::string& name = columns_[selected_[i]].title;
+    if (text.empty()) fail(line, text, fmt::format("{} is empty, expected a number", name));
+    const std::optional<double> value = csv_number(text, separator_ != ',');
+    if (!value || !std::isfinite(*value))
+      fail(line, text, fmt::format("{} is \"{}\", expected a finite number", name, shortened(text)));
+    row[i] = *value;
+  }
+  return true;
+}
+
+}  // namespace hystcan::config

@@ -1,0 +1,74 @@
+// Reads CSV as laboratories write it. The header is found by the numbers below it:
+//
+//   - separators: semicolon, tab, comma or blanks; decimal commas unless commas separate
+//   - lines of text before the header (instrument, date) are passed over, as are `#` lines
+//   - names may be quoted and have their unit beside them: `drive (V)`, `x [um]`, `time_s`; a line of units may follow
+//   - without a header the columns are named 1, 2, 3 ...
+#pragma once
+
+#include <deque>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/files/csv_lines.h"
+
+namespace hystcan::config {
+
+struct CsvColumn {
+  std::string title;  ///< as in the file, without quotes
+  std::string name;   ///< without the unit
+  std::string unit;   ///< as in the file; empty: none
+};
+
+/// A name and the unit in parentheses or brackets behind it, or behind an underscore or a slash if it is a known one.
+CsvColumn csv_column(std::string_view title);
+
+class LabCsvReader {
+ public:
+  /// Throws Error if the file cannot be read, or if no numbers are found in it.
+  explicit LabCsvReader(std::filesystem::path file);
+
+  const std::vector<CsvColumn>& columns() const { return columns_; }
+  bool has_header() const { return has_header_; }
+  /// The columns of next(), as indices of columns().
+  void select(std::vector<std::size_t> columns) { selected_ = std::move(columns); }
+
+  /// Returns false at the end of the file. Throws Error at an empty field, at a row of the wrong length, and at a
+  /// value that is not a finite number.
+  bool next(std::vector<double>& row);
+
+  std::string comment(std::string_view name) const { return lines_.comment(name); }
+  /// True if the last row that was read ends the file without a line end: it may be incomplete.
+  bool ends_in_mid_line() const { return in_mid_line_; }
+  std::size_t line_number() const { return line_number_; }
+  /// At the header, for a message about it.
+  [[noreturn]] void fail_at_header(const std::string& what) const;
+
+ private:
+  struct Line {
+    std::size_t number = 0;
+    std::string text;
+    bool ends_the_file = false;  // without a line end
+  };
+
+  void find_header();
+  void read_names(const std::vector<Line>& before, std::size_t fields);
+  enum class Likeness { none, some, full };  // of a line to a row: numbers among text, or nothing but numbers
+  Likeness row_likeness(std::string_view line, char separator);
+  [[noreturn]] void fail(std::string_view line, std::string_view at, const std::string& what) const;
+
+  CsvLines lines_;
+  std::vector<CsvColumn> columns_;
+  bool has_header_ = false;
+  std::size_t header_line_ = 1;
+  char separator_ = ',';
+  std::deque<Line> rows_;  // read while the header was looked for
+  std::vector<std::size_t> selected_;
+  std::vector<std::string_view> fields_;
+  std::size_t line_number_ = 0;
+  bool in_mid_line_ = false;
+};
+
+}  // namespace hystcan::config

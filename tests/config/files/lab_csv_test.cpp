@@ -1,0 +1,143 @@
+// Datasets as laboratories write them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "config/document/error.h"
+#include "config/files/dataset_file.h"
+
+namespace hystcan::config::lab_csv_test {
+namespace {
+
+std::filesystem::path written(const std::string& text) {
+  std::string name = testing::UnitTest::GetInstance()->current_test_info()->name();
+  std::ranges::replace(name, '/', '_');
+  const auto file = std::filesystem::path(testing::TempDir()) / ("hystcan_lab_" + name + ".csv");
+  std::ofstream(file, std::ios::binary) << text;
+  return file;
+}
+
+DatasetFile load(const std::string& text, const DatasetLayout& layout = {}) {
+  return load_dataset(written(text), layout);
+}
+
+std::string refusal(const std::string& text, const DatasetLayout& layout = {}) {
+  const auto file = written(text);
+  try {
+    load_dataset(file, layout);
+  } catch (const Error& error) {
+    return std::string(error.what()).substr(file.string().size());
+  }
+  return "accepted";
+}
+
+struct Format {
+  const char* name;
+  std::string text;
+  const char* taken;
+  const char* input_unit = "";
+  const char* output_unit = "";
+
+  friend void PrintTo(const Format& format, std::ostream* out) { *out << format.name; }
+};
+
+class LabCsv : public testing::TestWithParam<Format> {};
+
+// Every file holds the rows (0, 1.5, 2.25), (0.001, -1, 3), (0.002, 0, 4).
+TEST_P(LabCsv, IsReadWithItsUnits) {
+  const DatasetFile loaded = load(GetParam().text);
+  const std::vector<double> time_s{0.0, 0.001, 0.002}, input{1.5, -1.0, 0.0}, output{2.25, 3.0, 4.0};
+  ASSERT_EQ(loaded.dataset.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_NEAR(loaded.dataset.time_s[i], time_s[i], 1e-15);
+    EXPECT_NEAR(loaded.dataset.input[i], input[i], 1e-15);
+    EXPECT_EQ(loaded.dataset.output[i], output[i]);
+  }
+  EXPECT_EQ(loaded.taken, GetParam().taken);
+  EXPECT_EQ(loaded.dataset.input_unit, GetParam().input_unit);
+  EXPECT_EQ(loaded.dataset.output_unit, GetParam().output_unit);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    , LabCsv,
+    testing::Values(
+        Format{"OurOwn", "time_s,input,output\n0,1.5,2.25\n0.001,-1,3\n0.002,0,4\n", ""},
+        Format{"ShortNames", "t, V, x\n0,1.5,2.25\n0.001,-1,3\n0.002,0,4\n",
+               "time from t, input from V, output from x"},
+        Format{"UnitsInParentheses",
+               "\"Time (ms)\",\"Drive (mV)\",\"Position (nm)\"\r\n0,1500,2.25\r\n1,-1000,3\r\n2,0,4\r\n",
+               "time from Time (ms) in ms, input from Drive (mV) in mV, output from Position (nm) in nm", "V",
+               "nm"},
+        Format{"GermanSpreadsheet",
+               "Zeit [s];Spannung [V];Weg [\xC2\xB5m]\n0;1,5;2,25\n0,001;-1;3\n0,002;0;4\n",
+               "time from Zeit [s] in s, input from Spannung [V] in V, output from Weg [\xC2\xB5m] in um",
+               "V", "um"},
+        Format{
+            "InstrumentAndALineOfUnits",
+            "Model: X-100, serial 7\nDate\t2026-11-22\n\nTime\tCurrent\tDisp\ns\tA\tum\n0\t1.5\t2.25\n0.001\t-1\t3\n"
+            "0.002\t0\t4\n",
+            "time from Time in s, input from Current in A, output from Disp in um", "A", "um"},
+        Format{"MoreColumnsInAnotherOrder",
+               "temperature,position_um,drive_V,time_us\n20,2.25,1.5,0\n20,3,-1,1000\n20,4,0,2000\n",
+               "time from time_us in us, input from drive_V in V, output from position_um in um", "V", "um"},
+        Format{"Blanks",
+               "# from numpy.savetxt\n# output_unit = \"mm\"\n t  u  y\n 0 1.5 2.25\n1e-3 -1 3\n2e-3  0\t4\n",
+               "time from t, input from u, output from y", "", "mm"},
+        Format{"ASeparatorAtTheEnd", "t;u;y;\n0;1,5;2,25;\n0,001;-1;3;\n0,002;0;4;\n",
+               "time from t, input from u, output from y"}),
+    [](const auto& test) { return test.param.name; });
+
+TEST(LabCsvColumns, AreThoseTheUserNames) {
+  const std::string text = "a,b,c,d\n9,0,1.5,2.25\n9,0.001,-1,3\n";
+  EXPECT_EQ(load(text, {.columns = "b,c,d"}).dataset.output, (std::vector<double>{2.25, 3.0}));
+  EXPECT_EQ(load(text, {.columns = "2, 3, a"}).dataset.output, (std::vector<double>{9.0, 9.0}));
+  EXPECT_EQ(load("0,1.5,2.25\n0.001,-1,3\n", {.columns = "1,2,3"}).dataset.input,
+            (std::vector<double>{1.5, -1.0}));
+}
+
+TEST(LabCsvColumns, WithARateNeedNoTime) {
+  const std::string text = "V,x\n1,2\n3,4\n5,6\n";
+  EXPECT_EQ(load(text, {.rate_Hz = 500.0}).dataset.time_s, (std::vector<double>{0.0, 0.002, 0.004}));
+  EXPECT_EQ(load(text, {.columns = "x,V", .rate_Hz = 500.0}).dataset.output,
+            (std::vector<double>{1.0, 3.0, 5.0}));
+  EXPECT_EQ(load("sample,V,x\n7,1,2\n8,3,4\n", {.rate_Hz = 500.0}).dataset.time_s,
+            (std::vector<double>{7 * 0.002, 8 * 0.002}));
+}
+
+TEST(LabCsvColumns, OfAVoltageBecomeALengthByAScale) {
+  const DatasetFile loaded = load("t,drive (V),sensor (V)\n0,1,2\n1,3,-4\n", {.output_scale = 12.5});
+  EXPECT_EQ(loaded.dataset.output, (std::vector<double>{25.0, -50.0}));
+  EXPECT_EQ(loaded.dataset.output_unit, "um");
+}
+
+TEST(LabCsvRefusal, SaysWhichColumnsThereAreAndWhatIsMissing) {
+  EXPECT_EQ(
+      refusal("t,V1 (V),V2 (V),x\n0,1,2,3\n1,2,3,4\n"),
+      ":1:1: more than one column is the input among t, V1 (V), V2 (V), x, expected time_s, input, output, or "
+      "--columns TIME,INPUT,OUTPUT");
+  EXPECT_EQ(
+      refusal("t,V\n0,1\n1,2\n"),
+      ":1:1: no column is the output among t, V, expected time_s, input, output, or --columns TIME,INPUT,OUTPUT");
+  EXPECT_EQ(
+      refusal("0,1,2\n1,2,3\n"),
+      ":1:1: no header row, expected column names, or --columns with the numbers of time, input and output, 1 to 3");
+  EXPECT_EQ(refusal("t,V,x\n0,1,2\n", {.columns = "t,V,z"}),
+            ":1:1: no column z, expected one of t, V, x, or a number from 1 to 3");
+  EXPECT_EQ(refusal("t,V,x\n0,1,2\n", {.columns = "t,V,4"}),
+            ":1:1: no column 4, expected one of t, V, x, or a number from 1 to 3");
+}
+
+TEST(LabCsvRefusal, HasThePlaceOfABadRow) {
+  EXPECT_EQ(refusal("Lab 3\nt;V;x\n0;1;2\n1;2\n"), ":4:1: the row has 2 fields, expected 3 as in the header");
+  EXPECT_EQ(refusal("t;V;x\n0;1;2\n1;abc;3\n"), ":3:3: V is \"abc\", expected a finite number");
+  EXPECT_EQ(refusal("t;V;x\n0;1;2\n1;;3\n"), ":3:3: V is empty, expected a number");
+  EXPECT_EQ(refusal("t,V,x\n0,1,2\n0.5,1,2\n0.5,1,2\n"), ":4: t is 0.5 after 0.5, expected time to increase");
+  EXPECT_EQ(refusal("t,V,t\n0,1,2\n1,1,2\n"), ":1:1: column t occurs twice, expected each name once");
+}
+
+}  // namespace
+}  // namespace hystcan::config::lab_csv_test
