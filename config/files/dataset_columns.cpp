@@ -66,12 +66,15 @@ int likeness(const CsvColumn& column, std::size_t meaning) {
   return std::max(points, 0);
 }
 
+/// With the unit, where it is not a part of the title.
+std::string title_with_unit(const CsvColumn& column) {
+  const bool is_part = column.title.find(column.unit) != std::string::npos;
+  return is_part ? column.title : fmt::format("{} [{}]", column.title, column.unit);
+}
+
 std::vector<std::string> titles_of(const std::vector<CsvColumn>& columns) {
-  std::vector<std::string> titles;
-  for (const CsvColumn& column : columns)
-    titles.push_back(column.unit.empty() || column.title.find(column.unit) != std::string::npos
-                         ? column.title
-                         : fmt::format("{} [{}]", column.title, column.unit));
+  std::vector<std::string> titles(columns.size());
+  std::ranges::transform(columns, titles.begin(), title_with_unit);
   return titles;
 }
 
