@@ -24,12 +24,12 @@ constexpr std::array<std::string_view, 15> input_words{
 constexpr std::array<std::string_view, 15> output_words{
     "output", "position", "pos",    "x",          "y", "displacement", "disp",    "stroke",
     "weg",    "sensor",   "strain", "elongation", "b", "deflection",   "measured"};
-constexpr std::array<Words, 3> words{time_words, input_words, output_words};
+constexpr std::array<Words, 3> usual_words{time_words, input_words, output_words};
 
 constexpr std::array<std::string_view, 6> time_units{"s", "ms", "us", "ns", "min", "h"};
 constexpr std::array<std::string_view, 5> input_units{"V", "mV", "kV", "A", "mA"};
 constexpr std::array<std::string_view, 4> output_units{"nm", "um", "mm", "m"};
-constexpr std::array<Words, 3> units{time_units, input_units, output_units};
+constexpr std::array<Words, 3> usual_units{time_units, input_units, output_units};
 
 struct Scale {
   std::string_view unit, base;
@@ -57,12 +57,12 @@ bool has(Words list, std::string_view word) { return std::ranges::find(list, wor
 int likeness(const CsvColumn& column, std::size_t meaning) {
   const std::string name = lower(column.name);
   int points = 0;
-  if (has(words[meaning], name)) points = 4;
-  for (const std::string_view word : words[meaning])
+  if (has(usual_words[meaning], name)) points = 4;
+  for (const std::string_view word : usual_words[meaning])
     if (points == 0 && word.size() > 2 && name.find(word) != std::string::npos) points = 2;
-  if (has(units[meaning], column.unit)) points += 3;
-  for (std::size_t other = 0; other < units.size(); ++other)
-    if (other != meaning && has(units[other], column.unit)) points -= 2;
+  if (has(usual_units[meaning], column.unit)) points += 3;
+  for (std::size_t other = 0; other < usual_units.size(); ++other)
+    if (other != meaning && has(usual_units[other], column.unit)) points -= 2;
   return std::max(points, 0);
 }
 

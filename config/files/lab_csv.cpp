@@ -103,19 +103,19 @@ void LabCsvReader::find_header() {
       before.push_back(std::move(rows_.front()));
       rows_.clear();
     }
-    Likeness likeness = Likeness::none;
+    Likeness alike = Likeness::none;
     for (const char separator : {';', '\t', ',', ' '}) {
-      likeness = row_likeness(line.text, separator);
+      alike = row_likeness(line.text, separator);
       separator_ = separator;
-      if (likeness != Likeness::none) break;
+      if (alike != Likeness::none) break;
     }
     fields = fields_.size();
-    if (likeness == Likeness::none) {
+    if (alike == Likeness::none) {
       before.push_back(std::move(line));
       continue;
     }
     rows_.push_back(std::move(line));
-    if (likeness == Likeness::full && !before.empty() && fields_of(before.back()) == fields) break;
+    if (alike == Likeness::full && !before.empty() && fields_of(before.back()) == fields) break;
   }
   lines_.end_comments();
   if (before.empty() && rows_.empty()) lines_.fail("no header row, expected column names");
