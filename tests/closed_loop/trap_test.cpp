@@ -18,6 +18,7 @@
 #include "controller/telemetry.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/rehearsed.h"
+#include "tests/support/scratch.h"
 #include "tests/support/trap.h"
 
 namespace hystcan::trap_test {
@@ -92,12 +93,11 @@ TEST(Trap, CatchesAWaitForALock) {
 
 /// Covers tracking, a fault of both axes and the time after it. Cycle records go the same way as on real CAN.
 TEST(ControlThread, AllocatesLocksLogsAndOpensNothing) {
-  std::string folder = (std::filesystem::path(testing::TempDir()) / "trap-XXXXXX").string();
-  ASSERT_NE(mkdtemp(folder.data()), nullptr);
+  const support::ScratchFolder folder;
   Trapped caught;
   {
-    controller::BlackBox black_box({.folder = folder}, {"x", "y"}, [](auto, const std::string&) {});
-    controller::CsvLog csv(std::filesystem::path(folder) / "run.csv", {"x", "y"});
+    controller::BlackBox black_box({.folder = folder.path()}, {"x", "y"}, [](auto, const std::string&) {});
+    controller::CsvLog csv(folder / "run.csv", {"x", "y"});
     controller::TelemetryThread telemetry([&](const controller::CycleRecord& record) {
       black_box.add(record);
       csv.write(record);
@@ -118,10 +118,9 @@ TEST(ControlThread, AllocatesLocksLogsAndOpensNothing) {
   EXPECT_EQ(caught.heap_calls, 0u);
   EXPECT_EQ(caught.system_calls, 0u) << testing::PrintToString(support::trapped_calls());
   std::size_t black_boxes = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(folder))
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
     black_boxes += entry.path().filename().string().starts_with("blackbox_") ? 1 : 0;
   EXPECT_EQ(black_boxes, 2u) << "the telemetry thread is not trapped";
-  std::filesystem::remove_all(folder);
   if (!caught.refusal.empty()) GTEST_SKIP() << "allocations only: " << caught.refusal;
 }
 

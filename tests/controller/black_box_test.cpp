@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "controller/cycle_columns.h"
+#include "tests/support/scratch.h"
 
 namespace hystcan::controller::black_box_test {
 namespace {
@@ -19,12 +20,6 @@ using std::chrono::milliseconds;
 /// A temporary folder, and a black box of 20 cycles, 5 of them after the fault.
 class BlackBoxes : public testing::Test {
  protected:
-  BlackBoxes() {
-    std::string name = (std::filesystem::path(testing::TempDir()) / "blackbox-XXXXXX").string();
-    folder = mkdtemp(name.data());
-  }
-  ~BlackBoxes() override { std::filesystem::remove_all(folder); }
-
   BlackBox make(unsigned files = 50) {
     return {{.folder = folder, .files = files, .cycles = 20, .cycles_after = 5},
             {"x", "y 1"},
@@ -78,7 +73,8 @@ class BlackBoxes : public testing::Test {
     return {};
   }
 
-  std::filesystem::path folder;
+  const support::ScratchFolder scratch;
+  const std::filesystem::path& folder = scratch.path();
   /// 2026-11-21 22:19:23.456 UTC
   std::chrono::system_clock::time_point now{milliseconds(1'795'299'563'456)};
   std::vector<std::string> warnings;

@@ -6,10 +6,10 @@
 #include <latch>
 #include <sstream>
 
+#include "tests/support/scratch.h"
+
 namespace hystcan::controller::telemetry_test {
 namespace {
-
-std::filesystem::path scratch(const char* name) { return std::filesystem::path(testing::TempDir()) / name; }
 
 CycleRecord numbered(std::uint64_t cycle) {
   CycleRecord record;
@@ -49,7 +49,7 @@ TEST(TelemetryThread, DropsAndCountsRecordsWhileTheConsumerIsStuck) {
 }
 
 TEST(CsvLog, WritesARowForEachRecord) {
-  const auto file = scratch("hystcan_csv_log.csv");
+  const auto file = support::scratch_file("log.csv");
   {
     CsvLog log(file, {"x", "y"});
     CycleRecord record = numbered(7);
@@ -76,7 +76,7 @@ TEST(CsvLog, WritesARowForEachRecord) {
 }
 
 TEST(CsvLog, HasThePlaceInTheScan) {
-  const auto file = scratch("hystcan_csv_scan.csv");
+  const auto file = support::scratch_file("scan.csv");
   {
     CsvLog log(file, {"x"});
     CycleRecord record = numbered(7);

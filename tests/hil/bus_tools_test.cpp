@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "tests/hil/live_stage.h"
+#include "tests/support/scratch.h"
 #include "tests/support/shipped.h"
 
 namespace hystcan::bus_tools_test {
@@ -39,12 +40,6 @@ const char* const log_of_candump =
 
 class BusTools : public testing::Test {
  protected:
-  BusTools() {
-    std::string name = (std::filesystem::path(testing::TempDir()) / "tools-XXXXXX").string();
-    folder_ = mkdtemp(name.data());
-  }
-  ~BusTools() override { std::filesystem::remove_all(folder_); }
-
   std::string path(const char* name) const { return (folder_ / name).string(); }
   std::string read(const char* name) const { return support::read_file(folder_ / name); }
   void write(const char* name, const std::string& text) const { std::ofstream(folder_ / name) << text; }
@@ -89,7 +84,7 @@ class BusTools : public testing::Test {
     return times_s.empty() ? 0.0 : times_s.back() - times_s.front();
   }
 
-  std::filesystem::path folder_;
+  support::ScratchFolder folder_;
   hil::Listeners listeners{"vcan0"};
 };
 

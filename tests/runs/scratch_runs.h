@@ -16,6 +16,7 @@
 #include "runs/recorder.h"
 #include "runs/run.h"
 #include "runs/run_folder.h"
+#include "tests/support/scratch.h"
 
 namespace hystcan::runs {
 
@@ -24,13 +25,9 @@ using RecordedRun = Run;  // in a test, Run is a member of testing::Test
 class ScratchRuns : public testing::Test {
  protected:
   ScratchRuns() {
-    std::string name = (std::filesystem::path(testing::TempDir()) / "runs-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error(name);
-    folder = name;
     config = config::load(std::filesystem::path(HYSTCAN_SOURCE_DIR) / "config" / "piezo.toml");
     config.record.folder = folder / "runs";
   }
-  ~ScratchRuns() override { std::filesystem::remove_all(folder); }
 
   Recorder make() {
     return {config, describe(config, config::settings(config.file), "test"),
@@ -64,7 +61,8 @@ class ScratchRuns : public testing::Test {
     return text.str();
   }
 
-  std::filesystem::path folder;
+  const support::ScratchFolder scratch;
+  const std::filesystem::path& folder = scratch.path();
   config::Config config;
   mutable std::mutex mutex;
   std::vector<std::string> log;

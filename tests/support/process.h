@@ -14,6 +14,7 @@
 #include <thread>
 #include <vector>
 
+#include "tests/support/scratch.h"
 #include "tests/support/shipped.h"
 
 namespace hystcan::support {
@@ -22,8 +23,6 @@ namespace hystcan::support {
 class Process {
  public:
   explicit Process(const std::vector<std::string>& command) {
-    std::string name = (std::filesystem::path(testing::TempDir()) / "process-XXXXXX").string();
-    folder_ = mkdtemp(name.data());
     std::fflush(stdout);  // otherwise the child prints the buffer again
     child_ = fork();
     if (child_ != 0) return;
@@ -40,7 +39,6 @@ class Process {
       send(SIGKILL);
       wait();
     }
-    std::filesystem::remove_all(folder_);
   }
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
@@ -80,7 +78,7 @@ class Process {
   }
 
  private:
-  std::filesystem::path folder_;
+  ScratchFolder folder_;
   pid_t child_;
   std::optional<int> status_;
   rusage usage_{};

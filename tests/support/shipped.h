@@ -8,6 +8,8 @@
 #include <sstream>
 #include <string>
 
+#include "tests/support/scratch.h"
+
 namespace hystcan::support {
 
 inline std::string read_file(const std::filesystem::path& file) {
@@ -19,16 +21,9 @@ inline std::string read_file(const std::filesystem::path& file) {
 
 class ShippedCopy {
  public:
-  ShippedCopy() {
-    std::string name = (std::filesystem::path(testing::TempDir()) / "hystcan-XXXXXX").string();
-    folder_ = mkdtemp(name.data());
-    std::filesystem::copy(HYSTCAN_SOURCE_DIR "/config", folder_);
-  }
-  ~ShippedCopy() { std::filesystem::remove_all(folder_); }
-  ShippedCopy(const ShippedCopy&) = delete;
-  ShippedCopy& operator=(const ShippedCopy&) = delete;
+  ShippedCopy() { std::filesystem::copy(HYSTCAN_SOURCE_DIR "/config", folder()); }
 
-  const std::filesystem::path& folder() const { return folder_; }
+  const std::filesystem::path& folder() const { return folder_.path(); }
   std::filesystem::path operator/(const char* name) const { return folder_ / name; }
 
   /// Replaces the first `what` in the file by `with`; the test fails if the file does not contain `what`.
@@ -41,7 +36,7 @@ class ShippedCopy {
   }
 
  private:
-  std::filesystem::path folder_;
+  ScratchFolder folder_;
 };
 
 }  // namespace hystcan::support

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/app/commands/cli.h"
+#include "tests/support/scratch.h"
 
 namespace hystcan::doctor_test {
 namespace {
@@ -17,8 +18,6 @@ using app::Verdict;
 class Machine : public testing::Test {
  protected:
   Machine() {
-    std::string name = (std::filesystem::path(testing::TempDir()) / "machine-XXXXXX").string();
-    root = mkdtemp(name.data());
     put("proc/sys/kernel/osrelease", "6.1.0-rt");
     put("proc/sys/kernel/version", "#1 SMP PREEMPT_RT Debian");
     put("sys/devices/system/clocksource/clocksource0/current_clocksource", "tsc");
@@ -31,7 +30,6 @@ class Machine : public testing::Test {
     demand.period = std::chrono::milliseconds(1);
     demand.cpus = {2, 3};
   }
-  ~Machine() override { std::filesystem::remove_all(root); }
 
   void put(const std::filesystem::path& file, const std::string& text) const {
     std::filesystem::create_directories((root / file).parent_path());
@@ -45,7 +43,8 @@ class Machine : public testing::Test {
     return {};
   }
 
-  std::filesystem::path root;
+  const support::ScratchFolder scratch;
+  const std::filesystem::path& root = scratch.path();
   Demand demand;
 };
 

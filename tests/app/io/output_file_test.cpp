@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/scratch.h"
 #include "tests/support/shipped.h"
 
 namespace hystcan::app::output_file_test {
@@ -17,12 +18,7 @@ namespace {
 
 class OutputFiles : public testing::TestWithParam<OutputFile::Kind> {
  protected:
-  OutputFiles() {
-    std::string name = (std::filesystem::path(testing::TempDir()) / "output-XXXXXX").string();
-    folder = mkdtemp(name.data());
-    std::ofstream(folder / "file") << "old";
-  }
-  ~OutputFiles() override { std::filesystem::remove_all(folder); }
+  OutputFiles() { std::ofstream(folder / "file") << "old"; }
   std::vector<std::string> names() const {
     std::vector<std::string> found;
     for (const auto& entry : std::filesystem::directory_iterator(folder))
@@ -31,7 +27,8 @@ class OutputFiles : public testing::TestWithParam<OutputFile::Kind> {
     return found;
   }
 
-  std::filesystem::path folder;
+  const support::ScratchFolder scratch;
+  const std::filesystem::path& folder = scratch.path();
 };
 
 TEST_P(OutputFiles, ReplaceTheOldFileAtTheirCommit) {

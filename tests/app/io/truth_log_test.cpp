@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "tests/support/scratch.h"
+
 namespace hystcan::app::truth_log_test {
 namespace {
 
@@ -21,7 +23,7 @@ const twin::Truth truth{.time = can::Time(std::chrono::milliseconds(1500)),
                         .measured_um = 15.2503};
 
 TEST(TruthLog, HasARowForEachSampleOfAnAxis) {
-  const auto file = std::filesystem::path(testing::TempDir()) / "truth.csv";
+  const auto file = support::scratch_file("truth.csv");
   TruthLog log(file, {"x", "y"});
   log.write(truth);
   EXPECT_EQ(log.close(), "");
@@ -31,7 +33,6 @@ TEST(TruthLog, HasARowForEachSampleOfAnAxis) {
             "# setpoint and drive in the axis's drive unit; time of CLOCK_MONOTONIC, or virtual\n"
             "time_s,axis,sync_counter,setpoint,drive,hysteresis_um,position_um,measured_um\n"
             "1.500000000,y,7,50.250000,50.125000000,15.500000000,15.250000000,15.250300000\n");
-  std::filesystem::remove(file);
 }
 
 TEST(TruthLog, ReportsAFileThatCannotBeWritten) {

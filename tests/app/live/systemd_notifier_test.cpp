@@ -9,13 +9,15 @@
 #include <filesystem>
 #include <vector>
 
+#include "tests/support/scratch.h"
+
 namespace hystcan::systemd_notifier_test {
 namespace {
 
 /// The service manager's end of the notification socket.
 class Manager {
  public:
-  Manager() : path_(std::filesystem::path(testing::TempDir()) / ("notify-" + std::to_string(getpid()))) {
+  Manager() : path_(support::scratch_file("notify")) {
     std::filesystem::remove(path_);
     sockaddr_un address{};
     address.sun_family = AF_UNIX;

@@ -4,6 +4,8 @@
 
 #include <fstream>
 
+#include "tests/support/scratch.h"
+
 namespace hystcan::config::csv_test {
 namespace {
 
@@ -28,9 +30,7 @@ class Csv : public testing::Test {
     }
     return "accepted";
   }
-  std::filesystem::path file_ =
-      std::filesystem::path(testing::TempDir()) /
-      (std::string("hystcan_") + testing::UnitTest::GetInstance()->current_test_info()->name());
+  std::filesystem::path file_ = support::scratch_file("data.csv");
 };
 
 TEST_F(Csv, FindsColumnsByNameInAnyOrder) {

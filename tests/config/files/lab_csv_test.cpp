@@ -9,14 +9,13 @@
 
 #include "config/document/error.h"
 #include "config/files/dataset_file.h"
+#include "tests/support/scratch.h"
 
 namespace hystcan::config::lab_csv_test {
 namespace {
 
 std::filesystem::path written(const std::string& text) {
-  std::string name = testing::UnitTest::GetInstance()->current_test_info()->name();
-  std::ranges::replace(name, '/', '_');
-  const auto file = std::filesystem::path(testing::TempDir()) / ("hystcan_lab_" + name + ".csv");
+  const auto file = support::scratch_file("scope.csv");
   std::ofstream(file, std::ios::binary) << text;
   return file;
 }

@@ -5,6 +5,8 @@
 
 #include <fstream>
 
+#include "tests/support/scratch.h"
+
 namespace hystcan::config::model_file_test {
 namespace {
 
@@ -51,7 +53,7 @@ TEST(ModelText, OfAButterflyHasItsOutputMap) {
   given.symmetry = model::Symmetry::none;
   const std::vector<double> map{15.0, 0.25, 15.125};
   given.output_map.emplace(map, model::Interval{given.ascending.value(0.1), given.upper_point().output});
-  const auto file = std::filesystem::path(testing::TempDir()) / "hystcan_butterfly.toml";
+  const auto file = support::scratch_file("model.toml");
   std::ofstream(file) << model_text(given, identified_from);
   const model::HysteresisParameters found = load_model(file);
   ASSERT_TRUE(found.output_map);
@@ -60,7 +62,7 @@ TEST(ModelText, OfAButterflyHasItsOutputMap) {
 }
 
 TEST(ModelText, WithDynamicsReadsBackToTheSameDynamics) {
-  const auto file = std::filesystem::path(testing::TempDir()) / "hystcan_dynamic.toml";
+  const auto file = support::scratch_file("model.toml");
   const model::Dynamics given{{512.25, 1.0 / 30.0}, 0.0003125};
   std::ofstream(file) << model_text(written_parameters(), identified_from, given);
   EXPECT_EQ(load_dynamics(file), given);
@@ -68,13 +70,13 @@ TEST(ModelText, WithDynamicsReadsBackToTheSameDynamics) {
 }
 
 TEST(ModelFile, WithoutDynamicsHasNone) {
-  const auto file = std::filesystem::path(testing::TempDir()) / "hystcan_static.toml";
+  const auto file = support::scratch_file("model.toml");
   std::ofstream(file) << expected_text;
   EXPECT_FALSE(load_dynamics(file));
 }
 
 TEST(ModelFile, WithAnOutputMapThatHasACrestIsRefusedAtItsKey) {
-  const auto file = std::filesystem::path(testing::TempDir()) / "hystcan_crest.toml";
+  const auto file = support::scratch_file("model.toml");
   std::string text = expected_text;
   text.insert(text.find("symmetry"), "output_map = [0, 0, -1]\n");
   std::ofstream(file) << text;
@@ -88,7 +90,7 @@ TEST(ModelFile, WithAnOutputMapThatHasACrestIsRefusedAtItsKey) {
 }
 
 TEST(ModelText, ReadBackGivesTheSameParametersToTheBit) {
-  const auto file = std::filesystem::path(testing::TempDir()) / "hystcan_model_text.toml";
+  const auto file = support::scratch_file("model.toml");
   std::ofstream(file) << expected_text;
   const model::HysteresisParameters expected = written_parameters();
   const auto found = std::get<model::HysteresisParameters>(load_any_parameters(file));
@@ -104,7 +106,7 @@ TEST(ModelText, ReadBackGivesTheSameParametersToTheBit) {
 }
 
 std::filesystem::path written(const std::string& text) {
-  const auto file = std::filesystem::path(testing::TempDir()) / "hystcan_spline_model.toml";
+  const auto file = support::scratch_file("model.toml");
   std::ofstream(file) << text;
   return file;
 }
@@ -142,7 +144,8 @@ TEST(ModelText, OfAnInputMapReadsBackToTheBit) {
   EXPECT_EQ(found.input_map->knots(), knots);
 }
 
-TEST(ModelFile, RefusesAnInputMapThatFallsAtItsKey) {
+/// What is said of a model of splines with these lines.
+std::string refusal_of_splines(const std::string& lines) {
   const auto file = written(R"(
 [hysteresis]
 kind         = "recursive-memory"
@@ -151,47 +154,33 @@ output_unit  = "um"
 input_min    = 0.0
 input_max    = 10.0
 basis        = "spline"
-knots        = [0.0, 5.0, 10.0]
-ascending    = [0.0, 1.0, 2.0, 3.0, 4.0]
-descending   = [0.0, 1.0, 2.0, 3.0, 4.0]
-input_map    = [0.0, 2.0, 2.0, 8.0, 10.0]
+)" + lines + R"(
 k_ascending  = 0.0
 k_descending = 0.0
 symmetry     = "none"
 )");
   try {
     load_model(file);
-    FAIL() << "the map was accepted";
   } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find(":12:16: input_map falls or stays somewhere, expected"),
-              std::string::npos)
-        << error.what();
+    return error.what();
   }
+  return "accepted";
+}
+
+TEST(ModelFile, RefusesAnInputMapThatFallsAtItsKey) {
+  const std::string said = refusal_of_splines(R"(knots        = [0.0, 5.0, 10.0]
+ascending    = [0.0, 1.0, 2.0, 3.0, 4.0]
+descending   = [0.0, 1.0, 2.0, 3.0, 4.0]
+input_map    = [0.0, 2.0, 2.0, 8.0, 10.0])");
+  EXPECT_NE(said.find(":12:16: input_map falls or stays somewhere, expected"), std::string::npos) << said;
 }
 
 TEST(ModelFile, RefusesASplineWithKnotsInTheWrongOrderAtItsCurve) {
-  const auto file = written(R"(
-[hysteresis]
-kind         = "recursive-memory"
-input_unit   = "V"
-output_unit  = "um"
-input_min    = 0.0
-input_max    = 10.0
-basis        = "spline"
-knots        = [0.0, 6.0, 5.0, 10.0]
+  const std::string said = refusal_of_splines(R"(knots        = [0.0, 6.0, 5.0, 10.0]
 ascending    = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]
-descending   = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]
-k_ascending  = 0.0
-k_descending = 0.0
-symmetry     = "none"
-)");
-  try {
-    load_model(file);
-    FAIL() << "the knots were accepted";
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find(":10:"), std::string::npos) << error.what();
-    EXPECT_NE(std::string(error.what()).find("spline knot 5 after 6"), std::string::npos) << error.what();
-  }
+descending   = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0])");
+  EXPECT_NE(said.find(":10:"), std::string::npos) << said;
+  EXPECT_NE(said.find("spline knot 5 after 6"), std::string::npos) << said;
 }
 
 }  // namespace
