@@ -27,6 +27,9 @@ double span_of(const std::vector<double>& values);
 struct Lag {
   double delay_s = 0.0;                       ///< of the input; its turning points are kept (excerpt.h)
   std::optional<model::Dynamics> dynamics{};  ///< with a delay of their own: delay_s is then not used
+
+  double delay() const { return dynamics ? dynamics->delay_s : delay_s; }
+  void set_delay(double s) { (dynamics ? dynamics->delay_s : delay_s) = s; }
 };
 
 /// Output at each sample of `dataset`. `state` is the memory at the first input, and afterwards the memory at the last

@@ -52,8 +52,7 @@ void check_ranges(const HysteresisParameters& p) {
            p.descending.knots().size(), ", expected the same knots");
   if (p.symmetry == Symmetry::even && a.lo < 0.0)
     refuse("interval starts at ", a.lo, " ", p.input_unit, ", expected 0 or more where symmetry is even");
-  if (p.input_map && !std::ranges::is_sorted(p.input_map->coefficients(), std::less_equal{}))
-    refuse("input map falls or stays somewhere, expected coefficients that increase");
+  check_input_map(p);
   const double span = p.place(a.hi) - p.place(a.lo);
   const auto check_k = [&](const char* name, double k) {
     if (!std::isfinite(k) || k * span < lowest_k_span)
@@ -284,6 +283,12 @@ std::string remedy(const HysteresisParameters& parameters, Direction direction) 
 }
 
 }  // namespace
+
+void check_input_map(const HysteresisParameters& parameters) {
+  if (parameters.input_map &&
+      !std::ranges::is_sorted(parameters.input_map->coefficients(), std::less_equal{}))
+    throw std::invalid_argument("input_map falls or stays somewhere, expected coefficients that increase");
+}
 
 void check_curves(const HysteresisParameters& parameters) {
   check_ranges(parameters);

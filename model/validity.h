@@ -32,6 +32,9 @@ namespace hystcan::model {
 /// at the upper threshold (to 1e-9 of the output span).
 void check_curves(const HysteresisParameters& parameters);
 
+/// Throws std::invalid_argument if there is an input map that does not increase. check_curves() does this too.
+void check_input_map(const HysteresisParameters& parameters);
+
 struct DecreasingBranch {
   Direction direction = Direction::ascending;
   double start = 0.0;   ///< input at its start

@@ -143,7 +143,7 @@ py::dict validate(const Model& model, const Array& t, const Array& u, const Arra
                   const std::optional<double>& delay_s, const std::optional<double>& estimate_from_s,
                   bool offset) {
   identification::Lag lag = model.lag;
-  if (delay_s) (lag.dynamics ? lag.dynamics->delay_s : lag.delay_s) = *delay_s;
+  if (delay_s) lag.set_delay(*delay_s);
   const auto* const hysteresis = std::get_if<model::Hysteresis>(model.model.get());
   if (hysteresis == nullptr)
     throw py::value_error(fmt::format("{}: kind is {}, expected recursive-memory", model.name, model.kind()));

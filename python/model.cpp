@@ -22,8 +22,7 @@ Model Model::load(const std::filesystem::path& file, bool beyond_limit) {
         model.output_unit = each.parameters().output_unit;
       },
       *model.model);
-  if (std::holds_alternative<model::Hysteresis>(*model.model))
-    model.lag = {config::load_identified_from(file).delay_s, config::load_dynamics(file)};
+  if (std::holds_alternative<model::Hysteresis>(*model.model)) model.lag = config::load_lag(file);
   return model;
 }
 

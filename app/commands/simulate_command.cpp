@@ -80,7 +80,7 @@ void compute(model::Simulation<Model>& simulation, bool inverse, SampleBlock& bl
 /// The positions of a stage whose model file has [dynamics], at an even rate.
 class Stage {
  public:
-  Stage(const SimulateArguments& options)
+  explicit Stage(const SimulateArguments& options)
       : input_(options.input), dynamics_(config::load_dynamics(options.model)) {
     if (!dynamics_)
       throw config::Error(

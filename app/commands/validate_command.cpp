@@ -40,10 +40,9 @@ struct ValidateArguments {
 };
 
 ValidationOptions asked_for(const ValidateArguments& options, const model::Hysteresis& model) {
-  identification::Lag lag{.delay_s =
-                              options.delay_s.value_or(config::load_identified_from(options.model).delay_s)};
-  if (!options.quasi_static) lag.dynamics = config::load_dynamics(options.model);
-  if (lag.dynamics && options.delay_s) lag.dynamics->delay_s = *options.delay_s;
+  identification::Lag lag = config::load_lag(options.model);
+  if (options.quasi_static) lag.dynamics.reset();
+  if (options.delay_s) lag.set_delay(*options.delay_s);
   ValidationOptions asked{
       .lag = lag, .estimate_s = options.estimate_s, .estimates_offset = !options.no_offset, .memory = {}};
   if (!options.memory.empty())
@@ -95,8 +94,7 @@ void report_prediction(const ValidateArguments& options, const Dataset& dataset,
     fmt::print("initial memory{} estimated from {} of {}{}; offset {:+.4g} {}, delay {:.3g} s\n",
                options.no_offset ? "" : " and offset", outcome.estimated_from,
                can::counted(dataset.size(), "sample"), rest ? ", which are not judged" : "",
-               outcome.start.offset, dataset.output_unit,
-               outcome.lag.dynamics ? outcome.lag.dynamics->delay_s : outcome.lag.delay_s);
+               outcome.start.offset, dataset.output_unit, outcome.lag.delay());
   if (outcome.lag.dynamics)
     fmt::print("with the mode at {:.5g} Hz, damping ratio {:.3g}, of the model file\n",
                outcome.lag.dynamics->mode.natural_frequency_Hz, outcome.lag.dynamics->mode.damping_ratio);

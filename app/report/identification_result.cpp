@@ -94,7 +94,7 @@ Validation validate(const model::Hysteresis& model, const identification::Datase
   const identification::Dataset dataset = model.symmetry() == model::Symmetry::even ? folded(given) : given;
   Validation result;
   result.lag = options.lag;
-  const double delay_s = result.lag.dynamics ? result.lag.dynamics->delay_s : result.lag.delay_s;
+  const double delay_s = result.lag.delay();
   if (const double lasts_s = dataset.time_s.back() - dataset.time_s.front(); delay_s > lasts_s)
     throw std::invalid_argument(fmt::format(
         "the delay is {} s, expected at most the length of the dataset, {:g} s", delay_s, lasts_s));

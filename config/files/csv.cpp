@@ -3,12 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <optional>
 #include <set>
 #include <utility>
-
-#include "can/counted.h"
 
 namespace hystcan::config {
 
@@ -65,26 +61,11 @@ bool CsvReader::add_if_present(const std::string& column) {
 bool CsvReader::next(std::vector<double>& row) {
   if (!lines_.next()) return false;
   split_fields(lines_.text(), separator_, fields_);
-  if (fields_.size() != header_.size()) {
-    const bool cut = ends_in_mid_line() && fields_.size() < header_.size();
-    const bool commas = separator_ == ',' && fields_.size() == 2 * header_.size();
-    lines_.fail(
-        fmt::format("the row has {}{}, expected {} as in the header{}", can::counted(fields_.size(), "field"),
-                    cut ? " and then the file ends" : "", header_.size(),
-                    commas ? ": decimal commas are read where semicolons stand between the fields" : ""));
-  }
+  require_width(lines_, fields_.size(), header_.size(), separator_);
   row.resize(wanted_.size());
-  for (std::size_t i = 0; i < wanted_.size(); ++i) row[i] = number(where_[i], wanted_[i]);
+  for (std::size_t i = 0; i < wanted_.size(); ++i)
+    row[i] = finite_number(lines_, fields_[where_[i]], wanted_[i], separator_);
   return true;
-}
-
-double CsvReader::number(std::size_t column, const std::string& name) const {
-  const std::string_view text = fields_[column];
-  if (text.empty()) lines_.fail(text, fmt::format("{} is empty, expected a number", name));
-  const std::optional<double> value = csv_number(text, separator_ != ',');
-  if (!value || !std::isfinite(*value))
-    lines_.fail(text, fmt::format("{} is \"{}\", expected a finite number", name, shortened(text)));
-  return *value;
 }
 
 }  // namespace hystcan::config

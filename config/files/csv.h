@@ -42,7 +42,6 @@ class CsvReader {
   void read_header();
   void require_distinct_columns() const;
   std::size_t look_up(const std::string& column) const;
-  double number(std::size_t column, const std::string& name) const;
 
   CsvLines lines_;
   std::vector<std::string> wanted_;

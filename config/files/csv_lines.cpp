@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <sstream>
 #include <utility>
 
+#include "can/counted.h"
 #include "can/input_stream.h"
 #include "can/regular_file.h"
 
@@ -107,6 +109,14 @@ CsvLines::CsvLines(std::filesystem::path file, std::string text)
       buffer_(buffer_of_a_line()) {}
 
 bool CsvLines::next() {
+  if (!put_back_.empty()) {
+    given_again_ = std::move(put_back_.front());
+    put_back_.pop_front();
+    line_ = given_again_.text;
+    line_number_ = given_again_.number;
+    in_mid_line_ = given_again_.ends_in_mid_line;
+    return true;
+  }
   while (read_line()) {
     const std::string_view text = trimmed(line_);
     const bool is_comment = text.starts_with('#');
@@ -122,6 +132,7 @@ bool CsvLines::read_line() {
   auto size = static_cast<std::size_t>(stream_->gcount());
   if (stream_->bad()) throw Error(fmt::format("{}:{}: cannot be read further", file_.string(), line_number_));
   if (stream_->eof() && size == 0) return false;
+  in_mid_line_ = stream_->eof();
   ++line_number_;
   bytes_read_ += size;
   if (stream_->fail())
@@ -149,6 +160,24 @@ void CsvLines::fail(const std::string& what) const { fail_in_column(0, what); }
 void CsvLines::fail_in_column(std::size_t column, const std::string& what) const {
   throw Error(
       fmt::format("{}:{}:{}: {}", file_.string(), std::max<std::size_t>(line_number_, 1), column + 1, what));
+}
+
+void require_width(const CsvLines& lines, std::size_t fields, std::size_t expected, char separator) {
+  if (fields == expected) return;
+  const bool cut = lines.end_in_mid_line() && fields < expected;
+  const bool commas = separator == ',' && fields == 2 * expected;
+  lines.fail(
+      fmt::format("the row has {}{}, expected {} as in the header{}", can::counted(fields, "field"),
+                  cut ? " and then the file ends" : "", expected,
+                  commas ? ": decimal commas are read where semicolons stand between the fields" : ""));
+}
+
+double finite_number(const CsvLines& lines, std::string_view field, const std::string& name, char separator) {
+  if (field.empty()) lines.fail(field, fmt::format("{} is empty, expected a number", name));
+  const std::optional<double> value = csv_number(field, separator != ',');
+  if (!value || !std::isfinite(*value))
+    lines.fail(field, fmt::format("{} is \"{}\", expected a finite number", name, shortened(field)));
+  return *value;
 }
 
 }  // namespace hystcan::config

@@ -2,12 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <istream>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "config/document/error.h"
@@ -51,13 +53,23 @@ class CsvLines {
   std::size_t number() const { return line_number_; }
   const std::filesystem::path& file() const { return file_; }
 
+  /// A line that next() gives again.
+  struct Kept {
+    std::size_t number = 0;
+    std::string text;
+    bool ends_in_mid_line = false;
+  };
+  Kept kept() const { return {line_number_, std::string(line_), in_mid_line_}; }  ///< the present line
+  /// Behind what was put back before.
+  void put_back(Kept line) { put_back_.push_back(std::move(line)); }
+
   /// From here on comments are not kept.
   void end_comments() { keeps_comments_ = false; }
   /// The TEXT of a comment `# NAME = TEXT` that was kept; empty if there is none.
   std::string comment(std::string_view name) const;
 
   /// True if the present line ends the file without a line end.
-  bool end_in_mid_line() const { return stream_->eof(); }
+  bool end_in_mid_line() const { return in_mid_line_; }
   std::uint64_t bytes_read() const { return bytes_read_; }
 
   /// Throws Error with the place: `at` points into the present line.
@@ -74,8 +86,16 @@ class CsvLines {
   bool keeps_comments_ = true;
   std::unique_ptr<char[]> buffer_;  ///< of the longest line; the system provides only what is used
   std::string_view line_;
+  std::deque<Kept> put_back_;
+  Kept given_again_;  ///< the present line, if it was put back
   std::size_t line_number_ = 0;
+  bool in_mid_line_ = false;
   std::uint64_t bytes_read_ = 0;
 };
+
+/// Throws Error at the present line if it has another number of fields than the header.
+void require_width(const CsvLines& lines, std::size_t fields, std::size_t expected, char separator);
+/// A field of the present line. Throws Error at it if it is empty or not a finite number.
+double finite_number(const CsvLines& lines, std::string_view field, const std::string& name, char separator);
 
 }  // namespace hystcan::config

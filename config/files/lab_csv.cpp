@@ -4,13 +4,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <iterator>
 #include <optional>
 #include <set>
 #include <utility>
-
-#include "can/counted.h"
 
 namespace hystcan::config {
 namespace {
@@ -83,25 +80,25 @@ LabCsvReader::Likeness LabCsvReader::row_likeness(std::string_view line, char se
 
 // A line of numbers is the first row if the line before has as many fields, or if the next line is one, too.
 void LabCsvReader::find_header() {
-  std::vector<Line> before;
+  std::vector<CsvLines::Kept> before, rows;
   std::size_t fields = 0;
-  const auto fields_of = [&](const Line& line) {
+  const auto fields_of = [&](const CsvLines::Kept& line) {
     split_fields(line.text, separator_, fields_);
     return fields_.size();
   };
   while (lines_.next()) {
-    Line line{lines_.number(), std::string(lines_.text()), lines_.end_in_mid_line()};
+    CsvLines::Kept line = lines_.kept();
     if (before.size() > most_header_lines)
       lines_.fail(fmt::format("no rows of numbers in the first {} lines, expected a header and rows below it",
                               most_header_lines));
-    if (!rows_.empty()) {
+    if (!rows.empty()) {
       if (before.empty() ||
           (row_likeness(line.text, separator_) != Likeness::none && fields_.size() == fields)) {
-        rows_.push_back(std::move(line));
+        rows.push_back(std::move(line));
         break;
       }
-      before.push_back(std::move(rows_.front()));
-      rows_.clear();
+      before.push_back(std::move(rows.front()));
+      rows.clear();
     }
     Likeness alike = Likeness::none;
     for (const char separator : {';', '\t', ',', ' '}) {
@@ -114,26 +111,27 @@ void LabCsvReader::find_header() {
       before.push_back(std::move(line));
       continue;
     }
-    rows_.push_back(std::move(line));
+    rows.push_back(std::move(line));
     if (alike == Likeness::full && !before.empty() && fields_of(before.back()) == fields) break;
   }
   lines_.end_comments();
-  if (before.empty() && rows_.empty()) lines_.fail("no header row, expected column names");
-  if (rows_.empty()) {  // rows that cannot be read, or none
+  if (before.empty() && rows.empty()) lines_.fail("no header row, expected column names");
+  if (rows.empty()) {  // rows that cannot be read, or none
     for (const char separator : {' ', ',', '\t', ';'})
       if (before.front().text.find(separator) != std::string::npos) separator_ = separator;
-    rows_.assign(std::make_move_iterator(before.begin() + 1), std::make_move_iterator(before.end()));
+    rows.assign(std::make_move_iterator(before.begin() + 1), std::make_move_iterator(before.end()));
     before.resize(1);
     fields = fields_of(before.front());
   } else {
-    fields = fields_of(rows_.front());
+    fields = fields_of(rows.front());
   }
   if (fields > most_columns)
     lines_.fail(fmt::format("{} columns, expected at most {}", fields, most_columns));
   read_names(before, fields);
+  for (CsvLines::Kept& row : rows) lines_.put_back(std::move(row));
 }
 
-void LabCsvReader::read_names(const std::vector<Line>& before, std::size_t fields) {
+void LabCsvReader::read_names(const std::vector<CsvLines::Kept>& before, std::size_t fields) {
   const auto fits = [&](std::size_t i) {
     split_fields(before[i].text, separator_, fields_);
     return fields_.size() == fields || fields_.size() + 1 == fields;
@@ -169,47 +167,14 @@ void LabCsvReader::fail_at_header(const std::string& what) const {
   throw Error(fmt::format("{}:{}:1: {}", lines_.file().string(), header_line_, what));
 }
 
-void LabCsvReader::fail(std::string_view line, std::string_view at, const std::string& what) const {
-  throw Error(
-      fmt::format("{}:{}:{}: {}", lines_.file().string(), line_number_, at.data() - line.data() + 1, what));
-}
-
 bool LabCsvReader::next(std::vector<double>& row) {
-  Line kept;
-  std::string_view line;
-  if (!rows_.empty()) {
-    kept = std::move(rows_.front());
-    rows_.pop_front();
-    line = kept.text;
-    line_number_ = kept.number;
-    in_mid_line_ = kept.ends_the_file;
-  } else {
-    if (!lines_.next()) return false;
-    line = lines_.text();
-    line_number_ = lines_.number();
-    in_mid_line_ = lines_.end_in_mid_line();
-  }
-  split_fields(line, separator_, fields_);
+  if (!lines_.next()) return false;
+  split_fields(lines_.text(), separator_, fields_);
   if (fields_.size() == columns_.size() + 1 && fields_.back().empty()) fields_.pop_back();
-  if (fields_.size() != columns_.size()) {
-    const bool cut = in_mid_line_ && fields_.size() < columns_.size();
-    const bool commas = separator_ == ',' && fields_.size() == 2 * columns_.size();
-    fail(
-        line, line,
-        fmt::format("the row has {}{}, expected {} as in the header{}", can::counted(fields_.size(), "field"),
-                    cut ? " and then the file ends" : "", columns_.size(),
-                    commas ? ": decimal commas are read where semicolons stand between the fields" : ""));
-  }
+  require_width(lines_, fields_.size(), columns_.size(), separator_);
   row.resize(selected_.size());
-  for (std::size_t i = 0; i < selected_.size(); ++i) {
-    const std::string_view text = fields_[selected_[i]];
-    const std::string& name = columns_[selected_[i]].title;
-    if (text.empty()) fail(line, text, fmt::format("{} is empty, expected a number", name));
-    const std::optional<double> value = csv_number(text, separator_ != ',');
-    if (!value || !std::isfinite(*value))
-      fail(line, text, fmt::format("{} is \"{}\", expected a finite number", name, shortened(text)));
-    row[i] = *value;
-  }
+  for (std::size_t i = 0; i < selected_.size(); ++i)
+    row[i] = finite_number(lines_, fields_[selected_[i]], columns_[selected_[i]].title, separator_);
   return true;
 }
 

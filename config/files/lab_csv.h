@@ -6,7 +6,6 @@
 //   - without a header the columns are named 1, 2, 3 ...
 #pragma once
 
-#include <deque>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -41,34 +40,24 @@ class LabCsvReader {
 
   std::string comment(std::string_view name) const { return lines_.comment(name); }
   /// True if the last row that was read ends the file without a line end: it may be incomplete.
-  bool ends_in_mid_line() const { return in_mid_line_; }
-  std::size_t line_number() const { return line_number_; }
+  bool ends_in_mid_line() const { return lines_.end_in_mid_line(); }
+  std::size_t line_number() const { return lines_.number(); }
   /// At the header, for a message about it.
   [[noreturn]] void fail_at_header(const std::string& what) const;
 
  private:
-  struct Line {
-    std::size_t number = 0;
-    std::string text;
-    bool ends_the_file = false;  // without a line end
-  };
-
   void find_header();
-  void read_names(const std::vector<Line>& before, std::size_t fields);
+  void read_names(const std::vector<CsvLines::Kept>& before, std::size_t fields);
   enum class Likeness { none, some, full };  // of a line to a row: numbers among text, or nothing but numbers
   Likeness row_likeness(std::string_view line, char separator);
-  [[noreturn]] void fail(std::string_view line, std::string_view at, const std::string& what) const;
 
   CsvLines lines_;
   std::vector<CsvColumn> columns_;
   bool has_header_ = false;
   std::size_t header_line_ = 1;
   char separator_ = ',';
-  std::deque<Line> rows_;  // read while the header was looked for
   std::vector<std::size_t> selected_;
   std::vector<std::string_view> fields_;
-  std::size_t line_number_ = 0;
-  bool in_mid_line_ = false;
 };
 
 }  // namespace hystcan::config

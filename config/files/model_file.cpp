@@ -3,11 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
-#include <functional>
-
 #include "config/files/model_schema.h"
-#include "model/refusal.h"
 #include "model/simplified.h"
 #include "model/validity.h"
 
@@ -62,8 +58,7 @@ model::HysteresisParameters parameters(const Document& document, const ModelFile
   if (!raw.input_map.empty())
     made(document, "hysteresis.input_map", [&] {
       parameters.input_map.emplace(raw.knots, raw.input_map);
-      if (!std::ranges::is_sorted(raw.input_map, std::less_equal{}))
-        model::refuse("input_map falls or stays somewhere, expected coefficients that increase");
+      model::check_input_map(parameters);
     });
   if (!raw.output_map.empty())
     made(document, "hysteresis.output_map", [&] {
@@ -199,6 +194,11 @@ IdentifiedFrom load_identified_from(const std::filesystem::path& file) {
 
 std::optional<model::Dynamics> load_dynamics(const std::filesystem::path& file) {
   return read_model(Document(file, {}, largest_model_file)).dynamics;
+}
+
+identification::Lag load_lag(const std::filesystem::path& file) {
+  const ModelFile raw = read_model(Document(file, {}, largest_model_file));
+  return {raw.identified_from.delay_s, raw.dynamics};
 }
 
 model::Hysteresis load_model_beyond_limit(const std::filesystem::path& file) {

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "controller/control/adaptation.h"
+#include "identification/prediction.h"
 #include "model/any_model.h"
 #include "model/dynamics.h"
 
@@ -41,6 +42,9 @@ IdentifiedFrom load_identified_from(const std::filesystem::path& file);
 
 /// [dynamics] of a model file of any kind; none if it has no such table. Throws Error.
 std::optional<model::Dynamics> load_dynamics(const std::filesystem::path& file);
+
+/// The delay of [identification] and the [dynamics], as far as the file has them. Throws Error.
+identification::Lag load_lag(const std::filesystem::path& file);
 
 /// Reads a memory of `model` that was saved or written by hand. Throws Error.
 template <class Law>

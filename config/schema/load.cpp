@@ -67,41 +67,44 @@ void set_mode(controller::Shape& shape, double resonance_Hz) {
   if (auto* raster = std::get_if<controller::Raster>(&shape)) raster->mode_period_s = 1.0 / resonance_Hz;
 }
 
-/// Where a table leaves out what the dynamics of its model file say, it is taken from there.
-class Dynamics {
+/// Where a table leaves out what the dynamics of its model file say, it is taken from there. The file is read for keys
+/// that are left out alone.
+class LeftOut {
  public:
-  Dynamics(const Document& document, std::string table, const std::filesystem::path& model)
-      : document_(document), table_(std::move(table)), dynamics_(load_dynamics(model)) {}
+  LeftOut(const Document& document, std::string table, std::filesystem::path model)
+      : document_(document), table_(std::move(table)), model_(std::move(model)) {}
 
-  void mode(double& resonance_Hz, double& damping_ratio) const {
-    if (is_open("resonance_Hz")) resonance_Hz = dynamics_->mode.natural_frequency_Hz;
-    if (is_open("damping_ratio")) damping_ratio = dynamics_->mode.damping_ratio;
+  void set_mode(double& resonance_Hz, double& damping_ratio) const {
+    if (const auto dynamics = dynamics_for("resonance_Hz"))
+      resonance_Hz = dynamics->mode.natural_frequency_Hz;
+    if (const auto dynamics = dynamics_for("damping_ratio")) damping_ratio = dynamics->mode.damping_ratio;
   }
   /// The amplifier's lag is what the delay has more than the sensor's part of it.
-  void amplifier(const char* key, double& bandwidth_Hz, double sensor_s) const {
-    if (!is_open(key)) return;
-    const double lag_s = dynamics_->delay_s - sensor_s;
+  void set_amplifier(const char* key, double& bandwidth_Hz, double sensor_s) const {
+    const auto dynamics = dynamics_for(key);
+    if (!dynamics) return;
+    const double lag_s = dynamics->delay_s - sensor_s;
     if (!(lag_s > 0.0))
-      document_.fail_at(
-          table_, fmt::format("missing key {}, expected in [{}]: the model's delay of {:g} s is no more than "
-                              "the sensor's, {:g} s",
-                              key, table_, dynamics_->delay_s, sensor_s));
+      fail(key, fmt::format(": the model's delay of {:g} s is no more than the sensor's, {:g} s",
+                            dynamics->delay_s, sensor_s));
     bandwidth_Hz = 1.0 / (2.0 * std::numbers::pi * lag_s);
   }
 
  private:
-  bool is_open(const char* key) const {
-    if (document_.root().at_path(table_ + "." + key)) return false;
-    if (!dynamics_)
-      document_.fail_at(
-          table_,
-          fmt::format("missing key {}, expected in [{}], or [dynamics] in its model file", key, table_));
-    return true;
+  /// None: the table has the key.
+  std::optional<model::Dynamics> dynamics_for(const char* key) const {
+    if (document_.root().at_path(table_ + "." + key)) return std::nullopt;
+    const auto dynamics = load_dynamics(model_);
+    if (!dynamics) fail(key, ", or [dynamics] in its model file");
+    return dynamics;
+  }
+  [[noreturn]] void fail(const char* key, const std::string& more) const {
+    document_.fail_at(table_, fmt::format("missing key {}, expected in [{}]{}", key, table_, more));
   }
 
   const Document& document_;
   std::string table_;
-  std::optional<model::Dynamics> dynamics_;
+  std::filesystem::path model_;
 };
 
 /// Loads the controller's model of axis i and sets what is derived from it.
@@ -111,9 +114,9 @@ void complete_control(const Document& document, Config& config, std::size_t i) {
       named_file(document, fmt::format("axis[{}].control.model", i), axis.control_model);
   axis.control.law.model = std::get<model::HysteresisParameters>(model::in_um(load_model(file)));
   controller::Delays& delays = axis.control.delays;
-  const Dynamics dynamics(document, fmt::format("axis[{}].control.delays", i), file);
-  dynamics.mode(delays.resonance_Hz, delays.damping_ratio);
-  dynamics.amplifier("amplifier_bandwidth_Hz", delays.amplifier_bandwidth_Hz, delays.sensor_s());
+  const LeftOut left_out(document, fmt::format("axis[{}].control.delays", i), file);
+  left_out.set_mode(delays.resonance_Hz, delays.damping_ratio);
+  left_out.set_amplifier("amplifier_bandwidth_Hz", delays.amplifier_bandwidth_Hz, delays.sensor_s());
   set_transition_limits(document, config, i);
   for (controller::Segment& segment : axis.control.setpoint)
     set_mode(segment.shape, axis.control.delays.resonance_Hz);
@@ -130,10 +133,10 @@ void complete(const Document& document, AxisConfig& axis, std::size_t i) {
       named_file(document, fmt::format("axis[{}].twin.model", i), axis.twin_model);
   twin::Plant::Config& plant = axis.twin.plant;
   plant.hysteresis = model::in_um(load_any_parameters(file));
-  const Dynamics dynamics(document, fmt::format("axis[{}].twin", i), file);
-  dynamics.mode(plant.mode.natural_frequency_Hz, plant.mode.damping_ratio);
-  dynamics.amplifier("bandwidth_Hz", plant.amplifier.bandwidth_Hz,
-                     std::chrono::duration<double>(axis.twin.sensor.delay).count());
+  const LeftOut left_out(document, fmt::format("axis[{}].twin", i), file);
+  left_out.set_mode(plant.mode.natural_frequency_Hz, plant.mode.damping_ratio);
+  left_out.set_amplifier("bandwidth_Hz", plant.amplifier.bandwidth_Hz,
+                         std::chrono::duration<double>(axis.twin.sensor.delay).count());
 }
 
 /// Resolves the axes that the couplings of axis i name; `key` is their path ("axis[0].control.coupling").
