@@ -6,27 +6,21 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "app/commands/commands.h"
-#include "app/commands/tune_candidates.h"
 #include "app/io/option_check.h"
 #include "app/io/output_file.h"
 #include "app/io/standard_streams.h"
 #include "app/live/open_loop.h"
-#include "app/live/safe_amplitude.h"
-#include "app/live/stop_signal.h"
 #include "app/report/config_edit.h"
-#include "app/report/dynamics_text.h"
 #include "app/report/frequency_response.h"
 #include "app/report/report.h"
 #include "app/report/tuning_report.h"
+#include "app/setup/tuning.h"
 #include "config/schema/config.h"
-#include "controller/excitation_dataset.h"
 #include "identification/dataset.h"
-#include "identification/dynamics/empirical_response.h"
 
 namespace hystcan::app {
 namespace {
@@ -34,7 +28,6 @@ namespace {
 using controller::CautiousRule;
 using controller::Excitation;
 using identification::Dataset;
-using identification::SecondOrderFit;
 
 struct TuneArguments {
   OpenLoopOptions run;
@@ -50,11 +43,10 @@ struct TuneArguments {
   bool json = false;
 };
 
-/// Steps up and down around the middle of the stroke, by default with 1 % of the range of the drive.
 Excitation::Steps steps(const TuneArguments& options, const controller::Gate::Config& gate) {
-  const double range = gate.drive_max - gate.drive_min;
-  return {.centre = options.centre.value_or(gate.drive_min + range / 2.0),
-          .amplitude = options.amplitude.value_or(0.01 * range),
+  const Excitation::Steps usual = usual_steps(gate);
+  return {.centre = options.centre.value_or(usual.centre),
+          .amplitude = options.amplitude.value_or(usual.amplitude),
           .period_s = options.period_s,
           .cycles = options.cycles};
 }
@@ -65,54 +57,12 @@ CautiousRule cautious_rule(const TuneArguments& options) {
   return rule;
 }
 
-/// Drive and position in every cycle of the experiment. The rows have the times of whole cycles: sample and
-/// drive both follow the SYNC, so that its jitter of some microseconds does not affect the identified mode.
-Dataset measure(const config::Config& config, const twin::Config& twin, const TuneArguments& options) {
-  const config::AxisConfig& axis = config.axes[0];
-  const double rate_Hz = config.controller.rate_Hz;
-  Dataset record{
-      .input_unit = axis.wire.drive_unit, .output_unit = "um", .time_s = {}, .input = {}, .output = {}};
-  controller::ExcitationDataset rows;
-  const OpenLoopEnd end =
-      drive_in_open_loop(config, twin, options.run, [&](const controller::CycleRecord& cycle) {
-        const auto row = rows.add(cycle);
-        if (!row) return;
-        record.time_s.push_back(std::round(row->time_s * rate_Hz) / rate_Hz);
-        record.input.push_back(row->input);
-        record.output.push_back(row->output);
-      });
-  for (const std::string& text : end.closing) note("{}\n", text);
-  end.require_finished(axis.wire.name, "stopped before the end of the experiment, nothing is written");
-  return record;
-}
-
-SecondOrderFit fit(const Dataset& record) {
-  try {
-    return identification::fit_second_order(record);
-  } catch (const std::invalid_argument& error) {
-    throw RunError(fmt::format(
-        "the experiment is not conclusive: {}; nothing is written. Try another --amplitude: a large step "
-        "shows the curvature of the loop, a small one is hidden by noise",
-        error.what()));
-  }
-}
-
 /// The stated amplitude, or the default one, made smaller where the twin comes near a limit with it.
 Excitation::Steps chosen_steps(const TuneArguments& options, const config::Config& config,
                                const twin::Config& twin) {
-  Excitation::Steps chosen = steps(options, config.axes[0].control.gate);
-  in_open_loop(config, chosen);  // refuses what is outside the range
-  if (options.amplitude) return chosen;
-  const double usual = chosen.amplitude;
-  chosen.amplitude = amplitude_with_margin(config, twin, usual, [&](double amplitude) {
-    Excitation::Steps smaller = chosen;
-    smaller.amplitude = amplitude;
-    return smaller;
-  });
-  if (chosen.amplitude < usual)
-    note("amplitude {:g} {}, not {:g}: the twin comes near a limit with more\n", chosen.amplitude,
-         config.axes[0].wire.drive_unit, usual);
-  return chosen;
+  const Excitation::Steps stated = steps(options, config.axes[0].control.gate);
+  in_open_loop(config, stated);  // refuses what is outside the range
+  return options.amplitude ? stated : with_safe_amplitude(stated, config, twin);
 }
 
 /// The files that were asked for, opened before the axis moves.
@@ -143,54 +93,15 @@ void put(std::optional<OutputFile>& file, const std::string& text) {
   file->commit();
 }
 
-FrequencyResponse response_of(const TuningReport& report, const Dataset& record) {
-  const auto loop = [&](const Candidate& of) -> FrequencyResponse::Loop {
-    return {{.delays = report.plant.delays,
-             .cycle_s = report.fit.cycle_s,
-             .measurement_filter_Hz = of.setting.measurement_filter_Hz,
-             .notch = of.setting.notch},
-            of.setting.pi};
-  };
-  return {.title = fmt::format("axis {} of {}: {}", report.axis, report.config, report.proposed().name),
-          .measured = identification::empirical_response(record),
-          .fit = report.fit,
-          .before = loop(report.present()),
-          .after = loop(report.proposed())};
-}
-
 int tune(const TuneArguments& options) {
   const CandidateRules rules{options.sensitivity, cautious_rule(options), options.cautious};
   const config::Config loaded = config::load(options.run.config);
   AskedFiles files(options, loaded);
   const config::Config config = chosen_axis_of(loaded, options.run);
   const twin::Config twin = twin_config(loaded);  // whole, as the bus has all its nodes
-  const config::AxisConfig& axis = config.axes[0];
-  TuningReport report{.config = config.file.filename().string(),
-                      .axis = axis.wire.name,
-                      .drive_unit = axis.wire.drive_unit,
-                      .actuator = axis.twin_model.string(),
-                      .rehearsed = options.run.rehearse,
-                      .steps = chosen_steps(options, config, twin),
-                      .rate_Hz = config.controller.rate_Hz,
-                      .fit = {},
-                      .plant = {},
-                      .rule = rules.sensitivity,
-                      .cautious_rule = rules.cautious,
-                      .only_cautious = rules.only_cautious,
-                      .candidates = {},
-                      .best = 0};
-  const Dataset record = measure(in_open_loop(config, report.steps), twin, options);
-  report.fit = fit(record);
-  report.plant = identified_plant(record, report.fit, axis.control.delays);
-  report.plant.delays.command_delay = std::chrono::nanoseconds(std::llround(1e9 / report.rate_Hz));
-  stop_at_a_signal();
-  report.candidates = rehearsed_candidates(config, twin, report.plant, rules);
-  report.best = best_of(report.candidates, rules.only_cautious ? std::numeric_limits<double>::infinity()
-                                                               : rules.sensitivity.peak_sensitivity);
-  if (!report.proposed().has_run())
-    throw RunError(
-        "no candidate tracks the configured reference in the rehearsal, nothing is written: look at its limits "
-        "and at [axis.twin] with `hystcan demo`");
+  TuningReport report = tuning_of(config, chosen_steps(options, config, twin), rules, options.run.rehearse);
+  const Dataset record = measured_steps(config, twin, options.run, report.steps);
+  evaluate(report, record, config, twin, rules);
   predict_structures(report.candidates[0], config, twin, report.plant);
   if (report.best > 0) predict_structures(report.candidates[report.best], config, twin, report.plant);
   const FrequencyResponse response = response_of(report, record);

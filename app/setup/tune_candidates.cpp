@@ -1,4 +1,4 @@
-#include "app/commands/tune_candidates.h"
+#include "app/setup/tune_candidates.h"
 
 #include <chrono>
 #include <cmath>
