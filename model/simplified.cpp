@@ -14,6 +14,10 @@ HysteresisParameters on_one_curve(const HysteresisParameters& parameters, const 
   return result;
 }
 
+ReferenceCurve line(Interval input, Interval output) {
+  return {Basis::chebyshev, {0.5 * (output.lo + output.hi), 0.5 * output.span()}, input};
+}
+
 }  // namespace
 
 HysteresisParameters average(const HysteresisParameters& parameters) {
@@ -26,9 +30,16 @@ HysteresisParameters average(const HysteresisParameters& parameters) {
 }
 
 HysteresisParameters straight_line(const HysteresisParameters& parameters) {
-  const double low = parameters.lower_point().output, high = parameters.upper_point().output;
-  return on_one_curve(parameters,
-                      {Basis::chebyshev, {0.5 * (low + high), 0.5 * (high - low)}, parameters.input_range()});
+  return on_one_curve(parameters, line(parameters.input_range(),
+                                       {parameters.lower_point().output, parameters.upper_point().output}));
+}
+
+HysteresisParameters straight_line(const std::string& input_unit, const std::string& output_unit,
+                                   Interval input, Interval output) {
+  HysteresisParameters parameters;
+  parameters.input_unit = input_unit;
+  parameters.output_unit = output_unit;
+  return on_one_curve(parameters, line(input, output));
 }
 
 }  // namespace hystcan::model

@@ -20,12 +20,17 @@ using Examples = std::map<std::string_view, std::vector<std::string_view>>;
 const Examples& examples() {
   static const Examples lines{
       {"demo", {"hystcan demo", "hystcan demo --config config/galfenol.toml --output galfenol-demo"}},
+      {"init",
+       {"hystcan init stage --record loops.csv --step step.csv --drive-max 100 --safe 0",
+        "hystcan init stage --from piezo"}},
       {"controller",
        {"hystcan controller config/piezo.toml",
         "hystcan controller config/piezo.toml --interface can0 --record runs"}},
       {"twin", {"hystcan twin config/piezo.toml --interface vcan0"}},
       {"excite", {"hystcan excite config/piezo.toml --axis x --output loops.csv --rehearse"}},
-      {"identify", {"hystcan identify loops.csv --output stage.model.toml --report report"}},
+      {"identify",
+       {"hystcan identify loops.csv --output stage.model.toml --report report",
+        "hystcan identify loops.csv --output x.model.toml --for stage.toml --axis x --write new.toml"}},
       {"validate", {"hystcan validate stage.model.toml other.csv --estimate-from 0.5"}},
       {"dynamics", {"hystcan dynamics step.csv --output dynamics.toml"}},
       {"tune", {"hystcan tune config/piezo.toml --axis x --rehearse"}},
@@ -86,10 +91,10 @@ void add_examples(CLI::App& cli) {
 
 void add_commands(CLI::App& cli, int& status) {
   for (const AddCommand add :
-       {add_demo,     add_controller, add_twin,     add_excite,    add_identify, add_validate,
-        add_dynamics, add_tune,       add_simulate, add_check,     add_doctor,   add_ctl,
-        add_status,   add_page,       add_record,   add_replay,    add_monitor,  add_decode,
-        add_runs,     add_plot,       add_export,   add_completion})
+       {add_demo,     add_init,     add_controller, add_twin,     add_excite,    add_identify,
+        add_validate, add_dynamics, add_tune,       add_simulate, add_check,     add_doctor,
+        add_ctl,      add_status,   add_page,       add_record,   add_replay,    add_monitor,
+        add_decode,   add_runs,     add_plot,       add_export,   add_completion})
     add(cli, status);
   add_examples(cli);
 }

@@ -15,6 +15,7 @@
 #include "app/commands/commands.h"
 #include "app/commands/demo_page.h"
 #include "app/io/output_file.h"
+#include "app/io/shipped.h"
 #include "app/io/standard_streams.h"
 #include "app/io/truth_log.h"
 #include "app/live/rehearsal_setup.h"
@@ -41,14 +42,6 @@ struct Column {
   rehearsal::Outcome outcome;
   std::string failure;  ///< empty if every axis tracked without a fault
 };
-
-/// The shipped configuration, where it is installed or in the source tree.
-std::filesystem::path shipped_config() {
-  const auto program = std::filesystem::read_symlink("/proc/self/exe").parent_path();
-  for (const auto& folder : {program / "../share/hystcan", program / "../../config"})
-    if (auto file = (folder / "piezo.toml").lexically_normal(); std::filesystem::exists(file)) return file;
-  return "config/piezo.toml";
-}
 
 std::string failure_of(const rehearsal::Outcome& outcome) {
   // The fault of one axis ends the run of all: it is why another has not tracked.
@@ -206,8 +199,9 @@ void print_comparison_json(const config::Config& config, const std::vector<Colum
 }
 
 int run_demo(const DemoArguments& options) {
-  if (!options.page.empty()) return run_demo_page(options.config, shipped_config(), options.page);
-  const config::Config config = config::load(options.config.empty() ? shipped_config() : options.config);
+  if (!options.page.empty()) return run_demo_page(options.config, shipped_file("piezo.toml"), options.page);
+  const config::Config config =
+      config::load(options.config.empty() ? shipped_file("piezo.toml") : options.config);
   create_folder(options.output);
   stop_at_a_signal();
   const auto start = std::chrono::steady_clock::now();

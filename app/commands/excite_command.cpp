@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "app/commands/commands.h"
@@ -17,6 +18,8 @@
 #include "app/live/open_loop.h"
 #include "app/live/safe_amplitude.h"
 #include "app/report/config_edit.h"
+#include "app/report/report.h"
+#include "app/setup/cautious_excitation.h"
 #include "can/counted.h"
 #include "config/schema/config.h"
 #include "controller/excitation_dataset.h"
@@ -38,8 +41,14 @@ double usual_amplitude(const ExciteArguments& options, const controller::Gate::C
   return 0.05 * (options.high.value_or(gate.drive_max) - options.low.value_or(gate.drive_min));
 }
 
-Excitation::Config excitation(const ExciteArguments& options, const controller::Gate::Config& gate,
-                              double rate_Hz) {
+/// Seconds of one major loop.
+double loop_period_s(const ExciteArguments& options, const config::Config& config) {
+  return options.period_s.value_or(quasi_static_period_s(config.axes[0].control.delays.resonance_Hz));
+}
+
+Excitation::Config excitation(const ExciteArguments& options, const config::Config& config) {
+  const controller::Gate::Config& gate = config.axes[0].control.gate;
+  const double rate_Hz = config.controller.rate_Hz;
   constexpr double rest_cycles = 10.0;
   const double low = options.low.value_or(gate.drive_min);
   const double high = options.high.value_or(gate.drive_max);
@@ -69,7 +78,7 @@ Excitation::Config excitation(const ExciteArguments& options, const controller::
   return Excitation::Hysteresis{
       .low = low,
       .high = high,
-      .slew_per_s = options.slew_per_s.value_or(2.0 * (high - low) / options.period_s.value_or(2.0)),
+      .slew_per_s = options.slew_per_s.value_or(2.0 * (high - low) / loop_period_s(options, config)),
       .rest_s = rest_cycles / rate_Hz,
       .loops = options.cycles.value_or(2),
       .levels = options.levels.value_or(5)};
@@ -137,42 +146,76 @@ class DatasetRecorder {
   std::string lost_;
 };
 
-/// The stated excitation. A step or chirp without a stated amplitude is made smaller where the twin comes near a limit.
+/// What nobody has stated of the size is chosen: small first.
+bool chooses_size(const ExciteArguments& options) {
+  return options.signal == "hysteresis" ? !options.low && !options.high : !options.amplitude;
+}
+
+/// The stated excitation. A size that is not stated is tried on the stage (loops), or on the twin (step, chirp).
 Excitation::Config chosen_excitation(const ExciteArguments& options, const config::Config& config,
                                      const twin::Config& twin) {
   const config::AxisConfig& axis = config.axes[0];
-  const auto with = [&](std::optional<double> amplitude) {
-    ExciteArguments chosen = options;
-    if (amplitude) chosen.amplitude = amplitude;
-    return excitation(chosen, axis.control.gate, config.controller.rate_Hz);
-  };
-  if (options.signal == "hysteresis" || options.amplitude) return with(options.amplitude);
+  const Excitation::Config stated = excitation(options, config);
+  if (!chooses_size(options)) return stated;
+  if (const auto* loops = std::get_if<Excitation::Hysteresis>(&stated)) {
+    in_open_loop(config, stated);  // refuses what the gate would limit
+    return tried_small_first(config, twin, options.run, *loops);
+  }
   const double usual = usual_amplitude(options, axis.control.gate);
-  const double amplitude = amplitude_with_margin(config, twin, usual, with);
+  const double amplitude = amplitude_with_margin(
+      config, twin, usual, [&](double chosen) { return resized(stated, chosen / usual); });
   if (amplitude < usual)
     note("amplitude {:g} {}, not {:g}: the twin comes near a limit with more\n", amplitude,
          axis.wire.drive_unit, usual);
-  return with(amplitude);
+  return resized(stated, amplitude / usual);
 }
 
-int run_excite(const ExciteArguments& options) {
-  const config::Config loaded = config::load(options.run.config);
-  refuse_to_overwrite_inputs(options.output, options.run.config, loaded);
-  const config::Config chosen = chosen_axis_of(loaded, options.run);
-  const twin::Config twin = twin_config(loaded);
-  const config::Config config = in_open_loop(chosen, chosen_excitation(options, chosen, twin));
+/// The records that tell apart what one record of loops leaves open.
+void propose_further(const ExciteArguments& options, const config::Config& config) {
+  if (options.signal != "hysteresis" || options.period_s || options.slew_per_s || options.levels) return;
+  const double period_s = loop_period_s(options, config);
+  const auto beside = [&](const char* what) {
+    return (options.output.parent_path() / options.output.stem()).string() + "." + what + ".csv";
+  };
+  note(
+      "a second rate tells a delay from a wider loop; a record that the model has not seen validates it:\n"
+      "  --period {:g} --output {}\n  --period {:g} --levels 3 --output {}\n",
+      4.0 * period_s, beside("slow"), 2.0 * period_s, beside("unseen"));
+}
+
+/// Runs the excitation until its end; rows of a run that left its limits are not kept. True: smaller, once more.
+bool recorded(const ExciteArguments& options, const config::Config& config, const twin::Config& twin,
+              bool may_shrink) {
   DatasetRecorder recorder(options, config);
+  const std::string& axis = config.axes[0].wire.name;
   const OpenLoopEnd end = drive_in_open_loop(
       config, twin, options.run, [&](const controller::CycleRecord& record) { recorder.add(record); });
   for (const std::string& line : end.closing) note("{}\n", line);
+  if (may_shrink && is_of_size(end.axis.fault())) {
+    note("{}; once more, smaller\n", describe(axis, end.axis.fault()));
+    return true;
+  }
   recorder.close();
-
-  end.require_finished(config.axes[0].wire.name,
-                       recorder.rows() == 0
-                           ? "stopped before the first row, nothing is written"
-                           : fmt::format("stopped after {}, to be found in {}",
-                                         can::counted(recorder.rows(), "row"), options.output.string()));
+  end.require_finished(axis, recorder.rows() == 0 ? "stopped before the first row, nothing is written"
+                                                  : fmt::format("stopped after {}, to be found in {}",
+                                                                can::counted(recorder.rows(), "row"),
+                                                                options.output.string()));
   note("{}: {}\n", options.output.string(), recorder.summary(config.axes[0].wire.drive_unit));
+  return false;
+}
+
+int run_excite(const ExciteArguments& options) {
+  constexpr int attempts = 4;
+  constexpr double less = 0.6;
+  const config::Config loaded = config::load_unmeasured(options.run.config);
+  refuse_to_overwrite_inputs(options.output, options.run.config, loaded);
+  const config::Config chosen = chosen_axis_of(loaded, options.run);
+  const twin::Config twin = twin_config(loaded);
+  Excitation::Config excitation = chosen_excitation(options, chosen, twin);
+  for (int left = attempts - 1;
+       recorded(options, in_open_loop(chosen, excitation), twin, chooses_size(options) && left > 0); --left)
+    excitation = resized(excitation, less);
+  propose_further(options, chosen);
   return done;
 }
 
@@ -198,7 +241,7 @@ void add_excite(CLI::App& cli, int& status) {
   auto options = std::make_shared<ExciteArguments>();
   CLI::App* command =
       cli.add_subcommand("excite", "Drive one axis in open loop and write a dataset for identification");
-  command->add_option("CONFIG", options->run.config, "configuration (TOML); its model is not used")
+  command->add_option("CONFIG", options->run.config, "configuration (TOML); it may have no model yet")
       ->required();
   command->add_option("--output", options->output, "CSV to write: time_s,input,output, 17 digits")
       ->required();
@@ -215,10 +258,8 @@ void add_excite(CLI::App& cli, int& status) {
   CLI::Option* slew = command->add_option("--slew", options->slew_per_s, "hysteresis: drive units per second")
                           ->check(positive_number());
   command
-      ->add_option(
-          "--period", options->period_s,
-          "seconds of one major loop (2) or of one step up and down (0.4). A loop is quasi-static if "
-          "it takes 100 / resonance or longer")
+      ->add_option("--period", options->period_s,
+                   "seconds of one major loop (100 / resonance, at least 2) or of one step up and down (0.4)")
       ->check(positive_number())
       ->excludes(slew);
   command->add_option("--cycles", options->cycles, "major loops (2) or steps up and down (5)")

@@ -17,9 +17,12 @@
 #include "app/io/progress.h"
 #include "app/io/standard_streams.h"
 #include "app/live/stop_signal.h"
+#include "app/report/config_edit.h"
 #include "app/report/identification_findings.h"
 #include "app/report/identification_report.h"
 #include "app/report/identification_result.h"
+#include "config/document/toml_edit.h"
+#include "config/document/toml_text.h"
 #include "config/files/model_file.h"
 #include "config/schema/config.h"
 #include "identification/dynamics/joint_dynamics.h"
@@ -48,6 +51,9 @@ struct IdentifyArguments {
   std::string symmetry = "auto";
   std::string thresholds = "auto";
   bool json = false;
+  std::filesystem::path config;  ///< empty: none
+  std::string axis;
+  std::filesystem::path written;  ///< copy of the configuration with the model in it
 };
 
 identification::IdentifyOptions asked_for(const IdentifyArguments& options, Progress& progress) {
@@ -103,6 +109,31 @@ void report_model(const IdentifyArguments& options, const std::vector<Dataset>& 
   if (!written.undrawn.empty()) note("hystcan: {}: {}\n", options.report.string(), written.undrawn);
 }
 
+/// The configuration that gets the model, before it has one.
+config::Config config_to_complete(const IdentifyArguments& options) {
+  const config::Config config = config::load_unmeasured(options.config);
+  refuse_to_write_into(options.written, config, options.output);
+  for (const auto& file : options.data) refuse_to_overwrite(options.written, file);
+  index_of_axis(config, options.axis);
+  return config;
+}
+
+void write_config(const IdentifyArguments& options, const config::Config& config) {
+  std::error_code none;
+  auto model = std::filesystem::relative(std::filesystem::absolute(options.output),
+                                         std::filesystem::absolute(config.file).parent_path(), none);
+  if (none) model = std::filesystem::absolute(options.output);
+  config::TomlEdit text = config::TomlEdit::of_file(config.file);
+  text.set(fmt::format("axis[{}].control.model", index_of_axis(config, options.axis)),
+           config::toml_string(model.string()));
+  write_file(options.written, text.text());
+  try {
+    config::load(options.written);
+  } catch (const std::runtime_error& error) {
+    note("hystcan: {}: written, but not yet fit to run: {}\n", options.written.string(), error.what());
+  }
+}
+
 // Runs before the slow work begins.
 void check_outputs(const IdentifyArguments& options) {
   for (const auto& file : options.data)
@@ -119,6 +150,8 @@ void check_outputs(const IdentifyArguments& options) {
 
 int run_identify(const IdentifyArguments& options) {
   check_outputs(options);
+  std::optional<config::Config> config;
+  if (!options.config.empty()) config = config_to_complete(options);
   const std::vector<Dataset> datasets = load_datasets(options.data, options.input);
   stop_at_a_signal();
   const Identified identified = identify(options, datasets);
@@ -126,6 +159,7 @@ int run_identify(const IdentifyArguments& options) {
   OutputFile out(options.output);
   out.write(identified_model_text(identified, said));
   out.commit();
+  if (config) write_config(options, *config);
   if (!options.initial_memory.empty()) save_memory(options, datasets.front(), identified);
   if (!options.report.empty()) report_model(options, datasets, identified, said);
   const double percent = 100.0 / identified.output_span;
@@ -200,6 +234,14 @@ void add_identify(CLI::App& cli, int& status) {
       "--report", options->report,
       "folder for report.html: loops, residuals, curves, and the comparison with other models");
   add_dataset_options(*command, options->input);
+  CLI::Option* with_config =
+      command->add_option("--for", options->config, "configuration (TOML) that the model is for");
+  command->add_option("--axis", options->axis, "name of its axis; the first one if left out")
+      ->needs(with_config);
+  CLI::Option* written = command->add_option("--write", options->written,
+                                             "copy of the configuration to write, with the model in it");
+  written->needs(with_config);
+  with_config->needs(written);
   command->add_flag("--json", options->json, "print the result as JSON");
   command->callback([options, &status] { status = run_identify(*options); });
 }

@@ -91,6 +91,12 @@ void OutputFile::fail(int error) const {
       fmt::format("{}: cannot be written: {}", path_.string(), std::generic_category().message(error)));
 }
 
+void write_file(const std::filesystem::path& path, std::string_view text) {
+  OutputFile out(path);
+  out.write(text);
+  out.commit();
+}
+
 void create_folder(const std::filesystem::path& folder) {
   if (folder.empty()) throw config::Error("output folder is \"\", expected a name");
   std::error_code error;

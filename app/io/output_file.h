@@ -40,6 +40,9 @@ class OutputFile {
   std::FILE* file_ = nullptr;
 };
 
+/// A file with this text, complete or absent.
+void write_file(const std::filesystem::path& path, std::string_view text);
+
 /// Creates the folder and those above it. Throws config::Error if the name is empty or there is a file of this name,
 /// RunError if it cannot be created.
 void create_folder(const std::filesystem::path& folder);

@@ -2,38 +2,19 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
-#include <optional>
 #include <stdexcept>
 #include <string>
 
 #include "app/io/exit_status.h"
 #include "app/live/open_loop.h"
 #include "app/live/stop_signal.h"
+#include "app/live/travel.h"
 #include "app/report/report.h"
 
 namespace hystcan::app {
 namespace {
 
 constexpr double margin = 2.0;
-
-/// How far and how fast the position went.
-struct Travel {
-  double first_um = 0.0, low_um = 0.0, high_um = 0.0;
-  double largest_jump_um = 0.0;
-  std::optional<double> last_um{};
-
-  void add(const controller::AxisReport& report) {
-    if (report.state != controller::AxisState::tracking || report.sample_missing) return;
-    const double here = report.position_um;
-    if (!last_um) first_um = low_um = high_um = here;
-    largest_jump_um = std::max(largest_jump_um, std::abs(here - last_um.value_or(here)));
-    low_um = std::min(low_um, here);
-    high_um = std::max(high_um, here);
-    last_um = here;
-  }
-};
 
 /// Why this excitation is too large; empty if it is not.
 std::string excess_of(const config::Config& config, const twin::Config& twin,

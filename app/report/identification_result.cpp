@@ -39,10 +39,11 @@ std::string identified_model_text(const Identified& identified, const std::vecto
   for (const auto& dataset : identified.datasets) samples += dataset.samples;
   std::string text = "# Identified by hystcan identify.\n";
   for (const std::string& finding : findings) text += "# - " + finding + "\n";
-  return text + config::model_text(identified.parameters,
-                                   {samples, identified.delay_s, identified.overall.rms * percent,
-                                    identified.overall.max * percent},
-                                   identified.dynamics);
+  return text + config::model_text(
+                    identified.parameters,
+                    config::IdentifiedFrom{samples, identified.delay_s, identified.overall.rms * percent,
+                                           identified.overall.max * percent},
+                    identified.dynamics);
 }
 
 nlohmann::json identification_json(const Identified& identified, const std::vector<std::string>& findings) {

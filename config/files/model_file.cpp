@@ -13,7 +13,7 @@ namespace {
 ModelFile read_model(const Document& document) {
   ModelFile raw;
   Reader reader(document, document.root(), "");
-  visit_tables(reader, raw, document.root().contains("identification"));
+  visit_tables(reader, raw);
   reader.finish();
   if (!(raw.input_min < raw.input_max))
     document.fail_at("hysteresis.input_max",
@@ -160,7 +160,8 @@ model::HysteresisParameters load_model(const std::filesystem::path& file) {
   return made(document, "hysteresis", [&] { return model::Hysteresis(given).parameters(); });
 }
 
-std::string model_text(const model::HysteresisParameters& parameters, const IdentifiedFrom& from,
+std::string model_text(const model::HysteresisParameters& parameters,
+                       const std::optional<IdentifiedFrom>& from,
                        const std::optional<model::Dynamics>& dynamics) {
   const model::Interval& range = parameters.input_range();
   ModelFile raw{.identified_from = from,
@@ -184,12 +185,12 @@ std::string model_text(const model::HysteresisParameters& parameters, const Iden
   if (parameters.input_map) raw.input_map = parameters.input_map->coefficients();
   if (parameters.output_map) raw.output_map = parameters.output_map->coefficients();
   ModelWriter writer;
-  visit_tables(writer, raw, true);
+  visit_tables(writer, raw);
   return writer.text();
 }
 
 IdentifiedFrom load_identified_from(const std::filesystem::path& file) {
-  return read_model(Document(file, {}, largest_model_file)).identified_from;
+  return read_model(Document(file, {}, largest_model_file)).identified_from.value_or(IdentifiedFrom{});
 }
 
 std::optional<model::Dynamics> load_dynamics(const std::filesystem::path& file) {
@@ -198,7 +199,7 @@ std::optional<model::Dynamics> load_dynamics(const std::filesystem::path& file) 
 
 identification::Lag load_lag(const std::filesystem::path& file) {
   const ModelFile raw = read_model(Document(file, {}, largest_model_file));
-  return {raw.identified_from.delay_s, raw.dynamics};
+  return {raw.identified_from ? raw.identified_from->delay_s : 0.0, raw.dynamics};
 }
 
 model::Hysteresis load_model_beyond_limit(const std::filesystem::path& file) {

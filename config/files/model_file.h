@@ -33,8 +33,9 @@ struct IdentifiedFrom {
   double max_percent = 0.0;
 };
 
-/// The text of a model file. load_model() reads exactly the same parameters from it.
-std::string model_text(const model::HysteresisParameters& parameters, const IdentifiedFrom& from,
+/// The text of a model file. load_model() reads exactly the same parameters from it. `from`: none if it is not identified.
+std::string model_text(const model::HysteresisParameters& parameters,
+                       const std::optional<IdentifiedFrom>& from,
                        const std::optional<model::Dynamics>& dynamics = {});
 
 /// Returns zeros if the file has no [identification]. Throws Error.

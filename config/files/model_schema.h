@@ -24,7 +24,7 @@ inline constexpr std::array<std::string_view, 4> memory_kinds{
 
 /// [hysteresis] of a model file. The keys depend on the kind.
 struct ModelFile {
-  IdentifiedFrom identified_from;
+  std::optional<IdentifiedFrom> identified_from;
   std::optional<model::Dynamics> dynamics{};
   std::string kind;
   std::string input_unit;
@@ -92,11 +92,11 @@ void visit(V& v, model::Dynamics& d) {
 
 /// The tables of a model file.
 template <class V>
-void visit_tables(V& v, ModelFile& m, bool identified) {
+void visit_tables(V& v, ModelFile& m) {
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };
   v.table("hysteresis", m, plain);
   v.optional_table("dynamics", m.dynamics, plain);
-  if (identified) v.table("identification", m.identified_from, plain);
+  v.optional_table("identification", m.identified_from, plain);
 }
 
 /// [[learning]] of a file that the controller has saved: one segment.

@@ -71,6 +71,10 @@ twin::Config twin_config(const Config& config);
 /// Error or can::DbcError.
 Config load(const std::filesystem::path& file, const std::vector<Setting>& overrides = {});
 
+/// The same for a stage that has yet to be measured: where an axis or its twin names no model, or one that is not there, a
+/// straight line through its drives and positions stands for it.
+Config load_unmeasured(const std::filesystem::path& file);
+
 /// The configuration in force as TOML. Each value that the file leaves out is marked as a default. Throws
 /// Error.
 std::string echo(const std::filesystem::path& file, const std::vector<Setting>& overrides = {});

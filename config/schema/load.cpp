@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
+#include <functional>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -18,6 +20,7 @@
 #include "config/schema/check_loop.h"
 #include "config/schema/schema.h"
 #include "model/output_unit.h"
+#include "model/simplified.h"
 
 namespace hystcan::config {
 namespace {
@@ -71,7 +74,7 @@ void set_mode(controller::Shape& shape, double resonance_Hz) {
 /// that are left out alone.
 class LeftOut {
  public:
-  LeftOut(const Document& document, std::string table, std::filesystem::path model)
+  LeftOut(const Document& document, std::string table, std::optional<std::filesystem::path> model)
       : document_(document), table_(std::move(table)), model_(std::move(model)) {}
 
   void set_mode(double& resonance_Hz, double& damping_ratio) const {
@@ -94,7 +97,7 @@ class LeftOut {
   /// None: the table has the key.
   std::optional<model::Dynamics> dynamics_for(const char* key) const {
     if (document_.root().at_path(table_ + "." + key)) return std::nullopt;
-    const auto dynamics = load_dynamics(model_);
+    const auto dynamics = model_ ? load_dynamics(*model_) : std::nullopt;
     if (!dynamics) fail(key, ", or [dynamics] in its model file");
     return dynamics;
   }
@@ -104,15 +107,43 @@ class LeftOut {
 
   const Document& document_;
   std::string table_;
-  std::filesystem::path model_;
+  std::optional<std::filesystem::path> model_;
 };
 
+/// The model file that the table names. None: a straight line stands for it.
+using ModelFile = std::function<std::optional<std::filesystem::path>(
+    const Document& document, const std::string& table, const std::filesystem::path& name)>;
+
+std::optional<std::filesystem::path> measured(const Document& document, const std::string& table,
+                                              const std::filesystem::path& name) {
+  if (name.empty())
+    document.fail_at(table,
+                     fmt::format("missing key model, expected in [axis{}]", table.substr(table.rfind('.'))));
+  return named_file(document, table + ".model", name);
+}
+
+std::optional<std::filesystem::path> measured_if_there(const Document& document, const std::string& table,
+                                                       const std::filesystem::path& name) {
+  if (name.empty() || !std::filesystem::exists(document.resolve(name))) return std::nullopt;
+  return named_file(document, table + ".model", name);
+}
+
+model::HysteresisParameters line_through(const AxisConfig& axis) {
+  const controller::Gate::Config& gate = axis.control.gate;
+  const controller::Supervisor::Config& limits = axis.control.supervision;
+  model::Interval positions{limits.position_min_um, limits.position_max_um};
+  if (!std::isfinite(positions.span())) positions = {0.0, 1.0};
+  const double margin = 0.1 * positions.span();  // to what ends a run
+  positions = {positions.lo + margin, positions.hi - margin};
+  return model::straight_line(axis.wire.drive_unit, "um", {gate.drive_min, gate.drive_max}, positions);
+}
+
 /// Loads the controller's model of axis i and sets what is derived from it.
-void complete_control(const Document& document, Config& config, std::size_t i) {
+void complete_control(const Document& document, Config& config, std::size_t i, const ModelFile& model_file) {
   AxisConfig& axis = config.axes[i];
-  const std::filesystem::path file =
-      named_file(document, fmt::format("axis[{}].control.model", i), axis.control_model);
-  axis.control.law.model = std::get<model::HysteresisParameters>(model::in_um(load_model(file)));
+  const auto file = model_file(document, fmt::format("axis[{}].control", i), axis.control_model);
+  axis.control.law.model =
+      file ? std::get<model::HysteresisParameters>(model::in_um(load_model(*file))) : line_through(axis);
   controller::Delays& delays = axis.control.delays;
   const LeftOut left_out(document, fmt::format("axis[{}].control.delays", i), file);
   left_out.set_mode(delays.resonance_Hz, delays.damping_ratio);
@@ -123,16 +154,15 @@ void complete_control(const Document& document, Config& config, std::size_t i) {
 }
 
 /// Loads the setpoint files and the twin's model that axis i names.
-void complete(const Document& document, AxisConfig& axis, std::size_t i) {
+void complete(const Document& document, AxisConfig& axis, std::size_t i, const ModelFile& model_file) {
   std::vector<controller::Segment>& segments = axis.control.setpoint;
   for (std::size_t j = 0; j < segments.size(); ++j)
     if (auto* table = std::get_if<controller::Table>(&segments[j].shape))
       table->curve = load_setpoint(
           named_file(document, fmt::format("axis[{}].control.setpoint[{}].file", i, j), table->file));
-  const std::filesystem::path file =
-      named_file(document, fmt::format("axis[{}].twin.model", i), axis.twin_model);
+  const auto file = model_file(document, fmt::format("axis[{}].twin", i), axis.twin_model);
   twin::Plant::Config& plant = axis.twin.plant;
-  plant.hysteresis = model::in_um(load_any_parameters(file));
+  plant.hysteresis = file ? model::in_um(load_any_parameters(*file)) : line_through(axis);
   const LeftOut left_out(document, fmt::format("axis[{}].twin", i), file);
   left_out.set_mode(plant.mode.natural_frequency_Hz, plant.mode.damping_ratio);
   left_out.set_amplifier("bandwidth_Hz", plant.amplifier.bandwidth_Hz,
@@ -188,15 +218,16 @@ twin::Config twin_config(const Config& config) {
   return derived;
 }
 
-Config load(const std::filesystem::path& file, const std::vector<Setting>& overrides) {
-  const Document document(file, overrides);
+namespace {
+
+Config load(const Document& document, const ModelFile& model_file) {
   Config config = read_config(document);
   config.database = can::load_dbc(named_file(document, "bus.dbc", config.bus.dbc));
   resolve_couplings(document, config);
   for (std::size_t i = 0; i < config.axes.size(); ++i) {
     AxisConfig& axis = config.axes[i];
-    complete_control(document, config, i);
-    complete(document, axis, i);
+    complete_control(document, config, i, model_file);
+    complete(document, axis, i, model_file);
     set_sample_rate(config, axis.twin.sample_clock);
   }
   std::filesystem::path& black_boxes = config.controller.black_box.folder;
@@ -210,10 +241,18 @@ Config load(const std::filesystem::path& file, const std::vector<Setting>& overr
   return config;
 }
 
+}  // namespace
+
+Config load(const std::filesystem::path& file, const std::vector<Setting>& overrides) {
+  return load(Document(file, overrides), measured);
+}
+
+Config load_unmeasured(const std::filesystem::path& file) { return load(Document(file), measured_if_there); }
+
 std::string echo(const std::filesystem::path& file, const std::vector<Setting>& overrides) {
   const Document document(file, overrides);
   Config config = read_config(document);
-  for (std::size_t i = 0; i < config.axes.size(); ++i) complete_control(document, config, i);
+  for (std::size_t i = 0; i < config.axes.size(); ++i) complete_control(document, config, i, measured);
   Writer writer(document);
   visit(writer, config);
   return writer.text();

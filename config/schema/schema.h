@@ -205,7 +205,7 @@ template <class V>
 void visit_control(V& v, AxisConfig& axis) {
   const std::string& unit = axis.wire.drive_unit;
   controller::AxisConfig& c = axis.control;
-  v.required("model", axis.control_model);
+  v.name("model", axis.control_model);  // missing only where a straight line stands for it: config.h
   v.choice("structure", c.law.structure);
   v.required("kp", c.law.pi.kp, not_negative);
   v.required("ki_per_s", c.law.pi.ki_per_s, not_negative);

@@ -82,7 +82,7 @@ template <class V>
 void visit_twin(V& v, AxisConfig& axis) {
   const std::string& unit = axis.wire.drive_unit;
   twin::AxisConfig& t = axis.twin;
-  v.required("model", axis.twin_model);
+  v.name("model", axis.twin_model);  // as in [axis.control]
   v.optional("resonance_Hz", t.plant.mode.natural_frequency_Hz,
              positive);  // and bandwidth_Hz: else of the model file
   v.optional("damping_ratio", t.plant.mode.damping_ratio, not_negative);

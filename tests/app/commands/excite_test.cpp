@@ -112,7 +112,7 @@ TEST_F(Excite, DoesNotDependOnTheControllersModel) {
 
 TEST_F(Excite, KeepsTheRowsBeforeAFault) {
   shipped.edit("piezo.toml", "position_max_um    = 34.0", "position_max_um    = 28.0");
-  Process program(rehearsal());
+  Process program(rehearsal({"--low", "0", "--high", "100"}));
   EXPECT_EQ(program.wait(), failed);
   EXPECT_NE(program.err().find("axis x faulted"), std::string::npos) << program.err();
   EXPECT_NE(program.err().find("position implausible"), std::string::npos) << program.err();
@@ -121,6 +121,58 @@ TEST_F(Excite, KeepsTheRowsBeforeAFault) {
       << program.err();
   EXPECT_LE(std::ranges::max(record.output), 28.0);
   EXPECT_GT(std::ranges::max(record.output), 27.5);
+}
+
+TEST_F(Excite, OfAnUnstatedSizeIsSmallerOnceMoreWhereALimitTrips) {
+  shipped.edit("piezo.toml", "position_max_um    = 34.0", "position_max_um    = 28.0");
+  Process program(rehearsal());
+  EXPECT_EQ(program.wait(), done) << program.err();
+  EXPECT_NE(program.err().find("position implausible"), std::string::npos) << program.err();
+  EXPECT_NE(program.err().find("once more, smaller"), std::string::npos) << program.err();
+  const Dataset record = config::load_dataset(shipped / "record.csv").dataset;
+  EXPECT_EQ(std::ranges::min(record.input), 20.0) << "three fifths about the middle";
+  EXPECT_EQ(std::ranges::max(record.input), 80.0);
+}
+
+TEST_F(Excite, OfAnUnstatedSizeKeepsWellWithinTheLimitsThatASmallLoopShows) {
+  shipped.edit("piezo.toml", "position_max_um    = 34.0", "position_max_um    = 15.0");
+  for (const auto& [was, is] :
+       {std::pair{"high_um      = 27.0", "high_um = 11.0"},
+        {"high_um      = 25.0", "high_um = 11.0"},
+        {"levels_um    = [27.0, 5.0, 24.0, 8.0, 21.0, 11.0, 18.0, 14.0, 15.0]", "levels_um = [5.0]"},
+        {"levels_um    = [25.0, 6.0, 22.0, 9.0, 19.0, 12.0, 16.0]", "levels_um = [5.0]"}})
+    shipped.edit("piezo.toml", was, is);
+  Process program(rehearsal());
+  EXPECT_EQ(program.wait(), done) << program.err();
+  EXPECT_NE(program.err().find("more would take the position out of its limits"), std::string::npos)
+      << program.err();
+  EXPECT_LE(std::ranges::max(config::load_dataset(shipped / "record.csv").dataset.output), 15.0);
+}
+
+TEST_F(Excite, NeedsNoModel) {
+  rehearsed();
+  const std::string with_a_model = read("record.csv");
+  shipped.edit("piezo.toml", "model              = \"piezo.model.toml\"", "model = \"not_yet.model.toml\"");
+  rehearsed();
+  EXPECT_TRUE(read("record.csv") == with_a_model);
+  shipped.edit("piezo.toml", "model = \"not_yet.model.toml\"\n", "");
+  rehearsed();
+  EXPECT_TRUE(read("record.csv") == with_a_model);
+}
+
+TEST_F(Excite, ProposesASecondRateAndAnUnseenRecord) {
+  Process program(rehearsal());
+  EXPECT_EQ(program.wait(), done) << program.err();
+  EXPECT_NE(program.err().find("--period 8 --output"), std::string::npos) << program.err();
+  EXPECT_NE(program.err().find("record.unseen.csv"), std::string::npos) << program.err();
+}
+
+TEST_F(Excite, TakesAHundredPeriodsOfTheResonanceForALoop) {
+  shipped.edit("piezo.toml", "resonance_Hz           = 500.0", "resonance_Hz           = 25.0");
+  shipped.edit("piezo.toml", "ki_per_s           = 409.0", "ki_per_s           = 4.0");
+  Process program(rehearsal({"--levels", "0", "--cycles", "1"}));
+  EXPECT_EQ(program.wait(), done) << program.err();
+  EXPECT_NEAR(config::load_dataset(shipped / "record.csv").dataset.time_s.back(), 4.0, 0.1);
 }
 
 TEST_F(Excite, WritesNoFileWithoutRows) {

@@ -109,6 +109,24 @@ TEST_F(Identify, WritesAModelThatIsAcceptedAndRuns) {
             1.0);  // without its memory
 }
 
+TEST_F(Identify, WritesItsModelIntoACopyOfTheConfiguration) {
+  Process excite({HYSTCAN_PROGRAM, "excite", path("piezo.toml"), "--axis", "y", "--rehearse", "--period", "1",
+                  "--output", path("y.csv")});
+  ASSERT_EQ(excite.wait(), done) << excite.err();
+  const std::string before = read("piezo.toml");
+  Process program = identify("y.csv", {"--order", "3", "--thresholds", "observed", "--for",
+                                       path("piezo.toml"), "--axis", "y", "--write", path("new.toml")});
+  ASSERT_EQ(program.wait(), done) << program.err();
+  std::string expected = before;
+  const auto at = expected.rfind("\"piezo.model.toml\"");
+  expected.replace(at, 18, "\"found.toml\"");
+  EXPECT_EQ(read("new.toml"), expected) << "one line differs, comments are kept";
+  EXPECT_EQ(read("piezo.toml"), before);
+  Process again = identify("y.csv", {"--for", path("piezo.toml"), "--write", path("new.toml")});
+  EXPECT_EQ(again.wait(), bad_input);
+  EXPECT_NE(again.err().find("exists already"), std::string::npos) << again.err();
+}
+
 TEST_F(Identify, PrintsJson) {
   write_record("record.csv", piezo_record(), "# input_unit = V\n# output_unit = um\n");
   Process program = identify("record.csv", {"--json", "--order", "3"});

@@ -1,0 +1,41 @@
+// From the records of an axis to its models, its dynamics and its loop, in the folder of a stage.
+//
+//   loops  -> identify -> NAME.model.toml; NAME.plant.toml, not quite the same; NAME.report/
+//   step   -> dynamics -> delays of the controller, mode and amplifier of the twin
+//   both   -> tune     -> gains and filters, rehearsed with that twin; NAME.bode.svg
+//   unseen -> validate
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "app/setup/stage_records.h"
+#include "config/schema/config.h"
+#include "model/hysteresis_parameters.h"
+
+namespace hystcan::app {
+
+/// Names of the files of an axis beside the configuration.
+std::string model_name(const std::string& axis);
+std::string plant_name(const std::string& axis);
+
+/// The model that the loops determine, its thresholds at the ends of the loops. Writes model, plant and report into
+/// `folder`. Returns lines for the engineer. Throws config::Error where the records determine none, RunError at a signal.
+struct IdentifiedAxis {
+  model::HysteresisParameters parameters;
+  double noise_um = 0.0;  ///< of one sample
+  std::vector<std::string> lines;
+};
+IdentifiedAxis identify_axis(const std::filesystem::path& folder, const std::string& axis,
+                             const AxisRecords& records);
+
+/// Finds dynamics and loop of axis i and writes them into the text of the configuration. Without a step record, the
+/// configured twin stands for the stage. Returns lines for the engineer.
+std::vector<std::string> tune_axis(const std::filesystem::path& config_file, std::size_t i,
+                                   const AxisRecords& records);
+
+/// Runs the reference of every axis once with the twin. Returns lines; throws RunError where an axis does not track.
+std::vector<std::string> rehearsal_of(const config::Config& config);
+
+}  // namespace hystcan::app

@@ -1,0 +1,102 @@
+#include "app/setup/cautious_excitation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <variant>
+
+#include "app/io/exit_status.h"
+#include "app/io/standard_streams.h"
+#include "app/live/travel.h"
+
+namespace hystcan::app {
+namespace {
+
+using controller::Cause;
+using controller::Excitation;
+using model::Interval;
+
+/// One loop of a share of the range about the safe drive, as steep as the whole.
+Excitation::Hysteresis part_of(const Excitation::Hysteresis& whole, double share, double safe_drive) {
+  const double span = share * (whole.high - whole.low);
+  Excitation::Hysteresis part = whole;
+  part.low = std::min(std::max(safe_drive - span / 2.0, whole.low), whole.high - span);
+  part.high = part.low + span;
+  part.loops = 1;
+  part.levels = 0;
+  return part;
+}
+
+/// Positions of the loop; none where it has left the limits.
+std::optional<Interval> positions_of(const config::Config& config, const twin::Config& twin,
+                                     const OpenLoopOptions& run, const Excitation::Hysteresis& loop) {
+  Travel travel;
+  const OpenLoopEnd end =
+      drive_in_open_loop(in_open_loop(config, loop), twin, run,
+                         [&](const controller::CycleRecord& record) { travel.add(record.report); });
+  if (is_of_size(end.axis.fault())) return std::nullopt;
+  end.require_finished(config.axes[0].wire.name, "stopped at the first small loop, nothing is written");
+  return Interval{travel.low_um, travel.high_um};
+}
+
+/// The drives from which the position leaves its limits, if the stage goes on as in this loop.
+Interval drives_within(const Excitation::Hysteresis& loop, const Interval& seen,
+                       const controller::Supervisor::Config& limits) {
+  const double per_um = (loop.high - loop.low) / seen.span();
+  return {loop.low - per_um * (seen.lo - limits.position_min_um),
+          loop.high + per_um * (limits.position_max_um - seen.hi)};
+}
+
+}  // namespace
+
+double quasi_static_period_s(double resonance_Hz) { return std::max(2.0, 100.0 / resonance_Hz); }
+
+Excitation::Config resized(Excitation::Config excitation, double factor) {
+  if (auto* loops = std::get_if<Excitation::Hysteresis>(&excitation)) {
+    const double middle = loops->low + (loops->high - loops->low) / 2.0;
+    const double half = factor * (loops->high - loops->low) / 2.0;
+    loops->low = middle - half;
+    loops->high = middle + half;
+  } else if (auto* steps = std::get_if<Excitation::Steps>(&excitation)) {
+    steps->amplitude *= factor;
+  } else if (auto* chirp = std::get_if<Excitation::Chirp>(&excitation)) {
+    chirp->amplitude *= factor;
+  }
+  return excitation;
+}
+
+bool is_of_size(const controller::Fault& fault) {
+  return fault.cause == Cause::position_implausible || fault.cause == Cause::position_jumped;
+}
+
+Excitation::Hysteresis tried_small_first(const config::Config& config, const twin::Config& twin,
+                                         const OpenLoopOptions& run, const Excitation::Hysteresis& whole) {
+  // Curves bend: only what is far off counts.
+  constexpr double doubtful = 0.2, kept = 0.7;
+  const controller::AxisConfig& control = config.axes[0].control;
+  const std::string& unit = config.axes[0].wire.drive_unit;
+  for (const double share : {0.1, 0.3}) {
+    const Excitation::Hysteresis part = part_of(whole, share, control.gate.safe_drive);
+    const auto seen = positions_of(config, twin, run, part);
+    if (!seen)
+      throw RunError(fmt::format(
+          "{:g} to {:g} {} already takes the position out of position_min_um to position_max_um or past "
+          "position_jump_um: look at these limits, at the sign and at the unit of the sensor; nothing is written",
+          part.low, part.high, unit));
+    note("first {:g} to {:g} {}: position {:.4g} to {:.4g} um\n", part.low, part.high, unit, seen->lo,
+         seen->hi);
+    const Interval fit = drives_within(part, *seen, control.supervision);
+    const double slack = doubtful * (whole.high - whole.low);
+    if (fit.lo <= whole.low + slack && fit.hi >= whole.high - slack) continue;
+    Excitation::Hysteresis smaller = whole;
+    smaller.low = std::max(whole.low, part.low + kept * (fit.lo - part.low));
+    smaller.high = std::min(whole.high, part.high + kept * (fit.hi - part.high));
+    note("{:.4g} to {:.4g} {}, not {:g} to {:g}: more would take the position out of its limits\n",
+         smaller.low, smaller.high, unit, whole.low, whole.high);
+    return smaller;
+  }
+  return whole;
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,393 @@
+#include "app/setup/frame_roles.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <functional>
+#include <set>
+#include <span>
+#include <string_view>
+#include <utility>
+
+#include "can/counted.h"
+#include "can/protocol/protocol.h"
+#include "can/protocol/units.h"
+#include "config/document/error.h"
+#include "config/document/toml_text.h"
+#include "model/words.h"
+
+namespace hystcan::app {
+namespace {
+
+using can::Message;
+using can::MessageMap;
+using can::Signal;
+using Words = std::vector<std::string_view>;
+
+const Words command_words{"set",  "cmd",     "command", "target", "demand",
+                          "soll", "request", "ctrl",    "drive",  "ref"};
+const Words status_words{"get", "act",    "actual",   "meas", "monitor", "read",
+                         "ist", "status", "feedback", "out",  "state"};
+const Words position_words{"pos",  "position", "disp", "displacement", "weg",
+                           "sens", "sensor",   "meas", "gap",          "stroke"};
+
+std::string lower(std::string_view text) {
+  std::string low(text);
+  std::ranges::transform(low, low.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return low;
+}
+
+/// The parts of AmpSetpoint_V1 are amp, setpoint, v, 1.
+std::vector<std::string> parts(std::string_view name) {
+  std::vector<std::string> found;
+  char before = '_';
+  for (const char c : name) {
+    const auto is = [](int (*of)(int), char what) { return of(static_cast<unsigned char>(what)) != 0; };
+    const bool begins = (is(std::isupper, c) && !is(std::isupper, before)) ||
+                        is(std::isdigit, c) != is(std::isdigit, before) || !is(std::isalnum, before);
+    if (is(std::isalnum, c)) {
+      if (begins || found.empty()) found.emplace_back();
+      found.back() += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    }
+    before = c;
+  }
+  return found;
+}
+
+/// The first of the words that is a part of the name, or that begins one and has three letters or more.
+std::string_view word_in(std::string_view name, const Words& words) {
+  const std::vector<std::string> found = parts(name);
+  for (const std::string_view word : words)
+    for (const std::string& part : found)
+      if (part == word || (word.size() > 2 && part.starts_with(word))) return word;
+  return {};
+}
+
+bool converts(const Signal& signal, std::string_view unit) {
+  return !signal.unit.empty() && can::is_decodable(signal) &&
+         can::decimal_step(signal.unit, unit).has_value();
+}
+
+struct Choice {
+  const Message* message = nullptr;
+  const Signal* signal = nullptr;
+  int points = 0;
+  std::string because;
+};
+
+/// Of one axis: the best messages, and the roles in them.
+class Search {
+ public:
+  Search(const can::Database& database, std::string axis, bool only_axis, std::set<const Message*>& taken)
+      : database_(database), axis_(lower(axis)), only_axis_(only_axis), taken_(taken) {}
+
+  /// The signal in this unit whose name and message are most like the words; less like those of others.
+  Choice best(std::string_view unit, const Words& words, const Words& others, const Words& names) const {
+    Choice best;
+    for (const Message& message : database_.messages) {
+      if (taken_.contains(&message)) continue;
+      for (const Signal& signal : message.signals) {
+        if (!converts(signal, unit) || signal.multiplexing.present_at) continue;
+        const Choice choice = judged(message, signal, words, others, names);
+        if (choice.points > best.points) best = choice;
+      }
+    }
+    if (best.message != nullptr) taken_.insert(best.message);
+    return best;
+  }
+
+ private:
+  Choice judged(const Message& message, const Signal& signal, const Words& words, const Words& others,
+                const Words& names) const {
+    Choice choice{&message, &signal, 1, signal.unit};
+    const auto count = [&](std::string_view name, const Words& of, int points) {
+      const std::string_view word = word_in(name, of);
+      if (word.empty()) return;
+      choice.points += points;
+      if (points > 0 && choice.because.find(word) == std::string::npos)
+        choice.because += fmt::format(", {}", word);
+    };
+    count(signal.name, words, 3);
+    count(message.name, words, 2);
+    count(signal.name, others, -3);
+    count(message.name, others, -2);
+    count(signal.name, names, 1);
+    if (!only_axis_ && is_of_axis(message, signal)) {
+      choice.points += 6;
+      choice.because += fmt::format(", {}", axis_);
+    }
+    choice.points = std::max(choice.points, 0);
+    return choice;
+  }
+
+  bool is_of_axis(const Message& message, const Signal& signal) const {
+    for (const std::string& name : {message.name, signal.name, message.sender}) {
+      const std::vector<std::string> found = parts(name);
+      if (std::ranges::find(found, axis_) != found.end() || lower(name).starts_with(axis_ + "amp") ||
+          lower(name).starts_with(axis_ + "sens"))
+        return true;
+    }
+    return false;
+  }
+
+  const can::Database& database_;
+  std::string axis_;
+  bool only_axis_;
+  std::set<const Message*>& taken_;
+};
+
+/// One message's roles beside the one that it was found by.
+class Roles {
+ public:
+  Roles(AxisRoles& into, std::string of, const Message& message)
+      : into_(into), of_(std::move(of)), message_(message) {
+    map_.message = message.name;
+  }
+
+  void take(const char* role, const Signal& signal, const std::string& because) {
+    map_.signals[role] = signal.name;
+    used_.insert(&signal);
+    into_.rows.push_back({of_ + "." + role, message_.name, signal.name, because});
+  }
+  /// A signal without unit that has one of the words and none of the others. Null: not found, and listed so.
+  const Signal* look_for(const char* role, const Words& words, const Words& others = {}) {
+    const Signal* found = unlisted(words, others);
+    if (found != nullptr)
+      take(role, *found, std::string(word_in(found->name, words)));
+    else
+      miss(role);
+    return found;
+  }
+  const Signal* unlisted(const Words& words, const Words& others = {}) const {
+    for (const Signal& signal : message_.signals)
+      if (!used_.contains(&signal) && can::is_decodable(signal) && !word_in(signal.name, words).empty() &&
+          word_in(signal.name, others).empty())
+        return &signal;
+    return nullptr;
+  }
+  void miss(const std::string& role) { into_.not_found.push_back(of_ + "." + role); }
+
+  void states(const Signal& signal);
+  MessageMap finished();
+
+ private:
+  AxisRoles& into_;
+  std::string of_;
+  const Message& message_;
+  MessageMap map_;
+  std::set<const Signal*> used_;
+};
+
+/// Raw values of the states by their names in the DBC.
+void Roles::states(const Signal& signal) {
+  can::StateValues found{{}, {}, {}, {}};
+  for (const auto& [raw, name] : signal.values) {
+    if (!word_in(name, {"fault", "error", "trip", "over", "under", "watchdog", "alarm", "timeout", "fail"})
+             .empty())
+      found.fault.push_back(raw);
+    else if (!word_in(name, {"ready", "standby", "stby", "idle", "init"}).empty())
+      found.ready.push_back(raw);
+    else if (!word_in(name, {"off", "disabled", "inactive", "stopped"}).empty())
+      found.off.push_back(raw);
+    else if (!word_in(name, {"on", "enabled", "active", "run", "operational", "operating"}).empty())
+      found.enabled.push_back(raw);
+  }
+  if (found.enabled.empty() || found.off.empty()) {
+    miss(fmt::format("state (the DBC does not name the values of {})", signal.name));
+    return;
+  }
+  for (std::vector<std::int64_t>* raw : {&found.ready, &found.fault})
+    if (raw->empty()) raw->push_back(found.off.front());
+  take("state", signal, "names of its values");
+  map_.states = found;
+}
+
+/// With the message's counter and CRC.
+MessageMap Roles::finished() {
+  const Signal* counter = unlisted({"counter", "cnt", "alive", "rolling", "seq", "count"}, {"sync", "error"});
+  const Signal* crc = unlisted({"crc", "checksum", "chk"});
+  map_.integrity = can::Integrity::none;
+  if (counter != nullptr) {
+    map_.integrity = crc != nullptr ? can::Integrity::counter_crc : can::Integrity::counter;
+    map_.counter = counter->name;
+    into_.rows.push_back({of_ + ".counter", message_.name, counter->name, "counts frames"});
+  }
+  if (crc != nullptr && counter != nullptr) {
+    map_.crc = crc->name;
+    map_.data_id.kind = can::DataId::Kind::none;
+    into_.rows.push_back({of_ + ".crc", message_.name, crc->name, "SAE-J1850 of the payload, assumed"});
+    miss("crc's polynomial and what it covers: a DBC does not say that");
+  } else if (crc != nullptr) {
+    miss("counter, without which " + crc->name + " is not checked");
+  }
+  return map_;
+}
+
+MessageMap command_of(AxisRoles& roles, const Choice& setpoint) {
+  Roles found(roles, "command", *setpoint.message);
+  found.take("setpoint", *setpoint.signal, setpoint.because);
+  found.look_for("enable", {"enable", "en", "on", "active", "enabled"});
+  found.look_for("clear_fault", {"clear", "rst", "reset", "ack", "clr"});
+  found.look_for("sync_counter", {"sync"});
+  return found.finished();
+}
+
+std::optional<MessageMap> status_of(AxisRoles& roles, const Choice& output) {
+  if (output.message == nullptr) {
+    roles.not_found.emplace_back("status (output, state, fault)");
+    return std::nullopt;
+  }
+  Roles found(roles, "status", *output.message);
+  found.take("output", *output.signal, output.because);
+  const Signal* state = found.unlisted({"state", "st", "status", "mode"});
+  if (state != nullptr)
+    found.states(*state);
+  else
+    found.miss("state");
+  found.look_for("fault", {"fault", "error", "err", "alarm"});
+  return found.finished();
+}
+
+MessageMap sample_of(AxisRoles& roles, const Choice& position) {
+  Roles found(roles, "sample", *position.message);
+  found.take("position", *position.signal, position.because);
+  found.look_for("status", {"status", "err", "error", "state", "fault"}, {"valid"});
+  found.look_for("sync_counter", {"sync"});
+  return found.finished();
+}
+
+/// "AmpSet.Volt [mV], ..." of everything in this unit.
+std::string all_in(const can::Database& database, std::string_view unit) {
+  std::vector<std::string> found;
+  for (const Message& message : database.messages)
+    for (const Signal& signal : message.signals)
+      if (converts(signal, unit))
+        found.push_back(fmt::format("{}.{} [{}]", message.name, signal.name, signal.unit));
+  if (found.empty()) return "it has no signal in that unit";
+  constexpr std::size_t most = 12;
+  const std::size_t shown = std::min(found.size(), most);
+  return fmt::format("it has {}{}",
+                     fmt::join(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(shown), ", "),
+                     shown < found.size() ? fmt::format(" and {} more", found.size() - shown) : "");
+}
+
+void require(const Choice& choice, const std::string& axis, const char* role, std::string_view unit,
+             const can::Database& database, const std::string& file) {
+  if (choice.message != nullptr) return;
+  throw config::Error(fmt::format("{}: axis {} has no signal like a {} in {}, expected one: {}", file, axis,
+                                  role, unit, all_in(database, unit)));
+}
+
+/// The prefixes P of PAmpCommand, PAmpStatus, PSensorSample.
+std::vector<std::string> standard_prefixes(const can::Database& database) {
+  std::vector<std::string> found;
+  for (const Message& message : database.messages) {
+    if (!message.name.ends_with(can::AmpCommand::name)) continue;
+    const std::string prefix = message.name.substr(0, message.name.size() - can::AmpCommand::name.size());
+    const auto has = [&](std::string_view name) {
+      return database.find(prefix + std::string(name)) != nullptr;
+    };
+    if (has(can::AmpStatus::name) && has(can::SensorSample::name)) found.push_back(prefix);
+  }
+  return found;
+}
+
+std::optional<int> node_of(const Message& message) {
+  const std::int64_t node = std::int64_t{message.id} - can::transmit_pdo_base;
+  if (message.extended || node < 1 || node > 127) return std::nullopt;
+  return static_cast<int>(node);
+}
+
+AxisRoles standard_roles(const can::Database& database, const std::string& prefix) {
+  AxisRoles roles;
+  roles.message_prefix = prefix;
+  roles.amplifier_node = node_of(*database.find(prefix + std::string(can::AmpStatus::name)));
+  roles.sensor_node = node_of(*database.find(prefix + std::string(can::SensorSample::name)));
+  return roles;
+}
+
+/// The prefix that is the axis's name, else the next one that is not yet taken.
+std::string prefix_of(const std::string& axis, std::vector<std::string>& left) {
+  auto found = std::ranges::find(left, lower(axis), [](const std::string& prefix) { return lower(prefix); });
+  if (found == left.end()) found = left.begin();
+  std::string prefix = *found;
+  left.erase(found);
+  return prefix;
+}
+
+}  // namespace
+
+std::vector<AxisRoles> propose_roles(const can::Database& database, const std::vector<std::string>& axes,
+                                     const std::string& drive_unit, const std::string& file) {
+  std::vector<AxisRoles> all;
+  std::vector<std::string> prefixes = standard_prefixes(database);
+  if (prefixes.size() >= axes.size()) {
+    for (const std::string& axis : axes) all.push_back(standard_roles(database, prefix_of(axis, prefixes)));
+    return all;
+  }
+  if (!prefixes.empty())
+    throw config::Error(fmt::format("{}: it has the standard frames of {} ({}), expected those of {} axes",
+                                    file, can::counted(prefixes.size(), "axis", "axes"),
+                                    fmt::join(prefixes, ", "), axes.size()));
+  std::set<const Message*> taken;
+  for (const std::string& axis : axes) {
+    const Search search(database, axis, axes.size() == 1, taken);
+    AxisRoles& roles = all.emplace_back();
+    const Choice setpoint =
+        search.best(drive_unit, command_words, status_words, {"volt", "voltage", "u", "v", "i"});
+    require(setpoint, axis, "setpoint", drive_unit, database, file);
+    const Choice position = search.best("um", position_words, command_words, {"x", "y", "z"});
+    require(position, axis, "position", "um", database, file);
+    const Choice output =
+        search.best(drive_unit, status_words, command_words, {"volt", "voltage", "u", "v", "i"});
+    roles.frames = can::AxisFrames{.command = command_of(roles, setpoint),
+                                   .status = status_of(roles, output),
+                                   .sample = sample_of(roles, position)};
+  }
+  return all;
+}
+
+std::string table_of(const AxisRoles& roles, const std::string& axis) {
+  if (!roles.message_prefix.empty())
+    return fmt::format("axis {}: the standard frames, {}AmpCommand and so on\n", axis, roles.message_prefix);
+  std::string text = fmt::format("axis {}: by likeness of names and units\n  {:<22} {:<20} {:<20} {}\n", axis,
+                                 "role", "message", "signal", "because of");
+  for (const AxisRoles::Row& row : roles.rows)
+    text += fmt::format("  {:<22} {:<20} {:<20} {}\n", row.role, row.message, row.signal, row.because);
+  for (const std::string& role : roles.not_found) text += fmt::format("  not found: {}\n", role);
+  return text;
+}
+
+std::string frames_text(const can::AxisFrames& frames) {
+  std::string text;
+  const auto add = [&](const char* of, const MessageMap& map) {
+    const auto line = [&](std::string_view key, const std::string& value) {
+      text += fmt::format("{:<22} = {}\n", key, value);
+    };
+    text += fmt::format("\n[axis.frames.{}]\n", of);
+    line("message", config::toml_string(map.message));
+    for (const auto& [role, signal] : map.signals) line(role, config::toml_string(signal));
+    if (map.carries("state"))
+      for (const auto& [key, raw] :
+           {std::pair{"state_off", &map.states.off}, std::pair{"state_ready", &map.states.ready},
+            std::pair{"state_enabled", &map.states.enabled}, std::pair{"state_fault", &map.states.fault}})
+        line(key, fmt::format("[{}]", fmt::join(*raw, ", ")));
+    line("integrity", config::toml_string(word_of(map.integrity)));
+    if (map.integrity == can::Integrity::none) return;
+    line("counter", config::toml_string(map.counter));
+    if (map.integrity != can::Integrity::counter_crc) return;
+    line("crc", config::toml_string(map.crc));
+    line("polynomial", config::toml_string(word_of(map.polynomial)) + "   # assumed, and what it covers");
+    line("crc_covers", config::toml_string(word_of(map.data_id.kind)));
+  };
+  add("command", frames.command);
+  if (frames.status) add("status", *frames.status);
+  add("sample", frames.sample);
+  return text;
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,40 @@
+// Which message and signal of a lab's DBC has which role for an axis, by likeness of names, units and senders.
+//
+// A proposal for the engineer's eye: a DBC does not say what a signal means. `hystcan check` then says which functions are
+// lost without the roles that are not found.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "can/dbc/database.h"
+#include "can/protocol/message_map.h"
+
+namespace hystcan::app {
+
+struct AxisRoles {
+  struct Row {
+    std::string role;  ///< "command.setpoint"
+    std::string message, signal;
+    std::string because;  ///< "mV, set"
+  };
+  std::string message_prefix;  ///< of the standard frames; empty: `frames`
+  std::optional<can::AxisFrames> frames{};
+  std::vector<Row> rows;                               ///< of the lab's own frames
+  std::vector<std::string> not_found;                  ///< roles, and what a DBC cannot say
+  std::optional<int> amplifier_node{}, sensor_node{};  ///< from the identifiers of standard frames
+};
+
+/// One for each axis name; no message has two roles. Throws config::Error if an axis has no setpoint or no position in
+/// the DBC; the message lists what is there in these units.
+std::vector<AxisRoles> propose_roles(const can::Database& database, const std::vector<std::string>& axes,
+                                     const std::string& drive_unit, const std::string& file);
+
+/// A table for the terminal.
+std::string table_of(const AxisRoles& roles, const std::string& axis);
+
+/// [axis.frames.command], [axis.frames.status], [axis.frames.sample].
+std::string frames_text(const can::AxisFrames& frames);
+
+}  // namespace hystcan::app

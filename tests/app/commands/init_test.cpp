@@ -1,0 +1,220 @@
+// `hystcan init`, run as a user runs it.
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <ostream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "config/schema/config.h"
+#include "tests/app/commands/cli.h"
+
+namespace hystcan::init_test {
+namespace {
+
+using Words = std::vector<std::string>;
+
+class Init : public Cli {
+ protected:
+  /// Records of a shipped stage, rehearsed.
+  void excite(const char* config, const char* output, const Words& more = {}) const {
+    Words words{HYSTCAN_PROGRAM, "excite", path(config), "--rehearse", "--output", path(output)};
+    words.insert(words.end(), more.begin(), more.end());
+    Process run(words);
+    ASSERT_EQ(run.wait(), done) << run.err();
+  }
+  int init(const Words& more) {
+    Words words{HYSTCAN_PROGRAM, "init"};
+    words.insert(words.end(), more.begin(), more.end());
+    Process run(words);
+    const int status = run.wait();
+    out = run.out();
+    err = run.err();
+    return status;
+  }
+  /// RMS error at the samples with the configured structure, % of the stroke.
+  double percent(const std::string& config) const {
+    Process run({HYSTCAN_PROGRAM, "demo", "--config", config, "--output", path("demo"), "--json"});
+    EXPECT_EQ(run.wait(), done) << run.err();
+    const nlohmann::json told = nlohmann::json::parse(run.out());
+    for (const auto& column : told["columns"])
+      if (column["structure"] == "inverse+pi") return column["rms_percent"];
+    return std::numeric_limits<double>::infinity();
+  }
+  bool is_there(const char* name) const { return std::filesystem::exists(shipped / name); }
+  std::vector<std::string> files() const {
+    std::vector<std::string> found;
+    for (const auto& entry : std::filesystem::directory_iterator(shipped.folder()))
+      found.push_back(entry.path().filename().string());
+    std::ranges::sort(found);
+    return found;
+  }
+
+  std::string out, err;
+};
+
+/// A shipped stage whose loop was tuned by hand.
+struct ByHand {
+  const char* name;
+  std::string config() const { return std::string(name) + ".toml"; }
+  std::string model() const { return std::string(name) + ".model.toml"; }
+  std::string plant() const { return std::string(name) + ".plant.toml"; }
+};
+void PrintTo(const ByHand& by_hand, std::ostream* stream) { *stream << by_hand.name; }
+
+class InitBesideHandWork : public Init, public testing::WithParamInterface<ByHand> {};
+
+/// Both from the same records, and on the same true actuator.
+TEST_P(InitBesideHandWork, TracksWithinOnePointThreeTimesItsError) {
+  const ByHand& hand = GetParam();
+  excite(hand.config().c_str(), "loops.csv");
+  excite(hand.config().c_str(), "step.csv", {"--signal", "step"});
+  rusage before{}, after{};
+  getrusage(RUSAGE_CHILDREN, &before);
+  ASSERT_EQ(init({path("stage"), "--record", path("loops.csv"), "--step", path("step.csv"), "--yes"}), done)
+      << err;
+  getrusage(RUSAGE_CHILDREN, &after);
+  std::filesystem::copy_file(shipped / hand.plant().c_str(), shipped / "stage/x.plant.toml",
+                             std::filesystem::copy_options::overwrite_existing);
+  std::filesystem::copy_file(shipped / "stage/x.model.toml", shipped / hand.model().c_str(),
+                             std::filesystem::copy_options::overwrite_existing);
+  const double ours = percent(path("stage/stage.toml")), theirs = percent(path(hand.config().c_str()));
+  const auto processor_s = after.ru_utime.tv_sec - before.ru_utime.tv_sec;
+  std::printf("%s: %.4f %% RMS, by hand %.4f %%: %.2f times (1.3: %s); %ld s of processor time (60: %s)\n",
+              hand.name, ours, theirs, ours / theirs, ours <= 1.3 * theirs ? "met" : "missed", processor_s,
+              processor_s <= 60 ? "met" : "missed");
+  EXPECT_TRUE(std::isfinite(theirs));
+  EXPECT_LE(ours, 1.3 * theirs);
+}
+
+INSTANTIATE_TEST_SUITE_P(Stages, InitBesideHandWork, testing::Values(ByHand{"piezo"}, ByHand{"soft_stage"}),
+                         testing::PrintToStringParamName());
+
+TEST_F(Init, LeavesAFolderThatNeedsNothingElse) {
+  excite("piezo.toml", "loops.csv");
+  ASSERT_EQ(init({path("stage"), "--record", path("loops.csv"), "--resonance", "500", "--yes"}), done) << err;
+  for (const char* name : {"stage/stage.toml", "stage/x.model.toml", "stage/x.plant.toml",
+                           "stage/hystcan.dbc", "stage/x.report/report.html"})
+    EXPECT_TRUE(is_there(name)) << name;
+  std::filesystem::rename(shipped / "stage", shipped / "moved");
+  const config::Config moved = config::load(shipped / "moved/stage.toml");
+  EXPECT_EQ(moved.axes[0].control.gate.drive_max, 100.0) << "the record's highest drive";
+  EXPECT_NE(out.find("rehearsal: RMS error"), std::string::npos) << out;
+}
+
+TEST_F(Init, WithoutARecordLeadsThroughItsExcitations) {
+  ASSERT_EQ(init({path("stage"), "--drive-min", "0", "--drive-max", "120", "--stroke", "50", "--resonance",
+                  "300", "--yes"}),
+            done)
+      << err;
+  EXPECT_NE(out.find("--signal step"), std::string::npos) << out;
+  for (const auto& [name, more] : {std::pair<const char*, Words>{"stage/x.loops.csv", {}},
+                                   {"stage/x.slow.csv", {"--period", "8"}},
+                                   {"stage/x.unseen.csv", {"--period", "4", "--levels", "3"}},
+                                   {"stage/x.step.csv", {"--signal", "step"}}})
+    excite("stage/first.toml", name, more);
+  ASSERT_EQ(init({path("stage"), "--continue"}), done) << err;
+  EXPECT_NE(out.find("x.loops.csv, x.slow.csv"), std::string::npos) << out;
+  EXPECT_NE(out.find("unseen: x.unseen.csv is predicted with"), std::string::npos) << out;
+  EXPECT_LT(percent(path("stage/stage.toml")), 0.3);
+  EXPECT_EQ(init({path("stage"), "--continue"}), bad_input);
+  EXPECT_NE(err.find("nothing is overwritten"), std::string::npos) << err;
+}
+
+TEST_F(Init, OfSeveralAxesTakesARecordOfEach) {
+  excite("piezo.toml", "x.csv", {"--axis", "x"});
+  excite("piezo.toml", "y.csv", {"--axis", "y"});
+  ASSERT_EQ(init({path("stage"), "--axis", "x", "--axis", "y", "--record", path("x.csv"), "--record",
+                  path("y.csv"), "--resonance", "500", "--yes"}),
+            done)
+      << err;
+  EXPECT_NE(out.find("y: rehearsal: RMS error"), std::string::npos) << out;
+  EXPECT_TRUE(is_there("stage/y.model.toml"));
+}
+
+TEST_F(Init, OfALabsDbcShowsTheRolesAndWhatIsLost) {
+  excite("piezo.toml", "loops.csv");
+  ASSERT_EQ(init({path("stage"), "--record", path("loops.csv"), "--resonance", "500", "--dbc",
+                  path("lab_amplifier.dbc"), "--yes"}),
+            done)
+      << err;
+  EXPECT_NE(out.find("command.setpoint       AmpSet               Volt"), std::string::npos) << out;
+  EXPECT_NE(out.find("not found: sample.sync_counter"), std::string::npos) << out;
+  EXPECT_NE(out.find("x: sample: no SyncCounter:"), std::string::npos) << out;
+}
+
+TEST_F(Init, CopiesAShippedConfigurationWithAllThatItNames) {
+  ASSERT_EQ(init({path("mine"), "--from", "galfenol"}), done) << err;
+  EXPECT_NO_THROW(config::load(shipped / "mine/galfenol.toml"));
+  EXPECT_EQ(init({path("mine"), "--from", "galfenol"}), bad_input);
+  EXPECT_NE(err.find("is not empty"), std::string::npos) << err;
+  EXPECT_EQ(init({path("other"), "--from", "galfnol"}), bad_input);
+  EXPECT_NE(err.find("expected one of galfenol"), std::string::npos) << err;
+}
+
+struct Contradiction {
+  const char* name;
+  Words options;
+  const char* said;
+};
+void PrintTo(const Contradiction& one, std::ostream* stream) { *stream << one.name; }
+
+class InitRefuses : public Init, public testing::WithParamInterface<Contradiction> {};
+
+TEST_P(InitRefuses, BeforeAnythingIsWritten) {
+  write("loops.csv", "time_s,input,output\n");
+  excite("piezo.toml", "loops.csv", {"--period", "1", "--levels", "1", "--cycles", "1"});
+  std::ifstream rows(shipped / "loops.csv");
+  std::ofstream falling(shipped / "falling.csv");
+  for (std::string line; std::getline(rows, line);) {
+    const auto comma = line.rfind(',');
+    const bool is_row = !line.empty() && std::isdigit(static_cast<unsigned char>(line.front())) != 0;
+    falling << (is_row ? line.substr(0, comma + 1) +
+                             (line[comma + 1] == '-' ? line.substr(comma + 2) : "-" + line.substr(comma + 1))
+                       : line)
+            << "\n";
+  }
+  falling.close();
+  const std::vector<std::string> before = files();
+  Words words{path("stage")};
+  for (const std::string& word : GetParam().options)
+    words.push_back(word.ends_with(".csv") ? path(word.c_str()) : word);
+  EXPECT_EQ(init(words), bad_input);
+  EXPECT_NE(err.find(GetParam().said), std::string::npos) << err;
+  EXPECT_EQ(files(), before);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Contradictions, InitRefuses,
+    testing::Values(
+        Contradiction{"ADriveBeyondItsRange",
+                      {"--record", "loops.csv", "--drive-max", "80", "--resonance", "500", "--yes"},
+                      "the drive goes from 0 to 100 V, beyond --drive-min 0 and --drive-max 80"},
+        Contradiction{"AStrokeInAnotherUnit",
+                      {"--record", "loops.csv", "--stroke", "0.03", "--resonance", "500", "--yes"},
+                      "is the unit right?"},
+        Contradiction{"APositionThatFalls",
+                      {"--record", "falling.csv", "--resonance", "500", "--yes"},
+                      "change the sign of the output"},
+        Contradiction{"AnUnknownResonance", {"--record", "loops.csv", "--yes"}, "--resonance missing"},
+        Contradiction{"AStepWithoutLoops", {"--step", "loops.csv", "--yes"}, "need a --record"},
+        Contradiction{"TwoAxesOfOneName", {"--axis", "x", "--axis", "x", "--yes"}, "--axis x is there twice"},
+        Contradiction{"ANameThatIsAPath", {"--axis", "../x", "--yes"}, "expected letters, digits"},
+        Contradiction{"ASafeDriveOutside",
+                      {"--record", "loops.csv", "--safe", "-10", "--resonance", "500", "--yes"},
+                      "--safe: -10, expected 0 to 100"},
+        Contradiction{"ADbcThatIsNone",
+                      {"--record", "loops.csv", "--resonance", "500", "--dbc", "loops.csv", "--yes"},
+                      "loops.csv:1"}),
+    testing::PrintToStringParamName());
+
+}  // namespace
+}  // namespace hystcan::init_test

@@ -1,0 +1,105 @@
+#include "app/setup/frame_roles.h"
+
+#include <gtest/gtest.h>
+
+#include "config/document/error.h"
+
+namespace hystcan::app::frame_roles_test {
+namespace {
+
+can::Database shipped(const char* name) {
+  return can::load_dbc(std::filesystem::path(HYSTCAN_SOURCE_DIR) / "config" / name);
+}
+
+can::Database lab(const std::string& messages) {
+  return can::parse_dbc("VERSION \"\"\n\nBU_: Host Amp Sens\n\n" + messages, "lab.dbc");
+}
+
+using Signals = std::map<std::string, std::string, std::less<>>;
+
+TEST(FrameRoles, OfTheLabsAmplifierAreThoseOfItsConfiguration) {
+  const AxisRoles roles = propose_roles(shipped("lab_amplifier.dbc"), {"x"}, "V", "lab_amplifier.dbc").at(0);
+  ASSERT_TRUE(roles.frames && roles.frames->status);
+  const can::AxisFrames& frames = *roles.frames;
+  EXPECT_EQ(frames.command.message, "AmpSet");
+  EXPECT_EQ(frames.command.signals,
+            (Signals{{"setpoint", "Volt"}, {"enable", "On"}, {"clear_fault", "Rst"}}));
+  EXPECT_EQ(frames.command.integrity, can::Integrity::counter_crc);
+  EXPECT_EQ(frames.command.crc, "Crc");
+  EXPECT_EQ(frames.status->message, "AmpGet");
+  EXPECT_EQ(frames.status->signals, (Signals{{"output", "Volt"}, {"state", "St"}}));
+  EXPECT_EQ(frames.status->states.ready, std::vector<std::int64_t>{16});
+  EXPECT_EQ(frames.status->states.fault, (std::vector<std::int64_t>{64, 65}));
+  EXPECT_EQ(frames.status->counter, "Cnt");
+  EXPECT_EQ(frames.sample.message, "SensPos");
+  EXPECT_EQ(frames.sample.signals, (Signals{{"position", "Pos"}, {"status", "Err"}}));
+  EXPECT_EQ(frames.sample.integrity, can::Integrity::none);
+}
+
+TEST(FrameRoles, OfTheStandardFramesAreTheirPrefixAndNodes) {
+  const std::vector<AxisRoles> roles = propose_roles(shipped("hystcan.dbc"), {"y", "x"}, "V", "hystcan.dbc");
+  EXPECT_EQ(roles.at(0).message_prefix, "Y");
+  EXPECT_EQ(roles.at(0).amplifier_node, 3);
+  EXPECT_EQ(roles.at(0).sensor_node, 4);
+  EXPECT_EQ(roles.at(1).message_prefix, "X");
+}
+
+TEST(FrameRoles, AreFoundWhateverTheOrderOfTheMessages) {
+  const AxisRoles roles =
+      propose_roles(lab("BO_ 10 Temperature: 2 Sens\n SG_ Case : 0|16@1+ (0.1,0) [0|0] \"degC\" Host\n\n"
+                        "BO_ 11 PiezoReadback: 4 Amp\n SG_ Voltage : 0|16@1- (0.01,0) [0|0] \"V\" Host\n\n"
+                        "BO_ 12 GapSensor: 4 Sens\n SG_ Displacement : 0|32@1- (1,0) [0|0] \"nm\" Host\n\n"
+                        "BO_ 13 PiezoDemand: 4 Host\n SG_ Voltage : 0|16@1- (0.01,0) [0|0] \"V\" Amp\n"),
+                    {"x"}, "V", "lab.dbc")
+          .at(0);
+  EXPECT_EQ(roles.frames->command.message, "PiezoDemand");
+  EXPECT_EQ(roles.frames->status->message, "PiezoReadback");
+  EXPECT_EQ(roles.frames->sample.message, "GapSensor");
+}
+
+TEST(FrameRoles, OfSeveralAxesFollowTheirNames) {
+  const auto axis = [](int id, const std::string& name) {
+    return "BO_ " + std::to_string(id) + " Cmd" + name + ": 4 Host\n SG_ Set" + name +
+           " : 0|16@1- (0.01,0) [0|0] \"V\" Amp\n\nBO_ " + std::to_string(id + 1) + " Pos" + name +
+           ": 4 Sens\n SG_ Pos" + name + " : 0|32@1- (1,0) [0|0] \"nm\" Host\n\n";
+  };
+  const std::string messages = axis(10, "Y") + axis(20, "X");
+  const std::vector<AxisRoles> roles = propose_roles(lab(messages), {"x", "y"}, "V", "lab.dbc");
+  EXPECT_EQ(roles.at(0).frames->command.message, "CmdX");
+  EXPECT_EQ(roles.at(0).frames->sample.message, "PosX");
+  EXPECT_EQ(roles.at(1).frames->command.message, "CmdY");
+  EXPECT_FALSE(roles.at(1).frames->status) << "there is none";
+}
+
+TEST(FrameRoles, ThatAreNotThereAreNamedWithWhatIs) {
+  try {
+    propose_roles(lab("BO_ 10 Drive: 2 Host\n SG_ Volt : 0|16@1+ (1,0) [0|0] \"mV\" Amp\n"), {"x"}, "V",
+                  "lab.dbc");
+    FAIL() << "there is no position";
+  } catch (const config::Error& error) {
+    EXPECT_STREQ(
+        error.what(),
+        "lab.dbc: axis x has no signal like a position in um, expected one: it has no signal in that unit");
+  }
+}
+
+TEST(FrameRoles, OfMoreAxesThanTheStandardFramesHaveAreRefused) {
+  EXPECT_THROW(propose_roles(shipped("hystcan.dbc"), {"x", "y", "z"}, "V", "hystcan.dbc"), config::Error);
+}
+
+TEST(FrameRoles, OfAStateWithoutNamedValuesAreNotGuessed) {
+  const AxisRoles roles =
+      propose_roles(
+          lab("BO_ 10 Set: 4 Host\n SG_ Volt : 0|16@1- (0.01,0) [0|0] \"V\" Amp\n\n"
+              "BO_ 11 Get: 4 Amp\n SG_ Volt : 0|16@1- (0.01,0) [0|0] \"V\" Host\n SG_ State : 16|8@1+ (1,0) "
+              "[0|0] \"\" Host\n\nBO_ 12 Sens: 4 Sens\n SG_ Pos : 0|32@1- (1,0) [0|0] \"nm\" Host\n"),
+          {"x"}, "V", "lab.dbc")
+          .at(0);
+  EXPECT_FALSE(roles.frames->status->carries("state"));
+  EXPECT_NE(table_of(roles, "x").find("not found: status.state (the DBC does not name the values of State)"),
+            std::string::npos)
+      << table_of(roles, "x");
+}
+
+}  // namespace
+}  // namespace hystcan::app::frame_roles_test

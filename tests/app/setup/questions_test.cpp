@@ -1,0 +1,75 @@
+#include "app/setup/questions.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <sstream>
+
+#include "app/io/exit_status.h"
+#include "config/document/error.h"
+
+namespace hystcan::app::questions_test {
+namespace {
+
+const Question highest{"--drive-max", "Highest drive", "V", "no drive above it leaves the controller"};
+
+std::string more_than_zero(double value) { return value > 0.0 ? "" : "expected more than 0"; }
+
+TEST(Questions, AreAskedUntilAnAnswerDoes) {
+  std::istringstream answers("abc\n-5\n 1e2 \n");
+  testing::internal::CaptureStderr();
+  Questions questions(answers, true);
+  EXPECT_EQ(questions.number(highest, {}, {}, more_than_zero), 100.0);
+  const std::string shown = testing::internal::GetCapturedStderr();
+  EXPECT_NE(shown.find("'abc' is no number"), std::string::npos) << shown;
+  EXPECT_NE(shown.find("expected more than 0"), std::string::npos) << shown;
+  EXPECT_EQ(questions.asked(), 1) << "asked again is the same question";
+}
+
+TEST(Questions, HaveAUnitAReasonAnOptionAndADefault) {
+  std::istringstream answers("\n");
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(Questions(answers, true).number(highest, {}, 120.0), 120.0);
+  EXPECT_EQ(testing::internal::GetCapturedStderr(),
+            "Highest drive, V: no drive above it leaves the controller\n  --drive-max [120]: ");
+}
+
+TEST(Questions, AreNotAskedWhereTheOptionSaysIt) {
+  std::istringstream answers;
+  Questions questions(answers, true);
+  EXPECT_EQ(questions.number(highest, 80.0, 120.0), 80.0);
+  EXPECT_EQ(questions.asked(), 0);
+}
+
+TEST(Questions, RefuseAStatedValueByTheNameOfItsOption) {
+  std::istringstream answers;
+  try {
+    Questions(answers, true).number(highest, -1.0, {}, more_than_zero);
+    FAIL() << "it was taken";
+  } catch (const config::Error& error) {
+    EXPECT_STREQ(error.what(), "--drive-max: expected more than 0");
+  }
+}
+
+TEST(Questions, ThatNobodyAnswersNameAllOptionsAtOnce) {
+  std::istringstream answers("not read");
+  Questions questions(answers, false);
+  EXPECT_TRUE(std::isnan(questions.number(highest, {}, {})));
+  EXPECT_EQ(questions.number({"--safe", "Safe drive", "V", ""}, {}, 0.0), 0.0);
+  EXPECT_EQ(questions.text({"--dbc", "DBC", "", ""}, {}, {}), "");
+  try {
+    questions.require_all();
+    FAIL() << "nothing is missing";
+  } catch (const config::Error& error) {
+    EXPECT_EQ(std::string(error.what()).substr(0, 27), "--drive-max, --dbc missing:");
+  }
+}
+
+TEST(Questions, EndWithTheInput) {
+  std::istringstream answers("x\n");
+  Questions questions(answers, true);
+  EXPECT_THROW(questions.number(highest, {}, 1.0), RunError);
+}
+
+}  // namespace
+}  // namespace hystcan::app::questions_test
