@@ -13,8 +13,8 @@ struct Grid {
 
   Eigen::Index length() const { return cycles.back() + 1; }
 };
-/// Throws std::invalid_argument where a time is not a whole multiple of the cycle, within 1 % of it, or if most cycles
-/// have no row.
+/// Throws std::invalid_argument where a row is not whole cycles after the one before, within 10 % of a cycle, or if most
+/// cycles have no row.
 Grid grid_of(const std::vector<double>& time_s);
 /// The column in every cycle; that of a cycle without a row is that of the row before.
 Eigen::VectorXd held_on(const Grid& grid, const std::vector<double>& column);

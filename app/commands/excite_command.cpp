@@ -174,8 +174,11 @@ Excitation::Config chosen_excitation(const ExciteArguments& options, const confi
 void propose_further(const ExciteArguments& options, const config::Config& config) {
   if (options.signal != "hysteresis" || options.period_s || options.slew_per_s || options.levels) return;
   const double period_s = loop_period_s(options, config);
+  std::string stem =
+      options.output.stem().string();  // x.loops.csv -> x.slow.csv, as `init --continue` looks for it
+  if (stem.ends_with(".loops")) stem.resize(stem.size() - std::string_view(".loops").size());
   const auto beside = [&](const char* what) {
-    return (options.output.parent_path() / options.output.stem()).string() + "." + what + ".csv";
+    return (options.output.parent_path() / stem).string() + "." + what + ".csv";
   };
   note(
       "a second rate tells a delay from a wider loop; a record that the model has not seen validates it:\n"

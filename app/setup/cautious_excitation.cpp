@@ -17,6 +17,9 @@ using controller::Cause;
 using controller::Excitation;
 using model::Interval;
 
+constexpr int attempts = 3;
+constexpr double less = 0.6;
+
 /// One loop of a share of the range about the safe drive, as steep as the whole.
 Excitation::Hysteresis part_of(const Excitation::Hysteresis& whole, double share, double safe_drive) {
   const double span = share * (whole.high - whole.low);
@@ -36,7 +39,9 @@ std::optional<Interval> positions_of(const config::Config& config, const twin::C
       drive_in_open_loop(in_open_loop(config, loop), twin, run,
                          [&](const controller::CycleRecord& record) { travel.add(record.report); });
   if (is_of_size(end.axis.fault())) return std::nullopt;
-  end.require_finished(config.axes[0].wire.name, "stopped at the first small loop, nothing is written");
+  end.require_finished(config.axes[0].wire.name, "stopped at a first loop, nothing is written");
+  note("first {:g} to {:g} {}: position {:.4g} to {:.4g} um\n", loop.low, loop.high,
+       config.axes[0].wire.drive_unit, travel.low_um, travel.high_um);
   return Interval{travel.low_um, travel.high_um};
 }
 
@@ -46,6 +51,35 @@ Interval drives_within(const Excitation::Hysteresis& loop, const Interval& seen,
   const double per_um = (loop.high - loop.low) / seen.span();
   return {loop.low - per_um * (seen.lo - limits.position_min_um),
           loop.high + per_um * (limits.position_max_um - seen.hi)};
+}
+
+/// The part of `whole` that the position lets expect to keep within its limits; none if all of it does.
+std::optional<Excitation::Hysteresis> part_within_limits(const Excitation::Hysteresis& whole,
+                                                         const Excitation::Hysteresis& loop,
+                                                         const Interval& seen,
+                                                         const controller::Supervisor::Config& limits) {
+  // Curves bend: only what is far off counts.
+  constexpr double doubtful = 0.2, kept = 0.7;
+  const Interval fit = drives_within(loop, seen, limits);
+  const double slack = doubtful * (whole.high - whole.low);
+  if (fit.lo <= whole.low + slack && fit.hi >= whole.high - slack) return std::nullopt;
+  Excitation::Hysteresis smaller = whole;
+  smaller.low = std::max(whole.low, loop.low + kept * (fit.lo - loop.low));
+  smaller.high = std::min(whole.high, loop.high + kept * (fit.hi - loop.high));
+  return smaller;
+}
+
+/// The loops after one major loop, which wipes out what the smaller ones have left in the stage's memory; smaller where
+/// a limit trips in it.
+Excitation::Hysteresis wiped(const config::Config& config, const twin::Config& twin,
+                             const OpenLoopOptions& run, Excitation::Hysteresis whole) {
+  for (int left = attempts; !positions_of(config, twin, run, part_of(whole, 1.0, whole.low)); --left) {
+    if (left == 0) throw RunError("every smaller loop trips a limit of the position too, nothing is written");
+    whole = std::get<Excitation::Hysteresis>(resized(whole, less));
+    note("the position has left its limits; once more, {:.4g} to {:.4g} {}\n", whole.low, whole.high,
+         config.axes[0].wire.drive_unit);
+  }
+  return whole;
 }
 
 }  // namespace
@@ -72,8 +106,6 @@ bool is_of_size(const controller::Fault& fault) {
 
 Excitation::Hysteresis tried_small_first(const config::Config& config, const twin::Config& twin,
                                          const OpenLoopOptions& run, const Excitation::Hysteresis& whole) {
-  // Curves bend: only what is far off counts.
-  constexpr double doubtful = 0.2, kept = 0.7;
   const controller::AxisConfig& control = config.axes[0].control;
   const std::string& unit = config.axes[0].wire.drive_unit;
   for (const double share : {0.1, 0.3}) {
@@ -84,19 +116,13 @@ Excitation::Hysteresis tried_small_first(const config::Config& config, const twi
           "{:g} to {:g} {} already takes the position out of position_min_um to position_max_um or past "
           "position_jump_um: look at these limits, at the sign and at the unit of the sensor; nothing is written",
           part.low, part.high, unit));
-    note("first {:g} to {:g} {}: position {:.4g} to {:.4g} um\n", part.low, part.high, unit, seen->lo,
-         seen->hi);
-    const Interval fit = drives_within(part, *seen, control.supervision);
-    const double slack = doubtful * (whole.high - whole.low);
-    if (fit.lo <= whole.low + slack && fit.hi >= whole.high - slack) continue;
-    Excitation::Hysteresis smaller = whole;
-    smaller.low = std::max(whole.low, part.low + kept * (fit.lo - part.low));
-    smaller.high = std::min(whole.high, part.high + kept * (fit.hi - part.high));
-    note("{:.4g} to {:.4g} {}, not {:g} to {:g}: more would take the position out of its limits\n",
-         smaller.low, smaller.high, unit, whole.low, whole.high);
-    return smaller;
+    if (const auto smaller = part_within_limits(whole, part, *seen, control.supervision)) {
+      note("{:.4g} to {:.4g} {}, not {:g} to {:g}: more would take the position out of its limits\n",
+           smaller->low, smaller->high, unit, whole.low, whole.high);
+      return wiped(config, twin, run, *smaller);
+    }
   }
-  return whole;
+  return wiped(config, twin, run, whole);
 }
 
 }  // namespace hystcan::app

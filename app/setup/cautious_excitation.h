@@ -14,9 +14,9 @@ double quasi_static_period_s(double resonance_Hz);
 /// The excitation about the same centre, `factor` times as large.
 controller::Excitation::Config resized(controller::Excitation::Config excitation, double factor);
 
-/// Drives a loop of a tenth of the range about the safe drive, then of three tenths. Returns `whole` where the limits of the
-/// position let these expect that it keeps within them, else as large a part of it as does. Notes what it saw. `config`
-/// has one axis. Throws RunError at a signal, and at a fault that has nothing to do with the size.
+/// Drives a loop of a tenth of the range about the safe drive, then of three tenths, then a major loop. Returns `whole`,
+/// or as large a part of it as keeps the position within its limits. Notes what it saw. `config` has one axis. Throws
+/// RunError at a signal, and at a fault that has nothing to do with the size.
 controller::Excitation::Hysteresis tried_small_first(const config::Config& config, const twin::Config& twin,
                                                      const OpenLoopOptions& run,
                                                      const controller::Excitation::Hysteresis& whole);

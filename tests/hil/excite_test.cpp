@@ -21,7 +21,9 @@ using hil::Process;
 using identification::Dataset;
 
 /// A program of some seconds: one major loop, three nested ones, three reversal curves each way.
-const std::vector<std::string> short_program{"--period", "1", "--cycles", "1", "--levels", "3"};
+/// Its size is stated, so that no smaller loops come first: bench and rehearsal begin with the same memory.
+const std::vector<std::string> short_program{"--low", "0",        "--high", "100",      "--period",
+                                             "1",     "--cycles", "1",      "--levels", "3"};
 constexpr double slew_V_per_s = 200.0;
 
 std::filesystem::path in_scratch(const char* name) {

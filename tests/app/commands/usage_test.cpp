@@ -81,9 +81,9 @@ TEST(Usage, AMistypedCommandIsNamedWithTheNearest) {
 }
 
 TEST(Usage, ACommandLikeNoOtherIsAnsweredWithAllCommands) {
-  EXPECT_TRUE(
-      refusal_of({"frobnicate"})
-          .starts_with("hystcan: unknown command 'frobnicate': expected one of demo, controller, twin"));
+  EXPECT_TRUE(refusal_of({"frobnicate"})
+                  .starts_with(
+                      "hystcan: unknown command 'frobnicate': expected one of demo, init, controller, twin"));
 }
 
 TEST(Usage, AMistypedOptionIsNamedWithTheNearest) {

@@ -243,6 +243,16 @@ TEST(SecondOrderFit, FindsTheModeWhereRowsAreLeftOut) {
   EXPECT_NEAR(fit.cycle_s, cycle_s, 1e-12);
 }
 
+TEST(SecondOrderFit, TakesTimesWithTheJitterOfABus) {
+  Dataset jittery = measured({210.0, 0.06, 0.35e-3}, step_train(60), 400);
+  for (std::size_t row = 0; row < jittery.size(); ++row)
+    jittery.time_s[row] += 0.04 * cycle_s * std::sin(1.7 * static_cast<double>(row * row));
+  const SecondOrderFit fit = fit_second_order(jittery);
+  EXPECT_NEAR(fit.natural_frequency_Hz.value, 210.0, 0.05);
+  EXPECT_NEAR(fit.damping_ratio.value, 0.06, 1e-3);
+  EXPECT_NEAR(fit.delay_s.value, 0.35e-3, 1e-5);
+}
+
 TEST(SecondOrderFit, RefusesADatasetWithFewerRowsThanGaps) {
   const Dataset whole = measured({210.0, 0.06, 0.35e-3}, step_train(60), 400);
   Dataset gaps = whole;
