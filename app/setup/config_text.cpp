@@ -78,6 +78,14 @@ std::string limits_of(const AxisFacts& axis, double rate_Hz) {
          line("following_error_cycles", "3") + line("missing_samples", "3") + line("repeat", "true");
 }
 
+/// An amplifier that does not say when it is enabled is given time for it.
+std::string patience_of(const AxisFacts& axis) {
+  const bool reports_state = !axis.frames || (axis.frames->status && axis.frames->status->carries("state"));
+  return reports_state
+             ? ""
+             : line("enable_delay_ms", "500.0", "assumed: its frames do not say when the amplifier is on");
+}
+
 std::string control_of(const AxisFacts& axis, double rate_Hz) {
   const double omega = 2.0 * std::numbers::pi * axis.resonance_Hz;
   const double ki = std::min(0.5 * axis.damping_ratio * omega, 0.1 * rate_Hz);
@@ -86,7 +94,7 @@ std::string control_of(const AxisFacts& axis, double rate_Hz) {
          line("kp", "0.0", "um per um") +
          line("ki_per_s", rounded(ki),
               "at first a quarter of what the mode allows; `hystcan tune` proposes more") +
-         limits_of(axis, rate_Hz) + "\n[axis.control.delays]\n" +
+         limits_of(axis, rate_Hz) + patience_of(axis) + "\n[axis.control.delays]\n" +
          line("command_delay_us", toml_number(std::round(1e6 / rate_Hz)),
               "one cycle: the amplifier applies a setpoint at the next SYNC") +
          line("amplifier_bandwidth_Hz", rounded(std::max(1000.0, 3.0 * axis.resonance_Hz)),

@@ -230,7 +230,7 @@ MessageMap Roles::finished() {
 MessageMap command_of(AxisRoles& roles, const Choice& setpoint) {
   Roles found(roles, "command", *setpoint.message);
   found.take("setpoint", *setpoint.signal, setpoint.because);
-  found.look_for("enable", {"enable", "en", "on", "active", "enabled"});
+  found.look_for("enable", {"enable", "en", "on", "active", "enabled", "freigabe"});
   found.look_for("clear_fault", {"clear", "rst", "reset", "ack", "clr"});
   found.look_for("sync_counter", {"sync"});
   return found.finished();
@@ -302,7 +302,13 @@ std::optional<int> node_of(const Message& message) {
   return static_cast<int>(node);
 }
 
-AxisRoles standard_roles(const can::Database& database, const std::string& prefix) {
+AxisRoles standard_roles(const can::Database& database, const std::string& prefix,
+                         const std::string& drive_unit, const std::string& file) {
+  const Message& command = *database.find(prefix + std::string(can::AmpCommand::name));
+  if (const Signal* setpoint = command.find("Setpoint");
+      setpoint != nullptr && !converts(*setpoint, drive_unit))
+    throw config::Error(fmt::format("{}: the setpoint of {} is in {}, expected {} (--unit)", file,
+                                    command.name, setpoint->unit, drive_unit));
   AxisRoles roles;
   roles.message_prefix = prefix;
   roles.amplifier_node = node_of(*database.find(prefix + std::string(can::AmpStatus::name)));
@@ -326,7 +332,8 @@ std::vector<AxisRoles> propose_roles(const can::Database& database, const std::v
   std::vector<AxisRoles> all;
   std::vector<std::string> prefixes = standard_prefixes(database);
   if (prefixes.size() >= axes.size()) {
-    for (const std::string& axis : axes) all.push_back(standard_roles(database, prefix_of(axis, prefixes)));
+    for (const std::string& axis : axes)
+      all.push_back(standard_roles(database, prefix_of(axis, prefixes), drive_unit, file));
     return all;
   }
   if (!prefixes.empty())

@@ -151,6 +151,19 @@ TEST_F(Init, OfALabsDbcShowsTheRolesAndWhatIsLost) {
   EXPECT_NE(out.find("x: sample: no SyncCounter:"), std::string::npos) << out;
 }
 
+TEST_F(Init, OfAnAmplifierThatReportsNothingRuns) {
+  write("bare.dbc",
+        "VERSION \"\"\n\nBU_: PC Verst Sensor\n\n"
+        "BO_ 257 PZT_Sollwert: 4 PC\n SG_ Spannung : 0|16@1- (0.01,0) [0|0] \"V\" Verst\n\n"
+        "BO_ 258 Wegsensor: 4 Sensor\n SG_ Weg : 0|24@1- (1,0) [0|0] \"nm\" PC\n");
+  ASSERT_EQ(init({path("stage"), "--drive-min", "0", "--drive-max", "100", "--stroke", "30", "--resonance",
+                  "400", "--dbc", path("bare.dbc"), "--yes"}),
+            done)
+      << err;
+  excite("stage/first.toml", "stage/x.loops.csv", {"--period", "1", "--levels", "3"});
+  EXPECT_EQ(init({path("stage"), "--continue"}), done) << err;
+}
+
 TEST_F(Init, CopiesAShippedConfigurationWithAllThatItNames) {
   ASSERT_EQ(init({path("mine"), "--from", "galfenol"}), done) << err;
   EXPECT_NO_THROW(config::load(shipped / "mine/galfenol.toml"));

@@ -83,6 +83,10 @@ TEST(FrameRoles, ThatAreNotThereAreNamedWithWhatIs) {
   }
 }
 
+TEST(FrameRoles, OfTheStandardFramesInAnotherUnitAreRefused) {
+  EXPECT_THROW(propose_roles(shipped("galfenol.dbc"), {"x"}, "V", "galfenol.dbc"), config::Error);
+}
+
 TEST(FrameRoles, OfMoreAxesThanTheStandardFramesHaveAreRefused) {
   EXPECT_THROW(propose_roles(shipped("hystcan.dbc"), {"x", "y", "z"}, "V", "hystcan.dbc"), config::Error);
 }
