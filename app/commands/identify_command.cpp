@@ -111,7 +111,7 @@ void report_model(const IdentifyArguments& options, const std::vector<Dataset>& 
 
 /// The configuration that gets the model, before it has one.
 config::Config config_to_complete(const IdentifyArguments& options) {
-  const config::Config config = config::load_unmeasured(options.config);
+  config::Config config = config::load_unmeasured(options.config);
   refuse_to_write_into(options.written, config, options.output);
   for (const auto& file : options.data) refuse_to_overwrite(options.written, file);
   index_of_axis(config, options.axis);

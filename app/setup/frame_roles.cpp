@@ -82,7 +82,8 @@ struct Choice {
 /// Of one axis: the best messages, and the roles in them.
 class Search {
  public:
-  Search(const can::Database& database, std::string axis, bool only_axis, std::set<const Message*>& taken)
+  Search(const can::Database& database, const std::string& axis, bool only_axis,
+         std::set<const Message*>& taken)
       : database_(database), axis_(lower(axis)), only_axis_(only_axis), taken_(taken) {}
 
   /// The signal in this unit whose name and message are most like the words; less like those of others.

@@ -79,7 +79,7 @@ std::string Questions::text(const Question& question, const std::optional<std::s
   }
   if (asks_) ++asked_;
   while (const auto line = answer(question, usual.value_or(""))) {
-    const std::string value = line->empty() ? usual.value_or("") : *line;
+    std::string value = line->empty() ? usual.value_or("") : *line;
     const std::string wrong = value.empty() ? "an answer is expected" : objection(check, value);
     if (wrong.empty()) return value;
     note("  {}\n", wrong);
