@@ -4,17 +4,13 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
-#include <cctype>
-#include <functional>
 #include <set>
-#include <span>
 #include <string_view>
 #include <utility>
 
+#include "app/setup/signal_likeness.h"
 #include "can/counted.h"
 #include "can/protocol/protocol.h"
-#include "can/protocol/units.h"
 #include "config/document/error.h"
 #include "config/document/toml_text.h"
 #include "model/words.h"
@@ -25,7 +21,6 @@ namespace {
 using can::Message;
 using can::MessageMap;
 using can::Signal;
-using Words = std::vector<std::string_view>;
 
 const Words command_words{"set",  "cmd",     "command", "target", "demand",
                           "soll", "request", "ctrl",    "drive",  "ref"};
@@ -33,113 +28,6 @@ const Words status_words{"get", "act",    "actual",   "meas", "monitor", "read",
                          "ist", "status", "feedback", "out",  "state"};
 const Words position_words{"pos",  "position", "disp", "displacement", "weg",
                            "sens", "sensor",   "meas", "gap",          "stroke"};
-
-std::string lower(std::string_view text) {
-  std::string low(text);
-  std::ranges::transform(low, low.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return low;
-}
-
-/// The parts of AmpSetpoint_V1 are amp, setpoint, v, 1.
-std::vector<std::string> parts(std::string_view name) {
-  std::vector<std::string> found;
-  char before = '_';
-  for (const char c : name) {
-    const auto is = [](int (*of)(int), char what) { return of(static_cast<unsigned char>(what)) != 0; };
-    const bool begins = (is(std::isupper, c) && !is(std::isupper, before)) ||
-                        is(std::isdigit, c) != is(std::isdigit, before) || !is(std::isalnum, before);
-    if (is(std::isalnum, c)) {
-      if (begins || found.empty()) found.emplace_back();
-      found.back() += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    }
-    before = c;
-  }
-  return found;
-}
-
-/// The first of the words that is a part of the name, or that begins one and has three letters or more.
-std::string_view word_in(std::string_view name, const Words& words) {
-  const std::vector<std::string> found = parts(name);
-  for (const std::string_view word : words)
-    for (const std::string& part : found)
-      if (part == word || (word.size() > 2 && part.starts_with(word))) return word;
-  return {};
-}
-
-bool converts(const Signal& signal, std::string_view unit) {
-  return !signal.unit.empty() && can::is_decodable(signal) &&
-         can::decimal_step(signal.unit, unit).has_value();
-}
-
-struct Choice {
-  const Message* message = nullptr;
-  const Signal* signal = nullptr;
-  int points = 0;
-  std::string because;
-};
-
-/// Of one axis: the best messages, and the roles in them.
-class Search {
- public:
-  Search(const can::Database& database, const std::string& axis, bool only_axis,
-         std::set<const Message*>& taken)
-      : database_(database), axis_(lower(axis)), only_axis_(only_axis), taken_(taken) {}
-
-  /// The signal in this unit whose name and message are most like the words; less like those of others.
-  Choice best(std::string_view unit, const Words& words, const Words& others, const Words& names) const {
-    Choice best;
-    for (const Message& message : database_.messages) {
-      if (taken_.contains(&message)) continue;
-      for (const Signal& signal : message.signals) {
-        if (!converts(signal, unit) || signal.multiplexing.present_at) continue;
-        const Choice choice = judged(message, signal, words, others, names);
-        if (choice.points > best.points) best = choice;
-      }
-    }
-    if (best.message != nullptr) taken_.insert(best.message);
-    return best;
-  }
-
- private:
-  Choice judged(const Message& message, const Signal& signal, const Words& words, const Words& others,
-                const Words& names) const {
-    Choice choice{&message, &signal, 1, signal.unit};
-    const auto count = [&](std::string_view name, const Words& of, int points) {
-      const std::string_view word = word_in(name, of);
-      if (word.empty()) return;
-      choice.points += points;
-      if (points > 0 && choice.because.find(word) == std::string::npos)
-        choice.because += fmt::format(", {}", word);
-    };
-    count(signal.name, words, 3);
-    count(message.name, words, 2);
-    count(signal.name, others, -3);
-    count(message.name, others, -2);
-    count(signal.name, names, 1);
-    if (!only_axis_ && is_of_axis(message, signal)) {
-      choice.points += 6;
-      choice.because += fmt::format(", {}", axis_);
-    }
-    choice.points = std::max(choice.points, 0);
-    return choice;
-  }
-
-  bool is_of_axis(const Message& message, const Signal& signal) const {
-    for (const std::string& name : {message.name, signal.name, message.sender}) {
-      const std::vector<std::string> found = parts(name);
-      if (std::ranges::find(found, axis_) != found.end() || lower(name).starts_with(axis_ + "amp") ||
-          lower(name).starts_with(axis_ + "sens"))
-        return true;
-    }
-    return false;
-  }
-
-  const can::Database& database_;
-  std::string axis_;
-  bool only_axis_;
-  std::set<const Message*>& taken_;
-};
 
 /// One message's roles beside the one that it was found by.
 class Roles {
@@ -228,7 +116,7 @@ MessageMap Roles::finished() {
   return map_;
 }
 
-MessageMap command_of(AxisRoles& roles, const Choice& setpoint) {
+MessageMap command_of(AxisRoles& roles, const LikeSignal& setpoint) {
   Roles found(roles, "command", *setpoint.message);
   found.take("setpoint", *setpoint.signal, setpoint.because);
   found.look_for("enable", {"enable", "en", "on", "active", "enabled", "freigabe"});
@@ -237,7 +125,7 @@ MessageMap command_of(AxisRoles& roles, const Choice& setpoint) {
   return found.finished();
 }
 
-std::optional<MessageMap> status_of(AxisRoles& roles, const Choice& output) {
+std::optional<MessageMap> status_of(AxisRoles& roles, const LikeSignal& output) {
   if (output.message == nullptr) {
     roles.not_found.emplace_back("status (output, state, fault)");
     return std::nullopt;
@@ -253,7 +141,7 @@ std::optional<MessageMap> status_of(AxisRoles& roles, const Choice& output) {
   return found.finished();
 }
 
-MessageMap sample_of(AxisRoles& roles, const Choice& position) {
+MessageMap sample_of(AxisRoles& roles, const LikeSignal& position) {
   Roles found(roles, "sample", *position.message);
   found.take("position", *position.signal, position.because);
   found.look_for("status", {"status", "err", "error", "state", "fault"}, {"valid"});
@@ -276,7 +164,7 @@ std::string all_in(const can::Database& database, std::string_view unit) {
                      shown < found.size() ? fmt::format(" and {} more", found.size() - shown) : "");
 }
 
-void require(const Choice& choice, const std::string& axis, const char* role, std::string_view unit,
+void require(const LikeSignal& choice, const std::string& axis, const char* role, std::string_view unit,
              const can::Database& database, const std::string& file) {
   if (choice.message != nullptr) return;
   throw config::Error(fmt::format("{}: axis {} has no signal like a {} in {}, expected one: {}", file, axis,
@@ -319,7 +207,8 @@ AxisRoles standard_roles(const can::Database& database, const std::string& prefi
 
 /// The prefix that is the axis's name, else the next one that is not yet taken.
 std::string prefix_of(const std::string& axis, std::vector<std::string>& left) {
-  auto found = std::ranges::find(left, lower(axis), [](const std::string& prefix) { return lower(prefix); });
+  auto found = std::ranges::find(left, in_lower_case(axis),
+                                 [](const std::string& prefix) { return in_lower_case(prefix); });
   if (found == left.end()) found = left.begin();
   std::string prefix = *found;
   left.erase(found);
@@ -328,13 +217,13 @@ std::string prefix_of(const std::string& axis, std::vector<std::string>& left) {
 
 }  // namespace
 
-std::vector<AxisRoles> propose_roles(const can::Database& database, const std::vector<std::string>& axes,
+std::vector<AxisRoles> propose_roles(const can::Database& database, const std::vector<AxisRange>& axes,
                                      const std::string& drive_unit, const std::string& file) {
   std::vector<AxisRoles> all;
   std::vector<std::string> prefixes = standard_prefixes(database);
   if (prefixes.size() >= axes.size()) {
-    for (const std::string& axis : axes)
-      all.push_back(standard_roles(database, prefix_of(axis, prefixes), drive_unit, file));
+    for (const AxisRange& axis : axes)
+      all.push_back(standard_roles(database, prefix_of(axis.name, prefixes), drive_unit, file));
     return all;
   }
   if (!prefixes.empty())
@@ -342,16 +231,22 @@ std::vector<AxisRoles> propose_roles(const can::Database& database, const std::v
                                     file, can::counted(prefixes.size(), "axis", "axes"),
                                     fmt::join(prefixes, ", "), axes.size()));
   std::set<const Message*> taken;
-  for (const std::string& axis : axes) {
-    const Search search(database, axis, axes.size() == 1, taken);
+  const auto take = [&taken](LikeSignal found) {
+    if (found.message != nullptr) taken.insert(found.message);
+    return found;
+  };
+  const Words drive_names{"volt", "voltage", "u", "v", "current", "i"};
+  for (const AxisRange& axis : axes) {
+    const LikeSignals likeness(database, axes.size() == 1 ? "" : axis.name, taken);
     AxisRoles& roles = all.emplace_back();
-    const Choice setpoint =
-        search.best(drive_unit, command_words, status_words, {"volt", "voltage", "u", "v", "i"});
-    require(setpoint, axis, "setpoint", drive_unit, database, file);
-    const Choice position = search.best("um", position_words, command_words, {"x", "y", "z"});
-    require(position, axis, "position", "um", database, file);
-    const Choice output =
-        search.best(drive_unit, status_words, command_words, {"volt", "voltage", "u", "v", "i"});
+    const LikeSignal setpoint =
+        take(likeness.best({drive_unit, axis.drive}, command_words, status_words, drive_names));
+    require(setpoint, axis.name, "setpoint", drive_unit, database, file);
+    const LikeSignal position =
+        take(likeness.best({"um", axis.position_um}, position_words, command_words, {"x", "y", "z"}));
+    require(position, axis.name, "position", "um", database, file);
+    const LikeSignal output =
+        take(likeness.best({drive_unit, axis.drive}, status_words, command_words, drive_names));
     roles.frames = can::AxisFrames{.command = command_of(roles, setpoint),
                                    .status = status_of(roles, output),
                                    .sample = sample_of(roles, position)};

@@ -1,4 +1,4 @@
-// Which message and signal of a lab's DBC has which role for an axis, by likeness of names, units and senders.
+// Which message and signal of a lab's DBC has which role for an axis, by likeness of names, units and ranges.
 //
 // A proposal for the engineer's eye: a DBC does not say what a signal means. `hystcan check` then says which functions are
 // lost without the roles that are not found.
@@ -10,6 +10,7 @@
 
 #include "can/dbc/database.h"
 #include "can/protocol/message_map.h"
+#include "model/reference_curve.h"
 
 namespace hystcan::app {
 
@@ -26,9 +27,16 @@ struct AxisRoles {
   std::optional<int> amplifier_node{}, sensor_node{};  ///< from the identifiers of standard frames
 };
 
-/// One for each axis name; no message has two roles. Throws config::Error if an axis has no setpoint or no position in
+/// Which axis, and what its signals must be able to say.
+struct AxisRange {
+  std::string name;
+  model::Interval drive;
+  model::Interval position_um;
+};
+
+/// One for each axis; no message has two roles. Throws config::Error if an axis has no setpoint or no position in
 /// the DBC; the message lists what is there in these units.
-std::vector<AxisRoles> propose_roles(const can::Database& database, const std::vector<std::string>& axes,
+std::vector<AxisRoles> propose_roles(const can::Database& database, const std::vector<AxisRange>& axes,
                                      const std::string& drive_unit, const std::string& file);
 
 /// A table for the terminal.

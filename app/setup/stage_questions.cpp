@@ -94,14 +94,21 @@ class AxisQuestions {
       least = grain * std::floor(range.lo / grain + 0.1);
       most = grain * std::ceil(range.hi / grain - 0.1);
     }
-    axis.drive_min = number({"--drive-min", "Lowest drive", unit_, "no drive below it leaves the controller"},
-                            stated_.drive_min, least, {}, drive_min_);
+    axis.drive_min =
+        number({"--drive-min", "Lowest drive", unit_, "no drive below it leaves the controller"},
+               stated_.drive_min, least, {}, drive_min_, [&](double value) {
+                 return least && value > *least
+                            ? fmt::format("{:g}, but the record goes down to {:g} {}", value, *least, unit_)
+                            : "";
+               });
     axis.drive_max = number(
         {"--drive-max", "Highest drive", unit_, "no drive above it leaves the controller"}, stated_.drive_max,
         most, {}, drive_max_, [&](double value) {
+          if (most && value < *most)
+            return fmt::format("{:g}, but the record goes up to {:g} {}", value, *most, unit_);
           return value <= axis.drive_min
                      ? fmt::format("{:g}, expected more than the lowest drive, {:g}", value, axis.drive_min)
-                     : "";
+                     : std::string();
         });
     const double nearest_zero = std::min(std::max(0.0, axis.drive_min), axis.drive_max);
     axis.safe_drive = number({"--safe", "Safe drive", unit_, "every run ends there, also after a fault"},
@@ -252,6 +259,13 @@ void ask_about_the_bus(KnownStage& stage, const StatedFacts& stated, const std::
   stage.facts.dbc = stage.dbc_file.filename().string();
 }
 
+std::vector<AxisRange> ranges_of(const StageFacts& facts) {
+  std::vector<AxisRange> ranges;
+  for (const AxisFacts& axis : facts.axes)
+    ranges.push_back({axis.name, {axis.drive_min, axis.drive_max}, axis.travel_um});
+  return ranges;
+}
+
 }  // namespace
 
 KnownStage ask_about(const StatedFacts& stated, const std::vector<AxisRecords>& records,
@@ -264,7 +278,8 @@ KnownStage ask_about(const StatedFacts& stated, const std::vector<AxisRecords>& 
   ask_about_the_bus(stage, stated, shipped_dbc(stage.facts.axes.front().drive_unit), questions);
   questions.require_all();
   const std::string& unit = stage.facts.axes.front().drive_unit;
-  stage.roles = propose_roles(read_dbc(stage.dbc_file), stated.axes, unit, stage.dbc_file.string());
+  stage.roles =
+      propose_roles(read_dbc(stage.dbc_file), ranges_of(stage.facts), unit, stage.dbc_file.string());
   for (std::size_t i = 0; i < stage.roles.size(); ++i) {
     stage.facts.axes[i].message_prefix = stage.roles[i].message_prefix;
     stage.facts.axes[i].frames = stage.roles[i].frames;

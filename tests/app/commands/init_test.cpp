@@ -210,7 +210,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Contradiction{"ADriveBeyondItsRange",
                       {"--record", "loops.csv", "--drive-max", "80", "--resonance", "500", "--yes"},
-                      "the drive goes from 0 to 100 V, beyond --drive-min 0 and --drive-max 80"},
+                      "--drive-max: 80, but the record goes up to 100 V"},
         Contradiction{"AStrokeInAnotherUnit",
                       {"--record", "loops.csv", "--stroke", "0.03", "--resonance", "500", "--yes"},
                       "is the unit right?"},

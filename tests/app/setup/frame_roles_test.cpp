@@ -15,10 +15,14 @@ can::Database lab(const std::string& messages) {
   return can::parse_dbc("VERSION \"\"\n\nBU_: Host Amp Sens\n\n" + messages, "lab.dbc");
 }
 
+/// An axis of 0 to 100 V and 30 um.
+std::vector<AxisRange> one(const char* name) { return {{name, {0.0, 100.0}, {0.0, 30.0}}}; }
+
 using Signals = std::map<std::string, std::string, std::less<>>;
 
 TEST(FrameRoles, OfTheLabsAmplifierAreThoseOfItsConfiguration) {
-  const AxisRoles roles = propose_roles(shipped("lab_amplifier.dbc"), {"x"}, "V", "lab_amplifier.dbc").at(0);
+  const AxisRoles roles =
+      propose_roles(shipped("lab_amplifier.dbc"), one("x"), "V", "lab_amplifier.dbc").at(0);
   ASSERT_TRUE(roles.frames && roles.frames->status);
   const can::AxisFrames& frames = *roles.frames;
   EXPECT_EQ(frames.command.message, "AmpSet");
@@ -37,7 +41,8 @@ TEST(FrameRoles, OfTheLabsAmplifierAreThoseOfItsConfiguration) {
 }
 
 TEST(FrameRoles, OfTheStandardFramesAreTheirPrefixAndNodes) {
-  const std::vector<AxisRoles> roles = propose_roles(shipped("hystcan.dbc"), {"y", "x"}, "V", "hystcan.dbc");
+  const std::vector<AxisRoles> roles =
+      propose_roles(shipped("hystcan.dbc"), {one("y")[0], one("x")[0]}, "V", "hystcan.dbc");
   EXPECT_EQ(roles.at(0).message_prefix, "Y");
   EXPECT_EQ(roles.at(0).amplifier_node, 3);
   EXPECT_EQ(roles.at(0).sensor_node, 4);
@@ -50,7 +55,7 @@ TEST(FrameRoles, AreFoundWhateverTheOrderOfTheMessages) {
                         "BO_ 11 PiezoReadback: 4 Amp\n SG_ Voltage : 0|16@1- (0.01,0) [0|0] \"V\" Host\n\n"
                         "BO_ 12 GapSensor: 4 Sens\n SG_ Displacement : 0|32@1- (1,0) [0|0] \"nm\" Host\n\n"
                         "BO_ 13 PiezoDemand: 4 Host\n SG_ Voltage : 0|16@1- (0.01,0) [0|0] \"V\" Amp\n"),
-                    {"x"}, "V", "lab.dbc")
+                    one("x"), "V", "lab.dbc")
           .at(0);
   EXPECT_EQ(roles.frames->command.message, "PiezoDemand");
   EXPECT_EQ(roles.frames->status->message, "PiezoReadback");
@@ -64,16 +69,28 @@ TEST(FrameRoles, OfSeveralAxesFollowTheirNames) {
            ": 4 Sens\n SG_ Pos" + name + " : 0|32@1- (1,0) [0|0] \"nm\" Host\n\n";
   };
   const std::string messages = axis(10, "Y") + axis(20, "X");
-  const std::vector<AxisRoles> roles = propose_roles(lab(messages), {"x", "y"}, "V", "lab.dbc");
+  const std::vector<AxisRoles> roles =
+      propose_roles(lab(messages), {one("x")[0], one("y")[0]}, "V", "lab.dbc");
   EXPECT_EQ(roles.at(0).frames->command.message, "CmdX");
   EXPECT_EQ(roles.at(0).frames->sample.message, "PosX");
   EXPECT_EQ(roles.at(1).frames->command.message, "CmdY");
   EXPECT_FALSE(roles.at(1).frames->status) << "there is none";
 }
 
+TEST(FrameRoles, AreThoseWhoseRangeHoldsTheStage) {
+  const AxisRoles roles =
+      propose_roles(
+          lab("BO_ 10 SetMonitorVoltage: 2 Host\n SG_ SetVolt : 0|16@1+ (0.001,0) [0|10] \"V\" Amp\n\n"
+              "BO_ 11 HighVoltage: 2 Host\n SG_ Demand : 0|16@1+ (0.01,0) [0|150] \"V\" Amp\n\n"
+              "BO_ 12 Sens: 4 Sens\n SG_ Pos : 0|32@1- (1,0) [0|0] \"nm\" Host\n"),
+          one("x"), "V", "lab.dbc")
+          .at(0);
+  EXPECT_EQ(roles.frames->command.message, "HighVoltage");
+}
+
 TEST(FrameRoles, ThatAreNotThereAreNamedWithWhatIs) {
   try {
-    propose_roles(lab("BO_ 10 Drive: 2 Host\n SG_ Volt : 0|16@1+ (1,0) [0|0] \"mV\" Amp\n"), {"x"}, "V",
+    propose_roles(lab("BO_ 10 Drive: 2 Host\n SG_ Volt : 0|16@1+ (1,0) [0|0] \"mV\" Amp\n"), one("x"), "V",
                   "lab.dbc");
     FAIL() << "there is no position";
   } catch (const config::Error& error) {
@@ -84,11 +101,13 @@ TEST(FrameRoles, ThatAreNotThereAreNamedWithWhatIs) {
 }
 
 TEST(FrameRoles, OfTheStandardFramesInAnotherUnitAreRefused) {
-  EXPECT_THROW(propose_roles(shipped("galfenol.dbc"), {"x"}, "V", "galfenol.dbc"), config::Error);
+  EXPECT_THROW(propose_roles(shipped("galfenol.dbc"), one("x"), "V", "galfenol.dbc"), config::Error);
 }
 
 TEST(FrameRoles, OfMoreAxesThanTheStandardFramesHaveAreRefused) {
-  EXPECT_THROW(propose_roles(shipped("hystcan.dbc"), {"x", "y", "z"}, "V", "hystcan.dbc"), config::Error);
+  EXPECT_THROW(
+      propose_roles(shipped("hystcan.dbc"), {one("x")[0], one("y")[0], one("z")[0]}, "V", "hystcan.dbc"),
+      config::Error);
 }
 
 TEST(FrameRoles, OfAStateWithoutNamedValuesAreNotGuessed) {
@@ -97,7 +116,7 @@ TEST(FrameRoles, OfAStateWithoutNamedValuesAreNotGuessed) {
           lab("BO_ 10 Set: 4 Host\n SG_ Volt : 0|16@1- (0.01,0) [0|0] \"V\" Amp\n\n"
               "BO_ 11 Get: 4 Amp\n SG_ Volt : 0|16@1- (0.01,0) [0|0] \"V\" Host\n SG_ State : 16|8@1+ (1,0) "
               "[0|0] \"\" Host\n\nBO_ 12 Sens: 4 Sens\n SG_ Pos : 0|32@1- (1,0) [0|0] \"nm\" Host\n"),
-          {"x"}, "V", "lab.dbc")
+          one("x"), "V", "lab.dbc")
           .at(0);
   EXPECT_FALSE(roles.frames->status->carries("state"));
   EXPECT_NE(table_of(roles, "x").find("not found: status.state (the DBC does not name the values of State)"),
