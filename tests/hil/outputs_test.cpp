@@ -120,7 +120,7 @@ TEST(BackgroundJob, OfTheControllerEndsBySigintInGoodOrder) {
 
 TEST(BackgroundJob, OfExciteEndsBySigintAndKeepsItsRows) {
   LiveStage stage;
-  Job job("excite " + stage.config + " --output " + stage.folder() + "/loops.csv");
+  Job job("excite " + stage.config + " --low 0 --high 100 --output " + stage.folder() + "/loops.csv");
   ASSERT_TRUE(job.process().says("x: tracking"));
   std::this_thread::sleep_for(hil::milliseconds(500));
   job.interrupt();
