@@ -99,6 +99,8 @@ TEST(Icount, ExciteMeasuresTheSameDatasetAsItsRehearsalToNanometres) {
   EXPECT_NEAR(static_cast<double>(dataset.size()), static_cast<double>(expected.size()), 1.0)
       << "the last cycle may fall on either side of the end";
   const Difference d = difference(dataset, expected);
+  std::printf("excite: %zu rows on vcan0, %zu rehearsed; greatest difference %.6f V, %.6f um\n",
+              dataset.size(), expected.size(), d.input, d.output);
   EXPECT_LT(d.input, 0.010);
   EXPECT_LT(d.output, 0.0065);
 }
