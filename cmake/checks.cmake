@@ -1,29 +1,28 @@
-# Checks of the tree as a whole, as tests beside the others, so that one ctest run holds everything.
-option(HYSTCAN_CHECKS "Register format, tidy, sanitizer and fuzz checks as tests" OFF)
+# The checks of a change, `scripts/check NAME` as the test check.NAME of the configuration "check": scripts/check runs
+# them all in one ctest run, each on half of the processors. What takes longest (COST_S) begins first, so that no processor
+# waits at the end.
 
 # Gathers the test programs that have threads, for the thread sanitizer: add_dependencies(threads_tests PROGRAM).
 add_custom_target(threads_tests)
 
-# add_check(NAME TIMEOUT_S COST_S): `scripts/check NAME` as the test check.NAME. Checks run beside the other tests, each
-# on half of the processors; what takes longest (COST_S) begins first, so that no processor waits at the end.
+cmake_host_system_information(RESULT processors QUERY NUMBER_OF_LOGICAL_CORES)
+math(EXPR check_jobs "(${processors} + 1) / 2")
+
+# add_check(NAME TIMEOUT_S COST_S)
 function(add_check name timeout_s cost_s)
-  add_test(NAME check.${name} COMMAND ${CMAKE_COMMAND} -E env HYSTCAN_JOBS=${check_jobs}
-    ${PROJECT_SOURCE_DIR}/scripts/check ${name})
+  add_test(NAME check.${name} CONFIGURATIONS check
+    COMMAND ${CMAKE_COMMAND} -E env HYSTCAN_JOBS=${check_jobs} ${PROJECT_SOURCE_DIR}/scripts/check ${name})
   set_tests_properties(check.${name} PROPERTIES
     LABELS check TIMEOUT ${timeout_s} COST ${cost_s} PROCESSORS ${check_jobs})
 endfunction()
 
-if(HYSTCAN_CHECKS)
-  cmake_host_system_information(RESULT processors QUERY NUMBER_OF_LOGICAL_CORES)
-  math(EXPR check_jobs "(${processors} + 1) / 2")
-  add_check(asan 3600 900)
-  add_check(tidy 3600 600)
-  add_check(fuzz 1800 500)
-  add_check(tsan 2400 400)
-  add_check(mutants 2400 300)
-  add_check(format 300 10)
-  add_check(layers 60 1)
-  add_check(shell 300 10)
-  # Both build in build/asan.
-  set_tests_properties(check.fuzz PROPERTIES DEPENDS check.asan)
-endif()
+add_check(asan 3600 900)
+add_check(tidy 3600 600)
+add_check(fuzz 1800 500)
+add_check(tsan 2400 400)
+add_check(mutants 2400 300)
+add_check(format 300 10)
+add_check(layers 60 1)
+add_check(shell 300 10)
+# Both build in build/asan.
+set_tests_properties(check.fuzz PROPERTIES DEPENDS check.asan)

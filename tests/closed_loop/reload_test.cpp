@@ -19,6 +19,7 @@
 #include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/drive_step.h"
+#include "tests/support/long_run.h"
 #include "tests/support/rehearsed.h"
 
 namespace hystcan::reload_test {
@@ -140,8 +141,9 @@ class ReloadAtEveryPhase : public testing::TestWithParam<Change> {
     const double slope_um_per_s =
         change.as_fast_as_it_may ? fastest_transition_um_per_s() : part.slope_um_per_s;
     const double fair_V = support::fair_share_of_own_step * own.drive_V;
+    const int every_ms = support::long_run() ? part.every_ms : 7 * part.every_ms;
     Steps worst;
-    for (int phase_ms = part.from_ms; phase_ms < part.to_ms; phase_ms += part.every_ms) {
+    for (int phase_ms = part.from_ms; phase_ms < part.to_ms; phase_ms += every_ms) {
       Tracking run;
       run.run_for_ms(phase_ms);
       const std::size_t first = run.reports().size() - 5;

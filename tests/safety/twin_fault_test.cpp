@@ -1,19 +1,15 @@
-// Every fault of the twin against every control structure. The twin begins each fault by its own schedule;
-// the fault leads to the reaction that docs/twin.md states, and the wire stays safe throughout.
+// Every fault of the twin, with an amplifier that holds a setpoint and with one that interpolates. The twin begins each
+// fault by its own schedule; the fault leads to the reaction that docs/twin.md states, and the wire stays safe
+// throughout. The reaction does not depend on the control structure: one fault shows it for each.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <fstream>
 #include <ostream>
 #include <string>
-#include <tuple>
 #include <vector>
 
 #include "tests/support/fault_rig.h"
-
-namespace hystcan::controller {
-inline void PrintTo(Structure structure, std::ostream* out) { *out << to_string(structure); }
-}  // namespace hystcan::controller
 
 namespace hystcan::support::twin_fault_test {
 namespace {
@@ -100,22 +96,49 @@ const std::vector<Row> rows{
     {Fault::load_step, Node::sensor, half_s, 1, {}, 0},
 };
 
-config::Config config_for(Structure structure, const Row& row) {
+struct Case {
+  Structure structure;
+  bool interpolates;  ///< the amplifier, and the controller expects it
+  Row row;
+};
+std::ostream& operator<<(std::ostream& out, const Case& one) { return out << one.row; }
+
+std::vector<Case> cases() {
+  std::vector<Case> result;
+  for (const Row& row : rows)
+    for (const bool interpolates : {false, true})
+      result.push_back({Structure::inverse_pi, interpolates, row});
+  for (const Structure structure :
+       {Structure::average, Structure::inverse, Structure::pi, Structure::average_pi})
+    result.push_back({structure,
+                      false,
+                      {Fault::frozen_value,
+                       Node::sensor,
+                       half_s,
+                       0,
+                       {Cause::position_frozen, Cause::following_error},
+                       52}});
+  return result;
+}
+
+config::Config config_for(const Case& one) {
   config::Config config = one_axis();
   controller::AxisConfig& axis = config.axes[0].control;
-  axis.law.structure = structure;
+  axis.law.structure = one.structure;
+  axis.delays.interpolated = config.axes[0].twin.interpolate = one.interpolates;
   // The error that the structure itself leaves must not count as the fault.
-  if (structure == Structure::pi || structure == Structure::average) axis.following_error.error_um = 9.0;
-  twin::FaultSpec spec = twin::fault_spec(row.kind, "x");
-  spec.node = row.node;
+  if (one.structure == Structure::pi || one.structure == Structure::average)
+    axis.following_error.error_um = 9.0;
+  twin::FaultSpec spec = twin::fault_spec(one.row.kind, "x");
+  spec.node = one.row.node;
   spec.begins = begins;
-  spec.lasts = row.lasts;
-  if (!twin::traits(row.kind).unit.empty()) spec.value = row.value;
+  spec.lasts = one.row.lasts;
+  if (!twin::traits(one.row.kind).unit.empty()) spec.value = one.row.value;
   config.twin.faults = {spec};
   return config;
 }
 
-class TwinFault : public testing::TestWithParam<std::tuple<Structure, Row>> {};
+class TwinFault : public testing::TestWithParam<Case> {};
 
 /// While the bus is saturated, frames wait in the queue of the controller's CAN driver. When the bus is free
 /// they go out, also two commands from before the fault; by then the amplifier's watchdog has latched.
@@ -136,8 +159,8 @@ void track(FaultRig& rig) {
 }
 
 TEST_P(TwinFault, LeadsToTheDocumentedReaction) {
-  const auto& [structure, row] = GetParam();
-  FaultRig rig(config_for(structure, row));
+  const Row& row = GetParam().row;
+  FaultRig rig(config_for(GetParam()));
   ASSERT_NO_FATAL_FAILURE(track(rig));
   const bool faulted = rig.reaches(AxisState::faulted, row.lasts + milliseconds(500));
   ASSERT_EQ(faulted, !row.causes.empty()) << to_string(rig.axis().fault().cause);
@@ -154,8 +177,8 @@ TEST_P(TwinFault, LeadsToTheDocumentedReaction) {
 }
 
 TEST_P(TwinFault, IsOverWhenItEndsAndTheAxisTracksAgainOnceCleared) {
-  const auto& [structure, row] = GetParam();
-  FaultRig rig(config_for(structure, row));
+  const Row& row = GetParam().row;
+  FaultRig rig(config_for(GetParam()));
   ASSERT_NO_FATAL_FAILURE(track(rig));
   rig.run_for(milliseconds(1));
   EXPECT_EQ(rig.stage_faults().active().size(), 1u);
@@ -173,17 +196,12 @@ TEST_P(TwinFault, IsOverWhenItEndsAndTheAxisTracksAgainOnceCleared) {
   expect_safe_wire(rig, row);
 }
 
-INSTANTIATE_TEST_SUITE_P(, TwinFault,
-                         testing::Combine(testing::Values(Structure::average, Structure::inverse,
-                                                          Structure::pi, Structure::average_pi,
-                                                          Structure::inverse_pi),
-                                          testing::ValuesIn(rows)),
-                         [](const auto& test) {
-                           std::string name(to_string(std::get<0>(test.param)));
-                           std::ranges::replace(name, '+', '_');
-                           const Row& row = std::get<1>(test.param);
-                           return name + "_" + name_of(row) + "_" + std::to_string(test.index);
-                         });
+INSTANTIATE_TEST_SUITE_P(, TwinFault, testing::ValuesIn(cases()), [](const auto& test) {
+  std::string name(to_string(test.param.structure));
+  std::ranges::replace(name, '+', '_');
+  return name + (test.param.interpolates ? "_interpolated_" : "_held_") + name_of(test.param.row) + "_" +
+         std::to_string(test.index);
+});
 
 /// Whether a line of docs/twin.md describes this row: its kind, where it acts, every cause or none.
 bool describes(const std::string& line, const Row& row) {

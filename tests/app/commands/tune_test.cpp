@@ -36,6 +36,11 @@ class Tune : public Cli {
     EXPECT_EQ(program.wait(), done) << program.err();
     return json::parse(program.out());
   }
+  /// The answer for the stage of SetUp(), which is found once for all tests.
+  const json& tuned_once() const {
+    static const json found = tuned();
+    return found;
+  }
   static json named(const json& found, const std::string& name) {
     for (const json& candidate : found["candidates"])
       if (candidate["name"] == name) return candidate;
@@ -56,7 +61,7 @@ class Tune : public Cli {
 // The twin has 500 Hz and 0.05. Its amplifier has a lag of 0.106 ms, not a delay; near half the cycle rate
 // the two differ by some hundredths of a millisecond.
 TEST_F(Tune, FindsTheTwinsModeFromAFewSmallSteps) {
-  const json found = tuned();
+  const json& found = tuned_once();
   EXPECT_NEAR(found["natural_frequency_Hz"]["value"], 500.0, 5.0);
   EXPECT_NEAR(found["damping_ratio"]["value"], 0.05, 0.005);
   EXPECT_NEAR(found["delay_s"]["value"], 0.106e-3, 0.06e-3);
@@ -96,7 +101,7 @@ TEST_F(Tune, DesignsKeepTheSensitivityPeakAtAllCorners) {
 }
 
 TEST_F(Tune, ProposesTheCandidateWithTheSmallestPredictedError) {
-  const json found = tuned();
+  const json& found = tuned_once();
   const double proposed = found["proposed"]["predicted_rms_percent"];
   for (const json& candidate : found["candidates"])
     EXPECT_LE(proposed, candidate["predicted_rms_percent"]) << candidate["name"];
@@ -112,7 +117,7 @@ TEST_F(Tune, ProposesThePresentSettingUnchangedWhereNothingIsPredictedToBeBetter
 }
 
 TEST_F(Tune, JudgesThePresentGainsByTheSameLoop) {
-  const json present = tuned()["present"];
+  const json& present = tuned_once()["present"];
   EXPECT_EQ(present["kp"], 0.05);
   EXPECT_EQ(present["ki_per_s"], 120.0);
   // tests/controller/analysis/margins_test.cpp has the margins of the twin's true mode.
@@ -122,7 +127,7 @@ TEST_F(Tune, JudgesThePresentGainsByTheSameLoop) {
 }
 
 TEST_F(Tune, CountsAConfiguredNotchAndLowPassInThePresentLoop) {
-  const json plain = tuned()["present"];
+  const json& plain = tuned_once()["present"];
   shipped.edit("piezo.toml", "kp                 = 0.05", "measurement_filter_Hz = 200.0\nkp = 0.05");
   shipped.edit(
       "piezo.toml", "[axis.control.in_position]",
@@ -147,7 +152,7 @@ TEST_F(Tune, SaysThatThePresentLoopIsNotStable) {
 }
 
 TEST_F(Tune, PredictsEachStructure) {
-  const json found = tuned();
+  const json& found = tuned_once();
   EXPECT_EQ(found["proposed"]["predicted"].size(), 5u);
   for (const auto& [structure, outcome] : found["proposed"]["predicted"].items())
     EXPECT_EQ(outcome["fault"], "none") << structure;
