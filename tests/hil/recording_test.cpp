@@ -28,9 +28,7 @@ std::string output_of(const std::vector<std::string>& words) {
   return process.out();
 }
 
-json recording_of(const LiveStage& stage) {
-  return json::parse(stage.ctl({"--json", "status"}).out).at("recording");
-}
+json recording_of(const LiveStage& stage) { return stage.status().at("recording"); }
 
 TEST(RecordedRun, OfAKilledControllerIsListedAndExported) {
   LiveStage stage;
