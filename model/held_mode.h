@@ -22,7 +22,10 @@ class HeldMode {
   /// range, or if cycle_s <= 0.
   HeldMode(const SecondOrder::Config& mode, double delay_s, double cycle_s);
 
-  int whole_cycles() const { return whole_cycles_; }  ///< m
+  int whole_cycles() const { return whole_cycles_; }                 ///< m
+  const Eigen::Matrix2d& transition() const { return transition_; }  ///< A
+  const Eigen::Vector2d& from_old() const { return from_old_; }      ///< b_old
+  const Eigen::Vector2d& from_new() const { return from_new_; }      ///< b_new
 
   /// One cycle with the drives u[n-m-1] and u[n-m].
   Eigen::Vector2d step(const Eigen::Vector2d& state, double old_drive, double new_drive) const {
@@ -33,9 +36,9 @@ class HeldMode {
 
  private:
   int whole_cycles_;
-  Eigen::Matrix2d transition_;                          // A
-  Eigen::Vector2d from_old_ = Eigen::Vector2d::Zero();  // b_old
-  Eigen::Vector2d from_new_ = Eigen::Vector2d::Zero();  // b_new
+  Eigen::Matrix2d transition_;
+  Eigen::Vector2d from_old_ = Eigen::Vector2d::Zero();
+  Eigen::Vector2d from_new_ = Eigen::Vector2d::Zero();
 };
 
 }  // namespace hystcan::model

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 #include "app/io/exit_status.h"
@@ -102,31 +103,37 @@ class Rehearsed {
 
   Candidate present() const {
     const controller::AxisConfig& axis = config_.axes[0].control;
-    return predicted(present_name, {axis.law.pi, axis.law.measurement_filter_Hz, axis.law.notch},
-                     axis.delays);
+    const controller::LoopSetting setting{axis.law.pi, axis.law.measurement_filter_Hz, axis.law.notch};
+    return predicted(present_name, setting, axis.delays, judged(setting));
   }
 
   /// With the feed-forward that tracks best.
   Candidate design(const char* name, const controller::LoopSetting& setting) const {
     controller::Delays delays = plant_.identified.delays;
-    Candidate best = predicted(name, setting, delays);
+    const std::optional<controller::JudgedLoop> loop = judged(setting);  // no feed-forward is in it
+    Candidate best = predicted(name, setting, delays, loop);
     for (const auto& [second_order, plant_inverse] :
          {std::pair(false, false), std::pair(true, false), std::pair(false, true)}) {
       if (second_order == best.delays.second_order && plant_inverse == best.delays.plant_inverse) continue;
       delays.second_order = second_order;
       delays.plant_inverse = plant_inverse;
-      Candidate other = predicted(name, setting, delays);
+      Candidate other = predicted(name, setting, delays, loop);
       if (is_better(other, best)) best = std::move(other);
     }
     return best;
   }
 
  private:
+  std::optional<controller::JudgedLoop> judged(const controller::LoopSetting& setting) const {
+    if (!(setting.pi.ki_per_s > 0.0)) return std::nullopt;
+    return controller::judge(plant_.loop(setting), corners_, setting.pi);
+  }
+
   Candidate predicted(const char* name, const controller::LoopSetting& setting,
-                      const controller::Delays& delays) const {
+                      const controller::Delays& delays,
+                      const std::optional<controller::JudgedLoop>& loop) const {
     Candidate candidate{.name = name, .setting = setting, .delays = delays};
-    if (setting.pi.ki_per_s > 0.0)
-      candidate.loop = controller::judge(plant_.loop(setting), corners_, setting.pi);
+    candidate.loop = loop;
     if (!may_run(candidate)) return candidate;
     rehearsal::Outcome outcome = outcome_of(setup_of(candidate, config_, twin_, plant_.identified));
     candidate.predicted = std::move(outcome.axes[0]);

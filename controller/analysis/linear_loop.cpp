@@ -42,6 +42,6 @@ Complex LinearLoop::filter(double theta) const {
   return (1.0 - filter_pole_) / (1.0 - filter_pole_ * std::polar(1.0, -theta));
 }
 
-Complex LinearLoop::without_gains(double theta) const { return filter(theta) * plant(theta); }
+Complex LinearLoop::without_gains(double theta) const { return filtered(theta, unfiltered(theta)); }
 
 }  // namespace hystcan::controller

@@ -43,6 +43,11 @@ class LinearLoop {
   std::complex<double> plant(double theta) const;
   /// F P: the loop without its gains.
   std::complex<double> without_gains(double theta) const;
+  /// without_gains() in two parts: the plant alone, and a plant's response behind notch and low pass.
+  std::complex<double> unfiltered(double theta) const { return plant_.response(theta); }
+  std::complex<double> filtered(double theta, const std::complex<double>& plant) const {
+    return filter(theta) * (notch(theta) * plant);
+  }
   /// L.
   std::complex<double> operator()(const Pi::Config& pi, double theta) const {
     return pi_response(pi, config_.cycle_s, theta) * without_gains(theta);

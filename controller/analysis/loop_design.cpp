@@ -33,18 +33,34 @@ struct Responses {
   Eigen::ArrayXcd integral, proportional;
 };
 
-Responses responses_of(const LoopConfig& config, const PlantUncertainty& uncertainty, double density) {
-  std::vector<Complex> integral, proportional;
+/// The plant of every corner at every frequency, which all filters share.
+struct Plants {
+  std::vector<double> theta;
+  std::vector<Complex> response;
+};
+
+Plants plants_of(const LoopConfig& config, const PlantUncertainty& uncertainty, double density) {
+  Plants plants;
   for (const LinearLoop& corner : corners_of(config, uncertainty))
     for (const double theta : frequencies_for(corner.config(), density)) {
-      const Complex plant = corner.without_gains(theta), z = std::polar(1.0, theta);
-      proportional.push_back(plant);
-      integral.push_back(plant * z / (z - 1.0));
+      plants.theta.push_back(theta);
+      plants.response.push_back(corner.unfiltered(theta));
     }
-  const auto array = [](const std::vector<Complex>& values) -> Eigen::ArrayXcd {
-    return Eigen::Map<const Eigen::ArrayXcd>(values.data(), static_cast<Eigen::Index>(values.size()));
-  };
-  return {array(integral), array(proportional)};
+  return plants;
+}
+
+Responses responses_of(const LoopConfig& config, const Plants& plants) {
+  const LinearLoop loop(config);
+  const auto count = static_cast<Eigen::Index>(plants.theta.size());
+  Responses of{Eigen::ArrayXcd(count), Eigen::ArrayXcd(count)};
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const double theta = plants.theta[static_cast<std::size_t>(i)];
+    const Complex plant = loop.filtered(theta, plants.response[static_cast<std::size_t>(i)]),
+                  z = std::polar(1.0, theta);
+    of.proportional[i] = plant;
+    of.integral[i] = plant * z / (z - 1.0);
+  }
+  return of;
 }
 
 /// The largest ki T with this kp / (ki T).
@@ -85,8 +101,8 @@ void require(const SensitivityRule& rule) {
 }
 
 /// The largest ki T of a coarse search.
-double worth(const LoopConfig& config, const PlantUncertainty& uncertainty, const SensitivityRule& rule) {
-  const Responses of = responses_of(config, uncertainty, search_density);
+double worth(const LoopConfig& config, const Plants& plants, const SensitivityRule& rule) {
+  const Responses of = responses_of(config, plants);
   return best_ratio(of, rule.peak_sensitivity, 0.0, coarse_step, coarse_ratios).ki_per_cycle;
 }
 
@@ -95,10 +111,11 @@ LoopConfig with_low_pass(const LoopConfig& config, const PlantUncertainty& uncer
                          const SensitivityRule& rule) {
   constexpr std::array shares_of_rate{0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2, 0.3};
   LoopConfig best = config, tried = config;
-  double most = worth(config, uncertainty, rule);
+  const Plants plants = plants_of(config, uncertainty, search_density);
+  double most = worth(config, plants, rule);
   for (const double share : shares_of_rate) {
     tried.measurement_filter_Hz = rounded_down(share / config.cycle_s);
-    const double now = worth(tried, uncertainty, rule);
+    const double now = worth(tried, plants, rule);
     if (now > most) {
       most = now;
       best = tried;
@@ -114,14 +131,15 @@ LoopConfig with_notch(const LoopConfig& config, const PlantUncertainty& uncertai
   constexpr std::array widths{0.1, 0.2, 0.35, 0.6, 1.0};
   const double highest_Hz = 0.49 / config.cycle_s;
   LoopConfig best = config, tried = config;
-  double most = worth(config, uncertainty, rule);
+  const Plants plants = plants_of(config, uncertainty, search_density);
+  double most = worth(config, plants, rule);
   for (const double place : places)
     for (const double depth : depths)
       for (const double width : widths) {
         const double frequency_Hz = std::min(place * config.delays.resonance_Hz, highest_Hz);
         tried.notch =
             Notch::Config{.frequency_Hz = rounded_down(frequency_Hz), .depth = depth, .width = width};
-        const double now = worth(tried, uncertainty, rule);
+        const double now = worth(tried, plants, rule);
         if (now > most) {
           most = now;
           best = tried;
@@ -192,7 +210,8 @@ std::vector<LinearLoop> corners_of(const LoopConfig& config, const PlantUncertai
 Pi::Config largest_gains(const LoopConfig& config, const PlantUncertainty& uncertainty,
                          const SensitivityRule& rule) {
   require(rule);
-  const Responses of = responses_of(config, widened(uncertainty, rule.resonance_percent), exact_density);
+  const Responses of =
+      responses_of(config, plants_of(config, widened(uncertainty, rule.resonance_percent), exact_density));
   const Best coarse = best_ratio(of, rule.peak_sensitivity, 0.0, coarse_step, coarse_ratios);
   const double fine = coarse_step / 10.0;
   const Best best = best_ratio(of, rule.peak_sensitivity, coarse.ratio - coarse_step, fine, 21);

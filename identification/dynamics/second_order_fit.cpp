@@ -4,28 +4,23 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "identification/dynamics/mode_response.h"
 #include "identification/dynamics/sampled_dataset.h"
 #include "identification/numerics/orthogonal_decomposition.h"
-#include "model/held_mode.h"
+#include "identification/numerics/orthonormal_columns.h"
 #include "model/refusal.h"
 
 namespace hystcan::identification {
 namespace {
 
-using model::HeldMode;
 using model::refuse;
 
-// log(f / Hz), log zeta, d / T.
-using Point = Eigen::Vector3d;
+using Point = ModePoint;
 constexpr double normal_tolerance = 1e-15;
-using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, 3>;
-// The columns of the linear part; from `gain` on there is one column for each input.
-enum Linear : Eigen::Index { offset, drift, free_position, free_velocity, gain };
 
 struct Box {
   Point lo, hi;
@@ -37,77 +32,35 @@ Box searched(const SampledDataset& dataset) {
           {std::log(largest_frequency_cycles / dataset.cycle_s), std::log(5.0), largest_delay_cycles}};
 }
 
-HeldMode mode_at(const SampledDataset& dataset, const Point& point) {
-  return {{std::exp(point[0]), std::exp(point[1])}, point[2] * dataset.cycle_s, dataset.cycle_s};
-}
-
-/// x[n] of the mode for every fitted row and each of the first `count` inputs. The mode starts in equilibrium
-/// with the input before.
-Eigen::MatrixXd driven(const SampledDataset& dataset, const HeldMode& mode, Eigen::Index count) {
-  Eigen::MatrixXd positions(dataset.rows(), count);
-  for (Eigen::Index input = 0; input < count; ++input) {
-    const auto at = [&](Eigen::Index n) {
-      const Eigen::Index row = dataset.first + n - mode.whole_cycles();
-      return dataset.inputs(std::clamp<Eigen::Index>(row, 0, dataset.inputs.rows() - 1), input);
-    };
-    Eigen::Vector2d state(at(-1), 0.0);
-    Eigen::Index n = 0;
-    for (Eigen::Index row = 0; row < dataset.rows(); ++row) {
-      for (; n < dataset.cycle_of(row); ++n) state = mode.step(state, at(n - 1), at(n));
-      positions(row, input) = state[0];
-    }
-  }
-  return positions;
-}
-
-template <class Column>
-void decay_freely(Column column, const SampledDataset& dataset, const HeldMode& mode, Eigen::Vector2d state) {
-  Eigen::Index n = 0;
-  for (Eigen::Index row = 0; row < dataset.rows(); ++row) {
-    for (; n < dataset.cycle_of(row); ++n) state = mode.step(state, 0.0, 0.0);
-    column[row] = state[0];
-  }
-}
-
-Eigen::MatrixXd columns_at(const SampledDataset& dataset, const Point& point) {
-  const HeldMode mode = mode_at(dataset, point);
-  Eigen::MatrixXd columns(dataset.rows(), gain + dataset.inputs.cols());
-  columns.col(offset).setOnes();
-  columns.col(drift) = dataset.time;
-  decay_freely(columns.col(free_position), dataset, mode, {1.0, 0.0});
-  decay_freely(columns.col(free_velocity), dataset, mode, {0.0, 2.0 * std::numbers::pi * std::exp(point[0])});
-  columns.rightCols(dataset.inputs.cols()) = driven(dataset, mode, dataset.inputs.cols());
-  return columns;
-}
-
+/// The best linear part.
 struct Projection {
-  Eigen::MatrixXd columns;
-  OrthogonalDecomposition decomposed;
+  OrthonormalColumns columns;
   Eigen::VectorXd coefficients;
   Eigen::VectorXd residual;  ///< output minus fitted
 };
 
-Projection project(const SampledDataset& dataset, const Point& point) {
-  Eigen::MatrixXd columns = columns_at(dataset, point);
-  OrthogonalDecomposition decomposed(columns, normal_tolerance);
-  Eigen::VectorXd coefficients = decomposed.solve(dataset.output);
-  Eigen::VectorXd residual = dataset.output - columns * coefficients;
-  return {std::move(columns), std::move(decomposed), std::move(coefficients), std::move(residual)};
-}
+/// A dataset and what modes make of it.
+struct Task {
+  explicit Task(SampledDataset sampled)
+      : dataset(std::move(sampled)), response(dataset, largest_delay_cycles) {}
+  Task(const Task&) = delete;
+  Task& operator=(const Task&) = delete;
 
-/// Derivatives of the residual, without those of the coefficients (Kaufman 1975). The derivatives of the
-/// columns are central differences with an error of order 1e-10.
-Jacobian residual_slope(const SampledDataset& dataset, const Point& point, const Projection& at) {
-  constexpr double h = 1e-5;
-  Jacobian slope(dataset.rows(), 3);
-  for (int i = 0; i < 3; ++i) {
-    const Point shift = h * Point::Unit(i);
-    const Eigen::VectorXd moved = (columns_at(dataset, point + shift) - columns_at(dataset, point - shift)) *
-                                  at.coefficients / (2.0 * h);
-    slope.col(i) = at.columns * at.decomposed.solve(moved) - moved;
+  Projection project(const Point& point) const {
+    OrthonormalColumns columns(response.columns(point));
+    auto [coefficients, residual] = columns.solve(dataset.output);
+    return {std::move(columns), std::move(coefficients), std::move(residual)};
   }
-  return slope;
-}
+  /// Derivatives of the residual, without those of the coefficients (Kaufman 1975).
+  ModeResponse::Slope residual_slope(const Point& point, const Projection& at) const {
+    ModeResponse::Slope slope = -response.slope(point, at.coefficients);
+    at.columns.remove_from(slope);
+    return slope;
+  }
+
+  SampledDataset dataset;
+  ModeResponse response;
+};
 
 struct LocalMinimum {
   Point point;
@@ -115,12 +68,12 @@ struct LocalMinimum {
 };
 
 /// Levenberg-Marquardt until no step is longer than `resolution`. A coordinate whose box is a single value stays.
-LocalMinimum descend(const SampledDataset& dataset, const Box& box, const Point& start, double resolution) {
-  Projection at = project(dataset, start);
+LocalMinimum descend(const Task& task, const Box& box, const Point& start, double resolution) {
+  Projection at = task.project(start);
   LocalMinimum best{start, at.residual.squaredNorm()};
   double damping = 1e-3;
   for (int iteration = 0; iteration < 60; ++iteration) {
-    Jacobian slope = residual_slope(dataset, best.point, at);
+    ModeResponse::Slope slope = task.residual_slope(best.point, at);
     for (int i = 0; i < 3; ++i)
       if (box.lo[i] == box.hi[i]) slope.col(i).setZero();
     const Eigen::Matrix3d curvature = slope.transpose() * slope;
@@ -132,7 +85,7 @@ LocalMinimum descend(const SampledDataset& dataset, const Box& box, const Point&
       const Point next = box.clamped(
           best.point +
           OrthogonalDecomposition(damped, normal_tolerance).solve(downhill).cwiseMax(-0.5).cwiseMin(0.5));
-      Projection there = project(dataset, next);
+      Projection there = task.project(next);
       const double sum = there.residual.squaredNorm();
       if (!(sum < best.sum_of_squares)) {
         damping *= 10.0;
@@ -157,29 +110,44 @@ std::vector<double> steps(double lo, double hi, double step) {
   return values;
 }
 
-// The modes of the grid start in equilibrium, and the linear part is only offset, drift and gain. Each point
-// then costs a product of vectors instead of a decomposition.
-std::vector<LocalMinimum> grid(const SampledDataset& dataset, const Box& box) {
+// The linear part of the grid is only offset, drift and gain. A delay of more whole cycles is the same response, later:
+// a point costs some products of vectors.
+std::vector<LocalMinimum> grid(const Task& task, const Box& box) {
   constexpr double frequency_ratio = 1.15;
-  std::vector<LocalMinimum> places;
+  const SampledDataset& dataset = task.dataset;
   const Eigen::VectorXd output = without_line(dataset.time, dataset.output);
+  Eigen::MatrixXd against =
+      Eigen::MatrixXd::Zero(dataset.length(), 3);  // a cycle without a row does not count
+  against(dataset.cycles, 0).setConstant(1.0 / std::sqrt(static_cast<double>(dataset.rows())));
+  against(dataset.cycles, 1) = dataset.time.normalized();
+  against(dataset.cycles, 2) = output;
+  const Eigen::ArrayXd has_row = (against.col(0).array() > 0.0).cast<double>();
+  const auto left = [&](const Eigen::Ref<const Eigen::VectorXd>& x) {
+    const Eigen::Vector3d products = against.transpose() * x;
+    const double squared = (x.array().square() * has_row).sum();
+    const double about_line = squared - products.head<2>().squaredNorm();
+    const double along = products[2];
+    return output.squaredNorm() - (about_line > 1e-12 * squared ? along * along / about_line : 0.0);
+  };
+  std::vector<LocalMinimum> places;
   for (const double log_f : steps(box.lo[0], box.hi[0], std::log(frequency_ratio)))
     for (const double zeta : {0.03, 0.2, 0.9})
-      for (const double delay : steps(box.lo[2], box.hi[2], 0.5)) {
-        const Point point{log_f, std::log(zeta), delay};
-        const Eigen::VectorXd x = without_line(dataset.time, driven(dataset, mode_at(dataset, point), 1));
-        const double along = x.dot(output);
-        places.push_back({point, output.squaredNorm() - along * along / std::max(x.squaredNorm(), 1e-300)});
+      for (const double part : {0.0, 0.5}) {
+        const Point earliest{log_f, std::log(zeta), part};
+        const Eigen::VectorXd x = task.response.long_response(earliest);
+        for (int cycles = -1; part + cycles <= box.hi[2]; ++cycles)
+          places.push_back({earliest + cycles * Point::UnitZ(),
+                            left(x.segment(largest_delay_cycles - cycles, dataset.length()))});
       }
-  std::ranges::sort(places, {}, &LocalMinimum::sum_of_squares);
+  std::ranges::stable_sort(places, {}, &LocalMinimum::sum_of_squares);
   return places;
 }
 
 /// The best few points of the grid that lie apart.
-std::vector<Point> starts(const SampledDataset& dataset, const Box& box) {
+std::vector<Point> starts(const Task& task, const Box& box) {
   constexpr std::size_t most = 6;
   std::vector<Point> chosen;
-  for (const LocalMinimum& place : grid(dataset, box)) {
+  for (const LocalMinimum& place : grid(task, box)) {
     const auto near = [&](const Point& other) {
       const Point apart = (place.point - other).cwiseAbs();
       return apart[0] < 0.3 && apart[2] < 1.1;
@@ -193,10 +161,10 @@ std::vector<Point> starts(const SampledDataset& dataset, const Box& box) {
 // Points with almost the same samples as `point`. The mirror image of f at half the sampling rate has the
 // same decay per second, zeta omega, and almost the same samples with another delay. Near half the
 // sampling rate the mode itself with another delay is such a point, too.
-std::vector<Point> similar_points(const SampledDataset& dataset, const Box& box, const Point& point) {
+std::vector<Point> similar_points(const Task& task, const Box& box, const Point& point) {
   constexpr double reach = 1.5, spacing = 0.1;  // cycles
   const double f = std::exp(point[0]);
-  const double image = std::max(1.0 / dataset.cycle_s - f, std::exp(box.lo[0]));
+  const double image = std::max(1.0 / task.dataset.cycle_s - f, std::exp(box.lo[0]));
   std::vector<Point> found;
   for (const double frequency_Hz : {f, image}) {
     if (std::log(frequency_Hz) > box.hi[0]) continue;
@@ -205,7 +173,7 @@ std::vector<Point> similar_points(const SampledDataset& dataset, const Box& box,
     Point before = point;
     for (const double delay : steps(point[2] - reach, point[2] + reach, spacing)) {
       const Point there = box.clamped({std::log(frequency_Hz), point[1] + std::log(f / frequency_Hz), delay});
-      const double next = project(dataset, there).residual.squaredNorm();
+      const double next = task.project(there).residual.squaredNorm();
       if (falling && next > sum) found.push_back(before);
       falling = next < sum;
       sum = next;
@@ -216,37 +184,29 @@ std::vector<Point> similar_points(const SampledDataset& dataset, const Box& box,
 }
 
 /// All minima, the best one first.
-std::vector<LocalMinimum> minima(const SampledDataset& dataset, const Box& box) {
+std::vector<LocalMinimum> minima(const Task& task, const Box& box) {
   constexpr int most_refinements = 3;
   constexpr double coarse = 1e-6, fine = 1e-11;
   std::vector<LocalMinimum> found;
-  for (const Point& start : starts(dataset, box)) found.push_back(descend(dataset, box, start, coarse));
+  for (const Point& start : starts(task, box)) found.push_back(descend(task, box, start, coarse));
   std::ranges::sort(found, {}, &LocalMinimum::sum_of_squares);
   for (int round = 0; round < most_refinements; ++round) {
     const double best = found.front().sum_of_squares;
-    for (const Point& start : similar_points(dataset, box, found.front().point))
-      found.push_back(descend(dataset, box, start, coarse));
+    for (const Point& start : similar_points(task, box, found.front().point))
+      found.push_back(descend(task, box, start, coarse));
     std::ranges::sort(found, {}, &LocalMinimum::sum_of_squares);
     if (found.front().sum_of_squares > 0.99 * best) break;
   }
-  found.front() = descend(dataset, box, found.front().point, fine);
+  found.front() = descend(task, box, found.front().point, fine);
   return found;
 }
 
 // The sensitivity of the driven response only: a free decay follows any line in the noise and would
 // indicate a frequency even if the drive does not excite it.
-Eigen::MatrixXd sensitivity_at(const SampledDataset& dataset, const Point& point, const Projection& at) {
-  constexpr double h = 1e-5;
-  const Eigen::Index inputs = dataset.inputs.cols();
-  const auto response = [&](const Point& there) -> Eigen::VectorXd {
-    return driven(dataset, mode_at(dataset, there), inputs) * at.coefficients.tail(inputs);
-  };
-  Eigen::MatrixXd sensitivity(dataset.rows(), 3 + at.columns.cols());
-  for (int i = 0; i < 3; ++i) {
-    const Point shift = h * Point::Unit(i);
-    sensitivity.col(i) = (response(point + shift) - response(point - shift)) / (2.0 * h);
-  }
-  sensitivity.rightCols(at.columns.cols()) = at.columns;
+Eigen::MatrixXd sensitivity_at(const Task& task, const Point& point, const Projection& at) {
+  Eigen::MatrixXd sensitivity(task.dataset.rows(), 3 + at.coefficients.size());
+  sensitivity.leftCols<3>() = task.response.driven_slope(point, at.coefficients);
+  sensitivity.rightCols(at.coefficients.size()) = task.response.columns(point);
   return sensitivity;
 }
 
@@ -268,13 +228,13 @@ struct Confidence {
   double variance = 0.0;           ///< s^2, multiplied by the effect of correlated residuals
 };
 
-Confidence confidence_at(const SampledDataset& dataset, const Point& point, const Projection& at) {
-  const Eigen::MatrixXd sensitivity = sensitivity_at(dataset, point, at);
+Confidence confidence_at(const Task& task, const Point& point, const Projection& at) {
+  const Eigen::MatrixXd sensitivity = sensitivity_at(task, point, at);
   const Eigen::RowVectorXd scale = sensitivity.colwise().norm().cwiseMax(1e-300);
   const Eigen::MatrixXd scaled = sensitivity.array().rowwise() / scale.array();
   const Eigen::MatrixXd inverse =
       OrthogonalDecomposition(scaled.transpose() * scaled, normal_tolerance).pseudo_inverse();
-  const double freedom = static_cast<double>(dataset.rows() - sensitivity.cols());
+  const double freedom = static_cast<double>(task.dataset.rows() - sensitivity.cols());
   const double variance = at.residual.squaredNorm() / freedom;
   const Eigen::MatrixXd scores = scaled.array().colwise() * at.residual.array();
   const Eigen::ArrayXd plain = variance * inverse.diagonal().array();
@@ -291,15 +251,15 @@ struct Interval {
 };
 
 /// The dataset without its noise: the output is what the best mode does when driven.
-SampledDataset only_driven(SampledDataset dataset, const Point& point, const Projection& at) {
-  const Eigen::Index inputs = dataset.inputs.cols();
-  dataset.output = driven(dataset, mode_at(dataset, point), inputs) * at.coefficients.tail(inputs);
+SampledDataset only_driven(const Task& task, const Point& point, const Projection& at) {
+  SampledDataset dataset = task.dataset;
+  dataset.output = task.response.driven(point, at.coefficients);
   return dataset;
 }
 
 /// How far coordinate `which` can go from `point` in the direction of `longest`, and not further than that, until no
 /// mode responds to the drive as the one at `point` does. In steps of a factor of two, upwards.
-double profile_reach(int which, double longest, const SampledDataset& response, Box box, const Point& point,
+double profile_reach(int which, double longest, const Task& response, Box box, const Point& point,
                      double as_good) {
   constexpr int halvings = 8;
   constexpr double resolution = 1e-4;
@@ -319,7 +279,7 @@ double profile_reach(int which, double longest, const SampledDataset& response, 
 
 // At half the sampling rate the samples change with the square of f only: their sensitivity to f vanishes there, and
 // the standard error with it says nothing. A wide interval is therefore looked for in the response itself.
-Interval around(int which, const Box& box, const SampledDataset& response, const Point& point,
+Interval around(int which, const Box& box, const Task& response, const Point& point,
                 const Confidence& confidence) {
   constexpr double wide = 0.01;
   const double reach = two_sided_95 * confidence.standard_error[which];
@@ -332,8 +292,8 @@ Interval around(int which, const Box& box, const SampledDataset& response, const
 }
 
 /// Interval of one of (log f, log zeta, d / T), around the best minimum and all minima that are as good.
-Interval interval_of(int which, const Box& box, const SampledDataset& response,
-                     const std::vector<LocalMinimum>& found, const Confidence& confidence) {
+Interval interval_of(int which, const Box& box, const Task& response, const std::vector<LocalMinimum>& found,
+                     const Confidence& confidence) {
   Interval interval = around(which, box, response, found.front().point, confidence);
   const double as_good = found.front().sum_of_squares + two_sided_95 * two_sided_95 * confidence.variance;
   for (const LocalMinimum& other : found) {
@@ -388,14 +348,15 @@ void check_determined(const SecondOrderFit& fit, const Point& point, const Box& 
 }  // namespace
 
 SecondOrderFit fit_second_order(const Dataset& dataset) {
-  const SampledDataset s = sampled(dataset, largest_delay_cycles);
+  const Task task(sampled(dataset, largest_delay_cycles));
+  const SampledDataset& s = task.dataset;
   const Box box = searched(s);
-  const std::vector<LocalMinimum> found = minima(s, box);
+  const std::vector<LocalMinimum> found = minima(task, box);
   const Point& point = found.front().point;
-  const Projection at = project(s, point);
-  const Confidence confidence = confidence_at(s, point, at);
+  const Projection at = task.project(point);
+  const Confidence confidence = confidence_at(task, point, at);
   const Eigen::VectorXd& error = confidence.standard_error;
-  const SampledDataset response = only_driven(s, point, at);
+  const Task response(only_driven(task, point, at));
   const auto interval = [&](int which) { return interval_of(which, box, response, found, confidence); };
 
   const double rows = static_cast<double>(s.rows());

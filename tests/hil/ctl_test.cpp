@@ -1,8 +1,6 @@
 // hystcan ctl with a controller that drives the axes on vcan0: its answers, and the effect on the wire.
 #include <gtest/gtest.h>
-#include <sys/socket.h>
 #include <sys/stat.h>
-#include <sys/un.h>
 
 #include "tests/hil/live_stage.h"
 
@@ -10,6 +8,7 @@ namespace hystcan::ctl_test {
 namespace {
 
 using hil::between;
+using hil::Client;
 using hil::json;
 using hil::LiveStage;
 using hil::milliseconds;
@@ -37,38 +36,12 @@ struct Ctl : testing::Test {
   }
 };
 
-/// A client that stays connected.
-class Client {
- public:
-  explicit Client(const std::string& file) {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    file.copy(address.sun_path, sizeof address.sun_path - 1);
-    EXPECT_EQ(connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
-    const timeval limit{.tv_sec = 10, .tv_usec = 0};
-    setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
-  }
-  ~Client() { close(socket_); }
-  Client(const Client&) = delete;
-  Client& operator=(const Client&) = delete;
-
-  /// Sends the text and returns the line of the answer; null if it is not JSON.
-  json says(const std::string& text) const {
-    EXPECT_EQ(send(socket_, text.data(), text.size(), MSG_NOSIGNAL), static_cast<ssize_t>(text.size()));
-    std::string line;
-    for (char letter = 0; recv(socket_, &letter, 1, 0) == 1 && letter != '\n';) line += letter;
-    const json answer = json::parse(line, nullptr, false);
-    return answer.is_discarded() ? json() : answer;
-  }
-
- private:
-  int socket_ = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-};
-
 TEST_F(Ctl, ReportsTheStatusOfEveryAxis) {
   start();
   for (const std::size_t axis : {x, y}) {
-    const json status = stage.axis_status(axis);
+    const LiveStage::Answer answer = stage.ctl({"--json", "status"});
+    ASSERT_EQ(answer.status, 0) << answer.err;
+    const json status = json::parse(answer.out).at("axes").at(axis);
     EXPECT_EQ(status.at("state"), "tracking");
     EXPECT_EQ(status.at("fault"), "none");
     EXPECT_LT(std::abs(status.at("error_um").get<double>()), 1.0);

@@ -10,12 +10,19 @@ AXES = {"X": (1, 2), "Y": (3, 4)}
 STATES = ["offline", "waiting", "initialising", "ready", "tracking", "faulted"]
 
 
+def shifted_by_eight(crc):
+    for _ in range(8):
+        crc = (crc << 1 ^ 0x1D if crc & 0x80 else crc << 1) & 0xFF
+    return crc
+
+
+AFTER_A_BYTE = [shifted_by_eight(crc) for crc in range(256)]
+
+
 def crc8_j1850(data):
     crc = 0xFF
     for byte in data:
-        crc ^= byte
-        for _ in range(8):
-            crc = (crc << 1 ^ 0x1D if crc & 0x80 else crc << 1) & 0xFF
+        crc = AFTER_A_BYTE[crc ^ byte]
     return crc ^ 0xFF
 
 

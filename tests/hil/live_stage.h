@@ -2,6 +2,9 @@
 // the values of the axes as the wire carried them.
 #pragma once
 
+#include <sys/socket.h>
+#include <sys/un.h>
+
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -60,6 +63,37 @@ inline void expect_both_safe(const json& log) {
   }
 }
 
+/// A client of the control socket that stays connected. A test that asks again and again asks in this way: each
+/// `hystcan ctl` is a process, whose start is costly for an emulated processor.
+class Client {
+ public:
+  explicit Client(const std::string& file) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    file.copy(address.sun_path, sizeof address.sun_path - 1);
+    is_connected_ = connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+    const timeval limit{.tv_sec = 10, .tv_usec = 0};
+    setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
+  }
+  ~Client() { close(socket_); }
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+
+  bool is_connected() const { return is_connected_; }
+  /// Sends the text and returns the line of the answer; null if it is not JSON.
+  json says(const std::string& text) const {
+    EXPECT_EQ(send(socket_, text.data(), text.size(), MSG_NOSIGNAL), static_cast<ssize_t>(text.size()));
+    std::string line;
+    for (char letter = 0; recv(socket_, &letter, 1, 0) == 1 && letter != '\n';) line += letter;
+    const json answer = json::parse(line, nullptr, false);
+    return answer.is_discarded() ? json() : answer;
+  }
+
+ private:
+  int socket_ = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  bool is_connected_ = false;
+};
+
 struct LiveStage {
   support::ShippedCopy files;
   FreshVcan fresh;
@@ -99,16 +133,21 @@ struct LiveStage {
   Answer ctl(const std::vector<std::string>& words) const { return ask({"--socket", socket}, words); }
   /// Sends the command to the twin instead of the controller.
   Answer ctl_twin(const std::vector<std::string>& words) const { return ask({"--twin"}, words); }
+  /// What the controller answers to `status`; null if nobody listens.
+  json status() const {
+    const Client client(socket);
+    return client.is_connected() ? client.says("{\"do\": \"status\"}\n") : json();
+  }
   json axis_status(std::size_t axis) const {
-    const Answer answer = ctl({"--json", "status"});
-    EXPECT_EQ(answer.status, 0) << answer.err;
-    return answer.status == 0 ? json::parse(answer.out).at("axes").at(axis) : json();
+    const json answer = status();
+    EXPECT_TRUE(answer.is_object()) << "no status of the controller";
+    return answer.is_object() ? answer.at("axes").at(axis) : json::object();
   }
   /// Waits at most ten seconds for the state of the axis.
   bool reaches(std::size_t axis, const std::string& state) const {
-    for (int i = 0; i < 100; ++i) {
+    for (int i = 0; i < 500; ++i) {
       if (axis_status(axis).value("state", "") == state) return true;
-      std::this_thread::sleep_for(milliseconds(100));
+      std::this_thread::sleep_for(milliseconds(20));
     }
     return false;
   }

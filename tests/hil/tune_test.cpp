@@ -23,13 +23,20 @@ TEST(Vcan, TuneProposesTheSameValuesOnTheBusAsInItsRehearsal) {
   stage.edit("piezo.toml", "resonance_Hz       = 500.0", "resonance_Hz       = 410.0");
   const std::string config = (stage / "piezo.toml").string(), output = (stage / "tuning.toml").string();
   const std::string tuned = (stage / "tuned.toml").string();
-  Process rehearsal({HYSTCAN_PROGRAM, "tune", config, "--rehearse", "--output", output, "--json"});
+  // The emulated processor fits for seconds, the longer the more rows there are.
+  const std::vector<std::string> short_steps{"--cycles", "2",    "--period", "0.2",
+                                             "--output", output, "--json"};
+  std::vector<std::string> words{HYSTCAN_PROGRAM, "tune", config, "--rehearse"};
+  words.insert(words.end(), short_steps.begin(), short_steps.end());
+  Process rehearsal(words);
   ASSERT_EQ(rehearsal.wait(), 0) << rehearsal.err();
   const json expected = json::parse(rehearsal.out());
   std::filesystem::remove(output);
 
   LiveBench bench({"vcan0", "vcan0"}, config);
-  bench.start("tune", {"--output", output, "--write", tuned, "--json"}, config);
+  words = {"--write", tuned};
+  words.insert(words.end(), short_steps.begin(), short_steps.end());
+  bench.start("tune", words, config);
   ASSERT_EQ(bench.controller->wait(), 0) << bench.controller->err();
   const json found = json::parse(bench.controller->out());
   const auto value = [](const json& of, const char* name) { return of[name]["value"].get<double>(); };
