@@ -60,7 +60,7 @@ Tracked track(bool with_clients) {
                                              port_of(page->out()), std::to_string(readers)});
     EXPECT_TRUE(clients->says("all connected")) << clients->err();
   }
-  std::this_thread::sleep_for(std::chrono::seconds(10));
+  std::this_thread::sleep_for(std::chrono::seconds(5));
   if (clients) {
     clients->send(SIGTERM);
     EXPECT_EQ(clients->wait(), 0) << clients->err();
@@ -76,8 +76,8 @@ TEST(IcountPage, TwentyClientsAndOneThatNeverReadsCostNoCycle) {
   connect_once();
   const Tracked quiet = track(false);
   const Tracked busy = track(true);
-  ASSERT_GT(quiet.turnarounds_us.size(), 9000U);
-  ASSERT_GT(busy.turnarounds_us.size(), 9000U);
+  ASSERT_GT(quiet.turnarounds_us.size(), 4500U);
+  ASSERT_GT(busy.turnarounds_us.size(), 4500U);
   hil::print_turnarounds("alone", quiet.turnarounds_us);
   hil::print_turnarounds("clients", busy.turnarounds_us);
   const double ratio = hil::quantile(busy.turnarounds_us, 0.999) / hil::quantile(quiet.turnarounds_us, 0.999);
