@@ -8,7 +8,7 @@ using Eigen::Index;
 
 OrthonormalColumns::OrthonormalColumns(Eigen::MatrixXd columns)
     : q_(std::move(columns)), r_(Eigen::MatrixXd::Zero(q_.cols(), q_.cols())) {
-  constexpr double dependent = 1e-15;
+  constexpr double dependent_length = 1e-15;
   for (Index j = 0; j < q_.cols(); ++j) {
     const double length = q_.col(j).norm();
     for (Index i = 0; i < j; ++i) {
@@ -16,7 +16,7 @@ OrthonormalColumns::OrthonormalColumns(Eigen::MatrixXd columns)
       q_.col(j) -= r_(i, j) * q_.col(i);
     }
     const double left = q_.col(j).norm();
-    if (left > dependent * length) {
+    if (left > dependent_length * length) {
       r_(j, j) = left;
       q_.col(j) /= left;
     } else {
