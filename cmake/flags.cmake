@@ -41,13 +41,6 @@ if(HYSTCAN_SANITIZE)
   endif()
 endif()
 
-# For the command line and most tests: under a sanitizer they take longer to optimise than to run.
-macro(leave_unoptimised_under_sanitizers)
-  if(HYSTCAN_SANITIZE)
-    add_compile_options(-O0)
-  endif()
-endmacro()
-
 # add_room(NAME SOURCES...): the static library hystcan_NAME of one room.
 function(add_room name)
   add_library(hystcan_${name} STATIC ${ARGN})
