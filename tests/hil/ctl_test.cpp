@@ -72,7 +72,7 @@ TEST_F(Ctl, MovesAnAxisToAPositionWaitsForItAndResumesItsReference) {
   expect_refused({"go", "x", "-10"}, "outside");
   expect_done({"resume", "x"});
   std::this_thread::sleep_for(milliseconds(500));
-  const json log = stage.bench.decoded("--series");
+  const json log = stage.bench.decoded_with_series();
   const std::vector<OnWire> resting = between(series(log, "X", "SensorSample"), arrived_s, resumed_s);
   ASSERT_GT(resting.size(), 50u);
   for (const OnWire& sample : resting) EXPECT_NEAR(sample.value, 12.5, 0.02) << "tolerance_um";
@@ -96,7 +96,7 @@ TEST_F(Ctl, DisableRampsOneAxisDownWhileTheOtherKeepsTrackingAndEnableBringsItBa
   ASSERT_TRUE(stage.reaches(x, "tracking"));
   std::this_thread::sleep_for(milliseconds(300));
 
-  const json log = stage.bench.decoded("--series");
+  const json log = stage.bench.decoded_with_series();
   for (const OnWire& command : between(series(log, "X", "AmpCommand"), down_s, enabled_s)) {
     EXPECT_EQ(command.byte4, 0) << "not enabled";
     EXPECT_EQ(command.value, 0.0);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <gtest/gtest.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -16,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "tests/hil/bus_log.h"
 #include "tests/support/process.h"
 
 namespace hystcan::hil {
@@ -89,6 +91,15 @@ struct FreshVcan {
   }
 };
 
+/// Whether a socket may have a larger buffer than the kernel's limit: for root of the machine, not of a namespace.
+inline bool may_force_buffers() {
+  const int probe = socket(AF_UNIX, SOCK_DGRAM, 0);
+  const int size = 1 << 20;
+  const bool may = setsockopt(probe, SOL_SOCKET, SO_RCVBUFFORCE, &size, sizeof size) == 0;
+  close(probe);
+  return may;
+}
+
 /// Who answers the controller.
 enum class Nodes : std::uint8_t { twin, of_the_test };
 
@@ -97,13 +108,15 @@ class LiveBench {
  public:
   explicit LiveBench(Wire wire, std::string config = config_file, Nodes nodes = Nodes::twin)
       : wire_(wire), config_(std::move(config)) {
-    log_ = (std::filesystem::path(testing::TempDir()) / "hil.log").string();
-    // -L prints the log format with the kernel's timestamps; the shell only opens the file. The buffer holds
-    // half a second of frames, for which candump may have to wait for a processor.
+    log_file_ = (std::filesystem::path(testing::TempDir()) / "hil.log").string();
+    // -L prints the log format with the kernel's timestamps; the shell only opens the file. Root's buffer holds
+    // all frames of a test, and candump reads them at its end: each change of process costs an emulator dearly.
+    // Another user's holds what the kernel allows.
     const Listeners listeners(wire.controller_side);
     candump = std::make_unique<Process>(std::vector<std::string>{
-        "sh", "-c", std::string("exec candump -L -r 4194304 ") + wire.controller_side + " >" + log_});
+        "sh", "-c", std::string("exec candump -L -r 400000000 ") + wire.controller_side + " >" + log_file_});
     EXPECT_TRUE(listeners.are_more_by(1)) << candump->err();
+    if (may_force_buffers()) candump->send(SIGSTOP);
     if (nodes == Nodes::twin) start_twin();
   }
 
@@ -128,21 +141,33 @@ class LiveBench {
   }
   [[nodiscard]] bool tracks() { return controller->says("x: tracking") && controller->says("y: tracking"); }
 
-  /// The log so far as an independent program decodes it; with every value of every axis for "--series".
-  json decoded(const std::string& option = "") {
-    end_log();
-    // -I, -S: python itself and nothing else that is installed.
-    Process reader({"/usr/bin/python3", "-I", "-S", HYSTCAN_SOURCE_DIR "/tests/hil/decode.py", log_, option});
-    EXPECT_EQ(reader.wait(), 0) << reader.err();
-    return json::parse(reader.out());
+  /// What the log says so far (tests/hil/bus_log.h).
+  json decoded() { return hil::decoded(log(), false); }
+  json decoded_with_series() { return hil::decoded(log(), true); }
+
+  /// The log with all in it that has been sent so far: candump writes in order, so that a last frame of ours comes
+  /// behind it. It is taken out again, and what follows it.
+  std::string log() {
+    if (candump) {
+      candump->send(SIGCONT);
+      const std::string last = "7FE#0E4D";
+      EXPECT_TRUE(shell(std::string("cansend ") + wire_.controller_side + " " + last));
+      std::string all;
+      EXPECT_TRUE(comes_true([&] {
+        all = support::read_file(log_file_);
+        return all.find(" " + last + "\n") != std::string::npos;
+      }));
+      candump.reset();
+      log_ = all.substr(0, all.rfind('\n', all.find(" " + last + "\n")) + 1);
+    }
+    return log_;
   }
 
   /// Every frame of the log so far as candump writes it, without time and interface: `201#4E61BC00010703D9`.
   std::vector<std::string> frames() {
-    end_log();
-    std::ifstream file(log_);
+    std::istringstream lines(log());
     std::vector<std::string> result;
-    for (std::string line; std::getline(file, line);) result.push_back(line.substr(line.rfind(' ') + 1));
+    for (std::string line; std::getline(lines, line);) result.push_back(line.substr(line.rfind(' ') + 1));
     return result;
   }
 
@@ -158,22 +183,9 @@ class LiveBench {
   std::unique_ptr<Process> controller;
 
  private:
-  /// With all in it that has been sent so far: candump writes in order, so that a last frame of ours comes
-  /// behind it. It is taken out again, and what follows it.
-  void end_log() {
-    if (!candump) return;
-    const std::string last = "7FE#0E4D";
-    EXPECT_TRUE(shell(std::string("cansend ") + wire_.controller_side + " " + last));
-    const auto place_of_last = [&] { return support::read_file(log_).find(" " + last + "\n"); };
-    EXPECT_TRUE(comes_true([&] { return place_of_last() != std::string::npos; }));
-    candump.reset();
-    const std::string log = support::read_file(log_);
-    const auto line_end = log.rfind('\n', place_of_last());
-    std::ofstream(log_, std::ios::binary) << log.substr(0, line_end == std::string::npos ? 0 : line_end + 1);
-  }
-
   Wire wire_;
   std::string config_;
+  std::string log_file_;
   std::string log_;
 };
 

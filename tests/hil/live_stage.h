@@ -122,7 +122,7 @@ struct LiveStage {
   json log_at_rest() {
     std::this_thread::sleep_for(milliseconds(100));
     EXPECT_TRUE(shell("for i in 1 2 3 4 5 6 7 8 9 10; do cansend vcan0 080#01; done"));
-    return bench.decoded("--series");
+    return bench.decoded_with_series();
   }
 
   struct Answer {

@@ -36,6 +36,15 @@ constexpr int fault_state = 3;
 constexpr int ready_state = 1;
 constexpr int off_state = 0;
 
+json printed_by_decode_py(const std::string& log) {
+  const std::string file = (std::filesystem::path(testing::TempDir()) / "candump.log").string();
+  std::ofstream(file) << log;
+  // -I, -S: python itself and nothing else that is installed.
+  Process reader({"/usr/bin/python3", "-I", "-S", HYSTCAN_SOURCE_DIR "/docs/decode.py", file});
+  EXPECT_EQ(reader.wait(), 0) << reader.err();
+  return json::parse(reader.out(), nullptr, false);
+}
+
 TEST_P(Live, BothAxesTrackOnceAndEverythingOnTheWireIsAsDocumented) {
   bench.start_controller({"--once", "--json"});
   ASSERT_EQ(bench.controller->wait(), 0) << bench.controller->err();
@@ -46,6 +55,7 @@ TEST_P(Live, BothAxesTrackOnceAndEverythingOnTheWireIsAsDocumented) {
     EXPECT_GT(axis.at("samples"), 1000) << axis.dump(2);
   }
   const json log = bench.decoded();
+  EXPECT_EQ(log, printed_by_decode_py(bench.log()));
   EXPECT_TRUE(log.at("wrong").empty()) << log.at("wrong");
   for (const char* name : {"Nmt", "Sync", "ControllerHeartbeat", "XAmpStatus", "XSensorSample", "XAmpCommand",
                            "XAmpHeartbeat", "XSensorHeartbeat", "YAmpStatus", "YSensorSample", "YAmpCommand",

@@ -91,7 +91,7 @@ TEST_F(Reload, GainsStructureLimitsAndSetpointChangeWithoutAJumpAndAreLoggedAsAD
       << "and nothing else: " << stage.bench.controller->err();
 
   // At whatever phase of the reference each was taken over: tests/closed_loop/reload_test.cpp tries all.
-  const json log = stage.bench.decoded("--series");
+  const json log = stage.bench.decoded_with_series();
   const std::vector<OnWire> commands = series(log, "X", "AmpCommand");
   const double usual_V = hil::largest_step(between(commands, tracking_s, changed_s.front() - 0.4));
   for (std::size_t i = 0; i < steps.size(); ++i) {

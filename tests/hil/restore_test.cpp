@@ -66,7 +66,7 @@ TEST_F(Restore, TheMemoryOfACleanStopIsUsedByTheNextStartWithoutWiping) {
   const json result = stage.bench.stop_and_report(0);
   EXPECT_LT(result.at("axes").at(0).at("rms_percent"), 1.0) << "the memory is that of the actuator";
   EXPECT_TRUE(std::filesystem::exists(state)) << "the file is saved again";
-  const json log = stage.bench.decoded("--series");
+  const json log = stage.bench.decoded_with_series();
   const std::vector<OnWire> x = series(log, "X", "AmpCommand");
   const std::vector<OnWire> y = series(log, "Y", "AmpCommand");
   EXPECT_GT(highest(between(x, 0.0, between_s)), 99.9) << "the first start wiped up to drive_max";

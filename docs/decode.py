@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""Reads a candump log by docs/protocol.md alone, without hystcan's code, and prints what it finds as JSON."""
+"""Reads a candump log by protocol.md alone, without hystcan's code, and prints what it finds as JSON."""
 import json
 import re
 import struct
 import sys
-from collections import Counter, defaultdict
+from collections import Counter
 
 AXES = {"X": (1, 2), "Y": (3, 4)}
 STATES = ["offline", "waiting", "initialising", "ready", "tracking", "faulted"]
@@ -34,7 +34,7 @@ def frames(log):
         yield float(time), int(identifier, 16), classical, bytes.fromhex(rest) if classical else b""
 
 
-def main(log, with_series=False):
+def main(log):
     names = {0x000: "Nmt", 0x080: "Sync", 0x77F: "ControllerHeartbeat"}
     for axis, (amplifier, sensor) in AXES.items():
         names |= {0x080 + amplifier: axis + "AmpEmcy", 0x080 + sensor: axis + "SensorEmcy",
@@ -43,7 +43,6 @@ def main(log, with_series=False):
                   0x300 + amplifier: axis + "Setpoint",
                   0x700 + amplifier: axis + "AmpHeartbeat", 0x700 + sensor: axis + "SensorHeartbeat"}
     lengths = {"Nmt": 2, "Sync": 1}
-    series = {axis: defaultdict(list) for axis in AXES}
     seen, wrong, last_counter, statuses, commands = Counter(), Counter(), {}, [], []
     reported = {axis: [] for axis in AXES}
     for time_s, identifier, classical, data in frames(log):
@@ -71,7 +70,6 @@ def main(log, with_series=False):
                 continue
             reported[name[0]].append({"state": STATES[byte4], "cause": byte5, "following_error": value * 1e-6,
                                   "limited": byte6 >> 5 & 1})
-        series[name[0]][name[1:]].append([time_s, value * 1e-6, byte4])
         if name == "XAmpStatus":
             statuses.append({"time_s": time_s, "output": value * 1e-6, "state": byte4, "fault": byte5})
         if name == "XAmpCommand":
@@ -83,8 +81,7 @@ def main(log, with_series=False):
                                              if now["state"] != last["state"]] for axis, each in reported.items()},
                       "last_axis_status": {axis: each[-1] if each else None for axis, each in reported.items()},
                       "last_status": statuses[-1] if statuses else None,
-                      "series": series if with_series else None,
                       "first_fault": next((s for s in statuses if s["state"] == 3), None)}))
 
 
-main(sys.argv[1], "--series" in sys.argv)
+main(sys.argv[1])
