@@ -55,11 +55,12 @@ std::string draw(const DemoPlot& plot) {
       fmt::format(demo_panels, fmt::arg("title", gnuplot_text(plot.title)),
                   fmt::arg("drive", gnuplot_text(fmt::format("drive ({})", plot.drive_unit))),
                   fmt::arg("from", plot.from_s), fmt::arg("to", plot.to_s));
-  return draw_with_gnuplot(plot.directory, "demo.gp",
+  const std::vector<std::string> formats{"svg", "png"};
+  return draw_with_gnuplot(plot.directory, "demo.gp", formats,
                            "# gnuplot demo.gp: draws demo.svg and demo.png\n" +
-                               fmt::format(demo_functions, fmt::arg("axis", gnuplot_text(plot.axis)),
+                               fmt::format(demo_functions, fmt::arg("axis", gnuplot_string(plot.axis)),
                                            fmt::arg("stroke", plot.stroke_um)) +
-                               drawn_as("demo", {"svg", "png"}, demo_size, body));
+                               drawn_as("demo", formats, demo_size, body));
 }
 
 }  // namespace hystcan::app

@@ -103,7 +103,7 @@ std::string points_of(const FrequencyResponse& response) {
 }
 
 constexpr const char* panels = R"(
-set multiplot layout 3,1 title title_text noenhanced
+set multiplot layout 3,1 title title_text
 set logscale x
 set xrange [0.5:*]
 set border 3 lw 0.6
@@ -154,13 +154,13 @@ std::string draw(const FrequencyResponse& response, const std::filesystem::path&
   const std::string script =
       fmt::format(
           "set terminal {} size 900,1000\nset output {}\ntitle_text = {}\n$measured << EOD\n{}EOD\n$curves << EOD\n{}EOD\n",
-          is_png ? "pngcairo" : "svg", gnuplot_text(picture.filename().string()),
+          is_png ? "pngcairo enhanced" : "svg enhanced", gnuplot_file(picture.filename().string()),
           gnuplot_text(response.title), points_of(response), curves_of(response)) +
       panels;
   const std::filesystem::path folder = picture.parent_path();
   std::filesystem::path name = picture.filename();
   return draw_with_gnuplot(folder.empty() ? "." : folder, name.replace_extension(".gnuplot").string(),
-                           script);
+                           {is_png ? "png" : "svg"}, script);
 }
 
 }  // namespace hystcan::app

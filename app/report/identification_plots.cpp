@@ -114,8 +114,8 @@ std::string preamble(const std::string& name, int height, std::size_t datasets,
                      const Identified& identified) {
   const model::HysteresisParameters& p = identified.parameters;
   return fmt::format("# gnuplot {0}.gp: draws {0}.svg\n", name) +
-         fmt::format("set terminal svg size 1000,{} noenhanced font 'sans,16' background 'white'\n", height) +
-         fmt::format("set output '{}.svg'\n", name) +
+         fmt::format("set terminal svg size 1000,{} enhanced font 'sans,16' background 'white'\n", height) +
+         fmt::format("set output {}\n", gnuplot_file(name + ".svg")) +
          "set datafile separator ','\nset datafile missing NaN\nset border 3 lw 0.6\nset tics nomirror out scale 0.6\nset grid lw 0.4 lc rgb '#dddddd'\nset key outside "
          "top center horizontal\n" +
          fmt::format("datasets = {}\ninput_label = {}\noutput_label = {}\n", datasets,
@@ -174,8 +174,8 @@ std::string draw_pictures(const std::filesystem::path& directory, std::size_t da
                           const Identified& identified, const std::optional<Landscape>& landscape) {
   std::string undrawn;
   const auto draw = [&](const std::string& name, int height, const std::string& script) {
-    const std::string why =
-        draw_with_gnuplot(directory, name + ".gp", preamble(name, height, datasets, identified) + script);
+    const std::string why = draw_with_gnuplot(directory, name + ".gp", {"svg"},
+                                              preamble(name, height, datasets, identified) + script);
     if (undrawn.empty()) undrawn = why;
   };
   draw("loops", 700, loops_script);

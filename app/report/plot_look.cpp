@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "app/report/gnuplot.h"
+
 namespace hystcan::app {
 namespace {
 
@@ -54,8 +56,8 @@ std::string drawn_as(const std::string& name, const std::vector<std::string>& fo
                      const PictureSize& size, const std::string& body) {
   std::string text = plot_look();
   for (const std::string& format : formats)
-    text += fmt::format("\nset terminal {}\nset output '{}.{}'\n{}unset output\n", terminal(format, size),
-                        name, format, body);
+    text += fmt::format("\nset terminal {}\nset output {}\n{}unset output\n", terminal(format, size),
+                        gnuplot_file(name + "." + format), body);
   return text;
 }
 

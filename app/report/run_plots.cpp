@@ -13,7 +13,7 @@
 namespace hystcan::app {
 namespace {
 
-/// A picture: its data goes to NAME.csv, its script to NAME.gp.
+/// A picture: its data goes to a file, which the script's body names.
 struct Picture {
   std::string data;
   std::string body;
@@ -33,36 +33,36 @@ std::string csv(const char* header, const std::vector<PlotRow>& rows) {
 
 constexpr const char* row_header = "time_s,reference_um,position_um,error_um,drive\n";
 
-Picture loops(const RunFigures& run, const std::string& name) {
+Picture loops(const RunFigures& run, const std::string& data_file) {
   return {csv(row_header, run.rows.rows()),
           fmt::format("set xlabel {}\nset ylabel 'position (um)'\n"
-                      "plot '{}.csv' using 'drive':'position_um' with lines ls 1 title 'measured'\n",
-                      gnuplot_text(fmt::format("drive ({})", run.drive_unit)), name)};
+                      "plot {} using 'drive':'position_um' with lines ls 1 title 'measured'\n",
+                      gnuplot_text(fmt::format("drive ({})", run.drive_unit)), data_file)};
 }
 
-Picture tracking(const RunFigures& run, const std::string& name) {
+Picture tracking(const RunFigures& run, const std::string& data_file) {
   return {csv(row_header, run.rows.rows()),
           fmt::format(
               "set multiplot\nset lmargin 10\nset rmargin 3\nset format x ''\nset ylabel 'position (um)'\n"
               "set origin 0,0.45\nset size 1,0.55\nset bmargin 0.5\n"
-              "plot '{0}.csv' using 'time_s':'reference_um' with lines ls 6 title 'reference', \\\n"
+              "plot {0} using 'time_s':'reference_um' with lines ls 6 title 'reference', \\\n"
               "  '' using 'time_s':'position_um' with lines ls 1 title 'measured'\n"
               "unset key\nset format x\nset xlabel 'time (s)'\nset ylabel 'error (um)'\n"
               "set origin 0,0\nset size 1,0.45\nset bmargin 3.5\nset tmargin 0.5\n"
-              "plot '{0}.csv' using 'time_s':'error_um' with lines ls 2\nunset multiplot\nreset session\n{1}",
-              name, plot_look())};
+              "plot {0} using 'time_s':'error_um' with lines ls 2\nunset multiplot\nreset session\n{1}",
+              data_file, plot_look())};
 }
 
-Picture error(const RunFigures& run, const std::string& name) {
+Picture error(const RunFigures& run, const std::string& data_file) {
   return {csv(row_header, run.rows.rows()),
           fmt::format("set xlabel 'time (s)'\nset ylabel 'error (um)'\n"
-                      "plot '{}.csv' using 'time_s':'error_um' with lines ls 1 title {}\n",
-                      name,
+                      "plot {} using 'time_s':'error_um' with lines ls 1 title {}\n",
+                      data_file,
                       gnuplot_text(fmt::format("reference - measured: RMS {:.4f} um, at most {:.4f} um",
                                                run.rms_um, run.max_um)))};
 }
 
-Picture spectrum(const RunFigures& run, const std::string& name) {
+Picture spectrum(const RunFigures& run, const std::string& data_file) {
   std::string data = "frequency_Hz,error_um_per_sqrtHz\n";
   const std::vector<double> frequencies = run.spectrum.frequencies_Hz(), densities = run.spectrum.densities();
   for (std::size_t i = 0; i < densities.size(); ++i)
@@ -70,27 +70,26 @@ Picture spectrum(const RunFigures& run, const std::string& name) {
   return {std::move(data),
           fmt::format("set logscale xy\nset format y '10^{{%T}}'\nset xlabel 'frequency (Hz)'\n"
                       "set ylabel 'error (um/√Hz)'\n"
-                      "plot '{}.csv' using 'frequency_Hz':'error_um_per_sqrtHz' with lines ls 1 title {}\n"
+                      "plot {} using 'frequency_Hz':'error_um_per_sqrtHz' with lines ls 1 title {}\n"
                       "unset logscale\nset format y\n",
-                      name, gnuplot_text(fmt::format("{} segments", run.spectrum.segments())))};
+                      data_file, gnuplot_text(fmt::format("{} segments", run.spectrum.segments())))};
 }
 
-Picture step(const RunFigures& run, const std::string& name) {
+Picture step(const RunFigures& run, const std::string& data_file) {
   const StepResponse& response = *run.step;
   std::string figures = fmt::format("measured: overshoot {:.1f} %", response.overshoot_percent);
   if (response.rise_s) figures += fmt::format(", rise {:.1f} ms", 1e3 * *response.rise_s);
   if (response.settled_s) figures += fmt::format(", within 2 % after {:.1f} ms", 1e3 * *response.settled_s);
-  return {
-      csv(row_header, run.step_rows),
-      fmt::format(
-          "set xlabel 'time after the step (ms)'\nset ylabel 'position (um)'\n"
-          "plot '{0}.csv' using (1e3*column('time_s')):'reference_um' with steps ls 6 title 'reference', \\\n"
-          "  '' using (1e3*column('time_s')):'position_um' with lines ls 1 title {1}\n",
-          name, gnuplot_text(figures))};
+  return {csv(row_header, run.step_rows),
+          fmt::format(
+              "set xlabel 'time after the step (ms)'\nset ylabel 'position (um)'\n"
+              "plot {0} using (1e3*column('time_s')):'reference_um' with steps ls 6 title 'reference', \\\n"
+              "  '' using (1e3*column('time_s')):'position_um' with lines ls 1 title {1}\n",
+              data_file, gnuplot_text(figures))};
 }
 
 /// Up to the last class that has a count.
-Picture timing(const RunFigures& run, const std::string& name) {
+Picture timing(const RunFigures& run, const std::string& data_file) {
   std::string data = "upper_us,share_percent,what\n";
   std::string body =
       "set logscale y\nset yrange [1e-4:150]\nset xrange [0:*]\nset xlabel 'time (us)'\nset ylabel 'cycles (%)'\nset style fill solid 0.4\nplot ";
@@ -104,15 +103,15 @@ Picture timing(const RunFigures& run, const std::string& name) {
         data += fmt::format("{},{},{}\n", histogram->width * static_cast<double>(i + 1),
                             100.0 * static_cast<double>(histogram->counts[i]) / total, what);
     body += fmt::format(
-        "{0}'{1}.csv' using 'upper_us':(strcol('what') eq '{2}' ? column('share_percent') : NaN) "
+        "{0}{1} using 'upper_us':(strcol('what') eq '{2}' ? column('share_percent') : NaN) "
         "with impulses ls {3} dt 1 lw 3 title '{2}'",
-        between, name, what, style++);
+        between, data_file, what, style++);
     between = ", \\\n  ";
   }
   return {std::move(data), body + "\nunset logscale\nset xrange [*:*]\nset yrange [*:*]\n"};
 }
 
-using Maker = std::function<Picture(const RunFigures& run, const std::string& name)>;
+using Maker = std::function<Picture(const RunFigures& run, const std::string& data_file)>;
 
 const std::vector<std::pair<std::string, Maker>>& makers() {
   static const std::vector<std::pair<std::string, Maker>> all{{"loops", loops}, {"tracking", tracking},
@@ -134,12 +133,14 @@ class Drawing {
  public:
   explicit Drawing(const RunPlots& plots) : plots_(plots) {}
 
-  void draw(const std::string& name, const Picture& picture) {
-    OutputFile data(plots_.folder / (name + ".csv"));
-    data.write(picture.data);
-    data.commit();
+  /// `make` is given the file of the data as the script names it.
+  template <class Make>
+  void draw(const std::string& title, const Make& make) {
+    const std::string name = distinct(file_name_of(title));
+    const Picture picture = make(gnuplot_file(name + ".csv"));
+    write_file(plots_.folder / (name + ".csv"), picture.data);
     drawn_.names.push_back(name);
-    const std::string failure = draw_with_gnuplot(plots_.folder, name + ".gp",
+    const std::string failure = draw_with_gnuplot(plots_.folder, name + ".gp", plots_.formats,
                                                   drawn_as(name, plots_.formats, plots_.size, picture.body));
     if (!failure.empty()) drawn_.undrawn = failure;
   }
@@ -147,6 +148,14 @@ class Drawing {
   DrawnPlots drawn() const { return drawn_; }
 
  private:
+  /// Names that differ may have the same file name.
+  std::string distinct(const std::string& name) const {
+    std::string candidate = name;
+    for (int number = 2; std::ranges::find(drawn_.names, candidate) != drawn_.names.end(); ++number)
+      candidate = fmt::format("{}-{}", name, number);
+    return candidate;
+  }
+
   const RunPlots& plots_;
   DrawnPlots drawn_;
 };
@@ -154,7 +163,7 @@ class Drawing {
 std::string label_of(const RunFigures& run) { return fmt::format("{}-{}", run.run, run.axis); }
 
 /// The errors of all runs from the beginning of each.
-Picture comparison(const std::vector<RunFigures>& runs) {
+Picture comparison(const std::vector<RunFigures>& runs, const std::string& data_file) {
   std::string data = "time_s,error_um,which\n";
   std::string body =
       "set xlabel 'time since the first cycle (s)'\nset ylabel 'error (um)'\nset key vertical maxrows 4\nplot ";
@@ -163,9 +172,9 @@ Picture comparison(const std::vector<RunFigures>& runs) {
     for (const PlotRow& row : rows)
       data += fmt::format("{},{},{}\n", row.time_s - rows.front().time_s, row.error_um, i);
     body += fmt::format(
-        "{}'comparison.csv' using 'time_s':(column('which') == {} ? column('error_um') : NaN) with lines "
+        "{}{} using 'time_s':(column('which') == {} ? column('error_um') : NaN) with lines "
         "ls {} dt 1 title {}",
-        i == 0 ? "" : ", \\\n  ", i, i % 6 + 1,
+        i == 0 ? "" : ", \\\n  ", data_file, i, i % 6 + 1,
         gnuplot_text(fmt::format("{}: RMS {:.4f} um", label_of(runs[i]), runs[i].rms_um)));
   }
   return {std::move(data), body + "\n"};
@@ -195,9 +204,10 @@ DrawnPlots draw_runs(const std::vector<RunFigures>& runs, const RunPlots& plots)
       if (const std::string lack = lack_of(kind, run); !lack.empty())
         drawing.lack(fmt::format("{}: {}", name, lack));
       else
-        drawing.draw(name, make(run, name));
+        drawing.draw(name, [&](const std::string& data_file) { return make(run, data_file); });
     }
-  if (is_wanted("comparison") && runs.size() > 1) drawing.draw("comparison", comparison(runs));
+  if (is_wanted("comparison") && runs.size() > 1)
+    drawing.draw("comparison", [&](const std::string& data_file) { return comparison(runs, data_file); });
   return drawing.drawn();
 }
 

@@ -1,9 +1,11 @@
 // `hystcan plot` as a process, over the CSVs of the demo.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <regex>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -98,6 +100,62 @@ TEST_F(Plot, LeavesScriptsAndDataWhereGnuplotIsMissing) {
             std::string::npos)
       << program.err();
   EXPECT_TRUE(fs::exists(picture("pi-x-loops.gp")));
+}
+
+// A run of somebody else: its axis and its file are named as they like.
+TEST_F(Plot, TakesTheNamesOfRunsAndAxesForText) {
+  const std::string rows = support::read_file(csv("pi"));
+  const Words names{"x';system(\"touch EXECUTED\");#",
+                    "/../../outside",
+                    "`touch EXECUTED`",
+                    "| touch EXECUTED",
+                    "< touch EXECUTED",
+                    "-e",
+                    ".hidden",
+                    "a_b^{2}@~\\"};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    std::string text;
+    std::istringstream lines(rows);
+    for (std::string line; std::getline(lines, line);) {
+      if (const std::size_t at = line.find(",x,"); at != std::string::npos) line.replace(at + 1, 1, names[i]);
+      text += line + "\n";
+    }
+    std::string file_name = names[names.size() - 1 - i];
+    std::ranges::replace(file_name, '/', '!');
+    const fs::path file = (shipped / file_name.c_str()).string() + ".csv";
+    std::ofstream(file) << text;
+    Process program = plot({fs::absolute(file).string(), csv("pi"), "--axis", names[i], "--format", "svg"});
+    program.wait();
+    Process both = plot({fs::absolute(file).string(), csv("pi"), "--format", "svg"});
+    EXPECT_EQ(both.wait(), done) << names[i] << both.err();
+  }
+  const std::regex allowed("[A-Za-z0-9_+.-]+\\.(csv|gp|svg)");
+  std::size_t pictures = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(shipped / "plots")) {
+    EXPECT_TRUE(std::regex_match(entry.path().filename().string(), allowed)) << entry.path();
+    pictures += entry.path().extension() == ".svg" ? 1 : 0;
+  }
+  EXPECT_GT(pictures, 6 * names.size());
+  for (const auto& entry : fs::recursive_directory_iterator(shipped / "."))
+    EXPECT_NE(entry.path().filename(), "EXECUTED") << entry.path();
+  EXPECT_FALSE(fs::exists("EXECUTED"));
+}
+
+// gnuplot itself succeeds there.
+TEST_F(Plot, ReportsAPictureThatGnuplotHasNotWrittenWhole) {
+  fs::create_directory(shipped / "bin");
+  for (const char* what : {"", "<svg", "<svg></svg"}) {
+    const fs::path gnuplot = shipped / "bin/gnuplot";
+    std::ofstream(gnuplot) << "#!/bin/sh\nprintf '" << what << "' >\"${1%.gp}.svg\"\n";
+    fs::permissions(gnuplot, fs::perms::owner_all);
+    Process program({"env", "PATH=" + (shipped / "bin").string() + ":/bin", HYSTCAN_PROGRAM, "plot",
+                     csv("pi"), "--axis", "x", "--kind", "loops", "--format", "svg", "--output",
+                     (shipped / "plots").string()});
+    EXPECT_EQ(program.wait(), failed);
+    EXPECT_NE(program.err().find("has not written the whole of pi-x-loops.svg"), std::string::npos)
+        << program.err();
+    EXPECT_FALSE(fs::exists(picture("pi-x-loops.svg")));
+  }
 }
 
 }  // namespace
