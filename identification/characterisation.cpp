@@ -199,6 +199,19 @@ model::Symmetry symmetry_of(const Dataset& dataset) {
   return odd < 0.01 * even ? model::Symmetry::even : model::Symmetry::none;
 }
 
+void check_limits(const Dataset& dataset) {
+  for (const auto& [name, column] : {std::pair("time", &dataset.time_s), std::pair("input", &dataset.input),
+                                     std::pair("output", &dataset.output)}) {
+    for (std::size_t i = 0; i < column->size(); ++i)
+      if (!(std::abs((*column)[i]) <= largest_value))
+        refuse(name, " is ", (*column)[i], " in row ", i + 1, ", expected at most ", largest_value,
+               " in magnitude");
+    const double span = column->empty() ? 0.0 : range_of(*column).span();
+    if (span != 0.0 && span < least_span)
+      refuse("the ", name, " moves by ", span, ", expected at least ", least_span, ": is its unit right?");
+  }
+}
+
 void check_identifiable(const Dataset& dataset, model::Symmetry symmetry) {
   if (dataset.size() < least_samples) refuse(dataset.size(), " samples, expected at least ", least_samples);
   const Dataset seen = symmetry == model::Symmetry::even ? folded(dataset) : dataset;

@@ -40,6 +40,10 @@ Trends trends(const Dataset& dataset, const std::vector<double>& predicted);
 /// Even if the output hardly changes with the sign of the input: x(v) = x(-v).
 model::Symmetry symmetry_of(const Dataset& dataset);
 
+/// Throws std::invalid_argument, with the row, if a value is beyond the limits of dataset.h, and if a column moves by less
+/// than they say.
+void check_limits(const Dataset& dataset);
+
 /// Throws std::invalid_argument if nothing can be identified: fewer than `least_samples`, a constant input or
 /// output, an output that falls when the input rises, loops that run clockwise.
 void check_identifiable(const Dataset& dataset, model::Symmetry symmetry);

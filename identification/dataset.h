@@ -8,7 +8,12 @@
 
 namespace hystcan::identification {
 
-/// Columns of equal length. Every number is finite, and time increases strictly.
+/// Limits of inputs and outputs in their units, and of times in s: beyond them, squares and powers of a fit overflow or
+/// vanish. A column that moves, moves by `least_span` at least.
+inline constexpr double largest_value = 1e12;
+inline constexpr double least_span = 1e-12;
+
+/// Columns of equal length. Every number is finite and within the limits, and time increases strictly.
 struct Dataset {
   std::string input_unit;  ///< empty: unknown
   std::string output_unit;

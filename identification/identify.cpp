@@ -128,6 +128,7 @@ class Identification {
   Identification(const std::vector<Dataset>& datasets, const IdentifyOptions& options) : options_(options) {
     if (!options_.go_on) options_.go_on = [] { return true; };
     if (datasets.empty()) refuse("no dataset, expected at least one");
+    std::ranges::for_each(datasets, check_limits);
     if (!options.unseen.empty() && options.unseen.size() != datasets.size())
       refuse("unseen flags of ", options.unseen.size(), " datasets, expected ", datasets.size());
     for (std::size_t r = 0; r < datasets.size(); ++r)
@@ -258,6 +259,8 @@ class Identification {
     result_.output_span = span_over(on_one_zero, &Dataset::output).span();
     result_.held_out_rms = result_.search.held_out;
     judge(result_, datasets_);
+    if (!std::isfinite(result_.overall.rms))
+      refuse("the model that fits best has no finite error; expected a dataset that a model can describe");
   }
 
   // Searches outwards from the best k, in steps that grow by half each time.

@@ -62,7 +62,7 @@ struct SearchResult {
 
 inline constexpr int highest_order = 20;
 
-/// `first_inputs`: the first input of each dataset, folded.
+/// `first_inputs`: the first input of each dataset, folded. Throws std::invalid_argument if no trial has a finite error.
 SearchResult search(const Problem& problem, const std::vector<double>& first_inputs,
                     const SearchOptions& options);
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <vector>
 
 namespace hystcan::config {
@@ -55,6 +56,10 @@ DatasetFile load_dataset(const std::filesystem::path& file, const DatasetLayout&
     dataset.time_s.push_back(time_s);
     dataset.input.push_back(columns.input_scale * row[first]);
     dataset.output.push_back(columns.output_scale * row[first + 1]);
+    for (const double value : {time_s, dataset.input.back(), dataset.output.back()})
+      if (!(std::abs(value) <= identification::largest_value))
+        throw Error(fmt::format("{}:{}: a value is {}, expected at most {} in magnitude", file.string(),
+                                reader.line_number(), value, identification::largest_value));
   }
   return loaded;
 }

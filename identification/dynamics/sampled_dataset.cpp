@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "identification/characterisation.h"
 #include "model/refusal.h"
 
 namespace hystcan::identification {
@@ -81,6 +82,7 @@ void fit_rows_of(const Dataset& dataset, const Grid& grid, SampledDataset& s) {
 SampledDataset sampled(const Dataset& dataset, Eigen::Index longest_delay_cycles) {
   if (dataset.size() < fewest_rows)
     refuse("dataset of ", dataset.size(), " rows, expected at least ", fewest_rows);
+  check_limits(dataset);
   SampledDataset s;
   const Grid grid = grid_of(dataset.time_s);
   s.cycle_s = grid.cycle_s;
