@@ -32,3 +32,26 @@ inline py::array_t<double> array_of(std::vector<double> values) {
 }
 
 }  // namespace hystcan::python
+
+namespace pybind11::detail {
+
+/// As pybind11's own, but a lack of memory stays one: its own makes it a wrong type.
+template <>
+struct pyobject_caster<hystcan::python::Array> {
+  using type = hystcan::python::Array;
+
+  bool load(handle source, bool convert) {
+    if (!convert && !type::check_(source)) return false;
+    try {
+      value = type(reinterpret_borrow<object>(source));
+    } catch (error_already_set& failed) {
+      if (failed.matches(PyExc_MemoryError)) throw;
+      return false;
+    }
+    return true;
+  }
+  static handle cast(const handle& source, return_value_policy, handle) { return source.inc_ref(); }
+  PYBIND11_TYPE_CASTER(type, handle_type_name<type>::name);
+};
+
+}  // namespace pybind11::detail

@@ -15,6 +15,7 @@
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/model.h"
+#include "python/unlocked.h"
 
 namespace hystcan::python {
 namespace {
@@ -116,7 +117,7 @@ Result identify(const py::object& t, const py::object& u, const py::object& y,
   std::optional<identification::Identified> identified;
   std::vector<std::string> said;
   {
-    const py::gil_scoped_release released;
+    const Unlocked unlocked;
     identified = dynamics ? identification::identify_dynamics(datasets, options)
                           : identification::identify(datasets, options);
     said = app::findings(datasets, *identified);
@@ -150,7 +151,7 @@ py::dict validate(const Model& model, const Array& t, const Array& u, const Arra
   const Dataset dataset = dataset_of(t, u, y, {model.input_unit, model.output_unit});
   app::Validation validation;
   {
-    const py::gil_scoped_release released;
+    const Unlocked unlocked;
     validation =
         app::validate(*hysteresis, dataset,
                       {.lag = lag, .estimate_s = estimate_from_s, .estimates_offset = offset, .memory = {}});
@@ -163,15 +164,16 @@ py::dict validate(const Model& model, const Array& t, const Array& u, const Arra
 }  // namespace
 
 void bind_identification(py::module_& module) {
-  py::class_<Result>(module, "Identified", "What identify() found.")
-      .def_readonly("model", &Result::model, "The model.")
+  py::class_<Result> type(module, "Identified", "What identify() found.");
+  forbid_new(type, "an Identified comes from identify()");
+  type.def_readonly("model", &Result::model, "The model.")
       .def_readonly(
           "report", &Result::report,
           "Figures and findings, as `hystcan identify --json` prints them; errors in percent of the span.")
       .def("save", &save_result, py::arg("path"),
            R"(Write the model file, which `Model.load` and a configuration take.
 
-Raises RuntimeError if the file cannot be written.
+Raises OSError if the file cannot be written.
 )");
   module.def("identify", &identify, py::arg("t"), py::arg("u"), py::arg("y"), py::kw_only(),
              py::arg("order") = py::none(), py::arg("symmetry") = py::none(), py::arg("thresholds") = "auto",

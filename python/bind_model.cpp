@@ -12,6 +12,7 @@
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/model.h"
+#include "python/unlocked.h"
 
 namespace hystcan::python {
 namespace {
@@ -38,7 +39,7 @@ py::array_t<double> run(const Model& model, Memory* memory, const char* what, Wo
   Memory& state = memory != nullptr ? *memory : fresh.emplace(model.model);
   Pass pass;
   {
-    const py::gil_scoped_release released;
+    const Unlocked unlocked;
     pass = work(state);
   }
   warn_of(pass, what, model);
@@ -72,8 +73,8 @@ void save_memory(const Memory& memory, const std::filesystem::path& path) {
 }
 
 void bind_memory(py::module_& module) {
-  py::class_<Memory>(module, "Memory",
-                     R"(The memory of an actuator: what its output depends on beside the input.
+  py::class_<Memory> type(module, "Memory",
+                          R"(The memory of an actuator: what its output depends on beside the input.
 
 A copy is independent: try something on it, and go on from the original.
 
@@ -82,8 +83,9 @@ A copy is independent: try something on it, and go on from the original.
 >>> y = [memory.step(u) for u in (0.0, 80.0, 20.0)]
 >>> memory.turning_inputs
 array([80.])
-)")
-      .def("step", &step_memory, py::arg("u"),
+)");
+  forbid_new(type, "a Memory comes from Model.memory() or Model.load_memory()");
+  type.def("step", &step_memory, py::arg("u"),
            R"(Apply one input, in input units, and return the output, in output units.
 
 Raises ValueError if `u` is not finite. An input beyond the thresholds is limited to them.
@@ -100,7 +102,7 @@ True
       .def("save", &save_memory, py::arg("path"),
            R"(Write the memory as TOML, from which it is restored to the bit.
 
-Raises RuntimeError if the file cannot be written.
+Raises OSError if the file cannot be written.
 )")
       .def_property_readonly("input", &Memory::input, "The present input, in input units.")
       .def_property_readonly("output", &Memory::output, "The present output, in output units.")
@@ -113,7 +115,7 @@ Raises RuntimeError if the file cannot be written.
 
 void bind_model(py::module_& module) {
   bind_memory(module);
-  py::class_<Model>(module, "Model", R"(A hysteresis model of any kind, with its exact inverse.
+  py::class_<Model> type(module, "Model", R"(A hysteresis model of any kind, with its exact inverse.
 
 >>> import hystcan, numpy
 >>> model = hystcan.Model.load(hystcan.shipped("piezo.model.toml"))
@@ -121,8 +123,9 @@ void bind_model(py::module_& module) {
 >>> y = model.simulate(u)
 >>> bool(numpy.abs(model.inverse(y) - u).max() < 1e-9)
 True
-)")
-      .def_static("load", &Model::load, py::arg("path"), py::kw_only(), py::arg("beyond_limit") = false,
+)");
+  forbid_new(type, "a Model comes from Model.load() or identify()");
+  type.def_static("load", &Model::load, py::arg("path"), py::kw_only(), py::arg("beyond_limit") = false,
                   R"(Read a model file (TOML).
 
 beyond_limit: accept a model whose branches do not all increase, for study; it has no exact inverse.

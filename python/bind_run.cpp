@@ -8,6 +8,7 @@
 
 #include "python/arrays.h"
 #include "python/bindings.h"
+#include "python/unlocked.h"
 #include "runs/export.h"
 #include "runs/run.h"
 
@@ -36,7 +37,7 @@ py::dict read(const Run& run, const std::optional<std::vector<std::string>>& sig
   constexpr double infinity = std::numeric_limits<double>::infinity();
   runs::Signals columns;
   {
-    const py::gil_scoped_release released;
+    const Unlocked unlocked;
     columns = run.read(index, names, {.from_s = from_s.value_or(-infinity), .to_s = to_s.value_or(infinity)});
   }
   py::dict result;
@@ -56,14 +57,15 @@ py::dict of_each_signal(const Run& run, const std::optional<std::string>& axis, 
 }  // namespace
 
 void bind_run(py::module_& module) {
-  py::class_<Run>(module, "Run",
-                  R"(A recorded run: a folder that a controller has recorded, or a CSV of cycles.
+  py::class_<Run> type(module, "Run",
+                       R"(A recorded run: a folder that a controller has recorded, or a CSV of cycles.
 
 A run that was killed, or that is still being recorded, is read up to its last whole row.
-)")
-      .def_static(
+)");
+  forbid_new(type, "a Run comes from Run.open()");
+  type.def_static(
           "open", [](const std::filesystem::path& path) { return Run(path); }, py::arg("path"),
-          py::call_guard<py::gil_scoped_release>(), "Raises Error if it is no run.")
+          py::call_guard<Unlocked>(), "Raises Error if it is no run.")
       .def_property_readonly("name", &Run::name, "Of the folder or file.")
       .def_property_readonly(
           "info", [](const Run& run) { return python_of(to_json(run.info())); },

@@ -19,7 +19,12 @@ void bind_rehearsal(pybind11::module_& module);
 
 /// As json.loads() gives it.
 pybind11::object python_of(const nlohmann::json& value);
-/// Runs the handlers of Python's signals. Throws what they raise: KeyboardInterrupt at Ctrl-C.
-void check_signals();
+/// Makes `T.__new__` raise TypeError: objects of the class come from `instead`. Without this, pybind11 takes the
+/// memory of an object that nothing has constructed for one.
+template <class T>
+void forbid_new(pybind11::class_<T>& type, const char* instead) {
+  type.attr("__new__") = pybind11::cpp_function(
+      [instead](const pybind11::args&, const pybind11::kwargs&) { throw pybind11::type_error(instead); });
+}
 
 }  // namespace hystcan::python

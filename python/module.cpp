@@ -4,9 +4,11 @@
 #include <string>
 #include <system_error>
 
+#include "app/io/exit_status.h"
 #include "can/dbc/database.h"
 #include "config/document/error.h"
 #include "python/bindings.h"
+#include "python/unlocked.h"
 #include "storage/hdf5.h"
 
 namespace hystcan::python {
@@ -28,6 +30,8 @@ void bind_errors(py::module_& module) {
       PyErr_SetString(error.ptr(), refused.what());
     } catch (const std::invalid_argument& refused) {
       PyErr_SetString(error.ptr(), refused.what());
+    } catch (const app::RunError& failed) {
+      PyErr_SetString(PyExc_OSError, failed.what());
     } catch (const std::system_error& failed) {
       const py::object arguments = py::make_tuple(failed.code().value(), failed.what());
       PyErr_SetObject(PyExc_OSError, arguments.ptr());
@@ -39,17 +43,13 @@ py::object python_of(const nlohmann::json& value) {
   return py::module_::import("json").attr("loads")(value.dump());
 }
 
-void check_signals() {
-  const py::gil_scoped_acquire python;
-  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-}
-
 }  // namespace hystcan::python
 
 PYBIND11_MODULE(_hystcan, module) {
   namespace python = hystcan::python;
   module.attr("__version__") = HYSTCAN_VERSION;
   python::bind_errors(module);
+  python::bind_end_of_interpreter();
   python::bind_model(module);
   python::bind_identification(module);
   python::bind_run(module);

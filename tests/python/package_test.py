@@ -253,5 +253,68 @@ class Commands(Scratch):
             hystcan.Client(self.folder / "none")
 
 
+class Misuse(Scratch):
+    """What no one should do raises an exception; a notebook with a day of work in it goes on."""
+
+    def python(self, text):
+        return subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, timeout=60)
+
+    def test_new_makes_no_object_that_was_never_constructed(self):
+        for kind in (hystcan.Model, hystcan.Memory, hystcan.Identified, hystcan.Run):
+            with self.assertRaises(TypeError):
+                kind.__new__(kind)
+            with self.assertRaises(TypeError):
+                kind()
+        with self.assertRaises(TypeError):
+            copy.copy(hystcan.Model.load(MODEL))
+        stage = hystcan.Rehearsal.__new__(hystcan.Rehearsal)
+        for use in (lambda: stage.step(1.0), stage.run, stage.signals, stage.status, lambda: stage.go_to("x", 1.0),
+                    lambda: stage.axes, lambda: stage.time_s, lambda: stage.set("x", "kp", 1)):
+            with self.assertRaisesRegex(TypeError, "__init__ was not called"):
+                use()
+        stage.__init__(STAGE)
+        stage.step(0.1)
+
+    def test_a_daemon_thread_inside_a_long_call_does_not_abort_the_end(self):
+        for call in ("stage.step(1000.0)", "hystcan.identify(t, u, model.simulate(u))"):
+            ended = self.python(f"""
+import hystcan, numpy, threading, time
+stage = hystcan.Rehearsal(hystcan.shipped("piezo.toml"))
+model = hystcan.Model.load(hystcan.shipped("piezo.model.toml"))
+t = numpy.arange(50000) * 1e-3
+u = 50 - 50 * (1 - t / 100) * numpy.cos(7 * t)
+threading.Thread(target=lambda: {call}, daemon=True).start()
+time.sleep(0.5)
+""")
+            self.assertEqual((ended.returncode, ended.stderr), (0, ""))
+
+    def test_a_rehearsal_is_used_by_one_thread_at_a_time(self):
+        stage = hystcan.Rehearsal(STAGE)
+        thread = threading.Thread(target=stage.step, args=(100.0,))
+        thread.start()
+        refusals = 0
+        while thread.is_alive():
+            try:
+                stage.status()
+            except RuntimeError as refused:
+                self.assertIn("another thread", str(refused))
+                refusals += 1
+        self.assertGreater(refusals, 0)
+
+    def test_lack_of_memory_and_a_file_that_cannot_be_written_are_what_python_calls_them(self):
+        many = numpy.broadcast_to(numpy.float32(1.0), (2**44,))
+        with self.assertRaises(MemoryError):
+            hystcan.Model.load(MODEL).simulate(many)
+        with self.assertRaises(OSError):
+            hystcan.Model.load(MODEL).memory().save(self.folder / "none" / "memory.toml")
+
+    def test_values_that_no_fit_can_square_are_refused(self):
+        t, u = oscillation(2000)
+        y = hystcan.Model.load(MODEL).simulate(u)
+        for scale in (1e160, 1e-320, 1e300):
+            with self.assertRaisesRegex(ValueError, "output"):
+                hystcan.identify(t, u, y * scale)
+
+
 if __name__ == "__main__":
     unittest.main()
