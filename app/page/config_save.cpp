@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <ranges>
+#include <span>
 #include <sstream>
 #include <string_view>
 #include <vector>
@@ -15,7 +17,7 @@ namespace hystcan::app {
 namespace {
 
 constexpr std::size_t context_lines = 2;
-constexpr std::size_t most_lines = 5'000;
+constexpr std::size_t most_cells = 4'000'000;  // of the table of a comparison
 
 std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> lines;
@@ -29,8 +31,9 @@ struct DiffLine {
   std::string_view text;
 };
 
-/// By the longest common subsequence of what lies between the common beginning and the common end.
-std::vector<DiffLine> compare(std::span<const std::string> before, std::span<const std::string> after) {
+/// By the longest common subsequence.
+std::vector<DiffLine> compare_by_subsequence(std::span<const std::string> before,
+                                             std::span<const std::string> after) {
   std::vector<std::vector<std::size_t>> longest(before.size() + 1,
                                                 std::vector<std::size_t>(after.size() + 1));
   for (std::size_t i = before.size(); i-- > 0;)
@@ -52,12 +55,34 @@ std::vector<DiffLine> compare(std::span<const std::string> before, std::span<con
   return lines;
 }
 
+std::vector<DiffLine> compare(std::span<const std::string> before, std::span<const std::string> after) {
+  const auto in_common = [](auto&& one, auto&& other) {
+    return static_cast<std::size_t>(std::ranges::mismatch(one, other).in1 - one.begin());
+  };
+  const std::size_t beginning = in_common(before, after);
+  const auto old_rest = before.subspan(beginning), new_rest = after.subspan(beginning);
+  const std::size_t end = in_common(old_rest | std::views::reverse, new_rest | std::views::reverse);
+  const auto gone = old_rest.first(old_rest.size() - end), come = new_rest.first(new_rest.size() - end);
+  std::vector<DiffLine> lines;
+  const auto add = [&lines](char mark, std::span<const std::string> texts) {
+    for (const std::string& text : texts) lines.push_back({mark, text});
+  };
+  add(' ', before.first(beginning));
+  if ((gone.size() + 1) * (come.size() + 1) <= most_cells) {
+    const std::vector<DiffLine> between = compare_by_subsequence(gone, come);
+    lines.insert(lines.end(), between.begin(), between.end());
+  } else {
+    add('-', gone);
+    add('+', come);
+  }
+  add(' ', before.last(end));
+  return lines;
+}
+
 }  // namespace
 
 std::string line_diff(const std::string& before, const std::string& after) {
   const std::vector<std::string> old_lines = lines_of(before), new_lines = lines_of(after);
-  if (old_lines.size() > most_lines || new_lines.size() > most_lines)
-    return before == after ? "" : "  (too long to show)\n";
   const std::vector<DiffLine> lines = compare(old_lines, new_lines);
   std::vector<bool> is_shown(lines.size());
   for (std::size_t i = 0; i < lines.size(); ++i)

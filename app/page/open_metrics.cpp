@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
@@ -105,12 +106,15 @@ const char* content_type(MetricsFormat format) {
                                                : "text/plain; version=0.0.4; charset=utf-8";
 }
 
-std::string metrics_text(MetricsFormat format, const json& status, const json& states, const json& bus,
+std::string metrics_text(MetricsFormat format, const KnownStatus& known, const json& states, const json& bus,
                          const TimingHistogram& turnaround, const TimingHistogram& lateness,
                          const PageCounters& page) {
   MetricsText text(format);
+  const json& status = known.status;
   const bool is_up = status.is_object() && status.value("ok", false);
   text.gauge("up", "1 if the controller answers", is_up ? 1 : 0);
+  text.family("status_age_seconds", "gauge", "since the controller last answered", "seconds");
+  text.sample("status_age_seconds", "", std::isfinite(known.age_s) ? json(known.age_s) : json());
   if (is_up) {
     text.counter("cycles", "cycles of the controller since its start", status.value("cycles", json()));
     text.counter("missed_cycles", "cycles left out", status.value("missed_cycles", json()));

@@ -23,9 +23,14 @@ enum class MetricsFormat : std::uint8_t { prometheus, open_metrics };
 MetricsFormat metrics_format_for(std::string_view accept);
 const char* content_type(MetricsFormat format);
 
-/// `status`: the answer of the control socket, or null. `states`: all there are; null if not known. `bus`: as
-/// BusCounters::report().
-std::string metrics_text(MetricsFormat format, const nlohmann::json& status, const nlohmann::json& states,
+/// What the page knows of the controller.
+struct KnownStatus {
+  const nlohmann::json& status;  ///< the answer of the control socket; null: none, or too old
+  double age_s;                  ///< since the last answer; infinite: none yet
+};
+
+/// `states`: all there are; null if not known. `bus`: as BusCounters::report().
+std::string metrics_text(MetricsFormat format, const KnownStatus& known, const nlohmann::json& states,
                          const nlohmann::json& bus, const TimingHistogram& turnaround,
                          const TimingHistogram& lateness, const PageCounters& page);
 

@@ -153,8 +153,24 @@ void PageService::require_the_same_file(const json& settings) const {
                     of_controller.string(), options_.config.string()));
 }
 
+void PageService::with_settings(const Asked& asked, std::function<void(const json& settings)> work) {
+  const bool waits =
+      slow_requests_.add(asked.client, [this, asked, work = std::move(work)](const RequestQueue::Done& done) {
+        reading_.ask({{"do", "settings"}}, [this, asked, work, done](const json& answer) {
+          try {
+            answer.value("ok", false) ? work(answer) : reply(asked, answer);
+          } catch (const std::exception& error) {
+            refuse(asked, error.what());
+          }
+          done();
+        });
+      });
+  if (!waits)
+    refuse(asked, fmt::format("{} requests of this page wait already", RequestQueue::most_of_a_client));
+}
+
 void PageService::settings(Client&, const Asked& asked, const json&) {
-  reader_.ask({{"do", "settings"}}, [this, asked](json answer) {
+  with_settings(asked, [this, asked](json answer) {
     answer.erase("file");
     reply(asked, std::move(answer));
   });
@@ -163,17 +179,12 @@ void PageService::settings(Client&, const Asked& asked, const json&) {
 /// Replies with what `make` makes of the axis with the settings in force.
 void PageService::reply_of_axis(const Asked& asked, const json& request, const MakeOfAxis& make) {
   const std::string axis = text_of(request, "axis");
-  reader_.ask({{"do", "settings"}}, [this, asked, axis, make](const json& answer) {
-    try {
-      if (!answer.value("ok", false)) return reply(asked, answer);
-      require_the_same_file(answer);
-      const config::Config config = config::load(options_.config, overrides_of(answer.at("unsaved")));
-      json made = make(config, config.axes[index_of_axis(config, axis)]);
-      made["ok"] = true;
-      reply(asked, std::move(made));
-    } catch (const std::exception& error) {
-      refuse(asked, error.what());
-    }
+  with_settings(asked, [this, asked, axis, make](const json& answer) {
+    require_the_same_file(answer);
+    const config::Config config = config::load(options_.config, overrides_of(answer.at("unsaved")));
+    json made = make(config, config.axes[index_of_axis(config, axis)]);
+    made["ok"] = true;
+    reply(asked, std::move(made));
   });
 }
 
@@ -250,23 +261,18 @@ void PageService::stop(Client&, const Asked& asked, const json&) {
 
 void PageService::save(Client&, const Asked& asked, const json& request) {
   const std::string digest = request.contains("digest") ? text_of(request, "digest") : "";
-  reader_.ask({{"do", "settings"}}, [this, asked, digest](const json& answer) {
-    try {
-      if (!answer.value("ok", false)) return reply(asked, answer);
-      require_the_same_file(answer);
-      const ConfigSave save = save_of(options_.config, answer.at("unsaved"));
-      if (digest.empty()) return reply(asked, {{"ok", true}, {"diff", save.diff}, {"digest", save.digest}});
-      if (digest != save.digest)
-        return refuse(asked,
-                      "the file or the settings have changed since the difference was shown: look again");
-      OutputFile file(options_.config);
-      file.write(save.text);
-      file.commit();
-      spdlog::info("page {}: {} saved", asked.client, options_.config.string());
-      reply(asked, {{"ok", true}});
-    } catch (const std::exception& error) {
-      refuse(asked, error.what());
-    }
+  with_settings(asked, [this, asked, digest](const json& answer) {
+    require_the_same_file(answer);
+    const ConfigSave save = save_of(options_.config, answer.at("unsaved"));
+    if (digest.empty()) return reply(asked, {{"ok", true}, {"diff", save.diff}, {"digest", save.digest}});
+    if (digest != save.digest)
+      return refuse(asked,
+                    "the file or the settings have changed since the difference was shown: look again");
+    OutputFile file(options_.config);
+    file.write(save.text);
+    file.commit();
+    spdlog::info("page {}: {} saved", asked.client, options_.config.string());
+    reply(asked, {{"ok", true}});
   });
 }
 

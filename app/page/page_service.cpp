@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <utility>
 
@@ -17,6 +18,7 @@ namespace {
 using nlohmann::json;
 
 constexpr auto time_between_looks = std::chrono::milliseconds(200);
+constexpr double longest_age_s = 0.6;  // two answers that were due have not come
 constexpr std::uint32_t capture_kind = 3;
 
 std::string text_of_message(const json& message) {
@@ -41,9 +43,11 @@ PageService::PageService(boost::asio::io_context& context, PageOptions options, 
       bus_(options_.interface, options_.bitrate_bit_per_s),
       timer_(context),
       context_(context),
-      reader_(context, options_.controller_socket),
+      looking_(context, options_.controller_socket),
+      reading_(context, options_.controller_socket),
       writing_(context, options_.controller_socket),
       stopping_(context, options_.controller_socket),
+      slow_requests_(context),
       controller_source_(
           context, [this] { return stream_beside(options_.controller_socket()); }, controller_),
       twin_source_(
@@ -66,8 +70,8 @@ HttpResponse PageService::answer(const HttpRequest& request) {
     const json states = controller_.is_there() ? controller_.greeting().value("states", json()) : json();
     const MetricsFormat format = metrics_format_for(request.accept);
     return {.type = content_type(format),
-            .body = metrics_text(format, status_, states, bus_report_, watch_.turnaround(), watch_.lateness(),
-                                 counters_)};
+            .body = metrics_text(format, {status_known(), status_age_s()}, states, bus_report_,
+                                 watch_.turnaround(), watch_.lateness(), counters_)};
   }
   if (path == "/socket") return {.status = 426, .body = "This is a WebSocket.\n"};
   for (const Asset& asset : page_assets())
@@ -92,6 +96,7 @@ void PageService::closed(WebClient& web) {
   const auto found = clients_.find(&web);
   if (found == clients_.end()) return;
   const bool had_role = found->second.number == writer_;
+  slow_requests_.leave(found->second.number);
   clients_.erase(found);
   counters_.clients = clients_.size();
   set_rates();
@@ -192,16 +197,31 @@ void PageService::look() {
     if (!cancelled) look();
   });
   bus_report_ = bus_.report();
-  if (reader_.is_busy()) return;
-  reader_.ask({{"do", "status"}}, [this](const json& answer) {
+  if (looking_.is_busy()) {
+    if (status_age_s() > longest_age_s) send_status();
+    return;
+  }
+  looking_.ask({{"do", "status"}}, [this](const json& answer) {
     status_ = answer;
+    status_came_ = Clock::now();
     send_status();
   });
 }
 
+double PageService::status_age_s() const {
+  return status_came_ ? std::chrono::duration<double>(Clock::now() - *status_came_).count()
+                      : std::numeric_limits<double>::infinity();
+}
+
+const json& PageService::status_known() const {
+  static const json unknown;
+  return status_age_s() <= longest_age_s && status_.value("ok", false) ? status_ : unknown;
+}
+
 void PageService::send_status() {
   broadcast({{"type", "status"},
-             {"controller", status_.value("ok", false) ? status_ : json()},
+             {"controller", status_known()},
+             {"age_s", status_came_ ? json(status_age_s()) : json()},
              {"bus", bus_report_},
              {"timing",
               {{"upper_us", TimingHistogram::upper_us},

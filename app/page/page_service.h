@@ -2,7 +2,7 @@
 // docs/page_protocol.md has all messages. One thread.
 //
 //   PageStream (controller, twin) ──▶ CycleWatch, captures, lanes ──▶ clients
-//   clients ──▶ requests (page_requests.cpp) ──▶ ControlLink ──▶ control socket
+//   clients ──▶ requests (page_requests.cpp) ──▶ RequestQueue ──▶ ControlLink ──▶ control socket
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -24,6 +24,7 @@
 #include "app/page/open_metrics.h"
 #include "app/page/page_access.h"
 #include "app/page/page_stream.h"
+#include "app/page/request_queue.h"
 #include "app/page/stream_source.h"
 #include "config/schema/config.h"
 
@@ -83,6 +84,10 @@ class PageService final : public PageHandler {
   void set_rates();
   void look();  ///< asks for the state, five times a second
   void send_status();
+  /// Seconds since the last answer; infinite before the first.
+  double status_age_s() const;
+  /// The state of the controller; null if it does not answer, or if the last answers that were due have not come.
+  const nlohmann::json& status_known() const;
   void send_writer(Client& client) const;
   void broadcast(const nlohmann::json& message);
 
@@ -94,6 +99,8 @@ class PageService final : public PageHandler {
   void token(Client&, const Asked&, const nlohmann::json&);
   void view(Client&, const Asked&, const nlohmann::json&);
   void settings(Client&, const Asked&, const nlohmann::json&);
+  /// `work` is called with the answer to `settings`, when it is this client's turn.
+  void with_settings(const Asked& asked, std::function<void(const nlohmann::json& settings)> work);
   using MakeOfAxis = std::function<nlohmann::json(const config::Config&, const config::AxisConfig&)>;
   void reply_of_axis(const Asked& asked, const nlohmann::json& request, const MakeOfAxis& make);
   void curves(Client&, const Asked&, const nlohmann::json&);
@@ -120,9 +127,11 @@ class PageService final : public PageHandler {
   PageStream controller_, twin_;
   BusCounters bus_;
   nlohmann::json status_, bus_report_;
+  std::optional<Clock::time_point> status_came_;
   boost::asio::steady_timer timer_;
   boost::asio::io_context& context_;
-  ControlLink reader_, writing_, stopping_;
+  ControlLink looking_, reading_, writing_, stopping_;
+  RequestQueue slow_requests_;
   StreamSource controller_source_, twin_source_;
 };
 

@@ -1,4 +1,4 @@
-// The page comes back by itself when its server does.
+// The page says when it does not know, and comes back by itself when its server does.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 
@@ -27,4 +27,15 @@ test('A killed server is shown, and after its restart the rows go on', async () 
   demo = await startDemo({ port: demo.port });
   await until('the page is connected again', async () => (await connection()) === connected);
   await until('more rows', async () => (await rows()) > before + 200);
+});
+
+test('A state that is no longer known is not shown as one', async () => {
+  const state = () => page.textContent('#axis-0-state');
+  await until('the axis tracks', async () => (await state()).includes('tracking'));
+  demo.child.kill('SIGSTOP');
+  await until('the page does not know the state', async () => (await state()).includes('unknown'));
+  assert.match(await page.textContent('#age'), /no status for \d/);
+  demo.child.kill('SIGCONT');
+  await until('the axis is seen again', async () => !(await state()).includes('unknown'));
+  await until('the age is gone', async () => (await page.textContent('#age')) === '');
 });

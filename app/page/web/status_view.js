@@ -21,8 +21,10 @@ const axisRows = [
   ['Arrival', ({ arrival }) => arrival ?? '-'],
   ['Sample', ({ sample_missing }) => (sample_missing === undefined ? '-' : sample_missing ? 'missing' : 'received')],
   ['Adaptation', ({ correction }) => adaptationText(correction)],
-  ['Learning', ({ learning, state }) => (state === 'no controller' ? '-' : learningText(learning))],
+  ['Learning', ({ learning, state }) => (state === 'no controller' || state === 'unknown' ? '-' : learningText(learning))],
 ];
+
+const longestAge_s = 0.7; // a status comes five times a second
 
 /** Sign and word of a state: never colour alone. */
 const signs = {
@@ -57,10 +59,12 @@ function learningText(learning) {
 export class StatusView {
   #names = [];
   #units = []; // of the drives
+  #cameAt_ms = NaN; // the last status
 
   /** `errors(axis)`: {rms_um, peak_um} over the shown time. */
   constructor(errors) {
     this.errors = errors;
+    setInterval(() => this.#watch(), 200);
     byId('reveal-histogram').addEventListener('change', () => this.#showTiming(this.timing));
   }
 
@@ -70,18 +74,30 @@ export class StatusView {
     this.#nameAxes(axes.map(({ name }) => name));
   }
 
-  show({ controller, bus, timing, page }) {
+  show({ controller, bus, timing, page, age_s: age }) {
     this.last = controller;
-    this.#showAxes(controller);
+    this.#cameAt_ms = performance.now();
+    const isSilent = !controller && age > longestAge_s;
+    this.#showAxes(controller, isSilent ? 'unknown' : 'no controller');
     this.#showCounters(controller, page);
     this.#showBus(bus);
     this.timing = timing;
     this.#showTiming(timing);
     setText(byId('time'), controller ? clock(controller.time_s) : '-');
-    setText(
-      byId('age'),
-      controller && controller.age_s > 0.5 ? `values are ${plain(controller.age_s, 1)} s old` : '',
-    );
+    this.#showAge(isSilent ? age : controller?.age_s, isSilent ? 'no answer of the controller for' : 'values are old:');
+  }
+
+  /** What is shown says so when it is no longer known. */
+  #watch() {
+    const age = (performance.now() - this.#cameAt_ms) / 1000;
+    if (!(age > longestAge_s)) return;
+    this.last = null;
+    this.#showAxes(null, 'unknown');
+    this.#showAge(age, 'no status for');
+  }
+
+  #showAge(age, what) {
+    setText(byId('age'), age > 0.5 ? `${what} ${plain(age, 1)} s` : '');
   }
 
   #nameAxes(names) {
@@ -103,8 +119,8 @@ export class StatusView {
     byId('faults').replaceChildren(...this.faults, ...this.waits);
   }
 
-  #showAxes(controller) {
-    const axes = controller?.axes ?? this.#names.map((name) => ({ name, state: 'no controller' }));
+  #showAxes(controller, otherwise) {
+    const axes = controller?.axes ?? this.#names.map((name) => ({ name, state: otherwise }));
     this.#nameAxes(axes.map(({ name }) => name));
     axes.forEach((axis, at) => {
       setText(this.states[at], `${signs[axis.state] ?? '\u25a1'} ${axis.state}`);

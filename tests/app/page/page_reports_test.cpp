@@ -84,7 +84,7 @@ TEST(OpenMetrics, NamesTheFamilyOfEachSampleAndEnds) {
                        {"fault", "none"},
                        {"position_um", 1.5},
                        {"drive", nullptr}}}}};
-  const std::string text = metrics_text(MetricsFormat::open_metrics, status, {"offline", "tracking"},
+  const std::string text = metrics_text(MetricsFormat::open_metrics, {status, 0.1}, {"offline", "tracking"},
                                         {{"frames_per_s", 3.5}}, times, times, {.clients = 2});
   std::istringstream lines(text);
   std::string family, last;
@@ -112,16 +112,18 @@ TEST(Metrics, AreInTheOlderFormatWithoutWhatItDoesNotKnow) {
             MetricsFormat::open_metrics);
   const json status{{"ok", true}, {"cycles", 12}, {"axes", json::array()}};
   const std::string text =
-      metrics_text(MetricsFormat::prometheus, status, {"offline"}, json::object(), {}, {}, {});
+      metrics_text(MetricsFormat::prometheus, {status, 0.1}, {"offline"}, json::object(), {}, {}, {});
   for (const char* unknown : {"stateset", " info\n", "# UNIT", "# EOF"})
     EXPECT_EQ(text.find(unknown), std::string::npos) << unknown;
   EXPECT_NE(text.find("# TYPE hystcan_cycles_total counter\n"), std::string::npos);
 }
 
-TEST(OpenMetrics, SayThatTheControllerIsNotThere) {
+TEST(OpenMetrics, SayThatTheControllerIsNotThereAndHowOldTheLastAnswerIs) {
+  const json none;
   const std::string text =
-      metrics_text(MetricsFormat::open_metrics, nullptr, nullptr, json::object(), {}, {}, {});
+      metrics_text(MetricsFormat::open_metrics, {none, 7.5}, nullptr, json::object(), {}, {}, {});
   EXPECT_NE(text.find("hystcan_up 0\n"), std::string::npos);
+  EXPECT_NE(text.find("hystcan_status_age_seconds 7.5\n"), std::string::npos);
   EXPECT_EQ(text.find("hystcan_cycles"), std::string::npos);
 }
 

@@ -1,6 +1,9 @@
 // The page's server as a browser, or a stranger, sees it: a running controller in virtual time behind it, and plain sockets
 // before it. The wall clock only ends a test that hangs.
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
 
 #include <memory>
 #include <thread>
@@ -264,6 +267,57 @@ TEST_F(PageServer, DisablesAnAxisForWhoeverHasTheToken) {
   EXPECT_TRUE(other->is_ok({{"do", "token"}, {"token", token_text}}));
   EXPECT_TRUE(other->is_ok(command("disable")));
   EXPECT_TRUE(bench_.axis_is(0, controller::AxisState::offline));
+}
+
+// Each of their requests takes the server some milliseconds.
+TEST_F(PageServer, GoesOnTellingTheStateWhileOtherPagesAskForMoreThanTheirShare) {
+  const auto watcher = page();
+  const auto one = page(), other = page();
+  for (int id = 1; id <= 40; ++id)
+    for (const auto* peer : {one.get(), other.get()})
+      peer->send_frame(json{{"id", id}, {"do", "bode"}, {"axis", "x"}}.dump());
+  for (int looks = 0; looks < 3; ++looks) {
+    const json status = watcher->next("status");
+    EXPECT_TRUE(status.at("controller").is_object()) << status;
+    EXPECT_LT(status.at("age_s"), 0.6);
+  }
+  for (auto* peer : {one.get(), other.get()}) {
+    int refused = 0, answered = 0;
+    for (int answers = 0; answers < 40; ++answers)
+      ++(peer->next("answer").value("ok", false) ? answered : refused);
+    EXPECT_GE(answered, 16);
+    EXPECT_GT(refused, 0) << "what is too much is refused at once";
+  }
+}
+
+// A process that is stopped, or a loop that no longer gets a processor.
+TEST_F(PageServer, SaysThatItDoesNotKnowTheStateOfAControllerThatDoesNotAnswer) {
+  const int listener = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  const std::string silent = (bench_.files() / "silent.sock").string();
+  silent.copy(address.sun_path, sizeof address.sun_path - 1);
+  ASSERT_EQ(bind(listener, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  ASSERT_EQ(listen(listener, 8), 0);
+  boost::asio::io_context context{1};
+  PageService service(context,
+                      {.config = bench_.files() / "piezo.toml",
+                       .controller_socket = [&] { return silent; },
+                       .twin_socket = [&] { return silent; }},
+                      PageAccess({}, token_text));
+  HttpServer server(context, "127.0.0.1", std::uint16_t{0}, service);
+  std::thread thread([&] { context.run(); });
+  WebPeer peer(server.port());
+  EXPECT_EQ(peer.upgrade(), 101);
+  EXPECT_TRUE(peer.next("status").at("controller").is_null());
+  WebPeer metrics(server.port());
+  EXPECT_EQ(metrics.request("GET /metrics HTTP/1.1"), 200);
+  const std::string text = metrics.body();
+  EXPECT_NE(text.find("hystcan_up 0\n"), std::string::npos) << text;
+  EXPECT_EQ(text.find("axis_fault"), std::string::npos) << text;
+  context.stop();
+  thread.join();
+  close(listener);
 }
 
 TEST_F(PageServer, SaysWhenTheControllerHasEnded) {
