@@ -88,11 +88,17 @@ std::filesystem::path make_run_folder(const std::filesystem::path& folder,
   std::filesystem::path run = folder / (run_prefix + utc_text("{:%Y%m%dT%H%M%S}", now));
   if (!std::filesystem::create_directory(run))
     throw std::system_error(std::make_error_code(std::errc::file_exists), run.string());
-  std::filesystem::create_directory(run / "config");
-  for (const std::filesystem::path& file : files_named_by(info, config_file))
-    std::filesystem::copy_file(file, run / "config" / file.filename(),
-                               std::filesystem::copy_options::overwrite_existing);
-  write_run_info(run, info);
+  try {
+    std::filesystem::create_directory(run / "config");
+    for (const std::filesystem::path& file : files_named_by(info, config_file))
+      std::filesystem::copy_file(file, run / "config" / file.filename(),
+                                 std::filesystem::copy_options::overwrite_existing);
+    write_run_info(run, info);
+  } catch (...) {
+    std::error_code ignored;
+    std::filesystem::remove_all(run, ignored);
+    throw;
+  }
   return run;
 }
 

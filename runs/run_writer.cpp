@@ -48,12 +48,18 @@ RunWriter::RunWriter(const config::Config& config, const RunInfo& info, Sink sin
       lock_(run_),
       info_(read_run_info(run_)),
       summary_(info.axes.size()) {
-  open_part();
-  if (config_.bus_log)
-    bus_log_ = std::make_unique<BusLog>(config.bus.interface, run_, bytes(config_.part_MB),
-                                        [this](const std::string& reason) {
-                                          sink_(Level::warning, fmt::format("{}: {}", run_.string(), reason));
-                                        });
+  try {
+    open_part();
+    if (config_.bus_log)
+      bus_log_ = std::make_unique<BusLog>(
+          config.bus.interface, run_, bytes(config_.part_MB), [this](const std::string& reason) {
+            sink_(Level::warning, fmt::format("{}: {}", run_.string(), reason));
+          });
+  } catch (...) {  // no run has begun
+    std::error_code ignored;
+    std::filesystem::remove_all(run_, ignored);
+    throw;
+  }
 }
 
 RunWriter::~RunWriter() = default;
@@ -203,7 +209,8 @@ void RunWriter::close() {
   try {
     info_.failure = status().failure;
     if (info_.failure.empty()) close_part();
-    if (changes_file_) changes_file_->close();
+    part_.reset();  // a file that was removed from a full disk takes its space until it is closed
+    changes_file_.reset();
     {
       const std::scoped_lock lock(mutex_);
       summary_.put_into(info_);
@@ -214,6 +221,8 @@ void RunWriter::close() {
   } catch (const std::exception& error) {
     sink_(Level::warning, fmt::format("{}: is not closed: {}", run_.string(), error.what()));
   }
+  part_.reset();
+  changes_file_.reset();
   lock_.reset();
   const std::scoped_lock lock(mutex_);
   closed_ = true;

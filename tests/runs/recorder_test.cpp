@@ -125,6 +125,13 @@ TEST_F(Recording, RefusesASecondRunAndCanBeginAgainAfterTheEnd) {
 }
 
 /// The limit of a process on the size of its files acts as a full disk does: a write fails in the middle of a row.
+bool is_closed(const std::filesystem::path& file) {
+  std::error_code ignored;
+  for (const auto& open : std::filesystem::directory_iterator("/proc/self/fd"))
+    if (std::filesystem::read_symlink(open, ignored) == std::filesystem::canonical(file)) return false;
+  return true;
+}
+
 TEST_F(Recording, EndsWithAWarningWhereTheDiskIsFullAndKeepsWholeRows) {
   signal(SIGXFSZ, SIG_IGN);
   rlimit before{};
@@ -147,6 +154,7 @@ TEST_F(Recording, EndsWithAWarningWhereTheDiskIsFullAndKeepsWholeRows) {
   EXPECT_NE(logged()[0].find("control goes on"), std::string::npos) << logged()[0];
   EXPECT_TRUE(text_of(run / "cycles_0001.csv").ends_with("\n"));
   EXPECT_GT(RecordedRun(run).info().rows, 0u);
+  EXPECT_TRUE(is_closed(run / "cycles_0001.csv")) << "who removes it has the space back";
 }
 
 TEST_F(Recording, EndsWithAWarningWhereItsFolderVanishes) {
@@ -164,6 +172,20 @@ TEST_F(Recording, ThatCannotBeginSaysWhy) {
   Recorder recorder = make();
   EXPECT_THROW(recorder.start(), std::exception);
   EXPECT_FALSE(recorder.status().is_recording);
+}
+
+TEST_F(Recording, ThatCannotBeginLeavesNoFolder) {
+  signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  Recorder recorder = make();
+  for (const rlim_t most : {0U, 100U, 1'000U}) {
+    const rlimit small{.rlim_cur = most, .rlim_max = before.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &small);
+    EXPECT_THROW(recorder.start(), std::exception) << most;
+    setrlimit(RLIMIT_FSIZE, &before);
+    EXPECT_TRUE(std::filesystem::is_empty(config.record.folder)) << most;
+  }
 }
 
 /// Records until it is killed, and tells through the pipe how many bytes the recorder says are written.
