@@ -193,6 +193,15 @@ double Reader::read_number(const toml::node& node, std::string_view key, Range r
   return value;
 }
 
+can::Duration Reader::read_duration(const toml::node& node, std::string_view key, Range range) const {
+  constexpr double year_ns = 365.0 * 86'400.0 * 1e9;
+  const double value = read_number(node, key, range), unit_ns = nanoseconds_per_unit(key);
+  if (std::abs(value) > year_ns / unit_ns)
+    document_.fail(node.source(),
+                   fmt::format("{} is {}, expected at most a year, {}", key, value, year_ns / unit_ns));
+  return can::Duration(std::llround(value * unit_ns));
+}
+
 std::vector<double> Reader::read_numbers(const toml::node& node, std::string_view key, Range range) const {
   const toml::array* array = node.as_array();
   if (array == nullptr) wrong_type(node, key, "an array of numbers");

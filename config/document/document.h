@@ -203,7 +203,7 @@ class Reader {
     } else if constexpr (std::is_floating_point_v<T>) {
       value = read_number(node, key, range);
     } else if constexpr (std::is_same_v<T, can::Duration>) {
-      value = can::Duration(std::llround(read_number(node, key, range) * nanoseconds_per_unit(key)));
+      value = read_duration(node, key, range);
     } else if constexpr (IsVector<T>::value) {
       value = read_numbers(node, key, range);
     } else {
@@ -217,6 +217,8 @@ class Reader {
   bool read_bool(const toml::node& node, std::string_view key) const;
   std::int64_t read_integer(const toml::node& node, std::string_view key, Range range, double type_max) const;
   double read_number(const toml::node& node, std::string_view key, Range range) const;
+  /// Fails beyond a year, which no timer needs and a computation with times still has room for.
+  can::Duration read_duration(const toml::node& node, std::string_view key, Range range) const;
   std::vector<double> read_numbers(const toml::node& node, std::string_view key, Range range) const;
   std::string read_string(const toml::node& node, std::string_view key) const;
 
