@@ -46,15 +46,18 @@ OutputFile::OutputFile(const std::filesystem::path& path, Kind kind) : kind_(kin
   open_beside();
 }
 
-// Sets the permissions of a new file, because mkstemp allows only the owner.
+// Gives the permissions of the file that it replaces, else those of a new file: mkstemp allows only the owner.
 void OutputFile::open_beside() {
+  struct stat replaced {};
+  const bool is_there = ::lstat(path_.c_str(), &replaced) == 0 && S_ISREG(replaced.st_mode);
+  if (is_there && (replaced.st_mode & (S_IWUSR | S_IWGRP | S_IWOTH)) == 0) fail(EACCES);
   std::string name = path_.string() + ".XXXXXX";
   const int descriptor = mkstemp(name.data());
   if (descriptor < 0) fail(errno);
   written_ = name;
   const mode_t mask = umask(0);
   umask(mask);
-  fchmod(descriptor, 0666 & ~mask);
+  fchmod(descriptor, is_there ? replaced.st_mode & 07777 : 0666 & ~mask);
   file_ = fdopen(descriptor, "w");
   if (file_ == nullptr) fail(errno);
 }

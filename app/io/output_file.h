@@ -9,7 +9,8 @@
 namespace hystcan::app {
 
 /// The text goes to a temporary file in the same folder; commit() moves it to the path. Without commit() the
-/// temporary file is removed. A link is followed. If the path is a device or a pipe, the text goes there
+/// temporary file is removed. The permissions of a file that is replaced stay; one that nobody may write is not
+/// replaced. A link is followed. If the path is a device or a pipe, the text goes there
 /// directly. Throws RunError if the file cannot be written, config::Error if the path is empty.
 class OutputFile {
  public:

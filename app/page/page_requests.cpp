@@ -268,7 +268,7 @@ void PageService::save(Client&, const Asked& asked, const json& request) {
     if (digest != save.digest)
       return refuse(asked,
                     "the file or the settings have changed since the difference was shown: look again");
-    OutputFile file(options_.config);
+    OutputFile file(std::filesystem::canonical(options_.config), OutputFile::Kind::durable);
     file.write(save.text);
     file.commit();
     spdlog::info("page {}: {} saved", asked.client, options_.config.string());

@@ -103,9 +103,9 @@ Picture timing(const RunFigures& run, const std::string& data_file) {
         data += fmt::format("{},{},{}\n", histogram->width * static_cast<double>(i + 1),
                             100.0 * static_cast<double>(histogram->counts[i]) / total, what);
     body += fmt::format(
-        "{0}{1} using 'upper_us':(strcol('what') eq '{2}' ? column('share_percent') : NaN) "
-        "with impulses ls {3} dt 1 lw 3 title '{2}'",
-        between, data_file, what, style++);
+        "{0}{1} using 'upper_us':(strcol('what') eq {2} ? column('share_percent') : NaN) "
+        "with impulses ls {3} dt 1 lw 3 title {2}",
+        between, data_file, gnuplot_text(what), style++);
     between = ", \\\n  ";
   }
   return {std::move(data), body + "\nunset logscale\nset xrange [*:*]\nset yrange [*:*]\n"};

@@ -86,6 +86,11 @@ class AxisQuestions {
     return *answer;
   }
 
+  static constexpr double largest_drive = 1e6;
+  static std::string too_large(double value) {
+    return fmt::format("{:g}, expected at most {:g} in magnitude", value, largest_drive);
+  }
+
   void drive(AxisFacts& axis) {
     std::optional<double> least, most;
     if (const AxisRecords* measured = record()) {
@@ -97,13 +102,15 @@ class AxisQuestions {
     axis.drive_min =
         number({"--drive-min", "Lowest drive", unit_, "no drive below it leaves the controller"},
                stated_.drive_min, least, {}, drive_min_, [&](double value) {
+                 if (std::abs(value) > largest_drive) return too_large(value);
                  return least && value > *least
                             ? fmt::format("{:g}, but the record goes down to {:g} {}", value, *least, unit_)
-                            : "";
+                            : std::string();
                });
     axis.drive_max = number(
         {"--drive-max", "Highest drive", unit_, "no drive above it leaves the controller"}, stated_.drive_max,
         most, {}, drive_max_, [&](double value) {
+          if (std::abs(value) > largest_drive) return too_large(value);
           if (most && value < *most)
             return fmt::format("{:g}, but the record goes up to {:g} {}", value, *most, unit_);
           return value <= axis.drive_min

@@ -124,6 +124,11 @@ class Choice {
       throw Error(fmt::format("--columns is {}, expected three names, of time, input and output{}",
                               layout_.columns, first == 0 ? "; with --rate the time may be left out" : ""));
     for (std::size_t i = 0; i < named.size(); ++i) take(i + first, named_column(named[i]));
+    std::vector<std::size_t> sorted = choice_.selected;
+    std::ranges::sort(sorted);
+    if (std::ranges::adjacent_find(sorted) != sorted.end())
+      throw Error(fmt::format("--columns is {}: one column for two meanings, expected as many columns",
+                              layout_.columns));
   }
 
   std::size_t named_column(const std::string& name) const {

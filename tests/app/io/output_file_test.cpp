@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "app/io/exit_status.h"
 #include "tests/support/scratch.h"
 #include "tests/support/shipped.h"
 
@@ -30,6 +31,19 @@ class OutputFiles : public testing::TestWithParam<OutputFile::Kind> {
   const support::ScratchFolder scratch;
   const std::filesystem::path& folder = scratch.path();
 };
+
+TEST_P(OutputFiles, KeepThePermissionsOfWhatTheyReplaceAndReplaceNothingProtected) {
+  using std::filesystem::perms;
+  const perms own = perms::owner_read | perms::owner_write;
+  std::filesystem::permissions(folder / "file", own);
+  OutputFile file(folder / "file", GetParam());
+  file.write("new");
+  file.commit();
+  EXPECT_EQ(std::filesystem::status(folder / "file").permissions(), own);
+  std::filesystem::permissions(folder / "file", perms::owner_read);
+  EXPECT_THROW(OutputFile(folder / "file", GetParam()), RunError);
+  EXPECT_EQ(names(), std::vector<std::string>{"file"});
+}
 
 TEST_P(OutputFiles, ReplaceTheOldFileAtTheirCommit) {
   OutputFile file(folder / "file", GetParam());

@@ -98,6 +98,12 @@ TEST(LabCsvColumns, AreThoseTheUserNames) {
             (std::vector<double>{1.5, -1.0}));
 }
 
+TEST(LabCsvColumns, HaveNoValueThatAFitCannotSquare) {
+  for (const char* value : {"1e160", "-1e300", "1.1e12"})
+    EXPECT_THROW(load(std::string("time_s,input,output\n0,1,2\n1,3,") + value + "\n", {}), Error) << value;
+  EXPECT_EQ(load("time_s,input,output\n0,1,2\n1,3,1e12\n", {}).dataset.output.back(), 1e12);
+}
+
 TEST(LabCsvColumns, WithARateNeedNoTime) {
   const std::string text = "V,x\n1,2\n3,4\n5,6\n";
   EXPECT_EQ(load(text, {.rate_Hz = 500.0}).dataset.time_s, (std::vector<double>{0.0, 0.002, 0.004}));
