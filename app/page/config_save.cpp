@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <functional>
 #include <nlohmann/json.hpp>
-#include <ranges>
 #include <span>
 #include <sstream>
 #include <string_view>
@@ -56,12 +55,11 @@ std::vector<DiffLine> compare_by_subsequence(std::span<const std::string> before
 }
 
 std::vector<DiffLine> compare(std::span<const std::string> before, std::span<const std::string> after) {
-  const auto in_common = [](auto&& one, auto&& other) {
-    return static_cast<std::size_t>(std::ranges::mismatch(one, other).in1 - one.begin());
-  };
-  const std::size_t beginning = in_common(before, after);
+  const auto same = std::mismatch(before.begin(), before.end(), after.begin(), after.end());
+  const auto beginning = static_cast<std::size_t>(same.first - before.begin());
   const auto old_rest = before.subspan(beginning), new_rest = after.subspan(beginning);
-  const std::size_t end = in_common(old_rest | std::views::reverse, new_rest | std::views::reverse);
+  const auto same_end = std::mismatch(old_rest.rbegin(), old_rest.rend(), new_rest.rbegin(), new_rest.rend());
+  const auto end = static_cast<std::size_t>(same_end.first - old_rest.rbegin());
   const auto gone = old_rest.first(old_rest.size() - end), come = new_rest.first(new_rest.size() - end);
   std::vector<DiffLine> lines;
   const auto add = [&lines](char mark, std::span<const std::string> texts) {

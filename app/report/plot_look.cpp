@@ -57,7 +57,7 @@ std::string drawn_as(const std::string& name, const std::vector<std::string>& fo
   std::string text = plot_look();
   for (const std::string& format : formats)
     text += fmt::format("\nset terminal {}\nset output {}\n{}unset output\n", terminal(format, size),
-                        gnuplot_file(name + "." + format), body);
+                        gnuplot_file(fmt::format("{}.{}", name, format)), body);
   return text;
 }
 

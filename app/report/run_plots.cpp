@@ -204,7 +204,8 @@ DrawnPlots draw_runs(const std::vector<RunFigures>& runs, const RunPlots& plots)
       if (const std::string lack = lack_of(kind, run); !lack.empty())
         drawing.lack(fmt::format("{}: {}", name, lack));
       else
-        drawing.draw(name, [&](const std::string& data_file) { return make(run, data_file); });
+        drawing.draw(name,
+                     [&run, &make = make](const std::string& data_file) { return make(run, data_file); });
     }
   if (is_wanted("comparison") && runs.size() > 1)
     drawing.draw("comparison", [&](const std::string& data_file) { return comparison(runs, data_file); });
