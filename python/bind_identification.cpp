@@ -135,9 +135,7 @@ Result identify(const py::object& t, const py::object& u, const py::object& y,
 }
 
 void save_result(const Result& result, const std::filesystem::path& path) {
-  app::OutputFile file(path);
-  file.write(result.text);
-  file.commit();
+  app::write_file(path, result.text);
 }
 
 py::dict validate(const Model& model, const Array& t, const Array& u, const Array& y,

@@ -67,9 +67,7 @@ double step_memory(Memory& memory, double u) {
 }
 
 void save_memory(const Memory& memory, const std::filesystem::path& path) {
-  app::OutputFile file(path);
-  file.write(memory.text());
-  file.commit();
+  app::write_file(path, memory.text());
 }
 
 void bind_memory(py::module_& module) {

@@ -36,7 +36,7 @@ class Rehearsal {
 
   explicit Rehearsal(std::unique_ptr<VirtualStage> stage) : stage_(std::move(stage)) {}
 
-  /// For one call: another thread may make it at the same time.
+  /// For the time of one call. Throws if there is no stage, or if another thread is in a call.
   class Use {
    public:
     explicit Use(Rehearsal& of) : of_(of) {

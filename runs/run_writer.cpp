@@ -206,11 +206,11 @@ void RunWriter::fail(const std::string& reason) {
 
 void RunWriter::close() {
   bus_log_.reset();
+  changes_file_.reset();
   try {
     info_.failure = status().failure;
     if (info_.failure.empty()) close_part();
     part_.reset();  // a file that was removed from a full disk takes its space until it is closed
-    changes_file_.reset();
     {
       const std::scoped_lock lock(mutex_);
       summary_.put_into(info_);
@@ -221,8 +221,6 @@ void RunWriter::close() {
   } catch (const std::exception& error) {
     sink_(Level::warning, fmt::format("{}: is not closed: {}", run_.string(), error.what()));
   }
-  part_.reset();
-  changes_file_.reset();
   lock_.reset();
   const std::scoped_lock lock(mutex_);
   closed_ = true;

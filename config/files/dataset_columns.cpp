@@ -124,9 +124,7 @@ class Choice {
       throw Error(fmt::format("--columns is {}, expected three names, of time, input and output{}",
                               layout_.columns, first == 0 ? "; with --rate the time may be left out" : ""));
     for (std::size_t i = 0; i < named.size(); ++i) take(i + first, named_column(named[i]));
-    std::vector<std::size_t> sorted = choice_.selected;
-    std::ranges::sort(sorted);
-    if (std::ranges::adjacent_find(sorted) != sorted.end())
+    if (takes_a_column_twice())
       throw Error(fmt::format("--columns is {}: one column for two meanings, expected as many columns",
                               layout_.columns));
   }
@@ -160,10 +158,15 @@ class Choice {
                         column ? "more than one" : "no", column_meanings[meaning], listed_columns()));
       take(meaning, *column);
     }
-    if (std::ranges::adjacent_find(choice_.selected) != choice_.selected.end() ||
-        choice_.selected.front() == choice_.selected.back())
+    if (takes_a_column_twice())
       reader_.fail_at_header(fmt::format(
           "one column for two meanings among {}, expected --columns TIME,INPUT,OUTPUT", listed_columns()));
+  }
+
+  bool takes_a_column_twice() const {
+    std::vector<std::size_t> sorted = choice_.selected;
+    std::ranges::sort(sorted);
+    return std::ranges::adjacent_find(sorted) != sorted.end();
   }
 
   struct Likeliest {
