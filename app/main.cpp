@@ -28,10 +28,10 @@ using namespace hystcan;
 /// Prints a line on standard error. It neither throws if standard error is closed, as with the terminal, nor waits
 /// forever for its reader.
 int print_line(const std::string& text, int status) {
-  const std::string line = text + "\n";
+  const std::string line = app::printable(text) + "\n";
   spdlog::default_logger()->flush();
   std::string_view rest = line;
-  hystcan::app::write_within(STDERR_FILENO, rest, std::chrono::seconds(1));
+  app::write_within(STDERR_FILENO, rest, std::chrono::seconds(1));
   return status;
 }
 

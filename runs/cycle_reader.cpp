@@ -8,6 +8,7 @@
 #include <limits>
 #include <utility>
 
+#include "can/text_encoding.h"
 #include "config/document/error.h"
 
 namespace hystcan::runs {
@@ -53,6 +54,7 @@ CycleReader::CycleReader(std::filesystem::path file) : file_(std::move(file)), b
   if (!stream_)
     throw config::Error(fmt::format("{}: cannot be read, expected a CSV of cycles", file_.string()));
   if (!next_line()) fail("no header row, expected a CSV of cycles");
+  line_ = can::without_byte_order_mark(line_);
   split();
   header_.assign(fields_.begin(), fields_.end());
   for (const char* needed : {"cycle", "time_s", "axis", "state", "position_um"})
@@ -106,6 +108,9 @@ bool CycleReader::next_line() {
       stream_.read(block_.data() + end_, static_cast<std::streamsize>(block_.size() - end_));
       if (stream_.gcount() == 0) return false;
       end_ += static_cast<std::size_t>(stream_.gcount());
+      if (const auto other = can::refusal_of_encoding({block_.data(), end_});
+          line_number_ == 0 && !other.empty())
+        fail(std::string(other));
       continue;
     }
     ++line_number_;

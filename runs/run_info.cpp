@@ -16,7 +16,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int format_version = 1;
+constexpr std::uint64_t format_version = 1;
 constexpr std::size_t largest_info = 64 << 20;
 
 json to_json(const RunAxis& axis) {
@@ -32,39 +32,100 @@ json to_json(const RunAxis& axis) {
           {"faults", faults}};
 }
 
-RunAxis axis_from(const json& axis) {
-  RunAxis result{.name = axis.at("name"),
-                 .drive_unit = axis.at("drive_unit"),
-                 .stroke_um = axis.at("stroke_um"),
-                 .summary = {.tracked_rows = axis.at("tracked_rows"),
-                             .rms_um = axis.at("error_rms_um"),
-                             .max_um = axis.at("error_max_um"),
+/// The members of an object of run.json. Each function throws config::Error, with the file, where the member is missing or
+/// is something else.
+class Members {
+ public:
+  Members(const std::filesystem::path& file, const json& object) : file_(file), object_(object) {}
+
+  std::string text(const char* key) const { return of(key, &json::is_string, "a text"); }
+  double number(const char* key) const { return of(key, &json::is_number, "a number"); }
+  std::uint64_t count(const char* key) const {
+    return of(key, &json::is_number_unsigned, "a whole number from 0");
+  }
+  std::vector<Members> objects(const char* key) const {
+    std::vector<Members> result;
+    for (const json& element : of(key, &json::is_array, "a list")) {
+      if (!element.is_object()) refuse(key, element, "a list of objects");
+      result.emplace_back(file_, element);
+    }
+    return result;
+  }
+  std::vector<std::pair<std::string, std::string>> pairs(const char* key) const {
+    std::vector<std::pair<std::string, std::string>> result;
+    for (const json& pair : of(key, &json::is_array, "a list")) {
+      if (!pair.is_array() || pair.size() != 2 || !pair[0].is_string() || !pair[1].is_string())
+        refuse(key, pair, "pairs of texts");
+      result.emplace_back(pair[0], pair[1]);
+    }
+    return result;
+  }
+
+ private:
+  const json& of(const char* key, bool (json::*is_right)() const noexcept, const char* expected) const {
+    const auto found = object_.find(key);
+    if (found == object_.end())
+      throw config::Error(fmt::format("{}: {} is missing, expected {}", file_.string(), key, expected));
+    if (!((*found).*is_right)()) refuse(key, *found, expected);
+    return *found;
+  }
+  [[noreturn]] void refuse(const char* key, const json& found, const char* expected) const {
+    constexpr std::size_t longest = 40;
+    const std::string text =  // dump() goes down by recursion
+        found.is_structured() ? found.type_name() : found.dump(-1, ' ', true, json::error_handler_t::replace);
+    throw config::Error(fmt::format("{}: {} is {}{}, expected {}", file_.string(), key,
+                                    text.substr(0, longest), text.size() > longest ? "..." : "", expected));
+  }
+
+  const std::filesystem::path& file_;
+  const json& object_;
+};
+
+RunAxis axis_from(const Members& axis) {
+  RunAxis result{.name = axis.text("name"),
+                 .drive_unit = axis.text("drive_unit"),
+                 .stroke_um = axis.number("stroke_um"),
+                 .summary = {.tracked_rows = axis.count("tracked_rows"),
+                             .rms_um = axis.number("error_rms_um"),
+                             .max_um = axis.number("error_max_um"),
                              .faults = {}}};
-  for (const json& fault : axis.at("faults"))
-    result.summary.faults.push_back({.cause = fault.at("cause"), .time_s = fault.at("time_s")});
+  for (const Members& fault : axis.objects("faults"))
+    result.summary.faults.push_back({.cause = fault.text("cause"), .time_s = fault.number("time_s")});
   return result;
 }
 
-RunInfo info_from(const json& info) {
-  RunInfo result{.version = info.at("version"),
-                 .host = info.at("host"),
-                 .command = info.at("command"),
-                 .config = info.at("config"),
-                 .interface = info.at("interface"),
-                 .rate_Hz = info.at("rate_Hz"),
-                 .started = info.at("started"),
-                 .ended = info.at("ended"),
-                 .failure = info.at("failure"),
-                 .first_s = info.at("first_s"),
-                 .last_s = info.at("last_s"),
-                 .rows = info.at("rows"),
-                 .rows_lost = info.at("rows_lost"),
+RunInfo info_from(const Members& info) {
+  RunInfo result{.version = info.text("version"),
+                 .host = info.text("host"),
+                 .command = info.text("command"),
+                 .config = info.text("config"),
+                 .interface = info.text("interface"),
+                 .rate_Hz = info.number("rate_Hz"),
+                 .started = info.text("started"),
+                 .ended = info.text("ended"),
+                 .failure = info.text("failure"),
+                 .first_s = info.number("first_s"),
+                 .last_s = info.number("last_s"),
+                 .rows = info.count("rows"),
+                 .rows_lost = info.count("rows_lost"),
                  .axes = {},
-                 .settings = {}};
-  for (const json& axis : info.at("axes")) result.axes.push_back(axis_from(axis));
-  for (const json& setting : info.at("settings"))
-    result.settings.emplace_back(setting.at(0).get<std::string>(), setting.at(1).get<std::string>());
+                 .settings = info.pairs("settings")};
+  for (const Members& axis : info.objects("axes")) result.axes.push_back(axis_from(axis));
   return result;
+}
+
+json parsed(const std::filesystem::path& file, const std::string& text) {
+  const char* what = "a number that is too large";
+  try {
+    json info = json::parse(text);
+    if (info.is_object()) return info;
+    what = "no JSON object";
+  } catch (const json::parse_error& error) {
+    throw config::Error(fmt::format("{}: no JSON at byte {}, expected what hystcan writes of a run",
+                                    file.string(), error.byte));
+  } catch (const json::out_of_range&) {  // 1e999
+  }
+  throw config::Error(fmt::format("{}: {}, expected what hystcan writes of a run", file.string(), what));
 }
 
 }  // namespace
@@ -94,18 +155,16 @@ json to_json(const RunInfo& info) {
 RunInfo read_run_info(const std::filesystem::path& run) {
   const std::filesystem::path file = run / info_name;
   try {
-    const json info = json::parse(can::read_regular_file(file, largest_info));
-    if (info.at("hystcan_run") != format_version)
+    const json object = parsed(file, can::read_regular_file(file, largest_info));
+    const Members info(file, object);
+    if (const std::uint64_t version = info.count("hystcan_run"); version != format_version)
       throw config::Error(
           fmt::format("{}: hystcan_run is {}, expected {}: made by another version of hystcan", file.string(),
-                      info.at("hystcan_run").dump(), format_version));
+                      version, format_version));
     return info_from(info);
   } catch (const can::FileError& error) {
     throw config::Error(
         fmt::format("{}: cannot be read: {}, expected a run's folder", file.string(), error.what()));
-  } catch (const json::exception& error) {
-    throw config::Error(
-        fmt::format("{}: {}, expected what hystcan writes of a run", file.string(), error.what()));
   }
 }
 

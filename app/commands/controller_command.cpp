@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "app/commands/commands.h"
+#include "app/io/error_text.h"
 #include "app/io/option_check.h"
 #include "app/io/output_file.h"
 #include "app/io/standard_streams.h"
@@ -224,7 +225,7 @@ void start_recording(runs::Recorder& recorder) {
   try {
     spdlog::info("recording to {}", recorder.start().string());
   } catch (const std::exception& error) {
-    throw RunError(fmt::format("no run can be recorded: {}", error.what()));
+    throw RunError(fmt::format("no run can be recorded: {}", error_text(error)));
   }
 }
 

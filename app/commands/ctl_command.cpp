@@ -69,12 +69,12 @@ std::string number(const nlohmann::json& value) {
 }
 
 void print_twin_status(const nlohmann::json& status) {
-  fmt::print("{:.1f} s\n", status.at("time_s").get<double>());
-  fmt::print("{:<8} {:<10} {:<16} {:>10} {:>12}\n", "axis", "amplifier", "sensor", "drive", "position um");
+  print("{:.1f} s\n", status.at("time_s").get<double>());
+  print("{:<8} {:<10} {:<16} {:>10} {:>12}\n", "axis", "amplifier", "sensor", "drive", "position um");
   for (const nlohmann::json& axis : status.at("axes"))
-    fmt::print("{:<8} {:<10} {:<16} {:>10} {:>12}\n", axis.at("name").get<std::string>(),
-               axis.at("amplifier").get<std::string>(), axis.at("sensor").get<std::string>(),
-               number(axis.at("drive")), number(axis.at("position_um")));
+    print("{:<8} {:<10} {:<16} {:>10} {:>12}\n", axis.at("name").get<std::string>(),
+          axis.at("amplifier").get<std::string>(), axis.at("sensor").get<std::string>(),
+          number(axis.at("drive")), number(axis.at("position_um")));
   for (const nlohmann::json& fault : status.at("faults")) {
     const std::string site = fault.value("node", "stage");
     std::string line = fmt::format("{} of {}: {}", site, fault.at("axis").get<std::string>(),
@@ -82,28 +82,28 @@ void print_twin_status(const nlohmann::json& status) {
     if (fault.contains("value")) line += fmt::format(" {:g}", fault.at("value").get<double>());
     line += fmt::format(", since {:.3f} s", fault.at("began_s").get<double>());
     if (fault.contains("ends_s")) line += fmt::format(" until {:.3f} s", fault.at("ends_s").get<double>());
-    fmt::print("{}\n", line);
+    print("{}\n", line);
   }
 }
 
-void print_removed(std::size_t faults) { fmt::print("{} removed\n", can::counted(faults, "fault")); }
+void print_removed(std::size_t faults) { print("{} removed\n", can::counted(faults, "fault")); }
 
 void print_answer(const nlohmann::json& answer) {
   if (answer.contains("faults")) return print_twin_status(answer);
   if (answer.contains("axes")) {
-    for (const std::string& line : status_lines(answer)) fmt::print("{}\n", line);
+    for (const std::string& line : status_lines(answer)) print("{}\n", line);
     return;
   }
-  if (answer.contains("fault")) fmt::print("{}\n", answer.at("fault").get<std::string>());
+  if (answer.contains("fault")) print("{}\n", answer.at("fault").get<std::string>());
   for (const char* key : {"removed", "healed"})
     if (answer.contains(key)) print_removed(answer.at(key).get<std::size_t>());
-  if (answer.contains("run")) fmt::print("{}\n", answer.at("run").get<std::string>());
+  if (answer.contains("run")) print("{}\n", answer.at("run").get<std::string>());
   if (answer.contains("position_um"))
-    fmt::print("in position at {:.4f} um\n", answer.at("position_um").get<double>());
+    print("in position at {:.4f} um\n", answer.at("position_um").get<double>());
   const char* changes = answer.contains("unsaved") ? "unsaved" : "changed";
   for (const nlohmann::json& change : answer.value(changes, nlohmann::json::array()))
-    fmt::print("{}: {} -> {}\n", change.at("key").get<std::string>(), change.at("from").get<std::string>(),
-               change.at("to").get<std::string>());
+    print("{}: {} -> {}\n", change.at("key").get<std::string>(), change.at("from").get<std::string>(),
+          change.at("to").get<std::string>());
 }
 
 int run(const CtlArguments& options, const nlohmann::json& command) {
@@ -114,7 +114,7 @@ int run(const CtlArguments& options, const nlohmann::json& command) {
                                                              : find_socket(options.interface);
   const nlohmann::json answer =
       exchange(file, command, to_twin ? "twin" : "controller", limit_of(options, command));
-  if (options.json) fmt::print("{}\n", answer.dump(2));
+  if (options.json) print("{}\n", answer.dump(2));
   if (!answer.value("ok", false)) throw RunError(answer.value("error", "the answer has no \"error\""));
   if (!options.json) print_answer(answer);
   return done;

@@ -124,54 +124,54 @@ std::string error_cells(const controller::ErrorStatistics& error, double stroke_
 void print_heading(const config::Config& config, double stroke_um) {
   const config::AxisConfig& axis = config.axes.front();
   const twin::Plant::Config& plant = axis.twin.plant;
-  fmt::print(
+  print(
       "{}, axis {}: sample rate {:g} Hz, command delay {:g} ms, preview {:.3f} ms, resonance {:g} Hz, "
       "damping {:g}, stroke {:g} um\n",
       config.file.filename().string(), axis.wire.name, config.controller.rate_Hz,
       std::chrono::duration<double, std::milli>(axis.control.delays.command_delay).count(),
       preview_ms(config), plant.mode.natural_frequency_Hz, plant.mode.damping_ratio, stroke_um);
-  fmt::print(
+  print(
       "at the samples: reference - measured; true: reference - position of the twin, every {:g} us\n"
       "floor: the least true RMS error that any {} setpoints can have\n"
       "the twin's actuator differs from the controller's model ({} against {})\n\n",
       1e6 * can::seconds(plant.substep), axis.twin.interpolate ? "interpolated" : "held",
       axis.twin_model.string(), axis.control_model.string());
-  fmt::print("{:<12} {:<15}  {:^35}  {:^35}  {:>9}\n{:<12} {:<15}", "", "", "at the samples", "true", "floor",
-             "structure", "segment");
+  print("{:<12} {:<15}  {:^35}  {:^35}  {:>9}\n{:<12} {:<15}", "", "", "at the samples", "true", "floor",
+        "structure", "segment");
   for (int i = 0; i < 2; ++i)
-    fmt::print("  {:>9} {:>7} {:>9} {:>7}", "RMS [um]", "RMS [%]", "max [um]", "max [%]");
-  fmt::print("  {:>9}\n", "RMS [%]");
+    print("  {:>9} {:>7} {:>9} {:>7}", "RMS [um]", "RMS [%]", "max [um]", "max [%]");
+  print("  {:>9}\n", "RMS [%]");
 }
 
 void print_column(const config::Config& config, const Column& column,
                   const std::vector<std::optional<double>>& floors) {
   if (!column.failure.empty()) {
-    fmt::print("{:<12} failed: {}\n", to_string(column.structure), column.failure);
+    print("{:<12} failed: {}\n", to_string(column.structure), column.failure);
     return;
   }
   const controller::AxisOutcome& outcome = column.outcome.axes.front();
   const controller::TrackingStatistics& truth = column.outcome.true_errors.front();
   const double stroke_um = outcome.stroke_um;
-  fmt::print("{:<12} {:<15}  {}  {}\n", to_string(column.structure), "whole reference",
-             error_cells(outcome.statistics.total(), stroke_um), error_cells(truth.total(), stroke_um));
+  print("{:<12} {:<15}  {}  {}\n", to_string(column.structure), "whole reference",
+        error_cells(outcome.statistics.total(), stroke_um), error_cells(truth.total(), stroke_um));
   for (std::size_t i = 0; i < floors.size(); ++i)
-    fmt::print("{:<12} {:<15}  {}  {}{}\n", "", to_string(config.axes.front().control.setpoint[i].shape),
-               error_cells(outcome.statistics.segments()[i], stroke_um),
-               error_cells(truth.segments()[i], stroke_um),
-               floors[i] ? fmt::format("  {:>9.3f}", 100.0 * *floors[i] / stroke_um) : "");
+    print("{:<12} {:<15}  {}  {}{}\n", "", to_string(config.axes.front().control.setpoint[i].shape),
+          error_cells(outcome.statistics.segments()[i], stroke_um),
+          error_cells(truth.segments()[i], stroke_um),
+          floors[i] ? fmt::format("  {:>9.3f}", 100.0 * *floors[i] / stroke_um) : "");
 }
 
 void print_table(const config::Config& config, const std::vector<Column>& columns) {
   print_heading(config, columns.front().outcome.axes.front().stroke_um);
   const auto floors = floors_um(config);
   for (const Column& column : columns) print_column(config, column, floors);
-  fmt::print("\n");
+  print("\n");
   const controller::Structure configured = config.axes.front().control.law.structure;
   for (const Column& column : columns)
     if (column.structure == configured && column.failure.empty())
       for (const controller::AxisOutcome& outcome : column.outcome.axes)
         for (const std::string& line : describe_segments(outcome))
-          fmt::print("{}: {}\n", to_string(configured), line);
+          print("{}: {}\n", to_string(configured), line);
 }
 
 void print_comparison_json(const config::Config& config, const std::vector<Column>& columns,
@@ -195,7 +195,7 @@ void print_comparison_json(const config::Config& config, const std::vector<Colum
     entry["true"] = to_json(column.outcome.true_errors.front(), column.outcome.axes.front().stroke_um);
     json["columns"].push_back(entry);
   }
-  fmt::print("{}\n", json.dump(2));
+  print("{}\n", json.dump(2));
 }
 
 int run_demo(const DemoArguments& options) {

@@ -13,6 +13,7 @@
 #include "app/commands/commands.h"
 #include "app/doctor/doctor.h"
 #include "app/io/option_check.h"
+#include "app/io/standard_streams.h"
 #include "config/schema/config.h"
 
 namespace hystcan::app {
@@ -36,15 +37,14 @@ void print_findings_json(const std::vector<Finding>& findings) {
                       {"verdict", to_string(finding.verdict)},
                       {"figure", finding.figure},
                       {"cure", finding.cure}});
-  fmt::print(
-      "{}\n",
-      nlohmann::json{{"verdict", to_string(worst_of(findings))}, {"checks", std::move(checks)}}.dump(2));
+  print("{}\n",
+        nlohmann::json{{"verdict", to_string(worst_of(findings))}, {"checks", std::move(checks)}}.dump(2));
 }
 
 void print_text(const std::vector<Finding>& findings) {
   for (const Finding& finding : findings) {
-    fmt::print("{:<9} {:<14} {}\n", to_string(finding.verdict), finding.check, finding.figure);
-    if (!finding.cure.empty()) fmt::print("{:<25}-> {}\n", "", finding.cure);
+    print("{:<9} {:<14} {}\n", to_string(finding.verdict), finding.check, finding.figure);
+    if (!finding.cure.empty()) print("{:<25}-> {}\n", "", finding.cure);
   }
 }
 

@@ -15,6 +15,7 @@
 #include "app/io/dataset_input.h"
 #include "app/io/option_check.h"
 #include "app/io/output_file.h"
+#include "app/io/standard_streams.h"
 #include "app/live/open_loop.h"
 #include "app/live/stop_signal.h"
 #include "app/report/config_edit.h"
@@ -221,7 +222,7 @@ int dynamics(const DynamicsArguments& options) {
   out.write(fragment(identified, configured_delays(config, axis), text));
   if (!options.written.empty()) write_config(options, *config, axis, identified);
   out.commit();
-  fmt::print("{}", options.json ? to_json(identified).dump(2) + "\n" : text);
+  print("{}", options.json ? to_json(identified).dump(2) + "\n" : text);
   return done;
 }
 

@@ -164,10 +164,10 @@ int run_identify(const IdentifyArguments& options) {
   if (!options.report.empty()) report_model(options, datasets, identified, said);
   const double percent = 100.0 / identified.output_span;
   if (options.json) {
-    fmt::print("{}\n", identification_json(identified, said).dump(2));
+    print("{}\n", identification_json(identified, said).dump(2));
   } else {
-    for (const std::string& finding : said) fmt::print("- {}\n", finding);
-    fmt::print(
+    for (const std::string& finding : said) print("- {}\n", finding);
+    print(
         "{}: {}, {} parameters, misses the output by {:.3g} % RMS, {:.3g} % at most{}, of its span "
         "{:.5g} {}\n",
         options.output.string(), identified.search.shape.text(), identified.parameter_count(),

@@ -78,7 +78,7 @@ int new_stage(const InitArguments& options) {
   Questions questions(std::cin, !options.yes && isatty(STDIN_FILENO) != 0);
   const KnownStage stage = ask_about(options.stated, records, shipped_dbc, questions);
   for (std::size_t i = 0; i < stage.roles.size(); ++i)
-    fmt::print("{}", table_of(stage.roles[i], stage.facts.axes[i].name));
+    print("{}", table_of(stage.roles[i], stage.facts.axes[i].name));
   stop_at_a_signal();
   make_stage(options.folder, stage, records);
   return done;

@@ -113,7 +113,7 @@ int tune(const TuneArguments& options) {
   if (!options.picture.empty())
     if (const std::string failure = draw(response, options.picture); !failure.empty())
       note("{}: not drawn: {}\n", options.picture.string(), failure);
-  fmt::print("{}", options.json ? to_json(report).dump(2) + "\n" : describe(report));
+  print("{}", options.json ? to_json(report).dump(2) + "\n" : describe(report));
   note("{}: proposed, not applied\n", options.output.string());
   return done;
 }

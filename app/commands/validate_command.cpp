@@ -83,28 +83,28 @@ void report_prediction(const ValidateArguments& options, const Dataset& dataset,
   const double percent = 100.0 / outcome.output_span;
   const bool rest = outcome.has_rest();
   if (options.json) {
-    fmt::print("{}\n", validation_json(outcome).dump(2));
+    print("{}\n", validation_json(outcome).dump(2));
     return;
   }
   const ErrorNorms& judged = rest ? outcome.rest : outcome.all;
-  fmt::print("{}: predicted with {:.3g} % RMS, {:.3g} % at most, of its output span {:.5g} {}\n",
-             options.data.string(), judged.rms * percent, judged.max * percent, outcome.output_span,
-             dataset.output_unit);
+  print("{}: predicted with {:.3g} % RMS, {:.3g} % at most, of its output span {:.5g} {}\n",
+        options.data.string(), judged.rms * percent, judged.max * percent, outcome.output_span,
+        dataset.output_unit);
   if (options.memory.empty())
-    fmt::print("initial memory{} estimated from {} of {}{}; offset {:+.4g} {}, delay {:.3g} s\n",
-               options.no_offset ? "" : " and offset", outcome.estimated_from,
-               can::counted(dataset.size(), "sample"), rest ? ", which are not judged" : "",
-               outcome.start.offset, dataset.output_unit, outcome.lag.delay());
+    print("initial memory{} estimated from {} of {}{}; offset {:+.4g} {}, delay {:.3g} s\n",
+          options.no_offset ? "" : " and offset", outcome.estimated_from,
+          can::counted(dataset.size(), "sample"), rest ? ", which are not judged" : "", outcome.start.offset,
+          dataset.output_unit, outcome.lag.delay());
   if (outcome.lag.dynamics)
-    fmt::print("with the mode at {:.5g} Hz, damping ratio {:.3g}, of the model file\n",
-               outcome.lag.dynamics->mode.natural_frequency_Hz, outcome.lag.dynamics->mode.damping_ratio);
+    print("with the mode at {:.5g} Hz, damping ratio {:.3g}, of the model file\n",
+          outcome.lag.dynamics->mode.natural_frequency_Hz, outcome.lag.dynamics->mode.damping_ratio);
   if (rest)
-    fmt::print("with these: {:.3g} % RMS, {:.3g} % at most\n", outcome.all.rms * percent,
-               outcome.all.max * percent);
+    print("with these: {:.3g} % RMS, {:.3g} % at most\n", outcome.all.rms * percent,
+          outcome.all.max * percent);
   if (outcome.by_rate.size() > 1)
     for (const auto& of : outcome.by_rate)
-      fmt::print("at about {:.3g} {}/s: {:.3g} % RMS of {}\n", of.speed, dataset.input_unit, of.rms * percent,
-                 can::counted(of.samples, "sample"));
+      print("at about {:.3g} {}/s: {:.3g} % RMS of {}\n", of.speed, dataset.input_unit, of.rms * percent,
+            can::counted(of.samples, "sample"));
   if (outcome.outside > 0)
     note("{} beyond the model's thresholds, limited to them\n", can::counted(outcome.outside, "sample"));
 }

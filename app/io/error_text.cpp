@@ -7,7 +7,6 @@
 #include <new>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
-#include <system_error>
 
 namespace hystcan::app {
 namespace {
@@ -24,7 +23,6 @@ std::string error_text(const std::exception& error) {
     return fmt::format("{}: {}", file->path1().empty() ? "a file without a name" : file->path1().string(),
                        file->code().message());
   if (const auto* system = as<boost::system::system_error>(error)) return system->code().message();
-  if (const auto* system = as<std::system_error>(error)) return system->code().message();
   if (as<std::bad_alloc>(error) != nullptr || as<std::length_error>(error) != nullptr)
     return "the memory does not suffice: the input is too large";
   if (as<nlohmann::json::exception>(error) != nullptr) return "found a text that is not the expected JSON";

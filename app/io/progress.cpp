@@ -24,6 +24,8 @@ bool can_show_a_bar() {
   return isatty(STDERR_FILENO) == 1 && (kind == nullptr || std::string_view(kind) != "dumb");
 }
 
+void show(const std::string& line) { note_sequence("\r" + line + "\033[K"); }
+
 std::size_t columns_of_terminal() {
   winsize size{};
   if (::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0) return size.ws_col;
@@ -47,7 +49,7 @@ std::string progress_line(std::string_view what, double share, std::string_view 
 }
 
 Progress::Progress(std::string what, std::uint64_t total, std::string unit)
-    : what_(std::move(what)),
+    : what_(printable(what)),
       total_(total),
       unit_(std::move(unit)),
       shown_(can_show_a_bar()),
@@ -55,7 +57,7 @@ Progress::Progress(std::string what, std::uint64_t total, std::string unit)
       last_(start_) {}
 
 Progress::~Progress() {
-  if (last_ != start_) note("\r\033[K");
+  if (last_ != start_) note_sequence("\r\033[K");
 }
 
 void Progress::draw(std::uint64_t done, std::uint64_t rows) {
@@ -69,12 +71,12 @@ void Progress::draw(std::uint64_t done, std::uint64_t rows) {
   const std::size_t columns = columns_of_terminal();  // the window may have changed
   if (total_ == 0) {
     const std::string line = fmt::format("{}: {}, {:.0f} s", what_, counted, elapsed_s);
-    return note("\r{}\033[K", line.substr(0, columns - 1));
+    return show(line.substr(0, columns - 1));
   }
   const double share = std::min(1.0, static_cast<double>(done) / static_cast<double>(total_));
   const double left_s = share > 0.0 ? elapsed_s * (1.0 - share) / share : 0.0;
   const std::string rest = fmt::format("{:3.0f} %  {}, {:.0f} s left", 100.0 * share, counted, left_s);
-  note("\r{}\033[K", progress_line(what_, share, rest, columns));
+  show(progress_line(what_, share, rest, columns));
 }
 
 }  // namespace hystcan::app

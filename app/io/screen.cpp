@@ -41,10 +41,10 @@ void Screen::show(const std::vector<std::string>& lines) const {
   std::string text = "\x1b[H";
   for (std::size_t i = 0; i < std::min<std::size_t>(lines.size(), size.ws_row); ++i) {
     if (i > 0) text += "\r\n";
-    text += cut(lines[i], size.ws_col);
+    text += cut(printable(lines[i]), size.ws_col);
     text += "\x1b[K";
   }
-  print(text + "\x1b[J");
+  print_sequence(text + "\x1b[J");
   flush_output();
 }
 

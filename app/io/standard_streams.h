@@ -17,8 +17,19 @@ namespace hystcan::app {
 /// error of the write and does not end the process (SIGPIPE).
 void prepare_standard_streams();
 
-/// Writes to standard output. Throws std::system_error if the write fails, for example on a full disk.
+/// Without the control characters with which a name from a file or from the bus could command a terminal: as \x1b, but
+/// for the line feed and the tab.
+std::string printable(std::string_view text);
+
+/// Writes to standard output; to a terminal as printable(). Throws std::system_error if the write fails, for example on a
+/// full disk.
 void print(std::string_view text);
+template <class First, class... Rest>
+void print(fmt::format_string<First, Rest...> format, First&& first, Rest&&... rest) {
+  print(fmt::format(format, std::forward<First>(first), std::forward<Rest>(rest)...));
+}
+/// Writes control sequences of a screen to standard output as they are.
+void print_sequence(std::string_view text);
 /// Throws also if an earlier write failed that nobody has checked.
 void flush_output();
 /// "standard output: cannot be written: No space left on device".
@@ -27,18 +38,19 @@ std::string lost_output_text(std::string_view reason);
 /// reason why the results are not printed.
 std::string print_patiently(std::string_view text);
 
-/// True if a write to standard output has failed, also one of fmt::print. What is still buffered is then discarded.
+/// True if a write to standard output has failed. What is still buffered is then discarded.
 bool is_lost_output();
 
 /// Runs a command that prints for a reader: a stream of frames, a text. A reader that leaves, as in
 /// `hystcan monitor | head -1`, ends the command with `done`.
 int print_for_reader(const std::function<int()>& command);
 
-void note_text(std::string_view text) noexcept;
-/// Writes a remark to standard error. Nobody has to read it: it is no failure if it cannot be written.
+/// Writes control sequences to standard error as they are.
+void note_sequence(std::string_view text) noexcept;
+/// Writes a remark to standard error, printable(). Nobody has to read it: it is no failure if it cannot be written.
 template <class... Values>
 void note(fmt::format_string<Values...> format, Values&&... values) {
-  note_text(fmt::format(format, std::forward<Values>(values)...));
+  note_sequence(printable(fmt::format(format, std::forward<Values>(values)...)));
 }
 
 }  // namespace hystcan::app

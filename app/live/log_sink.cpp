@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "app/io/bounded_output.h"
+#include "app/io/standard_streams.h"
 #include "can/counted.h"
 #include "controller/telemetry.h"
 
@@ -121,7 +122,7 @@ void LogSink::sink_it_(const spdlog::details::log_msg& message) {
   if (!thread_.joinable()) thread_ = std::thread([queue = queue_] { queue->run(); });
   spdlog::memory_buf_t text;
   formatter_->format(message, text);
-  std::string line(text.data(), text.size());
+  std::string line = printable({text.data(), text.size()});
   if (coloured_ && message.color_range_end > message.color_range_start) {
     line.insert(message.color_range_end, "\033[m");
     line.insert(message.color_range_start, colour_of(message.level));

@@ -9,6 +9,7 @@
 #include <istream>
 #include <utility>
 
+#include "app/io/error_text.h"
 #include "app/remote/command_handler.h"
 
 namespace hystcan::app {
@@ -55,7 +56,7 @@ void ControlLink::connect() {
                             write();
                           });
   } catch (const std::exception& error) {
-    fail(error.what());
+    fail(error_text(error));
   }
 }
 

@@ -43,15 +43,22 @@ constexpr const char* content_policy =
 using Request = http::request<http::empty_body>;
 using Response = http::response<http::string_body>;
 
-HttpRequest plain(const Request& request, const tcp::socket& socket) {
+/// A socket that listens at every address of both kinds says ::ffff:192.0.2.1 of 192.0.2.1.
+boost::asio::ip::address local_address(const tcp::socket& socket) {
   error_code ignored;
+  const boost::asio::ip::address address = socket.local_endpoint(ignored).address();
+  if (!address.is_v6() || !address.to_v6().is_v4_mapped()) return address;
+  return boost::asio::ip::make_address_v4(boost::asio::ip::v4_mapped, address.to_v6());
+}
+
+HttpRequest plain(const Request& request, const tcp::socket& socket) {
   const auto text = [&](http::field field) { return std::string(request[field]); };
   return {.method = std::string(request.method_string()),
           .target = std::string(request.target()),
           .host = text(http::field::host),
           .origin = text(http::field::origin),
           .accept = text(http::field::accept),
-          .local_address = socket.local_endpoint(ignored).address().to_string()};
+          .local_address = local_address(socket).to_string()};
 }
 
 Response wired(const HttpResponse& answer, unsigned version, bool keep_alive) {

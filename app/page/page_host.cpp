@@ -9,6 +9,7 @@
 #include <csignal>
 #include <utility>
 
+#include "app/io/error_text.h"
 #include "app/io/exit_status.h"
 #include "app/page/assets.h"
 #include "config/document/error.h"
@@ -62,8 +63,13 @@ PageHost::PageHost(PageOptions options, const PageListening& listening, const st
 }
 
 std::string PageHost::url() const {
+  const bool is_every_address = boost::asio::ip::make_address(address_).is_unspecified();
   const bool is_v6 = address_.find(':') != std::string::npos;
-  return fmt::format("http://{}:{}/", is_v6 ? "[" + address_ + "]" : address_, server_->port());
+  return fmt::format("http://{}:{}/",
+                     is_every_address ? "localhost"
+                     : is_v6          ? "[" + address_ + "]"
+                                      : address_,
+                     server_->port());
 }
 
 void PageHost::run() {
@@ -75,7 +81,7 @@ void PageHost::run() {
     try {
       context_.run();
     } catch (const std::exception& error) {  // of one handler
-      spdlog::error("page: {}", error.what());
+      spdlog::error("page: {}", error_text(error));
     }
   }
 }

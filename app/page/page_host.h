@@ -31,7 +31,7 @@ class PageHost {
   /// the page is not in this program.
   PageHost(PageOptions options, const PageListening& listening, const std::string& token);
 
-  /// "http://127.0.0.1:8080/".
+  /// "http://127.0.0.1:8080/"; where it listens at every address, that of this machine for itself.
   std::string url() const;
   /// Until SIGINT or SIGTERM.
   void run();

@@ -9,6 +9,7 @@
 #include <memory>
 #include <utility>
 
+#include "app/io/error_text.h"
 #include "app/io/output_file.h"
 #include "app/page/bode.h"
 #include "app/page/config_save.h"
@@ -59,7 +60,7 @@ void PageService::received(WebClient& web, std::string_view text) {
   try {
     obey(client, asked, request);
   } catch (const std::exception& error) {  // the request is invalid; nothing has changed
-    refuse(asked, error.what());
+    refuse(asked, error_text(error));
   }
 }
 
@@ -160,7 +161,7 @@ void PageService::with_settings(const Asked& asked, std::function<void(const jso
           try {
             answer.value("ok", false) ? work(answer) : reply(asked, answer);
           } catch (const std::exception& error) {
-            refuse(asked, error.what());
+            refuse(asked, error_text(error));
           }
           done();
         });

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/io/error_text.h"
 #include "app/remote/command_handler.h"
 
 namespace hystcan::app {
@@ -50,7 +51,7 @@ void StreamSource::connect() {
                             read_greeting();
                           });
   } catch (const std::exception& error) {
-    fail(error.what());
+    fail(error_text(error));
   }
 }
 
@@ -77,7 +78,7 @@ void StreamSource::read_greeting() {
           if (columns_ == 0 || greeting.at("version") != 1) return fail("is a stream of another version");
           handler_.begun(greeting);
         } catch (const std::exception& invalid) {
-          return fail(fmt::format("is not a stream of hystcan: {}", invalid.what()));
+          return fail(fmt::format("is not a stream of hystcan: {}", error_text(invalid)));
         }
         read_head();
       });

@@ -8,10 +8,13 @@ namespace hystcan::app {
 
 nlohmann::json parse_command(const std::string& line) {
   constexpr int deepest = 8;  // limits the stack that later recursions over the command need
-  const auto is_shallow = [](int depth, nlohmann::json::parse_event_t, const nlohmann::json&) {
-    return depth <= deepest;
+  bool is_deep = false;
+  const auto is_kept = [&is_deep](int depth, nlohmann::json::parse_event_t, const nlohmann::json&) {
+    is_deep = is_deep || depth > deepest;
+    return !is_deep;
   };
-  return nlohmann::json::parse(line, is_shallow, false);
+  nlohmann::json command = nlohmann::json::parse(line, is_kept, false);
+  return is_deep ? nlohmann::json() : command;
 }
 
 using nlohmann::json;

@@ -10,7 +10,7 @@
 namespace hystcan::app {
 
 /// Parses one line of the socket, a command or an answer. Returns something other than an object if the line is
-/// neither. Values nested deeper than eight levels are left out.
+/// neither, or is nested deeper than eight levels.
 nlohmann::json parse_command(const std::string& line);
 
 /// Sends the answer to a command: {"ok": true, ...} or {"ok": false, "error": "..."}. Each command gets

@@ -5,6 +5,7 @@
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/post.hpp>
 
+#include "app/io/error_text.h"
 #include "app/io/exit_status.h"
 #include "app/remote/cycle_samples.h"
 #include "controller/telemetry.h"
@@ -14,9 +15,10 @@ namespace {
 
 void ignore_answer(const nlohmann::json&) {}  // the handler logs it
 
-void log_failure(const char* what) noexcept {
+void log_failure(const std::exception* error) noexcept {
   try {
-    spdlog::error("the control socket goes on after a failed command: {}", what);
+    spdlog::error("the control socket goes on after a failed command: {}",
+                  error != nullptr ? error_text(*error) : "an unknown exception");
   } catch (...) {  // the log needs memory too
     return;
   }
@@ -29,9 +31,9 @@ void run_despite_exceptions(boost::asio::io_context& context) {
     try {
       context.run();
     } catch (const std::exception& error) {
-      log_failure(error.what());
+      log_failure(&error);
     } catch (...) {
-      log_failure("an unknown exception");
+      log_failure(nullptr);
     }
   }
 }

@@ -74,7 +74,9 @@ class ControlSocket::Session : public std::enable_shared_from_this<Session> {
     owner_.mark_as_newest(*this);
     if (stop_only_) return obey_if_stop(command);
     if (!command.is_object())
-      return answer(refusal("expected one JSON object per line, like {\"do\": \"status\"}"), false);
+      return answer(
+          refusal("expected one JSON object per line, nested at most eight deep, like {\"do\": \"status\"}"),
+          false);
     if (!owner_.handler_.is_open_to_all(command) && !become_writer())
       return answer(refusal(fmt::format("process {} has the right to write until it disconnects",
                                         owner_.writer_.lock()->pid_)),

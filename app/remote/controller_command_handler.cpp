@@ -9,6 +9,7 @@
 #include <map>
 #include <utility>
 
+#include "app/io/error_text.h"
 #include "app/report/report.h"
 
 namespace hystcan::app {
@@ -157,7 +158,7 @@ void ControllerCommandHandler::obey(const json& command, Answer answer) {
         "wait, set, undo, revert, record, reload or stop",
         what)));
   } catch (const std::exception& error) {  // the command is invalid; nothing has changed
-    answer(refusal(error.what()));
+    answer(refusal(error_text(error)));
   }
 }
 
@@ -245,8 +246,8 @@ void ControllerCommandHandler::reload(const Answer& answer) {
   try {
     apply(live_.reread(), answer);
   } catch (const std::exception& error) {
-    spdlog::error("configuration not applied: {}", error.what());
-    answer(refusal(error.what()));
+    spdlog::error("configuration not applied: {}", error_text(error));
+    answer(refusal(error_text(error)));
   }
 }
 

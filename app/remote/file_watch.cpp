@@ -2,30 +2,40 @@
 
 #include <sys/inotify.h>
 
-#include <algorithm>
 #include <boost/asio/buffer.hpp>
 #include <chrono>
 #include <cstring>
-#include <set>
 #include <utility>
 
 namespace hystcan::app {
 
 FileWatch::FileWatch(boost::asio::io_context& context, const std::vector<std::filesystem::path>& files,
                      std::function<void()> on_change)
-    : on_change_(std::move(on_change)), events_(context), settle_(context) {
+    : files_(files), on_change_(std::move(on_change)), events_(context), settle_(context) {
   const int descriptor = inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
   if (descriptor < 0) return;
   events_.assign(descriptor);
-  std::set<std::filesystem::path> folders;
-  for (const std::filesystem::path& file : files) {
-    names_.push_back(file.filename().string());
-    folders.insert(std::filesystem::absolute(file).parent_path());
-  }
-  watching_ = std::ranges::all_of(folders, [&](const std::filesystem::path& folder) {
-    return inotify_add_watch(descriptor, folder.c_str(), IN_CLOSE_WRITE | IN_MOVED_TO) >= 0;
-  });
+  watch_folders();
   read();
+}
+
+void FileWatch::watch_folders() {
+  watching_ = true;
+  for (const std::filesystem::path& file : files_) watch(std::filesystem::absolute(file));
+}
+
+void FileWatch::watch(std::filesystem::path place) {
+  constexpr int most_links = 40;  // as the kernel follows
+  for (int links = 0; links <= most_links; ++links) {
+    names_.insert(place.filename().string());
+    const std::filesystem::path folder = place.parent_path();
+    watching_ = watching_ &&
+                inotify_add_watch(events_.native_handle(), folder.c_str(), IN_CLOSE_WRITE | IN_MOVED_TO) >= 0;
+    std::error_code is_no_link;
+    const std::filesystem::path target = std::filesystem::read_symlink(place, is_no_link);
+    if (is_no_link) return;
+    place = folder / target;
+  }
 }
 
 void FileWatch::read() {
@@ -35,7 +45,9 @@ void FileWatch::read() {
                             if (has_watched_name(bytes)) {
                               settle_.expires_after(std::chrono::milliseconds(100));
                               settle_.async_wait([this](const boost::system::error_code& cancelled) {
-                                if (!cancelled) on_change_();
+                                if (cancelled) return;
+                                watch_folders();  // a link may lead to another folder now
+                                on_change_();
                               });
                             }
                             read();
@@ -48,7 +60,7 @@ bool FileWatch::has_watched_name(std::size_t bytes) const {
     inotify_event event{};
     std::memcpy(&event, buffer_.data() + at, sizeof(event));
     const char* name = buffer_.data() + at + sizeof(event);
-    if (event.len != 0 && std::ranges::find(names_, std::string(name)) != names_.end()) return true;
+    if (event.len != 0 && names_.contains(name)) return true;
     at += sizeof(event) + event.len;
   }
   return false;

@@ -1,5 +1,5 @@
-// Reports when a file has been written or replaced. It watches the folder by inotify, because editors replace
-// the file with a new one. Several changes within 0.1 s count as one.
+// Reports when a file has been written or replaced, or a symbolic link on the way to it was. It watches the folders by
+// inotify, because editors replace the file with a new one. Several changes within 0.1 s count as one.
 #pragma once
 
 #include <array>
@@ -8,6 +8,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <filesystem>
 #include <functional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -24,8 +25,12 @@ class FileWatch {
  private:
   void read();
   bool has_watched_name(std::size_t bytes) const;
+  /// Watches the folders of the files and of the targets of the links as they are now.
+  void watch_folders();
+  void watch(std::filesystem::path place);
 
-  std::vector<std::string> names_;
+  std::vector<std::filesystem::path> files_;
+  std::set<std::string> names_;
   std::function<void()> on_change_;
   boost::asio::posix::stream_descriptor events_;
   boost::asio::steady_timer settle_;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "app/io/error_text.h"
 #include "config/schema/config.h"
 
 namespace hystcan::app {
@@ -66,7 +67,7 @@ void TwinCommandHandler::obey(const json& command, Answer answer) {
   try {
     answer(carry_out(command));
   } catch (const std::exception& error) {  // the command is invalid; nothing has changed
-    answer(refusal(error.what()));
+    answer(refusal(error_text(error)));
   }
 }
 

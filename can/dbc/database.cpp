@@ -9,6 +9,7 @@
 #include "can/dbc/limits.h"
 #include "can/dbc/reader.h"
 #include "can/regular_file.h"
+#include "can/text_encoding.h"
 
 namespace hystcan::can {
 namespace {
@@ -79,9 +80,8 @@ const AttributeValue* attribute(const Database& database, const Attributes& give
 }
 
 Database parse_dbc(std::string_view text, const std::string& file_name) {
-  if (constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF"; text.starts_with(byte_order_mark)) {
-    text.remove_prefix(byte_order_mark.size());
-  }
+  if (is_utf16(text)) throw DbcError(file_name + ":1:1: " + std::string(refusal_of_encoding(text)));
+  text = without_byte_order_mark(text);
   try {
     dbc::Document document = dbc::parse_document(text);
     Database database = dbc::read_document(document);

@@ -12,6 +12,8 @@
 #include <limits>
 #include <utility>
 
+#include "can/text_encoding.h"
+
 namespace hystcan::can {
 namespace {
 
@@ -228,9 +230,13 @@ std::optional<LoggedFrame> CandumpReader::next() {
           fmt::format("{}:{}:{}: found {}, expected {}", name_, line_, at + 1, found, expected));
     };
     if (stream_.bad()) throw CandumpError(name_ + ": cannot be read");
+    if (!stream_.eof() && !stream_.fail()) --size;  // the end of the line is counted too
+    if (line_ == 1)
+      if (const std::string_view other = refusal_of_encoding({buffer.data(), size}); !other.empty())
+        throw CandumpError(fmt::format("{}:1:1: {}", name_, other));
     if (stream_.fail()) refuse(size, "a longer line", "at most " + std::to_string(size) + " characters");
-    if (!stream_.eof()) --size;  // the end of the line is counted too
     std::string_view text(buffer.data(), size);
+    if (line_ == 1) text = without_byte_order_mark(text);
     if (text.ends_with('\r')) text.remove_suffix(1);
     if (text.empty() || text.starts_with('#')) continue;
     if (const auto drops = drops_counted_by(text)) {

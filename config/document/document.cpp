@@ -186,8 +186,8 @@ std::int64_t Reader::read_integer(const toml::node& node, std::string_view key, 
 double Reader::read_number(const toml::node& node, std::string_view key, Range range) const {
   if (!node.is_number()) wrong_type(node, key, range.describe());
   // value<double>() is empty for an integer that no double is equal to.
-  const double value =
-      node.is_integer() ? static_cast<double>(**node.as_integer()) : **node.as_floating_point();
+  const double value =  // + 0.0: of -0.0 nothing but its sign would be left, in margins and in messages
+      (node.is_integer() ? static_cast<double>(**node.as_integer()) : **node.as_floating_point()) + 0.0;
   if (!std::isfinite(value) || !range.contains(value))
     document_.fail(node.source(), fmt::format("{} is {}, expected {}", key, value, range.describe()));
   return value;
@@ -216,6 +216,8 @@ std::string Reader::read_string(const toml::node& node, std::string_view key) co
   const auto value = node.value_exact<std::string>();
   if (!value) wrong_type(node, key, "a string");
   if (value->empty()) document_.fail(node.source(), fmt::format("{} is empty, expected text", key));
+  if (std::ranges::any_of(*value, [](unsigned char c) { return c < 0x20 || c == 0x7F; }))
+    document_.fail(node.source(), fmt::format("{} has a control character, expected text of one line", key));
   return *value;
 }
 

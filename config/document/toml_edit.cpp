@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "can/regular_file.h"
+#include "can/text_encoding.h"
 #include "config/document/document.h"
 #include "config/document/error.h"
 #include "config/document/toml_text.h"
@@ -27,6 +28,14 @@ std::vector<std::string> parts_of(const std::string& path) {
 }
 
 bool is_index(const std::string& part) { return part.starts_with('['); }
+
+/// A bare key of TOML, which needs no quotes, or an index.
+bool can_stand_in_a_path(const std::string& part) {
+  constexpr std::string_view letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-";
+  constexpr std::string_view digits = "0123456789";
+  if (!is_index(part)) return part.find_first_not_of(letters) == std::string::npos;
+  return part.size() > 2 && part.find_first_not_of(digits, 1) == part.size() - 1 && part.ends_with(']');
+}
 
 const toml::node* child_of(const toml::node& node, const std::string& part) {
   if (!is_index(part)) return node.is_table() ? node.as_table()->get(part) : nullptr;
@@ -97,7 +106,7 @@ std::string_view TomlEdit::line_at(std::size_t line) const {
 /// toml++ counts columns in characters, not in bytes.
 std::size_t TomlEdit::offset_of(const toml::source_position& position) const {
   std::size_t at = line_start(position.line);
-  if (at == 0 && text_.starts_with("\xEF\xBB\xBF")) at = 3;
+  if (at == 0 && text_.starts_with(can::byte_order_mark)) at = can::byte_order_mark.size();
   const auto continues = [&] {
     return at < text_.size() && (static_cast<unsigned char>(text_[at]) & 0xC0) == 0x80;
   };
@@ -195,6 +204,8 @@ void TomlEdit::set(const std::string& path, const std::string& value) {
   if (parse_toml("value = " + value, path).size() != 1)
     throw Error(fmt::format("{} = {}: not a value, expected one as in TOML", path, value));
   const Place place = find(path);
+  if (!std::ranges::all_of(place.parts, can_stand_in_a_path))
+    throw Error(fmt::format("\"{}\" is no path of keys, expected one like axis[1].control.kp", path));
   const toml::node& node = place.deepest();
   const toml::source_region where = node.source();
   const auto has_header = [&](const toml::node& of) {
@@ -235,6 +246,8 @@ void TomlEdit::comment_out(const std::string& path) {
   if (place.within_inline || place.nodes.size() < 2 || is_index(place.parts.back()))
     fail(node.source(),
          fmt::format("{} stands in a list or in a table within one line, expected a line of its own", path));
+  if (node.is_array() && has_header(node))
+    fail(node.source(), fmt::format("{} is a list of tables, expected a key or a table", path));
   std::size_t first = node.source().begin.line, last = node.source().end.line;
   if (node.is_table() && !node.as_table()->is_inline()) {
     const OwnLines own = own_lines_of(*node.as_table(), has_header);

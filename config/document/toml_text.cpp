@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "can/text_encoding.h"
 #include "config/document/error.h"
 
 namespace hystcan::config {
@@ -92,9 +93,8 @@ TextRefusal refusal_at(std::string_view text, std::size_t at, std::string what) 
 }  // namespace
 
 std::optional<TextRefusal> find_refusal(std::string_view text) {
-  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
   Scan scan;
-  for (std::size_t at = text.starts_with(byte_order_mark) ? byte_order_mark.size() : 0; at < text.size();) {
+  for (std::size_t at = text.size() - can::without_byte_order_mark(text).size(); at < text.size();) {
     std::size_t next = at + 1;
     const char* wrong = nullptr;
     if (text[at] == '#') {
@@ -127,6 +127,8 @@ std::string toml_string(std::string_view text) {
 }
 
 toml::table parse_toml(std::string_view text, const std::string& name, std::string_view origin) {
+  if (const std::string_view other = can::refusal_of_encoding(text); !other.empty())
+    throw Error(fmt::format("{}:1:1: {}", name, other));
   if (const auto refusal = find_refusal(text))
     throw Error(
         fmt::format("{}:{}:{}: {}, expected TOML", name, refusal->line, refusal->column, refusal->what));

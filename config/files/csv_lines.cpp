@@ -12,6 +12,7 @@
 #include "can/counted.h"
 #include "can/input_stream.h"
 #include "can/regular_file.h"
+#include "can/text_encoding.h"
 
 namespace hystcan::config {
 namespace {
@@ -135,13 +136,17 @@ bool CsvLines::read_line() {
   in_mid_line_ = stream_->eof();
   ++line_number_;
   bytes_read_ += size;
+  if (!stream_->eof() && !stream_->fail()) --size;  // the end of the line is counted too
+  if (line_number_ == 1)
+    if (const std::string_view other = can::refusal_of_encoding({buffer_.get(), size}); !other.empty())
+      fail_in_column(0, std::string(other));
   if (stream_->fail())
     fail_in_column(longest_csv_line,
                    fmt::format("a longer line, expected at most {} bytes", longest_csv_line));
-  if (!stream_->eof()) --size;  // the end of the line is counted too
   line_ = {buffer_.get(), size};
   if (line_.ends_with('\r')) line_.remove_suffix(1);
-  if (line_number_ == 1 && line_.starts_with("\xEF\xBB\xBF")) std::fill_n(buffer_.get(), 3, ' ');
+  if (line_number_ == 1 && line_.starts_with(can::byte_order_mark))
+    std::fill_n(buffer_.get(), can::byte_order_mark.size(), ' ');
   return true;
 }
 

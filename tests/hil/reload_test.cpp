@@ -160,15 +160,18 @@ TEST_F(Reload, AFileThatWasMadeToStopTheControllerIsRefusedAndStopStillWorks) {
   hil::expect_both_safe(stage.log_at_rest());
 }
 
-// What inotify sees of a symbolic link is the link.
+// Links to files are followed; a folder in which another link leads elsewhere is not seen.
 TEST_F(Reload, SighupTakesOverWhatIsChangedWhereNobodyWatches) {
-  const std::filesystem::path elsewhere = stage.folder() + "/etc";
-  std::filesystem::copy(HYSTCAN_SOURCE_DIR "/config", elsewhere);
-  std::filesystem::remove(elsewhere / "piezo.toml");
-  std::filesystem::create_symlink(stage.config, elsewhere / "piezo.toml");
-  stage.bench.start("controller", {}, (elsewhere / "piezo.toml").string());
+  const std::filesystem::path folder = stage.folder(), present = folder / "present", next = folder / "next";
+  std::filesystem::create_directory_symlink(folder, present);
+  stage.bench.start("controller", {}, (present / "piezo.toml").string());
   ASSERT_TRUE(stage.bench.tracks()) << stage.bench.controller->err();
-  rewrite_in_place("kp                 = 0.0 ", "kp                 = 0.04 ");
+  std::filesystem::copy(HYSTCAN_SOURCE_DIR "/config", next);
+  std::filesystem::copy_file(folder / "piezo.toml", next / "piezo.toml",
+                             std::filesystem::copy_options::overwrite_existing);
+  stage.files.edit("next/piezo.toml", "kp                 = 0.0 ", "kp                 = 0.04 ");
+  std::filesystem::create_directory_symlink(next, folder / "led");
+  std::filesystem::rename(folder / "led", present);
   std::this_thread::sleep_for(milliseconds(500));
   EXPECT_EQ(count_in_log("configuration: "), 0u) << stage.bench.controller->err();
   stage.bench.controller->send(SIGHUP);

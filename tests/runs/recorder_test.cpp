@@ -6,10 +6,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <functional>
 #include <random>
+#include <set>
 #include <thread>
 
 #include "rehearsal/rehearsal.h"
@@ -47,6 +49,26 @@ TEST_F(Recording, HoldsEveryCycleWithAllThatDescribesIt) {
   for (const char* file : {"piezo.toml", "piezo.model.toml", "piezo.plant.toml", "hystcan.dbc"})
     EXPECT_EQ(text_of(run / "config" / file),
               text_of(std::filesystem::path(HYSTCAN_SOURCE_DIR) / "config" / file));
+}
+
+// The thread of the control link adds; a page or a command starts and stops.
+TEST_F(Recording, BeginsAndEndsWhileRowsCome) {
+  Recorder recorder = make();
+  std::atomic<bool> is_over = false;
+  std::uint64_t cycle = 0;
+  std::thread control([&] {
+    while (!is_over) recorder.add(tracked(++cycle));
+  });
+  std::set<std::filesystem::path> runs;
+  for (int i = 0; i < 5; ++i) {
+    runs.insert(recorder.start());
+    EXPECT_TRUE(recorder.status().is_recording);
+    recorder.finish();
+  }
+  is_over = true;
+  control.join();
+  EXPECT_EQ(runs.size(), 5U);
+  for (const std::filesystem::path& run : runs) EXPECT_FALSE(RecordedRun(run).info().ended.empty()) << run;
 }
 
 TEST_F(Recording, OfARehearsalReadsBackWhatTheControllerDid) {

@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "config/document/error.h"
@@ -13,6 +16,15 @@ namespace hystcan::runs::run_test {
 namespace {
 
 using ARecordedRun = ScratchRuns;
+
+std::string refusal_of(const std::filesystem::path& run) {
+  try {
+    const RecordedRun read(run);
+  } catch (const config::Error& error) {
+    return error.what();
+  }
+  return "it was read";
+}
 
 TEST_F(ARecordedRun, IsReadBetweenTwoTimes) {
   Recorder recorder = make();
@@ -64,9 +76,30 @@ TEST_F(ARecordedRun, IsRefusedWhereItIsNone) {
   EXPECT_THROW(RecordedRun(folder / "none"), config::Error);
   EXPECT_THROW(RecordedRun{folder}, config::Error) << "a folder without run.json";
   std::filesystem::create_directories(folder / "run_1");
-  for (const char* text : {"", "{}", "[1]", "{\"hystcan_run\": 2}", "{\"hystcan_run\": 1, \"axes\": 3}"}) {
+  for (const auto& [text, reason] : std::map<std::string, std::string>{
+           {"", "no JSON at byte 1"},
+           {"{", "no JSON at byte 2"},
+           {"{}", "hystcan_run is missing"},
+           {"[1]", "no JSON object"},
+           {R"({"hystcan_run": 2})", "hystcan_run is 2, expected 1"},
+           {R"({"hystcan_run": -1})", "hystcan_run is -1, expected a whole number"},
+           {R"({"hystcan_run": 1e999})", "a number that is too large"},
+           {R"({"hystcan_run": 1, "version": 3})", "version is 3, expected a text"},
+           {R"({"hystcan_run": )" + std::string(1'000'000, '[') + std::string(1'000'000, ']') + "}",
+            "hystcan_run is array"}}) {
     std::ofstream(folder / "run_1" / "run.json") << text;
-    EXPECT_THROW(RecordedRun(folder / "run_1"), config::Error) << text;
+    EXPECT_EQ(refusal_of(folder / "run_1").find((folder / "run_1" / "run.json").string() + ": " + reason), 0U)
+        << refusal_of(folder / "run_1");
+  }
+}
+
+TEST_F(ARecordedRun, IsRefusedWhereItsCountOfRowsIsNone) {
+  std::filesystem::create_directories(folder / "run_1");
+  for (const char* rows : {"-1", "1e30", "1.5", "\"7\"", "null", "[]"}) {
+    nlohmann::json info = to_json(RunInfo{});
+    info["rows"] = nlohmann::json::parse(rows);
+    std::ofstream(folder / "run_1" / "run.json") << info;
+    EXPECT_NE(refusal_of(folder / "run_1").find("expected a whole number"), std::string::npos) << rows;
   }
 }
 

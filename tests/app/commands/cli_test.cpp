@@ -9,6 +9,7 @@
 #include <boost/asio/write.hpp>
 #include <cmath>
 #include <istream>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "tests/app/commands/cli.h"
@@ -75,6 +76,58 @@ TEST_F(Cli, CheckPrintsTheAllowedRangeOfKAndItsEndsAreAccepted) {
     Process again({HYSTCAN_PROGRAM, "check", (copy / "piezo.model.toml").string()});
     EXPECT_EQ(again.wait(), done) << again.err();
   }
+}
+
+// UTF-16, and CR alone as the end of a line, are what they are, not a mistake in the first line; the byte order mark of
+// UTF-8 is no mistake.
+TEST_F(Cli, NamesTheEncodingOfAFileThatItCannotRead) {
+  const std::string log = "(1700000000.000000) vcan0 080#\n(1700000000.001000) vcan0 080#\n";
+  const std::string cycles = "cycle,time_s,axis,state,position_um\n1,0.001,x,tracking,1.5\n";
+  const std::map<std::string, std::pair<std::string, std::vector<std::string>>> files{
+      {"a.toml", {read("piezo.model.toml"), {"check", path("a.toml")}}},
+      {"a.csv",
+       {"time_s,input\n0,0\n0.001,1\n",
+        {"simulate", path("piezo.model.toml"), "--input", path("a.csv"), "--output", path("out.csv")}}},
+      {"a.log", {log, {"decode", path("a.log"), "--dbc", path("hystcan.dbc")}}},
+      {"cycles.csv", {cycles, {"export", path("cycles.csv")}}}};
+  for (const auto& [name, file] : files) {
+    const auto& [text, arguments] = file;
+    std::vector<std::string> command{HYSTCAN_PROGRAM};
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    std::string utf16 = "\xFF\xFE", macintosh = text;
+    for (const char c : text) utf16 += {c, '\0'};
+    std::ranges::replace(macintosh, '\n', '\r');
+    for (const auto& [written, expected] : std::map<std::string, std::string>{
+             {utf16, "found UTF-16, expected UTF-8"}, {macintosh, "found lines that end with CR alone"}}) {
+      write(name.c_str(), written);
+      Process refused(command);
+      EXPECT_EQ(refused.wait(), bad_input) << name;
+      EXPECT_NE(refused.err().find(name + ":1"), std::string::npos) << refused.err();
+      EXPECT_NE(refused.err().find(expected), std::string::npos) << refused.err();
+    }
+    write(name.c_str(), "\xEF\xBB\xBF" + text);
+    Process read_well(command);
+    EXPECT_EQ(read_well.wait(), done) << name << read_well.err();
+  }
+}
+
+// To a file it goes as it is, as with ls.
+TEST_F(Cli, PrintsNoControlCharacterOfARunToATerminal) {
+  std::filesystem::create_directory(shipped / "run_1");
+  write("run_1/cycles_0001.csv",
+        "cycle,time_s,axis,state,position_um\n1,0.001,x\x1b]0;moved\x07,tracking,1.5\n");
+  write("run_1/run.json",
+        R"({"hystcan_run": 1, "version": "", "host": "", "command": "", "config": "\u001b[2J",
+    "interface": "", "rate_Hz": 0, "started": "", "ended": "", "failure": "", "first_s": 0, "last_s": 0, "rows": 0,
+    "rows_lost": 0, "axes": [], "settings": []})");
+  Process terminal({"script", "--quiet", "--return", "--command",
+                    HYSTCAN_PROGRAM " runs " + shipped.folder().string(), "/dev/null"});
+  EXPECT_EQ(terminal.wait(), done);
+  EXPECT_NE(terminal.out().find("x\\x1b]0;moved\\x07"), std::string::npos) << terminal.out();
+  EXPECT_EQ(terminal.out().find('\x1b'), std::string::npos) << terminal.out();
+  Process file({HYSTCAN_PROGRAM, "runs", shipped.folder().string()});
+  EXPECT_EQ(file.wait(), done);
+  EXPECT_NE(file.out().find("x\x1b]0;moved\x07"), std::string::npos) << file.out();
 }
 
 TEST_F(Cli, CheckReportsAMistakeInOneLineWithItsPlace) {

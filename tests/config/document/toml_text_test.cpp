@@ -130,13 +130,21 @@ TEST_F(HostileFile, ThatIsAPipeInTheNameOfASetpointIsRefusedAtOnce) {
 // A configuration shows its strings to the library a second time, in its echo.
 // settings() reads the configuration again from what a Writer has printed of it.
 TEST_F(HostileFile, WithADeepKeyInAStringIsNotReadAsThatKey) {
-  const std::string deep = "s\\\"\\n" + repeated("a.", 60'000) + "a = \\\"";
+  const std::string deep = "s\\\" " + repeated("a.", 60'000) + "a = \\\"";
   shipped.edit("piezo.toml", "[controller]\n", "[controller]\nstate_dir = \"" + deep + "\"\n");
   std::string read;
   for (const Setting& setting : settings(shipped / "piezo.toml"))
     if (setting.path == "controller.state_dir") read = setting.value;
   EXPECT_EQ(parse_toml("a = " + read, "read")["a"].value<std::string>(),
-            "s\"\n" + repeated("a.", 60'000) + "a = \"");
+            "s\" " + repeated("a.", 60'000) + "a = \"");
+}
+
+TEST_F(HostileFile, WithAControlCharacterInAStringIsRefusedWithItsPlace) {
+  for (const char* character : {"\\n", "\\u001b", "\\u007f", "\t"}) {
+    const support::ShippedCopy copy;
+    copy.edit("piezo.toml", "name           = \"x\"", "name = \"x" + std::string(character) + "\"");
+    EXPECT_THROW(load(copy / "piezo.toml"), Error) << character;
+  }
 }
 
 }  // namespace

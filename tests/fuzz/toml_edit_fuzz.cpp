@@ -1,0 +1,56 @@
+// For any bytes as a configuration, with the changes that its last lines ask for, TomlEdit either refuses with a reason and
+// changes nothing, or the text has the value and is TOML as before.
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "config/document/error.h"
+#include "config/document/toml_edit.h"
+#include "config/document/toml_text.h"
+#include "tests/fuzz/demand.h"
+
+using namespace hystcan;
+
+namespace {
+
+/// True if it was done.
+template <class Change>
+bool changed_or_refused(config::TomlEdit& edit, Change change) {
+  const std::string before = edit.text();
+  try {
+    change();
+    return true;
+  } catch (const config::Error& error) {
+    fuzz::demand(std::string(error.what()).find("expected ") != std::string::npos);
+    fuzz::demand(edit.text() == before);
+    return false;
+  }
+}
+
+void obey(config::TomlEdit& edit, const std::string& line) {
+  const std::size_t equals = line.find('=');
+  const std::string path = line.substr(0, equals);
+  if (equals == std::string::npos) {
+    if (changed_or_refused(edit, [&] { edit.comment_out(path); })) fuzz::demand(!edit.contains(path));
+  } else if (changed_or_refused(edit, [&] { edit.set(path, line.substr(equals + 1)); })) {
+    fuzz::demand(edit.contains(path));
+  }
+  static_cast<void>(config::parse_toml(edit.text(), "edited"));
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  constexpr std::string_view separator =
+      "\n#---\n";  // the text, then a change in each line: KEY=VALUE or KEY
+  const std::string all(reinterpret_cast<const char*>(data), size);
+  const std::size_t end = all.find(separator);
+  try {
+    config::TomlEdit edit(all.substr(0, end), "text");
+    std::istringstream changes(end == std::string::npos ? "" : all.substr(end + separator.size()));
+    std::string line;
+    for (int i = 0; i < 8 && std::getline(changes, line); ++i) obey(edit, line);
+  } catch (const config::Error&) {  // the text is no TOML
+  }
+  return 0;
+}
