@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include <unistd.h>
+#include <algorithm>
 #include <chrono>
 #include <memory>
 #include <sstream>
@@ -35,7 +36,9 @@ int print_line(const std::string& text, int status) {
   return status;
 }
 
-int print_error(std::string_view reason, int status) {
+/// In one line, whatever the name of a file is.
+int print_error(std::string reason, int status) {
+  std::ranges::replace(reason, '\n', ' ');
   return print_line(fmt::format("hystcan: {}", reason), status);
 }
 

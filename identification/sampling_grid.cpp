@@ -21,6 +21,7 @@ double median(std::vector<double> values) {
 }  // namespace
 
 Grid grid_of(const std::vector<double>& time_s) {
+  if (time_s.size() < 2) model::refuse(time_s.size(), " rows, expected at least 2");
   std::vector<double> steps_s(time_s.size() - 1);
   for (std::size_t n = 1; n < time_s.size(); ++n) steps_s[n - 1] = time_s[n] - time_s[n - 1];
   const double usual_s = median(steps_s);

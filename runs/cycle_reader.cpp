@@ -47,7 +47,8 @@ std::string shortened(std::string_view text) {
 }  // namespace
 
 CycleReader::CycleReader(std::filesystem::path file) : file_(std::move(file)), block_(block_bytes) {
-  if (!std::filesystem::is_regular_file(file_))
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file_, ignored))
     throw config::Error(
         fmt::format("{}: is no file, expected a run's folder or a CSV of cycles", file_.string()));
   stream_.open(file_, std::ios::binary);

@@ -24,8 +24,9 @@ std::filesystem::path folder_of(const std::filesystem::path& file) {
 
 /// Whether the CSV lies in the folder of a run, which describes it.
 bool is_part(const std::filesystem::path& file) {
+  std::error_code ignored;
   return file.filename().string().starts_with("cycles_") &&
-         std::filesystem::exists(folder_of(file) / info_name);
+         std::filesystem::exists(folder_of(file) / info_name, ignored);
 }
 
 Signal signal_of(const CycleColumn& column, const std::string& drive_unit) {
@@ -37,7 +38,8 @@ Signal signal_of(const CycleColumn& column, const std::string& drive_unit) {
 }  // namespace
 
 Run::Run(std::filesystem::path path) : path_(std::move(path)) {
-  if (std::filesystem::is_directory(path_)) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path_, ignored)) {
     info_ = read_run_info(path_);
     parts_ = parts_of(path_);
     if (parts_.empty())

@@ -82,6 +82,15 @@ void add_examples_below(CLI::App& command, const std::string& words) {
     add_examples_below(*below, words.empty() ? below->get_name() : words + " " + below->get_name());
 }
 
+/// A variable of a shell that is not set is an empty text, and no option that was left out.
+void refuse_empty_values(CLI::App& command) {
+  for (CLI::Option* option : command.get_options())
+    option->check(CLI::Validator(
+        [](const std::string& text) { return text.empty() ? "is empty, expected a value" : std::string(); },
+        ""));
+  for (CLI::App* below : command.get_subcommands({})) refuse_empty_values(*below);
+}
+
 }  // namespace
 
 void add_examples(CLI::App& cli) {
@@ -96,6 +105,7 @@ void add_commands(CLI::App& cli, int& status) {
         add_ctl,      add_status,   add_page,       add_record,   add_replay,    add_monitor,
         add_decode,   add_runs,     add_plot,       add_export,   add_completion})
     add(cli, status);
+  refuse_empty_values(cli);
   add_examples(cli);
 }
 

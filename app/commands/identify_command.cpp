@@ -140,7 +140,7 @@ void check_outputs(const IdentifyArguments& options) {
     for (const auto& output : {options.output, options.initial_memory}) refuse_to_overwrite(output, file);
   if (!options.initial_memory.empty()) refuse_to_share(options.output, options.initial_memory);
   if (options.report.empty()) return;
-  create_folder(options.report);
+  refuse_as_folder(options.report);
   for (const std::string& name : report_files()) {
     for (const auto& file : options.data) refuse_to_overwrite(options.report / name, file);
     refuse_to_share(options.report / name, options.output);

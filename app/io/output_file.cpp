@@ -100,11 +100,22 @@ void write_file(const std::filesystem::path& path, std::string_view text) {
   out.commit();
 }
 
-void create_folder(const std::filesystem::path& folder) {
+void refuse_as_folder(const std::filesystem::path& folder) {
   if (folder.empty()) throw config::Error("output folder is \"\", expected a name");
   std::error_code error;
   if (std::filesystem::exists(folder, error) && !std::filesystem::is_directory(folder, error))
     throw config::Error(fmt::format("{}: is not a folder, expected one for the output", folder.string()));
+  std::filesystem::path present = std::filesystem::absolute(folder);
+  while (!std::filesystem::exists(present, error) && present.has_relative_path())
+    present = present.parent_path();
+  if (::access(present.c_str(), W_OK | X_OK) != 0)
+    throw RunError(
+        fmt::format("{}: cannot be created: {}", folder.string(), std::generic_category().message(errno)));
+}
+
+void create_folder(const std::filesystem::path& folder) {
+  refuse_as_folder(folder);
+  std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) throw RunError(fmt::format("{}: cannot be created: {}", folder.string(), error.message()));
 }

@@ -44,6 +44,8 @@ class OutputFile {
 /// A file with this text, complete or absent.
 void write_file(const std::filesystem::path& path, std::string_view text);
 
+/// Throws as create_folder() would, and creates nothing: before work that may fail.
+void refuse_as_folder(const std::filesystem::path& folder);
 /// Creates the folder and those above it. Throws config::Error if the name is empty or there is a file of this name,
 /// RunError if it cannot be created.
 void create_folder(const std::filesystem::path& folder);

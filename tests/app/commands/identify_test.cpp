@@ -349,6 +349,22 @@ TEST_F(Identify, RefusesDynamicsOfUnevenSamples) {
   expect_refused(identify("uneven.csv", {"--dynamics"}), "uneven.csv: dataset 1: time_s of row");
 }
 
+TEST_F(Identify, RefusesADatasetOfAFewRowsAndLeavesNoFolder) {
+  write_record("record.csv", piezo_record(10.0));
+  write("one.csv", "time_s,input,output\n0,1,2\n");
+  write("two.csv", "time_s,input,output\n0,1,2\n1,2,3\n");
+  for (const char* few : {"one.csv", "two.csv"})
+    for (const bool has_another : {false, true})
+      for (const char* option : {"--common-zero", "--dynamics", "--drift"}) {
+        std::vector<std::string> more{option, "--order", "2", "--report", path("a/b/report")};
+        if (has_another) more.push_back(path("record.csv"));
+        Process process = identify(few, more);
+        EXPECT_EQ(process.wait(), bad_input) << few << option << process.err();
+        EXPECT_NE(process.err().find("expected at least "), std::string::npos) << process.err();
+        EXPECT_FALSE(std::filesystem::exists(path("a")));
+      }
+}
+
 class Validate : public Identify {};
 
 TEST_F(Validate, PrintsTheErrorsOfThePrediction) {

@@ -107,6 +107,10 @@ TEST(Usage, EveryErrorOfTheParserIsOneLineWithItsPlace) {
        "hystcan excite: --signal: sine, expected one of hysteresis, step, chirp\n"},
       {{"validate", "a", "b", "--memory", "c", "--no-offset"},
        "hystcan validate: --memory excludes --no-offset\n"},
+      {{"validate", "a", "b", "--memory", ""}, "hystcan validate: --memory: is empty, expected a value\n"},
+      {{"decode", "a", "--dbc", "b\nc"}, "hystcan: b c: cannot be read: No such file or directory\n"},
+      {{"export", std::string(300, 'a')},
+       "hystcan: " + std::string(300, 'a') + ": is no file, expected a run's folder or a CSV of cycles\n"},
       {{"check", "a", "b"}, "hystcan check: 'b' is one argument too many; see hystcan check --help\n"},
       {{"check", "a\nb", "c\nd"},
        "hystcan check: 'c d' is one argument too many; see hystcan check --help\n"}};
