@@ -167,7 +167,9 @@ std::string describe(const controller::Learning::Report& learning) {
       fmt::format("error RMS {:.4f} um in the first period, {:.4f} um in the last of {}",
                   learning.first_rms_um, learning.rms_um, learning.periods);
   if (learning.state == controller::LearningState::diverged)
-    return errors + "; warning: the error grew, so the correction was taken back for good";
+    return errors + "; warning: the error grew in each attempt, so the correction was taken back for good";
+  if (learning.state == controller::LearningState::resting)
+    return errors + "; warning: the error grew, so the correction was taken back, to begin again";
   return errors + fmt::format("; correction up to {:.4f} um", learning.correction_max_um);
 }
 

@@ -16,9 +16,15 @@ constexpr double ends_s = 0.01;
 /// Time constant of a correction that ends.
 constexpr double fade_s = 0.02;
 
-/// The error may grow by this factor over that of the first period for so many periods in a row.
+/// The error may grow by this factor over that without learning for so many periods in a row.
 constexpr double grown_factor = 1.3;
 constexpr unsigned grown_periods = 3;
+/// A rest lasts so many periods; in the last one the error without learning is measured anew.
+constexpr unsigned rest_periods = 3;
+constexpr unsigned most_attempts = 3;
+/// An error of more than so many times the largest one without learning is a glitch. In the judgement it counts as that,
+/// so that many of them are not overlooked.
+constexpr double glitch_factor = 4.0;
 
 /// Smoothly 0 at both ends of the segment, where the correction of a neighbour is 0.
 double share_of(const Learning::Plan& plan, double shape_time_s) {
@@ -59,8 +65,9 @@ bool Learning::covers(const Trajectory::Point& point) const {
 
 std::optional<double> Learning::target_um(const Trajectory::Point& point) const {
   const Plan* plan = plan_at(point);
-  if (plan == nullptr || diverged_ || retired_) return std::nullopt;
+  if (plan == nullptr || retired_) return std::nullopt;
   const Segment& segment = segments_[point.segment];
+  if (segment.judgement.resting > 0 || segment.judgement.has_ended()) return std::nullopt;
   const Phase phase = segment.phase_at(point.shape_time_s);
   const double here_um = segment.correction_um[phase.index], next_um = segment.correction_um[phase.next];
   return share_of(*plan, point.shape_time_s) * (here_um + phase.share * (next_um - here_um));
@@ -94,7 +101,7 @@ Learning::Correction Learning::correct(const Trajectory::Point& now, const Traje
 
 void Learning::learn(const Trajectory::Point& point, std::optional<double> error_um, bool undisturbed) {
   const Plan* plan = plan_at(point);
-  if (plan == nullptr || !error_um || !undisturbed || diverged_ || retired_) return interrupt();
+  if (plan == nullptr || !error_um || !undisturbed || retired_) return interrupt();
   Segment& segment = segments_[point.segment];
   const auto cycle =
       static_cast<std::size_t>(std::lround(std::max(point.shape_time_s, 0.0) * segment.cycles_per_s));
@@ -105,9 +112,10 @@ void Learning::learn(const Trajectory::Point& point, std::optional<double> error
 }
 
 void Learning::interrupt() {
-  for (Segment& segment : segments_) segment.valid = 0;
-  judged_ = 0;
-  sum_of_squares_ = 0.0;
+  for (Segment& segment : segments_) {
+    segment.valid = 0;
+    segment.judgement.begin_period();
+  }
 }
 
 void Learning::take(std::size_t index, const Phase& phase, double error_um) {
@@ -117,13 +125,15 @@ void Learning::take(std::size_t index, const Phase& phase, double error_um) {
   if (++segment.newest == window) segment.newest = 0;
   segment.errors_um[segment.newest] = segment.errors_um[segment.newest + window] =
       static_cast<float>(error_um);
-  segment.valid = std::min(segment.valid + 1, window);
-  judge(error_um, judged_ == std::max(plan.phases, plan.judged));
-  if (segment.valid < window || config_.frozen) return;
+  segment.valid = segment.judgement.is_glitch(error_um) ? 0 : std::min(segment.valid + 1, window);
+  judge(segment, plan, error_um);
+  const bool is_idle = segment.judgement.resting > 0 || segment.judgement.has_ended();
+  if (segment.valid < window || config_.frozen || is_idle) return;
   const auto taps = static_cast<Eigen::Index>(window);
   const Eigen::Map<const Eigen::VectorXf> h(segment.taps.data(), taps);
   const Eigen::Map<const Eigen::VectorXf> errors(segment.errors_um.data() + segment.newest + 1, taps);
-  const double learnt_um = config_.rate * static_cast<double>(h.dot(errors));
+  const double rate = std::ldexp(config_.rate, -static_cast<int>(segment.judgement.failed));
+  const double learnt_um = rate * static_cast<double>(h.dot(errors));
   const std::size_t late = window / 2;  // K
   const std::size_t learnt = phase.index >= late ? phase.index - late : phase.index + plan.phases - late;
   correct(segment, learnt, 1.0 - phase.share, learnt_um);
@@ -134,50 +144,95 @@ void Learning::correct(Segment& segment, std::size_t phase, double share, double
   double& correction_um = segment.correction_um[phase];
   correction_um += share * (learnt_um - 0.01 * config_.forget_percent * correction_um);
   correction_um = std::clamp(correction_um, -config_.correction_max_um, config_.correction_max_um);
-  largest_um_ = std::max(largest_um_, std::abs(correction_um));
+  double& largest_um = segment.judgement.largest_correction_um;
+  largest_um = std::max(largest_um, std::abs(correction_um));
 }
 
-/// Judges the periods that were undisturbed from end to end.
-void Learning::judge(double error_um, bool new_period) {
-  if (new_period) {
-    report_.rms_um = std::sqrt(sum_of_squares_ / static_cast<double>(judged_));
-    report_.correction_max_um = largest_um_;
-    if (report_.periods++ == 0) report_.first_rms_um = report_.rms_um;
-    grown_ = report_.rms_um > grown_factor * report_.first_rms_um ? grown_ + 1 : 0;
-    diverged_ = diverged_ || (grown_ >= grown_periods && largest_um_ > 0.0);
-    judged_ = 0;
-    sum_of_squares_ = largest_um_ = 0.0;
+bool Learning::Judgement::has_ended() const { return failed >= most_attempts; }
+
+bool Learning::Judgement::is_glitch(double error_um) const {
+  return periods > 0 && std::abs(error_um) > glitch_factor * first_largest_um;
+}
+
+double Learning::Judgement::rms_um() const {
+  return judged == 0 ? 0.0 : std::sqrt(sum_of_squares / static_cast<double>(judged));
+}
+
+void Learning::Judgement::begin_period() {
+  sum_of_squares = largest_um = largest_correction_um = 0.0;
+  judged = 0;
+}
+
+void Learning::judge(Segment& segment, const Plan& plan, double error_um) {
+  Judgement& judgement = segment.judgement;
+  if (judgement.judged == std::max(plan.phases, plan.judged)) {
+    conclude(segment);
+    judgement.begin_period();
   }
-  ++judged_;
-  sum_of_squares_ += error_um * error_um;
+  const double counted_um =
+      judgement.is_glitch(error_um) ? glitch_factor * judgement.first_largest_um : error_um;
+  ++judgement.judged;
+  judgement.sum_of_squares += counted_um * counted_um;
+  judgement.largest_um = std::max(judgement.largest_um, std::abs(error_um));
+}
+
+void Learning::conclude(Segment& segment) {
+  Judgement& judgement = segment.judgement;
+  const double rms_um = judgement.rms_um();
+  const bool is_without_learning = judgement.periods == 0 || judgement.resting > 0;
+  ++judgement.periods;
+  if (judgement.resting > 0) --judgement.resting;
+  if (is_without_learning) {
+    judgement.first_rms_um = rms_um;
+    judgement.first_largest_um = judgement.largest_um;
+  }
+  judgement.grown = rms_um > grown_factor * judgement.first_rms_um ? judgement.grown + 1 : 0;
+  ++report_.periods;
+  report_.rms_um = rms_um;
+  report_.first_rms_um = judgement.first_rms_um;
+  report_.correction_max_um = judgement.largest_correction_um;
+  judged_last_ = static_cast<std::size_t>(&segment - segments_.data());
+  if (judgement.grown >= grown_periods && judgement.largest_correction_um > 0.0) take_back(segment);
+}
+
+void Learning::take_back(Segment& segment) {
+  std::ranges::fill(segment.correction_um, 0.0);
+  segment.judgement.grown = 0;
+  segment.judgement.resting = rest_periods;
+  ++segment.judgement.failed;
 }
 
 void Learning::reset() {
-  for (Segment& segment : segments_) std::ranges::fill(segment.correction_um, 0.0);
+  for (Segment& segment : segments_) {
+    std::ranges::fill(segment.correction_um, 0.0);
+    segment.judgement = {};
+  }
   interrupt();
   now_.follows = ahead_.follows = false;
-  const double correction_um = report_.correction_um;
-  report_ = {.correction_um = correction_um};
-  diverged_ = false;
-  grown_ = 0;
-  largest_um_ = 0.0;
+  report_ = {.correction_um = report_.correction_um};
 }
 
 void Learning::continue_from(const Learning& before) {
-  diverged_ = before.diverged_;
   report_ = before.report_;
+  judged_last_ = before.judged_last_;
   for (const auto& [own, its] : {std::pair(&now_, &before.now_), std::pair(&ahead_, &before.ahead_)})
     *own = {.last_um = its->last_um};
-  for (std::size_t i = 0; i < std::min(segments_.size(), before.segments_.size()); ++i)
-    if (segments_[i].correction_um.size() == before.segments_[i].correction_um.size())
-      std::ranges::copy(before.segments_[i].correction_um, segments_[i].correction_um.begin());
+  for (std::size_t i = 0; i < std::min(segments_.size(), before.segments_.size()); ++i) {
+    if (segments_[i].correction_um.size() != before.segments_[i].correction_um.size()) continue;
+    std::ranges::copy(before.segments_[i].correction_um, segments_[i].correction_um.begin());
+    segments_[i].judgement = before.segments_[i].judgement;
+    segments_[i].judgement.begin_period();
+  }
 }
 
 Learning::Report Learning::report() const {
   Report report = report_;
-  report.state = diverged_        ? LearningState::diverged
-                 : config_.frozen ? LearningState::frozen
-                                  : LearningState::learning;
+  const auto has_ended = [](const Segment& segment) { return segment.judgement.has_ended(); };
+  const bool is_resting = judged_last_ < segments_.size() && segments_[judged_last_].judgement.resting > 0;
+  report.state = std::ranges::any_of(segments_, has_ended) ? LearningState::diverged
+                 : config_.frozen                          ? LearningState::frozen
+                 : is_resting                              ? LearningState::resting
+                                                           : LearningState::learning;
   return report;
 }
 

@@ -18,8 +18,10 @@
 // the same way. Between phases this weakens high frequencies, by 1 - 2 f (1 - f) (1 - cos theta), and shifts none.
 //
 // It learns from nothing but a whole window of errors of an undisturbed run: no transition, no first period, no lost
-// sample, no limiter. Where the error grows beyond what it was without learning, the correction fades out, for good.
-// A correction that ends, is reset or is taken back fades out: it does not jump.
+// sample, no limiter, no error far beyond those of the first period, which is a glitch. Each segment is judged by itself.
+// Where its error grows beyond what it was without learning, its correction fades out, the segment rests for some
+// periods, and learning begins again at half the rate; the last attempt ends it for good. A correction that ends, is reset
+// or is taken back fades out: it does not jump.
 #pragma once
 
 #include <array>
@@ -35,13 +37,14 @@
 namespace hystcan::controller {
 
 enum class LearningState : std::uint8_t {
-  off,       ///< not configured, or this segment does not repeat
+  off,       ///< not configured, or no segment repeats
   learning,  ///< corrects, and learns where the run is undisturbed
   frozen,    ///< corrects, does not learn
-  diverged   ///< the error grew: the correction has been taken back
+  diverged,  ///< the error of a segment grew in each attempt: its correction has been taken back for good
+  resting  ///< the error of the segment that was judged last grew: its correction has been taken back for some periods
 };
 constexpr auto words(LearningState) {
-  return std::to_array<std::string_view>({"off", "learning", "frozen", "diverged"});
+  return std::to_array<std::string_view>({"off", "learning", "frozen", "diverged", "resting"});
 }
 constexpr std::string_view to_string(LearningState state) { return word_of(state); }
 
@@ -68,9 +71,9 @@ class Learning {
   };
   struct Report {
     LearningState state = LearningState::off;
-    std::uint32_t periods = 0;       ///< judged since the last reset
-    double rms_um = 0.0;             ///< error of the last one
-    double first_rms_um = 0.0;       ///< of the first one
+    std::uint32_t periods = 0;  ///< judged since the last reset, of all segments
+    double rms_um = 0.0;        ///< error of the last one
+    double first_rms_um = 0.0;  ///< of its segment without learning: in the first period, or in the last rest
     double correction_um = 0.0;      ///< at present
     double correction_max_um = 0.0;  ///< the largest in the last period
   };
@@ -114,6 +117,24 @@ class Learning {
     double share;
   };
 
+  /// What the errors of a segment were in the periods that were undisturbed from end to end.
+  struct Judgement {
+    double sum_of_squares = 0.0;  ///< of the present period
+    std::size_t judged = 0;
+    double largest_um = 0.0;             ///< |error| of the present period
+    double largest_correction_um = 0.0;  ///< that was changed in the present period
+    std::uint32_t periods = 0;
+    double first_rms_um = 0.0, first_largest_um = 0.0;  ///< of the period without learning
+    unsigned grown = 0;    ///< periods in a row with a larger error than that one
+    unsigned resting = 0;  ///< periods that are left of a rest
+    unsigned failed = 0;   ///< attempts in which the error grew
+
+    bool has_ended() const;
+    bool is_glitch(double error_um) const;
+    double rms_um() const;  ///< of the present period
+    void begin_period();
+  };
+
   struct Segment {
     Phase phase_at(double shape_time_s) const;
     std::size_t after(std::size_t index) const { return index + 1 < correction_um.size() ? index + 1 : 0; }
@@ -126,6 +147,7 @@ class Learning {
     std::size_t newest = 0;
     std::size_t valid = 0;       ///< errors without a gap
     std::size_t last_cycle = 0;  ///< since the segment's beginning
+    Judgement judgement;
   };
 
   /// A correction that is put out.
@@ -141,18 +163,16 @@ class Learning {
   void interrupt();
   void take(std::size_t index, const Phase& phase, double error_um);
   void correct(Segment& segment, std::size_t phase, double share, double learnt_um);
-  void judge(double error_um, bool new_period);
+  void judge(Segment& segment, const Plan& plan, double error_um);
+  void conclude(Segment& segment);
+  static void take_back(Segment& segment);
 
   Config config_;
   std::vector<Segment> segments_;
   Report report_;
   Output now_, ahead_;
-  bool diverged_ = false;
+  std::size_t judged_last_ = 0;  ///< segment
   bool retired_ = false;
-  double sum_of_squares_ = 0.0;
-  std::size_t judged_ = 0;
-  double largest_um_ = 0.0;
-  unsigned grown_ = 0;  ///< periods in a row with a larger error than the first
 };
 
 }  // namespace hystcan::controller

@@ -128,6 +128,55 @@ TEST(Learning, NoticesThatItDivergesAndTakesTheCorrectionBack) {
   EXPECT_LT(run.largest_step_um, 0.3) << "the correction fades out";
 }
 
+TEST(Learning, BeginsAgainAtHalfTheRateAfterARest) {
+  Learning::Config config = simple();
+  config.rate = 1.0;
+  Bench run(config);
+  run.gain = 2.4;  // 1 - 2.4 grows, 1 - 1.2 decays
+  bool has_rested = false;
+  for (int period = 0; period < 40; ++period) {
+    run.rms_of_periods(1);
+    has_rested = has_rested || run.learning.report().state == LearningState::resting;
+  }
+  EXPECT_TRUE(has_rested);
+  EXPECT_EQ(run.learning.report().state, LearningState::learning);
+  EXPECT_LT(run.rms_of_periods(1), 1e-4);
+}
+
+TEST(Learning, TakesNothingFromAGlitch) {
+  Bench run(simple());
+  run.rms_of_periods(20);
+  const auto disturbance = run.disturbance;
+  run.disturbance = [&](std::size_t phase) { return phase < 4 ? 3.0 : disturbance(phase); };
+  run.rms_of_periods(1);
+  run.disturbance = disturbance;
+  EXPECT_LT(run.rms_of_periods(1), 1e-3) << "um, in the next period";
+  EXPECT_EQ(run.learning.report().state, LearningState::learning);
+}
+
+TEST(Learning, MeasuresEachSegmentByItself) {
+  Learning::Config config = simple();
+  config.plans.push_back(config.plans[0]);
+  Bench run(config);
+  const auto disturbance = run.disturbance;
+  double sum_um2 = 0.0;
+  constexpr std::size_t cycles_of_a_segment = 10 * phases, passes = 8;
+  for (std::size_t pass = 0; pass < passes; ++pass)
+    for (const std::size_t segment : {0U, 1U}) {
+      run.disturbance = [&](std::size_t phase) { return (segment == 0 ? 0.1 : 1.0) * disturbance(phase); };
+      run.cycle = 0;
+      for (std::size_t i = 0; i < cycles_of_a_segment; ++i) {
+        Trajectory::Point point = run.point();
+        point.segment = segment;
+        run.step_at(point);
+        if (pass + 1 == passes && i >= phases) sum_um2 += run.error_um * run.error_um;
+      }
+    }
+  EXPECT_EQ(run.learning.report().state, LearningState::learning);
+  EXPECT_LT(std::sqrt(sum_um2 / (2.0 * (cycles_of_a_segment - phases))), 1e-3)
+      << "um RMS behind the first period, of 0.007 and 0.07";
+}
+
 TEST(Learning, ForgetsWhatDoesNotRepeatAnyMore) {
   Learning::Config config = simple();
   config.forget_percent = 2.0;
