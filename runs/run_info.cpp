@@ -40,6 +40,12 @@ class Members {
 
   std::string text(const char* key) const { return of(key, &json::is_string, "a text"); }
   double number(const char* key) const { return of(key, &json::is_number, "a number"); }
+  /// NaN where it is null.
+  double measured(const char* key) const {
+    const auto found = object_.find(key);
+    const bool is_none = found != object_.end() && found->is_null();
+    return is_none ? std::numeric_limits<double>::quiet_NaN() : number(key);
+  }
   std::uint64_t count(const char* key) const {
     return of(key, &json::is_number_unsigned, "a whole number from 0");
   }
@@ -86,8 +92,8 @@ RunAxis axis_from(const Members& axis) {
                  .drive_unit = axis.text("drive_unit"),
                  .stroke_um = axis.number("stroke_um"),
                  .summary = {.tracked_rows = axis.count("tracked_rows"),
-                             .rms_um = axis.number("error_rms_um"),
-                             .max_um = axis.number("error_max_um"),
+                             .rms_um = axis.measured("error_rms_um"),
+                             .max_um = axis.measured("error_max_um"),
                              .faults = {}}};
   for (const Members& fault : axis.objects("faults"))
     result.summary.faults.push_back({.cause = fault.text("cause"), .time_s = fault.number("time_s")});

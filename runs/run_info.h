@@ -10,6 +10,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -29,8 +30,9 @@ struct RunFault {
 /// What an axis did while it tracked.
 struct AxisSummary {
   std::uint64_t tracked_rows = 0;
-  double rms_um = 0.0;  ///< of the error
-  double max_um = 0.0;  ///< greatest magnitude of the error
+  double rms_um =
+      std::numeric_limits<double>::quiet_NaN();  ///< of the error; NaN, in run.json null: no row was tracked
+  double max_um = std::numeric_limits<double>::quiet_NaN();  ///< greatest magnitude of the error
   std::vector<RunFault> faults;
 };
 

@@ -1,6 +1,6 @@
 #include "runs/run_summary.h"
 
-#include <algorithm>
+#include <cmath>
 
 namespace hystcan::runs {
 
@@ -11,7 +11,7 @@ void RunSummary::add(const Row& row) {
   if (row.state == controller::AxisState::tracking && std::isfinite(row.error_um)) {
     ++axis.summary.tracked_rows;
     axis.squares_um2 += row.error_um * row.error_um;
-    axis.summary.max_um = std::max(axis.summary.max_um, std::abs(row.error_um));
+    axis.summary.max_um = std::fmax(axis.summary.max_um, std::abs(row.error_um));
   }
   if (row.cause != axis.cause && row.cause != controller::Cause::none &&
       axis.summary.faults.size() < most_faults)

@@ -12,7 +12,14 @@
 namespace hystcan::app {
 namespace {
 
+/// Nothing measured is null.
 nlohmann::json error_to_json(const controller::ErrorStatistics& error, double stroke_um) {
+  if (error.samples == 0)
+    return {{"samples", 0},
+            {"rms_um", nullptr},
+            {"max_um", nullptr},
+            {"rms_percent", nullptr},
+            {"max_percent", nullptr}};
   return {{"samples", error.samples},
           {"rms_um", error.rms_um()},
           {"max_um", error.max_um},

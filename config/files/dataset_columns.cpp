@@ -18,12 +18,14 @@ constexpr std::array<std::string_view, 3> usual_names{"time_s", "input", "output
 // Whole names, in lower case, the likeliest first.
 constexpr std::array<std::string_view, 9> time_words{"time",   "t",     "zeit", "timestamp", "elapsed",
                                                      "sample", "index", "n",    "#"};
-constexpr std::array<std::string_view, 15> input_words{
-    "input",   "drive",    "voltage",  "u",     "v", "volt",  "current",   "i",
-    "command", "setpoint", "spannung", "strom", "h", "field", "excitation"};
-constexpr std::array<std::string_view, 15> output_words{
-    "output", "position", "pos",    "x",          "y", "displacement", "disp",    "stroke",
-    "weg",    "sensor",   "strain", "elongation", "b", "deflection",   "measured"};
+constexpr std::array<std::string_view, 18> input_words{
+    "input",       "drive",         "voltage",  "u",       "v",     "volt",  "current",
+    "i",           "command",       "setpoint", "h",       "field", "strom", "excitation",
+    "ansteuerung", "piezospannung", "sollwert", "spannung"};
+constexpr std::array<std::string_view, 18> output_words{
+    "output",         "position", "pos",        "x", "y",          "displacement", "disp",    "stroke",
+    "sensor",         "strain",   "elongation", "b", "deflection", "measured",     "istwert", "wegsensor",
+    "sensorspannung", "weg"};
 constexpr std::array<Words, 3> usual_words{time_words, input_words, output_words};
 
 constexpr std::array<std::string_view, 6> time_units{"s", "ms", "us", "ns", "min", "h"};
@@ -192,6 +194,7 @@ class Choice {
       return at == scales.end() ? Scale{unit, unit, 1.0} : *at;
     };
     choice_.seconds = scale(units_[0]).factor;
+    if (!units_[0].empty()) choice_.time_unit_s = choice_.seconds;
     choice_.input_unit = scale(units_[1]).base;
     choice_.input_scale = scale(units_[1]).factor;
     choice_.output_unit = units_[2];

@@ -23,8 +23,9 @@ inline constexpr std::array<std::string_view, 3> column_meanings{"time", "input"
 struct DatasetColumns {
   std::vector<std::size_t>
       selected;  ///< time, input, output; without time if rate_Hz is given and no column is one
-  std::array<std::string, 3> titles;  ///< time, input, output
-  double seconds = 1.0;               ///< of one unit of time
+  std::array<std::string, 3> titles;    ///< time, input, output
+  double seconds = 1.0;                 ///< of one unit of time, or of one sample where a rate is stated
+  std::optional<double> time_unit_s{};  ///< where the column states a unit
   double input_scale = 1.0, output_scale = 1.0;
   std::string input_unit, output_unit;  ///< empty: unknown
   bool by_likeness = false;             ///< else the names are time_s, input, output, or the user's

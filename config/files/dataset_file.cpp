@@ -26,6 +26,18 @@ std::string unit_of(const LabCsvReader& reader, const char* name, const std::str
   return in_comment.empty() ? in_header : in_comment;
 }
 
+/// Seconds of one unit of the time column beside a stated rate: it is the number of the sample, or it agrees.
+double seconds_beside_rate(const LabCsvReader& reader, const DatasetColumns& columns, double rate_Hz,
+                           double step) {
+  const double unit_s = columns.time_unit_s.value_or(1.0);
+  if (!columns.time_unit_s && step == std::round(step)) return 1.0 / rate_Hz;
+  if (std::abs(unit_s * step * rate_Hz - 1.0) < 0.01) return unit_s;
+  throw Error(
+      fmt::format("{}:{}: {} increases by {} s, expected {} s at --rate {}, or the number of the sample",
+                  reader.file().string(), reader.line_number(), columns.titles[0], unit_s * step,
+                  1.0 / rate_Hz, rate_Hz));
+}
+
 }  // namespace
 
 DatasetFile load_dataset(const std::filesystem::path& file, const DatasetLayout& layout,
@@ -40,14 +52,19 @@ DatasetFile load_dataset(const std::filesystem::path& file, const DatasetLayout&
   dataset.output_unit =
       layout.output_scale ? columns.output_unit : unit_of(reader, "output_unit", columns.output_unit);
   const std::size_t first = columns.has_time() ? 1 : 0;
+  double seconds = columns.seconds;
   std::vector<double> row;
   while (reader.next(row)) {
     const double t = columns.has_time() ? row[0] : static_cast<double>(dataset.size());
-    const double time_s = columns.seconds * t;
+    if (layout.rate_Hz && columns.has_time() && dataset.size() == 1) {
+      const double before = dataset.time_s.front() / seconds;
+      seconds = seconds_beside_rate(reader, columns, *layout.rate_Hz, t - before);
+      dataset.time_s.front() = seconds * before;
+    }
+    const double time_s = seconds * t;
     if (!dataset.time_s.empty() && time_s <= dataset.time_s.back())
       throw Error(fmt::format("{}:{}: {} is {} after {}, expected time to increase", file.string(),
-                              reader.line_number(), columns.titles[0], t,
-                              dataset.time_s.back() / columns.seconds));
+                              reader.line_number(), columns.titles[0], t, dataset.time_s.back() / seconds));
     if (dataset.size() == most_rows)
       throw Error(fmt::format("{}:{}:1: one more row, expected at most {} rows", file.string(),
                               reader.line_number(), most_rows));

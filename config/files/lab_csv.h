@@ -29,6 +29,7 @@ class LabCsvReader {
   /// Throws Error if the file cannot be read, or if no numbers are found in it.
   explicit LabCsvReader(std::filesystem::path file);
 
+  const std::filesystem::path& file() const { return lines_.file(); }
   const std::vector<CsvColumn>& columns() const { return columns_; }
   bool has_header() const { return has_header_; }
   /// The columns of next(), as indices of columns().

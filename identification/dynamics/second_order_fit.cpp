@@ -340,6 +340,10 @@ void check_determined(const SecondOrderFit& fit, const Point& point, const Box& 
            " Hz and damping ratio from ", range_of(fit.damping_ratio),
            ", expected a dataset that shows them: excite more near the resonance, longer, or sample faster;",
            " this dataset shows only a lag");
+  constexpr double slowest_Hz = 1.0;
+  if (fit.natural_frequency_Hz.value < slowest_Hz)
+    refuse("natural frequency is ", in_three_digits(fit.natural_frequency_Hz.value),
+           " Hz, expected at least ", slowest_Hz, ": is the time in ms, or its unit not stated?");
   if (fit.delay_s.hi < 0.0)
     refuse("delay is ", in_three_digits(fit.delay_s.value),
            " s, expected zero or more: the input of a row is the drive in force from that row's time on");

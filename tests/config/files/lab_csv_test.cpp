@@ -71,6 +71,13 @@ INSTANTIATE_TEST_SUITE_P(
                "\"Time (ms)\",\"Drive (mV)\",\"Position (nm)\"\r\n0,1500,2.25\r\n1,-1000,3\r\n2,0,4\r\n",
                "time from Time (ms) in ms, input from Drive (mV) in mV, output from Position (nm) in nm", "V",
                "nm"},
+        Format{
+            "UnitsInWords", "Zeit in ms;Piezospannung in V;Istwert in \xC2\xB5m\n0;1,5;2,25\n1;-1;3\n2;0;4\n",
+            "time from Zeit in ms in ms, input from Piezospannung in V in V, output from Istwert in \xC2\xB5m in um",
+            "V", "um"},
+        Format{"UnitsBehindASlash", "t/ms,Ansteuerung/V,Sensorspannung/V\n0,1.5,2.25\n1,-1,3\n2,0,4\n",
+               "time from t/ms in ms, input from Ansteuerung/V in V, output from Sensorspannung/V in V", "V",
+               "V"},
         Format{"GermanSpreadsheet",
                "Zeit [s];Spannung [V];Weg [\xC2\xB5m]\n0;1,5;2,25\n0,001;-1;3\n0,002;0;4\n",
                "time from Zeit [s] in s, input from Spannung [V] in V, output from Weg [\xC2\xB5m] in um",
@@ -111,6 +118,19 @@ TEST(LabCsvColumns, WithARateNeedNoTime) {
             (std::vector<double>{1.0, 3.0, 5.0}));
   EXPECT_EQ(load("sample,V,x\n7,1,2\n8,3,4\n", {.rate_Hz = 500.0}).dataset.time_s,
             (std::vector<double>{7 * 0.002, 8 * 0.002}));
+}
+
+TEST(LabCsvColumns, OfTimeAgreeWithAStatedRateOrAreNumbersOfSamples) {
+  const std::vector<double> expected{0.0, 0.0002, 0.0004};
+  for (const char* text : {"t,V,x\n0,1,2\n1,3,4\n2,5,6\n", "t,V,x\n0,1,2\n0.0002,3,4\n0.0004,5,6\n",
+                           "t (ms),V,x\n0,1,2\n0.2,3,4\n0.4,5,6\n"}) {
+    const std::vector<double> time_s = load(text, {.rate_Hz = 5000.0}).dataset.time_s;
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(time_s[i], expected[i], 1e-12) << text;
+  }
+  EXPECT_EQ(refusal("t,V,x\n0,1,2\n0.001,3,4\n", {.rate_Hz = 5000.0}),
+            ":3: t increases by 0.001 s, expected 0.0002 s at --rate 5000, or the number of the sample");
+  EXPECT_EQ(refusal("t (ms),V,x\n0,1,2\n1,3,4\n", {.rate_Hz = 5000.0}),
+            ":3: t (ms) increases by 0.001 s, expected 0.0002 s at --rate 5000, or the number of the sample");
 }
 
 TEST(LabCsvColumns, OfAVoltageBecomeALengthByAScale) {
