@@ -4,6 +4,8 @@
 
 #include <cmath>
 #include <sstream>
+#include <tuple>
+#include <vector>
 
 #include "app/io/exit_status.h"
 #include "config/document/error.h"
@@ -24,6 +26,25 @@ TEST(Questions, AreAskedUntilAnAnswerDoes) {
   EXPECT_NE(shown.find("'abc' is no number"), std::string::npos) << shown;
   EXPECT_NE(shown.find("expected more than 0"), std::string::npos) << shown;
   EXPECT_EQ(questions.asked(), 1) << "asked again is the same question";
+}
+
+TEST(Questions, UnderstandCommasAndUnits) {
+  for (const auto& [typed, unit, expected] :
+       std::vector<std::tuple<std::string, std::string, double>>{{"60,5", "um", 60.5},
+                                                                 {"60 um", "um", 60.0},
+                                                                 {"60\xC2\xB5m", "um", 60.0},
+                                                                 {"0.06 mm", "um", 60.0},
+                                                                 {"0.31 kHz", "Hz", 310.0},
+                                                                 {"0,31kHz", "Hz", 310.0},
+                                                                 {"-20 V", "V", -20.0},
+                                                                 {"300 us", "us", 300.0}}) {
+    std::istringstream answers(typed + "\n");
+    Questions questions(answers, true);
+    EXPECT_NEAR(questions.number({"--x", "X", unit, ""}, {}, {}), expected, 1e-9) << typed;
+  }
+  std::istringstream answers("60 V\n1,000.5\n60 kg\n2\n");
+  Questions questions(answers, true);
+  EXPECT_EQ(questions.number({"--x", "X", "um", ""}, {}, {}), 2.0);
 }
 
 TEST(Questions, HaveAUnitAReasonAnOptionAndADefault) {
