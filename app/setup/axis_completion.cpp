@@ -189,13 +189,16 @@ std::vector<std::string> rehearsal_of(const config::Config& config) {
   const rehearsal::Outcome outcome = rehearsal::run_once(
       rehearsal_setup(config), settle_s, [](const controller::CycleRecord&) { stop_if_signalled(); });
   std::vector<std::string> lines;
-  for (const controller::AxisOutcome& axis : outcome.axes) {
+  for (std::size_t i = 0; i < outcome.axes.size(); ++i) {
+    const controller::AxisOutcome& axis = outcome.axes[i];
     if (axis.fault.cause != controller::Cause::none)
       throw RunError(fmt::format("the rehearsal ended: {}", describe(axis.name, axis.fault)));
-    const controller::ErrorStatistics& error = axis.statistics.total();
-    lines.push_back(
-        fmt::format("{}: rehearsal: RMS error {:.3g} um, {:.3g} % of {:.4g} um; at most {:.3g} um", axis.name,
-                    error.rms_um(), 100.0 * error.rms_um() / axis.stroke_um, axis.stroke_um, error.max_um));
+    const controller::ErrorStatistics error = axis.statistics.total(), truth = outcome.true_errors[i].total();
+    lines.push_back(fmt::format(
+        "{}: rehearsal: RMS error {:.3g} um, {:.3g} % of {:.4g} um; at most {:.3g} um; the true one, of the stage itself, "
+        "{:.3g} um, {:.3g} %",
+        axis.name, error.rms_um(), 100.0 * error.rms_um() / axis.stroke_um, axis.stroke_um, error.max_um,
+        truth.rms_um(), 100.0 * truth.rms_um() / axis.stroke_um));
   }
   return lines;
 }

@@ -86,6 +86,10 @@ std::string patience_of(const AxisFacts& axis) {
              : line("enable_delay_ms", "500.0", "assumed: its frames do not say when the amplifier is on");
 }
 
+const char* origin_of(const AxisFacts& axis) {
+  return axis.mode_is_measured ? "from the step" : "stated, not measured";
+}
+
 std::string control_of(const AxisFacts& axis, double rate_Hz) {
   const double omega = 2.0 * std::numbers::pi * axis.resonance_Hz;
   const double ki = std::min(0.5 * axis.damping_ratio * omega, 0.1 * rate_Hz);
@@ -93,16 +97,18 @@ std::string control_of(const AxisFacts& axis, double rate_Hz) {
          quoted("structure", "inverse+pi", "average, inverse, pi, average+pi, inverse+pi") +
          line("kp", "0.0", "um per um") +
          line("ki_per_s", rounded(ki),
-              "at first a quarter of what the mode allows; `hystcan tune` proposes more") +
+              "1/s; `hystcan check` judges the loop, `hystcan tune` proposes others") +
          limits_of(axis, rate_Hz) + patience_of(axis) + "\n[axis.control.delays]\n" +
          line("command_delay_us", toml_number(std::round(1e6 / rate_Hz)),
               "one cycle: the amplifier applies a setpoint at the next SYNC") +
          line("amplifier_bandwidth_Hz", rounded(std::max(1000.0, 3.0 * axis.resonance_Hz)),
-              "assumed where no step was recorded") +
-         line("resonance_Hz", toml_number(axis.resonance_Hz)) +
-         line("damping_ratio", toml_number(axis.damping_ratio)) + "\n[axis.control.in_position]\n" +
-         line("tolerance_um", rounded(0.002 * axis.travel_um.span(), 2)) + line("window_ms", "20.0") +
-         line("timeout_ms", "2000.0");
+              axis.mode_is_measured ? "with the sensor's lag, from the step"
+                                    : "assumed: no step was recorded") +
+         line("resonance_Hz", toml_number(axis.resonance_Hz), origin_of(axis)) +
+         line("damping_ratio", toml_number(axis.damping_ratio),
+              axis.damping_is_assumed ? "assumed" : origin_of(axis)) +
+         "\n[axis.control.in_position]\n" + line("tolerance_um", rounded(0.002 * axis.travel_um.span(), 2)) +
+         line("window_ms", "20.0") + line("timeout_ms", "2000.0");
 }
 
 std::string reference_of(const AxisFacts& axis, double rate_Hz) {
@@ -134,7 +140,8 @@ std::string twin_of(const AxisFacts& axis, double rate_Hz) {
          line("safe_drive_" + unit, toml_number(axis.safe_drive)) +
          line("slew_" + unit + "_per_s",
               rounded(4.0 * range * std::min(0.4 * axis.resonance_Hz, 0.2 * rate_Hz), 2), "assumed") +
-         line("bandwidth_Hz", rounded(std::max(1000.0, 3.0 * axis.resonance_Hz)), "assumed") +
+         line("bandwidth_Hz", rounded(std::max(1000.0, 3.0 * axis.resonance_Hz)),
+              axis.mode_is_measured ? "from the step" : "assumed") +
          line("command_timeout_ms", rounded(std::max(20.0, 20e3 / rate_Hz), 2)) +
          line("noise_um_rms", rounded(axis.noise_um, 2)) +
          line("resolution_um", rounded(axis.noise_um / 3.0, 1));

@@ -19,7 +19,9 @@ struct AxisFacts {
   model::Interval travel_um{};              ///< positions at the ends of the range of the drive
   double resonance_Hz = 0.0;
   double damping_ratio = 0.0;
-  double noise_um = 0.0;  ///< of the sensor, rms
+  bool mode_is_measured = false;    ///< resonance and damping are those of a step
+  bool damping_is_assumed = false;  ///< nobody stated or measured it
+  double noise_um = 0.0;            ///< of the sensor, rms
   std::uint8_t amplifier_node = 1, sensor_node = 2;
   std::string message_prefix{};             ///< of the standard frames; empty: `frames`
   std::optional<can::AxisFrames> frames{};  ///< the lab's own

@@ -87,6 +87,7 @@ class AxisQuestions {
   }
 
   static constexpr double largest_drive = 1e6;
+  static constexpr double usual_damping_ratio = 0.02;
   static std::string too_large(double value) {
     return fmt::format("{:g}, expected at most {:g} in magnitude", value, largest_drive);
   }
@@ -155,7 +156,10 @@ class AxisQuestions {
                                        resonance_Hz, stated_.resonance_Hz, {}, resonance_Hz_);
     axis.damping_ratio =
         known_or_asked({"--damping", "Damping ratio", "", "of that resonance; flexures have 0.01 to 0.05"},
-                       damping_ratio, stated_.damping_ratio, 0.02, damping_ratio_);
+                       damping_ratio, stated_.damping_ratio, usual_damping_ratio, damping_ratio_);
+    axis.mode_is_measured = resonance_Hz.has_value();
+    axis.damping_is_assumed =
+        !damping_ratio && stated_.damping_ratio.empty() && axis.damping_ratio == usual_damping_ratio;
   }
 
   /// What a step shows is not asked for.

@@ -108,6 +108,26 @@ TEST_F(Init, LeavesAFolderThatNeedsNothingElse) {
   const config::Config moved = config::load(shipped / "moved/stage.toml");
   EXPECT_EQ(moved.axes[0].control.gate.drive_max, 100.0) << "the record's highest drive";
   EXPECT_NE(out.find("rehearsal: RMS error"), std::string::npos) << out;
+  EXPECT_NE(out.find("the true one, of the stage itself"), std::string::npos) << out;
+  const std::string text = read("stage/stage.toml");
+  for (const char* key : {"resonance_Hz", "damping_ratio", "amplifier_bandwidth_Hz"}) {
+    const std::string line = text.substr(text.find(key), text.find('\n', text.find(key)) - text.find(key));
+    const bool is_stated = line.starts_with("resonance_Hz");
+    EXPECT_NE(line.find(is_stated ? "# stated, not measured" : "# assumed"), std::string::npos) << line;
+  }
+}
+
+TEST_F(Init, SaysInTheConfigurationWhatAStepHasShown) {
+  excite("piezo.toml", "loops.csv");
+  excite("piezo.toml", "step.csv", {"--signal", "step"});
+  ASSERT_EQ(init({path("stage"), "--record", path("loops.csv"), "--step", path("step.csv"), "--yes"}), done)
+      << err;
+  const std::string text = read("stage/stage.toml");
+  EXPECT_EQ(text.find("no step was recorded"), std::string::npos) << text;
+  for (const char* key : {"resonance_Hz", "damping_ratio"}) {
+    const std::string line = text.substr(text.find(key), text.find('\n', text.find(key)) - text.find(key));
+    EXPECT_NE(line.find("# from the step"), std::string::npos) << line;
+  }
 }
 
 TEST_F(Init, WithoutARecordLeadsThroughItsExcitations) {
