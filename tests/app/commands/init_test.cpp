@@ -109,7 +109,7 @@ TEST_F(Init, LeavesAFolderThatNeedsNothingElse) {
   EXPECT_EQ(moved.axes[0].control.gate.drive_max, 100.0) << "the record's highest drive";
   EXPECT_NE(out.find("rehearsal: RMS error"), std::string::npos) << out;
   EXPECT_NE(out.find("the true one, of the stage itself"), std::string::npos) << out;
-  const std::string text = read("stage/stage.toml");
+  const std::string text = read("moved/stage.toml");
   for (const char* key : {"resonance_Hz", "damping_ratio", "amplifier_bandwidth_Hz"}) {
     const std::string line = text.substr(text.find(key), text.find('\n', text.find(key)) - text.find(key));
     const bool is_stated = line.starts_with("resonance_Hz");
