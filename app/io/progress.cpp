@@ -48,7 +48,7 @@ std::string progress_line(std::string_view what, double share, std::string_view 
   return line.substr(0, columns - std::min<std::size_t>(columns, 1));
 }
 
-Progress::Progress(std::string what, std::uint64_t total, std::string unit)
+Progress::Progress(const std::string& what, std::uint64_t total, std::string unit)
     : what_(printable(what)),
       total_(total),
       unit_(std::move(unit)),

@@ -16,7 +16,7 @@ std::string progress_line(std::string_view what, double share, std::string_view 
 class Progress {
  public:
   /// `total`: the final value of `done`; 0 if it is not known.
-  Progress(std::string what, std::uint64_t total, std::string unit = "rows");
+  Progress(const std::string& what, std::uint64_t total, std::string unit = "rows");
   ~Progress();  ///< erases the bar
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;

@@ -46,7 +46,7 @@ using Response = http::response<http::string_body>;
 /// A socket that listens at every address of both kinds says ::ffff:192.0.2.1 of 192.0.2.1.
 boost::asio::ip::address local_address(const tcp::socket& socket) {
   error_code ignored;
-  const boost::asio::ip::address address = socket.local_endpoint(ignored).address();
+  boost::asio::ip::address address = socket.local_endpoint(ignored).address();
   if (!address.is_v6() || !address.to_v6().is_v4_mapped()) return address;
   return boost::asio::ip::make_address_v4(boost::asio::ip::v4_mapped, address.to_v6());
 }

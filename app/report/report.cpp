@@ -170,11 +170,12 @@ std::string describe(const controller::AxisOutcome& outcome) {
 std::string describe(const controller::Learning::Report& learning) {
   if (learning.periods == 0)
     return "nothing learnt: no period was without a limit of the drive and with all its samples";
-  const std::string errors =
-      fmt::format("error RMS {:.4f} um in the first period, {:.4f} um in the last of {}",
-                  learning.first_rms_um, learning.rms_um, learning.periods);
+  const std::string errors = fmt::format(
+      "{} judged; setpoint[{}], the last one: error RMS {:.4f} um in its first period, {:.4f} um in its last",
+      can::counted(learning.periods, "period"), learning.segment, learning.first_rms_um, learning.rms_um);
   if (learning.state == controller::LearningState::diverged)
-    return errors + "; warning: the error grew in each attempt, so the correction was taken back for good";
+    return errors +
+           "; warning: the error of a segment grew in each attempt, so its correction was taken back for good";
   if (learning.state == controller::LearningState::resting)
     return errors + "; warning: the error grew, so the correction was taken back, to begin again";
   return errors + fmt::format("; correction up to {:.4f} um", learning.correction_max_um);

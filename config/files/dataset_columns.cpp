@@ -16,12 +16,13 @@ using Words = std::span<const std::string_view>;
 constexpr std::array<std::string_view, 3> usual_names{"time_s", "input", "output"};
 
 // Whole names, in lower case, the likeliest first.
-constexpr std::array<std::string_view, 9> time_words{"time",   "t",     "zeit", "timestamp", "elapsed",
-                                                     "sample", "index", "n",    "#"};
-constexpr std::array<std::string_view, 18> input_words{
-    "input",       "drive",         "voltage",  "u",       "v",     "volt",  "current",
-    "i",           "command",       "setpoint", "h",       "field", "strom", "excitation",
-    "ansteuerung", "piezospannung", "sollwert", "spannung"};
+constexpr std::array<std::string_view, 6> sample_words{"sample", "index", "n", "#", "nr", "messpunkt"};
+constexpr std::array<std::string_view, 11> time_words{"time",  "t", "zeit", "timestamp", "elapsed",  "sample",
+                                                      "index", "n", "#",    "nr",        "messpunkt"};
+constexpr std::array<std::string_view, 19> input_words{
+    "input",       "drive",         "voltage",        "u",        "v",       "volt",  "current",
+    "i",           "command",       "setpoint",       "h",        "field",   "strom", "excitation",
+    "ansteuerung", "piezospannung", "steuerspannung", "sollwert", "spannung"};
 constexpr std::array<std::string_view, 18> output_words{
     "output",         "position", "pos",        "x", "y",          "displacement", "disp",    "stroke",
     "sensor",         "strain",   "elongation", "b", "deflection", "measured",     "istwert", "wegsensor",
@@ -89,6 +90,7 @@ class Choice {
       by_user();
     else if (!by_usual_names())
       by_likeness();
+    require_known_time();
     settle_units();
     return std::move(choice_);
   }
@@ -188,6 +190,19 @@ class Choice {
     return found;
   }
 
+  /// A wrong guess would be wrong by a thousand, and every figure of a result would look right.
+  void require_known_time() const {
+    if (!choice_.has_time()) return;
+    const CsvColumn& time = columns()[choice_.selected[0]];
+    const bool has_words = time.unit.empty() && time.name.find(" in ") != std::string::npos;
+    if (has_words || (!time.unit.empty() && !has(time_units, time.unit)))
+      reader_.fail_at_header(fmt::format("the unit of {} is not known, expected one of {}",
+                                         shortened(time.title), fmt::join(time_units, ", ")));
+    if (choice_.by_likeness && !layout_.rate_Hz && time.unit.empty() && has(sample_words, lower(time.name)))
+      reader_.fail_at_header(fmt::format(
+          "{} is the number of the sample, expected --rate, the samples per second", shortened(time.title)));
+  }
+
   void settle_units() {
     const auto scale = [](const std::string& unit) {
       const auto at = std::ranges::find(scales, unit, &Scale::unit);
@@ -198,6 +213,9 @@ class Choice {
     choice_.input_unit = scale(units_[1]).base;
     choice_.input_scale = scale(units_[1]).factor;
     choice_.output_unit = units_[2];
+    if (layout_.output_scale && has(output_units, units_[2]))
+      reader_.fail_at_header(fmt::format("{} is a length in {}, expected no --output-scale",
+                                         shortened(choice_.titles[2]), units_[2]));
     if (layout_.output_scale) {
       choice_.output_scale = *layout_.output_scale;
       choice_.output_unit = "um";

@@ -144,8 +144,6 @@ void Learning::correct(Segment& segment, std::size_t phase, double share, double
   double& correction_um = segment.correction_um[phase];
   correction_um += share * (learnt_um - 0.01 * config_.forget_percent * correction_um);
   correction_um = std::clamp(correction_um, -config_.correction_max_um, config_.correction_max_um);
-  double& largest_um = segment.judgement.largest_correction_um;
-  largest_um = std::max(largest_um, std::abs(correction_um));
 }
 
 bool Learning::Judgement::has_ended() const { return failed >= most_attempts; }
@@ -159,7 +157,7 @@ double Learning::Judgement::rms_um() const {
 }
 
 void Learning::Judgement::begin_period() {
-  sum_of_squares = largest_um = largest_correction_um = 0.0;
+  sum_of_squares = largest_um = 0.0;
   judged = 0;
 }
 
@@ -190,9 +188,12 @@ void Learning::conclude(Segment& segment) {
   ++report_.periods;
   report_.rms_um = rms_um;
   report_.first_rms_um = judgement.first_rms_um;
-  report_.correction_max_um = judgement.largest_correction_um;
-  judged_last_ = static_cast<std::size_t>(&segment - segments_.data());
-  if (judgement.grown >= grown_periods && judgement.largest_correction_um > 0.0) take_back(segment);
+  report_.correction_max_um = 0.0;
+  for (const double correction_um : segment.correction_um)
+    report_.correction_max_um = std::max(report_.correction_max_um, std::abs(correction_um));
+  report_.segment = static_cast<std::size_t>(&segment - segments_.data());
+  if (judgement.grown >= grown_periods && report_.correction_max_um > 0.0 && !config_.frozen)
+    take_back(segment);
 }
 
 void Learning::take_back(Segment& segment) {
@@ -214,7 +215,6 @@ void Learning::reset() {
 
 void Learning::continue_from(const Learning& before) {
   report_ = before.report_;
-  judged_last_ = before.judged_last_;
   for (const auto& [own, its] : {std::pair(&now_, &before.now_), std::pair(&ahead_, &before.ahead_)})
     *own = {.last_um = its->last_um};
   for (std::size_t i = 0; i < std::min(segments_.size(), before.segments_.size()); ++i) {
@@ -228,7 +228,8 @@ void Learning::continue_from(const Learning& before) {
 Learning::Report Learning::report() const {
   Report report = report_;
   const auto has_ended = [](const Segment& segment) { return segment.judgement.has_ended(); };
-  const bool is_resting = judged_last_ < segments_.size() && segments_[judged_last_].judgement.resting > 0;
+  const bool is_resting =
+      report_.segment < segments_.size() && segments_[report_.segment].judgement.resting > 0;
   report.state = std::ranges::any_of(segments_, has_ended) ? LearningState::diverged
                  : config_.frozen                          ? LearningState::frozen
                  : is_resting                              ? LearningState::resting

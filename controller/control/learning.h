@@ -72,10 +72,11 @@ class Learning {
   struct Report {
     LearningState state = LearningState::off;
     std::uint32_t periods = 0;  ///< judged since the last reset, of all segments
+    std::size_t segment = 0;    ///< of the last one
     double rms_um = 0.0;        ///< error of the last one
     double first_rms_um = 0.0;  ///< of its segment without learning: in the first period, or in the last rest
     double correction_um = 0.0;      ///< at present
-    double correction_max_um = 0.0;  ///< the largest in the last period
+    double correction_max_um = 0.0;  ///< the largest of its segment, at its end
   };
 
   /// Throws std::invalid_argument where a plan contradicts itself.
@@ -121,8 +122,7 @@ class Learning {
   struct Judgement {
     double sum_of_squares = 0.0;  ///< of the present period
     std::size_t judged = 0;
-    double largest_um = 0.0;             ///< |error| of the present period
-    double largest_correction_um = 0.0;  ///< that was changed in the present period
+    double largest_um = 0.0;  ///< |error| of the present period
     std::uint32_t periods = 0;
     double first_rms_um = 0.0, first_largest_um = 0.0;  ///< of the period without learning
     unsigned grown = 0;    ///< periods in a row with a larger error than that one
@@ -171,7 +171,6 @@ class Learning {
   std::vector<Segment> segments_;
   Report report_;
   Output now_, ahead_;
-  std::size_t judged_last_ = 0;  ///< segment
   bool retired_ = false;
 };
 

@@ -139,6 +139,22 @@ TEST(LabCsvColumns, OfAVoltageBecomeALengthByAScale) {
   EXPECT_EQ(loaded.dataset.output_unit, "um");
 }
 
+TEST(LabCsvRefusal, IsOfATimeThatCanOnlyBeGuessed) {
+  EXPECT_EQ(refusal("Timestamp (msec),V,x\n0,1,2\n1,3,4\n"),
+            ":1:1: the unit of Timestamp (msec) is not known, expected one of s, ms, us, ns, min, h");
+  EXPECT_EQ(refusal("Zeit in Millisekunden;Spannung;Weg\n0;1;2\n1;3;4\n"),
+            ":1:1: the unit of Zeit in Millisekunden is not known, expected one of s, ms, us, ns, min, h");
+  EXPECT_EQ(refusal("Index,V,x\n0,1,2\n1,3,4\n"),
+            ":1:1: Index is the number of the sample, expected --rate, the samples per second");
+  EXPECT_EQ(load("Nr,V,x\n1,1,2\n11,3,4\n", {.rate_Hz = 1000.0}).dataset.time_s,
+            (std::vector<double>{0.001, 0.011}));
+}
+
+TEST(LabCsvRefusal, IsOfALengthThatIsScaled) {
+  EXPECT_EQ(refusal("t,V,Weg [um]\n0,1,2\n1,3,4\n", {.output_scale = 2.0}),
+            ":1:1: Weg [um] is a length in um, expected no --output-scale");
+}
+
 TEST(LabCsvRefusal, SaysWhichColumnsThereAreAndWhatIsMissing) {
   EXPECT_EQ(
       refusal("t,V1 (V),V2 (V),x\n0,1,2,3\n1,2,3,4\n"),

@@ -143,6 +143,16 @@ TEST(Learning, BeginsAgainAtHalfTheRateAfterARest) {
   EXPECT_LT(run.rms_of_periods(1), 1e-4);
 }
 
+// The correction makes errors of which each is a glitch: nothing is learnt from them, but they are judged.
+TEST(Learning, TakesBackACorrectionBehindErrorsThatAreAllGlitches) {
+  Bench run(simple());
+  run.rms_of_periods(20);
+  run.gain = -50.0;
+  run.rms_of_periods(6);
+  EXPECT_EQ(run.learning.report().state, LearningState::resting);
+  EXPECT_NEAR(run.rms_of_periods(1), 0.0707, 1e-3) << "as without learning";
+}
+
 TEST(Learning, TakesNothingFromAGlitch) {
   Bench run(simple());
   run.rms_of_periods(20);
