@@ -10,6 +10,7 @@
 
 #include "can/text_encoding.h"
 #include "config/document/error.h"
+#include "config/files/csv_lines.h"
 
 namespace hystcan::runs {
 namespace {
@@ -37,11 +38,6 @@ std::optional<double> number_of(std::string_view text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
   return value;
-}
-
-std::string shortened(std::string_view text) {
-  constexpr std::size_t most = 60;
-  return text.size() <= most ? std::string(text) : fmt::format("{}...", text.substr(0, most));
 }
 
 }  // namespace
@@ -77,7 +73,7 @@ bool CycleReader::add(std::string_view column) {
     for (const auto& each : controller::cycle_columns())
       if (each.kind != Kind::axis) names.push_back(each.name);
     throw config::Error(
-        fmt::format("no signal {}, expected one of {}", shortened(column), fmt::join(names, ", ")));
+        fmt::format("no signal {}, expected one of {}", config::shortened(column), fmt::join(names, ", ")));
   }
   const auto field = field_of(column);
   if (field) wanted_.push_back({known, *field, controller::words_of(*known)});
@@ -153,7 +149,8 @@ double CycleReader::value(const Wanted& wanted) const {
       value = text.empty() ? std::numeric_limits<double>::quiet_NaN() : number_of(text);
       break;
   }
-  if (!value) fail(fmt::format("{} is \"{}\", expected {}", wanted.column->name, shortened(text), expected));
+  if (!value)
+    fail(fmt::format("{} is \"{}\", expected {}", wanted.column->name, config::shortened(text), expected));
   return *value;
 }
 

@@ -121,15 +121,15 @@ RunInfo info_from(const Members& info) {
 }
 
 json parsed(const std::filesystem::path& file, const std::string& text) {
-  const char* what = "a number that is too large";
+  std::string what;
   try {
     json info = json::parse(text);
     if (info.is_object()) return info;
     what = "no JSON object";
   } catch (const json::parse_error& error) {
-    throw config::Error(fmt::format("{}: no JSON at byte {}, expected what hystcan writes of a run",
-                                    file.string(), error.byte));
+    what = fmt::format("no JSON at byte {}", error.byte);
   } catch (const json::out_of_range&) {  // 1e999
+    what = "a number that is too large";
   }
   throw config::Error(fmt::format("{}: {}, expected what hystcan writes of a run", file.string(), what));
 }

@@ -23,7 +23,8 @@ class TomlEdit {
   /// Reads a regular file of the size of a configuration.
   static TomlEdit of_file(const std::filesystem::path& file);
 
-  /// `value` is TOML, and the keys of the path need no quotes. Throws Error with the place where the text has no place for the key; nothing is changed then.
+  /// `value` is TOML, and the keys of the path need no quotes. Throws Error with the place where the text has no place
+  /// for the key; nothing is changed then.
   void set(const std::string& path, const std::string& value);
   /// Does nothing if the key is absent. Throws Error where it stands in an inline table, if it is a table that has
   /// further tables, or a list of tables.

@@ -16,7 +16,6 @@ using Words = std::span<const std::string_view>;
 constexpr std::array<std::string_view, 3> usual_names{"time_s", "input", "output"};
 
 // Whole names, in lower case, the likeliest first.
-constexpr std::array<std::string_view, 6> sample_words{"sample", "index", "n", "#", "nr", "messpunkt"};
 constexpr std::array<std::string_view, 11> time_words{"time",  "t", "zeit", "timestamp", "elapsed",  "sample",
                                                       "index", "n", "#",    "nr",        "messpunkt"};
 constexpr std::array<std::string_view, 19> input_words{
@@ -27,6 +26,7 @@ constexpr std::array<std::string_view, 18> output_words{
     "output",         "position", "pos",        "x", "y",          "displacement", "disp",    "stroke",
     "sensor",         "strain",   "elongation", "b", "deflection", "measured",     "istwert", "wegsensor",
     "sensorspannung", "weg"};
+constexpr Words sample_words = Words(time_words).subspan(5);
 constexpr std::array<Words, 3> usual_words{time_words, input_words, output_words};
 
 constexpr std::array<std::string_view, 6> time_units{"s", "ms", "us", "ns", "min", "h"};

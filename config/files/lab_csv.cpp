@@ -54,16 +54,9 @@ CsvColumn csv_column(std::string_view title) {
       column.unit = trimmed(std::string_view(text).substr(at + 1, text.size() - at - 2));
       return column;
     }
-  constexpr std::string_view in = " in ";  // "Zeit in ms"
-  if (const auto at = text.rfind(in); at != std::string::npos && at > 0)
-    if (const std::string unit(trimmed(std::string_view(text).substr(at + in.size()))); is_known(unit)) {
-      column.name = trimmed(std::string_view(text).substr(0, at));
-      column.unit = unit;
-      return column;
-    }
-  for (const char mark : {'/', '_'})
-    if (const auto at = text.find_last_of(mark); at != std::string::npos && at > 0)
-      if (const std::string unit(trimmed(std::string_view(text).substr(at + 1))); is_known(unit)) {
+  for (const std::string_view mark : {" in ", "/", "_"})
+    if (const auto at = text.rfind(mark); at != std::string::npos && at > 0)
+      if (const std::string unit(trimmed(std::string_view(text).substr(at + mark.size()))); is_known(unit)) {
         column.name = trimmed(std::string_view(text).substr(0, at));
         column.unit = unit;
         return column;

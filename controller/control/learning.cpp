@@ -67,7 +67,7 @@ std::optional<double> Learning::target_um(const Trajectory::Point& point) const 
   const Plan* plan = plan_at(point);
   if (plan == nullptr || retired_) return std::nullopt;
   const Segment& segment = segments_[point.segment];
-  if (segment.judgement.resting > 0 || segment.judgement.has_ended()) return std::nullopt;
+  if (segment.judgement.is_idle()) return std::nullopt;
   const Phase phase = segment.phase_at(point.shape_time_s);
   const double here_um = segment.correction_um[phase.index], next_um = segment.correction_um[phase.next];
   return share_of(*plan, point.shape_time_s) * (here_um + phase.share * (next_um - here_um));
@@ -127,8 +127,7 @@ void Learning::take(std::size_t index, const Phase& phase, double error_um) {
       static_cast<float>(error_um);
   segment.valid = segment.judgement.is_glitch(error_um) ? 0 : std::min(segment.valid + 1, window);
   judge(segment, plan, error_um);
-  const bool is_idle = segment.judgement.resting > 0 || segment.judgement.has_ended();
-  if (segment.valid < window || config_.frozen || is_idle) return;
+  if (segment.valid < window || config_.frozen || segment.judgement.is_idle()) return;
   const auto taps = static_cast<Eigen::Index>(window);
   const Eigen::Map<const Eigen::VectorXf> h(segment.taps.data(), taps);
   const Eigen::Map<const Eigen::VectorXf> errors(segment.errors_um.data() + segment.newest + 1, taps);
@@ -147,6 +146,8 @@ void Learning::correct(Segment& segment, std::size_t phase, double share, double
 }
 
 bool Learning::Judgement::has_ended() const { return failed >= most_attempts; }
+
+bool Learning::Judgement::is_idle() const { return resting > 0 || has_ended(); }
 
 bool Learning::Judgement::is_glitch(double error_um) const {
   return periods > 0 && std::abs(error_um) > glitch_factor * first_largest_um;

@@ -130,6 +130,7 @@ class Learning {
     unsigned failed = 0;   ///< attempts in which the error grew
 
     bool has_ended() const;
+    bool is_idle() const;  ///< rests, or has ended: no correction, nothing is learnt
     bool is_glitch(double error_um) const;
     double rms_um() const;  ///< of the present period
     void begin_period();

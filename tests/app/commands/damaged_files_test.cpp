@@ -106,6 +106,10 @@ const Path& stage() {
   return made.folder();
 }
 
+struct CopiedStage : support::ScratchFolder {
+  CopiedStage() { std::filesystem::copy(stage(), path(), std::filesystem::copy_options::recursive); }
+};
+
 std::size_t place_in(const std::string& text) { return *rc::gen::inRange<std::size_t>(0, text.size()); }
 
 std::string with_another_byte(std::string text) {
@@ -181,8 +185,7 @@ bool is_printable(std::string_view text) {
 }
 
 void holds_for_one(const Command& command) {
-  support::ScratchFolder folder;
-  std::filesystem::copy(stage(), folder.path(), std::filesystem::copy_options::recursive);
+  const CopiedStage folder;
   const std::string name = *rc::gen::elementOf(command.files);
   const std::string text = damaged(support::read_file(folder / name));
   write(folder / name, text);
@@ -203,8 +206,7 @@ void holds_for_one(const Command& command) {
 TEST(DamagedFile, IsUsedOrRefusedInOneLineAndLeavesNothingBehind) {
   for (const Command& command : commands) {
     std::string said;
-    support::ScratchFolder folder;
-    std::filesystem::copy(stage(), folder.path(), std::filesystem::copy_options::recursive);
+    const CopiedStage folder;
     ASSERT_EQ(run_in(folder.path(), command.words, &said), *command.unrefused.begin()) << said;
   }
   EXPECT_TRUE(rc::check([] { holds_for_one(*rc::gen::elementOf(commands)); }));

@@ -98,6 +98,12 @@ TEST_P(InitBesideHandWork, TracksWithinOnePointThreeTimesItsError) {
 INSTANTIATE_TEST_SUITE_P(Stages, InitBesideHandWork, testing::Values(ByHand{"piezo"}, ByHand{"soft_stage"}),
                          testing::PrintToStringParamName());
 
+/// From the first `key` to the end of its line.
+std::string line_from(const std::string& text, const std::string& key) {
+  const auto begin = text.find(key);
+  return text.substr(begin, text.find('\n', begin) - begin);
+}
+
 TEST_F(Init, LeavesAFolderThatNeedsNothingElse) {
   excite("piezo.toml", "loops.csv");
   ASSERT_EQ(init({path("stage"), "--record", path("loops.csv"), "--resonance", "500", "--yes"}), done) << err;
@@ -111,7 +117,7 @@ TEST_F(Init, LeavesAFolderThatNeedsNothingElse) {
   EXPECT_NE(out.find("the true one, of the stage itself"), std::string::npos) << out;
   const std::string text = read("moved/stage.toml");
   for (const char* key : {"resonance_Hz", "damping_ratio", "amplifier_bandwidth_Hz"}) {
-    const std::string line = text.substr(text.find(key), text.find('\n', text.find(key)) - text.find(key));
+    const std::string line = line_from(text, key);
     const bool is_stated = line.starts_with("resonance_Hz");
     EXPECT_NE(line.find(is_stated ? "# stated, not measured" : "# assumed"), std::string::npos) << line;
   }
@@ -125,7 +131,7 @@ TEST_F(Init, SaysInTheConfigurationWhatAStepHasShown) {
   const std::string text = read("stage/stage.toml");
   EXPECT_EQ(text.find("no step was recorded"), std::string::npos) << text;
   for (const char* key : {"resonance_Hz", "damping_ratio"}) {
-    const std::string line = text.substr(text.find(key), text.find('\n', text.find(key)) - text.find(key));
+    const std::string line = line_from(text, key);
     EXPECT_NE(line.find("# from the step"), std::string::npos) << line;
   }
 }
