@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "identification/dynamics/confidence.h"
 #include "identification/dynamics/mode_response.h"
 #include "identification/dynamics/sampled_dataset.h"
 #include "identification/numerics/orthogonal_decomposition.h"
@@ -210,41 +211,9 @@ Eigen::MatrixXd sensitivity_at(const Task& task, const Point& point, const Proje
   return sensitivity;
 }
 
-/// sum_l w_l sum_n g_n g_{n+l}', see the header.
-Eigen::MatrixXd scatter(const Eigen::MatrixXd& scores) {
-  const Eigen::Index rows = scores.rows();
-  const auto reach = static_cast<Eigen::Index>(std::sqrt(static_cast<double>(rows)));
-  Eigen::MatrixXd sum = scores.transpose() * scores;
-  for (Eigen::Index lag = 1; lag <= reach; ++lag) {
-    const double weight = 1.0 - static_cast<double>(lag) / static_cast<double>(reach + 1);
-    const Eigen::MatrixXd lagged = scores.topRows(rows - lag).transpose() * scores.bottomRows(rows - lag);
-    sum += weight * (lagged + lagged.transpose());
-  }
-  return sum;
-}
-
-struct Confidence {
-  Eigen::VectorXd standard_error;  ///< of log f, log zeta, d / T, and the linear part
-  double variance = 0.0;           ///< s^2, multiplied by the effect of correlated residuals
-};
-
 Confidence confidence_at(const Task& task, const Point& point, const Projection& at) {
-  const Eigen::MatrixXd sensitivity = sensitivity_at(task, point, at);
-  const Eigen::RowVectorXd scale = sensitivity.colwise().norm().cwiseMax(1e-300);
-  const Eigen::MatrixXd scaled = sensitivity.array().rowwise() / scale.array();
-  const Eigen::MatrixXd inverse =
-      OrthogonalDecomposition(scaled.transpose() * scaled, normal_tolerance).pseudo_inverse();
-  const double freedom = static_cast<double>(task.dataset.rows() - sensitivity.cols());
-  const double variance = at.residual.squaredNorm() / freedom;
-  const Eigen::MatrixXd scores = scaled.array().colwise() * at.residual.array();
-  const Eigen::ArrayXd plain = variance * inverse.diagonal().array();
-  const Eigen::ArrayXd correlated = (inverse * scatter(scores) * inverse).diagonal().array();
-  const double widened = (correlated / plain.max(1e-300)).head<3>().maxCoeff();
-  return {(plain.max(correlated).sqrt() / scale.transpose().array()).matrix(),
-          variance * std::max(widened, 1.0)};
+  return confidence_of(sensitivity_at(task, point, at), at.residual, 3);
 }
-
-constexpr double two_sided_95 = 1.96;
 
 struct Interval {
   double lo, hi;
@@ -286,16 +255,15 @@ Interval around(int which, const Box& box, const Task& response, const Point& po
   if (reach < wide) return {point[which] - reach, point[which] + reach};
   const Point widest = box.hi - box.lo;
   const double longest = std::min(reach, widest[which]);
-  const double as_good = two_sided_95 * two_sided_95 * confidence.variance;
-  return {point[which] + profile_reach(which, -longest, response, box, point, as_good),
-          point[which] + profile_reach(which, longest, response, box, point, as_good)};
+  return {point[which] + profile_reach(which, -longest, response, box, point, confidence.as_good()),
+          point[which] + profile_reach(which, longest, response, box, point, confidence.as_good())};
 }
 
 /// Interval of one of (log f, log zeta, d / T), around the best minimum and all minima that are as good.
 Interval interval_of(int which, const Box& box, const Task& response, const std::vector<LocalMinimum>& found,
                      const Confidence& confidence) {
   Interval interval = around(which, box, response, found.front().point, confidence);
-  const double as_good = found.front().sum_of_squares + two_sided_95 * two_sided_95 * confidence.variance;
+  const double as_good = found.front().sum_of_squares + confidence.as_good();
   for (const LocalMinimum& other : found) {
     if (other.sum_of_squares > as_good) continue;
     interval.lo = std::min(interval.lo, other.point[which]);
@@ -336,17 +304,19 @@ void check_determined(const SecondOrderFit& fit, const Point& point, const Box& 
     refuse("delay is more than ", largest_delay_cycles, " cycles of ", fit.cycle_s, " s, expected less");
   const bool at_the_edge = point[0] >= box.hi[0] - 1e-6 || point[1] >= box.hi[1] - 1e-6;
   if (at_the_edge || !is_determined(fit.natural_frequency_Hz, 1.5) || !is_determined(fit.damping_ratio, 5.0))
-    refuse("natural frequency is anywhere from ", range_of(fit.natural_frequency_Hz),
-           " Hz and damping ratio from ", range_of(fit.damping_ratio),
-           ", expected a dataset that shows them: excite more near the resonance, longer, or sample faster;",
-           " this dataset shows only a lag");
+    throw ModeNotShown(model::text_of(
+        "natural frequency is anywhere from ", range_of(fit.natural_frequency_Hz),
+        " Hz and damping ratio from ", range_of(fit.damping_ratio),
+        ", expected a dataset that shows them: excite more near the resonance, longer, or sample faster;",
+        " this dataset shows only a lag"));
   constexpr double slowest_Hz = 1.0;
   if (fit.natural_frequency_Hz.value < slowest_Hz)
     refuse("natural frequency is ", in_three_digits(fit.natural_frequency_Hz.value),
            " Hz, expected at least ", slowest_Hz, ": is the time in ms, or its unit not stated?");
-  if (fit.delay_s.hi < 0.0)
-    refuse("delay is ", in_three_digits(fit.delay_s.value),
-           " s, expected zero or more: the input of a row is the drive in force from that row's time on");
+  if (fit.delay_s.hi < 0.0)  // so does a mode above half the rate, too
+    throw ModeNotShown(model::text_of(
+        "delay is ", in_three_digits(fit.delay_s.value),
+        " s, expected zero or more: the input of a row is the drive in force from that row's time on"));
 }
 
 }  // namespace

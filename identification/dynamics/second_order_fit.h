@@ -19,19 +19,14 @@
 // (log f, log zeta, d / T), starting from the best points of a grid and from the mirror image 1/T - f; in
 // the samples, this image differs from f only by the delay.
 //
-// Confidence.  With J the derivatives of the fitted output, r the residuals and g_n = J_n r_n,
-//
-//   cov = s^2 (J'J)^-1
-//   cov = (J'J)^-1 [sum_l w_l sum_n g_n g_{n+l}'] (J'J)^-1,     w_l = 1 - |l| / (L + 1),  L = sqrt(N)
-//
-// The second is for correlated residuals (Newey and West 1987); the larger standard error of each
-// parameter is used.  Intervals are +-1.96 standard errors (for f and zeta, of their logarithms).  Near half
-// the sampling rate J is singular; an interval of more than +-1 % is made narrower there, to where the
-// fitted response differs by 3.84 s^2 from that of the best mode with this parameter (profile).  Intervals
-// include any other minimum whose sum of squares is not significantly larger (3.84 s^2).
+// Confidence: identification/dynamics/confidence.h.  Intervals are +-1.96 standard errors (for f and zeta, of their
+// logarithms).  Near half the sampling rate J is singular; an interval of more than +-1 % is made narrower
+// there, to where the fitted response differs by 3.84 s^2 from that of the best mode with this parameter
+// (profile).  Intervals include any other minimum whose sum of squares is not significantly larger (3.84 s^2).
 #pragma once
 
 #include <cstddef>
+#include <stdexcept>
 
 #include "identification/dataset.h"
 #include "model/second_order.h"
@@ -65,9 +60,14 @@ struct SecondOrderFit {
 inline constexpr int largest_delay_cycles = 10;
 inline constexpr double largest_frequency_cycles = 0.65;
 
-/// Throws std::invalid_argument with the reason if the dataset does not determine the mode: it is too
-/// short or unevenly sampled (beyond 1 %; cycles may be left out), the drive is constant, the output has another cause, there is
-/// no excitation near the resonance, or the frequency is too high for the sampling.
+/// The dataset shows that the output follows the drive, but not with which mode: nothing excites it, or its frequency is
+/// too high for the sampling.
+struct ModeNotShown : std::invalid_argument {
+  using std::invalid_argument::invalid_argument;
+};
+
+/// Throws ModeNotShown; std::invalid_argument with the reason if the dataset determines nothing: it is too short or
+/// unevenly sampled (beyond 1 %; cycles may be left out), the drive is constant, or the output has another cause.
 SecondOrderFit fit_second_order(const Dataset& dataset);
 
 }  // namespace hystcan::identification
