@@ -29,7 +29,6 @@ namespace {
 
 using app::describe;
 using app::to_json;
-using identification::SecondOrderFit;
 
 struct DynamicsArguments {
   std::filesystem::path data;
@@ -47,7 +46,6 @@ struct IdentifiedDynamics {
   std::string file;  ///< the dataset's file name, without its folder
   std::string input_unit;
   std::string output_unit;
-  SecondOrderFit fit;
   double rate_Hz = 0.0;  ///< of the loop
   IdentifiedPlant plant;
   controller::Delays stated;         ///< with the identified resonance where there is no configuration
@@ -67,22 +65,29 @@ controller::Delays configured_delays(const std::optional<config::Config>& config
   return config ? config->axes[axis].control.delays : controller::Delays{.amplifier_bandwidth_Hz = 1e9};
 }
 
+/// Nobody has stated a mode: the one that the record shows.
+void take_mode(controller::Delays& delays, const identification::Dataset& record) {
+  const identification::SecondOrderFit fit = identification::fit_second_order(record);
+  delays.resonance_Hz = fit.natural_frequency_Hz.value;
+  delays.damping_ratio = fit.damping_ratio.value;
+}
+
 /// Designs for a loop whose commands take effect at the next SYNC.
 void design(IdentifiedDynamics& identified, bool cautious) {
   const double cycle_s = 1.0 / identified.rate_Hz;
   identified.plant.delays.command_delay = std::chrono::nanoseconds(std::llround(1e9 * cycle_s));
   const controller::SensitivityRule rule;
+  const auto corners = controller::widened(identified.plant.uncertainty, rule.resonance_percent);
   const controller::LoopConfig plain{.delays = identified.plant.delays, .cycle_s = cycle_s};
   if (cautious)
-    identified.designs = {{.pi = controller::largest_gains(plain, controller::CautiousRule{})}};
+    identified.designs = {{.pi = controller::largest_gains(plain, corners, controller::CautiousRule{})}};
   else
     identified.designs = controller::designs(plain, identified.plant.uncertainty, rule);
   for (const controller::LoopSetting& setting : identified.designs) {
     controller::LoopConfig loop = plain;
     loop.measurement_filter_Hz = setting.measurement_filter_Hz;
     loop.notch = setting.notch;
-    identified.loops.push_back(controller::judge(
-        loop, controller::widened(identified.plant.uncertainty, rule.resonance_percent), setting.pi));
+    identified.loops.push_back(controller::judge(loop, corners, setting.pi));
   }
 }
 
@@ -94,15 +99,20 @@ IdentifiedDynamics find(const DynamicsArguments& options, const std::optional<co
     identified.file = options.data.filename().string();
     identified.input_unit = unit_or(record.input_unit, "input unit");
     identified.output_unit = unit_or(record.output_unit, "output unit");
-    identified.fit = identification::fit_second_order(record);
+    controller::Delays configured = configured_delays(config, axis);
+    if (config)
+      identified.sensor_s = configured.sensor_s();
+    else
+      take_mode(configured, record);
+    identified.plant = identified_plant(record, configured);
     identified.rate_Hz =
-        options.rate_Hz.value_or(config ? config->controller.rate_Hz : 1.0 / identified.fit.cycle_s);
-    const controller::Delays configured = configured_delays(config, axis);
-    if (config) identified.sensor_s = configured.sensor_s();
-    identified.plant = identified_plant(record, identified.fit, configured);
+        options.rate_Hz.value_or(config ? config->controller.rate_Hz : 1.0 / identified.plant.cycle_s);
     identified.stated = config ? configured : identified.plant.delays;
     design(identified, options.cautious);
     return identified;
+  } catch (const identification::ModeNotShown& error) {
+    throw config::Error(
+        fmt::format("{}: {}; with --config the stated one is taken", options.data.string(), error.what()));
   } catch (const std::invalid_argument& error) {
     throw config::Error(fmt::format("{}: {}", options.data.string(), error.what()));
   }
@@ -124,12 +134,12 @@ std::string delay_shares(const IdentifiedDynamics& identified) {
 
 /// The text for the terminal and for the comment in the fragment.
 std::string describe(const IdentifiedDynamics& identified) {
-  const SecondOrderFit& fit = identified.fit;
+  const IdentifiedPlant& plant = identified.plant;
   std::string text =
-      line("dataset", fmt::format("{}: {} at {:.6g} Hz{}", identified.file, can::counted(fit.rows, "row"),
-                                  1.0 / fit.cycle_s, left_out_text(fit))) +
-      describe(fit, identified.input_unit, identified.output_unit) + delay_shares(identified) +
-      describe(identified.plant.delays, identified.stated);
+      line("dataset", fmt::format("{}: {} at {:.6g} Hz{}", identified.file, can::counted(plant.rows, "row"),
+                                  1.0 / plant.cycle_s, left_out_text(plant))) +
+      describe(plant, identified.stated, identified.input_unit, identified.output_unit) +
+      delay_shares(identified);
   for (std::size_t i = 0; i < identified.designs.size(); ++i) {
     const controller::LoopSetting& setting = identified.designs[i];
     const controller::JudgedLoop& loop = identified.loops[i];
@@ -149,12 +159,17 @@ std::string rule_text(bool cautious) {
 }
 
 std::string delay_key(const IdentifiedDynamics& identified, const controller::Delays& configured) {
-  const double bandwidth_Hz = identified.plant.delays.amplifier_bandwidth_Hz;
-  if (bandwidth_Hz == configured.amplifier_bandwidth_Hz)
-    return "# amplifier_bandwidth_Hz: unchanged, the delay cannot be distinguished from zero\n";
-  return fmt::format("amplifier_bandwidth_Hz = {}   # seen as a delay of {:.4g} ms{}\n",
-                     toml_number(bandwidth_Hz), 1e3 * identified.fit.delay_s.value,
-                     identified.sensor_s.value_or(0.0) > 0.0 ? ", with the sensor's" : "");
+  const controller::Delays& found = identified.plant.delays;
+  std::string text =
+      found.amplifier_bandwidth_Hz == configured.amplifier_bandwidth_Hz
+          ? "# amplifier_bandwidth_Hz: unchanged, the delay cannot be distinguished from zero\n"
+          : fmt::format("amplifier_bandwidth_Hz = {}   # {:.4g} ms of lag\n",
+                        toml_number(found.amplifier_bandwidth_Hz),
+                        1e3 * (identified.plant.late_s.value - identified.plant.pure_s));
+  if (found.sensor_delay != configured.sensor_delay)
+    text += fmt::format("sensor_delay_us = {}   # a pure delay beside the lag\n",
+                        toml_number(std::chrono::duration<double, std::micro>(found.sensor_delay).count()));
+  return text;
 }
 
 std::string filter_keys(const controller::LoopSetting& setting) {
@@ -183,7 +198,7 @@ std::string fragment(const IdentifiedDynamics& identified, const controller::Del
 }
 
 nlohmann::json to_json(const IdentifiedDynamics& identified) {
-  nlohmann::json json = to_json(identified.fit);
+  nlohmann::json json = to_json(identified.plant);
   const controller::LoopSetting& setting = identified.proposed();
   json["rate_Hz"] = identified.rate_Hz;
   json["kp"] = setting.pi.kp;
@@ -191,6 +206,8 @@ nlohmann::json to_json(const IdentifiedDynamics& identified) {
   json["measurement_filter_Hz"] = setting.measurement_filter_Hz;
   json["notch"] = to_json(setting.notch);
   json["amplifier_bandwidth_Hz"] = identified.plant.delays.amplifier_bandwidth_Hz;
+  json["sensor_delay_us"] =
+      std::chrono::duration<double, std::micro>(identified.plant.delays.sensor_delay).count();
   json["margins"] = to_json(identified.loops.front().margins);
   json["worst_margins"] = to_json(identified.loops.front().worst);
   return json;

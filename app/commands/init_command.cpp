@@ -111,6 +111,7 @@ void add_facts(CLI::App& command, StatedFacts& facts) {
   number("--stroke", facts.stroke_um, "um between lowest and highest drive; a record shows it");
   number("--resonance", facts.resonance_Hz, "first resonance, Hz; a step record shows it");
   number("--damping", facts.damping_ratio, "damping ratio of the resonance (0.02)");
+  number("--sensor-delay", facts.sensor_delay_us, "us from the position to its sample (0: not known)");
   command.add_option("--interface", facts.interface, "CAN interface (vcan0)")->check(interface_name());
   command.add_option("--dbc", facts.dbc, "DBC with the lab's own frames; the standard frames if left out");
   command.add_option("--nodes", facts.nodes, "node ids of amplifier and sensor, axis by axis: 1,2")

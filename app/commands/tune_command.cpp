@@ -101,7 +101,7 @@ int tune(const TuneArguments& options) {
   const twin::Config twin = twin_config(loaded);  // whole, as the bus has all its nodes
   TuningReport report = tuning_of(config, chosen_steps(options, config, twin), rules, options.run.rehearse);
   const Dataset record = measured_steps(config, twin, options.run, report.steps);
-  evaluate(report, record, config, twin, rules);
+  evaluate(report, plant_of_steps(record, config), config, twin, rules);
   predict_structures(report.candidates[0], config, twin, report.plant);
   if (report.best > 0) predict_structures(report.candidates[report.best], config, twin, report.plant);
   const FrequencyResponse response = response_of(report, record);

@@ -78,6 +78,8 @@ std::string with_loop_keys(const config::Config& config, std::size_t axis, const
   edit.low_pass(before.setting.measurement_filter_Hz, keys.setting.measurement_filter_Hz);
   edit.number("delays.command_delay_us", microseconds(was.command_delay), microseconds(now.command_delay));
   edit.number("delays.amplifier_bandwidth_Hz", was.amplifier_bandwidth_Hz, now.amplifier_bandwidth_Hz);
+  if (now.sensor_delay != was.sensor_delay)
+    edit.number("delays.sensor_delay_us", microseconds(was.sensor_delay), microseconds(now.sensor_delay));
   edit.number("delays.resonance_Hz", was.resonance_Hz, now.resonance_Hz);
   edit.number("delays.damping_ratio", was.damping_ratio, now.damping_ratio);
   edit.truth("delays.second_order", was.second_order, now.second_order);

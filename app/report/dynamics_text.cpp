@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "can/counted.h"
 
@@ -14,7 +13,6 @@ namespace {
 using controller::CautiousRule;
 using controller::Margins;
 using identification::Estimate;
-using identification::SecondOrderFit;
 
 std::string with_interval(const Estimate& estimate, double scale, const std::string& unit) {
   return fmt::format("{:.5g}{} (95 %: {:.5g} to {:.5g})", scale * estimate.value, unit, scale * estimate.lo,
@@ -28,6 +26,27 @@ nlohmann::json to_json(const Estimate& estimate) {
           {"hi", estimate.hi}};
 }
 
+/// What is known of the parts of a delay.
+std::string delay_shares(const IdentifiedPlant& plant) {
+  if (plant.pure_s == 0.0)
+    return ", one sum: drive and position cannot tell the amplifier's lag from the sensor's";
+  return fmt::format(
+      ", of it {:.3g} ms no lag but a pure delay, counted as the sensor's: if it is the amplifier's, the stage itself is "
+      "that late",
+      1e3 * plant.pure_s);
+}
+
+/// Nothing, or a warning.
+std::string far_from_stated(const IdentifiedPlant& plant, const controller::Delays& stated) {
+  constexpr double far = 1.5;
+  const double ratio = plant.delays.resonance_Hz / stated.resonance_Hz;
+  if (ratio <= far && ratio >= 1.0 / far) return {};
+  return line("warning",
+              fmt::format("the stated resonance is {:g} Hz: above half the rate a mode shows as another "
+                          "one; trust neither before a record at a higher rate",
+                          stated.resonance_Hz));
+}
+
 }  // namespace
 
 double decibel(double gain) { return 20.0 * std::log10(gain); }
@@ -36,21 +55,35 @@ std::string line(const std::string& name, const std::string& value) {
   return fmt::format("{:<18} {}\n", name, value);
 }
 
-std::string describe(const SecondOrderFit& fit, const std::string& input_unit,
-                     const std::string& output_unit) {
-  return line("natural frequency", with_interval(fit.natural_frequency_Hz, 1.0, " Hz")) +
-         line("damping ratio", with_interval(fit.damping_ratio, 1.0, "")) +
-         line("delay", with_interval(fit.delay_s, 1e3, " ms") +
-                           ", one sum: drive and position cannot tell the amplifier's lag from the "
-                           "sensor's delay") +
-         line("gain", with_interval(fit.gain, 1.0, " " + output_unit + " per " + input_unit)) +
-         line("residual", fmt::format("{:.3g} {} rms; the mode explains {:.4f} % of the output's variance",
-                                      fit.residual_rms, output_unit, 100.0 * fit.explained));
+std::string describe(const IdentifiedPlant& plant, const controller::Delays& stated,
+                     const std::string& input_unit, const std::string& output_unit) {
+  const std::string unit = output_unit + " per " + input_unit;
+  std::string text;
+  if (plant.mode)
+    text = line("natural frequency", with_interval(plant.mode->natural_frequency_Hz, 1.0, " Hz")) +
+           line("damping ratio", with_interval(plant.mode->damping_ratio, 1.0, "")) +
+           line("delay", with_interval(plant.mode->delay_s, 1e3, " ms") + delay_shares(plant)) +
+           line("gain", with_interval(plant.mode->gain, 1.0, " " + unit));
+  else
+    text =
+        line("mode", "not shown: " + plant.not_shown) +
+        line("", fmt::format("the stated {:g} Hz is taken, and the loop is sound with anything from there up",
+                             stated.resonance_Hz)) +
+        line("delay", with_interval(plant.late_s, 1e3, " ms beside the sensor") + delay_shares(plant)) +
+        line("gain", fmt::format("{:.5g} {}", plant.gain, unit));
+  return text +
+         line("residual", fmt::format("{:.3g} {} rms; the chain explains {:.4f} % of the output's variance",
+                                      plant.residual_rms, output_unit, 100.0 * plant.explained)) +
+         line("chain", fmt::format("{:.5g} Hz, damping {:.4g}, amplifier {:.5g} Hz, sensor {:.4g} ms: {}",
+                                   plant.delays.resonance_Hz, plant.delays.damping_ratio,
+                                   plant.delays.amplifier_bandwidth_Hz, 1e3 * plant.delays.sensor_s(),
+                                   "what looks like the record in these samples")) +
+         far_from_stated(plant, stated);
 }
 
-std::string left_out_text(const SecondOrderFit& fit) {
-  return fit.left_out == 0 ? std::string()
-                           : fmt::format(", {} left out", can::counted(fit.left_out, "cycle"));
+std::string left_out_text(const IdentifiedPlant& plant) {
+  return plant.left_out == 0 ? std::string()
+                             : fmt::format(", {} left out", can::counted(plant.left_out, "cycle"));
 }
 
 std::string describe(const Margins& margins) {
@@ -59,22 +92,6 @@ std::string describe(const Margins& margins) {
       "sensitivity at most {:.2f}",
       margins.stable ? "" : "NOT STABLE: ", margins.phase_margin_deg, decibel(margins.gain_margin),
       margins.peak_beyond_180, margins.peak_sensitivity);
-}
-
-std::string describe(const controller::Delays& found, const controller::Delays& stated) {
-  constexpr double far = 1.5;
-  std::string text =
-      line("chain",
-           fmt::format(
-               "{:.5g} Hz, damping {:.4g}, amplifier {:.5g} Hz: what looks like this mode in these samples",
-               found.resonance_Hz, found.damping_ratio, found.amplifier_bandwidth_Hz));
-  const double ratio = found.resonance_Hz / stated.resonance_Hz;
-  if (ratio > far || ratio < 1.0 / far)
-    text += line("warning",
-                 fmt::format("the stated resonance is {:g} Hz: above half the rate a mode shows as another "
-                             "one; trust neither before a record at a higher rate",
-                             stated.resonance_Hz));
-  return text;
 }
 
 std::string describe(const controller::Notch::Config& notch) {
@@ -101,11 +118,6 @@ std::string describe(const CautiousRule& rule) {
          line("", fmt::format("(phase margin {:g} deg) and |L| <= {:.3g} where it is at -180 deg or beyond "
                               "({:.3g} dB, the resonance too)",
                               rule.phase_margin_deg, 1.0 / rule.gain_margin, decibel(rule.gain_margin)));
-}
-
-std::optional<double> bandwidth_Hz_for(const Estimate& delay_s) {
-  if (delay_s.lo <= 0.0) return std::nullopt;
-  return rounded(1.0 / (2.0 * std::numbers::pi * delay_s.value));
 }
 
 Estimate later(Estimate delay_s, double s) {
@@ -145,17 +157,26 @@ nlohmann::json to_json(const std::optional<controller::Notch::Config>& notch) {
   return {{"frequency_Hz", notch->frequency_Hz}, {"depth", notch->depth}, {"width", notch->width}};
 }
 
-nlohmann::json to_json(const SecondOrderFit& fit) {
-  return {{"rows", fit.rows},
-          {"left_out", fit.left_out},
-          {"record_rate_Hz", 1.0 / fit.cycle_s},
-          {"natural_frequency_Hz", to_json(fit.natural_frequency_Hz)},
-          {"damping_ratio", to_json(fit.damping_ratio)},
-          {"delay_s", to_json(fit.delay_s)},
-          {"gain", to_json(fit.gain)},
-          {"drift_per_s", fit.drift_per_s},
-          {"residual_rms", fit.residual_rms},
-          {"explained", fit.explained}};
+nlohmann::json to_json(const IdentifiedPlant& plant) {
+  nlohmann::json json{{"rows", plant.rows},
+                      {"left_out", plant.left_out},
+                      {"record_rate_Hz", 1.0 / plant.cycle_s},
+                      {"natural_frequency_Hz", nullptr},
+                      {"damping_ratio", nullptr},
+                      {"delay_s", to_json(plant.mode ? plant.mode->delay_s : plant.late_s)},
+                      {"pure_delay_s", plant.pure_s},
+                      {"gain", {{"value", plant.gain}}},
+                      {"residual_rms", plant.residual_rms},
+                      {"explained", plant.explained}};
+  if (plant.mode) {
+    json["natural_frequency_Hz"] = to_json(plant.mode->natural_frequency_Hz);
+    json["damping_ratio"] = to_json(plant.mode->damping_ratio);
+    json["gain"] = to_json(plant.mode->gain);
+    json["drift_per_s"] = plant.mode->drift_per_s;
+  } else {
+    json["mode_not_shown"] = plant.not_shown;
+  }
+  return json;
 }
 
 }  // namespace hystcan::app

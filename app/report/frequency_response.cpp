@@ -10,7 +10,6 @@
 #include "app/report/gnuplot.h"
 #include "config/document/error.h"
 #include "controller/analysis/margins.h"
-#include "model/held_mode.h"
 
 namespace hystcan::app {
 namespace {
@@ -31,16 +30,21 @@ class Phase {
   double phase_ = 0.0;
 };
 
+controller::Delays without_commands(controller::Delays delays) {
+  delays.command_delay = {};
+  return delays;
+}
+
 /// What belongs to a frequency, with its memory of the frequency before.
 class Curves {
  public:
   explicit Curves(const FrequencyResponse& of)
       : of_(of),
-        model_(of.fit.mode(), of.fit.delay_s.value, of.fit.cycle_s),
+        model_(without_commands(of.plant), of.cycle_s),
         before_(of.before.config),
         after_(of.after.config) {}
 
-  double theta(double frequency_Hz) const { return 2.0 * std::numbers::pi * frequency_Hz * of_.fit.cycle_s; }
+  double theta(double frequency_Hz) const { return 2.0 * std::numbers::pi * frequency_Hz * of_.cycle_s; }
 
   struct Values {
     Complex model, before, after;
@@ -61,7 +65,7 @@ class Curves {
 
  private:
   const FrequencyResponse& of_;
-  model::HeldMode model_;
+  controller::HeldPlant model_;
   controller::LinearLoop before_, after_;
   Phase model_phase_, before_phase_, after_phase_;
 };
@@ -74,7 +78,7 @@ struct Measured {
 };
 Measured measured_at(const identification::ResponsePoint& point, const FrequencyResponse& of,
                      const Curves::Values& v) {
-  const Complex plant = point.response / of.fit.gain.value;
+  const Complex plant = point.response / of.gain;
   return {std::abs(plant), v.model_deg + degrees(std::arg(plant / v.model)), point.coherence};
 }
 
@@ -82,7 +86,7 @@ std::string curves_of(const FrequencyResponse& response) {
   fmt::memory_buffer text;
   Curves curves(response);
   for (const double theta : controller::frequencies_for(response.after.config, 0.3)) {
-    const double frequency_Hz = theta / (2.0 * std::numbers::pi * response.fit.cycle_s);
+    const double frequency_Hz = theta / (2.0 * std::numbers::pi * response.cycle_s);
     const Curves::Values v = curves.at(theta);
     fmt::format_to(std::back_inserter(text), "{:.7g} {:.5g} {:.5g} {:.5g} {:.5g} {:.5g} {:.5g}\n",
                    frequency_Hz, decibel(std::abs(v.model)), v.model_deg, decibel(std::abs(v.before)),

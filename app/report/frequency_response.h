@@ -7,7 +7,6 @@
 
 #include "controller/analysis/linear_loop.h"
 #include "identification/dynamics/empirical_response.h"
-#include "identification/dynamics/second_order_fit.h"
 
 namespace hystcan::app {
 
@@ -18,7 +17,9 @@ struct FrequencyResponse {
   };
   std::string title;
   std::vector<identification::ResponsePoint> measured;
-  identification::SecondOrderFit fit;
+  controller::Delays plant;  ///< its command delay does not count
+  double gain = 1.0;         ///< of the plant at rest, output units per drive unit
+  double cycle_s = 1e-3;     ///< of the record
   Loop before, after;
 };
 

@@ -1,13 +1,18 @@
-// The plant of a loop from an identified mode.
+// The plant of a loop from a record of small steps or a chirp.
 //
-// The fit knows a mode behind a pure delay and held drives (identification/dynamics/second_order_fit.h). The chain of the
-// loop has the lags of amplifier and sensor instead, and its amplifier may interpolate: seen through the fit, such a chain
-// has another delay and, near half the rate, another damping. So the chain is sought whose samples, driven as in the
-// record, let the fit find what it has found (indirect inference: Gourieroux, Monfort, Renault, J. Appl. Econometrics 8,
-// 1993):
+// The fit of a mode (identification/dynamics/second_order_fit.h) knows a mode behind a pure delay and held drives. The
+// chain of the loop has the lags of amplifier and sensor instead, and its amplifier may interpolate: its mode is found
+// again in the same record (app/report/chain_record.h). Where its amplitude shows that a part of the delay is no lag, that
+// part is a pure delay, and counts as the sensor's.
 //
-//   f <- f f_found / f_seen,   zeta <- zeta zeta_found / zeta_seen,   lag <- lag + delay_found - delay_seen
+// Where the record does not show a mode, or shows another one than the stated one, which explains it as well (samples show a
+// mode above half the rate as another one), delay and lag are all that it determines. The mode is then the stated one, which
+// may be anything from there up.
 #pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
 
 #include "controller/analysis/loop_design.h"
 #include "identification/dataset.h"
@@ -16,14 +21,28 @@
 namespace hystcan::app {
 
 struct IdentifiedPlant {
-  controller::Delays delays;
+  /// That of the chain, with the intervals of the fit; empty: not shown.
+  std::optional<identification::SecondOrderFit> mode;
+  std::string not_shown;  ///< why
+
+  controller::Delays delays;  ///< the chain, without command delay
   controller::PlantUncertainty uncertainty;
+  identification::Estimate
+      late_s;                 ///< beside the stated sensor, if it were a pure delay: lag and delay together
+  double pure_s = 0.0;        ///< of it, counted as the sensor's
+  double gain = 0.0;          ///< output units per drive unit
+  double residual_rms = 0.0;  ///< output units
+  double explained = 0.0;     ///< share of the output's variance around a straight line, 0 to 1
+  double cycle_s = 0.0;       ///< of the record
+  std::size_t rows = 0;       ///< of the record
+  std::size_t left_out = 0;   ///< cycles between them that have no row
 };
 
-/// `present` states the sensor and whether the amplifier interpolates. Only the sum of the delays can be identified: what
-/// is more than these becomes the amplifier's lag, where it can be distinguished from zero; else that of `present` stays.
-IdentifiedPlant identified_plant(const identification::Dataset& record,
-                                 const identification::SecondOrderFit& fit,
-                                 const controller::Delays& present);
+/// `stated` has the mode, the sensor, and whether the amplifier interpolates. The lag stays that of `stated` where it cannot
+/// be distinguished from zero. Throws std::invalid_argument where the record determines nothing.
+IdentifiedPlant identified_plant(const identification::Dataset& record, const controller::Delays& stated);
+
+/// True: the mode is within what a stated resonance is good for. Another one may be its image in the samples.
+bool is_as_stated(const identification::SecondOrderFit& shown, double stated_Hz);
 
 }  // namespace hystcan::app

@@ -17,8 +17,8 @@ using app::to_json;
 using controller::AxisOutcome;
 using controller::Margins;
 
-double command_delay_us(const controller::Delays& delays) {
-  return std::chrono::duration<double, std::micro>(delays.command_delay).count();
+double microseconds(std::chrono::nanoseconds duration) {
+  return std::chrono::duration<double, std::micro>(duration).count();
 }
 
 bool outcome_has_run(const AxisOutcome& outcome) {
@@ -159,8 +159,9 @@ nlohmann::json to_json(const Candidate& of) {
                       {"margins", nullptr},
                       {"worst_margins", nullptr},
                       {"delays",
-                       {{"command_delay_us", command_delay_us(of.delays)},
+                       {{"command_delay_us", microseconds(of.delays.command_delay)},
                         {"amplifier_bandwidth_Hz", of.delays.amplifier_bandwidth_Hz},
+                        {"sensor_delay_us", microseconds(of.delays.sensor_delay)},
                         {"resonance_Hz", of.delays.resonance_Hz},
                         {"damping_ratio", of.delays.damping_ratio},
                         {"second_order", of.delays.second_order},
@@ -223,12 +224,12 @@ std::string describe(const TuningReport& report) {
                           report.axis, report.config,
                           report.rehearsed ? "rehearsed with its twin" : "on the bus",
                           can::counted(s.cycles, "step"), 2.0 * s.amplitude, report.drive_unit, s.centre,
-                          report.drive_unit, s.period_s, can::counted(report.fit.rows, "row"), report.rate_Hz,
-                          left_out_text(report.fit))) +
-         describe(report.fit, report.drive_unit, "um") + describe(report.plant.delays, now) +
-         line("configured",
-              fmt::format("{:g} Hz, damping {:g}, amplifier {:g} Hz, command delay {:g} ms", now.resonance_Hz,
-                          now.damping_ratio, now.amplifier_bandwidth_Hz, 1e-3 * command_delay_us(now))) +
+                          report.drive_unit, s.period_s, can::counted(report.plant.rows, "row"),
+                          report.rate_Hz, left_out_text(report.plant))) +
+         describe(report.plant, now, report.drive_unit, "um") +
+         line("configured", fmt::format("{:g} Hz, damping {:g}, amplifier {:g} Hz, command delay {:g} ms",
+                                        now.resonance_Hz, now.damping_ratio, now.amplifier_bandwidth_Hz,
+                                        1e-3 * microseconds(now.command_delay))) +
          rules(report) + '\n' + candidate_table(report) + choice(report) + '\n' + prediction_table(report);
 }
 
@@ -245,16 +246,19 @@ std::string fragment(const TuningReport& report) {
   if (after.setting.measurement_filter_Hz > 0.0 || before.setting.measurement_filter_Hz > 0.0)
     text += key("measurement_filter_Hz", after.setting.measurement_filter_Hz,
                 was(before.setting.measurement_filter_Hz));
-  text += "\n[axis.control.delays]\n" +
-          key("command_delay_us", command_delay_us(after.delays),
-              was(command_delay_us(before.delays)) + "; one cycle; the measured delay counts from its end");
+  text += "\n[axis.control.delays]\n" + key("command_delay_us", microseconds(after.delays.command_delay),
+                                            was(microseconds(before.delays.command_delay)) +
+                                                "; one cycle; the measured delay counts from its end");
   if (after.delays.amplifier_bandwidth_Hz != before.delays.amplifier_bandwidth_Hz)
-    text += key(
-        "amplifier_bandwidth_Hz", after.delays.amplifier_bandwidth_Hz,
-        was(before.delays.amplifier_bandwidth_Hz) +
-            fmt::format("; seen as a delay of {:.4g} ms, with the sensor's", 1e3 * report.fit.delay_s.value));
+    text +=
+        key("amplifier_bandwidth_Hz", after.delays.amplifier_bandwidth_Hz,
+            was(before.delays.amplifier_bandwidth_Hz) +
+                fmt::format("; {:.4g} ms of lag", 1e3 * (report.plant.late_s.value - report.plant.pure_s)));
   else
     text += "# amplifier_bandwidth_Hz: unchanged\n";
+  if (after.delays.sensor_delay != before.delays.sensor_delay)
+    text += key("sensor_delay_us", microseconds(after.delays.sensor_delay),
+                was(microseconds(before.delays.sensor_delay)) + "; a pure delay beside the lag");
   text += key("resonance_Hz", after.delays.resonance_Hz, was(before.delays.resonance_Hz)) +
           key("damping_ratio", after.delays.damping_ratio, was(before.delays.damping_ratio));
   const auto truth = [&](const char* name, bool controller::Delays::*of) {
@@ -267,7 +271,7 @@ std::string fragment(const TuningReport& report) {
 }
 
 nlohmann::json to_json(const TuningReport& report) {
-  nlohmann::json json = to_json(report.fit);
+  nlohmann::json json = to_json(report.plant);
   json["config"] = report.config;
   json["axis"] = report.axis;
   json["rehearsed"] = report.rehearsed;

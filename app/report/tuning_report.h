@@ -11,7 +11,6 @@
 #include "controller/control/law.h"
 #include "controller/control/statistics.h"
 #include "controller/reference/excitation.h"
-#include "identification/dynamics/second_order_fit.h"
 
 namespace hystcan::app {
 
@@ -45,7 +44,6 @@ struct TuningReport {
   bool rehearsed = false;
   controller::Excitation::Steps steps;
   double rate_Hz = 0.0;
-  identification::SecondOrderFit fit;
   IdentifiedPlant plant;
   controller::SensitivityRule rule;
   controller::CautiousRule cautious_rule;

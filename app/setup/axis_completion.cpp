@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
+#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -74,17 +76,40 @@ std::string validation_line(const model::HysteresisParameters& parameters, doubl
                      100.0 * seen.all.max / seen.output_span);
 }
 
-/// The mode behind the record, as delays of the controller; a cautious loop for it, which is stable with them.
-LoopKeys measured_keys(const Dataset& record, const config::Config& config) {
-  const double cycle_s = 1.0 / config.controller.rate_Hz;
-  IdentifiedPlant plant =
-      identified_plant(record, identification::fit_second_order(record), config.axes[0].control.delays);
-  plant.delays.command_delay = std::chrono::nanoseconds(std::llround(1e9 * cycle_s));
-  const controller::LoopConfig loop{.delays = plant.delays, .cycle_s = cycle_s};
-  return {{.pi = controller::largest_gains(loop, controller::CautiousRule{})}, plant.delays};
+double lag_s(const controller::Delays& delays) {
+  return 1.0 / (2.0 * std::numbers::pi * delays.amplifier_bandwidth_Hz);
 }
 
-/// The measured mode in [axis.control] and in [axis.twin].
+/// What the record shows, as delays of the controller.
+IdentifiedPlant measured_plant(const AxisRecords& records, const config::Config& config) {
+  try {
+    IdentifiedPlant plant = identified_plant(*records.step, config.axes[0].control.delays);
+    plant.delays.command_delay = std::chrono::nanoseconds(std::llround(1e9 / config.controller.rate_Hz));
+    return plant;
+  } catch (const std::invalid_argument& error) {
+    throw config::Error(fmt::format("{}: {}", records.files.step->string(), error.what()));
+  }
+}
+
+/// A cautious loop, which is stable with the measured delays.
+LoopKeys cautious_keys(const IdentifiedPlant& plant, double cycle_s) {
+  const controller::SensitivityRule rule;
+  const auto corners = controller::widened(plant.uncertainty, rule.resonance_percent);
+  const controller::LoopConfig loop{.delays = plant.delays, .cycle_s = cycle_s};
+  return {{.pi = controller::largest_gains(loop, corners, controller::CautiousRule{})}, plant.delays};
+}
+
+/// The stated mode within what a statement is good for; above half the rate it may be anything from there up.
+controller::PlantUncertainty stated_uncertainty(const controller::Delays& stated, double rate_Hz) {
+  constexpr double percent = 10.0, longer = 1.5;
+  controller::PlantUncertainty uncertainty = controller::around(stated, percent);
+  uncertainty.damping_ratio.lo /= longer;
+  if (uncertainty.resonance_Hz.hi > 0.5 * rate_Hz)
+    uncertainty.resonance_Hz.hi = std::numeric_limits<double>::infinity();
+  return uncertainty;
+}
+
+/// The delays in [axis.control] and in [axis.twin].
 void set_dynamics(const std::filesystem::path& file, std::size_t i, const LoopKeys& keys) {
   write_file(file, with_loop_keys(config::load(file), i, keys));
   config::TomlEdit text = config::TomlEdit::of_file(file);
@@ -92,12 +117,29 @@ void set_dynamics(const std::filesystem::path& file, std::size_t i, const LoopKe
   text.set(twin + "resonance_Hz", toml_number(keys.delays.resonance_Hz));
   text.set(twin + "damping_ratio", toml_number(keys.delays.damping_ratio));
   text.set(twin + "bandwidth_Hz", toml_number(keys.delays.amplifier_bandwidth_Hz));
+  if (keys.delays.sensor_delay.count() > 0)
+    text.set(twin + "sensor.delay_us",
+             toml_number(std::chrono::duration<double, std::micro>(keys.delays.sensor_delay).count()));
   write_file(file, text.text());
 }
 
-std::string dynamics_line(const std::string& from, const controller::Delays& delays) {
-  return fmt::format("dynamics: {:.5g} Hz, damping ratio {:.3g}, amplifier {:.4g} Hz; from {}",
-                     delays.resonance_Hz, delays.damping_ratio, delays.amplifier_bandwidth_Hz, from);
+std::string dynamics_line(const controller::Delays& delays) {
+  return fmt::format("dynamics: {:.5g} Hz, damping ratio {:.3g}, amplifier {:.4g} Hz, sensor {:.3g} ms",
+                     delays.resonance_Hz, delays.damping_ratio, delays.amplifier_bandwidth_Hz,
+                     1e3 * delays.sensor_s());
+}
+
+/// What the record shows, and where that came from.
+std::string dynamics_line(const std::string& record, const IdentifiedPlant& plant) {
+  std::string text = fmt::format("{}; from {}", dynamics_line(plant.delays), record);
+  if (!plant.mode)
+    text += fmt::format(
+        ", which shows delay and lag but no mode ({}): the loop is sound with a mode anywhere from {:.4g} Hz up",
+        plant.not_shown, plant.uncertainty.resonance_Hz.lo);
+  if (plant.pure_s > 0.0)
+    text += fmt::format(", of which {:.3g} ms is no lag but a pure delay, taken as the sensor's",
+                        1e3 * plant.pure_s);
+  return text;
 }
 
 std::string loop_line(const TuningReport& report) {
@@ -142,63 +184,108 @@ IdentifiedAxis identify_axis(const std::filesystem::path& folder, const std::str
   return result;
 }
 
-std::vector<std::string> tune_axis(const std::filesystem::path& config_file, std::size_t i,
-                                   const AxisRecords& records) {
-  std::vector<std::string> lines;
-  const std::string name = config::load(config_file).axes[i].wire.name;
-  const OpenLoopOptions rehearsed{.config = config_file, .axis = name, .interface = {}, .rehearse = true};
-  if (records.step) {
-    LoopKeys keys;
-    try {
-      keys = measured_keys(*records.step, chosen_axis_of(config::load(config_file), rehearsed));
-    } catch (const std::invalid_argument& error) {
-      throw config::Error(fmt::format("{}: {}", records.files.step->string(), error.what()));
-    }
-    set_dynamics(config_file, i, keys);
-    lines.push_back(dynamics_line(records.files.step->filename().string(), keys.delays));
-  }
+namespace {
+
+TunedAxis tuned_by_step(const std::filesystem::path& config_file, std::size_t i, const AxisRecords& records,
+                        const OpenLoopOptions& rehearsed) {
+  const config::Config first = chosen_axis_of(config::load(config_file), rehearsed);
+  const IdentifiedPlant plant = measured_plant(records, first);
+  TunedAxis tuned;
+  if (first.axes[0].control.delays.sensor_s() == 0.0)
+    tuned.unshared_s = lag_s(plant.delays) + plant.delays.sensor_s();
+  set_dynamics(config_file, i, cautious_keys(plant, 1.0 / first.controller.rate_Hz));
+  tuned.lines.push_back(dynamics_line(records.files.step->filename().string(), plant));
   const config::Config loaded = config::load(config_file), config = chosen_axis_of(loaded, rehearsed);
-  if (!records.step)
-    lines.push_back(dynamics_line("what was stated, not measured", config.axes[0].control.delays));
-  const twin::Config twin = twin_config(loaded);
   const CandidateRules rules{};
-  TuningReport report =
-      tuning_of(config, with_safe_amplitude(usual_steps(config.axes[0].control.gate), config, twin), rules,
-                !records.step);
-  const Dataset record = records.step ? *records.step : measured_steps(config, twin, rehearsed, report.steps);
-  evaluate(report, record, config, twin, rules);
+  TuningReport report = tuning_of(config, usual_steps(config.axes[0].control.gate), rules, false);
+  evaluate(report, plant, config, twin_config(loaded), rules);
   stop_if_signalled();
   const Candidate& best = report.proposed();
-  LoopKeys keys{best.setting, best.delays};
-  if (!records.step) {  // of the plant, only what was stated is known
-    const controller::Delays& stated = config.axes[0].control.delays;
-    keys.delays = stated;
-    keys.delays.second_order = best.delays.second_order;
-    keys.delays.plant_inverse = best.delays.plant_inverse;
-  }
-  write_file(config_file, with_loop_keys(loaded, i, keys));
-  lines.push_back(loop_line(report));
+  write_file(config_file, with_loop_keys(loaded, i, {best.setting, best.delays}));
+  tuned.lines.push_back(loop_line(report));
+  const std::string name = config.axes[0].wire.name;
   if (const std::string undrawn =
-          draw(response_of(report, record), config_file.parent_path() / (name + ".bode.svg"));
+          draw(response_of(report, *records.step), config_file.parent_path() / (name + ".bode.svg"));
       !undrawn.empty())
-    lines.push_back("no picture of the loop: " + undrawn);
-  return lines;
+    tuned.lines.push_back("no picture of the loop: " + undrawn);
+  return tuned;
 }
 
-std::vector<std::string> rehearsal_of(const config::Config& config) {
-  const rehearsal::Outcome outcome = rehearsal::run_once(
-      rehearsal_setup(config), settle_s, [](const controller::CycleRecord&) { stop_if_signalled(); });
+TunedAxis as_stated(const std::filesystem::path& config_file, std::size_t i) {
+  const config::Config config = config::load(config_file);
+  const controller::Delays& stated = config.axes[i].control.delays;
+  const double rate_Hz = config.controller.rate_Hz;
+  const controller::Pi::Config pi = controller::unmeasured_gains({.delays = stated, .cycle_s = 1.0 / rate_Hz},
+                                                                 stated_uncertainty(stated, rate_Hz));
+  write_file(config_file, with_loop_keys(config, i, {{.pi = pi}, stated}));
+  return {.unshared_s = 0.0,
+          .lines = {
+              dynamics_line(stated) + ": stated or assumed, not measured",
+              fmt::format(
+                  "loop: integral alone, ki {:.4g} 1/s: an eighth of what is stable with these; a record of "
+                  "small steps (--step) allows more",
+                  pi.ki_per_s)}};
+}
+
+/// The twin with all of the unshared delays in its sensors, or none of them.
+twin::Config with_delays_in_sensors(twin::Config twin, const std::vector<TunedAxis>& tuned, bool all) {
+  constexpr double without_lag_Hz = 1e5;
+  for (std::size_t i = 0; i < tuned.size(); ++i) {
+    const double s = tuned[i].unshared_s;
+    if (s <= 0.0) continue;
+    twin::AxisConfig& axis = twin.axes[i].axis;
+    axis.sensor.delay = std::chrono::nanoseconds(std::llround(all ? 1e9 * s : 0.0));
+    axis.plant.amplifier.bandwidth_Hz = all ? without_lag_Hz : 1.0 / (2.0 * std::numbers::pi * s);
+  }
+  return twin;
+}
+
+rehearsal::Outcome rehearsed(const config::Config& config, const twin::Config& twin) {
+  return rehearsal::run_once(rehearsal_setup(config, twin), settle_s,
+                             [](const controller::CycleRecord&) { stop_if_signalled(); });
+}
+
+/// The true errors of each axis where the sensor has all of the unshared delay, or none.
+std::vector<std::string> ranges_of(const config::Config& config, const std::vector<TunedAxis>& tuned) {
+  std::vector<std::string> ranges(tuned.size());
+  if (std::ranges::none_of(tuned, [](const TunedAxis& of) { return of.unshared_s > 0.0; })) return ranges;
+  const twin::Config twin = twin_config(config);
+  const rehearsal::Outcome all = rehearsed(config, with_delays_in_sensors(twin, tuned, true)),
+                           none = rehearsed(config, with_delays_in_sensors(twin, tuned, false));
+  for (std::size_t i = 0; i < tuned.size(); ++i)
+    if (tuned[i].unshared_s > 0.0)
+      ranges[i] = fmt::format(
+          "; of {:.3g} ms of delay nobody has stated how much is the sensor's (--sensor-delay): {:.3g} um if none, {:.3g} "
+          "um if all",
+          1e3 * tuned[i].unshared_s, none.true_errors[i].total().rms_um(),
+          all.true_errors[i].total().rms_um());
+  return ranges;
+}
+
+}  // namespace
+
+TunedAxis tune_axis(const std::filesystem::path& config_file, std::size_t i, const AxisRecords& records) {
+  const std::string name = config::load(config_file).axes[i].wire.name;
+  if (!records.step) return as_stated(config_file, i);
+  return tuned_by_step(config_file, i, records,
+                       {.config = config_file, .axis = name, .interface = {}, .rehearse = true});
+}
+
+std::vector<std::string> rehearsal_of(const config::Config& config, const std::vector<TunedAxis>& tuned) {
+  const rehearsal::Outcome outcome = rehearsed(config, twin_config(config));
   std::vector<std::string> lines;
-  for (std::size_t i = 0; i < outcome.axes.size(); ++i) {
-    const controller::AxisOutcome& axis = outcome.axes[i];
+  for (const controller::AxisOutcome& axis : outcome.axes)
     if (axis.fault.cause != controller::Cause::none)
       throw RunError(fmt::format("the rehearsal ended: {}", describe(axis.name, axis.fault)));
+  const std::vector<std::string> ranges = ranges_of(config, tuned);
+  for (std::size_t i = 0; i < outcome.axes.size(); ++i) {
+    const controller::AxisOutcome& axis = outcome.axes[i];
     const controller::ErrorStatistics error = axis.statistics.total(), truth = outcome.true_errors[i].total();
     lines.push_back(fmt::format(
         "{}: rehearsal: RMS error {:.3g} um, {:.3g} % of {:.4g} um; at most {:.3g} um; the true one, of the stage itself, "
-        "{:.3g} um, {:.3g} %",
+        "{:.3g} um, {:.3g} %{}",
         axis.name, error.rms_um(), 100.0 * error.rms_um() / axis.stroke_um, axis.stroke_um, error.max_um,
-        truth.rms_um(), 100.0 * truth.rms_um() / axis.stroke_um));
+        truth.rms_um(), 100.0 * truth.rms_um() / axis.stroke_um, ranges[i]));
   }
   return lines;
 }

@@ -30,12 +30,16 @@ struct IdentifiedAxis {
 IdentifiedAxis identify_axis(const std::filesystem::path& folder, const std::string& axis,
                              const AxisRecords& records);
 
-/// Finds dynamics and loop of axis i and writes them into the text of the configuration. Without a step record, the
-/// configured twin stands for the stage. Returns lines for the engineer.
-std::vector<std::string> tune_axis(const std::filesystem::path& config_file, std::size_t i,
-                                   const AxisRecords& records);
+/// Finds dynamics and loop of axis i and writes them into the text of the configuration. Without a step record the dynamics
+/// are those that were stated, and the loop is an integral one that is far from what they allow.
+struct TunedAxis {
+  double unshared_s = 0.0;  ///< measured delay, of which nobody has stated how much is the sensor's
+  std::vector<std::string> lines;
+};
+TunedAxis tune_axis(const std::filesystem::path& config_file, std::size_t i, const AxisRecords& records);
 
-/// Runs the reference of every axis once with the twin. Returns lines; throws RunError where an axis does not track.
-std::vector<std::string> rehearsal_of(const config::Config& config);
+/// Runs the reference of every axis once with the twin, and again where the delay is the sensor's or is not. Returns lines;
+/// throws RunError where an axis does not track.
+std::vector<std::string> rehearsal_of(const config::Config& config, const std::vector<TunedAxis>& tuned);
 
 }  // namespace hystcan::app

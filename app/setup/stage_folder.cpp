@@ -100,11 +100,14 @@ void print_findings(const config::Config& config) {
 
 /// Dynamics and loop of every axis, then all of them together.
 void tune_and_rehearse(const std::filesystem::path& file, const std::vector<AxisRecords>& records) {
-  for (std::size_t i = 0; i < records.size(); ++i)
-    print_lines(config::load(file).axes[i].wire.name, tune_axis(file, i, records[i]));
+  std::vector<TunedAxis> tuned;
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    tuned.push_back(tune_axis(file, i, records[i]));
+    print_lines(config::load(file).axes[i].wire.name, tuned.back().lines);
+  }
   const config::Config config = config::load(file);
   print_findings(config);
-  print_lines({}, rehearsal_of(config));
+  print_lines({}, rehearsal_of(config, tuned));
 }
 
 void print_ready(const std::filesystem::path& folder) {

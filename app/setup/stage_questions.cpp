@@ -10,6 +10,7 @@
 #include <system_error>
 #include <utility>
 
+#include "app/report/identified_plant.h"
 #include "config/document/error.h"
 #include "identification/dynamics/second_order_fit.h"
 
@@ -56,6 +57,12 @@ class AxisQuestions {
     drive(axis);
     travel(axis);
     mode(axis);
+    axis.sensor_delay_us = number(
+        {"--sensor-delay", "Sensor's delay", "us",
+         "from the position to its sample; a data sheet has it, 0 where you do not know"},
+        stated_.sensor_delay_us, {}, 0.0, sensor_delay_us_, [](double value) {
+          return value < 0.0 || value > 100'000.0 ? fmt::format("{:g}, expected 0 to 100000", value) : "";
+        });
     if (const AxisRecords* measured = record())
       refuse_contradictions(*measured, axis, of_axis("--stroke", stated_.stroke_um, i, stated_.axes.size()));
     return axis;
@@ -145,8 +152,12 @@ class AxisQuestions {
     if (const AxisRecords* measured = record(); measured != nullptr && measured->step) {
       try {
         const auto fit = identification::fit_second_order(*measured->step);
-        resonance_Hz = fit.natural_frequency_Hz.value;
-        damping_ratio = fit.damping_ratio.value;
+        const auto stated = of_axis("--resonance", stated_.resonance_Hz, axis_, stated_.axes.size());
+        if (!stated || is_as_stated(fit, *stated)) {
+          resonance_Hz = fit.natural_frequency_Hz.value;
+          damping_ratio = fit.damping_ratio.value;
+        }
+      } catch (const identification::ModeNotShown&) {  // then it is asked for
       } catch (const std::invalid_argument& error) {
         throw config::Error(fmt::format("{}: {}", measured->files.step->string(), error.what()));
       }
@@ -157,6 +168,7 @@ class AxisQuestions {
     axis.damping_ratio =
         known_or_asked({"--damping", "Damping ratio", "", "of that resonance; flexures have 0.01 to 0.05"},
                        damping_ratio, stated_.damping_ratio, usual_damping_ratio, damping_ratio_);
+    axis.has_step = record() != nullptr && record()->step.has_value();
     axis.mode_is_measured = resonance_Hz.has_value();
     axis.damping_is_assumed =
         !damping_ratio && stated_.damping_ratio.empty() && axis.damping_ratio == usual_damping_ratio;
@@ -177,7 +189,8 @@ class AxisQuestions {
   Questions& questions_;
   std::size_t axis_ = 0;
   std::string unit_;
-  std::optional<double> drive_min_, drive_max_, safe_drive_, stroke_um_, resonance_Hz_, damping_ratio_;
+  std::optional<double> drive_min_, drive_max_, safe_drive_, stroke_um_, resonance_Hz_, damping_ratio_,
+      sensor_delay_us_;
 };
 
 std::vector<int> parsed_nodes(const std::string& text) {

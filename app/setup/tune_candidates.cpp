@@ -31,12 +31,14 @@ struct PlantOfDesign {
   }
 };
 
-/// Sets the identified plant in the twin. The amplifier's lag takes what the twin's sensor and way to a setpoint have not.
+/// Sets the identified plant in the twin. Its sensor gets the delay that was found; the amplifier's lag takes what its sensor
+/// and its way to a setpoint then have not.
 void set_plant(twin::Config& twin, const std::string& axis_name, const controller::Delays& found,
                double cycle_s) {
   for (twin::WiredAxisConfig& axis : twin.axes) {
     if (axis.wire.name != axis_name) continue;
     twin::Plant::Config& plant = axis.axis.plant;
+    if (found.sensor_delay.count() > 0) axis.axis.sensor.delay = found.sensor_delay;
     const controller::Delays own{.amplifier_bandwidth_Hz = found.amplifier_bandwidth_Hz,
                                  .resonance_Hz = found.resonance_Hz,
                                  .damping_ratio = found.damping_ratio,
@@ -100,6 +102,7 @@ class Rehearsed {
         corners_(controller::widened(plant_.identified.uncertainty, rules.sensitivity.resonance_percent)) {}
 
   const PlantOfDesign& plant() const { return plant_; }
+  const controller::PlantUncertainty& corners() const { return corners_; }
 
   Candidate present() const {
     const controller::AxisConfig& axis = config_.axes[0].control;
@@ -158,8 +161,8 @@ std::vector<Candidate> rehearsed_candidates(const config::Config& config, const 
     for (const controller::LoopSetting& setting :
          controller::designs(plant.loop(), plant.identified.uncertainty, rules.sensitivity))
       candidates.push_back(rehearsed.design(name_of(setting), setting));
-  candidates.push_back(
-      rehearsed.design("cautious", {.pi = controller::largest_gains(plant.loop(), rules.cautious)}));
+  candidates.push_back(rehearsed.design(
+      "cautious", {.pi = controller::largest_gains(plant.loop(), rehearsed.corners(), rules.cautious)}));
   return candidates;
 }
 

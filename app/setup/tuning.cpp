@@ -21,17 +21,6 @@ namespace {
 using controller::Excitation;
 using identification::Dataset;
 
-identification::SecondOrderFit fit_of_steps(const Dataset& record) {
-  try {
-    return identification::fit_second_order(record);
-  } catch (const std::invalid_argument& error) {
-    throw RunError(fmt::format(
-        "the experiment is not conclusive: {}; nothing is written. Try another --amplitude: a large step "
-        "shows the curvature of the loop, a small one is hidden by noise",
-        error.what()));
-  }
-}
-
 }  // namespace
 
 Excitation::Steps usual_steps(const controller::Gate::Config& gate) {
@@ -86,7 +75,6 @@ TuningReport tuning_of(const config::Config& config, const Excitation::Steps& st
           .rehearsed = rehearsed,
           .steps = steps,
           .rate_Hz = config.controller.rate_Hz,
-          .fit = {},
           .plant = {},
           .rule = rules.sensitivity,
           .cautious_rule = rules.cautious,
@@ -95,10 +83,20 @@ TuningReport tuning_of(const config::Config& config, const Excitation::Steps& st
           .best = 0};
 }
 
-void evaluate(TuningReport& report, const Dataset& record, const config::Config& config,
+IdentifiedPlant plant_of_steps(const Dataset& record, const config::Config& config) {
+  try {
+    return identified_plant(record, config.axes[0].control.delays);
+  } catch (const std::invalid_argument& error) {
+    throw RunError(fmt::format(
+        "the experiment is not conclusive: {}; nothing is written. Try another --amplitude: a large step "
+        "shows the curvature of the loop, a small one is hidden by noise",
+        error.what()));
+  }
+}
+
+void evaluate(TuningReport& report, const IdentifiedPlant& plant, const config::Config& config,
               const twin::Config& twin, const CandidateRules& rules) {
-  report.fit = fit_of_steps(record);
-  report.plant = identified_plant(record, report.fit, config.axes[0].control.delays);
+  report.plant = plant;
   report.plant.delays.command_delay = std::chrono::nanoseconds(std::llround(1e9 / report.rate_Hz));
   stop_at_a_signal();
   report.candidates = rehearsed_candidates(config, twin, report.plant, rules);
@@ -120,7 +118,9 @@ FrequencyResponse response_of(const TuningReport& report, const Dataset& record)
   };
   return {.title = fmt::format("axis {} of {}: {}", report.axis, report.config, report.proposed().name),
           .measured = identification::empirical_response(record),
-          .fit = report.fit,
+          .plant = report.plant.delays,
+          .gain = report.plant.gain,
+          .cycle_s = report.plant.cycle_s,
           .before = loop(report.present()),
           .after = loop(report.proposed())};
 }

@@ -27,9 +27,11 @@ identification::Dataset measured_steps(const config::Config& config, const twin:
 TuningReport tuning_of(const config::Config& config, const controller::Excitation::Steps& steps,
                        const CandidateRules& rules, bool rehearsed);
 
-/// Finds the mode in `record`, rehearses the candidates and chooses one. Throws RunError if the record does not determine
-/// the mode, if no candidate tracks, or at a signal.
-void evaluate(TuningReport& report, const identification::Dataset& record, const config::Config& config,
+/// The plant behind the record. Throws RunError where the record determines none.
+IdentifiedPlant plant_of_steps(const identification::Dataset& record, const config::Config& config);
+
+/// Rehearses the candidates for the plant and chooses one. Throws RunError if no candidate tracks, or at a signal.
+void evaluate(TuningReport& report, const IdentifiedPlant& plant, const config::Config& config,
               const twin::Config& twin, const CandidateRules& rules);
 
 /// Measured response, mode, and the loops before and after. `report` is evaluated.

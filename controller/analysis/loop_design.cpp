@@ -164,6 +164,43 @@ std::vector<LoopConfig> with_cancelling_notches(const LoopConfig& config) {
 
 bool has_filter(const LoopConfig& config) { return config.notch || config.measurement_filter_Hz > 0.0; }
 
+/// The loop at ki T = 1 with its integral part, and with its proportional one.
+struct Parts {
+  Eigen::ArrayXcd integral, proportional;
+};
+Parts parts_of(const LinearLoop& loop) {
+  const Eigen::ArrayXd theta = frequencies_for(loop.config());
+  const Eigen::ArrayXcd plant = theta.unaryExpr([&](double t) { return loop.without_gains(t); });
+  const Eigen::ArrayXcd integral = plant * theta.unaryExpr([](double t) {
+    const Complex z = std::polar(1.0, t);
+    return z / (z - 1.0);
+  });
+  return {integral, plant};
+}
+
+void require(const CautiousRule& rule) {
+  if (!(rule.phase_margin_deg > 0.0 && rule.phase_margin_deg < 90.0))
+    model::refuse("phase_margin_deg = ", rule.phase_margin_deg, ", expected more than 0 and less than 90");
+  if (!(rule.gain_margin > 1.0)) model::refuse("gain_margin = ", rule.gain_margin, ", expected more than 1");
+}
+
+/// The resonances of the corners.
+std::vector<double> resonances_of(const model::Interval& resonance_Hz, double cycle_s) {
+  constexpr int fewest = 5;
+  constexpr double share_of_rate = 0.02, without_mode = 1e3;  // of the rate
+  const double rate_Hz = 1.0 / cycle_s, half_Hz = 0.5 * rate_Hz;
+  const bool has_end = std::isfinite(resonance_Hz.hi);
+  const double last_Hz = has_end ? resonance_Hz.hi : std::max(resonance_Hz.lo, half_Hz) + rate_Hz;
+  const double way_Hz = last_Hz - resonance_Hz.lo;
+  const bool folds = last_Hz > half_Hz;
+  const int count =
+      folds ? std::max(fewest, 1 + static_cast<int>(std::ceil(way_Hz / (share_of_rate * rate_Hz)))) : fewest;
+  std::vector<double> resonances;
+  for (int i = 0; i < count; ++i) resonances.push_back(resonance_Hz.lo + way_Hz * i / (count - 1));
+  if (!has_end) resonances.push_back(without_mode * rate_Hz);
+  return resonances;
+}
+
 /// The largest factor of `shape` (the loop at ki T = 1) that satisfies the cautious rule.
 double largest_factor(const Eigen::ArrayXcd& shape, const CautiousRule& rule) {
   constexpr double pi = std::numbers::pi, on_the_real_axis = -pi + 1e-9;
@@ -191,15 +228,16 @@ PlantUncertainty around(const Delays& delays, double percent) {
                  percent);
 }
 
+bool PlantUncertainty::shows_mode() const { return std::isfinite(resonance_Hz.hi); }
+
 std::vector<LinearLoop> corners_of(const LoopConfig& config, const PlantUncertainty& uncertainty) {
-  constexpr int resonances = 5;
   std::vector<LinearLoop> corners{LinearLoop(config)};
   const auto& [resonance, damping, longer] = uncertainty;
-  for (int i = 0; i < resonances; ++i)
+  for (const double resonance_Hz : resonances_of(resonance, config.cycle_s))
     for (const double zeta : {damping.lo, damping.hi})
       for (const double longer_s : {longer.lo, longer.hi}) {
         LoopConfig corner = config;
-        corner.delays.resonance_Hz = resonance.lo + resonance.span() * i / (resonances - 1);
+        corner.delays.resonance_Hz = resonance_Hz;
         corner.delays.damping_ratio = zeta;
         corners.emplace_back(corner, longer_s);
         if (longer.span() == 0.0) break;
@@ -219,25 +257,32 @@ Pi::Config largest_gains(const LoopConfig& config, const PlantUncertainty& uncer
           .ki_per_s = rounded_down(best.ki_per_cycle / config.cycle_s)};
 }
 
-Pi::Config largest_gains(const LoopConfig& config, const CautiousRule& rule) {
-  if (!(rule.phase_margin_deg > 0.0 && rule.phase_margin_deg < 90.0))
-    model::refuse("phase_margin_deg = ", rule.phase_margin_deg, ", expected more than 0 and less than 90");
-  if (!(rule.gain_margin > 1.0)) model::refuse("gain_margin = ", rule.gain_margin, ", expected more than 1");
-  const LinearLoop loop(config);
-  const Eigen::ArrayXd theta = frequencies_for(config);
-  const Eigen::ArrayXcd plant = theta.unaryExpr([&](double t) { return loop.without_gains(t); });
-  const Eigen::ArrayXcd integral = plant * theta.unaryExpr([](double t) {
-    const Complex z = std::polar(1.0, t);
-    return z / (z - 1.0);
-  });
+Pi::Config largest_gains(const LoopConfig& config, const PlantUncertainty& uncertainty,
+                         const CautiousRule& rule) {
+  require(rule);
+  const Parts parts = parts_of(LinearLoop(config));
   Best best;
   for (int i = 0; i <= 250; ++i) {
     const double ratio = 0.02 * i;
-    const double ki_per_cycle = largest_factor(integral + ratio * plant, rule);
+    const double ki_per_cycle = largest_factor(parts.integral + ratio * parts.proportional, rule);
     if (ki_per_cycle > best.ki_per_cycle) best = {ratio, ki_per_cycle};
   }
+  if (!uncertainty.shows_mode())
+    for (const LinearLoop& corner : corners_of(config, uncertainty)) {
+      const Parts there = parts_of(corner);
+      best.ki_per_cycle =
+          std::min(best.ki_per_cycle, largest_factor(there.integral + best.ratio * there.proportional, rule));
+    }
   return {.kp = rounded_down(best.ratio * best.ki_per_cycle),
           .ki_per_s = rounded_down(best.ki_per_cycle / config.cycle_s)};
+}
+
+Pi::Config unmeasured_gains(const LoopConfig& config, const PlantUncertainty& uncertainty) {
+  constexpr double share = 0.125;
+  double most_per_s = std::numeric_limits<double>::infinity();
+  for (const LinearLoop& corner : corners_of(config, uncertainty))
+    most_per_s = std::min(most_per_s, largest_stable_gains(corner, {}).ki_per_s.value_or(0.0));
+  return {.ki_per_s = rounded_down(share * most_per_s)};
 }
 
 std::vector<LoopSetting> designs(const LoopConfig& config, const PlantUncertainty& uncertainty,
@@ -247,9 +292,13 @@ std::vector<LoopSetting> designs(const LoopConfig& config, const PlantUncertaint
   LoopConfig plain = config;
   plain.measurement_filter_Hz = 0.0;
   plain.notch.reset();
-  std::vector<LoopConfig> filtered = with_cancelling_notches(plain);
-  for (const LoopConfig& one : {with_low_pass(plain, corners, rule), with_notch(plain, corners, rule)})
+  std::vector<LoopConfig> filtered;
+  if (corners.shows_mode()) filtered = with_cancelling_notches(plain);
+  const auto add = [&](const LoopConfig& one) {
     if (has_filter(one)) filtered.push_back(one);
+  };
+  add(with_low_pass(plain, corners, rule));
+  if (corners.shows_mode()) add(with_notch(plain, corners, rule));
   std::vector<LoopSetting> settings{{.pi = largest_gains(plain, uncertainty, rule)}};
   for (const LoopConfig& one : filtered) {
     const Pi::Config pi = largest_gains(one, uncertainty, rule);

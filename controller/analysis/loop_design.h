@@ -30,16 +30,20 @@ namespace hystcan::controller {
 
 /// What the plant may be: the corners of these intervals. The middle is the LoopConfig's.
 struct PlantUncertainty {
-  model::Interval resonance_Hz;
+  model::Interval resonance_Hz;  ///< up to infinity where no record has shown the mode
   model::Interval damping_ratio;
   model::Interval longer_s{0.0, 0.0};  ///< added to the delays
+
+  bool shows_mode() const;
 };
 /// These intervals, with the resonance wider by `percent` on both sides.
 PlantUncertainty widened(PlantUncertainty uncertainty, double percent);
 /// What is known of a configured plant: its resonance within `percent`.
 PlantUncertainty around(const Delays& delays, double percent);
 
-/// The plants at the corners, and within the interval of the resonance.
+/// The plants at the corners, and within the interval of the resonance. Above half the rate the samples show a mode as
+/// another one, anywhere from 0 on: the steps within the interval are then shares of the rate. Without an upper end they go
+/// to where the samples have shown all of these, rising and falling, and the last plant has no mode.
 std::vector<LinearLoop> corners_of(const LoopConfig& config, const PlantUncertainty& uncertainty);
 
 struct SensitivityRule {
@@ -62,11 +66,16 @@ struct LoopSetting {
 /// range.
 Pi::Config largest_gains(const LoopConfig& config, const PlantUncertainty& uncertainty,
                          const SensitivityRule& rule);
-/// The same by the cautious rule, for the plant of `config`.
-Pi::Config largest_gains(const LoopConfig& config, const CautiousRule& rule);
+/// The same by the cautious rule, for the plant of `config`; where no record has shown the mode, with less of both so that it
+/// holds at every corner.
+Pi::Config largest_gains(const LoopConfig& config, const PlantUncertainty& uncertainty,
+                         const CautiousRule& rule);
 
-/// Gains without a filter, with the best low pass, with the best notch, and with notches of several widths that cancel
-/// the mode, in the order of descending ki. Which one tracks best depends on the reference: a notch delays and shapes
+/// An integral gain alone, an eighth of what is stable at every corner: for a plant that nobody has measured.
+Pi::Config unmeasured_gains(const LoopConfig& config, const PlantUncertainty& uncertainty);
+
+/// Gains without a filter, with the best low pass, and where a record has shown the mode with the best notch and with notches
+/// of several widths that cancel it, in the order of descending ki. Which one tracks best depends on the reference: a notch delays and shapes
 /// the feed-forward too. A filter that allows no more ki than none is left out.
 std::vector<LoopSetting> designs(const LoopConfig& config, const PlantUncertainty& uncertainty,
                                  const SensitivityRule& rule);

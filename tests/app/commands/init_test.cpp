@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -121,6 +122,33 @@ TEST_F(Init, LeavesAFolderThatNeedsNothingElse) {
     const bool is_stated = line.starts_with("resonance_Hz");
     EXPECT_NE(line.find(is_stated ? "# stated, not measured" : "# assumed"), std::string::npos) << line;
   }
+}
+
+// A stack with its first mode at 3.1 kHz, at 1 kHz.
+TEST_F(Init, GivesAStiffStageALoopFarFromWhatItsStatedModeAllows) {
+  excite("piezo.toml", "loops.csv");
+  ASSERT_EQ(init({path("stage"), "--record", path("loops.csv"), "--resonance", "3100", "--yes"}), done)
+      << err;
+  EXPECT_NE(out.find("an eighth of what is stable"), std::string::npos) << out;
+  Process check({HYSTCAN_PROGRAM, "check", path("stage/stage.toml")});
+  EXPECT_EQ(check.wait(), done) << check.out();
+}
+
+TEST_F(Init, SaysWhatAnUnstatedSensorDelayDoesToTheTrueError) {
+  excite("piezo.toml", "loops.csv");
+  excite("piezo.toml", "step.csv", {"--signal", "step"});
+  const Words records{"--record", path("loops.csv"), "--step", path("step.csv"), "--yes"};
+  Words words{path("stage")};
+  words.insert(words.end(), records.begin(), records.end());
+  ASSERT_EQ(init(words), done) << err;
+  EXPECT_NE(out.find("how much is the sensor's (--sensor-delay)"), std::string::npos) << out;
+  words.front() = path("told");
+  words.insert(words.end(), {"--sensor-delay", "50"});
+  ASSERT_EQ(init(words), done) << err;
+  EXPECT_EQ(out.find("how much is the sensor's"), std::string::npos) << out;
+  const config::Config told = config::load(shipped / "told/stage.toml");
+  EXPECT_EQ(told.axes[0].control.delays.sensor_delay, std::chrono::microseconds(50));
+  EXPECT_EQ(told.axes[0].twin.sensor.delay, std::chrono::microseconds(50));
 }
 
 TEST_F(Init, SaysInTheConfigurationWhatAStepHasShown) {

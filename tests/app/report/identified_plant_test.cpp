@@ -36,8 +36,7 @@ void expect_found(const controller::Delays& chain) {
   stated.damping_ratio = 0.1;
   stated.amplifier_bandwidth_Hz = 800.0;
   const identification::Dataset record = record_of(chain);
-  const controller::Delays found =
-      identified_plant(record, identification::fit_second_order(record), stated).delays;
+  const controller::Delays found = identified_plant(record, stated).delays;
   EXPECT_NEAR(found.resonance_Hz, chain.resonance_Hz, 0.002 * chain.resonance_Hz);
   EXPECT_NEAR(found.damping_ratio, chain.damping_ratio, 0.03 * chain.damping_ratio);
   EXPECT_NEAR(found.amplifier_bandwidth_Hz, chain.amplifier_bandwidth_Hz,
@@ -65,4 +64,32 @@ TEST(IdentifiedPlant, LeavesTheSensorItsStatedShare) {
 }
 
 }  // namespace
+TEST(IdentifiedPlant, TellsAPureDelayFromALag) {
+  const controller::Delays chain{.amplifier_bandwidth_Hz = 600.0,
+                                 .resonance_Hz = 310.0,
+                                 .damping_ratio = 0.03,
+                                 .sensor_delay = std::chrono::microseconds(300)};
+  controller::Delays stated = chain;
+  stated.sensor_delay = {};
+  const IdentifiedPlant found = identified_plant(record_of(chain), stated);
+  EXPECT_NEAR(found.pure_s, 300e-6, 10e-6);
+  EXPECT_NEAR(found.delays.amplifier_bandwidth_Hz, 600.0, 20.0);
+  ASSERT_TRUE(found.mode);
+  EXPECT_LT(found.mode->damping_ratio.lo, 0.03);
+  EXPECT_GT(found.mode->damping_ratio.hi, 0.03);
+}
+
+TEST(IdentifiedPlant, TakesTheStatedModeWhereTheSamplesCannotShowIt) {
+  const controller::Delays chain{
+      .amplifier_bandwidth_Hz = 900.0, .resonance_Hz = 1730.0, .damping_ratio = 0.03};
+  controller::Delays stated = chain;
+  stated.resonance_Hz = 1650.0;
+  const IdentifiedPlant found = identified_plant(record_of(chain), stated);
+  EXPECT_FALSE(found.mode);
+  EXPECT_FALSE(found.not_shown.empty());
+  EXPECT_NEAR(found.delays.amplifier_bandwidth_Hz, 900.0, 45.0);
+  EXPECT_EQ(found.uncertainty.resonance_Hz.lo, stated.resonance_Hz);
+  EXPECT_FALSE(found.uncertainty.shows_mode());
+}
+
 }  // namespace hystcan::app::identified_plant_test

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 #include <stdexcept>
 
@@ -50,6 +51,36 @@ TEST(SensitivityRule, HoldsAtEveryCornerForRandomPlants) {
     EXPECT_LE(worst.peak_sensitivity, rule.peak_sensitivity + grid_tolerance);
     EXPECT_GE(worst.gain_margin, rule.peak_sensitivity / (rule.peak_sensitivity - 1.0) - 0.1);
   }
+}
+
+TEST(SensitivityRule, HoldsForEveryModeFromTheStatedOneUpWhereNoneIsShown) {
+  const LoopConfig config = stage(1400.0, 0.03);
+  PlantUncertainty unshown = around(config.delays, 0.0);
+  unshown.resonance_Hz.hi = std::numeric_limits<double>::infinity();
+  const SensitivityRule rule;
+  const Pi::Config gains = largest_gains(config, unshown, rule);
+  EXPECT_GT(gains.ki_per_s, 0.0);
+  std::mt19937_64 random(3);
+  for (int i = 0; i < 200; ++i) {
+    LoopConfig any = config;
+    any.delays.resonance_Hz =
+        1400.0 * std::pow(10.0, std::uniform_real_distribution<double>(0.0, 1.0)(random));
+    const Margins margins = margins_of(LinearLoop(any), gains);
+    EXPECT_TRUE(margins.stable) << any.delays.resonance_Hz;
+    EXPECT_LE(margins.peak_sensitivity, rule.peak_sensitivity + 2.0 * grid_tolerance)
+        << any.delays.resonance_Hz;
+  }
+}
+
+TEST(UnmeasuredGains, AreAnEighthOfWhatIsStable) {
+  const LoopConfig config = stage(500.0, 0.02);
+  const PlantUncertainty known = around(config.delays, 0.0);
+  const Pi::Config gains = unmeasured_gains(config, known);
+  const auto stable = [&](double factor) {
+    return margins_of(LinearLoop(config), {.ki_per_s = factor * gains.ki_per_s}).stable;
+  };
+  EXPECT_TRUE(stable(7.9));
+  EXPECT_FALSE(stable(9.0));
 }
 
 TEST(SensitivityRule, UsesUpTheSensitivityThatItAllows) {
@@ -103,14 +134,14 @@ TEST(CautiousRule, HoldsForRandomPlantsAndStaysStableForEveryDelay) {
   std::mt19937_64 random(7);
   for (int i = 0; i < 25; ++i) {
     LoopConfig config = draw(random);
-    const Pi::Config gains = largest_gains(config, CautiousRule{});
+    const Pi::Config gains = largest_gains(config, around(config.delays, 0.0), CautiousRule{});
     const Margins margins = margins_of(LinearLoop(config), gains);
     EXPECT_TRUE(margins.stable);
     EXPECT_GE(margins.phase_margin_deg, 59.5);  // tolerance for the steps of the grid
     EXPECT_GE(margins.gain_margin, 1.99);
   }
   LoopConfig soft = stage(120.0, 0.02);
-  const Pi::Config gains = largest_gains(soft, CautiousRule{});
+  const Pi::Config gains = largest_gains(soft, around(soft.delays, 0.0), CautiousRule{});
   for (int delay_us = 0; delay_us <= 2500; delay_us += 100) {
     soft.delays.command_delay = std::chrono::microseconds(delay_us);
     EXPECT_TRUE(margins_of(LinearLoop(soft), gains).stable) << delay_us;
@@ -119,14 +150,16 @@ TEST(CautiousRule, HoldsForRandomPlantsAndStaysStableForEveryDelay) {
 
 TEST(CautiousRule, GivesAFractionOfWhatTheSensitivityAllows) {
   const LoopConfig shipped = stage(500.0, 0.05);
-  EXPECT_LT(4.0 * largest_gains(shipped, CautiousRule{}).ki_per_s,
+  EXPECT_LT(4.0 * largest_gains(shipped, around(shipped.delays, 0.0), CautiousRule{}).ki_per_s,
             largest_gains(shipped, around(shipped.delays, 0.0), SensitivityRule{}).ki_per_s);
 }
 
 TEST(Rules, RequireNumbersWithinTheirRange) {
   const LoopConfig config = stage(500.0, 0.05);
-  EXPECT_THROW(largest_gains(config, CautiousRule{.phase_margin_deg = 0.0}), std::invalid_argument);
-  EXPECT_THROW(largest_gains(config, CautiousRule{.gain_margin = 1.0}), std::invalid_argument);
+  EXPECT_THROW(largest_gains(config, around(config.delays, 0.0), CautiousRule{.phase_margin_deg = 0.0}),
+               std::invalid_argument);
+  EXPECT_THROW(largest_gains(config, around(config.delays, 0.0), CautiousRule{.gain_margin = 1.0}),
+               std::invalid_argument);
   EXPECT_THROW(largest_gains(config, around(config.delays, 0.0), SensitivityRule{.peak_sensitivity = 1.0}),
                std::invalid_argument);
 }
