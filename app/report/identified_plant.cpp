@@ -11,6 +11,7 @@
 
 #include "app/report/chain_record.h"
 #include "app/report/dynamics_text.h"
+#include "model/refusal.h"
 
 namespace hystcan::app {
 namespace {
@@ -23,10 +24,6 @@ using Fit = ChainRecord::Fit;
 constexpr double least_late = 1e-3, most_late = identification::largest_delay_cycles;  // cycles
 constexpr double stated_share = 0.1;  // a stated resonance is that far off at most
 constexpr double most_damping_ratio = 5.0, least_damping_ratio = 1e-4;
-
-double lag_s(const controller::Delays& delays) {
-  return 1.0 / (2.0 * std::numbers::pi * delays.amplifier_bandwidth_Hz);
-}
 
 double interpolation_s(const controller::Delays& stated, double cycle_s) {
   return stated.interpolated ? 0.5 * cycle_s : 0.0;
@@ -67,8 +64,8 @@ Found with_lag(const ChainRecord& record, const Found& found, double lag) {
   return known;
 }
 
-/// With a part of the delay pure, where that is significantly better; with the stated lag where the record does not know better. A sensor
-/// whose delay is stated has no other.
+/// With a part of the delay pure, where that is significantly better; with the stated lag where the record does not know
+/// better. A sensor whose delay is stated has no other.
 Found with_pure_delay(const ChainRecord& record, const Found& lag_alone, const controller::Delays& stated) {
   constexpr double most_share = 0.98, least_cycles = 0.05;
   if (stated.sensor_delay.count() > 0) return lag_alone;
@@ -182,6 +179,10 @@ bool keeps_lag(const IdentifiedPlant& plant) { return plant.mode && !(plant.late
 Found of_shown(IdentifiedPlant& plant, const ChainRecord& chain, const controller::Delays& stated) {
   const double cycle_s = chain.cycle_s();
   plant.late_s = later(plant.mode->delay_s, -stated.sensor_s() - interpolation_s(stated, cycle_s));
+  if (plant.late_s.hi < -0.1 * cycle_s)
+    model::refuse("the sensor's stated delay is ", rounded(1e3 * stated.sensor_s()),
+                  " ms, expected at most that of the record, ", rounded(1e3 * plant.mode->delay_s.value),
+                  " ms");
   const double late_s = keeps_lag(plant) ? lag_s(stated) : plant.late_s.value;
   const Found found =
       around_mode(chain, *plant.mode, std::max(late_s / cycle_s, least_late), keeps_lag(plant));
@@ -228,6 +229,10 @@ void set_intervals(IdentifiedPlant& plant, const ChainRecord& chain, const Found
 }
 
 }  // namespace
+
+double lag_s(const controller::Delays& delays) {
+  return 1.0 / (2.0 * std::numbers::pi * delays.amplifier_bandwidth_Hz);
+}
 
 bool is_as_stated(const SecondOrderFit& shown, double stated_Hz) {
   return std::abs(shown.natural_frequency_Hz.value / stated_Hz - 1.0) <= 1.5 * stated_share;

@@ -42,6 +42,9 @@ struct IdentifiedPlant {
 /// be distinguished from zero. Throws std::invalid_argument where the record determines nothing.
 IdentifiedPlant identified_plant(const identification::Dataset& record, const controller::Delays& stated);
 
+/// Of the amplifier.
+double lag_s(const controller::Delays& delays);
+
 /// True: the mode is within what a stated resonance is good for. Another one may be its image in the samples.
 bool is_as_stated(const identification::SecondOrderFit& shown, double stated_Hz);
 

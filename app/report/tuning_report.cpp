@@ -250,10 +250,9 @@ std::string fragment(const TuningReport& report) {
                                             was(microseconds(before.delays.command_delay)) +
                                                 "; one cycle; the measured delay counts from its end");
   if (after.delays.amplifier_bandwidth_Hz != before.delays.amplifier_bandwidth_Hz)
-    text +=
-        key("amplifier_bandwidth_Hz", after.delays.amplifier_bandwidth_Hz,
-            was(before.delays.amplifier_bandwidth_Hz) +
-                fmt::format("; {:.4g} ms of lag", 1e3 * (report.plant.late_s.value - report.plant.pure_s)));
+    text += key("amplifier_bandwidth_Hz", after.delays.amplifier_bandwidth_Hz,
+                was(before.delays.amplifier_bandwidth_Hz) +
+                    fmt::format("; {:.4g} ms of lag", 1e3 * lag_s(report.plant.delays)));
   else
     text += "# amplifier_bandwidth_Hz: unchanged\n";
   if (after.delays.sensor_delay != before.delays.sensor_delay)

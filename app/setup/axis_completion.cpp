@@ -76,10 +76,6 @@ std::string validation_line(const model::HysteresisParameters& parameters, doubl
                      100.0 * seen.all.max / seen.output_span);
 }
 
-double lag_s(const controller::Delays& delays) {
-  return 1.0 / (2.0 * std::numbers::pi * delays.amplifier_bandwidth_Hz);
-}
-
 /// What the record shows, as delays of the controller.
 IdentifiedPlant measured_plant(const AxisRecords& records, const config::Config& config) {
   try {
@@ -130,22 +126,25 @@ std::string dynamics_line(const controller::Delays& delays) {
 }
 
 /// What the record shows, and where that came from.
-std::string dynamics_line(const std::string& record, const IdentifiedPlant& plant) {
+std::string dynamics_line(const std::string& record, const IdentifiedPlant& plant, double stated_Hz) {
   std::string text = fmt::format("{}; from {}", dynamics_line(plant.delays), record);
   if (!plant.mode)
     text += fmt::format(
-        ", which shows delay and lag but no mode ({}): the loop is sound with a mode anywhere from {:.4g} Hz up",
-        plant.not_shown, plant.uncertainty.resonance_Hz.lo);
+        ", which shows delay and lag but no mode ({}): the mode is within what is stated, {:g} Hz, and the loop is sound with "
+        "one anywhere from there up",
+        plant.not_shown, stated_Hz);
+  else if (!is_as_stated(*plant.mode, stated_Hz))
+    text += fmt::format(", where {:g} Hz was stated", stated_Hz);
   if (plant.pure_s > 0.0)
-    text += fmt::format(", of which {:.3g} ms is no lag but a pure delay, taken as the sensor's",
-                        1e3 * plant.pure_s);
+    text += fmt::format("; {:.3g} ms is no lag but a pure delay, taken as the sensor's", 1e3 * plant.pure_s);
   return text;
 }
 
 std::string loop_line(const TuningReport& report) {
   const Candidate& best = report.proposed();
-  std::string text = fmt::format("loop: {}, kp {:.4g}, ki {:.4g} 1/s", best.name, best.setting.pi.kp,
-                                 best.setting.pi.ki_per_s);
+  const std::string name = report.best == 0 ? "cautious" : best.name;  // the present one is cautious_keys()
+  std::string text =
+      fmt::format("loop: {}, kp {:.4g}, ki {:.4g} 1/s", name, best.setting.pi.kp, best.setting.pi.ki_per_s);
   if (best.setting.measurement_filter_Hz > 0.0)
     text += fmt::format(", low pass {:g} Hz", best.setting.measurement_filter_Hz);
   if (best.setting.notch) text += fmt::format(", notch at {:.5g} Hz", best.setting.notch->frequency_Hz);
@@ -194,7 +193,8 @@ TunedAxis tuned_by_step(const std::filesystem::path& config_file, std::size_t i,
   if (first.axes[0].control.delays.sensor_s() == 0.0)
     tuned.unshared_s = lag_s(plant.delays) + plant.delays.sensor_s();
   set_dynamics(config_file, i, cautious_keys(plant, 1.0 / first.controller.rate_Hz));
-  tuned.lines.push_back(dynamics_line(records.files.step->filename().string(), plant));
+  tuned.lines.push_back(dynamics_line(records.files.step->filename().string(), plant,
+                                      first.axes[0].control.delays.resonance_Hz));
   const config::Config loaded = config::load(config_file), config = chosen_axis_of(loaded, rehearsed);
   const CandidateRules rules{};
   TuningReport report = tuning_of(config, usual_steps(config.axes[0].control.gate), rules, false);
@@ -255,10 +255,10 @@ std::vector<std::string> ranges_of(const config::Config& config, const std::vect
   for (std::size_t i = 0; i < tuned.size(); ++i)
     if (tuned[i].unshared_s > 0.0)
       ranges[i] = fmt::format(
-          "; of {:.3g} ms of delay nobody has stated how much is the sensor's (--sensor-delay): {:.3g} um if none, {:.3g} "
-          "um if all",
-          1e3 * tuned[i].unshared_s, none.true_errors[i].total().rms_um(),
-          all.true_errors[i].total().rms_um());
+          "; {:.3g} ms are taken as the sensor's, which nobody has stated (--sensor-delay): {:.3g} um if none are, {:.3g} "
+          "um if all {:.3g} ms are",
+          1e3 * config.axes[i].control.delays.sensor_s(), none.true_errors[i].total().rms_um(),
+          all.true_errors[i].total().rms_um(), 1e3 * tuned[i].unshared_s);
   return ranges;
 }
 

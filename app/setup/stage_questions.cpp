@@ -10,6 +10,7 @@
 #include <system_error>
 #include <utility>
 
+#include "app/io/standard_streams.h"
 #include "app/report/identified_plant.h"
 #include "config/document/error.h"
 #include "identification/dynamics/second_order_fit.h"
@@ -157,7 +158,8 @@ class AxisQuestions {
           resonance_Hz = fit.natural_frequency_Hz.value;
           damping_ratio = fit.damping_ratio.value;
         }
-      } catch (const identification::ModeNotShown&) {  // then it is asked for
+      } catch (const identification::ModeNotShown& error) {
+        note("{}: {}; so --resonance is needed\n", measured->files.step->string(), error.what());
       } catch (const std::invalid_argument& error) {
         throw config::Error(fmt::format("{}: {}", measured->files.step->string(), error.what()));
       }

@@ -50,9 +50,8 @@ void set_plant(twin::Config& twin, const std::string& axis_name, const controlle
     };
     plant.mode.natural_frequency_Hz = found.resonance_Hz;
     plant.mode.damping_ratio = found.damping_ratio;
-    const double lag_s = 1.0 / (2.0 * std::numbers::pi * found.amplifier_bandwidth_Hz) +
-                         without_commands(found) - without_commands(own);
-    if (lag_s > 0.0) plant.amplifier.bandwidth_Hz = 1.0 / (2.0 * std::numbers::pi * lag_s);
+    const double rest_s = lag_s(found) + without_commands(found) - without_commands(own);
+    if (rest_s > 0.0) plant.amplifier.bandwidth_Hz = 1.0 / (2.0 * std::numbers::pi * rest_s);
   }
 }
 

@@ -267,7 +267,8 @@ Pi::Config largest_gains(const LoopConfig& config, const PlantUncertainty& uncer
     const double ki_per_cycle = largest_factor(parts.integral + ratio * parts.proportional, rule);
     if (ki_per_cycle > best.ki_per_cycle) best = {ratio, ki_per_cycle};
   }
-  if (!uncertainty.shows_mode())
+  const bool folds = !uncertainty.shows_mode() || uncertainty.resonance_Hz.lo * config.cycle_s > 0.5;
+  if (folds)
     for (const LinearLoop& corner : corners_of(config, uncertainty)) {
       const Parts there = parts_of(corner);
       best.ki_per_cycle =

@@ -66,7 +66,7 @@ struct LoopSetting {
 /// range.
 Pi::Config largest_gains(const LoopConfig& config, const PlantUncertainty& uncertainty,
                          const SensitivityRule& rule);
-/// The same by the cautious rule, for the plant of `config`; where no record has shown the mode, with less of both so that it
+/// The same by the cautious rule, for the plant of `config`; where the samples fold the mode, with less of both so that it
 /// holds at every corner.
 Pi::Config largest_gains(const LoopConfig& config, const PlantUncertainty& uncertainty,
                          const CautiousRule& rule);

@@ -315,8 +315,8 @@ void check_determined(const SecondOrderFit& fit, const Point& point, const Box& 
            " Hz, expected at least ", slowest_Hz, ": is the time in ms, or its unit not stated?");
   if (fit.delay_s.hi < 0.0)  // so does a mode above half the rate, too
     throw ModeNotShown(model::text_of(
-        "delay is ", in_three_digits(fit.delay_s.value),
-        " s, expected zero or more: the input of a row is the drive in force from that row's time on"));
+        "the best mode has a delay of ", in_three_digits(fit.delay_s.value),
+        " s, as the image of one above half the rate has, or any where the drive's column is late"));
 }
 
 }  // namespace
