@@ -151,6 +151,26 @@ TEST_F(Init, SaysWhatAnUnstatedSensorDelayDoesToTheTrueError) {
   EXPECT_EQ(told.axes[0].twin.sensor.delay, std::chrono::microseconds(50));
 }
 
+TEST_F(Init, RefusesASensorDelayThatIsLongerThanTheDelayOfTheStep) {
+  excite("piezo.toml", "loops.csv");
+  excite("piezo.toml", "step.csv", {"--signal", "step"});
+  ASSERT_EQ(init({path("stage"), "--record", path("loops.csv"), "--step", path("step.csv"), "--sensor-delay",
+                  "2000", "--yes"}),
+            bad_input);
+  EXPECT_NE(err.find("stated delay is 2 ms, expected at most that of the record"), std::string::npos) << err;
+  EXPECT_FALSE(is_there("stage"));
+}
+
+TEST_F(Init, SaysWhichResonanceWasStatedWhereTheStepShowsAnotherOne) {
+  excite("piezo.toml", "loops.csv");
+  excite("piezo.toml", "step.csv", {"--signal", "step"});
+  ASSERT_EQ(init({path("stage"), "--record", path("loops.csv"), "--step", path("step.csv"), "--resonance",
+                  "150", "--yes"}),
+            done)
+      << err;
+  EXPECT_NE(out.find("where 150 Hz was stated"), std::string::npos) << out;
+}
+
 TEST_F(Init, SaysInTheConfigurationWhatAStepHasShown) {
   excite("piezo.toml", "loops.csv");
   excite("piezo.toml", "step.csv", {"--signal", "step"});
