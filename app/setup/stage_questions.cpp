@@ -150,16 +150,16 @@ class AxisQuestions {
 
   void mode(AxisFacts& axis) {
     std::optional<double> resonance_Hz, damping_ratio;
+    const auto stated = of_axis("--resonance", stated_.resonance_Hz, axis_, stated_.axes.size());
     if (const AxisRecords* measured = record(); measured != nullptr && measured->step) {
       try {
         const auto fit = identification::fit_second_order(*measured->step);
-        const auto stated = of_axis("--resonance", stated_.resonance_Hz, axis_, stated_.axes.size());
         if (!stated || is_as_stated(fit, *stated)) {
           resonance_Hz = fit.natural_frequency_Hz.value;
           damping_ratio = fit.damping_ratio.value;
         }
       } catch (const identification::ModeNotShown& error) {
-        note("{}: {}; so --resonance is needed\n", measured->files.step->string(), error.what());
+        if (!stated) note("{}: {}; so --resonance is needed\n", measured->files.step->string(), error.what());
       } catch (const std::invalid_argument& error) {
         throw config::Error(fmt::format("{}: {}", measured->files.step->string(), error.what()));
       }

@@ -313,10 +313,10 @@ void check_determined(const SecondOrderFit& fit, const Point& point, const Box& 
   if (fit.natural_frequency_Hz.value < slowest_Hz)
     refuse("natural frequency is ", in_three_digits(fit.natural_frequency_Hz.value),
            " Hz, expected at least ", slowest_Hz, ": is the time in ms, or its unit not stated?");
-  if (fit.delay_s.hi < 0.0)  // so does a mode above half the rate, too
+  if (fit.delay_s.hi < 0.0)
     throw ModeNotShown(model::text_of(
         "the best mode has a delay of ", in_three_digits(fit.delay_s.value),
-        " s, as the image of one above half the rate has, or any where the drive's column is late"));
+        " s: one above half the rate looks so, or the input of a row is not the drive in force from that row's time on"));
 }
 
 }  // namespace
