@@ -73,7 +73,11 @@ Found with_pure_delay(const ChainRecord& record, const Found& lag_alone, const c
   ChainBox box = lag_alone.box;
   box.lo[pure_share] = 0.0;
   box.hi[pure_share] = most_share;
-  for (const double moved : {0.0, -0.07, 0.07})  // near half the rate a delay looks like another frequency
+  // Near half the rate a delay looks like another frequency.
+  constexpr double far_from_half = 0.2;  // of the rate
+  const double cycles = std::exp(lag_alone.fit.at[log_frequency]) * record.cycle_s();
+  const bool is_near_half = std::abs(cycles - 0.5) < far_from_half;
+  for (const double moved : is_near_half ? std::vector{0.0, -0.07, 0.07} : std::vector{0.0})
     for (const double share : {0.3, 0.7}) {
       ChainPoint start = lag_alone.fit.at;
       start[pure_share] = share;
