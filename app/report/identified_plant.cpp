@@ -128,11 +128,13 @@ Found around_stated(const ChainRecord& record, const controller::Delays& stated)
   const double log_f = std::log(stated.resonance_Hz), log_zeta = std::log(stated.damping_ratio);
   Found plain = with_any_delay(record, log_f, log_zeta);
   plain.fit = record.improved(plain.fit.at, plain.box);
-  const double step_Hz = std::min(step / record.cycle_s(), 0.25 * stated_share * stated.resonance_Hz);
-  std::vector<Found> starts;
-  for (double f = (1.0 - stated_share) * stated.resonance_Hz; f <= (1.0 + stated_share) * stated.resonance_Hz;
-       f += step_Hz)
-    starts.push_back(with_any_delay(record, std::log(f), log_zeta));
+  const double reach_Hz = stated_share * stated.resonance_Hz;
+  const double step_Hz = std::min(step / record.cycle_s(), 0.25 * reach_Hz);
+  const int count = 1 + static_cast<int>(2.0 * reach_Hz / step_Hz);
+  std::vector<Found> starts(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i)
+    starts[static_cast<std::size_t>(i)] =
+        with_any_delay(record, std::log(stated.resonance_Hz - reach_Hz + i * step_Hz), log_zeta);
   std::ranges::stable_sort(starts, {}, [](const Found& of) { return of.fit.sum_of_squares; });
   constexpr std::size_t tried = 3;
   starts.resize(std::min(starts.size(), tried));
@@ -200,7 +202,7 @@ Found best_of(IdentifiedPlant& plant, const ChainRecord& chain, const controller
     found = of_shown(plant, chain, stated);
     if (is_as_stated(*plant.mode, stated.resonance_Hz)) return found;
   }
-  const Found as_stated = with_pure_delay(chain, around_stated(chain, stated), stated);
+  Found as_stated = with_pure_delay(chain, around_stated(chain, stated), stated);
   if (plant.mode && excludes(chain, found, as_stated, stated)) return found;
   if (plant.mode)
     plant.not_shown =

@@ -195,8 +195,9 @@ std::vector<double> resonances_of(const model::Interval& resonance_Hz, double cy
   const bool folds = last_Hz > half_Hz;
   const int count =
       folds ? std::max(fewest, 1 + static_cast<int>(std::ceil(way_Hz / (share_of_rate * rate_Hz)))) : fewest;
-  std::vector<double> resonances;
-  for (int i = 0; i < count; ++i) resonances.push_back(resonance_Hz.lo + way_Hz * i / (count - 1));
+  std::vector<double> resonances(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i)
+    resonances[static_cast<std::size_t>(i)] = resonance_Hz.lo + way_Hz * i / (count - 1);
   if (!has_end) resonances.push_back(without_mode * rate_Hz);
   return resonances;
 }
