@@ -125,10 +125,12 @@ Found with_any_delay(const ChainRecord& record, double log_f, double log_zeta) {
 /// better, because the samples show its image.
 Found around_stated(const ChainRecord& record, const controller::Delays& stated) {
   constexpr double step = 0.02, damping_reach = 0.7;  // of the rate; of the logarithm of zeta
-  const double log_f = std::log(stated.resonance_Hz), log_zeta = std::log(stated.damping_ratio);
+  const double log_f = std::log(stated.resonance_Hz),
+               log_zeta = std::log(std::max(stated.damping_ratio, least_damping_ratio));
   Found plain = with_any_delay(record, log_f, log_zeta);
   plain.fit = record.improved(plain.fit.at, plain.box);
-  const double reach_Hz = stated_share * stated.resonance_Hz;
+  const double half_Hz = 0.5 / record.cycle_s();  // the samples have shown all images then
+  const double reach_Hz = std::min(stated_share * stated.resonance_Hz, half_Hz);
   const double step_Hz = std::min(step / record.cycle_s(), 0.25 * reach_Hz);
   const int count = 1 + static_cast<int>(2.0 * reach_Hz / step_Hz);
   std::vector<Found> starts(static_cast<std::size_t>(count));

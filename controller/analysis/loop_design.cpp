@@ -190,7 +190,7 @@ std::vector<double> resonances_of(const model::Interval& resonance_Hz, double cy
   constexpr double share_of_rate = 0.02, without_mode = 1e3;  // of the rate
   const double rate_Hz = 1.0 / cycle_s, half_Hz = 0.5 * rate_Hz;
   const bool has_end = std::isfinite(resonance_Hz.hi);
-  const double last_Hz = has_end ? resonance_Hz.hi : std::max(resonance_Hz.lo, half_Hz) + rate_Hz;
+  const double last_Hz = std::min(resonance_Hz.hi, std::max(resonance_Hz.lo, half_Hz) + rate_Hz);
   const double way_Hz = last_Hz - resonance_Hz.lo;
   const bool folds = last_Hz > half_Hz;
   const int count =

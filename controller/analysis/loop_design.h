@@ -42,8 +42,8 @@ PlantUncertainty widened(PlantUncertainty uncertainty, double percent);
 PlantUncertainty around(const Delays& delays, double percent);
 
 /// The plants at the corners, and within the interval of the resonance. Above half the rate the samples show a mode as
-/// another one, anywhere from 0 on: the steps within the interval are then shares of the rate. Without an upper end they go
-/// to where the samples have shown all of these, rising and falling, and the last plant has no mode.
+/// another one, anywhere from 0 on: the steps within the interval are then shares of the rate. They end
+/// where the samples have shown all of these, rising and falling. Without an upper end the last plant has no mode.
 std::vector<LinearLoop> corners_of(const LoopConfig& config, const PlantUncertainty& uncertainty);
 
 struct SensitivityRule {

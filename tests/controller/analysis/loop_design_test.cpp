@@ -72,6 +72,13 @@ TEST(SensitivityRule, HoldsForEveryModeFromTheStatedOneUpWhereNoneIsShown) {
   }
 }
 
+TEST(Corners, AreAFewForAnyStatedResonance) {
+  for (const double resonance_Hz : {1.0, 3e3, 1e12, 1e300}) {
+    const LoopConfig config = stage(resonance_Hz, 0.02);
+    EXPECT_LE(corners_of(config, around(config.delays, 10.0)).size(), 200u) << resonance_Hz;
+  }
+}
+
 TEST(UnmeasuredGains, AreAnEighthOfWhatIsStable) {
   const LoopConfig config = stage(500.0, 0.02);
   const PlantUncertainty known = around(config.delays, 0.0);
