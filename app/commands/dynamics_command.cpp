@@ -167,7 +167,7 @@ std::string delay_key(const IdentifiedDynamics& identified, const controller::De
                         toml_number(found.amplifier_bandwidth_Hz), 1e3 * lag_s(found));
   if (found.sensor_delay != configured.sensor_delay)
     text += fmt::format("sensor_delay_us = {}   # a pure delay beside the lag\n",
-                        toml_number(std::chrono::duration<double, std::micro>(found.sensor_delay).count()));
+                        toml_number(microseconds(found.sensor_delay)));
   return text;
 }
 
@@ -205,8 +205,7 @@ nlohmann::json to_json(const IdentifiedDynamics& identified) {
   json["measurement_filter_Hz"] = setting.measurement_filter_Hz;
   json["notch"] = to_json(setting.notch);
   json["amplifier_bandwidth_Hz"] = identified.plant.delays.amplifier_bandwidth_Hz;
-  json["sensor_delay_us"] =
-      std::chrono::duration<double, std::micro>(identified.plant.delays.sensor_delay).count();
+  json["sensor_delay_us"] = microseconds(identified.plant.delays.sensor_delay);
   json["margins"] = to_json(identified.loops.front().margins);
   json["worst_margins"] = to_json(identified.loops.front().worst);
   return json;

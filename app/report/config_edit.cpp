@@ -15,9 +15,7 @@ namespace hystcan::app {
 namespace {
 
 /// Whole ones, as the configuration has them.
-double microseconds(std::chrono::nanoseconds duration) {
-  return std::round(std::chrono::duration<double, std::micro>(duration).count());
-}
+double whole_microseconds(std::chrono::nanoseconds duration) { return std::round(microseconds(duration)); }
 
 class LoopEdit {
  public:
@@ -76,10 +74,12 @@ std::string with_loop_keys(const config::Config& config, std::size_t axis, const
   edit.number("kp", before.setting.pi.kp, keys.setting.pi.kp);
   edit.number("ki_per_s", before.setting.pi.ki_per_s, keys.setting.pi.ki_per_s);
   edit.low_pass(before.setting.measurement_filter_Hz, keys.setting.measurement_filter_Hz);
-  edit.number("delays.command_delay_us", microseconds(was.command_delay), microseconds(now.command_delay));
+  edit.number("delays.command_delay_us", whole_microseconds(was.command_delay),
+              whole_microseconds(now.command_delay));
   edit.number("delays.amplifier_bandwidth_Hz", was.amplifier_bandwidth_Hz, now.amplifier_bandwidth_Hz);
   if (now.sensor_delay != was.sensor_delay)
-    edit.number("delays.sensor_delay_us", microseconds(was.sensor_delay), microseconds(now.sensor_delay));
+    edit.number("delays.sensor_delay_us", whole_microseconds(was.sensor_delay),
+                whole_microseconds(now.sensor_delay));
   edit.number("delays.resonance_Hz", was.resonance_Hz, now.resonance_Hz);
   edit.number("delays.damping_ratio", was.damping_ratio, now.damping_ratio);
   edit.truth("delays.second_order", was.second_order, now.second_order);

@@ -125,6 +125,10 @@ Estimate later(Estimate delay_s, double s) {
   return delay_s;
 }
 
+double microseconds(std::chrono::nanoseconds duration) {
+  return std::chrono::duration<double, std::micro>(duration).count();
+}
+
 std::string toml_number(double value) {
   std::string text = fmt::format("{}", value);
   return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;

@@ -2,6 +2,7 @@
 // `tune`.
 #pragma once
 
+#include <chrono>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -31,6 +32,8 @@ std::string describe(const controller::CautiousRule& rule);
 
 /// The estimate, moved by `s`.
 identification::Estimate later(identification::Estimate delay_s, double s);
+
+double microseconds(std::chrono::nanoseconds duration);
 
 /// The value in a form that TOML reads as a float.
 std::string toml_number(double value);

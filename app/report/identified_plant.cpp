@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -167,10 +166,9 @@ controller::PlantUncertainty uncertainty_of(const SecondOrderFit& mode) {
 /// The stated mode may be stiffer, and ring longer.
 controller::PlantUncertainty uncertainty_of(const controller::Delays& stated,
                                             const controller::Delays& chain) {
-  constexpr double longer = 1.5;
   const auto [least, most] = std::minmax(stated.damping_ratio, chain.damping_ratio);
   return {.resonance_Hz = {stated.resonance_Hz, std::numeric_limits<double>::infinity()},
-          .damping_ratio = {least / longer, most}};
+          .damping_ratio = {least / stated_damping_factor, most}};
 }
 
 void find_mode(IdentifiedPlant& plant, const Dataset& record) {

@@ -42,6 +42,9 @@ struct IdentifiedPlant {
 /// be distinguished from zero. Throws std::invalid_argument where the record determines nothing.
 IdentifiedPlant identified_plant(const identification::Dataset& record, const controller::Delays& stated);
 
+/// A stated damping ratio is that much too large at most.
+inline constexpr double stated_damping_factor = 1.5;
+
 /// Of the amplifier.
 double lag_s(const controller::Delays& delays);
 

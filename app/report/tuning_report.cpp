@@ -17,10 +17,6 @@ using app::to_json;
 using controller::AxisOutcome;
 using controller::Margins;
 
-double microseconds(std::chrono::nanoseconds duration) {
-  return std::chrono::duration<double, std::micro>(duration).count();
-}
-
 bool outcome_has_run(const AxisOutcome& outcome) {
   return outcome.fault.cause == controller::Cause::none && outcome.statistics.total().samples > 0;
 }

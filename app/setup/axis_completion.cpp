@@ -97,9 +97,9 @@ LoopKeys cautious_keys(const IdentifiedPlant& plant, double cycle_s) {
 
 /// The stated mode within what a statement is good for; above half the rate it may be anything from there up.
 controller::PlantUncertainty stated_uncertainty(const controller::Delays& stated, double rate_Hz) {
-  constexpr double percent = 10.0, longer = 1.5;
+  constexpr double percent = 10.0;
   controller::PlantUncertainty uncertainty = controller::around(stated, percent);
-  uncertainty.damping_ratio.lo /= longer;
+  uncertainty.damping_ratio.lo /= stated_damping_factor;
   if (uncertainty.resonance_Hz.hi > 0.5 * rate_Hz)
     uncertainty.resonance_Hz.hi = std::numeric_limits<double>::infinity();
   return uncertainty;
@@ -114,8 +114,7 @@ void set_dynamics(const std::filesystem::path& file, std::size_t i, const LoopKe
   text.set(twin + "damping_ratio", toml_number(keys.delays.damping_ratio));
   text.set(twin + "bandwidth_Hz", toml_number(keys.delays.amplifier_bandwidth_Hz));
   if (keys.delays.sensor_delay.count() > 0)
-    text.set(twin + "sensor.delay_us",
-             toml_number(std::chrono::duration<double, std::micro>(keys.delays.sensor_delay).count()));
+    text.set(twin + "sensor.delay_us", toml_number(microseconds(keys.delays.sensor_delay)));
   write_file(file, text.text());
 }
 
@@ -154,36 +153,6 @@ std::string loop_line(const TuningReport& report) {
                         report.rule.resonance_percent);
   return text;
 }
-
-}  // namespace
-
-std::string model_name(const std::string& axis) { return axis + ".model.toml"; }
-std::string plant_name(const std::string& axis) { return axis + ".plant.toml"; }
-
-IdentifiedAxis identify_axis(const std::filesystem::path& folder, const std::string& axis,
-                             const AxisRecords& records) {
-  const Identified found = identified_loops(records);
-  stop_if_signalled();
-  const std::vector<std::string> said = findings(records.loops, found);
-  write_file(folder / model_name(axis), identified_model_text(found, said));
-  write_file(folder / plant_name(axis),
-             "# The twin's actuator: the identified model with curves 3 % and k 20 % off.\n" +
-                 config::model_text(not_quite(found.parameters), {}));
-  const std::string undrawn = write_axis_report(folder / (axis + ".report"), records, found, said);
-  stop_if_signalled();
-  IdentifiedAxis result{
-      .parameters = found.parameters, .noise_um = found.datasets.front().noise, .lines = {}};
-  const double percent = 100.0 / found.output_span;
-  result.lines.push_back(fmt::format(
-      "hysteresis: {}, misses {} by {:.3g} % RMS{} of {:.5g} um; {}.report/report.html{}",
-      found.search.shape.text(), fmt::join(records.names(), ", "), found.overall.rms * percent,
-      found.held_out_rms ? fmt::format(" ({:.3g} % held out)", *found.held_out_rms * percent) : "",
-      found.output_span, axis, undrawn.empty() ? "" : ", without pictures: " + undrawn));
-  if (records.unseen) result.lines.push_back(validation_line(found.parameters, found.delay_s, records));
-  return result;
-}
-
-namespace {
 
 TunedAxis tuned_by_step(const std::filesystem::path& config_file, std::size_t i, const AxisRecords& records,
                         const OpenLoopOptions& rehearsed) {
@@ -263,6 +232,32 @@ std::vector<std::string> ranges_of(const config::Config& config, const std::vect
 }
 
 }  // namespace
+
+std::string model_name(const std::string& axis) { return axis + ".model.toml"; }
+std::string plant_name(const std::string& axis) { return axis + ".plant.toml"; }
+
+IdentifiedAxis identify_axis(const std::filesystem::path& folder, const std::string& axis,
+                             const AxisRecords& records) {
+  const Identified found = identified_loops(records);
+  stop_if_signalled();
+  const std::vector<std::string> said = findings(records.loops, found);
+  write_file(folder / model_name(axis), identified_model_text(found, said));
+  write_file(folder / plant_name(axis),
+             "# The twin's actuator: the identified model with curves 3 % and k 20 % off.\n" +
+                 config::model_text(not_quite(found.parameters), {}));
+  const std::string undrawn = write_axis_report(folder / (axis + ".report"), records, found, said);
+  stop_if_signalled();
+  IdentifiedAxis result{
+      .parameters = found.parameters, .noise_um = found.datasets.front().noise, .lines = {}};
+  const double percent = 100.0 / found.output_span;
+  result.lines.push_back(fmt::format(
+      "hysteresis: {}, misses {} by {:.3g} % RMS{} of {:.5g} um; {}.report/report.html{}",
+      found.search.shape.text(), fmt::join(records.names(), ", "), found.overall.rms * percent,
+      found.held_out_rms ? fmt::format(" ({:.3g} % held out)", *found.held_out_rms * percent) : "",
+      found.output_span, axis, undrawn.empty() ? "" : ", without pictures: " + undrawn));
+  if (records.unseen) result.lines.push_back(validation_line(found.parameters, found.delay_s, records));
+  return result;
+}
 
 TunedAxis tune_axis(const std::filesystem::path& config_file, std::size_t i, const AxisRecords& records) {
   const std::string name = config::load(config_file).axes[i].wire.name;

@@ -164,11 +164,8 @@ std::vector<LoopConfig> with_cancelling_notches(const LoopConfig& config) {
 
 bool has_filter(const LoopConfig& config) { return config.notch || config.measurement_filter_Hz > 0.0; }
 
-/// The loop at ki T = 1 with its integral part, and with its proportional one.
-struct Parts {
-  Eigen::ArrayXcd integral, proportional;
-};
-Parts parts_of(const LinearLoop& loop) {
+/// Of one plant, as finely as margins_of() looks.
+Responses responses_of(const LinearLoop& loop) {
   const Eigen::ArrayXd theta = frequencies_for(loop.config());
   const Eigen::ArrayXcd plant = theta.unaryExpr([&](double t) { return loop.without_gains(t); });
   const Eigen::ArrayXcd integral = plant * theta.unaryExpr([](double t) {
@@ -261,17 +258,17 @@ Pi::Config largest_gains(const LoopConfig& config, const PlantUncertainty& uncer
 Pi::Config largest_gains(const LoopConfig& config, const PlantUncertainty& uncertainty,
                          const CautiousRule& rule) {
   require(rule);
-  const Parts parts = parts_of(LinearLoop(config));
+  const Responses of = responses_of(LinearLoop(config));
   Best best;
   for (int i = 0; i <= 250; ++i) {
     const double ratio = 0.02 * i;
-    const double ki_per_cycle = largest_factor(parts.integral + ratio * parts.proportional, rule);
+    const double ki_per_cycle = largest_factor(of.integral + ratio * of.proportional, rule);
     if (ki_per_cycle > best.ki_per_cycle) best = {ratio, ki_per_cycle};
   }
   const bool folds = !uncertainty.shows_mode() || uncertainty.resonance_Hz.lo * config.cycle_s > 0.5;
   if (folds)
     for (const LinearLoop& corner : corners_of(config, uncertainty)) {
-      const Parts there = parts_of(corner);
+      const Responses there = responses_of(corner);
       best.ki_per_cycle =
           std::min(best.ki_per_cycle, largest_factor(there.integral + best.ratio * there.proportional, rule));
     }
