@@ -68,6 +68,9 @@ class CsvLines {
   /// The TEXT of a comment `# NAME = TEXT` that was kept; empty if there is none.
   std::string comment(std::string_view name) const;
 
+  /// Those that were kept, as in the file.
+  const std::vector<std::string>& comments() const { return comments_; }
+
   /// True if the present line ends the file without a line end.
   bool end_in_mid_line() const { return in_mid_line_; }
   std::uint64_t bytes_read() const { return bytes_read_; }

@@ -28,25 +28,34 @@ std::string unit_of(const LabCsvReader& reader, const char* name, const std::str
 
 /// Seconds of one unit of the time column beside a stated rate: it is the number of the sample, or it agrees.
 double seconds_beside_rate(const LabCsvReader& reader, const DatasetColumns& columns, double rate_Hz,
-                           double step) {
+                           const std::string& origin, double step) {
   const double unit_s = columns.time_unit_s.value_or(1.0);
   if (!columns.time_unit_s && step == std::round(step)) return 1.0 / rate_Hz;
   if (std::abs(unit_s * step * rate_Hz - 1.0) < 0.01) return unit_s;
   throw Error(
-      fmt::format("{}:{}: {} increases by {} s, expected {} s at --rate {}, or the number of the sample",
+      fmt::format("{}:{}: {} increases by {} s, expected {} s at {}, or the number of the sample",
                   reader.file().string(), reader.line_number(), columns.titles[0], unit_s * step,
-                  1.0 / rate_Hz, rate_Hz));
+                  1.0 / rate_Hz, origin));
 }
 
 }  // namespace
 
-DatasetFile load_dataset(const std::filesystem::path& file, const DatasetLayout& layout,
+DatasetFile load_dataset(const std::filesystem::path& file, const DatasetLayout& stated,
                          std::size_t most_rows) {
   LabCsvReader reader(file);
+  DatasetLayout layout = stated;
+  std::string origin_of_rate = layout.rate_Hz ? fmt::format("--rate {}", *layout.rate_Hz) : "";
+  if (!layout.rate_Hz && reader.rate()) {
+    layout.rate_Hz = reader.rate()->rate_Hz;
+    origin_of_rate = fmt::format("\"{}\" (--rate says otherwise)", shortened(reader.rate()->line));
+  }
   const DatasetColumns columns = dataset_columns(reader, layout);
   reader.select(columns.selected);
   DatasetFile loaded;
   loaded.taken = taken_by_likeness(reader, columns);
+  if (!stated.rate_Hz && reader.rate() && !columns.time_unit_s)
+    loaded.taken += fmt::format("{}{:g} Hz from \"{}\"", loaded.taken.empty() ? "" : ", ", reader.rate()->rate_Hz,
+                                shortened(reader.rate()->line));
   identification::Dataset& dataset = loaded.dataset;
   dataset.input_unit = unit_of(reader, "input_unit", columns.input_unit);
   dataset.output_unit =
@@ -58,7 +67,7 @@ DatasetFile load_dataset(const std::filesystem::path& file, const DatasetLayout&
     const double t = columns.has_time() ? row[0] : static_cast<double>(dataset.size());
     if (layout.rate_Hz && columns.has_time() && dataset.size() == 1) {
       const double before = dataset.time_s.front() / seconds;
-      seconds = seconds_beside_rate(reader, columns, *layout.rate_Hz, t - before);
+      seconds = seconds_beside_rate(reader, columns, *layout.rate_Hz, origin_of_rate, t - before);
       dataset.time_s.front() = seconds * before;
     }
     const double time_s = seconds * t;

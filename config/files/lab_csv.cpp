@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <iterator>
 #include <optional>
 #include <set>
@@ -62,6 +63,35 @@ CsvColumn csv_column(std::string_view title) {
         return column;
       }
   return column;
+}
+
+std::optional<StatedRate> stated_rate(std::string_view line) {
+  constexpr std::array<std::string_view, 8> words{"abtastrate",    "abtastfrequenz",     "sampling rate",
+                                                  "sample rate",   "sampling frequency", "samplerate",
+                                                  "sampling_rate", "sample_rate"};
+  constexpr std::string_view around = " \t:=;,\"()[]";
+  const std::string_view whole = line;
+  const auto without_ends = [&](std::string_view text) {
+    const auto begin = text.find_first_not_of(around);
+    return begin == std::string_view::npos ? std::string_view()
+                                           : text.substr(begin, text.find_last_not_of(around) - begin + 1);
+  };
+  line = without_ends(line.substr(std::min(line.size(), line.find_first_not_of("# \t"))));
+  std::string lower(line);
+  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
+  const auto word =
+      std::ranges::find_if(words, [&](std::string_view of) { return lower.starts_with(of); });
+  if (word == words.end()) return std::nullopt;
+  const std::string_view rest = without_ends(std::string_view(lower).substr(word->size()));
+  constexpr std::string_view digits = "0123456789";
+  const std::size_t begin = std::min(rest.find_first_of(digits), rest.size());
+  const std::size_t end = std::min(rest.find_first_not_of("0123456789.,", begin), rest.size());
+  const auto value = csv_number(without_ends(rest.substr(begin, end - begin)), true);
+  std::string unit(without_ends(rest.substr(0, begin)));  // Abtastrate [Hz]: 5000
+  unit += without_ends(rest.substr(end));
+  const double factor = unit.empty() || unit == "hz" || unit == "s/s" ? 1.0 : unit == "khz" ? 1e3 : 0.0;
+  if (!value || !(*value * factor > 0.0)) return std::nullopt;
+  return StatedRate{*value * factor, std::string(trimmed(whole))};
 }
 
 LabCsvReader::LabCsvReader(std::filesystem::path file) : lines_(std::move(file)) { find_header(); }
@@ -127,6 +157,10 @@ void LabCsvReader::find_header() {
   }
   if (fields > most_columns)
     lines_.fail(fmt::format("{} columns, expected at most {}", fields, most_columns));
+  for (const std::string& comment : lines_.comments())
+    if (!rate_) rate_ = stated_rate(comment);
+  for (const CsvLines::Kept& line : before)
+    if (!rate_) rate_ = stated_rate(line.text);
   read_names(before, fields);
   for (CsvLines::Kept& row : rows) lines_.put_back(std::move(row));
 }

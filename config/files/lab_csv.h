@@ -2,11 +2,13 @@
 //
 //   - separators: semicolon, tab, comma or blanks; decimal commas unless commas separate
 //   - lines of text before the header (instrument, date) are passed over, as are `#` lines
+//   - a sampling rate stated above the header is found: `Abtastrate: 5000 Hz`, `# sample rate = 5 kHz`, `Sampling rate;5000`
 //   - names may be quoted and have their unit beside them: `drive (V)`, `x [um]`, `time_s`; a line of units may follow
 //   - without a header the columns are named 1, 2, 3 ...
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,6 +26,13 @@ struct CsvColumn {
 /// A name and the unit in parentheses or brackets behind it, or behind an underscore or a slash if it is a known one.
 CsvColumn csv_column(std::string_view title);
 
+struct StatedRate {
+  double rate_Hz = 0.0;
+  std::string line;  ///< as in the file
+};
+/// The sampling rate that a line states, if it is one of these.
+std::optional<StatedRate> stated_rate(std::string_view line);
+
 class LabCsvReader {
  public:
   /// Throws Error if the file cannot be read, or if no numbers are found in it.
@@ -39,6 +48,8 @@ class LabCsvReader {
   /// value that is not a finite number.
   bool next(std::vector<double>& row);
 
+  /// The first one above the header.
+  const std::optional<StatedRate>& rate() const { return rate_; }
   std::string comment(std::string_view name) const { return lines_.comment(name); }
   /// True if the last row that was read ends the file without a line end: it may be incomplete.
   bool ends_in_mid_line() const { return lines_.end_in_mid_line(); }
@@ -55,6 +66,7 @@ class LabCsvReader {
   CsvLines lines_;
   std::vector<CsvColumn> columns_;
   bool has_header_ = false;
+  std::optional<StatedRate> rate_;
   std::size_t header_line_ = 1;
   char separator_ = ',';
   std::vector<std::size_t> selected_;

@@ -120,6 +120,26 @@ TEST(LabCsvColumns, WithARateNeedNoTime) {
             (std::vector<double>{7 * 0.002, 8 * 0.002}));
 }
 
+TEST(LabCsvColumns, TakeTheRateThatIsStatedAboveTheHeader) {
+  for (const char* above :
+       {"Messung 3\nAbtastrate: 5000 Hz\n", "# sample rate = 5 kHz\n", "\"Sampling Rate\";5000\n", "Abtastrate;5;kHz\n",
+        "Abtastrate [Hz]: 5000\n", "Sampling frequency: 5,0 kHz\n"}) {
+    const DatasetFile numbered = load(above + std::string("Nr;V;x\n0;1;2\n1;3;4\n2;5;6\n"), {});
+    ASSERT_EQ(numbered.dataset.size(), 3U) << above;
+    EXPECT_NEAR(numbered.dataset.time_s[2], 0.0004, 1e-12) << above;
+    EXPECT_NE(numbered.taken.find("5000 Hz from"), std::string::npos) << numbered.taken;
+    EXPECT_NEAR(load(above + std::string("V;x\n1;2\n3;4\n"), {}).dataset.time_s[1], 0.0002, 1e-12) << above;
+  }
+  EXPECT_EQ(load("Abtastrate: 5000 Hz\nNr;V;x\n0;1;2\n1;3;4\n", {.rate_Hz = 500.0}).dataset.time_s[1], 0.002)
+      << "--rate says otherwise";
+}
+
+TEST(LabCsvColumns, OfTimeContradictTheRateAboveThem) {
+  EXPECT_EQ(refusal("Abtastrate: 5000 Hz\nt (ms);V;x\n0;1;2\n1;3;4\n", {}),
+            ":4: t (ms) increases by 0.001 s, expected 0.0002 s at \"Abtastrate: 5000 Hz\" (--rate says otherwise), or the "
+            "number of the sample");
+}
+
 TEST(LabCsvColumns, OfTimeAgreeWithAStatedRateOrAreNumbersOfSamples) {
   const std::vector<double> expected{0.0, 0.0002, 0.0004};
   for (const char* text : {"t,V,x\n0,1,2\n1,3,4\n2,5,6\n", "t,V,x\n0,1,2\n0.0002,3,4\n0.0004,5,6\n",
