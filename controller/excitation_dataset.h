@@ -8,7 +8,8 @@
 //   input    drive of the command that answered SYNC(n-1): in force from SYNC(n) until SYNC(n+1)
 //   output   position at SYNC(n), sampled when that drive takes effect: the response to the rows before
 //
-// Every cycle of the excitation has a row; the ramps before and after it have none. A cycle is left out where
+// Every cycle of the excitation has a row, those of its first `lead_s` seconds excepted; the ramps before and after it have
+// none. A cycle is left out where
 // its sample is missing, or where the record of the cycle before is lost, because its input is then unknown.
 #pragma once
 
@@ -27,6 +28,8 @@ struct ExcitationRow {
 
 class ExcitationDataset {
  public:
+  explicit ExcitationDataset(double lead_s = 0.0) : lead_s_(lead_s) {}
+
   /// Takes the record of every cycle in order, beginning before the axis tracks.
   std::optional<ExcitationRow> add(const CycleRecord& record);
 
@@ -35,6 +38,8 @@ class ExcitationDataset {
 
  private:
   std::optional<CycleRecord> before_;
+  double lead_s_;
+  std::optional<double> start_s_;  ///< of the excitation
   double first_s_ = 0.0;
   std::uint64_t rows_ = 0;
   std::uint64_t left_out_ = 0;

@@ -22,8 +22,8 @@
 #include "app/live/stop_signal.h"
 #include "app/report/demo_plot.h"
 #include "app/report/report.h"
+#include "app/report/tracking_floors.h"
 #include "config/schema/config.h"
-#include "controller/analysis/tracking_floor.h"
 #include "controller/telemetry.h"
 #include "rehearsal/rehearsal.h"
 
@@ -100,20 +100,9 @@ double preview_ms(const config::Config& config) {
   return 1e3 * controller::chain_moments(control.delays, control.law.notch, cycle_s).mean_s;
 }
 
-/// What no setpoints can avoid: the floor of the true error of each segment, um; empty where there is none.
 std::vector<std::optional<double>> floors_um(const config::Config& config) {
   const config::AxisConfig& axis = config.axes.front();
-  const twin::Plant::Config& plant = axis.twin.plant;
-  const controller::Delays chain{.amplifier_bandwidth_Hz = plant.amplifier.bandwidth_Hz,
-                                 .resonance_Hz = plant.mode.natural_frequency_Hz,
-                                 .damping_ratio = plant.mode.damping_ratio,
-                                 .interpolated = axis.twin.interpolate};
-  std::vector<std::optional<double>> floors;
-  for (const auto& segment : axis.control.setpoint)
-    floors.push_back(plant.second_mode ? std::nullopt
-                                       : controller::tracking_floor_um(chain, 1.0 / config.controller.rate_Hz,
-                                                                       segment.shape));
-  return floors;
+  return tracking_floors_um(axis.twin, axis.control.setpoint, 1.0 / config.controller.rate_Hz);
 }
 
 std::string error_cells(const controller::ErrorStatistics& error, double stroke_um) {

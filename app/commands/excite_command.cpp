@@ -87,7 +87,8 @@ Excitation::Config excitation(const ExciteArguments& options, const config::Conf
 /// Writes the CSV. An error of the file during the run is kept and thrown by close().
 class DatasetRecorder {
  public:
-  DatasetRecorder(const ExciteArguments& options, const config::Config& config) : file_(options.output) {
+  DatasetRecorder(const ExciteArguments& options, const config::Config& config, double lead_s)
+      : file_(options.output), record_(lead_s) {
     const config::AxisConfig& axis = config.axes[0];
     file_.write(fmt::format("# {} excitation of axis {} at {:.17g} Hz, {} with {}\n", options.signal,
                             axis.wire.name, config.controller.rate_Hz,
@@ -161,13 +162,14 @@ Excitation::Config chosen_excitation(const ExciteArguments& options, const confi
     in_open_loop(config, stated);  // refuses what the gate would limit
     return tried_small_first(config, twin, options.run, *loops);
   }
-  const double usual = usual_amplitude(options, axis.control.gate);
+  const controller::Gate::Config& gate = axis.control.gate;
+  const double usual = usual_amplitude(options, gate);
   const double amplitude = amplitude_with_margin(
-      config, twin, usual, [&](double chosen) { return resized(stated, chosen / usual); });
+      config, twin, usual, [&](double chosen) { return resized(stated, chosen / usual, gate.safe_drive); });
   if (amplitude < usual)
     note("amplitude {:g} {}, not {:g}: the twin comes near a limit with more\n", amplitude,
          axis.wire.drive_unit, usual);
-  return resized(stated, amplitude / usual);
+  return resized(stated, amplitude / usual, gate.safe_drive);
 }
 
 /// The records that tell apart what one record of loops leaves open.
@@ -186,16 +188,30 @@ void propose_further(const ExciteArguments& options, const config::Config& confi
       4.0 * period_s, beside("slow"), 2.0 * period_s, beside("unseen"));
 }
 
+/// Loops of a chosen size come after one more of them, which is not recorded: it erases what the smaller ones have left in the
+/// stage's memory.
+Excitation::Config with_lead(Excitation::Config excitation) {
+  if (auto* loops = std::get_if<Excitation::Hysteresis>(&excitation)) ++loops->loops;
+  return excitation;
+}
+double lead_s(const Excitation::Config& excitation) {
+  const auto* loops = std::get_if<Excitation::Hysteresis>(&excitation);
+  return loops != nullptr ? loop_s(*loops) : 0.0;
+}
+
 /// Runs the excitation until its end; rows of a run that left its limits are not kept. True: smaller, once more.
-bool recorded(const ExciteArguments& options, const config::Config& config, const twin::Config& twin,
-              bool may_shrink) {
-  DatasetRecorder recorder(options, config);
+bool recorded(const ExciteArguments& options, const config::Config& chosen, const twin::Config& twin,
+              const Excitation::Config& excitation, bool may_shrink) {
+  const bool leads = chooses_size(options);
+  const config::Config config = in_open_loop(chosen, leads ? with_lead(excitation) : excitation);
+  DatasetRecorder recorder(options, config, leads ? lead_s(excitation) : 0.0);
   const std::string& axis = config.axes[0].wire.name;
   const OpenLoopEnd end = drive_in_open_loop(
       config, twin, options.run, [&](const controller::CycleRecord& record) { recorder.add(record); });
   for (const std::string& line : end.closing) note("{}\n", line);
   if (may_shrink && is_of_size(end.axis.fault())) {
-    note("{}; once more, smaller\n", describe(axis, end.axis.fault()));
+    note("{}; once more, smaller. If only the sensor's zero is another one, state it: hystcan init --sensor-at-safe\n",
+         describe(axis, end.axis.fault()));
     return true;
   }
   recorder.close();
@@ -216,8 +232,8 @@ int run_excite(const ExciteArguments& options) {
   const twin::Config twin = twin_config(loaded);
   Excitation::Config excitation = chosen_excitation(options, chosen, twin);
   for (int left = attempts - 1;
-       recorded(options, in_open_loop(chosen, excitation), twin, chooses_size(options) && left > 0); --left)
-    excitation = resized(excitation, less);
+       recorded(options, chosen, twin, excitation, chooses_size(options) && left > 0); --left)
+    excitation = resized(excitation, less, chosen.axes[0].control.gate.safe_drive);
   propose_further(options, chosen);
   return done;
 }

@@ -23,6 +23,7 @@
 #include "app/report/identification_report.h"
 #include "app/report/identification_result.h"
 #include "app/report/report.h"
+#include "app/report/tracking_floors.h"
 #include "app/setup/first_models.h"
 #include "app/setup/tuning.h"
 #include "config/document/toml_edit.h"
@@ -139,19 +140,39 @@ std::string dynamics_line(const std::string& record, const IdentifiedPlant& plan
   return text;
 }
 
-std::string loop_line(const TuningReport& report) {
-  const Candidate& best = report.proposed();
-  const std::string name = report.best == 0 ? "cautious" : best.name;  // the present one is cautious_keys()
-  std::string text =
-      fmt::format("loop: {}, kp {:.4g}, ki {:.4g} 1/s", name, best.setting.pi.kp, best.setting.pi.ki_per_s);
+std::string loop_text(const Candidate& best, double resonance_percent) {
+  std::string text = fmt::format("kp {:.4g}, ki {:.4g} 1/s", best.setting.pi.kp, best.setting.pi.ki_per_s);
   if (best.setting.measurement_filter_Hz > 0.0)
     text += fmt::format(", low pass {:g} Hz", best.setting.measurement_filter_Hz);
   if (best.setting.notch) text += fmt::format(", notch at {:.5g} Hz", best.setting.notch->frequency_Hz);
   if (best.loop)
     text += fmt::format("; sensitivity at most {:.3g}, {:.3g} with the resonance {:g} % off",
                         best.loop->margins.peak_sensitivity, best.loop->worst.peak_sensitivity,
-                        report.rule.resonance_percent);
+                        resonance_percent);
   return text;
+}
+
+/// The one that is written: the cautious one, where it tracks.
+const Candidate& first_proposal(const TuningReport& report) {
+  const Candidate& cautious = report.candidates.back();
+  return cautious.has_run() ? cautious : report.proposed();
+}
+
+std::string loop_line(const TuningReport& report) {
+  const Candidate& first = first_proposal(report);
+  const bool is_cautious = &first == &report.candidates.back();
+  return fmt::format(
+      "loop: {}, {}", first.name,
+      loop_text(first, report.rule.resonance_percent)) +
+         (is_cautious ? fmt::format("; margins of {:g} degrees and {:.2g} dB",
+                                    report.cautious_rule.phase_margin_deg,
+                                    20.0 * std::log10(report.cautious_rule.gain_margin))
+                      : "; the cautious one does not track");
+}
+
+bool is_better(const Candidate& a, const Candidate& than) {
+  constexpr double worth_it = 0.98;
+  return &a != &than && a.rms_percent() < worth_it * than.rms_percent();
 }
 
 TunedAxis tuned_by_step(const std::filesystem::path& config_file, std::size_t i, const AxisRecords& records,
@@ -169,9 +190,14 @@ TunedAxis tuned_by_step(const std::filesystem::path& config_file, std::size_t i,
   TuningReport report = tuning_of(config, usual_steps(config.axes[0].control.gate), rules, false);
   evaluate(report, plant, config, twin_config(loaded), rules);
   stop_if_signalled();
-  const Candidate& best = report.proposed();
-  write_file(config_file, with_loop_keys(loaded, i, {best.setting, best.delays}));
+  const Candidate &first_loop = first_proposal(report), &fast = report.proposed();
+  write_file(config_file, with_loop_keys(loaded, i, {first_loop.setting, first_loop.delays}));
   tuned.lines.push_back(loop_line(report));
+  if (report.best > 0 && is_better(fast, first_loop)) {
+    tuned.fast = {fast.setting, fast.delays};
+    tuned.lines.push_back(
+        fmt::format("faster: {}, {}", fast.name, loop_text(fast, report.rule.resonance_percent)));
+  }
   const std::string name = config.axes[0].wire.name;
   if (const std::string undrawn =
           draw(response_of(report, *records.step), config_file.parent_path() / (name + ".bode.svg"));
@@ -187,7 +213,8 @@ TunedAxis as_stated(const std::filesystem::path& config_file, std::size_t i) {
   const controller::Pi::Config pi = controller::unmeasured_gains({.delays = stated, .cycle_s = 1.0 / rate_Hz},
                                                                  stated_uncertainty(stated, rate_Hz));
   write_file(config_file, with_loop_keys(config, i, {{.pi = pi}, stated}));
-  return {.unshared_s = 0.0,
+  return {.fast = {},
+          .unshared_s = 0.0,
           .lines = {
               dynamics_line(stated) + ": stated or assumed, not measured",
               fmt::format(
@@ -229,6 +256,20 @@ std::vector<std::string> ranges_of(const config::Config& config, const std::vect
           1e3 * config.axes[i].control.delays.sensor_s(), none.true_errors[i].total().rms_um(),
           all.true_errors[i].total().rms_um(), 1e3 * tuned[i].unshared_s);
   return ranges;
+}
+
+/// True errors beside what no setpoints can avoid, where that is known.
+std::string floors_text(const config::Config& config, std::size_t i,
+                        const controller::TrackingStatistics& truth) {
+  const config::AxisConfig& axis = config.axes[i];
+  const auto floors =
+      tracking_floors_um(axis.twin, axis.control.setpoint, 1.0 / config.controller.rate_Hz);
+  std::string text;
+  for (std::size_t j = 0; j < floors.size(); ++j)
+    if (floors[j])
+      text += fmt::format("; of its {} {:.3g} um, of which no setpoints avoid {:.3g}",
+                          to_string(axis.control.setpoint[j].shape), truth.segments()[j].rms_um(), *floors[j]);
+  return text;
 }
 
 }  // namespace
@@ -278,9 +319,10 @@ std::vector<std::string> rehearsal_of(const config::Config& config, const std::v
     const controller::ErrorStatistics error = axis.statistics.total(), truth = outcome.true_errors[i].total();
     lines.push_back(fmt::format(
         "{}: rehearsal: RMS error {:.3g} um, {:.3g} % of {:.4g} um; at most {:.3g} um; the true one, of the stage itself, "
-        "{:.3g} um, {:.3g} %{}",
+        "{:.3g} um, {:.3g} %{}{}",
         axis.name, error.rms_um(), 100.0 * error.rms_um() / axis.stroke_um, axis.stroke_um, error.max_um,
-        truth.rms_um(), 100.0 * truth.rms_um() / axis.stroke_um, ranges[i]));
+        truth.rms_um(), 100.0 * truth.rms_um() / axis.stroke_um,
+        floors_text(config, i, outcome.true_errors[i]), ranges[i]));
   }
   return lines;
 }

@@ -7,9 +7,11 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "app/report/config_edit.h"
 #include "app/setup/stage_records.h"
 #include "config/schema/config.h"
 #include "model/hysteresis_parameters.h"
@@ -31,10 +33,12 @@ IdentifiedAxis identify_axis(const std::filesystem::path& folder, const std::str
                              const AxisRecords& records);
 
 /// Finds dynamics and loop of axis i and writes them into the text of the configuration. Without a step record the dynamics
-/// are those that were stated, and the loop is an integral one that is far from what they allow.
+/// are those that were stated, and the loop is an integral one that is far from what they allow. With one it is the cautious
+/// one, where that tracks.
 struct TunedAxis {
+  std::optional<LoopKeys> fast{};  ///< what tracks better than the cautious loop that is written
   double unshared_s = 0.0;  ///< measured delay, of which nobody has stated how much is the sensor's
-  std::vector<std::string> lines;
+  std::vector<std::string> lines{};
 };
 TunedAxis tune_axis(const std::filesystem::path& config_file, std::size_t i, const AxisRecords& records);
 

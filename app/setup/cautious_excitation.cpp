@@ -9,6 +9,7 @@
 #include "app/io/exit_status.h"
 #include "app/io/standard_streams.h"
 #include "app/live/travel.h"
+#include "app/report/report.h"
 
 namespace hystcan::app {
 namespace {
@@ -16,9 +17,6 @@ namespace {
 using controller::Cause;
 using controller::Excitation;
 using model::Interval;
-
-constexpr int attempts = 3;
-constexpr double less = 0.6;
 
 /// One loop of a share of the range about the safe drive, as steep as the whole.
 Excitation::Hysteresis part_of(const Excitation::Hysteresis& whole, double share, double safe_drive) {
@@ -38,7 +36,10 @@ std::optional<Interval> positions_of(const config::Config& config, const twin::C
   const OpenLoopEnd end =
       drive_in_open_loop(in_open_loop(config, loop), twin, run,
                          [&](const controller::CycleRecord& record) { travel.add(record.report); });
-  if (is_of_size(end.axis.fault())) return std::nullopt;
+  if (is_of_size(end.axis.fault())) {
+    note("{}\n", describe(config.axes[0].wire.name, end.axis.fault()));
+    return std::nullopt;
+  }
   end.require_finished(config.axes[0].wire.name, "stopped at a first loop, nothing is written");
   note("first {:g} to {:g} {}: position {:.4g} to {:.4g} um\n", loop.low, loop.high,
        config.axes[0].wire.drive_unit, travel.low_um, travel.high_um);
@@ -69,29 +70,15 @@ std::optional<Excitation::Hysteresis> part_within_limits(const Excitation::Hyste
   return smaller;
 }
 
-/// The loops after one major loop, which wipes out what the smaller ones have left in the stage's memory; smaller where
-/// a limit trips in it.
-Excitation::Hysteresis wiped(const config::Config& config, const twin::Config& twin,
-                             const OpenLoopOptions& run, Excitation::Hysteresis whole) {
-  for (int left = attempts; !positions_of(config, twin, run, part_of(whole, 1.0, whole.low)); --left) {
-    if (left == 0) throw RunError("every smaller loop trips a limit of the position too, nothing is written");
-    whole = std::get<Excitation::Hysteresis>(resized(whole, less));
-    note("the position has left its limits; once more, {:.4g} to {:.4g} {}\n", whole.low, whole.high,
-         config.axes[0].wire.drive_unit);
-  }
-  return whole;
-}
-
 }  // namespace
 
 double quasi_static_period_s(double resonance_Hz) { return std::max(2.0, 100.0 / resonance_Hz); }
 
-Excitation::Config resized(Excitation::Config excitation, double factor) {
+Excitation::Config resized(Excitation::Config excitation, double factor, double safe_drive) {
   if (auto* loops = std::get_if<Excitation::Hysteresis>(&excitation)) {
-    const double middle = loops->low + (loops->high - loops->low) / 2.0;
-    const double half = factor * (loops->high - loops->low) / 2.0;
-    loops->low = middle - half;
-    loops->high = middle + half;
+    const double about = std::clamp(safe_drive, loops->low, loops->high);
+    loops->low = about + factor * (loops->low - about);
+    loops->high = about + factor * (loops->high - about);
   } else if (auto* steps = std::get_if<Excitation::Steps>(&excitation)) {
     steps->amplitude *= factor;
   } else if (auto* chirp = std::get_if<Excitation::Chirp>(&excitation)) {
@@ -114,15 +101,20 @@ Excitation::Hysteresis tried_small_first(const config::Config& config, const twi
     if (!seen)
       throw RunError(fmt::format(
           "{:g} to {:g} {} already takes the position out of position_min_um to position_max_um or past "
-          "position_jump_um: look at these limits, at the sign and at the unit of the sensor; nothing is written",
+          "position_jump_um: look at these limits, at the sign, the zero (`hystcan init --sensor-at-safe`) and the unit of the "
+          "sensor; nothing is written",
           part.low, part.high, unit));
     if (const auto smaller = part_within_limits(whole, part, *seen, control.supervision)) {
-      note("{:.4g} to {:.4g} {}, not {:g} to {:g}: more would take the position out of its limits\n",
-           smaller->low, smaller->high, unit, whole.low, whole.high);
-      return wiped(config, twin, run, *smaller);
+      const controller::Supervisor::Config& limits = control.supervision;
+      note(
+          "{:.4g} to {:.4g} {}, not {:g} to {:g}: more would take the position out of its limits, {:g} to {:g} um, as the "
+          "sensor reads about {:.3g} um at {:g} {}. If that is its zero, state it: `hystcan init --sensor-at-safe`\n",
+          smaller->low, smaller->high, unit, whole.low, whole.high, limits.position_min_um,
+          limits.position_max_um, 0.5 * (seen->lo + seen->hi), control.gate.safe_drive, unit);
+      return *smaller;
     }
   }
-  return wiped(config, twin, run, whole);
+  return whole;
 }
 
 }  // namespace hystcan::app

@@ -60,6 +60,7 @@ std::string limits_of(const AxisFacts& axis, double rate_Hz) {
   const double range = axis.drive_max - axis.drive_min, stroke = axis.travel_um.span();
   // The whole range in some periods of the mode, but not in less than a few cycles.
   const double slew = range * std::min(0.4 * axis.resonance_Hz, 0.2 * rate_Hz);
+  const model::Interval position = position_limits_um(axis.travel_um);
   return line("drive_min_" + unit, toml_number(axis.drive_min),
               "no drive beyond these leaves the controller") +
          line("drive_max_" + unit, toml_number(axis.drive_max)) +
@@ -69,9 +70,9 @@ std::string limits_of(const AxisFacts& axis, double rate_Hz) {
          line("wipe_slew_" + unit + "_per_s", rounded(std::min(5.0 * range, slew), 2),
               "ramps in and out; start-up goes to drive_max and back, which erases the stage's memory") +
          line("wipe_dwell_s", rounded(std::max(0.1, 20.0 / axis.resonance_Hz))) +
-         line("position_min_um", rounded(axis.travel_um.lo - 0.15 * stroke),
+         line("position_min_um", rounded(position.lo),
               "a position beyond these ends the run") +
-         line("position_max_um", rounded(axis.travel_um.hi + 0.15 * stroke)) +
+         line("position_max_um", rounded(position.hi)) +
          line("position_jump_um", rounded(0.15 * stroke, 2),
               "in one cycle: more is not possible and shows a loose cable") +
          line("following_error_um", rounded(0.15 * stroke, 2), "assumed; structure \"pi\" needs more") +
@@ -153,6 +154,11 @@ std::string twin_of(const AxisFacts& axis, double rate_Hz) {
 }
 
 }  // namespace
+
+model::Interval position_limits_um(const model::Interval& travel_um) {
+  const double margin = 0.15 * travel_um.span();
+  return {travel_um.lo - margin, travel_um.hi + margin};
+}
 
 std::string config_text(const StageFacts& facts) {
   std::string text = heading(facts);

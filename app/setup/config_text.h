@@ -13,4 +13,7 @@ namespace hystcan::app {
 ///   ki = zeta omega / 2      a quarter of where an integrator alone makes a mode unstable, ki = 2 zeta omega
 std::string config_text(const StageFacts& facts);
 
+/// Where a position ends the run: 15 % of the travel beyond it.
+model::Interval position_limits_um(const model::Interval& travel_um);
+
 }  // namespace hystcan::app

@@ -79,13 +79,33 @@ void require(const Question& question, const Questions::Check<T>& check, const T
 
 std::optional<std::string> Questions::answer(const Question& question, const std::string& usual) {
   if (!asks_) return std::nullopt;
+  if (next_ < accepted_.size()) return accepted_[next_];
   note("{}{}: {}\n  {}{}: ", question.what, question.unit.empty() ? "" : ", " + question.unit, question.why,
        question.option, usual.empty() ? "" : " [" + usual + "]");
   std::string line;
   if (!std::getline(in_, line))
     throw RunError(
         fmt::format("the input ended before an answer to {}, nothing is written", question.option));
-  return without_spaces_around(line);
+  line = without_spaces_around(line);
+  if (line != "<") return line;
+  if (!accepted_.empty()) accepted_.pop_back();
+  throw StepBack();
+}
+
+void Questions::begin() {
+  next_ = 0;
+  asked_ = 0;
+  missing_.clear();
+}
+
+void Questions::accept(const std::string& line) {
+  if (next_ == accepted_.size()) accepted_.push_back(line);
+  ++next_;
+}
+
+void Questions::object(const std::string& wrong) {
+  accepted_.resize(next_);
+  note("  {}\n", wrong);
 }
 
 double Questions::number(const Question& question, const std::optional<double>& stated,
@@ -100,8 +120,11 @@ double Questions::number(const Question& question, const std::optional<double>& 
     const std::string wrong = value ? objection(check, *value)
                                     : fmt::format("'{}' is no number, expected one{}", *line,
                                                   question.unit.empty() ? "" : " in " + question.unit);
-    if (wrong.empty()) return *value;
-    note("  {}\n", wrong);
+    if (wrong.empty()) {
+      accept(*line);
+      return *value;
+    }
+    object(wrong);
   }
   if (!usual) missing_.push_back(question.option);
   return usual.value_or(std::numeric_limits<double>::quiet_NaN());
@@ -117,8 +140,11 @@ std::string Questions::text(const Question& question, const std::optional<std::s
   while (const auto line = answer(question, usual.value_or(""))) {
     std::string value = line->empty() ? usual.value_or("") : *line;
     const std::string wrong = value.empty() ? "an answer is expected" : objection(check, value);
-    if (wrong.empty()) return value;
-    note("  {}\n", wrong);
+    if (wrong.empty()) {
+      accept(*line);
+      return value;
+    }
+    object(wrong);
   }
   if (!usual) missing_.push_back(question.option);
   return usual.value_or("");

@@ -18,12 +18,18 @@ struct Question {
 
 class Questions {
  public:
+  /// Thrown where the answer was `<`. Whoever asks begins again: the answers before the last one are given by themselves.
+  struct StepBack {};
+
   /// Empty: the answer is taken; else what is wrong with it, in one line.
   template <class T>
   using Check = std::function<std::string(const T&)>;
 
   /// `asks`: reads answers from `in` and shows questions on standard error; else takes the defaults.
   Questions(std::istream& in, bool asks) : in_(in), asks_(asks) {}
+
+  /// From the first question on; those that have an accepted answer are not shown again.
+  void begin();
 
   /// `stated`, or the answer. A stated value that `check` refuses is an error that names the option. NaN, or an
   /// empty text, where nothing is known; require_all() then throws.
@@ -38,6 +44,9 @@ class Questions {
   int asked() const { return asked_; }
 
  private:
+  /// Keeps the answer to the present question, which then is the next one.
+  void accept(const std::string& line);
+  void object(const std::string& wrong);
   /// The line that was answered; none where nobody is asked. Throws RunError at the end of the input.
   std::optional<std::string> answer(const Question& question, const std::string& usual);
 
@@ -45,6 +54,8 @@ class Questions {
   bool asks_;
   int asked_ = 0;
   std::vector<std::string> missing_;
+  std::vector<std::string> accepted_;  ///< answers in the order of their questions
+  std::size_t next_ = 0;               ///< question, counted as in `accepted_`
 };
 
 }  // namespace hystcan::app

@@ -12,6 +12,8 @@
 #include "app/io/output_file.h"
 #include "app/io/shipped.h"
 #include "app/io/standard_streams.h"
+#include "app/live/stop_signal.h"
+#include "app/report/config_edit.h"
 #include "app/report/dynamics_text.h"
 #include "app/setup/axis_completion.h"
 #include "app/setup/cautious_excitation.h"
@@ -31,6 +33,7 @@ namespace {
 
 constexpr const char* first_config = "first.toml";
 constexpr const char* stage_config = "stage.toml";
+constexpr const char* fast_config = "stage.fast.toml";
 
 void copy_into(const std::filesystem::path& file, const std::filesystem::path& folder) {
   std::error_code error;
@@ -98,6 +101,15 @@ void print_findings(const config::Config& config) {
     print(fmt::format("warning: {}\n", warning));
 }
 
+/// The same stage with the faster loops, beside the cautious one.
+void rehearse_fast(const std::filesystem::path& file, const std::vector<TunedAxis>& tuned) {
+  const std::filesystem::path fast = file.parent_path() / fast_config;
+  write_file(fast, config::TomlEdit::of_file(file).text());
+  for (std::size_t i = 0; i < tuned.size(); ++i)
+    if (tuned[i].fast) write_file(fast, with_loop_keys(config::load(fast), i, *tuned[i].fast));
+  print_lines(fast_config, rehearsal_of(config::load(fast), tuned));
+}
+
 /// Dynamics and loop of every axis, then all of them together.
 void tune_and_rehearse(const std::filesystem::path& file, const std::vector<AxisRecords>& records) {
   std::vector<TunedAxis> tuned;
@@ -108,16 +120,35 @@ void tune_and_rehearse(const std::filesystem::path& file, const std::vector<Axis
   const config::Config config = config::load(file);
   print_findings(config);
   print_lines({}, rehearsal_of(config, tuned));
+  if (std::ranges::any_of(tuned, [](const TunedAxis& of) { return of.fast.has_value(); }))
+    rehearse_fast(file, tuned);
 }
 
-void print_ready(const std::filesystem::path& folder) {
-  const std::string file = (folder / stage_config).string();
+/// What was made is kept where only the rehearsal ends with a fault: `hystcan demo` shows it then.
+template <class Keep>
+void tuned_or_kept(const std::filesystem::path& file, const std::filesystem::path& folder,
+                   const std::vector<AxisRecords>& records, const Keep& keep) {
+  try {
+    tune_and_rehearse(file, records);
+  } catch (const RunError& error) {
+    if (stop_signalled != 0) throw;
+    keep();
+    throw RunError(fmt::format("{}. {} is kept with its models and reports, but is not complete: hystcan demo --config {}",
+                               error.what(), folder.string(), (folder / stage_config).string()));
+  }
+}
+
+/// `made` is `folder`, or will be.
+void print_ready(const std::filesystem::path& made, const std::filesystem::path& folder) {
+  const std::string file = (folder / stage_config).string(), fast = (folder / fast_config).string();
   print(
       fmt::format("\n{0}: complete. Next:\n"
                   "  hystcan check {0}                  # the values in force, the bus, the margins\n"
                   "  hystcan demo --config {0}          # five control structures, with a picture\n"
                   "  hystcan twin {0} & hystcan controller {0}\n",
                   file));
+  if (std::filesystem::exists(made / fast_config))
+    print(fmt::format("  hystcan demo --config {}     # the faster loop, once the cautious one has run\n", fast));
 }
 
 void print_excitations(const std::filesystem::path& folder, const config::Config& config) {
@@ -206,6 +237,29 @@ void fit_reference(config::TomlEdit& text, const config::AxisConfig& axis, std::
   }
 }
 
+/// A record over the whole range of the drive shows how far the stage goes. The limits of the straight line are too narrow or
+/// too wide where the sensor's zero is another one.
+void fit_limits(config::TomlEdit& text, const config::AxisConfig& axis, std::size_t i,
+                const AxisRecords& records) {
+  const controller::Gate::Config& gate = axis.control.gate;
+  const controller::Supervisor::Config& before = axis.control.supervision;
+  if (records.drive().span() < 0.95 * (gate.drive_max - gate.drive_min)) return;
+  const model::Interval travel = records.travel_um();
+  const model::Interval limits = position_limits_um(travel);
+  constexpr double far_off = 0.05;
+  if (std::max(std::abs(limits.lo - before.position_min_um), std::abs(limits.hi - before.position_max_um)) <
+      far_off * travel.span())
+    return;
+  const auto number = [](double um) { return toml_number(std::stod(fmt::format("{:.3g}", um))); };
+  text.set(fmt::format("axis[{}].control.position_min_um", i), number(limits.lo));
+  text.set(fmt::format("axis[{}].control.position_max_um", i), number(limits.hi));
+  print_lines(axis.wire.name,
+              {fmt::format("limits: position {:.3g} to {:.3g} um, 15 % beyond the record's {:.4g} to {:.4g} um; they were "
+                           "{:g} to {:g} um",
+                           limits.lo, limits.hi, travel.lo, travel.hi, before.position_min_um,
+                           before.position_max_um)});
+}
+
 AxisFacts facts_of(const config::AxisConfig& axis) {
   const controller::Gate::Config& gate = axis.control.gate;
   AxisFacts facts;
@@ -235,8 +289,8 @@ void make_stage(const std::filesystem::path& folder, const KnownStage& stage,
     if (records.empty()) {
       print_excitations(folder, config::load(file));
     } else {
-      tune_and_rehearse(file, records);
-      print_ready(folder);
+      tuned_or_kept(file, folder, records, [&] { made.commit(); });
+      print_ready(made.path(), folder);
     }
   });
   made.commit();
@@ -248,7 +302,7 @@ void continue_stage(const std::filesystem::path& folder) {
     throw config::Error(fmt::format("{}: is not there, expected a folder of `hystcan init`", first.string()));
   const config::Config config = config::load(first);
   std::vector<AxisRecords> records;
-  std::vector<std::string> names{stage_config};
+  std::vector<std::string> names{stage_config, fast_config};
   for (const config::AxisConfig& axis : config.axes) {
     records.push_back(records_beside(folder, axis));
     refuse_contradictions(records.back(), facts_of(axis), {});
@@ -265,12 +319,13 @@ void continue_stage(const std::filesystem::path& folder) {
     print_lines(name, found.lines);
     text.set(fmt::format("axis[{}].control.model", i), config::toml_string(model_name(name)));
     text.set(fmt::format("axis[{}].twin.model", i), config::toml_string(plant_name(name)));
+    fit_limits(text, config.axes[i], i, records[i]);
     fit_reference(text, config.axes[i], i, found.parameters);
   }
   write_file(file, text.text());
-  tune_and_rehearse(file, records);
+  tuned_or_kept(file, folder, records, [&] { made.keep(); });
   made.keep();
-  print_ready(folder);
+  print_ready(folder, folder);
 }
 
 void copy_preset(const std::string& preset, const std::filesystem::path& folder) {

@@ -144,7 +144,12 @@ class AxisQuestions {
     const double stroke = number({"--stroke", "Stroke", "um", "the way between lowest and highest drive"},
                                  stated_.stroke_um, {}, {}, stroke_um_, more_than_zero_);
     const double below = stroke * (axis.safe_drive - axis.drive_min) / (axis.drive_max - axis.drive_min);
-    axis.travel_um = {-below, stroke - below};  // the sensor shows 0 at the safe drive
+    const double at_safe = number(
+        {"--sensor-at-safe", "Sensor at the safe drive", "um", "what it reads there; the limits follow from it"},
+        stated_.sensor_at_safe_um, {}, 0.0, sensor_at_safe_um_, [](double value) {
+          return std::abs(value) > 1e6 ? fmt::format("{:g}, expected at most 1e6 in magnitude", value) : "";
+        });
+    axis.travel_um = {at_safe - below, at_safe + stroke - below};
     axis.noise_um = 1e-5 * stroke;
   }
 
@@ -191,8 +196,8 @@ class AxisQuestions {
   Questions& questions_;
   std::size_t axis_ = 0;
   std::string unit_;
-  std::optional<double> drive_min_, drive_max_, safe_drive_, stroke_um_, resonance_Hz_, damping_ratio_,
-      sensor_delay_us_;
+  std::optional<double> drive_min_, drive_max_, safe_drive_, stroke_um_, sensor_at_safe_um_, resonance_Hz_,
+      damping_ratio_, sensor_delay_us_;
 };
 
 std::vector<int> parsed_nodes(const std::string& text) {
@@ -292,11 +297,9 @@ std::vector<AxisRange> ranges_of(const StageFacts& facts) {
   return ranges;
 }
 
-}  // namespace
-
-KnownStage ask_about(const StatedFacts& stated, const std::vector<AxisRecords>& records,
-                     const ShippedDbc& shipped_dbc, Questions& questions) {
-  require_names(stated.axes);
+KnownStage asked_from_the_first(const StatedFacts& stated, const std::vector<AxisRecords>& records,
+                                const ShippedDbc& shipped_dbc, Questions& questions) {
+  questions.begin();
   KnownStage stage;
   AxisQuestions axes(stated, records, questions);
   axes.ask_unit();
@@ -312,6 +315,17 @@ KnownStage ask_about(const StatedFacts& stated, const std::vector<AxisRecords>& 
   }
   number_nodes(stage, stated, questions);
   return stage;
+}
+
+}  // namespace
+
+KnownStage ask_about(const StatedFacts& stated, const std::vector<AxisRecords>& records,
+                     const ShippedDbc& shipped_dbc, Questions& questions) {
+  require_names(stated.axes);
+  for (;;) try {
+      return asked_from_the_first(stated, records, shipped_dbc, questions);
+    } catch (const Questions::StepBack&) {
+    }
 }
 
 }  // namespace hystcan::app

@@ -12,6 +12,7 @@
 #include "app/io/standard_streams.h"
 #include "app/live/safe_amplitude.h"
 #include "app/live/stop_signal.h"
+#include "app/report/report.h"
 #include "controller/excitation_dataset.h"
 #include "identification/dynamics/empirical_response.h"
 
@@ -102,10 +103,13 @@ void evaluate(TuningReport& report, const IdentifiedPlant& plant, const config::
   report.candidates = rehearsed_candidates(config, twin, report.plant, rules);
   report.best = best_of(report.candidates, rules.only_cautious ? std::numeric_limits<double>::infinity()
                                                                : rules.sensitivity.peak_sensitivity);
-  if (!report.proposed().has_run())
-    throw RunError(
-        "no candidate tracks the configured reference in the rehearsal, nothing is written: look at its limits "
-        "and at [axis.twin] with `hystcan demo`");
+  if (report.proposed().has_run()) return;
+  const Candidate& last = report.candidates.back();
+  const std::string ended = last.predicted ? describe(report.axis, last.predicted->fault) : "it is not stable";
+  throw RunError(fmt::format(
+      "no candidate tracks the configured reference in the rehearsal, {}: {}. Look at this limit and at "
+      "[axis.twin]; `hystcan demo` shows the run",
+      last.name, ended));
 }
 
 FrequencyResponse response_of(const TuningReport& report, const Dataset& record) {

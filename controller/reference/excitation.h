@@ -78,6 +78,9 @@ class Excitation {
 
 std::string_view name_of(const Excitation::Config& config);
 
+/// Seconds of the first major loop, until it is back at `low`.
+double loop_s(const Excitation::Hysteresis& h);
+
 /// In the order they are visited, the first and the last included.
 std::vector<double> turning_points(const Excitation::Hysteresis& h);
 

@@ -36,6 +36,19 @@ TEST(ExcitationDataset, PairsAPositionWithTheDriveThatTakesEffectAtItsSync) {
   EXPECT_EQ(excitation.rows(), 2u);
 }
 
+TEST(ExcitationDataset, BeginsAfterItsLead) {
+  ExcitationDataset excitation(2e-3);
+  EXPECT_FALSE(excitation.add(ready(6, 10.0)));
+  EXPECT_FALSE(excitation.add(cycle(7, 11.0, 0.7)));
+  EXPECT_FALSE(excitation.add(cycle(8, 12.0, 0.8)));
+  const auto first = excitation.add(cycle(9, 13.0, 0.9));
+  ASSERT_TRUE(first);
+  EXPECT_EQ(first->time_s, 0.0);
+  EXPECT_EQ(first->input, 12.0);
+  EXPECT_EQ(excitation.rows(), 1u);
+  EXPECT_EQ(excitation.left_out(), 0u);
+}
+
 TEST(ExcitationDataset, LeavesOutABridgedSampleAndContinues) {
   ExcitationDataset excitation;
   excitation.add(ready(1, 1.0));

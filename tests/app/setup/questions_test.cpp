@@ -86,6 +86,24 @@ TEST(Questions, ThatNobodyAnswersNameAllOptionsAtOnce) {
   }
 }
 
+TEST(Questions, GoBackByOneWhereTheAnswerIsLess) {
+  std::istringstream answers("5\n7\n<\n<\n6\n8\n9\n");
+  Questions questions(answers, true);
+  std::vector<double> given;
+  int begun = 0;
+  for (bool complete = false; !complete;) try {
+      ++begun;
+      given.clear();
+      questions.begin();
+      for (int i = 0; i < 3; ++i) given.push_back(questions.number(highest, {}, {}, more_than_zero));
+      complete = true;
+    } catch (const Questions::StepBack&) {
+    }
+  EXPECT_EQ(given, (std::vector<double>{6.0, 8.0, 9.0}));
+  EXPECT_EQ(begun, 3);
+  EXPECT_EQ(questions.asked(), 3);
+}
+
 TEST(Questions, EndWithTheInput) {
   std::istringstream answers("x\n");
   Questions questions(answers, true);
