@@ -210,8 +210,9 @@ bool recorded(const ExciteArguments& options, const config::Config& chosen, cons
       config, twin, options.run, [&](const controller::CycleRecord& record) { recorder.add(record); });
   for (const std::string& line : end.closing) note("{}\n", line);
   if (may_shrink && is_of_size(end.axis.fault())) {
-    note("{}; once more, smaller. If only the sensor's zero is another one, state it: hystcan init --sensor-at-safe\n",
-         describe(axis, end.axis.fault()));
+    note(
+        "{}; once more, smaller. If only the sensor's zero is another one, state it: hystcan init --sensor-at-safe\n",
+        describe(axis, end.axis.fault()));
     return true;
   }
   recorder.close();

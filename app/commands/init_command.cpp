@@ -109,7 +109,8 @@ void add_facts(CLI::App& command, StatedFacts& facts) {
   number("--drive-max", facts.drive_max, "highest drive");
   number("--safe", facts.safe_drive, "drive where every run ends; the one nearest 0 if left out");
   number("--stroke", facts.stroke_um, "um between lowest and highest drive; a record shows it");
-  number("--sensor-at-safe", facts.sensor_at_safe_um, "um that the sensor reads at the safe drive (0); a record shows it");
+  number("--sensor-at-safe", facts.sensor_at_safe_um,
+         "um that the sensor reads at the safe drive (0); a record shows it");
   number("--resonance", facts.resonance_Hz, "first resonance, Hz; a step record shows it");
   number("--damping", facts.damping_ratio, "damping ratio of the resonance (0.02)");
   number("--sensor-delay", facts.sensor_delay_us, "us from the position to its sample (0: not known)");

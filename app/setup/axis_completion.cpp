@@ -106,8 +106,9 @@ controller::PlantUncertainty stated_uncertainty(const controller::Delays& stated
   return uncertainty;
 }
 
-/// The delays in [axis.control] and in [axis.twin].
-void set_dynamics(const std::filesystem::path& file, std::size_t i, const LoopKeys& keys) {
+/// The delays in [axis.control] and in [axis.twin], with the comments that are true of them then.
+void set_dynamics(const std::filesystem::path& file, std::size_t i, const LoopKeys& keys,
+                  bool mode_is_shown) {
   write_file(file, with_loop_keys(config::load(file), i, keys));
   config::TomlEdit text = config::TomlEdit::of_file(file);
   const std::string twin = fmt::format("axis[{}].twin.", i);
@@ -116,6 +117,11 @@ void set_dynamics(const std::filesystem::path& file, std::size_t i, const LoopKe
   text.set(twin + "bandwidth_Hz", toml_number(keys.delays.amplifier_bandwidth_Hz));
   if (keys.delays.sensor_delay.count() > 0)
     text.set(twin + "sensor.delay_us", toml_number(microseconds(keys.delays.sensor_delay)));
+  const std::string delays = fmt::format("axis[{}].control.delays.", i);
+  text.set_comment(delays + "amplifier_bandwidth_Hz", "with the sensor's lag, from the step");
+  text.set_comment(twin + "bandwidth_Hz", "from the step");
+  for (const char* key : {"resonance_Hz", "damping_ratio"})
+    if (mode_is_shown) text.set_comment(delays + key, "from the step");
   write_file(file, text.text());
 }
 
@@ -161,13 +167,11 @@ const Candidate& first_proposal(const TuningReport& report) {
 std::string loop_line(const TuningReport& report) {
   const Candidate& first = first_proposal(report);
   const bool is_cautious = &first == &report.candidates.back();
-  return fmt::format(
-      "loop: {}, {}", first.name,
-      loop_text(first, report.rule.resonance_percent)) +
-         (is_cautious ? fmt::format("; margins of {:g} degrees and {:.2g} dB",
-                                    report.cautious_rule.phase_margin_deg,
-                                    20.0 * std::log10(report.cautious_rule.gain_margin))
-                      : "; the cautious one does not track");
+  return fmt::format("loop: {}, {}", first.name, loop_text(first, report.rule.resonance_percent)) +
+         (is_cautious
+              ? fmt::format("; margins of {:g} degrees and {:.2g} dB", report.cautious_rule.phase_margin_deg,
+                            20.0 * std::log10(report.cautious_rule.gain_margin))
+              : "; the cautious one does not track");
 }
 
 bool is_better(const Candidate& a, const Candidate& than) {
@@ -182,7 +186,7 @@ TunedAxis tuned_by_step(const std::filesystem::path& config_file, std::size_t i,
   TunedAxis tuned;
   if (first.axes[0].control.delays.sensor_s() == 0.0)
     tuned.unshared_s = lag_s(plant.delays) + plant.delays.sensor_s();
-  set_dynamics(config_file, i, cautious_keys(plant, 1.0 / first.controller.rate_Hz));
+  set_dynamics(config_file, i, cautious_keys(plant, 1.0 / first.controller.rate_Hz), plant.mode.has_value());
   tuned.lines.push_back(dynamics_line(records.files.step->filename().string(), plant,
                                       first.axes[0].control.delays.resonance_Hz));
   const config::Config loaded = config::load(config_file), config = chosen_axis_of(loaded, rehearsed);
@@ -236,6 +240,13 @@ twin::Config with_delays_in_sensors(twin::Config twin, const std::vector<TunedAx
   return twin;
 }
 
+/// The twin with actuators that are as identified.
+twin::Config with_exact_models(twin::Config twin, const config::Config& config) {
+  for (std::size_t i = 0; i < config.axes.size(); ++i)
+    twin.axes[i].axis.plant.hysteresis = config.axes[i].control.law.model;
+  return twin;
+}
+
 rehearsal::Outcome rehearsed(const config::Config& config, const twin::Config& twin) {
   return rehearsal::run_once(rehearsal_setup(config, twin), settle_s,
                              [](const controller::CycleRecord&) { stop_if_signalled(); });
@@ -262,13 +273,13 @@ std::vector<std::string> ranges_of(const config::Config& config, const std::vect
 std::string floors_text(const config::Config& config, std::size_t i,
                         const controller::TrackingStatistics& truth) {
   const config::AxisConfig& axis = config.axes[i];
-  const auto floors =
-      tracking_floors_um(axis.twin, axis.control.setpoint, 1.0 / config.controller.rate_Hz);
+  const auto floors = tracking_floors_um(axis.twin, axis.control.setpoint, 1.0 / config.controller.rate_Hz);
   std::string text;
   for (std::size_t j = 0; j < floors.size(); ++j)
     if (floors[j])
-      text += fmt::format("; of its {} {:.3g} um, of which no setpoints avoid {:.3g}",
-                          to_string(axis.control.setpoint[j].shape), truth.segments()[j].rms_um(), *floors[j]);
+      text +=
+          fmt::format("; of its {} {:.3g} um, of which no setpoints avoid {:.3g}",
+                      to_string(axis.control.setpoint[j].shape), truth.segments()[j].rms_um(), *floors[j]);
   return text;
 }
 
@@ -313,15 +324,16 @@ std::vector<std::string> rehearsal_of(const config::Config& config, const std::v
   for (const controller::AxisOutcome& axis : outcome.axes)
     if (axis.fault.cause != controller::Cause::none)
       throw RunError(fmt::format("the rehearsal ended: {}", describe(axis.name, axis.fault)));
+  const rehearsal::Outcome exact = rehearsed(config, with_exact_models(twin_config(config), config));
   const std::vector<std::string> ranges = ranges_of(config, tuned);
   for (std::size_t i = 0; i < outcome.axes.size(); ++i) {
     const controller::AxisOutcome& axis = outcome.axes[i];
     const controller::ErrorStatistics error = axis.statistics.total(), truth = outcome.true_errors[i].total();
     lines.push_back(fmt::format(
         "{}: rehearsal: RMS error {:.3g} um, {:.3g} % of {:.4g} um; at most {:.3g} um; the true one, of the stage itself, "
-        "{:.3g} um, {:.3g} %{}{}",
+        "{:.3g} um, {:.3g} % with curves 3 % off the model, {:.3g} um if it is exact{}{}",
         axis.name, error.rms_um(), 100.0 * error.rms_um() / axis.stroke_um, axis.stroke_um, error.max_um,
-        truth.rms_um(), 100.0 * truth.rms_um() / axis.stroke_um,
+        truth.rms_um(), 100.0 * truth.rms_um() / axis.stroke_um, exact.true_errors[i].total().rms_um(),
         floors_text(config, i, outcome.true_errors[i]), ranges[i]));
   }
   return lines;

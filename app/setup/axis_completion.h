@@ -37,7 +37,7 @@ IdentifiedAxis identify_axis(const std::filesystem::path& folder, const std::str
 /// one, where that tracks.
 struct TunedAxis {
   std::optional<LoopKeys> fast{};  ///< what tracks better than the cautious loop that is written
-  double unshared_s = 0.0;  ///< measured delay, of which nobody has stated how much is the sensor's
+  double unshared_s = 0.0;         ///< measured delay, of which nobody has stated how much is the sensor's
   std::vector<std::string> lines{};
 };
 TunedAxis tune_axis(const std::filesystem::path& config_file, std::size_t i, const AxisRecords& records);

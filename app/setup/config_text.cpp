@@ -70,8 +70,7 @@ std::string limits_of(const AxisFacts& axis, double rate_Hz) {
          line("wipe_slew_" + unit + "_per_s", rounded(std::min(5.0 * range, slew), 2),
               "ramps in and out; start-up goes to drive_max and back, which erases the stage's memory") +
          line("wipe_dwell_s", rounded(std::max(0.1, 20.0 / axis.resonance_Hz))) +
-         line("position_min_um", rounded(position.lo),
-              "a position beyond these ends the run") +
+         line("position_min_um", rounded(position.lo), "a position beyond these ends the run") +
          line("position_max_um", rounded(position.hi)) +
          line("position_jump_um", rounded(0.15 * stroke, 2),
               "in one cycle: more is not possible and shows a loose cable") +

@@ -64,11 +64,13 @@ class NewFiles {
  public:
   NewFiles(std::filesystem::path folder, std::vector<std::string> names)
       : folder_(std::move(folder)), names_(std::move(names)) {
+    std::vector<std::string> there;
     for (const std::string& name : names_)
-      if (std::filesystem::exists(folder_ / name))
-        throw config::Error(
-            fmt::format("{}: is there already, nothing is overwritten: move it away to make it again",
-                        (folder_ / name).string()));
+      if (std::filesystem::exists(folder_ / name)) there.push_back(name);
+    if (!there.empty())
+      throw config::Error(fmt::format(
+          "{}: {} {} there already, nothing is overwritten: move {} away to make it again", folder_.string(),
+          fmt::join(there, ", "), there.size() == 1 ? "is" : "are", there.size() == 1 ? "it" : "them"));
   }
   ~NewFiles() {
     std::error_code ignored;
@@ -133,8 +135,9 @@ void tuned_or_kept(const std::filesystem::path& file, const std::filesystem::pat
   } catch (const RunError& error) {
     if (stop_signalled != 0) throw;
     keep();
-    throw RunError(fmt::format("{}. {} is kept with its models and reports, but is not complete: hystcan demo --config {}",
-                               error.what(), folder.string(), (folder / stage_config).string()));
+    throw RunError(fmt::format(
+        "{}. {} is kept with its models and reports, but is not complete: hystcan demo --config {}",
+        error.what(), folder.string(), (folder / stage_config).string()));
   }
 }
 
@@ -148,7 +151,8 @@ void print_ready(const std::filesystem::path& made, const std::filesystem::path&
                   "  hystcan twin {0} & hystcan controller {0}\n",
                   file));
   if (std::filesystem::exists(made / fast_config))
-    print(fmt::format("  hystcan demo --config {}     # the faster loop, once the cautious one has run\n", fast));
+    print(fmt::format("  hystcan demo --config {}     # the faster loop, once the cautious one has run\n",
+                      fast));
 }
 
 void print_excitations(const std::filesystem::path& folder, const config::Config& config) {
@@ -209,17 +213,21 @@ AxisRecords records_beside(const std::filesystem::path& folder, const config::Ax
   return load_records(files, input);
 }
 
-/// Moves the levels of the first reference from the travel of the straight line to that of the model, where they lie
-/// beyond what the model reaches.
+/// Moves the levels of the first reference into what the model reaches, and says so.
 void fit_reference(config::TomlEdit& text, const config::AxisConfig& axis, std::size_t i,
                    const model::HysteresisParameters& parameters) {
-  const model::Interval before = controller::model_reach_um(axis.control.law.model, axis.control.gate);
-  const model::Interval after = controller::model_reach_um(parameters, axis.control.gate);
+  constexpr double margin = 0.02;
+  const model::Interval reach = controller::model_reach_um(parameters, axis.control.gate);
+  const model::Interval safe{reach.lo + margin * reach.span(), reach.hi - margin * reach.span()};
+  const auto fits = [&](double um) { return reach.contains(um); };
   const auto moved = [&](double um) {
-    const double share = (um - before.lo) / before.span();
-    return toml_number(std::stod(fmt::format("{:.4g}", after.lo + share * after.span())));
+    return toml_number(fits(um) ? um : std::stod(fmt::format("{:.4g}", std::clamp(um, safe.lo, safe.hi))));
   };
-  const auto fits = [&](double um) { return after.contains(um); };
+  const auto say = [&](std::size_t j) {
+    print_lines(axis.wire.name,
+                {fmt::format("setpoint[{}] leaves what the model reaches, {:.4g} to {:.4g} um: moved into it",
+                             j, reach.lo, reach.hi)});
+  };
   for (std::size_t j = 0; j < axis.control.setpoint.size(); ++j) {
     const std::string path = fmt::format("axis[{}].control.setpoint[{}].", i, j);
     const auto& shape = axis.control.setpoint[j].shape;
@@ -227,12 +235,14 @@ void fit_reference(config::TomlEdit& text, const config::AxisConfig& axis, std::
         triangle != nullptr && !(fits(triangle->low_um) && fits(triangle->high_um))) {
       text.set(path + "low_um", moved(triangle->low_um));
       text.set(path + "high_um", moved(triangle->high_um));
+      say(j);
     }
     if (const auto* stairs = std::get_if<controller::Staircase>(&shape);
         stairs != nullptr && !std::ranges::all_of(stairs->levels_um, fits)) {
       std::string levels;
       for (const double um : stairs->levels_um) levels += (levels.empty() ? "" : ", ") + moved(um);
       text.set(path + "levels_um", "[" + levels + "]");
+      say(j);
     }
   }
 }
@@ -243,7 +253,16 @@ void fit_limits(config::TomlEdit& text, const config::AxisConfig& axis, std::siz
                 const AxisRecords& records) {
   const controller::Gate::Config& gate = axis.control.gate;
   const controller::Supervisor::Config& before = axis.control.supervision;
-  if (records.drive().span() < 0.95 * (gate.drive_max - gate.drive_min)) return;
+  const model::Interval drive = records.drive();
+  if (drive.span() < 0.95 * (gate.drive_max - gate.drive_min)) {
+    print_lines(
+        axis.wire.name,
+        {fmt::format(
+            "the record covers {:.4g} to {:.4g} of {:g} to {:g} {}: the model, and the drive with it, keep to "
+            "that; position limits as in {}",
+            drive.lo, drive.hi, gate.drive_min, gate.drive_max, axis.wire.drive_unit, first_config)});
+    return;
+  }
   const model::Interval travel = records.travel_um();
   const model::Interval limits = position_limits_um(travel);
   constexpr double far_off = 0.05;
@@ -253,11 +272,12 @@ void fit_limits(config::TomlEdit& text, const config::AxisConfig& axis, std::siz
   const auto number = [](double um) { return toml_number(std::stod(fmt::format("{:.3g}", um))); };
   text.set(fmt::format("axis[{}].control.position_min_um", i), number(limits.lo));
   text.set(fmt::format("axis[{}].control.position_max_um", i), number(limits.hi));
-  print_lines(axis.wire.name,
-              {fmt::format("limits: position {:.3g} to {:.3g} um, 15 % beyond the record's {:.4g} to {:.4g} um; they were "
-                           "{:g} to {:g} um",
-                           limits.lo, limits.hi, travel.lo, travel.hi, before.position_min_um,
-                           before.position_max_um)});
+  print_lines(
+      axis.wire.name,
+      {fmt::format(
+          "limits: position {:.3g} to {:.3g} um, 15 % beyond the record's {:.4g} to {:.4g} um; they were "
+          "{:g} to {:g} um",
+          limits.lo, limits.hi, travel.lo, travel.hi, before.position_min_um, before.position_max_um)});
 }
 
 AxisFacts facts_of(const config::AxisConfig& axis) {

@@ -145,7 +145,8 @@ class AxisQuestions {
                                  stated_.stroke_um, {}, {}, stroke_um_, more_than_zero_);
     const double below = stroke * (axis.safe_drive - axis.drive_min) / (axis.drive_max - axis.drive_min);
     const double at_safe = number(
-        {"--sensor-at-safe", "Sensor at the safe drive", "um", "what it reads there; the limits follow from it"},
+        {"--sensor-at-safe", "Sensor at the safe drive", "um",
+         "what it reads there; the limits follow from it"},
         stated_.sensor_at_safe_um, {}, 0.0, sensor_at_safe_um_, [](double value) {
           return std::abs(value) > 1e6 ? fmt::format("{:g}, expected at most 1e6 in magnitude", value) : "";
         });

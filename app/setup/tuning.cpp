@@ -105,10 +105,11 @@ void evaluate(TuningReport& report, const IdentifiedPlant& plant, const config::
                                                                : rules.sensitivity.peak_sensitivity);
   if (report.proposed().has_run()) return;
   const Candidate& last = report.candidates.back();
-  const std::string ended = last.predicted ? describe(report.axis, last.predicted->fault) : "it is not stable";
+  const std::string ended =
+      last.predicted ? describe(report.axis, last.predicted->fault) : "it is not stable";
   throw RunError(fmt::format(
       "no candidate tracks the configured reference in the rehearsal, {}: {}. Look at this limit and at "
-      "[axis.twin]; `hystcan demo` shows the run",
+      "[axis.twin]; `hystcan demo` shows the run, without the limit of the following error",
       last.name, ended));
 }
 

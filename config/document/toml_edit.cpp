@@ -236,6 +236,16 @@ void TomlEdit::set(const std::string& path, const std::string& value) {
                             fmt::format("{} = {}", place.parts.back(), value)});
 }
 
+void TomlEdit::set_comment(const std::string& path, const std::string& comment) {
+  const Place place = find(path);
+  if (!place.is_complete() || place.deepest().is_table()) return;
+  const std::size_t behind = offset_of(place.deepest().source().end);
+  const std::size_t mark = text_.find_first_not_of(" \t", behind);
+  if (mark == std::string::npos || text_[mark] != '#') return;
+  const std::size_t end = std::min(text_.find_first_of("\r\n", mark), text_.size());
+  take(text_.substr(0, mark) + "# " + comment + text_.substr(end));
+}
+
 void TomlEdit::comment_out(const std::string& path) {
   const Place place = find(path);
   if (!place.is_complete()) return;

@@ -2,6 +2,7 @@
 //
 //   set                 replaces the value where it stands. A key that is absent becomes a line below the last one of its
 //                       table; a table that is absent becomes [a.table] below its parent's keys
+//   set_comment         replaces the comment behind a value
 //   comment_out         puts `# ` before each line of the key or table; it is absent then
 //
 // A path is that of a Setting: "axis[1].control.notch.depth". A value within an inline table is replaced; nothing is
@@ -29,6 +30,9 @@ class TomlEdit {
   /// Does nothing if the key is absent. Throws Error where it stands in an inline table, if it is a table that has
   /// further tables, or a list of tables.
   void comment_out(const std::string& path);
+
+  /// Replaces the comment behind the value. Does nothing if the key is absent or has none.
+  void set_comment(const std::string& path, const std::string& comment);
 
   bool contains(const std::string& path) const;
   const std::string& text() const { return text_; }

@@ -79,18 +79,36 @@ std::optional<StatedRate> stated_rate(std::string_view line) {
   line = without_ends(line.substr(std::min(line.size(), line.find_first_not_of("# \t"))));
   std::string lower(line);
   std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
-  const auto word =
-      std::ranges::find_if(words, [&](std::string_view of) { return lower.starts_with(of); });
+  const auto word = std::ranges::find_if(words, [&](std::string_view of) { return lower.starts_with(of); });
   if (word == words.end()) return std::nullopt;
   const std::string_view rest = without_ends(std::string_view(lower).substr(word->size()));
   constexpr std::string_view digits = "0123456789";
   const std::size_t begin = std::min(rest.find_first_of(digits), rest.size());
-  const std::size_t end = std::min(rest.find_first_not_of("0123456789.,", begin), rest.size());
+  const std::size_t end = std::min(rest.find_first_not_of("0123456789.,e", begin), rest.size());
   const auto value = csv_number(without_ends(rest.substr(begin, end - begin)), true);
   std::string unit(without_ends(rest.substr(0, begin)));  // Abtastrate [Hz]: 5000
   unit += without_ends(rest.substr(end));
-  const double factor = unit.empty() || unit == "hz" || unit == "s/s" ? 1.0 : unit == "khz" ? 1e3 : 0.0;
-  if (!value || !(*value * factor > 0.0)) return std::nullopt;
+  struct Unit {
+    std::string_view text;
+    double factor;
+  };
+  constexpr std::array<Unit, 9> units{{{"", 1.0},
+                                       {"hz", 1.0},
+                                       {"1/s", 1.0},
+                                       {"s/s", 1.0},
+                                       {"sa/s", 1.0},
+                                       {"samples/s", 1.0},
+                                       {"khz", 1e3},
+                                       {"ks/s", 1e3},
+                                       {"mhz", 1e6}}};
+  const auto known = std::ranges::find(units, unit, &Unit::text);
+  if (!value || known == units.end()) return std::nullopt;
+  const std::string_view number = without_ends(rest.substr(begin, end - begin));
+  const std::size_t point = number.find_first_of(".,");
+  if (point != std::string_view::npos && number.size() - point == 4)
+    return std::nullopt;  // 5.000: five, or thousands
+  const double factor = known->factor;
+  if (!(*value * factor > 0.0)) return std::nullopt;
   return StatedRate{*value * factor, std::string(trimmed(whole))};
 }
 
@@ -157,10 +175,14 @@ void LabCsvReader::find_header() {
   }
   if (fields > most_columns)
     lines_.fail(fmt::format("{} columns, expected at most {}", fields, most_columns));
+  std::vector<StatedRate> rates;
   for (const std::string& comment : lines_.comments())
-    if (!rate_) rate_ = stated_rate(comment);
+    if (auto rate = stated_rate(comment)) rates.push_back(std::move(*rate));
   for (const CsvLines::Kept& line : before)
-    if (!rate_) rate_ = stated_rate(line.text);
+    if (auto rate = stated_rate(line.text)) rates.push_back(std::move(*rate));
+  if (!rates.empty() &&
+      std::ranges::all_of(rates, [&](const StatedRate& one) { return one.rate_Hz == rates.front().rate_Hz; }))
+    rate_ = rates.front();
   read_names(before, fields);
   for (CsvLines::Kept& row : rows) lines_.put_back(std::move(row));
 }

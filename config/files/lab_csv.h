@@ -30,7 +30,7 @@ struct StatedRate {
   double rate_Hz = 0.0;
   std::string line;  ///< as in the file
 };
-/// The sampling rate that a line states, if it is one of these.
+/// The sampling rate that a line states, if it is one of these; none where a point may separate thousands (5.000 Hz).
 std::optional<StatedRate> stated_rate(std::string_view line);
 
 class LabCsvReader {
@@ -48,7 +48,7 @@ class LabCsvReader {
   /// value that is not a finite number.
   bool next(std::vector<double>& row);
 
-  /// The first one above the header.
+  /// The one above the header; none where two differ.
   const std::optional<StatedRate>& rate() const { return rate_; }
   std::string comment(std::string_view name) const { return lines_.comment(name); }
   /// True if the last row that was read ends the file without a line end: it may be incomplete.

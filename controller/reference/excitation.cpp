@@ -71,9 +71,7 @@ std::string_view name_of(const Excitation::Config& config) {
   return names[config.index()];
 }
 
-double loop_s(const Excitation::Hysteresis& h) {
-  return 2.0 * ((h.high - h.low) / h.slew_per_s + h.rest_s);
-}
+double loop_s(const Excitation::Hysteresis& h) { return 2.0 * ((h.high - h.low) / h.slew_per_s + h.rest_s); }
 
 std::vector<double> turning_points(const Excitation::Hysteresis& h) {
   const double span = h.high - h.low;

@@ -199,6 +199,7 @@ TEST_F(Init, WithoutARecordLeadsThroughItsExcitations) {
   EXPECT_NE(out.find("x.loops.csv, x.slow.csv"), std::string::npos) << out;
   EXPECT_NE(out.find("unseen: x.unseen.csv is predicted with"), std::string::npos) << out;
   EXPECT_NE(out.find("margins of 60 degrees and 6 dB"), std::string::npos) << out;
+  EXPECT_EQ(read("stage/stage.toml").find("no step was recorded"), std::string::npos);
   const double cautious = percent(path("stage/stage.toml"));
   EXPECT_LT(cautious, 0.6);
   EXPECT_LT(percent(path("stage/stage.fast.toml")), 0.5 * cautious);
@@ -218,7 +219,8 @@ class InitOfABipolarStage : public Init, public testing::WithParamInterface<Zero
 
 TEST_P(InitOfABipolarStage, IsCompleteFromItsOwnRecords) {
   const auto& [name, um, stated] = GetParam();
-  Words words{path("stage"), "--drive-min", "-20", "--drive-max", "120", "--stroke", "60", "--resonance", "310", "--yes"};
+  Words words{path("stage"), "--drive-min", "-20",         "--drive-max", "120",
+              "--stroke",    "60",          "--resonance", "310",         "--yes"};
   if (stated) words.insert(words.end(), {"--sensor-at-safe", std::to_string(um)});
   ASSERT_EQ(init(words), done) << err;
   if (!stated) {  // the stage is another one than the configuration says
@@ -237,13 +239,15 @@ TEST_P(InitOfABipolarStage, IsCompleteFromItsOwnRecords) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Zeros, InitOfABipolarStage,
-                         testing::Values(Zero{"AtTheSafeDrive", 0.0, false}, Zero{"AtTheLowestDrive", 8.57, false},
-                                         Zero{"TwelveUmOff", 12.0, false}, Zero{"TwelveUmStated", 12.0, true}),
+                         testing::Values(Zero{"AtTheSafeDrive", 0.0, false},
+                                         Zero{"AtTheLowestDrive", 8.57, false},
+                                         Zero{"TwelveUmOff", 12.0, false},
+                                         Zero{"TwelveUmStated", 12.0, true}),
                          testing::PrintToStringParamName());
 
 TEST_F(Init, KeepsWhatItMadeWhereOnlyTheRehearsalFails) {
-  ASSERT_EQ(init({path("stage"), "--drive-min", "0", "--drive-max", "120", "--stroke", "50", "--resonance", "300",
-                  "--yes"}),
+  ASSERT_EQ(init({path("stage"), "--drive-min", "0", "--drive-max", "120", "--stroke", "50", "--resonance",
+                  "300", "--yes"}),
             done)
       << err;
   excite("stage/first.toml", "stage/x.loops.csv", {"--levels", "1"});

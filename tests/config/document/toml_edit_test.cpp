@@ -151,5 +151,13 @@ TEST(TomlEdit, ChangesOnlyTheIntendedLinesOfAShippedConfiguration) {
   }
 }
 
+TEST(TomlEdit, ReplacesTheCommentBehindAValue) {
+  TomlEdit edit("[a]\nx = 1.0   # assumed\ny = 2 # two\nz = 3\n", "file.toml");
+  edit.set_comment("a.x", "measured");
+  edit.set_comment("a.z", "nothing to replace");
+  edit.set_comment("a.w", "absent");
+  EXPECT_EQ(edit.text(), "[a]\nx = 1.0   # measured\ny = 2 # two\nz = 3\n");
+}
+
 }  // namespace
 }  // namespace hystcan::config::toml_edit_test

@@ -122,8 +122,9 @@ TEST(LabCsvColumns, WithARateNeedNoTime) {
 
 TEST(LabCsvColumns, TakeTheRateThatIsStatedAboveTheHeader) {
   for (const char* above :
-       {"Messung 3\nAbtastrate: 5000 Hz\n", "# sample rate = 5 kHz\n", "\"Sampling Rate\";5000\n", "Abtastrate;5;kHz\n",
-        "Abtastrate [Hz]: 5000\n", "Sampling frequency: 5,0 kHz\n"}) {
+       {"Messung 3\nAbtastrate: 5000 Hz\n", "# sample rate = 5 kHz\n", "\"Sampling Rate\";5000\n",
+        "Abtastrate;5;kHz\n", "Abtastrate [Hz]: 5000\n", "Abtastrate: 5e3 Hz\n", "sample rate: 5 kS/s\n",
+        "sample rate: 5000 1/s\n", "Sampling frequency: 5,0 kHz\n"}) {
     const DatasetFile numbered = load(above + std::string("Nr;V;x\n0;1;2\n1;3;4\n2;5;6\n"), {});
     ASSERT_EQ(numbered.dataset.size(), 3U) << above;
     EXPECT_NEAR(numbered.dataset.time_s[2], 0.0004, 1e-12) << above;
@@ -134,10 +135,25 @@ TEST(LabCsvColumns, TakeTheRateThatIsStatedAboveTheHeader) {
       << "--rate says otherwise";
 }
 
+TEST(LabCsvColumns, DoNotTakeARateThatCanBeReadInTwoWays) {
+  for (const char* above :
+       {"Abtastrate: 5.000 Hz\n", "Sample rate: 5,000 Hz\n", "Abtastrate: 5000 Hz\nsample rate: 1000 Hz\n",
+        "Abtastrate: 0 Hz\n", "Abtastrate: -5 Hz\n"})
+    EXPECT_NE(refusal(above + std::string("Nr;V;x\n0;1;2\n1;3;4\n"), {}).find("expected --rate"),
+              std::string::npos)
+        << above;
+}
+
+TEST(LabCsvColumns, OfRoundedTimesAgreeWithTheRateAboveThem) {
+  const DatasetFile file = load("Abtastrate: 3000 Hz\nt (s);V;x\n0;1;2\n0,0003;3;4\n0,0007;5;6\n", {});
+  EXPECT_EQ(file.dataset.time_s, (std::vector<double>{0.0, 0.0003, 0.0007}));
+}
+
 TEST(LabCsvColumns, OfTimeContradictTheRateAboveThem) {
-  EXPECT_EQ(refusal("Abtastrate: 5000 Hz\nt (ms);V;x\n0;1;2\n1;3;4\n", {}),
-            ":4: t (ms) increases by 0.001 s, expected 0.0002 s at \"Abtastrate: 5000 Hz\" (--rate says otherwise), or the "
-            "number of the sample");
+  EXPECT_EQ(
+      refusal("Abtastrate: 5000 Hz\nt (ms);V;x\n0;1;2\n1;3;4\n", {}),
+      ":4: t (ms) increases by 0.001 s, expected 0.0002 s at \"Abtastrate: 5000 Hz\" (--rate says otherwise), or the "
+      "number of the sample");
 }
 
 TEST(LabCsvColumns, OfTimeAgreeWithAStatedRateOrAreNumbersOfSamples) {
