@@ -12,6 +12,7 @@ std::vector<std::optional<double>> tracking_floors_um(const twin::AxisConfig& st
                                  .damping_ratio = stage.plant.mode.damping_ratio,
                                  .interpolated = stage.interpolate};
   std::vector<std::optional<double>> floors;
+  floors.reserve(setpoint.size());
   for (const controller::Segment& segment : setpoint)
     floors.push_back(stage.plant.second_mode ? std::nullopt
                                              : controller::tracking_floor_um(chain, cycle_s, segment.shape));
