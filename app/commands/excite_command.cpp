@@ -210,9 +210,8 @@ bool recorded(const ExciteArguments& options, const config::Config& chosen, cons
       config, twin, options.run, [&](const controller::CycleRecord& record) { recorder.add(record); });
   for (const std::string& line : end.closing) note("{}\n", line);
   if (may_shrink && is_of_size(end.axis.fault())) {
-    note(
-        "{}; once more, smaller. If only the sensor's zero is another one, state it: hystcan init --sensor-at-safe\n",
-        describe(axis, end.axis.fault()));
+    note("{}. If only the sensor's zero is another one, state it: hystcan init --sensor-at-safe\n",
+         describe(axis, end.axis.fault()));
     return true;
   }
   recorder.close();
@@ -233,8 +232,11 @@ int run_excite(const ExciteArguments& options) {
   const twin::Config twin = twin_config(loaded);
   Excitation::Config excitation = chosen_excitation(options, chosen, twin);
   for (int left = attempts - 1;
-       recorded(options, chosen, twin, excitation, chooses_size(options) && left > 0); --left)
+       recorded(options, chosen, twin, excitation, chooses_size(options) && left > 0); --left) {
     excitation = resized(excitation, less, chosen.axes[0].control.gate.safe_drive);
+    const model::Interval range = Excitation(excitation).range();
+    note("once more, {:.4g} to {:.4g} {}\n", range.lo, range.hi, chosen.axes[0].wire.drive_unit);
+  }
   propose_further(options, chosen);
   return done;
 }

@@ -166,17 +166,14 @@ const Candidate& first_proposal(const TuningReport& report) {
 
 std::string loop_line(const TuningReport& report) {
   const Candidate& first = first_proposal(report);
-  const bool is_cautious = &first == &report.candidates.back();
-  return fmt::format("loop: {}, {}", first.name, loop_text(first, report.rule.resonance_percent)) +
+  // The present one has the gains of cautious_keys().
+  const bool is_cautious = &first == &report.candidates.back() || &first == &report.present();
+  return fmt::format("loop: {}, {}", is_cautious ? "cautious" : first.name,
+                     loop_text(first, report.rule.resonance_percent)) +
          (is_cautious
               ? fmt::format("; margins of {:g} degrees and {:.2g} dB", report.cautious_rule.phase_margin_deg,
-                            20.0 * std::log10(report.cautious_rule.gain_margin))
+                            decibel(report.cautious_rule.gain_margin))
               : "; the cautious one does not track");
-}
-
-bool is_better(const Candidate& a, const Candidate& than) {
-  constexpr double worth_it = 0.98;
-  return &a != &than && a.rms_percent() < worth_it * than.rms_percent();
 }
 
 TunedAxis tuned_by_step(const std::filesystem::path& config_file, std::size_t i, const AxisRecords& records,
@@ -197,7 +194,8 @@ TunedAxis tuned_by_step(const std::filesystem::path& config_file, std::size_t i,
   const Candidate &first_loop = first_proposal(report), &fast = report.proposed();
   write_file(config_file, with_loop_keys(loaded, i, {first_loop.setting, first_loop.delays}));
   tuned.lines.push_back(loop_line(report));
-  if (report.best > 0 && is_better(fast, first_loop)) {
+  constexpr double worth_it = 0.98;
+  if (report.best > 0 && fast.rms_percent() < worth_it * first_loop.rms_percent()) {
     tuned.fast = {fast.setting, fast.delays};
     tuned.lines.push_back(
         fmt::format("faster: {}, {}", fast.name, loop_text(fast, report.rule.resonance_percent)));

@@ -102,7 +102,7 @@ std::string control_of(const AxisFacts& axis, double rate_Hz) {
          line("command_delay_us", toml_number(std::round(1e6 / rate_Hz)),
               "one cycle: the amplifier applies a setpoint at the next SYNC") +
          line("amplifier_bandwidth_Hz", rounded(std::max(1000.0, 3.0 * axis.resonance_Hz)),
-              axis.has_step ? "with the sensor's lag, from the step" : "assumed: no step was recorded") +
+              "assumed: no step was recorded") +
          line("resonance_Hz", toml_number(axis.resonance_Hz), origin_of(axis)) +
          line("damping_ratio", toml_number(axis.damping_ratio),
               axis.damping_is_assumed ? "assumed" : origin_of(axis)) +
@@ -142,8 +142,7 @@ std::string twin_of(const AxisFacts& axis, double rate_Hz) {
          line("safe_drive_" + unit, toml_number(axis.safe_drive)) +
          line("slew_" + unit + "_per_s",
               rounded(4.0 * range * std::min(0.4 * axis.resonance_Hz, 0.2 * rate_Hz), 2), "assumed") +
-         line("bandwidth_Hz", rounded(std::max(1000.0, 3.0 * axis.resonance_Hz)),
-              axis.has_step ? "from the step" : "assumed") +
+         line("bandwidth_Hz", rounded(std::max(1000.0, 3.0 * axis.resonance_Hz)), "assumed") +
          line("command_timeout_ms", rounded(std::max(20.0, 20e3 / rate_Hz), 2)) +
          line("noise_um_rms", rounded(axis.noise_um, 2)) +
          line("resolution_um", rounded(axis.noise_um / 3.0, 1)) +

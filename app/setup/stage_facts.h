@@ -20,7 +20,6 @@ struct AxisFacts {
   double resonance_Hz = 0.0;
   double damping_ratio = 0.0;
   double sensor_delay_us = 0.0;     ///< from the position to its sample; 0: none, or not known
-  bool has_step = false;            ///< a step was recorded
   bool mode_is_measured = false;    ///< resonance and damping are those of a step
   bool damping_is_assumed = false;  ///< nobody stated or measured it
   double noise_um = 0.0;            ///< of the sensor, rms

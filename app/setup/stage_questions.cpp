@@ -176,7 +176,6 @@ class AxisQuestions {
     axis.damping_ratio =
         known_or_asked({"--damping", "Damping ratio", "", "of that resonance; flexures have 0.01 to 0.05"},
                        damping_ratio, stated_.damping_ratio, usual_damping_ratio, damping_ratio_);
-    axis.has_step = record() != nullptr && record()->step.has_value();
     axis.mode_is_measured = resonance_Hz.has_value();
     axis.damping_is_assumed =
         !damping_ratio && stated_.damping_ratio.empty() && axis.damping_ratio == usual_damping_ratio;

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <span>
 #include <string_view>
@@ -48,17 +47,11 @@ constexpr std::array<Scale, 9> scales{{{"ms", "s", 1e-3},
                                        {"mA", "A", 1e-3},
                                        {"s", "s", 1.0}}};
 
-std::string lower(std::string text) {
-  std::ranges::transform(text, text.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
 bool has(Words list, std::string_view word) { return std::ranges::find(list, word) != list.end(); }
 
 /// How likely a column has this meaning; 0: it has not.
 int likeness(const CsvColumn& column, std::size_t meaning) {
-  const std::string name = lower(column.name);
+  const std::string name = lower_case(column.name);
   int points = 0;
   if (has(usual_words[meaning], name)) points = 4;
   for (const std::string_view word : usual_words[meaning])
@@ -198,7 +191,8 @@ class Choice {
     if (has_words || (!time.unit.empty() && !has(time_units, time.unit)))
       reader_.fail_at_header(fmt::format("the unit of {} is not known, expected one of {}",
                                          shortened(time.title), fmt::join(time_units, ", ")));
-    if (choice_.by_likeness && !layout_.rate_Hz && time.unit.empty() && has(sample_words, lower(time.name)))
+    if (choice_.by_likeness && !layout_.rate_Hz && time.unit.empty() &&
+        has(sample_words, lower_case(time.name)))
       reader_.fail_at_header(fmt::format(
           "{} is the number of the sample, expected --rate, the samples per second", shortened(time.title)));
   }

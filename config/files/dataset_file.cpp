@@ -31,11 +31,19 @@ double seconds_beside_rate(const LabCsvReader& reader, const DatasetColumns& col
                            const std::string& origin, double step) {
   const double unit_s = columns.time_unit_s.value_or(1.0);
   if (!columns.time_unit_s && step == std::round(step)) return 1.0 / rate_Hz;
-  constexpr double rounded = 0.2;  // 0.0003 s at 3 kHz
+  constexpr double rounded = 0.2;  // 0.0003 s at 3 kHz; agrees_with_rate() looks at all rows
   if (std::abs(unit_s * step * rate_Hz - 1.0) < rounded) return unit_s;
   throw Error(fmt::format("{}:{}: {} increases by {} s, expected {} s at {}, or the number of the sample",
                           reader.file().string(), reader.line_number(), columns.titles[0], unit_s * step,
                           1.0 / rate_Hz, origin));
+}
+
+/// Times that are rounded agree on average.
+bool agrees_with_rate(const std::vector<double>& time_s, double rate_Hz) {
+  constexpr double tolerance = 0.01;
+  const double mean_s = (time_s.back() - time_s.front()) / static_cast<double>(time_s.size() - 1);
+  return std::abs((time_s[1] - time_s[0]) * rate_Hz - 1.0) < tolerance ||
+         std::abs(mean_s * rate_Hz - 1.0) < tolerance;
 }
 
 }  // namespace
@@ -87,6 +95,11 @@ DatasetFile load_dataset(const std::filesystem::path& file, const DatasetLayout&
         throw Error(fmt::format("{}:{}: a value is {}, expected at most {} in magnitude", file.string(),
                                 reader.line_number(), value, identification::largest_value));
   }
+  const bool counts_samples = layout.rate_Hz && seconds == 1.0 / *layout.rate_Hz;
+  if (layout.rate_Hz && !counts_samples && dataset.size() > 1 &&
+      !agrees_with_rate(dataset.time_s, *layout.rate_Hz))
+    throw Error(fmt::format("{}: {} contradicts the rate, expected {} s from row to row at {}", file.string(),
+                            columns.titles[0], 1.0 / *layout.rate_Hz, origin_of_rate));
   return loaded;
 }
 

@@ -22,8 +22,8 @@ struct DatasetFile {
 /// The columns are time_s, input and output, or what `layout` and the header say (lab_csv.h, dataset_columns.h). The
 /// sampling rate is that of `layout`, else the one stated above the header, where the file has no time or the number of the
 /// sample; beside a time it must agree. The lines `# input_unit = ...` and `# output_unit = ...` state the units, if they
-/// exist. Throws Error if the file cannot be read, with the place where a row is none; if time does not increase; if a value is beyond the limits of
-/// identification/dataset.h; or if there are more than `most_rows`.
+/// exist. Throws Error if the file cannot be read, with the place where a row is none; if time does not increase; if a
+/// value is beyond the limits of identification/dataset.h; or if there are more than `most_rows`.
 DatasetFile load_dataset(const std::filesystem::path& file, const DatasetLayout& layout = {},
                          std::size_t most_rows = most_dataset_rows);
 

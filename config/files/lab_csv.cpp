@@ -43,7 +43,37 @@ std::optional<std::string> only_unit(std::string_view field) {
   return text;
 }
 
+constexpr std::array<std::string_view, 8> rate_words{"abtastrate",    "abtastfrequenz",     "sampling rate",
+                                                     "sample rate",   "sampling frequency", "samplerate",
+                                                     "sampling_rate", "sample_rate"};
+struct RateUnit {
+  std::string_view text;
+  double factor;
+};
+constexpr std::array<RateUnit, 8> rate_units{{{"", 1.0},
+                                              {"hz", 1.0},
+                                              {"1/s", 1.0},
+                                              {"s/s", 1.0},
+                                              {"sa/s", 1.0},
+                                              {"samples/s", 1.0},
+                                              {"khz", 1e3},
+                                              {"ks/s", 1e3}}};
+
+/// Without blanks, separators and brackets at both ends.
+std::string_view without_marks(std::string_view text) {
+  constexpr std::string_view marks = "# \t:=;,\"()[]";
+  const auto begin = text.find_first_not_of(marks);
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(marks) - begin + 1);
+}
+
 }  // namespace
+
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
+  return lower;
+}
 
 CsvColumn csv_column(std::string_view title) {
   CsvColumn column{.title = without_quotes(title), .name = {}, .unit = {}};
@@ -66,50 +96,25 @@ CsvColumn csv_column(std::string_view title) {
 }
 
 std::optional<StatedRate> stated_rate(std::string_view line) {
-  constexpr std::array<std::string_view, 8> words{"abtastrate",    "abtastfrequenz",     "sampling rate",
-                                                  "sample rate",   "sampling frequency", "samplerate",
-                                                  "sampling_rate", "sample_rate"};
-  constexpr std::string_view around = " \t:=;,\"()[]";
-  const std::string_view whole = line;
-  const auto without_ends = [&](std::string_view text) {
-    const auto begin = text.find_first_not_of(around);
-    return begin == std::string_view::npos ? std::string_view()
-                                           : text.substr(begin, text.find_last_not_of(around) - begin + 1);
-  };
-  line = without_ends(line.substr(std::min(line.size(), line.find_first_not_of("# \t"))));
-  std::string lower(line);
-  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
-  const auto word = std::ranges::find_if(words, [&](std::string_view of) { return lower.starts_with(of); });
-  if (word == words.end()) return std::nullopt;
-  const std::string_view rest = without_ends(std::string_view(lower).substr(word->size()));
-  constexpr std::string_view digits = "0123456789";
-  const std::size_t begin = std::min(rest.find_first_of(digits), rest.size());
+  const std::string lower = lower_case(without_marks(line));
+  const auto word =
+      std::ranges::find_if(rate_words, [&](std::string_view of) { return lower.starts_with(of); });
+  if (word == rate_words.end()) return std::nullopt;
+  const std::string_view rest = std::string_view(lower).substr(word->size());
+  const std::size_t begin = std::min(rest.find_first_of("0123456789"), rest.size());
   const std::size_t end = std::min(rest.find_first_not_of("0123456789.,e", begin), rest.size());
-  const auto value = csv_number(without_ends(rest.substr(begin, end - begin)), true);
-  std::string unit(without_ends(rest.substr(0, begin)));  // Abtastrate [Hz]: 5000
-  unit += without_ends(rest.substr(end));
-  struct Unit {
-    std::string_view text;
-    double factor;
-  };
-  constexpr std::array<Unit, 9> units{{{"", 1.0},
-                                       {"hz", 1.0},
-                                       {"1/s", 1.0},
-                                       {"s/s", 1.0},
-                                       {"sa/s", 1.0},
-                                       {"samples/s", 1.0},
-                                       {"khz", 1e3},
-                                       {"ks/s", 1e3},
-                                       {"mhz", 1e6}}};
-  const auto known = std::ranges::find(units, unit, &Unit::text);
-  if (!value || known == units.end()) return std::nullopt;
-  const std::string_view number = without_ends(rest.substr(begin, end - begin));
+  const std::string_view number = without_marks(rest.substr(begin, end - begin));
+  std::string unit(without_marks(rest.substr(0, begin)));  // Abtastrate [Hz]: 5000
+  unit += without_marks(rest.substr(end));
+  const auto known = std::ranges::find(rate_units, unit, &RateUnit::text);
+  const auto value = csv_number(number, true);
+  if (!value || known == rate_units.end()) return std::nullopt;
   const std::size_t point = number.find_first_of(".,");
   if (point != std::string_view::npos && number.size() - point == 4)
-    return std::nullopt;  // 5.000: five, or thousands
-  const double factor = known->factor;
-  if (!(*value * factor > 0.0)) return std::nullopt;
-  return StatedRate{*value * factor, std::string(trimmed(whole))};
+    return std::nullopt;  // five, or thousands
+  const double rate_Hz = *value * known->factor;
+  if (!(rate_Hz > 0.0)) return std::nullopt;
+  return StatedRate{rate_Hz, std::string(trimmed(line))};
 }
 
 LabCsvReader::LabCsvReader(std::filesystem::path file) : lines_(std::move(file)) { find_header(); }

@@ -26,6 +26,8 @@ struct CsvColumn {
 /// A name and the unit in parentheses or brackets behind it, or behind an underscore or a slash if it is a known one.
 CsvColumn csv_column(std::string_view title);
 
+std::string lower_case(std::string_view text);  ///< of letters in ASCII
+
 struct StatedRate {
   double rate_Hz = 0.0;
   std::string line;  ///< as in the file

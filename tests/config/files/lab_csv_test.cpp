@@ -145,8 +145,12 @@ TEST(LabCsvColumns, DoNotTakeARateThatCanBeReadInTwoWays) {
 }
 
 TEST(LabCsvColumns, OfRoundedTimesAgreeWithTheRateAboveThem) {
-  const DatasetFile file = load("Abtastrate: 3000 Hz\nt (s);V;x\n0;1;2\n0,0003;3;4\n0,0007;5;6\n", {});
-  EXPECT_EQ(file.dataset.time_s, (std::vector<double>{0.0, 0.0003, 0.0007}));
+  const DatasetFile file =
+      load("Abtastrate: 3000 Hz\nt (s);V;x\n0;1;2\n0,0003;3;4\n0,0007;5;6\n0,001;7;8\n", {});
+  EXPECT_EQ(file.dataset.time_s, (std::vector<double>{0.0, 0.0003, 0.0007, 0.001}));
+  EXPECT_EQ(refusal("t (ms),V,x\n0,1,2\n0.22,3,4\n0.44,5,6\n", {.rate_Hz = 5000.0}),
+            ": t (ms) contradicts the rate, expected 0.0002 s from row to row at --rate 5000")
+      << "a tenth is no rounding";
 }
 
 TEST(LabCsvColumns, OfTimeContradictTheRateAboveThem) {
