@@ -104,6 +104,7 @@ int tune(const TuneArguments& options) {
   evaluate(report, plant_of_steps(record, config), config, twin, rules);
   predict_structures(report.candidates[0], config, twin, report.plant);
   if (report.best > 0) predict_structures(report.candidates[report.best], config, twin, report.plant);
+  report.shares = delay_shares(report.proposed(), config, twin, report.plant);
   const FrequencyResponse response = response_of(report, record);
   const Candidate& best = report.proposed();
   put(files.fragment, fragment(report));

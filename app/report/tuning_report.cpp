@@ -88,6 +88,31 @@ std::string candidate_table(const TuningReport& report) {
              report.rule.resonance_percent, stroke_um(report));
 }
 
+/// How much the true error depends on what nobody has stated.
+std::string shares_line(const TuningReport& report) {
+  if (!report.shares) return {};
+  const auto percent = [&](std::optional<double> um) {
+    return um ? fmt::format("{:.3f} %", 100.0 * *um / stroke_um(report)) : std::string("a fault");
+  };
+  return line("its true error",
+              fmt::format("{} if none of the {:.3g} ms of delay is the sensor's, {} if all is: its data "
+                          "sheet tells (sensor_delay_us)",
+                          percent(report.shares->none_um), 1e3 * report.shares->delay_s,
+                          percent(report.shares->all_um)));
+}
+
+/// Beside a proposal with less margin.
+std::string cautious_line(const TuningReport& report) {
+  const Candidate& cautious = report.candidates.back();
+  if (report.only_cautious || !cautious.has_run() || &cautious == &report.proposed()) return {};
+  return line(
+      "cautious",
+      fmt::format("{:.3f} %, margins of {:g} degrees and {:.2g} dB: the first one on a bench; --cautious "
+                  "proposes it",
+                  cautious.rms_percent(), report.cautious_rule.phase_margin_deg,
+                  decibel(report.cautious_rule.gain_margin)));
+}
+
 std::string choice(const TuningReport& report) {
   const Candidate &present = report.present(), &best = report.proposed();
   if (report.best == 0)
@@ -144,6 +169,10 @@ std::string notch_keys(const Candidate& before, const Candidate& after) {
   }
   return before.setting.notch ? "# remove [axis.control.notch]: " + describe(*before.setting.notch) + '\n'
                               : "";
+}
+
+nlohmann::json or_null(std::optional<double> value) {
+  return value ? nlohmann::json(*value) : nlohmann::json();
 }
 
 nlohmann::json to_json(const Candidate& of) {
@@ -226,7 +255,8 @@ std::string describe(const TuningReport& report) {
          line("configured", fmt::format("{:g} Hz, damping {:g}, amplifier {:g} Hz, command delay {:g} ms",
                                         now.resonance_Hz, now.damping_ratio, now.amplifier_bandwidth_Hz,
                                         1e-3 * microseconds(now.command_delay))) +
-         rules(report) + '\n' + candidate_table(report) + choice(report) + '\n' + prediction_table(report);
+         rules(report) + '\n' + candidate_table(report) + choice(report) + shares_line(report) +
+         cautious_line(report) + '\n' + prediction_table(report);
 }
 
 std::string fragment(const TuningReport& report) {
@@ -284,6 +314,11 @@ nlohmann::json to_json(const TuningReport& report) {
   for (const Candidate& candidate : report.candidates) json["candidates"].push_back(to_json(candidate));
   json["present"] = to_whole_json(report.present());
   json["proposed"] = to_whole_json(report.proposed());
+  json["true_rms_um_by_delay_share"] = nullptr;
+  if (report.shares)
+    json["true_rms_um_by_delay_share"] = {{"delay_us", 1e6 * report.shares->delay_s},
+                                          {"none_is_the_sensors", or_null(report.shares->none_um)},
+                                          {"all_is_the_sensors", or_null(report.shares->all_um)}};
   json["prediction_rests_on"] = assumptions(report);
   return json;
 }

@@ -36,6 +36,12 @@ struct Candidate {
 /// not worse between the samples.
 std::size_t best_of(const std::vector<Candidate>& candidates, double peak_sensitivity);
 
+/// True errors of a loop where a measured delay is all the sensor's, or none of it is. Empty: a fault.
+struct DelayShares {
+  double delay_s = 0.0;
+  std::optional<double> all_um, none_um;
+};
+
 struct TuningReport {
   std::string config;  ///< the file's name, without its folder
   std::string axis;
@@ -50,6 +56,8 @@ struct TuningReport {
   bool only_cautious = false;
   std::vector<Candidate> candidates;  ///< the present one is the first
   std::size_t best = 0;
+  /// Of the proposed loop; empty where the configuration states the sensor's delay.
+  std::optional<DelayShares> shares;
 
   const Candidate& present() const { return candidates.front(); }
   const Candidate& proposed() const { return candidates[best]; }

@@ -6,7 +6,6 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -227,14 +226,8 @@ TunedAxis as_stated(const std::filesystem::path& config_file, std::size_t i) {
 
 /// The twin with all of the unshared delays in its sensors, or none of them.
 twin::Config with_delays_in_sensors(twin::Config twin, const std::vector<TunedAxis>& tuned, bool all) {
-  constexpr double without_lag_Hz = 1e5;
-  for (std::size_t i = 0; i < tuned.size(); ++i) {
-    const double s = tuned[i].unshared_s;
-    if (s <= 0.0) continue;
-    twin::AxisConfig& axis = twin.axes[i].axis;
-    axis.sensor.delay = std::chrono::nanoseconds(std::llround(all ? 1e9 * s : 0.0));
-    axis.plant.amplifier.bandwidth_Hz = all ? without_lag_Hz : 1.0 / (2.0 * std::numbers::pi * s);
-  }
+  for (std::size_t i = 0; i < tuned.size(); ++i)
+    if (tuned[i].unshared_s > 0.0) set_delay(twin.axes[i].axis, tuned[i].unshared_s, all);
   return twin;
 }
 
@@ -327,12 +320,13 @@ std::vector<std::string> rehearsal_of(const config::Config& config, const std::v
   for (std::size_t i = 0; i < outcome.axes.size(); ++i) {
     const controller::AxisOutcome& axis = outcome.axes[i];
     const controller::ErrorStatistics error = axis.statistics.total(), truth = outcome.true_errors[i].total();
+    lines.push_back(
+        fmt::format("{}: rehearsal: RMS error {:.3g} um, {:.3g} % of {:.4g} um; at most {:.3g} um", axis.name,
+                    error.rms_um(), 100.0 * error.rms_um() / axis.stroke_um, axis.stroke_um, error.max_um));
     lines.push_back(fmt::format(
-        "{}: rehearsal: RMS error {:.3g} um, {:.3g} % of {:.4g} um; at most {:.3g} um; the true one, of the stage itself, "
-        "{:.3g} um, {:.3g} % with curves 3 % off the model, {:.3g} um if it is exact{}{}",
-        axis.name, error.rms_um(), 100.0 * error.rms_um() / axis.stroke_um, axis.stroke_um, error.max_um,
-        truth.rms_um(), 100.0 * truth.rms_um() / axis.stroke_um, exact.true_errors[i].total().rms_um(),
-        floors_text(config, i, outcome.true_errors[i]), ranges[i]));
+        "{}: true error, of the stage itself: {:.3g} um, {:.3g} % with curves 3 % off the model, {:.3g} um if it is exact{}{}",
+        axis.name, truth.rms_um(), 100.0 * truth.rms_um() / axis.stroke_um,
+        exact.true_errors[i].total().rms_um(), floors_text(config, i, outcome.true_errors[i]), ranges[i]));
   }
   return lines;
 }

@@ -173,4 +173,26 @@ void predict_structures(Candidate& candidate, const config::Config& config, cons
         outcome_of(rehearsal::with_structure(setup_of(candidate, config, twin, plant), structure)).axes[0]));
 }
 
+void set_delay(twin::AxisConfig& axis, double delay_s, bool is_the_sensors) {
+  constexpr double without_lag_Hz = 1e5;
+  axis.sensor.delay = std::chrono::nanoseconds(std::llround(is_the_sensors ? 1e9 * delay_s : 0.0));
+  axis.plant.amplifier.bandwidth_Hz =
+      is_the_sensors ? without_lag_Hz : 1.0 / (2.0 * std::numbers::pi * delay_s);
+}
+
+std::optional<DelayShares> delay_shares(const Candidate& candidate, const config::Config& config,
+                                        const twin::Config& twin, const IdentifiedPlant& plant) {
+  const double delay_s = lag_s(plant.delays) + plant.delays.sensor_s();
+  if (config.axes[0].control.delays.sensor_s() > 0.0 || !(delay_s > 0.0)) return std::nullopt;
+  const auto true_um = [&](bool is_the_sensors) -> std::optional<double> {
+    rehearsal::Setup setup = setup_of(candidate, config, twin, plant);
+    for (twin::WiredAxisConfig& axis : setup.twin.axes)
+      if (axis.wire.name == config.axes[0].wire.name) set_delay(axis.axis, delay_s, is_the_sensors);
+    const rehearsal::Outcome outcome = outcome_of(setup);
+    if (outcome.axes[0].fault.cause != controller::Cause::none) return std::nullopt;
+    return outcome.true_errors[0].total().rms_um();
+  };
+  return DelayShares{.delay_s = delay_s, .all_um = true_um(true), .none_um = true_um(false)};
+}
+
 }  // namespace hystcan::app

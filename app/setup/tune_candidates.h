@@ -1,6 +1,7 @@
 // What `hystcan tune` chooses from: the present setting and the designs for the identified plant, each rehearsed.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "app/report/identified_plant.h"
@@ -23,5 +24,12 @@ std::vector<Candidate> rehearsed_candidates(const config::Config& config, const 
 /// Fills by_structure.
 void predict_structures(Candidate& candidate, const config::Config& config, const twin::Config& twin,
                         const IdentifiedPlant& plant);
+
+/// All of a delay becomes the sensor's, or the amplifier's lag.
+void set_delay(twin::AxisConfig& axis, double delay_s, bool is_the_sensors);
+
+/// Of a candidate that has run. Empty where the configuration states the sensor's delay.
+std::optional<DelayShares> delay_shares(const Candidate& candidate, const config::Config& config,
+                                        const twin::Config& twin, const IdentifiedPlant& plant);
 
 }  // namespace hystcan::app

@@ -81,7 +81,8 @@ TuningReport tuning_of(const config::Config& config, const Excitation::Steps& st
           .cautious_rule = rules.cautious,
           .only_cautious = rules.only_cautious,
           .candidates = {},
-          .best = 0};
+          .best = 0,
+          .shares = {}};
 }
 
 IdentifiedPlant plant_of_steps(const Dataset& record, const config::Config& config) {

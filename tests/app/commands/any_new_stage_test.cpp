@@ -77,7 +77,7 @@ class AnyNewStage : public Cli {
       EXPECT_FALSE(can_be_moved && faults(config, itself)) << name;
       const std::string line = name == "stage.toml" ? said.substr(0, fast) : said;
       promises.push_back({stage.text() + ", " + name, number_behind(line, "with curves 3 % off the model, "),
-                          number_behind(line, "the true one, of the stage itself, "), came.true_um});
+                          number_behind(line, "true error, of the stage itself: "), came.true_um});
     }
     return promises;
   }

@@ -115,7 +115,7 @@ TEST_F(Init, LeavesAFolderThatNeedsNothingElse) {
   const config::Config moved = config::load(shipped / "moved/stage.toml");
   EXPECT_EQ(moved.axes[0].control.gate.drive_max, 100.0) << "the record's highest drive";
   EXPECT_NE(out.find("rehearsal: RMS error"), std::string::npos) << out;
-  EXPECT_NE(out.find("the true one, of the stage itself"), std::string::npos) << out;
+  EXPECT_NE(out.find("true error, of the stage itself"), std::string::npos) << out;
   const std::string text = read("moved/stage.toml");
   for (const char* key : {"resonance_Hz", "damping_ratio", "amplifier_bandwidth_Hz"}) {
     const std::string line = line_from(text, key);
