@@ -47,6 +47,8 @@ struct Delays {
   double pure_s() const { return std::chrono::duration<double>(command_delay + sensor_delay).count(); }
   /// Mean delay of the sensor: the sample shows the position of this long ago.
   double sensor_s() const;
+  /// Mean delay from the SYNC that a command answers to the sample that shows its effect.
+  double to_sample_s(double cycle_s) const { return preview_s(cycle_s) + sensor_s(); }
 };
 
 /// The feed-forward for which a chain of these moments puts out r(t), to second order. It needs no
