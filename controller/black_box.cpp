@@ -53,8 +53,12 @@ const CycleRecord& RecordRing::operator[](std::size_t age) const {
 }
 
 BlackBox::BlackBox(const Config& config, std::vector<std::string> axis_names, Sink sink, UtcNow utc_now)
-    : config_(config), names_(std::move(axis_names)), sink_(std::move(sink)), utc_now_(std::move(utc_now)) {
-  if (config_.folder.empty()) config_.folder = ".";
+    : config_(config),
+      makes_folder_(config.folder.empty()),
+      names_(std::move(axis_names)),
+      sink_(std::move(sink)),
+      utc_now_(std::move(utc_now)) {
+  if (makes_folder_) config_.folder = std::filesystem::absolute("hystcan-blackbox");
   boxes_.reserve(names_.size());
   for (const std::string& name : names_)
     boxes_.push_back({.name = name,
@@ -97,6 +101,16 @@ void BlackBox::finish() {
 }
 
 std::string BlackBox::reason_against_writing() const {
+  std::error_code ignored;
+  if (makes_folder_ && !std::filesystem::exists(config_.folder, ignored)) {
+    const std::filesystem::path parent = config_.folder.parent_path();
+    return access(parent.c_str(), W_OK | X_OK) == 0 ? ""
+                                                    : fmt::format("{}: {}", parent.string(), words_of(errno));
+  }
+  return reason_against_the_folder();
+}
+
+std::string BlackBox::reason_against_the_folder() const {
   const std::string folder = config_.folder.string();
   std::error_code error;
   std::size_t files = 0;
@@ -128,6 +142,7 @@ void BlackBox::write(Box& box, std::string_view reason, std::chrono::system_cloc
   const std::filesystem::path path = file_for(box, when);
   std::error_code error;
   try {
+    if (makes_folder_) std::filesystem::create_directory(config_.folder);
     storage::AppendFile file(path, storage::AppendFile::Existing::refuse);
     std::string row = fmt::format(
         "# axis {}: {}\n# next_position_um: the sample of the next cycle; *_us from the SYNC of the cycle on\n{}",

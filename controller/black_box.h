@@ -45,8 +45,9 @@ class RecordRing {
 class BlackBox {
  public:
   struct Config {
-    std::filesystem::path folder;    ///< empty: the working directory
-    unsigned files = 50;             ///< greatest number of files in the folder, of all runs; 0: writes none
+    std::filesystem::path
+        folder;           ///< empty: hystcan-blackbox in the working directory, made with the first file
+    unsigned files = 50;  ///< greatest number of files in the folder, of all runs; 0: writes none
     std::size_t cycles = 10'000;     ///< kept for each axis
     std::size_t cycles_after = 100;  ///< of these, after the fault
   };
@@ -77,9 +78,11 @@ class BlackBox {
   void write(Box& box, std::string_view reason, std::chrono::system_clock::time_point when);
   /// The reason why no file may be added to the folder; empty where one may.
   std::string reason_against_writing() const;
+  std::string reason_against_the_folder() const;
   std::filesystem::path file_for(const Box& box, std::chrono::system_clock::time_point when) const;
 
   Config config_;
+  bool makes_folder_;
   std::vector<std::string> names_;
   Sink sink_;
   UtcNow utc_now_;

@@ -83,7 +83,11 @@ void Run::look_through() {
     }
   }
   for (std::size_t i = info_.axes.size(); i < names.size(); ++i)
-    info_.axes.push_back({.name = names[i], .drive_unit = {}, .stroke_um = 0.0, .summary = {}});
+    info_.axes.push_back({.name = names[i],
+                          .drive_unit = {},
+                          .stroke_um = 0.0,
+                          .delay_s = std::numeric_limits<double>::quiet_NaN(),
+                          .summary = {}});
   summary.put_into(info_);
 }
 

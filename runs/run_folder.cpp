@@ -65,6 +65,7 @@ RunInfo describe(const config::Config& config, const std::vector<config::Setting
     info.axes.push_back({.name = axis.wire.name,
                          .drive_unit = axis.wire.drive_unit,
                          .stroke_um = axis.control.law.model.stroke(),
+                         .delay_s = axis.control.delays.to_sample_s(1.0 / config.controller.rate_Hz),
                          .summary = {}});
   }
   for (const config::Setting& setting : settings) info.settings.emplace_back(setting.path, setting.value);

@@ -26,6 +26,7 @@ json to_json(const RunAxis& axis) {
   return {{"name", axis.name},
           {"drive_unit", axis.drive_unit},
           {"stroke_um", axis.stroke_um},
+          {"delay_s", axis.delay_s},
           {"tracked_rows", axis.summary.tracked_rows},
           {"error_rms_um", axis.summary.rms_um},
           {"error_max_um", axis.summary.max_um},
@@ -45,6 +46,10 @@ class Members {
     const auto found = object_.find(key);
     const bool is_none = found != object_.end() && found->is_null();
     return is_none ? std::numeric_limits<double>::quiet_NaN() : number(key);
+  }
+  /// NaN where it is null or, as in older runs, missing.
+  double known(const char* key) const {
+    return object_.contains(key) ? measured(key) : std::numeric_limits<double>::quiet_NaN();
   }
   std::uint64_t count(const char* key) const {
     return of(key, &json::is_number_unsigned, "a whole number from 0");
@@ -91,6 +96,7 @@ RunAxis axis_from(const Members& axis) {
   RunAxis result{.name = axis.text("name"),
                  .drive_unit = axis.text("drive_unit"),
                  .stroke_um = axis.number("stroke_um"),
+                 .delay_s = axis.known("delay_s"),
                  .summary = {.tracked_rows = axis.count("tracked_rows"),
                              .rms_um = axis.measured("error_rms_um"),
                              .max_um = axis.measured("error_max_um"),

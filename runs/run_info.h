@@ -40,6 +40,8 @@ struct RunAxis {
   std::string name;
   std::string drive_unit;
   double stroke_um = 0.0;  ///< of its model, between the thresholds; 0: unknown
+  /// Mean delay from a drive to the sample that shows its effect; NaN, in run.json null: unknown.
+  double delay_s = std::numeric_limits<double>::quiet_NaN();
   AxisSummary summary;
 };
 

@@ -35,6 +35,7 @@ struct ExciteArguments {
   std::string signal = "hysteresis";
   std::optional<double> low, high, slew_per_s, period_s, amplitude, from_Hz, to_Hz, duration_s;
   std::optional<unsigned> cycles, levels;
+  bool overwrite = false;
 };
 
 double usual_amplitude(const ExciteArguments& options, const controller::Gate::Config& gate) {
@@ -87,8 +88,9 @@ Excitation::Config excitation(const ExciteArguments& options, const config::Conf
 /// Writes the CSV. An error of the file during the run is kept and thrown by close().
 class DatasetRecorder {
  public:
-  DatasetRecorder(const ExciteArguments& options, const config::Config& config, double lead_s)
-      : file_(options.output), record_(lead_s) {
+  DatasetRecorder(OutputFile& file, const ExciteArguments& options, const config::Config& config,
+                  double lead_s)
+      : file_(file), record_(lead_s) {
     const config::AxisConfig& axis = config.axes[0];
     file_.write(fmt::format("# {} excitation of axis {} at {:.17g} Hz, {} with {}\n", options.signal,
                             axis.wire.name, config.controller.rate_Hz,
@@ -139,7 +141,7 @@ class DatasetRecorder {
     }
   };
 
-  OutputFile file_;
+  OutputFile& file_;
   controller::ExcitationDataset record_;
   Extremes input_;
   Extremes output_;
@@ -200,11 +202,11 @@ double lead_s(const Excitation::Config& excitation) {
 }
 
 /// Runs the excitation until its end; rows of a run that left its limits are not kept. True: smaller, once more.
-bool recorded(const ExciteArguments& options, const config::Config& chosen, const twin::Config& twin,
-              const Excitation::Config& excitation, bool may_shrink) {
+bool recorded(OutputFile& file, const ExciteArguments& options, const config::Config& chosen,
+              const twin::Config& twin, const Excitation::Config& excitation, bool may_shrink) {
   const bool leads = chooses_size(options);
   const config::Config config = in_open_loop(chosen, leads ? with_lead(excitation) : excitation);
-  DatasetRecorder recorder(options, config, leads ? lead_s(excitation) : 0.0);
+  DatasetRecorder recorder(file, options, config, leads ? lead_s(excitation) : 0.0);
   const std::string& axis = config.axes[0].wire.name;
   const OpenLoopEnd end = drive_in_open_loop(
       config, twin, options.run, [&](const controller::CycleRecord& record) { recorder.add(record); });
@@ -228,11 +230,14 @@ int run_excite(const ExciteArguments& options) {
   constexpr double less = 0.6;
   const config::Config loaded = config::load_unmeasured(options.run.config);
   refuse_to_overwrite_inputs(options.output, options.run.config, loaded);
+  refuse_to_replace(options.output, options.overwrite);
+  auto file = std::make_unique<OutputFile>(options.output);  // before the axis moves
   const config::Config chosen = chosen_axis_of(loaded, options.run);
   const twin::Config twin = twin_config(loaded);
   Excitation::Config excitation = chosen_excitation(options, chosen, twin);
   for (int left = attempts - 1;
-       recorded(options, chosen, twin, excitation, chooses_size(options) && left > 0); --left) {
+       recorded(*file, options, chosen, twin, excitation, chooses_size(options) && left > 0); --left) {
+    file = std::make_unique<OutputFile>(options.output);
     excitation = resized(excitation, less, chosen.axes[0].control.gate.safe_drive);
     const model::Interval range = Excitation(excitation).range();
     note("once more, {:.4g} to {:.4g} {}\n", range.lo, range.hi, chosen.axes[0].wire.drive_unit);
@@ -267,6 +272,7 @@ void add_excite(CLI::App& cli, int& status) {
       ->required();
   command->add_option("--output", options->output, "CSV to write: time_s,input,output, 17 digits")
       ->required();
+  command->add_flag("--overwrite", options->overwrite, "replace the file if it exists");
   command
       ->add_option("--signal", options->signal,
                    "hysteresis: slow loops; step, chirp: small and fast, for the dynamics")

@@ -51,6 +51,7 @@ struct IdentifyArguments {
   std::string symmetry = "auto";
   std::string thresholds = "auto";
   bool json = false;
+  bool overwrite = false;
   std::filesystem::path config;  ///< empty: none
   std::string axis;
   std::filesystem::path written;  ///< copy of the configuration with the model in it
@@ -138,6 +139,8 @@ void write_config(const IdentifyArguments& options, const config::Config& config
 void check_outputs(const IdentifyArguments& options) {
   for (const auto& file : options.data)
     for (const auto& output : {options.output, options.initial_memory}) refuse_to_overwrite(output, file);
+  for (const auto& output : {options.output, options.initial_memory})
+    refuse_to_replace(output, options.overwrite);
   if (!options.initial_memory.empty()) refuse_to_share(options.output, options.initial_memory);
   if (options.report.empty()) return;
   refuse_as_folder(options.report);
@@ -150,13 +153,13 @@ void check_outputs(const IdentifyArguments& options) {
 
 int run_identify(const IdentifyArguments& options) {
   check_outputs(options);
+  OutputFile out(options.output);
   std::optional<config::Config> config;
   if (!options.config.empty()) config = config_to_complete(options);
   const std::vector<Dataset> datasets = load_datasets(options.data, options.input);
   stop_at_a_signal();
   const Identified identified = identify(options, datasets);
   const std::vector<std::string> said = findings(datasets, identified);
-  OutputFile out(options.output);
   out.write(identified_model_text(identified, said));
   out.commit();
   if (config) write_config(options, *config);
@@ -197,6 +200,7 @@ void add_identify(CLI::App& cli, int& status) {
   command->add_option("DATA", options->data, "CSV with time_s,input,output; several: one model for all")
       ->required();
   command->add_option("--output", options->output, "model file to write (TOML)")->required();
+  command->add_flag("--overwrite", options->overwrite, "replace model and memory if they exist");
   command
       ->add_option("--order", options->order,
                    "order of polynomial reference curves, or auto: chosen by hold-out")

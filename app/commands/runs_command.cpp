@@ -23,10 +23,10 @@ struct RunsArguments {
   bool json = false;
 };
 
-std::string state_of(const runs::RunInfo& info, const std::filesystem::path& path) {
+std::string state_of(const runs::RunInfo& info, bool was_being_recorded) {
   if (!info.failure.empty()) return "ended early: " + info.failure;
   if (!info.ended.empty()) return "closed";
-  return runs::is_being_recorded(path) ? "recording" : "not closed (killed)";
+  return was_being_recorded ? "recording" : "not closed (killed)";
 }
 
 std::string faults_text(const runs::AxisSummary& summary) {
@@ -37,7 +37,7 @@ std::string faults_text(const runs::AxisSummary& summary) {
   return text;
 }
 
-void print_run(const runs::Run& run) {
+void print_run(const runs::Run& run, bool was_being_recorded) {
   const runs::RunInfo& info = run.info();
   std::string name = run.name(), duration = fmt::format("{:.1f}", info.last_s - info.first_s);
   for (const runs::RunAxis& axis : info.axes) {
@@ -49,7 +49,7 @@ void print_run(const runs::Run& run) {
     name.clear();
     duration.clear();
   }
-  if (const std::string state = state_of(info, run.path()); state != "closed")
+  if (const std::string state = state_of(info, was_being_recorded); state != "closed")
     print(fmt::format("{:<27} {}\n", "", state));
   if (info.rows_lost > 0) print(fmt::format("{:<27} {} rows lost\n", "", info.rows_lost));
 }
@@ -63,14 +63,16 @@ int list_runs(const RunsArguments& options) {
                       "max um", "faults"));
   for (const std::filesystem::path& path : paths) {
     try {
+      const bool is_being_recorded =
+          runs::is_being_recorded(path);  // before it is read: it may end meanwhile
       const runs::Run run(path);
       if (!options.json) {
-        print_run(run);
+        print_run(run, is_being_recorded);
         continue;
       }
       nlohmann::json entry = to_json(run.info());
       entry.erase("settings");
-      entry.update({{"run", path.string()}, {"state", state_of(run.info(), path)}});
+      entry.update({{"run", path.string()}, {"state", state_of(run.info(), is_being_recorded)}});
       list.push_back(std::move(entry));
     } catch (const config::Error& error) {
       note("hystcan: {}\n", error.what());

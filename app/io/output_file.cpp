@@ -126,6 +126,13 @@ void refuse_to_overwrite(const std::filesystem::path& output, const std::filesys
     throw config::Error(fmt::format("{}: is an input too, expected another file as output", output.string()));
 }
 
+void refuse_to_replace(const std::filesystem::path& output, bool may_overwrite) {
+  std::error_code ignored;
+  if (!may_overwrite && std::filesystem::is_regular_file(output, ignored))
+    throw config::Error(
+        fmt::format("{}: exists already, expected another name, or --overwrite", output.string()));
+}
+
 void refuse_to_share(const std::filesystem::path& one, const std::filesystem::path& other) {
   std::error_code ignored;
   if (std::filesystem::weakly_canonical(one, ignored) == std::filesystem::weakly_canonical(other, ignored))

@@ -53,6 +53,9 @@ void create_folder(const std::filesystem::path& folder);
 /// Throws config::Error if the output file is an input file too: it would be lost while it is read.
 void refuse_to_overwrite(const std::filesystem::path& output, const std::filesystem::path& input);
 
+/// Throws config::Error if there is a file of this name, unless it may be overwritten. A device or a pipe is none.
+void refuse_to_replace(const std::filesystem::path& output, bool may_overwrite);
+
 /// Throws config::Error if two outputs are the same file.
 void refuse_to_share(const std::filesystem::path& one, const std::filesystem::path& other);
 

@@ -10,16 +10,14 @@ namespace {
 
 constexpr PictureSize demo_size{.width_mm = 240.0, .height_mm = 190.0};
 
-/// Rows of this axis while tracking. The drive that has acted when a position is measured is the command
-/// of two cycles before.
+/// Rows of this axis while tracking; acting(drive): the drive whose effect the sample of this row shows, of some cycles before.
 constexpr const char* demo_functions = R"(axis = {axis}
 stroke = {stroke}
 of(v) = (strcol('axis') eq axis && strcol('state') eq 'tracking' ? v : NaN)
-acting(drive) = (strcol('axis') eq axis ? (d2 = d1, d1 = d0, d0 = drive, d2) : NaN)
+acting(drive) = (strcol('axis') eq axis ? ({shifted}d0 = drive, {between}) : NaN)
 )";
 
-constexpr const char* demo_panels = R"(d0 = d1 = d2 = NaN
-set multiplot layout 2,2 title {title}
+constexpr const char* demo_panels = R"(set multiplot layout 2,2 title {title}
 set title 'The actuator: hysteresis'
 set xlabel {drive}
 set ylabel 'position (um)'
@@ -48,6 +46,22 @@ plot 'pi.csv' using (of(column('time_s'))):(100*column('error_um')/stroke) with 
 unset multiplot
 )";
 
+/// acting() remembers the drives of the last cycles: d1 is that of the cycle before.
+std::string functions(const DemoPlot& plot) {
+  const auto whole = static_cast<std::size_t>(plot.delay_cycles);
+  std::string shifted, nothing;
+  for (std::size_t i = whole + 1; i > 0; --i) {
+    shifted += fmt::format("d{} = d{}, ", i, i - 1);
+    nothing += fmt::format("d{} = ", i);
+  }
+  const double part = plot.delay_cycles - static_cast<double>(whole);
+  return fmt::format(demo_functions, fmt::arg("axis", gnuplot_string(plot.axis)),
+                     fmt::arg("stroke", plot.stroke_um), fmt::arg("shifted", shifted),
+                     fmt::arg("between",
+                              fmt::format("{:.6f}*d{} + {:.6f}*d{}", 1.0 - part, whole, part, whole + 1))) +
+         nothing + "d0 = NaN\n";
+}
+
 }  // namespace
 
 std::string draw(const DemoPlot& plot) {
@@ -57,9 +71,7 @@ std::string draw(const DemoPlot& plot) {
                   fmt::arg("from", plot.from_s), fmt::arg("to", plot.to_s));
   const std::vector<std::string> formats{"svg", "png"};
   return draw_with_gnuplot(plot.directory, "demo.gp", formats,
-                           "# gnuplot demo.gp: draws demo.svg and demo.png\n" +
-                               fmt::format(demo_functions, fmt::arg("axis", gnuplot_string(plot.axis)),
-                                           fmt::arg("stroke", plot.stroke_um)) +
+                           "# gnuplot demo.gp: draws demo.svg and demo.png\n" + functions(plot) +
                                drawn_as("demo", formats, demo_size, body));
 }
 

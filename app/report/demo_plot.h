@@ -13,7 +13,8 @@ struct DemoPlot {
   std::string axis;  ///< name, as in the CSV
   std::string drive_unit;
   double stroke_um = 1.0;
-  double from_s = 0.0;  ///< interval of time in the tracking panel
+  double delay_cycles = 2.0;  ///< from a drive to the sample that shows its effect
+  double from_s = 0.0;        ///< interval of time in the tracking panel
   double to_s = 1.0;
 };
 

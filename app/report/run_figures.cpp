@@ -37,15 +37,44 @@ double rate_of(const runs::Run& run, std::size_t axis) {
   return static_cast<double>(time_s.size() - 1) / (time_s.back() - time_s.front());
 }
 
+/// A command takes effect a cycle after it was given and acts for another one, until the next sample.
+constexpr double cycles_of_the_wire = 2.0;
+
+/// The drive of some cycles before, between two of them where that is no whole number.
+class DelayedDrive {
+ public:
+  explicit DelayedDrive(double cycles)
+      : whole_(static_cast<std::size_t>(cycles)),
+        part_(cycles - static_cast<double>(whole_)),
+        last_(whole_ + 2, nothing) {}
+
+  double after(double drive) {
+    std::shift_right(last_.begin(), last_.end(), 1);
+    last_.front() = drive;
+    return part_ > 0.0 ? last_[whole_] + part_ * (last_[whole_ + 1] - last_[whole_]) : last_[whole_];
+  }
+
+ private:
+  std::size_t whole_;
+  double part_;
+  std::vector<double> last_;  ///< the newest first
+};
+
+/// The known delay of the axis, else that of the wire.
+double drive_delay_s(const runs::RunAxis& axis, double rate_Hz) {
+  constexpr double longest_cycles = 1000.0;
+  const double cycles = axis.delay_s * rate_Hz;
+  return (cycles >= 0.0 && cycles <= longest_cycles ? cycles : cycles_of_the_wire) / rate_Hz;
+}
+
 /// Takes the cycles of an axis in order.
 class Gatherer {
  public:
-  Gatherer(RunFigures& figures, double rate_Hz) : figures_(figures), rate_Hz_(rate_Hz) {}
+  Gatherer(RunFigures& figures, double rate_Hz)
+      : figures_(figures), rate_Hz_(rate_Hz), drive_(rate_Hz * figures.drive_delay_s) {}
 
   void take(std::span<const std::vector<double>> columns, std::size_t i) {
-    const double acting = before_last_drive_;
-    before_last_drive_ = last_drive_;
-    last_drive_ = columns[4][i];
+    const double acting = drive_.after(columns[4][i]);
     const bool tracks = columns[1][i] == static_cast<double>(controller::AxisState::tracking);
     const PlotRow row{columns[0][i], columns[2][i], columns[3][i], columns[2][i] - columns[3][i], acting};
     if (!tracks || !std::isfinite(row.error_um)) return figures_.spectrum.break_off();
@@ -80,7 +109,7 @@ class Gatherer {
 
   RunFigures& figures_;
   double rate_Hz_;
-  double last_drive_ = nothing, before_last_drive_ = nothing;
+  DelayedDrive drive_;
   double squares_um2_ = 0.0;
   std::vector<double> time_s_, reference_um_, position_um_;
 };
@@ -147,6 +176,7 @@ RunFigures figures_of(const runs::Run& run, std::size_t axis, const runs::TimeSp
                      .axis = about.name,
                      .drive_unit = about.drive_unit.empty() ? "drive unit" : about.drive_unit,
                      .stroke_um = about.stroke_um,
+                     .drive_delay_s = drive_delay_s(about, rate_Hz),
                      .faults = about.summary.faults.size(),
                      .rows = {},
                      .spectrum = Spectrum(rate_Hz),

@@ -16,7 +16,7 @@ namespace hystcan::app {
 
 /// A cycle in a picture.
 struct PlotRow {
-  double time_s, reference_um, position_um, error_um, drive;  ///< drive: the one that acts on this sample
+  double time_s, reference_um, position_um, error_um, drive;  ///< drive: the one that this sample shows
 };
 
 /// Keeps at most `most` rows of a signal, whatever its length: of each group of neighbours the rows with the least and the
@@ -53,7 +53,8 @@ struct Histogram {
 
 struct RunFigures {
   std::string run, axis, drive_unit;
-  double stroke_um = 0.0;  ///< 0: unknown
+  double stroke_um = 0.0;      ///< 0: unknown
+  double drive_delay_s = 0.0;  ///< by which the drive of the rows is earlier than the one in the record
   std::uint64_t cycles = 0;
   double rms_um = 0.0, max_um = 0.0;
   std::size_t faults = 0;

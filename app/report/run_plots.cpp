@@ -36,8 +36,10 @@ constexpr const char* row_header = "time_s,reference_um,position_um,error_um,dri
 Picture loops(const RunFigures& run, const std::string& data_file) {
   return {csv(row_header, run.rows.rows()),
           fmt::format("set xlabel {}\nset ylabel 'position (um)'\n"
-                      "plot {} using 'drive':'position_um' with lines ls 1 title 'measured'\n",
-                      gnuplot_text(fmt::format("drive ({})", run.drive_unit)), data_file)};
+                      "plot {} using 'drive':'position_um' with lines ls 1 title {}\n",
+                      gnuplot_text(fmt::format("drive ({})", run.drive_unit)), data_file,
+                      gnuplot_text(fmt::format("measured, against the drive of {:.2g} ms before",
+                                               1e3 * run.drive_delay_s)))};
 }
 
 Picture tracking(const RunFigures& run, const std::string& data_file) {

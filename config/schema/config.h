@@ -42,8 +42,8 @@ struct AxisConfig {
 
 /// [record]: runs on disk (runs/recorder.h).
 struct RecordConfig {
-  std::filesystem::path folder = "runs";  ///< of the runs; relative to the working directory
-  bool at_start = false;                  ///< else from a command on
+  std::filesystem::path folder = "hystcan-runs";  ///< of the runs; relative to the working directory
+  bool at_start = false;                          ///< else from a command on
   bool bus_log = false;
   bool hdf5 = true;                                ///< beside each CSV that is complete
   double part_MB = 256.0;                          ///< of a CSV, then the next part begins
