@@ -1,6 +1,6 @@
 """Identifies a model from a measured record, and draws what it explains.
 
-    python3 identify_record.py RECORD.csv [--output NAME]      CSV with time_s,input,output
+    python3 identify_record.py RECORD.csv [--output NAME]      CSV with time_s,input,output, as of `hystcan excite`
     python3 identify_record.py --synthetic [--output NAME]     a record of the shipped stage with noise
 
 Writes NAME.model.toml, which `hystcan controller` takes, and NAME.png.
@@ -23,7 +23,9 @@ def synthetic() -> tuple[numpy.ndarray, numpy.ndarray, numpy.ndarray]:
 
 
 def measured(file: str) -> tuple[numpy.ndarray, numpy.ndarray, numpy.ndarray]:
-    record = numpy.genfromtxt(file, delimiter=",", names=True)
+    with open(file) as lines:  # genfromtxt would take the first comment for the header
+        rows = [line for line in lines if not line.startswith("#")]
+    record = numpy.genfromtxt(rows, delimiter=",", names=True)
     return record["time_s"], record["input"], record["output"]
 
 
