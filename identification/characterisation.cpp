@@ -225,7 +225,7 @@ void check_identifiable(const Dataset& dataset, model::Symmetry symmetry) {
   if (slope_of(seen.input, seen.output) < 0.0)
     refuse("the output falls when the input rises, expected it to rise: change the sign of the output");
   if (lead(seen) > 0.02 * outputs.span())
-    refuse("the output leads the input: its loops run clockwise, ", lead(seen),
+    refuse("the output leads the input: its loops run clockwise, ", model::rounded(lead(seen)),
            " wide on average; expected the output to lag: are input and output interchanged?");
 }
 

@@ -25,6 +25,13 @@ std::string text_of(const Parts&... parts) {
   return text;
 }
 
+/// A measured number in a sentence, with four digits.
+inline std::string rounded(double value) {
+  char digits[32];
+  return {digits,
+          std::to_chars(std::begin(digits), std::end(digits), value, std::chars_format::general, 4).ptr};
+}
+
 template <class... Parts>
 [[noreturn]] void refuse(const Parts&... parts) {
   throw std::invalid_argument(text_of(parts...));

@@ -182,13 +182,16 @@ std::vector<controller::AxisOutcome> outcomes_of(const controller::Controller& c
   return outcomes;
 }
 
-/// Throws RunError with the first reason why the run is not a success. `was_enabled`: some axis was when the run was
+/// Throws RunError with the reason why the run is not a success: every fault, or else the first reason. `was_enabled`: some axis was when the run was
 /// asked to end. A user may leave all axes disabled.
 void require_success(const controller::Controller& controller, const CycleRecorder& recorder,
                      const ControllerArguments& options, bool was_enabled,
                      const std::vector<controller::AxisOutcome>& outcomes) {
+  std::string faults;
   for (const auto& outcome : outcomes)
-    if (outcome.fault.cause != controller::Cause::none) throw RunError(describe(outcome.name, outcome.fault));
+    if (outcome.fault.cause != controller::Cause::none)
+      faults += (faults.empty() ? "" : "; ") + describe(outcome.name, outcome.fault);
+  if (!faults.empty()) throw RunError(faults);
   const bool was_to_track = options.once || options.duration_s > 0.0 || was_enabled;
   if (was_to_track && !recorder.has_tracked())
     throw RunError("nothing was tracked: " + recorder.first_lack());

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -39,6 +40,7 @@ struct DynamicsArguments {
   std::optional<double> rate_Hz;
   bool cautious = false;
   bool json = false;
+  bool all = false;  ///< every design is printed
   config::DatasetLayout layout{};
 };
 
@@ -132,25 +134,28 @@ std::string delay_shares(const IdentifiedDynamics& identified) {
                       1e3 * *identified.sensor_s));
 }
 
-/// The text for the terminal and for the comment in the fragment.
-std::string describe(const IdentifiedDynamics& identified) {
+/// The text for the terminal and for the comment in the fragment, with this many of the designs.
+std::string describe(const IdentifiedDynamics& identified, std::size_t shown) {
   const IdentifiedPlant& plant = identified.plant;
   std::string text =
       line("dataset", fmt::format("{}: {} at {:.6g} Hz{}", identified.file, can::counted(plant.rows, "row"),
                                   1.0 / plant.cycle_s, left_out_text(plant))) +
       describe(plant, identified.stated, identified.input_unit, identified.output_unit) +
       delay_shares(identified);
-  for (std::size_t i = 0; i < identified.designs.size(); ++i) {
+  for (std::size_t i = 0; i < shown; ++i) {
     const controller::LoopSetting& setting = identified.designs[i];
     const controller::JudgedLoop& loop = identified.loops[i];
     text += line(i == 0 ? "PI gains" : "less fast",
-                 fmt::format("kp {} um per um, ki {} 1/s, at {:.6g} Hz{}", setting.pi.kp, setting.pi.ki_per_s,
-                             identified.rate_Hz, filters_of(setting))) +
+                 fmt::format("kp {:.5g} um per um, ki {:.5g} 1/s, at {:.6g} Hz{}", setting.pi.kp,
+                             setting.pi.ki_per_s, identified.rate_Hz, filters_of(setting))) +
             line("loop", describe(loop.margins)) +
             line("at the worst", describe(loop.worst) + " (corners of the intervals)") +
             line("speed", fmt::format("crossover {:.4g} Hz, bandwidth of the feedback alone {:.4g} Hz",
                                       loop.margins.crossover_Hz, loop.margins.bandwidth_Hz));
   }
+  if (const std::size_t more = identified.designs.size() - shown; more > 0)
+    text += line("", fmt::format("--all shows {} that {} still less fast", can::counted(more, "design"),
+                                 more == 1 ? "is" : "are"));
   return text;
 }
 
@@ -232,7 +237,9 @@ int dynamics(const DynamicsArguments& options) {
   }
   const IdentifiedDynamics identified = find(options, config, axis);
   stop_at_a_signal();  // no unfinished file remains
-  const std::string text = describe(identified) + rule_text(options.cautious);
+  const std::size_t shown =
+      options.all ? identified.designs.size() : std::min<std::size_t>(2, identified.designs.size());
+  const std::string text = describe(identified, shown) + rule_text(options.cautious);
   OutputFile out(options.output);
   out.write(fragment(identified, configured_delays(config, axis), text));
   if (!options.written.empty()) write_config(options, *config, axis, identified);
@@ -269,6 +276,7 @@ void add_dynamics(CLI::App& cli, int& status) {
   add_column_options(*command, options->layout);
   command->add_flag("--cautious", options->cautious,
                     "the rule that counts no phase beyond -180 degrees; stays stable with any delay");
+  command->add_flag("--all", options->all, "print every design, not the two fastest alone");
   command->add_flag("--json", options->json, "print the result as JSON");
   command->callback([options, &status] { status = dynamics(*options); });
 }

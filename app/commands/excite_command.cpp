@@ -182,7 +182,7 @@ void propose_further(const ExciteArguments& options, const config::Config& confi
       options.output.stem().string();  // x.loops.csv -> x.slow.csv, as `init --continue` looks for it
   if (stem.ends_with(".loops")) stem.resize(stem.size() - std::string_view(".loops").size());
   const auto beside = [&](const char* what) {
-    return (options.output.parent_path() / stem).string() + "." + what + ".csv";
+    return shell_word(options.output.parent_path() / fmt::format("{}.{}.csv", stem, what));
   };
   note(
       "a second rate tells a delay from a wider loop; a record that the model has not seen validates it:\n"

@@ -175,8 +175,9 @@ int run_identify(const IdentifyArguments& options) {
         "{:.5g} {}\n",
         options.output.string(), identified.search.shape.text(), identified.parameter_count(),
         identified.overall.rms * percent, identified.overall.max * percent,
-        identified.held_out_rms ? fmt::format(" ({:.3g} % RMS held out)", *identified.held_out_rms * percent)
-                                : "",
+        identified.held_out_rms
+            ? fmt::format(" ({:.3g} % RMS cross-validated)", *identified.held_out_rms * percent)
+            : "",
         identified.output_span, identified.parameters.output_unit);
   }
   return done;

@@ -41,7 +41,7 @@ PageOptions page_options(const PageArguments& arguments, const config::Config& c
       .config = std::filesystem::absolute(arguments.config),
       .interface = interface,
       .bitrate_bit_per_s = static_cast<double>(config.bus.bitrate_bit_per_s),
-      .start_command = fmt::format("hystcan controller {}", arguments.config.string()),
+      .start_command = fmt::format("hystcan controller {}", shell_word(arguments.config)),
       .controller_socket = [=] { return configured.empty() ? find_socket(interface) : configured; },
       .twin_socket =
           [=, given = arguments.twin_socket] { return given.empty() ? find_twin_socket(interface) : given; }};
@@ -61,7 +61,7 @@ int run_page(const PageArguments& arguments) {
   print(fmt::format("page: {}\n", host.url()));
   flush_output();
   spdlog::info("the token to write is in {}: hystcan page {} --token shows it", file.string(),
-               arguments.config.string());
+               shell_word(arguments.config));
   controller::yield_to_the_control_thread();
   host.run();
   return done;

@@ -53,10 +53,14 @@ class StatusView {
     }
   }
 
+  std::vector<std::string> lines_of(const nlohmann::json& status) {
+    return status_screen(status, counters_.report(), "");
+  }
+
   /// A controller that has ended, or is not there yet, is asked again with the next call.
   std::vector<std::string> lines() {
     try {
-      return status_screen(ask(), counters_.report(), "");
+      return lines_of(ask());
     } catch (const RunError& error) {
       return status_screen(nullptr, counters_.report(),
                            fmt::format("no answer, trying again: {}", error.what()));
@@ -96,7 +100,7 @@ int run_status(const StatusArguments& options) {
   if (options.json)
     print(status.dump(2) + "\n");
   else
-    print_lines(status_lines(status));
+    print_lines(view.lines_of(status));
   return done;
 }
 

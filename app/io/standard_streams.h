@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -20,6 +21,9 @@ void prepare_standard_streams();
 /// Without the control characters with which a name from a file or from the bus could command a terminal: as \x1b, but
 /// for the line feed and the tab.
 std::string printable(std::string_view text);
+
+/// A path in a command that is printed to be typed: with blanks or characters of the shell in quotes.
+std::string shell_word(const std::filesystem::path& path);
 
 /// Writes to standard output; to a terminal as printable(). Throws std::system_error if the write fails, for example on a
 /// full disk.

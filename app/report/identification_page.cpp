@@ -133,14 +133,24 @@ std::string table_of(const Comparison& comparison) {
   return table + "</table>\n";
 }
 
-std::string hold_out_of(const Comparison& comparison) {
+/// The search judges a model by another figure, which is the one on the terminal.
+std::string cross_validated(const Identified& identified) {
+  if (!identified.held_out_rms) return {};
+  return fmt::format(
+      " Cross-validated, as identify prints it, the identified one misses {:.3g} % RMS: over all cycles that can be held out, "
+      "in turn, with k, delay and thresholds from all samples.",
+      100.0 * *identified.held_out_rms / identified.output_span);
+}
+
+std::string hold_out_of(const Identified& identified, const Comparison& comparison) {
   if (!comparison.no_hold_out.empty()) return "Nothing was held out: " + comparison.no_hold_out + ".";
   return fmt::format(
-      "Held out: {} of {}, {} of {}, every other cycle of those that are not needed to reach "
-      "the ends of the input range. Every model was fitted again without them, the identified one with the "
-      "order found from all samples.",
-      comparison.held_out_cycles, can::counted(comparison.cycles, "cycle"), comparison.held_out_samples,
-      can::counted(comparison.samples, "sample"));
+             "Held out: {} of {}, {} of {}, every other cycle of those that are not needed to reach "
+             "the ends of the input range. Every model was fitted again without them, the identified one with the "
+             "order found from all samples.",
+             comparison.held_out_cycles, can::counted(comparison.cycles, "cycle"),
+             comparison.held_out_samples, can::counted(comparison.samples, "sample")) +
+         cross_validated(identified);
 }
 
 std::string comparison_of(const IdentificationReport& report, const Comparison& comparison) {
@@ -150,7 +160,7 @@ std::string comparison_of(const IdentificationReport& report, const Comparison& 
       "<p>Errors in percent of the output's span, {}; the smallest of each column is marked.</p>\n",
       escaped(with_unit(fmt::format("{:.4g}", comparison.output_span), unit)));
   part += table_of(comparison);
-  part += fmt::format("<p>{}</p>\n", escaped(hold_out_of(comparison)));
+  part += fmt::format("<p>{}</p>\n", escaped(hold_out_of(report.identified, comparison)));
   for (const std::string& refused : comparison.refused)
     part += fmt::format("<p>Not fitted: {}</p>\n", escaped(refused));
   part +=

@@ -296,7 +296,7 @@ IdentifiedAxis identify_axis(const std::filesystem::path& folder, const std::str
   result.lines.push_back(fmt::format(
       "hysteresis: {}, misses {} by {:.3g} % RMS{} of {:.5g} um; {}.report/report.html{}",
       found.search.shape.text(), fmt::join(records.names(), ", "), found.overall.rms * percent,
-      found.held_out_rms ? fmt::format(" ({:.3g} % held out)", *found.held_out_rms * percent) : "",
+      found.held_out_rms ? fmt::format(" ({:.3g} % cross-validated)", *found.held_out_rms * percent) : "",
       found.output_span, axis, undrawn.empty() ? "" : ", without pictures: " + undrawn));
   if (records.unseen) result.lines.push_back(validation_line(found.parameters, found.delay_s, records));
   return result;

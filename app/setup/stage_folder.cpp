@@ -137,13 +137,13 @@ void tuned_or_kept(const std::filesystem::path& file, const std::filesystem::pat
     keep();
     throw RunError(fmt::format(
         "{}. {} is kept with its models and reports, but is not complete: hystcan demo --config {}",
-        error.what(), folder.string(), (folder / stage_config).string()));
+        error.what(), folder.string(), shell_word(folder / stage_config)));
   }
 }
 
 /// `made` is `folder`, or will be.
 void print_ready(const std::filesystem::path& made, const std::filesystem::path& folder) {
-  const std::string file = (folder / stage_config).string(), fast = (folder / fast_config).string();
+  const std::string file = shell_word(folder / stage_config), fast = shell_word(folder / fast_config);
   print(
       fmt::format("\n{0}: complete. Next:\n"
                   "  hystcan check {0}                  # the values in force, the bus, the margins\n"
@@ -156,14 +156,14 @@ void print_ready(const std::filesystem::path& made, const std::filesystem::path&
 }
 
 void print_excitations(const std::filesystem::path& folder, const config::Config& config) {
-  const std::string file = (folder / first_config).string();
+  const std::string file = shell_word(folder / first_config);
   print(fmt::format(
       "{}: a straight line stands for the model. Next, with --rehearse to try them on the twin:\n", file));
   for (const config::AxisConfig& axis : config.axes) {
     const std::string& name = axis.wire.name;
     const auto command = [&](const char* output, const std::string& more) {
-      print(fmt::format("  hystcan excite {} --axis {} --output {}{}\n", file, name,
-                        (folder / (name + "." + output + ".csv")).string(), more));
+      print(fmt::format("  hystcan excite {} --axis {} --output {}{}\n", file, shell_word(name),
+                        shell_word(folder / (name + "." + output + ".csv")), more));
     };
     command("loops", "");
     const double period_s = quasi_static_period_s(axis.control.delays.resonance_Hz);
@@ -171,7 +171,7 @@ void print_excitations(const std::filesystem::path& folder, const config::Config
     command("unseen", fmt::format(" --period {:g} --levels 3", 2.0 * period_s));
     command("step", " --signal step");
   }
-  print(fmt::format("  hystcan init {} --continue\n", folder.string()));
+  print(fmt::format("  hystcan init {} --continue\n", shell_word(folder)));
 }
 
 /// The models of an axis that has none yet.
@@ -204,8 +204,8 @@ AxisRecords records_beside(const std::filesystem::path& folder, const config::Ax
       .loops = {named("loops")}, .step = if_there(named("step")), .unseen = if_there(named("unseen"))};
   if (!std::filesystem::exists(files.loops.front()))
     throw config::Error(fmt::format("{}: is not there, expected the record of `hystcan excite {} --axis {}`",
-                                    files.loops.front().string(), (folder / first_config).string(),
-                                    axis.wire.name));
+                                    files.loops.front().string(), shell_word(folder / first_config),
+                                    shell_word(axis.wire.name)));
   if (auto slow = if_there(named("slow"))) files.loops.push_back(*slow);
   DatasetInput input;
   input.input_unit = axis.wire.drive_unit;
@@ -365,7 +365,7 @@ void copy_preset(const std::string& preset, const std::filesystem::path& folder)
   for (const auto& file : files) copy_into(file, made.path());
   made.commit();
   for (const auto& file : files) print(fmt::format("{}\n", (folder / file.filename()).string()));
-  print(fmt::format("next: hystcan demo --config {}\n", (folder / shipped.filename()).string()));
+  print(fmt::format("next: hystcan demo --config {}\n", shell_word(folder / shipped.filename())));
 }
 
 }  // namespace hystcan::app

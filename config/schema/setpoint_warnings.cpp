@@ -120,11 +120,29 @@ void warn_of_rate(const controller::Shape& shape, double rate_Hz, const std::str
         place, frequency_Hz, rate_Hz, rate_Hz / frequency_Hz, rate_Hz / fewest_cycles));
 }
 
+/// A range far beyond those of model and twin is rather mistyped than meant.
+void warn_of_range(const AxisConfig& axis, std::vector<std::string>& warnings) {
+  constexpr double far = 0.25;  // of the other range
+  const controller::Gate::Config& gate = axis.control.gate;
+  const twin::Amplifier::Config& amplifier = axis.twin.plant.amplifier;
+  const auto warn = [&](const char* whose, double min, double max) {
+    const double beyond = std::max(min - gate.drive_min, gate.drive_max - max);
+    if (beyond > far * (max - min))
+      warnings.push_back(fmt::format(
+          "axis {}: the drive may go from {:g} to {:g} {}, the {} range is {:g} to {:g} {}", axis.wire.name,
+          gate.drive_min, gate.drive_max, axis.wire.drive_unit, whose, min, max, axis.wire.drive_unit));
+  };
+  const model::Interval& known = axis.control.law.model.input_range();
+  warn("model's", known.lo, known.hi);
+  warn("twin's", amplifier.drive_min, amplifier.drive_max);
+}
+
 }  // namespace
 
 std::vector<std::string> setpoint_warnings(const Config& config) {
   std::vector<std::string> warnings;
   for (const AxisConfig& axis : config.axes) {
+    warn_of_range(axis, warnings);
     const std::vector<SegmentNeeds> needs = needs_of(axis.control, config.controller.rate_Hz);
     for (std::size_t i = 0; i < needs.size(); ++i) {
       const std::string place = fmt::format("axis {}, setpoint[{}]", axis.wire.name, i);

@@ -1,6 +1,8 @@
 // Where the setpoints ask for more than the limits of the axis allow. This is no error: the gate and the supervision
 // keep the limits while the axis runs, but it then does not follow, or it faults.
 //
+// A drive that may go far beyond the ranges of model and twin is named too.
+//
 // One pass of the reference is followed at rate_Hz, without dynamics: the inverse of the model gives the drive of each
 // cycle. The drive begins at the lower threshold, where the start-up ends. A jump from level to level counts as a jump
 // and not as a slew. A reference of more than two million cycles is looked at up to there.
@@ -13,7 +15,7 @@
 
 namespace hystcan::config {
 
-/// One line for each limit and segment: "axis x, setpoint[1]: ..., what would do". Empty: all limits suffice.
+/// One line for each range, limit and segment: "axis x, setpoint[1]: ..., what would do". Empty: all limits suffice.
 std::vector<std::string> setpoint_warnings(const Config& config);
 
 }  // namespace hystcan::config

@@ -69,27 +69,36 @@ Cause Supervisor::judge_nodes(const NodeHealth& health) const {
 
 Supervisor::Verdict Supervisor::judge_sample(const AxisInput& input) {
   cycles_since_last_ += cycles_in(input);
-  if (!input.position_um) return {count_lost_sample(input.late_sample, Cause::sample_missing), std::nullopt};
+  if (!input.position_um) return {count_missing_sample(input), std::nullopt};
   if (!input.sensor_status_good) return {Cause::sensor_status, std::nullopt};
   const double position_um = *input.position_um;
   // With NaN the comparison is false: the position is implausible.
   if (!(position_um >= config_.position_min_um && position_um <= config_.position_max_um))
     return {Cause::position_implausible, std::nullopt};
-  if (has_jumped(position_um)) return {count_lost_sample(false, Cause::position_jumped), std::nullopt};
+  if (has_jumped(position_um)) return {count_lost_sample(Cause::position_jumped), std::nullopt};
   if (is_frozen(position_um)) return {Cause::position_frozen, std::nullopt};
   lost_.leak();
-  lost_in_a_row_ = late_in_a_row_ = 0;
+  lost_in_a_row_ = {};
   last_um_ = position_um;
   cycles_since_last_ = 0;
   return {Cause::none, position_um};
 }
 
-Cause Supervisor::count_lost_sample(bool late, Cause cause) {
+/// Where most of the cycles were too long, the computer has lost the samples and not the node.
+Cause Supervisor::count_missing_sample(const AxisInput& input) {
+  if (input.late_sample) ++lost_in_a_row_.late;
+  if (cycles_in(input) > 1) ++lost_in_a_row_.in_long_cycles;
+  const Cause cause = count_lost_sample(Cause::sample_missing);
+  const auto most = [&](unsigned part) { return 2 * part > lost_in_a_row_.all; };
+  if (cause != Cause::sample_missing) return cause;
+  if (most(lost_in_a_row_.in_long_cycles)) return Cause::cycle_overrun;
+  return most(lost_in_a_row_.late) ? Cause::sample_late : cause;
+}
+
+Cause Supervisor::count_lost_sample(Cause cause) {
   lost_.lose();
-  ++lost_in_a_row_;
-  if (late) ++late_in_a_row_;
-  if (!lost_.overflows()) return Cause::none;
-  return 2 * late_in_a_row_ > lost_in_a_row_ ? Cause::sample_late : cause;
+  ++lost_in_a_row_.all;
+  return lost_.overflows() ? cause : Cause::none;
 }
 
 bool Supervisor::has_jumped(double position_um) const {

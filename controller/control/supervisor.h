@@ -112,14 +112,17 @@ class Supervisor {
   Cause judge_bus(const AxisInput& input);
   Cause judge_nodes(const NodeHealth& health) const;
   Verdict judge_sample(const AxisInput& input);
-  Cause count_lost_sample(bool late, Cause cause);
+  Cause count_missing_sample(const AxisInput& input);
+  Cause count_lost_sample(Cause cause);
   bool has_jumped(double position_um) const;
   bool is_frozen(double position_um);
 
   Config config_;
   LeakyBucket lost_;
-  unsigned lost_in_a_row_ = 0;
-  unsigned late_in_a_row_ = 0;
+  struct Lost {
+    unsigned all = 0, late = 0, in_long_cycles = 0;  ///< long: SYNCs were left out
+  };
+  Lost lost_in_a_row_;
   std::optional<double> last_um_;  ///< the last accepted sample
   unsigned cycles_since_last_ = 0;
   unsigned cycles_unchanged_ = 0;
