@@ -20,8 +20,9 @@ using std::chrono::milliseconds;
 /// A temporary folder, and a black box of 20 cycles, 5 of them after the fault.
 class BlackBoxes : public testing::Test {
  protected:
-  BlackBox make(unsigned files = 50) {
-    return {{.folder = folder, .files = files, .cycles = 20, .cycles_after = 5},
+  BlackBox make(unsigned files = 50) { return make(folder, files); }
+  BlackBox make(const std::filesystem::path& of_files, unsigned files) {
+    return {{.folder = of_files, .files = files, .cycles = 20, .cycles_after = 5},
             {"x", "y 1"},
             [this](can::BusHealthLog::Level level, const std::string& line) {
               (level == can::BusHealthLog::Level::warning ? warnings : infos).push_back(line);
@@ -199,6 +200,18 @@ TEST_F(BlackBoxes, WarnAtStartAndAtTheFaultWhereTheFolderIsMissing) {
   run(box, 4, 30, AxisState::faulted);
   ASSERT_EQ(warnings.size(), 2u);
   EXPECT_NE(warnings[1].find("No such file or directory"), std::string::npos) << warnings[1];
+}
+
+TEST_F(BlackBoxes, MakeAFolderOfTheirOwnAtTheFirstFaultWhereNoneIsNamed) {
+  const std::filesystem::path before = std::filesystem::current_path();
+  std::filesystem::current_path(folder);
+  BlackBox box = make({}, 50);
+  std::filesystem::current_path(before);
+  EXPECT_TRUE(files().empty());
+  run(box, 4, 30, AxisState::faulted);
+  EXPECT_EQ(files(), std::vector<std::string>{"hystcan-blackbox"});
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder / "hystcan-blackbox"), {}), 1);
+  EXPECT_TRUE(warnings.empty());
 }
 
 TEST_F(BlackBoxes, WarnAndLeaveNoFileWhereTheDiskIsFull) {

@@ -33,7 +33,7 @@ std::filesystem::path in_scratch(const char* name) {
 /// The dataset that `excite` measures on the bus.
 Dataset excited(LiveBench& bench, std::vector<std::string> options) {
   const auto file = in_scratch("excited.csv");
-  options.insert(options.end(), {"--output", file.string()});
+  options.insert(options.end(), {"--overwrite", "--output", file.string()});
   bench.start("excite", options);
   EXPECT_EQ(bench.controller->wait(), 0) << bench.controller->err();
   return config::load_dataset(file).dataset;
@@ -41,8 +41,8 @@ Dataset excited(LiveBench& bench, std::vector<std::string> options) {
 
 Dataset rehearsed(std::vector<std::string> options) {
   const auto file = in_scratch("rehearsed.csv");
-  options.insert(options.begin(),
-                 {HYSTCAN_PROGRAM, "excite", config_file, "--rehearse", "--output", file.string()});
+  options.insert(options.begin(), {HYSTCAN_PROGRAM, "excite", config_file, "--rehearse", "--overwrite",
+                                   "--output", file.string()});
   Process program(options);
   EXPECT_EQ(program.wait(), 0) << program.err();
   return config::load_dataset(file).dataset;
@@ -122,8 +122,8 @@ TEST(Vcan, NewActuatorIsMeasuredIdentifiedAndTracked) {
   bench.start("excite", options, config);
   ASSERT_EQ(bench.controller->wait(), 0) << bench.controller->err();
 
-  Process identify({HYSTCAN_PROGRAM, "identify", dataset, "--output", model, "--thresholds", "observed",
-                    "--order", "3", "--json"});
+  Process identify({HYSTCAN_PROGRAM, "identify", dataset, "--overwrite", "--output", model, "--thresholds",
+                    "observed", "--order", "3", "--json"});
   ASSERT_EQ(identify.wait(), 0) << identify.err();
   EXPECT_LT(json::parse(identify.out()).at("rms_percent"), 0.1);
   Process check({HYSTCAN_PROGRAM, "check", config});
@@ -140,7 +140,7 @@ TEST(Vcan, NewActuatorIsMeasuredIdentifiedAndTracked) {
 TEST(Vcan, ControlCOnExciteRampsDownAndKeepsTheRowsSoFar) {
   LiveBench bench({"vcan0", "vcan0"});
   const auto file = in_scratch("stopped.csv");
-  bench.start("excite", {"--output", file.string(), "--low", "20"});
+  bench.start("excite", {"--overwrite", "--output", file.string(), "--low", "20"});
   ASSERT_TRUE(bench.controller->says("x: tracking")) << bench.controller->err();
   std::this_thread::sleep_for(milliseconds(500));
   bench.controller->send(SIGINT);

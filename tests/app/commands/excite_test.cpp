@@ -14,10 +14,10 @@ using identification::Dataset;
 
 class Excite : public Cli {
  protected:
-  /// Runs `excite piezo.toml --output record.csv --rehearse` with more options.
+  /// Runs `excite piezo.toml --output record.csv --overwrite --rehearse` with more options.
   std::vector<std::string> rehearsal(const std::vector<std::string>& options = {}) const {
-    std::vector<std::string> command{HYSTCAN_PROGRAM, "excite",           path("piezo.toml"),
-                                     "--output",      path("record.csv"), "--rehearse"};
+    std::vector<std::string> command{HYSTCAN_PROGRAM,    "excite",      path("piezo.toml"), "--output",
+                                     path("record.csv"), "--overwrite", "--rehearse"};
     command.insert(command.end(), options.begin(), options.end());
     return command;
   }
@@ -204,6 +204,23 @@ TEST_F(Excite, RefusesAnExcitationOutsideTheLimits) {
     EXPECT_NE(program.err().find(reason), std::string::npos) << program.err();
     EXPECT_FALSE(kept());
   }
+}
+
+TEST_F(Excite, KeepsARecordThatIsThereAndMovesNothing) {
+  write("old.csv", "precious");
+  Process program({HYSTCAN_PROGRAM, "excite", path("piezo.toml"), "--rehearse", "--output", path("old.csv")});
+  EXPECT_EQ(program.wait(), bad_input);
+  EXPECT_EQ(program.err(),
+            "hystcan: " + path("old.csv") + ": exists already, expected another name, or --overwrite\n");
+  EXPECT_EQ(read("old.csv"), "precious");
+}
+
+TEST_F(Excite, FindsBeforeTheAxisMovesThatItCannotWrite) {
+  Process program(
+      {HYSTCAN_PROGRAM, "excite", path("piezo.toml"), "--rehearse", "--output", path("no/l.csv")});
+  EXPECT_EQ(program.wait(), failed);
+  EXPECT_EQ(program.err(),
+            "hystcan: " + path("no/l.csv") + ": cannot be written: No such file or directory\n");
 }
 
 TEST_F(Excite, NeverOverwritesItsInputs) {

@@ -196,7 +196,7 @@ TEST_F(Identify, ReadsCsvFromWindowsAndSpreadsheets) {
   write("commas.csv", commas);
   std::string plain;
   for (const char* name : {"plain.csv", "windows.csv", "commas.csv"}) {
-    Process program = identify(name, {"--order", "3"});
+    Process program = identify(name, {"--order", "3", "--overwrite"});
     ASSERT_EQ(program.wait(), done) << name << ": " << program.err();
     if (plain.empty()) plain = read("found.toml");
     EXPECT_EQ(read("found.toml"), plain) << name;

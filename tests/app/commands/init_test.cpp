@@ -27,7 +27,8 @@ class Init : public Cli {
  protected:
   /// Records of a shipped stage, rehearsed.
   void excite(const char* config, const char* output, const Words& more = {}) const {
-    Words words{HYSTCAN_PROGRAM, "excite", path(config), "--rehearse", "--output", path(output)};
+    Words words{HYSTCAN_PROGRAM, "excite",   path(config), "--rehearse",
+                "--overwrite",   "--output", path(output)};
     words.insert(words.end(), more.begin(), more.end());
     Process run(words);
     ASSERT_EQ(run.wait(), done) << run.err();

@@ -105,12 +105,19 @@ INSTANTIATE_TEST_SUITE_P(
 TEST_F(Simulate, RefusesACsvWithAnEmptyFieldAndKeepsTheOldOutput) {
   write("in.csv", "time_s,input\n0,1\n1,\n");
   write("out.csv", "precious");
-  Process program = run("piezo.model.toml", "in.csv", "out.csv");
+  Process program = run("piezo.model.toml", "in.csv", "out.csv", {"--overwrite"});
   EXPECT_EQ(program.wait(), bad_input);
   EXPECT_NE(program.err().find("in.csv:3:3: input is empty, expected a number"), std::string::npos)
       << program.err();
   EXPECT_EQ(read("out.csv"), "precious");
   EXPECT_FALSE(std::filesystem::exists(shipped / "out.csv.part"));
+}
+
+TEST_F(Simulate, KeepsAnOutputThatIsThere) {
+  write("in.csv", "time_s,input\n0,1\n");
+  write("out.csv", "precious");
+  EXPECT_EQ(run("piezo.model.toml", "in.csv", "out.csv").wait(), bad_input);
+  EXPECT_EQ(read("out.csv"), "precious");
 }
 
 TEST_F(Simulate, RefusesADatasetInAnotherUnitThanTheModel) {
@@ -348,11 +355,11 @@ TEST_F(Simulate, FollowsALinkAndKeepsItsTargetIfItFails) {
   write("target.csv", "precious");
   std::filesystem::create_symlink("target.csv", shipped / "link.csv");
   write("in.csv", "input\n1\n2\nthree\n");
-  Process fails = run("piezo.model.toml", "in.csv", "link.csv");
+  Process fails = run("piezo.model.toml", "in.csv", "link.csv", {"--overwrite"});
   EXPECT_EQ(fails.wait(), bad_input);
   EXPECT_EQ(read("target.csv"), "precious");
   write("in.csv", "input\n1\n2\n");
-  Process works = run("piezo.model.toml", "in.csv", "link.csv");
+  Process works = run("piezo.model.toml", "in.csv", "link.csv", {"--overwrite"});
   EXPECT_EQ(works.wait(), done) << works.err();
   EXPECT_TRUE(std::filesystem::is_symlink(shipped / "link.csv"));
   EXPECT_EQ(rows_of(read("target.csv")).size(), 2u);

@@ -46,8 +46,8 @@ class StandardOutput : public Cli {
     EXPECT_EQ(err_.find(line), err_.rfind("standard output") - 9) << arguments << err_;
   }
 
-  const std::vector<std::string> results{"identify loops.csv --output m.toml",
-                                         "identify loops.csv --output m.toml --json",
+  const std::vector<std::string> results{"identify loops.csv --output m.toml --overwrite",
+                                         "identify loops.csv --output m.toml --overwrite --json",
                                          "validate piezo.model.toml loops.csv",
                                          "validate piezo.model.toml loops.csv --json",
                                          "dynamics steps.csv --output f.toml",

@@ -7,6 +7,7 @@
 
 #include "app/report/run_table.h"
 #include "app/report/step_response.h"
+#include "tests/runs/scratch_runs.h"
 
 namespace hystcan::app::run_figures_test {
 namespace {
@@ -32,6 +33,28 @@ TEST(PlotRows, KeepsThePeaksOfALongOneInItsOrder) {
   }
   EXPECT_EQ(least, -5.0);
   EXPECT_EQ(greatest, 5.0);
+}
+
+class DriveOfARow : public runs::ScratchRuns {
+ protected:
+  /// The figures of a run whose drive rises by 0.25 in each cycle.
+  RunFigures figures() {
+    runs::Recorder recorder = make();
+    const std::filesystem::path run = recorder.start();
+    for (std::uint64_t cycle = 1; cycle <= 50; ++cycle) recorder.add(tracked(cycle));
+    recorder.finish();
+    return figures_of(runs::RecordedRun(run), 0, {});
+  }
+};
+
+TEST_F(DriveOfARow, IsEarlierByTheKnownDelayOfTheChain) {
+  const double delay_s = config.axes[0].control.delays.to_sample_s(1e-3);
+  const RunFigures of = figures();
+  EXPECT_EQ(of.drive_delay_s, delay_s);
+  EXPECT_NEAR(of.drive_delay_s, 1.69e-3, 0.02e-3);  // two cycles would be 0.3 ms too much
+  const std::vector<PlotRow> rows = of.rows.rows();
+  for (std::size_t i = 4; i < rows.size(); ++i)
+    EXPECT_NEAR(rows[i].drive, 250.0 * (rows[i].time_s - delay_s), 1e-9);
 }
 
 /// Second-order response to a step from 2 to 12 at 0.1 s: damping 0.5, 10 Hz.

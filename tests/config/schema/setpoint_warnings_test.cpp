@@ -25,6 +25,13 @@ TEST(SetpointWarnings, AreNotMadeForShippedConfigurations) {
   }
 }
 
+TEST(SetpointWarnings, NameADriveThatMayGoFarBeyondModelAndTwin) {
+  const auto found = warnings("piezo.toml", {{"axis[0].control.drive_max_V", "1000.0"}});
+  ASSERT_GE(found.size(), 2u);
+  EXPECT_EQ(found[0], "axis x: the drive may go from 0 to 1000 V, the model's range is 0 to 100 V");
+  EXPECT_EQ(found[1], "axis x: the drive may go from 0 to 1000 V, the twin's range is -20 to 120 V");
+}
+
 TEST(SetpointWarnings, NameAReferenceBeyondTheReachOfTheModel) {
   EXPECT_TRUE(warns({{"axis[0].control.setpoint[0].high_um", "33.0"}}, "to 33 um, but the model reaches"));
 }

@@ -81,6 +81,20 @@ TEST(Supervisor, ReportsLateSamplesOrMissingOnesByTheGreaterNumber) {
   }
 }
 
+// A computer that is too slow leaves SYNCs out, and its twin answers none in time.
+TEST(Supervisor, ReportsACycleOverrunWhereMostMissingSamplesAreOfCyclesThatWereTooLong) {
+  for (const bool mostly_long : {true, false}) {
+    Supervisor supervisor(config());
+    Cause cause = Cause::none;
+    for (int i = 0; i < 4; ++i) {
+      AxisInput input = sample({});
+      input.dt_s = (mostly_long ? i != 0 : i == 0) ? 4.0 * cycle_s : 1.4 * cycle_s;
+      cause = supervisor.judge(input).cause;
+    }
+    EXPECT_EQ(cause, mostly_long ? Cause::cycle_overrun : Cause::sample_missing);
+  }
+}
+
 /// The drive rises by this amount in each cycle; the position is constant to the last bit.
 int cycles_until_frozen(double drive_per_cycle) {
   Supervisor supervisor(config());
