@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
+#include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <system_error>
@@ -23,6 +24,7 @@ std::string run_gnuplot(const fs::path& directory, const std::string& script) {
   if (child < 0) return std::generic_category().message(errno);
   if (child == 0) {
     std::signal(SIGPIPE, SIG_DFL);  // this program ignores it
+    setenv("LC_ALL", "C.UTF-8", 1);  // the encoding of the scripts, whatever the user's
     if (chdir(directory.c_str()) == 0) execlp("gnuplot", "gnuplot", ("./" + script).c_str(), nullptr);
     _exit(127);
   }
