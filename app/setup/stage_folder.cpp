@@ -44,10 +44,10 @@ void copy_into(const std::filesystem::path& file, const std::filesystem::path& f
 /// Messages name the folder that is to be, not the temporary one.
 template <class Body>
 void naming(const std::filesystem::path& folder, const std::filesystem::path& temporary, const Body& body) {
+  const std::string from = temporary.string(), to = folder.string();  // of now: it may get its name meanwhile
   const auto renamed = [&](std::string what) {
-    const std::string from = temporary.string();
-    for (auto at = what.find(from); at != std::string::npos; at = what.find(from))
-      what.replace(at, from.size(), folder.string());
+    for (auto at = what.find(from); at != std::string::npos; at = what.find(from, at + to.size()))
+      what.replace(at, from.size(), to);
     return what;
   };
   try {
