@@ -262,6 +262,16 @@ TEST_F(Init, KeepsWhatItMadeWhereOnlyTheRehearsalFails) {
   EXPECT_LT(percent(path("stage/stage.toml")), 2.0);
 }
 
+TEST_F(Init, KeepsANewFolderWhoseRehearsalFails) {
+  excite("piezo.toml", "loops.csv", {"--levels", "1"});
+  EXPECT_EQ(init({path("stage"), "--record", path("loops.csv"), "--resonance", "500", "--cycle-rate", "20",
+                  "--yes"}),
+            failed);
+  EXPECT_NE(err.find("position jumped"), std::string::npos) << err;
+  EXPECT_NE(err.find(path("stage") + " is kept"), std::string::npos) << err;
+  EXPECT_TRUE(is_there("stage/x.model.toml"));
+}
+
 TEST_F(Init, OfSeveralAxesTakesARecordOfEach) {
   excite("piezo.toml", "x.csv", {"--axis", "x"});
   excite("piezo.toml", "y.csv", {"--axis", "y"});
