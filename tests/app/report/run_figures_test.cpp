@@ -51,7 +51,7 @@ TEST_F(DriveOfARow, IsEarlierByTheKnownDelayOfTheChain) {
   const double delay_s = config.axes[0].control.delays.to_sample_s(1e-3);
   const RunFigures of = figures();
   EXPECT_EQ(of.drive_delay_s, delay_s);
-  EXPECT_NEAR(of.drive_delay_s, 1.69e-3, 0.02e-3);  // two cycles would be 0.3 ms too much
+  EXPECT_NEAR(of.drive_delay_s, 1.64e-3, 0.01e-3);  // two cycles would be 0.36 ms too much
   const std::vector<PlotRow> rows = of.rows.rows();
   for (std::size_t i = 4; i < rows.size(); ++i)
     EXPECT_NEAR(rows[i].drive, 250.0 * (rows[i].time_s - delay_s), 1e-9);
