@@ -222,8 +222,7 @@ void check_identifiable(const Dataset& dataset, model::Symmetry symmetry) {
   if (constant(inputs)) refuse("the input is constant at ", inputs.lo, ", expected an input that moves");
   if (constant(outputs))
     refuse("the output is constant at ", outputs.lo, ", expected an output that follows the input");
-  if (slope_of(seen.input, seen.output) < 0.0)
-    refuse("the output falls when the input rises, expected it to rise: change the sign of the output");
+  if (slope_of(seen.input, seen.output) < 0.0) throw OutputFalls();
   if (lead(seen) > 0.02 * outputs.span())
     refuse("the output leads the input: its loops run clockwise, ", model::rounded(lead(seen)),
            " wide on average; expected the output to lag: are input and output interchanged?");

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -43,6 +44,13 @@ model::Symmetry symmetry_of(const Dataset& dataset);
 /// Throws std::invalid_argument, with the row, if a value is beyond the limits of dataset.h, and if a column moves by less
 /// than they say.
 void check_limits(const Dataset& dataset);
+
+/// Thrown where a sensor is reversed, or mirrored.
+struct OutputFalls : std::invalid_argument {
+  OutputFalls()
+      : std::invalid_argument(
+            "the output falls when the input rises, expected it to rise: change the sign of the output") {}
+};
 
 /// Throws std::invalid_argument if nothing can be identified: fewer than `least_samples`, a constant input or
 /// output, an output that falls when the input rises, loops that run clockwise.

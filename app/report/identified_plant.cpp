@@ -10,6 +10,7 @@
 
 #include "app/report/chain_record.h"
 #include "app/report/dynamics_text.h"
+#include "identification/characterisation.h"
 #include "model/refusal.h"
 
 namespace hystcan::app {
@@ -263,6 +264,7 @@ IdentifiedPlant identified_plant(const Dataset& record, const controller::Delays
   plant.delays.sensor_delay = std::chrono::round<std::chrono::microseconds>(exact.sensor_delay);
   plant.pure_s = at[pure_share] * at[late_cycles] * chain.cycle_s();
   plant.gain = chain.gain(at);
+  if (plant.gain < 0.0) throw identification::OutputFalls();
   plant.residual_rms = chain.residual_rms(at);
   plant.explained = chain.explained(at);
   plant.cycle_s = chain.cycle_s();

@@ -39,7 +39,8 @@ struct IdentifiedPlant {
 };
 
 /// `stated` has the mode, the sensor, and whether the amplifier interpolates. The lag stays that of `stated` where it cannot
-/// be distinguished from zero. Throws std::invalid_argument where the record determines nothing.
+/// be distinguished from zero. Throws std::invalid_argument where the record determines nothing,
+/// identification::OutputFalls where the gain is negative.
 IdentifiedPlant identified_plant(const identification::Dataset& record, const controller::Delays& stated);
 
 /// A stated damping ratio is that much too large at most.

@@ -3,13 +3,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
 #include <optional>
 #include <variant>
+#include <vector>
 
 #include "app/io/exit_status.h"
 #include "app/io/standard_streams.h"
 #include "app/live/travel.h"
 #include "app/report/report.h"
+#include "identification/characterisation.h"
 
 namespace hystcan::app {
 namespace {
@@ -29,18 +34,52 @@ Excitation::Hysteresis part_of(const Excitation::Hysteresis& whole, double share
   return part;
 }
 
-/// Positions of the loop; none where it has left the limits.
+/// Whether the position falls where the drive rises, by the covariance of both.
+class Course {
+ public:
+  void add(const controller::AxisReport& report) {
+    if (report.state != controller::AxisState::tracking || report.sample_missing) return;
+    drive_.push_back(report.drive);
+    position_um_.push_back(report.position_um);
+  }
+  bool falls() const {
+    constexpr double clear = -0.5;  // of a correlation: an even actuator has none about zero
+    const double both = covariance(drive_, position_um_);
+    return both < clear * std::sqrt(covariance(drive_, drive_) * covariance(position_um_, position_um_));
+  }
+
+ private:
+  static double mean(const std::vector<double>& of) {
+    return std::reduce(of.begin(), of.end()) / static_cast<double>(of.size());
+  }
+  static double covariance(const std::vector<double>& a, const std::vector<double>& b) {
+    const double mean_a = mean(a), mean_b = mean(b);
+    return std::transform_reduce(a.begin(), a.end(), b.begin(), 0.0, std::plus<>(),
+                                 [=](double x, double y) { return (x - mean_a) * (y - mean_b); });
+  }
+
+  std::vector<double> drive_, position_um_;
+};
+
+/// Positions of the loop; none where it has left the limits. Throws RunError where they fall while the drive rises.
 std::optional<Interval> positions_of(const config::Config& config, const twin::Config& twin,
                                      const OpenLoopOptions& run, const Excitation::Hysteresis& loop) {
   Travel travel;
+  Course course;
   const OpenLoopEnd end =
-      drive_in_open_loop(in_open_loop(config, loop), twin, run,
-                         [&](const controller::CycleRecord& record) { travel.add(record.report); });
+      drive_in_open_loop(in_open_loop(config, loop), twin, run, [&](const controller::CycleRecord& record) {
+        travel.add(record.report);
+        course.add(record.report);
+      });
   if (is_of_size(end.axis.fault())) {
     note("{}\n", describe(config.axes[0].wire.name, end.axis.fault()));
     return std::nullopt;
   }
   end.require_finished(config.axes[0].wire.name, "stopped at a first loop, nothing is written");
+  if (course.falls())
+    throw RunError(fmt::format("{}: {:g} to {:g} {}: {}; nothing is written", config.axes[0].wire.name,
+                               loop.low, loop.high, config.axes[0].wire.drive_unit,
+                               identification::OutputFalls().what()));
   note("first {:g} to {:g} {}: position {:.4g} to {:.4g} um\n", loop.low, loop.high,
        config.axes[0].wire.drive_unit, travel.low_um, travel.high_um);
   return Interval{travel.low_um, travel.high_um};

@@ -14,6 +14,7 @@
 #include "app/live/stop_signal.h"
 #include "app/report/report.h"
 #include "controller/excitation_dataset.h"
+#include "identification/characterisation.h"
 #include "identification/dynamics/empirical_response.h"
 
 namespace hystcan::app {
@@ -88,6 +89,8 @@ TuningReport tuning_of(const config::Config& config, const Excitation::Steps& st
 IdentifiedPlant plant_of_steps(const Dataset& record, const config::Config& config) {
   try {
     return identified_plant(record, config.axes[0].control.delays);
+  } catch (const identification::OutputFalls& error) {
+    throw RunError(fmt::format("{}: {}; nothing is written", config.axes[0].wire.name, error.what()));
   } catch (const std::invalid_argument& error) {
     throw RunError(fmt::format(
         "the experiment is not conclusive: {}; nothing is written. Try another --amplitude: a large step "

@@ -46,7 +46,7 @@ void visit_sensor(V& v, twin::AxisConfig& t) {
   v.optional("noise_density_um_per_rtHz", sensor.noise_density_um_per_rtHz, not_negative);
   v.optional("delay_us", sensor.delay, {.lo = 0.0, .hi = 100'000.0});
   v.optional("drift_um_per_h", sensor.drift_um_per_h);
-  v.optional("gain_error_percent", sensor.gain_error_percent, {.lo = -50.0, .hi = 50.0});
+  v.optional("gain_error_percent", sensor.gain_error_percent, {.lo = -300.0, .hi = 300.0});  // -200: reversed
   v.optional("offset_um", sensor.offset_um);
   v.optional("nonlinearity_percent", sensor.nonlinearity_percent, {.lo = -10.0, .hi = 10.0});
   v.bound("range_min_um", sensor.range_min_um);

@@ -223,6 +223,20 @@ TEST_F(Excite, FindsBeforeTheAxisMovesThatItCannotWrite) {
             "hystcan: " + path("no/l.csv") + ": cannot be written: No such file or directory\n");
 }
 
+// 30.8 um - x: within the limits of the position.
+TEST_F(Excite, RefusesAMirroredSensorAtTheFirstSmallLoop) {
+  shipped.edit("piezo.toml", "[axis.twin]",
+               "[axis.twin]\nsensor.gain_error_percent = -200.0\nsensor.offset_um = 30.8");
+  Process program(rehearsal());
+  EXPECT_EQ(program.wait(), failed);
+  EXPECT_NE(program.err().find(
+                "x: 0 to 10 V: the output falls when the input rises, expected it to rise: change the sign "
+                "of the output; nothing is written"),
+            std::string::npos)
+      << program.err();
+  EXPECT_FALSE(kept());
+}
+
 TEST_F(Excite, NeverOverwritesItsInputs) {
   for (const char* input : {"piezo.toml", "piezo.model.toml", "piezo.plant.toml", "hystcan.dbc"}) {
     const std::string before = read(input);

@@ -170,6 +170,17 @@ TEST_F(TuneFiles, TabulatesMeasuredPointsModelAndLoops) {
   EXPECT_GT(coherence, 0.95);
 }
 
+TEST_F(TuneFiles, RefusesAMirroredSensor) {
+  shipped.edit("piezo.toml", "[axis.twin]",
+               "[axis.twin]\nsensor.gain_error_percent = -200.0\nsensor.offset_um = 30.8");
+  Process program = tune("piezo.toml", {"--amplitude", "1"});
+  EXPECT_EQ(program.wait(), failed);
+  EXPECT_EQ(
+      program.err(),
+      "hystcan: x: the output falls when the input rises, expected it to rise: change the sign of the output; "
+      "nothing is written\n");
+}
+
 TEST_F(TuneFiles, DrawsAPictureWhereGnuplotIs) {
   Process program = tune("galfenol.toml", {"--plot", path("bode.svg")});
   ASSERT_EQ(program.wait(), done) << program.err();
