@@ -18,12 +18,13 @@ double decibels(double ratio) { return 20.0 * std::log10(ratio); }
 
 }  // namespace
 
-nlohmann::json reference_curves_of(const config::AxisConfig& axis) {
+nlohmann::json reference_curves_of(const config::AxisConfig& axis, double cycle_s) {
   const model::HysteresisParameters& model = axis.control.law.model;
   const model::Interval& range = model.input_range();
   nlohmann::json curves{{"drive", nlohmann::json::array()},
                         {"ascending_um", nlohmann::json::array()},
-                        {"descending_um", nlohmann::json::array()}};
+                        {"descending_um", nlohmann::json::array()},
+                        {"delay_s", axis.control.delays.to_sample_s(cycle_s)}};
   for (int i = 0; i < points_of_a_reference; ++i) {
     const double drive = range.lo + (range.hi - range.lo) * i / (points_of_a_reference - 1);
     curves["drive"].push_back(drive);

@@ -7,8 +7,8 @@
 
 namespace hystcan::app {
 
-/// The reference curves of the controller's model.
-nlohmann::json reference_curves_of(const config::AxisConfig& axis);
+/// The reference curves of the controller's model, and how much later than its drive a position is sampled.
+nlohmann::json reference_curves_of(const config::AxisConfig& axis, double cycle_s);
 
 nlohmann::json bode_of(const config::AxisConfig& axis, double cycle_s);
 

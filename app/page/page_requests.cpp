@@ -196,8 +196,8 @@ void PageService::bode(Client&, const Asked& asked, const json& request) {
 }
 
 void PageService::curves(Client&, const Asked& asked, const json& request) {
-  reply_of_axis(asked, request, [](const config::Config&, const config::AxisConfig& axis) {
-    return reference_curves_of(axis);
+  reply_of_axis(asked, request, [](const config::Config& config, const config::AxisConfig& axis) {
+    return reference_curves_of(axis, 1.0 / config.controller.rate_Hz);
   });
 }
 

@@ -77,14 +77,9 @@ function paintLegend(context, legend, left, top) {
   text(title, title.getBoundingClientRect().left, title.getBoundingClientRect().bottom - 4);
   for (const key of keys) {
     const box = key.getBoundingClientRect();
-    const picture = key.querySelector('canvas').getBoundingClientRect();
-    context.drawImage(
-      key.querySelector('canvas'),
-      picture.left - left,
-      picture.top - top,
-      picture.width,
-      picture.height,
-    );
-    text(key, picture.right + 5, box.bottom - 4);
+    const canvas = key.querySelector('canvas');
+    const picture = canvas?.getBoundingClientRect();
+    if (canvas) context.drawImage(canvas, picture.left - left, picture.top - top, picture.width, picture.height);
+    text(key, canvas ? picture.right + 5 : box.left, box.bottom - 4);
   }
 }

@@ -181,6 +181,7 @@ export class LiveView {
         return {
           label: `axis ${this.streams.controller.greeting.axes[axis].name}`,
           unit: drive.unit,
+          axis,
           colour: axis,
           dash: dashOf(axis),
           drive: drive.trace,

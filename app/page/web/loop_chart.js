@@ -1,35 +1,34 @@
-// The hysteresis loop: position against drive, the newest bright, the older fading.
+// The hysteresis loop: position against the drive that caused it, the newest bright, the older fading.
 
 import uPlot from './uPlot.esm.js';
 import { colours, linear, swatch } from './chart.js';
 import { element } from './dom.js';
 import { compact, plain } from './format.js';
+import { LoopPoints, Thinning } from './loop_points.js';
 import { SteadyRange } from './steady_range.js';
 import { dashes, line as lineColour } from './theme.js';
-import { rowsBetween } from './trace.js';
 
 const shades = 10; // steps of the fading
 const faintest = 0.1;
-const leastStep_px = 1.5; // nearer points are left out
 export const longest_s = 5;
 
 export class LoopChart {
   constructor(host, title) {
     this.host = host;
     this.title = title;
-    this.loops = []; // {label, unit, colour, dash, drive: () => trace, position: () => trace}
+    this.loops = []; // {label, unit, axis, colour, dash, drive: () => trace, position: () => trace, points}
     this.legend = element('figcaption', { class: 'legend' });
     this.plot = element('div', { class: 'plot', role: 'img', 'aria-label': title });
     host.append(this.legend, this.plot);
     this.x = new SteadyRange();
     this.y = new SteadyRange();
     this.zoomedTo = null;
-    this.references = []; // of the model, behind the loops: {drive, ascending_um, descending_um}
+    this.references = []; // of each axis's model, behind the loops: {axis, drive, ascending_um, descending_um, delay_s}
     new ResizeObserver(() => this.uplot?.setSize(this.#size())).observe(this.plot);
   }
 
   setLoops(loops) {
-    this.loops = loops;
+    this.loops = loops.map((loop) => ({ ...loop, points: new LoopPoints() }));
     this.x = new SteadyRange();
     this.y = new SteadyRange();
     this.zoomedTo = null;
@@ -46,8 +45,9 @@ export class LoopChart {
   draw(from_s, to_s) {
     if (!this.uplot || this.plot.clientWidth === 0) return;
     this.shown = [Math.max(from_s, to_s - longest_s), to_s];
-    this.pairs = this.loops.map(({ drive, position }) => pairOf(drive(), position(), ...this.shown));
-    const reach = reachOf(this.pairs);
+    for (const { points, drive, position, axis } of this.loops)
+      points.take(drive(), position(), ...this.shown, this.#delayOf(axis));
+    const reach = reachOf(this.loops);
     const [x, y] = this.zoomedTo ?? [this.x.follow(reach.left, reach.right), this.y.follow(reach.bottom, reach.top)];
     this.uplot.batch(() => {
       this.uplot.setData(this.data, false);
@@ -57,13 +57,21 @@ export class LoopChart {
   }
 
   showValues() {
-    const newest = this.loops.map(({ label, unit, drive, position }) => {
-      const pair = pairOf(drive(), position(), -Infinity, Infinity);
-      const at = pair && pair.end > pair.begin ? (pair.end - 1) & pair.mask : -1;
-      const [x, y] = at < 0 ? [NaN, NaN] : [pair.drive[at], pair.position[at]];
+    const newest = this.loops.map(({ label, unit, points }) => {
+      const [x, y] = points.newest;
       return `${label} ${plain(x, 2)} ${unit}, ${plain(y, 3)} um`;
     });
     this.plot.setAttribute('aria-label', `${this.title}: ${newest.join('; ')}`);
+  }
+
+  /** The points of an axis as they are drawn, or with another delay. */
+  pointsOf(axis, delay_s = this.#delayOf(axis)) {
+    const { drive, position } = this.loops.find((loop) => loop.axis === axis);
+    const points = new LoopPoints().take(drive(), position(), ...this.shown, delay_s);
+    return {
+      drive: [...points.drive.subarray(0, points.number)],
+      position: [...points.position.subarray(0, points.number)],
+    };
   }
 
   recolour() {
@@ -80,7 +88,18 @@ export class LoopChart {
       ...(this.references.length
         ? [element('span', { class: 'key' }, swatch(colours().stroke(), [5, 4]), 'reference curves of the model')]
         : []),
+      element('span', { class: 'key', text: this.#wordsOfDelays() }),
     );
+  }
+
+  /** By how much a row's position lags its drive; 0 where it is not known. */
+  #delayOf(axis) {
+    return this.references.find((reference) => reference.axis === axis)?.delay_s ?? 0;
+  }
+
+  #wordsOfDelays() {
+    const words = new Set(this.loops.map(({ axis }) => plain(1e3 * this.#delayOf(axis), 1)));
+    return words.size ? `drive ${[...words].join(' or ')} ms earlier, when it acted` : '';
   }
 
   #size() {
@@ -131,6 +150,10 @@ export class LoopChart {
     uplot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
   }
 
+  forgetZoom() {
+    this.zoomedTo = null;
+  }
+
   #zoomTo(range) {
     this.zoomedTo = range;
     if (this.shown) this.draw(...this.shown);
@@ -146,31 +169,22 @@ export class LoopChart {
     ctx.clip();
     ctx.lineJoin = 'bevel';
     this.references.forEach((curves) => paintReference(ctx, curves, toX, toY));
-    this.pairs?.forEach((pair, at) => pair && paintLoop(ctx, pair, this.loops[at], toX, toY));
+    this.loops.forEach((loop) => paintLoop(ctx, loop, toX, toY));
     ctx.restore();
   }
 }
 
-/** The rows of two columns of the same axis between two times. */
-function pairOf(drive, position, from_s, to_s) {
-  if (!drive || !position) return null;
-  const [begin, end] = rowsBetween(drive, from_s, to_s);
-  return { drive: drive.values, position: position.values, mask: drive.mask, begin, end };
-}
-
-function reachOf(pairs) {
+function reachOf(loops) {
   const reach = { left: Infinity, right: -Infinity, bottom: Infinity, top: -Infinity };
-  for (const pair of pairs) {
-    if (!pair) continue;
-    for (let row = pair.begin; row < pair.end; ++row) {
-      const x = pair.drive[row & pair.mask];
-      const y = pair.position[row & pair.mask];
+  for (const { points } of loops)
+    for (let at = 0; at < points.number; ++at) {
+      const x = points.drive[at];
+      const y = points.position[at];
       if (x < reach.left) reach.left = x;
       if (x > reach.right) reach.right = x;
       if (y < reach.bottom) reach.bottom = y;
       if (y > reach.top) reach.top = y;
     }
-  }
   return reach;
 }
 
@@ -186,25 +200,25 @@ function paintReference(ctx, { drive, ascending_um: up, descending_um: down }, t
   }
 }
 
-function paintLoop(ctx, { drive, position, mask, begin, end }, { colour, dash }, toX, toY) {
+function paintLoop(ctx, { points, colour, dash }, toX, toY) {
   ctx.strokeStyle = ctx.fillStyle = lineColour(colour);
   ctx.setLineDash((dashes[dash] ?? []).map((part) => part * devicePixelRatio));
   ctx.lineWidth = 1.4 * devicePixelRatio;
-  const share = (end - begin) / shades;
   let [x, y] = [NaN, NaN];
+  const thinning = new Thinning((nextX, nextY, isJoined) => {
+    if (isJoined) ctx.lineTo(nextX, nextY);
+    else ctx.moveTo(nextX, nextY);
+    x = nextX;
+    y = nextY;
+  });
+  const { drive, position, number } = points;
   for (let shade = 0; shade < shades; ++shade) {
     ctx.globalAlpha = faintest + (1 - faintest) * ((shade + 1) / shades) ** 2;
     ctx.beginPath();
     if (x === x) ctx.moveTo(x, y);
-    const last = Math.floor(begin + share * (shade + 1));
-    for (let row = Math.floor(begin + share * shade); row < last; ++row) {
-      const nextX = drive[row & mask] * toX.scale + toX.offset;
-      const nextY = position[row & mask] * toY.scale + toY.offset;
-      if (Math.abs(nextX - x) + Math.abs(nextY - y) < leastStep_px) continue;
-      if (x === x) ctx.lineTo(nextX, nextY);
-      else ctx.moveTo(nextX, nextY);
-      [x, y] = [nextX, nextY];
-    }
+    const end = Math.floor((number * (shade + 1)) / shades);
+    for (let at = Math.floor((number * shade) / shades); at < end; ++at)
+      thinning.add(drive[at] * toX.scale + toX.offset, position[at] * toY.scale + toY.offset);
     ctx.stroke();
   }
   if (x !== x) return;

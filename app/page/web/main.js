@@ -104,7 +104,7 @@ connection.on('stream', ({ name, greeting, reason }) => {
 /** The reference curves of the controller's models, behind the loops. */
 async function showReferences(greeting) {
   const answers = await Promise.all(greeting.axes.map(({ name }) => connection.ask({ do: 'curves', axis: name })));
-  view.loop.setReferences(answers.filter(({ ok }) => ok));
+  view.loop.setReferences(answers.map((answer, axis) => ({ ...answer, axis })).filter(({ ok }) => ok));
 }
 connection.on('rows', (buffer) => {
   const kind = new Uint32Array(buffer, 0, 1)[0];
@@ -244,4 +244,7 @@ window.hystcanPage = {
   get captures() {
     return captures.captures.length;
   },
+  /** What the loop chart draws of an axis: lists of drive and position; with the delay 0 those of the same row. */
+  loopPoints: (axis, delay_s) => view.loop.pointsOf(axis, delay_s),
+  loopReference: (axis) => view.loop.references.find((reference) => reference.axis === axis),
 };

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <set>
 #include <sstream>
 
@@ -129,11 +130,19 @@ TEST(OpenMetrics, SayThatTheControllerIsNotThereAndHowOldTheLastAnswerIs) {
 
 TEST(ReferenceCurves, MeetAtTheUpperThresholdAndIncrease) {
   const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
-  const json curves = reference_curves_of(config.axes[0]);
+  const json curves = reference_curves_of(config.axes[0], 1e-3);
   const std::vector<double> up = curves.at("ascending_um"), down = curves.at("descending_um");
   EXPECT_TRUE(std::ranges::is_sorted(up) && std::ranges::is_sorted(down));
   EXPECT_NEAR(up.back(), down.back(), 1e-6);
   EXPECT_GT(down[50] - up[50], 1.0) << "um: hysteresis";
+}
+
+TEST(ReferenceCurves, SayHowMuchLaterThanItsDriveAPositionIsSampled) {
+  const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
+  // One cycle until the command acts, half a cycle of the held drive, the amplifier (1500 Hz), the mode (500 Hz, 0.05).
+  const double expected_s =
+      1e-3 + 0.5e-3 + 1.0 / (2.0 * std::numbers::pi * 1500.0) + 2.0 * 0.05 / (2.0 * std::numbers::pi * 500.0);
+  EXPECT_NEAR(reference_curves_of(config.axes[0], 1e-3).at("delay_s"), expected_s, 1e-9);
 }
 
 TEST(Bode, HasTheMarginsOfTheLoopThatCheckPrints) {
