@@ -17,8 +17,14 @@
 namespace hystcan::app {
 namespace {
 
-void require_intended(const PageListening& listening) {
+void require_intended(const PageListening& listening, const std::string& source) {
   if (is_loopback(listening.at.address)) return;
+  if (source == "demo")
+    throw config::Error(fmt::format(
+        "--page {}: other machines can reach this address; the page of a demo is for this machine alone. Forward the "
+        "port from the other machine instead (ssh -L 8080:localhost:8080 HOST). For a real controller, hystcan page has "
+        "--listen and --expose",
+        listening.at.address));
   if (!listening.expose)
     throw config::Error(fmt::format(
         "--listen {}: other machines can reach this address. The page is not encrypted: who listens on the network "
@@ -56,7 +62,7 @@ PageHost::PageHost(PageOptions options, const PageListening& listening, const st
     throw RunError(
         "this program was built without its page, because npm was not there; build it with: scripts/packages test && "
         "cmake --preset release && cmake --build --preset release");
-  require_intended(listening);
+  require_intended(listening, options.source);
   options.exposed = !is_loopback(address_);
   service_ = std::make_unique<PageService>(context_, std::move(options), PageAccess(listening.names, token));
   server_ = std::make_unique<HttpServer>(context_, address_, listening.at.port, *service_);
