@@ -31,6 +31,19 @@ test('Record writes a run beside the controller and tells where', async () => {
   await until('rows on the disk', async () => /^recording \S+run_\S+: [\d,]+ rows, [\d.]*[1-9] MB$/.test(await words()));
   const run = /recording (\S+):/.exec(await words())[1];
   assert.equal(await page.textContent('#record'), 'End recording');
+  const { text, box, frame } = await page.evaluate(() => {
+    const words = document.getElementById('recording');
+    const { right } = words.getBoundingClientRect();
+    const column = document.querySelector('.states').getBoundingClientRect();
+    return {
+      text: words.title,
+      box: { isWithin: right <= column.right && words.scrollWidth <= words.clientWidth },
+      frame: getComputedStyle(document.getElementById('record').closest('fieldset')).borderTopWidth,
+    };
+  });
+  assert.equal(text, run, 'the whole path is in the title');
+  assert.ok(box.isWithin, 'the path is cut off');
+  assert.equal(frame, '0px');
   await page.click('#record');
   await until('the end', async () => (await words()).startsWith(`recorded ${run}: `));
   await until('the summary', () => JSON.parse(readFileSync(join(run, 'run.json'))).ended !== '');

@@ -15,6 +15,7 @@ export class Recording {
     this.isOn = recording?.on ?? false;
     setText(byId('record'), this.isOn ? 'End recording' : 'Record');
     if (!this.answer) setText(byId('recording'), recordingText(recording));
+    byId('recording').title = recording?.run ?? '';
     byId('recording').dataset.state = recording?.failure ? 'failed' : this.isOn ? 'on' : 'off';
   }
 
