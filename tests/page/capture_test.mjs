@@ -68,6 +68,17 @@ test('The CSV has a name and a unit for each column and every digit', async () =
   assert.ok(rows.some((row) => row[named(columns, 'position_um')].replace(/[-.]/g, '').length >= 12), 'every digit');
 });
 
+test('The axis, the state, the fault and the limits are words, as in the CSV of the controller', async () => {
+  for (const button of ['#capture-csv', '#export-csv']) {
+    const { columns, rows } = parse((await download(button)).content);
+    const words = (name) => [...new Set(rows.map((row) => row[named(columns, name)]))].sort();
+    assert.deepEqual(words('axis'), button === '#capture-csv' ? ['x'] : ['x', 'y']);
+    assert.deepEqual(words('fault'), ['none']);
+    assert.ok(words('state').every((word) => /^(initialising|ready|tracking)$/.test(word)), String(words('state')));
+    assert.ok(words('limits').every((word) => word === '' || /^[a-z_+]+$/.test(word)), String(words('limits')));
+  }
+});
+
 test('What the live charts show can be exported too', async () => {
   const { columns, rows } = parse((await download('#export-csv')).content);
   assert.ok(columns.includes('position_um [um]'), String(columns));

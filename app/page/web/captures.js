@@ -2,7 +2,7 @@
 
 import { TimeChart } from './chart.js';
 import { byId, element, setOptions, setText } from './dom.js';
-import { saveCsv } from './export.js';
+import { saveCsv, wordsOf } from './export.js';
 import { columnWord, quantity } from './format.js';
 import { onThemeChange } from './theme.js';
 import { traceOfArrays } from './trace.js';
@@ -280,6 +280,7 @@ export class CaptureView {
               ...names.map((name) => one.columns.get(name)[row]),
             ];
       })(),
+      wordsOf(this.greeting),
     );
   }
 }

@@ -6,13 +6,26 @@ import { palette } from './theme.js';
 const most = 1_000_000; // lines of one file
 const stamp = () => new Date().toISOString().slice(0, 19).replaceAll(':', '-');
 
+/** The words of `controller --csv` for the numbers of a row: column -> function of the number. */
+export function wordsOf({ axes, states, faults, limits }) {
+  const wordIn = (words) => (at) => words?.[at] ?? at;
+  return {
+    axis: wordIn(axes.map(({ name }) => name)),
+    state: wordIn(states),
+    fault: wordIn(faults),
+    limits: (bits) => (limits ? limits.filter((_, bit) => bits & (1 << bit)).join('+') : bits),
+  };
+}
+
 /** `columns`: list of {name, unit}; `rows`: an iterable of lists of numbers. NaN becomes an empty field. */
-export function saveCsv(name, columns, rows) {
+export function saveCsv(name, columns, rows, words) {
+  const makers = columns.map(({ name: column }) => words[column] ?? ((value) => value));
+  const field = (value, at) => (Number.isNaN(value) ? '' : makers[at](value));
   const head = columns.map(({ name: word, unit }) => (unit ? `${word} [${unit}]` : word)).join(',');
   const parts = [`${head}\n`];
   for (const row of rows) {
     if (parts.length > most) break;
-    parts.push(`${Array.from(row, (value) => (Number.isNaN(value) ? '' : value)).join(',')}\n`);
+    parts.push(`${Array.from(row, field).join(',')}\n`);
   }
   download(`hystcan-${name}-${stamp()}.csv`, new Blob(parts, { type: 'text/csv' }));
   return parts.length - 1;

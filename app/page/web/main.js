@@ -6,7 +6,7 @@ import { Connection } from './connection.js';
 import { Cursors } from './cursors.js';
 import { byId, element, openDialog, setText } from './dom.js';
 import { EventList } from './event_list.js';
-import { rowsOfStore, saveCsv, savePng } from './export.js';
+import { rowsOfStore, saveCsv, savePng, wordsOf } from './export.js';
 import { quantity } from './format.js';
 import { startDialogs, startKeyboard, startTabs } from './keyboard.js';
 import { LiveView } from './live_view.js';
@@ -185,7 +185,7 @@ byId('export-csv').addEventListener('click', () => {
     name,
     unit: unit === 'drive' ? store.unitOf(name, 0) : unit,
   }));
-  const number = saveCsv('live', columns, rowsOfStore(store, ...view.range));
+  const number = saveCsv('live', columns, rowsOfStore(store, ...view.range), wordsOf(store.greeting));
   setText(byId('export-answer'), `${number} rows`);
 });
 byId('export-png').addEventListener('click', () => {
