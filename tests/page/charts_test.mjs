@@ -122,6 +122,45 @@ test('A drag zooms in, a double click shows all again', async () => {
   await pause(false);
 });
 
+test('+ and - zoom paused charts about the middle, 0 shows the whole range again', async () => {
+  await pause(true);
+  await page.click('#cursors');
+  await page.evaluate(() => document.activeElement?.blur());
+  const places = await page.locator('#tracking-chart').getByRole('slider').evaluateAll((cursors) =>
+    cursors.map((cursor) => Number(cursor.getAttribute('aria-valuenow')) / 100)); // share of the shown time
+  const times = async () => {
+    const found = await cursorTimes();
+    const whole_s = found && found.apart_s / (places[1] - places[0]);
+    return found && { middle_s: found.a_s + (0.5 - places[0]) * whole_s, apart_s: found.apart_s };
+  };
+  const whole = await until('the cursors', times);
+  const becomes = (share) =>
+    until(`${share} of the time`, async () => {
+      const now = await times();
+      return Math.abs(now.apart_s / whole.apart_s - share) < 0.01 && Math.abs(now.middle_s - whole.middle_s) < 0.01;
+    });
+  await page.keyboard.press('+');
+  await becomes(0.5);
+  await page.keyboard.press('+');
+  await becomes(0.25);
+  await page.keyboard.press('-');
+  await becomes(0.5);
+  await page.keyboard.press('0');
+  await becomes(1);
+  await page.click('#cursors');
+  await pause(false);
+});
+
+test('+ and - choose a shorter and a longer time of running charts', async () => {
+  await page.evaluate(() => document.activeElement?.blur());
+  const window_s = () => page.inputValue('#window-seconds');
+  const before = await window_s();
+  await page.keyboard.press('-');
+  assert.equal(await window_s(), '5');
+  await page.keyboard.press('+');
+  assert.equal(await window_s(), before);
+});
+
 test('The window shows the last seconds that were chosen', async () => {
   const first = await pictureOf(page, '#tracking-chart');
   await page.selectOption('#window-seconds', '1');

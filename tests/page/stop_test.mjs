@@ -1,4 +1,4 @@
-// Stop: by the button, by the key, with and without the token.
+// Stop: by the button, by the keys, with and without the token; and what Esc does instead in fields and dialogs.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 
@@ -39,21 +39,90 @@ test('The button asks for the token and stops', async (t) => {
   await standsStill(page);
 });
 
-test('Esc stops, whatever has the focus', async (t) => {
+/** The keys that stop everywhere. */
+const pressStop = (page) => page.keyboard.press('Control+Shift+X');
+
+/** Presses Esc twice, again until both come within a second, which a slow machine may need. */
+async function pressEscTwice(page) {
+  await until('two Esc within a second', async () => {
+    await page.keyboard.press('Escape');
+    await page.keyboard.press('Escape');
+    return /Stop is/.test(await page.textContent('#stop-message'));
+  });
+}
+
+/** A field of the gain, focused, with the value in force replaced by another one. */
+async function typeIntoGain(page) {
+  const gain = page.getByRole('textbox', { name: /\bkp\b/i }).first();
+  await until('the value in force', async () => (await gain.inputValue()) !== '');
+  const inForce = await gain.inputValue();
+  await gain.fill('0.0789');
+  return { gain, inForce };
+}
+
+const hasFocus = (field) => field.evaluate((element) => document.activeElement === element);
+
+test('Ctrl+Shift+X stops while a field is edited', async (t) => {
   const { demo, page } = await started(t);
   await takeControl(page, demo);
-  await page.locator('#steering-axes input:not([type=checkbox])').first().focus();
-  await page.keyboard.press('Escape');
+  await typeIntoGain(page);
+  await pressStop(page);
   await standsStill(page);
 });
 
-test('Esc stops while a dialog is open', async (t) => {
+test('Ctrl+Shift+X stops while a dialog is open, and the page then says what happened', async (t) => {
   const { demo, page } = await started(t);
   await takeControl(page, demo);
   await page.evaluate(() => document.activeElement?.blur());
   await page.keyboard.press('?');
-  await until('the help', () => page.locator('dialog[open]').first().isVisible());
+  await until('the help', () => page.locator('#help-dialog').isVisible());
+  await pressStop(page);
+  await standsStill(page);
+  await until('the words', async () => /Stopped/.test(await page.textContent('#stop-message')));
+});
+
+test('Esc leaves a field with the value in force, and stops nothing', async (t) => {
+  const { demo, page } = await started(t);
+  await takeControl(page, demo);
+  const { gain, inForce } = await typeIntoGain(page);
   await page.keyboard.press('Escape');
+  assert.equal(await gain.inputValue(), inForce);
+  assert.equal(await hasFocus(gain), false);
+  assert.equal(await page.textContent('#stop-message'), '');
+  assert.ok(await isDriven(page));
+});
+
+test('Esc closes a dialog, and stops nothing', async (t) => {
+  const { page } = await started(t);
+  await page.click('#take-control');
+  await until('the dialog', () => page.locator('#token-dialog').isVisible());
+  await page.keyboard.type('half a token');
+  await page.keyboard.press('Escape');
+  await until('the dialog is closed', async () => !(await page.locator('#token-dialog').isVisible()));
+  assert.equal(await page.textContent('#stop-message'), '');
+  assert.ok(await isDriven(page));
+});
+
+test('One Esc outside of fields and dialogs only says what a second one does', async (t) => {
+  const { demo, page } = await started(t);
+  await takeControl(page, demo);
+  await page.evaluate(() => {
+    document.activeElement?.blur();
+    const said = document.getElementById('key-message');
+    new MutationObserver(() => (window.said = said.textContent || window.said)).observe(said, { childList: true });
+  });
+  await page.keyboard.press('Escape');
+  await until('the words', async () => (await page.evaluate(() => window.said)) === 'Esc once more within a second: Stop');
+  await until('they go away', async () => (await page.textContent('#key-message')) === '');
+  assert.equal(await page.textContent('#stop-message'), '');
+  assert.ok(await isDriven(page));
+});
+
+test('Esc twice within a second stops', async (t) => {
+  const { demo, page } = await started(t);
+  await takeControl(page, demo);
+  await page.evaluate(() => document.activeElement?.blur());
+  await pressEscTwice(page);
   await standsStill(page);
 });
 

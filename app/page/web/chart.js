@@ -220,8 +220,12 @@ export class TimeChart {
     uplot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
   }
 
+  forgetZoom() {
+    this.zoomedRanges?.clear();
+  }
+
   #unzoom() {
-    this.zoomedRanges.clear();
+    this.forgetZoom();
     this.reset();
     this.draw(...this.shown, this.origin_s);
   }

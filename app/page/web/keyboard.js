@@ -1,31 +1,77 @@
 // Keys, dialogs and tabs.
 
-import { byId, openDialog } from './dom.js';
+import { byId, openDialog, setText } from './dom.js';
 
-const takesText = (target) => target.closest?.('input:not([type=checkbox]), select, textarea') !== null;
-const takesSpace = (target) => target.closest?.('button, summary, input, select, a, [role=tab]') !== null;
+const twice_ms = 1000; // the second Esc within this time stops
 
-/** `actions`: stop, pause, capture, help. */
+const textFieldOf = (target) => target.closest?.('input:not([type=checkbox]), select, textarea') ?? null;
+const takesSpace = (target) => (target.closest?.('button, summary, input, select, a, [role=tab]') ?? null) !== null;
+const openDialogs = () => [...document.querySelectorAll('dialog[open]')];
+const isStop = ({ key, ctrlKey, shiftKey, altKey, metaKey }) =>
+  key.toLowerCase() === 'x' && ctrlKey && shiftKey && !altKey && !metaKey;
+
+/** `actions`: stop, pause, capture, help, zoomIn, zoomOut, zoomReset. */
 export function startKeyboard(actions) {
+  const esc = new EscapeKey(actions.stop);
+  const keys = {
+    ' ': actions.pause,
+    c: actions.capture,
+    '?': actions.help,
+    '+': actions.zoomIn,
+    '=': actions.zoomIn, // the same key of many keyboards, without Shift
+    '-': actions.zoomOut,
+    0: actions.zoomReset,
+  };
+  const takes = (event) => {
+    event.preventDefault();
+    event.stopPropagation();
+    return !event.repeat;
+  };
   addEventListener(
     'keydown',
     (event) => {
-      if (event.key === 'Escape') {
-        event.preventDefault(); // it stops the stage and closes nothing
-        event.stopPropagation();
-        if (!event.repeat) actions.stop();
-        return;
-      }
-      if (event.ctrlKey || event.altKey || event.metaKey || takesText(event.target)) return;
-      if (document.querySelector('dialog[open]')) return;
+      if (event.isComposing) return;
+      if (isStop(event)) return void (takes(event) && actions.stop());
+      if (event.key === 'Escape') return void (takes(event) && esc.press(event));
+      if (event.ctrlKey || event.altKey || event.metaKey || textFieldOf(event.target)) return;
+      if (openDialogs().length) return;
       if (event.key === ' ' && takesSpace(event.target)) return;
-      const action = { ' ': actions.pause, c: actions.capture, '?': actions.help }[event.key];
+      const action = keys[event.key];
       if (!action) return;
       event.preventDefault();
       action();
     },
     { capture: true },
   );
+}
+
+/** Esc closes an open dialog, or leaves a field, which gets the event `leave`. Elsewhere it stops, pressed twice. */
+class EscapeKey {
+  #last_ms = -Infinity;
+
+  constructor(stop) {
+    this.stop = stop;
+  }
+
+  press({ target, timeStamp }) {
+    const dialog = openDialogs().at(-1);
+    const field = textFieldOf(target);
+    if (dialog) return dialog.close();
+    if (field) {
+      field.dispatchEvent(new Event('leave'));
+      return field.blur();
+    }
+    const isSecond = timeStamp - this.#last_ms <= twice_ms;
+    this.#last_ms = isSecond ? -Infinity : timeStamp;
+    this.#say(isSecond ? '' : 'Esc once more within a second: Stop');
+    if (isSecond) this.stop();
+  }
+
+  #say(text) {
+    clearTimeout(this.silence);
+    setText(byId('key-message'), text);
+    this.silence = setTimeout(() => setText(byId('key-message'), ''), twice_ms);
+  }
 }
 
 export function startDialogs() {

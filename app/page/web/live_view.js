@@ -7,6 +7,7 @@ import { LoopChart, longest_s } from './loop_chart.js';
 import { onThemeChange } from './theme.js';
 import { traceOfAxis } from './trace.js';
 
+const shortest_s = 0.002; // of a zoom by key
 const dashOf = (axis) => (axis === 0 ? 0 : 6); // of theme.js: an axis has a colour and a dash
 
 export class LiveView {
@@ -53,7 +54,11 @@ export class LiveView {
     if (this.zoom) return this.zoom;
     const newest = this.stores.controller?.newest_s ?? 0;
     const to_s = Number.isFinite(newest) ? newest : 0;
-    return [to_s - Number(byId('window-seconds').value), to_s];
+    return [to_s - this.#window_s, to_s];
+  }
+
+  get #window_s() {
+    return Number(byId('window-seconds').value);
   }
 
   setPaused(isPaused) {
@@ -89,6 +94,28 @@ export class LiveView {
   showValues() {
     this.loop.showValues();
     for (const one of this.timeCharts) if (!one.host.hidden) one.showValues();
+  }
+
+  /** Shows a shorter or longer time: of paused charts about the middle, of running ones up to the newest row. */
+  zoomBy(factor) {
+    if (!this.isPaused) return this.#stepWindow(factor < 1 ? -1 : 1);
+    const [from_s, to_s] = this.range;
+    const middle_s = (from_s + to_s) / 2;
+    const half_s = Math.max((factor * (to_s - from_s)) / 2, shortest_s / 2);
+    this.zoom = 2 * half_s < this.#window_s ? [middle_s - half_s, middle_s + half_s] : null;
+    this.isDirty = true;
+  }
+
+  /** The whole range of every chart again. */
+  showAll() {
+    for (const one of [this.loop, ...this.timeCharts]) one.forgetZoom();
+    this.#resetZoom();
+  }
+
+  #stepWindow(step) {
+    const { options, selectedIndex } = byId('window-seconds');
+    byId('window-seconds').selectedIndex = Math.min(Math.max(selectedIndex + step, 0), options.length - 1);
+    this.#resetZoom();
   }
 
   #zoomTo(from_s, to_s) {

@@ -46,6 +46,9 @@ startKeyboard({
   pause: () => view.setPaused(!view.isPaused),
   capture: () => captures.captureNow(),
   help: () => openDialog('help-dialog'),
+  zoomIn: () => view.zoomBy(0.5),
+  zoomOut: () => view.zoomBy(2),
+  zoomReset: () => view.showAll(),
 });
 startTabs((panel) => {
   if (panel === 'steering') steering.refresh();
