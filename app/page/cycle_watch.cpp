@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <string>
+#include <utility>
 
 #include "controller/control/fault.h"
 
@@ -29,10 +30,16 @@ void CycleWatch::begin(const nlohmann::json& greeting) {
 std::optional<nlohmann::json> CycleWatch::put(std::span<const double> row) {
   turnaround_.put(row[at_.turnaround]);
   lateness_.put(row[at_.lateness]);
+  newest_s_ = row[at_.time];
   Last& last = last_[static_cast<std::size_t>(row[at_.axis])];
   if (row[at_.state] == last.state && row[at_.fault] == last.fault) return std::nullopt;
   last = {row[at_.state], row[at_.fault]};
-  events_.push_back(event_of(row));
+  return keep(event_of(row));
+}
+
+const nlohmann::json& CycleWatch::keep(nlohmann::json event) {
+  event["time_s"] = newest_s_;
+  events_.push_back(std::move(event));
   if (events_.size() > most_events) events_.pop_front();
   return events_.back();
 }
@@ -40,7 +47,7 @@ std::optional<nlohmann::json> CycleWatch::put(std::span<const double> row) {
 nlohmann::json CycleWatch::event_of(std::span<const double> row) const {
   const auto axis = static_cast<std::size_t>(row[at_.axis]);
   const std::string name = greeting_.at("axes")[axis].at("name");
-  nlohmann::json event{{"type", "event"}, {"time_s", row[at_.time]}, {"axis", axis}, {"level", "info"}};
+  nlohmann::json event{{"type", "event"}, {"axis", axis}, {"level", "info"}};
   const double fault = row[at_.fault];
   if (fault == 0.0) {
     event["text"] = fmt::format("{}: {}", name, word_of(greeting_.at("states"), row[at_.state]));

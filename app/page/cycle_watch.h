@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <deque>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
@@ -21,6 +22,9 @@ class CycleWatch {
   /// An `event` for the clients, if the row shows one.
   std::optional<nlohmann::json> put(std::span<const double> row);
 
+  /// Keeps an event that no row shows, with the time of the newest row (null before the first); returns it.
+  const nlohmann::json& keep(nlohmann::json event);
+
   const CycleColumns& columns() const { return at_; }
   const std::deque<nlohmann::json>& events() const { return events_; }
   const TimingHistogram& turnaround() const { return turnaround_; }
@@ -36,6 +40,7 @@ class CycleWatch {
   nlohmann::json greeting_;
   CycleColumns at_{};
   std::vector<Last> last_;  ///< per axis
+  double newest_s_ = std::numeric_limits<double>::quiet_NaN();
   std::deque<nlohmann::json> events_;
   TimingHistogram turnaround_, lateness_;
 };

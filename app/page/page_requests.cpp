@@ -12,6 +12,7 @@
 #include "app/io/error_text.h"
 #include "app/io/output_file.h"
 #include "app/page/bode.h"
+#include "app/page/command_event.h"
 #include "app/page/config_save.h"
 #include "app/page/page_service.h"
 #include "app/remote/command_handler.h"
@@ -42,6 +43,8 @@ std::vector<config::Setting> overrides_of(const json& unsaved) {
       overrides.push_back({change.at("key").get<std::string>(), value});
   return overrides;
 }
+
+std::string name_of_page(std::uint64_t client) { return fmt::format("page {}", client); }
 
 }  // namespace
 
@@ -157,9 +160,14 @@ void PageService::require_the_same_file(const json& settings) const {
 void PageService::with_settings(const Asked& asked, std::function<void(const json& settings)> work) {
   const bool waits =
       slow_requests_.add(asked.client, [this, asked, work = std::move(work)](const RequestQueue::Done& done) {
-        reading_.ask({{"do", "settings"}}, [this, asked, work, done](const json& answer) {
+        reading_.ask({{"do", "settings"}}, [this, asked, work, done, changes = changes_](const json& answer) {
           try {
-            answer.value("ok", false) ? work(answer) : reply(asked, answer);
+            if (!answer.value("ok", false)) {
+              reply(asked, answer);
+              return done();
+            }
+            if (changes == changes_ && !writing_.is_busy()) compare_settings(answer.at("settings"));
+            work(answer);
           } catch (const std::exception& error) {
             refuse(asked, error_text(error));
           }
@@ -215,6 +223,10 @@ void PageService::untrigger(Client& client, const Asked& asked, const json&) {
 void PageService::give_role_to(std::uint64_t client) {
   if (writer_ == client) return;
   writing_.close();  // the controller's right to write goes with the role
+  if (client != 0)
+    tell_all({act_event(name_of_page(client), "info", "takes control")});
+  else
+    tell_all({act_event(name_of_page(writer_), "info", "gives control back")});
   writer_ = client;
   for (auto& [web, other] : clients_) send_writer(other);
 }
@@ -244,7 +256,10 @@ void PageService::command(Client& client, const Asked& asked, const json& reques
   const bool is_open_to_all = what == "disable";
   if (!is_open_to_all && writer_ != client.number) return refuse(asked, no_role);
   spdlog::info("page {}: {}", asked.client, command->dump(-1, ' ', true, json::error_handler_t::replace));
-  (is_open_to_all ? stopping_ : writing_).ask(*command, [this, asked](const json& answer) {
+  ++changes_;
+  ControlLink& link = is_open_to_all ? stopping_ : writing_;
+  link.ask(*command, [this, asked, given = *command](const json& answer) {
+    command_answered(name_of_page(asked.client), given, answer);
     const bool is_done = answer.value("ok", false);
     json told{{"ok", is_done}, {"answer", answer}};
     if (!is_done) told["error"] = answer.value("error", "refused");
@@ -254,7 +269,9 @@ void PageService::command(Client& client, const Asked& asked, const json& reques
 
 void PageService::stop(Client&, const Asked& asked, const json&) {
   spdlog::warn("page {}: stop", asked.client);
-  stopping_.ask({{"do", "stop"}}, [this, asked](const json& answer) {
+  const json command{{"do", "stop"}};
+  stopping_.ask(command, [this, asked, command](const json& answer) {
+    command_answered(name_of_page(asked.client), command, answer);
     reply(asked, answer);
     stopping_.close();
   });

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "app/page/assets.h"
+#include "app/page/command_event.h"
 #include "app/remote/sample_stream.h"
 
 namespace hystcan::app {
@@ -115,6 +116,7 @@ bool PageService::make_room() {
 void PageService::greet(Client& client) {
   client.web.send_text(text_of_message({{"type", "hello"},
                                         {"version", 1},
+                                        {"page", client.number},
                                         {"program", "hystcan"},
                                         {"config", options_.config.filename().string()},
                                         {"source", options_.source},
@@ -243,6 +245,40 @@ void PageService::send_writer(Client& client) const {
 void PageService::broadcast(const json& message) {
   const std::string text = text_of_message(message);
   for (auto& [web, client] : clients_) client.web.send_text(text);
+}
+
+void PageService::tell_all(const std::vector<json>& events) {
+  for (const json& event : events) broadcast(watch_.keep(event));
+}
+
+void PageService::command_answered(const std::string& by, const json& command, const json& answer) {
+  ++changes_;
+  if (const auto changed = answer.find("changed"); changed != answer.end() && !known_settings_.empty())
+    for (const json& change : *changed) {
+      const std::string key = change.at("key"), to = change.at("to");
+      if (to.empty())
+        known_settings_.erase(key);
+      else
+        known_settings_[key] = to;
+    }
+  tell_all(command_events(by, command, answer));
+}
+
+void PageService::compare_settings(const json& settings) {
+  std::map<std::string, std::string> now;
+  for (const json& setting : settings) now.emplace(setting.at("key"), setting.at("value"));
+  json changes = json::array();
+  const auto value_in = [](const std::map<std::string, std::string>& all, const std::string& key) {
+    const auto found = all.find(key);
+    return found == all.end() ? std::string() : found->second;
+  };
+  for (const auto& [key, value] : now)
+    if (const std::string from = value_in(known_settings_, key); from != value)
+      changes.push_back({{"key", key}, {"from", from}, {"to", value}});
+  for (const auto& [key, value] : known_settings_)
+    if (!now.contains(key)) changes.push_back({{"key", key}, {"from", value}, {"to", ""}});
+  if (!known_settings_.empty()) tell_all(change_events("file or control socket", "set", changes));
+  known_settings_ = std::move(now);
 }
 
 }  // namespace hystcan::app

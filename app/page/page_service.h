@@ -90,6 +90,11 @@ class PageService final : public PageHandler {
   const nlohmann::json& status_known() const;
   void send_writer(Client& client) const;
   void broadcast(const nlohmann::json& message);
+  /// To all pages, and to those that come later.
+  void tell_all(const std::vector<nlohmann::json>& events);
+  void command_answered(const std::string& by, const nlohmann::json& command, const nlohmann::json& answer);
+  /// Tells of settings that no command of a page has changed.
+  void compare_settings(const nlohmann::json& settings);
 
   void reply(const Asked& asked, nlohmann::json answer);
   void refuse(const Asked& asked, const std::string& reason);
@@ -122,6 +127,8 @@ class PageService final : public PageHandler {
   std::uint64_t next_client_ = 1;
   std::uint64_t writer_ = 0;  ///< number of the client that has the role; 0: none
   std::uint32_t next_capture_ = 1;
+  std::map<std::string, std::string> known_settings_;  ///< of the running controller; empty if not known yet
+  std::uint64_t changes_ = 0;                          ///< commands that were passed on, and their answers
 
   CycleWatch watch_;
   PageStream controller_, twin_;

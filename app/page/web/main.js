@@ -77,8 +77,8 @@ connection.on('closed', () => {
   if (byId('connection').dataset.state === 'connected') events.note('warning', 'the page has lost its server');
   tellConnection('lost', 'not connected: trying again');
 });
-connection.on('hello', ({ program, config, source, exposed, start_command: command }) => {
-  startCommand = command ?? '';
+connection.on('hello', ({ program, config, source, exposed, page }) => {
+  events.ownName = `page ${page}`;
   setText(byId('program'), program);
   setText(byId('config'), config);
   document.title = `${config} - ${program}`;
@@ -109,6 +109,17 @@ async function showReferences(greeting) {
   const answers = await Promise.all(greeting.axes.map(({ name }) => connection.ask({ do: 'curves', axis: name })));
   view.loop.setReferences(answers.map((answer, axis) => ({ ...answer, axis })).filter(({ ok }) => ok));
 }
+
+let settingsLater;
+/** Another page, or the file, may change many settings at once. */
+function settingChanged() {
+  clearTimeout(settingsLater);
+  settingsLater = setTimeout(() => {
+    steering.refresh();
+    if (streams.controller) showReferences(streams.controller.greeting);
+  }, slow_ms);
+}
+
 connection.on('rows', (buffer) => {
   const kind = new Uint32Array(buffer, 0, 1)[0];
   const store = kind === 2 ? streams.twin : streams.controller;
@@ -124,7 +135,10 @@ connection.on('status', (message) => {
   isNoted = true;
   events.note('info', 'the page is connected'); // after the older events, which the server sends first
 });
-connection.on('event', (message) => events.add(message, streams.controller?.offset_s ?? 0, !isNoted));
+connection.on('event', (message) => {
+  events.add(message, streams.controller?.offset_s ?? 0, !isNoted);
+  if (isNoted && message.key) settingChanged();
+});
 connection.on('capture', (message) => captures.announce(message));
 
 function tellOfController(greeting, reason) {
