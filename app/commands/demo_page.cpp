@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "app/io/exit_status.h"
 #include "app/io/standard_streams.h"
@@ -83,6 +84,9 @@ class PacedRehearsal {
   PacedRehearsal(const PacedRehearsal&) = delete;
   PacedRehearsal& operator=(const PacedRehearsal&) = delete;
 
+  /// What is left is to close its sockets, which the destructor waits for.
+  bool has_ended() const { return has_ended_; }
+
  private:
   void run() {
     rehearsal_.start();
@@ -100,12 +104,13 @@ class PacedRehearsal {
       context_.restart();
       context_.poll();
     }
+    has_ended_ = true;
     twin_stream_.reset();
     twin_socket_.reset();
     context_.restart();
     context_.poll();
     service_.reset();
-    if (!ending_) spdlog::info("the rehearsal has ended; Ctrl-C ends the page");
+    if (!ending_) spdlog::info("the rehearsal has ended; the page can start it again, Ctrl-C ends the page");
   }
 
   CycleOutlets outlets_;
@@ -116,8 +121,31 @@ class PacedRehearsal {
   TwinCommandHandler twin_handler_;
   std::optional<ControlSocket> twin_socket_;
   std::optional<SampleStream> twin_stream_;
-  std::atomic<bool> ending_{false};
+  std::atomic<bool> ending_{false}, has_ended_{false};
   std::thread thread_;
+};
+
+/// One rehearsal after the other, at the same sockets. Each reads the file anew.
+class Rehearsals {
+ public:
+  Rehearsals(std::filesystem::path file, const TemporaryFolder& folder)
+      : file_(std::move(file)), folder_(folder) {
+    start();
+  }
+
+  /// Throws RunError while one runs, config::Error if the file is not valid.
+  void start() {
+    if (running_ && !running_->has_ended()) throw RunError("the rehearsal runs; stop it first");
+    config::Config config = config::load(file_);
+    for (config::AxisConfig& axis : config.axes) axis.control.repeat = true;
+    running_.reset();
+    running_.emplace(file_, config, folder_);
+  }
+
+ private:
+  std::filesystem::path file_;
+  const TemporaryFolder& folder_;
+  std::optional<PacedRehearsal> running_;
 };
 
 }  // namespace
@@ -127,16 +155,16 @@ int run_demo_page(const std::filesystem::path& given, const std::filesystem::pat
   const TemporaryFolder folder;
   const std::filesystem::path file =
       given.empty() ? copy_of(shipped, folder) : std::filesystem::absolute(given);
-  config::Config config = config::load(file);
-  for (config::AxisConfig& axis : config.axes) axis.control.repeat = true;
+  std::optional<Rehearsals> rehearsals;
   const std::string token = new_token();
   PageHost host({.config = file,
                  .source = "demo",
                  .start_command = "hystcan demo --page",
                  .controller_socket = [&] { return folder / "control.sock"; },
-                 .twin_socket = [&] { return folder / "twin.sock"; }},
+                 .twin_socket = [&] { return folder / "twin.sock"; },
+                 .start_again = [&] { rehearsals->start(); }},
                 {.at = ListenAddress::of(listen)}, token);
-  const PacedRehearsal rehearsal(file, config, folder);
+  rehearsals.emplace(file, folder);
   print(fmt::format("page: {}\ntoken: {}\ncontrol socket: {}\ntwin socket: {}\n", host.url(), token,
                     (folder / "control.sock").string(), (folder / "twin.sock").string()));
   flush_output();

@@ -94,6 +94,7 @@ void PageService::obey(Client& client, const Asked& asked, const json& request) 
       {"take_writer", {&PageService::take_writer, Needs::token}},
       {"release_writer", {&PageService::release_writer, Needs::nothing}},
       {"command", {&PageService::command, Needs::token}},
+      {"start", {&PageService::start, Needs::token}},
       {"save", {&PageService::save, Needs::role}}};
   const std::string what = text_of(request, "do");
   const auto found = requests.find(what);
@@ -275,6 +276,16 @@ void PageService::stop(Client&, const Asked& asked, const json&) {
     reply(asked, answer);
     stopping_.close();
   });
+}
+
+void PageService::start(Client&, const Asked& asked, const json&) {
+  if (!options_.start_again)
+    return refuse(asked,
+                  fmt::format("only a demo starts from its page, expected: {}", options_.start_command));
+  options_.start_again();
+  spdlog::info("page {}: start again", asked.client);
+  tell_all({act_event(name_of_page(asked.client), "info", "start again")});
+  reply(asked, {{"ok", true}});
 }
 
 void PageService::save(Client&, const Asked& asked, const json& request) {

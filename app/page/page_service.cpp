@@ -138,6 +138,9 @@ void PageService::stream_changed(const PageStream& stream) {
   if (&stream == &controller_) {
     if (stream.is_there()) watch_.begin(stream.greeting());
     for (auto& [web, client] : clients_) client.trigger.reset();
+    known_settings_.clear();
+    for (ControlLink* link : {&reading_, &writing_})  // its other end may be gone with the controller
+      if (!link->is_busy()) link->close();
   }
   for (auto& [web, client] : clients_) send_stream(client, stream);
 }

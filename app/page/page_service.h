@@ -38,6 +38,7 @@ struct PageOptions {
   bool exposed = false;
   std::string start_command{};
   std::function<std::filesystem::path()> controller_socket, twin_socket;
+  std::function<void()> start_again{};  ///< of a demo: begins another rehearsal, or throws why it cannot
 };
 
 class PageService final : public PageHandler {
@@ -116,6 +117,7 @@ class PageService final : public PageHandler {
   void release_writer(Client&, const Asked&, const nlohmann::json&);
   void command(Client&, const Asked&, const nlohmann::json&);
   void stop(Client&, const Asked&, const nlohmann::json&);
+  void start(Client&, const Asked&, const nlohmann::json&);
   void save(Client&, const Asked&, const nlohmann::json&);
   void give_role_to(std::uint64_t client);
   void require_the_same_file(const nlohmann::json& settings) const;

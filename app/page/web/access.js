@@ -48,6 +48,13 @@ export class Access {
     this.stopped(answer.ok, answer.error ?? '');
   }
 
+  /** Begins the demo again. Without the token it asks for it first. Returns the answer of the server. */
+  async startAgain() {
+    if (!this.isAuthorised && !(await this.#askForToken('To start the demo again, the page needs the token.')))
+      return { ok: false, error: 'this needs the token' };
+    return this.connection.ask({ do: 'start' });
+  }
+
   async #takeOrRelease() {
     if (this.role === 'yours') return void (await this.connection.ask({ do: 'release_writer' }));
     if (

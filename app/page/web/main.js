@@ -3,8 +3,9 @@
 import { Access } from './access.js';
 import { CaptureView } from './captures.js';
 import { Connection } from './connection.js';
+import { ControllerNotice } from './controller_notice.js';
 import { Cursors } from './cursors.js';
-import { byId, element, openDialog, setText } from './dom.js';
+import { byId, openDialog, setText } from './dom.js';
 import { EventList } from './event_list.js';
 import { rowsOfStore, saveCsv, savePng, wordsOf } from './export.js';
 import { quantity } from './format.js';
@@ -40,6 +41,7 @@ const captures = new CaptureView(connection, streams);
 const steering = new Steering(connection, access);
 const recording = new Recording(connection);
 const response = new ResponseView(connection, streams, captures);
+const notice = new ControllerNotice(connection, access, events);
 startDialogs();
 startKeyboard({
   stop: () => access.stop(),
@@ -58,8 +60,6 @@ startTabs((panel) => {
 
 // ---- the connection
 
-let startCommand = '';
-let stopSent = false;
 let isNoted = true; // the new connection, in the events
 
 function tellConnection(state, text) {
@@ -142,35 +142,15 @@ connection.on('event', (message) => {
 connection.on('capture', (message) => captures.announce(message));
 
 function tellOfController(greeting, reason) {
-  const place = byId('stream-message');
   if (greeting) {
-    if (place.textContent) events.note('info', 'the controller is there');
-    if (stopSent) setText(byId('stop-message'), '');
-    stopSent = false;
-    place.replaceChildren();
+    notice.found();
     return tellConnection('connected', 'connected');
   }
   tellConnection('waiting', 'connected, no controller');
-  if (stopSent) setText(byId('stop-message'), 'Stopped: the controller has ended.');
   captures.disarmed('no controller');
-  events.note('warning', `no controller: ${reason ?? ''}`);
-  place.replaceChildren(
-    stopSent ? '' : `There is no controller: ${reason ?? ''}. `,
-    'The charts keep what has come. The page connects when it starts: ',
-    element('code', { text: startCommand }),
-  );
+  notice.lost(reason);
 }
 
-access.stopped = (isDone, error) => {
-  const told = {
-    true: 'Stop is under way: every axis ramps down to its safe drive and is switched off. Then the controller ends.',
-    false: `Stop has failed: ${error}. Run "hystcan ctl stop", or switch the amplifiers off.`,
-    null: 'Stop is sent.',
-  }[String(isDone)];
-  setText(byId('stop-message'), told);
-  if (isDone !== null) events.note(isDone ? 'warning' : 'error', told);
-  stopSent ||= isDone === true;
-};
 access.changed = () => steering.refresh();
 
 const sendRate = () => connection.ask({ do: 'view', rate_Hz: document.hidden ? hiddenRate_Hz : fullRate_Hz });

@@ -1,0 +1,80 @@
+// Start again: another rehearsal in the process of the demo, after Stop.
+import assert from 'node:assert/strict';
+import { readFileSync, writeFileSync } from 'node:fs';
+import { after, before, test } from 'node:test';
+
+import { copyOfConfig, ctl, openPage, seesTheLoopRun, startBrowser, startDemo, takeControl, until } from './support.mjs';
+
+let demo, browser, page, config;
+before(async () => {
+  config = copyOfConfig();
+  demo = await startDemo({ config });
+  browser = await startBrowser();
+  page = await openPage(browser, demo);
+  await seesTheLoopRun(page);
+});
+after(async () => {
+  await browser.close();
+  await demo.stop();
+});
+
+const startAgain = () => page.locator('#start-again');
+const tracks = async () => /tracking/.test(await page.textContent('#axis-0-state'));
+
+async function stop() {
+  await until('the axis tracks', tracks);
+  await page.click('#stop');
+  await until('the button', () => startAgain().isVisible());
+}
+
+test('While the rehearsal runs there is nothing to start', async () => {
+  await takeControl(page, demo);
+  assert.equal(await startAgain().count(), 0);
+});
+
+test('After Stop a click begins another rehearsal, and the page shows it', async () => {
+  await stop();
+  await startAgain().click();
+  await until('the axis tracks again', tracks);
+  assert.equal(await startAgain().count(), 0);
+  assert.equal(await page.textContent('#stop-message'), '');
+});
+
+test('The first command after it is carried out', async () => {
+  const position = page.getByRole('textbox', { name: 'Go to position of axis x, um' });
+  await position.fill('12');
+  await position.press('Enter');
+  await until('the answer', async () => /goes to 12 um/.test(await page.textContent('#steering-axes')));
+});
+
+test('The control socket is that of the new rehearsal', async () => {
+  const status = JSON.parse((await ctl(demo.socket, '--json', 'status')).output);
+  assert.equal(status.ok, true);
+});
+
+test('A configuration that is broken meanwhile is shown as the reason, and after its repair it starts', async () => {
+  await stop();
+  const text = readFileSync(config, 'utf8');
+  writeFileSync(config, text.replace(/^kp\s*=.*/m, 'kp = "much"'));
+  await startAgain().click();
+  await until('the reason', async () => /does not start: .*kp/.test(await page.textContent('#stream-message')));
+  writeFileSync(config, text);
+  await startAgain().click();
+  await until('the axis tracks again', tracks);
+});
+
+test('A page without the token is asked for it', async () => {
+  await stop();
+  const other = await openPage(browser, demo);
+  await until('the button', () => other.locator('#start-again').isVisible());
+  await other.click('#start-again');
+  await until('the question', () => other.locator('#token').isVisible());
+  await other.fill('#token', demo.token);
+  await other.press('#token', 'Enter');
+  await until('the axis tracks again', tracks);
+  await other.context().close();
+});
+
+test('Nothing went wrong meanwhile', () => {
+  assert.deepEqual(page.problems, []);
+});
