@@ -10,7 +10,11 @@
 #include <string_view>
 #include <vector>
 
+#include "app/io/exit_status.h"
+#include "app/io/output_file.h"
+#include "config/document/error.h"
 #include "config/document/toml_edit.h"
+#include "config/schema/config.h"
 
 namespace hystcan::app {
 namespace {
@@ -77,6 +81,13 @@ std::vector<DiffLine> compare(std::span<const std::string> before, std::span<con
   return lines;
 }
 
+ConfigSave config_save(const std::string& before, const std::string& text) {
+  return {.before = before,
+          .text = text,
+          .diff = line_diff(before, text),
+          .digest = fmt::format("{:016x}", std::hash<std::string>()(before + '\0' + text))};
+}
+
 }  // namespace
 
 std::string line_diff(const std::string& before, const std::string& after) {
@@ -107,8 +118,47 @@ ConfigSave save_of(const std::filesystem::path& file, const nlohmann::json& unsa
     else
       edit.set(key, value);
   }
-  return {edit.text(), line_diff(before, edit.text()),
-          fmt::format("{:016x}", std::hash<std::string>()(before + '\0' + edit.text()))};
+  return config_save(before, edit.text());
+}
+
+std::filesystem::path kept_beside(const std::filesystem::path& file) {
+  return std::filesystem::canonical(file).string() + ".before-save";
+}
+
+ConfigSave undo_of(const std::filesystem::path& file) {
+  const std::filesystem::path kept = kept_beside(file);
+  if (!std::filesystem::exists(kept))
+    throw config::Error(fmt::format("there is no {}, so there is no save to undo", kept.string()));
+  (void)config::load(kept);
+  ConfigSave undo =
+      config_save(config::TomlEdit::of_file(file).text(), config::TomlEdit::of_file(kept).text());
+  undo.undoes = true;
+  return undo;
+}
+
+void write_save(const std::filesystem::path& file, const ConfigSave& save) {
+  const std::filesystem::path target = std::filesystem::canonical(file);
+  OutputFile written(target, OutputFile::Kind::durable);
+  written.write(save.text);
+  const auto keep_former = [&] {
+    try {
+      OutputFile kept(kept_beside(file), OutputFile::Kind::durable);
+      kept.write(save.before);
+      std::filesystem::permissions(kept.written(), std::filesystem::status(target).permissions());
+      kept.commit();
+    } catch (const std::exception& error) {
+      throw RunError(fmt::format("the former file cannot be kept{}: {}",
+                                 save.undoes ? "" : ", so nothing is saved", error.what()));
+    }
+  };
+  // At every moment one of the two files has what the user wants back.
+  if (save.undoes) {
+    written.commit();
+    keep_former();
+  } else {
+    keep_former();
+    written.commit();
+  }
 }
 
 }  // namespace hystcan::app

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "app/io/error_text.h"
-#include "app/io/output_file.h"
 #include "app/page/bode.h"
 #include "app/page/command_event.h"
 #include "app/page/config_save.h"
@@ -95,7 +94,8 @@ void PageService::obey(Client& client, const Asked& asked, const json& request) 
       {"release_writer", {&PageService::release_writer, Needs::nothing}},
       {"command", {&PageService::command, Needs::token}},
       {"start", {&PageService::start, Needs::token}},
-      {"save", {&PageService::save, Needs::role}}};
+      {"save", {&PageService::save, Needs::role}},
+      {"undo_save", {&PageService::undo_save, Needs::role}}};
   const std::string what = text_of(request, "do");
   const auto found = requests.find(what);
   if (found == requests.end()) return refuse(asked, fmt::format("\"{}\" is not a request", what));
@@ -182,6 +182,7 @@ void PageService::with_settings(const Asked& asked, std::function<void(const jso
 void PageService::settings(Client&, const Asked& asked, const json&) {
   with_settings(asked, [this, asked](json answer) {
     answer.erase("file");
+    answer["undo_save"] = std::filesystem::exists(kept_beside(options_.config));
     reply(asked, std::move(answer));
   });
 }
@@ -289,19 +290,45 @@ void PageService::start(Client&, const Asked& asked, const json&) {
 }
 
 void PageService::save(Client&, const Asked& asked, const json& request) {
+  reply_or_write(asked, request,
+                 [this](const json& answer) { return save_of(options_.config, answer.at("unsaved")); });
+}
+
+void PageService::undo_save(Client&, const Asked& asked, const json& request) {
+  reply_or_write(asked, request, [this](const json&) { return undo_of(options_.config); });
+}
+
+/// Replies with the difference; if the request has its digest, writes the file.
+void PageService::reply_or_write(const Asked& asked, const json& request, const MakeSave& make) {
   const std::string digest = request.contains("digest") ? text_of(request, "digest") : "";
-  with_settings(asked, [this, asked, digest](const json& answer) {
+  with_settings(asked, [this, asked, digest, make](const json& answer) {
     require_the_same_file(answer);
-    const ConfigSave save = save_of(options_.config, answer.at("unsaved"));
-    if (digest.empty()) return reply(asked, {{"ok", true}, {"diff", save.diff}, {"digest", save.digest}});
+    const ConfigSave save = make(answer);
+    json told{{"ok", true}, {"kept", kept_beside(options_.config).filename().string()}};
+    if (digest.empty()) {
+      told.update({{"diff", save.diff}, {"digest", save.digest}});
+      return reply(asked, std::move(told));
+    }
     if (digest != save.digest)
       return refuse(asked,
                     "the file or the settings have changed since the difference was shown: look again");
-    OutputFile file(std::filesystem::canonical(options_.config), OutputFile::Kind::durable);
-    file.write(save.text);
-    file.commit();
-    spdlog::info("page {}: {} saved", asked.client, options_.config.string());
-    reply(asked, {{"ok", true}});
+    write_save(options_.config, save);
+    const std::string done =
+        fmt::format("{} {}", save.undoes ? "undo save of" : "save", options_.config.filename().string());
+    spdlog::info("page {}: {}", asked.client, done);
+    tell_all({act_event(name_of_page(asked.client), "info", done)});
+    save.undoes ? reload_restored(asked, std::move(told)) : reply(asked, std::move(told));
+  });
+}
+
+/// The controller takes the restored file over; if it does not, `not_applied` says why.
+void PageService::reload_restored(const Asked& asked, json told) {
+  const json command{{"do", "reload"}};
+  ++changes_;
+  writing_.ask(command, [this, asked, command, told = std::move(told)](const json& answer) mutable {
+    command_answered(name_of_page(asked.client), command, answer);
+    if (!answer.value("ok", false)) told["not_applied"] = answer.value("error", "");
+    reply(asked, std::move(told));
   });
 }
 

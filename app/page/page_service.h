@@ -18,6 +18,7 @@
 
 #include "app/page/bus_counters.h"
 #include "app/page/capture.h"
+#include "app/page/config_save.h"
 #include "app/page/control_link.h"
 #include "app/page/cycle_watch.h"
 #include "app/page/http_server.h"
@@ -119,6 +120,10 @@ class PageService final : public PageHandler {
   void stop(Client&, const Asked&, const nlohmann::json&);
   void start(Client&, const Asked&, const nlohmann::json&);
   void save(Client&, const Asked&, const nlohmann::json&);
+  void undo_save(Client&, const Asked&, const nlohmann::json&);
+  using MakeSave = std::function<ConfigSave(const nlohmann::json& settings)>;
+  void reply_or_write(const Asked& asked, const nlohmann::json& request, const MakeSave& make);
+  void reload_restored(const Asked& asked, nlohmann::json told);
   void give_role_to(std::uint64_t client);
   void require_the_same_file(const nlohmann::json& settings) const;
 

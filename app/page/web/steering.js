@@ -1,6 +1,7 @@
 // Steering and settings of the axes, applied while the controller runs.
 
-import { byId, element, openDialog, setText } from './dom.js';
+import { byId, element, setText } from './dom.js';
+import { SaveDialog } from './save_dialog.js';
 import { settingField, valueOfText } from './setting_field.js';
 
 const structures = ['average', 'inverse', 'pi', 'average+pi', 'inverse+pi'];
@@ -34,8 +35,10 @@ export class Steering {
     this.access = access;
     byId('undo').addEventListener('click', () => this.#settingsCommand({ do: 'undo' }));
     byId('reload').addEventListener('click', () => this.#settingsCommand({ do: 'reload' }));
-    byId('save').addEventListener('click', () => this.#openSave());
-    byId('save-confirm').addEventListener('click', () => this.#confirmSave());
+    new SaveDialog(connection, (answer, words) => {
+      tell(byId('settings-answer'), answer, words);
+      this.refresh();
+    });
     setInterval(() => !document.hidden && !byId('steering').hidden && this.refresh(), settingsEvery_ms);
   }
 
@@ -55,7 +58,7 @@ export class Steering {
     if (answer.ok) this.#show(answer);
   }
 
-  #show({ settings, unsaved, undo }) {
+  #show({ settings, unsaved, undo, undo_save: hasKept }) {
     const values = new Map(settings.map(({ key, value }) => [key, value]));
     const changed = new Set(unsaved.map(({ key }) => key));
     this.#showSegments(values);
@@ -63,6 +66,7 @@ export class Steering {
     setText(byId('undo'), `Undo (${undo})`);
     byId('undo').disabled = undo === 0;
     byId('save').disabled = unsaved.length === 0;
+    byId('undo-save').disabled = !hasKept;
     setText(
       byId('unsaved'),
       unsaved.length === 0
@@ -223,31 +227,6 @@ export class Steering {
     const changed = answer.answer?.changed ?? [];
     const words = wordsOfChanges(changed);
     tell(byId('settings-answer'), answer, words || 'nothing has changed');
-    this.refresh();
-  }
-
-  async #openSave() {
-    const answer = await this.connection.ask({ do: 'save' });
-    this.digest = answer.digest;
-    setText(byId('save-answer'), answer.ok ? '' : answer.error);
-    setText(byId('save-text'), answer.ok ? 'The file gets these lines. Comments and everything else stay.' : '');
-    byId('save-diff').replaceChildren(
-      ...(answer.diff ?? '').split('\n').map((text) =>
-        element('span', {
-          class: text.startsWith('+') ? 'added' : text.startsWith('-') ? 'removed' : '',
-          text: `${text}\n`,
-        }),
-      ),
-    );
-    byId('save-confirm').disabled = !answer.ok || !answer.digest;
-    openDialog('save-dialog');
-  }
-
-  async #confirmSave() {
-    const answer = await this.connection.ask({ do: 'save', digest: this.digest });
-    if (!answer.ok) return setText(byId('save-answer'), answer.error);
-    byId('save-dialog').close();
-    tell(byId('settings-answer'), answer, 'the file is written');
     this.refresh();
   }
 }

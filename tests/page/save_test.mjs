@@ -1,0 +1,85 @@
+// Save and Undo save: what the file gets, what is kept beside it, and the way back.
+import assert from 'node:assert/strict';
+import { existsSync, mkdirSync, readFileSync, rmdirSync } from 'node:fs';
+import { after, before, test } from 'node:test';
+
+import { copyOfConfig, openPage, seesTheLoopRun, startBrowser, startDemo, takeControl, until } from './support.mjs';
+
+let demo, browser, page, config, former;
+before(async () => {
+  config = copyOfConfig();
+  former = readFileSync(config, 'utf8');
+  demo = await startDemo({ config });
+  browser = await startBrowser();
+  page = await openPage(browser, demo);
+  await seesTheLoopRun(page);
+  await takeControl(page, demo);
+});
+after(async () => {
+  await browser.close();
+  await demo.stop();
+});
+
+const gain = () => page.getByRole('textbox', { name: /\bkp\b/i }).first();
+const kept = () => `${config}.before-save`;
+const text = () => readFileSync(config, 'utf8');
+const write = () => page.locator('#save-dialog').getByRole('button', { name: 'Write the file' }).click();
+
+async function setGain(value) {
+  await gain().fill(value);
+  await gain().press('Enter');
+  await until('the gain is in force', async () => (await page.textContent('#steering-axes')).includes(`${value} is in force`));
+}
+
+async function open(button, words) {
+  await page.click(button);
+  await until(`the dialog says ${words}`, async () => words.test(await page.textContent('#save-dialog')));
+}
+
+test('Before the first save there is nothing to undo', async () => {
+  await until('the settings', () => page.locator('#save').isDisabled());
+  assert.ok(await page.locator('#undo-save').isDisabled());
+});
+
+test('A save that cannot keep the former file is refused and writes nothing', async () => {
+  await setGain('0.0321');
+  mkdirSync(kept()); // a folder in its place
+  await open('#save', /kept beside it as piezo\.toml\.before-save/);
+  await write();
+  await until('the refusal', async () => /cannot be kept, so nothing is saved/.test(await page.textContent('#save-answer')));
+  assert.equal(text(), former);
+  rmdirSync(kept());
+  await page.locator('#save-dialog').getByRole('button', { name: 'Close' }).click();
+});
+
+test('Save keeps the former file beside it and says where', async () => {
+  await open('#save', /kp.*0\.0321/);
+  await write();
+  await until('the answer', async () => /former one is piezo\.toml\.before-save/.test(await page.textContent('#settings-answer')));
+  assert.match(text(), /^kp\s*= 0\.0321/m);
+  assert.equal(readFileSync(kept(), 'utf8'), former);
+});
+
+test('Undo save shows the difference, restores the file and what is in force', async () => {
+  const saved = text();
+  await until('the button', () => page.locator('#undo-save').isEnabled());
+  await open('#undo-save', /- kp\s+= 0\.0321/);
+  assert.equal(text(), saved, 'nothing is written before it is confirmed');
+  await write();
+  await until('the answer', async () => /in force again/.test(await page.textContent('#settings-answer')));
+  assert.equal(text(), former);
+  assert.equal(readFileSync(kept(), 'utf8'), saved);
+  await until('the old gain', async () => (await gain().inputValue()) === '0');
+});
+
+test('A second Undo save brings the saved file back', async () => {
+  await open('#undo-save', /\+ kp\s+= 0\.0321/);
+  await write();
+  await until('the gain of the save', async () => (await gain().inputValue()) === '0.0321');
+  assert.equal(readFileSync(kept(), 'utf8'), former);
+  assert.ok(existsSync(config));
+});
+
+test('Nothing went wrong meanwhile', () => {
+  assert.deepEqual(page.problems, []);
+});
