@@ -12,6 +12,7 @@
 
 #include "app/io/exit_status.h"
 #include "app/io/output_file.h"
+#include "app/page/segment_edit.h"
 #include "config/document/error.h"
 #include "config/document/toml_edit.h"
 #include "config/schema/config.h"
@@ -108,9 +109,10 @@ std::string line_diff(const std::string& before, const std::string& after) {
 }
 
 ConfigSave save_of(const std::filesystem::path& file, const nlohmann::json& unsaved) {
-  config::TomlEdit edit = config::TomlEdit::of_file(file);
-  const std::string before = edit.text();
-  for (const nlohmann::json& change : unsaved) {
+  const std::string before = config::TomlEdit::of_file(file).text();
+  nlohmann::json further = unsaved;
+  config::TomlEdit edit(with_segments(before, file.string(), further), file.string());
+  for (const nlohmann::json& change : further) {
     const auto& key = change.at("key").get_ref<const std::string&>();
     const auto& value = change.at("to").get_ref<const std::string&>();
     if (value.empty())

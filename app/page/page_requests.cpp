@@ -34,12 +34,13 @@ constexpr const char* no_role = "another page, or none, has the writer's role: t
 constexpr auto page_commands = std::to_array<std::string_view>(
     {"go_to", "resume", "set", "undo", "reload", "revert", "enable", "disable", "clear", "record"});
 
-/// The overrides that give the settings in force.
+/// The overrides that give the loop and the model in force, which do not depend on the setpoint.
 std::vector<config::Setting> overrides_of(const json& unsaved) {
   std::vector<config::Setting> overrides;
-  for (const json& change : unsaved)
-    if (const std::string value = change.at("to"); !value.empty())
-      overrides.push_back({change.at("key").get<std::string>(), value});
+  for (const json& change : unsaved) {
+    const std::string key = change.at("key"), value = change.at("to");
+    if (!value.empty() && key.find(".setpoint[") == std::string::npos) overrides.push_back({key, value});
+  }
   return overrides;
 }
 

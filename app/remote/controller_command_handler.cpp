@@ -33,14 +33,16 @@ const std::map<std::string, Request::Kind>& acts() {
   return kinds;
 }
 
-/// The value as TOML. Only a table is written differently than in JSON.
+/// The value as TOML. Only a table, also in a list, is written differently than in JSON.
 std::string toml_of(const json& value) {
-  if (!value.is_object()) return value.dump();
+  if (!value.is_structured()) return value.dump();
   std::vector<std::string> members;
   members.reserve(value.size());
   for (const auto& [key, member] : value.items())
-    members.push_back(fmt::format("{} = {}", json(key).dump(), toml_of(member)));
-  return fmt::format("{{{}}}", fmt::join(members, ", "));
+    members.push_back(value.is_array() ? toml_of(member)
+                                       : fmt::format("{} = {}", json(key).dump(), toml_of(member)));
+  const std::string joined_members = fmt::format("{}", fmt::join(members, ", "));
+  return value.is_array() ? "[" + joined_members + "]" : "{" + joined_members + "}";
 }
 
 json to_json(const std::string& name, const controller::CycleRecord& record) {

@@ -21,6 +21,12 @@ bool concerns_reference(const std::string& path) {
          path.find(".reference_") != std::string::npos;
 }
 
+/// True for the path itself and for the keys of its table or list.
+bool is_within(const std::string& key, const std::string& path) {
+  return key.starts_with(path) &&
+         (key.size() == path.size() || key[path.size()] == '.' || key[path.size()] == '[');
+}
+
 std::size_t axis_of(const std::string& path) {
   return static_cast<std::size_t>(std::stoul(path.substr(path.find('[') + 1)));
 }
@@ -49,7 +55,7 @@ LiveConfig::Prepared LiveConfig::with(std::string_view axis, std::string_view ke
         fmt::format("the key has {} characters, expected at most {}", key.size(), longest_key));
   std::vector<config::Setting> overrides = overrides_;
   const std::string path = fmt::format("axis[{}].control.{}", axis_index(axis), key);
-  std::erase_if(overrides, [&](const config::Setting& setting) { return setting.path == path; });
+  std::erase_if(overrides, [&](const config::Setting& setting) { return is_within(setting.path, path); });
   overrides.push_back({path, toml_value});
   std::vector<Overrides> earlier = earlier_;
   if (earlier.size() == most_undone) earlier.erase(earlier.begin());

@@ -79,9 +79,61 @@ test('A value out of range is refused in the server\'s words', async () => {
   assert.equal(Number(await valueInForce('axis[0].control.kp')), 0.0123);
 });
 
+const body = () => page.textContent('#steering');
+
+test('A refusal goes away when the value in force is restored', async () => {
+  await gain().press('Escape');
+  await until('no refusal', async () => !/expected a number >= 0/.test(await body()));
+  assert.equal(await gain().inputValue(), '0.0123');
+});
+
+test('A refusal goes away with the next success of the field', async () => {
+  await gain().fill('-1');
+  await gain().press('Enter');
+  await until('the refusal', async () => /expected a number >= 0/.test(await body()));
+  await gain().fill('0.0124');
+  await gain().press('Enter');
+  await until('the success', async () => /0\.0124 is in force/.test(await body()));
+  assert.doesNotMatch(await body(), /expected a number >= 0/);
+});
+
+test('A decimal comma is refused in the page, with the number as it must be', async () => {
+  await gain().fill('0,05');
+  await gain().press('Enter');
+  await until('the refusal', async () => /decimal point, not comma: 0\.05/.test(await body()));
+  assert.equal(Number(await valueInForce('axis[0].control.kp')), 0.0124);
+  await gain().press('Escape');
+  const position = page.getByRole('textbox', { name: 'Go to position of axis x, um' });
+  await position.fill('12,5');
+  await position.press('Enter');
+  await until('the refusal', async () => /decimal point, not comma: 12\.5/.test(await body()));
+  await position.press('Escape');
+  await until('no refusal', async () => !/decimal point/.test(await body()));
+});
+
+test('A position that is out of range is refused with the limits in force', async () => {
+  const position = page.getByRole('textbox', { name: 'Go to position of axis x, um' });
+  await position.fill('50');
+  await position.press('Enter');
+  await until('the limits', async () => /position_min_um\.\.position_max_um \(-3\.\.34 um\)/.test(await body()));
+  await position.press('Escape');
+});
+
+test('What is not configured is off, without a unit', async () => {
+  assert.match(await body(), /Learning: off/);
+  assert.match(await body(), /Notch: off/);
+  const rate = page.getByRole('textbox', { name: 'Learning rate, axis x', includeHidden: true });
+  assert.equal(await rate.getAttribute('placeholder'), 'off');
+  const unit = page.locator('.field', { has: rate }).locator('.unit');
+  assert.equal(await unit.evaluate((shown) => getComputedStyle(shown).visibility), 'hidden');
+});
+
 test('Undo takes the change back', async () => {
   const original = /^\s*kp\s*=\s*(\S+)/m.exec(readFileSync(config, 'utf8'))?.[1] ?? '0';
-  await page.click('#undo');
+  for (const left of [1, 0]) {
+    await page.click('#undo');
+    await until(`${left} to undo`, async () => (await page.textContent('#undo')) === `Undo (${left})`);
+  }
   await until('the old gain is in force', async () => Number(await valueInForce('axis[0].control.kp')) === Number(original));
 });
 

@@ -6,15 +6,16 @@ const ways = {
   save: {
     title: 'Save to the configuration file',
     text: (kept) =>
-      `The file gets these lines. Comments and everything else stay. The file as it is now is kept beside it as ${kept}; ` +
-      'Undo save brings it back.',
+      'The file gets these lines. Comments and everything else stay. ' +
+      `The file as it is now is kept beside it as ${kept}; Undo save brings it back.`,
     done: (kept) => `the file is written; the former one is ${kept}`,
   },
   undo_save: {
     title: 'Undo save',
     text: (kept) =>
-      `The file gets these lines: it becomes what ${kept} holds, and the controller takes it over without what was set ` +
-      `here. The file as it is now is kept as ${kept}: a second Undo save brings it back.`,
+      `The file gets these lines: it becomes what ${kept} holds, and the controller takes it over. ` +
+      'What was set here and not saved is lost. ' +
+      `The file as it is now is kept as ${kept}: a second Undo save brings it back.`,
     done: (kept) => `the former file is in force again; what it replaced is ${kept}`,
   },
 };
@@ -53,7 +54,8 @@ export class SaveDialog {
     if (!answer.ok) return setText(byId('save-answer'), answer.error);
     byId('save-dialog').close();
     const { kept, not_applied: trouble } = answer;
-    if (trouble) this.told({ error: `the former file is restored, but the controller has not taken it over: ${trouble}` });
+    if (trouble)
+      this.told({ error: `the former file is restored, but the controller has not taken it over: ${trouble}` });
     else this.told(answer, ways[this.way].done(kept));
   }
 }

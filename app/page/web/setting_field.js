@@ -2,6 +2,7 @@
 
 import { element, setText } from './dom.js';
 
+const longest = 12; // characters of a value that shares its row
 let nextId = 0;
 
 /** TOML of a value as a user types it: 'inverse+pi' without its quotes. */
@@ -9,7 +10,7 @@ export function wordOfToml(toml) {
   return /^'.*'$|^".*"$/s.test(toml) ? toml.slice(1, -1) : toml;
 }
 
-/** What a user types as a value of JSON: a number, true, false, a list, or else a word. */
+/** What a user types, or TOML, as a value of JSON: a number, true, false, a list, or else a word. */
 export function valueOfText(text) {
   const bare = text.trim().replace(/^(['"])(.*)\1$/s, '$2');
   try {
@@ -19,40 +20,80 @@ export function valueOfText(text) {
   }
 }
 
-/** `apply(value)` gives the answer of the controller. */
-export function settingField(key, { label, long = label, unit, choices, axis }, apply) {
+/** Why a number that was typed is none of the controller's: "" where nothing is wrong. */
+export function commaTrouble(text) {
+  const found = /^([+-]?\d*),(\d+(?:[eE][+-]?\d+)?)$/.exec(text.trim());
+  return found ? `decimal point, not comma: ${found[1]}.${found[2]}` : '';
+}
+
+/**
+ * `about`: {label, long, unit, choices, axis, absent (the word where there is no value)}. `apply(value)` gives the
+ * answer of the controller.
+ */
+export function settingField(key, about, apply) {
+  const { label, long = label, unit, choices, axis, absent = 'none' } = about;
   const id = `setting-${nextId++}`;
   const input = choices
-    ? element('select', { id }, ...choices.map((value) => element('option', { value, text: value })))
+    ? element(
+        'select',
+        { id },
+        ...choices.map((value) => element('option', { value, text: value })),
+        element('option', { value: '', text: absent, hidden: true }),
+      )
     : element('input', { id, type: 'text', spellcheck: 'false', autocomplete: 'off' });
   input.setAttribute('aria-label', `${long}${unit && unit !== '1' ? `, ${unit}` : ''}, axis ${axis}`);
   input.dataset.key = key;
   const answer = element('p', { class: 'answer', role: 'status' });
   const button = element('button', { type: 'button', text: 'Apply', 'aria-label': `Apply ${long}, axis ${axis}` });
+  const unitText = element('span', { class: 'unit', text: unit ?? '' });
   const root = element(
     'div',
     { class: 'field' },
     element('label', { for: id, text: label, title: `${long}: ${key}` }),
-    element('span', { class: 'entry' }, input, element('span', { class: 'unit', text: unit ?? '' })),
+    element('span', { class: 'entry' }, input, unitText),
     button,
     answer,
   );
   let inForce = '';
   let isTyped = false;
-  const send = async () => {
-    setText(answer, '...');
-    const told = await apply(valueOfText(input.value));
-    answer.className = `answer ${told.ok ? 'done' : 'refused'}`;
-    setText(answer, told.ok ? `${input.value} is in force` : (told.error ?? 'refused'));
-    if (told.ok) isTyped = false;
+  let acceptedAs = null; // the value in force that the answer speaks of; null until it is known
+
+  const say = (state, text) => {
+    answer.className = `answer ${state}`;
+    setText(answer, text);
   };
-  input.addEventListener('input', () => (isTyped = input.value !== inForce));
+  const send = async () => {
+    say('', '...');
+    const trouble = commaTrouble(input.value);
+    const told = trouble ? { error: trouble } : await apply(valueOfText(input.value));
+    say(told.ok ? 'done' : 'refused', told.ok ? `${input.value} is in force` : (told.error ?? 'refused'));
+    if (told.ok) isTyped = false;
+    acceptedAs = null;
+  };
+  const restore = () => {
+    isTyped = false;
+    input.value = inForce;
+    say('', '');
+  };
+  input.addEventListener('input', () => {
+    isTyped = input.value !== inForce;
+    if (!isTyped) say('', '');
+  });
+  input.addEventListener('leave', restore);
   input.addEventListener('keydown', (event) => {
     if (event.key !== 'Enter') return;
     event.preventDefault();
     send();
   });
   button.addEventListener('click', send);
+
+  /** An answer does not outlive what it speaks of: a refused entry, or a value that was in force. */
+  const forgetOldAnswer = () => {
+    if (answer.classList.contains('refused')) return void (!isTyped && say('', ''));
+    if (!answer.classList.contains('done')) return;
+    if (acceptedAs !== null && acceptedAs !== inForce) say('', '');
+    acceptedAs = inForce;
+  };
   return {
     key,
     root,
@@ -62,8 +103,11 @@ export function settingField(key, { label, long = label, unit, choices, axis }, 
     show(toml, isUnsaved) {
       inForce = toml === undefined ? '' : wordOfToml(toml);
       if (!isTyped && input.value !== inForce && document.activeElement !== input) input.value = inForce;
-      if (!choices) input.placeholder = inForce || 'none';
+      if (!choices) input.placeholder = inForce || absent;
+      unitText.style.visibility = toml === undefined ? 'hidden' : '';
       root.classList.toggle('changed', isUnsaved);
+      root.classList.toggle('wide', inForce.length > longest);
+      forgetOldAnswer();
     },
   };
 }

@@ -2,7 +2,8 @@
 
 import { byId, element, setText } from './dom.js';
 import { SaveDialog } from './save_dialog.js';
-import { settingField, valueOfText } from './setting_field.js';
+import { Segments } from './segments.js';
+import { commaTrouble, settingField, valueOfText } from './setting_field.js';
 
 const structures = ['average', 'inverse', 'pi', 'average+pi', 'inverse+pi'];
 const settingsEvery_ms = 3000; // another program may change them too
@@ -29,6 +30,7 @@ const learning = [
 export class Steering {
   #fields = []; // of all axes: {key, show(toml, isUnsaved)}
   #asked = false;
+  #isStale = false; // what was asked for may have changed since
 
   constructor(connection, access) {
     this.connection = connection;
@@ -44,25 +46,31 @@ export class Steering {
 
   begin(greeting) {
     this.#fields = [];
-    this.segments = new Map(); // per axis: the place of its setpoint's fields and their keys
+    this.segments = []; // per axis
+    this.groups = []; // that are off where no key begins with their start: {start, title, summary}
     byId('steering-axes').replaceChildren(...greeting.axes.map((axis, at) => this.#card(axis, at)));
     this.refresh();
   }
 
   /** Asks for the settings in force and shows them. */
   async refresh() {
+    this.#isStale = this.#asked;
     if (this.#asked || !this.connection.isOpen) return;
     this.#asked = true;
     const answer = await this.connection.ask({ do: 'settings' });
     this.#asked = false;
+    if (this.#isStale) return this.refresh();
     if (answer.ok) this.#show(answer);
   }
 
   #show({ settings, unsaved, undo, undo_save: hasKept }) {
     const values = new Map(settings.map(({ key, value }) => [key, value]));
     const changed = new Set(unsaved.map(({ key }) => key));
-    this.#showSegments(values);
+    this.values = values;
+    for (const segments of this.segments ?? []) this.#showSegments(segments, values);
     for (const field of this.#fields) field.show(values.get(field.key), changed.has(field.key));
+    for (const { start, title, summary } of this.groups ?? [])
+      setText(summary, [...values.keys()].some((key) => key.startsWith(start)) ? title : `${title}: off`);
     setText(byId('undo'), `Undo (${undo})`);
     byId('undo').disabled = undo === 0;
     byId('save').disabled = unsaved.length === 0;
@@ -88,13 +96,26 @@ export class Steering {
     });
     const goTo = async () => {
       const position_um = Number(position.value);
-      if (position.value.trim() === '' || Number.isNaN(position_um))
-        return tell(answer, { error: `"${position.value}" is not a number` });
-      tell(answer, await this.#command({ do: 'go_to', axis: name, position_um }), `goes to ${position_um} um`);
+      const isNone = position.value.trim() === '' || Number.isNaN(position_um);
+      const trouble = commaTrouble(position.value) || (isNone ? `"${position.value}" is not a number` : '');
+      if (trouble) return tell(answer, { error: trouble });
+      const result = await this.#command({ do: 'go_to', axis: name, position_um });
+      tell(answer, this.#withLimits(result, axis), `goes to ${position_um} um`);
     };
     position.addEventListener('keydown', ({ key }) => key === 'Enter' && goTo());
-    const segments = element('div', { class: 'fields' });
-    this.segments.set(axis, { place: segments, keys: '', name });
+    position.addEventListener('leave', () => {
+      position.value = '';
+      tell(answer, { ok: true }, '');
+    });
+    const segmentsAnswer = element('p', { class: 'answer', role: 'status' });
+    const segments = new Segments(
+      axis,
+      name,
+      (about) => this.#settingField(axis, name, about),
+      async (list) =>
+        tell(segmentsAnswer, await this.#set(name, 'setpoint', list), 'in force: the reference begins anew'),
+    );
+    this.segments.push(segments);
     return element(
       'section',
       { class: 'axis-card', 'aria-label': `Axis ${name}` },
@@ -112,32 +133,47 @@ export class Steering {
       ),
       answer,
       element('div', { class: 'fields' }, ...tuning.map((about) => this.#field(axis, name, about))),
-      this.#group('Notch', [...notch.map((about) => this.#field(axis, name, about)), this.#wholeNotch(axis, name)]),
-      this.#group(
+      this.#optionalGroup(axis, 'Notch', 'notch', [
+        ...notch.map((about) => this.#field(axis, name, { ...about, absent: 'off' })),
+        this.#wholeNotch(axis, name),
+      ]),
+      this.#optionalGroup(
+        axis,
         'Learning',
-        learning.map((about) => this.#field(axis, name, about)),
+        'learning',
+        learning.map((about) => this.#field(axis, name, { ...about, absent: 'off' })),
       ),
-      this.#group('Setpoint segments', [segments]),
-      this.#group('Any other key', [this.#anyKey(name)]),
+      group('Setpoint segments', segments.root, segmentsAnswer),
+      group('Any other key', element('div', { class: 'fields' }, this.#anyKey(name))),
     );
   }
 
-  #group(title, children) {
-    const isList = children[0].classList.contains('fields');
-    return element(
-      'details',
-      {},
-      element('summary', { text: title }),
-      isList ? children[0] : element('div', { class: 'fields' }, ...children),
-    );
+  /** A table of settings that may be absent as a whole: it is off then, and its title says so. */
+  #optionalGroup(axis, title, table, children) {
+    const made = group(title, element('div', { class: 'fields' }, ...children));
+    this.groups.push({ start: `axis[${axis}].control.${table}.`, title, summary: made.querySelector('summary') });
+    return made;
+  }
+
+  /** The refusal of a position, with the limits in force beside the names of their keys. */
+  #withLimits(answer, axis) {
+    const value = (key) => this.values?.get(`axis[${axis}].control.${key}`) ?? '?';
+    const limits = `(${value('position_min_um')}..${value('position_max_um')} um)`;
+    return answer.ok
+      ? answer
+      : { ...answer, error: answer.error.replace('position_min_um..position_max_um', `$& ${limits}`) };
   }
 
   #field(axis, name, about) {
+    return this.#settingField(axis, name, about).root;
+  }
+
+  #settingField(axis, name, about) {
     const field = settingField(`axis[${axis}].control.${about.key}`, { ...about, axis: name }, (value) =>
       this.#set(name, about.key, value),
     );
     this.#fields.push(field);
-    return field.root;
+    return field;
   }
 
   /** All three values at once: a notch that is not there yet cannot get one key alone. */
@@ -145,6 +181,8 @@ export class Steering {
     const answer = element('p', { class: 'answer', role: 'status' });
     const apply = async () => {
       const own = this.#fields.filter(({ key }) => key.startsWith(`axis[${axis}].control.notch.`));
+      const trouble = own.map(({ typed }) => commaTrouble(typed())).find(Boolean);
+      if (trouble) return tell(answer, { error: trouble });
       const value = Object.fromEntries(own.map(({ key, typed }) => [key.split('.').at(-1), valueOfText(typed())]));
       const result = await this.#set(name, 'notch', value);
       if (result.ok) own.forEach((field) => field.reset());
@@ -172,8 +210,11 @@ export class Steering {
       spellcheck: 'false',
     });
     const answer = element('p', { class: 'answer', role: 'status' });
-    const apply = async () =>
+    const apply = async () => {
+      const trouble = commaTrouble(value.value);
+      if (trouble) return tell(answer, { error: trouble });
       tell(answer, await this.#set(name, key.value.trim(), valueOfText(value.value)), 'in force');
+    };
     for (const input of [key, value]) input.addEventListener('keydown', (event) => event.key === 'Enter' && apply());
     return element(
       'div',
@@ -191,25 +232,10 @@ export class Steering {
     );
   }
 
-  #showSegments(values) {
-    for (const [axis, segments] of this.segments ?? []) {
-      const start = `axis[${axis}].control.`;
-      const keys = [...values.keys()].filter((key) => key.startsWith(`${start}setpoint[`));
-      if (keys.join() === segments.keys) continue;
-      segments.keys = keys.join();
-      this.#fields = this.#fields.filter(({ key }) => !key.startsWith(`${start}setpoint[`));
-      segments.place.replaceChildren(
-        ...keys.map((key) => {
-          const own = key.slice(start.length);
-          return this.#field(axis, segments.name, {
-            key: own,
-            label: own.replace('setpoint', ''),
-            long: own,
-            unit: unitOfKey(own),
-          });
-        }),
-      );
-    }
+  #showSegments(segments, values) {
+    const before = this.#fields;
+    const made = segments.show(values);
+    if (made) this.#fields = [...before.filter(({ key }) => !segments.owns(key)), ...made];
   }
 
   #command(command) {
@@ -234,11 +260,7 @@ export class Steering {
 const wordsOfChanges = (changes) =>
   changes.map(({ key, from, to }) => `${key}: ${from || 'none'} \u2192 ${to || 'none'}`).join('; ');
 
-/** The unit at the end of a key: low_um, frequency_Hz, ki_per_s. */
-function unitOfKey(key) {
-  const found = /_(um_per_s2|um_per_s|um_per_um|per_s|um|Hz|ms|us|s|percent|deg|cycles)$/.exec(key)?.[1] ?? '';
-  return { percent: '%', per_s: '1/s', um_per_s: 'um/s', um_per_s2: 'um/s^2', um_per_um: 'um/um' }[found] ?? found;
-}
+const group = (title, ...children) => element('details', {}, element('summary', { text: title }), ...children);
 
 export function tell(place, answer, done) {
   place.classList.toggle('done', Boolean(answer.ok));

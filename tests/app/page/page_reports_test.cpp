@@ -44,6 +44,45 @@ TEST(ConfigSave, KeepsCommentsAndSaysWhatItChanges) {
   EXPECT_NE(save_of(files / "piezo.toml", json::array()).digest, save.digest);
 }
 
+json segment_changes(std::size_t index, std::initializer_list<std::pair<const char*, const char*>> values) {
+  json changes = json::array();
+  for (const auto& [key, value] : values)
+    changes.push_back({{"key", "axis[0].control.setpoint[" + std::to_string(index) + "]." + key},
+                       {"from", ""},
+                       {"to", value}});
+  return changes;
+}
+
+/// The configuration with the shipped file replaced by this text.
+config::Config loaded(const support::ShippedCopy& files, const std::string& text) {
+  std::ofstream(files / "piezo.toml") << text;
+  return config::load(files / "piezo.toml");
+}
+
+TEST(ConfigSave, AppendsANewSegmentBehindTheLastOneOfItsAxis) {
+  const support::ShippedCopy files;
+  const json unsaved = segment_changes(2, {{"kind", "'sine'"},
+                                           {"low_um", "5"},
+                                           {"high_um", "20"},
+                                           {"frequency_Hz", "5"},
+                                           {"cycles", "5"},
+                                           {"transition_s", "0.2"}});
+  const ConfigSave save = save_of(files / "piezo.toml", unsaved);
+  EXPECT_NE(save.diff.find("+ [[axis.control.setpoint]]\n+ kind = 'sine'\n"), std::string::npos) << save.diff;
+  const config::Config config = loaded(files, save.text);
+  ASSERT_EQ(config.axes[0].control.setpoint.size(), 3u);
+  EXPECT_EQ(config.axes[1].control.setpoint.size(), 2u);
+}
+
+TEST(ConfigSave, PutsTheLinesOfARemovedSegmentIntoComments) {
+  const support::ShippedCopy files;
+  const json unsaved = segment_changes(
+      1, {{"kind", ""}, {"levels_um", ""}, {"rise_s", ""}, {"dwell_s", ""}, {"transition_s", ""}});
+  const ConfigSave save = save_of(files / "piezo.toml", unsaved);
+  EXPECT_NE(save.diff.find("+ # [[axis.control.setpoint]]"), std::string::npos) << save.diff;
+  EXPECT_EQ(loaded(files, save.text).axes[0].control.setpoint.size(), 1u);
+}
+
 class FakeInterface : public testing::Test {
  protected:
   void count(std::uint64_t frames, std::uint64_t bytes) const {

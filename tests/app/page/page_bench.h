@@ -1,0 +1,69 @@
+// The page's server for tests, with a running controller in virtual time behind it.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include "app/page/page_service.h"
+#include "tests/app/page/web_peer.h"
+#include "tests/app/remote/control_bench.h"
+
+namespace hystcan::app {
+
+inline const std::string token_text = "00112233445566778899aabbccddeeff";
+
+class PageServer : public testing::Test {
+ protected:
+  /// `start_again`: of a demo.
+  explicit PageServer(std::function<void()> start_again = {}) {
+    PageOptions options{.config = bench_.files() / "piezo.toml",
+                        .start_command = "hystcan controller piezo.toml",
+                        .controller_socket = [this] { return bench_.socket(); },
+                        .twin_socket = [this] { return bench_.files() / "no.sock"; },
+                        .start_again = std::move(start_again)};
+    service_ = std::make_unique<PageService>(context_, options, PageAccess({}, token_text));
+    server_ = std::make_unique<HttpServer>(context_, "127.0.0.1", std::uint16_t{0}, *service_);
+    thread_ = std::thread([this] { context_.run(); });
+    EXPECT_TRUE(bench_.axis_is(0, controller::AxisState::tracking));
+  }
+  ~PageServer() override {
+    context_.stop();
+    thread_.join();
+  }
+
+  std::unique_ptr<WebPeer> page() {
+    auto peer = std::make_unique<WebPeer>(server_->port());
+    EXPECT_EQ(peer->upgrade(), 101);
+    return peer;
+  }
+  std::unique_ptr<WebPeer> writer() {
+    auto peer = page();
+    EXPECT_TRUE(peer->is_ok({{"do", "token"}, {"token", token_text}}));
+    EXPECT_TRUE(peer->is_ok({{"do", "take_writer"}, {"force", true}}));
+    return peer;
+  }
+  int status_of(const std::string& first_line, const std::string& lines = "Host: localhost\r\n") {
+    return WebPeer(server_->port()).request(first_line, lines);
+  }
+  static nlohmann::json command(const char* what) {
+    return {{"do", "command"}, {"command", {{"do", what}, {"axis", "x"}}}};
+  }
+  static nlohmann::json set(const char* key, const nlohmann::json& value) {
+    return {{"do", "command"}, {"command", {{"do", "set"}, {"axis", "x"}, {"key", key}, {"value", value}}}};
+  }
+  static nlohmann::json set_kp(double kp) { return set("kp", kp); }
+
+  ControlBench bench_;
+  boost::asio::io_context context_{1};
+  std::unique_ptr<PageService> service_;
+  std::unique_ptr<HttpServer> server_;
+  std::thread thread_;
+};
+
+}  // namespace hystcan::app

@@ -1,0 +1,155 @@
+// What a page changes: settings, segments, the file, the rehearsal of a demo; and the events that tell of it.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <stdexcept>
+
+#include "app/page/command_event.h"
+#include "tests/app/page/page_bench.h"
+
+namespace hystcan::app::page_writes_test {
+namespace {
+
+using nlohmann::json;
+
+/// The next event with these words; null if the connection ends before.
+json event_with(WebPeer& peer, const std::string& words) {
+  json event;
+  do event = peer.next("event");
+  while (!event.is_null() && event.at("text").get<std::string>().find(words) == std::string::npos);
+  return event;
+}
+
+TEST_F(PageServer, TellsEveryPageWhoHasSetWhichKeyFromWhatToWhat) {
+  const auto one = writer(), other = page();
+  const json page_number = other->next("hello").at("page");
+  EXPECT_TRUE(one->is_ok(set_kp(0.1)));
+  const json event = event_with(*other, "kp");
+  EXPECT_EQ(event.at("by"), "page " + std::to_string(page_number.get<int>() - 1));
+  EXPECT_EQ(event.at("text"), "set axis[0].control.kp: 0 -> 0.1");
+  EXPECT_EQ(event.at("key"), "axis[0].control.kp");
+  EXPECT_EQ(event.at("from"), "0");
+  EXPECT_EQ(event.at("to"), "0.1");
+}
+
+TEST_F(PageServer, TellsOfARefusedCommandWithTheReason) {
+  const auto peer = writer(), other = page();
+  EXPECT_FALSE(peer->is_ok(set_kp(-1.0)));
+  const json event = event_with(*other, "refused");
+  EXPECT_EQ(event.at("level"), "warning");
+  EXPECT_NE(event.at("text").get<std::string>().find("expected a number >= 0"), std::string::npos) << event;
+}
+
+TEST_F(PageServer, TellsOfASettingThatAnotherProgramHasChanged) {
+  const auto peer = page();
+  EXPECT_TRUE(peer->is_ok({{"do", "settings"}}));
+  EXPECT_TRUE(is_ok(bench_.client().ask({{"do", "set"}, {"axis", "x"}, {"key", "kp"}, {"value", 0.3}})));
+  EXPECT_TRUE(peer->is_ok({{"do", "settings"}}));
+  const json event = event_with(*page(), "kp");
+  EXPECT_EQ(event.at("by"), "file or control socket");
+  EXPECT_EQ(event.at("to"), "0.3");
+}
+
+TEST(CommandEvents, NameTheFirstOfManyChangesAndTheNumberOfTheOthers) {
+  json changes = json::array();
+  for (int i = 0; i < 25; ++i)
+    changes.push_back({{"key", "k" + std::to_string(i)}, {"from", ""}, {"to", "1"}});
+  const auto events = change_events("page 1", "reload", changes);
+  ASSERT_EQ(events.size(), 21u);
+  EXPECT_EQ(events.front().at("text"), "reload k0: (none) -> 1");
+  EXPECT_EQ(events.back().at("text"), "reload: 5 more keys");
+}
+
+TEST_F(PageServer, KeepsTheFormerFileAndExchangesItWithTheSavedOne) {
+  const auto file = bench_.files() / "piezo.toml", kept = bench_.files() / "piezo.toml.before-save";
+  const std::string former = support::read_file(file);
+  const auto peer = writer();
+  EXPECT_FALSE(peer->ask({{"do", "settings"}}).at("undo_save").get<bool>());
+  EXPECT_TRUE(says(peer->ask({{"do", "undo_save"}}), "no save to undo"));
+  EXPECT_TRUE(peer->is_ok(set_kp(0.2)));
+  const auto confirm = [&](const char* what) {
+    const json shown = peer->ask({{"do", what}});
+    EXPECT_EQ(shown.at("kept"), "piezo.toml.before-save");
+    return peer->ask({{"do", what}, {"digest", shown.at("digest")}});
+  };
+  EXPECT_TRUE(is_ok(confirm("save")));
+  const std::string saved = support::read_file(file);
+  EXPECT_NE(saved, former);
+  EXPECT_EQ(support::read_file(kept), former);
+  EXPECT_TRUE(peer->ask({{"do", "settings"}}).at("undo_save").get<bool>());
+  EXPECT_TRUE(says(peer->ask({{"do", "undo_save"}, {"digest", "0"}}), "have changed since"));
+  EXPECT_FALSE(confirm("undo_save").contains("not_applied"));
+  EXPECT_EQ(support::read_file(file), former);
+  EXPECT_EQ(support::read_file(kept), saved);
+  EXPECT_TRUE(is_ok(confirm("undo_save")));
+  EXPECT_EQ(support::read_file(file), saved);
+}
+
+TEST_F(PageServer, SavesNothingIfTheFormerFileCannotBeKept) {
+  const auto file = bench_.files() / "piezo.toml";
+  const std::string former = support::read_file(file);
+  std::filesystem::create_directory(bench_.files() / "piezo.toml.before-save");
+  const auto peer = writer();
+  EXPECT_TRUE(peer->is_ok(set_kp(0.2)));
+  const json shown = peer->ask({{"do", "save"}});
+  EXPECT_TRUE(says(peer->ask({{"do", "save"}, {"digest", shown.at("digest")}}), "cannot be kept"));
+  EXPECT_EQ(support::read_file(file), former);
+}
+
+TEST_F(PageServer, GivesTheKeptFileTheModeOfTheFile) {
+  const auto file = bench_.files() / "piezo.toml", kept = bench_.files() / "piezo.toml.before-save";
+  using std::filesystem::perms;
+  std::filesystem::permissions(file, perms::owner_read | perms::owner_write);
+  const auto peer = writer();
+  EXPECT_TRUE(peer->is_ok(set_kp(0.2)));
+  const json shown = peer->ask({{"do", "save"}});
+  EXPECT_TRUE(peer->is_ok({{"do", "save"}, {"digest", shown.at("digest")}}));
+  EXPECT_EQ(std::filesystem::status(kept).permissions(), perms::owner_read | perms::owner_write);
+}
+
+TEST_F(PageServer, SetsAListOfSegmentsThenAKeyOfOneThenAShorterList) {
+  const auto peer = writer();
+  const json sine{{"kind", "sine"},      {"low_um", 5.0}, {"high_um", 20.0},
+                  {"frequency_Hz", 5.0}, {"cycles", 5.0}, {"transition_s", 0.2}};
+  EXPECT_TRUE(peer->is_ok(set("setpoint", {sine, sine, sine})));
+  EXPECT_TRUE(peer->is_ok(set("setpoint[2].high_um", 18.0)));
+  EXPECT_TRUE(peer->is_ok({{"do", "curves"}, {"axis", "x"}}));
+  EXPECT_TRUE(peer->is_ok(set("setpoint", json::array({sine}))));
+  EXPECT_TRUE(peer->is_ok({{"do", "command"}, {"command", {{"do", "undo"}}}}));
+  json high;
+  const json answer = peer->ask({{"do", "settings"}});
+  for (const json& setting : answer.at("settings"))
+    if (setting.at("key") == "axis[0].control.setpoint[2].high_um") high = setting.at("value");
+  EXPECT_EQ(high, "18");
+}
+
+TEST_F(PageServer, StartsNothingThatIsNoDemo) {
+  EXPECT_TRUE(says(writer()->ask({{"do", "start"}}), "hystcan controller piezo.toml"));
+}
+
+class PageOfADemo : public PageServer {
+ protected:
+  PageOfADemo()
+      : PageServer([this] {
+          ++starts_;
+          if (is_broken_) throw std::runtime_error("kp is \"much\"");
+        }) {}
+
+  std::atomic<int> starts_ = 0;
+  std::atomic<bool> is_broken_ = false;
+};
+
+TEST_F(PageOfADemo, StartsAgainForWhoHasTheToken) {
+  EXPECT_TRUE(says(page()->ask({{"do", "start"}}), "this needs the token"));
+  EXPECT_EQ(starts_, 0);
+  EXPECT_TRUE(writer()->is_ok({{"do", "start"}}));
+  EXPECT_EQ(starts_, 1);
+}
+
+TEST_F(PageOfADemo, SaysWhyItDoesNotStart) {
+  is_broken_ = true;
+  EXPECT_TRUE(says(writer()->ask({{"do", "start"}}), "kp is \"much\""));
+}
+
+}  // namespace
+}  // namespace hystcan::app::page_writes_test

@@ -1,0 +1,76 @@
+// The segments of the setpoint: shown with their shape, added and removed.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+
+import { copyOfConfig, openPage, seesTheLoopRun, startBrowser, startDemo, takeControl, until } from './support.mjs';
+
+let demo, browser, page;
+before(async () => {
+  demo = await startDemo({ config: copyOfConfig() });
+  browser = await startBrowser();
+  page = await openPage(browser, demo);
+  await seesTheLoopRun(page);
+  await takeControl(page, demo);
+  await until('the axis tracks', async () => /tracking/.test(await page.textContent('#axis-0-state')));
+  for (const summary of await page.getByText('Setpoint segments').all()) await summary.click();
+});
+after(async () => {
+  await browser.close();
+  await demo.stop();
+});
+
+const card = () => page.getByRole('region', { name: 'Axis x', exact: true });
+const titles = () => card().locator('.segment h4').allTextContents();
+const add = () => card().getByRole('button', { name: 'Add a segment' });
+const showsSegments = (wanted) =>
+  until(`the segments ${wanted}`, async () => (await titles()).join() === wanted.join());
+
+test('Each segment is shown with its number and shape', async () => {
+  await showsSegments(['1: triangle', '2: staircase']);
+});
+
+test('Add appends a copy of the last segment', async () => {
+  await add().click();
+  await showsSegments(['1: triangle', '2: staircase', '3: staircase']);
+  const levels = () => card().getByRole('textbox', { name: /^Segment \d: staircase, levels_um/ }).all();
+  const [second, third] = await Promise.all((await levels()).map((field) => field.inputValue()));
+  assert.match(second, /^\[27, 5, /);
+  assert.equal(third, second);
+});
+
+test('A key of the added segment can be set', async () => {
+  const rise = card().getByRole('textbox', { name: 'Segment 3: staircase, rise_s' });
+  await rise.fill('0.04');
+  await rise.press('Enter');
+  await until('the answer', async () => /0\.04 is in force/.test(await card().textContent()));
+});
+
+test('Remove takes one segment out, also after a key of a later one was set', async () => {
+  await card().getByRole('button', { name: 'Remove segment 1: triangle' }).click();
+  await showsSegments(['1: staircase', '2: staircase']);
+  assert.equal(await card().getByRole('textbox', { name: 'Segment 2: staircase, rise_s' }).inputValue(), '0.04');
+});
+
+test('Undo brings the removed segment back', async () => {
+  await page.click('#undo');
+  await showsSegments(['1: triangle', '2: staircase', '3: staircase']);
+});
+
+test('The last segment cannot be removed', async () => {
+  for (let left = 3; left > 1; --left) {
+    await card().getByRole('button', { name: `Remove segment ${left}` }).click();
+    await until(`${left - 1} segments`, async () => (await titles()).length === left - 1);
+  }
+  assert.ok(await card().getByRole('button', { name: 'Remove segment 1' }).isDisabled());
+});
+
+test('The axis still tracks, and the reference curves are still drawn', async () => {
+  assert.match(await page.textContent('#axis-0-state'), /tracking/);
+  const second = await openPage(browser, demo); // asks for the curves with the settings in force
+  await until('the curves', () => second.evaluate(() => window.hystcanPage?.loopReference?.(0)?.ok));
+  await second.context().close();
+});
+
+test('Nothing went wrong meanwhile', () => {
+  assert.deepEqual(page.problems, []);
+});
