@@ -1,12 +1,14 @@
 // The segments of the setpoint: shown with their shape, added and removed.
 import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
 import { after, before, test } from 'node:test';
 
 import { copyOfConfig, openPage, seesTheLoopRun, startBrowser, startDemo, takeControl, until } from './support.mjs';
 
-let demo, browser, page;
+let demo, browser, page, config;
 before(async () => {
-  demo = await startDemo({ config: copyOfConfig() });
+  config = copyOfConfig();
+  demo = await startDemo({ config });
   browser = await startBrowser();
   page = await openPage(browser, demo);
   await seesTheLoopRun(page);
@@ -22,6 +24,13 @@ after(async () => {
 const card = () => page.getByRole('region', { name: 'Axis x', exact: true });
 const titles = () => card().locator('.segment h4').allTextContents();
 const add = () => card().getByRole('button', { name: 'Add a segment' });
+
+async function save() {
+  await until('what is not saved', () => page.locator('#save').isEnabled());
+  await page.click('#save');
+  await page.locator('#save-dialog').getByRole('button', { name: 'Write the file' }).click();
+  await until('the file has all', async () => /The file has all settings/.test(await page.textContent('#unsaved')));
+}
 const showsSegments = (wanted) =>
   until(`the segments ${wanted}`, async () => (await titles()).join() === wanted.join());
 
@@ -62,6 +71,20 @@ test('The last segment cannot be removed', async () => {
     await until(`${left - 1} segments`, async () => (await titles()).length === left - 1);
   }
   assert.ok(await card().getByRole('button', { name: 'Remove segment 1' }).isDisabled());
+});
+
+test('Save puts the lines of removed segments into comments, and then the file has all that is in force', async () => {
+  await save();
+  assert.match(readFileSync(config, 'utf8'), /^# \[\[axis\.control\.setpoint\]\]/m);
+});
+
+test('Save writes an added segment too', async () => {
+  const headers = () => readFileSync(config, 'utf8').match(/^\[\[axis\.control\.setpoint\]\]/gm).length;
+  const before = headers();
+  await add().click();
+  await until('two segments', async () => (await titles()).length === 2);
+  await save();
+  assert.equal(headers(), before + 1);
 });
 
 test('The axis still tracks, and the reference curves are still drawn', async () => {
