@@ -118,6 +118,19 @@ test('One Esc outside of fields and dialogs only says what a second one does', a
   assert.ok(await isDriven(page));
 });
 
+test('Two Esc with another key or a click between them do not stop', async (t) => {
+  const { demo, page } = await started(t);
+  await takeControl(page, demo);
+  await page.evaluate(() => document.activeElement?.blur());
+  await page.keyboard.press('Escape');
+  await page.keyboard.press('Shift');
+  await page.keyboard.press('Escape');
+  await page.locator('#live-title').evaluate((place) => place.dispatchEvent(new Event('pointerdown', { bubbles: true })));
+  await page.keyboard.press('Escape');
+  assert.equal(await page.textContent('#stop-message'), '');
+  assert.ok(await isDriven(page));
+});
+
 test('Esc twice within a second stops', async (t) => {
   const { demo, page } = await started(t);
   await takeControl(page, demo);

@@ -33,6 +33,7 @@ export function startKeyboard(actions) {
       if (event.isComposing) return;
       if (isStop(event)) return void (takes(event) && actions.stop());
       if (event.key === 'Escape') return void (takes(event) && esc.press(event));
+      esc.forget();
       if (event.ctrlKey || event.altKey || event.metaKey || textFieldOf(event.target)) return;
       if (openDialogs().length) return;
       if (event.key === ' ' && takesSpace(event.target)) return;
@@ -51,6 +52,13 @@ class EscapeKey {
 
   constructor(stop) {
     this.stop = stop;
+    addEventListener('pointerdown', () => this.forget(), { capture: true });
+  }
+
+  /** What is done between two Esc parts them. */
+  forget() {
+    this.#last_ms = -Infinity;
+    this.#say('');
   }
 
   press({ target, timeStamp }) {
