@@ -34,6 +34,18 @@ for (const width of [360, 400, 700, 1400])
     await page.context().close();
   });
 
+for (const width of [400, 1400])
+  test(`At ${width} px a dialog begins below the bar and ends within the window`, async () => {
+    const page = await openPage(browser, demo, { viewport: { width, height: 800 } });
+    await seesTheLoopRun(page);
+    await page.click('#help');
+    const dialog = await page.locator('#help-dialog').boundingBox();
+    const bar = await page.locator('.top').boundingBox();
+    assert.ok(dialog.y >= bar.y + bar.height, `it begins at ${dialog.y} px, the bar ends at ${bar.y + bar.height} px`);
+    assert.ok(dialog.y + dialog.height <= 800, `it ends at ${dialog.y + dialog.height} px`);
+    await page.context().close();
+  });
+
 test('At 1400 x 900 loop, tracking, state and Stop are there without scrolling', async () => {
   const page = await openPage(browser, demo);
   await seesTheLoopRun(page);

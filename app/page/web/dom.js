@@ -35,9 +35,10 @@ export function download(name, content) {
   setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
 }
 
-/** Opens a dialog that leaves the rest of the page in use: Stop must always be within reach of the pointer. */
+/** Opens a dialog below the bar, which leaves the page in use: Stop must always be within reach of the pointer. */
 export function openDialog(id) {
   const dialog = byId(id);
+  dialog.style.setProperty('--top', `${document.querySelector('.top').offsetHeight + 8}px`);
   if (!dialog.open) dialog.show();
   dialog.querySelector('input, button').focus();
 }

@@ -48,7 +48,8 @@ export class Segments {
     const made = own.map((key) => {
       const path = key.slice(this.start.length);
       const label = path.slice(path.indexOf('.') + 1);
-      return this.makeField({ key: path, label, long: `Segment ${title}, ${label}`, unit: unitOfKey(label) });
+      const broken = label.replaceAll('_', '_\u200b'); // where a narrow column may break it
+      return this.makeField({ key: path, label: broken, long: `Segment ${title}, ${label}`, unit: unitOfKey(label) });
     });
     fields.push(...made);
     const remove = element('button', {
