@@ -78,7 +78,8 @@ std::map<std::string, Segments> changed_lists(const toml::table& root, json& uns
   };
   const auto is_gone = [&](const SegmentKey& key) {
     return std::ranges::any_of(unsaved, [&](const json& change) {
-      return change.at("key") == fmt::format("{}[{}].kind", key.list, key.index) && change.at("to") == "";
+      return change.at("key") == fmt::format("{}[{}].kind", key.list, key.index) &&
+             change.at("to").get_ref<const std::string&>().empty();
     });
   };
   for (const json& change : unsaved) {
