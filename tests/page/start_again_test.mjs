@@ -63,6 +63,14 @@ test('A configuration that is broken meanwhile is shown as the reason, and after
   await until('the axis tracks again', tracks);
 });
 
+test('What was changed in the file is shown after the start', async () => {
+  await stop();
+  writeFileSync(config, readFileSync(config, 'utf8').replace(/^amplifier_bandwidth_Hz\s*=.*/m, 'amplifier_bandwidth_Hz = 500.0'));
+  await startAgain().click();
+  await until('the new delay in the legend', async () =>
+    /drive 1\.9 or 1\.6 ms earlier/.test(await page.textContent('#loop-chart figcaption')));
+});
+
 test('A page without the token is asked for it', async () => {
   await stop();
   const other = await openPage(browser, demo);

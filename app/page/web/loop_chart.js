@@ -92,13 +92,18 @@ export class LoopChart {
     );
   }
 
+  referenceOf(axis) {
+    return this.references.find((reference) => reference.axis === axis);
+  }
+
   /** By how much a row's position lags its drive; 0 where it is not known. */
   #delayOf(axis) {
-    return this.references.find((reference) => reference.axis === axis)?.delay_s ?? 0;
+    return this.referenceOf(axis)?.delay_s ?? 0;
   }
 
   #wordsOfDelays() {
-    const words = new Set(this.loops.map(({ axis }) => plain(1e3 * this.#delayOf(axis), 1)));
+    const known = this.loops.map(({ axis }) => this.referenceOf(axis)).filter(Boolean);
+    const words = new Set(known.map(({ delay_s }) => plain(1e3 * delay_s, 1)));
     return words.size ? `drive ${[...words].join(' or ')} ms earlier, when it acted` : '';
   }
 

@@ -91,7 +91,10 @@ connection.on('hello', ({ program, config, source, exposed, page }) => {
 connection.on('stream', ({ name, greeting, reason }) => {
   if (name === 'controller') tellOfController(greeting, reason);
   if (!greeting) return;
-  if (streams[name]?.fits(greeting)) return streams[name].begin(greeting);
+  if (streams[name]?.fits(greeting)) {
+    if (name === 'controller') settingChanged(); // it may have begun again, with another file
+    return streams[name].begin(greeting);
+  }
   view.setPaused(false);
   streams[name] = new RowStore(greeting, name === 'controller' ? derived : {});
   if (name === 'controller') {
@@ -111,7 +114,7 @@ async function showReferences(greeting) {
 }
 
 let settingsLater;
-/** Another page, or the file, may change many settings at once. */
+/** Shows the settings and the model anew, once where many settings change at once. */
 function settingChanged() {
   clearTimeout(settingsLater);
   settingsLater = setTimeout(() => {
@@ -243,5 +246,5 @@ window.hystcanPage = {
   },
   /** What the loop chart draws of an axis: lists of drive and position; with the delay 0 those of the same row. */
   loopPoints: (axis, delay_s) => view.loop.pointsOf(axis, delay_s),
-  loopReference: (axis) => view.loop.references.find((reference) => reference.axis === axis),
+  loopReference: (axis) => view.loop.referenceOf(axis),
 };
