@@ -122,6 +122,7 @@ NodeHealth WiredAxis::take_health(can::Time now, can::BusState bus) {
       .amplifier_enabled = status.state == can::AmpState::enabled && !dropped_out,
       .amplifier_fault = status.state == can::AmpState::fault || fault_seen,
       .amplifier_output = status.output,
+      .output_reported = decode_status.has_value(),
       .amplifier_moves = amplifier_moves,
       .status_age_s = decode_status ? can::seconds(now - status_heard) : 0.0};
   if (is_status_too_old(health, axis.config().supervision.status_timeout)) health.amplifier_ready = false;

@@ -97,6 +97,9 @@ std::string StateLog::lack_text(const Axis& axis, Lack lack) const {
       return fmt::format("{} (node {}): it is {:.6g}, expected {:.6g} to {:.6g} {}", what,
                          axis.amplifier_node, axis.amplifier_output, axis.drive_min, axis.drive_max,
                          axis.drive_unit);
+    case Lack::output:
+      return fmt::format("{} (node {}): it is {:.6g} {}", what, axis.amplifier_node, axis.amplifier_output,
+                         axis.drive_unit);
     case Lack::other_axes:
       break;
     case Lack::nothing:

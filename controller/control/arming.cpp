@@ -30,6 +30,7 @@ std::string_view to_string(Lack lack) {
       "an amplifier output at rest",
       "a sample",
       "the amplifier to be enabled",
+      "the amplifier's output to follow the drive",
       "the amplifier's watchdog",
       "the other axes"};
   return names[static_cast<std::size_t>(lack)];

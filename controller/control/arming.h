@@ -22,6 +22,7 @@ enum class Lack : std::uint8_t {
   amplifier_rest,    ///< two statuses with the same output
   sample,
   enabled,     ///< a status that says so, and the delay of an amplifier that says nothing
+  output,      ///< of the amplifier, which differs from the drive
   watchdog,    ///< the amplifier's reaction to withheld commands
   other_axes,  ///< which begin together with this one
 };

@@ -113,6 +113,7 @@ Axis::Axis(const AxisConfig& config)
       loop_(make_loop(config)),
       ramp_in_(std::visit([&](const auto& loop) { return loop.ramp_in(config.gate); }, loop_)),
       supervisor_(supervision_of(config)),
+      output_check_(config.gate.drive_max - config.gate.drive_min),
       oscillation_({oscillation_amplitude_um(config)}),
       drive_(config.gate.safe_drive),
       reach_(reach_of(config)),
@@ -166,6 +167,8 @@ std::string_view Axis::retune(AxisTuning& tuning) {
   std::swap(config_, tuning.config);
   reach_ = reach_of(config_);
   supervisor_.retune(supervision_of(config_));
+  output_check_ = OutputCheck(config_.gate.drive_max - config_.gate.drive_min);
+  output_check_.restart(drive_);
   oscillation_ = Oscillation({oscillation_amplitude_um(config_)});
   loop->retune(tuning.loop, tuning.reference, tuning.learning, now_s_ - tracking_since_s_);
   return {};
@@ -238,7 +241,9 @@ AxisCommand Axis::step(const AxisInput& input) {
 AxisCommand Axis::supervise(const AxisInput& input) {
   if (withheld_for_s_ && !stopping_) return withhold(input);
   const Supervisor::Verdict verdict = supervisor_.judge(input);
+  output_check_.step(drive_, input);
   if (verdict.cause != Cause::none) trip(verdict.cause, input.time_s);
+  if (output_differs_too_long()) trip(Cause::output_differs, input.time_s);
   AxisInput judged = input;
   judged.position_um = verdict.position_um;
   report_.sample_missing = !judged.position_um.has_value();
@@ -247,6 +252,12 @@ AxisCommand Axis::supervise(const AxisInput& input) {
   if (cause == Cause::none) return command;
   trip(cause, input.time_s);
   return safe();
+}
+
+/// While it ramps, the axis waits for an output that is behind.
+bool Axis::output_differs_too_long() const {
+  constexpr double ramping_s = 0.5, driving_s = 0.05;
+  return output_check_.differs_for_s() > (state_ == AxisState::initialising ? ramping_s : driving_s);
 }
 
 AxisCommand Axis::decide(const AxisInput& input) {
@@ -281,6 +292,7 @@ void Axis::arm(const NodeHealth& health) {
   supervisor_.restart();
   drive_ = std::clamp(health.amplifier_output, config_.gate.drive_min, config_.gate.drive_max);
   follow(drive_);
+  output_check_.restart(drive_);
   connected_ = false;
   enabled_for_s_ = 0.0;
   withheld_for_s_.reset();
@@ -293,6 +305,10 @@ AxisCommand Axis::initialise(const AxisInput& input) {
   if (!is_connected(input)) {
     report_.lacks = Lack::enabled;
     follow_output(input.health.amplifier_output, input.dt_s);
+    return {.drive = drive_, .enable = true};
+  }
+  if (output_check_.differs_for_s() > 0.0) {
+    report_.lacks = Lack::output;
     return {.drive = drive_, .enable = true};
   }
   if (config_.verify_watchdog && !watchdog_verified_) {

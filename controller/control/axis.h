@@ -4,7 +4,8 @@
 //
 //   waiting       the axis waits until both nodes are operational and the amplifier is ready and at rest
 //   initialising  the drive is held where the amplifier's output is until the amplifier is enabled; its watchdog is
-//                 tried where that is asked for. The drive then ramps to where tracking begins. In closed loop it goes up to the upper threshold
+//                 tried where that is asked for. The drive then ramps to where tracking begins, as far as the output
+//                 follows it. In closed loop it goes up to the upper threshold
 //                 and down to the lower one: this wipes the actuator's memory out, and the model's memory
 //                 agrees with it. In open loop it goes straight to the first drive of the excitation
 //   ready         the axis holds that drive until the axes begin together, or follows those that track already
@@ -27,6 +28,7 @@
 #include "controller/control/learning.h"
 #include "controller/control/loop.h"
 #include "controller/control/oscillation.h"
+#include "controller/control/output_check.h"
 #include "controller/control/plant_inverse.h"
 #include "controller/control/supervisor.h"
 #include "controller/reference/excitation.h"
@@ -189,6 +191,7 @@ class Axis {
 
  private:
   AxisCommand supervise(const AxisInput& input);
+  bool output_differs_too_long() const;
   AxisCommand decide(const AxisInput& input);
   AxisCommand wait(const AxisInput& input);
   void arm(const NodeHealth& health);
@@ -210,6 +213,7 @@ class Axis {
   Loop loop_;
   std::vector<double> ramp_in_;  ///< drives to visit and rest at while initialising, in order
   Supervisor supervisor_;
+  OutputCheck output_check_;
   Oscillation oscillation_;
   Fault fault_;
   AxisReport report_;

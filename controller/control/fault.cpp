@@ -60,6 +60,8 @@ constexpr std::array<CauseText, cause_count> cause_texts{{
     {"foreign NMT or SDO", "another node commands a node of this axis, or writes to it: see the log, end it"},
     {"loop unstable",
      "the loop oscillates: lower kp and ki_per_s, set a notch at the resonance; `hystcan tune` finds both"},
+    {"output differs",
+     "the amplifier does not put out what it is told: check its interlock, its supply and its limits"},
 }};
 
 }  // namespace

@@ -41,8 +41,9 @@ enum class Cause : std::uint8_t {
   status_missing,
   foreign_access,
   loop_unstable,
+  output_differs,
 };
-inline constexpr std::size_t cause_count = 30;
+inline constexpr std::size_t cause_count = 31;
 
 std::string_view to_string(Cause cause);
 /// One sentence about what the engineer can do.

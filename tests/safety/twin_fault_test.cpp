@@ -76,7 +76,7 @@ const std::vector<Row> rows{
     {Fault::late, Node::amplifier, half_s, 1, {}, 0},
     {Fault::duplicate, Node::amplifier, half_s, 0, {}, 0},
     {Fault::out_of_order, Node::amplifier, half_s, 0, {}, 0},
-    {Fault::frozen_value, Node::amplifier, half_s, 0, {}, 0},
+    {Fault::frozen_value, Node::amplifier, half_s, 0, {Cause::output_differs}, 200},
     {Fault::frozen_counter, Node::amplifier, half_s, 0, {Cause::status_missing}, 412},
     {Fault::wrong_crc, Node::amplifier, half_s, 0, {Cause::status_missing}, 412},
     {Fault::wrong_length, Node::amplifier, half_s, 0, {Cause::status_missing}, 412},

@@ -1,0 +1,106 @@
+// An amplifier that says that it is enabled, and says honestly that it does not put out what it is told: its interlock is open,
+// or its supply ends below the range. The ramp of the start-up waits for it, and the stage makes no step where it comes back.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "controller/control/output_check.h"
+#include "tests/controller/control/ideal_stage.h"
+#include "tests/support/fault_rig.h"
+
+namespace hystcan::support::output_check_test {
+namespace {
+
+using controller::AxisInput;
+using controller::AxisState;
+using controller::Cause;
+using controller::IdealStage;
+using controller::Lack;
+using controller::OutputCheck;
+using std::chrono::seconds;
+
+constexpr double margin = 5.0;     // V, of 100
+constexpr double one_cycle = 0.5;  // V, of the ramp
+
+TEST(OutputDiffers, IsTheCauseBeforeTheDriveIsFarBeyondWhatTheAmplifierPutsOut) {
+  for (const double highest : {0.001, 50.0}) {
+    config::Config config = one_axis();
+    config.axes[0].twin.plant.amplifier.drive_max = highest;
+    FaultRig rig(config);
+    rig.start();
+    double commanded = 0.0;
+    for (int i = 0; i < 3000 && rig.axis().state() != AxisState::faulted; ++i) {
+      rig.run_for(std::chrono::milliseconds(1));
+      commanded = std::max(commanded, rig.axis().report().drive);
+    }
+    EXPECT_EQ(to_string(rig.axis().fault().cause), "output differs");
+    EXPECT_LE(commanded, highest + margin + 20 * one_cycle) << "the status is up to ten cycles old";
+    EXPECT_EQ(rig.monitor().violations(), 0u) << rig.monitor().found().front();
+  }
+}
+
+/// The output of an amplifier whose interlock is open until then.
+void with_interlock(AxisInput& in, double closes_s) {
+  in.health.output_reported = true;
+  if (in.time_s < closes_s) in.health.amplifier_output = 0.0;
+}
+
+TEST(OutputDiffers, HoldsTheRampSoThatAnInterlockThatClosesMakesASmallStep) {
+  IdealStage stage;
+  constexpr double closes_s = 0.4;
+  stage.axis.start(false);
+  while (stage.time_s < closes_s - controller::cycle_s)
+    stage.cycle([&](AxisInput& in) { with_interlock(in, closes_s); });
+  EXPECT_EQ(stage.axis.state(), AxisState::initialising);
+  EXPECT_EQ(stage.axis.report().lacks, Lack::output);
+  EXPECT_LE(stage.highest_drive, margin + one_cycle);
+  for (int i = 0; i < 3000 && stage.axis.state() != AxisState::tracking; ++i)
+    stage.cycle([&](AxisInput& in) { with_interlock(in, closes_s); });
+  EXPECT_EQ(stage.axis.state(), AxisState::tracking);
+}
+
+TEST(OutputDiffers, EndsTrackingWithinTwoHundredMilliseconds) {
+  IdealStage stage;
+  ASSERT_TRUE(stage.tracks());
+  const double from_s = stage.time_s;
+  while (stage.axis.state() == AxisState::tracking && stage.time_s < from_s + 1.0)
+    stage.cycle([&](AxisInput& in) {
+      in.health.output_reported = true;
+      in.health.amplifier_output += 20.0;
+    });
+  EXPECT_EQ(to_string(stage.axis.fault().cause), "output differs");
+  EXPECT_LE(stage.time_s - from_s, 0.2);
+}
+
+TEST(OutputDiffers, IsNotJudgedWhereNoOutputIsReportedOrTheStatusIsOld) {
+  for (const bool is_reported : {false, true}) {
+    OutputCheck check(100.0);
+    check.restart(80.0);
+    for (int i = 0; i < 1000; ++i)
+      check.step(80.0, {.dt_s = 1e-3,
+                        .cycle_s = 1e-3,
+                        .health = {.amplifier_output = 0.0,
+                                   .output_reported = is_reported,
+                                   .status_age_s = is_reported ? 0.06 : 0.0}});
+    EXPECT_EQ(check.differs_for_s(), 0.0);
+  }
+}
+
+// 20 Hz over the whole range, seen 90 ms late.
+TEST(OutputDiffers, IsNotSaidOfAnOutputThatIsLate) {
+  OutputCheck check(100.0);
+  check.restart(50.0);
+  const auto drive = [](double t_s) { return 50.0 + 50.0 * std::sin(40.0 * 3.14159265 * t_s); };
+  for (int i = 0; i < 2000; ++i) {
+    const double t_s = 1e-3 * i;
+    check.step(drive(t_s),
+               {.dt_s = 1e-3,
+                .cycle_s = 1e-3,
+                .health = {.amplifier_output = drive(std::max(0.0, t_s - 0.09)), .output_reported = true}});
+    ASSERT_EQ(check.differs_for_s(), 0.0) << t_s;
+  }
+}
+
+}  // namespace
+}  // namespace hystcan::support::output_check_test
