@@ -73,6 +73,15 @@ TEST(OutputDiffers, EndsTrackingWithinTwoHundredMilliseconds) {
   EXPECT_LE(stage.time_s - from_s, 0.2);
 }
 
+AxisInput reported(double output, double status_age_s = 0.0) {
+  AxisInput in;
+  in.dt_s = in.cycle_s = 1e-3;
+  in.health.amplifier_output = output;
+  in.health.output_reported = true;
+  in.health.status_age_s = status_age_s;
+  return in;
+}
+
 TEST(OutputDiffers, IsNotJudgedWhereNoOutputIsReportedOrTheStatusIsOld) {
   for (const bool is_reported : {false, true}) {
     OutputCheck check(100.0);
