@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "controller/control/output_check.h"
 #include "tests/controller/control/ideal_stage.h"
@@ -83,15 +84,12 @@ AxisInput reported(double output, double status_age_s = 0.0) {
 }
 
 TEST(OutputDiffers, IsNotJudgedWhereNoOutputIsReportedOrTheStatusIsOld) {
-  for (const bool is_reported : {false, true}) {
+  AxisInput unreported = reported(0.0);
+  unreported.health.output_reported = false;
+  for (const AxisInput& input : {unreported, reported(0.0, 0.06)}) {
     OutputCheck check(100.0);
     check.restart(80.0);
-    for (int i = 0; i < 1000; ++i)
-      check.step(80.0, {.dt_s = 1e-3,
-                        .cycle_s = 1e-3,
-                        .health = {.amplifier_output = 0.0,
-                                   .output_reported = is_reported,
-                                   .status_age_s = is_reported ? 0.06 : 0.0}});
+    for (int i = 0; i < 1000; ++i) check.step(80.0, input);
     EXPECT_EQ(check.differs_for_s(), 0.0);
   }
 }
@@ -100,13 +98,10 @@ TEST(OutputDiffers, IsNotJudgedWhereNoOutputIsReportedOrTheStatusIsOld) {
 TEST(OutputDiffers, IsNotSaidOfAnOutputThatIsLate) {
   OutputCheck check(100.0);
   check.restart(50.0);
-  const auto drive = [](double t_s) { return 50.0 + 50.0 * std::sin(40.0 * 3.14159265 * t_s); };
+  const auto drive = [](double t_s) { return 50.0 + 50.0 * std::sin(40.0 * std::numbers::pi * t_s); };
   for (int i = 0; i < 2000; ++i) {
     const double t_s = 1e-3 * i;
-    check.step(drive(t_s),
-               {.dt_s = 1e-3,
-                .cycle_s = 1e-3,
-                .health = {.amplifier_output = drive(std::max(0.0, t_s - 0.09)), .output_reported = true}});
+    check.step(drive(t_s), reported(drive(std::max(0.0, t_s - 0.09))));
     ASSERT_EQ(check.differs_for_s(), 0.0) << t_s;
   }
 }
