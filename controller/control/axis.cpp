@@ -52,6 +52,11 @@ Supervisor::Config supervision_of(const AxisConfig& config) {
   return supervision;
 }
 
+OutputCheck::Config output_check_of(const AxisConfig& config) {
+  return {.drive_range = config.gate.drive_max - config.gate.drive_min,
+          .lag_s = 1.0 / (2.0 * std::numbers::pi * config.delays.amplifier_bandwidth_Hz)};
+}
+
 /// Gains this small do not make the mode grow, even with an eighth of its damping: what rings is the reference.
 bool can_oscillate(const Pi::Config& pi, const Delays& delays) {
   const double integral = pi.ki_per_s / (2.0 * std::numbers::pi * delays.resonance_Hz);
@@ -113,7 +118,7 @@ Axis::Axis(const AxisConfig& config)
       loop_(make_loop(config)),
       ramp_in_(std::visit([&](const auto& loop) { return loop.ramp_in(config.gate); }, loop_)),
       supervisor_(supervision_of(config)),
-      output_check_(config.gate.drive_max - config.gate.drive_min),
+      output_check_(output_check_of(config)),
       oscillation_({oscillation_amplitude_um(config)}),
       drive_(config.gate.safe_drive),
       reach_(reach_of(config)),
@@ -167,7 +172,7 @@ std::string_view Axis::retune(AxisTuning& tuning) {
   std::swap(config_, tuning.config);
   reach_ = reach_of(config_);
   supervisor_.retune(supervision_of(config_));
-  output_check_ = OutputCheck(config_.gate.drive_max - config_.gate.drive_min);
+  output_check_ = OutputCheck(output_check_of(config_));
   output_check_.restart(drive_);
   oscillation_ = Oscillation({oscillation_amplitude_um(config_)});
   loop->retune(tuning.loop, tuning.reference, tuning.learning, now_s_ - tracking_since_s_);
@@ -241,7 +246,8 @@ AxisCommand Axis::step(const AxisInput& input) {
 AxisCommand Axis::supervise(const AxisInput& input) {
   if (withheld_for_s_ && !stopping_) return withhold(input);
   const Supervisor::Verdict verdict = supervisor_.judge(input);
-  output_check_.step(drive_, input);
+  output_check_.step(
+      drive_, state_ == AxisState::initialising ? config_.wipe_slew_per_s : config_.gate.slew_per_s, input);
   if (verdict.cause != Cause::none) trip(verdict.cause, input.time_s);
   if (output_differs_too_long()) trip(Cause::output_differs, input.time_s);
   AxisInput judged = input;

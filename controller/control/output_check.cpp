@@ -1,15 +1,22 @@
 #include "controller/control/output_check.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace hystcan::controller {
+namespace {
+
+constexpr double margin_share = 0.05;
+constexpr double late_cycles = 4.0, late_lags = 5.0;
+
+}  // namespace
 
 void OutputCheck::restart(double drive) {
   spans_.fill({drive, drive});
   span_s_ = differs_for_s_ = 0.0;
 }
 
-void OutputCheck::step(double drive, const AxisInput& input) {
+void OutputCheck::step(double drive, double slew_per_s, const AxisInput& input) {
   const double span_s = std::max(0.05, 5.0 * input.cycle_s);
   span_s_ += input.dt_s;
   if (span_s_ >= span_s) {
@@ -21,11 +28,18 @@ void OutputCheck::step(double drive, const AxisInput& input) {
   spans_.front().most = std::max(spans_.front().most, drive);
   const NodeHealth& health = input.health;
   if (!health.output_reported || health.status_age_s > span_s) return;
-  const double least = std::ranges::min(spans_, {}, &Drives::least).least - margin_;
-  const double most = std::ranges::max(spans_, {}, &Drives::most).most + margin_;
+  const double late_s = health.status_age_s + late_cycles * input.cycle_s + late_lags * config_.lag_s;
+  const double reach = margin_share * config_.drive_range + slew_per_s * late_s;
   // With NaN the comparison is false: the output differs.
-  const bool agrees = health.amplifier_output >= least && health.amplifier_output <= most;
+  const bool agrees =
+      std::abs(health.amplifier_output - drive) <= reach && is_within(health.amplifier_output);
   differs_for_s_ = agrees ? 0.0 : differs_for_s_ + input.dt_s;
+}
+
+bool OutputCheck::is_within(double output) const {
+  const double margin = margin_share * config_.drive_range;
+  return output >= std::ranges::min(spans_, {}, &Drives::least).least - margin &&
+         output <= std::ranges::max(spans_, {}, &Drives::most).most + margin;
 }
 
 }  // namespace hystcan::controller

@@ -1,10 +1,12 @@
 // Compares what the amplifier says that it puts out with what it was told. An interlock that is open, or a supply at its limit,
 // is found before the stage has far to go when it closes.
 //
-//   min u - m <= o <= max u + m         u: drives of the last two to three spans of time, m: 5 % of the drive's range
+//   |o - u| <= m + s (age + late)       s: slew of the drive, late: four cycles and five lags of the amplifier
+//   min u - m <= o <= max u + m         u: drives of the last two to three spans, m: 5 % of the drive's range
 //
-// A span is 50 ms, and at least five cycles: the output may be late by the amplifier's lag and by the age of its status. A
-// status that is older than a span is not judged: that it is missing has a cause of its own.
+// The first one finds it in a ramp, whose slew is small. While the axis tracks, s is the limit of the slew, and the second one
+// is the narrower one. A span is 50 ms, and at least five cycles. A status that is older than a span is not judged: that
+// it is missing has a cause of its own.
 #pragma once
 
 #include <array>
@@ -15,22 +17,27 @@ namespace hystcan::controller {
 
 class OutputCheck {
  public:
-  /// `drive_range`: drive_max - drive_min.
-  explicit OutputCheck(double drive_range) : margin_(margin_share * drive_range) {}
+  struct Config {
+    double drive_range = 0.0;  ///< drive_max - drive_min
+    double lag_s = 0.0;        ///< of the amplifier
+  };
+
+  explicit OutputCheck(const Config& config) : config_(config) {}
 
   void restart(double drive);
-  /// Called once in each cycle of a driven axis, with the drive that was commanded last.
-  void step(double drive, const AxisInput& input);
+  /// Called once in each cycle of a driven axis, with the drive that was commanded last, which moves by at most `slew_per_s`.
+  void step(double drive, double slew_per_s, const AxisInput& input);
   /// For how long the output has differed without a break; 0: it agrees, or it is not known.
   double differs_for_s() const { return differs_for_s_; }
 
  private:
-  static constexpr double margin_share = 0.05;
   struct Drives {
     double least = 0.0, most = 0.0;
   };
 
-  double margin_;
+  bool is_within(double output) const;
+
+  Config config_;
   std::array<Drives, 3> spans_{};  ///< the present one first
   double span_s_ = 0.0;            ///< so far of the present one
   double differs_for_s_ = 0.0;

@@ -21,24 +21,24 @@ using controller::Lack;
 using controller::OutputCheck;
 using std::chrono::seconds;
 
-constexpr double margin = 5.0;     // V, of 100
 constexpr double one_cycle = 0.5;  // V, of the ramp
+/// 5 % of 100 V, and what the ramp moves while the status is under way.
+double reach(double status_age_s) { return 5.0 + 500.0 * (status_age_s + 4.1e-3 + 0.6e-3) + one_cycle; }
 
+// It creeps to where it is told.
 TEST(OutputDiffers, IsTheCauseBeforeTheDriveIsFarBeyondWhatTheAmplifierPutsOut) {
-  for (const double highest : {0.001, 50.0}) {
-    config::Config config = one_axis();
-    config.axes[0].twin.plant.amplifier.drive_max = highest;
-    FaultRig rig(config);
-    rig.start();
-    double commanded = 0.0;
-    for (int i = 0; i < 3000 && rig.axis().state() != AxisState::faulted; ++i) {
-      rig.run_for(std::chrono::milliseconds(1));
-      commanded = std::max(commanded, rig.axis().report().drive);
-    }
-    EXPECT_EQ(to_string(rig.axis().fault().cause), "output differs");
-    EXPECT_LE(commanded, highest + margin + 20 * one_cycle) << "the status is up to ten cycles old";
-    EXPECT_EQ(rig.monitor().violations(), 0u) << rig.monitor().found().front();
+  config::Config config = one_axis();
+  config.axes[0].twin.plant.amplifier.slew_per_s = 1.0;
+  FaultRig rig(config);
+  rig.start();
+  double commanded = 0.0;
+  for (int i = 0; i < 3000 && rig.axis().state() != AxisState::faulted; ++i) {
+    rig.run_for(std::chrono::milliseconds(1));
+    commanded = std::max(commanded, rig.axis().report().drive);
   }
+  EXPECT_EQ(to_string(rig.axis().fault().cause), "output differs");
+  EXPECT_LE(commanded, 1.0 + reach(11e-3));
+  EXPECT_EQ(rig.monitor().violations(), 0u) << rig.monitor().found().front();
 }
 
 /// The output of an amplifier whose interlock is open until then.
@@ -55,7 +55,7 @@ TEST(OutputDiffers, HoldsTheRampSoThatAnInterlockThatClosesMakesASmallStep) {
     stage.cycle([&](AxisInput& in) { with_interlock(in, closes_s); });
   EXPECT_EQ(stage.axis.state(), AxisState::initialising);
   EXPECT_EQ(stage.axis.report().lacks, Lack::output);
-  EXPECT_LE(stage.highest_drive, margin + one_cycle);
+  EXPECT_LE(stage.highest_drive, reach(0.0));
   for (int i = 0; i < 3000 && stage.axis.state() != AxisState::tracking; ++i)
     stage.cycle([&](AxisInput& in) { with_interlock(in, closes_s); });
   EXPECT_EQ(stage.axis.state(), AxisState::tracking);
@@ -87,21 +87,21 @@ TEST(OutputDiffers, IsNotJudgedWhereNoOutputIsReportedOrTheStatusIsOld) {
   AxisInput unreported = reported(0.0);
   unreported.health.output_reported = false;
   for (const AxisInput& input : {unreported, reported(0.0, 0.06)}) {
-    OutputCheck check(100.0);
+    OutputCheck check({.drive_range = 100.0});
     check.restart(80.0);
-    for (int i = 0; i < 1000; ++i) check.step(80.0, input);
+    for (int i = 0; i < 1000; ++i) check.step(80.0, 500.0, input);
     EXPECT_EQ(check.differs_for_s(), 0.0);
   }
 }
 
 // 20 Hz over the whole range, seen 90 ms late.
 TEST(OutputDiffers, IsNotSaidOfAnOutputThatIsLate) {
-  OutputCheck check(100.0);
+  OutputCheck check({.drive_range = 100.0});
   check.restart(50.0);
   const auto drive = [](double t_s) { return 50.0 + 50.0 * std::sin(40.0 * std::numbers::pi * t_s); };
   for (int i = 0; i < 2000; ++i) {
     const double t_s = 1e-3 * i;
-    check.step(drive(t_s), reported(drive(std::max(0.0, t_s - 0.09))));
+    check.step(drive(t_s), 1e5, reported(drive(std::max(0.0, t_s - 0.09))));
     ASSERT_EQ(check.differs_for_s(), 0.0) << t_s;
   }
 }
