@@ -13,7 +13,8 @@ constexpr double late_cycles = 4.0, late_lags = 5.0;
 
 void OutputCheck::restart(double drive) {
   spans_.fill({drive, drive});
-  span_s_ = differs_for_s_ = 0.0;
+  span_s_ = status_age_s_ = differs_for_s_ = 0.0;
+  agrees_ = true;
 }
 
 void OutputCheck::step(double drive, double slew_per_s, const AxisInput& input) {
@@ -27,18 +28,22 @@ void OutputCheck::step(double drive, double slew_per_s, const AxisInput& input) 
   spans_.front().least = std::min(spans_.front().least, drive);
   spans_.front().most = std::max(spans_.front().most, drive);
   const NodeHealth& health = input.health;
-  if (!health.output_reported || health.status_age_s > span_s) return;
-  const double late_s = health.status_age_s + late_cycles * input.cycle_s + late_lags * config_.lag_s;
-  const double reach = margin_share * config_.drive_range + slew_per_s * late_s;
-  // With NaN the comparison is false: the output differs.
-  const bool agrees =
-      std::abs(health.amplifier_output - drive) <= reach && is_within(health.amplifier_output);
-  differs_for_s_ = agrees ? 0.0 : differs_for_s_ + input.dt_s;
+  const bool is_new = health.status_age_s < status_age_s_ + 0.5 * input.dt_s;
+  status_age_s_ = health.status_age_s;
+  if (!health.output_reported || status_age_s_ > span_s)
+    agrees_ = true;
+  else if (is_new)
+    agrees_ = agrees(drive, slew_per_s, input);
+  differs_for_s_ = agrees_ ? 0.0 : differs_for_s_ + input.dt_s;
 }
 
-bool OutputCheck::is_within(double output) const {
+bool OutputCheck::agrees(double drive, double slew_per_s, const AxisInput& input) const {
+  const double output = input.health.amplifier_output;
+  const double late_s = status_age_s_ + late_cycles * input.cycle_s + late_lags * config_.lag_s;
   const double margin = margin_share * config_.drive_range;
-  return output >= std::ranges::min(spans_, {}, &Drives::least).least - margin &&
+  // With NaN the comparisons are false: the output differs.
+  return std::abs(output - drive) <= margin + slew_per_s * late_s &&
+         output >= std::ranges::min(spans_, {}, &Drives::least).least - margin &&
          output <= std::ranges::max(spans_, {}, &Drives::most).most + margin;
 }
 

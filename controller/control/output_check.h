@@ -4,9 +4,9 @@
 //   |o - u| <= m + s (age + late)       s: slew of the drive, late: four cycles and five lags of the amplifier
 //   min u - m <= o <= max u + m         u: drives of the last two to three spans, m: 5 % of the drive's range
 //
-// The first one finds it in a ramp, whose slew is small. While the axis tracks, s is the limit of the slew, and the second one
-// is the narrower one. A span is 50 ms, and at least five cycles. A status that is older than a span is not judged: that
-// it is missing has a cause of its own.
+// The first one finds it in a ramp, whose slew is small. While the axis tracks, s is the limit of the slew, and the second
+// one is the narrower one. A span is 50 ms, and at least five cycles. Each status is judged once, when it comes, and its
+// verdict stands until the next one, for a span at most: that statuses are missing has a cause of its own.
 #pragma once
 
 #include <array>
@@ -35,11 +35,13 @@ class OutputCheck {
     double least = 0.0, most = 0.0;
   };
 
-  bool is_within(double output) const;
+  bool agrees(double drive, double slew_per_s, const AxisInput& input) const;
 
   Config config_;
   std::array<Drives, 3> spans_{};  ///< the present one first
   double span_s_ = 0.0;            ///< so far of the present one
+  double status_age_s_ = 0.0;
+  bool agrees_ = true;  ///< the last status
   double differs_for_s_ = 0.0;
 };
 
