@@ -21,10 +21,11 @@ using controller::Lack;
 using controller::OutputCheck;
 using std::chrono::seconds;
 
-constexpr double one_cycle = 0.5;  // V, of the ramp
-/// 5 % of 100 V, and what the ramp moves while a status is under way and until the next one.
-double reach(double lag_s, int cycles_to_next) {
-  return 5.0 + 500.0 * (4e-3 + 5.0 * lag_s) + one_cycle * cycles_to_next;
+/// 5 % of the range, and what the ramp moves while a status is under way and until the next one.
+double reach(const controller::AxisConfig& axis, double age_s, int cycles_to_next) {
+  const double lag_s = 1.0 / (2.0 * std::numbers::pi * axis.delays.amplifier_bandwidth_Hz);
+  return 0.05 * (axis.gate.drive_max - axis.gate.drive_min) +
+         axis.wipe_slew_per_s * (age_s + 4e-3 + 5.0 * lag_s + 1e-3 * cycles_to_next);
 }
 
 // It creeps to where it is told.
@@ -39,7 +40,7 @@ TEST(OutputDiffers, IsTheCauseBeforeTheDriveIsFarBeyondWhatTheAmplifierPutsOut) 
     commanded = std::max(commanded, rig.axis().report().drive);
   }
   EXPECT_EQ(to_string(rig.axis().fault().cause), "output differs");
-  EXPECT_LE(commanded, 0.5 + reach(0.11e-3, 11));
+  EXPECT_LE(commanded, reach(config.axes[0].control, 1e-3, 11));
   EXPECT_EQ(rig.monitor().violations(), 0u) << rig.monitor().found().front();
 }
 
@@ -57,8 +58,7 @@ TEST(OutputDiffers, HoldsTheRampSoThatAnInterlockThatClosesMakesASmallStep) {
     stage.cycle([&](AxisInput& in) { with_interlock(in, closes_s); });
   EXPECT_EQ(stage.axis.state(), AxisState::initialising);
   EXPECT_EQ(stage.axis.report().lacks, Lack::output);
-  const double lag_s = 1.0 / (2.0 * std::numbers::pi * stage.axis.config().delays.amplifier_bandwidth_Hz);
-  EXPECT_LE(stage.highest_drive, reach(lag_s, 1));
+  EXPECT_LE(stage.highest_drive, reach(stage.axis.config(), 0.0, 1));
   for (int i = 0; i < 3000 && stage.axis.state() != AxisState::tracking; ++i)
     stage.cycle([&](AxisInput& in) { with_interlock(in, closes_s); });
   EXPECT_EQ(stage.axis.state(), AxisState::tracking);
