@@ -23,7 +23,7 @@ std::string run_gnuplot(const fs::path& directory, const std::string& script) {
   const pid_t child = fork();
   if (child < 0) return std::generic_category().message(errno);
   if (child == 0) {
-    std::signal(SIGPIPE, SIG_DFL);  // this program ignores it
+    std::signal(SIGPIPE, SIG_DFL);   // this program ignores it
     setenv("LC_ALL", "C.UTF-8", 1);  // the encoding of the scripts, whatever the user's
     if (chdir(directory.c_str()) == 0) execlp("gnuplot", "gnuplot", ("./" + script).c_str(), nullptr);
     _exit(127);
