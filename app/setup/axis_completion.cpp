@@ -183,6 +183,7 @@ TunedAxis tuned_by_step(const std::filesystem::path& config_file, std::size_t i,
   if (first.axes[0].control.delays.sensor_s() == 0.0)
     tuned.unshared_s = lag_s(plant.delays) + plant.delays.sensor_s();
   set_dynamics(config_file, i, cautious_keys(plant, 1.0 / first.controller.rate_Hz), plant.mode.has_value());
+  tuned.mode_is_shown = plant.mode.has_value();
   tuned.lines.push_back(dynamics_line(records.files.step->filename().string(), plant,
                                       first.axes[0].control.delays.resonance_Hz));
   const config::Config loaded = config::load(config_file), config = chosen_axis_of(loaded, rehearsed);
@@ -216,6 +217,7 @@ TunedAxis as_stated(const std::filesystem::path& config_file, std::size_t i) {
   write_file(config_file, with_loop_keys(config, i, {{.pi = pi}, stated}));
   return {.fast = {},
           .unshared_s = 0.0,
+          .mode_is_shown = false,
           .lines = {
               dynamics_line(stated) + ": stated or assumed, not measured",
               fmt::format(
@@ -257,6 +259,30 @@ std::vector<std::string> ranges_of(const config::Config& config, const std::vect
           "um if all {:.3g} ms are",
           1e3 * config.axes[i].control.delays.sensor_s(), none.true_errors[i].total().rms_um(),
           all.true_errors[i].total().rms_um(), 1e3 * tuned[i].unshared_s);
+  return ranges;
+}
+
+/// The true errors of each axis where a mode that no record shows is as far from the stated one as that may be off.
+std::vector<std::string> mode_ranges_of(const config::Config& config, const std::vector<TunedAxis>& tuned) {
+  constexpr double share = 0.1;
+  std::vector<std::string> ranges(tuned.size());
+  if (std::ranges::all_of(tuned, &TunedAxis::mode_is_shown)) return ranges;
+  const auto with_modes = [&](double factor) {
+    twin::Config twin = twin_config(config);
+    for (std::size_t i = 0; i < tuned.size(); ++i)
+      if (!tuned[i].mode_is_shown) twin.axes[i].axis.plant.mode.natural_frequency_Hz *= factor;
+    return rehearsed(config, twin);
+  };
+  const rehearsal::Outcome lower = with_modes(1.0 - share), higher = with_modes(1.0 + share);
+  const auto error = [](const rehearsal::Outcome& outcome, std::size_t i) {
+    return outcome.axes[i].fault.cause == controller::Cause::none
+               ? fmt::format("{:.3g} um", outcome.true_errors[i].total().rms_um())
+               : fmt::format("a fault ({})", to_string(outcome.axes[i].fault.cause));
+  };
+  for (std::size_t i = 0; i < tuned.size(); ++i)
+    if (!tuned[i].mode_is_shown)
+      ranges[i] = fmt::format("; {} with the mode, which no record shows, {:g} % lower, {} with it higher",
+                              error(lower, i), 100.0 * share, error(higher, i));
   return ranges;
 }
 
@@ -316,7 +342,7 @@ std::vector<std::string> rehearsal_of(const config::Config& config, const std::v
     if (axis.fault.cause != controller::Cause::none)
       throw RunError(fmt::format("the rehearsal ended: {}", describe(axis.name, axis.fault)));
   const rehearsal::Outcome exact = rehearsed(config, with_exact_models(twin_config(config), config));
-  const std::vector<std::string> ranges = ranges_of(config, tuned);
+  const std::vector<std::string> ranges = ranges_of(config, tuned), modes = mode_ranges_of(config, tuned);
   for (std::size_t i = 0; i < outcome.axes.size(); ++i) {
     const controller::AxisOutcome& axis = outcome.axes[i];
     const controller::ErrorStatistics error = axis.statistics.total(), truth = outcome.true_errors[i].total();
@@ -324,9 +350,10 @@ std::vector<std::string> rehearsal_of(const config::Config& config, const std::v
         fmt::format("{}: rehearsal: RMS error {:.3g} um, {:.3g} % of {:.4g} um; at most {:.3g} um", axis.name,
                     error.rms_um(), 100.0 * error.rms_um() / axis.stroke_um, axis.stroke_um, error.max_um));
     lines.push_back(fmt::format(
-        "{}: true error, of the stage itself: {:.3g} um, {:.3g} % with curves 3 % off the model, {:.3g} um if it is exact{}{}",
+        "{}: true error, of the stage itself: {:.3g} um, {:.3g} % with curves 3 % off the model, {:.3g} um if it is exact{}{}{}",
         axis.name, truth.rms_um(), 100.0 * truth.rms_um() / axis.stroke_um,
-        exact.true_errors[i].total().rms_um(), floors_text(config, i, outcome.true_errors[i]), ranges[i]));
+        exact.true_errors[i].total().rms_um(), modes[i], floors_text(config, i, outcome.true_errors[i]),
+        ranges[i]));
   }
   return lines;
 }

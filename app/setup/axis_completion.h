@@ -38,12 +38,13 @@ IdentifiedAxis identify_axis(const std::filesystem::path& folder, const std::str
 struct TunedAxis {
   std::optional<LoopKeys> fast{};  ///< what tracks better than the cautious loop that is written
   double unshared_s = 0.0;         ///< measured delay, of which nobody has stated how much is the sensor's
+  bool mode_is_shown = false;      ///< by a record; else it is the stated one
   std::vector<std::string> lines{};
 };
 TunedAxis tune_axis(const std::filesystem::path& config_file, std::size_t i, const AxisRecords& records);
 
-/// Runs the reference of every axis once with the twin, and again where the delay is the sensor's or is not. Returns lines;
-/// throws RunError where an axis does not track.
+/// Runs the reference of every axis once with the twin, and again where the delay is the sensor's or is not, and where a
+/// mode that no record shows is another one. Returns lines; throws RunError where an axis does not track.
 std::vector<std::string> rehearsal_of(const config::Config& config, const std::vector<TunedAxis>& tuned);
 
 }  // namespace hystcan::app
