@@ -265,7 +265,8 @@ Pi::Config largest_gains(const LoopConfig& config, const PlantUncertainty& uncer
     const double ki_per_cycle = largest_factor(of.integral + ratio * of.proportional, rule);
     if (ki_per_cycle > best.ki_per_cycle) best = {ratio, ki_per_cycle};
   }
-  const bool folds = !uncertainty.shows_mode() || uncertainty.resonance_Hz.lo * config.cycle_s > 0.5;
+  const bool folds =
+      uncertainty.resonance_Hz.hi * config.cycle_s > 0.5;  // beyond it the phase of a mode rises
   if (folds)
     for (const LinearLoop& corner : corners_of(config, uncertainty)) {
       const Responses there = responses_of(corner);

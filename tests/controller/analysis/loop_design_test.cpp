@@ -155,6 +155,19 @@ TEST(CautiousRule, HoldsForRandomPlantsAndStaysStableForEveryDelay) {
   }
 }
 
+// Its samples show such a mode on the other side of half the rate, with a phase that rises.
+TEST(CautiousRule, HoldsWhereTheUncertainModeIsOnBothSidesOfHalfTheRate) {
+  LoopConfig config = stage(525.0, 0.0625);
+  config.delays.amplifier_bandwidth_Hz = 460.0;
+  config.delays.sensor_delay = std::chrono::microseconds(340);
+  const PlantUncertainty corners = around(config.delays, 10.0);
+  const Pi::Config gains = largest_gains(config, corners, CautiousRule{});
+  const Margins worst = judge(config, corners, gains).worst;
+  EXPECT_GT(gains.ki_per_s, 0.0);
+  EXPECT_TRUE(worst.stable);
+  EXPECT_LT(worst.peak_sensitivity, 2.5);
+}
+
 TEST(CautiousRule, GivesAFractionOfWhatTheSensitivityAllows) {
   const LoopConfig shipped = stage(500.0, 0.05);
   EXPECT_LT(4.0 * largest_gains(shipped, around(shipped.delays, 0.0), CautiousRule{}).ki_per_s,
