@@ -203,7 +203,11 @@ int simulate(const SimulateArguments& options) {
   for (const auto& output : {options.output, options.save_memory})
     for (const auto& input : {options.model, options.input}) refuse_to_overwrite(output, input);
   refuse_to_overwrite(options.output, options.memory);
-  refuse_to_replace(options.output, options.overwrite);  // a memory goes on in its own file
+  refuse_to_replace(options.output, options.overwrite);
+  std::error_code ignored;
+  if (!std::filesystem::equivalent(options.save_memory, options.memory,
+                                   ignored))  // else it goes on in its file
+    refuse_to_replace(options.save_memory, options.overwrite);
   if (!options.save_memory.empty()) refuse_to_share(options.output, options.save_memory);
   stop_at_a_signal();
   std::visit([&](const auto& model) { simulate(options, model); }, load(options));
@@ -224,7 +228,7 @@ void add_simulate(CLI::App& cli, int& status) {
       ->add_option("--output", options->output,
                    "file to write: time_s,input,output; HDF5 if its name ends in .h5, else CSV")
       ->required();
-  command->add_flag("--overwrite", options->overwrite, "replace the file if it exists");
+  command->add_flag("--overwrite", options->overwrite, "replace files to write that exist");
   command->add_option("--memory", options->memory,
                       "start from this memory (TOML) instead of the ascending reference curve");
   command->add_option("--save-memory", options->save_memory,

@@ -53,21 +53,21 @@ class StatusView {
     }
   }
 
-  std::vector<std::string> lines_of(const nlohmann::json& status) {
-    return status_screen(status, counters_.report(), "");
-  }
+  std::vector<std::string> lines_of(const nlohmann::json& status) { return status_screen(status, bus(), ""); }
 
   /// A controller that has ended, or is not there yet, is asked again with the next call.
   std::vector<std::string> lines() {
     try {
       return lines_of(ask());
     } catch (const RunError& error) {
-      return status_screen(nullptr, counters_.report(),
-                           fmt::format("no answer, trying again: {}", error.what()));
+      return status_screen(nullptr, bus(), fmt::format("no answer, trying again: {}", error.what()));
     }
   }
 
  private:
+  /// A socket does not tell the interface.
+  nlohmann::json bus() { return options_.socket.empty() ? counters_.report() : nlohmann::json(); }
+
   StatusArguments options_;
   BusCounters counters_;
 };

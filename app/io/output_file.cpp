@@ -128,7 +128,10 @@ void refuse_to_overwrite(const std::filesystem::path& output, const std::filesys
 
 void refuse_to_replace(const std::filesystem::path& output, bool may_overwrite) {
   std::error_code ignored;
-  if (!may_overwrite && std::filesystem::is_regular_file(output, ignored))
+  const std::string& name = output.native();
+  const bool is_a_stream =
+      name.starts_with("/dev/") || name.starts_with("/proc/");  // the shell has opened it
+  if (!may_overwrite && !is_a_stream && std::filesystem::is_regular_file(output, ignored))
     throw config::Error(
         fmt::format("{}: exists already, expected another name, or --overwrite", output.string()));
 }

@@ -14,10 +14,17 @@ constexpr PictureSize demo_size{.width_mm = 240.0, .height_mm = 190.0};
 constexpr const char* demo_functions = R"(axis = {axis}
 stroke = {stroke}
 of(v) = (strcol('axis') eq axis && strcol('state') eq 'tracking' ? v : NaN)
-acting(drive) = (strcol('axis') eq axis ? ({shifted}d0 = drive, {between}) : NaN)
+lag = {lag}
+size = int(lag) + 2
+array D[size]
+past(k) = D[1 + (n - 1 - k + size) % size]
+acting(drive) = (strcol('axis') eq axis ? \
+  (D[1 + n % size] = drive, n = n + 1, past(int(lag)) + (lag - int(lag)) * (past(int(lag) + 1) - past(int(lag)))) : NaN)
 )";
 
-constexpr const char* demo_panels = R"(set multiplot layout 2,2 title {title}
+constexpr const char* demo_panels = R"(n = 0
+do for [k = 1:size] {{ D[k] = NaN }}
+set multiplot layout 2,2 title {title}
 set title 'The actuator: hysteresis'
 set xlabel {drive}
 set ylabel 'position (um)'
@@ -46,20 +53,11 @@ plot 'pi.csv' using (of(column('time_s'))):(100*column('error_um')/stroke) with 
 unset multiplot
 )";
 
-/// acting() remembers the drives of the last cycles: d1 is that of the cycle before.
+/// acting() remembers the drives of the last cycles in a ring.
 std::string functions(const DemoPlot& plot) {
-  const auto whole = static_cast<std::size_t>(plot.delay_cycles);
-  std::string shifted, nothing;
-  for (std::size_t i = whole + 1; i > 0; --i) {
-    shifted += fmt::format("d{} = d{}, ", i, i - 1);
-    nothing += fmt::format("d{} = ", i);
-  }
-  const double part = plot.delay_cycles - static_cast<double>(whole);
   return fmt::format(demo_functions, fmt::arg("axis", gnuplot_string(plot.axis)),
-                     fmt::arg("stroke", plot.stroke_um), fmt::arg("shifted", shifted),
-                     fmt::arg("between",
-                              fmt::format("{:.6f}*d{} + {:.6f}*d{}", 1.0 - part, whole, part, whole + 1))) +
-         nothing + "d0 = NaN\n";
+                     fmt::arg("stroke", plot.stroke_um),
+                     fmt::arg("lag", fmt::format("{:.6f}", plot.delay_cycles)));
 }
 
 }  // namespace

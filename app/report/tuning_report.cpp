@@ -94,11 +94,14 @@ std::string shares_line(const TuningReport& report) {
   const auto percent = [&](std::optional<double> um) {
     return um ? fmt::format("{:.3f} %", 100.0 * *um / stroke_um(report)) : std::string("a fault");
   };
-  return line("its true error",
-              fmt::format("{} if none of the {:.3g} ms of delay is the sensor's, {} if all is: its data "
-                          "sheet tells (sensor_delay_us)",
-                          percent(report.shares->none_um), 1e3 * report.shares->delay_s,
-                          percent(report.shares->all_um)));
+  const auto counted = true_rms_percent(report.proposed());
+  return line(
+      "its true error",
+      fmt::format(
+          "{} as the delay is counted here, {} if none of it is the sensor's, {} if all is: its data sheet "
+          "tells (sensor_delay_us)",
+          counted ? fmt::format("{:.3f} %", *counted) : std::string("not known"),
+          percent(report.shares->none_um), percent(report.shares->all_um)));
 }
 
 /// Beside a proposal with less margin.

@@ -61,7 +61,8 @@ constexpr std::array<CauseText, cause_count> cause_texts{{
     {"loop unstable",
      "the loop oscillates: lower kp and ki_per_s, set a notch at the resonance; `hystcan tune` finds both"},
     {"output differs",
-     "the amplifier does not put out what it is told: check its interlock, its supply and its limits"},
+     "the amplifier does not put out what it is told: check its interlock, its supply, its "
+     "limits and slew, and amplifier_bandwidth_Hz"},
 }};
 
 }  // namespace

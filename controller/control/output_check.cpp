@@ -18,7 +18,7 @@ void OutputCheck::restart(double drive) {
 }
 
 void OutputCheck::step(double drive, double slew_per_s, const AxisInput& input) {
-  const double span_s = std::max(0.05, 5.0 * input.cycle_s);
+  const double span_s = std::max({0.05, 5.0 * input.cycle_s, late_lags * config_.lag_s});
   span_s_ += input.dt_s;
   if (span_s_ >= span_s) {
     std::shift_right(spans_.begin(), spans_.end(), 1);

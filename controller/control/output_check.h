@@ -5,7 +5,7 @@
 //   min u - m <= o <= max u + m         u: drives of the last two to three spans, m: 5 % of the drive's range
 //
 // The first one finds it in a ramp, whose slew is small. While the axis tracks, s is the limit of the slew, and the second
-// one is the narrower one. A span is 50 ms, and at least five cycles. Each status is judged once, when it comes, and its
+// one is the narrower one. A span is 50 ms, and at least five cycles and five lags. Each status is judged once, when it comes, and its
 // verdict stands until the next one, for a span at most: that statuses are missing has a cause of its own.
 #pragma once
 

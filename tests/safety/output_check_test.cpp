@@ -109,5 +109,21 @@ TEST(OutputDiffers, IsNotSaidOfAnOutputThatIsLate) {
   }
 }
 
+// Steps of 80 V through a lag of 1 to 1000 ms, once the amplifier is configured so.
+TEST(OutputDiffers, IsNotSaidOfAnAmplifierThatIsAsSlowAsItIsConfigured) {
+  for (const double lag_s : {1e-3, 0.03, 0.1, 0.3, 1.0}) {
+    OutputCheck check({.drive_range = 100.0, .lag_s = lag_s});
+    check.restart(10.0);
+    double output = 10.0, longest_s = 0.0;
+    for (int i = 0; i < 40'000; ++i) {
+      const double drive = i / 4000 % 2 == 0 ? 10.0 : 90.0;
+      output += (drive - output) * 1e-3 / (lag_s + 1e-3);
+      check.step(drive, 2e4, reported(output));
+      longest_s = std::max(longest_s, check.differs_for_s());
+    }
+    EXPECT_EQ(longest_s, 0.0) << lag_s;
+  }
+}
+
 }  // namespace
 }  // namespace hystcan::support::output_check_test
