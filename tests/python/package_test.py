@@ -47,7 +47,7 @@ class Models(Scratch):
         self.write("in.csv", "time_s,input", t, u)
         for kind in ("piezo", "galfenol"):
             model = hystcan.shipped(kind + ".model.toml")
-            self.hystcan("simulate", model, "--input", "in.csv", "--output", "out.csv")
+            self.hystcan("simulate", model, "--overwrite", "--input", "in.csv", "--output", "out.csv")
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 y = hystcan.Model.load(model).simulate(u)
