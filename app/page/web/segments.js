@@ -6,12 +6,16 @@ import { valueOfText, wordOfToml } from './setting_field.js';
 export class Segments {
   #keys = '';
 
-  /** `makeField(about)`: a setting field of this axis; `set(list)`: sets the whole list and tells the answer. */
-  constructor(axis, name, makeField, set) {
+  /**
+   * `makeField(about)`: a setting field of this axis; `set(list)`: sets the whole list and tells the answer; null: the
+   * segments are others by now. `ask()`: the settings in force, as show() gets them.
+   */
+  constructor(axis, name, makeField, set, ask) {
     this.start = `axis[${axis}].control.`;
     this.name = name;
     this.makeField = makeField;
     this.set = set;
+    this.ask = ask;
     this.root = element('div');
   }
 
@@ -22,27 +26,36 @@ export class Segments {
 
   /** `values`: key -> TOML of all settings in force. Returns the new fields, or null where the segments are the same. */
   show(values) {
-    const keys = [...values.keys()].filter((key) => this.owns(key));
-    const list = listOf(keys, values, this.start);
-    const shape = JSON.stringify([keys, list.map(({ kind }) => kind)]);
-    this.list = list;
+    const { keys, list, shape } = this.#read(values);
     if (shape === this.#keys) return null;
     this.#keys = shape;
     const fields = [];
     this.root.replaceChildren(
-      ...list.map((segment, at) => this.#segment(segment, at, keys, fields)),
+      ...list.map((segment, at) => this.#segment(segment, at, keys, list.length, fields)),
       element('button', {
         type: 'button',
         text: 'Add a segment',
         title: 'A copy of the last one',
         'aria-label': `Add a segment, axis ${this.name}`,
-        onclick: () => this.set([...this.list, this.list.at(-1)]),
+        onclick: () => this.#change((now) => [...now, now.at(-1)]),
       }),
     );
     return fields;
   }
 
-  #segment({ kind }, at, keys, fields) {
+  #read(values) {
+    const keys = [...values.keys()].filter((key) => this.owns(key));
+    const list = listOf(keys, values, this.start);
+    return { keys, list, shape: JSON.stringify([keys, list.map(({ kind }) => kind)]) };
+  }
+
+  /** Of the list as it is now: a key that was set a moment ago is not lost. */
+  async #change(changed) {
+    const { list, shape } = this.#read(await this.ask());
+    this.set(shape === this.#keys ? changed(list) : null);
+  }
+
+  #segment({ kind }, at, keys, segments, fields) {
     const own = keys.filter((key) => key.startsWith(`${this.start}setpoint[${at}].`));
     const title = `${at + 1}: ${kind ?? 'segment'}`;
     const made = own.map((key) => {
@@ -56,9 +69,9 @@ export class Segments {
       type: 'button',
       text: 'Remove',
       'aria-label': `Remove segment ${title}, axis ${this.name}`,
-      onclick: () => this.set(this.list.filter((_, other) => other !== at)),
+      onclick: () => this.#change((now) => now.filter((_, other) => other !== at)),
     });
-    remove.disabled = this.list.length === 1;
+    remove.disabled = segments === 1;
     return element(
       'section',
       { class: 'segment', 'aria-label': `Segment ${title}, axis ${this.name}` },

@@ -64,7 +64,7 @@ export class Steering {
   }
 
   #show({ settings, unsaved, undo, undo_save: hasKept }) {
-    const values = new Map(settings.map(({ key, value }) => [key, value]));
+    const values = valuesOf({ settings });
     const changed = new Set(unsaved.map(({ key }) => key));
     this.values = values;
     for (const segments of this.segments ?? []) this.#showSegments(segments, values);
@@ -112,8 +112,13 @@ export class Steering {
       axis,
       name,
       (about) => this.#settingField(axis, name, about),
-      async (list) =>
-        tell(segmentsAnswer, await this.#set(name, 'setpoint', list), 'in force: the reference begins anew'),
+      async (list) => {
+        const changed = { error: 'the segments have changed meanwhile: look again' };
+        const answer = list ? await this.#set(name, 'setpoint', list) : changed;
+        if (!list) this.refresh();
+        tell(segmentsAnswer, answer, 'in force: the reference begins anew');
+      },
+      async () => valuesOf(await this.connection.ask({ do: 'settings' })) ?? this.values,
     );
     this.segments.push(segments);
     return element(
@@ -256,6 +261,9 @@ export class Steering {
     this.refresh();
   }
 }
+
+/** Key -> TOML of the settings in an answer; undefined where it has none. */
+const valuesOf = ({ settings }) => settings && new Map(settings.map(({ key, value }) => [key, value]));
 
 const wordsOfChanges = (changes) =>
   changes.map(({ key, from, to }) => `${key}: ${from || 'none'} \u2192 ${to || 'none'}`).join('; ');
