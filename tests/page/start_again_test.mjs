@@ -25,6 +25,7 @@ async function stop() {
   await until('the axis tracks', tracks);
   await page.click('#stop');
   await until('the button', () => startAgain().isVisible());
+  await until('the state of no axis is known', async () => !(await tracks()));
 }
 
 test('While the rehearsal runs there is nothing to start', async () => {
@@ -36,7 +37,7 @@ test('After Stop a click begins another rehearsal, and the page shows it', async
   await stop();
   await startAgain().click();
   await until('the axis tracks again', tracks);
-  assert.equal(await startAgain().count(), 0);
+  await until('the button is gone', async () => (await startAgain().count()) === 0);
   assert.equal(await page.textContent('#stop-message'), '');
 });
 
