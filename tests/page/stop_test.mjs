@@ -89,7 +89,7 @@ test('Esc leaves a field with the value in force, and stops nothing', async (t) 
   assert.equal(await gain.inputValue(), inForce);
   assert.equal(await hasFocus(gain), false);
   assert.equal(await page.textContent('#stop-message'), '');
-  assert.ok(await isDriven(page));
+  await until('the axis is still driven', () => isDriven(page)); // unknown for a moment on a busy machine
 });
 
 test('Esc closes a dialog, and stops nothing', async (t) => {
@@ -100,7 +100,7 @@ test('Esc closes a dialog, and stops nothing', async (t) => {
   await page.keyboard.press('Escape');
   await until('the dialog is closed', async () => !(await page.locator('#token-dialog').isVisible()));
   assert.equal(await page.textContent('#stop-message'), '');
-  assert.ok(await isDriven(page));
+  await until('the axis is still driven', () => isDriven(page)); // unknown for a moment on a busy machine
 });
 
 test('One Esc outside of fields and dialogs only says what a second one does', async (t) => {
@@ -115,7 +115,7 @@ test('One Esc outside of fields and dialogs only says what a second one does', a
   await until('the words', async () => (await page.evaluate(() => window.said)) === 'Esc once more within a second: Stop');
   await until('they go away', async () => (await page.textContent('#key-message')) === '');
   assert.equal(await page.textContent('#stop-message'), '');
-  assert.ok(await isDriven(page));
+  await until('the axis is still driven', () => isDriven(page)); // unknown for a moment on a busy machine
 });
 
 test('Two Esc with another key or a click between them do not stop', async (t) => {
@@ -128,7 +128,7 @@ test('Two Esc with another key or a click between them do not stop', async (t) =
   await page.locator('#live-title').evaluate((place) => place.dispatchEvent(new Event('pointerdown', { bubbles: true })));
   await page.keyboard.press('Escape');
   assert.equal(await page.textContent('#stop-message'), '');
-  assert.ok(await isDriven(page));
+  await until('the axis is still driven', () => isDriven(page)); // unknown for a moment on a busy machine
 });
 
 test('Esc twice within a second stops', async (t) => {

@@ -67,7 +67,10 @@ export function settingField(key, about, apply) {
     const trouble = commaTrouble(input.value);
     const told = trouble ? { error: trouble } : await apply(valueOfText(input.value));
     say(told.ok ? 'done' : 'refused', told.ok ? `${input.value} is in force` : (told.error ?? 'refused'));
-    if (told.ok) isTyped = false;
+    if (told.ok) {
+      isTyped = false;
+      inForce = input.value; // until the settings come
+    }
     acceptedAs = null;
   };
   const restore = () => {
