@@ -31,6 +31,7 @@ constexpr std::chrono::milliseconds print_every{1000};
 struct StatusArguments {
   std::string socket;
   std::string interface = "vcan0";
+  bool shows_bus = true;  ///< a socket alone does not tell the interface
   bool watch = false;
   bool json = false;
 };
@@ -65,8 +66,7 @@ class StatusView {
   }
 
  private:
-  /// A socket does not tell the interface.
-  nlohmann::json bus() { return options_.socket.empty() ? counters_.report() : nlohmann::json(); }
+  nlohmann::json bus() { return options_.shows_bus ? counters_.report() : nlohmann::json(); }
 
   StatusArguments options_;
   BusCounters counters_;
@@ -118,7 +118,10 @@ void add_status(CLI::App& cli, int& status) {
       ->capture_default_str();
   CLI::Option* watch = command->add_flag("--watch", options->watch, "redraw until q or Ctrl-C");
   command->add_flag("--json", options->json, "print the answer as JSON")->excludes(watch);
-  command->callback([options, &status] { status = print_for_reader([&] { return run_status(*options); }); });
+  command->callback([options, command, &status] {
+    options->shows_bus = command->count("--socket") == 0 || command->count("--interface") > 0;
+    status = print_for_reader([&] { return run_status(*options); });
+  });
 }
 
 }  // namespace hystcan::app

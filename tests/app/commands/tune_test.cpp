@@ -82,8 +82,8 @@ TEST_F(Tune, ProposesCautiousGainsThatKeepTheRequestedMargins) {
     // Tolerance: the grid of frequencies, and the three digits of the gains.
     EXPECT_GE(cautious["margins"]["phase_margin_deg"], phase_deg - 0.5);
     EXPECT_GE(cautious["margins"]["gain_margin_dB"], gain_dB - 0.1);
-    EXPECT_NEAR(20.0 * std::log10(cautious["margins"]["peak_beyond_180"].get<double>()), -gain_dB, 0.2)
-        << "the resonance is what binds here";
+    EXPECT_NEAR(20.0 * std::log10(cautious["worst_margins"]["peak_beyond_180"].get<double>()), -gain_dB, 0.2)
+        << "the resonance is what binds here, at the corner that is 10 % higher";
     EXPECT_LT(cautious["ki_per_s"], ki_before) << "more margin, less gain";
     ki_before = cautious["ki_per_s"];
   }
