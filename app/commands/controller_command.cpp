@@ -182,8 +182,8 @@ std::vector<controller::AxisOutcome> outcomes_of(const controller::Controller& c
   return outcomes;
 }
 
-/// Throws RunError with the reason why the run is not a success: every fault, or else the first reason. `was_enabled`: some axis was when the run was
-/// asked to end. A user may leave all axes disabled.
+/// Throws RunError with the reason why the run is not a success: every fault, or else the first reason. `was_enabled`: some
+/// axis was when the run was asked to end. A user may leave all axes disabled.
 void require_success(const controller::Controller& controller, const CycleRecorder& recorder,
                      const ControllerArguments& options, bool was_enabled,
                      const std::vector<controller::AxisOutcome>& outcomes) {

@@ -204,9 +204,8 @@ int simulate(const SimulateArguments& options) {
     for (const auto& input : {options.model, options.input}) refuse_to_overwrite(output, input);
   refuse_to_overwrite(options.output, options.memory);
   refuse_to_replace(options.output, options.overwrite);
-  std::error_code ignored;
-  if (!std::filesystem::equivalent(options.save_memory, options.memory,
-                                   ignored))  // else it goes on in its file
+  std::error_code ignored;  // a memory may go on in its own file
+  if (!std::filesystem::equivalent(options.save_memory, options.memory, ignored))
     refuse_to_replace(options.save_memory, options.overwrite);
   if (!options.save_memory.empty()) refuse_to_share(options.output, options.save_memory);
   stop_at_a_signal();
