@@ -65,11 +65,12 @@ void Controller::listen_to_echoes() {
 /// damaged one, which no node accepts, is ignored.
 void Controller::add_routes() {
   router_.add_route(can::sync_id, false, [this](const can::Frame& frame) {
-    if (can::is_sync(frame)) on_another_controller();
+    if (can::is_sync(frame)) on_another_controller(ForeignFrame::Kind::sync, frame);
   });
   router_.add_route(can::nmt_id, false, [this](const can::Frame& frame) { on_foreign_nmt(frame); });
   router_.add_route(can::heartbeat_base + config_.node, false, [this](const can::Frame& frame) {
-    if (can::is_heartbeat_of(config_.node, frame)) on_another_controller();
+    if (can::is_heartbeat_of(config_.node, frame))
+      on_another_controller(ForeignFrame::Kind::heartbeat, frame);
   });
   for (std::size_t i = 0; i < axes_.size(); ++i) add_routes_of(i);
 }
@@ -84,11 +85,12 @@ void Controller::add_routes_of(std::size_t index) {
     });
   router_.add_route(wired.encode_command.id(), wired.encode_command.extended(),
                     [this, &wired](const can::Frame& frame) {
-                      if (!wired.foreign_command.check(frame)) on_another_controller();
+                      if (!wired.foreign_command.check(frame))
+                        on_another_controller(ForeignFrame::Kind::command, frame);
                     });
   if (const auto id = wired.status_sender.id())
     router_.add_route(*id, false, [this, &wired](const can::Frame& frame) {
-      if (wired.status_sender.is_sound(frame)) on_another_controller();
+      if (wired.status_sender.is_sound(frame)) on_another_controller(ForeignFrame::Kind::axis_status, frame);
     });
   if (const auto& receiver = wired.setpoint_receiver)
     router_.add_route(receiver->id(), false, [&wired](const can::Frame& frame) {
@@ -245,7 +247,7 @@ void Controller::run_background_tasks() {
 void Controller::on_sample(std::size_t index, const can::Frame& frame) {
   WiredAxis& wired = *axes_[index];
   const auto sample = wired.decode_sample(frame);
-  if (!sample) return;
+  if (!sample || !wired.names_a_possible_sync(*sample)) return;
   if (wired.names_a_sync_again(frame, *sample, counters_.cycles))
     trip_if_in_use(wired, Cause::sample_doubled);
   const bool of_another_cycle = wired.samples_name_their_sync && sample->sync_counter != cycle_.sync_counter;
@@ -344,11 +346,11 @@ void Controller::on_foreign_nmt(const can::Frame& frame) {
       if (node->hear_foreign_nmt(frame)) trip_if_in_use(*wired, Cause::foreign_access);
 }
 
-void Controller::on_another_controller() {
+void Controller::on_another_controller(ForeignFrame::Kind kind, const can::Frame& frame) {
   if (phase_ != Phase::listening && phase_ != Phase::running) return;
   for (const auto& wired : axes_)
-    if (wired->axis.state() != AxisState::offline)
-      wired->axis.trip(Cause::another_controller, since_start_s(scheduler_.now()));
+    wired->meet_another_controller({.kind = kind, .id = frame.id, .extended = frame.extended},
+                                   since_start_s(scheduler_.now()));
   if (phase_ == Phase::listening) keep_silent();
 }
 

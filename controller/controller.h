@@ -9,9 +9,9 @@
 //
 // Before its first frame the controller listens for one heartbeat period. Four kinds of frame show another
 // controller: a SYNC, a heartbeat of the own node id, an axis status, and a command to one of the own
-// amplifiers. Each of them faults every axis. If the controller receives it while it listens, it stays silent
-// permanently; later, its commands are safe from there on. An NMT command or an SDO write of another node to a node
-// of an axis in use faults this axis.
+// amplifiers. Each of them faults every axis, and the log names the frame. If the controller receives it while
+// it listens, it stays silent permanently; later, its commands are safe from there on. An NMT command or an SDO
+// write of another node to a node of an axis in use faults this axis.
 //
 // Axes that are ready begin to track together; none waits for one that is faulted or offline, nor longer than
 // start_timeout for one that is not ready. An axis that becomes ready while others track joins them: all references
@@ -144,7 +144,7 @@ class Controller {
   void record(std::size_t index, const StepTimes& times);
   void on_foreign_nmt(const can::Frame& frame);
   void trip_if_in_use(WiredAxis& wired, Cause cause);
-  void on_another_controller();
+  void on_another_controller(ForeignFrame::Kind kind, const can::Frame& frame);
   void keep_silent();
   void on_bus_state(can::BusState state);
   double since_start_s(can::Time time) const { return can::seconds(time - started_); }

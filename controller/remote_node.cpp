@@ -16,7 +16,7 @@ bool is_all_clear(const NodeEvent& event) {
 
 bool are_of_one_kind(const NodeEvent& one, const NodeEvent& other) {
   return one.kind == other.kind && one.node == other.node && one.emergency.code == other.emergency.code &&
-         one.command == other.command && one.object == other.object;
+         one.command == other.command && one.object == other.object && one.frame == other.frame;
 }
 
 namespace {
@@ -27,6 +27,21 @@ std::string describe(const can::Emergency& emergency) {
   if (emergency.manufacturer != decltype(emergency.manufacturer){})
     text += fmt::format(", manufacturer {:02X}", fmt::join(emergency.manufacturer, " "));
   return text + ")";
+}
+
+std::string describe(const ForeignFrame& frame) {
+  const std::string id = fmt::format("0x{:0{}X}", frame.id, frame.extended ? 8 : 3);
+  switch (frame.kind) {
+    case ForeignFrame::Kind::sync:
+      return fmt::format("SYNC ({})", id);
+    case ForeignFrame::Kind::heartbeat:
+      return fmt::format("the heartbeat of this controller ({})", id);
+    case ForeignFrame::Kind::command:
+      return fmt::format("a command to an amplifier ({})", id);
+    case ForeignFrame::Kind::axis_status:
+      return fmt::format("a controller's status of an axis ({})", id);
+  }
+  return {};
 }
 
 std::string what_happened(const NodeEvent& event) {
@@ -41,6 +56,12 @@ std::string what_happened(const NodeEvent& event) {
     case NodeEvent::Kind::foreign_sdo:
       return fmt::format("another node writes its object 0x{:04X}:{:02X}", event.object.index,
                          event.object.subindex);
+    case NodeEvent::Kind::no_such_sync:
+      return fmt::format(
+          "a sample with SyncCounter {} is not used, expected the counter of the last SYNC, 1 to {}",
+          event.sync_counter, can::sync_counter_max);
+    case NodeEvent::Kind::another_controller:
+      return "another node sends " + describe(event.frame);
   }
   return {};
 }
@@ -48,6 +69,7 @@ std::string what_happened(const NodeEvent& event) {
 }  // namespace
 
 std::string describe(const NodeEvent& event) {
+  if (event.kind == NodeEvent::Kind::another_controller) return what_happened(event);
   return fmt::format("node {}: {}", event.node, what_happened(event));
 }
 
@@ -115,6 +137,10 @@ bool RemoteNode::hear_foreign_sdo(const can::Frame& frame) {
   note({.kind = NodeEvent::Kind::foreign_sdo, .node = node_, .object = access->object});
   set_up_again();
   return true;
+}
+
+void RemoteNode::note_no_such_sync(std::uint8_t sync_counter) {
+  note({.kind = NodeEvent::Kind::no_such_sync, .node = node_, .sync_counter = sync_counter});
 }
 
 void RemoteNode::set_up_again() {

@@ -15,16 +15,34 @@
 
 namespace hystcan::controller {
 
+/// A frame that only this controller sends, from another node.
+struct ForeignFrame {
+  enum class Kind : std::uint8_t { sync, heartbeat, command, axis_status };
+  Kind kind = Kind::sync;
+  std::uint32_t id = 0;
+  bool extended = false;
+  friend bool operator==(const ForeignFrame&, const ForeignFrame&) = default;
+};
+
 /// An event of a node for the log.
 struct NodeEvent {
-  enum class Kind : std::uint8_t { emergency, not_set_up, foreign_nmt, foreign_sdo };
+  enum class Kind : std::uint8_t {
+    emergency,
+    not_set_up,
+    foreign_nmt,
+    foreign_sdo,
+    no_such_sync,       ///< a sample names a SYNC that there is not
+    another_controller  ///< the node is not known
+  };
   Kind kind = Kind::emergency;
   std::uint8_t node = 0;
   can::Emergency emergency{};
   can::SdoFailure failure{};
-  can::NmtCommand command{};  ///< of foreign_nmt
-  can::SdoObject object{};    ///< of foreign_sdo
-  std::uint32_t times = 1;    ///< so many of this kind came in a row before the first was taken
+  can::NmtCommand command{};      ///< of foreign_nmt
+  can::SdoObject object{};        ///< of foreign_sdo
+  std::uint8_t sync_counter = 0;  ///< of no_such_sync
+  ForeignFrame frame{};           ///< of another_controller
+  std::uint32_t times = 1;        ///< so many of this kind came in a row before the first was taken
 };
 static_assert(std::is_trivially_copyable_v<std::optional<NodeEvent>>, "events cross threads in a record");
 
@@ -58,6 +76,8 @@ class RemoteNode {
   /// may have changed the set-up, the node is set up again before it is used again.
   bool hear_foreign_nmt(const can::Frame& frame);
   bool hear_foreign_sdo(const can::Frame& frame);
+  /// A sample of this node has this `SyncCounter`, which no SYNC has.
+  void note_no_such_sync(std::uint8_t sync_counter);
 
   std::uint8_t node() const { return node_; }
   /// Empty if no heartbeat has come, or none for too long.

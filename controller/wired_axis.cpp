@@ -90,6 +90,12 @@ void WiredAxis::handle_bus_loss(can::BusState state) {
   forget_status();
 }
 
+bool WiredAxis::names_a_possible_sync(const can::SensorSample& sample) {
+  if (!samples_name_their_sync || can::is_sync_counter(sample.sync_counter)) return true;
+  sensor.note_no_such_sync(sample.sync_counter);
+  return false;
+}
+
 bool WiredAxis::names_a_sync_again(const can::Frame& frame, const can::SensorSample& sample,
                                    std::uint64_t cycle) {
   constexpr std::uint64_t forgotten_after = can::sync_counter_max / 2;
@@ -129,7 +135,15 @@ NodeHealth WiredAxis::take_health(can::Time now, can::BusState bus) {
   return health;
 }
 
+void WiredAxis::meet_another_controller(const ForeignFrame& frame, double time_s) {
+  if (axis.state() == AxisState::offline || axis.state() == AxisState::faulted) return;
+  axis.trip(Cause::another_controller, time_s);
+  foreign_frame_ = frame;
+}
+
 std::optional<NodeEvent> WiredAxis::take_event() {
+  if (const auto frame = std::exchange(foreign_frame_, std::nullopt))
+    return NodeEvent{.kind = NodeEvent::Kind::another_controller, .frame = *frame};
   // In turn: one node that sends emergencies in every cycle does not hide those of the other.
   for (int tries = 0; tries < 2; ++tries) {
     RemoteNode& node = sensor_has_the_turn ? sensor : amplifier;

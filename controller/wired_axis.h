@@ -35,12 +35,16 @@ struct WiredAxis {
   /// The bus is off or the interface is down: what is known of the nodes may no longer hold.
   void handle_bus_loss(can::BusState state);
 
+  /// False: the sample names a SYNC that there is not. It answers no cycle; the log says so.
+  bool names_a_possible_sync(const can::SensorSample& sample);
   /// True: this sample and another one, both accepted, name the same SYNC. A frame that is sent twice is no other one.
   bool names_a_sync_again(const can::Frame& frame, const can::SensorSample& sample, std::uint64_t cycle);
 
   /// What is known of both nodes for the next step. Each event since the last step counts once.
   NodeHealth take_health(can::Time now, can::BusState bus);
-  /// The oldest event not yet taken, of amplifier and sensor in turn.
+  /// Faults the axis, unless it is faulted or offline. The log names the frame.
+  void meet_another_controller(const ForeignFrame& frame, double time_s);
+  /// The oldest event not yet taken, of amplifier and sensor in turn; first the frame of another controller.
   std::optional<NodeEvent> take_event();
   /// Of every message of this axis that the controller receives.
   void append_rejected(std::vector<can::RejectedFrames>& all) const;
@@ -82,8 +86,9 @@ struct WiredAxis {
     std::uint64_t cycle = 0;  ///< 0: none yet
     can::Frame frame{};
   };
-  std::array<NamedSync, 256> named_syncs_{};  ///< by SyncCounter: the last sample that named it
-  can::AmpStatus status_at_first_;            ///< What holds before a status comes, or where none ever comes.
+  std::optional<ForeignFrame> foreign_frame_;  ///< for the log
+  std::array<NamedSync, 256> named_syncs_{};   ///< by SyncCounter: the last sample that named it
+  can::AmpStatus status_at_first_;  ///< What holds before a status comes, or where none ever comes.
 };
 
 /// The axes of a controller; their addresses do not change.

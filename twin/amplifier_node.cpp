@@ -86,7 +86,7 @@ void AmplifierNode::on_command(const can::AmpCommand& command) {
 bool AmplifierNode::is_stale(const can::AmpCommand& command) const {
   if (!commands_name_their_sync_) return false;
   const int named = command.sync_counter;
-  if (last_sync_ == 0 || named < 1 || named > can::sync_counter_max) return true;
+  if (last_sync_ == 0 || !can::is_sync_counter(named)) return true;
   return (last_sync_ - named + can::sync_counter_max) % can::sync_counter_max > 1;
 }
 

@@ -55,7 +55,7 @@ std::optional<Nmt> parse_nmt(const Frame& frame) {
 }
 
 std::optional<std::uint8_t> parse_sync(const Frame& frame) {
-  if (!is_classical(frame, 1) || frame.data[0] < 1 || frame.data[0] > sync_counter_max) return std::nullopt;
+  if (!is_classical(frame, 1) || !is_sync_counter(frame.data[0])) return std::nullopt;
   return frame.data[0];
 }
 

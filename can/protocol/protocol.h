@@ -87,6 +87,8 @@ std::optional<Emergency> parse_emergency(const Frame& frame);
 /// True: the frame is a heartbeat of this node with a state of CiA 301.
 bool is_heartbeat_of(std::uint8_t node, const Frame& frame);
 
+/// True for the counter of a SYNC.
+constexpr bool is_sync_counter(int counter) { return counter >= 1 && counter <= sync_counter_max; }
 /// The SYNC counter that follows `counter`: 1..240, then 1 again.
 constexpr std::uint8_t next_sync_counter(std::uint8_t counter) {
   return counter >= sync_counter_max ? std::uint8_t{1} : static_cast<std::uint8_t>(counter + 1);

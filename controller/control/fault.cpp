@@ -36,7 +36,8 @@ constexpr std::array<CauseText, cause_count> cause_texts{{
     {"command not sendable",
      "the drive does not fit the Setpoint signal: check the DBC against drive_min and drive_max"},
     {"another controller is on this bus",
-     "another node sends SYNC, this controller's heartbeat or its commands: end one of the two"},
+     "another node sends SYNC, this controller's heartbeat, its commands or its status of an axis: the log names the "
+     "frame, end one of the two"},
     {"sample late", "the sensor answers a SYNC after the next one: check the bus load and the sensor's rate"},
     {"position frozen", "the drive moves, the position does not change by one bit: check sensor and stage"},
     {"position jumped",

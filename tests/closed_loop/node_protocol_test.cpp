@@ -3,12 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <vector>
 
 #include "config/schema/config.h"
 #include "controller/wired_axis.h"
 #include "rehearsal/rehearsal.h"
+#include "tests/support/hooked_connection.h"
 #include "tests/support/lone_axis.h"
 #include "tests/support/rehearsed.h"
 
@@ -244,6 +246,68 @@ TEST(SampleThatIsSentTwice, BitForBitIsNoFault) {
   loop.rehearsal.run_for(std::chrono::seconds(2));
   EXPECT_EQ(loop.axis().state(), AxisState::tracking) << to_string(loop.axis().fault().cause);
 }
+
+/// The controller of axis x, whose sensor gives its samples this SyncCounter in place of the right one from `fail` on.
+class WrongSyncCounter : public testing::TestWithParam<int> {
+ protected:
+  WrongSyncCounter() {
+    twin_.start();
+    controller_.start();
+  }
+  void run_for(can::Duration duration) { clock_.run_until(clock_.now() + duration); }
+  void fail() { fails_ = true; }
+  std::string event() const {
+    return "node 2: a sample with SyncCounter " + std::to_string(GetParam()) +
+           " is not used, expected the counter of the last SYNC, 1 to 240";
+  }
+  const controller::Axis& axis() const { return controller_.axis(0); }
+
+  can::VirtualClock clock_;
+  can::SimBus bus_{clock_, 1'000'000};
+  const rehearsal::Setup setup_ = one_axis();
+  bool fails_ = false;
+  std::vector<std::string> events_;
+  twin::Twin twin_{setup_.twin, setup_.database, clock_, [this](auto) { return bus_.attach(); }};
+  controller::Controller controller_{setup_.controller, setup_.database, clock_,
+                                     [this](auto) {
+                                       return std::make_unique<support::HookedConnection>(
+                                           bus_.attach(), support::HookedConnection::Hook{},
+                                           [this](can::Frame& frame) {
+                                             if (frame.id != 0x182 || !fails_) return true;
+                                             frame.data[4] = static_cast<std::uint8_t>(GetParam());
+                                             std::array<std::uint8_t, 9> covered{0x82, 0x01};
+                                             std::copy_n(frame.data.begin(), 7, covered.begin() + 2);
+                                             frame.data[7] = can::crc8_j1850(covered);
+                                             return true;
+                                           });
+                                     },
+                                     [this](const controller::CycleRecord& record) {
+                                       if (record.event) events_.push_back(describe(*record.event));
+                                     }};
+};
+
+TEST_P(WrongSyncCounter, OfADrivenAxisIsAMissingSampleAndIsNamed) {
+  run_for(std::chrono::seconds(2));
+  ASSERT_EQ(axis().state(), AxisState::tracking);
+  ASSERT_TRUE(events_.empty());
+  fail();
+  run_for(milliseconds(20));
+  EXPECT_EQ(axis().fault().cause, Cause::sample_missing);
+  EXPECT_EQ(controller_.counters().late_samples, 0U);
+  ASSERT_FALSE(events_.empty());
+  EXPECT_EQ(events_.front(), event());
+}
+
+TEST_P(WrongSyncCounter, KeepsAnAxisWaitingForASampleAndIsNamed) {
+  fail();
+  run_for(std::chrono::seconds(1));
+  EXPECT_EQ(axis().state(), AxisState::waiting);
+  EXPECT_EQ(axis().report().lacks, controller::Lack::sample);
+  ASSERT_FALSE(events_.empty());
+  EXPECT_EQ(events_.back(), event());
+}
+
+INSTANTIATE_TEST_SUITE_P(ThatNoSyncHas, WrongSyncCounter, testing::Values(0, 241, 255));
 
 TEST(RejectedFrames, AreCountedByMessageAndCause) {
   LoggedLoop loop(one_axis());

@@ -4,6 +4,8 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "config/schema/config.h"
@@ -44,7 +46,10 @@ struct SharedBus : testing::Test {
   }
 
   const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
-  rehearsal::Rehearsal rehearsal{support::setup_of(config), support::ignore};
+  std::vector<std::string> events;  ///< for the log
+  rehearsal::Rehearsal rehearsal{support::setup_of(config), [this](const controller::CycleRecord& record) {
+                                   if (record.event) events.push_back(describe(*record.event));
+                                 }};
   Controller& loop = rehearsal.controller();
   std::unique_ptr<can::Bus> foreign_node = rehearsal.attach()({});
 };
@@ -75,6 +80,15 @@ TEST_F(SecondController, FaultsBeforeItSendsAnyFrameAndTheFirstKeepsTracking) {
   ASSERT_EQ(records.size(), 2u) << "one cycle record for each axis goes to the log";
   EXPECT_EQ(records[0].report.cause, Cause::another_controller);
   EXPECT_EQ(to_string(records[0].report.cause), "another controller is on this bus");
+}
+
+TEST_F(SecondController, NamesTheFrameThatItHasHeard) {
+  track();
+  start_second();
+  rehearsal.run_for(milliseconds(5));
+  ASSERT_FALSE(records.empty());
+  ASSERT_TRUE(records[0].event);
+  EXPECT_EQ(describe(*records[0].event), "another node sends SYNC (0x080)");
 }
 
 TEST_F(SecondController, FaultsBothBeforeTheyArmWhenStartedAtTheSameInstant) {
@@ -130,6 +144,34 @@ TEST_F(SharedBus, AForeignAxisStatusFaultsEveryAxis) {
   can::Encoder<can::ControllerStatus> encode(*config.database.find("YControllerStatus"));
   send(*encode({.state = 1}));
   expect_faulted(loop);
+}
+
+TEST_F(SharedBus, TheFrameOfAnotherControllerIsNamedOnEveryAxis) {
+  track();
+  can::Encoder<can::AmpCommand> command(*config.database.find("YAmpCommand"));
+  can::Encoder<can::ControllerStatus> status(*config.database.find("XControllerStatus"));
+  const std::vector<std::pair<can::Frame, std::string>> frames{
+      {can::sync_frame(7), "another node sends SYNC (0x080)"},
+      {can::heartbeat_frame(127, can::NmtState::operational),
+       "another node sends the heartbeat of this controller (0x77F)"},
+      {*command({.setpoint = 20.0, .enable = true, .sync_counter = 1}),
+       "another node sends a command to an amplifier (0x203)"},
+      {*status({.state = 1}), "another node sends a controller's status of an axis (0x281)"}};
+  for (const auto& [frame, text] : frames) {
+    events.clear();
+    send(frame);
+    EXPECT_EQ(events, (std::vector<std::string>{text, text}));
+    for (std::size_t i = 0; i < loop.axis_count(); ++i) {
+      loop.axis(i).clear();
+      loop.axis(i).start(false);
+    }
+  }
+}
+
+TEST_F(SharedBus, AnotherControllerThatGoesOnIsNamedOnceOnEveryAxis) {
+  track();
+  for (std::uint8_t i = 1; i < 50; ++i) send(can::sync_frame(i));
+  EXPECT_EQ(events.size(), loop.axis_count());
 }
 
 TEST_F(SharedBus, AMalformedForeignSyncHeartbeatOrCommandDoesNotDisturbTracking) {
