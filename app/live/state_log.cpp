@@ -62,20 +62,27 @@ void StateLog::add_missing_axes() {
   for (const Axis& axis : axes_)
     if (is_on_its_way(axis.state))
       sink_(Level::warning, fmt::format("{}: not ready, waits for {}: the other axes begin without it",
-                                        axis.name, lack_text(axis, axis.lacks)));
+                                        axis.name, lacks_text(axis, axis.lacks)));
 }
 
 void StateLog::add_lack(Axis& axis, const controller::CycleRecord& record) {
   axis.amplifier_output = record.amplifier_output;
-  if (axis.lacks != record.report.lacks) {
-    axis.lacks = record.report.lacks;
+  if (axis.lacks.first() != record.report.lacks.first()) {
     axis.lacks_since_s = record.time_s;
     axis.lack_is_logged = false;
   }
-  if (axis.lacks != Lack::nothing) axis.last_lack = axis.lacks;
-  if (axis.lacks == Lack::nothing || record.time_s - axis.lacks_since_s < worth_a_line_s) return;
+  axis.lacks = record.report.lacks;
+  if (axis.lacks.empty()) return;
+  axis.last_lacks = axis.lacks;
+  if (record.time_s - axis.lacks_since_s < worth_a_line_s) return;
   if (!std::exchange(axis.lack_is_logged, true))
-    sink_(Level::info, fmt::format("{}: still waits for {}", axis.name, lack_text(axis, axis.lacks)));
+    sink_(Level::info, fmt::format("{}: still waits for {}", axis.name, lacks_text(axis, axis.lacks)));
+}
+
+std::string StateLog::lacks_text(const Axis& axis, controller::LackSet lacks) const {
+  std::string text;
+  for (const Lack lack : lacks.members()) text += (text.empty() ? "" : "; ") + lack_text(axis, lack);
+  return text;
 }
 
 std::string StateLog::lack_text(const Axis& axis, Lack lack) const {
@@ -111,9 +118,9 @@ std::string StateLog::lack_text(const Axis& axis, Lack lack) const {
   return late.empty() ? std::string(what) : fmt::format("{}: {}", what, fmt::join(late, ", "));
 }
 
-std::string StateLog::first_lack() const {
+std::string StateLog::lacks_of_first_axis() const {
   return fmt::format("{} waited for {}", axes_.front().name,
-                     lack_text(axes_.front(), axes_.front().last_lack));
+                     lacks_text(axes_.front(), axes_.front().last_lacks));
 }
 
 }  // namespace hystcan::app

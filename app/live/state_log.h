@@ -20,7 +20,7 @@ class StateLog {
   /// Some axis has tracked.
   bool has_tracked() const { return has_tracked_; }
   /// What kept the first axis from tracking: "x waited for a heartbeat of the sensor".
-  std::string first_lack() const;
+  std::string lacks_of_first_axis() const;
 
  private:
   struct Axis {
@@ -31,15 +31,17 @@ class StateLog {
     double drive_max = 0.0;
     std::string drive_unit;
     controller::AxisState state = controller::AxisState::offline;
-    controller::Lack lacks = controller::Lack::nothing;
-    controller::Lack last_lack = controller::Lack::nothing;  ///< other than nothing
-    double lacks_since_s = 0.0;
+    controller::LackSet lacks{};
+    controller::LackSet last_lacks{};  ///< not empty
+    double lacks_since_s = 0.0;        ///< the first of them
     double amplifier_output = 0.0;
     bool lack_is_logged = false;
   };
   void add_state(Axis& axis, const controller::CycleRecord& record);
   void add_lack(Axis& axis, const controller::CycleRecord& record);
   void add_missing_axes();
+  /// All that the axis waits for.
+  std::string lacks_text(const Axis& axis, controller::LackSet lacks) const;
   /// What the axis waits for, with the node, the value or the axes that it is about.
   std::string lack_text(const Axis& axis, controller::Lack lack) const;
 

@@ -55,7 +55,11 @@ json to_json(const std::string& name, const controller::CycleRecord& record) {
             {"amplifier_output", record.amplifier_output},
             {"limits", controller::limits_to_string(report.limits)},
             {"sample_missing", report.sample_missing}};
-  if (report.lacks != controller::Lack::nothing) axis["waits_for"] = to_string(report.lacks);
+  if (!report.lacks.empty()) {
+    axis["waits_for"] = to_string(report.lacks.first());
+    for (const controller::Lack lack : report.lacks.members())
+      axis["waits_for_all"].push_back(to_string(lack));
+  }
   if (report.cause != controller::Cause::none) {
     axis["fault_time_s"] = report.fault_time_s;
     axis["remedy"] = remedy(report.cause);

@@ -1,9 +1,12 @@
 #include "app/report/status_text.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "can/counted.h"
 
@@ -39,7 +42,9 @@ std::string remark_on(const nlohmann::json& axis) {
   if (axis.at("state") == "faulted")
     return fmt::format("{} at {:.3f} s; {}", axis.at("fault").get<std::string>(),
                        axis.at("fault_time_s").get<double>(), axis.at("remedy").get<std::string>());
-  if (axis.contains("waits_for")) return "waits for " + axis.at("waits_for").get<std::string>();
+  if (axis.contains("waits_for_all"))
+    return fmt::format("waits for {}",
+                       fmt::join(axis.at("waits_for_all").get<std::vector<std::string>>(), "; "));
   std::string remark = axis.value("arrival", "");
   if (const std::string limits = axis.at("limits"); !limits.empty()) remark += " limited by " + limits;
   return remark;

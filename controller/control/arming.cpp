@@ -15,6 +15,23 @@ bool is_plausible(double output, const Gate::Config& gate) {
   return output >= gate.drive_min - error && output <= gate.drive_max + error;
 }
 
+Lack lack_of_sensor(const AxisInput& input) {
+  if (!input.health.sensor_alive) return Lack::sensor_heartbeat;
+  if (!input.health.sensor_operational) return Lack::sensor_operational;
+  return input.position_um ? Lack::nothing : Lack::sample;
+}
+
+LackSet lacks_of_amplifier(const NodeHealth& health, const Gate::Config& gate) {
+  if (!health.amplifier_alive) return Lack::amplifier_heartbeat;
+  if (!health.amplifier_operational) return Lack::amplifier_operational;
+  if (health.amplifier_fault) return Lack::clear;
+  if (!health.amplifier_ready) return Lack::amplifier_ready;
+  LackSet lacks;
+  if (!is_plausible(health.amplifier_output, gate)) lacks.add(Lack::amplifier_output);
+  if (health.amplifier_moves) lacks.add(Lack::amplifier_rest);
+  return lacks;
+}
+
 }  // namespace
 
 std::string_view to_string(Lack lack) {
@@ -36,17 +53,17 @@ std::string_view to_string(Lack lack) {
   return names[static_cast<std::size_t>(lack)];
 }
 
-Lack lack_of(const AxisInput& input, const Gate::Config& gate) {
-  const NodeHealth& health = input.health;
-  if (!health.sensor_alive) return Lack::sensor_heartbeat;
-  if (!health.amplifier_alive) return Lack::amplifier_heartbeat;
-  if (!health.sensor_operational) return Lack::sensor_operational;
-  if (!health.amplifier_operational) return Lack::amplifier_operational;
-  if (health.amplifier_fault) return Lack::clear;
-  if (!health.amplifier_ready) return Lack::amplifier_ready;
-  if (!is_plausible(health.amplifier_output, gate)) return Lack::amplifier_output;
-  if (health.amplifier_moves) return Lack::amplifier_rest;
-  return input.position_um ? Lack::nothing : Lack::sample;
+std::vector<Lack> LackSet::members() const {
+  std::vector<Lack> members;
+  for (std::size_t i = 1; i < lack_count; ++i)
+    if ((bits_ >> i & 1U) != 0) members.push_back(static_cast<Lack>(i));
+  return members;
+}
+
+LackSet lacks_of(const AxisInput& input, const Gate::Config& gate) {
+  LackSet lacks = lacks_of_amplifier(input.health, gate);
+  lacks.add(lack_of_sensor(input));
+  return lacks;
 }
 
 bool ClearAttempt::step(const NodeHealth& health, double dt_s) {

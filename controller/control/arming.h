@@ -1,8 +1,10 @@
 // What an axis needs before it is driven: what it lacks of that, and one attempt to clear the amplifier's fault.
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <string_view>
+#include <vector>
 
 #include "controller/control/gate.h"
 #include "controller/control/supervisor.h"
@@ -30,9 +32,30 @@ inline constexpr std::size_t lack_count = static_cast<std::size_t>(Lack::other_a
 /// "a heartbeat of the sensor"
 std::string_view to_string(Lack lack);
 
-/// The first of those up to `sample` that is missing. An output may be beyond the gate's range by the error of its
-/// reading, 1 % of the range; the gate limits what is commanded.
-Lack lack_of(const AxisInput& input, const Gate::Config& gate);
+/// What an axis waits for: a set, in the order of `Lack`. It never contains `nothing`.
+class LackSet {
+ public:
+  constexpr LackSet() = default;
+  constexpr LackSet(Lack one) { add(one); }
+  constexpr void add(Lack one) {
+    if (one != Lack::nothing) bits_ = static_cast<std::uint16_t>(bits_ | 1U << static_cast<unsigned>(one));
+  }
+  constexpr bool empty() const { return bits_ == 0; }
+  constexpr Lack first() const {
+    return empty() ? Lack::nothing : static_cast<Lack>(std::countr_zero(bits_));
+  }
+  std::vector<Lack> members() const;
+  friend constexpr bool operator==(LackSet, LackSet) = default;
+
+ private:
+  std::uint16_t bits_ = 0;
+};
+static_assert(lack_count <= 16, "a LackSet has a bit for each Lack");
+
+/// Those up to `sample` that are missing: of each node the first one, which its further ones depend on, and of an
+/// amplifier that is ready both output and rest. An output may be beyond the gate's range by the error of its reading, 1 %
+/// of the range; the gate limits what is commanded.
+LackSet lacks_of(const AxisInput& input, const Gate::Config& gate);
 
 /// A clear attempts for half a second to clear the amplifier's fault, counted from when the amplifier is operational. A
 /// fault whose cause lasts longer needs another clear: the axis would otherwise be driven whenever the cause ends.

@@ -287,9 +287,10 @@ AxisCommand Axis::decide(const AxisInput& input) {
 AxisCommand Axis::wait(const AxisInput& input) {
   AxisCommand command = safe();
   command.clear_fault = clear_attempt_.step(input.health, input.dt_s);
-  report_.lacks = lack_of(input, config_.gate);
-  if (report_.lacks == Lack::clear && !command.clear_fault) trip(Cause::amplifier_fault, input.time_s);
-  if (report_.lacks == Lack::nothing) arm(input.health);
+  report_.lacks = lacks_of(input, config_.gate);
+  if (report_.lacks.first() == Lack::clear && !command.clear_fault)
+    trip(Cause::amplifier_fault, input.time_s);
+  if (report_.lacks.empty()) arm(input.health);
   return command;
 }
 

@@ -96,7 +96,7 @@ Trajectory reference_of(const AxisConfig& config);
 /// The logged values of one axis in one cycle.
 struct AxisReport {  // NOLINT(clang-analyzer-optin.performance.Padding)
   AxisState state = AxisState::offline;
-  Lack lacks = Lack::nothing;  ///< what the axis waits for
+  LackSet lacks{};  ///< what the axis waits for
   /// In the one cycle in which the amplifier's watchdog has passed its trial: the time without commands until it
   /// tripped.
   std::optional<double> watchdog_tripped_after_s{};

@@ -127,7 +127,7 @@ export class StatusView {
       this.states[at].dataset.state = axis.state;
       const errors = this.errors(at);
       axisRows.forEach(([, text], row) => setText(this.cells[row][1][at], text(axis, this.#units[at] ?? '', errors)));
-      setText(this.waits[at], axis.waits_for ? `Axis ${axis.name} waits for: ${axis.waits_for}` : '');
+      setText(this.waits[at], axis.waits_for_all ? `Axis ${axis.name} waits for: ${axis.waits_for_all.join('; ')}` : '');
       setText(this.faults[at], faultText(axis));
     });
   }

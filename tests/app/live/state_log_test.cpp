@@ -11,11 +11,12 @@ namespace {
 
 using controller::AxisState;
 using controller::Lack;
+using controller::LackSet;
 
 /// The shipped two-axis stage; axis 0 is x.
 class StateLogOfTwoAxes : public testing::Test {
  protected:
-  void add(std::size_t axis, double time_s, AxisState state, Lack lacks = Lack::nothing) {
+  void add(std::size_t axis, double time_s, AxisState state, LackSet lacks = {}) {
     controller::CycleRecord record;
     record.time_s = time_s;
     record.axis = axis;
@@ -37,6 +38,24 @@ TEST_F(StateLogOfTwoAxes, SaysOnceAfterTwoSecondsWhatAnAxisWaitsFor) {
   const std::vector<std::string> expected{"x: waiting for amplifier node 1 and sensor node 2",
                                           "x: still waits for a heartbeat of the sensor (node 2)"};
   EXPECT_EQ(lines, expected);
+}
+
+TEST_F(StateLogOfTwoAxes, NamesAllThatAnAxisWaitsFor) {
+  LackSet lacks = Lack::amplifier_heartbeat;
+  lacks.add(Lack::sensor_operational);
+  for (const double time_s : {0.0, 2.5}) add(0, time_s, AxisState::waiting, lacks);
+  EXPECT_EQ(
+      lines.back(),
+      "x: still waits for a heartbeat of the amplifier (node 1); the sensor to be operational (node 2)");
+}
+
+TEST_F(StateLogOfTwoAxes, SaysAtItsTimeWhatComesFirstWhereTheRestChanges) {
+  for (int i = 0; i < 10; ++i) {
+    LackSet lacks = Lack::amplifier_ready;
+    if (i % 2 == 1) lacks.add(Lack::sample);
+    add(0, 0.5 * i, AxisState::waiting, lacks);
+  }
+  EXPECT_EQ(lines.size(), 2U);
 }
 
 TEST_F(StateLogOfTwoAxes, SaysNothingOfWhatIsMissingForAMoment) {
@@ -99,7 +118,7 @@ TEST_F(StateLogOfTwoAxes, KnowsWhetherAnythingWasTracked) {
   add(0, 0.0, AxisState::waiting, Lack::sample);
   add(0, 0.1, AxisState::initialising);
   EXPECT_FALSE(log.has_tracked());
-  EXPECT_EQ(log.first_lack(), "x waited for a sample (node 2)");
+  EXPECT_EQ(log.lacks_of_first_axis(), "x waited for a sample (node 2)");
   add(0, 0.2, AxisState::tracking);
   EXPECT_TRUE(log.has_tracked());
 }

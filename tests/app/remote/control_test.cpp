@@ -41,6 +41,22 @@ TEST(ControlSocket, ReportsTheStatusOfEveryAxisAndOfTheCycles) {
   EXPECT_EQ(status.at("axes")[1].at("name"), "y");
 }
 
+TEST(ControlSocket, NamesAllThatAnAxisWaitsForAndTheFirstOfItAlone) {
+  const ControlBench bench([](const support::ShippedCopy& files) {
+    // The nodes of the twin listen for an hour before they send a heartbeat.
+    files.edit("piezo.toml", "heartbeat_ms = 100.0", "heartbeat_ms = 3.6e6");
+    files.edit("piezo.toml", "rate_Hz = 1000.0", "rate_Hz = 1000.0\nheartbeat_timeout_ms = 7.2e6");
+  });
+  Client client = bench.client();
+  json x;
+  EXPECT_TRUE(bench.comes_true([&] {
+    x = client.ask(command("status")).at("axes")[0];
+    return x.contains("waits_for_all") && x.at("waits_for_all").size() == 2;
+  })) << x;
+  EXPECT_EQ(x.at("waits_for"), "a heartbeat of the sensor");
+  EXPECT_EQ(x.at("waits_for_all"), (json{"a heartbeat of the sensor", "a heartbeat of the amplifier"}));
+}
+
 TEST(ControlSocket, MovesAStageToAPositionAndBackToItsReference) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));

@@ -44,6 +44,16 @@ TEST(StatusScreen, ShowsTheLastEventOfANode) {
   EXPECT_TRUE(has(status_screen(with_event, bus, ""), "nodes: node 1: emergency 0x8130, 3.2 s"));
 }
 
+TEST(StatusScreen, NamesAllThatAnAxisWaitsFor) {
+  json waiting = status();
+  json& y = waiting["axes"][1];
+  y["state"] = "waiting";
+  y["waits_for"] = "a heartbeat of the sensor";
+  y["waits_for_all"] = {"a heartbeat of the sensor", "a heartbeat of the amplifier"};
+  EXPECT_TRUE(has(status_screen(waiting, bus, ""),
+                  "waits for a heartbeat of the sensor; a heartbeat of the amplifier"));
+}
+
 TEST(StatusScreen, ShowsTheBusWhereNobodyAnswers) {
   const auto lines = status_screen(nullptr, bus, "no answer, trying again: no such file");
   ASSERT_EQ(lines.size(), 2U);

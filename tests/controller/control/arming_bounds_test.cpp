@@ -1,5 +1,5 @@
-// What arms an axis, at its bounds: the order of what it lacks, the time of a clear, where the drive begins, the delay of
-// the amplifier, and its watchdog, which is tried by withholding commands.
+// What arms an axis, at its bounds: the time of a clear, where the drive begins, the delay of the amplifier, and its
+// watchdog, which is tried by withholding commands.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -14,64 +14,6 @@ namespace hystcan::controller::arming_bounds_test {
 namespace {
 
 constexpr double exact_cycle_s = 1.0 / 1024.0;  // sums of it are exact
-
-// ---- what an axis lacks
-
-/// Its range is 100, and the error of a reading is 1.
-constexpr Gate::Config gate_above_zero{.drive_min = 10.0, .drive_max = 110.0};
-
-AxisInput complete() {
-  return {.position_um = 0.0,
-          .health = {.sensor_alive = true,
-                     .sensor_operational = true,
-                     .amplifier_alive = true,
-                     .amplifier_operational = true,
-                     .amplifier_ready = true,
-                     .amplifier_output = 10.0}};
-}
-
-Lack lack_with_output(double output) {
-  AxisInput input = complete();
-  input.health.amplifier_output = output;
-  return lack_of(input, gate_above_zero);
-}
-
-TEST(ArmingLack, IsTheFirstOfThoseThatAreMissing) {
-  AxisInput input;
-  input.health.amplifier_fault = true;
-  input.health.amplifier_moves = true;
-  const auto expect = [&](Lack lack) { EXPECT_EQ(lack_of(input, gate_above_zero), lack) << to_string(lack); };
-  expect(Lack::sensor_heartbeat);
-  input.health.sensor_alive = true;
-  expect(Lack::amplifier_heartbeat);
-  input.health.amplifier_alive = true;
-  expect(Lack::sensor_operational);
-  input.health.sensor_operational = true;
-  expect(Lack::amplifier_operational);
-  input.health.amplifier_operational = true;
-  expect(Lack::clear);
-  input.health.amplifier_fault = false;
-  expect(Lack::amplifier_ready);
-  input.health.amplifier_ready = true;
-  expect(Lack::amplifier_output);
-  input.health.amplifier_output = 10.0;
-  expect(Lack::amplifier_rest);
-  input.health.amplifier_moves = false;
-  expect(Lack::sample);
-  input.position_um = 0.0;
-  expect(Lack::nothing);
-}
-
-TEST(ArmingLack, IsNotAnOutputThatIsBeyondTheGateByTheErrorOfItsReading) {
-  EXPECT_EQ(lack_with_output(9.0), Lack::nothing);
-  EXPECT_EQ(lack_with_output(111.0), Lack::nothing);
-}
-
-TEST(ArmingLack, IsAnOutputThatIsFurtherBeyondTheGate) {
-  EXPECT_EQ(lack_with_output(8.999), Lack::amplifier_output);
-  EXPECT_EQ(lack_with_output(111.001), Lack::amplifier_output);
-  EXPECT_EQ(lack_with_output(std::numeric_limits<double>::quiet_NaN()), Lack::amplifier_output);
-}
 
 // ---- the attempt to clear
 
