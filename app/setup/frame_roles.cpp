@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -29,6 +30,20 @@ const Words status_words{"get", "act",    "actual",   "meas", "monitor", "read",
 const Words position_words{"pos",  "position", "disp", "displacement", "weg",
                            "sens", "sensor",   "meas", "gap",          "stroke"};
 
+const Words counter_words{"counter", "cnt", "alive", "rolling", "seq", "count"};
+const Words crc_words{"crc", "checksum", "chk"};
+const Words reserved_words{"reserve", "rsvd", "spare", "unused", "pad", "dummy"};
+
+/// In the order in which they are tried. The wider ones name a single bit, and nothing that switches off.
+const Words enable_words{"enable", "en", "on", "active", "enabled", "freigabe"};
+const Words wider_enable_words{"ena",    "enb", "enbl", "activ",   "power",   "pwr",
+                               "output", "hv",  "run",  "operate", "release", "einschalt"};
+const Words off_words{"disable", "inhibit", "off", "stop", "not"};
+
+bool is_in_every_frame(const Signal& signal) {
+  return can::is_decodable(signal) && !signal.multiplexing.present_at;
+}
+
 /// One message's roles beside the one that it was found by.
 class Roles {
  public:
@@ -53,13 +68,14 @@ class Roles {
   }
   const Signal* unlisted(const Words& words, const Words& others = {}) const {
     for (const Signal& signal : message_.signals)
-      if (!used_.contains(&signal) && can::is_decodable(signal) && !word_in(signal.name, words).empty() &&
+      if (!used_.contains(&signal) && is_in_every_frame(signal) && !word_in(signal.name, words).empty() &&
           word_in(signal.name, others).empty())
         return &signal;
     return nullptr;
   }
   void miss(const std::string& role) { into_.not_found.push_back(of_ + "." + role); }
 
+  void look_for_enable();
   void states(const Signal& signal);
   MessageMap finished();
 
@@ -70,6 +86,33 @@ class Roles {
   MessageMap map_;
   std::set<const Signal*> used_;
 };
+
+/// By its name, where that is unambiguous. It is a number without a unit, or a bit. One that is neither counter nor CRC nor
+/// reserved, and has another name, may be it too.
+void Roles::look_for_enable() {
+  std::vector<const Signal*> left, named;
+  for (const Signal& signal : message_.signals)
+    if (!used_.contains(&signal) && is_in_every_frame(signal) &&
+        (signal.unit.empty() || signal.length == 1) && signal.length <= 8 &&
+        word_in(signal.name, counter_words).empty() && word_in(signal.name, crc_words).empty() &&
+        word_in(signal.name, reserved_words).empty())
+      left.push_back(&signal);
+  for (const Signal* signal : left) into_.enable_candidates.push_back(signal->name);
+  const auto is_bit = [](const Signal* signal) { return signal->length == 1; };
+  std::ranges::copy_if(left, std::back_inserter(named),
+                       [](const Signal* signal) { return !word_in(signal->name, enable_words).empty(); });
+  if (named.size() > 1 && std::ranges::count_if(named, is_bit) == 1)
+    std::erase_if(named, [&](const Signal* signal) { return !is_bit(signal); });
+  if (named.empty())
+    std::ranges::copy_if(left, std::back_inserter(named), [&](const Signal* signal) {
+      return is_bit(signal) && !word_in(signal->name, wider_enable_words).empty() &&
+             word_in(signal->name, off_words).empty();
+    });
+  if (named.size() == 1)
+    take("enable", *named.front(), "its name");
+  else if (left.empty())
+    miss("enable");
+}
 
 /// Raw values of the states by their names in the DBC.
 void Roles::states(const Signal& signal) {
@@ -97,8 +140,8 @@ void Roles::states(const Signal& signal) {
 
 /// With the message's counter and CRC.
 MessageMap Roles::finished() {
-  const Signal* counter = unlisted({"counter", "cnt", "alive", "rolling", "seq", "count"}, {"sync", "error"});
-  const Signal* crc = unlisted({"crc", "checksum", "chk"});
+  const Signal* counter = unlisted(counter_words, {"sync", "error"});
+  const Signal* crc = unlisted(crc_words);
   map_.integrity = can::Integrity::none;
   if (counter != nullptr) {
     map_.integrity = crc != nullptr ? can::Integrity::counter_crc : can::Integrity::counter;
@@ -119,9 +162,9 @@ MessageMap Roles::finished() {
 MessageMap command_of(AxisRoles& roles, const LikeSignal& setpoint) {
   Roles found(roles, "command", *setpoint.message);
   found.take("setpoint", *setpoint.signal, setpoint.because);
-  found.look_for("enable", {"enable", "en", "on", "active", "enabled", "freigabe"});
   found.look_for("clear_fault", {"clear", "rst", "reset", "ack", "clr"});
   found.look_for("sync_counter", {"sync"});
+  found.look_for_enable();
   return found.finished();
 }
 
@@ -252,6 +295,22 @@ std::vector<AxisRoles> propose_roles(const can::Database& database, const std::v
                                    .sample = sample_of(roles, position)};
   }
   return all;
+}
+
+bool asks_for_enable(const AxisRoles& roles) {
+  return !roles.enable_candidates.empty() && !roles.frames->command.carries("enable");
+}
+
+void state_enable(AxisRoles& roles, const std::string& signal) {
+  can::MessageMap& command = roles.frames->command;
+  command.signals.erase("enable");
+  std::erase_if(roles.rows, [](const AxisRoles::Row& row) { return row.role == "command.enable"; });
+  if (signal == no_enable) {
+    roles.not_found.emplace_back("command.enable: there is none, as stated");
+    return;
+  }
+  command.signals["enable"] = signal;
+  roles.rows.push_back({"command.enable", command.message, signal, "stated"});
 }
 
 std::string table_of(const AxisRoles& roles, const std::string& axis) {

@@ -6,6 +6,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "can/dbc/database.h"
@@ -22,8 +23,9 @@ struct AxisRoles {
   };
   std::string message_prefix;  ///< of the standard frames; empty: `frames`
   std::optional<can::AxisFrames> frames{};
-  std::vector<Row> rows;                               ///< of the lab's own frames
-  std::vector<std::string> not_found;                  ///< roles, and what a DBC cannot say
+  std::vector<Row> rows;                         ///< of the lab's own frames
+  std::vector<std::string> not_found;            ///< roles, and what a DBC cannot say
+  std::vector<std::string> enable_candidates{};  ///< signals of the lab's command that may be its enable
   std::optional<int> amplifier_node{}, sensor_node{};  ///< from the identifiers of standard frames
 };
 
@@ -38,6 +40,13 @@ struct AxisRange {
 /// the DBC; the message lists what is there in these units.
 std::vector<AxisRoles> propose_roles(const can::Database& database, const std::vector<AxisRange>& axes,
                                      const std::string& drive_unit, const std::string& file);
+
+/// Some signals may be the enable of the lab's command, and no name says which: somebody has to.
+bool asks_for_enable(const AxisRoles& roles);
+/// Stated in the place of a signal: the command has no enable.
+inline constexpr std::string_view no_enable = "none";
+/// The enable as somebody states it: one of the candidates, or `no_enable`.
+void state_enable(AxisRoles& roles, const std::string& signal);
 
 /// A table for the terminal.
 std::string table_of(const AxisRoles& roles, const std::string& axis);

@@ -1,6 +1,7 @@
 #include "app/setup/stage_questions.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cctype>
@@ -35,8 +36,9 @@ void require_names(const std::vector<std::string>& axes) {
 }
 
 /// The value of axis i; none if the option has none.
-std::optional<double> of_axis(const char* option, const std::vector<double>& values, std::size_t i,
-                              std::size_t axes) {
+template <class Value>
+std::optional<Value> of_axis(const char* option, const std::vector<Value>& values, std::size_t i,
+                             std::size_t axes) {
   if (values.empty()) return std::nullopt;
   if (values.size() != 1 && values.size() != axes)
     throw config::Error(fmt::format("{} has {} values, expected one, or one for each of {} axes", option,
@@ -290,6 +292,35 @@ void ask_about_the_bus(KnownStage& stage, const StatedFacts& stated, const std::
   stage.facts.dbc = stage.dbc_file.filename().string();
 }
 
+/// A command without it never switches the amplifier off. A DBC with another name for it must not lead to that unnoticed.
+void ask_for_enable(AxisRoles& roles, const std::string& axis, const std::optional<std::string>& stated,
+                    Questions& questions) {
+  if (!roles.frames) {
+    if (stated)
+      throw config::Error(
+          fmt::format("--enable: axis {} has the standard frames, which have their own enable", axis));
+    return;
+  }
+  if (!stated && !asks_for_enable(roles)) return;
+  const std::string choice = fmt::format("{}{}{}", fmt::join(roles.enable_candidates, ", "),
+                                         roles.enable_candidates.empty() ? "" : ", ", no_enable);
+  const std::string& message = roles.frames->command.message;
+  const std::string answer = questions.text(
+      {"--enable", "Enable of axis " + axis, "",
+       fmt::format("the signal of {} that switches the amplifier on: {}", message, choice)},
+      stated, {}, [&](const std::string& signal) {
+        const bool is_known = signal == no_enable || std::ranges::count(roles.enable_candidates, signal) != 0;
+        return is_known ? ""
+                        : fmt::format("'{}', expected a signal of {} for axis {}: {}", signal, message, axis,
+                                      choice);
+      });
+  if (answer.empty())
+    throw config::Error(fmt::format(
+        "--enable missing: no name says which signal of {} switches the amplifier of axis {} on, expected one of: {}",
+        message, axis, choice));
+  state_enable(roles, answer);
+}
+
 std::vector<AxisRange> ranges_of(const StageFacts& facts) {
   std::vector<AxisRange> ranges;
   for (const AxisFacts& axis : facts.axes)
@@ -310,6 +341,8 @@ KnownStage asked_from_the_first(const StatedFacts& stated, const std::vector<Axi
   stage.roles =
       propose_roles(read_dbc(stage.dbc_file), ranges_of(stage.facts), unit, stage.dbc_file.string());
   for (std::size_t i = 0; i < stage.roles.size(); ++i) {
+    ask_for_enable(stage.roles[i], stated.axes[i], of_axis("--enable", stated.enable, i, stated.axes.size()),
+                   questions);
     stage.facts.axes[i].message_prefix = stage.roles[i].message_prefix;
     stage.facts.axes[i].frames = stage.roles[i].frames;
   }

@@ -19,6 +19,7 @@ namespace hystcan::app {
 struct StatedFacts {
   std::vector<std::string> axes;
   std::optional<std::string> drive_unit, interface, dbc;
+  std::vector<std::string> enable;  ///< signals of the lab's commands, or `none`
   std::vector<double> drive_min, drive_max, safe_drive, stroke_um, sensor_at_safe_um, resonance_Hz,
       damping_ratio, sensor_delay_us;
   std::vector<int> nodes;  ///< amplifier and sensor of the first axis, of the second one ...

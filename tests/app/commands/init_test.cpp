@@ -307,6 +307,26 @@ TEST_F(Init, OfAnAmplifierThatReportsNothingRuns) {
   EXPECT_EQ(init({path("stage"), "--continue"}), done) << err;
 }
 
+/// An amplifier whose enable has a name that says nothing.
+std::string dbc_with_a_gate() {
+  return "VERSION \"\"\n\nBU_: PC Amp Sensor\n\n"
+         "BO_ 257 Set: 4 PC\n SG_ Volt : 0|16@1- (0.01,0) [0|0] \"V\" Amp\n"
+         " SG_ Gate : 16|1@1+ (1,0) [0|1] \"\" Amp\n\n"
+         "BO_ 258 Sens: 4 Sensor\n SG_ Pos : 0|24@1- (1,0) [0|0] \"nm\" PC\n";
+}
+
+TEST_F(Init, TakesTheEnableThatIsStated) {
+  write("gate.dbc", dbc_with_a_gate());
+  for (const auto& [enable, folder] : {std::pair{"Gate", "gate"}, std::pair{"none", "none"}}) {
+    ASSERT_EQ(init({path(folder), "--drive-min", "0", "--drive-max", "100", "--stroke", "30", "--resonance",
+                    "400", "--dbc", path("gate.dbc"), "--enable", enable, "--yes"}),
+              done)
+        << err;
+    const config::Config config = config::load(path((std::string(folder) + "/first.toml").c_str()));
+    EXPECT_EQ(config.axes.at(0).wire.frames->command.carries("enable"), enable == std::string("Gate"));
+  }
+}
+
 TEST_F(Init, CopiesAShippedConfigurationWithAllThatItNames) {
   ASSERT_EQ(init({path("mine"), "--from", "galfenol"}), done) << err;
   EXPECT_NO_THROW(config::load(shipped / "mine/galfenol.toml"));
@@ -327,6 +347,7 @@ class InitRefuses : public Init, public testing::WithParamInterface<Contradictio
 
 TEST_P(InitRefuses, BeforeAnythingIsWritten) {
   write("loops.csv", "time_s,input,output\n");
+  write("gate.dbc", dbc_with_a_gate());
   excite("piezo.toml", "loops.csv", {"--period", "1", "--levels", "1", "--cycles", "1"});
   std::ifstream rows(shipped / "loops.csv");
   std::ofstream falling(shipped / "falling.csv");
@@ -342,7 +363,7 @@ TEST_P(InitRefuses, BeforeAnythingIsWritten) {
   const std::vector<std::string> before = files();
   Words words{path("stage")};
   for (const std::string& word : GetParam().options)
-    words.push_back(word.ends_with(".csv") ? path(word.c_str()) : word);
+    words.push_back(word.ends_with(".csv") || word.ends_with(".dbc") ? path(word.c_str()) : word);
   EXPECT_EQ(init(words), bad_input);
   EXPECT_NE(err.find(GetParam().said), std::string::npos) << err;
   EXPECT_EQ(files(), before);
@@ -377,6 +398,17 @@ INSTANTIATE_TEST_SUITE_P(
         Contradiction{"ASafeDriveOutside",
                       {"--record", "loops.csv", "--safe", "-10", "--resonance", "500", "--yes"},
                       "--safe: -10, expected 0 to 100"},
+        Contradiction{"ACommandWhoseEnableNoNameTells",
+                      {"--record", "loops.csv", "--resonance", "500", "--dbc", "gate.dbc", "--yes"},
+                      "--enable missing: no name says which signal of Set switches the amplifier of axis x "
+                      "on, expected one of: Gate, none"},
+        Contradiction{"AnEnableThatTheCommandDoesNotHave",
+                      {"--record", "loops.csv", "--resonance", "500", "--dbc", "lab_amplifier.dbc",
+                       "--enable", "Gate", "--yes"},
+                      "--enable: 'Gate', expected a signal of AmpSet for axis x: On, none"},
+        Contradiction{"AnEnableOfTheStandardFrames",
+                      {"--record", "loops.csv", "--resonance", "500", "--enable", "Enable", "--yes"},
+                      "--enable: axis x has the standard frames"},
         Contradiction{"ADbcThatIsNone",
                       {"--record", "loops.csv", "--resonance", "500", "--dbc", "loops.csv", "--yes"},
                       "loops.csv:1"}),

@@ -124,5 +124,69 @@ TEST(FrameRoles, OfAStateWithoutNamedValuesAreNotGuessed) {
       << table_of(roles, "x");
 }
 
+// ---- the enable of the command
+
+AxisRoles with_command(const std::string& signals) {
+  return propose_roles(lab("BO_ 10 Set: 8 Host\n SG_ Volt : 0|16@1- (0.01,0) [0|0] \"V\" Amp\n" + signals +
+                           "\nBO_ 12 Sens: 4 Sens\n SG_ Pos : 0|32@1- (1,0) [0|0] \"nm\" Host\n"),
+                       one("x"), "V", "lab.dbc")
+      .at(0);
+}
+
+std::string bits(const std::string& name, int at, int length = 1, const std::string& multiplexing = "") {
+  return " SG_ " + name + " " + multiplexing + ": " + std::to_string(at) + "|" + std::to_string(length) +
+         "@1+ (1,0) [0|0] \"\" Amp\n";
+}
+
+TEST(FrameRoles, HaveTheEnableWhoseNameIsAWiderOneAndABit) {
+  for (const char* name : {"AmpEna", "HvActivate", "PowerStage", "Einschalten", "OUTPUT"}) {
+    const AxisRoles roles = with_command(bits(name, 16) + bits("Mode", 24, 4) + bits("Spare", 28, 4));
+    ASSERT_TRUE(roles.frames->command.carries("enable")) << name;
+    EXPECT_EQ(roles.frames->command.signals.at("enable"), name);
+    EXPECT_FALSE(asks_for_enable(roles));
+  }
+}
+
+TEST(FrameRoles, HaveTheEnableThatIsTheOnlyBitAmongThoseOfItsNames) {
+  const AxisRoles roles = with_command(bits("ActiveRange", 24, 4) + bits("On", 16));
+  EXPECT_EQ(roles.frames->command.signals.at("enable"), "On");
+}
+
+TEST(FrameRoles, HaveNoEnableWhereItsNameSaysNothing) {
+  const AxisRoles roles = with_command(bits("Gate", 16) + bits("PowerOff", 17) + bits("Rst", 18) +
+                                       bits("Cnt", 20, 4) + bits("Reserved", 24, 8));
+  EXPECT_FALSE(roles.frames->command.carries("enable"));
+  EXPECT_TRUE(asks_for_enable(roles));
+  EXPECT_EQ(roles.enable_candidates, (std::vector<std::string>{"Gate", "PowerOff"}));
+}
+
+TEST(FrameRoles, HaveNoEnableWhereTwoBitsHaveItsName) {
+  const AxisRoles roles = with_command(bits("Enable", 16) + bits("InterlockOn", 17));
+  EXPECT_FALSE(roles.frames->command.carries("enable"));
+  EXPECT_TRUE(asks_for_enable(roles));
+}
+
+TEST(FrameRoles, AskForNoEnableWhereNoSignalMayBeIt) {
+  const AxisRoles roles = with_command(bits("Cnt", 20, 4) + bits("Reserved", 24, 8));
+  EXPECT_FALSE(asks_for_enable(roles));
+  EXPECT_NE(table_of(roles, "x").find("not found: command.enable"), std::string::npos);
+}
+
+TEST(FrameRoles, HaveTheEnableThatIsStated) {
+  AxisRoles roles = with_command(bits("On", 16) + bits("Gate", 17));
+  state_enable(roles, "Gate");
+  EXPECT_EQ(roles.frames->command.signals.at("enable"), "Gate");
+  EXPECT_EQ(table_of(roles, "x").find(" On "), std::string::npos) << table_of(roles, "x");
+  state_enable(roles, "none");
+  EXPECT_FALSE(roles.frames->command.carries("enable"));
+}
+
+TEST(FrameRoles, AreNoMultiplexedSignals) {
+  const AxisRoles roles =
+      with_command(bits("Page", 24, 4, "M ") + bits("On", 16, 1, "m1 ") + bits("Rst", 17, 1, "m1 "));
+  EXPECT_FALSE(roles.frames->command.carries("enable"));
+  EXPECT_FALSE(roles.frames->command.carries("clear_fault"));
+}
+
 }  // namespace
 }  // namespace hystcan::app::frame_roles_test

@@ -74,6 +74,10 @@ INSTANTIATE_TEST_SUITE_P(
                   "enable       = ", "signal On of message AmpSet overlaps another"},
         BadFrames{"SyncCounterTooSmall", file, "clear_fault  = \"Rst\"", "sync_counter = \"Rst\"",
                   "sync_counter = ", "signal Rst of message AmpSet holds 0 to 1"},
+        BadFrames{
+            "AMultiplexedRole", "lab_amplifier.dbc", "SG_ On : 12|1@1+",
+            "SG_ Page M : 14|2@1+ (1,0) [0|3] \"\"  Amp\n SG_ On m1 : 12|1@1+", "enable       = ",
+            "signal On of message AmpSet is multiplexed in lab_amplifier.dbc, expected one that is in every frame"},
         BadFrames{"EnableInStepsOfTwo", "lab_amplifier.dbc", "SG_ On : 12|1@1+ (1,0) [0|1]",
                   "SG_ On : 12|1@1+ (2,0) [0|2]", "enable       = ",
                   "signal On of message AmpSet holds 0 to 2 in steps of 2 in lab_amplifier.dbc, "
