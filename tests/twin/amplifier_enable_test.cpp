@@ -116,6 +116,19 @@ TEST(AmplifierRelay, LetsTheSetpointWaitForASync) {
   EXPECT_NEAR(bench.output(), 50.0, 1e-3);
 }
 
+TEST(AmplifierRelay, TakesTheLastSetpointThatCameBeforeTheSync) {
+  EnableBench bench({.enable_delay = milliseconds(10)});
+  bench.drive(50.0, 1);
+  bench.command(20.0, true);  // while it closes
+  bench.run(milliseconds(12));
+  ASSERT_EQ(bench.state(), AmpState::enabled);
+  bench.command(30.0, true);
+  bench.run(milliseconds(1));
+  EXPECT_EQ(bench.drive_now(), 0.0);
+  bench.sync();
+  EXPECT_NEAR(bench.output(), 30.0, 1e-3);
+}
+
 TEST(AmplifierRelay, LetsTheSetpointActAtOnceWhereItActsOnReceipt) {
   EnableBench bench({.enable_delay = milliseconds(10), .apply = Apply::receipt});
   bench.drive(50.0, 1);

@@ -105,6 +105,21 @@ TEST_F(NodeRules, ASensorTakesNoSecondSampleAtTheSameSync) {
   EXPECT_EQ(heard_[0x182], before + 1);
 }
 
+TEST_F(NodeRules, ASyncThatAnAmplifierReceivesTwiceKeepsTheSetpointAndCountsTwiceForTheStatus) {
+  start_nodes();
+  drive(50.0, 1);
+  const int before = heard_[0x181];
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_EQ(heard_[0x181], before) << "after " << i << " SYNCs, each received twice";
+    sync();
+    tester_->send(can::sync_frame(counter_));
+    command(50.0, true);
+    run(milliseconds(1));
+  }
+  EXPECT_EQ(heard_[0x181], before + 1);
+  EXPECT_NEAR(output(), 50.0, 1e-3);
+}
+
 TEST_F(NodeRules, ABootUpOfTheControllerChangesNothing) {
   start_nodes();
   drive(50.0, 5);
@@ -217,6 +232,25 @@ TEST_F(NodeRules, ACommandThatNamesNoSyncBetween1And240IsStale) {
   }
 }
 
+TEST_F(NodeRules, ACommandIsStaleByItsCounterAndNotByItsTime) {
+  start_nodes();
+  sync();
+  run(milliseconds(500));
+  send({.setpoint = 50.0, .enable = true, .sync_counter = counter_});
+  EXPECT_EQ(amplifier().state(), AmpState::enabled) << "no other SYNC has come";
+}
+
+TEST_F(NodeRules, AStaleCommandCountsForTheRuleOfTheCounter) {
+  start_nodes();
+  sync();
+  auto same_counter = encode_command_;
+  send({.setpoint = 50.0, .enable = true, .sync_counter = 0});
+  tester_->send(*same_counter({.setpoint = 50.0, .enable = true, .sync_counter = counter_}));
+  run(milliseconds(1));
+  EXPECT_EQ(amplifier().checker().rejected(can::Rejection::repeated_counter), 1U);
+  EXPECT_EQ(amplifier().state(), AmpState::ready);
+}
+
 TEST(FramesWithoutASyncCounter, AreNeverStale) {
   Config config = one_axis();
   config.axes.front().wire.frames =
@@ -246,6 +280,20 @@ TEST_F(NodeRules, TheEmergencyGoesOutBeforeTheStatusOfAFault) {
   frames_.clear();
   run(milliseconds(30));
   EXPECT_EQ(sent_by_amplifier(), (std::vector<std::uint32_t>{0x081, 0x181}));
+}
+
+TEST_F(NodeRules, ASecondCauseHasItsEmergencyAtOnceAndItsBitInTheNextStatus) {
+  trip();
+  amplifier().begin_internal_fault();
+  run(milliseconds(1));
+  EXPECT_EQ(sent_by_amplifier(), (std::vector<std::uint32_t>{0x081})) << "the state does not change";
+  EXPECT_EQ(emergencies_.back(), 0x5000);
+  for (int i = 0; i < 10; ++i) {
+    EXPECT_EQ(status_->fault, can::amp_fault::command_timeout);
+    sync();
+    run(milliseconds(1));
+  }
+  EXPECT_EQ(status_->fault, can::amp_fault::command_timeout | internal_fault);
 }
 
 TEST_F(NodeRules, TheErrorRegisterIsZeroOnceTheFaultIsCleared) {
