@@ -35,6 +35,9 @@ constexpr std::array<FaultTraits, fault_count> kinds{{
     {parameter_drift, "parameter_drift", FaultSite::plant, "of the travel", -0.1, -0.9, 9.0},
     {resonance_shift, "resonance_shift", FaultSite::plant, "of the natural frequency", -0.2, -0.9, 9.0},
     {load_step, "load_step", FaultSite::plant, "um", 1.0, -1e6, 1e6},
+    {limited_output, "limited_output", FaultSite::amplifier, "drive units", 0.0, 0.0, 1e6},
+    {sensor_gain, "sensor_gain", FaultSite::sensor, "times", -1.0, -1e3, 1e3},
+    {sensor_offset, "sensor_offset", FaultSite::sensor, "um", 8.0, -1e6, 1e6},
 }};
 
 constexpr bool are_in_the_order_of_fault() {

@@ -40,8 +40,11 @@ enum class Fault : std::uint8_t {
   parameter_drift,    ///< the stage's travel changes over the fault's duration and stays changed
   resonance_shift,    ///< the stage's resonance changes, as if a mass were added
   load_step,          ///< a force displaces the stage
+  limited_output,     ///< the output goes no further from zero, and the amplifier says that it is enabled
+  sensor_gain,        ///< the sample shows a multiple of the motion since the fault began
+  sensor_offset,      ///< the sample is off by this much
 };
-inline constexpr std::size_t fault_count = 22;
+inline constexpr std::size_t fault_count = 25;
 
 enum class Node : std::uint8_t { sensor, amplifier };
 constexpr auto words(Node) { return std::to_array<std::string_view>({"sensor", "amplifier"}); }

@@ -183,6 +183,9 @@ void FaultScheduler::begin(const FaultSpec& spec) {
     case Fault::load_step:
       disturb(index, [&](Disturbance& disturbance) { disturbance.load_um = spec.value; });
       break;
+    case Fault::limited_output:
+      disturb(index, [&](Disturbance& disturbance) { disturbance.most_drive = spec.value; });
+      break;
     case Fault::amplifier_trip:
       target.amplifier.begin_internal_fault();
       break;
@@ -208,6 +211,9 @@ void FaultScheduler::release(const FaultSpec& spec) {
       break;
     case Fault::load_step:
       disturb(index, [](Disturbance& disturbance) { disturbance.load_um = 0.0; });
+      break;
+    case Fault::limited_output:
+      disturb(index, [](Disturbance& disturbance) { disturbance.most_drive = Disturbance{}.most_drive; });
       break;
     case Fault::amplifier_trip:
       target.amplifier.end_internal_fault();

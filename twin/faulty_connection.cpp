@@ -125,6 +125,7 @@ void FaultyConnection::end(Fault kind) {
   set_rules();
   if (kind == frozen_value) frozen_value_.reset();
   if (kind == frozen_counter) frozen_counter_.reset();
+  if (kind == sensor_gain) gain_from_.reset();
   if (kind == out_of_order) overtaken_.reset();
   if (kind == late) late_count_ = 0;
   if (kind == babbling_node) babbles_->cancel();
@@ -132,8 +133,8 @@ void FaultyConnection::end(Fault kind) {
 }
 
 void FaultyConnection::set_rules() {
-  constexpr std::array changes{late,      out_of_order, frozen_value,     frozen_counter,
-                               wrong_crc, out_of_range, sensor_bad_status};
+  constexpr std::array changes{late,         out_of_order,      frozen_value, frozen_counter, wrong_crc,
+                               out_of_range, sensor_bad_status, sensor_gain,  sensor_offset};
   corrupts_ = config_.sends && std::ranges::any_of(changes, [this](Fault kind) { return is_on(kind); });
   constexpr can::Filter nothing{.id = 0xFFFF'FFFF};
   const can::Filter message = config_.sends ? config_.sends->filter() : nothing;
@@ -158,6 +159,12 @@ void FaultyConnection::corrupt(can::Frame& frame) {
     if (!frozen_value_) frozen_value_ = message.value(frame);
     message.put_value(frame, *frozen_value_);
   }
+  if (is_on(sensor_gain)) {
+    const double value = message.physical(frame);
+    if (!gain_from_) gain_from_ = value;
+    message.put_physical(frame, *gain_from_ + value_of(sensor_gain) * (value - *gain_from_));
+  }
+  if (is_on(sensor_offset)) message.put_physical(frame, message.physical(frame) + value_of(sensor_offset));
   if (is_on(out_of_range)) message.put_physical(frame, value_of(out_of_range));
   if (is_on(sensor_bad_status)) message.put_bad_status(frame);
   if (is_on(frozen_counter)) {

@@ -36,6 +36,10 @@ class SentMessage {
   }
   std::int64_t counter(const can::Frame& frame) const;
 
+  double physical(const can::Frame& frame) const {
+    return value_ ? step_.to_ours(value_->unpack(frame.payload())) : 0.0;
+  }
+
   void put_value(can::Frame& frame, std::int64_t raw) const;
   /// Puts the nearest value that the signal can carry.
   void put_physical(can::Frame& frame, double value) const;
@@ -98,6 +102,7 @@ class FaultyConnection final : public can::Bus {
   bool corrupts_ = false;                                ///< an active fault changes the sent frames
   std::optional<std::int64_t> frozen_value_;
   std::optional<std::int64_t> frozen_counter_;
+  std::optional<double> gain_from_;  ///< value in the first frame of sensor_gain
   std::optional<can::Frame> overtaken_;
   std::array<can::Frame, held_frames> late_{};
   std::size_t oldest_late_ = 0;

@@ -122,15 +122,20 @@ void Plant::go_on_to(can::Time time) {
     move(present_, step_of(time - settled_.time), [this](double drive) { return material_.look_at(drive); });
 }
 
+double Plant::target_of(double drive) const {
+  return std::clamp(Amplifier::target_of(config_.amplifier, drive), -disturbance_.most_drive,
+                    disturbance_.most_drive);
+}
+
 void Plant::set_target(double drive, Amplifier::Course course) {
-  const double target = Amplifier::target_of(config_.amplifier, drive);
+  const double target = target_of(drive);
   if (!ramp_ && target == present_.amplifier.target && course == present_.amplifier.course) return;
   aim({.target = target, .course = course});
   ramp_.reset();
 }
 
 void Plant::move_target(double drive, can::Duration time) {
-  const double target = Amplifier::target_of(config_.amplifier, drive);
+  const double target = target_of(drive);
   const double way = target - present_.amplifier.target;
   if (way == 0.0 || time <= can::Duration::zero()) return set_target(drive);
   aim({.target = present_.amplifier.target,
@@ -161,6 +166,8 @@ void Plant::disturb(const Disturbance& disturbance) {
     model::refuse("gain = ", disturbance.gain, ", expected a finite number");
   if (!std::isfinite(disturbance.resonance) || disturbance.resonance <= 0.0)
     model::refuse("resonance = ", disturbance.resonance, ", expected a positive number");
+  if (!(disturbance.most_drive >= 0.0))
+    model::refuse("most_drive = ", disturbance.most_drive, ", expected at least 0");
   split();
   const double faster_by = disturbance.resonance / disturbance_.resonance;
   disturbance_ = disturbance;
@@ -171,6 +178,8 @@ void Plant::disturb(const Disturbance& disturbance) {
     parts_.fill(std::nullopt);
   }
   settled_.input_um = present_.input_um = input_um(settled_);
+  if (std::abs(present_.amplifier.target) > disturbance_.most_drive)
+    set_target(present_.amplifier.target, present_.amplifier.course);
 }
 
 double Plant::crosstalk_um() const {

@@ -23,6 +23,7 @@
 
 #include <array>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -54,11 +55,12 @@ struct Temperature {
   double gain_per_K = 0.0;  ///< relative, of the travel
 };
 
-/// A change of the stage in operation.
+/// A change of the stage or of its amplifier in operation.
 struct Disturbance {
   double load_um = 0.0;    ///< displacement of a static load
   double gain = 1.0;       ///< factor on the travel from where the stage started
   double resonance = 1.0;  ///< factor on the natural frequencies, > 0
+  double most_drive = std::numeric_limits<double>::infinity();  ///< of the amplifier, to both sides, >= 0
 };
 
 class Plant {
@@ -87,8 +89,8 @@ class Plant {
   /// Moves the amplifier's target from the present time on in a straight line, from where it is to `drive`,
   /// which it reaches after `time`; the end is limited to the amplifier's range.
   void move_target(double drive, can::Duration time);
-  /// Disturbs the stage from the present time on. Throws std::invalid_argument where a number is not finite
-  /// or resonance <= 0.
+  /// Disturbs the stage from the present time on. Throws std::invalid_argument where a number is not finite,
+  /// resonance <= 0 or most_drive < 0.
   void disturb(const Disturbance& disturbance);
   /// Adds `um_per_um` times the motion of `from` since its start to this position: a kinematic error, which
   /// does not excite the modes. Every read of the position reads `from`, so it must live as long as this.
@@ -148,6 +150,7 @@ class Plant {
   void move(Motion& motion, const Step& step, Hysteresis hysteresis);
   void go_on_to(can::Time time);
   void pass_turn_or_end();
+  double target_of(double drive) const;
   void aim(const Amplifier::State& at);
   void split();
   void begin_substep(can::Duration length);

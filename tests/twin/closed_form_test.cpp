@@ -112,6 +112,22 @@ TEST(LoadStep, RingsAboutTheDisplacementAndStaysThere) {
   EXPECT_NEAR(plant.position_um() - before_um, -2.0, 1e-9);
 }
 
+TEST(LimitedOutput, GoesToItsLimitAndNoFurtherUntilTheNextTargetAfterwards) {
+  Plant plant(piezo_stage(), can::Time{});
+  plant.set_target(40.0);
+  plant.advance_to(at_s(0.1));
+  plant.disturb({.most_drive = 30.0});
+  plant.advance_to(at_s(0.2));
+  EXPECT_NEAR(plant.drive(), 30.0, 1e-9);
+  plant.move_target(60.0, milliseconds(1));
+  plant.advance_to(at_s(0.3));
+  EXPECT_NEAR(plant.drive(), 30.0, 1e-9);
+  plant.disturb({});
+  plant.set_target(60.0);
+  plant.advance_to(at_s(0.4));
+  EXPECT_NEAR(plant.drive(), 60.0, 1e-9);
+}
+
 TEST(GainDisturbance, ScalesTheTravelFromTheStart) {
   Plant plant(piezo_stage(), can::Time{});
   plant.disturb({.gain = 0.9});
@@ -127,6 +143,7 @@ TEST(Disturbance, IsRefusedWhereItIsNotPhysical) {
   EXPECT_THROW(plant.disturb({.resonance = 0.0}), std::invalid_argument);
   EXPECT_THROW(plant.disturb({.load_um = std::nan("")}), std::invalid_argument);
   EXPECT_THROW(plant.disturb({.gain = INFINITY}), std::invalid_argument);
+  EXPECT_THROW(plant.disturb({.most_drive = -1.0}), std::invalid_argument);
 }
 
 }  // namespace

@@ -118,6 +118,22 @@ TEST_F(FaultyConnectionTest, SendsAnImpossiblePosition) {
   EXPECT_GT(read(after(sample()))->position_um, 1000.0);
 }
 
+TEST_F(FaultyConnectionTest, ShowsAMultipleOfTheMotionSinceTheFaultBegan) {
+  connection_.begin(Fault::sensor_gain, -1.0);
+  EXPECT_EQ(read(after(sample()))->position_um, 12.345678);
+  can::Frame moved = sample(4);
+  moved.data[0] += 1;  // 1e-6 um
+  EXPECT_NEAR(read(after(moved))->position_um, 12.345677, 1e-9);
+  connection_.end(Fault::sensor_gain);
+  connection_.begin(Fault::sensor_gain, 0.1);
+  EXPECT_NEAR(read(after(moved))->position_um, 12.345679, 1e-9) << "begins where the stage is now";
+}
+
+TEST_F(FaultyConnectionTest, AddsAnOffset) {
+  connection_.begin(Fault::sensor_offset, -8.0);
+  EXPECT_NEAR(read(after(sample()))->position_um, 4.345678, 1e-9);
+}
+
 TEST_F(FaultyConnectionTest, SetsABadStatusInTheSample) {
   connection_.begin(Fault::sensor_bad_status, 0.0);
   EXPECT_EQ(read(after(sample()))->status, 1);
