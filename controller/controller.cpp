@@ -129,7 +129,8 @@ void Controller::request_stop() {
 
 bool Controller::stopped() const {
   return std::ranges::all_of(axes_, [](const auto& wired) {
-    return wired->axis.state() == AxisState::offline || wired->axis.state() == AxisState::faulted;
+    const Axis& axis = wired->axis;
+    return axis.state() == AxisState::offline || (axis.state() == AxisState::faulted && !axis.is_in_use());
   });
 }
 
@@ -227,7 +228,7 @@ void Controller::note_wake_up(can::Time now) {
 }
 
 void Controller::trip_if_in_use(WiredAxis& wired, Cause cause) {
-  if (is_in_use(wired.axis.state())) wired.axis.trip(cause, since_start_s(scheduler_.now()));
+  if (wired.axis.is_in_use()) wired.axis.trip(cause, since_start_s(scheduler_.now()));
 }
 
 /// What is less urgent than the commands, once a cycle: when the commands of all axes in use have been sent.

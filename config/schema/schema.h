@@ -218,6 +218,7 @@ void visit_control(V& v, AxisConfig& axis) {
   v.optional_choice("start_up", c.start_up);
   v.required("wipe_slew_" + unit + "_per_s", c.wipe_slew_per_s, positive);
   v.optional("wipe_dwell_s", c.wipe_dwell_s, not_negative);
+  v.optional("fault_ramp_" + unit + "_per_s", c.fault_ramp_per_s, not_negative);
   if (reports_state(axis.wire))
     v.optional("enable_delay_ms", c.enable_delay, enable_delay_range);
   else

@@ -9,31 +9,6 @@
 namespace hystcan::controller {
 namespace {
 
-/// What the model reaches, within what is plausible.
-model::Interval reach_of(const AxisConfig& config) {
-  const model::Interval plausible{config.supervision.position_min_um, config.supervision.position_max_um};
-  if (config.excitation) return plausible;
-  const model::Interval reach = model_reach_um(config.law.model, config.gate);
-  return {std::max(plausible.lo, reach.lo), std::min(plausible.hi, reach.hi)};
-}
-
-TransitionLimits transition_limits_of(const AxisConfig& config) {
-  return {.motion = config.transition_limits, .range = reach_of(config)};
-}
-
-ClosedLoop::Config closed_loop_of(const AxisConfig& config) {
-  return {.law = config.law,
-          .delays = config.delays,
-          .plant_inverse = config.plant_inverse,
-          .setpoint = config.setpoint,
-          .learning = config.learning,
-          .repeat = config.repeat,
-          .reference_limits = config.reference_limits,
-          .transition_limits = transition_limits_of(config),
-          .in_position = config.in_position,
-          .following_error = config.following_error};
-}
-
 Loop make_loop(const AxisConfig& config) {
   if (config.excitation) return OpenLoop(*config.excitation, config.gate);
   return ClosedLoop(closed_loop_of(config));
@@ -45,66 +20,12 @@ constexpr double output_moved = 0.01;
 /// An amplifier that does not trip in this time without commands has no watchdog that would protect the stage.
 constexpr double watchdog_timeout_s = 1.0;
 
-Supervisor::Config supervision_of(const AxisConfig& config) {
-  Supervisor::Config supervision = config.supervision;
-  supervision.drive_range = config.gate.drive_max - config.gate.drive_min;
-  supervision.enable_timeout_s += std::chrono::duration<double>(config.enable_delay).count();
-  return supervision;
-}
-
-OutputCheck::Config output_check_of(const AxisConfig& config) {
-  return {.drive_range = config.gate.drive_max - config.gate.drive_min,
-          .lag_s = 1.0 / (2.0 * std::numbers::pi * config.delays.amplifier_bandwidth_Hz)};
-}
-
-/// Gains this small do not make the mode grow, even with an eighth of its damping: what rings is the reference.
-bool can_oscillate(const Pi::Config& pi, const Delays& delays) {
-  const double integral = pi.ki_per_s / (2.0 * std::numbers::pi * delays.resonance_Hz);
-  return 8.0 * std::hypot(pi.kp, integral) > 2.0 * delays.damping_ratio;
-}
-
 }  // namespace
-
-model::Interval model_drives(const model::HysteresisParameters& model, const Gate::Config& gate) {
-  const model::Interval& thresholds = model.input_range();
-  return {std::max(thresholds.lo, gate.drive_min), std::min(thresholds.hi, gate.drive_max)};
-}
-
-model::Interval model_reach_um(const model::HysteresisParameters& model, const Gate::Config& gate) {
-  const model::Interval drives = model_drives(model, gate);
-  return model.outputs(model.descending.value(drives.lo), model.ascending.value(drives.hi));
-}
 
 std::string_view to_string(AxisState state) {
   static constexpr std::array<std::string_view, axis_state_count> names{"offline", "waiting",  "initialising",
                                                                         "ready",   "tracking", "faulted"};
   return names[static_cast<std::size_t>(state)];
-}
-
-ReferenceLimits default_transition_limits(const Gate::Config& gate, const model::HysteresisParameters& model,
-                                          const Delays& delays) {
-  constexpr double share_of_gate = 0.5;
-  constexpr double share_of_stroke = 1e-3;
-  const model::Interval& thresholds = model.ascending.domain();
-  const double stroke_um = model.output_range().span();
-  const double omega = 2.0 * std::numbers::pi * delays.resonance_Hz;
-  return {.slew_um_per_s = share_of_gate * gate.slew_per_s * stroke_um / thresholds.span(),
-          .acceleration_um_per_s2 = share_of_stroke * omega * omega * stroke_um};
-}
-
-double oscillation_amplitude_um(const AxisConfig& config) {
-  constexpr double infinite = std::numeric_limits<double>::infinity();
-  const ControlLaw::Config& law = config.law;
-  if (config.excitation || !feeds_back(law.structure) || !can_oscillate(law.pi, config.delays))
-    return infinite;
-  const Supervisor::Config& limits = config.supervision;
-  const double jump_um = limits.position_jump_um > 0.0 ? limits.position_jump_um : infinite;
-  return std::min({config.following_error.error_um / 2.0, jump_um / 3.0,
-                   (limits.position_max_um - limits.position_min_um) / 20.0});
-}
-
-Trajectory reference_of(const AxisConfig& config) {
-  return {config.setpoint, config.repeat, config.reference_limits, transition_limits_of(config)};
 }
 
 AxisTuning::AxisTuning(const AxisConfig& next, bool new_reference)
@@ -119,6 +40,8 @@ Axis::Axis(const AxisConfig& config)
       ramp_in_(std::visit([&](const auto& loop) { return loop.ramp_in(config.gate); }, loop_)),
       supervisor_(supervision_of(config)),
       output_check_(output_check_of(config)),
+      course_(config.law.model, config.delays),
+      ramp_check_(ramp_check_of(config)),
       oscillation_({oscillation_amplitude_um(config)}),
       drive_(config.gate.safe_drive),
       reach_(reach_of(config)),
@@ -127,11 +50,12 @@ Axis::Axis(const AxisConfig& config)
 void Axis::start(bool clear_amplifier_fault) {
   state_ = AxisState::waiting;
   stopping_ = false;
+  ramp_check_.restart();
   if (clear_amplifier_fault) clear_attempt_.begin();
 }
 
 bool Axis::clear() {
-  if (state_ != AxisState::faulted) return false;
+  if (state_ != AxisState::faulted || is_falling_) return false;
   state_ = AxisState::offline;
   fault_ = {};
   clear_attempt_.begin();
@@ -139,6 +63,9 @@ bool Axis::clear() {
 }
 
 void Axis::trip(Cause cause, double time_s) {
+  const bool may_fall =
+      state_ == AxisState::faulted ? is_falling_ : is_driving() && connected_ && !withheld_for_s_;
+  is_falling_ = may_fall && config_.fault_ramp_per_s > 0.0 && leaves_the_drive_in_hand(cause);
   if (state_ == AxisState::faulted) return;
   state_ = AxisState::faulted;
   fault_ = {cause, time_s};
@@ -174,6 +101,7 @@ std::string_view Axis::retune(AxisTuning& tuning) {
   supervisor_.retune(supervision_of(config_));
   output_check_ = OutputCheck(output_check_of(config_));
   output_check_.restart(drive_);
+  ramp_check_ = RampCheck(ramp_check_of(config_));
   oscillation_ = Oscillation({oscillation_amplitude_um(config_)});
   loop->retune(tuning.loop, tuning.reference, tuning.learning, now_s_ - tracking_since_s_);
   return {};
@@ -245,19 +173,37 @@ AxisCommand Axis::step(const AxisInput& input) {
 
 AxisCommand Axis::supervise(const AxisInput& input) {
   if (withheld_for_s_ && !stopping_) return withhold(input);
-  const Supervisor::Verdict verdict = supervisor_.judge(input);
+  const AxisInput judged = judge(input);
+  report_.sample_missing = !judged.position_um.has_value();
+  const AxisCommand command = decide(judged);
+  if (state_ == AxisState::faulted) return command;
+  const Cause cause = supervisor_.judge(command, report_.limits, input.dt_s);
+  if (cause == Cause::none) return command;
+  trip(cause, input.time_s);
+  return fall(input);
+}
+
+/// Trips the axis, or takes a sample away that may not be used.
+AxisInput Axis::judge(const AxisInput& input) {
+  course_.step(drive_, input.dt_s, input.cycle_s);
+  const Supervisor::Verdict verdict = supervisor_.judge(input, course_.moved_um(at_last_sample_));
+  if (verdict.position_um) at_last_sample_ = course_.mark();
+  AxisInput judged = input;
+  judged.position_um = verdict.position_um;
   output_check_.step(
       drive_, state_ == AxisState::initialising ? config_.wipe_slew_per_s : config_.gate.slew_per_s, input);
   if (verdict.cause != Cause::none) trip(verdict.cause, input.time_s);
   if (output_differs_too_long()) trip(Cause::output_differs, input.time_s);
-  AxisInput judged = input;
-  judged.position_um = verdict.position_um;
-  report_.sample_missing = !judged.position_um.has_value();
-  const AxisCommand command = decide(judged);
-  const Cause cause = supervisor_.judge(command, report_.limits, input.dt_s);
-  if (cause == Cause::none) return command;
-  trip(cause, input.time_s);
-  return safe();
+  if (!ramps_as_modelled(judged)) trip(Cause::position_contradicts, input.time_s);
+  return judged;
+}
+
+bool Axis::ramps_as_modelled(const AxisInput& input) {
+  if (state_ != AxisState::initialising) return true;
+  if (output_check_.differs_for_s() > 0.0) return true;  // it explains more, and holds the ramp
+  if (connected_) return ramp_check_.step(course_, drive_, input);
+  ramp_check_.rest(course_, drive_, input);
+  return true;
 }
 
 /// While it ramps, the axis waits for an output that is behind.
@@ -277,8 +223,9 @@ AxisCommand Axis::decide(const AxisInput& input) {
       return hold_ready(input);
     case AxisState::tracking:
       return track(input);
-    case AxisState::offline:
     case AxisState::faulted:
+      return fall(input);
+    case AxisState::offline:
       break;
   }
   return safe();
@@ -291,6 +238,7 @@ AxisCommand Axis::wait(const AxisInput& input) {
   if (report_.lacks.first() == Lack::clear && !command.clear_fault)
     trip(Cause::amplifier_fault, input.time_s);
   if (report_.lacks.empty()) arm(input.health);
+  ramp_check_.rest(course_, drive_, input);
   return command;
 }
 
@@ -300,6 +248,8 @@ void Axis::arm(const NodeHealth& health) {
   drive_ = std::clamp(health.amplifier_output, config_.gate.drive_min, config_.gate.drive_max);
   follow(drive_);
   output_check_.restart(drive_);
+  course_.restart(drive_);
+  at_last_sample_ = course_.mark();
   connected_ = false;
   enabled_for_s_ = 0.0;
   withheld_for_s_.reset();
@@ -401,7 +351,7 @@ AxisCommand Axis::track(const AxisInput& input) {
     trip(Cause::loop_unstable, input.time_s);
   else if (!proposal.follows)
     trip(Cause::following_error, input.time_s);
-  if (state_ == AxisState::faulted) return safe();
+  if (state_ == AxisState::faulted) return fall(input);
   const Gate::Passed passed = Gate::step(config_.gate, drive_, proposal.drive, input.dt_s);
   report_.limits = proposal.limits | passed.limits;
   std::visit([&](auto& loop) { loop.commit(passed.drive, report_.limits); }, loop_);
@@ -430,6 +380,18 @@ AxisCommand Axis::park(const AxisInput& input) {
     return safe();
   }
   state_ = AxisState::ready;
+  return {.drive = drive_, .enable = true};
+}
+
+/// After a fault. It ends at once where bus or amplifier may not obey any more.
+AxisCommand Axis::fall(const AxisInput& input) {
+  const double safe_drive = config_.gate.safe_drive;
+  is_falling_ = is_falling_ && obeys_commands(input.health) && drive_ != safe_drive;
+  if (!is_falling_) return safe();
+  const double reach = config_.fault_ramp_per_s * input.cycle_s;
+  drive_ =
+      Gate::step(config_.gate, drive_, std::clamp(safe_drive, drive_ - reach, drive_ + reach), input.dt_s)
+          .drive;
   return {.drive = drive_, .enable = true};
 }
 

@@ -10,7 +10,8 @@
 //                 agrees with it. In open loop it goes straight to the first drive of the excitation
 //   ready         the axis holds that drive until the axes begin together, or follows those that track already
 //   tracking      the closed loop follows its reference, the open loop its excitation
-//   faulted       the fault is latched with cause and time; the command is safe from the same step on
+//   faulted       the fault is latched with cause and time; the command is safe from the same step on, or the drive
+//                 ramps to the safe one where that is configured and the cause leaves the drive in hand
 #pragma once
 
 #include <array>
@@ -22,18 +23,14 @@
 #include <vector>
 
 #include "controller/control/arming.h"
+#include "controller/control/axis_config.h"
+#include "controller/control/course.h"
 #include "controller/control/fault.h"
-#include "controller/control/gate.h"
-#include "controller/control/law.h"
-#include "controller/control/learning.h"
 #include "controller/control/loop.h"
 #include "controller/control/oscillation.h"
 #include "controller/control/output_check.h"
-#include "controller/control/plant_inverse.h"
+#include "controller/control/ramp_check.h"
 #include "controller/control/supervisor.h"
-#include "controller/reference/excitation.h"
-#include "controller/reference/trajectory.h"
-#include "model/coupling.h"
 
 namespace hystcan::controller {
 
@@ -42,56 +39,6 @@ inline constexpr std::size_t axis_state_count = static_cast<std::size_t>(AxisSta
 std::string_view to_string(AxisState state);
 /// In these states a sample and a command are expected in every cycle.
 inline bool is_in_use(AxisState state) { return state > AxisState::waiting && state != AxisState::faulted; }
-
-/// How an axis obtains the memory of its actuator's hysteresis before it tracks.
-enum class StartUp : std::uint8_t {
-  wipe,     ///< drives to both thresholds, which wipes all memory out
-  assume,   ///< assumes that the drive rose monotonically from the lower threshold to the reported drive
-  restore,  ///< uses the memory saved at the last clean stop (Axis::restore)
-};
-constexpr auto words(StartUp) { return std::to_array<std::string_view>({"wipe", "assume", "restore"}); }
-
-struct AxisConfig {
-  ControlLaw::Config law;
-  Gate::Config gate;
-  Delays delays;
-  std::optional<PlantInverse::Config> plant_inverse{};  ///< designed for `delays`, where these ask for it
-  std::vector<Segment> setpoint;
-  std::optional<Learning::Config> learning{};  ///< empty: it learns nothing
-  bool repeat = false;
-  ReferenceLimits reference_limits{};
-  ReferenceLimits transition_limits{};  ///< of transitions alone, beside those: default_transition_limits
-  std::optional<InPosition::Config> in_position{};  ///< empty: not judged
-  StartUp start_up = StartUp::wipe;
-  double wipe_slew_per_s = 100.0;  ///< drive units/s, to the thresholds and at the stop to the safe drive
-  double wipe_dwell_s = 0.1;       ///< rest at each threshold
-  std::chrono::nanoseconds enable_delay{0};  ///< the least time from Enable until the drive moves
-  bool verify_watchdog = false;  ///< withholds commands once, before the first use: the amplifier must trip
-  std::vector<model::Coupling> couplings{};  ///< fed forward; a row of the matrix
-  Supervisor::Config supervision{};
-  FollowingError::Config following_error{};
-  std::optional<Excitation::Config> excitation{};  ///< open loop: replaces law and setpoint
-};
-
-/// Limits of transitions for which the configuration gives no others:
-///
-///   v = S g / 2,   g = (x_hi - x_lo) / (v_hi - v_lo)         S: slew limit of the drive
-///   a = w^2 (x_hi - x_lo) / 1000,   w = 2 pi resonance       x: of the model, at its thresholds v_lo, v_hi
-///
-/// v: where a branch is half as steep as the mean gain g, the drive of a transition needs exactly S. On steeper
-/// parts the gate leaves the rest to PI.
-/// a: a mode of frequency w lags behind an acceleration a by a / w^2. This is a thousandth of the stroke, less
-/// than the tracking error; a transition therefore does not excite the mode.
-ReferenceLimits default_transition_limits(const Gate::Config& gate, const model::HysteresisParameters& model,
-                                          const Delays& delays);
-
-/// The amplitude at which an oscillation of the error is an unstable loop: half of following_error_um and a third
-/// of position_jump_um, so that it is mostly decided before these two, and at most a twentieth of the plausible positions.
-/// Infinite where the law has no feedback.
-double oscillation_amplitude_um(const AxisConfig& config);
-
-/// r(t) as the axis follows it.
-Trajectory reference_of(const AxisConfig& config);
 
 /// The logged values of one axis in one cycle.
 struct AxisReport {  // NOLINT(clang-analyzer-optin.performance.Padding)
@@ -129,13 +76,6 @@ struct AxisTuning {
 
 /// Result of a live setpoint.
 enum class LiveSetpoint : std::uint8_t { taken, not_tracking, out_of_range };
-
-/// Drives between the model's thresholds.
-model::Interval model_drives(const model::HysteresisParameters& model, const Gate::Config& gate);
-
-/// Positions that the model reaches with this drive: from its lower threshold (or drive_min), coming down from the
-/// upper one, to the upper threshold (or drive_max) on the ascending reference curve.
-model::Interval model_reach_um(const model::HysteresisParameters& model, const Gate::Config& gate);
 
 class Axis {
  public:
@@ -185,12 +125,16 @@ class Axis {
   AxisCommand step(const AxisInput& input);
 
   AxisState state() const { return state_; }
+  /// A sample and a command are expected in every cycle.
+  bool is_in_use() const { return controller::is_in_use(state_) || is_falling_; }
   const Fault& fault() const { return fault_; }
   const AxisReport& report() const { return report_; }
   const AxisConfig& config() const { return config_; }
 
  private:
   AxisCommand supervise(const AxisInput& input);
+  AxisInput judge(const AxisInput& input);
+  bool ramps_as_modelled(const AxisInput& input);
   bool output_differs_too_long() const;
   AxisCommand decide(const AxisInput& input);
   AxisCommand wait(const AxisInput& input);
@@ -203,6 +147,7 @@ class Axis {
   AxisCommand track(const AxisInput& input);
   bool is_unstable(double reference_um, const std::optional<double>& position_um);
   AxisCommand park(const AxisInput& input);
+  AxisCommand fall(const AxisInput& input);
   AxisCommand safe() const;
   bool ramp_towards(double target, double dt_s);
   bool is_driving() const;
@@ -214,6 +159,9 @@ class Axis {
   std::vector<double> ramp_in_;  ///< drives to visit and rest at while initialising, in order
   Supervisor supervisor_;
   OutputCheck output_check_;
+  Course course_;
+  Course::Mark at_last_sample_;  ///< that was accepted
+  RampCheck ramp_check_;
   Oscillation oscillation_;
   Fault fault_;
   AxisReport report_;
@@ -228,7 +176,8 @@ class Axis {
   double now_s_ = 0.0;     ///< of the last step
   AxisState state_ = AxisState::offline;
   bool stopping_ = false;
-  bool connected_ = false;  ///< the amplifier has reported "enabled" since the axis was armed
+  bool is_falling_ = false;  ///< faulted, while the drive ramps to the safe one
+  bool connected_ = false;   ///< the amplifier has reported "enabled" since the axis was armed
   bool watchdog_verified_ = false;
   bool memory_known_ = false;  ///< the model's memory agrees with the actuator's; false after a fault
 };

@@ -64,11 +64,34 @@ constexpr std::array<CauseText, cause_count> cause_texts{{
     {"output differs",
      "the amplifier does not put out what it is told: check its interlock, its supply, its "
      "limits and slew, and amplifier_bandwidth_Hz"},
+    {"position contradicts drive",
+     "the ramp of the start-up does not move the position as the model says: check the sensor's sign and scale, the "
+     "amplifier's range and supply; identify again where the stage has changed"},
 }};
 
 }  // namespace
 
 std::string_view to_string(Cause cause) { return cause_texts[static_cast<std::size_t>(cause)].name; }
 std::string_view remedy(Cause cause) { return cause_texts[static_cast<std::size_t>(cause)].remedy; }
+
+bool leaves_the_drive_in_hand(Cause cause) {
+  switch (cause) {
+    case Cause::sample_missing:
+    case Cause::sample_late:
+    case Cause::sample_doubled:
+    case Cause::position_jumped:
+    case Cause::position_frozen:
+    case Cause::position_implausible:
+    case Cause::sensor_status:
+    case Cause::sensor_silent:
+    case Cause::following_error:
+    case Cause::loop_unstable:
+    case Cause::saturated:
+    case Cause::model_left_range:
+      return true;
+    default:
+      return false;
+  }
+}
 
 }  // namespace hystcan::controller

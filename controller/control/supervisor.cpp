@@ -28,6 +28,12 @@ double time_held(bool condition, double so_far_s, double dt_s) { return conditio
 
 }  // namespace
 
+bool obeys_commands(const NodeHealth& health) {
+  return health.interface_up && health.bus_on && !health.bus_passive && !health.commands_late &&
+         !health.restarted && !health.emergency && health.amplifier_alive && health.amplifier_operational &&
+         health.amplifier_enabled && !health.amplifier_fault;
+}
+
 bool is_status_too_old(const NodeHealth& health, std::chrono::nanoseconds timeout) {
   return timeout.count() > 0 && health.status_age_s > std::chrono::duration<double>(timeout).count();
 }
@@ -39,10 +45,10 @@ void Supervisor::retune(const Config& config) {
 
 void Supervisor::restart() { *this = Supervisor(config_); }
 
-Supervisor::Verdict Supervisor::judge(const AxisInput& input) {
+Supervisor::Verdict Supervisor::judge(const AxisInput& input, const model::Interval& course_um) {
   if (const Cause cause = judge_bus(input); cause != Cause::none) return {cause, std::nullopt};
   if (const Cause cause = judge_nodes(input.health); cause != Cause::none) return {cause, std::nullopt};
-  return judge_sample(input);
+  return judge_sample(input, course_um);
 }
 
 Cause Supervisor::judge_bus(const AxisInput& input) {
@@ -67,7 +73,7 @@ Cause Supervisor::judge_nodes(const NodeHealth& health) const {
   return is_status_too_old(health, config_.status_timeout) ? Cause::status_missing : Cause::none;
 }
 
-Supervisor::Verdict Supervisor::judge_sample(const AxisInput& input) {
+Supervisor::Verdict Supervisor::judge_sample(const AxisInput& input, const model::Interval& course_um) {
   cycles_since_last_ += cycles_in(input);
   if (!input.position_um) return {count_missing_sample(input), std::nullopt};
   if (!input.sensor_status_good) return {Cause::sensor_status, std::nullopt};
@@ -75,7 +81,10 @@ Supervisor::Verdict Supervisor::judge_sample(const AxisInput& input) {
   // With NaN the comparison is false: the position is implausible.
   if (!(position_um >= config_.position_min_um && position_um <= config_.position_max_um))
     return {Cause::position_implausible, std::nullopt};
-  if (has_jumped(position_um)) return {count_lost_sample(Cause::position_jumped), std::nullopt};
+  if (has_jumped(position_um, course_um)) {
+    ++lost_in_a_row_.jumped;
+    return {count_lost_sample(Cause::position_jumped), std::nullopt};
+  }
   if (is_frozen(position_um)) return {Cause::position_frozen, std::nullopt};
   lost_.leak();
   lost_in_a_row_ = {};
@@ -101,9 +110,12 @@ Cause Supervisor::count_lost_sample(Cause cause) {
   return lost_.overflows() ? cause : Cause::none;
 }
 
-bool Supervisor::has_jumped(double position_um) const {
-  return config_.position_jump_um > 0.0 && last_um_ &&
-         std::abs(position_um - *last_um_) > config_.position_jump_um * cycles_since_last_;
+bool Supervisor::has_jumped(double position_um, const model::Interval& course_um) const {
+  if (config_.position_jump_um == 0.0 || !last_um_) return false;
+  const double moved_um = position_um - *last_um_;
+  const bool is_second = lost_in_a_row_.jumped > 0;
+  const double beyond_um = is_second ? moved_um - std::clamp(moved_um, course_um.lo, course_um.hi) : moved_um;
+  return std::abs(beyond_um) > config_.position_jump_um * (cycles_since_last_ - lost_in_a_row_.jumped);
 }
 
 bool Supervisor::is_frozen(double position_um) {

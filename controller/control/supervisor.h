@@ -2,9 +2,9 @@
 // command that was decided; returns a verdict.
 //
 //   sample     a lost, late or jumped sample is bridged and fills a leaky bucket; several in a row trip
-//   jump       |y - y_last| > position_jump_um for each cycle since y_last, the last accepted sample. The
-//              limit grows with every cycle, so a stage that has really moved is accepted later; its
-//              following error then decides
+//   jump       |y - y_last| > position_jump_um for each cycle since y_last, the last accepted sample. A second
+//              jump in a row is judged by what the drive has done since: y is accepted where it is no further than
+//              that from the course of the model (course.h), so that a stage that has really moved is believed
 //   frozen     y is the same to the last bit for frozen_cycles, while the drive travels more than a fiftieth
 //              of its range: noise and motion would change the reading of any real sensor
 //   saturated  range, slew or the model's thresholds limit the drive for saturated_s without a break
@@ -17,6 +17,7 @@
 #include <optional>
 
 #include "controller/control/fault.h"
+#include "model/reference_curve.h"
 
 namespace hystcan::controller {
 
@@ -40,6 +41,9 @@ struct NodeHealth {
   bool amplifier_moves = false;    ///< switched off, and its output is not yet reported at rest
   double status_age_s = 0.0;       ///< of the last status; 0 where the amplifier sends none
 };
+
+/// Nothing that is known speaks against it that the amplifier gets commands and follows them.
+bool obeys_commands(const NodeHealth& health);
 
 /// `timeout` 0: never.
 bool is_status_too_old(const NodeHealth& health, std::chrono::nanoseconds timeout);
@@ -104,7 +108,8 @@ class Supervisor {
   /// Called when the axis is about to be driven: resets all counters and timers.
   void restart();
   /// Called once in each cycle of a driven axis, before its command.
-  Verdict judge(const AxisInput& input);
+  /// `course_um`: what the drive has made of the position since the last accepted sample.
+  Verdict judge(const AxisInput& input, const model::Interval& course_um = {});
   /// Called with the decided command and the limits that acted on it (gate.h). Returns a cause to replace
   /// the command by the safe one, or Cause::none.
   Cause judge(const AxisCommand& command, std::uint8_t limits, double dt_s);
@@ -112,16 +117,16 @@ class Supervisor {
  private:
   Cause judge_bus(const AxisInput& input);
   Cause judge_nodes(const NodeHealth& health) const;
-  Verdict judge_sample(const AxisInput& input);
+  Verdict judge_sample(const AxisInput& input, const model::Interval& course_um);
   Cause count_missing_sample(const AxisInput& input);
   Cause count_lost_sample(Cause cause);
-  bool has_jumped(double position_um) const;
+  bool has_jumped(double position_um, const model::Interval& course_um) const;
   bool is_frozen(double position_um);
 
   Config config_;
   LeakyBucket lost_;
   struct Lost {
-    unsigned all = 0, late = 0, in_long_cycles = 0;  ///< long: SYNCs were left out
+    unsigned all = 0, late = 0, in_long_cycles = 0, jumped = 0;  ///< long: SYNCs were left out
   };
   Lost lost_in_a_row_;
   std::optional<double> last_um_;  ///< the last accepted sample

@@ -65,6 +65,7 @@ Cause cause_with_sensor_delay(double ki_per_s, std::chrono::microseconds delay) 
   setup.controller.axes.resize(1);
   controller::AxisConfig& axis = setup.controller.axes[0].axis;
   axis.law.pi.ki_per_s = ki_per_s;
+  axis.wipe_slew_per_s = 50.0;  // nobody has stated the delay: a faster ramp is far ahead of the sensor
   axis.setpoint = {{.shape = controller::Hold{.level_um = 15.0, .duration_s = 10.0}}};
   setup.twin.axes.resize(1);
   setup.twin.axes[0].axis.sensor.delay = delay;

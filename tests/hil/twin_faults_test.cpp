@@ -37,6 +37,18 @@ struct TwinFaults : testing::Test {
   void expect_fault_and_return(const std::vector<std::string>& words,
                                const std::vector<std::string>& causes) {
     inject(words);
+    expect_fault_until_it_is_removed(words, causes);
+  }
+  /// The same, where the fault is there before the axis starts.
+  void expect_no_start_and_return(const std::vector<std::string>& words, const std::string& cause) {
+    ASSERT_EQ(stage.ctl({"disable", "x"}).status, 0);
+    ASSERT_TRUE(stage.reaches(x, "offline"));
+    inject(words);
+    ASSERT_EQ(stage.ctl({"enable", "x"}).status, 0);
+    expect_fault_until_it_is_removed(words, {cause});
+  }
+  void expect_fault_until_it_is_removed(const std::vector<std::string>& words,
+                                        const std::vector<std::string>& causes) {
     ASSERT_TRUE(stage.reaches(x, "faulted")) << words.front();
     const std::string cause = stage.axis_status(x).at("fault");
     EXPECT_NE(std::ranges::find(causes, cause), causes.end()) << words.front() << ": " << cause;
@@ -73,6 +85,14 @@ TEST_F(TwinFaults, OfTheAmplifierFaultTheAxisAndAreCleared) {
   expect_fault_and_return({"node_reboot", "--axis", "x", "--node", "amplifier", "--duration", "0.003"},
                           {"node restarted", "amplifier not enabled", "position jumped",
                            "position implausible", "following error"});
+}
+
+TEST_F(TwinFaults, OfASensorOrAnAmplifierThatIsNotWhatTheModelSaysEndTheStartUp) {
+  stage.start();
+  expect_no_start_and_return({"sensor_gain", "--axis", "x", "--value", "-1"}, "position contradicts drive");
+  expect_no_start_and_return({"sensor_gain", "--axis", "x", "--value", "0.5"}, "position contradicts drive");
+  expect_no_start_and_return({"limited_output", "--axis", "x"}, "output differs");
+  expect_fault_and_return({"sensor_offset", "--axis", "x", "--duration", "0.01"}, {"position jumped"});
 }
 
 TEST_F(TwinFaults, ThatAreShortOrSmallFaultNoAxis) {

@@ -94,6 +94,10 @@ const std::vector<Row> rows{
     {Fault::parameter_drift, Node::sensor, half_s, -0.1, {}, 0},
     {Fault::resonance_shift, Node::sensor, half_s, -0.2, {}, 0},
     {Fault::load_step, Node::sensor, half_s, 1, {}, 0},
+    {Fault::limited_output, Node::amplifier, half_s, 0, stage_falls, 6},
+    {Fault::sensor_gain, Node::sensor, half_s, -1, {Cause::following_error}, 100},
+    {Fault::sensor_offset, Node::sensor, half_s, 8, {Cause::position_jumped}, 6},
+    {Fault::sensor_offset, Node::sensor, brief, 8, {}, 0},
 };
 
 struct Case {

@@ -170,15 +170,14 @@ TEST_F(TuneFiles, TabulatesMeasuredPointsModelAndLoops) {
   EXPECT_GT(coherence, 0.95);
 }
 
+// The ramp to the first drive shows it already.
 TEST_F(TuneFiles, RefusesAMirroredSensor) {
   shipped.edit("piezo.toml", "[axis.twin]",
                "[axis.twin]\nsensor.gain_error_percent = -200.0\nsensor.offset_um = 30.8");
   Process program = tune("piezo.toml", {"--amplitude", "1"});
   EXPECT_EQ(program.wait(), failed);
-  EXPECT_EQ(
-      program.err(),
-      "hystcan: x: the output falls when the input rises, expected it to rise: change the sign of the output; "
-      "nothing is written\n");
+  EXPECT_NE(program.err().find("position contradicts drive"), std::string::npos) << program.err();
+  EXPECT_NE(program.err().find("nothing is written"), std::string::npos) << program.err();
 }
 
 TEST_F(TuneFiles, DrawsAPictureWhereGnuplotIs) {

@@ -274,10 +274,14 @@ struct WithheldAxis {
 
 TEST(WatchdogTrial, BeginsAtTheSafeDriveAfterTheRampThere) {
   IdealStage stage(with_verification());
+  const auto at_30_V = [&](AxisInput& in) {
+    with_output(30.0, true)(in);
+    in.position_um = 0.3 * (stage.command.enable ? stage.command.drive : 30.0);
+  };
   stage.axis.start(false);
-  stage.cycle(with_output(30.0, true));
+  stage.cycle(at_30_V);
   for (int i = 1; i <= 30; ++i) {  // at wipe_slew, 1000 V/s
-    const AxisCommand command = stage.cycle(with_output(30.0, true));
+    const AxisCommand command = stage.cycle(at_30_V);
     EXPECT_NEAR(command.drive, 30.0 - i, 1e-9);
     EXPECT_TRUE(command.enable);
     EXPECT_FALSE(command.withheld);

@@ -137,9 +137,11 @@ TEST_P(EveryFault, LeadsToTheSafeCommandInTheDecidingCycleAndLatches) {
 }
 
 TEST_P(EveryFault, LeadsToTheSafeCommandInOpenLoopTooExceptTheFollowingError) {
-  IdealStage stage(excited_piezo(Excitation::Hysteresis{.low = 10.0, .high = 90.0}));
+  AxisConfig config = excited_piezo(Excitation::Hysteresis{.low = 10.0, .high = 90.0});
   if (GetParam().cause != Cause::following_error)
-    return expect_the_safe_command_in_the_deciding_cycle_and_ever_after(stage, GetParam());
+    return expect_the_safe_command_in_the_deciding_cycle_and_ever_after(IdealStage(config), GetParam());
+  config.supervision.position_jump_um = 0.0;
+  IdealStage stage(config);
   ASSERT_TRUE(stage.tracks());
   for (int i = 0; i < 100; ++i) stage.cycle(GetParam().disturb);
   EXPECT_EQ(stage.axis.state(), AxisState::tracking) << "there is no reference to lose";
@@ -276,7 +278,7 @@ TEST(Axis, StartsFromTheUpperThresholdIfTheDriveDoesNotReachTheLowerOne) {
   AxisConfig config = support::piezo_axis();
   const model::Hysteresis actuator(config.law.model);
   model::HysteresisState unknown = actuator.at_lower_threshold();
-  for (const double drive : {80.0, 30.0, 60.0}) actuator.advance(unknown, drive);
+  for (const double drive : {80.0, 30.0, 60.0, 10.0}) actuator.advance(unknown, drive);
   config.gate.drive_min = 5.0;
   config.gate.safe_drive = 10.0;
   IdealStage stage(config, unknown);

@@ -1,0 +1,116 @@
+#include "controller/control/axis_config.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace hystcan::controller {
+namespace {
+
+/// A straight line says no more of a stage than direction and order of the size: the flat end of a loop may be a third as
+/// steep as its mean. In open loop the model may be the one that is to be replaced.
+constexpr double doubt_of_a_line = 0.9, doubt_of_a_measured_model = 0.3;
+
+bool is_line(const model::HysteresisParameters& model) {
+  constexpr double share = 1e-3;
+  const model::Interval& drives = model.input_range();
+  const double middle_um = 0.5 * (model.ascending.value(drives.lo) + model.ascending.value(drives.hi));
+  const double at_middle = 0.5 * (drives.lo + drives.hi);
+  const double allowed_um = share * model.output_range().span();
+  return std::abs(model.ascending.value(at_middle) - middle_um) < allowed_um &&
+         std::abs(model.descending.value(at_middle) - middle_um) < allowed_um;
+}
+
+TransitionLimits transition_limits_of(const AxisConfig& config) {
+  return {.motion = config.transition_limits, .range = reach_of(config)};
+}
+
+/// Gains this small do not make the mode grow, even with an eighth of its damping: what rings is the reference.
+bool can_oscillate(const Pi::Config& pi, const Delays& delays) {
+  const double integral = pi.ki_per_s / (2.0 * std::numbers::pi * delays.resonance_Hz);
+  return 8.0 * std::hypot(pi.kp, integral) > 2.0 * delays.damping_ratio;
+}
+
+}  // namespace
+
+model::Interval reach_of(const AxisConfig& config) {
+  const model::Interval plausible{config.supervision.position_min_um, config.supervision.position_max_um};
+  if (config.excitation) return plausible;
+  const model::Interval reach = model_reach_um(config.law.model, config.gate);
+  return {std::max(plausible.lo, reach.lo), std::min(plausible.hi, reach.hi)};
+}
+
+ClosedLoop::Config closed_loop_of(const AxisConfig& config) {
+  return {.law = config.law,
+          .delays = config.delays,
+          .plant_inverse = config.plant_inverse,
+          .setpoint = config.setpoint,
+          .learning = config.learning,
+          .repeat = config.repeat,
+          .reference_limits = config.reference_limits,
+          .transition_limits = transition_limits_of(config),
+          .in_position = config.in_position,
+          .following_error = config.following_error};
+}
+
+Supervisor::Config supervision_of(const AxisConfig& config) {
+  Supervisor::Config supervision = config.supervision;
+  supervision.drive_range = config.gate.drive_max - config.gate.drive_min;
+  supervision.enable_timeout_s += std::chrono::duration<double>(config.enable_delay).count();
+  return supervision;
+}
+
+OutputCheck::Config output_check_of(const AxisConfig& config) {
+  return {.drive_range = config.gate.drive_max - config.gate.drive_min,
+          .lag_s = 1.0 / (2.0 * std::numbers::pi * config.delays.amplifier_bandwidth_Hz)};
+}
+
+RampCheck::Config ramp_check_of(const AxisConfig& config) {
+  const model::HysteresisParameters& model = config.law.model;
+  const double stroke_um = model.output_range().span();
+  const double um_per_s = config.wipe_slew_per_s * stroke_um / model.input_range().span();
+  const bool is_measured = !config.excitation && !is_line(model);
+  return {.drive_range = config.gate.drive_max - config.gate.drive_min,
+          .stroke_um = stroke_um,
+          .ringing_um = um_per_s / (2.0 * std::numbers::pi * config.delays.resonance_Hz),
+          .doubt = is_measured ? doubt_of_a_measured_model : doubt_of_a_line};
+}
+
+model::Interval model_drives(const model::HysteresisParameters& model, const Gate::Config& gate) {
+  const model::Interval& thresholds = model.input_range();
+  return {std::max(thresholds.lo, gate.drive_min), std::min(thresholds.hi, gate.drive_max)};
+}
+
+model::Interval model_reach_um(const model::HysteresisParameters& model, const Gate::Config& gate) {
+  const model::Interval drives = model_drives(model, gate);
+  return model.outputs(model.descending.value(drives.lo), model.ascending.value(drives.hi));
+}
+
+ReferenceLimits default_transition_limits(const Gate::Config& gate, const model::HysteresisParameters& model,
+                                          const Delays& delays) {
+  constexpr double share_of_gate = 0.5;
+  constexpr double share_of_stroke = 1e-3;
+  const model::Interval& thresholds = model.ascending.domain();
+  const double stroke_um = model.output_range().span();
+  const double omega = 2.0 * std::numbers::pi * delays.resonance_Hz;
+  return {.slew_um_per_s = share_of_gate * gate.slew_per_s * stroke_um / thresholds.span(),
+          .acceleration_um_per_s2 = share_of_stroke * omega * omega * stroke_um};
+}
+
+double oscillation_amplitude_um(const AxisConfig& config) {
+  constexpr double infinite = std::numeric_limits<double>::infinity();
+  const ControlLaw::Config& law = config.law;
+  if (config.excitation || !feeds_back(law.structure) || !can_oscillate(law.pi, config.delays))
+    return infinite;
+  const Supervisor::Config& limits = config.supervision;
+  const double jump_um = limits.position_jump_um > 0.0 ? limits.position_jump_um : infinite;
+  return std::min({config.following_error.error_um / 2.0, jump_um / 3.0,
+                   (limits.position_max_um - limits.position_min_um) / 20.0});
+}
+
+Trajectory reference_of(const AxisConfig& config) {
+  return {config.setpoint, config.repeat, config.reference_limits, transition_limits_of(config)};
+}
+
+}  // namespace hystcan::controller

@@ -1,0 +1,101 @@
+#include "controller/control/ramp_check.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hystcan::controller {
+namespace {
+
+constexpr double mean_cycles = 2.0, noise_cycles = 200.0;
+constexpr double floor_share = 0.003, noise_times = 3.0;  // of e
+constexpr double backwards_share = 0.25;
+constexpr double delayed_share = 0.08, window_share = 0.14, next_window_share = 0.16;  // of the drive's range
+constexpr unsigned least_cycles = 10;  // in these shares: of a ramp that is fast for its rate
+constexpr unsigned contradictions_to_trip = 3;
+
+/// Share by which a mean over so many cycles comes closer to a sample.
+double weight(const AxisInput& input, double cycles) {
+  return input.dt_s / (input.dt_s + cycles * input.cycle_s);
+}
+
+double position_um(const Course& course) { return course.mark().positions.front().now_um; }
+
+}  // namespace
+
+void RampCheck::see(const AxisInput& input) {
+  if (!input.position_um) return;
+  noise_um_ -= noise_um_ * weight(input, noise_cycles);
+  const double own_um = *input.position_um - input.coupled_um;
+  const double last_um = seen_um_.value_or(own_um);
+  seen_um_ = last_um + (own_um - last_um) * weight(input, mean_cycles);
+}
+
+RampCheck::Anchor RampCheck::here(const Course& course, double drive) const {
+  return {.model = course.mark(), .seen_um = *seen_um_, .drive = drive};
+}
+
+void RampCheck::rest(const Course& course, double drive, const AxisInput& input) {
+  const std::optional<double> before_um = seen_um_;
+  see(input);
+  model_um_ = position_um(course);
+  if (!seen_um_) return;
+  if (before_um)
+    noise_um_ = std::max(noise_um_, std::abs(*seen_um_ - *before_um) / weight(input, mean_cycles));
+  turn_ = here(course, drive);
+}
+
+bool RampCheck::step(const Course& course, double drive, const AxisInput& input) {
+  const double moved_um = position_um(course) - model_um_;
+  if (!seen_um_ || (direction_ == 0.0 && moved_um == 0.0)) {
+    rest(course, drive, input);
+    return true;
+  }
+  see(input);
+  model_um_ = position_um(course);
+  if (moved_um * direction_ < 0.0) {
+    turn_ = here(course, drive);
+    window_.reset();
+    contradictions_ = 0;
+  }
+  if (moved_um != 0.0) direction_ = std::copysign(1.0, moved_um);
+  ++turn_.cycles;
+  if (window_) ++window_->cycles;
+  const bool begins = window_ ? contradictions_ == 0 && is_beyond(*window_, next_window_share, drive)
+                              : is_beyond(turn_, delayed_share, drive);
+  if (begins) window_ = here(course, drive);
+  if (!input.position_um) return true;
+  const bool agrees = agrees_in_direction(course) &&
+                      (!window_ || !is_beyond(*window_, window_share, drive) || agrees_in_size(course));
+  contradictions_ = agrees ? 0 : contradictions_ + 1;
+  return contradictions_ < contradictions_to_trip;
+}
+
+bool RampCheck::is_beyond(const Anchor& anchor, double share, double drive) const {
+  return anchor.cycles >= least_cycles && std::abs(drive - anchor.drive) >= share * config_.drive_range;
+}
+
+bool RampCheck::agrees_in_direction(const Course& course) const {
+  const double least_um = moved_um(course, turn_).lo;
+  const double bound_um = least_um > 0.0 ? -backwards_share * least_um : least_um / (1.0 - config_.doubt);
+  return direction_ * (*seen_um_ - turn_.seen_um) >= bound_um - error_um();
+}
+
+bool RampCheck::agrees_in_size(const Course& course) const {
+  const double share = 1.0 - config_.doubt;
+  const auto [least_um, most_um] = moved_um(course, *window_);
+  const double seen_um = direction_ * (*seen_um_ - window_->seen_um);
+  return seen_um >= (least_um > 0.0 ? share * least_um : least_um / share) - error_um() &&
+         seen_um <= (most_um > 0.0 ? most_um / share : share * most_um) + error_um();
+}
+
+/// In the present direction.
+model::Interval RampCheck::moved_um(const Course& course, const Anchor& anchor) const {
+  const model::Interval moved = course.moved_um(anchor.model);
+  return direction_ > 0.0 ? moved : model::Interval{-moved.hi, -moved.lo};
+}
+
+double RampCheck::error_um() const {
+  return floor_share * config_.stroke_um + config_.ringing_um + noise_times * noise_um_;
+}
+
+}  // namespace hystcan::controller

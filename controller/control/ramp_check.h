@@ -1,0 +1,67 @@
+// Compares the position with what the ramps of the start-up must do to it by the model (course.h): a sensor that is reversed
+// or scaled wrongly, or an amplifier that ends below its range, is found before the axis tracks.
+//
+//   s (y - y_0) >= -d / 4 - e               since the ramp began or turned
+//   s (y - y_1) >= (1 - p) d - e            } in windows of 14 % of the drive's range, the first one after 8 %, when
+//   s (y - y_1) <= D / (1 - p) + e          } the delays do not matter any more
+//
+//   s       direction in which the model's position moves
+//   d, D    the least and the most that it has moved; where d < 0, or D < 0, the bound is d / (1 - p), or (1 - p) D
+//   y       mean of the samples over about two cycles, less what the other axes have added
+//   p       `doubt`
+//   e       0.3 % of the stroke, the ringing at the corners of the ramp, and three times the noise or ringing at rest before,
+//           which is forgotten in 200 cycles
+#pragma once
+
+#include <optional>
+
+#include "controller/control/course.h"
+#include "controller/control/supervisor.h"
+
+namespace hystcan::controller {
+
+class RampCheck {
+ public:
+  struct Config {
+    double drive_range = 0.0;  ///< drive_max - drive_min
+    double stroke_um = 0.0;
+    double ringing_um = 0.0;  ///< amplitude of the mode where a ramp begins or ends
+    double doubt = 0.0;       ///< share by which a stage may be less steep than its model
+  };
+
+  explicit RampCheck(const Config& config) : config_(config) {}
+
+  void restart() { *this = RampCheck(config_); }
+  /// Called once in each cycle before, from when the axis waits on.
+  void rest(const Course& course, double drive, const AxisInput& input);
+  /// Called once in each later cycle of the start-up, with the drive that was commanded last. False: the position
+  /// contradicts the drive, for the third cycle in a row.
+  bool step(const Course& course, double drive, const AxisInput& input);
+
+ private:
+  struct Anchor {
+    Course::Mark model{};
+    double seen_um = 0.0;  ///< y_0 or y_1
+    double drive = 0.0;
+    unsigned cycles = 0;  ///< since then
+  };
+
+  void see(const AxisInput& input);
+  Anchor here(const Course& course, double drive) const;
+  bool is_beyond(const Anchor& anchor, double share, double drive) const;
+  bool agrees_in_direction(const Course& course) const;
+  bool agrees_in_size(const Course& course) const;
+  model::Interval moved_um(const Course& course, const Anchor& anchor) const;
+  double error_um() const;
+
+  Config config_;
+  std::optional<double> seen_um_;  ///< y
+  double noise_um_ = 0.0;          ///< at rest
+  double model_um_ = 0.0;          ///< in the last cycle
+  double direction_ = 0.0;         ///< s; 0: at rest
+  Anchor turn_;
+  std::optional<Anchor> window_;
+  unsigned contradictions_ = 0;  ///< in a row
+};
+
+}  // namespace hystcan::controller

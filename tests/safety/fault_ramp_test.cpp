@@ -1,0 +1,146 @@
+// The drive after a fault, where fault_ramp_<U>_per_s is configured: it ramps to the safe one as long as amplifier and bus obey.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "tests/controller/control/ideal_stage.h"
+#include "tests/support/fault_rig.h"
+
+namespace hystcan::support::fault_ramp_test {
+namespace {
+
+using controller::AxisCommand;
+using controller::AxisConfig;
+using controller::AxisInput;
+using controller::AxisState;
+using controller::Cause;
+using controller::IdealStage;
+using std::chrono::milliseconds;
+
+AxisConfig with_ramp() {
+  AxisConfig config = piezo_axis();
+  config.fault_ramp_per_s = 1000.0;
+  return config;
+}
+
+void lose_the_sensor(AxisInput& in) { in.health.sensor_alive = false; }
+
+/// An axis that tracks at about 50 V and has just faulted.
+struct Faulted {
+  explicit Faulted(const AxisConfig& config, const std::function<void(AxisInput&)>& cause = lose_the_sensor)
+      : stage(config) {
+    EXPECT_TRUE(stage.tracks());
+    for (int i = 0; i < 300; ++i) stage.cycle();
+    before = stage.command.drive;
+    stage.cycle(cause);
+    EXPECT_EQ(stage.axis.state(), AxisState::faulted);
+  }
+  IdealStage stage;
+  double before = 0.0;
+};
+
+bool is_safe(const AxisCommand& command) { return !command.enable && command.drive == 0.0; }
+
+TEST(FaultRamp, LowersTheDriveAtItsSlewAndSwitchesOffAtTheSafeDrive) {
+  Faulted axis(with_ramp());
+  ASSERT_GT(axis.before, 30.0);
+  double last = axis.before;
+  int cycles = 0;
+  for (; !is_safe(axis.stage.command) && cycles < 200; ++cycles) {
+    EXPECT_TRUE(axis.stage.command.enable);
+    EXPECT_NEAR(last - axis.stage.command.drive, std::min(1.0, last), 1e-9);
+    last = axis.stage.command.drive;
+    axis.stage.cycle(lose_the_sensor);
+  }
+  EXPECT_NEAR(cycles, axis.before, 1.5);
+}
+
+TEST(FaultRamp, IsNotTakenWithoutTheKey) { EXPECT_TRUE(is_safe(Faulted(piezo_axis()).stage.command)); }
+
+TEST(FaultRamp, IsNotTakenAfterAFaultOfAmplifierBusOrComputer) {
+  const auto is_dropped = [](const std::function<void(AxisInput&)>& cause) {
+    return is_safe(Faulted(with_ramp(), cause).stage.command);
+  };
+  EXPECT_TRUE(is_dropped([](AxisInput& in) { in.health.amplifier_alive = false; }));
+  EXPECT_TRUE(is_dropped([](AxisInput& in) { in.health.amplifier_fault = true; }));
+  EXPECT_TRUE(is_dropped([](AxisInput& in) { in.health.bus_on = false; }));
+  EXPECT_TRUE(is_dropped([](AxisInput& in) { in.health.interface_up = false; }));
+  EXPECT_TRUE(is_dropped([](AxisInput& in) { in.health.commands_late = true; }));
+  EXPECT_TRUE(is_dropped([](AxisInput& in) { in.health.restarted = true; }));
+  EXPECT_TRUE(is_dropped([](AxisInput& in) { in.dt_s = 0.011; }));
+}
+
+TEST(FaultRamp, EndsAtOnceWhereAmplifierOrBusDoNotObeyAnyMore) {
+  const auto end = [](const std::function<void(controller::NodeHealth&)>& trouble) {
+    Faulted axis(with_ramp());
+    axis.stage.cycle([&](AxisInput& in) { trouble(in.health); });
+    return is_safe(axis.stage.command);
+  };
+  EXPECT_FALSE(end([](controller::NodeHealth&) {}));
+  EXPECT_TRUE(end([](controller::NodeHealth& health) { health.amplifier_alive = false; }));
+  EXPECT_TRUE(end([](controller::NodeHealth& health) { health.amplifier_operational = false; }));
+  EXPECT_TRUE(end([](controller::NodeHealth& health) { health.amplifier_enabled = false; }));
+  EXPECT_TRUE(end([](controller::NodeHealth& health) { health.amplifier_fault = true; }));
+  EXPECT_TRUE(end([](controller::NodeHealth& health) { health.bus_on = false; }));
+  EXPECT_TRUE(end([](controller::NodeHealth& health) { health.bus_passive = true; }));
+  EXPECT_TRUE(end([](controller::NodeHealth& health) { health.interface_up = false; }));
+  EXPECT_TRUE(end([](controller::NodeHealth& health) { health.commands_late = true; }));
+  EXPECT_TRUE(end([](controller::NodeHealth& health) { health.restarted = true; }));
+  EXPECT_TRUE(end([](controller::NodeHealth& health) { health.emergency = true; }));
+}
+
+TEST(FaultRamp, EndsAtOnceWithASecondFaultThatTakesTheDriveOutOfHand) {
+  Faulted axis(with_ramp());
+  axis.stage.axis.trip(Cause::saturated, axis.stage.time_s);
+  EXPECT_FALSE(is_safe(axis.stage.cycle()));
+  axis.stage.axis.trip(Cause::another_controller, axis.stage.time_s);
+  EXPECT_TRUE(is_safe(axis.stage.cycle()));
+  EXPECT_EQ(to_string(axis.stage.axis.fault().cause), "sensor silent") << "the first cause stays";
+}
+
+TEST(FaultRamp, DoesNotGoOnAfterItHasEnded) {
+  Faulted axis(with_ramp());
+  axis.stage.cycle([](AxisInput& in) { in.health.bus_passive = true; });
+  EXPECT_TRUE(is_safe(axis.stage.cycle()));
+}
+
+TEST(FaultRamp, IsOverBeforeTheFaultCanBeCleared) {
+  Faulted axis(with_ramp());
+  EXPECT_FALSE(axis.stage.axis.clear());
+  for (int i = 0; i < 100; ++i) axis.stage.cycle();
+  EXPECT_TRUE(axis.stage.axis.clear());
+  axis.stage.axis.start(false);
+  EXPECT_TRUE(axis.stage.reaches(AxisState::tracking));
+}
+
+/// The furthest below its rest that a stage with damping 0.05 swings after a fault at about 25 um.
+double swings_to_um(double fault_ramp_per_s) {
+  config::Config config = one_axis();
+  config.axes[0].twin.plant.mode.damping_ratio = 0.05;
+  config.axes[0].control.fault_ramp_per_s = fault_ramp_per_s;
+  twin::FaultSpec spec = twin::fault_spec(twin::Fault::sensor_bad_status, "x");
+  spec.begins = milliseconds(1500);
+  config.twin.faults = {spec};
+  FaultRig rig(config);
+  rig.start();
+  EXPECT_TRUE(rig.tracks());
+  EXPECT_TRUE(rig.reaches(AxisState::faulted, milliseconds(2000)));
+  double lowest_um = 0.0;
+  for (int i = 0; i < 4000; ++i) {
+    rig.run_for(std::chrono::microseconds(100));
+    rig.stage().plant.advance_to(rig.clock().now());
+    lowest_um = std::min(lowest_um, rig.stage().plant.position_um());
+  }
+  EXPECT_NE(rig.stage().amplifier.state(), can::AmpState::enabled);
+  return lowest_um;
+}
+
+TEST(FaultRamp, StopsAStageWithoutABlow) {
+  EXPECT_LT(swings_to_um(0.0), -4.0) << "the amplifier falls at its own slew";
+  EXPECT_GT(swings_to_um(500.0), -1.0);
+}
+
+}  // namespace
+}  // namespace hystcan::support::fault_ramp_test

@@ -1,0 +1,157 @@
+// A sensor that is reversed or scaled wrongly, or an amplifier that ends below its range and does not say so: the ramp of the
+// start-up moves the position otherwise than the model says, and the axis faults before it has gone far.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <functional>
+#include <random>
+#include <string>
+
+#include "model/simplified.h"
+#include "tests/controller/control/ideal_stage.h"
+#include "tests/support/fault_rig.h"
+
+namespace hystcan::support::ramp_check_test {
+namespace {
+
+using controller::AxisConfig;
+using controller::AxisInput;
+using controller::AxisState;
+using controller::Cause;
+using controller::IdealStage;
+
+/// Five ranges in a second, as `hystcan init` proposes.
+AxisConfig slowly_wiped() {
+  AxisConfig config = piezo_axis();
+  config.wipe_slew_per_s = 500.0;
+  config.wipe_dwell_s = 0.1;
+  config.supervision.position_min_um = -40.0;
+  return config;
+}
+
+/// The highest drive of a start-up that ends with the fault; 0 where it does not.
+double highest_drive(const AxisConfig& config, const std::function<double(double)>& shown_um) {
+  IdealStage stage(config);
+  stage.axis.start(false);
+  for (int i = 0; i < 2000 && stage.axis.state() != AxisState::tracking; ++i)
+    stage.cycle([&](AxisInput& in) {
+      in.health.amplifier_ready = i > 20;  // a status takes its time
+      in.position_um = shown_um(*in.position_um);
+    });
+  EXPECT_TRUE(stage.axis.state() == AxisState::tracking || stage.axis.state() == AxisState::faulted);
+  return stage.axis.fault().cause == Cause::position_contradicts ? stage.highest_drive : 0.0;
+}
+
+void expect_within(double drive, const AxisConfig& config, const std::function<double(double)>& shown_um) {
+  const double highest = highest_drive(config, shown_um);
+  EXPECT_GT(highest, 0.0);
+  EXPECT_LE(highest, drive);
+}
+
+TEST(PositionContradictsDrive, IsFoundOfAReversedOrMirroredSensorWithinFivePercentOfTheRange) {
+  expect_within(5.0, slowly_wiped(), [](double um) { return -um; });
+  expect_within(5.0, slowly_wiped(), [](double um) { return 30.8 - um; });
+}
+
+TEST(PositionContradictsDrive, IsFoundOfHalfTheGainOrNoneWithinAQuarterOfTheRange) {
+  expect_within(25.0, slowly_wiped(), [](double um) { return 0.5 * um; });
+  expect_within(25.0, slowly_wiped(), [](double um) { return 0.1 * um; });
+  int cycle = 0;
+  expect_within(25.0, slowly_wiped(), [&](double) { return 1e-4 * (++cycle % 2); });
+}
+
+TEST(PositionContradictsDrive, IsFoundOfTwiceTheGain) {
+  expect_within(25.0, slowly_wiped(), [](double um) { return 2.0 * um; });
+}
+
+// 14 um is half of the range, and 25 V more are 75 V.
+TEST(PositionContradictsDrive, IsFoundAQuarterOfTheRangeBeyondWhereAnAmplifierEnds) {
+  expect_within(75.0, slowly_wiped(), [](double um) { return std::min(um, 13.35); });
+}
+
+// Ten milliseconds that nobody has stated, in a ramp of five ranges in a second.
+TEST(PositionContradictsDrive, IsNotSaidOfASensorThatIsLate) {
+  std::deque<double> under_way(10, 0.0);
+  EXPECT_EQ(highest_drive(slowly_wiped(),
+                          [&](double um) {
+                            under_way.push_back(um);
+                            under_way.pop_front();
+                            return under_way.front();
+                          }),
+            0.0);
+}
+
+// It ends on the way down: the position stands still below 80 V.
+TEST(PositionContradictsDrive, IsFoundOnTheWayDown) {
+  IdealStage stage(slowly_wiped());
+  stage.axis.start(false);
+  bool was_high = false;
+  for (int i = 0; i < 2000 && stage.axis.state() != AxisState::tracking; ++i)
+    stage.cycle([&](AxisInput& in) {
+      was_high |= *in.position_um > 29.0;
+      if (was_high) in.position_um = std::max(*in.position_um, 25.0);
+    });
+  EXPECT_EQ(to_string(stage.axis.fault().cause), "position contradicts drive");
+  EXPECT_GT(stage.command.drive + stage.highest_drive, 99.0);
+}
+
+// It says the direction and the order of the size: a reversed or a still sensor.
+TEST(PositionContradictsDrive, IsFoundByAStraightLineToo) {
+  AxisConfig config = slowly_wiped();
+  config.law.model = model::straight_line("V", "um", {0.0, 100.0}, {0.0, 30.0});
+  const auto shown = [&](double share) { return [share](double um) { return share * um; }; };
+  expect_within(5.0, config, shown(-1.0));
+  expect_within(25.0, config, shown(0.02));
+  EXPECT_EQ(highest_drive(config, shown(0.4)), 0.0);
+  EXPECT_EQ(highest_drive(config, shown(2.0)), 0.0);
+}
+
+TEST(PositionContradictsDrive, IsNotSaidOfAStageThatIsAFifthLessOrMoreSteepOrNoisy) {
+  std::mt19937 source(1);
+  std::normal_distribution<double> noise_um(0.0, 0.05);
+  for (const double share : {0.8, 0.9, 1.0, 1.1, 1.2})
+    EXPECT_EQ(highest_drive(slowly_wiped(), [&](double um) { return share * um + noise_um(source); }), 0.0)
+        << share;
+}
+
+// It still rings from the fault before: 3 um, which decay within half a second.
+TEST(PositionContradictsDrive, IsNotSaidOfAStageThatRingsWhenTheRampBegins) {
+  int cycle = 0;
+  EXPECT_EQ(highest_drive(slowly_wiped(),
+                          [&](double um) {
+                            const double t_s = 1e-3 * ++cycle;
+                            return um + 3.0 * std::exp(-t_s / 0.15) * std::sin(2.0 * M_PI * 100.0 * t_s);
+                          }),
+            0.0);
+}
+
+/// A fault of the twin from its start on, over the whole start-up on the simulated bus.
+Cause cause_of(twin::Fault kind, double value) {
+  config::Config config = one_axis();
+  config.axes[0].control.wipe_slew_per_s = 500.0;
+  config.axes[0].control.supervision.position_min_um = -40.0;
+  twin::FaultSpec spec = twin::fault_spec(kind, "x");
+  spec.value = value;
+  config.twin.faults = {spec};
+  FaultRig rig(config);
+  rig.start();
+  rig.tracks();
+  EXPECT_EQ(rig.monitor().violations(), 0u) << rig.monitor().found().front();
+  return rig.axis().fault().cause;
+}
+
+TEST(StartUp, EndsWithAFaultWhereTheTwinsSensorOrAmplifierIsWrong) {
+  using twin::Fault;
+  EXPECT_EQ(cause_of(Fault::sensor_gain, -1.0), Cause::position_contradicts) << "reversed";
+  EXPECT_EQ(cause_of(Fault::sensor_gain, 0.1), Cause::position_contradicts);
+  EXPECT_EQ(cause_of(Fault::sensor_gain, 0.5), Cause::position_contradicts);
+  EXPECT_EQ(cause_of(Fault::limited_output, 0.0), Cause::output_differs) << "an interlock is open";
+  const Cause at_its_limit = cause_of(Fault::limited_output, 50.0);
+  EXPECT_TRUE(at_its_limit == Cause::output_differs || at_its_limit == Cause::position_contradicts);
+  EXPECT_EQ(cause_of(Fault::sensor_offset, 2.0), Cause::none) << "where the stage stands is not known";
+}
+
+}  // namespace
+}  // namespace hystcan::support::ramp_check_test
