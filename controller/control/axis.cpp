@@ -156,7 +156,7 @@ std::optional<Trajectory::Point> Axis::reference_at(double time_s) const {
 }
 
 AxisCommand Axis::step(const AxisInput& input) {
-  now_s_ = input.time_s;
+  now_s_ = input.reference_time_s();
   if (input.position_um) report_.position_um = *input.position_um;
   report_.limits = limit::none;
   report_.lacks = Lack::nothing;
@@ -164,6 +164,7 @@ AxisCommand Axis::step(const AxisInput& input) {
   report_.sample_missing = !input.position_um.has_value();
   report_.arrival = Arrival::not_judged;
   const AxisCommand command = is_driving() ? supervise(input) : decide(input);
+  waited_s_ = input.waited_s;
   report_.state = state_;
   report_.cause = fault_.cause;
   report_.fault_time_s = fault_.time_s;
@@ -190,6 +191,7 @@ AxisInput Axis::judge(const AxisInput& input) {
   if (verdict.position_um) at_last_sample_ = course_.mark();
   AxisInput judged = input;
   judged.position_um = verdict.position_um;
+  judged.dt_s -= input.waited_s - waited_s_;  // ramps, slew and law go on with the references
   output_check_.step(
       drive_, state_ == AxisState::initialising ? config_.wipe_slew_per_s : config_.gate.slew_per_s, input);
   if (verdict.cause != Cause::none) trip(verdict.cause, input.time_s);
@@ -331,17 +333,18 @@ AxisCommand Axis::hold_ready(const AxisInput& input) {
   tracking_since_s_ = *input.tracking_since_s;
   memory_known_ = true;
   oscillation_.restart();
-  const double t_s = input.time_s - tracking_since_s_;
+  const double t_s = now_s_ - tracking_since_s_;
   std::visit([&](auto& loop) { loop.begin(t_s, *input.position_um, input.coupled_um, goes_on); }, loop_);
   return track(input);
 }
 
 AxisCommand Axis::track(const AxisInput& input) {
-  const LoopInput now{.t_s = input.time_s - tracking_since_s_,
+  const LoopInput now{.t_s = now_s_ - tracking_since_s_,
                       .dt_s = input.dt_s,
                       .cycle_s = input.cycle_s,
                       .position_um = input.position_um,
-                      .coupled_um = input.coupled_um};
+                      .coupled_um = input.coupled_um,
+                      .waited = input.waited_s != waited_s_};
   const Proposal proposal = std::visit([&](auto& loop) { return loop.propose(now); }, loop_);
   report_.point = proposal.point;
   report_.reference_um = proposal.reference_um;

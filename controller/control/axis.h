@@ -115,10 +115,10 @@ class Axis {
 
   /// How far ahead of a cycle its reference is looked up; 0 in open loop.
   double preview_s(double cycle_s);
-  /// The reference at that time; the last measured position where the axis does not track a reference.
+  /// The reference at that reference time; the last measured position where the axis does not track a reference.
   double expected_um(double time_s) const;
 
-  /// The point of the reference at that time; empty where the axis does not track a reference.
+  /// The point of the reference at that reference time; empty where the axis does not track a reference.
   std::optional<Trajectory::Point> reference_at(double time_s) const;
 
   /// Called exactly once per cycle.
@@ -173,7 +173,8 @@ class Axis {
   double dwelt_s_ = 0.0;
   double tracking_since_s_ = 0.0;
   model::Interval reach_;  ///< allowed positions of a live setpoint
-  double now_s_ = 0.0;     ///< of the last step
+  double now_s_ = 0.0;     ///< reference time of the last step
+  double waited_s_ = 0.0;  ///< until the last step
   AxisState state_ = AxisState::offline;
   bool stopping_ = false;
   bool is_falling_ = false;  ///< faulted, while the drive ramps to the safe one

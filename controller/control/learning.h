@@ -18,10 +18,10 @@
 // the same way. Between phases this weakens high frequencies, by 1 - 2 f (1 - f) (1 - cos theta), and shifts none.
 //
 // It learns from nothing but a whole window of errors of an undisturbed run: no transition, no first period, no lost
-// sample, no limiter, no error far beyond those of the first period, which is a glitch. Each segment is judged by itself.
-// Where its error grows beyond what it was without learning, its correction fades out, the segment rests for some
-// periods, and learning begins again at half the rate; the last attempt ends it for good. A correction that ends, is reset
-// or is taken back fades out: it does not jump.
+// sample, no SYNC that was left out, no limiter, no error far beyond those of the first period, which is a glitch. Each
+// segment is judged by itself. Where its error grows beyond what it was without learning, its correction fades out, the
+// segment rests for some periods, and learning begins again at half the rate; the last attempt ends it for good. A
+// correction that ends, is reset or is taken back fades out: it does not jump.
 #pragma once
 
 #include <array>
@@ -94,7 +94,8 @@ class Learning {
     double ahead_um = 0.0;
   };
   Correction correct(const Trajectory::Point& now, const Trajectory::Point& ahead, double dt_s);
-  /// Learns from the error of a sample at this point. `undisturbed`: no limiter was active. Empty: the sample is lost.
+  /// Learns from the error of a sample at this point. `undisturbed`: no limiter was active and no SYNC was left out.
+  /// Empty: the sample is lost.
   void learn(const Trajectory::Point& point, std::optional<double> error_um, bool undisturbed);
 
   /// Forgets all that was learnt.

@@ -109,7 +109,7 @@ Learning::Correction ClosedLoop::learn(const Trajectory::Point& point, double ex
   if (!learning_) return {};
   std::optional<double> error_um;
   if (input.position_um) error_um = expected_um - *input.position_um;
-  learning_->learn(point, error_um, !is_limited_);
+  learning_->learn(point, error_um, !is_limited_ && !input.waited);
   const double ahead_s = static_cast<double>(learning_->ahead_cycles()) * input.cycle_s;
   Trajectory::Point ahead = point;
   ahead.shape_time_s += ahead_s;

@@ -33,6 +33,7 @@ struct LoopInput {
   double cycle_s = 0.0;
   std::optional<double> position_um;
   double coupled_um = 0.0;  ///< what the other axes will add to this one's position (model::Coupling)
+  bool waited = false;      ///< the drive was held for longer than dt_s: SYNCs were left out
 };
 
 struct Proposal {

@@ -8,7 +8,7 @@
 namespace hystcan::controller {
 namespace {
 
-/// A SYNC more cycles than this after the last one is a stall: the reference has moved on, ramps would jump.
+/// A SYNC more cycles than this after the last one is a stall: the stage was not watched for too long.
 constexpr double stalled_cycles = 10.0;
 
 /// Share of the drive's range: after this travel an unchanged position is a frozen one.

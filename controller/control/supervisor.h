@@ -52,13 +52,16 @@ struct AxisInput {
   double time_s = 0.0;                ///< of this cycle's SYNC, since the controller's start
   double dt_s = 0.0;                  ///< since the last cycle's SYNC
   double cycle_s = 0.0;               ///< the nominal period
+  double waited_s = 0.0;              ///< how long the references have waited since the controller's start
   std::optional<double> position_um;  ///< empty: no sample came
   bool sensor_status_good = true;
   bool late_sample = false;  ///< a sample of an earlier cycle came since the last step
   std::optional<double>
-      tracking_since_s{};   ///< when the axes began to track; empty: this one does not begin yet
+      tracking_since_s{};  ///< reference time when the axes began to track; empty: this one does not begin yet
   double coupled_um = 0.0;  ///< what the other axes will add to the position
   NodeHealth health;
+
+  double reference_time_s() const { return time_s - waited_s; }
 };
 
 struct AxisCommand {
