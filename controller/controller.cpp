@@ -166,15 +166,8 @@ void Controller::tick() {
     background_.start(*bus_, scheduler_.now());
   }
   close_cycle();
-  const can::Time now = scheduler_.now();
-  begin_cycle(now);
+  begin_cycle(scheduler_.now());
   run_background_tasks();
-
-  deadline_ += period_;
-  while (deadline_ <= now) {  // re-align: a missed deadline is left out, never caught up with
-    deadline_ += period_;
-    ++counters_.overruns;
-  }
   sync_timer_->expire_at(deadline_);
 }
 
@@ -188,6 +181,8 @@ void Controller::close_cycle() {
 }
 
 void Controller::begin_cycle(can::Time now) {
+  cycle_.sync_late = now - deadline_;
+  set_next_deadline(now);
   decide_on_tracking(now);
   note_wake_up(now);
   cycle_.dt_s = can::seconds(now - cycle_.sync_sent);
@@ -197,6 +192,16 @@ void Controller::begin_cycle(can::Time now) {
   ++counters_.cycles;
   for (const auto& wired : axes_) wired->answered = false;
   cycle_.background_done = false;
+}
+
+/// Nothing is caught up with: where the SYNC is too late, deadlines and references go on as if it were in time.
+void Controller::set_next_deadline(can::Time now) {
+  if (2 * cycle_.sync_late > period_) {
+    deadline_ = now;
+    waited_ += cycle_.sync_late;
+    counters_.overruns = static_cast<std::uint64_t>((waited_ + period_ / 2) / period_);
+  }
+  deadline_ += period_;
 }
 
 bool Controller::axes_in(std::initializer_list<AxisState> states) const {
@@ -212,12 +217,11 @@ void Controller::decide_on_tracking(can::Time now) {
   if (!ready_since_) ready_since_ = now;
   const bool waits = config_.start_together && now - *ready_since_ < config_.start_timeout &&
                      axes_in({AxisState::waiting, AxisState::initialising});
-  if (!waits) cycle_.tracking_since_s = since_start_s(now);
+  if (!waits) cycle_.tracking_since_s = since_start_s(now - waited_);
 }
 
 /// A SYNC that is too late shows that the computer does not keep its deadlines.
 void Controller::note_wake_up(can::Time now) {
-  cycle_.sync_late = now - deadline_;
   timing_.wake_up.add(cycle_.sync_late);
   if (counters_.cycles != 0) {  // the first SYNC has none before it
     cycle_.sync_period = now - cycle_.sync_sent;
@@ -282,6 +286,7 @@ AxisInput Controller::input_of(WiredAxis& wired, const can::SensorSample* sample
   AxisInput input{.time_s = since_start_s(cycle_.sync_sent),
                   .dt_s = cycle_.dt_s,
                   .cycle_s = can::seconds(period_),
+                  .waited_s = can::seconds(waited_),
                   .position_um = std::nullopt,
                   .late_sample = std::exchange(wired.late_sample, false),
                   .tracking_since_s = cycle_.tracking_since_s,
@@ -298,8 +303,8 @@ AxisInput Controller::input_of(WiredAxis& wired, const can::SensorSample* sample
 double Controller::coupled_um(Axis& axis, const AxisInput& input) const {
   double sum_um = 0.0;
   for (const model::Coupling& coupling : axis.config().couplings)
-    sum_um += coupling.um_per_um *
-              axes_[coupling.index]->axis.expected_um(input.time_s + axis.preview_s(input.cycle_s));
+    sum_um += coupling.um_per_um * axes_[coupling.index]->axis.expected_um(input.reference_time_s() +
+                                                                           axis.preview_s(input.cycle_s));
   return sum_um;
 }
 

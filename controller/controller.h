@@ -17,6 +17,13 @@
 // start_timeout for one that is not ready. An axis that becomes ready while others track joins them: all references
 // count from the same time.
 //
+// Two SYNCs are at least half a cycle apart. A SYNC that is late by more than half a cycle delays the deadlines of the
+// later ones and the references of all axes by its lateness:
+//
+//   reference time = time - waited,    waited = sum of these latenesses
+//
+// From SYNC to SYNC the reference time advances by half a cycle to one and a half, and by at most one where it waits.
+//
 // Bus-off, or the loss of the interface, faults every driven axis with the next step. What was known of the
 // nodes is forgotten: a node must be heard again before its axis is armed again.
 #pragma once
@@ -132,6 +139,7 @@ class Controller {
   void tick();
   void close_cycle();
   void begin_cycle(can::Time now);
+  void set_next_deadline(can::Time now);
   void decide_on_tracking(can::Time now);
   bool axes_in(std::initializer_list<AxisState> states) const;
   void note_wake_up(can::Time now);
@@ -162,6 +170,7 @@ class Controller {
   Phase phase_ = Phase::off;
   can::Time started_{};
   can::Time deadline_{};     ///< Of the next SYNC.
+  can::Duration waited_{};   ///< By the deadlines and the references.
   can::Time frame_heard_{};  ///< Arrival time of the frame that is being handled.
   Cycle cycle_;
   std::optional<can::Time> ready_since_;  ///< Of the first axis that is ready, while none tracks.
