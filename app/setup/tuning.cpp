@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <cmath>
+#include <cstdint>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -45,8 +45,8 @@ Excitation::Steps with_safe_amplitude(const Excitation::Steps& steps, const conf
   return chosen;
 }
 
-/// The rows have the times of whole cycles: sample and drive both follow the SYNC, so that its jitter of some microseconds
-/// does not affect the identified mode.
+/// The rows have the times of whole cycles, those that were left out included: sample and drive both follow the SYNC, so
+/// that its jitter of some microseconds does not affect the identified mode.
 Dataset measured_steps(const config::Config& config, const twin::Config& twin, const OpenLoopOptions& run,
                        const Excitation::Steps& steps) {
   const config::AxisConfig& axis = config.axes[0];
@@ -54,11 +54,14 @@ Dataset measured_steps(const config::Config& config, const twin::Config& twin, c
   Dataset record{
       .input_unit = axis.wire.drive_unit, .output_unit = "um", .time_s = {}, .input = {}, .output = {}};
   controller::ExcitationDataset rows;
+  std::uint64_t first = 0;
   const OpenLoopEnd end =
       drive_in_open_loop(in_open_loop(config, steps), twin, run, [&](const controller::CycleRecord& cycle) {
         const auto row = rows.add(cycle);
         if (!row) return;
-        record.time_s.push_back(std::round(row->time_s * rate_Hz) / rate_Hz);
+        const std::uint64_t number = cycle.cycle + cycle.counters.overruns;
+        if (record.time_s.empty()) first = number;
+        record.time_s.push_back(static_cast<double>(number - first) / rate_Hz);
         record.input.push_back(row->input);
         record.output.push_back(row->output);
       });
