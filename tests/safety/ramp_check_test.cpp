@@ -127,6 +127,71 @@ TEST(PositionContradictsDrive, IsNotSaidOfAStageThatRingsWhenTheRampBegins) {
             0.0);
 }
 
+/// A stage that is honest and not what its configuration says: up to a fifth less or more steep, its mode up to 20 % off,
+/// its sensor up to 10 ms later, noisy.
+config::Config drawn(std::mt19937_64& random) {
+  const auto between = [&](double low, double high) {
+    return std::uniform_real_distribution(low, high)(random);
+  };
+  config::Config config = one_axis();
+  controller::AxisConfig& control = config.axes[0].control;
+  twin::AxisConfig& stage = config.axes[0].twin;
+  control.law.structure = controller::Structure::inverse;
+  control.following_error.error_um = 100.0;
+  control.supervision.position_min_um = -100.0;
+  control.supervision.position_max_um = 100.0;
+  control.supervision.position_jump_um = 0.0;
+  control.delays.resonance_Hz = std::exp(between(std::log(40.0), std::log(1000.0)));
+  control.wipe_slew_per_s = between(50.0, 500.0);
+  control.wipe_dwell_s = 0.1;
+  stage.plant.mode.natural_frequency_Hz = control.delays.resonance_Hz * between(0.8, 1.2);
+  stage.plant.mode.damping_ratio = std::exp(between(std::log(0.01), std::log(0.3)));
+  stage.sensor.delay = can::Duration(std::llround(1e9 * between(0.0, 0.01)));
+  stage.sensor.noise_um_rms = between(0.0, 0.1);
+  stage.sensor.gain_error_percent = between(-20.0, 20.0);
+  stage.plant.amplifier.bandwidth_Hz = std::exp(between(std::log(50.0), std::log(2000.0)));
+  control.delays.amplifier_bandwidth_Hz = stage.plant.amplifier.bandwidth_Hz * between(0.8, 1.2);
+  return config;
+}
+
+// The second start begins while the stage rings: at once after a fault has let it fall.
+TEST(StartUp, OfAHundredHonestStagesThatAreNotAsTheyAreConfiguredHasNoFault) {
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    std::mt19937_64 random(seed);
+    FaultRig rig(drawn(random));
+    rig.start();
+    ASSERT_TRUE(rig.tracks(std::chrono::seconds(15))) << seed << ": " << to_string(rig.axis().fault().cause);
+    rig.run_for(std::chrono::milliseconds(400));
+    twin::FaultSpec bad = twin::fault_spec(twin::Fault::sensor_bad_status, "x");
+    bad.lasts = std::chrono::milliseconds(2);
+    rig.stage_faults().inject(bad);
+    ASSERT_TRUE(rig.reaches(AxisState::faulted, std::chrono::milliseconds(100))) << seed;
+    rig.run_for(std::chrono::milliseconds(5));
+    ASSERT_EQ(rig.ask(controller::Request::Kind::clear), "");
+    ASSERT_EQ(rig.ask(controller::Request::Kind::enable), "");
+    ASSERT_TRUE(rig.tracks(std::chrono::seconds(15)))
+        << seed << ", again: " << to_string(rig.axis().fault().cause);
+  }
+}
+
+TEST(StartUp, OfTheSameStagesWithAReversedSensorEndsBeforeAFifthOfTheRange) {
+  double furthest = 0.0;
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    std::mt19937_64 random(seed);
+    config::Config config = drawn(random);
+    config.twin.faults = {twin::fault_spec(twin::Fault::sensor_gain, "x")};
+    FaultRig rig(config);
+    rig.start();
+    while (rig.axis().state() != AxisState::faulted && rig.axis().state() != AxisState::tracking) {
+      rig.run_for(std::chrono::milliseconds(1));
+      furthest = std::max(furthest, rig.axis().report().drive);
+    }
+    ASSERT_EQ(to_string(rig.axis().fault().cause), "position contradicts drive") << seed;
+  }
+  std::printf("reversed: at most %.1f %% of the range\n", furthest);
+  EXPECT_LE(furthest, 20.0);
+}
+
 /// A fault of the twin from its start on, over the whole start-up on the simulated bus.
 Cause cause_of(twin::Fault kind, double value) {
   config::Config config = one_axis();
