@@ -169,7 +169,7 @@ std::string delay_key(const IdentifiedDynamics& identified, const controller::De
       found.amplifier_bandwidth_Hz == configured.amplifier_bandwidth_Hz
           ? "# amplifier_bandwidth_Hz: unchanged, the delay cannot be distinguished from zero\n"
           : fmt::format("amplifier_bandwidth_Hz = {}   # {:.4g} ms of lag\n",
-                        toml_number(found.amplifier_bandwidth_Hz), 1e3 * lag_s(found));
+                        toml_number(found.amplifier_bandwidth_Hz), 1e3 * found.lag_s());
   if (found.sensor_delay != configured.sensor_delay)
     text += fmt::format("sensor_delay_us = {}   # a pure delay beside the lag\n",
                         toml_number(microseconds(found.sensor_delay)));

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <vector>
 
 #include "app/report/chain_record.h"
@@ -87,7 +86,7 @@ Found with_pure_delay(const ChainRecord& record, const Found& lag_alone, const c
     }
   if (best.fit.at[pure_share] * best.fit.at[late_cycles] < least_cycles) return lag_alone;
   if (!is_better(record, best, lag_alone)) return lag_alone;
-  const Found as_stated = with_lag(record, best, lag_s(stated) / record.cycle_s());
+  const Found as_stated = with_lag(record, best, stated.lag_s() / record.cycle_s());
   return is_better(record, best, as_stated) ? best : as_stated;
 }
 
@@ -190,7 +189,7 @@ Found of_shown(IdentifiedPlant& plant, const ChainRecord& chain, const controlle
     model::refuse("the sensor's stated delay is ", rounded(1e3 * stated.sensor_s()),
                   " ms, expected at most that of the record, ", rounded(1e3 * plant.mode->delay_s.value),
                   " ms");
-  const double late_s = keeps_lag(plant) ? lag_s(stated) : plant.late_s.value;
+  const double late_s = keeps_lag(plant) ? stated.lag_s() : plant.late_s.value;
   const Found found =
       around_mode(chain, *plant.mode, std::max(late_s / cycle_s, least_late), keeps_lag(plant));
   return keeps_lag(plant) ? found : with_pure_delay(chain, found, stated);
@@ -218,7 +217,7 @@ void set_intervals(IdentifiedPlant& plant, const controller::Delays& exact) {
   plant.mode->natural_frequency_Hz = scaled(plant.mode->natural_frequency_Hz, exact.resonance_Hz);
   plant.mode->damping_ratio = scaled(plant.mode->damping_ratio, exact.damping_ratio);
   plant.uncertainty = uncertainty_of(*plant.mode);
-  const double longer_s = keeps_lag(plant) ? plant.late_s.value - lag_s(exact) : 0.0;
+  const double longer_s = keeps_lag(plant) ? plant.late_s.value - exact.lag_s() : 0.0;
   plant.uncertainty.longer_s = {plant.late_s.lo - plant.late_s.value + longer_s,
                                 plant.late_s.hi - plant.late_s.value + longer_s};
 }
@@ -236,10 +235,6 @@ void set_intervals(IdentifiedPlant& plant, const ChainRecord& chain, const Found
 }
 
 }  // namespace
-
-double lag_s(const controller::Delays& delays) {
-  return 1.0 / (2.0 * std::numbers::pi * delays.amplifier_bandwidth_Hz);
-}
 
 bool is_as_stated(const SecondOrderFit& shown, double stated_Hz) {
   return std::abs(shown.natural_frequency_Hz.value / stated_Hz - 1.0) <= 1.5 * stated_share;

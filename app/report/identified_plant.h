@@ -46,9 +46,6 @@ IdentifiedPlant identified_plant(const identification::Dataset& record, const co
 /// A stated damping ratio is that much too large at most.
 inline constexpr double stated_damping_factor = 1.5;
 
-/// Of the amplifier.
-double lag_s(const controller::Delays& delays);
-
 /// True: the mode is within what a stated resonance is good for. Another one may be its image in the samples.
 bool is_as_stated(const identification::SecondOrderFit& shown, double stated_Hz);
 

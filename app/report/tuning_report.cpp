@@ -281,7 +281,7 @@ std::string fragment(const TuningReport& report) {
   if (after.delays.amplifier_bandwidth_Hz != before.delays.amplifier_bandwidth_Hz)
     text += key("amplifier_bandwidth_Hz", after.delays.amplifier_bandwidth_Hz,
                 was(before.delays.amplifier_bandwidth_Hz) +
-                    fmt::format("; {:.4g} ms of lag", 1e3 * lag_s(report.plant.delays)));
+                    fmt::format("; {:.4g} ms of lag", 1e3 * report.plant.delays.lag_s()));
   else
     text += "# amplifier_bandwidth_Hz: unchanged\n";
   if (after.delays.sensor_delay != before.delays.sensor_delay)

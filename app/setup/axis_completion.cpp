@@ -181,7 +181,7 @@ TunedAxis tuned_by_step(const std::filesystem::path& config_file, std::size_t i,
   const IdentifiedPlant plant = measured_plant(records, first);
   TunedAxis tuned;
   if (first.axes[0].control.delays.sensor_s() == 0.0)
-    tuned.unshared_s = lag_s(plant.delays) + plant.delays.sensor_s();
+    tuned.unshared_s = plant.delays.lag_s() + plant.delays.sensor_s();
   set_dynamics(config_file, i, cautious_keys(plant, 1.0 / first.controller.rate_Hz), plant.mode.has_value());
   tuned.mode_is_shown = plant.mode.has_value();
   tuned.lines.push_back(dynamics_line(records.files.step->filename().string(), plant,

@@ -50,7 +50,7 @@ void set_plant(twin::Config& twin, const std::string& axis_name, const controlle
     };
     plant.mode.natural_frequency_Hz = found.resonance_Hz;
     plant.mode.damping_ratio = found.damping_ratio;
-    const double rest_s = lag_s(found) + without_commands(found) - without_commands(own);
+    const double rest_s = found.lag_s() + without_commands(found) - without_commands(own);
     if (rest_s > 0.0) plant.amplifier.bandwidth_Hz = 1.0 / (2.0 * std::numbers::pi * rest_s);
   }
 }
@@ -182,7 +182,7 @@ void set_delay(twin::AxisConfig& axis, double delay_s, bool is_the_sensors) {
 
 std::optional<DelayShares> delay_shares(const Candidate& candidate, const config::Config& config,
                                         const twin::Config& twin, const IdentifiedPlant& plant) {
-  const double delay_s = lag_s(plant.delays) + plant.delays.sensor_s();
+  const double delay_s = plant.delays.lag_s() + plant.delays.sensor_s();
   if (config.axes[0].control.delays.sensor_s() > 0.0 || !(delay_s > 0.0)) return std::nullopt;
   const auto true_um = [&](bool is_the_sensors) -> std::optional<double> {
     rehearsal::Setup setup = setup_of(candidate, config, twin, plant);

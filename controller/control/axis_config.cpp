@@ -62,8 +62,7 @@ Supervisor::Config supervision_of(const AxisConfig& config) {
 }
 
 OutputCheck::Config output_check_of(const AxisConfig& config) {
-  return {.drive_range = config.gate.drive_max - config.gate.drive_min,
-          .lag_s = 1.0 / (2.0 * std::numbers::pi * config.delays.amplifier_bandwidth_Hz)};
+  return {.drive_range = config.gate.drive_max - config.gate.drive_min, .lag_s = config.delays.lag_s()};
 }
 
 RampCheck::Config ramp_check_of(const AxisConfig& config) {

@@ -1,17 +1,14 @@
 #include "controller/control/delays.h"
 
-#include <numbers>
-
 namespace hystcan::controller {
 
 Moments Delays::moments(double cycle_s) const {
   constexpr double two_pi = 2.0 * std::numbers::pi;
-  const double lag_s = 1.0 / (two_pi * amplifier_bandwidth_Hz);
   const double omega = two_pi * resonance_Hz;
   const double means = interpolated ? 2.0 : 1.0;  // over a cycle each
-  return {.mean_s = std::chrono::duration<double>(command_delay).count() + means * cycle_s / 2.0 + lag_s +
+  return {.mean_s = std::chrono::duration<double>(command_delay).count() + means * cycle_s / 2.0 + lag_s() +
                     2.0 * damping_ratio / omega,
-          .variance_s2 = means * cycle_s * cycle_s / 12.0 + lag_s * lag_s +
+          .variance_s2 = means * cycle_s * cycle_s / 12.0 + lag_s() * lag_s() +
                          (4.0 * damping_ratio * damping_ratio - 2.0) / (omega * omega)};
 }
 

@@ -19,6 +19,7 @@
 #pragma once
 
 #include <chrono>
+#include <numbers>
 
 namespace hystcan::controller {
 
@@ -41,6 +42,8 @@ struct Delays {
   bool second_order = false;                  ///< compensates mean and variance; else the mean alone
   bool plant_inverse = false;                 ///< compensates the whole chain (PlantInverse)
 
+  /// Of the amplifier.
+  double lag_s() const { return 1.0 / (2.0 * std::numbers::pi * amplifier_bandwidth_Hz); }
   Moments moments(double cycle_s) const;
   double preview_s(double cycle_s) const { return moments(cycle_s).mean_s; }
   /// The pure delays from a command to a sample.

@@ -46,6 +46,7 @@ double highest_drive(const AxisConfig& config, const std::function<double(double
 
 void expect_within(double drive, const AxisConfig& config, const std::function<double(double)>& shown_um) {
   const double highest = highest_drive(config, shown_um);
+  std::printf("found at %.1f V of 100 V, allowed %.0f V\n", highest, drive);
   EXPECT_GT(highest, 0.0);
   EXPECT_LE(highest, drive);
 }
@@ -174,7 +175,7 @@ TEST(StartUp, OfAHundredHonestStagesThatAreNotAsTheyAreConfiguredHasNoFault) {
   }
 }
 
-TEST(StartUp, OfTheSameStagesWithAReversedSensorEndsBeforeAFifthOfTheRange) {
+TEST(StartUp, OfTheSameStagesWithAReversedSensorEndsBeforeAnEighthOfTheRange) {
   double furthest = 0.0;
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     std::mt19937_64 random(seed);
@@ -189,7 +190,7 @@ TEST(StartUp, OfTheSameStagesWithAReversedSensorEndsBeforeAFifthOfTheRange) {
     ASSERT_EQ(to_string(rig.axis().fault().cause), "position contradicts drive") << seed;
   }
   std::printf("reversed: at most %.1f %% of the range\n", furthest);
-  EXPECT_LE(furthest, 20.0);
+  EXPECT_LE(furthest, 12.5);
 }
 
 /// A fault of the twin from its start on, over the whole start-up on the simulated bus.
