@@ -136,9 +136,10 @@ NodeHealth WiredAxis::take_health(can::Time now, can::BusState bus) {
 }
 
 void WiredAxis::meet_another_controller(const ForeignFrame& frame, double time_s) {
-  if (axis.state() == AxisState::offline || axis.state() == AxisState::faulted) return;
-  axis.trip(Cause::another_controller, time_s);
-  foreign_frame_ = frame;
+  if (axis.state() == AxisState::offline) return;
+  axis.trip(Cause::another_controller, time_s);  // of a faulted axis it ends the ramp
+  if (std::exchange(fault_that_named_it_s_, axis.fault().time_s) != axis.fault().time_s)
+    foreign_frame_ = frame;
 }
 
 std::optional<NodeEvent> WiredAxis::take_event() {

@@ -42,7 +42,7 @@ struct WiredAxis {
 
   /// What is known of both nodes for the next step. Each event since the last step counts once.
   NodeHealth take_health(can::Time now, can::BusState bus);
-  /// Faults the axis, unless it is faulted or offline. The log names the frame.
+  /// Faults the axis, unless it is offline; ends the ramp of a faulted one. The log names the frame, once in a fault.
   void meet_another_controller(const ForeignFrame& frame, double time_s);
   /// The oldest event not yet taken, of amplifier and sensor in turn; first the frame of another controller.
   std::optional<NodeEvent> take_event();
@@ -86,8 +86,9 @@ struct WiredAxis {
     std::uint64_t cycle = 0;  ///< 0: none yet
     can::Frame frame{};
   };
-  std::optional<ForeignFrame> foreign_frame_;  ///< for the log
-  std::array<NamedSync, 256> named_syncs_{};   ///< by SyncCounter: the last sample that named it
+  std::optional<ForeignFrame> foreign_frame_;    ///< for the log
+  std::optional<double> fault_that_named_it_s_;  ///< the time of the fault in which the log has named one
+  std::array<NamedSync, 256> named_syncs_{};     ///< by SyncCounter: the last sample that named it
   can::AmpStatus status_at_first_;  ///< What holds before a status comes, or where none ever comes.
 };
 

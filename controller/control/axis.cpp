@@ -194,7 +194,9 @@ AxisInput Axis::judge(const AxisInput& input) {
   judged.dt_s -= input.waited_s - waited_s_;  // ramps, slew and law go on with the references
   output_check_.step(
       drive_, state_ == AxisState::initialising ? config_.wipe_slew_per_s : config_.gate.slew_per_s, input);
-  if (verdict.cause != Cause::none) trip(verdict.cause, input.time_s);
+  // A position that stands still behind an output that does is not frozen.
+  const bool is_still = verdict.cause == Cause::position_frozen && output_check_.differs_for_s() > 0.0;
+  if (verdict.cause != Cause::none) trip(is_still ? Cause::output_differs : verdict.cause, input.time_s);
   if (output_differs_too_long()) trip(Cause::output_differs, input.time_s);
   if (!ramps_as_modelled(judged)) trip(Cause::position_contradicts, input.time_s);
   return judged;
@@ -389,7 +391,10 @@ AxisCommand Axis::park(const AxisInput& input) {
 /// After a fault. It ends at once where bus or amplifier may not obey any more.
 AxisCommand Axis::fall(const AxisInput& input) {
   const double safe_drive = config_.gate.safe_drive;
-  is_falling_ = is_falling_ && obeys_commands(input.health) && drive_ != safe_drive;
+  output_check_.step(drive_, config_.fault_ramp_per_s, input);
+  is_falling_ = is_falling_ && drive_ != safe_drive && obeys_commands(input.health) &&
+                !is_status_too_old(input.health, config_.supervision.status_timeout) &&
+                !output_differs_too_long();
   if (!is_falling_) return safe();
   const double reach = config_.fault_ramp_per_s * input.cycle_s;
   drive_ =

@@ -8,6 +8,9 @@
 namespace hystcan::controller {
 namespace {
 
+/// Ringing is forgotten in three time constants of the stated damping, which may be too large; in two seconds at most.
+constexpr double decays = 3.0, longest_decay_s = 2.0;
+
 /// A straight line says no more of a stage than direction and order of the size: the flat end of a loop may be a third as
 /// steep as its mean. In open loop the model may be the one that is to be replaced.
 constexpr double doubt_of_a_line = 0.9, doubt_of_a_measured_model = 0.3;
@@ -69,10 +72,13 @@ RampCheck::Config ramp_check_of(const AxisConfig& config) {
   const model::HysteresisParameters& model = config.law.model;
   const double stroke_um = model.output_range().span();
   const double um_per_s = config.wipe_slew_per_s * stroke_um / model.input_range().span();
+  const double omega = 2.0 * std::numbers::pi * config.delays.resonance_Hz;
   const bool is_measured = !config.excitation && !is_line(model);
   return {.drive_range = config.gate.drive_max - config.gate.drive_min,
           .stroke_um = stroke_um,
-          .ringing_um = um_per_s / (2.0 * std::numbers::pi * config.delays.resonance_Hz),
+          .ramp_um_per_s = um_per_s,
+          .mode_rad_per_s = omega,
+          .decay_s = std::min(longest_decay_s, decays / (config.delays.damping_ratio * omega)),
           .doubt = is_measured ? doubt_of_a_measured_model : doubt_of_a_line};
 }
 

@@ -6,17 +6,15 @@
 namespace hystcan::controller {
 namespace {
 
-constexpr double mean_cycles = 2.0, noise_cycles = 200.0;
-constexpr double floor_share = 0.003, noise_times = 3.0;  // of e
+constexpr double mean_cycles = 2.0, rest_cycles = 200.0;
+constexpr double floor_share = 0.003;  // of e
 constexpr double backwards_share = 0.25;
 constexpr double delayed_share = 0.08, window_share = 0.14, next_window_share = 0.16;  // of the drive's range
-constexpr unsigned least_cycles = 10;  // in these shares: of a ramp that is fast for its rate
+constexpr unsigned least_cycles = 6;  // in these shares: of a ramp that is fast for its rate
 constexpr unsigned contradictions_to_trip = 3;
 
-/// Share by which a mean over so many cycles comes closer to a sample.
-double weight(const AxisInput& input, double cycles) {
-  return input.dt_s / (input.dt_s + cycles * input.cycle_s);
-}
+/// Share by which a mean over this time comes closer to a sample.
+double weight(const AxisInput& input, double time_s) { return input.dt_s / (input.dt_s + time_s); }
 
 double position_um(const Course& course) { return course.mark().positions.front().now_um; }
 
@@ -24,10 +22,20 @@ double position_um(const Course& course) { return course.mark().positions.front(
 
 void RampCheck::see(const AxisInput& input) {
   if (!input.position_um) return;
-  noise_um_ -= noise_um_ * weight(input, noise_cycles);
   const double own_um = *input.position_um - input.coupled_um;
   const double last_um = seen_um_.value_or(own_um);
-  seen_um_ = last_um + (own_um - last_um) * weight(input, mean_cycles);
+  seen_um_ = last_um + (own_um - last_um) * weight(input, mean_cycles * input.cycle_s);
+  const double forgotten = weight(input, std::max(rest_cycles * input.cycle_s, config_.decay_s));
+  const double middle_um = 0.5 * (rest_um_.lo + rest_um_.hi);
+  rest_um_.lo += (middle_um - rest_um_.lo) * forgotten;
+  rest_um_.hi += (middle_um - rest_um_.hi) * forgotten;
+}
+
+void RampCheck::widen_rest(const AxisInput& input, double last_um) {
+  const double now_um = *seen_um_;
+  const double swing_um = std::abs(now_um - last_um) / (input.dt_s * config_.mode_rad_per_s);
+  if (rest_um_.span() == 0.0) rest_um_ = {now_um, now_um};
+  rest_um_ = {std::min(rest_um_.lo, now_um - swing_um), std::max(rest_um_.hi, now_um + swing_um)};
 }
 
 RampCheck::Anchor RampCheck::here(const Course& course, double drive) const {
@@ -35,12 +43,11 @@ RampCheck::Anchor RampCheck::here(const Course& course, double drive) const {
 }
 
 void RampCheck::rest(const Course& course, double drive, const AxisInput& input) {
-  const std::optional<double> before_um = seen_um_;
+  const std::optional<double> last_um = seen_um_;
   see(input);
   model_um_ = position_um(course);
   if (!seen_um_) return;
-  if (before_um)
-    noise_um_ = std::max(noise_um_, std::abs(*seen_um_ - *before_um) / weight(input, mean_cycles));
+  widen_rest(input, last_um.value_or(*seen_um_));
   turn_ = here(course, drive);
 }
 
@@ -60,13 +67,12 @@ bool RampCheck::step(const Course& course, double drive, const AxisInput& input)
   if (moved_um != 0.0) direction_ = std::copysign(1.0, moved_um);
   ++turn_.cycles;
   if (window_) ++window_->cycles;
-  const bool begins = window_ ? contradictions_ == 0 && is_beyond(*window_, next_window_share, drive)
-                              : is_beyond(turn_, delayed_share, drive);
-  if (begins) window_ = here(course, drive);
+  if (!window_ && is_beyond(turn_, delayed_share, drive)) window_ = here(course, drive);
   if (!input.position_um) return true;
   const bool agrees = agrees_in_direction(course) &&
                       (!window_ || !is_beyond(*window_, window_share, drive) || agrees_in_size(course));
   contradictions_ = agrees ? 0 : contradictions_ + 1;
+  if (agrees && window_ && is_beyond(*window_, next_window_share, drive)) window_ = here(course, drive);
   return contradictions_ < contradictions_to_trip;
 }
 
@@ -95,7 +101,7 @@ model::Interval RampCheck::moved_um(const Course& course, const Anchor& anchor) 
 }
 
 double RampCheck::error_um() const {
-  return floor_share * config_.stroke_um + config_.ringing_um + noise_times * noise_um_;
+  return floor_share * config_.stroke_um + config_.ramp_um_per_s / config_.mode_rad_per_s + rest_um_.span();
 }
 
 }  // namespace hystcan::controller

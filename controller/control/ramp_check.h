@@ -3,14 +3,15 @@
 //
 //   s (y - y_0) >= -d / 4 - e               since the ramp began or turned
 //   s (y - y_1) >= (1 - p) d - e            } in windows of 14 % of the drive's range, the first one after 8 %, when
-//   s (y - y_1) <= D / (1 - p) + e          } the delays do not matter any more
+//   s (y - y_1) <= D / (1 - p) + e          } the delays do not matter any more; six cycles each at least
 //
 //   s       direction in which the model's position moves
 //   d, D    the least and the most that it has moved; where d < 0, or D < 0, the bound is d / (1 - p), or (1 - p) D
 //   y       mean of the samples over about two cycles, less what the other axes have added
 //   p       `doubt`
-//   e       0.3 % of the stroke, the ringing at the corners of the ramp, and three times the noise or ringing at rest before,
-//           which is forgotten in 200 cycles
+//   e       0.3 % of the stroke, the ringing at the corners of the ramp, v / w, and the range of y at rest before, which is
+//           forgotten in 200 cycles, or in decay_s. That range is 2 v' / w at least, where a slow mode has not
+//           shown it all; v, v': speed of the model in the ramp, highest speed of y at rest, w: angular frequency of the mode
 #pragma once
 
 #include <optional>
@@ -25,8 +26,10 @@ class RampCheck {
   struct Config {
     double drive_range = 0.0;  ///< drive_max - drive_min
     double stroke_um = 0.0;
-    double ringing_um = 0.0;  ///< amplitude of the mode where a ramp begins or ends
-    double doubt = 0.0;       ///< share by which a stage may be less steep than its model
+    double ramp_um_per_s = 0.0;
+    double mode_rad_per_s = 1.0;
+    double decay_s = 0.0;  ///< in which ringing is forgotten
+    double doubt = 0.0;    ///< share by which a stage may be less steep than its model
   };
 
   explicit RampCheck(const Config& config) : config_(config) {}
@@ -47,6 +50,7 @@ class RampCheck {
   };
 
   void see(const AxisInput& input);
+  void widen_rest(const AxisInput& input, double last_um);
   Anchor here(const Course& course, double drive) const;
   bool is_beyond(const Anchor& anchor, double share, double drive) const;
   bool agrees_in_direction(const Course& course) const;
@@ -55,10 +59,10 @@ class RampCheck {
   double error_um() const;
 
   Config config_;
-  std::optional<double> seen_um_;  ///< y
-  double noise_um_ = 0.0;          ///< at rest
-  double model_um_ = 0.0;          ///< in the last cycle
-  double direction_ = 0.0;         ///< s; 0: at rest
+  std::optional<double> seen_um_;      ///< y
+  model::Interval rest_um_{0.0, 0.0};  ///< of y
+  double model_um_ = 0.0;              ///< in the last cycle
+  double direction_ = 0.0;             ///< s; 0: at rest
   Anchor turn_;
   std::optional<Anchor> window_;
   unsigned contradictions_ = 0;  ///< in a row

@@ -112,7 +112,7 @@ class Supervisor {
   void restart();
   /// Called once in each cycle of a driven axis, before its command.
   /// `course_um`: what the drive has made of the position since the last accepted sample.
-  Verdict judge(const AxisInput& input, const model::Interval& course_um = {});
+  Verdict judge(const AxisInput& input, const model::Interval& course_um = {0.0, 0.0});
   /// Called with the decided command and the limits that acted on it (gate.h). Returns a cause to replace
   /// the command by the safe one, or Cause::none.
   Cause judge(const AxisCommand& command, std::uint8_t limits, double dt_s);

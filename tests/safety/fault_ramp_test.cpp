@@ -89,6 +89,7 @@ TEST(FaultRamp, EndsAtOnceWhereAmplifierOrBusDoNotObeyAnyMore) {
   EXPECT_TRUE(end([](controller::NodeHealth& health) { health.commands_late = true; }));
   EXPECT_TRUE(end([](controller::NodeHealth& health) { health.restarted = true; }));
   EXPECT_TRUE(end([](controller::NodeHealth& health) { health.emergency = true; }));
+  EXPECT_TRUE(end([](controller::NodeHealth& health) { health.status_age_s = 1.001; }));
 }
 
 TEST(FaultRamp, EndsAtOnceWithASecondFaultThatTakesTheDriveOutOfHand) {
@@ -98,6 +99,37 @@ TEST(FaultRamp, EndsAtOnceWithASecondFaultThatTakesTheDriveOutOfHand) {
   axis.stage.axis.trip(Cause::another_controller, axis.stage.time_s);
   EXPECT_TRUE(is_safe(axis.stage.cycle()));
   EXPECT_EQ(to_string(axis.stage.axis.fault().cause), "sensor silent") << "the first cause stays";
+}
+
+TEST(FaultRamp, EndsWhereTheOutputDoesNotFollowIt) {
+  AxisConfig slow = with_ramp();
+  slow.fault_ramp_per_s = 100.0;
+  Faulted axis(slow);
+  const double stays_at = axis.before + 20.0;
+  int cycles = 0;
+  for (; !is_safe(axis.stage.command) && cycles < 1000; ++cycles)
+    axis.stage.cycle([&](AxisInput& in) {
+      in.health.output_reported = true;
+      in.health.amplifier_output = stays_at;
+    });
+  EXPECT_LE(cycles, 200);
+}
+
+TEST(FaultRamp, EndsWithTheFrameOfAnotherController) {
+  config::Config config = one_axis();
+  config.axes[0].control.fault_ramp_per_s = 20.0;
+  FaultRig rig(config);
+  rig.start();
+  ASSERT_TRUE(rig.tracks());
+  rig.run_for(milliseconds(250));  // to the upper end of the sine
+  rig.stage_faults().inject(twin::fault_spec(twin::Fault::sensor_bad_status, "x"));
+  ASSERT_TRUE(rig.reaches(AxisState::faulted, milliseconds(100)));
+  rig.run_for(milliseconds(100));
+  ASSERT_EQ(rig.stage().amplifier.state(), can::AmpState::enabled) << "the ramp lasts";
+  rig.begin(Trouble::foreign_sync);
+  rig.run_for(milliseconds(3));
+  EXPECT_NE(rig.stage().amplifier.state(), can::AmpState::enabled);
+  EXPECT_EQ(to_string(rig.axis().fault().cause), "sensor status");
 }
 
 TEST(FaultRamp, DoesNotGoOnAfterItHasEnded) {

@@ -63,6 +63,15 @@ TEST(PositionContradictsDrive, IsFoundOfHalfTheGainOrNoneWithinAQuarterOfTheRang
   expect_within(25.0, slowly_wiped(), [&](double) { return 1e-4 * (++cycle % 2); });
 }
 
+// 2 V in a cycle: what the delays need is more than a quarter of the range.
+TEST(PositionContradictsDrive, IsFoundWithinTwentyFiveCyclesOfARampThatIsFastForItsRate) {
+  AxisConfig config = slowly_wiped();
+  config.wipe_slew_per_s = 2000.0;
+  expect_within(12.0, config, [](double um) { return -um; });
+  expect_within(50.0, config, [](double um) { return 0.5 * um; });
+  expect_within(50.0, config, [](double um) { return 0.1 * um; });
+}
+
 TEST(PositionContradictsDrive, IsFoundOfTwiceTheGain) {
   expect_within(25.0, slowly_wiped(), [](double um) { return 2.0 * um; });
 }
@@ -129,7 +138,7 @@ TEST(PositionContradictsDrive, IsNotSaidOfAStageThatRingsWhenTheRampBegins) {
 }
 
 /// A stage that is honest and not what its configuration says: up to a fifth less or more steep, its mode up to 20 % off,
-/// its sensor up to 10 ms later, noisy.
+/// its damping up to twofold, its sensor up to 10 ms later, noisy.
 config::Config drawn(std::mt19937_64& random) {
   const auto between = [&](double low, double high) {
     return std::uniform_real_distribution(low, high)(random);
@@ -142,11 +151,12 @@ config::Config drawn(std::mt19937_64& random) {
   control.supervision.position_min_um = -100.0;
   control.supervision.position_max_um = 100.0;
   control.supervision.position_jump_um = 0.0;
-  control.delays.resonance_Hz = std::exp(between(std::log(40.0), std::log(1000.0)));
+  control.delays.resonance_Hz = std::exp(between(std::log(25.0), std::log(1000.0)));
   control.wipe_slew_per_s = between(50.0, 500.0);
   control.wipe_dwell_s = 0.1;
   stage.plant.mode.natural_frequency_Hz = control.delays.resonance_Hz * between(0.8, 1.2);
   stage.plant.mode.damping_ratio = std::exp(between(std::log(0.01), std::log(0.3)));
+  control.delays.damping_ratio = stage.plant.mode.damping_ratio * std::exp2(between(-1.0, 1.0));
   stage.sensor.delay = can::Duration(std::llround(1e9 * between(0.0, 0.01)));
   stage.sensor.noise_um_rms = between(0.0, 0.1);
   stage.sensor.gain_error_percent = between(-20.0, 20.0);
