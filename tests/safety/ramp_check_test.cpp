@@ -76,9 +76,10 @@ TEST(PositionContradictsDrive, IsFoundOfTwiceTheGain) {
   expect_within(25.0, slowly_wiped(), [](double um) { return 2.0 * um; });
 }
 
-// 14 um is half of the range, and 25 V more are 75 V.
+// 13.35 um is the position at half of the range, and 25 V more are 75 V; 19.7 um is that at 70 V.
 TEST(PositionContradictsDrive, IsFoundAQuarterOfTheRangeBeyondWhereAnAmplifierEnds) {
   expect_within(75.0, slowly_wiped(), [](double um) { return std::min(um, 13.35); });
+  expect_within(95.0, slowly_wiped(), [](double um) { return std::min(um, 19.7); });
 }
 
 // Ten milliseconds that nobody has stated, in a ramp of five ranges in a second.
@@ -91,6 +92,17 @@ TEST(PositionContradictsDrive, IsNotSaidOfASensorThatIsLate) {
                             return under_way.front();
                           }),
             0.0);
+}
+
+TEST(PositionContradictsDrive, IsNotSaidWhereSamplesAreMissing) {
+  IdealStage stage(slowly_wiped());
+  stage.axis.start(false);
+  for (int i = 0; i < 2000 && stage.axis.state() != AxisState::tracking; ++i)
+    stage.cycle([&](AxisInput& in) {
+      in.health.amplifier_ready = i > 20;
+      if (i < 10 || i % 12 == 0) in.position_um.reset();
+    });
+  EXPECT_EQ(stage.axis.state(), AxisState::tracking) << to_string(stage.axis.fault().cause);
 }
 
 // It ends on the way down: the position stands still below 80 V.
