@@ -59,6 +59,22 @@ TEST(FaultRamp, LowersTheDriveAtItsSlewAndSwitchesOffAtTheSafeDrive) {
 
 TEST(FaultRamp, IsNotTakenWithoutTheKey) { EXPECT_TRUE(is_safe(Faulted(piezo_axis()).stage.command)); }
 
+TEST(FaultRamp, IsNotTakenBeforeTheAmplifierIsEnabled) {
+  IdealStage stage(with_ramp());
+  const auto charged = [](AxisInput& in) {
+    in.health.amplifier_enabled = false;
+    in.health.amplifier_output = 50.0;
+  };
+  stage.axis.start(false);
+  for (int i = 0; i < 100; ++i) stage.cycle(charged);
+  ASSERT_EQ(stage.axis.state(), AxisState::initialising);
+  stage.cycle([&](AxisInput& in) {
+    charged(in);
+    lose_the_sensor(in);
+  });
+  EXPECT_TRUE(is_safe(stage.command));
+}
+
 TEST(FaultRamp, IsNotTakenAfterAFaultOfAmplifierBusOrComputer) {
   const auto is_dropped = [](const std::function<void(AxisInput&)>& cause) {
     return is_safe(Faulted(with_ramp(), cause).stage.command);

@@ -64,6 +64,17 @@ TEST(OutputDiffers, HoldsTheRampSoThatAnInterlockThatClosesMakesASmallStep) {
   EXPECT_EQ(stage.axis.state(), AxisState::tracking);
 }
 
+TEST(OutputDiffers, IsTheCauseWhereThePositionStandsStillBehindIt) {
+  IdealStage stage;
+  stage.axis.start(false);
+  for (int i = 0; i < 1000 && stage.axis.state() != AxisState::faulted; ++i)
+    stage.cycle([](AxisInput& in) {
+      with_interlock(in, 10.0);
+      in.position_um = 0.0;
+    });
+  EXPECT_EQ(to_string(stage.axis.fault().cause), "output differs");
+}
+
 TEST(OutputDiffers, EndsTrackingWithinTwoHundredMilliseconds) {
   IdealStage stage;
   ASSERT_TRUE(stage.tracks());
