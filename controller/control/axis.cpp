@@ -204,7 +204,6 @@ AxisInput Axis::judge(const AxisInput& input) {
 
 bool Axis::ramps_as_modelled(const AxisInput& input) {
   if (state_ != AxisState::initialising) return true;
-  if (output_check_.differs_for_s() > 0.0) return true;  // it explains more, and holds the ramp
   if (connected_) return ramp_check_.step(course_, drive_, input);
   ramp_check_.rest(course_, drive_, input);
   return true;
