@@ -57,6 +57,12 @@ TEST(FaultRamp, LowersTheDriveAtItsSlewAndSwitchesOffAtTheSafeDrive) {
   EXPECT_NEAR(cycles, axis.before, 1.5);
 }
 
+TEST(FaultRamp, MayBeSlow) {
+  AxisConfig slow = with_ramp();
+  slow.fault_ramp_per_s = 0.5;
+  EXPECT_FALSE(is_safe(Faulted(slow).stage.command));
+}
+
 TEST(FaultRamp, IsNotTakenWithoutTheKey) { EXPECT_TRUE(is_safe(Faulted(piezo_axis()).stage.command)); }
 
 TEST(FaultRamp, IsNotTakenBeforeTheAmplifierIsEnabled) {
@@ -64,9 +70,10 @@ TEST(FaultRamp, IsNotTakenBeforeTheAmplifierIsEnabled) {
   const auto charged = [](AxisInput& in) {
     in.health.amplifier_enabled = false;
     in.health.amplifier_output = 50.0;
+    in.position_um = 13.0;
   };
   stage.axis.start(false);
-  for (int i = 0; i < 100; ++i) stage.cycle(charged);
+  for (int i = 0; i < 20; ++i) stage.cycle(charged);
   ASSERT_EQ(stage.axis.state(), AxisState::initialising);
   stage.cycle([&](AxisInput& in) {
     charged(in);

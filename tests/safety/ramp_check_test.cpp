@@ -94,6 +94,36 @@ TEST(PositionContradictsDrive, IsNotSaidOfASensorThatIsLate) {
             0.0);
 }
 
+TEST(PositionContradictsDrive, IsFoundAtALaterStartToo) {
+  IdealStage stage(slowly_wiped());
+  ASSERT_TRUE(stage.tracks());
+  for (int i = 0; i < 300; ++i) stage.cycle();
+  stage.axis.stop();
+  ASSERT_TRUE(stage.reaches(AxisState::offline));
+  stage.highest_drive = 0.0;
+  stage.axis.start(false);
+  for (int i = 0; i < 500 && stage.axis.state() != AxisState::faulted; ++i)
+    stage.cycle([](AxisInput& in) { in.position_um = 30.8 - *in.position_um; });
+  EXPECT_EQ(to_string(stage.axis.fault().cause), "position contradicts drive");
+  EXPECT_LE(stage.highest_drive, 5.0);
+}
+
+// The load discharges from 40 V until the relay has closed, and the position with it.
+TEST(PositionContradictsDrive, IsNotSaidOfAStageThatFallsBeforeItIsEnabled) {
+  IdealStage stage(slowly_wiped());
+  stage.axis.start(false);
+  double output = 40.0;
+  for (int i = 0; i < 2000 && stage.axis.state() != AxisState::tracking; ++i)
+    stage.cycle([&](AxisInput& in) {
+      if (i >= 400) return;
+      if (i > 5) output *= 0.98;
+      in.health.amplifier_enabled = false;
+      in.health.amplifier_output = output;
+      in.position_um = 0.3 * output;
+    });
+  EXPECT_EQ(stage.axis.state(), AxisState::tracking) << to_string(stage.axis.fault().cause);
+}
+
 TEST(PositionContradictsDrive, IsNotSaidWhereSamplesAreMissing) {
   IdealStage stage(slowly_wiped());
   stage.axis.start(false);
