@@ -63,8 +63,7 @@ bool Axis::clear() {
 }
 
 void Axis::trip(Cause cause, double time_s) {
-  const bool may_fall =
-      state_ == AxisState::faulted ? is_falling_ : is_driving() && connected_ && !withheld_for_s_;
+  const bool may_fall = state_ == AxisState::faulted ? is_falling_ : is_driving();
   is_falling_ = may_fall && config_.fault_ramp_per_s > 0.0 && leaves_the_drive_in_hand(cause);
   if (state_ == AxisState::faulted) return;
   state_ = AxisState::faulted;
