@@ -251,7 +251,6 @@ void Axis::arm(const NodeHealth& health) {
   follow(drive_);
   output_check_.restart(drive_);
   course_.restart(drive_);
-  at_last_sample_ = course_.mark();
   connected_ = false;
   enabled_for_s_ = 0.0;
   withheld_for_s_.reset();

@@ -50,6 +50,14 @@ TEST(Supervisor, BridgesASingleSpikeAndTripsOnAPositionThatStaysElsewhere) {
   EXPECT_EQ(cause, Cause::position_jumped);
 }
 
+TEST(Supervisor, BelievesASecondJumpWhereTheDriveHasMovedTheStageSoFar) {
+  Supervisor supervisor(config());
+  supervisor.judge(sample(5.0));
+  EXPECT_FALSE(supervisor.judge(sample(13.0), {0.0, 8.0}).position_um);
+  EXPECT_FALSE(supervisor.judge(sample(13.0)).position_um);
+  EXPECT_TRUE(supervisor.judge(sample(13.5), {0.0, 8.2}).position_um);
+}
+
 TEST(Supervisor, AllowsAJumpForEachLostCycle) {
   Supervisor supervisor(config());
   supervisor.judge(sample(5.0));
