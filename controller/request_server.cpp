@@ -31,8 +31,7 @@ std::string_view disable(Axis& axis) {
 
 /// A node whose set-up failed is set up once more.
 std::string_view clear(WiredAxis& wired) {
-  if (wired.axis.state() == AxisState::faulted && wired.axis.is_in_use())
-    return "the drive still ramps to its safe value";
+  if (wired.axis.is_falling()) return "the drive still ramps to its safe value";
   if (!wired.axis.clear()) return "there is no fault to clear";
   wired.sensor.retry_setup();
   wired.amplifier.retry_setup();

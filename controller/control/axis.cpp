@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
-#include <numbers>
 
 namespace hystcan::controller {
 namespace {
@@ -393,19 +391,19 @@ AxisCommand Axis::fall(const AxisInput& input) {
                 !is_status_too_old(input.health, config_.supervision.status_timeout) &&
                 !output_differs_too_long();
   if (!is_falling_) return safe();
-  const double reach = config_.fault_ramp_per_s * input.cycle_s;
-  drive_ =
-      Gate::step(config_.gate, drive_, std::clamp(safe_drive, drive_ - reach, drive_ + reach), input.dt_s)
-          .drive;
+  drive_ = closer_to(safe_drive, config_.fault_ramp_per_s * input.cycle_s, input.dt_s);
   return {.drive = drive_, .enable = true};
 }
 
 AxisCommand Axis::safe() const { return {.drive = config_.gate.safe_drive}; }
 
-bool Axis::ramp_towards(double target, double dt_s) {
-  const double reach = config_.wipe_slew_per_s * dt_s;
+double Axis::closer_to(double target, double reach, double dt_s) const {
   const double next = std::clamp(target, drive_ - reach, drive_ + reach);
-  drive_ = Gate::step(config_.gate, drive_, next, dt_s).drive;
+  return Gate::step(config_.gate, drive_, next, dt_s).drive;
+}
+
+bool Axis::ramp_towards(double target, double dt_s) {
+  drive_ = closer_to(target, config_.wipe_slew_per_s * dt_s, dt_s);
   follow(drive_);
   return drive_ == std::clamp(target, config_.gate.drive_min, config_.gate.drive_max);
 }

@@ -127,6 +127,8 @@ class Axis {
   AxisState state() const { return state_; }
   /// A sample and a command are expected in every cycle.
   bool is_in_use() const { return controller::is_in_use(state_) || is_falling_; }
+  /// Faulted, while the drive ramps to the safe one.
+  bool is_falling() const { return is_falling_; }
   const Fault& fault() const { return fault_; }
   const AxisReport& report() const { return report_; }
   const AxisConfig& config() const { return config_; }
@@ -149,6 +151,7 @@ class Axis {
   AxisCommand park(const AxisInput& input);
   AxisCommand fall(const AxisInput& input);
   AxisCommand safe() const;
+  double closer_to(double target, double reach, double dt_s) const;
   bool ramp_towards(double target, double dt_s);
   bool is_driving() const;
   bool takes_live_setpoints() const;
@@ -177,8 +180,8 @@ class Axis {
   double waited_s_ = 0.0;  ///< until the last step
   AxisState state_ = AxisState::offline;
   bool stopping_ = false;
-  bool is_falling_ = false;  ///< faulted, while the drive ramps to the safe one
-  bool connected_ = false;   ///< the amplifier has reported "enabled" since the axis was armed
+  bool is_falling_ = false;
+  bool connected_ = false;  ///< the amplifier has reported "enabled" since the axis was armed
   bool watchdog_verified_ = false;
   bool memory_known_ = false;  ///< the model's memory agrees with the actuator's; false after a fault
 };
