@@ -122,17 +122,19 @@ void check_output_map(const HysteresisParameters& p) {
 // One direction on a grid. The grid counts from the threshold where the scan starts; outputs rise along it.
 struct Grid {
   std::vector<double> input, value;
-  std::vector<double> slope;     // per unit of h
-  std::vector<double> distance;  // from the threshold, in h
-  double k = 0.0;
-  bool straight = true;  // phi(d) = d to rounding
+  std::vector<double> slope;               // per unit of h
+  std::vector<double> decay, growth, phi;  // over the step to each point from the one before
+};
 
-  double between(std::size_t i, std::size_t j) const { return std::abs(distance[i] - distance[j]); }
-  double phi(std::size_t i, std::size_t j) const {
-    return straight ? between(i, j) : -std::expm1(-k * between(i, j)) / k;
+// What a branch has become some steps from its start: each step multiplies, so that none needs an exponential of its own.
+struct Along {
+  double decay = 1.0, growth = 1.0, phi = 0.0;
+
+  void pass(const Grid& grid, std::size_t step) {
+    phi += decay * grid.phi[step];  // phi(d + s) = phi(d) + e^{-k d} phi(s)
+    decay *= grid.decay[step];
+    growth *= grid.growth[step];
   }
-  double decay(std::size_t i, std::size_t j) const { return std::exp(-k * between(i, j)); }
-  double growth(std::size_t i, std::size_t j) const { return std::exp(k * between(i, j)); }
 };
 
 // Seen from U_0 with both axes reversed, a falling branch rises: one scan serves both thresholds.
@@ -140,15 +142,20 @@ Grid grid_of(const HysteresisParameters& p, Direction direction, Direction seen,
   Grid grid;
   const ReferenceCurve& curve = p.curve(direction);
   const Interval& range = curve.domain();
-  grid.k = p.k(direction);
-  grid.straight = std::abs(grid.k) * (p.place(range.hi) - p.place(range.lo)) <= 1e-17;
+  const double k = p.k(direction);
+  const bool straight =
+      std::abs(k) * (p.place(range.hi) - p.place(range.lo)) <= 1e-17;  // phi(d) = d to rounding
   grid.input = grid_of(range, curve.knots(), steps);
   if (seen == Direction::descending) std::ranges::reverse(grid.input);
-  const double threshold = p.place(grid.input.front());
+  double before = p.place(grid.input.front());
   for (const double v : grid.input) {
+    const double step = std::abs(p.place(v) - before);
+    before = p.place(v);
     grid.value.push_back(sign(seen) * curve.value(v));
     grid.slope.push_back(curve.slope(v) / p.stretch(v));
-    grid.distance.push_back(std::abs(p.place(v) - threshold));
+    grid.decay.push_back(std::exp(-k * step));
+    grid.growth.push_back(std::exp(k * step));
+    grid.phi.push_back(straight ? step : -std::expm1(-k * step) / k);
   }
   return grid;
 }
@@ -174,22 +181,30 @@ class Scan {
   template <class OnFound>
   void run(OnFound found) const {
     const double gap = fall_.value[0] - rise_.value[0];
-    const double first = gap / rise_.phi(steps_, 0);
+    std::vector<Along> rising(steps_ + 1), fallen(steps_ + 1);  // from the threshold
+    for (std::size_t i = 1; i <= steps_; ++i) {
+      (rising[i] = rising[i - 1]).pass(rise_, i);
+      (fallen[i] = fallen[i - 1]).pass(fall_, i);
+    }
+    const double first = gap / rising[steps_].phi;
     if (const auto branch = find_on_branch(true, 0, steps_, first); branch && found(*branch)) return;
     std::vector<double> outer(steps_ + 1), falling(steps_ + 1, 0.0), distance(steps_ + 1, 0.0);
-    for (std::size_t i = 0; i <= steps_; ++i) outer[i] = rise_.value[i] + gap - first * rise_.phi(i, 0);
+    for (std::size_t i = 0; i <= steps_; ++i) outer[i] = rise_.value[i] + gap - first * rising[i].phi;
     for (std::size_t u = 1; u <= steps_; ++u) {
       distance[u] = fall_.value[u] - outer[u];
-      falling[u] = distance[u] / fall_.phi(u, 0);
+      falling[u] = distance[u] / fallen[u].phi;
       if (const auto branch = find_on_branch(false, u, 0, falling[u]); branch && found(*branch)) return;
     }
     for (std::size_t l = 1; l < steps_; ++l) {
-      double limit = coefficient_limit(l, l), farthest = 0.0, steepest = 0.0;
+      Along up, down;  // between l and u
+      double limit = coefficient_limit(l, up), farthest = 0.0, steepest = 0.0;
       std::size_t target = 0;
       for (std::size_t u = l + 1; u <= steps_; ++u) {
-        limit = std::min(limit, coefficient_limit(u, l));
-        const double output = fall_.value[l] - distance[u] + falling[u] * fall_.phi(u, l);
-        const double coefficient = first * rise_.decay(l, 0) + (output - outer[l]) / rise_.phi(u, l);
+        up.pass(rise_, u);
+        down.pass(fall_, u);
+        limit = std::min(limit, coefficient_limit(u, up));
+        const double output = fall_.value[l] - distance[u] + falling[u] * down.phi;
+        const double coefficient = first * rising[l].decay + (output - outer[l]) / up.phi;
         if (coefficient - limit <= farthest) continue;
         farthest = coefficient - limit;
         steepest = coefficient;
@@ -201,9 +216,9 @@ class Scan {
   }
 
  private:
-  // The largest initial coefficient of a branch from `start` that still increases at grid point i.
-  double coefficient_limit(std::size_t i, std::size_t start) const {
-    return std::max(rise_.slope[i] + tolerance_, 0.0) * rise_.growth(i, start);
+  // The largest initial coefficient of a branch that still increases at grid point i.
+  double coefficient_limit(std::size_t i, const Along& from_its_start) const {
+    return std::max(rise_.slope[i] + tolerance_, 0.0) * from_its_start.growth;
   }
 
   // The true direction: a branch that rises as seen from this scan's threshold may fall in truth.
@@ -216,9 +231,11 @@ class Scan {
     const std::size_t length = rising ? to - from : from - to;
     double lowest = 0.0;
     std::size_t first = 0, last = 0, lowest_at = 0;
+    Along course;
     for (std::size_t j = 0; j <= length; ++j) {
       const std::size_t at = rising ? from + j : from - j;
-      const double slope = grid.slope[at] - coefficient * grid.decay(at, from);
+      if (j > 0) course.pass(grid, rising ? at : at + 1);
+      const double slope = grid.slope[at] - coefficient * course.decay;
       if (slope >= -tolerance_) continue;
       if (lowest == 0.0) first = j;
       last = j;
