@@ -28,7 +28,11 @@ double bisect(const std::function<double(double)>& f, double a, double b) {
 
 double phase_margin_deg(const Complex& loop) { return std::abs(std::arg(-loop)) * 180.0 / pi_; }
 
-double gain_of_tracking(const Complex& loop) { return std::abs(loop / (1.0 + loop)); }
+/// |L / (1 + L)|^2 over that of the edge of the bandwidth, 1/2; positive below the edge.
+double above_half_power(const Complex& loop) { return std::norm(loop) - 0.5 * std::norm(1.0 + loop); }
+
+/// 1 + L turns by nothing from the lowest frequency to the highest, apart from rounding, where the loop is stable.
+bool is_unturned(double turned) { return std::abs(turned) < 0.1; }
 
 void require_gain(const char* name, double value) {
   if (!(value >= 0.0) || !std::isfinite(value))
@@ -58,8 +62,9 @@ class Walk {
       was = here;
     }
     if (was.real() < 0.0) at_180_ = std::max(at_180_, std::abs(was));  // at pi L is real
+    found_.peak_sensitivity = 1.0 / std::sqrt(least_distance_);
     found_.gain_margin = at_180_ > 0.0 ? 1.0 / at_180_ : std::numeric_limits<double>::infinity();
-    found_.stable = std::abs(turned) < 0.1;
+    found_.stable = is_unturned(turned);
     return found_;
   }
 
@@ -67,12 +72,10 @@ class Walk {
   Complex at(double theta) const { return loop_(pi_gains_, theta); }
   double in_Hz(double theta) const { return theta / (2.0 * pi_ * loop_.config().cycle_s); }
 
-  void look(const Complex& here) {
-    found_.peak_sensitivity = std::max(found_.peak_sensitivity, 1.0 / std::abs(1.0 + here));
-  }
+  void look(const Complex& here) { least_distance_ = std::min(least_distance_, std::norm(1.0 + here)); }
 
   void look_between(double before, const Complex& was, double theta, const Complex& here) {
-    if ((std::abs(was) >= 1.0) != (std::abs(here) >= 1.0)) {
+    if ((std::norm(was) >= 1.0) != (std::norm(here) >= 1.0)) {
       const double crossover = bisect([&](double t) { return std::abs(at(t)) - 1.0; }, before, theta);
       if (found_.crossover_Hz == 0.0) found_.crossover_Hz = in_Hz(crossover);
       found_.phase_margin_deg = std::min(found_.phase_margin_deg, phase_margin_deg(at(crossover)));
@@ -81,20 +84,49 @@ class Walk {
       const Complex crossing = at(bisect([&](double t) { return at(t).imag(); }, before, theta));
       if (crossing.real() < 0.0) at_180_ = std::max(at_180_, std::abs(crossing));
     }
-    constexpr double half_power = std::numbers::sqrt2 / 2.0;
-    if (found_.bandwidth_Hz == 0.0 && gain_of_tracking(was) >= half_power &&
-        gain_of_tracking(here) < half_power)
-      found_.bandwidth_Hz =
-          in_Hz(bisect([&](double t) { return gain_of_tracking(at(t)) - half_power; }, before, theta));
+    if (found_.bandwidth_Hz == 0.0 && above_half_power(was) >= 0.0 && above_half_power(here) < 0.0)
+      found_.bandwidth_Hz = in_Hz(bisect([&](double t) { return above_half_power(at(t)); }, before, theta));
   }
 
   const LinearLoop& loop_;
   Pi::Config pi_gains_;
   Margins found_;
+  double least_distance_ = std::numeric_limits<double>::infinity();  ///< least |1 + L|^2
   double at_180_ = 0.0;  ///< the largest |L| at which L is real and negative
 };
 
-bool is_stable(const LinearLoop& loop, const Pi::Config& pi) { return margins_of(loop, pi).stable; }
+/// A loop whose gains change: all else in its response is computed once.
+class Nyquist {
+ public:
+  explicit Nyquist(const LinearLoop& loop) {
+    const Eigen::ArrayXd theta = frequencies_for(loop.config());
+    proportional_.resize(theta.size());
+    integral_.resize(theta.size());
+    for (Eigen::Index i = 0; i < theta.size(); ++i) {
+      proportional_[i] = loop.without_gains(theta[i]);
+      integral_[i] =
+          pi_response({.kp = 0.0, .ki_per_s = 1.0}, loop.config().cycle_s, theta[i]) * proportional_[i];
+    }
+  }
+
+  /// As Margins::stable.
+  bool is_stable(const Pi::Config& pi) const {
+    const auto from_minus_one = [&](Eigen::Index i) {
+      return 1.0 + pi.kp * proportional_[i] + pi.ki_per_s * integral_[i];
+    };
+    Complex was = from_minus_one(0);
+    double turned = std::arg(was);
+    for (Eigen::Index i = 1; i < proportional_.size(); ++i) {
+      const Complex here = from_minus_one(i);
+      turned += std::arg(here / was);
+      was = here;
+    }
+    return is_unturned(turned);
+  }
+
+ private:
+  Eigen::ArrayXcd proportional_, integral_;  // L for kp = 1 and for ki = 1 per s
+};
 
 /// The largest value below `unstable` that is stable, by bisection of its logarithm; empty where `least` is not.
 std::optional<double> largest(const std::function<bool(double)>& stable, double least, double unstable) {
@@ -146,11 +178,15 @@ Margins worse_of(const Margins& a, const Margins& b) {
 
 StableGains largest_stable_gains(const LinearLoop& loop, const Pi::Config& pi) {
   constexpr double least_share = 1e-9;
+  require_gain("kp", pi.kp);
   const double most_ki_per_s = std::max(pi.ki_per_s, 10.0 / loop.config().cycle_s);
-  const auto with_ki = [&](double ki_per_s) { return is_stable(loop, {.kp = pi.kp, .ki_per_s = ki_per_s}); };
+  const Nyquist nyquist(loop);
+  const auto with_ki = [&](double ki_per_s) {
+    return nyquist.is_stable({.kp = pi.kp, .ki_per_s = ki_per_s});
+  };
   if (const auto ki_per_s = largest(with_ki, least_share * most_ki_per_s, most_ki_per_s))
     return {.kp = pi.kp, .ki_per_s = ki_per_s};
-  const auto with_kp = [&](double kp) { return is_stable(loop, {.kp = kp}); };
+  const auto with_kp = [&](double kp) { return nyquist.is_stable({.kp = kp}); };
   return {.kp = largest(with_kp, least_share, std::max(pi.kp, 10.0)).value_or(0.0)};
 }
 
