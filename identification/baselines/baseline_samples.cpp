@@ -46,6 +46,21 @@ std::vector<std::size_t> fitted_samples(const Samples& samples) {
   return some;
 }
 
+Course::Course(const Samples& samples)
+    : prehistory_(samples.prehistory), range_(samples.range), go_on_(samples.go_on) {
+  const std::span<const double> v = samples.input;
+  const auto turns = [&](std::size_t n) { return (v[n] - v[n - 1]) * (v[n + 1] - v[n]) <= 0.0; };
+  std::vector<bool> kept(v.size(), false);
+  for (const std::size_t n : fitted_samples(samples)) kept[n] = true;
+  for (std::size_t n = 0; n < v.size(); ++n) {
+    const bool fitted = kept[n];
+    if (!fitted && n > 0 && (n + 1 == v.size() || !turns(n))) continue;
+    input_.push_back(v[n]);
+    output_.push_back(samples.output[n]);
+    weight_.push_back(fitted ? samples.weight[n] : 0.0);
+  }
+}
+
 model::Interval widened_range(const Samples& samples) {
   model::Interval range = samples.range;
   for (const std::span<const double> inputs : {samples.prehistory, samples.input})

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cstddef>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -21,6 +22,21 @@ void check(const Samples& samples);
 
 /// Indices of about 5000 samples of positive weight, evenly chosen.
 std::vector<std::size_t> fitted_samples(const Samples& samples);
+
+/// The first sample, those of fitted_samples and the turning points of the input, which are all that an operator's output
+/// at these depends on: its memory keeps turning points. The others need not be run through while it is fitted.
+class Course {
+ public:
+  explicit Course(const Samples& samples);
+
+  Samples samples() const { return {prehistory_, input_, output_, weight_, range_, go_on_}; }
+
+ private:
+  std::span<const double> prehistory_;
+  std::vector<double> input_, output_, weight_;
+  model::Interval range_;
+  std::function<bool()> go_on_;
+};
 
 /// The range, widened to contain every input and the prehistory.
 model::Interval widened_range(const Samples& samples);

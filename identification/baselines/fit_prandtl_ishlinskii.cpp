@@ -42,8 +42,8 @@ PrandtlIshlinskii operator_of(std::vector<double> thresholds, const model::Inter
 WeightedOperators fit_plays(const Samples& samples, const std::vector<double>& thresholds,
                             const std::vector<History>& histories) {
   const model::Interval range = widened_range(samples);
-  const auto column = [&](std::size_t j, const History& history) {
-    return run(operator_of({thresholds[j]}, range), history, samples,
+  const auto column = [&](std::size_t j, const History& history, const Samples& some) {
+    return run(operator_of({thresholds[j]}, range), history, some,
                [](const PlayState& state) { return state.plays.front(); });
   };
   return fit_weights(samples, histories, thresholds.size(), column);
@@ -150,16 +150,14 @@ BaselineModel fit_prandtl_ishlinskii(const Samples& samples, std::size_t plays) 
 BaselineModel fit_prandtl_ishlinskii_free_start(const Samples& samples, std::size_t plays) {
   check(samples);
   const std::vector<double> thresholds = evenly_spaced(samples, plays);
-  const FreeStart model(samples, thresholds);
-  const NonlinearProblem problem = model.problem();
-  NonlinearFit best{{}, std::numeric_limits<double>::infinity()};
-  for (const History& history : histories(samples, widened_range(samples))) {
-    const VectorXd start = model.start(fit_plays(samples, thresholds, {history}));
-    const NonlinearFit fit = improve(problem, start, 40);
-    if (fit.cost < best.cost) best = fit;
-  }
+  const Course course(samples);
+  const Samples fitted = course.samples();
+  const FreeStart model(fitted, thresholds);
+  const VectorXd start =
+      model.start(fit_plays(fitted, thresholds, histories(samples, widened_range(samples))));
+  const NonlinearFit best = improve(model.problem(), start, 40);
   return {model::text_of("Prandtl-Ishlinskii, ", plays, " plays, free start"), 2 * plays + 2,
-          model.predicted(best.x)};
+          FreeStart(samples, thresholds).predicted(best.x)};
 }
 
 }  // namespace hystcan::identification

@@ -18,21 +18,21 @@ Fit fit_after(const History& history, const Samples& samples, const std::vector<
   rows.row(0).setOnes();
   rows.row(1) = at(places, samples.input).transpose();
   for (std::size_t j = 0; j < operators; ++j)
-    rows.row(2 + static_cast<Index>(j)) = at(places, column(j, history)).transpose();
+    rows.row(2 + static_cast<Index>(j)) = at(places, column(j, history, samples)).transpose();
   LeastSquares sum(rows.rows());
   for (std::size_t i = 0; i < places.size(); ++i)
     sum.add(rows.col(static_cast<Index>(i)), samples.output[places[i]], samples.weight[places[i]]);
   return sum.solve_nonnegative({0});
 }
 
-std::vector<double> predicted(const WeightedOperators& model, std::span<const double> input,
+std::vector<double> predicted(const WeightedOperators& model, const Samples& samples,
                               const OperatorColumn& column) {
   std::vector<double> output;
-  output.reserve(input.size());
-  for (const double v : input) output.push_back(model.offset + model.gain * v);
+  output.reserve(samples.input.size());
+  for (const double v : samples.input) output.push_back(model.offset + model.gain * v);
   for (std::size_t j = 0; j < model.weights.size(); ++j) {
     if (model.weights[j] == 0.0) continue;
-    const std::vector<double> values = column(j, model.history);
+    const std::vector<double> values = column(j, model.history, samples);
     for (std::size_t n = 0; n < output.size(); ++n) output[n] += model.weights[j] * values[n];
   }
   return output;
@@ -42,11 +42,13 @@ std::vector<double> predicted(const WeightedOperators& model, std::span<const do
 
 WeightedOperators fit_weights(const Samples& samples, const std::vector<History>& histories,
                               std::size_t operators, const OperatorColumn& column) {
-  const std::vector<std::size_t> places = fitted_samples(samples);
+  const Course course(samples);
+  const Samples fitted = course.samples();
+  const std::vector<std::size_t> places = fitted_samples(fitted);
   Fit best{{}, std::numeric_limits<double>::infinity()};
   WeightedOperators result;
   for (const History& history : histories) {
-    const Fit fit = fit_after(history, samples, places, operators, column);
+    const Fit fit = fit_after(history, fitted, places, operators, column);
     if (!(fit.residual < best.residual)) continue;
     best = fit;
     result.history = history;
@@ -54,7 +56,7 @@ WeightedOperators fit_weights(const Samples& samples, const std::vector<History>
   result.offset = best.x[0];
   result.gain = best.x[1];
   result.weights.assign(best.x.begin() + 2, best.x.end());
-  result.prediction = predicted(result, samples.input, column);
+  result.prediction = predicted(result, samples, column);
   return result;
 }
 

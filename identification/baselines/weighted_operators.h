@@ -11,8 +11,9 @@
 
 namespace hystcan::identification {
 
-/// The values of o_j at every sample, after a history.
-using OperatorColumn = std::function<std::vector<double>(std::size_t j, const History& history)>;
+/// The values of o_j at every one of these samples, after a history.
+using OperatorColumn =
+    std::function<std::vector<double>(std::size_t j, const History& history, const Samples& samples)>;
 
 struct WeightedOperators {
   History history;      ///< the given history that fits best

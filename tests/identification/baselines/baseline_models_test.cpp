@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "model/hysteresis.h"
@@ -23,10 +24,10 @@ using Numbers = std::vector<double>;
 constexpr model::Interval range{0.0, 100.0};
 
 // Swings of changing height from 40 V: minor loops at many places. By the end they visit both thresholds.
-Numbers swings() {
+Numbers swings(int samples = 3000) {
   Numbers input;
-  for (int n = 0; n < 3000; ++n) {
-    const double t = n / 3000.0, height = 50.5 * std::min(1.0, 0.25 + t);
+  for (int n = 0; n < samples; ++n) {
+    const double t = static_cast<double>(n) / samples, height = 50.5 * std::min(1.0, 0.25 + t);
     const double centre = 50.0 - 10.0 * std::cos(14.0 * t) * (1.0 - height / 50.5);
     const double v = centre + height * std::sin(2.0 * std::numbers::pi * 23.0 * t - 0.2);
     input.push_back(std::clamp(v, range.lo, range.hi));
@@ -46,13 +47,14 @@ model::HysteresisParameters curves(double bend) {
 
 // A dataset with its weights, which are all one by default.
 struct Case {
-  Numbers input = swings();
+  Numbers input;
   Numbers output;
   Numbers weight = Numbers(input.size(), 1.0);
   Numbers prehistory;
 
   template <class Model>
-  Case(const Model& truth, typename Model::State state) {
+  Case(const Model& truth, typename Model::State state, Numbers inputs = swings())
+      : input(std::move(inputs)) {
     for (const double v : input) output.push_back(truth.advance(state, v).value);
   }
   Samples samples() const { return {prehistory, input, output, weight, range}; }
@@ -163,6 +165,13 @@ TEST(PrandtlIshlinskiiFit, FindsTheInitialPlaysIfTheyAreFree) {
   const Samples samples = made.samples();
   EXPECT_LT(made.largest_error(fit_prandtl_ishlinskii_free_start(samples, 9)), 1e-10);
   EXPECT_GT(made.largest_error(fit_prandtl_ishlinskii(samples, 9)), 1e-3);
+}
+
+// 5000 of them are fitted; few of these are turning points.
+TEST(PrandtlIshlinskiiFit, OfMoreSamplesThanItNeedsKnowsTheTurningPointsBetweenThem) {
+  const Case made(plays(), plays().virgin(swings().front()), swings(17'001));
+  EXPECT_LT(made.largest_error(fit_prandtl_ishlinskii(made.samples(), 9)), 1e-12);
+  EXPECT_LT(made.largest_error(fit_prandtl_ishlinskii_free_start(made.samples(), 9)), 1e-10);
 }
 
 TEST(PreisachFit, FindsTheTrueWeights) {
