@@ -10,27 +10,27 @@ namespace {
 using hil::between;
 using hil::Client;
 using hil::json;
-using hil::LiveStage;
 using hil::milliseconds;
 using hil::now_s;
 using hil::OnWire;
 using hil::Process;
+using hil::QuickStage;
 using hil::series;
 
 constexpr std::size_t x = 0;
 constexpr std::size_t y = 1;
 
 struct Ctl : testing::Test {
-  LiveStage stage;
+  QuickStage stage;
 
   /// Starts and waits until both axes track.
   void start() { stage.start(); }
   void expect_done(const std::vector<std::string>& words) const {
-    const LiveStage::Answer answer = stage.ctl(words);
+    const QuickStage::Answer answer = stage.ctl(words);
     EXPECT_EQ(answer.status, 0) << testing::PrintToString(words) << answer.err;
   }
   void expect_refused(const std::vector<std::string>& words, const std::string& reason) const {
-    const LiveStage::Answer answer = stage.ctl(words);
+    const QuickStage::Answer answer = stage.ctl(words);
     EXPECT_NE(answer.status, 0) << testing::PrintToString(words);
     EXPECT_NE(answer.err.find(reason), std::string::npos) << testing::PrintToString(words) << answer.err;
   }
@@ -39,14 +39,14 @@ struct Ctl : testing::Test {
 TEST_F(Ctl, ReportsTheStatusOfEveryAxis) {
   start();
   for (const std::size_t axis : {x, y}) {
-    const LiveStage::Answer answer = stage.ctl({"--json", "status"});
+    const QuickStage::Answer answer = stage.ctl({"--json", "status"});
     ASSERT_EQ(answer.status, 0) << answer.err;
     const json status = json::parse(answer.out).at("axes").at(axis);
     EXPECT_EQ(status.at("state"), "tracking");
     EXPECT_EQ(status.at("fault"), "none");
     EXPECT_LT(std::abs(status.at("error_um").get<double>()), 1.0);
   }
-  const LiveStage::Answer table = stage.ctl({"status"});
+  const QuickStage::Answer table = stage.ctl({"status"});
   EXPECT_EQ(table.status, 0);
   EXPECT_NE(table.out.find("tracking"), std::string::npos) << table.out;
 }
@@ -74,7 +74,7 @@ TEST_F(Ctl, MovesAnAxisToAPositionWaitsForItAndResumesItsReference) {
   std::this_thread::sleep_for(milliseconds(500));
   const json log = stage.bench.decoded_with_series();
   const std::vector<OnWire> resting = between(series(log, "X", "SensorSample"), arrived_s, resumed_s);
-  ASSERT_GT(resting.size(), 50u);
+  ASSERT_GT(resting.size(), 45u);
   for (const OnWire& sample : resting) EXPECT_NEAR(sample.value, 12.5, 0.02) << "tolerance_um";
   const std::vector<OnWire> after = between(series(log, "X", "SensorSample"), resumed_s + 0.3, now_s());
   const auto [low, high] = std::ranges::minmax(after, {}, &OnWire::value);
@@ -116,7 +116,7 @@ TEST_F(Ctl, ReportsAFaultWithItsRemedyAndTheAxisTracksAgainAfterClearAndEnable) 
   const json status = stage.axis_status(x);
   EXPECT_NE(status.at("fault"), "none");
   EXPECT_FALSE(status.at("remedy").get<std::string>().empty());
-  const LiveStage::Answer table = stage.ctl({"status"});
+  const QuickStage::Answer table = stage.ctl({"status"});
   EXPECT_NE(table.out.find(status.at("remedy").get<std::string>()), std::string::npos) << table.out;
   std::printf("x: %s; %s\n", status.at("fault").get<std::string>().c_str(),
               status.at("remedy").get<std::string>().c_str());
@@ -139,7 +139,7 @@ TEST_F(Ctl, StopEndsTheControllerCleanly) {
   const json log = stage.log_at_rest();
   hil::expect_both_safe(log);
   EXPECT_EQ(log.at("last_command").at("enable"), 0);
-  EXPECT_NEAR(log.at("last_enabled_command").at("setpoint"), 0.0, 0.6) << "one cycle of 500 V/s";
+  EXPECT_NEAR(log.at("last_enabled_command").at("setpoint"), 0.0, 4.1) << "one cycle of 2000 V/s";
 }
 
 TEST_F(Ctl, AllowsOneWriterAtATimeAndAnyClientToReadAndStop) {

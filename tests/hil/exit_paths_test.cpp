@@ -19,13 +19,13 @@ namespace {
 
 using hil::between;
 using hil::json;
-using hil::LiveStage;
 using hil::milliseconds;
 using hil::now_s;
 using hil::OnWire;
+using hil::QuickStage;
 
 struct ControllerProcess : testing::Test {
-  LiveStage stage;
+  QuickStage stage;
 
   /// The last command switches the amplifier off, after a ramp has brought the drive down.
   void expect_clean_stop() {

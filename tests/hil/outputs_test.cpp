@@ -11,11 +11,11 @@
 namespace hystcan::outputs_test {
 namespace {
 
-using hil::LiveStage;
 using hil::Process;
+using hil::QuickStage;
 
 /// `hystcan ARGUMENTS REDIRECTION`. Descriptor 4 is a pipe without a reader.
-Process run(const LiveStage& stage, const std::string& arguments, const std::string& redirection) {
+Process run(const QuickStage& stage, const std::string& arguments, const std::string& redirection) {
   const std::string pipe = stage.folder() + "/pipe";
   return Process({"sh", "-c",
                   "rm -f " + pipe + "; mkfifo " + pipe + "; exec 3<>" + pipe + " 4>" + pipe +
@@ -27,7 +27,7 @@ bool says_last(const Process& program, const std::string& reason) {
 }
 
 TEST(Outputs, ThatCannotBeWrittenEndTheControllerWithOneAndALine) {
-  LiveStage stage;
+  QuickStage stage;
   for (const std::string redirection : {"> /dev/full", ">&-"}) {
     Process controller = run(stage, "controller " + stage.config + " --duration 2", redirection);
     EXPECT_EQ(controller.wait(), 1);
@@ -38,7 +38,7 @@ TEST(Outputs, ThatCannotBeWrittenEndTheControllerWithOneAndALine) {
 }
 
 TEST(Outputs, WithoutAReaderDoNotKillTheController) {
-  LiveStage stage;
+  QuickStage stage;
   Process controller = run(stage, "controller " + stage.config, ">&4 2>&4 4>&-");
   ASSERT_TRUE(hil::comes_true([&] { return stage.status().is_object(); }));
   ASSERT_TRUE(stage.reaches(0, "tracking"));
@@ -48,7 +48,7 @@ TEST(Outputs, WithoutAReaderDoNotKillTheController) {
 }
 
 TEST(Outputs, OnAFullDiskEndTwinAndBusToolsWithOne) {
-  LiveStage stage;
+  QuickStage stage;
   Process tracked = run(stage, "controller " + stage.config, "");
   ASSERT_TRUE(tracked.says("x: tracking"));
   for (const std::string tool : {"monitor --interface vcan0", "monitor --interface vcan0 --once --json"}) {
@@ -71,7 +71,7 @@ TEST(Outputs, OnAFullDiskEndTwinAndBusToolsWithOne) {
 }
 
 TEST(Outputs, WithoutAReaderEndMonitorQuietlyWithZero) {
-  const LiveStage stage;
+  const QuickStage stage;
   for (const std::string option : {"", " --json"}) {
     Process program = run(stage, "monitor --interface vcan0 --period 0.05" + option, ">&4 4>&-");
     EXPECT_EQ(program.wait(), 0);
@@ -109,7 +109,7 @@ class Job {
 };
 
 TEST(BackgroundJob, OfTheControllerEndsBySigintInGoodOrder) {
-  LiveStage stage;
+  QuickStage stage;
   Job job("controller " + stage.config + " --csv " + stage.folder() + "/run.csv");
   ASSERT_TRUE(job.process().says("x: tracking"));
   job.interrupt();
@@ -119,7 +119,7 @@ TEST(BackgroundJob, OfTheControllerEndsBySigintInGoodOrder) {
 }
 
 TEST(BackgroundJob, OfExciteEndsBySigintAndKeepsItsRows) {
-  LiveStage stage;
+  QuickStage stage;
   Job job("excite " + stage.config + " --low 0 --high 100 --output " + stage.folder() + "/loops.csv");
   ASSERT_TRUE(job.process().says("x: tracking"));
   std::this_thread::sleep_for(hil::milliseconds(500));
@@ -129,7 +129,7 @@ TEST(BackgroundJob, OfExciteEndsBySigintAndKeepsItsRows) {
 }
 
 TEST(BackgroundJob, OfABusToolEndsBySigint) {
-  LiveStage stage;
+  QuickStage stage;
   const std::string log = stage.folder() + "/r.log";
   Process tracked = run(stage, "controller " + stage.config, "");
   ASSERT_TRUE(tracked.says("x: tracking"));

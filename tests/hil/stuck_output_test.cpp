@@ -12,8 +12,8 @@
 namespace hystcan::stuck_output_test {
 namespace {
 
-using hil::LiveStage;
 using hil::Process;
+using hil::QuickStage;
 
 /// A pipe that is full and stays so.
 class FullPipe {
@@ -39,7 +39,7 @@ bool has_black_box(const std::string& folder) {
 }
 
 TEST(StuckOutput, HidesNoFaultFromTheStatusAndTheBlackBoxAndTheControllerEnds) {
-  LiveStage stage;
+  QuickStage stage;
   const std::string file = stage.folder() + "/full";
   const FullPipe pipe(file);
   const std::string command = std::string("exec ") + (geteuid() == 0 ? "chrt --fifo 50 " : "") +
@@ -58,11 +58,11 @@ TEST(StuckOutput, HidesNoFaultFromTheStatusAndTheBlackBoxAndTheControllerEnds) {
 }
 
 TEST(StuckOutput, LeavesNoStageDrivenByExciteAndTune) {
-  LiveStage stage;
+  QuickStage stage;
   const std::string file = stage.folder() + "/full";
   const FullPipe pipe(file);
   const auto is_driven = [&] {
-    const LiveStage::Answer answer = stage.ctl_twin({"--json", "status"});
+    const QuickStage::Answer answer = stage.ctl_twin({"--json", "status"});
     return answer.status == 0 && hil::json::parse(answer.out).at("axes").at(0).at("amplifier") == "enabled";
   };
   for (const std::string command : {"excite --period 1 --cycles 1 --levels 1", "tune"}) {
