@@ -14,6 +14,7 @@ async function started(t) {
   const demo = await startDemo();
   t.after(() => demo.stop());
   const page = await openPage(browser, demo);
+  t.after(() => page.close()); // it would go on looking for its server
   await seesTheLoopRun(page);
   await until('the page says that an axis is driven', () => isDriven(page));
   return { demo, page };
