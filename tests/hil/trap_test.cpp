@@ -104,7 +104,7 @@ class InProcess {
 TEST(Trap, ControlThreadOnSocketCanAllocatesLocksLogsAndOpensNothing) {
   hil::LiveBench bench({"vcan0", "vcan0"});
   InProcess program;
-  std::thread([&] { program.run(seconds(3)); }).join();
+  std::thread([&] { program.run(seconds(1)); }).join();
   program.controller().send_safe_commands();
   ASSERT_TRUE(program.is_or_was_watched()) << to_string(program.controller().axis(0).fault().cause);
   EXPECT_EQ(program.controller().axis(0).state(), AxisState::tracking)
@@ -118,7 +118,7 @@ TEST(Trap, ControlThreadOnSocketCanAllocatesLocksLogsAndOpensNothing) {
 TEST(Trap, ControlThreadOnSocketCanFaultsWithoutAllocatingLockingLoggingOrOpening) {
   hil::LiveBench bench({"vcan0", "vcan0"});
   InProcess program;
-  std::thread control([&] { program.run(seconds(3)); });
+  std::thread control([&] { program.run(seconds(1)); });
   const bool watched = hil::comes_true([&] { return program.is_or_was_watched(); });
   bench.twin->send(SIGKILL);
   control.join();
