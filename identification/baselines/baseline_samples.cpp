@@ -46,7 +46,7 @@ std::vector<std::size_t> fitted_samples(const Samples& samples) {
   return some;
 }
 
-Course::Course(const Samples& samples)
+ReducedSamples::ReducedSamples(const Samples& samples)
     : prehistory_(samples.prehistory), range_(samples.range), go_on_(samples.go_on) {
   const std::span<const double> v = samples.input;
   const auto turns = [&](std::size_t n) { return (v[n] - v[n - 1]) * (v[n + 1] - v[n]) <= 0.0; };

@@ -23,11 +23,11 @@ void check(const Samples& samples);
 /// Indices of about 5000 samples of positive weight, evenly chosen.
 std::vector<std::size_t> fitted_samples(const Samples& samples);
 
-/// The first sample, those of fitted_samples and the turning points of the input, which are all that an operator's output
-/// at these depends on: its memory keeps turning points. The others need not be run through while it is fitted.
-class Course {
+/// What a fit runs over: the first sample, those of fitted_samples, and the turning points of the input between them. The
+/// memory of an operator consists of turning points, so that its output at these samples is that of a run over all.
+class ReducedSamples {
  public:
-  explicit Course(const Samples& samples);
+  explicit ReducedSamples(const Samples& samples);
 
   Samples samples() const { return {prehistory_, input_, output_, weight_, range_, go_on_}; }
 

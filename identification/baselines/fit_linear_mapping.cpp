@@ -182,8 +182,8 @@ BaselineModel fit_linear_mapping(const Samples& samples, const HysteresisParamet
   const auto limits = inequalities(curves, start);
   double least = std::numeric_limits<double>::infinity();
   BaselineModel baseline{"linear mapping", static_cast<std::size_t>(curves.unknowns()), {}};
-  const Course course(seen);
-  const Samples fitted = course.samples();
+  const ReducedSamples reduced(seen);
+  const Samples fitted = reduced.samples();
   for (const History& history : histories(seen, start.input_range())) {
     const Mapping mapping(fitted, start, history);
     const NonlinearFit fit = improve(mapping.problem(limits), curves.coefficients(), 15);

@@ -150,8 +150,8 @@ BaselineModel fit_prandtl_ishlinskii(const Samples& samples, std::size_t plays) 
 BaselineModel fit_prandtl_ishlinskii_free_start(const Samples& samples, std::size_t plays) {
   check(samples);
   const std::vector<double> thresholds = evenly_spaced(samples, plays);
-  const Course course(samples);
-  const Samples fitted = course.samples();
+  const ReducedSamples reduced(samples);
+  const Samples fitted = reduced.samples();
   const FreeStart model(fitted, thresholds);
   const VectorXd start =
       model.start(fit_plays(fitted, thresholds, histories(samples, widened_range(samples))));

@@ -42,8 +42,8 @@ std::vector<double> predicted(const WeightedOperators& model, const Samples& sam
 
 WeightedOperators fit_weights(const Samples& samples, const std::vector<History>& histories,
                               std::size_t operators, const OperatorColumn& column) {
-  const Course course(samples);
-  const Samples fitted = course.samples();
+  const ReducedSamples reduced(samples);
+  const Samples fitted = reduced.samples();
   const std::vector<std::size_t> places = fitted_samples(fitted);
   Fit best{{}, std::numeric_limits<double>::infinity()};
   WeightedOperators result;

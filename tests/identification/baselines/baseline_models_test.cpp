@@ -167,8 +167,8 @@ TEST(PrandtlIshlinskiiFit, FindsTheInitialPlaysIfTheyAreFree) {
   EXPECT_GT(made.largest_error(fit_prandtl_ishlinskii(samples, 9)), 1e-3);
 }
 
-// 5000 of them are fitted; few of these are turning points.
-TEST(PrandtlIshlinskiiFit, OfMoreSamplesThanItNeedsKnowsTheTurningPointsBetweenThem) {
+// Only 5000 samples are fitted, and hardly any of them is a turning point.
+TEST(PrandtlIshlinskiiFit, UsesAllTurningPointsOfALongDataset) {
   const Case made(plays(), plays().virgin(swings().front()), swings(17'001));
   EXPECT_LT(made.largest_error(fit_prandtl_ishlinskii(made.samples(), 9)), 1e-12);
   EXPECT_LT(made.largest_error(fit_prandtl_ishlinskii_free_start(made.samples(), 9)), 1e-10);
