@@ -122,18 +122,17 @@ void check_output_map(const HysteresisParameters& p) {
 // One direction on a grid. The grid counts from the threshold where the scan starts; outputs rise along it.
 struct Grid {
   std::vector<double> input, value;
-  std::vector<double> slope;               // per unit of h
-  std::vector<double> decay, growth, phi;  // over the step to each point from the one before
+  std::vector<double> slope;       // per unit of h
+  std::vector<double> decay, phi;  // over the step to each point from the one before
 };
 
 // What a branch has become some steps from its start: each step multiplies, so that none needs an exponential of its own.
 struct Along {
-  double decay = 1.0, growth = 1.0, phi = 0.0;
+  double decay = 1.0, phi = 0.0;
 
   void pass(const Grid& grid, std::size_t step) {
     phi += decay * grid.phi[step];  // phi(d + s) = phi(d) + e^{-k d} phi(s)
     decay *= grid.decay[step];
-    growth *= grid.growth[step];
   }
 };
 
@@ -149,12 +148,11 @@ Grid grid_of(const HysteresisParameters& p, Direction direction, Direction seen,
   if (seen == Direction::descending) std::ranges::reverse(grid.input);
   double before = p.place(grid.input.front());
   for (const double v : grid.input) {
-    const double step = std::abs(p.place(v) - before);
-    before = p.place(v);
+    const double here = p.place(v), step = std::abs(here - before);
+    before = here;
     grid.value.push_back(sign(seen) * curve.value(v));
     grid.slope.push_back(curve.slope(v) / p.stretch(v));
     grid.decay.push_back(std::exp(-k * step));
-    grid.growth.push_back(std::exp(k * step));
     grid.phi.push_back(straight ? step : -std::expm1(-k * step) / k);
   }
   return grid;
@@ -218,7 +216,7 @@ class Scan {
  private:
   // The largest initial coefficient of a branch that still increases at grid point i.
   double coefficient_limit(std::size_t i, const Along& from_its_start) const {
-    return std::max(rise_.slope[i] + tolerance_, 0.0) * from_its_start.growth;
+    return std::max(rise_.slope[i] + tolerance_, 0.0) / from_its_start.decay;
   }
 
   // The true direction: a branch that rises as seen from this scan's threshold may fall in truth.

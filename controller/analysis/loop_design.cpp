@@ -28,11 +28,6 @@ double rounded_down(double value) {
   return digits < 0.0 ? down * std::pow(10.0, -digits) : down / std::pow(10.0, digits);
 }
 
-/// The loop of every corner at every frequency, for ki T = 1: X = integral + kp / (ki T) proportional.
-struct Responses {
-  Eigen::ArrayXcd integral, proportional;
-};
-
 /// The plant of every corner at every frequency, which all filters share.
 struct Plants {
   std::vector<double> theta;
@@ -49,6 +44,7 @@ Plants plants_of(const LoopConfig& config, const PlantUncertainty& uncertainty, 
   return plants;
 }
 
+/// Of every corner, one after the other.
 Responses responses_of(const LoopConfig& config, const Plants& plants) {
   const LinearLoop loop(config);
   const auto count = static_cast<Eigen::Index>(plants.theta.size());
@@ -63,7 +59,7 @@ Responses responses_of(const LoopConfig& config, const Plants& plants) {
   return of;
 }
 
-/// The largest ki T with this kp / (ki T).
+/// The largest ki T with this kp / (ki T). The loop for ki T = 1 is X = integral + kp / (ki T) proportional.
 double largest_ki(const Responses& of, double ratio, double peak_sensitivity) {
   const double rest = 1.0 - 1.0 / (peak_sensitivity * peak_sensitivity);
   double most = std::numeric_limits<double>::infinity();
@@ -163,17 +159,6 @@ std::vector<LoopConfig> with_cancelling_notches(const LoopConfig& config) {
 }
 
 bool has_filter(const LoopConfig& config) { return config.notch || config.measurement_filter_Hz > 0.0; }
-
-/// Of one plant, as finely as margins_of() looks.
-Responses responses_of(const LinearLoop& loop) {
-  const Eigen::ArrayXd theta = frequencies_for(loop.config());
-  const Eigen::ArrayXcd plant = theta.unaryExpr([&](double t) { return loop.without_gains(t); });
-  const Eigen::ArrayXcd integral = plant * theta.unaryExpr([](double t) {
-    const Complex z = std::polar(1.0, t);
-    return z / (z - 1.0);
-  });
-  return {integral, plant};
-}
 
 void require(const CautiousRule& rule) {
   if (!(rule.phase_margin_deg > 0.0 && rule.phase_margin_deg < 90.0))

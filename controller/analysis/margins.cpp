@@ -28,7 +28,7 @@ double bisect(const std::function<double(double)>& f, double a, double b) {
 
 double phase_margin_deg(const Complex& loop) { return std::abs(std::arg(-loop)) * 180.0 / pi_; }
 
-/// |L / (1 + L)|^2 over that of the edge of the bandwidth, 1/2; positive below the edge.
+/// Positive where |L / (1 + L)|^2 > 1/2, inside the bandwidth.
 double above_half_power(const Complex& loop) { return std::norm(loop) - 0.5 * std::norm(1.0 + loop); }
 
 /// 1 + L turns by nothing from the lowest frequency to the highest, apart from rounding, where the loop is stable.
@@ -95,38 +95,20 @@ class Walk {
   double at_180_ = 0.0;  ///< the largest |L| at which L is real and negative
 };
 
-/// A loop whose gains change: all else in its response is computed once.
-class Nyquist {
- public:
-  explicit Nyquist(const LinearLoop& loop) {
-    const Eigen::ArrayXd theta = frequencies_for(loop.config());
-    proportional_.resize(theta.size());
-    integral_.resize(theta.size());
-    for (Eigen::Index i = 0; i < theta.size(); ++i) {
-      proportional_[i] = loop.without_gains(theta[i]);
-      integral_[i] =
-          pi_response({.kp = 0.0, .ki_per_s = 1.0}, loop.config().cycle_s, theta[i]) * proportional_[i];
-    }
+/// As Margins::stable, of a loop whose gains alone change.
+bool is_stable(const Responses& of, double kp, double ki_per_cycle) {
+  const auto from_minus_one = [&](Eigen::Index i) {
+    return 1.0 + ki_per_cycle * of.integral[i] + kp * of.proportional[i];
+  };
+  Complex was = from_minus_one(0);
+  double turned = std::arg(was);
+  for (Eigen::Index i = 1; i < of.integral.size(); ++i) {
+    const Complex here = from_minus_one(i);
+    turned += std::arg(here / was);
+    was = here;
   }
-
-  /// As Margins::stable.
-  bool is_stable(const Pi::Config& pi) const {
-    const auto from_minus_one = [&](Eigen::Index i) {
-      return 1.0 + pi.kp * proportional_[i] + pi.ki_per_s * integral_[i];
-    };
-    Complex was = from_minus_one(0);
-    double turned = std::arg(was);
-    for (Eigen::Index i = 1; i < proportional_.size(); ++i) {
-      const Complex here = from_minus_one(i);
-      turned += std::arg(here / was);
-      was = here;
-    }
-    return is_unturned(turned);
-  }
-
- private:
-  Eigen::ArrayXcd proportional_, integral_;  // L for kp = 1 and for ki = 1 per s
-};
+  return is_unturned(turned);
+}
 
 /// The largest value below `unstable` that is stable, by bisection of its logarithm; empty where `least` is not.
 std::optional<double> largest(const std::function<bool(double)>& stable, double least, double unstable) {
@@ -160,6 +142,16 @@ Eigen::ArrayXd frequencies_for(const LoopConfig& config, double density) {
   return Eigen::Map<const Eigen::ArrayXd>(theta.data(), static_cast<Eigen::Index>(theta.size()));
 }
 
+Responses responses_of(const LinearLoop& loop) {
+  const Eigen::ArrayXd theta = frequencies_for(loop.config());
+  const Eigen::ArrayXcd plant = theta.unaryExpr([&](double t) { return loop.without_gains(t); });
+  const Eigen::ArrayXcd integral = plant * theta.unaryExpr([](double t) {
+    const Complex z = std::polar(1.0, t);
+    return z / (z - 1.0);
+  });
+  return {integral, plant};
+}
+
 Margins margins_of(const LinearLoop& loop, const Pi::Config& pi) {
   require_gain("ki_per_s", pi.ki_per_s);
   require_gain("kp", pi.kp);
@@ -179,14 +171,12 @@ Margins worse_of(const Margins& a, const Margins& b) {
 StableGains largest_stable_gains(const LinearLoop& loop, const Pi::Config& pi) {
   constexpr double least_share = 1e-9;
   require_gain("kp", pi.kp);
-  const double most_ki_per_s = std::max(pi.ki_per_s, 10.0 / loop.config().cycle_s);
-  const Nyquist nyquist(loop);
-  const auto with_ki = [&](double ki_per_s) {
-    return nyquist.is_stable({.kp = pi.kp, .ki_per_s = ki_per_s});
-  };
+  const double cycle_s = loop.config().cycle_s, most_ki_per_s = std::max(pi.ki_per_s, 10.0 / cycle_s);
+  const Responses of = responses_of(loop);
+  const auto with_ki = [&](double ki_per_s) { return is_stable(of, pi.kp, ki_per_s * cycle_s); };
   if (const auto ki_per_s = largest(with_ki, least_share * most_ki_per_s, most_ki_per_s))
     return {.kp = pi.kp, .ki_per_s = ki_per_s};
-  const auto with_kp = [&](double kp) { return nyquist.is_stable({.kp = kp}); };
+  const auto with_kp = [&](double kp) { return is_stable(of, kp, 0.0); };
   return {.kp = largest(with_kp, least_share, std::max(pi.kp, 10.0)).value_or(0.0)};
 }
 

@@ -25,6 +25,13 @@ struct Margins {
 /// (aliased) resonance. `density`: 1 for margins; less for a search.
 Eigen::ArrayXd frequencies_for(const LoopConfig& config, double density = 1.0);
 
+/// The loop at these frequencies, but for its gains: L = ki T integral + kp proportional.
+struct Responses {
+  Eigen::ArrayXcd integral, proportional;
+};
+/// At those of margins_of().
+Responses responses_of(const LinearLoop& loop);
+
 /// Throws std::invalid_argument where a gain is negative or not finite.
 Margins margins_of(const LinearLoop& loop, const Pi::Config& pi);
 

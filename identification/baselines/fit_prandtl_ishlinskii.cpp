@@ -1,7 +1,6 @@
 // Fits Prandtl-Ishlinskii models: only the weights, or weights and initial plays together.
 #include <Eigen/Core>
 #include <algorithm>
-#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>

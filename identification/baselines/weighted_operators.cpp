@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <limits>
-#include <span>
 
 #include "identification/numerics/least_squares.h"
 
