@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace hystcan::identification {
 
@@ -58,8 +59,28 @@ Excerpt::Excerpt(const Dataset& dataset, std::vector<int> fold, std::size_t samp
   if (weight_.empty()) weight_.assign(dataset.size(), 1.0);
 }
 
-Excerpt::Sequence Excerpt::delayed_by(double delay_s) const {
+std::vector<double> Excerpt::outputs_without(const model::OutputCreep& creep) const {
+  std::vector<double> outputs = output_;
+  if (creep.lags() == 0) return outputs;
+  std::optional<model::OutputCreep::State> state;
+  double before_s = 0.0, held = 0.0;
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    const bool counts = fold_[i] != Regression::left_out;
+    if (!state && !counts) continue;
+    if (!state)
+      state = creep.settled(output_[i]);
+    else if (counts)
+      creep.advance(*state, held, time_s_[i] - before_s);
+    outputs[i] = creep.inverse(*state, output_[i]);
+    before_s = time_s_[i];
+    if (counts) held = outputs[i];
+  }
+  return outputs;
+}
+
+Excerpt::Sequence Excerpt::delayed_by(double delay_s, const model::OutputCreep& creep) const {
   Sequence sequence;
+  const std::vector<double> outputs = outputs_without(creep);
   const std::size_t samples = (input_.size() + stride_ - 1) / stride_ + turning_points_.size();
   for (auto* column : {&sequence.time_s, &sequence.input, &sequence.output, &sequence.weight})
     column->reserve(samples);
@@ -82,7 +103,7 @@ Excerpt::Sequence Excerpt::delayed_by(double delay_s) const {
       v += (input_[before + 1] - v) * (t - time_s_[before]) / (time_s_[before + 1] - time_s_[before]);
     sequence.time_s.push_back(time_s_[i]);
     sequence.input.push_back(v);
-    sequence.output.push_back(output_[i]);
+    sequence.output.push_back(outputs[i]);
     sequence.weight.push_back(weight_[i]);
     for (std::size_t r = 0; r < regressors_.size(); ++r) sequence.regressors[r].push_back(regressors_[r][i]);
     sequence.fold.push_back(fold_[i]);

@@ -11,6 +11,7 @@
 #include "identification/dataset.h"
 #include "identification/regression.h"
 #include "model/memory.h"
+#include "model/output_creep.h"
 
 namespace hystcan::identification {
 
@@ -45,9 +46,13 @@ class Excerpt {
     std::vector<std::vector<double>> regressors;  ///< as the dataset's
     std::vector<int> fold;                        ///< Regression::left_out at an inserted turning point
   };
-  Sequence delayed_by(double delay_s) const;
+  /// The outputs are those of the hysteresis alone: without the creep, which begins settled. The time of samples that are
+  /// left out does not pass for it.
+  Sequence delayed_by(double delay_s, const model::OutputCreep& creep = {}) const;
 
  private:
+  std::vector<double> outputs_without(const model::OutputCreep& creep) const;
+
   std::vector<double> time_s_, input_, output_,
       weight_;  // all samples: the input is interpolated between them
   std::vector<std::vector<double>> regressors_;

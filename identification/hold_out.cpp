@@ -28,38 +28,70 @@ std::vector<std::size_t> cycles_of(const Dataset& dataset, double swing, std::si
   return cycle;
 }
 
+struct Cycles {
+  std::vector<std::vector<std::size_t>>
+      of;                              // the cycle of each sample, per dataset, counted through all datasets
+  std::vector<model::Interval> reach;  // inputs of each cycle
+
+  Cycles(const std::vector<Dataset>& datasets, model::Interval observed) {
+    std::size_t count = 0;
+    for (const Dataset& dataset : datasets) {
+      of.push_back(cycles_of(dataset, least_swing_of_range * observed.span(), count));
+      count = of.back().back() + 1;
+    }
+    reach.assign(count, {observed.hi, observed.lo});
+    for (std::size_t r = 0; r < datasets.size(); ++r)
+      for (std::size_t i = 0; i < datasets[r].size(); ++i) {
+        model::Interval& of_cycle = reach[of[r][i]];
+        of_cycle.lo = std::min(of_cycle.lo, datasets[r].input[i]);
+        of_cycle.hi = std::max(of_cycle.hi, datasets[r].input[i]);
+      }
+  }
+
+  Folds folds(const std::vector<int>& fold_of_cycle, int count) const {
+    Folds folds{.of = {}, .count = count, .cycles = reach.size()};
+    for (const auto& cycles : of) {
+      folds.of.emplace_back();
+      for (const std::size_t c : cycles) folds.of.back().push_back(fold_of_cycle[c]);
+    }
+    return folds;
+  }
+};
+
 }  // namespace
 
 Folds assign_folds(const std::vector<Dataset>& datasets, model::Interval observed) {
-  std::vector<std::vector<std::size_t>> cycle;
-  Folds folds;
-  for (const Dataset& dataset : datasets) {
-    cycle.push_back(cycles_of(dataset, least_swing_of_range * observed.span(), folds.cycles));
-    folds.cycles = cycle.back().back() + 1;
-  }
-  std::vector<model::Interval> reach(folds.cycles, {observed.hi, observed.lo});
-  for (std::size_t r = 0; r < datasets.size(); ++r)
-    for (std::size_t i = 0; i < datasets[r].size(); ++i) {
-      model::Interval& of_cycle = reach[cycle[r][i]];
-      of_cycle.lo = std::min(of_cycle.lo, datasets[r].input[i]);
-      of_cycle.hi = std::max(of_cycle.hi, datasets[r].input[i]);
-    }
+  const Cycles cycles(datasets, observed);
+  const auto& reach = cycles.reach;
   const double near = at_the_end * observed.span();
   const auto lowest = std::ranges::find_if(reach, [&](auto range) { return range.lo <= observed.lo + near; });
   const auto highest =
       std::ranges::find_if(reach, [&](auto range) { return range.hi >= observed.hi - near; });
-  std::vector<int> fold_of_cycle(folds.cycles, 0);
+  std::vector<int> fold_of_cycle(reach.size(), 0);
   int assigned = 0;
-  for (std::size_t c = 0; c < folds.cycles; ++c)
+  for (std::size_t c = 0; c < reach.size(); ++c)
     if (c != static_cast<std::size_t>(lowest - reach.begin()) &&
         c != static_cast<std::size_t>(highest - reach.begin()))
       fold_of_cycle[c] = 1 + assigned++ % most_folds;
-  folds.count = 1 + std::min(assigned, most_folds);
-  for (const auto& cycles : cycle) {
-    folds.of.emplace_back();
-    for (const std::size_t c : cycles) folds.of.back().push_back(fold_of_cycle[c]);
+  return cycles.folds(fold_of_cycle, 1 + std::min(assigned, most_folds));
+}
+
+Folds records_as_folds(const std::vector<Dataset>& datasets, model::Interval observed) {
+  const Cycles cycles(datasets, observed);
+  const double near = at_the_end * observed.span();
+  std::vector<int> fold_of_cycle(cycles.reach.size(), 0);
+  for (std::size_t r = 0; r < datasets.size(); ++r) {
+    model::Interval others{observed.hi, observed.lo};
+    for (std::size_t other = 0; other < datasets.size(); ++other) {
+      if (other == r) continue;
+      const auto [low, high] = std::ranges::minmax(datasets[other].input);
+      others = {std::min(others.lo, low), std::max(others.hi, high)};
+    }
+    for (std::size_t c = cycles.of[r].front(); c <= cycles.of[r].back(); ++c)
+      if (cycles.reach[c].lo >= others.lo - near && cycles.reach[c].hi <= others.hi + near)
+        fold_of_cycle[c] = static_cast<int>(r) + 1;
   }
-  return folds;
+  return cycles.folds(fold_of_cycle, static_cast<int>(datasets.size()) + 1);
 }
 
 }  // namespace hystcan::identification

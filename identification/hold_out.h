@@ -1,4 +1,5 @@
-// Selects the samples that are held out together: whole cycles, so that a model predicts unseen cycles.
+// Selects the samples that are held out together: whole cycles, so that a model predicts unseen cycles, or whole records,
+// so that it predicts another session.
 #pragma once
 
 #include <vector>
@@ -19,5 +20,9 @@ struct Folds {
 /// `observed`: input range of all datasets. A cycle goes from one lower turning point to the next; swings
 /// below a fiftieth of the range do not count as cycles.
 Folds assign_folds(const std::vector<Dataset>& datasets, model::Interval observed);
+
+/// Several datasets: those cycles of dataset i whose inputs lie within those of the others are fold i + 1, the rest is
+/// fold 0.
+Folds records_as_folds(const std::vector<Dataset>& datasets, model::Interval observed);
 
 }  // namespace hystcan::identification

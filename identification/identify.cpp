@@ -175,11 +175,10 @@ class Identification {
     problem_.symmetry = symmetry_;
     problem_.observed = thresholds_observed(datasets_, symmetry_);
     problem_.output_span = span_over(seen_, &Dataset::output).span();
-    result_.folds = assign_folds(datasets_, problem_.observed);
-    for (std::size_t r = 0; r < options_.unseen.size(); ++r)
-      for (std::size_t i = 0; i < datasets_[r].size(); ++i)
-        if (options_.unseen[r][i]) result_.folds.of[r][i] = Regression::left_out;
-    problem_.folds = result_.folds.count;
+    result_.folds = without_unseen(assign_folds(datasets_, problem_.observed));
+    held_out_ =
+        datasets_.size() > 1 ? without_unseen(records_as_folds(datasets_, problem_.observed)) : result_.folds;
+    problem_.folds = held_out_.count;
     problem_.regressors = static_cast<Eigen::Index>(datasets_.front().regressors.size());
     for (std::size_t i = 0; i < datasets_.size(); ++i) {
       result_.datasets.push_back(characterise(datasets_[i], problem_.observed));
@@ -190,6 +189,13 @@ class Identification {
     result_.output_span = problem_.output_span;
   }
 
+  Folds without_unseen(Folds folds) const {
+    for (std::size_t r = 0; r < options_.unseen.size(); ++r)
+      for (std::size_t i = 0; i < datasets_[r].size(); ++i)
+        if (options_.unseen[r][i]) folds.of[r][i] = Regression::left_out;
+    return folds;
+  }
+
   Problem excerpts_of(std::size_t search_samples) const {
     Problem problem = problem_;
     problem.excerpts.clear();
@@ -197,7 +203,7 @@ class Identification {
     for (std::size_t i = 0; i < datasets_.size(); ++i) {
       const Dataset& dataset = datasets_[i];
       const std::size_t share = std::max<std::size_t>(50, search_samples * dataset.size() / samples);
-      problem.excerpts.emplace_back(dataset, result_.folds.of[i], share,
+      problem.excerpts.emplace_back(dataset, held_out_.of[i], share,
                                     least_swing(dataset, problem.observed.span()));
     }
     return problem;
@@ -222,6 +228,7 @@ class Identification {
     search.curves = options_.curves;
     search.shape = options_.shape;
     search.delay_s = options_.delay_s;
+    search.creep_per_decade = options_.creep_per_decade;
     if (options_.longest_delay_s) search.longest_delay_s = *options_.longest_delay_s;
     search.knots = [places = KnotPlaces(datasets_, problem_.observed)](int pieces) {
       return places.knots(pieces);
@@ -235,6 +242,8 @@ class Identification {
       if (static_cast<double>(is.samples) > 100.0 * static_cast<double>(is.cycles))
         search.sample_time_s =
             search.sample_time_s > 0.0 ? std::min(search.sample_time_s, is.sample_time_s) : is.sample_time_s;
+    search.creeps = std::ranges::all_of(result_.datasets,
+                                        [](const Characterisation& is) { return is.sample_time_s < 0.005; });
     return search;
   }
 
@@ -249,6 +258,7 @@ class Identification {
     if (!fitted.valid)
       refuse("no model with an inverse fits: some branch decreases for every k; is this a hysteresis loop?");
     result_.delay_s = trial.delay_s;
+    result_.creep = creep_of(trial);
     result_.memories = trial.memories;
     result_.offsets = fitted.offsets;
     result_.drifts = fitted.drifts;
@@ -289,6 +299,7 @@ class Identification {
   std::vector<Dataset> seen_;      // without unseen samples
   std::vector<Dataset> datasets_;  // folded
   Problem problem_;
+  Folds held_out_;  // in the search
   Identified result_;
 };
 
@@ -310,7 +321,7 @@ std::size_t Identified::parameter_count() const {
   const Trial& trial = search.trial;
   const auto curves = 2 * static_cast<std::size_t>(search.shape.coefficients()) - 1;
   return curves + (search.one_k ? 1 : 2) + (trial.below > 0.0 ? 1 : 0) + (trial.above > 0.0 ? 1 : 0) +
-         (delay_s > 0.0 ? 1 : 0) + (dynamics ? 3 : 0) +
+         (delay_s > 0.0 ? 1 : 0) + (creep ? 1 : 0) + (dynamics ? 3 : 0) +
          (parameters.output_map ? parameters.output_map->coefficients().size() : 0);
 }
 

@@ -35,8 +35,9 @@ struct IdentifyOptions {
   bool drift = false;                ///< each dataset has a linear drift of its own
   std::optional<double> delay_s;     ///< known; none: searched
   std::optional<double> longest_delay_s;
-  std::size_t search_samples = 3000;  ///< samples that the search uses; the last fit uses all
-  std::function<bool()> go_on;        ///< returns false: stop with the best so far; none: never stop
+  std::optional<double> creep_per_decade;  ///< known, 0: none; none: searched
+  std::size_t search_samples = 3000;       ///< samples that the search uses; the last fit uses all
+  std::function<bool()> go_on;             ///< returns false: stop with the best so far; none: never stop
   /// A flag for each sample, per dataset. The fit does not use the output of an unseen sample, but it applies
   /// its input. Empty: no sample is unseen.
   std::vector<std::vector<bool>> unseen;
@@ -53,10 +54,11 @@ struct Identified {
   model::HysteresisParameters parameters;
   double delay_s = 0.0;                       ///< of a quasi-static model
   std::optional<model::Dynamics> dynamics{};  ///< behind the hysteresis (dynamics/joint_dynamics.h)
-  std::vector<InitialMemory> memories;        ///< for each dataset
-  std::vector<double> offsets;  ///< of each dataset's output, output units; that of the first is zero
-  std::vector<double> gains;    ///< of each dataset's output; that of the first is 1
-  std::vector<double> drifts;   ///< from a dataset's first sample to its last, output units
+  std::optional<model::OutputCreep::Config> creep{};
+  std::vector<InitialMemory> memories;  ///< for each dataset
+  std::vector<double> offsets;          ///< of each dataset's output, output units; that of the first is zero
+  std::vector<double> gains;            ///< of each dataset's output; that of the first is 1
+  std::vector<double> drifts;           ///< from a dataset's first sample to its last, output units
   SearchResult search;
   Folds folds;
   std::vector<Characterisation> datasets;
@@ -72,7 +74,7 @@ struct Identified {
 
   /// Curves, k, thresholds, delay, dynamics; not what each dataset has of its own.
   std::size_t parameter_count() const;
-  Lag lag() const { return {delay_s, dynamics}; }
+  Lag lag() const { return {delay_s, dynamics, creep}; }
   /// Zero and drift of a dataset at one of its rows.
   double zero_at(std::size_t dataset, std::span<const double> time_s, std::size_t row) const {
     return offsets[dataset] + drifts[dataset] * drift_course(time_s, row);

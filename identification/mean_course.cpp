@@ -33,7 +33,8 @@ std::vector<Sample> pooled(std::vector<Sample> samples) {
 MeanCourse::MeanCourse(const Problem& problem, const Trial& trial, const std::vector<double>& offsets) {
   std::array<std::vector<Sample>, 2> samples;
   for (std::size_t i = 0; i < problem.excerpts.size(); ++i) {
-    const Excerpt::Sequence sequence = problem.excerpts[i].delayed_by(trial.delay_s);
+    const Excerpt::Sequence sequence =
+        problem.excerpts[i].delayed_by(trial.delay_s, model::OutputCreep(creep_of(trial)));
     std::size_t way = 0;
     for (std::size_t j = 0; j < sequence.input.size(); ++j) {
       if (j > 0 && sequence.input[j] != sequence.input[j - 1])

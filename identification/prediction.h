@@ -8,6 +8,7 @@
 #include "identification/initial_memory.h"
 #include "model/dynamics.h"
 #include "model/hysteresis.h"
+#include "model/output_creep.h"
 
 namespace hystcan::identification {
 
@@ -27,6 +28,7 @@ double span_of(const std::vector<double>& values);
 struct Lag {
   double delay_s = 0.0;                       ///< of the input; its turning points are kept (excerpt.h)
   std::optional<model::Dynamics> dynamics{};  ///< with a delay of their own: delay_s is then not used
+  std::optional<model::OutputCreep::Config> creep{};  ///< before them; it begins settled
 
   double delay() const { return dynamics ? dynamics->delay_s : delay_s; }
   void set_delay(double s) { (dynamics ? dynamics->delay_s : delay_s) = s; }

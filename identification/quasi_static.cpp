@@ -73,7 +73,8 @@ std::vector<std::vector<double>> quasi_static_outputs(const std::vector<Dataset>
   const bool even = identified.parameters.symmetry == model::Symmetry::even;
   std::vector<std::vector<double>> outputs;
   for (std::size_t i = 0; i < datasets.size(); ++i)
-    outputs.push_back(predict(model, even ? folded(datasets[i]) : datasets[i], {}, identified.memories[i]));
+    outputs.push_back(predict(model, even ? folded(datasets[i]) : datasets[i], {.creep = identified.creep},
+                              identified.memories[i]));
   return outputs;
 }
 

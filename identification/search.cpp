@@ -29,6 +29,8 @@ constexpr std::size_t usual_spline = 7;     // of those that are tried: 12 piece
 constexpr double worth_a_restart = 0.99;    // of the error before it
 constexpr double widest_k_span = 200.0;     // with steep parts this is of them, not of the thresholds
 
+constexpr double most_creep = 0.1;  // per decade
+
 using Kind = InitialMemory::Kind;
 
 class Searcher {
@@ -37,6 +39,7 @@ class Searcher {
       : problem_(&problem), first_inputs_(first_inputs), options_(options) {
     unknowns_ = both_k(best_);
     best_.delay_s = options_.delay_s.value_or(0.0);
+    best_.creep_per_decade = options_.creep_per_decade.value_or(0.0);
   }
 
   SearchResult run() {
@@ -82,6 +85,7 @@ class Searcher {
     best_.below = best_.above = 0.0;
     best_.gains.clear();
     best_.delay_s = options_.delay_s.value_or(0.0);
+    best_.creep_per_decade = options_.creep_per_decade.value_or(0.0);
     begin_with(shape);
   }
 
@@ -114,7 +118,8 @@ class Searcher {
 
   double cost(const Trial& trial) {
     if (trial.below < 0.0 || trial.above < 0.0 || trial.below > 3.0 || trial.above > 3.0 ||
-        trial.delay_s < 0.0 || trial.delay_s > options_.longest_delay_s ||
+        trial.delay_s < 0.0 || trial.delay_s > options_.longest_delay_s || trial.creep_per_decade < 0.0 ||
+        trial.creep_per_decade > most_creep ||
         std::min(trial.k_span_ascending, trial.k_span_descending) < -widest_k_span ||
         std::max(trial.k_span_ascending, trial.k_span_descending) > widest_k_span * steepness())
       return std::numeric_limits<double>::infinity();

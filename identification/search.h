@@ -36,12 +36,14 @@ constexpr auto words(CurveChoice) {
 
 struct SearchOptions {
   CurveChoice curves = CurveChoice::automatic;
-  std::optional<CurveShape> shape;   ///< none: chosen by the search
-  int highest_order = 20;            ///< limit of this choice
-  bool observed_thresholds = false;  ///< thresholds stay at the ends of the observed inputs
-  bool own_gains = false;            ///< each dataset but the first can have a gain
-  double sample_time_s = 0.0;        ///< 0: no delay is searched
-  std::optional<double> delay_s;     ///< known; none: searched
+  std::optional<CurveShape> shape;         ///< none: chosen by the search
+  int highest_order = 20;                  ///< limit of this choice
+  bool observed_thresholds = false;        ///< thresholds stay at the ends of the observed inputs
+  bool own_gains = false;                  ///< each dataset but the first can have a gain
+  double sample_time_s = 0.0;              ///< 0: no delay is searched
+  std::optional<double> delay_s;           ///< known; none: searched
+  std::optional<double> creep_per_decade;  ///< known; none: searched
+  bool creeps = false;                     ///<
   double longest_delay_s = std::numeric_limits<double>::infinity();
   std::function<std::vector<double>(int)> knots;  ///< of a spline with this number of pieces
   int most_pieces = 0;                            ///< 0: no splines

@@ -1,5 +1,6 @@
 #include "identification/separable_fit.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -12,6 +13,7 @@ bool same_path(const Trial& a, const Trial& b) {
     return x.kind == y.kind && x.bias == y.bias;
   };
   return a.below == b.below && a.above == b.above && a.delay_s == b.delay_s &&
+         a.creep_per_decade == b.creep_per_decade &&
          std::equal(a.memories.begin(), a.memories.end(), b.memories.begin(), b.memories.end(), same);
 }
 
@@ -19,7 +21,20 @@ Pace pace_of(const Trial& trial, model::Interval thresholds) {
   return {trial.k_span_ascending / thresholds.span(), trial.k_span_descending / thresholds.span()};
 }
 
+// What is known of the gain of a session that is not among the records.
+double mean_gain_of_others(const Trial& trial, std::size_t dataset) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < trial.memories.size(); ++i)
+    if (i != dataset) sum += trial.gain(i);
+  return sum / static_cast<double>(trial.memories.size() - 1);
+}
+
 }  // namespace
+
+std::optional<model::OutputCreep::Config> creep_of(const Trial& trial) {
+  if (trial.creep_per_decade == 0.0) return std::nullopt;
+  return model::OutputCreep::Config{.per_decade = trial.creep_per_decade};
+}
 
 model::Interval Problem::thresholds(const Trial& trial) const {
   const double span = observed.span();
@@ -34,8 +49,9 @@ void SeparableFit::prepare(const Trial& trial) {
   regressions_.clear();
   const model::Interval thresholds = problem_.thresholds(trial);
   const CurveBasis basis(shape_, thresholds);
+  const model::OutputCreep creep(creep_of(trial));
   for (std::size_t i = 0; i < problem_.excerpts.size(); ++i) {
-    const Excerpt::Sequence dataset = problem_.excerpts[i].delayed_by(trial.delay_s);
+    const Excerpt::Sequence dataset = problem_.excerpts[i].delayed_by(trial.delay_s, creep);
     const InitialMemory& memory = trial.memories[i];
     Path path = trace(thresholds, memory.origin(), prehistory(memory, thresholds, dataset.input.front()),
                       dataset.input);
@@ -107,7 +123,7 @@ Fitted SeparableFit::fit(const Trial& trial) {
 }
 
 std::optional<double> SeparableFit::held_out(const Trial& trial) {
-  const std::vector<NormalEquations> folds = systems(trial);
+  std::vector<NormalEquations> folds = systems(trial);
   if (folds.size() < 2) return std::nullopt;
   NormalEquations all = folds.front();
   for (std::size_t i = 1; i < folds.size(); ++i) all += folds[i];
@@ -117,11 +133,26 @@ std::optional<double> SeparableFit::held_out(const Trial& trial) {
     NormalEquations rest = all;
     rest -= folds[i];
     const Eliminated system(rest, curve_unknowns());
-    square += folds[i].residual_square(system.completed(solve(system.rest(), trial).theta));
+    const Eigen::VectorXd completed = system.completed(solve(system.rest(), trial).theta);
+    if (problem_.excerpts.size() > 1)
+      folds[i].divide_outputs(mean_gain_of_others(trial, i - 1) / trial.gain(i - 1));
+    square += square_of_others(folds[i], completed.head(shared_unknowns()));
     samples += folds[i].samples;
   }
   if (samples == 0.0) return std::nullopt;
   return std::sqrt(square / samples);
+}
+
+// A constant in the curves is a zero of the dataset that fixes the common one.
+double SeparableFit::square_of_others(const NormalEquations& fold, const Eigen::VectorXd& shared) const {
+  const Eliminated own(fold, shared_unknowns());
+  const double square = own.rest().residual_square(shared);
+  if (std::ranges::none_of(problem_.nuisances, &Nuisances::offset)) return square;
+  Eigen::VectorXd constant = Eigen::VectorXd::Zero(shared.size());
+  constant.head(curve_unknowns()) = curves_.basis().constant();
+  const double slope = constant.dot(own.rest().g - own.rest().H * shared);
+  const double curvature = constant.dot(own.rest().H * constant);
+  return curvature > 1e-9 * fold.samples ? std::max(0.0, square - slope * slope / curvature) : square;
 }
 
 }  // namespace hystcan::identification

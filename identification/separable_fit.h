@@ -21,11 +21,14 @@ struct Trial {
   double below = 0.0;  ///< lowest input minus lower threshold, in observed input spans
   double above = 0.0;  ///< upper threshold minus highest input, in observed input spans
   double delay_s = 0.0;
+  double creep_per_decade = 0.0;        ///< model/output_creep.h
   std::vector<InitialMemory> memories;  ///< for each dataset
   std::vector<double> gains;            ///< of each dataset's output against the model's; empty: all 1
 
   double gain(std::size_t dataset) const { return gains.empty() ? 1.0 : gains[dataset]; }
 };
+
+std::optional<model::OutputCreep::Config> creep_of(const Trial& trial);
 
 /// The part of the problem that is the same for all trials.
 struct Problem {
@@ -57,13 +60,15 @@ class SeparableFit {
   /// The best curves that make an invertible model (valid_curves.h) at the trial's k.
   Fitted fit(const Trial& trial);
 
-  /// RMS error of the samples of each fold except fold 0, predicted by a fit without that fold. None if these
-  /// folds contain no sample.
+  /// RMS error of the samples of each fold except fold 0, predicted by a fit without that fold, with zero and drift of
+  /// their own. With several excerpts, fold i + 1 has samples of excerpt i only (hold_out.h), and its gain is the mean of
+  /// the others'. None if these folds contain no sample.
   std::optional<double> held_out(const Trial& trial);
 
  private:
   std::vector<NormalEquations> systems(const Trial& trial);
   void prepare(const Trial& trial);
+  double square_of_others(const NormalEquations& fold, const Eigen::VectorXd& shared) const;
   ValidCurves::Solution solve(const NormalEquations& system, const Trial& trial);
   Nuisances nuisances(std::size_t excerpt) const {
     return problem_.nuisances.empty() ? Nuisances{} : problem_.nuisances[excerpt];

@@ -10,23 +10,6 @@
 namespace hystcan::config {
 namespace {
 
-ModelFile read_model(const Document& document) {
-  ModelFile raw;
-  Reader reader(document, document.root(), "");
-  visit_tables(reader, raw);
-  reader.finish();
-  if (!(raw.input_min < raw.input_max))
-    document.fail_at("hysteresis.input_max",
-                     fmt::format("input_max is {}, expected more than input_min, which is {}", raw.input_max,
-                                 raw.input_min));
-  if (raw.symmetry == model::Symmetry::even && raw.input_min < 0.0)
-    document.fail_at("hysteresis.input_min",
-                     fmt::format("input_min is {}, expected >= 0 with symmetry \"even\": "
-                                 "the model is folded to |input|",
-                                 raw.input_min));
-  return raw;
-}
-
 /// Turns an exception of `make` into an error at the key, or at the table.
 template <class Make>
 auto made(const Document& document, const std::string& key, Make make) {
@@ -38,6 +21,24 @@ auto made(const Document& document, const std::string& key, Make make) {
   } catch (const std::invalid_argument& error) {
     document.fail_at(key, error.what());
   }
+}
+
+ModelFile read_model(const Document& document) {
+  ModelFile raw;
+  Reader reader(document, document.root(), "");
+  visit_tables(reader, raw);
+  reader.finish();
+  if (!(raw.input_min < raw.input_max))
+    document.fail_at("hysteresis.input_max",
+                     fmt::format("input_max is {}, expected more than input_min, which is {}", raw.input_max,
+                                 raw.input_min));
+  if (raw.creep) made(document, "creep", [&] { model::OutputCreep(*raw.creep); });
+  if (raw.symmetry == model::Symmetry::even && raw.input_min < 0.0)
+    document.fail_at("hysteresis.input_min",
+                     fmt::format("input_min is {}, expected >= 0 with symmetry \"even\": "
+                                 "the model is folded to |input|",
+                                 raw.input_min));
+  return raw;
 }
 
 model::HysteresisParameters parameters(const Document& document, const ModelFile& raw) {
@@ -162,9 +163,11 @@ model::HysteresisParameters load_model(const std::filesystem::path& file) {
 
 std::string model_text(const model::HysteresisParameters& parameters,
                        const std::optional<IdentifiedFrom>& from,
-                       const std::optional<model::Dynamics>& dynamics) {
+                       const std::optional<model::Dynamics>& dynamics,
+                       const std::optional<model::OutputCreep::Config>& creep) {
   const model::Interval& range = parameters.input_range();
   ModelFile raw{.identified_from = from,
+                .creep = creep,
                 .dynamics = dynamics,
                 .kind = std::string(model::Hysteresis::kind()),
                 .input_unit = parameters.input_unit,
@@ -199,7 +202,11 @@ std::optional<model::Dynamics> load_dynamics(const std::filesystem::path& file) 
 
 identification::Lag load_lag(const std::filesystem::path& file) {
   const ModelFile raw = read_model(Document(file, {}, largest_model_file));
-  return {raw.identified_from ? raw.identified_from->delay_s : 0.0, raw.dynamics};
+  return {raw.identified_from ? raw.identified_from->delay_s : 0.0, raw.dynamics, raw.creep};
+}
+
+std::optional<model::OutputCreep::Config> load_creep(const std::filesystem::path& file) {
+  return read_model(Document(file, {}, largest_model_file)).creep;
 }
 
 model::Hysteresis load_model_beyond_limit(const std::filesystem::path& file) {

@@ -8,6 +8,7 @@
 #include "identification/prediction.h"
 #include "model/any_model.h"
 #include "model/dynamics.h"
+#include "model/output_creep.h"
 
 namespace hystcan::config {
 
@@ -36,7 +37,8 @@ struct IdentifiedFrom {
 /// The text of a model file. load_model() reads exactly the same parameters from it. `from`: none if it is not identified.
 std::string model_text(const model::HysteresisParameters& parameters,
                        const std::optional<IdentifiedFrom>& from,
-                       const std::optional<model::Dynamics>& dynamics = {});
+                       const std::optional<model::Dynamics>& dynamics = {},
+                       const std::optional<model::OutputCreep::Config>& creep = {});
 
 /// Returns zeros if the file has no [identification]. Throws Error.
 IdentifiedFrom load_identified_from(const std::filesystem::path& file);
@@ -44,7 +46,10 @@ IdentifiedFrom load_identified_from(const std::filesystem::path& file);
 /// [dynamics] of a model file of any kind; none if it has no such table. Throws Error.
 std::optional<model::Dynamics> load_dynamics(const std::filesystem::path& file);
 
-/// The delay of [identification] and the [dynamics], as far as the file has them. Throws Error.
+/// [creep] of a model file of any kind; none if it has no such table. Throws Error.
+std::optional<model::OutputCreep::Config> load_creep(const std::filesystem::path& file);
+
+/// The delay of [identification], the [dynamics] and the [creep], as far as the file has them. Throws Error.
 identification::Lag load_lag(const std::filesystem::path& file);
 
 /// Reads a memory of `model` that was saved or written by hand. Throws Error.

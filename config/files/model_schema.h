@@ -25,6 +25,7 @@ inline constexpr std::array<std::string_view, 4> memory_kinds{
 /// [hysteresis] of a model file. The keys depend on the kind.
 struct ModelFile {
   std::optional<IdentifiedFrom> identified_from;
+  std::optional<model::OutputCreep::Config> creep{};
   std::optional<model::Dynamics> dynamics{};
   std::string kind;
   std::string input_unit;
@@ -90,11 +91,19 @@ void visit(V& v, model::Dynamics& d) {
   v.required("delay_s", d.delay_s, not_negative);
 }
 
+template <class V>
+void visit(V& v, model::OutputCreep::Config& c) {
+  v.required("per_decade", c.per_decade, {.lo = -0.1, .hi = 0.1}, {.remark = "share of the output"});
+  v.required("from_s", c.from_s, positive);
+  v.required("to_s", c.to_s, positive);
+}
+
 /// The tables of a model file.
 template <class V>
 void visit_tables(V& v, ModelFile& m) {
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };
   v.table("hysteresis", m, plain);
+  v.optional_table("creep", m.creep, plain);
   v.optional_table("dynamics", m.dynamics, plain);
   v.optional_table("identification", m.identified_from, plain);
 }
