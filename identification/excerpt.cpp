@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+
+#include "identification/creep_rows.h"
 
 namespace hystcan::identification {
 
@@ -60,22 +61,10 @@ Excerpt::Excerpt(const Dataset& dataset, std::vector<int> fold, std::size_t samp
 }
 
 std::vector<double> Excerpt::outputs_without(const model::OutputCreep& creep) const {
-  std::vector<double> outputs = output_;
-  if (creep.lags() == 0) return outputs;
-  std::optional<model::OutputCreep::State> state;
-  double before_s = 0.0, held = 0.0;
-  for (std::size_t i = 0; i < outputs.size(); ++i) {
-    const bool counts = fold_[i] != Regression::left_out;
-    if (!state && !counts) continue;
-    if (!state)
-      state = creep.settled(output_[i]);
-    else if (counts)
-      creep.advance(*state, held, time_s_[i] - before_s);
-    outputs[i] = creep.inverse(*state, output_[i]);
-    before_s = time_s_[i];
-    if (counts) held = outputs[i];
-  }
-  return outputs;
+  std::vector<bool> counts;
+  counts.reserve(fold_.size());
+  for (const int part : fold_) counts.push_back(part != Regression::left_out);
+  return without_creep(creep, time_s_, output_, counts);
 }
 
 Excerpt::Sequence Excerpt::delayed_by(double delay_s, const model::OutputCreep& creep) const {

@@ -21,6 +21,7 @@ constexpr double unexplained = 0.5;                // of the output's standard d
 constexpr double worth_a_map = 0.9;                // of the held-out error without it
 constexpr int most_pieces = 22;                    // of a spline
 constexpr std::size_t finer_samples = 5;           // times those of the search, for its last steps
+constexpr double shows_creep_s = 0.005;            // between samples: half of the shortest lag
 constexpr std::size_t most_turning_points = 2000;  // in the search; smaller swings are noise
 
 model::Interval span_over(const std::vector<Dataset>& datasets, const std::vector<double> Dataset::*column) {
@@ -150,7 +151,9 @@ class Identification {
     SearchOptions options = search_options();
     const Problem finer = excerpts_of(finer_samples * options_.search_samples);
     options.finer = &finer;
-    result_.search = search(problem_, first_inputs(), options);
+    CreepChoice chosen = choose_creep(problem_, first_inputs(), options);
+    result_.search = std::move(chosen.found);
+    result_.other = std::move(chosen.other);
     if (result_.search.rms > unexplained * deviation(seen_))
       refuse("the best model misses the output by ",
              std::round(100.0 * result_.search.rms / deviation(seen_)),
@@ -160,6 +163,11 @@ class Identification {
     result_.pace_descending = pace_range(&Trial::k_span_descending);
     if (options.sample_time_s > 0.0 && !options.delay_s && options_.go_on())
       result_.delay_range = delay_range(problem_, result_.search, datasets_, options_.go_on);
+    if (result_.creep && !options.creep_per_decade && options_.go_on())
+      result_.creep_range = creep_range(problem_, result_.search, options_.go_on);
+    if (datasets_.size() > 1 && options_.go_on())
+      result_.left_out = SeparableFit(problem_, result_.search.shape, SeparableFit::Scan::coarse)
+                             .left_out(result_.search.trial);
     result_.stopped = !options_.go_on();
     return result_;
   }
@@ -229,6 +237,9 @@ class Identification {
     search.shape = options_.shape;
     search.delay_s = options_.delay_s;
     search.creep_per_decade = options_.creep_per_decade;
+    if (std::ranges::any_of(result_.datasets,
+                            [](const Characterisation& is) { return is.sample_time_s > shows_creep_s; }))
+      search.creep_per_decade = search.creep_per_decade.value_or(0.0);
     if (options_.longest_delay_s) search.longest_delay_s = *options_.longest_delay_s;
     search.knots = [places = KnotPlaces(datasets_, problem_.observed)](int pieces) {
       return places.knots(pieces);
@@ -242,8 +253,6 @@ class Identification {
       if (static_cast<double>(is.samples) > 100.0 * static_cast<double>(is.cycles))
         search.sample_time_s =
             search.sample_time_s > 0.0 ? std::min(search.sample_time_s, is.sample_time_s) : is.sample_time_s;
-    search.creeps = std::ranges::all_of(result_.datasets,
-                                        [](const Characterisation& is) { return is.sample_time_s < 0.005; });
     return search;
   }
 

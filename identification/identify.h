@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "identification/characterisation.h"
+#include "identification/creep_choice.h"
 #include "identification/delay_range.h"
 #include "identification/hold_out.h"
 #include "identification/prediction.h"
@@ -52,13 +53,13 @@ struct PaceRange {
 
 struct Identified {
   model::HysteresisParameters parameters;
-  double delay_s = 0.0;                       ///< of a quasi-static model
-  std::optional<model::Dynamics> dynamics{};  ///< behind the hysteresis (dynamics/joint_dynamics.h)
-  std::optional<model::OutputCreep::Config> creep{};
-  std::vector<InitialMemory> memories;  ///< for each dataset
-  std::vector<double> offsets;          ///< of each dataset's output, output units; that of the first is zero
-  std::vector<double> gains;            ///< of each dataset's output; that of the first is 1
-  std::vector<double> drifts;           ///< from a dataset's first sample to its last, output units
+  double delay_s = 0.0;                               ///< of a quasi-static model
+  std::optional<model::Dynamics> dynamics{};          ///< behind the hysteresis (dynamics/joint_dynamics.h)
+  std::optional<model::OutputCreep::Config> creep{};  ///< between hysteresis and dynamics
+  std::vector<InitialMemory> memories;                ///< for each dataset
+  std::vector<double> offsets;  ///< of each dataset's output, output units; that of the first is zero
+  std::vector<double> gains;    ///< of each dataset's output; that of the first is 1
+  std::vector<double> drifts;   ///< from a dataset's first sample to its last, output units
   SearchResult search;
   Folds folds;
   std::vector<Characterisation> datasets;
@@ -69,6 +70,10 @@ struct Identified {
   double output_span = 0.0;  ///< over all datasets, in the first one's zero and gain, without unseen samples
   model::Interval observed;
   PaceRange pace_ascending, pace_descending;
+  std::optional<ValueRange> creep_range;  ///< per decade; none: it was given, or there is none
+  std::optional<SearchResult>
+      other;                      ///< with creep if the result has none, without if it has (creep_choice.h)
+  std::vector<LeftOut> left_out;  ///< each dataset, predicted by the others; empty: only one
   std::optional<DelayRange> delay_range;  ///< none: the delay was given, or no delay can be determined
   bool stopped = false;                   ///< go_on stopped the search; this is the best so far
 

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "identification/creep_rows.h"
 #include "identification/excerpt.h"
 #include "identification/quasi_static.h"
 
@@ -26,21 +28,6 @@ double span_of(const std::vector<double>& values) {
   return *high - *low;
 }
 
-namespace {
-
-void add_creep(const model::OutputCreep& creep, const std::vector<double>& time_s,
-               std::vector<double>& outputs) {
-  if (creep.lags() == 0) return;
-  model::OutputCreep::State state = creep.settled(outputs.front());
-  for (std::size_t i = 0; i < outputs.size(); ++i) {
-    const double at_once = outputs[i];
-    outputs[i] = creep.output(state, at_once);
-    if (i + 1 < outputs.size()) creep.advance(state, at_once, time_s[i + 1] - time_s[i]);
-  }
-}
-
-}  // namespace
-
 std::vector<double> predict(const model::Hysteresis& model, const Dataset& dataset, const Lag& lag,
                             model::HysteresisState& state) {
   const model::OutputCreep creep(lag.creep);
@@ -48,7 +35,7 @@ std::vector<double> predict(const model::Hysteresis& model, const Dataset& datas
   predicted.reserve(dataset.size());
   if (lag.dynamics || lag.delay_s == 0.0) {
     for (const double v : dataset.input) predicted.push_back(model.advance(state, v).value);
-    add_creep(creep, dataset.time_s, predicted);
+    predicted = with_creep(creep, dataset.time_s, std::move(predicted));
     return lag.dynamics ? respond(*lag.dynamics, dataset.time_s, predicted) : predicted;
   }
   const Excerpt::Sequence sequence = Excerpt(dataset, {}, dataset.size(), 0.0).delayed_by(lag.delay_s);
@@ -56,8 +43,7 @@ std::vector<double> predict(const model::Hysteresis& model, const Dataset& datas
     const double output = model.advance(state, sequence.input[i]).value;
     if (sequence.fold[i] != Regression::left_out) predicted.push_back(output);
   }
-  add_creep(creep, dataset.time_s, predicted);
-  return predicted;
+  return with_creep(creep, dataset.time_s, std::move(predicted));
 }
 
 std::vector<double> predict(const model::Hysteresis& model, const Dataset& dataset, const Lag& lag,

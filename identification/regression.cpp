@@ -57,6 +57,15 @@ double NormalEquations::residual_square(const Eigen::VectorXd& theta) const {
   return std::max(0.0, theta.dot(H * theta - 2.0 * g) + square);
 }
 
+void NormalEquations::leave_out(const Eigen::VectorXd& direction) {
+  const Eigen::VectorXd Hd = H * direction;
+  const double curvature = direction.dot(Hd), slope = direction.dot(g);
+  if (!(curvature > 1e-9 * samples)) return;
+  H.noalias() -= Hd * Hd.transpose() / curvature;
+  g -= Hd * (slope / curvature);
+  square -= slope * slope / curvature;
+}
+
 // H11 theta + H12 z = g1,  H21 theta + H22 z = g2:  z = H22^-1 (g2 - H21 theta). Where no sample determines a z,
 // it is zero.
 Eliminated::Eliminated(const NormalEquations& system, Eigen::Index kept) : rest_(kept) {

@@ -44,6 +44,8 @@ struct NormalEquations {
   /// The equations for outputs divided by `gain`.
   void divide_outputs(double gain);
   double residual_square(const Eigen::VectorXd& theta) const;
+  /// The residuals without the part that `direction` can explain: theta + a direction has the least square for every theta.
+  void leave_out(const Eigen::VectorXd& direction);
 };
 
 /// Equations of which the last unknowns are eliminated: for every value of the others they are at their best.

@@ -81,6 +81,7 @@ class Searcher {
   void begin_again(const CurveShape& shape) {
     unknowns_ = both_k(best_);
     result_.steps.clear();
+    result_.refused.clear();
     result_.one_k = false;
     best_.below = best_.above = 0.0;
     best_.gains.clear();
@@ -244,8 +245,10 @@ class Searcher {
     const Trial trial = at(unknowns, starts(unknowns));
     Step taken{unknowns.back().what, fit_->fit(best_).rms, fit_->fit(trial).rms, fit_->held_out(best_),
                fit_->held_out(trial)};
-    if (taken.held_out_before && *taken.held_out_after > worth_held_out * *taken.held_out_before)
+    if (taken.held_out_before && *taken.held_out_after > worth_held_out * *taken.held_out_before) {
+      result_.refused.push_back(std::move(taken));
       return false;
+    }
     result_.steps.push_back(std::move(taken));
     unknowns_ = unknowns;
     for (Unknown& unknown : unknowns_) unknown.step = 0.3;
@@ -255,9 +258,8 @@ class Searcher {
     return true;
   }
 
-  // Held-out samples decide if there are folds; else each coefficient must pay for itself.
   static double score(const ShapeScore& tried) {
-    return tried.held_out.value_or(tried.rms * (1.0 + 0.02 * (tried.shape.coefficients() - 1)));
+    return identification::score(tried.rms, tried.held_out, tried.shape);
   }
   ShapeScore scored() { return {shape_, fit_->fit(best_).rms, fit_->held_out(best_)}; }
 

@@ -122,13 +122,12 @@ Fitted SeparableFit::fit(const Trial& trial) {
   return fitted;
 }
 
-std::optional<double> SeparableFit::held_out(const Trial& trial) {
+std::vector<LeftOut> SeparableFit::left_out(const Trial& trial) {
   std::vector<NormalEquations> folds = systems(trial);
-  if (folds.size() < 2) return std::nullopt;
   NormalEquations all = folds.front();
   for (std::size_t i = 1; i < folds.size(); ++i) all += folds[i];
-  if (!all.is_finite()) return std::numeric_limits<double>::infinity();
-  double square = 0.0, samples = 0.0;
+  std::vector<LeftOut> parts;
+  if (!all.is_finite()) return parts;
   for (std::size_t i = 1; i < folds.size(); ++i) {
     NormalEquations rest = all;
     rest -= folds[i];
@@ -136,23 +135,33 @@ std::optional<double> SeparableFit::held_out(const Trial& trial) {
     const Eigen::VectorXd completed = system.completed(solve(system.rest(), trial).theta);
     if (problem_.excerpts.size() > 1)
       folds[i].divide_outputs(mean_gain_of_others(trial, i - 1) / trial.gain(i - 1));
-    square += square_of_others(folds[i], completed.head(shared_unknowns()));
-    samples += folds[i].samples;
+    parts.push_back(judged(folds[i], completed.head(shared_unknowns())));
   }
-  if (samples == 0.0) return std::nullopt;
-  return std::sqrt(square / samples);
+  return parts;
 }
 
 // A constant in the curves is a zero of the dataset that fixes the common one.
-double SeparableFit::square_of_others(const NormalEquations& fold, const Eigen::VectorXd& shared) const {
-  const Eliminated own(fold, shared_unknowns());
-  const double square = own.rest().residual_square(shared);
-  if (std::ranges::none_of(problem_.nuisances, &Nuisances::offset)) return square;
-  Eigen::VectorXd constant = Eigen::VectorXd::Zero(shared.size());
-  constant.head(curve_unknowns()) = curves_.basis().constant();
-  const double slope = constant.dot(own.rest().g - own.rest().H * shared);
-  const double curvature = constant.dot(own.rest().H * constant);
-  return curvature > 1e-9 * fold.samples ? std::max(0.0, square - slope * slope / curvature) : square;
+LeftOut SeparableFit::judged(const NormalEquations& fold, const Eigen::VectorXd& shared) const {
+  NormalEquations own = Eliminated(fold, shared_unknowns()).rest();
+  if (std::ranges::any_of(problem_.nuisances, &Nuisances::offset)) {
+    Eigen::VectorXd constant = Eigen::VectorXd::Zero(shared.size());
+    constant.head(curve_unknowns()) = curves_.basis().constant();
+    own.leave_out(constant);
+  }
+  const double square = shared.dot(own.H * shared);
+  return {own.residual_square(shared), own.samples, square > 0.0 ? shared.dot(own.g) / square : 1.0};
+}
+
+std::optional<double> SeparableFit::held_out(const Trial& trial) {
+  if (problem_.folds < 2) return std::nullopt;
+  const std::vector<LeftOut> parts = left_out(trial);
+  if (parts.empty()) return std::numeric_limits<double>::infinity();
+  LeftOut sum;
+  for (const LeftOut& part : parts) {
+    sum.square += part.square;
+    sum.samples += part.samples;
+  }
+  return sum.samples > 0.0 ? std::optional(sum.rms()) : std::nullopt;
 }
 
 }  // namespace hystcan::identification

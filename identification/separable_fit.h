@@ -5,6 +5,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -51,6 +52,15 @@ struct Fitted {
   std::vector<double> offsets, drifts;     ///< of each excerpt, output units; see Problem::nuisances
 };
 
+/// The samples of a fold, predicted by a fit without that fold.
+struct LeftOut {
+  double square = 0.0;  ///< of the errors
+  double samples = 0.0;
+  double gain = 1.0;  ///< of the measured outputs against the predicted ones, each from its own zero
+
+  double rms() const { return std::sqrt(square / samples); }
+};
+
 class SeparableFit {
  public:
   /// Resolution of the check of the branches. The final model is checked with the resolution of a model file.
@@ -60,15 +70,16 @@ class SeparableFit {
   /// The best curves that make an invertible model (valid_curves.h) at the trial's k.
   Fitted fit(const Trial& trial);
 
-  /// RMS error of the samples of each fold except fold 0, predicted by a fit without that fold, with zero and drift of
-  /// their own. With several excerpts, fold i + 1 has samples of excerpt i only (hold_out.h), and its gain is the mean of
-  /// the others'. None if these folds contain no sample.
+  /// Each fold except fold 0, with zero and drift of its own. With several excerpts, fold i + 1 has samples of excerpt i
+  /// only (hold_out.h), and its gain is the mean of the others'. Empty if a k is so negative that nothing is finite.
+  std::vector<LeftOut> left_out(const Trial& trial);
+  /// RMS error over all of these; infinite if that is empty. None if these folds contain no sample.
   std::optional<double> held_out(const Trial& trial);
 
  private:
   std::vector<NormalEquations> systems(const Trial& trial);
   void prepare(const Trial& trial);
-  double square_of_others(const NormalEquations& fold, const Eigen::VectorXd& shared) const;
+  LeftOut judged(const NormalEquations& fold, const Eigen::VectorXd& shared) const;
   ValidCurves::Solution solve(const NormalEquations& system, const Trial& trial);
   Nuisances nuisances(std::size_t excerpt) const {
     return problem_.nuisances.empty() ? Nuisances{} : problem_.nuisances[excerpt];

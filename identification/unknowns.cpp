@@ -23,6 +23,11 @@ Unknown bias_of(std::size_t dataset, double start) {
           }};
 }
 
+Unknown delay_of(const Trial& trial, double unit_s) {
+  return {"delay", trial.delay_s / unit_s, 1.0,
+          [unit_s](Trial& moved, double x) { moved.delay_s = x * unit_s; }};
+}
+
 std::vector<Unknown> candidates(const Trial& trial, const std::vector<Unknown>& used,
                                 model::Symmetry symmetry, const SearchOptions& options) {
   std::vector<Unknown> candidates;
@@ -52,7 +57,7 @@ std::vector<Unknown> candidates(const Trial& trial, const std::vector<Unknown>& 
   if (!is_used("delay") && !options.delay_s && options.sample_time_s > 0.0)
     candidates.push_back({"delay", 1.0, 1.0,
                           [dt = options.sample_time_s](Trial& moved, double x) { moved.delay_s = x * dt; }});
-  if (!is_used("creep") && options.creeps && !options.creep_per_decade)
+  if (!is_used("creep") && !options.creep_per_decade)
     candidates.push_back(
         {"creep", 1.0, 1.0, [](Trial& moved, double x) { moved.creep_per_decade = 0.01 * x; }});
   return candidates;

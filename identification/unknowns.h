@@ -22,6 +22,8 @@ struct Unknown {
 std::vector<Unknown> both_k(const Trial& trial);
 /// The bias of the initial memory of a dataset.
 Unknown bias_of(std::size_t dataset, double start);
+/// The delay, in `unit_s`.
+Unknown delay_of(const Trial& trial, double unit_s);
 /// What can be searched beside `used`.
 std::vector<Unknown> candidates(const Trial& trial, const std::vector<Unknown>& used,
                                 model::Symmetry symmetry, const SearchOptions& options);

@@ -6,6 +6,7 @@
 
 #include "identification/baselines/baseline_models.h"
 #include "identification/butterfly.h"
+#include "identification/creep_rows.h"
 #include "identification/excerpt.h"
 #include "identification/quasi_static.h"
 #include "model/refusal.h"
@@ -139,7 +140,7 @@ class Contest {
   Sequence joined_;
 };
 
-// The baselines have no dynamics, and no zero and gain for each dataset: they are given the outputs without them.
+// The baselines have no dynamics, no creep, and no zero and gain for each dataset: they are given the outputs without them.
 Dataset on_common_scale(Dataset dataset, double offset, double gain, double drift) {
   for (std::size_t i = 0; i < dataset.size(); ++i)
     dataset.output[i] = (dataset.output[i] - offset - drift * drift_course(dataset.time_s, i)) / gain;
@@ -157,7 +158,11 @@ class Comparing {
     for (std::size_t i = 0; i < still.size(); ++i)
       datasets_.push_back(on_common_scale(even ? folded(still[i]) : still[i], identified.offsets[i],
                                           identified.gains[i], identified.drifts[i]));
+    const model::OutputCreep creep(identified.creep);
+    for (Dataset& dataset : datasets_)
+      dataset.output = without_creep(creep, dataset.time_s, std::move(dataset.output));
     identified_.dynamics.reset();
+    identified_.creep.reset();
     for (auto* own : {&identified_.offsets, &identified_.drifts}) std::ranges::fill(*own, 0.0);
     std::ranges::fill(identified_.gains, 1.0);
   }
@@ -214,6 +219,7 @@ class Comparing {
                                                                                 : ShapeOfOutput::none;
     options.observed_thresholds =
         identified_.search.trial.below == 0.0 && identified_.search.trial.above == 0.0;
+    options.creep_per_decade = 0.0;
     options.go_on = go_on_;
     options.unseen = samples_where(identified_.folds, [](int part) { return part < 0; });
     for (std::size_t r = 0; r < unseen.size(); ++r)
