@@ -52,8 +52,7 @@ struct IdentifyArguments {
   std::string thresholds = "auto";
   bool json = false;
   bool overwrite = false;
-  std::filesystem::path config;  ///< empty: none
-  std::string axis;
+  std::filesystem::path config;   ///< empty: none
   std::filesystem::path written;  ///< copy of the configuration with the model in it
 };
 
@@ -97,10 +96,15 @@ void save_memory(const IdentifyArguments& options, const Dataset& dataset, const
   out.commit();
 }
 
+/// The last part of a path, which may end in a slash.
+std::string name_of(const std::filesystem::path& path) {
+  return (path.has_filename() ? path : path.parent_path()).filename().string();
+}
+
 void report_model(const IdentifyArguments& options, const std::vector<Dataset>& datasets,
                   const Identified& identified, const std::vector<std::string>& said) {
   std::vector<std::string> names;
-  for (const auto& file : options.data) names.push_back(file.filename().string());
+  for (const auto& file : options.data) names.push_back(name_of(file));
   Progress progress("comparing models", 0, "trials");
   const WrittenReport written = write_report(options.report, {datasets, names, identified, said},
                                              [&, tries = std::uint64_t{0}]() mutable {
@@ -115,7 +119,7 @@ config::Config config_to_complete(const IdentifyArguments& options) {
   config::Config config = config::load_unmeasured(options.config);
   refuse_to_write_into(options.written, config, options.output);
   for (const auto& file : options.data) refuse_to_overwrite(options.written, file);
-  index_of_axis(config, options.axis);
+  index_of_axis(config, options.input.axis);
   return config;
 }
 
@@ -125,7 +129,7 @@ void write_config(const IdentifyArguments& options, const config::Config& config
                                          std::filesystem::absolute(config.file).parent_path(), none);
   if (none) model = std::filesystem::absolute(options.output);
   config::TomlEdit text = config::TomlEdit::of_file(config.file);
-  text.set(fmt::format("axis[{}].control.model", index_of_axis(config, options.axis)),
+  text.set(fmt::format("axis[{}].control.model", index_of_axis(config, options.input.axis)),
            config::toml_string(model.string()));
   write_file(options.written, text.text());
   try {
@@ -153,6 +157,7 @@ void check_outputs(const IdentifyArguments& options) {
 
 int run_identify(const IdentifyArguments& options) {
   check_outputs(options);
+  if (options.config.empty()) require_run_for_axis(options.data, options.input, ", or --for");
   OutputFile out(options.output);
   std::optional<config::Config> config;
   if (!options.config.empty()) config = config_to_complete(options);
@@ -198,7 +203,9 @@ void add_identify(CLI::App& cli, int& status) {
   auto options = std::make_shared<IdentifyArguments>();
   CLI::App* command =
       cli.add_subcommand("identify", "Identify a model from a measured dataset and write its model file");
-  command->add_option("DATA", options->data, "CSV with time_s,input,output; several: one model for all")
+  command
+      ->add_option("DATA", options->data,
+                   "CSV with time_s,input,output, or folder of a recorded run; several: one model for all")
       ->required();
   command->add_option("--output", options->output, "model file to write (TOML)")->required();
   command->add_flag("--overwrite", options->overwrite, "replace model and memory if they exist");
@@ -241,8 +248,9 @@ void add_identify(CLI::App& cli, int& status) {
   add_dataset_options(*command, options->input);
   CLI::Option* with_config =
       command->add_option("--for", options->config, "configuration (TOML) that the model is for");
-  command->add_option("--axis", options->axis, "name of its axis; the first one if left out")
-      ->needs(with_config);
+  command->add_option(
+      "--axis", options->input.axis,
+      "axis of the recorded runs, and of --for; if left out, the only one of a run, the first one of --for");
   CLI::Option* written = command->add_option("--write", options->written,
                                              "copy of the configuration to write, with the model in it");
   written->needs(with_config);
