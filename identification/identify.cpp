@@ -176,6 +176,8 @@ class Identification {
     problem_.observed = thresholds_observed(datasets_, symmetry_);
     problem_.output_span = span_over(seen_, &Dataset::output).span();
     result_.folds = assign_folds(datasets_, problem_.observed);
+    for (std::size_t r = datasets_.size() - options_.never_held_out; r < datasets_.size(); ++r)
+      std::ranges::fill(result_.folds.of[r], 0);
     for (std::size_t r = 0; r < options_.unseen.size(); ++r)
       for (std::size_t i = 0; i < datasets_[r].size(); ++i)
         if (options_.unseen[r][i]) result_.folds.of[r][i] = Regression::left_out;

@@ -27,6 +27,7 @@
 #include "config/schema/config.h"
 #include "identification/dynamics/joint_dynamics.h"
 #include "identification/identify.h"
+#include "identification/old_model.h"
 #include "model/words.h"
 
 namespace hystcan::app {
@@ -37,6 +38,7 @@ using identification::Identified;
 
 struct IdentifyArguments {
   std::vector<std::filesystem::path> data;
+  std::filesystem::path start;  ///< model file; empty: none
   std::filesystem::path output;
   std::filesystem::path initial_memory;
   std::filesystem::path report;
@@ -74,10 +76,12 @@ identification::IdentifyOptions asked_for(const IdentifyArguments& options, Prog
   return asked;
 }
 
-Identified identify(const IdentifyArguments& options, const std::vector<Dataset>& datasets) {
+Identified identify(const IdentifyArguments& options, const std::vector<Dataset>& datasets,
+                    const std::optional<identification::OldModel>& old) {
   Progress progress("identifying", 0, "trials");
   try {
     const identification::IdentifyOptions asked = asked_for(options, progress);
+    if (old) return identification::identify_from(*old, datasets, asked);
     return options.dynamics ? identification::identify_dynamics(datasets, asked)
                             : identification::identify(datasets, asked);
   } catch (const std::invalid_argument& error) {
@@ -94,6 +98,25 @@ void save_memory(const IdentifyArguments& options, const Dataset& dataset, const
   OutputFile out(options.initial_memory);
   out.write(model.save(state, buffer));
   out.commit();
+}
+
+/// What the datasets say of the model, and what the old one says.
+std::string finding_of_old(const std::filesystem::path& file, const identification::OldModel& old,
+                           const std::vector<Dataset>& datasets) {
+  const model::Interval& known = old.parameters.input_range();
+  model::Interval moved{datasets.front().input.front(), datasets.front().input.front()};
+  for (const Dataset& dataset : datasets) {
+    const auto [least, most] = std::ranges::minmax(dataset.input);
+    moved = {std::min(moved.lo, least), std::max(moved.hi, most)};
+  }
+  const double slack = 0.01 * known.span();
+  const bool covers = moved.lo <= known.lo + slack && moved.hi >= known.hi - slack;
+  return fmt::format(
+      "the inputs go from {:.4g} to {:.4g} {}, the thresholds of {} are {:.4g} and {:.4g}: {}what they do "
+      "not determine is that of {}{}",
+      moved.lo, moved.hi, datasets.front().input_unit, file.string(), known.lo, known.hi,
+      covers ? "" : "what lies beyond the inputs and ", file.string(),
+      config::load_dynamics(file) ? ", but for its [dynamics], which are left out" : "");
 }
 
 /// The last part of a path, which may end in a slash.
@@ -144,6 +167,8 @@ void check_outputs(const IdentifyArguments& options) {
   for (const auto& file : options.data)
     for (const auto& output : {options.output, options.initial_memory}) refuse_to_overwrite(output, file);
   for (const auto& output : {options.output, options.initial_memory})
+    refuse_to_overwrite(output, options.start);
+  for (const auto& output : {options.output, options.initial_memory})
     refuse_to_replace(output, options.overwrite);
   if (!options.initial_memory.empty()) refuse_to_share(options.output, options.initial_memory);
   if (options.report.empty()) return;
@@ -161,10 +186,18 @@ int run_identify(const IdentifyArguments& options) {
   OutputFile out(options.output);
   std::optional<config::Config> config;
   if (!options.config.empty()) config = config_to_complete(options);
-  const std::vector<Dataset> datasets = load_datasets(options.data, options.input);
+  std::optional<identification::OldModel> old;
+  DatasetInput input = options.input;
+  if (!options.start.empty()) {
+    old = {config::load_model(options.start), config::load_lag(options.start).delay_s};
+    input.input_unit = old->parameters.input_unit;
+    input.output_unit = old->parameters.output_unit;
+  }
+  const std::vector<Dataset> datasets = load_datasets(options.data, input);
   stop_at_a_signal();
-  const Identified identified = identify(options, datasets);
-  const std::vector<std::string> said = findings(datasets, identified);
+  const Identified identified = identify(options, datasets, old);
+  std::vector<std::string> said = findings(datasets, identified);
+  if (old) said.push_back(finding_of_old(options.start, *old, datasets));
   out.write(identified_model_text(identified, said));
   out.commit();
   if (config) write_config(options, *config);
@@ -208,6 +241,9 @@ void add_identify(CLI::App& cli, int& status) {
                    "CSV with time_s,input,output, or folder of a recorded run; several: one model for all")
       ->required();
   command->add_option("--output", options->output, "model file to write (TOML)")->required();
+  CLI::Option* start =
+      command->add_option("--start", options->start,
+                          "old model (TOML), recursive-memory: decides what the datasets do not determine");
   command->add_flag("--overwrite", options->overwrite, "replace model and memory if they exist");
   command
       ->add_option("--order", options->order,
@@ -226,9 +262,10 @@ void add_identify(CLI::App& cli, int& status) {
   command->add_flag("--common-gain", options->common_gain,
                     "several datasets: their outputs have the same gain; if left out, each can have its own");
   command->add_flag("--drift", options->drift, "the zero of each dataset drifts linearly");
-  command->add_flag(
-      "--dynamics", options->dynamics,
-      "a mechanical mode and a delay behind the hysteresis, from fast, evenly sampled datasets");
+  command
+      ->add_flag("--dynamics", options->dynamics,
+                 "a mechanical mode and a delay behind the hysteresis, from fast, evenly sampled datasets")
+      ->excludes(start);
   std::vector<std::string> symmetries;
   for (const std::string_view symmetry : words(identification::ShapeOfOutput{}))
     symmetries.emplace_back(symmetry);
