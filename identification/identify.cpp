@@ -165,7 +165,7 @@ class Identification {
       result_.delay_range = delay_range(problem_, result_.search, datasets_, options_.go_on);
     if (result_.creep && !options.creep_per_decade && options_.go_on())
       result_.creep_range = creep_range(problem_, result_.search, options_.go_on);
-    if (datasets_.size() > 1 && options_.go_on())
+    if (problem_.whole_excerpts && options_.go_on())
       result_.left_out = SeparableFit(problem_, result_.search.shape, SeparableFit::Scan::coarse)
                              .left_out(result_.search.trial);
     result_.stopped = !options_.go_on();
@@ -183,9 +183,11 @@ class Identification {
     problem_.symmetry = symmetry_;
     problem_.observed = thresholds_observed(datasets_, symmetry_);
     problem_.output_span = span_over(seen_, &Dataset::output).span();
-    result_.folds = without_unseen(assign_folds(datasets_, problem_.observed));
-    held_out_ =
-        datasets_.size() > 1 ? without_unseen(records_as_folds(datasets_, problem_.observed)) : result_.folds;
+    result_.folds = folds_that_count(assign_folds(datasets_, problem_.observed));
+    problem_.whole_excerpts = datasets_.size() - options_.never_held_out > 1;
+    held_out_ = problem_.whole_excerpts
+                    ? folds_that_count(records_as_folds(datasets_, problem_.observed))
+                    : result_.folds;
     problem_.folds = held_out_.count;
     problem_.regressors = static_cast<Eigen::Index>(datasets_.front().regressors.size());
     for (std::size_t i = 0; i < datasets_.size(); ++i) {
@@ -197,7 +199,9 @@ class Identification {
     result_.output_span = problem_.output_span;
   }
 
-  Folds without_unseen(Folds folds) const {
+  Folds folds_that_count(Folds folds) const {
+    for (std::size_t r = datasets_.size() - options_.never_held_out; r < datasets_.size(); ++r)
+      std::ranges::fill(folds.of[r], 0);
     for (std::size_t r = 0; r < options_.unseen.size(); ++r)
       for (std::size_t i = 0; i < datasets_[r].size(); ++i)
         if (options_.unseen[r][i]) folds.of[r][i] = Regression::left_out;

@@ -42,6 +42,7 @@ struct IdentifyOptions {
   /// A flag for each sample, per dataset. The fit does not use the output of an unseen sample, but it applies
   /// its input. Empty: no sample is unseen.
   std::vector<std::vector<bool>> unseen;
+  std::size_t never_held_out = 0;  ///< the last ones of the datasets
 };
 
 /// The range of one k in which the RMS is within 5 % of the best. 1 / input unit.

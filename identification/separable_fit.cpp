@@ -133,7 +133,7 @@ std::vector<LeftOut> SeparableFit::left_out(const Trial& trial) {
     rest -= folds[i];
     const Eliminated system(rest, curve_unknowns());
     const Eigen::VectorXd completed = system.completed(solve(system.rest(), trial).theta);
-    if (problem_.excerpts.size() > 1)
+    if (problem_.whole_excerpts)
       folds[i].divide_outputs(mean_gain_of_others(trial, i - 1) / trial.gain(i - 1));
     parts.push_back(judged(folds[i], completed.head(shared_unknowns())));
   }

@@ -37,6 +37,7 @@ struct Problem {
   std::vector<Nuisances> nuisances;  ///< of each excerpt; empty: none
   Eigen::Index regressors = 0;       ///< that each excerpt has
   int folds = 1;
+  bool whole_excerpts = false;  ///< fold i + 1 has samples of excerpt i only (hold_out.h)
   model::Interval observed;  ///< range of the inputs that occur, folded
   model::Symmetry symmetry = model::Symmetry::none;
   double output_span = 1.0;
@@ -58,7 +59,7 @@ struct LeftOut {
   double samples = 0.0;
   double gain = 1.0;  ///< of the measured outputs against the predicted ones, each from its own zero
 
-  double rms() const { return std::sqrt(square / samples); }
+  double rms() const { return samples > 0.0 ? std::sqrt(square / samples) : 0.0; }
 };
 
 class SeparableFit {
@@ -70,8 +71,8 @@ class SeparableFit {
   /// The best curves that make an invertible model (valid_curves.h) at the trial's k.
   Fitted fit(const Trial& trial);
 
-  /// Each fold except fold 0, with zero and drift of its own. With several excerpts, fold i + 1 has samples of excerpt i
-  /// only (hold_out.h), and its gain is the mean of the others'. Empty if a k is so negative that nothing is finite.
+  /// Each fold except fold 0, with zero and drift of its own; the gain of a whole excerpt is the mean of the others'. Empty
+  /// if a k is so negative that nothing is finite.
   std::vector<LeftOut> left_out(const Trial& trial);
   /// RMS error over all of these; infinite if that is empty. None if these folds contain no sample.
   std::optional<double> held_out(const Trial& trial);

@@ -27,6 +27,16 @@ void append_value(std::string& text, const Signal& signal, double value) {
 
 }  // namespace
 
+std::size_t axis_of(const Run& run, const std::optional<std::string>& axis) {
+  if (axis) return run.axis_index(*axis);
+  const std::vector<RunAxis>& axes = run.info().axes;
+  if (axes.size() == 1) return 0;
+  std::vector<std::string_view> names(axes.size());
+  std::ranges::transform(axes, names.begin(), &RunAxis::name);
+  throw config::Error(fmt::format("{}: has {} axes, expected --axis, one of {}", run.path().string(),
+                                  axes.size(), fmt::join(names, ", ")));
+}
+
 std::vector<std::size_t> axes_of(const Run& run, const Selection& selection) {
   if (selection.axis) return {run.axis_index(*selection.axis)};
   std::vector<std::size_t> all(run.info().axes.size());
@@ -63,21 +73,15 @@ void require_rows(const Run& run, std::uint64_t rows) {
 
 std::uint64_t export_csv(const Run& run, const Selection& selection,
                          const std::function<void(std::string_view)>& write) {
-  const std::vector<std::size_t> axes = axes_of(run, selection);
-  if (axes.size() != 1) {
-    std::vector<std::string> names(run.info().axes.size());
-    std::ranges::transform(run.info().axes, names.begin(), &RunAxis::name);
-    throw config::Error(fmt::format("{}: has {} axes, expected --axis, one of {}", run.path().string(),
-                                    axes.size(), fmt::join(names, ", ")));
-  }
-  const std::vector<std::string> names = signals_of(run, axes.front(), selection);
-  const std::vector<Signal> signals = run.signals(axes.front(), names);
-  std::string text = fmt::format("# run {}, axis {}\n", run.name(), run.info().axes[axes.front()].name);
+  const std::size_t axis = axis_of(run, selection.axis);
+  const std::vector<std::string> names = signals_of(run, axis, selection);
+  const std::vector<Signal> signals = run.signals(axis, names);
+  std::string text = fmt::format("# run {}, axis {}\n", run.name(), run.info().axes[axis].name);
   for (const Signal& signal : signals)
     if (!signal.unit.empty()) text += fmt::format("# {}_unit = \"{}\"\n", signal.name, signal.unit);
   text += fmt::format("{}\n", fmt::join(names, ","));
   std::uint64_t rows = 0;
-  run.read_blocks(axes, names, selection.span,
+  run.read_blocks({&axis, 1}, names, selection.span,
                   [&](std::size_t, std::span<const std::vector<double>> columns) {
                     for (std::size_t row = 0; row < columns.front().size(); ++row) {
                       for (std::size_t i = 0; i < columns.size(); ++i) {

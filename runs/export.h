@@ -18,6 +18,8 @@ struct Selection {
   TimeSpan span;
 };
 
+/// The named axis, or the only one that the run has. Throws config::Error with the names of its axes.
+std::size_t axis_of(const Run& run, const std::optional<std::string>& axis);
 /// The axes that are selected: the named one, else all. Throws config::Error.
 std::vector<std::size_t> axes_of(const Run& run, const Selection& selection);
 /// The names of the selected columns, `time_s` first. Throws config::Error at an unknown one.

@@ -2,7 +2,6 @@
 #include <CLI/CLI.hpp>
 
 #include <filesystem>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -28,14 +27,6 @@ struct ExportArguments {
   DatasetInput interval;
   bool csv = false, hdf5 = false;
 };
-
-runs::TimeSpan span_of(const DatasetInput& interval) {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  const runs::TimeSpan span{interval.from_s.value_or(-infinity), interval.to_s.value_or(infinity)};
-  if (span.from_s > span.to_s)
-    throw config::Error(fmt::format("--from is {}, expected at most --to, {}", span.from_s, span.to_s));
-  return span;
-}
 
 std::uint64_t write_csv(const runs::Run& run, const ExportArguments& options) {
   OutputFile file(options.output);

@@ -27,6 +27,7 @@
 #include "config/schema/config.h"
 #include "identification/dynamics/joint_dynamics.h"
 #include "identification/identify.h"
+#include "identification/old_model.h"
 #include "model/words.h"
 
 namespace hystcan::app {
@@ -37,6 +38,7 @@ using identification::Identified;
 
 struct IdentifyArguments {
   std::vector<std::filesystem::path> data;
+  std::filesystem::path start;  ///< model file; empty: none
   std::filesystem::path output;
   std::filesystem::path initial_memory;
   std::filesystem::path report;
@@ -52,8 +54,7 @@ struct IdentifyArguments {
   std::string thresholds = "auto";
   bool json = false;
   bool overwrite = false;
-  std::filesystem::path config;  ///< empty: none
-  std::string axis;
+  std::filesystem::path config;   ///< empty: none
   std::filesystem::path written;  ///< copy of the configuration with the model in it
 };
 
@@ -75,10 +76,12 @@ identification::IdentifyOptions asked_for(const IdentifyArguments& options, Prog
   return asked;
 }
 
-Identified identify(const IdentifyArguments& options, const std::vector<Dataset>& datasets) {
+Identified identify(const IdentifyArguments& options, const std::vector<Dataset>& datasets,
+                    const std::optional<identification::OldModel>& old) {
   Progress progress("identifying", 0, "trials");
   try {
     const identification::IdentifyOptions asked = asked_for(options, progress);
+    if (old) return identification::identify_from(*old, datasets, asked);
     return options.dynamics ? identification::identify_dynamics(datasets, asked)
                             : identification::identify(datasets, asked);
   } catch (const std::invalid_argument& error) {
@@ -97,10 +100,34 @@ void save_memory(const IdentifyArguments& options, const Dataset& dataset, const
   out.commit();
 }
 
+/// What the datasets say of the model, and what the old one says.
+std::string finding_of_old(const std::filesystem::path& file, const identification::OldModel& old,
+                           const std::vector<Dataset>& datasets) {
+  const model::Interval& known = old.parameters.input_range();
+  model::Interval moved{datasets.front().input.front(), datasets.front().input.front()};
+  for (const Dataset& dataset : datasets) {
+    const auto [least, most] = std::ranges::minmax(dataset.input);
+    moved = {std::min(moved.lo, least), std::max(moved.hi, most)};
+  }
+  const double slack = 0.01 * known.span();
+  const bool covers = moved.lo <= known.lo + slack && moved.hi >= known.hi - slack;
+  return fmt::format(
+      "the inputs go from {:.4g} to {:.4g} {}, the thresholds of {} are {:.4g} and {:.4g}: {}what they do "
+      "not determine is that of {}{}",
+      moved.lo, moved.hi, datasets.front().input_unit, file.string(), known.lo, known.hi,
+      covers ? "" : "what lies beyond the inputs and ", file.string(),
+      config::load_dynamics(file) ? ", but for its [dynamics], which are left out" : "");
+}
+
+/// The last part of a path, which may end in a slash.
+std::string name_of(const std::filesystem::path& path) {
+  return (path.has_filename() ? path : path.parent_path()).filename().string();
+}
+
 void report_model(const IdentifyArguments& options, const std::vector<Dataset>& datasets,
                   const Identified& identified, const std::vector<std::string>& said) {
   std::vector<std::string> names;
-  for (const auto& file : options.data) names.push_back(file.filename().string());
+  for (const auto& file : options.data) names.push_back(name_of(file));
   Progress progress("comparing models", 0, "trials");
   const WrittenReport written = write_report(options.report, {datasets, names, identified, said},
                                              [&, tries = std::uint64_t{0}]() mutable {
@@ -115,7 +142,7 @@ config::Config config_to_complete(const IdentifyArguments& options) {
   config::Config config = config::load_unmeasured(options.config);
   refuse_to_write_into(options.written, config, options.output);
   for (const auto& file : options.data) refuse_to_overwrite(options.written, file);
-  index_of_axis(config, options.axis);
+  index_of_axis(config, options.input.axis);
   return config;
 }
 
@@ -125,7 +152,7 @@ void write_config(const IdentifyArguments& options, const config::Config& config
                                          std::filesystem::absolute(config.file).parent_path(), none);
   if (none) model = std::filesystem::absolute(options.output);
   config::TomlEdit text = config::TomlEdit::of_file(config.file);
-  text.set(fmt::format("axis[{}].control.model", index_of_axis(config, options.axis)),
+  text.set(fmt::format("axis[{}].control.model", index_of_axis(config, options.input.axis)),
            config::toml_string(model.string()));
   write_file(options.written, text.text());
   try {
@@ -140,6 +167,8 @@ void check_outputs(const IdentifyArguments& options) {
   for (const auto& file : options.data)
     for (const auto& output : {options.output, options.initial_memory}) refuse_to_overwrite(output, file);
   for (const auto& output : {options.output, options.initial_memory})
+    refuse_to_overwrite(output, options.start);
+  for (const auto& output : {options.output, options.initial_memory})
     refuse_to_replace(output, options.overwrite);
   if (!options.initial_memory.empty()) refuse_to_share(options.output, options.initial_memory);
   if (options.report.empty()) return;
@@ -153,13 +182,22 @@ void check_outputs(const IdentifyArguments& options) {
 
 int run_identify(const IdentifyArguments& options) {
   check_outputs(options);
+  if (options.config.empty()) require_run_for_axis(options.data, options.input, ", or --for");
   OutputFile out(options.output);
   std::optional<config::Config> config;
   if (!options.config.empty()) config = config_to_complete(options);
-  const std::vector<Dataset> datasets = load_datasets(options.data, options.input);
+  std::optional<identification::OldModel> old;
+  DatasetInput input = options.input;
+  if (!options.start.empty()) {
+    old = {config::load_model(options.start), config::load_lag(options.start).delay_s};
+    input.input_unit = old->parameters.input_unit;
+    input.output_unit = old->parameters.output_unit;
+  }
+  const std::vector<Dataset> datasets = load_datasets(options.data, input);
   stop_at_a_signal();
-  const Identified identified = identify(options, datasets);
-  const std::vector<std::string> said = findings(datasets, identified);
+  const Identified identified = identify(options, datasets, old);
+  std::vector<std::string> said = findings(datasets, identified);
+  if (old) said.push_back(finding_of_old(options.start, *old, datasets));
   out.write(identified_model_text(identified, said));
   out.commit();
   if (config) write_config(options, *config);
@@ -198,9 +236,14 @@ void add_identify(CLI::App& cli, int& status) {
   auto options = std::make_shared<IdentifyArguments>();
   CLI::App* command =
       cli.add_subcommand("identify", "Identify a model from a measured dataset and write its model file");
-  command->add_option("DATA", options->data, "CSV with time_s,input,output; several: one model for all")
+  command
+      ->add_option("DATA", options->data,
+                   "CSV with time_s,input,output, or folder of a recorded run; several: one model for all")
       ->required();
   command->add_option("--output", options->output, "model file to write (TOML)")->required();
+  CLI::Option* start =
+      command->add_option("--start", options->start,
+                          "old model (TOML), recursive-memory: decides what the datasets do not determine");
   command->add_flag("--overwrite", options->overwrite, "replace model and memory if they exist");
   command
       ->add_option("--order", options->order,
@@ -219,9 +262,10 @@ void add_identify(CLI::App& cli, int& status) {
   command->add_flag("--common-gain", options->common_gain,
                     "several datasets: their outputs have the same gain; if left out, each can have its own");
   command->add_flag("--drift", options->drift, "the zero of each dataset drifts linearly");
-  command->add_flag(
-      "--dynamics", options->dynamics,
-      "a mechanical mode and a delay behind the hysteresis, from fast, evenly sampled datasets");
+  command
+      ->add_flag("--dynamics", options->dynamics,
+                 "a mechanical mode and a delay behind the hysteresis, from fast, evenly sampled datasets")
+      ->excludes(start);
   std::vector<std::string> symmetries;
   for (const std::string_view symmetry : words(identification::ShapeOfOutput{}))
     symmetries.emplace_back(symmetry);
@@ -241,8 +285,9 @@ void add_identify(CLI::App& cli, int& status) {
   add_dataset_options(*command, options->input);
   CLI::Option* with_config =
       command->add_option("--for", options->config, "configuration (TOML) that the model is for");
-  command->add_option("--axis", options->axis, "name of its axis; the first one if left out")
-      ->needs(with_config);
+  command->add_option(
+      "--axis", options->input.axis,
+      "axis of the recorded runs, and of --for; if left out, the only one of a run, the first one of --for");
   CLI::Option* written = command->add_option("--write", options->written,
                                              "copy of the configuration to write, with the model in it");
   written->needs(with_config);

@@ -2,7 +2,6 @@
 #include <CLI/CLI.hpp>
 
 #include <filesystem>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -41,11 +40,7 @@ std::string distinct_name(const std::vector<RunFigures>& others, const runs::Run
 }
 
 std::vector<RunFigures> read_all(const PlotArguments& options) {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  const runs::TimeSpan span{options.interval.from_s.value_or(-infinity),
-                            options.interval.to_s.value_or(infinity)};
-  if (span.from_s > span.to_s)
-    throw config::Error(fmt::format("--from is {}, expected at most --to, {}", span.from_s, span.to_s));
+  const runs::TimeSpan span = span_of(options.interval);
   std::vector<RunFigures> all;
   for (const std::filesystem::path& path : options.runs) {
     const runs::Run run(path);

@@ -112,6 +112,7 @@ void report_prediction(const ValidateArguments& options, const Dataset& dataset,
 int run_validate(const ValidateArguments& options) {
   for (const auto& input : {options.model, options.data, options.memory})
     refuse_to_overwrite(options.output, input);
+  require_run_for_axis({options.data}, options.input);
   const model::Hysteresis model(config::load_model(options.model));
   DatasetInput input = options.input;
   input.input_unit = model.parameters().input_unit;
@@ -129,7 +130,9 @@ void add_validate(CLI::App& cli, int& status) {
   auto options = std::make_shared<ValidateArguments>();
   CLI::App* command = cli.add_subcommand("validate", "Predict a dataset with a model, and report the errors");
   command->add_option("MODEL", options->model, "model file (TOML), recursive-memory")->required();
-  command->add_option("DATA", options->data, "CSV with time_s,input,output")->required();
+  command->add_option("DATA", options->data, "CSV with time_s,input,output, or folder of a recorded run")
+      ->required();
+  command->add_option("--axis", options->input.axis, "axis of the recorded run; if left out, its only one");
   CLI::Option* memory =
       command->add_option("--memory", options->memory, "memory of the actuator at the first row (TOML)");
   command

@@ -4,8 +4,10 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <limits>
 
 #include "app/io/option_check.h"
+#include "app/io/run_dataset.h"
 #include "app/io/standard_streams.h"
 #include "config/files/dataset_file.h"
 #include "config/schema/config.h"
@@ -24,9 +26,9 @@ struct UnitOf {
 constexpr UnitOf unit_of_input{"input_unit", "--input-unit", "V"};
 constexpr UnitOf unit_of_output{"output_unit", "--output-unit", "um"};
 
-void keep_interval(Dataset& dataset, const DatasetInput& input) {
-  const auto first = std::ranges::lower_bound(dataset.time_s, input.from_s.value_or(dataset.time_s.front()));
-  const auto last = std::ranges::upper_bound(dataset.time_s, input.to_s.value_or(dataset.time_s.back()));
+void keep_interval(Dataset& dataset, const runs::TimeSpan& span) {
+  const auto first = std::ranges::lower_bound(dataset.time_s, span.from_s);
+  const auto last = std::ranges::upper_bound(dataset.time_s, span.to_s);
   const auto begin = first - dataset.time_s.begin(), end = std::max(last, first) - dataset.time_s.begin();
   for (auto* column : {&dataset.time_s, &dataset.input, &dataset.output}) {
     column->erase(column->begin() + end, column->end());
@@ -46,18 +48,38 @@ void settle(std::string& unit, const std::string& asked, const UnitOf& of,
   }
 }
 
-Dataset load(const std::filesystem::path& file, const DatasetInput& input) {
+Dataset load_csv(const std::filesystem::path& file, const DatasetInput& input) {
   Dataset dataset = load_noting(file, input.layout);
-  if (dataset.size() > 0) keep_interval(dataset, input);
+  keep_interval(dataset, span_of(input));
   if (dataset.size() == 0)
     throw config::Error(fmt::format("{}: no rows{}, expected a dataset", file.string(),
                                     input.from_s || input.to_s ? " between --from and --to" : ""));
+  return dataset;
+}
+
+Dataset load(const std::filesystem::path& file, const DatasetInput& input) {
+  Dataset dataset =
+      is_recorded_run(file) ? load_run(file, input.axis, span_of(input)) : load_csv(file, input);
   settle(dataset.input_unit, input.input_unit, unit_of_input, file);
   settle(dataset.output_unit, input.output_unit, unit_of_output, file);
   return dataset;
 }
 
 }  // namespace
+
+runs::TimeSpan span_of(const DatasetInput& input) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const runs::TimeSpan span{input.from_s.value_or(-infinity), input.to_s.value_or(infinity)};
+  if (span.from_s > span.to_s)
+    throw config::Error(fmt::format("--from is {}, expected at most --to, {}", span.from_s, span.to_s));
+  return span;
+}
+
+void require_run_for_axis(const std::vector<std::filesystem::path>& files, const DatasetInput& input,
+                          const char* otherwise) {
+  if (!input.axis.empty() && std::ranges::none_of(files, is_recorded_run))
+    throw config::Error(fmt::format("--axis is {}, expected a recorded run{}", input.axis, otherwise));
+}
 
 Dataset load_noting(const std::filesystem::path& file, const config::DatasetLayout& layout) {
   config::DatasetFile loaded = config::load_dataset(file, layout);
@@ -106,8 +128,7 @@ void add_dataset_options(CLI::App& command, DatasetInput& input) {
 
 std::vector<Dataset> load_datasets(const std::vector<std::filesystem::path>& files,
                                    const DatasetInput& input) {
-  if (input.from_s && input.to_s && *input.from_s > *input.to_s)
-    throw config::Error(fmt::format("--from is {}, expected at most --to, {}", *input.from_s, *input.to_s));
+  span_of(input);
   std::vector<Dataset> datasets;
   for (const auto& file : files) {
     datasets.push_back(load(file, input));

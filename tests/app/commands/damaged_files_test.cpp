@@ -41,6 +41,7 @@ const std::vector<Command> commands{
     {{"identify", "loops.csv", "--output", "out.toml", "--order", "2", "--curves", "polynomial"},
      {"loops.csv"}},
     {{"validate", "piezo.model.toml", "loops.csv", "--output", "out.csv"}, {"piezo.model.toml", "loops.csv"}},
+    {{"validate", "piezo.model.toml", "cycles.csv"}, {"cycles.csv"}},
     {{"dynamics", "step.csv", "--output", "out.toml", "--config", "piezo.toml", "--write", "new.toml"},
      {"step.csv", "piezo.toml"}},
     {{"decode", "bus.log", "--dbc", "hystcan.dbc", "--csv"}, {"bus.log", "hystcan.dbc"}},
@@ -100,6 +101,11 @@ const Path& stage() {
           "cycle,time_s,axis,state,fault,reference_um,position_um,error_um,drive\n"
           "1,0.001,x,tracking,none,1.5,1.25,0.25,10\n2,0.002,x,tracking,none,1.75,1.5,0.25,11\n"
           "3,0.003,x,faulted,following error,2,1,1,0\n");
+    std::string cycles = "cycle,time_s,axis,state,position_um,drive,sample_missing\n";
+    for (int i = 0; i < 40; ++i)
+      cycles += std::to_string(i) + "," + std::to_string(1e-3 * i) + ",x,tracking," +
+                std::to_string(i * (40 - i) / 20) + "," + std::to_string(i * (40 - i) / 5) + ",0\n";
+    write(folder / "cycles.csv", cycles);
     return run_in(folder, simulated) == done && run_in(folder, stepped) == done;
   }();
   EXPECT_TRUE(is_whole);

@@ -1,0 +1,126 @@
+#include "identification/old_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "identification/creep_rows.h"
+#include "model/hysteresis.h"
+#include "model/refusal.h"
+
+namespace hystcan::identification {
+namespace {
+
+constexpr double share = 1e-3;
+constexpr int reversal_curves = 6;                // from each branch of the major loop
+constexpr double least_rows = 400.0;              // of the old model
+constexpr double worth_no_delay = 0.97;           // of the error with the old delay
+constexpr double rows_of_datasets_to_one = 60.0;  // at least: the search thins all alike
+
+/// Inputs at which the old model turns: the major loop from the upper threshold, which wipes its memory out, then the
+/// reversal curves.
+std::vector<double> turns_of(const model::Interval& range) {
+  std::vector<double> turns{range.hi, range.lo};
+  const auto level = [&](int i) { return range.lo + range.span() * i / (reversal_curves + 1.0); };
+  for (int i = 1; i <= reversal_curves; ++i) turns.insert(turns.end(), {level(i), range.lo});
+  turns.push_back(range.hi);
+  for (int i = reversal_curves; i >= 1; --i) turns.insert(turns.end(), {level(i), range.hi});
+  return turns;
+}
+
+Dataset loops_of(const model::HysteresisParameters& old, const model::OutputCreep& creep,
+                 const std::vector<Dataset>& datasets) {
+  double rows = 0.0, longest_s = 0.0, way = 0.0;
+  for (const Dataset& dataset : datasets) {
+    rows += static_cast<double>(dataset.size());
+    longest_s = std::max(longest_s, dataset.time_s.back() - dataset.time_s.front());
+  }
+  const std::vector<double> turns = turns_of(old.input_range());
+  for (std::size_t i = 1; i < turns.size(); ++i) way += std::abs(turns[i] - turns[i - 1]);
+  const double step = way / std::max(least_rows, rows / rows_of_datasets_to_one);
+  Dataset made{
+      .input_unit = old.input_unit, .output_unit = old.output_unit, .time_s = {}, .input = {}, .output = {}};
+  const model::Hysteresis model(old);
+  auto state = model.at_upper_threshold();
+  const auto add = [&](double input) {
+    made.time_s.push_back(longest_s * static_cast<double>(made.size()));  // no delay is seen
+    made.input.push_back(input);
+    made.output.push_back(model.advance(state, input).value);
+  };
+  add(turns.front());
+  for (std::size_t i = 1; i < turns.size(); ++i) {
+    const double from = turns[i - 1], length = turns[i] - from;
+    const auto steps = static_cast<std::size_t>(std::ceil(std::abs(length) / step));
+    for (std::size_t n = 1; n < steps; ++n)
+      add(from + length * static_cast<double>(n) / static_cast<double>(steps));
+    add(turns[i]);
+  }
+  made.output = with_creep(creep, made.time_s, std::move(made.output));
+  made.weight.assign(made.size(), std::sqrt(share * rows / static_cast<double>(made.size())));
+  return made;
+}
+
+CurveShape shape_of(const model::HysteresisParameters& old) {
+  if (old.ascending.basis() != model::Basis::spline)
+    return CurveShape::polynomial(
+        std::clamp(static_cast<int>(old.ascending.coefficients().size()) - 1, 1, highest_order));
+  CurveShape shape = CurveShape::spline(old.ascending.knots());
+  shape.input_map = old.input_map;
+  return shape;
+}
+
+/// Removes what is of the last dataset, which was the old model's.
+void leave_out_old_model(Identified& identified, const std::vector<Dataset>& datasets) {
+  const std::size_t count = datasets.size();
+  identified.memories.resize(count);
+  identified.offsets.resize(count);
+  identified.gains.resize(count);
+  identified.drifts.resize(count);
+  identified.datasets.resize(count);
+  identified.folds.of.resize(count);
+  identified.search.trial.memories.resize(count);
+  if (!identified.search.trial.gains.empty()) identified.search.trial.gains.resize(count);
+  for (Step& step : identified.search.steps)
+    if (step.what == "gain of dataset " + std::to_string(count + 1)) step.what = "gain of the old model";
+  judge(identified, datasets);
+  double lo = std::numeric_limits<double>::infinity(), hi = -lo;
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto [least, most] = std::ranges::minmax(datasets[i].output);
+    lo = std::min(lo, (least - identified.offsets[i]) / identified.gains[i]);
+    hi = std::max(hi, (most - identified.offsets[i]) / identified.gains[i]);
+  }
+  identified.output_span = hi - lo;
+}
+
+}  // namespace
+
+Identified identify_from(const OldModel& old, const std::vector<Dataset>& datasets, IdentifyOptions options) {
+  const model::HysteresisParameters& parameters = old.parameters;
+  if (parameters.output_map || options.output == ShapeOfOutput::butterfly)
+    model::refuse("the old model is a butterfly, expected a model without an output map");
+  const model::OutputCreep::Config searched{.per_decade = old.creep ? old.creep->per_decade : 0.0};
+  if (old.creep && *old.creep != searched)
+    model::refuse("the creep of the old model has lags from ", old.creep->from_s, " to ", old.creep->to_s,
+                  " s, expected ", searched.from_s, " to ", searched.to_s);
+  options.output = parameters.symmetry == model::Symmetry::even ? ShapeOfOutput::even : ShapeOfOutput::none;
+  if (!options.shape && options.curves == CurveChoice::automatic) options.shape = shape_of(parameters);
+  options.never_held_out = 1;
+  std::vector<Dataset> all = datasets;
+  if (!options.creep_per_decade) options.creep_per_decade = old.creep ? old.creep->per_decade : 0.0;
+  const model::OutputCreep creep(creep_of(Trial{.creep_per_decade = *options.creep_per_decade}));
+  all.push_back(loops_of(parameters, creep, datasets));
+  const auto identified = [&] {
+    Identified found = identify(all, options);
+    leave_out_old_model(found, datasets);
+    return found;
+  };
+  Identified found = identified();
+  if (found.delay_s > 0.0 || options.delay_s || old.delay_s == 0.0 || found.stopped) return found;
+  options.delay_s = old.delay_s;
+  Identified delayed = identified();
+  return found.overall.rms < worth_no_delay * delayed.overall.rms ? found : delayed;
+}
+
+}  // namespace hystcan::identification
