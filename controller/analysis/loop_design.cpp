@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
 
 #include "model/refusal.h"
 
@@ -120,10 +121,14 @@ LoopConfig with_low_pass(const LoopConfig& config, const PlantUncertainty& uncer
   return best;
 }
 
+/// Depths that are tried. A shallow notch delays less, which is worth more where the mode is damped or near half the rate.
+constexpr std::array deep_notches{0.02, 0.1, 0.3};
+constexpr std::array shallow_notches{0.6};
+
+/// `config` with the best notch of these depths; unchanged where none is better than that.
 LoopConfig with_notch(const LoopConfig& config, const PlantUncertainty& uncertainty,
-                      const SensitivityRule& rule) {
+                      const SensitivityRule& rule, std::span<const double> depths) {
   constexpr std::array places{0.9, 0.95, 1.0, 1.05};
-  constexpr std::array depths{0.02, 0.1, 0.3};
   constexpr std::array widths{0.1, 0.2, 0.35, 0.6, 1.0};
   const double highest_Hz = 0.49 / config.cycle_s;
   LoopConfig best = config, tried = config;
@@ -283,7 +288,10 @@ std::vector<LoopSetting> designs(const LoopConfig& config, const PlantUncertaint
     if (has_filter(one)) filtered.push_back(one);
   };
   add(with_low_pass(plain, corners, rule));
-  if (corners.shows_mode()) add(with_notch(plain, corners, rule));
+  if (corners.shows_mode()) {
+    add(with_notch(plain, corners, rule, deep_notches));
+    add(with_notch(plain, corners, rule, shallow_notches));
+  }
   std::vector<LoopSetting> settings{{.pi = largest_gains(plain, uncertainty, rule)}};
   for (const LoopConfig& one : filtered) {
     const Pi::Config pi = largest_gains(one, uncertainty, rule);

@@ -74,9 +74,10 @@ Pi::Config largest_gains(const LoopConfig& config, const PlantUncertainty& uncer
 /// An integral gain alone, an eighth of what is stable at every corner: for a plant that nobody has measured.
 Pi::Config unmeasured_gains(const LoopConfig& config, const PlantUncertainty& uncertainty);
 
-/// Gains without a filter, with the best low pass, and where a record has shown the mode with the best notch and with notches
-/// of several widths that cancel it, in the order of descending ki. Which one tracks best depends on the reference: a notch delays and shapes
-/// the feed-forward too. A filter that allows no more ki than none is left out.
+/// Gains without a filter, with the best low pass, and where a record has shown the mode with the best deep notch, the best
+/// shallow one, and notches of several widths that cancel the mode, in the order of descending ki. Which one tracks best
+/// depends on the reference: a notch delays and shapes the feed-forward too. A filter that allows no more ki than none is
+/// left out.
 std::vector<LoopSetting> designs(const LoopConfig& config, const PlantUncertainty& uncertainty,
                                  const SensitivityRule& rule);
 

@@ -69,6 +69,14 @@ TEST_F(TuneFiles, TracksATriangleOnTheSoftStageAsWellAsASettingByHand) {
   EXPECT_LE(triangle_rms_percent("new.toml"), 0.30) << "20 Hz";
 }
 
+// At 10 Hz docs/tracking.md says what is missing.
+TEST_F(TuneFiles, TracksATriangleOfTwentyHertzOnTheGalfenolStage) {
+  shipped.edit("galfenol.toml", "frequency_Hz = 5.0", "frequency_Hz = 20.0");
+  const json found = written("galfenol.toml");
+  EXPECT_FALSE(found["proposed"]["notch"].is_null());
+  EXPECT_LE(triangle_rms_percent("new.toml"), 0.30);
+}
+
 TEST_F(TuneFiles, ChangesOnlyTheLinesOfTheProposalInTheConfiguration) {
   const json found = written("piezo.toml", {"--axis", "y"});
   const std::vector<std::string> before = lines_of(read("piezo.toml")), after = lines_of(read("new.toml"));

@@ -126,6 +126,22 @@ TEST(Designs, MultiplyTheIntegralOfASoftStageByANotchOrALowPass) {
   }
 }
 
+// The best deep notch of this stage allows 1.50 times the integral, a shallow one 1.57 times.
+TEST(Designs, HaveADeepAndAShallowNotchForAModeThatIsDamped) {
+  const LoopConfig galfenol = stage(300.0, 0.06);
+  const auto settings = designs(galfenol, around(galfenol.delays, 0.0), {});
+  const double plain_per_s = settings.back().pi.ki_per_s;
+  const auto notched = [&](double depth) {
+    return std::ranges::find_if(settings,
+                                [&](const LoopSetting& of) { return of.notch && of.notch->depth == depth; });
+  };
+  const auto deep = notched(0.3), shallow = notched(0.6);
+  ASSERT_NE(deep, settings.end());
+  ASSERT_NE(shallow, settings.end());
+  EXPECT_NEAR(deep->pi.ki_per_s / plain_per_s, 1.50, 0.02);
+  EXPECT_NEAR(shallow->pi.ki_per_s / plain_per_s, 1.57, 0.02);
+}
+
 TEST(Designs, SettleInTheTimeDomainWhereTheResonanceIsOffByATenth) {
   const LoopConfig soft = stage(220.0, 0.02);
   for (const LoopSetting& setting : designs(soft, around(soft.delays, 0.0), {}))
