@@ -155,6 +155,9 @@ class Butterfly {
       : given_(datasets), options_(options), curves_(curves) {
     options_.output = ShapeOfOutput::none;
     options_.common_gain = true;
+    if (options_.creep_per_decade.value_or(0.0) != 0.0)
+      model::refuse("a butterfly has no creep here, expected none");
+    options_.creep_per_decade = 0.0;
   }
 
   Identified run() {

@@ -30,8 +30,10 @@ std::optional<DelayRange> delay_range(const Problem& problem, const SearchResult
     for (std::size_t i = 0; i < datasets.size() && go_on(); ++i) {
       Dataset fast = datasets[i];
       for (double& t : fast.time_s) t /= faster;
-      const auto a = predict(first, fast, {low.delay_s, {}, creep_of(found.trial)}, found.trial.memories[i]);
-      const auto b = predict(last, fast, {high.delay_s, {}, creep_of(found.trial)}, found.trial.memories[i]);
+      const auto a = predict(first, fast, {low.delay_s, {}, creep_of(found.trial.creep_per_decade)},
+                             found.trial.memories[i]);
+      const auto b = predict(last, fast, {high.delay_s, {}, creep_of(found.trial.creep_per_decade)},
+                             found.trial.memories[i]);
       const ErrorNorms norms = ErrorNorms::of(a, b);
       square += norms.rms * norms.rms * static_cast<double>(a.size());
       samples += static_cast<double>(a.size());

@@ -185,9 +185,8 @@ class Identification {
     problem_.output_span = span_over(seen_, &Dataset::output).span();
     result_.folds = folds_that_count(assign_folds(datasets_, problem_.observed));
     problem_.whole_excerpts = datasets_.size() - options_.never_held_out > 1;
-    held_out_ = problem_.whole_excerpts
-                    ? folds_that_count(records_as_folds(datasets_, problem_.observed))
-                    : result_.folds;
+    held_out_ = problem_.whole_excerpts ? folds_that_count(records_as_folds(datasets_, problem_.observed))
+                                        : result_.folds;
     problem_.folds = held_out_.count;
     problem_.regressors = static_cast<Eigen::Index>(datasets_.front().regressors.size());
     for (std::size_t i = 0; i < datasets_.size(); ++i) {
@@ -271,7 +270,7 @@ class Identification {
     if (!fitted.valid)
       refuse("no model with an inverse fits: some branch decreases for every k; is this a hysteresis loop?");
     result_.delay_s = trial.delay_s;
-    result_.creep = creep_of(trial);
+    result_.creep = creep_of(trial.creep_per_decade);
     result_.memories = trial.memories;
     result_.offsets = fitted.offsets;
     result_.drifts = fitted.drifts;

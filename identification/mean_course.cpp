@@ -34,7 +34,7 @@ MeanCourse::MeanCourse(const Problem& problem, const Trial& trial, const std::ve
   std::array<std::vector<Sample>, 2> samples;
   for (std::size_t i = 0; i < problem.excerpts.size(); ++i) {
     const Excerpt::Sequence sequence =
-        problem.excerpts[i].delayed_by(trial.delay_s, model::OutputCreep(creep_of(trial)));
+        problem.excerpts[i].delayed_by(trial.delay_s, model::OutputCreep(creep_of(trial.creep_per_decade)));
     std::size_t way = 0;
     for (std::size_t j = 0; j < sequence.input.size(); ++j) {
       if (j > 0 && sequence.input[j] != sequence.input[j - 1])

@@ -109,7 +109,7 @@ Identified identify_from(const OldModel& old, const std::vector<Dataset>& datase
   options.never_held_out = 1;
   std::vector<Dataset> all = datasets;
   if (!options.creep_per_decade) options.creep_per_decade = old.creep ? old.creep->per_decade : 0.0;
-  const model::OutputCreep creep(creep_of(Trial{.creep_per_decade = *options.creep_per_decade}));
+  const model::OutputCreep creep(creep_of(*options.creep_per_decade));
   all.push_back(loops_of(parameters, creep, datasets));
   const auto identified = [&] {
     Identified found = identify(all, options);

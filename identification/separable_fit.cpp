@@ -31,9 +31,9 @@ double mean_gain_of_others(const Trial& trial, std::size_t dataset) {
 
 }  // namespace
 
-std::optional<model::OutputCreep::Config> creep_of(const Trial& trial) {
-  if (trial.creep_per_decade == 0.0) return std::nullopt;
-  return model::OutputCreep::Config{.per_decade = trial.creep_per_decade};
+std::optional<model::OutputCreep::Config> creep_of(double per_decade) {
+  if (per_decade == 0.0) return std::nullopt;
+  return model::OutputCreep::Config{.per_decade = per_decade};
 }
 
 model::Interval Problem::thresholds(const Trial& trial) const {
@@ -49,7 +49,7 @@ void SeparableFit::prepare(const Trial& trial) {
   regressions_.clear();
   const model::Interval thresholds = problem_.thresholds(trial);
   const CurveBasis basis(shape_, thresholds);
-  const model::OutputCreep creep(creep_of(trial));
+  const model::OutputCreep creep(creep_of(trial.creep_per_decade));
   for (std::size_t i = 0; i < problem_.excerpts.size(); ++i) {
     const Excerpt::Sequence dataset = problem_.excerpts[i].delayed_by(trial.delay_s, creep);
     const InitialMemory& memory = trial.memories[i];

@@ -29,7 +29,8 @@ struct Trial {
   double gain(std::size_t dataset) const { return gains.empty() ? 1.0 : gains[dataset]; }
 };
 
-std::optional<model::OutputCreep::Config> creep_of(const Trial& trial);
+/// Of the lags that are searched; none if it is zero.
+std::optional<model::OutputCreep::Config> creep_of(double per_decade);
 
 /// The part of the problem that is the same for all trials.
 struct Problem {
@@ -38,7 +39,7 @@ struct Problem {
   Eigen::Index regressors = 0;       ///< that each excerpt has
   int folds = 1;
   bool whole_excerpts = false;  ///< fold i + 1 has samples of excerpt i only (hold_out.h)
-  model::Interval observed;  ///< range of the inputs that occur, folded
+  model::Interval observed;     ///< range of the inputs that occur, folded
   model::Symmetry symmetry = model::Symmetry::none;
   double output_span = 1.0;
 

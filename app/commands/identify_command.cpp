@@ -44,6 +44,7 @@ struct IdentifyArguments {
   std::filesystem::path report;
   DatasetInput input;
   std::string order = "auto";
+  std::string creep = "auto";
   std::string curves = "auto";
   std::optional<double> delay_s, longest_delay_s;
   bool common_zero = false;
@@ -63,6 +64,8 @@ identification::IdentifyOptions asked_for(const IdentifyArguments& options, Prog
   if (options.order != "auto") asked.shape = identification::CurveShape::polynomial(std::stoi(options.order));
   asked.curves = *parse_word<identification::CurveChoice>(options.curves);
   asked.delay_s = options.delay_s;
+  if (options.creep != "auto")
+    asked.creep_per_decade = options.creep == "none" ? 0.0 : std::stod(options.creep);
   asked.longest_delay_s = options.longest_delay_s;
   asked.common_zero = options.common_zero;
   asked.common_gain = options.common_gain;
@@ -189,7 +192,8 @@ int run_identify(const IdentifyArguments& options) {
   std::optional<identification::OldModel> old;
   DatasetInput input = options.input;
   if (!options.start.empty()) {
-    old = {config::load_model(options.start), config::load_lag(options.start).delay_s};
+    const identification::Lag lag = config::load_lag(options.start);
+    old = {config::load_model(options.start), lag.delay_s, lag.creep};
     input.input_unit = old->parameters.input_unit;
     input.output_unit = old->parameters.output_unit;
   }
@@ -219,6 +223,14 @@ int run_identify(const IdentifyArguments& options) {
         identified.output_span, identified.parameters.output_unit);
   }
   return done;
+}
+
+CLI::Validator creep_or_auto() {
+  return {[](const std::string& text) {
+            const bool sound = text == "auto" || text == "none" || CLI::Range(0.0, 0.1)(text).empty();
+            return sound ? std::string() : fmt::format("{}, expected auto, none or 0 to 0.1", text);
+          },
+          "CREEP"};
 }
 
 CLI::Validator order_or_auto() {
@@ -257,6 +269,11 @@ void add_identify(CLI::App& cli, int& status) {
   command->add_option("--delay-max", options->longest_delay_s, "longest delay that is searched, in seconds")
       ->check(not_negative_number())
       ->excludes(delay);
+  command
+      ->add_option(
+          "--creep", options->creep,
+          "creep of the output in each decade of time, as a share: 0.02; none; or auto: found where it carries over")
+      ->check(creep_or_auto());
   command->add_flag("--common-zero", options->common_zero,
                     "several datasets: their outputs have the same zero; if left out, each has its own");
   command->add_flag("--common-gain", options->common_gain,

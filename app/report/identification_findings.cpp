@@ -31,7 +31,9 @@ class Findings {
           identified_.parameters.output_range().lo, datasets_.front().output_unit);
     report_zeros();
     report_steps();
+    report_creep();
     report_delay();
+    report_left_out();
     report_dynamics();
     report_memories();
     report_order();
@@ -50,6 +52,9 @@ class Findings {
     return datasets_.size() > 1 ? fmt::format("dataset {}: ", i + 1) : std::string();
   }
   const std::string& unit() const { return identified_.parameters.input_unit; }
+  const char* held_out() const {
+    return identified_.left_out.empty() ? "held-out cycles" : "records left out";
+  }
 
   void describe(std::size_t i) {
     const Characterisation& is = identified_.datasets[i];
@@ -92,7 +97,7 @@ class Findings {
     for (const Step& step : identified_.search.steps)
       say("{} was needed: error {:.3g} -> {:.3g} % RMS{}", step.what, step.rms_before * percent_,
           step.rms_after * percent_,
-          step.held_out_after ? fmt::format(", of held-out cycles {:.3g} -> {:.3g} %",
+          step.held_out_after ? fmt::format(", of {} {:.3g} -> {:.3g} %", held_out(),
                                             *step.held_out_before * percent_, *step.held_out_after * percent_)
                               : std::string());
   }
@@ -109,6 +114,46 @@ class Findings {
       if (identified_.drifts[i] != 0.0)
         say("{}its zero drifts by {:+.3g} {} from beginning to end", of_dataset(i), identified_.drifts[i],
             datasets_.front().output_unit);
+    }
+  }
+
+  void report_creep() {
+    if (identified_.creep) {
+      const model::OutputCreep::Config& creep = *identified_.creep;
+      const model::OutputCreep response(creep);
+      say("the output creeps by {:.2g} % of its travel in each decade of time, from {:.3g} to {:.3g} s{}: at 0.1 Hz it "
+          "moves {:.2g} % more than at 10 Hz; the model file has this as [creep]",
+          100.0 * creep.per_decade, creep.from_s, creep.to_s,
+          identified_.creep_range
+              ? fmt::format(" ({:.2g} to {:.2g} % do nearly as well)", 100.0 * identified_.creep_range->lo,
+                            100.0 * identified_.creep_range->hi)
+              : std::string(),
+          100.0 * (response.amplitude_at(0.1) / response.amplitude_at(10.0) - 1.0));
+    }
+    if (!identified_.other || identified_.other->trial.creep_per_decade == 0.0) return;
+    const SearchResult& other = *identified_.other;
+    const auto error = [&](const SearchResult& result) {
+      return percent_ * result.held_out.value_or(result.rms);
+    };
+    say("with creep of {:.2g} % in each decade of time and a delay of {:.3g} s instead of {:.3g} s, the error of {} is "
+        "{:.3g} % instead of {:.3g} %{}",
+        100.0 * other.trial.creep_per_decade, other.trial.delay_s, identified_.delay_s, held_out(),
+        error(other), error(identified_.search),
+        datasets_.size() > 1
+            ? std::string()
+            : ": at one rate, creep hardly differs from a delay and a wider loop; add a record at "
+              "another rate, or give --creep");
+  }
+
+  void report_left_out() {
+    for (std::size_t i = 0; i < identified_.left_out.size(); ++i) {
+      const LeftOut& part = identified_.left_out[i];
+      if (part.samples == 0.0) continue;
+      const double more = 100.0 * (part.gain - 1.0);
+      say("{}the others predict it to {:.3g} % RMS{}", of_dataset(i), part.rms() * percent_,
+          std::abs(more) > 0.2 ? fmt::format("; it moves {:.2g} % {} than they predict", std::abs(more),
+                                             more > 0.0 ? "more" : "less")
+                               : std::string());
     }
   }
 
@@ -162,9 +207,9 @@ class Findings {
     const auto& shapes = identified_.search.shapes;
     if (shapes.empty()) return;
     const CurveShape& chosen = identified_.search.shape;
-    const bool held_out = shapes.front().held_out.has_value();
-    const char* judge =
-        held_out ? "the error of held-out cycles" : "the error (there are too few cycles to hold any out)";
+    const std::string judge = shapes.front().held_out
+                                  ? fmt::format("the error of {}", held_out())
+                                  : "the error (there are too few cycles to hold any out)";
     if (!chosen.is_spline()) {
       say("order {} is the lowest that {} accepts", chosen.order, judge);
       return;

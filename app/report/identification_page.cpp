@@ -8,8 +8,10 @@
 #include <string_view>
 #include <vector>
 
+#include "app/report/html_table.h"
 #include "app/report/identification_numbers.h"
 #include "app/report/identification_plots.h"
+#include "app/report/identification_structures.h"
 #include "can/counted.h"
 
 namespace hystcan::app {
@@ -42,40 +44,8 @@ h2 {{ margin-top: 1.6em; break-after: avoid; }}
 <h1>{0}</h1>
 )";
 
-std::string escaped(std::string_view text) {
-  std::string safe;
-  for (const char c : text) switch (c) {
-      case '&':
-        safe += "&amp;";
-        break;
-      case '<':
-        safe += "&lt;";
-        break;
-      case '>':
-        safe += "&gt;";
-        break;
-      case '"':
-        safe += "&quot;";
-        break;
-      default:
-        safe += c;
-    }
-  return safe;
-}
-
 std::string with_unit(const std::string& number, const std::string& unit) {
   return unit.empty() ? number : number + " " + unit;
-}
-
-std::string number_cell(const std::string& text, bool best = false) {
-  return fmt::format("<td class=\"number{}\">{}</td>", best ? " best" : "", escaped(text));
-}
-
-std::string heading_row(const std::vector<std::string>& headings) {
-  std::string row = "<tr>";
-  for (std::size_t i = 0; i < headings.size(); ++i)
-    row += fmt::format("<th{}>{}</th>", i == 0 ? "" : " class=\"number\"", escaped(headings[i]));
-  return row + "</tr>\n";
 }
 
 std::string title_of(const IdentificationReport& report) {
@@ -291,7 +261,7 @@ std::string files_of(const std::filesystem::path& directory, const Identificatio
 
 std::string page_of(const std::filesystem::path& directory, const IdentificationReport& report,
                     const WrittenReport& written) {
-  return fmt::format(head, escaped(title_of(report))) + findings_of(report, written) +
+  return fmt::format(head, escaped(title_of(report))) + findings_of(report, written) + structures_of(report) +
          comparison_of(report, written.comparison) + model_of(report.identified) + datasets_of(report) +
          pictures_of(directory, written) + files_of(directory, report);
 }

@@ -28,6 +28,11 @@ nlohmann::json json_of(const std::optional<model::Dynamics>& dynamics) {
           {"delay_s", dynamics->delay_s}};
 }
 
+nlohmann::json json_of(const std::optional<model::OutputCreep::Config>& creep) {
+  if (!creep) return {};
+  return {{"per_decade", creep->per_decade}, {"from_s", creep->from_s}, {"to_s", creep->to_s}};
+}
+
 }  // namespace
 
 using identification::ErrorNorms;
@@ -43,7 +48,7 @@ std::string identified_model_text(const Identified& identified, const std::vecto
                     identified.parameters,
                     config::IdentifiedFrom{samples, identified.delay_s, identified.overall.rms * percent,
                                            identified.overall.max * percent},
-                    identified.dynamics);
+                    identified.dynamics, identified.creep);
 }
 
 nlohmann::json identification_json(const Identified& identified, const std::vector<std::string>& findings) {
@@ -53,16 +58,20 @@ nlohmann::json identification_json(const Identified& identified, const std::vect
   };
   nlohmann::json datasets = nlohmann::json::array();
   for (std::size_t i = 0; i < identified.datasets.size(); ++i)
-    datasets.push_back({{"samples", identified.datasets[i].samples},
-                        {"cycles", identified.datasets[i].cycles},
-                        {"minor_fraction", identified.datasets[i].minor_fraction},
-                        {"noise_percent", identified.datasets[i].noise * percent},
-                        {"repeatability_percent", optional(identified.datasets[i].repeatability)},
-                        {"rms_percent", identified.misses[i].rms * percent},
-                        {"max_percent", identified.misses[i].max * percent},
-                        {"offset", identified.offsets[i]},
-                        {"gain", identified.gains[i]},
-                        {"drift", identified.drifts[i]}});
+    datasets.push_back(
+        {{"samples", identified.datasets[i].samples},
+         {"cycles", identified.datasets[i].cycles},
+         {"minor_fraction", identified.datasets[i].minor_fraction},
+         {"noise_percent", identified.datasets[i].noise * percent},
+         {"repeatability_percent", optional(identified.datasets[i].repeatability)},
+         {"rms_percent", identified.misses[i].rms * percent},
+         {"max_percent", identified.misses[i].max * percent},
+         {"left_out_rms_percent", identified.left_out.empty()
+                                      ? nlohmann::json()
+                                      : nlohmann::json(identified.left_out[i].rms() * percent)},
+         {"offset", identified.offsets[i]},
+         {"gain", identified.gains[i]},
+         {"drift", identified.drifts[i]}});
   const auto range = [](const identification::PaceRange& k) { return nlohmann::json{k.lo, k.hi}; };
   const model::Interval& thresholds = identified.parameters.input_range();
   const identification::CurveShape& shape = identified.search.shape;
@@ -81,6 +90,10 @@ nlohmann::json identification_json(const Identified& identified, const std::vect
                                 ? nlohmann::json{identified.delay_range->lo_s, identified.delay_range->hi_s}
                                 : nlohmann::json()},
           {"dynamics", json_of(identified.dynamics)},
+          {"creep", json_of(identified.creep)},
+          {"creep_range", identified.creep_range
+                              ? nlohmann::json{identified.creep_range->lo, identified.creep_range->hi}
+                              : nlohmann::json()},
           {"output_span", identified.output_span},
           {"rms_percent", identified.overall.rms * percent},
           {"max_percent", identified.overall.max * percent},
