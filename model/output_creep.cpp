@@ -17,7 +17,7 @@ std::size_t lags_of(const OutputCreep::Config& config) {
   if (!std::isfinite(from_s) || from_s <= 0.0)
     refuse("creep from_s = ", from_s, ", expected a positive number");
   if (!std::isfinite(to_s) || to_s < from_s)
-    refuse("creep to_s = ", to_s, ", expected at least from_s = ", from_s);
+    refuse("creep to_s = ", to_s, ", expected a finite number, at least from_s = ", from_s);
   const double lags = 1.0 + std::round(lags_per_decade * std::log10(to_s / from_s));
   if (lags > static_cast<double>(OutputCreep::most_lags))
     refuse("creep from_s = ", from_s, " to to_s = ", to_s, " makes ", lags, " lags, expected at most ",

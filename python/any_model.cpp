@@ -45,13 +45,18 @@ Pass pass_of(const model::Simulation<Model>& simulation, std::vector<double> val
 
 }  // namespace
 
-Memory::Memory(SharedModel model) : model_(std::move(model)), state_(at_rest(*model_)) {}
+Memory::Memory(SharedModel model, const Creep& creep) : model_(std::move(model)), state_(at_rest(*model_)) {
+  if (creep) creep_.emplace(model::OutputCreep(*creep));
+}
 
-Memory Memory::load(SharedModel model, const std::filesystem::path& file) {
-  Memory memory(std::move(model));
+Memory Memory::load(SharedModel model, const Creep& creep, const std::filesystem::path& file) {
+  Memory memory(std::move(model), creep);
   memory.state_ =
       std::visit([&](const auto& each) -> AnyState { return config::load_memory(file, each, capacity); },
                  *memory.model_);
+  const model::OutputCreep law(creep);
+  const auto start = config::load_creep_memory(file, law, memory.output());
+  if (creep) memory.creep_.emplace(law, start);
   return memory;
 }
 
@@ -59,12 +64,22 @@ double Memory::input() const {
   return std::visit([](const auto& state) { return state.input; }, state_);
 }
 
+double Memory::shown(double h) const {
+  return creep_ && creep_->state() ? creep_->creep().output(creep_->state()->creep, h) : h;
+}
+
 double Memory::output() const {
-  return std::visit([](const auto& state) { return state.output; }, state_);
+  return shown(std::visit([](const auto& state) { return state.output; }, state_));
+}
+
+std::optional<double> Memory::time_s() const {
+  return creep_ && creep_->state() ? creep_->state()->time_s : std::nullopt;
 }
 
 model::Interval Memory::reachable() const {
-  return with(*model_, state_, [](const auto& model, const auto& state) { return model.reachable(state); });
+  const model::Interval h =
+      with(*model_, state_, [](const auto& model, const auto& state) { return model.reachable(state); });
+  return {shown(h.lo), shown(h.hi)};
 }
 
 std::vector<double> Memory::turning_inputs() const {
@@ -79,21 +94,18 @@ std::string Memory::text() const {
   return with(*model_, state_, [&](const auto& model, const auto& state) {
     std::string_view text;
     while ((text = model.save(state, buffer)).empty()) buffer.resize(2 * buffer.size());
-    return std::string(text);
+    return std::string(text) +
+           (creep_ && creep_->state() ? config::creep_memory_text(*creep_->state()) : std::string());
   });
 }
 
-double Memory::step(double input) {
-  return with(*model_, state_,
-              [&](const auto& model, auto& state) { return model.advance(state, input).value; });
-}
-
-Pass Memory::simulate(std::span<const double> inputs) {
+Pass Memory::simulate(std::span<const double> inputs, std::span<const double> time_s) {
   return with(*model_, state_, [&](const auto& model, auto& state) {
     Pass pass{std::vector<double>(inputs.size())};
     for (std::size_t i = 0; i < inputs.size(); ++i) {
+      if (creep_) creep_->hold_until(time_s[i]);
       const model::Prediction step = model.advance(state, inputs[i]);
-      pass.values[i] = state.output;
+      pass.values[i] = creep_ ? creep_->follow(state.output) : state.output;
       pass.saturated += step.saturated ? 1 : 0;
       pass.not_increasing += step.increasing ? 0 : 1;
     }
@@ -101,11 +113,16 @@ Pass Memory::simulate(std::span<const double> inputs) {
   });
 }
 
-Pass Memory::inverse(std::span<const double> outputs, double drive_sign) {
+Pass Memory::inverse(std::span<const double> outputs, std::span<const double> time_s, double drive_sign) {
   return with(*model_, state_, [&](const auto& model, auto& state) {
     model::Simulation simulation(model, state, drive_sign);
     std::vector<double> inputs(outputs.size());
-    for (std::size_t i = 0; i < outputs.size(); ++i) inputs[i] = simulation.follow_output(outputs[i]).input;
+    for (std::size_t i = 0; i < outputs.size(); ++i) {
+      if (creep_) creep_->hold_until(time_s[i]);
+      const model::Row row = simulation.follow_output(creep_ ? creep_->inverse(outputs[i]) : outputs[i]);
+      if (creep_) creep_->follow(row.output);
+      inputs[i] = row.input;
+    }
     state = simulation.state();
     return pass_of(simulation, std::move(inputs));
   });

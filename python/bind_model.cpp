@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "app/io/output_file.h"
@@ -30,40 +31,71 @@ void warn_of(const Pass& pass, const char* what, const Model& model) {
     throw py::error_already_set();
 }
 
-/// Runs `work` on the memory given, which it advances, or on a new one.
+using Times = std::optional<Array>;
+
+/// The times of `size` rows from this memory on; none if they are left out, which a model without creep allows.
+std::span<const double> times_of(const Model& model, const Memory& memory, const Times& t, std::size_t size) {
+  if (!t && model.lag.creep)
+    throw py::value_error(model.name +
+                          ": has creep, expected the times t; quasi_static() is the model without it");
+  if (!t) return {};
+  const auto times = column(*t, "t");
+  if (times.size() != size)
+    throw py::value_error(fmt::format("t has {} values, expected {}, one for each row", times.size(), size));
+  std::optional<double> before_s = memory.time_s();
+  for (std::size_t i = 0; i < size; ++i) {
+    if (before_s && !(times[i] > *before_s))
+      throw py::value_error(
+          fmt::format("t[{}] is {} after {}, expected time to increase", i, times[i], *before_s));
+    before_s = times[i];
+  }
+  return times;
+}
+
+/// Runs `work(memory, times)` on the memory given, which it advances, or on a new one.
 template <class Work>
-py::array_t<double> run(const Model& model, Memory* memory, const char* what, Work work) {
+py::array_t<double> run(const Model& model, Memory* memory, const Times& t, const char* what,
+                        std::size_t size, Work work) {
   if (memory != nullptr && memory->model() != model.model)
     throw py::value_error("the memory belongs to another model, expected one of this model");
   std::optional<Memory> fresh;
-  Memory& state = memory != nullptr ? *memory : fresh.emplace(model.model);
+  Memory& state = memory != nullptr ? *memory : fresh.emplace(model.memory());
+  const auto times = times_of(model, state, t, size);
   Pass pass;
   {
     const Unlocked unlocked;
-    pass = work(state);
+    pass = work(state, times);
   }
   warn_of(pass, what, model);
   return array_of(std::move(pass.values));
 }
 
-py::array_t<double> simulate(const Model& model, const Array& u, Memory* memory) {
+py::array_t<double> simulate(const Model& model, const Array& u, Memory* memory, const Times& t) {
   const auto inputs = column(u, "u");
-  return run(model, memory, "inputs", [&](Memory& state) { return state.simulate(inputs); });
+  return run(model, memory, t, "inputs", inputs.size(),
+             [&](Memory& state, std::span<const double> times) { return state.simulate(inputs, times); });
 }
 
-py::array_t<double> inverse(const Model& model, const Array& y, Memory* memory, bool negative_drive) {
+py::array_t<double> inverse(const Model& model, const Array& y, Memory* memory, const Times& t,
+                            bool negative_drive) {
   const auto outputs = column(y, "y");
   if (negative_drive && !model.is_even())
     throw py::value_error(model.name + ": symmetry is \"none\", expected \"even\" with negative_drive");
-  return run(model, memory, "outputs",
-             [&](Memory& state) { return state.inverse(outputs, negative_drive ? -1.0 : 1.0); });
+  return run(model, memory, t, "outputs", outputs.size(), [&](Memory& state, std::span<const double> times) {
+    return state.inverse(outputs, times, negative_drive ? -1.0 : 1.0);
+  });
 }
 
 std::pair<double, double> pair_of(const model::Interval& interval) { return {interval.lo, interval.hi}; }
 
-double step_memory(Memory& memory, double u) {
+double step_memory(Memory& memory, double u, const std::optional<double>& t) {
   if (!std::isfinite(u)) throw py::value_error(fmt::format("u is {}, expected a finite number", u));
-  return memory.step(u);
+  if (!t && memory.creeps()) throw py::value_error("the model has creep, expected the time t of the input");
+  const double time_s = t.value_or(0.0);
+  if (!std::isfinite(time_s)) throw py::value_error(fmt::format("t is {}, expected a finite number", time_s));
+  if (const auto before_s = memory.time_s(); before_s && !(time_s > *before_s))
+    throw py::value_error(fmt::format("t is {} after {}, expected time to increase", time_s, *before_s));
+  return memory.simulate({&u, 1}, {&time_s, 1}).values[0];
 }
 
 void save_memory(const Memory& memory, const std::filesystem::path& path) {
@@ -83,10 +115,11 @@ A copy is independent: try something on it, and go on from the original.
 array([80.])
 )");
   forbid_new(type, "a Memory comes from Model.memory() or Model.load_memory()");
-  type.def("step", &step_memory, py::arg("u"),
+  type.def("step", &step_memory, py::arg("u"), py::arg("t") = py::none(),
            R"(Apply one input, in input units, and return the output, in output units.
 
-Raises ValueError if `u` is not finite. An input beyond the thresholds is limited to them.
+t: the time of the input in seconds, which a model with creep needs; it increases.
+Raises ValueError if `u` or `t` is not finite. An input beyond the thresholds is limited to them.
 
 >>> import hystcan
 >>> memory = hystcan.Model.load(hystcan.shipped("piezo.model.toml")).memory()
@@ -104,6 +137,8 @@ Raises OSError if the file cannot be written.
 )")
       .def_property_readonly("input", &Memory::input, "The present input, in input units.")
       .def_property_readonly("output", &Memory::output, "The present output, in output units.")
+      .def_property_readonly("time_s", &Memory::time_s,
+                             "The time of the last input, if the model has creep; else None.")
       .def_property_readonly(
           "turning_inputs", [](const Memory& memory) { return array_of(memory.turning_inputs()); },
           "Inputs at the remembered turning points, oldest first; shape (n,). Empty for play operators.");
@@ -133,12 +168,15 @@ Raises Error, with the place in the file, if it is no model file.
 >>> hystcan.Model.load(hystcan.shipped("piezo.model.toml")).kind
 'recursive-memory'
 )")
-      .def("simulate", &simulate, py::arg("u"), py::arg("memory") = py::none(),
+      .def("simulate", &simulate, py::arg("u"), py::arg("memory") = py::none(), py::kw_only(),
+           py::arg("t") = py::none(),
            R"(Return the outputs of the inputs u, shape (n,), in output units.
 
 memory: where the actuator is at the beginning; it is advanced to the end. Without it, the actuator begins on the
 ascending reference curve at the lower threshold.
-Raises ValueError if u is not one-dimensional or not finite. Warns if inputs lie beyond the thresholds.
+t: the times of the inputs in seconds, which a model with creep needs. Each input is held until the next time. The creep
+begins settled at the first row, or as the memory has it.
+Raises ValueError if u is not one-dimensional or not finite, or if t does not increase. Warns if inputs lie beyond the thresholds.
 
 >>> import hystcan
 >>> model = hystcan.Model.load(hystcan.shipped("piezo.model.toml"))
@@ -146,11 +184,11 @@ Raises ValueError if u is not one-dimensional or not finite. Warns if inputs lie
 array([13.35, 17.85])
 )")
       .def("inverse", &inverse, py::arg("y"), py::arg("memory") = py::none(), py::kw_only(),
-           py::arg("negative_drive") = false,
+           py::arg("t") = py::none(), py::arg("negative_drive") = false,
            R"(Return the inputs that give the outputs y, shape (n,), in input units.
 
-memory: as in simulate. negative_drive: the negative one of the two inputs of an even model.
-Raises ValueError if y is not one-dimensional or not finite. Warns if outputs are out of reach.
+memory, t: as in simulate. negative_drive: the negative one of the two inputs of an even model.
+Raises ValueError if y is not one-dimensional or not finite, or if t does not increase. Warns if outputs are out of reach.
 
 >>> import hystcan
 >>> model = hystcan.Model.load(hystcan.shipped("piezo.model.toml"))
@@ -160,10 +198,10 @@ array([10., 20., 15.])
       .def(
           "output_range",
           [](const Model& model, const Memory* memory) {
-            return pair_of(memory != nullptr ? memory->reachable() : Memory(model.model).reachable());
+            return pair_of(memory != nullptr ? memory->reachable() : model.memory().reachable());
           },
           py::arg("memory") = py::none(),
-          R"(Return the outputs (lowest, highest) within reach from this memory.
+          R"(Return the outputs (lowest, highest) within reach from this memory, at once.
 
 >>> import hystcan
 >>> lowest, highest = hystcan.Model.load(hystcan.shipped("piezo.model.toml")).output_range()
@@ -171,18 +209,20 @@ array([10., 20., 15.])
 30.0
 )")
       .def(
-          "memory", [](const Model& model) { return Memory(model.model); },
+          "memory", [](const Model& model) { return model.memory(); },
           "Return a new Memory, on the ascending reference curve at the lower threshold.")
       .def(
           "load_memory",
           [](const Model& model, const std::filesystem::path& path) {
-            return Memory::load(model.model, path);
+            return Memory::load(model.model, model.lag.creep, path);
           },
           py::arg("path"),
           R"(Read a memory that was saved, by Memory.save or `hystcan simulate --save-memory`.
 
 Raises Error, with the place in the file, also if the memory belongs to another model.
 )")
+      .def("quasi_static", &Model::quasi_static,
+           "Return the hysteresis alone: a copy without creep and dynamics, which needs no times.")
       .def_property_readonly("kind", &Model::kind, "As in the model file: \"recursive-memory\", ...")
       .def_property_readonly(
           "input_range", [](const Model& model) { return pair_of(model.input_range()); },
@@ -203,6 +243,17 @@ Raises Error, with the place in the file, also if the memory belongs to another 
             return dynamics;
           },
           "The mode and the delay behind the hysteresis, [dynamics] of the model file: a dict, or None.")
+      .def_property_readonly(
+          "creep",
+          [](const Model& model) -> py::object {
+            if (!model.lag.creep) return py::none();
+            py::dict creep;
+            creep["per_decade"] = model.lag.creep->per_decade;
+            creep["from_s"] = model.lag.creep->from_s;
+            creep["to_s"] = model.lag.creep->to_s;
+            return creep;
+          },
+          "The creep behind the hysteresis, [creep] of the model file: a dict, or None.")
       .def("__repr__", [](const Model& model) {
         const model::Interval range = model.input_range();
         return fmt::format("<hystcan.Model {} {}, {:g} to {:g} {}>", model.name, model.kind(), range.lo,

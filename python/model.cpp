@@ -22,8 +22,15 @@ Model Model::load(const std::filesystem::path& file, bool beyond_limit) {
         model.output_unit = each.parameters().output_unit;
       },
       *model.model);
-  if (std::holds_alternative<model::Hysteresis>(*model.model)) model.lag = config::load_lag(file);
+  model.lag = config::load_lag(file);
   return model;
+}
+
+Model Model::quasi_static() const {
+  Model alone = *this;
+  alone.model = std::make_shared<const model::AnyModel>(*model);  // its memories are others
+  alone.lag = {.delay_s = lag.delay_s};
+  return alone;
 }
 
 std::string Model::kind() const {

@@ -12,6 +12,10 @@ class Model {
  public:
   static Model load(const std::filesystem::path& file, bool beyond_limit);
 
+  /// The hysteresis alone, with its delay.
+  Model quasi_static() const;
+  Memory memory() const { return {model, lag.creep}; }
+
   std::string kind() const;
   model::Interval input_range() const;
   bool is_even() const;

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -12,6 +11,7 @@
 #include <vector>
 
 #include "app/commands/commands.h"
+#include "app/commands/simulated_stage.h"
 #include "app/io/dataset_input.h"
 #include "app/io/output_file.h"
 #include "app/io/pipeline.h"
@@ -21,7 +21,6 @@
 #include "app/live/stop_signal.h"
 #include "can/counted.h"
 #include "config/files/model_file.h"
-#include "model/dynamics.h"
 #include "model/simulation.h"
 
 namespace hystcan::app {
@@ -38,6 +37,7 @@ struct SimulateArguments {
   bool inverse = false;
   bool negative_drive = false;
   bool beyond_limit = false;
+  bool quasi_static = false;
   bool dynamics = false;
   bool overwrite = false;
 };
@@ -67,78 +67,48 @@ typename Model::State start(const SimulateArguments& options, const Model& model
 }
 
 template <class Model>
-void compute(model::Simulation<Model>& simulation, bool inverse, SampleBlock& block) {
+model::Row follow(model::Simulation<Model>& simulation, bool inverse, double given) {
+  return inverse ? simulation.follow_output(given) : simulation.follow_input(given);
+}
+
+template <class Model>
+model::Row follow(model::Simulation<Model>& simulation, SimulatedCreep& creep, bool inverse, double time_s,
+                  double given) {
+  creep.hold_until(time_s);
+  model::Row row = follow(simulation, inverse, inverse ? creep.inverse(given) : given);
+  row.output = creep.follow(row.output);
+  return row;
+}
+
+template <class Model>
+void compute(model::Simulation<Model>& simulation, std::optional<SimulatedCreep>& creep, bool inverse,
+             SampleBlock& block) {
   block.input.resize(block.given.size());
   block.output.resize(block.given.size());
   for (std::size_t i = 0; i < block.given.size(); ++i) {
-    const model::Row row =
-        inverse ? simulation.follow_output(block.given[i]) : simulation.follow_input(block.given[i]);
+    const model::Row row = creep ? follow(simulation, *creep, inverse, block.time_s[i], block.given[i])
+                                 : follow(simulation, inverse, block.given[i]);
     block.input[i] = row.input;
     block.output[i] = row.output;
   }
 }
 
-/// The positions of a stage whose model file has [dynamics], at an even rate.
-class Stage {
- public:
-  explicit Stage(const SimulateArguments& options)
-      : input_(options.input), dynamics_(config::load_dynamics(options.model)) {
-    if (!dynamics_)
-      throw config::Error(
-          fmt::format("{}: has no [dynamics], expected that table with --dynamics; `hystcan identify "
-                      "--dynamics` finds it",
-                      options.model.string()));
-  }
-
-  void move(SampleBlock& block) {
-    for (std::size_t i = 0; i < block.output.size(); ++i, ++row_)
-      block.output[i] = next(block.time_s[i], block.output[i]);
-  }
-
- private:
-  // The cycle is known with the second row. At the first one the stage is at rest.
-  double next(double time_s, double quasi_static) {
-    if (row_ == 0) {
-      first_ = quasi_static;
-      before_s_ = time_s;
-      return quasi_static;
-    }
-    const double step_s = time_s - before_s_;
-    before_s_ = time_s;
-    if (!output_) {
-      if (!(step_s > 0.0)) refuse(step_s, "a positive step");
-      cycle_s_ = step_s;
-      output_.emplace(*dynamics_, cycle_s_, first_);
-      output_->advance(first_);
-    }
-    if (!(std::abs(step_s - cycle_s_) <= 0.01 * cycle_s_))
-      refuse(step_s, fmt::format("{:g} s within 1 %", cycle_s_));
-    return output_->advance(quasi_static);
-  }
-  [[noreturn]] void refuse(double step_s, const std::string& expected) const {
-    throw config::Error(
-        fmt::format("{}: row {} is {:g} s after the row before, expected {}: --dynamics needs an even rate",
-                    input_.string(), row_ + 1, step_s, expected));
-  }
-
-  std::filesystem::path input_;
-  std::optional<model::Dynamics> dynamics_;
-  std::optional<model::DynamicOutput> output_;
-  std::uint64_t row_ = 0;
-  double first_ = 0.0, before_s_ = 0.0, cycle_s_ = 0.0;
-};
-
-/// In constant memory.
+/// In constant memory. Returns the creep after the last row, if there is one.
 template <class Model>
-void run(const SimulateArguments& options, model::Simulation<Model>& simulation, RowOutput& out) {
+std::optional<SimulatedCreep> run(const SimulateArguments& options, model::Simulation<Model>& simulation,
+                                  RowOutput& out) {
   const std::unique_ptr<RowInput> rows = open_rows(options.input, options.inverse ? "output" : "input");
   const auto& parameters = simulation.model().parameters();
   require_unit(options.input, options.inverse ? "output_unit" : "input_unit", rows->unit(),
                options.inverse ? parameters.output_unit : parameters.input_unit, ", the model's");
   Progress progress("simulating", rows->size());
   std::uint64_t count = 0;
-  std::optional<Stage> stage;
-  if (options.dynamics) stage.emplace(options);
+  std::optional<SimulatedCreep> creep;
+  if (!options.quasi_static)
+    creep = SimulatedCreep::load({options.model, options.input, options.memory}, simulation.state().output,
+                                 *rows);
+  std::optional<SimulatedMode> mode;
+  if (options.dynamics) mode.emplace(options.model, options.input);
   run_pipeline<SampleBlock>(
       [&](SampleBlock& block) {
         if (stop_signalled != 0)
@@ -149,31 +119,36 @@ void run(const SimulateArguments& options, model::Simulation<Model>& simulation,
         return is_one;
       },
       [&](SampleBlock& block) {
-        compute(simulation, options.inverse, block);
-        if (stage) stage->move(block);
+        compute(simulation, creep, options.inverse, block);
+        if (mode) mode->move(block);
       },
       [&](const SampleBlock& block) { out.write(block); });
   if (count == 0)
     throw config::Error(fmt::format("{}: has no rows, expected at least one", options.input.string()));
+  return creep;
 }
 
 template <class Model>
-void save(OutputFile& out, const model::Simulation<Model>& simulation) {
+void save(OutputFile& out, const model::Simulation<Model>& simulation,
+          const std::optional<SimulatedCreep>& creep) {
   std::vector<char> buffer(4096);
   std::string_view text;
   while ((text = simulation.model().save(simulation.state(), buffer)).empty())
     buffer.resize(2 * buffer.size());
   out.write(text);
+  if (creep) out.write(creep->memory_text());
   out.commit();
 }
 
 template <class Model>
-void report_simulation(const SimulateArguments& options, const model::Simulation<Model>& simulation) {
+void report_simulation(const SimulateArguments& options, const model::Simulation<Model>& simulation,
+                       const std::optional<SimulatedCreep>& creep) {
   const model::Tally& tally = simulation.tally();
   const model::Interval& range = simulation.model().input_range();
   note("{}: {}, {} of them limited to the thresholds {} and {} {}\n", options.output.string(),
        can::counted(tally.rows, "row"), tally.saturated, range.lo, range.hi,
        simulation.model().parameters().input_unit);
+  if (creep) note("with {}, of the model file\n", creep->text());
   if (tally.not_increasing > 0)
     note("{} on a branch that is not increasing: its inverse is not valid there\n",
          can::counted(tally.not_increasing, "row"));
@@ -193,10 +168,10 @@ void simulate(const SimulateArguments& options, const Model& model) {
   const auto out = make_rows(options.output, {parameters.input_unit, parameters.output_unit});
   std::optional<OutputFile> memory;
   if (!options.save_memory.empty()) memory.emplace(options.save_memory);
-  run(options, simulation, *out);
+  const std::optional<SimulatedCreep> creep = run(options, simulation, *out);
   out->commit();
-  if (memory) save(*memory, simulation);
-  report_simulation(options, simulation);
+  if (memory) save(*memory, simulation, creep);
+  report_simulation(options, simulation, creep);
 }
 
 int simulate(const SimulateArguments& options) {
@@ -234,10 +209,14 @@ void add_simulate(CLI::App& cli, int& status) {
                       "write the final memory, from which a next run can continue");
   CLI::Option* inverse =
       command->add_flag("--inverse", options->inverse, "compute the input that gives each output");
+  CLI::Option* dynamics = command
+                              ->add_flag("--dynamics", options->dynamics,
+                                         "the position of the stage, with [dynamics] of the model file")
+                              ->excludes(inverse);
   command
-      ->add_flag("--dynamics", options->dynamics,
-                 "the position of the stage, with [dynamics] of the model file")
-      ->excludes(inverse);
+      ->add_flag("--quasi-static", options->quasi_static,
+                 "the hysteresis alone, without [creep] of the model file")
+      ->excludes(dynamics);
   command
       ->add_flag("--negative-drive", options->negative_drive,
                  "use the negative one of the two inputs of an even model")

@@ -41,12 +41,16 @@ struct ValidateArguments {
 
 ValidationOptions asked_for(const ValidateArguments& options, const model::Hysteresis& model) {
   identification::Lag lag = config::load_lag(options.model);
-  if (options.quasi_static) lag.dynamics.reset();
+  if (options.quasi_static) lag = {.delay_s = lag.delay_s};
   if (options.delay_s) lag.set_delay(*options.delay_s);
   ValidationOptions asked{
       .lag = lag, .estimate_s = options.estimate_s, .estimates_offset = !options.no_offset, .memory = {}};
-  if (!options.memory.empty())
-    asked.memory = config::load_memory(options.memory, model, model::Hysteresis::default_capacity);
+  if (options.memory.empty()) return asked;
+  asked.memory = config::load_memory(options.memory, model, model::Hysteresis::default_capacity);
+  const model::OutputCreep creep(lag.creep);
+  if (!options.quasi_static && config::load_creep_memory(options.memory, creep, asked.memory->output))
+    note("{}: its creep is left out, the creep begins settled at the first sample\n",
+         options.memory.string());
   return asked;
 }
 
@@ -98,6 +102,7 @@ void report_prediction(const ValidateArguments& options, const Dataset& dataset,
   if (outcome.lag.dynamics)
     print("with the mode at {:.5g} Hz, damping ratio {:.3g}, of the model file\n",
           outcome.lag.dynamics->mode.natural_frequency_Hz, outcome.lag.dynamics->mode.damping_ratio);
+  if (outcome.lag.creep) print("with {}, of the model file\n", creep_text(*outcome.lag.creep));
   if (rest)
     print("with these: {:.3g} % RMS, {:.3g} % at most\n", outcome.all.rms * percent,
           outcome.all.max * percent);
@@ -144,7 +149,8 @@ void add_validate(CLI::App& cli, int& status) {
   command
       ->add_option("--delay", options->delay_s, "delay of the output in seconds, instead of the model file's")
       ->check(not_negative_number());
-  command->add_flag("--quasi-static", options->quasi_static, "leave out [dynamics] of the model file");
+  command->add_flag("--quasi-static", options->quasi_static,
+                    "the hysteresis alone, without [creep] and [dynamics] of the model file");
   command->add_flag("--no-offset", options->no_offset, "do not estimate an output offset")->excludes(memory);
   command->add_option("--output", options->output, "write time_s,input,output,predicted (CSV)");
   add_interval_options(*command, options->input);

@@ -51,6 +51,7 @@ class CsvRows final : public RowInput {
     return !block.given.empty();
   }
   std::string unit() const override { return unit_; }
+  bool timed() const override { return timed_; }
   std::uint64_t done() const override { return reader_.bytes_read(); }
   std::uint64_t size() const override { return size_; }
 
@@ -109,6 +110,7 @@ class Hdf5Rows final : public RowInput {
     return true;
   }
   std::string unit() const override { return reader_->text(column_, "unit").value_or(""); }
+  bool timed() const override { return timed_; }
   std::uint64_t done() const override { return read_; }
   std::uint64_t size() const override { return rows_; }
 

@@ -28,6 +28,8 @@ class RowInput {
   virtual bool next(SampleBlock& block) = 0;
   /// That the file states for its column; empty: none.
   virtual std::string unit() const = 0;
+  /// The file has the column time_s.
+  virtual bool timed() const = 0;
   /// What was read of `size()`, for a progress bar.
   virtual std::uint64_t done() const = 0;
   virtual std::uint64_t size() const = 0;  ///< 0: unknown

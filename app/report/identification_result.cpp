@@ -21,6 +21,15 @@ std::size_t samples_until(const identification::Dataset& dataset, const std::opt
   return samples;
 }
 
+std::string time_text(double s) {
+  return s < 1.0 ? fmt::format("{:.3g} ms", 1e3 * s) : fmt::format("{:.3g} s", s);
+}
+
+nlohmann::json json_of(const std::optional<model::OutputCreep::Config>& creep) {
+  if (!creep) return {};
+  return {{"per_decade", creep->per_decade}, {"from_s", creep->from_s}, {"to_s", creep->to_s}};
+}
+
 nlohmann::json json_of(const std::optional<model::Dynamics>& dynamics) {
   if (!dynamics) return {};
   return {{"resonance_Hz", dynamics->mode.natural_frequency_Hz},
@@ -103,6 +112,11 @@ nlohmann::json identification_json(const Identified& identified, const std::vect
           {"findings", findings}};
 }
 
+std::string creep_text(const model::OutputCreep::Config& creep) {
+  return fmt::format("creep of {:.3g} % a decade from {} to {}", 100.0 * creep.per_decade,
+                     time_text(creep.from_s), time_text(creep.to_s));
+}
+
 Validation validate(const model::Hysteresis& model, const identification::Dataset& given,
                     ValidationOptions options) {
   const identification::Dataset dataset = model.symmetry() == model::Symmetry::even ? folded(given) : given;
@@ -148,6 +162,7 @@ nlohmann::json validation_json(const Validation& validation) {
           {"offset", validation.start.offset},
           {"delay_s", validation.lag.delay_s},
           {"dynamics", json_of(validation.lag.dynamics)},
+          {"creep", json_of(validation.lag.creep)},
           {"output_span", validation.output_span},
           {"samples_outside_thresholds", validation.outside}};
 }

@@ -29,6 +29,9 @@ struct ValidationOptions {
   std::optional<model::HysteresisState> memory;  ///< at the first sample, instead of an estimate
 };
 
+/// "creep of 2.3 % a decade from 10 ms to 3 s".
+std::string creep_text(const model::OutputCreep::Config& creep);
+
 /// How a model predicts a dataset.
 struct Validation {
   identification::MemoryEstimate start;

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -18,8 +20,7 @@ struct Contents {
   std::optional<StopFile> stop{};
 };
 
-template <class Model>
-Contents read(const Document& document, const Model& model) {
+Contents read(const Document& document) {
   Contents raw;
   const auto plain = [](Reader& sub, auto& value) { visit(sub, value); };
   Reader reader(document, document.root(), "");
@@ -28,6 +29,12 @@ Contents read(const Document& document, const Model& model) {
   reader.optional_table("correction", raw.correction, plain);
   reader.optional_list("learning", raw.learnt, plain);
   reader.finish();
+  return raw;
+}
+
+template <class Model>
+Contents read(const Document& document, const Model& model) {
+  Contents raw = read(document);
   const MemoryFile& memory = raw.memory;
   if (memory.kind != model.kind())
     document.fail_at("memory.kind", fmt::format("kind is \"{}\", expected \"{}\" as of the model",
@@ -86,6 +93,8 @@ SavedState load_state(const std::filesystem::path& file, const model::Hysteresis
     if (!document.root().contains(table))
       document.fail_at(
           "", fmt::format("missing table [{}], expected a whole file that a controller has saved", table));
+  if (document.root().at_path("memory.creep"))
+    document.fail_at("memory.creep", "creep stands in a state file, expected it in a memory file only");
   Contents raw = read(document, model);
   std::vector<std::vector<double>> learnt;
   for (LearntFile& segment : raw.learnt) learnt.push_back(std::move(segment.correction_um));
@@ -103,6 +112,31 @@ model::PlayState load_memory(const std::filesystem::path& file, const model::Pra
   } catch (const std::invalid_argument& error) {
     document.fail_at("memory.plays", error.what());
   }
+}
+
+std::optional<model::HeldCreep::State> load_creep_memory(const std::filesystem::path& file,
+                                                         const model::OutputCreep& creep, double h) {
+  const Document document(file, {}, largest_model_file);
+  const MemoryFile raw = read(document).memory;
+  const bool has_time = static_cast<bool>(document.root().at_path("memory.time_s"));
+  if (!document.root().at_path("memory.creep")) {
+    if (has_time) document.fail_at("memory.time_s", "time_s stands without creep, expected both");
+    return std::nullopt;
+  }
+  if (creep.lags() == 0)
+    document.fail_at("memory.creep", "creep stands in the memory of a model without [creep], expected none");
+  if (raw.creep.size() != creep.lags())
+    document.fail_at("memory.creep",
+                     fmt::format("creep has {} values, expected {}: the lags of the model's [creep]",
+                                 raw.creep.size(), creep.lags()));
+  return model::HeldCreep::State{
+      .creep = {raw.creep}, .h = h, .time_s = has_time ? std::optional(raw.time_s) : std::nullopt};
+}
+
+std::string creep_memory_text(const model::HeldCreep::State& state) {
+  std::string text = fmt::format("creep = [{}]\n", fmt::join(state.creep.late, ", "));
+  if (state.time_s) text += fmt::format("time_s = {}\n", *state.time_s);
+  return text;
 }
 
 }  // namespace hystcan::config

@@ -3,11 +3,13 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 
 #include "controller/control/adaptation.h"
 #include "identification/prediction.h"
 #include "model/any_model.h"
 #include "model/dynamics.h"
+#include "model/held_creep.h"
 #include "model/output_creep.h"
 
 namespace hystcan::config {
@@ -67,5 +69,12 @@ SavedState load_state(const std::filesystem::path& file, const model::Hysteresis
 
 model::PlayState load_memory(const std::filesystem::path& file, const model::PrandtlIshlinskii& model,
                              std::size_t capacity);
+
+/// The creep of a memory file of any kind, where `h` is the output of its memory; none if it has no creep. Throws Error,
+/// also if it is that of another number of lags.
+std::optional<model::HeldCreep::State> load_creep_memory(const std::filesystem::path& file,
+                                                         const model::OutputCreep& creep, double h);
+/// The lines that load_creep_memory() reads, to the bit. They belong at the end of [memory].
+std::string creep_memory_text(const model::HeldCreep::State& state);
 
 }  // namespace hystcan::config

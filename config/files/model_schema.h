@@ -142,6 +142,8 @@ struct MemoryFile {
   double output = 0.0;
   std::uint64_t merged = 0;
   std::vector<double> plays;
+  std::vector<double> creep;
+  double time_s = 0.0;
 };
 
 template <class V>
@@ -150,6 +152,8 @@ void visit(V& v, MemoryFile& m) {
   v.optional("model", m.model);
   v.required("input", m.input);
   v.optional("output", m.output);
+  v.numbers("creep", m.creep);
+  v.optional("time_s", m.time_s);
   if (m.kind == model::PrandtlIshlinskii::kind()) {
     v.required("plays", m.plays);
     return;

@@ -1,5 +1,5 @@
-// For any bytes, load_memory either refuses them with their place, or returns a state from which the model
-// goes on.
+// For any bytes, load_memory and load_creep_memory either refuse them with their place, or return a state
+// from which the model goes on.
 #include <cmath>
 
 #include "config/files/model_file.h"
@@ -31,6 +31,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   fuzz::read_or_refuse(file, [&] {
     model::PlayState state = config::load_memory(file.path(), plays, 16);
     fuzz::demand(std::isfinite(plays.advance(state, 50.0).value));
+  });
+  fuzz::read_or_refuse(file, [&] {
+    const model::OutputCreep creep({.per_decade = 0.02});
+    const auto state = config::load_creep_memory(file.path(), creep, 10.0);
+    fuzz::demand(!state || state->creep.late.size() == creep.lags());
   });
   return 0;
 }

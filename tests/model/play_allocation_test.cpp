@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "model/creep.h"
+#include "model/held_creep.h"
 #include "model/prandtl_ishlinskii.h"
 #include "tests/support/count_allocations.h"
 
@@ -41,6 +42,20 @@ TEST(PlayAllocation, NeverHappensInAStepOfCreep) {
   const std::uint64_t before = support::allocations_so_far();
   double sum = 0.0;
   for (const double u : {1.0, 100.0, 30.0}) sum += step(state, u);
+  const std::uint64_t after = support::allocations_so_far();
+  EXPECT_EQ(after, before);
+  EXPECT_GT(sum, 0.0);
+}
+
+TEST(PlayAllocation, NeverHappensInARowOfCreepBehindTheHysteresisAfterTheFirst) {
+  HeldCreep creep{OutputCreep({.per_decade = 0.02})};
+  creep.follow(1.0);
+  const std::uint64_t before = support::allocations_so_far();
+  double sum = 0.0;
+  for (const double time_s : {1.0, 3.0, 3.5}) {
+    creep.hold_until(time_s);
+    sum += creep.follow(creep.inverse(10.0 * time_s));
+  }
   const std::uint64_t after = support::allocations_so_far();
   EXPECT_EQ(after, before);
   EXPECT_GT(sum, 0.0);

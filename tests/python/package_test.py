@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import tomllib
 import unittest
 import warnings
 
@@ -98,6 +99,70 @@ class Models(Scratch):
             model.simulate([1.0], hystcan.Model.load(MODEL).memory())
         with self.assertRaisesRegex(hystcan.Error, "none.toml: cannot be read"):
             hystcan.Model.load(self.folder / "none.toml")
+
+    def test_creep_gives_the_bits_of_the_command(self):
+        model, t, u = self.creeping_model()
+        self.assertEqual(model.creep, {"per_decade": 0.023, "from_s": 0.01, "to_s": 3.0})
+        self.write("in.csv", "time_s,input", t, u)
+        self.hystcan("simulate", "stage.toml", "--input", "in.csv", "--output", "out.csv", "--save-memory", "end.toml")
+        memory = model.memory()
+        y = model.simulate(u, memory, t=t)
+        numpy.testing.assert_array_equal(y, self.columns("out.csv")[2])
+        self.assertEqual((memory.output, memory.time_s), (y[-1], t[-1]))
+        memory.save(self.folder / "again.toml")
+        self.assertEqual(tomllib.loads((self.folder / "again.toml").read_text()),
+                         tomllib.loads((self.folder / "end.toml").read_text()))
+
+    def test_creep_is_inverted_exactly_at_uneven_times(self):
+        model, t, _ = self.creeping_model()
+        y = 15 + 12 * numpy.sin(numpy.arange(t.size) * 0.02)
+        numpy.testing.assert_allclose(model.simulate(model.inverse(y, t=t), t=t), y, rtol=0, atol=1e-9)
+
+    def test_creep_goes_on_from_a_memory_that_was_saved(self):
+        model, t, u = self.creeping_model()
+        whole, memory = model.simulate(u, t=t), model.memory()
+        model.simulate(u[:300], memory, t=t[:300])
+        memory.save(self.folder / "memory.toml")
+        again = model.load_memory(self.folder / "memory.toml")
+        lowest, highest = model.output_range(again)
+        self.assertTrue(lowest < again.output < highest)
+        self.assertEqual([again.step(*row) for row in zip(u[300:310], t[300:310])], list(whole[300:310]))
+        numpy.testing.assert_array_equal(model.simulate(u[310:], again, t=t[310:]), whole[310:])
+
+    def test_creep_needs_times_that_increase(self):
+        model, t, u = self.creeping_model()
+        with self.assertRaisesRegex(ValueError, "stage.toml: has creep, expected the times t"):
+            model.simulate(u)
+        with self.assertRaisesRegex(ValueError, "t has 499 values, expected 500"):
+            model.inverse(u[:500], t=t[:499])
+        with self.assertRaisesRegex(ValueError, r"t\[1\] is 1 after 1, expected time to increase"):
+            model.simulate([0.0, 1.0], t=[1.0, 1.0])
+        memory = model.memory()
+        memory.step(50.0, 3.0)
+        for late in (lambda: memory.step(60.0, 3.0), lambda: model.simulate([60.0], memory, t=[2.0])):
+            with self.assertRaisesRegex(ValueError, "after 3, expected time to increase"):
+                late()
+        with self.assertRaisesRegex(ValueError, "has creep, expected the time t"):
+            memory.step(60.0)
+
+    def test_quasi_static_is_the_model_without_creep(self):
+        model, t, u = self.creeping_model()
+        alone, plain = model.quasi_static(), hystcan.Model.load(MODEL)
+        self.assertIsNone(alone.creep)
+        numpy.testing.assert_array_equal(alone.simulate(u), plain.simulate(u, t=t))
+        with self.assertRaisesRegex(ValueError, "belongs to another model"):
+            alone.simulate(u, model.memory())
+        record = t, u, model.simulate(u, t=t)
+        self.assertLess(hystcan.validate(model, *record)["rms_percent"], 1e-6)
+        self.assertGreater(hystcan.validate(alone, *record)["rms_percent"], 0.1)
+
+    def creeping_model(self):
+        """The shipped model with creep, and inputs at uneven times."""
+        text = pathlib.Path(MODEL).read_text() + "\n[creep]\nper_decade = 0.023\nfrom_s = 0.01\nto_s = 3.0\n"
+        (self.folder / "stage.toml").write_text(text)
+        u = oscillation(1000)[1]
+        t = numpy.cumsum(numpy.where(numpy.arange(u.size) % 50 == 0, 2.0, 1e-3))
+        return hystcan.Model.load(self.folder / "stage.toml"), t, u
 
     def test_arrays_of_other_kinds_are_taken(self):
         model = hystcan.Model.load(MODEL)

@@ -69,10 +69,48 @@ TEST(ModelText, WithDynamicsReadsBackToTheSameDynamics) {
   EXPECT_NO_THROW(load_model(file));
 }
 
-TEST(ModelFile, WithoutDynamicsHasNone) {
+TEST(ModelText, WithCreepReadsBackToTheSameCreep) {
+  const auto file = support::scratch_file("model.toml");
+  const model::OutputCreep::Config given{.per_decade = 0.07 / 3.0, .from_s = 1.0 / 128.0, .to_s = 7.0};
+  std::ofstream(file) << model_text(written_parameters(), identified_from, {}, given);
+  EXPECT_EQ(load_creep(file), given);
+  EXPECT_EQ(load_lag(file).creep, given);
+  EXPECT_NO_THROW(load_model(file));
+}
+
+TEST(ModelFile, WithoutDynamicsAndCreepHasNone) {
   const auto file = support::scratch_file("model.toml");
   std::ofstream(file) << expected_text;
   EXPECT_FALSE(load_dynamics(file));
+  EXPECT_FALSE(load_creep(file));
+}
+
+TEST(CreepMemoryText, ReadsBackToTheSameBits) {
+  const auto file = support::scratch_file("memory.toml");
+  const model::OutputCreep creep({.per_decade = 0.02});
+  const model::HeldCreep::State given{
+      .creep = {{1.0 / 3.0, -2.0, 1e-300, 0.1, 12345.678901234567, 3e22}}, .h = 7.0, .time_s = 0.1 + 0.2};
+  std::ofstream(file) << "[memory]\nkind = \"recursive-memory\"\norigin = \"virgin\"\ninput = 3\n"
+                      << creep_memory_text(given);
+  const auto found = load_creep_memory(file, creep, 7.0);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->creep.late, given.creep.late);
+  EXPECT_EQ(found->h, given.h);
+  EXPECT_EQ(found->time_s, given.time_s);
+}
+
+TEST(StateFile, WithCreepIsRefusedAtItsKey) {
+  const auto file = support::scratch_file("state.toml");
+  std::ofstream(file)
+      << "[memory]\nkind = \"recursive-memory\"\norigin = \"virgin\"\ninput = 3\ncreep = [1]\n"
+         "[correction]\ngain = 1.0\noffset_um = 0.0\n[stop]\nreason = \"command\"\n";
+  try {
+    load_state(file, model::Hysteresis(written_parameters()));
+    FAIL() << "it was taken";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find(":5:9: creep stands in a state file"), std::string::npos)
+        << error.what();
+  }
 }
 
 TEST(ModelFile, WithAnOutputMapThatHasACrestIsRefusedAtItsKey) {
