@@ -1,19 +1,17 @@
 #include "identification/creep_rows.h"
 
 #include <cstddef>
-#include <optional>
 
 namespace hystcan::identification {
 
 std::vector<double> with_creep(const model::OutputCreep& creep, const std::vector<double>& time_s,
-                               std::vector<double> outputs) {
-  if (creep.lags() == 0 || outputs.empty()) return outputs;
-  model::OutputCreep::State state = creep.settled(outputs.front());
-  double held = outputs.front();
+                               std::vector<double> outputs,
+                               const std::optional<model::HeldCreep::State>& start) {
+  if (creep.lags() == 0) return outputs;
+  model::HeldCreep rows(creep, start);
   for (std::size_t i = 0; i < outputs.size(); ++i) {
-    if (i > 0) creep.advance(state, held, time_s[i] - time_s[i - 1]);
-    held = outputs[i];
-    outputs[i] = creep.output(state, held);
+    rows.hold_until(time_s[i]);
+    outputs[i] = rows.follow(outputs[i]);
   }
   return outputs;
 }
@@ -21,15 +19,14 @@ std::vector<double> with_creep(const model::OutputCreep& creep, const std::vecto
 std::vector<double> without_creep(const model::OutputCreep& creep, const std::vector<double>& time_s,
                                   std::vector<double> outputs, const std::vector<bool>& counts) {
   if (creep.lags() == 0) return outputs;
-  std::optional<model::OutputCreep::State> state;
-  double held = 0.0;
+  model::HeldCreep rows(creep);
+  double now_s = 0.0;
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     if (!counts.empty() && !counts[i]) continue;
-    if (!state)
-      state = creep.settled(outputs[i]);
-    else
-      creep.advance(*state, held, time_s[i] - time_s[i - 1]);
-    held = outputs[i] = creep.inverse(*state, outputs[i]);
+    if (i > 0) now_s += time_s[i] - time_s[i - 1];
+    rows.hold_until(now_s);
+    outputs[i] = rows.inverse(outputs[i]);
+    rows.follow(outputs[i]);
   }
   return outputs;
 }

@@ -29,13 +29,14 @@ double span_of(const std::vector<double>& values) {
 }
 
 std::vector<double> predict(const model::Hysteresis& model, const Dataset& dataset, const Lag& lag,
-                            model::HysteresisState& state) {
+                            model::HysteresisState& state,
+                            const std::optional<model::HeldCreep::State>& crept) {
   const model::OutputCreep creep(lag.creep);
   std::vector<double> predicted;
   predicted.reserve(dataset.size());
   if (lag.dynamics || lag.delay_s == 0.0) {
     for (const double v : dataset.input) predicted.push_back(model.advance(state, v).value);
-    predicted = with_creep(creep, dataset.time_s, std::move(predicted));
+    predicted = with_creep(creep, dataset.time_s, std::move(predicted), crept);
     return lag.dynamics ? respond(*lag.dynamics, dataset.time_s, predicted) : predicted;
   }
   const Excerpt::Sequence sequence = Excerpt(dataset, {}, dataset.size(), 0.0).delayed_by(lag.delay_s);
@@ -43,7 +44,7 @@ std::vector<double> predict(const model::Hysteresis& model, const Dataset& datas
     const double output = model.advance(state, sequence.input[i]).value;
     if (sequence.fold[i] != Regression::left_out) predicted.push_back(output);
   }
-  return with_creep(creep, dataset.time_s, std::move(predicted));
+  return with_creep(creep, dataset.time_s, std::move(predicted), crept);
 }
 
 std::vector<double> predict(const model::Hysteresis& model, const Dataset& dataset, const Lag& lag,

@@ -7,8 +7,8 @@
 #include "identification/dataset.h"
 #include "identification/initial_memory.h"
 #include "model/dynamics.h"
+#include "model/held_creep.h"
 #include "model/hysteresis.h"
-#include "model/output_creep.h"
 
 namespace hystcan::identification {
 
@@ -35,9 +35,10 @@ struct Lag {
 };
 
 /// Output at each sample of `dataset`. `state` is the memory at the first input, and afterwards the memory at the last
-/// one. Throws std::invalid_argument if there are dynamics and the dataset is not evenly sampled.
+/// one; `crept`: creep at the first sample, none: settled. Throws std::invalid_argument if there are dynamics and the dataset is not evenly sampled.
 std::vector<double> predict(const model::Hysteresis& model, const Dataset& dataset, const Lag& lag,
-                            model::HysteresisState& state);
+                            model::HysteresisState& state,
+                            const std::optional<model::HeldCreep::State>& crept = {});
 std::vector<double> predict(const model::Hysteresis& model, const Dataset& dataset, const Lag& lag,
                             const InitialMemory& memory);
 

@@ -47,10 +47,10 @@ ValidationOptions asked_for(const ValidateArguments& options, const model::Hyste
       .lag = lag, .estimate_s = options.estimate_s, .estimates_offset = !options.no_offset, .memory = {}};
   if (options.memory.empty()) return asked;
   asked.memory = config::load_memory(options.memory, model, model::Hysteresis::default_capacity);
-  const model::OutputCreep creep(lag.creep);
-  if (!options.quasi_static && config::load_creep_memory(options.memory, creep, asked.memory->output))
-    note("{}: its creep is left out, the creep begins settled at the first sample\n",
-         options.memory.string());
+  if (!options.quasi_static)
+    asked.crept =
+        config::load_creep_memory(options.memory, model::OutputCreep(lag.creep), asked.memory->output);
+  if (asked.crept) asked.crept->time_s.reset();  // it is that of the first row
   return asked;
 }
 

@@ -37,11 +37,6 @@ nlohmann::json json_of(const std::optional<model::Dynamics>& dynamics) {
           {"delay_s", dynamics->delay_s}};
 }
 
-nlohmann::json json_of(const std::optional<model::OutputCreep::Config>& creep) {
-  if (!creep) return {};
-  return {{"per_decade", creep->per_decade}, {"from_s", creep->from_s}, {"to_s", creep->to_s}};
-}
-
 }  // namespace
 
 using identification::ErrorNorms;
@@ -129,7 +124,7 @@ Validation validate(const model::Hysteresis& model, const identification::Datase
   result.output_span = identification::span_of(dataset.output);
   if (!(result.output_span > 0.0)) throw std::invalid_argument("the output is constant");
   if (options.memory) {
-    result.predicted = identification::predict(model, dataset, result.lag, *options.memory);
+    result.predicted = identification::predict(model, dataset, result.lag, *options.memory, options.crept);
   } else {
     result.estimated_from = samples_until(dataset, options.estimate_s);
     result.start =

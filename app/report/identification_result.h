@@ -26,7 +26,8 @@ struct ValidationOptions {
   identification::Lag lag;
   std::optional<double> estimate_s;  ///< initial memory and offset from this many seconds; none: from all
   bool estimates_offset = true;
-  std::optional<model::HysteresisState> memory;  ///< at the first sample, instead of an estimate
+  std::optional<model::HysteresisState> memory;    ///< at the first sample, instead of an estimate
+  std::optional<model::HeldCreep::State> crept{};  ///< beside this memory; none: settled
 };
 
 /// "creep of 2.3 % a decade from 10 ms to 3 s".
