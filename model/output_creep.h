@@ -49,14 +49,16 @@ class OutputCreep {
   State settled(double h) const { return {std::vector<double>(rates_per_s_.size(), h)}; }
 
   // A state belongs to the same Config. None of these allocates.
+  void settle(State& state, double h) const { state.late.assign(rates_per_s_.size(), h); }
   double output(const State& state, double h) const;   ///< x
   double inverse(const State& state, double x) const;  ///< h
   /// Holds h for dt_s. An h that is not finite changes nothing.
   void advance(State& state, double h, double dt_s) const;
 
   std::size_t lags() const { return rates_per_s_.size(); }
-  double at_once() const { return at_once_; }  ///< 1 - n w
-  double weight() const { return weight_; }    ///< w
+  double at_once() const { return at_once_; }                              ///< 1 - n w
+  double weight() const { return weight_; }                                ///< w
+  const std::vector<double>& rates_per_s() const { return rates_per_s_; }  ///< 1 / tau_i
   /// Amplitude of x for a sine of h of amplitude 1.
   double amplitude_at(double frequency_Hz) const;
 

@@ -41,9 +41,13 @@ Plant::Config checked(const Plant::Config& config) {
   return config;
 }
 
-model::Creep::Config operators_of(const std::optional<LogarithmicCreep>& creep) {
-  return creep ? model::logarithmic_creep(creep->per_decade, creep->from_s, creep->to_s)
-               : model::Creep::Config{};
+model::Creep::Config operators_of(const Plant::Config& config, const model::OutputCreep& of_model) {
+  model::Creep::Config all;
+  if (const auto& creep = config.creep; creep && creep->per_decade != 0.0)
+    all = model::logarithmic_creep(creep->per_decade, creep->from_s, creep->to_s);
+  for (const double rate_per_s : of_model.rates_per_s())
+    all.operators.push_back({.weight = of_model.weight(), .rate_per_s = rate_per_s});
+  return all;
 }
 
 model::SecondOrder::Config faster(model::SecondOrder::Config mode, double factor) {
@@ -73,7 +77,8 @@ Plant::Step::Step(const Config& config, const model::Creep::Config& creep_operat
 
 Plant::Plant(const Config& config, can::Time start)
     : config_(checked(config)),
-      creep_(operators_of(config.creep)),
+      creep_(operators_of(config, model::OutputCreep(config.hysteresis_creep))),
+      late_share_(1.0 - model::OutputCreep(config.hysteresis_creep).at_once()),
       material_(config.hysteresis, config.amplifier.safe_drive, remembered_branches),
       start_um_(material_.look_at(config.amplifier.safe_drive)),
       start_(start),
@@ -199,7 +204,7 @@ void Plant::move(Motion& motion, const Step& step, Hysteresis hysteresis) {
   motion.amplifier = step.amplifier(motion.amplifier);
   const double hysteresis_before = motion.hysteresis_um;
   motion.hysteresis_um = hysteresis(motion.amplifier.output + noise_);
-  if (config_.creep)
+  if (!creep_.operators.empty())
     motion.creep_um = step.creep(motion.creep, 0.5 * (hysteresis_before + motion.hysteresis_um) - start_um_);
   const double input_before = motion.input_um;
   motion.input_um = input_um(motion);
@@ -239,7 +244,7 @@ bool Plant::has_settled() {
 // Bounds u'' by the sum of the closed forms for creep and temperature.
 bool Plant::drifts_evenly() const {
   constexpr double negligible_um = 1e-6;
-  if (drive_noise_ || !(config_.creep || config_.temperature)) return false;
+  if (drive_noise_ || (creep_.operators.empty() && !config_.temperature)) return false;
   double curvature_um_per_s2 = 0.0;
   for (std::size_t i = 0; i < creep_.operators.size(); ++i) {
     const auto& [weight, rate_per_s, threshold] = creep_.operators[i];
@@ -249,7 +254,7 @@ bool Plant::drifts_evenly() const {
   if (config_.temperature) {
     const Temperature& t = *config_.temperature;
     const double omega = 2.0 * std::numbers::pi / t.period_s;
-    const double travel_um = settled_.hysteresis_um + settled_.creep_um - start_um_;
+    const double travel_um = stroke_um(settled_) - start_um_;
     curvature_um_per_s2 +=
         omega * omega * std::abs(t.swing_K) *
         (std::abs(t.expansion_um_per_K) + std::abs(t.gain_per_K * disturbance_.gain * travel_um));
@@ -266,6 +271,10 @@ const Plant::Step& Plant::step_of(can::Duration length) {
   return *part;
 }
 
+double Plant::stroke_um(const Motion& motion) const {
+  return motion.hysteresis_um + motion.creep_um - late_share_ * (motion.hysteresis_um - start_um_);
+}
+
 // This form has no rounding error where neither gain nor temperature changes the travel.
 double Plant::input_um(const Motion& motion) const {
   double gain = disturbance_.gain;
@@ -277,8 +286,8 @@ double Plant::input_um(const Motion& motion) const {
     gain *= 1.0 + t.gain_per_K * kelvin;
     offset_um += t.expansion_um_per_K * kelvin;
   }
-  const double stroke_um = motion.hysteresis_um + motion.creep_um;
-  return stroke_um + (gain - 1.0) * (stroke_um - start_um_) + offset_um;
+  const double stroke = stroke_um(motion);
+  return stroke + (gain - 1.0) * (stroke - start_um_) + offset_um;
 }
 
 double Plant::own_position_um(const Motion& motion) const {

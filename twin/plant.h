@@ -2,9 +2,10 @@
 //
 //   v(t)       drive: output of the amplifier (twin/amplifier.h) plus its noise, held over a sub-step
 //   x_h      = H[v](t)                             hysteresis of any kind (twin/material.h)
-//   C(t)       creep of x_h - x_0, logarithmic in time, by Kuhnen's operators (model/creep.h)
+//   C(t)       creep of x_h - x_0, by Kuhnen's operators (model/creep.h): logarithmic in time, or that of the model of the
+//              hysteresis (model/output_creep.h), whose share s of x_h - x_0 comes with C and not at once; or both
 //   T        = swing sin(2 pi t / period)          ambient temperature, from the start on
-//   u        = x_0 + g (1 + gain_per_K T) (x_h - x_0 + C) + expansion T + load
+//   u        = x_0 + g (1 + gain_per_K T) ((1 - s) (x_h - x_0) + C) + expansion T + load
 //   x_i'' + 2 zeta_i omega_i x_i' + omega_i^2 x_i = omega_i^2 u(t)
 //   position = (1 - share) x_1 + share x_2
 //
@@ -30,6 +31,7 @@
 
 #include "can/scheduler.h"
 #include "model/creep.h"
+#include "model/output_creep.h"
 #include "model/second_order.h"
 #include "twin/amplifier.h"
 #include "twin/material.h"
@@ -70,6 +72,7 @@ class Plant {
     model::SecondOrder::Config mode;
     Amplifier::Config amplifier;
     can::Duration substep{50'000};
+    std::optional<model::OutputCreep::Config> hysteresis_creep{};  ///< of the model of the hysteresis
     std::optional<SecondMode> second_mode{};
     std::optional<LogarithmicCreep> creep{};
     std::optional<Temperature> temperature{};
@@ -157,11 +160,13 @@ class Plant {
   bool has_settled();
   bool drifts_evenly() const;
   const Step& step_of(can::Duration length);
+  double stroke_um(const Motion& motion) const;
   double input_um(const Motion& motion) const;
   double own_position_um(const Motion& motion) const;
 
   Config config_;  ///< natural frequencies as disturbed
   model::Creep::Config creep_;
+  double late_share_;  ///< s
   Disturbance disturbance_;
   Material material_;  ///< as of settled_
   double start_um_;    ///< x_0

@@ -112,6 +112,9 @@ int check(const CheckArguments& options) {
         controller::chain_moments(axis.control.delays, axis.control.law.notch, cycle_s).mean_s;
     print("# axis {}: {} to {} {} reach {:.4g} to {:.4g} um; the reference is previewed by {:.4g} ms\n",
           axis.wire.name, drives.lo, drives.hi, axis.wire.drive_unit, reach.lo, reach.hi, 1e3 * preview_s);
+    if (const auto& creep = axis.control.law.creep)
+      print("# axis {}: the inverse makes up for creep: {:g} % in each decade of time from {:g} to {:g} s\n",
+            axis.wire.name, 100.0 * creep->per_decade, creep->from_s, creep->to_s);
     print("# axis {}: {}\n", axis.wire.name, start_up_text(axis));
     for (const std::string& finding : config::findings_of_loop(axis, config.controller.rate_Hz))
       print("# axis {}: {}\n", axis.wire.name, finding);

@@ -235,8 +235,12 @@ twin::Config with_delays_in_sensors(twin::Config twin, const std::vector<TunedAx
 
 /// The twin with actuators that are as identified.
 twin::Config with_exact_models(twin::Config twin, const config::Config& config) {
-  for (std::size_t i = 0; i < config.axes.size(); ++i)
-    twin.axes[i].axis.plant.hysteresis = config.axes[i].control.law.model;
+  for (std::size_t i = 0; i < config.axes.size(); ++i) {
+    twin::Plant::Config& plant = twin.axes[i].axis.plant;
+    plant.hysteresis = config.axes[i].control.law.model;
+    plant.hysteresis_creep = config.axes[i].control.law.creep;
+    plant.creep.reset();
+  }
   return twin;
 }
 

@@ -144,6 +144,7 @@ void complete_control(const Document& document, Config& config, std::size_t i, c
   const auto file = model_file(document, fmt::format("axis[{}].control", i), axis.control_model);
   axis.control.law.model =
       file ? std::get<model::HysteresisParameters>(model::in_um(load_model(*file))) : line_through(axis);
+  if (file) axis.control.law.creep = load_creep(*file);
   controller::Delays& delays = axis.control.delays;
   const LeftOut left_out(document, fmt::format("axis[{}].control.delays", i), file);
   left_out.set_mode(delays.resonance_Hz, delays.damping_ratio);
@@ -163,6 +164,7 @@ void complete(const Document& document, AxisConfig& axis, std::size_t i, const M
   const auto file = model_file(document, fmt::format("axis[{}].twin", i), axis.twin_model);
   twin::Plant::Config& plant = axis.twin.plant;
   plant.hysteresis = file ? model::in_um(load_any_parameters(*file)) : line_through(axis);
+  if (file && !plant.creep) plant.hysteresis_creep = load_creep(*file);
   const LeftOut left_out(document, fmt::format("axis[{}].twin", i), file);
   left_out.set_mode(plant.mode.natural_frequency_Hz, plant.mode.damping_ratio);
   left_out.set_amplifier("bandwidth_Hz", plant.amplifier.bandwidth_Hz,

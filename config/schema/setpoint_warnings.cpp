@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "model/hysteresis.h"
+#include "model/output_creep.h"
 
 namespace hystcan::config {
 namespace {
@@ -30,6 +31,8 @@ std::vector<SegmentNeeds> needs_of(const controller::AxisConfig& axis, double ra
   auto memory = model.at_upper_threshold();
   model.advance(memory, controller::model_drives(axis.law.model, axis.gate).lo);
   reference.start_from(memory.output);
+  const model::OutputCreep creep(axis.law.creep);
+  model::OutputCreep::State creep_state = creep.settled(memory.output);
 
   std::vector<SegmentNeeds> needs(axis.setpoint.size());
   const auto cycles = static_cast<std::size_t>(std::min(reference.length_s() * rate_Hz, most_cycles));
@@ -37,8 +40,10 @@ std::vector<SegmentNeeds> needs_of(const controller::AxisConfig& axis, double ra
   bool follows_segment = false;  // the last cycle was of a segment, not of a transition
   for (std::size_t n = 0; n < cycles; ++n) {
     const controller::Trajectory::Point point = reference.at(static_cast<double>(n) / rate_Hz);
-    const bool reached = model.reachable(memory).contains(point.value_um);
-    model.advance(memory, model.inverse(memory, point.value_um).value);
+    creep.advance(creep_state, memory.output, 1.0 / rate_Hz);
+    const double at_once_um = creep.inverse(creep_state, point.value_um);
+    const bool reached = model.reachable(memory).contains(at_once_um);
+    model.advance(memory, model.inverse(memory, at_once_um).value);
     if (!point.in_transition && point.segment < needs.size()) {
       SegmentNeeds& segment = needs[point.segment];
       segment.lowest_um = std::min(segment.lowest_um, point.value_um);

@@ -170,6 +170,7 @@ AxisCommand Axis::step(const AxisInput& input) {
 }
 
 AxisCommand Axis::supervise(const AxisInput& input) {
+  elapse(input.dt_s);
   if (withheld_for_s_ && !stopping_) return withhold(input);
   const AxisInput judged = judge(input);
   report_.sample_missing = !judged.position_um.has_value();
@@ -247,6 +248,7 @@ void Axis::arm(const NodeHealth& health) {
   supervisor_.restart();
   drive_ = std::clamp(health.amplifier_output, config_.gate.drive_min, config_.gate.drive_max);
   follow(drive_);
+  std::visit([](auto& loop) { loop.settle(); }, loop_);
   output_check_.restart(drive_);
   course_.restart(drive_);
   connected_ = false;
@@ -411,6 +413,11 @@ bool Axis::ramp_towards(double target, double dt_s) {
 /// Keeps the model's memory equal to the actuator's.
 void Axis::follow(double drive) {
   std::visit([&](auto& loop) { loop.follow(drive); }, loop_);
+}
+
+/// The drive of the last cycle was held until now.
+void Axis::elapse(double dt_s) {
+  std::visit([&](auto& loop) { loop.elapse(dt_s); }, loop_);
 }
 
 bool Axis::is_driving() const {

@@ -156,6 +156,7 @@ class Axis {
   bool is_driving() const;
   bool takes_live_setpoints() const;
   void follow(double drive);
+  void elapse(double dt_s);
 
   AxisConfig config_;
   Loop loop_;

@@ -27,7 +27,9 @@ ControlLaw::ControlLaw(const Config& config)
       memory_(full_.at_lower_threshold(config.adaptation ? Adaptation::memory_capacity
                                                          : model::Hysteresis::default_capacity)),
       average_rest_(average_.at_lower_threshold(least_capacity)),
-      line_rest_(line_.at_lower_threshold(least_capacity)) {}
+      line_rest_(line_.at_lower_threshold(least_capacity)),
+      creep_(config.creep),
+      creep_state_(creep_.settled(memory_.output)) {}
 
 const model::Hysteresis& ControlLaw::inverted() const {
   switch (config_.structure) {
@@ -49,7 +51,10 @@ const model::HysteresisState& ControlLaw::inverted_memory() const {
 }
 
 double ControlLaw::modelled_um() const {
-  return &inverted() == &full_ ? memory_.output : inverted().forward(inverted_memory(), memory_.input).value;
+  const bool is_full = &inverted() == &full_;
+  const double at_once_um =
+      is_full ? memory_.output : inverted().forward(inverted_memory(), memory_.input).value;
+  return creep_.output(creep_state_, at_once_um);
 }
 
 double ControlLaw::restart(double position_um) {
@@ -115,7 +120,8 @@ ControlLaw::Demand ControlLaw::propose(const Input& input) {
   demand_um_ = feed_forward_um() + proportional_um() + pi_.integral_um;
   notched_um_ = notched(demand_um_, input.cycle_s);
 
-  const model::Prediction drive = inverted().inverse(inverted_memory(), correction_.undo(notched_um_));
+  const double at_once_um = creep_.inverse(creep_state_, correction_.undo(notched_um_));
+  const model::Prediction drive = inverted().inverse(inverted_memory(), at_once_um);
   Demand demand{.drive = drive.value, .position_um = notched_um_};
   if (drive.saturated) demand.limits |= limit::model;
   if (!drive.increasing) demand.limits |= limit::not_invertible;

@@ -7,6 +7,13 @@
 // inverse's memory follows exactly the drive applied to the actuator. The error is always reference minus
 // measured.
 //
+// Where the model creeps (model/output_creep.h), H is the hysteresis H_0 and the creep behind it:
+//
+//   H(u)    = (1 - n w) H_0(u) + w sum_i y_i,   y_i' = (h - y_i) / tau_i
+//   H^-1(x) = H_0^-1( (x - w sum_i y_i) / (1 - n w) )
+//
+// h is the output of the recursive memory-based model at the applied drive, under every structure.
+//
 // Options: e passes a low pass, which acts on reference and measurement alike and thus causes no error, and
 // a deadband; N is a notch; H is corrected by a learnt gain and offset.
 //
@@ -38,6 +45,7 @@
 #include "controller/control/filter.h"
 #include "controller/control/gate.h"
 #include "model/hysteresis.h"
+#include "model/output_creep.h"
 #include "model/words.h"
 
 namespace hystcan::controller {
@@ -67,10 +75,11 @@ struct Pi {
 
 class ControlLaw {
  public:
-  /// Everything but the model can change at run time.
+  /// Everything but the model and its creep can change at run time.
   struct Config {
     Structure structure = Structure::inverse_pi;
     model::HysteresisParameters model;
+    std::optional<model::OutputCreep::Config> creep{};  ///< of the model
     Pi::Config pi;
     double deadband_um = 0.0;            ///< an error within it counts as 0, a greater one is reduced by it
     double measurement_filter_Hz = 0.0;  ///< corner of the low pass, 0: none
@@ -91,21 +100,28 @@ class ControlLaw {
     std::uint8_t limits = limit::none;
   };
 
-  /// Throws std::invalid_argument where the model is invalid.
+  /// Throws std::invalid_argument where the model or its creep is invalid.
   explicit ControlLaw(const Config& config);
 
   /// Moves the memory to a drive that was applied without this law, on a ramp for example.
   void follow(double applied_drive) { full_.advance(memory_, applied_drive); }
+  /// The actuator has stood for long at the drive that was applied last: all of its creep has come.
+  void settle() { creep_.settle(creep_state_, memory_.output); }
+  /// The drive that was applied last was held for dt_s: the actuator crept. Called once in a cycle, before propose().
+  void elapse(double dt_s) { creep_.advance(creep_state_, memory_.output, dt_s); }
   /// Starts from the drive that was applied last, without a bump: the integral takes the offset between
   /// sensor and model. Returns the reference to start from: the measured position with feedback, else the
   /// model's position.
   double restart(double position_um);
-  /// Sets a known memory. Allocates only where its capacity is above the default.
-  void remember(const model::HysteresisState& memory) { memory_ = memory; }
+  /// Sets a known memory, and settles. Allocates only where its capacity is above the default.
+  void remember(const model::HysteresisState& memory) {
+    memory_ = memory;
+    settle();
+  }
 
-  /// Called between two cycles; does not allocate. Applies everything of `config` but the model, which needs
-  /// a restart. The drive does not jump. Where the new structure has no PI, the remaining offset decays over
-  /// fade_s.
+  /// Called between two cycles; does not allocate. Applies everything of `config` but the model and its creep,
+  /// which need a restart. The drive does not jump. Where the new structure has no PI, the remaining offset
+  /// decays over fade_s.
   void retune(const Config& config);
   static constexpr double fade_s = 0.1;
 
@@ -113,7 +129,7 @@ class ControlLaw {
   /// Takes the drive that left the gate: moves the memory to it and prevents windup of the integral.
   void commit(double applied_drive);
 
-  /// The model's position at the applied drive.
+  /// The model's position at the applied drive, now.
   double predicted_um() const { return correction_.apply(modelled_um()); }
   const model::Hysteresis& inverted() const;
   /// The recursive model; its memory follows the drive under every structure.
@@ -144,6 +160,8 @@ class ControlLaw {
   model::Hysteresis full_, average_, line_;
   model::HysteresisState memory_;                    ///< of the full model, under every structure
   model::HysteresisState average_rest_, line_rest_;  ///< of the curves without memory: constant
+  model::OutputCreep creep_;
+  model::OutputCreep::State creep_state_;
   ModelCorrection correction_;
   Notch::Coefficients notch_;
   double notch_for_s_ = 0.0;  ///< the cycle time for which notch_ was designed; 0: none yet

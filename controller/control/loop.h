@@ -6,7 +6,9 @@
 // Calls, in this order:
 //
 //   ramp_in(gate)                     returns the drives to visit before tracking
+//   settle()                          the actuator has stood at the drive that was followed last
 //   follow()                          takes each drive applied on the way there
+//   elapse()                          time passes: in every cycle, before its drive is decided
 //   begin()                           tracking begins, with the other axes or after them
 //   propose() -> gate -> commit()     in every cycle
 #pragma once
@@ -72,6 +74,8 @@ class ClosedLoop {
   /// Up to the upper threshold and down to the lower one: this wipes the actuator's memory out.
   std::vector<double> ramp_in(const Gate::Config& gate) const;
   void follow(double applied_drive) { law_.follow(applied_drive); }
+  void settle() { law_.settle(); }
+  void elapse(double dt_s) { law_.elapse(dt_s); }
   /// `goes_on`: the loop has tracked before, on the same time.
   void begin(double t_s, double position_um, double coupled_um, bool goes_on = false);
   Proposal propose(const LoopInput& input);
@@ -128,6 +132,8 @@ class OpenLoop {
   /// Straight to the first drive of the excitation.
   std::vector<double> ramp_in(const Gate::Config&) const { return {excitation_.at(0.0)}; }
   void follow(double /*applied_drive*/) {}
+  void settle() {}
+  void elapse(double /*dt_s*/) {}
   void begin(double /*t_s*/, double /*position_um*/, double /*coupled_um*/, bool /*goes_on*/) {}
   Proposal propose(const LoopInput& input) const;
   void commit(double /*applied_drive*/, std::uint8_t /*limits*/) {}

@@ -53,6 +53,53 @@ TEST(Creep, IsEqualInEveryDecade) {
   }
 }
 
+/// The creep of a model file: h comes at once but for n w of it, which comes with the lags.
+Plant::Config stage_with_creeping_model() {
+  Plant::Config config = linear_stage();
+  config.hysteresis_creep = {.per_decade = 0.02, .from_s = 0.01, .to_s = 1.0};
+  return config;
+}
+
+TEST(CreepOfTheModel, DoesNotBeginBeforeAnythingMoves) {
+  Plant plant(stage_with_creeping_model(), can::Time{});
+  plant.advance_to(can::Time{} + std::chrono::hours(72));
+  EXPECT_EQ(plant.position_um(), 0.0);
+}
+
+// The amplifier's lag of 0.13 ms reduces it by less than 0.2 nm: after 0.1 s the slope is 1.3 um/s.
+TEST(CreepOfTheModel, FollowsItsLagsAfterAStep) {
+  const model::OutputCreep creep(stage_with_creeping_model().hysteresis_creep);
+  Plant plant(stage_with_creeping_model(), can::Time{});
+  plant.set_target(50.0);
+  model::OutputCreep::State state = creep.settled(0.0);
+  double before_s = 0.0;
+  for (const double time_s : {0.1, 0.3, 1.0, 3.0}) {
+    creep.advance(state, 15.0, time_s - before_s);
+    before_s = time_s;
+    plant.advance_to(at_s(time_s));
+    EXPECT_NEAR(plant.position_um(), creep.output(state, 15.0), 2e-4) << time_s << " s";
+  }
+}
+
+TEST(CreepOfTheModel, EndsAtTheOutputOfTheHysteresisAfterALongTime) {
+  Plant plant(stage_with_creeping_model(), can::Time{});
+  plant.set_target(50.0);
+  plant.advance_to(can::Time{} + std::chrono::hours(72));
+  EXPECT_NEAR(plant.position_um(), 15.0, 1e-12);
+}
+
+TEST(Creep, OfZeroPerDecadeIsNone) {
+  Plant::Config config = piezo_stage();
+  Plant plain(config, can::Time{});
+  config.creep = {.per_decade = 0.0};
+  Plant crept(config, can::Time{});
+  for (Plant* plant : {&plain, &crept}) {
+    plant->set_target(50.0);
+    plant->advance_to(at_s(0.1));
+  }
+  EXPECT_EQ(plain.position_um(), crept.position_um());
+}
+
 /// Rests for half a day under a temperature with a period of a day. Its position is read every 0.7 s for the
 /// first minutes, or not at all.
 double half_a_day_later_um(bool watched) {

@@ -282,6 +282,31 @@ TEST(Load, LeavesUnconfiguredEffectsOutOfThePlant) {
   }
 }
 
+/// What a model file says of creep.
+constexpr const char* creep_table = "[creep]\nper_decade = 0.02\nfrom_s = 0.01\nto_s = 3.0\n[hysteresis]";
+constexpr model::OutputCreep::Config creep_of_table{.per_decade = 0.02, .from_s = 0.01, .to_s = 3.0};
+
+TEST(Load, TakesTheCreepOfAModelFileForControllerAndTwin) {
+  const support::ShippedCopy shipped;
+  shipped.edit("piezo.model.toml", "[hysteresis]", creep_table);
+  const Config of_model = load(shipped / "piezo.toml");
+  EXPECT_EQ(of_model.axes[0].control.law.creep, creep_of_table);
+  EXPECT_FALSE(of_model.axes[0].twin.plant.hysteresis_creep) << "the twin has a model file of its own";
+  shipped.edit("piezo.plant.toml", "[hysteresis]", creep_table);
+  EXPECT_EQ(load(shipped / "piezo.toml").axes[0].twin.plant.hysteresis_creep, creep_of_table);
+}
+
+TEST(Load, TakesNoCreepOfTheTwinsModelFileWhereItsTableHasIt) {
+  const support::ShippedCopy shipped;
+  shipped.edit("piezo.plant.toml", "[hysteresis]", creep_table);
+  shipped.edit("piezo.toml", "[axis.twin]",
+               "[axis.twin.creep]\nper_decade = 0.0\nfrom_s = 0.1\nto_s = 1000.0\n[axis.twin]");
+  const Config config = load(shipped / "piezo.toml");
+  EXPECT_FALSE(config.axes[0].twin.plant.hysteresis_creep);
+  EXPECT_EQ(config.axes[1].twin.plant.hysteresis_creep, creep_of_table)
+      << "of the other axis nothing was said";
+}
+
 TEST(Load, ReadsTheSlowPhysicsOfThePlant) {
   const support::ShippedCopy shipped;
   shipped.edit("piezo.toml", "[axis.twin]",

@@ -1,4 +1,4 @@
-// An axis and its actuator for tests. The actuator is the model itself, without dynamics, noise or a bus.
+// An axis and its actuator for tests. The actuator is the model itself with its creep, without dynamics, noise or a bus.
 #pragma once
 
 #include <algorithm>
@@ -16,16 +16,20 @@ inline constexpr double cycle_s = 1e-3;
 class IdealStage {
  public:
   explicit IdealStage(const AxisConfig& config = support::piezo_axis())
-      : axis(config), actuator_(config.law.model), memory_(actuator_.virgin(0.0)) {}
+      : IdealStage(config, model::Hysteresis(config.law.model).virgin(0.0)) {}
   IdealStage(const AxisConfig& config, const model::HysteresisState& memory)
-      : axis(config), actuator_(config.law.model), memory_(memory) {}
+      : axis(config),
+        actuator_(config.law.model),
+        memory_(memory),
+        creep_(config.law.creep),
+        creep_state_(creep_.settled(memory.output)) {}
 
   /// Input of the next cycle.
   AxisInput next_input() const {
     return {.time_s = time_s + cycle_s,
             .dt_s = cycle_s,
             .cycle_s = cycle_s,
-            .position_um = memory_.output,
+            .position_um = creep_.output(creep_state_, memory_.output),
             .tracking_since_s = begin_s(),
             .health = {.sensor_alive = true,
                        .sensor_operational = true,
@@ -42,6 +46,7 @@ class IdealStage {
     command = axis.step(input);
     highest_drive = std::max(highest_drive, command.drive);
     actuator_.advance(memory_, command.enable ? command.drive : axis.config().gate.safe_drive);
+    hold(cycle_s);
     return command;
   }
   bool reaches(AxisState state, int within_cycles = 2000) {
@@ -52,6 +57,9 @@ class IdealStage {
     axis.start(false);
     return reaches(AxisState::tracking);
   }
+
+  /// Time passes without a cycle.
+  void hold(double for_s) { creep_.advance(creep_state_, memory_.output, for_s); }
 
   const model::HysteresisState& memory() const { return memory_; }
 
@@ -68,6 +76,8 @@ class IdealStage {
 
   model::Hysteresis actuator_;
   model::HysteresisState memory_;
+  model::OutputCreep creep_;
+  model::OutputCreep::State creep_state_;
 };
 
 }  // namespace hystcan::controller
