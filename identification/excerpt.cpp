@@ -6,6 +6,11 @@
 #include "identification/creep_rows.h"
 
 namespace hystcan::identification {
+namespace {
+
+constexpr std::size_t most_turning_points = 2000;  // in the search
+
+}  // namespace
 
 std::vector<TurningPoint> turning_points(const Dataset& dataset, double least_swing) {
   std::vector<TurningPoint> points;
@@ -27,6 +32,12 @@ std::vector<TurningPoint> turning_points(const Dataset& dataset, double least_sw
     }
   }
   return points;
+}
+
+double least_swing(const Dataset& dataset, double span) {
+  double swing = 1e-5 * span;
+  while (turning_points(dataset, swing).size() > most_turning_points) swing *= 2.0;
+  return swing;
 }
 
 std::vector<HalfCycle> half_cycles(const Dataset& dataset, double least_swing) {

@@ -23,6 +23,10 @@ struct TurningPoint {
 /// The reversals of the input after a swing of more than `least_swing`.
 std::vector<TurningPoint> turning_points(const Dataset& dataset, double least_swing);
 
+/// The smallest swing that counts as a turning point in a search, where the inputs of all datasets have this span: smaller
+/// ones are noise, and the kept samples are enough for them.
+double least_swing(const Dataset& dataset, double span);
+
 /// The samples from one turning point to the next, both included.
 struct HalfCycle {
   std::size_t begin = 0, end = 0;  ///< samples

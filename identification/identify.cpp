@@ -9,7 +9,6 @@
 #include "identification/butterfly.h"
 #include "identification/excerpt.h"
 #include "identification/knot_places.h"
-#include "identification/quasi_static.h"
 #include "model/refusal.h"
 
 namespace hystcan::identification {
@@ -17,12 +16,11 @@ namespace {
 
 using model::refuse;
 
-constexpr double unexplained = 0.5;                // of the output's standard deviation: the model is refused
-constexpr double worth_a_map = 0.9;                // of the held-out error without it
-constexpr int most_pieces = 22;                    // of a spline
-constexpr std::size_t finer_samples = 5;           // times those of the search, for its last steps
-constexpr double shows_creep_s = 0.005;            // between samples: half of the shortest lag
-constexpr std::size_t most_turning_points = 2000;  // in the search; smaller swings are noise
+constexpr double unexplained = 0.5;       // of the output's standard deviation: the model is refused
+constexpr double worth_a_map = 0.9;       // of the held-out error without it
+constexpr int most_pieces = 22;           // of a spline
+constexpr std::size_t finer_samples = 5;  // times those of the search, for its last steps
+constexpr double shows_creep_s = 0.005;   // between samples: half of the shortest lag
 
 model::Interval span_over(const std::vector<Dataset>& datasets, const std::vector<double> Dataset::*column) {
   model::Interval range{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
@@ -62,13 +60,6 @@ Dataset without(const Dataset& dataset, const std::vector<bool>& unseen) {
     seen.output.push_back(dataset.output[i]);
   }
   return seen;
-}
-
-// The smallest swing that counts as a turning point. For smaller swings the kept samples are sufficient.
-double least_swing(const Dataset& dataset, double span) {
-  double swing = 1e-5 * span;
-  while (turning_points(dataset, swing).size() > most_turning_points) swing *= 2.0;
-  return swing;
 }
 
 // An even model is folded at zero, even if the input never reaches zero.
@@ -298,7 +289,8 @@ class Identification {
     const double scale = std::max(std::abs(best), 0.03);
     const auto farthest = [&](double way) {
       double last = best, step = 0.05 * scale;
-      for (int i = 0; i < 19 && is_as_good(best + way * step); ++i, step *= 1.5) last = best + way * step;
+      for (int i = 0; i < 19 && options_.go_on() && is_as_good(best + way * step); ++i, step *= 1.5)
+        last = best + way * step;
       return last;
     };
     const double lo = farthest(-1.0), hi = farthest(1.0);
@@ -384,47 +376,6 @@ Identified identify(const std::vector<Dataset>& datasets, const IdentifyOptions&
   if (plain && butterfly) return better_of(*plain, *butterfly);
   if (!plain && !butterfly) std::rethrow_exception(reason);
   return plain ? *plain : *butterfly;
-}
-
-Landscape landscape(const std::vector<Dataset>& datasets, const Identified& identified, int points) {
-  std::vector<Dataset> seen;
-  seen.reserve(datasets.size());
-  const std::vector<Dataset> still = identified.dynamics ? without_dynamics(datasets, identified) : datasets;
-  for (const Dataset& dataset : identified.parameters.output_map ? linearised(still, identified) : still)
-    seen.push_back(identified.parameters.symmetry == model::Symmetry::even ? folded(dataset) : dataset);
-  Problem problem;
-  problem.observed = identified.observed;
-  problem.symmetry = identified.parameters.symmetry;
-  problem.output_span = identified.output_span;
-  for (const Dataset& dataset : seen)
-    problem.excerpts.emplace_back(dataset, std::vector<int>{}, 1000,
-                                  least_swing(dataset, problem.observed.span()));
-  for (std::size_t i = 0; i < datasets.size(); ++i)
-    problem.nuisances.push_back({identified.offsets[i] != 0.0, identified.drifts[i] != 0.0});
-  problem.regressors = static_cast<Eigen::Index>(seen.front().regressors.size());
-  SeparableFit fit(problem, identified.search.shape, SeparableFit::Scan::coarse);
-  const double span = identified.parameters.input_range().span();
-  const auto grid = [&](double best) {
-    const double middle = std::asinh(best * span);
-    std::vector<double> values;
-    values.reserve(static_cast<std::size_t>(points));
-    for (int i = 0; i < points; ++i)
-      values.push_back(std::sinh(middle + 2.0 * (2.0 * i / (points - 1.0) - 1.0)) / span);
-    return values;
-  };
-  Landscape map;
-  map.k_ascending = grid(identified.parameters.k_ascending);
-  map.k_descending = grid(identified.parameters.k_descending);
-  Trial trial = identified.search.trial;
-  for (const double descending : map.k_descending) {
-    map.rms.emplace_back();
-    for (const double ascending : map.k_ascending) {
-      trial.k_span_ascending = ascending * span;
-      trial.k_span_descending = descending * span;
-      map.rms.back().push_back(fit.fit(trial).rms);
-    }
-  }
-  return map;
 }
 
 }  // namespace hystcan::identification

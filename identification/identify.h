@@ -100,11 +100,4 @@ std::vector<double> predict(const Identified& identified, const std::vector<Data
 /// output does not follow the input, or if the samples cannot determine curves of the requested order.
 Identified identify(const std::vector<Dataset>& datasets, const IdentifyOptions& options);
 
-/// RMS of the best curves for each pair of k, output units. All other values are as identified.
-struct Landscape {
-  std::vector<double> k_ascending, k_descending;
-  std::vector<std::vector<double>> rms;  ///< [descending][ascending]
-};
-Landscape landscape(const std::vector<Dataset>& datasets, const Identified& identified, int points);
-
 }  // namespace hystcan::identification

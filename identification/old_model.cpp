@@ -13,7 +13,7 @@
 namespace hystcan::identification {
 namespace {
 
-constexpr double share = 1e-3;
+constexpr double old_share = 1e-3;                // of the weight of all rows
 constexpr int reversal_curves = 6;                // from each branch of the major loop
 constexpr double least_rows = 400.0;              // of the old model
 constexpr double worth_no_delay = 0.97;           // of the error with the old delay
@@ -58,7 +58,7 @@ Dataset loops_of(const model::HysteresisParameters& old, const model::OutputCree
     add(turns[i]);
   }
   made.output = with_creep(creep, made.time_s, std::move(made.output));
-  made.weight.assign(made.size(), std::sqrt(share * rows / static_cast<double>(made.size())));
+  made.weight.assign(made.size(), std::sqrt(old_share * rows / static_cast<double>(made.size())));
   return made;
 }
 

@@ -144,6 +144,9 @@ class Searcher {
     return k_spans;
   }
 
+  // Stopped, with something found.
+  bool has_enough(double least) const { return std::isfinite(least) && !options_.go_on(); }
+
   // Chooses roughly the initial memory that fits best, for each dataset separately.
   void choose_memories() {
     best_.memories.assign(first_inputs_.size(), {Kind::from_lower, 0.0});
@@ -157,6 +160,7 @@ class Searcher {
         Trial trial = best_;
         trial.memories[i] = {kind, 0.0};
         for (const double k : paces({0.3, 2.0, 6.0})) {
+          if (has_enough(least)) break;
           trial.k_span_ascending = trial.k_span_descending = k;
           if (const double c = cost(trial); c < least * (kind == Kind::from_lower ? 1.0 : worth_it)) {
             least = c;
@@ -175,6 +179,7 @@ class Searcher {
     const std::vector<double> tried = paces({-1.0, 0.3, 1.0, 3.0, 10.0, 30.0});
     for (const double ascending : tried)
       for (const double descending : tried) {
+        if (has_enough(least)) break;
         Trial trial = best_;
         trial.k_span_ascending = ascending;
         trial.k_span_descending = descending;

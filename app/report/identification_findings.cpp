@@ -69,8 +69,8 @@ class Findings {
               ? fmt::format("; repeated cycles differ by {:.2g} % RMS", *is.repeatability * percent_)
               : "; no cycle is repeated, so that the repeatability is unknown");
     if (is.rate_spread > 3.0)
-      say("{}the input is {:.0f} times faster in some half cycles than in others: the model ignores the rate",
-          of_dataset(i), is.rate_spread);
+      say("{}the input is {:.0f} times faster in some half cycles than in others{}", of_dataset(i),
+          is.rate_spread, identified_.creep || identified_.dynamics ? "" : ": the model ignores the rate");
     if (is.cycles < 2)
       say("{}there is no whole cycle: the dataset shows only a part of a loop", of_dataset(i));
   }
@@ -108,7 +108,7 @@ class Findings {
         say("{}its zero lies {:+.4g} {} from that of dataset 1: each has its own (--common-zero: none has)",
             of_dataset(i), identified_.offsets[i], datasets_.front().output_unit);
       if (identified_.gains[i] != 1.0)
-        say("{}its output moves {:.4g} times as far as that of dataset 1 (amplifier, sensor, creep at another rate); "
+        say("{}its output moves {:.4g} times as far as that of dataset 1 (amplifier, sensor); "
             "the model has the gain of dataset 1 (--common-gain: all the same)",
             of_dataset(i), identified_.gains[i]);
       if (identified_.drifts[i] != 0.0)
@@ -168,7 +168,7 @@ class Findings {
     say("delays from {:.3g} to {:.3g} s do nearly as well, but predict inputs twice as fast differently by "
         "{:.2g} % of the span, five times as fast by {:.2g} %{}",
         range.lo_s, range.hi_s, twice, five,
-        five > 2.0 * identified_.overall.rms * percent_
+        datasets_.size() == 1 && five > 2.0 * identified_.overall.rms * percent_
             ? ": a delay hardly differs from a wider loop at one rate; add a record at another rate, or give "
               "--delay"
             : "");
@@ -226,7 +226,9 @@ class Findings {
     if (identified_.search.one_k)
       say("rising and falling branches have the same k: two values would not fit better");
     const auto report = [&](const char* name, double k, const PaceRange& range) {
-      if (range.is_fixed)
+      if (identified_.stopped)
+        say("{} = {:.5g} 1/{}", name, k, unit());
+      else if (range.is_fixed)
         say("{} = {:.5g} 1/{}; {:.5g} to {:.5g} would do as well (within 5 % of the error)", name, k, unit(),
             range.lo, range.hi);
       else

@@ -14,6 +14,7 @@
 #include "identification/baselines/comparison.h"
 #include "identification/dataset.h"
 #include "identification/identify.h"
+#include "identification/landscape.h"
 
 namespace hystcan::app {
 

@@ -160,8 +160,10 @@ std::string pace_text(double k, const identification::PaceRange& range, const Id
   const std::string& unit = identified.parameters.input_unit;
   return fmt::format("{:.5g}{}, {:.4g} per span of the thresholds; {}", k, unit.empty() ? "" : " / " + unit,
                      k * identified.parameters.input_range().span(),
-                     range.is_fixed ? fmt::format("RMS within 5 % from {:.3g} to {:.3g}", range.lo, range.hi)
-                                    : "the dataset does not determine it");
+                     identified.stopped ? "the search was stopped"
+                     : range.is_fixed
+                         ? fmt::format("RMS within 5 % from {:.3g} to {:.3g}", range.lo, range.hi)
+                         : "the dataset does not determine it");
 }
 
 std::string model_of(const Identified& identified) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "identification/identify.h"
+#include "identification/landscape.h"
 
 namespace hystcan::app {
 

@@ -7,8 +7,10 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <thread>
+#include <utility>
 #include <vector>
 
+#include "identification/creep_rows.h"
 #include "identification/quasi_static.h"
 #include "model/hysteresis.h"
 #include "tests/app/commands/cli.h"
@@ -340,6 +342,35 @@ TEST_F(Identify, WritesTheDynamicsThatValidateAndSimulateUse) {
   }
   EXPECT_LT(worst, 0.06);
   EXPECT_GT(worst, 0.0);
+}
+
+TEST_F(Identify, WritesTheCreepThatTwoRatesShow) {
+  const model::OutputCreep creep({.per_decade = 0.02});
+  for (const auto& [name, steps] : {std::pair{"slow.csv", 600.0}, std::pair{"fast.csv", 60.0}}) {
+    Dataset record = piezo_record(steps);
+    record.output = with_creep(creep, record.time_s, std::move(record.output));
+    write_record(name, record);
+  }
+  Process program = run({path("slow.csv"), path("fast.csv"), "--order", "3", "--output", path("found.toml"),
+                         "--report", path("report")});
+  ASSERT_EQ(program.wait(), done) << program.err();
+  EXPECT_NE(program.out().find("the output creeps by 2 % of its travel in each decade of time"),
+            std::string::npos)
+      << program.out();
+  EXPECT_NE(program.out().find("dataset 2: the others predict it to"), std::string::npos) << program.out();
+  EXPECT_NE(read("report/report.html").find("<h2>What carries over</h2>"), std::string::npos);
+  Process judged = validate("fast.csv");
+  ASSERT_EQ(judged.wait(), done) << judged.err();
+  EXPECT_NE(judged.out().find("with creep of 2 % a decade from 10 ms to 3 s"), std::string::npos)
+      << judged.out();
+}
+
+TEST_F(Identify, TakesTheCreepThatIsGiven) {
+  write_record("loops.csv", piezo_record());
+  ASSERT_EQ(identify("loops.csv", {"--creep", "0.01", "--order", "3"}).wait(), done);
+  EXPECT_NE(read("found.toml").find("per_decade   = 0.01"), std::string::npos) << read("found.toml");
+  for (const char* refused : {"0.2", "-0.01", "much"})
+    EXPECT_EQ(identify("loops.csv", {"--creep", refused, "--overwrite"}).wait(), bad_input) << refused;
 }
 
 TEST_F(Identify, RefusesDynamicsOfUnevenSamples) {
