@@ -144,7 +144,7 @@ void report_model(const IdentifyArguments& options, const std::vector<Dataset>& 
 config::Config config_to_complete(const IdentifyArguments& options) {
   config::Config config = config::load_unmeasured(options.config);
   refuse_to_write_into(options.written, config, options.output);
-  for (const auto& file : options.data) refuse_to_overwrite(options.written, file);
+  for (const auto& file : options.data) refuse_to_overwrite_any_of(options.written, file);
   index_of_axis(config, options.input.axis);
   return config;
 }
@@ -168,7 +168,8 @@ void write_config(const IdentifyArguments& options, const config::Config& config
 // Runs before the slow work begins.
 void check_outputs(const IdentifyArguments& options) {
   for (const auto& file : options.data)
-    for (const auto& output : {options.output, options.initial_memory}) refuse_to_overwrite(output, file);
+    for (const auto& output : {options.output, options.initial_memory})
+      refuse_to_overwrite_any_of(output, file);
   for (const auto& output : {options.output, options.initial_memory})
     refuse_to_overwrite(output, options.start);
   for (const auto& output : {options.output, options.initial_memory})
@@ -177,7 +178,7 @@ void check_outputs(const IdentifyArguments& options) {
   if (options.report.empty()) return;
   refuse_as_folder(options.report);
   for (const std::string& name : report_files()) {
-    for (const auto& file : options.data) refuse_to_overwrite(options.report / name, file);
+    for (const auto& file : options.data) refuse_to_overwrite_any_of(options.report / name, file);
     refuse_to_share(options.report / name, options.output);
     if (!options.initial_memory.empty()) refuse_to_share(options.report / name, options.initial_memory);
   }

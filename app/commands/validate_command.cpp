@@ -116,7 +116,7 @@ void report_prediction(const ValidateArguments& options, const Dataset& dataset,
 
 int run_validate(const ValidateArguments& options) {
   for (const auto& input : {options.model, options.data, options.memory})
-    refuse_to_overwrite(options.output, input);
+    refuse_to_overwrite_any_of(options.output, input);
   require_run_for_axis({options.data}, options.input);
   const model::Hysteresis model(config::load_model(options.model));
   DatasetInput input = options.input;

@@ -122,11 +122,15 @@ void create_folder(const std::filesystem::path& folder) {
 
 void refuse_to_overwrite(const std::filesystem::path& output, const std::filesystem::path& input) {
   std::error_code ignored;
-  const bool is_in_it = std::filesystem::is_directory(input, ignored) &&
-                        std::filesystem::exists(output, ignored) &&
-                        std::filesystem::equivalent(output.parent_path(), input, ignored);
-  if (is_in_it || std::filesystem::equivalent(output, input, ignored))
+  if (std::filesystem::equivalent(output, input, ignored))
     throw config::Error(fmt::format("{}: is an input too, expected another file as output", output.string()));
+}
+
+void refuse_to_overwrite_any_of(const std::filesystem::path& output, const std::filesystem::path& input) {
+  std::error_code ignored;
+  const bool is_in_it = std::filesystem::is_directory(input, ignored) &&
+                        std::filesystem::equivalent(output.parent_path(), input, ignored);
+  refuse_to_overwrite(output, is_in_it ? output : input);
 }
 
 void refuse_to_replace(const std::filesystem::path& output, bool may_overwrite) {

@@ -50,9 +50,11 @@ void refuse_as_folder(const std::filesystem::path& folder);
 /// RunError if it cannot be created.
 void create_folder(const std::filesystem::path& folder);
 
-/// Throws config::Error if the output file is an input file too, or a file of an input folder: it would be lost while it is
-/// read.
+/// Throws config::Error if the output file is an input file too: it would be lost while it is read.
 void refuse_to_overwrite(const std::filesystem::path& output, const std::filesystem::path& input);
+
+/// The same where the input may be a folder, also if the output is one of its files.
+void refuse_to_overwrite_any_of(const std::filesystem::path& output, const std::filesystem::path& input);
 
 /// Throws config::Error if there is a file of this name, unless it may be overwritten. A device or a pipe is none.
 void refuse_to_replace(const std::filesystem::path& output, bool may_overwrite);
