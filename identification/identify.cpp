@@ -231,7 +231,7 @@ class Identification {
     search.shape = options_.shape;
     search.delay_s = options_.delay_s;
     search.creep_per_decade = options_.creep_per_decade;
-    if (std::ranges::any_of(result_.datasets,
+    if (std::ranges::all_of(result_.datasets,
                             [](const Characterisation& is) { return is.sample_time_s > shows_creep_s; }))
       search.creep_per_decade = search.creep_per_decade.value_or(0.0);
     if (options_.longest_delay_s) search.longest_delay_s = *options_.longest_delay_s;

@@ -107,6 +107,7 @@ Identified identify_from(const OldModel& old, const std::vector<Dataset>& datase
   options.output = parameters.symmetry == model::Symmetry::even ? ShapeOfOutput::even : ShapeOfOutput::none;
   if (!options.shape && options.curves == CurveChoice::automatic) options.shape = shape_of(parameters);
   options.never_held_out = 1;
+  options.observed_thresholds = true;  // those of the old model, which its loops reach, or further inputs
   std::vector<Dataset> all = datasets;
   if (!options.creep_per_decade) options.creep_per_decade = old.creep ? old.creep->per_decade : 0.0;
   const model::OutputCreep creep(creep_of(*options.creep_per_decade));

@@ -28,12 +28,11 @@ NormalEquations& NormalEquations::operator+=(const NormalEquations& other) {
   return *this;
 }
 
-NormalEquations& NormalEquations::operator-=(const NormalEquations& other) {
-  H -= other.H;
-  g -= other.g;
-  square -= other.square;
-  samples -= other.samples;
-  return *this;
+void NormalEquations::take_away(const NormalEquations& other, double share) {
+  H -= share * other.H;
+  g -= share * other.g;
+  square -= share * other.square;
+  samples -= share * other.samples;
 }
 
 void NormalEquations::add(const NormalEquations& other, Eigen::Index shared, Eigen::Index own) {

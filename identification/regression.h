@@ -36,7 +36,8 @@ struct NormalEquations {
   explicit NormalEquations(Eigen::Index unknowns)
       : H(Eigen::MatrixXd::Zero(unknowns, unknowns)), g(Eigen::VectorXd::Zero(unknowns)) {}
   NormalEquations& operator+=(const NormalEquations& other);
-  NormalEquations& operator-=(const NormalEquations& other);
+  /// Takes away a share of equations that are part of these.
+  void take_away(const NormalEquations& other, double share);
   /// Adds equations whose first `shared` unknowns are the first ones here; the others stand from `own` on.
   void add(const NormalEquations& other, Eigen::Index shared, Eigen::Index own);
   /// False if a k is so negative that branches grow beyond every number.

@@ -227,22 +227,21 @@ class Searcher {
     best_cost_ = c;
   }
 
-  // Adds the best remaining candidate repeatedly, until none lowers the error enough.
+  // Adds the best remaining candidate that is worth it, repeatedly, until none is.
   void add_useful_unknowns() {
-    while (options_.go_on()) {
-      std::optional<std::vector<Unknown>> chosen;
-      double least = worth_it * best_cost_;
+    bool is_added = true;
+    while (is_added && options_.go_on()) {
+      std::vector<std::pair<double, std::vector<Unknown>>> tried;
       for (const Unknown& candidate : candidates(best_, unknowns_, problem_->symmetry, options_)) {
         std::vector<Unknown> unknowns = unknowns_;
         for (Unknown& known : unknowns) known.step = 0.2;
         unknowns.push_back(candidate);
         const double c = descend(unknowns, 25 + 15 * static_cast<int>(unknowns.size()));
-        if (c < least) {
-          least = c;
-          chosen = unknowns;
-        }
+        if (c < worth_it * best_cost_) tried.emplace_back(c, std::move(unknowns));
       }
-      if (!chosen || !add_unknown(*chosen, least)) return;
+      std::ranges::sort(tried, {}, [](const auto& one) { return one.first; });
+      is_added =
+          std::ranges::any_of(tried, [&](const auto& one) { return add_unknown(one.second, one.first); });
     }
   }
 

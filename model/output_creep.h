@@ -29,7 +29,7 @@ class OutputCreep {
   struct Config {
     double per_decade = 0.0;  ///< 2 w, share of the output
     double from_s = 0.01;     ///< shortest lag
-    double to_s = 3.0;        ///< longest lag, to the next half decade
+    double to_s = 3.0;        ///< longest lag, to the nearest half decade
 
     bool operator==(const Config&) const = default;
   };

@@ -118,7 +118,8 @@ std::string finding_of_old(const std::filesystem::path& file, const identificati
       "the inputs go from {:.4g} to {:.4g} {}, the thresholds of {} are {:.4g} and {:.4g}: {}what they do "
       "not determine is that of {}{}",
       moved.lo, moved.hi, datasets.front().input_unit, file.string(), known.lo, known.hi,
-      covers ? "" : "what lies beyond the inputs and ", file.string(),
+      covers ? "" : "what lies beyond the inputs and ",
+      file.string() + (old.creep ? "" : ", which has no creep"),
       config::load_dynamics(file) ? ", but for its [dynamics], which are left out" : "");
 }
 
@@ -228,7 +229,9 @@ int run_identify(const IdentifyArguments& options) {
 
 CLI::Validator creep_or_auto() {
   return {[](const std::string& text) {
-            const bool sound = text == "auto" || text == "none" || CLI::Range(0.0, 0.1)(text).empty();
+            const bool is_number = text.find_first_not_of("0123456789.eE+-") == std::string::npos;
+            const bool sound =
+                text == "auto" || text == "none" || (is_number && CLI::Range(0.0, 0.1)(text).empty());
             return sound ? std::string() : fmt::format("{}, expected auto, none or 0 to 0.1", text);
           },
           "CREEP"};

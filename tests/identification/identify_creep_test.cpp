@@ -12,6 +12,7 @@
 #include "identification/creep_rows.h"
 #include "identification/identify.h"
 #include "model/output_creep.h"
+#include "model/prandtl_ishlinskii.h"
 #include "tests/identification/made_record.h"
 #include "tests/model/models.h"
 
@@ -95,6 +96,49 @@ TEST(IdentifyCreep, ARecordThatDisagreesIsFoundByLeavingItOut) {
   ASSERT_EQ(found.left_out.size(), 3U);
   EXPECT_NEAR(found.left_out[2].gain, 1.02, 0.005);
   EXPECT_GT(found.left_out[2].rms(), 1.3 * found.left_out[0].rms());
+}
+
+/// Twenty plays with a bent output, at rest at first, along straight lines between turning points.
+Dataset plays_along(const std::vector<double>& turns, double speed_per_s, double row_s, double zero,
+                    std::uint64_t seed) {
+  model::PrandtlIshlinskiiParameters parameters{"V", "um", {0.0, 100.0}, 0.0, 0.2, {}, {}};
+  for (int i = 1; i <= 20; ++i) {
+    parameters.thresholds.push_back(2.0 * i);
+    parameters.weights.push_back(0.01 * (1 + i % 3));
+  }
+  const model::PrandtlIshlinskii truth(parameters);
+  Dataset dataset = record_of(truth, truth.virgin(0.0), travelled(turns, speed_per_s * row_s));
+  const double full = std::ranges::max(dataset.output);
+  for (std::size_t i = 0; i < dataset.size(); ++i) {
+    dataset.time_s[i] = row_s * static_cast<double>(i);
+    const double part = dataset.output[i] / full;
+    dataset.output[i] *= 1.0 + 0.24 * part - 0.08 * part * part;
+  }
+  const std::vector<double> crept =
+      with_creep(OutputCreep({.per_decade = 0.02}), dataset.time_s, dataset.output);
+  const double late_rows = 4e-4 / row_s;
+  for (std::size_t i = 0; i < dataset.size(); ++i) {
+    const double at = std::max(0.0, static_cast<double>(i) - late_rows);
+    const auto before = static_cast<std::size_t>(at);
+    const double share = at - static_cast<double>(before);
+    dataset.output[i] = crept[before] + (share > 0.0 ? share * (crept[before + 1] - crept[before]) : 0.0);
+  }
+  for (double& output : dataset.output) output += zero;
+  return with_noise(dataset, 2e-4 * span_of(dataset.output), seed);
+}
+
+// No model of this kind is exact, and neither session has seen all of the other's turning points.
+TEST(IdentifyCreep, IsFoundInEitherOrderOfTwoCoursesOfAnotherActuator) {
+  const Dataset slow = plays_along({0, 97, 5, 92, 10, 87, 15, 82, 20, 77, 25, 72, 30, 67, 35, 62, 40, 57},
+                                   250.0, 2e-3, -0.2, 7);
+  const Dataset fast = plays_along({0,  100, 0,  30, 14, 38, 21, 64, 32, 41, 2,  55, 8, 90, 40, 55, 43, 79,
+                                    59, 76,  55, 78, 64, 97, 34, 72, 45, 57, 46, 56, 6, 79, 15, 38, 24, 40},
+                                   3000.0, 2e-4, 0.3, 8);
+  const Identified one = identify({slow, fast}, {}), other = identify({fast, slow}, {});
+  ASSERT_TRUE(one.creep && other.creep);
+  std::printf("creep %.2f and %.2f %%\n", 100.0 * one.creep->per_decade, 100.0 * other.creep->per_decade);
+  EXPECT_GT(one.creep->per_decade, 0.005);
+  EXPECT_NEAR(one.creep->per_decade, other.creep->per_decade, 0.002);
 }
 
 }  // namespace

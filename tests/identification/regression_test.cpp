@@ -103,7 +103,7 @@ TEST(Regression, SumOfTheFoldsEqualsTheWhole) {
   NormalEquations sum(2 * order + 1);
   for (const NormalEquations& fold : made.summed(pace)) sum += fold;
   expect_same(sum, whole.summed(pace)[0]);
-  sum -= made.summed(pace)[2];
+  sum.take_away(made.summed(pace)[2], 1.0);
   NormalEquations without = made.row_by_row(0, pace);
   expect_same(sum, without += made.row_by_row(1, pace));
 }
