@@ -1,12 +1,17 @@
 // Makes a rehearsal from a configuration, and reads how well it tracked.
 #pragma once
 
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "app/live/rehearsal_setup.h"
 #include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
+#include "tests/support/count_allocations.h"
 
 namespace hystcan::support {
 
@@ -22,6 +27,17 @@ inline rehearsal::Setup shipped(const std::string& name, const std::vector<confi
 /// RMS error of axis 0 over its first segment, the triangle of the shipped configurations, in % of stroke.
 inline double triangle_percent(const rehearsal::Outcome& outcome) {
   return 100.0 * outcome.axes[0].statistics.segments()[0].rms_um() / outcome.axes[0].stroke_um;
+}
+
+/// Allocations in one second of tracking, from 2 s after the start on. For programs with count_allocations.cpp.
+inline std::uint64_t allocations_while_tracking(const rehearsal::Setup& setup) {
+  rehearsal::Rehearsal rehearsal(setup, ignore);
+  rehearsal.start();
+  rehearsal.run_for(std::chrono::seconds(2));
+  EXPECT_EQ(rehearsal.controller().axis(0).state(), controller::AxisState::tracking);
+  const std::uint64_t before = allocations_so_far();
+  rehearsal.run_for(std::chrono::seconds(1));
+  return allocations_so_far() - before;
 }
 
 }  // namespace hystcan::support

@@ -8,6 +8,7 @@
 
 #include "model/output_creep.h"
 #include "tests/app/commands/cli.h"
+#include "tests/app/commands/rows.h"
 
 namespace hystcan::simulate_creep_test {
 namespace {
@@ -54,24 +55,6 @@ class SimulateCreep : public Cli {
     }
   }
 };
-
-struct Row {
-  double time_s, input, output;
-};
-
-std::vector<Row> rows_of(const std::string& text) {
-  std::istringstream lines(text);
-  std::string line;
-  std::getline(lines, line);
-  EXPECT_EQ(line, "time_s,input,output");
-  std::vector<Row> rows;
-  while (std::getline(lines, line)) {
-    Row row{};
-    EXPECT_EQ(std::sscanf(line.c_str(), "%lf,%lf,%lf", &row.time_s, &row.input, &row.output), 3) << line;
-    rows.push_back(row);
-  }
-  return rows;
-}
 
 struct Kind {
   const char* name;

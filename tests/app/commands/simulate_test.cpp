@@ -3,10 +3,10 @@
 #include <cmath>
 #include <filesystem>
 #include <ostream>
-#include <sstream>
 #include <vector>
 
 #include "tests/app/commands/cli.h"
+#include "tests/app/commands/rows.h"
 
 namespace hystcan::simulate_test {
 namespace {
@@ -34,24 +34,6 @@ class Simulate : public Cli {
           << (lo + hi) / 2 + 0.49 * (hi - lo) * std::sin(0.05 * i) * std::cos(2.0 * i / rows) << '\n';
   }
 };
-
-struct Row {
-  double time_s, input, output;
-};
-
-std::vector<Row> rows_of(const std::string& text) {
-  std::istringstream lines(text);
-  std::string line;
-  std::getline(lines, line);
-  EXPECT_EQ(line, "time_s,input,output");
-  std::vector<Row> rows;
-  while (std::getline(lines, line)) {
-    Row row{};
-    EXPECT_EQ(std::sscanf(line.c_str(), "%lf,%lf,%lf", &row.time_s, &row.input, &row.output), 3) << line;
-    rows.push_back(row);
-  }
-  return rows;
-}
 
 struct Kind {
   const char* name;
