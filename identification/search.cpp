@@ -231,6 +231,7 @@ class Searcher {
   void add_useful_unknowns() {
     bool is_added = true;
     while (is_added && options_.go_on()) {
+      result_.refused.clear();  // they are tried again beside what was added
       std::vector<std::pair<double, std::vector<Unknown>>> tried;
       for (const Unknown& candidate : candidates(best_, unknowns_, problem_->symmetry, options_)) {
         std::vector<Unknown> unknowns = unknowns_;

@@ -127,7 +127,7 @@ TEST_F(RecordedRuns, OfALittleExcitationImproveAnOldModel) {
   EXPECT_TRUE(found["findings"].back().get<std::string>().ends_with(
       "what lies beyond the inputs and what they do not "
       "determine is that of " +
-      old))
+      old + ", which has no creep"))
       << found["findings"];
 }
 
