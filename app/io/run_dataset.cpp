@@ -22,7 +22,8 @@ namespace {
 
 using identification::Dataset;
 
-const std::vector<std::string> columns{"cycle", "time_s", "state", "drive", "position_um", "sample_missing"};
+const std::vector<std::string> columns_of_a_run{"cycle", "time_s",      "state",
+                                                "drive", "position_um", "sample_missing"};
 
 struct Cycle {
   Cycle(std::span<const std::vector<double>> block, std::size_t row)
@@ -126,9 +127,11 @@ Dataset load_run(const std::filesystem::path& file, const std::string& axis, con
   const std::size_t index = runs::axis_of(run, axis.empty() ? std::nullopt : std::optional(axis));
   const runs::RunAxis& about = run.info().axes[index];
   LongestStretch stretch(file.string());
-  run.read_blocks({&index, 1}, columns, span, [&](std::size_t, std::span<const std::vector<double>> block) {
-    for (std::size_t row = 0; row < block.front().size(); ++row) stretch.add(Cycle(block, row));
-  });
+  run.read_blocks({&index, 1}, columns_of_a_run, span,
+                  [&](std::size_t, std::span<const std::vector<double>> block) {
+                    for (std::size_t row = 0; row < block.front().size(); ++row)
+                      stretch.add(Cycle(block, row));
+                  });
   stretch.end_stretch();
   if (stretch.is_empty())
     throw config::Error(
