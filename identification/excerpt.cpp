@@ -80,7 +80,8 @@ std::vector<double> Excerpt::outputs_without(const model::OutputCreep& creep) co
 
 Excerpt::Sequence Excerpt::delayed_by(double delay_s, const model::OutputCreep& creep) const {
   Sequence sequence;
-  const std::vector<double> outputs = outputs_without(creep);
+  const std::vector<double> at_once = creep.lags() > 0 ? outputs_without(creep) : std::vector<double>{};
+  const std::vector<double>& outputs = creep.lags() > 0 ? at_once : output_;
   const std::size_t samples = (input_.size() + stride_ - 1) / stride_ + turning_points_.size();
   for (auto* column : {&sequence.time_s, &sequence.input, &sequence.output, &sequence.weight})
     column->reserve(samples);

@@ -79,14 +79,17 @@ Folds assign_folds(const std::vector<Dataset>& datasets, model::Interval observe
 Folds records_as_folds(const std::vector<Dataset>& datasets, model::Interval observed) {
   const Cycles cycles(datasets, observed);
   const double near = at_the_end * observed.span();
+  std::vector<model::Interval> ranges;
+  ranges.reserve(datasets.size());
+  for (const Dataset& dataset : datasets) {
+    const auto [low, high] = std::ranges::minmax(dataset.input);
+    ranges.push_back({low, high});
+  }
   std::vector<int> fold_of_cycle(cycles.reach.size(), 0);
   for (std::size_t r = 0; r < datasets.size(); ++r) {
     model::Interval others{observed.hi, observed.lo};
-    for (std::size_t other = 0; other < datasets.size(); ++other) {
-      if (other == r) continue;
-      const auto [low, high] = std::ranges::minmax(datasets[other].input);
-      others = {std::min(others.lo, low), std::max(others.hi, high)};
-    }
+    for (std::size_t other = 0; other < ranges.size(); ++other)
+      if (other != r) others = {std::min(others.lo, ranges[other].lo), std::max(others.hi, ranges[other].hi)};
     for (std::size_t c = cycles.of[r].front(); c <= cycles.of[r].back(); ++c)
       if (cycles.reach[c].lo >= others.lo - near && cycles.reach[c].hi <= others.hi + near)
         fold_of_cycle[c] = static_cast<int>(r) + 1;
