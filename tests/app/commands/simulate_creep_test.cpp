@@ -8,16 +8,13 @@
 
 #include "model/output_creep.h"
 #include "tests/app/commands/cli.h"
+#include "tests/app/commands/model_kinds.h"
 #include "tests/app/commands/rows.h"
 
 namespace hystcan::simulate_creep_test {
 namespace {
 
 #define HYSTCAN_CREEP "\n[creep]\nper_decade = 0.023\nfrom_s = 0.01\nto_s = 3.0\n"
-#define HYSTCAN_UNITS "input_unit = \"V\"\noutput_unit = \"um\"\ninput_min = 0.0\ninput_max = 100.0\n"
-#define HYSTCAN_CURVES                                                                                    \
-  "basis = \"power\"\nascending = [0.0, 0.25, 4e-4, 1e-6]\ndescending = [0.8, 0.372, -8e-4]\nsymmetry = " \
-  "\"none\"\n"
 
 constexpr const char* recursive_memory =
     "[hysteresis]\nkind = \"recursive-memory\"\n" HYSTCAN_UNITS HYSTCAN_CURVES
@@ -56,34 +53,13 @@ class SimulateCreep : public Cli {
   }
 };
 
-struct Kind {
-  const char* name;
-  const char* model;
-  double input_tolerance = 1e-9;
-
-  friend void PrintTo(const Kind& kind, std::ostream* out) { *out << kind.name; }
-};
-
 class CreepOfEveryKind : public SimulateCreep, public testing::WithParamInterface<Kind> {
  protected:
   CreepOfEveryKind() { write("stage.toml", GetParam().model + std::string(HYSTCAN_CREEP)); }
 };
 
-INSTANTIATE_TEST_SUITE_P(
-    Of, CreepOfEveryKind,
-    testing::Values(
-        Kind{"RecursiveMemory", recursive_memory},
-        Kind{"Average", "[hysteresis]\nkind = \"average\"\n" HYSTCAN_UNITS HYSTCAN_CURVES},
-        Kind{"LinearMapping", "[hysteresis]\nkind = \"linear-mapping\"\n" HYSTCAN_UNITS HYSTCAN_CURVES},
-        Kind{"PrandtlIshlinskii",
-             "[hysteresis]\nkind = \"prandtl-ishlinskii\"\n" HYSTCAN_UNITS
-             "offset = 0.5\ngain = 0.2\nthresholds = [2.0, 10.0]\nweights = [0.05, 0.04]\n"},
-        // A Preisach branch starts with the small slope of the gain, so that the inverse is less exact.
-        Kind{"Preisach",
-             "[hysteresis]\nkind = \"preisach\"\n" HYSTCAN_UNITS
-             "offset = 0.5\ngain = 0.02\nweights = [3.0, 1.0, 4.0, 1.0, 2.0, 3.0]\n",
-             1e-8}),
-    [](const auto& test) { return test.param.name; });
+INSTANTIATE_TEST_SUITE_P(Of, CreepOfEveryKind, testing::ValuesIn(every_kind(recursive_memory)),
+                         [](const auto& test) { return test.param.name; });
 
 TEST_P(CreepOfEveryKind, InverseThenForwardReturnsTheOutput) {
   write_record("in.csv", 500);

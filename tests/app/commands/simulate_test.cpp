@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tests/app/commands/cli.h"
+#include "tests/app/commands/model_kinds.h"
 #include "tests/app/commands/rows.h"
 
 namespace hystcan::simulate_test {
@@ -35,19 +36,12 @@ class Simulate : public Cli {
   }
 };
 
-struct Kind {
-  const char* name;
-  const char* model;  ///< "": the shipped piezo model
-  double input_tolerance = 1e-9;
-
-  friend void PrintTo(const Kind& kind, std::ostream* out) { *out << kind.name; }
-};
-
 class EveryKind : public Simulate, public testing::WithParamInterface<Kind> {};
 
 TEST_P(EveryKind, InverseThenForwardReturnsTheOutput) {
   const Kind& kind = GetParam();
-  if (*kind.model != '\0') write("piezo.model.toml", kind.model);
+  if (*kind.model != '\0')  // "": the shipped piezo model
+    write("piezo.model.toml", kind.model);
   write_record("in.csv", 500);
   Process forward = run("piezo.model.toml", "in.csv", "there.csv");
   ASSERT_EQ(forward.wait(), done) << forward.err();
@@ -63,26 +57,8 @@ TEST_P(EveryKind, InverseThenForwardReturnsTheOutput) {
   }
 }
 
-#define HYSTCAN_UNITS "input_unit = \"V\"\noutput_unit = \"um\"\ninput_min = 0.0\ninput_max = 100.0\n"
-#define HYSTCAN_CURVES                                                                                    \
-  "basis = \"power\"\nascending = [0.0, 0.25, 4e-4, 1e-6]\ndescending = [0.8, 0.372, -8e-4]\nsymmetry = " \
-  "\"none\"\n"
-
-INSTANTIATE_TEST_SUITE_P(
-    Of, EveryKind,
-    testing::Values(
-        Kind{"RecursiveMemory", ""},
-        Kind{"Average", "[hysteresis]\nkind = \"average\"\n" HYSTCAN_UNITS HYSTCAN_CURVES},
-        Kind{"LinearMapping", "[hysteresis]\nkind = \"linear-mapping\"\n" HYSTCAN_UNITS HYSTCAN_CURVES},
-        Kind{"PrandtlIshlinskii",
-             "[hysteresis]\nkind = \"prandtl-ishlinskii\"\n" HYSTCAN_UNITS
-             "offset = 0.5\ngain = 0.2\nthresholds = [2.0, 10.0]\nweights = [0.05, 0.04]\n"},
-        // A Preisach branch starts with the small slope of the gain, so that the inverse is less exact.
-        Kind{"Preisach",
-             "[hysteresis]\nkind = \"preisach\"\n" HYSTCAN_UNITS
-             "offset = 0.5\ngain = 0.02\nweights = [3.0, 1.0, 4.0, 1.0, 2.0, 3.0]\n",
-             1e-8}),
-    [](const auto& test) { return test.param.name; });
+INSTANTIATE_TEST_SUITE_P(Of, EveryKind, testing::ValuesIn(every_kind("")),
+                         [](const auto& test) { return test.param.name; });
 
 TEST_F(Simulate, RefusesACsvWithAnEmptyFieldAndKeepsTheOldOutput) {
   write("in.csv", "time_s,input\n0,1\n1,\n");
