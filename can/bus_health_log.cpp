@@ -6,7 +6,7 @@
 #include <boost/lockfree/spsc_queue.hpp>
 #include <utility>
 
-#include "can/counted.h"
+#include "base/text.h"
 
 namespace hystcan::can {
 namespace {

@@ -9,8 +9,8 @@
 #include <system_error>
 #include <utility>
 
+#include "base/append_file.h"
 #include "controller/cycle_columns.h"
-#include "storage/append_file.h"
 
 namespace hystcan::controller {
 namespace {
@@ -143,7 +143,7 @@ void BlackBox::write(Box& box, std::string_view reason, std::chrono::system_cloc
   std::error_code error;
   try {
     if (makes_folder_) std::filesystem::create_directory(config_.folder);
-    storage::AppendFile file(path, storage::AppendFile::Existing::refuse);
+    AppendFile file(path, AppendFile::Existing::refuse);
     std::string row = fmt::format(
         "# axis {}: {}\n# next_position_um: the sample of the next cycle; *_us from the SYNC of the cycle on\n{}",
         box.name, reason, cycle_units);

@@ -11,15 +11,10 @@
 #include <chrono>
 #include <utility>
 
+#include "base/threads.h"
 #include "controller/cycle_columns.h"
 
 namespace hystcan::controller {
-void yield_to_the_control_thread() {
-  const sched_param ordinary{.sched_priority = 0};
-  pthread_setschedparam(pthread_self(), SCHED_OTHER, &ordinary);
-  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 10);
-}
-
 struct TelemetryThread::Ring {
   static constexpr std::size_t capacity = 16384;
   boost::lockfree::spsc_queue<CycleRecord, boost::lockfree::capacity<capacity>> records;
@@ -48,7 +43,7 @@ void TelemetryThread::run() {
 }
 
 CsvLog::CsvLog(const std::filesystem::path& file, std::vector<std::string> axis_names)
-    : axis_names_(std::move(axis_names)), file_(file, storage::AppendFile::Existing::replace) {
+    : axis_names_(std::move(axis_names)), file_(file, AppendFile::Existing::replace) {
   row_ = cycle_units;
   append_cycle_header(row_);
   file_.add(row_ += '\n');

@@ -11,15 +11,11 @@
 #include <utility>
 #include <vector>
 
+#include "base/append_file.h"
 #include "can/bus_health_log.h"
 #include "controller/cycle_record.h"
-#include "storage/append_file.h"
 
 namespace hystcan::controller {
-
-/// Lowers the priority of the calling thread: it runs only when the control thread does not need the
-/// processor, whatever priority the process was started with.
-void yield_to_the_control_thread();
 
 /// Passes cycle records to `consume` on another thread. push() neither waits nor allocates; where the ring is
 /// full it drops the record and counts it.
@@ -57,7 +53,7 @@ class CsvLog {
 
  private:
   std::vector<std::string> axis_names_;
-  storage::AppendFile file_;
+  AppendFile file_;
   std::string row_;
 };
 

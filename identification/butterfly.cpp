@@ -8,9 +8,9 @@
 #include <optional>
 #include <utility>
 
+#include "base/text.h"
 #include "identification/curve_basis.h"
 #include "identification/excerpt.h"
-#include "model/refusal.h"
 
 namespace hystcan::identification {
 namespace {
@@ -156,7 +156,7 @@ class Butterfly {
     options_.output = ShapeOfOutput::none;
     options_.common_gain = true;
     if (options_.creep_per_decade.value_or(0.0) != 0.0)
-      model::refuse("a butterfly has no creep here, expected none");
+      refuse("a butterfly has no creep here, expected none");
     options_.creep_per_decade = 0.0;
   }
 
@@ -186,10 +186,9 @@ class Butterfly {
       const std::vector<Swing> swings = swings_of(given_[i]);
       valleys.push_back(valley_of(given_[i], swings));
       if (!std::isfinite(valleys.back()))
-        model::refuse(
-            "dataset ", i + 1,
-            " shows one side of a butterfly: its output passes no valley inside a swing of the input, "
-            "expected inputs of both signs");
+        refuse("dataset ", i + 1,
+               " shows one side of a butterfly: its output passes no valley inside a swing of the input, "
+               "expected inputs of both signs");
       offsets_.push_back(options_.common_zero ? 0.0 : valleys[i] - valleys[0]);
       for (const double x : given_[i].output) most = std::max(most, x - valleys[i]);
     }
@@ -218,7 +217,7 @@ class Butterfly {
       if (std::optional<FittedMap> next = fitted(inner, order);
           next && (!best || next->rms < worth_a_term * best->rms))
         best = std::move(next);
-    if (!best) model::refuse("no map with one valley fits: is this a butterfly?");
+    if (!best) refuse("no map with one valley fits: is this a butterfly?");
     return *best;
   }
 

@@ -5,17 +5,15 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/text.h"
 #include "identification/branch_rows.h"
 #include "identification/excerpt.h"
 #include "identification/numerics/orthogonal_decomposition.h"
 #include "identification/path.h"
 #include "identification/prediction.h"
-#include "model/refusal.h"
 
 namespace hystcan::identification {
 namespace {
-
-using model::refuse;
 
 model::Interval range_of(const std::vector<double>& values) {
   const auto [low, high] = std::ranges::minmax_element(values);
@@ -224,7 +222,7 @@ void check_identifiable(const Dataset& dataset, model::Symmetry symmetry) {
     refuse("the output is constant at ", outputs.lo, ", expected an output that follows the input");
   if (slope_of(seen.input, seen.output) < 0.0) throw OutputFalls();
   if (lead(seen) > 0.02 * outputs.span())
-    refuse("the output leads the input: its loops run clockwise, ", model::rounded(lead(seen)),
+    refuse("the output leads the input: its loops run clockwise, ", rounded(lead(seen)),
            " wide on average; expected the output to lag: are input and output interchanged?");
 }
 

@@ -6,15 +6,13 @@
 #include <limits>
 #include <numeric>
 
+#include "base/text.h"
 #include "identification/butterfly.h"
 #include "identification/excerpt.h"
 #include "identification/knot_places.h"
-#include "model/refusal.h"
 
 namespace hystcan::identification {
 namespace {
-
-using model::refuse;
 
 constexpr double unexplained = 0.5;       // of the output's standard deviation: the model is refused
 constexpr double worth_a_map = 0.9;       // of the held-out error without it

@@ -6,9 +6,9 @@
 #include <string>
 #include <utility>
 
+#include "base/text.h"
 #include "identification/creep_rows.h"
 #include "model/hysteresis.h"
-#include "model/refusal.h"
 
 namespace hystcan::identification {
 namespace {
@@ -99,11 +99,11 @@ void leave_out_old_model(Identified& identified, const std::vector<Dataset>& dat
 Identified identify_from(const OldModel& old, const std::vector<Dataset>& datasets, IdentifyOptions options) {
   const model::HysteresisParameters& parameters = old.parameters;
   if (parameters.output_map || options.output == ShapeOfOutput::butterfly)
-    model::refuse("the old model is a butterfly, expected a model without an output map");
+    refuse("the old model is a butterfly, expected a model without an output map");
   const model::OutputCreep::Config searched{.per_decade = old.creep ? old.creep->per_decade : 0.0};
   if (old.creep && *old.creep != searched)
-    model::refuse("the creep of the old model has lags from ", old.creep->from_s, " to ", old.creep->to_s,
-                  " s, expected ", searched.from_s, " to ", searched.to_s);
+    refuse("the creep of the old model has lags from ", old.creep->from_s, " to ", old.creep->to_s,
+           " s, expected ", searched.from_s, " to ", searched.to_s);
   options.output = parameters.symmetry == model::Symmetry::even ? ShapeOfOutput::even : ShapeOfOutput::none;
   if (!options.shape && options.curves == CurveChoice::automatic) options.shape = shape_of(parameters);
   options.never_held_out = 1;

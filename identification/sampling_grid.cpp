@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "model/refusal.h"
+#include "base/text.h"
 
 namespace hystcan::identification {
 namespace {
@@ -21,7 +21,7 @@ double median(std::vector<double> values) {
 }  // namespace
 
 Grid grid_of(const std::vector<double>& time_s) {
-  if (time_s.size() < 2) model::refuse(time_s.size(), " rows, expected at least 2");
+  if (time_s.size() < 2) refuse(time_s.size(), " rows, expected at least 2");
   std::vector<double> steps_s(time_s.size() - 1);
   for (std::size_t n = 1; n < time_s.size(); ++n) steps_s[n - 1] = time_s[n] - time_s[n - 1];
   const double usual_s = median(steps_s);
@@ -33,13 +33,13 @@ Grid grid_of(const std::vector<double>& time_s) {
   for (std::size_t n = 1; n < time_s.size(); ++n) {
     const double cycles = static_cast<double>(grid.cycles[n] - grid.cycles[n - 1]);
     if (!(std::abs(steps_s[n - 1] - cycles * grid.cycle_s) <= unevenness * grid.cycle_s))
-      model::refuse("time_s of row ", n + 1, " is ", steps_s[n - 1],
-                    " s after the row before, expected a whole multiple of ", grid.cycle_s,
-                    " s within 10 % of it: an evenly sampled dataset");
+      refuse("time_s of row ", n + 1, " is ", steps_s[n - 1],
+             " s after the row before, expected a whole multiple of ", grid.cycle_s,
+             " s within 10 % of it: an evenly sampled dataset");
   }
   if (grid.length() > 2 * static_cast<Eigen::Index>(time_s.size()))
-    model::refuse(grid.length() - static_cast<Eigen::Index>(time_s.size()), " of ", grid.length(),
-                  " cycles have no row, expected most of them");
+    refuse(grid.length() - static_cast<Eigen::Index>(time_s.size()), " of ", grid.length(),
+           " cycles have no row, expected most of them");
   return grid;
 }
 

@@ -7,10 +7,10 @@
 #include <span>
 #include <utility>
 
+#include "base/text.h"
 #include "identification/mean_course.h"
 #include "identification/numerics/nelder_mead.h"
 #include "identification/unknowns.h"
-#include "model/refusal.h"
 
 namespace hystcan::identification {
 namespace {
@@ -48,7 +48,7 @@ class Searcher {
         options_.shape && !options_.shape->is_spline() && options_.shape->order > first_order;
     begin_with(is_rich ? first : options_.shape.value_or(first));
     if (!std::isfinite(best_cost_))
-      model::refuse("no model fits with a finite error; expected a dataset that a model can describe");
+      refuse("no model fits with a finite error; expected a dataset that a model can describe");
     if (is_rich) {
       use(*options_.shape);
       best_cost_ = cost(best_);

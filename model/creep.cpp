@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "model/refusal.h"
+#include "base/text.h"
 
 namespace hystcan::model {
 namespace {

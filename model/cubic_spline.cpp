@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "model/refusal.h"
+#include "base/text.h"
 
 namespace hystcan::model {
 namespace {

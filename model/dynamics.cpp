@@ -1,6 +1,6 @@
 #include "model/dynamics.h"
 
-#include "model/refusal.h"
+#include "base/text.h"
 
 namespace hystcan::model {
 namespace {

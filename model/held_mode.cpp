@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "model/refusal.h"
+#include "base/text.h"
 
 namespace hystcan::model {
 namespace {

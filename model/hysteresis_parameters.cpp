@@ -1,6 +1,6 @@
 #include "model/hysteresis_parameters.h"
 
-#include "model/words.h"
+#include "base/words.h"
 
 namespace hystcan::model {
 

@@ -6,10 +6,10 @@
 #include <limits>
 #include <optional>
 
+#include "base/text.h"
+#include "base/words.h"
 #include "model/memory_model.h"
 #include "model/memory_text.h"
-#include "model/refusal.h"
-#include "model/words.h"
 
 namespace hystcan::model {
 

@@ -4,7 +4,7 @@
 #include <complex>
 #include <numbers>
 
-#include "model/refusal.h"
+#include "base/text.h"
 
 namespace hystcan::model {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/refusal.h"
+#include "base/text.h"
 
 namespace hystcan::model {
 namespace {

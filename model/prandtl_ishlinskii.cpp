@@ -8,9 +8,9 @@
 #include <limits>
 #include <utility>
 
+#include "base/text.h"
 #include "model/fingerprint.h"
 #include "model/memory_text.h"
-#include "model/refusal.h"
 
 namespace hystcan::model {
 

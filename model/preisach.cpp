@@ -4,9 +4,9 @@
 #include <cmath>
 #include <utility>
 
+#include "base/text.h"
 #include "model/fingerprint.h"
 #include "model/memory_model_impl.h"
-#include "model/refusal.h"
 
 namespace hystcan::model {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "model/refusal.h"
+#include "base/text.h"
 
 namespace hystcan::model {
 namespace {

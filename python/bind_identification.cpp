@@ -6,12 +6,12 @@
 #include <optional>
 #include <utility>
 
-#include "app/io/output_file.h"
-#include "app/report/identification_findings.h"
-#include "app/report/identification_result.h"
+#include "app/stage/identification_findings.h"
+#include "app/stage/identification_result.h"
+#include "base/output_file.h"
+#include "base/words.h"
 #include "identification/dynamics/joint_dynamics.h"
 #include "identification/identify.h"
-#include "model/words.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/model.h"
@@ -134,9 +134,7 @@ Result identify(const py::object& t, const py::object& u, const py::object& y,
           {}};
 }
 
-void save_result(const Result& result, const std::filesystem::path& path) {
-  app::write_file(path, result.text);
-}
+void save_result(const Result& result, const std::filesystem::path& path) { write_file(path, result.text); }
 
 py::dict validate(const Model& model, const Array& t, const Array& u, const Array& y,
                   const std::optional<double>& delay_s, const std::optional<double>& estimate_from_s,

@@ -7,7 +7,7 @@
 #include <span>
 #include <utility>
 
-#include "app/io/output_file.h"
+#include "base/output_file.h"
 #include "model/simulation.h"
 #include "python/any_model.h"
 #include "python/arrays.h"
@@ -98,9 +98,7 @@ double step_memory(Memory& memory, double u, const std::optional<double>& t) {
   return memory.simulate({&u, 1}, {&time_s, 1}).values[0];
 }
 
-void save_memory(const Memory& memory, const std::filesystem::path& path) {
-  app::write_file(path, memory.text());
-}
+void save_memory(const Memory& memory, const std::filesystem::path& path) { write_file(path, memory.text()); }
 
 void bind_memory(py::module_& module) {
   py::class_<Memory> type(module, "Memory",

@@ -4,9 +4,8 @@
 #include <string>
 #include <system_error>
 
-#include "app/io/exit_status.h"
+#include "base/error.h"
 #include "can/dbc/database.h"
-#include "config/document/error.h"
 #include "python/bindings.h"
 #include "python/unlocked.h"
 #include "storage/hdf5.h"
@@ -16,13 +15,13 @@ namespace hystcan::python {
 namespace py = pybind11;
 
 void bind_errors(py::module_& module) {
-  static const py::exception<config::Error> error(module, "Error", PyExc_ValueError);
+  static const py::exception<Error> error(module, "Error", PyExc_ValueError);
   module.attr("Error").attr("__doc__") =
       "A file, a value or a dataset that hystcan refuses; the text is that of the command line.";
   py::register_exception_translator([](std::exception_ptr thrown) {
     try {
       if (thrown) std::rethrow_exception(thrown);
-    } catch (const config::Error& refused) {
+    } catch (const Error& refused) {
       PyErr_SetString(error.ptr(), refused.what());
     } catch (const can::DbcError& refused) {
       PyErr_SetString(error.ptr(), refused.what());
@@ -30,7 +29,7 @@ void bind_errors(py::module_& module) {
       PyErr_SetString(error.ptr(), refused.what());
     } catch (const std::invalid_argument& refused) {
       PyErr_SetString(error.ptr(), refused.what());
-    } catch (const app::RunError& failed) {
+    } catch (const RunError& failed) {
       PyErr_SetString(PyExc_OSError, failed.what());
     } catch (const std::system_error& failed) {
       const py::object arguments = py::make_tuple(failed.code().value(), failed.what());

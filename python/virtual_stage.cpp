@@ -6,7 +6,7 @@
 #include <chrono>
 
 #include "app/live/rehearsal_setup.h"
-#include "config/document/error.h"
+#include "base/error.h"
 
 namespace hystcan::python {
 namespace {
@@ -25,13 +25,13 @@ config::Config configuration(const std::filesystem::path& file, const std::vecto
     const auto axis =
         std::ranges::find_if(config.axes, [&](const auto& each) { return each.wire.name == name; });
     if (axis == config.axes.end())
-      throw config::Error(fmt::format("{}: no axis {}, which a reference is given for", file.string(), name));
+      throw Error(fmt::format("{}: no axis {}, which a reference is given for", file.string(), name));
     const controller::MonotoneCubic::Range range = curve.range();
     const auto& supervision = axis->control.supervision;
     if (range.lowest < supervision.position_min_um || range.highest > supervision.position_max_um)
-      throw config::Error(
-          fmt::format("the reference of {} goes from {:g} to {:g} um, expected {:g} to {:g} um", name,
-                      range.lowest, range.highest, supervision.position_min_um, supervision.position_max_um));
+      throw Error(fmt::format("the reference of {} goes from {:g} to {:g} um, expected {:g} to {:g} um", name,
+                              range.lowest, range.highest, supervision.position_min_um,
+                              supervision.position_max_um));
     axis->control.setpoint.assign(1, {.shape = controller::Table{.file = "reference", .curve = curve}});
     axis->control.repeat = false;
   }
@@ -95,8 +95,7 @@ void VirtualStage::run_to_the_end(const std::function<void()>& go_on) {
 std::vector<std::pair<std::string, std::vector<double>>> VirtualStage::signals(
     const std::optional<std::string>& axis) const {
   if (!axis && axes().size() != 1)
-    throw config::Error(
-        fmt::format("there are {} axes, expected one of {}", axes().size(), fmt::join(axes(), ", ")));
+    throw Error(fmt::format("there are {} axes, expected one of {}", axes().size(), fmt::join(axes(), ", ")));
   const std::size_t index = axis ? live_.axis_index(*axis) : 0;
   std::vector<std::pair<std::string, std::vector<double>>> signals;
   std::size_t i = 0;
@@ -123,8 +122,8 @@ std::map<std::string, std::string> VirtualStage::status() {
 void VirtualStage::set(const std::string& axis, const std::string& key, const std::string& toml_value) {
   app::LiveConfig::Prepared prepared = live_.with(axis, key, toml_value);
   if (!prepared.after_restart.empty())
-    throw config::Error(fmt::format("needs a restart: {}; give it in `settings` of a new Rehearsal",
-                                    describe(prepared.after_restart.front())));
+    throw Error(fmt::format("needs a restart: {}; give it in `settings` of a new Rehearsal",
+                            describe(prepared.after_restart.front())));
   ask_all(std::move(prepared.requests));
   live_.accept(prepared);
 }
@@ -154,7 +153,7 @@ void VirtualStage::ask_all(std::vector<std::unique_ptr<controller::Request>> req
         refusals.push_back(fmt::format("{}: {}", axes().at(answer->axis), answer->refused_because));
   }
   if (open > 0) refusals.emplace_back("no answer: the controller is not running yet, or it has ended");
-  if (!refusals.empty()) throw config::Error(fmt::format("{}", fmt::join(refusals, "; ")));
+  if (!refusals.empty()) throw Error(fmt::format("{}", fmt::join(refusals, "; ")));
 }
 
 }  // namespace hystcan::python

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "app/remote/live_config.h"
+#include "app/live/live_config.h"
 #include "config/schema/config.h"
 #include "controller/cycle_columns.h"
 #include "controller/reference/monotone_cubic.h"
@@ -24,7 +24,7 @@ class VirtualStage {
  public:
   static constexpr double longest_s = 1e6;
 
-  /// `references`: instead of the configured ones, each followed once, by the name of the axis. Throws config::Error.
+  /// `references`: instead of the configured ones, each followed once, by the name of the axis. Throws Error.
   VirtualStage(const std::filesystem::path& config, const std::vector<config::Setting>& overrides,
                const std::map<std::string, controller::MonotoneCubic>& references);
 
@@ -32,7 +32,7 @@ class VirtualStage {
   double time_s();
   /// Calls `go_on` some times a second; it throws to end the run.
   void run_until(double time_s, const std::function<void()>& go_on);
-  /// Until every axis has finished its reference once, or one faults. Throws config::Error if none begins to track.
+  /// Until every axis has finished its reference once, or one faults. Throws Error if none begins to track.
   void run_to_the_end(const std::function<void()>& go_on);
 
   /// Name and values of each column of every cycle so far.
@@ -40,7 +40,7 @@ class VirtualStage {
       const std::optional<std::string>& axis) const;
   std::map<std::string, std::string> status();
 
-  /// Runs the few cycles that the answers take. Throw config::Error if a request is refused.
+  /// Runs the few cycles that the answers take. Throw Error if a request is refused.
   void set(const std::string& axis, const std::string& key, const std::string& toml_value);
   void ask(controller::Request::Kind kind, const std::optional<std::string>& axis, double position_um);
 

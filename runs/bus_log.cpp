@@ -6,18 +6,17 @@
 #include <memory>
 #include <optional>
 
+#include "base/append_file.h"
+#include "base/threads.h"
 #include "can/log/candump.h"
 #include "can/socketcan/bus_monitor.h"
 #include "controller/telemetry.h"
 #include "runs/run_info.h"
-#include "storage/append_file.h"
 
 namespace hystcan::runs {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-using storage::AppendFile;
-
 constexpr std::chrono::milliseconds flush_every{500};
 
 /// Bus logs of bounded size, one after the other.
@@ -59,7 +58,7 @@ BusLog::BusLog(const std::string& interface, std::filesystem::path run, std::uin
     : warn_(std::move(warn)) {
   auto monitor = std::make_shared<can::BusMonitor>(interface);
   thread_ = std::thread([this, monitor, run = std::move(run), part_bytes] {
-    controller::yield_to_the_control_thread();
+    yield_to_the_control_thread();
     try {
       Parts parts(run, part_bytes);
       const can::BusMonitor::Handler add = [&](const can::LoggedFrame& frame) { parts.add(frame); };

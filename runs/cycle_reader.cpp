@@ -8,8 +8,8 @@
 #include <limits>
 #include <utility>
 
-#include "can/text_encoding.h"
-#include "config/document/error.h"
+#include "base/error.h"
+#include "base/text.h"
 #include "config/files/csv_lines.h"
 
 namespace hystcan::runs {
@@ -45,13 +45,11 @@ std::optional<double> number_of(std::string_view text) {
 CycleReader::CycleReader(std::filesystem::path file) : file_(std::move(file)), block_(block_bytes) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file_, ignored))
-    throw config::Error(
-        fmt::format("{}: is no file, expected a run's folder or a CSV of cycles", file_.string()));
+    throw Error(fmt::format("{}: is no file, expected a run's folder or a CSV of cycles", file_.string()));
   stream_.open(file_, std::ios::binary);
-  if (!stream_)
-    throw config::Error(fmt::format("{}: cannot be read, expected a CSV of cycles", file_.string()));
+  if (!stream_) throw Error(fmt::format("{}: cannot be read, expected a CSV of cycles", file_.string()));
   if (!next_line()) fail("no header row, expected a CSV of cycles");
-  line_ = can::without_byte_order_mark(line_);
+  line_ = without_byte_order_mark(line_);
   split();
   header_.assign(fields_.begin(), fields_.end());
   for (const char* needed : {"cycle", "time_s", "axis", "state", "position_um"})
@@ -72,7 +70,7 @@ bool CycleReader::add(std::string_view column) {
     std::vector<std::string_view> names;
     for (const auto& each : controller::cycle_columns())
       if (each.kind != Kind::axis) names.push_back(each.name);
-    throw config::Error(
+    throw Error(
         fmt::format("no signal {}, expected one of {}", config::shortened(column), fmt::join(names, ", ")));
   }
   const auto field = field_of(column);
@@ -105,8 +103,7 @@ bool CycleReader::next_line() {
       stream_.read(block_.data() + end_, static_cast<std::streamsize>(block_.size() - end_));
       if (stream_.gcount() == 0) return false;
       end_ += static_cast<std::size_t>(stream_.gcount());
-      if (const auto other = can::refusal_of_encoding({block_.data(), end_});
-          line_number_ == 0 && !other.empty())
+      if (const auto other = refusal_of_encoding({block_.data(), end_}); line_number_ == 0 && !other.empty())
         fail(std::string(other));
       continue;
     }
@@ -155,7 +152,7 @@ double CycleReader::value(const Wanted& wanted) const {
 }
 
 void CycleReader::fail(const std::string& what) const {
-  throw config::Error(fmt::format("{}:{}: {}", file_.string(), std::max<std::size_t>(line_number_, 1), what));
+  throw Error(fmt::format("{}:{}: {}", file_.string(), std::max<std::size_t>(line_number_, 1), what));
 }
 
 }  // namespace hystcan::runs

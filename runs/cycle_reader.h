@@ -19,17 +19,17 @@ class CycleReader {
  public:
   static constexpr std::size_t longest_line = 65'536;  ///< bytes
 
-  /// Throws config::Error if the file cannot be read or is no CSV of cycles.
+  /// Throws Error if the file cannot be read or is no CSV of cycles.
   explicit CycleReader(std::filesystem::path file);
 
   /// In the order of the file.
   const std::vector<std::string>& header() const { return header_; }
-  /// Asks for one more column, by its name. False: the file does not have it. Throws config::Error at a name that no
+  /// Asks for one more column, by its name. False: the file does not have it. Throws Error at a name that no
   /// column of cycles has.
   bool add(std::string_view column);
 
   /// The columns asked for, and the name of the row's axis. False at the end of the file, and at a last line without its
-  /// end, which a killed program leaves. Throws config::Error at a line that is no row: FILE:LINE: what, expected what.
+  /// end, which a killed program leaves. Throws Error at a line that is no row: FILE:LINE: what, expected what.
   bool next(std::vector<double>& row, std::string_view& axis);
 
  private:

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "config/document/error.h"
+#include "base/error.h"
+#include "base/text.h"
 #include "controller/control/gate.h"
 #include "controller/cycle_columns.h"
-#include "storage/number_text.h"
 
 namespace hystcan::runs {
 namespace {
@@ -17,7 +17,7 @@ constexpr std::size_t enough_bytes = 1 << 18;
 
 void append_value(std::string& text, const Signal& signal, double value) {
   if (std::isnan(value)) return;
-  if (signal.words.empty()) return storage::append_shortest(text, value);
+  if (signal.words.empty()) return append_shortest(text, value);
   const auto index = static_cast<std::size_t>(value);
   if (signal.name == "limits")
     text += controller::limits_to_string(static_cast<std::uint8_t>(index));
@@ -33,8 +33,8 @@ std::size_t axis_of(const Run& run, const std::optional<std::string>& axis) {
   if (axes.size() == 1) return 0;
   std::vector<std::string_view> names(axes.size());
   std::ranges::transform(axes, names.begin(), &RunAxis::name);
-  throw config::Error(fmt::format("{}: has {} axes, expected --axis, one of {}", run.path().string(),
-                                  axes.size(), fmt::join(names, ", ")));
+  throw Error(fmt::format("{}: has {} axes, expected --axis, one of {}", run.path().string(), axes.size(),
+                          fmt::join(names, ", ")));
 }
 
 std::vector<std::size_t> axes_of(const Run& run, const Selection& selection) {
@@ -57,8 +57,8 @@ std::vector<std::string> signals_of(const Run& run, std::size_t axis, const Sele
     }
     std::vector<std::string> known(present.size());
     std::ranges::transform(present, known.begin(), &Signal::name);
-    throw config::Error(fmt::format("{}: no signal {}, expected one of {}", run.path().string(), name,
-                                    fmt::join(known, ", ")));
+    throw Error(fmt::format("{}: no signal {}, expected one of {}", run.path().string(), name,
+                            fmt::join(known, ", ")));
   }
   if (selection.signals.empty())
     for (const Signal& signal : present) add(signal.name);
@@ -67,8 +67,8 @@ std::vector<std::string> signals_of(const Run& run, std::size_t axis, const Sele
 
 void require_rows(const Run& run, std::uint64_t rows) {
   if (rows == 0)
-    throw config::Error(fmt::format("{}: no rows are selected, expected some between {:g} and {:g} s",
-                                    run.path().string(), run.info().first_s, run.info().last_s));
+    throw Error(fmt::format("{}: no rows are selected, expected some between {:g} and {:g} s",
+                            run.path().string(), run.info().first_s, run.info().last_s));
 }
 
 std::uint64_t export_csv(const Run& run, const Selection& selection,

@@ -18,19 +18,19 @@ struct Selection {
   TimeSpan span;
 };
 
-/// The named axis, or the only one that the run has. Throws config::Error with the names of its axes.
+/// The named axis, or the only one that the run has. Throws Error with the names of its axes.
 std::size_t axis_of(const Run& run, const std::optional<std::string>& axis);
-/// The axes that are selected: the named one, else all. Throws config::Error.
+/// The axes that are selected: the named one, else all. Throws Error.
 std::vector<std::size_t> axes_of(const Run& run, const Selection& selection);
-/// The names of the selected columns, `time_s` first. Throws config::Error at an unknown one.
+/// The names of the selected columns, `time_s` first. Throws Error at an unknown one.
 std::vector<std::string> signals_of(const Run& run, std::size_t axis, const Selection& selection);
 
-/// Throws config::Error if `rows` is 0.
+/// Throws Error if `rows` is 0.
 void require_rows(const Run& run, std::uint64_t rows);
 
 /// Writes the rows of one axis: `# NAME_unit = "V"` for each unit, a header, and the shortest digits that read back to the
 /// same bits; words for states and causes; an empty field where there is no value. Returns the number of rows. Throws
-/// config::Error if no row is selected, and what `write` throws.
+/// Error if no row is selected, and what `write` throws.
 std::uint64_t export_csv(const Run& run, const Selection& selection,
                          const std::function<void(std::string_view)>& write);
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <system_error>
 
-#include "config/document/error.h"
+#include "base/error.h"
 #include "runs/part_converter.h"
 #include "runs/run_folder.h"
 #include "runs/run_info.h"
@@ -29,7 +29,7 @@ bool had_a_fault(const Path& run) {
   try {
     return std::ranges::any_of(read_run_info(run).axes,
                                [](const RunAxis& axis) { return !axis.summary.faults.empty(); });
-  } catch (const config::Error&) {
+  } catch (const Error&) {
     return true;  // nobody knows
   }
 }

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "can/regular_file.h"
-#include "config/document/error.h"
+#include "base/error.h"
+#include "base/input_file.h"
 #include "storage/hdf5.h"
 
 namespace hystcan::runs {
@@ -43,7 +43,7 @@ void write_config(const Run& run, Hdf5Writer& file) {
        entry.increment(error))
     if (entry->is_regular_file())
       file.add_text("/config/" + entry->path().filename().string(),
-                    can::read_regular_file(entry->path(), largest_config_file));
+                    read_regular_file(entry->path(), largest_config_file));
 }
 
 void describe_axis(const RunAxis& axis, Hdf5Writer& file) {

@@ -17,7 +17,7 @@ class Hdf5Writer;
 
 namespace hystcan::runs {
 
-/// Without a selected axis, all axes. Returns the number of rows. Throws config::Error if none is selected, and
+/// Without a selected axis, all axes. Returns the number of rows. Throws Error if none is selected, and
 /// storage::Hdf5Error. The caller closes the file.
 std::uint64_t export_hdf5(const Run& run, const Selection& selection, storage::Hdf5Writer& file);
 

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <utility>
 
-#include "config/document/error.h"
+#include "base/error.h"
 #include "controller/cycle_columns.h"
 #include "runs/cycle_reader.h"
 #include "runs/run_summary.h"
@@ -43,7 +43,7 @@ Run::Run(std::filesystem::path path) : path_(std::move(path)) {
     info_ = read_run_info(path_);
     parts_ = parts_of(path_);
     if (parts_.empty())
-      throw config::Error(fmt::format("{}: has no cycles_*.csv, expected a run's folder", path_.string()));
+      throw Error(fmt::format("{}: has no cycles_*.csv, expected a run's folder", path_.string()));
   } else {
     parts_ = {path_};
     if (is_part(path_)) info_ = read_run_info(folder_of(path_));
@@ -71,7 +71,7 @@ void Run::look_through() {
       auto found = std::ranges::find(names, axis);
       if (found == names.end()) {
         if (names.size() == RunSummary::most_axes)
-          throw config::Error(
+          throw Error(
               fmt::format("{}:1: more than {} axes, expected fewer", part.string(), RunSummary::most_axes));
         found = names.emplace(names.end(), axis);
       }
@@ -96,7 +96,7 @@ std::size_t Run::axis_index(const std::string& axis) const {
   if (found != info_.axes.end()) return static_cast<std::size_t>(found - info_.axes.begin());
   std::vector<std::string_view> names;
   for (const RunAxis& each : info_.axes) names.push_back(each.name);
-  throw config::Error(
+  throw Error(
       fmt::format("{}: no axis {}, expected one of {}", path_.string(), axis, fmt::join(names, ", ")));
 }
 
@@ -158,7 +158,7 @@ void Run::read_part(const std::filesystem::path& part, std::span<const std::stri
   reader.add("time_s");
   for (const std::string& name : names)
     if (!reader.add(name))
-      throw config::Error(fmt::format("{}: no column {}, expected it in its header", part.string(), name));
+      throw Error(fmt::format("{}: no column {}, expected it in its header", part.string(), name));
   std::vector<double> row;
   for (std::string_view axis; reader.next(row, axis);) {
     if (row[0] > span.to_s) return;

@@ -38,7 +38,7 @@ struct Signals {
 
 class Run {
  public:
-  /// Throws config::Error if it is neither a run's folder nor a CSV of cycles.
+  /// Throws Error if it is neither a run's folder nor a CSV of cycles.
   explicit Run(std::filesystem::path path);
 
   const std::filesystem::path& path() const { return path_; }
@@ -52,7 +52,7 @@ class Run {
   /// Of these columns, which are columns of cycles.
   std::vector<Signal> signals(std::size_t axis, std::span<const std::string> names) const;
 
-  /// These columns of one axis; each of `names` as in cycles_*.csv. Throws config::Error at a name that the run does not
+  /// These columns of one axis; each of `names` as in cycles_*.csv. Throws Error at a name that the run does not
   /// have, and at a row that is no cycle: FILE:LINE: what, expected what.
   Signals read(std::size_t axis, std::span<const std::string> names, const TimeSpan& span = {}) const;
 

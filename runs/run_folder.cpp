@@ -78,7 +78,7 @@ RunLock::RunLock(const std::filesystem::path& run)
 }
 
 bool is_being_recorded(const std::filesystem::path& run) {
-  const can::Descriptor folder(::open(run.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  const Descriptor folder(::open(run.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   return folder.get() >= 0 && ::flock(folder.get(), LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
 }
 

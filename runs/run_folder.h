@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "can/descriptor.h"
+#include "base/input_file.h"
 #include "config/document/setting.h"
 #include "config/schema/config.h"
 #include "runs/run_info.h"
@@ -29,7 +29,7 @@ class RunLock {
   explicit RunLock(const std::filesystem::path& run);
 
  private:
-  can::Descriptor folder_;
+  Descriptor folder_;
 };
 bool is_being_recorded(const std::filesystem::path& run);
 

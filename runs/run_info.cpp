@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
-#include "can/regular_file.h"
-#include "config/document/error.h"
-#include "storage/append_file.h"
+#include "base/append_file.h"
+#include "base/error.h"
+#include "base/input_file.h"
 
 namespace hystcan::runs {
 namespace {
@@ -33,7 +33,7 @@ json to_json(const RunAxis& axis) {
           {"faults", faults}};
 }
 
-/// The members of an object of run.json. Each function throws config::Error, with the file, where the member is missing or
+/// The members of an object of run.json. Each function throws Error, with the file, where the member is missing or
 /// is something else.
 class Members {
  public:
@@ -76,7 +76,7 @@ class Members {
   const json& of(const char* key, bool (json::*is_right)() const noexcept, const char* expected) const {
     const auto found = object_.find(key);
     if (found == object_.end())
-      throw config::Error(fmt::format("{}: {} is missing, expected {}", file_.string(), key, expected));
+      throw Error(fmt::format("{}: {} is missing, expected {}", file_.string(), key, expected));
     if (!((*found).*is_right)()) refuse(key, *found, expected);
     return *found;
   }
@@ -84,8 +84,8 @@ class Members {
     constexpr std::size_t longest = 40;
     const std::string text =  // dump() goes down by recursion
         found.is_structured() ? found.type_name() : found.dump(-1, ' ', true, json::error_handler_t::replace);
-    throw config::Error(fmt::format("{}: {} is {}{}, expected {}", file_.string(), key,
-                                    text.substr(0, longest), text.size() > longest ? "..." : "", expected));
+    throw Error(fmt::format("{}: {} is {}{}, expected {}", file_.string(), key, text.substr(0, longest),
+                            text.size() > longest ? "..." : "", expected));
   }
 
   const std::filesystem::path& file_;
@@ -137,7 +137,7 @@ json parsed(const std::filesystem::path& file, const std::string& text) {
   } catch (const json::out_of_range&) {  // 1e999
     what = "a number that is too large";
   }
-  throw config::Error(fmt::format("{}: {}, expected what hystcan writes of a run", file.string(), what));
+  throw Error(fmt::format("{}: {}, expected what hystcan writes of a run", file.string(), what));
 }
 
 }  // namespace
@@ -167,22 +167,20 @@ json to_json(const RunInfo& info) {
 RunInfo read_run_info(const std::filesystem::path& run) {
   const std::filesystem::path file = run / info_name;
   try {
-    const json object = parsed(file, can::read_regular_file(file, largest_info));
+    const json object = parsed(file, read_regular_file(file, largest_info));
     const Members info(file, object);
     if (const std::uint64_t version = info.count("hystcan_run"); version != format_version)
-      throw config::Error(
-          fmt::format("{}: hystcan_run is {}, expected {}: made by another version of hystcan", file.string(),
-                      version, format_version));
+      throw Error(fmt::format("{}: hystcan_run is {}, expected {}: made by another version of hystcan",
+                              file.string(), version, format_version));
     return info_from(info);
-  } catch (const can::FileError& error) {
-    throw config::Error(
-        fmt::format("{}: cannot be read: {}, expected a run's folder", file.string(), error.what()));
+  } catch (const FileError& error) {
+    throw Error(fmt::format("{}: cannot be read: {}, expected a run's folder", file.string(), error.what()));
   }
 }
 
 void write_run_info(const std::filesystem::path& run, const RunInfo& info) {
   const std::filesystem::path beside = run / (std::string(info_name) + ".new");
-  storage::AppendFile file(beside, storage::AppendFile::Existing::replace);
+  AppendFile file(beside, AppendFile::Existing::replace);
   file.add(to_json(info).dump(2, ' ', false, json::error_handler_t::replace) + "\n");
   file.sync();
   if (const std::error_code error = file.close(); error) {
@@ -221,7 +219,7 @@ std::vector<std::filesystem::path> runs_in(const std::filesystem::path& folder) 
     if (entry->path().filename().string().starts_with(run_prefix) && exists(entry->path() / info_name))
       runs.push_back(entry->path());
   if (error)
-    throw config::Error(
+    throw Error(
         fmt::format("{}: cannot be read: {}, expected a folder of runs", folder.string(), error.message()));
   std::ranges::sort(runs);
   return runs;

@@ -64,7 +64,7 @@ struct RunInfo {
 };
 
 nlohmann::json to_json(const RunInfo& info);
-/// Reads RUN/run.json. Throws config::Error with the name of the file if it is no such file.
+/// Reads RUN/run.json. Throws Error with the name of the file if it is no such file.
 RunInfo read_run_info(const std::filesystem::path& run);
 /// Replaces RUN/run.json in one step. Throws std::system_error.
 void write_run_info(const std::filesystem::path& run, const RunInfo& info);
@@ -74,7 +74,7 @@ std::vector<std::filesystem::path> parts_of(const std::filesystem::path& run);
 /// The file of part `number`, from 1: part_name("cycles", 1, ".csv").
 std::string part_name(const char* what, unsigned number, const char* ending);
 
-/// Names of the folders of runs in `folder`, oldest first. Throws config::Error if it cannot be read.
+/// Names of the folders of runs in `folder`, oldest first. Throws Error if it cannot be read.
 std::vector<std::filesystem::path> runs_in(const std::filesystem::path& folder);
 
 }  // namespace hystcan::runs

@@ -6,6 +6,7 @@
 #include <system_error>
 #include <utility>
 
+#include "base/threads.h"
 #include "controller/cycle_columns.h"
 #include "controller/telemetry.h"
 #include "runs/bus_log.h"
@@ -16,8 +17,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 using Level = can::BusHealthLog::Level;
-using storage::AppendFile;
-
 constexpr std::chrono::milliseconds write_every{500};
 constexpr std::chrono::seconds keep_limit_every{10};
 
@@ -109,7 +108,7 @@ RunWriter::Status RunWriter::status() const {
 }
 
 void RunWriter::write_until_the_end() {
-  controller::yield_to_the_control_thread();
+  yield_to_the_control_thread();
   std::string rows, changes;
   try {
     for (bool is_last = false; !is_last;) {

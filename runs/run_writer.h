@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "base/append_file.h"
 #include "can/bus_health_log.h"
 #include "config/schema/config.h"
 #include "config/schema/settings.h"
@@ -23,7 +24,6 @@
 #include "runs/run_folder.h"
 #include "runs/run_info.h"
 #include "runs/run_summary.h"
-#include "storage/append_file.h"
 
 namespace hystcan::runs {
 
@@ -84,7 +84,7 @@ class RunWriter {
   RunInfo info_;
 
   // of the thread that writes
-  std::unique_ptr<storage::AppendFile> part_, changes_file_;
+  std::unique_ptr<AppendFile> part_, changes_file_;
   unsigned part_number_ = 0;
   std::uint64_t closed_bytes_ = 0;
   std::chrono::steady_clock::time_point part_began_, limit_kept_;

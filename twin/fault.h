@@ -11,9 +11,9 @@
 #include <string_view>
 #include <vector>
 
+#include "base/words.h"
 #include "can/protocol/protocol.h"
 #include "can/scheduler.h"
-#include "model/words.h"
 
 namespace hystcan::twin {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <numbers>
 
-#include "model/refusal.h"
+#include "base/text.h"
 
 namespace hystcan::twin {
 namespace {
@@ -25,15 +25,15 @@ std::size_t slot_of(can::Duration length, std::size_t slots) {
 
 void check(const Plant::Config& config) {
   if (config.substep <= can::Duration::zero())
-    model::refuse("substep = ", config.substep.count(), " ns, expected a positive time");
+    refuse("substep = ", config.substep.count(), " ns, expected a positive time");
   if (config.second_mode && !(config.second_mode->share >= 0.0 && config.second_mode->share <= 1.0))
-    model::refuse("second_mode share = ", config.second_mode->share, ", expected 0 to 1");
+    refuse("second_mode share = ", config.second_mode->share, ", expected 0 to 1");
   if (!config.temperature) return;
   const Temperature& t = *config.temperature;
   if (!std::isfinite(t.period_s) || t.period_s <= 0.0)
-    model::refuse("temperature period_s = ", t.period_s, ", expected a positive number");
+    refuse("temperature period_s = ", t.period_s, ", expected a positive number");
   for (const double number : {t.swing_K, t.expansion_um_per_K, t.gain_per_K})
-    if (!std::isfinite(number)) model::refuse("temperature: ", number, ", expected a finite number");
+    if (!std::isfinite(number)) refuse("temperature: ", number, ", expected a finite number");
 }
 
 Plant::Config checked(const Plant::Config& config) {
@@ -166,13 +166,12 @@ void Plant::aim(const Amplifier::State& at) {
 
 void Plant::disturb(const Disturbance& disturbance) {
   if (!std::isfinite(disturbance.load_um))
-    model::refuse("load_um = ", disturbance.load_um, ", expected a finite number");
-  if (!std::isfinite(disturbance.gain))
-    model::refuse("gain = ", disturbance.gain, ", expected a finite number");
+    refuse("load_um = ", disturbance.load_um, ", expected a finite number");
+  if (!std::isfinite(disturbance.gain)) refuse("gain = ", disturbance.gain, ", expected a finite number");
   if (!std::isfinite(disturbance.resonance) || disturbance.resonance <= 0.0)
-    model::refuse("resonance = ", disturbance.resonance, ", expected a positive number");
+    refuse("resonance = ", disturbance.resonance, ", expected a positive number");
   if (!(disturbance.most_drive >= 0.0))
-    model::refuse("most_drive = ", disturbance.most_drive, ", expected at least 0");
+    refuse("most_drive = ", disturbance.most_drive, ", expected at least 0");
   split();
   const double faster_by = disturbance.resonance / disturbance_.resonance;
   disturbance_ = disturbance;

@@ -6,8 +6,8 @@
 #include <system_error>
 #include <thread>
 
-#include "app/io/bounded_output.h"
-#include "app/io/exit_status.h"
+#include "base/error.h"
+#include "base/standard_streams.h"
 
 namespace hystcan::app {
 

@@ -7,7 +7,7 @@
 
 #include "app/live/event_log.h"
 #include "app/live/live_loop.h"
-#include "app/report/report.h"
+#include "app/live/report.h"
 #include "can/bus_health_log.h"
 #include "config/schema/config.h"
 #include "controller/controller.h"

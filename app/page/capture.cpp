@@ -9,8 +9,8 @@
 #include <string_view>
 #include <utility>
 
-#include "app/remote/command_handler.h"
-#include "config/document/error.h"
+#include "app/live/command_handler.h"
+#include "base/error.h"
 
 namespace hystcan::app {
 namespace {
@@ -27,7 +27,7 @@ template <std::size_t n>
 std::size_t index_in(const std::array<std::string_view, n>& words, const std::string& word, const char* key) {
   const auto found = std::ranges::find(words, word);
   if (found == words.end())
-    throw config::Error(fmt::format("{} is \"{}\", expected one of {}", key, word, fmt::join(words, ", ")));
+    throw Error(fmt::format("{} is \"{}\", expected one of {}", key, word, fmt::join(words, ", ")));
   return static_cast<std::size_t>(found - words.begin());
 }
 
@@ -35,13 +35,13 @@ std::size_t column_of(const json& greeting, const std::string& name) {
   const json& columns = greeting.at("columns");
   for (std::size_t i = 0; i < columns.size(); ++i)
     if (columns[i].at("name") == name) return i;
-  throw config::Error(fmt::format("the stream has no column \"{}\"", name));
+  throw Error(fmt::format("the stream has no column \"{}\"", name));
 }
 
 double seconds_of(const json& request, const char* key) {
   const double time_s = number_of(request, key);
   if (!(time_s >= 0.0 && time_s <= longest_s))
-    throw config::Error(fmt::format("{} is {}, expected 0 to {}", key, time_s, longest_s));
+    throw Error(fmt::format("{} is {}, expected 0 to {}", key, time_s, longest_s));
   return time_s;
 }
 
@@ -64,12 +64,12 @@ Trigger Trigger::of(const json& request, const json& greeting) {
   trigger.on = static_cast<On>(index_in(occasions, trigger.name, "on"));
   const double axis = number_of(request, "axis");
   if (!(axis >= 0.0 && axis < static_cast<double>(greeting.at("axes").size()) && axis == std::floor(axis)))
-    throw config::Error(fmt::format("axis is {}, expected the number of one from 0", axis));
+    throw Error(fmt::format("axis is {}, expected the number of one from 0", axis));
   trigger.axis = static_cast<std::size_t>(axis);
   trigger.pre_s = seconds_of(request, "pre_s");
   trigger.post_s = seconds_of(request, "post_s");
   if (trigger.pre_s + trigger.post_s > longest_s)
-    throw config::Error(
+    throw Error(
         fmt::format("pre_s + post_s is {}, expected at most {}", trigger.pre_s + trigger.post_s, longest_s));
   if (request.contains("repeat")) trigger.repeat = request.at("repeat") == true;
   if (trigger.on == On::step || trigger.on == On::level) trigger.level = number_of(request, "level");

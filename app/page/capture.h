@@ -17,7 +17,7 @@ namespace hystcan::app {
 /// Where the columns that captures and events need are in a row of the controller's stream.
 struct CycleColumns {
   std::size_t time, axis, state, fault, reference, line, turnaround, lateness;
-  /// Throws config::Error if one is missing.
+  /// Throws Error if one is missing.
   static CycleColumns of(const nlohmann::json& greeting);
 };
 
@@ -35,7 +35,7 @@ struct Trigger {
   bool repeat = false;
   std::string name{};  ///< of `on`, as it was asked for
 
-  /// Throws config::Error where the request is incomplete or out of range.
+  /// Throws Error where the request is incomplete or out of range.
   static Trigger of(const nlohmann::json& request, const nlohmann::json& greeting);
 };
 

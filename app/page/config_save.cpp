@@ -10,10 +10,9 @@
 #include <string_view>
 #include <vector>
 
-#include "app/io/exit_status.h"
-#include "app/io/output_file.h"
 #include "app/page/segment_edit.h"
-#include "config/document/error.h"
+#include "base/error.h"
+#include "base/output_file.h"
 #include "config/document/toml_edit.h"
 #include "config/schema/config.h"
 
@@ -130,7 +129,7 @@ std::filesystem::path kept_beside(const std::filesystem::path& file) {
 ConfigSave undo_of(const std::filesystem::path& file) {
   const std::filesystem::path kept = kept_beside(file);
   if (!std::filesystem::exists(kept))
-    throw config::Error(fmt::format("there is no {}, so there is no save to undo", kept.string()));
+    throw Error(fmt::format("there is no {}, so there is no save to undo", kept.string()));
   (void)config::load(kept);
   ConfigSave undo =
       config_save(config::TomlEdit::of_file(file).text(), config::TomlEdit::of_file(kept).text());

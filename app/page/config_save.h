@@ -17,13 +17,13 @@ struct ConfigSave {
   bool undoes = false;  ///< it brings back what is kept
 };
 
-/// `unsaved`: as in the answer to `settings`. Throws config::Error where the file has no place for a key.
+/// `unsaved`: as in the answer to `settings`. Throws Error where the file has no place for a key.
 ConfigSave save_of(const std::filesystem::path& file, const nlohmann::json& unsaved);
 
 /// FILE.before-save beside the file; a link is followed.
 std::filesystem::path kept_beside(const std::filesystem::path& file);
 
-/// The file as it was before the last save. Throws config::Error if there is none, or if it is no longer valid.
+/// The file as it was before the last save. Throws Error if there is none, or if it is no longer valid.
 ConfigSave undo_of(const std::filesystem::path& file);
 
 /// Replaces the file and keeps its former text. Throws RunError if that cannot be kept; nothing is saved then.

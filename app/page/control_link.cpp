@@ -9,8 +9,8 @@
 #include <istream>
 #include <utility>
 
-#include "app/io/error_text.h"
-#include "app/remote/command_handler.h"
+#include "app/live/command_handler.h"
+#include "base/error.h"
 
 namespace hystcan::app {
 namespace {

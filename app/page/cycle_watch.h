@@ -17,7 +17,7 @@ namespace hystcan::app {
 
 class CycleWatch {
  public:
-  /// A controller has begun. Throws config::Error if a column is missing.
+  /// A controller has begun. Throws Error if a column is missing.
   void begin(const nlohmann::json& greeting);
   /// An `event` for the clients, if the row shows one.
   std::optional<nlohmann::json> put(std::span<const double> row);

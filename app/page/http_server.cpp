@@ -13,7 +13,7 @@
 #include <deque>
 #include <optional>
 
-#include "app/io/exit_status.h"
+#include "base/error.h"
 
 namespace hystcan::app {
 namespace {

@@ -13,7 +13,7 @@
 #include <cstring>
 #include <utility>
 
-#include "app/io/exit_status.h"
+#include "base/error.h"
 
 namespace hystcan::app {
 namespace {

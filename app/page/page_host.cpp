@@ -9,10 +9,8 @@
 #include <csignal>
 #include <utility>
 
-#include "app/io/error_text.h"
-#include "app/io/exit_status.h"
 #include "app/page/assets.h"
-#include "config/document/error.h"
+#include "base/error.h"
 
 namespace hystcan::app {
 namespace {
@@ -20,13 +18,13 @@ namespace {
 void require_intended(const PageListening& listening, const std::string& source) {
   if (is_loopback(listening.at.address)) return;
   if (source == "demo")
-    throw config::Error(fmt::format(
+    throw Error(fmt::format(
         "--page {}: other machines can reach this address; the page of a demo is for this machine alone. Forward the "
         "port from the other machine instead (ssh -L 8080:localhost:8080 HOST). For a real controller, hystcan page has "
         "--listen and --expose",
         listening.at.address));
   if (!listening.expose)
-    throw config::Error(fmt::format(
+    throw Error(fmt::format(
         "--listen {}: other machines can reach this address. The page is not encrypted: who listens on the network "
         "sees the token, and can then move the stage. Forward the port instead (ssh -L 8080:localhost:8080 HOST), or "
         "say --expose",
@@ -40,8 +38,7 @@ void require_intended(const PageListening& listening, const std::string& source)
 ListenAddress ListenAddress::of(const std::string& text) {
   const auto colon = text.rfind(':');
   const auto fail = [&]() -> void {
-    throw config::Error(
-        fmt::format("\"{}\" is no address, expected one like 127.0.0.1:8080 or [::1]:8080", text));
+    throw Error(fmt::format("\"{}\" is no address, expected one like 127.0.0.1:8080 or [::1]:8080", text));
   };
   if (colon == std::string::npos) fail();
   ListenAddress result{.address = text.substr(0, colon), .port = 0};

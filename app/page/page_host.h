@@ -15,7 +15,7 @@ struct ListenAddress {
   std::string address = "127.0.0.1";
   std::uint16_t port = 8080;
 
-  /// "127.0.0.1:8080", "[::1]:8080". Throws config::Error.
+  /// "127.0.0.1:8080", "[::1]:8080". Throws Error.
   static ListenAddress of(const std::string& text);
 };
 
@@ -27,7 +27,7 @@ struct PageListening {
 
 class PageHost {
  public:
-  /// Throws config::Error if others could reach the address and that is not intended, RunError if it cannot be used or
+  /// Throws Error if others could reach the address and that is not intended, RunError if it cannot be used or
   /// the page is not in this program.
   PageHost(PageOptions options, const PageListening& listening, const std::string& token);
 

@@ -9,14 +9,13 @@
 #include <memory>
 #include <utility>
 
-#include "app/io/error_text.h"
+#include "app/live/command_handler.h"
 #include "app/page/bode.h"
 #include "app/page/command_event.h"
 #include "app/page/config_save.h"
 #include "app/page/page_service.h"
-#include "app/remote/command_handler.h"
-#include "app/report/config_edit.h"
-#include "config/document/error.h"
+#include "app/stage/config_edit.h"
+#include "base/error.h"
 
 namespace hystcan::app {
 namespace {
@@ -149,14 +148,13 @@ void PageService::view(Client& client, const Asked& asked, const json& request) 
   reply(asked, {{"ok", true}});
 }
 
-/// Throws config::Error if the controller runs with another file than the page's.
+/// Throws Error if the controller runs with another file than the page's.
 void PageService::require_the_same_file(const json& settings) const {
   const std::filesystem::path of_controller = settings.at("file").get<std::string>();
   std::error_code error;
   if (!std::filesystem::equivalent(of_controller, options_.config, error))
-    throw config::Error(
-        fmt::format("the controller runs with {}, this page with {}: start it with the same file",
-                    of_controller.string(), options_.config.string()));
+    throw Error(fmt::format("the controller runs with {}, this page with {}: start it with the same file",
+                            of_controller.string(), options_.config.string()));
 }
 
 void PageService::with_settings(const Asked& asked, std::function<void(const json& settings)> work) {

@@ -9,9 +9,9 @@
 #include <set>
 #include <utility>
 
+#include "app/live/sample_stream.h"
 #include "app/page/assets.h"
 #include "app/page/command_event.h"
-#include "app/remote/sample_stream.h"
 
 namespace hystcan::app {
 namespace {

@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "app/io/error_text.h"
-#include "app/remote/command_handler.h"
+#include "app/live/command_handler.h"
+#include "base/error.h"
 
 namespace hystcan::app {
 namespace {

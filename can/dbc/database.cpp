@@ -5,11 +5,11 @@
 #include <iterator>
 #include <utility>
 
+#include "base/input_file.h"
+#include "base/text.h"
 #include "can/dbc/grammar.h"
 #include "can/dbc/limits.h"
 #include "can/dbc/reader.h"
-#include "can/regular_file.h"
-#include "can/text_encoding.h"
 
 namespace hystcan::can {
 namespace {

@@ -12,7 +12,7 @@
 #include <limits>
 #include <utility>
 
-#include "can/text_encoding.h"
+#include "base/text.h"
 
 namespace hystcan::can {
 namespace {

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "can/descriptor.h"
+#include "base/input_file.h"
 #include "can/socketcan/interface.h"
 
 namespace hystcan::can {

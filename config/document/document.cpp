@@ -7,7 +7,7 @@
 #include <sstream>
 #include <utility>
 
-#include "can/regular_file.h"
+#include "base/input_file.h"
 #include "config/document/closest.h"
 #include "config/document/toml_text.h"
 
@@ -32,8 +32,8 @@ std::string meant_instead_of(std::string_view key, const std::set<std::string, s
 Document::Document(std::filesystem::path file, const std::vector<Setting>& overrides, std::size_t largest)
     : file_(std::move(file)) {
   try {
-    root_ = parse_toml(can::read_regular_file(file_, largest), file_.string());
-  } catch (const can::FileError& error) {
+    root_ = parse_toml(read_regular_file(file_, largest), file_.string());
+  } catch (const FileError& error) {
     throw Error(fmt::format("{}: cannot be read: {}, expected a TOML file", file_.string(), error.what()));
   }
   for (const Setting& setting : overrides) put(setting);

@@ -17,11 +17,11 @@
 #include <type_traits>
 #include <vector>
 
+#include "base/error.h"
+#include "base/words.h"
 #include "can/scheduler.h"
-#include "config/document/error.h"
 #include "config/document/setting.h"
 #include "config/document/toml_text.h"
-#include "model/words.h"
 
 namespace hystcan::config {
 

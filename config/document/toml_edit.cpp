@@ -7,10 +7,10 @@
 #include <functional>
 #include <utility>
 
-#include "can/regular_file.h"
-#include "can/text_encoding.h"
+#include "base/error.h"
+#include "base/input_file.h"
+#include "base/text.h"
 #include "config/document/document.h"
-#include "config/document/error.h"
 #include "config/document/toml_text.h"
 
 namespace hystcan::config {
@@ -77,8 +77,8 @@ TomlEdit::TomlEdit(std::string text, std::string name) : name_(std::move(name)) 
 
 TomlEdit TomlEdit::of_file(const std::filesystem::path& file) {
   try {
-    return {can::read_regular_file(file, largest_configuration), file.string()};
-  } catch (const can::FileError& error) {
+    return {read_regular_file(file, largest_configuration), file.string()};
+  } catch (const FileError& error) {
     throw Error(fmt::format("{}: cannot be read: {}, expected a TOML file", file.string(), error.what()));
   }
 }
@@ -106,7 +106,7 @@ std::string_view TomlEdit::line_at(std::size_t line) const {
 /// toml++ counts columns in characters, not in bytes.
 std::size_t TomlEdit::offset_of(const toml::source_position& position) const {
   std::size_t at = line_start(position.line);
-  if (at == 0 && text_.starts_with(can::byte_order_mark)) at = can::byte_order_mark.size();
+  if (at == 0 && text_.starts_with(byte_order_mark)) at = byte_order_mark.size();
   const auto continues = [&] {
     return at < text_.size() && (static_cast<unsigned char>(text_[at]) & 0xC0) == 0x80;
   };

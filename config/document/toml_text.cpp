@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "can/text_encoding.h"
-#include "config/document/error.h"
+#include "base/error.h"
+#include "base/text.h"
 
 namespace hystcan::config {
 namespace {
@@ -94,7 +94,7 @@ TextRefusal refusal_at(std::string_view text, std::size_t at, std::string what) 
 
 std::optional<TextRefusal> find_refusal(std::string_view text) {
   Scan scan;
-  for (std::size_t at = text.size() - can::without_byte_order_mark(text).size(); at < text.size();) {
+  for (std::size_t at = text.size() - without_byte_order_mark(text).size(); at < text.size();) {
     std::size_t next = at + 1;
     const char* wrong = nullptr;
     if (text[at] == '#') {
@@ -127,7 +127,7 @@ std::string toml_string(std::string_view text) {
 }
 
 toml::table parse_toml(std::string_view text, const std::string& name, std::string_view origin) {
-  if (const std::string_view other = can::refusal_of_encoding(text); !other.empty())
+  if (const std::string_view other = refusal_of_encoding(text); !other.empty())
     throw Error(fmt::format("{}:1:1: {}", name, other));
   if (const auto refusal = find_refusal(text))
     throw Error(

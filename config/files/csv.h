@@ -17,7 +17,7 @@ namespace hystcan::config {
 class CsvReader {
  public:
   /// Throws Error if the file cannot be read, lacks a column, or has a column name twice. The file may be a pipe
-  /// (can/input_stream.h).
+  /// (base/input_file.h).
   CsvReader(std::filesystem::path file, std::vector<std::string> columns);
   /// Reads a text instead; `file` is only its name in messages.
   CsvReader(std::filesystem::path file, std::string text, std::vector<std::string> columns);

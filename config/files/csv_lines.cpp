@@ -9,10 +9,8 @@
 #include <sstream>
 #include <utility>
 
-#include "can/counted.h"
-#include "can/input_stream.h"
-#include "can/regular_file.h"
-#include "can/text_encoding.h"
+#include "base/input_file.h"
+#include "base/text.h"
 
 namespace hystcan::config {
 namespace {
@@ -30,8 +28,8 @@ std::string_view named_in_comment(std::string_view line, std::string_view name) 
 
 std::unique_ptr<std::istream> open_csv(const std::filesystem::path& file) {
   try {
-    return can::open_input(file);
-  } catch (const can::FileError& error) {
+    return open_input(file);
+  } catch (const FileError& error) {
     throw Error(fmt::format("{}: cannot be read: {}, expected a CSV file", file.string(), error.what()));
   }
 }
@@ -138,15 +136,15 @@ bool CsvLines::read_line() {
   bytes_read_ += size;
   if (!stream_->eof() && !stream_->fail()) --size;  // the end of the line is counted too
   if (line_number_ == 1)
-    if (const std::string_view other = can::refusal_of_encoding({buffer_.get(), size}); !other.empty())
+    if (const std::string_view other = refusal_of_encoding({buffer_.get(), size}); !other.empty())
       fail_in_column(0, std::string(other));
   if (stream_->fail())
     fail_in_column(longest_csv_line,
                    fmt::format("a longer line, expected at most {} bytes", longest_csv_line));
   line_ = {buffer_.get(), size};
   if (line_.ends_with('\r')) line_.remove_suffix(1);
-  if (line_number_ == 1 && line_.starts_with(can::byte_order_mark))
-    std::fill_n(buffer_.get(), can::byte_order_mark.size(), ' ');
+  if (line_number_ == 1 && line_.starts_with(byte_order_mark))
+    std::fill_n(buffer_.get(), byte_order_mark.size(), ' ');
   return true;
 }
 
@@ -172,7 +170,7 @@ void require_width(const CsvLines& lines, std::size_t fields, std::size_t expect
   const bool cut = lines.end_in_mid_line() && fields < expected;
   const bool commas = separator == ',' && fields == 2 * expected;
   lines.fail(
-      fmt::format("the row has {}{}, expected {} as in the header{}", can::counted(fields, "field"),
+      fmt::format("the row has {}{}, expected {} as in the header{}", counted(fields, "field"),
                   cut ? " and then the file ends" : "", expected,
                   commas ? ": decimal commas are read where semicolons stand between the fields" : ""));
 }

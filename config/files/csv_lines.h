@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "config/document/error.h"
+#include "base/error.h"
 
 namespace hystcan::config {
 
@@ -41,7 +41,7 @@ std::string listed(const std::vector<std::string>& names);
 /// comments; they and empty lines are passed over.
 class CsvLines {
  public:
-  /// The file may be a pipe (can/input_stream.h). Throws Error if it cannot be read.
+  /// The file may be a pipe (base/input_file.h). Throws Error if it cannot be read.
   explicit CsvLines(std::filesystem::path file);
   /// Reads a text instead; `file` is only its name in messages.
   CsvLines(std::filesystem::path file, std::string text);

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "can/counted.h"
-#include "can/regular_file.h"
+#include "base/input_file.h"
+#include "base/text.h"
 #include "config/files/csv.h"
 
 namespace hystcan::config {
@@ -16,8 +16,8 @@ namespace {
 std::string text_of_setpoint(const std::filesystem::path& file) {
   constexpr std::size_t largest = std::size_t{64} << 20U;  // 64 MiB
   try {
-    return can::read_regular_file(file, largest);
-  } catch (const can::FileError& error) {
+    return read_regular_file(file, largest);
+  } catch (const FileError& error) {
     throw Error(fmt::format("{}: cannot be read: {}, expected a CSV file", file.string(), error.what()));
   }
 }
@@ -38,7 +38,7 @@ controller::MonotoneCubic load_setpoint(const std::filesystem::path& file) {
   }
   if (time_s.size() < 2)
     throw Error(fmt::format("{}:{}:1: a reference of {}, expected two or more", file.string(),
-                            reader.line_number(), can::counted(time_s.size(), "row")));
+                            reader.line_number(), counted(time_s.size(), "row")));
   return {std::move(time_s), std::move(position_um)};
 }
 

@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/error.h"
 #include "can/dbc/database.h"
-#include "config/document/error.h"
 #include "config/document/setting.h"
 #include "controller/controller.h"
 #include "twin/twin.h"

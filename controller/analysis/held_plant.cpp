@@ -4,7 +4,7 @@
 #include <numbers>
 #include <vector>
 
-#include "model/refusal.h"
+#include "base/text.h"
 
 namespace hystcan::controller {
 namespace {
@@ -13,8 +13,7 @@ using Complex = std::complex<double>;
 constexpr double whole_turn = 2.0 * std::numbers::pi;
 
 void require_positive(const char* name, double value) {
-  if (!(value > 0.0) || !std::isfinite(value))
-    model::refuse(name, " = ", value, ", expected a positive number");
+  if (!(value > 0.0) || !std::isfinite(value)) refuse(name, " = ", value, ", expected a positive number");
 }
 
 /// The formula needs poles apart from each other. A pole that meets another one is moved by this share, which changes
@@ -31,7 +30,7 @@ std::vector<Complex> poles_of(const Delays& delays) {
   require_positive("resonance_Hz", delays.resonance_Hz);
   require_positive("amplifier_bandwidth_Hz", delays.amplifier_bandwidth_Hz);
   if (!(delays.damping_ratio >= 0.0) || !std::isfinite(delays.damping_ratio))
-    model::refuse("damping_ratio = ", delays.damping_ratio, ", expected a number, zero or more");
+    refuse("damping_ratio = ", delays.damping_ratio, ", expected a number, zero or more");
   const double omega = whole_turn * delays.resonance_Hz, zeta = delays.damping_ratio;
   const Complex root = std::sqrt(Complex(zeta * zeta - 1.0));
   std::vector<Complex> poles;
@@ -49,7 +48,7 @@ HeldPlant::HeldPlant(const Delays& delays, double cycle_s, double longer_s) {
   const std::vector<Complex> poles = poles_of(delays);
   const double delay_s = delays.pure_s() + longer_s;
   if (!std::isfinite(delay_s) || std::abs(delay_s) > 1e6 * cycle_s)
-    model::refuse("delay_s = ", delay_s, ", expected less than a million cycles");
+    refuse("delay_s = ", delay_s, ", expected less than a million cycles");
   constexpr double rounding = 1e-9;                               // a delay of whole cycles in nanoseconds
   const double cycles = std::ceil(delay_s / cycle_s - rounding);  // j
   const double rest_s = cycles * cycle_s - delay_s;               // tau

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/text.h"
 #include "controller/analysis/loop_design.h"
-#include "model/refusal.h"
 
 namespace hystcan::controller {
 namespace {
@@ -191,11 +191,10 @@ LearningDesign design_learning(const LoopConfig& loop, const Pi::Config& pi, con
                                const Learning::Config& config) {
   constexpr double fewest_cycles = 4.0;
   const std::optional<double> period = period_s(shape);
-  if (!period)
-    model::refuse("a ", to_string(shape), " does not repeat, expected a shape with a frequency_Hz");
+  if (!period) refuse("a ", to_string(shape), " does not repeat, expected a shape with a frequency_Hz");
   const double cycles = *period / loop.cycle_s;
   if (!(cycles >= fewest_cycles && cycles <= longest_period_cycles))
-    model::refuse("a period of ", cycles, " cycles, expected ", fewest_cycles, " to ", longest_period_cycles);
+    refuse("a period of ", cycles, " cycles, expected ", fewest_cycles, " to ", longest_period_cycles);
   LearningDesign design;
   design.resonance_percent = config.resonance_percent;
   set_phases(design, cycles);
@@ -203,8 +202,8 @@ LearningDesign design_learning(const LoopConfig& loop, const Pi::Config& pi, con
   design.plan.duration_s = duration_s(shape);
   const double periods = design.plan.duration_s / *period;
   if (periods < design.periods + settling_periods)
-    model::refuse("a ", to_string(shape), " of ", periods, " periods, expected ",
-                  design.periods + settling_periods, " or more: the first ", design.periods, " settle");
+    refuse("a ", to_string(shape), " of ", periods, " periods, expected ", design.periods + settling_periods,
+           " or more: the first ", design.periods, " settle");
   const LearningResponses responses(loop, pi, config.resonance_percent);
   const unsigned together = design.periods;
   // A short period has a short filter. Several of them together have a longer one, and learn more slowly.
@@ -215,8 +214,8 @@ LearningDesign design_learning(const LoopConfig& loop, const Pi::Config& pi, con
     if (finds_filter(responses, config, loop.cycle_s, design)) return design;
     design.periods += together;
   } while (design.plan.phases < most_taps && periods >= design.periods + settling_periods);
-  model::refuse("no filter learns with the resonance ", config.resonance_percent,
-                " % off, expected a smaller resonance_percent, a notch, or less gain");
+  refuse("no filter learns with the resonance ", config.resonance_percent,
+         " % off, expected a smaller resonance_percent, a notch, or less gain");
 }
 
 std::vector<std::optional<LearningDesign>> plan_learning(AxisConfig& axis, double rate_Hz) {
@@ -232,7 +231,7 @@ std::vector<std::optional<LearningDesign>> plan_learning(AxisConfig& axis, doubl
     learning.plans[i] = designs[i]->plan;
   }
   if (std::ranges::none_of(designs, [](const auto& design) { return design.has_value(); }))
-    model::refuse("no segment of the reference repeats, expected a triangle, a sine or a raster");
+    refuse("no segment of the reference repeats, expected a triangle, a sine or a raster");
   return designs;
 }
 

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <span>
 
-#include "model/refusal.h"
+#include "base/text.h"
 
 namespace hystcan::controller {
 namespace {
@@ -94,7 +94,7 @@ constexpr double coarse_step = largest_ratio / (coarse_ratios - 1);
 
 void require(const SensitivityRule& rule) {
   if (!(rule.peak_sensitivity > 1.0) || !std::isfinite(rule.peak_sensitivity))
-    model::refuse("peak_sensitivity = ", rule.peak_sensitivity, ", expected more than 1");
+    refuse("peak_sensitivity = ", rule.peak_sensitivity, ", expected more than 1");
 }
 
 /// The largest ki T of a coarse search.
@@ -167,8 +167,8 @@ bool has_filter(const LoopConfig& config) { return config.notch || config.measur
 
 void require(const CautiousRule& rule) {
   if (!(rule.phase_margin_deg > 0.0 && rule.phase_margin_deg < 90.0))
-    model::refuse("phase_margin_deg = ", rule.phase_margin_deg, ", expected more than 0 and less than 90");
-  if (!(rule.gain_margin > 1.0)) model::refuse("gain_margin = ", rule.gain_margin, ", expected more than 1");
+    refuse("phase_margin_deg = ", rule.phase_margin_deg, ", expected more than 0 and less than 90");
+  if (!(rule.gain_margin > 1.0)) refuse("gain_margin = ", rule.gain_margin, ", expected more than 1");
 }
 
 /// The resonances of the corners.

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-#include "model/refusal.h"
+#include "base/text.h"
 
 namespace hystcan::controller {
 namespace {
@@ -36,7 +36,7 @@ bool is_unturned(double turned) { return std::abs(turned) < 0.1; }
 
 void require_gain(const char* name, double value) {
   if (!(value >= 0.0) || !std::isfinite(value))
-    model::refuse(name, " = ", value, ", expected a number, zero or more");
+    refuse(name, " = ", value, ", expected a number, zero or more");
 }
 
 /// Walks along the frequencies and collects the margins.

@@ -40,13 +40,13 @@
 #include <optional>
 #include <string_view>
 
+#include "base/words.h"
 #include "controller/control/adaptation.h"
 #include "controller/control/delays.h"
 #include "controller/control/filter.h"
 #include "controller/control/gate.h"
 #include "model/hysteresis.h"
 #include "model/output_creep.h"
-#include "model/words.h"
 
 namespace hystcan::controller {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "model/refusal.h"
+#include "base/text.h"
 
 namespace hystcan::controller {
 namespace {
@@ -40,8 +40,8 @@ Learning::Learning(const Config& config) : config_(config) {
     const Plan& plan = config_.plans[i];
     if (plan.taps.empty()) continue;
     if (plan.taps.size() % 2 == 0 || plan.taps.size() > plan.phases || !(plan.cycle_s > 0.0))
-      model::refuse("a filter of ", plan.taps.size(), " taps for ", plan.phases,
-                    " phases, expected an odd number of at most as many");
+      refuse("a filter of ", plan.taps.size(), " taps for ", plan.phases,
+             " phases, expected an odd number of at most as many");
     segments_[i].correction_um.assign(plan.phases, 0.0);
     segments_[i].cycles_per_s = 1.0 / plan.cycle_s;
     segments_[i].phases_per_s =

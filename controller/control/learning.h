@@ -31,8 +31,8 @@
 #include <string_view>
 #include <vector>
 
+#include "base/words.h"
 #include "controller/reference/trajectory.h"
-#include "model/words.h"
 
 namespace hystcan::controller {
 

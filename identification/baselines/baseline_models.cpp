@@ -3,16 +3,14 @@
 #include <Eigen/Core>
 #include <utility>
 
+#include "base/text.h"
 #include "identification/baselines/baseline_samples.h"
 #include "identification/baselines/weighted_operators.h"
 #include "identification/numerics/least_squares.h"
 #include "model/preisach.h"
-#include "model/refusal.h"
 
 namespace hystcan::identification {
 namespace {
-
-using model::text_of;
 
 // T_0(s), T_1(s), ... where s, from -1 to 1, is the position of the input in the range.
 Eigen::VectorXd chebyshev(std::size_t order, const model::Interval& range, double input) {
@@ -34,7 +32,7 @@ model::Preisach relays(const model::Interval& range, std::size_t cells, std::siz
 
 BaselineModel fit_average(const Samples& samples, std::size_t order) {
   check(samples);
-  if (order > 32) model::refuse("order ", order, ", expected 0 to 32");
+  if (order > 32) refuse("order ", order, ", expected 0 to 32");
   const model::Interval range = widened_range(samples);
   LeastSquares sum(static_cast<Eigen::Index>(order) + 1);
   for (const std::size_t n : fitted_samples(samples))
@@ -48,7 +46,7 @@ BaselineModel fit_average(const Samples& samples, std::size_t order) {
 
 BaselineModel fit_preisach(const Samples& samples, std::size_t levels) {
   check(samples);
-  if (levels < 1) model::refuse(levels, " levels, expected at least 1");
+  if (levels < 1) refuse(levels, " levels, expected at least 1");
   const model::Interval range = widened_range(samples);
   const std::size_t cells = levels * (levels + 1) / 2;
   const auto column = [&](std::size_t j, const History& history, const Samples& some) {

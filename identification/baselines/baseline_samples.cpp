@@ -2,12 +2,10 @@
 
 #include <cmath>
 
-#include "model/refusal.h"
+#include "base/text.h"
 
 namespace hystcan::identification {
 namespace {
-
-using model::refuse;
 
 void check_column(const char* name, std::span<const double> values, std::size_t size) {
   if (values.size() != size) refuse(values.size(), " values of ", name, ", expected ", size);

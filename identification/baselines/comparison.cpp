@@ -4,12 +4,12 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/text.h"
 #include "identification/baselines/baseline_models.h"
 #include "identification/butterfly.h"
 #include "identification/creep_rows.h"
 #include "identification/excerpt.h"
 #include "identification/quasi_static.h"
-#include "model/refusal.h"
 
 namespace hystcan::identification {
 namespace {
@@ -204,9 +204,8 @@ class Comparing {
     result_.held_out_samples = count(unseen);
     result_.held_out_cycles = cycles_in(unseen);
     if (result_.held_out_samples == 0)
-      result_.no_hold_out =
-          model::text_of("too few cycles, ", result_.cycles,
-                         ": the cycles that reach the ends of the input range are never held out");
+      result_.no_hold_out = text_of("too few cycles, ", result_.cycles,
+                                    ": the cycles that reach the ends of the input range are never held out");
     else if (const auto again = identify_without(unseen))
       judge_held_out(*again, unseen);
   }

@@ -5,12 +5,12 @@
 #include <utility>
 #include <vector>
 
+#include "base/text.h"
 #include "identification/baselines/baseline_models.h"
 #include "identification/baselines/baseline_samples.h"
 #include "identification/baselines/weighted_operators.h"
 #include "identification/numerics/levenberg_marquardt.h"
 #include "model/prandtl_ishlinskii.h"
-#include "model/refusal.h"
 
 namespace hystcan::identification {
 namespace {
@@ -23,9 +23,9 @@ using model::PrandtlIshlinskii;
 
 // r_1, ..., r_m.
 std::vector<double> evenly_spaced(const Samples& samples, std::size_t plays) {
-  if (plays < 1) model::refuse(plays, " plays, expected at least 1");
+  if (plays < 1) refuse(plays, " plays, expected at least 1");
   const auto [lo, hi] = std::ranges::minmax(samples.input);
-  if (!(lo < hi)) model::refuse("every input is ", lo, ", expected an input that moves");
+  if (!(lo < hi)) refuse("every input is ", lo, ", expected an input that moves");
   std::vector<double> thresholds;
   for (std::size_t i = 1; i <= plays; ++i)
     thresholds.push_back((hi - lo) / 2.0 * static_cast<double>(i) / static_cast<double>(plays + 1));
@@ -143,7 +143,7 @@ BaselineModel fit_prandtl_ishlinskii(const Samples& samples, std::size_t plays) 
   check(samples);
   WeightedOperators fit =
       fit_plays(samples, evenly_spaced(samples, plays), histories(samples, widened_range(samples)));
-  return {model::text_of("Prandtl-Ishlinskii, ", plays, " plays"), plays + 2, std::move(fit.prediction)};
+  return {text_of("Prandtl-Ishlinskii, ", plays, " plays"), plays + 2, std::move(fit.prediction)};
 }
 
 BaselineModel fit_prandtl_ishlinskii_free_start(const Samples& samples, std::size_t plays) {
@@ -155,7 +155,7 @@ BaselineModel fit_prandtl_ishlinskii_free_start(const Samples& samples, std::siz
   const VectorXd start =
       model.start(fit_plays(fitted, thresholds, histories(samples, widened_range(samples))));
   const NonlinearFit best = improve(model.problem(), start, 40);
-  return {model::text_of("Prandtl-Ishlinskii, ", plays, " plays, free start"), 2 * plays + 2,
+  return {text_of("Prandtl-Ishlinskii, ", plays, " plays, free start"), 2 * plays + 2,
           FreeStart(samples, thresholds).predicted(best.x)};
 }
 

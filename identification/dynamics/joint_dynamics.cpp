@@ -10,11 +10,11 @@
 #include <string>
 #include <utility>
 
+#include "base/text.h"
 #include "identification/dynamics/sampled_dataset.h"
 #include "identification/dynamics/second_order_fit.h"
 #include "identification/numerics/levenberg_marquardt.h"
 #include "identification/quasi_static.h"
-#include "model/refusal.h"
 
 namespace hystcan::identification {
 namespace {
@@ -61,7 +61,7 @@ double cycle_s_of(const std::vector<Dataset>& datasets, std::size_t i) {
   try {
     return grid_of(datasets[i].time_s).cycle_s;
   } catch (const std::invalid_argument& error) {
-    model::refuse("dataset ", i + 1, ": ", error.what());
+    refuse("dataset ", i + 1, ": ", error.what());
   }
 }
 
@@ -138,10 +138,10 @@ class JointDynamics {
         const SecondOrderFit fit = fit_second_order(liveliest(driven));
         if (!clearest || width(fit) < width(*clearest)) clearest = fit;
       } catch (const std::invalid_argument& error) {
-        reason += model::text_of(reason.empty() ? "" : "; ", "dataset ", i + 1, ": ", error.what());
+        reason += text_of(reason.empty() ? "" : "; ", "dataset ", i + 1, ": ", error.what());
       }
     }
-    if (!clearest) model::refuse("no dataset shows a mode: ", reason);
+    if (!clearest) refuse("no dataset shows a mode: ", reason);
     point_.at = {std::log(clearest->natural_frequency_Hz.value), std::log(clearest->damping_ratio.value),
                  clearest->delay_s.value / point_.cycle_s};
     point_.at = point_.at.cwiseMax(lowest()).cwiseMin(highest());
@@ -221,9 +221,9 @@ class JointDynamics {
 
   Identified compared(const Identified& before, Identified best) const {
     if (best.overall.rms > worth_dynamics * before.overall.rms)
-      model::refuse("a mode at ", std::round(best.dynamics->mode.natural_frequency_Hz),
-                    " Hz does not lower the error, ", before.overall.rms, " ", best.parameters.output_unit,
-                    " RMS without it: faster inputs would show the dynamics");
+      refuse("a mode at ", std::round(best.dynamics->mode.natural_frequency_Hz),
+             " Hz does not lower the error, ", before.overall.rms, " ", best.parameters.output_unit,
+             " RMS without it: faster inputs would show the dynamics");
     for (std::size_t i = 0; i < datasets_.size(); ++i)
       best.datasets[i] = characterise(datasets_[i], best.observed);
     best.output_span = before.output_span;

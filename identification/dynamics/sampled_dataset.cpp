@@ -3,13 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/text.h"
 #include "identification/characterisation.h"
-#include "model/refusal.h"
 
 namespace hystcan::identification {
 namespace {
-
-using model::refuse;
 
 constexpr std::size_t fewest_rows = 30;
 constexpr Eigen::Index fewest_fitted = 20;

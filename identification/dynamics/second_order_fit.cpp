@@ -8,17 +8,15 @@
 #include <utility>
 #include <vector>
 
+#include "base/text.h"
 #include "identification/dynamics/confidence.h"
 #include "identification/dynamics/mode_response.h"
 #include "identification/dynamics/sampled_dataset.h"
 #include "identification/numerics/orthogonal_decomposition.h"
 #include "identification/numerics/orthonormal_columns.h"
-#include "model/refusal.h"
 
 namespace hystcan::identification {
 namespace {
-
-using model::refuse;
 
 using Point = ModePoint;
 constexpr double normal_tolerance = 1e-15;
@@ -289,7 +287,7 @@ double in_three_digits(double value) {
 }
 
 std::string range_of(const Estimate& estimate) {
-  return model::text_of(in_three_digits(estimate.lo), " to ", in_three_digits(estimate.hi));
+  return text_of(in_three_digits(estimate.lo), " to ", in_three_digits(estimate.hi));
 }
 
 bool is_determined(const Estimate& estimate, double largest_ratio) {
@@ -304,7 +302,7 @@ void check_determined(const SecondOrderFit& fit, const Point& point, const Box& 
     refuse("delay is more than ", largest_delay_cycles, " cycles of ", fit.cycle_s, " s, expected less");
   const bool at_the_edge = point[0] >= box.hi[0] - 1e-6 || point[1] >= box.hi[1] - 1e-6;
   if (at_the_edge || !is_determined(fit.natural_frequency_Hz, 1.5) || !is_determined(fit.damping_ratio, 5.0))
-    throw ModeNotShown(model::text_of(
+    throw ModeNotShown(text_of(
         "natural frequency is anywhere from ", range_of(fit.natural_frequency_Hz),
         " Hz and damping ratio from ", range_of(fit.damping_ratio),
         ", expected a dataset that shows them: excite more near the resonance, longer, or sample faster;",
@@ -314,7 +312,7 @@ void check_determined(const SecondOrderFit& fit, const Point& point, const Box& 
     refuse("natural frequency is ", in_three_digits(fit.natural_frequency_Hz.value),
            " Hz, expected at least ", slowest_Hz, ": is the time in ms, or its unit not stated?");
   if (fit.delay_s.hi < 0.0)
-    throw ModeNotShown(model::text_of(
+    throw ModeNotShown(text_of(
         "the best mode has a delay of ", in_three_digits(fit.delay_s.value),
         " s: one above half the rate looks so, or the input of a row is not the drive in force from that row's time on"));
 }

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/text.h"
 #include "identification/numerics/nonnegative_least_squares.h"
 #include "identification/numerics/orthogonal_decomposition.h"
-#include "model/refusal.h"
 
 namespace hystcan::identification {
 namespace {
@@ -14,7 +14,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using model::refuse;
 
 constexpr double dependent_tolerance = 1e-12;
 constexpr double pull_to_zero = 1e-7;

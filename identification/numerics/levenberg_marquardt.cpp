@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "base/text.h"
 #include "identification/numerics/least_squares.h"
-#include "model/refusal.h"
 
 namespace hystcan::identification {
 namespace {
@@ -52,7 +52,7 @@ class Linearised {
 
 NonlinearFit improve(const NonlinearProblem& problem, const VectorXd& start, int steps) {
   const std::optional<VectorXd> values = problem.values(start);
-  if (!values) model::refuse("the start is not a valid model, expected a valid one");
+  if (!values) refuse("the start is not a valid model, expected a valid one");
   NonlinearFit fit{start, cost_of(problem, *values)};
   double lambda = 1e-4;
   for (int step = 0; step < steps; ++step) {

@@ -7,7 +7,7 @@
 #include <tuple>
 #include <utility>
 
-#include "model/refusal.h"
+#include "base/text.h"
 
 namespace hystcan::identification {
 namespace {
@@ -15,7 +15,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using model::refuse;
 
 constexpr double dependent = 1e-12;  // share of a column's length that is independent of the columns in use
 constexpr double no_gain = 10.0 * std::numeric_limits<double>::epsilon();  // of |b|

@@ -14,9 +14,9 @@
 #include <string_view>
 #include <vector>
 
+#include "base/text.h"
 #include "config/files/model_file.h"
 #include "model/simulation.h"
-#include "storage/number_text.h"
 
 namespace {
 
@@ -36,9 +36,9 @@ void write_input(const std::filesystem::path& file) {
   std::ofstream out(file);
   std::string text = "time_s,input\n";
   for (int i = 0; i < rows; ++i) {
-    storage::append_shortest(text, 1e-4 * i);
+    append_shortest(text, 1e-4 * i);
     text += ',';
-    storage::append_shortest(text, input(i));
+    append_shortest(text, input(i));
     text += '\n';
     if (text.size() < 1 << 20) continue;
     out << text;

@@ -8,8 +8,8 @@
 #include <sstream>
 #include <string>
 
-#include "app/remote/control_socket.h"
-#include "app/remote/controller_command_handler.h"
+#include "app/live/control_socket.h"
+#include "app/live/controller_command_handler.h"
 #include "tests/fuzz/demand.h"
 
 using namespace hystcan;

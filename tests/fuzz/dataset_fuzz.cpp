@@ -35,7 +35,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const fuzz::File file(data, size);
   for (const config::DatasetLayout& layout : layouts) try {
       demand_a_dataset(config::load_dataset(file.path(), layout, 1000).dataset);
-    } catch (const config::Error& error) {
+    } catch (const Error& error) {
       const std::string_view what = error.what();
       fuzz::demand(what.starts_with(file.path().string() + ":") || what.starts_with("--columns is "));
       fuzz::demand(what.find("expected ") != std::string_view::npos);

@@ -6,9 +6,9 @@
 #include <sstream>
 #include <string>
 
+#include "app/live/command_handler.h"
 #include "app/page/page_service.h"
-#include "app/remote/command_handler.h"
-#include "config/document/error.h"
+#include "base/error.h"
 #include "tests/fuzz/demand.h"
 
 using namespace hystcan;
@@ -41,7 +41,7 @@ void read_as_a_trigger(const std::string& line) {
   try {
     const app::Trigger trigger = app::Trigger::of(request, greeting);
     fuzz::demand(trigger.axis < 2 && trigger.signal < 9 && trigger.pre_s + trigger.post_s <= 10.0);
-  } catch (const config::Error&) {  // refused with its reason
+  } catch (const Error&) {  // refused with its reason
   }
 }
 

@@ -38,7 +38,7 @@ template <class Read>
 void read_or_refuse(const File& file, Read read) {
   try {
     read();
-  } catch (const config::Error& error) {
+  } catch (const Error& error) {
     const std::string_view what = error.what();
     demand(what.starts_with(file.path().string() + ":"));
     demand(what.find("expected ") != std::string_view::npos);

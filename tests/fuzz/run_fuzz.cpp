@@ -41,7 +41,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     fuzz::demand(run.info().axes.size() >= info.axes.size());
     runs::write_run_info(folder.path(), info);
     fuzz::demand(to_json(runs::read_run_info(folder.path())).dump() == to_json(info).dump());
-  } catch (const config::Error& error) {
+  } catch (const Error& error) {
     const std::string_view what = error.what();
     fuzz::demand(what.starts_with((folder.path() / runs::info_name).string() + ": "));
     fuzz::demand(what.find("expected ") != std::string_view::npos &&

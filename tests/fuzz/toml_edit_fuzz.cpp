@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "config/document/error.h"
+#include "base/error.h"
 #include "config/document/toml_edit.h"
 #include "config/document/toml_text.h"
 #include "tests/fuzz/demand.h"
@@ -20,7 +20,7 @@ bool changed_or_refused(config::TomlEdit& edit, Change change) {
   try {
     change();
     return true;
-  } catch (const config::Error& error) {
+  } catch (const Error& error) {
     fuzz::demand(std::string(error.what()).find("expected ") != std::string::npos);
     fuzz::demand(edit.text() == before);
     return false;
@@ -50,7 +50,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     std::istringstream changes(end == std::string::npos ? "" : all.substr(end + separator.size()));
     std::string line;
     for (int i = 0; i < 8 && std::getline(changes, line); ++i) obey(edit, line);
-  } catch (const config::Error&) {  // the text is no TOML
+  } catch (const Error&) {  // the text is no TOML
   }
   return 0;
 }

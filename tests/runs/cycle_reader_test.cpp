@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "config/document/error.h"
+#include "base/error.h"
 #include "tests/runs/scratch_runs.h"
 
 namespace hystcan::runs::cycle_reader_test {
@@ -23,7 +23,7 @@ class CyclesOfAFile : public ScratchRuns {
       std::vector<double> row;
       for (std::string_view axis; reader.next(row, axis);) {
       }
-    } catch (const config::Error& error) {
+    } catch (const Error& error) {
       return error.what();
     }
     return {};

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "config/document/error.h"
+#include "base/error.h"
 #include "tests/runs/scratch_runs.h"
 
 namespace hystcan::runs::export_test {
@@ -42,11 +42,10 @@ TEST_F(Export, WritesAllSignalsWhereNoneIsNamed) {
 
 TEST_F(Export, RefusesWhatTheRunDoesNotHave) {
   const auto run = record(3);
-  EXPECT_THROW(csv(run, {.axis = {}, .signals = {}, .span = {}}), config::Error)
-      << "of two axes, one is asked for";
-  EXPECT_THROW(csv(run, {.axis = "z", .signals = {}, .span = {}}), config::Error);
-  EXPECT_THROW(csv(run, {.axis = "x", .signals = {"speed"}, .span = {}}), config::Error);
-  EXPECT_THROW(csv(run, {.axis = "x", .signals = {}, .span = {.from_s = 5.0}}), config::Error);
+  EXPECT_THROW(csv(run, {.axis = {}, .signals = {}, .span = {}}), Error) << "of two axes, one is asked for";
+  EXPECT_THROW(csv(run, {.axis = "z", .signals = {}, .span = {}}), Error);
+  EXPECT_THROW(csv(run, {.axis = "x", .signals = {"speed"}, .span = {}}), Error);
+  EXPECT_THROW(csv(run, {.axis = "x", .signals = {}, .span = {.from_s = 5.0}}), Error);
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "config/document/error.h"
+#include "base/error.h"
 #include "controller/telemetry.h"
 #include "tests/runs/scratch_runs.h"
 
@@ -20,7 +20,7 @@ using ARecordedRun = ScratchRuns;
 std::string refusal_of(const std::filesystem::path& run) {
   try {
     const RecordedRun read(run);
-  } catch (const config::Error& error) {
+  } catch (const Error& error) {
     return error.what();
   }
   return "it was read";
@@ -69,12 +69,12 @@ TEST_F(ARecordedRun, MayBeASingleCsvOfCycles) {
   ASSERT_EQ(run.info().axes.size(), 2u);
   EXPECT_EQ(run.info().rows, 10u);
   EXPECT_EQ(run.axis_index("x"), 1u) << "in the order in which they occur";
-  EXPECT_THROW(run.axis_index("z"), config::Error);
+  EXPECT_THROW(run.axis_index("z"), Error);
 }
 
 TEST_F(ARecordedRun, IsRefusedWhereItIsNone) {
-  EXPECT_THROW(RecordedRun(folder / "none"), config::Error);
-  EXPECT_THROW(RecordedRun{folder}, config::Error) << "a folder without run.json";
+  EXPECT_THROW(RecordedRun(folder / "none"), Error);
+  EXPECT_THROW(RecordedRun{folder}, Error) << "a folder without run.json";
   std::filesystem::create_directories(folder / "run_1");
   for (const auto& [text, reason] : std::map<std::string, std::string>{
            {"", "no JSON at byte 1"},

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "model/refusal.h"
+#include "base/text.h"
 
 namespace hystcan::support {
 namespace {
@@ -32,7 +32,7 @@ Shares by_closed_form(long double tau) {
 
 void check(const char* what, double value) {
   if (std::isfinite(value) && value > 0) return;
-  model::refuse(what, " = ", value, ", expected a positive number");
+  refuse(what, " = ", value, ", expected a positive number");
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <ostream>
 
-#include "model/words.h"
+#include "base/words.h"
 #include "tests/twin/twin_bench.h"
 
 namespace hystcan::twin {

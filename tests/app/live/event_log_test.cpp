@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "app/report/report.h"
+#include "app/live/report.h"
 
 namespace hystcan::app::event_log_test {
 namespace {

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "app/io/exit_status.h"
+#include "base/error.h"
 #include "tests/support/shipped.h"
 
 namespace hystcan::app::page_access_test {

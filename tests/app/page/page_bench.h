@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "app/page/page_service.h"
+#include "tests/app/live/control_bench.h"
 #include "tests/app/page/web_peer.h"
-#include "tests/app/remote/control_bench.h"
 
 namespace hystcan::app {
 

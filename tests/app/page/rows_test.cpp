@@ -10,7 +10,7 @@
 
 #include "app/page/capture.h"
 #include "app/page/row_decimator.h"
-#include "config/document/error.h"
+#include "base/error.h"
 
 namespace hystcan::app::rows_test {
 namespace {
@@ -152,7 +152,7 @@ TEST(Capture, RefusesWhatItCannotDo) {
         request_for("now", {{"pre_s", 6}, {"post_s", 6}}), request_for("now", {{"post_s", -1}}),
         request_for("level", {{"level", 1}, {"signal", "no_um"}}),
         request_for("level", {{"level", 1}, {"signal", "position_um"}, {"edge", "up"}})})
-    EXPECT_THROW(Trigger::of(wrong, greeting), config::Error) << wrong;
+    EXPECT_THROW(Trigger::of(wrong, greeting), Error) << wrong;
 }
 
 }  // namespace

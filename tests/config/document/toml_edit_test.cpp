@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "config/document/error.h"
+#include "base/error.h"
 #include "config/schema/config.h"
 #include "tests/support/shipped.h"
 

@@ -4,7 +4,7 @@
 
 #include <fstream>
 
-#include "config/document/error.h"
+#include "base/error.h"
 #include "tests/support/shipped.h"
 
 namespace hystcan::config::dataset_file_test {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "config/document/error.h"
+#include "base/error.h"
 #include "config/files/dataset_file.h"
 #include "tests/support/scratch.h"
 

@@ -1,5 +1,5 @@
 #include "config/files/model_file.h"
-#include "config/document/error.h"
+#include "base/error.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,152 @@
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <variant>
+
+#include "app/command_line/commands.h"
+#include "base/standard_streams.h"
+#include "base/text.h"
+#include "config/files/model_file.h"
+#include "config/schema/bus_plan.h"
+#include "config/schema/check_loop.h"
+#include "config/schema/config.h"
+#include "config/schema/frames.h"
+#include "config/schema/setpoint_warnings.h"
+#include "model/validity.h"
+
+namespace hystcan::app {
+namespace {
+
+struct CheckArguments {
+  std::filesystem::path config;
+};
+
+/// Prints the range of each k in which every branch increases.
+void print_limits(const std::string& of, const model::HysteresisParameters& p) {
+  using Limit = std::tuple<const char*, model::Direction, double, const char*>;
+  for (const auto& [name, direction, k, other] :
+       {Limit{"k_ascending", model::Direction::ascending, p.k_ascending, "k_descending"},
+        Limit{"k_descending", model::Direction::descending, p.k_descending, "k_ascending"}}) {
+    const auto allowed = model::allowed_k(p, direction);
+    print("# {}: {} = {} 1/{}; {:.6g} to {:.6g} is allowed with the present {}\n", of, name, k, p.input_unit,
+          allowed->lo, allowed->hi, other);
+  }
+}
+
+/// Checks a single model file.
+int check_model(const std::filesystem::path& file) {
+  const model::AnyModel model = config::load_any_model(file);
+  std::visit(
+      [&](const auto& m) {
+        const auto reach = m.reachable(m.virgin(m.input_range().lo));
+        print("# {}: kind {}, {} to {} {} reach {:.6g} to {:.6g} {}\n", file.string(), m.kind(),
+              m.input_range().lo, m.input_range().hi, m.parameters().input_unit, reach.lo, reach.hi,
+              m.parameters().output_unit);
+      },
+      model);
+  if (const auto* recursive = std::get_if<model::Hysteresis>(&model))
+    print_limits(file.string(), recursive->parameters());
+  return done;
+}
+
+std::string in_us(const std::optional<can::Duration>& duration) {
+  return duration ? fmt::format("{:.0f}", 1e6 * can::seconds(*duration)) : "unbounded";
+}
+
+void show_frame(const config::PlannedFrame& planned) {
+  print("# {:<22} 0x{:03X} {:>9} {:>6} {:>9} {:>8}{}\n", planned.frame.name, planned.frame.id,
+        in_us(planned.frame.period), can::worst_frame_bits(planned.frame.bytes, planned.frame.extended),
+        in_us(planned.response), in_us(planned.deadline), planned.in_time() ? "" : "  late");
+}
+
+/// Prints worst-case response times. For SYNC, samples and commands they count from the start of the cycle.
+void show_bus(const config::Config& config) {
+  const config::BusPlan plan = config::plan_bus(config);
+  print("# the bus at {} bit/s, with the most stuff bits; times in us:\n", config.bus.bitrate_bit_per_s);
+  print("# {:<22} {:>5} {:>9} {:>6} {:>9} {:>8}\n", "frame", "id", "period", "bits", "response", "deadline");
+  for (const config::PlannedFrame& planned : plan.frames) show_frame(planned);
+  print("# emergencies, sent when an axis stops:\n");
+  for (const config::PlannedFrame& planned : plan.emergencies) show_frame(planned);
+  print("# bus load {:.1f} %; the last command begins at most {} us after its SYNC, the cycle is {} us\n",
+        1e2 * plan.load, in_us(plan.last_command), in_us(plan.cycle));
+}
+
+/// A mismatch is allowed: it rehearses a bench whose amplifier is not what the controller is told.
+void show_mismatch(const config::AxisConfig& axis) {
+  if (axis.twin.interpolate == axis.control.delays.interpolated) return;
+  print(
+      "# warning: axis {}: the twin has interpolate = {}, axis.control.delays has interpolated = {}; the preview is "
+      "half a cycle off\n",
+      axis.wire.name, axis.twin.interpolate, axis.control.delays.interpolated);
+}
+
+/// Where the start-up takes the actuator to, so that it remembers nothing that the model does not know.
+std::string start_up_text(const config::AxisConfig& axis) {
+  const controller::Gate::Config& gate = axis.control.gate;
+  const model::Interval& thresholds = axis.control.law.model.input_range();
+  const std::string& unit = axis.wire.drive_unit;
+  if (gate.drive_min <= thresholds.lo)
+    return fmt::format("a start-up that wipes drives to both thresholds, {:.6g} and {:.6g} {}", thresholds.hi,
+                       thresholds.lo, unit);
+  return fmt::format(
+      "a start-up that wipes drives to the upper threshold alone, {:.6g} {}: the drive does not reach the "
+      "lower one, {:.6g} {}",
+      thresholds.hi, unit, thresholds.lo, unit);
+}
+
+/// Reads, checks and prints a configuration and its consequences. It moves nothing and opens no interface.
+int check(const CheckArguments& options) {
+  if (config::is_model_file(options.config)) return check_model(options.config);
+  const config::Config config = config::load(options.config);
+  print("# {}, as in force\n{}\n", options.config.string(), config::echo(options.config));
+  const double cycle_s = 1.0 / config.controller.rate_Hz;
+  for (const config::AxisConfig& axis : config.axes) {
+    const model::Interval drives = controller::model_drives(axis.control.law.model, axis.control.gate);
+    const model::Interval reach = controller::model_reach_um(axis.control.law.model, axis.control.gate);
+    const double preview_s =
+        controller::chain_moments(axis.control.delays, axis.control.law.notch, cycle_s).mean_s;
+    print("# axis {}: {} to {} {} reach {:.4g} to {:.4g} um; the reference is previewed by {:.4g} ms\n",
+          axis.wire.name, drives.lo, drives.hi, axis.wire.drive_unit, reach.lo, reach.hi, 1e3 * preview_s);
+    if (const auto& creep = axis.control.law.creep)
+      print("# axis {}: the inverse makes up for creep: {:g} % in each decade of time from {:g} to {:g} s\n",
+            axis.wire.name, 100.0 * creep->per_decade, creep->from_s, creep->to_s);
+    print("# axis {}: {}\n", axis.wire.name, start_up_text(axis));
+    for (const std::string& finding : config::findings_of_loop(axis, config.controller.rate_Hz))
+      print("# axis {}: {}\n", axis.wire.name, finding);
+    for (const std::string& finding : config::findings_of_learning(axis, config.controller.rate_Hz))
+      print("# axis {}: {}\n", axis.wire.name, finding);
+    for (const std::string& loss : config::losses(axis.wire)) print("# axis {}: {}\n", axis.wire.name, loss);
+    for (const std::string& name : config::fd_messages(axis.wire, config.database))
+      print("# axis {}: {} is longer than 8 bytes: it is sent as CAN FD, and the interface must support FD\n",
+            axis.wire.name, name);
+    print_limits("axis " + axis.wire.name, axis.control.law.model);
+    if (const auto* twin = std::get_if<model::HysteresisParameters>(&axis.twin.plant.hysteresis))
+      print_limits("axis " + axis.wire.name + ", twin", *twin);
+  }
+  show_bus(config);
+  print("# {} in {}; node ids, identifiers, units and ranges agree\n",
+        counted(config.database.messages.size(), "message"), config.bus.dbc.string());
+  for (const config::AxisConfig& axis : config.axes) show_mismatch(axis);
+  for (const std::string& warning : config::setpoint_warnings(config)) print("# warning: {}\n", warning);
+  for (const std::string& warning : config.database.warnings) print("# warning: {}\n", warning);
+  if (config.database.further_warnings > 0)
+    print("# warning: and {} more\n", config.database.further_warnings);
+  return done;
+}
+
+}  // namespace
+
+void add_check(CLI::App& cli, int& status) {
+  auto options = std::make_shared<CheckArguments>();
+  CLI::App* command =
+      cli.add_subcommand("check", "Read and check a configuration, and show the values in force");
+  command->add_option("CONFIG", options->config, "configuration, or model file (TOML)")->required();
+  command->callback([options, &status] { status = print_for_reader([&] { return check(*options); }); });
+}
+
+}  // namespace hystcan::app

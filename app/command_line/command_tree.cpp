@@ -1,0 +1,112 @@
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "app/command_line/commands.h"
+
+namespace hystcan::app {
+namespace {
+
+constexpr std::string_view exit_status =
+    "Exit status: 0 done, 1 failed while running, 2 bad usage, config, model or data.";
+
+using Examples = std::map<std::string_view, std::vector<std::string_view>>;
+
+/// By the words of the command below `hystcan`.
+const Examples& examples() {
+  static const Examples lines{
+      {"demo", {"hystcan demo", "hystcan demo --config config/galfenol.toml --output galfenol-demo"}},
+      {"init",
+       {"hystcan init stage --record loops.csv --step step.csv --drive-max 100 --safe 0",
+        "hystcan init stage --from piezo"}},
+      {"controller",
+       {"hystcan controller config/piezo.toml",
+        "hystcan controller config/piezo.toml --interface can0 --record runs"}},
+      {"twin", {"hystcan twin config/piezo.toml --interface vcan0"}},
+      {"excite", {"hystcan excite config/piezo.toml --axis x --output loops.csv --rehearse"}},
+      {"identify",
+       {"hystcan identify loops.csv --output stage.model.toml --report report",
+        "hystcan identify loops.csv --output x.model.toml --for stage.toml --axis x --write new.toml"}},
+      {"validate", {"hystcan validate stage.model.toml other.csv --estimate-from 0.5"}},
+      {"dynamics", {"hystcan dynamics step.csv --output dynamics.toml"}},
+      {"tune", {"hystcan tune config/piezo.toml --axis x --rehearse"}},
+      {"simulate",
+       {"hystcan simulate config/piezo.model.toml --input drive.csv --output position.csv",
+        "hystcan simulate config/piezo.model.toml --inverse --input wanted.h5 --output drive.h5"}},
+      {"check", {"hystcan check config/piezo.toml"}},
+      {"doctor", {"hystcan doctor config/piezo.toml"}},
+      {"ctl", {"hystcan ctl status", "hystcan ctl go x 12.5"}},
+      {"ctl status", {"hystcan ctl status", "hystcan ctl --twin status"}},
+      {"ctl reload", {"hystcan ctl reload"}},
+      {"ctl undo", {"hystcan ctl undo"}},
+      {"ctl settings", {"hystcan ctl --json settings"}},
+      {"ctl stop", {"hystcan ctl stop"}},
+      {"ctl enable", {"hystcan ctl enable x"}},
+      {"ctl disable", {"hystcan ctl disable x"}},
+      {"ctl clear", {"hystcan ctl clear x"}},
+      {"ctl resume", {"hystcan ctl resume x"}},
+      {"ctl revert", {"hystcan ctl revert x"}},
+      {"ctl go", {"hystcan ctl go x 12.5"}},
+      {"ctl wait", {"hystcan ctl wait x --timeout 5"}},
+      {"ctl record", {"hystcan ctl record on"}},
+      {"ctl set", {"hystcan ctl set x kp 0.08"}},
+      {"ctl inject", {"hystcan ctl inject no_reply --axis x --node sensor --duration 0.5"}},
+      {"ctl remove", {"hystcan ctl remove no_reply --axis x"}},
+      {"ctl heal", {"hystcan ctl heal"}},
+      {"page", {"hystcan page config/piezo.toml"}},
+      {"status", {"hystcan status", "hystcan status --watch --interface can0"}},
+      {"record", {"hystcan record config/piezo.toml --output run.log"}},
+      {"replay", {"hystcan replay run.log --interface vcan0"}},
+      {"monitor", {"hystcan monitor config/piezo.toml"}},
+      {"decode", {"hystcan decode run.log --dbc config/hystcan.dbc"}},
+      {"runs", {"hystcan runs hystcan-runs"}},
+      {"export",
+       {"hystcan export hystcan-runs/run_20261123T092000.123Z --axis x --signals reference_um,position_um --from 10 --to 12",
+        "hystcan export hystcan-runs/run_20261123T092000.123Z --hdf5"}},
+      {"plot",
+       {"hystcan plot hystcan-runs/run_20261123T092000.123Z --output plots",
+        "hystcan plot hystcan-demo/pi.csv hystcan-demo/inverse+pi.csv --kind comparison --table latex"}},
+      {"completion", {"hystcan completion bash > ~/.local/share/bash-completion/completions/hystcan"}},
+  };
+  return lines;
+}
+
+void add_examples_below(CLI::App& command, const std::string& words) {
+  if (const auto found = examples().find(words); found != examples().end())
+    command.footer(fmt::format("Example:\n  {}\n\n{}", fmt::join(found->second, "\n  "), exit_status));
+  for (CLI::App* below : command.get_subcommands({}))
+    add_examples_below(*below, words.empty() ? below->get_name() : words + " " + below->get_name());
+}
+
+/// A variable of a shell that is not set is an empty text, and no option that was left out.
+void refuse_empty_values(CLI::App& command) {
+  for (CLI::Option* option : command.get_options())
+    option->check(CLI::Validator(
+        [](const std::string& text) { return text.empty() ? "is empty, expected a value" : std::string(); },
+        ""));
+  for (CLI::App* below : command.get_subcommands({})) refuse_empty_values(*below);
+}
+
+}  // namespace
+
+void add_examples(CLI::App& cli) {
+  cli.footer(std::string(exit_status));
+  add_examples_below(cli, "");
+}
+
+void add_commands(CLI::App& cli, int& status) {
+  for (const AddCommand add :
+       {add_demo,     add_init,     add_controller, add_twin,     add_excite,    add_identify,
+        add_validate, add_dynamics, add_tune,       add_simulate, add_check,     add_doctor,
+        add_ctl,      add_status,   add_page,       add_record,   add_replay,    add_monitor,
+        add_decode,   add_runs,     add_plot,       add_export,   add_completion})
+    add(cli, status);
+  refuse_empty_values(cli);
+  add_examples(cli);
+}
+
+}  // namespace hystcan::app

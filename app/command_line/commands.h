@@ -1,0 +1,44 @@
+// The subcommands: each parses its arguments, connects the other folders, and runs.
+#pragma once
+
+#include "base/error.h"
+
+namespace CLI {
+class App;
+}  // namespace CLI
+
+namespace hystcan::app {
+
+/// All subcommands, with the examples of their --help.
+void add_commands(CLI::App& cli, int& status);
+/// To every command below `cli`; the examples of a command end its --help.
+void add_examples(CLI::App& cli);
+
+/// Adds one subcommand to `cli`. If the user chooses it, it runs once and sets `status` to the exit status.
+using AddCommand = void (*)(CLI::App& cli, int& status);
+
+void add_check(CLI::App& cli, int& status);
+void add_completion(CLI::App& cli, int& status);
+void add_controller(CLI::App& cli, int& status);
+void add_ctl(CLI::App& cli, int& status);
+void add_decode(CLI::App& cli, int& status);
+void add_demo(CLI::App& cli, int& status);
+void add_doctor(CLI::App& cli, int& status);
+void add_dynamics(CLI::App& cli, int& status);
+void add_excite(CLI::App& cli, int& status);
+void add_export(CLI::App& cli, int& status);
+void add_identify(CLI::App& cli, int& status);
+void add_init(CLI::App& cli, int& status);
+void add_monitor(CLI::App& cli, int& status);
+void add_page(CLI::App& cli, int& status);
+void add_plot(CLI::App& cli, int& status);
+void add_record(CLI::App& cli, int& status);
+void add_replay(CLI::App& cli, int& status);
+void add_runs(CLI::App& cli, int& status);
+void add_simulate(CLI::App& cli, int& status);
+void add_status(CLI::App& cli, int& status);
+void add_tune(CLI::App& cli, int& status);
+void add_twin(CLI::App& cli, int& status);
+void add_validate(CLI::App& cli, int& status);
+
+}  // namespace hystcan::app

@@ -1,0 +1,306 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/command_line/commands.h"
+#include "app/live/control_service.h"
+#include "app/live/cycle_outlets.h"
+#include "app/live/exit_limit.h"
+#include "app/live/live_loop.h"
+#include "app/live/live_run.h"
+#include "app/live/report.h"
+#include "app/live/saved_states.h"
+#include "app/live/socket_place.h"
+#include "app/live/state_log.h"
+#include "app/live/systemd_notifier.h"
+#include "app/stage/option_check.h"
+#include "base/error.h"
+#include "base/output_file.h"
+#include "base/standard_streams.h"
+#include "base/text.h"
+#include "config/schema/config.h"
+#include "config/schema/setpoint_warnings.h"
+#include "config/schema/settings.h"
+#include "controller/black_box.h"
+#include "controller/control/statistics.h"
+#include "controller/controller.h"
+#include "controller/telemetry.h"
+#include "runs/run_folder.h"
+
+namespace hystcan::app {
+namespace {
+
+using controller::AxisState;
+
+struct ControllerArguments {
+  std::filesystem::path config;
+  std::string interface;
+  std::filesystem::path csv;
+  std::filesystem::path record;
+  double duration_s = 0.0;
+  bool once = false;
+  bool clear_faults = false;
+  bool json = false;
+};
+
+/// Consumes the cycle records on the telemetry thread: counts, writes and logs changes. The status and the black box
+/// come first, the log comes last.
+class CycleRecorder {
+ public:
+  CycleRecorder(const config::Config& config, const SavedStates& states, const std::filesystem::path& csv)
+      : log_(config, bus_log_sink()),
+        lateness_(config.controller.wake_up_warn, bus_log_sink()),
+        bus_log_(config.bus.interface, bus_log_sink()),
+        black_box_(config.controller.black_box, names_of(config), bus_log_sink()),
+        outlets_(config, runs::describe(config, config::settings(config.file), "controller"), bus_log_sink()),
+        states_(states) {
+    for (const config::AxisConfig& axis : config.axes)
+      statistics_.emplace_back(axis.control.setpoint.size(), settle_s,
+                               controller::settling_band_um(axis.control));
+    if (!csv.empty()) csv_.emplace(csv, names_of(config));
+  }
+
+  void consume(const controller::CycleRecord& record) {
+    outlets_.put(record);
+    black_box_.add(record);
+    if (record.report.state >= AxisState::initialising) states_.forget(record.axis);
+    service_.report_cycle(record.time_s);
+    statistics_[record.axis].add(record.report);
+    if (csv_) csv_->write(record);
+    log_.add(record);
+    lateness_.add(record);
+    bus_log_.write();
+  }
+
+  const EventLog& events() const { return log_.events(); }
+  bool has_tracked() const { return log_.has_tracked(); }
+  std::string lacks_of_first_axis() const { return log_.lacks_of_first_axis(); }
+  /// Sampled on the control thread. Its last lines are written after the telemetry thread has ended.
+  can::BusHealthLog& bus_log() { return bus_log_; }
+  CycleOutlets& outlets() { return outlets_; }
+  controller::BlackBox& black_box() { return black_box_; }
+  std::string close_csv() { return csv_ ? csv_->close() : std::string(); }
+  const controller::TrackingStatistics& statistics(std::size_t axis) const { return statistics_[axis]; }
+
+ private:
+  static std::vector<std::string> names_of(const config::Config& config) {
+    std::vector<std::string> names;
+    names.reserve(config.axes.size());
+    for (const config::AxisConfig& axis : config.axes) names.push_back(axis.wire.name);
+    return names;
+  }
+
+  StateLog log_;
+  controller::LatenessLog lateness_;
+  can::BusHealthLog bus_log_;
+  controller::BlackBox black_box_;
+  CycleOutlets outlets_;
+  SavedStates states_;
+  SystemdNotifier service_ = SystemdNotifier::from_environment();
+  std::vector<controller::TrackingStatistics> statistics_;
+  std::optional<controller::CsvLog> csv_;
+};
+
+bool all_axes(const controller::Controller& controller, auto predicate) {
+  for (std::size_t i = 0; i < controller.axis_count(); ++i)
+    if (!predicate(controller.axis(i))) return false;
+  return true;
+}
+
+/// True if every axis is at the end of its reference or is not driven. An axis that still waits counts as such when
+/// another one has ended, and when it had its time.
+bool nothing_left_to_do(const controller::Controller& controller, bool had_their_time) {
+  const auto has_ended = [](const controller::Axis& axis) {
+    return axis.report().point.finished || axis.state() == AxisState::faulted ||
+           axis.state() == AxisState::offline;
+  };
+  const bool none_has_ended =
+      all_axes(controller, [&](const controller::Axis& axis) { return !has_ended(axis); });
+  if (none_has_ended) return false;
+  return all_axes(controller, [&](const controller::Axis& axis) {
+    return has_ended(axis) || (had_their_time && axis.state() == AxisState::waiting);
+  });
+}
+
+std::filesystem::path socket_of(const config::Config& config) {
+  const std::string& socket = config.controller.control_socket;
+  if (socket == "none") return {};
+  return socket.empty() ? default_socket(config.bus.interface) : std::filesystem::path(socket);
+}
+
+std::string results_text(const controller::Controller& controller, const CycleRecorder& recorder,
+                         const std::vector<controller::AxisOutcome>& outcomes, bool as_json,
+                         std::uint64_t dropped_records) {
+  const controller::CycleCounters& counters = controller.counters();
+  const BusClosing closing = closing_of(controller, recorder.events());
+  if (as_json) {
+    nlohmann::json axes = nlohmann::json::array();
+    for (std::size_t i = 0; i < outcomes.size(); ++i) {
+      axes.push_back(to_json(outcomes[i]));
+      axes.back()["rejected_samples"] = to_json(can::rejected_frames("", controller.sample_checker(i)));
+    }
+    return nlohmann::json{{"cycles", counters.cycles},
+                          {"missed_cycles", counters.overruns},
+                          {"missing_samples", counters.missing_samples},
+                          {"late_samples", counters.late_samples},
+                          {"dropped_records", dropped_records},
+                          {"timing", to_json(controller.timing())},
+                          {"events", closing.events},
+                          {"events_truncated", closing.events_truncated},
+                          {"bus", to_json(closing)},
+                          {"axes", axes}}
+               .dump(2) +
+           "\n";
+  }
+  std::string text =
+      fmt::format("{}, {} missed, {} missing, {} late\n", counted(counters.cycles, "cycle"),
+                  counters.overruns, counted(counters.missing_samples, "sample"), counters.late_samples);
+  for (const std::string& line : describe(controller.timing())) text += line + "\n";
+  for (const std::string& line : describe(closing)) text += line + "\n";
+  for (const auto& outcome : outcomes) {
+    text += describe(outcome) + "\n";
+    for (const std::string& line : describe_segments(outcome)) text += line + "\n";
+  }
+  return text;
+}
+
+std::vector<controller::AxisOutcome> outcomes_of(const controller::Controller& controller,
+                                                 const CycleRecorder& recorder) {
+  std::vector<controller::AxisOutcome> outcomes;
+  for (std::size_t i = 0; i < controller.axis_count(); ++i)
+    outcomes.push_back(
+        controller::outcome_of(controller.axis_name(i), controller.axis(i), recorder.statistics(i)));
+  return outcomes;
+}
+
+/// Throws RunError with the reason why the run is not a success: every fault, or else the first reason. `was_enabled`: some
+/// axis was when the run was asked to end. A user may leave all axes disabled.
+void require_success(const controller::Controller& controller, const CycleRecorder& recorder,
+                     const ControllerArguments& options, bool was_enabled,
+                     const std::vector<controller::AxisOutcome>& outcomes) {
+  std::string faults;
+  for (const auto& outcome : outcomes)
+    if (outcome.fault.cause != controller::Cause::none)
+      faults += (faults.empty() ? "" : "; ") + describe(outcome.name, outcome.fault);
+  if (!faults.empty()) throw RunError(faults);
+  const bool was_to_track = options.once || options.duration_s > 0.0 || was_enabled;
+  if (was_to_track && !recorder.has_tracked())
+    throw RunError("nothing was tracked: " + recorder.lacks_of_first_axis());
+  for (std::size_t i = 0; options.once && i < controller.axis_count(); ++i)
+    if (!controller.axis(i).report().point.finished)
+      throw RunError(fmt::format("axis {} was stopped before the end of its reference", outcomes[i].name));
+}
+
+/// Returns when every axis is safe: whether some axis was enabled until then. What follows may wait for a disk, but not
+/// forever.
+bool run_to_the_end(LiveLoop& loop, controller::Controller& controller, ControlService& control,
+                    CycleRecorder& recorder, const ControllerArguments& options, double start_timeout_s) {
+  const ExitLimit limit(std::chrono::seconds(30));
+  bool is_enabled = true;  // from the start on
+  run_live(loop, controller, recorder.bus_log(),
+           {.clear_faults = options.clear_faults,
+            .is_done =
+                [&](double run_s) {
+                  return (options.duration_s > 0.0 && run_s > options.duration_s) ||
+                         (options.once && nothing_left_to_do(controller, run_s > start_timeout_s));
+                },
+            .before_stop =
+                [&] {
+                  is_enabled = !all_axes(controller, [](const controller::Axis& axis) {
+                    return axis.state() == AxisState::offline;
+                  });
+                },
+            .reload = [&] { control.reload(); }});
+  return is_enabled;
+}
+
+/// A run that was asked for and cannot be recorded does not begin.
+void start_recording(runs::Recorder& recorder) {
+  try {
+    spdlog::info("recording to {}", recorder.start().string());
+  } catch (const std::exception& error) {
+    throw RunError(fmt::format("no run can be recorded: {}", error_text(error)));
+  }
+}
+
+int run_controller(const ControllerArguments& options) {
+  config::Config config = config::load(options.config);
+  if (!options.interface.empty()) config.bus.interface = options.interface;
+  if (options.once)
+    for (config::AxisConfig& axis : config.axes) axis.control.repeat = false;
+
+  if (!options.record.empty()) config.record.folder = options.record;
+  if (!options.record.empty()) config.record.at_start = true;
+
+  refuse_to_overwrite(options.csv, options.config);
+  const SavedStates states(config);
+
+  LiveLoop loop(config.bus.interface);
+  std::unique_ptr<controller::TelemetryThread> telemetry;
+  controller::Controller controller(controller_config(config), config.database, loop.scheduler(),
+                                    loop.attach(),
+                                    [&](const controller::CycleRecord& record) { telemetry->push(record); });
+  check_interface(config, config.bus.interface);
+  states.restore(controller);
+  // After the bus has been opened, so that a run that fails to start keeps the CSV of the last run.
+  CycleRecorder recorder(config, states, options.csv);
+  if (config.record.at_start) start_recording(recorder.outlets().recorder);
+  telemetry = std::make_unique<controller::TelemetryThread>(
+      [&](const controller::CycleRecord& record) { recorder.consume(record); });
+  auto control =
+      std::make_unique<ControlService>(options.config, config, socket_of(config), recorder.outlets());
+  controller.listen_to(control->requests());
+  spdlog::info("{} at {} Hz on {}; Ctrl-C ramps down and stops", counted(config.axes.size(), "axis", "axes"),
+               config.controller.rate_Hz, config.bus.interface);
+  for (const std::string& warning : config::setpoint_warnings(config)) spdlog::warn(warning);
+  become_realtime(config);
+  const bool was_enabled = run_to_the_end(loop, controller, *control, recorder, options,
+                                          can::seconds(config.controller.start_timeout));
+  control.reset();
+
+  const std::uint64_t dropped = telemetry->dropped();
+  telemetry.reset();
+  recorder.outlets().recorder.finish();
+  recorder.bus_log().write();
+  recorder.black_box().finish();
+  states.save(controller);
+  const std::string lost = recorder.close_csv();
+  const std::vector<controller::AxisOutcome> outcomes = outcomes_of(controller, recorder);
+  spdlog::default_logger()->flush();  // its last lines come before the results
+  const std::string unprinted =
+      print_patiently(results_text(controller, recorder, outcomes, options.json, dropped));
+  require_success(controller, recorder, options, was_enabled, outcomes);
+  for (const std::string& reason : {lost, unprinted})
+    if (!reason.empty()) throw RunError(reason);
+  return done;
+}
+
+}  // namespace
+
+void add_controller(CLI::App& cli, int& status) {
+  auto options = std::make_shared<ControllerArguments>();
+  CLI::App* command = cli.add_subcommand("controller", "Control the axes on the bus");
+  command->add_option("CONFIG", options->config, "configuration (TOML)")->required();
+  command->add_option("--interface", options->interface, "CAN interface instead of the configured one")
+      ->check(interface_name());
+  command->add_option("--duration", options->duration_s, "stop after this many seconds")
+      ->check(positive_seconds());
+  command->add_flag("--once", options->once, "stop after one pass of the reference");
+  command->add_flag("--clear-faults", options->clear_faults,
+                    "clear a fault that the amplifier has latched, then start");
+  command->add_option("--csv", options->csv, "write every cycle to this file");
+  command->add_option("--record", options->record, "record a run in this folder, from the start on");
+  command->add_flag("--json", options->json, "print the result as JSON");
+  command->callback([options, &status] { status = run_controller(*options); });
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,76 @@
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <string>
+
+#include "app/command_line/bus_source.h"
+#include "app/command_line/can_log.h"
+#include "app/command_line/commands.h"
+#include "app/command_line/decode_findings.h"
+#include "app/command_line/frame_text.h"
+#include "base/standard_streams.h"
+#include "base/text.h"
+#include "can/log/candump.h"
+
+namespace hystcan::app {
+namespace {
+
+struct DecodeArguments {
+  std::filesystem::path log;
+  std::filesystem::path dbc;
+  bool csv = false;
+  bool json = false;
+};
+
+/// With `at_once`, each frame is printed when it arrives, for example from `candump -L can0 |`.
+void decode(std::istream& stream, const std::string& name, const DecodeArguments& options, bool at_once,
+            FrameText& text, DecodeFindings& findings) {
+  can::CandumpReader reader(stream, name);
+  if (options.csv) print(csv_header);
+  while (const auto logged = reader.next()) {
+    for (const std::string& finding : findings.add(*logged)) note("{}: {}\n", options.dbc.string(), finding);
+    print(text(*logged));
+    if (at_once) flush_output();
+  }
+  flush_output();
+  require_frames(name, text.frames() + text.error_frames());
+  const std::uint64_t lost = text.lost() + reader.dropped();
+  note("{}: {}, {} of them not in {}; {}", name, counted(text.frames(), "frame"), text.unknown(),
+       options.dbc.string(), counted(text.error_frames(), "error frame"));
+  if (lost > 0) note("; {} lost by the recorder", counted(lost, "frame"));
+  note("\n");
+}
+
+int run_decode(const DecodeArguments& options) {
+  const can::Database database = can::load_dbc(options.dbc);
+  print_parse_warnings(database);
+  FrameText text(database, options.csv    ? FrameFormat::csv
+                           : options.json ? FrameFormat::json
+                                          : FrameFormat::text);
+  DecodeFindings findings(database);
+  if (options.log == "-") {
+    decode(std::cin, "standard input", options, true, text, findings);
+    return done;
+  }
+  const auto stream = open_can_log(options.log);
+  decode(*stream, options.log.string(), options, false, text, findings);
+  return done;
+}
+
+}  // namespace
+
+void add_decode(CLI::App& cli, int& status) {
+  auto options = std::make_shared<DecodeArguments>();
+  CLI::App* command = cli.add_subcommand("decode", "Decode a bus log of candump or record by a DBC");
+  command->add_option("LOG", options->log, "log as `candump -L` writes it; - is standard input")->required();
+  command->add_option("--dbc", options->dbc, "CAN database (DBC)")->required();
+  CLI::Option* csv = command->add_flag(
+      "--csv", options->csv, "a row for each signal: time_s,interface,id,message,signal,raw,value,unit,name");
+  command->add_flag("--json", options->json, "a JSON object in one line for each frame")->excludes(csv);
+  command->callback([options, &status] { status = print_for_reader([&] { return run_decode(*options); }); });
+}
+
+}  // namespace hystcan::app

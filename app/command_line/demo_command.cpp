@@ -1,0 +1,254 @@
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/command_line/commands.h"
+#include "app/command_line/demo_page.h"
+#include "app/command_line/demo_plot.h"
+#include "app/command_line/truth_log.h"
+#include "app/live/rehearsal_setup.h"
+#include "app/live/report.h"
+#include "app/live/stop_signal.h"
+#include "app/stage/shipped.h"
+#include "app/stage/tracking_floors.h"
+#include "base/output_file.h"
+#include "base/standard_streams.h"
+#include "config/schema/config.h"
+#include "controller/telemetry.h"
+#include "rehearsal/rehearsal.h"
+
+namespace hystcan::app {
+namespace {
+
+struct DemoArguments {
+  std::filesystem::path config;
+  std::filesystem::path output = "hystcan-demo";
+  bool json = false;
+  std::string page;  ///< address; empty: none
+};
+
+struct Column {
+  controller::Structure structure;
+  rehearsal::Outcome outcome;
+  std::string failure;  ///< empty if every axis tracked without a fault
+};
+
+std::string failure_of(const rehearsal::Outcome& outcome) {
+  // The fault of one axis ends the run of all: it is why another has not tracked.
+  for (const auto& axis : outcome.axes)
+    if (axis.fault.cause != controller::Cause::none) return describe(axis.name, axis.fault);
+  for (const auto& axis : outcome.axes) {
+    if (axis.statistics.total().samples == 0)
+      return fmt::format("axis {} did not start to track its reference: {}", axis.name,
+                         to_string(axis.state));
+  }
+  return {};
+}
+
+/// Writes the two CSV files of one structure. They do not remain if the run is stopped.
+Column run_column(const rehearsal::Setup& setup, controller::Structure structure,
+                  const std::vector<std::string>& axis_names, const std::filesystem::path& directory) {
+  const auto log_file = directory / fmt::format("{}.csv", to_string(structure));
+  const auto truth_file = directory / fmt::format("{}.truth.csv", to_string(structure));
+  try {
+    controller::CsvLog csv(log_file, axis_names);
+    TruthLog truth(truth_file, axis_names);
+    rehearsal::Outcome outcome = rehearsal::run_once(
+        with_structure(setup, structure), settle_s,
+        [&](const auto& record) {
+          if (stop_signalled != 0) throw RunError("stopped before the end of the comparison");
+          csv.write(record);
+        },
+        [&](const auto& sampled) { truth.write(sampled); });
+    for (const std::string& lost : {csv.close(), truth.close()})
+      if (!lost.empty()) throw RunError(lost);
+    std::string failure = failure_of(outcome);
+    return {structure, std::move(outcome), std::move(failure)};
+  } catch (const std::exception&) {
+    for (const auto& file : {log_file, truth_file}) std::filesystem::remove(file);
+    throw;
+  }
+}
+
+/// A structure that fails is reported, and the next one runs.
+std::vector<Column> run_columns(const config::Config& config, const std::filesystem::path& directory) {
+  const rehearsal::Setup setup = rehearsal_setup(config);
+  std::vector<std::string> names;
+  for (const auto& axis : config.axes) names.push_back(axis.wire.name);
+  std::vector<Column> columns;
+  for (const controller::Structure structure : controller::all_structures) {
+    columns.push_back(run_column(setup, structure, names, directory));
+    if (const std::string& failure = columns.back().failure; !failure.empty())
+      note("hystcan: {}: {}\n", to_string(structure), failure);
+  }
+  return columns;
+}
+
+double preview_ms(const config::Config& config) {
+  const controller::AxisConfig& control = config.axes.front().control;
+  const double cycle_s = 1.0 / config.controller.rate_Hz;
+  return 1e3 * controller::chain_moments(control.delays, control.law.notch, cycle_s).mean_s;
+}
+
+std::vector<std::optional<double>> floors_um(const config::Config& config) {
+  const config::AxisConfig& axis = config.axes.front();
+  return tracking_floors_um(axis.twin, axis.control.setpoint, 1.0 / config.controller.rate_Hz);
+}
+
+std::string error_cells(const controller::ErrorStatistics& error, double stroke_um) {
+  return fmt::format("{:>9.4f} {:>7.3f} {:>9.4f} {:>7.3f}", error.rms_um(),
+                     100.0 * error.rms_um() / stroke_um, error.max_um, 100.0 * error.max_um / stroke_um);
+}
+
+void print_heading(const config::Config& config, double stroke_um) {
+  const config::AxisConfig& axis = config.axes.front();
+  const twin::Plant::Config& plant = axis.twin.plant;
+  print(
+      "{}, axis {}: sample rate {:g} Hz, command delay {:g} ms, preview {:.3f} ms, resonance {:g} Hz, "
+      "damping {:g}, stroke {:g} um\n",
+      config.file.filename().string(), axis.wire.name, config.controller.rate_Hz,
+      std::chrono::duration<double, std::milli>(axis.control.delays.command_delay).count(),
+      preview_ms(config), plant.mode.natural_frequency_Hz, plant.mode.damping_ratio, stroke_um);
+  print(
+      "at the samples: reference - measured; true: reference - position of the twin, every {:g} us\n"
+      "floor: the least true RMS error that any {} setpoints can have\n"
+      "the twin's actuator differs from the controller's model ({} against {})\n\n",
+      1e6 * can::seconds(plant.substep), axis.twin.interpolate ? "interpolated" : "held",
+      axis.twin_model.string(), axis.control_model.string());
+  print("{:<12} {:<15}  {:^35}  {:^35}  {:>9}\n{:<12} {:<15}", "", "", "at the samples", "true", "floor",
+        "structure", "segment");
+  for (int i = 0; i < 2; ++i)
+    print("  {:>9} {:>7} {:>9} {:>7}", "RMS [um]", "RMS [%]", "max [um]", "max [%]");
+  print("  {:>9}\n", "RMS [%]");
+}
+
+void print_column(const config::Config& config, const Column& column,
+                  const std::vector<std::optional<double>>& floors) {
+  if (!column.failure.empty()) {
+    print("{:<12} failed: {}\n", to_string(column.structure), column.failure);
+    return;
+  }
+  const controller::AxisOutcome& outcome = column.outcome.axes.front();
+  const controller::TrackingStatistics& truth = column.outcome.true_errors.front();
+  const double stroke_um = outcome.stroke_um;
+  print("{:<12} {:<15}  {}  {}\n", to_string(column.structure), "whole reference",
+        error_cells(outcome.statistics.total(), stroke_um), error_cells(truth.total(), stroke_um));
+  for (std::size_t i = 0; i < floors.size(); ++i)
+    print("{:<12} {:<15}  {}  {}{}\n", "", to_string(config.axes.front().control.setpoint[i].shape),
+          error_cells(outcome.statistics.segments()[i], stroke_um),
+          error_cells(truth.segments()[i], stroke_um),
+          floors[i] ? fmt::format("  {:>9.3f}", 100.0 * *floors[i] / stroke_um) : "");
+}
+
+void print_table(const config::Config& config, const std::vector<Column>& columns) {
+  print_heading(config, columns.front().outcome.axes.front().stroke_um);
+  const auto floors = floors_um(config);
+  for (const Column& column : columns) print_column(config, column, floors);
+  print("\n");
+  const controller::Structure configured = config.axes.front().control.law.structure;
+  for (const Column& column : columns)
+    if (column.structure == configured && column.failure.empty())
+      for (const controller::AxisOutcome& outcome : column.outcome.axes)
+        for (const std::string& line : describe_segments(outcome))
+          print("{}: {}\n", to_string(configured), line);
+}
+
+void print_comparison_json(const config::Config& config, const std::vector<Column>& columns,
+                           double cycles_per_s) {
+  const config::AxisConfig& axis = config.axes.front();
+  nlohmann::json json{{"config", config.file.string()},
+                      {"axis", axis.wire.name},
+                      {"rate_hz", config.controller.rate_Hz},
+                      {"preview_ms", preview_ms(config)},
+                      {"resonance_hz", axis.twin.plant.mode.natural_frequency_Hz},
+                      {"damping_ratio", axis.twin.plant.mode.damping_ratio},
+                      {"axis_cycles_per_s", cycles_per_s},
+                      {"floors_um", nlohmann::json::array()},
+                      {"columns", nlohmann::json::array()}};
+  for (const std::optional<double>& floor_um : floors_um(config))
+    json["floors_um"].push_back(floor_um ? nlohmann::json(*floor_um) : nlohmann::json());
+  for (const Column& column : columns) {
+    nlohmann::json entry = to_json(column.outcome.axes.front());
+    entry["structure"] = to_string(column.structure);
+    entry["failure"] = column.failure;
+    entry["true"] = to_json(column.outcome.true_errors.front(), column.outcome.axes.front().stroke_um);
+    json["columns"].push_back(entry);
+  }
+  print("{}\n", json.dump(2));
+}
+
+int run_demo(const DemoArguments& options) {
+  if (!options.page.empty()) return run_demo_page(options.config, shipped_file("piezo.toml"), options.page);
+  const config::Config config =
+      config::load(options.config.empty() ? shipped_file("piezo.toml") : options.config);
+  create_folder(options.output);
+  stop_at_a_signal();
+  const auto start = std::chrono::steady_clock::now();
+  const std::vector<Column> columns = run_columns(config, options.output);
+  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
+
+  double axis_cycles = 0.0;
+  double virtual_s = 0.0;
+  for (const Column& column : columns) {
+    axis_cycles += static_cast<double>(column.outcome.counters.cycles * config.axes.size());
+    virtual_s += column.outcome.virtual_s;
+  }
+  if (options.json)
+    print_comparison_json(config, columns, axis_cycles / wall.count());
+  else
+    print_table(config, columns);
+
+  const config::AxisConfig& axis = config.axes.front();
+  const double tracking_s =
+      columns.front().outcome.virtual_s - controller::reference_of(axis.control).length_s();
+  const std::string undrawn =
+      draw({.directory = options.output,
+            .title = config.file.stem().string() + ", axis " + axis.wire.name,
+            .axis = axis.wire.name,
+            .drive_unit = axis.wire.drive_unit,
+            .stroke_um = columns.front().outcome.axes.front().stroke_um,
+            .delay_cycles =
+                config.controller.rate_Hz * axis.control.delays.to_sample_s(1.0 / config.controller.rate_Hz),
+            .from_s = tracking_s + axis.control.setpoint.front().transition_s,
+            .to_s = tracking_s + axis.control.setpoint.front().transition_s + 0.3});
+  note("{:.1f} s of virtual time in {:.2f} s, {:.0f} axis-cycles per second with the CSV written\n",
+       virtual_s, wall.count(), axis_cycles / wall.count());
+  note("{}: {}\n", options.output.string(),
+       undrawn.empty()
+           ? "demo.svg, demo.png, and two CSV for each structure: the controller's and the twin's truth"
+           : "two CSV for each structure, the controller's and the twin's truth; no picture: " + undrawn);
+  const bool failed_once =
+      std::ranges::any_of(columns, [](const Column& column) { return !column.failure.empty(); });
+  return failed_once ? failed : done;
+}
+
+}  // namespace
+
+void add_demo(CLI::App& cli, int& status) {
+  auto options = std::make_shared<DemoArguments>();
+  CLI::App* command = cli.add_subcommand(
+      "demo", "Run controller and twin on a simulated bus; compare five control structures");
+  command->add_option("--config", options->config,
+                      "configuration (TOML); the shipped piezo stage if left out");
+  command->add_option("--output", options->output, "folder for CSV and plot")->capture_default_str();
+  command->add_flag("--json", options->json, "print the table as JSON");
+  command
+      ->add_option(
+          "--page", options->page,
+          "instead: run without end, paced in real time, and serve the operator's page at this address")
+      ->expected(0, 1)
+      ->default_str("127.0.0.1:8080");
+  command->callback([options, &status] { status = run_demo(*options); });
+}
+
+}  // namespace hystcan::app

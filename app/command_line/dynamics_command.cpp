@@ -1,0 +1,284 @@
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "app/command_line/commands.h"
+#include "app/live/stop_signal.h"
+#include "app/stage/config_edit.h"
+#include "app/stage/dataset_input.h"
+#include "app/stage/dynamics_text.h"
+#include "app/stage/identified_plant.h"
+#include "app/stage/open_loop.h"
+#include "app/stage/option_check.h"
+#include "base/output_file.h"
+#include "base/standard_streams.h"
+#include "base/text.h"
+#include "config/schema/config.h"
+
+namespace hystcan::app {
+namespace {
+
+using app::describe;
+using app::to_json;
+
+struct DynamicsArguments {
+  std::filesystem::path data;
+  std::filesystem::path output;
+  std::filesystem::path config;  ///< empty: none
+  std::filesystem::path written;
+  std::string axis;
+  std::optional<double> rate_Hz;
+  bool cautious = false;
+  bool json = false;
+  bool all = false;  ///< every design is printed
+  config::DatasetLayout layout{};
+};
+
+struct IdentifiedDynamics {
+  std::string file;  ///< the dataset's file name, without its folder
+  std::string input_unit;
+  std::string output_unit;
+  double rate_Hz = 0.0;  ///< of the loop
+  IdentifiedPlant plant;
+  controller::Delays stated;         ///< with the identified resonance where there is no configuration
+  std::optional<double> sensor_s{};  ///< the configured part of the delay
+  std::vector<controller::LoopSetting> designs;  ///< the first one is proposed
+  std::vector<controller::JudgedLoop> loops;     ///< of the designs
+
+  const controller::LoopSetting& proposed() const { return designs.front(); }
+};
+
+std::string unit_or(const std::string& unit, const char* otherwise) {
+  return unit.empty() ? otherwise : unit;
+}
+
+/// The delays to start from: those of the configured axis, or an amplifier without lag and a sensor without delay.
+controller::Delays configured_delays(const std::optional<config::Config>& config, std::size_t axis) {
+  return config ? config->axes[axis].control.delays : controller::Delays{.amplifier_bandwidth_Hz = 1e9};
+}
+
+/// Nobody has stated a mode: the one that the record shows.
+void take_mode(controller::Delays& delays, const identification::Dataset& record) {
+  const identification::SecondOrderFit fit = identification::fit_second_order(record);
+  delays.resonance_Hz = fit.natural_frequency_Hz.value;
+  delays.damping_ratio = fit.damping_ratio.value;
+}
+
+/// Designs for a loop whose commands take effect at the next SYNC.
+void design(IdentifiedDynamics& identified, bool cautious) {
+  const double cycle_s = 1.0 / identified.rate_Hz;
+  identified.plant.delays.command_delay = std::chrono::nanoseconds(std::llround(1e9 * cycle_s));
+  const controller::SensitivityRule rule;
+  const auto corners = controller::widened(identified.plant.uncertainty, rule.resonance_percent);
+  const controller::LoopConfig plain{.delays = identified.plant.delays, .cycle_s = cycle_s};
+  if (cautious)
+    identified.designs = {{.pi = controller::largest_gains(plain, corners, controller::CautiousRule{})}};
+  else
+    identified.designs = controller::designs(plain, identified.plant.uncertainty, rule);
+  for (const controller::LoopSetting& setting : identified.designs) {
+    controller::LoopConfig loop = plain;
+    loop.measurement_filter_Hz = setting.measurement_filter_Hz;
+    loop.notch = setting.notch;
+    identified.loops.push_back(controller::judge(loop, corners, setting.pi));
+  }
+}
+
+IdentifiedDynamics find(const DynamicsArguments& options, const std::optional<config::Config>& config,
+                        std::size_t axis) {
+  const identification::Dataset record = load_noting(options.data, options.layout);
+  try {
+    IdentifiedDynamics identified;
+    identified.file = options.data.filename().string();
+    identified.input_unit = unit_or(record.input_unit, "input unit");
+    identified.output_unit = unit_or(record.output_unit, "output unit");
+    controller::Delays configured = configured_delays(config, axis);
+    if (config)
+      identified.sensor_s = configured.sensor_s();
+    else
+      take_mode(configured, record);
+    identified.plant = identified_plant(record, configured);
+    identified.rate_Hz =
+        options.rate_Hz.value_or(config ? config->controller.rate_Hz : 1.0 / identified.plant.cycle_s);
+    identified.stated = config ? configured : identified.plant.delays;
+    design(identified, options.cautious);
+    return identified;
+  } catch (const identification::ModeNotShown& error) {
+    throw Error(
+        fmt::format("{}: {}; with --config the stated one is taken", options.data.string(), error.what()));
+  } catch (const std::invalid_argument& error) {
+    throw Error(fmt::format("{}: {}", options.data.string(), error.what()));
+  }
+}
+
+std::string filters_of(const controller::LoopSetting& setting) {
+  if (setting.notch) return fmt::format(", notch {} (Hz, depth, width)", describe(*setting.notch));
+  if (setting.measurement_filter_Hz > 0.0)
+    return fmt::format(", low pass {} Hz", setting.measurement_filter_Hz);
+  return ", no filter";
+}
+
+std::string delay_shares(const IdentifiedDynamics& identified) {
+  if (!identified.sensor_s) return line("", "--config tells the sensor's share, if the configuration has it");
+  return line(
+      "", fmt::format("sensor {:.4g} ms ([axis.control.delays]); the rest is counted as the amplifier's lag",
+                      1e3 * *identified.sensor_s));
+}
+
+/// The text for the terminal and for the comment in the fragment, with this many of the designs.
+std::string describe(const IdentifiedDynamics& identified, std::size_t shown) {
+  const IdentifiedPlant& plant = identified.plant;
+  std::string text =
+      line("dataset", fmt::format("{}: {} at {:.6g} Hz{}", identified.file, counted(plant.rows, "row"),
+                                  1.0 / plant.cycle_s, left_out_text(plant))) +
+      describe(plant, identified.stated, identified.input_unit, identified.output_unit) +
+      delay_shares(identified);
+  for (std::size_t i = 0; i < shown; ++i) {
+    const controller::LoopSetting& setting = identified.designs[i];
+    const controller::JudgedLoop& loop = identified.loops[i];
+    text += line(i == 0 ? "PI gains" : "less fast",
+                 fmt::format("kp {:.5g} um per um, ki {:.5g} 1/s, at {:.6g} Hz{}", setting.pi.kp,
+                             setting.pi.ki_per_s, identified.rate_Hz, filters_of(setting))) +
+            line("loop", describe(loop.margins)) +
+            line("at the worst", describe(loop.worst) + " (corners of the intervals)") +
+            line("speed", fmt::format("crossover {:.4g} Hz, bandwidth of the feedback alone {:.4g} Hz",
+                                      loop.margins.crossover_Hz, loop.margins.bandwidth_Hz));
+  }
+  if (const std::size_t more = identified.designs.size() - shown; more > 0)
+    text += line("", fmt::format("--all shows {} that {} still less fast", counted(more, "design"),
+                                 more == 1 ? "is" : "are"));
+  return text;
+}
+
+std::string rule_text(bool cautious) {
+  return cautious ? describe(controller::CautiousRule{}) : describe(controller::SensitivityRule{});
+}
+
+std::string delay_key(const IdentifiedDynamics& identified, const controller::Delays& configured) {
+  const controller::Delays& found = identified.plant.delays;
+  std::string text =
+      found.amplifier_bandwidth_Hz == configured.amplifier_bandwidth_Hz
+          ? "# amplifier_bandwidth_Hz: unchanged, the delay cannot be distinguished from zero\n"
+          : fmt::format("amplifier_bandwidth_Hz = {}   # {:.4g} ms of lag\n",
+                        toml_number(found.amplifier_bandwidth_Hz), 1e3 * found.lag_s());
+  if (found.sensor_delay != configured.sensor_delay)
+    text += fmt::format("sensor_delay_us = {}   # a pure delay beside the lag\n",
+                        toml_number(microseconds(found.sensor_delay)));
+  return text;
+}
+
+std::string filter_keys(const controller::LoopSetting& setting) {
+  if (setting.notch)
+    return fmt::format("\n[axis.control.notch]\nfrequency_Hz = {}\ndepth        = {}\nwidth        = {}\n",
+                       toml_number(setting.notch->frequency_Hz), toml_number(setting.notch->depth),
+                       toml_number(setting.notch->width));
+  return {};
+}
+
+std::string fragment(const IdentifiedDynamics& identified, const controller::Delays& configured,
+                     const std::string& comment) {
+  const controller::LoopSetting& setting = identified.proposed();
+  std::string text =
+      "# Second-order dynamics of one axis: these keys replace those of its [axis.control].\n#\n" +
+      as_comment(comment) +
+      fmt::format("\n[axis.control]\nkp       = {}   # um per um\nki_per_s = {}\n",
+                  toml_number(setting.pi.kp), toml_number(setting.pi.ki_per_s));
+  if (setting.measurement_filter_Hz > 0.0)
+    text += fmt::format("measurement_filter_Hz = {}\n", toml_number(setting.measurement_filter_Hz));
+  return text + "\n[axis.control.delays]\n" + delay_key(identified, configured) +
+         fmt::format("resonance_Hz  = {}\ndamping_ratio = {}\n",
+                     toml_number(identified.plant.delays.resonance_Hz),
+                     toml_number(identified.plant.delays.damping_ratio)) +
+         filter_keys(setting);
+}
+
+nlohmann::json to_json(const IdentifiedDynamics& identified) {
+  nlohmann::json json = to_json(identified.plant);
+  const controller::LoopSetting& setting = identified.proposed();
+  json["rate_Hz"] = identified.rate_Hz;
+  json["kp"] = setting.pi.kp;
+  json["ki_per_s"] = setting.pi.ki_per_s;
+  json["measurement_filter_Hz"] = setting.measurement_filter_Hz;
+  json["notch"] = to_json(setting.notch);
+  json["amplifier_bandwidth_Hz"] = identified.plant.delays.amplifier_bandwidth_Hz;
+  json["sensor_delay_us"] = microseconds(identified.plant.delays.sensor_delay);
+  json["margins"] = to_json(identified.loops.front().margins);
+  json["worst_margins"] = to_json(identified.loops.front().worst);
+  return json;
+}
+
+/// The configuration with the result in it, if it was asked for.
+void write_config(const DynamicsArguments& options, const config::Config& config, std::size_t axis,
+                  const IdentifiedDynamics& identified) {
+  OutputFile out(options.written);
+  out.write(with_loop_keys(config, axis, {identified.proposed(), identified.plant.delays}));
+  out.commit();
+}
+
+int dynamics(const DynamicsArguments& options) {
+  refuse_to_overwrite(options.output, options.data);
+  std::optional<config::Config> config;
+  std::size_t axis = 0;
+  if (!options.config.empty()) {
+    config = config::load(options.config);
+    axis = index_of_axis(*config, options.axis);
+    refuse_to_overwrite_inputs(options.output, options.config, *config);
+    if (!options.written.empty())
+      refuse_to_write_into(options.written, *config, options.output, options.data);
+  }
+  const IdentifiedDynamics identified = find(options, config, axis);
+  stop_at_a_signal();  // no unfinished file remains
+  const std::size_t shown =
+      options.all ? identified.designs.size() : std::min<std::size_t>(2, identified.designs.size());
+  const std::string text = describe(identified, shown) + rule_text(options.cautious);
+  OutputFile out(options.output);
+  out.write(fragment(identified, configured_delays(config, axis), text));
+  if (!options.written.empty()) write_config(options, *config, axis, identified);
+  out.commit();
+  print("{}", options.json ? to_json(identified).dump(2) + "\n" : text);
+  return done;
+}
+
+}  // namespace
+
+void add_dynamics(CLI::App& cli, int& status) {
+  auto options = std::make_shared<DynamicsArguments>();
+  CLI::App* command = cli.add_subcommand(
+      "dynamics",
+      "Identify natural frequency, damping and delay from a small step or chirp; compute PI gains");
+  command
+      ->add_option("DATA", options->data,
+                   "CSV: time_s,input,output, evenly sampled; the input is the drive in force from a row's "
+                   "time until the next row's")
+      ->required();
+  command->add_option("--output", options->output, "fragment of a configuration to write (TOML)")->required();
+  command
+      ->add_option("--rate", options->rate_Hz,
+                   "rate of the controller, Hz (default: the configuration's, or the dataset's)")
+      ->check(positive_number());
+  CLI::Option* with_config =
+      command->add_option("--config", options->config,
+                          "configuration (TOML): its sensor's delay, its rate, and what --write starts from");
+  command->add_option("--axis", options->axis, "name of its axis; the first one if left out")
+      ->needs(with_config);
+  command
+      ->add_option("--write", options->written, "copy of the configuration to write, with the result in it")
+      ->needs(with_config);
+  add_column_options(*command, options->layout);
+  command->add_flag("--cautious", options->cautious,
+                    "the rule that counts no phase beyond -180 degrees; stays stable with any delay");
+  command->add_flag("--all", options->all, "print every design, not the two fastest alone");
+  command->add_flag("--json", options->json, "print the result as JSON");
+  command->callback([options, &status] { status = dynamics(*options); });
+}
+
+}  // namespace hystcan::app

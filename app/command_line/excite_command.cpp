@@ -1,0 +1,313 @@
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <filesystem>
+#include <iterator>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "app/command_line/commands.h"
+#include "app/live/report.h"
+#include "app/stage/cautious_excitation.h"
+#include "app/stage/config_edit.h"
+#include "app/stage/open_loop.h"
+#include "app/stage/option_check.h"
+#include "app/stage/safe_amplitude.h"
+#include "base/output_file.h"
+#include "base/standard_streams.h"
+#include "base/text.h"
+#include "config/schema/config.h"
+#include "controller/excitation_dataset.h"
+
+namespace hystcan::app {
+namespace {
+
+using controller::Excitation;
+
+struct ExciteArguments {
+  OpenLoopOptions run;
+  std::filesystem::path output;
+  std::string signal = "hysteresis";
+  std::optional<double> low, high, slew_per_s, period_s, amplitude, from_Hz, to_Hz, duration_s;
+  std::optional<unsigned> cycles, levels;
+  bool overwrite = false;
+};
+
+double usual_amplitude(const ExciteArguments& options, const controller::Gate::Config& gate) {
+  return 0.05 * (options.high.value_or(gate.drive_max) - options.low.value_or(gate.drive_min));
+}
+
+/// Seconds of one major loop.
+double loop_period_s(const ExciteArguments& options, const config::Config& config) {
+  return options.period_s.value_or(quasi_static_period_s(config.axes[0].control.delays.resonance_Hz));
+}
+
+Excitation::Config excitation(const ExciteArguments& options, const config::Config& config) {
+  const controller::Gate::Config& gate = config.axes[0].control.gate;
+  const double rate_Hz = config.controller.rate_Hz;
+  constexpr double rest_cycles = 10.0;
+  const double low = options.low.value_or(gate.drive_min);
+  const double high = options.high.value_or(gate.drive_max);
+  if (!(low < high)) throw Error(fmt::format("--low is {}, expected less than --high, {}", low, high));
+  const double centre = low + (high - low) / 2.0;
+  const double amplitude = options.amplitude.value_or(usual_amplitude(options, gate));
+  if (options.signal == "step")
+    return Excitation::Steps{.centre = centre,
+                             .amplitude = amplitude,
+                             .period_s = options.period_s.value_or(0.4),
+                             .cycles = options.cycles.value_or(5)};
+  if (options.signal == "chirp") {
+    const Excitation::Chirp chirp{.centre = centre,
+                                  .amplitude = amplitude,
+                                  .from_Hz = options.from_Hz.value_or(rate_Hz / 1000.0),
+                                  .to_Hz = options.to_Hz.value_or(0.4 * rate_Hz),
+                                  .duration_s = options.duration_s.value_or(10.0)};
+    if (chirp.from_Hz > chirp.to_Hz)
+      throw Error(fmt::format("--frequency-from is {} Hz, expected at most --frequency-to, {} Hz",
+                              chirp.from_Hz, chirp.to_Hz));
+    if (chirp.to_Hz > rate_Hz / 2.0)
+      throw Error(fmt::format("--frequency-to is {} Hz, expected at most half the cycle rate, {} Hz",
+                              chirp.to_Hz, rate_Hz / 2.0));
+    return chirp;
+  }
+  return Excitation::Hysteresis{
+      .low = low,
+      .high = high,
+      .slew_per_s = options.slew_per_s.value_or(2.0 * (high - low) / loop_period_s(options, config)),
+      .rest_s = rest_cycles / rate_Hz,
+      .loops = options.cycles.value_or(2),
+      .levels = options.levels.value_or(5)};
+}
+
+/// Writes the CSV. An error of the file during the run is kept and thrown by close().
+class DatasetRecorder {
+ public:
+  DatasetRecorder(OutputFile& file, const ExciteArguments& options, const config::Config& config,
+                  double lead_s)
+      : file_(file), record_(lead_s) {
+    const config::AxisConfig& axis = config.axes[0];
+    file_.write(fmt::format("# {} excitation of axis {} at {:.17g} Hz, {} with {}\n", options.signal,
+                            axis.wire.name, config.controller.rate_Hz,
+                            options.run.rehearse ? "rehearsed" : "recorded",
+                            config.file.filename().string()));
+    file_.write(fmt::format("# input_unit = \"{}\"\n# output_unit = \"um\"\n", axis.wire.drive_unit));
+    file_.write(
+        "# input: the drive in force from this row's SYNC to the next; output: the position at this SYNC\n");
+    file_.write("time_s,input,output\n");
+  }
+
+  void add(const controller::CycleRecord& record) {
+    const auto row = record_.add(record);
+    if (!row || !lost_.empty()) return;
+    input_.add(row->input);
+    output_.add(row->output);
+    line_.clear();
+    fmt::format_to(std::back_inserter(line_), "{:.17g},{:.17g},{:.17g}\n", row->time_s, row->input,
+                   row->output);
+    try {
+      file_.write({line_.data(), line_.size()});
+    } catch (const RunError& error) {
+      lost_ = error.what();
+    }
+  }
+
+  /// Keeps the file only if it has rows.
+  void close() {
+    if (!lost_.empty()) throw RunError(lost_);
+    if (record_.rows() > 0) file_.commit();
+  }
+
+  std::uint64_t rows() const { return record_.rows(); }
+
+  std::string summary(const std::string& drive_unit) const {
+    return fmt::format("{}, {} left out, input {:g} to {:g} {}, output {:.4f} to {:.4f} um",
+                       counted(record_.rows(), "row"), counted(record_.left_out(), "cycle"), input_.least,
+                       input_.most, drive_unit, output_.least, output_.most);
+  }
+
+ private:
+  struct Extremes {
+    double least = std::numeric_limits<double>::infinity();
+    double most = -std::numeric_limits<double>::infinity();
+    void add(double value) {
+      least = std::min(least, value);
+      most = std::max(most, value);
+    }
+  };
+
+  OutputFile& file_;
+  controller::ExcitationDataset record_;
+  Extremes input_;
+  Extremes output_;
+  fmt::memory_buffer line_;
+  std::string lost_;
+};
+
+/// What nobody has stated of the size is chosen: small first.
+bool chooses_size(const ExciteArguments& options) {
+  return options.signal == "hysteresis" ? !options.low && !options.high : !options.amplitude;
+}
+
+/// The stated excitation. A size that is not stated is tried on the stage (loops), or on the twin (step, chirp).
+Excitation::Config chosen_excitation(const ExciteArguments& options, const config::Config& config,
+                                     const twin::Config& twin) {
+  const config::AxisConfig& axis = config.axes[0];
+  const Excitation::Config stated = excitation(options, config);
+  if (!chooses_size(options)) return stated;
+  if (const auto* loops = std::get_if<Excitation::Hysteresis>(&stated)) {
+    in_open_loop(config, stated);  // refuses what the gate would limit
+    return tried_small_first(config, twin, options.run, *loops);
+  }
+  const controller::Gate::Config& gate = axis.control.gate;
+  const double usual = usual_amplitude(options, gate);
+  const double amplitude = amplitude_with_margin(
+      config, twin, usual, [&](double chosen) { return resized(stated, chosen / usual, gate.safe_drive); });
+  if (amplitude < usual)
+    note("amplitude {:g} {}, not {:g}: the twin comes near a limit with more\n", amplitude,
+         axis.wire.drive_unit, usual);
+  return resized(stated, amplitude / usual, gate.safe_drive);
+}
+
+/// The records that tell apart what one record of loops leaves open.
+void propose_further(const ExciteArguments& options, const config::Config& config) {
+  if (options.signal != "hysteresis" || options.period_s || options.slew_per_s || options.levels) return;
+  const double period_s = loop_period_s(options, config);
+  std::string stem =
+      options.output.stem().string();  // x.loops.csv -> x.slow.csv, as `init --continue` looks for it
+  if (stem.ends_with(".loops")) stem.resize(stem.size() - std::string_view(".loops").size());
+  const auto beside = [&](const char* what) {
+    return shell_word(options.output.parent_path() / fmt::format("{}.{}.csv", stem, what));
+  };
+  note(
+      "a second rate tells a delay from a wider loop; a record that the model has not seen validates it:\n"
+      "  --period {:g} --output {}\n  --period {:g} --levels 3 --output {}\n",
+      4.0 * period_s, beside("slow"), 2.0 * period_s, beside("unseen"));
+}
+
+/// Loops of a chosen size come after one more of them, which is not recorded: it erases what the smaller ones have left in the
+/// stage's memory.
+Excitation::Config with_lead(Excitation::Config excitation) {
+  if (auto* loops = std::get_if<Excitation::Hysteresis>(&excitation)) ++loops->loops;
+  return excitation;
+}
+double lead_s(const Excitation::Config& excitation) {
+  const auto* loops = std::get_if<Excitation::Hysteresis>(&excitation);
+  return loops != nullptr ? loop_s(*loops) : 0.0;
+}
+
+/// Runs the excitation until its end; rows of a run that left its limits are not kept. True: smaller, once more.
+bool recorded(OutputFile& file, const ExciteArguments& options, const config::Config& chosen,
+              const twin::Config& twin, const Excitation::Config& excitation, bool may_shrink) {
+  const bool leads = chooses_size(options);
+  const config::Config config = in_open_loop(chosen, leads ? with_lead(excitation) : excitation);
+  DatasetRecorder recorder(file, options, config, leads ? lead_s(excitation) : 0.0);
+  const std::string& axis = config.axes[0].wire.name;
+  const OpenLoopEnd end = drive_in_open_loop(
+      config, twin, options.run, [&](const controller::CycleRecord& record) { recorder.add(record); });
+  for (const std::string& line : end.closing) note("{}\n", line);
+  if (may_shrink && is_of_size(end.axis.fault())) {
+    note("{}. If only the sensor's zero is another one, state it: hystcan init --sensor-at-safe\n",
+         describe(axis, end.axis.fault()));
+    return true;
+  }
+  recorder.close();
+  end.require_finished(axis, recorder.rows() == 0
+                                 ? "stopped before the first row, nothing is written"
+                                 : fmt::format("stopped after {}, to be found in {}",
+                                               counted(recorder.rows(), "row"), options.output.string()));
+  note("{}: {}\n", options.output.string(), recorder.summary(config.axes[0].wire.drive_unit));
+  return false;
+}
+
+int run_excite(const ExciteArguments& options) {
+  constexpr int attempts = 4;
+  constexpr double less = 0.6;
+  const config::Config loaded = config::load_unmeasured(options.run.config);
+  refuse_to_overwrite_inputs(options.output, options.run.config, loaded);
+  refuse_to_replace(options.output, options.overwrite);
+  auto file = std::make_unique<OutputFile>(options.output);  // before the axis moves
+  const config::Config chosen = chosen_axis_of(loaded, options.run);
+  const twin::Config twin = twin_config(loaded);
+  Excitation::Config excitation = chosen_excitation(options, chosen, twin);
+  for (int left = attempts - 1;
+       recorded(*file, options, chosen, twin, excitation, chooses_size(options) && left > 0); --left) {
+    file = std::make_unique<OutputFile>(options.output);
+    excitation = resized(excitation, less, chosen.axes[0].control.gate.safe_drive);
+    const model::Interval range = Excitation(excitation).range();
+    note("once more, {:.4g} to {:.4g} {}\n", range.lo, range.hi, chosen.axes[0].wire.drive_unit);
+  }
+  propose_further(options, chosen);
+  return done;
+}
+
+/// Throws Error at an option of another signal, which would have no effect.
+void refuse_options_of_other_signals(const CLI::App& command, const std::string& signal) {
+  struct Belongs {
+    const char* option;
+    std::vector<std::string> signals;
+  };
+  const Belongs table[] = {{"--slew", {"hysteresis"}},           {"--levels", {"hysteresis"}},
+                           {"--period", {"hysteresis", "step"}}, {"--cycles", {"hysteresis", "step"}},
+                           {"--amplitude", {"step", "chirp"}},   {"--frequency-from", {"chirp"}},
+                           {"--frequency-to", {"chirp"}},        {"--duration", {"chirp"}}};
+  for (const Belongs& row : table)
+    if (command.count(row.option) > 0 && std::ranges::find(row.signals, signal) == row.signals.end())
+      throw Error(fmt::format("{} has no meaning with --signal {}, expected with {}", row.option, signal,
+                              fmt::join(row.signals, " or ")));
+}
+
+}  // namespace
+
+void add_excite(CLI::App& cli, int& status) {
+  auto options = std::make_shared<ExciteArguments>();
+  CLI::App* command =
+      cli.add_subcommand("excite", "Drive one axis in open loop and write a dataset for identification");
+  command->add_option("CONFIG", options->run.config, "configuration (TOML); it may have no model yet")
+      ->required();
+  command->add_option("--output", options->output, "CSV to write: time_s,input,output, 17 digits")
+      ->required();
+  command->add_flag("--overwrite", options->overwrite, "replace the file if it exists");
+  command
+      ->add_option("--signal", options->signal,
+                   "hysteresis: slow loops; step, chirp: small and fast, for the dynamics")
+      ->check(one_of({"hysteresis", "step", "chirp"}))
+      ->capture_default_str();
+  command->add_option("--low", options->low, "lowest drive; drive_min if left out")->check(finite_number());
+  command
+      ->add_option("--high", options->high,
+                   "highest drive; drive_max if left out. Step and chirp are centred between the two")
+      ->check(finite_number());
+  CLI::Option* slew = command->add_option("--slew", options->slew_per_s, "hysteresis: drive units per second")
+                          ->check(positive_number());
+  command
+      ->add_option("--period", options->period_s,
+                   "seconds of one major loop (100 / resonance, at least 2) or of one step up and down (0.4)")
+      ->check(positive_number())
+      ->excludes(slew);
+  command->add_option("--cycles", options->cycles, "major loops (2) or steps up and down (5)")
+      ->check(whole_number(1, Excitation::most_turns));
+  command
+      ->add_option("--levels", options->levels, "hysteresis: nested loops, and reversal curves each way (5)")
+      ->check(whole_number(0, Excitation::most_turns));
+  command
+      ->add_option("--amplitude", options->amplitude,
+                   "step, chirp: drive units; 5 % of high - low, less where the twin comes near a limit")
+      ->check(positive_number());
+  command->add_option("--frequency-from", options->from_Hz, "chirp: Hz; a thousandth of the cycle rate")
+      ->check(positive_number());
+  command->add_option("--frequency-to", options->to_Hz, "chirp: Hz; 0.4 of the cycle rate")
+      ->check(positive_number());
+  command->add_option("--duration", options->duration_s, "chirp: seconds (10)")->check(positive_seconds());
+  add_open_loop_options(*command, options->run);
+  command->callback([options, command, &status] {
+    refuse_options_of_other_signals(*command, options->signal);
+    status = run_excite(*options);
+  });
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,320 @@
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/command_line/commands.h"
+#include "app/live/stop_signal.h"
+#include "app/stage/config_edit.h"
+#include "app/stage/dataset_input.h"
+#include "app/stage/identification_findings.h"
+#include "app/stage/identification_report.h"
+#include "app/stage/identification_result.h"
+#include "app/stage/option_check.h"
+#include "base/output_file.h"
+#include "base/standard_streams.h"
+#include "base/terminal.h"
+#include "base/words.h"
+#include "config/document/toml_edit.h"
+#include "config/document/toml_text.h"
+#include "config/files/model_file.h"
+#include "config/schema/config.h"
+#include "identification/dynamics/joint_dynamics.h"
+#include "identification/identify.h"
+#include "identification/old_model.h"
+
+namespace hystcan::app {
+namespace {
+
+using identification::Dataset;
+using identification::Identified;
+
+struct IdentifyArguments {
+  std::vector<std::filesystem::path> data;
+  std::filesystem::path start;  ///< model file; empty: none
+  std::filesystem::path output;
+  std::filesystem::path initial_memory;
+  std::filesystem::path report;
+  DatasetInput input;
+  std::string order = "auto";
+  std::string creep = "auto";
+  std::string curves = "auto";
+  std::optional<double> delay_s, longest_delay_s;
+  bool common_zero = false;
+  bool common_gain = false;
+  bool drift = false;
+  bool dynamics = false;
+  std::string symmetry = "auto";
+  std::string thresholds = "auto";
+  bool json = false;
+  bool overwrite = false;
+  std::filesystem::path config;   ///< empty: none
+  std::filesystem::path written;  ///< copy of the configuration with the model in it
+};
+
+identification::IdentifyOptions asked_for(const IdentifyArguments& options, Progress& progress) {
+  identification::IdentifyOptions asked;
+  if (options.order != "auto") asked.shape = identification::CurveShape::polynomial(std::stoi(options.order));
+  asked.curves = *parse_word<identification::CurveChoice>(options.curves);
+  asked.delay_s = options.delay_s;
+  if (options.creep != "auto")
+    asked.creep_per_decade = options.creep == "none" ? 0.0 : std::stod(options.creep);
+  asked.longest_delay_s = options.longest_delay_s;
+  asked.common_zero = options.common_zero;
+  asked.common_gain = options.common_gain;
+  asked.drift = options.drift;
+  asked.output = *parse_word<identification::ShapeOfOutput>(options.symmetry);
+  asked.observed_thresholds = options.thresholds == "observed";
+  asked.go_on = [&progress, tries = std::uint64_t{0}]() mutable {
+    progress.update(++tries);
+    return stop_signalled == 0;
+  };
+  return asked;
+}
+
+Identified identify(const IdentifyArguments& options, const std::vector<Dataset>& datasets,
+                    const std::optional<identification::OldModel>& old) {
+  Progress progress("identifying", 0, "trials");
+  try {
+    const identification::IdentifyOptions asked = asked_for(options, progress);
+    if (old) return identification::identify_from(*old, datasets, asked);
+    return options.dynamics ? identification::identify_dynamics(datasets, asked)
+                            : identification::identify(datasets, asked);
+  } catch (const std::invalid_argument& error) {
+    std::string names;
+    for (const auto& file : options.data) names += (names.empty() ? "" : ", ") + file.string();
+    throw Error(fmt::format("{}: {}", names, error.what()));
+  }
+}
+
+void save_memory(const IdentifyArguments& options, const Dataset& dataset, const Identified& identified) {
+  const model::Hysteresis model(identified.parameters);
+  const auto state = state_of(model, identified.memories.front(), dataset.input.front());
+  std::vector<char> buffer(model::Hysteresis::saved_size());
+  OutputFile out(options.initial_memory);
+  out.write(model.save(state, buffer));
+  out.commit();
+}
+
+/// What the datasets say of the model, and what the old one says.
+std::string finding_of_old(const std::filesystem::path& file, const identification::OldModel& old,
+                           const std::vector<Dataset>& datasets) {
+  const model::Interval& known = old.parameters.input_range();
+  model::Interval moved{datasets.front().input.front(), datasets.front().input.front()};
+  for (const Dataset& dataset : datasets) {
+    const auto [least, most] = std::ranges::minmax(dataset.input);
+    moved = {std::min(moved.lo, least), std::max(moved.hi, most)};
+  }
+  const double slack = 0.01 * known.span();
+  const bool covers = moved.lo <= known.lo + slack && moved.hi >= known.hi - slack;
+  return fmt::format(
+      "the inputs go from {:.4g} to {:.4g} {}, the thresholds of {} are {:.4g} and {:.4g}: {}what they do "
+      "not determine is that of {}{}",
+      moved.lo, moved.hi, datasets.front().input_unit, file.string(), known.lo, known.hi,
+      covers ? "" : "what lies beyond the inputs and ",
+      file.string() + (old.creep ? "" : ", which has no creep"),
+      config::load_dynamics(file) ? ", but for its [dynamics], which are left out" : "");
+}
+
+/// The last part of a path, which may end in a slash.
+std::string name_of(const std::filesystem::path& path) {
+  return (path.has_filename() ? path : path.parent_path()).filename().string();
+}
+
+void report_model(const IdentifyArguments& options, const std::vector<Dataset>& datasets,
+                  const Identified& identified, const std::vector<std::string>& said) {
+  std::vector<std::string> names;
+  for (const auto& file : options.data) names.push_back(name_of(file));
+  Progress progress("comparing models", 0, "trials");
+  const WrittenReport written = write_report(options.report, {datasets, names, identified, said},
+                                             [&, tries = std::uint64_t{0}]() mutable {
+                                               progress.update(++tries);
+                                               return stop_signalled == 0;
+                                             });
+  if (!written.undrawn.empty()) note("hystcan: {}: {}\n", options.report.string(), written.undrawn);
+}
+
+/// The configuration that gets the model, before it has one.
+config::Config config_to_complete(const IdentifyArguments& options) {
+  config::Config config = config::load_unmeasured(options.config);
+  refuse_to_write_into(options.written, config, options.output);
+  for (const auto& file : options.data) refuse_to_overwrite_any_of(options.written, file);
+  index_of_axis(config, options.input.axis);
+  return config;
+}
+
+void write_config(const IdentifyArguments& options, const config::Config& config) {
+  std::error_code none;
+  auto model = std::filesystem::relative(std::filesystem::absolute(options.output),
+                                         std::filesystem::absolute(config.file).parent_path(), none);
+  if (none) model = std::filesystem::absolute(options.output);
+  config::TomlEdit text = config::TomlEdit::of_file(config.file);
+  text.set(fmt::format("axis[{}].control.model", index_of_axis(config, options.input.axis)),
+           config::toml_string(model.string()));
+  write_file(options.written, text.text());
+  try {
+    config::load(options.written);
+  } catch (const std::runtime_error& error) {
+    note("hystcan: {}: written, but not yet fit to run: {}\n", options.written.string(), error.what());
+  }
+}
+
+// Runs before the slow work begins.
+void check_outputs(const IdentifyArguments& options) {
+  for (const auto& file : options.data)
+    for (const auto& output : {options.output, options.initial_memory})
+      refuse_to_overwrite_any_of(output, file);
+  for (const auto& output : {options.output, options.initial_memory})
+    refuse_to_overwrite(output, options.start);
+  for (const auto& output : {options.output, options.initial_memory})
+    refuse_to_replace(output, options.overwrite);
+  if (!options.initial_memory.empty()) refuse_to_share(options.output, options.initial_memory);
+  if (options.report.empty()) return;
+  refuse_as_folder(options.report);
+  for (const std::string& name : report_files()) {
+    for (const auto& file : options.data) refuse_to_overwrite_any_of(options.report / name, file);
+    refuse_to_share(options.report / name, options.output);
+    if (!options.initial_memory.empty()) refuse_to_share(options.report / name, options.initial_memory);
+  }
+}
+
+int run_identify(const IdentifyArguments& options) {
+  check_outputs(options);
+  if (options.config.empty()) require_run_for_axis(options.data, options.input, ", or --for");
+  OutputFile out(options.output);
+  std::optional<config::Config> config;
+  if (!options.config.empty()) config = config_to_complete(options);
+  std::optional<identification::OldModel> old;
+  DatasetInput input = options.input;
+  if (!options.start.empty()) {
+    const identification::Lag lag = config::load_lag(options.start);
+    old = {config::load_model(options.start), lag.delay_s, lag.creep};
+    input.input_unit = old->parameters.input_unit;
+    input.output_unit = old->parameters.output_unit;
+  }
+  const std::vector<Dataset> datasets = load_datasets(options.data, input);
+  stop_at_a_signal();
+  const Identified identified = identify(options, datasets, old);
+  std::vector<std::string> said = findings(datasets, identified);
+  if (old) said.push_back(finding_of_old(options.start, *old, datasets));
+  out.write(identified_model_text(identified, said));
+  out.commit();
+  if (config) write_config(options, *config);
+  if (!options.initial_memory.empty()) save_memory(options, datasets.front(), identified);
+  if (!options.report.empty()) report_model(options, datasets, identified, said);
+  const double percent = 100.0 / identified.output_span;
+  if (options.json) {
+    print("{}\n", identification_json(identified, said).dump(2));
+  } else {
+    for (const std::string& finding : said) print("- {}\n", finding);
+    print(
+        "{}: {}, {} parameters, misses the output by {:.3g} % RMS, {:.3g} % at most{}, of its span "
+        "{:.5g} {}\n",
+        options.output.string(), identified.search.shape.text(), identified.parameter_count(),
+        identified.overall.rms * percent, identified.overall.max * percent,
+        identified.held_out_rms
+            ? fmt::format(" ({:.3g} % RMS cross-validated)", *identified.held_out_rms * percent)
+            : "",
+        identified.output_span, identified.parameters.output_unit);
+  }
+  return done;
+}
+
+CLI::Validator creep_or_auto() {
+  return {[](const std::string& text) {
+            const bool is_number = text.find_first_not_of("0123456789.eE+-") == std::string::npos;
+            const bool sound =
+                text == "auto" || text == "none" || (is_number && CLI::Range(0.0, 0.1)(text).empty());
+            return sound ? std::string() : fmt::format("{}, expected auto, none or 0 to 0.1", text);
+          },
+          "CREEP"};
+}
+
+CLI::Validator order_or_auto() {
+  return {[](const std::string& text) {
+            const bool sound = text == "auto" || whole_number(1, identification::highest_order)(text).empty();
+            return sound ? std::string()
+                         : fmt::format("{}, expected auto or 1 to {}", text, identification::highest_order);
+          },
+          "ORDER"};
+}
+
+}  // namespace
+
+void add_identify(CLI::App& cli, int& status) {
+  auto options = std::make_shared<IdentifyArguments>();
+  CLI::App* command =
+      cli.add_subcommand("identify", "Identify a model from a measured dataset and write its model file");
+  command
+      ->add_option("DATA", options->data,
+                   "CSV with time_s,input,output, or folder of a recorded run; several: one model for all")
+      ->required();
+  command->add_option("--output", options->output, "model file to write (TOML)")->required();
+  CLI::Option* start =
+      command->add_option("--start", options->start,
+                          "old model (TOML), recursive-memory: decides what the datasets do not determine");
+  command->add_flag("--overwrite", options->overwrite, "replace model and memory if they exist");
+  command
+      ->add_option("--order", options->order,
+                   "order of polynomial reference curves, or auto: chosen by hold-out")
+      ->check(order_or_auto());
+  command->add_option("--curves", options->curves, "polynomials, splines, or the better of both (auto)")
+      ->check(one_of({"auto", "polynomial", "spline"}));
+  CLI::Option* delay =
+      command->add_option("--delay", options->delay_s, "known delay of the output in seconds")
+          ->check(not_negative_number());
+  command->add_option("--delay-max", options->longest_delay_s, "longest delay that is searched, in seconds")
+      ->check(not_negative_number())
+      ->excludes(delay);
+  command
+      ->add_option(
+          "--creep", options->creep,
+          "creep of the output in each decade of time, as a share: 0.02; none; or auto: found where it carries over")
+      ->check(creep_or_auto());
+  command->add_flag("--common-zero", options->common_zero,
+                    "several datasets: their outputs have the same zero; if left out, each has its own");
+  command->add_flag("--common-gain", options->common_gain,
+                    "several datasets: their outputs have the same gain; if left out, each can have its own");
+  command->add_flag("--drift", options->drift, "the zero of each dataset drifts linearly");
+  command
+      ->add_flag("--dynamics", options->dynamics,
+                 "a mechanical mode and a delay behind the hysteresis, from fast, evenly sampled datasets")
+      ->excludes(start);
+  std::vector<std::string> symmetries;
+  for (const std::string_view symmetry : words(identification::ShapeOfOutput{}))
+    symmetries.emplace_back(symmetry);
+  command
+      ->add_option("--symmetry", options->symmetry,
+                   "even: x(v) = x(-v); butterfly: the branches cross beside zero (coercivity)")
+      ->check(one_of(symmetries));
+  command
+      ->add_option("--thresholds", options->thresholds,
+                   "observed: at the ends of the measured inputs, so that a drive reaches both")
+      ->check(one_of({"auto", "observed"}));
+  command->add_option("--initial-memory", options->initial_memory,
+                      "write the memory at the start of the (first) dataset, for simulate --memory");
+  command->add_option(
+      "--report", options->report,
+      "folder for report.html: loops, residuals, curves, and the comparison with other models");
+  add_dataset_options(*command, options->input);
+  CLI::Option* with_config =
+      command->add_option("--for", options->config, "configuration (TOML) that the model is for");
+  command->add_option(
+      "--axis", options->input.axis,
+      "axis of the recorded runs, and of --for; if left out, the only one of a run, the first one of --for");
+  CLI::Option* written = command->add_option("--write", options->written,
+                                             "copy of the configuration to write, with the model in it");
+  written->needs(with_config);
+  with_config->needs(written);
+  command->add_flag("--json", options->json, "print the result as JSON");
+  command->callback([options, &status] { status = run_identify(*options); });
+}
+
+}  // namespace hystcan::app

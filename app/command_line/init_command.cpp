@@ -1,0 +1,167 @@
+#include <fmt/format.h>
+#include <unistd.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "app/command_line/commands.h"
+#include "app/live/stop_signal.h"
+#include "app/stage/dataset_input.h"
+#include "app/stage/new_folder.h"
+#include "app/stage/option_check.h"
+#include "app/stage/shipped.h"
+#include "app/stage/stage_folder.h"
+#include "app/stage/stage_questions.h"
+#include "base/error.h"
+#include "base/standard_streams.h"
+
+namespace hystcan::app {
+namespace {
+
+struct InitArguments {
+  std::filesystem::path folder;
+  std::string preset;
+  StatedFacts stated;
+  std::vector<std::filesystem::path> records, steps, unseen;
+  DatasetInput input;
+  bool yes = false;
+  bool carry_on = false;
+};
+
+/// With the standard frames, whose setpoint is in this unit.
+std::filesystem::path shipped_dbc(const std::string& drive_unit) {
+  return shipped_file(drive_unit == "A" ? "galfenol.dbc" : "hystcan.dbc");
+}
+
+/// The files of each axis: with one axis all records are its own, with several there is one for each.
+std::vector<RecordFiles> records_by_axis(const InitArguments& options) {
+  const std::size_t axes = options.stated.axes.size();
+  const auto require_one_each = [&](const char* option, const std::vector<std::filesystem::path>& files) {
+    if (files.empty() || files.size() == axes ||
+        (axes == 1 && files.size() > 1 && option == std::string("--record")))
+      return;
+    throw Error(
+        fmt::format("{} is there {} times, expected one for each of {} axes", option, files.size(), axes));
+  };
+  require_one_each("--record", options.records);
+  require_one_each("--step", options.steps);
+  require_one_each("--unseen", options.unseen);
+  if (options.records.empty()) {
+    if (!options.steps.empty() || !options.unseen.empty())
+      throw Error("--step and --unseen need a --record: the model comes first");
+    return {};
+  }
+  std::vector<RecordFiles> files(axes);
+  for (std::size_t i = 0; i < axes; ++i) {
+    if (axes == 1)
+      files[i].loops = options.records;
+    else
+      files[i].loops = {options.records[i]};
+    if (!options.steps.empty()) files[i].step = options.steps[i];
+    if (!options.unseen.empty()) files[i].unseen = options.unseen[i];
+  }
+  return files;
+}
+
+int new_stage(const InitArguments& options) {
+  require_new(options.folder);
+  std::vector<AxisRecords> records;
+  for (const RecordFiles& files : records_by_axis(options))
+    records.push_back(load_records(files, options.input));
+  Questions questions(std::cin, !options.yes && isatty(STDIN_FILENO) != 0);
+  const KnownStage stage = ask_about(options.stated, records, shipped_dbc, questions);
+  for (std::size_t i = 0; i < stage.roles.size(); ++i)
+    print("{}", table_of(stage.roles[i], stage.facts.axes[i].name));
+  stop_at_a_signal();
+  make_stage(options.folder, stage, records);
+  return done;
+}
+
+int init(const InitArguments& options) {
+  if (!options.preset.empty()) {
+    copy_preset(options.preset, options.folder);
+    return done;
+  }
+  if (options.carry_on) {
+    stop_at_a_signal();
+    continue_stage(options.folder);
+    return done;
+  }
+  return new_stage(options);
+}
+
+void add_facts(CLI::App& command, StatedFacts& facts) {
+  command.add_option("--axis", facts.axes, "name of an axis; again for each further one")
+      ->default_str("x")
+      ->allow_extra_args(false);
+  command.add_option("--unit", facts.drive_unit, "unit of the drive: V or A")->check(one_of({"V", "A"}));
+  const auto number = [&](const char* name, std::vector<double>& values, const char* what) {
+    command.add_option(name, values, what)->check(finite_number())->allow_extra_args(false);
+  };
+  number("--drive-min", facts.drive_min, "lowest drive; one for all axes, or again for each");
+  number("--drive-max", facts.drive_max, "highest drive");
+  number("--safe", facts.safe_drive, "drive where every run ends; the one nearest 0 if left out");
+  number("--stroke", facts.stroke_um, "um between lowest and highest drive; a record shows it");
+  number("--sensor-at-safe", facts.sensor_at_safe_um,
+         "um that the sensor reads at the safe drive (0); a record shows it");
+  number("--resonance", facts.resonance_Hz, "first resonance, Hz; a step record shows it");
+  number("--damping", facts.damping_ratio, "damping ratio of the resonance (0.02)");
+  number("--sensor-delay", facts.sensor_delay_us, "us from the position to its sample (0: not known)");
+  command.add_option("--interface", facts.interface, "CAN interface (vcan0)")->check(interface_name());
+  command.add_option("--dbc", facts.dbc, "DBC with the lab's own frames; the standard frames if left out");
+  command
+      .add_option(
+          "--enable", facts.enable,
+          "signal of a lab's command that switches the amplifier on, or none; one for all axes, or again for each")
+      ->allow_extra_args(false);
+  command.add_option("--nodes", facts.nodes, "node ids of amplifier and sensor, axis by axis: 1,2")
+      ->check(whole_number(1, 127))
+      ->delimiter(',');
+}
+
+}  // namespace
+
+void add_init(CLI::App& cli, int& status) {
+  auto options = std::make_shared<InitArguments>();
+  CLI::App* command = cli.add_subcommand(
+      "init", "Make the folder of a new stage: configuration, models, tuned and rehearsed loop");
+  command->add_option("DIR", options->folder, "folder to make; nothing in it is overwritten")->required();
+  command
+      ->add_option(
+          "--record", options->records,
+          "slow loops (CSV), for the hysteresis; again for each axis, or for another rate of one axis")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--step", options->steps,
+                   "small fast steps or a chirp (CSV), for the dynamics; again for each axis")
+      ->allow_extra_args(false);
+  command->add_option("--unseen", options->unseen, "loops that the model has not seen, to validate it with")
+      ->allow_extra_args(false);
+  add_facts(*command, options->stated);
+  command->add_option("--cycle-rate", options->stated.rate_Hz, "samples and commands per second, Hz (1000)")
+      ->check(number_between(1.0, 10'000.0));
+  add_column_options(*command, options->input.layout);
+  command
+      ->add_option("--rate", options->input.layout.rate_Hz,
+                   "sampling rate of the records in Hz, where they have no time or the number of the sample")
+      ->check(positive_number());
+  command->add_flag("--yes", options->yes, "take the defaults, ask nothing");
+  CLI::Option* carry_on =
+      command->add_flag("--continue", options->carry_on,
+                        "take up the records that `hystcan excite` has left in DIR, as first told");
+  command->add_option("--from", options->preset, "copy a shipped configuration with all that it names: piezo")
+      ->excludes(carry_on);
+  command->callback([options, &status] {
+    if (options->stated.axes.empty()) options->stated.axes = {"x"};
+    status = init(*options);
+  });
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,92 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <CLI/CLI.hpp>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/command_line/commands.h"
+#include "app/live/socket_place.h"
+#include "app/page/page_host.h"
+#include "app/stage/option_check.h"
+#include "base/standard_streams.h"
+#include "base/threads.h"
+#include "config/schema/config.h"
+#include "controller/telemetry.h"
+
+namespace hystcan::app {
+namespace {
+
+struct PageArguments {
+  std::filesystem::path config;
+  std::string interface;
+  std::string listen = "127.0.0.1:8080";
+  std::vector<std::string> names;
+  std::filesystem::path socket, twin_socket;
+  bool expose = false;
+  bool token = false;
+};
+
+/// Beside the socket of a controller on this interface.
+std::filesystem::path token_file(const std::string& interface) {
+  return default_socket(interface).replace_extension(".page-token");
+}
+
+PageOptions page_options(const PageArguments& arguments, const config::Config& config) {
+  const std::string interface = config.bus.interface;
+  const std::filesystem::path configured =
+      arguments.socket.empty() ? std::filesystem::path(config.controller.control_socket) : arguments.socket;
+  return {
+      .config = std::filesystem::absolute(arguments.config),
+      .interface = interface,
+      .bitrate_bit_per_s = static_cast<double>(config.bus.bitrate_bit_per_s),
+      .start_command = fmt::format("hystcan controller {}", shell_word(arguments.config)),
+      .controller_socket = [=] { return configured.empty() ? find_socket(interface) : configured; },
+      .twin_socket =
+          [=, given = arguments.twin_socket] { return given.empty() ? find_twin_socket(interface) : given; }};
+}
+
+int run_page(const PageArguments& arguments) {
+  config::Config config = config::load(arguments.config);
+  if (!arguments.interface.empty()) config.bus.interface = arguments.interface;
+  const std::filesystem::path file = token_file(config.bus.interface);
+  const std::string token = token_of(file);
+  if (arguments.token) {
+    print(token + "\n");
+    return done;
+  }
+  const PageListening listening{ListenAddress::of(arguments.listen), arguments.names, arguments.expose};
+  PageHost host(page_options(arguments, config), listening, token);
+  print(fmt::format("page: {}\n", host.url()));
+  flush_output();
+  spdlog::info("the token to write is in {}: hystcan page {} --token shows it", file.string(),
+               shell_word(arguments.config));
+  yield_to_the_control_thread();
+  host.run();
+  return done;
+}
+
+}  // namespace
+
+void add_page(CLI::App& cli, int& status) {
+  auto options = std::make_shared<PageArguments>();
+  CLI::App* command =
+      cli.add_subcommand("page", "Serve the operator's page of a running controller, or twin, to browsers");
+  command->add_option("CONFIG", options->config, "configuration (TOML) that the controller runs with")
+      ->required();
+  command->add_option("--interface", options->interface, "CAN interface instead of the configured one")
+      ->check(interface_name());
+  command->add_option("--listen", options->listen, "address and port; port 0 is any free one")
+      ->capture_default_str();
+  command->add_flag("--expose", options->expose,
+                    "the address may be one that other machines reach (not encrypted)");
+  command->add_option("--name", options->names, "a further name by which browsers ask for this machine");
+  command->add_option("--socket", options->socket, "the controller's control socket, if it is elsewhere");
+  command->add_option("--twin-socket", options->twin_socket, "the twin's control socket, if it is elsewhere");
+  command->add_flag("--token", options->token, "show the token that a page needs to write, and end");
+  command->callback([options, &status] { status = run_page(*options); });
+}
+
+}  // namespace hystcan::app

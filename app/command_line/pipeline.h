@@ -1,0 +1,104 @@
+// Reads, computes and writes blocks on cores of their own.
+//
+//   calling thread: read ──▶ thread: compute ──▶ thread: write        blocks stay in order, and go round
+//
+// Signals reach the calling thread only: one that waits for input is woken.
+#pragma once
+
+#include <pthread.h>
+#include <array>
+#include <condition_variable>
+#include <csignal>
+#include <cstddef>
+#include <deque>
+#include <exception>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include "base/threads.h"
+
+namespace hystcan::app {
+
+template <class T>
+class BoundedQueue {
+ public:
+  explicit BoundedQueue(std::size_t most) : most_(most) {}
+
+  /// Waits for room. False: nobody takes any more.
+  bool push(T value) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return abandoned_ || values_.size() < most_; });
+    if (abandoned_) return false;
+    values_.push_back(std::move(value));
+    changed_.notify_all();
+    return true;
+  }
+  /// Waits for a value. Empty: no more will come.
+  std::optional<T> pop() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return finished_ || !values_.empty(); });
+    if (values_.empty()) return std::nullopt;
+    std::optional<T> value(std::move(values_.front()));
+    values_.pop_front();
+    changed_.notify_all();
+    return value;
+  }
+  /// No more will be pushed; what waits is still taken.
+  void finish() { set(finished_); }
+  /// No more will be taken.
+  void abandon() { set(abandoned_); }
+
+ private:
+  void set(bool& flag) {
+    const std::scoped_lock lock(mutex_);
+    flag = true;
+    changed_.notify_all();
+  }
+
+  std::size_t most_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<T> values_;
+  bool finished_ = false;
+  bool abandoned_ = false;
+};
+
+/// `read(Block&)` fills a block and returns false at the end; `compute(Block&)` and `write(const Block&)` get each block
+/// once, in order. What one of them throws ends all. It is thrown here; of several, that of the earliest block.
+template <class Block, class Read, class Compute, class Write>
+void run_pipeline(Read read, Compute compute, Write write) {
+  constexpr std::size_t depth = 4;  // blocks between two threads
+  BoundedQueue<Block> empty(3 * depth), filled(depth), computed(depth);
+  std::exception_ptr read_error, compute_error, write_error;
+  const auto take_all = [](BoundedQueue<Block>& from, BoundedQueue<Block>& to, std::exception_ptr& error,
+                           auto work) {
+    try {
+      while (std::optional<Block> block = from.pop()) {
+        work(*block);
+        if (!to.push(std::move(*block))) break;
+      }
+    } catch (...) {
+      error = std::current_exception();
+    }
+    from.abandon();
+    to.finish();
+  };
+  std::thread computing = thread_without_signals([&] { take_all(filled, computed, compute_error, compute); });
+  std::thread writing = thread_without_signals([&] { take_all(computed, empty, write_error, write); });
+  for (std::size_t i = 0; i < 2 * depth; ++i) empty.push(Block{});
+  try {
+    for (std::optional<Block> block = empty.pop(); block && read(*block); block = empty.pop())
+      if (!filled.push(std::move(*block))) break;
+  } catch (...) {
+    read_error = std::current_exception();
+  }
+  filled.finish();
+  computing.join();
+  writing.join();
+  for (const std::exception_ptr& error : {write_error, compute_error, read_error})
+    if (error) std::rethrow_exception(error);
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,111 @@
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/command_line/commands.h"
+#include "app/command_line/run_figures.h"
+#include "app/command_line/run_plots.h"
+#include "app/command_line/run_table.h"
+#include "app/stage/dataset_input.h"
+#include "app/stage/option_check.h"
+#include "base/error.h"
+#include "base/output_file.h"
+#include "base/standard_streams.h"
+
+namespace hystcan::app {
+namespace {
+
+struct PlotArguments {
+  std::vector<std::filesystem::path> runs;
+  std::filesystem::path output = "hystcan-plots";
+  std::vector<std::string> kinds, formats;
+  std::string axis;
+  std::string table;
+  PictureSize size;
+  DatasetInput interval;
+};
+
+/// Runs may have the same name: average.csv of two folders.
+std::string distinct_name(const std::vector<RunFigures>& others, const runs::Run& run) {
+  std::string name = std::filesystem::is_directory(run.path()) ? run.name() : run.path().stem().string();
+  for (const RunFigures& other : others)
+    if (other.run == name)
+      return std::filesystem::absolute(run.path()).parent_path().filename().string() + "-" + name;
+  return name;
+}
+
+std::vector<RunFigures> read_all(const PlotArguments& options) {
+  const runs::TimeSpan span = span_of(options.interval);
+  std::vector<RunFigures> all;
+  for (const std::filesystem::path& path : options.runs) {
+    const runs::Run run(path);
+    const std::string name = distinct_name(all, run);
+    for (std::size_t axis = 0; axis < run.info().axes.size(); ++axis) {
+      if (!options.axis.empty() && run.axis_index(options.axis) != axis) continue;
+      all.push_back(figures_of(run, axis, span));
+      all.back().run = name;
+    }
+  }
+  return all;
+}
+
+/// What is named, else all. Throws Error at another word.
+std::vector<std::string> chosen(const char* option, const std::vector<std::string>& named,
+                                const std::vector<std::string>& all) {
+  for (const std::string& name : named)
+    if (std::ranges::find(all, name) == all.end())
+      throw Error(fmt::format("{}: {}, expected one of {}", option, name, fmt::join(all, ", ")));
+  return named.empty() ? all : named;
+}
+
+int run_plot(const PlotArguments& options) {
+  const RunPlots plots{.folder = options.output,
+                       .kinds = chosen("--kind", options.kinds, plot_kinds()),
+                       .formats = chosen("--format", options.formats, picture_formats()),
+                       .size = options.size};
+  const std::vector<RunFigures> runs = read_all(options);
+  if (!options.table.empty()) print(run_table(runs, options.table));
+  create_folder(options.output);
+  const DrawnPlots drawn = draw_runs(runs, plots);
+  for (const std::string& lacking : drawn.lacking) note("{}\n", lacking);
+  if (!drawn.undrawn.empty())
+    throw RunError(fmt::format("{}: {}; scripts (.gp) and data (.csv) are there", options.output.string(),
+                               drawn.undrawn));
+  for (const std::string& name : drawn.names)
+    note("{}: {}\n", (options.output / name).string(), fmt::join(plots.formats, ", "));
+  return done;
+}
+
+}  // namespace
+
+void add_plot(CLI::App& cli, int& status) {
+  auto options = std::make_shared<PlotArguments>();
+  CLI::App* command = cli.add_subcommand("plot", "Draw recorded runs, for the lab book and for print");
+  command->add_option("RUN", options->runs, "folders of runs, or CSVs of cycles (controller --csv, demo)")
+      ->required();
+  command->add_option("--kind", options->kinds, "pictures to draw, with commas; all if left out")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  command->add_option("--output", options->output, "folder of the pictures")->capture_default_str();
+  command->add_option("--format", options->formats, "svg, png, pdf, with commas; all if left out")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  command->add_option("--axis", options->axis, "all axes if left out");
+  command->add_option("--table", options->table, "print the errors as a table")
+      ->check(one_of(table_formats()));
+  command->add_option("--width", options->size.width_mm, "mm")
+      ->check(number_between(40, 1000))
+      ->capture_default_str();
+  command->add_option("--height", options->size.height_mm, "mm")
+      ->check(number_between(30, 1000))
+      ->capture_default_str();
+  add_interval_options(*command, options->interval);
+  command->callback([options, &status] { status = print_for_reader([&] { return run_plot(*options); }); });
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,211 @@
+#include "app/command_line/row_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include "base/error.h"
+#include "base/output_file.h"
+#include "base/text.h"
+#include "config/files/csv.h"
+#include "storage/hdf5.h"
+
+namespace hystcan::app {
+namespace {
+
+using storage::Hdf5Column;
+
+class CsvRows final : public RowInput {
+ public:
+  CsvRows(const std::filesystem::path& file, const std::string& column)
+      : file_(file),
+        reader_(file, {column}),
+        timed_(reader_.add_if_present("time_s")),
+        unit_(reader_.comment(column + "_unit")) {
+    std::error_code unknown;
+    const auto size = std::filesystem::file_size(file, unknown);
+    size_ = unknown ? 0 : size;
+  }
+
+  bool next(SampleBlock& block) override {
+    block.time_s.clear();
+    block.given.clear();
+    while (block.given.size() < SampleBlock::most && reader_.next(row_)) {
+      const double time_s = timed_ ? row_[1] : static_cast<double>(rows_);
+      if (time_s < previous_s_)
+        throw Error(fmt::format("{}:{}: time_s is {} after {}, expected time to increase", file_.string(),
+                                reader_.line_number(), time_s, previous_s_));
+      previous_s_ = time_s;
+      ++rows_;
+      block.time_s.push_back(time_s);
+      block.given.push_back(row_[0]);
+    }
+    return !block.given.empty();
+  }
+  std::string unit() const override { return unit_; }
+  bool timed() const override { return timed_; }
+  std::uint64_t done() const override { return reader_.bytes_read(); }
+  std::uint64_t size() const override { return size_; }
+
+ private:
+  std::filesystem::path file_;
+  config::CsvReader reader_;
+  bool timed_;
+  std::string unit_;
+  std::uint64_t size_ = 0;
+  std::uint64_t rows_ = 0;
+  double previous_s_ = -std::numeric_limits<double>::infinity();
+  std::vector<double> row_;
+};
+
+/// What the library of HDF5 refuses in an input is bad input.
+template <class Call>
+auto as_bad_input(Call call) {
+  try {
+    return call();
+  } catch (const storage::Hdf5Error& error) {
+    throw Error(error.what());
+  }
+}
+
+class Hdf5Rows final : public RowInput {
+ public:
+  Hdf5Rows(const std::filesystem::path& file, std::string column)
+      : file_(file),
+        column_(std::move(column)),
+        reader_(as_bad_input([&] { return storage::open_hdf5(file); })) {
+    as_bad_input([&] {
+      timed_ = reader_->has("time_s");
+      rows_ = reader_->rows(column_);
+      if (timed_ && reader_->rows("time_s") != rows_)
+        throw storage::Hdf5Error(fmt::format("{}: time_s has {} values and {} has {}, expected as many",
+                                             file_.string(), reader_->rows("time_s"), column_, rows_));
+    });
+  }
+
+  bool next(SampleBlock& block) override {
+    const std::size_t count = std::min<std::uint64_t>(SampleBlock::most, rows_ - read_);
+    block.given.resize(count);
+    block.time_s.resize(count);
+    if (count == 0) return false;
+    as_bad_input([&] {
+      reader_->read(column_, read_, block.given);
+      if (timed_) reader_->read("time_s", read_, block.time_s);
+    });
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!timed_) block.time_s[i] = static_cast<double>(read_ + i);
+      require(std::isfinite(block.given[i]), column_, i, block.given[i], "a finite number");
+      require(block.time_s[i] >= previous_s_, "time_s", i, block.time_s[i], "time to increase");
+      previous_s_ = block.time_s[i];
+    }
+    read_ += count;
+    return true;
+  }
+  std::string unit() const override { return reader_->text(column_, "unit").value_or(""); }
+  bool timed() const override { return timed_; }
+  std::uint64_t done() const override { return read_; }
+  std::uint64_t size() const override { return rows_; }
+
+ private:
+  void require(bool is_right, const std::string& column, std::size_t i, double value,
+               const char* expected) const {
+    if (!is_right)
+      throw Error(
+          fmt::format("{}: {}[{}] is {}, expected {}", file_.string(), column, read_ + i, value, expected));
+  }
+
+  std::filesystem::path file_;
+  std::string column_;
+  std::unique_ptr<storage::Hdf5Reader> reader_;
+  bool timed_ = false;
+  std::uint64_t rows_ = 0;
+  std::uint64_t read_ = 0;
+  double previous_s_ = -std::numeric_limits<double>::infinity();
+};
+
+class CsvRowOutput final : public RowOutput {
+ public:
+  explicit CsvRowOutput(const std::filesystem::path& file) : file_(file) {
+    file_.write("time_s,input,output\n");
+  }
+
+  void write(const SampleBlock& block) override {
+    text_.clear();
+    for (std::size_t i = 0; i < block.input.size(); ++i) {
+      append_shortest(text_, block.time_s[i]);
+      text_ += ',';
+      append_shortest(text_, block.input[i]);
+      text_ += ',';
+      append_shortest(text_, block.output[i]);
+      text_ += '\n';
+    }
+    file_.write(text_);
+  }
+  void commit() override { file_.commit(); }
+
+ private:
+  OutputFile file_;
+  std::string text_;
+};
+
+class Hdf5RowOutput final : public RowOutput {
+ public:
+  Hdf5RowOutput(const std::filesystem::path& file, const RowUnits& units)
+      : file_(file), writer_(storage::create_hdf5(file_.written())) {
+    table_ = writer_->add_table(
+        "/", {{"time_s", "s", {}}, {"input", units.input, {}}, {"output", units.output, {}}},
+        storage::Hdf5Writer::Compression::none);
+  }
+
+  void write(const SampleBlock& block) override {
+    columns_ = {block.time_s, block.input, block.output};
+    table_->append(columns_);
+  }
+  void commit() override {
+    table_.reset();
+    writer_->close();
+    file_.commit();
+  }
+
+ private:
+  OutputFile file_;
+  std::unique_ptr<storage::Hdf5Writer> writer_;
+  std::unique_ptr<storage::Hdf5Table> table_;
+  std::vector<std::vector<double>> columns_;
+};
+
+/// The first bytes of an HDF5 file without a block of the user's before it.
+bool is_hdf5(const std::filesystem::path& file) {
+  constexpr std::string_view signature = "\x89HDF\r\n\x1a\n";
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored)) return false;
+  std::array<char, signature.size()> first{};
+  std::ifstream(file, std::ios::binary).read(first.data(), first.size());
+  return std::string_view(first.data(), first.size()) == signature;
+}
+
+}  // namespace
+
+bool has_hdf5_name(const std::filesystem::path& file) {
+  const auto ending = file.extension();
+  return ending == ".h5" || ending == ".hdf5";
+}
+
+std::unique_ptr<RowInput> open_rows(const std::filesystem::path& file, const std::string& column) {
+  if (is_hdf5(file)) return std::make_unique<Hdf5Rows>(file, column);
+  return std::make_unique<CsvRows>(file, column);
+}
+
+std::unique_ptr<RowOutput> make_rows(const std::filesystem::path& file, const RowUnits& units) {
+  if (has_hdf5_name(file)) return std::make_unique<Hdf5RowOutput>(file, units);
+  return std::make_unique<CsvRowOutput>(file);
+}
+
+}  // namespace hystcan::app

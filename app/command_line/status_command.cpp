@@ -1,0 +1,127 @@
+#include <fmt/format.h>
+#include <unistd.h>
+#include <CLI/CLI.hpp>
+
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <thread>
+
+#include "app/command_line/commands.h"
+#include "app/command_line/status_text.h"
+#include "app/live/control_client.h"
+#include "app/live/socket_place.h"
+#include "app/live/stop_signal.h"
+#include "app/page/bus_counters.h"
+#include "app/stage/option_check.h"
+#include "base/standard_streams.h"
+#include "base/terminal.h"
+
+namespace hystcan::app {
+namespace {
+
+constexpr std::chrono::milliseconds answer_limit{1000};
+constexpr std::chrono::milliseconds redraw_every{200};
+constexpr std::chrono::milliseconds print_every{1000};
+
+struct StatusArguments {
+  std::string socket;
+  std::string interface = "vcan0";
+  bool shows_bus = true;  ///< a socket alone does not tell the interface
+  bool watch = false;
+  bool json = false;
+};
+
+class StatusView {
+ public:
+  explicit StatusView(const StatusArguments& options)
+      : options_(options), counters_(options.interface, 0.0) {}
+
+  /// The answer; throws RunError with the reason if there is none.
+  nlohmann::json ask() const {
+    const std::filesystem::path file =
+        options_.socket.empty() ? find_socket(options_.interface) : std::filesystem::path(options_.socket);
+    try {
+      return ask_socket(file, {{"do", "status"}}, answer_limit);
+    } catch (const std::system_error& error) {
+      throw RunError(
+          fmt::format("{}: {}; is the controller running, with this interface? (--interface, --socket)",
+                      file.string(), error.code().message()));
+    }
+  }
+
+  std::vector<std::string> lines_of(const nlohmann::json& status) { return status_screen(status, bus(), ""); }
+
+  /// A controller that has ended, or is not there yet, is asked again with the next call.
+  std::vector<std::string> lines() {
+    try {
+      return lines_of(ask());
+    } catch (const RunError& error) {
+      return status_screen(nullptr, bus(), fmt::format("no answer, trying again: {}", error.what()));
+    }
+  }
+
+ private:
+  nlohmann::json bus() { return options_.shows_bus ? counters_.report() : nlohmann::json(); }
+
+  StatusArguments options_;
+  BusCounters counters_;
+};
+
+void print_lines(const std::vector<std::string>& lines) {
+  for (const std::string& line : lines) print(line + "\n");
+  flush_output();
+}
+
+int watch(StatusView& view) {
+  stop_at_a_signal();
+  std::optional<Screen> screen;
+  if (::isatty(STDOUT_FILENO) == 1) screen.emplace();
+  while (stop_signalled == 0 && !(screen && screen->quit())) {
+    if (screen) {
+      screen->show(view.lines());
+    } else {
+      print_lines(view.lines());
+      print("\n");
+    }
+    std::this_thread::sleep_for(screen ? redraw_every : print_every);
+  }
+  return done;
+}
+
+int run_status(const StatusArguments& options) {
+  StatusView view(options);
+  if (options.watch) return watch(view);
+  const nlohmann::json status = view.ask();
+  if (options.json)
+    print(status.dump(2) + "\n");
+  else
+    print_lines(view.lines_of(status));
+  return done;
+}
+
+}  // namespace
+
+void add_status(CLI::App& cli, int& status) {
+  auto options = std::make_shared<StatusArguments>();
+  CLI::App* command =
+      cli.add_subcommand("status", "Show axes, nodes, bus and timing of a running controller");
+  command->add_option("--socket", options->socket, "the control socket's file");
+  command
+      ->add_option("--interface", options->interface,
+                   "without --socket: the controller on this CAN interface")
+      ->check(interface_name())
+      ->capture_default_str();
+  CLI::Option* watch = command->add_flag("--watch", options->watch, "redraw until q or Ctrl-C");
+  command->add_flag("--json", options->json, "print the answer as JSON")->excludes(watch);
+  command->callback([options, command, &status] {
+    options->shows_bus = command->count("--socket") == 0 || command->count("--interface") > 0;
+    status = print_for_reader([&] { return run_status(*options); });
+  });
+}
+
+}  // namespace hystcan::app

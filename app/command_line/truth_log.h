@@ -1,0 +1,27 @@
+// Writes the truth of a twin as CSV, one row for each sample of each axis.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "base/append_file.h"
+#include "twin/truth.h"
+
+namespace hystcan::app {
+
+class TruthLog {
+ public:
+  /// Replaces the file. Throws std::system_error if the file cannot be created.
+  TruthLog(const std::filesystem::path& file, std::vector<std::string> axis_names);
+
+  void write(const twin::Truth& truth);
+  /// The reason if rows were lost; empty if none were.
+  std::string close();
+
+ private:
+  std::vector<std::string> axis_names_;
+  AppendFile rows_;
+};
+
+}  // namespace hystcan::app

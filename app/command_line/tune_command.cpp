@@ -1,0 +1,174 @@
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/command_line/commands.h"
+#include "app/live/report.h"
+#include "app/stage/config_edit.h"
+#include "app/stage/frequency_response.h"
+#include "app/stage/open_loop.h"
+#include "app/stage/option_check.h"
+#include "app/stage/tuning.h"
+#include "app/stage/tuning_report.h"
+#include "base/output_file.h"
+#include "base/standard_streams.h"
+#include "config/schema/config.h"
+#include "identification/dataset.h"
+
+namespace hystcan::app {
+namespace {
+
+using controller::CautiousRule;
+using controller::Excitation;
+using identification::Dataset;
+
+struct TuneArguments {
+  OpenLoopOptions run;
+  std::filesystem::path output = "tuning.toml";
+  std::filesystem::path written, picture, table;  ///< empty: not asked for
+  std::optional<double> centre, amplitude;
+  double period_s = 0.4;
+  unsigned cycles = 5;
+  controller::SensitivityRule sensitivity;
+  bool cautious = false;
+  double phase_margin_deg = CautiousRule{}.phase_margin_deg;
+  std::optional<double> gain_margin_dB;
+  bool json = false;
+};
+
+Excitation::Steps steps(const TuneArguments& options, const controller::Gate::Config& gate) {
+  const Excitation::Steps usual = usual_steps(gate);
+  return {.centre = options.centre.value_or(usual.centre),
+          .amplitude = options.amplitude.value_or(usual.amplitude),
+          .period_s = options.period_s,
+          .cycles = options.cycles};
+}
+
+CautiousRule cautious_rule(const TuneArguments& options) {
+  CautiousRule rule{.phase_margin_deg = options.phase_margin_deg};
+  if (options.gain_margin_dB) rule.gain_margin = std::pow(10.0, *options.gain_margin_dB / 20.0);
+  return rule;
+}
+
+/// The stated amplitude, or the default one, made smaller where the twin comes near a limit with it.
+Excitation::Steps chosen_steps(const TuneArguments& options, const config::Config& config,
+                               const twin::Config& twin) {
+  const Excitation::Steps stated = steps(options, config.axes[0].control.gate);
+  in_open_loop(config, stated);  // refuses what is outside the range
+  return options.amplitude ? stated : with_safe_amplitude(stated, config, twin);
+}
+
+/// The files that were asked for, opened before the axis moves.
+struct AskedFiles {
+  AskedFiles(const TuneArguments& options, const config::Config& loaded) {
+    refuse_to_overwrite_inputs(options.output, options.run.config, loaded);
+    if (!options.written.empty()) {
+      refuse_to_write_into(options.written, loaded, options.output);
+      written.emplace(options.written);
+    }
+    if (!options.table.empty()) {
+      refuse_to_overwrite_inputs(options.table, options.run.config, loaded);
+      refuse_to_share(options.table, options.output);
+      table.emplace(options.table);
+    }
+    if (!options.picture.empty()) {
+      require_picture(options.picture);
+      refuse_to_overwrite_inputs(options.picture, options.run.config, loaded);
+    }
+    fragment.emplace(options.output);
+  }
+  std::optional<OutputFile> fragment, written, table;
+};
+
+void put(std::optional<OutputFile>& file, const std::string& text) {
+  if (!file) return;
+  file->write(text);
+  file->commit();
+}
+
+int tune(const TuneArguments& options) {
+  const CandidateRules rules{options.sensitivity, cautious_rule(options), options.cautious};
+  const config::Config loaded = config::load(options.run.config);
+  AskedFiles files(options, loaded);
+  const config::Config config = chosen_axis_of(loaded, options.run);
+  const twin::Config twin = twin_config(loaded);  // whole, as the bus has all its nodes
+  TuningReport report = tuning_of(config, chosen_steps(options, config, twin), rules, options.run.rehearse);
+  const Dataset record = measured_steps(config, twin, options.run, report.steps);
+  evaluate(report, plant_of_steps(record, config), config, twin, rules);
+  predict_structures(report.candidates[0], config, twin, report.plant);
+  if (report.best > 0) predict_structures(report.candidates[report.best], config, twin, report.plant);
+  report.shares = delay_shares(report.proposed(), config, twin, report.plant);
+  const FrequencyResponse response = response_of(report, record);
+  const Candidate& best = report.proposed();
+  put(files.fragment, fragment(report));
+  put(files.table, table_of(response));
+  put(files.written,
+      with_loop_keys(loaded, index_of_axis(loaded, options.run.axis), {best.setting, best.delays}));
+  if (!options.picture.empty())
+    if (const std::string failure = draw(response, options.picture); !failure.empty())
+      note("{}: not drawn: {}\n", options.picture.string(), failure);
+  print("{}", options.json ? to_json(report).dump(2) + "\n" : describe(report));
+  note("{}: proposed, not applied\n", options.output.string());
+  return done;
+}
+
+}  // namespace
+
+void add_tune(CLI::App& cli, int& status) {
+  auto options = std::make_shared<TuneArguments>();
+  CLI::App* command = cli.add_subcommand(
+      "tune", "Identify resonance, damping and delay by small steps in open loop; propose PI gains");
+  command->add_option("CONFIG", options->run.config, "configuration (TOML); it is not changed")->required();
+  command->add_option("--output", options->output, "fragment of a configuration to write (TOML)")
+      ->capture_default_str();
+  command->add_option("--write", options->written,
+                      "copy of CONFIG to write, with the proposal in it; beside CONFIG (TOML)");
+  command->add_option("--response", options->table,
+                      "frequency response to write: measured, model, loops (CSV)");
+  command->add_option("--plot", options->picture, "picture of it to draw with gnuplot (.svg, .png)");
+  command->add_option("--centre", options->centre, "drive; the middle of drive_min and drive_max")
+      ->check(finite_number());
+  command->add_option("--amplitude", options->amplitude, "drive units; 1 % of drive_max - drive_min")
+      ->check(positive_number());
+  command->add_option("--period", options->period_s, "seconds of one step up and down")
+      ->check(positive_number())
+      ->capture_default_str();
+  command->add_option("--cycles", options->cycles, "steps up and down")
+      ->check(whole_number(1, Excitation::most_turns))
+      ->capture_default_str();
+  CLI::Option* cautious = command->add_flag(
+      "--cautious", options->cautious,
+      "only the rule that counts no phase beyond -180 degrees; stays stable with any delay");
+  command
+      ->add_option("--peak-sensitivity", options->sensitivity.peak_sensitivity,
+                   "largest |1 / (1 + L)| of the proposed loop")
+      ->check(number_between(1.05, 10.0))
+      ->excludes(cautious)
+      ->capture_default_str();
+  command
+      ->add_option("--resonance-percent", options->sensitivity.resonance_percent,
+                   "the resonance may be this far outside its interval")
+      ->check(number_between(0.0, 50.0))
+      ->capture_default_str();
+  command->add_option("--phase-margin", options->phase_margin_deg, "with --cautious: phase margin, degrees")
+      ->check(number_between(0.1, 89.9))
+      ->needs(cautious)
+      ->capture_default_str();
+  command
+      ->add_option("--gain-margin", options->gain_margin_dB,
+                   "with --cautious: gain margin, dB (a factor of 2)")
+      ->check(number_between(0.1, 60.0))
+      ->needs(cautious);
+  command->add_flag("--json", options->json, "print the result as JSON");
+  add_open_loop_options(*command, options->run);
+  command->callback([options, &status] { status = tune(*options); });
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,219 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <CLI/CLI.hpp>
+
+#include <array>
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "app/command_line/commands.h"
+#include "app/command_line/truth_log.h"
+#include "app/live/control_socket.h"
+#include "app/live/live_loop.h"
+#include "app/live/live_run.h"
+#include "app/live/report.h"
+#include "app/live/sample_stream.h"
+#include "app/live/socket_place.h"
+#include "app/live/truth_samples.h"
+#include "app/live/twin_command_handler.h"
+#include "app/stage/option_check.h"
+#include "base/output_file.h"
+#include "base/standard_streams.h"
+#include "config/schema/config.h"
+#include "twin/twin.h"
+
+namespace hystcan::app {
+namespace {
+
+struct TwinArguments {
+  std::filesystem::path config;
+  std::string interface;
+  bool force_interface = false;
+  std::vector<std::string> axes;
+  std::string socket;
+  std::filesystem::path truth;
+};
+
+/// Logs the changes of the amplifiers and of the bus.
+class TwinWatch {
+ public:
+  /// Calls `on_taken` if another node on the bus has the id of one of the twin's nodes.
+  TwinWatch(const twin::Twin& twin, can::Scheduler& scheduler, const std::string& interface,
+            std::function<void()> on_taken)
+      : twin_(twin),
+        scheduler_(scheduler),
+        started_(scheduler.now()),
+        seen_(twin.axes().size()),
+        bus_log_(interface, bus_log_sink()),
+        on_taken_(std::move(on_taken)),
+        timer_(scheduler.make_timer([this] { look(); })) {
+    look();
+  }
+
+  void log_bus() {
+    const auto connections = twin_.connections();
+    bus_log_.sample(can::report_of(connections, can::seconds(scheduler_.now() - started_)));
+    bus_log_.write();
+  }
+
+ private:
+  void look() {
+    for (std::size_t i = 0; i < seen_.size(); ++i) {
+      const twin::AmplifierNode& amplifier = twin_.axes()[i]->amplifier;
+      if (std::exchange(seen_[i], amplifier.state()) == amplifier.state()) continue;
+      const bool silence = (amplifier.fault() & can::amp_fault::command_timeout) != 0;
+      spdlog::info("{}: amplifier {}{}", twin_.axes()[i]->name, to_string(amplifier.state()),
+                   silence ? ": commands have stopped, output at its safe value" : "");
+    }
+    log_bus();
+    if (twin_.taken_node()) return on_taken_();
+    timer_->expire_at(scheduler_.now() + std::chrono::milliseconds(50));
+  }
+
+  const twin::Twin& twin_;
+  can::Scheduler& scheduler_;
+  can::Time started_;
+  std::vector<can::AmpState> seen_;
+  can::BusHealthLog bus_log_;
+  std::function<void()> on_taken_;
+  std::unique_ptr<can::Timer> timer_;
+};
+
+BusClosing closing_of(const twin::Twin& twin) {
+  const auto connections = twin.connections();
+  BusClosing closing{.bus = can::report_of(connections, 0.0)};
+  closing.rejected.reserve(twin.axes().size());
+  for (const auto& axis : twin.axes())
+    closing.rejected.push_back(can::rejected_frames(can::message_map<can::AmpCommand>(axis->wire)->message,
+                                                    axis->amplifier.checker()));
+  return closing;
+}
+
+/// Logs the begin and end of every fault with the time since the twin's start.
+void log_faults(twin::Twin& twin, can::Time started) {
+  twin.faults().on_event(
+      [started](const twin::FaultSpec& spec, twin::FaultScheduler::Event event, can::Time when) {
+        const bool begins = event == twin::FaultScheduler::Event::begins;
+        spdlog::info("{:.3f} s: {} {}", can::seconds(when - started), twin::describe(spec),
+                     begins ? "begins" : "ends");
+      });
+}
+
+/// The control socket and the stream beside it.
+struct TwinSockets {
+  std::optional<ControlSocket> control;
+  std::optional<SampleStream> stream;
+};
+
+/// If the default socket belongs to another twin, this twin runs without one.
+void open(TwinSockets& sockets, const TwinArguments& options, const std::string& interface, LiveLoop& loop,
+          TwinCommandHandler& handler, const std::string& greeting, SampleBoard& samples) {
+  if (options.socket == "none") return;
+  try {
+    const std::filesystem::path file =
+        options.socket.empty() ? default_twin_socket(interface) : std::filesystem::path(options.socket);
+    sockets.control.emplace(loop.context(), file, handler);
+    sockets.stream.emplace(loop.context(), stream_beside(file), greeting, samples);
+    spdlog::info("control socket {}: hystcan ctl --socket {} status", file.string(), file.string());
+  } catch (const RunError& error) {
+    if (!options.socket.empty()) throw;
+    spdlog::warn("no control socket: {}", error.what());
+  }
+}
+
+twin::Config twin_of(const config::Config& config, const TwinArguments& options) {
+  if (options.axes.empty()) return twin_config(config);
+  try {
+    return twin::with_axes(twin_config(config), options.axes);
+  } catch (const std::invalid_argument& error) {
+    throw Error(fmt::format("--axis: {}", error.what()));
+  }
+}
+
+std::vector<std::string> names_of(const twin::Config& config) {
+  std::vector<std::string> names;
+  names.reserve(config.axes.size());
+  for (const twin::WiredAxisConfig& axis : config.axes) names.push_back(axis.wire.name);
+  return names;
+}
+
+int run_twin(const TwinArguments& options) {
+  const config::Config config = config::load(options.config);
+  const twin::Config chosen = twin_of(config, options);
+  const std::string interface = options.interface.empty() ? config.bus.interface : options.interface;
+  if (!options.force_interface && !can::is_virtual_interface(interface))
+    throw RunError(
+        fmt::format("{} is a real CAN interface: a twin on it would answer in the place of real nodes; "
+                    "use --force-interface if you want that",
+                    interface));
+  if (!options.truth.empty()) refuse_to_overwrite(options.truth, options.config);
+  LiveLoop loop(interface);
+  twin::Twin twin(chosen, config.database, loop.scheduler(), loop.attach());
+  check_interface(config, interface);
+  log_faults(twin, loop.scheduler().now());
+  std::optional<TruthLog> truth;
+  if (!options.truth.empty()) truth.emplace(options.truth, names_of(chosen));
+  SampleBoard samples(truth_columns.size(), 10'000);
+  twin.on_truth([&, started = loop.scheduler().now()](const twin::Truth& sampled) {
+    if (truth) truth->write(sampled);
+    if (samples.is_listening()) samples.put(sample_of(sampled, started));
+  });
+  twin.start();
+  for (const twin::WiredAxisConfig& axis : chosen.axes)
+    spdlog::info("{}: amplifier node {}, sensor node {} on {}", axis.wire.name, axis.wire.amplifier_node,
+                 axis.wire.sensor_node, interface);
+  const auto end = [&] {
+    twin.shut_down();
+    for (const auto& axis : twin.axes())
+      spdlog::info("{}: amplifier off, at its safe value {:.3f}", axis->name, axis->plant.drive());
+    loop.stop();
+  };
+  const auto stopping = loop.scheduler().make_timer(end);
+  TwinCommandHandler handler(twin, loop.scheduler(), [&] {
+    stopping->expire_at(loop.scheduler().now() +
+                        std::chrono::milliseconds(20));  // after the answer has been sent
+  });
+  TwinSockets sockets;
+  open(sockets, options, interface, loop, handler, stream_greeting(config, chosen).dump(), samples);
+  TwinWatch watch(twin, loop.scheduler(), interface, end);
+  loop.run([&](int) { end(); });
+  watch.log_bus();
+  std::string closing;
+  for (const std::string& line : describe(closing_of(twin))) closing += line + "\n";
+  const std::string lost_output = print_patiently(closing);
+  if (truth)
+    if (const std::string lost = truth->close(); !lost.empty()) throw RunError(lost);
+  if (const auto node = twin.taken_node())
+    throw RunError(
+        fmt::format("{}: node {} is on this bus already: another twin, or the real node; end one of the two",
+                    interface, *node));
+  if (!lost_output.empty()) throw RunError(lost_output);
+  return done;
+}
+
+}  // namespace
+
+void add_twin(CLI::App& cli, int& status) {
+  auto options = std::make_shared<TwinArguments>();
+  CLI::App* command = cli.add_subcommand("twin", "Answer on the bus as amplifier and sensor nodes would");
+  command->add_option("CONFIG", options->config, "configuration (TOML)")->required();
+  command->add_option("--interface", options->interface, "CAN interface instead of the configured one")
+      ->check(interface_name());
+  command->add_flag("--force-interface", options->force_interface, "allow an interface that is not virtual");
+  command->add_option("--axis", options->axes, "run only this axis; may be repeated")
+      ->allow_extra_args(false);
+  command->add_option("--truth", options->truth,
+                      "write the true motion of the stages (CSV), one row for each sample");
+  command->add_option("--socket", options->socket, "file of the control socket; `none` for no socket");
+  command->callback([options, &status] { status = run_twin(*options); });
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,161 @@
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <filesystem>
+#include <iterator>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
+
+#include "app/command_line/commands.h"
+#include "app/live/stop_signal.h"
+#include "app/stage/dataset_input.h"
+#include "app/stage/identification_result.h"
+#include "app/stage/option_check.h"
+#include "base/output_file.h"
+#include "base/standard_streams.h"
+#include "base/text.h"
+#include "config/files/model_file.h"
+#include "config/schema/config.h"
+#include "identification/prediction.h"
+
+namespace hystcan::app {
+namespace {
+
+using identification::Dataset;
+using identification::ErrorNorms;
+
+struct ValidateArguments {
+  std::filesystem::path model;
+  std::filesystem::path data;
+  std::filesystem::path memory;
+  std::filesystem::path output;
+  DatasetInput input;
+  std::optional<double> estimate_s;
+  std::optional<double> delay_s;
+  bool quasi_static = false;
+  bool no_offset = false;
+  bool json = false;
+};
+
+ValidationOptions asked_for(const ValidateArguments& options, const model::Hysteresis& model) {
+  identification::Lag lag = config::load_lag(options.model);
+  if (options.quasi_static) lag = {.delay_s = lag.delay_s};
+  if (options.delay_s) lag.set_delay(*options.delay_s);
+  ValidationOptions asked{
+      .lag = lag, .estimate_s = options.estimate_s, .estimates_offset = !options.no_offset, .memory = {}};
+  if (options.memory.empty()) return asked;
+  asked.memory = config::load_memory(options.memory, model, model::Hysteresis::default_capacity);
+  if (!options.quasi_static)
+    asked.crept =
+        config::load_creep_memory(options.memory, model::OutputCreep(lag.creep), asked.memory->output);
+  if (asked.crept) asked.crept->time_s.reset();  // it is that of the first row
+  return asked;
+}
+
+Validation predict(const ValidateArguments& options, const model::Hysteresis& model, const Dataset& dataset) {
+  if (const double lasts_s = dataset.time_s.back() - dataset.time_s.front();
+      options.delay_s && *options.delay_s > lasts_s)
+    throw Error(fmt::format("--delay is {} s, expected at most the length of {}, {:g} s", *options.delay_s,
+                            options.data.string(), lasts_s));
+  try {
+    return validate(model, dataset, asked_for(options, model));
+  } catch (const Error&) {
+    throw;
+  } catch (const std::invalid_argument& error) {
+    throw Error(fmt::format("{}: {}", options.data.string(), error.what()));
+  }
+}
+
+void write(const ValidateArguments& options, const Dataset& dataset, const Validation& outcome) {
+  stop_at_a_signal();
+  OutputFile out(options.output);
+  out.write("time_s,input,output,predicted\n");
+  fmt::memory_buffer line;
+  for (std::size_t i = 0; i < dataset.size(); ++i) {
+    line.clear();
+    fmt::format_to(std::back_inserter(line), "{:.17g},{:.17g},{:.17g},{:.17g}\n", dataset.time_s[i],
+                   dataset.input[i], dataset.output[i], outcome.predicted[i]);
+    out.write({line.data(), line.size()});
+    if (stop_signalled != 0) throw RunError("stopped, nothing is written");
+  }
+  out.commit();
+}
+
+void report_prediction(const ValidateArguments& options, const Dataset& dataset, const Validation& outcome) {
+  const double percent = 100.0 / outcome.output_span;
+  const bool rest = outcome.has_rest();
+  if (options.json) {
+    print("{}\n", validation_json(outcome).dump(2));
+    return;
+  }
+  const ErrorNorms& judged = rest ? outcome.rest : outcome.all;
+  print("{}: predicted with {:.3g} % RMS, {:.3g} % at most, of its output span {:.5g} {}\n",
+        options.data.string(), judged.rms * percent, judged.max * percent, outcome.output_span,
+        dataset.output_unit);
+  if (options.memory.empty())
+    print("initial memory{} estimated from {} of {}{}; offset {:+.4g} {}, delay {:.3g} s\n",
+          options.no_offset ? "" : " and offset", outcome.estimated_from, counted(dataset.size(), "sample"),
+          rest ? ", which are not judged" : "", outcome.start.offset, dataset.output_unit,
+          outcome.lag.delay());
+  if (outcome.lag.dynamics)
+    print("with the mode at {:.5g} Hz, damping ratio {:.3g}, of the model file\n",
+          outcome.lag.dynamics->mode.natural_frequency_Hz, outcome.lag.dynamics->mode.damping_ratio);
+  if (outcome.lag.creep) print("with {}, of the model file\n", creep_text(*outcome.lag.creep));
+  if (rest)
+    print("with these: {:.3g} % RMS, {:.3g} % at most\n", outcome.all.rms * percent,
+          outcome.all.max * percent);
+  if (outcome.by_rate.size() > 1)
+    for (const auto& of : outcome.by_rate)
+      print("at about {:.3g} {}/s: {:.3g} % RMS of {}\n", of.speed, dataset.input_unit, of.rms * percent,
+            counted(of.samples, "sample"));
+  if (outcome.outside > 0)
+    note("{} beyond the model's thresholds, limited to them\n", counted(outcome.outside, "sample"));
+}
+
+int run_validate(const ValidateArguments& options) {
+  for (const auto& input : {options.model, options.data, options.memory})
+    refuse_to_overwrite_any_of(options.output, input);
+  require_run_for_axis({options.data}, options.input);
+  const model::Hysteresis model(config::load_model(options.model));
+  DatasetInput input = options.input;
+  input.input_unit = model.parameters().input_unit;
+  input.output_unit = model.parameters().output_unit;
+  const Dataset dataset = load_datasets({options.data}, input).front();
+  const Validation outcome = predict(options, model, dataset);
+  if (!options.output.empty()) write(options, dataset, outcome);
+  report_prediction(options, dataset, outcome);
+  return done;
+}
+
+}  // namespace
+
+void add_validate(CLI::App& cli, int& status) {
+  auto options = std::make_shared<ValidateArguments>();
+  CLI::App* command = cli.add_subcommand("validate", "Predict a dataset with a model, and report the errors");
+  command->add_option("MODEL", options->model, "model file (TOML), recursive-memory")->required();
+  command->add_option("DATA", options->data, "CSV with time_s,input,output, or folder of a recorded run")
+      ->required();
+  command->add_option("--axis", options->input.axis, "axis of the recorded run; if left out, its only one");
+  CLI::Option* memory =
+      command->add_option("--memory", options->memory, "memory of the actuator at the first row (TOML)");
+  command
+      ->add_option(
+          "--estimate-from", options->estimate_s,
+          "estimate initial memory and output offset from this many seconds; if left out, from all rows")
+      ->check(positive_number())
+      ->excludes(memory);
+  command
+      ->add_option("--delay", options->delay_s, "delay of the output in seconds, instead of the model file's")
+      ->check(not_negative_number());
+  command->add_flag("--quasi-static", options->quasi_static,
+                    "the hysteresis alone, without [creep] and [dynamics] of the model file");
+  command->add_flag("--no-offset", options->no_offset, "do not estimate an output offset")->excludes(memory);
+  command->add_option("--output", options->output, "write time_s,input,output,predicted (CSV)");
+  add_interval_options(*command, options->input);
+  command->add_flag("--json", options->json, "print the result as JSON");
+  command->callback([options, &status] { status = run_validate(*options); });
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,83 @@
+#include "app/live/control_service.h"
+
+#include <spdlog/spdlog.h>
+
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/post.hpp>
+
+#include "app/live/cycle_samples.h"
+#include "base/error.h"
+#include "base/threads.h"
+#include "controller/telemetry.h"
+
+namespace hystcan::app {
+namespace {
+
+void ignore_answer(const nlohmann::json&) {}  // the handler logs it
+
+void log_failure(const std::exception* error) noexcept {
+  try {
+    spdlog::error("the control socket goes on after a failed command: {}",
+                  error != nullptr ? error_text(*error) : "an unknown exception");
+  } catch (...) {  // the log needs memory too
+    return;
+  }
+}
+
+}  // namespace
+
+void run_despite_exceptions(boost::asio::io_context& context) {
+  while (!context.stopped()) {
+    try {
+      context.run();
+    } catch (const std::exception& error) {
+      log_failure(&error);
+    } catch (...) {
+      log_failure(nullptr);
+    }
+  }
+}
+
+ControlService::ControlService(const std::filesystem::path& config_file, const config::Config& config,
+                               const std::filesystem::path& socket, CycleOutlets& outlets)
+    : live_(config_file, config),
+      handler_(context_, requests_, outlets, live_),
+      watch_(context_, {config_file}, [this] { handler_.reload({ignore_answer}); }) {
+  if (!socket.empty()) {
+    socket_.emplace(context_, socket, handler_);
+    open_stream(stream_beside(socket), stream_greeting(config).dump(), outlets.samples);
+    spdlog::info("control socket {}: hystcan ctl --socket {} status", socket.string(), socket.string());
+  }
+  if (!watch_.is_watching())
+    spdlog::warn("{} cannot be watched: send SIGHUP after a change", config_file.string());
+  thread_ = std::thread([this] {
+    yield_to_the_control_thread();
+    const auto work = boost::asio::make_work_guard(context_);
+    run_despite_exceptions(context_);
+  });
+}
+
+/// A controller runs without a stream rather than not at all.
+void ControlService::open_stream(const std::filesystem::path& file, const std::string& greeting,
+                                 SampleBoard& samples) {
+  try {
+    stream_.emplace(context_, file, greeting, samples);
+  } catch (const RunError& error) {
+    spdlog::warn("{}; no stream of cycles, the page shows none", error.what());
+  }
+}
+
+ControlService::~ControlService() {
+  boost::asio::post(context_, [this] {
+    handler_.close();
+    stream_.reset();
+    boost::asio::post(context_, [this] { context_.stop(); });
+  });
+  thread_.join();
+}
+
+void ControlService::reload() {
+  boost::asio::post(context_, [this] { handler_.reload({ignore_answer}); });
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,198 @@
+#include "app/live/control_socket.h"
+
+#include <fmt/format.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <boost/asio/read_until.hpp>
+#include <boost/asio/streambuf.hpp>
+#include <boost/asio/write.hpp>
+#include <istream>
+#include <optional>
+#include <utility>
+
+#include "base/error.h"
+
+namespace hystcan::app {
+namespace {
+
+using boost::asio::local::stream_protocol;
+using boost::system::error_code;
+
+constexpr std::size_t longest_line = 65'536;
+constexpr std::size_t most_sessions = 16;
+
+constexpr auto time_for_a_stop = std::chrono::milliseconds(100);
+constexpr auto time_for_its_answer = std::chrono::seconds(1);
+constexpr auto pause_between_looks = std::chrono::milliseconds(10);
+/// After a failed accept: without it, an exhausted table of file descriptors would keep the thread busy.
+constexpr auto pause_after_failure = std::chrono::milliseconds(100);
+
+pid_t pid_of(stream_protocol::socket& socket) {
+  ucred peer{};
+  socklen_t size = sizeof(peer);
+  return getsockopt(socket.native_handle(), SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 ? peer.pid : 0;
+}
+
+}  // namespace
+
+/// One connection. It lives as long as one of its operations is pending.
+class ControlSocket::Session : public std::enable_shared_from_this<Session> {
+ public:
+  Session(stream_protocol::socket socket, ControlSocket& owner)
+      : socket_(std::move(socket)), owner_(owner), pid_(pid_of(socket_)), limit_(socket_.get_executor()) {}
+
+  /// Waits for no answer and has not the right to write.
+  bool is_idle() const { return !obeying_ && owner_.writer_.lock().get() != this; }
+  void close() {
+    error_code ignored;
+    socket_.close(ignored);
+  }
+  /// Allows only one line, which is `stop`, and closes the connection soon.
+  void read_only_a_stop() {
+    stop_only_ = true;
+    close_after(time_for_a_stop);
+    read();
+  }
+
+  void read() {
+    boost::asio::async_read_until(
+        socket_, buffer_, '\n', [self = shared_from_this()](const error_code& error, std::size_t) {
+          if (error == boost::asio::error::not_found)
+            self->answer(refusal(fmt::format("a line is longer than {} bytes", longest_line)), true);
+          else if (!error)
+            self->take_line();
+        });
+  }
+
+ private:
+  void take_line() {
+    std::istream stream(&buffer_);
+    std::string line;
+    std::getline(stream, line);
+    const nlohmann::json command = parse_command(line);
+    owner_.mark_as_newest(*this);
+    if (stop_only_) return obey_if_stop(command);
+    if (!command.is_object())
+      return answer(
+          refusal("expected one JSON object per line, nested at most eight deep, like {\"do\": \"status\"}"),
+          false);
+    if (!owner_.handler_.is_open_to_all(command) && !become_writer())
+      return answer(refusal(fmt::format("process {} has the right to write until it disconnects",
+                                        owner_.writer_.lock()->pid_)),
+                    false);
+    obey(command);
+  }
+
+  void obey_if_stop(const nlohmann::json& command) {
+    const bool is_stop = command.is_object() && command.contains("do") && command.at("do") == "stop";
+    if (!is_stop)
+      return answer(refusal(fmt::format("{} connections wait for an answer, expected stop", most_sessions)),
+                    true);
+    close_after(time_for_its_answer);
+    obey(command);
+  }
+
+  void close_after(std::chrono::milliseconds time) {
+    limit_.expires_after(time);
+    limit_.async_wait([self = weak_from_this()](const error_code& cancelled) {
+      if (const auto session = self.lock(); session && !cancelled) session->close();
+    });
+  }
+
+  /// Until the answer is ready, only the wait for a disconnect keeps the session alive. A client that is
+  /// killed while it waits therefore gives up the right to write immediately.
+  void obey(const nlohmann::json& command) {
+    obeying_ = true;
+    socket_.async_wait(stream_protocol::socket::wait_error,
+                       [self = shared_from_this()](const error_code& error) {
+                         if (!error) self->owner_.handler_.forget(self.get());
+                       });
+    const auto send = [waiting = weak_from_this()](const nlohmann::json& result) {
+      if (const auto self = waiting.lock()) self->answer(result, self->stop_only_);
+    };
+    owner_.handler_.obey(command, {send, this});
+  }
+
+  bool become_writer() {
+    const auto writer = owner_.writer_.lock();
+    if (writer && writer.get() != this) return false;
+    owner_.writer_ = weak_from_this();
+    return true;
+  }
+
+  void answer(const nlohmann::json& result, bool last) {
+    obeying_ = false;
+    error_code ignored;
+    socket_.cancel(ignored);
+    out_ = result.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+    boost::asio::async_write(socket_, boost::asio::buffer(out_),
+                             [self = shared_from_this(), last](const error_code& error, std::size_t) {
+                               if (!error && !last) self->read();
+                             });
+  }
+
+  stream_protocol::socket socket_;
+  ControlSocket& owner_;
+  pid_t pid_;
+  boost::asio::steady_timer limit_;
+  bool obeying_ = false;
+  bool stop_only_ = false;
+  boost::asio::streambuf buffer_{longest_line};
+  std::string out_;
+};
+
+ControlSocket::ControlSocket(boost::asio::io_context& context, std::filesystem::path file,
+                             CommandHandler& handler)
+    : handler_(handler), listener_(context, std::move(file)), pause_(context) {
+  accept();
+}
+
+void ControlSocket::accept() {
+  listener_.acceptor().async_accept([this](const error_code& error, stream_protocol::socket connection) {
+    if (error == boost::asio::error::operation_aborted) return;
+    if (error) return accept_after(pause_after_failure);
+    admit(std::move(connection));
+    if (last_resort_.expired()) return accept();
+    accept_after(pause_between_looks);
+  });
+}
+
+void ControlSocket::accept_after(std::chrono::milliseconds pause) {
+  pause_.expires_after(pause);
+  pause_.async_wait([this](const error_code& cancelled) {
+    if (cancelled) return;
+    if (last_resort_.expired()) return accept();
+    accept_after(pause_between_looks);
+  });
+}
+
+void ControlSocket::admit(stream_protocol::socket connection) {
+  const auto session = std::make_shared<Session>(std::move(connection), *this);
+  if (!make_place()) {
+    last_resort_ = session;
+    return session->read_only_a_stop();
+  }
+  sessions_.push_back(session);
+  session->read();
+}
+
+/// Returns false if every place is taken by a connection that is not idle.
+bool ControlSocket::make_place() {
+  std::erase_if(sessions_, [](const std::weak_ptr<Session>& session) { return session.expired(); });
+  if (sessions_.size() < most_sessions) return true;
+  const auto idle = std::ranges::find_if(
+      sessions_, [](const std::weak_ptr<Session>& session) { return session.lock()->is_idle(); });
+  if (idle == sessions_.end()) return false;
+  idle->lock()->close();
+  sessions_.erase(idle);
+  return true;
+}
+
+void ControlSocket::mark_as_newest(const Session& session) {
+  const auto found = std::ranges::find_if(
+      sessions_, [&](const std::weak_ptr<Session>& each) { return each.lock().get() == &session; });
+  if (found != sessions_.end()) std::rotate(found, found + 1, sessions_.end());
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,382 @@
+#include "app/live/controller_command_handler.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <map>
+#include <utility>
+
+#include "app/live/report.h"
+#include "base/error.h"
+
+namespace hystcan::app {
+namespace {
+
+using controller::Arrival;
+using controller::AxisState;
+using controller::Request;
+using nlohmann::json;
+
+constexpr auto poll_period = std::chrono::milliseconds(5);
+
+constexpr double longest_wait_s = 1e6;  // twelve days; also the default of `wait`
+
+const std::map<std::string, Request::Kind>& acts() {
+  static const std::map<std::string, Request::Kind> kinds{
+      {"enable", Request::Kind::enable}, {"disable", Request::Kind::disable},
+      {"clear", Request::Kind::clear},   {"go_to", Request::Kind::go_to},
+      {"resume", Request::Kind::resume}, {"revert", Request::Kind::revert},
+      {"stop", Request::Kind::stop}};
+  return kinds;
+}
+
+/// The value as TOML. Only a table, also in a list, is written differently than in JSON.
+std::string toml_of(const json& value) {
+  if (!value.is_structured()) return value.dump();
+  std::vector<std::string> members;
+  members.reserve(value.size());
+  for (const auto& [key, member] : value.items())
+    members.push_back(value.is_array() ? toml_of(member)
+                                       : fmt::format("{} = {}", json(key).dump(), toml_of(member)));
+  const std::string joined_members = fmt::format("{}", fmt::join(members, ", "));
+  return value.is_array() ? "[" + joined_members + "]" : "{" + joined_members + "}";
+}
+
+json to_json(const std::string& name, const controller::CycleRecord& record) {
+  const controller::AxisReport& report = record.report;
+  json axis{{"name", name},
+            {"state", to_string(report.state)},
+            {"fault", to_string(report.cause)},
+            {"position_um", report.position_um},
+            {"drive", report.drive},
+            {"amplifier_output", record.amplifier_output},
+            {"limits", controller::limits_to_string(report.limits)},
+            {"sample_missing", report.sample_missing}};
+  if (!report.lacks.empty()) {
+    axis["waits_for"] = to_string(report.lacks.first());
+    for (const controller::Lack lack : report.lacks.members())
+      axis["waits_for_all"].push_back(to_string(lack));
+  }
+  if (report.cause != controller::Cause::none) {
+    axis["fault_time_s"] = report.fault_time_s;
+    axis["remedy"] = remedy(report.cause);
+  }
+  if (report.state != AxisState::tracking) return axis;
+  axis["reference_um"] = report.reference_um;
+  axis["error_um"] = report.reference_um - report.position_um;
+  axis["finished"] = report.point.finished;
+  axis["live_goal"] = report.point.live;
+  axis["arrival"] = to_string(report.arrival);
+  axis["correction"] = {{"gain", report.correction.gain}, {"offset_um", report.correction.offset_um}};
+  if (const controller::Learning::Report& learning = report.learning;
+      learning.state != controller::LearningState::off)
+    axis["learning"] = {{"state", to_string(learning.state)},
+                        {"periods", learning.periods},
+                        {"rms_um", learning.rms_um},
+                        {"first_rms_um", learning.first_rms_um},
+                        {"correction_um", learning.correction_um},
+                        {"correction_max_um", learning.correction_max_um}};
+  return axis;
+}
+
+json to_json(const runs::Recorder::Status& status) {
+  json recording{{"on", status.is_recording}};
+  if (status.run.empty()) return recording;
+  recording.update({{"run", status.run.string()},
+                    {"rows", status.of_run.rows},
+                    {"rows_lost", status.of_run.rows_lost},
+                    {"bytes", status.of_run.bytes}});
+  if (!status.of_run.failure.empty()) recording["failure"] = status.of_run.failure;
+  return recording;
+}
+
+json timing_json(const controller::CycleRecord& record) {
+  const auto us = [](can::Duration duration) { return 1e6 * can::seconds(duration); };
+  return {{"period_us", us(record.phases.period)},
+          {"lateness_us", us(record.phases.lateness)},
+          {"turnaround_us", us(record.turnaround)},
+          {"execution_us", us(record.phases.execution)}};
+}
+
+json changes_json(const std::vector<config::Change>& changes) {
+  json list = json::array();
+  for (const config::Change& change : changes)
+    list.push_back({{"key", change.path}, {"from", change.from}, {"to", change.to}});
+  return list;
+}
+
+std::string joined(const std::vector<config::Change>& changes) {
+  std::vector<std::string> texts;
+  texts.reserve(changes.size());
+  for (const config::Change& change : changes) texts.push_back(describe(change));
+  return fmt::format("{}", fmt::join(texts, "; "));
+}
+
+/// The answer to `wait`; null while the wait goes on. The board lags behind the control thread: records up to
+/// `since_cycle` may describe an earlier move.
+json outcome_of(const controller::CycleRecord& record, std::uint64_t since_cycle) {
+  if (record.cycle <= since_cycle) return {};
+  const controller::AxisReport& report = record.report;
+  if (report.state == AxisState::faulted) return refusal(fmt::format("faulted: {}", to_string(report.cause)));
+  if (report.state == AxisState::offline) return refusal("the axis was stopped");
+  if (report.state != AxisState::tracking) return {};
+  if (report.arrival == Arrival::in_position) return {{"ok", true}, {"position_um", report.position_um}};
+  if (report.arrival == Arrival::failed) return refusal("not in position within timeout_ms");
+  if (report.arrival == Arrival::not_judged)
+    return refusal("the axis has no [axis.control.in_position], expected one to wait for");
+  return {};
+}
+
+}  // namespace
+
+ControllerCommandHandler::ControllerCommandHandler(boost::asio::io_context& context,
+                                                   controller::RequestLink& requests, CycleOutlets& outlets,
+                                                   LiveConfig& live)
+    : timer_(context),
+      requests_(requests),
+      outlets_(outlets),
+      live_(live),
+      last_before_act_(live.axis_names().size()) {}
+
+bool ControllerCommandHandler::is_open_to_all(const json& command) const {
+  const auto what = command.find("do");
+  return what != command.end() && (*what == "status" || *what == "settings" || *what == "wait" ||
+                                   *what == "disable" || *what == "stop");
+}
+
+void ControllerCommandHandler::obey(const json& command, Answer answer) {
+  static const std::map<std::string, Command> others{
+      {"status", &ControllerCommandHandler::status},     {"wait", &ControllerCommandHandler::wait},
+      {"set", &ControllerCommandHandler::set},           {"undo", &ControllerCommandHandler::undo},
+      {"settings", &ControllerCommandHandler::settings}, {"record", &ControllerCommandHandler::record}};
+  try {  // each call gets a copy of `answer`, because the catch below needs it
+    const std::string what = text_of(command, "do");
+    if (closed_) return answer(refusal("the controller is ending"));
+    if (what == "reload") return reload(answer);
+    if (const auto found = others.find(what); found != others.end())
+      return (this->*found->second)(command, answer);
+    if (acts().contains(what)) return act(command, answer);
+    answer(refusal(fmt::format(
+        "\"{}\" is not a command, expected status, settings, enable, disable, clear, go_to, resume, "
+        "wait, set, undo, revert, record, reload or stop",
+        what)));
+  } catch (const std::exception& error) {  // the command is invalid; nothing has changed
+    answer(refusal(error_text(error)));
+  }
+}
+
+void ControllerCommandHandler::status(const json&, const Answer& answer) {
+  json axes = json::array();
+  const auto newest = outlets_.board.newest();
+  for (std::size_t i = 0; i < newest.size(); ++i) axes.push_back(to_json(live_.axis_names()[i], newest[i]));
+  const controller::CycleCounters& counters = newest.front().counters;
+  json status{{"ok", true},
+              {"time_s", newest.front().time_s},
+              {"age_s", outlets_.board.age_s()},
+              {"cycles", counters.cycles},
+              {"missed_cycles", counters.overruns},
+              {"missing_samples", counters.missing_samples},
+              {"late_samples", counters.late_samples},
+              {"timing", timing_json(newest.front())},
+              {"recording", to_json(outlets_.recorder.status())},
+              {"axes", axes}};
+  if (const auto event = outlets_.board.last_event())
+    status["last_event"] = {{"text", describe(*event->event)}, {"time_s", event->time_s}};
+  answer(status);
+}
+
+void ControllerCommandHandler::record(const json& command, const Answer& answer) {
+  const auto on = command.find("on");
+  if (on == command.end() || !on->is_boolean())
+    throw Error("\"on\" is missing, expected true to record, or false to end the recording");
+  if (*on == true) {
+    const std::filesystem::path run = outlets_.recorder.start();
+    spdlog::info("recording to {}", run.string());
+    return answer({{"ok", true}, {"run", run.string()}});
+  }
+  const std::filesystem::path run = outlets_.recorder.stop();
+  if (run.empty()) return answer(refusal("nothing is recorded"));
+  spdlog::info("the recording to {} ends", run.string());
+  answer({{"ok", true}, {"run", run.string()}});
+}
+
+/// The named axis; all axes if none is named.
+std::vector<std::size_t> ControllerCommandHandler::axes_of(const json& command) const {
+  if (command.contains("axis")) return {live_.axis_index(text_of(command, "axis"))};
+  std::vector<std::size_t> all(live_.axis_names().size());
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
+  return all;
+}
+
+void ControllerCommandHandler::act(const json& command, Answer answer) {
+  const Request::Kind kind = acts().at(text_of(command, "do"));
+  const double position_um = kind == Request::Kind::go_to ? number_of(command, "position_um") : 0.0;
+  std::vector<std::unique_ptr<Request>> requests;
+  for (const std::size_t axis : axes_of(command)) {
+    auto request = std::make_unique<Request>();
+    request->kind = kind;
+    request->axis = axis;
+    request->position_um = position_um;
+    requests.push_back(std::move(request));
+  }
+  ask_all(std::move(requests), [answer = std::move(answer)](const std::vector<std::string>& refusals) {
+    answer(refusals.empty() ? json{{"ok", true}} : refusal(fmt::format("{}", fmt::join(refusals, "; "))));
+  });
+}
+
+void ControllerCommandHandler::set(const json& command, const Answer& answer) {
+  const auto value = command.find("value");
+  if (value == command.end()) throw Error("\"value\" is missing, expected a value as in TOML");
+  apply(live_.with(text_of(command, "axis"), text_of(command, "key"), toml_of(*value)), answer);
+}
+
+void ControllerCommandHandler::undo(const json&, const Answer& answer) {
+  apply(live_.without_the_last(), answer);
+}
+
+void ControllerCommandHandler::settings(const json&, const Answer& answer) {
+  json list = json::array();
+  for (const config::Setting& setting : live_.settings())
+    list.push_back({{"key", setting.path}, {"value", setting.value}});
+  answer({{"ok", true},
+          {"file", std::filesystem::absolute(live_.file()).string()},
+          {"settings", list},
+          {"unsaved", changes_json(config::changes(config::settings(live_.file()), live_.settings()))},
+          {"undo", live_.single_settings()}});
+}
+
+void ControllerCommandHandler::reload(const Answer& answer) {
+  try {
+    apply(live_.reread(), answer);
+  } catch (const std::exception& error) {
+    spdlog::error("configuration not applied: {}", error_text(error));
+    answer(refusal(error_text(error)));
+  }
+}
+
+void ControllerCommandHandler::apply(LiveConfig::Prepared prepared, Answer answer) {
+  if (!prepared.after_restart.empty()) {
+    const std::string reason =
+        fmt::format("needs a restart, nothing was changed: {}", joined(prepared.after_restart));
+    spdlog::warn("configuration not applied: {}", reason);
+    return answer(refusal(reason));
+  }
+  auto requests = std::move(prepared.requests);
+  const auto shared = std::make_shared<LiveConfig::Prepared>(std::move(prepared));
+  ask_all(std::move(requests),
+          [this, shared, answer = std::move(answer)](const std::vector<std::string>& refusals) {
+            if (!refusals.empty()) {
+              const std::string reason = fmt::format("{}", fmt::join(refusals, "; "));
+              spdlog::error("configuration not applied: {}", reason);
+              live_.mark_uncertain(*shared);
+              return answer(refusal(reason));
+            }
+            live_.accept(*shared);
+            outlets_.recorder.add(shared->at_once);
+            for (const config::Change& change : shared->at_once)
+              spdlog::info("configuration: {}", describe(change));
+            answer({{"ok", true}, {"changed", changes_json(shared->at_once)}});
+          });
+}
+
+/// Calls `done` with the refusals when all requests are answered.
+void ControllerCommandHandler::ask_all(std::vector<std::unique_ptr<Request>> requests,
+                                       std::function<void(const std::vector<std::string>&)> done) {
+  struct Round {
+    std::size_t open;
+    std::vector<std::string> refusals;
+    std::function<void(const std::vector<std::string>&)> done;
+  };
+  if (requests.empty()) return done({});
+  const auto round = std::make_shared<Round>(Round{requests.size(), {}, std::move(done)});
+  const auto close_one = [this, round](Request& request) {
+    std::uint64_t& last_before = last_before_act_.at(request.axis);
+    last_before = std::max(last_before, request.cycle);
+    if (!request.refused_because.empty())
+      round->refusals.push_back(
+          fmt::format("{}: {}", live_.axis_names().at(request.axis), request.refused_because));
+    if (--round->open == 0) round->done(round->refusals);
+  };
+  for (auto& request : requests) {
+    Request* asked = request.get();
+    if (requests_.ask(std::move(request))) {
+      pending_.push_back({asked, close_one});
+    } else {
+      Request refused{.axis = asked->axis, .refused_because = "too many requests at once"};
+      close_one(refused);
+    }
+  }
+  arm();
+}
+
+void ControllerCommandHandler::wait(const json& command, const Answer& answer) {
+  const double timeout_s = command.contains("timeout_s") ? number_of(command, "timeout_s") : longest_wait_s;
+  if (!(timeout_s > 0.0 && timeout_s <= longest_wait_s))
+    return answer(refusal(fmt::format("timeout_s is {}, expected > 0 and <= {}", timeout_s, longest_wait_s)));
+  const std::size_t axis = live_.axis_index(text_of(command, "axis"));
+  const auto duration = std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+      std::chrono::duration<double>(timeout_s));
+  waiters_.push_back({.axis = axis,
+                      .since_cycle = std::max(outlets_.board.newest()[axis].cycle, last_before_act_[axis]),
+                      .deadline = std::chrono::steady_clock::now() + duration,
+                      .answer = answer});
+  arm();
+}
+
+void ControllerCommandHandler::arm() {
+  if (armed_ || (pending_.empty() && waiters_.empty())) return;
+  armed_ = true;
+  timer_.expires_after(poll_period);
+  timer_.async_wait([this](const boost::system::error_code& error) {
+    armed_ = false;
+    if (error) return;
+    poll();
+    arm();
+  });
+}
+
+void ControllerCommandHandler::poll() {
+  collect_answers();
+  answer_waiters();
+}
+
+void ControllerCommandHandler::collect_answers() {
+  while (const auto request = requests_.take_answer()) {
+    const auto found =
+        std::ranges::find_if(pending_, [&](const Pending& p) { return p.request == request.get(); });
+    if (found == pending_.end()) continue;
+    const auto done = std::move(found->done);
+    pending_.erase(found);
+    done(*request);
+  }
+}
+
+void ControllerCommandHandler::answer_waiters() {
+  const auto newest = outlets_.board.newest();
+  const auto now = std::chrono::steady_clock::now();
+  std::vector<Waiter> waiting = std::exchange(waiters_, {});
+  for (Waiter& waiter : waiting) {
+    json outcome = outcome_of(newest[waiter.axis], waiter.since_cycle);
+    if (outcome.is_null() && now >= waiter.deadline)
+      outcome = refusal("timed out: not in position within timeout_s");
+    if (outcome.is_null())
+      waiters_.push_back(std::move(waiter));
+    else
+      waiter.answer(std::move(outcome));
+  }
+}
+
+void ControllerCommandHandler::forget(const void* client) {
+  std::erase_if(waiters_, [&](const Waiter& waiter) { return waiter.answer.client == client; });
+}
+
+void ControllerCommandHandler::close() {
+  closed_ = true;
+  collect_answers();
+  for (Waiter& waiter : std::exchange(waiters_, {})) waiter.answer(refusal("the controller is ending"));
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,78 @@
+// Turns the commands of the control socket and the changes of the configuration file into requests to the
+// control thread, and returns its answers. All of this runs on one thread, not the control thread.
+//
+//   ControlSocket (line-delimited JSON) ──▶ ControllerCommandHandler ──▶ RequestLink ──▶ control thread
+//   file watch, SIGHUP ──▶ LiveConfig ──────┘    └──▶ CycleOutlets (newest cycle records, recorder)
+//
+// docs/control_socket.md has the commands.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/live/command_handler.h"
+#include "app/live/cycle_outlets.h"
+#include "app/live/live_config.h"
+#include "controller/request_link.h"
+
+namespace hystcan::app {
+
+class ControllerCommandHandler final : public CommandHandler {
+ public:
+  ControllerCommandHandler(boost::asio::io_context& context, controller::RequestLink& requests,
+                           CycleOutlets& outlets, LiveConfig& live);
+
+  void obey(const nlohmann::json& command, Answer answer) override;
+  void forget(const void* client) override;
+  bool is_open_to_all(const nlohmann::json& command) const override;
+  /// Reads the file again, applies it if it is valid, and logs the result.
+  void reload(const Answer& answer);
+  /// The controller ends: answers all waiting clients.
+  void close();
+
+ private:
+  using Command = void (ControllerCommandHandler::*)(const nlohmann::json&, const Answer&);
+  struct Waiter {
+    std::size_t axis;
+    std::uint64_t since_cycle;
+    boost::asio::steady_timer::time_point deadline;
+    Answer answer;
+  };
+  struct Pending {
+    controller::Request* request;
+    std::function<void(controller::Request&)> done;
+  };
+
+  void status(const nlohmann::json& command, const Answer& answer);
+  void act(const nlohmann::json& command, Answer answer);
+  void wait(const nlohmann::json& command, const Answer& answer);
+  void set(const nlohmann::json& command, const Answer& answer);
+  void undo(const nlohmann::json& command, const Answer& answer);
+  void settings(const nlohmann::json& command, const Answer& answer);
+  void record(const nlohmann::json& command, const Answer& answer);
+
+  void apply(LiveConfig::Prepared prepared, Answer answer);
+  void ask_all(std::vector<std::unique_ptr<controller::Request>> requests,
+               std::function<void(const std::vector<std::string>& refusals)> done);
+  std::vector<std::size_t> axes_of(const nlohmann::json& command) const;
+  void arm();
+  void poll();
+  void collect_answers();
+  void answer_waiters();
+
+  boost::asio::steady_timer timer_;
+  controller::RequestLink& requests_;
+  CycleOutlets& outlets_;
+  LiveConfig& live_;
+  std::vector<std::uint64_t> last_before_act_;  ///< cycle of each axis; later records show the act
+  std::vector<Pending> pending_;
+  std::vector<Waiter> waiters_;
+  bool armed_ = false;
+  bool closed_ = false;
+};
+
+}  // namespace hystcan::app

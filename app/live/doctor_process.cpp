@@ -1,0 +1,143 @@
+// The checks of the settings that this process can get, and of its timing: priority, memory, alarms.
+#include <fmt/format.h>
+#include <sched.h>
+#include <sys/resource.h>
+
+#include <boost/asio/io_context.hpp>
+#include <thread>
+
+#include "app/live/doctor.h"
+#include "app/live/realtime.h"
+#include "can/socketcan/socketcan_bus.h"
+#include "controller/timing.h"
+
+namespace hystcan::app {
+namespace {
+
+/// Shares of the period: a lateness below the first hardly affects the loop; above the second the cycle is
+/// lost.
+constexpr double good_wake_up_share = 0.1;
+constexpr double bad_share_of_period = 0.5;
+
+constexpr int usual_priority = 45;  // below the interrupt threads of PREEMPT_RT, which have 50
+
+/// Runs the work on a new thread, so that the settings of this thread do not change.
+template <class Result, class Work>
+Result on_a_thread(Work work) {
+  Result result;
+  std::thread([&] { result = work(); }).join();
+  return result;
+}
+
+Finding examine_priority(const Demand& demand) {
+  const int priority = demand.priority > 0 ? demand.priority : usual_priority;
+  const auto refusal =
+      on_a_thread<std::optional<std::string>>([priority] { return take_priority(priority); });
+  Finding finding{
+      .check = "priority", .verdict = Verdict::good, .figure = fmt::format("SCHED_FIFO {}", priority)};
+  if (refusal) {
+    finding.verdict = demand.priority > 0 ? Verdict::bad : Verdict::doubtful;
+    finding.figure = refusal->substr(0, refusal->find(';'));
+    finding.cure = refusal->substr(refusal->find(';') + 2);
+  } else if (demand.priority == 0 && sched_getscheduler(0) == SCHED_OTHER) {
+    finding.verdict = Verdict::doubtful;
+    finding.figure += " is available but not configured";
+    finding.cure = fmt::format("set priority = {} in [controller.realtime]", usual_priority);
+  } else {
+    finding.figure += " given";
+  }
+  return finding;
+}
+
+Finding examine_memory(const Demand& demand) {
+  Finding finding{.check = "locked memory", .verdict = Verdict::good, .figure = "may be locked"};
+  if (const auto refusal = find_memory_lock_refusal()) {
+    finding.verdict = demand.lock_memory ? Verdict::bad : Verdict::doubtful;
+    finding.figure = refusal->substr(0, refusal->find(';'));
+    finding.cure = refusal->substr(refusal->find(';') + 2);
+  } else if (!demand.lock_memory) {
+    finding.verdict = Verdict::doubtful;
+    finding.figure += " but is not configured";
+    finding.cure = "set lock_memory = true in [controller.realtime]";
+  }
+  return finding;
+}
+
+std::string limit_text(int resource, rlim_t unit, const char* unit_name) {
+  rlimit limit{};
+  getrlimit(static_cast<__rlimit_resource>(resource), &limit);
+  if (limit.rlim_cur == RLIM_INFINITY) return "unlimited";
+  return fmt::format("{}{}", limit.rlim_cur / unit, unit_name);
+}
+
+Finding examine_limits() {
+  rlimit time{};
+  getrlimit(RLIMIT_RTTIME, &time);
+  const bool endless = time.rlim_cur == RLIM_INFINITY;
+  return {.check = "limits",
+          .verdict = endless ? Verdict::good : Verdict::doubtful,
+          .figure = fmt::format("rtprio {}, memlock {}, rttime {}", limit_text(RLIMIT_RTPRIO, 1, ""),
+                                limit_text(RLIMIT_MEMLOCK, 1024, " kB"), limit_text(RLIMIT_RTTIME, 1, " us")),
+          .cure = endless ? ""
+                          : "ulimit -R unlimited (LimitRTTIME=infinity): a real-time thread is killed there"};
+}
+
+Finding examine_build() {
+  const std::string type = HYSTCAN_BUILD_TYPE;
+  const bool fast = type == "Release" || type == "RelWithDebInfo";
+  return {.check = "build",
+          .verdict = fast ? Verdict::good : Verdict::doubtful,
+          .figure = type.empty() ? "no build type" : type,
+          .cure = fast ? "" : "cmake --preset release && cmake --build --preset release"};
+}
+
+controller::TimeStatistics measure_wake_up(can::Duration period, can::Duration duration) {
+  boost::asio::io_context context{1};
+  can::AsioScheduler scheduler(context);
+  controller::TimeStatistics lateness;
+  can::Time deadline = scheduler.now() + period;
+  const can::Time end = deadline + duration;
+  std::unique_ptr<can::Timer> timer;
+  timer = scheduler.make_timer([&] {
+    const can::Time now = scheduler.now();
+    lateness.add(now - deadline);
+    while (deadline <= now) deadline += period;
+    if (deadline < end) timer->expire_at(deadline);
+  });
+  timer->expire_at(deadline);
+  context.run();
+  return lateness;
+}
+
+}  // namespace
+
+std::vector<Finding> examine_process(const Demand& demand) {
+  return {examine_build(), examine_priority(demand), examine_memory(demand), examine_limits()};
+}
+
+Finding examine_wake_up(const Demand& demand, can::Duration duration) {
+  const auto lateness = on_a_thread<controller::TimeStatistics>([&] {
+    if (!demand.cpus.empty()) keep_to_cpus(demand.cpus);  // a refusal has a finding of its own
+    if (demand.priority > 0) take_priority(demand.priority);
+    return measure_wake_up(demand.period, duration);
+  });
+  const controller::TimeSummary summary = lateness.summary();
+  const double period_us = 1e6 * can::seconds(demand.period);
+  const double trip_us = 1e6 * can::seconds(demand.wake_up_trip);
+  Finding finding{.check = "wake-up",
+                  .verdict = Verdict::good,
+                  .figure = fmt::format("p99 {:.0f} us, max {:.0f} us late in {} cycles of {:.0f} us",
+                                        summary.p99_us, summary.max_us, summary.count, period_us)};
+  if (summary.max_us <= good_wake_up_share * period_us && (trip_us == 0.0 || summary.max_us <= trip_us))
+    return finding;
+  const bool trips = trip_us > 0.0 && summary.max_us > trip_us;
+  finding.verdict =
+      trips || summary.max_us > bad_share_of_period * period_us ? Verdict::bad : Verdict::doubtful;
+  if (trips) finding.figure += fmt::format(", more than wake_up_trip_us = {:.0f}", trip_us);
+  finding.cure =
+      "give the control thread a priority and a processor of its own ([controller.realtime]), see the "
+      "findings above, end other programs, or lower rate_Hz";
+  return finding;
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,64 @@
+// The configuration of a running controller: the settings in force, and the changes that a new version of the
+// file, or a single setting, would make. This class prepares changes and applies nothing. The caller applies
+// all prepared changes, or none if one of them needs a restart, because the file was checked as a whole.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/schema/config.h"
+#include "config/schema/settings.h"
+#include "controller/request_link.h"
+
+namespace hystcan::app {
+
+class LiveConfig {
+ public:
+  /// The configuration at the start of the process.
+  LiveConfig(std::filesystem::path file, const config::Config& config);
+
+  struct Prepared {
+    std::vector<config::Setting> settings;  ///< in force once this is applied
+    std::vector<config::Setting> overrides;
+    std::vector<std::vector<config::Setting>> earlier;  ///< overrides that undo() can go back to
+    std::vector<config::Change> at_once;
+    std::vector<config::Change> after_restart;
+    std::vector<std::unique_ptr<controller::Request>> requests;  ///< retune, one for each axis concerned
+  };
+  /// Prepares the file as it is now; discards earlier single settings. Throws Error, can::DbcError.
+  Prepared reread() const;
+  /// Prepares one setting of an axis's control: key "kp", "delays.resonance_Hz".
+  Prepared with(std::string_view axis, std::string_view key, const std::string& toml_value) const;
+  /// Prepares to take the last single setting back. Throws Error if there is none since the file was read.
+  Prepared without_the_last() const;
+  /// Call it when `prepared` has been applied.
+  void accept(const Prepared& prepared);
+  /// Call it when one axis has refused `prepared` and another may have applied it. The next version then
+  /// sends all settings to both.
+  void mark_uncertain(const Prepared& prepared);
+
+  const std::filesystem::path& file() const { return file_; }
+  const std::vector<config::Setting>& settings() const { return settings_; }
+  std::size_t single_settings() const { return earlier_.size(); }
+  const std::vector<std::string>& axis_names() const { return names_; }
+  /// Throws Error if no axis has that name.
+  std::size_t axis_index(std::string_view name) const;
+
+ private:
+  using Overrides = std::vector<config::Setting>;
+
+  Prepared prepare(Overrides overrides, std::vector<Overrides> earlier) const;
+
+  std::filesystem::path file_;
+  std::vector<std::string> names_;
+  Overrides overrides_;
+  std::vector<Overrides> earlier_;  ///< the overrides before each single setting
+  std::vector<config::Setting> settings_;
+  std::map<std::size_t, bool> uncertain_;  ///< axes, and whether their reference is uncertain too
+};
+
+}  // namespace hystcan::app

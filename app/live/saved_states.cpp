@@ -1,0 +1,97 @@
+#include "app/live/saved_states.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "base/error.h"
+#include "base/output_file.h"
+
+namespace hystcan::app {
+namespace {
+
+using controller::StartUp;
+
+/// A table for each segment, an empty one where it does not repeat.
+std::string learnt_text(const controller::Learning* learning) {
+  std::string text;
+  if (learning == nullptr) return text;
+  for (const std::vector<double>& segment : learning->table())
+    text += fmt::format("[[learning]]\ncorrection_um = [{:.6g}]\n\n", fmt::join(segment, ", "));
+  return text;
+}
+
+std::string memory_text(const controller::ControlLaw& law, const controller::Learning* learning) {
+  std::vector<char> buffer(model::Hysteresis::saved_size());
+  const controller::ModelCorrection& correction = law.correction();
+  return fmt::format(
+      "# The memory of the actuator at a clean stop. The controller removes this file when it drives again.\n"
+      "[correction]\ngain = {:.17}\noffset_um = {:.17}\n\n{}\n{}"
+      "[stop]  # The last table: without it the file is incomplete.\nreason = \"stopped\"\n",
+      correction.gain, correction.offset_um, law.model().save(law.memory(), buffer), learnt_text(learning));
+}
+
+}  // namespace
+
+SavedStates::SavedStates(const config::Config& config) {
+  const std::filesystem::path& folder = config.controller.state_folder;
+  axes_.resize(config.axes.size());
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    const config::AxisConfig& axis = config.axes[i];
+    if (!folder.empty()) axes_[i].file = folder / (axis.wire.name + ".state.toml");
+    const bool restores = axis.control.start_up == StartUp::restore;
+    if (restores && folder.empty())
+      throw Error(fmt::format("{}: axis {} must restore its memory, expected state_dir in [controller]",
+                              config.file.string(), axis.wire.name));
+    if (restores && !std::filesystem::exists(axes_[i].file))
+      throw Error(
+          fmt::format("{}: there is no such file, so the last stop was not clean, expected it for "
+                      "start_up = \"restore\"; start once with \"wipe\"",
+                      axes_[i].file.string()));
+    if (axes_[i].file.empty() || !std::filesystem::exists(axes_[i].file)) continue;
+    try {
+      axes_[i].state = config::load_state(axes_[i].file, model::Hysteresis(axis.control.law.model));
+    } catch (const Error& error) {
+      if (restores) throw;
+      spdlog::warn("saved state not used: {}", error.what());
+    }
+  }
+}
+
+void SavedStates::restore(controller::Controller& controller) const {
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    const auto& state = axes_[i].state;
+    if (!state) continue;
+    controller::Axis& axis = controller.axis(i);
+    axis.restore(state->memory, state->correction);
+    if (!state->learnt.empty() && !axis.restore(state->learnt))
+      spdlog::warn("{}: what was learnt belongs to another reference, it is not used",
+                   axes_[i].file.string());
+  }
+}
+
+void SavedStates::forget(std::size_t axis) {
+  if (axes_[axis].file.empty() || axes_[axis].forgotten) return;
+  axes_[axis].forgotten = true;
+  std::error_code ignored;
+  std::filesystem::remove(axes_[axis].file, ignored);
+}
+
+void SavedStates::save(const controller::Controller& controller) const {
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    const controller::ControlLaw* law = controller.axis(i).law_to_save();
+    if (law == nullptr || axes_[i].file.empty()) continue;
+    try {
+      OutputFile file(axes_[i].file, OutputFile::Kind::durable);
+      file.write(memory_text(*law, controller.axis(i).learning()));
+      file.commit();
+    } catch (const RunError& error) {
+      spdlog::warn("{}; the next start must not restore", error.what());
+    }
+  }
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,143 @@
+#include "app/live/twin_command_handler.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "base/error.h"
+#include "config/schema/config.h"
+
+namespace hystcan::app {
+namespace {
+
+using nlohmann::json;
+
+constexpr double longest_s = 1e6;  // twelve days
+
+std::string_view to_string(can::NmtState state) {
+  switch (state) {
+    case can::NmtState::boot_up:
+      return "off";
+    case can::NmtState::stopped:
+      return "stopped";
+    case can::NmtState::operational:
+      return "operational";
+    case can::NmtState::pre_operational:
+      return "pre-operational";
+  }
+  return "unknown";
+}
+
+twin::Fault fault_of(const json& command) {
+  const std::string name = text_of(command, "kind");
+  if (const auto kind = parse_word<twin::Fault>(name)) return *kind;
+  throw Error(fmt::format("there is no fault \"{}\", expected one of {}", name,
+                          fmt::join(words(twin::Fault{}), ", ")));
+}
+
+can::Duration duration_of(const json& command) {
+  if (!command.contains("duration_s")) return {};
+  const double duration_s = number_of(command, "duration_s");
+  if (!(duration_s > 0.0 && duration_s <= longest_s))
+    throw Error(fmt::format("duration_s is {:g}, expected more than 0, up to {:g}", duration_s, longest_s));
+  return can::Duration(std::llround(1e9 * duration_s));
+}
+
+}  // namespace
+
+std::string_view to_string(can::AmpState state) {
+  static constexpr std::array<std::string_view, 4> names{"off", "ready", "enabled", "tripped"};
+  return names[static_cast<std::size_t>(state)];
+}
+
+TwinCommandHandler::TwinCommandHandler(twin::Twin& twin, can::Scheduler& scheduler,
+                                       std::function<void()> stop)
+    : twin_(twin), scheduler_(scheduler), started_(scheduler.now()), stop_(std::move(stop)) {}
+
+bool TwinCommandHandler::is_open_to_all(const json& command) const {
+  const auto what = command.find("do");
+  return what != command.end() &&
+         (*what == "status" || *what == "remove" || *what == "heal" || *what == "stop");
+}
+
+void TwinCommandHandler::obey(const json& command, Answer answer) {
+  try {
+    answer(carry_out(command));
+  } catch (const std::exception& error) {  // the command is invalid; nothing has changed
+    answer(refusal(error_text(error)));
+  }
+}
+
+json TwinCommandHandler::carry_out(const json& command) {
+  const std::string what = text_of(command, "do");
+  if (what == "status") return status();
+  if (what == "inject") return inject(command);
+  if (what == "remove") return remove(command, "removed");
+  if (what == "heal") return remove(command, "healed");  // the old name
+  if (what != "stop")
+    throw Error(fmt::format("\"{}\" is not a command, expected status, inject, remove or stop", what));
+  stop_();
+  return {{"ok", true}};
+}
+
+json TwinCommandHandler::status() {
+  const can::Time now = scheduler_.now();
+  json axes = json::array();
+  for (const auto& axis : twin_.axes()) {
+    axis->plant.advance_to(now);
+    axes.push_back({{"name", axis->name},
+                    {"amplifier", to_string(axis->amplifier.state())},
+                    {"amplifier_fault", axis->amplifier.fault()},
+                    {"sensor", to_string(axis->sensor.state())},
+                    {"drive", axis->plant.drive()},
+                    {"position_um", axis->plant.position_um()}});
+  }
+  json faults = json::array();
+  for (const auto& fault : twin_.faults().active()) faults.push_back(describe(fault));
+  return {{"ok", true}, {"time_s", time_s(now)}, {"axes", axes}, {"faults", faults}};
+}
+
+json TwinCommandHandler::describe(const twin::FaultScheduler::Active& fault) const {
+  const twin::FaultSpec& spec = fault.spec;
+  const twin::FaultTraits& kind = traits(spec.kind);
+  json description{{"kind", kind.name}, {"axis", spec.axis}, {"began_s", time_s(fault.began)}};
+  if (kind.site != twin::FaultSite::plant) description["node"] = to_string(spec.node);
+  if (!kind.unit.empty()) description["value"] = spec.value;
+  if (spec.lasts > can::Duration::zero()) description["ends_s"] = time_s(fault.ends);
+  return description;
+}
+
+/// The axis named in the command; a twin with one axis needs no name.
+std::string TwinCommandHandler::axis_of(const json& command) const {
+  if (!command.contains("axis") && twin_.axes().size() == 1) return twin_.axes().front()->name;
+  return text_of(command, "axis");
+}
+
+json TwinCommandHandler::inject(const json& command) {
+  twin::FaultSpec spec = twin::fault_spec(fault_of(command), axis_of(command));
+  if (command.contains("node")) {
+    const std::string name = text_of(command, "node");
+    const auto node = parse_word<twin::Node>(name);
+    if (!node) throw Error(fmt::format("node is \"{}\", expected sensor or amplifier", name));
+    spec.node = *node;
+  }
+  if (command.contains("value")) {
+    if (traits(spec.kind).unit.empty())
+      throw Error(fmt::format("{} takes no number, expected no value", traits(spec.kind).name));
+    spec.value = number_of(command, "value");
+  }
+  spec.lasts = duration_of(command);
+  twin_.faults().inject(spec);
+  return {{"ok", true}, {"fault", twin::describe(spec)}};
+}
+
+json TwinCommandHandler::remove(const json& command, const char* count_key) {
+  std::optional<twin::Fault> kind;
+  if (command.contains("kind")) kind = fault_of(command);
+  const std::string axis = command.contains("axis") ? text_of(command, "axis") : "";
+  return {{"ok", true}, {count_key, twin_.faults().remove(kind, axis)}};
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,42 @@
+// Handles the commands of a twin's control socket: status of its nodes and stages, injection and removal of
+// faults, stop. It runs on the twin's own thread, between two of its events, and answers every command
+// immediately.
+//
+// docs/twin.md has the commands.
+#pragma once
+
+#include <functional>
+#include <string_view>
+
+#include "app/live/command_handler.h"
+#include "twin/twin.h"
+
+namespace hystcan::app {
+
+std::string_view to_string(can::AmpState state);
+
+class TwinCommandHandler final : public CommandHandler {
+ public:
+  /// `stop` ends the twin.
+  TwinCommandHandler(twin::Twin& twin, can::Scheduler& scheduler, std::function<void()> stop);
+
+  void obey(const nlohmann::json& command, Answer answer) override;
+  void forget(const void*) override {}  // no command is ever pending
+  bool is_open_to_all(const nlohmann::json& command) const override;
+
+ private:
+  nlohmann::json carry_out(const nlohmann::json& command);
+  nlohmann::json status();
+  nlohmann::json inject(const nlohmann::json& command);
+  nlohmann::json remove(const nlohmann::json& command, const char* count_key);
+  nlohmann::json describe(const twin::FaultScheduler::Active& fault) const;
+  std::string axis_of(const nlohmann::json& command) const;
+  double time_s(can::Time time) const { return can::seconds(time - started_); }
+
+  twin::Twin& twin_;
+  can::Scheduler& scheduler_;
+  can::Time started_;
+  std::function<void()> stop_;
+};
+
+}  // namespace hystcan::app

@@ -1,0 +1,159 @@
+#include "app/stage/cautious_excitation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "app/live/report.h"
+#include "app/stage/travel.h"
+#include "base/error.h"
+#include "base/standard_streams.h"
+#include "identification/characterisation.h"
+
+namespace hystcan::app {
+namespace {
+
+using controller::Cause;
+using controller::Excitation;
+using model::Interval;
+
+/// One loop of a share of the range about the safe drive, as steep as the whole.
+Excitation::Hysteresis part_of(const Excitation::Hysteresis& whole, double share, double safe_drive) {
+  const double span = share * (whole.high - whole.low);
+  Excitation::Hysteresis part = whole;
+  part.low = std::min(std::max(safe_drive - span / 2.0, whole.low), whole.high - span);
+  part.high = part.low + span;
+  part.loops = 1;
+  part.levels = 0;
+  return part;
+}
+
+/// Whether the position falls where the drive rises, by the covariance of both.
+class Course {
+ public:
+  void add(const controller::AxisReport& report) {
+    if (report.state != controller::AxisState::tracking || report.sample_missing) return;
+    drive_.push_back(report.drive);
+    position_um_.push_back(report.position_um);
+  }
+  bool falls() const {
+    constexpr double clear = -0.5;  // of a correlation: an even actuator has none about zero
+    const double both = covariance(drive_, position_um_);
+    return both < clear * std::sqrt(covariance(drive_, drive_) * covariance(position_um_, position_um_));
+  }
+
+ private:
+  static double mean(const std::vector<double>& of) {
+    return std::reduce(of.begin(), of.end()) / static_cast<double>(of.size());
+  }
+  static double covariance(const std::vector<double>& a, const std::vector<double>& b) {
+    const double mean_a = mean(a), mean_b = mean(b);
+    return std::transform_reduce(a.begin(), a.end(), b.begin(), 0.0, std::plus<>(),
+                                 [=](double x, double y) { return (x - mean_a) * (y - mean_b); });
+  }
+
+  std::vector<double> drive_, position_um_;
+};
+
+/// Positions of the loop; none where it has left the limits. Throws RunError where they fall while the drive rises.
+std::optional<Interval> positions_of(const config::Config& config, const twin::Config& twin,
+                                     const OpenLoopOptions& run, const Excitation::Hysteresis& loop) {
+  Travel travel;
+  Course course;
+  const OpenLoopEnd end =
+      drive_in_open_loop(in_open_loop(config, loop), twin, run, [&](const controller::CycleRecord& record) {
+        travel.add(record.report);
+        course.add(record.report);
+      });
+  if (is_of_size(end.axis.fault())) {
+    note("{}\n", describe(config.axes[0].wire.name, end.axis.fault()));
+    return std::nullopt;
+  }
+  end.require_finished(config.axes[0].wire.name, "stopped at a first loop, nothing is written");
+  if (course.falls())
+    throw RunError(fmt::format("{}: {:g} to {:g} {}: {}; nothing is written", config.axes[0].wire.name,
+                               loop.low, loop.high, config.axes[0].wire.drive_unit,
+                               identification::OutputFalls().what()));
+  note("first {:g} to {:g} {}: position {:.4g} to {:.4g} um\n", loop.low, loop.high,
+       config.axes[0].wire.drive_unit, travel.low_um, travel.high_um);
+  return Interval{travel.low_um, travel.high_um};
+}
+
+/// The drives from which the position leaves its limits, if the stage goes on as in this loop.
+Interval drives_within(const Excitation::Hysteresis& loop, const Interval& seen,
+                       const controller::Supervisor::Config& limits) {
+  const double per_um = (loop.high - loop.low) / seen.span();
+  return {loop.low - per_um * (seen.lo - limits.position_min_um),
+          loop.high + per_um * (limits.position_max_um - seen.hi)};
+}
+
+/// The part of `whole` that the position lets expect to keep within its limits; none if all of it does.
+std::optional<Excitation::Hysteresis> part_within_limits(const Excitation::Hysteresis& whole,
+                                                         const Excitation::Hysteresis& loop,
+                                                         const Interval& seen,
+                                                         const controller::Supervisor::Config& limits) {
+  // Curves bend: only what is far off counts.
+  constexpr double doubtful = 0.2, kept = 0.7;
+  const Interval fit = drives_within(loop, seen, limits);
+  const double slack = doubtful * (whole.high - whole.low);
+  if (fit.lo <= whole.low + slack && fit.hi >= whole.high - slack) return std::nullopt;
+  Excitation::Hysteresis smaller = whole;
+  smaller.low = std::max(whole.low, loop.low + kept * (fit.lo - loop.low));
+  smaller.high = std::min(whole.high, loop.high + kept * (fit.hi - loop.high));
+  return smaller;
+}
+
+}  // namespace
+
+double quasi_static_period_s(double resonance_Hz) { return std::max(2.0, 100.0 / resonance_Hz); }
+
+Excitation::Config resized(Excitation::Config excitation, double factor, double safe_drive) {
+  if (auto* loops = std::get_if<Excitation::Hysteresis>(&excitation)) {
+    const double about = std::clamp(safe_drive, loops->low, loops->high);
+    loops->low = about + factor * (loops->low - about);
+    loops->high = about + factor * (loops->high - about);
+  } else if (auto* steps = std::get_if<Excitation::Steps>(&excitation)) {
+    steps->amplitude *= factor;
+  } else if (auto* chirp = std::get_if<Excitation::Chirp>(&excitation)) {
+    chirp->amplitude *= factor;
+  }
+  return excitation;
+}
+
+bool is_of_size(const controller::Fault& fault) {
+  return fault.cause == Cause::position_implausible || fault.cause == Cause::position_jumped;
+}
+
+Excitation::Hysteresis tried_small_first(const config::Config& config, const twin::Config& twin,
+                                         const OpenLoopOptions& run, const Excitation::Hysteresis& whole) {
+  const controller::AxisConfig& control = config.axes[0].control;
+  const std::string& unit = config.axes[0].wire.drive_unit;
+  for (const double share : {0.1, 0.3}) {
+    const Excitation::Hysteresis part = part_of(whole, share, control.gate.safe_drive);
+    const auto seen = positions_of(config, twin, run, part);
+    if (!seen)
+      throw RunError(fmt::format(
+          "{:g} to {:g} {} already takes the position out of position_min_um to position_max_um or past "
+          "position_jump_um: look at these limits, at the sign, the zero (`hystcan init --sensor-at-safe`) and the unit of the "
+          "sensor; nothing is written",
+          part.low, part.high, unit));
+    if (const auto smaller = part_within_limits(whole, part, *seen, control.supervision)) {
+      const controller::Supervisor::Config& limits = control.supervision;
+      note(
+          "{:.4g} to {:.4g} {}, not {:g} to {:g}: more would take the position out of its limits, {:g} to {:g} um, as the "
+          "sensor reads about {:.3g} um at {:g} {}. If that is its zero, state it: `hystcan init --sensor-at-safe`\n",
+          smaller->low, smaller->high, unit, whole.low, whole.high, limits.position_min_um,
+          limits.position_max_um, 0.5 * (seen->lo + seen->hi), control.gate.safe_drive, unit);
+      return *smaller;
+    }
+  }
+  return whole;
+}
+
+}  // namespace hystcan::app

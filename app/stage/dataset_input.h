@@ -1,0 +1,54 @@
+// Measured datasets as input of the commands that identify: files and recorded runs, an interval of time, units.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/files/dataset_columns.h"
+#include "identification/dataset.h"
+#include "runs/run.h"
+
+namespace CLI {
+class App;
+}  // namespace CLI
+
+namespace hystcan::app {
+
+struct DatasetInput {
+  std::optional<double> from_s, to_s;
+  std::string axis;  ///< of recorded runs; empty: the only one
+  std::string input_unit, output_unit;
+  config::DatasetLayout layout;
+};
+
+/// Throws Error if the unit that the file states (`# input_unit = "V"`) is not `expected`. An empty
+/// `file_unit` means that the file states none. `suffix` ends the message.
+void require_unit(const std::filesystem::path& file, const char* name, const std::string& file_unit,
+                  const std::string& expected, const char* suffix = "");
+
+/// Between --from and --to. Throws Error if --from lies after --to.
+runs::TimeSpan span_of(const DatasetInput& input);
+
+/// --columns, --output-scale.
+void add_column_options(CLI::App& command, config::DatasetLayout& layout);
+/// These, --rate, --from, --to.
+void add_interval_options(CLI::App& command, DatasetInput& input);
+/// All of them, --input-unit, --output-unit.
+void add_dataset_options(CLI::App& command, DatasetInput& input);
+
+/// Throws Error if an axis is named and none of the files is a recorded run, which has axes.
+void require_run_for_axis(const std::vector<std::filesystem::path>& files, const DatasetInput& input,
+                          const char* otherwise = "");
+
+/// Loads a dataset and notes on standard error which columns it took by likeness, and whether the last row was left out.
+identification::Dataset load_noting(const std::filesystem::path& file, const config::DatasetLayout& layout);
+
+/// A recorded run is read as run_dataset.h says. The unit is the one that the dataset states, else the option's, else V or
+/// um with a note on standard error. Throws Error if --from lies after --to, with the name of the file if no row is
+/// left, if dataset and option have different units, or if the units of two files differ.
+std::vector<identification::Dataset> load_datasets(const std::vector<std::filesystem::path>& files,
+                                                   const DatasetInput& input);
+
+}  // namespace hystcan::app

@@ -1,0 +1,102 @@
+#include "app/stage/first_models.h"
+
+#include <algorithm>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "model/simplified.h"
+#include "model/validity.h"
+
+namespace hystcan::app {
+namespace {
+
+using model::Basis;
+using model::Direction;
+using model::HysteresisParameters;
+using model::Interval;
+using model::ReferenceCurve;
+
+/// a s^2 + b s + c with s from 0 to 1 in the interval. s = (1 + t) / 2 gives s^2 = 3/8 + t/2 + T_2(t)/8.
+ReferenceCurve parabola(double a, double b, double c, Interval domain) {
+  return {Basis::chebyshev, {c + b / 2.0 + 3.0 * a / 8.0, b / 2.0 + a / 2.0, a / 8.0}, domain};
+}
+
+std::vector<double> scaled(std::vector<double> values, double factor) {
+  for (double& value : values) value *= factor;
+  return values;
+}
+
+/// Polynomials: every other coefficient up and down, so that the shape changes too, as far as they keep increasing.
+ReferenceCurve off_by(const ReferenceCurve& curve, double share, bool alternating) {
+  std::vector<double> c = curve.coefficients();
+  for (std::size_t j = 1; j < c.size(); ++j) c[j] *= alternating && j % 2 == 0 ? 1.0 - share : 1.0 + share;
+  if (curve.basis() == Basis::spline) c = scaled(curve.coefficients(), 1.0 + share);
+  return curve.with(c);
+}
+
+/// The ascending curve is off by `share`, the loop is wider by as much.
+HysteresisParameters with_curves_off(const HysteresisParameters& given, double share, bool alternating) {
+  HysteresisParameters p = given;
+  if (p.output_map) {  // the curves are those of m, which its map is made for
+    std::vector<double> map = p.output_map->coefficients();
+    for (std::size_t j = 1; j < map.size(); ++j) map[j] *= 1.0 + share;
+    p.output_map.emplace(map, p.output_map->inner());
+    return p;
+  }
+  p.ascending = off_by(given.ascending, share, alternating);
+  std::vector<double> descending = p.ascending.coefficients();
+  const std::vector<double>&rising = given.ascending.coefficients(),
+        &falling = given.descending.coefficients();
+  descending.resize(std::max(descending.size(), falling.size()));
+  for (std::size_t j = 0; j < descending.size(); ++j)
+    descending[j] +=
+        (1.0 + share) * ((j < falling.size() ? falling[j] : 0.0) - (j < rising.size() ? rising[j] : 0.0));
+  p.descending = given.descending.with(descending);
+  return p;
+}
+
+/// k times `factor`, as far as every branch increases.
+void move_k(HysteresisParameters& p, Direction direction, double factor) {
+  double& k = direction == Direction::ascending ? p.k_ascending : p.k_descending;
+  if (const auto allowed = model::allowed_k(p, direction))
+    k = std::clamp(k * factor, allowed->lo, allowed->hi);
+}
+
+std::optional<HysteresisParameters> valid(HysteresisParameters p) {
+  try {
+    model::check_curves(p);
+    for (const Direction direction : {Direction::ascending, Direction::descending}) move_k(p, direction, 1.2);
+    model::check_branches(p);
+    return p;
+  } catch (const std::invalid_argument&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace
+
+HysteresisParameters straight_line(const AxisFacts& axis) {
+  return model::straight_line(axis.drive_unit, "um", {axis.drive_min, axis.drive_max}, axis.travel_um);
+}
+
+HysteresisParameters usual_loop(const AxisFacts& axis) {
+  HysteresisParameters p = straight_line(axis);
+  const Interval drive = p.input_range();
+  const double stroke = axis.travel_um.span(), lowest = axis.travel_um.lo;
+  p.ascending = parabola(0.2 * stroke, 0.8 * stroke, lowest, drive);
+  // wider by (1 - s) (0.05 + 0.35 s)
+  p.descending = parabola((0.2 - 0.35) * stroke, (0.8 + 0.3) * stroke, lowest + 0.05 * stroke, drive);
+  p.k_ascending = p.k_descending = 4.0 / drive.span();
+  return p;
+}
+
+HysteresisParameters not_quite(const HysteresisParameters& parameters) {
+  constexpr double share = 0.03;
+  for (const bool alternating : {true, false})
+    if (auto p = valid(with_curves_off(parameters, share, alternating))) return *p;
+  return parameters;
+}
+
+}  // namespace hystcan::app

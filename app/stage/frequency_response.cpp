@@ -1,0 +1,170 @@
+#include "app/stage/frequency_response.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <iterator>
+#include <numbers>
+
+#include "app/stage/dynamics_text.h"
+#include "app/stage/gnuplot.h"
+#include "base/error.h"
+#include "controller/analysis/margins.h"
+
+namespace hystcan::app {
+namespace {
+
+using Complex = std::complex<double>;
+
+double degrees(double radians) { return radians * 180.0 / std::numbers::pi; }
+
+/// Phase without leaps along ascending frequencies.
+class Phase {
+ public:
+  double of(const Complex& value) {
+    phase_ += std::arg(value / std::polar(1.0, phase_));
+    return degrees(phase_);
+  }
+
+ private:
+  double phase_ = 0.0;
+};
+
+controller::Delays without_commands(controller::Delays delays) {
+  delays.command_delay = {};
+  return delays;
+}
+
+/// What belongs to a frequency, with its memory of the frequency before.
+class Curves {
+ public:
+  explicit Curves(const FrequencyResponse& of)
+      : of_(of),
+        model_(without_commands(of.plant), of.cycle_s),
+        before_(of.before.config),
+        after_(of.after.config) {}
+
+  double theta(double frequency_Hz) const { return 2.0 * std::numbers::pi * frequency_Hz * of_.cycle_s; }
+
+  struct Values {
+    Complex model, before, after;
+    double model_deg, before_deg, after_deg;
+  };
+  Values at(double theta) {
+    Values v{.model = model_.response(theta),
+             .before = before_(of_.before.pi, theta),
+             .after = after_(of_.after.pi, theta),
+             .model_deg = 0.0,
+             .before_deg = 0.0,
+             .after_deg = 0.0};
+    v.model_deg = model_phase_.of(v.model);
+    v.before_deg = before_phase_.of(v.before);
+    v.after_deg = after_phase_.of(v.after);
+    return v;
+  }
+
+ private:
+  const FrequencyResponse& of_;
+  controller::HeldPlant model_;
+  controller::LinearLoop before_, after_;
+  Phase model_phase_, before_phase_, after_phase_;
+};
+
+double sensitivity(const Complex& loop) { return 1.0 / std::abs(1.0 + loop); }
+
+/// frequency, then gain and phase of the plant, coherence.
+struct Measured {
+  double gain, phase_deg, coherence;
+};
+Measured measured_at(const identification::ResponsePoint& point, const FrequencyResponse& of,
+                     const Curves::Values& v) {
+  const Complex plant = point.response / of.gain;
+  return {std::abs(plant), v.model_deg + degrees(std::arg(plant / v.model)), point.coherence};
+}
+
+std::string curves_of(const FrequencyResponse& response) {
+  fmt::memory_buffer text;
+  Curves curves(response);
+  for (const double theta : controller::frequencies_for(response.after.config, 0.3)) {
+    const double frequency_Hz = theta / (2.0 * std::numbers::pi * response.cycle_s);
+    const Curves::Values v = curves.at(theta);
+    fmt::format_to(std::back_inserter(text), "{:.7g} {:.5g} {:.5g} {:.5g} {:.5g} {:.5g} {:.5g}\n",
+                   frequency_Hz, decibel(std::abs(v.model)), v.model_deg, decibel(std::abs(v.before)),
+                   decibel(std::abs(v.after)), decibel(sensitivity(v.before)), decibel(sensitivity(v.after)));
+  }
+  return fmt::to_string(text);
+}
+
+std::string points_of(const FrequencyResponse& response) {
+  fmt::memory_buffer text;
+  Curves curves(response);
+  for (const identification::ResponsePoint& point : response.measured) {
+    const Measured m = measured_at(point, response, curves.at(curves.theta(point.frequency_Hz)));
+    fmt::format_to(std::back_inserter(text), "{:.7g} {:.5g} {:.5g} {:.4f}\n", point.frequency_Hz,
+                   decibel(m.gain), m.phase_deg, m.coherence);
+  }
+  return fmt::to_string(text);
+}
+
+constexpr const char* panels = R"(
+set multiplot layout 3,1 title title_text
+set logscale x
+set xrange [0.5:*]
+set border 3 lw 0.6
+set tics nomirror out scale 0.6
+set grid lw 0.4 lc rgb '#dddddd'
+set key outside right
+set cbrange [0:1]
+set palette defined (0 '#d0d0d0', 1 '#0072b2')
+set cblabel 'coherence'
+set ylabel 'plant, gain [dB]'
+plot $measured using 1:2:4 with points pt 7 ps 0.4 palette title 'measured', $curves using 1:2 with lines lc rgb '#d55e00' title 'model'
+set ylabel 'plant, phase [deg]'
+plot $measured using 1:3:4 with points pt 7 ps 0.4 palette title 'measured', $curves using 1:3 with lines lc rgb '#d55e00' title 'model'
+set ylabel 'loop, gain [dB]'
+set xlabel 'frequency [Hz]'
+plot $curves using 1:4 with lines lc rgb '#7f7f7f' title 'L before', $curves using 1:5 with lines lc rgb '#0072b2' title 'L after', $curves using 1:6 with lines dt 2 lc rgb '#7f7f7f' title '1/(1+L) before', $curves using 1:7 with lines dt 2 lc rgb '#0072b2' title '1/(1+L) after'
+unset multiplot
+)";
+
+}  // namespace
+
+std::string table_of(const FrequencyResponse& response) {
+  fmt::memory_buffer text;
+  fmt::format_to(
+      std::back_inserter(text),
+      "frequency_Hz,measured_gain,measured_phase_deg,coherence,model_gain,model_phase_deg,before_gain,"
+      "before_phase_deg,after_gain,after_phase_deg,before_sensitivity,after_sensitivity\n");
+  Curves curves(response);
+  for (const identification::ResponsePoint& point : response.measured) {
+    const Curves::Values v = curves.at(curves.theta(point.frequency_Hz));
+    const Measured m = measured_at(point, response, v);
+    fmt::format_to(std::back_inserter(text),
+                   "{:.7g},{:.6g},{:.6g},{:.4f},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n",
+                   point.frequency_Hz, m.gain, m.phase_deg, m.coherence, std::abs(v.model), v.model_deg,
+                   std::abs(v.before), v.before_deg, std::abs(v.after), v.after_deg, sensitivity(v.before),
+                   sensitivity(v.after));
+  }
+  return fmt::to_string(text);
+}
+
+void require_picture(const std::filesystem::path& picture) {
+  if (picture.extension() != ".svg" && picture.extension() != ".png")
+    throw Error(fmt::format("{}: expected a name that ends with .svg or .png", picture.string()));
+}
+
+std::string draw(const FrequencyResponse& response, const std::filesystem::path& picture) {
+  const bool is_png = picture.extension() == ".png";
+  const std::string script =
+      fmt::format(
+          "set terminal {} size 900,1000\nset output {}\ntitle_text = {}\n$measured << EOD\n{}EOD\n$curves << EOD\n{}EOD\n",
+          is_png ? "pngcairo enhanced" : "svg enhanced", gnuplot_file(picture.filename().string()),
+          gnuplot_text(response.title), points_of(response), curves_of(response)) +
+      panels;
+  const std::filesystem::path folder = picture.parent_path();
+  std::filesystem::path name = picture.filename();
+  return draw_with_gnuplot(folder.empty() ? "." : folder, name.replace_extension(".gnuplot").string(),
+                           {is_png ? "png" : "svg"}, script);
+}
+
+}  // namespace hystcan::app

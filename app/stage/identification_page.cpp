@@ -1,0 +1,271 @@
+#include "app/stage/identification_page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "app/stage/html_table.h"
+#include "app/stage/identification_numbers.h"
+#include "app/stage/identification_plots.h"
+#include "app/stage/identification_structures.h"
+#include "base/text.h"
+
+namespace hystcan::app {
+namespace {
+
+using identification::Comparison;
+using identification::ComparisonRow;
+using identification::Identified;
+using identification::InitialMemory;
+
+constexpr const char* head = R"(<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<title>{0}</title>
+<style>
+body {{ font-family: sans-serif; line-height: 1.4; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #202020; }}
+table {{ border-collapse: collapse; margin: 1em 0; }}
+th, td {{ padding: 0.25em 0.8em; border-bottom: 1px solid #c0c0c0; text-align: left; vertical-align: top; }}
+td.number, th.number {{ text-align: right; font-variant-numeric: tabular-nums; }}
+td.best {{ font-weight: bold; background: #e4eef8; }}
+tr.own td {{ border-bottom: 2px solid #404040; }}
+img {{ width: 100%; }}
+figure {{ margin: 1em 0; break-inside: avoid; }}
+h2 {{ margin-top: 1.6em; break-after: avoid; }}
+.note {{ color: #505050; font-size: 0.9em; }}
+</style>
+</head>
+<body>
+<h1>{0}</h1>
+)";
+
+std::string with_unit(const std::string& number, const std::string& unit) {
+  return unit.empty() ? number : number + " " + unit;
+}
+
+std::string title_of(const IdentificationReport& report) {
+  std::string title = "Identification of ";
+  for (std::size_t i = 0; i < report.names.size(); ++i) title += (i == 0 ? "" : ", ") + report.names[i];
+  return title;
+}
+
+std::string findings_of(const IdentificationReport& report, const WrittenReport& written) {
+  std::string list;
+  if (report.identified.stopped || written.comparison.stopped)
+    list += "<p><strong>The search was stopped early: this is the best result so far.</strong></p>\n";
+  if (report.findings.empty()) return list;
+  list += "<h2>Findings</h2>\n<ul>\n";
+  for (const std::string& finding : report.findings) list += fmt::format("<li>{}</li>\n", escaped(finding));
+  return list + "</ul>\n";
+}
+
+// The table of errors
+
+double percent(double error, const Comparison& comparison) { return 100.0 * error / comparison.output_span; }
+
+// Errors in output units; empty if the row has none.
+using ReadError = std::optional<double> (*)(const ComparisonRow&);
+constexpr ReadError error_columns[] = {
+    [](const ComparisonRow& row) { return std::optional(row.fit.rms); },
+    [](const ComparisonRow& row) { return std::optional(row.fit.max); },
+    [](const ComparisonRow& row) { return row.held_out ? std::optional(row.held_out->rms) : std::nullopt; },
+    [](const ComparisonRow& row) { return row.held_out ? std::optional(row.held_out->max) : std::nullopt; }};
+
+double least(const Comparison& comparison, ReadError read) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const ComparisonRow& row : comparison.rows) least = std::min(least, read(row).value_or(least));
+  return least;
+}
+
+std::string table_of(const Comparison& comparison) {
+  const std::size_t columns = comparison.no_hold_out.empty() ? 4 : 2;
+  std::vector<std::string> headings{"model",       "parameters",       "fit RMS [%]",
+                                    "fit max [%]", "held out RMS [%]", "held out max [%]"};
+  headings.resize(2 + columns);
+  std::string table = "<table>\n" + heading_row(headings);
+  for (const ComparisonRow& row : comparison.rows) {
+    table += fmt::format("<tr{}><td>{}</td>", &row == &comparison.rows.front() ? " class=\"own\"" : "",
+                         escaped(row.name));
+    table += number_cell(fmt::format("{}", row.parameters));
+    for (std::size_t i = 0; i < columns; ++i) {
+      const auto error = error_columns[i](row);
+      table += error ? number_cell(fmt::format("{:.3g}", percent(*error, comparison)),
+                                   *error == least(comparison, error_columns[i]))
+                     : number_cell("");
+    }
+    table += "</tr>\n";
+  }
+  return table + "</table>\n";
+}
+
+/// The search judges a model by another figure, which is the one on the terminal.
+std::string cross_validated(const Identified& identified) {
+  if (!identified.held_out_rms) return {};
+  return fmt::format(
+      " Cross-validated, as identify prints it, the identified one misses {:.3g} % RMS: over all cycles that can be held out, "
+      "in turn, with k, delay and thresholds from all samples.",
+      100.0 * *identified.held_out_rms / identified.output_span);
+}
+
+std::string hold_out_of(const Identified& identified, const Comparison& comparison) {
+  if (!comparison.no_hold_out.empty()) return "Nothing was held out: " + comparison.no_hold_out + ".";
+  return fmt::format(
+             "Held out: {} of {}, {} of {}, every other cycle of those that are not needed to reach "
+             "the ends of the input range. Every model was fitted again without them, the identified one with the "
+             "order found from all samples.",
+             comparison.held_out_cycles, counted(comparison.cycles, "cycle"), comparison.held_out_samples,
+             counted(comparison.samples, "sample")) +
+         cross_validated(identified);
+}
+
+std::string comparison_of(const IdentificationReport& report, const Comparison& comparison) {
+  std::string part = "<h2>Comparison</h2>\n";
+  const std::string& unit = report.identified.parameters.output_unit;
+  part += fmt::format(
+      "<p>Errors in percent of the output's span, {}; the smallest of each column is marked.</p>\n",
+      escaped(with_unit(fmt::format("{:.4g}", comparison.output_span), unit)));
+  part += table_of(comparison);
+  part += fmt::format("<p>{}</p>\n", escaped(hold_out_of(report.identified, comparison)));
+  for (const std::string& refused : comparison.refused)
+    part += fmt::format("<p>Not fitted: {}</p>\n", escaped(refused));
+  part +=
+      "<p class=\"note\">All models were fitted by least squares to the same samples, with the same delay, "
+      "thresholds and, if it fits better than their own start, initial memory. Initial memories are not "
+      "counted as parameters, except the plays of a free start.</p>\n";
+  return part;
+}
+
+// The model
+
+std::string memory_text(const InitialMemory& memory) {
+  switch (memory.kind) {
+    case InitialMemory::Kind::virgin:
+      return "virgin";
+    case InitialMemory::Kind::from_lower:
+      return "come from the lower threshold";
+    case InitialMemory::Kind::from_upper:
+      return "come from the upper threshold";
+    case InitialMemory::Kind::nested:
+      break;
+  }
+  return fmt::format("nested loops, bias {:.3g}", memory.bias);
+}
+
+std::string pace_text(double k, const identification::PaceRange& range, const Identified& identified) {
+  const std::string& unit = identified.parameters.input_unit;
+  return fmt::format("{:.5g}{}, {:.4g} per span of the thresholds; {}", k, unit.empty() ? "" : " / " + unit,
+                     k * identified.parameters.input_range().span(),
+                     identified.stopped ? "the search was stopped"
+                     : range.is_fixed
+                         ? fmt::format("RMS within 5 % from {:.3g} to {:.3g}", range.lo, range.hi)
+                         : "the dataset does not determine it");
+}
+
+std::string model_of(const Identified& identified) {
+  const model::HysteresisParameters& p = identified.parameters;
+  std::string part = "<h2>The model</h2>\n<table>\n";
+  const auto row = [&](const char* what, const std::string& value) {
+    part += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", what, escaped(value));
+  };
+  row("symmetry", p.symmetry == model::Symmetry::even ? "even: x(v) = x(-v)"
+                  : p.output_map                      ? "butterfly: an output map of the curves"
+                                                      : "none");
+  row("reference curves", identified.search.shape.text());
+  const auto interval = [&](model::Interval range) {
+    return with_unit(fmt::format("{:.6g} to {:.6g}", range.lo, range.hi), p.input_unit);
+  };
+  row("thresholds", interval(p.input_range()));
+  row("inputs observed", interval(identified.observed));
+  row("k ascending", pace_text(p.k_ascending, identified.pace_ascending, identified));
+  row("k descending", pace_text(p.k_descending, identified.pace_descending, identified));
+  row("delay", fmt::format("{:.4g} s", identified.delay_s));
+  row("parameters", fmt::format("{}", identified.parameter_count()));
+  part += "</table>\n<table>\n" +
+          heading_row({identified.search.shape.is_spline() ? "B-spline coefficient" : "Chebyshev coefficient",
+                       "ascending", "descending"});
+  const auto& up = p.ascending.coefficients();
+  const auto& down = p.descending.coefficients();
+  const auto term = [](const std::vector<double>& c, std::size_t j) {
+    return number_cell(j < c.size() ? fmt::format("{:.9g}", c[j]) : "");
+  };
+  for (std::size_t j = 0; j < std::max(up.size(), down.size()); ++j)
+    part += fmt::format("<tr><td>{}</td>{}{}</tr>\n", j, term(up, j), term(down, j));
+  return part + "</table>\n";
+}
+
+std::string dataset_name(const IdentificationReport& report, std::size_t i) {
+  return report.datasets.size() == 1 ? report.names[i] : fmt::format("{}: {}", i + 1, report.names[i]);
+}
+
+std::string datasets_of(const IdentificationReport& report) {
+  const Identified& identified = report.identified;
+  const auto in_percent = [&](double error) {
+    return fmt::format("{:.3g}", 100.0 * error / identified.output_span);
+  };
+  std::string part =
+      "<h2>Datasets</h2>\n<table>\n" + heading_row({"dataset", "samples", "duration [s]", "cycles",
+                                                    "noise [%]", "repeatability [%]", "RMS [%]", "max [%]"});
+  for (std::size_t i = 0; i < report.datasets.size(); ++i) {
+    const identification::Characterisation& is = identified.datasets[i];
+    part += fmt::format("<tr><td>{}</td>", escaped(report.names[i])) +
+            number_cell(fmt::format("{}", is.samples)) + number_cell(fmt::format("{:.5g}", is.duration_s)) +
+            number_cell(fmt::format("{}", is.cycles)) + number_cell(in_percent(is.noise)) +
+            number_cell(is.repeatability ? in_percent(*is.repeatability) : "no repeat") +
+            number_cell(in_percent(identified.misses[i].rms)) +
+            number_cell(in_percent(identified.misses[i].max)) + "</tr>\n";
+  }
+  part += "</table>\n<p class=\"note\">In percent of the output's span. Initial memory: ";
+  for (std::size_t i = 0; i < report.datasets.size(); ++i)
+    part += fmt::format("{}{}, {}", i == 0 ? "" : "; ", escaped(dataset_name(report, i)),
+                        memory_text(identified.memories[i]));
+  return part + ".</p>\n";
+}
+
+// Pictures and files
+
+std::string pictures_of(const std::filesystem::path& directory, const WrittenReport& written) {
+  std::string part;
+  for (const Picture& picture : pictures()) {
+    part += fmt::format("<h2>{}</h2>\n", picture.title);
+    if (std::filesystem::exists(directory / (picture.name + ".svg")))
+      part +=
+          fmt::format("<figure><img src=\"{0}.svg\" alt=\"{1}\">\n<figcaption>{2}</figcaption></figure>\n",
+                      picture.name, picture.title, picture.explanation);
+    else if (std::filesystem::exists(directory / (picture.name + ".gp")))
+      part += fmt::format("<p>No picture: {}. To draw it: <code>gnuplot {}.gp</code> in this folder.</p>\n",
+                          escaped(written.undrawn), picture.name);
+    else
+      part += "<p>No picture: stopped before it was made.</p>\n";
+  }
+  return part;
+}
+
+std::string files_of(const std::filesystem::path& directory, const IdentificationReport& report) {
+  const std::size_t stride = samples_per_row(report.datasets);
+  std::string part = "<h2>Files</h2>\n<p>Beside this page:";
+  for (const std::string& name : report_files())
+    if (std::filesystem::exists(directory / name)) part += fmt::format(" <a href=\"{0}\">{0}</a>", name);
+  part += ". Residuals are measured - model. ";
+  part += stride == 1 ? "record.csv and the pictures show every sample."
+                      : fmt::format(
+                            "record.csv and the pictures show one of each {} samples: the one with "
+                            "the largest residual. Errors and fits use all samples.",
+                            stride);
+  return part + "</p>\n</body>\n</html>\n";
+}
+
+}  // namespace
+
+std::string page_of(const std::filesystem::path& directory, const IdentificationReport& report,
+                    const WrittenReport& written) {
+  return fmt::format(head, escaped(title_of(report))) + findings_of(report, written) + structures_of(report) +
+         comparison_of(report, written.comparison) + model_of(report.identified) + datasets_of(report) +
+         pictures_of(directory, written) + files_of(directory, report);
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,270 @@
+#include "app/stage/identified_plant.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "app/stage/chain_record.h"
+#include "app/stage/dynamics_text.h"
+#include "base/text.h"
+#include "identification/characterisation.h"
+
+namespace hystcan::app {
+namespace {
+
+using identification::Dataset;
+using identification::Estimate;
+using identification::SecondOrderFit;
+using Fit = ChainRecord::Fit;
+
+constexpr double least_late = 1e-3, most_late = identification::largest_delay_cycles;  // cycles
+constexpr double stated_share = 0.1;  // a stated resonance is that far off at most
+constexpr double most_damping_ratio = 5.0, least_damping_ratio = 1e-4;
+
+double interpolation_s(const controller::Delays& stated, double cycle_s) {
+  return stated.interpolated ? 0.5 * cycle_s : 0.0;
+}
+
+/// A chain and what may vary about it.
+struct Found {
+  Fit fit;
+  ChainBox box;
+};
+
+/// By more than the noise can do.
+bool is_better(const ChainRecord& record, const Found& a, const Found& b) {
+  return b.fit.sum_of_squares - a.fit.sum_of_squares > record.confidence(a.fit.at, a.box).as_good();
+}
+
+/// True: the mode that is shown explains the record better than the stated one. Above half the rate it must do so by far:
+/// an image with another damping comes near.
+bool excludes(const ChainRecord& record, const Found& shown, const Found& as_stated,
+              const controller::Delays& stated) {
+  constexpr double beyond = 0.45, by_far = 0.5;
+  const double share = stated.resonance_Hz * record.cycle_s() > beyond ? by_far : 1.0;
+  return shown.fit.sum_of_squares < share * as_stated.fit.sum_of_squares &&
+         is_better(record, shown, as_stated);
+}
+
+/// The same delay with a known lag, in cycles; the mode is found anew.
+Found with_lag(const ChainRecord& record, const Found& found, double lag) {
+  Found known = found;
+  ChainPoint& at = known.fit.at;
+  at[pure_share] = std::clamp(1.0 - lag / at[late_cycles], 0.0, found.box.hi[pure_share]);
+  ChainBox box = found.box;
+  for (ChainPoint* end : {&box.lo, &box.hi}) {
+    (*end)[late_cycles] = at[late_cycles];
+    (*end)[pure_share] = at[pure_share];
+  }
+  known.fit = record.improved(at, box);
+  return known;
+}
+
+/// With a part of the delay pure, where that is significantly better; with the stated lag where the record does not know
+/// better. A sensor whose delay is stated has no other.
+Found with_pure_delay(const ChainRecord& record, const Found& lag_alone, const controller::Delays& stated) {
+  constexpr double most_share = 0.98, least_cycles = 0.05;
+  if (stated.sensor_delay.count() > 0) return lag_alone;
+  Found best = lag_alone;
+  ChainBox box = lag_alone.box;
+  box.lo[pure_share] = 0.0;
+  box.hi[pure_share] = most_share;
+  // Near half the rate a delay looks like another frequency.
+  constexpr double far_from_half = 0.2;  // of the rate
+  const double cycles = std::exp(lag_alone.fit.at[log_frequency]) * record.cycle_s();
+  const bool is_near_half = std::abs(cycles - 0.5) < far_from_half;
+  for (const double moved : is_near_half ? std::vector{0.0, -0.07, 0.07} : std::vector{0.0})
+    for (const double share : {0.3, 0.7}) {
+      ChainPoint start = lag_alone.fit.at;
+      start[pure_share] = share;
+      start[log_frequency] += moved;
+      const Fit fit = record.improved(start, box);
+      if (fit.sum_of_squares < best.fit.sum_of_squares) best = {fit, box};
+    }
+  if (best.fit.at[pure_share] * best.fit.at[late_cycles] < least_cycles) return lag_alone;
+  if (!is_better(record, best, lag_alone)) return lag_alone;
+  const Found as_stated = with_lag(record, best, stated.lag_s() / record.cycle_s());
+  return is_better(record, best, as_stated) ? best : as_stated;
+}
+
+/// Of a mode that is shown. `late_cycles` of the point: the start, or what is known.
+Found around_mode(const ChainRecord& record, const SecondOrderFit& mode, double late, bool lag_is_known) {
+  constexpr double reach = 0.4;  // of the logarithm of f
+  const ChainPoint start{std::log(mode.natural_frequency_Hz.value), std::log(mode.damping_ratio.value), late,
+                         0.0};
+  ChainBox box{start, start};
+  box.lo[log_frequency] -= reach;
+  box.hi[log_frequency] += reach;
+  box.lo[log_damping] = std::log(least_damping_ratio);
+  box.hi[log_damping] = std::log(most_damping_ratio);
+  if (!lag_is_known) {
+    box.lo[late_cycles] = least_late;
+    box.hi[late_cycles] = most_late;
+  }
+  return {record.improved(start, box), box};
+}
+
+/// The best of some delays.
+Found with_any_delay(const ChainRecord& record, double log_f, double log_zeta) {
+  Found best{{{}, std::numeric_limits<double>::infinity()}, {}};
+  for (const double late : {0.05, 0.15, 0.4, 1.0, 2.5}) {
+    const ChainPoint point{log_f, log_zeta, late, 0.0};
+    const Fit fit{point, record.sum_of_squares(point)};
+    if (fit.sum_of_squares < best.fit.sum_of_squares) best = {fit, {point, point}};
+  }
+  best.box.lo[late_cycles] = least_late;
+  best.box.hi[late_cycles] = most_late;
+  return best;
+}
+
+/// Of a mode that is not shown: the stated one, or one within what is stated of it that explains the record significantly
+/// better, because the samples show its image.
+Found around_stated(const ChainRecord& record, const controller::Delays& stated) {
+  constexpr double step = 0.02, damping_reach = 0.7;  // of the rate; of the logarithm of zeta
+  const double log_f = std::log(stated.resonance_Hz),
+               log_zeta = std::log(std::max(stated.damping_ratio, least_damping_ratio));
+  Found plain = with_any_delay(record, log_f, log_zeta);
+  plain.fit = record.improved(plain.fit.at, plain.box);
+  const double half_Hz = 0.5 / record.cycle_s();  // the samples have shown all images then
+  const double reach_Hz = std::min(stated_share * stated.resonance_Hz, half_Hz);
+  const double step_Hz = std::min(step / record.cycle_s(), 0.25 * reach_Hz);
+  const int count = 1 + static_cast<int>(2.0 * reach_Hz / step_Hz);
+  std::vector<Found> starts(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i)
+    starts[static_cast<std::size_t>(i)] =
+        with_any_delay(record, std::log(stated.resonance_Hz - reach_Hz + i * step_Hz), log_zeta);
+  std::ranges::stable_sort(starts, {}, [](const Found& of) { return of.fit.sum_of_squares; });
+  constexpr std::size_t tried = 3;
+  starts.resize(std::min(starts.size(), tried));
+  Found best = plain;
+  for (Found& start : starts) {
+    start.box.lo[log_frequency] = log_f + std::log1p(-stated_share);
+    start.box.hi[log_frequency] = log_f + std::log1p(stated_share);
+    start.box.lo[log_damping] = log_zeta - damping_reach;
+    start.box.hi[log_damping] = log_zeta + damping_reach;
+    start.fit = record.improved(start.fit.at, start.box);
+    if (start.fit.sum_of_squares < best.fit.sum_of_squares) best = start;
+  }
+  return is_better(record, best, plain) ? best : plain;
+}
+
+/// The estimate with its intervals, as large as `value`.
+Estimate scaled(Estimate estimate, double value) {
+  const double factor = value / estimate.value;
+  for (double* of : {&estimate.value, &estimate.standard_error, &estimate.lo, &estimate.hi}) *of *= factor;
+  return estimate;
+}
+
+controller::PlantUncertainty uncertainty_of(const SecondOrderFit& mode) {
+  return {.resonance_Hz = {mode.natural_frequency_Hz.lo, mode.natural_frequency_Hz.hi},
+          .damping_ratio = {mode.damping_ratio.lo, mode.damping_ratio.hi}};
+}
+
+/// The stated mode may be stiffer, and ring longer.
+controller::PlantUncertainty uncertainty_of(const controller::Delays& stated,
+                                            const controller::Delays& chain) {
+  const auto [least, most] = std::minmax(stated.damping_ratio, chain.damping_ratio);
+  return {.resonance_Hz = {stated.resonance_Hz, std::numeric_limits<double>::infinity()},
+          .damping_ratio = {least / stated_damping_factor, most}};
+}
+
+void find_mode(IdentifiedPlant& plant, const Dataset& record) {
+  try {
+    plant.mode = identification::fit_second_order(record);
+  } catch (const identification::ModeNotShown& error) {
+    plant.not_shown = error.what();
+  }
+}
+
+/// True: the lag cannot be distinguished from zero.
+bool keeps_lag(const IdentifiedPlant& plant) { return plant.mode && !(plant.late_s.lo > 0.0); }
+
+Found of_shown(IdentifiedPlant& plant, const ChainRecord& chain, const controller::Delays& stated) {
+  const double cycle_s = chain.cycle_s();
+  plant.late_s = later(plant.mode->delay_s, -stated.sensor_s() - interpolation_s(stated, cycle_s));
+  if (plant.late_s.hi < -0.1 * cycle_s)
+    refuse("the sensor's stated delay is ", rounded(1e3 * stated.sensor_s()),
+           " ms, expected at most that of the record, ", rounded(1e3 * plant.mode->delay_s.value), " ms");
+  const double late_s = keeps_lag(plant) ? stated.lag_s() : plant.late_s.value;
+  const Found found =
+      around_mode(chain, *plant.mode, std::max(late_s / cycle_s, least_late), keeps_lag(plant));
+  return keeps_lag(plant) ? found : with_pure_delay(chain, found, stated);
+}
+
+/// The best chain. The mode that is shown counts only if it is the stated one, or excludes that.
+Found best_of(IdentifiedPlant& plant, const ChainRecord& chain, const controller::Delays& stated) {
+  Found found;
+  if (plant.mode) {
+    found = of_shown(plant, chain, stated);
+    if (is_as_stated(*plant.mode, stated.resonance_Hz)) return found;
+  }
+  Found as_stated = with_pure_delay(chain, around_stated(chain, stated), stated);
+  if (plant.mode && excludes(chain, found, as_stated, stated)) return found;
+  if (plant.mode)
+    plant.not_shown =
+        fmt::format("the stated {:.4g} Hz with a delay explains the record as well as {:.4g} Hz",
+                    stated.resonance_Hz, plant.mode->natural_frequency_Hz.value);
+  plant.mode.reset();
+  return as_stated;
+}
+
+/// Intervals of a mode that is shown: those of the fit, in proportion.
+void set_intervals(IdentifiedPlant& plant, const controller::Delays& exact) {
+  plant.mode->natural_frequency_Hz = scaled(plant.mode->natural_frequency_Hz, exact.resonance_Hz);
+  plant.mode->damping_ratio = scaled(plant.mode->damping_ratio, exact.damping_ratio);
+  plant.uncertainty = uncertainty_of(*plant.mode);
+  const double longer_s = keeps_lag(plant) ? plant.late_s.value - exact.lag_s() : 0.0;
+  plant.uncertainty.longer_s = {plant.late_s.lo - plant.late_s.value + longer_s,
+                                plant.late_s.hi - plant.late_s.value + longer_s};
+}
+
+/// Intervals where none is shown.
+void set_intervals(IdentifiedPlant& plant, const ChainRecord& chain, const Found& found,
+                   const controller::Delays& stated) {
+  const double error_s =
+                   chain.confidence(found.fit.at, found.box).standard_error[late_cycles] * chain.cycle_s(),
+               late_s = found.fit.at[late_cycles] * chain.cycle_s(),
+               reach_s = identification::two_sided_95 * error_s;
+  plant.late_s = {late_s, error_s, late_s - reach_s, late_s + reach_s};
+  plant.uncertainty = uncertainty_of(stated, chain.delays(found.fit.at));
+  plant.uncertainty.longer_s = {std::max(-reach_s, -late_s), reach_s};
+}
+
+}  // namespace
+
+bool is_as_stated(const SecondOrderFit& shown, double stated_Hz) {
+  return std::abs(shown.natural_frequency_Hz.value / stated_Hz - 1.0) <= 1.5 * stated_share;
+}
+
+IdentifiedPlant identified_plant(const Dataset& record, const controller::Delays& stated) {
+  IdentifiedPlant plant;
+  find_mode(plant, record);
+  const ChainRecord chain(record, stated);
+  const Found found = best_of(plant, chain, stated);
+  const ChainPoint& at = found.fit.at;
+  const controller::Delays exact = chain.delays(at);
+  if (plant.mode)
+    set_intervals(plant, exact);
+  else
+    set_intervals(plant, chain, found, stated);
+  plant.delays = exact;
+  plant.delays.resonance_Hz = rounded(exact.resonance_Hz);
+  plant.delays.damping_ratio = rounded(exact.damping_ratio);
+  plant.delays.amplifier_bandwidth_Hz =
+      keeps_lag(plant) ? stated.amplifier_bandwidth_Hz : rounded(exact.amplifier_bandwidth_Hz);
+  plant.delays.sensor_delay = std::chrono::round<std::chrono::microseconds>(exact.sensor_delay);
+  plant.pure_s = at[pure_share] * at[late_cycles] * chain.cycle_s();
+  plant.gain = chain.gain(at);
+  if (plant.gain < 0.0) throw identification::OutputFalls();
+  plant.residual_rms = chain.residual_rms(at);
+  plant.explained = chain.explained(at);
+  plant.cycle_s = chain.cycle_s();
+  plant.rows = record.size();
+  plant.left_out = chain.cycles() - record.size();
+  return plant;
+}
+
+}  // namespace hystcan::app

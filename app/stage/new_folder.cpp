@@ -1,0 +1,66 @@
+#include "app/stage/new_folder.h"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <string>
+#include <system_error>
+
+#include "base/error.h"
+#include "base/output_file.h"
+
+namespace hystcan::app {
+namespace {
+
+[[noreturn]] void fail(const std::filesystem::path& path, int error) {
+  throw RunError(
+      fmt::format("{}: cannot be made: {}", path.string(), std::generic_category().message(error)));
+}
+
+/// Without a slash at its end, which would make its parent the folder itself.
+std::filesystem::path named(const std::filesystem::path& path) {
+  const std::filesystem::path whole = std::filesystem::absolute(path).lexically_normal();
+  return whole.has_filename() ? whole : whole.parent_path();
+}
+
+}  // namespace
+
+void require_new(const std::filesystem::path& path) {
+  if (path.empty()) throw Error("the folder has no name, expected one");
+  std::error_code error;
+  const auto status = std::filesystem::symlink_status(path, error);
+  if (!std::filesystem::exists(status)) return;
+  if (!std::filesystem::is_directory(status))
+    throw Error(fmt::format("{}: is there already, expected a new folder", path.string()));
+  if (!std::filesystem::is_empty(path, error) || error)
+    throw Error(
+        fmt::format("{}: is not empty, expected a new folder; nothing is overwritten", path.string()));
+}
+
+NewFolder::NewFolder(const std::filesystem::path& path) {
+  require_new(path);
+  path_ = named(path);
+  create_folder(path_.parent_path());
+  std::string name = (path_.parent_path() / ("." + path_.filename().string() + ".XXXXXX")).string();
+  if (mkdtemp(name.data()) == nullptr) fail(path, errno);
+  temporary_ = name;
+}
+
+NewFolder::~NewFolder() {
+  std::error_code ignored;
+  if (!temporary_.empty()) std::filesystem::remove_all(temporary_, ignored);
+}
+
+void NewFolder::commit() {
+  const mode_t mask = umask(0);
+  umask(mask);
+  std::error_code error;  // an empty folder of this name is replaced
+  std::filesystem::permissions(temporary_, static_cast<std::filesystem::perms>(0777 & ~mask), error);
+  std::filesystem::rename(temporary_, path_, error);
+  if (error) fail(path_, error.value());
+  temporary_.clear();
+}
+
+}  // namespace hystcan::app

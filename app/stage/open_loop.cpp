@@ -1,0 +1,127 @@
+#include "app/stage/open_loop.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+
+#include "app/live/live_loop.h"
+#include "app/live/live_run.h"
+#include "app/live/rehearsal_setup.h"
+#include "app/live/report.h"
+#include "app/live/state_log.h"
+#include "app/live/stop_signal.h"
+#include "app/stage/option_check.h"
+#include "base/error.h"
+#include "controller/telemetry.h"
+#include "rehearsal/rehearsal.h"
+
+namespace hystcan::app {
+namespace {
+
+using controller::Excitation;
+using OnRecord = std::function<void(const controller::CycleRecord&)>;
+
+bool has_ended(const controller::Axis& axis) {
+  return axis.report().point.finished || axis.state() == controller::AxisState::faulted;
+}
+
+OpenLoopEnd rehearse(const config::Config& config, const twin::Config& twin, const OnRecord& on_record) {
+  // Longer than any start-up or ramp down: a run that takes longer does not end.
+  constexpr double patience_s = 60.0;
+  constexpr auto stride = std::chrono::milliseconds(10);
+  rehearsal::Rehearsal rehearsal(rehearsal_setup(config, twin), on_record);
+  controller::Controller& loop = rehearsal.controller();
+  const auto run_until = [&](auto condition, double limit_s) {
+    const can::Time start = rehearsal.clock().now();
+    while (!condition() && can::seconds(rehearsal.clock().now() - start) < limit_s) rehearsal.run_for(stride);
+  };
+  stop_at_a_signal();
+  rehearsal.start();
+  run_until([&] { return has_ended(loop.axis(0)) || stop_signalled != 0; },
+            patience_s + Excitation(*config.axes[0].control.excitation).length_s());
+  loop.request_stop();
+  run_until([&] { return loop.stopped(); }, patience_s);
+  return {loop.axis(0)};
+}
+
+OpenLoopEnd run_on_the_bus(const config::Config& config, const OpenLoopOptions& options,
+                           const OnRecord& on_record) {
+  LiveLoop loop(config.bus.interface);
+  StateLog log(config, bus_log_sink());
+  can::BusHealthLog bus_log(config.bus.interface, bus_log_sink());
+  std::unique_ptr<controller::TelemetryThread> telemetry;
+  controller::Controller controller(controller_config(config), config.database, loop.scheduler(),
+                                    loop.attach(),
+                                    [&](const controller::CycleRecord& record) { telemetry->push(record); });
+  check_interface(config, config.bus.interface);
+  telemetry = std::make_unique<controller::TelemetryThread>([&](const controller::CycleRecord& record) {
+    log.add(record);
+    bus_log.write();
+    on_record(record);
+  });
+  const Excitation::Config& excitation = *config.axes[0].control.excitation;
+  spdlog::info("{} excitation of axis {}, {:.3g} s at {} Hz on {}; Ctrl-C ramps down and stops",
+               name_of(excitation), config.axes[0].wire.name, Excitation(excitation).length_s(),
+               config.controller.rate_Hz, config.bus.interface);
+  run_live(loop, controller, bus_log,
+           {.clear_faults = options.clear_faults,
+            .is_done = [&](double) { return has_ended(controller.axis(0)); },
+            .reload = {}});
+  telemetry.reset();
+  bus_log.write();
+  return {controller.axis(0), describe(closing_of(controller, log.events()))};
+}
+
+}  // namespace
+
+void add_open_loop_options(CLI::App& command, OpenLoopOptions& options) {
+  command.add_option("--axis", options.axis, "name of the axis; the first one if left out");
+  CLI::Option* interface =
+      command.add_option("--interface", options.interface, "CAN interface instead of the configured one")
+          ->check(interface_name());
+  CLI::Option* clear = command.add_flag("--clear-faults", options.clear_faults,
+                                        "clear a fault that the amplifier has latched, then start");
+  command
+      .add_flag("--rehearse", options.rehearse, "run on the simulated bus, with the twin, in virtual time")
+      ->excludes(interface)
+      ->excludes(clear);
+}
+
+config::Config chosen_axis_of(config::Config config, const OpenLoopOptions& options) {
+  auto chosen = config.axes.begin();
+  if (!options.axis.empty())
+    chosen = std::ranges::find(config.axes, options.axis,
+                               [](const config::AxisConfig& axis) { return axis.wire.name; });
+  if (chosen == config.axes.end())
+    throw Error(fmt::format("{}: no axis {}, expected one of its names", config.file.string(), options.axis));
+  config.axes = {config::AxisConfig(*chosen)};
+  config.axes[0].live_setpoint = false;
+  if (!options.interface.empty()) config.bus.interface = options.interface;
+  return config;
+}
+
+config::Config in_open_loop(config::Config config, const Excitation::Config& excitation) {
+  controller::AxisConfig& control = config.axes[0].control;
+  refuse_beyond({control.gate.drive_min, control.gate.drive_max}, control.gate.slew_per_s,
+                Excitation(excitation));
+  control.excitation = excitation;
+  control.couplings.clear();
+  return config;
+}
+
+void OpenLoopEnd::require_finished(const std::string& axis_name, const std::string& afterwards) const {
+  if (axis.fault().cause != controller::Cause::none)
+    throw RunError(describe(axis_name, axis.fault()) + "; " + afterwards);
+  if (!axis.report().point.finished) throw RunError(afterwards);
+}
+
+OpenLoopEnd drive_in_open_loop(const config::Config& config, const twin::Config& twin,
+                               const OpenLoopOptions& options, const OnRecord& on_record) {
+  return options.rehearse ? rehearse(config, twin, on_record) : run_on_the_bus(config, options, on_record);
+}
+
+}  // namespace hystcan::app

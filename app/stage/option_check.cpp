@@ -1,0 +1,90 @@
+#include "app/stage/option_check.h"
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <string_view>
+
+#include "can/interface_name.h"
+
+namespace hystcan::app {
+namespace {
+
+/// The whole text as a number, which is finite.
+template <class Number>
+std::optional<Number> number_in(std::string_view text) {
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
+  Number value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  if constexpr (std::is_floating_point_v<Number>)
+    if (!std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+/// `type`: what the help shows behind the type of the option.
+CLI::Validator expecting(std::string expected, auto is_sound, const char* type = "") {
+  return {[expected = std::move(expected), is_sound](const std::string& text) {
+            return is_sound(text) ? std::string() : fmt::format("{}, expected {}", text, expected);
+          },
+          type};
+}
+
+CLI::Validator number_that(std::string expected, auto is_in_range, const char* type = "") {
+  return expecting(
+      std::move(expected),
+      [is_in_range](const std::string& text) {
+        const auto value = number_in<double>(text);
+        return value && is_in_range(*value);
+      },
+      type);
+}
+
+}  // namespace
+
+CLI::Validator finite_number() {
+  return number_that("a finite number", [](double) { return true; });
+}
+
+CLI::Validator positive_number() {
+  return number_that("a finite number > 0", [](double value) { return value > 0.0; });
+}
+
+CLI::Validator not_negative_number() {
+  return number_that("a finite number >= 0", [](double value) { return value >= 0.0; });
+}
+
+CLI::Validator number_between(double lo, double hi) {
+  return number_that(fmt::format("a number from {} to {}", lo, hi),
+                     [lo, hi](double value) { return value >= lo && value <= hi; });
+}
+
+CLI::Validator positive_seconds() {
+  return number_that(
+      "seconds > 0 and < 1e9", [](double value) { return value > 0.0 && value < 1e9; }, "SECONDS");
+}
+
+CLI::Validator whole_number(std::uint64_t lo, std::uint64_t hi) {
+  return expecting(fmt::format("a whole number from {} to {}", lo, hi), [lo, hi](const std::string& text) {
+    const auto value = number_in<std::uint64_t>(text);
+    return value && *value >= lo && *value <= hi;
+  });
+}
+
+CLI::Validator one_of(const std::vector<std::string>& words) {
+  CLI::Validator check =
+      expecting(fmt::format("one of {}", fmt::join(words, ", ")),
+                [words](const std::string& text) { return std::ranges::find(words, text) != words.end(); });
+  return check.description(fmt::format("{{{}}}", fmt::join(words, ",")));
+}
+
+CLI::Validator interface_name() {
+  return expecting(std::string(can::expected_interface_name),
+                   [](const std::string& text) { return can::is_interface_name(text); });
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,158 @@
+#include "app/stage/questions.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <istream>
+#include <limits>
+#include <string_view>
+
+#include "base/error.h"
+#include "base/standard_streams.h"
+
+namespace hystcan::app {
+namespace {
+
+std::string without_spaces_around(const std::string& text) {
+  const auto begin = text.find_first_not_of(" \t\r");
+  if (begin == std::string::npos) return {};
+  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
+}
+
+struct Prefix {
+  std::string_view text;
+  double factor;
+};
+constexpr std::array<Prefix, 8> prefixes{{{"", 1.0},
+                                          {"k", 1e3},
+                                          {"M", 1e6},
+                                          {"m", 1e-3},
+                                          {"u", 1e-6},
+                                          {"\xC2\xB5", 1e-6},
+                                          {"\xCE\xBC", 1e-6},
+                                          {"n", 1e-9}}};
+
+/// How many `unit` one `given` is: 1000 of "Hz" for "kHz". Empty where it is another quantity.
+std::optional<double> factor_between(std::string_view given, std::string_view unit) {
+  if (given.empty() || given == unit) return 1.0;
+  for (const std::string_view base : {"m", "Hz", "V", "A", "s"}) {
+    if (!given.ends_with(base) || !unit.ends_with(base)) continue;
+    const std::string_view of_given = given.substr(0, given.size() - base.size());
+    const std::string_view of_unit = unit.substr(0, unit.size() - base.size());
+    const auto from = std::ranges::find(prefixes, of_given, &Prefix::text);
+    const auto to = std::ranges::find(prefixes, of_unit, &Prefix::text);
+    if (from != prefixes.end() && to != prefixes.end()) return from->factor / to->factor;
+  }
+  return std::nullopt;
+}
+
+/// "60.5", "60,5", "60 um", "0.31 kHz" where Hz are asked for.
+std::optional<double> parsed(std::string text, const std::string& unit) {
+  if (text.find('.') == std::string::npos && std::ranges::count(text, ',') == 1)
+    std::ranges::replace(text, ',', '.');
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || !std::isfinite(value)) return std::nullopt;
+  const auto factor =
+      factor_between(without_spaces_around({end, static_cast<const char*>(text.data() + text.size())}), unit);
+  if (!factor) return std::nullopt;
+  return value * *factor;
+}
+
+template <class T>
+std::string objection(const Questions::Check<T>& check, const T& value) {
+  return check ? check(value) : std::string();
+}
+
+template <class T>
+void require(const Question& question, const Questions::Check<T>& check, const T& stated) {
+  if (const std::string wrong = objection(check, stated); !wrong.empty())
+    throw Error(fmt::format("{}: {}", question.option, wrong));
+}
+
+}  // namespace
+
+std::optional<std::string> Questions::answer(const Question& question, const std::string& usual) {
+  if (!asks_) return std::nullopt;
+  if (next_ < accepted_.size()) return accepted_[next_];
+  note("{}{}: {}\n  {}{}: ", question.what, question.unit.empty() ? "" : ", " + question.unit, question.why,
+       question.option, usual.empty() ? "" : " [" + usual + "]");
+  std::string line;
+  if (!std::getline(in_, line))
+    throw RunError(
+        fmt::format("the input ended before an answer to {}, nothing is written", question.option));
+  line = without_spaces_around(line);
+  if (line != "<") return line;
+  if (!accepted_.empty()) accepted_.pop_back();
+  throw StepBack();
+}
+
+void Questions::begin() {
+  next_ = 0;
+  asked_ = 0;
+  missing_.clear();
+}
+
+void Questions::accept(const std::string& line) {
+  if (next_ == accepted_.size()) accepted_.push_back(line);
+  ++next_;
+}
+
+void Questions::object(const std::string& wrong) {
+  accepted_.resize(next_);
+  note("  {}\n", wrong);
+}
+
+double Questions::number(const Question& question, const std::optional<double>& stated,
+                         const std::optional<double>& usual, const Check<double>& check) {
+  if (stated) {
+    require(question, check, *stated);
+    return *stated;
+  }
+  if (asks_) ++asked_;
+  while (const auto line = answer(question, usual ? fmt::format("{}", *usual) : "")) {
+    const std::optional<double> value = line->empty() ? usual : parsed(*line, question.unit);
+    const std::string wrong = value ? objection(check, *value)
+                                    : fmt::format("'{}' is no number, expected one{}", *line,
+                                                  question.unit.empty() ? "" : " in " + question.unit);
+    if (wrong.empty()) {
+      accept(*line);
+      return *value;
+    }
+    object(wrong);
+  }
+  if (!usual) missing_.push_back(question.option);
+  return usual.value_or(std::numeric_limits<double>::quiet_NaN());
+}
+
+std::string Questions::text(const Question& question, const std::optional<std::string>& stated,
+                            const std::optional<std::string>& usual, const Check<std::string>& check) {
+  if (stated) {
+    require(question, check, *stated);
+    return *stated;
+  }
+  if (asks_) ++asked_;
+  while (const auto line = answer(question, usual.value_or(""))) {
+    std::string value = line->empty() ? usual.value_or("") : *line;
+    const std::string wrong = value.empty() ? "an answer is expected" : objection(check, value);
+    if (wrong.empty()) {
+      accept(*line);
+      return value;
+    }
+    object(wrong);
+  }
+  if (!usual) missing_.push_back(question.option);
+  return usual.value_or("");
+}
+
+void Questions::require_all() const {
+  if (missing_.empty()) return;
+  throw Error(fmt::format("{} missing: {} no default; on a terminal, without --yes, `hystcan init` asks",
+                          fmt::join(missing_, ", "), missing_.size() == 1 ? "it has" : "they have"));
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,61 @@
+// What a command needs to know and its options do not say: asked on a terminal, one question at a time.
+#pragma once
+
+#include <functional>
+#include <iosfwd>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace hystcan::app {
+
+struct Question {
+  std::string option;  ///< "--drive-max", which says the same without a question
+  std::string what;    ///< "Highest drive"
+  std::string unit;    ///< empty: none
+  std::string why;     ///< one sentence
+};
+
+class Questions {
+ public:
+  /// Thrown where the answer was `<`. Whoever asks begins again: the answers before the last one are given by themselves.
+  struct StepBack {};
+
+  /// Empty: the answer is taken; else what is wrong with it, in one line.
+  template <class T>
+  using Check = std::function<std::string(const T&)>;
+
+  /// `asks`: reads answers from `in` and shows questions on standard error; else takes the defaults.
+  Questions(std::istream& in, bool asks) : in_(in), asks_(asks) {}
+
+  /// From the first question on; those that have an accepted answer are not shown again.
+  void begin();
+
+  /// `stated`, or the answer. A stated value that `check` refuses is an error that names the option. NaN, or an
+  /// empty text, where nothing is known; require_all() then throws.
+  double number(const Question& question, const std::optional<double>& stated,
+                const std::optional<double>& usual, const Check<double>& check = {});
+  std::string text(const Question& question, const std::optional<std::string>& stated,
+                   const std::optional<std::string>& usual, const Check<std::string>& check = {});
+
+  /// Throws Error with all options that have no default and were neither stated nor asked for.
+  void require_all() const;
+
+  int asked() const { return asked_; }
+
+ private:
+  /// Keeps the answer to the present question, which then is the next one.
+  void accept(const std::string& line);
+  void object(const std::string& wrong);
+  /// The line that was answered; none where nobody is asked. Throws RunError at the end of the input.
+  std::optional<std::string> answer(const Question& question, const std::string& usual);
+
+  std::istream& in_;
+  bool asks_;
+  int asked_ = 0;
+  std::vector<std::string> missing_;
+  std::vector<std::string> accepted_;  ///< answers in the order of their questions
+  std::size_t next_ = 0;               ///< question, counted as in `accepted_`
+};
+
+}  // namespace hystcan::app

@@ -1,0 +1,371 @@
+#include "app/stage/stage_folder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <system_error>
+#include <utility>
+#include <variant>
+
+#include "app/live/stop_signal.h"
+#include "app/stage/axis_completion.h"
+#include "app/stage/cautious_excitation.h"
+#include "app/stage/config_edit.h"
+#include "app/stage/config_text.h"
+#include "app/stage/dynamics_text.h"
+#include "app/stage/first_models.h"
+#include "app/stage/new_folder.h"
+#include "app/stage/shipped.h"
+#include "base/error.h"
+#include "base/output_file.h"
+#include "base/standard_streams.h"
+#include "config/document/toml_edit.h"
+#include "config/document/toml_text.h"
+#include "config/files/model_file.h"
+#include "config/schema/check_loop.h"
+#include "config/schema/config.h"
+#include "config/schema/frames.h"
+#include "config/schema/setpoint_warnings.h"
+
+namespace hystcan::app {
+namespace {
+
+constexpr const char* first_config = "first.toml";
+constexpr const char* stage_config = "stage.toml";
+constexpr const char* fast_config = "stage.fast.toml";
+
+void copy_into(const std::filesystem::path& file, const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::copy_file(file, folder / file.filename(), error);
+  if (error) throw RunError(fmt::format("{}: cannot be copied: {}", file.string(), error.message()));
+}
+
+/// Messages name the folder that is to be, not the temporary one.
+template <class Body>
+void naming(const std::filesystem::path& folder, const std::filesystem::path& temporary, const Body& body) {
+  const std::string from = temporary.string(), to = folder.string();  // of now: it may get its name meanwhile
+  const auto renamed = [&](std::string what) {
+    for (auto at = what.find(from); at != std::string::npos; at = what.find(from, at + to.size()))
+      what.replace(at, from.size(), to);
+    return what;
+  };
+  try {
+    body();
+  } catch (const Error& error) {
+    throw Error(renamed(error.what()));
+  } catch (const RunError& error) {
+    throw RunError(renamed(error.what()));
+  }
+}
+
+/// Files of a folder that are not there yet. Without keep() they are removed again.
+class NewFiles {
+ public:
+  NewFiles(std::filesystem::path folder, std::vector<std::string> names)
+      : folder_(std::move(folder)), names_(std::move(names)) {
+    std::vector<std::string> there;
+    for (const std::string& name : names_)
+      if (std::filesystem::exists(folder_ / name)) there.push_back(name);
+    if (!there.empty())
+      throw Error(fmt::format(
+          "{}: {} {} there already, nothing is overwritten: move {} away to make it again", folder_.string(),
+          fmt::join(there, ", "), there.size() == 1 ? "is" : "are", there.size() == 1 ? "it" : "them"));
+  }
+  ~NewFiles() {
+    std::error_code ignored;
+    if (!kept_)
+      for (const std::string& name : names_) std::filesystem::remove_all(folder_ / name, ignored);
+  }
+  NewFiles(const NewFiles&) = delete;
+  NewFiles& operator=(const NewFiles&) = delete;
+  void keep() { kept_ = true; }
+
+ private:
+  std::filesystem::path folder_;
+  std::vector<std::string> names_;
+  bool kept_ = false;
+};
+
+void print_lines(const std::string& of, const std::vector<std::string>& lines) {
+  for (const std::string& line : lines) print(fmt::format("{}{}\n", of.empty() ? "" : of + ": ", line));
+  flush_output();  // each takes seconds
+}
+
+/// What `hystcan check` warns of.
+void print_findings(const config::Config& config) {
+  for (const config::AxisConfig& axis : config.axes) {
+    for (const std::string& finding : config::findings_of_loop(axis, config.controller.rate_Hz))
+      if (finding.starts_with("warning: ")) print(fmt::format("{}: {}\n", axis.wire.name, finding));
+    print_lines(axis.wire.name, config::losses(axis.wire));
+  }
+  for (const std::string& warning : config::setpoint_warnings(config))
+    print(fmt::format("warning: {}\n", warning));
+}
+
+/// The same stage with the faster loops, beside the cautious one.
+void rehearse_fast(const std::filesystem::path& file, const std::vector<TunedAxis>& tuned) {
+  const std::filesystem::path fast = file.parent_path() / fast_config;
+  write_file(fast, config::TomlEdit::of_file(file).text());
+  for (std::size_t i = 0; i < tuned.size(); ++i)
+    if (tuned[i].fast) write_file(fast, with_loop_keys(config::load(fast), i, *tuned[i].fast));
+  print_lines(fast_config, rehearsal_of(config::load(fast), tuned));
+}
+
+/// Dynamics and loop of every axis, then all of them together.
+void tune_and_rehearse(const std::filesystem::path& file, const std::vector<AxisRecords>& records) {
+  std::vector<TunedAxis> tuned;
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    tuned.push_back(tune_axis(file, i, records[i]));
+    print_lines(config::load(file).axes[i].wire.name, tuned.back().lines);
+  }
+  const config::Config config = config::load(file);
+  print_findings(config);
+  print_lines({}, rehearsal_of(config, tuned));
+  if (std::ranges::any_of(tuned, [](const TunedAxis& of) { return of.fast.has_value(); }))
+    rehearse_fast(file, tuned);
+}
+
+/// What was made is kept where only the rehearsal ends with a fault: `hystcan demo` shows it then.
+template <class Keep>
+void tuned_or_kept(const std::filesystem::path& file, const std::filesystem::path& folder,
+                   const std::vector<AxisRecords>& records, const Keep& keep) {
+  try {
+    tune_and_rehearse(file, records);
+  } catch (const RunError& error) {
+    if (stop_signalled != 0) throw;
+    keep();
+    throw RunError(fmt::format(
+        "{}. {} is kept with its models and reports, but is not complete: hystcan demo --config {}",
+        error.what(), folder.string(), shell_word(folder / stage_config)));
+  }
+}
+
+/// `made` is `folder`, or will be.
+void print_ready(const std::filesystem::path& made, const std::filesystem::path& folder) {
+  const std::string file = shell_word(folder / stage_config), fast = shell_word(folder / fast_config);
+  print(
+      fmt::format("\n{0}: complete. Next:\n"
+                  "  hystcan check {0}                  # the values in force, the bus, the margins\n"
+                  "  hystcan demo --config {0}          # five control structures, with a picture\n"
+                  "  hystcan twin {0} & hystcan controller {0}\n",
+                  file));
+  if (std::filesystem::exists(made / fast_config))
+    print(fmt::format("  hystcan demo --config {}     # the faster loop, once the cautious one has run\n",
+                      fast));
+}
+
+void print_excitations(const std::filesystem::path& folder, const config::Config& config) {
+  const std::string file = shell_word(folder / first_config);
+  print(fmt::format(
+      "{}: a straight line stands for the model. Next, with --rehearse to try them on the twin:\n", file));
+  for (const config::AxisConfig& axis : config.axes) {
+    const std::string& name = axis.wire.name;
+    const auto command = [&](const char* output, const std::string& more) {
+      print(fmt::format("  hystcan excite {} --axis {} --output {}{}\n", file, shell_word(name),
+                        shell_word(folder / (name + "." + output + ".csv")), more));
+    };
+    command("loops", "");
+    const double period_s = quasi_static_period_s(axis.control.delays.resonance_Hz);
+    command("slow", fmt::format(" --period {:g}", 4.0 * period_s));
+    command("unseen", fmt::format(" --period {:g} --levels 3", 2.0 * period_s));
+    command("step", " --signal step");
+  }
+  print(fmt::format("  hystcan init {} --continue\n", shell_word(folder)));
+}
+
+/// The models of an axis that has none yet.
+void write_first_models(const std::filesystem::path& folder, AxisFacts& axis) {
+  axis.model_file = axis.name + ".first.model.toml";
+  axis.plant_file = axis.name + ".first.plant.toml";
+  write_file(folder / axis.model_file,
+             "# A straight line through the travel, until there is a measured model.\n" +
+                 config::model_text(straight_line(axis), {}));
+  write_file(folder / axis.plant_file,
+             "# The twin's actuator: a loop as piezo stacks have it, until there is a measured one.\n" +
+                 config::model_text(usual_loop(axis), {}));
+}
+
+/// Measured model, plant and noise of an axis.
+void write_measured_models(const std::filesystem::path& folder, AxisFacts& axis, const AxisRecords& records) {
+  const IdentifiedAxis found = identify_axis(folder, axis.name, records);
+  axis.model_file = model_name(axis.name);
+  axis.plant_file = plant_name(axis.name);
+  axis.noise_um = std::max(found.noise_um, 1e-6 * axis.travel_um.span());
+  print_lines(axis.name, found.lines);
+}
+
+AxisRecords records_beside(const std::filesystem::path& folder, const config::AxisConfig& axis) {
+  const auto named = [&](const char* what) { return folder / (axis.wire.name + "." + what + ".csv"); };
+  const auto if_there = [](std::filesystem::path file) {
+    return std::filesystem::exists(file) ? std::optional(std::move(file)) : std::nullopt;
+  };
+  RecordFiles files{
+      .loops = {named("loops")}, .step = if_there(named("step")), .unseen = if_there(named("unseen"))};
+  if (!std::filesystem::exists(files.loops.front()))
+    throw Error(fmt::format("{}: is not there, expected the record of `hystcan excite {} --axis {}`",
+                            files.loops.front().string(), shell_word(folder / first_config),
+                            shell_word(axis.wire.name)));
+  if (auto slow = if_there(named("slow"))) files.loops.push_back(*slow);
+  DatasetInput input;
+  input.input_unit = axis.wire.drive_unit;
+  input.output_unit = "um";
+  return load_records(files, input);
+}
+
+/// Moves the levels of the first reference into what the model reaches, and says so.
+void fit_reference(config::TomlEdit& text, const config::AxisConfig& axis, std::size_t i,
+                   const model::HysteresisParameters& parameters) {
+  constexpr double share = 0.02;
+  const model::Interval reach = controller::model_reach_um(parameters, axis.control.gate);
+  const model::Interval safe{reach.lo + share * reach.span(), reach.hi - share * reach.span()};
+  const auto fits = [&](double um) { return reach.contains(um); };
+  const auto moved = [&](double um) {
+    return toml_number(fits(um) ? um : std::stod(fmt::format("{:.4g}", std::clamp(um, safe.lo, safe.hi))));
+  };
+  const auto say = [&](std::size_t j) {
+    print_lines(axis.wire.name,
+                {fmt::format("setpoint[{}] leaves what the model reaches, {:.4g} to {:.4g} um: moved into it",
+                             j, reach.lo, reach.hi)});
+  };
+  for (std::size_t j = 0; j < axis.control.setpoint.size(); ++j) {
+    const std::string path = fmt::format("axis[{}].control.setpoint[{}].", i, j);
+    const auto& shape = axis.control.setpoint[j].shape;
+    if (const auto* triangle = std::get_if<controller::Triangle>(&shape);
+        triangle != nullptr && !(fits(triangle->low_um) && fits(triangle->high_um))) {
+      text.set(path + "low_um", moved(triangle->low_um));
+      text.set(path + "high_um", moved(triangle->high_um));
+      say(j);
+    }
+    if (const auto* stairs = std::get_if<controller::Staircase>(&shape);
+        stairs != nullptr && !std::ranges::all_of(stairs->levels_um, fits)) {
+      std::string levels;
+      for (const double um : stairs->levels_um) levels += (levels.empty() ? "" : ", ") + moved(um);
+      text.set(path + "levels_um", "[" + levels + "]");
+      say(j);
+    }
+  }
+}
+
+/// A record over the whole range of the drive shows how far the stage goes. The limits of the straight line are too narrow or
+/// too wide where the sensor's zero is another one.
+void fit_limits(config::TomlEdit& text, const config::AxisConfig& axis, std::size_t i,
+                const AxisRecords& records) {
+  const controller::Gate::Config& gate = axis.control.gate;
+  const controller::Supervisor::Config& before = axis.control.supervision;
+  const model::Interval drive = records.drive();
+  if (drive.span() < 0.95 * (gate.drive_max - gate.drive_min)) {
+    print_lines(
+        axis.wire.name,
+        {fmt::format(
+            "the record covers {:.4g} to {:.4g} of {:g} to {:g} {}: the model, and the drive with it, keep to "
+            "that; position limits as in {}",
+            drive.lo, drive.hi, gate.drive_min, gate.drive_max, axis.wire.drive_unit, first_config)});
+    return;
+  }
+  const model::Interval travel = records.travel_um();
+  const model::Interval limits = position_limits_um(travel);
+  constexpr double far_off = 0.05;
+  if (std::max(std::abs(limits.lo - before.position_min_um), std::abs(limits.hi - before.position_max_um)) <
+      far_off * travel.span())
+    return;
+  const auto number = [](double um) { return toml_number(std::stod(fmt::format("{:.3g}", um))); };
+  text.set(fmt::format("axis[{}].control.position_min_um", i), number(limits.lo));
+  text.set(fmt::format("axis[{}].control.position_max_um", i), number(limits.hi));
+  print_lines(
+      axis.wire.name,
+      {fmt::format(
+          "limits: position {:.3g} to {:.3g} um, 15 % beyond the record's {:.4g} to {:.4g} um; they were "
+          "{:g} to {:g} um",
+          limits.lo, limits.hi, travel.lo, travel.hi, before.position_min_um, before.position_max_um)});
+}
+
+AxisFacts facts_of(const config::AxisConfig& axis) {
+  const controller::Gate::Config& gate = axis.control.gate;
+  AxisFacts facts;
+  facts.name = axis.wire.name;
+  facts.drive_unit = axis.wire.drive_unit;
+  facts.drive_min = gate.drive_min;
+  facts.drive_max = gate.drive_max;
+  return facts;
+}
+
+}  // namespace
+
+void make_stage(const std::filesystem::path& folder, const KnownStage& stage,
+                const std::vector<AxisRecords>& records) {
+  NewFolder made(folder);
+  naming(folder, made.path(), [&] {
+    StageFacts facts = stage.facts;
+    copy_into(stage.dbc_file, made.path());
+    for (std::size_t i = 0; i < facts.axes.size(); ++i) {
+      if (records.empty())
+        write_first_models(made.path(), facts.axes[i]);
+      else
+        write_measured_models(made.path(), facts.axes[i], records[i]);
+    }
+    const std::filesystem::path file = made.path() / (records.empty() ? first_config : stage_config);
+    write_file(file, config_text(facts));
+    if (records.empty()) {
+      print_excitations(folder, config::load(file));
+    } else {
+      tuned_or_kept(file, folder, records, [&] { made.commit(); });
+      print_ready(made.path(), folder);
+    }
+  });
+  made.commit();
+}
+
+void continue_stage(const std::filesystem::path& folder) {
+  const std::filesystem::path first = folder / first_config, file = folder / stage_config;
+  if (!std::filesystem::exists(first))
+    throw Error(fmt::format("{}: is not there, expected a folder of `hystcan init`", first.string()));
+  const config::Config config = config::load(first);
+  std::vector<AxisRecords> records;
+  std::vector<std::string> names{stage_config, fast_config};
+  for (const config::AxisConfig& axis : config.axes) {
+    records.push_back(records_beside(folder, axis));
+    refuse_contradictions(records.back(), facts_of(axis), {});
+    const std::string& name = axis.wire.name;
+    for (const std::string& made :
+         {model_name(name), plant_name(name), name + ".report", name + ".bode.svg", name + ".bode.gnuplot"})
+      names.push_back(made);
+  }
+  NewFiles made(folder, names);
+  config::TomlEdit text = config::TomlEdit::of_file(first);
+  for (std::size_t i = 0; i < config.axes.size(); ++i) {
+    const std::string& name = config.axes[i].wire.name;
+    const IdentifiedAxis found = identify_axis(folder, name, records[i]);
+    print_lines(name, found.lines);
+    text.set(fmt::format("axis[{}].control.model", i), config::toml_string(model_name(name)));
+    text.set(fmt::format("axis[{}].twin.model", i), config::toml_string(plant_name(name)));
+    fit_limits(text, config.axes[i], i, records[i]);
+    fit_reference(text, config.axes[i], i, found.parameters);
+  }
+  write_file(file, text.text());
+  tuned_or_kept(file, folder, records, [&] { made.keep(); });
+  made.keep();
+  print_ready(folder, folder);
+}
+
+void copy_preset(const std::string& preset, const std::filesystem::path& folder) {
+  const std::vector<std::string> known = shipped_configurations();
+  if (std::ranges::find(known, preset) == known.end())
+    throw Error(
+        fmt::format("--from {}: no such configuration, expected one of {}", preset, fmt::join(known, ", ")));
+  const std::filesystem::path shipped = shipped_file(preset + ".toml");
+  const config::Config config = config::load(shipped);
+  std::vector<std::filesystem::path> files{shipped, shipped.parent_path() / config.bus.dbc};
+  for (const config::AxisConfig& axis : config.axes)
+    for (const auto& model : {axis.control_model, axis.twin_model})
+      files.push_back(shipped.parent_path() / model);
+  std::ranges::sort(files);
+  files.erase(std::unique(files.begin(), files.end()), files.end());
+  NewFolder made(folder);
+  for (const auto& file : files) copy_into(file, made.path());
+  made.commit();
+  for (const auto& file : files) print(fmt::format("{}\n", (folder / file.filename()).string()));
+  print(fmt::format("next: hystcan demo --config {}\n", shell_word(folder / shipped.filename())));
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,364 @@
+#include "app/stage/stage_questions.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+#include "app/stage/identified_plant.h"
+#include "base/error.h"
+#include "base/standard_streams.h"
+#include "identification/dynamics/second_order_fit.h"
+
+namespace hystcan::app {
+namespace {
+
+using model::Interval;
+
+void require_names(const std::vector<std::string>& axes) {
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    const bool plain = !axes[i].empty() && std::ranges::all_of(axes[i], [](unsigned char c) {
+      return std::isalnum(c) != 0 || c == '_' || c == '-';
+    });
+    if (!plain)
+      throw Error(
+          fmt::format("--axis is '{}', expected letters, digits, _ and -: files are named for it", axes[i]));
+    if (std::find(axes.begin(), axes.begin() + static_cast<std::ptrdiff_t>(i), axes[i]) !=
+        axes.begin() + static_cast<std::ptrdiff_t>(i))
+      throw Error(fmt::format("--axis {} is there twice, expected two names", axes[i]));
+  }
+}
+
+/// The value of axis i; none if the option has none.
+template <class Value>
+std::optional<Value> of_axis(const char* option, const std::vector<Value>& values, std::size_t i,
+                             std::size_t axes) {
+  if (values.empty()) return std::nullopt;
+  if (values.size() != 1 && values.size() != axes)
+    throw Error(fmt::format("{} has {} values, expected one, or one for each of {} axes", option,
+                            values.size(), axes));
+  return values.size() == 1 ? values.front() : values[i];
+}
+
+/// Asks about an axis; what was answered for the first one holds for the others.
+class AxisQuestions {
+ public:
+  AxisQuestions(const StatedFacts& stated, const std::vector<AxisRecords>& records, Questions& questions)
+      : stated_(stated), records_(records), questions_(questions) {}
+
+  AxisFacts ask(std::size_t i) {
+    axis_ = i;
+    AxisFacts axis;
+    axis.name = stated_.axes[i];
+    axis.drive_unit = unit_;
+    drive(axis);
+    travel(axis);
+    mode(axis);
+    axis.sensor_delay_us = number(
+        {"--sensor-delay", "Sensor's delay", "us",
+         "from the position to its sample; a data sheet has it, 0 where you do not know"},
+        stated_.sensor_delay_us, {}, 0.0, sensor_delay_us_, [](double value) {
+          return value < 0.0 || value > 100'000.0 ? fmt::format("{:g}, expected 0 to 100000", value) : "";
+        });
+    if (const AxisRecords* measured = record())
+      refuse_contradictions(*measured, axis, of_axis("--stroke", stated_.stroke_um, i, stated_.axes.size()));
+    return axis;
+  }
+
+  void ask_unit() {
+    std::optional<std::string> usual = "V";
+    if (!records_.empty()) usual = records_.front().loops.front().input_unit;
+    const std::optional<std::string> known =
+        stated_.drive_unit || records_.empty() ? stated_.drive_unit : usual;
+    unit_ =
+        questions_.text({"--unit", "Unit of the drive", "", "V for a piezo stack, A for a coil"}, known,
+                        usual, [](const std::string& unit) {
+                          return unit == "V" || unit == "A" ? "" : fmt::format("'{}', expected V or A", unit);
+                        });
+  }
+
+ private:
+  const AxisRecords* record() const { return records_.empty() ? nullptr : &records_[axis_]; }
+
+  /// A number that may be measured, or usual. For the axes after the first one, its `answer` holds.
+  double number(const Question& question, const std::vector<double>& stated, std::optional<double> measured,
+                std::optional<double> usual, std::optional<double>& answer,
+                const Questions::Check<double>& check = {}) {
+    std::optional<double> known = of_axis(question.option.c_str(), stated, axis_, stated_.axes.size());
+    if (!known && axis_ > 0) known = measured ? measured : answer;
+    answer = questions_.number(question, known, measured ? measured : usual, check);
+    return *answer;
+  }
+
+  static constexpr double largest_drive = 1e6;
+  static constexpr double usual_damping_ratio = 0.02;
+  static std::string too_large(double value) {
+    return fmt::format("{:g}, expected at most {:g} in magnitude", value, largest_drive);
+  }
+
+  void drive(AxisFacts& axis) {
+    std::optional<double> least, most;
+    if (const AxisRecords* measured = record()) {
+      const Interval range = measured->drive();
+      const double grain = std::pow(10.0, std::floor(std::log10(range.span())) - 2.0);
+      least = grain * std::floor(range.lo / grain + 0.1);
+      most = grain * std::ceil(range.hi / grain - 0.1);
+    }
+    axis.drive_min =
+        number({"--drive-min", "Lowest drive", unit_, "no drive below it leaves the controller"},
+               stated_.drive_min, least, {}, drive_min_, [&](double value) {
+                 if (std::abs(value) > largest_drive) return too_large(value);
+                 return least && value > *least
+                            ? fmt::format("{:g}, but the record goes down to {:g} {}", value, *least, unit_)
+                            : std::string();
+               });
+    axis.drive_max = number(
+        {"--drive-max", "Highest drive", unit_, "no drive above it leaves the controller"}, stated_.drive_max,
+        most, {}, drive_max_, [&](double value) {
+          if (std::abs(value) > largest_drive) return too_large(value);
+          if (most && value < *most)
+            return fmt::format("{:g}, but the record goes up to {:g} {}", value, *most, unit_);
+          return value <= axis.drive_min
+                     ? fmt::format("{:g}, expected more than the lowest drive, {:g}", value, axis.drive_min)
+                     : std::string();
+        });
+    const double nearest_zero = std::min(std::max(0.0, axis.drive_min), axis.drive_max);
+    axis.safe_drive = number({"--safe", "Safe drive", unit_, "every run ends there, also after a fault"},
+                             stated_.safe_drive, {}, nearest_zero, safe_drive_, [&](double value) {
+                               return value < axis.drive_min || value > axis.drive_max
+                                          ? fmt::format("{:g}, expected {:g} to {:g}", value, axis.drive_min,
+                                                        axis.drive_max)
+                                          : "";
+                             });
+  }
+
+  void travel(AxisFacts& axis) {
+    if (const AxisRecords* measured = record()) {
+      axis.travel_um = measured->travel_um();
+      return;
+    }
+    const double stroke = number({"--stroke", "Stroke", "um", "the way between lowest and highest drive"},
+                                 stated_.stroke_um, {}, {}, stroke_um_, more_than_zero_);
+    const double below = stroke * (axis.safe_drive - axis.drive_min) / (axis.drive_max - axis.drive_min);
+    const double at_safe = number(
+        {"--sensor-at-safe", "Sensor at the safe drive", "um",
+         "what it reads there; the limits follow from it"},
+        stated_.sensor_at_safe_um, {}, 0.0, sensor_at_safe_um_, [](double value) {
+          return std::abs(value) > 1e6 ? fmt::format("{:g}, expected at most 1e6 in magnitude", value) : "";
+        });
+    axis.travel_um = {at_safe - below, at_safe + stroke - below};
+    axis.noise_um = 1e-5 * stroke;
+  }
+
+  void mode(AxisFacts& axis) {
+    std::optional<double> resonance_Hz, damping_ratio;
+    const auto stated = of_axis("--resonance", stated_.resonance_Hz, axis_, stated_.axes.size());
+    if (const AxisRecords* measured = record(); measured != nullptr && measured->step) {
+      try {
+        const auto fit = identification::fit_second_order(*measured->step);
+        if (!stated || is_as_stated(fit, *stated)) {
+          resonance_Hz = fit.natural_frequency_Hz.value;
+          damping_ratio = fit.damping_ratio.value;
+        }
+      } catch (const identification::ModeNotShown& error) {
+        if (!stated) note("{}: {}; so --resonance is needed\n", measured->files.step->string(), error.what());
+      } catch (const std::invalid_argument& error) {
+        throw Error(fmt::format("{}: {}", measured->files.step->string(), error.what()));
+      }
+    }
+    axis.resonance_Hz = known_or_asked({"--resonance", "First resonance", "Hz",
+                                        "feedback, ramps and reference keep below it; a data sheet has it"},
+                                       resonance_Hz, stated_.resonance_Hz, {}, resonance_Hz_);
+    axis.damping_ratio =
+        known_or_asked({"--damping", "Damping ratio", "", "of that resonance; flexures have 0.01 to 0.05"},
+                       damping_ratio, stated_.damping_ratio, usual_damping_ratio, damping_ratio_);
+    axis.mode_is_measured = resonance_Hz.has_value();
+    axis.damping_is_assumed =
+        !damping_ratio && stated_.damping_ratio.empty() && axis.damping_ratio == usual_damping_ratio;
+  }
+
+  /// What a step shows is not asked for.
+  double known_or_asked(const Question& question, std::optional<double> shown,
+                        const std::vector<double>& stated, std::optional<double> usual,
+                        std::optional<double>& answer) {
+    return shown ? *shown : number(question, stated, {}, usual, answer, more_than_zero_);
+  }
+
+  const Questions::Check<double> more_than_zero_ = [](double value) {
+    return value <= 0.0 ? fmt::format("{:g}, expected more than 0", value) : "";
+  };
+  const StatedFacts& stated_;
+  const std::vector<AxisRecords>& records_;
+  Questions& questions_;
+  std::size_t axis_ = 0;
+  std::string unit_;
+  std::optional<double> drive_min_, drive_max_, safe_drive_, stroke_um_, sensor_at_safe_um_, resonance_Hz_,
+      damping_ratio_, sensor_delay_us_;
+};
+
+std::vector<int> parsed_nodes(const std::string& text) {
+  std::vector<int> nodes;
+  const char* at = text.data();
+  const char* const end = text.data() + text.size();
+  while (at != end) {
+    int node = 0;
+    const auto [behind, error] = std::from_chars(at, end, node);
+    if (error != std::errc()) return {};
+    nodes.push_back(node);
+    at = behind;
+    while (at != end && (*at == ',' || *at == ' ')) ++at;
+  }
+  return nodes;
+}
+
+std::string wrong_with(const std::vector<int>& nodes, std::size_t axes) {
+  const bool sound = nodes.size() == 2 * axes &&
+                     std::ranges::all_of(nodes, [](int node) { return node >= 1 && node <= 127; });
+  if (!sound)
+    return fmt::format("expected {} node ids from 1 to 127, amplifier and sensor of each axis", 2 * axes);
+  std::vector<int> sorted = nodes;
+  std::ranges::sort(sorted);
+  return std::ranges::adjacent_find(sorted) == sorted.end() ? "" : "expected ids that differ";
+}
+
+void number_nodes(KnownStage& stage, const StatedFacts& stated, Questions& questions) {
+  std::vector<int> known = stated.nodes, usual;
+  std::string usual_text;
+  bool from_dbc = true;
+  for (std::size_t i = 0; i < stage.roles.size(); ++i) {
+    const AxisRoles& roles = stage.roles[i];
+    from_dbc = from_dbc && roles.amplifier_node && roles.sensor_node;
+    usual.push_back(roles.amplifier_node.value_or(static_cast<int>(2 * i + 1)));
+    usual.push_back(roles.sensor_node.value_or(static_cast<int>(2 * i + 2)));
+  }
+  for (const int node : usual) usual_text += fmt::format("{}{}", usual_text.empty() ? "" : ",", node);
+  if (known.empty() && from_dbc) known = usual;
+  std::optional<std::string> known_text;
+  for (const int node : known)
+    known_text = known_text ? *known_text + fmt::format(",{}", node) : fmt::format("{}", node);
+  const std::string answer = questions.text(
+      {"--nodes", "Node ids", "", "of amplifier and sensor, axis by axis (CANopen heartbeats and SYNC)"},
+      known_text, usual_text,
+      [&](const std::string& text) { return wrong_with(parsed_nodes(text), stage.roles.size()); });
+  const std::vector<int> nodes = parsed_nodes(answer);
+  for (std::size_t i = 0; i < stage.facts.axes.size() && 2 * i + 1 < nodes.size(); ++i) {
+    stage.facts.axes[i].amplifier_node = static_cast<std::uint8_t>(nodes[2 * i]);
+    stage.facts.axes[i].sensor_node = static_cast<std::uint8_t>(nodes[2 * i + 1]);
+  }
+}
+
+can::Database read_dbc(const std::filesystem::path& file) {
+  try {
+    return can::load_dbc(file);
+  } catch (const can::DbcError& error) {
+    throw Error(error.what());
+  }
+}
+
+void ask_about_the_bus(KnownStage& stage, const StatedFacts& stated, const std::filesystem::path& shipped_dbc,
+                       Questions& questions) {
+  stage.facts.rate_Hz = questions.number(
+      {"--cycle-rate", "Cycle rate", "Hz",
+       "samples and commands per second; the bus must carry four frames each"},
+      stated.rate_Hz, 1000.0, [](double value) {
+        return value >= 1.0 && value <= 10'000.0 ? "" : fmt::format("{:g}, expected 1 to 10000", value);
+      });
+  stage.facts.interface = questions.text(
+      {"--interface", "CAN interface", "", "vcan0 to rehearse with the twin; it can be changed at any time"},
+      stated.interface, "vcan0", [](const std::string& name) {
+        return name.size() <= 15 && name.find_first_of("/ ") == std::string::npos
+                   ? ""
+                   : fmt::format("'{}', expected a name of at most 15 letters", name);
+      });
+  const std::string own = shipped_dbc.filename().string();
+  const std::string dbc =
+      questions.text({"--dbc", "DBC of the frames", "", "a lab's own; " + own + " has the standard ones"},
+                     stated.dbc, own, [&](const std::string& file) -> std::string {
+                       if (file == own && !std::filesystem::exists(file)) return {};
+                       try {
+                         read_dbc(file);
+                         return {};
+                       } catch (const Error& error) {
+                         return error.what();
+                       }
+                     });
+  stage.dbc_file = dbc == own && !std::filesystem::exists(dbc) ? shipped_dbc : std::filesystem::path(dbc);
+  stage.facts.dbc = stage.dbc_file.filename().string();
+}
+
+/// A command without it never switches the amplifier off. A DBC with another name for it must not lead to that unnoticed.
+void ask_for_enable(AxisRoles& roles, const std::string& axis, const std::optional<std::string>& stated,
+                    Questions& questions) {
+  if (!roles.frames) {
+    if (stated)
+      throw Error(
+          fmt::format("--enable: axis {} has the standard frames, which have their own enable", axis));
+    return;
+  }
+  if (!stated && !asks_for_enable(roles)) return;
+  const std::string choice = fmt::format("{}{}{}", fmt::join(roles.enable_candidates, ", "),
+                                         roles.enable_candidates.empty() ? "" : ", ", no_enable);
+  const std::string& message = roles.frames->command.message;
+  const std::string answer = questions.text(
+      {"--enable", "Enable of axis " + axis, "",
+       fmt::format("the signal of {} that switches the amplifier on: {}", message, choice)},
+      stated, {}, [&](const std::string& signal) {
+        const bool is_known = signal == no_enable || std::ranges::count(roles.enable_candidates, signal) != 0;
+        return is_known ? ""
+                        : fmt::format("'{}', expected a signal of {} for axis {}: {}", signal, message, axis,
+                                      choice);
+      });
+  if (answer.empty())
+    throw Error(fmt::format(
+        "--enable missing: no name says which signal of {} switches the amplifier of axis {} on, expected one of: {}",
+        message, axis, choice));
+  state_enable(roles, answer);
+}
+
+std::vector<AxisRange> ranges_of(const StageFacts& facts) {
+  std::vector<AxisRange> ranges;
+  for (const AxisFacts& axis : facts.axes)
+    ranges.push_back({axis.name, {axis.drive_min, axis.drive_max}, axis.travel_um});
+  return ranges;
+}
+
+KnownStage asked_from_the_first(const StatedFacts& stated, const std::vector<AxisRecords>& records,
+                                const ShippedDbc& shipped_dbc, Questions& questions) {
+  questions.begin();
+  KnownStage stage;
+  AxisQuestions axes(stated, records, questions);
+  axes.ask_unit();
+  for (std::size_t i = 0; i < stated.axes.size(); ++i) stage.facts.axes.push_back(axes.ask(i));
+  ask_about_the_bus(stage, stated, shipped_dbc(stage.facts.axes.front().drive_unit), questions);
+  questions.require_all();
+  const std::string& unit = stage.facts.axes.front().drive_unit;
+  stage.roles =
+      propose_roles(read_dbc(stage.dbc_file), ranges_of(stage.facts), unit, stage.dbc_file.string());
+  for (std::size_t i = 0; i < stage.roles.size(); ++i) {
+    ask_for_enable(stage.roles[i], stated.axes[i], of_axis("--enable", stated.enable, i, stated.axes.size()),
+                   questions);
+    stage.facts.axes[i].message_prefix = stage.roles[i].message_prefix;
+    stage.facts.axes[i].frames = stage.roles[i].frames;
+  }
+  number_nodes(stage, stated, questions);
+  return stage;
+}
+
+}  // namespace
+
+KnownStage ask_about(const StatedFacts& stated, const std::vector<AxisRecords>& records,
+                     const ShippedDbc& shipped_dbc, Questions& questions) {
+  require_names(stated.axes);
+  for (;;) try {
+      return asked_from_the_first(stated, records, shipped_dbc, questions);
+    } catch (const Questions::StepBack&) {
+    }
+}
+
+}  // namespace hystcan::app

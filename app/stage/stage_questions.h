@@ -1,0 +1,42 @@
+// What has to be known of a stage before it moves: from options, from records, from the DBC, and the rest by questions.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/stage/frame_roles.h"
+#include "app/stage/questions.h"
+#include "app/stage/stage_facts.h"
+#include "app/stage/stage_records.h"
+#include "can/dbc/database.h"
+
+namespace hystcan::app {
+
+/// What the options say. Lists have one value for all axes, one for each, or none.
+struct StatedFacts {
+  std::vector<std::string> axes;
+  std::optional<std::string> drive_unit, interface, dbc;
+  std::vector<std::string> enable;  ///< signals of the lab's commands, or `none`
+  std::vector<double> drive_min, drive_max, safe_drive, stroke_um, sensor_at_safe_um, resonance_Hz,
+      damping_ratio, sensor_delay_us;
+  std::vector<int> nodes;  ///< amplifier and sensor of the first axis, of the second one ...
+  std::optional<double> rate_Hz;
+};
+
+struct KnownStage {
+  StageFacts facts;
+  std::filesystem::path dbc_file;
+  std::vector<AxisRoles> roles;
+};
+
+using ShippedDbc = std::function<std::filesystem::path(const std::string& drive_unit)>;
+
+/// `records`: one for each axis, or none. `shipped_dbc` gives the one for a drive unit, which is used where no other is named. Throws Error
+/// where an answer is missing, or where a record contradicts one.
+KnownStage ask_about(const StatedFacts& stated, const std::vector<AxisRecords>& records,
+                     const ShippedDbc& shipped_dbc, Questions& questions);
+
+}  // namespace hystcan::app

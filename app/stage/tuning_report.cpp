@@ -1,0 +1,329 @@
+#include "app/stage/tuning_report.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "app/live/report.h"
+#include "app/stage/dynamics_text.h"
+#include "base/text.h"
+
+namespace hystcan::app {
+namespace {
+
+using app::to_json;
+using controller::AxisOutcome;
+using controller::Margins;
+
+bool outcome_has_run(const AxisOutcome& outcome) {
+  return outcome.fault.cause == controller::Cause::none && outcome.statistics.total().samples > 0;
+}
+
+double rms_percent_of(const AxisOutcome& outcome) {
+  return 100.0 * outcome.statistics.total().rms_um() / outcome.stroke_um;
+}
+
+/// Of the first one that was rehearsed: 0 if none is stable.
+double stroke_um(const TuningReport& report) {
+  for (const Candidate& of : report.candidates)
+    if (of.predicted) return of.predicted->stroke_um;
+  return 0.0;
+}
+
+std::string margin_cells(const Margins& m) {
+  return fmt::format(" {:>11.1f} {:>9.1f} {:>7.2f} {:>11.2f} {:>14.4g}", m.phase_margin_deg,
+                     decibel(m.gain_margin), m.peak_beyond_180, m.peak_sensitivity, m.bandwidth_Hz);
+}
+
+const char* preview_of(const controller::Delays& delays) {
+  if (delays.plant_inverse) return "inverse";
+  return delays.second_order ? "2nd" : "mean";
+}
+
+std::string filter_cells(const Candidate& of) {
+  const std::string low_pass = of.setting.measurement_filter_Hz > 0.0
+                                   ? fmt::format("{:.4g}", of.setting.measurement_filter_Hz)
+                                   : std::string("-");
+  const std::string notch = of.setting.notch ? describe(*of.setting.notch) : std::string("-");
+  return fmt::format(" {:>13} {:>21} {:>7}", low_pass, notch, preview_of(of.delays));
+}
+
+std::optional<double> true_rms_percent(const Candidate& of) {
+  if (!of.predicted || !of.true_rms_um) return std::nullopt;
+  return 100.0 * *of.true_rms_um / of.predicted->stroke_um;
+}
+
+std::string error_cell(const Candidate& of) {
+  const auto percent = true_rms_percent(of);
+  if (of.has_run())
+    return fmt::format(" {:>11.3f} {:>8}\n", of.rms_percent(),
+                       percent ? fmt::format("{:.3f}", *percent) : std::string("-"));
+  return of.predicted ? "              faulted\n" : "           NOT STABLE\n";
+}
+
+std::string candidate_rows(const Candidate& of, bool is_proposed) {
+  const std::string first = fmt::format("{:<2}{:<12} {:>7.4g} {:>9.4g}", is_proposed ? ">" : "", of.name,
+                                        of.setting.pi.kp, of.setting.pi.ki_per_s) +
+                            filter_cells(of);
+  if (!of.loop) return first + fmt::format(" {:>56}", "ki is zero: no loop to judge") + error_cell(of);
+  return first + margin_cells(of.loop->margins) + error_cell(of) +
+         fmt::format("{:<2}{:<73}", "", "  at the worst") + margin_cells(of.loop->worst) +
+         (of.loop->worst.stable ? "\n" : "  NOT STABLE\n");
+}
+
+std::string candidate_table(const TuningReport& report) {
+  std::string text =
+      fmt::format("{:<14} {:>7} {:>9} {:>13} {:>21} {:>7} {:>11} {:>9} {:>7} {:>11} {:>14} {:>11} {:>8}\n",
+                  "candidate", "kp", "ki [1/s]", "low pass [Hz]", "notch [Hz]", "preview", "phase [deg]",
+                  "gain [dB]", "|L| 180", "sensitivity", "bandwidth [Hz]", "RMS [%]", "true [%]");
+  for (std::size_t i = 0; i < report.candidates.size(); ++i)
+    text += candidate_rows(report.candidates[i], i == report.best);
+  return text +
+         fmt::format(
+             "phase, gain: margins; |L| 180: largest |L| at a phase of -180 deg or beyond; bandwidth: of the "
+             "feedback alone;\nnotch: frequency, depth, width; at the worst: of the corners of the intervals, "
+             "with {:g} % more of resonance;\nRMS: predicted error of the configured reference at the samples, true: between them too, % of {:g} um\n",
+             report.rule.resonance_percent, stroke_um(report));
+}
+
+/// How much the true error depends on what nobody has stated.
+std::string shares_line(const TuningReport& report) {
+  if (!report.shares) return {};
+  const auto percent = [&](std::optional<double> um) {
+    return um ? fmt::format("{:.3f} %", 100.0 * *um / stroke_um(report)) : std::string("a fault");
+  };
+  const auto counted = true_rms_percent(report.proposed());
+  return line(
+      "its true error",
+      fmt::format(
+          "{} as the delay is counted here, {} if none of it is the sensor's, {} if all is: its data sheet "
+          "tells (sensor_delay_us)",
+          counted ? fmt::format("{:.3f} %", *counted) : std::string("not known"),
+          percent(report.shares->none_um), percent(report.shares->all_um)));
+}
+
+/// Beside a proposal with less margin.
+std::string cautious_line(const TuningReport& report) {
+  const Candidate& cautious = report.candidates.back();
+  if (report.only_cautious || !cautious.has_run() || &cautious == &report.proposed()) return {};
+  return line(
+      "cautious",
+      fmt::format("{:.3f} %, margins of {:g} degrees and {:.2g} dB: the first one on a bench; --cautious "
+                  "proposes it",
+                  cautious.rms_percent(), report.cautious_rule.phase_margin_deg,
+                  decibel(report.cautious_rule.gain_margin)));
+}
+
+std::string choice(const TuningReport& report) {
+  const Candidate &present = report.present(), &best = report.proposed();
+  if (report.best == 0)
+    return line("proposed", "the present setting, unchanged: no candidate is predicted to track better");
+  return line("proposed", fmt::format("{}: the smallest predicted error, {:.3f} %; present {}", best.name,
+                                      best.rms_percent(),
+                                      present.has_run() ? fmt::format("{:.3f} %", present.rms_percent())
+                                                        : std::string("not stable, or faulted")));
+}
+
+std::string prediction_row(const char* name, const Candidate& of) {
+  std::string text = fmt::format("{:<14}", name);
+  if (of.by_structure.empty()) text += "  not rehearsed";
+  for (const AxisOutcome& outcome : of.by_structure)
+    text += outcome_has_run(outcome) ? fmt::format(" {:>11.3f}", rms_percent_of(outcome))
+                                     : fmt::format(" {:>11}", "faulted");
+  return text + '\n';
+}
+
+std::string assumptions(const TuningReport& report) {
+  return fmt::format(
+      "the hysteresis, the noise and the ranges of {} ([axis.twin]), not measured here; resonance, damping "
+      "and delay as found here; and the configured reference of axis {} alone",
+      report.actuator, report.axis);
+}
+
+std::string prediction_table(const TuningReport& report) {
+  std::string text =
+      fmt::format("predicted RMS error of each structure, % of {:g} um\n{:<14}", stroke_um(report), "");
+  for (const controller::Structure structure : controller::all_structures)
+    text += fmt::format(" {:>11}", to_string(structure));
+  return text + '\n' + prediction_row("present", report.present()) +
+         prediction_row("proposed", report.proposed()) + "it rests on " + assumptions(report) + '\n';
+}
+
+std::string rules(const TuningReport& report) {
+  return (report.only_cautious ? std::string() : describe(report.rule)) + describe(report.cautious_rule);
+}
+
+std::string was(double value) { return fmt::format("# was {}", toml_number(value)); }
+
+std::string key(const char* name, double value, const std::string& comment) {
+  return fmt::format("{:<22} = {:<10} {}\n", name, toml_number(value), comment);
+}
+
+std::string notch_keys(const Candidate& before, const Candidate& after) {
+  if (after.setting.notch) {
+    const controller::Notch::Config& notch = *after.setting.notch;
+    return "\n[axis.control.notch]" +
+           (before.setting.notch ? "         # was " + describe(*before.setting.notch) : std::string()) +
+           '\n' +
+           fmt::format("frequency_Hz = {}\ndepth        = {}\nwidth        = {}\n",
+                       toml_number(notch.frequency_Hz), toml_number(notch.depth), toml_number(notch.width));
+  }
+  return before.setting.notch ? "# remove [axis.control.notch]: " + describe(*before.setting.notch) + '\n'
+                              : "";
+}
+
+nlohmann::json or_null(std::optional<double> value) {
+  return value ? nlohmann::json(*value) : nlohmann::json();
+}
+
+nlohmann::json to_json(const Candidate& of) {
+  nlohmann::json json{{"name", of.name},
+                      {"kp", of.setting.pi.kp},
+                      {"ki_per_s", of.setting.pi.ki_per_s},
+                      {"measurement_filter_Hz", of.setting.measurement_filter_Hz},
+                      {"notch", to_json(of.setting.notch)},
+                      {"margins", nullptr},
+                      {"worst_margins", nullptr},
+                      {"delays",
+                       {{"command_delay_us", microseconds(of.delays.command_delay)},
+                        {"amplifier_bandwidth_Hz", of.delays.amplifier_bandwidth_Hz},
+                        {"sensor_delay_us", microseconds(of.delays.sensor_delay)},
+                        {"resonance_Hz", of.delays.resonance_Hz},
+                        {"damping_ratio", of.delays.damping_ratio},
+                        {"second_order", of.delays.second_order},
+                        {"plant_inverse", of.delays.plant_inverse}}},
+                      {"predicted_rms_percent", nullptr},
+                      {"predicted_true_rms_percent", nullptr}};
+  if (of.has_run()) {
+    json["predicted_rms_percent"] = of.rms_percent();
+    if (const auto percent = true_rms_percent(of)) json["predicted_true_rms_percent"] = *percent;
+  }
+  if (of.loop) {
+    json["margins"] = to_json(of.loop->margins);
+    json["worst_margins"] = to_json(of.loop->worst);
+  }
+  return json;
+}
+
+/// With the prediction of each structure.
+nlohmann::json to_whole_json(const Candidate& of) {
+  nlohmann::json json = to_json(of);
+  json["predicted"] = nlohmann::json::object();
+  for (std::size_t i = 0; i < of.by_structure.size(); ++i)
+    json["predicted"][std::string(to_string(controller::all_structures[i]))] = to_json(of.by_structure[i]);
+  return json;
+}
+
+}  // namespace
+
+bool Candidate::has_run() const { return predicted && outcome_has_run(*predicted); }
+double Candidate::rms_percent() const { return rms_percent_of(*predicted); }
+
+std::size_t best_of(const std::vector<Candidate>& candidates, double peak_sensitivity) {
+  constexpr double rounding = 1.001;
+  const Candidate& present = candidates.front();
+  const auto is_worse_between_samples = [&](const Candidate& of) {
+    return present.has_run() && of.true_rms_um && present.true_rms_um &&
+           *of.true_rms_um > *present.true_rms_um;
+  };
+  std::size_t best = 0;
+  // Another setting must be worth the change; where none is, the present one stays.
+  constexpr double least_gain = 0.02;
+  double least = present.has_run() ? (1.0 - least_gain) * present.rms_percent()
+                                   : std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < candidates.size(); ++i)
+    if (candidates[i].has_run() && !is_worse_between_samples(candidates[i]) &&
+        (!candidates[i].loop || candidates[i].loop->worst.peak_sensitivity <= rounding * peak_sensitivity) &&
+        candidates[i].rms_percent() < least) {
+      least = candidates[i].rms_percent();
+      best = i;
+    }
+  return best;
+}
+
+std::string describe(const TuningReport& report) {
+  const controller::Excitation::Steps& s = report.steps;
+  const controller::Delays& now = report.present().delays;
+  return line("experiment",
+              fmt::format("axis {} of {}, {}: {} of {:g} {} about {:g} {}, {:g} s each, "
+                          "{} at {:g} Hz{}",
+                          report.axis, report.config,
+                          report.rehearsed ? "rehearsed with its twin" : "on the bus",
+                          counted(s.cycles, "step"), 2.0 * s.amplitude, report.drive_unit, s.centre,
+                          report.drive_unit, s.period_s, counted(report.plant.rows, "row"), report.rate_Hz,
+                          left_out_text(report.plant))) +
+         describe(report.plant, now, report.drive_unit, "um") +
+         line("configured", fmt::format("{:g} Hz, damping {:g}, amplifier {:g} Hz, command delay {:g} ms",
+                                        now.resonance_Hz, now.damping_ratio, now.amplifier_bandwidth_Hz,
+                                        1e-3 * microseconds(now.command_delay))) +
+         rules(report) + '\n' + candidate_table(report) + choice(report) + shares_line(report) +
+         cautious_line(report) + '\n' + prediction_table(report);
+}
+
+std::string fragment(const TuningReport& report) {
+  const Candidate &before = report.present(), &after = report.proposed();
+  std::string text =
+      fmt::format(
+          "# Proposed for axis {} of {}; nothing has been applied. These keys replace those of its "
+          "[axis.control].\n#\n",
+          report.axis, report.config) +
+      as_comment(describe(report)) + "\n[axis.control]\n" +
+      key("kp", after.setting.pi.kp, was(before.setting.pi.kp) + " um per um") +
+      key("ki_per_s", after.setting.pi.ki_per_s, was(before.setting.pi.ki_per_s));
+  if (after.setting.measurement_filter_Hz > 0.0 || before.setting.measurement_filter_Hz > 0.0)
+    text += key("measurement_filter_Hz", after.setting.measurement_filter_Hz,
+                was(before.setting.measurement_filter_Hz));
+  text += "\n[axis.control.delays]\n" + key("command_delay_us", microseconds(after.delays.command_delay),
+                                            was(microseconds(before.delays.command_delay)) +
+                                                "; one cycle; the measured delay counts from its end");
+  if (after.delays.amplifier_bandwidth_Hz != before.delays.amplifier_bandwidth_Hz)
+    text += key("amplifier_bandwidth_Hz", after.delays.amplifier_bandwidth_Hz,
+                was(before.delays.amplifier_bandwidth_Hz) +
+                    fmt::format("; {:.4g} ms of lag", 1e3 * report.plant.delays.lag_s()));
+  else
+    text += "# amplifier_bandwidth_Hz: unchanged\n";
+  if (after.delays.sensor_delay != before.delays.sensor_delay)
+    text += key("sensor_delay_us", microseconds(after.delays.sensor_delay),
+                was(microseconds(before.delays.sensor_delay)) + "; a pure delay beside the lag");
+  text += key("resonance_Hz", after.delays.resonance_Hz, was(before.delays.resonance_Hz)) +
+          key("damping_ratio", after.delays.damping_ratio, was(before.delays.damping_ratio));
+  const auto truth = [&](const char* name, bool controller::Delays::*of) {
+    if (after.delays.*of == before.delays.*of) return;
+    text += fmt::format("{:<22} = {:<10} # was {}\n", name, after.delays.*of, before.delays.*of);
+  };
+  truth("second_order", &controller::Delays::second_order);
+  truth("plant_inverse", &controller::Delays::plant_inverse);
+  return text + notch_keys(before, after);
+}
+
+nlohmann::json to_json(const TuningReport& report) {
+  nlohmann::json json = to_json(report.plant);
+  json["config"] = report.config;
+  json["axis"] = report.axis;
+  json["rehearsed"] = report.rehearsed;
+  json["rate_Hz"] = report.rate_Hz;
+  json["drive_unit"] = report.drive_unit;
+  json["steps"] = {{"centre", report.steps.centre},
+                   {"amplitude", report.steps.amplitude},
+                   {"period_s", report.steps.period_s},
+                   {"cycles", report.steps.cycles}};
+  json["rule"] = {{"phase_margin_deg", report.cautious_rule.phase_margin_deg},
+                  {"gain_margin_dB", decibel(report.cautious_rule.gain_margin)},
+                  {"resonance_percent", report.rule.resonance_percent}};
+  if (!report.only_cautious) json["rule"]["peak_sensitivity"] = report.rule.peak_sensitivity;
+  json["candidates"] = nlohmann::json::array();
+  for (const Candidate& candidate : report.candidates) json["candidates"].push_back(to_json(candidate));
+  json["present"] = to_whole_json(report.present());
+  json["proposed"] = to_whole_json(report.proposed());
+  json["true_rms_um_by_delay_share"] = nullptr;
+  if (report.shares)
+    json["true_rms_um_by_delay_share"] = {{"delay_us", 1e6 * report.shares->delay_s},
+                                          {"none_is_the_sensors", or_null(report.shares->none_um)},
+                                          {"all_is_the_sensors", or_null(report.shares->all_um)}};
+  json["prediction_rests_on"] = assumptions(report);
+  return json;
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,71 @@
+// The result of `hystcan tune` as text, as a fragment of a configuration and as JSON.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/stage/identified_plant.h"
+#include "controller/analysis/loop_design.h"
+#include "controller/control/law.h"
+#include "controller/control/statistics.h"
+#include "controller/reference/excitation.h"
+
+namespace hystcan::app {
+
+/// One way to set the loop of an axis, and its predicted effect.
+struct Candidate {
+  std::string name;  ///< "present", "plain", "low pass", "notch", "cautious"
+  controller::LoopSetting setting;
+  controller::Delays delays;
+  std::optional<controller::JudgedLoop> loop{};  ///< empty if ki is zero: there is no loop to judge
+  /// Of the configured reference, with the configured structure and limits, without learning; empty: not rehearsed, as
+  /// it is not stable.
+  std::optional<controller::AxisOutcome> predicted{};
+  std::optional<double> true_rms_um{};  ///< of the same run, between the samples too; empty: not known
+  /// The same without following-error limit, by all_structures; of the present and the proposed ones only.
+  std::vector<controller::AxisOutcome> by_structure{};
+
+  bool has_run() const;
+  double rms_percent() const;  ///< of the stroke
+};
+
+/// Index of the one with the smallest predicted error at the samples, of those that are at most this sensitive at all
+/// corners. The first one, the present one, is chosen unless another one is better there by 2 % and, where that is known,
+/// not worse between the samples.
+std::size_t best_of(const std::vector<Candidate>& candidates, double peak_sensitivity);
+
+/// True errors of a loop where a measured delay is all the sensor's, or none of it is. Empty: a fault.
+struct DelayShares {
+  double delay_s = 0.0;
+  std::optional<double> all_um, none_um;
+};
+
+struct TuningReport {
+  std::string config;  ///< the file's name, without its folder
+  std::string axis;
+  std::string drive_unit;
+  std::string actuator;  ///< the model file of the twin
+  bool rehearsed = false;
+  controller::Excitation::Steps steps;
+  double rate_Hz = 0.0;
+  IdentifiedPlant plant;
+  controller::SensitivityRule rule;
+  controller::CautiousRule cautious_rule;
+  bool only_cautious = false;
+  std::vector<Candidate> candidates;  ///< the present one is the first
+  std::size_t best = 0;
+  /// Of the proposed loop; empty where the configuration states the sensor's delay.
+  std::optional<DelayShares> shares;
+
+  const Candidate& present() const { return candidates.front(); }
+  const Candidate& proposed() const { return candidates[best]; }
+};
+
+std::string describe(const TuningReport& report);
+/// The keys of [axis.control] to replace, each with its present value in a comment.
+std::string fragment(const TuningReport& report);
+nlohmann::json to_json(const TuningReport& report);
+
+}  // namespace hystcan::app

@@ -1,0 +1,87 @@
+#include "base/append_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <utility>
+
+namespace hystcan {
+namespace {
+
+constexpr std::size_t enough_bytes = 1 << 16;
+
+std::error_code last_error() { return {errno, std::generic_category()}; }
+
+/// `done`: the number of bytes that were written, also after an error.
+std::error_code write_all(int descriptor, std::string_view text, std::size_t& done) {
+  for (done = 0; done < text.size();) {
+    const ssize_t count = ::write(descriptor, text.data() + done, text.size() - done);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return last_error();
+    done += static_cast<std::size_t>(count);
+  }
+  return {};
+}
+
+}  // namespace
+
+AppendFile::AppendFile(std::filesystem::path path, Existing existing) : path_(std::move(path)) {
+  std::error_code ignored;
+  const auto status = std::filesystem::status(path_, ignored);
+  is_regular_ = !std::filesystem::exists(status) || std::filesystem::is_regular_file(status);
+  const int how = !is_regular_ ? 0 : existing == Existing::replace ? O_CREAT | O_TRUNC : O_CREAT | O_EXCL;
+  descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CLOEXEC | how, 0666);
+  if (descriptor_ < 0) throw std::system_error(last_error(), path_.string() + ": cannot be written");
+}
+
+AppendFile::~AppendFile() { close(); }
+
+void AppendFile::add(std::string_view lines) {
+  if (error_) return;
+  kept_ += lines;
+  if (kept_.size() >= enough_bytes) flush();
+}
+
+std::error_code AppendFile::flush() {
+  if (error_ || descriptor_ < 0) return error_;
+  std::size_t done = 0;
+  error_ = write_all(descriptor_, kept_, done);
+  if (!error_) {
+    written_ += done;
+    kept_.clear();
+    return error_;
+  }
+  const std::size_t last_end = done == 0 ? std::string::npos : kept_.rfind('\n', done - 1);
+  written_ += last_end == std::string::npos ? 0 : last_end + 1;
+  kept_ = {};
+  if (is_regular_ && ::ftruncate(descriptor_, static_cast<off_t>(written_)) != 0)
+    return error_ = last_error();
+  return error_;
+}
+
+std::error_code AppendFile::sync() {
+  if (!flush() && is_regular_ && descriptor_ >= 0 && ::fdatasync(descriptor_) != 0) error_ = last_error();
+  return error_;
+}
+
+std::error_code AppendFile::close() {
+  flush();
+  if (descriptor_ >= 0 && ::close(std::exchange(descriptor_, -1)) != 0 && !error_) error_ = last_error();
+  return error_;
+}
+
+std::string AppendFile::error_text() const {
+  return error_ ? fmt::format("{}: cannot be written: {}", path_.string(), error_.message()) : std::string();
+}
+
+bool AppendFile::is_in_place() const {
+  struct stat open {
+  }, named{};
+  return descriptor_ >= 0 && ::fstat(descriptor_, &open) == 0 && ::stat(path_.c_str(), &named) == 0 &&
+         open.st_dev == named.st_dev && open.st_ino == named.st_ino;
+}
+
+}  // namespace hystcan

@@ -1,0 +1,111 @@
+#include "base/input_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <streambuf>
+#include <system_error>
+#include <utility>
+
+namespace hystcan {
+namespace {
+
+[[noreturn]] void refuse_input(int error) { throw FileError(std::generic_category().message(error)); }
+
+class DescriptorBuffer : public std::streambuf {
+ public:
+  explicit DescriptorBuffer(Descriptor descriptor) : descriptor_(std::move(descriptor)) {}
+
+  /// Waits until a process has the FIFO open for writing. Without one, a read ends at once.
+  void await_writer(std::chrono::milliseconds patience) {
+    using WaitClock = std::chrono::steady_clock;
+    constexpr int pause_ms = 10;
+    const auto deadline = WaitClock::now() + patience;
+    while (true) {
+      const ssize_t received = ::read(descriptor_.get(), data_.data(), data_.size());
+      if (received > 0) return take(received);
+      if (received < 0 && errno == EAGAIN) return;  // a writer that has not written yet
+      if (received < 0 && errno != EINTR) refuse_input(errno);
+      if (WaitClock::now() > deadline) throw FileError("it is a pipe to which nobody writes");
+      ::poll(nullptr, 0, pause_ms);
+    }
+  }
+
+ protected:
+  int_type underflow() override {
+    if (gptr() != egptr()) return traits_type::to_int_type(*gptr());
+    pollfd input{.fd = descriptor_.get(), .events = POLLIN, .revents = 0};
+    if (::poll(&input, 1, -1) < 0) fail();  // a signal ends it also where it would restart the read
+    const ssize_t received = ::read(descriptor_.get(), data_.data(), data_.size());
+    if (received < 0) fail();
+    if (received == 0) return traits_type::eof();
+    take(received);
+    return traits_type::to_int_type(*gptr());
+  }
+
+ private:
+  [[noreturn]] static void fail() { throw std::system_error(errno, std::generic_category()); }
+  void take(ssize_t received) { setg(data_.data(), data_.data(), data_.data() + received); }
+
+  Descriptor descriptor_;
+  std::array<char, 65'536> data_{};
+};
+
+class InputStream : public std::istream {
+ public:
+  explicit InputStream(Descriptor descriptor) : std::istream(nullptr), buffer_(std::move(descriptor)) {
+    rdbuf(&buffer_);
+  }
+  void await_writer(std::chrono::milliseconds patience) { buffer_.await_writer(patience); }
+
+ private:
+  DescriptorBuffer buffer_;
+};
+
+void require_regular(int descriptor) {
+  struct stat found {};
+  if (::fstat(descriptor, &found) != 0) refuse_input(errno);
+  if (S_ISDIR(found.st_mode)) refuse_input(EISDIR);
+  if (!S_ISREG(found.st_mode)) throw FileError("it is a pipe or a device");
+}
+
+}  // namespace
+
+std::string read_regular_file(const std::filesystem::path& file, std::size_t largest) {
+  constexpr std::size_t chunk = 65'536;
+  const Descriptor descriptor(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
+  if (descriptor.get() < 0) refuse_input(errno);
+  require_regular(descriptor.get());
+  std::string text;
+  while (true) {
+    const std::size_t before = text.size();
+    text.resize(before + std::min(chunk, largest + 1 - before));
+    const ssize_t received = ::read(descriptor.get(), text.data() + before, text.size() - before);
+    if (received < 0 && errno != EINTR) refuse_input(errno);
+    text.resize(before + static_cast<std::size_t>(std::max<ssize_t>(received, 0)));
+    if (received == 0) return text;
+    if (text.size() > largest) throw FileError(fmt::format("it has more than {} bytes", largest));
+  }
+}
+
+std::unique_ptr<std::istream> open_input(const std::filesystem::path& file,
+                                         std::chrono::milliseconds patience) {
+  Descriptor descriptor(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
+  const int number = descriptor.get();
+  if (number < 0) refuse_input(errno);
+  struct stat found {};
+  if (::fstat(number, &found) != 0) refuse_input(errno);
+  if (S_ISDIR(found.st_mode)) refuse_input(EISDIR);
+  auto stream = std::make_unique<InputStream>(std::move(descriptor));
+  if (S_ISFIFO(found.st_mode)) stream->await_writer(patience);
+  if (::fcntl(number, F_SETFL, ::fcntl(number, F_GETFL) & ~O_NONBLOCK) != 0) refuse_input(errno);
+  return stream;
+}
+
+}  // namespace hystcan

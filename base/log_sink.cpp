@@ -1,0 +1,135 @@
+#include "base/log_sink.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "base/standard_streams.h"
+#include "base/text.h"
+#include "base/threads.h"
+#include "controller/telemetry.h"
+
+namespace hystcan {
+namespace {
+
+/// How long the end of the program waits for a reader that reads nothing.
+constexpr auto reader_patience = std::chrono::milliseconds(500);
+/// How often the thread looks whether the program ends.
+constexpr auto write_slice = std::chrono::milliseconds(50);
+
+std::string_view colour_of(spdlog::level::level_enum level) {
+  if (level >= spdlog::level::err) return "\033[31m\033[1m";
+  if (level == spdlog::level::warn) return "\033[33m\033[1m";
+  return "\033[32m";
+}
+
+std::string note_of(std::size_t dropped) {
+  return fmt::format("[hystcan] [warning] {} of this log lost: nobody read it in time\n",
+                     counted(dropped, "line"));
+}
+
+}  // namespace
+
+class LogSink::Queue {
+ public:
+  explicit Queue(int descriptor) : descriptor_(descriptor) {}
+
+  void add(std::string line) {
+    const std::scoped_lock lock(mutex_);
+    if (lines_.size() >= most_lines) {
+      ++dropped_;
+      return;
+    }
+    if (dropped_ != 0) lines_.push_back(note_of(std::exchange(dropped_, 0)));
+    lines_.push_back(std::move(line));
+    changed_.notify_all();
+  }
+
+  /// Returns when all is written, or when nothing was written for `reader_patience`.
+  void wait_until_written() {
+    std::unique_lock lock(mutex_);
+    for (std::size_t before = written_; !is_empty(); before = written_)
+      if (!changed_.wait_for(lock, reader_patience, [&] { return is_empty() || written_ != before; })) return;
+  }
+
+  /// Returns true if the thread has ended.
+  bool end() {
+    std::unique_lock lock(mutex_);
+    ending_ = true;
+    changed_.notify_all();
+    return changed_.wait_for(lock, reader_patience, [&] { return ended_; });
+  }
+
+  void run() {
+    yield_to_the_control_thread();
+    std::unique_lock lock(mutex_);
+    while (!ending_) {
+      changed_.wait(lock, [&] { return ending_ || !is_empty(); });
+      if (!ending_) write_one(lock);
+    }
+    ended_ = true;
+    changed_.notify_all();
+  }
+
+ private:
+  bool is_empty() const { return lines_.empty() && dropped_ == 0; }
+
+  /// The line stays in the queue until it is written. A stream that is closed takes nothing: the line is dropped.
+  void write_one(std::unique_lock<std::mutex>& lock) {
+    if (lines_.empty()) lines_.push_back(note_of(std::exchange(dropped_, 0)));
+    std::string_view rest = lines_.front();  // a deque keeps its elements in their places
+    Written result = Written::timed_out;
+    while (result == Written::timed_out && !ending_) {
+      lock.unlock();
+      result = write_within(descriptor_, rest, write_slice);
+      lock.lock();
+    }
+    if (result == Written::timed_out) return;
+    lines_.pop_front();
+    ++written_;
+    changed_.notify_all();
+  }
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<std::string> lines_;
+  int descriptor_;
+  std::size_t dropped_ = 0;  ///< after the last line of the queue
+  std::size_t written_ = 0;
+  bool ending_ = false;
+  bool ended_ = false;
+};
+
+LogSink::LogSink(int descriptor)
+    : queue_(std::make_shared<Queue>(descriptor)), coloured_(isatty(descriptor) == 1) {}
+
+LogSink::~LogSink() {
+  if (!thread_.joinable()) return;
+  queue_->wait_until_written();
+  if (queue_->end())
+    thread_.join();
+  else
+    thread_.detach();  // it hangs in write()
+}
+
+void LogSink::sink_it_(const spdlog::details::log_msg& message) {
+  if (!thread_.joinable()) thread_ = std::thread([queue = queue_] { queue->run(); });
+  spdlog::memory_buf_t text;
+  formatter_->format(message, text);
+  std::string line = printable({text.data(), text.size()});
+  if (coloured_ && message.color_range_end > message.color_range_start) {
+    line.insert(message.color_range_end, "\033[m");
+    line.insert(message.color_range_start, colour_of(message.level));
+  }
+  queue_->add(std::move(line));
+}
+
+void LogSink::flush_() { queue_->wait_until_written(); }
+
+}  // namespace hystcan

@@ -1,0 +1,85 @@
+// Texts of messages and files: counts, digits, what a text file begins with.
+#pragma once
+
+#include <charconv>
+#include <cstdint>
+#include <iterator>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+namespace hystcan {
+
+/// "1 frame", "2 frames"; with the plural where it is irregular: "1 axis", "2 axes".
+inline std::string counted(std::uint64_t number, std::string_view noun, std::string_view plural = {}) {
+  std::string text = std::to_string(number) + " ";
+  if (number == 1) return text.append(noun);
+  return plural.empty() ? text.append(noun) + "s" : text.append(plural);
+}
+
+/// Appends the shortest digits that read back to the same bits.
+template <class Number>
+void append_shortest(std::string& text, Number value) {
+  char digits[32];
+  text.append(std::begin(digits), std::to_chars(std::begin(digits), std::end(digits), value).ptr);
+}
+
+/// A measured number in a sentence, with four digits.
+inline std::string rounded(double value) {
+  char digits[32];
+  return {digits,
+          std::to_chars(std::begin(digits), std::end(digits), value, std::chars_format::general, 4).ptr};
+}
+
+/// Joins words and numbers into one text. Each number has the digits that restore its bits.
+template <class... Parts>
+std::string text_of(const Parts&... parts) {
+  std::string text;
+  const auto add = [&text](const auto& part) {
+    if constexpr (std::is_arithmetic_v<std::remove_cvref_t<decltype(part)>>) {
+      append_shortest(text, part);
+    } else {
+      text += part;
+    }
+  };
+  (add(parts), ...);
+  return text;
+}
+
+/// Parameters that a model cannot use.
+template <class... Parts>
+[[noreturn]] void refuse(const Parts&... parts) {
+  throw std::invalid_argument(text_of(parts...));
+}
+
+// Each of these takes a whole text, or its first line as far as it was read.
+
+inline constexpr std::string_view byte_order_mark =
+    "\xEF\xBB\xBF";  ///< of UTF-8, as Windows' editors write it
+
+constexpr std::string_view without_byte_order_mark(std::string_view text) {
+  return text.starts_with(byte_order_mark) ? text.substr(byte_order_mark.size()) : text;
+}
+
+/// With its byte order mark, or as ASCII of which every other byte is zero.
+constexpr bool is_utf16(std::string_view text) {
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) return true;
+  const auto is_zero = [text](std::size_t at) { return text[at] == '\0'; };
+  return text.size() >= 4 && is_zero(0) != is_zero(1) && is_zero(0) == is_zero(2) && is_zero(1) == is_zero(3);
+}
+
+/// True if nothing but CR ends its lines, as on old Macintoshes.
+constexpr bool ends_lines_with_cr(std::string_view text) {
+  return text.substr(0, text.empty() ? 0 : text.size() - 1).find('\r') != std::string_view::npos &&
+         text.find('\n') == std::string_view::npos;
+}
+
+/// Why the text is no UTF-8 whose lines end with LF or CR LF, and what is expected; empty if it may be.
+constexpr std::string_view refusal_of_encoding(std::string_view text) {
+  if (is_utf16(text)) return "found UTF-16, expected UTF-8: save it as such";
+  if (ends_lines_with_cr(text)) return "found lines that end with CR alone, expected LF or CR LF";
+  return {};
+}
+
+}  // namespace hystcan

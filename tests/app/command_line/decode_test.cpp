@@ -1,0 +1,231 @@
+// hystcan decode, and the errors of record and replay without a bus.
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/app/command_line/cli.h"
+
+namespace hystcan::decode_test {
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* small_dbc = R"(VERSION ""
+NS_ :
+BS_:
+BU_: A
+BO_ 256 Wide: 8 A
+ SG_ Big : 0|64@1+ (1,0) [0|0] "" A
+BO_ 257 Muxed: 8 A
+ SG_ Which M : 0|8@1+ (1,0) [0|0] "" A
+ SG_ One m1 : 8|16@1- (0.1,0) [0|0] "A,B" A
+ SG_ Two m2 : 8|16@1+ (2,100) [0|0] "%" A
+BO_ 258 Float: 4 A
+ SG_ Number : 0|32@1- (1,0) [0|0] "" A
+VAL_ 257 Which 1 "first" 2 "second" ;
+SIG_VALTYPE_ 258 Number : 1;
+)";
+
+class Decode : public Cli {
+ protected:
+  void SetUp() override { write("small.dbc", small_dbc); }
+  /// Runs decode over the log.
+  Process run(const std::string& log, std::vector<std::string> options = {}, const char* dbc = "small.dbc") {
+    write("a.log", log);
+    std::vector<std::string> command{HYSTCAN_PROGRAM, "decode", path("a.log"), "--dbc", path(dbc)};
+    command.insert(command.end(), options.begin(), options.end());
+    return Process(command);
+  }
+};
+
+TEST_F(Decode, ShowsMessagesWithValuesUnitsAndNames) {
+  Process program = run("(1.500000) can0 101#01FFFF\n(2.000000) can0 101#020A00\n(2.5000000) can0 7FF#AB\n");
+  EXPECT_EQ(program.wait(), bad_input) << "seven digits";
+  Process sound =
+      run("(1.500000) can0 101#01FFFF\n(2.000000) can0 101#020A000000000000\n(2.500000) can0 7FF#AB\n");
+  EXPECT_EQ(sound.wait(), done) << sound.err();
+  EXPECT_EQ(sound.out(),
+            "(1.500000) can0 Muxed Which=1 (first), One=-0.1 A,B [3 of 8 bytes]\n"
+            "(2.000000) can0 Muxed Which=2 (second), Two=120 %\n"
+            "(2.500000) can0 7FF#AB (no message of the database)\n");
+  EXPECT_NE(sound.err().find("3 frames, 1 of them not in"), std::string::npos) << sound.err();
+}
+
+// PGN 65260 has 17 bytes, too many for one frame. The log announces it to all nodes, and has it once in a
+// frame.
+TEST_F(Decode, ReportsOncePerMessageWhatItLeavesOutAndDecodesTheRest) {
+  write("truck.dbc", R"(VERSION ""
+BU_: A
+BO_ 2566843392 VehicleId: 17 A
+ SG_ Vin : 0|136@1+ (1,0) [0|0] "" A
+ SG_ First : 0|8@1+ (1,0) [0|0] "" A
+BO_ 256 Half: 4 A
+ SG_ Float16 : 0|16@1- (1,0) [0|0] "" A
+ SG_ Count : 16|16@1+ (1,0) [0|0] "" A
+SIG_VALTYPE_ 256 Float16 : 1;
+)");
+  const std::string log =
+      "(1.000000) can0 100#003C0500\n(2.000000) can0 100#003C0600\n"
+      "(3.000000) can0 18ECFF00#20110003FFECFE00\n(4.000000) can0 18ECFF00#20110003FFECFE00\n"
+      "(5.000000) can0 18ECFF00#20110003FFEBFE00\n"  // another parameter group, no message of the database
+      "(6.000000) can0 18FEEC00#4142434445464748\n";
+  Process program = run(log, {"--csv"}, "truck.dbc");
+  EXPECT_EQ(program.wait(), done) << program.err();
+  EXPECT_EQ(program.out(),
+            "time_s,interface,id,message,signal,raw,value,unit,name\n"
+            "1.000000,can0,100,Half,Count,5,5,,\n2.000000,can0,100,Half,Count,6,6,,\n"
+            "6.000000,can0,18FEEC00,VehicleId,First,65,65,,\n");
+  const std::string dbc = path("truck.dbc") + ": ";
+  const std::string expected =
+      dbc +
+      "message Half: signal Float16, declared as an IEEE 754 number of 16 bits, is left out, expected 1 "
+      "to 64 bits, or 32 or 64 for an IEEE 754 number\n" +
+      dbc +
+      "message VehicleId of 17 bytes comes by the transport protocol of J1939 (PGN 65260): its frames "
+      "are not assembled, and it is not decoded\n" +
+      dbc +
+      "message VehicleId has 17 bytes, of which one frame shows 8: a message of several frames is not "
+      "assembled\n" +
+      dbc +
+      "message VehicleId: signal Vin, of 136 bits, is left out, expected 1 to 64 bits, or 32 or 64 for "
+      "an IEEE 754 number\n";
+  EXPECT_NE(program.err().find(expected), std::string::npos) << program.err();
+}
+
+TEST_F(Decode, CsvHasSeventeenDigitsAndExactRawValues) {
+  Process program = run(
+      "(1.500000) can0 100#FFFFFFFFFFFFFFFF\n(2.000000) can0 101#01030000\n(3.000000) can0 102#0000C03F\n",
+      {"--csv"});
+  EXPECT_EQ(program.wait(), done) << program.err();
+  EXPECT_EQ(program.out(),
+            "time_s,interface,id,message,signal,raw,value,unit,name\n"
+            "1.500000,can0,100,Wide,Big,18446744073709551615,1.8446744073709552e+19,,\n"
+            "2.000000,can0,101,Muxed,Which,1,1,,first\n"
+            "2.000000,can0,101,Muxed,One,3,0.30000000000000004,\"A,B\",\n"
+            "3.000000,can0,102,Float,Number,1069547520,1.5,,\n");
+}
+
+TEST_F(Decode, JsonHasOneObjectPerFrame) {
+  Process program =
+      run("(1.500000) can0 100#FFFFFFFFFFFFFFFF\n(2.000000) can0 00000100#AB\n(3.000000) can0 102#0000C07F\n"
+          "(4.000000) can0 20000004#0001000000000000\n(5.000000) can0 20000004#000100004C070000\n"
+          "(6.000000) can0 101#R2\n",
+          {"--json"});
+  EXPECT_EQ(program.wait(), done) << program.err();
+  std::vector<json> objects;
+  std::istringstream lines(program.out());
+  for (std::string line; std::getline(lines, line);) objects.push_back(json::parse(line));
+  ASSERT_EQ(objects.size(), 6U);
+  EXPECT_EQ(objects[0]["time_s"], 1.5);
+  EXPECT_EQ(objects[0]["message"], "Wide");
+  EXPECT_EQ(objects[0]["signals"]["Big"]["raw"].get<std::uint64_t>(), 0xFFFF'FFFF'FFFF'FFFFU);
+  EXPECT_TRUE(objects[1]["message"].is_null()) << "an extended identifier is another message";
+  EXPECT_EQ(objects[1]["data"], "AB");
+  EXPECT_TRUE(objects[2]["signals"]["Number"]["value"].is_null()) << "JSON has no NaN";
+  EXPECT_EQ(objects[2]["signals"]["Number"]["raw"], 0x7FC00000);
+  EXPECT_EQ(objects[3]["kind"], "error");
+  EXPECT_EQ(objects[4]["lost"], 7);
+  EXPECT_EQ(objects[5]["kind"], "remote");
+  EXPECT_TRUE(objects[5]["signals"].empty());
+  EXPECT_NE(program.err().find("7 frames lost by the recorder"), std::string::npos) << program.err();
+}
+
+TEST_F(Decode, DecodesTheFrameOfTheProtocolDocumentByTheShippedDatabase) {
+  Process program = run("(1.000000) vcan0 201#4E61BC00010703D9\n", {}, "hystcan.dbc");
+  EXPECT_EQ(program.wait(), done) << program.err();
+  EXPECT_TRUE(program.out().starts_with("(1.000000) vcan0 XAmpCommand Setpoint=12.345678 V, Enable=1"))
+      << program.out();
+}
+
+TEST_F(Decode, ReadsStandardInput) {
+  write("a.log", "(1.500000) can0 101#02FFFF\n");
+  Process program(
+      {"sh", "-c",
+       std::string(HYSTCAN_PROGRAM) + " decode - --dbc " + path("small.dbc") + " < " + path("a.log")});
+  EXPECT_EQ(program.wait(), done) << program.err();
+  EXPECT_NE(program.out().find("Two=131170"), std::string::npos) << program.out();
+}
+
+TEST_F(Decode, RefusesABadLogWithFileAndLine) {
+  Process program = run("(1.500000) can0 101#01\n(1.600000) can0 101#0\n");
+  EXPECT_EQ(program.wait(), bad_input);
+  EXPECT_NE(program.err().find("a.log:2:22: found the end of the line, expected two hexadecimal digits"),
+            std::string::npos)
+      << program.err();
+  Process absent({HYSTCAN_PROGRAM, "decode", path("no.log"), "--dbc", path("small.dbc")});
+  EXPECT_EQ(absent.wait(), bad_input);
+  EXPECT_NE(absent.err().find("no.log: cannot be read"), std::string::npos) << absent.err();
+  Process folder({HYSTCAN_PROGRAM, "decode", shipped / "", "--dbc", path("small.dbc")});
+  EXPECT_EQ(folder.wait(), bad_input);
+  Process binary = run(std::string(100'000, '\0'));
+  EXPECT_EQ(binary.wait(), bad_input);
+}
+
+TEST_F(Decode, ReportsAFullDisk) {
+  write("a.log", "(1.500000) can0 101#01FFFF\n");
+  Process program({"sh", "-c",
+                   std::string(HYSTCAN_PROGRAM) + " decode " + path("a.log") + " --dbc " + path("small.dbc") +
+                       " > /dev/full"});
+  EXPECT_EQ(program.wait(), failed);
+  EXPECT_NE(program.err().find("standard output: cannot be written"), std::string::npos) << program.err();
+}
+
+TEST_F(Decode, RecordAndMonitorWithoutABusAreBadUsage) {
+  for (const char* command : {"record", "monitor"}) {
+    std::vector<std::string> words{HYSTCAN_PROGRAM, command};
+    if (std::string(command) == "record") words.insert(words.end(), {"--output", path("new.log")});
+    Process program(words);
+    EXPECT_EQ(program.wait(), bad_input);
+    EXPECT_NE(program.err().find("expected a configuration or --interface"), std::string::npos)
+        << program.err();
+  }
+}
+
+TEST_F(Decode, ReplayRefusesABadLogOrFilterBeforeItSends) {
+  write("bad.log", "(1.500000) vcan0 101#0\n");
+  Process bad({HYSTCAN_PROGRAM, "replay", path("bad.log")});
+  EXPECT_EQ(bad.wait(), bad_input);
+  EXPECT_NE(bad.err().find("bad.log:1:23"), std::string::npos) << bad.err();
+  Process filter({HYSTCAN_PROGRAM, "replay", path("bad.log"), "--filter", "1234"});
+  EXPECT_EQ(filter.wait(), bad_input);
+  EXPECT_NE(filter.err().find("'1234', expected an identifier"), std::string::npos) << filter.err();
+}
+
+TEST_F(Decode, ReadsAPipeThatIsNamedAsAFile) {
+  write("a.log", "(1.500000) can0 101#02FFFF\n");
+  Process program({"sh", "-c",
+                   "cat " + path("a.log") + " | " + std::string(HYSTCAN_PROGRAM) +
+                       " decode /dev/stdin --dbc " + path("small.dbc")});
+  EXPECT_EQ(program.wait(), done) << program.err();
+  EXPECT_NE(program.out().find("Two=131170"), std::string::npos) << program.out();
+}
+
+TEST_F(Decode, RefusesADeviceWithoutLinesAndAPipeWithoutAWriter) {
+  Process device({HYSTCAN_PROGRAM, "decode", "/dev/zero", "--dbc", path("small.dbc")});
+  EXPECT_EQ(device.wait(), bad_input);
+  EXPECT_NE(device.err().find("/dev/zero:1:512: found a longer line"), std::string::npos) << device.err();
+  ASSERT_EQ(mkfifo(path("fifo").c_str(), 0600), 0);
+  Process pipe({HYSTCAN_PROGRAM, "decode", path("fifo"), "--dbc", path("small.dbc")});
+  EXPECT_EQ(pipe.wait(), bad_input);
+  EXPECT_NE(pipe.err().find("cannot be read: it is a pipe to which nobody writes"), std::string::npos)
+      << pipe.err();
+}
+
+TEST_F(Decode, ReplayRefusesAPipeAndALogWithAGapOfYears) {
+  ASSERT_EQ(mkfifo(path("fifo").c_str(), 0600), 0);
+  Process pipe({HYSTCAN_PROGRAM, "replay", path("fifo")});
+  EXPECT_EQ(pipe.wait(), bad_input);
+  EXPECT_NE(pipe.err().find("it is a pipe or a device, expected a file, or - for standard input"),
+            std::string::npos)
+      << pipe.err();
+  write("gap.log", "(0.000000) v 001#\n(9223372036853.999999) v 001#\n");
+  Process gap({HYSTCAN_PROGRAM, "replay", path("gap.log")});
+  EXPECT_EQ(gap.wait(), bad_input);
+  EXPECT_NE(gap.err().find("gap.log:2:1: the frame is due 9.22e+12 s after the first one"), std::string::npos)
+      << gap.err();
+}
+
+}  // namespace
+}  // namespace hystcan::decode_test

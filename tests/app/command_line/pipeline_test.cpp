@@ -1,0 +1,76 @@
+#include "app/command_line/pipeline.h"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace hystcan::app {
+namespace {
+
+struct Numbered {
+  int number = 0;
+  int doubled = 0;
+};
+
+constexpr int many = 1000;
+
+/// Numbers blocks from 1 to `many`; a negative `fails_at` never throws.
+struct Source {
+  int last = 0;
+  int fails_at = -1;
+  bool operator()(Numbered& block) {
+    if (++last == fails_at) throw std::runtime_error("read");
+    block.number = last;
+    return last <= many;
+  }
+};
+
+std::string error_of(int read_fails, int compute_fails, int write_fails) {
+  const auto fail_at = [](int number, int at, const char* what) {
+    if (number == at) throw std::runtime_error(what);
+  };
+  try {
+    run_pipeline<Numbered>(
+        Source{.fails_at = read_fails},
+        [&](Numbered& block) { fail_at(block.number, compute_fails, "compute"); },
+        [&](const Numbered& block) { fail_at(block.number, write_fails, "write"); });
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return {};
+}
+
+TEST(Pipeline, PassesEachBlockOnceAndInOrder) {
+  std::vector<int> written;
+  run_pipeline<Numbered>(
+      Source{}, [](Numbered& block) { block.doubled = 2 * block.number; },
+      [&](const Numbered& block) { written.push_back(block.doubled); });
+  ASSERT_EQ(written.size(), static_cast<std::size_t>(many));
+  for (int i = 0; i < many; ++i) ASSERT_EQ(written[static_cast<std::size_t>(i)], 2 * (i + 1));
+}
+
+TEST(Pipeline, EndsWithTheErrorOfAnyStage) {
+  EXPECT_EQ(error_of(-1, -1, -1), "");
+  EXPECT_EQ(error_of(500, -1, -1), "read");
+  EXPECT_EQ(error_of(-1, 500, -1), "compute");
+  EXPECT_EQ(error_of(-1, -1, 500), "write");
+}
+
+TEST(Pipeline, ReportsTheErrorOfTheEarliestBlock) {
+  EXPECT_EQ(error_of(502, 501, 500), "write");
+  EXPECT_EQ(error_of(502, 501, -1), "compute");
+  EXPECT_EQ(error_of(501, 502, 503), "read");
+}
+
+TEST(Pipeline, WritesWhatWasReadBeforeTheError) {
+  int written = 0;
+  EXPECT_THROW(run_pipeline<Numbered>(
+                   Source{.fails_at = 500}, [](Numbered&) {}, [&](const Numbered&) { ++written; }),
+               std::runtime_error);
+  EXPECT_EQ(written, 499);
+}
+
+}  // namespace
+}  // namespace hystcan::app

@@ -1,0 +1,162 @@
+// `hystcan plot` as a process, over the CSVs of the demo.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <regex>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "tests/app/command_line/cli.h"
+
+namespace hystcan::plot_test {
+namespace {
+
+namespace fs = std::filesystem;
+using Words = std::vector<std::string>;
+
+class Plot : public Cli {
+ protected:
+  Plot() {
+    Process demo(
+        {HYSTCAN_PROGRAM, "demo", "--config", path("piezo.toml"), "--output", (shipped / "demo").string()});
+    EXPECT_EQ(demo.wait(), done) << demo.err();
+  }
+  std::string csv(const char* structure) const { return (shipped / "demo" / structure).string() + ".csv"; }
+  Process plot(Words more) const {
+    Words words{HYSTCAN_PROGRAM, "plot", "--output", (shipped / "plots").string()};
+    words.insert(words.end(), more.begin(), more.end());
+    return Process(words);
+  }
+  fs::path picture(const std::string& name) const { return shipped / "plots" / name; }
+};
+
+TEST_F(Plot, DrawsEveryKindInEveryFormat) {
+  Process program = plot({csv("pi"), csv("inverse+pi"), "--axis", "x"});
+  ASSERT_EQ(program.wait(), done) << program.err();
+  EXPECT_EQ(program.err().find("arning"), std::string::npos) << program.err();
+  for (const char* kind : {"loops", "tracking", "error", "spectrum", "timing"})
+    for (const char* format : {".svg", ".png", ".pdf"})
+      EXPECT_GT(fs::file_size(picture(std::string("inverse+pi-x-") + kind + format)), 3000U)
+          << kind << format;
+  EXPECT_TRUE(fs::exists(picture("comparison.pdf")));
+}
+
+TEST_F(Plot, NamesUnitsOnEveryAxisAndKeepsTheKeyOffTheData) {
+  ASSERT_EQ(plot({csv("pi"), "--axis", "x", "--format", "svg"}).wait(), done);
+  for (const auto& entry : fs::directory_iterator(shipped / "plots")) {
+    if (entry.path().extension() != ".gp") continue;
+    const std::string script = support::read_file(entry.path());
+    EXPECT_NE(script.find("set key outside above"), std::string::npos) << entry.path();
+    EXPECT_TRUE(std::regex_search(script, std::regex("xlabel '[a-z ]+\\([A-Za-z]+[^']*\\)'")))
+        << entry.path();
+    EXPECT_TRUE(std::regex_search(script, std::regex("ylabel '[a-z ]+\\([^']+\\)'"))) << entry.path();
+  }
+}
+
+TEST_F(Plot, HasNoTextOutsideThePicture) {
+  ASSERT_EQ(plot({csv("pi"), "--axis", "x", "--format", "svg"}).wait(), done);
+  const std::regex place("<g transform=\"translate\\(([0-9.-]+),([0-9.-]+)\\)");
+  const std::regex box("viewBox=\"0 0 ([0-9]+) ([0-9]+)\"");
+  for (const auto& entry : fs::directory_iterator(shipped / "plots")) {
+    if (entry.path().extension() != ".svg") continue;
+    const std::string svg = support::read_file(entry.path());
+    std::smatch size;
+    ASSERT_TRUE(std::regex_search(svg, size, box));
+    for (std::sregex_iterator text(svg.begin(), svg.end(), place), end; text != end; ++text) {
+      EXPECT_GE(std::stod((*text)[1]), 0.0) << entry.path();
+      EXPECT_LE(std::stod((*text)[1]), std::stod(size[1])) << entry.path();
+      EXPECT_LE(std::stod((*text)[2]), std::stod(size[2])) << entry.path();
+    }
+  }
+}
+
+TEST_F(Plot, PrintsTheTableOfItsRuns) {
+  Process program = plot({csv("pi"), csv("inverse+pi"), "--axis", "x", "--kind", "error", "--format", "svg",
+                          "--table", "markdown"});
+  ASSERT_EQ(program.wait(), done) << program.err();
+  EXPECT_TRUE(std::regex_search(program.out(), std::regex("\n\\| pi \\| x \\| [0-9]+ \\| [0-9.]+ \\|")))
+      << program.out();
+}
+
+TEST_F(Plot, RefusesWhatTheRunDoesNotHave) {
+  for (const auto& [words, expected] : {std::pair(Words{csv("pi"), "--axis", "z"}, "no axis z"),
+                                        std::pair(Words{csv("pi"), "--kind", "pie"}, "expected one of loops"),
+                                        std::pair(Words{csv("pi"), "--from", "99"}, "does not track there"),
+                                        std::pair(Words{path("piezo.toml")}, "expected a run's folder")}) {
+    Process program = plot(words);
+    EXPECT_EQ(program.wait(), bad_input) << program.err();
+    EXPECT_NE(program.err().find(expected), std::string::npos) << program.err();
+  }
+}
+
+TEST_F(Plot, LeavesScriptsAndDataWhereGnuplotIsMissing) {
+  Process program({"env", "PATH=/nonexistent", HYSTCAN_PROGRAM, "plot", csv("pi"), "--axis", "x", "--kind",
+                   "loops", "--output", (shipped / "plots").string()});
+  EXPECT_EQ(program.wait(), failed);
+  EXPECT_NE(program.err().find("gnuplot is not installed; scripts (.gp) and data (.csv) are there"),
+            std::string::npos)
+      << program.err();
+  EXPECT_TRUE(fs::exists(picture("pi-x-loops.gp")));
+}
+
+// A run of somebody else: its axis and its file are named as they like.
+TEST_F(Plot, TakesTheNamesOfRunsAndAxesForText) {
+  const std::string rows = support::read_file(csv("pi"));
+  const Words names{"x';system(\"touch EXECUTED\");#",
+                    "/../../outside",
+                    "`touch EXECUTED`",
+                    "| touch EXECUTED",
+                    "< touch EXECUTED",
+                    "-e",
+                    ".hidden",
+                    "a_b^{2}@~\\"};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    std::string text;
+    std::istringstream lines(rows);
+    for (std::string line; std::getline(lines, line);) {
+      if (const std::size_t at = line.find(",x,"); at != std::string::npos) line.replace(at + 1, 1, names[i]);
+      text += line + "\n";
+    }
+    std::string file_name = names[names.size() - 1 - i];
+    std::ranges::replace(file_name, '/', '!');
+    const fs::path file = (shipped / file_name.c_str()).string() + ".csv";
+    std::ofstream(file) << text;
+    Process program = plot({fs::absolute(file).string(), csv("pi"), "--axis", names[i], "--format", "svg"});
+    program.wait();
+    Process both = plot({fs::absolute(file).string(), csv("pi"), "--format", "svg"});
+    EXPECT_EQ(both.wait(), done) << names[i] << both.err();
+  }
+  const std::regex allowed("[A-Za-z0-9_+.-]+\\.(csv|gp|svg)");
+  std::size_t pictures = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(shipped / "plots")) {
+    EXPECT_TRUE(std::regex_match(entry.path().filename().string(), allowed)) << entry.path();
+    pictures += entry.path().extension() == ".svg" ? 1 : 0;
+  }
+  EXPECT_GT(pictures, 6 * names.size());
+  for (const auto& entry : fs::recursive_directory_iterator(shipped / "."))
+    EXPECT_NE(entry.path().filename(), "EXECUTED") << entry.path();
+  EXPECT_FALSE(fs::exists("EXECUTED"));
+}
+
+// gnuplot itself succeeds there.
+TEST_F(Plot, ReportsAPictureThatGnuplotHasNotWrittenWhole) {
+  fs::create_directory(shipped / "bin");
+  for (const char* what : {"", "<svg", "<svg></svg"}) {
+    const fs::path gnuplot = shipped / "bin/gnuplot";
+    std::ofstream(gnuplot) << "#!/bin/sh\nprintf '" << what << "' >\"${1%.gp}.svg\"\n";
+    fs::permissions(gnuplot, fs::perms::owner_all);
+    Process program({"env", "PATH=" + (shipped / "bin").string() + ":/bin", HYSTCAN_PROGRAM, "plot",
+                     csv("pi"), "--axis", "x", "--kind", "loops", "--format", "svg", "--output",
+                     (shipped / "plots").string()});
+    EXPECT_EQ(program.wait(), failed);
+    EXPECT_NE(program.err().find("has not written the whole of pi-x-loops.svg"), std::string::npos)
+        << program.err();
+    EXPECT_FALSE(fs::exists(picture("pi-x-loops.svg")));
+  }
+}
+
+}  // namespace
+}  // namespace hystcan::plot_test

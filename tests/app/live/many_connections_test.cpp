@@ -1,0 +1,150 @@
+// More connections to the control socket than it serves: a `stop` always gets through.
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <boost/asio/io_context.hpp>
+#include <thread>
+#include <vector>
+
+#include "app/live/control_socket.h"
+#include "tests/app/live/control_bench.h"
+
+namespace hystcan::app::many_connections_test {
+namespace {
+
+using controller::AxisState;
+using nlohmann::json;
+
+constexpr std::size_t places = 16;
+
+const json status{{"do", "status"}};
+const json stop{{"do", "stop"}};
+
+struct ManyConnections : testing::Test {
+  ControlBench bench;
+  std::vector<Client> clients;
+
+  void SetUp() override { ASSERT_TRUE(bench.axis_is(0, AxisState::tracking)); }
+  void connect(std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) clients.push_back(bench.client());
+  }
+};
+
+TEST_F(ManyConnections, ThatAreIdleMakePlaceForOneThatStops) {
+  connect(300);
+  EXPECT_TRUE(is_ok(bench.client().ask(stop)));
+  EXPECT_TRUE(bench.comes_true([&] { return bench.asked_to_stop(); }));
+}
+
+TEST_F(ManyConnections, UpToTheTableSizeAreAllServed) {
+  connect(places);
+  for (Client& client : clients) EXPECT_TRUE(is_ok(client.ask(status)));
+}
+
+TEST_F(ManyConnections, BeyondTheTableSizeDropTheOneThatWasSilentLongest) {
+  connect(places);
+  for (Client& client : clients) ASSERT_TRUE(is_ok(client.ask(status)));
+  ASSERT_TRUE(is_ok(clients[0].ask(status))) << "now the second one was silent longest";
+  Client one_more = bench.client();
+  EXPECT_TRUE(is_ok(one_more.ask(status)));
+  EXPECT_TRUE(clients[1].read().is_null()) << "disconnected";
+  EXPECT_TRUE(is_ok(clients[0].ask(status)));
+  EXPECT_TRUE(is_ok(clients[2].ask(status)));
+}
+
+TEST_F(ManyConnections, DoNotDropTheWriter) {
+  Client writer = bench.client();
+  ASSERT_TRUE(is_ok(writer.ask({{"do", "go_to"}, {"axis", "x"}, {"position_um", 10.0}})));
+  connect(3 * places);
+  ASSERT_TRUE(is_ok(clients.back().ask(status)));
+  EXPECT_TRUE(is_ok(writer.ask({{"do", "go_to"}, {"axis", "x"}, {"position_um", 11.0}})));
+}
+
+/// Answers every command at once, but `wait` never.
+class WaitsForever final : public CommandHandler {
+ public:
+  void obey(const json& command, Answer answer) override {
+    if (command.at("do") == "wait")
+      ++waiting;
+    else
+      answer({{"ok", true}});
+  }
+  void forget(const void*) override {}
+  bool is_open_to_all(const json&) const override { return true; }
+
+  std::atomic<std::size_t> waiting{0};
+};
+
+struct WaitingConnections : testing::Test {
+  support::ShippedCopy folder;
+  boost::asio::io_context context;
+  WaitsForever handler;
+  ControlSocket socket{context, folder / "control.sock", handler};
+  std::vector<Client> clients;
+  std::thread thread{[this] { context.run(); }};
+
+  ~WaitingConnections() override {
+    context.stop();
+    thread.join();
+  }
+  Client client() const { return Client(folder / "control.sock"); }
+  /// Every place is taken by a connection that waits for an answer.
+  void SetUp() override {
+    for (std::size_t i = 0; i < places; ++i) {
+      clients.push_back(client());
+      clients.back().send("{\"do\": \"wait\"}\n");
+    }
+    while (handler.waiting < places) std::this_thread::yield();
+  }
+};
+
+TEST_F(WaitingConnections, LeaveOneMoreThatMayOnlyStop) {
+  EXPECT_TRUE(says(client().ask(status), "16 connections wait for an answer, expected stop"));
+  EXPECT_TRUE(is_ok(client().ask(stop)));
+}
+
+TEST_F(WaitingConnections, LeaveOneMoreThatIsDisconnectedIfItIsSilent) {
+  EXPECT_TRUE(client().read().is_null()) << "disconnected";
+  EXPECT_TRUE(is_ok(client().ask(stop))) << "the next one has its chance";
+}
+
+/// Allows no further file descriptor.
+class FullTable {
+ public:
+  FullTable() {
+    getrlimit(RLIMIT_NOFILE, &before_);
+    const int lowest_free = dup(STDIN_FILENO);
+    close(lowest_free);
+    rlimit full = before_;
+    full.rlim_cur = static_cast<rlim_t>(lowest_free);
+    setrlimit(RLIMIT_NOFILE, &full);
+  }
+  ~FullTable() { setrlimit(RLIMIT_NOFILE, &before_); }
+  FullTable(const FullTable&) = delete;
+  FullTable& operator=(const FullTable&) = delete;
+
+ private:
+  rlimit before_{};
+};
+
+TEST(FileDescriptors, ThatAreExhaustedDoNotKeepTheThreadBusyAndTheClientIsServedLater) {
+  const support::ShippedCopy folder;
+  boost::asio::io_context context;
+  WaitsForever handler;
+  const ControlSocket socket(context, folder / "control.sock", handler);
+  Client client(folder / "control.sock");
+  {
+    const FullTable full;
+    EXPECT_LT(context.run_for(std::chrono::milliseconds(500)), 50u)
+        << "handlers; a busy thread calls thousands";
+  }
+  client.send("{\"do\": \"status\"}\n");
+  std::size_t handlers = 0;  // waiting for the client, accepting it, its line, its answer
+  while (handlers < 4) handlers += context.run_one();
+  EXPECT_TRUE(is_ok(client.read()));
+}
+
+}  // namespace
+}  // namespace hystcan::app::many_connections_test

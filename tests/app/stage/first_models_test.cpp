@@ -1,0 +1,68 @@
+#include "app/stage/first_models.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "config/files/model_file.h"
+#include "model/hysteresis.h"
+#include "model/validity.h"
+
+namespace hystcan::app::first_models_test {
+namespace {
+
+AxisFacts stage() {
+  AxisFacts axis;
+  axis.name = "x";
+  axis.drive_unit = "V";
+  axis.drive_min = -20.0;
+  axis.drive_max = 120.0;
+  axis.travel_um = {-14.0, 86.0};
+  return axis;
+}
+
+TEST(FirstModel, IsTheStraightLineThroughTheTravel) {
+  const model::HysteresisParameters line = straight_line(stage());
+  for (const double v : {-20.0, 0.0, 50.0, 120.0}) {
+    EXPECT_NEAR(line.ascending.value(v), -14.0 + 100.0 * (v + 20.0) / 140.0, 1e-12);
+    EXPECT_EQ(line.ascending.value(v), line.descending.value(v));
+  }
+  EXPECT_NO_THROW(model::Hysteresis{line});
+}
+
+TEST(FirstPlant, HasALoopOfElevenPercentAndMeetsTheTravel) {
+  const model::HysteresisParameters loop = usual_loop(stage());
+  EXPECT_NO_THROW(model::Hysteresis{loop});
+  double widest = 0.0;
+  for (double v = -20.0; v <= 120.0; v += 0.5)
+    widest = std::max(widest, loop.descending.value(v) - loop.ascending.value(v));
+  EXPECT_NEAR(widest, 11.4, 0.1);
+  EXPECT_NEAR(loop.ascending.value(-20.0), -14.0, 1e-12);
+  EXPECT_NEAR(loop.ascending.value(120.0), 86.0, 1e-12);
+}
+
+class MismatchOfShippedModels : public testing::TestWithParam<const char*> {};
+
+TEST_P(MismatchOfShippedModels, IsThreePercentOfTheCurvesAndTwentyOfK) {
+  const auto file = std::filesystem::path(HYSTCAN_SOURCE_DIR) / "config" / GetParam();
+  const model::HysteresisParameters given = config::load_model(file), other = not_quite(given);
+  EXPECT_NO_THROW(model::Hysteresis{other});
+  const double hi = given.input_range().hi, lo = given.input_range().lo;
+  double farthest = 0.0;
+  for (double share = 0.0; share <= 1.0; share += 0.01) {
+    const double v = lo + share * (hi - lo);
+    farthest = std::max(farthest, std::abs(other.ascending.value(v) - given.ascending.value(v)));
+  }
+  const double percent = 100.0 * farthest / given.stroke();
+  EXPECT_GT(percent, 1.0);
+  EXPECT_LT(percent, 5.0);
+  EXPECT_NEAR(other.k_ascending / given.k_ascending, 1.2, 1e-9);
+  EXPECT_NEAR(other.k_descending / given.k_descending, 1.2, 1e-9);
+}
+
+INSTANTIATE_TEST_SUITE_P(Files, MismatchOfShippedModels,
+                         testing::Values("piezo.model.toml", "galfenol.model.toml", "soft_stage.model.toml"));
+
+}  // namespace
+}  // namespace hystcan::app::first_models_test

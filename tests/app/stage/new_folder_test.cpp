@@ -1,0 +1,56 @@
+#include "app/stage/new_folder.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "base/error.h"
+#include "tests/support/scratch.h"
+
+namespace hystcan::app::new_folder_test {
+namespace {
+
+std::size_t entries(const std::filesystem::path& folder) {
+  return static_cast<std::size_t>(
+      std::distance(std::filesystem::directory_iterator(folder), std::filesystem::directory_iterator()));
+}
+
+TEST(NewFolder, HasItsFilesOnceItIsComplete) {
+  const support::ScratchFolder above;
+  {
+    NewFolder folder(above / "stage/");
+    std::ofstream(folder.path() / "file") << "text";
+    EXPECT_FALSE(exists(above / "stage"));
+    folder.commit();
+  }
+  EXPECT_TRUE(exists(above / "stage" / "file"));
+  EXPECT_EQ(entries(above.path()), 1u);
+}
+
+TEST(NewFolder, LeavesNothingIfItIsNotComplete) {
+  const support::ScratchFolder above;
+  { std::ofstream(NewFolder(above / "stage").path() / "file") << "text"; }
+  EXPECT_EQ(entries(above.path()), 0u);
+}
+
+TEST(NewFolder, TakesThePlaceOfAnEmptyOne) {
+  const support::ScratchFolder above;
+  std::filesystem::create_directory(above / "stage");
+  NewFolder folder(above / "stage");
+  std::ofstream(folder.path() / "file") << "text";
+  folder.commit();
+  EXPECT_TRUE(exists(above / "stage" / "file"));
+}
+
+TEST(NewFolder, OverwritesNothing) {
+  const support::ScratchFolder above;
+  std::filesystem::create_directory(above / "stage");
+  std::ofstream(above / "stage" / "mine") << "text";
+  std::ofstream(above / "file") << "text";
+  EXPECT_THROW(NewFolder(above / "stage"), Error);
+  EXPECT_THROW(NewFolder(above / "file"), Error);
+  EXPECT_THROW(NewFolder(""), Error);
+}
+
+}  // namespace
+}  // namespace hystcan::app::new_folder_test

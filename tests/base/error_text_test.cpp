@@ -1,0 +1,60 @@
+// No text of a library reaches the user.
+#include "base/error.h"
+
+#include <gtest/gtest.h>
+
+#include <boost/asio/error.hpp>
+#include <boost/system/system_error.hpp>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace hystcan::app::error_text_test {
+namespace {
+
+std::string text_of_thrown(auto failing) {
+  try {
+    failing();
+  } catch (const std::exception& error) {
+    return error_text(error);
+  }
+  return "nothing was thrown";
+}
+
+TEST(ErrorText, AFileErrorIsTheFileAndTheReason) {
+  EXPECT_EQ(text_of_thrown([] { (void)std::filesystem::file_size("/none/x"); }),
+            "/none/x: No such file or directory");
+}
+
+TEST(ErrorText, AnErrorOfTheSystemIsItsReason) {
+  EXPECT_EQ(text_of_thrown([] { throw std::system_error(EACCES, std::generic_category(), "/none/x"); }),
+            "/none/x: Permission denied");
+  EXPECT_EQ(
+      text_of_thrown([] { throw boost::system::system_error(boost::asio::error::address_in_use, "bind"); }),
+      "Address already in use");
+}
+
+TEST(ErrorText, MissingMemoryIsNamedAsSuch) {
+  const std::string expected = "the memory does not suffice: the input is too large";
+  EXPECT_EQ(text_of_thrown([] { throw std::bad_alloc(); }), expected);
+  EXPECT_EQ(text_of_thrown([] { std::string().reserve(std::string().max_size() + 1); }), expected);
+}
+
+TEST(ErrorText, AMistakeOfTheProgramAsksForAReport) {
+  EXPECT_TRUE(
+      text_of_thrown([] { (void)std::vector<int>().at(1); }).starts_with("a mistake in hystcan itself ("));
+}
+
+TEST(ErrorText, JsonThatIsNoneIsNamedAsSuch) {
+  EXPECT_EQ(text_of_thrown([] { nlohmann::json().get<std::string>(); }),
+            "found a text that is not the expected JSON");
+}
+
+TEST(ErrorText, AnErrorOfTheProjectKeepsItsWords) {
+  EXPECT_EQ(text_of_thrown([] { throw std::invalid_argument("gain is 0"); }), "gain is 0");
+}
+
+}  // namespace
+}  // namespace hystcan::app::error_text_test

@@ -1,0 +1,61 @@
+#include "base/input_file.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <string>
+
+#include "can/dbc/database.h"
+#include "tests/support/shipped.h"
+
+namespace hystcan::can::regular_file_test {
+namespace {
+
+std::string refusal_of(const std::filesystem::path& file, std::size_t largest = 1000) {
+  try {
+    read_regular_file(file, largest);
+    return "read";
+  } catch (const FileError& error) {
+    return error.what();
+  }
+}
+
+struct RegularFile : testing::Test {
+  support::ShippedCopy folder;
+  std::filesystem::path file = folder / "file";
+};
+
+TEST_F(RegularFile, IsReadWholeUpToTheLargestSize) {
+  std::string text(200'000, 'a');
+  text[70'000] = '\0';
+  std::ofstream(file, std::ios::binary) << text;
+  EXPECT_EQ(read_regular_file(file, text.size()), text);
+  EXPECT_EQ(refusal_of(file, text.size() - 1), "it has more than 199999 bytes");
+}
+
+TEST_F(RegularFile, MayBeEmpty) {
+  std::ofstream(file).flush();
+  EXPECT_EQ(read_regular_file(file, 0), "");
+}
+
+TEST_F(RegularFile, MayBeNamedByALink) {
+  std::ofstream(file) << "text";
+  std::filesystem::create_symlink(file, folder / "link");
+  EXPECT_EQ(read_regular_file(folder / "link", 4), "text");
+}
+
+TEST_F(RegularFile, IsNeitherAPipeNorADeviceNorADirectory) {
+  ASSERT_EQ(mkfifo(file.c_str(), 0600), 0);
+  EXPECT_EQ(refusal_of(file), "it is a pipe or a device") << "and nobody waits for a writer";
+  EXPECT_EQ(refusal_of("/dev/zero"), "it is a pipe or a device");
+  EXPECT_EQ(refusal_of(folder.folder()), "Is a directory");
+  EXPECT_EQ(refusal_of(folder / "none"), "No such file or directory");
+}
+
+TEST_F(RegularFile, IsWhatADbcMustBe) {
+  ASSERT_EQ(mkfifo(file.c_str(), 0600), 0);
+  EXPECT_THROW(load_dbc(file), DbcError);
+}
+
+}  // namespace
+}  // namespace hystcan::can::regular_file_test
