@@ -12,7 +12,6 @@
 #include <system_error>
 
 #include "app/command_line/commands.h"
-#include "app/command_line/usage_error.h"
 #include "base/error.h"
 #include "base/log_sink.h"
 #include "base/standard_streams.h"

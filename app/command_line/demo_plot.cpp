@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "app/stage/gnuplot.h"
-#include "app/stage/plot_look.h"
 
 namespace hystcan::app {
 namespace {

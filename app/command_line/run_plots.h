@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/command_line/run_figures.h"
-#include "app/stage/plot_look.h"
+#include "app/stage/gnuplot.h"
 
 namespace hystcan::app {
 

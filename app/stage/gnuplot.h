@@ -1,4 +1,7 @@
 // Draws plots by gnuplot, if it is installed, from scripts that remain beside the plots.
+//
+// One look for all pictures: colours that colour-blind people tell apart, thin axes, the key above the plot, fonts that are
+// readable in print. In gnuplot's words.
 #pragma once
 
 #include <filesystem>
@@ -7,6 +10,25 @@
 #include <vector>
 
 namespace hystcan::app {
+
+struct PictureSize {
+  double width_mm = 160.0;
+  double height_mm = 100.0;
+};
+
+/// The endings of pictures: svg, png, pdf.
+const std::vector<std::string>& picture_formats();
+
+/// Settings and line styles:
+///
+///   ls 1 blue, ls 2 vermilion, ls 3 green, ls 4 purple, ls 5 grey, ls 6 black
+///
+/// Without colour, dashes tell them apart: 1 and 6 are solid.
+std::string plot_look();
+
+/// Draws `body` once for each format, to NAME.FORMAT.
+std::string drawn_as(const std::string& name, const std::vector<std::string>& formats,
+                     const PictureSize& size, const std::string& body);
 
 /// Writes the script to directory/name and runs gnuplot on it there. Returns an empty text when each picture, the
 /// script's name with one of these endings ("svg", "png", "pdf"), is there and whole: gnuplot itself succeeds on a full

@@ -1,9 +1,16 @@
-// The report of an identification: a folder with one page, its plots, the numbers of the plots, and the
-// scripts that draw them.
+// The report of an identification: a folder with one page, its plots, the numbers of the plots, and the scripts with which
+// gnuplot draws them. Values are in output units unless they are percentages.
+//   residual = measured - model
+//
+//   record.csv      time_s,input,output,predicted,residual,record
+//   curves.csv      input,ascending,descending
+//   landscape.csv   k_ascending,k_descending,rms; an empty line follows each row of the map, for gnuplot
+//   comparison.csv  model,parameters and the model's errors in percent of the output's span
 #pragma once
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,6 +19,20 @@
 #include "identification/identify.h"
 
 namespace hystcan::app {
+
+/// Most rows of record.csv. If there are more samples, one row stands for a group of samples: the sample with
+/// the largest residual.
+inline constexpr std::size_t most_plotted = 20000;
+
+/// The number of samples for which one row of record.csv stands.
+std::size_t samples_per_row(const std::vector<identification::Dataset>& datasets);
+
+struct Picture {
+  std::string name;  ///< name.gp draws name.svg
+  std::string title;
+  std::string explanation;
+};
+const std::vector<Picture>& pictures();
 
 struct IdentificationReport {
   const std::vector<identification::Dataset>& datasets;

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "app/live/rehearsal_setup.h"
+#include "app/stage/dataset_input.h"
 #include "app/stage/open_loop.h"
-#include "app/stage/run_dataset.h"
 #include "controller/excitation_dataset.h"
 #include "tests/app/command_line/cli.h"
 #include "tests/runs/scratch_runs.h"
