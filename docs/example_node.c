@@ -4,8 +4,8 @@
 //   ./example_node vcan0 1 2       amplifier node 1 and sensor node 2, which are axis X of config/piezo.toml
 //   ./example_node vcan0 1 0       0: without the sensor, because a real one is on the bus
 //
-// Comments in quotes name a section of docs/protocol.md. To make firmware of it, replace the last two parts: the
-// device, and the bus and the clock. All numbers on the wire are integers of 1e-6 units.
+// Comments in quotes name a section of docs/protocol.md. To make firmware of it, replace the last two parts:
+// the device, and the bus and the clock. All numbers on the wire are integers of 1e-6 units.
 #define _DEFAULT_SOURCE
 
 #include <linux/can.h>
