@@ -4,8 +4,8 @@
 //   ./example_node vcan0 1 2       amplifier node 1 and sensor node 2, which are axis X of config/piezo.toml
 //   ./example_node vcan0 1 0       0: without the sensor, because a real one is on the bus
 //
-// Comments in quotes name a section of docs/protocol.md. To make firmware of it, replace the last two parts: the device,
-// and the bus and the clock. All numbers on the wire are integers of 1e-6 units.
+// Comments in quotes name a section of docs/protocol.md. To make firmware of it, replace the last two parts:
+// the device, and the bus and the clock. All numbers on the wire are integers of 1e-6 units.
 #define _DEFAULT_SOURCE
 
 #include <linux/can.h>
@@ -273,7 +273,8 @@ static void amplifier_on_frame(struct amplifier* amplifier, const struct can_fra
   }
 }
 
-// "Watchdog": it acts on an enabled output only. If the commands have stopped, a relay that closes enables nothing.
+// "Watchdog": it acts on an enabled output only. If the commands have stopped, a relay that closes enables
+// nothing.
 static void amplifier_on_time(struct amplifier* amplifier) {
   const uint64_t now = now_ms();
   const bool has_command = now < amplifier->deadline_ms;

@@ -1,4 +1,4 @@
-// Model files ([hysteresis]) and memory files ([memory]): docs/configuration.md lists the keys.
+// Model files ([hysteresis]) and memory files ([memory]): docs/file_formats.md lists the keys.
 #pragma once
 
 #include <filesystem>

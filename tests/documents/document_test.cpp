@@ -1,0 +1,325 @@
+// Every document: its shell blocks parse, its command lines are accepted, its links lead somewhere, and the tables of
+// docs/commands.md are those of the program. HYSTCAN_WRITE_TABLES=1 in the environment writes these tables.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <CLI/CLI.hpp>
+
+#include <cctype>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "app/command_line/commands.h"
+#include "tests/support/process.h"
+
+namespace hystcan::documents::document_test {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path source = HYSTCAN_SOURCE_DIR;
+
+struct Block {
+  int line;  ///< of the opening fence
+  std::string language, text;
+};
+
+struct Document {
+  std::string name;   ///< below the source folder
+  std::string prose;  ///< without blocks; every line stays at its place
+  std::vector<Block> blocks;
+  std::set<std::string> anchors;
+};
+
+/// As GitHub makes it: "A lab's own frames" has "a-labs-own-frames".
+std::string anchor_of(const std::string& heading) {
+  const std::string plain = std::regex_replace(heading, std::regex("\\[([^\\]]*)\\]\\([^)]*\\)"), "$1");
+  std::string anchor;
+  for (const char letter : plain) {
+    const auto code = static_cast<unsigned char>(letter);
+    if (std::isalnum(code) != 0 || letter == '-' || letter == '_' || code >= 0x80)
+      anchor += static_cast<char>(std::tolower(code));
+    if (letter == ' ') anchor += '-';
+  }
+  return anchor;
+}
+
+Document read(const fs::path& file) {
+  Document document{.name = fs::relative(file, source).string(), .prose = {}, .blocks = {}, .anchors = {}};
+  std::istringstream text(support::read_file(file));
+  bool inside = false;
+  std::string line;
+  for (int number = 1; std::getline(text, line); ++number, document.prose += '\n') {
+    const auto begin = line.find_first_not_of(' ');
+    if (begin != std::string::npos && line.compare(begin, 3, "```") == 0) {
+      inside = !inside;
+      if (inside) document.blocks.push_back({number, line.substr(begin + 3), {}});
+    } else if (inside) {
+      document.blocks.back().text += line + "\n";
+    } else {
+      document.prose += line;
+      if (line.starts_with('#')) document.anchors.insert(anchor_of(line.substr(line.find(' ') + 1)));
+    }
+  }
+  return document;
+}
+
+const std::map<std::string, Document>& documents() {
+  static const std::map<std::string, Document> all = [] {
+    std::map<std::string, Document> found;
+    const auto add = [&](const fs::path& file) {
+      if (file.extension() != ".md") return;
+      Document document = read(file);
+      found.emplace(document.name, std::move(document));
+    };
+    for (const auto& entry : fs::directory_iterator(source)) add(entry.path());
+    for (const auto& entry : fs::recursive_directory_iterator(source / "docs")) add(entry.path());
+    return found;
+  }();
+  return all;
+}
+
+int line_of(const std::string& text, std::ptrdiff_t at) {
+  return 1 + static_cast<int>(std::count(text.begin(), text.begin() + at, '\n'));
+}
+
+/// The simple commands of a shell script, as lists of words. Expansions stay as they are written, redirections go.
+std::vector<std::vector<std::string>> commands_of(const std::string& script) {
+  std::vector<std::vector<std::string>> commands(1);
+  std::string word;
+  bool has_word = false;
+  bool redirected = false;
+  const auto end_word = [&] {
+    if (has_word && !redirected) commands.back().push_back(word);
+    if (has_word) redirected = false;
+    word.clear();
+    has_word = false;
+  };
+  for (std::size_t i = 0; i < script.size(); ++i) {
+    const char c = script[i];
+    if (c == '\\' && i + 1 < script.size()) {
+      if (script[++i] == '\n') continue;
+      word += script[i];
+      has_word = true;
+    } else if (c == '\'' || c == '"') {
+      const std::size_t end = std::min(script.find(c, i + 1), script.size());
+      word += script.substr(i + 1, end - i - 1);
+      has_word = true;
+      i = end;
+    } else if (c == '#' && !has_word) {
+      i = std::min(script.find('\n', i), script.size()) - 1;
+    } else if (std::string_view("\n;|&()").find(c) != std::string_view::npos) {
+      end_word();
+      if (!commands.back().empty()) commands.emplace_back();
+    } else if (c == '>' || c == '<') {
+      end_word();
+      redirected = true;
+    } else if (c == ' ') {
+      end_word();
+    } else {
+      word += c;
+      has_word = true;
+    }
+  }
+  end_word();
+  return commands;
+}
+
+/// What follows the program's name, also behind `sudo`, `taskset` or a variable; empty if it is another command. A
+/// variable of the shell stands for a number.
+std::vector<std::string> arguments_of_hystcan(const std::vector<std::string>& command) {
+  static const std::set<std::string> others{"cp", "ln", "ls", "install", "cmake", "setcap", "ldd", "apt-get"};
+  if (command.empty() || others.contains(command.front())) return {};
+  for (auto word = command.begin(); word != command.end(); ++word)
+    if (*word == "hystcan" || (word->ends_with("/hystcan") && word->find('=') == std::string::npos)) {
+      std::vector<std::string> arguments(word + 1, command.end());
+      for (std::string& argument : arguments)
+        if (argument.starts_with('$')) argument = "1";
+      return arguments;
+    }
+  return {};
+}
+
+/// The program's command line, which ends before a command runs.
+class CommandLine {
+ public:
+  CommandLine() {
+    cli_.name("hystcan");
+    cli_.set_version_flag("--version", "");
+    cli_.require_subcommand(1);
+    app::add_commands(cli_, status_);
+    cli_.parse_complete_callback([] { throw CLI::Success(); });  // before the command runs
+  }
+
+  const CLI::App& tree() const { return cli_; }
+
+  /// Returns what is wrong, or nothing. An excerpt may leave out what the command needs.
+  std::string refusal(std::vector<std::string> arguments, bool is_excerpt) {
+    std::ranges::reverse(arguments);
+    try {
+      cli_.parse(std::move(arguments));
+    } catch (const CLI::Success&) {  // --help and --version too
+    } catch (const CLI::ParseError& error) {
+      const bool is_unknown = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError);
+      if (!is_excerpt || is_unknown) return error.what();
+    }
+    return {};
+  }
+
+ private:
+  int status_ = 0;
+  CLI::App cli_;
+};
+
+/// The shell blocks, and the lines behind a prompt in blocks that show what answers.
+std::vector<Block> scripts_of(const Document& document) {
+  std::vector<Block> scripts;
+  for (const Block& block : document.blocks) {
+    if (block.language == "sh") scripts.push_back(block);
+    std::istringstream lines(block.text);
+    std::string line;
+    for (int number = block.line + 1; std::getline(lines, line); ++number)
+      if (line.starts_with("$ ")) scripts.push_back({number, "sh", line.substr(2)});
+  }
+  return scripts;
+}
+
+TEST(Documents, HaveShellBlocksThatParse) {
+  const support::ScratchFolder folder;
+  for (const auto& [name, document] : documents()) {
+    for (const Block& script : scripts_of(document)) {
+      std::ofstream(folder / "script") << script.text;
+      support::Process bash({"bash", "-n", (folder / "script").string()});
+      EXPECT_EQ(bash.wait(), 0) << name << ':' << script.line << ": " << bash.err();
+    }
+  }
+}
+
+// A formatter that takes a block for prose leaves its fence in the middle of a line.
+TEST(Documents, HaveFencesOnlyAtTheBeginOfALine) {
+  for (const auto& [name, document] : documents())
+    if (const auto at = document.prose.find("```"); at != std::string::npos)
+      ADD_FAILURE() << name << ':' << line_of(document.prose, static_cast<std::ptrdiff_t>(at));
+}
+
+TEST(Documents, HaveCommandLinesThatTheProgramAccepts) {
+  std::size_t count = 0;
+  for (const auto& [name, document] : documents()) {
+    for (const Block& script : scripts_of(document)) {
+      for (const auto& command : commands_of(script.text)) {
+        const std::vector<std::string> arguments = arguments_of_hystcan(command);
+        if (arguments.empty()) continue;
+        ++count;
+        EXPECT_EQ(CommandLine().refusal(arguments, false), "")
+            << name << ':' << script.line << ": hystcan " << fmt::format("{}", fmt::join(arguments, " "));
+      }
+    }
+  }
+  EXPECT_GT(count, 50u);
+}
+
+TEST(Documents, NameInTheirTextOnlyCommandsAndOptionsThatExist) {
+  const std::regex span("`hystcan ([a-z][^`]*)`");
+  std::size_t count = 0;
+  for (const auto& [name, document] : documents()) {
+    if (name == "CHANGELOG.md") continue;  // what there was once
+    const std::string& prose = document.prose;
+    for (std::sregex_iterator it(prose.begin(), prose.end(), span), end; it != end; ++it) {
+      const auto commands = commands_of(std::regex_replace(it->str(1), std::regex("\n"), " "));
+      if (commands.front().empty()) continue;
+      ++count;
+      EXPECT_EQ(CommandLine().refusal(commands.front(), true), "")
+          << name << ':' << line_of(prose, it->position()) << ": " << it->str();
+    }
+  }
+  EXPECT_GT(count, 50u);
+}
+
+TEST(Documents, HaveLinksThatLeadSomewhere) {
+  const std::regex link("\\]\\(([^)\\s]+)\\)");
+  for (const auto& [name, document] : documents()) {
+    const std::string text = std::regex_replace(document.prose, std::regex("`[^`\\n]*`"), "");
+    for (std::sregex_iterator it(text.begin(), text.end(), link), end; it != end; ++it) {
+      const std::string target = (*it)[1];
+      if (target.find("://") != std::string::npos) continue;
+      if (target.find_first_of("./#") == std::string::npos) continue;  // a formula: H[v](t)
+      const std::string file = target.substr(0, target.find('#'));
+      const fs::path path = file.empty() ? source / name : (source / name).parent_path() / file;
+      const std::string where = fmt::format("{}:{}: {}", name, line_of(text, it->position()), target);
+      if (!fs::exists(path)) {
+        ADD_FAILURE() << where;
+      } else if (const auto hash = target.find('#'); hash != std::string::npos) {
+        const std::string other = fs::relative(fs::weakly_canonical(path), fs::canonical(source)).string();
+        ASSERT_TRUE(documents().contains(other)) << where;
+        EXPECT_TRUE(documents().at(other).anchors.contains(target.substr(hash + 1))) << where;
+      }
+    }
+  }
+}
+
+std::string row(const std::string& what, const std::string& meaning) {
+  return fmt::format("| `{}` | {} |\n", what, std::regex_replace(meaning, std::regex("\\|"), "\\|"));
+}
+
+/// The options of a command, then its subcommands and theirs.
+std::string rows_of(const CLI::App& command, const std::string& before) {
+  std::string rows;
+  for (const CLI::Option* option :
+       command.get_options([](const CLI::Option* o) { return o->nonpositional(); })) {
+    if (option->check_name("--help")) continue;
+    std::string what = before + option->get_name();
+    if (option->get_expected_max() > 0)
+      what += " " + option->get_type_name().substr(option->get_type_name().find(':') + 1);
+    std::string meaning = option->get_description();
+    for (const CLI::Option* needed : option->get_needs()) meaning += "; with " + needed->get_name();
+    if (!option->get_default_str().empty())
+      meaning += fmt::format(" (default {})", option->get_default_str());
+    rows += row(what, meaning);
+  }
+  for (const CLI::App* below : command.get_subcommands({})) {
+    std::string words = before + below->get_name();
+    for (const CLI::Option* option :
+         below->get_options([](const CLI::Option* o) { return o->get_positional(); }))
+      words += " " + option->get_name(true);
+    rows += row(words, below->get_description());
+    rows += rows_of(*below, before + below->get_name() + " ");
+  }
+  return rows;
+}
+
+TEST(CommandsDocument, HasTheTablesOfTheProgram) {
+  constexpr std::string_view head = "<!-- options: ";
+  constexpr std::string_view tail = "<!-- end -->";
+  const fs::path file = source / "docs/commands.md";
+  const std::string text = support::read_file(file);
+  const CommandLine commands;
+  std::set<std::string> described;
+  std::string written;
+  std::size_t rest = 0;
+  for (std::size_t at = text.find(head); at != std::string::npos; at = text.find(head, rest)) {
+    const std::size_t begin = at + head.size();
+    const std::string name = text.substr(begin, text.find(' ', begin) - begin);
+    const std::size_t end = text.find(tail, at);
+    const std::string table = fmt::format("{}{} -->\n| option | meaning |\n|---|---|\n{}", head, name,
+                                          rows_of(*commands.tree().get_subcommand(name), ""));
+    EXPECT_EQ(text.substr(at, end - at), table) << "HYSTCAN_WRITE_TABLES=1 writes the tables";
+    described.insert(name);
+    written += text.substr(rest, at - rest) + table;
+    rest = end;
+  }
+  written += text.substr(rest);
+  if (std::getenv("HYSTCAN_WRITE_TABLES") != nullptr) std::ofstream(file) << written;
+  for (const CLI::App* command : commands.tree().get_subcommands({}))
+    EXPECT_TRUE(rows_of(*command, "").empty() || described.contains(command->get_name()))
+        << command->get_name();
+}
+
+}  // namespace
+}  // namespace hystcan::documents::document_test
