@@ -88,10 +88,6 @@ constexpr auto columns = std::to_array<CycleColumn>({
                   ? none
                   : if_tracking(r, r.report.learning.correction_um);
      }},
-    {"correction_gain", "", "learnt gain of the model", Kind::number, 9,
-     [](const CycleRecord& r) { return if_tracking(r, r.report.correction.gain); }},
-    {"correction_offset_um", "um", "learnt offset of the model", Kind::number, um_decimals,
-     [](const CycleRecord& r) { return if_tracking(r, r.report.correction.offset_um); }},
     {"memory_depth", "", "branches in the memory of the model", Kind::whole, 0,
      [](const CycleRecord& r) { return if_tracking(r, static_cast<double>(r.report.memory_depth)); }},
     {"period_us", "us", "from the SYNC before to this one", Kind::number, us_decimals,

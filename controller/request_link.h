@@ -20,7 +20,7 @@ struct Request {
     go_to,    ///< leave the configured reference for `position_um`
     resume,   ///< return to the configured reference
     retune,   ///< take over `tuning`, which then holds the previous tuning
-    revert,   ///< discard what was learnt: of the model, and of a reference that repeats
+    revert,   ///< discard what was learnt of a reference that repeats
     stop,     ///< stop all axes and the controller
   };
   Kind kind = Kind::enable;

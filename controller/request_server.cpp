@@ -67,7 +67,7 @@ std::string_view RequestServer::carry_out(Request& request) {
     case Request::Kind::retune:
       return axis.retune(*request.tuning);
     case Request::Kind::revert:
-      axis.revert_correction();
+      axis.reset_learning();
       return {};
     case Request::Kind::stop:
       for (const auto& each : axes_) each->axis.stop();

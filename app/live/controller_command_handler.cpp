@@ -70,7 +70,6 @@ json to_json(const std::string& name, const controller::CycleRecord& record) {
   axis["finished"] = report.point.finished;
   axis["live_goal"] = report.point.live;
   axis["arrival"] = to_string(report.arrival);
-  axis["correction"] = {{"gain", report.correction.gain}, {"offset_um", report.correction.offset_um}};
   if (const controller::Learning::Report& learning = report.learning;
       learning.state != controller::LearningState::off)
     axis["learning"] = {{"state", to_string(learning.state)},

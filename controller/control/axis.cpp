@@ -109,11 +109,9 @@ const ControlLaw* Axis::law_to_save() const {
   return loop != nullptr && state_ == AxisState::offline && memory_known_ ? &loop->law() : nullptr;
 }
 
-void Axis::restore(const model::HysteresisState& memory, const ModelCorrection& correction) {
+void Axis::restore(const model::HysteresisState& memory) {
   auto* loop = std::get_if<ClosedLoop>(&loop_);
-  if (loop == nullptr) return;
-  loop->law().set_correction(correction);
-  if (config_.start_up != StartUp::restore) return;
+  if (loop == nullptr || config_.start_up != StartUp::restore) return;
   loop->law().remember(memory);
   memory_known_ = true;
 }
@@ -128,10 +126,9 @@ bool Axis::restore(const std::vector<std::vector<double>>& learnt) {
   return loop != nullptr && loop->learning() != nullptr && loop->learning()->restore(learnt);
 }
 
-void Axis::revert_correction() {
+void Axis::reset_learning() {
   auto* loop = std::get_if<ClosedLoop>(&loop_);
   if (loop == nullptr) return;
-  loop->law().set_correction({});
   if (Learning* learning = loop->learning()) learning->reset();
 }
 
@@ -362,7 +359,6 @@ AxisCommand Axis::track(const AxisInput& input) {
   report_.integral_um = proposal.integral_um;
   report_.memory_depth = proposal.memory_depth;
   report_.demand_um = proposal.demand_um;
-  report_.correction = proposal.correction;
   report_.learning = proposal.learning;
   return {.drive = drive_, .enable = true};
 }

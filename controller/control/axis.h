@@ -57,7 +57,6 @@ struct AxisReport {  // NOLINT(clang-analyzer-optin.performance.Padding)
   double drive = 0.0;         ///< output of the gate
   std::uint8_t limits = limit::none;
   std::uint32_t memory_depth = 0;  ///< branches in the model's memory; 0 in open loop
-  ModelCorrection correction;      ///< learnt so far
   Learning::Report learning;
   bool sample_missing = false;
   Trajectory::Point point;
@@ -102,16 +101,16 @@ class Axis {
   /// `tuning`. Returns the reason of a refusal, which changes nothing; empty where it is done.
   std::string_view retune(AxisTuning& tuning);
 
-  /// Memory and correction, to be saved after a clean stop. Null: the memory is unknown, or there is none.
+  /// The law whose memory is to be saved after a clean stop. Null: the memory is unknown, or there is none.
   const ControlLaw* law_to_save() const;
-  /// Called before the first start with the saved values. Sets the memory only where start-up is `restore`.
-  void restore(const model::HysteresisState& memory, const ModelCorrection& correction);
+  /// Called before the first start with the saved memory. Sets it only where start-up is `restore`.
+  void restore(const model::HysteresisState& memory);
   /// What the axis has learnt of a reference that repeats; null: it does not learn.
   const Learning* learning() const;
   /// False: what was learnt belongs to another reference.
   bool restore(const std::vector<std::vector<double>>& learnt);
-  /// Resets all that was learnt.
-  void revert_correction();
+  /// Resets what was learnt.
+  void reset_learning();
 
   /// How far ahead of a cycle its reference is looked up; 0 in open loop.
   double preview_s(double cycle_s);

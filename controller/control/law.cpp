@@ -24,8 +24,7 @@ ControlLaw::ControlLaw(const Config& config)
       full_(config.model),
       average_(model::average(config.model)),
       line_(model::straight_line(config.model)),
-      memory_(full_.at_lower_threshold(config.adaptation ? Adaptation::memory_capacity
-                                                         : model::Hysteresis::default_capacity)),
+      memory_(full_.at_lower_threshold()),
       average_rest_(average_.at_lower_threshold(least_capacity)),
       line_rest_(line_.at_lower_threshold(least_capacity)),
       creep_(config.creep),
@@ -50,7 +49,7 @@ const model::HysteresisState& ControlLaw::inverted_memory() const {
   return inverted == &full_ ? memory_ : inverted == &line_ ? line_rest_ : average_rest_;
 }
 
-double ControlLaw::modelled_um() const {
+double ControlLaw::predicted_um() const {
   const bool is_full = &inverted() == &full_;
   const double at_once_um =
       is_full ? memory_.output : inverted().forward(inverted_memory(), memory_.input).value;
@@ -75,14 +74,12 @@ void ControlLaw::retune(const Config& config) {
   config_.deadband_um = config.deadband_um;
   config_.measurement_filter_Hz = config.measurement_filter_Hz;
   config_.notch = config.notch;
-  config_.adaptation = config.adaptation;
   notch_for_s_ = 0.0;
   error_um_ = outside_deadband(filtered_um_, config_.deadband_um);
   if (another_structure)
     enter_structure();
   else
     pi_.integral_um += proportional_before_um - proportional_um();
-  set_correction(correction_);
 }
 
 // The next demand becomes the new operator's output at the last applied drive. The notch is shifted by the
@@ -95,32 +92,14 @@ void ControlLaw::enter_structure() {
   pi_.integral_um = demand_um_ - feed_forward_um() - proportional_um();
 }
 
-void ControlLaw::set_correction(const ModelCorrection& correction) {
-  move_correction(config_.adaptation
-                      ? Adaptation::within_bounds(*config_.adaptation, correction, inverted().output_range())
-                      : ModelCorrection{});
-}
-
-// The corrected model's output at the last applied drive changes; the integral compensates the change.
-void ControlLaw::move_correction(const ModelCorrection& to) {
-  const double before_um = predicted_um();
-  correction_ = to;
-  const double moved_um = predicted_um() - before_um;
-  Notch::shift(notch_state_, moved_um);
-  notched_um_ += moved_um;
-  demand_um_ += moved_um;
-  pi_.integral_um += moved_um;
-}
-
 ControlLaw::Demand ControlLaw::propose(const Input& input) {
-  steady_ = input.steady;
   previewed_um_ = input.previewed_um;
   update_error(input);
   integrate(input.dt_s);
   demand_um_ = feed_forward_um() + proportional_um() + pi_.integral_um;
   notched_um_ = notched(demand_um_, input.cycle_s);
 
-  const double at_once_um = creep_.inverse(creep_state_, correction_.undo(notched_um_));
+  const double at_once_um = creep_.inverse(creep_state_, notched_um_);
   const model::Prediction drive = inverted().inverse(inverted_memory(), at_once_um);
   Demand demand{.drive = drive.value, .position_um = notched_um_};
   if (drive.saturated) demand.limits |= limit::model;
@@ -162,11 +141,7 @@ void ControlLaw::commit(double applied_drive) {
   follow(applied_drive);
   if (!feeds_back() || integrated_s_ == 0.0) return;
   const double excess_um = notched_um_ - predicted_um();
-  if (std::abs(excess_um) > met_within_um)
-    prevent_windup(excess_um);
-  else if (config_.adaptation && steady_)
-    move_correction(Adaptation::step(*config_.adaptation, correction_, inverted().output_range(),
-                                     modelled_um(), pi_.integral_um, integrated_s_));
+  if (std::abs(excess_um) > met_within_um) prevent_windup(excess_um);
 }
 
 void ControlLaw::prevent_windup(double excess_um) {

@@ -88,12 +88,10 @@ Proposal ClosedLoop::propose(const LoopInput& input) {
                                                   .previewed_um = proposal.previewed_um,
                                                   .position_um = input.position_um,
                                                   .dt_s = input.dt_s,
-                                                  .cycle_s = input.cycle_s,
-                                                  .steady = !proposal.point.in_transition});
+                                                  .cycle_s = input.cycle_s});
   proposal.drive = demand.drive;
   proposal.demand_um = demand.position_um;
   proposal.limits = demand.limits;
-  proposal.correction = law_.correction();
   proposal.integral_um = law_.integral_um();
   proposal.memory_depth = static_cast<std::uint32_t>(law_.memory().depth());
   return proposal;

@@ -47,7 +47,6 @@ struct Proposal {
   double demand_um = 0.0;
   std::uint8_t limits = limit::none;
   std::uint32_t memory_depth = 0;
-  ModelCorrection correction{};
   Learning::Report learning{};
   Trajectory::Point point;
   Arrival arrival = Arrival::not_judged;

@@ -237,7 +237,7 @@ TEST(StartUp, RestoreTracksWithTheSavedMemory) {
   const model::Hysteresis actuator(support::piezo_model());
   const model::HysteresisState memory = nested_stage(actuator);
   IdealStage stage(feed_forward_axis(StartUp::restore), memory);
-  stage.axis.restore(memory, {});
+  stage.axis.restore(memory);
   ASSERT_TRUE(stage.tracks());
   EXPECT_NEAR(stage.highest_drive, 25.0, 2.0);
   EXPECT_LT(error_at_rest_um(stage), 1e-6);
@@ -256,7 +256,7 @@ TEST(StartUp, ACleanStopSavesTheMemoryOfTheActuator) {
   EXPECT_EQ(law->memory().depth(), first.memory().depth());
 
   IdealStage second(feed_forward_axis(StartUp::restore), first.memory());
-  second.axis.restore(law->memory(), law->correction());
+  second.axis.restore(law->memory());
   ASSERT_TRUE(second.tracks());
   EXPECT_NEAR(second.highest_drive, 25.0, 2.0);
   EXPECT_LT(error_at_rest_um(second), 1e-6);
@@ -267,7 +267,7 @@ TEST(StartUp, VisitsTheThresholdsAgainAfterAFaultWhateverIsConfigured) {
   for (const StartUp start_up : every<StartUp>()) {
     const model::HysteresisState memory = risen_stage(actuator);
     IdealStage stage(feed_forward_axis(start_up, 40.0), memory);
-    stage.axis.restore(memory, {});
+    stage.axis.restore(memory);
     ASSERT_TRUE(stage.tracks());
     stage.cycle([](AxisInput& in) { in.sensor_status_good = false; });
     ASSERT_EQ(stage.axis.state(), AxisState::faulted);
