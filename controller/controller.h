@@ -57,9 +57,9 @@ struct CommonConfig {
   std::uint8_t node = 127;  ///< Of the controller's own heartbeat.
   can::Duration heartbeat_period{std::chrono::milliseconds(100)};
   can::Duration heartbeat_timeout{std::chrono::milliseconds(300)};  ///< Of the other nodes.
-  can::Duration wake_up_warn{};  ///< The log reports a SYNC that is later than this; zero: never.
-  can::Duration wake_up_trip{};  ///< A later one faults every axis in use (cycle overrun); zero: never.
-  bool start_together = true;    ///< The first axis that is ready waits for the others.
+  can::Duration lateness_warn{};  ///< The log reports a SYNC that is later than this; zero: never.
+  can::Duration lateness_trip{};  ///< A later one faults every axis in use (cycle overrun); zero: never.
+  bool start_together = true;     ///< The first axis that is ready waits for the others.
   can::Duration start_timeout{std::chrono::seconds(5)};  ///< For so long.
   std::optional<Realtime> realtime{};
   BlackBox::Config black_box{};
@@ -97,7 +97,7 @@ class Controller {
   /// Before start(), to restore what an axis remembers.
   Axis& axis(std::size_t i) { return axes_[i]->axis; }
   const Axis& axis(std::size_t i) const { return axes_[i]->axis; }
-  const can::E2eChecker& sample_checker(std::size_t i) const { return axes_[i]->decode_sample.checker(); }
+  const can::E2eChecker& sample_checker(std::size_t i) const { return axes_[i]->sensor.decoder().checker(); }
   /// Empty: this axis takes no live setpoints.
   std::optional<SetpointCounters> live_setpoints(std::size_t i) const;
   /// Of every message that the controller receives: samples, statuses, setpoints; of both nodes heartbeats,
@@ -118,19 +118,12 @@ class Controller {
   struct Cycle {
     std::uint8_t sync_counter = 0;
     can::Time sync_sent{};
-    can::Duration sync_late{};    ///< After its deadline.
+    can::Duration lateness{};     ///< Of the SYNC, after its deadline.
     can::Duration sync_period{};  ///< From the SYNC before; zero at the first.
     double dt_s = 0.0;            ///< From the SYNC before, or from start().
     std::optional<double>
         tracking_since_s{};  ///< Of all axes; empty: an axis that is ready does not begin yet.
     bool background_done = true;
-  };
-  /// When the parts of one step happened.
-  struct StepTimes {
-    std::optional<can::Time> sample_heard{};  ///< By the kernel's stamp; empty where no sample came.
-    can::Time begun{};
-    can::Time decided{};
-    can::Time sent{};
   };
 
   void listen_to_echoes();
@@ -142,14 +135,13 @@ class Controller {
   void set_next_deadline(can::Time now);
   void decide_on_tracking(can::Time now);
   bool axes_in(std::initializer_list<AxisState> states) const;
-  void note_wake_up(can::Time now);
+  void note_lateness(can::Time now);
   void run_background_tasks();
   void on_sample(std::size_t index, const can::Frame& frame);
   void step(std::size_t index, const can::SensorSample* sample);
   AxisInput input_of(WiredAxis& wired, const can::SensorSample* sample) const;
-  double coupled_um(Axis& axis, const AxisInput& input) const;
   void send_command(WiredAxis& wired, const AxisCommand& command);
-  void record(std::size_t index, const StepTimes& times);
+  void record(std::size_t index, const CyclePhases& phases, bool has_sample);
   void on_foreign_nmt(const can::Frame& frame);
   void trip_if_in_use(WiredAxis& wired, Cause cause);
   void on_another_controller(ForeignFrame::Kind kind, const can::Frame& frame);

@@ -104,7 +104,7 @@ constexpr auto columns = std::to_array<CycleColumn>({
     {"execution_us", "us", "execution time of the axis's step", Kind::number, us_decimals,
      [](const CycleRecord& r) { return microseconds(r.phases.execution); }},
     {"overruns", "", "SYNCs left out since the start", Kind::whole, 0,
-     [](const CycleRecord& r) { return static_cast<double>(r.counters.overruns); }},
+     [](const CycleRecord& r) { return static_cast<double>(r.counters.missed_cycles); }},
     {"missing_samples", "", "cycles without a sample in time since the start", Kind::whole, 0,
      [](const CycleRecord& r) { return static_cast<double>(r.counters.missing_samples); }},
     {"late_samples", "", "samples after their cycle since the start", Kind::whole, 0,

@@ -13,7 +13,7 @@ namespace hystcan::controller {
 
 struct CycleCounters {
   std::uint64_t cycles = 0;
-  std::uint64_t overruns = 0;         ///< SYNCs left out, because this computer was too slow
+  std::uint64_t missed_cycles = 0;    ///< SYNCs left out, because this computer was too slow
   std::uint64_t missing_samples = 0;  ///< cycles of an axis in use without a sample in time
   std::uint64_t late_samples = 0;     ///< samples that came after their cycle
 };

@@ -47,9 +47,6 @@ bool NodeStartUp::send_next_command(can::Bus& bus, can::Time now) {
   return false;
 }
 
-RemoteNode& NodeStartUp::node_at(std::size_t place) {
-  WiredAxis& wired = *axes_[place / 2];
-  return place % 2 == 0 ? wired.sensor : wired.amplifier;
-}
+RemoteNode& NodeStartUp::node_at(std::size_t place) { return *axes_[place / 2]->nodes()[place % 2]; }
 
 }  // namespace hystcan::controller

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string_view>
 
 #include "controller/control/axis.h"
@@ -27,8 +28,8 @@ struct Request {
   std::size_t axis = 0;
   double position_um = 0.0;
   std::unique_ptr<AxisTuning> tuning{};
-  std::string_view refused_because{};  ///< the answer; empty: done
-  std::uint64_t cycle = 0;             ///< the last cycle before the request took effect
+  std::optional<std::string_view> refused_because{};  ///< the answer
+  std::uint64_t cycle = 0;                            ///< the last cycle before the request took effect
 };
 
 /// One thread requests, one other thread (the control thread) answers.

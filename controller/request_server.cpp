@@ -3,10 +3,12 @@
 namespace hystcan::controller {
 namespace {
 
-std::string_view refusal_of(LiveSetpoint became) {
+using Refusal = std::optional<std::string_view>;
+
+Refusal refusal_of(LiveSetpoint became) {
   switch (became) {
     case LiveSetpoint::taken:
-      return {};
+      return std::nullopt;
     case LiveSetpoint::not_tracking:
       return "the axis does not track a reference";
     case LiveSetpoint::out_of_range:
@@ -15,27 +17,26 @@ std::string_view refusal_of(LiveSetpoint became) {
   return "the position is outside position_min_um..position_max_um, or of what the model reaches";
 }
 
-std::string_view enable(Axis& axis) {
+Refusal enable(Axis& axis) {
   if (axis.state() == AxisState::faulted) return "the axis is faulted: clear the fault first";
   if (axis.state() != AxisState::offline) return "the axis is enabled already";
   axis.start(false);
-  return {};
+  return std::nullopt;
 }
 
-std::string_view disable(Axis& axis) {
+Refusal disable(Axis& axis) {
   if (axis.state() == AxisState::faulted || axis.state() == AxisState::offline)
     return "the axis is not enabled";
   axis.stop();
-  return {};
+  return std::nullopt;
 }
 
 /// A node whose set-up failed is set up once more.
-std::string_view clear(WiredAxis& wired) {
+Refusal clear(WiredAxis& wired) {
   if (wired.axis.is_falling()) return "the drive still ramps to its safe value";
   if (!wired.axis.clear()) return "there is no fault to clear";
-  wired.sensor.retry_setup();
-  wired.amplifier.retry_setup();
-  return {};
+  for (RemoteNode* node : wired.nodes()) node->retry_setup();
+  return std::nullopt;
 }
 
 }  // namespace
@@ -49,7 +50,7 @@ void RequestServer::answer_next(std::uint64_t cycle) {
   link_->answer(request);
 }
 
-std::string_view RequestServer::carry_out(Request& request) {
+Refusal RequestServer::carry_out(Request& request) {
   if (request.axis >= axes_.size()) return "there is no such axis";
   WiredAxis& wired = *axes_[request.axis];
   Axis& axis = wired.axis;
@@ -67,12 +68,13 @@ std::string_view RequestServer::carry_out(Request& request) {
     case Request::Kind::retune:
       return axis.retune(*request.tuning);
     case Request::Kind::revert:
-      axis.reset_learning();
-      return {};
+      if (ClosedLoop* loop = axis.closed_loop(); loop != nullptr && loop->learning() != nullptr)
+        loop->learning()->reset();
+      return std::nullopt;
     case Request::Kind::stop:
       for (const auto& each : axes_) each->axis.stop();
       asked_to_stop_ = true;
-      return {};
+      return std::nullopt;
   }
   return "not a request";
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string_view>
 
 #include "controller/request_link.h"
@@ -22,8 +23,8 @@ class RequestServer {
   bool asked_to_stop() const { return asked_to_stop_; }
 
  private:
-  /// Returns why the request is refused; empty where it is done.
-  std::string_view carry_out(Request& request);
+  /// Returns why the request is refused.
+  std::optional<std::string_view> carry_out(Request& request);
 
   WiredAxes& axes_;
   RequestLink* link_ = nullptr;

@@ -176,7 +176,7 @@ void ControllerCommandHandler::status(const json&, const Answer& answer) {
               {"time_s", newest.front().time_s},
               {"age_s", outlets_.board.age_s()},
               {"cycles", counters.cycles},
-              {"missed_cycles", counters.overruns},
+              {"missed_cycles", counters.missed_cycles},
               {"missing_samples", counters.missing_samples},
               {"late_samples", counters.late_samples},
               {"timing", timing_json(newest.front())},
@@ -294,9 +294,9 @@ void ControllerCommandHandler::ask_all(std::vector<std::unique_ptr<Request>> req
   const auto close_one = [this, round](Request& request) {
     std::uint64_t& last_before = last_before_act_.at(request.axis);
     last_before = std::max(last_before, request.cycle);
-    if (!request.refused_because.empty())
+    if (request.refused_because)
       round->refusals.push_back(
-          fmt::format("{}: {}", live_.axis_names().at(request.axis), request.refused_because));
+          fmt::format("{}: {}", live_.axis_names().at(request.axis), *request.refused_because));
     if (--round->open == 0) round->done(round->refusals);
   };
   for (auto& request : requests) {

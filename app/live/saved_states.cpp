@@ -66,7 +66,9 @@ void SavedStates::restore(controller::Controller& controller) const {
     if (!state) continue;
     controller::Axis& axis = controller.axis(i);
     axis.restore(state->memory);
-    if (!state->learnt.empty() && !axis.restore(state->learnt))
+    controller::ClosedLoop* loop = axis.closed_loop();
+    controller::Learning* learning = loop == nullptr ? nullptr : loop->learning();
+    if (!state->learnt.empty() && (learning == nullptr || !learning->restore(state->learnt)))
       spdlog::warn("{}: what was learnt belongs to another reference, it is not used",
                    axes_[i].file.string());
   }
@@ -85,7 +87,7 @@ void SavedStates::save(const controller::Controller& controller) const {
     if (law == nullptr || axes_[i].file.empty()) continue;
     try {
       OutputFile file(axes_[i].file, OutputFile::Kind::durable);
-      file.write(memory_text(*law, controller.axis(i).learning()));
+      file.write(memory_text(*law, controller.axis(i).closed_loop()->learning()));
       file.commit();
     } catch (const RunError& error) {
       spdlog::warn("{}; the next start must not restore", error.what());

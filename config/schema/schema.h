@@ -29,8 +29,8 @@ void visit(V& v, controller::CommonConfig& c) {
   v.optional("node", c.node, {.lo = 1, .hi = 127});
   v.optional("heartbeat_ms", c.heartbeat_period, positive);
   v.optional("heartbeat_timeout_ms", c.heartbeat_timeout, positive);
-  v.optional("wake_up_warn_us", c.wake_up_warn, not_negative);
-  v.optional("wake_up_trip_us", c.wake_up_trip, not_negative);
+  v.optional("wake_up_warn_us", c.lateness_warn, not_negative);
+  v.optional("wake_up_trip_us", c.lateness_trip, not_negative);
   v.optional("start_together", c.start_together);
   v.optional("start_timeout_s", c.start_timeout, not_negative);
   v.name("control_socket", c.control_socket);

@@ -18,18 +18,20 @@ std::string_view to_string(Arrival arrival) {
   return names[static_cast<std::size_t>(arrival)];
 }
 
-Arrival InPosition::step(const Config& config, State& state, const Input& input) {
-  if (!input.reference_rests) {
+Arrival InPosition::step(const Config& config, State& state, const Trajectory::Point& reference,
+                         const std::optional<double>& position_um, double dt_s) {
+  if (!reference.at_rest) {
     state = {};
     return state.arrival;
   }
-  const bool settling = state.trying_s >= 0.0 && input.reference_um == state.reference_um;
-  if (!settling) state = {.reference_um = input.reference_um, .trying_s = 0.0};
-  const double dt_s = settling ? input.dt_s : 0.0;
-  state.trying_s += dt_s;
-  if (input.error_um) {
+  const bool settling = state.trying_s >= 0.0 && reference.value_um == state.reference_um;
+  if (settling)
+    state.trying_s += dt_s;
+  else
+    state = {.reference_um = reference.value_um, .trying_s = 0.0};
+  if (position_um) {
     const bool was_within = state.within_s >= 0.0;
-    const bool within = std::abs(*input.error_um) <= config.tolerance_um;
+    const bool within = std::abs(reference.value_um - *position_um) <= config.tolerance_um;
     if (!within)
       state.within_s = -1.0;
     else

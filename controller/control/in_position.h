@@ -16,6 +16,8 @@
 #include <optional>
 #include <string_view>
 
+#include "controller/reference/trajectory.h"
+
 namespace hystcan::controller {
 
 enum class Arrival : std::uint8_t { not_judged, moving, in_position, failed };
@@ -33,14 +35,9 @@ struct InPosition {
     double within_s = -1.0;  ///< inside the tolerance; < 0: outside
     double trying_s = -1.0;  ///< since the reference came to rest or the stage left it; < 0: it moves
   };
-  struct Input {
-    double reference_um = 0.0;
-    bool reference_rests = false;
-    std::optional<double> error_um;  ///< reference minus measured; empty: no sample
-    double dt_s = 0.0;               ///< since the last cycle
-  };
-
-  static Arrival step(const Config& config, State& state, const Input& input);
+  /// `position_um`: empty where there is no sample; `dt_s`: since the last cycle.
+  static Arrival step(const Config& config, State& state, const Trajectory::Point& reference,
+                      const std::optional<double>& position_um, double dt_s);
 };
 
 }  // namespace hystcan::controller

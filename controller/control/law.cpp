@@ -60,9 +60,9 @@ double ControlLaw::restart(double position_um) {
   const double reference_um = feeds_back() ? position_um : predicted_um();
   previewed_um_ = reference_um;
   filtered_um_ = error_um_ = integrated_s_ = 0.0;
-  demand_um_ = notched_um_ = predicted_um();
-  notch_state_ = Notch::at_rest(demand_um_);
-  pi_.integral_um = demand_um_ - feed_forward_um();
+  before_notch_um_ = demand_um_ = predicted_um();
+  notch_state_ = Notch::at_rest(before_notch_um_);
+  pi_.integral_um = before_notch_um_ - feed_forward_um();
   return reference_um;
 }
 
@@ -85,23 +85,23 @@ void ControlLaw::retune(const Config& config) {
 // The next demand becomes the new operator's output at the last applied drive. The notch is shifted by the
 // same amount, so that it keeps its transient.
 void ControlLaw::enter_structure() {
-  const double moved_um = predicted_um() - notched_um_;
+  const double moved_um = predicted_um() - demand_um_;
   Notch::shift(notch_state_, moved_um);
-  notched_um_ += moved_um;
   demand_um_ += moved_um;
-  pi_.integral_um = demand_um_ - feed_forward_um() - proportional_um();
+  before_notch_um_ += moved_um;
+  pi_.integral_um = before_notch_um_ - feed_forward_um() - proportional_um();
 }
 
 ControlLaw::Demand ControlLaw::propose(const Input& input) {
   previewed_um_ = input.previewed_um;
   update_error(input);
   integrate(input.dt_s);
-  demand_um_ = feed_forward_um() + proportional_um() + pi_.integral_um;
-  notched_um_ = notched(demand_um_, input.cycle_s);
+  before_notch_um_ = feed_forward_um() + proportional_um() + pi_.integral_um;
+  demand_um_ = notched(before_notch_um_, input.cycle_s);
 
-  const double at_once_um = creep_.inverse(creep_state_, notched_um_);
+  const double at_once_um = creep_.inverse(creep_state_, demand_um_);
   const model::Prediction drive = inverted().inverse(inverted_memory(), at_once_um);
-  Demand demand{.drive = drive.value, .position_um = notched_um_};
+  Demand demand{.drive = drive.value, .position_um = demand_um_};
   if (drive.saturated) demand.limits |= limit::model;
   if (!drive.increasing) demand.limits |= limit::not_invertible;
   return demand;
@@ -128,19 +128,19 @@ void ControlLaw::integrate(double dt_s) {
         std::abs(integral_before_um_) > faded_um ? integral_before_um_ * std::exp(-dt_s / fade_s) : 0.0;
 }
 
-double ControlLaw::notched(double demand_um, double cycle_s) {
-  if (!config_.notch) return Notch::pass(notch_state_, demand_um);
+double ControlLaw::notched(double before_um, double cycle_s) {
+  if (!config_.notch) return Notch::pass(notch_state_, before_um);
   if (cycle_s != notch_for_s_) {
     notch_ = Notch::design(*config_.notch, cycle_s);
     notch_for_s_ = cycle_s;
   }
-  return Notch::step(notch_, notch_state_, demand_um);
+  return Notch::step(notch_, notch_state_, before_um);
 }
 
 void ControlLaw::commit(double applied_drive) {
   follow(applied_drive);
   if (!feeds_back() || integrated_s_ == 0.0) return;
-  const double excess_um = notched_um_ - predicted_um();
+  const double excess_um = demand_um_ - predicted_um();
   if (std::abs(excess_um) > met_within_um) prevent_windup(excess_um);
 }
 

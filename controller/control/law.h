@@ -143,7 +143,7 @@ class ControlLaw {
 
   void update_error(const Input& input);
   void integrate(double dt_s);
-  double notched(double demand_um, double cycle_s);
+  double notched(double before_um, double cycle_s);
   void prevent_windup(double excess_um);
   void enter_structure();
 
@@ -162,8 +162,8 @@ class ControlLaw {
   double integrated_s_ = 0.0;        ///< in the last step; 0: the sample was lost
   double integral_before_um_ = 0.0;  ///< the integral before the last step
   double previewed_um_ = 0.0;
-  double demand_um_ = 0.0;   ///< F + PI
-  double notched_um_ = 0.0;  ///< input of the inverse
+  double before_notch_um_ = 0.0;  ///< F + PI
+  double demand_um_ = 0.0;        ///< input of the inverse, after the notch
 };
 
 }  // namespace hystcan::controller

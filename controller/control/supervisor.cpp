@@ -46,22 +46,18 @@ void Supervisor::retune(const Config& config) {
 void Supervisor::restart() { *this = Supervisor(config_); }
 
 Supervisor::Verdict Supervisor::judge(const AxisInput& input, const model::Interval& course_um) {
-  if (const Cause cause = judge_bus(input); cause != Cause::none) return {cause, std::nullopt};
-  if (const Cause cause = judge_nodes(input.health); cause != Cause::none) return {cause, std::nullopt};
+  if (const Cause cause = judge_health(input); cause != Cause::none) return {cause, std::nullopt};
   return judge_sample(input, course_um);
 }
 
-Cause Supervisor::judge_bus(const AxisInput& input) {
+Cause Supervisor::judge_health(const AxisInput& input) {
   const NodeHealth& health = input.health;
   if (!health.interface_up) return Cause::interface_down;
   if (!health.bus_on) return Cause::bus_off;
   passive_for_s_ = time_held(health.bus_passive, passive_for_s_, input.dt_s);
   if (config_.bus_passive_s > 0.0 && passive_for_s_ > config_.bus_passive_s) return Cause::bus_passive;
   if (input.dt_s > stalled_cycles * input.cycle_s) return Cause::cycle_overrun;
-  return health.commands_late ? Cause::commands_late : Cause::none;
-}
-
-Cause Supervisor::judge_nodes(const NodeHealth& health) const {
+  if (health.commands_late) return Cause::commands_late;
   if (health.restarted) return Cause::node_restarted;
   if (health.amplifier_fault) return Cause::amplifier_fault;
   if (health.emergency) return Cause::node_emergency;

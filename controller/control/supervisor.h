@@ -118,8 +118,7 @@ class Supervisor {
   Cause judge(const AxisCommand& command, std::uint8_t limits, double dt_s);
 
  private:
-  Cause judge_bus(const AxisInput& input);
-  Cause judge_nodes(const NodeHealth& health) const;
+  Cause judge_health(const AxisInput& input);
   Verdict judge_sample(const AxisInput& input, const model::Interval& course_um);
   Cause count_missing_sample(const AxisInput& input);
   Cause count_lost_sample(Cause cause);

@@ -47,7 +47,7 @@ class Start : public testing::Test {
     request->axis = i;
     ASSERT_TRUE(requests_.ask(std::move(request)));
     loop_->run_for(milliseconds(2));
-    EXPECT_EQ(requests_.take_answer()->refused_because, "");
+    EXPECT_EQ(requests_.take_answer()->refused_because, std::nullopt);
   }
 
   void fault_and_arm_again(std::size_t i) {

@@ -41,7 +41,7 @@ TEST(AxisLiveSetpoint, MayOnlyBeAPlausiblePosition) {
   config.setpoint = {{.shape = Hold{.level_um = 15.0, .duration_s = 1.0}, .transition_s = 0.05}};
   AxisTuning tuning(config, false);
   IdealStage stage = tracking_stage();
-  ASSERT_EQ(stage.axis.retune(tuning), "");
+  ASSERT_EQ(stage.axis.retune(tuning), std::nullopt);
   EXPECT_EQ(stage.axis.go_to(1.75), taken);
   EXPECT_EQ(stage.axis.go_to(29.0), taken);
   EXPECT_EQ(stage.axis.go_to(1.74), out_of_range);
@@ -111,11 +111,11 @@ TEST(AxisRetuneAtTheBounds, IsAcceptedWhereTheDriveIsAtABoundOfTheNewRange) {
   stage.axis.start(false);
   while (stage.command.drive < 100.0) stage.cycle();
   AxisTuning at_the_upper(config, false);
-  EXPECT_EQ(stage.axis.retune(at_the_upper), "");
+  EXPECT_EQ(stage.axis.retune(at_the_upper), std::nullopt);
   ASSERT_TRUE(stage.reaches(AxisState::ready));
   ASSERT_EQ(stage.command.drive, 0.0);
   AxisTuning at_the_lower(config, false);
-  EXPECT_EQ(stage.axis.retune(at_the_lower), "");
+  EXPECT_EQ(stage.axis.retune(at_the_lower), std::nullopt);
 }
 
 TEST(AxisRetuneAtTheBounds, IsRefusedWhereTheDriveIsBelowTheNewRange) {
@@ -133,7 +133,7 @@ TEST(AxisRetuneAtTheBounds, ChangesTheSupervision) {
   IdealStage stage = tracking_stage(config);
   config.supervision.missing_samples = 6;
   AxisTuning tuning(config, false);
-  ASSERT_EQ(stage.axis.retune(tuning), "");
+  ASSERT_EQ(stage.axis.retune(tuning), std::nullopt);
   const auto lost = [](AxisInput& in) { in.position_um.reset(); };
   for (int i = 0; i < 6; ++i) EXPECT_TRUE(stage.cycle(lost).enable) << i;
   EXPECT_FALSE(stage.cycle(lost).enable);
@@ -162,7 +162,7 @@ TEST(AxisMemory, IsNeitherRestoredNorSavedInOpenLoop) {
   config.excitation = Excitation::Hysteresis{.low = 10.0, .high = 90.0};
   Axis axis(config);
   axis.restore(model::Hysteresis(config.law.model).at_lower_threshold());
-  axis.reset_learning();
+  EXPECT_EQ(axis.closed_loop(), nullptr);
   EXPECT_EQ(axis.law_to_save(), nullptr);
 }
 
