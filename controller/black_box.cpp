@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "base/append_file.h"
-#include "controller/cycle_columns.h"
+#include "controller/cycle_record.h"
 
 namespace hystcan::controller {
 namespace {

@@ -44,8 +44,7 @@
 #include "controller/cycle_record.h"
 #include "controller/frame_router.h"
 #include "controller/realtime.h"
-#include "controller/request_link.h"
-#include "controller/request_server.h"
+#include "controller/requests.h"
 #include "controller/timing.h"
 #include "controller/wired_axis.h"
 

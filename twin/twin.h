@@ -3,7 +3,9 @@
 // It communicates only by the bus. Each node has its own connection, as a real one does.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,16 +13,33 @@
 
 #include "can/bus.h"
 #include "can/dbc/database.h"
+#include "can/scheduler.h"
 #include "model/coupling.h"
 #include "twin/amplifier_node.h"
-#include "twin/drive_noise.h"
 #include "twin/fault_scheduler.h"
 #include "twin/faulty_connection.h"
+#include "twin/noise.h"
 #include "twin/plant.h"
 #include "twin/sensor_node.h"
-#include "twin/truth.h"
 
 namespace hystcan::twin {
+
+// The true state of a simulated stage, together with the commanded and the measured values. A comparison of
+// these three shows an error of sign or scale in any of them.
+
+/// The true state of one axis at the time of a sample.
+struct Truth {
+  can::Time time;  ///< the scheduler's: CLOCK_MONOTONIC, or virtual
+  std::size_t axis = 0;
+  std::uint8_t sync_counter = 0;  ///< as in the sample
+  double setpoint = 0.0;          ///< last commanded, drive units
+  double drive = 0.0;             ///< input of the actuator, noise included, drive units
+  double hysteresis_um = 0.0;     ///< output of the hysteresis
+  double position_um = 0.0;       ///< input of the sensor
+  double measured_um = 0.0;       ///< output of the sensor, before faults act on the frame
+};
+
+using TruthHandler = std::function<void(const Truth&)>;
 
 struct AxisConfig {
   Plant::Config plant;

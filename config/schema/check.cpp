@@ -15,7 +15,7 @@
 #include "config/schema/check_loop.h"
 #include "config/schema/check_scan.h"
 #include "config/schema/frames.h"
-#include "controller/reference/motion_bounds.h"
+#include "controller/reference/shape.h"
 
 namespace hystcan::config {
 namespace {

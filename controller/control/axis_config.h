@@ -10,12 +10,10 @@
 
 #include "controller/control/following_error.h"
 #include "controller/control/gate.h"
-#include "controller/control/in_position.h"
 #include "controller/control/law.h"
 #include "controller/control/learning.h"
-#include "controller/control/output_check.h"
 #include "controller/control/plant_inverse.h"
-#include "controller/control/ramp_check.h"
+#include "controller/control/plausibility.h"
 #include "controller/control/supervisor.h"
 #include "controller/reference/excitation.h"
 #include "controller/reference/trajectory.h"

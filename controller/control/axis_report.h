@@ -10,8 +10,8 @@
 #include "base/words.h"
 #include "controller/control/arming.h"
 #include "controller/control/fault.h"
+#include "controller/control/following_error.h"
 #include "controller/control/gate.h"
-#include "controller/control/in_position.h"
 #include "controller/control/learning.h"
 #include "controller/reference/trajectory.h"
 

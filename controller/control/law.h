@@ -42,7 +42,6 @@
 
 #include "base/words.h"
 #include "controller/control/delays.h"
-#include "controller/control/filter.h"
 #include "controller/control/gate.h"
 #include "model/hysteresis.h"
 #include "model/output_creep.h"

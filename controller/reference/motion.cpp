@@ -1,6 +1,7 @@
 #include "controller/reference/motion.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace hystcan::controller {
 
@@ -16,6 +17,139 @@ Rise smooth_rise(double t_s, double rise_s) {
   return {.value = smooth_step(s),
           .slope_per_s = 30.0 * s * s * (1.0 - s) * (1.0 - s) / rise_s,
           .curvature_per_s2 = 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / (rise_s * rise_s)};
+}
+
+namespace {
+
+/// The least length of a pulse, as a share of the turnaround: the acceleration stays finite.
+constexpr double least_pulse = 0.125;
+
+/// The corner |t| and its first three antiderivatives.
+double corner_slope(double t) { return t < 0.0 ? -1.0 : 1.0; }
+double once(double t) { return 0.5 * t * std::abs(t); }
+double twice(double t) { return t * t * std::abs(t) / 6.0; }
+
+template <class Integral>
+double mean(double t, double half, const Integral& integral) {
+  return (integral(t + half) - integral(t - half)) / (2.0 * half);
+}
+
+}  // namespace
+
+Turnaround::Turnaround(double length_s, double mode_period_s) {
+  if (length_s <= 0.0) return;
+  if (length_s < mode_period_s) {
+    const double pulse_s = std::max(length_s - 0.5 * mode_period_s, least_pulse * length_s);
+    wide_s_ = 0.5 * pulse_s;
+    apart_s_ = 0.5 * (length_s - pulse_s);
+    return;
+  }
+  wide_s_ = 0.5 * std::max(mode_period_s, length_s - mode_period_s);
+  narrow_s_ = 0.5 * length_s - wide_s_;
+  // The difference of two nearly equal integrals over a very short box would be rounding alone.
+  if (narrow_s_ < 1e-6 * wide_s_) {
+    wide_s_ = 0.5 * length_s;
+    narrow_s_ = 0.0;
+  }
+}
+
+template <class One>
+double Turnaround::both(double t_s, const One& one) const {
+  return apart_s_ == 0.0 ? one(t_s) : 0.5 * (one(t_s + apart_s_) + one(t_s - apart_s_));
+}
+
+double Turnaround::way_s(double t_s) const {
+  if (std::abs(t_s) >= 0.5 * length_s()) return std::abs(t_s);
+  const auto box = [this](double t) { return mean(t, wide_s_, once); };
+  if (narrow_s_ == 0.0) return both(t_s, box);
+  const auto integral = [this](double t) { return mean(t, wide_s_, twice); };
+  return mean(t_s, narrow_s_, integral);
+}
+
+double Turnaround::slope(double t_s) const {
+  if (std::abs(t_s) >= 0.5 * length_s()) return corner_slope(t_s);
+  const auto box = [this](double t) { return mean(t, wide_s_, [](double s) { return std::abs(s); }); };
+  if (narrow_s_ == 0.0) return both(t_s, box);
+  const auto integral = [this](double t) { return mean(t, wide_s_, once); };
+  return mean(t_s, narrow_s_, integral);
+}
+
+double Turnaround::curvature_per_s(double t_s) const {
+  if (std::abs(t_s) >= 0.5 * length_s()) return 0.0;
+  const auto box = [this](double t) { return std::abs(t) < wide_s_ ? 1.0 / wide_s_ : 0.0; };
+  if (narrow_s_ == 0.0) return both(t_s, box);
+  const auto slope_of_box = [this](double t) {
+    return mean(t, wide_s_, [](double s) { return std::abs(s); });
+  };
+  return mean(t_s, narrow_s_, slope_of_box);
+}
+
+double Turnaround::peak_curvature_per_s() const {
+  if (wide_s_ == 0.0) return 0.0;
+  return (apart_s_ == 0.0 ? 1.0 : 0.5) / wide_s_;
+}
+
+namespace {
+
+/// Where w' has this value; w' is not decreasing.
+double where_slope_is(const Turnaround& turnaround, double slope) {
+  if (slope == 0.0) return 0.0;  // by symmetry
+  double before_s = -0.5 * turnaround.length_s();
+  double after_s = -before_s;
+  for (int i = 0; i < 60; ++i) {
+    const double middle_s = 0.5 * (before_s + after_s);
+    (turnaround.slope(middle_s) < slope ? before_s : after_s) = middle_s;
+  }
+  return 0.5 * (before_s + after_s);
+}
+
+}  // namespace
+
+Sawtooth::Sawtooth(double low_um, double high_um, double period_s, double rise_share,
+                   const Turnaround& turnaround)
+    : turnaround_(turnaround), rise_s_(rise_share * period_s), fall_s_(period_s - rise_s_) {
+  const double up = 1.0 / rise_s_;
+  const double down = rise_share == 0.5 ? up : 1.0 / fall_s_;
+  if (turnaround.length_s() > 0.0) lowest_s_ = where_slope_is(turnaround, (down - up) / (up + down));
+  const double lost = 0.5 * (up - down) * lowest_s_ + 0.5 * (up + down) * turnaround.way_s(lowest_s_);
+  height_um_ = (high_um - low_um) / (1.0 - 2.0 * lost);
+  bottom_um_ = low_um - lost * height_um_;
+}
+
+/// Since the last lower corner of the ideal line.
+double Sawtooth::since_corner_s(double t_s) const {
+  const double s = (t_s + lowest_s_) / period_s();
+  return (s - std::floor(s)) * period_s();
+}
+
+/// About a corner; `sign` is 1 for a lower one.
+Motion Sawtooth::corner(double value_um, double t_s, double sign) const {
+  const double up = height_um_ / rise_s_;
+  const double down = height_um_ / fall_s_;
+  const double half = 0.5 * sign * (up + down);
+  const double tilt = 0.5 * (up - down);
+  return {.value_um = value_um + tilt * t_s + half * turnaround_.way_s(t_s),
+          .velocity_um_per_s = tilt + half * turnaround_.slope(t_s),
+          .acceleration_um_per_s2 = half * turnaround_.curvature_per_s(t_s)};
+}
+
+Motion Sawtooth::at(double t_s) const {
+  const double tau_s = since_corner_s(t_s);
+  if (tau_s < 0.5 * rise_s_) return corner(bottom_um_, tau_s, 1.0);
+  if (tau_s < rise_s_ + 0.5 * fall_s_) return corner(bottom_um_ + height_um_, tau_s - rise_s_, -1.0);
+  return corner(bottom_um_, tau_s - period_s(), 1.0);
+}
+
+double Sawtooth::ideal_um(double t_s) const {
+  const double tau_s = since_corner_s(t_s);
+  const double share = tau_s < rise_s_ ? tau_s / rise_s_ : (period_s() - tau_s) / fall_s_;
+  return bottom_um_ + height_um_ * share;
+}
+
+double Sawtooth::peak_slew_um_per_s() const { return std::abs(height_um_) / std::min(rise_s_, fall_s_); }
+
+double Sawtooth::peak_acceleration_um_per_s2() const {
+  return 0.5 * std::abs(height_um_) * (1.0 / rise_s_ + 1.0 / fall_s_) * turnaround_.peak_curvature_per_s();
 }
 
 }  // namespace hystcan::controller

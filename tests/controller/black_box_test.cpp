@@ -8,7 +8,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "controller/cycle_columns.h"
+#include "controller/cycle_record.h"
 #include "tests/support/scratch.h"
 
 namespace hystcan::controller::black_box_test {

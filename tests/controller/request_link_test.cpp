@@ -1,5 +1,5 @@
 // Requests there and answers back, between two threads.
-#include "controller/request_link.h"
+#include "controller/requests.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "controller/control/output_check.h"
+#include "controller/control/plausibility.h"
 #include "tests/controller/control/ideal_stage.h"
 #include "tests/support/fault_rig.h"
 

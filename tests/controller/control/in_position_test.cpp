@@ -1,4 +1,4 @@
-#include "controller/control/in_position.h"
+#include "controller/control/following_error.h"
 
 #include <gtest/gtest.h>
 

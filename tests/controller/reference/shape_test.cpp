@@ -9,8 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "controller/reference/motion_bounds.h"
-
 namespace hystcan::controller::shape_test {
 namespace {
 

@@ -1,4 +1,4 @@
-#include "controller/cycle_columns.h"
+#include "controller/cycle_record.h"
 
 #include <fmt/format.h>
 
