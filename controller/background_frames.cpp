@@ -16,18 +16,53 @@ bool send_command(const RemoteNode& node, can::Bus& bus, can::Time now) {
 
 }  // namespace
 
-void NodeStartUp::begin_period() {
-  if (state_.next_to_command >= node_count()) state_.next_to_command = 0;
+void BackgroundFrames::start(can::Bus& bus, can::Time now) {
+  next_heartbeat_ = now + heartbeat_period_;
+  bus.send(can::heartbeat_frame(node_, can::NmtState::boot_up));
 }
 
-bool NodeStartUp::send_next(can::Bus& bus, can::Time now, double time_s) {
-  return send_next_setup_request(bus, now, time_s) || send_next_command(bus, now);
+/// Axis statuses and the start-up of nodes take turns. Where a heartbeat is due and an axis waits for its
+/// nodes, the nodes come first. A status goes before the heartbeat, which is the least urgent frame of all. A scan
+/// marker is the most urgent one: it takes the turn of a status.
+void BackgroundFrames::send_next(can::Bus& bus, can::Time sync_sent, can::Time now, double time_s) {
+  const bool heartbeat_due = sync_sent >= next_heartbeat_;
+  if (heartbeat_due)
+    for (const auto& wired : axes_) wired->status_sender.make_due();
+  const bool nodes_first = heartbeat_due && std::ranges::any_of(axes_, [](const auto& wired) {
+                             return wired->axis.state() == AxisState::waiting;
+                           });
+  bool sent_status =
+      send_next_scan_marker(bus) || (!sent_status_ && !nodes_first && send_next_axis_status(bus));
+  if (heartbeat_due) {
+    next_heartbeat_ = sync_sent + heartbeat_period_;
+    bus.send(can::heartbeat_frame(node_, can::NmtState::operational));
+    if (next_to_command_ >= node_count()) next_to_command_ = 0;
+  }
+  if (!sent_status && !send_next_setup_request(bus, now, time_s) && !send_next_nmt_command(bus, now))
+    sent_status = send_next_axis_status(bus);
+  sent_status_ = sent_status;
 }
 
-bool NodeStartUp::send_next_setup_request(can::Bus& bus, can::Time now, double time_s) {
+bool BackgroundFrames::send_next_scan_marker(can::Bus& bus) {
+  for (const auto& wired : axes_)
+    if (auto& marker = wired->scan_marker_sender; marker && marker->is_due()) return marker->send(bus);
+  return false;
+}
+
+/// The next status that is due; the axes take turns.
+bool BackgroundFrames::send_next_axis_status(can::Bus& bus) {
+  for (std::size_t tried = 0; tried < axes_.size(); ++tried) {
+    WiredAxis& wired = *axes_[next_status_];
+    next_status_ = (next_status_ + 1) % axes_.size();
+    if (wired.status_sender.is_due(wired.axis)) return wired.status_sender.send(wired.axis, bus);
+  }
+  return false;
+}
+
+bool BackgroundFrames::send_next_setup_request(can::Bus& bus, can::Time now, double time_s) {
   for (std::size_t tried = 0; tried < node_count(); ++tried) {
-    const std::size_t place = state_.next_to_set_up;
-    state_.next_to_set_up = (place + 1) % node_count();
+    const std::size_t place = next_to_set_up_;
+    next_to_set_up_ = (place + 1) % node_count();
     Axis& axis = axes_[place / 2]->axis;
     if (axis.state() != AxisState::waiting) continue;
     RemoteNode& node = node_at(place);
@@ -40,55 +75,11 @@ bool NodeStartUp::send_next_setup_request(can::Bus& bus, can::Time now, double t
   return false;
 }
 
-bool NodeStartUp::send_next_command(can::Bus& bus, can::Time now) {
-  while (state_.next_to_command < node_count()) {
-    const std::size_t place = state_.next_to_command++;
+bool BackgroundFrames::send_next_nmt_command(can::Bus& bus, can::Time now) {
+  while (next_to_command_ < node_count()) {
+    const std::size_t place = next_to_command_++;
     if (axes_[place / 2]->axis.state() == AxisState::waiting && send_command(node_at(place), bus, now))
       return true;
-  }
-  return false;
-}
-
-RemoteNode& NodeStartUp::node_at(std::size_t place) { return *axes_[place / 2]->nodes()[place % 2]; }
-
-void BackgroundFrames::start(can::Bus& bus, can::Time now) {
-  state_.next_heartbeat = now + config_.heartbeat_period;
-  bus.send(can::heartbeat_frame(config_.node, can::NmtState::boot_up));
-}
-
-/// Axis statuses and the start-up of nodes take turns. Where a heartbeat is due and an axis waits for its
-/// nodes, the nodes come first. A status goes before the heartbeat, which is the least urgent frame of all. A scan
-/// marker is the most urgent one: it takes the turn of a status.
-void BackgroundFrames::send_next(can::Bus& bus, can::Time sync_sent, can::Time now, double time_s) {
-  const bool heartbeat_due = sync_sent >= state_.next_heartbeat;
-  if (heartbeat_due)
-    for (const auto& wired : axes_) wired->status_sender.make_due();
-  const bool nodes_first = heartbeat_due && std::ranges::any_of(axes_, [](const auto& wired) {
-                             return wired->axis.state() == AxisState::waiting;
-                           });
-  bool sent_status =
-      send_next_scan_marker(bus) || (!state_.sent_status && !nodes_first && send_next_axis_status(bus));
-  if (heartbeat_due) {
-    state_.next_heartbeat = sync_sent + config_.heartbeat_period;
-    bus.send(can::heartbeat_frame(config_.node, can::NmtState::operational));
-    start_up_.begin_period();
-  }
-  if (!sent_status && !start_up_.send_next(bus, now, time_s)) sent_status = send_next_axis_status(bus);
-  state_.sent_status = sent_status;
-}
-
-bool BackgroundFrames::send_next_scan_marker(can::Bus& bus) {
-  for (const auto& wired : axes_)
-    if (auto& marker = wired->scan_marker_sender; marker && marker->is_due()) return marker->send(bus);
-  return false;
-}
-
-/// The next status that is due; the axes take turns.
-bool BackgroundFrames::send_next_axis_status(can::Bus& bus) {
-  for (std::size_t tried = 0; tried < axes_.size(); ++tried) {
-    WiredAxis& wired = *axes_[state_.next_status];
-    state_.next_status = (state_.next_status + 1) % axes_.size();
-    if (wired.status_sender.is_due(wired.axis)) return wired.status_sender.send(wired.axis, bus);
   }
   return false;
 }

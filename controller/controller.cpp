@@ -37,8 +37,7 @@ Controller::Controller(const Config& config, const can::Database& database, can:
       scheduler_(scheduler),
       on_record_(std::move(on_record)),
       axes_(wired_axes(config, database)),
-      requests_(axes_),
-      background_({.node = config.node, .heartbeat_period = config.heartbeat_period}, axes_),
+      background_(config.node, config.heartbeat_period, axes_),
       sync_timer_(scheduler.make_timer([this] { tick(); })),
       period_(std::llround(1e9 / config.rate_Hz)) {
   add_routes();
@@ -244,8 +243,17 @@ void Controller::run_background_tasks() {
   });
   if (!commands_sent) return;
   cycle_.background_done = true;
-  requests_.answer_next(counters_.cycles);
+  answer_next_request();
   background_.send_next(*bus_, cycle_.sync_sent, scheduler_.now(), since_start_s(cycle_.sync_sent));
+}
+
+void Controller::answer_next_request() {
+  Request* request = requests_ == nullptr ? nullptr : requests_->next();
+  if (request == nullptr) return;
+  request->refused_because = carry_out(*request, axes_);
+  request->cycle = counters_.cycles;
+  asked_to_stop_ |= request->kind == Request::Kind::stop && !request->refused_because;
+  requests_->answer(request);
 }
 
 void Controller::on_sample(std::size_t index, const can::Frame& frame) {

@@ -5,7 +5,7 @@
 //
 // A sample is answered as it arrives. If it has not come by the next SYNC, the axis is stepped without it
 // then, and the sample is counted as missing. The other frames of the controller follow its commands
-// (BackgroundFrames), and so does the answer to a request from outside (RequestServer).
+// (BackgroundFrames), and so does the answer to a request from outside (carry_out).
 //
 // Before its first frame the controller listens for one heartbeat period. Four kinds of frame show another
 // controller: a SYNC, a heartbeat of the own node id, an axis status, and a command to one of the own
@@ -80,12 +80,12 @@ class Controller {
 
   void start(bool clear_amplifier_faults = false);
   /// Requests of this link are answered, one in each cycle. Before start().
-  void listen_to(RequestLink& link) { requests_.listen_to(link); }
+  void listen_to(RequestLink& link) { requests_ = &link; }
   /// Every axis ramps to its safe drive and switches off; stopped() when all have.
   void request_stop();
   bool stopped() const;
   /// A request asked for an end of the run. The caller who runs the controller ends it.
-  bool asked_to_stop() const { return requests_.asked_to_stop(); }
+  bool asked_to_stop() const { return asked_to_stop_; }
   /// Another controller was here first: this one has sent nothing, and sends nothing.
   bool keeps_silent() const { return phase_ == Phase::silent; }
   /// Sends every amplifier the safe command at once. For the way out.
@@ -136,6 +136,7 @@ class Controller {
   bool axes_in(std::initializer_list<AxisState> states) const;
   void note_lateness(can::Time now);
   void run_background_tasks();
+  void answer_next_request();
   void on_sample(std::size_t index, const can::Frame& frame);
   void step(std::size_t index, const can::SensorSample* sample);
   AxisInput input_of(WiredAxis& wired, const can::SensorSample* sample) const;
@@ -153,7 +154,8 @@ class Controller {
   RecordHandler on_record_;
   WiredAxes axes_;
   FrameRouter router_;
-  RequestServer requests_;
+  RequestLink* requests_ = nullptr;  ///< Null: there are none.
+  bool asked_to_stop_ = false;
   BackgroundFrames background_;
   std::unique_ptr<can::Bus> bus_;
   std::unique_ptr<can::Timer> sync_timer_;

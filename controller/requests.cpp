@@ -85,18 +85,9 @@ Refusal clear(WiredAxis& wired) {
 
 }  // namespace
 
-void RequestServer::answer_next(std::uint64_t cycle) {
-  if (link_ == nullptr) return;
-  Request* request = link_->next();
-  if (request == nullptr) return;
-  request->refused_because = carry_out(*request);
-  request->cycle = cycle;
-  link_->answer(request);
-}
-
-Refusal RequestServer::carry_out(Request& request) {
-  if (request.axis >= axes_.size()) return "there is no such axis";
-  WiredAxis& wired = *axes_[request.axis];
+Refusal carry_out(Request& request, WiredAxes& axes) {
+  if (request.axis >= axes.size()) return "there is no such axis";
+  WiredAxis& wired = *axes[request.axis];
   Axis& axis = wired.axis;
   switch (request.kind) {
     case Request::Kind::enable:
@@ -116,8 +107,7 @@ Refusal RequestServer::carry_out(Request& request) {
         loop->learning()->reset();
       return std::nullopt;
     case Request::Kind::stop:
-      for (const auto& each : axes_) each->axis.stop();
-      asked_to_stop_ = true;
+      for (const auto& each : axes) each->axis.stop();
       return std::nullopt;
   }
   return "not a request";

@@ -26,11 +26,11 @@ config::Config configuration(const std::filesystem::path& file, const std::vecto
         std::ranges::find_if(config.axes, [&](const auto& each) { return each.wire.name == name; });
     if (axis == config.axes.end())
       throw Error(fmt::format("{}: no axis {}, which a reference is given for", file.string(), name));
-    const controller::MonotoneCubic::Range range = curve.range();
+    const controller::MotionBounds range = curve.bounds();
     const auto& supervision = axis->control.supervision;
-    if (range.lowest < supervision.position_min_um || range.highest > supervision.position_max_um)
+    if (range.lowest_um < supervision.position_min_um || range.highest_um > supervision.position_max_um)
       throw Error(fmt::format("the reference of {} goes from {:g} to {:g} um, expected {:g} to {:g} um", name,
-                              range.lowest, range.highest, supervision.position_min_um,
+                              range.lowest_um, range.highest_um, supervision.position_min_um,
                               supervision.position_max_um));
     axis->control.setpoint.assign(1, {.shape = controller::Table{.file = "reference", .curve = curve}});
     axis->control.repeat = false;

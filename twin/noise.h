@@ -1,8 +1,9 @@
 // The random numbers of a twin, and the noise of an amplifier's output.
 #pragma once
 
+#include <boost/random/mersenne_twister.hpp>
+#include <boost/random/normal_distribution.hpp>
 #include <cstdint>
-#include <memory>
 
 #include "can/scheduler.h"
 
@@ -14,17 +15,14 @@ namespace hystcan::twin {
 class NormalNumbers {
  public:
   /// The same seed gives the same numbers on every host.
-  explicit NormalNumbers(std::uint64_t seed);
-  NormalNumbers(NormalNumbers&&) noexcept;
-  NormalNumbers& operator=(NormalNumbers&&) noexcept;
-  ~NormalNumbers();
+  explicit NormalNumbers(std::uint64_t seed) : random_(seed) {}
 
   /// The next number, with mean 0 and standard deviation 1.
-  double next();
+  double next() { return normal_(random_); }
 
  private:
-  struct Generator;  // keeps Boost's headers out of this one
-  std::unique_ptr<Generator> generator_;
+  boost::random::mt19937_64 random_;
+  boost::random::normal_distribution<double> normal_{};
 };
 
 // Noise and ripple of an amplifier's output, added to the drive:

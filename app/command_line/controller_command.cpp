@@ -83,7 +83,7 @@ class CycleRecorder {
 
   const EventLog& events() const { return log_.events(); }
   bool has_tracked() const { return log_.has_tracked(); }
-  std::string lacks_of_first_axis() const { return log_.lacks_of_first_axis(); }
+  std::string blocks_of_first_axis() const { return log_.blocks_of_first_axis(); }
   /// Sampled on the control thread. Its last lines are written after the telemetry thread has ended.
   can::BusHealthLog& bus_log() { return bus_log_; }
   CycleOutlets& outlets() { return outlets_; }
@@ -194,7 +194,7 @@ void require_success(const controller::Controller& controller, const CycleRecord
   if (!faults.empty()) throw RunError(faults);
   const bool was_to_track = options.once || options.duration_s > 0.0 || was_enabled;
   if (was_to_track && !recorder.has_tracked())
-    throw RunError("nothing was tracked: " + recorder.lacks_of_first_axis());
+    throw RunError("nothing was tracked: " + recorder.blocks_of_first_axis());
   for (std::size_t i = 0; options.once && i < controller.axis_count(); ++i)
     if (!controller.axis(i).report().point.finished)
       throw RunError(fmt::format("axis {} was stopped before the end of its reference", outcomes[i].name));

@@ -55,10 +55,10 @@ json to_json(const std::string& name, const controller::CycleRecord& record) {
             {"amplifier_output", record.amplifier_output},
             {"limits", controller::limits_to_string(report.limits)},
             {"sample_missing", report.sample_missing}};
-  if (!report.lacks.empty()) {
-    axis["waits_for"] = to_string(report.lacks.first());
-    for (const controller::Lack lack : report.lacks.members())
-      axis["waits_for_all"].push_back(to_string(lack));
+  if (!report.arming_blocks.empty()) {
+    axis["waits_for"] = to_string(report.arming_blocks.first());
+    for (const controller::ArmingBlock block : report.arming_blocks.members())
+      axis["waits_for_all"].push_back(to_string(block));
   }
   if (report.cause != controller::Cause::none) {
     axis["fault_time_s"] = report.fault_time_s;

@@ -26,7 +26,7 @@ Axis::Axis(const AxisConfig& config)
       output_check_(output_check_of(config)),
       course_(config.law.model, config.delays),
       ramp_check_(ramp_check_of(config)),
-      oscillation_({oscillation_amplitude_um(config)}),
+      oscillation_(oscillation_amplitude_um(config)),
       drive_(config.gate.safe_drive),
       reach_(reach_of(config)),
       memory_known_(config.start_up == StartUp::assume) {
@@ -91,10 +91,10 @@ std::optional<std::string_view> Axis::retune(AxisTuning& tuning) {
   std::swap(config_, tuning.config);
   reach_ = reach_of(config_);
   supervisor_.retune(supervision_of(config_));
-  output_check_ = OutputCheck(output_check_of(config_));
+  output_check_ = output_check_of(config_);
   output_check_.restart(drive_);
   ramp_check_ = RampCheck(ramp_check_of(config_));
-  oscillation_ = Oscillation({oscillation_amplitude_um(config_)});
+  oscillation_ = Oscillation(oscillation_amplitude_um(config_));
   closed_loop_->retune(config_, tuning.reference, tuning.learning, now_s_ - tracking_since_s_);
   return std::nullopt;
 }
@@ -123,7 +123,7 @@ AxisCommand Axis::step(const AxisInput& input) {
   now_s_ = input.reference_time_s();
   if (input.position_um) report_.position_um = *input.position_um;
   report_.limits = limit::none;
-  report_.lacks = Lack::nothing;
+  report_.arming_blocks = ArmingBlock::nothing;
   report_.watchdog_tripped_after_s.reset();
   report_.sample_missing = !input.position_um.has_value();
   report_.arrival = Arrival::not_judged;
@@ -199,10 +199,10 @@ AxisCommand Axis::decide(const AxisInput& input) {
 AxisCommand Axis::wait(const AxisInput& input) {
   AxisCommand command = safe();
   command.clear_fault = clear_attempt_.step(input.health, input.dt_s);
-  report_.lacks = lacks_of(input, config_.gate);
-  if (report_.lacks.first() == Lack::clear && !command.clear_fault)
+  report_.arming_blocks = arming_blocks_of(input, config_.gate);
+  if (report_.arming_blocks.first() == ArmingBlock::clear && !command.clear_fault)
     trip(Cause::amplifier_fault, input.time_s);
-  if (report_.lacks.empty()) arm(input.health);
+  if (report_.arming_blocks.empty()) arm(input.health);
   ramp_check_.rest(course_, drive_, input);
   return command;
 }
@@ -225,16 +225,16 @@ void Axis::arm(const NodeHealth& health) {
 
 AxisCommand Axis::initialise(const AxisInput& input) {
   if (!is_connected(input)) {
-    report_.lacks = Lack::enabled;
+    report_.arming_blocks = ArmingBlock::enabled;
     follow_output(input.health.amplifier_output, input.dt_s);
     return {.drive = drive_, .enable = true};
   }
   if (output_check_.differs_for_s() > 0.0) {
-    report_.lacks = Lack::output;
+    report_.arming_blocks = ArmingBlock::output;
     return {.drive = drive_, .enable = true};
   }
   if (config_.verify_watchdog && !watchdog_verified_) {
-    report_.lacks = Lack::watchdog;
+    report_.arming_blocks = ArmingBlock::watchdog;
     if (ramp_towards(config_.gate.safe_drive, input.dt_s)) withheld_for_s_ = 0.0;
     return {.drive = drive_, .enable = true};
   }
@@ -268,7 +268,7 @@ void Axis::follow_output(double output, double dt_s) {
 
 /// Everything but the amplifier's trip is judged as ever. After the trip the axis is armed again.
 AxisCommand Axis::withhold(const AxisInput& input) {
-  report_.lacks = Lack::watchdog;
+  report_.arming_blocks = ArmingBlock::watchdog;
   if (input.health.amplifier_fault) {
     watchdog_verified_ = true;
     report_.watchdog_tripped_after_s = *withheld_for_s_;
@@ -288,7 +288,7 @@ AxisCommand Axis::withhold(const AxisInput& input) {
 
 AxisCommand Axis::hold_ready(const AxisInput& input) {
   if (!input.tracking_since_s || !input.position_um) {
-    report_.lacks = Lack::other_axes;
+    report_.arming_blocks = ArmingBlock::other_axes;
     return {.drive = drive_, .enable = true};
   }
   state_ = AxisState::tracking;

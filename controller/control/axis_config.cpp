@@ -47,8 +47,8 @@ Supervisor::Config supervision_of(const AxisConfig& config) {
   return supervision;
 }
 
-OutputCheck::Config output_check_of(const AxisConfig& config) {
-  return {.drive_range = config.gate.drive_max - config.gate.drive_min, .lag_s = config.delays.lag_s()};
+OutputCheck output_check_of(const AxisConfig& config) {
+  return {config.gate.drive_max - config.gate.drive_min, config.delays.lag_s()};
 }
 
 RampCheck::Config ramp_check_of(const AxisConfig& config) {

@@ -75,7 +75,7 @@ TransitionLimits transition_limits_of(const AxisConfig& config);
 
 /// What the parts of an axis are configured with.
 Supervisor::Config supervision_of(const AxisConfig& config);
-OutputCheck::Config output_check_of(const AxisConfig& config);
+OutputCheck output_check_of(const AxisConfig& config);
 RampCheck::Config ramp_check_of(const AxisConfig& config);
 
 /// Allowed positions of a live setpoint: what the model reaches, within what is plausible.

@@ -31,7 +31,7 @@ constexpr bool is_in_use(AxisState state) {
 
 struct AxisReport {  // NOLINT(clang-analyzer-optin.performance.Padding)
   AxisState state = AxisState::offline;
-  LackSet lacks{};  ///< what the axis waits for
+  ArmingBlocks arming_blocks{};  ///< what the axis waits for
   /// In the one cycle in which the amplifier's watchdog has passed its trial: the time without commands until it
   /// tripped.
   std::optional<double> watchdog_tripped_after_s{};

@@ -62,7 +62,7 @@ double ControlLaw::restart(double position_um) {
   filtered_um_ = error_um_ = integrated_s_ = 0.0;
   before_notch_um_ = demand_um_ = predicted_um();
   notch_state_ = Notch::at_rest(before_notch_um_);
-  pi_.integral_um = before_notch_um_ - feed_forward_um();
+  integral_um_ = before_notch_um_ - feed_forward_um();
   return reference_um;
 }
 
@@ -79,7 +79,7 @@ void ControlLaw::retune(const Config& config) {
   if (another_structure)
     enter_structure();
   else
-    pi_.integral_um += proportional_before_um - proportional_um();
+    integral_um_ += proportional_before_um - proportional_um();
 }
 
 // The next demand becomes the new operator's output at the last applied drive. The notch is shifted by the
@@ -89,14 +89,14 @@ void ControlLaw::enter_structure() {
   Notch::shift(notch_state_, moved_um);
   demand_um_ += moved_um;
   before_notch_um_ += moved_um;
-  pi_.integral_um = before_notch_um_ - feed_forward_um() - proportional_um();
+  integral_um_ = before_notch_um_ - feed_forward_um() - proportional_um();
 }
 
 ControlLaw::Demand ControlLaw::propose(const Input& input) {
   previewed_um_ = input.previewed_um;
   update_error(input);
   integrate(input.dt_s);
-  before_notch_um_ = feed_forward_um() + proportional_um() + pi_.integral_um;
+  before_notch_um_ = feed_forward_um() + proportional_um() + integral_um_;
   demand_um_ = notched(before_notch_um_, input.cycle_s);
 
   const double at_once_um = creep_.inverse(creep_state_, demand_um_);
@@ -120,11 +120,11 @@ void ControlLaw::update_error(const Input& input) {
 }
 
 void ControlLaw::integrate(double dt_s) {
-  integral_before_um_ = pi_.integral_um;
+  integral_before_um_ = integral_um_;
   if (feeds_back())
-    pi_.integral_um += config_.pi.ki_per_s * error_um_ * integrated_s_;
-  else if (pi_.integral_um != 0.0)
-    pi_.integral_um =
+    integral_um_ += config_.pi.ki_per_s * error_um_ * integrated_s_;
+  else if (integral_um_ != 0.0)
+    integral_um_ =
         std::abs(integral_before_um_) > faded_um ? integral_before_um_ * std::exp(-dt_s / fade_s) : 0.0;
 }
 
@@ -147,9 +147,9 @@ void ControlLaw::commit(double applied_drive) {
 void ControlLaw::prevent_windup(double excess_um) {
   const auto& [kp, ki_per_s] = config_.pi;
   if (feeds_forward() && (feed_forward_um() - predicted_um()) * excess_um > 0.0) {
-    if (excess_um * error_um_ > 0.0) pi_.integral_um = integral_before_um_;
+    if (excess_um * error_um_ > 0.0) integral_um_ = integral_before_um_;
   } else if (ki_per_s > 0.0) {
-    pi_.integral_um -= (kp > 0.0 ? -std::expm1(-ki_per_s * integrated_s_ / kp) : 1.0) * excess_um;
+    integral_um_ -= (kp > 0.0 ? -std::expm1(-ki_per_s * integrated_s_ / kp) : 1.0) * excess_um;
   }
 }
 

@@ -66,9 +66,6 @@ struct Pi {
     double kp = 0.0;        ///< um per um
     double ki_per_s = 0.0;  ///< 1/s
   };
-  struct State {
-    double integral_um = 0.0;  ///< ki integral(e) dt; without PI: a remaining offset that decays
-  };
 };
 
 class ControlLaw {
@@ -131,7 +128,7 @@ class ControlLaw {
   /// The recursive model; its memory follows the drive under every structure.
   const model::Hysteresis& model() const { return full_; }
   const model::HysteresisState& memory() const { return memory_; }
-  double integral_um() const { return pi_.integral_um; }
+  double integral_um() const { return integral_um_; }
 
  private:
   bool feeds_forward() const { return controller::feeds_forward(config_.structure); }
@@ -155,7 +152,7 @@ class ControlLaw {
   Notch::Coefficients notch_;
   double notch_for_s_ = 0.0;  ///< the cycle time for which notch_ was designed; 0: none yet
   Notch::State notch_state_;
-  Pi::State pi_;
+  double integral_um_ = 0.0;         ///< ki integral(e) dt; without PI: a remaining offset that decays
   double filtered_um_ = 0.0;         ///< r - y after the low pass
   double error_um_ = 0.0;            ///< after the deadband: the input of PI
   double integrated_s_ = 0.0;        ///< in the last step; 0: the sample was lost

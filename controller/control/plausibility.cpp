@@ -18,15 +18,15 @@ void OutputCheck::restart(double drive) {
 }
 
 void OutputCheck::step(double drive, double slew_per_s, const AxisInput& input) {
-  const double span_s = std::max({0.05, 5.0 * input.cycle_s, late_lags * config_.lag_s});
+  const double span_s = std::max({0.05, 5.0 * input.cycle_s, late_lags * lag_s_});
   span_s_ += input.dt_s;
   if (span_s_ >= span_s) {
     std::shift_right(spans_.begin(), spans_.end(), 1);
     spans_.front() = {drive, drive};
     span_s_ = 0.0;
   }
-  spans_.front().least = std::min(spans_.front().least, drive);
-  spans_.front().most = std::max(spans_.front().most, drive);
+  spans_.front().lo = std::min(spans_.front().lo, drive);
+  spans_.front().hi = std::max(spans_.front().hi, drive);
   const NodeHealth& health = input.health;
   const bool is_new = health.status_age_s < status_age_s_ + 0.5 * input.dt_s;
   status_age_s_ = health.status_age_s;
@@ -39,12 +39,12 @@ void OutputCheck::step(double drive, double slew_per_s, const AxisInput& input) 
 
 bool OutputCheck::agrees(double drive, double slew_per_s, const AxisInput& input) const {
   const double output = input.health.amplifier_output;
-  const double late_s = status_age_s_ + late_cycles * input.cycle_s + late_lags * config_.lag_s;
-  const double margin = margin_share * config_.drive_range;
+  const double late_s = status_age_s_ + late_cycles * input.cycle_s + late_lags * lag_s_;
+  const double margin = margin_share * drive_range_;
   // With NaN the comparisons are false: the output differs.
   return std::abs(output - drive) <= margin + slew_per_s * late_s &&
-         output >= std::ranges::min(spans_, {}, &Drives::least).least - margin &&
-         output <= std::ranges::max(spans_, {}, &Drives::most).most + margin;
+         output >= std::ranges::min(spans_, {}, &model::Interval::lo).lo - margin &&
+         output <= std::ranges::max(spans_, {}, &model::Interval::hi).hi + margin;
 }
 
 namespace {

@@ -22,12 +22,8 @@ namespace hystcan::controller {
 
 class OutputCheck {
  public:
-  struct Config {
-    double drive_range = 0.0;  ///< drive_max - drive_min
-    double lag_s = 0.0;        ///< of the amplifier
-  };
-
-  explicit OutputCheck(const Config& config) : config_(config) {}
+  /// `drive_range`: drive_max - drive_min; `lag_s`: of the amplifier.
+  OutputCheck(double drive_range, double lag_s) : drive_range_(drive_range), lag_s_(lag_s) {}
 
   void restart(double drive);
   /// Called once in each cycle of a driven axis, with the drive that was commanded last, which moves by at most `slew_per_s`.
@@ -36,15 +32,11 @@ class OutputCheck {
   double differs_for_s() const { return differs_for_s_; }
 
  private:
-  struct Drives {
-    double least = 0.0, most = 0.0;
-  };
-
   bool agrees(double drive, double slew_per_s, const AxisInput& input) const;
 
-  Config config_;
-  std::array<Drives, 3> spans_{};  ///< the present one first
-  double span_s_ = 0.0;            ///< so far of the present one
+  double drive_range_, lag_s_;
+  std::array<model::Interval, 3> spans_{};  ///< drives in them; the present one first
+  double span_s_ = 0.0;                     ///< so far of the present one
   double status_age_s_ = 0.0;
   bool agrees_ = true;  ///< the last status
   double differs_for_s_ = 0.0;

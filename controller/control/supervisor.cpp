@@ -40,7 +40,7 @@ bool is_status_too_old(const NodeHealth& health, std::chrono::nanoseconds timeou
 
 void Supervisor::retune(const Config& config) {
   config_ = config;
-  lost_ = LeakyBucket(config.missing_samples);
+  lost_tenths_ = 0;
 }
 
 void Supervisor::restart() { *this = Supervisor(config_); }
@@ -82,7 +82,7 @@ Supervisor::Verdict Supervisor::judge_sample(const AxisInput& input, const model
     return {count_lost_sample(Cause::position_jumped), std::nullopt};
   }
   if (is_frozen(position_um)) return {Cause::position_frozen, std::nullopt};
-  lost_.leak();
+  if (lost_tenths_ > 0) --lost_tenths_;
   lost_in_a_row_ = {};
   last_um_ = position_um;
   cycles_since_last_ = 0;
@@ -101,9 +101,9 @@ Cause Supervisor::count_missing_sample(const AxisInput& input) {
 }
 
 Cause Supervisor::count_lost_sample(Cause cause) {
-  lost_.lose();
+  lost_tenths_ += 10;
   ++lost_in_a_row_.all;
-  return lost_.overflows() ? cause : Cause::none;
+  return lost_tenths_ > 10 * config_.missing_samples ? cause : Cause::none;
 }
 
 bool Supervisor::has_jumped(double position_um, const model::Interval& course_um) const {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <utility>
 
 namespace hystcan::controller {
 
@@ -10,13 +12,14 @@ double smooth_step(double s) {
   return s * s * s * (10.0 + s * (-15.0 + 6.0 * s));
 }
 
-Rise smooth_rise(double t_s, double rise_s) {
+Motion smooth_rise(double from_um, double to_um, double t_s, double rise_s) {
   const double s = t_s / rise_s;
-  if (!(s > 0.0)) return {};
-  if (s >= 1.0) return {.value = 1.0};
-  return {.value = smooth_step(s),
-          .slope_per_s = 30.0 * s * s * (1.0 - s) * (1.0 - s) / rise_s,
-          .curvature_per_s2 = 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / (rise_s * rise_s)};
+  if (!(s > 0.0)) return {.value_um = from_um};
+  if (s >= 1.0) return {.value_um = to_um};
+  const double height_um = to_um - from_um;
+  return {.value_um = from_um + height_um * smooth_step(s),
+          .velocity_um_per_s = height_um * (30.0 * s * s * (1.0 - s) * (1.0 - s) / rise_s),
+          .acceleration_um_per_s2 = height_um * (60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / (rise_s * rise_s))};
 }
 
 namespace {
@@ -150,6 +153,75 @@ double Sawtooth::peak_slew_um_per_s() const { return std::abs(height_um_) / std:
 
 double Sawtooth::peak_acceleration_um_per_s2() const {
   return 0.5 * std::abs(height_um_) * (1.0 / rise_s_ + 1.0 / fall_s_) * turnaround_.peak_curvature_per_s();
+}
+
+namespace {
+
+bool finite(const std::vector<double>& values) {
+  return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
+}
+
+}  // namespace
+
+MonotoneCubic::MonotoneCubic(std::vector<double> x, std::vector<double> y)
+    : x_(std::move(x)), y_(std::move(y)), slope_(x_.size(), 0.0) {
+  if (x_.size() < 2 || x_.size() != y_.size())
+    throw std::invalid_argument("the curve has too few points, expected two or more, as many y as x");
+  if (!finite(x_) || !finite(y_) || std::ranges::adjacent_find(x_, std::greater_equal{}) != x_.end())
+    throw std::invalid_argument("the curve's points are not in order, expected finite ones, x increasing");
+  const double first = x_.front();
+  for (double& value : x_) value -= first;
+  for (std::size_t i = 1; i + 1 < x_.size(); ++i) {
+    const double before = x_[i] - x_[i - 1];
+    const double after = x_[i + 1] - x_[i];
+    const double d_before = (y_[i] - y_[i - 1]) / before;
+    const double d_after = (y_[i + 1] - y_[i]) / after;
+    if ((d_before > 0.0) != (d_after > 0.0) || d_before == 0.0 || d_after == 0.0) continue;
+    slope_[i] =
+        3.0 * (before + after) / ((2.0 * after + before) / d_before + (after + 2.0 * before) / d_after);
+  }
+}
+
+Motion MonotoneCubic::at(double x) const {
+  if (x_.empty()) return {};
+  if (x < x_.front()) return {.value_um = y_.front()};
+  if (x >= x_.back()) return {.value_um = y_.back()};
+  const auto i = static_cast<std::size_t>(std::ranges::upper_bound(x_, x) - x_.begin() - 1);
+  return on_piece(i, x - x_[i]);
+}
+
+/// y_i + m_i u + c2 u^2 + c3 u^3,  u = x - x_i.
+Motion MonotoneCubic::on_piece(std::size_t i, double u) const {
+  const double h = x_[i + 1] - x_[i];
+  const double d = (y_[i + 1] - y_[i]) / h;
+  const double c2 = (3.0 * d - 2.0 * slope_[i] - slope_[i + 1]) / h;
+  const double c3 = (slope_[i] + slope_[i + 1] - 2.0 * d) / (h * h);
+  return {.value_um = y_[i] + u * (slope_[i] + u * (c2 + u * c3)),
+          .velocity_um_per_s = slope_[i] + u * (2.0 * c2 + u * 3.0 * c3),
+          .acceleration_um_per_s2 = 2.0 * c2 + 6.0 * c3 * u};
+}
+
+/// The slope of a piece is a parabola: greatest at an end or where the curvature, which is linear, vanishes.
+MotionBounds MonotoneCubic::bounds() const {
+  if (x_.empty()) return {};
+  const auto [lowest, highest] = std::ranges::minmax(y_);
+  MotionBounds bounds{.lowest_um = lowest, .highest_um = highest};
+  const auto take = [&](const Motion& motion) {
+    bounds.peak_slew_um_per_s = std::max(bounds.peak_slew_um_per_s, std::abs(motion.velocity_um_per_s));
+    bounds.peak_acceleration_um_per_s2 =
+        std::max(bounds.peak_acceleration_um_per_s2, std::abs(motion.acceleration_um_per_s2));
+  };
+  for (std::size_t i = 0; i + 1 < x_.size(); ++i) {
+    const double h = x_[i + 1] - x_[i];
+    const Motion begin = on_piece(i, 0.0);
+    const Motion end = on_piece(i, h);
+    take(begin);
+    take(end);
+    const double curved = begin.acceleration_um_per_s2;
+    if ((curved > 0.0) != (end.acceleration_um_per_s2 > 0.0))
+      take(on_piece(i, h * curved / (curved - end.acceleration_um_per_s2)));
+  }
+  return bounds;
 }
 
 }  // namespace hystcan::controller

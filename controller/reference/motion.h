@@ -1,6 +1,8 @@
 // Motions that a reference is made of: the smooth step, the turnaround at a corner, and the sawtooth.
 #pragma once
 
+#include <vector>
+
 namespace hystcan::controller {
 
 /// Position, velocity and acceleration at one moment.
@@ -17,13 +19,16 @@ double smooth_step(double s);
 inline constexpr double smooth_step_peak_slope = 1.875;
 inline constexpr double smooth_step_peak_curvature = 5.773502691896258;
 
-/// The smooth step from 0 to 1 in `rise_s`; its derivatives in 1/s and 1/s^2.
-struct Rise {
-  double value = 0.0;
-  double slope_per_s = 0.0;
-  double curvature_per_s2 = 0.0;
+/// The smooth step between two values in `rise_s`.
+Motion smooth_rise(double from_um, double to_um, double t_s, double rise_s);
+
+/// How far and how fast a motion goes. A configuration is checked by these bounds before anything moves.
+struct MotionBounds {
+  double lowest_um = 0.0;
+  double highest_um = 0.0;
+  double peak_slew_um_per_s = 0.0;
+  double peak_acceleration_um_per_s2 = 0.0;
 };
-Rise smooth_rise(double t_s, double rise_s);
 
 // The turnaround that takes the place of a corner, for a stage with one lightly damped mode of period T_m.
 //
@@ -110,6 +115,40 @@ class Sawtooth {
   double lowest_s_ = 0.0;  ///< of the lowest point after its corner, tau_0
   double bottom_um_ = 0.0;
   double height_um_ = 1.0;  ///< S
+};
+
+// A position over time through points (x_i, y_i), x in s and y in um: cubic Hermite pieces, once differentiable. Where the points are monotone
+// the curve is monotone too, so it never goes beyond them. It begins and ends at rest.
+//
+//   h_i = x_{i+1} - x_i,   d_i = (y_{i+1} - y_i) / h_i
+//
+//   slope m_i = 0                       at both ends, and where d_{i-1}, d_i differ in sign or one is 0
+//         m_i = 3 (h_{i-1} + h_i) / ((2 h_i + h_{i-1}) / d_{i-1} + (h_i + 2 h_{i-1}) / d_i)
+//                                       elsewhere: the weighted harmonic mean
+//
+// F. N. Fritsch, J. Butland, "A method for constructing local monotone piecewise cubic interpolants", SIAM J.
+// Sci. Stat. Comput. 5, 1984. O(log n) for a point.
+
+class MonotoneCubic {
+ public:
+  /// A curve without points is 0 everywhere and has length 0.
+  MonotoneCubic() = default;
+  /// Throws std::invalid_argument unless there are two points or more, as many y as x, all finite, x
+  /// increasing. The curve begins at x = 0: the first x is subtracted from all.
+  MonotoneCubic(std::vector<double> x, std::vector<double> y);
+
+  /// The curve is held before its beginning and after its end.
+  Motion at(double x) const;
+  double length() const { return x_.empty() ? 0.0 : x_.back(); }
+
+  MotionBounds bounds() const;
+
+ private:
+  Motion on_piece(std::size_t i, double from_x) const;
+
+  std::vector<double> x_;
+  std::vector<double> y_;
+  std::vector<double> slope_;
 };
 
 }  // namespace hystcan::controller

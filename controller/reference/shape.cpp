@@ -29,19 +29,20 @@ bool is_within(const Periodic& shape, double t_s) {
 
 /// Fades in within the first `fade_s`, is 1 for duration_s, fades out within the last `fade_s`.
 template <class Fading>
-Rise envelope(const Fading& shape, double t_s) {
-  if (t_s < shape.fade_s + 0.5 * shape.duration_s) return smooth_rise(t_s, shape.fade_s);
-  const Rise out = smooth_rise(2.0 * shape.fade_s + shape.duration_s - t_s, shape.fade_s);
-  return {out.value, -out.slope_per_s, out.curvature_per_s2};
+Motion envelope(const Fading& shape, double t_s) {
+  if (t_s < shape.fade_s + 0.5 * shape.duration_s) return smooth_rise(0.0, 1.0, t_s, shape.fade_s);
+  Motion out = smooth_rise(0.0, 1.0, 2.0 * shape.fade_s + shape.duration_s - t_s, shape.fade_s);
+  out.velocity_um_per_s = -out.velocity_um_per_s;
+  return out;
 }
 
-/// Derivatives of centre + w x, by the product rule.
-Motion enveloped(double centre_um, const Rise& w, const Motion& x) {
-  return {.value_um = centre_um + w.value * x.value_um,
-          .velocity_um_per_s = w.slope_per_s * x.value_um + w.value * x.velocity_um_per_s,
-          .acceleration_um_per_s2 = w.curvature_per_s2 * x.value_um +
-                                    2.0 * w.slope_per_s * x.velocity_um_per_s +
-                                    w.value * x.acceleration_um_per_s2};
+/// Derivatives of centre + w x, by the product rule. w has no unit.
+Motion enveloped(double centre_um, const Motion& w, const Motion& x) {
+  return {.value_um = centre_um + w.value_um * x.value_um,
+          .velocity_um_per_s = w.velocity_um_per_s * x.value_um + w.value_um * x.velocity_um_per_s,
+          .acceleration_um_per_s2 = w.acceleration_um_per_s2 * x.value_um +
+                                    2.0 * w.velocity_um_per_s * x.velocity_um_per_s +
+                                    w.value_um * x.acceleration_um_per_s2};
 }
 
 Motion motion_of(const Hold& s, double) { return {.value_um = s.level_um}; }
@@ -119,17 +120,10 @@ Motion motion_of(const Staircase& stairs, double t_s) {
   const double step = std::clamp(std::floor(t_s / step_s), 0.0, last);
   const auto i = static_cast<std::size_t>(step);
   if (i == 0 || stairs.rise_s == 0.0) return {.value_um = stairs.levels_um[i]};
-  const Rise rise = smooth_rise(t_s - step * step_s, stairs.rise_s);
-  const double height_um = stairs.levels_um[i] - stairs.levels_um[i - 1];
-  return {.value_um = blend(stairs.levels_um[i - 1], stairs.levels_um[i], rise.value),
-          .velocity_um_per_s = height_um * rise.slope_per_s,
-          .acceleration_um_per_s2 = height_um * rise.curvature_per_s2};
+  return smooth_rise(stairs.levels_um[i - 1], stairs.levels_um[i], t_s - step * step_s, stairs.rise_s);
 }
 
-Motion motion_of(const Table& s, double t_s) {
-  const MonotoneCubic::Point point = s.curve.at(t_s);
-  return {point.value, point.slope, point.curvature};
-}
+Motion motion_of(const Table& s, double t_s) { return s.curve.at(t_s); }
 
 double ideal_of(const Triangle& s, double t_s) {
   if (s.turnaround_percent == 0.0 || !is_within(s, t_s)) return motion_of(s, t_s).value_um;
@@ -368,10 +362,7 @@ MotionBounds motion_bounds_of(const Staircase& s) {
   return bounds;
 }
 
-MotionBounds motion_bounds_of(const Table& s) {
-  const MonotoneCubic::Range curve = s.curve.range();
-  return {curve.lowest, curve.highest, curve.peak_slope, curve.peak_curvature};
-}
+MotionBounds motion_bounds_of(const Table& s) { return s.curve.bounds(); }
 
 }  // namespace
 

@@ -24,7 +24,6 @@
 #include <variant>
 #include <vector>
 
-#include "controller/reference/monotone_cubic.h"
 #include "controller/reference/motion.h"
 #include "controller/reference/raster.h"
 
@@ -129,20 +128,11 @@ std::optional<ScanPlace> place_in_scan(const Shape& shape, double t_s);
 /// True where the value is constant: a hold, a step's levels, the dwell of a staircase.
 bool rests(const Shape& shape, double t_s);
 
-// How far and how fast a shape goes. A configuration is checked by these bounds before anything moves.
-
+/// Bounds of a prepared shape.
 /// Peaks of the smooth parts: the corners of a ramp or triangle and the jumps of a step do not count.
 /// Chirp: velocity and acceleration are an upper bound, for the worst phase of the sine during the fades.
 /// Multi-sine: sampled with 64 points per shortest period, to 0.2 % of its amplitudes; where this takes more
 /// than a million points, an upper bound, for all sines at their worst phase at the same time.
-struct MotionBounds {
-  double lowest_um = 0.0;
-  double highest_um = 0.0;
-  double peak_slew_um_per_s = 0.0;
-  double peak_acceleration_um_per_s2 = 0.0;
-};
-
-/// Bounds of a prepared shape.
 MotionBounds motion_bounds(const Shape& shape);
 
 }  // namespace hystcan::controller

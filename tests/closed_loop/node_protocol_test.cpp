@@ -305,7 +305,7 @@ TEST_P(WrongSyncCounter, KeepsAnAxisWaitingForASampleAndIsNamed) {
   fail();
   run_for(std::chrono::seconds(1));
   EXPECT_EQ(axis().state(), AxisState::waiting);
-  EXPECT_EQ(axis().report().lacks, controller::Lack::sample);
+  EXPECT_EQ(axis().report().arming_blocks, controller::ArmingBlock::sample);
   ASSERT_FALSE(events_.empty());
   EXPECT_EQ(events_.back(), event());
 }

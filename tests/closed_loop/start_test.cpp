@@ -13,8 +13,8 @@
 namespace hystcan::start_test {
 namespace {
 
+using controller::ArmingBlock;
 using controller::AxisState;
-using controller::Lack;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 using Kind = controller::Request::Kind;
@@ -75,9 +75,9 @@ TEST_F(Start, GoesOnAfterFiveSecondsWithoutAnAxisThatIsMissing) {
   ASSERT_TRUE(reaches(0, AxisState::ready, seconds(2)));
   loop_->run_for(milliseconds(4990));
   EXPECT_EQ(axis(0).state(), AxisState::ready);
-  EXPECT_EQ(axis(0).report().lacks, Lack::other_axes);
-  EXPECT_EQ(axis(1).report().lacks.members(),
-            (std::vector<Lack>{Lack::sensor_heartbeat, Lack::amplifier_heartbeat}))
+  EXPECT_EQ(axis(0).report().arming_blocks, ArmingBlock::other_axes);
+  EXPECT_EQ(axis(1).report().arming_blocks.members(),
+            (std::vector<ArmingBlock>{ArmingBlock::sensor_heartbeat, ArmingBlock::amplifier_heartbeat}))
       << "the log and the status say so";
   EXPECT_TRUE(reaches(0, AxisState::tracking, milliseconds(20)));
 }

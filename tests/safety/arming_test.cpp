@@ -8,9 +8,9 @@
 namespace hystcan::support::arming_test {
 namespace {
 
+using controller::ArmingBlock;
 using controller::AxisState;
 using controller::Cause;
-using controller::Lack;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 using Kind = controller::Request::Kind;
@@ -37,7 +37,7 @@ TEST(Clear, AttemptsForHalfASecondAndThenFaultsTheAxisAgain) {
   interlock.clear_and_enable();
   interlock.rig.run_for(milliseconds(450));
   EXPECT_EQ(interlock.rig.axis().state(), AxisState::waiting);
-  EXPECT_EQ(interlock.rig.axis().report().lacks, Lack::clear);
+  EXPECT_EQ(interlock.rig.axis().report().arming_blocks, ArmingBlock::clear);
   ASSERT_TRUE(interlock.rig.reaches(AxisState::faulted, milliseconds(100)));
   EXPECT_EQ(interlock.rig.axis().fault().cause, Cause::amplifier_fault);
 }
