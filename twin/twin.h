@@ -95,21 +95,7 @@ class Twin {
   /// Switches every amplifier off; their outputs end at the safe value.
   void shut_down();
 
-  struct Axis {
-    Axis(const WiredAxisConfig& config, const CommonConfig& common, const can::Database& database,
-         can::Scheduler& scheduler, const can::Attach& attach);
-    Axis(const Axis&) = delete;
-    Axis& operator=(const Axis&) = delete;
-    std::string name;
-    can::AxisWire wire;
-    Plant plant;
-    FaultyConnection* amplifier_line = nullptr;  ///< the connections of the nodes; set before the nodes
-    FaultyConnection* sensor_line = nullptr;
-    AmplifierNode amplifier;
-    SensorNode sensor;
-    DriveNoise drive_noise;
-  };
-  const std::vector<std::unique_ptr<Axis>>& axes() const { return axes_; }
+  const Axes& axes() const { return axes_; }
   /// The connections of all nodes.
   std::vector<const can::Bus*> connections() const;
   /// `handler` is called at every sample of every axis; it does not delay the sample.
@@ -123,7 +109,7 @@ class Twin {
   can::Scheduler& scheduler_;
   can::Duration heartbeat_period_;
   std::unique_ptr<can::Timer> listened_;
-  std::vector<std::unique_ptr<Axis>> axes_;
+  Axes axes_;
   std::unique_ptr<FaultScheduler> faults_;
   can::Time started_{};
 };

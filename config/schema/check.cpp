@@ -245,8 +245,8 @@ void check_faults(const Document& document, const Config& config) {
     if (axis == config.axes.end())
       document.fail_at(fmt::format("twin.fault[{}].axis", i),
                        fmt::format("axis is \"{}\", expected the name of one", faults[i].axis));
-    if (const std::string why = reason_against(faults[i], axis->wire); !why.empty())
-      document.fail_at(fmt::format("twin.fault[{}].kind", i), why);
+    if (const auto why = reason_against(faults[i], axis->wire))
+      document.fail_at(fmt::format("twin.fault[{}].kind", i), *why);
     if (faults[i].repeat_every > can::Duration::zero() && faults[i].repeat_every <= faults[i].lasts)
       document.fail_at(fmt::format("twin.fault[{}].repeat_every_s", i),
                        fmt::format("repeat_every_s is {:g}, expected more than duration_s, {:g}",
