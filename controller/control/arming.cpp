@@ -1,8 +1,6 @@
 #include "controller/control/arming.h"
 
 #include <algorithm>
-#include <array>
-#include <cstddef>
 
 namespace hystcan::controller {
 namespace {
@@ -33,25 +31,6 @@ ArmingBlocks blocks_of_amplifier(const NodeHealth& health, const Gate::Config& g
 }
 
 }  // namespace
-
-std::string_view to_string(ArmingBlock block) {
-  static constexpr std::array<std::string_view, arming_block_count> names{
-      "nothing",
-      "a heartbeat of the sensor",
-      "a heartbeat of the amplifier",
-      "the sensor to be operational",
-      "the amplifier to be operational",
-      "the amplifier's fault to be cleared",
-      "an amplifier status that says ready",
-      "an amplifier output within drive_min..drive_max",
-      "an amplifier output at rest",
-      "a sample",
-      "the amplifier to be enabled",
-      "the amplifier's output to follow the drive",
-      "the amplifier's watchdog",
-      "the other axes"};
-  return names[static_cast<std::size_t>(block)];
-}
 
 std::vector<ArmingBlock> ArmingBlocks::members() const {
   std::vector<ArmingBlock> members;

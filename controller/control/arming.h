@@ -1,11 +1,13 @@
 // What an axis needs before it is driven: what it lacks of that, and one attempt to clear the amplifier's fault.
 #pragma once
 
+#include <array>
 #include <bit>
 #include <cstdint>
 #include <string_view>
 #include <vector>
 
+#include "base/words.h"
 #include "controller/control/gate.h"
 #include "controller/control/supervisor.h"
 
@@ -28,9 +30,16 @@ enum class ArmingBlock : std::uint8_t {
   watchdog,    ///< the amplifier's reaction to withheld commands
   other_axes,  ///< which begin together with this one
 };
-inline constexpr std::size_t arming_block_count = static_cast<std::size_t>(ArmingBlock::other_axes) + 1;
-/// "a heartbeat of the sensor"
-std::string_view to_string(ArmingBlock block);
+constexpr auto words(ArmingBlock) {
+  return std::to_array<std::string_view>(
+      {"nothing", "a heartbeat of the sensor", "a heartbeat of the amplifier", "the sensor to be operational",
+       "the amplifier to be operational", "the amplifier's fault to be cleared",
+       "an amplifier status that says ready", "an amplifier output within drive_min..drive_max",
+       "an amplifier output at rest", "a sample", "the amplifier to be enabled",
+       "the amplifier's output to follow the drive", "the amplifier's watchdog", "the other axes"});
+}
+constexpr std::string_view to_string(ArmingBlock block) { return word_of(block); }
+inline constexpr std::size_t arming_block_count = every<ArmingBlock>().size();
 
 /// What an axis waits for: a set, in the order of `ArmingBlock`. It never contains `nothing`.
 class ArmingBlocks {

@@ -1,6 +1,5 @@
 #include "controller/control/following_error.h"
 
-#include <array>
 #include <cmath>
 
 namespace hystcan::controller {
@@ -24,11 +23,6 @@ double seconds(std::chrono::nanoseconds duration) { return std::chrono::duration
 constexpr double rounding_s = 1e-9;
 
 }  // namespace
-
-std::string_view to_string(Arrival arrival) {
-  static constexpr std::array<std::string_view, 4> names{"not judged", "moving", "in position", "failed"};
-  return names[static_cast<std::size_t>(arrival)];
-}
 
 Arrival InPosition::step(const Config& config, State& state, const Trajectory::Point& reference,
                          const std::optional<double>& position_um, double dt_s) {

@@ -6,11 +6,13 @@
 // r' is the slope of the reference since the last cycle: a moving stage is behind by its lag.
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string_view>
 
+#include "base/words.h"
 #include "controller/reference/trajectory.h"
 
 namespace hystcan::controller {
@@ -48,7 +50,10 @@ class FollowingError {
 // for the arrival has its answer at the first state other than `moving`.
 
 enum class Arrival : std::uint8_t { not_judged, moving, in_position, failed };
-std::string_view to_string(Arrival arrival);
+constexpr auto words(Arrival) {
+  return std::to_array<std::string_view>({"not judged", "moving", "in position", "failed"});
+}
+constexpr std::string_view to_string(Arrival arrival) { return word_of(arrival); }
 
 struct InPosition {
   struct Config {

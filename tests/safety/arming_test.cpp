@@ -74,23 +74,27 @@ TEST(Clear, IsNotLeftForALaterStart) {
   EXPECT_EQ(rig.axis().fault().cause, Cause::amplifier_fault);
 }
 
-/// An amplifier that is enabled and says something else for less than a cycle, as a contact that bounces.
-LoneAxis with_a_bounce(can::AmpState state) {
+LoneAxis lone() {
   const config::Config config = one_axis();
-  LoneAxis axis(controller_config(config).axes[0], config.database);
+  return {controller_config(config).axes[0], config.database};
+}
+
+/// The amplifier is enabled and says something else for less than a cycle, as a contact that bounces.
+void bounce(LoneAxis& axis, can::AmpState state) {
   for (const can::AmpState said : {can::AmpState::enabled, state, can::AmpState::enabled})
     axis.hear_status({.state = said});
-  return axis;
 }
 
 TEST(AmplifierFault, ThatEndsWithinACycleIsJudgedInTheNextStep) {
-  LoneAxis axis = with_a_bounce(can::AmpState::fault);
+  LoneAxis axis = lone();
+  bounce(axis, can::AmpState::fault);
   EXPECT_TRUE(axis.health().amplifier_fault);
   EXPECT_FALSE(axis.health().amplifier_fault) << "each event counts once";
 }
 
 TEST(AmplifierStatus, ThatSaysReadyBetweenTwoThatSayEnabledIsJudgedInTheNextStep) {
-  LoneAxis axis = with_a_bounce(can::AmpState::ready);
+  LoneAxis axis = lone();
+  bounce(axis, can::AmpState::ready);
   EXPECT_FALSE(axis.health().amplifier_enabled);
   EXPECT_TRUE(axis.health().amplifier_enabled) << "each event counts once";
 }
