@@ -4,46 +4,50 @@
 // The queue to the bus is first in, first out, and short. A frame put into it before the commands holds them
 // up, and a frame that does not fit is lost. So these frames follow the commands of a cycle, and there is one
 // of them at most beside the heartbeat.
+//
+// The start-up brings the remote nodes of waiting axes to operational. A node is set up by SDO first, and started by NMT
+// once its set-up is complete. A stopped node answers no SDO; it is sent to pre-operational first.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 
 #include "can/bus.h"
-#include "controller/node_start_up.h"
 #include "controller/wired_axis.h"
 
 namespace hystcan::controller {
 
 class BackgroundFrames {
  public:
-  struct Config {
-    std::uint8_t node = 127;  ///< Of the controller's own heartbeat.
-    can::Duration heartbeat_period{std::chrono::milliseconds(100)};
-  };
-  struct State {
-    can::Time next_heartbeat{};
-    std::size_t next_status = 0;  ///< The axis whose turn it is to report.
-    bool sent_status = false;     ///< Or a marker, in the last cycle.
-  };
-
-  BackgroundFrames(const Config& config, WiredAxes& axes) : config_(config), axes_(axes), start_up_(axes) {}
+  /// `node`: of the controller's own heartbeat.
+  BackgroundFrames(std::uint8_t node, can::Duration heartbeat_period, WiredAxes& axes)
+      : node_(node), heartbeat_period_(heartbeat_period), axes_(axes) {}
 
   /// Sends the boot-up message. The first heartbeat follows one period later.
   void start(can::Bus& bus, can::Time now);
   /// Once in a cycle, after its commands. `time_s`: of this cycle's SYNC, since the controller's start.
   void send_next(can::Bus& bus, can::Time sync_sent, can::Time now, double time_s);
 
-  const State& state() const { return state_; }
-
  private:
   bool send_next_scan_marker(can::Bus& bus);
   bool send_next_axis_status(can::Bus& bus);
+  /// A node that cannot be set up is a fault of its axis, at `time_s`.
+  bool send_next_setup_request(can::Bus& bus, can::Time now, double time_s);
+  bool send_next_nmt_command(can::Bus& bus, can::Time now);
+  /// Each axis has two nodes: its sensor, then its amplifier.
+  std::size_t node_count() const { return 2 * axes_.size(); }
+  RemoteNode& node_at(std::size_t place) { return *axes_[place / 2]->nodes()[place % 2]; }
 
-  Config config_;
+  std::uint8_t node_;
+  can::Duration heartbeat_period_;
   WiredAxes& axes_;
-  NodeStartUp start_up_;
-  State state_;
+  can::Time next_heartbeat_{};
+  std::size_t next_status_ = 0;     ///< The axis whose turn it is to report.
+  bool sent_status_ = false;        ///< Or a marker, in the last cycle.
+  std::size_t next_to_set_up_ = 0;  ///< The nodes take turns.
+  std::size_t next_to_command_ =
+      0;  ///< Each node gets one NMT command at most in a heartbeat period; the number of
+          ///< nodes: all have had their turn.
 };
 
 }  // namespace hystcan::controller

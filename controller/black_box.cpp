@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "base/append_file.h"
-#include "controller/cycle_columns.h"
+#include "controller/cycle_record.h"
 
 namespace hystcan::controller {
 namespace {
@@ -39,19 +39,6 @@ void append_next_position(std::string& row, const CycleRecord& record, const Cyc
 
 }  // namespace
 
-void RecordRing::add(const CycleRecord& record) {
-  if (records_.size() < capacity_) {
-    records_.push_back(record);
-    return;
-  }
-  records_[oldest_] = record;
-  oldest_ = (oldest_ + 1) % capacity_;
-}
-
-const CycleRecord& RecordRing::operator[](std::size_t age) const {
-  return records_[(oldest_ + age) % records_.size()];
-}
-
 BlackBox::BlackBox(const Config& config, std::vector<std::string> axis_names, Sink sink, UtcNow utc_now)
     : config_(config),
       makes_folder_(config.folder.empty()),
@@ -62,21 +49,21 @@ BlackBox::BlackBox(const Config& config, std::vector<std::string> axis_names, Si
   boxes_.reserve(names_.size());
   for (const std::string& name : names_)
     boxes_.push_back({.name = name,
-                      .ring = RecordRing(config_.cycles),
+                      .ring = boost::circular_buffer<CycleRecord>(config_.cycles),
                       .faulted = false,
                       .cycles_to_go = 0,
                       .reason = {},
                       .faulted_at = {}});
   if (config_.files == 0) return;
-  if (const std::string refusal = reason_against_writing(); !refusal.empty())
-    sink_(Level::warning, fmt::format("no black box will be written at a fault: {}", refusal));
+  if (const auto refusal = reason_against_writing())
+    sink_(Level::warning, fmt::format("no black box will be written at a fault: {}", *refusal));
 }
 
 void BlackBox::add(const CycleRecord& record) {
   Box& box = boxes_[record.axis];
   const bool fault_is_new = record.report.state == AxisState::faulted && !box.faulted;
   if (fault_is_new && box.cycles_to_go != 0) write(box, box.reason, box.faulted_at);
-  box.ring.add(record);
+  box.ring.push_back(record);
   if (fault_is_new)
     note_fault(box, record);
   else if (box.cycles_to_go != 0 && --box.cycles_to_go == 0)
@@ -100,17 +87,17 @@ void BlackBox::finish() {
     if (std::exchange(box.cycles_to_go, 0) != 0) write(box, box.reason, box.faulted_at);
 }
 
-std::string BlackBox::reason_against_writing() const {
+std::optional<std::string> BlackBox::reason_against_writing() const {
   std::error_code ignored;
   if (makes_folder_ && !std::filesystem::exists(config_.folder, ignored)) {
     const std::filesystem::path parent = config_.folder.parent_path();
-    return access(parent.c_str(), W_OK | X_OK) == 0 ? ""
-                                                    : fmt::format("{}: {}", parent.string(), words_of(errno));
+    if (access(parent.c_str(), W_OK | X_OK) == 0) return std::nullopt;
+    return fmt::format("{}: {}", parent.string(), words_of(errno));
   }
   return reason_against_the_folder();
 }
 
-std::string BlackBox::reason_against_the_folder() const {
+std::optional<std::string> BlackBox::reason_against_the_folder() const {
   const std::string folder = config_.folder.string();
   std::error_code error;
   std::size_t files = 0;
@@ -122,7 +109,7 @@ std::string BlackBox::reason_against_the_folder() const {
   if (files >= config_.files)
     return fmt::format("{} holds {} black boxes, {} are allowed: move them away", folder, files,
                        config_.files);
-  return {};
+  return std::nullopt;
 }
 
 std::filesystem::path BlackBox::file_for(const Box& box, std::chrono::system_clock::time_point when) const {
@@ -135,8 +122,8 @@ std::filesystem::path BlackBox::file_for(const Box& box, std::chrono::system_clo
 
 void BlackBox::write(Box& box, std::string_view reason, std::chrono::system_clock::time_point when) {
   if (config_.files == 0 || box.ring.size() == 0) return;
-  if (const std::string refusal = reason_against_writing(); !refusal.empty()) {
-    sink_(Level::warning, fmt::format("{}: no black box was written: {}", box.name, refusal));
+  if (const auto refusal = reason_against_writing()) {
+    sink_(Level::warning, fmt::format("{}: no black box was written: {}", box.name, *refusal));
     return;
   }
   const std::filesystem::path path = file_for(box, when);

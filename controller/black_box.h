@@ -9,14 +9,16 @@
 //
 // A row is a cycle n: SYNC, sample, command. next_position_um is the sample of cycle n+1, the first one that
 // command n can influence; it is empty where cycle n+1 has no sample or was not recorded. The other columns are those of
-// controller/cycle_columns.h.
+// controller/cycle_record.h.
 #pragma once
 
 #include <atomic>
+#include <boost/circular_buffer.hpp>
 #include <chrono>
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,22 +27,6 @@
 #include "controller/cycle_record.h"
 
 namespace hystcan::controller {
-
-/// A ring of the newest `capacity` cycle records.
-class RecordRing {
- public:
-  explicit RecordRing(std::size_t capacity) : capacity_(capacity) { records_.reserve(capacity); }
-
-  void add(const CycleRecord& record);
-  std::size_t size() const { return records_.size(); }
-  /// Age 0 is the oldest record.
-  const CycleRecord& operator[](std::size_t age) const;
-
- private:
-  std::size_t capacity_;
-  std::size_t oldest_ = 0;
-  std::vector<CycleRecord> records_;
-};
 
 class BlackBox {
  public:
@@ -67,7 +53,7 @@ class BlackBox {
  private:
   struct Box {
     std::string name;
-    RecordRing ring;
+    boost::circular_buffer<CycleRecord> ring;  ///< the oldest first
     bool faulted = false;
     std::size_t cycles_to_go = 0;  ///< until the file is written; 0: no file is due
     std::string reason;
@@ -76,9 +62,9 @@ class BlackBox {
 
   void note_fault(Box& box, const CycleRecord& record);
   void write(Box& box, std::string_view reason, std::chrono::system_clock::time_point when);
-  /// The reason why no file may be added to the folder; empty where one may.
-  std::string reason_against_writing() const;
-  std::string reason_against_the_folder() const;
+  /// The reason why no file may be added to the folder.
+  std::optional<std::string> reason_against_writing() const;
+  std::optional<std::string> reason_against_the_folder() const;
   std::filesystem::path file_for(const Box& box, std::chrono::system_clock::time_point when) const;
 
   Config config_;

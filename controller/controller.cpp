@@ -37,8 +37,7 @@ Controller::Controller(const Config& config, const can::Database& database, can:
       scheduler_(scheduler),
       on_record_(std::move(on_record)),
       axes_(wired_axes(config, database)),
-      requests_(axes_),
-      background_({.node = config.node, .heartbeat_period = config.heartbeat_period}, axes_),
+      background_(config.node, config.heartbeat_period, axes_),
       sync_timer_(scheduler.make_timer([this] { tick(); })),
       period_(std::llround(1e9 / config.rate_Hz)) {
   add_routes();
@@ -53,12 +52,10 @@ Controller::Controller(const Config& config, const can::Database& database, can:
 
 void Controller::listen_to_echoes() {
   const bool are_reported = bus_->on_sent([this](const can::Frame& frame, can::Time) {
-    for (const auto& wired : axes_)
-      if (frame.id == wired->encode_command.id() && frame.extended == wired->encode_command.extended())
-        wired->pending_commands.confirm(frame);
+    for (const auto& wired : axes_) wired->amplifier.on_echo(frame);
   });
   if (!are_reported) return;
-  for (const auto& wired : axes_) wired->pending_commands.begin_to_count();
+  for (const auto& wired : axes_) wired->amplifier.begin_to_count_echoes();
 }
 
 /// Our own frames never come back to us: a frame with an identifier of ours comes from another controller. A
@@ -77,39 +74,39 @@ void Controller::add_routes() {
 
 void Controller::add_routes_of(std::size_t index) {
   WiredAxis& wired = *axes_[index];
-  router_.add_route(wired.decode_sample.id(), wired.decode_sample.extended(),
+  const auto& decode_sample = wired.sensor.decoder();
+  router_.add_route(decode_sample.id(), decode_sample.extended(),
                     [this, index](const can::Frame& frame) { on_sample(index, frame); });
-  if (const auto& decode = wired.decode_status)
+  if (const auto& decode = wired.amplifier.decoder())
     router_.add_route(decode->id(), decode->extended(), [this, &wired](const can::Frame& frame) {
-      wired.handle_status(frame, scheduler_.now());
+      wired.amplifier.on_status(frame, scheduler_.now());
     });
-  router_.add_route(wired.encode_command.id(), wired.encode_command.extended(),
-                    [this, &wired](const can::Frame& frame) {
-                      if (!wired.foreign_command.check(frame))
-                        on_another_controller(ForeignFrame::Kind::command, frame);
-                    });
+  const auto& encode = wired.amplifier.encoder();
+  router_.add_route(encode.id(), encode.extended(), [this, &wired](const can::Frame& frame) {
+    if (wired.amplifier.is_command(frame)) on_another_controller(ForeignFrame::Kind::command, frame);
+  });
   if (const auto id = wired.status_sender.id())
     router_.add_route(*id, false, [this, &wired](const can::Frame& frame) {
       if (wired.status_sender.is_sound(frame)) on_another_controller(ForeignFrame::Kind::axis_status, frame);
     });
   if (const auto& receiver = wired.setpoint_receiver)
     router_.add_route(receiver->id(), false, [&wired](const can::Frame& frame) {
-      wired.setpoint_receiver->hear(frame, wired.axis);
+      wired.setpoint_receiver->on_frame(frame, wired.axis);
     });
   router_.add_route(
       can::heartbeat_base + wired.sensor.node(), false,
-      [this, &wired](const can::Frame& frame) { wired.handle_sensor_heartbeat(frame, scheduler_.now()); });
+      [this, &wired](const can::Frame& frame) { wired.sensor.on_heartbeat(frame, scheduler_.now()); });
   router_.add_route(
       can::heartbeat_base + wired.amplifier.node(), false,
-      [this, &wired](const can::Frame& frame) { wired.handle_amplifier_heartbeat(frame, scheduler_.now()); });
-  for (RemoteNode* node : {&wired.sensor, &wired.amplifier}) {
+      [this, &wired](const can::Frame& frame) { wired.amplifier.on_heartbeat(frame, scheduler_.now()); });
+  for (RemoteNode* node : wired.nodes()) {
     router_.add_route(can::emergency_base + node->node(), false,
-                      [node](const can::Frame& frame) { node->hear_emergency(frame); });
+                      [node](const can::Frame& frame) { node->on_emergency(frame); });
     router_.add_route(can::sdo_response_base + node->node(), false,
-                      [node](const can::Frame& frame) { node->hear_sdo(frame); });
+                      [node](const can::Frame& frame) { node->on_sdo(frame); });
     router_.add_route(can::sdo_request_base + node->node(), false,
                       [this, node, &wired](const can::Frame& frame) {
-                        if (node->hear_foreign_sdo(frame)) trip_if_in_use(wired, Cause::foreign_access);
+                        if (node->on_foreign_sdo(frame)) trip_if_in_use(wired, Cause::foreign_access);
                       });
   }
 }
@@ -146,7 +143,8 @@ std::optional<SetpointCounters> Controller::live_setpoints(std::size_t i) const 
 std::vector<std::string> Controller::foreign_access() const {
   std::vector<std::string> lines;
   for (const auto& wired : axes_)
-    for (const RemoteNode* node : {&wired->amplifier, &wired->sensor})
+    for (const RemoteNode* node :
+         {static_cast<const RemoteNode*>(&wired->amplifier), static_cast<const RemoteNode*>(&wired->sensor)})
       if (const std::string text = describe(node->foreign_access()); !text.empty())
         lines.push_back("node " + std::to_string(node->node()) + ": " + text);
   return lines;
@@ -181,10 +179,10 @@ void Controller::close_cycle() {
 }
 
 void Controller::begin_cycle(can::Time now) {
-  cycle_.sync_late = now - deadline_;
+  cycle_.lateness = now - deadline_;
   set_next_deadline(now);
   decide_on_tracking(now);
-  note_wake_up(now);
+  note_lateness(now);
   cycle_.dt_s = can::seconds(now - cycle_.sync_sent);
   cycle_.sync_sent = now;
   cycle_.sync_counter = can::next_sync_counter(cycle_.sync_counter);
@@ -196,10 +194,10 @@ void Controller::begin_cycle(can::Time now) {
 
 /// Nothing is caught up with: where the SYNC is too late, deadlines and references go on as if it were in time.
 void Controller::set_next_deadline(can::Time now) {
-  if (2 * cycle_.sync_late > period_) {
+  if (2 * cycle_.lateness > period_) {
     deadline_ = now;
-    waited_ += cycle_.sync_late;
-    counters_.overruns = static_cast<std::uint64_t>((waited_ + period_ / 2) / period_);
+    waited_ += cycle_.lateness;
+    counters_.missed_cycles = static_cast<std::uint64_t>((waited_ + period_ / 2) / period_);
   }
   deadline_ += period_;
 }
@@ -221,13 +219,13 @@ void Controller::decide_on_tracking(can::Time now) {
 }
 
 /// A SYNC that is too late shows that the computer does not keep its deadlines.
-void Controller::note_wake_up(can::Time now) {
-  timing_.wake_up.add(cycle_.sync_late);
+void Controller::note_lateness(can::Time now) {
+  timing_.lateness.add(cycle_.lateness);
   if (counters_.cycles != 0) {  // the first SYNC has none before it
     cycle_.sync_period = now - cycle_.sync_sent;
     timing_.period.add(cycle_.sync_period);
   }
-  if (config_.wake_up_trip == can::Duration::zero() || cycle_.sync_late <= config_.wake_up_trip) return;
+  if (config_.lateness_trip == can::Duration::zero() || cycle_.lateness <= config_.lateness_trip) return;
   for (const auto& wired : axes_) trip_if_in_use(*wired, Cause::cycle_overrun);
 }
 
@@ -245,20 +243,27 @@ void Controller::run_background_tasks() {
   });
   if (!commands_sent) return;
   cycle_.background_done = true;
-  requests_.answer_next(counters_.cycles);
+  answer_next_request();
   background_.send_next(*bus_, cycle_.sync_sent, scheduler_.now(), since_start_s(cycle_.sync_sent));
+}
+
+void Controller::answer_next_request() {
+  Request* request = requests_ == nullptr ? nullptr : requests_->next();
+  if (request == nullptr) return;
+  request->refused_because = carry_out(*request, axes_);
+  request->cycle = counters_.cycles;
+  asked_to_stop_ |= request->kind == Request::Kind::stop && !request->refused_because;
+  requests_->answer(request);
 }
 
 void Controller::on_sample(std::size_t index, const can::Frame& frame) {
   WiredAxis& wired = *axes_[index];
-  const auto sample = wired.decode_sample(frame);
-  if (!sample || !wired.names_a_possible_sync(*sample)) return;
-  if (wired.names_a_sync_again(frame, *sample, counters_.cycles))
-    trip_if_in_use(wired, Cause::sample_doubled);
-  const bool of_another_cycle = wired.samples_name_their_sync && sample->sync_counter != cycle_.sync_counter;
-  if (of_another_cycle || wired.answered) {
+  const auto sample = wired.sensor.on_sample(frame, counters_.cycles);
+  if (!sample) return;
+  if (wired.sensor.is_doubled()) trip_if_in_use(wired, Cause::sample_doubled);
+  if (wired.answered || !wired.sensor.is_of(*sample, cycle_.sync_counter)) {
     ++counters_.late_samples;
-    wired.late_sample = true;
+    wired.sensor.note_late_sample();
     return;
   }
   step(index, &*sample);
@@ -269,17 +274,17 @@ void Controller::step(std::size_t index, const can::SensorSample* sample) {
   WiredAxis& wired = *axes_[index];
   wired.answered = true;
   const AxisInput input = input_of(wired, sample);
-  StepTimes times;
-  times.begun = scheduler_.now();
+  CyclePhases phases{.period = cycle_.sync_period, .lateness = cycle_.lateness};
+  const can::Time begun = scheduler_.now();
   const AxisCommand command = wired.axis.step(input);
-  times.decided = scheduler_.now();
+  phases.execution = scheduler_.now() - begun;
   if (auto& marker = wired.scan_marker_sender) marker->note(wired.axis.report(), cycle_.sync_counter);
   const bool is_asleep = wired.axis.state() == AxisState::waiting &&
                          wired.amplifier.state(cycle_.sync_sent) != can::NmtState::operational;
   if (!is_asleep) send_command(wired, command);
-  times.sent = scheduler_.now();
-  if (sample != nullptr) times.sample_heard = frame_heard_;
-  record(index, times);
+  phases.command_sent = scheduler_.now() - cycle_.sync_sent;
+  if (sample != nullptr) phases.sample_heard = frame_heard_ - cycle_.sync_sent;
+  record(index, phases, sample != nullptr);
 }
 
 AxisInput Controller::input_of(WiredAxis& wired, const can::SensorSample* sample) const {
@@ -288,75 +293,56 @@ AxisInput Controller::input_of(WiredAxis& wired, const can::SensorSample* sample
                   .cycle_s = can::seconds(period_),
                   .waited_s = can::seconds(waited_),
                   .position_um = std::nullopt,
-                  .late_sample = std::exchange(wired.late_sample, false),
                   .tracking_since_s = cycle_.tracking_since_s,
-                  .health = wired.take_health(scheduler_.now(), bus_->state())};
+                  .health = {}};
+  wired.sensor.take_health(scheduler_.now(), input);
+  wired.amplifier.take_health(scheduler_.now(), bus_->state(), input);
   if (sample != nullptr) {
     input.position_um = sample->position_um;
     input.sensor_status_good = sample->status == 0;
   }
-  input.coupled_um = coupled_um(wired.axis, input);
+  // What the other axes will add to this one's position when the command acts.
+  ClosedLoop* loop = wired.axis.closed_loop();
+  const double acts_s = input.reference_time_s() + (loop == nullptr ? 0.0 : loop->preview_s(input.cycle_s));
+  for (const model::Coupling& coupling : wired.axis.config().couplings)
+    input.coupled_um += coupling.um_per_um * axes_[coupling.index]->axis.expected_um(acts_s);
   return input;
-}
-
-/// What the other axes will add to this one's position when the command acts.
-double Controller::coupled_um(Axis& axis, const AxisInput& input) const {
-  double sum_um = 0.0;
-  for (const model::Coupling& coupling : axis.config().couplings)
-    sum_um += coupling.um_per_um * axes_[coupling.index]->axis.expected_um(input.reference_time_s() +
-                                                                           axis.preview_s(input.cycle_s));
-  return sum_um;
 }
 
 void Controller::send_command(WiredAxis& wired, const AxisCommand& command) {
   if (phase_ != Phase::running) return;
-  wired.amplifier_moves |= command.enable && wired.decode_status.has_value();
-  const bool is_safe = !command.enable && !command.clear_fault;
-  if (command.withheld || (is_safe && wired.pending_commands.is_safe_one_on_its_way())) return;
-  const auto frame = wired.encode_command({.setpoint = command.drive,
-                                           .enable = command.enable,
-                                           .clear_fault = command.clear_fault,
-                                           .sync_counter = cycle_.sync_counter});
-  if (!frame)  // the amplifier's watchdog acts on the silence
+  if (!wired.amplifier.send(command, cycle_.sync_counter, *bus_))
     wired.axis.trip(Cause::command_not_sendable, since_start_s(cycle_.sync_sent));
-  else if (bus_->send(*frame))
-    wired.pending_commands.add(*frame, is_safe);
 }
 
-void Controller::record(std::size_t index, const StepTimes& times) {
+void Controller::record(std::size_t index, const CyclePhases& phases, bool has_sample) {
   WiredAxis& wired = *axes_[index];
-  const can::Duration execution = times.decided - times.begun;
   const can::Duration turnaround =
-      times.sample_heard ? times.sent - *times.sample_heard : can::Duration::zero();
-  timing_.execution.add(execution);
-  if (times.sample_heard) timing_.turnaround.add(turnaround);
+      has_sample ? phases.command_sent - phases.sample_heard : can::Duration::zero();
+  timing_.execution.add(phases.execution);
+  if (has_sample) timing_.turnaround.add(turnaround);
   on_record_({.cycle = counters_.cycles,
               .time_s = since_start_s(cycle_.sync_sent),
               .axis = index,
               .report = wired.axis.report(),
-              .amplifier_output = wired.status.output,
+              .amplifier_output = wired.amplifier.output(),
               .turnaround = turnaround,
-              .phases = {.period = cycle_.sync_period,
-                         .lateness = cycle_.sync_late,
-                         .sample_heard = times.sample_heard ? *times.sample_heard - cycle_.sync_sent
-                                                            : can::Duration::zero(),
-                         .command_sent = times.sent - cycle_.sync_sent,
-                         .execution = execution},
+              .phases = phases,
               .counters = counters_,
               .event = wired.take_event()});
 }
 
 void Controller::on_foreign_nmt(const can::Frame& frame) {
   for (const auto& wired : axes_)
-    for (RemoteNode* node : {&wired->sensor, &wired->amplifier})
-      if (node->hear_foreign_nmt(frame)) trip_if_in_use(*wired, Cause::foreign_access);
+    for (RemoteNode* node : wired->nodes())
+      if (node->on_foreign_nmt(frame)) trip_if_in_use(*wired, Cause::foreign_access);
 }
 
 void Controller::on_another_controller(ForeignFrame::Kind kind, const can::Frame& frame) {
   if (phase_ != Phase::listening && phase_ != Phase::running) return;
   for (const auto& wired : axes_)
-    wired->meet_another_controller({.kind = kind, .id = frame.id, .extended = frame.extended},
-                                   since_start_s(scheduler_.now()));
+    wired->on_another_controller({.kind = kind, .id = frame.id, .extended = frame.extended},
+                                 since_start_s(scheduler_.now()));
   if (phase_ == Phase::listening) keep_silent();
 }
 
@@ -371,7 +357,10 @@ void Controller::keep_silent() {
 
 void Controller::on_bus_state(can::BusState state) {
   if (state != can::BusState::bus_off && state != can::BusState::down) return;
-  for (const auto& wired : axes_) wired->handle_bus_loss(state);
+  for (const auto& wired : axes_) {
+    wired->sensor.on_bus_loss();
+    wired->amplifier.on_bus_loss(state);
+  }
 }
 
 }  // namespace hystcan::controller

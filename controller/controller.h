@@ -5,7 +5,7 @@
 //
 // A sample is answered as it arrives. If it has not come by the next SYNC, the axis is stepped without it
 // then, and the sample is counted as missing. The other frames of the controller follow its commands
-// (BackgroundFrames), and so does the answer to a request from outside (RequestServer).
+// (BackgroundFrames), and so does the answer to a request from outside (carry_out).
 //
 // Before its first frame the controller listens for one heartbeat period. Four kinds of frame show another
 // controller: a SYNC, a heartbeat of the own node id, an axis status, and a command to one of the own
@@ -44,8 +44,7 @@
 #include "controller/cycle_record.h"
 #include "controller/frame_router.h"
 #include "controller/realtime.h"
-#include "controller/request_link.h"
-#include "controller/request_server.h"
+#include "controller/requests.h"
 #include "controller/timing.h"
 #include "controller/wired_axis.h"
 
@@ -57,9 +56,9 @@ struct CommonConfig {
   std::uint8_t node = 127;  ///< Of the controller's own heartbeat.
   can::Duration heartbeat_period{std::chrono::milliseconds(100)};
   can::Duration heartbeat_timeout{std::chrono::milliseconds(300)};  ///< Of the other nodes.
-  can::Duration wake_up_warn{};  ///< The log reports a SYNC that is later than this; zero: never.
-  can::Duration wake_up_trip{};  ///< A later one faults every axis in use (cycle overrun); zero: never.
-  bool start_together = true;    ///< The first axis that is ready waits for the others.
+  can::Duration lateness_warn{};  ///< The log reports a SYNC that is later than this; zero: never.
+  can::Duration lateness_trip{};  ///< A later one faults every axis in use (cycle overrun); zero: never.
+  bool start_together = true;     ///< The first axis that is ready waits for the others.
   can::Duration start_timeout{std::chrono::seconds(5)};  ///< For so long.
   std::optional<Realtime> realtime{};
   BlackBox::Config black_box{};
@@ -81,12 +80,12 @@ class Controller {
 
   void start(bool clear_amplifier_faults = false);
   /// Requests of this link are answered, one in each cycle. Before start().
-  void listen_to(RequestLink& link) { requests_.listen_to(link); }
+  void listen_to(RequestLink& link) { requests_ = &link; }
   /// Every axis ramps to its safe drive and switches off; stopped() when all have.
   void request_stop();
   bool stopped() const;
   /// A request asked for an end of the run. The caller who runs the controller ends it.
-  bool asked_to_stop() const { return requests_.asked_to_stop(); }
+  bool asked_to_stop() const { return asked_to_stop_; }
   /// Another controller was here first: this one has sent nothing, and sends nothing.
   bool keeps_silent() const { return phase_ == Phase::silent; }
   /// Sends every amplifier the safe command at once. For the way out.
@@ -97,7 +96,7 @@ class Controller {
   /// Before start(), to restore what an axis remembers.
   Axis& axis(std::size_t i) { return axes_[i]->axis; }
   const Axis& axis(std::size_t i) const { return axes_[i]->axis; }
-  const can::E2eChecker& sample_checker(std::size_t i) const { return axes_[i]->decode_sample.checker(); }
+  const can::E2eChecker& sample_checker(std::size_t i) const { return axes_[i]->sensor.decoder().checker(); }
   /// Empty: this axis takes no live setpoints.
   std::optional<SetpointCounters> live_setpoints(std::size_t i) const;
   /// Of every message that the controller receives: samples, statuses, setpoints; of both nodes heartbeats,
@@ -118,19 +117,12 @@ class Controller {
   struct Cycle {
     std::uint8_t sync_counter = 0;
     can::Time sync_sent{};
-    can::Duration sync_late{};    ///< After its deadline.
+    can::Duration lateness{};     ///< Of the SYNC, after its deadline.
     can::Duration sync_period{};  ///< From the SYNC before; zero at the first.
     double dt_s = 0.0;            ///< From the SYNC before, or from start().
     std::optional<double>
         tracking_since_s{};  ///< Of all axes; empty: an axis that is ready does not begin yet.
     bool background_done = true;
-  };
-  /// When the parts of one step happened.
-  struct StepTimes {
-    std::optional<can::Time> sample_heard{};  ///< By the kernel's stamp; empty where no sample came.
-    can::Time begun{};
-    can::Time decided{};
-    can::Time sent{};
   };
 
   void listen_to_echoes();
@@ -142,14 +134,14 @@ class Controller {
   void set_next_deadline(can::Time now);
   void decide_on_tracking(can::Time now);
   bool axes_in(std::initializer_list<AxisState> states) const;
-  void note_wake_up(can::Time now);
+  void note_lateness(can::Time now);
   void run_background_tasks();
+  void answer_next_request();
   void on_sample(std::size_t index, const can::Frame& frame);
   void step(std::size_t index, const can::SensorSample* sample);
   AxisInput input_of(WiredAxis& wired, const can::SensorSample* sample) const;
-  double coupled_um(Axis& axis, const AxisInput& input) const;
   void send_command(WiredAxis& wired, const AxisCommand& command);
-  void record(std::size_t index, const StepTimes& times);
+  void record(std::size_t index, const CyclePhases& phases, bool has_sample);
   void on_foreign_nmt(const can::Frame& frame);
   void trip_if_in_use(WiredAxis& wired, Cause cause);
   void on_another_controller(ForeignFrame::Kind kind, const can::Frame& frame);
@@ -162,7 +154,8 @@ class Controller {
   RecordHandler on_record_;
   WiredAxes axes_;
   FrameRouter router_;
-  RequestServer requests_;
+  RequestLink* requests_ = nullptr;  ///< Null: there are none.
+  bool asked_to_stop_ = false;
   BackgroundFrames background_;
   std::unique_ptr<can::Bus> bus_;
   std::unique_ptr<can::Timer> sync_timer_;

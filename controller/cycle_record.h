@@ -1,9 +1,13 @@
-// One cycle of one axis: the input of log, CSV, black box and statistics.
+// One cycle of one axis, the input of log, CSV, black box and statistics; and its columns.
 #pragma once
 
 #include <cstdint>
 #include <optional>
+#include <span>
+#include <string>
+#include <string_view>
 #include <type_traits>
+#include <vector>
 
 #include "can/scheduler.h"
 #include "controller/control/axis.h"
@@ -11,9 +15,11 @@
 
 namespace hystcan::controller {
 
+// One cycle of one axis: the input of log, CSV, black box and statistics.
+
 struct CycleCounters {
   std::uint64_t cycles = 0;
-  std::uint64_t overruns = 0;         ///< SYNCs left out, because this computer was too slow
+  std::uint64_t missed_cycles = 0;    ///< SYNCs left out, because this computer was too slow
   std::uint64_t missing_samples = 0;  ///< cycles of an axis in use without a sample in time
   std::uint64_t late_samples = 0;     ///< samples that came after their cycle
 };
@@ -39,5 +45,45 @@ struct CycleRecord {
   std::optional<NodeEvent> event{};
 };
 static_assert(std::is_trivially_copyable_v<CycleRecord>, "records cross threads by plain copying");
+
+// The columns of a cycle: one table for every CSV, HDF5 file and stream in which cycles of an axis are kept.
+//
+// A column is a number. One that has words (a state, a cause) is the number of its word; in CSV the word stands in its
+// place. A value that a cycle does not have is NaN; in CSV the field is empty.
+
+struct CycleColumn {
+  enum class Kind : std::uint8_t {
+    whole,   ///< an integer
+    number,  ///< fixed point, with `decimals`
+    axis,    ///< the index of the axis; in CSV its name
+    state,   ///< an AxisState
+    cause,   ///< a Cause
+    limits   ///< the bits of `limit`; in CSV their names: slew+model
+  };
+  std::string_view name;
+  std::string_view unit;  ///< "drive": the axis's drive unit; empty: none
+  std::string_view meaning;
+  Kind kind = Kind::number;
+  int decimals = 0;
+  double (*value)(const CycleRecord& record) = nullptr;
+};
+
+/// In the order of the CSV.
+std::span<const CycleColumn> cycle_columns();
+/// Null if there is none of that name.
+const CycleColumn* find_cycle_column(std::string_view name);
+/// The words of a column by their number; those of `limits` by their bit. Empty if it has none.
+std::vector<std::string> words_of(const CycleColumn& column);
+
+/// A comment above the header.
+inline constexpr std::string_view cycle_units =
+    "# drive and amplifier_output in the axis's drive unit; error = reference - position\n";
+/// Appends the names of the columns, with commas, without an end of line.
+void append_cycle_header(std::string& text);
+/// Appends the row, with commas, without an end of line.
+void append_cycle_row(std::string& text, const CycleRecord& record, std::span<const std::string> axis_names);
+
+/// Appends the value with that many decimals; nothing if it is NaN.
+void append_fixed(std::string& text, double value, int decimals);
 
 }  // namespace hystcan::controller

@@ -18,16 +18,11 @@ std::vector<can::Filter> FrameRouter::filters() const {
 }
 
 void FrameRouter::pass_on(const can::Frame& frame) const {
-  if (const Route* route = find(frame)) route->handler(frame);
-}
-
-const FrameRouter::Route* FrameRouter::find(const can::Frame& frame) const {
   for (const bool extended : {frame.extended, !frame.extended}) {
     const auto key = std::pair(frame.id, extended);
     const auto found = std::ranges::lower_bound(routes_, key, {}, &Route::key);
-    if (found != routes_.end() && found->key() == key) return &*found;
+    if (found != routes_.end() && found->key() == key) return found->handler(frame);
   }
-  return nullptr;
 }
 
 }  // namespace hystcan::controller

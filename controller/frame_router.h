@@ -33,8 +33,6 @@ class FrameRouter {
   void pass_on(const can::Frame& frame) const;
 
  private:
-  const Route* find(const can::Frame& frame) const;
-
   std::vector<Route> routes_;  ///< sorted by key
 };
 

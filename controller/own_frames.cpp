@@ -97,7 +97,7 @@ std::string describe(const SetpointCounters& counters) {
 SetpointReceiver::SetpointReceiver(const can::Database& database, const can::AxisWire& wire)
     : decode_(layout_of<can::Setpoint>(database, wire, "live setpoints")) {}
 
-void SetpointReceiver::hear(const can::Frame& frame, Axis& axis) {
+void SetpointReceiver::on_frame(const can::Frame& frame, Axis& axis) {
   const auto setpoint = decode_(frame);
   if (!setpoint) return;
   if (setpoint->mode > can::setpoint_mode::go_to) {

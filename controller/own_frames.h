@@ -78,7 +78,7 @@ class SetpointReceiver {
   /// Throws std::invalid_argument where the database has no such message.
   SetpointReceiver(const can::Database& database, const can::AxisWire& wire);
 
-  void hear(const can::Frame& frame, Axis& axis);
+  void on_frame(const can::Frame& frame, Axis& axis);
   std::uint32_t id() const { return decode_.id(); }
   const can::E2eChecker& checker() const { return decode_.checker(); }
   const SetpointCounters& counters() const { return counters_; }

@@ -87,7 +87,7 @@ std::string describe(const ForeignAccess& access) {
 RemoteNode::RemoteNode(std::uint8_t node, can::Duration heartbeat_timeout, const can::SdoSetup::Config& setup)
     : node_(node), heartbeat_(heartbeat_timeout), setup_(node, setup) {}
 
-bool RemoteNode::hear_heartbeat(const can::Frame& frame, can::Time now) {
+bool RemoteNode::on_heartbeat(const can::Frame& frame, can::Time now) {
   if (heartbeat_checker_.check(frame)) return false;
   const auto state = can::parse_heartbeat(frame);
   if (state) heartbeat_.heard(*state, now);
@@ -96,7 +96,7 @@ bool RemoteNode::hear_heartbeat(const can::Frame& frame, can::Time now) {
   return true;
 }
 
-void RemoteNode::hear_emergency(const can::Frame& frame) {
+void RemoteNode::on_emergency(const can::Frame& frame) {
   if (emergency_checker_.check(frame)) return;
   const auto emergency = can::parse_emergency(frame);
   if (!emergency) return;
@@ -105,11 +105,11 @@ void RemoteNode::hear_emergency(const can::Frame& frame) {
   note(event);
 }
 
-void RemoteNode::hear_sdo(const can::Frame& frame) {
+void RemoteNode::on_sdo(const can::Frame& frame) {
   if (!setup_.handle(frame)) sdo_checker_.check(frame);
 }
 
-bool RemoteNode::hear_foreign_nmt(const can::Frame& frame) {
+bool RemoteNode::on_foreign_nmt(const can::Frame& frame) {
   const auto nmt = can::parse_nmt(frame);
   if (!nmt || (nmt->node != node_ && nmt->node != 0)) return false;
   ++foreign_.nmt;
@@ -126,7 +126,7 @@ bool RemoteNode::hear_foreign_nmt(const can::Frame& frame) {
   return false;  // a node ignores every other command
 }
 
-bool RemoteNode::hear_foreign_sdo(const can::Frame& frame) {
+bool RemoteNode::on_foreign_sdo(const can::Frame& frame) {
   const auto access = can::sdo_access_of(frame);
   if (!access) return false;
   if (!access->writes) {
@@ -145,7 +145,7 @@ void RemoteNode::note_no_such_sync(std::uint8_t sync_counter) {
 
 void RemoteNode::set_up_again() {
   setup_.restart();
-  failure_told_ = false;
+  failure_noted_ = false;
 }
 
 void RemoteNode::forget() {
@@ -161,7 +161,7 @@ std::optional<can::Frame> RemoteNode::poll_setup(can::Time now) {
   const auto is = state(now);
   if (!is || *is == can::NmtState::stopped) return std::nullopt;  // a stopped node answers no SDO
   const auto request = setup_.poll(now);
-  if (setup_.has_failed() && !std::exchange(failure_told_, true))
+  if (setup_.has_failed() && !std::exchange(failure_noted_, true))
     note({.kind = NodeEvent::Kind::not_set_up, .node = node_, .failure = setup_.failure()});
   return request;
 }

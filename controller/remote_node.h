@@ -69,13 +69,13 @@ class RemoteNode {
   RemoteNode(std::uint8_t node, can::Duration heartbeat_timeout, const can::SdoSetup::Config& setup);
 
   /// True if the node has booted up.
-  bool hear_heartbeat(const can::Frame& frame, can::Time now);
-  void hear_emergency(const can::Frame& frame);
-  void hear_sdo(const can::Frame& frame);
+  bool on_heartbeat(const can::Frame& frame, can::Time now);
+  void on_emergency(const can::Frame& frame);
+  void on_sdo(const can::Frame& frame);
   /// An NMT frame, or an SDO request to this node, of another node. True: it may change what the node does. Where it
   /// may have changed the set-up, the node is set up again before it is used again.
-  bool hear_foreign_nmt(const can::Frame& frame);
-  bool hear_foreign_sdo(const can::Frame& frame);
+  bool on_foreign_nmt(const can::Frame& frame);
+  bool on_foreign_sdo(const can::Frame& frame);
   /// A sample of this node has this `SyncCounter`, which no SYNC has.
   void note_no_such_sync(std::uint8_t sync_counter);
 
@@ -87,7 +87,6 @@ class RemoteNode {
     return setup_.is_done() && state(now) == can::NmtState::operational;
   }
   bool is_set_up() const { return setup_.is_done(); }
-  unsigned boot_ups() const { return heartbeat_.boot_ups(); }
   /// They count the invalid frames in the place of heartbeat, emergency and SDO response.
   const can::E2eChecker& heartbeat_checker() const { return heartbeat_checker_; }
   const can::E2eChecker& emergency_checker() const { return emergency_checker_; }
@@ -103,6 +102,10 @@ class RemoteNode {
   /// A set-up that has failed is tried once more.
   void retry_setup();
 
+  /// The node has booted up since the last call.
+  bool take_restart() {
+    return std::exchange(boot_ups_seen_, heartbeat_.boot_ups()) != heartbeat_.boot_ups();
+  }
   /// An emergency of another code than "no error" came since the last call.
   bool take_alarm() { return std::exchange(alarm_, false); }
   /// The oldest event not yet taken. Equal ones in a row are counted as one. More than sixteen are lost but for the
@@ -120,8 +123,9 @@ class RemoteNode {
   can::E2eChecker sdo_checker_{can::Protection{}, 8, false};
   can::SdoSetup setup_;
   ForeignAccess foreign_;
-  bool failure_told_ = false;
+  bool failure_noted_ = false;
   bool alarm_ = false;
+  unsigned boot_ups_seen_ = 0;
   std::array<NodeEvent, 16> events_{};
   std::size_t event_count_ = 0;
 };

@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "base/threads.h"
-#include "controller/cycle_columns.h"
+#include "controller/cycle_record.h"
 
 namespace hystcan::controller {
 struct TelemetryThread::Ring {

@@ -40,7 +40,7 @@ class TelemetryThread {
   std::thread thread_;
 };
 
-/// Writes cycle records as CSV (controller/cycle_columns.h).
+/// Writes cycle records as CSV (controller/cycle_record.h).
 class CsvLog {
  public:
   /// Replaces the file. Throws std::system_error where it can't be created.

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::array<NamedTime, 4> times{{
     {"period", "period", &CycleTiming::period},
-    {"wake_up", "wake-up", &CycleTiming::wake_up},
+    {"wake_up", "wake-up", &CycleTiming::lateness},
     {"turnaround", "turnaround", &CycleTiming::turnaround},
     {"execution", "execution", &CycleTiming::execution},
 }};

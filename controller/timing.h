@@ -55,7 +55,7 @@ class TimeStatistics {
 /// axis to each of the others.
 struct CycleTiming {
   TimeStatistics period;      ///< from SYNC to SYNC
-  TimeStatistics wake_up;     ///< lateness of the SYNC after its deadline
+  TimeStatistics lateness;    ///< of the SYNC after its deadline
   TimeStatistics turnaround;  ///< received sample (kernel's timestamp) to sent command; none without a sample
   TimeStatistics execution;   ///< of the axis's step
 };

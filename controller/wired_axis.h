@@ -1,5 +1,4 @@
-// One axis with its place on the bus: the axis itself, the codecs of its frames, and what is known of its two
-// nodes.
+// One axis with its place on the bus: the axis itself, and the links to its two nodes with the codecs of their frames.
 #pragma once
 
 #include <array>
@@ -25,25 +24,98 @@ struct WiredAxisConfig {
   bool scan_marker = false;    ///< A ScanMarker is sent for each line of a scan.
 };
 
+/// The sensor's node and its samples.
+class SensorLink : public RemoteNode {
+ public:
+  SensorLink(const can::AxisWire& wire, can::Duration heartbeat_timeout, const can::Database& database);
+
+  void on_heartbeat(const can::Frame& frame, can::Time now);
+  /// Empty where the frame is damaged, or names a SYNC that there is not; the log says so.
+  std::optional<can::SensorSample> on_sample(const can::Frame& frame, std::uint64_t cycle);
+  /// The last sample and another one, both accepted, name the same SYNC. A frame that is sent twice is no other one.
+  bool is_doubled() const { return is_doubled_; }
+  /// False: the sample is of another cycle. Where samples do not name their SYNC, they count for the cycle in which they
+  /// arrive.
+  bool is_of(const can::SensorSample& sample, std::uint8_t sync_counter) const {
+    return !names_its_sync_ || sample.sync_counter == sync_counter;
+  }
+  void note_late_sample() { late_sample_ = true; }
+  /// The bus was off or the interface down: what is known of the node may no longer hold.
+  void on_bus_loss();
+
+  /// What is known for the next step. Each event since the last step counts once.
+  void take_health(can::Time now, AxisInput& input);
+  const can::Decoder<can::SensorSample>& decoder() const { return decode_; }
+
+ private:
+  struct NamedSync {
+    std::uint64_t cycle = 0;  ///< 0: none yet
+    can::Frame frame{};
+  };
+
+  can::Decoder<can::SensorSample> decode_;
+  bool names_its_sync_;
+  bool is_doubled_ = false;
+  bool late_sample_ = false;                  ///< A sample of another cycle came since the last step.
+  std::array<NamedSync, 256> named_syncs_{};  ///< by SyncCounter: the last sample that named it
+};
+
+/// The amplifier's node, its statuses, and the commands to it.
+class AmplifierLink : public RemoteNode {
+ public:
+  AmplifierLink(const can::AxisWire& wire, const Axis& axis, can::Duration heartbeat_timeout,
+                const can::Database& database);
+
+  void on_heartbeat(const can::Frame& frame, can::Time now);
+  void on_status(const can::Frame& frame, can::Time now);
+  void on_bus_loss(can::BusState state);
+  /// The bus has carried a frame of ours.
+  void on_echo(const can::Frame& frame);
+  /// A sound command to this amplifier: another node sends it.
+  bool is_command(const can::Frame& frame) { return !foreign_command_.check(frame); }
+
+  void begin_to_count_echoes() { pending_.begin_to_count(); }
+  /// False: the drive does not fit its signal, and nothing is sent.
+  bool send(const AxisCommand& command, std::uint8_t sync_counter, can::Bus& bus);
+
+  /// What is known for the next step. Each event since the last step counts once.
+  void take_health(can::Time now, can::BusState bus, AxisInput& input);
+  double output() const { return status_.output; }  ///< of the last status, drive units
+  const can::Encoder<can::AmpCommand>& encoder() const { return encode_; }
+  /// Empty: the amplifier sends no status.
+  const std::optional<can::Decoder<can::AmpStatus>>& decoder() const { return decode_; }
+
+ private:
+  void forget_status();
+  bool reports_a_move(const can::AmpStatus& next) const;
+
+  const Axis& axis_;
+  can::Encoder<can::AmpCommand> encode_;
+  can::E2eChecker foreign_command_;
+  std::optional<can::Decoder<can::AmpStatus>> decode_;
+  bool flags_report_fault_ = false;  ///< The state field alone does not report a fault.
+  can::AmpStatus status_at_first_;   ///< What holds before a status comes, or where none ever comes.
+  can::AmpStatus status_;            ///< The last one received.
+  can::Time status_heard_{};
+  bool moves_ = false;  ///< Enabled, or ramping down: `status_` does not say where the output is.
+  PendingCommands pending_;
+  // Since the last step, however briefly:
+  bool fault_seen_ = false;
+  bool not_enabled_seen_ = false;
+  bool bus_off_seen_ = false;
+  bool interface_down_seen_ = false;
+};
+
 struct WiredAxis {
   /// Throws std::invalid_argument where the database lacks a message or the model is not valid.
   WiredAxis(const WiredAxisConfig& config, can::Duration heartbeat_timeout, const can::Database& database);
+  WiredAxis(const WiredAxis&) = delete;
+  WiredAxis& operator=(const WiredAxis&) = delete;
+  ~WiredAxis() = default;
 
-  void handle_status(const can::Frame& frame, can::Time now);
-  void handle_sensor_heartbeat(const can::Frame& frame, can::Time now);
-  void handle_amplifier_heartbeat(const can::Frame& frame, can::Time now);
-  /// The bus is off or the interface is down: what is known of the nodes may no longer hold.
-  void handle_bus_loss(can::BusState state);
-
-  /// False: the sample names a SYNC that there is not. It answers no cycle; the log says so.
-  bool names_a_possible_sync(const can::SensorSample& sample);
-  /// True: this sample and another one, both accepted, name the same SYNC. A frame that is sent twice is no other one.
-  bool names_a_sync_again(const can::Frame& frame, const can::SensorSample& sample, std::uint64_t cycle);
-
-  /// What is known of both nodes for the next step. Each event since the last step counts once.
-  NodeHealth take_health(can::Time now, can::BusState bus);
+  std::array<RemoteNode*, 2> nodes() { return {&sensor, &amplifier}; }
   /// Faults the axis, unless it is offline; ends the ramp of a faulted one. The log names the frame, once in a fault.
-  void meet_another_controller(const ForeignFrame& frame, double time_s);
+  void on_another_controller(const ForeignFrame& frame, double time_s);
   /// The oldest event not yet taken, of amplifier and sensor in turn; first the frame of another controller.
   std::optional<NodeEvent> take_event();
   /// Of every message of this axis that the controller receives.
@@ -51,45 +123,17 @@ struct WiredAxis {
 
   can::AxisWire wire;
   Axis axis;
-  can::Decoder<can::SensorSample> decode_sample;
-  std::optional<can::Decoder<can::AmpStatus>> decode_status;  ///< Empty: the amplifier sends no status.
-  can::Encoder<can::AmpCommand> encode_command;
-  bool samples_name_their_sync;     ///< If false, a sample counts for the cycle in which it arrives.
-  bool flags_report_fault;          ///< The state field alone does not report a fault.
-  can::E2eChecker foreign_command;  ///< Checks commands to this amplifier that another node sends.
+  SensorLink sensor;
+  AmplifierLink amplifier;
   StatusSender status_sender;
   std::optional<SetpointReceiver> setpoint_receiver;  ///< Empty: the axis takes no live setpoint.
   std::optional<ScanMarkerSender> scan_marker_sender;
-  RemoteNode sensor;
-  RemoteNode amplifier;
-
-  PendingCommands pending_commands;
-
-  // What is remembered from one frame or step to the next.
-  can::AmpStatus status;  ///< The last one received.
-  can::Time status_heard{};
-  bool amplifier_moves = false;  ///< Enabled, or ramping down: `status` does not say where the output is.
-  unsigned boot_ups_seen = 0;
-  bool late_sample = false;           ///< A sample of another cycle came since the last step.
-  bool amplifier_fault_seen = false;  ///< A status said fault since the last step, however briefly.
-  bool not_enabled_seen = false;      ///< A status said another state than enabled since the last step.
-  bool bus_off_seen = false;          ///< The bus was off since the last step, however briefly.
-  bool interface_down_seen = false;   ///< The interface was down since the last step, however briefly.
-  bool answered = true;               ///< This cycle's step has been taken.
-  bool sensor_has_the_turn = false;   ///< To report an event.
+  bool answered = true;  ///< This cycle's step has been taken.
 
  private:
-  void forget_status();
-  bool reports_a_move(const can::AmpStatus& next) const;
-
-  struct NamedSync {
-    std::uint64_t cycle = 0;  ///< 0: none yet
-    can::Frame frame{};
-  };
   std::optional<ForeignFrame> foreign_frame_;    ///< for the log
   std::optional<double> fault_that_named_it_s_;  ///< the time of the fault in which the log has named one
-  std::array<NamedSync, 256> named_syncs_{};     ///< by SyncCounter: the last sample that named it
-  can::AmpStatus status_at_first_;  ///< What holds before a status comes, or where none ever comes.
+  bool sensor_has_the_turn_ = false;             ///< to report an event
 };
 
 /// The axes of a controller; their addresses do not change.

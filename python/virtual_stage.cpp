@@ -26,11 +26,11 @@ config::Config configuration(const std::filesystem::path& file, const std::vecto
         std::ranges::find_if(config.axes, [&](const auto& each) { return each.wire.name == name; });
     if (axis == config.axes.end())
       throw Error(fmt::format("{}: no axis {}, which a reference is given for", file.string(), name));
-    const controller::MonotoneCubic::Range range = curve.range();
+    const controller::MotionBounds range = curve.bounds();
     const auto& supervision = axis->control.supervision;
-    if (range.lowest < supervision.position_min_um || range.highest > supervision.position_max_um)
+    if (range.lowest_um < supervision.position_min_um || range.highest_um > supervision.position_max_um)
       throw Error(fmt::format("the reference of {} goes from {:g} to {:g} um, expected {:g} to {:g} um", name,
-                              range.lowest, range.highest, supervision.position_min_um,
+                              range.lowest_um, range.highest_um, supervision.position_min_um,
                               supervision.position_max_um));
     axis->control.setpoint.assign(1, {.shape = controller::Table{.file = "reference", .curve = curve}});
     axis->control.repeat = false;
@@ -149,8 +149,8 @@ void VirtualStage::ask_all(std::vector<std::unique_ptr<controller::Request>> req
   while (open > 0 && time_s() < deadline_s) {
     loop_->run_for(duration_of(1.0 / config_.controller.rate_Hz));
     for (auto answer = requests_.take_answer(); answer; answer = requests_.take_answer(), --open)
-      if (!answer->refused_because.empty())
-        refusals.push_back(fmt::format("{}: {}", axes().at(answer->axis), answer->refused_because));
+      if (answer->refused_because)
+        refusals.push_back(fmt::format("{}: {}", axes().at(answer->axis), *answer->refused_because));
   }
   if (open > 0) refusals.emplace_back("no answer: the controller is not running yet, or it has ended");
   if (!refusals.empty()) throw Error(fmt::format("{}", fmt::join(refusals, "; ")));

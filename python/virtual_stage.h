@@ -13,9 +13,9 @@
 
 #include "app/live/live_config.h"
 #include "config/schema/config.h"
-#include "controller/cycle_columns.h"
-#include "controller/reference/monotone_cubic.h"
-#include "controller/request_link.h"
+#include "controller/cycle_record.h"
+#include "controller/reference/motion.h"
+#include "controller/requests.h"
 #include "rehearsal/rehearsal.h"
 
 namespace hystcan::python {

@@ -1,4 +1,4 @@
-// Reads a CSV of cycles (controller/cycle_columns.h) row by row in constant memory. Columns are found by their names: a
+// Reads a CSV of cycles (controller/cycle_record.h) row by row in constant memory. Columns are found by their names: a
 // file of an older version may lack some, and one of a newer version may have more.
 #pragma once
 
@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "controller/cycle_columns.h"
+#include "controller/cycle_record.h"
 
 namespace hystcan::runs {
 

@@ -8,7 +8,7 @@
 #include "base/error.h"
 #include "base/text.h"
 #include "controller/control/gate.h"
-#include "controller/cycle_columns.h"
+#include "controller/cycle_record.h"
 
 namespace hystcan::runs {
 namespace {

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "base/error.h"
-#include "controller/cycle_columns.h"
+#include "controller/cycle_record.h"
 #include "runs/cycle_reader.h"
 #include "runs/run_summary.h"
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "base/threads.h"
-#include "controller/cycle_columns.h"
+#include "controller/cycle_record.h"
 #include "controller/telemetry.h"
 #include "runs/bus_log.h"
 #include "runs/folder_limit.h"

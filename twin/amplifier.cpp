@@ -1,10 +1,192 @@
 #include "twin/amplifier.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
+#include <utility>
 
 namespace hystcan::twin {
+namespace {
+
+constexpr double never = std::numeric_limits<double>::infinity();
+
+/// g(t) = a + b t + c e^{-kt}.
+struct Curve {
+  double a, b, c, k;
+  double at(double t_s) const { return a + b * t_s + c * std::exp(-k * t_s); }
+};
+
+/// share g + t-independent shift.
+Curve scaled(const Curve& g, double share, double shift) {
+  return {share * g.a + shift, share * g.b, share * g.c, g.k};
+}
+/// Both have the same k.
+Curve sum(const Curve& one, const Curve& other) {
+  return {one.a + other.a, one.b + other.b, one.c + other.c, one.k};
+}
+
+/// Where a falling g passes zero between these times.
+double zero_between(const Curve& g, double from_s, double to_s) {
+  if (g.at(from_s) <= 0.0) return from_s;
+  while (true) {
+    const double middle_s = 0.5 * (from_s + to_s);
+    if (middle_s <= from_s || middle_s >= to_s) return to_s;
+    (g.at(middle_s) > 0.0 ? from_s : to_s) = middle_s;
+  }
+}
+
+/// When g falls below zero, at the latest at `end_s`. A g that begins at zero and rises has not fallen.
+double falls_below_zero(const Curve& g, double end_s) {
+  const double ratio = g.k * g.c / g.b;  // e^{kt} at the extremum
+  const double extremum_s = ratio > 1.0 ? std::min(std::log(ratio) / g.k, end_s) : end_s;
+  for (const auto& [from_s, to_s] : {std::pair(0.0, extremum_s), std::pair(extremum_s, end_s)})
+    if (const double last = g.at(to_s); from_s < to_s && last < 0.0 && last < g.at(from_s))
+      return zero_between(g, from_s, to_s);
+  return never;
+}
+
+enum class Phase : std::uint8_t { lag, slews_up, slews_down, load_up, load_down };
+
+/// The course of v, phase by phase.
+class Walk {
+ public:
+  Walk(const MovingTarget& start, const DriveLimits& limits)
+      : now_(start), limits_(limits), has_load_(std::isfinite(limits.load_limit)), phase_(first_phase()) {}
+
+  double output_after(double left_s) {
+    for (int phases = 0; phases < most_phases; ++phases) {
+      const auto [end_s, next] = end_of_phase(left_s);
+      if (end_s >= left_s) break;
+      pass(end_s, next);
+      left_s -= end_s;
+    }
+    return output().at(left_s);
+  }
+
+  double turns_after_s(double time_s) {
+    double passed_s = 0.0;
+    for (int phases = 0; phases < most_phases; ++phases) {
+      const double left_s = time_s - passed_s;
+      const auto [end_s, next] = end_of_phase(left_s);
+      if (phase_ == Phase::lag)
+        if (const double turn_s = falls_below_zero(scaled(error(), now_.rate_per_s > 0.0 ? -1.0 : 1.0, 0.0),
+                                                   std::min(end_s, left_s));
+            turn_s < never)
+          return passed_s + turn_s;
+      if (end_s >= left_s) break;
+      pass(end_s, next);
+      passed_s += end_s;
+    }
+    return never;
+  }
+
+ private:
+  /// More than there are; rounding could alternate between two phases that agree.
+  static constexpr int most_phases = 32;
+
+  struct End {
+    double time_s = never;
+    Phase next = Phase::lag;
+  };
+
+  double error_now() const { return now_.target - now_.output; }
+
+  Phase first_phase() const {
+    const double wanted = limits_.omega * error_now();
+    const double rising = has_load_ ? limits_.load_rate_per_s * (limits_.load_limit - now_.output) : never;
+    const double falling = has_load_ ? limits_.load_rate_per_s * (limits_.load_limit + now_.output) : never;
+    if (wanted > std::min(limits_.slew_per_s, rising))
+      return rising < limits_.slew_per_s ? Phase::load_up : Phase::slews_up;
+    if (-wanted > std::min(limits_.slew_per_s, falling))
+      return falling < limits_.slew_per_s ? Phase::load_down : Phase::slews_down;
+    return Phase::lag;
+  }
+
+  Curve output() const {
+    switch (phase_) {
+      case Phase::slews_up:
+        return {now_.output, limits_.slew_per_s, 0.0, 0.0};
+      case Phase::slews_down:
+        return {now_.output, -limits_.slew_per_s, 0.0, 0.0};
+      case Phase::load_up:
+        return {limits_.load_limit, 0.0, now_.output - limits_.load_limit, limits_.load_rate_per_s};
+      case Phase::load_down:
+        return {-limits_.load_limit, 0.0, now_.output + limits_.load_limit, limits_.load_rate_per_s};
+      case Phase::lag:
+        break;
+    }
+    const double lag = now_.rate_per_s / limits_.omega;
+    return {now_.target - lag, now_.rate_per_s, lag - error_now(), limits_.omega};
+  }
+
+  /// e.
+  Curve error() const {
+    Curve e = scaled(output(), -1.0, now_.target);
+    e.b += now_.rate_per_s;
+    return e;
+  }
+
+  End end_of_phase(double left_s) const {
+    const Curve wanted = scaled(error(), limits_.omega, 0.0);
+    const Curve opposite = scaled(wanted, -1.0, 0.0);
+    const double slew = limits_.slew_per_s, rho = limits_.load_rate_per_s, limit = limits_.load_limit;
+    const auto rising = [&] { return scaled(output(), -rho, rho * limit); };
+    const auto falling = [&] { return scaled(output(), rho, rho * limit); };
+    const auto minus = [](const Curve& g) { return scaled(g, -1.0, 0.0); };
+    End end;
+    const auto ends_where = [&](const Curve& falls, Phase next) {
+      if (const double time_s = falls_below_zero(falls, left_s); time_s < end.time_s) end = {time_s, next};
+    };
+    switch (phase_) {
+      case Phase::lag:
+        ends_where(scaled(opposite, 1.0, slew), Phase::slews_up);
+        ends_where(scaled(wanted, 1.0, slew), Phase::slews_down);
+        if (has_load_) ends_where(sum(rising(), opposite), Phase::load_up);
+        if (has_load_) ends_where(sum(falling(), wanted), Phase::load_down);
+        break;
+      case Phase::slews_up:
+        ends_where(scaled(wanted, 1.0, -slew), Phase::lag);
+        if (has_load_) ends_where(scaled(rising(), 1.0, -slew), Phase::load_up);
+        break;
+      case Phase::slews_down:
+        ends_where(scaled(opposite, 1.0, -slew), Phase::lag);
+        if (has_load_) ends_where(scaled(falling(), 1.0, -slew), Phase::load_down);
+        break;
+      case Phase::load_up:
+        ends_where(sum(wanted, minus(rising())), Phase::lag);
+        break;
+      case Phase::load_down:
+        ends_where(sum(opposite, minus(falling())), Phase::lag);
+        break;
+    }
+    return end;
+  }
+
+  void pass(double time_s, Phase next) {
+    now_.output = output().at(time_s);
+    now_.target += now_.rate_per_s * time_s;
+    phase_ = next;
+  }
+
+  MovingTarget now_;
+  DriveLimits limits_;
+  bool has_load_;
+  Phase phase_;
+};
+
+}  // namespace
+
+double MovingTarget::output_after(const DriveLimits& limits, double time_s) const {
+  return Walk(*this, limits).output_after(time_s);
+}
+
+double MovingTarget::turns_after_s(const DriveLimits& limits, double time_s) const {
+  if ((target - output) * rate_per_s >= 0.0) return never;
+  return Walk(*this, limits).turns_after_s(time_s);
+}
+
 namespace {
 
 /// v' = rate (pole - v); `decay` is e^{-rate dt} of the whole step.

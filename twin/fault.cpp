@@ -47,34 +47,40 @@ constexpr bool are_in_the_order_of_fault() {
 }
 static_assert(are_in_the_order_of_fault());
 
-std::string lacks(const can::MessageMap& map, std::string_view what) {
-  return fmt::format("message {} has no {}, expected one that has it", map.message, what);
-}
-
-std::string what_the_frame_lacks(Fault kind, Node node, const can::AxisWire& wire) {
+/// What the fault needs in the frame that it changes, and this frame does not have.
+std::optional<std::string> missing_field(Fault kind, Node node, const can::AxisWire& wire) {
   const bool by_sensor = node == Node::sensor;
   const auto map =
       by_sensor ? can::message_map<can::SensorSample>(wire) : can::message_map<can::AmpStatus>(wire);
+  const auto require = [&](bool has_it, std::string_view what) -> std::optional<std::string> {
+    if (has_it) return std::nullopt;
+    return fmt::format("message {} has no {}, expected one that has it", map->message, what);
+  };
   switch (kind) {
     case late:
     case duplicate:
     case out_of_order:
     case wrong_length:
     case wrong_id_type:
-      return map ? "" : "this amplifier sends no status, expected one that does";
     case frozen_value:
-      if (!map) return "this amplifier sends no status, expected one that does";
-      return map->carries(by_sensor ? "position" : "output") ? "" : lacks(*map, "value");
     case frozen_counter:
-      if (!map) return "this amplifier sends no status, expected one that does";
-      return map->integrity != can::Integrity::none ? "" : lacks(*map, "counter");
     case wrong_crc:
       if (!map) return "this amplifier sends no status, expected one that does";
-      return map->integrity == can::Integrity::counter_crc ? "" : lacks(*map, "CRC");
-    case sensor_bad_status:
-      return map->carries("status") ? "" : lacks(*map, "status");
+      break;
     default:
-      return "";
+      break;
+  }
+  switch (kind) {
+    case frozen_value:
+      return require(map->carries(by_sensor ? "position" : "output"), "value");
+    case frozen_counter:
+      return require(map->integrity != can::Integrity::none, "counter");
+    case wrong_crc:
+      return require(map->integrity == can::Integrity::counter_crc, "CRC");
+    case sensor_bad_status:
+      return require(map->carries("status"), "status");
+    default:
+      return std::nullopt;
   }
 }
 
@@ -107,7 +113,7 @@ std::string describe(const FaultSpec& spec) {
   return text;
 }
 
-std::string reason_against(const FaultSpec& spec, const can::AxisWire& wire) {
+std::optional<std::string> reason_against(const FaultSpec& spec, const can::AxisWire& wire) {
   const FaultTraits& kind_traits = traits(spec.kind);
   const bool wrong_node = (kind_traits.site == FaultSite::sensor && spec.node != Node::sensor) ||
                           (kind_traits.site == FaultSite::amplifier && spec.node != Node::amplifier);
@@ -124,8 +130,9 @@ std::string reason_against(const FaultSpec& spec, const can::AxisWire& wire) {
                        can::seconds(spec.lasts));
   if (spec.kind == parameter_drift && spec.lasts == can::Duration::zero())
     return "parameter_drift: it lasts 0 s, expected the time in which it drifts";
-  const std::string missing = what_the_frame_lacks(spec.kind, spec.node, wire);
-  return missing.empty() ? "" : fmt::format("{}: {}", kind_traits.name, missing);
+  const auto missing = missing_field(spec.kind, spec.node, wire);
+  if (!missing) return std::nullopt;
+  return fmt::format("{}: {}", kind_traits.name, *missing);
 }
 
 }  // namespace hystcan::twin

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -92,7 +93,7 @@ struct RandomFaults {
 };
 
 /// The reason why this axis can't have this fault: its frames lack the field, the node is the wrong one, or
-/// the number is out of range. Empty: the fault is possible.
-std::string reason_against(const FaultSpec& spec, const can::AxisWire& wire);
+/// the number is out of range.
+std::optional<std::string> reason_against(const FaultSpec& spec, const can::AxisWire& wire);
 
 }  // namespace hystcan::twin

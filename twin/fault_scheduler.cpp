@@ -22,46 +22,44 @@ can::Duration duration_of(double s) { return can::Duration(std::llround(1e9 * s)
 
 }  // namespace
 
-FaultScheduler::FaultScheduler(can::Scheduler& scheduler, std::vector<FaultTarget> targets,
+FaultScheduler::FaultScheduler(can::Scheduler& scheduler, const Axes& axes,
                                const std::vector<FaultSpec>& scheduled,
                                const std::optional<RandomFaults>& random)
     : scheduler_(scheduler),
-      targets_(std::move(targets)),
-      disturbances_(targets_.size()),
+      axes_(axes),
+      disturbances_(axes.size()),
       scheduled_(scheduled),
       random_(random),
       random_source_(random ? random->seed : 0),
       timer_(scheduler.make_timer([this] { wake(); })) {
-  for (const FaultSpec& spec : scheduled_) target_of(spec);
-  if (random_) list_targets();
+  for (const FaultSpec& spec : scheduled_) axis_of(spec);
+  if (random_) list_random_faults();
 }
 
-void FaultScheduler::list_targets() {
+void FaultScheduler::list_random_faults() {
   for (std::size_t i = 0; i < fault_count; ++i) {
     const auto kind = static_cast<Fault>(i);
     if (!random_->kinds.empty() && std::ranges::find(random_->kinds, kind) == random_->kinds.end()) continue;
-    for (const FaultTarget& target : targets_) {
-      FaultSpec spec = fault_spec(kind, target.wire.name);
+    for (const auto& axis : axes_) {
+      FaultSpec spec = fault_spec(kind, axis->name);
       spec.lasts = random_->shortest;
-      if (reason_against(spec, target.wire).empty()) random_faults_.push_back(spec);
+      if (!reason_against(spec, axis->wire)) random_faults_.push_back(spec);
       if (traits(kind).site != FaultSite::either_node) continue;
       spec.node = Node::amplifier;
-      if (reason_against(spec, target.wire).empty()) random_faults_.push_back(spec);
+      if (!reason_against(spec, axis->wire)) random_faults_.push_back(spec);
     }
   }
   if (random_faults_.empty())
     throw std::invalid_argument("random faults: none of the kinds can act on this stage");
 }
 
-std::size_t FaultScheduler::target_of(const FaultSpec& spec) const {
-  const auto found = std::ranges::find_if(
-      targets_, [&](const FaultTarget& target) { return target.wire.name == spec.axis; });
-  if (found == targets_.end())
+std::size_t FaultScheduler::axis_of(const FaultSpec& spec) const {
+  const auto found = std::ranges::find(axes_, spec.axis, [](const auto& axis) { return axis->name; });
+  if (found == axes_.end())
     throw std::invalid_argument(
         fmt::format("there is no axis \"{}\", expected an axis of this twin", spec.axis));
-  if (const std::string reason = reason_against(spec, found->wire); !reason.empty())
-    throw std::invalid_argument(reason);
-  return static_cast<std::size_t>(found - targets_.begin());
+  if (const auto reason = reason_against(spec, (*found)->wire)) throw std::invalid_argument(*reason);
+  return static_cast<std::size_t>(found - axes_.begin());
 }
 
 void FaultScheduler::start(can::Time start) {
@@ -83,7 +81,7 @@ void FaultScheduler::stop() {
 }
 
 void FaultScheduler::inject(const FaultSpec& spec) {
-  target_of(spec);
+  axis_of(spec);
   begin(spec);
   arm();
 }
@@ -97,9 +95,8 @@ std::size_t FaultScheduler::remove(std::optional<Fault> kind, std::string_view a
                        [&](const Active& one) { return !matches(one.spec); });
   for (const Active& one : before)
     if (matches(one.spec)) release(one.spec);
-  for (std::size_t i = 0; i < targets_.size(); ++i)
-    if (disturbances_[i].gain != 1.0 &&
-        matches({.kind = Fault::parameter_drift, .axis = targets_[i].wire.name}))
+  for (std::size_t i = 0; i < axes_.size(); ++i)
+    if (disturbances_[i].gain != 1.0 && matches({.kind = Fault::parameter_drift, .axis = axes_[i]->name}))
       disturb(i, [](Disturbance& now) { now.gain = 1.0; });
   arm();
   return before.size() - active_.size();
@@ -164,8 +161,8 @@ void FaultScheduler::arm() {
 }
 
 void FaultScheduler::begin(const FaultSpec& spec) {
-  const std::size_t index = target_of(spec);
-  const FaultTarget& target = targets_[index];
+  const std::size_t index = axis_of(spec);
+  Axis& axis = *axes_[index];
   const can::Time now = scheduler_.now();
   const bool until_removed = spec.lasts == can::Duration::zero();
   std::erase_if(active_, [&](const Active& one) { return same_place(one.spec, spec); });
@@ -187,21 +184,21 @@ void FaultScheduler::begin(const FaultSpec& spec) {
       disturb(index, [&](Disturbance& disturbance) { disturbance.most_drive = spec.value; });
       break;
     case Fault::amplifier_trip:
-      target.amplifier.begin_internal_fault();
+      axis.amplifier.begin_internal_fault();
       break;
     case Fault::node_reboot:
-      (at_amplifier ? target.amplifier_line : target.sensor_line).begin(spec.kind, spec.value);
-      if (at_amplifier) target.amplifier.lose_power();
+      (at_amplifier ? axis.amplifier_line : axis.sensor_line)->begin(spec.kind, spec.value);
+      if (at_amplifier) axis.amplifier.lose_power();
       break;
     default:
-      (at_amplifier ? target.amplifier_line : target.sensor_line).begin(spec.kind, spec.value);
+      (at_amplifier ? axis.amplifier_line : axis.sensor_line)->begin(spec.kind, spec.value);
   }
   report(spec, Event::begins);
 }
 
 void FaultScheduler::release(const FaultSpec& spec) {
-  const std::size_t index = target_of(spec);
-  const FaultTarget& target = targets_[index];
+  const std::size_t index = axis_of(spec);
+  Axis& axis = *axes_[index];
   const bool at_amplifier = spec.node == Node::amplifier;
   switch (spec.kind) {
     case Fault::parameter_drift:
@@ -216,15 +213,15 @@ void FaultScheduler::release(const FaultSpec& spec) {
       disturb(index, [](Disturbance& disturbance) { disturbance.most_drive = Disturbance{}.most_drive; });
       break;
     case Fault::amplifier_trip:
-      target.amplifier.end_internal_fault();
+      axis.amplifier.end_internal_fault();
       break;
     case Fault::node_reboot:
     case Fault::bus_off:
-      (at_amplifier ? target.amplifier_line : target.sensor_line).end(spec.kind);
-      at_amplifier ? target.amplifier.restart() : target.sensor.restart();
+      (at_amplifier ? axis.amplifier_line : axis.sensor_line)->end(spec.kind);
+      at_amplifier ? axis.amplifier.restart() : axis.sensor.restart();
       break;
     default:
-      (at_amplifier ? target.amplifier_line : target.sensor_line).end(spec.kind);
+      (at_amplifier ? axis.amplifier_line : axis.sensor_line)->end(spec.kind);
   }
   report(spec, Event::ends);
 }
@@ -233,15 +230,15 @@ void FaultScheduler::drift(const Active& active, can::Time now) {
   const double share =
       std::clamp(can::seconds(now - active.began) / can::seconds(active.spec.lasts), 0.0, 1.0);
   const double target = 1.0 + active.spec.value;
-  disturb(target_of(active.spec), [&](Disturbance& disturbance) {
+  disturb(axis_of(active.spec), [&](Disturbance& disturbance) {
     disturbance.gain = active.gain_before + share * (target - active.gain_before);
   });
 }
 
-void FaultScheduler::disturb(std::size_t target, const std::function<void(Disturbance&)>& change) {
-  change(disturbances_[target]);
-  targets_[target].plant.advance_to(scheduler_.now());
-  targets_[target].plant.disturb(disturbances_[target]);
+void FaultScheduler::disturb(std::size_t axis, const std::function<void(Disturbance&)>& change) {
+  change(disturbances_[axis]);
+  axes_[axis]->plant.advance_to(scheduler_.now());
+  axes_[axis]->plant.disturb(disturbances_[axis]);
 }
 
 void FaultScheduler::report(const FaultSpec& spec, Event event) const {

@@ -10,26 +10,39 @@
 #include <memory>
 #include <optional>
 #include <random>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "twin/amplifier_node.h"
 #include "twin/fault.h"
 #include "twin/faulty_connection.h"
+#include "twin/noise.h"
 #include "twin/plant.h"
 #include "twin/sensor_node.h"
 
 namespace hystcan::twin {
 
-/// The parts of one axis on which faults act. All of them outlive the scheduler.
-struct FaultTarget {
-  const can::AxisWire& wire;
-  Plant& plant;
-  AmplifierNode& amplifier;
-  SensorNode& sensor;
-  FaultyConnection& amplifier_line;
-  FaultyConnection& sensor_line;
+struct WiredAxisConfig;
+struct CommonConfig;
+
+/// One axis of a twin: the stage, its two nodes, and their connections.
+struct Axis {
+  Axis(const WiredAxisConfig& config, const CommonConfig& common, const can::Database& database,
+       can::Scheduler& scheduler, const can::Attach& attach);
+  Axis(const Axis&) = delete;
+  Axis& operator=(const Axis&) = delete;
+
+  std::string name;
+  can::AxisWire wire;
+  Plant plant;
+  FaultyConnection* amplifier_line = nullptr;  ///< the connections of the nodes; set before the nodes
+  FaultyConnection* sensor_line = nullptr;
+  AmplifierNode amplifier;
+  SensorNode sensor;
+  DriveNoise drive_noise;
 };
+using Axes = std::vector<std::unique_ptr<Axis>>;
 
 class FaultScheduler {
  public:
@@ -42,9 +55,9 @@ class FaultScheduler {
     double gain_before = 1.0;  ///< at the beginning of a drift
   };
 
-  /// Throws std::invalid_argument where a scheduled fault is not possible.
-  FaultScheduler(can::Scheduler& scheduler, std::vector<FaultTarget> targets,
-                 const std::vector<FaultSpec>& scheduled, const std::optional<RandomFaults>& random);
+  /// The axes outlive it. Throws std::invalid_argument where a scheduled fault is not possible.
+  FaultScheduler(can::Scheduler& scheduler, const Axes& axes, const std::vector<FaultSpec>& scheduled,
+                 const std::optional<RandomFaults>& random);
 
   /// `handler` is called at every begin and end.
   void on_event(EventHandler handler) { on_event_ = std::move(handler); }
@@ -66,8 +79,8 @@ class FaultScheduler {
     can::Time begins{};
   };
 
-  std::size_t target_of(const FaultSpec& spec) const;
-  void list_targets();
+  std::size_t axis_of(const FaultSpec& spec) const;
+  void list_random_faults();
   void plan_next_random();
   void begin_random_fault();
   double uniform() { return static_cast<double>(random_source_() >> 11U) * 0x1p-53; }
@@ -78,12 +91,12 @@ class FaultScheduler {
   void begin(const FaultSpec& spec);
   void release(const FaultSpec& spec);
   void drift(const Active& active, can::Time now);
-  void disturb(std::size_t target, const std::function<void(Disturbance&)>& change);
+  void disturb(std::size_t axis, const std::function<void(Disturbance&)>& change);
   void report(const FaultSpec& spec, Event event) const;
 
   can::Scheduler& scheduler_;
-  std::vector<FaultTarget> targets_;
-  std::vector<Disturbance> disturbances_;  ///< of each target's plant
+  const Axes& axes_;
+  std::vector<Disturbance> disturbances_;  ///< of each axis's plant
   std::vector<FaultSpec> scheduled_;
   std::optional<RandomFaults> random_;
   std::vector<FaultSpec> random_faults_;  ///< to draw random faults from, each with its default number

@@ -1,7 +1,64 @@
+// The stage: its material, and the plant with its mode.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "can/scheduler.h"
+#include "model/any_model.h"
+#include "model/creep.h"
+#include "model/output_creep.h"
+#include "model/second_order.h"
+#include "twin/amplifier.h"
+
+namespace hystcan::twin {
+
+// The smart material of an actuator: a hysteresis model of any kind, and its memory.
+//
+//   x_h = H[v](t)
+//
+// The model is rate-independent: only the sequence of the values of v matters. Every drive is reached from
+// the last one without a turning point in between. Where the symmetry is even (magnetostriction,
+// x(v) = x(-v)), a drive that changes its sign passes through zero.
+
+class Material {
+ public:
+  /// Starts on its virgin curve at `drive`. `branches`: capacity of the memory, where the model remembers
+  /// branches. Throws std::invalid_argument where the model is invalid or does not reach `drive`.
+  Material(const model::AnyParameters& parameters, double drive, std::size_t branches);
+
+  /// Goes to `drive`, in drive units, limited to the thresholds. Returns the output, um.
+  double go_to(double drive);
+  /// The output that go_to(drive) would return. Changes no memory, except by a zero passed on the way.
+  double look_at(double drive);
+
+ private:
+  template <class Model>
+  struct Kind {
+    Model model;
+    typename Model::State state;
+  };
+  template <class Model>
+  static Kind<Model> virgin(Model model, double drive, std::size_t branches);
+  void pass_zero(double drive);
+
+  std::variant<Kind<model::Hysteresis>, Kind<model::LinearMapping>, Kind<model::PrandtlIshlinskii>,
+               Kind<model::Preisach>>
+      kind_;
+  bool even_ = false;
+  double drive_;
+};
+
 // The physics of one axis: amplifier, hysteretic actuator, one or two mechanical modes.
 //
 //   v(t)       drive: output of the amplifier (twin/amplifier.h) plus its noise, held over a sub-step
-//   x_h      = H[v](t)                             hysteresis of any kind (twin/material.h)
+//   x_h      = H[v](t)                             hysteresis of any kind (twin/plant.h)
 //   C(t)       creep of x_h - x_0, by Kuhnen's operators (model/creep.h): logarithmic in time, or that of the model of the
 //              hysteresis (model/output_creep.h), whose share s of x_h - x_0 comes with C and not at once; or both
 //   T        = swing sin(2 pi t / period)          ambient temperature, from the start on
@@ -20,23 +77,6 @@
 //
 // A look at the plant changes nothing, to the bit: the motion between the last such point and the time of the
 // look is computed on a copy. A plant at rest is not stepped; with temperature or drive noise it never rests.
-#pragma once
-
-#include <array>
-#include <functional>
-#include <limits>
-#include <optional>
-#include <utility>
-#include <vector>
-
-#include "can/scheduler.h"
-#include "model/creep.h"
-#include "model/output_creep.h"
-#include "model/second_order.h"
-#include "twin/amplifier.h"
-#include "twin/material.h"
-
-namespace hystcan::twin {
 
 struct SecondMode {
   model::SecondOrder::Config mode;

@@ -59,8 +59,8 @@ std::unique_ptr<can::Bus> attach_sensor(const can::AxisWire& wire, const can::At
 
 }  // namespace
 
-Twin::Axis::Axis(const WiredAxisConfig& config, const CommonConfig& common, const can::Database& database,
-                 can::Scheduler& scheduler, const can::Attach& attach)
+Axis::Axis(const WiredAxisConfig& config, const CommonConfig& common, const can::Database& database,
+           can::Scheduler& scheduler, const can::Attach& attach)
     : name(config.wire.name),
       wire(config.wire),
       plant(config.axis.plant, scheduler.now()),
@@ -112,20 +112,13 @@ Twin::Twin(const Config& config, const can::Database& database, can::Scheduler& 
     : scheduler_(scheduler),
       heartbeat_period_(config.heartbeat_period),
       listened_(scheduler.make_timer([this] { start_nodes(); })) {
-  std::vector<FaultTarget> targets;
   axes_.reserve(config.axes.size());
-  targets.reserve(config.axes.size());
-  for (const WiredAxisConfig& axis : config.axes) {
+  for (const WiredAxisConfig& axis : config.axes)
     axes_.push_back(std::make_unique<Axis>(axis, config, database, scheduler, attach));
-    Axis& created = *axes_.back();
-    targets.push_back({created.wire, created.plant, created.amplifier, created.sensor,
-                       *created.amplifier_line, *created.sensor_line});
-  }
   for (std::size_t i = 0; i < axes_.size(); ++i)
     for (const model::Coupling& coupling : config.axes[i].axis.couplings)
       axes_[i]->plant.couple(axes_.at(coupling.index)->plant, coupling.um_per_um);
-  faults_ =
-      std::make_unique<FaultScheduler>(scheduler, std::move(targets), config.faults, config.random_faults);
+  faults_ = std::make_unique<FaultScheduler>(scheduler, axes_, config.faults, config.random_faults);
 }
 
 void Twin::on_truth(const TruthHandler& handler) {

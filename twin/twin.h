@@ -3,7 +3,9 @@
 // It communicates only by the bus. Each node has its own connection, as a real one does.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,16 +13,33 @@
 
 #include "can/bus.h"
 #include "can/dbc/database.h"
+#include "can/scheduler.h"
 #include "model/coupling.h"
 #include "twin/amplifier_node.h"
-#include "twin/drive_noise.h"
 #include "twin/fault_scheduler.h"
 #include "twin/faulty_connection.h"
+#include "twin/noise.h"
 #include "twin/plant.h"
 #include "twin/sensor_node.h"
-#include "twin/truth.h"
 
 namespace hystcan::twin {
+
+// The true state of a simulated stage, together with the commanded and the measured values. A comparison of
+// these three shows an error of sign or scale in any of them.
+
+/// The true state of one axis at the time of a sample.
+struct Truth {
+  can::Time time;  ///< the scheduler's: CLOCK_MONOTONIC, or virtual
+  std::size_t axis = 0;
+  std::uint8_t sync_counter = 0;  ///< as in the sample
+  double setpoint = 0.0;          ///< last commanded, drive units
+  double drive = 0.0;             ///< input of the actuator, noise included, drive units
+  double hysteresis_um = 0.0;     ///< output of the hysteresis
+  double position_um = 0.0;       ///< input of the sensor
+  double measured_um = 0.0;       ///< output of the sensor, before faults act on the frame
+};
+
+using TruthHandler = std::function<void(const Truth&)>;
 
 struct AxisConfig {
   Plant::Config plant;
@@ -76,21 +95,7 @@ class Twin {
   /// Switches every amplifier off; their outputs end at the safe value.
   void shut_down();
 
-  struct Axis {
-    Axis(const WiredAxisConfig& config, const CommonConfig& common, const can::Database& database,
-         can::Scheduler& scheduler, const can::Attach& attach);
-    Axis(const Axis&) = delete;
-    Axis& operator=(const Axis&) = delete;
-    std::string name;
-    can::AxisWire wire;
-    Plant plant;
-    FaultyConnection* amplifier_line = nullptr;  ///< the connections of the nodes; set before the nodes
-    FaultyConnection* sensor_line = nullptr;
-    AmplifierNode amplifier;
-    SensorNode sensor;
-    DriveNoise drive_noise;
-  };
-  const std::vector<std::unique_ptr<Axis>>& axes() const { return axes_; }
+  const Axes& axes() const { return axes_; }
   /// The connections of all nodes.
   std::vector<const can::Bus*> connections() const;
   /// `handler` is called at every sample of every axis; it does not delay the sample.
@@ -104,7 +109,7 @@ class Twin {
   can::Scheduler& scheduler_;
   can::Duration heartbeat_period_;
   std::unique_ptr<can::Timer> listened_;
-  std::vector<std::unique_ptr<Axis>> axes_;
+  Axes axes_;
   std::unique_ptr<FaultScheduler> faults_;
   can::Time started_{};
 };

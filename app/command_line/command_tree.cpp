@@ -151,7 +151,6 @@ const Examples& examples() {
       {"ctl set", {"hystcan ctl set x kp 0.08"}},
       {"ctl inject", {"hystcan ctl inject no_reply --axis x --node sensor --duration 0.5"}},
       {"ctl remove", {"hystcan ctl remove no_reply --axis x"}},
-      {"ctl heal", {"hystcan ctl heal"}},
       {"page", {"hystcan page config/piezo.toml"}},
       {"status", {"hystcan status", "hystcan status --watch --interface can0"}},
       {"record", {"hystcan record config/piezo.toml --output run.log"}},

@@ -58,7 +58,7 @@ class CycleRecorder {
  public:
   CycleRecorder(const config::Config& config, const SavedStates& states, const std::filesystem::path& csv)
       : log_(config, bus_log_sink()),
-        lateness_(config.controller.wake_up_warn, bus_log_sink()),
+        lateness_(config.controller.lateness_warn, bus_log_sink()),
         bus_log_(config.bus.interface, bus_log_sink()),
         black_box_(config.controller.black_box, names_of(config), bus_log_sink()),
         outlets_(config, runs::describe(config, config::settings(config.file), "controller"), bus_log_sink()),
@@ -83,7 +83,7 @@ class CycleRecorder {
 
   const EventLog& events() const { return log_.events(); }
   bool has_tracked() const { return log_.has_tracked(); }
-  std::string lacks_of_first_axis() const { return log_.lacks_of_first_axis(); }
+  std::string blocks_of_first_axis() const { return log_.blocks_of_first_axis(); }
   /// Sampled on the control thread. Its last lines are written after the telemetry thread has ended.
   can::BusHealthLog& bus_log() { return bus_log_; }
   CycleOutlets& outlets() { return outlets_; }
@@ -149,7 +149,7 @@ std::string results_text(const controller::Controller& controller, const CycleRe
       axes.back()["rejected_samples"] = to_json(can::rejected_frames("", controller.sample_checker(i)));
     }
     return nlohmann::json{{"cycles", counters.cycles},
-                          {"missed_cycles", counters.overruns},
+                          {"missed_cycles", counters.missed_cycles},
                           {"missing_samples", counters.missing_samples},
                           {"late_samples", counters.late_samples},
                           {"dropped_records", dropped_records},
@@ -163,7 +163,7 @@ std::string results_text(const controller::Controller& controller, const CycleRe
   }
   std::string text =
       fmt::format("{}, {} missed, {} missing, {} late\n", counted(counters.cycles, "cycle"),
-                  counters.overruns, counted(counters.missing_samples, "sample"), counters.late_samples);
+                  counters.missed_cycles, counted(counters.missing_samples, "sample"), counters.late_samples);
   for (const std::string& line : describe(controller.timing())) text += line + "\n";
   for (const std::string& line : describe(closing)) text += line + "\n";
   for (const auto& outcome : outcomes) {
@@ -194,7 +194,7 @@ void require_success(const controller::Controller& controller, const CycleRecord
   if (!faults.empty()) throw RunError(faults);
   const bool was_to_track = options.once || options.duration_s > 0.0 || was_enabled;
   if (was_to_track && !recorder.has_tracked())
-    throw RunError("nothing was tracked: " + recorder.lacks_of_first_axis());
+    throw RunError("nothing was tracked: " + recorder.blocks_of_first_axis());
   for (std::size_t i = 0; options.once && i < controller.axis_count(); ++i)
     if (!controller.axis(i).report().point.finished)
       throw RunError(fmt::format("axis {} was stopped before the end of its reference", outcomes[i].name));

@@ -95,8 +95,7 @@ void print_answer(const nlohmann::json& answer) {
     return;
   }
   if (answer.contains("fault")) print("{}\n", answer.at("fault").get<std::string>());
-  for (const char* key : {"removed", "healed"})
-    if (answer.contains(key)) print_removed(answer.at(key).get<std::size_t>());
+  if (answer.contains("removed")) print_removed(answer.at("removed").get<std::size_t>());
   if (answer.contains("run")) print("{}\n", answer.at("run").get<std::string>());
   if (answer.contains("position_um"))
     print("in position at {:.4f} um\n", answer.at("position_um").get<double>());
@@ -107,8 +106,7 @@ void print_answer(const nlohmann::json& answer) {
 }
 
 int run(const CtlArguments& options, const nlohmann::json& command) {
-  const bool to_twin = options.twin || command.at("do") == "inject" || command.at("do") == "remove" ||
-                       command.at("do") == "heal";
+  const bool to_twin = options.twin || command.at("do") == "inject" || command.at("do") == "remove";
   const std::filesystem::path file = !options.socket.empty() ? std::filesystem::path(options.socket)
                                      : to_twin               ? find_twin_socket(options.interface)
                                                              : find_socket(options.interface);
@@ -124,13 +122,6 @@ int run(const CtlArguments& options, const nlohmann::json& command) {
 nlohmann::json value_of(const std::string& text) {
   const nlohmann::json parsed = parse_command(text);
   return parsed.is_discarded() ? nlohmann::json(text) : parsed;
-}
-
-nlohmann::json removal_request(const char* verb, const CtlArguments& options) {
-  nlohmann::json request{{"do", verb}};
-  if (!options.kind.empty()) request["kind"] = options.kind;
-  if (!options.axis.empty()) request["axis"] = options.axis;
-  return request;
 }
 
 /// record and set.
@@ -169,15 +160,13 @@ void add_twin_commands(const auto& add, const auto& run_as, CtlArguments& option
     return request;
   });
   CLI::App* remove = add("remove", "remove faults that were injected into the twin");
-  CLI::App* heal = add("heal", "the old name of remove");
-  for (CLI::App* command : {remove, heal}) {
-    command->add_option("KIND", options.kind, "all kinds if left out");
-    command->add_option("--axis", options.axis, "all axes if left out");
-  }
-  run_as(remove, [](const CtlArguments& o) { return removal_request("remove", o); });
-  run_as(heal, [](const CtlArguments& o) {
-    note("hystcan: ctl heal is now called ctl remove\n");
-    return removal_request("heal", o);  // the answer to "heal" keeps its key
+  remove->add_option("KIND", options.kind, "all kinds if left out");
+  remove->add_option("--axis", options.axis, "all axes if left out");
+  run_as(remove, [](const CtlArguments& o) {
+    nlohmann::json request{{"do", "remove"}};
+    if (!o.kind.empty()) request["kind"] = o.kind;
+    if (!o.axis.empty()) request["axis"] = o.axis;
+    return request;
   });
 }
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "base/append_file.h"
-#include "twin/truth.h"
+#include "twin/twin.h"
 
 namespace hystcan::app {
 

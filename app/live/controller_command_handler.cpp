@@ -55,10 +55,10 @@ json to_json(const std::string& name, const controller::CycleRecord& record) {
             {"amplifier_output", record.amplifier_output},
             {"limits", controller::limits_to_string(report.limits)},
             {"sample_missing", report.sample_missing}};
-  if (!report.lacks.empty()) {
-    axis["waits_for"] = to_string(report.lacks.first());
-    for (const controller::Lack lack : report.lacks.members())
-      axis["waits_for_all"].push_back(to_string(lack));
+  if (!report.arming_blocks.empty()) {
+    axis["waits_for"] = to_string(report.arming_blocks.first());
+    for (const controller::ArmingBlock block : report.arming_blocks.members())
+      axis["waits_for_all"].push_back(to_string(block));
   }
   if (report.cause != controller::Cause::none) {
     axis["fault_time_s"] = report.fault_time_s;
@@ -70,7 +70,6 @@ json to_json(const std::string& name, const controller::CycleRecord& record) {
   axis["finished"] = report.point.finished;
   axis["live_goal"] = report.point.live;
   axis["arrival"] = to_string(report.arrival);
-  axis["correction"] = {{"gain", report.correction.gain}, {"offset_um", report.correction.offset_um}};
   if (const controller::Learning::Report& learning = report.learning;
       learning.state != controller::LearningState::off)
     axis["learning"] = {{"state", to_string(learning.state)},
@@ -177,7 +176,7 @@ void ControllerCommandHandler::status(const json&, const Answer& answer) {
               {"time_s", newest.front().time_s},
               {"age_s", outlets_.board.age_s()},
               {"cycles", counters.cycles},
-              {"missed_cycles", counters.overruns},
+              {"missed_cycles", counters.missed_cycles},
               {"missing_samples", counters.missing_samples},
               {"late_samples", counters.late_samples},
               {"timing", timing_json(newest.front())},
@@ -295,9 +294,9 @@ void ControllerCommandHandler::ask_all(std::vector<std::unique_ptr<Request>> req
   const auto close_one = [this, round](Request& request) {
     std::uint64_t& last_before = last_before_act_.at(request.axis);
     last_before = std::max(last_before, request.cycle);
-    if (!request.refused_because.empty())
+    if (request.refused_because)
       round->refusals.push_back(
-          fmt::format("{}: {}", live_.axis_names().at(request.axis), request.refused_because));
+          fmt::format("{}: {}", live_.axis_names().at(request.axis), *request.refused_because));
     if (--round->open == 0) round->done(round->refusals);
   };
   for (auto& request : requests) {

@@ -17,7 +17,7 @@
 #include "app/live/command_handler.h"
 #include "app/live/cycle_outlets.h"
 #include "app/live/live_config.h"
-#include "controller/request_link.h"
+#include "controller/requests.h"
 
 namespace hystcan::app {
 

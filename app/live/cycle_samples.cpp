@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "controller/cycle_columns.h"
+#include "controller/cycle_record.h"
 
 namespace hystcan::app {
 namespace {

@@ -33,7 +33,7 @@ struct Demand {
   int priority = 0;  ///< 0: no real-time priority is asked for
   bool lock_memory = false;
   std::vector<std::int64_t> cpus;
-  can::Duration wake_up_trip{};  ///< zero: none
+  can::Duration lateness_trip{};  ///< zero: none
 };
 Demand demand_of(const controller::CommonConfig& config);
 

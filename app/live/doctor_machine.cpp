@@ -159,7 +159,7 @@ Demand demand_of(const controller::CommonConfig& config) {
                 .priority = 0,
                 .lock_memory = false,
                 .cpus = {},
-                .wake_up_trip = config.wake_up_trip};
+                .lateness_trip = config.lateness_trip};
   if (config.realtime) {
     demand.priority = config.realtime->priority;
     demand.lock_memory = config.realtime->lock_memory;

@@ -123,7 +123,7 @@ Finding examine_wake_up(const Demand& demand, can::Duration duration) {
   });
   const controller::TimeSummary summary = lateness.summary();
   const double period_us = 1e6 * can::seconds(demand.period);
-  const double trip_us = 1e6 * can::seconds(demand.wake_up_trip);
+  const double trip_us = 1e6 * can::seconds(demand.lateness_trip);
   Finding finding{.check = "wake-up",
                   .verdict = Verdict::good,
                   .figure = fmt::format("p99 {:.0f} us, max {:.0f} us late in {} cycles of {:.0f} us",

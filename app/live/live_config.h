@@ -12,7 +12,7 @@
 
 #include "config/schema/config.h"
 #include "config/schema/settings.h"
-#include "controller/request_link.h"
+#include "controller/requests.h"
 
 namespace hystcan::app {
 

@@ -26,12 +26,11 @@ std::string learnt_text(const controller::Learning* learning) {
 
 std::string memory_text(const controller::ControlLaw& law, const controller::Learning* learning) {
   std::vector<char> buffer(model::Hysteresis::saved_size());
-  const controller::ModelCorrection& correction = law.correction();
   return fmt::format(
       "# The memory of the actuator at a clean stop. The controller removes this file when it drives again.\n"
-      "[correction]\ngain = {:.17}\noffset_um = {:.17}\n\n{}\n{}"
+      "{}\n{}"
       "[stop]  # The last table: without it the file is incomplete.\nreason = \"stopped\"\n",
-      correction.gain, correction.offset_um, law.model().save(law.memory(), buffer), learnt_text(learning));
+      law.model().save(law.memory(), buffer), learnt_text(learning));
 }
 
 }  // namespace
@@ -66,8 +65,10 @@ void SavedStates::restore(controller::Controller& controller) const {
     const auto& state = axes_[i].state;
     if (!state) continue;
     controller::Axis& axis = controller.axis(i);
-    axis.restore(state->memory, state->correction);
-    if (!state->learnt.empty() && !axis.restore(state->learnt))
+    axis.restore(state->memory);
+    controller::ClosedLoop* loop = axis.closed_loop();
+    controller::Learning* learning = loop == nullptr ? nullptr : loop->learning();
+    if (!state->learnt.empty() && (learning == nullptr || !learning->restore(state->learnt)))
       spdlog::warn("{}: what was learnt belongs to another reference, it is not used",
                    axes_[i].file.string());
   }
@@ -86,7 +87,7 @@ void SavedStates::save(const controller::Controller& controller) const {
     if (law == nullptr || axes_[i].file.empty()) continue;
     try {
       OutputFile file(axes_[i].file, OutputFile::Kind::durable);
-      file.write(memory_text(*law, controller.axis(i).learning()));
+      file.write(memory_text(*law, controller.axis(i).closed_loop()->learning()));
       file.commit();
     } catch (const RunError& error) {
       spdlog::warn("{}; the next start must not restore", error.what());

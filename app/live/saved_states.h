@@ -1,5 +1,5 @@
 // Saves the memory of each axis at a clean stop: NAME.state.toml in state_dir is a memory file that also
-// has the correction learnt so far. The file is valid only until the actuator is driven again. Then it is
+// has what was learnt so far. The file is valid only until the actuator is driven again. Then it is
 // removed; the next clean stop writes a new one, in one step.
 #pragma once
 

@@ -7,8 +7,8 @@
 namespace hystcan::app {
 namespace {
 
+using controller::ArmingBlock;
 using controller::AxisState;
-using controller::Lack;
 using Level = can::BusHealthLog::Level;
 
 /// What an axis lacks for less than this is the ordinary course of a start.
@@ -39,7 +39,7 @@ void StateLog::add(const controller::CycleRecord& record) {
           fmt::format("{}: watchdog of the amplifier (node {}) verified: tripped after {:.0f} ms", axis.name,
                       axis.amplifier_node, 1e3 * *after_s));
   if (axis.state != record.report.state) add_state(axis, record);
-  add_lack(axis, record);
+  add_block(axis, record);
 }
 
 void StateLog::add_state(Axis& axis, const controller::CycleRecord& record) {
@@ -62,54 +62,55 @@ void StateLog::add_missing_axes() {
   for (const Axis& axis : axes_)
     if (is_on_its_way(axis.state))
       sink_(Level::warning, fmt::format("{}: not ready, waits for {}: the other axes begin without it",
-                                        axis.name, lacks_text(axis, axis.lacks)));
+                                        axis.name, blocks_text(axis, axis.blocks)));
 }
 
-void StateLog::add_lack(Axis& axis, const controller::CycleRecord& record) {
+void StateLog::add_block(Axis& axis, const controller::CycleRecord& record) {
   axis.amplifier_output = record.amplifier_output;
-  if (axis.lacks.first() != record.report.lacks.first()) {
-    axis.lacks_since_s = record.time_s;
-    axis.lack_is_logged = false;
+  if (axis.blocks.first() != record.report.arming_blocks.first()) {
+    axis.blocked_since_s = record.time_s;
+    axis.block_is_logged = false;
   }
-  axis.lacks = record.report.lacks;
-  if (axis.lacks.empty()) return;
-  axis.last_lacks = axis.lacks;
-  if (record.time_s - axis.lacks_since_s < worth_a_line_s) return;
-  if (!std::exchange(axis.lack_is_logged, true))
-    sink_(Level::info, fmt::format("{}: still waits for {}", axis.name, lacks_text(axis, axis.lacks)));
+  axis.blocks = record.report.arming_blocks;
+  if (axis.blocks.empty()) return;
+  axis.last_blocks = axis.blocks;
+  if (record.time_s - axis.blocked_since_s < worth_a_line_s) return;
+  if (!std::exchange(axis.block_is_logged, true))
+    sink_(Level::info, fmt::format("{}: still waits for {}", axis.name, blocks_text(axis, axis.blocks)));
 }
 
-std::string StateLog::lacks_text(const Axis& axis, controller::LackSet lacks) const {
+std::string StateLog::blocks_text(const Axis& axis, controller::ArmingBlocks blocks) const {
   std::string text;
-  for (const Lack lack : lacks.members()) text += (text.empty() ? "" : "; ") + lack_text(axis, lack);
+  for (const ArmingBlock block : blocks.members())
+    text += (text.empty() ? "" : "; ") + block_text(axis, block);
   return text;
 }
 
-std::string StateLog::lack_text(const Axis& axis, Lack lack) const {
-  const std::string_view what = to_string(lack);
-  switch (lack) {
-    case Lack::sensor_heartbeat:
-    case Lack::sensor_operational:
-    case Lack::sample:
+std::string StateLog::block_text(const Axis& axis, ArmingBlock block) const {
+  const std::string_view what = to_string(block);
+  switch (block) {
+    case ArmingBlock::sensor_heartbeat:
+    case ArmingBlock::sensor_operational:
+    case ArmingBlock::sample:
       return fmt::format("{} (node {})", what, axis.sensor_node);
-    case Lack::amplifier_heartbeat:
-    case Lack::amplifier_operational:
-    case Lack::clear:
-    case Lack::amplifier_ready:
-    case Lack::amplifier_rest:
-    case Lack::enabled:
-    case Lack::watchdog:
+    case ArmingBlock::amplifier_heartbeat:
+    case ArmingBlock::amplifier_operational:
+    case ArmingBlock::clear:
+    case ArmingBlock::amplifier_ready:
+    case ArmingBlock::amplifier_rest:
+    case ArmingBlock::enabled:
+    case ArmingBlock::watchdog:
       return fmt::format("{} (node {})", what, axis.amplifier_node);
-    case Lack::amplifier_output:
+    case ArmingBlock::amplifier_output:
       return fmt::format("{} (node {}): it is {:.6g}, expected {:.6g} to {:.6g} {}", what,
                          axis.amplifier_node, axis.amplifier_output, axis.drive_min, axis.drive_max,
                          axis.drive_unit);
-    case Lack::output:
+    case ArmingBlock::output:
       return fmt::format("{} (node {}): it is {:.6g} {}", what, axis.amplifier_node, axis.amplifier_output,
                          axis.drive_unit);
-    case Lack::other_axes:
+    case ArmingBlock::other_axes:
       break;
-    case Lack::nothing:
+    case ArmingBlock::nothing:
       return std::string(what);
   }
   std::vector<std::string> late;
@@ -118,9 +119,9 @@ std::string StateLog::lack_text(const Axis& axis, Lack lack) const {
   return late.empty() ? std::string(what) : fmt::format("{}: {}", what, fmt::join(late, ", "));
 }
 
-std::string StateLog::lacks_of_first_axis() const {
+std::string StateLog::blocks_of_first_axis() const {
   return fmt::format("{} waited for {}", axes_.front().name,
-                     lacks_text(axes_.front(), axes_.front().last_lacks));
+                     blocks_text(axes_.front(), axes_.front().last_blocks));
 }
 
 }  // namespace hystcan::app

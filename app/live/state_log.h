@@ -20,7 +20,7 @@ class StateLog {
   /// Some axis has tracked.
   bool has_tracked() const { return has_tracked_; }
   /// What kept the first axis from tracking: "x waited for a heartbeat of the sensor".
-  std::string lacks_of_first_axis() const;
+  std::string blocks_of_first_axis() const;
 
  private:
   struct Axis {
@@ -31,19 +31,19 @@ class StateLog {
     double drive_max = 0.0;
     std::string drive_unit;
     controller::AxisState state = controller::AxisState::offline;
-    controller::LackSet lacks{};
-    controller::LackSet last_lacks{};  ///< not empty
-    double lacks_since_s = 0.0;        ///< the first of them
+    controller::ArmingBlocks blocks{};
+    controller::ArmingBlocks last_blocks{};  ///< not empty
+    double blocked_since_s = 0.0;            ///< the first of them
     double amplifier_output = 0.0;
-    bool lack_is_logged = false;
+    bool block_is_logged = false;
   };
   void add_state(Axis& axis, const controller::CycleRecord& record);
-  void add_lack(Axis& axis, const controller::CycleRecord& record);
+  void add_block(Axis& axis, const controller::CycleRecord& record);
   void add_missing_axes();
   /// All that the axis waits for.
-  std::string lacks_text(const Axis& axis, controller::LackSet lacks) const;
+  std::string blocks_text(const Axis& axis, controller::ArmingBlocks blocks) const;
   /// What the axis waits for, with the node, the value or the axes that it is about.
-  std::string lack_text(const Axis& axis, controller::Lack lack) const;
+  std::string block_text(const Axis& axis, controller::ArmingBlock block) const;
 
   can::BusHealthLog::Sink sink_;
   std::vector<Axis> axes_;

@@ -7,7 +7,6 @@
 
 #include "can/scheduler.h"
 #include "config/schema/config.h"
-#include "twin/truth.h"
 #include "twin/twin.h"
 
 namespace hystcan::app {

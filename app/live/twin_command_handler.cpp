@@ -58,8 +58,7 @@ TwinCommandHandler::TwinCommandHandler(twin::Twin& twin, can::Scheduler& schedul
 
 bool TwinCommandHandler::is_open_to_all(const json& command) const {
   const auto what = command.find("do");
-  return what != command.end() &&
-         (*what == "status" || *what == "remove" || *what == "heal" || *what == "stop");
+  return what != command.end() && (*what == "status" || *what == "remove" || *what == "stop");
 }
 
 void TwinCommandHandler::obey(const json& command, Answer answer) {
@@ -74,8 +73,7 @@ json TwinCommandHandler::carry_out(const json& command) {
   const std::string what = text_of(command, "do");
   if (what == "status") return status();
   if (what == "inject") return inject(command);
-  if (what == "remove") return remove(command, "removed");
-  if (what == "heal") return remove(command, "healed");  // the old name
+  if (what == "remove") return remove(command);
   if (what != "stop")
     throw Error(fmt::format("\"{}\" is not a command, expected status, inject, remove or stop", what));
   stop_();
@@ -133,11 +131,11 @@ json TwinCommandHandler::inject(const json& command) {
   return {{"ok", true}, {"fault", twin::describe(spec)}};
 }
 
-json TwinCommandHandler::remove(const json& command, const char* count_key) {
+json TwinCommandHandler::remove(const json& command) {
   std::optional<twin::Fault> kind;
   if (command.contains("kind")) kind = fault_of(command);
   const std::string axis = command.contains("axis") ? text_of(command, "axis") : "";
-  return {{"ok", true}, {count_key, twin_.faults().remove(kind, axis)}};
+  return {{"ok", true}, {"removed", twin_.faults().remove(kind, axis)}};
 }
 
 }  // namespace hystcan::app

@@ -28,7 +28,7 @@ class TwinCommandHandler final : public CommandHandler {
   nlohmann::json carry_out(const nlohmann::json& command);
   nlohmann::json status();
   nlohmann::json inject(const nlohmann::json& command);
-  nlohmann::json remove(const nlohmann::json& command, const char* count_key);
+  nlohmann::json remove(const nlohmann::json& command);
   nlohmann::json describe(const twin::FaultScheduler::Active& fault) const;
   std::string axis_of(const nlohmann::json& command) const;
   double time_s(can::Time time) const { return can::seconds(time - started_); }

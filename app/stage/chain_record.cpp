@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "controller/analysis/held_plant.h"
+#include "controller/analysis/linear_loop.h"
 #include "identification/numerics/levenberg_marquardt.h"
 #include "identification/numerics/orthonormal_columns.h"
 

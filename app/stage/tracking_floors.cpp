@@ -1,6 +1,6 @@
 #include "app/stage/tracking_floors.h"
 
-#include "controller/analysis/tracking_floor.h"
+#include "controller/analysis/feed_forward_design.h"
 
 namespace hystcan::app {
 

@@ -59,7 +59,7 @@ Dataset measured_steps(const config::Config& config, const twin::Config& twin, c
       drive_in_open_loop(in_open_loop(config, steps), twin, run, [&](const controller::CycleRecord& cycle) {
         const auto row = rows.add(cycle);
         if (!row) return;
-        const std::uint64_t number = cycle.cycle + cycle.counters.overruns;
+        const std::uint64_t number = cycle.cycle + cycle.counters.missed_cycles;
         if (record.time_s.empty()) first = number;
         record.time_s.push_back(static_cast<double>(number - first) / rate_Hz);
         record.input.push_back(row->input);

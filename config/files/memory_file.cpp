@@ -12,10 +12,9 @@
 namespace hystcan::config {
 namespace {
 
-/// The contents of a memory file. A file that the controller saved also has the learnt correction.
+/// The contents of a memory file. A file that a controller saved also has what it learnt, and [stop].
 struct Contents {
   MemoryFile memory;
-  std::optional<controller::ModelCorrection> correction{};
   std::vector<LearntFile> learnt{};
   std::optional<StopFile> stop{};
 };
@@ -26,7 +25,12 @@ Contents read(const Document& document) {
   Reader reader(document, document.root(), "");
   reader.table("memory", raw.memory, plain);
   reader.optional_table("stop", raw.stop, plain);
-  reader.optional_table("correction", raw.correction, plain);
+  // Former controllers wrote a learnt gain and offset of the model, which no longer exist.
+  std::optional<double> former{};
+  reader.optional_table("correction", former, [](Reader& sub, double& ignored) {
+    sub.optional("gain", ignored);
+    sub.optional("offset_um", ignored);
+  });
   reader.optional_list("learning", raw.learnt, plain);
   reader.finish();
   return raw;
@@ -89,17 +93,14 @@ template model::HysteresisState load_memory(const std::filesystem::path&,
 SavedState load_state(const std::filesystem::path& file, const model::Hysteresis& model) {
   const Document document(file, {}, largest_model_file);
   // [stop] comes last and shows that the file is complete: a number that is cut off is still a valid number.
-  for (const char* table : {"correction", "stop"})
-    if (!document.root().contains(table))
-      document.fail_at(
-          "", fmt::format("missing table [{}], expected a whole file that a controller has saved", table));
+  if (!document.root().contains("stop"))
+    document.fail_at("", "missing table [stop], expected a whole file that a controller has saved");
   if (document.root().at_path("memory.creep"))
     document.fail_at("memory.creep", "creep stands in a state file, expected it in a memory file only");
   Contents raw = read(document, model);
   std::vector<std::vector<double>> learnt;
   for (LearntFile& segment : raw.learnt) learnt.push_back(std::move(segment.correction_um));
   return {.memory = remembered(document, raw.memory, model, model::Hysteresis::default_capacity),
-          .correction = *raw.correction,
           .learnt = std::move(learnt)};
 }
 

@@ -5,7 +5,6 @@
 #include <optional>
 #include <string>
 
-#include "controller/control/adaptation.h"
 #include "identification/prediction.h"
 #include "model/any_model.h"
 #include "model/dynamics.h"
@@ -58,10 +57,9 @@ identification::Lag load_lag(const std::filesystem::path& file);
 template <class Law>
 model::HysteresisState load_memory(const std::filesystem::path& file, const model::MemoryModel<Law>& model,
                                    std::size_t capacity);
-/// The state of an axis that a controller saved at a clean stop: a memory file with [correction] and [stop].
+/// The state of an axis that a controller saved at a clean stop: a memory file with [stop].
 struct SavedState {
   model::HysteresisState memory;
-  controller::ModelCorrection correction;
   std::vector<std::vector<double>> learnt;  ///< controller::Learning::table(); empty: nothing
 };
 /// Throws Error, also if the state belongs to another model.

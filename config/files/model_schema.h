@@ -125,11 +125,6 @@ template <class V>
 void visit(V& v, StopFile& s) {
   v.required("reason", s.reason);
 }
-template <class V>
-void visit(V& v, controller::ModelCorrection& c) {
-  v.required("gain", c.gain, positive);
-  v.required("offset_um", c.offset_um);
-}
 
 /// [memory] of a memory file.
 struct MemoryFile {

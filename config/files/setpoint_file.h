@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "controller/reference/monotone_cubic.h"
+#include "controller/reference/motion.h"
 
 namespace hystcan::config {
 

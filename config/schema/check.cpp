@@ -15,14 +15,10 @@
 #include "config/schema/check_loop.h"
 #include "config/schema/check_scan.h"
 #include "config/schema/frames.h"
-#include "controller/reference/motion_bounds.h"
+#include "controller/reference/shape.h"
 
 namespace hystcan::config {
 namespace {
-
-/// Least ratio of the time constants of the model's correction and of the integral, so that the correction
-/// does not interfere with the loop.
-constexpr double slower_than_the_loop = 10.0;
 
 /// The checks of one axis, at `path` ("axis[0]").
 class AxisCheck {
@@ -189,15 +185,6 @@ class AxisCheck {
     if (axis_.control.delays.second_order && axis_.control.delays.plant_inverse)
       fail("control.delays.plant_inverse",
            "plant_inverse and second_order are both true, expected one of them: each is a feed-forward");
-    if (!law.adaptation) return;
-    const double ki_per_s = law.pi.ki_per_s;
-    const double least_s = slower_than_the_loop / ki_per_s;
-    if (!(ki_per_s > 0.0))
-      fail("control.adaptation", "ki_per_s is 0, expected more: the correction learns from the integral");
-    if (law.adaptation->time_constant_s < least_s)
-      fail("control.adaptation.time_constant_s",
-           "time_constant_s is {:g}, expected at least {:g}, {:g} / ki_per_s",
-           law.adaptation->time_constant_s, least_s, slower_than_the_loop);
   }
 
   static constexpr double rounding = 1.0 + 1e-9;  ///< tolerates a shape that is exactly at its limit
@@ -258,8 +245,8 @@ void check_faults(const Document& document, const Config& config) {
     if (axis == config.axes.end())
       document.fail_at(fmt::format("twin.fault[{}].axis", i),
                        fmt::format("axis is \"{}\", expected the name of one", faults[i].axis));
-    if (const std::string why = reason_against(faults[i], axis->wire); !why.empty())
-      document.fail_at(fmt::format("twin.fault[{}].kind", i), why);
+    if (const auto why = reason_against(faults[i], axis->wire))
+      document.fail_at(fmt::format("twin.fault[{}].kind", i), *why);
     if (faults[i].repeat_every > can::Duration::zero() && faults[i].repeat_every <= faults[i].lasts)
       document.fail_at(fmt::format("twin.fault[{}].repeat_every_s", i),
                        fmt::format("repeat_every_s is {:g}, expected more than duration_s, {:g}",

@@ -29,8 +29,8 @@ void visit(V& v, controller::CommonConfig& c) {
   v.optional("node", c.node, {.lo = 1, .hi = 127});
   v.optional("heartbeat_ms", c.heartbeat_period, positive);
   v.optional("heartbeat_timeout_ms", c.heartbeat_timeout, positive);
-  v.optional("wake_up_warn_us", c.wake_up_warn, not_negative);
-  v.optional("wake_up_trip_us", c.wake_up_trip, not_negative);
+  v.optional("wake_up_warn_us", c.lateness_warn, not_negative);
+  v.optional("wake_up_trip_us", c.lateness_trip, not_negative);
   v.optional("start_together", c.start_together);
   v.optional("start_timeout_s", c.start_timeout, not_negative);
   v.name("control_socket", c.control_socket);
@@ -161,13 +161,6 @@ void visit(V& v, controller::Learning::Config& l) {
   v.optional("frozen", l.frozen);
 }
 
-template <class V>
-void visit(V& v, controller::Adaptation::Config& a) {
-  v.required("gain_max", a.gain_max, {.lo = 0.0, .hi = 0.5});
-  v.required("offset_max_um", a.offset_max_um, not_negative);
-  v.required("time_constant_s", a.time_constant_s, positive);
-}
-
 /// The limits that trip an axis, also in [axis.control].
 template <class V>
 void visit_supervision(V& v, controller::AxisConfig& c) {
@@ -232,7 +225,6 @@ void visit_control(V& v, AxisConfig& axis) {
                  c.transition_limits.acceleration_um_per_s2);
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };
   v.optional_table("notch", c.law.notch, plain);
-  v.optional_table("adaptation", c.law.adaptation, plain);
   v.optional_table("learning", c.learning, plain);
   v.table("delays", c.delays, plain);
   v.optional_table("in_position", c.in_position, plain);

@@ -1,8 +1,6 @@
 #include "controller/control/arming.h"
 
 #include <algorithm>
-#include <array>
-#include <cstddef>
 
 namespace hystcan::controller {
 namespace {
@@ -15,55 +13,36 @@ bool is_plausible(double output, const Gate::Config& gate) {
   return output >= gate.drive_min - error && output <= gate.drive_max + error;
 }
 
-Lack lack_of_sensor(const AxisInput& input) {
-  if (!input.health.sensor_alive) return Lack::sensor_heartbeat;
-  if (!input.health.sensor_operational) return Lack::sensor_operational;
-  return input.position_um ? Lack::nothing : Lack::sample;
+ArmingBlock block_of_sensor(const AxisInput& input) {
+  if (!input.health.sensor_alive) return ArmingBlock::sensor_heartbeat;
+  if (!input.health.sensor_operational) return ArmingBlock::sensor_operational;
+  return input.position_um ? ArmingBlock::nothing : ArmingBlock::sample;
 }
 
-LackSet lacks_of_amplifier(const NodeHealth& health, const Gate::Config& gate) {
-  if (!health.amplifier_alive) return Lack::amplifier_heartbeat;
-  if (!health.amplifier_operational) return Lack::amplifier_operational;
-  if (health.amplifier_fault) return Lack::clear;
-  if (!health.amplifier_ready) return Lack::amplifier_ready;
-  LackSet lacks;
-  if (!is_plausible(health.amplifier_output, gate)) lacks.add(Lack::amplifier_output);
-  if (health.amplifier_moves) lacks.add(Lack::amplifier_rest);
-  return lacks;
+ArmingBlocks blocks_of_amplifier(const NodeHealth& health, const Gate::Config& gate) {
+  if (!health.amplifier_alive) return ArmingBlock::amplifier_heartbeat;
+  if (!health.amplifier_operational) return ArmingBlock::amplifier_operational;
+  if (health.amplifier_fault) return ArmingBlock::clear;
+  if (!health.amplifier_ready) return ArmingBlock::amplifier_ready;
+  ArmingBlocks blocks;
+  if (!is_plausible(health.amplifier_output, gate)) blocks.add(ArmingBlock::amplifier_output);
+  if (health.amplifier_moves) blocks.add(ArmingBlock::amplifier_rest);
+  return blocks;
 }
 
 }  // namespace
 
-std::string_view to_string(Lack lack) {
-  static constexpr std::array<std::string_view, lack_count> names{
-      "nothing",
-      "a heartbeat of the sensor",
-      "a heartbeat of the amplifier",
-      "the sensor to be operational",
-      "the amplifier to be operational",
-      "the amplifier's fault to be cleared",
-      "an amplifier status that says ready",
-      "an amplifier output within drive_min..drive_max",
-      "an amplifier output at rest",
-      "a sample",
-      "the amplifier to be enabled",
-      "the amplifier's output to follow the drive",
-      "the amplifier's watchdog",
-      "the other axes"};
-  return names[static_cast<std::size_t>(lack)];
-}
-
-std::vector<Lack> LackSet::members() const {
-  std::vector<Lack> members;
-  for (std::size_t i = 1; i < lack_count; ++i)
-    if ((bits_ >> i & 1U) != 0) members.push_back(static_cast<Lack>(i));
+std::vector<ArmingBlock> ArmingBlocks::members() const {
+  std::vector<ArmingBlock> members;
+  for (std::size_t i = 1; i < arming_block_count; ++i)
+    if ((bits_ >> i & 1U) != 0) members.push_back(static_cast<ArmingBlock>(i));
   return members;
 }
 
-LackSet lacks_of(const AxisInput& input, const Gate::Config& gate) {
-  LackSet lacks = lacks_of_amplifier(input.health, gate);
-  lacks.add(lack_of_sensor(input));
-  return lacks;
+ArmingBlocks arming_blocks_of(const AxisInput& input, const Gate::Config& gate) {
+  ArmingBlocks blocks = blocks_of_amplifier(input.health, gate);
+  blocks.add(block_of_sensor(input));
+  return blocks;
 }
 
 bool ClearAttempt::step(const NodeHealth& health, double dt_s) {

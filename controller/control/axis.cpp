@@ -1,16 +1,11 @@
 #include "controller/control/axis.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <limits>
 
 namespace hystcan::controller {
 namespace {
-
-Loop make_loop(const AxisConfig& config) {
-  if (config.excitation) return OpenLoop(*config.excitation, config.gate);
-  return ClosedLoop(closed_loop_of(config));
-}
 
 /// A reading of the output that is further from the drive than this share of the range has moved.
 constexpr double output_moved = 0.01;
@@ -20,30 +15,29 @@ constexpr double watchdog_timeout_s = 1.0;
 
 }  // namespace
 
-std::string_view to_string(AxisState state) {
-  static constexpr std::array<std::string_view, axis_state_count> names{"offline", "waiting",  "initialising",
-                                                                        "ready",   "tracking", "faulted"};
-  return names[static_cast<std::size_t>(state)];
-}
-
-AxisTuning::AxisTuning(const AxisConfig& next, bool new_reference)
-    : config(next), loop(closed_loop_of(next)) {
+AxisTuning::AxisTuning(const AxisConfig& next, bool new_reference) : config(next) {
   if (new_reference) reference = reference_of(next);
   if (next.learning) learning.emplace(*next.learning);
 }
 
 Axis::Axis(const AxisConfig& config)
     : config_(config),
-      loop_(make_loop(config)),
-      ramp_in_(std::visit([&](const auto& loop) { return loop.ramp_in(config.gate); }, loop_)),
       supervisor_(supervision_of(config)),
       output_check_(output_check_of(config)),
       course_(config.law.model, config.delays),
       ramp_check_(ramp_check_of(config)),
-      oscillation_({oscillation_amplitude_um(config)}),
+      oscillation_(oscillation_amplitude_um(config)),
       drive_(config.gate.safe_drive),
       reach_(reach_of(config)),
-      memory_known_(config.start_up == StartUp::assume) {}
+      memory_known_(config.start_up == StartUp::assume) {
+  if (!config.excitation) {
+    ramp_in_ = closed_loop_.emplace(config).ramp_in(config.gate);
+    return;
+  }
+  excitation_.emplace(*config.excitation);
+  refuse_beyond({config.gate.drive_min, config.gate.drive_max}, config.gate.slew_per_s, *excitation_);
+  ramp_in_ = {excitation_->at(0.0)};
+}
 
 void Axis::start(bool clear_amplifier_fault) {
   state_ = AxisState::waiting;
@@ -69,94 +63,67 @@ void Axis::trip(Cause cause, double time_s) {
   memory_known_ = false;  // the path on which the drive falls to its safe value is unknown
 }
 
-bool Axis::takes_live_setpoints() const {
-  return state_ == AxisState::tracking && !stopping_ && std::holds_alternative<ClosedLoop>(loop_);
+ClosedLoop* Axis::loop_for_live_setpoints() {
+  return state_ == AxisState::tracking && !stopping_ ? closed_loop() : nullptr;
 }
 
 LiveSetpoint Axis::go_to(double position_um) {
-  if (!takes_live_setpoints()) return LiveSetpoint::not_tracking;
+  ClosedLoop* loop = loop_for_live_setpoints();
+  if (loop == nullptr) return LiveSetpoint::not_tracking;
   // With NaN the comparison is false: the position is out of range.
   if (!(position_um >= reach_.lo && position_um <= reach_.hi)) return LiveSetpoint::out_of_range;
-  std::get<ClosedLoop>(loop_).go_to(now_s_ - tracking_since_s_, position_um);
+  loop->go_to(now_s_ - tracking_since_s_, position_um);
   return LiveSetpoint::taken;
 }
 
 LiveSetpoint Axis::resume() {
-  if (!takes_live_setpoints()) return LiveSetpoint::not_tracking;
-  std::get<ClosedLoop>(loop_).resume(now_s_ - tracking_since_s_);
+  ClosedLoop* loop = loop_for_live_setpoints();
+  if (loop == nullptr) return LiveSetpoint::not_tracking;
+  loop->resume(now_s_ - tracking_since_s_);
   return LiveSetpoint::taken;
 }
 
-std::string_view Axis::retune(AxisTuning& tuning) {
-  auto* loop = std::get_if<ClosedLoop>(&loop_);
-  if (loop == nullptr) return "the axis runs in open loop";
+std::optional<std::string_view> Axis::retune(AxisTuning& tuning) {
+  if (!closed_loop_) return "the axis runs in open loop";
   const Gate::Config& gate = tuning.config.gate;
   if (is_driving() && (drive_ < gate.drive_min || drive_ > gate.drive_max))
     return "the present drive is outside the new drive_min..drive_max";
   std::swap(config_, tuning.config);
   reach_ = reach_of(config_);
   supervisor_.retune(supervision_of(config_));
-  output_check_ = OutputCheck(output_check_of(config_));
+  output_check_ = output_check_of(config_);
   output_check_.restart(drive_);
   ramp_check_ = RampCheck(ramp_check_of(config_));
-  oscillation_ = Oscillation({oscillation_amplitude_um(config_)});
-  loop->retune(tuning.loop, tuning.reference, tuning.learning, now_s_ - tracking_since_s_);
-  return {};
+  oscillation_ = Oscillation(oscillation_amplitude_um(config_));
+  closed_loop_->retune(config_, tuning.reference, tuning.learning, now_s_ - tracking_since_s_);
+  return std::nullopt;
 }
 
 const ControlLaw* Axis::law_to_save() const {
-  const auto* loop = std::get_if<ClosedLoop>(&loop_);
-  return loop != nullptr && state_ == AxisState::offline && memory_known_ ? &loop->law() : nullptr;
+  return closed_loop_ && state_ == AxisState::offline && memory_known_ ? &closed_loop_->law() : nullptr;
 }
 
-void Axis::restore(const model::HysteresisState& memory, const ModelCorrection& correction) {
-  auto* loop = std::get_if<ClosedLoop>(&loop_);
-  if (loop == nullptr) return;
-  loop->law().set_correction(correction);
-  if (config_.start_up != StartUp::restore) return;
-  loop->law().remember(memory);
+void Axis::restore(const model::HysteresisState& memory) {
+  if (!closed_loop_ || config_.start_up != StartUp::restore) return;
+  closed_loop_->law().remember(memory);
   memory_known_ = true;
 }
 
-const Learning* Axis::learning() const {
-  const auto* loop = std::get_if<ClosedLoop>(&loop_);
-  return loop == nullptr ? nullptr : loop->learning();
-}
-
-bool Axis::restore(const std::vector<std::vector<double>>& learnt) {
-  auto* loop = std::get_if<ClosedLoop>(&loop_);
-  return loop != nullptr && loop->learning() != nullptr && loop->learning()->restore(learnt);
-}
-
-void Axis::revert_correction() {
-  auto* loop = std::get_if<ClosedLoop>(&loop_);
-  if (loop == nullptr) return;
-  loop->law().set_correction({});
-  if (Learning* learning = loop->learning()) learning->reset();
-}
-
-double Axis::preview_s(double cycle_s) {
-  auto* loop = std::get_if<ClosedLoop>(&loop_);
-  return loop == nullptr ? 0.0 : loop->preview_s(cycle_s);
-}
-
 double Axis::expected_um(double time_s) const {
-  const auto* loop = std::get_if<ClosedLoop>(&loop_);
-  if (loop == nullptr || state_ != AxisState::tracking) return report_.position_um;
-  return loop->reference_um(time_s - tracking_since_s_);
+  if (!closed_loop_ || state_ != AxisState::tracking) return report_.position_um;
+  return closed_loop_->reference_um(time_s - tracking_since_s_);
 }
 
 std::optional<Trajectory::Point> Axis::reference_at(double time_s) const {
-  const auto* loop = std::get_if<ClosedLoop>(&loop_);
-  if (loop == nullptr || state_ != AxisState::tracking || time_s < tracking_since_s_) return std::nullopt;
-  return loop->reference_at(time_s - tracking_since_s_);
+  if (!closed_loop_ || state_ != AxisState::tracking || time_s < tracking_since_s_) return std::nullopt;
+  return closed_loop_->reference_at(time_s - tracking_since_s_);
 }
 
 AxisCommand Axis::step(const AxisInput& input) {
   now_s_ = input.reference_time_s();
   if (input.position_um) report_.position_um = *input.position_um;
   report_.limits = limit::none;
-  report_.lacks = Lack::nothing;
+  report_.arming_blocks = ArmingBlock::nothing;
   report_.watchdog_tripped_after_s.reset();
   report_.sample_missing = !input.position_um.has_value();
   report_.arrival = Arrival::not_judged;
@@ -170,7 +137,7 @@ AxisCommand Axis::step(const AxisInput& input) {
 }
 
 AxisCommand Axis::supervise(const AxisInput& input) {
-  elapse(input.dt_s);
+  if (closed_loop_) closed_loop_->elapse(input.dt_s);  // the drive of the last cycle was held until now
   if (withheld_for_s_ && !stopping_) return withhold(input);
   const AxisInput judged = judge(input);
   report_.sample_missing = !judged.position_um.has_value();
@@ -196,15 +163,12 @@ AxisInput Axis::judge(const AxisInput& input) {
   const bool is_still = verdict.cause == Cause::position_frozen && output_check_.differs_for_s() > 0.0;
   if (verdict.cause != Cause::none) trip(is_still ? Cause::output_differs : verdict.cause, input.time_s);
   if (output_differs_too_long()) trip(Cause::output_differs, input.time_s);
-  if (!ramps_as_modelled(judged)) trip(Cause::position_contradicts, input.time_s);
+  if (state_ != AxisState::initialising) return judged;
+  if (!connected_)
+    ramp_check_.rest(course_, drive_, judged);
+  else if (!ramp_check_.step(course_, drive_, judged))
+    trip(Cause::position_contradicts, input.time_s);
   return judged;
-}
-
-bool Axis::ramps_as_modelled(const AxisInput& input) {
-  if (state_ != AxisState::initialising) return true;
-  if (connected_) return ramp_check_.step(course_, drive_, input);
-  ramp_check_.rest(course_, drive_, input);
-  return true;
 }
 
 /// While it ramps, the axis waits for an output that is behind.
@@ -235,10 +199,10 @@ AxisCommand Axis::decide(const AxisInput& input) {
 AxisCommand Axis::wait(const AxisInput& input) {
   AxisCommand command = safe();
   command.clear_fault = clear_attempt_.step(input.health, input.dt_s);
-  report_.lacks = lacks_of(input, config_.gate);
-  if (report_.lacks.first() == Lack::clear && !command.clear_fault)
+  report_.arming_blocks = arming_blocks_of(input, config_.gate);
+  if (report_.arming_blocks.first() == ArmingBlock::clear && !command.clear_fault)
     trip(Cause::amplifier_fault, input.time_s);
-  if (report_.lacks.empty()) arm(input.health);
+  if (report_.arming_blocks.empty()) arm(input.health);
   ramp_check_.rest(course_, drive_, input);
   return command;
 }
@@ -248,7 +212,7 @@ void Axis::arm(const NodeHealth& health) {
   supervisor_.restart();
   drive_ = std::clamp(health.amplifier_output, config_.gate.drive_min, config_.gate.drive_max);
   follow(drive_);
-  std::visit([](auto& loop) { loop.settle(); }, loop_);
+  if (closed_loop_) closed_loop_->settle();
   output_check_.restart(drive_);
   course_.restart(drive_);
   connected_ = false;
@@ -261,16 +225,16 @@ void Axis::arm(const NodeHealth& health) {
 
 AxisCommand Axis::initialise(const AxisInput& input) {
   if (!is_connected(input)) {
-    report_.lacks = Lack::enabled;
+    report_.arming_blocks = ArmingBlock::enabled;
     follow_output(input.health.amplifier_output, input.dt_s);
     return {.drive = drive_, .enable = true};
   }
   if (output_check_.differs_for_s() > 0.0) {
-    report_.lacks = Lack::output;
+    report_.arming_blocks = ArmingBlock::output;
     return {.drive = drive_, .enable = true};
   }
   if (config_.verify_watchdog && !watchdog_verified_) {
-    report_.lacks = Lack::watchdog;
+    report_.arming_blocks = ArmingBlock::watchdog;
     if (ramp_towards(config_.gate.safe_drive, input.dt_s)) withheld_for_s_ = 0.0;
     return {.drive = drive_, .enable = true};
   }
@@ -304,7 +268,7 @@ void Axis::follow_output(double output, double dt_s) {
 
 /// Everything but the amplifier's trip is judged as ever. After the trip the axis is armed again.
 AxisCommand Axis::withhold(const AxisInput& input) {
-  report_.lacks = Lack::watchdog;
+  report_.arming_blocks = ArmingBlock::watchdog;
   if (input.health.amplifier_fault) {
     watchdog_verified_ = true;
     report_.watchdog_tripped_after_s = *withheld_for_s_;
@@ -324,7 +288,7 @@ AxisCommand Axis::withhold(const AxisInput& input) {
 
 AxisCommand Axis::hold_ready(const AxisInput& input) {
   if (!input.tracking_since_s || !input.position_um) {
-    report_.lacks = Lack::other_axes;
+    report_.arming_blocks = ArmingBlock::other_axes;
     return {.drive = drive_, .enable = true};
   }
   state_ = AxisState::tracking;
@@ -332,43 +296,33 @@ AxisCommand Axis::hold_ready(const AxisInput& input) {
   tracking_since_s_ = *input.tracking_since_s;
   memory_known_ = true;
   oscillation_.restart();
-  const double t_s = now_s_ - tracking_since_s_;
-  std::visit([&](auto& loop) { loop.begin(t_s, *input.position_um, input.coupled_um, goes_on); }, loop_);
+  if (closed_loop_)
+    closed_loop_->begin(now_s_ - tracking_since_s_, *input.position_um, input.coupled_um, goes_on);
   return track(input);
 }
 
 AxisCommand Axis::track(const AxisInput& input) {
-  const LoopInput now{.t_s = now_s_ - tracking_since_s_,
-                      .dt_s = input.dt_s,
-                      .cycle_s = input.cycle_s,
-                      .position_um = input.position_um,
-                      .coupled_um = input.coupled_um,
-                      .waited = input.waited_s != waited_s_};
-  const Proposal proposal = std::visit([&](auto& loop) { return loop.propose(now); }, loop_);
-  report_.point = proposal.point;
-  report_.reference_um = proposal.reference_um;
-  report_.arrival = proposal.arrival;
+  const double t_s = now_s_ - tracking_since_s_;
+  const std::optional<double> requested =
+      closed_loop_ ? closed_loop_->propose(input, t_s, input.waited_s != waited_s_, report_) : excite(t_s);
   // An unstable loop loses its reference too: the oscillation explains more.
-  if (is_unstable(proposal.reference_um, input.position_um))
+  if (input.position_um && oscillation_.step(report_.reference_um, *input.position_um))
     trip(Cause::loop_unstable, input.time_s);
-  else if (!proposal.follows)
+  else if (!requested)
     trip(Cause::following_error, input.time_s);
   if (state_ == AxisState::faulted) return fall(input);
-  const Gate::Passed passed = Gate::step(config_.gate, drive_, proposal.drive, input.dt_s);
-  report_.limits = proposal.limits | passed.limits;
-  std::visit([&](auto& loop) { loop.commit(passed.drive, report_.limits); }, loop_);
+  const Gate::Passed passed = Gate::step(config_.gate, drive_, *requested, input.dt_s);
+  report_.limits |= passed.limits;
   drive_ = passed.drive;
-  report_.previewed_um = proposal.previewed_um;
-  report_.integral_um = proposal.integral_um;
-  report_.memory_depth = proposal.memory_depth;
-  report_.demand_um = proposal.demand_um;
-  report_.correction = proposal.correction;
-  report_.learning = proposal.learning;
+  if (closed_loop_) closed_loop_->commit(drive_, report_.limits);
   return {.drive = drive_, .enable = true};
 }
 
-bool Axis::is_unstable(double reference_um, const std::optional<double>& position_um) {
-  return position_um && oscillation_.step(reference_um, *position_um);
+/// In open loop the drive comes from the excitation.
+double Axis::excite(double t_s) {
+  report_.reference_um = report_.demand_um = std::numeric_limits<double>::quiet_NaN();
+  report_.point = {.finished = t_s >= excitation_->length_s(), .shape_time_s = t_s};
+  return excitation_->at(t_s);
 }
 
 AxisCommand Axis::park(const AxisInput& input) {
@@ -412,12 +366,7 @@ bool Axis::ramp_towards(double target, double dt_s) {
 
 /// Keeps the model's memory equal to the actuator's.
 void Axis::follow(double drive) {
-  std::visit([&](auto& loop) { loop.follow(drive); }, loop_);
-}
-
-/// The drive of the last cycle was held until now.
-void Axis::elapse(double dt_s) {
-  std::visit([&](auto& loop) { loop.elapse(dt_s); }, loop_);
+  if (closed_loop_) closed_loop_->follow(drive);
 }
 
 bool Axis::is_driving() const {

@@ -1,4 +1,5 @@
-// One axis: supervisor, loop and gate. A pure step: takes the time and the received data; returns a command.
+// One axis: supervisor, gate, and what decides the drive: in closed loop a ClosedLoop, in open loop an Excitation.
+// A pure step: takes the time and the received data; returns a command.
 //
 //   offline -> waiting -> initialising -> ready -> tracking      and from any state to faulted
 //
@@ -14,62 +15,27 @@
 //                 ramps to the safe one where that is configured and the cause leaves the drive in hand
 #pragma once
 
-#include <array>
-#include <chrono>
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <string_view>
 #include <vector>
 
 #include "controller/control/arming.h"
 #include "controller/control/axis_config.h"
-#include "controller/control/course.h"
+#include "controller/control/axis_report.h"
 #include "controller/control/fault.h"
 #include "controller/control/loop.h"
 #include "controller/control/oscillation.h"
-#include "controller/control/output_check.h"
-#include "controller/control/ramp_check.h"
+#include "controller/control/plausibility.h"
 #include "controller/control/supervisor.h"
 
 namespace hystcan::controller {
-
-enum class AxisState : std::uint8_t { offline, waiting, initialising, ready, tracking, faulted };
-inline constexpr std::size_t axis_state_count = static_cast<std::size_t>(AxisState::faulted) + 1;
-std::string_view to_string(AxisState state);
-/// In these states a sample and a command are expected in every cycle.
-inline bool is_in_use(AxisState state) { return state > AxisState::waiting && state != AxisState::faulted; }
-
-/// The logged values of one axis in one cycle.
-struct AxisReport {  // NOLINT(clang-analyzer-optin.performance.Padding)
-  AxisState state = AxisState::offline;
-  LackSet lacks{};  ///< what the axis waits for
-  /// In the one cycle in which the amplifier's watchdog has passed its trial: the time without commands until it
-  /// tripped.
-  std::optional<double> watchdog_tripped_after_s{};
-  Cause cause = Cause::none;
-  double fault_time_s = 0.0;  ///< since the controller's start
-  double reference_um = 0.0;  ///< NaN in open loop
-  double position_um = 0.0;   ///< last measured
-  double previewed_um = 0.0;  ///< fed forward
-  double integral_um = 0.0;   ///< of PI
-  double demand_um = 0.0;     ///< input of the inverse; NaN in open loop
-  double drive = 0.0;         ///< output of the gate
-  std::uint8_t limits = limit::none;
-  std::uint32_t memory_depth = 0;  ///< branches in the model's memory; 0 in open loop
-  ModelCorrection correction;      ///< learnt so far
-  Learning::Report learning;
-  bool sample_missing = false;
-  Trajectory::Point point;
-  Arrival arrival = Arrival::not_judged;  ///< judged while tracking
-};
 
 /// A new configuration for a running axis; built outside the control thread.
 struct AxisTuning {
   /// `new_reference`: the setpoint has changed; otherwise the present reference continues.
   AxisTuning(const AxisConfig& next, bool new_reference);
   AxisConfig config;
-  ClosedLoop::Config loop;
   std::optional<Trajectory> reference;
   std::optional<Learning> learning;
 };
@@ -99,22 +65,17 @@ class Axis {
   LiveSetpoint resume();
 
   /// Called between two cycles: changes everything but the model, and leaves the former configuration in
-  /// `tuning`. Returns the reason of a refusal, which changes nothing; empty where it is done.
-  std::string_view retune(AxisTuning& tuning);
+  /// `tuning`. Returns the reason of a refusal, which changes nothing.
+  std::optional<std::string_view> retune(AxisTuning& tuning);
 
-  /// Memory and correction, to be saved after a clean stop. Null: the memory is unknown, or there is none.
+  /// The law whose memory is to be saved after a clean stop. Null: the memory is unknown, or there is none.
   const ControlLaw* law_to_save() const;
-  /// Called before the first start with the saved values. Sets the memory only where start-up is `restore`.
-  void restore(const model::HysteresisState& memory, const ModelCorrection& correction);
-  /// What the axis has learnt of a reference that repeats; null: it does not learn.
-  const Learning* learning() const;
-  /// False: what was learnt belongs to another reference.
-  bool restore(const std::vector<std::vector<double>>& learnt);
-  /// Resets all that was learnt.
-  void revert_correction();
+  /// Called before the first start with the saved memory. Sets it only where start-up is `restore`.
+  void restore(const model::HysteresisState& memory);
+  /// Null in open loop.
+  ClosedLoop* closed_loop() { return closed_loop_ ? &*closed_loop_ : nullptr; }
+  const ClosedLoop* closed_loop() const { return closed_loop_ ? &*closed_loop_ : nullptr; }
 
-  /// How far ahead of a cycle its reference is looked up; 0 in open loop.
-  double preview_s(double cycle_s);
   /// The reference at that reference time; the last measured position where the axis does not track a reference.
   double expected_um(double time_s) const;
 
@@ -136,7 +97,6 @@ class Axis {
  private:
   AxisCommand supervise(const AxisInput& input);
   AxisInput judge(const AxisInput& input);
-  bool ramps_as_modelled(const AxisInput& input);
   bool output_differs_too_long() const;
   AxisCommand decide(const AxisInput& input);
   AxisCommand wait(const AxisInput& input);
@@ -147,19 +107,19 @@ class Axis {
   AxisCommand withhold(const AxisInput& input);
   AxisCommand hold_ready(const AxisInput& input);
   AxisCommand track(const AxisInput& input);
-  bool is_unstable(double reference_um, const std::optional<double>& position_um);
   AxisCommand park(const AxisInput& input);
   AxisCommand fall(const AxisInput& input);
   AxisCommand safe() const;
   double closer_to(double target, double reach, double dt_s) const;
   bool ramp_towards(double target, double dt_s);
   bool is_driving() const;
-  bool takes_live_setpoints() const;
+  ClosedLoop* loop_for_live_setpoints();
+  double excite(double t_s);
   void follow(double drive);
-  void elapse(double dt_s);
 
   AxisConfig config_;
-  Loop loop_;
+  std::optional<ClosedLoop> closed_loop_;  ///< one of the two
+  std::optional<Excitation> excitation_;
   std::vector<double> ramp_in_;  ///< drives to visit and rest at while initialising, in order
   Supervisor supervisor_;
   OutputCheck output_check_;

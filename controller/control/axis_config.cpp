@@ -25,10 +25,6 @@ bool is_line(const model::HysteresisParameters& model) {
          std::abs(model.descending.value(at_middle) - middle_um) < allowed_um;
 }
 
-TransitionLimits transition_limits_of(const AxisConfig& config) {
-  return {.motion = config.transition_limits, .range = reach_of(config)};
-}
-
 /// Gains this small do not make the mode grow, even with an eighth of its damping: what rings is the reference.
 bool can_oscillate(const Pi::Config& pi, const Delays& delays) {
   const double integral = pi.ki_per_s / (2.0 * std::numbers::pi * delays.resonance_Hz);
@@ -44,19 +40,6 @@ model::Interval reach_of(const AxisConfig& config) {
   return {std::max(plausible.lo, reach.lo), std::min(plausible.hi, reach.hi)};
 }
 
-ClosedLoop::Config closed_loop_of(const AxisConfig& config) {
-  return {.law = config.law,
-          .delays = config.delays,
-          .plant_inverse = config.plant_inverse,
-          .setpoint = config.setpoint,
-          .learning = config.learning,
-          .repeat = config.repeat,
-          .reference_limits = config.reference_limits,
-          .transition_limits = transition_limits_of(config),
-          .in_position = config.in_position,
-          .following_error = config.following_error};
-}
-
 Supervisor::Config supervision_of(const AxisConfig& config) {
   Supervisor::Config supervision = config.supervision;
   supervision.drive_range = config.gate.drive_max - config.gate.drive_min;
@@ -64,8 +47,8 @@ Supervisor::Config supervision_of(const AxisConfig& config) {
   return supervision;
 }
 
-OutputCheck::Config output_check_of(const AxisConfig& config) {
-  return {.drive_range = config.gate.drive_max - config.gate.drive_min, .lag_s = config.delays.lag_s()};
+OutputCheck output_check_of(const AxisConfig& config) {
+  return {config.gate.drive_max - config.gate.drive_min, config.delays.lag_s()};
 }
 
 RampCheck::Config ramp_check_of(const AxisConfig& config) {
@@ -112,6 +95,10 @@ double oscillation_amplitude_um(const AxisConfig& config) {
   const double jump_um = limits.position_jump_um > 0.0 ? limits.position_jump_um : infinite;
   return std::min({config.following_error.error_um / 2.0, jump_um / 3.0,
                    (limits.position_max_um - limits.position_min_um) / 20.0});
+}
+
+TransitionLimits transition_limits_of(const AxisConfig& config) {
+  return {.motion = config.transition_limits, .range = reach_of(config)};
 }
 
 Trajectory reference_of(const AxisConfig& config) {

@@ -8,13 +8,12 @@
 #include <string_view>
 #include <vector>
 
+#include "controller/control/following_error.h"
 #include "controller/control/gate.h"
 #include "controller/control/law.h"
 #include "controller/control/learning.h"
-#include "controller/control/loop.h"
-#include "controller/control/output_check.h"
 #include "controller/control/plant_inverse.h"
-#include "controller/control/ramp_check.h"
+#include "controller/control/plausibility.h"
 #include "controller/control/supervisor.h"
 #include "controller/reference/excitation.h"
 #include "controller/reference/trajectory.h"
@@ -70,13 +69,13 @@ ReferenceLimits default_transition_limits(const Gate::Config& gate, const model:
 /// Infinite where the law has no feedback.
 double oscillation_amplitude_um(const AxisConfig& config);
 
-/// r(t) as the axis follows it.
+/// r(t) as the axis follows it, and the limits of its transitions.
 Trajectory reference_of(const AxisConfig& config);
+TransitionLimits transition_limits_of(const AxisConfig& config);
 
 /// What the parts of an axis are configured with.
-ClosedLoop::Config closed_loop_of(const AxisConfig& config);
 Supervisor::Config supervision_of(const AxisConfig& config);
-OutputCheck::Config output_check_of(const AxisConfig& config);
+OutputCheck output_check_of(const AxisConfig& config);
 RampCheck::Config ramp_check_of(const AxisConfig& config);
 
 /// Allowed positions of a live setpoint: what the model reaches, within what is plausible.

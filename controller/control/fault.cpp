@@ -5,23 +5,25 @@
 namespace hystcan::controller {
 namespace {
 
-struct CauseText {
+struct CauseTraits {
   std::string_view name;
   std::string_view remedy;
+  bool leaves_the_drive_in_hand = false;
 };
 
-constexpr std::array<CauseText, cause_count> cause_texts{{
+constexpr std::array<CauseTraits, cause_count> cause_traits{{
     {"none", ""},
     {"interface down", "bring the CAN interface up as it was at the start, then clear and enable the axis"},
     {"bus-off", "check wiring, termination and bit rate, then clear and enable the axis"},
     {"cycle overrun",
      "the program did not run in time: give the controller a real-time class, [controller.realtime]"},
-    {"sample missing", "check the sensor node and the bus load"},
-    {"sensor status", "the sensor reports a bad sample: check the sensor"},
+    {"sample missing", "check the sensor node and the bus load", true},
+    {"sensor status", "the sensor reports a bad sample: check the sensor", true},
     {"position implausible",
-     "the position is outside position_min_um..position_max_um: check sensor and stage"},
+     "the position is outside position_min_um..position_max_um: check sensor and stage", true},
     {"sensor silent",
-     "no heartbeat of the sensor in heartbeat_timeout_ms: check its supply, its cable, its heartbeat period"},
+     "no heartbeat of the sensor in heartbeat_timeout_ms: check its supply, its cable, its heartbeat period",
+     true},
     {"amplifier silent",
      "no heartbeat of the amplifier in heartbeat_timeout_ms: check its supply, its cable, its heartbeat period"},
     {"node restarted", "a node booted up while in use: check its supply"},
@@ -32,35 +34,39 @@ constexpr std::array<CauseText, cause_count> cause_texts{{
     {"amplifier not enabled",
      "the amplifier does not report that it is enabled: check its interlocks, and in its data sheet how long it takes "
      "to start (enable_delay_ms)"},
-    {"following error", "the stage does not follow: check load, model and gains"},
+    {"following error", "the stage does not follow: check load, model and gains", true},
     {"command not sendable",
      "the drive does not fit the Setpoint signal: check the DBC against drive_min and drive_max"},
     {"another controller is on this bus",
      "another node sends SYNC, this controller's heartbeat, its commands or its status of an axis: the log names the "
      "frame, end one of the two"},
-    {"sample late", "the sensor answers a SYNC after the next one: check the bus load and the sensor's rate"},
-    {"position frozen", "the drive moves, the position does not change by one bit: check sensor and stage"},
+    {"sample late", "the sensor answers a SYNC after the next one: check the bus load and the sensor's rate",
+     true},
+    {"position frozen", "the drive moves, the position does not change by one bit: check sensor and stage",
+     true},
     {"position jumped",
-     "the position moved by more than position_jump_um in a cycle: check the sensor and its cable"},
+     "the position moved by more than position_jump_um in a cycle: check the sensor and its cable", true},
     {"node emergency", "a node sent an emergency: the log shows its code and meaning"},
     {"node not operational",
      "a node has left the state operational by itself: see its own log, check its supply"},
     {"bus passive", "the CAN controller counts errors: check wiring, termination and bit rate"},
-    {"saturated", "the drive stands at a limit: check reference, load and drive_min..drive_max"},
+    {"saturated", "the drive stands at a limit: check reference, load and drive_min..drive_max", true},
     {"model left its range",
-     "the model cannot be inverted at this drive: identify the actuator again over its whole range"},
+     "the model cannot be inverted at this drive: identify the actuator again over its whole range", true},
     {"watchdog failed",
      "the amplifier went on without commands: give it a watchdog before anything is driven"},
     {"commands late",
      "our commands do not get onto the bus: check its load, its wiring, and that a node is on it"},
     {"sample doubled",
      "two different samples name the same SYNC: two nodes send this message, or the sensor does not sample at the "
-     "SYNC"},
+     "SYNC",
+     true},
     {"status missing",
      "no status of the amplifier in status_timeout_ms: check the amplifier node and the bus load"},
     {"foreign NMT or SDO", "another node commands a node of this axis, or writes to it: see the log, end it"},
     {"loop unstable",
-     "the loop oscillates: lower kp and ki_per_s, set a notch at the resonance; `hystcan tune` finds both"},
+     "the loop oscillates: lower kp and ki_per_s, set a notch at the resonance; `hystcan tune` finds both",
+     true},
     {"output differs",
      "the amplifier does not put out what it is told: check its interlock, its supply, its "
      "limits and slew, and amplifier_bandwidth_Hz"},
@@ -71,27 +77,11 @@ constexpr std::array<CauseText, cause_count> cause_texts{{
 
 }  // namespace
 
-std::string_view to_string(Cause cause) { return cause_texts[static_cast<std::size_t>(cause)].name; }
-std::string_view remedy(Cause cause) { return cause_texts[static_cast<std::size_t>(cause)].remedy; }
+std::string_view to_string(Cause cause) { return cause_traits[static_cast<std::size_t>(cause)].name; }
+std::string_view remedy(Cause cause) { return cause_traits[static_cast<std::size_t>(cause)].remedy; }
 
 bool leaves_the_drive_in_hand(Cause cause) {
-  switch (cause) {
-    case Cause::sample_missing:
-    case Cause::sample_late:
-    case Cause::sample_doubled:
-    case Cause::position_jumped:
-    case Cause::position_frozen:
-    case Cause::position_implausible:
-    case Cause::sensor_status:
-    case Cause::sensor_silent:
-    case Cause::following_error:
-    case Cause::loop_unstable:
-    case Cause::saturated:
-    case Cause::model_left_range:
-      return true;
-    default:
-      return false;
-  }
+  return cause_traits[static_cast<std::size_t>(cause)].leaves_the_drive_in_hand;
 }
 
 }  // namespace hystcan::controller

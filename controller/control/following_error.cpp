@@ -15,4 +15,43 @@ bool FollowingError::step(double reference_um, double position_um, double dt_s) 
   return exceeded_in_a_row_ < config_.cycles;
 }
 
+namespace {
+
+double seconds(std::chrono::nanoseconds duration) { return std::chrono::duration<double>(duration).count(); }
+
+/// A sum of cycle times differs from a whole number of cycles by rounding.
+constexpr double rounding_s = 1e-9;
+
+}  // namespace
+
+Arrival InPosition::step(const Config& config, State& state, const Trajectory::Point& reference,
+                         const std::optional<double>& position_um, double dt_s) {
+  if (!reference.at_rest) {
+    state = {};
+    return state.arrival;
+  }
+  const bool settling = state.trying_s >= 0.0 && reference.value_um == state.reference_um;
+  if (settling)
+    state.trying_s += dt_s;
+  else
+    state = {.reference_um = reference.value_um, .trying_s = 0.0};
+  if (position_um) {
+    const bool was_within = state.within_s >= 0.0;
+    const bool within = std::abs(reference.value_um - *position_um) <= config.tolerance_um;
+    if (!within)
+      state.within_s = -1.0;
+    else
+      state.within_s = was_within ? state.within_s + dt_s : 0.0;
+    if (!within && state.arrival == Arrival::in_position) {
+      state.arrival = Arrival::moving;
+      state.trying_s = 0.0;
+    }
+  }
+  if (state.within_s + rounding_s >= seconds(config.window))
+    state.arrival = Arrival::in_position;
+  else if (state.arrival == Arrival::moving && state.trying_s + rounding_s >= seconds(config.timeout))
+    state.arrival = Arrival::failed;
+  return state.arrival;
+}
+
 }  // namespace hystcan::controller

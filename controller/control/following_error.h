@@ -6,8 +6,14 @@
 // r' is the slope of the reference since the last cycle: a moving stage is behind by its lag.
 #pragma once
 
+#include <array>
 #include <chrono>
+#include <cstdint>
 #include <optional>
+#include <string_view>
+
+#include "base/words.h"
+#include "controller/reference/trajectory.h"
 
 namespace hystcan::controller {
 
@@ -29,6 +35,41 @@ class FollowingError {
   Config config_;
   std::optional<double> last_reference_um_;
   unsigned exceeded_in_a_row_ = 0;
+};
+
+// Decides whether the stage is in position. It is judged while the reference rests:
+//
+//   in_position   |error| <= tolerance for `window` without a break; left as soon as the error is greater
+//   failed        the stage is not in position `timeout` after the reference came to rest, or after the
+//                 stage left its position. A late arrival still counts: `failed` changes to `in_position`
+//                 after the same window
+//   moving        neither of the two yet
+//
+// Where a resting reference differs from that of the last cycle, it has jumped, and the judgement starts
+// again. In a cycle without a sample the window stands still and the timeout continues. A program that waits
+// for the arrival has its answer at the first state other than `moving`.
+
+enum class Arrival : std::uint8_t { not_judged, moving, in_position, failed };
+constexpr auto words(Arrival) {
+  return std::to_array<std::string_view>({"not judged", "moving", "in position", "failed"});
+}
+constexpr std::string_view to_string(Arrival arrival) { return word_of(arrival); }
+
+struct InPosition {
+  struct Config {
+    double tolerance_um = 0.0;
+    std::chrono::nanoseconds window{0};
+    std::chrono::nanoseconds timeout{0};
+  };
+  struct State {
+    Arrival arrival = Arrival::moving;
+    double reference_um = 0.0;
+    double within_s = -1.0;  ///< inside the tolerance; < 0: outside
+    double trying_s = -1.0;  ///< since the reference came to rest or the stage left it; < 0: it moves
+  };
+  /// `position_um`: empty where there is no sample; `dt_s`: since the last cycle.
+  static Arrival step(const Config& config, State& state, const Trajectory::Point& reference,
+                      const std::optional<double>& position_um, double dt_s);
 };
 
 }  // namespace hystcan::controller

@@ -24,8 +24,7 @@ ControlLaw::ControlLaw(const Config& config)
       full_(config.model),
       average_(model::average(config.model)),
       line_(model::straight_line(config.model)),
-      memory_(full_.at_lower_threshold(config.adaptation ? Adaptation::memory_capacity
-                                                         : model::Hysteresis::default_capacity)),
+      memory_(full_.at_lower_threshold()),
       average_rest_(average_.at_lower_threshold(least_capacity)),
       line_rest_(line_.at_lower_threshold(least_capacity)),
       creep_(config.creep),
@@ -50,7 +49,7 @@ const model::HysteresisState& ControlLaw::inverted_memory() const {
   return inverted == &full_ ? memory_ : inverted == &line_ ? line_rest_ : average_rest_;
 }
 
-double ControlLaw::modelled_um() const {
+double ControlLaw::predicted_um() const {
   const bool is_full = &inverted() == &full_;
   const double at_once_um =
       is_full ? memory_.output : inverted().forward(inverted_memory(), memory_.input).value;
@@ -61,9 +60,9 @@ double ControlLaw::restart(double position_um) {
   const double reference_um = feeds_back() ? position_um : predicted_um();
   previewed_um_ = reference_um;
   filtered_um_ = error_um_ = integrated_s_ = 0.0;
-  demand_um_ = notched_um_ = predicted_um();
-  notch_state_ = Notch::at_rest(demand_um_);
-  pi_.integral_um = demand_um_ - feed_forward_um();
+  before_notch_um_ = demand_um_ = predicted_um();
+  notch_state_ = Notch::at_rest(before_notch_um_);
+  integral_um_ = before_notch_um_ - feed_forward_um();
   return reference_um;
 }
 
@@ -75,54 +74,34 @@ void ControlLaw::retune(const Config& config) {
   config_.deadband_um = config.deadband_um;
   config_.measurement_filter_Hz = config.measurement_filter_Hz;
   config_.notch = config.notch;
-  config_.adaptation = config.adaptation;
   notch_for_s_ = 0.0;
   error_um_ = outside_deadband(filtered_um_, config_.deadband_um);
   if (another_structure)
     enter_structure();
   else
-    pi_.integral_um += proportional_before_um - proportional_um();
-  set_correction(correction_);
+    integral_um_ += proportional_before_um - proportional_um();
 }
 
 // The next demand becomes the new operator's output at the last applied drive. The notch is shifted by the
 // same amount, so that it keeps its transient.
 void ControlLaw::enter_structure() {
-  const double moved_um = predicted_um() - notched_um_;
+  const double moved_um = predicted_um() - demand_um_;
   Notch::shift(notch_state_, moved_um);
-  notched_um_ += moved_um;
   demand_um_ += moved_um;
-  pi_.integral_um = demand_um_ - feed_forward_um() - proportional_um();
-}
-
-void ControlLaw::set_correction(const ModelCorrection& correction) {
-  move_correction(config_.adaptation
-                      ? Adaptation::within_bounds(*config_.adaptation, correction, inverted().output_range())
-                      : ModelCorrection{});
-}
-
-// The corrected model's output at the last applied drive changes; the integral compensates the change.
-void ControlLaw::move_correction(const ModelCorrection& to) {
-  const double before_um = predicted_um();
-  correction_ = to;
-  const double moved_um = predicted_um() - before_um;
-  Notch::shift(notch_state_, moved_um);
-  notched_um_ += moved_um;
-  demand_um_ += moved_um;
-  pi_.integral_um += moved_um;
+  before_notch_um_ += moved_um;
+  integral_um_ = before_notch_um_ - feed_forward_um() - proportional_um();
 }
 
 ControlLaw::Demand ControlLaw::propose(const Input& input) {
-  steady_ = input.steady;
   previewed_um_ = input.previewed_um;
   update_error(input);
   integrate(input.dt_s);
-  demand_um_ = feed_forward_um() + proportional_um() + pi_.integral_um;
-  notched_um_ = notched(demand_um_, input.cycle_s);
+  before_notch_um_ = feed_forward_um() + proportional_um() + integral_um_;
+  demand_um_ = notched(before_notch_um_, input.cycle_s);
 
-  const double at_once_um = creep_.inverse(creep_state_, correction_.undo(notched_um_));
+  const double at_once_um = creep_.inverse(creep_state_, demand_um_);
   const model::Prediction drive = inverted().inverse(inverted_memory(), at_once_um);
-  Demand demand{.drive = drive.value, .position_um = notched_um_};
+  Demand demand{.drive = drive.value, .position_um = demand_um_};
   if (drive.saturated) demand.limits |= limit::model;
   if (!drive.increasing) demand.limits |= limit::not_invertible;
   return demand;
@@ -141,40 +120,36 @@ void ControlLaw::update_error(const Input& input) {
 }
 
 void ControlLaw::integrate(double dt_s) {
-  integral_before_um_ = pi_.integral_um;
+  integral_before_um_ = integral_um_;
   if (feeds_back())
-    pi_.integral_um += config_.pi.ki_per_s * error_um_ * integrated_s_;
-  else if (pi_.integral_um != 0.0)
-    pi_.integral_um =
+    integral_um_ += config_.pi.ki_per_s * error_um_ * integrated_s_;
+  else if (integral_um_ != 0.0)
+    integral_um_ =
         std::abs(integral_before_um_) > faded_um ? integral_before_um_ * std::exp(-dt_s / fade_s) : 0.0;
 }
 
-double ControlLaw::notched(double demand_um, double cycle_s) {
-  if (!config_.notch) return Notch::pass(notch_state_, demand_um);
+double ControlLaw::notched(double before_um, double cycle_s) {
+  if (!config_.notch) return Notch::pass(notch_state_, before_um);
   if (cycle_s != notch_for_s_) {
     notch_ = Notch::design(*config_.notch, cycle_s);
     notch_for_s_ = cycle_s;
   }
-  return Notch::step(notch_, notch_state_, demand_um);
+  return Notch::step(notch_, notch_state_, before_um);
 }
 
 void ControlLaw::commit(double applied_drive) {
   follow(applied_drive);
   if (!feeds_back() || integrated_s_ == 0.0) return;
-  const double excess_um = notched_um_ - predicted_um();
-  if (std::abs(excess_um) > met_within_um)
-    prevent_windup(excess_um);
-  else if (config_.adaptation && steady_)
-    move_correction(Adaptation::step(*config_.adaptation, correction_, inverted().output_range(),
-                                     modelled_um(), pi_.integral_um, integrated_s_));
+  const double excess_um = demand_um_ - predicted_um();
+  if (std::abs(excess_um) > met_within_um) prevent_windup(excess_um);
 }
 
 void ControlLaw::prevent_windup(double excess_um) {
   const auto& [kp, ki_per_s] = config_.pi;
   if (feeds_forward() && (feed_forward_um() - predicted_um()) * excess_um > 0.0) {
-    if (excess_um * error_um_ > 0.0) pi_.integral_um = integral_before_um_;
+    if (excess_um * error_um_ > 0.0) integral_um_ = integral_before_um_;
   } else if (ki_per_s > 0.0) {
-    pi_.integral_um -= (kp > 0.0 ? -std::expm1(-ki_per_s * integrated_s_ / kp) : 1.0) * excess_um;
+    integral_um_ -= (kp > 0.0 ? -std::expm1(-ki_per_s * integrated_s_ / kp) : 1.0) * excess_um;
   }
 }
 

@@ -15,7 +15,7 @@
 // h is the output of the recursive memory-based model at the applied drive, under every structure.
 //
 // Options: e passes a low pass, which acts on reference and measurement alike and thus causes no error, and
-// a deadband; N is a notch; H is corrected by a learnt gain and offset.
+// a deadband; N is a notch.
 //
 // Anti-windup by back-calculation: the excess, in um, is exactly what all limiters (range, slew, the model's
 // thresholds) took away:
@@ -41,9 +41,7 @@
 #include <string_view>
 
 #include "base/words.h"
-#include "controller/control/adaptation.h"
 #include "controller/control/delays.h"
-#include "controller/control/filter.h"
 #include "controller/control/gate.h"
 #include "model/hysteresis.h"
 #include "model/output_creep.h"
@@ -68,9 +66,6 @@ struct Pi {
     double kp = 0.0;        ///< um per um
     double ki_per_s = 0.0;  ///< 1/s
   };
-  struct State {
-    double integral_um = 0.0;  ///< ki integral(e) dt; without PI: a remaining offset that decays
-  };
 };
 
 class ControlLaw {
@@ -84,7 +79,6 @@ class ControlLaw {
     double deadband_um = 0.0;            ///< an error within it counts as 0, a greater one is reduced by it
     double measurement_filter_Hz = 0.0;  ///< corner of the low pass, 0: none
     std::optional<Notch::Config> notch{};
-    std::optional<Adaptation::Config> adaptation{};
   };
   struct Input {
     double reference_um = 0.0;          ///< r(t)
@@ -92,7 +86,6 @@ class ControlLaw {
     std::optional<double> position_um;  ///< y(t); empty: the sample is lost, the last error is used
     double dt_s = 0.0;                  ///< measured, since the last step
     double cycle_s = 0.0;               ///< nominal; a notch is designed for it
-    bool steady = false;                ///< the correction may learn from this cycle
   };
   struct Demand {
     double drive = 0.0;        ///< requested, before the gate
@@ -130,16 +123,12 @@ class ControlLaw {
   void commit(double applied_drive);
 
   /// The model's position at the applied drive, now.
-  double predicted_um() const { return correction_.apply(modelled_um()); }
+  double predicted_um() const;
   const model::Hysteresis& inverted() const;
   /// The recursive model; its memory follows the drive under every structure.
   const model::Hysteresis& model() const { return full_; }
   const model::HysteresisState& memory() const { return memory_; }
-  double integral_um() const { return pi_.integral_um; }
-
-  const ModelCorrection& correction() const { return correction_; }
-  /// Sets the correction within its bounds, without a bump; {} reverts it. No effect without `adaptation`.
-  void set_correction(const ModelCorrection& correction);
+  double integral_um() const { return integral_um_; }
 
  private:
   bool feeds_forward() const { return controller::feeds_forward(config_.structure); }
@@ -147,14 +136,12 @@ class ControlLaw {
   double feed_forward_um() const { return feeds_forward() ? previewed_um_ : 0.0; }
   double proportional_um() const { return feeds_back() ? config_.pi.kp * error_um_ : 0.0; }
   const model::HysteresisState& inverted_memory() const;
-  double modelled_um() const;
 
   void update_error(const Input& input);
   void integrate(double dt_s);
-  double notched(double demand_um, double cycle_s);
+  double notched(double before_um, double cycle_s);
   void prevent_windup(double excess_um);
   void enter_structure();
-  void move_correction(const ModelCorrection& to);
 
   Config config_;
   model::Hysteresis full_, average_, line_;
@@ -162,19 +149,17 @@ class ControlLaw {
   model::HysteresisState average_rest_, line_rest_;  ///< of the curves without memory: constant
   model::OutputCreep creep_;
   model::OutputCreep::State creep_state_;
-  ModelCorrection correction_;
   Notch::Coefficients notch_;
   double notch_for_s_ = 0.0;  ///< the cycle time for which notch_ was designed; 0: none yet
   Notch::State notch_state_;
-  Pi::State pi_;
+  double integral_um_ = 0.0;         ///< ki integral(e) dt; without PI: a remaining offset that decays
   double filtered_um_ = 0.0;         ///< r - y after the low pass
   double error_um_ = 0.0;            ///< after the deadband: the input of PI
   double integrated_s_ = 0.0;        ///< in the last step; 0: the sample was lost
   double integral_before_um_ = 0.0;  ///< the integral before the last step
   double previewed_um_ = 0.0;
-  double demand_um_ = 0.0;   ///< F + PI
-  double notched_um_ = 0.0;  ///< input of the inverse
-  bool steady_ = false;
+  double before_notch_um_ = 0.0;  ///< F + PI
+  double demand_um_ = 0.0;        ///< input of the inverse, after the notch
 };
 
 }  // namespace hystcan::controller

@@ -1,20 +1,16 @@
 #include "controller/control/loop.h"
 
-#include <cmath>
-#include <limits>
 #include <utility>
 
 namespace hystcan::controller {
 
-ClosedLoop::ClosedLoop(const Config& config)
-    : law_(config.law),
-      trajectory_(config.setpoint, config.repeat, config.reference_limits, config.transition_limits),
-      following_error_(config.following_error) {
+ClosedLoop::ClosedLoop(const AxisConfig& config)
+    : law_(config.law), trajectory_(reference_of(config)), following_error_(config.following_error) {
   if (config.learning) learning_.emplace(*config.learning);
   apply(config);
 }
 
-void ClosedLoop::apply(const Config& config) {
+void ClosedLoop::apply(const AxisConfig& config) {
   delays_ = config.delays;
   if (!config.plant_inverse || !feeds_forward(config.law.structure))
     plant_inverse_.reset();
@@ -27,7 +23,7 @@ void ClosedLoop::apply(const Config& config) {
   moments_for_s_ = 0.0;
 }
 
-void ClosedLoop::retune(const Config& config, std::optional<Trajectory>& reference,
+void ClosedLoop::retune(const AxisConfig& config, std::optional<Trajectory>& reference,
                         std::optional<Learning>& learning, double t_s) {
   const double before_s = previewed_s();
   apply(config);
@@ -38,7 +34,7 @@ void ClosedLoop::retune(const Config& config, std::optional<Trajectory>& referen
     learning_->retire();
   law_.retune(config.law);
   following_error_ = FollowingError(config.following_error);
-  trajectory_.keep(config.transition_limits);
+  trajectory_.keep(transition_limits_of(config));
   if (!reference) return;
   reference->continue_from(trajectory_, t_s, before_s);
   std::swap(*reference, trajectory_);
@@ -73,30 +69,36 @@ void ClosedLoop::begin(double t_s, double position_um, double coupled_um, bool g
   trajectory_.join(t_s, law_.restart(position_um), goes_on);
 }
 
-Proposal ClosedLoop::propose(const LoopInput& input) {
-  Proposal proposal{.point = trajectory_.at(input.t_s - delays_.sensor_s())};
-  proposal.reference_um = proposal.point.value_um;
-  proposal.follows =
-      !input.position_um || following_error_.step(proposal.reference_um, *input.position_um, input.dt_s);
-  if (!proposal.follows) return proposal;
-  proposal.arrival = judge(proposal.point, input);
-  const double expected = expected_um(proposal.point, input);
-  const Learning::Correction learnt = learn(proposal.point, expected, input);
-  if (learning_) proposal.learning = learning_->report();
-  proposal.previewed_um = previewed_um(input) + learnt.ahead_um - input.coupled_um + coupled_at_first_um_;
-  const ControlLaw::Demand demand = law_.propose({.reference_um = expected + learnt.now_um,
-                                                  .previewed_um = proposal.previewed_um,
+std::optional<double> ClosedLoop::propose(const AxisInput& input, double t_s, bool waited,
+                                          AxisReport& report) {
+  const Trajectory::Point& point = report.point = trajectory_.at(t_s - delays_.sensor_s());
+  report.reference_um = point.value_um;
+  if (input.position_um && !following_error_.step(point.value_um, *input.position_um, input.dt_s))
+    return std::nullopt;
+  if (judged_by_)
+    report.arrival = InPosition::step(*judged_by_, in_position_, point, input.position_um, input.dt_s);
+  // What PI compares the sample with.
+  const double expected_um =
+      plant_inverse_ ? plant_inverse_->expected(t_s + preview_s(input.cycle_s), input.cycle_s,
+                                                [&](double at_s) { return trajectory_.value_um(at_s); })
+                     : point.value_um;
+  Learning::Correction learnt;
+  if (learning_) {
+    learnt = learn(input, t_s, expected_um, waited, point);
+    report.learning = learning_->report();
+  }
+  report.previewed_um =
+      previewed_um(t_s, input.cycle_s) + learnt.ahead_um - input.coupled_um + coupled_at_first_um_;
+  const ControlLaw::Demand demand = law_.propose({.reference_um = expected_um + learnt.now_um,
+                                                  .previewed_um = report.previewed_um,
                                                   .position_um = input.position_um,
                                                   .dt_s = input.dt_s,
-                                                  .cycle_s = input.cycle_s,
-                                                  .steady = !proposal.point.in_transition});
-  proposal.drive = demand.drive;
-  proposal.demand_um = demand.position_um;
-  proposal.limits = demand.limits;
-  proposal.correction = law_.correction();
-  proposal.integral_um = law_.integral_um();
-  proposal.memory_depth = static_cast<std::uint32_t>(law_.memory().depth());
-  return proposal;
+                                                  .cycle_s = input.cycle_s});
+  report.demand_um = demand.position_um;
+  report.limits = demand.limits;
+  report.integral_um = law_.integral_um();
+  report.memory_depth = static_cast<std::uint32_t>(law_.memory().depth());
+  return demand.drive;
 }
 
 void ClosedLoop::commit(double applied_drive, std::uint8_t limits) {
@@ -104,25 +106,16 @@ void ClosedLoop::commit(double applied_drive, std::uint8_t limits) {
   law_.commit(applied_drive);
 }
 
-Learning::Correction ClosedLoop::learn(const Trajectory::Point& point, double expected_um,
-                                       const LoopInput& input) {
-  if (!learning_) return {};
+Learning::Correction ClosedLoop::learn(const AxisInput& input, double t_s, double expected_um, bool waited,
+                                       const Trajectory::Point& point) {
   std::optional<double> error_um;
   if (input.position_um) error_um = expected_um - *input.position_um;
-  learning_->learn(point, error_um, !is_limited_ && !input.waited);
+  learning_->learn(point, error_um, !is_limited_ && !waited);
   const double ahead_s = static_cast<double>(learning_->ahead_cycles()) * input.cycle_s;
   Trajectory::Point ahead = point;
   ahead.shape_time_s += ahead_s;
-  if (!learning_->covers(ahead)) ahead = trajectory_.at(input.t_s - delays_.sensor_s() + ahead_s);
+  if (!learning_->covers(ahead)) ahead = trajectory_.at(t_s - delays_.sensor_s() + ahead_s);
   return learning_->correct(point, ahead, input.dt_s);
-}
-
-Arrival ClosedLoop::judge(const Trajectory::Point& point, const LoopInput& input) {
-  if (!judged_by_) return Arrival::not_judged;
-  InPosition::Input now{
-      .reference_um = point.value_um, .reference_rests = point.at_rest, .error_um = {}, .dt_s = input.dt_s};
-  if (input.position_um) now.error_um = point.value_um - *input.position_um;
-  return InPosition::step(*judged_by_, in_position_, now);
 }
 
 double ClosedLoop::preview_s(double cycle_s) {
@@ -140,34 +133,12 @@ double ClosedLoop::previewed_s() const {
   return moments_.mean_s + cycles * moments_for_s_;
 }
 
-double ClosedLoop::previewed_um(const LoopInput& input) {
-  const double mean_s = preview_s(input.cycle_s);
-  const auto reference = [&](double t_s) { return trajectory_.value_um(t_s); };
-  if (plant_inverse_) return plant_inverse_->feed_forward(input.t_s + mean_s, input.cycle_s, reference);
-  if (!delays_.second_order) return reference(input.t_s + mean_s);
-  return second_order_preview(moments_, input.cycle_s,
-                              [&](double ahead_s) { return reference(input.t_s + ahead_s); });
-}
-
-/// What PI compares the sample with.
-double ClosedLoop::expected_um(const Trajectory::Point& point, const LoopInput& input) {
-  if (!plant_inverse_) return point.value_um;
-  return plant_inverse_->expected(input.t_s + preview_s(input.cycle_s), input.cycle_s,
-                                  [&](double t_s) { return trajectory_.value_um(t_s); });
-}
-
-OpenLoop::OpenLoop(const Excitation::Config& config, const Gate::Config& gate) : excitation_(config) {
-  refuse_beyond({gate.drive_min, gate.drive_max}, gate.slew_per_s, excitation_);
-}
-
-Proposal OpenLoop::propose(const LoopInput& input) const {
-  constexpr double none = std::numeric_limits<double>::quiet_NaN();
-  Proposal proposal;
-  proposal.drive = excitation_.at(input.t_s);
-  proposal.reference_um = proposal.demand_um = none;
-  proposal.point.shape_time_s = input.t_s;
-  proposal.point.finished = input.t_s >= excitation_.length_s();
-  return proposal;
+double ClosedLoop::previewed_um(double t_s, double cycle_s) {
+  const double mean_s = preview_s(cycle_s);
+  const auto reference = [&](double at_s) { return trajectory_.value_um(at_s); };
+  if (plant_inverse_) return plant_inverse_->feed_forward(t_s + mean_s, cycle_s, reference);
+  if (!delays_.second_order) return reference(t_s + mean_s);
+  return second_order_preview(moments_, cycle_s, [&](double ahead_s) { return reference(t_s + ahead_s); });
 }
 
 }  // namespace hystcan::controller

@@ -47,8 +47,7 @@ bool Oscillation::turns(double error_um) {
   const double further = rises_ ? error_um - extreme_um_ : extreme_um_ - error_um;
   if (further >= 0.0) extreme_um_ = error_um;
   const double swing_um = closed_ < 2 ? 0.0 : pair_um(0);
-  const bool has_turned =
-      further < -std::max(smallest_turn * config_.amplitude_um, smallest_share * swing_um);
+  const bool has_turned = further < -std::max(smallest_turn * amplitude_um_, smallest_share * swing_um);
   if (has_turned) close(error_um);
   if ((error_um > middle_um_) == rises_) ++cycles_;
   return has_turned;
@@ -72,8 +71,8 @@ double Oscillation::pair_um(std::size_t j) const {
 
 bool Oscillation::grows(std::size_t pairs) const {
   if (closed_ < 2 * pairs) return false;
-  if (pair_um(0) < 2.0 * config_.amplitude_um) return false;
-  if (pair_um(1) < 2.0 * config_.amplitude_um * before_growth) return false;
+  if (pair_um(0) < 2.0 * amplitude_um_) return false;
+  if (pair_um(1) < 2.0 * amplitude_um_ * before_growth) return false;
   for (std::size_t j = 0; j + 1 < pairs; ++j)
     if (!(pair_um(j) > pair_um(j + 1))) return false;
   return pair_um(0) > (pairs == few ? fast_growth : slow_growth) * pair_um(pairs - 1) && is_even(2 * pairs) &&
@@ -85,7 +84,7 @@ bool Oscillation::stays() const {
   double recent_um = 0.0, former_um = 0.0;
   for (std::size_t j = 0; j < kept / 2; ++j) {
     const double swing_um = pair_um(j);
-    if (swing_um < 2.0 * config_.amplitude_um) return false;
+    if (swing_um < 2.0 * amplitude_um_) return false;
     double& largest_um = j < kept / 4 ? recent_um : former_um;
     largest_um = std::max(largest_um, swing_um);
   }

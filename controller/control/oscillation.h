@@ -36,13 +36,10 @@ namespace hystcan::controller {
 
 class Oscillation {
  public:
-  struct Config {
-    double amplitude_um = 0.0;  ///< T; infinite: nothing is judged
-  };
+  /// T; infinite: nothing is judged.
+  explicit Oscillation(double amplitude_um) : amplitude_um_(amplitude_um) {}
 
-  explicit Oscillation(const Config& config) : config_(config) {}
-
-  void restart() { *this = Oscillation(config_); }
+  void restart() { *this = Oscillation(amplitude_um_); }
   /// Called once in each cycle with a sample, in closed loop. True: the loop is unstable.
   bool step(double reference_um, double position_um);
 
@@ -71,7 +68,7 @@ class Oscillation {
   bool is_even(std::size_t half_periods) const;
   bool is_forced(std::size_t half_periods) const;
 
-  Config config_;
+  double amplitude_um_;
   Bend reference_, error_;
   std::array<HalfPeriod, kept> past_{};
   std::size_t newest_ = 0, closed_ = 0;

@@ -6,7 +6,7 @@
 // PI and learning compare the sample with y instead of r. The two differ at the corners of r, which no drive that is set
 // once in a cycle can follow: what the feed-forward has weighed there is not taken back.
 //
-// With poles p_i the plant is a recursion (controller/analysis/held_plant.h). d u: the difference to the last cycle
+// With poles p_i the plant is a recursion (controller/analysis/linear_loop.h). d u: the difference to the last cycle
 //
 //   held          y = u + sum_i x_i,                x_i <- e^{p_i T} x_i + s_i d u
 //   interpolated  y = u_{-1} + c d u + sum_i x_i,   x_i <- e^{p_i T} x_i + s_i (d u - d u_{-1})
@@ -16,7 +16,7 @@
 #include <complex>
 #include <cstddef>
 
-#include "controller/control/filter.h"
+#include "controller/control/delays.h"
 
 namespace hystcan::controller {
 

@@ -78,6 +78,7 @@ ErrorStatistics TrackingStatistics::total() const { return sum_of(segments_); }
 ErrorStatistics TrackingStatistics::total_against_ideal() const { return sum_of(against_ideal_); }
 
 AxisOutcome outcome_of(std::string name, const Axis& axis, TrackingStatistics statistics) {
+  const Learning* learning = axis.closed_loop() == nullptr ? nullptr : axis.closed_loop()->learning();
   std::vector<std::string> kinds;
   for (const Segment& segment : axis.config().setpoint) kinds.push_back(to_string(segment.shape));
   return {.name = std::move(name),
@@ -86,7 +87,7 @@ AxisOutcome outcome_of(std::string name, const Axis& axis, TrackingStatistics st
           .fault = axis.fault(),
           .statistics = std::move(statistics),
           .segment_kinds = std::move(kinds),
-          .learning = axis.learning() == nullptr ? std::nullopt : std::optional(axis.learning()->report())};
+          .learning = learning == nullptr ? std::nullopt : std::optional(learning->report())};
 }
 
 }  // namespace hystcan::controller

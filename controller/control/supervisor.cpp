@@ -40,28 +40,24 @@ bool is_status_too_old(const NodeHealth& health, std::chrono::nanoseconds timeou
 
 void Supervisor::retune(const Config& config) {
   config_ = config;
-  lost_ = LeakyBucket(config.missing_samples);
+  lost_tenths_ = 0;
 }
 
 void Supervisor::restart() { *this = Supervisor(config_); }
 
 Supervisor::Verdict Supervisor::judge(const AxisInput& input, const model::Interval& course_um) {
-  if (const Cause cause = judge_bus(input); cause != Cause::none) return {cause, std::nullopt};
-  if (const Cause cause = judge_nodes(input.health); cause != Cause::none) return {cause, std::nullopt};
+  if (const Cause cause = judge_health(input); cause != Cause::none) return {cause, std::nullopt};
   return judge_sample(input, course_um);
 }
 
-Cause Supervisor::judge_bus(const AxisInput& input) {
+Cause Supervisor::judge_health(const AxisInput& input) {
   const NodeHealth& health = input.health;
   if (!health.interface_up) return Cause::interface_down;
   if (!health.bus_on) return Cause::bus_off;
   passive_for_s_ = time_held(health.bus_passive, passive_for_s_, input.dt_s);
   if (config_.bus_passive_s > 0.0 && passive_for_s_ > config_.bus_passive_s) return Cause::bus_passive;
   if (input.dt_s > stalled_cycles * input.cycle_s) return Cause::cycle_overrun;
-  return health.commands_late ? Cause::commands_late : Cause::none;
-}
-
-Cause Supervisor::judge_nodes(const NodeHealth& health) const {
+  if (health.commands_late) return Cause::commands_late;
   if (health.restarted) return Cause::node_restarted;
   if (health.amplifier_fault) return Cause::amplifier_fault;
   if (health.emergency) return Cause::node_emergency;
@@ -86,7 +82,7 @@ Supervisor::Verdict Supervisor::judge_sample(const AxisInput& input, const model
     return {count_lost_sample(Cause::position_jumped), std::nullopt};
   }
   if (is_frozen(position_um)) return {Cause::position_frozen, std::nullopt};
-  lost_.leak();
+  if (lost_tenths_ > 0) --lost_tenths_;
   lost_in_a_row_ = {};
   last_um_ = position_um;
   cycles_since_last_ = 0;
@@ -105,9 +101,9 @@ Cause Supervisor::count_missing_sample(const AxisInput& input) {
 }
 
 Cause Supervisor::count_lost_sample(Cause cause) {
-  lost_.lose();
+  lost_tenths_ += 10;
   ++lost_in_a_row_.all;
-  return lost_.overflows() ? cause : Cause::none;
+  return lost_tenths_ > 10 * config_.missing_samples ? cause : Cause::none;
 }
 
 bool Supervisor::has_jumped(double position_um, const model::Interval& course_um) const {

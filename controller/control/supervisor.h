@@ -4,7 +4,7 @@
 //   sample     a lost, late or jumped sample is bridged and fills a leaky bucket; several in a row trip
 //   jump       |y - y_last| > position_jump_um for each cycle since y_last, the last accepted sample. A second
 //              jump in a row is judged by what the drive has done since: y is accepted where it is no further than
-//              that from the course of the model (course.h), so that a stage that has really moved is believed
+//              that from the course of the model (plausibility.h), so that a stage that has really moved is believed
 //   frozen     y is the same to the last bit for frozen_cycles, while the drive travels more than a fiftieth
 //              of its range: noise and motion would change the reading of any real sensor
 //   saturated  range, slew or the model's thresholds limit the drive for saturated_s without a break
@@ -71,20 +71,6 @@ struct AxisCommand {
   bool withheld = false;  ///< nothing is sent: the amplifier's watchdog is to trip
 };
 
-/// Fills by 1 for every lost sample and leaks by 1/10 for every good one: single losses are bridged, several
-/// in a row trip.
-class LeakyBucket {
- public:
-  explicit LeakyBucket(unsigned capacity) : capacity_(10 * capacity) {}
-  void lose() { level_ += 10; }
-  void leak() { level_ -= level_ > 0 ? 1 : 0; }
-  bool overflows() const { return level_ > capacity_; }
-
- private:
-  unsigned capacity_;
-  unsigned level_ = 0;
-};
-
 class Supervisor {
  public:
   struct Config {
@@ -104,7 +90,7 @@ class Supervisor {
     std::optional<double> position_um;  ///< empty: no sample may be used
   };
 
-  explicit Supervisor(const Config& config) : config_(config), lost_(config.missing_samples) {}
+  explicit Supervisor(const Config& config) : config_(config) {}
 
   /// Changes the limits from the next cycle on. Empties the bucket; all other counters and timers continue.
   void retune(const Config& config);
@@ -118,8 +104,7 @@ class Supervisor {
   Cause judge(const AxisCommand& command, std::uint8_t limits, double dt_s);
 
  private:
-  Cause judge_bus(const AxisInput& input);
-  Cause judge_nodes(const NodeHealth& health) const;
+  Cause judge_health(const AxisInput& input);
   Verdict judge_sample(const AxisInput& input, const model::Interval& course_um);
   Cause count_missing_sample(const AxisInput& input);
   Cause count_lost_sample(Cause cause);
@@ -127,7 +112,9 @@ class Supervisor {
   bool is_frozen(double position_um);
 
   Config config_;
-  LeakyBucket lost_;
+  /// A leaky bucket, in tenths: a lost sample adds one, a good one takes a tenth away. Single losses are bridged, several in
+  /// a row trip.
+  unsigned lost_tenths_ = 0;
   struct Lost {
     unsigned all = 0, late = 0, in_long_cycles = 0, jumped = 0;  ///< long: SYNCs were left out
   };

@@ -1,6 +1,9 @@
 #include "controller/reference/motion.h"
 
 #include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
 
 namespace hystcan::controller {
 
@@ -9,13 +12,216 @@ double smooth_step(double s) {
   return s * s * s * (10.0 + s * (-15.0 + 6.0 * s));
 }
 
-Rise smooth_rise(double t_s, double rise_s) {
+Motion smooth_rise(double from_um, double to_um, double t_s, double rise_s) {
   const double s = t_s / rise_s;
-  if (!(s > 0.0)) return {};
-  if (s >= 1.0) return {.value = 1.0};
-  return {.value = smooth_step(s),
-          .slope_per_s = 30.0 * s * s * (1.0 - s) * (1.0 - s) / rise_s,
-          .curvature_per_s2 = 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / (rise_s * rise_s)};
+  if (!(s > 0.0)) return {.value_um = from_um};
+  if (s >= 1.0) return {.value_um = to_um};
+  const double height_um = to_um - from_um;
+  return {.value_um = from_um + height_um * smooth_step(s),
+          .velocity_um_per_s = height_um * (30.0 * s * s * (1.0 - s) * (1.0 - s) / rise_s),
+          .acceleration_um_per_s2 = height_um * (60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / (rise_s * rise_s))};
+}
+
+namespace {
+
+/// The least length of a pulse, as a share of the turnaround: the acceleration stays finite.
+constexpr double least_pulse = 0.125;
+
+/// The corner |t| and its first three antiderivatives.
+double corner_slope(double t) { return t < 0.0 ? -1.0 : 1.0; }
+double once(double t) { return 0.5 * t * std::abs(t); }
+double twice(double t) { return t * t * std::abs(t) / 6.0; }
+
+template <class Integral>
+double mean(double t, double half, const Integral& integral) {
+  return (integral(t + half) - integral(t - half)) / (2.0 * half);
+}
+
+}  // namespace
+
+Turnaround::Turnaround(double length_s, double mode_period_s) {
+  if (length_s <= 0.0) return;
+  if (length_s < mode_period_s) {
+    const double pulse_s = std::max(length_s - 0.5 * mode_period_s, least_pulse * length_s);
+    wide_s_ = 0.5 * pulse_s;
+    apart_s_ = 0.5 * (length_s - pulse_s);
+    return;
+  }
+  wide_s_ = 0.5 * std::max(mode_period_s, length_s - mode_period_s);
+  narrow_s_ = 0.5 * length_s - wide_s_;
+  // The difference of two nearly equal integrals over a very short box would be rounding alone.
+  if (narrow_s_ < 1e-6 * wide_s_) {
+    wide_s_ = 0.5 * length_s;
+    narrow_s_ = 0.0;
+  }
+}
+
+template <class One>
+double Turnaround::both(double t_s, const One& one) const {
+  return apart_s_ == 0.0 ? one(t_s) : 0.5 * (one(t_s + apart_s_) + one(t_s - apart_s_));
+}
+
+double Turnaround::way_s(double t_s) const {
+  if (std::abs(t_s) >= 0.5 * length_s()) return std::abs(t_s);
+  const auto box = [this](double t) { return mean(t, wide_s_, once); };
+  if (narrow_s_ == 0.0) return both(t_s, box);
+  const auto integral = [this](double t) { return mean(t, wide_s_, twice); };
+  return mean(t_s, narrow_s_, integral);
+}
+
+double Turnaround::slope(double t_s) const {
+  if (std::abs(t_s) >= 0.5 * length_s()) return corner_slope(t_s);
+  const auto box = [this](double t) { return mean(t, wide_s_, [](double s) { return std::abs(s); }); };
+  if (narrow_s_ == 0.0) return both(t_s, box);
+  const auto integral = [this](double t) { return mean(t, wide_s_, once); };
+  return mean(t_s, narrow_s_, integral);
+}
+
+double Turnaround::curvature_per_s(double t_s) const {
+  if (std::abs(t_s) >= 0.5 * length_s()) return 0.0;
+  const auto box = [this](double t) { return std::abs(t) < wide_s_ ? 1.0 / wide_s_ : 0.0; };
+  if (narrow_s_ == 0.0) return both(t_s, box);
+  const auto slope_of_box = [this](double t) {
+    return mean(t, wide_s_, [](double s) { return std::abs(s); });
+  };
+  return mean(t_s, narrow_s_, slope_of_box);
+}
+
+double Turnaround::peak_curvature_per_s() const {
+  if (wide_s_ == 0.0) return 0.0;
+  return (apart_s_ == 0.0 ? 1.0 : 0.5) / wide_s_;
+}
+
+namespace {
+
+/// Where w' has this value; w' is not decreasing.
+double where_slope_is(const Turnaround& turnaround, double slope) {
+  if (slope == 0.0) return 0.0;  // by symmetry
+  double before_s = -0.5 * turnaround.length_s();
+  double after_s = -before_s;
+  for (int i = 0; i < 60; ++i) {
+    const double middle_s = 0.5 * (before_s + after_s);
+    (turnaround.slope(middle_s) < slope ? before_s : after_s) = middle_s;
+  }
+  return 0.5 * (before_s + after_s);
+}
+
+}  // namespace
+
+Sawtooth::Sawtooth(double low_um, double high_um, double period_s, double rise_share,
+                   const Turnaround& turnaround)
+    : turnaround_(turnaround), rise_s_(rise_share * period_s), fall_s_(period_s - rise_s_) {
+  const double up = 1.0 / rise_s_;
+  const double down = rise_share == 0.5 ? up : 1.0 / fall_s_;
+  if (turnaround.length_s() > 0.0) lowest_s_ = where_slope_is(turnaround, (down - up) / (up + down));
+  const double lost = 0.5 * (up - down) * lowest_s_ + 0.5 * (up + down) * turnaround.way_s(lowest_s_);
+  height_um_ = (high_um - low_um) / (1.0 - 2.0 * lost);
+  bottom_um_ = low_um - lost * height_um_;
+}
+
+/// Since the last lower corner of the ideal line.
+double Sawtooth::since_corner_s(double t_s) const {
+  const double s = (t_s + lowest_s_) / period_s();
+  return (s - std::floor(s)) * period_s();
+}
+
+/// About a corner; `sign` is 1 for a lower one.
+Motion Sawtooth::corner(double value_um, double t_s, double sign) const {
+  const double up = height_um_ / rise_s_;
+  const double down = height_um_ / fall_s_;
+  const double half = 0.5 * sign * (up + down);
+  const double tilt = 0.5 * (up - down);
+  return {.value_um = value_um + tilt * t_s + half * turnaround_.way_s(t_s),
+          .velocity_um_per_s = tilt + half * turnaround_.slope(t_s),
+          .acceleration_um_per_s2 = half * turnaround_.curvature_per_s(t_s)};
+}
+
+Motion Sawtooth::at(double t_s) const {
+  const double tau_s = since_corner_s(t_s);
+  if (tau_s < 0.5 * rise_s_) return corner(bottom_um_, tau_s, 1.0);
+  if (tau_s < rise_s_ + 0.5 * fall_s_) return corner(bottom_um_ + height_um_, tau_s - rise_s_, -1.0);
+  return corner(bottom_um_, tau_s - period_s(), 1.0);
+}
+
+double Sawtooth::ideal_um(double t_s) const {
+  const double tau_s = since_corner_s(t_s);
+  const double share = tau_s < rise_s_ ? tau_s / rise_s_ : (period_s() - tau_s) / fall_s_;
+  return bottom_um_ + height_um_ * share;
+}
+
+double Sawtooth::peak_slew_um_per_s() const { return std::abs(height_um_) / std::min(rise_s_, fall_s_); }
+
+double Sawtooth::peak_acceleration_um_per_s2() const {
+  return 0.5 * std::abs(height_um_) * (1.0 / rise_s_ + 1.0 / fall_s_) * turnaround_.peak_curvature_per_s();
+}
+
+namespace {
+
+bool finite(const std::vector<double>& values) {
+  return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
+}
+
+}  // namespace
+
+MonotoneCubic::MonotoneCubic(std::vector<double> x, std::vector<double> y)
+    : x_(std::move(x)), y_(std::move(y)), slope_(x_.size(), 0.0) {
+  if (x_.size() < 2 || x_.size() != y_.size())
+    throw std::invalid_argument("the curve has too few points, expected two or more, as many y as x");
+  if (!finite(x_) || !finite(y_) || std::ranges::adjacent_find(x_, std::greater_equal{}) != x_.end())
+    throw std::invalid_argument("the curve's points are not in order, expected finite ones, x increasing");
+  const double first = x_.front();
+  for (double& value : x_) value -= first;
+  for (std::size_t i = 1; i + 1 < x_.size(); ++i) {
+    const double before = x_[i] - x_[i - 1];
+    const double after = x_[i + 1] - x_[i];
+    const double d_before = (y_[i] - y_[i - 1]) / before;
+    const double d_after = (y_[i + 1] - y_[i]) / after;
+    if ((d_before > 0.0) != (d_after > 0.0) || d_before == 0.0 || d_after == 0.0) continue;
+    slope_[i] =
+        3.0 * (before + after) / ((2.0 * after + before) / d_before + (after + 2.0 * before) / d_after);
+  }
+}
+
+Motion MonotoneCubic::at(double x) const {
+  if (x_.empty()) return {};
+  if (x < x_.front()) return {.value_um = y_.front()};
+  if (x >= x_.back()) return {.value_um = y_.back()};
+  const auto i = static_cast<std::size_t>(std::ranges::upper_bound(x_, x) - x_.begin() - 1);
+  return on_piece(i, x - x_[i]);
+}
+
+/// y_i + m_i u + c2 u^2 + c3 u^3,  u = x - x_i.
+Motion MonotoneCubic::on_piece(std::size_t i, double u) const {
+  const double h = x_[i + 1] - x_[i];
+  const double d = (y_[i + 1] - y_[i]) / h;
+  const double c2 = (3.0 * d - 2.0 * slope_[i] - slope_[i + 1]) / h;
+  const double c3 = (slope_[i] + slope_[i + 1] - 2.0 * d) / (h * h);
+  return {.value_um = y_[i] + u * (slope_[i] + u * (c2 + u * c3)),
+          .velocity_um_per_s = slope_[i] + u * (2.0 * c2 + u * 3.0 * c3),
+          .acceleration_um_per_s2 = 2.0 * c2 + 6.0 * c3 * u};
+}
+
+/// The slope of a piece is a parabola: greatest at an end or where the curvature, which is linear, vanishes.
+MotionBounds MonotoneCubic::bounds() const {
+  if (x_.empty()) return {};
+  const auto [lowest, highest] = std::ranges::minmax(y_);
+  MotionBounds bounds{.lowest_um = lowest, .highest_um = highest};
+  const auto take = [&](const Motion& motion) {
+    bounds.peak_slew_um_per_s = std::max(bounds.peak_slew_um_per_s, std::abs(motion.velocity_um_per_s));
+    bounds.peak_acceleration_um_per_s2 =
+        std::max(bounds.peak_acceleration_um_per_s2, std::abs(motion.acceleration_um_per_s2));
+  };
+  for (std::size_t i = 0; i + 1 < x_.size(); ++i) {
+    const double h = x_[i + 1] - x_[i];
+    const Motion begin = on_piece(i, 0.0);
+    const Motion end = on_piece(i, h);
+    take(begin);
+    take(end);
+    const double curved = begin.acceleration_um_per_s2;
+    if ((curved > 0.0) != (end.acceleration_um_per_s2 > 0.0))
+      take(on_piece(i, h * curved / (curved - end.acceleration_um_per_s2)));
+  }
+  return bounds;
 }
 
 }  // namespace hystcan::controller

@@ -84,13 +84,9 @@ InFrame in_frame(const Raster& raster, double t_s) {
 
 Motion steps_of(const Raster& raster, double t_s) {
   const auto [move, since_s] = in_frame(raster, t_s);
-  const double height_um = move.to_um - move.from_um;
   if (move.lasts_s == 0.0)
     return {.value_um = since_s * raster.line_rate_Hz < -rounding ? move.from_um : move.to_um};
-  const Rise rise = smooth_rise(since_s, move.lasts_s);
-  return {.value_um = move.from_um + height_um * rise.value,
-          .velocity_um_per_s = height_um * rise.slope_per_s,
-          .acceleration_um_per_s2 = height_um * rise.curvature_per_s2};
+  return smooth_rise(move.from_um, move.to_um, since_s, move.lasts_s);
 }
 
 }  // namespace

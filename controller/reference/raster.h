@@ -9,7 +9,7 @@
 //                            moves to the next one along the smooth step, during the turnaround or the flyback
 //   slow, ramp               rises evenly during the lines of a frame and falls during the return
 //
-// The fast axis goes on during the return. Its turnarounds, and those of the ramp, are in turnaround.h; the shares of
+// The fast axis goes on during the return. Its turnarounds, and those of the ramp, are in motion.h; the shares of
 // turnaround_percent and flyback_percent are of T. Where there is neither turnaround nor flyback, the slow axis steps at
 // once. Every frame ends where it begins, at rest but for the corners of a ramp without a turnaround.
 #pragma once
@@ -19,7 +19,7 @@
 #include <optional>
 #include <string_view>
 
-#include "controller/reference/sawtooth.h"
+#include "controller/reference/motion.h"
 
 namespace hystcan::controller {
 
@@ -42,7 +42,7 @@ struct Raster {
   double flyback_percent = 50.0;  ///< no meaning with both_directions
   SlowMotion slow = SlowMotion::step;
   double turnaround_percent = 0.0;
-  double mode_period_s = 0.0;  ///< of the stage (turnaround.h)
+  double mode_period_s = 0.0;  ///< of the stage (Turnaround)
   /// Of the fast axis, or of a ramp; of one line. Filled in by prepared().
   Sawtooth wave{};
   double way_up_s = 0.0;

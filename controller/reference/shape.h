@@ -24,10 +24,8 @@
 #include <variant>
 #include <vector>
 
-#include "controller/reference/monotone_cubic.h"
 #include "controller/reference/motion.h"
 #include "controller/reference/raster.h"
-#include "controller/reference/sawtooth.h"
 
 namespace hystcan::controller {
 
@@ -51,7 +49,7 @@ struct Ramp {
   double duration_s = 1.0;
 };
 
-/// From `low_um` up to `high_um` and back, `cycles` times. Its two turnarounds (turnaround.h) take
+/// From `low_um` up to `high_um` and back, `cycles` times. Its two turnarounds (motion.h) take
 /// `turnaround_percent` of the period together: each takes half of it, and a quarter comes before its corner.
 struct Triangle {
   double low_um = 0.0;
@@ -129,5 +127,12 @@ Motion motion(const Shape& shape, double t_s);
 std::optional<ScanPlace> place_in_scan(const Shape& shape, double t_s);
 /// True where the value is constant: a hold, a step's levels, the dwell of a staircase.
 bool rests(const Shape& shape, double t_s);
+
+/// Bounds of a prepared shape.
+/// Peaks of the smooth parts: the corners of a ramp or triangle and the jumps of a step do not count.
+/// Chirp: velocity and acceleration are an upper bound, for the worst phase of the sine during the fades.
+/// Multi-sine: sampled with 64 points per shortest period, to 0.2 % of its amplitudes; where this takes more
+/// than a million points, an upper bound, for all sines at their worst phase at the same time.
+MotionBounds motion_bounds(const Shape& shape);
 
 }  // namespace hystcan::controller

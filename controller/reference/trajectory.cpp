@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "controller/reference/motion_bounds.h"
+#include "controller/reference/shape.h"
 
 namespace hystcan::controller {
 namespace {

@@ -7,7 +7,6 @@
 #include <optional>
 #include <vector>
 
-#include "controller/reference/handover.h"
 #include "controller/reference/shape.h"
 #include "controller/reference/transition.h"
 #include "model/reference_curve.h"

@@ -22,7 +22,6 @@
 #include "controller/analysis/feed_forward_design.h"
 #include "controller/analysis/learning_design.h"
 #include "controller/analysis/loop_design.h"
-#include "controller/analysis/tracking_floor.h"
 #include "rehearsal/rehearsal.h"
 
 namespace {

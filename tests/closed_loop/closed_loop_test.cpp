@@ -126,7 +126,7 @@ class TrackingLoop : public testing::Test {
   }
   AxisState state(std::size_t axis) { return rehearsal_.controller().axis(axis).state(); }
   Cause cause(std::size_t axis) { return rehearsal_.controller().axis(axis).fault().cause; }
-  const twin::Twin::Axis& stage(std::size_t axis) { return *rehearsal_.twin().axes()[axis]; }
+  const twin::Axis& stage(std::size_t axis) { return *rehearsal_.twin().axes()[axis]; }
 
   rehearsal::Rehearsal rehearsal_{shipped("piezo.toml"), ignore};
 };

@@ -118,7 +118,7 @@ TEST(AmplifierStatus, IsForgottenWhenTheAmplifierBootsUp) {
   support::LoneAxis axis = lone(one_axis());
   axis.hear_status({.output = 50.0, .state = can::AmpState::enabled});
   ASSERT_TRUE(axis.health().amplifier_enabled);
-  axis.wired.handle_amplifier_heartbeat(can::heartbeat_frame(1, can::NmtState::boot_up), can::Time{});
+  axis.wired.amplifier.on_heartbeat(can::heartbeat_frame(1, can::NmtState::boot_up), can::Time{});
   EXPECT_FALSE(axis.health().amplifier_enabled);
   EXPECT_FALSE(axis.health().amplifier_ready);
 }
@@ -136,9 +136,12 @@ TEST(AmplifierWithoutAStatus, IsTakenForReadyAlsoAfterABusOff) {
   rehearsal::Setup setup = support::shipped("lab_amplifier.toml");
   setup.controller.axes[0].wire.frames->status.reset();
   controller::WiredAxis wired(setup.controller.axes[0], milliseconds(300), setup.database);
-  ASSERT_TRUE(wired.take_health(can::Time{}, can::BusState::active).amplifier_ready);
-  wired.handle_bus_loss(can::BusState::bus_off);
-  EXPECT_TRUE(wired.take_health(can::Time{}, can::BusState::active).amplifier_ready);
+  controller::AxisInput before, after;
+  wired.amplifier.take_health(can::Time{}, can::BusState::active, before);
+  ASSERT_TRUE(before.health.amplifier_ready);
+  wired.amplifier.on_bus_loss(can::BusState::bus_off);
+  wired.amplifier.take_health(can::Time{}, can::BusState::active, after);
+  EXPECT_TRUE(after.health.amplifier_ready);
 }
 
 TEST(Emergencies, AreRecordedInWordsAndFaultTheirAxis) {
@@ -302,7 +305,7 @@ TEST_P(WrongSyncCounter, KeepsAnAxisWaitingForASampleAndIsNamed) {
   fail();
   run_for(std::chrono::seconds(1));
   EXPECT_EQ(axis().state(), AxisState::waiting);
-  EXPECT_EQ(axis().report().lacks, controller::Lack::sample);
+  EXPECT_EQ(axis().report().arming_blocks, controller::ArmingBlock::sample);
   ASSERT_FALSE(events_.empty());
   EXPECT_EQ(events_.back(), event());
 }

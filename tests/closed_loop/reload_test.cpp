@@ -66,7 +66,7 @@ class Tracking {
     run_for_ms(2);
     const auto answer = requests_.take_answer();
     ASSERT_NE(answer, nullptr);
-    ASSERT_EQ(answer->refused_because, "");
+    ASSERT_EQ(answer->refused_because, std::nullopt);
   }
   void run_for_ms(int ms) { rehearsal_->run_for(milliseconds(ms)); }
   const controller::Axis& axis() const { return rehearsal_->controller().axis(0); }

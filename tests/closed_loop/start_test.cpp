@@ -13,8 +13,8 @@
 namespace hystcan::start_test {
 namespace {
 
+using controller::ArmingBlock;
 using controller::AxisState;
-using controller::Lack;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 using Kind = controller::Request::Kind;
@@ -47,7 +47,7 @@ class Start : public testing::Test {
     request->axis = i;
     ASSERT_TRUE(requests_.ask(std::move(request)));
     loop_->run_for(milliseconds(2));
-    EXPECT_EQ(requests_.take_answer()->refused_because, "");
+    EXPECT_EQ(requests_.take_answer()->refused_because, std::nullopt);
   }
 
   void fault_and_arm_again(std::size_t i) {
@@ -75,9 +75,9 @@ TEST_F(Start, GoesOnAfterFiveSecondsWithoutAnAxisThatIsMissing) {
   ASSERT_TRUE(reaches(0, AxisState::ready, seconds(2)));
   loop_->run_for(milliseconds(4990));
   EXPECT_EQ(axis(0).state(), AxisState::ready);
-  EXPECT_EQ(axis(0).report().lacks, Lack::other_axes);
-  EXPECT_EQ(axis(1).report().lacks.members(),
-            (std::vector<Lack>{Lack::sensor_heartbeat, Lack::amplifier_heartbeat}))
+  EXPECT_EQ(axis(0).report().arming_blocks, ArmingBlock::other_axes);
+  EXPECT_EQ(axis(1).report().arming_blocks.members(),
+            (std::vector<ArmingBlock>{ArmingBlock::sensor_heartbeat, ArmingBlock::amplifier_heartbeat}))
       << "the log and the status say so";
   EXPECT_TRUE(reaches(0, AxisState::tracking, milliseconds(20)));
 }

@@ -26,7 +26,7 @@ class CycleTimingTest : public testing::Test {
  protected:
   explicit CycleTimingTest(can::Duration trip = {}, const std::vector<model::Coupling>& of_y = {})
       : config_(config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml")) {
-    config_.controller.wake_up_trip = trip;
+    config_.controller.lateness_trip = trip;
     config_.axes[1].control.couplings = of_y;
     records_.reserve(20'000);
     twin_.emplace(twin_config(config_), config_.database, clock_, [this](std::span<const can::Filter>) {
@@ -74,17 +74,17 @@ TEST_F(CycleTimingTest, HasTheConfiguredPeriodInVirtualTime) {
   ASSERT_EQ(axis().state(), AxisState::tracking);
   const controller::CycleTiming& timing = controller_->timing();
   EXPECT_EQ(timing.period.count(), controller_->counters().cycles - 1);
-  EXPECT_EQ(timing.wake_up.count(), controller_->counters().cycles);
+  EXPECT_EQ(timing.lateness.count(), controller_->counters().cycles);
   EXPECT_NEAR(timing.period.summary().mean_us, 1000.0, 1e-9);
   EXPECT_NEAR(timing.period.summary().sd_us, 0.0, 1e-9);
-  EXPECT_EQ(timing.wake_up.summary().max_us, 0.0);
-  EXPECT_EQ(controller_->counters().overruns, 0u);
+  EXPECT_EQ(timing.lateness.summary().max_us, 0.0);
+  EXPECT_EQ(controller_->counters().missed_cycles, 0u);
 }
 
 TEST_F(CycleTimingTest, ReportsALateSyncAndItsPeriod) {
   oversleep_once(microseconds(300));
   const controller::CycleTiming& timing = controller_->timing();
-  EXPECT_NEAR(timing.wake_up.summary().max_us, 300.0, 1e-9);
+  EXPECT_NEAR(timing.lateness.summary().max_us, 300.0, 1e-9);
   EXPECT_NEAR(timing.period.summary().max_us, 1300.0, 1e-9);
   EXPECT_EQ(axis().state(), AxisState::tracking) << "no trip is configured";
   unsigned late = 0;
@@ -215,7 +215,7 @@ TEST_F(StallTest, IsCountedInCyclesThatWereLeftOut) {
     oversleep_once(microseconds(4300));
     run_for(milliseconds(10));
   }
-  EXPECT_EQ(controller_->counters().overruns, 9u) << "8.6 cycles";
+  EXPECT_EQ(controller_->counters().missed_cycles, 9u) << "8.6 cycles";
 }
 
 TEST_F(StallTest, IsFollowedByASyncOneCycleLater) {
@@ -242,7 +242,7 @@ TEST_F(StallTest, OfUpToHalfACycleDelaysNoReference) {
   }
   const std::vector<CycleRecord> records = records_of(0);
   EXPECT_EQ(waited_s(records, records.size() - 1), 0.0);
-  EXPECT_EQ(controller_->counters().overruns, 0u);
+  EXPECT_EQ(controller_->counters().missed_cycles, 0u);
   EXPECT_EQ(axis().state(), AxisState::tracking);
 }
 

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "controller/analysis/feed_forward_design.h"
-#include "controller/analysis/tracking_floor.h"
 #include "tests/support/rehearsed.h"
 
 namespace hystcan::true_error_test {

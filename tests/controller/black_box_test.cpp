@@ -8,7 +8,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "controller/cycle_columns.h"
+#include "controller/cycle_record.h"
 #include "tests/support/scratch.h"
 
 namespace hystcan::controller::black_box_test {
@@ -116,7 +116,7 @@ TEST_F(BlackBoxes, HaveARowForEachCycle) {
                 .command_sent = microseconds(312),
                 .execution = std::chrono::nanoseconds(450)};
   one.report.learning = {.state = LearningState::learning, .correction_um = 0.125};
-  one.counters = {.cycles = 7, .overruns = 1, .missing_samples = 2, .late_samples = 3};
+  one.counters = {.cycles = 7, .missed_cycles = 1, .missing_samples = 2, .late_samples = 3};
   box.add(one);
   CycleRecord lost = record(8, AxisState::tracking);
   lost.report.sample_missing = true;

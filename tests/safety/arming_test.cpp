@@ -8,9 +8,9 @@
 namespace hystcan::support::arming_test {
 namespace {
 
+using controller::ArmingBlock;
 using controller::AxisState;
 using controller::Cause;
-using controller::Lack;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 using Kind = controller::Request::Kind;
@@ -37,7 +37,7 @@ TEST(Clear, AttemptsForHalfASecondAndThenFaultsTheAxisAgain) {
   interlock.clear_and_enable();
   interlock.rig.run_for(milliseconds(450));
   EXPECT_EQ(interlock.rig.axis().state(), AxisState::waiting);
-  EXPECT_EQ(interlock.rig.axis().report().lacks, Lack::clear);
+  EXPECT_EQ(interlock.rig.axis().report().arming_blocks, ArmingBlock::clear);
   ASSERT_TRUE(interlock.rig.reaches(AxisState::faulted, milliseconds(100)));
   EXPECT_EQ(interlock.rig.axis().fault().cause, Cause::amplifier_fault);
 }
@@ -74,23 +74,27 @@ TEST(Clear, IsNotLeftForALaterStart) {
   EXPECT_EQ(rig.axis().fault().cause, Cause::amplifier_fault);
 }
 
-/// An amplifier that is enabled and says something else for less than a cycle, as a contact that bounces.
-LoneAxis with_a_bounce(can::AmpState state) {
+LoneAxis lone() {
   const config::Config config = one_axis();
-  LoneAxis axis(controller_config(config).axes[0], config.database);
+  return {controller_config(config).axes[0], config.database};
+}
+
+/// The amplifier is enabled and says something else for less than a cycle, as a contact that bounces.
+void bounce(LoneAxis& axis, can::AmpState state) {
   for (const can::AmpState said : {can::AmpState::enabled, state, can::AmpState::enabled})
     axis.hear_status({.state = said});
-  return axis;
 }
 
 TEST(AmplifierFault, ThatEndsWithinACycleIsJudgedInTheNextStep) {
-  LoneAxis axis = with_a_bounce(can::AmpState::fault);
+  LoneAxis axis = lone();
+  bounce(axis, can::AmpState::fault);
   EXPECT_TRUE(axis.health().amplifier_fault);
   EXPECT_FALSE(axis.health().amplifier_fault) << "each event counts once";
 }
 
 TEST(AmplifierStatus, ThatSaysReadyBetweenTwoThatSayEnabledIsJudgedInTheNextStep) {
-  LoneAxis axis = with_a_bounce(can::AmpState::ready);
+  LoneAxis axis = lone();
+  bounce(axis, can::AmpState::ready);
   EXPECT_FALSE(axis.health().amplifier_enabled);
   EXPECT_TRUE(axis.health().amplifier_enabled) << "each event counts once";
 }

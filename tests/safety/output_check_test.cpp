@@ -6,18 +6,18 @@
 #include <cmath>
 #include <numbers>
 
-#include "controller/control/output_check.h"
+#include "controller/control/plausibility.h"
 #include "tests/controller/control/ideal_stage.h"
 #include "tests/support/fault_rig.h"
 
 namespace hystcan::support::output_check_test {
 namespace {
 
+using controller::ArmingBlock;
 using controller::AxisInput;
 using controller::AxisState;
 using controller::Cause;
 using controller::IdealStage;
-using controller::Lack;
 using controller::OutputCheck;
 using std::chrono::seconds;
 
@@ -57,7 +57,7 @@ TEST(OutputDiffers, HoldsTheRampSoThatAnInterlockThatClosesMakesASmallStep) {
   while (stage.time_s < closes_s - controller::cycle_s)
     stage.cycle([&](AxisInput& in) { with_interlock(in, closes_s); });
   EXPECT_EQ(stage.axis.state(), AxisState::initialising);
-  EXPECT_EQ(stage.axis.report().lacks, Lack::output);
+  EXPECT_EQ(stage.axis.report().arming_blocks, ArmingBlock::output);
   EXPECT_LE(stage.highest_drive, reach(stage.axis.config(), 0.0, 1));
   for (int i = 0; i < 3000 && stage.axis.state() != AxisState::tracking; ++i)
     stage.cycle([&](AxisInput& in) { with_interlock(in, closes_s); });
@@ -101,7 +101,7 @@ TEST(OutputDiffers, IsNotJudgedWhereNoOutputIsReportedOrTheStatusIsOld) {
   AxisInput unreported = reported(0.0);
   unreported.health.output_reported = false;
   for (const AxisInput& input : {unreported, reported(0.0, 0.06)}) {
-    OutputCheck check({.drive_range = 100.0});
+    OutputCheck check(100.0, 0.0);
     check.restart(80.0);
     for (int i = 0; i < 1000; ++i) check.step(80.0, 500.0, input);
     EXPECT_EQ(check.differs_for_s(), 0.0);
@@ -110,7 +110,7 @@ TEST(OutputDiffers, IsNotJudgedWhereNoOutputIsReportedOrTheStatusIsOld) {
 
 // 20 Hz over the whole range, seen 90 ms late.
 TEST(OutputDiffers, IsNotSaidOfAnOutputThatIsLate) {
-  OutputCheck check({.drive_range = 100.0});
+  OutputCheck check(100.0, 0.0);
   check.restart(50.0);
   const auto drive = [](double t_s) { return 50.0 + 50.0 * std::sin(40.0 * std::numbers::pi * t_s); };
   for (int i = 0; i < 2000; ++i) {
@@ -123,7 +123,7 @@ TEST(OutputDiffers, IsNotSaidOfAnOutputThatIsLate) {
 // Steps of 80 V through a lag of 1 to 1000 ms, once the amplifier is configured so.
 TEST(OutputDiffers, IsNotSaidOfAnAmplifierThatIsAsSlowAsItIsConfigured) {
   for (const double lag_s : {1e-3, 0.03, 0.1, 0.3, 1.0}) {
-    OutputCheck check({.drive_range = 100.0, .lag_s = lag_s});
+    OutputCheck check(100.0, lag_s);
     check.restart(10.0);
     double output = 10.0, longest_s = 0.0;
     for (int i = 0; i < 40'000; ++i) {

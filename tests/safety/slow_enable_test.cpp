@@ -86,7 +86,7 @@ TEST(SilentEnable, IsWaitedForAsLongAsTheConfigurationSays) {
   rig.start();
   ASSERT_TRUE(rig.reaches(AxisState::initialising, std::chrono::seconds(1)));
   rig.run_for(milliseconds(149));
-  EXPECT_EQ(rig.axis().report().lacks, controller::Lack::enabled);
+  EXPECT_EQ(rig.axis().report().arming_blocks, controller::ArmingBlock::enabled);
   EXPECT_EQ(rig.axis().report().drive, 0.0);
   rig.run_for(milliseconds(20));
   EXPECT_GT(rig.axis().report().drive, 0.0);

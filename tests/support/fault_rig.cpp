@@ -151,7 +151,7 @@ bool is_between_steps(controller::Cause cause) {
 config::Config one_axis() {
   config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
   config.axes.resize(1);
-  config.controller.wake_up_trip = std::chrono::microseconds(400);
+  config.controller.lateness_trip = std::chrono::microseconds(400);
   controller::AxisConfig& control = config.axes[0].control;
   // A slow loop: a faster one follows a sensor that drifts until the drive stands at its limit.
   control.law.pi = {.kp = 0.05, .ki_per_s = 120.0};
@@ -361,7 +361,7 @@ std::string_view FaultRig::run_until_answered(std::unique_ptr<controller::Reques
   if (!requests_.ask(std::move(request))) return "too many requests are unanswered";
   for (int cycle = 0; cycle < 100; ++cycle) {
     run_for(milliseconds(1));
-    if (const auto answer = requests_.take_answer()) return answer->refused_because;
+    if (const auto answer = requests_.take_answer()) return answer->refused_because.value_or("");
   }
   return "no answer";
 }

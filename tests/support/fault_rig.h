@@ -95,7 +95,7 @@ class FaultRig {
 
   const controller::Axis& axis() const { return std::as_const(*controller_).axis(0); }
   controller::Controller& controller() { return *controller_; }
-  twin::Twin::Axis& stage() { return *twin_->axes()[0]; }
+  twin::Axis& stage() { return *twin_->axes()[0]; }
   twin::FaultScheduler& stage_faults() { return twin_->faults(); }
   can::VirtualClock& clock() { return clock_; }
   WireMonitor& monitor() { return *monitor_; }

@@ -13,8 +13,12 @@ class LoneAxis {
       : wired(config, std::chrono::milliseconds(300), database),
         encode_(*can::find_layout<can::AmpStatus>(database, config.wire)) {}
 
-  void hear_status(const can::AmpStatus& status) { wired.handle_status(*encode_(status), {}); }
-  controller::NodeHealth health() { return wired.take_health({}, can::BusState::active); }
+  void hear_status(const can::AmpStatus& status) { wired.amplifier.on_status(*encode_(status), {}); }
+  controller::NodeHealth health() {
+    controller::AxisInput input;
+    wired.amplifier.take_health({}, can::BusState::active, input);
+    return input.health;
+  }
 
   controller::WiredAxis wired;
 

@@ -1,4 +1,4 @@
-#include "twin/drive_noise.h"
+#include "twin/noise.h"
 
 #include <gtest/gtest.h>
 

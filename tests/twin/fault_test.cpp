@@ -402,7 +402,7 @@ TEST(FaultAtRunTime, IsRefusedWhereTheConfiguredFramesLackItsField) {
             "wrong_crc: message LabSample has no CRC, expected one that has it");
   EXPECT_EQ(reason_against(spec(Fault::sensor_bad_status, {}, seconds(1)), wire),
             "sensor_bad_status: message LabSample has no status, expected one that has it");
-  EXPECT_EQ(reason_against(spec(Fault::frozen_value, {}, seconds(1)), wire), "");
+  EXPECT_EQ(reason_against(spec(Fault::frozen_value, {}, seconds(1)), wire), std::nullopt);
   FaultSpec of_status = spec(Fault::frozen_value, {}, seconds(1));
   of_status.node = Node::amplifier;
   EXPECT_EQ(reason_against(of_status, wire),

@@ -36,7 +36,7 @@ MovingTarget any_motion() {
           .rate_per_s = any_between(-15'000.0, 15'000.0)};
 }
 
-/// v' by the equations in moving_target.h, without a closed form.
+/// v' by the equations of MovingTarget, without a closed form.
 double rate_of(const DriveLimits& limits, double output, double target) {
   double most = limits.slew_per_s, least = -limits.slew_per_s;
   if (std::isfinite(limits.load_limit)) {

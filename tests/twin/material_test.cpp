@@ -1,5 +1,5 @@
 // The simulated material may be a hysteresis model of any kind.
-#include "twin/material.h"
+#include "twin/plant.h"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "tests/twin/twin_bench.h"
-#include "twin/sensor.h"
+#include "twin/sensor_node.h"
 
 namespace hystcan::twin::sensor_physics_test {
 namespace {

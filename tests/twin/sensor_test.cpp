@@ -1,4 +1,4 @@
-#include "twin/sensor.h"
+#include "twin/sensor_node.h"
 
 #include <gtest/gtest.h>
 

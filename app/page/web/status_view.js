@@ -20,7 +20,6 @@ const axisRows = [
   ],
   ['Arrival', ({ arrival }) => arrival ?? '-'],
   ['Sample', ({ sample_missing }) => (sample_missing === undefined ? '-' : sample_missing ? 'missing' : 'received')],
-  ['Adaptation', ({ correction }) => adaptationText(correction)],
   ['Learning', ({ learning, state }) => (state === 'no controller' || state === 'unknown' ? '-' : learningText(learning))],
 ];
 
@@ -35,14 +34,6 @@ const signs = {
   offline: '\u25a0',
   faulted: '\u25b2',
 };
-
-function adaptationText(correction) {
-  if (!correction) return '-';
-  const { gain, offset_um } = correction;
-  return (gain === 0 || gain === 1) && offset_um === 0
-    ? 'none'
-    : `gain ${plain(gain, 4)}, offset ${quantity(offset_um, 'um')}`;
-}
 
 function learningText(learning) {
   if (!learning) return 'off';

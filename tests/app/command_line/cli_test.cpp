@@ -158,15 +158,11 @@ TEST_F(Cli, RefusesAnInterfaceThatIsNotCan) {
       << error;
 }
 
-TEST_F(Cli, CtlHealSaysThatItIsNowCalledRemove) {
-  for (const char* command : {"heal", "remove"}) {
-    Process program({HYSTCAN_PROGRAM, "ctl", "--socket", path("no.sock"), command, "late", "--axis", "x"});
-    EXPECT_EQ(program.wait(), failed) << command;
-    EXPECT_EQ(program.err().starts_with("hystcan: ctl heal is now called ctl remove\n"),
-              command == std::string("heal"))
-        << program.err();
-    EXPECT_NE(program.err().find("is the twin running"), std::string::npos) << program.err();
-  }
+TEST_F(Cli, CtlRefusesHealAndListsItsCommands) {
+  Process program({HYSTCAN_PROGRAM, "ctl", "heal"});
+  EXPECT_EQ(program.wait(), bad_input);
+  EXPECT_EQ(program.out(), "");
+  EXPECT_NE(program.err().find("heal"), std::string::npos) << program.err();
 }
 
 TEST_F(Cli, CtlPrintsTheNumberOfRemovedFaults) {
@@ -186,7 +182,6 @@ TEST_F(Cli, CtlPrintsTheNumberOfRemovedFaults) {
   };
   EXPECT_EQ(print("remove", R"({"ok": true, "removed": 0})"), "0 faults removed\n");
   EXPECT_EQ(print("remove", R"({"ok": true, "removed": 1})"), "1 fault removed\n");
-  EXPECT_EQ(print("heal", R"({"ok": true, "healed": 2})"), "2 faults removed\n");
 }
 
 TEST_F(Cli, CtlGivesUpAfterItsTimeout) {

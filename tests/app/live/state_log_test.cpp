@@ -9,19 +9,19 @@
 namespace hystcan::app::state_log_test {
 namespace {
 
+using controller::ArmingBlock;
+using controller::ArmingBlocks;
 using controller::AxisState;
-using controller::Lack;
-using controller::LackSet;
 
 /// The shipped two-axis stage; axis 0 is x.
 class StateLogOfTwoAxes : public testing::Test {
  protected:
-  void add(std::size_t axis, double time_s, AxisState state, LackSet lacks = {}) {
+  void add(std::size_t axis, double time_s, AxisState state, ArmingBlocks blocks = {}) {
     controller::CycleRecord record;
     record.time_s = time_s;
     record.axis = axis;
     record.report.state = state;
-    record.report.lacks = lacks;
+    record.report.arming_blocks = blocks;
     log.add(record);
   }
   std::vector<std::string> lines;
@@ -34,16 +34,16 @@ class StateLogOfTwoAxes : public testing::Test {
 };
 
 TEST_F(StateLogOfTwoAxes, SaysOnceAfterTwoSecondsWhatAnAxisWaitsFor) {
-  for (int i = 0; i < 10; ++i) add(0, 0.5 * i, AxisState::waiting, Lack::sensor_heartbeat);
+  for (int i = 0; i < 10; ++i) add(0, 0.5 * i, AxisState::waiting, ArmingBlock::sensor_heartbeat);
   const std::vector<std::string> expected{"x: waiting for amplifier node 1 and sensor node 2",
                                           "x: still waits for a heartbeat of the sensor (node 2)"};
   EXPECT_EQ(lines, expected);
 }
 
 TEST_F(StateLogOfTwoAxes, NamesAllThatAnAxisWaitsFor) {
-  LackSet lacks = Lack::amplifier_heartbeat;
-  lacks.add(Lack::sensor_operational);
-  for (const double time_s : {0.0, 2.5}) add(0, time_s, AxisState::waiting, lacks);
+  ArmingBlocks blocks = ArmingBlock::amplifier_heartbeat;
+  blocks.add(ArmingBlock::sensor_operational);
+  for (const double time_s : {0.0, 2.5}) add(0, time_s, AxisState::waiting, blocks);
   EXPECT_EQ(
       lines.back(),
       "x: still waits for a heartbeat of the amplifier (node 1); the sensor to be operational (node 2)");
@@ -51,22 +51,22 @@ TEST_F(StateLogOfTwoAxes, NamesAllThatAnAxisWaitsFor) {
 
 TEST_F(StateLogOfTwoAxes, SaysAtItsTimeWhatComesFirstWhereTheRestChanges) {
   for (int i = 0; i < 10; ++i) {
-    LackSet lacks = Lack::amplifier_ready;
-    if (i % 2 == 1) lacks.add(Lack::sample);
-    add(0, 0.5 * i, AxisState::waiting, lacks);
+    ArmingBlocks blocks = ArmingBlock::amplifier_ready;
+    if (i % 2 == 1) blocks.add(ArmingBlock::sample);
+    add(0, 0.5 * i, AxisState::waiting, blocks);
   }
   EXPECT_EQ(lines.size(), 2U);
 }
 
 TEST_F(StateLogOfTwoAxes, SaysNothingOfWhatIsMissingForAMoment) {
-  add(0, 0.0, AxisState::waiting, Lack::sensor_heartbeat);
-  add(0, 1.9, AxisState::waiting, Lack::sample);
-  add(0, 3.8, AxisState::waiting, Lack::amplifier_rest);
+  add(0, 0.0, AxisState::waiting, ArmingBlock::sensor_heartbeat);
+  add(0, 1.9, AxisState::waiting, ArmingBlock::sample);
+  add(0, 3.8, AxisState::waiting, ArmingBlock::amplifier_rest);
   EXPECT_EQ(lines.size(), 1u);
 }
 
 TEST_F(StateLogOfTwoAxes, NamesTheAxisWithoutWhichTheOthersBegin) {
-  add(1, 0.0, AxisState::waiting, Lack::amplifier_ready);
+  add(1, 0.0, AxisState::waiting, ArmingBlock::amplifier_ready);
   add(0, 0.0, AxisState::tracking);
   ASSERT_EQ(lines.size(), 3u);
   EXPECT_EQ(
@@ -75,8 +75,8 @@ TEST_F(StateLogOfTwoAxes, NamesTheAxisWithoutWhichTheOthersBegin) {
 }
 
 TEST_F(StateLogOfTwoAxes, NamesTheAxesThatAReadyAxisWaitsFor) {
-  add(1, 0.0, AxisState::waiting, Lack::sensor_heartbeat);
-  for (const double time_s : {0.0, 2.5}) add(0, time_s, AxisState::ready, Lack::other_axes);
+  add(1, 0.0, AxisState::waiting, ArmingBlock::sensor_heartbeat);
+  for (const double time_s : {0.0, 2.5}) add(0, time_s, AxisState::ready, ArmingBlock::other_axes);
   EXPECT_EQ(lines.back(), "x: still waits for the other axes: y");
 }
 
@@ -86,7 +86,7 @@ TEST_F(StateLogOfTwoAxes, SaysTheOutputThatIsOutOfRange) {
     record.time_s = time_s;
     record.amplifier_output = 120.0;
     record.report.state = AxisState::waiting;
-    record.report.lacks = Lack::amplifier_output;
+    record.report.arming_blocks = ArmingBlock::amplifier_output;
     log.add(record);
   }
   EXPECT_EQ(
@@ -115,10 +115,10 @@ TEST_F(StateLogOfTwoAxes, AnErrorResetIsNoWarning) {
 }
 
 TEST_F(StateLogOfTwoAxes, KnowsWhetherAnythingWasTracked) {
-  add(0, 0.0, AxisState::waiting, Lack::sample);
+  add(0, 0.0, AxisState::waiting, ArmingBlock::sample);
   add(0, 0.1, AxisState::initialising);
   EXPECT_FALSE(log.has_tracked());
-  EXPECT_EQ(log.lacks_of_first_axis(), "x waited for a sample (node 2)");
+  EXPECT_EQ(log.blocks_of_first_axis(), "x waited for a sample (node 2)");
   add(0, 0.2, AxisState::tracking);
   EXPECT_TRUE(log.has_tracked());
 }

@@ -86,7 +86,7 @@ TEST_F(TwinCommandHandlerTest, GivesTheAnswersOfTheDocument) {
       }
     }
   }
-  EXPECT_EQ(commands, (std::set<std::string>{"heal", "inject", "remove", "status", "stop"}));
+  EXPECT_EQ(commands, (std::set<std::string>{"inject", "remove", "status", "stop"}));
   EXPECT_TRUE(stopped);
 }
 
@@ -114,13 +114,8 @@ TEST_F(TwinCommandHandlerTest, RemovesFaultsAndReturnsTheirNumberAsRemoved) {
   EXPECT_TRUE(ask({{"do", "status"}}).at("faults").empty());
 }
 
-TEST_F(TwinCommandHandlerTest, AcceptsHealAsTheOldNameOfRemoveAndKeepsItsKey) {
-  ask({{"do", "inject"}, {"kind", "late"}, {"axis", "x"}});
-  EXPECT_EQ(ask({{"do", "heal"}, {"kind", "late"}, {"axis", "x"}}), (json{{"ok", true}, {"healed", 1}}));
-  EXPECT_TRUE(ask({{"do", "status"}}).at("faults").empty());
-}
-
 TEST_F(TwinCommandHandlerTest, RefusesAnInvalidCommandAndChangesNothing) {
+  expect_refused({{"do", "heal"}}, "\"heal\" is not a command, expected status, inject, remove or stop");
   expect_refused({{"do", "dance"}}, "expected status, inject, remove or stop");
   expect_refused(json::object(), "\"do\" is missing");
   expect_refused({{"do", "inject"}, {"axis", "x"}}, "\"kind\" is missing");
@@ -137,14 +132,12 @@ TEST_F(TwinCommandHandlerTest, RefusesAnInvalidCommandAndChangesNothing) {
                  "expected more than 0");
   expect_refused({{"do", "inject"}, {"kind", "late"}, {"axis", "x"}, {"duration_s", 1e300}}, "up to 1e+06");
   expect_refused({{"do", "remove"}, {"kind", 7}}, "\"kind\" is missing, expected a text");
-  expect_refused({{"do", "heal"}, {"kind", 7}}, "\"kind\" is missing, expected a text");
   EXPECT_TRUE(ask({{"do", "status"}}).at("faults").empty());
 }
 
 TEST_F(TwinCommandHandlerTest, AllowsEveryConnectionToReadRemoveFaultsAndStopButNotToInject) {
   EXPECT_TRUE(handler.is_open_to_all({{"do", "status"}}));
   EXPECT_TRUE(handler.is_open_to_all({{"do", "remove"}}));
-  EXPECT_TRUE(handler.is_open_to_all({{"do", "heal"}}));
   EXPECT_TRUE(handler.is_open_to_all({{"do", "stop"}}));
   EXPECT_FALSE(handler.is_open_to_all({{"do", "inject"}}));
   EXPECT_FALSE(handler.is_open_to_all(json::object()));

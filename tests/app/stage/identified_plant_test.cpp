@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "controller/analysis/held_plant.h"
+#include "controller/analysis/linear_loop.h"
 
 namespace hystcan::app::identified_plant_test {
 namespace {

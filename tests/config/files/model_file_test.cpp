@@ -103,7 +103,7 @@ TEST(StateFile, WithCreepIsRefusedAtItsKey) {
   const auto file = support::scratch_file("state.toml");
   std::ofstream(file)
       << "[memory]\nkind = \"recursive-memory\"\norigin = \"virgin\"\ninput = 3\ncreep = [1]\n"
-         "[correction]\ngain = 1.0\noffset_um = 0.0\n[stop]\nreason = \"command\"\n";
+         "[stop]\nreason = \"command\"\n";
   try {
     load_state(file, model::Hysteresis(written_parameters()));
     FAIL() << "it was taken";
@@ -111,6 +111,14 @@ TEST(StateFile, WithCreepIsRefusedAtItsKey) {
     EXPECT_NE(std::string(error.what()).find(":5:9: creep stands in a state file"), std::string::npos)
         << error.what();
   }
+}
+
+TEST(StateFile, WithTheCorrectionOfAFormerControllerIsRead) {
+  const auto file = support::scratch_file("state.toml");
+  std::ofstream(file) << "[correction]\ngain = 1.0\noffset_um = 0.0\n"
+                         "[memory]\nkind = \"recursive-memory\"\norigin = \"virgin\"\ninput = 3\n"
+                         "[stop]\nreason = \"command\"\n";
+  EXPECT_EQ(load_state(file, model::Hysteresis(written_parameters())).memory.input, 3.0);
 }
 
 TEST(ModelFile, WithAnOutputMapThatHasACrestIsRefusedAtItsKey) {

@@ -33,9 +33,9 @@ TEST(SetpointFile, StartsAtItsFirstTime) {
   write(folder / "r.csv", "# a scan\nposition_um,time_s\n3.0,1.5\n7.0,2.0\n5.0,2.5\n");
   const controller::MonotoneCubic curve = load_setpoint(folder / "r.csv");
   EXPECT_EQ(curve.length(), 1.0);
-  EXPECT_EQ(curve.at(0.0).value, 3.0);
-  EXPECT_EQ(curve.at(0.5).value, 7.0);
-  EXPECT_EQ(curve.at(9.0).value, 5.0);
+  EXPECT_EQ(curve.at(0.0).value_um, 3.0);
+  EXPECT_EQ(curve.at(0.5).value_um, 7.0);
+  EXPECT_EQ(curve.at(9.0).value_um, 5.0);
 }
 
 TEST(SetpointFile, IsRefusedWithItsLine) {

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "controller/analysis/tracking_floor.h"
 #include "model/second_order.h"
 
 namespace hystcan::controller::feed_forward_design_test {

@@ -1,5 +1,5 @@
 // The sampled plant against the twin's physics, stepped finely.
-#include "controller/analysis/held_plant.h"
+#include "controller/analysis/linear_loop.h"
 
 #include <gtest/gtest.h>
 

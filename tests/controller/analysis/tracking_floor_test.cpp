@@ -1,5 +1,5 @@
 // The floor against known figures, and against a least-squares fit in the time domain.
-#include "controller/analysis/tracking_floor.h"
+#include "controller/analysis/feed_forward_design.h"
 
 #include <gtest/gtest.h>
 

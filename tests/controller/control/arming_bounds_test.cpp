@@ -206,7 +206,8 @@ Disturbance exact(bool enabled) {
 /// The cycles in which the axis waits for its amplifier, from the cycle after the one that armed it.
 int cycles_until_connected(IdealStage& stage) {
   int cycles = 0;
-  for (stage.cycle(exact(true)); stage.axis.report().lacks == Lack::enabled; stage.cycle(exact(true)))
+  for (stage.cycle(exact(true)); stage.axis.report().arming_blocks == ArmingBlock::enabled;
+       stage.cycle(exact(true)))
     ++cycles;
   return cycles;
 }
@@ -244,7 +245,7 @@ TEST(EnableDelay, DoesNotReplaceTheReportOfTheAmplifierAtALaterStart) {
   ASSERT_TRUE(stage.reaches(AxisState::offline));
   stage.axis.start(false);
   for (int i = 0; i < 100; ++i) stage.cycle(exact(false));
-  EXPECT_EQ(stage.axis.report().lacks, Lack::enabled);
+  EXPECT_EQ(stage.axis.report().arming_blocks, ArmingBlock::enabled);
 }
 
 // ---- the watchdog
@@ -285,13 +286,13 @@ TEST(WatchdogTrial, BeginsAtTheSafeDriveAfterTheRampThere) {
     EXPECT_NEAR(command.drive, 30.0 - i, 1e-9);
     EXPECT_TRUE(command.enable);
     EXPECT_FALSE(command.withheld);
-    EXPECT_EQ(stage.axis.report().lacks, Lack::watchdog);
+    EXPECT_EQ(stage.axis.report().arming_blocks, ArmingBlock::watchdog);
   }
   const AxisCommand command = stage.cycle(with_output(0.0, true));
   EXPECT_TRUE(command.withheld);
   EXPECT_TRUE(command.enable) << "the amplifier stays enabled until it trips";
   EXPECT_EQ(command.drive, 0.0);
-  EXPECT_EQ(stage.axis.report().lacks, Lack::watchdog);
+  EXPECT_EQ(stage.axis.report().arming_blocks, ArmingBlock::watchdog);
 }
 
 TEST(WatchdogTrial, LastsForASecond) {
@@ -346,7 +347,7 @@ TEST(WatchdogTrial, BeginsAnewAtTheStartAfterAStop) {
   ASSERT_EQ(axis.stage.axis.state(), AxisState::initialising);
   const AxisCommand command = axis.cycle([](AxisInput& in) { in.health.amplifier_enabled = false; });
   EXPECT_FALSE(command.withheld) << "the amplifier is not enabled yet";
-  EXPECT_EQ(axis.stage.axis.report().lacks, Lack::enabled);
+  EXPECT_EQ(axis.stage.axis.report().arming_blocks, ArmingBlock::enabled);
 }
 
 TEST(WatchdogTrial, ReportsItsTimeInTheCycleThatEndsIt) {
@@ -385,19 +386,19 @@ TEST(ArmingReport, SaysWhetherTheOtherAxesAreMissing) {
   stage.axis.start(false);
   ASSERT_TRUE(stage.reaches(AxisState::ready));
   stage.cycle([](AxisInput& in) { in.tracking_since_s.reset(); });
-  EXPECT_EQ(stage.axis.report().lacks, Lack::other_axes);
+  EXPECT_EQ(stage.axis.report().arming_blocks, ArmingBlock::other_axes);
   stage.cycle();
-  EXPECT_EQ(stage.axis.report().lacks, Lack::nothing);
+  EXPECT_EQ(stage.axis.report().arming_blocks, ArmingBlock::nothing);
 }
 
 TEST(ArmingReport, SaysNothingOfAnAxisThatIsOffline) {
   IdealStage stage;
   stage.axis.start(false);
   stage.cycle([](AxisInput& in) { in.health.sensor_alive = false; });
-  ASSERT_EQ(stage.axis.report().lacks, Lack::sensor_heartbeat);
+  ASSERT_EQ(stage.axis.report().arming_blocks, ArmingBlock::sensor_heartbeat);
   stage.axis.stop();
   stage.cycle();
-  EXPECT_EQ(stage.axis.report().lacks, Lack::nothing);
+  EXPECT_EQ(stage.axis.report().arming_blocks, ArmingBlock::nothing);
 }
 
 }  // namespace

@@ -310,17 +310,17 @@ TEST(AxisExpectation, IsTheLastPositionUntilTheAxisTracksAndThenTheReference) {
   EXPECT_EQ(stage.axis.report().reference_um, expected_um) << "in the middle of the transition to 15 um";
 }
 
-TEST(AxisExpectation, InOpenLoopIsTheLastPositionAndHasNoPreview) {
+TEST(AxisExpectation, InOpenLoopIsTheLastPosition) {
   AxisConfig config = support::piezo_axis();
   config.excitation = Excitation::Hysteresis{.low = 10.0, .high = 90.0};
   IdealStage stage(config);
   ASSERT_TRUE(stage.tracks());
   EXPECT_EQ(stage.axis.expected_um(stage.time_s), stage.axis.report().position_um);
-  EXPECT_EQ(stage.axis.preview_s(cycle_s), 0.0);
+  EXPECT_EQ(stage.axis.closed_loop(), nullptr);
 }
 
 TEST(AxisExpectation, LooksAheadInClosedLoopByAtLeastTheDelayOfTheCommand) {
-  EXPECT_GE(Axis(support::piezo_axis()).preview_s(cycle_s), 1e-3);
+  EXPECT_GE(Axis(support::piezo_axis()).closed_loop()->preview_s(cycle_s), 1e-3);
 }
 
 }  // namespace

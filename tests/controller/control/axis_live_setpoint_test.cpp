@@ -41,7 +41,7 @@ TEST(AxisLiveSetpoint, MayOnlyBeAPlausiblePosition) {
   config.setpoint = {{.shape = Hold{.level_um = 15.0, .duration_s = 1.0}, .transition_s = 0.05}};
   AxisTuning tuning(config, false);
   IdealStage stage = tracking_stage();
-  ASSERT_EQ(stage.axis.retune(tuning), "");
+  ASSERT_EQ(stage.axis.retune(tuning), std::nullopt);
   EXPECT_EQ(stage.axis.go_to(1.75), taken);
   EXPECT_EQ(stage.axis.go_to(29.0), taken);
   EXPECT_EQ(stage.axis.go_to(1.74), out_of_range);
@@ -111,11 +111,11 @@ TEST(AxisRetuneAtTheBounds, IsAcceptedWhereTheDriveIsAtABoundOfTheNewRange) {
   stage.axis.start(false);
   while (stage.command.drive < 100.0) stage.cycle();
   AxisTuning at_the_upper(config, false);
-  EXPECT_EQ(stage.axis.retune(at_the_upper), "");
+  EXPECT_EQ(stage.axis.retune(at_the_upper), std::nullopt);
   ASSERT_TRUE(stage.reaches(AxisState::ready));
   ASSERT_EQ(stage.command.drive, 0.0);
   AxisTuning at_the_lower(config, false);
-  EXPECT_EQ(stage.axis.retune(at_the_lower), "");
+  EXPECT_EQ(stage.axis.retune(at_the_lower), std::nullopt);
 }
 
 TEST(AxisRetuneAtTheBounds, IsRefusedWhereTheDriveIsBelowTheNewRange) {
@@ -133,26 +133,20 @@ TEST(AxisRetuneAtTheBounds, ChangesTheSupervision) {
   IdealStage stage = tracking_stage(config);
   config.supervision.missing_samples = 6;
   AxisTuning tuning(config, false);
-  ASSERT_EQ(stage.axis.retune(tuning), "");
+  ASSERT_EQ(stage.axis.retune(tuning), std::nullopt);
   const auto lost = [](AxisInput& in) { in.position_um.reset(); };
   for (int i = 0; i < 6; ++i) EXPECT_TRUE(stage.cycle(lost).enable) << i;
   EXPECT_FALSE(stage.cycle(lost).enable);
 }
 
-// ---- a restored memory and correction
+// ---- a restored memory
 
-AxisConfig adapting(StartUp start_up) {
-  AxisConfig config = support::piezo_axis();
-  config.law.adaptation = Adaptation::Config{};
-  config.start_up = start_up;
-  return config;
-}
-
-/// An axis that was never driven, with a restored correction.
+/// An axis that was never driven, with a restored memory.
 Axis restored(StartUp start_up) {
-  const AxisConfig config = adapting(start_up);
+  AxisConfig config = support::piezo_axis();
+  config.start_up = start_up;
   Axis axis(config);
-  axis.restore(model::Hysteresis(config.law.model).at_lower_threshold(), {.gain = 1.01, .offset_um = 0.25});
+  axis.restore(model::Hysteresis(config.law.model).at_lower_threshold());
   return axis;
 }
 
@@ -162,33 +156,13 @@ TEST(AxisMemory, IsKnownAtOnceWhereItIsAssumedOrRestored) {
   EXPECT_NE(restored(StartUp::restore).law_to_save(), nullptr);
 }
 
-TEST(AxisCorrection, IsRestoredAndCanBeReverted) {
-  Axis axis = restored(StartUp::restore);
-  const ControlLaw* law = axis.law_to_save();
-  ASSERT_NE(law, nullptr);
-  EXPECT_NEAR(law->correction().gain, 1.01, 1e-12);
-  EXPECT_NEAR(law->correction().offset_um, 0.25, 1e-12);
-  axis.revert_correction();
-  EXPECT_EQ(law->correction().gain, 1.0);
-  EXPECT_EQ(law->correction().offset_um, 0.0);
-}
-
-TEST(AxisCorrection, IsReportedWhileTheAxisTracks) {
-  const model::HysteresisState memory = model::Hysteresis(support::piezo_model()).at_lower_threshold();
-  IdealStage stage(adapting(StartUp::wipe), memory);
-  stage.axis.restore(memory, {.gain = 1.01, .offset_um = 0.25});
-  ASSERT_TRUE(stage.tracks());
-  EXPECT_NEAR(stage.axis.report().correction.gain, 1.01, 1e-3);
-  EXPECT_NEAR(stage.axis.report().correction.offset_um, 0.25, 1e-2);
-}
-
 TEST(AxisMemory, IsNeitherRestoredNorSavedInOpenLoop) {
   AxisConfig config = support::piezo_axis();
   config.start_up = StartUp::assume;
   config.excitation = Excitation::Hysteresis{.low = 10.0, .high = 90.0};
   Axis axis(config);
-  axis.restore(model::Hysteresis(config.law.model).at_lower_threshold(), {});
-  axis.revert_correction();
+  axis.restore(model::Hysteresis(config.law.model).at_lower_threshold());
+  EXPECT_EQ(axis.closed_loop(), nullptr);
   EXPECT_EQ(axis.law_to_save(), nullptr);
 }
 

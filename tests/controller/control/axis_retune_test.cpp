@@ -61,7 +61,7 @@ RC_GTEST_PROP(AxisRetune, MovesTheDriveNoMoreThanTheReferenceDoes, ()) {
     stage.cycle();
     Axis untouched = stage.axis;
     AxisTuning tuning(*any_tuning(), false);
-    RC_ASSERT(stage.axis.retune(tuning).empty());
+    RC_ASSERT(!stage.axis.retune(tuning));
 
     const AxisInput input = stage.next_input();
     const double expected = untouched.step(input).drive;
@@ -91,7 +91,7 @@ TEST(AxisRetune, ChangesTheDriveAtRestOnlyByRounding) {
       config.law.structure = structure;
       config.law.pi.kp = kp;
       AxisTuning tuning(config, false);
-      ASSERT_EQ(stage.axis.retune(tuning), "");
+      ASSERT_EQ(stage.axis.retune(tuning), std::nullopt);
       for (int i = 0; i < 20; ++i) ASSERT_NEAR(stage.cycle().drive, drive, 1e-6) << to_string(structure);
     }
 }
@@ -108,7 +108,7 @@ TEST(AxisRetune, StartsANewReferenceFromThePresentMotionWhereTheAccelerationIsLi
   double step_um = stage.axis.report().reference_um - before;
   ASSERT_GT(std::abs(step_um), 0.1) << "in the middle of a rise";
   AxisTuning tuning(config, true);
-  ASSERT_EQ(stage.axis.retune(tuning), "");
+  ASSERT_EQ(stage.axis.retune(tuning), std::nullopt);
   for (int i = 0; i < 300; ++i) {
     before = stage.axis.report().reference_um;
     stage.cycle();
@@ -145,7 +145,7 @@ TEST(AxisRetune, MovesTheDriveNoMoreIntoANewReferenceThanTheOldOneDidWhereTransi
     ASSERT_TRUE(stage.tracks());
     for (int i = 0; i < phase; ++i) stage.cycle();
     AxisTuning tuning(next, true);
-    ASSERT_EQ(stage.axis.retune(tuning), "");
+    ASSERT_EQ(stage.axis.retune(tuning), std::nullopt);
     for (int i = 0; i < 50; ++i) {
       const double before = stage.command.drive;
       ASSERT_LE(std::abs(stage.cycle().drive - before), 1.05 * own_V) << phase << " + " << i;
@@ -171,7 +171,7 @@ TEST(AxisRetune, IsRefusedCompletelyWhereTheDriveIsOutsideTheNewRange) {
   }
   stage.axis.stop();
   ASSERT_TRUE(stage.reaches(AxisState::offline));
-  EXPECT_EQ(stage.axis.retune(tuning), "") << "the axis is not driven";
+  EXPECT_EQ(stage.axis.retune(tuning), std::nullopt) << "the axis is not driven";
 }
 
 TEST(AxisRetune, IsRefusedInOpenLoop) {
@@ -237,7 +237,7 @@ TEST(StartUp, RestoreTracksWithTheSavedMemory) {
   const model::Hysteresis actuator(support::piezo_model());
   const model::HysteresisState memory = nested_stage(actuator);
   IdealStage stage(feed_forward_axis(StartUp::restore), memory);
-  stage.axis.restore(memory, {});
+  stage.axis.restore(memory);
   ASSERT_TRUE(stage.tracks());
   EXPECT_NEAR(stage.highest_drive, 25.0, 2.0);
   EXPECT_LT(error_at_rest_um(stage), 1e-6);
@@ -256,7 +256,7 @@ TEST(StartUp, ACleanStopSavesTheMemoryOfTheActuator) {
   EXPECT_EQ(law->memory().depth(), first.memory().depth());
 
   IdealStage second(feed_forward_axis(StartUp::restore), first.memory());
-  second.axis.restore(law->memory(), law->correction());
+  second.axis.restore(law->memory());
   ASSERT_TRUE(second.tracks());
   EXPECT_NEAR(second.highest_drive, 25.0, 2.0);
   EXPECT_LT(error_at_rest_um(second), 1e-6);
@@ -267,7 +267,7 @@ TEST(StartUp, VisitsTheThresholdsAgainAfterAFaultWhateverIsConfigured) {
   for (const StartUp start_up : every<StartUp>()) {
     const model::HysteresisState memory = risen_stage(actuator);
     IdealStage stage(feed_forward_axis(start_up, 40.0), memory);
-    stage.axis.restore(memory, {});
+    stage.axis.restore(memory);
     ASSERT_TRUE(stage.tracks());
     stage.cycle([](AxisInput& in) { in.sensor_status_good = false; });
     ASSERT_EQ(stage.axis.state(), AxisState::faulted);

@@ -57,7 +57,7 @@ TEST(AxisAfterAStall, IsSlewedNoFurtherThanInOneCycle) {
   AxisConfig slow = with_ramp();
   slow.gate.slew_per_s = 100.0;
   AxisTuning tuning(slow, false);
-  ASSERT_EQ(stage.axis.retune(tuning), "");
+  ASSERT_EQ(stage.axis.retune(tuning), std::nullopt);
   EXPECT_NEAR(stage.cycle(after_a_stall).drive - before, 100.0 * cycle_s, rounding);
   EXPECT_EQ(stage.axis.report().limits & limit::slew, limit::slew);
 }

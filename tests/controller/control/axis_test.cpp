@@ -28,22 +28,23 @@ TEST(Axis, DrivesNothingBeforeItIsStarted) {
 
 TEST(Axis, WaitsForWhatItLacksAndSaysSo) {
   constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
-  for (const auto& [lack, disturb] : std::vector<std::pair<Lack, std::function<void(AxisInput&)>>>{
-           {Lack::sensor_heartbeat, [](AxisInput& in) { in.health.sensor_alive = false; }},
-           {Lack::amplifier_heartbeat, [](AxisInput& in) { in.health.amplifier_alive = false; }},
-           {Lack::sensor_operational, [](AxisInput& in) { in.health.sensor_operational = false; }},
-           {Lack::amplifier_operational, [](AxisInput& in) { in.health.amplifier_operational = false; }},
-           {Lack::amplifier_ready, [](AxisInput& in) { in.health.amplifier_ready = false; }},
-           {Lack::amplifier_output, [](AxisInput& in) { in.health.amplifier_output = not_a_number; }},
-           {Lack::amplifier_output, [](AxisInput& in) { in.health.amplifier_output = -1.1; }},
-           {Lack::amplifier_output, [](AxisInput& in) { in.health.amplifier_output = 101.1; }},
-           {Lack::amplifier_rest, [](AxisInput& in) { in.health.amplifier_moves = true; }},
-           {Lack::sample, [](AxisInput& in) { in.position_um.reset(); }}}) {
+  for (const auto& [block, disturb] : std::vector<std::pair<ArmingBlock, std::function<void(AxisInput&)>>>{
+           {ArmingBlock::sensor_heartbeat, [](AxisInput& in) { in.health.sensor_alive = false; }},
+           {ArmingBlock::amplifier_heartbeat, [](AxisInput& in) { in.health.amplifier_alive = false; }},
+           {ArmingBlock::sensor_operational, [](AxisInput& in) { in.health.sensor_operational = false; }},
+           {ArmingBlock::amplifier_operational,
+            [](AxisInput& in) { in.health.amplifier_operational = false; }},
+           {ArmingBlock::amplifier_ready, [](AxisInput& in) { in.health.amplifier_ready = false; }},
+           {ArmingBlock::amplifier_output, [](AxisInput& in) { in.health.amplifier_output = not_a_number; }},
+           {ArmingBlock::amplifier_output, [](AxisInput& in) { in.health.amplifier_output = -1.1; }},
+           {ArmingBlock::amplifier_output, [](AxisInput& in) { in.health.amplifier_output = 101.1; }},
+           {ArmingBlock::amplifier_rest, [](AxisInput& in) { in.health.amplifier_moves = true; }},
+           {ArmingBlock::sample, [](AxisInput& in) { in.position_um.reset(); }}}) {
     IdealStage stage;
     stage.axis.start(false);
     for (int i = 0; i < 100; ++i) EXPECT_FALSE(stage.cycle(disturb).enable);
     EXPECT_EQ(stage.axis.state(), AxisState::waiting);
-    EXPECT_EQ(stage.axis.report().lacks, lack) << to_string(lack);
+    EXPECT_EQ(stage.axis.report().arming_blocks, block) << to_string(block);
     stage.cycle();
     EXPECT_EQ(stage.axis.state(), AxisState::initialising) << "nothing else was missing";
   }

@@ -58,8 +58,8 @@ double error_of_the_standing_axis_um(bool fed_forward) {
                                  .amplifier_enabled = commands[i].enable,
                                  .amplifier_output = memories[i].input}};
       for (const model::Coupling& coupling : configs[i].couplings)
-        input.coupled_um +=
-            coupling.um_per_um * axes[coupling.index]->expected_um(time_s + axes[i]->preview_s(cycle_s));
+        input.coupled_um += coupling.um_per_um * axes[coupling.index]->expected_um(
+                                                     time_s + axes[i]->closed_loop()->preview_s(cycle_s));
       commands[i] = axes[i]->step(input);
     }
     for (std::size_t i = 0; i < 2; ++i) actuator.advance(memories[i], commands[i].drive);

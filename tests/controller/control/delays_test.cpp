@@ -6,8 +6,6 @@
 #include <complex>
 #include <numbers>
 
-#include "controller/control/filter.h"
-
 namespace hystcan::controller::delays_test {
 namespace {
 

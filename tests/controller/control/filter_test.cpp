@@ -1,4 +1,4 @@
-#include "controller/control/filter.h"
+#include "controller/control/delays.h"
 
 #include <gtest/gtest.h>
 

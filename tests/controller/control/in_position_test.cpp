@@ -1,4 +1,4 @@
-#include "controller/control/in_position.h"
+#include "controller/control/following_error.h"
 
 #include <gtest/gtest.h>
 
@@ -25,9 +25,10 @@ class Judge {
 
  private:
   Arrival step(double reference_um, bool rests, std::optional<double> error_um) {
-    return InPosition::step(
-        config_, state_,
-        {.reference_um = reference_um, .reference_rests = rests, .error_um = error_um, .dt_s = 1e-3});
+    const Trajectory::Point reference{.value_um = reference_um, .at_rest = rests};
+    std::optional<double> position_um;
+    if (error_um) position_um = reference_um - *error_um;
+    return InPosition::step(config_, state_, reference, position_um, 1e-3);
   }
 
   InPosition::Config config_{.tolerance_um = 0.01,
@@ -99,27 +100,26 @@ TEST(InPosition, JudgesNoErrorWithoutASample) {
 
 /// A stage that is always 5 nm short of its reference: transition for 50 ms, then a hold of 1 s.
 Arrival arrival_at(double t_s, const std::optional<InPosition::Config>& in_position) {
-  const AxisConfig axis = support::piezo_axis();
-  ClosedLoop loop({.law = axis.law,
-                   .delays = axis.delays,
-                   .setpoint = axis.setpoint,
-                   .repeat = false,
-                   .reference_limits = {},
-                   .in_position = in_position,
-                   .following_error = {.error_um = 100.0, .lag = {}, .cycles = 1}});
+  AxisConfig axis = support::piezo_axis();
+  axis.repeat = false;
+  axis.reference_limits = axis.transition_limits = {};
+  axis.in_position = in_position;
+  axis.following_error = {.error_um = 100.0, .lag = {}, .cycles = 1};
+  ClosedLoop loop(axis);
   loop.begin(0.0, 0.0, 0.0);
   const Trajectory reference = [&] {
     Trajectory trajectory(axis.setpoint, false);
     trajectory.start_from(0.0);
     return trajectory;
   }();
-  Arrival arrival = Arrival::not_judged;
+  AxisReport report;
   for (int cycle = 0; 1e-3 * cycle <= t_s; ++cycle) {
     const double now_s = 1e-3 * cycle;
     const double position_um = reference.value_um(now_s) - 0.005;
-    arrival = loop.propose({.t_s = now_s, .dt_s = 1e-3, .cycle_s = 1e-3, .position_um = position_um}).arrival;
+    loop.propose({.dt_s = 1e-3, .cycle_s = 1e-3, .position_um = position_um, .health = {}}, now_s, false,
+                 report);
   }
-  return arrival;
+  return report.arrival;
 }
 
 TEST(InPositionOfALoop, IsReachedOneWindowAfterTheTransition) {

@@ -21,7 +21,7 @@ double sine(double frequency_Hz, int n) { return std::sin(2.0 * std::numbers::pi
 /// The cycle in which the loop is found unstable.
 std::optional<int> unstable_at(const Signal& reference_um, const Signal& error_um, int cycles = 20'000,
                                double amplitude_um = 1.0) {
-  Oscillation oscillation({amplitude_um});
+  Oscillation oscillation(amplitude_um);
   for (int n = 0; n < cycles; ++n)
     if (oscillation.step(reference_um(n), reference_um(n) - error_um(n))) return n;
   return {};
@@ -131,7 +131,7 @@ TEST(Oscillation, IsNotJudgedWithAnInfiniteAmplitude) {
 TEST(Oscillation, StartsAnewAfterRestart) {
   const auto large = [](int n) { return 2.0 * sine(180.0, n); };
   const int found = unstable_at(at_rest, large).value();
-  Oscillation oscillation({1.0});
+  Oscillation oscillation(1.0);
   for (int n = 0; n < 10 * found; ++n) {
     if (n % (found / 2) == 0) oscillation.restart();
     ASSERT_FALSE(oscillation.step(15.0, 15.0 - large(n)));

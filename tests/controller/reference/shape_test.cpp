@@ -9,8 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "controller/reference/motion_bounds.h"
-
 namespace hystcan::controller::shape_test {
 namespace {
 
@@ -224,15 +222,15 @@ TEST(MultiSine, RefusesNumbersThatContradictEachOther) {
 TEST(MonotoneCubic, GoesThroughItsPointsAndNeverBeyondThem) {
   const MonotoneCubic curve = bumps().curve;
   EXPECT_NEAR(curve.length(), 0.5, 1e-12) << "counted from the first time on";
-  EXPECT_EQ(curve.at(-1.0).value, 10.0);
-  EXPECT_EQ(curve.at(0.0).value, 10.0);
-  EXPECT_NEAR(curve.at(0.1).value, 20.0, 1e-9);
-  EXPECT_NEAR(curve.at(0.15).value, 21.0, 1e-9);
-  EXPECT_EQ(curve.at(7.0).value, 5.0);
+  EXPECT_EQ(curve.at(-1.0).value_um, 10.0);
+  EXPECT_EQ(curve.at(0.0).value_um, 10.0);
+  EXPECT_NEAR(curve.at(0.1).value_um, 20.0, 1e-9);
+  EXPECT_NEAR(curve.at(0.15).value_um, 21.0, 1e-9);
+  EXPECT_EQ(curve.at(7.0).value_um, 5.0);
   double before = 10.0;
   for (int i = 0; i <= 1000; ++i) {
     const double x = i * 0.0005;
-    const double now = curve.at(x).value;
+    const double now = curve.at(x).value_um;
     if (x <= 0.15)
       EXPECT_GE(now, before - 1e-12) << x;
     else
@@ -243,16 +241,16 @@ TEST(MonotoneCubic, GoesThroughItsPointsAndNeverBeyondThem) {
 
 TEST(MonotoneCubic, BeginsAndEndsAtRestAndHasNoCorners) {
   const MonotoneCubic curve = bumps().curve;
-  EXPECT_EQ(curve.at(0.0).slope, 0.0);
-  EXPECT_NEAR(curve.at(0.5 - 1e-12).slope, 0.0, 1e-6);
+  EXPECT_EQ(curve.at(0.0).velocity_um_per_s, 0.0);
+  EXPECT_NEAR(curve.at(0.5 - 1e-12).velocity_um_per_s, 0.0, 1e-6);
   for (const double x : {0.1, 0.15, 0.4})
-    EXPECT_NEAR(curve.at(x - 1e-9).slope, curve.at(x + 1e-9).slope, 1e-3) << x;
+    EXPECT_NEAR(curve.at(x - 1e-9).velocity_um_per_s, curve.at(x + 1e-9).velocity_um_per_s, 1e-3) << x;
 }
 
 TEST(MonotoneCubic, IsStraightBetweenPointsOnALineExceptAtItsEnds) {
   const MonotoneCubic curve({0.0, 1.0, 2.5, 3.0, 4.0}, {0.0, 2.0, 5.0, 6.0, 8.0});
-  for (const double x : {1.0, 1.7, 2.5, 2.9}) EXPECT_NEAR(curve.at(x).value, 2.0 * x, 1e-12);
-  EXPECT_NEAR(curve.at(1.7).slope, 2.0, 1e-12);
+  for (const double x : {1.0, 1.7, 2.5, 2.9}) EXPECT_NEAR(curve.at(x).value_um, 2.0 * x, 1e-12);
+  EXPECT_NEAR(curve.at(1.7).velocity_um_per_s, 2.0, 1e-12);
 }
 
 TEST(MonotoneCubic, RefusesPointsOutOfOrder) {

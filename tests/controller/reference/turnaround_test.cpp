@@ -1,5 +1,5 @@
 // Turnarounds against their definition: the corner averaged with a weight that spares one mode.
-#include "controller/reference/turnaround.h"
+#include "controller/reference/motion.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -7,8 +7,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "controller/reference/motion_bounds.h"
-#include "controller/reference/sawtooth.h"
 #include "controller/reference/shape.h"
 
 namespace hystcan::controller::turnaround_test {

@@ -1,9 +1,93 @@
-#include "controller/control/ramp_check.h"
+#include "controller/control/plausibility.h"
 
 #include <algorithm>
 #include <cmath>
 
 namespace hystcan::controller {
+namespace {
+
+constexpr double margin_share = 0.05;
+constexpr double late_cycles = 4.0, late_lags = 5.0;
+
+}  // namespace
+
+void OutputCheck::restart(double drive) {
+  spans_.fill({drive, drive});
+  span_s_ = status_age_s_ = differs_for_s_ = 0.0;
+  agrees_ = true;
+}
+
+void OutputCheck::step(double drive, double slew_per_s, const AxisInput& input) {
+  const double span_s = std::max({0.05, 5.0 * input.cycle_s, late_lags * lag_s_});
+  span_s_ += input.dt_s;
+  if (span_s_ >= span_s) {
+    std::shift_right(spans_.begin(), spans_.end(), 1);
+    spans_.front() = {drive, drive};
+    span_s_ = 0.0;
+  }
+  spans_.front().lo = std::min(spans_.front().lo, drive);
+  spans_.front().hi = std::max(spans_.front().hi, drive);
+  const NodeHealth& health = input.health;
+  const bool is_new = health.status_age_s < status_age_s_ + 0.5 * input.dt_s;
+  status_age_s_ = health.status_age_s;
+  if (!health.output_reported || status_age_s_ > span_s)
+    agrees_ = true;
+  else if (is_new)
+    agrees_ = agrees(drive, slew_per_s, input);
+  differs_for_s_ = agrees_ ? 0.0 : differs_for_s_ + input.dt_s;
+}
+
+bool OutputCheck::agrees(double drive, double slew_per_s, const AxisInput& input) const {
+  const double output = input.health.amplifier_output;
+  const double late_s = status_age_s_ + late_cycles * input.cycle_s + late_lags * lag_s_;
+  const double margin = margin_share * drive_range_;
+  // With NaN the comparisons are false: the output differs.
+  return std::abs(output - drive) <= margin + slew_per_s * late_s &&
+         output >= std::ranges::min(spans_, {}, &model::Interval::lo).lo - margin &&
+         output <= std::ranges::max(spans_, {}, &model::Interval::hi).hi + margin;
+}
+
+namespace {
+
+/// Reversals that it remembers; deeper ones are merged.
+constexpr std::size_t capacity = 64;
+
+}  // namespace
+
+Course::Course(const model::HysteresisParameters& parameters, const Delays& delays)
+    : model_(parameters),
+      delays_(delays),
+      at_upper_(model_.at_upper_threshold(capacity)),
+      at_lower_(model_.virgin(model_.input_range().lo, capacity)),
+      memories_{at_upper_, at_lower_} {}
+
+void Course::restart(double drive) {
+  memories_ = {at_upper_, at_lower_};
+  for (std::size_t i = 0; i < memories_.size(); ++i) {
+    const double position_um = model_.advance(memories_[i], drive).value;
+    mark_.positions[i] = {position_um, position_um};
+  }
+}
+
+void Course::step(double drive, double dt_s, double cycle_s) {
+  const double late_s = delays_.to_sample_s(cycle_s) + 2.0 * cycle_s;
+  for (std::size_t i = 0; i < memories_.size(); ++i) {
+    Mark::Position& position = mark_.positions[i];
+    position.now_um = model_.advance(memories_[i], drive).value;
+    position.slow_um += (position.now_um - position.slow_um) * dt_s / (dt_s + late_s);
+  }
+}
+
+model::Interval Course::moved_um(const Mark& since) const {
+  std::array<double, 4> moved{};
+  for (std::size_t i = 0; i < mark_.positions.size(); ++i) {
+    moved[2 * i] = mark_.positions[i].now_um - since.positions[i].now_um;
+    moved[2 * i + 1] = mark_.positions[i].slow_um - since.positions[i].slow_um;
+  }
+  const auto [least, most] = std::ranges::minmax(moved);
+  return {least, most};
+}
+
 namespace {
 
 constexpr double mean_cycles = 2.0, rest_cycles = 200.0;

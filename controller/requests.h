@@ -6,9 +6,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string_view>
 
 #include "controller/control/axis.h"
+#include "controller/wired_axis.h"
 
 namespace hystcan::controller {
 
@@ -20,15 +22,15 @@ struct Request {
     go_to,    ///< leave the configured reference for `position_um`
     resume,   ///< return to the configured reference
     retune,   ///< take over `tuning`, which then holds the previous tuning
-    revert,   ///< discard what was learnt: of the model, and of a reference that repeats
+    revert,   ///< discard what was learnt of a reference that repeats
     stop,     ///< stop all axes and the controller
   };
   Kind kind = Kind::enable;
   std::size_t axis = 0;
   double position_um = 0.0;
   std::unique_ptr<AxisTuning> tuning{};
-  std::string_view refused_because{};  ///< the answer; empty: done
-  std::uint64_t cycle = 0;             ///< the last cycle before the request took effect
+  std::optional<std::string_view> refused_because{};  ///< the answer
+  std::uint64_t cycle = 0;                            ///< the last cycle before the request took effect
 };
 
 /// One thread requests, one other thread (the control thread) answers.
@@ -54,5 +56,8 @@ class RequestLink {
   std::unique_ptr<Rings> rings_;
   std::size_t unanswered_ = 0;  ///< of the requesting thread
 };
+
+/// Carries a request out, on the control thread, between two cycles. Returns why it is refused.
+std::optional<std::string_view> carry_out(Request& request, WiredAxes& axes);
 
 }  // namespace hystcan::controller

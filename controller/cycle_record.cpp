@@ -1,4 +1,4 @@
-#include "controller/cycle_columns.h"
+#include "controller/cycle_record.h"
 
 #include <fmt/format.h>
 
@@ -88,10 +88,6 @@ constexpr auto columns = std::to_array<CycleColumn>({
                   ? none
                   : if_tracking(r, r.report.learning.correction_um);
      }},
-    {"correction_gain", "", "learnt gain of the model", Kind::number, 9,
-     [](const CycleRecord& r) { return if_tracking(r, r.report.correction.gain); }},
-    {"correction_offset_um", "um", "learnt offset of the model", Kind::number, um_decimals,
-     [](const CycleRecord& r) { return if_tracking(r, r.report.correction.offset_um); }},
     {"memory_depth", "", "branches in the memory of the model", Kind::whole, 0,
      [](const CycleRecord& r) { return if_tracking(r, static_cast<double>(r.report.memory_depth)); }},
     {"period_us", "us", "from the SYNC before to this one", Kind::number, us_decimals,
@@ -108,7 +104,7 @@ constexpr auto columns = std::to_array<CycleColumn>({
     {"execution_us", "us", "execution time of the axis's step", Kind::number, us_decimals,
      [](const CycleRecord& r) { return microseconds(r.phases.execution); }},
     {"overruns", "", "SYNCs left out since the start", Kind::whole, 0,
-     [](const CycleRecord& r) { return static_cast<double>(r.counters.overruns); }},
+     [](const CycleRecord& r) { return static_cast<double>(r.counters.missed_cycles); }},
     {"missing_samples", "", "cycles without a sample in time since the start", Kind::whole, 0,
      [](const CycleRecord& r) { return static_cast<double>(r.counters.missing_samples); }},
     {"late_samples", "", "samples after their cycle since the start", Kind::whole, 0,
