@@ -1,7 +1,7 @@
 // One axis: supervisor, gate, and what decides the drive: in closed loop a ClosedLoop, in open loop an Excitation.
 // A pure step: takes the time and the received data; returns a command.
 //
-//   offline -> waiting -> initialising -> ready -> tracking      and from any state to faulted
+//   offline -> waiting -> initialising -> ready -> tracking      and from any state but offline to faulted
 //
 //   waiting       the axis waits until both nodes are operational and the amplifier is ready and at rest
 //   initialising  the drive is held where the amplifier's output is until the amplifier is enabled; its watchdog is
