@@ -192,7 +192,8 @@ void Controller::begin_cycle(can::Time now) {
   cycle_.background_done = false;
 }
 
-/// Nothing is caught up with: where the SYNC is too late, deadlines and references go on as if it were in time.
+/// Nothing is caught up with: where the SYNC is too late, deadlines and references go on as if it were in
+/// time.
 void Controller::set_next_deadline(can::Time now) {
   if (2 * cycle_.lateness > period_) {
     deadline_ = now;
@@ -236,8 +237,8 @@ void Controller::trip_if_in_use(WiredAxis& wired, Cause cause) {
 /// What is less urgent than the commands, once a cycle: when the commands of all axes in use have been sent.
 void Controller::run_background_tasks() {
   if (cycle_.background_done) return;
-  // From the back: samples mostly come in the order of the axes, so that one look is enough before the last. An axis
-  // that has faulted since its last step still has its safe command to send.
+  // From the back: samples mostly come in the order of the axes, so that one look is enough before the last.
+  // An axis that has faulted since its last step still has its safe command to send.
   const bool commands_sent = std::all_of(axes_.rbegin(), axes_.rend(), [](const auto& wired) {
     return wired->answered || !is_in_use(wired->axis.report().state);
   });

@@ -16,8 +16,8 @@ void require_positive(const char* name, double value) {
   if (!(value > 0.0) || !std::isfinite(value)) refuse(name, " = ", value, ", expected a positive number");
 }
 
-/// The formula needs poles apart from each other. A pole that meets another one is moved by this share, which changes
-/// the response by as little.
+/// The formula needs poles apart from each other. A pole that meets another one is moved by this share, which
+/// changes the response by as little.
 constexpr double apart = 1e-5;
 
 void add_pole(std::vector<Complex>& poles, Complex pole) {

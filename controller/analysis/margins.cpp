@@ -31,7 +31,8 @@ double phase_margin_deg(const Complex& loop) { return std::abs(std::arg(-loop)) 
 /// Positive where |L / (1 + L)|^2 > 1/2, inside the bandwidth.
 double above_half_power(const Complex& loop) { return std::norm(loop) - 0.5 * std::norm(1.0 + loop); }
 
-/// 1 + L turns by nothing from the lowest frequency to the highest, apart from rounding, where the loop is stable.
+/// 1 + L turns by nothing from the lowest frequency to the highest, apart from rounding, where the loop is
+/// stable.
 bool is_unturned(double turned) { return std::abs(turned) < 0.1; }
 
 void require_gain(const char* name, double value) {
@@ -110,7 +111,8 @@ bool is_stable(const Responses& of, double kp, double ki_per_cycle) {
   return is_unturned(turned);
 }
 
-/// The largest value below `unstable` that is stable, by bisection of its logarithm; empty where `least` is not.
+/// The largest value below `unstable` that is stable, by bisection of its logarithm; empty where `least` is
+/// not.
 std::optional<double> largest(const std::function<bool(double)>& stable, double least, double unstable) {
   if (!stable(least)) return std::nullopt;
   double lo = std::log(least), hi = std::log(unstable);

@@ -1,7 +1,7 @@
 // How far a loop is from instability, and how fast it is.
 //
-// Stability by Nyquist's criterion in the samples: the plant has no pole outside the unit circle, so the loop is stable
-// exactly when 1 + L does not wind around zero on 0 < theta <= pi.
+// Stability by Nyquist's criterion in the samples: the plant has no pole outside the unit circle, so the loop
+// is stable exactly when 1 + L does not wind around zero on 0 < theta <= pi.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,8 +21,8 @@ struct Margins {
   double bandwidth_Hz = 0.0;      ///< lowest frequency with |L / (1 + L)| = 1 / sqrt(2); 0 if none
 };
 
-/// theta from 1e-4 pi to pi, ascending: even steps, logarithmic steps for slow loops, and a cluster around the
-/// (aliased) resonance. `density`: 1 for margins; less for a search.
+/// theta from 1e-4 pi to pi, ascending: even steps, logarithmic steps for slow loops, and a cluster around
+/// the (aliased) resonance. `density`: 1 for margins; less for a search.
 Eigen::ArrayXd frequencies_for(const LoopConfig& config, double density = 1.0);
 
 /// The loop at these frequencies, but for its gains: L = ki T integral + kp proportional.
