@@ -60,8 +60,8 @@ class Material {
 //   v(t)       drive: output of the amplifier (twin/amplifier.h) plus its noise, held over a sub-step
 //   x_h      = H[v](t)                             hysteresis of any kind (twin/plant.h)
 //   C(t)       creep of x_h - x_0, by Kuhnen's operators (model/creep.h): logarithmic in time, or that of the
-//              model of the hysteresis (model/output_creep.h), whose share s of x_h - x_0 comes with C and not
-//              at once; or both
+//              model of the hysteresis (model/output_creep.h), whose share s of x_h - x_0 comes with C and
+//              not at once; or both
 //   T        = swing sin(2 pi t / period)          ambient temperature, from the start on
 //   u        = x_0 + g (1 + gain_per_K T) ((1 - s) (x_h - x_0) + C) + expansion T + load
 //   x_i'' + 2 zeta_i omega_i x_i' + omega_i^2 x_i = omega_i^2 u(t)

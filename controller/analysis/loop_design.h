@@ -24,7 +24,7 @@
 #include <optional>
 #include <vector>
 
-#include "controller/analysis/margins.h"
+#include "controller/analysis/linear_loop.h"
 #include "model/reference_curve.h"
 
 namespace hystcan::controller {

@@ -5,8 +5,8 @@
 //
 //   waiting       the axis waits until both nodes are operational and the amplifier is ready and at rest
 //   initialising  the drive is held where the amplifier's output is until the amplifier is enabled; its
-//                 watchdog is tried where that is asked for. The drive then ramps to where tracking begins, as
-//                 far as the output follows it. In closed loop it goes up to the upper threshold and down to
+//                 watchdog is tried where that is asked for. The drive then ramps to where tracking begins,
+//                 as far as the output follows it. In closed loop it goes up to the upper threshold and down to
 //                 the lower one: this wipes the actuator's memory out, and the model's memory agrees with it.
 //                 In open loop it goes straight to the first drive of the excitation
 //   ready         the axis holds that drive until the axes begin together, or follows those that track
@@ -126,7 +126,7 @@ class Axis {
   Supervisor supervisor_;
   OutputCheck output_check_;
   Course course_;
-  Course::Mark at_last_sample_;  ///< that was accepted
+  Course::Mark at_last_sample_{};  ///< that was accepted
   RampCheck ramp_check_;
   Oscillation oscillation_;
   Fault fault_;

@@ -54,13 +54,8 @@ class OutputCheck {
 
 class Course {
  public:
-  /// Positions at one moment.
-  struct Mark {
-    struct Position {
-      double now_um = 0.0, slow_um = 0.0;
-    };
-    std::array<Position, 2> positions{};
-  };
+  /// Positions at one moment, um: a, b, and both slow.
+  using Mark = std::array<double, 4>;
 
   /// Throws std::invalid_argument where the model is invalid.
   Course(const model::HysteresisParameters& parameters, const Delays& delays);
@@ -70,6 +65,7 @@ class Course {
   /// Called once in each cycle of a driven axis, with the drive that was commanded last.
   void step(double drive, double dt_s, double cycle_s);
 
+  double position_um() const { return mark_.front(); }
   const Mark& mark() const { return mark_; }
   model::Interval moved_um(const Mark& since) const;
 
@@ -78,7 +74,7 @@ class Course {
   Delays delays_;
   model::HysteresisState at_upper_, at_lower_;  ///< thresholds
   std::array<model::HysteresisState, 2> memories_;
-  Mark mark_;
+  Mark mark_{};
 };
 
 // Compares the position with what the ramps of the start-up must do to it by the model (course.h): a sensor
@@ -87,7 +83,7 @@ class Course {
 //
 //   s (y - y_0) >= -d / 4 - e               since the ramp began or turned
 //   s (y - y_1) >= (1 - p) d - e            } in windows of 14 % of the drive's range, the first one after
-//   s (y - y_1) <= D / (1 - p) + e          } 8 %, when the delays do not matter any more; each has six cycles
+//   s (y - y_1) <= D / (1 - p) + e          } 8 %, when the delays do not matter any more; six cycles each
 //
 //   s       direction in which the model's position moves
 //   d, D    the least and the most that it has moved; where d < 0, or D < 0, the bound is d / (1 - p), or
