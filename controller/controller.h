@@ -141,7 +141,6 @@ class Controller {
   void on_sample(std::size_t index, const can::Frame& frame);
   void step(std::size_t index, const can::SensorSample* sample);
   AxisInput input_of(WiredAxis& wired, const can::SensorSample* sample) const;
-  void send_command(WiredAxis& wired, const AxisCommand& command);
   void record(std::size_t index, const CyclePhases& phases, bool has_sample);
   void on_foreign_nmt(const can::Frame& frame);
   void trip_if_in_use(WiredAxis& wired, Cause cause);
