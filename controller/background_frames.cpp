@@ -22,8 +22,8 @@ void BackgroundFrames::start(can::Bus& bus, can::Time now) {
 }
 
 /// Axis statuses and the start-up of nodes take turns. Where a heartbeat is due and an axis waits for its
-/// nodes, the nodes come first. A status goes before the heartbeat, which is the least urgent frame of all. A scan
-/// marker is the most urgent one: it takes the turn of a status.
+/// nodes, the nodes come first. A status goes before the heartbeat, which is the least urgent frame of all. A
+/// scan marker is the most urgent one: it takes the turn of a status.
 void BackgroundFrames::send_next(can::Bus& bus, can::Time sync_sent, can::Time now, double time_s) {
   const bool heartbeat_due = sync_sent >= next_heartbeat_;
   if (heartbeat_due)

@@ -8,8 +8,8 @@
 // warnings; the run continues.
 //
 // A row is a cycle n: SYNC, sample, command. next_position_um is the sample of cycle n+1, the first one that
-// command n can influence; it is empty where cycle n+1 has no sample or was not recorded. The other columns are those of
-// controller/cycle_record.h.
+// command n can influence; it is empty where cycle n+1 has no sample or was not recorded. The other columns
+// are those of controller/cycle_record.h.
 #pragma once
 
 #include <atomic>

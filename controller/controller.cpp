@@ -132,7 +132,9 @@ bool Controller::stopped() const {
 }
 
 void Controller::send_safe_commands() {
-  for (const auto& wired : axes_) send_command(*wired, {.drive = wired->axis.config().gate.safe_drive});
+  if (phase_ != Phase::running) return;
+  for (const auto& wired : axes_)
+    wired->amplifier.send({.drive = wired->axis.config().gate.safe_drive}, cycle_.sync_counter, *bus_);
 }
 
 std::optional<SetpointCounters> Controller::live_setpoints(std::size_t i) const {
@@ -192,7 +194,8 @@ void Controller::begin_cycle(can::Time now) {
   cycle_.background_done = false;
 }
 
-/// Nothing is caught up with: where the SYNC is too late, deadlines and references go on as if it were in time.
+/// Nothing is caught up with: where the SYNC is too late, deadlines and references go on as if it were in
+/// time.
 void Controller::set_next_deadline(can::Time now) {
   if (2 * cycle_.lateness > period_) {
     deadline_ = now;
@@ -236,8 +239,8 @@ void Controller::trip_if_in_use(WiredAxis& wired, Cause cause) {
 /// What is less urgent than the commands, once a cycle: when the commands of all axes in use have been sent.
 void Controller::run_background_tasks() {
   if (cycle_.background_done) return;
-  // From the back: samples mostly come in the order of the axes, so that one look is enough before the last. An axis
-  // that has faulted since its last step still has its safe command to send.
+  // From the back: samples mostly come in the order of the axes, so that one look is enough before the last.
+  // An axis that has faulted since its last step still has its safe command to send.
   const bool commands_sent = std::all_of(axes_.rbegin(), axes_.rend(), [](const auto& wired) {
     return wired->answered || !is_in_use(wired->axis.report().state);
   });
@@ -281,7 +284,9 @@ void Controller::step(std::size_t index, const can::SensorSample* sample) {
   if (auto& marker = wired.scan_marker_sender) marker->note(wired.axis.report(), cycle_.sync_counter);
   const bool is_asleep = wired.axis.state() == AxisState::waiting &&
                          wired.amplifier.state(cycle_.sync_sent) != can::NmtState::operational;
-  if (!is_asleep) send_command(wired, command);
+  if (phase_ == Phase::running && !is_asleep &&
+      !wired.amplifier.send(command, cycle_.sync_counter, *bus_))  // its watchdog acts on the silence
+    wired.axis.trip(Cause::command_not_sendable, since_start_s(cycle_.sync_sent));
   phases.command_sent = scheduler_.now() - cycle_.sync_sent;
   if (sample != nullptr) phases.sample_heard = frame_heard_ - cycle_.sync_sent;
   record(index, phases, sample != nullptr);
@@ -307,12 +312,6 @@ AxisInput Controller::input_of(WiredAxis& wired, const can::SensorSample* sample
   for (const model::Coupling& coupling : wired.axis.config().couplings)
     input.coupled_um += coupling.um_per_um * axes_[coupling.index]->axis.expected_um(acts_s);
   return input;
-}
-
-void Controller::send_command(WiredAxis& wired, const AxisCommand& command) {
-  if (phase_ != Phase::running) return;
-  if (!wired.amplifier.send(command, cycle_.sync_counter, *bus_))
-    wired.axis.trip(Cause::command_not_sendable, since_start_s(cycle_.sync_sent));
 }
 
 void Controller::record(std::size_t index, const CyclePhases& phases, bool has_sample) {

@@ -9,20 +9,21 @@
 //
 // Before its first frame the controller listens for one heartbeat period. Four kinds of frame show another
 // controller: a SYNC, a heartbeat of the own node id, an axis status, and a command to one of the own
-// amplifiers. Each of them faults every axis, and the log names the frame. If the controller receives it while
-// it listens, it stays silent permanently; later, its commands are safe from there on. An NMT command or an SDO
-// write of another node to a node of an axis in use faults this axis.
+// amplifiers. Each of them faults every axis, and the log names the frame. If the controller receives it
+// while it listens, it stays silent permanently; later, its commands are safe from there on. An NMT command
+// or an SDO write of another node to a node of an axis in use faults this axis.
 //
 // Axes that are ready begin to track together; none waits for one that is faulted or offline, nor longer than
-// start_timeout for one that is not ready. An axis that becomes ready while others track joins them: all references
-// count from the same time.
+// start_timeout for one that is not ready. An axis that becomes ready while others track joins them: all
+// references count from the same time.
 //
-// Two SYNCs are at least half a cycle apart. A SYNC that is late by more than half a cycle delays the deadlines of the
-// later ones and the references of all axes by its lateness:
+// Two SYNCs are at least half a cycle apart. A SYNC that is late by more than half a cycle delays the
+// deadlines of the later ones and the references of all axes by its lateness:
 //
 //   reference time = time - waited,    waited = sum of these latenesses
 //
-// From SYNC to SYNC the reference time advances by half a cycle to one and a half, and by at most one where it waits.
+// From SYNC to SYNC the reference time advances by half a cycle to one and a half, and by at most one where
+// it waits.
 //
 // Bus-off, or the loss of the interface, faults every driven axis with the next step. What was known of the
 // nodes is forgotten: a node must be heard again before its axis is armed again.
@@ -140,7 +141,6 @@ class Controller {
   void on_sample(std::size_t index, const can::Frame& frame);
   void step(std::size_t index, const can::SensorSample* sample);
   AxisInput input_of(WiredAxis& wired, const can::SensorSample* sample) const;
-  void send_command(WiredAxis& wired, const AxisCommand& command);
   void record(std::size_t index, const CyclePhases& phases, bool has_sample);
   void on_foreign_nmt(const can::Frame& frame);
   void trip_if_in_use(WiredAxis& wired, Cause cause);

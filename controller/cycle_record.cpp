@@ -123,7 +123,8 @@ constexpr auto powers_of_ten = std::to_array<std::int64_t>(
 
 }  // namespace
 
-// Digits of an integer take a tenth of the time of the library's exact decimals, and differ from them in ties only.
+// Digits of an integer take a tenth of the time of the library's exact decimals, and differ from them in ties
+// only.
 void append_fixed(std::string& text, double value, int decimals) {
   if (std::isnan(value)) return;
   const std::int64_t scale = powers_of_ten[static_cast<std::size_t>(decimals)];

@@ -48,8 +48,8 @@ static_assert(std::is_trivially_copyable_v<CycleRecord>, "records cross threads 
 
 // The columns of a cycle: one table for every CSV, HDF5 file and stream in which cycles of an axis are kept.
 //
-// A column is a number. One that has words (a state, a cause) is the number of its word; in CSV the word stands in its
-// place. A value that a cycle does not have is NaN; in CSV the field is empty.
+// A column is a number. One that has words (a state, a cause) is the number of its word; in CSV the word
+// stands in its place. A value that a cycle does not have is NaN; in CSV the field is empty.
 
 struct CycleColumn {
   enum class Kind : std::uint8_t {

@@ -8,9 +8,9 @@
 //   input    drive of the command that answered SYNC(n-1): in force from SYNC(n) until SYNC(n+1)
 //   output   position at SYNC(n), sampled when that drive takes effect: the response to the rows before
 //
-// Every cycle of the excitation has a row, those of its first `lead_s` seconds excepted; the ramps before and after it
-// have none. A cycle is left out where its sample is missing, or where the record of the cycle before is lost, because
-// its input is then unknown.
+// Every cycle of the excitation has a row, those of its first `lead_s` seconds excepted; the ramps before and
+// after it have none. A cycle is left out where its sample is missing, or where the record of the cycle
+// before is lost, because its input is then unknown.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// The controller's own frames of one axis, where the database has them: ControllerStatus and ScanMarker out, Setpoint
-// in.
+// The controller's own frames of one axis, where the database has them: ControllerStatus and ScanMarker out,
+// Setpoint in.
 //
 //   ControllerStatus   with each heartbeat, and when state or cause have changed
 //   ScanMarker         at the beginning of each line of a raster, where the configuration asks for it

@@ -1,8 +1,8 @@
-// The commands of one axis that the bus has taken and not yet carried. Behind a bus that is full they would all reach the
-// amplifier at once, much later.
+// The commands of one axis that the bus has taken and not yet carried. Behind a bus that is full they would
+// all reach the amplifier at once, much later.
 //
-// The echo of a command shows that it has left, and so have all before it: commands of one identifier keep their order.
-// An echo that is lost in the receive queue is therefore made up for by the next one.
+// The echo of a command shows that it has left, and so have all before it: commands of one identifier keep
+// their order. An echo that is lost in the receive queue is therefore made up for by the next one.
 #pragma once
 
 #include <array>
@@ -25,8 +25,8 @@ class PendingCommands {
   void forget();
 
   bool are_late() const { return count_ >= late; }
-  /// A safe command is on its way, so that another one would say nothing new. After a hundred such answers it counts as
-  /// lost.
+  /// A safe command is on its way, so that another one would say nothing new. After a hundred such answers it
+  /// counts as lost.
   bool is_safe_one_on_its_way();
 
  private:

@@ -72,8 +72,8 @@ class RemoteNode {
   bool on_heartbeat(const can::Frame& frame, can::Time now);
   void on_emergency(const can::Frame& frame);
   void on_sdo(const can::Frame& frame);
-  /// An NMT frame, or an SDO request to this node, of another node. True: it may change what the node does. Where it
-  /// may have changed the set-up, the node is set up again before it is used again.
+  /// An NMT frame, or an SDO request to this node, of another node. True: it may change what the node does.
+  /// Where it may have changed the set-up, the node is set up again before it is used again.
   bool on_foreign_nmt(const can::Frame& frame);
   bool on_foreign_sdo(const can::Frame& frame);
   /// A sample of this node has this `SyncCounter`, which no SYNC has.
@@ -108,8 +108,8 @@ class RemoteNode {
   }
   /// An emergency of another code than "no error" came since the last call.
   bool take_alarm() { return std::exchange(alarm_, false); }
-  /// The oldest event not yet taken. Equal ones in a row are counted as one. More than sixteen are lost but for the
-  /// last.
+  /// The oldest event not yet taken. Equal ones in a row are counted as one. More than sixteen are lost but
+  /// for the last.
   std::optional<NodeEvent> take_event();
 
  private:

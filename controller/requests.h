@@ -1,6 +1,6 @@
 // Requests to a running controller from another thread. The controller carries out each request as a whole,
-// between two cycles, and answers it once. Neither thread waits: two lock-free rings, one in each direction, carry
-// pointers to requests, which the requesting thread creates and frees.
+// between two cycles, and answers it once. Neither thread waits: two lock-free rings, one in each direction,
+// carry pointers to requests, which the requesting thread creates and frees.
 #pragma once
 
 #include <cstddef>
@@ -46,8 +46,8 @@ class RequestLink {
   /// The oldest answer; null if there is none yet.
   std::unique_ptr<Request> take_answer();
 
-  /// The control thread takes the next request, null if there is none, and returns it with its answer. Neither
-  /// function allocates.
+  /// The control thread takes the next request, null if there is none, and returns it with its answer.
+  /// Neither function allocates.
   Request* next();
   void answer(Request* request);
 

@@ -1,4 +1,5 @@
-// One axis with its place on the bus: the axis itself, and the links to its two nodes with the codecs of their frames.
+// One axis with its place on the bus: the axis itself, and the links to its two nodes with the codecs of
+// their frames.
 #pragma once
 
 #include <array>
@@ -32,10 +33,11 @@ class SensorLink : public RemoteNode {
   void on_heartbeat(const can::Frame& frame, can::Time now);
   /// Empty where the frame is damaged, or names a SYNC that there is not; the log says so.
   std::optional<can::SensorSample> on_sample(const can::Frame& frame, std::uint64_t cycle);
-  /// The last sample and another one, both accepted, name the same SYNC. A frame that is sent twice is no other one.
+  /// The last sample and another one, both accepted, name the same SYNC. A frame that is sent twice is no
+  /// other one.
   bool is_doubled() const { return is_doubled_; }
-  /// False: the sample is of another cycle. Where samples do not name their SYNC, they count for the cycle in which they
-  /// arrive.
+  /// False: the sample is of another cycle. Where samples do not name their SYNC, they count for the cycle in
+  /// which they arrive.
   bool is_of(const can::SensorSample& sample, std::uint8_t sync_counter) const {
     return !names_its_sync_ || sample.sync_counter == sync_counter;
   }
@@ -114,7 +116,8 @@ struct WiredAxis {
   ~WiredAxis() = default;
 
   std::array<RemoteNode*, 2> nodes() { return {&sensor, &amplifier}; }
-  /// Faults the axis, unless it is offline; ends the ramp of a faulted one. The log names the frame, once in a fault.
+  /// Faults the axis, unless it is offline; ends the ramp of a faulted one. The log names the frame, once in
+  /// a fault.
   void on_another_controller(const ForeignFrame& frame, double time_s);
   /// The oldest event not yet taken, of amplifier and sensor in turn; first the frame of another controller.
   std::optional<NodeEvent> take_event();

@@ -68,7 +68,8 @@ void TrueErrors::add(const controller::CycleRecord& record) {
   }
 }
 
-/// No plant that is controlled has a sub-step before `time` left to compute. One that is not rests: it may never step.
+/// No plant that is controlled has a sub-step before `time` left to compute. One that is not rests: it may
+/// never step.
 bool TrueErrors::is_known_until(can::Time time) const {
   return std::ranges::all_of(stages_, [&](std::size_t stage) {
     if (stage >= axes_.size()) return true;

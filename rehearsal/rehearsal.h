@@ -16,21 +16,21 @@
 
 namespace hystcan::rehearsal {
 
-// The tracking error between the samples: the twin's true position against the reference, at every sub-step of the
-// plant.
+// The tracking error between the samples: the twin's true position against the reference, at every sub-step
+// of the plant.
 //
 //   e(t) = r(t_k + (t - T_k)) - x(t),   T_k <= t < T_{k+1}
 //
-// T_k is the time at which the SYNC of cycle k is complete on the bus: there the nodes sample and apply. t_k is the same
-// SYNC in the controller's time. r is the reference as a function of time; x is the position with its couplings. The
-// sensor (noise, delay, errors) has no part in it.
+// T_k is the time at which the SYNC of cycle k is complete on the bus: there the nodes sample and apply. t_k
+// is the same SYNC in the controller's time. r is the reference as a function of time; x is the position with
+// its couplings. The sensor (noise, delay, errors) has no part in it.
 //
 // It listens and reads what the plants compute anyway, so it changes no bit of the run.
 
 class TrueErrors {
  public:
-  /// Listens to the bus and to the plants from now on; both must outlive this. Errors in the first `settle_s` of each
-  /// segment do not count, as in the statistics of the samples.
+  /// Listens to the bus and to the plants from now on; both must outlive this. Errors in the first `settle_s`
+  /// of each segment do not count, as in the statistics of the samples.
   TrueErrors(const twin::Config& config, twin::Twin& twin, const controller::Controller& controller,
              const can::Attach& attach, double settle_s);
 

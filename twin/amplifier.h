@@ -9,10 +9,10 @@ namespace hystcan::twin {
 // The output of an amplifier whose target moves in a straight line, r = target + rate t, in closed form.
 //
 //   v' = omega e within  max(-slew, rho (-P - v)) <= omega e <= min(slew, rho (P - v)),   e = r - v
-//   v' = the limit       elsewhere                                       rho = R / L, P = V / R (twin/amplifier.h)
+//   v' = the limit       elsewhere                                       rho = R / L, P = V / R
 //
-// v passes through phases: lag, slew limit, voltage limit. In each of them v, e and the distance to every limit have
-// the form
+// v passes through phases: lag, slew limit, voltage limit. In each of them v, e and the distance to every
+// limit have the form
 //
 //   g(t) = a + b t + c e^{-kt}
 //
@@ -20,7 +20,8 @@ namespace hystcan::twin {
 //   slew      v = v(0) +- slew t
 //   voltage   v = +-P + (v(0) -+ P) e^{-rho t}
 //
-// g has at most one extremum, which is known, so the end of a phase is found on a monotone piece of g, to rounding.
+// g has at most one extremum, which is known, so the end of a phase is found on a monotone piece of g, to
+// rounding.
 //
 // v turns where e = 0. There e' = rate, so e keeps the sign of the rate from then on: v turns at most once.
 

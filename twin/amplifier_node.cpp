@@ -139,8 +139,8 @@ void AmplifierNode::on_nmt(can::NmtState state) {
   enter(fault_ == 0 ? can::AmpState::ready : can::AmpState::fault);
 }
 
-// A node that boots up sends no status; the state pre-operational, which follows, leaves the drive. The cause of an
-// internal fault may still exist.
+// A node that boots up sends no status; the state pre-operational, which follows, leaves the drive. The cause
+// of an internal fault may still exist.
 void AmplifierNode::boot_up() {
   state_ = can::AmpState::off;
   encode_status_ = encode_status_at_power_on_;

@@ -36,8 +36,8 @@ inline constexpr std::uint8_t internal_fault = 0x80;
 
 /// Drives its plant only while it is operational, enabled and receives commands. It trips when no command
 /// comes for `command_timeout`. The fault is latched until a command clears it; the output is then at the
-/// safe value. A command that clears does not enable. NMT and shut_down() also set the safe value, whatever the
-/// watchdog action.
+/// safe value. A command that clears does not enable. NMT and shut_down() also set the safe value, whatever
+/// the watchdog action.
 class AmplifierNode {
  public:
   struct Config {

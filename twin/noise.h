@@ -9,8 +9,8 @@
 
 namespace hystcan::twin {
 
-// Normally distributed random numbers. Generator and transformation are Boost's, whose numbers, unlike those of
-// <random>, do not depend on the standard library.
+// Normally distributed random numbers. Generator and transformation are Boost's, whose numbers, unlike those
+// of <random>, do not depend on the standard library.
 
 class NormalNumbers {
  public:

@@ -59,8 +59,9 @@ class Material {
 //
 //   v(t)       drive: output of the amplifier (twin/amplifier.h) plus its noise, held over a sub-step
 //   x_h      = H[v](t)                             hysteresis of any kind (twin/plant.h)
-//   C(t)       creep of x_h - x_0, by Kuhnen's operators (model/creep.h): logarithmic in time, or that of the model of the
-//              hysteresis (model/output_creep.h), whose share s of x_h - x_0 comes with C and not at once; or both
+//   C(t)       creep of x_h - x_0, by Kuhnen's operators (model/creep.h): logarithmic in time, or that of the
+//              model of the hysteresis (model/output_creep.h), whose share s of x_h - x_0 comes with C and
+//              not at once; or both
 //   T        = swing sin(2 pi t / period)          ambient temperature, from the start on
 //   u        = x_0 + g (1 + gain_per_K T) ((1 - s) (x_h - x_0) + C) + expansion T + load
 //   x_i'' + 2 zeta_i omega_i x_i' + omega_i^2 x_i = omega_i^2 u(t)
@@ -72,8 +73,8 @@ class Material {
 // Sub-steps lie on a fixed grid, at whole multiples of `substep` from the start. A change of the target or a
 // disturbance splits the sub-step in which it falls. Amplifier and modes are exact for any length; between
 // those points u is linear in time, and the creep's input is constant, the mean of both ends. v is monotone
-// between them, so no turning point is missed. A target that moves in a straight line splits it twice more: where
-// v turns, if it does, and where the target arrives.
+// between them, so no turning point is missed. A target that moves in a straight line splits it twice more:
+// where v turns, if it does, and where the target arrives.
 //
 // A look at the plant changes nothing, to the bit: the motion between the last such point and the time of the
 // look is computed on a copy. A plant at rest is not stepped; with temperature or drive noise it never rests.
@@ -139,9 +140,9 @@ class Plant {
   /// does not excite the modes. Every read of the position reads `from`, so it must live as long as this.
   void couple(Plant& from, double um_per_um) { couplings_.push_back({&from, um_per_um}); }
 
-  /// Each handler is called at the end of every sub-step of the fixed grid, with the position without couplings; it is linear
-  /// in between. A rest counts as one sub-step, a whole number of times as long: the handler is called at its
-  /// end.
+  /// Each handler is called at the end of every sub-step of the fixed grid, with the position without
+  /// couplings; it is linear in between. A rest counts as one sub-step, a whole number of times as long: the
+  /// handler is called at its end.
   using GridHandler = std::function<void(can::Time, double position_um)>;
   void on_grid(GridHandler handler) { on_grid_.push_back(std::move(handler)); }
   /// Noise in drive units, added to the amplifier's output from the next sub-step on. `noise` is called once

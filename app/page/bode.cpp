@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "controller/analysis/margins.h"
+#include "controller/analysis/linear_loop.h"
 
 namespace hystcan::app {
 namespace {

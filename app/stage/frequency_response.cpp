@@ -9,7 +9,7 @@
 #include "app/stage/dynamics_text.h"
 #include "app/stage/gnuplot.h"
 #include "base/error.h"
-#include "controller/analysis/margins.h"
+#include "controller/analysis/linear_loop.h"
 
 namespace hystcan::app {
 namespace {

@@ -1,14 +1,15 @@
 // The feed-forward that inverts the plant: PlantInverse in controller/control/plant_inverse.h.
 //
-// V weighs the reference at whole cycles about the mean delay mu. It is chosen for the position between the samples too:
-// with P from the setpoints to the position (linear_loop.h), N the notch, d the command delay, theta = w T,
+// V weighs the reference at whole cycles about the mean delay mu. It is chosen for the position between the
+// samples too: with P from the setpoints to the position (linear_loop.h), N the notch, d the command delay,
+// theta = w T,
 //
 //   minimise  integral W(theta) sum_m |delta_m0 - P_m V|^2 dtheta
 //   P_m = N(theta) P(i w_m) e^{-i w_m d},    w_m = w + 2 pi m / T,    W = 1 / (theta^2 + theta_0^2)^2
 //
-// W is that of a triangle. P_m of m != 0 is what rings between the samples, so nothing is inverted that the samples
-// alone would show: a mode near half the rate stays. Two conditions hold exactly: gain 1 and mean delay mu, so that a ramp
-// is followed without an error.
+// W is that of a triangle. P_m of m != 0 is what rings between the samples, so nothing is inverted that the
+// samples alone would show: a mode near half the rate stays. Two conditions hold exactly: gain 1 and mean
+// delay mu, so that a ramp is followed without an error.
 #pragma once
 
 #include <functional>
@@ -29,23 +30,25 @@ void plan_feed_forward(AxisConfig& axis, double rate_Hz);
 
 // The smallest tracking error that any sequence of setpoints can have, between the samples too.
 //
-// A setpoint changes once in a cycle T. What the position does in between follows from hold, amplifier and mode alone,
-// so even the best sequence leaves an error. For a reference of N cycles per period with the harmonics R_q, the setpoints
-// u[0..N-1] have the DFT U_k, k = 0..N-1. They reach every harmonic q = k + m N, m any whole number:
+// A setpoint changes once in a cycle T. What the position does in between follows from hold, amplifier and
+// mode alone, so even the best sequence leaves an error. For a reference of N cycles per period with the
+// harmonics R_q, the setpoints u[0..N-1] have the DFT U_k, k = 0..N-1. They reach every harmonic q = k + m N,
+// m any whole number:
 //
-//   X_q = P_q U_k,   P: response_between_samples() in controller/analysis/linear_loop.h (a delay changes nothing)
+//   X_q = P_q U_k,   P: response_between_samples() (a delay changes nothing)
 //
 // The mean square of the error, sum |R_q - P_q U_k|^2, falls apart into one least-squares problem per k:
 //
 //   floor^2 = sum_k ( sum_m |R_q|^2 - |sum_m conj(P_q) R_q|^2 / sum_m |P_q|^2 )
 
-/// RMS of the error, um, for a reference that repeats every `cycles` cycles. R_q is taken from about a hundred values
-/// per cycle of 1 ms, at least 16. The pure delays and the sensor of `delays` have no part in it.
+/// RMS of the error, um, for a reference that repeats every `cycles` cycles. R_q is taken from about a
+/// hundred values per cycle of 1 ms, at least 16. The pure delays and the sensor of `delays` have no part in
+/// it.
 double tracking_floor_um(const Delays& delays, double cycle_s, std::size_t cycles,
                          const std::function<double(double t_s)>& reference_um);
 
-/// Of a shape that repeats, without its beginning. Empty where the shape does not repeat, or where no 100 of its periods
-/// are a whole number of cycles.
+/// Of a shape that repeats, without its beginning. Empty where the shape does not repeat, or where no 100 of
+/// its periods are a whole number of cycles.
 std::optional<double> tracking_floor_um(const Delays& delays, double cycle_s, const Shape& shape);
 
 }  // namespace hystcan::controller

@@ -88,7 +88,8 @@ class LearningResponses {
   std::vector<Eigen::ArrayXcd> of_;
 };
 
-/// 1 below the corner, 0 above 1.5 times the corner, smooth in between; of frequencies as a share of half the rate.
+/// 1 below the corner, 0 above 1.5 times the corner, smooth in between; of frequencies as a share of half the
+/// rate.
 double cut_off(double share, double corner) { return 1.0 - smooth_step((share / corner - 1.0) / 0.5); }
 
 /// h_k = 1 / (2 pi) integral H e^{-i theta k}: as many taps as a period has phases, or windowed.
@@ -166,8 +167,8 @@ void set_phases(LearningDesign& design, double cycles) {
   }
 }
 
-/// A corner falls on a sample in one period and between two in another, which shows another error. As many periods are
-/// judged together as it takes from sample to sample.
+/// A corner falls on a sample in one period and between two in another, which shows another error. As many
+/// periods are judged together as it takes from sample to sample.
 std::size_t judged_cycles(const LearningDesign& design, double cycles) {
   constexpr double most_periods = 10.0;
   if (design.slip_cycles < near_enough) return 0;

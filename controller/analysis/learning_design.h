@@ -2,20 +2,22 @@
 //
 // The correction goes m whole cycles ahead into the feed-forward, and into what PI compares with:
 //
-//   T = P (z^m + PI F) / (1 + L)                    controller/analysis/linear_loop.h; m: the preview, rounded
+//   T = P (z^m + PI F) / (1 + L)                    linear_loop.h; m: the preview, rounded
 //   T = L / (1 + L)  without feed-forward (pi),     T = P z^m  without PI (average, inverse)
 //
-// With the resonance anywhere in its interval, T lies within a disc of middle M and radius R. The inverse of the middle,
-// regularised, learns best from all of them; the more it must doubt the phase, the less it learns:
+// With the resonance anywhere in its interval, T lies within a disc of middle M and radius R. The inverse of
+// the middle, regularised, learns best from all of them; the more it must doubt the phase, the less it
+// learns:
 //
 //   H = q conj(M) / (|M|^2 + 0.02),   q = max(0, 1 - R / |M|)^2
 //
-// H is made a filter of finite length by a window. What is checked is the filter as it is, for every T and every theta:
+// H is made a filter of finite length by a window. What is checked is the filter as it is, for every T and
+// every theta:
 //
 //   |1 - forget - rate H T| <= 1 - forget / 2
 //
-// Where this does not hold, H is cut off by a low pass with a lower and lower corner until it does; for a short period
-// also with several periods learnt together, which allows a longer filter.
+// Where this does not hold, H is cut off by a low pass with a lower and lower corner until it does; for a
+// short period also with several periods learnt together, which allows a longer filter.
 #pragma once
 
 #include <optional>
@@ -44,8 +46,8 @@ std::optional<double> period_s(const Shape& shape);
 /// The longest period, in cycles.
 inline constexpr double longest_period_cycles = 20'000.0;
 
-/// Designs the filter of one segment. Throws std::invalid_argument where the period has fewer than 4 cycles or more
-/// than longest_period_cycles, or where no filter converges.
+/// Designs the filter of one segment. Throws std::invalid_argument where the period has fewer than 4 cycles
+/// or more than longest_period_cycles, or where no filter converges.
 LearningDesign design_learning(const LoopConfig& loop, const Pi::Config& pi, const Shape& shape,
                                const Learning::Config& config);
 

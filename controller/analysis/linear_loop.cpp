@@ -1,6 +1,9 @@
 #include "controller/analysis/linear_loop.h"
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -16,8 +19,8 @@ void require_positive(const char* name, double value) {
   if (!(value > 0.0) || !std::isfinite(value)) refuse(name, " = ", value, ", expected a positive number");
 }
 
-/// The formula needs poles apart from each other. A pole that meets another one is moved by this share, which changes
-/// the response by as little.
+/// The formula needs poles apart from each other. A pole that meets another one is moved by this share, which
+/// changes the response by as little.
 constexpr double apart = 1e-5;
 
 void add_pole(std::vector<Complex>& poles, Complex pole) {
@@ -125,5 +128,177 @@ Complex LinearLoop::filter(double theta) const {
 }
 
 Complex LinearLoop::without_gains(double theta) const { return filtered(theta, unfiltered(theta)); }
+
+namespace {
+
+using Complex = std::complex<double>;
+constexpr double pi_ = std::numbers::pi;
+constexpr double on_the_axis = -pi_ + 1e-9;  // with room for rounding
+
+/// The place between `a` and `b` where `f` changes its sign.
+double bisect(const std::function<double(double)>& f, double a, double b) {
+  const bool sign = f(a) < 0.0;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (a + b);
+    ((f(middle) < 0.0) == sign ? a : b) = middle;
+  }
+  return 0.5 * (a + b);
+}
+
+double phase_margin_deg(const Complex& loop) { return std::abs(std::arg(-loop)) * 180.0 / pi_; }
+
+/// Positive where |L / (1 + L)|^2 > 1/2, inside the bandwidth.
+double above_half_power(const Complex& loop) { return std::norm(loop) - 0.5 * std::norm(1.0 + loop); }
+
+/// 1 + L turns by nothing from the lowest frequency to the highest, apart from rounding, where the loop is
+/// stable.
+bool is_unturned(double turned) { return std::abs(turned) < 0.1; }
+
+void require_gain(const char* name, double value) {
+  if (!(value >= 0.0) || !std::isfinite(value))
+    refuse(name, " = ", value, ", expected a number, zero or more");
+}
+
+/// Walks along the frequencies and collects the margins.
+class Walk {
+ public:
+  Walk(const LinearLoop& loop, const Pi::Config& pi) : loop_(loop), pi_gains_(pi) {
+    found_.phase_margin_deg = 180.0;
+  }
+
+  Margins along(const Eigen::ArrayXd& theta) {
+    double before = theta[0];
+    Complex was = at(before);
+    double turned = std::arg(1.0 + was), phase = std::arg(was);
+    look(was);
+    for (Eigen::Index i = 1; i < theta.size(); ++i) {
+      const Complex here = at(theta[i]);
+      turned += std::arg((1.0 + here) / (1.0 + was));
+      phase += std::arg(here / was);
+      look(here);
+      if (phase <= on_the_axis) found_.peak_beyond_180 = std::max(found_.peak_beyond_180, std::abs(here));
+      look_between(before, was, theta[i], here);
+      before = theta[i];
+      was = here;
+    }
+    if (was.real() < 0.0) at_180_ = std::max(at_180_, std::abs(was));  // at pi L is real
+    found_.peak_sensitivity = 1.0 / std::sqrt(least_distance_);
+    found_.gain_margin = at_180_ > 0.0 ? 1.0 / at_180_ : std::numeric_limits<double>::infinity();
+    found_.stable = is_unturned(turned);
+    return found_;
+  }
+
+ private:
+  Complex at(double theta) const { return loop_(pi_gains_, theta); }
+  double in_Hz(double theta) const { return theta / (2.0 * pi_ * loop_.config().cycle_s); }
+
+  void look(const Complex& here) { least_distance_ = std::min(least_distance_, std::norm(1.0 + here)); }
+
+  void look_between(double before, const Complex& was, double theta, const Complex& here) {
+    if ((std::norm(was) >= 1.0) != (std::norm(here) >= 1.0)) {
+      const double crossover = bisect([&](double t) { return std::abs(at(t)) - 1.0; }, before, theta);
+      if (found_.crossover_Hz == 0.0) found_.crossover_Hz = in_Hz(crossover);
+      found_.phase_margin_deg = std::min(found_.phase_margin_deg, phase_margin_deg(at(crossover)));
+    }
+    if (was.imag() * here.imag() < 0.0 && std::min(was.real(), here.real()) < 0.0) {
+      const Complex crossing = at(bisect([&](double t) { return at(t).imag(); }, before, theta));
+      if (crossing.real() < 0.0) at_180_ = std::max(at_180_, std::abs(crossing));
+    }
+    if (found_.bandwidth_Hz == 0.0 && above_half_power(was) >= 0.0 && above_half_power(here) < 0.0)
+      found_.bandwidth_Hz = in_Hz(bisect([&](double t) { return above_half_power(at(t)); }, before, theta));
+  }
+
+  const LinearLoop& loop_;
+  Pi::Config pi_gains_;
+  Margins found_;
+  double least_distance_ = std::numeric_limits<double>::infinity();  ///< least |1 + L|^2
+  double at_180_ = 0.0;  ///< the largest |L| at which L is real and negative
+};
+
+/// As Margins::stable, of a loop whose gains alone change.
+bool is_stable(const Responses& of, double kp, double ki_per_cycle) {
+  const auto from_minus_one = [&](Eigen::Index i) {
+    return 1.0 + ki_per_cycle * of.integral[i] + kp * of.proportional[i];
+  };
+  Complex was = from_minus_one(0);
+  double turned = std::arg(was);
+  for (Eigen::Index i = 1; i < of.integral.size(); ++i) {
+    const Complex here = from_minus_one(i);
+    turned += std::arg(here / was);
+    was = here;
+  }
+  return is_unturned(turned);
+}
+
+/// The largest value below `unstable` that is stable, by bisection of its logarithm; empty where `least` is
+/// not.
+std::optional<double> largest(const std::function<bool(double)>& stable, double least, double unstable) {
+  if (!stable(least)) return std::nullopt;
+  double lo = std::log(least), hi = std::log(unstable);
+  for (int i = 0; i < 30; ++i) {
+    const double middle = 0.5 * (lo + hi);
+    (stable(std::exp(middle)) ? lo : hi) = middle;
+  }
+  const double value = std::exp(lo), unit = std::pow(10.0, std::floor(std::log10(value)) - 1.0);
+  return std::floor(value / unit) * unit;
+}
+
+}  // namespace
+
+Eigen::ArrayXd frequencies_for(const LoopConfig& config, double density) {
+  const int even = static_cast<int>(1000 * density), slow = static_cast<int>(3000 * density),
+            close = static_cast<int>(300 * density);
+  std::vector<double> theta;
+  for (int i = 1; i <= even; ++i) theta.push_back(pi_ * i / even);
+  for (int i = 0; i < slow; ++i) theta.push_back(pi_ * std::pow(10.0, -4.0 + 4.0 * i / slow));
+  constexpr int per_decade = 10;  // far below the crossover of any useful loop
+  for (int i = 0; i < 3 * per_decade; ++i) theta.push_back(pi_ * std::pow(10.0, -7.0 + 1.0 * i / per_decade));
+  const double omega = 2.0 * pi_ * config.delays.resonance_Hz * config.cycle_s;
+  for (int i = -close; i <= close; ++i) {
+    const double width = omega * std::max(config.delays.damping_ratio, 1e-6);
+    const double seen = std::remainder(omega + width * std::sinh(5.0 * i / close), 2.0 * pi_);
+    if (seen != 0.0) theta.push_back(std::abs(seen));
+  }
+  std::ranges::sort(theta);
+  return Eigen::Map<const Eigen::ArrayXd>(theta.data(), static_cast<Eigen::Index>(theta.size()));
+}
+
+Responses responses_of(const LinearLoop& loop) {
+  const Eigen::ArrayXd theta = frequencies_for(loop.config());
+  const Eigen::ArrayXcd plant = theta.unaryExpr([&](double t) { return loop.without_gains(t); });
+  const Eigen::ArrayXcd integral = plant * theta.unaryExpr([](double t) {
+    const Complex z = std::polar(1.0, t);
+    return z / (z - 1.0);
+  });
+  return {integral, plant};
+}
+
+Margins margins_of(const LinearLoop& loop, const Pi::Config& pi) {
+  require_gain("ki_per_s", pi.ki_per_s);
+  require_gain("kp", pi.kp);
+  return Walk(loop, pi).along(frequencies_for(loop.config()));
+}
+
+Margins worse_of(const Margins& a, const Margins& b) {
+  return {.stable = a.stable && b.stable,
+          .phase_margin_deg = std::min(a.phase_margin_deg, b.phase_margin_deg),
+          .gain_margin = std::min(a.gain_margin, b.gain_margin),
+          .peak_beyond_180 = std::max(a.peak_beyond_180, b.peak_beyond_180),
+          .peak_sensitivity = std::max(a.peak_sensitivity, b.peak_sensitivity),
+          .crossover_Hz = std::min(a.crossover_Hz, b.crossover_Hz),
+          .bandwidth_Hz = std::min(a.bandwidth_Hz, b.bandwidth_Hz)};
+}
+
+StableGains largest_stable_gains(const LinearLoop& loop, const Pi::Config& pi) {
+  constexpr double least_share = 1e-9;
+  require_gain("kp", pi.kp);
+  const double cycle_s = loop.config().cycle_s, most_ki_per_s = std::max(pi.ki_per_s, 10.0 / cycle_s);
+  const Responses of = responses_of(loop);
+  const auto with_ki = [&](double ki_per_s) { return is_stable(of, pi.kp, ki_per_s * cycle_s); };
+  if (const auto ki_per_s = largest(with_ki, least_share * most_ki_per_s, most_ki_per_s))
+    return {.kp = pi.kp, .ki_per_s = ki_per_s};
+  const auto with_kp = [&](double kp) { return is_stable(of, kp, 0.0); };
+  return {.kp = largest(with_kp, least_share, std::max(pi.kp, 10.0)).value_or(0.0)};
+}
 
 }  // namespace hystcan::controller

@@ -1,5 +1,7 @@
-// The linear plant that the loop sees, and the loop as it is closed in the samples.
+// The linear plant that the loop sees, the loop as it is closed in the samples, and its margins.
 #pragma once
+
+#include <Eigen/Core>
 
 #include <complex>
 #include <optional>
@@ -10,25 +12,31 @@
 
 namespace hystcan::controller {
 
+// The linear plant that the loop sees, and the loop as it is closed in the samples.
+
 // The linear plant that the loop sees once in a cycle: from the drive's setpoint to the sample.
 //
-// With the inverse of the hysteresis the actuator is linear with gain 1 (docs/theory.md). What is left is a chain of
-// links with gain 1 at rest: amplifier and sensor (first order), mode (second order), a pure delay d.
+// With the inverse of the hysteresis the actuator is linear with gain 1 (docs/theory.md). What is left is a
+// chain of links with gain 1 at rest: amplifier and sensor (first order), mode (second order), a pure delay
+// d.
 //
 //   G(s) = e^{-ds} prod_i p_i / (p_i - s)                               p_i: the poles, apart from each other
-//   s(t) = 1 + sum_i c_i e^{p_i t},   c_i = -prod_{k != i} p_k / (p_k - p_i)     its response to a step, d = 0
+//   s(t) = 1 + sum_i c_i e^{p_i t},   c_i = -prod_{k != i} p_k / (p_k - p_i)     response to a step, d = 0
 //
-// Setpoints change once in a cycle T. Summing the steps of all cycles gives the exact response of the samples, for any
-// delay. With j = ceil(d / T), tau = j T - d, w = 1 / z, E_i = e^{p_i tau} / (1 - e^{p_i T} w):
+// Setpoints change once in a cycle T. Summing the steps of all cycles gives the exact response of the
+// samples, for any delay. With j = ceil(d / T), tau = j T - d, w = 1 / z, E_i = e^{p_i tau} / (1 - e^{p_i T}
+// w):
 //
 //   held          G(z) = w^j [1 + (1 - w) sum_i c_i E_i]
 //   interpolated  G(z) = w^j [w + (1 - w)(tau - sum_i c_i / p_i) / T + (1 - w)^2 / T sum_i (c_i / p_i) E_i]
 //
-// Interpolated: the amplifier moves in a straight line from the last setpoint to the new one, within one cycle.
+// Interpolated: the amplifier moves in a straight line from the last setpoint to the new one, within one
+// cycle.
 
 class HeldPlant {
  public:
-  /// `longer_s` is added to the delays. Throws std::invalid_argument where a parameter is not finite or out of range.
+  /// `longer_s` is added to the delays. Throws std::invalid_argument where a parameter is not finite or out
+  /// of range.
   HeldPlant(const Delays& delays, double cycle_s, double longer_s = 0.0);
 
   /// G(e^{i theta}), theta = 2 pi f T.
@@ -43,17 +51,19 @@ class HeldPlant {
 
 /// From the setpoints to the position between the samples, without pure delays and without the sensor:
 ///
-///   P(s) = h(s) / (1 + s / w_a) * w^2 / (s^2 + 2 zeta w s + w^2),   h = (1 - e^{-sT}) / (sT) held,  h^2 interpolated
+///   P(s) = h(s) / (1 + s / w_a) * w^2 / (s^2 + 2 zeta w s + w^2),
+///   h = (1 - e^{-sT}) / (sT) held,  h^2 interpolated
 std::complex<double> response_between_samples(const Delays& delays, double cycle_s, double frequency_Hz);
 
-// The loop as it is closed in the samples, everywhere the same: tune, dynamics, check, ctl and reload judge by it.
+// The loop as it is closed in the samples, everywhere the same: tune, dynamics, check, ctl and reload judge
+// by it.
 //
 //   L(z) = PI(z) F(z) P(z),   P(z) = N(z) G(z),   z = e^{i theta},  0 < theta <= pi
 //
 //   PI = kp + ki T z / (z - 1)                     controller/control/law.h
 //   F                                              low pass of the error (measurement_filter_Hz)
 //   N                                              notch of the demand
-//   G                                              the held plant with all delays (controller/analysis/linear_loop.h)
+//   G                                              the held plant with all delays (HeldPlant)
 
 /// What closes the loop beside the gains, and what the reference does in it.
 struct LoopConfig {
@@ -70,7 +80,8 @@ std::complex<double> pi_response(const Pi::Config& pi, double cycle_s, double th
 
 class LinearLoop {
  public:
-  /// `longer_s` is added to the plant's delays. Throws std::invalid_argument where a parameter is out of range.
+  /// `longer_s` is added to the plant's delays. Throws std::invalid_argument where a parameter is out of
+  /// range.
   explicit LinearLoop(const LoopConfig& config, double longer_s = 0.0);
 
   const LoopConfig& config() const { return config_; }
@@ -99,5 +110,45 @@ class LinearLoop {
   Notch::Coefficients coefficients_;
   double filter_pole_ = 0.0;  ///< e^{-2 pi f T}
 };
+
+// How far a loop is from instability, and how fast it is.
+//
+// Stability by Nyquist's criterion in the samples: the plant has no pole outside the unit circle, so the loop
+// is stable exactly when 1 + L does not wind around zero on 0 < theta <= pi.
+
+struct Margins {
+  bool stable = false;
+  double phase_margin_deg = 0.0;  ///< the smallest of all crossovers
+  double gain_margin = 0.0;       ///< the smallest; a factor
+  double peak_beyond_180 = 0.0;   ///< the largest |L| at a phase of -180 degrees or beyond, unwrapped
+  double peak_sensitivity = 0.0;  ///< max 1 / |1 + L|
+  double crossover_Hz = 0.0;      ///< the lowest frequency of |L| = 1; 0 if none
+  double bandwidth_Hz = 0.0;      ///< lowest frequency with |L / (1 + L)| = 1 / sqrt(2); 0 if none
+};
+
+/// theta from 1e-4 pi to pi, ascending: even steps, logarithmic steps for slow loops, and a cluster around
+/// the (aliased) resonance. `density`: 1 for margins; less for a search.
+Eigen::ArrayXd frequencies_for(const LoopConfig& config, double density = 1.0);
+
+/// The loop at these frequencies, but for its gains: L = ki T integral + kp proportional.
+struct Responses {
+  Eigen::ArrayXcd integral, proportional;
+};
+/// At those of margins_of().
+Responses responses_of(const LinearLoop& loop);
+
+/// Throws std::invalid_argument where a gain is negative or not finite.
+Margins margins_of(const LinearLoop& loop, const Pi::Config& pi);
+
+/// The worst of both, margin by margin.
+Margins worse_of(const Margins& a, const Margins& b);
+
+/// The gains that this loop is stable with.
+struct StableGains {
+  double kp = 0.0;                   ///< the present one, or the largest where that is too large
+  std::optional<double> ki_per_s{};  ///< the largest with the present kp; empty: none, kp is too large
+};
+/// Two digits, rounded down.
+StableGains largest_stable_gains(const LinearLoop& loop, const Pi::Config& pi);
 
 }  // namespace hystcan::controller

@@ -121,7 +121,8 @@ LoopConfig with_low_pass(const LoopConfig& config, const PlantUncertainty& uncer
   return best;
 }
 
-/// Depths that are tried. A shallow notch delays less, which is worth more where the mode is damped or near half the rate.
+/// Depths that are tried. A shallow notch delays less, which is worth more where the mode is damped or near
+/// half the rate.
 constexpr std::array deep_notches{0.02, 0.1, 0.3};
 constexpr std::array shallow_notches{0.6};
 

@@ -1,4 +1,5 @@
-// What an axis needs before it is driven: what it lacks of that, and one attempt to clear the amplifier's fault.
+// What an axis needs before it is driven: what it lacks of that, and one attempt to clear the amplifier's
+// fault.
 #pragma once
 
 #include <array>
@@ -62,13 +63,14 @@ class ArmingBlocks {
 };
 static_assert(arming_block_count <= 16, "an ArmingBlocks has a bit for each ArmingBlock");
 
-/// Those up to `sample` that are missing: of each node the first one, which its further ones depend on, and of an
-/// amplifier that is ready both output and rest. An output may be beyond the gate's range by the error of its reading, 1 %
-/// of the range; the gate limits what is commanded.
+/// Those up to `sample` that are missing: of each node the first one, which its further ones depend on, and
+/// of an amplifier that is ready both output and rest. An output may be beyond the gate's range by the error
+/// of its reading, 1 % of the range; the gate limits what is commanded.
 ArmingBlocks arming_blocks_of(const AxisInput& input, const Gate::Config& gate);
 
-/// A clear attempts for half a second to clear the amplifier's fault, counted from when the amplifier is operational. A
-/// fault whose cause lasts longer needs another clear: the axis would otherwise be driven whenever the cause ends.
+/// A clear attempts for half a second to clear the amplifier's fault, counted from when the amplifier is
+/// operational. A fault whose cause lasts longer needs another clear: the axis would otherwise be driven
+/// whenever the cause ends.
 class ClearAttempt {
  public:
   static constexpr double duration_s = 0.5;

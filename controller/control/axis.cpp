@@ -10,7 +10,8 @@ namespace {
 /// A reading of the output that is further from the drive than this share of the range has moved.
 constexpr double output_moved = 0.01;
 
-/// An amplifier that does not trip in this time without commands has no watchdog that would protect the stage.
+/// An amplifier that does not trip in this time without commands has no watchdog that would protect the
+/// stage.
 constexpr double watchdog_timeout_s = 1.0;
 
 }  // namespace
@@ -249,8 +250,8 @@ AxisCommand Axis::initialise(const AxisInput& input) {
   return {.drive = drive_, .enable = true};
 }
 
-// A relay or a soft start takes up to half a second from Enable to enabled. The output does not follow meanwhile, so a
-// ramp on the wire would be a step at the stage.
+// A relay or a soft start takes up to half a second from Enable to enabled. The output does not follow
+// meanwhile, so a ramp on the wire would be a step at the stage.
 bool Axis::is_connected(const AxisInput& input) {
   connected_ |= input.health.amplifier_enabled &&
                 enabled_for_s_ >= std::chrono::duration<double>(config_.enable_delay).count();

@@ -1,18 +1,18 @@
-// One axis: supervisor, gate, and what decides the drive: in closed loop a ClosedLoop, in open loop an Excitation.
-// A pure step: takes the time and the received data; returns a command.
+// One axis: supervisor, gate, and what decides the drive: in closed loop a ClosedLoop, in open loop an
+// Excitation. A pure step: takes the time and the received data; returns a command.
 //
 //   offline -> waiting -> initialising -> ready -> tracking      and from any state but offline to faulted
 //
 //   waiting       the axis waits until both nodes are operational and the amplifier is ready and at rest
-//   initialising  the drive is held where the amplifier's output is until the amplifier is enabled; its watchdog is
-//                 tried where that is asked for. The drive then ramps to where tracking begins, as far as the output
-//                 follows it. In closed loop it goes up to the upper threshold
-//                 and down to the lower one: this wipes the actuator's memory out, and the model's memory
-//                 agrees with it. In open loop it goes straight to the first drive of the excitation
-//   ready         the axis holds that drive until the axes begin together, or follows those that track already
+//   initialising  the drive is held where the amplifier's output is until the amplifier is enabled; its
+//                 watchdog is tried where that is asked for. The drive then ramps to where tracking begins,
+//                 as far as the output follows it. In closed loop it goes up to the upper threshold and down to
+//                 the lower one: this wipes the actuator's memory out, and the model's memory agrees with it.
+//                 In open loop it goes straight to the first drive of the excitation
+//   ready         the axis holds that drive until the axes begin together, or follows those that track
 //   tracking      the closed loop follows its reference, the open loop its excitation
-//   faulted       the fault is latched with cause and time; the command is safe from the same step on, or the drive
-//                 ramps to the safe one where that is configured and the cause leaves the drive in hand
+//   faulted       the fault is latched with cause and time; the command is safe from the same step on, or the
+//                 drive ramps to the safe one where that is configured and the cause leaves the drive in hand
 #pragma once
 
 #include <cstdint>
@@ -48,12 +48,13 @@ class Axis {
   /// Throws std::invalid_argument where the model is invalid, or the excitation exceeds the gate's limits.
   explicit Axis(const AxisConfig& config);
 
-  /// Leaves offline towards tracking. `clear_amplifier_fault`: with one attempt to clear a fault that is latched in the
-  /// amplifier.
+  /// Leaves offline towards tracking. `clear_amplifier_fault`: with one attempt to clear a fault that is
+  /// latched in the amplifier.
   void start(bool clear_amplifier_fault);
   /// Ramps to the safe drive, then switches the amplifier off and goes offline.
   void stop() { stopping_ = true; }
-  /// Clears a fault and goes offline; the next start attempts once to clear the amplifier's. False: not faulted.
+  /// Clears a fault and goes offline; the next start attempts once to clear the amplifier's. False: not
+  /// faulted.
   bool clear();
   void trip(Cause cause, double time_s);
 
@@ -76,7 +77,8 @@ class Axis {
   ClosedLoop* closed_loop() { return closed_loop_ ? &*closed_loop_ : nullptr; }
   const ClosedLoop* closed_loop() const { return closed_loop_ ? &*closed_loop_ : nullptr; }
 
-  /// The reference at that reference time; the last measured position where the axis does not track a reference.
+  /// The reference at that reference time; the last measured position where the axis does not track a
+  /// reference.
   double expected_um(double time_s) const;
 
   /// The point of the reference at that reference time; empty where the axis does not track a reference.
@@ -124,7 +126,7 @@ class Axis {
   Supervisor supervisor_;
   OutputCheck output_check_;
   Course course_;
-  Course::Mark at_last_sample_;  ///< that was accepted
+  Course::Mark at_last_sample_{};  ///< that was accepted
   RampCheck ramp_check_;
   Oscillation oscillation_;
   Fault fault_;

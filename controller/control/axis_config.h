@@ -57,16 +57,16 @@ struct AxisConfig {
 ///   v = S g / 2,   g = (x_hi - x_lo) / (v_hi - v_lo)         S: slew limit of the drive
 ///   a = w^2 (x_hi - x_lo) / 1000,   w = 2 pi resonance       x: of the model, at its thresholds v_lo, v_hi
 ///
-/// v: where a branch is half as steep as the mean gain g, the drive of a transition needs exactly S. On steeper
-/// parts the gate leaves the rest to PI.
-/// a: a mode of frequency w lags behind an acceleration a by a / w^2. This is a thousandth of the stroke, less
-/// than the tracking error; a transition therefore does not excite the mode.
+/// v: where a branch is half as steep as the mean gain g, the drive of a transition needs exactly S. On
+/// steeper parts the gate leaves the rest to PI. a: a mode of frequency w lags behind an acceleration a by a
+/// / w^2. This is a thousandth of the stroke, less than the tracking error; a transition therefore does not
+/// excite the mode.
 ReferenceLimits default_transition_limits(const Gate::Config& gate, const model::HysteresisParameters& model,
                                           const Delays& delays);
 
-/// The amplitude at which an oscillation of the error is an unstable loop: half of following_error_um and a third
-/// of position_jump_um, so that it is mostly decided before these two, and at most a twentieth of the plausible positions.
-/// Infinite where the law has no feedback.
+/// The amplitude at which an oscillation of the error is an unstable loop: half of following_error_um and a
+/// third of position_jump_um, so that it is mostly decided before these two, and at most a twentieth of the
+/// plausible positions. Infinite where the law has no feedback.
 double oscillation_amplitude_um(const AxisConfig& config);
 
 /// r(t) as the axis follows it, and the limits of its transitions.
@@ -84,8 +84,8 @@ model::Interval reach_of(const AxisConfig& config);
 /// Drives between the model's thresholds.
 model::Interval model_drives(const model::HysteresisParameters& model, const Gate::Config& gate);
 
-/// Positions that the model reaches with this drive: from its lower threshold (or drive_min), coming down from the
-/// upper one, to the upper threshold (or drive_max) on the ascending reference curve.
+/// Positions that the model reaches with this drive: from its lower threshold (or drive_min), coming down
+/// from the upper one, to the upper threshold (or drive_max) on the ascending reference curve.
 model::Interval model_reach_um(const model::HysteresisParameters& model, const Gate::Config& gate);
 
 }  // namespace hystcan::controller

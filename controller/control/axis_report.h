@@ -1,4 +1,5 @@
-// The state of an axis and the values of one cycle: what the loop and the axis fill in, and what is logged and sent.
+// The state of an axis and the values of one cycle: what the loop and the axis fill in, and what is logged
+// and sent.
 #pragma once
 
 #include <array>
@@ -32,8 +33,8 @@ constexpr bool is_in_use(AxisState state) {
 struct AxisReport {  // NOLINT(clang-analyzer-optin.performance.Padding)
   AxisState state = AxisState::offline;
   ArmingBlocks arming_blocks{};  ///< what the axis waits for
-  /// In the one cycle in which the amplifier's watchdog has passed its trial: the time without commands until it
-  /// tripped.
+  /// In the one cycle in which the amplifier's watchdog has passed its trial: the time without commands until
+  /// it tripped.
   std::optional<double> watchdog_tripped_after_s{};
   Cause cause = Cause::none;
   double fault_time_s = 0.0;  ///< since the controller's start

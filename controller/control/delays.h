@@ -1,5 +1,5 @@
-// The links between a demand and the resulting position: delays, which the feed-forward compensates, and the filters of
-// the control law.
+// The links between a demand and the resulting position: delays, which the feed-forward compensates, and the
+// filters of the control law.
 #pragma once
 
 #include <chrono>

@@ -107,8 +107,9 @@ ControlLaw::Demand ControlLaw::propose(const Input& input) {
   return demand;
 }
 
-// One low pass for the difference is equal to one each for reference and measurement. Cycles that were left out are not
-// integrated, as those without a sample are not: the error after them is that of the pause, and it is over.
+// One low pass for the difference is equal to one each for reference and measurement. Cycles that were left
+// out are not integrated, as those without a sample are not: the error after them is that of the pause, and
+// it is over.
 void ControlLaw::update_error(const Input& input) {
   const double elapsed_s = input.cycle_s > 0.0 ? std::min(input.dt_s, input.cycle_s) : input.dt_s;
   integrated_s_ = input.position_um ? elapsed_s : 0.0;

@@ -100,7 +100,8 @@ class ControlLaw {
   void follow(double applied_drive) { full_.advance(memory_, applied_drive); }
   /// The actuator has stood for long at the drive that was applied last: all of its creep has come.
   void settle() { creep_.settle(creep_state_, memory_.output); }
-  /// The drive that was applied last was held for dt_s: the actuator crept. Called once in a cycle, before propose().
+  /// The drive that was applied last was held for dt_s: the actuator crept. Called once in a cycle, before
+  /// propose().
   void elapse(double dt_s) { creep_.advance(creep_state_, memory_.output, dt_s); }
   /// Starts from the drive that was applied last, without a bump: the integral takes the offset between
   /// sensor and model. Returns the reference to start from: the measured position with feedback, else the
@@ -112,9 +113,9 @@ class ControlLaw {
     settle();
   }
 
-  /// Called between two cycles; does not allocate. Applies everything of `config` but the model and its creep,
-  /// which need a restart. The drive does not jump. Where the new structure has no PI, the remaining offset
-  /// decays over fade_s.
+  /// Called between two cycles; does not allocate. Applies everything of `config` but the model and its
+  /// creep, which need a restart. The drive does not jump. Where the new structure has no PI, the remaining
+  /// offset decays over fade_s.
   void retune(const Config& config);
   static constexpr double fade_s = 0.1;
 

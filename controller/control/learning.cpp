@@ -22,8 +22,8 @@ constexpr unsigned grown_periods = 3;
 /// A rest lasts so many periods; in the last one the error without learning is measured anew.
 constexpr unsigned rest_periods = 3;
 constexpr unsigned most_attempts = 3;
-/// An error of more than so many times the largest one without learning is a glitch. In the judgement it counts as that,
-/// so that many of them are not overlooked.
+/// An error of more than so many times the largest one without learning is a glitch. In the judgement it
+/// counts as that, so that many of them are not overlooked.
 constexpr double glitch_factor = 4.0;
 
 /// Smoothly 0 at both ends of the segment, where the correction of a neighbour is 0.

@@ -1,27 +1,31 @@
 // Learning for references that repeat: a correction c of the reference for each phase of a period.
 //
-// Plug-in repetitive control (Longman, Iterative learning control and repetitive control for engineering practice,
-// Int. J. Control 73, 2000). The corrected reference r + c drives the feed-forward and is what PI compares with; the
-// error is that of r. Once a cycle, one phase j of the period is corrected by the errors around it:
+// Plug-in repetitive control (Longman, Iterative learning control and repetitive control for engineering
+// practice, Int. J. Control 73, 2000). The corrected reference r + c drives the feed-forward and is what PI
+// compares with; the error is that of r. Once a cycle, one phase j of the period is corrected by the errors
+// around it:
 //
 //   c[j] <- (1 - forget) c[j] + rate sum_k h_k e[j + k],    |c| <= bound,    k = -K .. K
 //
-// h is nearly the inverse of the loop and non-causal, so phase j is corrected K cycles after it has passed, in time for
-// the next period. With T the loop's response to c and H that of h (docs/theory.md), the error decays where
+// h is nearly the inverse of the loop and non-causal, so phase j is corrected K cycles after it has passed,
+// in time for the next period. With T the loop's response to c and H that of h (docs/theory.md), the error
+// decays where
 //
 //   |1 - forget - rate H(theta) T(theta)| < 1        for all theta
 //
 // controller/analysis/learning_design.h finds an h that keeps this for a resonance that is not known exactly.
 //
-// Phases are cycles. Where a period is not a whole number of them, few periods together nearly are; what is left over
-// stretches the phases a little: c is interpolated between two of them, and what is learnt is shared out to the two in
-// the same way. Between phases this weakens high frequencies, by 1 - 2 f (1 - f) (1 - cos theta), and shifts none.
+// Phases are cycles. Where a period is not a whole number of them, few periods together nearly are; what is
+// left over stretches the phases a little: c is interpolated between two of them, and what is learnt is
+// shared out to the two in the same way. Between phases this weakens high frequencies, by 1 - 2 f (1 - f) (1
+// - cos theta), and shifts none.
 //
-// It learns from nothing but a whole window of errors of an undisturbed run: no transition, no first period, no lost
-// sample, no SYNC that was left out, no limiter, no error far beyond those of the first period, which is a glitch. Each
-// segment is judged by itself. Where its error grows beyond what it was without learning, its correction fades out, the
-// segment rests for some periods, and learning begins again at half the rate; the last attempt ends it for good. A
-// correction that ends, is reset or is taken back fades out: it does not jump.
+// It learns from nothing but a whole window of errors of an undisturbed run: no transition, no first period,
+// no lost sample, no SYNC that was left out, no limiter, no error far beyond those of the first period, which
+// is a glitch. Each segment is judged by itself. Where its error grows beyond what it was without learning,
+// its correction fades out, the segment rests for some periods, and learning begins again at half the rate;
+// the last attempt ends it for good. A correction that ends, is reset or is taken back fades out: it does not
+// jump.
 #pragma once
 
 #include <array>
@@ -41,7 +45,7 @@ enum class LearningState : std::uint8_t {
   learning,  ///< corrects, and learns where the run is undisturbed
   frozen,    ///< corrects, does not learn
   diverged,  ///< the error of a segment grew in each attempt: its correction has been taken back for good
-  resting  ///< the error of the segment that was judged last grew: its correction has been taken back for some periods
+  resting    ///< the error of the segment that was judged last grew: no correction for some periods
 };
 constexpr auto words(LearningState) {
   return std::to_array<std::string_view>({"off", "learning", "frozen", "diverged", "resting"});
@@ -94,16 +98,16 @@ class Learning {
     double ahead_um = 0.0;
   };
   Correction correct(const Trajectory::Point& now, const Trajectory::Point& ahead, double dt_s);
-  /// Learns from the error of a sample at this point. `undisturbed`: no limiter was active and no SYNC was left out.
-  /// Empty: the sample is lost.
+  /// Learns from the error of a sample at this point. `undisturbed`: no limiter was active and no SYNC was
+  /// left out. Empty: the sample is lost.
   void learn(const Trajectory::Point& point, std::optional<double> error_um, bool undisturbed);
 
   /// Forgets all that was learnt.
   void reset();
   /// Ends the correction, for good.
   void retire() { retired_ = true; }
-  /// Takes over what `before` has learnt where its segments repeat alike, and what it puts out at present. Does not
-  /// allocate.
+  /// Takes over what `before` has learnt where its segments repeat alike, and what it puts out at present.
+  /// Does not allocate.
   void continue_from(const Learning& before);
 
   Report report() const;

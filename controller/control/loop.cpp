@@ -50,8 +50,8 @@ void ClosedLoop::resume(double t_s) {
   in_position_ = {};
 }
 
-// The upper threshold wipes out all memory: from there on the model knows it wherever the drive turns. A butterfly
-// stays on that side of its valley.
+// The upper threshold wipes out all memory: from there on the model knows it wherever the drive turns. A
+// butterfly stays on that side of its valley.
 std::vector<double> ClosedLoop::ramp_in(const Gate::Config& gate) const {
   const model::HysteresisParameters& model = law_.model().parameters();
   const model::Interval& thresholds = model.input_range();

@@ -1,5 +1,6 @@
-// The closed loop decides the drive of an axis while it tracks a reference: Trajectory, ControlLaw, FollowingError,
-// Learning. In open loop the drive comes from an Excitation instead, and there is no such loop (axis.h).
+// The closed loop decides the drive of an axis while it tracks a reference: Trajectory, ControlLaw,
+// FollowingError, Learning. In open loop the drive comes from an Excitation instead, and there is no such
+// loop (axis.h).
 //
 // Calls, in this order:
 //
@@ -32,9 +33,9 @@ class ClosedLoop {
   void elapse(double dt_s) { law_.elapse(dt_s); }
   /// `goes_on`: the loop has tracked before, on the same time.
   void begin(double t_s, double position_um, double coupled_um, bool goes_on = false);
-  /// Returns the requested drive, before the gate, and fills what the loop knows into the report. Empty where the stage
-  /// has lost its reference. `t_s`: since the axes began to track; `waited`: the drive was held for longer than dt_s,
-  /// because SYNCs were left out.
+  /// Returns the requested drive, before the gate, and fills what the loop knows into the report. Empty where
+  /// the stage has lost its reference. `t_s`: since the axes began to track; `waited`: the drive was held for
+  /// longer than dt_s, because SYNCs were left out.
   std::optional<double> propose(const AxisInput& input, double t_s, bool waited, AxisReport& report);
   /// `limits`: all that were active for this drive.
   void commit(double applied_drive, std::uint8_t limits);

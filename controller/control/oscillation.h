@@ -1,30 +1,32 @@
 // Detects a loop that is unstable: an oscillation of the error e = r - y that grows, or that stays large.
 //
-// A half-period k is the motion of e from one turning point to the next. A turn counts where e has come back by more
-// than T/32, so noise below that makes none, and by more than an eighth of the pair before. T is `amplitude_um`, s_k the swing (peak to peak) of half-period k, and
+// A half-period k is the motion of e from one turning point to the next. A turn counts where e has come back
+// by more than T/32, so noise below that makes none, and by more than an eighth of the pair before. T is
+// `amplitude_um`, s_k the swing (peak to peak) of half-period k, and
 //
 //   p_j = max(s_(k-2j), s_(k-2j-1)),  j = 0, 1, ...      sampled peaks vary from half-period to half-period
 //
 //   grows   p_0 >= 2 T,  p_1 >= 2 T / 8,   p_0 > p_1 > ... > p_n,  p_0 > 4 p_3 or p_0 > 1.5 p_7
 //   stays   p_j >= 2 T for j = 0..7,       max(p_0..p_3) >= 0.95 max(p_4..p_7)
 //
-// "stays" finds slow growth and the limit cycle that ends growth at the limits of the drive. After a knock, a step or
-// a corner, the mode of a stable loop decays: by e^(-pi damping) each half-period, which is more than "stays" allows
-// from a damping of 0.002 on.
+// "stays" finds slow growth and the limit cycle that ends growth at the limits of the drive. After a knock, a
+// step or a corner, the mode of a stable loop decays: by e^(-pi damping) each half-period, which is more than
+// "stays" allows from a damping of 0.002 on.
 //
-// In such a half-period e spends some cycles beyond the middle of the half-period before. The most of these cycles are
-// at most four times the fewest and one: a spike of the sensor is short, the time to the next one is not. Where even the
-// fewest are more than a spike has, only half-periods of one direction are compared so, and both by a factor of 16: an
-// oscillation that stands at a limit of the drive is uneven.
+// In such a half-period e spends some cycles beyond the middle of the half-period before. The most of these
+// cycles are at most four times the fewest and one: a spike of the sensor is short, the time to the next one
+// is not. Where even the fewest are more than a spike has, only half-periods of one direction are compared
+// so, and both by a factor of 16: an oscillation that stands at a limit of the drive is uneven.
 //
-// A pair of half-periods is forced where the reference itself bends so much that a lightly damped mode explains the
-// error:
+// A pair of half-periods is forced where the reference itself bends so much that a lightly damped mode
+// explains the error:
 //
 //   sum |e''| of the newest pair < 30 sum |r''|         '' : second difference from cycle to cycle
 //
-// Where more than half of the pairs are forced, nothing is judged: a sine or a chirp through a resonance makes a large
-// error and no unstable loop. A corner of a triangle forces a single pair. Nor is anything judged where the newest swing is
-// less than 1.5 sum |r''| of all pairs: a step, whose |r''| add up to twice its height, makes a mode ring.
+// Where more than half of the pairs are forced, nothing is judged: a sine or a chirp through a resonance
+// makes a large error and no unstable loop. A corner of a triangle forces a single pair. Nor is anything
+// judged where the newest swing is less than 1.5 sum |r''| of all pairs: a step, whose |r''| add up to twice
+// its height, makes a mode ring.
 //
 // Everything is counted in half-periods, so any rate will do. O(1), no allocation.
 #pragma once

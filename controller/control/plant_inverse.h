@@ -3,10 +3,11 @@
 //   u = V r:   u(t) = sum_k w_k r(t + mu + k T),  k = -4 .. 4         mu: mean delay of the chain, T: a cycle
 //   y = G u    the nominal plant, in the samples
 //
-// PI and learning compare the sample with y instead of r. The two differ at the corners of r, which no drive that is set
-// once in a cycle can follow: what the feed-forward has weighed there is not taken back.
+// PI and learning compare the sample with y instead of r. The two differ at the corners of r, which no drive
+// that is set once in a cycle can follow: what the feed-forward has weighed there is not taken back.
 //
-// With poles p_i the plant is a recursion (controller/analysis/linear_loop.h). d u: the difference to the last cycle
+// With poles p_i the plant is a recursion (controller/analysis/linear_loop.h). d u: the difference to the
+// last cycle
 //
 //   held          y = u + sum_i x_i,                x_i <- e^{p_i T} x_i + s_i d u
 //   interpolated  y = u_{-1} + c d u + sum_i x_i,   x_i <- e^{p_i T} x_i + s_i (d u - d u_{-1})
@@ -26,8 +27,8 @@ struct ReferenceFilter {
   std::array<double, size> weights{};  ///< w_k
 };
 
-/// The values of a reference that a filter needs. A cycle looks up only the newest one: what was looked up does not
-/// change any more, because the reference stays as it is until the end of the preview.
+/// The values of a reference that a filter needs. A cycle looks up only the newest one: what was looked up
+/// does not change any more, because the reference stays as it is until the end of the preview.
 class ReferenceWindow {
  public:
   void clear() { filled_ = false; }

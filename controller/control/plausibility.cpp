@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace hystcan::controller {
 namespace {
@@ -65,25 +66,21 @@ void Course::restart(double drive) {
   memories_ = {at_upper_, at_lower_};
   for (std::size_t i = 0; i < memories_.size(); ++i) {
     const double position_um = model_.advance(memories_[i], drive).value;
-    mark_.positions[i] = {position_um, position_um};
+    mark_[i] = mark_[2 + i] = position_um;
   }
 }
 
 void Course::step(double drive, double dt_s, double cycle_s) {
   const double late_s = delays_.to_sample_s(cycle_s) + 2.0 * cycle_s;
   for (std::size_t i = 0; i < memories_.size(); ++i) {
-    Mark::Position& position = mark_.positions[i];
-    position.now_um = model_.advance(memories_[i], drive).value;
-    position.slow_um += (position.now_um - position.slow_um) * dt_s / (dt_s + late_s);
+    mark_[i] = model_.advance(memories_[i], drive).value;
+    mark_[2 + i] += (mark_[i] - mark_[2 + i]) * dt_s / (dt_s + late_s);
   }
 }
 
 model::Interval Course::moved_um(const Mark& since) const {
-  std::array<double, 4> moved{};
-  for (std::size_t i = 0; i < mark_.positions.size(); ++i) {
-    moved[2 * i] = mark_.positions[i].now_um - since.positions[i].now_um;
-    moved[2 * i + 1] = mark_.positions[i].slow_um - since.positions[i].slow_um;
-  }
+  Mark moved{};
+  std::ranges::transform(mark_, since, moved.begin(), std::minus{});
   const auto [least, most] = std::ranges::minmax(moved);
   return {least, most};
 }
@@ -99,8 +96,6 @@ constexpr unsigned contradictions_to_trip = 3;
 
 /// Share by which a mean over this time comes closer to a sample.
 double weight(const AxisInput& input, double time_s) { return input.dt_s / (input.dt_s + time_s); }
-
-double position_um(const Course& course) { return course.mark().positions.front().now_um; }
 
 }  // namespace
 
@@ -129,20 +124,20 @@ RampCheck::Anchor RampCheck::here(const Course& course, double drive) const {
 void RampCheck::rest(const Course& course, double drive, const AxisInput& input) {
   const std::optional<double> last_um = seen_um_;
   see(input);
-  model_um_ = position_um(course);
+  model_um_ = course.position_um();
   if (!seen_um_) return;
   widen_rest(input, last_um.value_or(*seen_um_));
   turn_ = here(course, drive);
 }
 
 bool RampCheck::step(const Course& course, double drive, const AxisInput& input) {
-  const double moved_um = position_um(course) - model_um_;
+  const double moved_um = course.position_um() - model_um_;
   if (!seen_um_ || (direction_ == 0.0 && moved_um == 0.0)) {
     rest(course, drive, input);
     return true;
   }
   see(input);
-  model_um_ = position_um(course);
+  model_um_ = course.position_um();
   if (moved_um * direction_ < 0.0) {
     turn_ = here(course, drive);
     window_.reset();

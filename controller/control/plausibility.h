@@ -1,4 +1,5 @@
-// Checks of amplifier and stage against the drive: what the output, and by the model the position, must have done.
+// Checks of amplifier and stage against the drive: what the output, and by the model the position, must have
+// done.
 #pragma once
 
 #include <array>
@@ -10,15 +11,16 @@
 
 namespace hystcan::controller {
 
-// Compares what the amplifier says that it puts out with what it was told. An interlock that is open, or a supply at its limit,
-// is found before the stage has far to go when it closes.
+// Compares what the amplifier says that it puts out with what it was told. An interlock that is open, or a
+// supply at its limit, is found before the stage has far to go when it closes.
 //
-//   |o - u| <= m + s (age + late)       s: slew of the drive, late: four cycles and five lags of the amplifier
+//   |o - u| <= m + s (age + late)       s: slew of the drive, late: four cycles and five lags
 //   min u - m <= o <= max u + m         u: drives of the last two to three spans, m: 5 % of the drive's range
 //
-// The first one finds it in a ramp, whose slew is small. While the axis tracks, s is the limit of the slew, and the second
-// one is the narrower one. A span is 50 ms, and at least five cycles and five lags. Each status is judged once, when it comes, and its
-// verdict stands until the next one, for a span at most: that statuses are missing has a cause of its own.
+// The first one finds it in a ramp, whose slew is small. While the axis tracks, s is the limit of the slew,
+// and the second one is the narrower one. A span is 50 ms, and at least five cycles and five lags. Each
+// status is judged once, when it comes, and its verdict stands until the next one, for a span at most: that
+// statuses are missing has a cause of its own.
 
 class OutputCheck {
  public:
@@ -26,7 +28,8 @@ class OutputCheck {
   OutputCheck(double drive_range, double lag_s) : drive_range_(drive_range), lag_s_(lag_s) {}
 
   void restart(double drive);
-  /// Called once in each cycle of a driven axis, with the drive that was commanded last, which moves by at most `slew_per_s`.
+  /// Called once in each cycle of a driven axis, with the drive that was commanded last, which moves by at
+  /// most `slew_per_s`.
   void step(double drive, double slew_per_s, const AxisInput& input);
   /// For how long the output has differed without a break; 0: it agrees, or it is not known.
   double differs_for_s() const { return differs_for_s_; }
@@ -44,19 +47,15 @@ class OutputCheck {
 
 // What the drive makes of the position, by the model: how far it can have moved since a moment.
 //
-//   a, b    the model's positions under two memories: the drive has come down from the upper threshold, or up from the lower
-//           one on the virgin curve. The actuator's memory lies between them, and a wipe makes them equal
-//   slow    each through a first-order lag, of the delays and two cycles: what a sample shows lies between the two
+//   a, b    the model's positions under two memories: the drive has come down from the upper threshold, or up
+//           from the lower one on the virgin curve. The actuator's memory lies between them, and a wipe makes
+//           them equal
+//   slow    each through a first-order lag, of the delays and two cycles: what a sample shows lies between
 
 class Course {
  public:
-  /// Positions at one moment.
-  struct Mark {
-    struct Position {
-      double now_um = 0.0, slow_um = 0.0;
-    };
-    std::array<Position, 2> positions{};
-  };
+  /// Positions at one moment, um: a, b, and both slow.
+  using Mark = std::array<double, 4>;
 
   /// Throws std::invalid_argument where the model is invalid.
   Course(const model::HysteresisParameters& parameters, const Delays& delays);
@@ -66,6 +65,7 @@ class Course {
   /// Called once in each cycle of a driven axis, with the drive that was commanded last.
   void step(double drive, double dt_s, double cycle_s);
 
+  double position_um() const { return mark_.front(); }
   const Mark& mark() const { return mark_; }
   model::Interval moved_um(const Mark& since) const;
 
@@ -74,23 +74,26 @@ class Course {
   Delays delays_;
   model::HysteresisState at_upper_, at_lower_;  ///< thresholds
   std::array<model::HysteresisState, 2> memories_;
-  Mark mark_;
+  Mark mark_{};
 };
 
-// Compares the position with what the ramps of the start-up must do to it by the model (course.h): a sensor that is reversed
-// or scaled wrongly, or an amplifier that ends below its range, is found before the axis tracks.
+// Compares the position with what the ramps of the start-up must do to it by the model (course.h): a sensor
+// that is reversed or scaled wrongly, or an amplifier that ends below its range, is found before the axis
+// tracks.
 //
 //   s (y - y_0) >= -d / 4 - e               since the ramp began or turned
-//   s (y - y_1) >= (1 - p) d - e            } in windows of 14 % of the drive's range, the first one after 8 %, when
-//   s (y - y_1) <= D / (1 - p) + e          } the delays do not matter any more; six cycles each at least
+//   s (y - y_1) >= (1 - p) d - e            } in windows of 14 % of the drive's range, the first one after
+//   s (y - y_1) <= D / (1 - p) + e          } 8 %, when the delays do not matter any more; six cycles each
 //
 //   s       direction in which the model's position moves
-//   d, D    the least and the most that it has moved; where d < 0, or D < 0, the bound is d / (1 - p), or (1 - p) D
+//   d, D    the least and the most that it has moved; where d < 0, or D < 0, the bound is d / (1 - p), or
+//           (1 - p) D
 //   y       mean of the samples over about two cycles, less what the other axes have added
 //   p       `doubt`
-//   e       0.3 % of the stroke, the ringing at the corners of the ramp, v / w, and the range of y at rest before, which is
-//           forgotten in 200 cycles, or in decay_s. That range is 2 v' / w at least, where a slow mode has not
-//           shown it all; v, v': speed of the model in the ramp, highest speed of y at rest, w: angular frequency of the mode
+//   e       0.3 % of the stroke, the ringing at the corners of the ramp, v / w, and the range of y at rest
+//           before, which is forgotten in 200 cycles, or in decay_s. That range is 2 v' / w at least, where a
+//           slow mode has not shown it all; v, v': speed of the model in the ramp, highest speed of y at
+//           rest, w: angular frequency of the mode
 
 class RampCheck {
  public:
@@ -108,8 +111,8 @@ class RampCheck {
   void restart() { *this = RampCheck(config_); }
   /// Called once in each cycle before, from when the axis waits on.
   void rest(const Course& course, double drive, const AxisInput& input);
-  /// Called once in each later cycle of the start-up, with the drive that was commanded last. False: the position
-  /// contradicts the drive, for the third cycle in a row.
+  /// Called once in each later cycle of the start-up, with the drive that was commanded last. False: the
+  /// position contradicts the drive, for the third cycle in a row.
   bool step(const Course& course, double drive, const AxisInput& input);
 
  private:

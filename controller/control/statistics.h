@@ -27,7 +27,8 @@ struct LevelStatistics {
 };
 
 /// Error (reference minus measured) of every tracking cycle, per segment. The smooth transitions between
-/// segments, live goals and the first `settle_s` of each segment do not count. Steps count from their beginning.
+/// segments, live goals and the first `settle_s` of each segment do not count. Steps count from their
+/// beginning.
 class TrackingStatistics {
  public:
   /// `band_um`: of StepResponse.
@@ -41,8 +42,8 @@ class TrackingStatistics {
   const std::vector<LevelStatistics>& levels() const { return levels_; }
   double band_um() const { return band_um_; }
   ErrorStatistics total() const;
-  /// The error against the reference with sharp corners (Trajectory::Point::ideal_um), per segment. It is that of
-  /// segments() where the reference has no turnarounds.
+  /// The error against the reference with sharp corners (Trajectory::Point::ideal_um), per segment. It is
+  /// that of segments() where the reference has no turnarounds.
   const std::vector<ErrorStatistics>& against_ideal() const { return against_ideal_; }
   ErrorStatistics total_against_ideal() const;
 

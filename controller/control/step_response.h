@@ -1,5 +1,5 @@
-// How a stage arrives at the levels of a reference, and how quietly it stays there. Both classes take one sample a
-// cycle, with the error e = r - y, and have constant memory.
+// How a stage arrives at the levels of a reference, and how quietly it stays there. Both classes take one
+// sample a cycle, with the error e = r - y, and have constant memory.
 //
 //   StepResponse   a step is the move from one resting level a of the reference to the next one b. Time counts from the
 //                  cycle in which the reference comes to rest at b, until the reference leaves it:

@@ -2,9 +2,10 @@
 // command that was decided; returns a verdict.
 //
 //   sample     a lost, late or jumped sample is bridged and fills a leaky bucket; several in a row trip
-//   jump       |y - y_last| > position_jump_um for each cycle since y_last, the last accepted sample. A second
-//              jump in a row is judged by what the drive has done since: y is accepted where it is no further than
-//              that from the course of the model (plausibility.h), so that a stage that has really moved is believed
+//   jump       |y - y_last| > position_jump_um for each cycle since y_last, the last accepted sample. A
+//              second jump in a row is judged by what the drive has done since: y is accepted where it is no
+//              further than that from the course of the model (plausibility.h), so that a stage that has really moved
+//              is believed
 //   frozen     y is the same to the last bit for frozen_cycles, while the drive travels more than a fiftieth
 //              of its range: noise and motion would change the reading of any real sensor
 //   saturated  range, slew or the model's thresholds limit the drive for saturated_s without a break
@@ -56,8 +57,8 @@ struct AxisInput {
   std::optional<double> position_um;  ///< empty: no sample came
   bool sensor_status_good = true;
   bool late_sample = false;  ///< a sample of an earlier cycle came since the last step
-  std::optional<double>
-      tracking_since_s{};  ///< reference time when the axes began to track; empty: this one does not begin yet
+  /// Reference time when the axes began to track; empty: this one does not begin yet.
+  std::optional<double> tracking_since_s{};
   double coupled_um = 0.0;  ///< what the other axes will add to the position
   NodeHealth health;
 
@@ -112,8 +113,8 @@ class Supervisor {
   bool is_frozen(double position_um);
 
   Config config_;
-  /// A leaky bucket, in tenths: a lost sample adds one, a good one takes a tenth away. Single losses are bridged, several in
-  /// a row trip.
+  /// A leaky bucket, in tenths: a lost sample adds one, a good one takes a tenth away. Single losses are
+  /// bridged, several in a row trip.
   unsigned lost_tenths_ = 0;
   struct Lost {
     unsigned all = 0, late = 0, in_long_cycles = 0, jumped = 0;  ///< long: SYNCs were left out

@@ -15,8 +15,8 @@ double smooth_step(double s) {
 Motion smooth_rise(double from_um, double to_um, double t_s, double rise_s) {
   const double s = t_s / rise_s;
   if (!(s > 0.0)) return {.value_um = from_um};
-  if (s >= 1.0) return {.value_um = to_um};
   const double height_um = to_um - from_um;
+  if (s >= 1.0) return {.value_um = from_um + height_um};
   return {.value_um = from_um + height_um * smooth_step(s),
           .velocity_um_per_s = height_um * (30.0 * s * s * (1.0 - s) * (1.0 - s) / rise_s),
           .acceleration_um_per_s2 = height_um * (60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / (rise_s * rise_s))};

@@ -32,26 +32,26 @@ struct MotionBounds {
 
 // The turnaround that takes the place of a corner, for a stage with one lightly damped mode of period T_m.
 //
-// The corner |t| is averaged over a turnaround of length D with a weight p >= 0, which is even, has the integral 1 and
-// is 0 beyond |tau| = D / 2:
+// The corner |t| is averaged over a turnaround of length D with a weight p >= 0, which is even, has the
+// integral 1 and is 0 beyond |tau| = D / 2:
 //
 //   w(t) = integral p(tau) |t - tau| dtau,      w'' = 2 p,      w(t) = |t|  for |t| >= D / 2
 //
-// The straight parts stay as they are, and the acceleration of the turnaround has the form of p. A mode without damping
-// that follows the corner rings afterwards with an amplitude proportional to |P(2 pi / T_m)|, where P is the Fourier
-// transform of p, and 1 for a sharp corner. p is made of boxes B_L of the length L and of a pair of impulses I_h at
-// -h / 2 and h / 2 (* is the convolution):
+// The straight parts stay as they are, and the acceleration of the turnaround has the form of p. A mode
+// without damping that follows the corner rings afterwards with an amplitude proportional to |P(2 pi / T_m)|,
+// where P is the Fourier transform of p, and 1 for a sharp corner. p is made of boxes B_L of the length L and
+// of a pair of impulses I_h at -h / 2 and h / 2 (* is the convolution):
 //
 //   D >= T_m     B_{T_m} * B_{D - T_m}             a trapezoid, a box at D = T_m.  P = 0: B over one period
-//   D <  T_m     I_{D - L} * B_L,                  two equal pulses.  P = 0 while D - L = T_m / 2: the second pulse
-//                L = max(D - T_m / 2, D / 8)       cancels what the first one excites
+//   D <  T_m     I_{D - L} * B_L,                  two equal pulses.  P = 0 while D - L = T_m / 2: the second
+//                L = max(D - T_m / 2, D / 8)       pulse cancels what the first one excites
 //
 // P(2 pi / T_m) is 0 for every D >= 4/7 T_m, so the length need not be a whole number of periods. It is
-// cos(7/16 pi) = 0.195 at D = T_m / 2. Between the two pulses the reference stands still. The two forms agree at
-// D = T_m. Without a mode (T_m = 0), p is one box.
+// cos(7/16 pi) = 0.195 at D = T_m / 2. Between the two pulses the reference stands still. The two forms agree
+// at D = T_m. Without a mode (T_m = 0), p is one box.
 //
-// The pair of pulses is the ZV input shaper of N. C. Singer, W. P. Seering, "Preshaping command inputs to reduce system
-// vibration", J. Dyn. Sys. Meas. Control 112, 1990, with pulses of a finite length.
+// The pair of pulses is the ZV input shaper of N. C. Singer, W. P. Seering, "Preshaping command inputs to
+// reduce system vibration", J. Dyn. Sys. Meas. Control 112, 1990, with pulses of a finite length.
 
 class Turnaround {
  public:
@@ -78,14 +78,15 @@ class Turnaround {
 
 // A periodic line that rises and falls straight, with a turnaround (Turnaround) at each end.
 //
-// The ideal line rises by S within T_1 and falls by S within T_2, with v_1 = S / T_1 and v_2 = S / T_2. About its upper
-// corner, at tau = 0, the sawtooth is
+// The ideal line rises by S within T_1 and falls by S within T_2, with v_1 = S / T_1 and v_2 = S / T_2. About
+// its upper corner, at tau = 0, the sawtooth is
 //
 //   y = top + (v_1 - v_2) / 2 tau - (v_1 + v_2) / 2 w(tau)
 //
-// and about the lower one the mirror image. Where w'(tau_0) = (v_2 - v_1) / (v_1 + v_2) at a lower corner, it stands:
-// this is its lowest point. S is so much greater than high - low that the extremes of the sawtooth are low and high.
-// The straight parts therefore lie on the ideal line, whose corners lie beyond low and high.
+// and about the lower one the mirror image. Where w'(tau_0) = (v_2 - v_1) / (v_1 + v_2) at a lower corner, it
+// stands: this is its lowest point. S is so much greater than high - low that the extremes of the sawtooth
+// are low and high. The straight parts therefore lie on the ideal line, whose corners lie beyond low and
+// high.
 //
 // Time begins at a lowest point.
 
@@ -117,8 +118,9 @@ class Sawtooth {
   double height_um_ = 1.0;  ///< S
 };
 
-// A position over time through points (x_i, y_i), x in s and y in um: cubic Hermite pieces, once differentiable. Where the points are monotone
-// the curve is monotone too, so it never goes beyond them. It begins and ends at rest.
+// A position over time through points (x_i, y_i), x in s and y in um: cubic Hermite pieces, once
+// differentiable. Where the points are monotone the curve is monotone too, so it never goes beyond them. It
+// begins and ends at rest.
 //
 //   h_i = x_{i+1} - x_i,   d_i = (y_{i+1} - y_i) / h_i
 //

@@ -1,17 +1,19 @@
-// The raster of a scan: lines along a fast axis, one after another along a slow one. Both axes have a Raster with the
-// same numbers but for role, low and high; they then last equally long and stay in phase.
+// The raster of a scan: lines along a fast axis, one after another along a slow one. Both axes have a Raster
+// with the same numbers but for role, low and high; they then last equally long and stay in phase.
 //
-//   T = 1 / line_rate: the time of a line         a frame: `lines` lines, then `return_lines` times T back to the first
+//   T = 1 / line_rate: the time of a line         a frame: `lines` lines, then `return_lines` times T back
 //
 //   fast, both directions    up in line 0, down in line 1, and so on
 //   fast, one direction      up, then down within flyback_percent of T, in every line
-//   slow, step               rests at the level of the line, k of 0 .. lines - 1:  low + (high - low) k / (lines - 1);
-//                            moves to the next one along the smooth step, during the turnaround or the flyback
+//   slow, step               rests at the level of the line, k of 0 .. lines - 1:
+//                            low + (high - low) k / (lines - 1); moves to the next one along the smooth step,
+//                            during the turnaround or the flyback
 //   slow, ramp               rises evenly during the lines of a frame and falls during the return
 //
-// The fast axis goes on during the return. Its turnarounds, and those of the ramp, are in motion.h; the shares of
-// turnaround_percent and flyback_percent are of T. Where there is neither turnaround nor flyback, the slow axis steps at
-// once. Every frame ends where it begins, at rest but for the corners of a ramp without a turnaround.
+// The fast axis goes on during the return. Its turnarounds, and those of the ramp, are in motion.h; the
+// shares of turnaround_percent and flyback_percent are of T. Where there is neither turnaround nor flyback,
+// the slow axis steps at once. Every frame ends where it begins, at rest but for the corners of a ramp
+// without a turnaround.
 #pragma once
 
 #include <array>

@@ -1,8 +1,8 @@
 // The shapes of a reference over time, each with its value, velocity and acceleration.
 //
 // A shape begins at t = 0; it is held before its beginning and after its end. Ramp, Step, a Staircase without
-// a rise, and a Triangle or Raster without a turnaround have corners or jumps: these are requested by the user.
-// All others begin and end at rest, a Sine or a Triangle only where the number of its cycles is whole.
+// a rise, and a Triangle or Raster without a turnaround have corners or jumps: these are requested by the
+// user. All others begin and end at rest, a Sine or a Triangle only where the number of its cycles is whole.
 //
 // Chirp and MultiSine swing about a centre. Their envelope w fades in and out along the smooth step:
 //

@@ -9,7 +9,8 @@
 namespace hystcan::controller {
 namespace {
 
-/// A time this close to the beginning of a part belongs to it: the times of the cycles are sums and differences.
+/// A time this close to the beginning of a part belongs to it: the times of the cycles are sums and
+/// differences.
 constexpr double time_rounding_s = 1e-9;
 
 }  // namespace

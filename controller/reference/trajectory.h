@@ -39,13 +39,15 @@ class Trajectory {
   /// Follows the segments from t = 0 on, beginning at rest.
   void start_from(double start_um);
 
-  /// Follows the segments as if it had from t = 0 on, beginning at rest at `start_um` at `t_s`. Where it `goes_on`, as
-  /// if it had never stopped: a reference that resume() or continue_from() began later keeps this beginning.
+  /// Follows the segments as if it had from t = 0 on, beginning at rest at `start_um` at `t_s`. Where it
+  /// `goes_on`, as if it had never stopped: a reference that resume() or continue_from() began later keeps
+  /// this beginning.
   ///
   ///   r(t) = start + share(t) (segments(t) - start)
   ///
-  /// The share rises smoothly from 0 to 1, so that the reference stays between the two. It takes as long as a transition
-  /// to the furthest value of the segments, so that the motion that the share adds keeps the limits of transitions.
+  /// The share rises smoothly from 0 to 1, so that the reference stays between the two. It takes as long as a
+  /// transition to the furthest value of the segments, so that the motion that the share adds keeps the
+  /// limits of transitions.
   void join(double t_s, double start_um, bool goes_on = false);
 
   /// Follows the segments again, beginning with the first one. The reference stays as it is until

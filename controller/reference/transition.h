@@ -20,8 +20,8 @@
 //
 //   D = v_0 T / 2 + a_0 T^2 / 12,      v(s) = v_0 (1 - 3 s^2 + 2 s^3) + a_0 T (s - 2 s^2 + s^3)
 //
-// From a_0 = 0 it decelerates by at most 1.5 |v_0| / T and is never faster than |v_0|. With the acceleration a
-// it needs the distance 0.75 v_0^2 / a.
+// From a_0 = 0 it decelerates by at most 1.5 |v_0| / T and is never faster than |v_0|. With the acceleration
+// a it needs the distance 0.75 v_0^2 / a.
 #pragma once
 
 #include <array>
@@ -89,7 +89,8 @@ class Transition {
 //
 //   |r_new(t_0 + mu) - r_old(t_0 + mu)|:   up to mu |v| after a stop, up to 2 mu |v| before a corner
 //
-// whatever the limits of slew and acceleration. From t_0 + h on, the drive moves as smoothly as the reference.
+// whatever the limits of slew and acceleration. From t_0 + h on, the drive moves as smoothly as the
+// reference.
 //
 // The lead is stored as points with straight lines between them: it rounds a corner over h / 32.
 

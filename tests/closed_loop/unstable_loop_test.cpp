@@ -5,7 +5,7 @@
 #include <string>
 
 #include "config/schema/config.h"
-#include "controller/analysis/margins.h"
+#include "controller/analysis/linear_loop.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/rehearsed.h"
 

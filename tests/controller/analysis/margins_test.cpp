@@ -1,4 +1,4 @@
-#include "controller/analysis/margins.h"
+#include "controller/analysis/linear_loop.h"
 
 #include <gtest/gtest.h>
 
